@@ -1,0 +1,3 @@
+//! The simulator: plants, virtual bus, lockstep runner, scenarios and report. No part of it runs on a robot.
+
+pub mod record;

@@ -1,0 +1,87 @@
+//! What one run leaves behind: samples of the plant's truth and of what the bus made public, for summary, log and report.
+
+use serde::Serialize;
+
+/// Samples per second of virtual time.
+pub const SAMPLE_HZ: u32 = 100;
+
+/// One moment of a run.
+#[derive(Clone, Debug, Default, Serialize)]
+pub struct Sample {
+    /// Virtual time, s.
+    pub time_s: f64,
+    /// What the physics knows; no node ever sees it.
+    pub truth: Truth,
+    /// What anybody on the bus could know.
+    pub heard: Heard,
+}
+
+/// State of the B2P2 plant. World axes: x towards the stairs, y left, z up; metres and radians.
+#[derive(Clone, Debug, Default, Serialize)]
+pub struct Truth {
+    /// Centre of axle 1, the rear one.
+    pub axle_1: [f64; 3],
+    /// Pitch, nose up positive.
+    pub pitch: f64,
+    /// Roll, left side up positive.
+    pub roll: f64,
+    /// Heading, counter-clockwise from above.
+    pub yaw: f64,
+    /// Pitch rate, rad/s.
+    pub pitch_rate: f64,
+    /// Chassis angle, front up positive.
+    pub theta: f64,
+    /// Extension `L3` of the screw.
+    pub extension: f64,
+    /// `L + L2 + L3 - K`: positive strains the belt, negative leaves it slack.
+    pub tension_error: f64,
+    /// Centre of gravity of the robot with its payload.
+    pub cog: [f64; 3],
+    /// Speed of the robot along its heading, m/s.
+    pub ground_speed: f64,
+    /// Speed of the left and right belt, m/s.
+    pub belt_speed: [f64; 2],
+    /// Path that the belts slipped since the start, mean of both sides.
+    pub slip: f64,
+    /// Points that carried force within the last 50 ms.
+    pub contacts: Vec<[f64; 3]>,
+    /// Horizontal distance from the rearmost of these to the centre of gravity, along the heading; absent in free flight.
+    pub backward_margin: Option<f64>,
+    /// Horizontal distance from the centre of gravity to the foremost of these.
+    pub forward_margin: Option<f64>,
+    /// Turned over backward, forward or sideways; stays set.
+    pub toppled: bool,
+}
+
+/// What the bus made public, decoded from its frames.
+#[derive(Clone, Debug, Default, Serialize)]
+pub struct Heard {
+    /// Forward speed that the operator asks for, m/s.
+    pub asked_speed: f64,
+    /// Forward speed that the guard passes on, m/s.
+    pub passed_speed: f64,
+    /// Chassis angle that the operator asks for, rad.
+    pub asked_theta: f64,
+    /// Chassis angle that the guard passes on, rad.
+    pub passed_theta: f64,
+    /// Distance by the belts' encoders, m.
+    pub odometry: f64,
+    /// Pitch by the guard's attitude filter, rad.
+    pub pitch: f64,
+    /// Roll by the guard's attitude filter, rad.
+    pub roll: f64,
+    /// Heading by the guard, rad.
+    pub heading: f64,
+    /// The guard's margins to the back, front, left and right edge, m; absent while it has none.
+    pub margins: Option<[f64; 4]>,
+    /// State of the guard: `referencing`, `ready`, `armed`, `held` and so on.
+    pub guard_state: String,
+    /// What the guard does with the command, and why: `passed`, `scaled: backward margin` and so on.
+    pub verdict: String,
+    /// Measured currents of left track, right track, chassis joint and screw, A.
+    pub currents: [f64; 4],
+    /// Share of the last 100 ms during which the bus was busy, 0 to 1.
+    pub bus_load: f64,
+    /// Faults and losses that became known since the sample before, one sentence each.
+    pub events: Vec<String>,
+}

@@ -1,0 +1,11 @@
+//! Control, kinematics and stability for robots that change their own shape: everything of tautrack that can be right
+//! or wrong, without hardware, clock, statics or allocation, so that the code that is flashed is the code that is tested.
+//!
+//! Rooms, lower ones first; none knows a higher one:
+//! [`units`], [`math`], [`can`] · [`screw`], [`motor`], [`stability`], [`robots`], [`bus`], [`settings`], [`faults`] ·
+//! [`node`] · [`link`] (feature `lockstep`).
+#![no_std]
+
+pub mod can;
+#[cfg(feature = "lockstep")]
+pub mod link;
