@@ -53,6 +53,10 @@ impl LogBuffer {
         taken
     }
 
+    /// Records lost since the last call; 0 while there is no room to say so.
+    pub fn take_dropped(&mut self) -> u32 {
+        if self.bytes.is_empty() { core::mem::take(&mut self.dropped) } else { 0 }
+    }
 }
 
 #[cfg(test)]
@@ -67,7 +71,8 @@ mod tests {
             buffer.write(&[7; 1_000]);
             buffer.end();
         }
-        assert_eq!(buffer.dropped(), 1);
         assert_eq!((0..5).map(|_| buffer.take::<1_000>().len()).collect::<std::vec::Vec<_>>(), [1_000, 1_000, 1_000, 1_000, 0]);
+        assert_eq!(buffer.take_dropped(), 1);
+        assert_eq!(buffer.take_dropped(), 0);
     }
 }

@@ -141,7 +141,14 @@ fn advance(step: &Step, executor: &'static Executor, motor: Option<&mut Motor>, 
 }
 
 fn take_log<const N: usize>() -> heapless::Vec<u8, N> {
-    critical_section::with(|cs| LOG.borrow(cs).borrow_mut().take())
+    let (bytes, dropped) = critical_section::with(|cs| {
+        let mut log = LOG.borrow(cs).borrow_mut();
+        (log.take(), log.take_dropped())
+    });
+    if dropped > 0 {
+        crate::logger::warn!("{} log records were lost", dropped);
+    }
+    bytes
 }
 
 /// Whole messages over a [`Pipe`].
