@@ -46,10 +46,16 @@ pub fn pwm_period(sample: f32, bus_voltage: f32) -> Bridge {
             return Bridge::Off;
         };
         match DEMAND.borrow(cs).get() {
-            Demand::Current(current) => Bridge::Drive(current_loop.step(sample, current, bus_voltage)),
+            Demand::Current(current) => {
+                Bridge::Drive(current_loop.step(sample, current, bus_voltage))
+            }
             demand => {
                 current_loop.reset();
-                if demand == Demand::Brake { Bridge::Brake } else { Bridge::Off }
+                if demand == Demand::Brake {
+                    Bridge::Brake
+                } else {
+                    Bridge::Off
+                }
             }
         }
     })

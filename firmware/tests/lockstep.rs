@@ -21,7 +21,7 @@ fn script(step: u32) -> Vec<Frame> {
     if step == 5 {
         frames.push(frame(0x000, &[1, 0]));
     }
-    if step % 4 == 0 {
+    if step.is_multiple_of(4) {
         frames.push(frame(0x080, &[]));
         let control = [0x06, 0x07, 0x0f][(step / 40).min(2) as usize];
         let [a, b, c, d] = (step as i32 * 3_000).to_le_bytes();
@@ -31,7 +31,10 @@ fn script(step: u32) -> Vec<Frame> {
         10 => frames.push(frame(0x600 + NODE, &[0x40, 0x00, 0x10, 0, 0, 0, 0, 0])),
         20 => frames.push(frame(0x600 + NODE, &[0x40, 0x64, 0x60, 0, 0, 0, 0, 0])),
         30 => frames.push(frame(0x600 + NODE, &[0xa0, 0x08, 0x10, 0, 20, 0, 0, 0])),
-        40 => frames.push(frame(0x600 + NODE, &[0x2b, 0x71, 0x60, 0, (step % 200) as u8, 0, 0, 0])),
+        40 => frames.push(frame(
+            0x600 + NODE,
+            &[0x2b, 0x71, 0x60, 0, (step % 200) as u8, 0, 0, 0],
+        )),
         _ => {}
     }
     frames
@@ -42,7 +45,11 @@ fn sensors(step: u32) -> Sensors {
     Sensors {
         shaft_torque: 8.0 * wave,
         bus_voltage: 24.0 - wave,
-        body: Some(BodySensors { inclination: [0.1 * wave, 0.0], specific_force: [0.0, 0.0, 9.81], ..Default::default() }),
+        body: Some(BodySensors {
+            inclination: [0.1 * wave, 0.0],
+            specific_force: [0.0, 0.0, 9.81],
+            ..Default::default()
+        }),
         ..Default::default()
     }
 }
@@ -53,11 +60,22 @@ fn run(mut node: Node) -> Vec<Stepped> {
     assert_eq!(ready.refusal, "");
     let begin = Instant::now();
     let answers = (0..STEPS)
-        .map(|step| Stepped { log: heapless::Vec::new(), ..node.step(sensors(step), &script(step)) })
+        .map(|step| Stepped {
+            log: heapless::Vec::new(),
+            ..node.step(sensors(step), &script(step))
+        })
         .collect();
     let seconds = begin.elapsed().as_secs_f64();
-    println!("{} on {}: {:.0} steps a second", ready.role, ready.board, f64::from(STEPS) / seconds);
-    assert!(node.finish(), "the node ends well when the simulator is gone");
+    println!(
+        "{} on {}: {:.0} steps a second",
+        ready.role,
+        ready.board,
+        f64::from(STEPS) / seconds
+    );
+    assert!(
+        node.finish(),
+        "the node ends well when the simulator is gone"
+    );
     answers
 }
 
@@ -67,10 +85,17 @@ fn emulated_and_native_nodes_answer_alike_to_the_bit() {
         let native = run(Node::native(native));
         let emulated = run(Node::emulated(role));
         for (step, (native, emulated)) in native.iter().zip(&emulated).enumerate() {
-            assert_eq!(native.shaft.velocity.to_bits(), emulated.shaft.velocity.to_bits(), "{role}, step {step}");
+            assert_eq!(
+                native.shaft.velocity.to_bits(),
+                emulated.shaft.velocity.to_bits(),
+                "{role}, step {step}"
+            );
             assert_eq!(native, emulated, "{role}, step {step}");
         }
-        assert!(native.iter().any(|answer| !answer.frames.is_empty()), "{role} says nothing");
+        assert!(
+            native.iter().any(|answer| !answer.frames.is_empty()),
+            "{role} says nothing"
+        );
     }
 }
 
@@ -79,7 +104,9 @@ fn every_program_loads_where_the_emulated_board_has_memory() {
     for (role, _) in ROLES {
         let bytes = std::fs::read(elf(role)).expect("the program was built");
         let file = ElfFile32::<object::Endianness>::parse(&*bytes).expect("an ELF file");
-        let vectors = file.section_by_name(".vector_table").expect("a vector table");
+        let vectors = file
+            .section_by_name(".vector_table")
+            .expect("a vector table");
         assert_eq!(vectors.address(), 0, "{role}");
         for segment in file.segments() {
             let address = segment.address();

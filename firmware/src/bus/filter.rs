@@ -49,14 +49,21 @@ pub fn judge(frame: &Frame, node_id: u8) -> Verdict {
     }
     let abort = |code: u32| {
         let [a, b, c, d] = code.to_le_bytes();
-        Frame::new(SDO_RESPONSE + node, &[0x80, index_low, index_high, sub, a, b, c, d])
-            .map_or(Verdict::Drop, Verdict::Answer)
+        Frame::new(
+            SDO_RESPONSE + node,
+            &[0x80, index_low, index_high, sub, a, b, c, d],
+        )
+        .map_or(Verdict::Drop, Verdict::Answer)
     };
     match command >> 5 {
         5 | 6 => abort(COMMAND_SPECIFIER),
         1 if is_mapping(u16::from_le_bytes([index_low, index_high])) => {
             // Expedited, size given: bits 0 and 1; unused bytes: bits 2 and 3.
-            let size = if command & 0b11 == 0b11 { 4 - ((command >> 2) & 0b11) } else { 0 };
+            let size = if command & 0b11 == 0b11 {
+                4 - ((command >> 2) & 0b11)
+            } else {
+                0
+            };
             match (sub, size) {
                 (0, 1) if value > MAX_MAPPINGS => abort(VALUE_TOO_HIGH),
                 (0, 1) | (1.., 4) => Verdict::Pass,
@@ -91,26 +98,59 @@ mod tests {
 
     #[test]
     fn block_transfers_are_refused_both_ways() {
-        assert_eq!(aborted(request([0xa0, 0x08, 0x10, 0, 20, 0, 0, 0])), Some(COMMAND_SPECIFIER));
-        assert_eq!(aborted(request([0xa1, 0, 0, 0, 0, 0, 0, 0])), Some(COMMAND_SPECIFIER));
-        assert_eq!(aborted(request([0xc2, 0x00, 0x20, 0, 20, 0, 0, 0])), Some(COMMAND_SPECIFIER));
+        assert_eq!(
+            aborted(request([0xa0, 0x08, 0x10, 0, 20, 0, 0, 0])),
+            Some(COMMAND_SPECIFIER)
+        );
+        assert_eq!(
+            aborted(request([0xa1, 0, 0, 0, 0, 0, 0, 0])),
+            Some(COMMAND_SPECIFIER)
+        );
+        assert_eq!(
+            aborted(request([0xc2, 0x00, 0x20, 0, 20, 0, 0, 0])),
+            Some(COMMAND_SPECIFIER)
+        );
     }
 
     #[test]
     fn mapping_takes_only_expedited_writes_of_the_right_size() {
-        assert_eq!(aborted(request([0x20, 0x00, 0x16, 0, 0, 0, 0, 0])), Some(PARAMETER_LENGTH));
-        assert_eq!(aborted(request([0x21, 0x00, 0x1a, 0, 1, 0, 0, 0])), Some(PARAMETER_LENGTH));
-        assert_eq!(aborted(request([0x22, 0x00, 0x1a, 0, 1, 0, 0, 0])), Some(PARAMETER_LENGTH));
-        assert_eq!(aborted(request([0x2f, 0x01, 0x16, 0, 9, 0, 0, 0])), Some(VALUE_TOO_HIGH));
+        assert_eq!(
+            aborted(request([0x20, 0x00, 0x16, 0, 0, 0, 0, 0])),
+            Some(PARAMETER_LENGTH)
+        );
+        assert_eq!(
+            aborted(request([0x21, 0x00, 0x1a, 0, 1, 0, 0, 0])),
+            Some(PARAMETER_LENGTH)
+        );
+        assert_eq!(
+            aborted(request([0x22, 0x00, 0x1a, 0, 1, 0, 0, 0])),
+            Some(PARAMETER_LENGTH)
+        );
+        assert_eq!(
+            aborted(request([0x2f, 0x01, 0x16, 0, 9, 0, 0, 0])),
+            Some(VALUE_TOO_HIGH)
+        );
         assert_eq!(request([0x2f, 0x00, 0x16, 0, 8, 0, 0, 0]), Verdict::Pass);
-        assert_eq!(request([0x23, 0x03, 0x1a, 1, 0x20, 0, 0x40, 0x60]), Verdict::Pass);
+        assert_eq!(
+            request([0x23, 0x03, 0x1a, 1, 0x20, 0, 0x40, 0x60]),
+            Verdict::Pass
+        );
     }
 
     #[test]
     fn everything_else_passes_but_lss() {
         assert_eq!(request([0x40, 0x00, 0x10, 0, 0, 0, 0, 0]), Verdict::Pass);
-        assert_eq!(judge(&Frame::new(0x606, &[0xa0; 8]).unwrap(), 5), Verdict::Pass);
-        assert_eq!(judge(&Frame::new(0x7e5, &[4, 1]).unwrap(), 5), Verdict::Drop);
-        assert_eq!(judge(&Frame::new(0x605, &[0x40]).unwrap(), 5), Verdict::Drop);
+        assert_eq!(
+            judge(&Frame::new(0x606, &[0xa0; 8]).unwrap(), 5),
+            Verdict::Pass
+        );
+        assert_eq!(
+            judge(&Frame::new(0x7e5, &[4, 1]).unwrap(), 5),
+            Verdict::Drop
+        );
+        assert_eq!(
+            judge(&Frame::new(0x605, &[0x40]).unwrap(), 5),
+            Verdict::Drop
+        );
     }
 }

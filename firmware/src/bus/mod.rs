@@ -82,9 +82,21 @@ impl Bus {
         let period = heartbeat.read_u16(0).ok()?;
         // The stack reads the period once, here, and would send heartbeats of its own with it.
         heartbeat.write(0, &0_u16.to_le_bytes()).ok()?;
-        let node = Node::new(id, Callbacks::new(), dictionary.mailbox, dictionary.state, dictionary.table);
+        let node = Node::new(
+            id,
+            Callbacks::new(),
+            dictionary.mailbox,
+            dictionary.state,
+            dictionary.table,
+        );
         heartbeat.write(0, &period.to_le_bytes()).ok()?;
-        Some(Self { node, dictionary, node_id, listen, heartbeat_sent_us: 0 })
+        Some(Self {
+            node,
+            dictionary,
+            node_id,
+            listen,
+            heartbeat_sent_us: 0,
+        })
     }
 
     /// Takes one frame; what it causes is in [`TRANSMIT`] when this returns. One at a time, because the stack's mailboxes
@@ -125,7 +137,10 @@ impl Bus {
                 break;
             }
         }
-        OPERATIONAL.store(self.node.nmt_state() == NmtState::Operational, Ordering::Relaxed);
+        OPERATIONAL.store(
+            self.node.nmt_state() == NmtState::Operational,
+            Ordering::Relaxed,
+        );
         if let Some(due) = self.heartbeat_due_us()
             && now_us >= due
         {
@@ -135,7 +150,9 @@ impl Bus {
 
     /// When the next heartbeat is due; a write to 0x1017 counts from the last one sent.
     fn heartbeat_due_us(&self) -> Option<u64> {
-        let period = find_object(self.dictionary.table, HEARTBEAT_PRODUCER_TIME)?.read_u16(0).ok()?;
+        let period = find_object(self.dictionary.table, HEARTBEAT_PRODUCER_TIME)?
+            .read_u16(0)
+            .ok()?;
         (period != 0).then(|| self.heartbeat_sent_us + u64::from(period) * 1_000)
     }
 
@@ -163,7 +180,9 @@ pub async fn task(mut bus: Bus, heard: fn(Frame)) -> ! {
     bus.process(Instant::now().as_micros());
     loop {
         let wait = match bus.heartbeat_due_us() {
-            Some(due) => Duration::from_micros(due.saturating_sub(Instant::now().as_micros())).min(IDLE),
+            Some(due) => {
+                Duration::from_micros(due.saturating_sub(Instant::now().as_micros())).min(IDLE)
+            }
             None => IDLE,
         };
         let received = with_timeout(wait, RECEIVED.next()).await;

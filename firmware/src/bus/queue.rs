@@ -11,10 +11,19 @@ pub struct FrameQueue<const N: usize> {
     dropped: AtomicU32,
 }
 
+impl<const N: usize> Default for FrameQueue<N> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
 impl<const N: usize> FrameQueue<N> {
     /// An empty queue.
     pub const fn new() -> Self {
-        Self { frames: Channel::new(), dropped: AtomicU32::new(0) }
+        Self {
+            frames: Channel::new(),
+            dropped: AtomicU32::new(0),
+        }
     }
 
     /// Appends `frame`, or drops it.

@@ -35,7 +35,10 @@ fn refuse(arguments: core::fmt::Arguments) -> Refusal {
 }
 
 fn setting(settings: &Settings, wanted: u16) -> Option<i32> {
-    settings.iter().find(|(key, _)| *key == wanted).map(|(_, value)| *value)
+    settings
+        .iter()
+        .find(|(key, _)| *key == wanted)
+        .map(|(_, value)| *value)
 }
 
 /// Makes the bus of a role and spawns its task.
@@ -50,8 +53,15 @@ fn start_bus(
     let bus = u8::try_from(node_id)
         .ok()
         .and_then(|id| Bus::new(dictionary, id, listen))
-        .ok_or_else(|| refuse(format_args!("setting {NODE_ID}: node id {node_id} is not in 1..=127")))?;
-    spawner.spawn(bus::task(bus, heard).map_err(|_| refuse(format_args!("the bus task is running already")))?);
+        .ok_or_else(|| {
+            refuse(format_args!(
+                "setting {NODE_ID}: node id {node_id} is not in 1..=127"
+            ))
+        })?;
+    spawner.spawn(
+        bus::task(bus, heard)
+            .map_err(|_| refuse(format_args!("the bus task is running already")))?,
+    );
     Ok(())
 }
 

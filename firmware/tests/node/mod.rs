@@ -1,11 +1,15 @@
 //! Starts a node program, natively or in QEMU, and talks to it over the lockstep link.
 
+#![allow(dead_code)] // each test program uses a part of it
+
 use std::io::{Read, Write};
 use std::path::{Path, PathBuf};
 use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
 use std::sync::OnceLock;
 use tautrack::can::Frame;
-use tautrack::link::{FromNode, MotorModel, Ready, STEP_US, Sensors, Start, Step, Stepped, ToNode, VERSION};
+use tautrack::link::{
+    FromNode, MotorModel, Ready, STEP_US, Sensors, Start, Step, Stepped, ToNode, VERSION,
+};
 
 /// The roles there are, with the native program of each.
 pub const ROLES: [(&str, &str); 3] = [
@@ -32,16 +36,36 @@ pub fn elf(role: &str) -> PathBuf {
     static DIRECTORY: OnceLock<PathBuf> = OnceLock::new();
     DIRECTORY
         .get_or_init(|| {
-            let root = Path::new(env!("CARGO_MANIFEST_DIR")).parent().expect("the crate is in the workspace");
-            let target = Path::new(env!("CARGO_TARGET_TMPDIR")).parent().expect("it is below target").join("nodes");
+            let root = Path::new(env!("CARGO_MANIFEST_DIR"))
+                .parent()
+                .expect("the crate is in the workspace");
+            let target = Path::new(env!("CARGO_TARGET_TMPDIR"))
+                .parent()
+                .expect("it is below target")
+                .join("nodes");
             let status = Command::new(env!("CARGO"))
                 .current_dir(root)
-                .args(["build", "--package", "tautrack-firmware", "--target", "thumbv7em-none-eabihf"])
-                .args(["--features", "mps2", "--profile", "firmware", "--target-dir"])
+                .args([
+                    "build",
+                    "--package",
+                    "tautrack-firmware",
+                    "--target",
+                    "thumbv7em-none-eabihf",
+                ])
+                .args([
+                    "--features",
+                    "mps2",
+                    "--profile",
+                    "firmware",
+                    "--target-dir",
+                ])
                 .arg(&target)
                 .status()
                 .expect("cargo starts");
-            assert!(status.success(), "the nodes do not build for the board: rustup target add thumbv7em-none-eabihf?");
+            assert!(
+                status.success(),
+                "the nodes do not build for the board: rustup target add thumbv7em-none-eabihf?"
+            );
             target.join("thumbv7em-none-eabihf/firmware")
         })
         .join(role)
@@ -65,7 +89,15 @@ impl Node {
     pub fn emulated(role: &str) -> Self {
         let mut command = Command::new("qemu-system-arm");
         command
-            .args(["-M", "mps2-an386", "-nographic", "-monitor", "none", "-serial", "none"])
+            .args([
+                "-M",
+                "mps2-an386",
+                "-nographic",
+                "-monitor",
+                "none",
+                "-serial",
+                "none",
+            ])
             .args(["-semihosting-config", "enable=on,target=native", "-kernel"])
             .arg(elf(role));
         Self::spawn(&mut command)
@@ -79,7 +111,12 @@ impl Node {
             .expect("the node starts; for QEMU: apt-get install qemu-system-arm");
         let input = process.stdin.take().expect("piped");
         let output = process.stdout.take().expect("piped");
-        Self { process, input, output, time_us: 0 }
+        Self {
+            process,
+            input,
+            output,
+            time_us: 0,
+        }
     }
 
     fn exchange(&mut self, message: &ToNode) -> FromNode {
@@ -89,7 +126,9 @@ impl Node {
         self.input.write_all(&bytes).expect("the node reads");
         self.input.flush().expect("the node reads");
         let mut length = [0; 2];
-        self.output.read_exact(&mut length).expect("the node answers");
+        self.output
+            .read_exact(&mut length)
+            .expect("the node answers");
         let mut body = vec![0; usize::from(u16::from_le_bytes(length))];
         self.output.read_exact(&mut body).expect("the node answers");
         postcard::from_bytes(&body).expect("the answer is a message")
@@ -112,7 +151,11 @@ impl Node {
     /// One step with these frames and sensor values.
     pub fn step(&mut self, sensors: Sensors, frames: &[Frame]) -> Stepped {
         self.time_us += STEP_US;
-        let step = Step { time_us: self.time_us, sensors, frames: frames.iter().copied().collect() };
+        let step = Step {
+            time_us: self.time_us,
+            sensors,
+            frames: frames.iter().copied().collect(),
+        };
         match self.exchange(&ToNode::Step(step)) {
             FromNode::Stepped(stepped) => stepped,
             FromNode::Ready(_) => panic!("a step was answered by a start"),
@@ -121,7 +164,12 @@ impl Node {
 
     /// Closes the link and waits; whether the program ended well.
     pub fn finish(self) -> bool {
-        let Self { mut process, input, output, .. } = self;
+        let Self {
+            mut process,
+            input,
+            output,
+            ..
+        } = self;
         drop((input, output));
         process.wait().expect("the node ends").success()
     }

@@ -21,7 +21,8 @@ pub enum CurrentLoopError {
         /// What it was.
         got: f32,
     },
-    /// The bandwidth leaves fewer than six periods per radian: the one period of delay would eat the phase margin.
+    /// The bandwidth leaves fewer than four periods per radian: a period and a half of delay would cost more than 22
+    /// degrees of phase margin.
     BandwidthTooHigh {
         /// What was asked, rad/s.
         got: f32,
@@ -41,18 +42,18 @@ pub const MIN_BUS_VOLTAGE: f32 = 5.0;
 /// and Hagglund, "Advanced PID Control", section 3.5) keeps the integral at what the bridge could deliver.
 #[derive(Clone, Debug)]
 pub struct CurrentLoop {
-    proportional: f32,    // V/A
-    integral_gain: f32,   // V/A in one period
+    proportional: f32,     // V/A
+    integral_gain: f32,    // V/A in one period
     back_calculation: f32, // share of the excess that one period takes back
-    current_limit: f32,   // A
-    integral: f32,        // V
+    current_limit: f32,    // A
+    integral: f32,         // V
 }
 
 impl CurrentLoop {
     /// Loop of `bandwidth` rad/s for `winding`, stepped `rate_hz` times a second.
     ///
     /// # Errors
-    /// A value of `winding`, the bandwidth or the rate is not finite and positive, or the bandwidth is above `rate_hz / 6`.
+    /// A value of `winding`, the bandwidth or the rate is not finite and positive, or the bandwidth is above `rate_hz / 4`.
     pub fn new(winding: &Winding, bandwidth: f32, rate_hz: f32) -> Result<Self, CurrentLoopError> {
         for (name, got) in [
             ("resistance", winding.resistance),
@@ -65,9 +66,12 @@ impl CurrentLoop {
                 return Err(CurrentLoopError::NotPositive { name, got });
             }
         }
-        let maximum = rate_hz / 6.0;
+        let maximum = rate_hz / 4.0;
         if bandwidth > maximum {
-            return Err(CurrentLoopError::BandwidthTooHigh { got: bandwidth, maximum });
+            return Err(CurrentLoopError::BandwidthTooHigh {
+                got: bandwidth,
+                maximum,
+            });
         }
         Ok(Self {
             proportional: bandwidth * winding.inductance,
@@ -85,7 +89,10 @@ impl CurrentLoop {
     /// that is unknown or below [`MIN_BUS_VOLTAGE`] gives 0 and forgets the integral.
     #[inline]
     pub fn step(&mut self, sample: f32, demand: f32, bus_voltage: f32) -> f32 {
-        let usable = sample.is_finite() && !demand.is_nan() && bus_voltage.is_finite() && bus_voltage >= MIN_BUS_VOLTAGE;
+        let usable = sample.is_finite()
+            && !demand.is_nan()
+            && bus_voltage.is_finite()
+            && bus_voltage >= MIN_BUS_VOLTAGE;
         if !usable {
             self.reset();
             return 0.0;
@@ -94,7 +101,8 @@ impl CurrentLoop {
         let available = MAX_DUTY * bus_voltage;
         let wanted = self.proportional * error + self.integral;
         let voltage = limit(wanted, available);
-        let integral = self.integral + self.integral_gain * error + self.back_calculation * (voltage - wanted);
+        let integral =
+            self.integral + self.integral_gain * error + self.back_calculation * (voltage - wanted);
         // A sample near the largest float can overflow the products; the loop then starts afresh from the limited voltage.
         self.integral = if integral.is_finite() { integral } else { 0.0 };
         limit(voltage / bus_voltage, MAX_DUTY)
@@ -125,21 +133,36 @@ fn limit(value: f32, bound: f32) -> f32 {
 mod tests {
     use super::*;
 
-    const WINDING: Winding = Winding { resistance: 0.4, inductance: 4e-4, current_limit: 20.0 };
+    const WINDING: Winding = Winding {
+        resistance: 0.4,
+        inductance: 4e-4,
+        current_limit: 20.0,
+    };
     const RATE: f32 = 20_000.0;
     const BANDWIDTH: f32 = 2_000.0;
 
     /// Exact solution of `L di/dt = u - R i - e` over one period, in f64: independent of the loop's arithmetic.
     fn winding_after(current: f64, voltage: f64) -> f64 {
-        let (r, l, t) = (f64::from(WINDING.resistance), f64::from(WINDING.inductance), 1.0 / f64::from(RATE));
+        let (r, l, t) = (
+            f64::from(WINDING.resistance),
+            f64::from(WINDING.inductance),
+            1.0 / f64::from(RATE),
+        );
         let settled = voltage / r;
         // exp by its series: no_std tests have no libm, and the argument is 0.05
         let x = -r * t / l;
-        let decay = (1..12).rev().fold(1.0, |sum, n| 1.0 + sum * x / f64::from(n));
+        let decay = (1..12)
+            .rev()
+            .fold(1.0, |sum, n| 1.0 + sum * x / f64::from(n));
         settled + (current - settled) * decay
     }
 
-    fn run(demand: f32, back_emf: f64, bus_voltage: f32, periods: usize) -> (f64, f64, CurrentLoop) {
+    fn run(
+        demand: f32,
+        back_emf: f64,
+        bus_voltage: f32,
+        periods: usize,
+    ) -> (f64, f64, CurrentLoop) {
         let mut current_loop = CurrentLoop::new(&WINDING, BANDWIDTH, RATE).unwrap();
         let (mut current, mut duty, mut peak) = (0.0, 0.0, 0.0_f64);
         for _ in 0..periods {
@@ -156,7 +179,10 @@ mod tests {
     #[test]
     fn step_rises_with_the_asked_bandwidth_and_settles_without_error() {
         let (after_one_time_constant, _, _) = run(5.0, 0.0, 24.0, 12); // 1/2000 s is 10 periods, and 2 of delay
-        assert!((after_one_time_constant - 5.0 * 0.632).abs() < 0.5, "{after_one_time_constant}");
+        assert!(
+            (after_one_time_constant - 5.0 * 0.632).abs() < 0.5,
+            "{after_one_time_constant}"
+        );
         let (settled, peak, _) = run(5.0, 6.0, 24.0, 4_000);
         assert!((settled - 5.0).abs() < 1e-3, "{settled}");
         assert!(peak < 9.5, "the step of the back-EMF alone draws {peak} A");
@@ -184,14 +210,29 @@ mod tests {
     #[test]
     fn duty_is_finite_and_bounded_for_any_input() {
         let values = [
-            0.0, -0.0, 1.0, -1.0, 24.0, 1e-40, f32::MAX, f32::MIN, f32::INFINITY, f32::NEG_INFINITY, f32::NAN, 5.0, -300.0,
+            0.0,
+            -0.0,
+            1.0,
+            -1.0,
+            24.0,
+            1e-40,
+            f32::MAX,
+            f32::MIN,
+            f32::INFINITY,
+            f32::NEG_INFINITY,
+            f32::NAN,
+            5.0,
+            -300.0,
         ];
         let mut current_loop = CurrentLoop::new(&WINDING, BANDWIDTH, RATE).unwrap();
         for sample in values {
             for demand in values {
                 for voltage in values {
                     let duty = current_loop.step(sample, demand, voltage);
-                    assert!(duty.abs() <= MAX_DUTY, "{duty} from {sample} {demand} {voltage}");
+                    assert!(
+                        duty.abs() <= MAX_DUTY,
+                        "{duty} from {sample} {demand} {voltage}"
+                    );
                     assert!(current_loop.integral.is_finite());
                 }
             }
@@ -203,14 +244,23 @@ mod tests {
 
     #[test]
     fn refuses_what_it_cannot_control() {
-        let dead = Winding { inductance: 0.0, ..WINDING };
+        let dead = Winding {
+            inductance: 0.0,
+            ..WINDING
+        };
         assert!(matches!(
             CurrentLoop::new(&dead, BANDWIDTH, RATE),
-            Err(CurrentLoopError::NotPositive { name: "inductance", .. })
+            Err(CurrentLoopError::NotPositive {
+                name: "inductance",
+                ..
+            })
         ));
-        assert!(matches!(CurrentLoop::new(&WINDING, f32::NAN, RATE), Err(CurrentLoopError::NotPositive { .. })));
         assert!(matches!(
-            CurrentLoop::new(&WINDING, 4_000.0, RATE),
+            CurrentLoop::new(&WINDING, f32::NAN, RATE),
+            Err(CurrentLoopError::NotPositive { .. })
+        ));
+        assert!(matches!(
+            CurrentLoop::new(&WINDING, 5_001.0, RATE),
             Err(CurrentLoopError::BandwidthTooHigh { .. })
         ));
     }

@@ -13,7 +13,12 @@ pub struct LogBuffer {
 impl LogBuffer {
     /// An empty buffer.
     pub const fn new() -> Self {
-        Self { bytes: Deque::new(), record: 0, overflow: false, dropped: 0 }
+        Self {
+            bytes: Deque::new(),
+            record: 0,
+            overflow: false,
+            dropped: 0,
+        }
     }
 
     /// Begins a record.
@@ -47,7 +52,9 @@ impl LogBuffer {
     pub fn take<const N: usize>(&mut self) -> Vec<u8, N> {
         let mut taken = Vec::new();
         while !taken.is_full() {
-            let Some(byte) = self.bytes.pop_front() else { break };
+            let Some(byte) = self.bytes.pop_front() else {
+                break;
+            };
             let _ = taken.push(byte); // there is room: the loop's condition
         }
         taken
@@ -55,7 +62,11 @@ impl LogBuffer {
 
     /// Records lost since the last call; 0 while there is no room to say so.
     pub fn take_dropped(&mut self) -> u32 {
-        if self.bytes.is_empty() { core::mem::take(&mut self.dropped) } else { 0 }
+        if self.bytes.is_empty() {
+            core::mem::take(&mut self.dropped)
+        } else {
+            0
+        }
     }
 }
 
@@ -71,7 +82,12 @@ mod tests {
             buffer.write(&[7; 1_000]);
             buffer.end();
         }
-        assert_eq!((0..5).map(|_| buffer.take::<1_000>().len()).collect::<std::vec::Vec<_>>(), [1_000, 1_000, 1_000, 1_000, 0]);
+        assert_eq!(
+            (0..5)
+                .map(|_| buffer.take::<1_000>().len())
+                .collect::<std::vec::Vec<_>>(),
+            [1_000, 1_000, 1_000, 1_000, 0]
+        );
         assert_eq!(buffer.take_dropped(), 1);
         assert_eq!(buffer.take_dropped(), 0);
     }

@@ -11,14 +11,16 @@ mod noise;
 use super::Bridge;
 use crate::bus::{RECEIVED, TRANSMIT};
 use crate::current_loop;
-use crate::roles::Role;
+use crate::roles::{Refusal, Role};
 use core::cell::RefCell;
 use critical_section::Mutex;
 use embassy_executor::raw::Executor;
 use heapless::String;
 use log_buffer::LogBuffer;
 use motor::Motor;
-use tautrack::link::{FromNode, MAX_MESSAGE, Ready, STEP_US, Sensors, Start, Step, Stepped, ToNode, VERSION};
+use tautrack::link::{
+    FromNode, MAX_MESSAGE, Ready, STEP_US, Sensors, Shaft, Start, Step, Stepped, ToNode, VERSION,
+};
 
 /// PWM rate of the simulated bridge, Hz.
 pub const PWM_HZ: u32 = 20_000;
@@ -30,7 +32,11 @@ static INPUTS: Mutex<RefCell<Inputs>> = Mutex::new(RefCell::new(Inputs {
     sensors: Sensors {
         shaft_torque: 0.0,
         bus_voltage: 0.0,
-        switches: tautrack::link::Switches { reference: false, positive_limit: false, negative_limit: false },
+        switches: tautrack::link::Switches {
+            reference: false,
+            positive_limit: false,
+            negative_limit: false,
+        },
         body: None,
     },
     encoder: 0,
@@ -62,12 +68,17 @@ pub fn encoder() -> i32 {
 /// Answers messages until the simulator is gone or speaks nonsense.
 pub fn run(board: &'static str, role: &'static Role, pipe: &mut impl Pipe) {
     let executor = clock::executor();
-    let mut link = Link { pipe, buffer: [0; MAX_MESSAGE + 2] };
+    let mut link = Link {
+        pipe,
+        buffer: [0; MAX_MESSAGE + 2],
+    };
     let Some(ToNode::Start(start)) = link.receive() else {
         return;
     };
     let mut motor = None;
-    let refusal = power_up(role, executor, &start, &mut motor).err().unwrap_or_default();
+    let refusal = power_up(role, executor, &start, &mut motor)
+        .err()
+        .unwrap_or_default();
     let refused = !refusal.is_empty();
     let ready = Ready {
         version: VERSION,
@@ -80,7 +91,12 @@ pub fn run(board: &'static str, role: &'static Role, pipe: &mut impl Pipe) {
     }
     let mut bridge = Bridge::Off;
     while let Some(ToNode::Step(step)) = link.receive() {
-        if !link.send(&FromNode::Stepped(advance(&step, executor, motor.as_mut(), &mut bridge))) {
+        if !link.send(&FromNode::Stepped(advance(
+            &step,
+            executor,
+            motor.as_mut(),
+            &mut bridge,
+        ))) {
             return;
         }
     }
@@ -92,25 +108,33 @@ fn power_up(
     executor: &'static Executor,
     start: &Start,
     motor: &mut Option<Motor>,
-) -> Result<(), String<160>> {
+) -> Result<(), Refusal> {
     if start.version != VERSION {
         return Err(refusal("the simulator speaks another version of the link"));
     }
     if let Some(model) = start.motor {
-        *motor = Some(Motor::new(model, PWM_HZ, start.seed).ok_or_else(|| refusal("the motor model cannot be simulated"))?);
+        *motor = Some(
+            Motor::new(model, PWM_HZ, start.seed)
+                .ok_or_else(|| refusal("the motor model cannot be simulated"))?,
+        );
     }
     (role.start)(executor.spawner(), &start.settings)?;
     clock::run_until_idle(executor);
     Ok(())
 }
 
-fn refusal(text: &str) -> String<160> {
-    String::try_from(text).unwrap_or_default()
+fn refusal(text: &str) -> Refusal {
+    Refusal::try_from(text).unwrap_or_default()
 }
 
 /// One step: the PWM periods that lead up to its time, then the frames, then the timers.
-fn advance(step: &Step, executor: &'static Executor, motor: Option<&mut Motor>, bridge: &mut Bridge) -> Stepped {
-    let mut shaft = Default::default();
+fn advance(
+    step: &Step,
+    executor: &'static Executor,
+    motor: Option<&mut Motor>,
+    bridge: &mut Bridge,
+) -> Stepped {
+    let mut shaft = Shaft::default();
     if let Some(motor) = motor {
         let (voltage, torque) = (step.sensors.bus_voltage, step.sensors.shaft_torque);
         for _ in 0..u64::from(PWM_HZ) * STEP_US / 1_000_000 {
@@ -132,7 +156,11 @@ fn advance(step: &Step, executor: &'static Executor, motor: Option<&mut Motor>, 
     clock::fire_timers();
     clock::run_until_idle(executor);
 
-    let mut stepped = Stepped { shaft, frames: heapless::Vec::new(), log: take_log() };
+    let mut stepped = Stepped {
+        shaft,
+        frames: heapless::Vec::new(),
+        log: take_log(),
+    };
     while !stepped.frames.is_full() {
         let Some(frame) = TRANSMIT.pop() else { break };
         let _ = stepped.frames.push(frame); // there is room: the loop's condition
@@ -146,7 +174,7 @@ fn take_log<const N: usize>() -> heapless::Vec<u8, N> {
         (log.take(), log.take_dropped())
     });
     if dropped > 0 {
-        crate::logger::warn!("{} log records were lost", dropped);
+        crate::logger::warn!("{dropped} log records were lost");
     }
     bytes
 }
@@ -163,7 +191,9 @@ impl<P: Pipe> Link<'_, P> {
         if !self.pipe.read(&mut length) {
             return None;
         }
-        let message = self.buffer.get_mut(..usize::from(u16::from_le_bytes(length)))?;
+        let message = self
+            .buffer
+            .get_mut(..usize::from(u16::from_le_bytes(length)))?;
         if !self.pipe.read(message) {
             return None;
         }
@@ -172,7 +202,9 @@ impl<P: Pipe> Link<'_, P> {
 
     /// Prefix and message leave in one write: each costs a trap into the emulator.
     fn send(&mut self, message: &FromNode) -> bool {
-        let Some(body) = self.buffer.get_mut(2..) else { return false };
+        let Some(body) = self.buffer.get_mut(2..) else {
+            return false;
+        };
         let Ok(length) = postcard::to_slice(message, body).map(|used| used.len()) else {
             return false;
         };

@@ -34,9 +34,17 @@ impl Motor {
             model.rotor_inertia,
             model.gear_ratio,
         ];
-        let not_negative = [model.friction_torque, model.current_noise, model.current_quantum];
-        let good = positive.iter().all(|value| value.is_finite() && *value > 0.0)
-            && not_negative.iter().all(|value| value.is_finite() && *value >= 0.0)
+        let not_negative = [
+            model.friction_torque,
+            model.current_noise,
+            model.current_quantum,
+        ];
+        let good = positive
+            .iter()
+            .all(|value| value.is_finite() && *value > 0.0)
+            && not_negative
+                .iter()
+                .all(|value| value.is_finite() && *value >= 0.0)
             && model.encoder_counts > 0;
         good.then(|| Self {
             model,
@@ -67,7 +75,8 @@ impl Motor {
 
         let load = (bounded(shaft_torque)) / model.gear_ratio;
         let per_torque = self.period / model.rotor_inertia;
-        let free = bounded(self.velocity + per_torque * (model.torque_constant * self.current - load));
+        let free =
+            bounded(self.velocity + per_torque * (model.torque_constant * self.current - load));
         // Coulomb friction takes what it can, and never turns the rotor round: below its grip the rotor stands still.
         let grip = per_torque * model.friction_torque / model.gear_ratio;
         self.velocity = if free > grip {
@@ -93,10 +102,18 @@ impl Motor {
     /// All transistors open: the diodes hold the whole supply against the current until it is gone. Without a current
     /// they conduct only where the back-EMF exceeds the supply.
     fn current_through_diodes(&self, supply: f32, emf: f32) -> f32 {
-        let forward = if self.current == 0.0 { emf < 0.0 } else { self.current > 0.0 };
+        let forward = if self.current == 0.0 {
+            emf < 0.0
+        } else {
+            self.current > 0.0
+        };
         let clamp = if forward { -supply } else { supply };
         let current = self.current_after(clamp - emf);
-        if (current > 0.0) == forward { current } else { 0.0 }
+        if (current > 0.0) == forward {
+            current
+        } else {
+            0.0
+        }
     }
 
     /// What the current sensor says, A: truth, noise, and the steps of its converter.
@@ -168,7 +185,11 @@ mod tests {
         let current = 11.0 / 50.0 / 0.05;
         let velocity = (12.0 - 0.3 * current) / 0.05 / 50.0;
         assert!((motor.current - current).abs() < 0.01, "{}", motor.current);
-        assert!((motor.shaft().velocity - velocity).abs() < 0.01, "{}", motor.shaft().velocity);
+        assert!(
+            (motor.shaft().velocity - velocity).abs() < 0.01,
+            "{}",
+            motor.shaft().velocity
+        );
     }
 
     #[test]
@@ -192,7 +213,9 @@ mod tests {
         }
         let turns = angle / core::f64::consts::TAU;
         assert!((motor.encoder() as f64 - turns * 4096.0).abs() < 1.0 + turns * 4096.0 * 1e-6);
-        assert!((motor.shaft().position as f64 / 2f64.powi(32) * 50.0 - turns).abs() < 1e-6 * turns);
+        assert!(
+            (motor.shaft().position as f64 / 2f64.powi(32) * 50.0 - turns).abs() < 1e-6 * turns
+        );
     }
 
     #[test]
@@ -219,14 +242,30 @@ mod tests {
 
     #[test]
     fn everything_stays_finite() {
-        let values = [0.0, 1.0, -1.0, f32::MAX, f32::MIN, f32::INFINITY, f32::NEG_INFINITY, f32::NAN];
-        let mut motor = motor(MotorModel { inductance: 1e-9, rotor_inertia: 1e-9, ..MODEL });
+        let values = [
+            0.0,
+            1.0,
+            -1.0,
+            f32::MAX,
+            f32::MIN,
+            f32::INFINITY,
+            f32::NEG_INFINITY,
+            f32::NAN,
+        ];
+        let mut motor = motor(MotorModel {
+            inductance: 1e-9,
+            rotor_inertia: 1e-9,
+            ..MODEL
+        });
         for duty in values {
             for voltage in values {
                 for torque in values {
                     for bridge in [Bridge::Drive(duty), Bridge::Brake, Bridge::Off] {
                         motor.integrate(bridge, voltage, torque);
-                        assert!(motor.shaft().velocity.is_finite() && motor.sampled_current().is_finite());
+                        assert!(
+                            motor.shaft().velocity.is_finite()
+                                && motor.sampled_current().is_finite()
+                        );
                         assert!(motor.residue.is_finite());
                     }
                 }
@@ -236,7 +275,27 @@ mod tests {
 
     #[test]
     fn refuses_a_motor_that_cannot_be() {
-        assert!(Motor::new(MotorModel { resistance: 0.0, ..MODEL }, 20_000, 1).is_none());
-        assert!(Motor::new(MotorModel { friction_torque: f32::NAN, ..MODEL }, 20_000, 1).is_none());
+        assert!(
+            Motor::new(
+                MotorModel {
+                    resistance: 0.0,
+                    ..MODEL
+                },
+                20_000,
+                1
+            )
+            .is_none()
+        );
+        assert!(
+            Motor::new(
+                MotorModel {
+                    friction_torque: f32::NAN,
+                    ..MODEL
+                },
+                20_000,
+                1
+            )
+            .is_none()
+        );
     }
 }

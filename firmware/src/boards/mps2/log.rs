@@ -13,7 +13,12 @@ struct Logger;
 
 /// Runs `body` with the encoder and the buffer.
 fn with(body: impl FnOnce(&mut Encoder, &mut LogBuffer)) {
-    critical_section::with(|cs| body(&mut ENCODER.borrow(cs).borrow_mut(), &mut LOG.borrow(cs).borrow_mut()));
+    critical_section::with(|cs| {
+        body(
+            &mut ENCODER.borrow(cs).borrow_mut(),
+            &mut LOG.borrow(cs).borrow_mut(),
+        )
+    });
 }
 
 // SAFETY: the board has no interrupts and one thread, and nothing logs between `acquire` and `release` of a record, so

@@ -5,13 +5,13 @@
 mod log;
 mod semihosting;
 
-use crate::boards::lockstep::{self, Pipe};
 use crate::boards::Board;
+use crate::boards::lockstep::{self, Pipe};
 use crate::roles::Role;
-use tautrack::link::{BodySensors, Switches};
 use core::fmt::Write;
 use core::panic::PanicInfo;
 use semihosting::{Stream, exit};
+use tautrack::link::{BodySensors, Switches};
 
 /// The emulated board.
 pub struct Mps2;
@@ -21,7 +21,8 @@ impl Board for Mps2 {
     const PWM_HZ: u32 = lockstep::PWM_HZ;
 
     fn run(role: &'static Role) -> ! {
-        let (Some(input), Some(output)) = (Stream::standard_input(), Stream::standard_output()) else {
+        let (Some(input), Some(output)) = (Stream::standard_input(), Stream::standard_output())
+        else {
             exit(false)
         };
         lockstep::run(Self::NAME, role, &mut Console { input, output });

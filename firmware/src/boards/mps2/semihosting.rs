@@ -63,13 +63,21 @@ impl Stream {
 
 impl fmt::Write for Stream {
     fn write_str(&mut self, text: &str) -> fmt::Result {
-        if self.write_all(text.as_bytes()) { Ok(()) } else { Err(fmt::Error) }
+        if self.write_all(text.as_bytes()) {
+            Ok(())
+        } else {
+            Err(fmt::Error)
+        }
     }
 }
 
 /// Ends the emulator: exit code 0 or 1.
 pub fn exit(success: bool) -> ! {
-    debug::exit(if success { debug::EXIT_SUCCESS } else { debug::EXIT_FAILURE });
+    debug::exit(if success {
+        debug::EXIT_SUCCESS
+    } else {
+        debug::EXIT_FAILURE
+    });
     // Without an emulator the call above returns, or faults into the handler that called it.
     loop {
         cortex_m::asm::wfi();

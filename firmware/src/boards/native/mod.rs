@@ -1,11 +1,11 @@
 //! The host as a board: the lockstep link on standard input and output. For sweeps, fuzzing, sanitizers and debuggers.
 
-use crate::boards::lockstep::{self, LOG, Pipe};
 use crate::boards::Board;
+use crate::boards::lockstep::{self, LOG, Pipe};
 use crate::roles::Role;
-use tautrack::link::{BodySensors, Switches};
 use std::format;
 use std::io::{Read, Write};
+use tautrack::link::{BodySensors, Switches};
 
 /// A process of the host.
 pub struct Native;
