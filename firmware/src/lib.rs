@@ -3,6 +3,8 @@
 //! [`boards`] the contract with the hardware, and the hardware · [`current_loop`] the PWM interrupt · [`bus`] CANopen ·
 //! [`roles`] the tasks of each kind of node. A binary picks one role and runs it on the selected board.
 #![no_std]
+// The logging macros of the target know no inline arguments.
+#![allow(clippy::uninlined_format_args)]
 
 #[cfg(not(target_os = "none"))]
 extern crate std;

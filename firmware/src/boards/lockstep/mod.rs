@@ -174,7 +174,7 @@ fn take_log<const N: usize>() -> heapless::Vec<u8, N> {
         (log.take(), log.take_dropped())
     });
     if dropped > 0 {
-        crate::logger::warn!("{dropped} log records were lost");
+        crate::logger::warn!("{} log records were lost", dropped);
     }
     bytes
 }
