@@ -9,3 +9,6 @@
 pub mod can;
 #[cfg(feature = "lockstep")]
 pub mod link;
+pub mod math;
+pub mod screw;
+pub mod units;
