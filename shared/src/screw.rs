@@ -7,7 +7,7 @@
 //! `r = (K^2 - L1^2) / (2 (K + L1 cos theta))`. Cosine is even, so the sign of `theta` does not matter.
 
 use crate::math::cubic::{NODES, fit, mul_high, mul_high_add, quantize, sine};
-use crate::math::{atan2, max, sqrt};
+use crate::math::{atan2, max, sin_cos, sqrt};
 use crate::units::Angle;
 use core::f64::consts::{FRAC_PI_2, PI};
 use fixed::types::I4F28;
@@ -54,7 +54,7 @@ pub enum GeometryError {
         /// Zero.
         minimum: Length,
     },
-    /// The belt is shorter than `L1 + 2 L2`: with the front folded back the screw would have to be shorter than nothing.
+    /// The belt is shorter than `L1 + 2 L2`: with the front straight the screw would have to be shorter than nothing.
     KBelowChain {
         /// Length asked for.
         got: Length,
@@ -82,9 +82,9 @@ pub enum GeometryError {
 pub struct LengthOutOfRange {
     /// Extension asked for.
     pub got: Length,
-    /// Extension at half a turn, the least of all: [`Geometry::released_length`].
+    /// Extension at angle zero, the least of all: [`Geometry::released_length`].
     pub minimum: Length,
-    /// Extension at angle zero, the largest of all.
+    /// Extension at half a turn, the largest of all.
     pub maximum: Length,
 }
 
@@ -184,7 +184,8 @@ impl Geometry {
 
     /// Extension `L3` that keeps the tracks taut at chassis angle `theta` (Paillat et al., eq. 2).
     ///
-    /// Domain: every `Angle`.
+    /// Domain: every `Angle`. Worst error: 0.068 of 2^-24 m over all 2^32 angles of the nominal geometry, 0.081 over
+    /// sampled ones (`host-tests/tests/screw.rs`, `extension_keeps_its_errors_*`).
     #[inline]
     pub fn length(&self, theta: Angle) -> Length {
         let (_, u, [c0, c1, c2, c3]) = self.piece(theta);
@@ -195,7 +196,8 @@ impl Geometry {
     /// Extension `L3` that keeps the tracks taut at chassis angle `theta` (Paillat et al., eq. 2), with its derivative, the
     /// feed-forward of the screw: `dL3 / dtheta = r L1 sin(theta) / (K + L1 cos(theta))`.
     ///
-    /// Domain: every `Angle`.
+    /// Domain: every `Angle`. Worst error of the length as of [`Self::length`], of the derivative 1.4e-7 m/rad over all 2^32
+    /// angles of the nominal geometry, 1.0e-6 over sampled ones, at `L1` = 1 m (`host-tests/tests/screw.rs`).
     #[inline]
     pub fn extension(&self, theta: Angle) -> Extension {
         /// One radian is this many half pieces, less the scale of the coefficients: `2 PIECES / pi = 2^8 / pi`.
@@ -253,7 +255,7 @@ impl Geometry {
         ))
     }
 
-    /// Extension at which the belt is slack, or just tight at half a turn, whatever the chassis angle: `(K - L1) / 2 - L2`.
+    /// Extension at which the belt is slack, or just tight at angle zero, whatever the chassis angle: `(K - L1) / 2 - L2`.
     pub fn released_length(&self) -> Length {
         // Both terms are at most 4 m.
         Length::from_bits(((self.k.to_bits() - self.l1.to_bits()) >> 1) - self.l2.to_bits())
@@ -272,7 +274,11 @@ impl Geometry {
         let belt = float(k - bits(self.l2) - bits(length));
         let side = float(bits(taut) + bits(self.l2));
         let difference = float(k + l1) * float(k - l1) * loose / side;
-        let distance = sqrt(max(belt * belt - difference, 0.0));
+        // The law of cosines by the half angle: a sum of squares, precise even where axle 3 comes close to axle 1.
+        let r = bits(self.l2) + bits(length);
+        let (_, half_cosine) = sin_cos(Angle::from_bits(theta.to_bits() >> 1));
+        let chord = 4.0 * float(l1) * float(r) * half_cosine * half_cosine;
+        let distance = sqrt(max(float(r - l1) * float(r - l1) + chord, 0.0));
         // A screw longer than the whole belt has no triangle left to tighten; the definition still holds.
         let slack = if belt > 0.0 {
             difference / (belt + distance)

@@ -49,7 +49,8 @@ const fn sine_table() -> [[i32; 4]; PIECES] {
 
 /// Sine and cosine with 30 fractional bits (2^30 is one).
 ///
-/// Domain: every `Angle`.
+/// Domain: every `Angle`. Worst error over all of them 3.14e-8; never beyond one, and exact at zero crossings at 0 and a quarter turn
+/// (`host-tests/tests/math.rs`, `sine_and_cosine_keep_their_errors_over_every_angle`).
 #[inline]
 pub fn sin_cos_q30(angle: Angle) -> (i32, i32) {
     let bits = angle.to_bits();
@@ -67,7 +68,7 @@ pub fn sin_cos_q30(angle: Angle) -> (i32, i32) {
 
 /// Sine and cosine.
 ///
-/// Domain: every `Angle`.
+/// Domain: every `Angle`. Worst error over all of them 6.2e-8, same test as [`sin_cos_q30`].
 #[inline]
 pub fn sin_cos(angle: Angle) -> (f32, f32) {
     const ONE: f32 = (1 << 30) as f32;
@@ -92,6 +93,7 @@ const ARC_TANGENT: [f32; 9] = [
 ///
 /// Defined for every input as in IEEE 754: 0 for the origin (pi if `x` is -0, with the sign of `y`), an infinite coordinate
 /// wins over a finite one, two give a diagonal; NaN for NaN, always the same one.
+/// Worst error seen 2.1e-7 rad, bounded by 4e-7 (`host-tests/tests/math.rs`, `arc_tangent_*`).
 #[inline]
 pub fn atan2(y: f32, x: f32) -> f32 {
     if x.is_nan() || y.is_nan() {
