@@ -20,3 +20,6 @@ pub mod units;
 
 #[cfg(feature = "lockstep")]
 pub mod link;
+pub mod math;
+pub mod screw;
+pub mod units;
