@@ -12,7 +12,7 @@ pub enum Reaction {
 /// One row of the table.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Description {
-    /// Error code in object 0x603F and in EMCY (CiA 301 and 402 where they have one, else 0xFFxx).
+    /// Error code in object 0x603F and in EMCY (`CiA` 301 and 402 where they have one, else 0xFFxx).
     pub code: u16,
     /// Short name, as logs and reports show it.
     pub name: &'static str,
@@ -29,6 +29,7 @@ pub struct Description {
 macro_rules! faults {
     ($($variant:ident = $code:literal, $name:literal, $reaction:ident, $cause:literal, $clears:literal, $remedy:literal;)*) => {
         /// A fault; its row is [`Fault::description`].
+        #[allow(clippy::doc_markdown)] // the causes are sentences for people
         #[derive(Clone, Copy, PartialEq, Eq, Debug)]
         pub enum Fault { $(#[doc = $cause] $variant,)* }
 
@@ -86,7 +87,9 @@ impl Fault {
 
     /// The fault with this error code.
     pub fn from_code(code: u16) -> Option<Self> {
-        ALL.iter().copied().find(|fault| fault.description().code == code)
+        ALL.iter()
+            .copied()
+            .find(|fault| fault.description().code == code)
     }
 }
 
@@ -97,7 +100,10 @@ mod tests {
     #[test]
     fn no_fault_lacks_a_code_of_its_own_or_a_text() {
         for (index, row) in TABLE.iter().enumerate() {
-            assert!(row.code != 0 && !TABLE[..index].iter().any(|other| other.code == row.code), "{row:?}");
+            assert!(
+                row.code != 0 && !TABLE[..index].iter().any(|other| other.code == row.code),
+                "{row:?}"
+            );
             for text in [row.name, row.cause, row.clears, row.remedy] {
                 assert!(text.len() > 5, "{row:?}");
             }

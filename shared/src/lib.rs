@@ -9,6 +9,8 @@
 pub mod bus;
 pub mod can;
 pub mod faults;
+#[cfg(feature = "lockstep")]
+pub mod link;
 pub mod math;
 pub mod motor;
 pub mod node;
@@ -16,10 +18,4 @@ pub mod robots;
 pub mod screw;
 pub mod settings;
 pub mod stability;
-pub mod units;
-
-#[cfg(feature = "lockstep")]
-pub mod link;
-pub mod math;
-pub mod screw;
 pub mod units;

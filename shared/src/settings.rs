@@ -183,12 +183,16 @@ settings! {
 impl Setting {
     /// The setting with this key.
     pub fn from_key(key: u16) -> Option<Self> {
-        ALL.iter().copied().find(|setting| setting.description().key == key)
+        ALL.iter()
+            .copied()
+            .find(|setting| setting.description().key == key)
     }
 
     /// The setting with this name.
     pub fn from_name(name: &str) -> Option<Self> {
-        ALL.iter().copied().find(|setting| setting.description().name == name)
+        ALL.iter()
+            .copied()
+            .find(|setting| setting.description().name == name)
     }
 
     /// Its row of [`TABLE`].
@@ -222,7 +226,10 @@ impl Settings {
         let setting = Setting::from_key(key).ok_or(SettingError::UnknownKey(key))?;
         let row = setting.description();
         if value < row.minimum || value > row.maximum {
-            return Err(SettingError::OutOfRange { setting, got: value });
+            return Err(SettingError::OutOfRange {
+                setting,
+                got: value,
+            });
         }
         self.values[setting as usize] = value;
         Ok(())
@@ -256,9 +263,18 @@ mod tests {
     #[test]
     fn every_row_has_its_own_key_and_name_and_a_default_within_its_bounds() {
         for (index, row) in TABLE.iter().enumerate() {
-            assert!(row.minimum <= row.default && row.default <= row.maximum, "{}", row.name);
+            assert!(
+                row.minimum <= row.default && row.default <= row.maximum,
+                "{}",
+                row.name
+            );
             for other in &TABLE[..index] {
-                assert!(row.key != other.key && row.name != other.name, "{} and {}", row.name, other.name);
+                assert!(
+                    row.key != other.key && row.name != other.name,
+                    "{} and {}",
+                    row.name,
+                    other.name
+                );
             }
         }
     }
@@ -267,8 +283,17 @@ mod tests {
     fn a_refused_value_leaves_the_old_one() {
         let mut settings = Settings::default();
         let refusal = settings.set(0x0033, -1);
-        assert_eq!(refusal, Err(SettingError::OutOfRange { setting: Setting::LengthK, got: -1 }));
+        assert_eq!(
+            refusal,
+            Err(SettingError::OutOfRange {
+                setting: Setting::LengthK,
+                got: -1
+            })
+        );
         assert_eq!(settings.get(Setting::LengthK), 1_232_000);
-        assert_eq!(settings.set(0xffff, 0), Err(SettingError::UnknownKey(0xffff)));
+        assert_eq!(
+            settings.set(0xffff, 0),
+            Err(SettingError::UnknownKey(0xffff))
+        );
     }
 }

@@ -1,4 +1,4 @@
-//! Heartbeat consumer (CiA 301, object 0x1016): is another node still there?
+//! Heartbeat consumer (`CiA` 301, object 0x1016): is another node still there?
 
 /// Watches the heartbeat of one node.
 #[derive(Clone, Copy, Debug)]
@@ -10,7 +10,10 @@ pub struct Monitor {
 impl Monitor {
     /// Monitor that calls a node lost after `timeout_us` of silence.
     pub fn new(timeout_us: u64) -> Self {
-        Self { timeout_us, last_us: None }
+        Self {
+            timeout_us,
+            last_us: None,
+        }
     }
 
     /// The node was heard at `now_us`.
@@ -25,7 +28,8 @@ impl Monitor {
 
     /// Seen once, and silent for longer than the timeout. A node that was never seen is not lost: it was never there.
     pub fn lost(&self, now_us: u64) -> bool {
-        self.last_us.is_some_and(|last| now_us.saturating_sub(last) > self.timeout_us)
+        self.last_us
+            .is_some_and(|last| now_us.saturating_sub(last) > self.timeout_us)
     }
 
     /// Seen, and not lost.

@@ -1,4 +1,4 @@
-//! Network management, SYNC, heartbeat and emergency frames (CiA 301).
+//! Network management, SYNC, heartbeat and emergency frames (`CiA` 301).
 
 use crate::can::Frame;
 
@@ -74,14 +74,20 @@ pub fn nmt(command: NmtCommand, node: u8) -> Frame {
 pub fn emergency(emergency: Emergency) -> Frame {
     let code = emergency.code.to_le_bytes();
     let register = u8::from(emergency.code != 0);
-    frame(function::SYNC_OR_EMERGENCY + u16::from(emergency.node), &[code[0], code[1], register, 0, 0, 0, 0, 0])
+    frame(
+        function::SYNC_OR_EMERGENCY + u16::from(emergency.node),
+        &[code[0], code[1], register, 0, 0, 0, 0, 0],
+    )
 }
 
 /// The emergency in a received frame, if it is one.
 pub fn as_emergency(received: &Frame) -> Option<Emergency> {
     let node = received.id().checked_sub(function::SYNC_OR_EMERGENCY)?;
     match (node, received.data()) {
-        (1..=127, [low, high, ..]) => Some(Emergency { node: node as u8, code: u16::from_le_bytes([*low, *high]) }),
+        (1..=127, [low, high, ..]) => Some(Emergency {
+            node: node as u8,
+            code: u16::from_le_bytes([*low, *high]),
+        }),
         _ => None,
     }
 }
@@ -107,11 +113,20 @@ mod tests {
     fn frames_are_those_of_the_standard() {
         assert_eq!(sync(), Frame::new(0x80, &[]).unwrap());
         assert_eq!(nmt(NmtCommand::Start, 3), Frame::new(0, &[1, 3]).unwrap());
-        let lost = Emergency { node: 5, code: 0x8130 };
-        assert_eq!(emergency(lost), Frame::new(0x85, &[0x30, 0x81, 1, 0, 0, 0, 0, 0]).unwrap());
+        let lost = Emergency {
+            node: 5,
+            code: 0x8130,
+        };
+        assert_eq!(
+            emergency(lost),
+            Frame::new(0x85, &[0x30, 0x81, 1, 0, 0, 0, 0, 0]).unwrap()
+        );
         assert_eq!(as_emergency(&emergency(lost)), Some(lost));
         assert_eq!(as_emergency(&sync()), None);
-        assert_eq!(as_heartbeat(&Frame::new(0x704, &[5]).unwrap()), Some((4, NmtState::Operational)));
+        assert_eq!(
+            as_heartbeat(&Frame::new(0x704, &[5]).unwrap()),
+            Some((4, NmtState::Operational))
+        );
         assert_eq!(as_heartbeat(&Frame::new(0x700, &[5]).unwrap()), None);
     }
 }

@@ -15,12 +15,18 @@ pub trait Payload: Sized {
 
     /// Frame of this payload with identifier `function` + `node`.
     fn frame(&self, function: u16, node: u8) -> Frame {
-        Frame::new((function + u16::from(node)) & Frame::MAX_ID, &self.bytes()[..Self::LENGTH]).unwrap_or_default()
+        Frame::new(
+            (function + u16::from(node)) & Frame::MAX_ID,
+            &self.bytes()[..Self::LENGTH],
+        )
+        .unwrap_or_default()
     }
 
     /// The payload in `received`, if its identifier is `function` + `node` and it is long enough.
     fn from_frame(received: &Frame, function: u16, node: u8) -> Option<Self> {
-        (received.id() == function + u16::from(node)).then(|| Self::read(received.data())).flatten()
+        (received.id() == function + u16::from(node))
+            .then(|| Self::read(received.data()))
+            .flatten()
     }
 }
 
@@ -226,10 +232,17 @@ mod tests {
 
     #[test]
     fn a_payload_survives_its_frame() {
-        let set_point = PositionSetPoint { controlword: 0x000f, mode: -1, target: -123_456_789 };
+        let set_point = PositionSetPoint {
+            controlword: 0x000f,
+            mode: -1,
+            target: -123_456_789,
+        };
         let frame = set_point.frame(receive(1), 4);
         assert_eq!((frame.id(), frame.data().len()), (0x204, 7));
-        assert_eq!(PositionSetPoint::from_frame(&frame, receive(1), 4), Some(set_point));
+        assert_eq!(
+            PositionSetPoint::from_frame(&frame, receive(1), 4),
+            Some(set_point)
+        );
         assert_eq!(PositionSetPoint::from_frame(&frame, receive(1), 5), None);
         assert_eq!(DriveMotion::read(&[1, 2, 3]), None);
     }

@@ -30,7 +30,8 @@ impl Observer {
     pub fn new(counts: i32, gear_milli: i32, bandwidth: f32, now: i32) -> Self {
         let counts_per_turn_milli = i128::from(counts.max(1)) * i128::from(gear_milli.max(1));
         // Once, at start: the only division.
-        let unit_per_count = ((1_i128 << 48) * 1_000 + counts_per_turn_milli / 2) / counts_per_turn_milli;
+        let unit_per_count =
+            ((1_i128 << 48) * 1_000 + counts_per_turn_milli / 2) / counts_per_turn_milli;
         Self {
             counts: now,
             unit_per_count: unit_per_count as i64,
@@ -45,13 +46,18 @@ impl Observer {
     pub fn update(&mut self, counts: i32, period: f32) {
         let step = i64::from(counts.wrapping_sub(self.counts));
         self.counts = counts;
-        let moved = step.wrapping_mul(self.unit_per_count).wrapping_add(self.measured.fraction);
+        let moved = step
+            .wrapping_mul(self.unit_per_count)
+            .wrapping_add(self.measured.fraction);
         self.measured.whole = self.measured.whole.wrapping_add(moved >> 16);
         self.measured.fraction = moved & 0xffff;
 
-        let predicted = self.estimated.wrapping_add(from_radians(self.velocity * period));
+        let predicted = self
+            .estimated
+            .wrapping_add(from_radians(self.velocity * period));
         let error = to_radians(self.measured.whole.wrapping_sub(predicted));
-        self.estimated = predicted.wrapping_add(from_radians(error * (2.0 * self.bandwidth * period)));
+        self.estimated =
+            predicted.wrapping_add(from_radians(error * (2.0 * self.bandwidth * period)));
         self.velocity += error * (self.bandwidth * self.bandwidth * period);
     }
 
@@ -85,7 +91,11 @@ mod tests {
             let counts = 0.5 * f64::from(step) * 1e-3 * counts_per_radian;
             observer.update(counts as i32, 1e-3);
         }
-        assert!((observer.velocity() - 0.5).abs() < 0.01, "{}", observer.velocity());
+        assert!(
+            (observer.velocity() - 0.5).abs() < 0.01,
+            "{}",
+            observer.velocity()
+        );
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! Trapezoidal profile: the quickest motion to a target within a velocity and an acceleration limit.
 
 use super::{from_radians, to_radians};
-use crate::math::{clamp, limit, min, sqrt};
+use crate::math::{clamp, limit, max, min, sqrt};
 
 /// Limits of a motion, both positive.
 #[derive(Clone, Copy, Debug)]
@@ -26,26 +26,31 @@ pub struct SetPoint {
 impl SetPoint {
     /// At rest at `position`.
     pub fn at(position: i64) -> Self {
-        Self { position, velocity: 0.0, acceleration: 0.0 }
+        Self {
+            position,
+            velocity: 0.0,
+            acceleration: 0.0,
+        }
     }
 
     /// One step of `period` seconds towards resting at `target`. The braking distance is kept free at every step, so
     /// the target is not overrun unless the set-point was already too fast for it.
     pub fn toward_position(&mut self, target: i64, limits: Limits, period: f32) {
         let distance = to_radians(target.wrapping_sub(self.position));
+        let sign = if distance < 0.0 { -1.0 } else { 1.0 };
+        let (way, speed) = (distance * sign, self.velocity * sign);
         let step = limits.acceleration * period;
-        // The velocity from which a ramp of whole steps ends on the target: v^2/(2a) + v*period/2 = distance.
-        let root = sqrt(0.25 * step * step + 2.0 * limits.acceleration * distance.abs());
-        let braking = root - 0.5 * step;
-        let wanted = min(min(limits.velocity, braking), distance.abs() / period);
-        let signed = if distance < 0.0 { -wanted } else { wanted };
-        let near = distance.abs() <= step * period && self.velocity.abs() <= step;
+        // The next speed v' with which this step's way and a ramp to rest just fill the distance:
+        // (v + v') T / 2 + v'^2 / (2 a) = distance.
+        let rest = max(way - 0.5 * speed * period, 0.0);
+        let braking = sqrt(0.25 * step * step + 2.0 * limits.acceleration * rest) - 0.5 * step;
+        let near = way <= step * period && self.velocity.abs() <= step;
         if near {
             self.acceleration = 0.0;
             self.velocity = 0.0;
             self.position = target;
         } else {
-            self.toward_velocity(signed, limits, period);
+            self.toward_velocity(sign * min(limits.velocity, braking), limits, period);
         }
     }
 
@@ -65,7 +70,10 @@ impl SetPoint {
 mod tests {
     use super::*;
 
-    const LIMITS: Limits = Limits { velocity: 0.5, acceleration: 4.0 };
+    const LIMITS: Limits = Limits {
+        velocity: 0.5,
+        acceleration: 4.0,
+    };
 
     #[test]
     fn reaches_the_target_in_the_time_of_the_trapezoid_within_its_limits() {
@@ -74,8 +82,15 @@ mod tests {
         let mut steps = 0;
         while set_point.position != target {
             set_point.toward_position(target, LIMITS, 1e-3);
-            assert!(set_point.velocity.abs() <= 0.5 && set_point.acceleration.abs() <= 4.02, "{set_point:?}");
-            assert!(set_point.position <= target);
+            assert!(
+                set_point.velocity.abs() <= 0.5 && set_point.acceleration.abs() <= 4.02,
+                "{set_point:?}"
+            );
+            assert!(
+                set_point.position <= target,
+                "{steps}: {}",
+                set_point.position - target
+            );
             steps += 1;
             assert!(steps < 3_000);
         }

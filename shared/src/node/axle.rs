@@ -33,7 +33,7 @@ pub mod mode {
 /// Set-point of one RPDO.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct SetPoint {
-    /// Controlword of CiA 402.
+    /// Controlword of `CiA` 402.
     pub controlword: u16,
     /// One of [`mode`]; an unknown mode holds the position.
     pub mode: i8,
@@ -156,24 +156,43 @@ pub struct Axle {
 impl Axle {
     /// Axle with these settings, its bridge off, knowing nothing of its position.
     pub fn new(settings: &Settings) -> Self {
-        let scale = Scale::Turning { bits: settings.get(Setting::PositionBits) as u32 };
+        let scale = Scale::Turning {
+            bits: settings.get(Setting::PositionBits) as u32,
+        };
         let reference = from_radians(settings.scaled(Setting::ReferencePosition, 1e-6));
         let travel = (
             from_radians(settings.scaled(Setting::PositionMinimum, 1e-3)),
             from_radians(settings.scaled(Setting::PositionMaximum, 1e-3)),
         );
-        Self::with_scale(settings, scale, reference, (travel.0 < travel.1).then_some(travel))
+        Self::with_scale(
+            settings,
+            scale,
+            reference,
+            (travel.0 < travel.1).then_some(travel),
+        )
     }
 
     /// Axle whose positions on the bus have another scale: for the screw.
-    pub(super) fn with_scale(settings: &Settings, scale: Scale, reference_position: i64, travel: Option<(i64, i64)>) -> Self {
+    pub(super) fn with_scale(
+        settings: &Settings,
+        scale: Scale,
+        reference_position: i64,
+        travel: Option<(i64, i64)>,
+    ) -> Self {
         let velocity_limit = settings.scaled(Setting::VelocityLimit, 1e-3);
         let current_limit = settings.scaled(Setting::CurrentLimit, 1e-3);
         let gear = settings.scaled(Setting::GearRatio, 1e-3);
         Self {
             scale,
-            limits: Limits { velocity: velocity_limit, acceleration: settings.scaled(Setting::AccelerationLimit, 1e-3) },
-            bounds: Bounds { current_limit, velocity_limit, following_limit: settings.scaled(Setting::FollowingLimit, 1e-3) },
+            limits: Limits {
+                velocity: velocity_limit,
+                acceleration: settings.scaled(Setting::AccelerationLimit, 1e-3),
+            },
+            bounds: Bounds {
+                current: current_limit,
+                velocity: velocity_limit,
+                following: settings.scaled(Setting::FollowingLimit, 1e-3),
+            },
             hold_current: limit(settings.scaled(Setting::HoldCurrent, 1e-3), current_limit),
             torque_constant: settings.scaled(Setting::TorqueConstant, 1e-6) * gear,
             travel,
@@ -183,7 +202,10 @@ impl Axle {
             sync_ticks: (settings.get(Setting::SyncPeriod) as u32 / 1_000).max(1),
             command_timeout_us: settings.milliseconds(Setting::CommandTimeout),
             observer: None,
-            encoder: (settings.get(Setting::EncoderCounts), settings.get(Setting::GearRatio)),
+            encoder: (
+                settings.get(Setting::EncoderCounts),
+                settings.get(Setting::GearRatio),
+            ),
             cascade: Cascade::new(Gains {
                 position: settings.scaled(Setting::PositionGain, 1e-3),
                 velocity: settings.scaled(Setting::VelocityGain, 1e-3),
@@ -196,7 +218,11 @@ impl Axle {
             state: State::SwitchOnDisabled,
             mode: 0,
             controlword: 0,
-            command: SetPoint { controlword: 0, mode: 0, target: 0 },
+            command: SetPoint {
+                controlword: 0,
+                mode: 0,
+                target: 0,
+            },
             command_us: 0,
             motion: Motion::default(),
             interpolation_ticks: 0,
@@ -214,7 +240,11 @@ impl Axle {
     }
 
     /// As [`Axle::tick`], with the set-point of mode [`mode::TAUT`], or the fault that keeps it from being known.
-    pub(super) fn tick_following(&mut self, inputs: &Inputs, taut: Option<Result<Motion, Fault>>) -> Outputs {
+    pub(super) fn tick_following(
+        &mut self,
+        inputs: &Inputs,
+        taut: Option<Result<Motion, Fault>>,
+    ) -> Outputs {
         let fault_before = self.fault;
         self.sense(inputs);
         self.supervise(inputs, taut);
@@ -250,12 +280,17 @@ impl Axle {
 
     fn supervise(&mut self, inputs: &Inputs, taut: Option<Result<Motion, Fault>>) {
         let enabled = self.state == State::OperationEnabled;
-        let in_position = enabled && !matches!(self.mode, mode::CYCLIC_VELOCITY | mode::PROFILE_VELOCITY);
+        let in_position =
+            enabled && !matches!(self.mode, mode::CYCLIC_VELOCITY | mode::PROFILE_VELOCITY);
         let readings = Readings {
             current: inputs.current,
             bus_voltage: inputs.bus_voltage,
             velocity: self.velocity(),
-            following_error: if in_position { to_radians(self.motion.position.wrapping_sub(self.position())) } else { 0.0 },
+            following_error: if in_position {
+                to_radians(self.motion.position.wrapping_sub(self.position()))
+            } else {
+                0.0
+            },
             powered: enabled,
         };
         let mut found = self.supervisor.check(&readings, &self.bounds);
@@ -264,8 +299,12 @@ impl Axle {
             found = match taut {
                 Some(Err(fault)) if self.mode == mode::TAUT => Some(fault),
                 _ if self.guard.lost(inputs.now_us) => Some(Fault::GuardLost),
-                _ if command_age > self.command_timeout_us && inputs.set_point.is_none() => Some(Fault::CommandLost),
-                _ if self.homing == Homing::Failed && self.mode == mode::HOMING => Some(Fault::ReferenceFailed),
+                _ if command_age > self.command_timeout_us && inputs.set_point.is_none() => {
+                    Some(Fault::CommandLost)
+                }
+                _ if self.homing == Homing::Failed && self.mode == mode::HOMING => {
+                    Some(Fault::ReferenceFailed)
+                }
                 _ => None,
             };
         }
@@ -278,21 +317,27 @@ impl Axle {
         self.fault = Some(fault);
         match fault.description().reaction {
             Reaction::Brake => self.state = State::Fault,
-            Reaction::Hold if self.state == State::OperationEnabled => self.enter(State::QuickStopActive),
+            Reaction::Hold if self.state == State::OperationEnabled => {
+                self.enter(State::QuickStopActive);
+            }
             Reaction::Hold => {}
         }
     }
 
     /// Takes a set-point and walks the state machine.
     fn obey(&mut self, inputs: &Inputs) {
-        let Some(set_point) = inputs.set_point else { return };
+        let Some(set_point) = inputs.set_point else {
+            return;
+        };
         self.command_us = inputs.now_us;
         let risen = set_point.controlword & !self.controlword;
         self.controlword = set_point.controlword;
         if risen & CONTROL_FAULT_RESET != 0 {
             self.reset_fault();
         }
-        let after = self.state.after(Command::from_controlword(set_point.controlword));
+        let after = self
+            .state
+            .after(Command::from_controlword(set_point.controlword));
         let re_enabling = self.state == State::QuickStopActive && after == State::OperationEnabled;
         if after != self.state && !(re_enabling && self.fault.is_some()) {
             self.enter(after);
@@ -304,8 +349,15 @@ impl Axle {
                 self.homing = Homing::Idle;
             }
         }
-        if self.state == State::OperationEnabled && self.mode == mode::HOMING && risen & CONTROL_START != 0 {
-            self.homing = if inputs.switches.reference { Homing::BackOff } else { Homing::Seek };
+        if self.state == State::OperationEnabled
+            && self.mode == mode::HOMING
+            && risen & CONTROL_START != 0
+        {
+            self.homing = if inputs.switches.reference {
+                Homing::BackOff
+            } else {
+                Homing::Seek
+            };
             self.homing_ticks = 0;
         }
         self.command = set_point;
@@ -315,7 +367,11 @@ impl Axle {
     fn reset_fault(&mut self) {
         if self.fault.take().is_some() {
             self.supervisor = Supervisor::default();
-            self.homing = if self.homing == Homing::Failed { Homing::Idle } else { self.homing };
+            self.homing = if self.homing == Homing::Failed {
+                Homing::Idle
+            } else {
+                self.homing
+            };
             if self.state == State::Fault {
                 self.state = State::SwitchOnDisabled;
             }
@@ -334,7 +390,11 @@ impl Axle {
 
     /// Set-point onto the measured motion: nothing jumps after a change of mode or a stop.
     fn anchor(&mut self) {
-        self.motion = Motion { position: self.position(), velocity: self.velocity(), acceleration: 0.0 };
+        self.motion = Motion {
+            position: self.position(),
+            velocity: self.velocity(),
+            acceleration: 0.0,
+        };
         self.interpolation_ticks = 0;
     }
 
@@ -352,7 +412,9 @@ impl Axle {
     }
 
     fn target_position(&mut self) -> i64 {
-        let target = self.scale.position_from_bus(self.command.target, self.position());
+        let target = self
+            .scale
+            .position_from_bus(self.command.target, self.position());
         match self.travel {
             Some((low, high)) if self.referenced && (target < low || target > high) => {
                 self.active_limit = ActiveLimit::Travel;
@@ -367,9 +429,14 @@ impl Axle {
         match self.state {
             State::OperationEnabled => Some(self.operate(inputs, taut)),
             State::QuickStopActive => {
-                self.motion.toward_velocity(0.0, self.limits, CONTROL_PERIOD);
+                self.motion
+                    .toward_velocity(0.0, self.limits, CONTROL_PERIOD);
                 let standing = self.motion.velocity == 0.0;
-                let allowed = if standing { self.hold_current } else { self.bounds.current_limit };
+                let allowed = if standing {
+                    self.hold_current
+                } else {
+                    self.bounds.current
+                };
                 Some(self.follow(allowed))
             }
             _ => None,
@@ -377,12 +444,16 @@ impl Axle {
     }
 
     fn operate(&mut self, inputs: &Inputs, taut: Option<Result<Motion, Fault>>) -> Demand {
-        let full = self.bounds.current_limit;
-        let needs_reference = matches!(self.mode, mode::TAUT | mode::CYCLIC_POSITION | mode::PROFILE_POSITION);
+        let full = self.bounds.current;
+        let needs_reference = matches!(
+            self.mode,
+            mode::TAUT | mode::CYCLIC_POSITION | mode::PROFILE_POSITION
+        );
         match (self.mode, taut) {
             _ if needs_reference && !self.referenced => {
                 self.active_limit = ActiveLimit::NotReferenced;
-                self.motion.toward_velocity(0.0, self.limits, CONTROL_PERIOD);
+                self.motion
+                    .toward_velocity(0.0, self.limits, CONTROL_PERIOD);
             }
             (mode::TAUT, Some(Ok(motion))) => self.motion = motion,
             (mode::CYCLIC_POSITION, _) => {
@@ -395,18 +466,32 @@ impl Axle {
             }
             (mode::PROFILE_POSITION, _) => {
                 let target = self.target_position();
-                self.motion.toward_position(target, self.limits, CONTROL_PERIOD);
+                self.motion
+                    .toward_position(target, self.limits, CONTROL_PERIOD);
             }
             (mode::HOMING, _) => self.home(inputs.switches),
             (mode::CYCLIC_VELOCITY | mode::PROFILE_VELOCITY, _) => {
                 let target = self.scale.velocity_from_bus(self.command.target);
-                self.motion.toward_velocity(target, self.limits, CONTROL_PERIOD);
+                self.motion
+                    .toward_velocity(target, self.limits, CONTROL_PERIOD);
                 self.motion.position = self.position();
                 self.stop_at_switch(inputs.switches);
-                let Motion { velocity, acceleration, .. } = self.motion;
-                return self.cascade.velocity(velocity, acceleration, self.velocity(), full, CONTROL_PERIOD);
+                let Motion {
+                    velocity,
+                    acceleration,
+                    ..
+                } = self.motion;
+                return self.cascade.velocity(
+                    velocity,
+                    acceleration,
+                    self.velocity(),
+                    full,
+                    CONTROL_PERIOD,
+                );
             }
-            _ => self.motion.toward_velocity(0.0, self.limits, CONTROL_PERIOD),
+            _ => self
+                .motion
+                .toward_velocity(0.0, self.limits, CONTROL_PERIOD),
         }
         self.stop_at_switch(inputs.switches);
         self.follow(full)
@@ -414,7 +499,13 @@ impl Axle {
 
     fn follow(&mut self, current_limit: f32) -> Demand {
         let (position, velocity) = (self.position(), self.velocity());
-        self.cascade.position(&self.motion, position, velocity, current_limit, CONTROL_PERIOD)
+        self.cascade.position(
+            &self.motion,
+            position,
+            velocity,
+            current_limit,
+            CONTROL_PERIOD,
+        )
     }
 
     fn stop_at_switch(&mut self, switches: Switches) {
@@ -451,16 +542,22 @@ impl Axle {
             Homing::BackOff => -0.2 * towards,
             Homing::Idle | Homing::Done | Homing::Failed => 0.0,
         };
-        self.motion.toward_velocity(wanted, self.limits, CONTROL_PERIOD);
+        self.motion
+            .toward_velocity(wanted, self.limits, CONTROL_PERIOD);
     }
 
-    fn outputs(&mut self, inputs: &Inputs, demand: Option<Demand>, fault_before: Option<Fault>) -> Outputs {
+    fn outputs(
+        &mut self,
+        inputs: &Inputs,
+        demand: Option<Demand>,
+        fault_before: Option<Fault>,
+    ) -> Outputs {
         if demand.is_some_and(|demand| demand.limited) && self.active_limit == ActiveLimit::None {
             self.active_limit = ActiveLimit::VelocityOrCurrent;
         }
         // The last limiter: total, and behind everything else.
         let bridge = match (demand, self.state) {
-            (Some(demand), _) => Bridge::Current(limit(demand.current, self.bounds.current_limit)),
+            (Some(demand), _) => Bridge::Current(limit(demand.current, self.bounds.current)),
             (None, State::Fault) => Bridge::Brake,
             (None, _) => Bridge::Off,
         };
@@ -474,7 +571,9 @@ impl Axle {
             status: DriveStatus {
                 statusword: self.statusword(),
                 error_code: code,
-                torque: self.scale.torque_to_bus(inputs.current * self.torque_constant),
+                torque: self
+                    .scale
+                    .torque_to_bus(inputs.current * self.torque_constant),
                 current: (inputs.current * 1e3) as i16,
             },
             mode: self.mode,

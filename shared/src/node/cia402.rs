@@ -1,4 +1,4 @@
-//! The drive state machine of CiA 402 as a table of transitions.
+//! The drive state machine of `CiA` 402 as a table of transitions.
 
 /// State of the drive. "Not ready" and "fault reaction" last less than a tick here and do not appear.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -101,6 +101,7 @@ impl Command {
 }
 
 impl State {
+    #[must_use]
     /// The state after `command`; the same where the table has no such transition.
     pub fn after(self, command: Command) -> Self {
         TRANSITIONS
@@ -142,7 +143,9 @@ pub fn toward_operation(state: State) -> u16 {
         State::SwitchOnDisabled => controlword::SHUTDOWN,
         State::ReadyToSwitchOn => controlword::SWITCH_ON,
         State::Fault => controlword::DISABLE_VOLTAGE,
-        State::SwitchedOn | State::OperationEnabled | State::QuickStopActive => controlword::ENABLE_OPERATION,
+        State::SwitchedOn | State::OperationEnabled | State::QuickStopActive => {
+            controlword::ENABLE_OPERATION
+        }
     }
 }
 
@@ -162,7 +165,10 @@ mod tests {
     #[test]
     fn every_state_is_read_back_from_its_statusword() {
         for state in STATES {
-            assert_eq!(State::from_statusword(state.statusword() | status::LIMIT_ACTIVE), Some(state));
+            assert_eq!(
+                State::from_statusword(state.statusword() | status::LIMIT_ACTIVE),
+                Some(state)
+            );
         }
     }
 
@@ -170,7 +176,14 @@ mod tests {
     fn disable_voltage_ends_every_state_but_fault() {
         for state in STATES {
             let after = state.after(Command::from_controlword(controlword::DISABLE_VOLTAGE));
-            assert_eq!(after, if state == State::Fault { State::Fault } else { State::SwitchOnDisabled });
+            assert_eq!(
+                after,
+                if state == State::Fault {
+                    State::Fault
+                } else {
+                    State::SwitchOnDisabled
+                }
+            );
         }
     }
 

@@ -133,7 +133,10 @@ mod tests {
         assert_eq!(Scale::Turning { bits: 32 }.velocity_to_bus(0.5), 500_000);
         let screw = Scale::linear(5_000);
         let one_turn_a_second = screw.velocity_to_bus(core::f32::consts::TAU);
-        assert!((one_turn_a_second - 5_000_000).abs() <= 1, "{one_turn_a_second}");
+        assert!(
+            (one_turn_a_second - 5_000_000).abs() <= 1,
+            "{one_turn_a_second}"
+        );
         assert_eq!(screw.velocity_to_bus(f32::NAN), 0);
     }
 }

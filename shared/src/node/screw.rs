@@ -65,8 +65,12 @@ impl Screw {
             scale,
             joint: None,
             joint_timeout_us: settings.milliseconds(Setting::JointTimeout),
-            engage_speed: scale.shaft_velocity_from_linear(settings.scaled(Setting::EngageSpeed, 1e-6)),
-            lengths: (settings.scaled(Setting::LengthL1, 1e-6), settings.scaled(Setting::LengthK, 1e-6)),
+            engage_speed: scale
+                .shaft_velocity_from_linear(settings.scaled(Setting::EngageSpeed, 1e-6)),
+            lengths: (
+                settings.scaled(Setting::LengthL1, 1e-6),
+                settings.scaled(Setting::LengthK, 1e-6),
+            ),
             remaining: 0.0,
             engaged: false,
         })
@@ -79,7 +83,8 @@ impl Screw {
         }
         let taut = self.taut(inputs);
         let outputs = self.axle.tick_following(&inputs.axle, Some(taut));
-        self.engaged = outputs.mode == mode::TAUT && matches!(outputs.bridge, super::axle::Bridge::Current(_));
+        self.engaged =
+            outputs.mode == mode::TAUT && matches!(outputs.bridge, super::axle::Bridge::Current(_));
         outputs
     }
 
@@ -97,7 +102,9 @@ impl Screw {
 
         let shortest = i64::from(self.geometry.released_length().to_bits());
         let retreat = self.retreat(theta, inputs.slack);
-        let length = i64::from(extension.length.to_bits()).saturating_sub(retreat).max(shortest);
+        let length = i64::from(extension.length.to_bits())
+            .saturating_sub(retreat)
+            .max(shortest);
         let law = self.scale.shaft_from_length(length);
 
         if self.engaged {
@@ -108,7 +115,9 @@ impl Screw {
         }
         Ok(Motion {
             position: law.wrapping_add(crate::motor::from_radians(self.remaining)),
-            velocity: self.scale.shaft_velocity_from_linear(extension.derivative.to_num::<f32>() * rate),
+            velocity: self
+                .scale
+                .shaft_velocity_from_linear(extension.derivative.to_num::<f32>() * rate),
             acceleration: 0.0,
         })
     }

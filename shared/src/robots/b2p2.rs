@@ -17,11 +17,20 @@ pub struct PointMass {
 
 /// Body 1 (tabulated in the paper's appendix, in frame R6: x forward, y up, z right). Its tabulated height, 34.997 mm, is
 /// replaced by [`Setting::BodyHeight`]: it stands for the batteries, whose place the paper does not give.
-pub const BODY_1: PointMass = PointMass { mass: 6.356_067, place: [0.160_894, 0.002_784, 0.034_997] };
+pub const BODY_1: PointMass = PointMass {
+    mass: 6.356_067,
+    place: [0.160_894, 0.002_784, 0.034_997],
+};
 /// Body 2 (frame R7), from axle 2 along the front part.
-pub const BODY_2: PointMass = PointMass { mass: 0.897_066, place: [0.104_083, -0.014_127, -0.000_723] };
+pub const BODY_2: PointMass = PointMass {
+    mass: 0.897_066,
+    place: [0.104_083, -0.014_127, -0.000_723],
+};
 /// Body 3 (frame R8), from its rear end along the front part.
-pub const BODY_3: PointMass = PointMass { mass: 1.062_15, place: [0.152_68, 0.000_01, 0.000_09] };
+pub const BODY_3: PointMass = PointMass {
+    mass: 1.062_15,
+    place: [0.152_68, 0.000_01, 0.000_09],
+};
 /// Distance from the rear end of body 3 to axle 3, m: the tabulated length of body 3 (assumed, see the plant's page).
 pub const AXLE_3_FROM_BODY_3: f32 = 0.226;
 
@@ -60,9 +69,13 @@ impl Model {
             ],
         };
         let [forward, left, _] = BODY_1.place;
-        let body = PointMass { mass: BODY_1.mass, place: [forward, left, metres(Setting::BodyHeight)] };
+        let body = PointMass {
+            mass: BODY_1.mass,
+            place: [forward, left, metres(Setting::BodyHeight)],
+        };
         let mass = body.mass + payload.mass;
-        let place = [0, 1, 2].map(|axis| (body.mass * body.place[axis] + payload.mass * payload.place[axis]) / mass);
+        let place = [0, 1, 2]
+            .map(|axis| (body.mass * body.place[axis] + payload.mass * payload.place[axis]) / mass);
         Self {
             l1: metres(Setting::LengthL1),
             l2: metres(Setting::LengthL2),
@@ -79,16 +92,26 @@ impl Model {
         let reach = self.l2 + l3;
         // A point of the front part: `along` from axle 2, `up` across it.
         let front = |along: f32, left: f32, up: f32| {
-            [self.l1 + along * cosine - up * sine, left, along * sine + up * cosine]
+            [
+                self.l1 + along * cosine - up * sine,
+                left,
+                along * sine + up * cosine,
+            ]
         };
         let second = front(BODY_2.place[0], BODY_2.place[1], BODY_2.place[2]);
         let along = reach - AXLE_3_FROM_BODY_3 + BODY_3.place[0];
         let third = front(along, BODY_3.place[1], BODY_3.place[2]);
         let cog = [0, 1, 2].map(|axis| {
-            (self.rigid.mass * self.rigid.place[axis] + BODY_2.mass * second[axis] + BODY_3.mass * third[axis])
+            (self.rigid.mass * self.rigid.place[axis]
+                + BODY_2.mass * second[axis]
+                + BODY_3.mass * third[axis])
                 / self.total_mass
         });
-        Shape { cog, axle_2: [self.l1, 0.0, 0.0], axle_3: front(reach, 0.0, 0.0) }
+        Shape {
+            cog,
+            axle_2: [self.l1, 0.0, 0.0],
+            axle_3: front(reach, 0.0, 0.0),
+        }
     }
 
     /// Where the belts may stand, in level axes, counter-clockwise from above from the rear right; `level` turns body
@@ -104,9 +127,18 @@ impl Model {
             point
         };
         let (second, third) = (level(shape.axle_2), level(shape.axle_3));
-        let front = if max(second[0], third[0]) == third[0] { shape.axle_3 } else { shape.axle_2 };
+        let front = if max(second[0], third[0]) == third[0] {
+            shape.axle_3
+        } else {
+            shape.axle_2
+        };
         let (left, right) = (self.half_gauge, -self.half_gauge);
-        [side([0.0; 3], right), side(front, right), side(front, left), side([0.0; 3], left)]
+        [
+            side([0.0; 3], right),
+            side(front, right),
+            side(front, left),
+            side([0.0; 3], left),
+        ]
     }
 }
 
@@ -127,8 +159,12 @@ mod tests {
     #[test]
     fn a_payload_pulls_the_cog_towards_it() {
         let mut settings = Settings::default();
-        settings.set(Setting::PayloadMass.description().key, 8_315).unwrap();
-        settings.set(Setting::PayloadUp.description().key, 250_000).unwrap();
+        settings
+            .set(Setting::PayloadMass.description().key, 8_315)
+            .unwrap();
+        settings
+            .set(Setting::PayloadUp.description().key, 250_000)
+            .unwrap();
         let shape = Model::new(&settings).shape(Angle::ZERO, 0.226);
         assert!((shape.cog[2] - 0.125).abs() < 1e-3, "{:?}", shape.cog);
     }

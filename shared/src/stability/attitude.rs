@@ -28,10 +28,17 @@ impl Attitude {
     pub fn update(&mut self, sensors: &BodySensors, period: f32) {
         let [pitch_level, roll_level] = sensors.inclination;
         let readings = [pitch_level, roll_level, sensors.heading];
-        if !readings.iter().chain(&sensors.angular_rate).all(|value| value.is_finite()) {
+        if !readings
+            .iter()
+            .chain(&sensors.angular_rate)
+            .all(|value| value.is_finite())
+        {
             return;
         }
-        let level = [Angle::from_radians(pitch_level), Angle::from_radians(roll_level)];
+        let level = [
+            Angle::from_radians(pitch_level),
+            Angle::from_radians(roll_level),
+        ];
         let [pitch, roll] = *self.tilt.get_or_insert_with(|| {
             self.heading = Angle::from_radians(sensors.heading);
             level
@@ -40,21 +47,24 @@ impl Attitude {
         let [rate_x, rate_y, rate_z] = sensors.angular_rate;
         let (sine, cosine) = sin_cos(pitch);
         let yaw_rate = rate_x * sine + rate_z * cosine;
-        let rates = [yaw_rate * sin_cos(roll).0 - rate_y, rate_x * cosine - rate_z * sine];
+        let rates = [
+            yaw_rate * sin_cos(roll).0 - rate_y,
+            rate_x * cosine - rate_z * sine,
+        ];
         self.pitch_rate = rates[0];
 
         let mut tilt = [pitch, roll];
         for axis in 0..2 {
             let error = (level[axis] - tilt[axis]).radians() + self.late[axis];
             let step = (rates[axis] + error / LEVEL_TIME) * period;
-            tilt[axis] = tilt[axis] + Angle::from_radians(step);
+            tilt[axis] += Angle::from_radians(step);
             // `late` is how far the late copy lags behind the estimate.
             self.late[axis] += step - self.late[axis] * (period / INCLINOMETER_LAG);
         }
         self.tilt = Some(tilt);
         let heading_error = (Angle::from_radians(sensors.heading) - self.heading).radians();
         let step = (yaw_rate + limit(heading_error, 0.5) / HEADING_TIME) * period;
-        self.heading = self.heading + Angle::from_radians(step);
+        self.heading += Angle::from_radians(step);
     }
 
     /// Readings came at least once.
@@ -89,7 +99,11 @@ impl Attitude {
         let [x, y, z] = vector;
         let forward = x * pitch_cosine - z * pitch_sine;
         let up = x * pitch_sine + z * pitch_cosine;
-        [forward, y * roll_cosine - up * roll_sine, y * roll_sine + up * roll_cosine]
+        [
+            forward,
+            y * roll_cosine - up * roll_sine,
+            y * roll_sine + up * roll_cosine,
+        ]
     }
 }
 
@@ -120,18 +134,37 @@ mod tests {
     #[test]
     fn level_axes_have_gravity_up() {
         let mut attitude = Attitude::default();
-        attitude.update(&BodySensors { inclination: [0.5, -0.2], ..BodySensors::default() }, 1e-3);
+        attitude.update(
+            &BodySensors {
+                inclination: [0.5, -0.2],
+                ..BodySensors::default()
+            },
+            1e-3,
+        );
         let (pitch, roll) = (0.5_f64, -0.2_f64);
         // What an accelerometer shows at that attitude: up in body axes.
-        let up = [libm::sin(pitch) * libm::cos(roll), libm::sin(roll), libm::cos(pitch) * libm::cos(roll)];
+        let up = [
+            libm::sin(pitch) * libm::cos(roll),
+            libm::sin(roll),
+            libm::cos(pitch) * libm::cos(roll),
+        ];
         let level = attitude.level(up.map(|value| value as f32));
-        assert!(level[0].abs() < 1e-6 && level[1].abs() < 1e-6 && (level[2] - 1.0).abs() < 1e-6, "{level:?}");
+        assert!(
+            level[0].abs() < 1e-6 && level[1].abs() < 1e-6 && (level[2] - 1.0).abs() < 1e-6,
+            "{level:?}"
+        );
     }
 
     #[test]
     fn readings_that_are_not_finite_change_nothing() {
         let mut attitude = Attitude::default();
-        attitude.update(&BodySensors { inclination: [f32::NAN, 0.0], ..BodySensors::default() }, 1e-3);
+        attitude.update(
+            &BodySensors {
+                inclination: [f32::NAN, 0.0],
+                ..BodySensors::default()
+            },
+            1e-3,
+        );
         assert!(!attitude.known());
     }
 }

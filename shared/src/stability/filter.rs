@@ -83,7 +83,10 @@ impl Tracker {
     /// Takes the margins `period` s after the evaluation before.
     pub fn update(&mut self, now: [f32; 4], period: f32) -> Margins {
         let margins = match self.margins {
-            None => Margins { now, rate: [0.0; 4] },
+            None => Margins {
+                now,
+                rate: [0.0; 4],
+            },
             Some(before) => {
                 let share = period / (Self::RATE_TIME + period);
                 let mut rate = before.rate;
@@ -106,7 +109,7 @@ impl Tracker {
 fn edges_at_risk(forward: f32, pitch: f32) -> [Option<Edge>; 3] {
     let end = match (forward > 0.0, pitch > 0.0) {
         (true, true) => Some(Edge::Back),
-        (true, false) | (false, false) => Some(Edge::Front),
+        (true | false, false) => Some(Edge::Front),
         // Backward and nose up: the robot comes down again.
         (false, true) => None,
     };
@@ -119,12 +122,20 @@ pub fn drive(forward: f32, pitch: f32, margins: &Margins, bounds: &Bounds) -> (f
     for edge in edges_at_risk(forward, pitch).into_iter().flatten() {
         let predicted = margins.predicted(edge, bounds.horizon);
         // Margins are tens of millimetres; the bound below keeps the division away from zero.
-        let band = if bounds.caution - bounds.stop > 1e-3 { bounds.caution - bounds.stop } else { 1e-3 };
+        let band = if bounds.caution - bounds.stop > 1e-3 {
+            bounds.caution - bounds.stop
+        } else {
+            1e-3
+        };
         let left = clamp((predicted - bounds.stop) / band, 0.0, 1.0);
         let left = if left >= 0.0 { left } else { 0.0 };
         if left < share {
             share = left;
-            verdict = if left > 0.0 { Verdict::Scaled(edge) } else { Verdict::Refused(edge) };
+            verdict = if left > 0.0 {
+                Verdict::Scaled(edge)
+            } else {
+                Verdict::Refused(edge)
+            };
         }
     }
     (share, verdict)
@@ -147,30 +158,52 @@ pub fn chassis(margins: &Margins, ahead: [f32; 4], bounds: &Bounds) -> Verdict {
 mod tests {
     use super::*;
 
-    const BOUNDS: Bounds = Bounds { caution: 0.09, stop: 0.05, horizon: 0.25 };
+    const BOUNDS: Bounds = Bounds {
+        caution: 0.09,
+        stop: 0.05,
+        horizon: 0.25,
+    };
 
     fn standing(back: f32) -> Margins {
-        Margins { now: [back, 0.3, 0.15, 0.15], rate: [0.0; 4] }
+        Margins {
+            now: [back, 0.3, 0.15, 0.15],
+            rate: [0.0; 4],
+        }
     }
 
     #[test]
     fn the_share_falls_from_all_to_nothing_through_the_caution_band() {
-        assert_eq!(drive(0.13, 0.5, &standing(0.10), &BOUNDS), (1.0, Verdict::Passed));
+        assert_eq!(
+            drive(0.13, 0.5, &standing(0.10), &BOUNDS),
+            (1.0, Verdict::Passed)
+        );
         let (share, verdict) = drive(0.13, 0.5, &standing(0.07), &BOUNDS);
         assert!((share - 0.5).abs() < 1e-5);
         assert_eq!(verdict, Verdict::Scaled(Edge::Back));
-        assert_eq!(drive(0.13, 0.5, &standing(0.04), &BOUNDS), (0.0, Verdict::Refused(Edge::Back)));
+        assert_eq!(
+            drive(0.13, 0.5, &standing(0.04), &BOUNDS),
+            (0.0, Verdict::Refused(Edge::Back))
+        );
     }
 
     #[test]
     fn a_shrinking_margin_counts_as_what_it_will_be() {
-        let falling = Margins { rate: [-0.4, 0.0, 0.0, 0.0], ..standing(0.14) };
-        assert_eq!(drive(0.13, 0.5, &falling, &BOUNDS), (0.0, Verdict::Refused(Edge::Back)));
+        let falling = Margins {
+            rate: [-0.4, 0.0, 0.0, 0.0],
+            ..standing(0.14)
+        };
+        assert_eq!(
+            drive(0.13, 0.5, &falling, &BOUNDS),
+            (0.0, Verdict::Refused(Edge::Back))
+        );
     }
 
     #[test]
     fn backing_down_is_not_refused_for_the_edge_it_leaves() {
-        assert_eq!(drive(-0.1, 0.9, &standing(0.01), &BOUNDS), (1.0, Verdict::Passed));
+        assert_eq!(
+            drive(-0.1, 0.9, &standing(0.01), &BOUNDS),
+            (1.0, Verdict::Passed)
+        );
     }
 
     #[test]
@@ -179,14 +212,22 @@ mod tests {
             let mut margins = standing(0.3);
             margins.now[edge] = f32::NAN;
             let expected = if edge == 1 { 1.0 } else { 0.0 };
-            assert_eq!(drive(0.13, 0.5, &margins, &BOUNDS).0, expected, "edge {edge}");
+            assert_eq!(
+                drive(0.13, 0.5, &margins, &BOUNDS).0,
+                expected,
+                "edge {edge}"
+            );
         }
     }
 
     #[test]
     fn verdicts_survive_their_codes() {
         for edge in EDGES {
-            for verdict in [Verdict::Scaled(edge), Verdict::Refused(edge), Verdict::ChassisRefused(edge)] {
+            for verdict in [
+                Verdict::Scaled(edge),
+                Verdict::Refused(edge),
+                Verdict::ChassisRefused(edge),
+            ] {
                 assert_eq!(Verdict::from_code(verdict.code()), Some(verdict));
             }
         }

@@ -46,13 +46,21 @@ fn margin(from: [f32; 3], to: [f32; 3], cog: [f32; 3]) -> f32 {
 mod tests {
     use super::*;
 
-    const SQUARE: [[f32; 3]; 4] = [[0.0, -0.2, 0.0], [0.8, -0.2, 0.0], [0.8, 0.2, 0.1], [0.0, 0.2, 0.0]];
+    const SQUARE: [[f32; 3]; 4] = [
+        [0.0, -0.2, 0.0],
+        [0.8, -0.2, 0.0],
+        [0.8, 0.2, 0.1],
+        [0.0, 0.2, 0.0],
+    ];
 
     #[test]
     fn margins_are_distances_to_back_front_left_and_right() {
         let found = margins(&SQUARE, [0.3, 0.05, 0.4]);
         for (edge, expected) in EDGES.into_iter().zip([0.3, 0.5, 0.15, 0.25]) {
-            assert!((found[edge as usize] - expected).abs() < 1e-6, "{edge:?} {found:?}");
+            assert!(
+                (found[edge as usize] - expected).abs() < 1e-6,
+                "{edge:?} {found:?}"
+            );
         }
         assert!((margins(&SQUARE, [-0.1, 0.0, 0.0])[0] + 0.1).abs() < 1e-6);
     }
@@ -60,6 +68,10 @@ mod tests {
     #[test]
     fn a_support_without_extent_is_never_inside() {
         let point = [[0.1, 0.1, 0.0]; 4];
-        assert!(margins(&point, [0.1, 0.2, 0.0]).iter().all(|margin| *margin < 0.0));
+        assert!(
+            margins(&point, [0.1, 0.2, 0.0])
+                .iter()
+                .all(|margin| *margin < 0.0)
+        );
     }
 }

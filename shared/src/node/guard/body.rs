@@ -68,7 +68,10 @@ impl Body {
                 horizon: settings.scaled(Setting::PredictionHorizon, 1e-3),
             },
             filter_active: settings.get(Setting::FilterActive) == 1,
-            speed: Limits { velocity: metres(Setting::SpeedLimit), acceleration: metres(Setting::DriveAcceleration) },
+            speed: Limits {
+                velocity: metres(Setting::SpeedLimit),
+                acceleration: metres(Setting::DriveAcceleration),
+            },
             chassis_limits: Limits {
                 velocity: settings.scaled(Setting::ChassisSpeed, 1e-3),
                 acceleration: CHASSIS_ACCELERATION,
@@ -125,7 +128,13 @@ impl Body {
     }
 
     /// Turns a command into set-points, once per SYNC. Unless `armed`, everything stays where it is.
-    pub fn drive(&mut self, asked: &OperatorCommand, armed: bool, attitude: &Attitude, period: f32) -> Verdict {
+    pub fn drive(
+        &mut self,
+        asked: OperatorCommand,
+        armed: bool,
+        attitude: &Attitude,
+        period: f32,
+    ) -> Verdict {
         if !armed {
             self.forward = Motion::default();
             self.yaw_rate = 0.0;
@@ -135,13 +144,23 @@ impl Body {
             return Verdict::Passed;
         }
         let forward = f32::from(asked.forward) * 1e-3;
-        let (share, drive_verdict) = drive(forward, attitude.pitch().radians(), &self.margins, &self.bounds);
+        let (share, drive_verdict) = drive(
+            forward,
+            attitude.pitch().radians(),
+            &self.margins,
+            &self.bounds,
+        );
         self.share = if self.filter_active { share } else { 1.0 };
-        self.forward.toward_velocity(forward * self.share, self.speed, period);
+        self.forward
+            .toward_velocity(forward * self.share, self.speed, period);
         self.yaw_rate = self.yaw(f32::from(asked.yaw_rate) * 1e-3 * self.share, attitude);
 
         let chassis_verdict = self.move_chassis(asked.chassis, attitude, period);
-        if drive_verdict == Verdict::Passed { chassis_verdict } else { drive_verdict }
+        if drive_verdict == Verdict::Passed {
+            chassis_verdict
+        } else {
+            drive_verdict
+        }
     }
 
     fn move_chassis(&mut self, asked: i16, attitude: &Attitude, period: f32) -> Verdict {
@@ -152,7 +171,11 @@ impl Body {
         let reach = Angle::from_radians(next.velocity * self.bounds.horizon);
         let ahead = self.theta + reach;
         let length = self.geometry.length(ahead).to_num::<f32>();
-        let verdict = chassis(&self.margins, self.margins_at(ahead, length, attitude), &self.bounds);
+        let verdict = chassis(
+            &self.margins,
+            self.margins_at(ahead, length, attitude),
+            &self.bounds,
+        );
         if verdict != Verdict::Passed && self.filter_active {
             next = self.chassis;
             next.toward_velocity(0.0, self.chassis_limits, period);
@@ -168,7 +191,10 @@ impl Body {
             return asked;
         }
         let wanted = *self.heading.get_or_insert(attitude.heading());
-        limit(HEADING_GAIN * (wanted - attitude.heading()).radians(), HEADING_RATE)
+        limit(
+            HEADING_GAIN * (wanted - attitude.heading()).radians(),
+            HEADING_RATE,
+        )
     }
 
     /// Set-points of the left and right track, 1e-6 rad/s.

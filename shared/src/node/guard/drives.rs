@@ -3,11 +3,15 @@
 use super::Trouble;
 use crate::bus::heartbeat::Monitor;
 use crate::bus::network::{as_emergency, as_heartbeat};
-use crate::bus::pdo::{DriveMotion, DriveStatus, Payload, PositionSetPoint, VelocitySetPoint, receive, transmit};
+use crate::bus::pdo::{
+    DriveMotion, DriveStatus, Payload, PositionSetPoint, VelocitySetPoint, receive, transmit,
+};
 use crate::can::Frame;
 use crate::faults::Fault;
 use crate::node::axle::mode;
-use crate::node::cia402::{CONTROL_FAULT_RESET, CONTROL_START, State, controlword, status, toward_operation};
+use crate::node::cia402::{
+    CONTROL_FAULT_RESET, CONTROL_START, State, controlword, status, toward_operation,
+};
 use crate::settings::{Setting, Settings};
 
 /// What a drive moves.
@@ -66,7 +70,9 @@ impl Drive {
             if status.error_code == 0 {
                 self.reset = false;
             }
-        } else if let Some(emergency) = as_emergency(frame).filter(|emergency| emergency.node == self.id) {
+        } else if let Some(emergency) =
+            as_emergency(frame).filter(|emergency| emergency.node == self.id)
+        {
             self.emergency = emergency.code;
         }
     }
@@ -93,7 +99,9 @@ impl Drive {
 
     fn trouble(&self, now_us: u64, driving: bool) -> Option<Trouble> {
         let code = self.emergency;
-        let silent = self.motion.is_some_and(|(_, heard)| now_us.saturating_sub(heard) > MOTION_TIMEOUT_US);
+        let silent = self
+            .motion
+            .is_some_and(|(_, heard)| now_us.saturating_sub(heard) > MOTION_TIMEOUT_US);
         let code = if code != 0 {
             code
         } else if self.heartbeat.lost(now_us) || (driving && silent) {
@@ -101,7 +109,10 @@ impl Drive {
         } else {
             return None;
         };
-        Some(Trouble { node: self.id, code })
+        Some(Trouble {
+            node: self.id,
+            code,
+        })
     }
 }
 
@@ -113,7 +124,12 @@ pub(super) struct Drives {
 
 impl Drives {
     pub fn new(settings: &Settings) -> Self {
-        let ids = [Setting::LeftId, Setting::RightId, Setting::JointId, Setting::ScrewId];
+        let ids = [
+            Setting::LeftId,
+            Setting::RightId,
+            Setting::JointId,
+            Setting::ScrewId,
+        ];
         let timeout = settings.milliseconds(Setting::HeartbeatTimeout);
         Self {
             drives: ids.map(|setting| Drive {
@@ -142,7 +158,9 @@ impl Drives {
     }
 
     pub fn trouble(&self, now_us: u64, driving: bool) -> Option<Trouble> {
-        self.drives.iter().find_map(|drive| drive.trouble(now_us, driving))
+        self.drives
+            .iter()
+            .find_map(|drive| drive.trouble(now_us, driving))
     }
 
     pub fn reset_faults(&mut self) {
@@ -158,13 +176,16 @@ impl Drives {
         let state = drive.state().unwrap_or(State::SwitchOnDisabled);
         let mut word = match goal {
             Goal::Off => controlword::DISABLE_VOLTAGE,
-            Goal::Hold if state == State::OperationEnabled || state == State::QuickStopActive => controlword::QUICK_STOP,
+            Goal::Hold if state == State::OperationEnabled || state == State::QuickStopActive => {
+                controlword::QUICK_STOP
+            }
             Goal::Hold => controlword::DISABLE_VOLTAGE,
             _ => toward_operation(state),
         };
         if drive.reset {
             word = controlword::DISABLE_VOLTAGE | CONTROL_FAULT_RESET;
-        } else if goal == Goal::Reference && state == State::OperationEnabled && !drive.referenced() {
+        } else if goal == Goal::Reference && state == State::OperationEnabled && !drive.referenced()
+        {
             word |= CONTROL_START;
         }
         let (mode, target) = match goal {
@@ -174,10 +195,19 @@ impl Drives {
             Goal::MoveTo(target) => (mode::PROFILE_POSITION, target),
             Goal::Taut => (mode::TAUT, 0),
             Goal::Velocity(target) => {
-                let set_point = VelocitySetPoint { controlword: word, mode: mode::CYCLIC_VELOCITY, target };
+                let set_point = VelocitySetPoint {
+                    controlword: word,
+                    mode: mode::CYCLIC_VELOCITY,
+                    target,
+                };
                 return set_point.frame(receive(2), drive.id);
             }
         };
-        PositionSetPoint { controlword: word, mode, target }.frame(receive(1), drive.id)
+        PositionSetPoint {
+            controlword: word,
+            mode,
+            target,
+        }
+        .frame(receive(1), drive.id)
     }
 }

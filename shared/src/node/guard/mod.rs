@@ -11,7 +11,9 @@ mod sequence;
 pub use sequence::State;
 
 use crate::bus::network::{NmtCommand, nmt, sync};
-use crate::bus::pdo::{GuardMargins, GuardMotion, GuardPassed, GuardState, OperatorCommand, Request};
+use crate::bus::pdo::{
+    GuardMargins, GuardMotion, GuardPassed, GuardState, OperatorCommand, Request,
+};
 use crate::can::Frame;
 use crate::math::clamp;
 use crate::node::BodySensors;
@@ -126,19 +128,24 @@ impl Guard {
             self.next_sync_us = inputs.now_us + self.sync_period_us;
             self.cycle(inputs.now_us, &mut frames);
         }
-        let emergency = (trouble_before != self.trouble).then(|| self.trouble.map_or(0, |trouble| trouble.code));
+        let emergency = (trouble_before != self.trouble)
+            .then(|| self.trouble.map_or(0, |trouble| trouble.code));
         self.outputs(frames, emergency)
     }
 
     /// Takes the operator's command; a changed sequence number shows that there is an operator.
     fn listen(&mut self, inputs: &Inputs<'_>) {
-        let Some(command) = inputs.operator else { return };
+        let Some(command) = inputs.operator else {
+            return;
+        };
         let first = self.operator_us.is_none();
         if first || command.sequence != self.operator.sequence {
             self.operator_us = Some(inputs.now_us);
         }
         let before = Request::from_byte(self.operator.request);
-        if Request::from_byte(command.request) == Request::Reset && (first || before != Request::Reset) {
+        if Request::from_byte(command.request) == Request::Reset
+            && (first || before != Request::Reset)
+        {
             self.trouble = None;
             self.drives.reset_faults();
         }
@@ -146,7 +153,8 @@ impl Guard {
     }
 
     fn operator_present(&self, now_us: u64) -> bool {
-        self.operator_us.is_some_and(|heard| now_us.saturating_sub(heard) <= self.operator_timeout_us)
+        self.operator_us
+            .is_some_and(|heard| now_us.saturating_sub(heard) <= self.operator_timeout_us)
     }
 
     /// The first fault or loss latches until the operator's reset.
@@ -160,12 +168,32 @@ impl Guard {
     fn cycle(&mut self, now_us: u64, frames: &mut Vec<Frame, MAX_SENT>) {
         let period = self.sync_period_us as f32 * 1e-6;
         let request = Request::from_byte(self.operator.request);
-        let started = self.sequence.advance(request, self.trouble.is_some(), &self.drives, &self.body, now_us);
+        let started = self.sequence.advance(
+            request,
+            self.trouble.is_some(),
+            &self.drives,
+            &self.body,
+            now_us,
+        );
         self.body.observe(&self.drives, &self.attitude, period);
 
-        let obey = self.sequence.state() == State::Armed && request == Request::Arm && self.operator_present(now_us);
-        let asked = if obey { self.operator } else { OperatorCommand { chassis: self.body.chassis_bus(), ..OperatorCommand::default() } };
-        let verdict = self.body.drive(&asked, self.sequence.state() == State::Armed, &self.attitude, period);
+        let obey = self.sequence.state() == State::Armed
+            && request == Request::Arm
+            && self.operator_present(now_us);
+        let asked = if obey {
+            self.operator
+        } else {
+            OperatorCommand {
+                chassis: self.body.chassis_bus(),
+                ..OperatorCommand::default()
+            }
+        };
+        let verdict = self.body.drive(
+            asked,
+            self.sequence.state() == State::Armed,
+            &self.attitude,
+            period,
+        );
         self.count(verdict);
 
         // The queue holds SYNC, one NMT command and four set-points: MAX_SENT is more.
@@ -187,14 +215,17 @@ impl Guard {
             match verdict {
                 Verdict::Passed => {}
                 Verdict::Scaled(_) => self.scaled = self.scaled.saturating_add(1),
-                Verdict::Refused(_) | Verdict::ChassisRefused(_) => self.refused = self.refused.saturating_add(1),
+                Verdict::Refused(_) | Verdict::ChassisRefused(_) => {
+                    self.refused = self.refused.saturating_add(1);
+                }
             }
         }
         self.verdict = verdict;
     }
 
     fn outputs(&self, frames: Vec<Frame, MAX_SENT>, emergency: Option<u16>) -> Outputs {
-        let centidegrees = |radians: f32| clamp(radians.to_degrees() * 100.0, -32_768.0, 32_767.0) as i16;
+        let centidegrees =
+            |radians: f32| clamp(radians.to_degrees() * 100.0, -32_768.0, 32_767.0) as i16;
         let millimetres = |metres: f32| clamp(metres * 1e3, -32_768.0, 32_767.0) as i16;
         let [back, front, left, right] = self.body.margins().now.map(millimetres);
         let trouble = self.trouble.unwrap_or(Trouble { node: 0, code: 0 });
@@ -213,7 +244,12 @@ impl Guard {
                 fault_code: trouble.code,
                 heading: (self.attitude.heading().to_bits() >> 16) as i16,
             },
-            margins: GuardMargins { back, front, left, right },
+            margins: GuardMargins {
+                back,
+                front,
+                left,
+                right,
+            },
             passed: GuardPassed {
                 asked_speed: self.operator.forward,
                 passed_speed: millimetres(self.body.forward_speed()),

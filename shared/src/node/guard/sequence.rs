@@ -33,10 +33,22 @@ pub enum State {
 impl State {
     /// The state with this number.
     pub fn from_byte(byte: u8) -> Option<Self> {
-        use State::{Armed, Held, Ready, ReferencingJoint, ReferencingScrew, Straightening, Tightening, Waiting};
-        [Waiting, Ready, ReferencingScrew, ReferencingJoint, Straightening, Tightening, Armed, Held]
-            .into_iter()
-            .find(|state| *state as u8 == byte)
+        use State::{
+            Armed, Held, Ready, ReferencingJoint, ReferencingScrew, Straightening, Tightening,
+            Waiting,
+        };
+        [
+            Waiting,
+            Ready,
+            ReferencingScrew,
+            ReferencingJoint,
+            Straightening,
+            Tightening,
+            Armed,
+            Held,
+        ]
+        .into_iter()
+        .find(|state| *state as u8 == byte)
     }
 
     /// Its name, as logs and reports show it.
@@ -75,14 +87,29 @@ impl Sequence {
     }
 
     /// Takes one SYNC period; true when the network is to be started.
-    pub fn advance(&mut self, request: Request, trouble: bool, drives: &Drives, body: &Body, now_us: u64) -> bool {
-        let screw_away = drives.of(Role::Screw).position().abs_diff(body.released_bus());
+    pub fn advance(
+        &mut self,
+        request: Request,
+        trouble: bool,
+        drives: &Drives,
+        body: &Body,
+        now_us: u64,
+    ) -> bool {
+        let screw_away = drives
+            .of(Role::Screw)
+            .position()
+            .abs_diff(body.released_bus());
         let there = match self.state {
             State::Waiting => drives.all(super::Drive::seen),
             State::Ready => request == Request::Arm,
-            State::ReferencingScrew => drives.of(Role::Screw).referenced() && (body.joint_known() || screw_away < SCREW_THERE),
+            State::ReferencingScrew => {
+                drives.of(Role::Screw).referenced()
+                    && (body.joint_known() || screw_away < SCREW_THERE)
+            }
             State::ReferencingJoint => drives.of(Role::Joint).referenced(),
-            State::Straightening => body.joint_known() || drives.of(Role::Joint).position().unsigned_abs() < JOINT_THERE,
+            State::Straightening => {
+                body.joint_known() || drives.of(Role::Joint).position().unsigned_abs() < JOINT_THERE
+            }
             State::Tightening => self.tight(drives, body, now_us),
             State::Armed => false,
             State::Held => !trouble,
@@ -126,17 +153,25 @@ impl Sequence {
     pub fn goal(&self, role: Role, body: &Body) -> Goal {
         match (self.state, role) {
             (State::Waiting | State::Ready, _) => Goal::Off,
-            (State::ReferencingScrew, Role::Screw) if body.screw_known() => Goal::MoveTo(body.released_bus()),
+            (State::ReferencingScrew, Role::Screw) if body.screw_known() => {
+                Goal::MoveTo(body.released_bus())
+            }
             (State::ReferencingScrew, Role::Screw) => Goal::Reference,
             (State::ReferencingScrew, _) => Goal::Off,
-            (State::ReferencingJoint | State::Straightening, Role::Screw) => Goal::MoveTo(body.released_bus()),
+            (State::ReferencingJoint | State::Straightening, Role::Screw) => {
+                Goal::MoveTo(body.released_bus())
+            }
             (State::ReferencingJoint, Role::Joint) => Goal::Reference,
             (State::Straightening, Role::Joint) => Goal::MoveTo(0),
             (State::ReferencingJoint | State::Straightening, _) => Goal::Off,
             (State::Tightening | State::Armed, Role::Screw) => Goal::Taut,
             (State::Tightening | State::Armed, Role::Joint) => Goal::Position(body.joint_bus()),
-            (State::Tightening | State::Armed, Role::Left) => Goal::Velocity(body.track_speeds()[0]),
-            (State::Tightening | State::Armed, Role::Right) => Goal::Velocity(body.track_speeds()[1]),
+            (State::Tightening | State::Armed, Role::Left) => {
+                Goal::Velocity(body.track_speeds()[0])
+            }
+            (State::Tightening | State::Armed, Role::Right) => {
+                Goal::Velocity(body.track_speeds()[1])
+            }
             // The belt stays taut as long as the screw can keep it so.
             (State::Held, Role::Screw) if body.joint_known() => Goal::Taut,
             (State::Held, _) => Goal::Hold,
