@@ -211,7 +211,11 @@ impl Plant for B2p2 {
         let mut put = |value: f64| sink(&value.to_bits().to_le_bytes());
         for handle in self.robot.bodies {
             let body = &self.world.bodies[handle];
-            body.position().rotation.to_array().into_iter().for_each(&mut put);
+            body.position()
+                .rotation
+                .to_array()
+                .into_iter()
+                .for_each(&mut put);
             for vector in [body.position().translation, body.linvel(), body.angvel()] {
                 vector.to_array().into_iter().for_each(&mut put);
             }

@@ -286,3 +286,33 @@ fn belt(
 pub fn into_body(body: &RigidBody, vector: Vector) -> Vector {
     body.position().rotation.inverse() * vector
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn segments_weigh_and_turn_as_bodies_can() {
+        let parameters = B2p2Parameters::nominal();
+        let mut mass = 0.0;
+        for index in 0..3 {
+            let properties = mass_properties(&parameters, index, None);
+            mass += properties.mass();
+            let [x, y, z] = properties.principal_inertia().to_array();
+            assert!(
+                x > 0.0 && y > 0.0 && z > 0.0,
+                "segment {index}: {x} {y} {z}"
+            );
+            assert!(
+                x + y >= z && y + z >= x && z + x >= y,
+                "segment {index}: {x} {y} {z}"
+            );
+            // Nothing of the robot is farther from its centre of mass than half its largest dimension.
+            assert!((x / properties.mass()).sqrt() < 0.3);
+        }
+        assert!((mass - 8.315_283).abs() < 1e-9);
+        // The shift of body 3's inertia across its axis, by hand: 0.02964 - 1.06215 * 0.15268^2 = 0.00488.
+        let front = mass_properties(&parameters, 2, None).reconstruct_inertia_matrix();
+        assert!((front.y_axis.y - 0.00488).abs() < 1e-5, "{front}");
+    }
+}
