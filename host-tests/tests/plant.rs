@@ -385,6 +385,9 @@ fn gear_and_rotor_exchange_torque_without_oscillating() {
         let mut span = [f64::MAX, f64::MIN];
         for step in 0..500 {
             robot.step([0.0; 2], target);
+            if !still && step % 20 < 3 {
+                println!("{:.4} {:.4}", robot.plant.truth().theta, robot.torque(2));
+            }
             if still || step > 300 {
                 span = [span[0].min(robot.torque(2)), span[1].max(robot.torque(2))];
             }

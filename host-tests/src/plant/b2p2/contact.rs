@@ -1,6 +1,6 @@
 //! Belts and ground: the belts' surface speed goes in, the forces of the ground come out.
 
-use super::robot::{DT, MARKS, SUBSTEPS};
+use super::robot::{DT, MARKS};
 use rapier3d_f64::geometry::NEW_CONTACT_BIT;
 use rapier3d_f64::math::Vector;
 use rapier3d_f64::prelude::*;
@@ -107,6 +107,21 @@ impl Support {
     }
 }
 
+/// Friction impulse of a whole step on the first collider, N s, in world axes.
+///
+/// The engine gives it in a tangent basis of its own, but the last substep's in both that basis and world axes: the
+/// rotation between the two components turns one into the other. `normal` is the basis' third axis.
+fn friction_impulse(data: &ContactData, normal: Vector) -> Vector {
+    let (whole, last) = (data.tangent_impulse, data.warmstart_tangent_impulse);
+    let square = last.x * last.x + last.y * last.y;
+    if square == 0.0 {
+        return Vector::ZERO;
+    }
+    let along = (last.x * whole.x + last.y * whole.y) / square;
+    let across = (last.x * whole.y - last.y * whole.x) / square;
+    data.warmstart_tangent_world * along + normal.cross(data.warmstart_tangent_world) * across
+}
+
 /// Reads the contacts that the step number `step` left behind.
 pub fn read(
     world: &PhysicsWorld,
@@ -147,8 +162,7 @@ pub fn read(
                 support.add(place, step + WINDOW);
                 forces.lift -= force * outward.z;
                 let Some(direction) = direction else { continue };
-                // The impulse kept for warm starting is the last substep's.
-                let friction = point.data.warmstart_tangent_world * (sign * SUBSTEPS as f64 / DT);
+                let friction = friction_impulse(&point.data, -manifold.data.normal) * (sign / DT);
                 forces.lift += friction.z;
                 // A belt that runs forward moves backward where it touches.
                 forces.traction[side] -= friction.dot(direction);

@@ -38,8 +38,6 @@ pub struct Gear {
     zero: Option<f64>,
     /// Place at which a self-locking gear was left.
     held: f64,
-    /// What the node said last: place and speed at the joint.
-    commanded: Option<[f64; 2]>,
 }
 
 impl Gear {
@@ -51,7 +49,6 @@ impl Gear {
             dead_friction,
             zero: None,
             held: place,
-            commanded: None,
         }
     }
 
@@ -61,7 +58,6 @@ impl Gear {
             if self.zero.take().is_some() {
                 self.held = place;
             }
-            self.commanded = None;
             return match self.dead_friction {
                 // Stiff enough that creeping below the friction stays invisible.
                 Some(limit) => Drive {
@@ -83,7 +79,6 @@ impl Gear {
         // A shaft seen for the first time has already made this step.
         let zero = *self.zero.get_or_insert(place - moved + speed * DT);
         let target = zero + moved;
-        self.commanded = Some([target, speed]);
         Drive {
             place: target - speed * MEAN_LEAD,
             speed,
@@ -92,14 +87,14 @@ impl Gear {
         }
     }
 
-    /// Torque, N m, with which the load resists a positive turn of the shaft, from where the joint ended: the spring law,
-    /// whose mean over the substeps this is as long as shaft and joint move alike. Zero without a node.
-    pub fn shaft_torque(&self, place: f64, speed: f64) -> f64 {
-        self.commanded.map_or(0.0, |[target, commanded_speed]| {
-            let force = self.stiffness[0] * (target - place)
-                + self.stiffness[1] * (commanded_speed - speed);
+    /// Torque, N m, with which the load resists a positive turn of the shaft when the gear passes `force` (N or N m) on to
+    /// its joint. Zero without a node.
+    pub fn shaft_torque(&self, force: f64) -> f64 {
+        if self.zero.is_some() {
             force * self.per_turn / TAU
-        })
+        } else {
+            0.0
+        }
     }
 }
 

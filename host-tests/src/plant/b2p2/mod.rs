@@ -21,7 +21,7 @@ use core::f64::consts::TAU;
 use gear::{Belt, Drive, Gear};
 use rapier3d_f64::math::{Rotation, Vector};
 use rapier3d_f64::prelude::*;
-use robot::{DT, Robot};
+use robot::{DT, Robot, SUBSTEPS};
 use sense::BodySensing;
 use tautrack::link::{BodySensors, Sensors, Shaft, Switches};
 
@@ -110,6 +110,18 @@ impl B2p2 {
         }
     }
 
+    /// Force or torque that a gear passed on to its joint in the last substep, N or N m.
+    ///
+    /// The engine's impulse, not the spring law: after the engine's few iterations only the impulse balances the load.
+    fn passed_on(&self, handle: ImpulseJointHandle, axis: JointAxis) -> f64 {
+        let motor = self
+            .world
+            .impulse_joints
+            .get(handle)
+            .and_then(|joint| joint.data.motor(axis));
+        motor.map_or(0.0, |motor| -motor.impulse * SUBSTEPS as f64 / DT)
+    }
+
     fn drive_joint(&mut self, handle: ImpulseJointHandle, axis: JointAxis, drive: Drive) {
         // The handle lives as long as the world does.
         if let Some(joint) = self.world.impulse_joints.get_mut(handle, false) {
@@ -169,8 +181,8 @@ impl Plant for B2p2 {
 
     fn sensors(&self, motor: usize) -> Sensors {
         let p = &self.parameters;
-        let [theta, theta_rate] = self.robot.chassis_joint(&self.world);
-        let [extension, extension_rate] = self.robot.extension(&self.world, p);
+        let [theta, _] = self.robot.chassis_joint(&self.world);
+        let [extension, _] = self.robot.extension(&self.world, p);
         let limits = |place: f64, [low, high]: [f64; 2], reference: bool| Switches {
             reference,
             positive_limit: place >= high,
@@ -183,11 +195,19 @@ impl Plant for B2p2 {
             ),
             2 => {
                 let switches = limits(theta, p.joint_travel, theta >= p.joint_reference);
-                (self.joint.shaft_torque(theta, theta_rate), switches)
+                (
+                    self.joint
+                        .shaft_torque(self.passed_on(self.robot.joint, JointAxis::AngX)),
+                    switches,
+                )
             }
             3 => {
                 let switches = limits(extension, p.screw_travel, extension <= p.screw_reference);
-                (self.screw.shaft_torque(extension, extension_rate), switches)
+                (
+                    self.screw
+                        .shaft_torque(self.passed_on(self.robot.screw, JointAxis::LinX)),
+                    switches,
+                )
             }
             _ => panic!("B2P2 has {MOTORS} motors, there is no motor {motor}"),
         };
