@@ -7,8 +7,8 @@ use rapier3d_f64::prelude::*;
 
 /// How long a contact that carried force counts as support, steps: single contacts flicker.
 pub const WINDOW: u64 = 50;
-/// Below this a contact carries nothing, N.
-const LEAST_FORCE: f64 = 0.1;
+/// Below this a contact supports nothing, N.
+const LEAST_SUPPORT: f64 = 0.1;
 /// Contacts within one cell of this size are one, m.
 const CELL: f64 = 0.01;
 /// Faces whose normal is closer to the pulleys' axis than this (sine) are the belt's flanks and do not run.
@@ -150,16 +150,15 @@ pub fn read(
             for contact in &manifold.data.solver_contacts {
                 let point = &manifold.points[(contact.contact_id[0] & !NEW_CONTACT_BIT) as usize];
                 let force = point.data.impulse / DT;
-                if force < LEAST_FORCE {
-                    continue;
-                }
                 let local = if first {
                     point.local_p1
                 } else {
                     point.local_p2
                 };
                 let place = belt.position().transform_point(local);
-                support.add(place, step + WINDOW);
+                if force > LEAST_SUPPORT {
+                    support.add(place, step + WINDOW);
+                }
                 forces.lift -= force * outward.z;
                 let Some(direction) = direction else { continue };
                 let friction = friction_impulse(&point.data, -manifold.data.normal) * (sign / DT);

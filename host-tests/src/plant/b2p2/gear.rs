@@ -88,10 +88,14 @@ impl Gear {
     }
 
     /// Torque, N m, with which the load resists a positive turn of the shaft when the gear passes `force` (N or N m) on to
-    /// its joint. Zero without a node.
-    pub fn shaft_torque(&self, force: f64) -> f64 {
+    /// its joint in the last substep, the joint having moved at `rate` (rad/s or m/s). Zero without a node.
+    ///
+    /// The joint moves towards a place that stands still during the step, so the force falls from substep to substep; the
+    /// shaft feels the mean.
+    pub fn shaft_torque(&self, force: f64, rate: f64) -> f64 {
+        let mean = force + self.stiffness[0] * MEAN_LEAD * rate;
         if self.zero.is_some() {
-            force * self.per_turn / TAU
+            mean * self.per_turn / TAU
         } else {
             0.0
         }

@@ -36,6 +36,8 @@ pub struct B2p2 {
     body_sensing: BodySensing,
     support: Support,
     ground: GroundForces,
+    /// Mean rates of chassis joint and screw in the last step, rad/s and m/s.
+    rates: [f64; 2],
     start_heading: f64,
     step: u64,
     payload: Option<Payload>,
@@ -49,7 +51,6 @@ impl B2p2 {
         let mut world = robot::world();
         let start = robot::lay_ground(&mut world, terrain, &p);
         let robot = Robot::build(&mut world, &p, start);
-        let extension = p.taut_length(p.initial_theta) - p.l2 + p.initial_extension_error;
         let body_sensing = BodySensing::new(
             &p.body_sensors,
             Noise::new(seed),
@@ -62,10 +63,11 @@ impl B2p2 {
                 Some(p.dead_joint_friction),
                 p.initial_theta,
             ),
-            screw: Gear::new(p.screw_gear, p.screw_lead, None, extension),
+            screw: Gear::new(p.screw_gear, p.screw_lead, None, p.initial_extension()),
             belts: [Belt::default(); 2],
             support: Support::default(),
             ground: GroundForces::default(),
+            rates: [0.0; 2],
             start_heading: p.initial_heading_and_y[0],
             step: 0,
             payload: None,
@@ -164,6 +166,9 @@ impl Plant for B2p2 {
         };
         self.world.step_with_events(&running, &());
         self.step += 1;
+        let [now, _] = self.robot.chassis_joint(&self.world);
+        let [length, _] = self.robot.extension(&self.world, &p);
+        self.rates = [(now - theta) / DT, (length - extension) / DT];
 
         self.ground = contact::read(&self.world, &running, self.step, &mut self.support);
         for (belt, traction) in self.belts.iter_mut().zip(self.ground.traction) {
@@ -196,16 +201,20 @@ impl Plant for B2p2 {
             2 => {
                 let switches = limits(theta, p.joint_travel, theta >= p.joint_reference);
                 (
-                    self.joint
-                        .shaft_torque(self.passed_on(self.robot.joint, JointAxis::AngX)),
+                    self.joint.shaft_torque(
+                        self.passed_on(self.robot.joint, JointAxis::AngX),
+                        self.rates[0],
+                    ),
                     switches,
                 )
             }
             3 => {
                 let switches = limits(extension, p.screw_travel, extension <= p.screw_reference);
                 (
-                    self.screw
-                        .shaft_torque(self.passed_on(self.robot.screw, JointAxis::LinX)),
+                    self.screw.shaft_torque(
+                        self.passed_on(self.robot.screw, JointAxis::LinX),
+                        self.rates[1],
+                    ),
                     switches,
                 )
             }

@@ -83,9 +83,9 @@ pub struct B2p2Parameters {
     pub screw_travel: [f64; 2],
     /// Extension below which the screw's reference switch is actuated, m.
     pub screw_reference: f64,
-    /// Chassis angle at power-up, rad.
+    /// Chassis angle at power-up, rad; taken as far as the travel allows.
     pub initial_theta: f64,
-    /// Extension at power-up minus the one that keeps the belts taut, m; negative is slack.
+    /// Extension at power-up minus the one that keeps the belts taut, m; negative is slack. Taken as far as the travel allows.
     pub initial_extension_error: f64,
     /// Heading at the start, rad, and distance to the left of the x axis, m.
     pub initial_heading_and_y: [f64; 2],
@@ -196,6 +196,19 @@ impl B2p2Parameters {
     /// Length L2 + L3 that keeps the belts taut at chassis angle `theta`, m (eq. 2, solved for the triangle of the axles).
     pub fn taut_length(&self, theta: f64) -> f64 {
         taut_length(self.k, self.l1, theta)
+    }
+
+    /// Chassis angle at power-up within the travel, rad.
+    pub fn initial_theta(&self) -> f64 {
+        self.initial_theta
+            .clamp(self.joint_travel[0], self.joint_travel[1])
+    }
+
+    /// Extension at power-up within the travel, m.
+    pub fn initial_extension(&self) -> f64 {
+        let wanted =
+            self.taut_length(self.initial_theta()) - self.l2 + self.initial_extension_error;
+        wanted.clamp(self.screw_travel[0], self.screw_travel[1])
     }
 
     /// Distance from axle 1 to axle 3, m.
