@@ -73,7 +73,7 @@ pub struct GroundForces {
     pub traction: [f64; 2],
     /// Sum of the normal forces' upward parts, N.
     pub lift: f64,
-    /// Speed at which the belts slip over the ground where they touch it, weighted by force, left and right, m/s.
+    /// Speed of the belts' surface over the ground where they touch it, against the direction of travel: positive spins, negative skids; weighted by force, left and right, m/s.
     pub slip: [f64; 2],
 }
 
@@ -166,7 +166,7 @@ pub fn read(
                 // A belt that runs forward moves backward where it touches.
                 forces.traction[side] -= friction.dot(direction);
                 let sliding = body.velocity_at_point(place).dot(direction) + belts.speed[side];
-                forces.slip[side] += force * sliding.abs();
+                forces.slip[side] += force * sliding;
                 weight[side] += force;
             }
         }

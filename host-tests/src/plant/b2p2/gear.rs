@@ -109,11 +109,15 @@ pub struct Belt {
     pub speed: f64,
     /// Force of the ground along the belt, forward positive, low-passed, N.
     pub traction: f64,
+    /// Speed of its surface over the ground, low-passed, m/s.
+    pub slip_speed: f64,
     driven: bool,
 }
 
 /// Time constant of the force that a sprocket feels, s: the belt's elasticity. Unfiltered, force and speed chase each other.
 const BELT_LAG: f64 = 0.010;
+/// Time constant of the slip that counts, s: the solver's single steps tremble around none.
+const SLIP_LAG: f64 = 0.050;
 
 impl Belt {
     /// Takes the shaft's motion: the belt moves with its sprocket, or freely against the friction of a dead gear.
@@ -133,9 +137,10 @@ impl Belt {
         };
     }
 
-    /// Takes the force of the ground in the last step.
-    pub fn load(&mut self, traction: f64) {
+    /// Takes what the ground did in the last step: its force, N, and the speed of the surface over it, m/s.
+    pub fn load(&mut self, traction: f64, slip_speed: f64) {
         self.traction += (traction - self.traction) * (DT / (BELT_LAG + DT));
+        self.slip_speed += (slip_speed - self.slip_speed) * (DT / (SLIP_LAG + DT));
     }
 
     /// Torque with which the ground resists a positive turn of the sprocket, N m. Zero without a node.

@@ -171,8 +171,8 @@ impl Plant for B2p2 {
         self.rates = [(now - theta) / DT, (length - extension) / DT];
 
         self.ground = contact::read(&self.world, &running, self.step, &mut self.support);
-        for (belt, traction) in self.belts.iter_mut().zip(self.ground.traction) {
-            belt.load(traction);
+        for (side, belt) in self.belts.iter_mut().enumerate() {
+            belt.load(self.ground.traction[side], self.ground.slip[side]);
         }
         self.observe();
         let body = &self.world.bodies[self.robot.bodies[0]];
@@ -250,7 +250,9 @@ impl Plant for B2p2 {
             }
         }
         for belt in &self.belts {
-            [belt.speed, belt.traction].into_iter().for_each(&mut put);
+            [belt.speed, belt.traction, belt.slip_speed]
+                .into_iter()
+                .for_each(&mut put);
         }
         for vector in self.body_sensing.state() {
             vector.to_array().into_iter().for_each(&mut put);

@@ -62,7 +62,13 @@ impl B2p2 {
         truth.cog = cog.to_array();
         truth.ground_speed = (momentum / mass).dot(heading);
         truth.belt_speed = self.belts.map(|belt| belt.speed);
-        truth.slip += 0.5 * (self.ground.slip[0] + self.ground.slip[1]) * DT;
+        truth.slip += 0.5
+            * self
+                .belts
+                .iter()
+                .map(|belt| belt.slip_speed.abs())
+                .sum::<f64>()
+            * DT;
         let upright = core::f64::consts::FRAC_PI_2;
         truth.toppled |= roll.abs() > ON_ITS_SIDE
             || (pitch > upright && along(axle_1) > 0.0)
