@@ -1,8 +1,17 @@
-//! `guard`.
+//! The guard: body controller, stability filter, master of the network, and the inclinometer of CiA 410.
 
-use super::{Refusal, Role, dictionary, start_bus};
+use super::{Refusal, Role, dictionary, refuse, start_bus};
+use crate::boards::{Board, CONTROL_HZ, Selected};
+use crate::bus::{self, FrameQueue, Heard};
+use core::sync::atomic::{AtomicBool, Ordering};
 use embassy_executor::Spawner;
-use tautrack::settings::Settings;
+use embassy_time::{Duration, Instant, Ticker};
+use heapless::Vec;
+use tautrack::bus::network::{self, Emergency};
+use tautrack::bus::pdo::OperatorCommand;
+use tautrack::can::Frame;
+use tautrack::node::guard::{Guard, Inputs, Outputs};
+use tautrack::settings::{Setting, Settings};
 
 dictionary!(od, "guard.rs");
 
@@ -12,6 +21,87 @@ pub static ROLE: Role = Role {
     start,
 };
 
+/// Most frames between two ticks: a 1 Mbit/s bus carries fewer in 1 ms.
+const MAX_HEARD: usize = 32;
+
+/// Frames for the next tick.
+static HEARD: FrameQueue<MAX_HEARD> = FrameQueue::new();
+/// The operator's objects were written since the tick before.
+static OPERATOR: AtomicBool = AtomicBool::new(false);
+
 fn start(spawner: Spawner, settings: &Settings) -> Result<(), Refusal> {
-    start_bus(spawner, settings, od::DICTIONARY, None, |_| {})
+    let guard =
+        Guard::new(settings).map_err(|error| refuse(format_args!("geometry: {error:?}")))?;
+    start_bus(spawner, settings, od::DICTIONARY, None, heard)?;
+    super::spawn(spawner, control(guard, settings.id(Setting::NodeId)))
+}
+
+fn heard(heard: Heard) {
+    HEARD.push(heard.frame);
+    // By process data, or by a client that writes the command's objects one by one.
+    if heard.wrote && heard.sdo_index.is_none_or(|index| index == 0x4000) {
+        OPERATOR.store(true, Ordering::Relaxed);
+    }
+}
+
+#[embassy_executor::task]
+async fn control(mut guard: Guard, node: u8) -> ! {
+    let mut ticker = Ticker::every(Duration::from_hz(u64::from(CONTROL_HZ)));
+    let mut frames = Vec::<Frame, MAX_HEARD>::new();
+    loop {
+        ticker.next().await;
+        frames.clear();
+        while let Some(frame) = HEARD.pop() {
+            let _ = frames.push(frame); // as many as the queue holds
+        }
+        let outputs = guard.tick(&Inputs {
+            now_us: Instant::now().as_micros(),
+            body: Selected::body(),
+            operator: OPERATOR
+                .swap(false, Ordering::Relaxed)
+                .then(operator_command),
+            frames: &frames,
+        });
+        publish(&outputs);
+        if let Some(code) = outputs.emergency {
+            crate::logger::warn!("trouble {} of node {}", code, outputs.state.fault_node);
+            bus::send(network::emergency(Emergency { node, code }));
+        }
+        outputs.frames.into_iter().for_each(bus::send);
+    }
+}
+
+/// The command as the objects hold it.
+fn operator_command() -> OperatorCommand {
+    OperatorCommand {
+        forward: od::OBJECT4000.get_forward_speed(),
+        yaw_rate: od::OBJECT4000.get_yaw_rate(),
+        chassis: od::OBJECT4000.get_chassis_angle(),
+        request: od::OBJECT4000.get_request(),
+        sequence: od::OBJECT4000.get_sequence(),
+    }
+}
+
+/// What the tick tells, as objects. The SYNC that the same tick sends finds them there.
+fn publish(outputs: &Outputs) {
+    od::OBJECT1001.set_value(u8::from(outputs.state.fault_code != 0));
+    od::OBJECT4001.set_state(outputs.state.state);
+    od::OBJECT4001.set_verdict(outputs.state.verdict);
+    od::OBJECT4001.set_scale(outputs.state.scale);
+    od::OBJECT4001.set_fault_node(outputs.state.fault_node);
+    od::OBJECT4001.set_fault_code(outputs.state.fault_code);
+    od::OBJECT4001.set_heading(outputs.state.heading);
+    od::OBJECT4002.set_value(outputs.motion.odometry);
+    od::OBJECT6010.set_value(outputs.motion.pitch);
+    od::OBJECT6020.set_value(outputs.motion.roll);
+    od::OBJECT4003.set_back(outputs.margins.back);
+    od::OBJECT4003.set_front(outputs.margins.front);
+    od::OBJECT4003.set_left(outputs.margins.left);
+    od::OBJECT4003.set_right(outputs.margins.right);
+    od::OBJECT4004.set_asked_speed(outputs.passed.asked_speed);
+    od::OBJECT4004.set_passed_speed(outputs.passed.passed_speed);
+    od::OBJECT4004.set_asked_chassis(outputs.passed.asked_chassis);
+    od::OBJECT4004.set_passed_chassis(outputs.passed.passed_chassis);
+    od::OBJECT4005.set_refused(outputs.refused);
+    od::OBJECT4005.set_scaled(outputs.scaled);
 }

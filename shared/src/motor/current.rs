@@ -38,7 +38,10 @@ impl fmt::Display for CurrentLoopError {
         match self {
             Self::NotPositive { name, got } => write!(out, "{name} = {got} must be above zero"),
             Self::BandwidthTooHigh { got, maximum } => {
-                write!(out, "bandwidth = {got} rad/s, at most {maximum} at this PWM rate")
+                write!(
+                    out,
+                    "bandwidth = {got} rad/s, at most {maximum} at this PWM rate"
+                )
             }
         }
     }
