@@ -165,6 +165,32 @@ fn screw_hears_its_joint_directly_even_after_a_reset_of_communication() {
     }
 }
 
+#[test]
+fn guard_makes_the_sync_and_sends_its_own_process_data_on_it() {
+    let mut client = Client::new("guard");
+    client.send(&[(0x000, &[1, 0])]);
+    let frames = client.idle(400);
+    let count = |id| frames.iter().filter(|frame| frame.id() == id).count();
+    assert_eq!(count(0x080), 100, "SYNC every 4 ms");
+    for function in [0x180, 0x280, 0x380, 0x480] {
+        assert_eq!(
+            count(function + NODE),
+            20,
+            "{function:#x} on every fifth SYNC"
+        );
+    }
+}
+
+#[test]
+fn operator_command_reaches_the_guard_as_process_data() {
+    let mut client = Client::new("guard");
+    client.send(&[(0x000, &[1, 0])]);
+    let [low, high] = 250_i16.to_le_bytes();
+    client.send(&[(0x200 + NODE, &[low, high, 0, 0, 0, 0, 0, 1])]);
+    client.idle(40);
+    assert_eq!(client.read(0x4004, 1), 250, "asked speed");
+}
+
 /// Position set-point with this controlword, in 2^-16 turn of the output shaft.
 fn set_point(controlword: u8, target: i32) -> [u8; 7] {
     let [a, b, c, d] = target.to_le_bytes();
