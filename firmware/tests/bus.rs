@@ -302,7 +302,7 @@ fn no_frame_panics_a_node() {
         for _ in 0..20_000 {
             let frames: Vec<_> = (0..8)
                 .map(|_| {
-                    let id = match random() % 8 {
+                    let id = match random() % 16 {
                         0 => random() as u16 & 0x7ff,
                         1 => 0x000,
                         2 => 0x080,
@@ -311,15 +311,18 @@ fn no_frame_panics_a_node() {
                         _ => 0x600 + NODE,
                     };
                     let mut data = random().to_le_bytes();
-                    // Half of all requests go where the stack is known to be weak, or to objects that exist.
-                    if id == 0x600 + NODE && random() % 2 == 0 {
-                        let index = [
-                            0x1600, 0x1a00, 0x1400, 0x1800, 0x1017, 0x1008, 0x6040, 0x1018,
-                        ][random() as usize % 8];
+                    if id == 0x000 {
+                        data[0] = [1, 2, 128, 128, 129, 130][random() as usize % 6];
+                        data[1] = [0, NODE as u8][random() as usize % 2];
+                    }
+                    // Three of four requests go where the stack is known to be weak, or to objects that exist.
+                    if id == 0x600 + NODE && random() % 4 != 0 {
+                        let index =
+                            [0x1600, 0x1a00, 0x1400, 0x1017, 0x1008, 0x6040][random() as usize % 6];
                         data[0] =
-                            [0x40, 0x20, 0x21, 0x2f, 0x23, 0x60, 0x70, 0x00][random() as usize % 8];
+                            [0x40, 0x20, 0x21, 0x2f, 0x23, 0x60, 0x0f, 0x0f][random() as usize % 8];
                         data[1..3].copy_from_slice(&u16::to_le_bytes(index));
-                        data[3] %= 10;
+                        data[3] %= 3;
                     }
                     let length = if random() % 4 == 0 {
                         random() as usize % 9
