@@ -17,7 +17,7 @@ fn with(body: impl FnOnce(&mut Encoder, &mut LogBuffer)) {
         body(
             &mut ENCODER.borrow(cs).borrow_mut(),
             &mut LOG.borrow(cs).borrow_mut(),
-        )
+        );
     });
 }
 
