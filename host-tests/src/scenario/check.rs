@@ -2,15 +2,11 @@
 
 use super::{Description, Event, Fault, FaultKind, Problem, Robot, Scenario, Terrain, When};
 
-/// Distance of axles 1 and 2, `L1` (Paillat, Lucidarme, Hardouin, B2P2, table of constants), m.
-const L1_M: f64 = 0.32;
-/// Length of body 2, `L2`, m.
-const L2_M: f64 = 0.23;
 /// The screw's stated errors hold from `K / L1` = 2.4 on, and from `K = L1 + 2 L2` on its extension is never negative.
-const LEAST_K_M: f64 = if L1_M + 2.0 * L2_M > 2.4 * L1_M {
-    L1_M + 2.0 * L2_M
-} else {
-    2.4 * L1_M
+const LEAST_K_M: f64 = {
+    let untorn = Robot::L1_M + 2.0 * Robot::L2_M;
+    let stated = 2.4 * Robot::L1_M;
+    if untorn > stated { untorn } else { stated }
 };
 
 impl Description {
@@ -140,7 +136,7 @@ impl Robot {
 
     /// Foremost point of the robot at the start, for any chassis angle: straight, axle 3 is at `(K + L1) / 2`.
     fn front_m(&self) -> f64 {
-        f64::midpoint(self.k_m, L1_M) + self.pulley_radius_m
+        f64::midpoint(self.k_m, Self::L1_M) + self.pulley_radius_m
     }
 }
 

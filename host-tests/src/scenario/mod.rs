@@ -199,6 +199,13 @@ pub struct Robot {
     pub payload: Option<Payload>,
 }
 
+impl Robot {
+    /// Distance of axles 1 and 2, `L1` (Paillat, Lucidarme, Hardouin, B2P2, table of constants).
+    pub const L1_M: f64 = 0.32;
+    /// Length of body 2, `L2` (same table).
+    pub const L2_M: f64 = 0.23;
+}
+
 /// A point mass fixed to body 1.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
