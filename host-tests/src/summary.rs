@@ -1,10 +1,12 @@
-//! What came out of a run, in figures, and whether it is what the scenario expects.
+//! What came out of a run, in figures. `expectation` compares it with what the scenario expects, `table` prints it.
+
+mod expectation;
+mod table;
 
 use crate::record::{SAMPLE_HZ, Sample};
 use crate::scenario::{NodeName, Scenario};
 use serde::Serialize;
 use sha2::{Digest, Sha256};
-use std::fmt;
 use std::path::Path;
 
 /// A robot counts as landed behind the last nose when it stays this level, rad.
@@ -71,11 +73,14 @@ pub struct FaultFacts {
 /// When the file cannot be read.
 pub fn fingerprint(program: &Path) -> std::io::Result<String> {
     let digest = Sha256::digest(std::fs::read(program)?);
-    Ok(digest.iter().map(|byte| format!("{byte:02x}")).collect())
+    Ok(digest
+        .iter()
+        .fold(String::new(), |text, byte| text + &format!("{byte:02x}")))
 }
 
 /// The figures of one run; serialises to `summary.json`.
 #[derive(Clone, Debug, Serialize)]
+#[allow(clippy::struct_excessive_bools)] // independent findings, not states
 pub struct Summary {
     /// Name of the scenario.
     pub scenario: String,
@@ -206,78 +211,6 @@ impl Summary {
         summary.expectation_met = summary.unmet.is_empty();
         summary
     }
-
-    /// What the scenario expects and did not come true, one sentence each.
-    pub fn unmet_expectations(&self, scenario: &Scenario) -> Vec<String> {
-        let expect = &scenario.expect;
-        let mut unmet = Vec::new();
-        let mut outcome = |expected: Option<bool>, got: bool, positive: &str, negative: &str| {
-            if expected.is_some_and(|expected| expected != got) {
-                let (wanted, found) = if got {
-                    (negative, positive)
-                } else {
-                    (positive, negative)
-                };
-                unmet.push(format!("The robot {found}; expected: {wanted}."));
-            }
-        };
-        outcome(expect.landed, self.landed, "landed", "did not land");
-        outcome(expect.toppled, self.toppled, "toppled", "did not topple");
-        outcome(
-            expect.stopped,
-            self.stopped,
-            "stood still at the end",
-            "was moving at the end",
-        );
-        if let (Some([from, to]), Some(time)) = (expect.landing_between_s, self.landing_time_s)
-            && !(from..=to).contains(&time)
-        {
-            unmet.push(format!(
-                "The robot landed at {time:.2} s; expected: between {from} and {to} s."
-            ));
-        }
-        let interventions = self.guard.interventions;
-        if expect
-            .guard_intervenes
-            .is_some_and(|expected| expected != (interventions > 0))
-        {
-            let expected = if interventions > 0 {
-                "none"
-            } else {
-                "at least one"
-            };
-            unmet.push(format!(
-                "The guard intervened {interventions} times; expected: {expected}."
-            ));
-        }
-        if let Some(bound) = expect.tension_error_below_m
-            && self.tension_error_m.max >= bound
-        {
-            let got = self.tension_error_m.max * 1e3;
-            unmet.push(format!(
-                "The belt was off by {got:.2} mm; expected: less than {} mm.",
-                bound * 1e3
-            ));
-        }
-        for (index, fault) in scenario.faults.iter().enumerate() {
-            let Some(limit) = fault.notice_within_ms else {
-                continue;
-            };
-            let what = fault.what.node().map_or(fault.what.words(), |node| {
-                format!("{}: {node}", fault.what.words())
-            });
-            match self.faults.get(index).and_then(|facts| facts.after_ms) {
-                Some(after) if after <= limit => {}
-                Some(after) => unmet.push(format!(
-                    "Fault \"{what}\" was noticed after {after:.0} ms; expected: {limit} ms."
-                )),
-                None => unmet.push(format!(
-                    "Fault \"{what}\" was never noticed; expected: within {limit} ms."
-                )),
-            }
-        }
-        unmet
-    }
 }
 
 /// First sample of a level stand behind the last nose.
@@ -373,99 +306,4 @@ fn guard_figures<'a>(verdicts: impl Iterator<Item = &'a str>) -> GuardFigures {
         before = kind;
     }
     figures
-}
-
-impl fmt::Display for Summary {
-    /// The few lines that a terminal shows.
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let outcome = match (self.toppled, self.landing_time_s) {
-            (true, _) => "toppled".to_owned(),
-            (false, Some(time)) => format!("landed at {time:.2} s"),
-            (false, None) => "upright".to_owned(),
-        };
-        let margin = self
-            .min_backward_margin_m
-            .map_or("none".to_owned(), |margin| {
-                format!("{:.0} mm", margin * 1e3)
-            });
-        let boards: Vec<String> = self
-            .nodes
-            .iter()
-            .map(|node| format!("{} ({})", node.name, node.board))
-            .collect();
-        let rows = [
-            ("outcome", outcome),
-            (
-                "simulated",
-                format!(
-                    "{:.1} s in {:.1} s, {:.1} x real time",
-                    self.simulated_s, self.wall_s, self.realtime_factor
-                ),
-            ),
-            ("nodes", boards.join(", ")),
-            (
-                "belt error",
-                format!(
-                    "p99 {:.2} mm, max {:.2} mm",
-                    self.tension_error_m.p99 * 1e3,
-                    self.tension_error_m.max * 1e3
-                ),
-            ),
-            (
-                "pitch",
-                format!("{:.1} to {:.1} deg", self.pitch_deg.min, self.pitch_deg.max),
-            ),
-            ("least margin", format!("{margin} to the back")),
-            (
-                "guard",
-                format!(
-                    "{} interventions, {} scaled, {} refused",
-                    self.guard.interventions, self.guard.scaled, self.guard.refused
-                ),
-            ),
-            (
-                "bus",
-                format!(
-                    "load {:.0} % mean, {:.0} % peak; {} frames, worst wait {:.2} ms",
-                    self.bus.load_mean * 100.0,
-                    self.bus.load_max * 100.0,
-                    self.bus.frames,
-                    self.bus.worst_latency_ms
-                ),
-            ),
-            ("state hash", self.state_hash.clone()),
-        ];
-        writeln!(f, "{} (seed {})", self.scenario, self.seed)?;
-        for (name, value) in rows {
-            writeln!(f, "  {name:<13} {value}")?;
-        }
-        for fault in &self.faults {
-            let node = fault
-                .node
-                .map(|node| format!(" on {node}"))
-                .unwrap_or_default();
-            let noticed = match (&fault.noticed_by, fault.after_ms) {
-                (Some(by), Some(after)) => format!("noticed by {by} after {after:.0} ms"),
-                _ => "not noticed".to_owned(),
-            };
-            writeln!(
-                f,
-                "  {:<13} {}{node} at {:.2} s, {noticed}",
-                "fault", fault.what, fault.time_s
-            )?;
-        }
-        for sentence in &self.unmet {
-            writeln!(f, "  {:<13} {sentence}", "NOT AS ASKED")?;
-        }
-        write!(
-            f,
-            "  {:<13} {}",
-            "expectation",
-            if self.expectation_met {
-                "met"
-            } else {
-                "NOT met"
-            }
-        )
-    }
 }

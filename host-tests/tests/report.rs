@@ -97,7 +97,7 @@ fn climb(scenario: &Scenario, seconds: u32) -> Vec<Sample> {
                     passed_theta: theta,
                     odometry: x / pitch.cos().max(0.8),
                     pitch: pitch + 0.01 * noise,
-                    margins: (time_s > 1.5).then(|| [0.2 + 0.05 * noise, 0.3, 0.2, 0.2]),
+                    margins: (time_s > 1.5).then_some([0.2 + 0.05 * noise, 0.3, 0.2, 0.2]),
                     guard_state: if time_s < 2.0 { "referencing" } else { "armed" }.into(),
                     verdict: if held {
                         "scaled: backward margin"
@@ -409,7 +409,8 @@ fn the_page_needs_nothing_but_itself_and_holds_the_data() {
         texts,
         [
             "scaled: backward margin",
-            "screw: heartbeat of chassis_joint late </script>"
+            "screw: heartbeat of chassis_joint late </script>",
+            "Landed: level behind the last nose"
         ]
     );
     for said in [

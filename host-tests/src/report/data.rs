@@ -69,7 +69,7 @@ pub(super) fn pack(scenario: &Scenario, summary: &Summary, samples: &[Sample]) -
             (f64::min(least, x), f64::max(most, x))
         });
     let end = scenario.terrain.last_nose_m().unwrap_or(0.0).max(most_x) + 1.2;
-    let (marks, marks_left_out) = marks(scenario, samples);
+    let (marks, marks_left_out) = marks(scenario, summary, samples);
     json!({
         "about": scenario.about,
         "guardOn": scenario.guard,
@@ -123,8 +123,9 @@ fn changes<'a>(texts: impl Iterator<Item = &'a str>) -> Vec<Value> {
     found
 }
 
-/// Moments worth a line, in order of time: what the guard changed, what was broken, what became known.
-fn marks(scenario: &Scenario, samples: &[Sample]) -> (Vec<Value>, usize) {
+/// Moments worth a line, in order of time: what the guard changed, what was broken, what became known, how it ended.
+/// Also how many were left out; what was broken and how it ended never is.
+fn marks(scenario: &Scenario, summary: &Summary, samples: &[Sample]) -> (Vec<Value>, usize) {
     let mark = |time_s: f64, kind: &str, text: &str| {
         (time_s, json!({ "t": time_s, "kind": kind, "text": text }))
     };
@@ -141,26 +142,23 @@ fn marks(scenario: &Scenario, samples: &[Sample]) -> (Vec<Value>, usize) {
             found.push(mark(sample.time_s, "event", event));
         }
     }
+    let left_out = found.len().saturating_sub(MOST_MARKS);
+    found.truncate(MOST_MARKS);
     for fault in &scenario.faults {
         let node = fault
             .what
             .node()
             .map(|node| format!(": {node}"))
             .unwrap_or_default();
-        found.push(mark(
-            fault.at_s,
-            "fault",
-            &format!("Injected: {}{node}", fault.what.words()),
-        ));
+        let text = format!("Injected: {}{node}", fault.what.words());
+        found.push(mark(fault.at_s, "fault", &text));
+    }
+    if let Some(time_s) = summary.landing_time_s {
+        found.push(mark(time_s, "good", "Landed: level behind the last nose"));
+    }
+    if let Some(sample) = samples.iter().find(|sample| sample.truth.toppled) {
+        found.push(mark(sample.time_s, "fault", "Toppled"));
     }
     found.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let left_out = found.len().saturating_sub(MOST_MARKS);
-    (
-        found
-            .into_iter()
-            .take(MOST_MARKS)
-            .map(|(_, mark)| mark)
-            .collect(),
-        left_out,
-    )
+    (found.into_iter().map(|(_, mark)| mark).collect(), left_out)
 }

@@ -9,6 +9,13 @@ const byId = id => document.getElementById(id);
 const minus = text => text.replace("-", "−");
 const summary = run.summary, count = run.series.t.length;
 
+// While the guard did anything but pass the command on.
+run.bands = run.verdict.flatMap(([from, text], i) => {
+  if (["", "passed"].includes(text.split(":")[0].trim())) return [];
+  const to = i + 1 < run.verdict.length ? run.verdict[i + 1][0] : count - 1;
+  return [[run.series.t[from], run.series.t[to]]];
+});
+
 // What stands still.
 {
   const outcome = summary.toppled ? "Toppled" : summary.landed ? "Landed" : "Upright";
@@ -30,7 +37,7 @@ const summary = run.summary, count = run.series.t.length;
   figure("Belt error, 99 %", (belt.p99 * 1e3).toFixed(2), "mm", `largest ${(belt.max * 1e3).toFixed(2)} mm`);
   figure("Steepest pitch", minus(pitch.max.toFixed(1)), "°", `lowest ${minus(pitch.min.toFixed(1))}°`);
   const margin = summary.min_backward_margin_m;
-  figure("Least margin to the back", margin === null ? "none" : minus((margin * 1e3).toFixed(0)), margin === null ? "" : "mm", "centre of gravity to rear contact");
+  figure("Least rear margin", margin === null ? "none" : minus((margin * 1e3).toFixed(0)), margin === null ? "" : "mm", "centre of gravity to rear contact");
   figure("Guard", guard.interventions, guard.interventions === 1 ? "intervention" : "interventions", `${guard.scaled} scaled, ${guard.refused} refused`);
   figure("Bus load", (bus.load_mean * 100).toFixed(0), "%", `peak ${(bus.load_max * 100).toFixed(0)} %, worst wait ${bus.worst_latency_ms.toFixed(2)} ms`);
   figure("Pace", summary.realtime_factor.toFixed(1), "× real time", `${summary.steps.toLocaleString("en")} steps in ${summary.wall_s.toFixed(1)} s`);

@@ -2,8 +2,8 @@
 const PLOTS = [
   { title: "Pitch", unit: "°", curves: [["truth", "pitch"], ["guard's filter", "heardPitch", "dashed"]] },
   { title: "Centre of gravity to the edge of support", unit: "m", zero: true, curves: [["back, truth", "back"], ["back, guard", "guardBack", "dashed", 0], ["front, truth", "front", "", 1], ["front, guard", "guardFront", "dashed", 1]] },
-  { title: "Chassis angle", unit: "°", curves: [["asked", "askedTheta", "dashed", 1], ["passed on", "passedTheta", "", 1], ["truth", "theta", "", 0]] },
-  { title: "Forward speed", unit: "m/s", curves: [["asked", "askedSpeed", "dashed", 1], ["passed on", "passedSpeed", "", 1], ["truth", "speed", "", 0]] },
+  { title: "Chassis angle", unit: "°", curves: [["truth", "theta", "", 0], ["passed on", "passedTheta", "", 1], ["asked", "askedTheta", "dashed", 2]] },
+  { title: "Forward speed", unit: "m/s", curves: [["truth", "speed", "", 0], ["passed on", "passedSpeed", "", 1], ["asked", "askedSpeed", "dashed", 2]] },
   { title: "Screw extension L3", unit: "m", curves: [["truth", "extension", "", 2]] },
   { title: "Belt: L + L2 + L3 − K", unit: "mm", zero: true, curves: [["strain (+), slack (−)", "tension", "", 3]] },
   { title: "Motor currents", unit: "A", zero: true, curves: [["left", "leftCurrent"], ["right", "rightCurrent"], ["chassis", "chassisCurrent"], ["screw", "screwCurrent"]] },
@@ -11,7 +11,7 @@ const PLOTS = [
 ];
 
 function makePlots(host, run, seek) {
-  const times = run.series.t, start = times[0], span = times[times.length - 1] - start || 1;
+  const times = run.series.t, start = 0, span = times[times.length - 1] || 1;
   const space = { left: 46, right: 8, top: 8, bottom: 20, height: 168 };
   const svgNs = "http://www.w3.org/2000/svg";
   const element = (name, attributes, parent) => {
@@ -92,21 +92,25 @@ function makePlots(host, run, seek) {
       svg.replaceChildren();
       svg.setAttribute("viewBox", `0 0 ${total} ${space.height}`);
       svg.style.height = `${space.height}px`;
-      const rows = grid(low, high, 4);
+      for (const [from, to] of run.bands) {
+        const x = space.left + (from - start) / span * width;
+        element("rect", { x, width: Math.max(1, (to - from) / span * width), y: space.top, height: floor - space.top, fill: "var(--mark-guard)", opacity: 0.18 }, svg);
+      }
+      const rows = grid(low, high, 6);
       for (const value of rows.lines) {
         const zero = plot.zero && Math.abs(value) < 1e-9;
         element("line", { x1: space.left, x2: total - space.right, y1: y(value), y2: y(value), stroke: zero ? "var(--soft)" : "var(--line)" }, svg);
         element("text", { x: space.left - 6, y: y(value) + 4, "text-anchor": "end" }, svg).textContent = value.toFixed(rows.decimals).replace("-", "−");
       }
-      const columns = grid(start, start + span, Math.max(3, width / 90));
+      const columns = grid(start, start + span, Math.max(4, width / 60));
       columns.lines.forEach((time, i) => {
         const x = space.left + (time - start) / span * width;
         const isLast = i === columns.lines.length - 1;
         element("text", { x, y: space.height - 5, "text-anchor": x > total - 30 ? "end" : "middle" }, svg).textContent = time.toFixed(columns.decimals) + (isLast ? " s" : "");
       });
-      for (const mark of run.marks) {
+      for (const mark of run.marks.filter(mark => mark.kind !== "guard")) {
         const x = space.left + (mark.t - start) / span * width;
-        const made = element("line", { x1: x, x2: x, y1: space.top, y2: floor, stroke: `var(--mark-${mark.kind})`, "stroke-width": 1, opacity: mark.kind === "fault" ? 0.9 : 0.4 }, svg);
+        const made = element("line", { x1: x, x2: x, y1: space.top, y2: floor, stroke: `var(--mark-${mark.kind})`, "stroke-width": 1, opacity: mark.kind === "event" ? 0.4 : 0.9 }, svg);
         element("title", {}, made).textContent = `${mark.t.toFixed(2)} s: ${mark.text}`;
       }
       for (const curve of curves) {

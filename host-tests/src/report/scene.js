@@ -50,10 +50,10 @@ function makeScene(svg, run) {
   let width = 0, height = 0, follows = false;
   const full = last[0] - first[0];
   function resize() {
-    const pixels = svg.clientWidth || 800;
-    follows = pixels < 700 || full > 6.5;
-    width = follows ? (pixels < 700 ? 2.1 : 5) : full;
-    height = Math.max(1.15, Math.min(width * 0.62, highest - lowest + 1.05));
+    const widest = (svg.clientWidth || 800) < 700 ? 2.1 : 3.8;
+    follows = full > widest * 1.1;
+    width = follows ? widest : full;
+    height = Math.max(1.1, Math.min(width * 0.36, highest - lowest + 0.95));
     svg.style.aspectRatio = `${width} / ${height}`;
   }
 

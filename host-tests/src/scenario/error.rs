@@ -212,17 +212,17 @@ fn spans(text: &str) -> Vec<(String, Range<usize>)> {
 fn walk_table(path: &str, table: &DeTable<'_>, found: &mut Vec<(String, Range<usize>)>) {
     for (key, value) in table {
         let dot = if path.is_empty() { "" } else { "." };
-        walk(format!("{path}{dot}{}", key.get_ref()), value, found);
+        walk(&format!("{path}{dot}{}", key.get_ref()), value, found);
     }
 }
 
-fn walk(path: String, value: &toml::Spanned<DeValue<'_>>, found: &mut Vec<(String, Range<usize>)>) {
-    found.push((path.clone(), value.span()));
+fn walk(path: &str, value: &toml::Spanned<DeValue<'_>>, found: &mut Vec<(String, Range<usize>)>) {
+    found.push((path.to_owned(), value.span()));
     match value.get_ref() {
-        DeValue::Table(table) => walk_table(&path, table, found),
+        DeValue::Table(table) => walk_table(path, table, found),
         DeValue::Array(array) => {
             for (index, item) in array.iter().enumerate() {
-                walk(format!("{path}[{index}]"), item, found);
+                walk(&format!("{path}[{index}]"), item, found);
             }
         }
         _ => {}
