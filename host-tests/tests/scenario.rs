@@ -197,6 +197,48 @@ fn an_impossible_fault_or_payload_is_refused() {
 }
 
 #[test]
+fn every_terrain_fault_and_load_can_be_written() {
+    let stairs = staircase_text();
+    let (begin, end) = (
+        stairs.find("[terrain.stairs]").unwrap(),
+        stairs.find("# The paper gives").unwrap(),
+    );
+    let landing = "landed = true\ntoppled = false\nlanding_between_s = [15.0, 40.0]";
+    for (terrain, last_nose) in [
+        (
+            "[terrain.curb]\nheight_m = 0.2\nnose_m = 1.2\nwidth_m = 2\n",
+            Some(1.2),
+        ),
+        ("[terrain.slope]\nangle_deg = -20\nstart_m = 1.0\n", None),
+    ] {
+        let text = stairs
+            .replace(&stairs[begin..end], terrain)
+            .replace(landing, "");
+        let scenario =
+            Scenario::parse(&text, "terrain.toml").unwrap_or_else(|error| panic!("{error}"));
+        assert_eq!(scenario.terrain.last_nose_m(), last_nose);
+    }
+    for what in [
+        "{ node_dead = \"guard\" }",
+        "{ encoder_frozen = \"chassis_joint\" }",
+        "{ bus_cut = \"screw\" }",
+        "{ frame_loss = { probability = 0.01 } }",
+        "{ frame_flip = { frame = 100, bit = 7 } }",
+    ] {
+        let text = stairs.replace("[expect]", &format!("[[fault]]\nwhat = {what}\nat_s = 3\nuntil_s = 4\n[robot.payload]\nmass_kg = 2\nplace_m = [0.1, 0, 0.25]\ndeclared = false\n[expect]"));
+        let scenario =
+            Scenario::parse(&text, "fault.toml").unwrap_or_else(|error| panic!("{error}"));
+        assert_eq!(scenario.faults.len(), 1);
+        assert_eq!(
+            scenario.robot.payload.as_ref().unwrap().place_m,
+            [0.1, 0.0, 0.25]
+        );
+        let again = Scenario::parse(&toml::to_string(&scenario).unwrap(), "again.toml").unwrap();
+        assert_eq!(again, scenario);
+    }
+}
+
+#[test]
 fn a_file_of_the_wrong_shape_is_refused_with_its_place() {
     let cases = [
         (
@@ -301,7 +343,6 @@ fn the_terrain_rises_by_every_riser_and_ends_level() {
     assert!((stairs.last_nose_m().unwrap() - 1.56).abs() < 1e-12);
 }
 
-/// Moves a view along the nominal climb and returns what is asked at each step of 10 ms.
 #[test]
 fn the_operator_lowers_the_front_at_the_first_nose_and_again_past_the_last() {
     let scenario = Scenario::load(&scenarios().join("staircase.toml")).unwrap();

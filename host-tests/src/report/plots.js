@@ -127,7 +127,7 @@ function makePlots(host, run, seek) {
       cursor.setAttribute("x1", x); cursor.setAttribute("x2", x);
       for (const curve of curves) {
         const value = curve.values[at.index];
-        curve.value.textContent = value === null ? "none" : value.toFixed(digits(plot.unit)).replace("-", "−");
+        curve.value.textContent = value == null ? "none" : value.toFixed(digits(plot.unit)).replace("-", "−");
       }
     }
   }

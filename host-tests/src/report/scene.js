@@ -32,7 +32,9 @@ function makeScene(svg, run) {
     element("circle", { r: 0.01, fill: "var(--belt)" }, group);
     return group;
   });
-  const payload = element("rect", { width: 0.07, height: 0.07, rx: 0.008, fill: "var(--c3)", display: "none" });
+  const load = element("g", { fill: "var(--c3)", stroke: "var(--c3)" });
+  const strut = element("line", { "stroke-width": 0.006 }, load);
+  const payload = element("rect", { width: 0.07, height: 0.07, rx: 0.008 }, load);
   const plumb = element("line", { stroke: "var(--c1)", "stroke-width": 0.006, "stroke-dasharray": "0.02 0.014" });
   const touches = element("g", { fill: "var(--c0)" });
   const cog = element("g", {});
@@ -67,11 +69,14 @@ function makeScene(svg, run) {
     join(body1, a1, a2); join(body2, a2, end2); join(screw, end2, a3);
     const turn = at("odometry") / radius * 180 / Math.PI;
     [a1, a2, a3].forEach(([x, z], i) => set(pulleys[i], { transform: `translate(${x} ${-z}) rotate(${turn})` }));
-    if (robot.payload && at("t") >= robot.payload.from_s) {
+    const loaded = robot.payload && at("t") >= robot.payload.from_s;
+    set(load, { display: loaded ? "" : "none" });
+    if (loaded) {
       const [forward, , up] = robot.payload.place_m;
-      const [x, z] = step(step(a1, forward, pitch), up, pitch + Math.PI / 2);
-      set(payload, { display: "", x: x - 0.035, y: -z - 0.035 });
-    } else set(payload, { display: "none" });
+      const foot = step(a1, forward, pitch), place = step(foot, up, pitch + Math.PI / 2);
+      join(strut, foot, place);
+      set(payload, { x: place[0] - 0.035, y: -place[1] - 0.035 });
+    }
     const c = [at("cogX"), at("cogZ")];
     set(cog, { transform: `translate(${c[0]} ${-c[1]})` });
     join(plumb, c, [c[0], Math.min(groundAt(c[0]), c[1])]);
