@@ -1,3 +1,4 @@
 //! The simulator: plants, virtual bus, lockstep runner, scenarios and report. No part of it runs on a robot.
 
+pub mod bus;
 pub mod record;
