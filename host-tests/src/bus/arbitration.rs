@@ -175,6 +175,11 @@ impl Bus {
         self.participants[participant].queue.len()
     }
 
+    /// Frames that `participant` can still offer without an [`Overflow`].
+    pub fn room(&self, participant: usize) -> usize {
+        QUEUE_CAPACITY - self.queue_depth(participant)
+    }
+
     /// Load and latency since the start.
     pub fn figures(&self) -> &Figures {
         &self.figures
