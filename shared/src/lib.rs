@@ -9,3 +9,4 @@
 pub mod can;
 #[cfg(feature = "lockstep")]
 pub mod link;
+pub mod motor;

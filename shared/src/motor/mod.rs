@@ -1,0 +1,5 @@
+//! What moves one motor.
+//!
+//! [`current`] is the innermost loop, in the PWM interrupt.
+
+pub mod current;
