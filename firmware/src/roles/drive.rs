@@ -1,0 +1,1 @@
+//! What axle and screw share: objects of CiA 402.
