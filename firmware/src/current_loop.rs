@@ -4,21 +4,11 @@ use crate::boards::Bridge;
 use core::cell::{Cell, RefCell};
 use critical_section::Mutex;
 use tautrack::motor::current::CurrentLoop;
-
-/// What the control task wants of the motor until it says otherwise.
-#[derive(Clone, Copy, PartialEq, Debug, Default)]
-pub enum Demand {
-    /// Open bridge.
-    #[default]
-    Off,
-    /// Shorted winding.
-    Brake,
-    /// Current, A.
-    Current(f32),
-}
+pub use tautrack::node::axle::Bridge as Demand;
 
 static DEMAND: Mutex<Cell<Demand>> = Mutex::new(Cell::new(Demand::Off));
-static SAMPLE: Mutex<Cell<f32>> = Mutex::new(Cell::new(0.0));
+/// Sum of the samples since the control task last looked, and their number.
+static SAMPLES: Mutex<Cell<(f32, u32)>> = Mutex::new(Cell::new((0.0, 0)));
 static LOOP: Mutex<RefCell<Option<CurrentLoop>>> = Mutex::new(RefCell::new(None));
 
 /// Hands over the loop; until then the bridge stays off whatever is demanded.
@@ -31,16 +21,20 @@ pub fn demand(demand: Demand) {
     critical_section::with(|cs| DEMAND.borrow(cs).set(demand));
 }
 
-/// Last sample of the winding's current, A.
-pub fn measured() -> f32 {
-    critical_section::with(|cs| SAMPLE.borrow(cs).get())
+/// Mean of the winding's current since the last call, A; 0 without a sample.
+pub fn take_mean() -> f32 {
+    let (sum, count) = critical_section::with(|cs| SAMPLES.borrow(cs).take());
+    if count == 0 { 0.0 } else { sum / count as f32 }
 }
 
 /// The PWM interrupt: from the sampled current (A) and the supply (V) to the bridge of the next period.
 #[inline]
 pub fn pwm_period(sample: f32, bus_voltage: f32) -> Bridge {
     critical_section::with(|cs| {
-        SAMPLE.borrow(cs).set(sample);
+        let (sum, count) = SAMPLES.borrow(cs).get();
+        SAMPLES
+            .borrow(cs)
+            .set((sum + sample, count.saturating_add(1)));
         let mut current_loop = LOOP.borrow(cs).borrow_mut();
         let Some(current_loop) = current_loop.as_mut() else {
             return Bridge::Off;

@@ -2,14 +2,17 @@
 
 mod node;
 
-use node::{MOTOR, Node, ROLES};
+use node::{MOTOR, Node, ROLES, settings};
 use tautrack::can::Frame;
 use tautrack::link::Sensors;
+use tautrack::settings::Setting;
 
 const NODE: u16 = 5;
 
 struct Client {
     node: Node,
+    /// Where the output shaft truly is, 2^-32 turn.
+    truth: i64,
 }
 
 impl Client {
@@ -20,8 +23,8 @@ impl Client {
             .expect("a role");
         let mut node = Node::native(program);
         let motor = (role != "guard").then_some(MOTOR);
-        assert_eq!(node.start(&[(1, i32::from(NODE))], motor).refusal, "");
-        Self { node }
+        assert_eq!(node.start(&settings(i32::from(NODE)), motor).refusal, "");
+        Self { node, truth: 0 }
     }
 
     /// Sends `frames` in one step, and gives what came back in it.
@@ -34,7 +37,9 @@ impl Client {
             bus_voltage: 24.0,
             ..Default::default()
         };
-        self.node.step(sensors, &frames).frames.to_vec()
+        let stepped = self.node.step(sensors, &frames);
+        self.truth = stepped.shaft.position;
+        stepped.frames.to_vec()
     }
 
     fn idle(&mut self, steps: usize) -> Vec<Frame> {
@@ -143,6 +148,83 @@ fn set_points_reach_their_objects() {
     assert_eq!(client.read(0x6060, 0), 8);
     client.send(&[(0x300 + NODE, &[0x06, 0, 9, 0xff, 0xff, 0xff, 0xff])]);
     assert_eq!(client.read(0x60ff, 0), 0xffff_ffff);
+}
+
+#[test]
+fn screw_hears_its_joint_directly_even_after_a_reset_of_communication() {
+    let mut client = Client::new("screw");
+    let joint = Setting::JointId.description().default as u16;
+    for position in [0x1122_3344_u32, 0x0102_0304] {
+        client.send(&[(0x000, &[1, 0])]);
+        let mut motion = [0xff; 8];
+        motion[..4].copy_from_slice(&position.to_le_bytes());
+        client.send(&[(0x180 + joint, &motion)]);
+        assert_eq!(client.read(0x2100, 1), position);
+        assert_eq!(client.read(0x2100, 2), 0xffff_ffff);
+        client.send(&[(0x000, &[130, 0])]);
+    }
+}
+
+/// Position set-point with this controlword, in 2^-16 turn of the output shaft.
+fn set_point(controlword: u8, target: i32) -> [u8; 7] {
+    let [a, b, c, d] = target.to_le_bytes();
+    [controlword, 0, 8, a, b, c, d]
+}
+
+#[test]
+fn axle_follows_its_set_points_and_stops_when_they_end() {
+    let mut client = Client::new("axle");
+    client.send(&[(0x000, &[1, 0])]);
+    for controlword in [6, 7, 15] {
+        client.send(&[(0x200 + NODE, &set_point(controlword, 0))]);
+    }
+    // A quarter turn in half a second.
+    for step in 0..=500 {
+        let frames: &[(u16, &[u8])] = &[
+            (0x080, &[]),
+            (0x200 + NODE, &set_point(15, step * 0x4000 / 500)),
+        ];
+        client.send(if step % 4 == 0 { frames } else { &[] });
+    }
+    for _ in 0..40 {
+        client.send(&[(0x200 + NODE, &set_point(15, 0x4000))]);
+        client.idle(3);
+    }
+    let position = client.read(0x6064, 0) as i32;
+    assert!(
+        (i64::from(position) - (client.truth >> 16)).abs() < 0x10,
+        "{position:#x} {:#x}",
+        client.truth
+    );
+    assert!((position - 0x4000).abs() < 0x40, "{position:#x}");
+    assert_eq!(client.read(0x6041, 0) & 0x6f, 0x27, "operation enabled");
+
+    let silence = client.idle(100);
+    let emergency = silence
+        .iter()
+        .find(|frame| frame.id() == 0x080 + NODE)
+        .expect("an emergency frame");
+    assert_eq!(emergency.data()[..3], [0x50, 0x82, 1], "command lost");
+    assert_eq!(client.read(0x603f, 0), 0x8250);
+    assert_eq!(client.read(0x1001, 0), 1);
+    assert_eq!(client.read(0x6041, 0) & 0x6f, 0x07, "quick stop active");
+}
+
+#[test]
+fn writing_what_is_no_set_point_does_not_stand_for_one() {
+    let mut client = Client::new("axle");
+    client.send(&[(0x000, &[1, 0])]);
+    for controlword in [6, 7, 15] {
+        client.send(&[(0x200 + NODE, &set_point(controlword, 0))]);
+    }
+    let mut heard = Vec::new();
+    for _ in 0..100 {
+        heard.extend(client.send(&[(0x600 + NODE, &[0x2b, 0x17, 0x10, 0, 100, 0, 0, 0])]));
+    }
+    assert!(
+        heard.iter().any(|frame| frame.id() == 0x080 + NODE),
+        "the heartbeat's period kept the axle alive"
+    );
 }
 
 #[test]

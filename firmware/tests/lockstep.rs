@@ -2,7 +2,7 @@
 
 mod node;
 
-use node::{MOTOR, Node, ROLES, elf};
+use node::{MOTOR, Node, ROLES, elf, settings};
 use object::{Object, ObjectSection, ObjectSegment, read::elf::ElfFile32};
 use std::time::Instant;
 use tautrack::can::Frame;
@@ -24,7 +24,7 @@ fn script(step: u32) -> Vec<Frame> {
     if step.is_multiple_of(4) {
         frames.push(frame(0x080, &[]));
         let control = [0x06, 0x07, 0x0f][(step / 40).min(2) as usize];
-        let [a, b, c, d] = (step as i32 * 3_000).to_le_bytes();
+        let [a, b, c, d] = (step as i32 * 30).to_le_bytes();
         frames.push(frame(0x200 + NODE, &[control, 0, 8, a, b, c, d]));
     }
     match step % 50 {
@@ -56,7 +56,7 @@ fn sensors(step: u32) -> Sensors {
 
 /// Runs the script; the answers without their log bytes.
 fn run(mut node: Node) -> Vec<Stepped> {
-    let ready = node.start(&[(1, i32::from(NODE))], Some(MOTOR));
+    let ready = node.start(&settings(i32::from(NODE)), Some(MOTOR));
     assert_eq!(ready.refusal, "");
     let begin = Instant::now();
     let answers = (0..STEPS)

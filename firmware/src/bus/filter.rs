@@ -74,6 +74,20 @@ pub fn judge(frame: &Frame, node_id: u8) -> Verdict {
     }
 }
 
+/// The object that `frame` addresses, if it is a request for node `node_id` that names one.
+pub fn sdo_index(frame: &Frame, node_id: u8) -> Option<u16> {
+    match frame.data() {
+        // The segment of a longer transfer names none: 0, which is no object.
+        [command, ..] if frame.id() == SDO_REQUEST + u16::from(node_id) && command >> 5 == 0 => {
+            Some(0)
+        }
+        [_, low, high, ..] if frame.id() == SDO_REQUEST + u16::from(node_id) => {
+            Some(u16::from_le_bytes([*low, *high]))
+        }
+        _ => None,
+    }
+}
+
 fn is_mapping(index: u16) -> bool {
     matches!(index, 0x1600..=0x17ff | 0x1a00..=0x1bff)
 }

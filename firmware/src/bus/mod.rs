@@ -65,6 +65,19 @@ pub struct Listen {
     pub id: u16,
 }
 
+/// A received frame, and what became of it.
+#[derive(Clone, Copy, Debug)]
+pub struct Heard {
+    /// The frame.
+    pub frame: Frame,
+    /// It wrote objects: as process data, or as the end of a service data transfer.
+    pub wrote: bool,
+    /// The object that it addressed as service data.
+    pub sdo_index: Option<u16>,
+    /// When it was taken, microseconds since power-up.
+    pub now_us: u64,
+}
+
 /// One CANopen node.
 pub struct Bus {
     node: Node<'static>,
@@ -75,11 +88,16 @@ pub struct Bus {
 }
 
 impl Bus {
-    /// Node `node_id` (1 to 127) with `dictionary`; `None` outside. Called once: the dictionary is static.
-    pub fn new(dictionary: Dictionary, node_id: u8, listen: Option<Listen>) -> Option<Self> {
+    /// Node `node_id` (1 to 127) with `dictionary`, and a heartbeat until a client sets another; `None` outside. Called
+    /// once: the dictionary is static.
+    pub fn new(
+        dictionary: Dictionary,
+        node_id: u8,
+        heartbeat_ms: u16,
+        listen: Option<Listen>,
+    ) -> Option<Self> {
         let id = NodeId::new(node_id).ok()?;
         let heartbeat = find_object(dictionary.table, HEARTBEAT_PRODUCER_TIME)?;
-        let period = heartbeat.read_u16(0).ok()?;
         // The stack reads the period once, here, and would send heartbeats of its own with it.
         heartbeat.write(0, &0_u16.to_le_bytes()).ok()?;
         let node = Node::new(
@@ -89,7 +107,7 @@ impl Bus {
             dictionary.state,
             dictionary.table,
         );
-        heartbeat.write(0, &period.to_le_bytes()).ok()?;
+        heartbeat.write(0, &heartbeat_ms.to_le_bytes()).ok()?;
         Some(Self {
             node,
             dictionary,
@@ -101,29 +119,38 @@ impl Bus {
 
     /// Takes one frame; what it causes is in [`TRANSMIT`] when this returns. One at a time, because the stack's mailboxes
     /// hold one.
-    pub fn receive(&mut self, frame: &Frame, now_us: u64) {
-        match filter::judge(frame, self.node_id) {
+    pub fn receive(&mut self, frame: Frame, now_us: u64) -> Heard {
+        let mut wrote = false;
+        match filter::judge(&frame, self.node_id) {
             Verdict::Pass => {
                 let message = CanMessage::new(CanId::std(frame.id()), frame.data());
                 // An error means that the frame is none of this node's.
                 if self.dictionary.mailbox.store_message(message).is_ok() {
-                    self.process(now_us);
+                    wrote = self.process(now_us);
                 }
             }
             Verdict::Drop => {}
             Verdict::Answer(answer) => TRANSMIT.push(answer),
         }
+        Heard {
+            frame,
+            wrote,
+            sdo_index: filter::sdo_index(&frame, self.node_id),
+            now_us,
+        }
     }
 
     /// Runs the stack, and sends the heartbeat when it is due (0x1017, in milliseconds; 0 for never).
-    pub fn process(&mut self, now_us: u64) {
+    /// Whether objects were written.
+    pub fn process(&mut self, now_us: u64) -> bool {
+        let mut wrote = false;
         loop {
             let booting = self.node.nmt_state() == NmtState::Bootup;
             if booting {
                 self.apply_listen();
                 self.send_heartbeat(0, now_us);
             }
-            self.node.process(now_us);
+            wrote |= self.node.process(now_us);
             while let Some(message) = self.dictionary.mailbox.next_transmit_message() {
                 let id = message.id().raw() as u16;
                 // The stack's boot-up message carries the state after it, where CiA 301 wants 0: ours is sent instead.
@@ -146,6 +173,7 @@ impl Bus {
         {
             self.send_heartbeat(self.node.nmt_state() as u8, now_us);
         }
+        wrote
     }
 
     /// When the next heartbeat is due; a write to 0x1017 counts from the last one sent.
@@ -174,9 +202,9 @@ impl Bus {
     }
 }
 
-/// Serves the bus for ever; `heard` gets every received frame before the stack does.
+/// Serves the bus for ever; `heard` gets every received frame once the stack is done with it.
 #[embassy_executor::task]
-pub async fn task(mut bus: Bus, heard: fn(Frame)) -> ! {
+pub async fn task(mut bus: Bus, heard: fn(Heard)) -> ! {
     bus.process(Instant::now().as_micros());
     loop {
         let wait = match bus.heartbeat_due_us() {
@@ -188,11 +216,10 @@ pub async fn task(mut bus: Bus, heard: fn(Frame)) -> ! {
         let received = with_timeout(wait, RECEIVED.next()).await;
         let now_us = Instant::now().as_micros();
         match received {
-            Ok(frame) => {
-                heard(frame);
-                bus.receive(&frame, now_us);
+            Ok(frame) => heard(bus.receive(frame, now_us)),
+            Err(_) => {
+                bus.process(now_us);
             }
-            Err(_) => bus.process(now_us),
         }
     }
 }

@@ -1,14 +1,16 @@
 //! An axle: one motor that follows the set-points of the bus.
 
-use super::{Refusal, Role, Settings, dictionary, start_bus};
-use crate::boards::{Board, CONTROL_HZ, Selected};
-use crate::{bus, current_loop};
-use current_loop::Demand;
+use super::{Refusal, Role, dictionary, drive, start_bus};
+use crate::boards::CONTROL_HZ;
+use crate::bus::Heard;
+use core::sync::atomic::{AtomicU8, Ordering};
 use embassy_executor::Spawner;
 use embassy_time::{Duration, Ticker};
-use tautrack::motor::current::{CurrentLoop, Winding};
+use tautrack::node::axle::Axle;
+use tautrack::settings::{Setting, Settings};
 
 dictionary!(od, "axle.rs");
+drive::drive_objects!(od);
 
 /// The role of this file.
 pub static ROLE: Role = Role {
@@ -16,36 +18,29 @@ pub static ROLE: Role = Role {
     start,
 };
 
+static GUARD: AtomicU8 = AtomicU8::new(0);
+
 fn start(spawner: Spawner, settings: &Settings) -> Result<(), Refusal> {
-    let winding = Winding {
-        resistance: 0.3,
-        inductance: 2e-4,
-        current_limit: 20.0,
-    };
-    if let Ok(current_loop) = CurrentLoop::new(&winding, 2_000.0, Selected::PWM_HZ as f32) {
-        current_loop::install(current_loop);
-    }
-    start_bus(spawner, settings, od::DICTIONARY, None, |_| {})?;
-    if let Ok(token) = control() {
-        spawner.spawn(token);
-    }
-    crate::logger::info!("axle started");
-    Ok(())
+    drive::install_current_loop(settings)?;
+    GUARD.store(settings.id(Setting::GuardId), Ordering::Relaxed);
+    start_bus(spawner, settings, od::DICTIONARY, None, heard)?;
+    super::spawn(
+        spawner,
+        control(Axle::new(settings), settings.id(Setting::NodeId)),
+    )
+}
+
+fn heard(heard: Heard) {
+    drive::HEARD.note(&heard, GUARD.load(Ordering::Relaxed), None);
 }
 
 #[embassy_executor::task]
-async fn control() -> ! {
+async fn control(mut axle: Axle, node: u8) -> ! {
     let mut ticker = Ticker::every(Duration::from_hz(u64::from(CONTROL_HZ)));
     loop {
         ticker.next().await;
-        od::OBJECT6064.set_value(Selected::encoder());
-        od::OBJECT6078.set_value((current_loop::measured() * 1_000.0) as i16);
-        current_loop::demand(
-            if bus::operational() && od::OBJECT6040.get_value() & 0xf == 0xf {
-                Demand::Current(f32::from(od::OBJECT6071.get_value()) * 0.02)
-            } else {
-                Demand::Off
-            },
-        );
+        let outputs = axle.tick(&drive::inputs(set_point));
+        drive::act(&outputs, node);
+        publish(&outputs);
     }
 }

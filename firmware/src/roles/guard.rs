@@ -1,7 +1,8 @@
 //! `guard`.
 
-use super::{Refusal, Role, Settings, dictionary, start_bus};
+use super::{Refusal, Role, dictionary, start_bus};
 use embassy_executor::Spawner;
+use tautrack::settings::Settings;
 
 dictionary!(od, "guard.rs");
 

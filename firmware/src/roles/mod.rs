@@ -5,14 +5,12 @@ mod drive;
 pub mod guard;
 pub mod screw;
 
-use crate::bus::{self, Bus, Dictionary, Listen};
+use crate::bus::{self, Bus, Dictionary, Heard, Listen};
 use core::fmt::Write;
-use embassy_executor::Spawner;
+use embassy_executor::{SpawnError, SpawnToken, Spawner};
 use heapless::String;
-use tautrack::can::Frame;
+use tautrack::settings::{Setting, Settings};
 
-/// Settings of a node, as key and value.
-pub type Settings = [(u16, i32)];
 /// Why a node refuses its settings, for a person to read.
 pub type Refusal = String<160>;
 
@@ -24,21 +22,18 @@ pub struct Role {
     pub start: fn(Spawner, &Settings) -> Result<(), Refusal>,
 }
 
-/// Key of the node id.
-const NODE_ID: u16 = 1;
-
 /// Makes a [`Refusal`]; what does not fit is cut off.
-fn refuse(arguments: core::fmt::Arguments) -> Refusal {
-    let mut text = Refusal::new();
-    let _ = text.write_fmt(arguments);
-    text
-}
-
-fn setting(settings: &Settings, wanted: u16) -> Option<i32> {
-    settings
-        .iter()
-        .find(|(key, _)| *key == wanted)
-        .map(|(_, value)| *value)
+pub fn refuse(arguments: core::fmt::Arguments) -> Refusal {
+    struct Cut(Refusal);
+    impl Write for Cut {
+        fn write_str(&mut self, text: &str) -> core::fmt::Result {
+            text.chars()
+                .try_for_each(|letter| self.0.push(letter).map_err(|_| core::fmt::Error))
+        }
+    }
+    let mut text = Cut(Refusal::new());
+    let _ = text.write_fmt(arguments); // the only error is a full text
+    text.0
 }
 
 /// Makes the bus of a role and spawns its task.
@@ -47,21 +42,17 @@ fn start_bus(
     settings: &Settings,
     dictionary: Dictionary,
     listen: Option<Listen>,
-    heard: fn(Frame),
+    heard: fn(Heard),
 ) -> Result<(), Refusal> {
-    let node_id = setting(settings, NODE_ID).unwrap_or_default();
-    let bus = u8::try_from(node_id)
-        .ok()
-        .and_then(|id| Bus::new(dictionary, id, listen))
-        .ok_or_else(|| {
-            refuse(format_args!(
-                "setting {NODE_ID}: node id {node_id} is not in 1..=127"
-            ))
-        })?;
-    spawner.spawn(
-        bus::task(bus, heard)
-            .map_err(|_| refuse(format_args!("the bus task is running already")))?,
-    );
+    let node_id = settings.id(Setting::NodeId);
+    let heartbeat_ms = settings.get(Setting::HeartbeatPeriod) as u16;
+    let bus = Bus::new(dictionary, node_id, heartbeat_ms, listen)
+        .ok_or_else(|| refuse(format_args!("the bus cannot be made for node id {node_id}")))?;
+    spawn(spawner, bus::task(bus, heard))
+}
+
+fn spawn<S>(spawner: Spawner, task: Result<SpawnToken<S>, SpawnError>) -> Result<(), Refusal> {
+    spawner.spawn(task.map_err(|error| refuse(format_args!("a task cannot start: {error:?}")))?);
     Ok(())
 }
 

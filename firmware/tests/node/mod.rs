@@ -10,6 +10,7 @@ use tautrack::can::Frame;
 use tautrack::link::{
     FromNode, MotorModel, Ready, STEP_US, Sensors, Start, Step, Stepped, ToNode, VERSION,
 };
+use tautrack::settings::Setting;
 
 /// The roles there are, with the native program of each.
 pub const ROLES: [(&str, &str); 3] = [
@@ -30,6 +31,24 @@ pub const MOTOR: MotorModel = MotorModel {
     current_noise: 0.02,
     current_quantum: 0.01,
 };
+
+/// Settings of node `node_id` that tell it the truth about [`MOTOR`].
+pub fn settings(node_id: i32) -> Vec<(u16, i32)> {
+    [
+        (Setting::NodeId, node_id),
+        (Setting::HeartbeatPeriod, 100),
+        (Setting::GearRatio, 50_000),
+        (Setting::EncoderCounts, 4_096),
+        (Setting::TorqueConstant, 50_000),
+        (Setting::Resistance, 300),
+        (Setting::Inductance, 200),
+        (Setting::CurrentLimit, 20_000),
+        // 10 A s/rad times 2.5 N m/A over 0.25 kg m^2: a velocity loop of 100 rad/s, five times the position loop's.
+        (Setting::VelocityGain, 10_000),
+    ]
+    .map(|(setting, value)| (setting.description().key, value))
+    .to_vec()
+}
 
 /// The program of `role` for the emulated board; all are built once per run of a test program.
 pub fn elf(role: &str) -> PathBuf {

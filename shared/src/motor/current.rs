@@ -1,5 +1,7 @@
 //! Current loop of a brushed motor: what runs in the PWM interrupt.
 
+use core::fmt;
+
 /// What the loop must know of the winding and the bridge.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Winding {
@@ -29,6 +31,17 @@ pub enum CurrentLoopError {
         /// The most that this PWM rate allows, rad/s.
         maximum: f32,
     },
+}
+
+impl fmt::Display for CurrentLoopError {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::NotPositive { name, got } => write!(out, "{name} = {got} must be above zero"),
+            Self::BandwidthTooHigh { got, maximum } => {
+                write!(out, "bandwidth = {got} rad/s, at most {maximum} at this PWM rate")
+            }
+        }
+    }
 }
 
 /// Largest share of the supply that is ever applied. The rest keeps a low-side transistor closed long enough in every

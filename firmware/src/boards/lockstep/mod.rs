@@ -11,7 +11,7 @@ mod noise;
 use super::Bridge;
 use crate::bus::{RECEIVED, TRANSMIT};
 use crate::current_loop;
-use crate::roles::{Refusal, Role};
+use crate::roles::{Refusal, Role, refuse};
 use core::cell::RefCell;
 use critical_section::Mutex;
 use embassy_executor::raw::Executor;
@@ -21,6 +21,7 @@ use motor::Motor;
 use tautrack::link::{
     FromNode, MAX_MESSAGE, Ready, STEP_US, Sensors, Shaft, Start, Step, Stepped, ToNode, VERSION,
 };
+use tautrack::settings::Settings;
 
 /// PWM rate of the simulated bridge, Hz.
 pub const PWM_HZ: u32 = 20_000;
@@ -110,21 +111,25 @@ fn power_up(
     motor: &mut Option<Motor>,
 ) -> Result<(), Refusal> {
     if start.version != VERSION {
-        return Err(refusal("the simulator speaks another version of the link"));
+        return Err(refuse(format_args!(
+            "the simulator speaks another version of the link"
+        )));
     }
     if let Some(model) = start.motor {
         *motor = Some(
             Motor::new(model, PWM_HZ, start.seed)
-                .ok_or_else(|| refusal("the motor model cannot be simulated"))?,
+                .ok_or_else(|| refuse(format_args!("the motor model cannot be simulated")))?,
         );
     }
-    (role.start)(executor.spawner(), &start.settings)?;
+    let mut settings = Settings::default();
+    for (key, value) in &start.settings {
+        settings
+            .set(*key, *value)
+            .map_err(|error| refuse(format_args!("{error}")))?;
+    }
+    (role.start)(executor.spawner(), &settings)?;
     clock::run_until_idle(executor);
     Ok(())
-}
-
-fn refusal(text: &str) -> Refusal {
-    Refusal::try_from(text).unwrap_or_default()
 }
 
 /// One step: the PWM periods that lead up to its time, then the frames, then the timers.
