@@ -6,6 +6,7 @@ pub mod nodes;
 pub mod plant;
 pub mod record;
 pub mod report;
+pub mod run;
 pub mod scenario;
 pub mod setup;
 pub mod slcan;

@@ -88,6 +88,8 @@ pub struct Sensors {
     pub bus_voltage: f32,
     /// End and reference switches of the axle.
     pub switches: Switches,
+    /// The encoder keeps its last count whatever the rotor does: a fault of the experiment.
+    pub encoder_frozen: bool,
     /// Sensors on the robot's body; `None` on a node that has none.
     pub body: Option<BodySensors>,
 }

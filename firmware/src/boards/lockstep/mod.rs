@@ -149,7 +149,9 @@ fn advance(
             *bridge = next;
         }
         shaft = motor.shaft();
-        critical_section::with(|cs| INPUTS.borrow(cs).borrow_mut().encoder = motor.encoder());
+        if !step.sensors.encoder_frozen {
+            critical_section::with(|cs| INPUTS.borrow(cs).borrow_mut().encoder = motor.encoder());
+        }
     }
     critical_section::with(|cs| INPUTS.borrow(cs).borrow_mut().sensors = step.sensors);
 

@@ -1,0 +1,144 @@
+//! Makes a scenario's faults happen, and keeps who noticed them, and when.
+
+use super::listener::{Listener, Notice};
+use super::process::Node;
+use crate::bus::Bus;
+use crate::scenario::{Fault, FaultKind, NodeName, Scenario};
+use crate::summary::FaultFacts;
+
+struct Planned {
+    fault: Fault,
+    begun: bool,
+    ended: bool,
+    notice: Option<Notice>,
+}
+
+/// The faults of one run.
+pub struct Faults {
+    planned: Vec<Planned>,
+    seed: u64,
+}
+
+impl Faults {
+    /// The faults of this scenario, none of them begun.
+    pub fn new(scenario: &Scenario) -> Self {
+        let planned = |fault: &Fault| Planned {
+            fault: fault.clone(),
+            begun: false,
+            ended: false,
+            notice: None,
+        };
+        Self {
+            planned: scenario.faults.iter().map(planned).collect(),
+            seed: scenario.seed,
+        }
+    }
+
+    /// Begins and ends what is due.
+    pub fn apply(&mut self, time_us: u64, bus: &mut Bus, nodes: &mut [Option<Node>]) {
+        for planned in &mut self.planned {
+            if !planned.begun && time_us >= microseconds(planned.fault.at_s) {
+                planned.begun = true;
+                begin(&planned.fault.what, self.seed, bus, nodes);
+            }
+            let due = planned
+                .fault
+                .until_s
+                .is_some_and(|until| time_us >= microseconds(until));
+            if planned.begun && !planned.ended && due {
+                planned.ended = true;
+                end(&planned.fault.what, self.seed, bus);
+            }
+        }
+    }
+
+    /// Whether the encoder of this node keeps its last count now.
+    pub fn encoder_frozen(&self, node: usize) -> bool {
+        self.planned.iter().any(|planned| {
+            planned.begun
+                && !planned.ended
+                && matches!(planned.fault.what, FaultKind::EncoderFrozen(name) if name as usize == node)
+        })
+    }
+
+    /// Takes what was said on the bus, and tells the log what began.
+    pub fn notice(&mut self, time_us: u64, listener: &mut Listener) {
+        let notices = listener.take_notices();
+        for planned in &mut self.planned {
+            let began_us = microseconds(planned.fault.at_s);
+            if planned.begun && time_us == began_us.next_multiple_of(tautrack::link::STEP_US) {
+                let node = planned
+                    .fault
+                    .what
+                    .node()
+                    .map_or_else(String::new, |node| format!("{node}: "));
+                listener.note(format!(
+                    "fault begins: {node}{}",
+                    planned.fault.what.words()
+                ));
+            }
+            if planned.begun && planned.notice.is_none() {
+                planned.notice = notices
+                    .iter()
+                    .find(|notice| notice.time_us >= began_us)
+                    .copied();
+            }
+        }
+    }
+
+    /// What became of each.
+    pub fn facts(&self) -> Vec<FaultFacts> {
+        self.planned.iter().map(facts).collect()
+    }
+}
+
+fn facts(planned: &Planned) -> FaultFacts {
+    let began_us = microseconds(planned.fault.at_s);
+    FaultFacts {
+        time_s: planned.fault.at_s,
+        node: planned.fault.what.node(),
+        what: planned.fault.what.words(),
+        noticed_by: planned.notice.map(|notice| notice.by.to_string()),
+        after_ms: planned
+            .notice
+            .map(|notice| (notice.time_us - began_us) as f64 * 1e-3),
+    }
+}
+
+fn begin(what: &FaultKind, seed: u64, bus: &mut Bus, nodes: &mut [Option<Node>]) {
+    match *what {
+        FaultKind::NodeDead(name) => {
+            nodes[name as usize] = None;
+            bus.cut_off(name as usize);
+        }
+        FaultKind::BusCut(name) => bus.cut_off(name as usize),
+        FaultKind::FrameLoss { probability } => bus.lose_frames(probability, seed),
+        FaultKind::FrameFlip { frame, bit } => bus.flip_bit(bus.figures().frames() + frame, bit),
+        FaultKind::EncoderFrozen(_) => {}
+    }
+}
+
+fn end(what: &FaultKind, seed: u64, bus: &mut Bus) {
+    match *what {
+        FaultKind::BusCut(name) => bus.reconnect(name as usize),
+        FaultKind::FrameLoss { .. } => bus.lose_frames(0.0, seed),
+        // A dead node stays dead, a flip is over at once, and a frozen encoder is asked about every step.
+        FaultKind::NodeDead(_) | FaultKind::FrameFlip { .. } | FaultKind::EncoderFrozen(_) => {}
+    }
+}
+
+fn microseconds(time_s: f64) -> u64 {
+    (time_s * 1e6).round() as u64
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn node_names_are_the_numbers_of_their_nodes() {
+        for (index, name) in NodeName::ALL.into_iter().enumerate() {
+            assert_eq!(name as usize, index);
+        }
+    }
+}

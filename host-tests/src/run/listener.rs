@@ -1,0 +1,183 @@
+//! Decodes what the bus makes public, for the operator, the report and the notice of faults.
+
+use super::robot::{node_id, node_name};
+use crate::record::Heard;
+use crate::scenario::{BusView, NodeName};
+use std::f64::consts::TAU;
+use tautrack::bus::network::as_emergency;
+use tautrack::bus::pdo::{
+    DriveStatus, GuardMargins, GuardMotion, GuardPassed, GuardState, Payload, transmit,
+};
+use tautrack::can::Frame;
+use tautrack::faults::Fault;
+use tautrack::node::guard::State;
+use tautrack::stability::filter::Verdict;
+use tautrack::stability::support::Edge;
+
+/// What the operator can see.
+#[derive(Clone, Debug, Default)]
+pub struct View {
+    /// What a script's conditions are about.
+    pub bus: BusView,
+    /// State of the guard, once it spoke.
+    pub state: Option<State>,
+    /// Chassis angle that the guard passes on, rad.
+    pub passed_theta: f64,
+}
+
+/// Somebody said on the bus that something is wrong.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Notice {
+    /// Who said so.
+    pub by: NodeName,
+    /// Whom the guard names, if it did.
+    pub about: Option<NodeName>,
+    /// When, us.
+    pub time_us: u64,
+}
+
+/// Hears every frame of the bus.
+#[derive(Debug, Default)]
+pub struct Listener {
+    view: View,
+    heard: Heard,
+    trouble: (u8, u16),
+    notices: Vec<Notice>,
+}
+
+impl Listener {
+    /// Takes one delivered frame.
+    pub fn hear(&mut self, frame: &Frame, time_us: u64) {
+        let guard = node_id(NodeName::Guard);
+        if let Some(motion) = GuardMotion::from_frame(frame, transmit(1), guard) {
+            let radians = |centidegrees: i16| (f64::from(centidegrees) * 0.01).to_radians();
+            self.heard.odometry = f64::from(motion.odometry) * 1e-6;
+            self.heard.pitch = radians(motion.pitch);
+            self.heard.roll = radians(motion.roll);
+        } else if let Some(state) = GuardState::from_frame(frame, transmit(2), guard) {
+            self.hear_state(&state, time_us);
+        } else if let Some(margins) = GuardMargins::from_frame(frame, transmit(3), guard) {
+            let GuardMargins {
+                back,
+                front,
+                left,
+                right,
+            } = margins;
+            self.heard.margins =
+                Some([back, front, left, right].map(|margin| f64::from(margin) * 1e-3));
+        } else if let Some(passed) = GuardPassed::from_frame(frame, transmit(4), guard) {
+            self.heard.asked_speed = f64::from(passed.asked_speed) * 1e-3;
+            self.heard.passed_speed = f64::from(passed.passed_speed) * 1e-3;
+            self.heard.asked_theta = turn(passed.asked_chassis);
+            self.heard.passed_theta = turn(passed.passed_chassis);
+        } else if let Some(emergency) = as_emergency(frame) {
+            self.hear_emergency(emergency.node, emergency.code, time_us);
+        } else {
+            for (index, name) in NodeName::ALL.into_iter().take(4).enumerate() {
+                if let Some(status) = DriveStatus::from_frame(frame, transmit(2), node_id(name)) {
+                    self.heard.currents[index] = f64::from(status.current) * 1e-3;
+                }
+            }
+        }
+        self.view.bus.odometry_m = self.heard.odometry;
+        self.view.bus.pitch = self.heard.pitch;
+        self.view.bus.heading = self.heard.heading;
+        self.view.passed_theta = self.heard.passed_theta;
+    }
+
+    /// What the operator can see.
+    pub fn view(&self) -> &View {
+        &self.view
+    }
+
+    /// What was heard, for a sample; its events are handed over once.
+    pub fn take(&mut self) -> Heard {
+        let events = std::mem::take(&mut self.heard.events);
+        Heard {
+            events,
+            ..self.heard.clone()
+        }
+    }
+
+    /// Adds an event to the next sample.
+    pub fn note(&mut self, event: String) {
+        self.heard.events.push(event);
+    }
+
+    /// Notices since the last call.
+    pub fn take_notices(&mut self) -> Vec<Notice> {
+        std::mem::take(&mut self.notices)
+    }
+
+    fn hear_state(&mut self, state: &GuardState, time_us: u64) {
+        self.heard.heading = turn(state.heading);
+        self.view.state = State::from_byte(state.state);
+        let name = self.view.state.map_or("unknown", State::name);
+        if self.heard.guard_state != name {
+            self.note(format!("guard: {name}"));
+            self.heard.guard_state = name.to_string();
+        }
+        self.heard.verdict =
+            Verdict::from_code(state.verdict).map_or_else(|| "unknown".into(), words);
+        let trouble = (state.fault_node, state.fault_code);
+        if trouble != self.trouble && trouble.1 != 0 {
+            let about = node_name(trouble.0);
+            self.note(format!(
+                "guard: {} of {}",
+                fault_words(trouble.1),
+                name_words(trouble.0)
+            ));
+            self.notices.push(Notice {
+                by: NodeName::Guard,
+                about,
+                time_us,
+            });
+        }
+        self.trouble = trouble;
+    }
+
+    fn hear_emergency(&mut self, node: u8, code: u16, time_us: u64) {
+        let what = if code == 0 {
+            "all clear".into()
+        } else {
+            fault_words(code)
+        };
+        self.note(format!("{}: {what}", name_words(node)));
+        if let Some(by) = node_name(node).filter(|_| code != 0) {
+            self.notices.push(Notice {
+                by,
+                about: None,
+                time_us,
+            });
+        }
+    }
+}
+
+/// An angle of 2^-16 turns in rad.
+fn turn(binary: i16) -> f64 {
+    f64::from(binary) / 65_536.0 * TAU
+}
+
+fn name_words(id: u8) -> String {
+    node_name(id).map_or_else(|| format!("node {id}"), |name| name.to_string())
+}
+
+fn fault_words(code: u16) -> String {
+    let name = Fault::from_code(code).map_or("unknown fault", |fault| fault.description().name);
+    format!("{name} ({code:#06x})")
+}
+
+fn words(verdict: Verdict) -> String {
+    let edge = |edge: Edge| match edge {
+        Edge::Back => "backward margin",
+        Edge::Front => "forward margin",
+        Edge::Left => "left margin",
+        Edge::Right => "right margin",
+    };
+    match verdict {
+        Verdict::Passed => "passed".into(),
+        Verdict::Scaled(by) => format!("scaled: {}", edge(by)),
+        Verdict::Refused(by) => format!("refused: {}", edge(by)),
+        Verdict::ChassisRefused(by) => format!("refused: chassis motion, {}", edge(by)),
+    }
+}

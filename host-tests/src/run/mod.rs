@@ -1,0 +1,331 @@
+//! The lockstep runner: five node programs, one bus, one plant, one operator, a millisecond at a time.
+//!
+//! [`process`] talks to one node program, [`robot`] says what each node is told and what motor it has, [`operator`] drives,
+//! [`listener`] decodes what the bus makes public, [`faults`] makes things go wrong. Here: the order of one step.
+
+pub mod faults;
+pub mod listener;
+pub mod operator;
+pub mod process;
+pub mod robot;
+
+use crate::bus::{Bus, Overflow};
+use crate::nodes::{Board, Program, Programs};
+use crate::plant::Plant;
+use crate::plant::b2p2::B2p2;
+use crate::record::{SAMPLE_HZ, Sample};
+use crate::scenario::{NodeName, Scenario};
+use crate::slcan::SlcanPort;
+use crate::summary::{NodeFacts, RunFacts};
+use faults::Faults;
+use listener::Listener;
+use operator::Operator;
+use process::{Node, NodeError};
+use sha2::{Digest, Sha256};
+use std::fmt;
+use std::time::{Duration, Instant};
+use tautrack::can::Frame;
+use tautrack::link::{MAX_FRAMES, STEP_US, Sensors, Shaft, Start, Step, VERSION};
+
+/// Nodes of B2P2, in the order of [`NodeName::ALL`]; the same numbers are theirs on the virtual bus.
+const NODES: usize = NodeName::ALL.len();
+const OPERATOR: usize = NODES;
+const CLIENT: usize = NODES + 1;
+const GUARD: usize = NodeName::Guard as usize;
+
+/// How a scenario is run.
+#[derive(Default)]
+pub struct Options {
+    /// Programs that take the place of a node's own, with the board that they are built for.
+    pub exchanged: Vec<(NodeName, Board, Program)>,
+    /// Virtual seconds per second of the wall clock at the most; as fast as possible when absent.
+    pub speed: Option<f64>,
+    /// A port through which a CAN client from elsewhere takes part; the run keeps to the wall clock while one does.
+    pub slcan: Option<SlcanPort>,
+}
+
+/// How far a run has come.
+pub struct Progress<'a> {
+    /// Virtual time, s.
+    pub time_s: f64,
+    /// Forward speed that the guard passes on, m/s.
+    pub speed: f64,
+    /// State of the guard.
+    pub state: &'a str,
+}
+
+/// What a run leaves behind.
+pub struct Outcome {
+    /// Samples at [`SAMPLE_HZ`].
+    pub samples: Vec<Sample>,
+    /// What only the runner knows.
+    pub facts: RunFacts,
+    /// Log lines of native nodes, with time and node.
+    pub log: Vec<String>,
+}
+
+/// Why a run ended before its time.
+#[derive(Debug)]
+pub enum RunError {
+    /// A node could not be started, refused its settings, or did not answer.
+    Node(NodeError),
+    /// A node or the operator sends more than the bus can carry.
+    Overflow(Overflow),
+}
+
+impl fmt::Display for RunError {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        match self {
+            Self::Node(error) => write!(f, "{error}"),
+            Self::Overflow(error) => write!(f, "the bus is overloaded: {error}"),
+        }
+    }
+}
+
+impl std::error::Error for RunError {}
+
+impl From<NodeError> for RunError {
+    fn from(error: NodeError) -> Self {
+        Self::Node(error)
+    }
+}
+
+impl From<Overflow> for RunError {
+    fn from(error: Overflow) -> Self {
+        Self::Overflow(error)
+    }
+}
+
+/// Runs `scenario` with the nodes of `programs` and calls `progress` at every sample.
+///
+/// # Errors
+/// [`RunError`]; no node outlives the call.
+pub fn run(
+    scenario: &Scenario,
+    programs: &Programs,
+    options: Options,
+    progress: &mut dyn FnMut(&Progress),
+) -> Result<Outcome, RunError> {
+    let mut run = Run::start(scenario, programs, options)?;
+    let steps = (scenario.duration_s * 1e6) as u64 / STEP_US;
+    let began = Instant::now();
+    let mut samples = Vec::new();
+    for step in 1..=steps {
+        run.step(step)?;
+        if step % (1_000 / u64::from(SAMPLE_HZ)) == 0 {
+            let sample = run.sample(step);
+            progress(&Progress {
+                time_s: sample.time_s,
+                speed: sample.heard.passed_speed,
+                state: &sample.heard.guard_state,
+            });
+            samples.push(sample);
+        }
+        run.keep_pace(began, step);
+    }
+    Ok(Outcome {
+        samples,
+        facts: run.facts(began.elapsed(), steps),
+        log: run.log,
+    })
+}
+
+struct Run {
+    nodes: [Option<Node>; NODES],
+    node_facts: Vec<NodeFacts>,
+    bus: Bus,
+    plant: B2p2,
+    operator: Operator,
+    listener: Listener,
+    faults: Faults,
+    slcan: Option<SlcanPort>,
+    speed: Option<f64>,
+    hash: Sha256,
+    log: Vec<String>,
+}
+
+impl Run {
+    fn start(scenario: &Scenario, programs: &Programs, options: Options) -> Result<Self, RunError> {
+        let mut nodes = [const { None }; NODES];
+        let mut node_facts = Vec::new();
+        for name in NodeName::ALL {
+            let (board, program) = program_of(name, programs, &options.exchanged);
+            let start = Start {
+                version: VERSION,
+                // Each node's noise is its own.
+                seed: scenario
+                    .seed
+                    .wrapping_mul(0x1_0001)
+                    .wrapping_add(name as u64),
+                settings: robot::settings(name, scenario),
+                motor: robot::motor(name),
+            };
+            let (node, ready) = Node::start(name, board, &program.path, start)?;
+            nodes[name as usize] = Some(node);
+            node_facts.push(NodeFacts {
+                name,
+                role: ready.role.to_string(),
+                board: ready.board.to_string(),
+                node_id: robot::node_id(name),
+                program_sha256: program.sha256.clone(),
+            });
+        }
+        let plant = B2p2::new(
+            &robot::plant_parameters(scenario),
+            &robot::terrain(scenario),
+            scenario.seed,
+        );
+        Ok(Self {
+            nodes,
+            node_facts,
+            bus: Bus::new(NODES + 2),
+            plant,
+            operator: Operator::new(scenario),
+            listener: Listener::default(),
+            faults: Faults::new(scenario),
+            slcan: options.slcan,
+            speed: options.speed,
+            hash: Sha256::new(),
+            log: Vec::new(),
+        })
+    }
+
+    /// One millisecond: what was offered is delivered, the nodes and the operator answer, the world moves.
+    fn step(&mut self, step: u64) -> Result<(), RunError> {
+        let time_us = step * STEP_US;
+        self.faults.apply(time_us, &mut self.bus, &mut self.nodes);
+        self.deliver(time_us);
+
+        let mut inboxes = [const { heapless::Vec::<Frame, MAX_FRAMES>::new() }; NODES];
+        for (index, inbox) in inboxes.iter_mut().enumerate() {
+            // A bus at 1 Mbit/s cannot deliver more in one step than the inbox holds.
+            inbox.extend(self.bus.received_by(index).copied().take(MAX_FRAMES));
+        }
+        for (index, frames) in inboxes.into_iter().enumerate() {
+            let sensors = self.sensors(index);
+            if let Some(node) = &mut self.nodes[index] {
+                node.send(Step {
+                    time_us,
+                    sensors,
+                    frames,
+                })?;
+            }
+        }
+        if let Some(frame) = self.operator.tick(time_us, self.listener.view()) {
+            self.bus.offer(OPERATOR, frame)?;
+        }
+        if let Some(port) = &mut self.slcan {
+            for frame in port.poll(self.bus.room(CLIENT)) {
+                self.bus.offer(CLIENT, frame)?;
+            }
+        }
+        let shafts = self.collect(time_us)?;
+        self.plant.step(&shafts);
+        let hash = &mut self.hash;
+        self.plant.truth_bits(&mut |bytes| hash.update(bytes));
+        Ok(())
+    }
+
+    /// Lets the bus work for one step; operator, client, report and hash hear everything.
+    fn deliver(&mut self, time_us: u64) {
+        for delivered in self.bus.step() {
+            let frame = &delivered.frame;
+            self.hash
+                .update([delivered.sender as u8, frame.data().len() as u8]);
+            self.hash.update(frame.id().to_le_bytes());
+            self.hash.update(frame.data());
+            self.listener.hear(frame, time_us);
+            if let Some(port) = self.slcan.as_mut().filter(|_| delivered.sender != CLIENT) {
+                port.send(frame);
+            }
+        }
+        self.faults.notice(time_us, &mut self.listener);
+    }
+
+    fn sensors(&self, node: usize) -> Sensors {
+        if node == GUARD {
+            let body = Some(self.plant.body_sensors());
+            return Sensors {
+                bus_voltage: self.plant.sensors(0).bus_voltage,
+                body,
+                ..Sensors::default()
+            };
+        }
+        Sensors {
+            encoder_frozen: self.faults.encoder_frozen(node),
+            ..self.plant.sensors(node)
+        }
+    }
+
+    /// Takes the nodes' answers: shafts for the plant, frames for the bus.
+    fn collect(&mut self, time_us: u64) -> Result<[Option<Shaft>; GUARD], RunError> {
+        let mut shafts = [None; GUARD];
+        for (index, slot) in self.nodes.iter_mut().enumerate() {
+            let Some(node) = slot else { continue };
+            let stepped = node.receive()?;
+            if let Some(shaft) = shafts.get_mut(index) {
+                *shaft = Some(stepped.shaft);
+            }
+            for frame in stepped.frames {
+                self.bus.offer(index, frame)?;
+            }
+            if node.board() == Board::Native && !stepped.log.is_empty() {
+                let text = String::from_utf8_lossy(&stepped.log);
+                let lines = text
+                    .lines()
+                    .map(|line| format!("{:.3} {}: {line}", time_us as f64 * 1e-6, node.name()));
+                self.log.extend(lines);
+            }
+        }
+        Ok(shafts)
+    }
+
+    fn sample(&mut self, step: u64) -> Sample {
+        let mut heard = self.listener.take();
+        heard.bus_load = self.bus.figures().window_load();
+        Sample {
+            time_s: (step * STEP_US) as f64 * 1e-6,
+            truth: self.plant.truth().clone(),
+            heard,
+        }
+    }
+
+    /// Waits when the run is ahead of the pace that was asked for; a client from elsewhere lives by the wall clock.
+    fn keep_pace(&self, began: Instant, step: u64) {
+        let attached = self.slcan.as_ref().is_some_and(SlcanPort::attached);
+        let Some(speed) = self.speed.or(attached.then_some(1.0)) else {
+            return;
+        };
+        let due = Duration::from_secs_f64((step * STEP_US) as f64 * 1e-6 / speed);
+        std::thread::sleep(due.saturating_sub(began.elapsed()));
+    }
+
+    fn facts(&self, wall: Duration, steps: u64) -> RunFacts {
+        let hash = self.hash.clone().finalize();
+        RunFacts {
+            wall_s: wall.as_secs_f64(),
+            steps,
+            nodes: self.node_facts.clone(),
+            frames: self.bus.figures().frames(),
+            worst_latency_ms: self.bus.figures().worst_latency_ms(),
+            faults: self.faults.facts(),
+            state_hash: hash.iter().map(|byte| format!("{byte:02x}")).collect(),
+        }
+    }
+}
+
+fn program_of<'a>(
+    name: NodeName,
+    programs: &'a Programs,
+    exchanged: &'a [(NodeName, Board, Program)],
+) -> (Board, &'a Program) {
+    if let Some((_, board, program)) = exchanged.iter().find(|(of, ..)| *of == name) {
+        return (*board, program);
+    }
+    let program = match name {
+        NodeName::LeftTrack | NodeName::RightTrack | NodeName::ChassisJoint => &programs.axle,
+        NodeName::Screw => &programs.screw,
+        NodeName::Guard => &programs.guard,
+    };
+    (programs.board, program)
+}

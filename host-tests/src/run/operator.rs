@@ -1,0 +1,62 @@
+//! The operator: one more participant of the bus, who sees and uses nothing but the guard's public objects.
+
+use super::listener::View;
+use super::robot::node_id;
+use crate::scenario::{BusView, NodeName, Scenario, Script};
+use std::f64::consts::TAU;
+use tautrack::bus::pdo::{OperatorCommand, Payload, Request, receive};
+use tautrack::can::Frame;
+use tautrack::node::guard::State;
+
+/// Time between two commands, us.
+const PERIOD_US: u64 = 20_000;
+
+/// Plays a scenario's script from the moment at which the guard is armed.
+pub struct Operator {
+    scenario: crate::scenario::Operator,
+    script: Option<Script>,
+    sequence: u8,
+}
+
+impl Operator {
+    /// The operator of this scenario, who arms the guard as soon as it is ready.
+    pub fn new(scenario: &Scenario) -> Self {
+        Self {
+            scenario: scenario.operator.clone(),
+            script: None,
+            sequence: 0,
+        }
+    }
+
+    /// The command to send at this time, if one is due.
+    pub fn tick(&mut self, time_us: u64, view: &View) -> Option<Frame> {
+        if !time_us.is_multiple_of(PERIOD_US) {
+            return None;
+        }
+        let now = BusView {
+            time_s: time_us as f64 * 1e-6,
+            ..view.bus
+        };
+        if view.state == Some(State::Armed) && self.script.is_none() {
+            self.script = Some(Script::new(&self.scenario, now, view.passed_theta));
+        }
+        self.sequence = self.sequence.wrapping_add(1);
+        let mut command = OperatorCommand {
+            request: if view.state.is_some_and(|state| state != State::Waiting) {
+                Request::Arm
+            } else {
+                Request::Disarm
+            } as u8,
+            sequence: self.sequence,
+            ..OperatorCommand::default()
+        };
+        if let Some(script) = &mut self.script {
+            let ask = script.tick(now);
+            let milli = |value: f64| (value * 1e3).round() as i16;
+            command.forward = milli(ask.speed_mps);
+            command.yaw_rate = milli(ask.yaw_rate);
+            command.chassis = (ask.theta / TAU * 65_536.0).round() as i16;
+        }
+        Some(command.frame(receive(1), node_id(NodeName::Guard)))
+    }
+}

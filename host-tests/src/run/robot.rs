@@ -1,0 +1,181 @@
+//! B2P2 as simulated: what each node is told about itself, what motor it has, and what body it moves.
+
+use crate::plant::b2p2::{B2p2Parameters, Payload};
+use crate::plant::terrain::{Stairs, Terrain as Ground};
+use crate::scenario::{NodeName, Scenario, Terrain};
+use heapless::Vec;
+use tautrack::link::{MAX_SETTINGS, MotorModel};
+use tautrack::settings::Setting;
+
+/// The node's id on the bus.
+pub fn node_id(name: NodeName) -> u8 {
+    match name {
+        NodeName::Guard => 1,
+        NodeName::LeftTrack => 2,
+        NodeName::RightTrack => 3,
+        NodeName::ChassisJoint => 4,
+        NodeName::Screw => 5,
+    }
+}
+
+/// The name of the node with this id.
+pub fn node_name(id: u8) -> Option<NodeName> {
+    NodeName::ALL.into_iter().find(|name| node_id(*name) == id)
+}
+
+/// Settings of a node, as key and value. What a robot does not change stays at the table's default.
+pub fn settings(name: NodeName, scenario: &Scenario) -> Vec<(u16, i32), MAX_SETTINGS> {
+    let micro = |metres: f64| (metres * 1e6).round() as i32;
+    let robot = &scenario.robot;
+    let mut values = vec![
+        (Setting::NodeId, i32::from(node_id(name))),
+        (Setting::PulleyRadius, micro(robot.pulley_radius_m)),
+        (Setting::LengthK, micro(robot.k_m)),
+    ];
+    if let Some(gear) = gear_milli(name) {
+        values.push((Setting::GearRatio, gear));
+    }
+    values.extend_from_slice(match name {
+        NodeName::LeftTrack | NodeName::RightTrack => TRACK,
+        NodeName::ChassisJoint => JOINT,
+        NodeName::Screw => SCREW,
+        NodeName::Guard => &[],
+    });
+    if name == NodeName::Guard {
+        values.push((Setting::FilterActive, i32::from(scenario.guard)));
+        values.push((Setting::BodyHeight, micro(robot.com_offset_m)));
+        if let Some(payload) = robot.payload.as_ref().filter(|payload| payload.declared) {
+            let [forward, left, up] = payload.place_m.map(micro);
+            values.extend([
+                (Setting::PayloadMass, (payload.mass_kg * 1e3).round() as i32),
+                (Setting::PayloadForward, forward),
+                (Setting::PayloadLeft, left),
+                (Setting::PayloadUp, up),
+            ]);
+        }
+    }
+    values
+        .into_iter()
+        .map(|(setting, value)| (setting.description().key, value))
+        .collect()
+}
+
+// Gains: with the inertia J at the output shaft and the torque T per ampere there, a velocity loop of bandwidth w needs
+// J w / T. The current loop is ten times faster than the fastest of them.
+
+/// J = 0.036 (rotor) + 0.010 (half the robot's mass at the pulley) kg m^2, T = 2.4 N m/A, w = 150 rad/s.
+const TRACK: &[(Setting, i32)] = &[
+    (Setting::VelocityLimit, 10_000),
+    (Setting::AccelerationLimit, 20_000),
+    (Setting::VelocityGain, 3_000),
+    (Setting::PositionBits, 16),
+];
+
+/// J = 0.225 (rotor) + 0.17 (front part) kg m^2, T = 6 N m/A, w = 150 rad/s.
+const JOINT: &[(Setting, i32)] = &[
+    (Setting::VelocityLimit, 2_500),
+    (Setting::AccelerationLimit, 8_000),
+    (Setting::VelocityGain, 10_000),
+    (Setting::PositionGain, 20_000),
+    (Setting::PositionBits, 32),
+    (Setting::PositionMinimum, -1_040),
+    (Setting::PositionMaximum, 1_740),
+    (Setting::ReferenceDirection, 1),
+    (Setting::ReferencePosition, 349_066),
+    (Setting::ReferenceSpeed, 300),
+];
+
+/// J = 1.6e-4 kg m^2 (rotor; the nut adds next to nothing), T = 0.16 N m/A, w = 300 rad/s.
+const SCREW: &[(Setting, i32)] = &[
+    (Setting::VelocityLimit, 140_000),
+    (Setting::AccelerationLimit, 2_000_000),
+    (Setting::VelocityGain, 300),
+    (Setting::VelocityIntegralTime, 30_000),
+    (Setting::PositionGain, 60_000),
+    (Setting::FollowingLimit, 6_000),
+    (Setting::ReferenceDirection, -1),
+    (Setting::ReferenceSpeed, 25_000),
+];
+
+/// Rotor turns per thousand turns of the output shaft; `None` for the guard.
+fn gear_milli(name: NodeName) -> Option<i32> {
+    match name {
+        NodeName::LeftTrack | NodeName::RightTrack => Some(60_000),
+        NodeName::ChassisJoint => Some(150_000),
+        NodeName::Screw => Some(4_000),
+        NodeName::Guard => None,
+    }
+}
+
+/// The motor of a node. The paper names no motors: these are of the size that the robot's mass and speed ask for (24 V,
+/// stall torque at 10 A: track 24 N m, joint 60 N m; screw 2 kN), all with the same rotor.
+pub fn motor(name: NodeName) -> Option<MotorModel> {
+    let gear = gear_milli(name)?;
+    Some(MotorModel {
+        resistance: 0.6,
+        inductance: 0.3e-3,
+        torque_constant: 0.04,
+        rotor_inertia: 1e-5,
+        gear_ratio: gear as f32 * 1e-3,
+        friction_torque: match name {
+            NodeName::ChassisJoint => 1.0,
+            NodeName::Screw => 0.02,
+            _ => 0.3,
+        },
+        encoder_counts: 4_096,
+        current_noise: 0.02,
+        current_quantum: 0.01,
+    })
+}
+
+/// Parameters of the plant: nominal but for what the scenario sets.
+pub fn plant_parameters(scenario: &Scenario) -> B2p2Parameters {
+    let robot = &scenario.robot;
+    let nominal = B2p2Parameters::with_track_constant(robot.k_m);
+    B2p2Parameters {
+        pulley_radius: robot.pulley_radius_m,
+        body_1_com_height: robot.com_offset_m,
+        friction: scenario.friction,
+        // As after a night on the shelf: nothing is known, and the belt hangs a little.
+        initial_theta: 0.1,
+        initial_extension_error: -0.003,
+        payload: robot.payload.as_ref().map(|payload| Payload {
+            mass: payload.mass_kg,
+            place: payload.place_m,
+            from_time_s: payload.from_s,
+        }),
+        ..nominal
+    }
+}
+
+/// The ground of a scenario.
+pub fn terrain(scenario: &Scenario) -> Ground {
+    match scenario.terrain {
+        Terrain::Flat => Ground::Flat,
+        Terrain::Stairs {
+            riser_m,
+            run_m,
+            count,
+            width_m,
+            first_nose_m,
+        } => Ground::Stairs(Stairs {
+            riser: riser_m,
+            run: run_m,
+            count: count as usize,
+            width: width_m,
+            first_nose_x: first_nose_m,
+            landing: 6.0,
+        }),
+        Terrain::Curb {
+            height_m, nose_m, ..
+        } => Ground::Curb {
+            height: height_m,
+            front_x: nose_m,
+            depth: 50.0,
+        },
+        Terrain::Slope { angle_deg, start_m } => Ground::Slope {
+            pitch: angle_deg.to_radians(),
+            start_x: start_m,
+        },
+    }
+}
