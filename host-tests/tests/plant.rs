@@ -220,6 +220,7 @@ fn b2p2_climbs_the_staircase_of_the_paper_and_lands() {
     );
     assert!((35.0..50.0).contains(&climb.highest_pitch_deg), "{climb:?}");
     assert!(climb.slip < 0.2, "{climb:?}");
+    println!("{climb:?}");
 }
 
 #[test]
@@ -455,4 +456,18 @@ fn switches_and_sensors_say_what_the_robot_is() {
     }
     let lie = f64::from(level.plant.body_sensors().inclination[0]) - level.plant.truth().pitch;
     assert!((-0.1..-0.03).contains(&lie), "{lie} rad");
+}
+
+#[test]
+fn belts_and_rotors_do_not_tremble() {
+    let mut robot = Driven::new(&B2p2Parameters::nominal(), Terrain::Flat, 1);
+    robot.drive(0.13, 3.0);
+    for _ in 0..500 {
+        robot.drive(0.13, DT);
+        for side in 0..2 {
+            let (torque, speed) = (robot.torque(side), robot.plant.truth().belt_speed[side]);
+            assert!(torque.abs() < 0.3, "belt {side}: {torque} N m");
+            assert!((speed - 0.13).abs() < 5e-4, "belt {side}: {speed} m/s");
+        }
+    }
 }
