@@ -351,6 +351,30 @@ fn a_dead_joint_holds_by_friction_or_falls_and_a_dead_screw_holds() {
 }
 
 #[test]
+fn a_joint_continues_from_where_it_is_when_its_node_returns() {
+    let parameters = B2p2Parameters {
+        initial_theta: 0.7,
+        dead_joint_friction: 1.0,
+        ..B2p2Parameters::nominal()
+    };
+    let mut robot = Driven::new(&parameters, Terrain::Flat, 1);
+    robot.drive(0.0, 0.2);
+    robot.alive[2] = false;
+    robot.drive(0.0, 0.15);
+    let fallen = robot.plant.truth().theta;
+    assert!(fallen < 0.65, "{fallen} rad");
+    robot.alive[2] = true;
+    // It counts from zero again, and is asked to stay there.
+    robot.rotors[2] = Rotor::new(0.05, 200.0, 60.0);
+    robot.drive(0.0, 0.3);
+    let theta = robot.plant.truth().theta;
+    assert!(
+        (theta - fallen).abs() < 0.05,
+        "fell to {fallen} rad, then {theta} rad"
+    );
+}
+
+#[test]
 fn gear_and_rotor_exchange_torque_without_oscillating() {
     let theta = 45.0_f64.to_radians();
     let parameters = B2p2Parameters {
