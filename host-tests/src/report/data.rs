@@ -1,0 +1,164 @@
+//! Samples as columns of integers, each with the value of one: about a quarter of the size of rounded decimals.
+
+use crate::record::Sample;
+use crate::scenario::{Robot, Scenario};
+use crate::summary::{Summary, intervenes};
+use serde_json::{Map, Value, json};
+
+/// A longer run shows every n-th sample, so that the page stays below 2 MB; `run.mcap` has them all.
+const MOST_SAMPLES: usize = 6_000;
+/// Marks beyond these are counted, not shown.
+const MOST_MARKS: usize = 300;
+
+type Column = (&'static str, f64, fn(&Sample) -> Option<f64>);
+
+/// Name in the page, value of one, source. Angles become degrees.
+const COLUMNS: &[Column] = &[
+    ("t", 1e-3, |s| Some(s.time_s)),
+    ("x", 1e-4, |s| Some(s.truth.axle_1[0])),
+    ("z", 1e-4, |s| Some(s.truth.axle_1[2])),
+    ("pitch", 0.01, |s| Some(s.truth.pitch.to_degrees())),
+    ("theta", 0.01, |s| Some(s.truth.theta.to_degrees())),
+    ("extension", 1e-4, |s| Some(s.truth.extension)),
+    ("tension", 0.01, |s| Some(s.truth.tension_error * 1e3)),
+    ("cogX", 1e-3, |s| Some(s.truth.cog[0])),
+    ("cogZ", 1e-3, |s| Some(s.truth.cog[2])),
+    ("back", 1e-3, |s| s.truth.backward_margin),
+    ("front", 1e-3, |s| s.truth.forward_margin),
+    ("guardBack", 1e-3, |s| {
+        s.heard.margins.map(|margins| margins[0])
+    }),
+    ("guardFront", 1e-3, |s| {
+        s.heard.margins.map(|margins| margins[1])
+    }),
+    ("heardPitch", 0.01, |s| Some(s.heard.pitch.to_degrees())),
+    ("odometry", 1e-4, |s| Some(s.heard.odometry)),
+    ("askedSpeed", 1e-3, |s| Some(s.heard.asked_speed)),
+    ("passedSpeed", 1e-3, |s| Some(s.heard.passed_speed)),
+    ("speed", 1e-3, |s| Some(s.truth.ground_speed)),
+    ("askedTheta", 0.01, |s| {
+        Some(s.heard.asked_theta.to_degrees())
+    }),
+    ("passedTheta", 0.01, |s| {
+        Some(s.heard.passed_theta.to_degrees())
+    }),
+    ("leftCurrent", 0.01, |s| Some(s.heard.currents[0])),
+    ("rightCurrent", 0.01, |s| Some(s.heard.currents[1])),
+    ("chassisCurrent", 0.01, |s| Some(s.heard.currents[2])),
+    ("screwCurrent", 0.01, |s| Some(s.heard.currents[3])),
+    ("busLoad", 0.1, |s| Some(s.heard.bus_load * 100.0)),
+];
+
+/// Everything that the page draws from.
+pub(super) fn pack(scenario: &Scenario, summary: &Summary, samples: &[Sample]) -> Value {
+    let stride = samples.len().div_ceil(MOST_SAMPLES).max(1);
+    let shown = || samples.iter().step_by(stride);
+    let columns: Map<_, _> = COLUMNS
+        .iter()
+        .map(|(name, one, source)| {
+            let values: Vec<Option<i64>> = shown()
+                .map(|sample| quantise(source(sample), *one))
+                .collect();
+            ((*name).to_owned(), json!({ "one": one, "values": values }))
+        })
+        .collect();
+    let (least_x, most_x) = samples
+        .iter()
+        .map(|sample| sample.truth.axle_1[0])
+        .fold((0.0, 0.0), |(least, most), x| {
+            (f64::min(least, x), f64::max(most, x))
+        });
+    let end = scenario.terrain.last_nose_m().unwrap_or(0.0).max(most_x) + 1.2;
+    let (marks, marks_left_out) = marks(scenario, summary, samples);
+    json!({
+        "about": scenario.about,
+        "guardOn": scenario.guard,
+        "friction": scenario.friction,
+        "robot": scenario.robot,
+        "l1": Robot::L1_M,
+        "l2": Robot::L2_M,
+        "terrain": scenario.terrain.profile(least_x.min(0.0) - 0.6, end),
+        "summary": summary,
+        "stride": stride,
+        "columns": columns,
+        "contacts": shown().map(contacts).collect::<Vec<_>>(),
+        "guardState": changes(shown().map(|sample| sample.heard.guard_state.as_str())),
+        "verdict": changes(shown().map(|sample| sample.heard.verdict.as_str())),
+        "marks": marks,
+        "marksLeftOut": marks_left_out,
+    })
+}
+
+/// In steps of `one`; what is not a number is absent.
+fn quantise(value: Option<f64>, one: f64) -> Option<i64> {
+    value
+        .filter(|value| value.is_finite())
+        .map(|value| (value / one).round() as i64)
+}
+
+/// Contacts in the side view, x and z in centimetres one after the other; left and right fall together.
+fn contacts(sample: &Sample) -> Vec<i64> {
+    let in_cm = |metres: f64| (metres * 100.0).round() as i64;
+    let mut points: Vec<_> = sample
+        .truth
+        .contacts
+        .iter()
+        .map(|point| (in_cm(point[0]), in_cm(point[2])))
+        .collect();
+    points.sort_unstable();
+    points.dedup();
+    points.into_iter().flat_map(|(x, z)| [x, z]).collect()
+}
+
+/// Index and new text wherever a text changes.
+fn changes<'a>(texts: impl Iterator<Item = &'a str>) -> Vec<Value> {
+    let mut before = None;
+    let mut found = Vec::new();
+    for (index, text) in texts.enumerate() {
+        if before != Some(text) {
+            found.push(json!([index, text]));
+            before = Some(text);
+        }
+    }
+    found
+}
+
+/// Moments worth a line, in order of time: what the guard changed, what was broken, what became known, how it ended.
+/// Also how many were left out; what was broken and how it ended never is.
+fn marks(scenario: &Scenario, summary: &Summary, samples: &[Sample]) -> (Vec<Value>, usize) {
+    let mark = |time_s: f64, kind: &str, text: &str| {
+        (time_s, json!({ "t": time_s, "kind": kind, "text": text }))
+    };
+    let mut found = Vec::new();
+    let mut verdict = "";
+    for sample in samples {
+        if sample.heard.verdict != verdict {
+            verdict = &sample.heard.verdict;
+            if intervenes(verdict) {
+                found.push(mark(sample.time_s, "guard", verdict));
+            }
+        }
+        for event in &sample.heard.events {
+            found.push(mark(sample.time_s, "event", event));
+        }
+    }
+    let left_out = found.len().saturating_sub(MOST_MARKS);
+    found.truncate(MOST_MARKS);
+    for fault in &scenario.faults {
+        let node = fault
+            .what
+            .node()
+            .map(|node| format!(": {node}"))
+            .unwrap_or_default();
+        let text = format!("Injected: {}{node}", fault.what.words());
+        found.push(mark(fault.at_s, "fault", &text));
+    }
+    if let Some(time_s) = summary.landing_time_s {
+        found.push(mark(time_s, "good", "Landed: level behind the last nose"));
+    }
+    if let Some(sample) = samples.iter().find(|sample| sample.truth.toppled) {
+        found.push(mark(sample.time_s, "fault", "Toppled"));
+    }
+    found.sort_by(|a, b| a.0.total_cmp(&b.0));
+    (found.into_iter().map(|(_, mark)| mark).collect(), left_out)
+}

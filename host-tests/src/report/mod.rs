@@ -1,0 +1,37 @@
+//! `report.html`: one page that shows a run, without network, on a laptop or a phone.
+//!
+//! `data` packs the samples; the page draws them: `scene.js` the robot, `plots.js` the curves, `page.js` everything else.
+
+mod data;
+
+use crate::record::Sample;
+use crate::scenario::Scenario;
+use crate::summary::Summary;
+
+/// The page of one run as a whole.
+pub fn html(scenario: &Scenario, summary: &Summary, samples: &[Sample]) -> String {
+    // Inside a script element only the start of a tag can end or change the text; a JSON string may write it escaped.
+    let data = data::pack(scenario, summary, samples)
+        .to_string()
+        .replace('<', "\\u003c");
+    let title = escape(&scenario.name);
+    let parts = [
+        ("{{title}}", title.as_str()),
+        ("{{style}}", include_str!("page.css")),
+        ("{{scene}}", include_str!("scene.js")),
+        ("{{plots}}", include_str!("plots.js")),
+        ("{{page}}", include_str!("page.js")),
+        // Last, so that nothing inside the data is taken for a place to fill.
+        ("{{data}}", data.as_str()),
+    ];
+    parts.iter().fold(
+        include_str!("page.html").to_owned(),
+        |page, (place, text)| page.replace(place, text),
+    )
+}
+
+fn escape(text: &str) -> String {
+    text.replace('&', "&amp;")
+        .replace('<', "&lt;")
+        .replace('>', "&gt;")
+}

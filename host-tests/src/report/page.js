@@ -1,0 +1,130 @@
+// Unpacks the data, fills the page, and moves time.
+const run = JSON.parse(document.getElementById("data").textContent);
+run.series = {};
+for (const name in run.columns) {
+  const { one, values } = run.columns[name];
+  run.series[name] = values.map(value => value === null ? null : value * one);
+}
+const byId = id => document.getElementById(id);
+const minus = text => text.replace("-", "−");
+const summary = run.summary, count = run.series.t.length;
+
+// While the guard did anything but pass the command on.
+run.bands = run.verdict.flatMap(([from, text], i) => {
+  if (["", "passed"].includes(text.split(":")[0].trim())) return [];
+  const to = i + 1 < run.verdict.length ? run.verdict[i + 1][0] : count - 1;
+  return [[run.series.t[from], run.series.t[to]]];
+});
+
+// What stands still.
+{
+  const outcome = summary.toppled ? "Toppled" : summary.landed ? "Landed" : "Upright";
+  byId("verdict").textContent = `${outcome} · ${summary.expectation_met ? "as expected" : "not as expected"}`;
+  byId("verdict").className = summary.expectation_met ? "good" : "bad";
+  byId("about").textContent = run.about + (run.guardOn ? "" : " The guard's filter is switched off.");
+  for (const sentence of summary.unmet) byId("unmet").appendChild(document.createElement("li")).textContent = sentence;
+
+  const figure = (name, value, unit, below) => {
+    const box = byId("figures").appendChild(document.createElement("div"));
+    box.appendChild(document.createElement("dt")).textContent = name;
+    const main = box.appendChild(document.createElement("dd"));
+    main.textContent = value;
+    if (unit) main.appendChild(document.createElement("small")).textContent = " " + unit;
+    if (below) { const sub = box.appendChild(document.createElement("dd")); sub.className = "sub"; sub.textContent = below; }
+  };
+  const { guard, bus, tension_error_m: belt, pitch_deg: pitch } = summary;
+  figure("Landing", summary.landing_time_s === null ? "none" : summary.landing_time_s.toFixed(2), summary.landing_time_s === null ? "" : "s", `of ${summary.simulated_s.toFixed(1)} s simulated`);
+  figure("Belt error, 99 %", (belt.p99 * 1e3).toFixed(2), "mm", `largest ${(belt.max * 1e3).toFixed(2)} mm`);
+  figure("Steepest pitch", minus(pitch.max.toFixed(1)), "°", `lowest ${minus(pitch.min.toFixed(1))}°`);
+  const margin = summary.min_backward_margin_m;
+  figure("Least rear margin", margin === null ? "none" : minus((margin * 1e3).toFixed(0)), margin === null ? "" : "mm", "centre of gravity to rear contact");
+  figure("Guard", guard.interventions, guard.interventions === 1 ? "intervention" : "interventions", `${guard.scaled} scaled, ${guard.refused} refused`);
+  figure("Bus load", (bus.load_mean * 100).toFixed(0), "%", `peak ${(bus.load_max * 100).toFixed(0)} %, worst wait ${bus.worst_latency_ms.toFixed(2)} ms`);
+  figure("Pace", summary.realtime_factor.toFixed(1), "× real time", `${summary.steps.toLocaleString("en")} steps in ${summary.wall_s.toFixed(1)} s`);
+
+  const robot = run.robot, height = robot.com_offset_m;
+  const place = height === 0 ? "on the line of axles 1 and 2" : `${Math.abs(height * 1e3).toFixed(0)} mm ${height > 0 ? "above" : "below"} the line of axles 1 and 2`;
+  byId("assumed").textContent = `K = ${robot.k_m} m, pulleys of ${robot.pulley_radius_m} m radius, the centre of mass of body 1 ${place} (it stands for the battery), and a friction coefficient of ${run.friction}`
+    + (robot.payload ? `, with a payload of ${robot.payload.mass_kg} kg` : "");
+  byId("hash").textContent = `State hash ${summary.state_hash}, seed ${summary.seed}` + (run.stride > 1 ? `. Curves show every ${run.stride}th sample; run.mcap has them all.` : "");
+
+  const row = (cells, kind) => {
+    const line = byId("nodes").appendChild(document.createElement("tr"));
+    for (const cell of cells) line.appendChild(document.createElement(kind)).textContent = cell;
+  };
+  row(["Node", "Role", "Board", "Id", "Program (SHA-256)"], "th");
+  for (const node of summary.nodes) row([node.name.replace("_", " "), node.role, node.board, node.node_id, node.program_sha256.slice(0, 16) + "…"], "td");
+
+  const last = run.series.t[count - 1] || 1;
+  for (const mark of run.marks) {
+    const colour = `var(--mark-${mark.kind})`;
+    const item = byId("marks").appendChild(document.createElement("li"));
+    item.tabIndex = 0;
+    item.appendChild(document.createElement("time")).textContent = mark.t.toFixed(2) + " s";
+    item.appendChild(document.createElement("i")).style.background = colour;
+    item.appendChild(document.createElement("span")).textContent = mark.text;
+    item.onclick = () => seek(mark.t);
+    item.onkeydown = event => { if (event.key === "Enter") seek(mark.t); };
+    const tick = byId("ticks").appendChild(document.createElement("i"));
+    tick.style.background = colour;
+    tick.style.left = `${100 * mark.t / last}%`;
+  }
+  if (run.marksLeftOut) byId("marks").appendChild(document.createElement("li")).textContent = `and ${run.marksLeftOut} more in run.mcap`;
+  if (!run.marks.length) byId("marks").appendChild(document.createElement("li")).textContent = "Nothing but the drive: the guard passed every command on, and nothing failed.";
+}
+
+// What moves.
+let time = 0, playing = false, before = 0;
+const end = count ? run.series.t[count - 1] : 0;
+function indexAt(moment) {
+  let low = 0, high = count - 1;
+  while (low < high) {
+    const middle = (low + high + 1) >> 1;
+    if (run.series.t[middle] <= moment) low = middle; else high = middle - 1;
+  }
+  return low;
+}
+function textAt(changes, index) {
+  let text = "";
+  for (const [from, value] of changes) { if (from > index) break; text = value; }
+  return text;
+}
+function seek(moment) { time = Math.max(0, Math.min(end, moment)); show(); }
+function show() {
+  const index = indexAt(time);
+  const at = name => run.series[name][index] ?? 0;
+  at.index = index;
+  scene.show(at);
+  plots.show(at);
+  byId("scrub").value = time;
+  byId("clock").textContent = `${time.toFixed(1)} / ${end.toFixed(1)} s`;
+  const verdict = textAt(run.verdict, index), state = textAt(run.guardState, index);
+  byId("state").replaceChildren("Guard ", Object.assign(document.createElement("b"), { textContent: state || "silent" }), verdict ? `, command ${verdict}` : "");
+  byId("now").textContent = minus(`pitch ${at("pitch").toFixed(1)}°`) + " · " + minus(`chassis ${at("theta").toFixed(1)}°`) + ` · screw ${(at("extension") * 1e3).toFixed(0)} mm`;
+}
+function play(on) {
+  playing = on;
+  byId("play").textContent = on ? "Pause" : "Play";
+  byId("play").setAttribute("aria-label", on ? "Pause" : "Play");
+  if (on) { if (time >= end) time = 0; before = performance.now(); requestAnimationFrame(frame); }
+}
+function frame(now) {
+  if (!playing) return;
+  seek(time + (now - before) / 1000 * Number(byId("rate").value));
+  before = now;
+  if (time >= end) play(false); else requestAnimationFrame(frame);
+}
+const scene = makeScene(byId("view"), run);
+const plots = makePlots(byId("plots"), run, moment => seek(moment));
+byId("scrub").max = end;
+byId("scrub").oninput = event => seek(Number(event.target.value));
+byId("play").onclick = () => play(!playing);
+document.onkeydown = event => {
+  if (["INPUT", "SELECT", "BUTTON"].includes(event.target.tagName)) return;
+  if (event.key === " ") { event.preventDefault(); play(!playing); }
+  if (event.key === "ArrowRight") seek(time + 0.1);
+  if (event.key === "ArrowLeft") seek(time - 0.1);
+};
+addEventListener("resize", () => { scene.resize(); plots.draw(); show(); });
+// A page opened at #t=12.5 starts there.
+seek(Number((location.hash.match(/^#t=([\d.]+)$/) || [])[1] || 0));

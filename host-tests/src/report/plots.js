@@ -1,0 +1,136 @@
+// Curves over time with one shared cursor. A curve is drawn with the least and largest value of each pixel column.
+const PLOTS = [
+  { title: "Pitch", unit: "°", curves: [["truth", "pitch"], ["guard's filter", "heardPitch", "dashed"]] },
+  { title: "Centre of gravity to the edge of support", unit: "m", zero: true, curves: [["back, truth", "back"], ["back, guard", "guardBack", "dashed", 0], ["front, truth", "front", "", 1], ["front, guard", "guardFront", "dashed", 1]] },
+  { title: "Chassis angle", unit: "°", curves: [["truth", "theta", "", 0], ["passed on", "passedTheta", "", 1], ["asked", "askedTheta", "dashed", 2]] },
+  { title: "Forward speed", unit: "m/s", curves: [["truth", "speed", "", 0], ["passed on", "passedSpeed", "", 1], ["asked", "askedSpeed", "dashed", 2]] },
+  { title: "Screw extension L3", unit: "m", curves: [["truth", "extension", "", 2]] },
+  { title: "Belt: L + L2 + L3 − K", unit: "mm", zero: true, curves: [["strain (+), slack (−)", "tension", "", 3]] },
+  { title: "Motor currents", unit: "A", zero: true, curves: [["left", "leftCurrent"], ["right", "rightCurrent"], ["chassis", "chassisCurrent"], ["screw", "screwCurrent"]] },
+  { title: "Bus load", unit: "%", zero: true, curves: [["last 100 ms", "busLoad", "", 2]] },
+];
+
+function makePlots(host, run, seek) {
+  const times = run.series.t, start = 0, span = times[times.length - 1] || 1;
+  const space = { left: 46, right: 8, top: 8, bottom: 20, height: 168 };
+  const svgNs = "http://www.w3.org/2000/svg";
+  const element = (name, attributes, parent) => {
+    const made = document.createElementNS(svgNs, name);
+    for (const key in attributes) made.setAttribute(key, attributes[key]);
+    return parent.appendChild(made);
+  };
+  const digits = unit => ({ "°": 1, "%": 0, m: 3, mm: 2, "m/s": 2, A: 2 })[unit];
+
+  function niceStep(range, count) {
+    const rough = range / count, power = 10 ** Math.floor(Math.log10(rough));
+    return [1, 2, 5, 10].map(factor => factor * power).find(step => step >= rough * 0.999);
+  }
+  function grid(low, high, count) {
+    const step = niceStep(high - low, count), lines = [];
+    for (let k = Math.ceil(low / step - 1e-9); k * step <= high + step * 1e-9; k++) lines.push(k * step);
+    return { lines, decimals: Math.max(0, -Math.floor(Math.log10(step) + 1e-9)) };
+  }
+
+  const plots = PLOTS.map(plot => {
+    const figure = host.appendChild(document.createElement("figure"));
+    const caption = figure.appendChild(document.createElement("figcaption"));
+    caption.innerHTML = `<strong>${plot.title} <span class="unit">${plot.unit}</span></strong>`;
+    const svg = element("svg", { role: "img", "aria-label": `${plot.title}, ${plot.unit}, over time` }, figure);
+    const curves = plot.curves.map(([label, name, dash, colour], i) => {
+      const key = caption.appendChild(document.createElement("span"));
+      key.className = "key";
+      const paint = `var(--c${colour ?? i})`;
+      key.style.setProperty("--key", paint);
+      if (dash) key.style.setProperty("--dash", dash);
+      key.append(label + " ");
+      return { values: run.series[name], dash, paint, value: key.appendChild(document.createElement("b")) };
+    });
+    let low = Infinity, high = -Infinity;
+    for (const curve of curves) for (const value of curve.values) if (value !== null) {
+      if (value < low) low = value;
+      if (value > high) high = value;
+    }
+    if (plot.zero) { low = Math.min(low, 0); high = Math.max(high, 0); }
+    if (!(low <= high)) { low = 0; high = 1; }
+    const pad = (high - low) * 0.06 || 0.5;
+    low -= low === 0 && plot.zero ? 0 : pad; high += pad;
+    const seekTo = event => {
+      const box = svg.getBoundingClientRect();
+      seek(start + span * Math.max(0, Math.min(1, (event.clientX - box.left - space.left) / (box.width - space.left - space.right))));
+    };
+    svg.addEventListener("pointerdown", event => { svg.setPointerCapture(event.pointerId); seekTo(event); });
+    svg.addEventListener("pointermove", event => { if (event.buttons) seekTo(event); });
+    return { plot, svg, curves, low, high };
+  });
+
+  function path(values, width, y) {
+    let text = "", pen = false, column = -1, least, most, end;
+    const x = time => space.left + (time - start) / span * width;
+    const flush = () => {
+      if (column < 0) return;
+      const at = (space.left + column).toFixed(0);
+      text += `${pen ? "L" : "M"}${at} ${y(least).toFixed(1)}`;
+      if (most > least) text += `L${at} ${y(most).toFixed(1)}L${at} ${y(end).toFixed(1)}`;
+      pen = true; column = -1;
+    };
+    for (let i = 0; i < values.length; i++) {
+      const value = values[i];
+      if (value === null) { flush(); pen = false; continue; }
+      const next = Math.floor(x(times[i]) - space.left);
+      if (next !== column) { flush(); column = next; least = most = value; }
+      least = Math.min(least, value); most = Math.max(most, value); end = value;
+    }
+    flush();
+    return text;
+  }
+
+  function draw() {
+    for (const item of plots) {
+      const { svg, plot, curves, low, high } = item;
+      const total = svg.clientWidth || 480, width = total - space.left - space.right, floor = space.height - space.bottom;
+      const y = value => floor - (value - low) / (high - low) * (floor - space.top);
+      svg.replaceChildren();
+      svg.setAttribute("viewBox", `0 0 ${total} ${space.height}`);
+      svg.style.height = `${space.height}px`;
+      for (const [from, to] of run.bands) {
+        const x = space.left + (from - start) / span * width;
+        element("rect", { x, width: Math.max(1, (to - from) / span * width), y: space.top, height: floor - space.top, fill: "var(--mark-guard)", opacity: 0.18 }, svg);
+      }
+      const rows = grid(low, high, 6);
+      for (const value of rows.lines) {
+        const zero = plot.zero && Math.abs(value) < 1e-9;
+        element("line", { x1: space.left, x2: total - space.right, y1: y(value), y2: y(value), stroke: zero ? "var(--soft)" : "var(--line)" }, svg);
+        element("text", { x: space.left - 6, y: y(value) + 4, "text-anchor": "end" }, svg).textContent = value.toFixed(rows.decimals).replace("-", "−");
+      }
+      const columns = grid(start, start + span, Math.max(4, width / 60));
+      columns.lines.forEach((time, i) => {
+        const x = space.left + (time - start) / span * width;
+        const isLast = i === columns.lines.length - 1;
+        element("text", { x, y: space.height - 5, "text-anchor": x > total - 30 ? "end" : "middle" }, svg).textContent = time.toFixed(columns.decimals) + (isLast ? " s" : "");
+      });
+      for (const mark of run.marks.filter(mark => mark.kind !== "guard")) {
+        const x = space.left + (mark.t - start) / span * width;
+        const made = element("line", { x1: x, x2: x, y1: space.top, y2: floor, stroke: `var(--mark-${mark.kind})`, "stroke-width": 1, opacity: mark.kind === "event" ? 0.4 : 0.9 }, svg);
+        element("title", {}, made).textContent = `${mark.t.toFixed(2)} s: ${mark.text}`;
+      }
+      for (const curve of curves) {
+        element("path", { d: path(curve.values, width, y), fill: "none", stroke: curve.paint, "stroke-width": 1.6, "stroke-linejoin": "round", "stroke-dasharray": curve.dash ? "5 3" : "none" }, svg);
+      }
+      item.cursor = element("line", { y1: space.top, y2: floor, stroke: "var(--ink)", "stroke-width": 1 }, svg);
+      item.width = width;
+    }
+  }
+
+  function show(at) {
+    for (const { plot, curves, cursor, width } of plots) {
+      const x = space.left + (at("t") - start) / span * width;
+      cursor.setAttribute("x1", x); cursor.setAttribute("x2", x);
+      for (const curve of curves) {
+        const value = curve.values[at.index];
+        curve.value.textContent = value == null ? "none" : value.toFixed(digits(plot.unit)).replace("-", "−");
+      }
+    }
+  }
+  draw();
+  return { draw, show };
+}

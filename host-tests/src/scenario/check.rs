@@ -1,0 +1,334 @@
+//! Every bound of a scenario in one place.
+
+use super::{Description, Event, Fault, FaultKind, Problem, Robot, Scenario, Terrain, When};
+
+/// The screw's stated errors hold from `K / L1` = 2.4 on, and from `K = L1 + 2 L2` on its extension is never negative.
+const LEAST_K_M: f64 = {
+    let untorn = Robot::L1_M + 2.0 * Robot::L2_M;
+    let stated = 2.4 * Robot::L1_M;
+    if untorn > stated { untorn } else { stated }
+};
+
+impl Description {
+    /// Checks every value.
+    ///
+    /// # Errors
+    /// Names key, value and bound of the first bad one.
+    pub fn check(self) -> Result<Scenario, Problem> {
+        text("name", &self.name)?;
+        text("about", &self.about)?;
+        within("duration_s", self.duration_s, 0.1, 3600.0, "s")?;
+        within("friction", self.friction, 0.05, 3.0, "")?;
+        self.robot.check()?;
+        self.terrain.check(&self.robot)?;
+        within(
+            "operator.speed_mps",
+            self.operator.speed_mps,
+            -1.0,
+            1.0,
+            "m/s",
+        )?;
+        chassis("operator.chassis_deg", self.operator.chassis_deg)?;
+        within(
+            "operator.chassis_rate_deg_s",
+            self.operator.chassis_rate_deg_s,
+            0.1,
+            180.0,
+            "deg/s",
+        )?;
+        within(
+            "operator.heading_gain_per_s",
+            self.operator.heading_gain_per_s,
+            0.0,
+            10.0,
+            "1/s",
+        )?;
+        for (index, event) in self.operator.events.iter().enumerate() {
+            event.check(&format!("operator.event[{index}]"), self.duration_s)?;
+        }
+        for (index, fault) in self.faults.iter().enumerate() {
+            fault.check(&format!("fault[{index}]"), self.duration_s)?;
+        }
+        if let Some(payload) = &self.robot.payload {
+            within(
+                "robot.payload.from_s",
+                payload.from_s,
+                0.0,
+                self.duration_s,
+                "s",
+            )?;
+        }
+        self.check_expectations()?;
+        Ok(Scenario(self))
+    }
+
+    fn check_expectations(&self) -> Result<(), Problem> {
+        let expect = &self.expect;
+        if self.terrain.last_nose_m().is_none() && expect.landed == Some(true) {
+            return contradiction(
+                "expect.landed",
+                "is true, but this terrain has no nose to land behind",
+            );
+        }
+        if let Some([earliest, latest]) = expect.landing_between_s {
+            within(
+                "expect.landing_between_s[0]",
+                earliest,
+                0.0,
+                self.duration_s,
+                "s",
+            )?;
+            within(
+                "expect.landing_between_s[1]",
+                latest,
+                earliest,
+                self.duration_s,
+                "s",
+            )?;
+            if expect.landed != Some(true) {
+                return contradiction(
+                    "expect.landing_between_s",
+                    "needs `landed = true` beside it",
+                );
+            }
+        }
+        if expect.guard_intervenes == Some(true) && !self.guard {
+            return contradiction("expect.guard_intervenes", "is true, but the guard is off");
+        }
+        expect.tension_error_below_m.map_or(Ok(()), |bound| {
+            within("expect.tension_error_below_m", bound, 1e-6, 1.0, "m")
+        })
+    }
+}
+
+impl Robot {
+    fn check(&self) -> Result<(), Problem> {
+        within(
+            "robot.k_m",
+            self.k_m,
+            LEAST_K_M,
+            2.0,
+            "m (the least is L1 + 2 L2 and 2.4 L1 of the robot)",
+        )?;
+        within(
+            "robot.pulley_radius_m",
+            self.pulley_radius_m,
+            0.01,
+            0.15,
+            "m",
+        )?;
+        within("robot.com_offset_m", self.com_offset_m, -0.2, 0.2, "m")?;
+        let Some(payload) = &self.payload else {
+            return Ok(());
+        };
+        within("robot.payload.mass_kg", payload.mass_kg, 0.0, 50.0, "kg")?;
+        for (index, coordinate) in payload.place_m.iter().enumerate() {
+            within(
+                &format!("robot.payload.place_m[{index}]"),
+                *coordinate,
+                -1.0,
+                1.0,
+                "m",
+            )?;
+        }
+        Ok(())
+    }
+
+    /// Foremost point of the robot at the start, for any chassis angle: straight, axle 3 is at `(K + L1) / 2`.
+    fn front_m(&self) -> f64 {
+        f64::midpoint(self.k_m, Self::L1_M) + self.pulley_radius_m
+    }
+}
+
+impl Terrain {
+    fn check(&self, robot: &Robot) -> Result<(), Problem> {
+        let ahead = |key: &str, x: f64| {
+            within(
+                key,
+                x,
+                robot.front_m(),
+                100.0,
+                "m (the least is where the robot's front stands at the start)",
+            )
+        };
+        match *self {
+            Self::Flat => Ok(()),
+            Self::Stairs {
+                riser_m,
+                run_m,
+                count,
+                width_m,
+                first_nose_m,
+            } => {
+                within("terrain.stairs.riser_m", riser_m, 0.01, 0.5, "m")?;
+                within("terrain.stairs.run_m", run_m, 0.05, 2.0, "m")?;
+                within("terrain.stairs.count", f64::from(count), 1.0, 100.0, "")?;
+                within("terrain.stairs.width_m", width_m, 0.8, 20.0, "m")?;
+                ahead("terrain.stairs.first_nose_m", first_nose_m)
+            }
+            Self::Curb {
+                height_m,
+                nose_m,
+                width_m,
+            } => {
+                within("terrain.curb.height_m", height_m, 0.01, 0.5, "m")?;
+                within("terrain.curb.width_m", width_m, 0.8, 20.0, "m")?;
+                ahead("terrain.curb.nose_m", nose_m)
+            }
+            Self::Slope { angle_deg, start_m } => {
+                within("terrain.slope.angle_deg", angle_deg, -60.0, 60.0, "deg")?;
+                ahead("terrain.slope.start_m", start_m)
+            }
+        }
+    }
+}
+
+impl Event {
+    fn check(&self, key: &str, duration_s: f64) -> Result<(), Problem> {
+        if self.when == When::default() {
+            return contradiction(
+                &format!("{key}.when"),
+                "names no condition; give at least one",
+            );
+        }
+        if self.chassis_deg.is_none() && self.speed_mps.is_none() && self.yaw_rate_deg_s.is_none() {
+            return contradiction(
+                key,
+                "changes nothing; give chassis_deg, speed_mps or yaw_rate_deg_s",
+            );
+        }
+        let when = &self.when;
+        let bounds = [
+            ("when.time_s", when.time_s, 0.0, duration_s, "s"),
+            ("when.after_s", when.after_s, 0.0, duration_s, "s"),
+            ("when.odometry_m", when.odometry_m, -100.0, 1000.0, "m"),
+            ("when.after_m", when.after_m, -100.0, 1000.0, "m"),
+            (
+                "when.pitch_above_deg",
+                when.pitch_above_deg,
+                -90.0,
+                90.0,
+                "deg",
+            ),
+            (
+                "when.pitch_below_deg",
+                when.pitch_below_deg,
+                -90.0,
+                90.0,
+                "deg",
+            ),
+            ("speed_mps", self.speed_mps, -1.0, 1.0, "m/s"),
+            ("yaw_rate_deg_s", self.yaw_rate_deg_s, -90.0, 90.0, "deg/s"),
+        ];
+        for (name, value, least, most, unit) in bounds {
+            if let Some(value) = value {
+                within(&format!("{key}.{name}"), value, least, most, unit)?;
+            }
+        }
+        if let (Some(above), Some(below)) = (when.pitch_above_deg, when.pitch_below_deg)
+            && above >= below
+        {
+            return contradiction(
+                &format!("{key}.when"),
+                "asks for a pitch above and below that cannot hold at once",
+            );
+        }
+        self.chassis_deg.map_or(Ok(()), |angle| {
+            chassis(&format!("{key}.chassis_deg"), angle)
+        })
+    }
+}
+
+impl Fault {
+    fn check(&self, key: &str, duration_s: f64) -> Result<(), Problem> {
+        within(
+            &format!("{key}.at_s"),
+            self.at_s,
+            0.0,
+            duration_s,
+            "s (the run ends there)",
+        )?;
+        if let Some(until) = self.until_s {
+            within(
+                &format!("{key}.until_s"),
+                until,
+                self.at_s,
+                f64::MAX,
+                "s (the fault begins there)",
+            )?;
+        }
+        if let Some(limit) = self.notice_within_ms {
+            within(
+                &format!("{key}.notice_within_ms"),
+                limit,
+                1.0,
+                60_000.0,
+                "ms",
+            )?;
+        }
+        match self.what {
+            FaultKind::FrameLoss { probability } => within(
+                &format!("{key}.what.frame_loss.probability"),
+                probability,
+                0.0,
+                1.0,
+                "",
+            ),
+            FaultKind::FrameFlip { bit, .. } => within(
+                &format!("{key}.what.frame_flip.bit"),
+                f64::from(bit),
+                0.0,
+                63.0,
+                "",
+            ),
+            FaultKind::EncoderFrozen(super::NodeName::Guard) => contradiction(
+                &format!("{key}.what.encoder_frozen"),
+                "is the guard, which has no encoder",
+            ),
+            _ => Ok(()),
+        }
+    }
+}
+
+fn chassis(key: &str, angle_deg: f64) -> Result<(), Problem> {
+    within(key, angle_deg, -120.0, 120.0, "deg")
+}
+
+/// Bounds included. A NaN or infinity is told apart, because its bound is not the point.
+fn within(key: &str, got: f64, least: f64, most: f64, unit: &'static str) -> Result<(), Problem> {
+    let key = || key.to_owned();
+    if !got.is_finite() {
+        Err(Problem::NotFinite { key: key(), got })
+    } else if got < least {
+        Err(Problem::BelowLeast {
+            key: key(),
+            got,
+            least,
+            unit,
+        })
+    } else if got > most {
+        Err(Problem::AboveMost {
+            key: key(),
+            got,
+            most,
+            unit,
+        })
+    } else {
+        Ok(())
+    }
+}
+
+fn text(key: &str, value: &str) -> Result<(), Problem> {
+    if value.trim().is_empty() {
+        contradiction(key, "is empty")
+    } else {
+        Ok(())
+    }
+}
+
+fn contradiction(key: &str, why: &'static str) -> Result<(), Problem> {
+    Err(Problem::Contradiction {
+        key: key.to_owned(),
+        why,
+    })
+}

@@ -1,0 +1,239 @@
+//! What is wrong with a scenario file, and where.
+
+use super::Description;
+use std::fmt;
+use std::ops::Range;
+use toml::de::{DeTable, DeValue};
+
+/// What is wrong with a scenario file; displays as one sentence.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ScenarioError {
+    /// Name of the file.
+    pub file: String,
+    /// Line and column of the culprit, both from 1.
+    pub place: Option<(usize, usize)>,
+    /// What is wrong.
+    pub problem: Problem,
+}
+
+/// Ways in which a scenario can be bad.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Problem {
+    /// The file cannot be read.
+    Unreadable(String),
+    /// There is nothing in it.
+    Empty,
+    /// It is not TOML, or a key is unknown, missing or of the wrong type.
+    Malformed {
+        /// The key whose value it is, if there is one.
+        key: Option<String>,
+        /// What the parser says.
+        message: String,
+    },
+    /// A NaN or an infinity.
+    NotFinite {
+        /// Path of the key.
+        key: String,
+        /// The value.
+        got: f64,
+    },
+    /// Below its lower bound.
+    BelowLeast {
+        /// Path of the key.
+        key: String,
+        /// The value.
+        got: f64,
+        /// The bound.
+        least: f64,
+        /// Unit, and the bound's reason where it is not plain.
+        unit: &'static str,
+    },
+    /// Above its upper bound.
+    AboveMost {
+        /// Path of the key.
+        key: String,
+        /// The value.
+        got: f64,
+        /// The bound.
+        most: f64,
+        /// Unit, and the bound's reason where it is not plain.
+        unit: &'static str,
+    },
+    /// At odds with another value, or without effect.
+    Contradiction {
+        /// Path of the key.
+        key: String,
+        /// The rest of the sentence.
+        why: &'static str,
+    },
+}
+
+impl ScenarioError {
+    pub(super) fn new(file: &str, problem: Problem) -> Self {
+        Self {
+            file: file.to_owned(),
+            place: None,
+            problem,
+        }
+    }
+}
+
+impl std::error::Error for ScenarioError {}
+
+impl fmt::Display for ScenarioError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}", self.file)?;
+        if let Some((line, column)) = self.place {
+            write!(f, ":{line}:{column}")?;
+        }
+        write!(f, ": {}", self.problem)
+    }
+}
+
+impl std::error::Error for Problem {}
+
+impl fmt::Display for Problem {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Unreadable(why) => write!(f, "cannot be read: {why}"),
+            Self::Empty => write!(
+                f,
+                "is empty; scenarios/flat.toml shows the least that a scenario needs"
+            ),
+            Self::Malformed {
+                key: Some(key),
+                message,
+            } => write!(f, "{key}: {message}"),
+            Self::Malformed { key: None, message } => write!(f, "{message}"),
+            Self::NotFinite { key, got } => write!(f, "{key} is {got}; it must be a finite number"),
+            Self::BelowLeast {
+                key,
+                got,
+                least,
+                unit,
+            } => {
+                write!(
+                    f,
+                    "{key} is {got}; it must be at least {}",
+                    quantity(*least, unit)
+                )
+            }
+            Self::AboveMost {
+                key,
+                got,
+                most,
+                unit,
+            } => {
+                write!(
+                    f,
+                    "{key} is {got}; it must be at most {}",
+                    quantity(*most, unit)
+                )
+            }
+            Self::Contradiction { key, why } => write!(f, "{key} {why}"),
+        }
+    }
+}
+
+/// Rounded to a micro-unit, so that a computed bound does not show its binary fraction.
+fn quantity(value: f64, unit: &str) -> String {
+    let space = if unit.is_empty() { "" } else { " " };
+    format!("{}{space}{unit}", (value * 1e6).round() / 1e6)
+}
+
+impl Problem {
+    fn key(&self) -> Option<&str> {
+        match self {
+            Self::NotFinite { key, .. }
+            | Self::BelowLeast { key, .. }
+            | Self::AboveMost { key, .. }
+            | Self::Contradiction { key, .. } => Some(key),
+            Self::Malformed { key, .. } => key.as_deref(),
+            Self::Unreadable(_) | Self::Empty => None,
+        }
+    }
+}
+
+/// From text to unchecked values.
+pub(super) fn parse(text: &str, file: &str) -> Result<Description, ScenarioError> {
+    let is_void = |line: &str| line.trim().is_empty() || line.trim_start().starts_with('#');
+    if text.lines().all(is_void) {
+        return Err(ScenarioError::new(file, Problem::Empty));
+    }
+    toml::from_str(text).map_err(|error| {
+        let values = spans(text);
+        let enclosing = error.span().and_then(|span| {
+            values
+                .iter()
+                .filter(|(_, value)| *value == span)
+                .map(|(key, _)| key.clone())
+                .next_back()
+        });
+        ScenarioError {
+            file: file.to_owned(),
+            place: error.span().map(|span| line_and_column(text, span.start)),
+            problem: Problem::Malformed {
+                key: enclosing,
+                message: error.message().replace('\n', ", "),
+            },
+        }
+    })
+}
+
+/// Adds the place of the problem's key. A key that is absent (its value is a default) takes the nearest table around it.
+pub(super) fn locate(problem: Problem, text: &str, file: &str) -> ScenarioError {
+    let values = spans(text);
+    let mut key = problem.key().unwrap_or_default();
+    let place = loop {
+        if let Some((_, span)) = values.iter().find(|(path, _)| path == key) {
+            break Some(line_and_column(text, span.start));
+        }
+        match key.rfind(['.', '[']) {
+            Some(cut) => key = &key[..cut],
+            None => break None,
+        }
+    };
+    ScenarioError {
+        file: file.to_owned(),
+        place,
+        problem,
+    }
+}
+
+/// Path and span of every value in the text, outer ones first; empty if the text is not TOML.
+fn spans(text: &str) -> Vec<(String, Range<usize>)> {
+    let mut found = Vec::new();
+    if let Ok(table) = DeTable::parse(text) {
+        walk_table("", table.get_ref(), &mut found);
+    }
+    found
+}
+
+fn walk_table(path: &str, table: &DeTable<'_>, found: &mut Vec<(String, Range<usize>)>) {
+    for (key, value) in table {
+        let dot = if path.is_empty() { "" } else { "." };
+        walk(&format!("{path}{dot}{}", key.get_ref()), value, found);
+    }
+}
+
+fn walk(path: &str, value: &toml::Spanned<DeValue<'_>>, found: &mut Vec<(String, Range<usize>)>) {
+    found.push((path.to_owned(), value.span()));
+    match value.get_ref() {
+        DeValue::Table(table) => walk_table(path, table, found),
+        DeValue::Array(array) => {
+            for (index, item) in array.iter().enumerate() {
+                walk(&format!("{path}[{index}]"), item, found);
+            }
+        }
+        _ => {}
+    }
+}
+
+fn line_and_column(text: &str, offset: usize) -> (usize, usize) {
+    let before = &text[..offset.min(text.len())];
+    let line_start = before.rfind('\n').map_or(0, |at| at + 1);
+    (
+        before.matches('\n').count() + 1,
+        before[line_start..].chars().count() + 1,
+    )
+}

@@ -1,0 +1,108 @@
+//! The nodes, and what can befall them and the bus.
+
+use serde::{Deserialize, Serialize};
+
+/// The five nodes of B2P2.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum NodeName {
+    /// Axle of the left track.
+    LeftTrack,
+    /// Axle of the right track.
+    RightTrack,
+    /// Axle of the chassis joint.
+    ChassisJoint,
+    /// The driving screw.
+    Screw,
+    /// The guard.
+    Guard,
+}
+
+impl NodeName {
+    /// All five.
+    pub const ALL: [Self; 5] = [
+        Self::LeftTrack,
+        Self::RightTrack,
+        Self::ChassisJoint,
+        Self::Screw,
+        Self::Guard,
+    ];
+
+    /// As written in a scenario file.
+    pub fn as_str(self) -> &'static str {
+        match self {
+            Self::LeftTrack => "left_track",
+            Self::RightTrack => "right_track",
+            Self::ChassisJoint => "chassis_joint",
+            Self::Screw => "screw",
+            Self::Guard => "guard",
+        }
+    }
+}
+
+impl std::fmt::Display for NodeName {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(self.as_str())
+    }
+}
+
+/// Something that goes wrong.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Fault {
+    /// What.
+    pub what: FaultKind,
+    /// Virtual time from which.
+    pub at_s: f64,
+    /// Virtual time until which; for good when absent.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub until_s: Option<f64>,
+    /// The guard, or the node itself, must say so on the bus within this time.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub notice_within_ms: Option<f64>,
+}
+
+/// Kinds of faults.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+pub enum FaultKind {
+    /// The node's power is gone: it sends nothing, and its motor is free.
+    NodeDead(NodeName),
+    /// The node's encoder keeps its last count.
+    EncoderFrozen(NodeName),
+    /// The node neither sends nor hears, but runs on.
+    BusCut(NodeName),
+    /// Every frame on the bus is lost with this probability.
+    FrameLoss {
+        /// 0 to 1.
+        probability: f64,
+    },
+    /// One data bit of one frame arrives flipped and unnoticed by the CRC.
+    FrameFlip {
+        /// Number of the frame, counted from `at_s`; a frame too short for the bit passes the flip on to the next.
+        frame: u64,
+        /// Bit of its data, 0 to 63.
+        bit: u8,
+    },
+}
+
+impl FaultKind {
+    /// The node that it befalls, if it is one.
+    pub fn node(&self) -> Option<NodeName> {
+        match *self {
+            Self::NodeDead(node) | Self::EncoderFrozen(node) | Self::BusCut(node) => Some(node),
+            Self::FrameLoss { .. } | Self::FrameFlip { .. } => None,
+        }
+    }
+
+    /// A few words for reports.
+    pub fn words(&self) -> String {
+        match *self {
+            Self::NodeDead(_) => "node dead".into(),
+            Self::EncoderFrozen(_) => "encoder frozen".into(),
+            Self::BusCut(_) => "bus cut".into(),
+            Self::FrameLoss { probability } => format!("{} % of frames lost", probability * 100.0),
+            Self::FrameFlip { frame, bit } => format!("bit {bit} of frame {frame} flipped"),
+        }
+    }
+}

@@ -1,0 +1,309 @@
+//! Scenarios: one TOML file says what a run is made of and what must come out of it.
+//!
+//! [`Description`] is the file as written; [`Scenario`] is a description that passed every check, so nothing checks again.
+//! `fault` is what can go wrong, `check` holds all bounds, `error` says what was bad and where, `script` plays the operator.
+
+mod check;
+mod error;
+mod fault;
+mod script;
+
+pub use error::{Problem, ScenarioError};
+pub use fault::{Fault, FaultKind, NodeName};
+pub use script::{Ask, BusView, Script};
+
+use serde::{Deserialize, Serialize};
+use std::path::Path;
+
+/// A description that passed every check. Read-only; [`Description::check`] makes one.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[serde(transparent)]
+pub struct Scenario(Description);
+
+impl std::ops::Deref for Scenario {
+    type Target = Description;
+
+    fn deref(&self) -> &Description {
+        &self.0
+    }
+}
+
+impl Scenario {
+    /// Reads and checks a scenario file.
+    ///
+    /// # Errors
+    /// Says what is wrong with the first bad value, with file, line and column.
+    pub fn load(path: &Path) -> Result<Self, ScenarioError> {
+        let file = path.display().to_string();
+        match std::fs::read_to_string(path) {
+            Ok(text) => Self::parse(&text, &file),
+            Err(error) => Err(ScenarioError::new(
+                &file,
+                Problem::Unreadable(error.to_string()),
+            )),
+        }
+    }
+
+    /// Checks the text of a scenario file; `file` is the name that errors show.
+    ///
+    /// # Errors
+    /// As [`Scenario::load`].
+    pub fn parse(text: &str, file: &str) -> Result<Self, ScenarioError> {
+        error::parse(text, file)?
+            .check()
+            .map_err(|problem| error::locate(problem, text, file))
+    }
+
+    /// A copy to change and check again, for sweeps and command-line switches.
+    pub fn description(&self) -> Description {
+        self.0.clone()
+    }
+}
+
+/// A scenario file as written. Axes as in [`crate::record::Truth`]; axle 1 starts at x = 0, y = 0, heading 0.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Description {
+    /// Name of the run, as reports show it.
+    pub name: String,
+    /// What the run shows, one or two sentences.
+    pub about: String,
+    /// Seed of all noise and of all random faults.
+    pub seed: u64,
+    /// Virtual time to run, s.
+    pub duration_s: f64,
+    /// Whether the guard's filter limits the operator. Off, it passes every command on.
+    #[serde(default = "on")]
+    pub guard: bool,
+    /// Coefficient of friction between track and ground.
+    pub friction: f64,
+    /// The ground.
+    pub terrain: Terrain,
+    /// What the papers leave open about the robot.
+    pub robot: Robot,
+    /// Who drives.
+    pub operator: Operator,
+    /// What goes wrong.
+    #[serde(default, rename = "fault")]
+    pub faults: Vec<Fault>,
+    /// What must come out.
+    #[serde(default)]
+    pub expect: Expect,
+}
+
+fn on() -> bool {
+    true
+}
+
+/// The ground; flat before and beyond what is named, and wide everywhere but on stairs and curb.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+pub enum Terrain {
+    /// Level ground without end.
+    Flat,
+    /// Stairs up to a landing.
+    #[serde(rename_all = "snake_case")]
+    Stairs {
+        /// Height of one step.
+        riser_m: f64,
+        /// Depth of one step.
+        run_m: f64,
+        /// Number of risers; the last leads onto the landing.
+        count: u32,
+        /// Width, centred on y = 0.
+        width_m: f64,
+        /// x of the first nose.
+        first_nose_m: f64,
+    },
+    /// One step up without end behind it.
+    Curb {
+        /// Height.
+        height_m: f64,
+        /// x of its nose.
+        nose_m: f64,
+        /// Width, centred on y = 0.
+        width_m: f64,
+    },
+    /// A plane that begins to rise at x = `start_m`, without end.
+    Slope {
+        /// Inclination; negative goes down.
+        angle_deg: f64,
+        /// x of its lower edge.
+        start_m: f64,
+    },
+}
+
+impl Terrain {
+    /// x of the last nose, beyond which the landing lies; `None` on flat ground and slopes.
+    pub fn last_nose_m(&self) -> Option<f64> {
+        match *self {
+            Self::Stairs {
+                run_m,
+                count,
+                first_nose_m,
+                ..
+            } => Some(first_nose_m + f64::from(count - 1) * run_m),
+            Self::Curb { nose_m, .. } => Some(nose_m),
+            Self::Flat | Self::Slope { .. } => None,
+        }
+    }
+
+    /// Side view of the ground between two x, as corner points (x, z) from left to right.
+    pub fn profile(&self, from_m: f64, to_m: f64) -> Vec<[f64; 2]> {
+        let mut points = vec![[from_m, 0.0]];
+        let mut end_z = 0.0;
+        match *self {
+            Self::Flat => {}
+            Self::Stairs {
+                riser_m,
+                run_m,
+                count,
+                first_nose_m,
+                ..
+            } => {
+                for step in 0..count {
+                    let x = first_nose_m + f64::from(step) * run_m;
+                    points.push([x, end_z]);
+                    end_z = f64::from(step + 1) * riser_m;
+                    points.push([x, end_z]);
+                }
+            }
+            Self::Curb {
+                height_m, nose_m, ..
+            } => {
+                points.push([nose_m, 0.0]);
+                points.push([nose_m, height_m]);
+                end_z = height_m;
+            }
+            Self::Slope { angle_deg, start_m } => {
+                points.push([start_m, 0.0]);
+                end_z = (to_m - start_m).max(0.0) * angle_deg.to_radians().tan();
+            }
+        }
+        points.push([to_m, end_z]);
+        points
+    }
+}
+
+/// What the papers leave open about the robot; DESIGN.md section 6 has the nominal values and their reasons.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Robot {
+    /// Belt length `K` without the arcs around the pulleys.
+    pub k_m: f64,
+    /// Radius of the three pulleys, belt included.
+    pub pulley_radius_m: f64,
+    /// Height of body 1's centre of mass over the line through axles 1 and 2.
+    #[serde(default)]
+    pub com_offset_m: f64,
+    /// Load beside the robot's own mass.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub payload: Option<Payload>,
+}
+
+impl Robot {
+    /// Distance of axles 1 and 2, `L1` (Paillat, Lucidarme, Hardouin, B2P2, table of constants).
+    pub const L1_M: f64 = 0.32;
+    /// Length of body 2, `L2` (same table).
+    pub const L2_M: f64 = 0.23;
+}
+
+/// A point mass fixed to body 1.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Payload {
+    /// Mass.
+    pub mass_kg: f64,
+    /// Place in body 1: origin at axle 1, x towards axle 2, y left, z up.
+    pub place_m: [f64; 3],
+    /// Virtual time from which it is on board.
+    #[serde(default)]
+    pub from_s: f64,
+    /// Whether the guard's settings know of it.
+    pub declared: bool,
+}
+
+/// The operator: what is asked from the moment the guard is armed, and a list of events that change it, each waiting for
+/// the one before.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Operator {
+    /// Forward speed asked at first.
+    pub speed_mps: f64,
+    /// Chassis angle asked at first, front up positive.
+    #[serde(default)]
+    pub chassis_deg: f64,
+    /// How fast the asked chassis angle moves from one value to the next.
+    pub chassis_rate_deg_s: f64,
+    /// Yaw rate asked per radian of heading error, 1/s; 0 leaves the heading alone.
+    #[serde(default)]
+    pub heading_gain_per_s: f64,
+    /// What changes, in order.
+    #[serde(default, rename = "event")]
+    pub events: Vec<Event>,
+}
+
+/// One change of what is asked; what it does not name stays.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Event {
+    /// What it waits for.
+    pub when: When,
+    /// Chassis angle asked from then on.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub chassis_deg: Option<f64>,
+    /// Forward speed asked from then on.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub speed_mps: Option<f64>,
+    /// Yaw rate asked from then on, counter-clockwise positive; replaces the heading control.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub yaw_rate_deg_s: Option<f64>,
+}
+
+/// Conditions on what the bus shows; all that are given must hold at once.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct When {
+    /// Virtual time since power-up is at least this.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub time_s: Option<f64>,
+    /// Time since the event before (since arming for the first) is at least this.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub after_s: Option<f64>,
+    /// Odometry since arming is at least this.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub odometry_m: Option<f64>,
+    /// Odometry since the event before (since arming for the first) is at least this.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub after_m: Option<f64>,
+    /// Pitch is above this.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub pitch_above_deg: Option<f64>,
+    /// Pitch is below this.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub pitch_below_deg: Option<f64>,
+}
+
+/// What must come out; what is absent is not asked.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Expect {
+    /// Stands level behind the last nose at some moment.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub landed: Option<bool>,
+    /// Turns over.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub toppled: Option<bool>,
+    /// Earliest and latest landing, virtual time.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub landing_between_s: Option<[f64; 2]>,
+    /// Stands still during the last second.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub stopped: Option<bool>,
+    /// The guard holds back or refuses at least once.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub guard_intervenes: Option<bool>,
+    /// Largest strain or slack of the belt during the climb.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub tension_error_below_m: Option<f64>,
+}

@@ -1,0 +1,107 @@
+//! The operator's script at work. It sees what the bus shows and nothing else.
+
+use super::{Operator, When};
+use std::f64::consts::PI;
+
+/// What the operator can see, decoded from frames.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct BusView {
+    /// Virtual time since power-up, s.
+    pub time_s: f64,
+    /// Distance by the belts' encoders, m.
+    pub odometry_m: f64,
+    /// Pitch by the guard, rad.
+    pub pitch: f64,
+    /// Heading by the guard, rad.
+    pub heading: f64,
+}
+
+/// What the operator asks of the guard.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ask {
+    /// Forward speed, m/s.
+    pub speed_mps: f64,
+    /// Yaw rate, rad/s, counter-clockwise positive.
+    pub yaw_rate: f64,
+    /// Chassis angle, rad, front up positive.
+    pub theta: f64,
+}
+
+/// A running script. Made at the moment the guard is armed; every reference ("since arming") is taken then.
+#[derive(Clone, Debug)]
+pub struct Script {
+    operator: Operator,
+    next: usize,
+    armed: BusView,
+    last_event: BusView,
+    last: BusView,
+    speed_mps: f64,
+    yaw_rate: Option<f64>,
+    target: f64,
+    theta: f64,
+}
+
+impl Script {
+    /// Largest yaw rate that the heading control asks, rad/s.
+    pub const MOST_YAW_RATE: f64 = 0.3;
+
+    /// Starts the script; `theta` is the chassis angle that the robot has now, rad, from which the asked angle sets out.
+    pub fn new(operator: &Operator, now: BusView, theta: f64) -> Self {
+        Self {
+            operator: operator.clone(),
+            next: 0,
+            armed: now,
+            last_event: now,
+            last: now,
+            speed_mps: operator.speed_mps,
+            yaw_rate: None,
+            target: operator.chassis_deg.to_radians(),
+            theta,
+        }
+    }
+
+    /// Number of events that have happened.
+    pub fn events_done(&self) -> usize {
+        self.next
+    }
+
+    /// What is asked now. At most one event happens per call; call at a fixed rate of 20 Hz or more.
+    pub fn tick(&mut self, now: BusView) -> Ask {
+        let holds = self
+            .operator
+            .events
+            .get(self.next)
+            .is_some_and(|event| self.holds(&event.when, now));
+        if holds {
+            let event = &self.operator.events[self.next];
+            self.speed_mps = event.speed_mps.unwrap_or(self.speed_mps);
+            self.yaw_rate = event.yaw_rate_deg_s.map(f64::to_radians).or(self.yaw_rate);
+            self.target = event.chassis_deg.map_or(self.target, f64::to_radians);
+            self.last_event = now;
+            self.next += 1;
+        }
+        let most = self.operator.chassis_rate_deg_s.to_radians()
+            * (now.time_s - self.last.time_s).max(0.0);
+        self.theta += (self.target - self.theta).clamp(-most, most);
+        self.last = now;
+        let error = (self.armed.heading - now.heading + PI).rem_euclid(2.0 * PI) - PI;
+        let steer = (self.operator.heading_gain_per_s * error)
+            .clamp(-Self::MOST_YAW_RATE, Self::MOST_YAW_RATE);
+        Ask {
+            speed_mps: self.speed_mps,
+            yaw_rate: self.yaw_rate.unwrap_or(steer),
+            theta: self.theta,
+        }
+    }
+
+    fn holds(&self, when: &When, now: BusView) -> bool {
+        let reached = |least: Option<f64>, got: f64| least.is_none_or(|least| got >= least);
+        let pitch_deg = now.pitch.to_degrees();
+        reached(when.time_s, now.time_s)
+            && reached(when.after_s, now.time_s - self.last_event.time_s)
+            && reached(when.odometry_m, now.odometry_m - self.armed.odometry_m)
+            && reached(when.after_m, now.odometry_m - self.last_event.odometry_m)
+            && when.pitch_above_deg.is_none_or(|angle| pitch_deg > angle)
+            && when.pitch_below_deg.is_none_or(|angle| pitch_deg < angle)
+    }
+}

@@ -1,0 +1,309 @@
+//! What came out of a run, in figures. `expectation` compares it with what the scenario expects, `table` prints it.
+
+mod expectation;
+mod table;
+
+use crate::record::{SAMPLE_HZ, Sample};
+use crate::scenario::{NodeName, Scenario};
+use serde::Serialize;
+use sha2::{Digest, Sha256};
+use std::path::Path;
+
+/// A robot counts as landed behind the last nose when it stays this level, rad.
+const LEVEL: f64 = 5.0 * std::f64::consts::PI / 180.0;
+/// How long it must stay so, samples.
+const LEVEL_SAMPLES: usize = SAMPLE_HZ as usize / 2;
+/// The climb begins when the pitch first exceeds this, rad.
+const CLIMBING: f64 = 8.0 * std::f64::consts::PI / 180.0;
+/// Slower than this on average over the last second is standing still, m/s.
+const STANDING_MPS: f64 = 0.01;
+
+/// What only the runner knows.
+#[derive(Clone, Debug, Default)]
+pub struct RunFacts {
+    /// Wall-clock time from the first step to the last, s.
+    pub wall_s: f64,
+    /// Lockstep steps done.
+    pub steps: u64,
+    /// The nodes, in the order in which they were started.
+    pub nodes: Vec<NodeFacts>,
+    /// Frames that the bus delivered.
+    pub frames: u64,
+    /// Longest time that a frame waited for the bus, ms.
+    pub worst_latency_ms: f64,
+    /// What became of the scenario's faults, in its order.
+    pub faults: Vec<FaultFacts>,
+    /// Hash over all truth bits and delivered frames of every step, hexadecimal.
+    pub state_hash: String,
+}
+
+/// One node of a run.
+#[derive(Clone, Debug, Serialize)]
+pub struct NodeFacts {
+    /// Name in the robot.
+    pub name: NodeName,
+    /// Role of the program: `axle`, `screw` or `guard`.
+    pub role: String,
+    /// Board of the program: `mps2` or `native`.
+    pub board: String,
+    /// `CANopen` node id.
+    pub node_id: u8,
+    /// SHA-256 of the program file, hexadecimal.
+    pub program_sha256: String,
+}
+
+/// What became of one fault.
+#[derive(Clone, Debug, Serialize)]
+pub struct FaultFacts {
+    /// Virtual time at which it began, s.
+    pub time_s: f64,
+    /// The node it befell, if it was one.
+    pub node: Option<NodeName>,
+    /// What it was, a few words.
+    pub what: String,
+    /// Who said so on the bus first; absent when nobody did.
+    pub noticed_by: Option<String>,
+    /// How long that took, ms.
+    pub after_ms: Option<f64>,
+}
+
+/// SHA-256 of a program file in hexadecimal.
+///
+/// # Errors
+/// When the file cannot be read.
+pub fn fingerprint(program: &Path) -> std::io::Result<String> {
+    let digest = Sha256::digest(std::fs::read(program)?);
+    Ok(digest
+        .iter()
+        .fold(String::new(), |text, byte| text + &format!("{byte:02x}")))
+}
+
+/// The figures of one run; serialises to `summary.json`.
+#[derive(Clone, Debug, Serialize)]
+#[allow(clippy::struct_excessive_bools)] // independent findings, not states
+pub struct Summary {
+    /// Name of the scenario.
+    pub scenario: String,
+    /// Seed of all noise and random faults.
+    pub seed: u64,
+    /// Whether everything that the scenario expects came true.
+    pub expectation_met: bool,
+    /// What did not, one sentence each.
+    pub unmet: Vec<String>,
+    /// Stood level behind the last nose.
+    pub landed: bool,
+    /// Turned over.
+    pub toppled: bool,
+    /// Virtual time from which it stood so, s.
+    pub landing_time_s: Option<f64>,
+    /// Stood still during the last second.
+    pub stopped: bool,
+    /// Virtual time of the run, s.
+    pub simulated_s: f64,
+    /// Wall-clock time of the run, s.
+    pub wall_s: f64,
+    /// Virtual over wall-clock time.
+    pub realtime_factor: f64,
+    /// Lockstep steps.
+    pub steps: u64,
+    /// `|L + L2 + L3 - K|` by the plant's truth, from the first pitch above 8 degrees to the landing or the end.
+    pub tension_error_m: TensionError,
+    /// Pitch by the plant's truth, degrees.
+    pub pitch_deg: Range,
+    /// Least horizontal distance from the rearmost contact to the centre of gravity, by the plant's truth, m.
+    pub min_backward_margin_m: Option<f64>,
+    /// What the guard did.
+    pub guard: GuardFigures,
+    /// How the bus fared.
+    pub bus: BusFigures,
+    /// What went wrong on purpose.
+    pub faults: Vec<FaultFacts>,
+    /// The nodes.
+    pub nodes: Vec<NodeFacts>,
+    /// Hash over all truth bits and delivered frames of every step, hexadecimal.
+    pub state_hash: String,
+}
+
+/// Strain or slack of the belt; zero when the run never climbed.
+#[derive(Clone, Copy, Debug, Default, Serialize)]
+pub struct TensionError {
+    /// 99 % of the samples are at most this.
+    pub p99: f64,
+    /// Largest.
+    pub max: f64,
+}
+
+/// Least and largest value.
+#[derive(Clone, Copy, Debug, Default, Serialize)]
+pub struct Range {
+    /// Least.
+    pub min: f64,
+    /// Largest.
+    pub max: f64,
+}
+
+/// What the guard did with the operator's commands.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct GuardFigures {
+    /// Times that it began to do anything but pass a command on as asked.
+    pub interventions: usize,
+    /// Those in which it refused.
+    pub refused: usize,
+    /// Those in which it passed on less than asked.
+    pub scaled: usize,
+}
+
+/// How the bus fared.
+#[derive(Clone, Copy, Debug, Default, Serialize)]
+pub struct BusFigures {
+    /// Largest load over 100 ms, 0 to 1.
+    pub load_max: f64,
+    /// Mean load, 0 to 1.
+    pub load_mean: f64,
+    /// Frames delivered.
+    pub frames: u64,
+    /// Longest time that a frame waited, ms.
+    pub worst_latency_ms: f64,
+}
+
+impl Summary {
+    /// Computes all figures. Samples are in order of time, [`SAMPLE_HZ`] a second; none at all gives a summary of zeros.
+    pub fn new(scenario: &Scenario, facts: &RunFacts, samples: &[Sample]) -> Self {
+        let landing = landing(scenario, samples);
+        let climb = climb(samples, landing);
+        let simulated_s = samples.last().map_or(0.0, |sample| sample.time_s);
+        let loads = || samples.iter().map(|sample| sample.heard.bus_load);
+        let mut summary = Self {
+            scenario: scenario.name.clone(),
+            seed: scenario.seed,
+            expectation_met: false,
+            unmet: Vec::new(),
+            landed: landing.is_some(),
+            toppled: samples.iter().any(|sample| sample.truth.toppled),
+            landing_time_s: landing.map(|index| samples[index].time_s),
+            stopped: stopped(samples),
+            simulated_s,
+            wall_s: facts.wall_s,
+            realtime_factor: if facts.wall_s > 0.0 {
+                simulated_s / facts.wall_s
+            } else {
+                0.0
+            },
+            steps: facts.steps,
+            tension_error_m: tension_error(climb),
+            pitch_deg: range(samples.iter().map(|sample| sample.truth.pitch.to_degrees())),
+            min_backward_margin_m: samples
+                .iter()
+                .filter_map(|sample| sample.truth.backward_margin)
+                .reduce(f64::min),
+            guard: guard_figures(samples.iter().map(|sample| sample.heard.verdict.as_str())),
+            bus: BusFigures {
+                load_max: loads().fold(0.0, f64::max),
+                load_mean: loads().sum::<f64>() / samples.len().max(1) as f64,
+                frames: facts.frames,
+                worst_latency_ms: facts.worst_latency_ms,
+            },
+            faults: facts.faults.clone(),
+            nodes: facts.nodes.clone(),
+            state_hash: facts.state_hash.clone(),
+        };
+        summary.unmet = summary.unmet_expectations(scenario);
+        summary.expectation_met = summary.unmet.is_empty();
+        summary
+    }
+}
+
+/// First sample of a level stand behind the last nose.
+fn landing(scenario: &Scenario, samples: &[Sample]) -> Option<usize> {
+    let nose = scenario.terrain.last_nose_m()?;
+    let level = |sample: &Sample| {
+        let truth = &sample.truth;
+        truth.cog[0] > nose
+            && truth.pitch.abs() < LEVEL
+            && truth.roll.abs() < LEVEL
+            && !truth.toppled
+    };
+    samples
+        .windows(LEVEL_SAMPLES)
+        .position(|window| window.iter().all(level))
+}
+
+/// The samples from the first nose to the landing, or to the end.
+fn climb(samples: &[Sample], landing: Option<usize>) -> &[Sample] {
+    let end = landing.unwrap_or(samples.len());
+    let start = samples
+        .iter()
+        .position(|sample| sample.truth.pitch > CLIMBING);
+    start
+        .and_then(|start| samples.get(start..end))
+        .unwrap_or_default()
+}
+
+fn stopped(samples: &[Sample]) -> bool {
+    let last = &samples[samples.len().saturating_sub(SAMPLE_HZ as usize)..];
+    let path: f64 = last
+        .iter()
+        .map(|sample| sample.truth.ground_speed.abs())
+        .sum();
+    !last.is_empty() && path / (last.len() as f64) < STANDING_MPS
+}
+
+fn tension_error(climb: &[Sample]) -> TensionError {
+    let mut errors: Vec<f64> = climb
+        .iter()
+        .map(|sample| sample.truth.tension_error.abs())
+        .collect();
+    errors.sort_by(f64::total_cmp);
+    TensionError {
+        p99: percentile(&errors, 99),
+        max: errors.last().copied().unwrap_or_default(),
+    }
+}
+
+/// Nearest-rank percentile: the least value that at least `percent` % of the values do not exceed; 0 of nothing.
+/// `sorted` ascends; `percent` is 0 to 100, and whole, because 0.28 x 25 is above 7 in binary.
+pub fn percentile(sorted: &[f64], percent: usize) -> f64 {
+    let rank = (percent * sorted.len()).div_ceil(100).max(1);
+    sorted
+        .get(rank - 1)
+        .or(sorted.last())
+        .copied()
+        .unwrap_or_default()
+}
+
+fn range(values: impl Iterator<Item = f64>) -> Range {
+    values
+        .map(|value| Range {
+            min: value,
+            max: value,
+        })
+        .reduce(|a, b| Range {
+            min: a.min.min(b.min),
+            max: a.max.max(b.max),
+        })
+        .unwrap_or_default()
+}
+
+/// What a verdict does, without its reason: `scaled` of `scaled: backward margin`.
+pub(crate) fn verdict_kind(verdict: &str) -> &str {
+    verdict.split(':').next().unwrap_or_default().trim()
+}
+
+/// Whether a verdict changes a command; before the guard speaks there is none.
+pub(crate) fn intervenes(verdict: &str) -> bool {
+    !matches!(verdict_kind(verdict), "" | "passed")
+}
+
+fn guard_figures<'a>(verdicts: impl Iterator<Item = &'a str>) -> GuardFigures {
+    let mut figures = GuardFigures::default();
+    let mut before = "";
+    for kind in verdicts.map(verdict_kind) {
+        if kind != before && intervenes(kind) {
+            figures.interventions += 1;
+            figures.refused += usize::from(kind == "refused");
+            figures.scaled += usize::from(kind == "scaled");
+        }
+        before = kind;
+    }
+    figures
+}

@@ -1,0 +1,99 @@
+//! The summary as the few lines that a terminal shows.
+
+use super::Summary;
+use std::fmt;
+
+impl fmt::Display for Summary {
+    /// The few lines that a terminal shows.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let outcome = match (self.toppled, self.landing_time_s) {
+            (true, _) => "toppled".to_owned(),
+            (false, Some(time)) => format!("landed at {time:.2} s"),
+            (false, None) => "upright".to_owned(),
+        };
+        let margin = self
+            .min_backward_margin_m
+            .map_or("none".to_owned(), |margin| {
+                format!("{:.0} mm", margin * 1e3)
+            });
+        let boards: Vec<String> = self
+            .nodes
+            .iter()
+            .map(|node| format!("{} ({})", node.name, node.board))
+            .collect();
+        let rows = [
+            ("outcome", outcome),
+            (
+                "simulated",
+                format!(
+                    "{:.1} s in {:.1} s, {:.1} x real time",
+                    self.simulated_s, self.wall_s, self.realtime_factor
+                ),
+            ),
+            ("nodes", boards.join(", ")),
+            (
+                "belt error",
+                format!(
+                    "p99 {:.2} mm, max {:.2} mm",
+                    self.tension_error_m.p99 * 1e3,
+                    self.tension_error_m.max * 1e3
+                ),
+            ),
+            (
+                "pitch",
+                format!("{:.1} to {:.1} deg", self.pitch_deg.min, self.pitch_deg.max),
+            ),
+            ("least margin", format!("{margin} to the back")),
+            (
+                "guard",
+                format!(
+                    "{} interventions, {} scaled, {} refused",
+                    self.guard.interventions, self.guard.scaled, self.guard.refused
+                ),
+            ),
+            (
+                "bus",
+                format!(
+                    "load {:.0} % mean, {:.0} % peak; {} frames, worst wait {:.2} ms",
+                    self.bus.load_mean * 100.0,
+                    self.bus.load_max * 100.0,
+                    self.bus.frames,
+                    self.bus.worst_latency_ms
+                ),
+            ),
+            ("state hash", self.state_hash.clone()),
+        ];
+        writeln!(f, "{} (seed {})", self.scenario, self.seed)?;
+        for (name, value) in rows {
+            writeln!(f, "  {name:<13} {value}")?;
+        }
+        for fault in &self.faults {
+            let node = fault
+                .node
+                .map(|node| format!(" on {node}"))
+                .unwrap_or_default();
+            let noticed = match (&fault.noticed_by, fault.after_ms) {
+                (Some(by), Some(after)) => format!("noticed by {by} after {after:.0} ms"),
+                _ => "not noticed".to_owned(),
+            };
+            writeln!(
+                f,
+                "  {:<13} {}{node} at {:.2} s, {noticed}",
+                "fault", fault.what, fault.time_s
+            )?;
+        }
+        for sentence in &self.unmet {
+            writeln!(f, "  {:<13} {sentence}", "NOT AS ASKED")?;
+        }
+        write!(
+            f,
+            "  {:<13} {}",
+            "expectation",
+            if self.expectation_met {
+                "met"
+            } else {
+                "NOT met"
+            }
+        )
+    }
+}
