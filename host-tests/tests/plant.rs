@@ -220,6 +220,7 @@ fn b2p2_climbs_the_staircase_of_the_paper_and_lands() {
     );
     assert!((35.0..50.0).contains(&climb.highest_pitch_deg), "{climb:?}");
     assert!(climb.slip < 0.2, "{climb:?}");
+    println!("{climb:?}");
 }
 
 #[test]
@@ -350,6 +351,30 @@ fn a_dead_joint_holds_by_friction_or_falls_and_a_dead_screw_holds() {
 }
 
 #[test]
+fn a_joint_continues_from_where_it_is_when_its_node_returns() {
+    let parameters = B2p2Parameters {
+        initial_theta: 0.7,
+        dead_joint_friction: 1.0,
+        ..B2p2Parameters::nominal()
+    };
+    let mut robot = Driven::new(&parameters, Terrain::Flat, 1);
+    robot.drive(0.0, 0.2);
+    robot.alive[2] = false;
+    robot.drive(0.0, 0.15);
+    let fallen = robot.plant.truth().theta;
+    assert!(fallen < 0.65, "{fallen} rad");
+    robot.alive[2] = true;
+    // It counts from zero again, and is asked to stay there.
+    robot.rotors[2] = Rotor::new(0.05, 200.0, 60.0);
+    robot.drive(0.0, 0.3);
+    let theta = robot.plant.truth().theta;
+    assert!(
+        (theta - fallen).abs() < 0.05,
+        "fell to {fallen} rad, then {theta} rad"
+    );
+}
+
+#[test]
 fn gear_and_rotor_exchange_torque_without_oscillating() {
     let theta = 45.0_f64.to_radians();
     let parameters = B2p2Parameters {
@@ -455,4 +480,18 @@ fn switches_and_sensors_say_what_the_robot_is() {
     }
     let lie = f64::from(level.plant.body_sensors().inclination[0]) - level.plant.truth().pitch;
     assert!((-0.1..-0.03).contains(&lie), "{lie} rad");
+}
+
+#[test]
+fn belts_and_rotors_do_not_tremble() {
+    let mut robot = Driven::new(&B2p2Parameters::nominal(), Terrain::Flat, 1);
+    robot.drive(0.13, 3.0);
+    for _ in 0..500 {
+        robot.drive(0.13, DT);
+        for side in 0..2 {
+            let (torque, speed) = (robot.torque(side), robot.plant.truth().belt_speed[side]);
+            assert!(torque.abs() < 0.3, "belt {side}: {torque} N m");
+            assert!((speed - 0.13).abs() < 5e-4, "belt {side}: {speed} m/s");
+        }
+    }
 }

@@ -39,3 +39,34 @@ fn mix(state: u64) -> u64 {
     z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
     z ^ (z >> 31)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn noise_is_standard_normal_and_depends_on_seed_step_and_channel_alone() {
+        let noise = Noise::new(7);
+        let count = 100_000;
+        let (mut mean, mut square, mut beyond_two) = (0.0, 0.0, 0);
+        for step in 0..count {
+            let value = noise.normal(step, 3);
+            mean += value / count as f64;
+            square += value * value / count as f64;
+            beyond_two += u64::from(value.abs() > 2.0);
+        }
+        assert!(
+            mean.abs() < 0.02 && (square - 1.0).abs() < 0.03,
+            "mean {mean}, variance {square}"
+        );
+        // 4.55 % of a normal distribution lie beyond two standard deviations.
+        assert!(beyond_two.abs_diff(4_550) < 300, "{beyond_two}");
+        assert_eq!(noise.normal(5, 3), Noise::new(7).normal(5, 3));
+        let others = [
+            noise.normal(6, 3),
+            noise.normal(5, 4),
+            Noise::new(8).normal(5, 3),
+        ];
+        assert!(others.iter().all(|other| *other != noise.normal(5, 3)));
+    }
+}

@@ -139,3 +139,27 @@ impl Terrain {
         corners
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_section_of_the_stairs_goes_from_nose_to_nose_and_ends_on_the_ground() {
+        let stairs = Stairs::paper();
+        let section = Terrain::Stairs(stairs).section(-1.0, 20.0);
+        for (i, corners) in section[1..11].chunks(2).enumerate() {
+            let x = 1.5 + 0.28 * i as f64;
+            for (corner, z) in corners.iter().zip([0.15 * i as f64, 0.15 * (i + 1) as f64]) {
+                assert!(
+                    (corner[0] - x).abs() < 1e-12 && (corner[1] - z).abs() < 1e-12,
+                    "{section:?}"
+                );
+            }
+        }
+        assert_eq!(section.last(), Some(&[20.0, 0.0]));
+        assert!(
+            (stairs.height() - 0.75).abs() < 1e-12 && (stairs.last_nose_x() - 2.62).abs() < 1e-12
+        );
+    }
+}

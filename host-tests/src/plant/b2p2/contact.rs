@@ -41,7 +41,7 @@ fn belt_of(
 
 /// Makes the surfaces of the belts run.
 pub struct RunningBelts {
-    /// Speed of the left and the right belt, m/s.
+    /// Speed of the surface of the left and the right belt, m/s.
     pub speed: [f64; 2],
     /// The pulleys' axes, to the left.
     pub left: Vector,

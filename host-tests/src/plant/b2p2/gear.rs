@@ -109,7 +109,7 @@ pub struct Belt {
     pub speed: f64,
     /// Force of the ground along the belt, forward positive, low-passed, N.
     pub traction: f64,
-    /// Speed of its surface over the ground, low-passed, m/s.
+    /// Speed that is lost on the way from the sprocket to the ground, by sliding and creeping, low-passed, m/s.
     pub slip_speed: f64,
     driven: bool,
 }
@@ -137,8 +137,15 @@ impl Belt {
         };
     }
 
+    /// Speed of its surface on the ground, m/s: rubber creeps under load. Without creep, belts that fight each other over the
+    /// robot's heading never come to rest, as their friction knows no middle between holding and sliding.
+    pub fn surface_speed(&self, creep: f64) -> f64 {
+        self.speed - self.traction / creep
+    }
+
     /// Takes what the ground did in the last step: its force, N, and the speed of the surface over it, m/s.
-    pub fn load(&mut self, traction: f64, slip_speed: f64) {
+    pub fn load(&mut self, traction: f64, sliding: f64, creep: f64) {
+        let slip_speed = sliding + self.traction / creep;
         self.traction += (traction - self.traction) * (DT / (BELT_LAG + DT));
         self.slip_speed += (slip_speed - self.slip_speed) * (DT / (SLIP_LAG + DT));
     }

@@ -161,7 +161,7 @@ impl Plant for B2p2 {
 
         let axle: Rotation = self.world.bodies[self.robot.bodies[0]].position().rotation;
         let running = RunningBelts {
-            speed: self.belts.map(|belt| belt.speed),
+            speed: self.belts.map(|belt| belt.surface_speed(p.belt_creep)),
             left: axle * Vector::Y,
         };
         self.world.step_with_events(&running, &());
@@ -172,7 +172,11 @@ impl Plant for B2p2 {
 
         self.ground = contact::read(&self.world, &running, self.step, &mut self.support);
         for (side, belt) in self.belts.iter_mut().enumerate() {
-            belt.load(self.ground.traction[side], self.ground.slip[side]);
+            belt.load(
+                self.ground.traction[side],
+                self.ground.slip[side],
+                p.belt_creep,
+            );
         }
         self.observe();
         let body = &self.world.bodies[self.robot.bodies[0]];

@@ -63,6 +63,8 @@ pub struct B2p2Parameters {
     pub body_1_com_height: f64,
     /// Coefficient of friction between belt and ground.
     pub friction: f64,
+    /// Force along a belt under which its rubber creeps over the ground at 1 m/s, N s/m.
+    pub belt_creep: f64,
     /// Extension of the screw for one turn of its output shaft, m.
     pub screw_lead: f64,
     /// Stiffness, N m/rad, and damping, N m s/rad, of the chassis joint's gear.
@@ -164,6 +166,7 @@ impl B2p2Parameters {
             axle_3_from_r8: 0.226,
             body_1_com_height: 0.0,
             friction: 1.0,
+            belt_creep: 2.0e4,
             screw_lead: 0.005,
             joint_gear: [2.0e4, 20.0],
             screw_gear: [2.0e6, 5.0e3],
