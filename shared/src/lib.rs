@@ -6,6 +6,16 @@
 //! [`node`] · [`link`] (feature `lockstep`).
 #![no_std]
 
+pub mod bus;
 pub mod can;
+pub mod faults;
 #[cfg(feature = "lockstep")]
 pub mod link;
+pub mod math;
+pub mod motor;
+pub mod node;
+pub mod robots;
+pub mod screw;
+pub mod settings;
+pub mod stability;
+pub mod units;

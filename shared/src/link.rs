@@ -5,6 +5,7 @@
 //! rotor live in the node while the rest of the physics lives in the simulator.
 
 use crate::can::Frame;
+pub use crate::node::{BodySensors, Switches};
 use heapless::Vec;
 use serde::{Deserialize, Serialize};
 
@@ -89,30 +90,6 @@ pub struct Sensors {
     pub switches: Switches,
     /// Sensors on the robot's body; `None` on a node that has none.
     pub body: Option<BodySensors>,
-}
-
-/// Switches of one axle; `true` is actuated.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize, Deserialize)]
-pub struct Switches {
-    /// Reference switch.
-    pub reference: bool,
-    /// End of travel in the positive direction.
-    pub positive_limit: bool,
-    /// End of travel in the negative direction.
-    pub negative_limit: bool,
-}
-
-/// Inclinometer, inertial unit and compass on body 1. Axes: x forward, y left, z up.
-#[derive(Clone, Copy, PartialEq, Debug, Default, Serialize, Deserialize)]
-pub struct BodySensors {
-    /// Inclinometer: pitch (nose up positive) and roll (left side up positive), rad; slow, and it lies under acceleration.
-    pub inclination: [f32; 2],
-    /// Specific force in body axes, m/s^2; (0, 0, +9.81) at rest on level ground.
-    pub specific_force: [f32; 3],
-    /// Angular rate in body axes, rad/s.
-    pub angular_rate: [f32; 3],
-    /// Compass heading, rad, counter-clockwise seen from above, from the start direction; a new value ten times a second.
-    pub heading: f32,
 }
 
 /// From the node to the simulator.

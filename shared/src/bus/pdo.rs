@@ -1,0 +1,255 @@
+//! Payloads of the process data objects. Scales are fixed and stated per field; the object dictionaries map the same
+//! fields in the same order.
+
+use super::network::function;
+use crate::can::Frame;
+
+/// A payload with its place among a node's PDOs.
+pub trait Payload: Sized {
+    /// Length in bytes.
+    const LENGTH: usize;
+    /// Reads the payload; at least [`Self::LENGTH`] bytes.
+    fn read(bytes: &[u8]) -> Option<Self>;
+    /// The payload's bytes, zero behind [`Self::LENGTH`].
+    fn bytes(&self) -> [u8; 8];
+
+    /// Frame of this payload with identifier `function` + `node`.
+    fn frame(&self, function: u16, node: u8) -> Frame {
+        Frame::new(
+            (function + u16::from(node)) & Frame::MAX_ID,
+            &self.bytes()[..Self::LENGTH],
+        )
+        .unwrap_or_default()
+    }
+
+    /// The payload in `received`, if its identifier is `function` + `node` and it is long enough.
+    fn from_frame(received: &Frame, function: u16, node: u8) -> Option<Self> {
+        (received.id() == function + u16::from(node))
+            .then(|| Self::read(received.data()))
+            .flatten()
+    }
+}
+
+macro_rules! payload {
+    ($(#[$doc:meta])* $name:ident { $($(#[$field_doc:meta])* $field:ident: $type:ty = $object:literal,)* }) => {
+        $(#[$doc])*
+        #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+        pub struct $name { $($(#[$field_doc])* pub $field: $type,)* }
+
+        impl $name {
+            /// The mapped objects in order: index, sub-index and bits, as in the PDO mapping records.
+            pub const MAPPING: &'static [u32] = &[$($object << 8 | 8 * size_of::<$type>() as u32,)*];
+        }
+
+        impl Payload for $name {
+            const LENGTH: usize = 0 $(+ size_of::<$type>())*;
+
+            fn read(bytes: &[u8]) -> Option<Self> {
+                #[allow(unused_mut)]
+                let mut rest = bytes;
+                Some(Self { $($field: {
+                    let (head, tail) = rest.split_first_chunk()?;
+                    rest = tail;
+                    let _ = rest;
+                    <$type>::from_le_bytes(*head)
+                },)* })
+            }
+
+            fn bytes(&self) -> [u8; 8] {
+                let mut bytes = [0; 8];
+                let mut at = 0;
+                $(for byte in self.$field.to_le_bytes() {
+                    bytes[at] = byte;
+                    at += 1;
+                })*
+                let _ = at;
+                bytes
+            }
+        }
+    };
+}
+
+payload! {
+    /// Set-point of a position mode: RPDO 1 of axle and screw.
+    PositionSetPoint {
+        /// Controlword of CiA 402.
+        controlword: u16 = 0x60_4000,
+        /// Mode of operation.
+        mode: i8 = 0x60_6000,
+        /// Target position; axle: 2^-`position_bits` turn of the output shaft, screw: 2^-24 m of extension.
+        target: i32 = 0x60_7a00,
+    }
+}
+
+payload! {
+    /// Set-point of a velocity mode: RPDO 2 of axle and screw.
+    VelocitySetPoint {
+        /// Controlword of CiA 402.
+        controlword: u16 = 0x60_4000,
+        /// Mode of operation.
+        mode: i8 = 0x60_6000,
+        /// Target velocity; axle: 1e-6 rad/s of the output shaft, screw: 1e-9 m/s.
+        target: i32 = 0x60_ff00,
+    }
+}
+
+payload! {
+    /// Motion of a drive at the last SYNC: TPDO 1 of axle and screw.
+    DriveMotion {
+        /// Position, scaled as [`PositionSetPoint::target`].
+        position: i32 = 0x60_6400,
+        /// Velocity, scaled as [`VelocitySetPoint::target`].
+        velocity: i32 = 0x60_6c00,
+    }
+}
+
+payload! {
+    /// Condition of a drive: TPDO 2 of axle and screw.
+    DriveStatus {
+        /// Statusword of CiA 402; bit 14: referenced.
+        statusword: u16 = 0x60_4100,
+        /// Error code of [`crate::faults`]; 0 is none.
+        error_code: u16 = 0x60_3f00,
+        /// Torque at the output shaft computed from the current, 0.01 N m.
+        torque: i16 = 0x60_7700,
+        /// Motor current, mA.
+        current: i16 = 0x60_7800,
+    }
+}
+
+payload! {
+    /// What the operator wants: RPDO 1 of the guard. Eight bytes, at least every `operator_timeout`.
+    OperatorCommand {
+        /// Forward speed over ground, mm/s.
+        forward: i16 = 0x40_0001,
+        /// Yaw rate, counter-clockwise from above, mrad/s.
+        yaw_rate: i16 = 0x40_0002,
+        /// Chassis angle, front up positive, 2^-16 turn.
+        chassis: i16 = 0x40_0003,
+        /// [`Request`].
+        request: u8 = 0x40_0004,
+        /// Any number other than in the command before: shows that the operator is still there.
+        sequence: u8 = 0x40_0005,
+    }
+}
+
+/// Values of [`OperatorCommand::request`].
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Request {
+    /// Motors off once the robot stands.
+    Disarm = 0,
+    /// Reference what needs it, then drive.
+    Arm = 1,
+    /// Stop now and hold.
+    Stop = 2,
+    /// Clear latched faults; a change to this value counts, not the value.
+    Reset = 3,
+}
+
+impl Request {
+    /// The request in a command; unknown values are [`Request::Stop`].
+    pub fn from_byte(byte: u8) -> Self {
+        match byte {
+            0 => Self::Disarm,
+            1 => Self::Arm,
+            3 => Self::Reset,
+            _ => Self::Stop,
+        }
+    }
+}
+
+payload! {
+    /// Where the robot is and how it stands: TPDO 1 of the guard.
+    GuardMotion {
+        /// Distance by the belts' encoders, forward positive, 1e-6 m.
+        odometry: i32 = 0x40_0200,
+        /// Pitch, nose up positive, 0.01 degree (CiA 410 slope long16).
+        pitch: i16 = 0x60_1000,
+        /// Roll, left side up positive, 0.01 degree (CiA 410 slope lateral16).
+        roll: i16 = 0x60_2000,
+    }
+}
+
+payload! {
+    /// What the guard does and why: TPDO 2 of the guard.
+    GuardState {
+        /// `node::guard::State`.
+        state: u8 = 0x40_0101,
+        /// `stability::guard::Verdict`.
+        verdict: u8 = 0x40_0102,
+        /// Share of the asked speed that is passed on, percent.
+        scale: u8 = 0x40_0103,
+        /// The node whose fault or loss holds the robot, 0 for none.
+        fault_node: u8 = 0x40_0104,
+        /// Its error code.
+        fault_code: u16 = 0x40_0105,
+        /// Heading, counter-clockwise from above, 2^-16 turn.
+        heading: i16 = 0x40_0106,
+    }
+}
+
+payload! {
+    /// Signed margins of the centre of gravity to the edges of the support: TPDO 3 of the guard; mm, negative is outside.
+    GuardMargins {
+        /// To the rear edge.
+        back: i16 = 0x40_0301,
+        /// To the front edge.
+        front: i16 = 0x40_0302,
+        /// To the left edge.
+        left: i16 = 0x40_0303,
+        /// To the right edge.
+        right: i16 = 0x40_0304,
+    }
+}
+
+payload! {
+    /// Asked and passed command: TPDO 4 of the guard.
+    GuardPassed {
+        /// Asked forward speed, mm/s.
+        asked_speed: i16 = 0x40_0401,
+        /// Passed forward speed, mm/s.
+        passed_speed: i16 = 0x40_0402,
+        /// Asked chassis angle, 2^-16 turn.
+        asked_chassis: i16 = 0x40_0403,
+        /// Passed chassis angle, 2^-16 turn.
+        passed_chassis: i16 = 0x40_0404,
+    }
+}
+
+/// Function code of the transmit PDO with this number, counted from 1.
+pub const fn transmit(number: usize) -> u16 {
+    function::TPDO[number - 1]
+}
+
+/// Function code of the receive PDO with this number, counted from 1.
+pub const fn receive(number: usize) -> u16 {
+    function::RPDO[number - 1]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_payload_survives_its_frame() {
+        let set_point = PositionSetPoint {
+            controlword: 0x000f,
+            mode: -1,
+            target: -123_456_789,
+        };
+        let frame = set_point.frame(receive(1), 4);
+        assert_eq!((frame.id(), frame.data().len()), (0x204, 7));
+        assert_eq!(
+            PositionSetPoint::from_frame(&frame, receive(1), 4),
+            Some(set_point)
+        );
+        assert_eq!(PositionSetPoint::from_frame(&frame, receive(1), 5), None);
+        assert_eq!(DriveMotion::read(&[1, 2, 3]), None);
+    }
+
+    #[test]
+    fn mappings_name_object_and_bits() {
+        assert_eq!(DriveMotion::MAPPING, [0x6064_0020, 0x606c_0020]);
+        assert_eq!(OperatorCommand::MAPPING[4], 0x4000_0508);
+    }
+}

@@ -1,0 +1,77 @@
+//! Root, minimum, maximum and limiters for `f32`: defined for every input, with the same bits on every target.
+//!
+//! `f32::min`, `max` and `clamp` are not used because signed zeros and NaN come out differently on x86-64 and Cortex-M4F.
+
+mod c {
+    unsafe extern "C" {
+        // IEEE 754 defines this operation to the bit, and the compiler makes it one machine instruction (VSQRT, SQRTSS).
+        pub safe fn sqrtf(x: f32) -> f32;
+    }
+}
+
+/// Square root, correctly rounded. NaN below zero and for NaN; -0 for -0.
+#[inline]
+pub fn sqrt(value: f32) -> f32 {
+    if value >= 0.0 {
+        c::sqrtf(value)
+    } else {
+        f32::NAN
+    }
+}
+
+/// The smaller value; -0 is below +0. NaN if either is NaN (IEEE 754-2019 `minimum`): a lost value must not look like a good one.
+#[inline]
+pub fn min(a: f32, b: f32) -> f32 {
+    if a < b {
+        a
+    } else if b < a {
+        b
+    } else if a == b {
+        // Equal values differ at most in the sign of zero.
+        f32::from_bits(a.to_bits() | b.to_bits())
+    } else {
+        f32::NAN
+    }
+}
+
+/// The larger value; +0 is above -0. NaN if either is NaN (IEEE 754-2019 `maximum`).
+#[inline]
+pub fn max(a: f32, b: f32) -> f32 {
+    if a > b {
+        a
+    } else if b > a {
+        b
+    } else if a == b {
+        f32::from_bits(a.to_bits() & b.to_bits())
+    } else {
+        f32::NAN
+    }
+}
+
+/// `value` raised to `low`, then lowered to `high` (which wins if they cross). NaN if any is NaN; see [`limit`] for an output that
+/// must always be a number.
+#[inline]
+pub fn clamp(value: f32, low: f32, high: f32) -> f32 {
+    min(max(value, low), high)
+}
+
+/// `value` kept within `-bound..=bound`: the last gate before an actuator.
+///
+/// Total: always a number, never beyond the bound. 0 if `value` is NaN, and 0 if `bound` is NaN, zero or negative.
+#[inline]
+pub fn limit(value: f32, bound: f32) -> f32 {
+    // Every comparison with NaN is false and ends in zero.
+    if bound > 0.0 {
+        if value > bound {
+            bound
+        } else if value < -bound {
+            -bound
+        } else if value.is_nan() {
+            0.0
+        } else {
+            value
+        }
+    } else {
+        0.0
+    }
+}

@@ -1,0 +1,129 @@
+//! Sine and cosine of a binary angle from one table of cubics, and the arc tangent of two coordinates.
+
+use super::cubic::{NODES, fit, mul_high_add, quantize, sine};
+use crate::units::Angle;
+use core::f32::consts::{FRAC_PI_2, PI};
+
+/// Pieces over the full circle; each is centred on a multiple of its width, so that sine is exactly 0 at 0.
+const PIECES: usize = 64;
+/// Bits of an angle within a piece.
+const PIECE_BITS: u32 = 26;
+
+static SINE: [[i32; 4]; PIECES] = sine_table();
+
+const fn sine_table() -> [[i32; 4]; PIECES] {
+    const HALF_WIDTH: f64 = core::f64::consts::PI / PIECES as f64;
+    let mut table = [[0; 4]; PIECES];
+    let mut piece = 0;
+    while piece < PIECES {
+        let turns = if piece < PIECES / 2 {
+            0.0
+        } else {
+            PIECES as f64
+        };
+        let centre = (piece as f64 - turns) * 2.0 * HALF_WIDTH;
+        let mut samples = [0.0; 4];
+        let mut node = 0;
+        while node < 4 {
+            let x = centre + NODES[node] * HALF_WIDTH;
+            // The piece around half a turn reaches beyond it.
+            let full = 2.0 * core::f64::consts::PI;
+            samples[node] = sine(if x < -core::f64::consts::PI {
+                x + full
+            } else {
+                x
+            });
+            node += 1;
+        }
+        let [c0, c1, c2, c3] = fit(samples);
+        table[piece] = [
+            quantize(c0, 30),
+            quantize(c1, 31),
+            quantize(c2, 32),
+            quantize(c3, 33),
+        ];
+        piece += 1;
+    }
+    table
+}
+
+/// Sine and cosine with 30 fractional bits (2^30 is one).
+///
+/// Domain: every `Angle`. Worst error over all of them 3.14e-8; never beyond one, and exact at zero crossings at 0 and a quarter turn
+/// (`host-tests/tests/math.rs`, `sine_and_cosine_keep_their_errors_over_every_angle`). Cost on Cortex-M4: 30 instructions as a function.
+#[inline]
+pub fn sin_cos_q30(angle: Angle) -> (i32, i32) {
+    let bits = angle.to_bits();
+    let piece = (bits.wrapping_add(1 << (PIECE_BITS - 1)) as u32 >> PIECE_BITS) as usize;
+    let u = bits << (32 - PIECE_BITS);
+    let evaluate = |[c0, c1, c2, c3]: [i32; 4]| {
+        mul_high_add(c0, u, mul_high_add(c1, u, mul_high_add(c2, u, c3)))
+    };
+    // A quarter turn is a whole number of pieces: cosine is sine with the same `u`.
+    (
+        evaluate(SINE[piece % PIECES]),
+        evaluate(SINE[(piece + PIECES / 4) % PIECES]),
+    )
+}
+
+/// Sine and cosine.
+///
+/// Domain: every `Angle`. Worst error over all of them 6.2e-8, same test as [`sin_cos_q30`].
+#[inline]
+pub fn sin_cos(angle: Angle) -> (f32, f32) {
+    const ONE: f32 = (1 << 30) as f32;
+    let (sin, cos) = sin_cos_q30(angle);
+    (sin as f32 / ONE, cos as f32 / ONE)
+}
+
+/// `atan(t) / t` in powers of `t^2` for `t` from 0 to 1, interpolated at Chebyshev nodes: 1e-8 before rounding.
+const ARC_TANGENT: [f32; 9] = [
+    1.0,
+    -0.333_330_36,
+    0.199_918_72,
+    -0.141_977_98,
+    0.106_183_71,
+    -0.074_568_55,
+    0.042_137_623,
+    -0.015_731_25,
+    0.002_766_283_5,
+];
+
+/// Direction of the point (`x`, `y`) in radians, from -pi to pi.
+///
+/// Defined for every input as in IEEE 754: 0 for the origin (pi if `x` is -0, with the sign of `y`), an infinite coordinate
+/// wins over a finite one, two give a diagonal; NaN for NaN, always the same one.
+/// Worst error seen 2.1e-7 rad, bounded by 4e-7 (`host-tests/tests/math.rs`, `arc_tangent_*`).
+#[inline]
+pub fn atan2(y: f32, x: f32) -> f32 {
+    if x.is_nan() || y.is_nan() {
+        return f32::NAN;
+    }
+    let (across, along) = (y.abs(), x.abs());
+    let steep = across > along;
+    let (low, high) = if steep {
+        (along, across)
+    } else {
+        (across, along)
+    };
+    let ratio = if low == 0.0 {
+        0.0
+    } else if low == high {
+        1.0
+    } else {
+        low / high
+    };
+    let square = ratio * ratio;
+    let sum = ARC_TANGENT
+        .iter()
+        .rev()
+        .fold(0.0, |sum, c| sum * square + c);
+    let octant = ratio * sum;
+    let quadrant = if steep { FRAC_PI_2 - octant } else { octant };
+    let half = if x.is_sign_negative() {
+        PI - quadrant
+    } else {
+        quadrant
+    };
+    half.copysign(y)
+}

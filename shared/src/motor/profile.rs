@@ -1,0 +1,113 @@
+//! Trapezoidal profile: the quickest motion to a target within a velocity and an acceleration limit.
+
+use super::{from_radians, to_radians};
+use crate::math::{clamp, limit, max, min, sqrt};
+
+/// Limits of a motion, both positive.
+#[derive(Clone, Copy, Debug)]
+pub struct Limits {
+    /// rad/s.
+    pub velocity: f32,
+    /// rad/s^2.
+    pub acceleration: f32,
+}
+
+/// A set-point on its way: position in 2^-32 turn, velocity in rad/s, acceleration in rad/s^2.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct SetPoint {
+    /// Position.
+    pub position: i64,
+    /// Velocity.
+    pub velocity: f32,
+    /// Acceleration.
+    pub acceleration: f32,
+}
+
+impl SetPoint {
+    /// At rest at `position`.
+    pub fn at(position: i64) -> Self {
+        Self {
+            position,
+            velocity: 0.0,
+            acceleration: 0.0,
+        }
+    }
+
+    /// One step of `period` seconds towards resting at `target`. The braking distance is kept free at every step, so
+    /// the target is not overrun unless the set-point was already too fast for it.
+    pub fn toward_position(&mut self, target: i64, limits: Limits, period: f32) {
+        let distance = to_radians(target.wrapping_sub(self.position));
+        let sign = if distance < 0.0 { -1.0 } else { 1.0 };
+        let (way, speed) = (distance * sign, self.velocity * sign);
+        let step = limits.acceleration * period;
+        // The next speed v' with which this step's way and a ramp to rest just fill the distance:
+        // (v + v') T / 2 + v'^2 / (2 a) = distance.
+        let rest = max(way - 0.5 * speed * period, 0.0);
+        let braking = sqrt(0.25 * step * step + 2.0 * limits.acceleration * rest) - 0.5 * step;
+        let near = way <= step * period && self.velocity.abs() <= step;
+        if near {
+            self.acceleration = 0.0;
+            self.velocity = 0.0;
+            self.position = target;
+        } else {
+            self.toward_velocity(sign * min(limits.velocity, braking), limits, period);
+        }
+    }
+
+    /// One step of `period` seconds towards the velocity `target`.
+    pub fn toward_velocity(&mut self, target: f32, limits: Limits, period: f32) {
+        let step = limits.acceleration * period;
+        let target = limit(target, limits.velocity);
+        let next = clamp(target, self.velocity - step, self.velocity + step);
+        self.acceleration = (next - self.velocity) / period;
+        let mean = 0.5 * (self.velocity + next);
+        self.velocity = next;
+        self.position = self.position.wrapping_add(from_radians(mean * period));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const LIMITS: Limits = Limits {
+        velocity: 0.5,
+        acceleration: 4.0,
+    };
+
+    #[test]
+    fn reaches_the_target_in_the_time_of_the_trapezoid_within_its_limits() {
+        let target = from_radians(0.8);
+        let mut set_point = SetPoint::default();
+        let mut steps = 0;
+        while set_point.position != target {
+            set_point.toward_position(target, LIMITS, 1e-3);
+            assert!(
+                set_point.velocity.abs() <= 0.5 && set_point.acceleration.abs() <= 4.02,
+                "{set_point:?}"
+            );
+            assert!(
+                set_point.position <= target,
+                "{steps}: {}",
+                set_point.position - target
+            );
+            steps += 1;
+            assert!(steps < 3_000);
+        }
+        // distance / velocity + velocity / acceleration
+        assert!((i32::abs(steps - 1_725)) <= 5, "{steps}");
+    }
+
+    #[test]
+    fn turns_round_when_the_target_moves_behind() {
+        let mut set_point = SetPoint::default();
+        for _ in 0..500 {
+            set_point.toward_position(from_radians(1.0), LIMITS, 1e-3);
+        }
+        for _ in 0..4_000 {
+            set_point.toward_position(from_radians(-0.3), LIMITS, 1e-3);
+        }
+        assert_eq!(set_point.position, from_radians(-0.3));
+        assert_eq!(set_point.velocity, 0.0);
+    }
+}

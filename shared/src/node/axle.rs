@@ -1,0 +1,604 @@
+//! One motor's node: sense, estimate, supervise, obey, limit. It knows nothing of the robot but its own axle.
+
+use super::cia402::{CONTROL_FAULT_RESET, CONTROL_START, Command, State, status};
+use super::scale::Scale;
+use super::supervisor::{Bounds, Readings, Supervisor};
+use super::{CONTROL_PERIOD, Switches};
+use crate::bus::heartbeat::Monitor;
+use crate::bus::pdo::{DriveMotion, DriveStatus};
+use crate::faults::{Fault, Reaction};
+use crate::math::limit;
+use crate::motor::cascade::{Cascade, Demand, Gains};
+use crate::motor::observer::Observer;
+use crate::motor::profile::{Limits, SetPoint as Motion};
+use crate::motor::{from_radians, to_radians};
+use crate::settings::{Setting, Settings};
+
+/// Modes of operation (object 0x6060). Negative ones are tautrack's own.
+pub mod mode {
+    /// The screw keeps the belt taut: its set-point is computed from the chassis joint.
+    pub const TAUT: i8 = -1;
+    /// Profile position: a trapezoid to the target.
+    pub const PROFILE_POSITION: i8 = 1;
+    /// Profile velocity: a ramp to the target.
+    pub const PROFILE_VELOCITY: i8 = 3;
+    /// Reference run.
+    pub const HOMING: i8 = 6;
+    /// Cyclic synchronous position: the target is interpolated between two SYNCs.
+    pub const CYCLIC_POSITION: i8 = 8;
+    /// Cyclic synchronous velocity.
+    pub const CYCLIC_VELOCITY: i8 = 9;
+}
+
+/// Set-point of one RPDO.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct SetPoint {
+    /// Controlword of `CiA` 402.
+    pub controlword: u16,
+    /// One of [`mode`]; an unknown mode holds the position.
+    pub mode: i8,
+    /// Target in bus units: of velocity in the velocity modes, else of position.
+    pub target: i32,
+}
+
+/// What the node sensed and heard since the tick before.
+#[derive(Clone, Copy, Debug)]
+pub struct Inputs {
+    /// Time since power-up, us.
+    pub now_us: u64,
+    /// Wrapping counter of the rotor's encoder.
+    pub encoder: i32,
+    /// Motor current, A, mean over the tick.
+    pub current: f32,
+    /// Supply voltage, V.
+    pub bus_voltage: f32,
+    /// End and reference switches.
+    pub switches: Switches,
+    /// The newest set-point, if one came.
+    pub set_point: Option<SetPoint>,
+    /// The guard's heartbeat came.
+    pub guard_heard: bool,
+}
+
+/// What the bridge shall do until the next tick.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub enum Bridge {
+    /// All switches open: the motor turns freely.
+    Off,
+    /// Windings shorted: the motor resists.
+    Brake,
+    /// Current loop on, with this demand in A.
+    Current(f32),
+}
+
+/// What the node does and tells.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Outputs {
+    /// Demand to the bridge; its current never exceeds the current limit.
+    pub bridge: Bridge,
+    /// Payload of TPDO 1.
+    pub motion: DriveMotion,
+    /// Payload of TPDO 2.
+    pub status: DriveStatus,
+    /// Mode in force (object 0x6061).
+    pub mode: i8,
+    /// What limits the axle now (object 0x2000).
+    pub active_limit: ActiveLimit,
+    /// Code of an emergency frame to send now; 0 is "all clear".
+    pub emergency: Option<u16>,
+}
+
+/// What keeps the axle from doing just what it was told (object 0x2000).
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum ActiveLimit {
+    /// Nothing.
+    None = 0,
+    /// The velocity or the current limit.
+    VelocityOrCurrent = 1,
+    /// The ends of travel in the settings.
+    Travel = 2,
+    /// A limit switch.
+    Switch = 3,
+    /// The axle is not referenced yet.
+    NotReferenced = 4,
+}
+
+/// Stage of a reference run.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+enum Homing {
+    Idle,
+    /// Towards the switch until it closes.
+    Seek,
+    /// Away from it, slowly, until it opens.
+    BackOff,
+    Done,
+    Failed,
+}
+
+const HOMING_TICKS: u32 = 20_000;
+const OBSERVER_BANDWIDTH: f32 = 600.0;
+
+/// State of one axle.
+#[derive(Clone, Debug)]
+pub struct Axle {
+    scale: Scale,
+    limits: Limits,
+    bounds: Bounds,
+    hold_current: f32,
+    torque_constant: f32,
+    travel: Option<(i64, i64)>,
+    reference_direction: f32,
+    reference_position: i64,
+    reference_speed: f32,
+    sync_ticks: u32,
+    command_timeout_us: u64,
+
+    observer: Option<Observer>,
+    encoder: (i32, i32),
+    cascade: Cascade,
+    supervisor: Supervisor,
+    guard: Monitor,
+
+    state: State,
+    mode: i8,
+    controlword: u16,
+    command: SetPoint,
+    command_us: u64,
+    motion: Motion,
+    interpolation_ticks: u32,
+    homing: Homing,
+    homing_ticks: u32,
+    referenced: bool,
+    fault: Option<Fault>,
+    active_limit: ActiveLimit,
+}
+
+impl Axle {
+    /// Axle with these settings, its bridge off, knowing nothing of its position.
+    pub fn new(settings: &Settings) -> Self {
+        let scale = Scale::Turning {
+            bits: settings.get(Setting::PositionBits) as u32,
+        };
+        let reference = from_radians(settings.scaled(Setting::ReferencePosition, 1e-6));
+        let travel = (
+            from_radians(settings.scaled(Setting::PositionMinimum, 1e-3)),
+            from_radians(settings.scaled(Setting::PositionMaximum, 1e-3)),
+        );
+        Self::with_scale(
+            settings,
+            scale,
+            reference,
+            (travel.0 < travel.1).then_some(travel),
+        )
+    }
+
+    /// Axle whose positions on the bus have another scale: for the screw.
+    pub(super) fn with_scale(
+        settings: &Settings,
+        scale: Scale,
+        reference_position: i64,
+        travel: Option<(i64, i64)>,
+    ) -> Self {
+        let velocity_limit = settings.scaled(Setting::VelocityLimit, 1e-3);
+        let current_limit = settings.scaled(Setting::CurrentLimit, 1e-3);
+        let gear = settings.scaled(Setting::GearRatio, 1e-3);
+        Self {
+            scale,
+            limits: Limits {
+                velocity: velocity_limit,
+                acceleration: settings.scaled(Setting::AccelerationLimit, 1e-3),
+            },
+            bounds: Bounds {
+                current: current_limit,
+                velocity: velocity_limit,
+                following: settings.scaled(Setting::FollowingLimit, 1e-3),
+            },
+            hold_current: limit(settings.scaled(Setting::HoldCurrent, 1e-3), current_limit),
+            torque_constant: settings.scaled(Setting::TorqueConstant, 1e-6) * gear,
+            travel,
+            reference_direction: settings.get(Setting::ReferenceDirection) as f32,
+            reference_position,
+            reference_speed: settings.scaled(Setting::ReferenceSpeed, 1e-3),
+            sync_ticks: (settings.get(Setting::SyncPeriod) as u32 / 1_000).max(1),
+            command_timeout_us: settings.milliseconds(Setting::CommandTimeout),
+            observer: None,
+            encoder: (
+                settings.get(Setting::EncoderCounts),
+                settings.get(Setting::GearRatio),
+            ),
+            cascade: Cascade::new(Gains {
+                position: settings.scaled(Setting::PositionGain, 1e-3),
+                velocity: settings.scaled(Setting::VelocityGain, 1e-3),
+                integral_time: settings.scaled(Setting::VelocityIntegralTime, 1e-6),
+                acceleration: settings.scaled(Setting::AccelerationFeedForward, 1e-6),
+                velocity_limit,
+            }),
+            supervisor: Supervisor::default(),
+            guard: Monitor::new(settings.milliseconds(Setting::HeartbeatTimeout)),
+            state: State::SwitchOnDisabled,
+            mode: 0,
+            controlword: 0,
+            command: SetPoint {
+                controlword: 0,
+                mode: 0,
+                target: 0,
+            },
+            command_us: 0,
+            motion: Motion::default(),
+            interpolation_ticks: 0,
+            homing: Homing::Idle,
+            homing_ticks: 0,
+            referenced: settings.get(Setting::ReferenceDirection) == 0,
+            fault: None,
+            active_limit: ActiveLimit::None,
+        }
+    }
+
+    /// One control period: sense, estimate, supervise, control, last limiter.
+    pub fn tick(&mut self, inputs: &Inputs) -> Outputs {
+        self.tick_following(inputs, None)
+    }
+
+    /// As [`Axle::tick`], with the set-point of mode [`mode::TAUT`], or the fault that keeps it from being known.
+    pub(super) fn tick_following(
+        &mut self,
+        inputs: &Inputs,
+        taut: Option<Result<Motion, Fault>>,
+    ) -> Outputs {
+        let fault_before = self.fault;
+        self.sense(inputs);
+        self.supervise(inputs, taut);
+        self.obey(inputs);
+        let demand = self.control(inputs, taut);
+        self.outputs(inputs, demand, fault_before)
+    }
+
+    /// True once the position is known.
+    pub fn referenced(&self) -> bool {
+        self.referenced
+    }
+
+    /// Measured position of the output shaft, 2^-32 turn.
+    pub fn position(&self) -> i64 {
+        self.observer.as_ref().map_or(0, Observer::position)
+    }
+
+    /// Estimated velocity of the output shaft, rad/s.
+    pub fn velocity(&self) -> f32 {
+        self.observer.as_ref().map_or(0.0, Observer::velocity)
+    }
+
+    fn sense(&mut self, inputs: &Inputs) {
+        let (counts, gear) = self.encoder;
+        self.observer
+            .get_or_insert_with(|| Observer::new(counts, gear, OBSERVER_BANDWIDTH, inputs.encoder))
+            .update(inputs.encoder, CONTROL_PERIOD);
+        if inputs.guard_heard {
+            self.guard.heard(inputs.now_us);
+        }
+    }
+
+    fn supervise(&mut self, inputs: &Inputs, taut: Option<Result<Motion, Fault>>) {
+        let enabled = self.state == State::OperationEnabled;
+        let in_position =
+            enabled && !matches!(self.mode, mode::CYCLIC_VELOCITY | mode::PROFILE_VELOCITY);
+        let readings = Readings {
+            current: inputs.current,
+            bus_voltage: inputs.bus_voltage,
+            velocity: self.velocity(),
+            following_error: if in_position {
+                to_radians(self.motion.position.wrapping_sub(self.position()))
+            } else {
+                0.0
+            },
+            powered: enabled,
+        };
+        let mut found = self.supervisor.check(&readings, &self.bounds);
+        if enabled && found.is_none() {
+            let command_age = inputs.now_us.saturating_sub(self.command_us);
+            found = match taut {
+                Some(Err(fault)) if self.mode == mode::TAUT => Some(fault),
+                _ if self.guard.lost(inputs.now_us) => Some(Fault::GuardLost),
+                _ if command_age > self.command_timeout_us && inputs.set_point.is_none() => {
+                    Some(Fault::CommandLost)
+                }
+                _ if self.homing == Homing::Failed && self.mode == mode::HOMING => {
+                    Some(Fault::ReferenceFailed)
+                }
+                _ => None,
+            };
+        }
+        if let (Some(fault), None) = (found, self.fault) {
+            self.raise(fault);
+        }
+    }
+
+    fn raise(&mut self, fault: Fault) {
+        self.fault = Some(fault);
+        match fault.description().reaction {
+            Reaction::Brake => self.state = State::Fault,
+            Reaction::Hold if self.state == State::OperationEnabled => {
+                self.enter(State::QuickStopActive);
+            }
+            Reaction::Hold => {}
+        }
+    }
+
+    /// Takes a set-point and walks the state machine.
+    fn obey(&mut self, inputs: &Inputs) {
+        let Some(set_point) = inputs.set_point else {
+            return;
+        };
+        self.command_us = inputs.now_us;
+        let risen = set_point.controlword & !self.controlword;
+        self.controlword = set_point.controlword;
+        if risen & CONTROL_FAULT_RESET != 0 {
+            self.reset_fault();
+        }
+        let after = self
+            .state
+            .after(Command::from_controlword(set_point.controlword));
+        let re_enabling = self.state == State::QuickStopActive && after == State::OperationEnabled;
+        if after != self.state && !(re_enabling && self.fault.is_some()) {
+            self.enter(after);
+        }
+        if set_point.mode != self.mode {
+            self.mode = set_point.mode;
+            self.anchor();
+            if self.homing != Homing::Done {
+                self.homing = Homing::Idle;
+            }
+        }
+        if self.state == State::OperationEnabled
+            && self.mode == mode::HOMING
+            && risen & CONTROL_START != 0
+        {
+            self.homing = if inputs.switches.reference {
+                Homing::BackOff
+            } else {
+                Homing::Seek
+            };
+            self.homing_ticks = 0;
+        }
+        self.command = set_point;
+        self.interpolate();
+    }
+
+    fn reset_fault(&mut self) {
+        if self.fault.take().is_some() {
+            self.supervisor = Supervisor::default();
+            self.homing = if self.homing == Homing::Failed {
+                Homing::Idle
+            } else {
+                self.homing
+            };
+            if self.state == State::Fault {
+                self.state = State::SwitchOnDisabled;
+            }
+        }
+    }
+
+    fn enter(&mut self, state: State) {
+        if state == State::OperationEnabled || state == State::QuickStopActive {
+            if self.state != State::OperationEnabled {
+                self.cascade.reset();
+            }
+            self.anchor();
+        }
+        self.state = state;
+    }
+
+    /// Set-point onto the measured motion: nothing jumps after a change of mode or a stop.
+    fn anchor(&mut self) {
+        self.motion = Motion {
+            position: self.position(),
+            velocity: self.velocity(),
+            acceleration: 0.0,
+        };
+        self.interpolation_ticks = 0;
+    }
+
+    /// Velocity that carries the set-point to the new target within one SYNC period.
+    fn interpolate(&mut self) {
+        if self.mode == mode::CYCLIC_POSITION && self.state == State::OperationEnabled {
+            let target = self.target_position();
+            let distance = to_radians(target.wrapping_sub(self.motion.position));
+            let wanted = distance / (self.sync_ticks as f32 * CONTROL_PERIOD);
+            self.motion.velocity = limit(wanted, self.limits.velocity);
+            self.motion.acceleration = 0.0;
+            // One period more, so that a late set-point does not stop the axle between two.
+            self.interpolation_ticks = 2 * self.sync_ticks;
+        }
+    }
+
+    fn target_position(&mut self) -> i64 {
+        let target = self
+            .scale
+            .position_from_bus(self.command.target, self.position());
+        match self.travel {
+            Some((low, high)) if self.referenced && (target < low || target > high) => {
+                self.active_limit = ActiveLimit::Travel;
+                target.clamp(low, high)
+            }
+            _ => target,
+        }
+    }
+
+    fn control(&mut self, inputs: &Inputs, taut: Option<Result<Motion, Fault>>) -> Option<Demand> {
+        self.active_limit = ActiveLimit::None;
+        match self.state {
+            State::OperationEnabled => Some(self.operate(inputs, taut)),
+            State::QuickStopActive => {
+                self.motion
+                    .toward_velocity(0.0, self.limits, CONTROL_PERIOD);
+                let standing = self.motion.velocity == 0.0;
+                let allowed = if standing {
+                    self.hold_current
+                } else {
+                    self.bounds.current
+                };
+                Some(self.follow(allowed))
+            }
+            _ => None,
+        }
+    }
+
+    fn operate(&mut self, inputs: &Inputs, taut: Option<Result<Motion, Fault>>) -> Demand {
+        let full = self.bounds.current;
+        let needs_reference = matches!(
+            self.mode,
+            mode::TAUT | mode::CYCLIC_POSITION | mode::PROFILE_POSITION
+        );
+        match (self.mode, taut) {
+            _ if needs_reference && !self.referenced => {
+                self.active_limit = ActiveLimit::NotReferenced;
+                self.motion
+                    .toward_velocity(0.0, self.limits, CONTROL_PERIOD);
+            }
+            (mode::TAUT, Some(Ok(motion))) => self.motion = motion,
+            (mode::CYCLIC_POSITION, _) => {
+                self.interpolation_ticks = self.interpolation_ticks.saturating_sub(1);
+                if self.interpolation_ticks == 0 {
+                    self.motion.velocity = 0.0;
+                }
+                let step = from_radians(self.motion.velocity * CONTROL_PERIOD);
+                self.motion.position = self.motion.position.wrapping_add(step);
+            }
+            (mode::PROFILE_POSITION, _) => {
+                let target = self.target_position();
+                self.motion
+                    .toward_position(target, self.limits, CONTROL_PERIOD);
+            }
+            (mode::HOMING, _) => self.home(inputs.switches),
+            (mode::CYCLIC_VELOCITY | mode::PROFILE_VELOCITY, _) => {
+                let target = self.scale.velocity_from_bus(self.command.target);
+                self.motion
+                    .toward_velocity(target, self.limits, CONTROL_PERIOD);
+                self.motion.position = self.position();
+                self.stop_at_switch(inputs.switches);
+                let Motion {
+                    velocity,
+                    acceleration,
+                    ..
+                } = self.motion;
+                return self.cascade.velocity(
+                    velocity,
+                    acceleration,
+                    self.velocity(),
+                    full,
+                    CONTROL_PERIOD,
+                );
+            }
+            _ => self
+                .motion
+                .toward_velocity(0.0, self.limits, CONTROL_PERIOD),
+        }
+        self.stop_at_switch(inputs.switches);
+        self.follow(full)
+    }
+
+    fn follow(&mut self, current_limit: f32) -> Demand {
+        let (position, velocity) = (self.position(), self.velocity());
+        self.cascade.position(
+            &self.motion,
+            position,
+            velocity,
+            current_limit,
+            CONTROL_PERIOD,
+        )
+    }
+
+    fn stop_at_switch(&mut self, switches: Switches) {
+        let outward = (switches.positive_limit && self.motion.velocity > 0.0)
+            || (switches.negative_limit && self.motion.velocity < 0.0);
+        if outward {
+            self.motion = Motion::at(self.position());
+            self.active_limit = ActiveLimit::Switch;
+        }
+    }
+
+    fn home(&mut self, switches: Switches) {
+        let towards = self.reference_direction * self.reference_speed;
+        self.homing_ticks = self.homing_ticks.saturating_add(1);
+        let running = matches!(self.homing, Homing::Seek | Homing::BackOff);
+        if running && self.homing_ticks > HOMING_TICKS {
+            self.homing = Homing::Failed;
+        }
+        let wanted = match self.homing {
+            Homing::Seek if switches.reference => {
+                self.homing = Homing::BackOff;
+                0.0
+            }
+            Homing::Seek => towards,
+            Homing::BackOff if !switches.reference => {
+                if let Some(observer) = &mut self.observer {
+                    observer.set_position(self.reference_position);
+                }
+                self.anchor();
+                self.referenced = true;
+                self.homing = Homing::Done;
+                0.0
+            }
+            Homing::BackOff => -0.2 * towards,
+            Homing::Idle | Homing::Done | Homing::Failed => 0.0,
+        };
+        self.motion
+            .toward_velocity(wanted, self.limits, CONTROL_PERIOD);
+    }
+
+    fn outputs(
+        &mut self,
+        inputs: &Inputs,
+        demand: Option<Demand>,
+        fault_before: Option<Fault>,
+    ) -> Outputs {
+        if demand.is_some_and(|demand| demand.limited) && self.active_limit == ActiveLimit::None {
+            self.active_limit = ActiveLimit::VelocityOrCurrent;
+        }
+        // The last limiter: total, and behind everything else.
+        let bridge = match (demand, self.state) {
+            (Some(demand), _) => Bridge::Current(limit(demand.current, self.bounds.current)),
+            (None, State::Fault) => Bridge::Brake,
+            (None, _) => Bridge::Off,
+        };
+        let code = self.fault.map_or(0, |fault| fault.description().code);
+        Outputs {
+            bridge,
+            motion: DriveMotion {
+                position: self.scale.position_to_bus(self.position()),
+                velocity: self.scale.velocity_to_bus(self.velocity()),
+            },
+            status: DriveStatus {
+                statusword: self.statusword(),
+                error_code: code,
+                torque: self
+                    .scale
+                    .torque_to_bus(inputs.current * self.torque_constant),
+                current: (inputs.current * 1e3) as i16,
+            },
+            mode: self.mode,
+            active_limit: self.active_limit,
+            emergency: (fault_before != self.fault).then_some(code),
+        }
+    }
+
+    fn statusword(&self) -> u16 {
+        let mut word = self.state.statusword();
+        if self.mode == mode::HOMING {
+            match self.homing {
+                Homing::Done => word |= status::TARGET_REACHED | status::FOLLOWING,
+                Homing::Failed => word |= status::HOMING_ERROR,
+                Homing::Idle | Homing::Seek | Homing::BackOff => {}
+            }
+        } else if self.state == State::OperationEnabled {
+            word |= status::FOLLOWING;
+        }
+        if self.active_limit != ActiveLimit::None {
+            word |= status::LIMIT_ACTIVE;
+        }
+        if self.referenced {
+            word |= status::REFERENCED;
+        }
+        word
+    }
+}

@@ -1,0 +1,264 @@
+//! The guard: master of the network, body controller of B2P2 and, above both, the filter that passes a command on only
+//! as far as the margins allow.
+//!
+//! [`drives`] is what the guard knows of the other nodes, [`sequence`] the order in which they are brought to life,
+//! this file the tick.
+
+mod body;
+mod drives;
+mod sequence;
+
+pub use sequence::State;
+
+use crate::bus::network::{NmtCommand, nmt, sync};
+use crate::bus::pdo::{
+    GuardMargins, GuardMotion, GuardPassed, GuardState, OperatorCommand, Request,
+};
+use crate::can::Frame;
+use crate::math::clamp;
+use crate::node::BodySensors;
+use crate::screw::GeometryError;
+use crate::settings::{Setting, Settings};
+use crate::stability::attitude::Attitude;
+use crate::stability::filter::Verdict;
+use body::Body;
+use drives::{Drive, Drives};
+use heapless::Vec;
+use sequence::Sequence;
+
+/// Most frames that one tick sends: SYNC, network management, one set-point per drive.
+pub const MAX_SENT: usize = 8;
+
+/// What the guard sensed and heard since the tick before.
+#[derive(Clone, Copy, Debug)]
+pub struct Inputs<'a> {
+    /// Time since power-up, us.
+    pub now_us: u64,
+    /// Sensors on the body.
+    pub body: Option<BodySensors>,
+    /// The operator's newest command, if one came.
+    pub operator: Option<OperatorCommand>,
+    /// Every frame that was received, in order.
+    pub frames: &'a [Frame],
+}
+
+/// What the guard sends and tells.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Outputs {
+    /// Frames to send in this order: SYNC, network management, set-points.
+    pub frames: Vec<Frame, MAX_SENT>,
+    /// Payload of TPDO 1.
+    pub motion: GuardMotion,
+    /// Payload of TPDO 2.
+    pub state: GuardState,
+    /// Payload of TPDO 3.
+    pub margins: GuardMargins,
+    /// Payload of TPDO 4.
+    pub passed: GuardPassed,
+    /// Times that a command was refused (object 0x4005:1).
+    pub refused: u32,
+    /// Times that a command was scaled (object 0x4005:2).
+    pub scaled: u32,
+    /// Code of an emergency frame to send now; 0 is "all clear".
+    pub emergency: Option<u16>,
+}
+
+/// A node's fault or loss that holds the robot.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+struct Trouble {
+    node: u8,
+    code: u16,
+}
+
+/// State of the guard.
+#[derive(Clone, Debug)]
+pub struct Guard {
+    sync_period_us: u64,
+    next_sync_us: u64,
+    operator_timeout_us: u64,
+    drives: Drives,
+    sequence: Sequence,
+    body: Body,
+    attitude: Attitude,
+    operator: OperatorCommand,
+    operator_us: Option<u64>,
+    trouble: Option<Trouble>,
+    verdict: Verdict,
+    refused: u32,
+    scaled: u32,
+}
+
+impl Guard {
+    /// Guard with these settings.
+    ///
+    /// # Errors
+    /// The geometry's, when L1, L2 and K make no robot whose belt length is known well enough.
+    pub fn new(settings: &Settings) -> Result<Self, GeometryError> {
+        Ok(Self {
+            sync_period_us: settings.get(Setting::SyncPeriod) as u64,
+            next_sync_us: 0,
+            operator_timeout_us: settings.milliseconds(Setting::OperatorTimeout),
+            drives: Drives::new(settings),
+            sequence: Sequence::default(),
+            body: Body::new(settings)?,
+            attitude: Attitude::default(),
+            operator: OperatorCommand::default(),
+            operator_us: None,
+            trouble: None,
+            verdict: Verdict::Passed,
+            refused: 0,
+            scaled: 0,
+        })
+    }
+
+    /// One control period.
+    pub fn tick(&mut self, inputs: &Inputs<'_>) -> Outputs {
+        let trouble_before = self.trouble;
+        if let Some(sensors) = &inputs.body {
+            self.attitude.update(sensors, super::CONTROL_PERIOD);
+        }
+        for frame in inputs.frames {
+            self.drives.hear(frame, inputs.now_us);
+        }
+        self.listen(inputs);
+        self.supervise(inputs.now_us);
+
+        let mut frames = Vec::new();
+        if inputs.now_us >= self.next_sync_us {
+            self.next_sync_us = inputs.now_us + self.sync_period_us;
+            self.cycle(inputs.now_us, &mut frames);
+        }
+        let emergency = (trouble_before != self.trouble)
+            .then(|| self.trouble.map_or(0, |trouble| trouble.code));
+        self.outputs(frames, emergency)
+    }
+
+    /// Takes the operator's command; a changed sequence number shows that there is an operator.
+    fn listen(&mut self, inputs: &Inputs<'_>) {
+        let Some(command) = inputs.operator else {
+            return;
+        };
+        let first = self.operator_us.is_none();
+        if first || command.sequence != self.operator.sequence {
+            self.operator_us = Some(inputs.now_us);
+        }
+        let before = Request::from_byte(self.operator.request);
+        if Request::from_byte(command.request) == Request::Reset
+            && (first || before != Request::Reset)
+        {
+            self.trouble = None;
+            self.drives.reset_faults();
+        }
+        self.operator = command;
+    }
+
+    fn operator_present(&self, now_us: u64) -> bool {
+        self.operator_us
+            .is_some_and(|heard| now_us.saturating_sub(heard) <= self.operator_timeout_us)
+    }
+
+    /// The first fault or loss latches until the operator's reset.
+    fn supervise(&mut self, now_us: u64) {
+        if self.trouble.is_none() && self.sequence.state() != State::Waiting {
+            self.trouble = self.drives.trouble(now_us, self.sequence.driving());
+        }
+    }
+
+    /// What happens once per SYNC: filter, body, sequence, set-points.
+    fn cycle(&mut self, now_us: u64, frames: &mut Vec<Frame, MAX_SENT>) {
+        let period = self.sync_period_us as f32 * 1e-6;
+        let request = Request::from_byte(self.operator.request);
+        let started = self.sequence.advance(
+            request,
+            self.trouble.is_some(),
+            &self.drives,
+            &self.body,
+            now_us,
+        );
+        self.body.observe(&self.drives, &self.attitude, period);
+
+        let obey = self.sequence.state() == State::Armed
+            && request == Request::Arm
+            && self.operator_present(now_us);
+        let asked = if obey {
+            self.operator
+        } else {
+            OperatorCommand {
+                chassis: self.body.chassis_bus(),
+                ..OperatorCommand::default()
+            }
+        };
+        let verdict = self.body.drive(
+            asked,
+            self.sequence.state() == State::Armed,
+            &self.attitude,
+            period,
+        );
+        self.count(verdict);
+
+        // The queue holds SYNC, one NMT command and four set-points: MAX_SENT is more.
+        let _ = frames.push(sync());
+        if started {
+            let _ = frames.push(nmt(NmtCommand::Start, 0));
+        }
+        if self.sequence.state() != State::Waiting {
+            for role in drives::ROLES {
+                let goal = self.sequence.goal(role, &self.body);
+                let _ = frames.push(self.drives.command(role, goal));
+            }
+        }
+    }
+
+    fn count(&mut self, verdict: Verdict) {
+        let kind = |verdict: Verdict| verdict.code() >> 4;
+        if kind(verdict) != kind(self.verdict) {
+            match verdict {
+                Verdict::Passed => {}
+                Verdict::Scaled(_) => self.scaled = self.scaled.saturating_add(1),
+                Verdict::Refused(_) | Verdict::ChassisRefused(_) => {
+                    self.refused = self.refused.saturating_add(1);
+                }
+            }
+        }
+        self.verdict = verdict;
+    }
+
+    fn outputs(&self, frames: Vec<Frame, MAX_SENT>, emergency: Option<u16>) -> Outputs {
+        let centidegrees =
+            |radians: f32| clamp(radians.to_degrees() * 100.0, -32_768.0, 32_767.0) as i16;
+        let millimetres = |metres: f32| clamp(metres * 1e3, -32_768.0, 32_767.0) as i16;
+        let [back, front, left, right] = self.body.margins().now.map(millimetres);
+        let trouble = self.trouble.unwrap_or(Trouble { node: 0, code: 0 });
+        Outputs {
+            frames,
+            motion: GuardMotion {
+                odometry: self.body.odometry_um(),
+                pitch: centidegrees(self.attitude.pitch().radians()),
+                roll: centidegrees(self.attitude.roll().radians()),
+            },
+            state: GuardState {
+                state: self.sequence.state() as u8,
+                verdict: self.verdict.code(),
+                scale: self.body.share_percent(),
+                fault_node: trouble.node,
+                fault_code: trouble.code,
+                heading: (self.attitude.heading().to_bits() >> 16) as i16,
+            },
+            margins: GuardMargins {
+                back,
+                front,
+                left,
+                right,
+            },
+            passed: GuardPassed {
+                asked_speed: self.operator.forward,
+                passed_speed: millimetres(self.body.forward_speed()),
+                asked_chassis: self.operator.chassis,
+                passed_chassis: self.body.chassis_bus(),
+            },
+            refused: self.refused,
+            scaled: self.scaled,
+            emergency,
+        }
+    }
+}

@@ -1,0 +1,142 @@
+//! How positions and velocities of the output shaft appear on the bus: one scale per kind of axle.
+
+use crate::math::clamp;
+
+/// Scale of objects 0x6064, 0x606C, 0x607A and 0x60FF.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub enum Scale {
+    /// A turning axle: 2^-`bits` turn and 1e-6 rad/s.
+    Turning {
+        /// Fraction bits of a turn, 8 to 32; the position wraps on the bus after 2^(32 - `bits`) turns.
+        bits: u32,
+    },
+    /// A screw: 2^-24 m of extension and 1e-9 m/s. Made by [`Scale::linear`].
+    Linear(Lead),
+}
+
+/// Travel of a screw per turn of the output shaft, prepared for use without division.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Lead {
+    metres: f32,
+    /// 2^-32 m per turn.
+    metres_q32: i64,
+    /// 2^-32 turn per 2^-28 m, in 2^-16.
+    turns_q16: i64,
+}
+
+impl Scale {
+    /// Scale of a screw with this lead in um per turn, above zero.
+    pub fn linear(lead_um: i32) -> Self {
+        let lead_um = i64::from(lead_um.max(1));
+        Self::Linear(Lead {
+            metres: lead_um as f32 * 1e-6,
+            metres_q32: (lead_um << 32) / 1_000_000,
+            turns_q16: (16_000_000 << 16) / lead_um,
+        })
+    }
+
+    /// Position of the output shaft (2^-32 turn) in bus units; wraps when turning, saturates when linear.
+    pub fn position_to_bus(self, position: i64) -> i32 {
+        match self {
+            Self::Turning { bits } => (position >> (32 - bits)) as i32,
+            Self::Linear(lead) => {
+                // 2^-24 turn times 2^-32 m per turn, down to 2^-24 m.
+                let metres = (position >> 8).saturating_mul(lead.metres_q32) >> 32;
+                metres.clamp(i64::from(i32::MIN), i64::from(i32::MAX)) as i32
+            }
+        }
+    }
+
+    /// Bus units as a position of the output shaft near `near`: a wrapped position is taken as the nearest one.
+    pub fn position_from_bus(self, wire: i32, near: i64) -> i64 {
+        match self {
+            Self::Turning { bits } => {
+                let shift = 32 - bits;
+                let difference = wire.wrapping_sub(self.position_to_bus(near));
+                ((near >> shift).wrapping_add(i64::from(difference))) << shift
+            }
+            Self::Linear(_) => self.shaft_from_length(i64::from(wire) << 4),
+        }
+    }
+
+    /// Position of the output shaft for a length in 2^-28 m; 0 for a turning axle, which has no length.
+    pub fn shaft_from_length(self, length_q28: i64) -> i64 {
+        match self {
+            Self::Turning { .. } => 0,
+            Self::Linear(lead) => length_q28.saturating_mul(lead.turns_q16) >> 16,
+        }
+    }
+
+    /// Velocity of the output shaft (rad/s) for a velocity of the nut in m/s; 0 for a turning axle.
+    pub fn shaft_velocity_from_linear(self, velocity: f32) -> f32 {
+        match self {
+            Self::Turning { .. } => 0.0,
+            Self::Linear(lead) => velocity * (core::f32::consts::TAU / lead.metres),
+        }
+    }
+
+    /// Velocity of the output shaft (rad/s) in bus units; saturates, 0 for NaN.
+    pub fn velocity_to_bus(self, velocity: f32) -> i32 {
+        (velocity * self.velocity_units()) as i32
+    }
+
+    /// Bus units as a velocity of the output shaft, rad/s.
+    pub fn velocity_from_bus(self, wire: i32) -> f32 {
+        wire as f32 / self.velocity_units()
+    }
+
+    /// Torque of the output shaft (N m) in 0.01 N m, or the screw's force in N.
+    pub fn torque_to_bus(self, torque: f32) -> i16 {
+        let units = match self {
+            Self::Turning { .. } => 100.0,
+            Self::Linear(lead) => core::f32::consts::TAU / lead.metres,
+        };
+        clamp(torque * units, -32_768.0, 32_767.0) as i16
+    }
+
+    fn velocity_units(self) -> f32 {
+        match self {
+            Self::Turning { .. } => 1e6,
+            Self::Linear(lead) => lead.metres * (1e9 / core::f32::consts::TAU),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_linear_position_returns_within_one_unit() {
+        let scale = Scale::linear(5_000);
+        for um in [-1_000_i64, 0, 220_000, 226_017, 620_000] {
+            let wire = (um << 24) / 1_000_000;
+            let there = scale.position_from_bus(wire as i32, 0);
+            let turns = there as f64 / 4_294_967_296.0;
+            assert!((turns * 5e-3 - wire as f64 / 16_777_216.0).abs() < 1e-9);
+            assert!((i64::from(scale.position_to_bus(there)) - wire).abs() <= 1);
+        }
+    }
+
+    #[test]
+    fn a_turning_position_is_found_again_across_its_wrap() {
+        let scale = Scale::Turning { bits: 16 };
+        let near = 32_767_i64 << 32;
+        let wanted = near + (3_i64 << 32);
+        let wire = scale.position_to_bus(wanted);
+        assert!(wire < 0, "the position has wrapped on the bus");
+        assert_eq!(scale.position_from_bus(wire, near), wanted);
+    }
+
+    #[test]
+    fn velocities_are_micro_radians_and_nanometres_per_second() {
+        assert_eq!(Scale::Turning { bits: 32 }.velocity_to_bus(0.5), 500_000);
+        let screw = Scale::linear(5_000);
+        let one_turn_a_second = screw.velocity_to_bus(core::f32::consts::TAU);
+        assert!(
+            (one_turn_a_second - 5_000_000).abs() <= 1,
+            "{one_turn_a_second}"
+        );
+        assert_eq!(screw.velocity_to_bus(f32::NAN), 0);
+    }
+}

@@ -1,0 +1,138 @@
+//! The driving screw's node: an axle whose set-point is not commanded but computed, so that `L + (L2 + L3) = K` holds
+//! for the chassis angle as it is now, not as it was when the joint's node sent it.
+
+use super::CONTROL_PERIOD;
+use super::axle::{Axle, Inputs as AxleInputs, Outputs, mode};
+use super::scale::Scale;
+use crate::bus::pdo::DriveMotion;
+use crate::faults::Fault;
+use crate::math::{clamp, limit, sin_cos};
+use crate::motor::profile::SetPoint as Motion;
+use crate::motor::to_radians;
+use crate::screw::{Geometry, GeometryError};
+use crate::settings::{Setting, Settings};
+use crate::units::Angle;
+
+/// What the node sensed and heard since the tick before.
+#[derive(Clone, Copy, Debug)]
+pub struct Inputs {
+    /// The axle's own inputs.
+    pub axle: AxleInputs,
+    /// The chassis joint's motion (2^-32 turn, 1e-6 rad/s), if a frame came, with the time at which it was measured, us.
+    pub joint: Option<(DriveMotion, u64)>,
+    /// Slack that the belt shall have, 2^-24 m; 0 is taut, negative counts as 0.
+    pub slack: i32,
+}
+
+/// State of the screw.
+#[derive(Clone, Debug)]
+pub struct Screw {
+    axle: Axle,
+    geometry: Geometry,
+    scale: Scale,
+    joint: Option<(DriveMotion, u64)>,
+    joint_timeout_us: u64,
+    engage_speed: f32,
+    /// `L1` and `K`, m.
+    lengths: (f32, f32),
+    /// Distance that is still to be taken up since the mode began, rad of the shaft; towards zero at the engage speed.
+    remaining: f32,
+    engaged: bool,
+}
+
+impl Screw {
+    /// Screw with these settings.
+    ///
+    /// # Errors
+    /// The geometry's, when L1, L2 and K make no robot whose belt length is known well enough.
+    pub fn new(settings: &Settings) -> Result<Self, GeometryError> {
+        let length = |setting| settings.get(setting);
+        let geometry = Geometry::from_micrometres(
+            length(Setting::LengthL1),
+            length(Setting::LengthL2),
+            length(Setting::LengthK),
+        )?;
+        let scale = Scale::linear(length(Setting::ScrewLead));
+        let released = i64::from(geometry.released_length().to_bits());
+        let retreat = (i64::from(length(Setting::ReferenceRetreat)) << 28) / 1_000_000;
+        let reference = scale.shaft_from_length(released - retreat);
+        // Half a turn of theta is the longest extension; beyond it and below the switch lies nothing to reach.
+        let longest = i64::from(geometry.length(Angle::from_bits(i32::MIN)).to_bits());
+        let travel = (reference, scale.shaft_from_length(longest));
+        Ok(Self {
+            axle: Axle::with_scale(settings, scale, reference, Some(travel)),
+            geometry,
+            scale,
+            joint: None,
+            joint_timeout_us: settings.milliseconds(Setting::JointTimeout),
+            engage_speed: scale
+                .shaft_velocity_from_linear(settings.scaled(Setting::EngageSpeed, 1e-6)),
+            lengths: (
+                settings.scaled(Setting::LengthL1, 1e-6),
+                settings.scaled(Setting::LengthK, 1e-6),
+            ),
+            remaining: 0.0,
+            engaged: false,
+        })
+    }
+
+    /// One control period.
+    pub fn tick(&mut self, inputs: &Inputs) -> Outputs {
+        if inputs.joint.is_some() {
+            self.joint = inputs.joint;
+        }
+        let taut = self.taut(inputs);
+        let outputs = self.axle.tick_following(&inputs.axle, Some(taut));
+        self.engaged =
+            outputs.mode == mode::TAUT && matches!(outputs.bridge, super::axle::Bridge::Current(_));
+        outputs
+    }
+
+    /// The set-point that keeps the belt at its slack, for the joint's motion extrapolated to now.
+    fn taut(&mut self, inputs: &Inputs) -> Result<Motion, Fault> {
+        let (motion, measured_us) = self.joint.ok_or(Fault::JointLost)?;
+        let age_us = inputs.axle.now_us.saturating_sub(measured_us);
+        if age_us > self.joint_timeout_us {
+            return Err(Fault::JointLost);
+        }
+        let rate = motion.velocity as f32 * 1e-6;
+        let moved = rate * (age_us as f32 * 1e-6);
+        let theta = Angle::from_bits(motion.position) + Angle::from_radians(moved);
+        let extension = self.geometry.extension(theta);
+
+        let shortest = i64::from(self.geometry.released_length().to_bits());
+        let retreat = self.retreat(theta, inputs.slack);
+        let length = i64::from(extension.length.to_bits())
+            .saturating_sub(retreat)
+            .max(shortest);
+        let law = self.scale.shaft_from_length(length);
+
+        if self.engaged {
+            let step = self.engage_speed * CONTROL_PERIOD;
+            self.remaining -= limit(self.remaining, step);
+        } else {
+            self.remaining = to_radians(self.axle.position().wrapping_sub(law));
+        }
+        Ok(Motion {
+            position: law.wrapping_add(crate::motor::from_radians(self.remaining)),
+            velocity: self
+                .scale
+                .shaft_velocity_from_linear(extension.derivative.to_num::<f32>() * rate),
+            acceleration: 0.0,
+        })
+    }
+
+    /// How far the screw draws back, 2^-28 m, so that the belt is slack by `slack` (2^-24 m): the difference of eq. 2 for
+    /// `K` and for `K - slack`. Single precision: 0.2 um, far below what a slack belt shows.
+    fn retreat(&self, theta: Angle, slack: i32) -> i64 {
+        if slack <= 0 {
+            return 0;
+        }
+        let (l1, k) = self.lengths;
+        let (_, cosine) = sin_cos(theta);
+        let radius = |k: f32| (k * k - l1 * l1) / (2.0 * (k + l1 * cosine));
+        // Slack beyond half of what lies between K and L1 is more than any extension can give.
+        let slack = clamp(slack as f32 / 16_777_216.0, 0.0, 0.5 * (k - l1));
+        ((radius(k) - radius(k - slack)) * 268_435_456.0) as i64
+    }
+}

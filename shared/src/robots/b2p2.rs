@@ -1,0 +1,171 @@
+//! B2P2, the tracked robot of Paillat, Lucidarme and Hardouin: where its masses and its axles are.
+//!
+//! Axes of body 1, origin in the middle of axle 1 (the rear one): x forward to axle 2, y left, z up.
+
+use crate::math::{max, sin_cos};
+use crate::settings::{Setting, Settings};
+use crate::units::Angle;
+
+/// A mass and its place, kg and m.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct PointMass {
+    /// Mass, kg.
+    pub mass: f32,
+    /// Place, m.
+    pub place: [f32; 3],
+}
+
+/// Body 1 (tabulated in the paper's appendix, in frame R6: x forward, y up, z right). Its tabulated height, 34.997 mm, is
+/// replaced by [`Setting::BodyHeight`]: it stands for the batteries, whose place the paper does not give.
+pub const BODY_1: PointMass = PointMass {
+    mass: 6.356_067,
+    place: [0.160_894, 0.002_784, 0.034_997],
+};
+/// Body 2 (frame R7), from axle 2 along the front part.
+pub const BODY_2: PointMass = PointMass {
+    mass: 0.897_066,
+    place: [0.104_083, -0.014_127, -0.000_723],
+};
+/// Body 3 (frame R8), from its rear end along the front part.
+pub const BODY_3: PointMass = PointMass {
+    mass: 1.062_15,
+    place: [0.152_68, 0.000_01, 0.000_09],
+};
+/// Distance from the rear end of body 3 to axle 3, m: the tabulated length of body 3 (assumed, see the plant's page).
+pub const AXLE_3_FROM_BODY_3: f32 = 0.226;
+
+/// Masses and lengths that do not change while the robot moves.
+#[derive(Clone, Copy, Debug)]
+pub struct Model {
+    l1: f32,
+    l2: f32,
+    half_gauge: f32,
+    pulley_radius: f32,
+    rigid: PointMass,
+    total_mass: f32,
+}
+
+/// The robot's shape at one chassis angle and extension.
+#[derive(Clone, Copy, Debug)]
+pub struct Shape {
+    /// Centre of gravity, m.
+    pub cog: [f32; 3],
+    /// Middle of axle 2, m.
+    pub axle_2: [f32; 3],
+    /// Middle of axle 3, m.
+    pub axle_3: [f32; 3],
+}
+
+impl Model {
+    /// Model with the lengths, body height and payload of the settings.
+    pub fn new(settings: &Settings) -> Self {
+        let metres = |setting| settings.scaled(setting, 1e-6);
+        let payload = PointMass {
+            mass: settings.scaled(Setting::PayloadMass, 1e-3),
+            place: [
+                metres(Setting::PayloadForward),
+                metres(Setting::PayloadLeft),
+                metres(Setting::PayloadUp),
+            ],
+        };
+        let [forward, left, _] = BODY_1.place;
+        let body = PointMass {
+            mass: BODY_1.mass,
+            place: [forward, left, metres(Setting::BodyHeight)],
+        };
+        let mass = body.mass + payload.mass;
+        let place = [0, 1, 2]
+            .map(|axis| (body.mass * body.place[axis] + payload.mass * payload.place[axis]) / mass);
+        Self {
+            l1: metres(Setting::LengthL1),
+            l2: metres(Setting::LengthL2),
+            half_gauge: 0.5 * metres(Setting::TrackGauge),
+            pulley_radius: metres(Setting::PulleyRadius),
+            rigid: PointMass { mass, place },
+            total_mass: mass + BODY_2.mass + BODY_3.mass,
+        }
+    }
+
+    /// Centre of gravity and axles at chassis angle `theta` and extension `l3` in m (sum of eq. 1 of the paper's appendix).
+    pub fn shape(&self, theta: Angle, l3: f32) -> Shape {
+        let (sine, cosine) = sin_cos(theta);
+        let reach = self.l2 + l3;
+        // A point of the front part: `along` from axle 2, `up` across it.
+        let front = |along: f32, left: f32, up: f32| {
+            [
+                self.l1 + along * cosine - up * sine,
+                left,
+                along * sine + up * cosine,
+            ]
+        };
+        let second = front(BODY_2.place[0], BODY_2.place[1], BODY_2.place[2]);
+        let along = reach - AXLE_3_FROM_BODY_3 + BODY_3.place[0];
+        let third = front(along, BODY_3.place[1], BODY_3.place[2]);
+        let cog = [0, 1, 2].map(|axis| {
+            (self.rigid.mass * self.rigid.place[axis]
+                + BODY_2.mass * second[axis]
+                + BODY_3.mass * third[axis])
+                / self.total_mass
+        });
+        Shape {
+            cog,
+            axle_2: [self.l1, 0.0, 0.0],
+            axle_3: front(reach, 0.0, 0.0),
+        }
+    }
+
+    /// Where the belts may stand, in level axes, counter-clockwise from above from the rear right; `level` turns body
+    /// axes into level ones (x forward, z up).
+    ///
+    /// Without knowledge of the ground this is the support that the guard assumes: behind, the lowest line of the rear
+    /// pulleys, about which the robot falls backward whatever nose or floor it stands on; in front, the pulley that
+    /// reaches farthest, because a fall forward ends on it.
+    pub fn support(&self, shape: &Shape, level: impl Fn([f32; 3]) -> [f32; 3]) -> [[f32; 3]; 4] {
+        let side = |axle: [f32; 3], left: f32| {
+            let mut point = level([axle[0], axle[1] + left, axle[2]]);
+            point[2] -= self.pulley_radius;
+            point
+        };
+        let (second, third) = (level(shape.axle_2), level(shape.axle_3));
+        let front = if max(second[0], third[0]) == third[0] {
+            shape.axle_3
+        } else {
+            shape.axle_2
+        };
+        let (left, right) = (self.half_gauge, -self.half_gauge);
+        [
+            side([0.0; 3], right),
+            side(front, right),
+            side(front, left),
+            side([0.0; 3], left),
+        ]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn straight_robot_has_its_cog_where_a_hand_calculation_has_it() {
+        let model = Model::new(&Settings::default());
+        let shape = model.shape(Angle::ZERO, 0.226);
+        // (6.356067*0.160894 + 0.897066*(0.32+0.104083) + 1.06215*(0.32+0.456-0.226+0.15268)) / 8.315283
+        assert!((shape.cog[0] - 0.258_49).abs() < 1e-4, "{:?}", shape.cog);
+        assert!(shape.cog[2].abs() < 1e-3);
+        assert!((shape.axle_3[0] - 0.776).abs() < 1e-6);
+    }
+
+    #[test]
+    fn a_payload_pulls_the_cog_towards_it() {
+        let mut settings = Settings::default();
+        settings
+            .set(Setting::PayloadMass.description().key, 8_315)
+            .unwrap();
+        settings
+            .set(Setting::PayloadUp.description().key, 250_000)
+            .unwrap();
+        let shape = Model::new(&settings).shape(Angle::ZERO, 0.226);
+        assert!((shape.cog[2] - 0.125).abs() < 1e-3, "{:?}", shape.cog);
+    }
+}

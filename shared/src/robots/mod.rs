@@ -1,0 +1,3 @@
+//! The robots: masses, shapes and what their bodies do.
+
+pub mod b2p2;

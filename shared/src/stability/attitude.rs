@@ -1,0 +1,170 @@
+//! Pitch, roll and heading from rates that drift, an inclinometer that is late and a compass that is slow.
+
+use crate::math::{limit, sin_cos};
+use crate::node::BodySensors;
+use crate::units::Angle;
+
+/// Time with which the inclinometer follows, s.
+const INCLINOMETER_LAG: f32 = 0.3;
+/// Time in which the inclinometer's word outweighs the rates', s.
+const LEVEL_TIME: f32 = 2.0;
+/// Time in which the compass' word outweighs the rates', s.
+const HEADING_TIME: f32 = 2.0;
+
+/// Complementary filter. Angles as the paper's q6, q5 and q4: roll about the heading, then pitch about the robot's
+/// transverse axis; nose up, left side up and counter-clockwise are positive.
+///
+/// The inclinometer is compared with a copy of the estimate that is just as late, so a fast swing is not pulled back.
+#[derive(Clone, Debug, Default)]
+pub struct Attitude {
+    tilt: Option<[Angle; 2]>,
+    late: [f32; 2],
+    pitch_rate: f32,
+    heading: Angle,
+}
+
+impl Attitude {
+    /// Takes one set of readings, `period` s after the one before. Values that are not finite are passed over.
+    pub fn update(&mut self, sensors: &BodySensors, period: f32) {
+        let [pitch_level, roll_level] = sensors.inclination;
+        let readings = [pitch_level, roll_level, sensors.heading];
+        if !readings
+            .iter()
+            .chain(&sensors.angular_rate)
+            .all(|value| value.is_finite())
+        {
+            return;
+        }
+        let level = [
+            Angle::from_radians(pitch_level),
+            Angle::from_radians(roll_level),
+        ];
+        let [pitch, roll] = *self.tilt.get_or_insert_with(|| {
+            self.heading = Angle::from_radians(sensors.heading);
+            level
+        });
+
+        let [rate_x, rate_y, rate_z] = sensors.angular_rate;
+        let (sine, cosine) = sin_cos(pitch);
+        let yaw_rate = rate_x * sine + rate_z * cosine;
+        let rates = [
+            yaw_rate * sin_cos(roll).0 - rate_y,
+            rate_x * cosine - rate_z * sine,
+        ];
+        self.pitch_rate = rates[0];
+
+        let mut tilt = [pitch, roll];
+        for axis in 0..2 {
+            let error = (level[axis] - tilt[axis]).radians() + self.late[axis];
+            let step = (rates[axis] + error / LEVEL_TIME) * period;
+            tilt[axis] += Angle::from_radians(step);
+            // `late` is how far the late copy lags behind the estimate.
+            self.late[axis] += step - self.late[axis] * (period / INCLINOMETER_LAG);
+        }
+        self.tilt = Some(tilt);
+        let heading_error = (Angle::from_radians(sensors.heading) - self.heading).radians();
+        let step = (yaw_rate + limit(heading_error, 0.5) / HEADING_TIME) * period;
+        self.heading += Angle::from_radians(step);
+    }
+
+    /// Readings came at least once.
+    pub fn known(&self) -> bool {
+        self.tilt.is_some()
+    }
+
+    /// Pitch, nose up positive.
+    pub fn pitch(&self) -> Angle {
+        self.tilt.map_or(Angle::ZERO, |[pitch, _]| pitch)
+    }
+
+    /// Roll, left side up positive.
+    pub fn roll(&self) -> Angle {
+        self.tilt.map_or(Angle::ZERO, |[_, roll]| roll)
+    }
+
+    /// Pitch rate, rad/s.
+    pub fn pitch_rate(&self) -> f32 {
+        self.pitch_rate
+    }
+
+    /// Heading, counter-clockwise from above.
+    pub fn heading(&self) -> Angle {
+        self.heading
+    }
+
+    /// Turns a vector in body axes into level axes: x along the heading, z up.
+    pub fn level(&self, vector: [f32; 3]) -> [f32; 3] {
+        let (pitch_sine, pitch_cosine) = sin_cos(self.pitch());
+        let (roll_sine, roll_cosine) = sin_cos(self.roll());
+        let [x, y, z] = vector;
+        let forward = x * pitch_cosine - z * pitch_sine;
+        let up = x * pitch_sine + z * pitch_cosine;
+        [
+            forward,
+            y * roll_cosine - up * roll_sine,
+            y * roll_sine + up * roll_cosine,
+        ]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A swing about the transverse axis as gyro and lagging inclinometer show it.
+    #[test]
+    fn follows_a_fast_swing_although_the_inclinometer_is_late() {
+        let (mut attitude, mut lagging, mut worst) = (Attitude::default(), 0.0_f64, 0.0_f64);
+        for step in 0..8_000 {
+            let time = f64::from(step) * 1e-3;
+            let (pitch, rate) = (0.4 * libm::sin(3.0 * time), 1.2 * libm::cos(3.0 * time));
+            lagging += (pitch - lagging) * 1e-3 / 0.3;
+            let sensors = BodySensors {
+                inclination: [lagging as f32, 0.0],
+                angular_rate: [0.0, -rate as f32, 0.0],
+                ..BodySensors::default()
+            };
+            attitude.update(&sensors, 1e-3);
+            let error = (f64::from(attitude.pitch().radians()) - pitch).abs();
+            worst = if error > worst { error } else { worst };
+        }
+        assert!(worst < 0.01, "worst error {worst} rad");
+    }
+
+    #[test]
+    fn level_axes_have_gravity_up() {
+        let mut attitude = Attitude::default();
+        attitude.update(
+            &BodySensors {
+                inclination: [0.5, -0.2],
+                ..BodySensors::default()
+            },
+            1e-3,
+        );
+        let (pitch, roll) = (0.5_f64, -0.2_f64);
+        // What an accelerometer shows at that attitude: up in body axes.
+        let up = [
+            libm::sin(pitch) * libm::cos(roll),
+            libm::sin(roll),
+            libm::cos(pitch) * libm::cos(roll),
+        ];
+        let level = attitude.level(up.map(|value| value as f32));
+        assert!(
+            level[0].abs() < 1e-6 && level[1].abs() < 1e-6 && (level[2] - 1.0).abs() < 1e-6,
+            "{level:?}"
+        );
+    }
+
+    #[test]
+    fn readings_that_are_not_finite_change_nothing() {
+        let mut attitude = Attitude::default();
+        attitude.update(
+            &BodySensors {
+                inclination: [f32::NAN, 0.0],
+                ..BodySensors::default()
+            },
+            1e-3,
+        );
+        assert!(!attitude.known());
+    }
+}
