@@ -147,7 +147,8 @@ impl B2p2Parameters {
         }
     }
 
-    fn with_track_constant(k: f64) -> Self {
+    /// The nominal robot with another track constant K, m, and the screw's travel that goes with it.
+    pub fn with_track_constant(k: f64) -> Self {
         let (l1, l2) = (0.32, 0.23);
         let extension = |theta: f64| taut_length(k, l1, theta) - l2;
         // The belt is released where it can lie along the chain of axles; eq. 2 gives the same length at theta = 0.
