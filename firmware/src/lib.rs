@@ -1,1 +1,21 @@
-//! The nodes of tautrack.
+//! The nodes of tautrack: what is left to do around the control core before it is a program on a board.
+//!
+//! [`boards`] the contract with the hardware, and the hardware · [`current_loop`] the PWM interrupt · [`bus`] CANopen ·
+//! [`roles`] the tasks of each kind of node. A binary picks one role and runs it on the selected board.
+#![no_std]
+// The logging macros of the target know no inline arguments.
+#![allow(clippy::uninlined_format_args)]
+
+#[cfg(not(target_os = "none"))]
+extern crate std;
+
+pub mod boards;
+pub mod bus;
+pub mod current_loop;
+pub mod roles;
+
+// The same macros on both sides: records of a few bytes where the output is an ELF file for a target, else text.
+#[cfg(target_os = "none")]
+pub(crate) use defmt as logger;
+#[cfg(not(target_os = "none"))]
+pub(crate) use log as logger;

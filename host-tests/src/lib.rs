@@ -1,8 +1,12 @@
 //! The simulator: plants, virtual bus, lockstep runner, scenarios and report. No part of it runs on a robot.
 
+pub mod bus;
 pub mod log;
+pub mod nodes;
 pub mod plant;
 pub mod record;
 pub mod report;
 pub mod scenario;
+pub mod setup;
+pub mod slcan;
 pub mod summary;

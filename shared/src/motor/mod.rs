@@ -3,6 +3,7 @@
 //! precision nor range is lost with time; only differences become `f32`.
 
 pub mod cascade;
+pub mod current;
 pub mod observer;
 pub mod profile;
 

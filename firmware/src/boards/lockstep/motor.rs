@@ -1,0 +1,301 @@
+//! The simulated motor behind the lockstep boards: bridge, winding, rotor, gear, encoder and current sensor.
+//!
+//! Only basic `f32` operations, so that the emulated core and the host end in the same bits.
+
+use super::noise::Noise;
+use crate::boards::Bridge;
+use tautrack::link::{MotorModel, Shaft};
+
+const TURN: f32 = core::f32::consts::TAU;
+/// Nothing in the model grows beyond this, A and rad/s: far above any motor, far below overflow.
+const BOUND: f32 = 1e6;
+
+/// One motor and its sensors, integrated once per PWM period.
+#[derive(Clone, Debug)]
+pub struct Motor {
+    model: MotorModel,
+    period: f32,
+    noise: Noise,
+    current: f32,  // A
+    velocity: f32, // rad/s, of the rotor
+    position: i64, // 2^-32 turn, of the output shaft
+    residue: f32,  // the part of the position below one 2^-32 turn
+    position_per_radian: f32,
+    counts_per_turn: i64, // of the output shaft, 2^-16 count
+}
+
+impl Motor {
+    /// Motor at rest; `None` if a value of `model` is not finite, or not positive where it must be.
+    pub fn new(model: MotorModel, pwm_hz: u32, seed: u64) -> Option<Self> {
+        let positive = [
+            model.resistance,
+            model.inductance,
+            model.torque_constant,
+            model.rotor_inertia,
+            model.gear_ratio,
+        ];
+        let not_negative = [
+            model.friction_torque,
+            model.current_noise,
+            model.current_quantum,
+        ];
+        let good = positive
+            .iter()
+            .all(|value| value.is_finite() && *value > 0.0)
+            && not_negative
+                .iter()
+                .all(|value| value.is_finite() && *value >= 0.0)
+            && model.encoder_counts > 0;
+        good.then(|| Self {
+            model,
+            period: 1.0 / pwm_hz as f32,
+            noise: Noise::new(seed),
+            current: 0.0,
+            velocity: 0.0,
+            position: 0,
+            residue: 0.0,
+            position_per_radian: 4_294_967_296.0 / (TURN * model.gear_ratio),
+            counts_per_turn: (model.gear_ratio * model.encoder_counts as f32 * 65_536.0) as i64,
+        })
+    }
+
+    /// Moves on by one PWM period with the bridge as given.
+    ///
+    /// Current and rotor are each solved implicitly in their own term (resistance; Coulomb friction), one after the
+    /// other: stable while the period is short against `sqrt(L J) / k`.
+    pub fn integrate(&mut self, bridge: Bridge, bus_voltage: f32, shaft_torque: f32) {
+        let model = &self.model;
+        let emf = model.torque_constant * self.velocity;
+        let supply = bounded(bus_voltage);
+        self.current = match bridge {
+            Bridge::Drive(duty) => self.current_after(duty * supply - emf),
+            Bridge::Brake => self.current_after(-emf),
+            Bridge::Off => self.current_through_diodes(supply, emf),
+        };
+
+        let load = (bounded(shaft_torque)) / model.gear_ratio;
+        let per_torque = self.period / model.rotor_inertia;
+        let free =
+            bounded(self.velocity + per_torque * (model.torque_constant * self.current - load));
+        // Coulomb friction takes what it can, and never turns the rotor round: below its grip the rotor stands still.
+        let grip = per_torque * model.friction_torque / model.gear_ratio;
+        self.velocity = if free > grip {
+            free - grip
+        } else if free < -grip {
+            free + grip
+        } else {
+            0.0
+        };
+
+        let moved = self.velocity * self.period * self.position_per_radian + self.residue;
+        let whole = moved as i64;
+        self.residue = moved - whole as f32;
+        self.position = self.position.wrapping_add(whole);
+    }
+
+    /// Current after one period with `voltage` on resistance and inductance alone; backward Euler.
+    fn current_after(&self, voltage: f32) -> f32 {
+        let rise = self.period / self.model.inductance;
+        bounded((self.current + rise * voltage) / (1.0 + rise * self.model.resistance))
+    }
+
+    /// All transistors open: the diodes hold the whole supply against the current until it is gone. Without a current
+    /// they conduct only where the back-EMF exceeds the supply.
+    fn current_through_diodes(&self, supply: f32, emf: f32) -> f32 {
+        let forward = if self.current == 0.0 {
+            emf < 0.0
+        } else {
+            self.current > 0.0
+        };
+        let clamp = if forward { -supply } else { supply };
+        let current = self.current_after(clamp - emf);
+        if (current > 0.0) == forward {
+            current
+        } else {
+            0.0
+        }
+    }
+
+    /// What the current sensor says, A: truth, noise, and the steps of its converter.
+    pub fn sampled_current(&mut self) -> f32 {
+        let noisy = self.current + self.model.current_noise * self.noise.sample();
+        let quantum = self.model.current_quantum;
+        if quantum == 0.0 {
+            return noisy;
+        }
+        let steps = noisy / quantum;
+        let half = if steps < 0.0 { -0.5 } else { 0.5 };
+        (steps + half) as i32 as f32 * quantum
+    }
+
+    /// Counts of the rotor's encoder since power-up, rounded down as an edge counter does; wraps.
+    pub fn encoder(&self) -> i32 {
+        ((i128::from(self.position) * i128::from(self.counts_per_turn)) >> 48) as i32
+    }
+
+    /// Motion of the output shaft.
+    pub fn shaft(&self) -> Shaft {
+        Shaft {
+            position: self.position,
+            velocity: self.velocity / self.model.gear_ratio,
+        }
+    }
+}
+
+/// `value` within the model's bound, 0 for what is not a number.
+fn bounded(value: f32) -> f32 {
+    if value > BOUND {
+        BOUND
+    } else if value < -BOUND {
+        -BOUND
+    } else if value.is_nan() {
+        0.0
+    } else {
+        value
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const MODEL: MotorModel = MotorModel {
+        resistance: 0.3,
+        inductance: 2e-4,
+        torque_constant: 0.05,
+        rotor_inertia: 1e-4,
+        gear_ratio: 50.0,
+        friction_torque: 1.0,
+        encoder_counts: 4096,
+        current_noise: 0.0,
+        current_quantum: 0.0,
+    };
+
+    fn motor(model: MotorModel) -> Motor {
+        Motor::new(model, 20_000, 1).unwrap()
+    }
+
+    #[test]
+    fn settles_where_the_motor_equation_says() {
+        let mut motor = motor(MODEL);
+        for _ in 0..40_000 {
+            motor.integrate(Bridge::Drive(0.5), 24.0, 10.0);
+        }
+        // 12 V = R i + k w with k i N = load + friction
+        let current = 11.0 / 50.0 / 0.05;
+        let velocity = (12.0 - 0.3 * current) / 0.05 / 50.0;
+        assert!((motor.current - current).abs() < 0.01, "{}", motor.current);
+        assert!(
+            (motor.shaft().velocity - velocity).abs() < 0.01,
+            "{}",
+            motor.shaft().velocity
+        );
+    }
+
+    #[test]
+    fn friction_holds_a_load_below_it_and_yields_above() {
+        let mut motor = motor(MODEL);
+        for _ in 0..2_000 {
+            motor.integrate(Bridge::Off, 24.0, 0.99);
+        }
+        assert_eq!(motor.shaft(), Shaft::default());
+        motor.integrate(Bridge::Off, 24.0, 1.01);
+        assert!(motor.shaft().velocity < 0.0);
+    }
+
+    #[test]
+    fn position_is_the_integral_of_velocity() {
+        let mut motor = motor(MODEL);
+        let mut angle = 0.0_f64;
+        for _ in 0..200_000 {
+            motor.integrate(Bridge::Drive(0.3), 24.0, 0.0);
+            angle += f64::from(motor.velocity) / 20_000.0;
+        }
+        let turns = angle / core::f64::consts::TAU;
+        assert!((motor.encoder() as f64 - turns * 4096.0).abs() < 1.0 + turns * 4096.0 * 1e-6);
+        assert!(
+            (motor.shaft().position as f64 / 2f64.powi(32) * 50.0 - turns).abs() < 1e-6 * turns
+        );
+    }
+
+    #[test]
+    fn open_bridge_ends_the_current_and_never_reverses_it() {
+        let mut motor = motor(MODEL);
+        for _ in 0..100 {
+            motor.integrate(Bridge::Drive(0.9), 24.0, 0.0);
+        }
+        assert!(motor.current > 1.0);
+        for _ in 0..100 {
+            motor.integrate(Bridge::Off, 24.0, 0.0);
+            assert!(motor.current >= 0.0);
+        }
+        assert_eq!(motor.current, 0.0);
+    }
+
+    #[test]
+    fn driven_faster_than_the_supply_an_open_bridge_brakes() {
+        let mut motor = motor(MODEL);
+        motor.velocity = 1_000.0; // 50 V of back-EMF on 24 V
+        motor.integrate(Bridge::Off, 24.0, 0.0);
+        assert!(motor.current < 0.0);
+    }
+
+    #[test]
+    fn everything_stays_finite() {
+        let values = [
+            0.0,
+            1.0,
+            -1.0,
+            f32::MAX,
+            f32::MIN,
+            f32::INFINITY,
+            f32::NEG_INFINITY,
+            f32::NAN,
+        ];
+        let mut motor = motor(MotorModel {
+            inductance: 1e-9,
+            rotor_inertia: 1e-9,
+            ..MODEL
+        });
+        for duty in values {
+            for voltage in values {
+                for torque in values {
+                    for bridge in [Bridge::Drive(duty), Bridge::Brake, Bridge::Off] {
+                        motor.integrate(bridge, voltage, torque);
+                        assert!(
+                            motor.shaft().velocity.is_finite()
+                                && motor.sampled_current().is_finite()
+                        );
+                        assert!(motor.residue.is_finite());
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn refuses_a_motor_that_cannot_be() {
+        assert!(
+            Motor::new(
+                MotorModel {
+                    resistance: 0.0,
+                    ..MODEL
+                },
+                20_000,
+                1
+            )
+            .is_none()
+        );
+        assert!(
+            Motor::new(
+                MotorModel {
+                    friction_torque: f32::NAN,
+                    ..MODEL
+                },
+                20_000,
+                1
+            )
+            .is_none()
+        );
+    }
+}

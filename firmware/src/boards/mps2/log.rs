@@ -1,0 +1,48 @@
+//! defmt records into the log bytes of the answers.
+
+use crate::boards::lockstep::LOG;
+use crate::boards::lockstep::log_buffer::LogBuffer;
+use core::cell::RefCell;
+use critical_section::Mutex;
+use defmt::Encoder;
+
+static ENCODER: Mutex<RefCell<Encoder>> = Mutex::new(RefCell::new(Encoder::new()));
+
+#[defmt::global_logger]
+struct Logger;
+
+/// Runs `body` with the encoder and the buffer.
+fn with(body: impl FnOnce(&mut Encoder, &mut LogBuffer)) {
+    critical_section::with(|cs| {
+        body(
+            &mut ENCODER.borrow(cs).borrow_mut(),
+            &mut LOG.borrow(cs).borrow_mut(),
+        )
+    });
+}
+
+// SAFETY: the board has no interrupts and one thread, and nothing logs between `acquire` and `release` of a record, so
+// records cannot interleave; each call borrows the state only for its own duration.
+unsafe impl defmt::Logger for Logger {
+    fn acquire() {
+        with(|encoder, buffer| {
+            buffer.begin();
+            encoder.start_frame(|bytes| buffer.write(bytes));
+        });
+    }
+
+    unsafe fn flush() {}
+
+    unsafe fn release() {
+        with(|encoder, buffer| {
+            encoder.end_frame(|bytes| buffer.write(bytes));
+            buffer.end();
+        });
+    }
+
+    unsafe fn write(bytes: &[u8]) {
+        with(|encoder, buffer| encoder.write(bytes, |bytes| buffer.write(bytes)));
+    }
+}
+
+defmt::timestamp!("{=u64:us}", embassy_time::Instant::now().as_micros());

@@ -1,0 +1,80 @@
+//! QEMU's MPS2+ board with the AN386 image: a Cortex-M4F whose only hardware is the lockstep link over semihosting.
+//!
+//! `semihosting` is the pair of pipes and the way out, `log` the defmt logger.
+
+mod log;
+mod semihosting;
+
+use crate::boards::Board;
+use crate::boards::lockstep::{self, Pipe};
+use crate::roles::Role;
+use core::fmt::Write;
+use core::panic::PanicInfo;
+use semihosting::{Stream, exit};
+use tautrack::link::{BodySensors, Switches};
+
+/// The emulated board.
+pub struct Mps2;
+
+impl Board for Mps2 {
+    const NAME: &'static str = "mps2";
+    const PWM_HZ: u32 = lockstep::PWM_HZ;
+
+    fn run(role: &'static Role) -> ! {
+        let (Some(input), Some(output)) = (Stream::standard_input(), Stream::standard_output())
+        else {
+            exit(false)
+        };
+        lockstep::run(Self::NAME, role, &mut Console { input, output });
+        exit(true)
+    }
+
+    fn encoder() -> i32 {
+        lockstep::encoder()
+    }
+
+    fn bus_voltage() -> f32 {
+        lockstep::sensors().bus_voltage
+    }
+
+    fn switches() -> Switches {
+        lockstep::sensors().switches
+    }
+
+    fn body() -> Option<BodySensors> {
+        lockstep::sensors().body
+    }
+}
+
+struct Console {
+    input: Stream,
+    output: Stream,
+}
+
+impl Pipe for Console {
+    fn read(&mut self, buffer: &mut [u8]) -> bool {
+        self.input.read_exact(buffer)
+    }
+
+    fn write(&mut self, bytes: &[u8]) -> bool {
+        self.output.write_all(bytes)
+    }
+}
+
+/// The bridge goes off first; here that is the simulated one, which ends with the emulator.
+#[panic_handler]
+fn panic(info: &PanicInfo) -> ! {
+    crate::current_loop::demand(crate::current_loop::Demand::Off);
+    if let Some(mut errors) = Stream::standard_error() {
+        let _ = writeln!(errors, "{info}"); // nobody is left to tell
+    }
+    exit(false)
+}
+
+#[cortex_m_rt::exception]
+unsafe fn HardFault(frame: &cortex_m_rt::ExceptionFrame) -> ! {
+    if let Some(mut errors) = Stream::standard_error() {
+        let _ = writeln!(errors, "hard fault: {frame:?}");
+    }
+    exit(false)
+}

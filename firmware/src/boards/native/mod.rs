@@ -1,0 +1,73 @@
+//! The host as a board: the lockstep link on standard input and output. For sweeps, fuzzing, sanitizers and debuggers.
+
+use crate::boards::Board;
+use crate::boards::lockstep::{self, LOG, Pipe};
+use crate::roles::Role;
+use std::format;
+use std::io::{Read, Write};
+use tautrack::link::{BodySensors, Switches};
+
+/// A process of the host.
+pub struct Native;
+
+impl Board for Native {
+    const NAME: &'static str = "native";
+    const PWM_HZ: u32 = lockstep::PWM_HZ;
+
+    fn run(role: &'static Role) -> ! {
+        // Fails only if a logger is set already, and nothing else sets one.
+        let _ = log::set_logger(&BufferedLogger);
+        log::set_max_level(log::LevelFilter::Info);
+        lockstep::run(Self::NAME, role, &mut StandardStreams);
+        std::process::exit(0)
+    }
+
+    fn encoder() -> i32 {
+        lockstep::encoder()
+    }
+
+    fn bus_voltage() -> f32 {
+        lockstep::sensors().bus_voltage
+    }
+
+    fn switches() -> Switches {
+        lockstep::sensors().switches
+    }
+
+    fn body() -> Option<BodySensors> {
+        lockstep::sensors().body
+    }
+}
+
+struct StandardStreams;
+
+impl Pipe for StandardStreams {
+    fn read(&mut self, buffer: &mut [u8]) -> bool {
+        std::io::stdin().lock().read_exact(buffer).is_ok()
+    }
+
+    fn write(&mut self, bytes: &[u8]) -> bool {
+        let mut output = std::io::stdout().lock();
+        output.write_all(bytes).is_ok() && output.flush().is_ok()
+    }
+}
+
+struct BufferedLogger;
+
+impl log::Log for BufferedLogger {
+    fn enabled(&self, _: &log::Metadata) -> bool {
+        true
+    }
+
+    fn log(&self, record: &log::Record) {
+        let line = format!("{}: {}\n", record.level(), record.args());
+        critical_section::with(|cs| {
+            let mut buffer = LOG.borrow(cs).borrow_mut();
+            buffer.begin();
+            buffer.write(line.as_bytes());
+            buffer.end();
+        });
+    }
+
+    fn flush(&self) {}
+}

@@ -1,0 +1,225 @@
+//! The node's end of the CANopen bus.
+//!
+//! `queue` holds the frames between board and tasks, `filter` keeps from the stack what it cannot take, and [`Bus`] is
+//! the stack itself with the heartbeat and boot-up messages that it does not send as CiA 301 asks. Node ids and
+//! settings come from the board's store: 0x1010, 0x1011 and LSS are not offered.
+
+mod filter;
+mod queue;
+
+pub use queue::FrameQueue;
+
+use core::sync::atomic::{AtomicBool, Ordering};
+use embassy_time::{Duration, Instant, with_timeout};
+use filter::Verdict;
+use tautrack::can::Frame;
+use zencan_node::common::nmt::NmtState;
+use zencan_node::common::{CanId, CanMessage, NodeId};
+use zencan_node::object_dict::{ODEntry, find_object};
+use zencan_node::{Callbacks, Node, NodeMbox, NodeState};
+
+/// Frames that the board received, on their way to the bus task.
+pub static RECEIVED: FrameQueue<64> = FrameQueue::new();
+/// Frames on their way to the board.
+pub static TRANSMIT: FrameQueue<64> = FrameQueue::new();
+
+static OPERATIONAL: AtomicBool = AtomicBool::new(false);
+
+const NMT: u16 = 0x000;
+const SYNC: u16 = 0x080;
+const HEARTBEAT: u16 = 0x700;
+const HEARTBEAT_PRODUCER_TIME: u16 = 0x1017;
+/// The stack wants to be called this often, to time out transfers that a client left.
+const IDLE: Duration = Duration::from_millis(5);
+
+/// Sends `frame`. What a node tells all nodes it also tells itself: SYNC and NMT commands of its own.
+pub fn send(frame: Frame) {
+    TRANSMIT.push(frame);
+    if matches!(frame.id(), NMT | SYNC) {
+        RECEIVED.push(frame);
+    }
+}
+
+/// Whether NMT has this node operational: only then are process data exchanged.
+pub fn operational() -> bool {
+    OPERATIONAL.load(Ordering::Relaxed)
+}
+
+/// The statics that are generated from a role's dictionary.
+#[derive(Clone, Copy)]
+pub struct Dictionary {
+    /// Frames in and out of the stack.
+    pub mailbox: &'static NodeMbox,
+    /// State of NMT and PDOs.
+    pub state: &'static NodeState<'static>,
+    /// The objects.
+    pub table: &'static [ODEntry<'static>],
+}
+
+/// COB-ID that a receive PDO has in this robot: its communication parameter and the identifier.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Listen {
+    /// Index of the communication parameter, from 0x1400.
+    pub parameter: u16,
+    /// The identifier to receive.
+    pub id: u16,
+}
+
+/// A received frame, and what became of it.
+#[derive(Clone, Copy, Debug)]
+pub struct Heard {
+    /// The frame.
+    pub frame: Frame,
+    /// It wrote objects: as process data, or as the end of a service data transfer.
+    pub wrote: bool,
+    /// The object that it addressed as service data.
+    pub sdo_index: Option<u16>,
+    /// When it was taken, microseconds since power-up.
+    pub now_us: u64,
+}
+
+/// One CANopen node.
+pub struct Bus {
+    node: Node<'static>,
+    dictionary: Dictionary,
+    node_id: u8,
+    listen: Option<Listen>,
+    heartbeat_sent_us: u64,
+}
+
+impl Bus {
+    /// Node `node_id` (1 to 127) with `dictionary`, and a heartbeat until a client sets another; `None` outside. Called
+    /// once: the dictionary is static.
+    pub fn new(
+        dictionary: Dictionary,
+        node_id: u8,
+        heartbeat_ms: u16,
+        listen: Option<Listen>,
+    ) -> Option<Self> {
+        let id = NodeId::new(node_id).ok()?;
+        let heartbeat = find_object(dictionary.table, HEARTBEAT_PRODUCER_TIME)?;
+        // The stack reads the period once, here, and would send heartbeats of its own with it.
+        heartbeat.write(0, &0_u16.to_le_bytes()).ok()?;
+        let node = Node::new(
+            id,
+            Callbacks::new(),
+            dictionary.mailbox,
+            dictionary.state,
+            dictionary.table,
+        );
+        heartbeat.write(0, &heartbeat_ms.to_le_bytes()).ok()?;
+        Some(Self {
+            node,
+            dictionary,
+            node_id,
+            listen,
+            heartbeat_sent_us: 0,
+        })
+    }
+
+    /// Takes one frame; what it causes is in [`TRANSMIT`] when this returns. One at a time, because the stack's mailboxes
+    /// hold one.
+    pub fn receive(&mut self, frame: Frame, now_us: u64) -> Heard {
+        let mut wrote = false;
+        match filter::judge(&frame, self.node_id) {
+            Verdict::Pass => {
+                let message = CanMessage::new(CanId::std(frame.id()), frame.data());
+                // An error means that the frame is none of this node's.
+                if self.dictionary.mailbox.store_message(message).is_ok() {
+                    wrote = self.process(now_us);
+                }
+            }
+            Verdict::Drop => {}
+            Verdict::Answer(answer) => TRANSMIT.push(answer),
+        }
+        Heard {
+            frame,
+            wrote,
+            sdo_index: filter::sdo_index(&frame, self.node_id),
+            now_us,
+        }
+    }
+
+    /// Runs the stack, and sends the heartbeat when it is due (0x1017, in milliseconds; 0 for never).
+    /// Whether objects were written.
+    pub fn process(&mut self, now_us: u64) -> bool {
+        let mut wrote = false;
+        loop {
+            let booting = self.node.nmt_state() == NmtState::Bootup;
+            if booting {
+                self.apply_listen();
+                self.send_heartbeat(0, now_us);
+            }
+            wrote |= self.node.process(now_us);
+            while let Some(message) = self.dictionary.mailbox.next_transmit_message() {
+                let id = message.id().raw() as u16;
+                // The stack's boot-up message carries the state after it, where CiA 301 wants 0: ours is sent instead.
+                if id != HEARTBEAT + u16::from(self.node_id)
+                    && let Some(frame) = Frame::new(id, message.data())
+                {
+                    TRANSMIT.push(frame);
+                }
+            }
+            if self.node.nmt_state() != NmtState::Bootup {
+                break;
+            }
+        }
+        OPERATIONAL.store(
+            self.node.nmt_state() == NmtState::Operational,
+            Ordering::Relaxed,
+        );
+        if let Some(due) = self.heartbeat_due_us()
+            && now_us >= due
+        {
+            self.send_heartbeat(self.node.nmt_state() as u8, now_us);
+        }
+        wrote
+    }
+
+    /// When the next heartbeat is due; a write to 0x1017 counts from the last one sent.
+    fn heartbeat_due_us(&self) -> Option<u64> {
+        let period = find_object(self.dictionary.table, HEARTBEAT_PRODUCER_TIME)?
+            .read_u16(0)
+            .ok()?;
+        (period != 0).then(|| self.heartbeat_sent_us + u64::from(period) * 1_000)
+    }
+
+    fn send_heartbeat(&mut self, state: u8, now_us: u64) {
+        self.heartbeat_sent_us = now_us;
+        if let Some(frame) = Frame::new(HEARTBEAT + u16::from(self.node_id), &[state]) {
+            TRANSMIT.push(frame);
+        }
+    }
+
+    /// A reset of communication restores the generated COB-IDs, so this robot's is set in every boot-up.
+    fn apply_listen(&self) {
+        if let Some(listen) = self.listen
+            && let Some(parameter) = find_object(self.dictionary.table, listen.parameter)
+        {
+            // Cannot fail: four bytes, and the state is boot-up.
+            let _ = parameter.write(1, &u32::from(listen.id).to_le_bytes());
+        }
+    }
+}
+
+/// Serves the bus for ever; `heard` gets every received frame once the stack is done with it.
+#[embassy_executor::task]
+pub async fn task(mut bus: Bus, heard: fn(Heard)) -> ! {
+    bus.process(Instant::now().as_micros());
+    loop {
+        let wait = match bus.heartbeat_due_us() {
+            Some(due) => {
+                Duration::from_micros(due.saturating_sub(Instant::now().as_micros())).min(IDLE)
+            }
+            None => IDLE,
+        };
+        let received = with_timeout(wait, RECEIVED.next()).await;
+        let now_us = Instant::now().as_micros();
+        match received {
+            Ok(frame) => heard(bus.receive(frame, now_us)),
+            Err(_) => {
+                bus.process(now_us);
+            }
+        }
+    }
+}

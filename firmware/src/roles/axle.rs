@@ -1,0 +1,46 @@
+//! An axle: one motor that follows the set-points of the bus.
+
+use super::{Refusal, Role, dictionary, drive, start_bus};
+use crate::boards::CONTROL_HZ;
+use crate::bus::Heard;
+use core::sync::atomic::{AtomicU8, Ordering};
+use embassy_executor::Spawner;
+use embassy_time::{Duration, Ticker};
+use tautrack::node::axle::Axle;
+use tautrack::settings::{Setting, Settings};
+
+dictionary!(od, "axle.rs");
+drive::drive_objects!(od);
+
+/// The role of this file.
+pub static ROLE: Role = Role {
+    name: "axle",
+    start,
+};
+
+static GUARD: AtomicU8 = AtomicU8::new(0);
+
+fn start(spawner: Spawner, settings: &Settings) -> Result<(), Refusal> {
+    drive::install_current_loop(settings)?;
+    GUARD.store(settings.id(Setting::GuardId), Ordering::Relaxed);
+    start_bus(spawner, settings, od::DICTIONARY, None, heard)?;
+    super::spawn(
+        spawner,
+        control(Axle::new(settings), settings.id(Setting::NodeId)),
+    )
+}
+
+fn heard(heard: Heard) {
+    drive::HEARD.note(&heard, GUARD.load(Ordering::Relaxed), None);
+}
+
+#[embassy_executor::task]
+async fn control(mut axle: Axle, node: u8) -> ! {
+    let mut ticker = Ticker::every(Duration::from_hz(u64::from(CONTROL_HZ)));
+    loop {
+        ticker.next().await;
+        let outputs = axle.tick(&drive::inputs(set_point));
+        drive::act(&outputs, node);
+        publish(&outputs);
+    }
+}

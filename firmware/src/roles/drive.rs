@@ -1,0 +1,143 @@
+//! What axle and screw share: settings of the motor, the set-point out of the objects, the state into them.
+
+use super::Refusal;
+use crate::boards::{Board, Selected};
+use crate::bus::{self, Heard};
+use crate::current_loop;
+use core::cell::Cell;
+use core::sync::atomic::{AtomicBool, Ordering};
+use critical_section::Mutex;
+use embassy_time::Instant;
+use tautrack::bus::network::{self, Emergency};
+use tautrack::bus::pdo::DriveMotion;
+use tautrack::motor::current::{CurrentLoop, Winding};
+use tautrack::node::CONTROL_PERIOD;
+use tautrack::node::axle::{Inputs, Outputs, SetPoint};
+use tautrack::settings::{Setting, Settings};
+
+/// What the bus task heard since the control task last looked.
+pub static HEARD: Mailbox = Mailbox {
+    set_point: AtomicBool::new(false),
+    guard: AtomicBool::new(false),
+    joint: Mutex::new(Cell::new(None)),
+    sync_us: Mutex::new(Cell::new(0)),
+};
+
+/// See [`HEARD`].
+pub struct Mailbox {
+    set_point: AtomicBool,
+    guard: AtomicBool,
+    joint: Mutex<Cell<Option<(DriveMotion, u64)>>>,
+    sync_us: Mutex<Cell<u64>>,
+}
+
+impl Mailbox {
+    /// Notes what a frame means to any drive with the master `guard`; frames of the joint with identifier `joint` are
+    /// not set-points.
+    pub fn note(&self, heard: &Heard, guard: u8, joint: Option<u16>) {
+        if network::is_sync(&heard.frame) {
+            critical_section::with(|cs| self.sync_us.borrow(cs).set(heard.now_us));
+        }
+        if network::as_heartbeat(&heard.frame).is_some_and(|(node, _)| node == guard) {
+            self.guard.store(true, Ordering::Relaxed);
+        }
+        // Set-points come by process data, or from a client that writes objects of the drive profile one by one.
+        if heard.wrote
+            && heard.sdo_index.is_none_or(|index| index >= 0x6000)
+            && joint != Some(heard.frame.id())
+        {
+            self.set_point.store(true, Ordering::Relaxed);
+        }
+    }
+
+    /// Keeps the joint's motion. It was measured in the control period before the SYNC that every node heard at once.
+    pub fn note_joint(&self, motion: DriveMotion) {
+        critical_section::with(|cs| {
+            let measured_us = self
+                .sync_us
+                .borrow(cs)
+                .get()
+                .saturating_sub((CONTROL_PERIOD * 1e6) as u64);
+            self.joint.borrow(cs).set(Some((motion, measured_us)));
+        });
+    }
+
+    /// The joint's motion, if it came.
+    pub fn take_joint(&self) -> Option<(DriveMotion, u64)> {
+        critical_section::with(|cs| self.joint.borrow(cs).take())
+    }
+}
+
+/// Inputs of one tick; `set_point` reads the objects, and is asked only when one of them was written.
+pub fn inputs(set_point: fn() -> SetPoint) -> Inputs {
+    Inputs {
+        now_us: Instant::now().as_micros(),
+        encoder: Selected::encoder(),
+        current: current_loop::take_mean(),
+        bus_voltage: Selected::bus_voltage(),
+        switches: Selected::switches(),
+        set_point: HEARD
+            .set_point
+            .swap(false, Ordering::Relaxed)
+            .then(set_point),
+        guard_heard: HEARD.guard.swap(false, Ordering::Relaxed),
+    }
+}
+
+/// Hands the tick's demand to the PWM interrupt, and its emergency to the bus.
+pub fn act(outputs: &Outputs, node: u8) {
+    current_loop::demand(outputs.bridge);
+    if let Some(code) = outputs.emergency {
+        crate::logger::warn!("fault {}", code);
+        bus::send(network::emergency(Emergency { node, code }));
+    }
+}
+
+/// Makes the current loop of the motor in the settings.
+pub fn install_current_loop(settings: &Settings) -> Result<(), Refusal> {
+    let winding = Winding {
+        resistance: settings.scaled(Setting::Resistance, 1e-3),
+        inductance: settings.scaled(Setting::Inductance, 1e-6),
+        current_limit: settings.scaled(Setting::CurrentLimit, 1e-3),
+    };
+    let bandwidth = settings.scaled(Setting::CurrentBandwidth, 1.0);
+    let current_loop = CurrentLoop::new(&winding, bandwidth, Selected::PWM_HZ as f32)
+        .map_err(|error| super::refuse(format_args!("current loop: {error}")))?;
+    current_loop::install(current_loop);
+    Ok(())
+}
+
+/// `set_point` and `publish` for the objects of one drive's generated dictionary.
+macro_rules! drive_objects {
+    ($od:ident) => {
+        /// The set-point as the objects hold it.
+        fn set_point() -> tautrack::node::axle::SetPoint {
+            use tautrack::node::axle::mode::{CYCLIC_VELOCITY, PROFILE_VELOCITY};
+            let mode = $od::OBJECT6060.get_value();
+            let in_velocity = matches!(mode, CYCLIC_VELOCITY | PROFILE_VELOCITY);
+            tautrack::node::axle::SetPoint {
+                controlword: $od::OBJECT6040.get_value(),
+                mode,
+                target: if in_velocity {
+                    $od::OBJECT60FF.get_value()
+                } else {
+                    $od::OBJECT607A.get_value()
+                },
+            }
+        }
+
+        /// What the tick tells, as objects; the next SYNC sends them.
+        fn publish(outputs: &tautrack::node::axle::Outputs) {
+            $od::OBJECT1001.set_value(u8::from(outputs.status.error_code != 0));
+            $od::OBJECT2000.set_value(outputs.active_limit as u8);
+            $od::OBJECT603F.set_value(outputs.status.error_code);
+            $od::OBJECT6041.set_value(outputs.status.statusword);
+            $od::OBJECT6061.set_value(outputs.mode);
+            $od::OBJECT6064.set_value(outputs.motion.position);
+            $od::OBJECT606C.set_value(outputs.motion.velocity);
+            $od::OBJECT6077.set_value(outputs.status.torque);
+            $od::OBJECT6078.set_value(outputs.status.current);
+        }
+    };
+}
+pub(super) use drive_objects;

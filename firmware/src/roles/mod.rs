@@ -1,0 +1,73 @@
+//! The tasks of each kind of node: objects in, one tick of the control core, objects out.
+
+pub mod axle;
+mod drive;
+pub mod guard;
+pub mod screw;
+
+use crate::bus::{self, Bus, Dictionary, Heard, Listen};
+use core::fmt::Write;
+use embassy_executor::{SpawnError, SpawnToken, Spawner};
+use heapless::String;
+use tautrack::settings::{Setting, Settings};
+
+/// Why a node refuses its settings, for a person to read.
+pub type Refusal = String<160>;
+
+/// One kind of node.
+pub struct Role {
+    /// Its name.
+    pub name: &'static str,
+    /// Checks the settings and spawns the tasks; called once, by the board.
+    pub start: fn(Spawner, &Settings) -> Result<(), Refusal>,
+}
+
+/// Makes a [`Refusal`]; what does not fit is cut off.
+pub fn refuse(arguments: core::fmt::Arguments) -> Refusal {
+    struct Cut(Refusal);
+    impl Write for Cut {
+        fn write_str(&mut self, text: &str) -> core::fmt::Result {
+            text.chars()
+                .try_for_each(|letter| self.0.push(letter).map_err(|_| core::fmt::Error))
+        }
+    }
+    let mut text = Cut(Refusal::new());
+    let _ = text.write_fmt(arguments); // the only error is a full text
+    text.0
+}
+
+/// Makes the bus of a role and spawns its task.
+fn start_bus(
+    spawner: Spawner,
+    settings: &Settings,
+    dictionary: Dictionary,
+    listen: Option<Listen>,
+    heard: fn(Heard),
+) -> Result<(), Refusal> {
+    let node_id = settings.id(Setting::NodeId);
+    let heartbeat_ms = settings.get(Setting::HeartbeatPeriod) as u16;
+    let bus = Bus::new(dictionary, node_id, heartbeat_ms, listen)
+        .ok_or_else(|| refuse(format_args!("the bus cannot be made for node id {node_id}")))?;
+    spawn(spawner, bus::task(bus, heard))
+}
+
+fn spawn<S>(spawner: Spawner, task: Result<SpawnToken<S>, SpawnError>) -> Result<(), Refusal> {
+    spawner.spawn(task.map_err(|error| refuse(format_args!("a task cannot start: {error:?}")))?);
+    Ok(())
+}
+
+/// The generated dictionary of one role, as a module with a `DICTIONARY`.
+macro_rules! dictionary {
+    ($name:ident, $file:literal) => {
+        #[allow(missing_docs, clippy::all, clippy::pedantic)]
+        mod $name {
+            include!(concat!(env!("OUT_DIR"), "/", $file));
+            pub const DICTIONARY: crate::bus::Dictionary = crate::bus::Dictionary {
+                mailbox: &NODE_MBOX,
+                state: &NODE_STATE,
+                table: &OD_TABLE,
+            };
+        }
+    };
+}
+use dictionary;

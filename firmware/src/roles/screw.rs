@@ -1,0 +1,66 @@
+//! The driving screw: an axle that follows the chassis joint, which it hears on the bus without the guard between.
+
+use super::{Refusal, Role, dictionary, drive, refuse, start_bus};
+use crate::boards::CONTROL_HZ;
+use crate::bus::{Heard, Listen};
+use core::sync::atomic::{AtomicU8, AtomicU16, Ordering};
+use embassy_executor::Spawner;
+use embassy_time::{Duration, Ticker};
+use tautrack::bus::pdo::{DriveMotion, transmit};
+use tautrack::node::screw::{Inputs, Screw};
+use tautrack::settings::{Setting, Settings};
+
+dictionary!(od, "screw.rs");
+drive::drive_objects!(od);
+
+/// The role of this file.
+pub static ROLE: Role = Role {
+    name: "screw",
+    start,
+};
+
+/// Communication parameter of the receive PDO that takes the joint's motion.
+const JOINT_PARAMETER: u16 = 0x1402;
+
+static GUARD: AtomicU8 = AtomicU8::new(0);
+static JOINT: AtomicU16 = AtomicU16::new(0);
+
+fn start(spawner: Spawner, settings: &Settings) -> Result<(), Refusal> {
+    let screw =
+        Screw::new(settings).map_err(|error| refuse(format_args!("geometry: {error:?}")))?;
+    drive::install_current_loop(settings)?;
+    let listen = Listen {
+        parameter: JOINT_PARAMETER,
+        id: transmit(1) + u16::from(settings.id(Setting::JointId)),
+    };
+    GUARD.store(settings.id(Setting::GuardId), Ordering::Relaxed);
+    JOINT.store(listen.id, Ordering::Relaxed);
+    start_bus(spawner, settings, od::DICTIONARY, Some(listen), heard)?;
+    super::spawn(spawner, control(screw, settings.id(Setting::NodeId)))
+}
+
+fn heard(heard: Heard) {
+    let joint = JOINT.load(Ordering::Relaxed);
+    drive::HEARD.note(&heard, GUARD.load(Ordering::Relaxed), Some(joint));
+    if heard.wrote && heard.frame.id() == joint {
+        drive::HEARD.note_joint(DriveMotion {
+            position: od::OBJECT2100.get_position(),
+            velocity: od::OBJECT2100.get_velocity(),
+        });
+    }
+}
+
+#[embassy_executor::task]
+async fn control(mut screw: Screw, node: u8) -> ! {
+    let mut ticker = Ticker::every(Duration::from_hz(u64::from(CONTROL_HZ)));
+    loop {
+        ticker.next().await;
+        let outputs = screw.tick(&Inputs {
+            axle: drive::inputs(set_point),
+            joint: drive::HEARD.take_joint(),
+            slack: od::OBJECT2101.get_value(),
+        });
+        drive::act(&outputs, node);
+        publish(&outputs);
+    }
+}

@@ -1,0 +1,314 @@
+//! What a client on the bus can rely on. Native nodes: `lockstep.rs` proves that the emulated ones do the same.
+
+mod node;
+
+use node::{MOTOR, Node, ROLES, settings};
+use tautrack::can::Frame;
+use tautrack::link::Sensors;
+use tautrack::settings::Setting;
+
+const NODE: u16 = 5;
+
+struct Client {
+    node: Node,
+    /// Where the output shaft truly is, 2^-32 turn.
+    truth: i64,
+}
+
+impl Client {
+    fn new(role: &str) -> Self {
+        let (_, program) = ROLES
+            .into_iter()
+            .find(|(name, _)| *name == role)
+            .expect("a role");
+        let mut node = Node::native(program);
+        let motor = (role != "guard").then_some(MOTOR);
+        assert_eq!(node.start(&settings(i32::from(NODE)), motor).refusal, "");
+        Self { node, truth: 0 }
+    }
+
+    /// Sends `frames` in one step, and gives what came back in it.
+    fn send(&mut self, frames: &[(u16, &[u8])]) -> Vec<Frame> {
+        let frames: Vec<_> = frames
+            .iter()
+            .map(|(id, data)| Frame::new(*id, data).expect("a frame"))
+            .collect();
+        let sensors = Sensors {
+            bus_voltage: 24.0,
+            ..Default::default()
+        };
+        let stepped = self.node.step(sensors, &frames);
+        self.truth = stepped.shaft.position;
+        stepped.frames.to_vec()
+    }
+
+    fn idle(&mut self, steps: usize) -> Vec<Frame> {
+        (0..steps).flat_map(|_| self.send(&[])).collect()
+    }
+
+    /// One SDO exchange: the eight bytes of the answer.
+    fn sdo(&mut self, request: [u8; 8]) -> [u8; 8] {
+        let mut frames = self.send(&[(0x600 + NODE, &request)]);
+        frames.extend(self.idle(5));
+        let answer = frames
+            .iter()
+            .find(|frame| frame.id() == 0x580 + NODE)
+            .expect("an answer within 5 ms");
+        answer.data().try_into().expect("eight bytes")
+    }
+
+    /// Value of an object of up to four bytes.
+    fn read(&mut self, index: u16, sub: u8) -> u32 {
+        let [low, high] = index.to_le_bytes();
+        let answer = self.sdo([0x40, low, high, sub, 0, 0, 0, 0]);
+        assert_eq!(
+            answer[0] & 0xe3,
+            0x43,
+            "{index:#x}:{sub} answers {answer:x?}"
+        );
+        assert_eq!(&answer[1..4], &[low, high, sub]);
+        u32::from_le_bytes([answer[4], answer[5], answer[6], answer[7]])
+    }
+
+    fn abort_code(answer: [u8; 8]) -> u32 {
+        assert_eq!(answer[0], 0x80, "{answer:x?}");
+        u32::from_le_bytes([answer[4], answer[5], answer[6], answer[7]])
+    }
+}
+
+fn heartbeats(frames: &[Frame]) -> Vec<u8> {
+    frames
+        .iter()
+        .filter(|frame| frame.id() == 0x700 + NODE)
+        .map(|frame| frame.data()[0])
+        .collect()
+}
+
+#[test]
+fn node_boots_with_zero_then_beats_its_state() {
+    let mut client = Client::new("axle");
+    assert_eq!(heartbeats(&client.idle(350)), [0, 127, 127, 127]);
+    client.send(&[(0x000, &[1, 5])]);
+    assert_eq!(heartbeats(&client.idle(100)), [5]);
+    client.send(&[(0x000, &[2, 0])]);
+    assert_eq!(heartbeats(&client.idle(100)), [4]);
+    assert_eq!(heartbeats(&client.send(&[(0x000, &[130, 5])])), [0]);
+}
+
+#[test]
+fn heartbeat_obeys_a_write_to_its_period() {
+    let mut client = Client::new("axle");
+    assert_eq!(client.read(0x1017, 0), 100);
+    assert_eq!(client.sdo([0x2b, 0x17, 0x10, 0, 20, 0, 0, 0])[0], 0x60);
+    assert!((49..=51).contains(&heartbeats(&client.idle(1_000)).len()));
+    client.sdo([0x2b, 0x17, 0x10, 0, 0, 0, 0, 0]);
+    assert_eq!(heartbeats(&client.idle(1_000)).len(), 0);
+}
+
+#[test]
+fn device_types_name_their_profiles() {
+    assert_eq!(Client::new("axle").read(0x1000, 0), 0x0002_0192);
+    assert_eq!(Client::new("screw").read(0x1000, 0), 0x0002_0192);
+    assert_eq!(Client::new("guard").read(0x1000, 0) & 0xffff, 410);
+}
+
+#[test]
+fn drives_send_their_state_on_every_sync_and_the_rest_on_every_fifth() {
+    for role in ["axle", "screw"] {
+        let mut client = Client::new(role);
+        assert!(
+            client
+                .send(&[(0x080, &[])])
+                .iter()
+                .all(|frame| frame.id() > 0x700),
+            "no PDO before NMT start"
+        );
+        client.send(&[(0x000, &[1, 0])]);
+        let mut counts = [0; 2];
+        for _ in 0..50 {
+            for frame in client.send(&[(0x080, &[])]) {
+                match frame.id() - NODE {
+                    0x180 => counts[0] += 1,
+                    0x280 => counts[1] += 1,
+                    _ => continue,
+                }
+                assert_eq!(frame.data().len(), 8);
+            }
+        }
+        assert_eq!(counts, [50, 10], "{role}");
+    }
+}
+
+#[test]
+fn set_points_reach_their_objects() {
+    let mut client = Client::new("axle");
+    client.send(&[(0x000, &[1, 0])]);
+    client.send(&[(0x200 + NODE, &[0x06, 0, 8, 0x44, 0x33, 0x22, 0x11])]);
+    assert_eq!(client.read(0x607a, 0), 0x1122_3344);
+    assert_eq!(client.read(0x6060, 0), 8);
+    client.send(&[(0x300 + NODE, &[0x06, 0, 9, 0xff, 0xff, 0xff, 0xff])]);
+    assert_eq!(client.read(0x60ff, 0), 0xffff_ffff);
+}
+
+#[test]
+fn screw_hears_its_joint_directly_even_after_a_reset_of_communication() {
+    let mut client = Client::new("screw");
+    let joint = Setting::JointId.description().default as u16;
+    for position in [0x1122_3344_u32, 0x0102_0304] {
+        client.send(&[(0x000, &[1, 0])]);
+        let mut motion = [0xff; 8];
+        motion[..4].copy_from_slice(&position.to_le_bytes());
+        client.send(&[(0x180 + joint, &motion)]);
+        assert_eq!(client.read(0x2100, 1), position);
+        assert_eq!(client.read(0x2100, 2), 0xffff_ffff);
+        client.send(&[(0x000, &[130, 0])]);
+    }
+}
+
+/// Position set-point with this controlword, in 2^-16 turn of the output shaft.
+fn set_point(controlword: u8, target: i32) -> [u8; 7] {
+    let [a, b, c, d] = target.to_le_bytes();
+    [controlword, 0, 8, a, b, c, d]
+}
+
+#[test]
+fn axle_follows_its_set_points_and_stops_when_they_end() {
+    let mut client = Client::new("axle");
+    client.send(&[(0x000, &[1, 0])]);
+    for controlword in [6, 7, 15] {
+        client.send(&[(0x200 + NODE, &set_point(controlword, 0))]);
+    }
+    // A quarter turn in half a second.
+    for step in 0..=500 {
+        let frames: &[(u16, &[u8])] = &[
+            (0x080, &[]),
+            (0x200 + NODE, &set_point(15, step * 0x4000 / 500)),
+        ];
+        client.send(if step % 4 == 0 { frames } else { &[] });
+    }
+    for _ in 0..40 {
+        client.send(&[(0x200 + NODE, &set_point(15, 0x4000))]);
+        client.idle(3);
+    }
+    let position = client.read(0x6064, 0) as i32;
+    assert!(
+        (i64::from(position) - (client.truth >> 16)).abs() < 0x10,
+        "{position:#x} {:#x}",
+        client.truth
+    );
+    assert!((position - 0x4000).abs() < 0x40, "{position:#x}");
+    assert_eq!(client.read(0x6041, 0) & 0x6f, 0x27, "operation enabled");
+
+    let silence = client.idle(100);
+    let emergency = silence
+        .iter()
+        .find(|frame| frame.id() == 0x080 + NODE)
+        .expect("an emergency frame");
+    assert_eq!(emergency.data()[..3], [0x50, 0x82, 1], "command lost");
+    assert_eq!(client.read(0x603f, 0), 0x8250);
+    assert_eq!(client.read(0x1001, 0), 1);
+    assert_eq!(client.read(0x6041, 0) & 0x6f, 0x07, "quick stop active");
+}
+
+#[test]
+fn writing_what_is_no_set_point_does_not_stand_for_one() {
+    let mut client = Client::new("axle");
+    client.send(&[(0x000, &[1, 0])]);
+    for controlword in [6, 7, 15] {
+        client.send(&[(0x200 + NODE, &set_point(controlword, 0))]);
+    }
+    let mut heard = Vec::new();
+    for _ in 0..100 {
+        heard.extend(client.send(&[(0x600 + NODE, &[0x2b, 0x17, 0x10, 0, 100, 0, 0, 0])]));
+    }
+    assert!(
+        heard.iter().any(|frame| frame.id() == 0x080 + NODE),
+        "the heartbeat's period kept the axle alive"
+    );
+}
+
+#[test]
+fn objects_that_do_not_exist_or_cannot_be_written_say_so() {
+    let mut client = Client::new("axle");
+    assert_eq!(
+        Client::abort_code(client.sdo([0x40, 0x10, 0x10, 1, 0, 0, 0, 0])),
+        0x0602_0000
+    );
+    assert_eq!(
+        Client::abort_code(client.sdo([0x40, 0x18, 0x10, 9, 0, 0, 0, 0])),
+        0x0609_0011
+    );
+    assert_eq!(
+        Client::abort_code(client.sdo([0x2b, 0x41, 0x60, 0, 1, 0, 0, 0])),
+        0x0601_0002
+    );
+}
+
+#[test]
+fn known_ways_to_panic_the_stack_are_answered_by_aborts() {
+    let mut client = Client::new("axle");
+    // An empty segment for a mapping's count, a block upload, and the client's abort in the middle of it.
+    assert_eq!(
+        Client::abort_code(client.sdo([0x20, 0x00, 0x16, 0, 0, 0, 0, 0])),
+        0x0607_0010
+    );
+    client.send(&[(0x600 + NODE, &[0x0f, 0, 0, 0, 0, 0, 0, 0])]);
+    assert_eq!(
+        Client::abort_code(client.sdo([0xa0, 0x08, 0x10, 0, 20, 0, 0, 0])),
+        0x0504_0001
+    );
+    client.send(&[(0x600 + NODE, &[0x80, 0x08, 0x10, 0, 0, 0, 0, 0])]);
+    client.idle(30);
+    assert_eq!(client.read(0x1000, 0), 0x0002_0192);
+}
+
+#[test]
+fn no_frame_panics_a_node() {
+    for (role, _) in ROLES {
+        let mut client = Client::new(role);
+        let mut state = 0x2545_f491_4f6c_dd1d_u64;
+        let mut random = || {
+            state ^= state << 13;
+            state ^= state >> 7;
+            state ^= state << 17;
+            state
+        };
+        for _ in 0..20_000 {
+            let frames: Vec<_> = (0..8)
+                .map(|_| {
+                    let id = match random() % 8 {
+                        0 => random() as u16 & 0x7ff,
+                        1 => 0x000,
+                        2 => 0x080,
+                        3 => 0x200 + NODE,
+                        4 => 0x7e5,
+                        _ => 0x600 + NODE,
+                    };
+                    let mut data = random().to_le_bytes();
+                    // Half of all requests go where the stack is known to be weak, or to objects that exist.
+                    if id == 0x600 + NODE && random() % 2 == 0 {
+                        let index = [
+                            0x1600, 0x1a00, 0x1400, 0x1800, 0x1017, 0x1008, 0x6040, 0x1018,
+                        ][random() as usize % 8];
+                        data[0] =
+                            [0x40, 0x20, 0x21, 0x2f, 0x23, 0x60, 0x70, 0x00][random() as usize % 8];
+                        data[1..3].copy_from_slice(&u16::to_le_bytes(index));
+                        data[3] %= 10;
+                    }
+                    let length = if random() % 4 == 0 {
+                        random() as usize % 9
+                    } else {
+                        8
+                    };
+                    Frame::new(id, &data[..length]).expect("a frame")
+                })
+                .collect();
+            let sensors = Sensors {
+                bus_voltage: 24.0,
+                ..Default::default()
+            };
+            client.node.step(sensors, &frames); // panics here when the node has
+        }
+        assert!(client.node.finish(), "{role}");
+    }
+}

@@ -1,0 +1,128 @@
+//! The promises of the lockstep boards.
+
+mod node;
+
+use node::{MOTOR, Node, ROLES, elf, settings};
+use object::{Object, ObjectSection, ObjectSegment, read::elf::ElfFile32};
+use std::time::Instant;
+use tautrack::can::Frame;
+use tautrack::link::{BodySensors, Sensors, Stepped};
+
+const NODE: u16 = 5;
+const STEPS: u32 = 2_000;
+
+fn frame(id: u16, data: &[u8]) -> Frame {
+    Frame::new(id, data).expect("a CAN frame")
+}
+
+/// What the bus brings in step `step`: NMT start, SYNC, set-points, and a client that reads and writes objects.
+fn script(step: u32) -> Vec<Frame> {
+    let mut frames = Vec::new();
+    if step == 5 {
+        frames.push(frame(0x000, &[1, 0]));
+    }
+    if step.is_multiple_of(4) {
+        frames.push(frame(0x080, &[]));
+        let control = [0x06, 0x07, 0x0f][(step / 40).min(2) as usize];
+        let [a, b, c, d] = (step as i32 * 30).to_le_bytes();
+        frames.push(frame(0x200 + NODE, &[control, 0, 8, a, b, c, d]));
+    }
+    match step % 50 {
+        10 => frames.push(frame(0x600 + NODE, &[0x40, 0x00, 0x10, 0, 0, 0, 0, 0])),
+        20 => frames.push(frame(0x600 + NODE, &[0x40, 0x64, 0x60, 0, 0, 0, 0, 0])),
+        30 => frames.push(frame(0x600 + NODE, &[0xa0, 0x08, 0x10, 0, 20, 0, 0, 0])),
+        40 => frames.push(frame(
+            0x600 + NODE,
+            &[0x2b, 0x71, 0x60, 0, (step % 200) as u8, 0, 0, 0],
+        )),
+        _ => {}
+    }
+    frames
+}
+
+fn sensors(step: u32) -> Sensors {
+    let wave = (step % 400) as f32 / 200.0 - 1.0;
+    Sensors {
+        shaft_torque: 8.0 * wave,
+        bus_voltage: 24.0 - wave,
+        body: Some(BodySensors {
+            inclination: [0.1 * wave, 0.0],
+            specific_force: [0.0, 0.0, 9.81],
+            ..Default::default()
+        }),
+        ..Default::default()
+    }
+}
+
+/// Runs the script; the answers without their log bytes.
+fn run(mut node: Node) -> Vec<Stepped> {
+    let ready = node.start(&settings(i32::from(NODE)), Some(MOTOR));
+    assert_eq!(ready.refusal, "");
+    let begin = Instant::now();
+    let answers = (0..STEPS)
+        .map(|step| Stepped {
+            log: heapless::Vec::new(),
+            ..node.step(sensors(step), &script(step))
+        })
+        .collect();
+    let seconds = begin.elapsed().as_secs_f64();
+    println!(
+        "{} on {}: {:.0} steps a second",
+        ready.role,
+        ready.board,
+        f64::from(STEPS) / seconds
+    );
+    assert!(
+        node.finish(),
+        "the node ends well when the simulator is gone"
+    );
+    answers
+}
+
+#[test]
+fn emulated_and_native_nodes_answer_alike_to_the_bit() {
+    for (role, native) in ROLES {
+        let native = run(Node::native(native));
+        let emulated = run(Node::emulated(role));
+        for (step, (native, emulated)) in native.iter().zip(&emulated).enumerate() {
+            assert_eq!(
+                native.shaft.velocity.to_bits(),
+                emulated.shaft.velocity.to_bits(),
+                "{role}, step {step}"
+            );
+            assert_eq!(native, emulated, "{role}, step {step}");
+        }
+        assert!(
+            native.iter().any(|answer| !answer.frames.is_empty()),
+            "{role} says nothing"
+        );
+    }
+}
+
+#[test]
+fn every_program_loads_where_the_emulated_board_has_memory() {
+    for (role, _) in ROLES {
+        let bytes = std::fs::read(elf(role)).expect("the program was built");
+        let file = ElfFile32::<object::Endianness>::parse(&*bytes).expect("an ELF file");
+        let vectors = file
+            .section_by_name(".vector_table")
+            .expect("a vector table");
+        assert_eq!(vectors.address(), 0, "{role}");
+        for segment in file.segments() {
+            let address = segment.address();
+            assert!(
+                address < 0x40_0000 || (0x2000_0000..0x2040_0000).contains(&address),
+                "{role} has a segment at {address:#x}: was it linked with another board's memory?"
+            );
+        }
+    }
+}
+
+#[test]
+fn unusable_settings_are_refused_with_the_reason() {
+    for (_, native) in ROLES {
+        let mut node = Node::native(native);
+        let ready = node.start(&[(1, 128)], Some(MOTOR));
+        assert!(ready.refusal.contains("128"), "{}", ready.refusal);
+    }
+}

@@ -1,0 +1,272 @@
+//! Who sends when: the oldest frame of each participant competes, the lowest identifier wins, nobody interrupts a frame.
+
+use super::disturbance::Disturbance;
+use super::figures::Figures;
+use super::wire::{BITS_PER_STEP, worst_case_bits};
+use std::collections::VecDeque;
+use std::fmt;
+use tautrack::can::Frame;
+
+/// Frames that one participant can have waiting: two steps' worth of what the link can carry.
+pub const QUEUE_CAPACITY: usize = 2 * tautrack::link::MAX_FRAMES;
+
+/// A frame that reached its listeners.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Delivered {
+    /// The frame as it was received.
+    pub frame: Frame,
+    /// Participant that sent it, and the only one connected that does not receive it.
+    pub sender: usize,
+    /// Steps from the one in which it was offered to the one in which it is received; at least 1.
+    pub latency_steps: u64,
+}
+
+/// Two participants began to send the same identifier at once. A real bus would see their data bits clash and repeat
+/// both until one gives up; here they follow each other, lower participant first, and the mistake is reported.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Collision {
+    /// The identifier that both used.
+    pub id: u16,
+    /// The participants, the one that went first first.
+    pub participants: [usize; 2],
+}
+
+impl fmt::Display for Collision {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        let [first, second] = self.participants;
+        let id = self.id;
+        write!(
+            f,
+            "participants {first} and {second} both send identifier {id:#05x}"
+        )
+    }
+}
+
+/// A participant offers more than the bus can take off it.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Overflow {
+    /// The participant whose queue is full.
+    pub participant: usize,
+    /// Identifier of the frame that found no place and is not sent.
+    pub id: u16,
+}
+
+impl fmt::Display for Overflow {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        let Self { participant, id } = self;
+        write!(
+            f,
+            "participant {participant} has {QUEUE_CAPACITY} frames waiting for the bus; {id:#05x} found no place"
+        )
+    }
+}
+
+impl std::error::Error for Overflow {}
+
+#[derive(Clone, Copy, Debug)]
+struct Waiting {
+    frame: Frame,
+    offered_at: u64,
+}
+
+#[derive(Clone, Debug, Default)]
+struct Participant {
+    queue: VecDeque<Waiting>,
+    cut_off: bool,
+}
+
+/// A frame whose first bit is sent and whose last is not.
+#[derive(Clone, Copy, Debug)]
+struct InFlight {
+    sender: usize,
+    waiting: Waiting,
+    bits_left: u32,
+}
+
+/// A classic CAN bus at 1 Mbit/s whose participants offer frames between two steps and receive them after the next.
+///
+/// Participants are numbered from 0. A number outside the bus is a mistake of the caller and panics.
+#[derive(Debug)]
+pub struct Bus {
+    participants: Vec<Participant>,
+    in_flight: Option<InFlight>,
+    delivered: Vec<Delivered>,
+    collisions: Vec<Collision>,
+    disturbance: Disturbance,
+    transferred: u64,
+    figures: Figures,
+}
+
+impl Bus {
+    /// An idle bus with so many participants.
+    pub fn new(participants: usize) -> Self {
+        Self {
+            participants: vec![Participant::default(); participants],
+            in_flight: None,
+            delivered: Vec::new(),
+            collisions: Vec::new(),
+            disturbance: Disturbance::default(),
+            transferred: 0,
+            figures: Figures::default(),
+        }
+    }
+
+    /// Queues `frame` behind those that `participant` already has waiting; the next step is the first that can carry it.
+    ///
+    /// # Errors
+    /// [`Overflow`] when [`QUEUE_CAPACITY`] frames wait already; the frame is dropped.
+    pub fn offer(&mut self, participant: usize, frame: Frame) -> Result<(), Overflow> {
+        let Participant { queue, cut_off } = &mut self.participants[participant];
+        if *cut_off {
+            self.figures.count_loss();
+            return Ok(());
+        }
+        if queue.len() >= QUEUE_CAPACITY {
+            let id = frame.id();
+            return Err(Overflow { participant, id });
+        }
+        queue.push_back(Waiting {
+            frame,
+            offered_at: self.figures.steps(),
+        });
+        self.figures.count_queue(queue.len());
+        Ok(())
+    }
+
+    /// Lets one step pass and says what was received in it, in the order of the wire.
+    ///
+    /// The bus carries exactly [`BITS_PER_STEP`]; a frame that began and did not end goes on in the next step.
+    pub fn step(&mut self) -> &[Delivered] {
+        self.delivered.clear();
+        self.collisions.clear();
+        let mut bits_left = BITS_PER_STEP;
+        while let Some(mut sending) = self.in_flight.take().or_else(|| self.arbitrate()) {
+            let sent = sending.bits_left.min(bits_left);
+            bits_left -= sent;
+            sending.bits_left -= sent;
+            if sending.bits_left > 0 {
+                self.in_flight = Some(sending);
+                break;
+            }
+            self.deliver(&sending, BITS_PER_STEP - bits_left);
+            if bits_left == 0 {
+                break;
+            }
+        }
+        self.figures.count_step(BITS_PER_STEP - bits_left);
+        &self.delivered
+    }
+
+    /// What `participant` received in the last step: all but its own frames; nothing while it is cut off.
+    pub fn received_by(&self, participant: usize) -> impl Iterator<Item = &Delivered> {
+        let cut_off = self.participants[participant].cut_off;
+        self.delivered
+            .iter()
+            .filter(move |delivered| !cut_off && delivered.sender != participant)
+    }
+
+    /// Identifiers that two participants used at once in the last step.
+    pub fn collisions(&self) -> &[Collision] {
+        &self.collisions
+    }
+
+    /// Frames that `participant` has waiting, the one that is being sent not counted.
+    pub fn queue_depth(&self, participant: usize) -> usize {
+        self.participants[participant].queue.len()
+    }
+
+    /// Frames that `participant` can still offer without an [`Overflow`].
+    pub fn room(&self, participant: usize) -> usize {
+        QUEUE_CAPACITY - self.queue_depth(participant)
+    }
+
+    /// Load and latency since the start.
+    pub fn figures(&self) -> &Figures {
+        &self.figures
+    }
+
+    /// Unplugs `participant`: from now on it receives nothing, and what it has waiting or offers is lost.
+    pub fn cut_off(&mut self, participant: usize) {
+        let Participant { queue, cut_off } = &mut self.participants[participant];
+        *cut_off = true;
+        for _ in queue.drain(..) {
+            self.figures.count_loss();
+        }
+        if self
+            .in_flight
+            .take_if(|frame| frame.sender == participant)
+            .is_some()
+        {
+            self.figures.count_loss();
+        }
+    }
+
+    /// Plugs `participant` in again.
+    pub fn reconnect(&mut self, participant: usize) {
+        self.participants[participant].cut_off = false;
+    }
+
+    /// Loses each frame with `probability` (0 to 1; 0 ends it) on the wire, where it still takes its time. Equal seeds
+    /// lose the same frames.
+    pub fn lose_frames(&mut self, probability: f64, seed: u64) {
+        self.disturbance.lose(probability, seed);
+    }
+
+    /// Flips data bit `bit` (0 is the lowest of byte 0) in the first frame that has it, counted from frame number
+    /// `from_number` of the run on (the first is 0).
+    pub fn flip_bit(&mut self, from_number: u64, bit: u8) {
+        self.disturbance.flip(from_number, bit);
+    }
+
+    /// The oldest frame of each participant competes; the lowest identifier is taken off its queue.
+    fn arbitrate(&mut self) -> Option<InFlight> {
+        let heads = self.participants.iter().enumerate();
+        let mut heads = heads.filter_map(|(number, participant)| {
+            let head = participant.queue.front()?;
+            Some((head.frame.id(), number))
+        });
+        let mut winner = heads.next()?;
+        let mut rival = None;
+        for head in heads {
+            if head.0 < winner.0 {
+                winner = head;
+                rival = None;
+            } else if head.0 == winner.0 && rival.is_none() {
+                rival = Some(head.1);
+            }
+        }
+        let (id, sender) = winner;
+        if let Some(rival) = rival {
+            let participants = [sender, rival];
+            self.collisions.push(Collision { id, participants });
+            self.figures.count_collision();
+        }
+        let waiting = self.participants[sender].queue.pop_front()?;
+        Some(InFlight {
+            sender,
+            waiting,
+            bits_left: worst_case_bits(&waiting.frame),
+        })
+    }
+
+    /// Hands a frame whose last bit is number `end_bit` of this step to the listeners.
+    fn deliver(&mut self, sent: &InFlight, end_bit: u32) {
+        let number = self.transferred;
+        self.transferred += 1;
+        let InFlight {
+            sender, waiting, ..
+        } = *sent;
+        let Some(frame) = self.disturbance.apply(waiting.frame, number) else {
+            self.figures.count_loss();
+            return;
+        };
+        let whole_steps = self.figures.steps() - waiting.offered_at;
+        let latency_us = whole_steps * u64::from(BITS_PER_STEP) + u64::from(end_bit);
+        self.figures.count_delivery(frame.id(), latency_us);
+        self.delivered.push(Delivered {
+            frame,
+            sender,
+            latency_steps: whole_steps + 1,
+        });
+    }
+}

@@ -1,0 +1,72 @@
+//! Faults of the bus, reproducible to the bit: every decision follows from a seed and the number of the frame.
+
+use tautrack::can::Frame;
+
+/// What befalls frames on the wire, beside participants that are cut off.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Disturbance {
+    loss: Option<Loss>,
+    flip: Option<Flip>,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Loss {
+    /// Frames are lost whose number hashes below this share of 2^64.
+    threshold: u64,
+    seed: u64,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Flip {
+    from_number: u64,
+    bit: u8,
+}
+
+impl Disturbance {
+    pub(super) fn lose(&mut self, probability: f64, seed: u64) {
+        // The cast saturates and turns NaN into zero: probability 1 loses every frame but one in 2^64.
+        let threshold = (probability * 2_f64.powi(64)) as u64;
+        self.loss = (threshold > 0).then_some(Loss { threshold, seed });
+    }
+
+    pub(super) fn flip(&mut self, from_number: u64, bit: u8) {
+        self.flip = Some(Flip { from_number, bit });
+    }
+
+    /// What the listeners get of frame number `number`; `None` is nothing.
+    pub(super) fn apply(&mut self, frame: Frame, number: u64) -> Option<Frame> {
+        if self
+            .loss
+            .is_some_and(|loss| mix(loss.seed ^ mix(number)) < loss.threshold)
+        {
+            return None;
+        }
+        match self.flip {
+            Some(flip) if number >= flip.from_number => match with_flipped_bit(&frame, flip.bit) {
+                Some(flipped) => {
+                    self.flip = None;
+                    Some(flipped)
+                }
+                None => Some(frame),
+            },
+            _ => Some(frame),
+        }
+    }
+}
+
+fn with_flipped_bit(frame: &Frame, bit: u8) -> Option<Frame> {
+    let mut data = [0; 8];
+    let length = frame.data().len();
+    data[..length].copy_from_slice(frame.data());
+    *data[..length].get_mut(usize::from(bit / 8))? ^= 1 << (bit % 8);
+    Frame::new(frame.id(), &data[..length])
+}
+
+/// Output function of `SplitMix64` (Steele, Lea, Flood, "Fast splittable pseudorandom number generators"): a bijection
+/// of 64 bits in which every input bit moves about half of the output bits.
+fn mix(counter: u64) -> u64 {
+    let mut z = counter.wrapping_add(0x9e37_79b9_7f4a_7c15);
+    z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    z ^ (z >> 31)
+}

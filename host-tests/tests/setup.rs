@@ -1,0 +1,205 @@
+//! What a machine lacks is installed where that is allowed, else named in one line.
+
+use proptest::prelude::*;
+use std::io::{Read, Write};
+use std::process::{Command, Stdio};
+use tautrack::link::{FromNode, Start, ToNode, VERSION};
+use tautrack_host_tests::nodes::{self, Board, changes_a_build};
+use tautrack_host_tests::setup::plan::{Packages, after, plan};
+use tautrack_host_tests::setup::{Facts, Missing, QEMU, Rights, Step, Toolchain};
+
+const READY: Facts = Facts {
+    target_library: true,
+    rustup: true,
+    distribution_rust: false,
+    distribution_wanted: false,
+    qemu: true,
+    packages: Some(Packages::Apt),
+    rights: Some(Rights::Root),
+    setup_allowed: true,
+};
+
+fn facts() -> impl Strategy<Value = Facts> {
+    let packages = prop_oneof![
+        Just(None),
+        Just(Some(Packages::Apt)),
+        Just(Some(Packages::Dnf))
+    ];
+    let rights = prop_oneof![
+        Just(None),
+        Just(Some(Rights::Root)),
+        Just(Some(Rights::Sudo))
+    ];
+    (any::<[bool; 6]>(), packages, rights).prop_map(|(bits, packages, rights)| Facts {
+        target_library: bits[0],
+        rustup: bits[1],
+        distribution_rust: bits[2],
+        distribution_wanted: bits[3],
+        qemu: bits[4],
+        packages,
+        rights,
+        setup_allowed: bits[5],
+    })
+}
+
+#[test]
+fn nothing_is_installed_on_a_machine_that_has_all() {
+    assert_eq!(plan(&READY), Ok((Toolchain::Current, vec![])));
+}
+
+#[test]
+fn rustup_is_asked_first_for_a_missing_target_and_the_distribution_when_that_fails() {
+    let bare = Facts {
+        target_library: false,
+        ..READY
+    };
+    assert_eq!(plan(&bare), Ok((Toolchain::Current, vec![Step::AddTarget])));
+    let failed = after(Step::AddTarget, false, &bare, &bare);
+    let install = Step::InstallDistributionRust(Rights::Root);
+    assert_eq!(plan(&failed), Ok((Toolchain::Distribution, vec![install])));
+    let hopeless = after(install, false, &failed, &bare);
+    assert_eq!(plan(&hopeless), Err(Missing::Target));
+}
+
+#[test]
+fn the_distribution_is_taken_when_it_is_asked_for() {
+    let asked = Facts {
+        distribution_wanted: true,
+        distribution_rust: true,
+        ..READY
+    };
+    assert_eq!(plan(&asked), Ok((Toolchain::Distribution, vec![])));
+    let forbidden = Facts {
+        distribution_rust: false,
+        setup_allowed: false,
+        ..asked
+    };
+    assert_eq!(plan(&forbidden), Err(Missing::DistributionRust));
+}
+
+#[test]
+fn commands_use_the_rights_there_are() {
+    let step = Step::InstallQemu(Packages::Dnf, Rights::Sudo);
+    assert_eq!(
+        step.commands(),
+        [["sudo", "-n", "dnf", "install", "-y", QEMU]]
+    );
+    assert!(
+        step.to_string()
+            .ends_with("sudo -n dnf install -y qemu-system-arm")
+    );
+}
+
+#[test]
+fn what_is_missing_is_one_line_that_says_what_to_type() {
+    for missing in [Missing::Target, Missing::DistributionRust, Missing::Qemu] {
+        let text = missing.to_string();
+        assert!(
+            text.contains("type") && text.contains("apt-get install") && !text.contains('\n'),
+            "{text}"
+        );
+    }
+    let qemu = Missing::Qemu.to_string();
+    assert!(
+        qemu.contains("dnf install qemu-system-arm") && qemu.contains("brew install qemu"),
+        "{qemu}"
+    );
+}
+
+proptest! {
+    #[test]
+    fn nothing_is_ever_installed_when_that_is_forbidden(facts in facts()) {
+        let facts = Facts { setup_allowed: false, ..facts };
+        if let Ok((_, steps)) = plan(&facts) {
+            prop_assert_eq!(steps, vec![]);
+        }
+    }
+
+    #[test]
+    fn setting_up_ends_even_when_every_step_fails(facts in facts()) {
+        let mut now = facts;
+        for _ in 0..4 {
+            match plan(&now) {
+                Ok((_, steps)) if !steps.is_empty() => now = after(steps[0], false, &now, &facts),
+                _ => return Ok(()),
+            }
+        }
+        prop_assert!(false, "still trying: {now:?}");
+    }
+}
+
+#[test]
+fn surroundings_of_cargo_do_not_reach_the_build_of_the_nodes() {
+    for name in [
+        "CARGO_ENCODED_RUSTFLAGS",
+        "CARGO_PROFILE_FIRMWARE_LTO",
+        "RUSTFLAGS",
+        "RUSTC_WRAPPER",
+        "DEFMT_LOG",
+    ] {
+        assert!(changes_a_build(name.as_ref()), "{name}");
+    }
+    for name in [
+        "PATH",
+        "CARGO_HOME",
+        "CARGO_HTTP_CAINFO",
+        "CARGO_NET_OFFLINE",
+        "RUSTUP_TOOLCHAIN",
+        "HTTPS_PROXY",
+    ] {
+        assert!(!changes_a_build(name.as_ref()), "{name}");
+    }
+}
+
+#[test]
+fn nodes_are_built_and_answer_in_qemu() {
+    let programs = nodes::build(Board::Qemu).unwrap_or_else(|error| panic!("{error}"));
+    for (role, program) in [
+        ("axle", &programs.axle),
+        ("screw", &programs.screw),
+        ("guard", &programs.guard),
+    ] {
+        assert_eq!(program.sha256.len(), 64);
+        let mut node = Command::new(QEMU)
+            .args([
+                "-M",
+                "mps2-an386",
+                "-nographic",
+                "-monitor",
+                "none",
+                "-serial",
+                "none",
+            ])
+            .args(["-semihosting-config", "enable=on,target=native", "-kernel"])
+            .arg(&program.path)
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .spawn()
+            .unwrap();
+        let start = Start {
+            version: VERSION,
+            seed: 1,
+            settings: heapless::Vec::new(),
+            motor: None,
+        };
+        let body = postcard::to_allocvec(&ToNode::Start(start)).unwrap();
+        let mut input = node.stdin.take().unwrap();
+        input.write_all(&(body.len() as u16).to_le_bytes()).unwrap();
+        input.write_all(&body).unwrap();
+        let mut output = node.stdout.take().unwrap();
+        let mut length = [0; 2];
+        output.read_exact(&mut length).unwrap();
+        let mut body = vec![0; usize::from(u16::from_le_bytes(length))];
+        output.read_exact(&mut body).unwrap();
+        let FromNode::Ready(ready) = postcard::from_bytes(&body).unwrap() else {
+            panic!("{role} does not begin with Ready");
+        };
+        assert_eq!(
+            (ready.version, ready.role.as_str(), ready.board.as_str()),
+            (VERSION, role, "mps2")
+        );
+        drop(input);
+        node.kill().unwrap();
+        node.wait().unwrap();
+    }
+}
