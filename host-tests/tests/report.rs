@@ -26,7 +26,8 @@ fn climb(scenario: &Scenario, seconds: u32) -> Vec<Sample> {
     let radius = scenario.robot.pulley_radius_m;
     let noses: Vec<[f64; 2]> = scenario
         .terrain
-        .profile(-1.0, 9.0)
+        .ground()
+        .section(-1.0, 8.0)
         .windows(2)
         .filter(|pair| pair[1][1] > pair[0][1])
         .map(|pair| pair[1])

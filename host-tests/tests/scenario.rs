@@ -1,7 +1,7 @@
 //! Scenario files: good ones survive a round trip, bad ones are refused with one sentence that names the culprit.
 
 use std::path::{Path, PathBuf};
-use tautrack_host_tests::scenario::{BusView, NodeName, Scenario, Script, Terrain};
+use tautrack_host_tests::scenario::{BusView, NodeName, Scenario, Script};
 
 fn scenarios() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios")
@@ -105,7 +105,7 @@ fn an_impossible_value_is_refused_with_key_value_and_bound() {
         (
             "chassis_deg = 0.0",
             "chassis_deg = 361",
-            "operator.event[0].chassis_deg is 361; it must be at most 120 deg",
+            "operator.event[0].chassis_deg is 361; it must be at most 100 deg (the travel of the chassis joint)",
         ),
         (
             "{ pitch_above_deg = 8.0 }",
@@ -205,11 +205,8 @@ fn every_terrain_fault_and_load_can_be_written() {
     );
     let landing = "landed = true\ntoppled = false\nlanding_between_s = [15.0, 40.0]";
     for (terrain, last_nose) in [
-        (
-            "[terrain.curb]\nheight_m = 0.2\nnose_m = 1.2\nwidth_m = 2\n",
-            Some(1.2),
-        ),
-        ("[terrain.slope]\nangle_deg = -20\nstart_m = 1.0\n", None),
+        ("[terrain.curb]\nheight_m = 0.2\nnose_m = 1.2\n", Some(1.2)),
+        ("[terrain.slope]\nangle_deg = -20\n", None),
     ] {
         let text = stairs
             .replace(&stairs[begin..end], terrain)
@@ -317,30 +314,29 @@ fn an_empty_or_absent_file_is_refused() {
 }
 
 #[test]
-fn the_terrain_rises_by_every_riser_and_ends_level() {
-    let stairs = Terrain::Stairs {
-        riser_m: 0.15,
-        run_m: 0.28,
-        count: 3,
-        width_m: 2.0,
-        first_nose_m: 1.0,
-    };
-    let expected = [
-        [-1.0, 0.0],
-        [1.0, 0.0],
-        [1.0, 0.15],
-        [1.28, 0.15],
-        [1.28, 0.30],
-        [1.56, 0.30],
-        [1.56, 0.45],
-        [4.0, 0.45],
+fn the_plant_gets_what_the_file_says() {
+    let text = staircase_text()
+        .replace("k_m = 1.232", "k_m = 0.9")
+        .replace("com_offset_m = 0.0", "com_offset_m = -0.02")
+        .replace("friction = 1.0", "friction = 0.7");
+    let scenario = Scenario::parse(&text, "plant.toml").unwrap();
+    let parameters = scenario.parameters();
+    let got = [
+        parameters.k,
+        parameters.body_1_com_height,
+        parameters.friction,
+        parameters.pulley_radius,
     ];
-    let profile = stairs.profile(-1.0, 4.0);
-    assert_eq!(profile.len(), expected.len());
-    for (got, expected) in profile.iter().flatten().zip(expected.iter().flatten()) {
-        assert!((got - expected).abs() < 1e-12, "{profile:?}");
-    }
-    assert!((stairs.last_nose_m().unwrap() - 1.56).abs() < 1e-12);
+    assert_eq!(got, [0.9, -0.02, 0.7, 0.05]);
+    // L2 + L3 of the straight robot is (K - L1) / 2, which the screw's travel must reach.
+    let straight = (0.9 - 0.32) / 2.0 - 0.23;
+    assert!(parameters.screw_travel[0] < straight && straight < parameters.screw_travel[1]);
+    let section = scenario.terrain.ground().section(0.0, 4.0);
+    let highest = section.iter().map(|corner| corner[1]).fold(0.0, f64::max);
+    assert!(
+        (highest - 0.75).abs() < 1e-12
+            && (scenario.terrain.last_nose_m().unwrap() - 2.72).abs() < 1e-12
+    );
 }
 
 #[test]

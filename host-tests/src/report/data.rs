@@ -1,7 +1,7 @@
 //! Samples as columns of integers, each with the value of one: about a quarter of the size of rounded decimals.
 
 use crate::record::Sample;
-use crate::scenario::{Robot, Scenario};
+use crate::scenario::Scenario;
 use crate::summary::{Summary, intervenes};
 use serde_json::{Map, Value, json};
 
@@ -75,9 +75,9 @@ pub(super) fn pack(scenario: &Scenario, summary: &Summary, samples: &[Sample]) -
         "guardOn": scenario.guard,
         "friction": scenario.friction,
         "robot": scenario.robot,
-        "l1": Robot::L1_M,
-        "l2": Robot::L2_M,
-        "terrain": scenario.terrain.profile(least_x.min(0.0) - 0.6, end),
+        "l1": scenario.parameters().l1,
+        "l2": scenario.parameters().l2,
+        "terrain": scenario.terrain.ground().section(least_x.min(0.0) - 0.6, end),
         "summary": summary,
         "stride": stride,
         "columns": columns,

@@ -1,13 +1,7 @@
 //! Every bound of a scenario in one place.
 
 use super::{Description, Event, Fault, FaultKind, Problem, Robot, Scenario, Terrain, When};
-
-/// The screw's stated errors hold from `K / L1` = 2.4 on, and from `K = L1 + 2 L2` on its extension is never negative.
-const LEAST_K_M: f64 = {
-    let untorn = Robot::L1_M + 2.0 * Robot::L2_M;
-    let stated = 2.4 * Robot::L1_M;
-    if untorn > stated { untorn } else { stated }
-};
+use crate::plant::b2p2::B2p2Parameters;
 
 impl Description {
     /// Checks every value.
@@ -103,10 +97,13 @@ impl Description {
 
 impl Robot {
     fn check(&self) -> Result<(), Problem> {
+        let B2p2Parameters { l1, l2, .. } = B2p2Parameters::nominal();
+        // From `L1 + 2 L2` on the extension is never negative; from `K / L1` = 2.4 on the screw's stated errors hold.
+        let least_k = f64::max(l1 + 2.0 * l2, 2.4 * l1);
         within(
             "robot.k_m",
             self.k_m,
-            LEAST_K_M,
+            least_k,
             2.0,
             "m (the least is L1 + 2 L2 and 2.4 L1 of the robot)",
         )?;
@@ -136,20 +133,15 @@ impl Robot {
 
     /// Foremost point of the robot at the start, for any chassis angle: straight, axle 3 is at `(K + L1) / 2`.
     fn front_m(&self) -> f64 {
-        f64::midpoint(self.k_m, Self::L1_M) + self.pulley_radius_m
+        f64::midpoint(self.k_m, self.parameters().l1) + self.pulley_radius_m
     }
 }
 
 impl Terrain {
     fn check(&self, robot: &Robot) -> Result<(), Problem> {
         let ahead = |key: &str, x: f64| {
-            within(
-                key,
-                x,
-                robot.front_m(),
-                100.0,
-                "m (the least is where the robot's front stands at the start)",
-            )
+            let unit = "m (the least is where the robot's front stands at the start)";
+            within(key, x, robot.front_m(), 50.0, unit)
         };
         match *self {
             Self::Flat => Ok(()),
@@ -159,25 +151,30 @@ impl Terrain {
                 count,
                 width_m,
                 first_nose_m,
+                landing_m,
             } => {
                 within("terrain.stairs.riser_m", riser_m, 0.01, 0.5, "m")?;
                 within("terrain.stairs.run_m", run_m, 0.05, 2.0, "m")?;
-                within("terrain.stairs.count", f64::from(count), 1.0, 100.0, "")?;
+                within("terrain.stairs.count", f64::from(count), 1.0, 20.0, "")?;
                 within("terrain.stairs.width_m", width_m, 0.8, 20.0, "m")?;
+                within("terrain.stairs.landing_m", landing_m, 0.5, 50.0, "m")?;
                 ahead("terrain.stairs.first_nose_m", first_nose_m)
             }
             Self::Curb {
                 height_m,
                 nose_m,
-                width_m,
+                depth_m,
             } => {
                 within("terrain.curb.height_m", height_m, 0.01, 0.5, "m")?;
-                within("terrain.curb.width_m", width_m, 0.8, 20.0, "m")?;
+                within("terrain.curb.depth_m", depth_m, 0.05, 50.0, "m")?;
                 ahead("terrain.curb.nose_m", nose_m)
             }
-            Self::Slope { angle_deg, start_m } => {
-                within("terrain.slope.angle_deg", angle_deg, -60.0, 60.0, "deg")?;
-                ahead("terrain.slope.start_m", start_m)
+            Self::Slope {
+                angle_deg,
+                side_deg,
+            } => {
+                within("terrain.slope.angle_deg", angle_deg, -75.0, 75.0, "deg")?;
+                within("terrain.slope.side_deg", side_deg, -75.0, 75.0, "deg")
             }
         }
     }
@@ -291,7 +288,14 @@ impl Fault {
 }
 
 fn chassis(key: &str, angle_deg: f64) -> Result<(), Problem> {
-    within(key, angle_deg, -120.0, 120.0, "deg")
+    let [least, most] = B2p2Parameters::nominal().joint_travel.map(f64::to_degrees);
+    within(
+        key,
+        angle_deg,
+        least,
+        most,
+        "deg (the travel of the chassis joint)",
+    )
 }
 
 /// Bounds included. A NaN or infinity is told apart, because its bound is not the point.

@@ -1,11 +1,13 @@
 //! Scenarios: one TOML file says what a run is made of and what must come out of it.
 //!
 //! [`Description`] is the file as written; [`Scenario`] is a description that passed every check, so nothing checks again.
-//! `fault` is what can go wrong, `check` holds all bounds, `error` says what was bad and where, `script` plays the operator.
+//! `fault` is what can go wrong, `plant` turns values into the plant's, `check` holds all bounds, `error` says what was bad
+//! and where, `script` plays the operator.
 
 mod check;
 mod error;
 mod fault;
+mod plant;
 mod script;
 
 pub use error::{Problem, ScenarioError};
@@ -95,14 +97,13 @@ fn on() -> bool {
     true
 }
 
-/// The ground; flat before and beyond what is named, and wide everywhere but on stairs and curb.
+/// The ground; level where nothing is said.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum Terrain {
     /// Level ground without end.
     Flat,
     /// Stairs up to a landing.
-    #[serde(rename_all = "snake_case")]
     Stairs {
         /// Height of one step.
         riser_m: f64,
@@ -114,75 +115,32 @@ pub enum Terrain {
         width_m: f64,
         /// x of the first nose.
         first_nose_m: f64,
+        /// Length of the landing.
+        #[serde(default = "landing")]
+        landing_m: f64,
     },
-    /// One step up without end behind it.
+    /// One step up and, behind it, down again.
     Curb {
         /// Height.
         height_m: f64,
         /// x of its nose.
         nose_m: f64,
-        /// Width, centred on y = 0.
-        width_m: f64,
+        /// Length along x.
+        #[serde(default = "landing")]
+        depth_m: f64,
     },
-    /// A plane that begins to rise at x = `start_m`, without end.
+    /// A plane without end, on which the robot starts.
     Slope {
-        /// Inclination; negative goes down.
+        /// Rise along x.
         angle_deg: f64,
-        /// x of its lower edge.
-        start_m: f64,
+        /// Rise to the left.
+        #[serde(default)]
+        side_deg: f64,
     },
 }
 
-impl Terrain {
-    /// x of the last nose, beyond which the landing lies; `None` on flat ground and slopes.
-    pub fn last_nose_m(&self) -> Option<f64> {
-        match *self {
-            Self::Stairs {
-                run_m,
-                count,
-                first_nose_m,
-                ..
-            } => Some(first_nose_m + f64::from(count - 1) * run_m),
-            Self::Curb { nose_m, .. } => Some(nose_m),
-            Self::Flat | Self::Slope { .. } => None,
-        }
-    }
-
-    /// Side view of the ground between two x, as corner points (x, z) from left to right.
-    pub fn profile(&self, from_m: f64, to_m: f64) -> Vec<[f64; 2]> {
-        let mut points = vec![[from_m, 0.0]];
-        let mut end_z = 0.0;
-        match *self {
-            Self::Flat => {}
-            Self::Stairs {
-                riser_m,
-                run_m,
-                count,
-                first_nose_m,
-                ..
-            } => {
-                for step in 0..count {
-                    let x = first_nose_m + f64::from(step) * run_m;
-                    points.push([x, end_z]);
-                    end_z = f64::from(step + 1) * riser_m;
-                    points.push([x, end_z]);
-                }
-            }
-            Self::Curb {
-                height_m, nose_m, ..
-            } => {
-                points.push([nose_m, 0.0]);
-                points.push([nose_m, height_m]);
-                end_z = height_m;
-            }
-            Self::Slope { angle_deg, start_m } => {
-                points.push([start_m, 0.0]);
-                end_z = (to_m - start_m).max(0.0) * angle_deg.to_radians().tan();
-            }
-        }
-        points.push([to_m, end_z]);
-        points
-    }
+fn landing() -> f64 {
+    6.0
 }
 
 /// What the papers leave open about the robot; DESIGN.md section 6 has the nominal values and their reasons.
@@ -199,13 +157,6 @@ pub struct Robot {
     /// Load beside the robot's own mass.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub payload: Option<Payload>,
-}
-
-impl Robot {
-    /// Distance of axles 1 and 2, `L1` (Paillat, Lucidarme, Hardouin, B2P2, table of constants).
-    pub const L1_M: f64 = 0.32;
-    /// Length of body 2, `L2` (same table).
-    pub const L2_M: f64 = 0.23;
 }
 
 /// A point mass fixed to body 1.

@@ -149,7 +149,7 @@ impl B2p2Parameters {
         }
     }
 
-    /// The nominal robot with another belt: everything that follows from K follows.
+    /// The nominal robot with another track constant K, m, and the screw's travel that goes with it.
     pub fn with_track_constant(k: f64) -> Self {
         let (l1, l2) = (0.32, 0.23);
         let extension = |theta: f64| taut_length(k, l1, theta) - l2;

@@ -1,0 +1,80 @@
+//! From a scenario's values to the plant's.
+
+use super::{Description, Robot, Terrain};
+use crate::plant::b2p2::{B2p2Parameters, Payload};
+use crate::plant::terrain::{Stairs, Terrain as Ground};
+
+impl Description {
+    /// The robot and its ground contact, as the plant takes them.
+    pub fn parameters(&self) -> B2p2Parameters {
+        B2p2Parameters {
+            friction: self.friction,
+            payload: self.robot.payload.as_ref().map(|payload| Payload {
+                mass: payload.mass_kg,
+                place: payload.place_m,
+                from_time_s: payload.from_s,
+            }),
+            ..self.robot.parameters()
+        }
+    }
+}
+
+impl Robot {
+    /// The robot alone, without load and ground.
+    pub(super) fn parameters(&self) -> B2p2Parameters {
+        B2p2Parameters {
+            pulley_radius: self.pulley_radius_m,
+            body_1_com_height: self.com_offset_m,
+            ..B2p2Parameters::with_track_constant(self.k_m)
+        }
+    }
+}
+
+impl Terrain {
+    /// The ground as the plant takes it.
+    pub fn ground(&self) -> Ground {
+        match *self {
+            Self::Flat => Ground::Flat,
+            Self::Stairs {
+                riser_m,
+                run_m,
+                count,
+                width_m,
+                first_nose_m,
+                landing_m,
+            } => Ground::Stairs(Stairs {
+                riser: riser_m,
+                run: run_m,
+                count: count as usize,
+                width: width_m,
+                first_nose_x: first_nose_m,
+                landing: landing_m,
+            }),
+            Self::Curb {
+                height_m,
+                nose_m,
+                depth_m,
+            } => Ground::Curb {
+                height: height_m,
+                front_x: nose_m,
+                depth: depth_m,
+            },
+            Self::Slope {
+                angle_deg,
+                side_deg,
+            } => Ground::Incline {
+                pitch: angle_deg.to_radians(),
+                roll: side_deg.to_radians(),
+            },
+        }
+    }
+
+    /// x of the last nose, beyond which the landing lies; `None` on flat ground and slopes.
+    pub fn last_nose_m(&self) -> Option<f64> {
+        match self.ground() {
+            Ground::Stairs(stairs) => Some(stairs.last_nose_x()),
+            Ground::Curb { front_x, .. } => Some(front_x),
+            Ground::Flat | Ground::Incline { .. } => None,
+        }
+    }
+}
