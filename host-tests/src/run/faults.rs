@@ -3,7 +3,7 @@
 use super::listener::{Listener, Notice};
 use super::process::Node;
 use crate::bus::Bus;
-use crate::scenario::{Fault, FaultKind, NodeName, Scenario};
+use crate::scenario::{Fault, FaultKind, Scenario};
 use crate::summary::FaultFacts;
 
 struct Planned {
@@ -133,7 +133,7 @@ fn microseconds(time_s: f64) -> u64 {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use crate::scenario::NodeName;
 
     #[test]
     fn node_names_are_the_numbers_of_their_nodes() {

@@ -171,8 +171,8 @@ impl Run {
             });
         }
         let plant = B2p2::new(
-            &robot::plant_parameters(scenario),
-            &robot::terrain(scenario),
+            &scenario.parameters(),
+            &scenario.terrain.ground(),
             scenario.seed,
         );
         Ok(Self {
@@ -199,7 +199,12 @@ impl Run {
         let mut inboxes = [const { heapless::Vec::<Frame, MAX_FRAMES>::new() }; NODES];
         for (index, inbox) in inboxes.iter_mut().enumerate() {
             // A bus at 1 Mbit/s cannot deliver more in one step than the inbox holds.
-            inbox.extend(self.bus.received_by(index).copied().take(MAX_FRAMES));
+            inbox.extend(
+                self.bus
+                    .received_by(index)
+                    .map(|delivered| delivered.frame)
+                    .take(MAX_FRAMES),
+            );
         }
         for (index, frames) in inboxes.into_iter().enumerate() {
             let sensors = self.sensors(index);

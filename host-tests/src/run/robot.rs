@@ -1,8 +1,6 @@
-//! B2P2 as simulated: what each node is told about itself, what motor it has, and what body it moves.
+//! B2P2's nodes: their ids, what each is told about itself, and what motor it has.
 
-use crate::plant::b2p2::{B2p2Parameters, Payload};
-use crate::plant::terrain::{Stairs, Terrain as Ground};
-use crate::scenario::{NodeName, Scenario, Terrain};
+use crate::scenario::{NodeName, Scenario};
 use heapless::Vec;
 use tautrack::link::{MAX_SETTINGS, MotorModel};
 use tautrack::settings::Setting;
@@ -126,56 +124,4 @@ pub fn motor(name: NodeName) -> Option<MotorModel> {
         current_noise: 0.02,
         current_quantum: 0.01,
     })
-}
-
-/// Parameters of the plant: nominal but for what the scenario sets.
-pub fn plant_parameters(scenario: &Scenario) -> B2p2Parameters {
-    let robot = &scenario.robot;
-    let nominal = B2p2Parameters::with_track_constant(robot.k_m);
-    B2p2Parameters {
-        pulley_radius: robot.pulley_radius_m,
-        body_1_com_height: robot.com_offset_m,
-        friction: scenario.friction,
-        // As after a night on the shelf: nothing is known, and the belt hangs a little.
-        initial_theta: 0.1,
-        initial_extension_error: -0.003,
-        payload: robot.payload.as_ref().map(|payload| Payload {
-            mass: payload.mass_kg,
-            place: payload.place_m,
-            from_time_s: payload.from_s,
-        }),
-        ..nominal
-    }
-}
-
-/// The ground of a scenario.
-pub fn terrain(scenario: &Scenario) -> Ground {
-    match scenario.terrain {
-        Terrain::Flat => Ground::Flat,
-        Terrain::Stairs {
-            riser_m,
-            run_m,
-            count,
-            width_m,
-            first_nose_m,
-        } => Ground::Stairs(Stairs {
-            riser: riser_m,
-            run: run_m,
-            count: count as usize,
-            width: width_m,
-            first_nose_x: first_nose_m,
-            landing: 6.0,
-        }),
-        Terrain::Curb {
-            height_m, nose_m, ..
-        } => Ground::Curb {
-            height: height_m,
-            front_x: nose_m,
-            depth: 50.0,
-        },
-        Terrain::Slope { angle_deg, start_m } => Ground::Slope {
-            pitch: angle_deg.to_radians(),
-            start_x: start_m,
-        },
-    }
 }

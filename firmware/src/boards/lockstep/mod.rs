@@ -31,6 +31,7 @@ pub static LOG: Mutex<RefCell<LogBuffer>> = Mutex::new(RefCell::new(LogBuffer::n
 
 static INPUTS: Mutex<RefCell<Inputs>> = Mutex::new(RefCell::new(Inputs {
     sensors: Sensors {
+        encoder_frozen: false,
         shaft_torque: 0.0,
         bus_voltage: 0.0,
         switches: tautrack::link::Switches {

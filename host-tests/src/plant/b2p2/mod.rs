@@ -225,6 +225,7 @@ impl Plant for B2p2 {
             _ => panic!("B2P2 has {MOTORS} motors, there is no motor {motor}"),
         };
         Sensors {
+            encoder_frozen: false,
             shaft_torque: torque as f32,
             bus_voltage: p.bus_voltage as f32,
             switches,

@@ -1,0 +1,8 @@
+//! `cargo demo`: builds the nodes, runs a scenario with them, and writes what came out.
+
+use std::process::ExitCode;
+use tautrack_host_tests::demo;
+
+fn main() -> ExitCode {
+    demo::main(std::env::args_os().skip(1))
+}

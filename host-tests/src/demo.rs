@@ -1,0 +1,179 @@
+//! `cargo demo`: the command line, the run, the three files and the verdict.
+
+use crate::nodes::{self, Board};
+use crate::run::{self, Options, Outcome, Progress};
+use crate::scenario::Scenario;
+use crate::setup;
+use crate::slcan::SlcanPort;
+use crate::summary::Summary;
+use crate::{log, report};
+use clap::{Parser, ValueEnum};
+use indicatif::{ProgressBar, ProgressStyle};
+use std::ffi::OsString;
+use std::fs::{self, File};
+use std::io::BufWriter;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+/// Exit status of bad arguments and bad scenario files, as of unmet expectations the failure status 1.
+const USAGE: u8 = 2;
+
+/// Runs the firmware nodes of a robot against simulated physics and reports what came out.
+#[derive(Parser)]
+#[command(name = "cargo demo", version)]
+struct Arguments {
+    /// Scenario file; the staircase of the B2P2 paper when absent
+    #[arg(long, value_name = "FILE")]
+    scenario: Option<PathBuf>,
+    /// What the nodes run on: the Cortex-M4F that QEMU emulates, or this computer
+    #[arg(long, value_enum, default_value_t = Nodes::Qemu)]
+    nodes: Nodes,
+    /// Overrides the scenario: whether the guard's filter limits the operator
+    #[arg(long, value_enum)]
+    guard: Option<Switch>,
+    /// Folder for summary.json, run.mcap and report.html
+    #[arg(long, value_name = "DIR", default_value = "target/demo")]
+    out: PathBuf,
+    /// Overrides the scenario: seed of all noise
+    #[arg(long, value_name = "N")]
+    seed: Option<u64>,
+    /// At most so many virtual seconds per second
+    #[arg(long, value_name = "FACTOR", value_parser = positive)]
+    speed: Option<f64>,
+    /// Lets a CAN client (python-can, slcan) take part through this TCP address
+    #[arg(long, value_name = "ADDR:PORT")]
+    slcan: Option<String>,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum Nodes {
+    Qemu,
+    Native,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum Switch {
+    On,
+    Off,
+}
+
+fn positive(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(value) if value > 0.0 && value.is_finite() => Ok(value),
+        _ => Err("it must be a number above 0".into()),
+    }
+}
+
+/// Runs the command; its exit status is 0 if the scenario's expectation holds, 1 if not or if the run broke, 2 for bad
+/// arguments and bad scenario files.
+pub fn main(arguments: impl Iterator<Item = OsString>) -> ExitCode {
+    let name = std::iter::once(OsString::from("cargo demo"));
+    let arguments =
+        Arguments::try_parse_from(name.chain(arguments)).unwrap_or_else(|error| error.exit());
+    let scenario = match scenario(&arguments) {
+        Ok(scenario) => scenario,
+        Err(message) => return fail(&message, USAGE),
+    };
+    match run(&arguments, &scenario) {
+        Ok(summary) => {
+            println!("\n{summary}");
+            println!(
+                "\n{} has summary.json, run.mcap and report.html",
+                arguments.out.display()
+            );
+            ExitCode::from(u8::from(!summary.expectation_met))
+        }
+        Err(message) => fail(&message, 1),
+    }
+}
+
+fn fail(message: &str, status: u8) -> ExitCode {
+    eprintln!("error: {message}");
+    ExitCode::from(status)
+}
+
+fn scenario(arguments: &Arguments) -> Result<Scenario, String> {
+    let shipped = || setup::machine::root().join("host-tests/scenarios/staircase.toml");
+    let path = arguments.scenario.clone().unwrap_or_else(shipped);
+    let scenario = Scenario::load(&path).map_err(|error| error.to_string())?;
+    let mut description = scenario.description();
+    if let Some(guard) = arguments.guard {
+        description.guard = matches!(guard, Switch::On);
+    }
+    description.seed = arguments.seed.unwrap_or(description.seed);
+    description
+        .check()
+        .map_err(|problem| format!("{}: {problem}", path.display()))
+}
+
+fn run(arguments: &Arguments, scenario: &Scenario) -> Result<Summary, String> {
+    let board = match arguments.nodes {
+        Nodes::Qemu => Board::Qemu,
+        Nodes::Native => Board::Native,
+    };
+    println!("building the nodes ...");
+    let programs = nodes::build(board).map_err(|error| error.to_string())?;
+    let slcan = match &arguments.slcan {
+        Some(address) => {
+            let port = SlcanPort::bind(address)
+                .map_err(|error| format!("cannot listen on {address}: {error}"))?;
+            println!("a CAN client can join at {address}");
+            Some(port)
+        }
+        None => None,
+    };
+    println!("{}: {}", scenario.name, scenario.about);
+    let bar = bar(scenario.duration_s);
+    let mut show = |progress: &Progress| {
+        bar.set_position((progress.time_s * 1e3) as u64);
+        let Progress {
+            time_s,
+            speed,
+            state,
+        } = progress;
+        bar.set_message(format!("{time_s:6.2} s  {speed:6.3} m/s  {state}"));
+    };
+    let options = Options {
+        speed: arguments.speed,
+        slcan,
+        ..Options::default()
+    };
+    let outcome =
+        run::run(scenario, &programs, options, &mut show).map_err(|error| error.to_string())?;
+    bar.finish_and_clear();
+    let summary = Summary::new(scenario, &outcome.facts, &outcome.samples);
+    write(&arguments.out, scenario, &summary, &outcome)
+        .map_err(|error| format!("cannot write to {}: {error}", arguments.out.display()))?;
+    Ok(summary)
+}
+
+fn bar(duration_s: f64) -> ProgressBar {
+    let style = ProgressStyle::with_template("{bar:32} {msg}")
+        .unwrap_or_else(|_| ProgressStyle::default_bar());
+    ProgressBar::new((duration_s * 1e3) as u64).with_style(style)
+}
+
+fn write(
+    folder: &Path,
+    scenario: &Scenario,
+    summary: &Summary,
+    outcome: &Outcome,
+) -> Result<(), Box<dyn std::error::Error>> {
+    fs::create_dir_all(folder)?;
+    serde_json::to_writer_pretty(
+        BufWriter::new(File::create(folder.join("summary.json"))?),
+        summary,
+    )?;
+    log::write(
+        &outcome.samples,
+        BufWriter::new(File::create(folder.join("run.mcap"))?),
+    )?;
+    fs::write(
+        folder.join("report.html"),
+        report::html(scenario, summary, &outcome.samples),
+    )?;
+    if !outcome.log.is_empty() {
+        fs::write(folder.join("nodes.log"), outcome.log.join("\n"))?;
+    }
+    Ok(())
+}
