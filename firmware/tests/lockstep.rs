@@ -33,7 +33,7 @@ fn script(step: u32) -> Vec<Frame> {
         30 => frames.push(frame(0x600 + NODE, &[0xa0, 0x08, 0x10, 0, 20, 0, 0, 0])),
         40 => frames.push(frame(
             0x600 + NODE,
-            &[0x2b, 0x71, 0x60, 0, (step % 200) as u8, 0, 0, 0],
+            &[0x2b, 0x7a, 0x60, 0, (step % 200) as u8, 0, 0, 0],
         )),
         _ => {}
     }
