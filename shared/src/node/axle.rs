@@ -331,15 +331,16 @@ impl Axle {
         };
         self.command_us = inputs.now_us;
         let risen = set_point.controlword & !self.controlword;
+        let command = Command::from_controlword(set_point.controlword);
+        // A master that went on commanding "enable" through a fault does not mean the axle to start at its reset.
+        let stale = command == Command::from_controlword(self.controlword);
         self.controlword = set_point.controlword;
         if risen & CONTROL_FAULT_RESET != 0 {
             self.reset_fault();
         }
-        let after = self
-            .state
-            .after(Command::from_controlword(set_point.controlword));
+        let after = self.state.after(command);
         let re_enabling = self.state == State::QuickStopActive && after == State::OperationEnabled;
-        if after != self.state && !(re_enabling && self.fault.is_some()) {
+        if after != self.state && !(re_enabling && (stale || self.fault.is_some())) {
             self.enter(after);
         }
         if set_point.mode != self.mode {
@@ -400,7 +401,8 @@ impl Axle {
 
     /// Velocity that carries the set-point to the new target within one SYNC period.
     fn interpolate(&mut self) {
-        if self.mode == mode::CYCLIC_POSITION && self.state == State::OperationEnabled {
+        let follows = self.mode == mode::CYCLIC_POSITION && self.referenced;
+        if follows && self.state == State::OperationEnabled {
             let target = self.target_position();
             let distance = to_radians(target.wrapping_sub(self.motion.position));
             let wanted = distance / (self.sync_ticks as f32 * CONTROL_PERIOD);
