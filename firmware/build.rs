@@ -1,31 +1,15 @@
 //! Generates one object dictionary per role, and gives the linker the board's script.
 
-use std::{env, error::Error, fs, path::Path};
-use zencan_common::device_config::{DefaultValue, DeviceConfig, Object};
-use zencan_common::objects::AccessType;
+#[path = "dictionary/load.rs"]
+mod dictionary;
 
-/// Role, and its device type (0x1000): the device profile in the low half, its kind of device in the high half.
-const ROLES: [(&str, u32); 3] = [
-    ("axle", 0x0002_0192),  // CiA 402, servo drive
-    ("screw", 0x0002_0192), // the same
-    ("guard", 0x0002_019A), // CiA 410, two axes of 16 bit
-];
+use std::{env, error::Error, fs, path::Path};
 
 fn main() -> Result<(), Box<dyn Error>> {
     let out = env::var("OUT_DIR")?;
     println!("cargo:rerun-if-changed=dictionary");
-    for (role, device_type) in ROLES {
-        let mut config = DeviceConfig::load(format!("dictionary/{role}.toml"))?;
-        for object in &mut config.objects {
-            if let Object::Var(var) = &mut object.object {
-                // The stack fixes both: it would say "no profile", and never let a client set the heartbeat.
-                match object.index {
-                    0x1000 => var.default_value = Some(DefaultValue::Integer(device_type.into())),
-                    0x1017 => var.access_type = AccessType::Rw.into(),
-                    _ => {}
-                }
-            }
-        }
+    for (role, device_type) in dictionary::ROLES {
+        let config = dictionary::load(Path::new("dictionary"), role, device_type)?;
         let code = zencan_build::device_config_to_string(&config, false)?;
         fs::write(Path::new(&out).join(format!("{role}.rs")), code)?;
     }

@@ -1,6 +1,9 @@
-//! The PDO maps of the dictionaries are the codecs of `tautrack::bus::pdo`: what a node sends is what another reads.
+//! The PDO maps of the dictionaries are the codecs of `tautrack::bus::pdo`: what a node sends is what another reads. And
+//! the EDS files in docs/eds are what a running node holds.
 
 mod node;
+
+use std::path::Path;
 
 use node::{Node, ROLES, settings};
 use tautrack::bus::network::function::{RPDO, TPDO};
@@ -15,14 +18,56 @@ const NODE: u16 = 9;
 
 /// An object of up to four bytes, read from the running node.
 fn read(node: &mut Node, index: u16, sub: u8) -> u32 {
+    read_sized(node, index, sub).0
+}
+
+/// The same with its length in bytes.
+fn read_sized(node: &mut Node, index: u16, sub: u8) -> (u32, usize) {
     let [low, high] = index.to_le_bytes();
     let request = Frame::new(0x600 + NODE, &[0x40, low, high, sub, 0, 0, 0, 0]).expect("a frame");
-    let answers = node.step(Sensors::default(), &[request]).frames;
+    let sensors = Sensors {
+        bus_voltage: 24.0,
+        ..Sensors::default()
+    };
+    let answers = node.step(sensors, &[request]).frames;
     let answer = answers
         .iter()
         .find(|frame| frame.id() == 0x580 + NODE)
         .expect("an answer");
-    u32::from_le_bytes(answer.data()[4..].try_into().expect("eight bytes"))
+    let command = answer.data()[0];
+    assert_eq!(command & 0xf3, 0x43, "{index:#x}:{sub} is not readable");
+    let value = u32::from_le_bytes(answer.data()[4..].try_into().expect("eight bytes"));
+    (value, usize::from(4 - (command >> 2 & 3)))
+}
+
+/// Entries of an EDS file: index, sub-index, data type and default, for node [`NODE`]; strings left out.
+fn entries(eds: &str) -> Vec<(u16, u8, u16, u32)> {
+    let number = |text: &str| match text.strip_prefix("0x") {
+        Some(digits) => i64::from_str_radix(digits, 16).expect("a number"),
+        None => text.parse().expect("a number"),
+    };
+    let mut entries = Vec::new();
+    for section in eds.split("\n[").skip(1) {
+        let (name, rest) = section.split_once(']').expect("a section");
+        let (index, sub) = name.split_once("sub").unwrap_or((name, "0"));
+        let (Ok(index), Ok(sub)) = (u16::from_str_radix(index, 16), u8::from_str_radix(sub, 16))
+        else {
+            continue;
+        };
+        let value = |key: &str| rest.lines().find_map(|line| line.strip_prefix(key));
+        let (Some(data_type), Some(default)) = (value("DataType="), value("DefaultValue=")) else {
+            continue;
+        };
+        let data_type = number(data_type) as u16;
+        let (node, default) = match default.strip_prefix("$NODEID+") {
+            Some(rest) => (i64::from(NODE), rest),
+            None => (0, default),
+        };
+        if data_type != 9 {
+            entries.push((index, sub, data_type, (number(default) + node) as u32));
+        }
+    }
+    entries
 }
 
 fn assert_map(node: &mut Node, communication: u16, identifier: u16, mapping: &[u32]) {
@@ -46,6 +91,28 @@ fn started(role: &str) -> Node {
     let mut node = Node::native(program);
     assert_eq!(node.start(&settings(i32::from(NODE)), None).refusal, "");
     node
+}
+
+#[test]
+fn nodes_hold_what_their_data_sheets_say() {
+    for (role, _) in ROLES {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("../docs/eds/{role}.eds"));
+        let entries = entries(&std::fs::read_to_string(path).expect("the data sheet"));
+        assert!(entries.len() > 70, "{role}: {}", entries.len());
+        let mut node = started(role);
+        for (index, sub, data_type, default) in entries {
+            // What the stack computes or the settings give is not the dictionary's default.
+            let running = matches!(index, 0x1001 | 0x1017 | 0x6041..=0x6064 | 0x4001..=0x4004);
+            let size = [0, 1, 1, 2, 4, 1, 2, 4][usize::from(data_type)];
+            let (value, answered) = read_sized(&mut node, index, sub);
+            assert_eq!(answered, size, "{role} {index:#x}:{sub} has another length");
+            let kept = u32::MAX >> (32 - 8 * size);
+            assert!(
+                running || value == default & kept,
+                "{role} {index:#x}:{sub} is {value:#x}, its data sheet says {default:#x}"
+            );
+        }
+    }
 }
 
 #[test]

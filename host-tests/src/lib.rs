@@ -6,6 +6,7 @@ pub mod log;
 pub mod nodes;
 pub mod plant;
 pub mod record;
+pub mod reference;
 pub mod report;
 pub mod run;
 pub mod scenario;

@@ -53,10 +53,10 @@ impl fmt::Display for SettingError {
 }
 
 macro_rules! settings {
-    ($($(#[$doc:meta])* $variant:ident = $key:literal, $name:literal, $unit:literal, $range:expr, $default:literal;)*) => {
+    ($($(#[doc = $doc:literal])* $variant:ident = $key:literal, $name:literal, $unit:literal, $range:expr, $default:literal;)*) => {
         /// A setting; its row is [`Setting::description`].
         #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-        pub enum Setting { $($(#[$doc])* $variant,)* }
+        pub enum Setting { $($(#[doc = $doc])* $variant,)* }
 
         /// All rows, in the order of [`Setting`].
         pub const TABLE: &[Description] = &[$({
@@ -65,6 +65,9 @@ macro_rules! settings {
         },)*];
 
         const ALL: &[Setting] = &[$(Setting::$variant,)*];
+
+        /// What each row means, in the order of [`TABLE`]. Apart from it, so that no node carries the sentences.
+        pub const MEANINGS: &[&str] = &[$(concat!($($doc),*),)*];
     };
 }
 

@@ -9,7 +9,7 @@ use tautrack::can::Frame;
 use tautrack::node::guard::State;
 
 /// Time between two commands, us.
-const PERIOD_US: u64 = 20_000;
+pub const PERIOD_US: u64 = 20_000;
 
 /// Plays a scenario's script from the moment at which the guard is armed.
 pub struct Operator {

@@ -31,14 +31,16 @@ pub trait Payload: Sized {
 }
 
 macro_rules! payload {
-    ($(#[$doc:meta])* $name:ident { $($(#[$field_doc:meta])* $field:ident: $type:ty = $object:literal,)* }) => {
-        $(#[$doc])*
+    ($(#[doc = $doc:literal])* $name:ident { $($(#[doc = $field_doc:literal])* $field:ident: $type:ty = $object:literal,)* }) => {
+        $(#[doc = $doc])*
         #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
-        pub struct $name { $($(#[$field_doc])* pub $field: $type,)* }
+        pub struct $name { $($(#[doc = $field_doc])* pub $field: $type,)* }
 
         impl $name {
             /// The mapped objects in order: index, sub-index and bits, as in the PDO mapping records.
             pub const MAPPING: &'static [u32] = &[$($object << 8 | 8 * size_of::<$type>() as u32,)*];
+            /// What each mapped object means, in the order of [`Self::MAPPING`].
+            pub const MEANINGS: &'static [&'static str] = &[$(concat!($($field_doc),*),)*];
         }
 
         impl Payload for $name {
@@ -108,9 +110,9 @@ payload! {
     DriveStatus {
         /// Statusword of CiA 402; bit 14: referenced.
         statusword: u16 = 0x60_4100,
-        /// Error code of [`crate::faults`]; 0 is none.
+        /// Error code (`tautrack::faults`); 0 is none.
         error_code: u16 = 0x60_3f00,
-        /// Torque at the output shaft computed from the current, 0.01 N m.
+        /// Torque at the output shaft computed from the current, 0.01 N m; screw: its force, N.
         torque: i16 = 0x60_7700,
         /// Motor current, mA.
         current: i16 = 0x60_7800,
@@ -126,7 +128,7 @@ payload! {
         yaw_rate: i16 = 0x40_0002,
         /// Chassis angle, front up positive, 2^-16 turn.
         chassis: i16 = 0x40_0003,
-        /// [`Request`].
+        /// What is asked beside motion: a [`Request`].
         request: u8 = 0x40_0004,
         /// Any number other than in the command before: shows that the operator is still there.
         sequence: u8 = 0x40_0005,
@@ -136,7 +138,7 @@ payload! {
 /// Values of [`OperatorCommand::request`].
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Request {
-    /// Motors off once the robot stands.
+    /// Motors off, at once: a robot on a slope is free to roll.
     Disarm = 0,
     /// Reference what needs it, then drive.
     Arm = 1,
@@ -173,15 +175,15 @@ payload! {
 payload! {
     /// What the guard does and why: TPDO 2 of the guard.
     GuardState {
-        /// `node::guard::State`.
+        /// State of the guard (`tautrack::node::guard::State`).
         state: u8 = 0x40_0101,
-        /// `stability::guard::Verdict`.
+        /// What became of the newest command, and because of which edge (`tautrack::stability::filter::Verdict`).
         verdict: u8 = 0x40_0102,
         /// Share of the asked speed that is passed on, percent.
         scale: u8 = 0x40_0103,
         /// The node whose fault or loss holds the robot, 0 for none.
         fault_node: u8 = 0x40_0104,
-        /// Its error code.
+        /// Its error code (`tautrack::faults`).
         fault_code: u16 = 0x40_0105,
         /// Heading, counter-clockwise from above, 2^-16 turn.
         heading: i16 = 0x40_0106,

@@ -1,0 +1,22 @@
+//! `cargo generate`: writes the EDS files and the generated tables of docs/ anew.
+
+use std::process::ExitCode;
+use tautrack_host_tests::reference;
+
+fn main() -> ExitCode {
+    let files = match reference::files() {
+        Ok(files) => files,
+        Err(error) => {
+            eprintln!("error: {error}");
+            return ExitCode::FAILURE;
+        }
+    };
+    for (path, text) in files {
+        if let Err(error) = std::fs::write(&path, text) {
+            eprintln!("error: cannot write {}: {error}", path.display());
+            return ExitCode::FAILURE;
+        }
+        println!("{}", path.display());
+    }
+    ExitCode::SUCCESS
+}

@@ -1,0 +1,271 @@
+//! The bus of B2P2 as Markdown: every frame with its rate and its bits, what the payloads mean, and all objects.
+
+use super::Role;
+use super::eds;
+use super::tables::sentence;
+use crate::bus::wire::{BIT_RATE, worst_case_bits};
+use crate::run::operator::PERIOD_US;
+use crate::run::robot::node_id;
+use crate::scenario::NodeName;
+use std::fmt::Write;
+use tautrack::bus::network::{self, function};
+use tautrack::bus::pdo::{
+    DriveMotion, DriveStatus, GuardMargins, GuardMotion, GuardPassed, GuardState, OperatorCommand,
+    PositionSetPoint, VelocitySetPoint,
+};
+use tautrack::can::Frame;
+use tautrack::settings::Setting;
+use zencan_common::device_config::{DataType, Object, PdoDefaultConfig};
+use zencan_common::objects::AccessType;
+use zencan_common::pdo::PdoMapping;
+
+/// A payload of `tautrack::bus::pdo`.
+struct Known {
+    name: &'static str,
+    mapping: &'static [u32],
+    meanings: &'static [&'static str],
+}
+
+macro_rules! known {
+    ($($payload:ident),*) => {
+        [$(Known { name: stringify!($payload), mapping: $payload::MAPPING, meanings: $payload::MEANINGS },)*]
+    };
+}
+
+const PAYLOADS: [Known; 9] = known!(
+    PositionSetPoint,
+    VelocitySetPoint,
+    DriveMotion,
+    DriveStatus,
+    OperatorCommand,
+    GuardMotion,
+    GuardState,
+    GuardMargins,
+    GuardPassed
+);
+
+/// A frame that comes again and again.
+struct Cyclic {
+    id: u16,
+    sender: String,
+    what: String,
+    bytes: usize,
+    period_us: u64,
+}
+
+impl Cyclic {
+    fn bits(&self) -> u32 {
+        // A frame's bits depend on its length alone, which is 0 to 8.
+        Frame::new(self.id, &[0; 8][..self.bytes]).map_or(0, |frame| worst_case_bits(&frame))
+    }
+
+    fn bits_per_second(&self) -> f64 {
+        f64::from(self.bits()) * 1e6 / self.period_us as f64
+    }
+}
+
+/// Every cyclic frame of B2P2 with its share of the bus, and the sum.
+pub fn frames(roles: &[Role]) -> String {
+    let mut text = "| Identifier | Sender | Frame | Bytes | Bits | Rate | Load |\n|---|---|---|---|---|---|---|\n".to_owned();
+    let frames = cyclic(roles);
+    for frame in &frames {
+        let _ = writeln!(
+            text,
+            "| `{:#05x}` | {} | {} | {} | {} | {} Hz | {:.2} % |",
+            frame.id,
+            frame.sender,
+            frame.what,
+            frame.bytes,
+            frame.bits(),
+            1e6 / frame.period_us as f64,
+            percent(frame.bits_per_second())
+        );
+    }
+    let sum: f64 = frames.iter().map(Cyclic::bits_per_second).sum();
+    let _ = writeln!(
+        text,
+        "| | | **all** | | | | **{:.1} %** of 1 Mbit/s |",
+        percent(sum)
+    );
+    text
+}
+
+/// Share of the bus that the frames of [`frames`] take, 0 to 1.
+fn percent(bits_per_second: f64) -> f64 {
+    bits_per_second / BIT_RATE as f64 * 100.0
+}
+
+fn cyclic(roles: &[Role]) -> Vec<Cyclic> {
+    let sync_us = Setting::SyncPeriod.description().default as u64;
+    let heartbeat_us = Setting::HeartbeatPeriod.description().default as u64 * 1_000;
+    let mut frames = vec![Cyclic {
+        id: network::sync().id(),
+        sender: NodeName::Guard.to_string(),
+        what: "SYNC".into(),
+        bytes: 0,
+        period_us: sync_us,
+    }];
+    for name in NodeName::ALL {
+        let node = u16::from(node_id(name));
+        let (role, set_point, sender, set_point_us) = match name {
+            NodeName::Guard => ("guard", 0, "operator".into(), PERIOD_US),
+            NodeName::LeftTrack | NodeName::RightTrack => {
+                ("axle", 1, NodeName::Guard.to_string(), sync_us)
+            }
+            NodeName::ChassisJoint => ("axle", 0, NodeName::Guard.to_string(), sync_us),
+            NodeName::Screw => ("screw", 0, NodeName::Guard.to_string(), sync_us),
+        };
+        let Some(role) = roles.iter().find(|known| known.name == role) else {
+            continue;
+        };
+        let pdos = &role.config.pdos;
+        let mut add = |pdo: &PdoDefaultConfig, what, sender, period_us| {
+            frames.push(Cyclic {
+                id: pdo.cob_id as u16 + node,
+                sender,
+                what: format!("{what}: {}", payload_name(&pdo.mappings)),
+                bytes: pdo
+                    .mappings
+                    .iter()
+                    .map(|mapped| usize::from(mapped.size) / 8)
+                    .sum(),
+                period_us,
+            });
+        };
+        if let Some(pdo) = pdos.rpdo_defaults.get(&set_point) {
+            let what = format!("RPDO {} of {name}", set_point + 1);
+            add(pdo, what, sender, set_point_us);
+        }
+        for number in 0..usize::from(pdos.num_tpdo) {
+            if let Some(pdo) = pdos.tpdo_defaults.get(&number) {
+                let what = format!("TPDO {}", number + 1);
+                let period_us = sync_us * u64::from(pdo.transmission_type);
+                add(pdo, what, name.to_string(), period_us);
+            }
+        }
+        frames.push(Cyclic {
+            id: function::HEARTBEAT + node,
+            sender: name.to_string(),
+            what: "heartbeat".into(),
+            bytes: 1,
+            period_us: heartbeat_us,
+        });
+    }
+    frames.sort_by_key(|frame| frame.id);
+    frames
+}
+
+fn payload_name(mappings: &[PdoMapping]) -> &'static str {
+    let values = mappings.iter().map(PdoMapping::to_object_value);
+    PAYLOADS
+        .iter()
+        .find(|payload| values.clone().eq(payload.mapping.iter().copied()))
+        .map_or("?", |payload| payload.name)
+}
+
+/// What each payload carries, field by field.
+pub fn payloads() -> String {
+    let mut text = String::new();
+    for payload in &PAYLOADS {
+        let _ = write!(
+            text,
+            "### {}\n\n| Bytes | Object | Meaning |\n|---|---|---|\n",
+            payload.name
+        );
+        let mut first = 0;
+        for (mapped, meaning) in payload.mapping.iter().zip(payload.meanings) {
+            let bytes = (mapped & 0xff) / 8;
+            let last = first + bytes - 1;
+            let place = if bytes == 1 {
+                first.to_string()
+            } else {
+                format!("{first} to {last}")
+            };
+            let (object, meaning) = (object_name(*mapped), sentence(meaning));
+            let _ = writeln!(text, "| {place} | `{object}` | {meaning} |");
+            first += bytes;
+        }
+        text.push('\n');
+    }
+    text.truncate(text.trim_end().len());
+    text.push('\n');
+    text
+}
+
+fn object_name(mapped: u32) -> String {
+    format!("{:04X}:{:X}", mapped >> 16, mapped >> 8 & 0xff)
+}
+
+/// The objects of each role that are its own; those that every `CANopen` node has are in the EDS files alone.
+pub fn objects(roles: &[Role]) -> String {
+    let mut text = String::new();
+    for role in roles {
+        let _ = write!(
+            text,
+            "### {}\n\n| Object | Name | Type | Access | Default | Meaning |\n|---|---|---|---|---|---|\n",
+            role.name
+        );
+        let mut objects: Vec<_> = role.config.objects.iter().collect();
+        objects.retain(|object| object.index >= 0x2000);
+        objects.sort_by_key(|object| object.index);
+        for object in objects {
+            let mut row = |sub: u8, name: String, data_type, access, default| {
+                let key = u32::from(object.index) << 16 | u32::from(sub) << 8;
+                let _ = writeln!(
+                    text,
+                    "| `{}` | {name} | {} | {} | {default} | {} |",
+                    object_name(key),
+                    type_words(data_type),
+                    eds::access_words(access),
+                    meaning(key)
+                );
+            };
+            let name = &object.parameter_name;
+            match &object.object {
+                Object::Var(var) => {
+                    let default = eds::default(var.default_value.as_ref());
+                    row(0, name.clone(), var.data_type, var.access_type.0, default);
+                }
+                Object::Record(record) => {
+                    for sub in &record.subs {
+                        let default = eds::default(sub.default_value.as_ref());
+                        let name = format!("{name}: {}", sub.parameter_name);
+                        row(
+                            sub.sub_index,
+                            name,
+                            sub.data_type,
+                            sub.access_type.0,
+                            default,
+                        );
+                    }
+                }
+                Object::Array(array) => {
+                    row(
+                        0,
+                        name.clone(),
+                        array.data_type,
+                        AccessType::Ro,
+                        array.array_size.to_string(),
+                    );
+                }
+            }
+        }
+        text.push('\n');
+    }
+    text.truncate(text.trim_end().len());
+    text.push('\n');
+    text
+}
+
+/// What an object means where it is process data.
+fn meaning(key: u32) -> String {
+    PAYLOADS
+        .iter()
+        .flat_map(|payload| payload.mapping.iter().zip(payload.meanings))
+        .find(|(mapped, _)| **mapped & 0xffff_ff00 == key)
+        .map_or_else(String::new, |(_, meaning)| sentence(meaning))
+}
+
+fn type_words(data_type: DataType) -> String {
+    format!("{data_type:?}").to_lowercase()
+}
