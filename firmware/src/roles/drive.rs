@@ -88,7 +88,7 @@ pub fn inputs(set_point: fn() -> SetPoint) -> Inputs {
 pub fn act(outputs: &Outputs, node: u8) {
     current_loop::demand(outputs.bridge);
     if let Some(code) = outputs.emergency {
-        crate::logger::warn!("fault {}", code);
+        crate::logger::warn!("fault {:#06x}", code);
         bus::send(network::emergency(Emergency { node, code }));
     }
 }

@@ -64,7 +64,7 @@ async fn control(mut guard: Guard, node: u8) -> ! {
         });
         publish(&outputs);
         if let Some(code) = outputs.emergency {
-            crate::logger::warn!("trouble {} of node {}", code, outputs.state.fault_node);
+            crate::logger::warn!("fault {:#06x} of node {}", code, outputs.state.fault_node);
             bus::send(network::emergency(Emergency { node, code }));
         }
         outputs.frames.into_iter().for_each(bus::send);

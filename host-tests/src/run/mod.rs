@@ -1,10 +1,11 @@
 //! The lockstep runner: five node programs, one bus, one plant, one operator, a millisecond at a time.
 //!
-//! [`process`] talks to one node program, [`robot`] says what each node is told and what motor it has, [`operator`] drives,
+//! [`process`] talks to one node program, `node_log` reads what it logs, [`robot`] says what each node is told and what motor it has, [`operator`] drives,
 //! [`listener`] decodes what the bus makes public, [`faults`] makes things go wrong. Here: the order of one step.
 
 pub mod faults;
 pub mod listener;
+mod node_log;
 pub mod operator;
 pub mod process;
 pub mod robot;
@@ -60,7 +61,7 @@ pub struct Outcome {
     pub samples: Vec<Sample>,
     /// What only the runner knows.
     pub facts: RunFacts,
-    /// Log lines of native nodes, with time and node.
+    /// Log lines of the nodes, with time and node.
     pub log: Vec<String>,
 }
 
@@ -271,15 +272,13 @@ impl Run {
             if let Some(shaft) = shafts.get_mut(index) {
                 *shaft = Some(stepped.shaft);
             }
+            for line in node.log_lines(&stepped) {
+                let time_s = time_us as f64 * 1e-6;
+                self.log
+                    .push(format!("{time_s:.3} {}: {line}", node.name()));
+            }
             for frame in stepped.frames {
                 self.bus.offer(index, frame)?;
-            }
-            if node.board() == Board::Native && !stepped.log.is_empty() {
-                let text = String::from_utf8_lossy(&stepped.log);
-                let lines = text
-                    .lines()
-                    .map(|line| format!("{:.3} {}: {line}", time_us as f64 * 1e-6, node.name()));
-                self.log.extend(lines);
             }
         }
         Ok(shafts)

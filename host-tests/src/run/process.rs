@@ -1,5 +1,6 @@
 //! One node program as a process: its start, its messages, its end.
 
+use super::node_log::LogReader;
 use crate::nodes::Board;
 use crate::scenario::NodeName;
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
@@ -29,13 +30,12 @@ impl fmt::Display for NodeError {
 impl std::error::Error for NodeError {}
 
 /// A running node program; dropping it ends the process.
-#[derive(Debug)]
 pub struct Node {
     name: NodeName,
-    board: Board,
     process: Child,
     input: ChildStdin,
     output: ChildStdout,
+    log: LogReader,
     buffer: Vec<u8>,
 }
 
@@ -51,6 +51,8 @@ impl Node {
         start: Start,
     ) -> Result<(Self, Ready), NodeError> {
         let fail = |what: String| NodeError { name, what };
+        let log = LogReader::new(board, path)
+            .map_err(|error| fail(format!("the log of {} is lost: {error}", path.display())))?;
         let mut process = command(board, path)
             .stdin(Stdio::piped())
             .stdout(Stdio::piped())
@@ -60,10 +62,10 @@ impl Node {
         let (input, output) = pipes.ok_or_else(|| fail("has no pipes".into()))?;
         let mut node = Self {
             name,
-            board,
             process,
             input,
             output,
+            log,
             buffer: Vec::with_capacity(MAX_MESSAGE + 2),
         };
         node.write(&ToNode::Start(start))?;
@@ -86,9 +88,9 @@ impl Node {
         self.name
     }
 
-    /// What it runs on.
-    pub fn board(&self) -> Board {
-        self.board
+    /// What the node logged, from the log bytes of its answers; each line is a whole record.
+    pub fn log_lines(&mut self, stepped: &Stepped) -> Vec<String> {
+        self.log.lines(&stepped.log)
     }
 
     /// Hands over one step; [`Node::receive`] must follow.
