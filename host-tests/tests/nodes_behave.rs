@@ -71,6 +71,16 @@ fn axle_holds_when_the_guards_heartbeat_stops_though_set_points_go_on() {
 }
 
 #[test]
+fn an_axle_that_never_heard_a_guard_obeys_whoever_sends_set_points() {
+    let mut bench = Bench::axle(&[]);
+    bench.guard_alive = false;
+    bench.enable(mode::CYCLIC_VELOCITY, 1_000_000);
+    let outputs = bench.run(1_000);
+    assert_eq!(code(&outputs), None);
+    assert!((bench.velocity - 1.0).abs() < 0.02, "{}", bench.velocity);
+}
+
+#[test]
 fn a_stop_is_a_ramp_and_no_jerk() {
     let mut bench = running(3.0);
     bench.command(controlword::QUICK_STOP, 0, 0);
