@@ -5,6 +5,7 @@ use zencan_common::device_config::{
     DataType, DefaultValue, DeviceConfig, Object, ObjectDefinition, PdoDefaultConfig, SubDefinition,
 };
 use zencan_common::objects::{AccessType, PdoMappable};
+use zencan_common::pdo::PdoMapping;
 
 /// Objects that one PDO can map; the stack's own list has room for 64, its nodes for these.
 const MAPPINGS: u8 = 8;
@@ -222,7 +223,7 @@ fn pdo_object(text: &mut String, index: u16, pdo: &PdoParameter) {
         part(0, "Number of mapped objects", byte, rw, number);
         for sub in 1..=MAPPINGS {
             let mapped = mappings.get(usize::from(sub) - 1);
-            let value = mapped.map_or(0, |mapping| mapping.to_object_value());
+            let value = mapped.map_or(0, PdoMapping::to_object_value);
             part(sub, &format!("Mapped object {sub}"), long, rw, hex(value));
         }
     } else {

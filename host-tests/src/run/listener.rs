@@ -55,7 +55,7 @@ impl Listener {
             self.heard.pitch = radians(motion.pitch);
             self.heard.roll = radians(motion.roll);
         } else if let Some(state) = GuardState::from_frame(frame, transmit(2), guard) {
-            self.hear_state(&state, time_us);
+            self.hear_state(state, time_us);
         } else if let Some(margins) = GuardMargins::from_frame(frame, transmit(3), guard) {
             let GuardMargins {
                 back,
@@ -109,7 +109,7 @@ impl Listener {
         std::mem::take(&mut self.notices)
     }
 
-    fn hear_state(&mut self, state: &GuardState, time_us: u64) {
+    fn hear_state(&mut self, state: GuardState, time_us: u64) {
         self.heard.heading = turn(state.heading);
         self.view.state = State::from_byte(state.state);
         let name = self.view.state.map_or("unknown", State::name);

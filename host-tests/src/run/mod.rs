@@ -11,7 +11,7 @@ pub mod process;
 pub mod robot;
 
 use crate::bus::{Bus, Overflow};
-use crate::nodes::{Board, Program, Programs};
+use crate::nodes::{Board, Program, Programs, hexadecimal};
 use crate::plant::Plant;
 use crate::plant::b2p2::B2p2;
 use crate::record::{SAMPLE_HZ, Sample};
@@ -313,7 +313,7 @@ impl Run {
             frames: self.bus.figures().frames(),
             worst_latency_ms: self.bus.figures().worst_latency_ms(),
             faults: self.faults.facts(),
-            state_hash: hash.iter().map(|byte| format!("{byte:02x}")).collect(),
+            state_hash: hexadecimal(&hash),
         }
     }
 }

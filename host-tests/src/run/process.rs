@@ -5,7 +5,7 @@ use crate::nodes::Board;
 use crate::scenario::NodeName;
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use serde::Serialize;
-use std::fmt;
+use std::fmt::{self, Display};
 use std::io::{self, Read, Write};
 use std::path::Path;
 use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
@@ -159,7 +159,7 @@ impl Node {
         Ok(())
     }
 
-    fn error(&self, what: impl ToString) -> NodeError {
+    fn error(&self, what: impl Display) -> NodeError {
         NodeError {
             name: self.name,
             what: what.to_string(),
