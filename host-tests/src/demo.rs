@@ -100,6 +100,10 @@ fn scenario(arguments: &Arguments) -> Result<Scenario, String> {
     if let Some(guard) = arguments.guard {
         description.guard = matches!(guard, Switch::On);
     }
+    if !description.guard {
+        // What the guard does is not asked of a guard that is off.
+        description.expect.guard_intervenes = None;
+    }
     description.seed = arguments.seed.unwrap_or(description.seed);
     description
         .check()
