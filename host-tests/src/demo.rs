@@ -115,7 +115,7 @@ fn run(arguments: &Arguments, scenario: &Scenario) -> Result<Summary, String> {
         Nodes::Qemu => Board::Qemu,
         Nodes::Native => Board::Native,
     };
-    println!("building the nodes ...");
+    println!("building the nodes (a minute or two the first time) ...");
     let programs = nodes::build(board).map_err(|error| error.to_string())?;
     let slcan = match &arguments.slcan {
         Some(address) => {
