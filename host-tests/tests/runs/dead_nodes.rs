@@ -71,10 +71,10 @@ fn a_frozen_encoder_is_found_and_does_not_run_away() {
 
 fn with_fault(what: FaultKind) -> (Summary, Vec<Sample>) {
     let faulty = scenario("node-dies-mid-climb", |description| {
-        description.duration_s = 20.0;
+        description.duration_s = 17.5;
         description.faults = vec![Fault {
             what,
-            at_s: 15.0,
+            at_s: 14.0,
             until_s: None,
             notice_within_ms: None,
         }];

@@ -5,6 +5,7 @@ mod climb;
 mod dead_nodes;
 mod guard;
 mod hash;
+mod snapshot;
 
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
@@ -42,6 +43,17 @@ fn path(name: &str) -> PathBuf {
         .join("scenarios")
         .join(name)
         .with_extension("toml")
+}
+
+/// The nominal climb with `board`'s programs, run once for all tests that look at it.
+fn climb(board: Board) -> &'static (Summary, Vec<Sample>) {
+    static QEMU: OnceLock<(Summary, Vec<Sample>)> = OnceLock::new();
+    static NATIVE: OnceLock<(Summary, Vec<Sample>)> = OnceLock::new();
+    let cell = match board {
+        Board::Qemu => &QEMU,
+        Board::Native => &NATIVE,
+    };
+    cell.get_or_init(|| outcome(&scenario("staircase", |_| {}), board))
 }
 
 /// Runs `scenario` with `board`'s programs.
