@@ -169,7 +169,8 @@ impl Body {
         let mut next = self.chassis;
         next.toward_position(target, self.chassis_limits, period);
         let reach = Angle::from_radians(next.velocity * self.bounds.horizon);
-        let ahead = self.theta + reach;
+        // From the set-point, not from the joint: what was let through already will be reached.
+        let ahead = Angle::from_bits(next.position as i32) + reach;
         let length = self.geometry.length(ahead).to_num::<f32>();
         let verdict = chassis(
             &self.margins,
