@@ -11,4 +11,5 @@ pub mod run;
 pub mod scenario;
 pub mod setup;
 pub mod slcan;
+pub mod suite;
 pub mod summary;
