@@ -5,6 +5,7 @@ use crate::run::{self, Options, Outcome, Progress};
 use crate::scenario::Scenario;
 use crate::setup;
 use crate::slcan::SlcanPort;
+use crate::suite;
 use crate::summary::Summary;
 use crate::{log, report};
 use clap::{Parser, ValueEnum};
@@ -25,6 +26,9 @@ struct Arguments {
     /// Scenario file; the staircase of the B2P2 paper when absent
     #[arg(long, value_name = "FILE")]
     scenario: Option<PathBuf>,
+    /// Runs a whole suite with native nodes instead of one scenario, and writes its table
+    #[arg(long, value_enum, conflicts_with_all = ["scenario", "guard", "seed", "speed", "slcan"])]
+    suite: Option<Suite>,
     /// What the nodes run on: the Cortex-M4F that QEMU emulates, or this computer
     #[arg(long, value_enum, default_value_t = Nodes::Qemu)]
     nodes: Nodes,
@@ -57,6 +61,12 @@ enum Switch {
     Off,
 }
 
+#[derive(Clone, Copy, ValueEnum)]
+enum Suite {
+    /// What the guard saves, and what it must not hinder
+    Hazards,
+}
+
 fn positive(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(value) if value > 0.0 && value.is_finite() => Ok(value),
@@ -70,6 +80,12 @@ pub fn main(arguments: impl Iterator<Item = OsString>) -> ExitCode {
     let name = std::iter::once(OsString::from("cargo demo"));
     let arguments =
         Arguments::try_parse_from(name.chain(arguments)).unwrap_or_else(|error| error.exit());
+    if let Some(Suite::Hazards) = arguments.suite {
+        return match hazards(&arguments.out) {
+            Ok(all_hold) => ExitCode::from(u8::from(!all_hold)),
+            Err(message) => fail(&message, 1),
+        };
+    }
     let scenario = match scenario(&arguments) {
         Ok(scenario) => scenario,
         Err(message) => return fail(&message, USAGE),
@@ -100,6 +116,10 @@ fn scenario(arguments: &Arguments) -> Result<Scenario, String> {
     if let Some(guard) = arguments.guard {
         description.guard = matches!(guard, Switch::On);
     }
+    if !description.guard {
+        // What the guard does is not asked of a guard that is off.
+        description.expect.guard_intervenes = None;
+    }
     description.seed = arguments.seed.unwrap_or(description.seed);
     description
         .check()
@@ -111,7 +131,7 @@ fn run(arguments: &Arguments, scenario: &Scenario) -> Result<Summary, String> {
         Nodes::Qemu => Board::Qemu,
         Nodes::Native => Board::Native,
     };
-    println!("building the nodes ...");
+    println!("building the nodes (a minute or two the first time) ...");
     let programs = nodes::build(board).map_err(|error| error.to_string())?;
     let slcan = match &arguments.slcan {
         Some(address) => {
@@ -145,6 +165,28 @@ fn run(arguments: &Arguments, scenario: &Scenario) -> Result<Summary, String> {
     write(&arguments.out, scenario, &summary, &outcome)
         .map_err(|error| format!("cannot write to {}: {error}", arguments.out.display()))?;
     Ok(summary)
+}
+
+/// Runs the hazard suite; whether every row holds.
+fn hazards(folder: &Path) -> Result<bool, String> {
+    println!("building the nodes (a minute or two the first time) ...");
+    let programs = nodes::build(Board::Native).map_err(|error| error.to_string())?;
+    let scenarios = setup::machine::root().join("host-tests/scenarios");
+    let done = |row: &suite::Row| {
+        let verdict = if row.unmet.is_empty() {
+            "holds".into()
+        } else {
+            row.unmet.join(", ")
+        };
+        println!("{:28} {verdict}", row.name);
+    };
+    let rows = suite::suite(&scenarios, &programs, &done).map_err(|error| error.to_string())?;
+    let table = suite::table(&rows);
+    println!("\n{table}");
+    fs::create_dir_all(folder)
+        .and_then(|()| fs::write(folder.join("hazards.md"), &table))
+        .map_err(|error| format!("cannot write to {}: {error}", folder.display()))?;
+    Ok(rows.iter().all(|row| row.unmet.is_empty()))
 }
 
 fn bar(duration_s: f64) -> ProgressBar {

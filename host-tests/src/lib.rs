@@ -12,4 +12,5 @@ pub mod run;
 pub mod scenario;
 pub mod setup;
 pub mod slcan;
+pub mod suite;
 pub mod summary;

@@ -175,9 +175,9 @@ settings! {
     CautionMargin = 0x004c, "caution_margin", "um", 1_000..=1_000_000, 90_000;
     /// Margin below which commands are refused.
     StopMargin = 0x004d, "stop_margin", "um", 1_000..=1_000_000, 50_000;
-    /// How far ahead the guard extrapolates the margins.
-    PredictionHorizon = 0x004e, "prediction_horizon", "ms", 0..=2_000, 250;
-    /// 1: the filter limits commands. 0: it only reports what it would do.
+    /// How far ahead the guard extrapolates the margins, beside the time that a stop takes.
+    PredictionHorizon = 0x004e, "prediction_horizon", "ms", 0..=2_000, 150;
+    /// 1: the filter limits commands. 0: every command passes.
     FilterActive = 0x004f, "filter_active", "1", 0..=1, 1;
     /// Age of the operator's newest command after which the robot stops.
     OperatorTimeout = 0x0050, "operator_timeout", "ms", 20..=5_000, 300;

@@ -178,6 +178,8 @@ fn words(verdict: Verdict) -> String {
         Verdict::Passed => "passed".into(),
         Verdict::Scaled(by) => format!("scaled: {}", edge(by)),
         Verdict::Refused(by) => format!("refused: {}", edge(by)),
+        Verdict::Blind => "refused: attitude unknown".into(),
+        Verdict::Unattended => "refused: no operator".into(),
         Verdict::ChassisRefused(by) => format!("refused: chassis motion, {}", edge(by)),
     }
 }

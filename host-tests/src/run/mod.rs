@@ -33,6 +33,8 @@ const NODES: usize = NodeName::ALL.len();
 const OPERATOR: usize = NODES;
 const CLIENT: usize = NODES + 1;
 const GUARD: usize = NodeName::Guard as usize;
+/// Steps that a run goes on after the robot turned over, when it ends for that.
+const AFTER_TOPPLING: u64 = 500;
 
 /// How a scenario is run.
 #[derive(Default)]
@@ -41,6 +43,10 @@ pub struct Options {
     pub exchanged: Vec<(NodeName, Board, Program)>,
     /// Virtual seconds per second of the wall clock at the most; as fast as possible when absent.
     pub speed: Option<f64>,
+    /// Virtual time at which the operator lets go: no speed asked any more, the chassis left as it is, s.
+    pub let_go_s: Option<f64>,
+    /// Ends the run half a second after the robot turned over.
+    pub end_when_toppled: bool,
     /// A port through which a CAN client from elsewhere takes part; the run keeps to the wall clock while one does.
     pub slcan: Option<SlcanPort>,
 }
@@ -107,11 +113,14 @@ pub fn run(
     options: Options,
     progress: &mut dyn FnMut(&Progress),
 ) -> Result<Outcome, RunError> {
+    let end_when_toppled = options.end_when_toppled;
     let mut run = Run::start(scenario, programs, options)?;
-    let steps = (scenario.duration_s * 1e6) as u64 / STEP_US;
+    let mut steps = (scenario.duration_s * 1e6) as u64 / STEP_US;
     let began = Instant::now();
     let mut samples = Vec::new();
-    for step in 1..=steps {
+    let mut step = 0;
+    while step < steps {
+        step += 1;
         run.step(step)?;
         if step % (1_000 / u64::from(SAMPLE_HZ)) == 0 {
             let sample = run.sample(step);
@@ -123,6 +132,9 @@ pub fn run(
             samples.push(sample);
         }
         run.keep_pace(began, step);
+        if end_when_toppled && run.plant.truth().toppled {
+            steps = steps.min(step + AFTER_TOPPLING);
+        }
     }
     Ok(Outcome {
         samples,
@@ -181,7 +193,7 @@ impl Run {
             node_facts,
             bus: Bus::new(NODES + 2),
             plant,
-            operator: Operator::new(scenario),
+            operator: Operator::new(scenario, options.let_go_s),
             listener: Listener::default(),
             faults: Faults::new(scenario),
             slcan: options.slcan,

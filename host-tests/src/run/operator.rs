@@ -2,7 +2,7 @@
 
 use super::listener::View;
 use super::robot::node_id;
-use crate::scenario::{BusView, NodeName, Scenario, Script};
+use crate::scenario::{Ask, BusView, NodeName, Scenario, Script};
 use std::f64::consts::TAU;
 use tautrack::bus::pdo::{OperatorCommand, Payload, Request, receive};
 use tautrack::can::Frame;
@@ -15,15 +15,20 @@ pub const PERIOD_US: u64 = 20_000;
 pub struct Operator {
     scenario: crate::scenario::Operator,
     script: Option<Script>,
+    let_go_us: Option<u64>,
+    theta: f64,
     sequence: u8,
 }
 
 impl Operator {
-    /// The operator of this scenario, who arms the guard as soon as it is ready.
-    pub fn new(scenario: &Scenario) -> Self {
+    /// The operator of this scenario, who arms the guard as soon as it is ready, and at `let_go_s` asks for nothing any
+    /// more.
+    pub fn new(scenario: &Scenario, let_go_s: Option<f64>) -> Self {
         Self {
             scenario: scenario.operator.clone(),
             script: None,
+            let_go_us: let_go_s.map(|time_s| (time_s * 1e6) as u64),
+            theta: 0.0,
             sequence: 0,
         }
     }
@@ -52,6 +57,19 @@ impl Operator {
         };
         if let Some(script) = &mut self.script {
             let ask = script.tick(now);
+            let let_go = self.let_go_us.is_some_and(|since| time_us >= since);
+            if !let_go {
+                self.theta = ask.theta;
+            }
+            let ask = if let_go {
+                Ask {
+                    speed_mps: 0.0,
+                    yaw_rate: 0.0,
+                    theta: self.theta,
+                }
+            } else {
+                ask
+            };
             let milli = |value: f64| (value * 1e3).round() as i16;
             command.forward = milli(ask.speed_mps);
             command.yaw_rate = milli(ask.yaw_rate);

@@ -56,6 +56,17 @@ impl Scenario {
             .map_err(|problem| error::locate(problem, text, file))
     }
 
+    /// Checks a description that no file holds; its errors show the scenario's name.
+    ///
+    /// # Errors
+    /// As [`Scenario::load`].
+    pub fn checked(description: Description) -> Result<Self, ScenarioError> {
+        let name = description.name.clone();
+        description
+            .check()
+            .map_err(|problem| ScenarioError::new(&name, problem))
+    }
+
     /// A copy to change and check again, for sweeps and command-line switches.
     pub fn description(&self) -> Description {
         self.0.clone()

@@ -16,10 +16,17 @@ impl fmt::Display for Summary {
             .map_or("none".to_owned(), |margin| {
                 format!("{:.0} mm", margin * 1e3)
             });
-        let boards: Vec<String> = self
-            .nodes
+        // Nodes on the same board in one group: in a plain run there is but one.
+        let mut boards: Vec<(&str, Vec<&str>)> = Vec::new();
+        for node in &self.nodes {
+            match boards.iter_mut().find(|(board, _)| *board == node.board) {
+                Some((_, names)) => names.push(node.name.as_str()),
+                None => boards.push((&node.board, vec![node.name.as_str()])),
+            }
+        }
+        let boards: Vec<String> = boards
             .iter()
-            .map(|node| format!("{} ({})", node.name, node.board))
+            .map(|(board, names)| format!("{board}: {}", names.join(", ")))
             .collect();
         let rows = [
             ("outcome", outcome),
@@ -30,7 +37,7 @@ impl fmt::Display for Summary {
                     self.simulated_s, self.wall_s, self.realtime_factor
                 ),
             ),
-            ("nodes", boards.join(", ")),
+            ("nodes", boards.join("; ")),
             (
                 "belt error",
                 format!(

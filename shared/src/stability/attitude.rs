@@ -24,8 +24,8 @@ pub struct Attitude {
 }
 
 impl Attitude {
-    /// Takes one set of readings, `period` s after the one before. Values that are not finite are passed over.
-    pub fn update(&mut self, sensors: &BodySensors, period: f32) {
+    /// Takes one set of readings, `period` s after the one before. False, and nothing is taken, when one is not finite.
+    pub fn update(&mut self, sensors: &BodySensors, period: f32) -> bool {
         let [pitch_level, roll_level] = sensors.inclination;
         let readings = [pitch_level, roll_level, sensors.heading];
         if !readings
@@ -33,7 +33,7 @@ impl Attitude {
             .chain(&sensors.angular_rate)
             .all(|value| value.is_finite())
         {
-            return;
+            return false;
         }
         let level = [
             Angle::from_radians(pitch_level),
@@ -65,6 +65,7 @@ impl Attitude {
         let heading_error = (Angle::from_radians(sensors.heading) - self.heading).radians();
         let step = (yaw_rate + limit(heading_error, 0.5) / HEADING_TIME) * period;
         self.heading += Angle::from_radians(step);
+        true
     }
 
     /// Readings came at least once.

@@ -27,6 +27,10 @@ pub enum Verdict {
     Refused(Edge),
     /// The chassis joint is held where it is.
     ChassisRefused(Edge),
+    /// Nothing passed: how the robot stands is not known.
+    Blind,
+    /// Nothing passed: no operator was heard in time.
+    Unattended,
 }
 
 impl Verdict {
@@ -37,6 +41,8 @@ impl Verdict {
             Self::Scaled(edge) => 0x10 | edge as u8,
             Self::Refused(edge) => 0x20 | edge as u8,
             Self::ChassisRefused(edge) => 0x30 | edge as u8,
+            Self::Blind => 0x40,
+            Self::Unattended => 0x50,
         }
     }
 
@@ -48,6 +54,8 @@ impl Verdict {
             1 => Self::Scaled(edge),
             2 => Self::Refused(edge),
             3 => Self::ChassisRefused(edge),
+            4 => Self::Blind,
+            5 => Self::Unattended,
             _ => return None,
         })
     }
@@ -222,6 +230,9 @@ mod tests {
 
     #[test]
     fn verdicts_survive_their_codes() {
+        for verdict in [Verdict::Passed, Verdict::Blind, Verdict::Unattended] {
+            assert_eq!(Verdict::from_code(verdict.code()), Some(verdict));
+        }
         for edge in EDGES {
             for verdict in [
                 Verdict::Scaled(edge),

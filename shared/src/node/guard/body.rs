@@ -144,13 +144,13 @@ impl Body {
             return Verdict::Passed;
         }
         let forward = f32::from(asked.forward) * 1e-3;
-        let (share, drive_verdict) = drive(
-            forward,
-            attitude.pitch().radians(),
-            &self.margins,
-            &self.bounds,
-        );
-        self.share = if self.filter_active { share } else { 1.0 };
+        let pitch = attitude.pitch().radians();
+        let (share, drive_verdict) = if self.filter_active {
+            drive(forward, pitch, &self.margins, &self.stopping_bounds())
+        } else {
+            (1.0, Verdict::Passed)
+        };
+        self.share = share;
         self.forward
             .toward_velocity(forward * self.share, self.speed, period);
         self.yaw_rate = self.yaw(f32::from(asked.yaw_rate) * 1e-3 * self.share, attitude);
@@ -163,24 +163,35 @@ impl Body {
         }
     }
 
+    /// The filter's bounds with the time that a stop takes from the present speed added to the horizon.
+    fn stopping_bounds(&self) -> Bounds {
+        let stopping = self.forward.velocity.abs() / self.speed.acceleration;
+        Bounds {
+            horizon: self.bounds.horizon + stopping,
+            ..self.bounds
+        }
+    }
+
     fn move_chassis(&mut self, asked: i16, attitude: &Attitude, period: f32) -> Verdict {
         // The joint turns less than half a turn each way, so that a wrapped angle is the angle.
         let target = i64::from(i32::from(asked) << 16);
         let mut next = self.chassis;
         next.toward_position(target, self.chassis_limits, period);
         let reach = Angle::from_radians(next.velocity * self.bounds.horizon);
-        let ahead = self.theta + reach;
+        // From the set-point, not from the joint: what was let through already will be reached.
+        let ahead = Angle::from_bits(next.position as i32) + reach;
         let length = self.geometry.length(ahead).to_num::<f32>();
         let verdict = chassis(
             &self.margins,
             self.margins_at(ahead, length, attitude),
             &self.bounds,
         );
-        if verdict != Verdict::Passed && self.filter_active {
-            next = self.chassis;
-            next.toward_velocity(0.0, self.chassis_limits, period);
+        if !self.filter_active || verdict == Verdict::Passed {
+            self.chassis = next;
+            return Verdict::Passed;
         }
-        self.chassis = next;
+        self.chassis
+            .toward_velocity(0.0, self.chassis_limits, period);
         verdict
     }
 

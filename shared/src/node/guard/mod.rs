@@ -29,6 +29,9 @@ use sequence::Sequence;
 /// Most frames that one tick sends: SYNC, network management, one set-point per drive.
 pub const MAX_SENT: usize = 8;
 
+/// Age of the newest attitude after which the guard no longer knows how the robot stands.
+const ATTITUDE_TIMEOUT_US: u64 = 50_000;
+
 /// What the guard sensed and heard since the tick before.
 #[derive(Clone, Copy, Debug)]
 pub struct Inputs<'a> {
@@ -80,6 +83,7 @@ pub struct Guard {
     sequence: Sequence,
     body: Body,
     attitude: Attitude,
+    attitude_us: Option<u64>,
     operator: OperatorCommand,
     operator_us: Option<u64>,
     trouble: Option<Trouble>,
@@ -102,6 +106,7 @@ impl Guard {
             sequence: Sequence::default(),
             body: Body::new(settings)?,
             attitude: Attitude::default(),
+            attitude_us: None,
             operator: OperatorCommand::default(),
             operator_us: None,
             trouble: None,
@@ -114,8 +119,10 @@ impl Guard {
     /// One control period.
     pub fn tick(&mut self, inputs: &Inputs<'_>) -> Outputs {
         let trouble_before = self.trouble;
-        if let Some(sensors) = &inputs.body {
-            self.attitude.update(sensors, super::CONTROL_PERIOD);
+        if let Some(sensors) = &inputs.body
+            && self.attitude.update(sensors, super::CONTROL_PERIOD)
+        {
+            self.attitude_us = Some(inputs.now_us);
         }
         for frame in inputs.frames {
             self.drives.hear(frame, inputs.now_us);
@@ -152,11 +159,6 @@ impl Guard {
         self.operator = command;
     }
 
-    fn operator_present(&self, now_us: u64) -> bool {
-        self.operator_us
-            .is_some_and(|heard| now_us.saturating_sub(heard) <= self.operator_timeout_us)
-    }
-
     /// The first fault or loss latches until the operator's reset.
     fn supervise(&mut self, now_us: u64) {
         if self.trouble.is_none() && self.sequence.state() != State::Waiting {
@@ -177,24 +179,25 @@ impl Guard {
         );
         self.body.observe(&self.drives, &self.attitude, period);
 
-        let obey = self.sequence.state() == State::Armed
-            && request == Request::Arm
-            && self.operator_present(now_us);
-        let asked = if obey {
-            self.operator
-        } else {
-            OperatorCommand {
-                chassis: self.body.chassis_bus(),
-                ..OperatorCommand::default()
-            }
+        let armed = self.sequence.state() == State::Armed;
+        let fresh = |since: Option<u64>, timeout_us| {
+            since.is_some_and(|heard| now_us.saturating_sub(heard) <= timeout_us)
         };
-        let verdict = self.body.drive(
-            asked,
-            self.sequence.state() == State::Armed,
-            &self.attitude,
-            period,
-        );
-        self.count(verdict);
+        let hindrance = if !fresh(self.attitude_us, ATTITUDE_TIMEOUT_US) {
+            Some(Verdict::Blind)
+        } else if !fresh(self.operator_us, self.operator_timeout_us) {
+            Some(Verdict::Unattended)
+        } else {
+            None
+        };
+        let obey = armed && request == Request::Arm && hindrance.is_none();
+        let stay = OperatorCommand {
+            chassis: self.body.chassis_bus(),
+            ..OperatorCommand::default()
+        };
+        let asked = if obey { self.operator } else { stay };
+        let filtered = self.body.drive(asked, armed, &self.attitude, period);
+        self.count(hindrance.filter(|_| armed).unwrap_or(filtered));
 
         // The queue holds SYNC, one NMT command and four set-points: MAX_SENT is more.
         let _ = frames.push(sync());
@@ -215,7 +218,10 @@ impl Guard {
             match verdict {
                 Verdict::Passed => {}
                 Verdict::Scaled(_) => self.scaled = self.scaled.saturating_add(1),
-                Verdict::Refused(_) | Verdict::ChassisRefused(_) => {
+                Verdict::Refused(_)
+                | Verdict::ChassisRefused(_)
+                | Verdict::Blind
+                | Verdict::Unattended => {
                     self.refused = self.refused.saturating_add(1);
                 }
             }

@@ -86,7 +86,7 @@ impl Sequence {
         !matches!(self.state, State::Waiting | State::Ready)
     }
 
-    /// Takes one SYNC period; true when the network is to be started.
+    /// Takes one SYNC period; true when the network is to be started: at first, and after a node may have started anew.
     pub fn advance(
         &mut self,
         request: Request,
@@ -134,7 +134,7 @@ impl Sequence {
         if self.state != State::Tightening {
             self.tighten_since_us = None;
         }
-        before == State::Waiting && self.state == State::Ready
+        matches!(before, State::Waiting | State::Held) && self.state == State::Ready
     }
 
     /// All drives enabled and the screw on the law of the belt for 100 ms.
