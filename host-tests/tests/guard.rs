@@ -275,3 +275,25 @@ fn a_chassis_motion_that_would_tip_the_robot_is_refused() {
     );
     assert!(outputs.passed.passed_chassis < 8_192, "{outputs:?}");
 }
+
+#[test]
+fn a_command_beyond_the_speed_limit_is_the_limit() {
+    let mut bench = Bench::armed();
+    bench.ask(i16::MAX);
+    let outputs = bench.run(3_000);
+    assert_eq!(outputs.passed.passed_speed, 450);
+}
+
+#[test]
+fn the_chassis_turns_no_faster_than_its_limit() {
+    let mut bench = Bench::armed();
+    bench.command.as_mut().expect("an operator").chassis = 3_000;
+    let mut before = 0;
+    for _ in 0..500 {
+        let now = bench.run(4).passed.passed_chassis;
+        // 0.5 rad/s over 4 ms is 20.9 of 2^-16 turns.
+        assert!((now - before).abs() <= 21, "{before} to {now}");
+        before = now;
+    }
+    assert_eq!(before, 3_000);
+}

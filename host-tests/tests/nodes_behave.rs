@@ -4,7 +4,6 @@
 mod bench;
 
 use bench::{Bench, Node, settings, state};
-use proptest::prelude::*;
 use std::f64::consts::TAU;
 use tautrack::bus::pdo::DriveMotion;
 use tautrack::faults::Fault;
@@ -155,56 +154,6 @@ fn a_current_that_is_no_number_ends_in_the_brake() {
         let outputs = bench.run(3);
         assert_eq!(code(&outputs), Some(Fault::InvalidReading));
         assert_eq!(outputs.bridge, Bridge::Brake);
-    }
-}
-
-fn anything() -> impl Strategy<Value = f32> {
-    prop_oneof![
-        any::<f32>(),
-        prop::sample::select(vec![f32::NAN, f32::INFINITY, f32::NEG_INFINITY, 24.0, 0.0])
-    ]
-}
-
-fn set_points() -> impl Strategy<Value = Option<SetPoint>> {
-    let words = prop_oneof![any::<u16>(), Just(controlword::ENABLE_OPERATION)];
-    let modes = prop_oneof![any::<i8>(), prop::sample::select(vec![1_i8, 3, 6, 8, 9])];
-    let set_point = (words, modes, any::<i32>()).prop_map(|(controlword, mode, target)| SetPoint {
-        controlword,
-        mode,
-        target,
-    });
-    prop::option::weighted(0.8, set_point)
-}
-
-proptest! {
-    #![proptest_config(ProptestConfig::with_cases(300))]
-
-    #[test]
-    fn no_input_leads_to_a_demand_above_the_current_limit(
-        ticks in prop::collection::vec((set_points(), any::<i32>(), anything(), anything(), any::<[bool; 3]>()), 1..60)
-    ) {
-        let mut axle = Axle::new(&Settings::default());
-        let mut bench = Bench::axle(&[]);
-        bench.enable(mode::CYCLIC_VELOCITY, 0);
-        if let Node::Axle(enabled) = bench.node {
-            axle = enabled;
-        }
-        let mut now_us = bench.now_us;
-        for (set_point, encoder, current, bus_voltage, [reference, positive_limit, negative_limit]) in ticks {
-            now_us += 1_000;
-            let outputs = axle.tick(&Inputs {
-                now_us,
-                encoder,
-                current,
-                bus_voltage,
-                switches: Switches { reference, positive_limit, negative_limit },
-                set_point,
-                guard_heard: true,
-            });
-            if let Bridge::Current(demand) = outputs.bridge {
-                prop_assert!(demand.abs() <= 10.0, "{demand} A, allowed are 10");
-            }
-        }
     }
 }
 
