@@ -8,10 +8,10 @@ use std::f64::consts::TAU;
 use tautrack::bus::pdo::DriveMotion;
 use tautrack::faults::Fault;
 use tautrack::node::Switches;
-use tautrack::node::axle::{ActiveLimit, Axle, Bridge, Inputs, Outputs, SetPoint, mode};
+use tautrack::node::axle::{ActiveLimit, Bridge, Outputs, mode};
 use tautrack::node::cia402::{CONTROL_FAULT_RESET, CONTROL_START, State, controlword, status};
 use tautrack::node::screw::Screw;
-use tautrack::settings::{Setting, Settings};
+use tautrack::settings::Setting;
 
 /// Bus units of an axle's position with 16 fraction bits.
 fn turning(radians: f64) -> i32 {
