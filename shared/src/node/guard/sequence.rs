@@ -107,9 +107,7 @@ impl Sequence {
                     && (body.joint_known() || screw_away < SCREW_THERE)
             }
             State::ReferencingJoint => drives.of(Role::Joint).referenced(),
-            State::Straightening => {
-                body.joint_known() || drives.of(Role::Joint).position().unsigned_abs() < JOINT_THERE
-            }
+            State::Straightening => drives.of(Role::Joint).position().unsigned_abs() < JOINT_THERE,
             State::Tightening => self.tight(drives, body, now_us),
             State::Armed => false,
             State::Held => !trouble,
