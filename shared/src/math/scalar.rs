@@ -27,6 +27,8 @@ pub trait Scalar:
     fn from_f64(value: f64) -> Self;
     /// The same number in double precision.
     fn to_f64(self) -> f64;
+    /// Neither NaN nor infinite.
+    fn is_finite(self) -> bool;
     /// Square root, correctly rounded. NaN below zero and for NaN.
     fn sqrt(self) -> Self;
     /// Sine and cosine of an angle in radians.
@@ -44,11 +46,11 @@ impl Scalar for f32 {
     const ZERO: Self = 0.0;
     const ONE: Self = 1.0;
 
-    #[inline(always)]
+    #[inline]
     fn from_f64(value: f64) -> Self {
         value as Self
     }
-    #[inline(always)]
+    #[inline]
     fn to_f64(self) -> f64 {
         f64::from(self)
     }
@@ -61,6 +63,10 @@ impl Scalar for f32 {
         radians::sin_cos_f32(self)
     }
     #[inline]
+    fn is_finite(self) -> bool {
+        f32::is_finite(self)
+    }
+    #[inline]
     fn atan2(self, x: Self) -> Self {
         trig::atan2(self, x)
     }
@@ -70,11 +76,11 @@ impl Scalar for f64 {
     const ZERO: Self = 0.0;
     const ONE: Self = 1.0;
 
-    #[inline(always)]
+    #[inline]
     fn from_f64(value: f64) -> Self {
         value
     }
-    #[inline(always)]
+    #[inline]
     fn to_f64(self) -> f64 {
         self
     }
@@ -85,6 +91,10 @@ impl Scalar for f64 {
     #[inline]
     fn sin_cos(self) -> (Self, Self) {
         radians::sin_cos_f64(self)
+    }
+    #[inline]
+    fn is_finite(self) -> bool {
+        f64::is_finite(self)
     }
     #[inline]
     fn atan2(self, x: Self) -> Self {

@@ -108,6 +108,7 @@ impl<S: Scalar> Symmetric<S> {
 
     /// Sum.
     #[inline]
+    #[must_use]
     pub fn plus(&self, other: &Self) -> Self {
         Self {
             diagonal: add(self.diagonal, other.diagonal),
@@ -128,6 +129,7 @@ impl<S: Scalar> Symmetric<S> {
 
     /// The same matrix for axes that are turned back by an angle about z: `R A R^T`, the angle given by sine and cosine.
     #[inline]
+    #[must_use]
     pub fn turned_about_z(&self, sine: S, cosine: S) -> Self {
         let ([xx, yy, zz], [yz, zx, xy]) = (self.diagonal, self.mixed);
         let (ss, cc, sc) = (sine * sine, cosine * cosine, sine * cosine);
@@ -144,6 +146,7 @@ impl<S: Scalar> Symmetric<S> {
 
     /// Half the trace times one, less the matrix itself. Of an inertia this is the second moment of mass, `integral r r^T dm`.
     #[inline]
+    #[must_use]
     pub fn complement(&self) -> Self {
         let [xx, yy, zz] = self.diagonal;
         let half = S::from_f64(0.5) * (xx + yy + zz);

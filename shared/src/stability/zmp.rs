@@ -81,9 +81,6 @@ fn divided<S: Scalar>(vector: Vector<S>, divisor: S) -> Option<Vector<S>> {
         return None;
     }
     let quotient = scale(S::ONE / divisor, vector);
-    // A finite number less itself is zero.
-    quotient
-        .iter()
-        .all(|value| *value - *value == S::ZERO)
-        .then_some(quotient)
+    let finite = quotient.into_iter().all(Scalar::is_finite);
+    finite.then_some(quotient)
 }
