@@ -11,7 +11,8 @@ const LSB: f64 = 1.0 / 16_777_216.0;
 
 fn vectors(group: &str) -> Value {
     let path = format!("{}/vectors/{group}.json", env!("CARGO_MANIFEST_DIR"));
-    let mut document: Value = serde_json::from_str(&std::fs::read_to_string(path).unwrap()).unwrap();
+    let mut document: Value =
+        serde_json::from_str(&std::fs::read_to_string(path).unwrap()).unwrap();
     // The gradient of the potential belongs to the robot Hylos, not to this group's functions.
     let functions = document["functions"].as_object_mut().unwrap();
     functions.retain(|name, _| name != "state");
@@ -55,8 +56,10 @@ fn collect(name: &str, got: &Value, want: &Value, into: &mut BTreeMap<String, Ve
         }
         (Value::Null, Value::Null) => {}
         _ => into.entry(name.to_owned()).or_default().push([
-            got.as_f64().unwrap_or_else(|| panic!("{name}: {got} {want}")),
-            want.as_f64().unwrap_or_else(|| panic!("{name}: {got} {want}")),
+            got.as_f64()
+                .unwrap_or_else(|| panic!("{name}: {got} {want}")),
+            want.as_f64()
+                .unwrap_or_else(|| panic!("{name}: {got} {want}")),
         ]),
     }
 }
@@ -86,7 +89,9 @@ fn without_outputs(document: &Value) -> Value {
 
 fn check(group: &str, precision: Precision, computed: &Value) {
     for (name, pairs) in compare(computed, &vectors(group)) {
-        let largest = pairs.iter().fold(0.0f64, |all, [_, want]| all.max(want.abs()));
+        let largest = pairs
+            .iter()
+            .fold(0.0f64, |all, [_, want]| all.max(want.abs()));
         let worst = pairs.iter().fold(0.0f64, |all, [got, want]| {
             let allowed = match precision {
                 Precision::F64 => 1e-10 * want.abs().max(1.0),
@@ -96,7 +101,10 @@ fn check(group: &str, precision: Precision, computed: &Value) {
             assert!(difference <= allowed, "{name}: {got} {want}");
             all.max(difference)
         });
-        println!("{group} {precision:?} {name}: {worst:.2e} of {largest:.3}, {} numbers", pairs.len());
+        println!(
+            "{group} {precision:?} {name}: {worst:.2e} of {largest:.3}, {} numbers",
+            pairs.len()
+        );
     }
 }
 
@@ -122,7 +130,9 @@ fn the_screw_meets_the_vectors_to_its_resolution() {
         assert!(output.status.success(), "{output:?}");
         let computed = serde_json::from_slice(&output.stdout).unwrap();
         for (name, pairs) in compare(&computed, &vectors("b2p2_screw")) {
-            let worst = pairs.iter().fold(0.0f64, |all, [a, b]| all.max((a - b).abs()));
+            let worst = pairs
+                .iter()
+                .fold(0.0f64, |all, [a, b]| all.max((a - b).abs()));
             println!("{name}: {worst:.2e}");
             let allowed = match name.as_str() {
                 "screw.r" | "screw.l3" | "screw.L_axle1_axle3" => LSB,
@@ -201,7 +211,11 @@ fn a_refusal_names_what_is_wrong() {
     }
     let output = run(&["no-such-file.json"], "");
     assert_eq!(output.status.code(), Some(2));
-    assert!(String::from_utf8(output.stderr).unwrap().contains("no-such-file.json"));
+    assert!(
+        String::from_utf8(output.stderr)
+            .unwrap()
+            .contains("no-such-file.json")
+    );
 }
 
 #[test]

@@ -7,10 +7,7 @@ use tautrack::math::Scalar;
 use tautrack::stability::tipover::{Potential, angles, margin};
 
 pub fn functions<S: Scalar>() -> Functions {
-    vec![
-        ("margins", margins::<S>),
-        ("potential", potential::<S>),
-    ]
+    vec![("margins", margins::<S>), ("potential", potential::<S>)]
 }
 
 /// From `contacts_cw` (3 or 4), `G`, `f`, `moment` at G.

@@ -139,11 +139,6 @@ impl<'a> Input<'a> {
         Ok([x.as_numbers()?, y.as_numbers()?, z.as_numbers()?])
     }
 
-    /// A number to compute with.
-    pub fn scalar<S: Scalar>(&self, name: &str) -> Result<S, EvaluateError> {
-        self.number(name).map(S::from_f64)
-    }
-
     /// Numbers to compute with.
     pub fn scalars<S: Scalar, const N: usize>(&self, name: &str) -> Result<[S; N], EvaluateError> {
         Ok(self.numbers(name)?.map(S::from_f64))

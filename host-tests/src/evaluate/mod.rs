@@ -121,22 +121,24 @@ fn evaluate_with(
     let root = Input::root(&document);
     let group = root.text("group")?;
     let names = || groups.iter().map(|(name, _)| *name).collect();
-    let (_, known) = groups.iter().find(|(name, _)| *name == group).ok_or_else(|| {
-        EvaluateError::UnknownGroup {
+    let (_, known) = groups
+        .iter()
+        .find(|(name, _)| *name == group)
+        .ok_or_else(|| EvaluateError::UnknownGroup {
             got: group.to_owned(),
             known: names(),
-        }
-    })?;
+        })?;
     let params = root.member("params")?;
     let mut results = Vec::new();
     for (name, cases) in root.member("functions")?.members()? {
-        let (_, function) = known.iter().find(|(other, _)| *other == name).ok_or_else(|| {
-            EvaluateError::UnknownFunction {
+        let (_, function) = known
+            .iter()
+            .find(|(other, _)| *other == name)
+            .ok_or_else(|| EvaluateError::UnknownFunction {
                 group: group.to_owned(),
                 got: name.to_owned(),
                 known: known.iter().map(|(name, _)| *name).collect(),
-            }
-        })?;
+            })?;
         for (index, case) in cases.elements()?.iter().enumerate() {
             let out = function(&params, &case.member("in")?)?;
             results.push((name.to_owned(), index, out));

@@ -30,6 +30,7 @@ pub trait Scalar:
     /// Neither NaN nor infinite.
     fn is_finite(self) -> bool;
     /// Square root, correctly rounded. NaN below zero and for NaN.
+    #[must_use]
     fn sqrt(self) -> Self;
     /// Sine and cosine of an angle in radians.
     ///
@@ -39,6 +40,7 @@ pub trait Scalar:
     /// Direction of the point (`x`, `self`) in radians, from -pi to pi, 0 at the origin.
     ///
     /// Worst error 4e-7 rad for `f32` ([`trig::atan2`]), 9e-16 for `f64`; special values as in IEEE 754.
+    #[must_use]
     fn atan2(self, x: Self) -> Self;
 }
 

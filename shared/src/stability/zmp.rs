@@ -65,11 +65,7 @@ pub fn printed<S: Scalar>(
     let weight = mass * gravity;
     // P_x = P_y = 0, P_z = -weight, Fi_y = -force_y.
     let [x, y, _] = divided(
-        [
-            gx * weight - dy,
-            dx + gy * weight - gz * force_y,
-            S::ZERO,
-        ],
+        [gx * weight - dy, dx + gy * weight - gz * force_y, S::ZERO],
         force_z,
     )?;
     Some([x, y])

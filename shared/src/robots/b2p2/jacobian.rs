@@ -106,8 +106,7 @@ impl<S: Scalar> Posture<'_, S> {
     pub(super) fn column_rates(&self, rates: &Joints<S>, spin: &Spin<S>) -> [Columns<S>; 3] {
         let pitch_axis = self.front.axes[2];
         let [first, second, third] = self.local_coms();
-        let from_axle_2 =
-            [second, third].map(|com| sub(com, self.front.origin));
+        let from_axle_2 = [second, third].map(|com| sub(com, self.front.origin));
         let axis_rates = [
             zero(),
             cross(spin.yaw, self.roll_axis),
@@ -132,9 +131,8 @@ impl<S: Scalar> Posture<'_, S> {
             linear: zero(),
             angular: zero(),
         };
-        let body = |index: usize, com, com_rate| {
-            turning(axis_rates[index], axes[index], com, com_rate)
-        };
+        let body =
+            |index: usize, com, com_rate| turning(axis_rates[index], axes[index], com, com_rate);
         let segment = |com: Vector<S>, com_rate: Vector<S>, chassis, screw| {
             [
                 body(0, com, com_rate),
@@ -144,8 +142,14 @@ impl<S: Scalar> Posture<'_, S> {
                 screw,
             ]
         };
-        let chassis =
-            |index: usize| turning(axis_rates[3], pitch_axis, from_axle_2[index], arm_rates[index]);
+        let chassis = |index: usize| {
+            turning(
+                axis_rates[3],
+                pitch_axis,
+                from_axle_2[index],
+                arm_rates[index],
+            )
+        };
         let screw = Column {
             linear: along_rate,
             angular: zero(),

@@ -37,20 +37,12 @@ impl<S: Scalar> Posture<'_, S> {
         );
 
         // Accelerations less gravity.
-        let base = self
-            .segment_1
-            .along_axes([a2, a1, a3 + parameters.gravity]);
+        let base = self.segment_1.along_axes([a2, a1, a3 + parameters.gravity]);
         let of_point = |turn, spin, arm| add(cross(turn, arm), cross(spin, cross(spin, arm)));
         let [first, second, third] = &parameters.segments;
         let arms = self.front_coms().map(|arm| self.front.direction(arm));
-        let axle_2 = add(
-            base,
-            of_point(turn, spin.segment_1, self.front.origin),
-        );
-        let sliding = add(
-            scale(a8, along),
-            scale(d8 + d8, cross(spin.front, along)),
-        );
+        let axle_2 = add(base, of_point(turn, spin.segment_1, self.front.origin));
+        let sliding = add(scale(a8, along), scale(d8 + d8, cross(spin.front, along)));
         let force_1 = scale(
             first.mass,
             add(base, of_point(turn, spin.segment_1, first.com)),
