@@ -109,14 +109,14 @@ pub fn evaluate(text: &str, precision: Precision) -> Result<Value, EvaluateError
         message: error.to_string(),
     })?;
     match precision {
-        Precision::F32 => evaluate_with(document, groups::<f32>()),
-        Precision::F64 => evaluate_with(document, groups::<f64>()),
+        Precision::F32 => evaluate_with(document, &groups::<f32>()),
+        Precision::F64 => evaluate_with(document, &groups::<f64>()),
     }
 }
 
 fn evaluate_with(
     mut document: Value,
-    groups: [(&'static str, Functions); 5],
+    groups: &[(&'static str, Functions)],
 ) -> Result<Value, EvaluateError> {
     let root = Input::root(&document);
     let group = root.text("group")?;

@@ -45,6 +45,18 @@ pub fn cross<S: Scalar>(a: Vector<S>, b: Vector<S>) -> Vector<S> {
     ]
 }
 
+/// `z x a`: what turning about z does to `a`.
+#[inline]
+pub fn about_z<S: Scalar>(a: Vector<S>) -> Vector<S> {
+    [-a[1], a[0], S::ZERO]
+}
+
+/// `a x (length x)`: what turning by `a` does to a point on the x axis.
+#[inline]
+pub fn to_point_on_x<S: Scalar>(a: Vector<S>, length: S) -> Vector<S> {
+    [S::ZERO, a[2] * length, -(a[1] * length)]
+}
+
 /// A frame: its axes and its origin in the coordinates of another one.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Frame<S> {

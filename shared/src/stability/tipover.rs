@@ -17,7 +17,7 @@ use crate::math::vector::{Vector, cross, dot, sub};
 /// Besseron et al. (eq. 1) measure to the centre of the edge instead, which is right only where `cog` is opposite to it, and give the angle no sign,
 /// without which the margin cannot turn negative.
 ///
-/// Domain: any. An edge without length, and no force at all, give 0: never "inside". NaN gives NaN. Cost: 65 operations an edge and
+/// Domain: any. An edge without length, and no force at all, give 0: never "inside". NaN gives NaN. Cost: 51 operations an edge and
 /// an arc tangent.
 pub fn angles<S: Scalar, const N: usize>(
     contacts: &[Vector<S>; N],

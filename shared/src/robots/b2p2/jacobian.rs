@@ -3,7 +3,7 @@
 use super::posture::Posture;
 use super::{JOINTS, Joints};
 use crate::math::Scalar;
-use crate::math::vector::{Vector, add, cross, scale, sub, zero};
+use crate::math::vector::{Vector, about_z, add, cross, scale, to_point_on_x, zero};
 
 /// What one unit of a joint's rate does to a segment: velocity of its centre of mass, m/s, and angular velocity, rad/s.
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -56,108 +56,107 @@ impl<S: Scalar> Posture<'_, S> {
     /// Columns of joints 4 to 8 of each segment, in R6 axes.
     pub(super) fn columns(&self) -> [Columns<S>; 3] {
         let [first, second, third] = self.local_coms();
-        let turning = |axis, arm| Column {
-            linear: cross(axis, arm),
-            angular: axis,
-        };
+        let [arm_2, arm_3] = self.arms();
         let still = Column {
             linear: zero(),
             angular: zero(),
         };
-        let pitch_axis = self.front.axes[2];
-        let body = |com| {
+        let turning = |axis, arm| Column {
+            linear: cross(axis, arm),
+            angular: axis,
+        };
+        let turning_about_z = |arm| Column {
+            linear: about_z(arm),
+            angular: [S::ZERO, S::ZERO, S::ONE],
+        };
+        let segment = |com, chassis, screw| {
             [
                 turning(self.yaw_axis, com),
                 turning(self.roll_axis, com),
-                turning(pitch_axis, com),
+                turning_about_z(com),
+                chassis,
+                screw,
             ]
         };
-        let chassis = |com| turning(pitch_axis, sub(com, self.front.origin));
-        let [yaw, roll, pitch] = body(first);
-        let [yaw_2, roll_2, pitch_2] = body(second);
-        let [yaw_3, roll_3, pitch_3] = body(third);
         let screw = Column {
             linear: self.along,
             angular: zero(),
         };
         [
-            [yaw, roll, pitch, still, still],
-            [yaw_2, roll_2, pitch_2, chassis(second), still],
-            [yaw_3, roll_3, pitch_3, chassis(third), screw],
+            segment(first, still, still),
+            segment(second, turning_about_z(arm_2), still),
+            segment(third, turning_about_z(arm_3), screw),
         ]
     }
 
     /// Angular velocities at these joint rates.
     pub(super) fn spin(&self, rates: &Joints<S>) -> Spin<S> {
         let [.., d4, d5, d6, d7, _] = *rates;
-        let pitch_axis = self.front.axes[2];
         let yaw = scale(d4, self.yaw_axis);
         let roll = add(yaw, scale(d5, self.roll_axis));
-        let segment_1 = add(roll, scale(d6, pitch_axis));
+        let segment_1 = [roll[0], roll[1], roll[2] + d6];
         Spin {
             yaw,
             roll,
             segment_1,
-            front: add(segment_1, scale(d7, pitch_axis)),
+            front: [roll[0], roll[1], segment_1[2] + d7],
         }
     }
 
     /// Time derivatives of [`Self::columns`] as seen from R0, given along the axes of R6.
     pub(super) fn column_rates(&self, rates: &Joints<S>, spin: &Spin<S>) -> [Columns<S>; 3] {
-        let pitch_axis = self.front.axes[2];
         let [first, second, third] = self.local_coms();
-        let from_axle_2 = [second, third].map(|com| sub(com, self.front.origin));
-        let axis_rates = [
-            zero(),
-            cross(spin.yaw, self.roll_axis),
-            cross(spin.roll, pitch_axis),
-            cross(spin.segment_1, pitch_axis),
-        ];
-        let axes = [self.yaw_axis, self.roll_axis, pitch_axis];
-        let axle_2_rate = cross(spin.segment_1, self.front.origin);
+        let [arm_2, arm_3] = self.arms();
+        // The axes of joints 6 and 7 are both z, and so is what their carriers do to it.
+        let z_rate = |carrier: Vector<S>| [carrier[1], -carrier[0], S::ZERO];
+        let (roll_rate, pitch_rate) = (cross(spin.yaw, self.roll_axis), z_rate(spin.roll));
         let along_rate = cross(spin.front, self.along);
-        let arm_rates = [
-            cross(spin.front, from_axle_2[0]),
-            add(
-                cross(spin.front, from_axle_2[1]),
-                scale(rates[7], self.along),
-            ),
-        ];
-        let turning = |axis_rate, axis, arm, arm_rate| Column {
-            linear: add(cross(axis_rate, arm), cross(axis, arm_rate)),
-            angular: axis_rate,
-        };
+        let axle_2_rate = to_point_on_x(spin.segment_1, self.parameters.l1);
+        let arm_2_rate = cross(spin.front, arm_2);
+        let arm_3_rate = add(cross(spin.front, arm_3), scale(rates[7], self.along));
+
         let still = Column {
             linear: zero(),
             angular: zero(),
         };
-        let body =
-            |index: usize, com, com_rate| turning(axis_rates[index], axes[index], com, com_rate);
-        let segment = |com: Vector<S>, com_rate: Vector<S>, chassis, screw| {
+        let turning_about_z = |axis_rate, arm, arm_rate| Column {
+            linear: add(cross(axis_rate, arm), about_z(arm_rate)),
+            angular: axis_rate,
+        };
+        let segment = |com, com_rate, chassis, screw| {
             [
-                body(0, com, com_rate),
-                body(1, com, com_rate),
-                body(2, com, com_rate),
+                Column {
+                    linear: cross(self.yaw_axis, com_rate),
+                    angular: zero(),
+                },
+                Column {
+                    linear: add(cross(roll_rate, com), cross(self.roll_axis, com_rate)),
+                    angular: roll_rate,
+                },
+                turning_about_z(pitch_rate, com, com_rate),
                 chassis,
                 screw,
             ]
         };
-        let chassis = |index: usize| {
-            turning(
-                axis_rates[3],
-                pitch_axis,
-                from_axle_2[index],
-                arm_rates[index],
-            )
-        };
+        let chassis = |arm, arm_rate| turning_about_z(z_rate(spin.segment_1), arm, arm_rate);
         let screw = Column {
             linear: along_rate,
             angular: zero(),
         };
         [
             segment(first, cross(spin.segment_1, first), still, still),
-            segment(second, add(axle_2_rate, arm_rates[0]), chassis(0), still),
-            segment(third, add(axle_2_rate, arm_rates[1]), chassis(1), screw),
+            segment(
+                second,
+                add(axle_2_rate, arm_2_rate),
+                chassis(arm_2, arm_2_rate),
+                still,
+            ),
+            segment(
+                third,
+                add(axle_2_rate, arm_3_rate),
+                chassis(arm_3, arm_3_rate),
+                screw,
+            ),
         ]
     }
 }

@@ -19,8 +19,8 @@ pub struct Posture<'a, S> {
     /// Axes of joints 4 (z4) and 5 (z5) in R6.
     pub(super) yaw_axis: Vector<S>,
     pub(super) roll_axis: Vector<S>,
-    /// R7 in R6: its y axis points backward along the front.
-    pub(super) front: Frame<S>,
+    /// Sine and cosine of joint 7, between R6 and R7.
+    pub(super) chassis: (S, S),
     /// Forward along the front (z8), in R6.
     pub(super) along: Vector<S>,
     /// `L2 + q8`, m.
@@ -39,14 +39,15 @@ impl<'a, S: Scalar> Posture<'a, S> {
         Self::from_directions(parameters, [q1, q2, q3], directions, q8)
     }
 
-    /// As [`Self::new`], from sines and cosines of joints 4 to 7, such as those of [`crate::math::sin_cos`]. Cost: 61 operations.
+    /// As [`Self::new`], from sines and cosines of joints 4 to 7, such as those of [`crate::math::sin_cos`]. Cost: 25 operations
+    /// beside the sines. Operations of all functions here are counted by `host-tests/tests/b2p2_model.rs`.
     pub fn from_directions(
         parameters: &'a Parameters<S>,
         [q1, q2, q3]: [S; 3],
         [(s4, c4), (s5, c5), (s6, c6), (s7, c7)]: [(S, S); 4],
         q8: S,
     ) -> Self {
-        let (zero, one) = (S::ZERO, S::ONE);
+        let zero = S::ZERO;
         let (x4, y4) = ([c4, s4, zero], [-s4, c4, zero]);
         // T45: x5 = s5 x4 + c5 z4, y5 = c5 x4 - s5 z4, z5 = y4.
         let x5 = [s5 * c4, s5 * s4, c5];
@@ -62,10 +63,7 @@ impl<'a, S: Scalar> Posture<'a, S> {
             },
             yaw_axis: [c5 * s6, c5 * c6, -s5],
             roll_axis: [c6, -s6, zero],
-            front: Frame {
-                axes: [[-s7, c7, zero], [-c7, -s7, zero], [zero, zero, one]],
-                origin: [parameters.l1, zero, zero],
-            },
+            chassis: (s7, c7),
             along: [c7, s7, zero],
             reach: parameters.l2 + q8,
             level: [x4, y4],
@@ -84,11 +82,10 @@ impl<'a, S: Scalar> Posture<'a, S> {
         let base = self.segment_1.origin;
         let [x4, y4] = self.level;
         let z6 = self.segment_1.axes[2];
-        let (x7, y7, z8) = (
-            self.segment_1.direction(self.front.axes[0]),
-            self.segment_1.direction(self.front.axes[1]),
-            self.segment_1.direction(self.along),
-        );
+        let (s7, c7) = self.chassis;
+        let x7 = self.segment_1.direction([-s7, c7, o]);
+        let z8 = self.segment_1.direction(self.along);
+        let y7 = z8.map(|value| -value);
         [
             at([o, o, -l], [-l, o, o], [o, l, o], [o, q1, o]),
             at([o, l, o], [o, o, l], [l, o, o], [q2, q1, o]),
@@ -96,41 +93,63 @@ impl<'a, S: Scalar> Posture<'a, S> {
             at(x4, y4, [o, o, l], base),
             at(self.upright, z6, y4, base),
             self.segment_1,
-            at(x7, y7, z6, self.segment_1.place(self.front.origin)),
+            at(x7, y7, z6, self.segment_1.place(self.on_front(o))),
             at(x7, z6, z8, self.segment_1.place(self.on_front(self.reach))),
         ]
     }
 
     /// A place on the line of the front, `distance` from axle 2, in R6.
     fn on_front(&self, distance: S) -> Vector<S> {
-        add(self.front.origin, scale(distance, self.along))
+        let [x, y, z] = scale(distance, self.along);
+        [self.parameters.l1 + x, y, z]
     }
 
-    /// Centres of mass of segments 2 and 3 from the origin of R7, in its axes.
+    /// A direction along the axes of R7 (x up across the front, y backward along it, z to the right), along R6. T67 has
+    /// the rows `[-s7 -c7 0]` and `[c7 -s7 0]`.
+    pub(super) fn along_r6(&self, [x, y, z]: Vector<S>) -> Vector<S> {
+        let (s7, c7) = self.chassis;
+        [-(s7 * x + c7 * y), c7 * x - s7 * y, z]
+    }
+
+    /// The inverse of [`Self::along_r6`].
+    pub(super) fn along_r7(&self, [x, y, z]: Vector<S>) -> Vector<S> {
+        let (s7, c7) = self.chassis;
+        [c7 * y - s7 * x, -(c7 * x + s7 * y), z]
+    }
+
+    /// Centres of mass of segments 2 and 3 from axle 2 (the origin of R7), along R7.
     pub(super) fn front_coms(&self) -> [Vector<S>; 2] {
         let [_, second, third] = &self.parameters.segments;
         let [x, y, z] = third.com;
         [second.com, [x, y - self.reach, z]]
     }
 
+    /// The same along R6.
+    pub(super) fn arms(&self) -> [Vector<S>; 2] {
+        self.front_coms().map(|com| self.along_r6(com))
+    }
+
     /// Centres of mass of the segments from the origin of R6, in its axes.
     pub(super) fn local_coms(&self) -> [Vector<S>; 3] {
-        let [second, third] = self.front_coms();
-        [
-            self.parameters.segments[0].com,
-            self.front.place(second),
-            self.front.place(third),
-        ]
+        let l1 = self.parameters.l1;
+        let [second, third] = self.arms().map(|[x, y, z]| [l1 + x, y, z]);
+        [self.parameters.segments[0].com, second, third]
+    }
+
+    /// First moments of mass along R6, kg m: of the whole about axle 1, and of the front about axle 2.
+    pub(super) fn moments(&self) -> [Vector<S>; 2] {
+        let [first, second, third] = &self.parameters.segments;
+        let [arm_2, arm_3] = self.arms();
+        let front = add(scale(second.mass, arm_2), scale(third.mass, arm_3));
+        let mut whole = add(scale(first.mass, first.com), front);
+        whole[0] += (second.mass + third.mass) * self.parameters.l1;
+        [whole, front]
     }
 
     /// Centre of gravity from the origin of R6, in its axes.
     fn local_cog(&self) -> Vector<S> {
-        let coms = self.local_coms();
-        let mut sum = zero();
-        for (segment, com) in self.parameters.segments.iter().zip(coms) {
-            sum = add(sum, scale(segment.mass, com));
-        }
-        scale(S::ONE / self.parameters.mass, sum)
+        let [moment, _] = self.moments();
+        scale(S::ONE / self.parameters.mass, moment)
     }
 
     /// Centres of mass of the segments in R0, m.
@@ -146,7 +165,7 @@ impl<'a, S: Scalar> Posture<'a, S> {
     /// Axles 1 to 3 from the origin of R6, in its axes; axle 3 is `axle_3` in front of the origin of R8.
     fn local_axles(&self) -> [Vector<S>; 3] {
         let third = self.on_front(self.reach + self.parameters.axle_3);
-        [[S::ZERO; 3], self.front.origin, third]
+        [zero(), self.on_front(S::ZERO), third]
     }
 
     /// Middles of axles 1 to 3 in R0, m.
