@@ -1,7 +1,8 @@
-//! The simulator: plants, virtual bus, lockstep runner, scenarios and report. No part of it runs on a robot.
+//! The simulator: plants, virtual bus, lockstep runner, scenarios and report, and `cargo evaluate`. No part of it runs on a robot.
 
 pub mod bus;
 pub mod demo;
+pub mod evaluate;
 pub mod log;
 pub mod nodes;
 pub mod plant;

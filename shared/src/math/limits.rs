@@ -6,6 +6,8 @@ mod c {
     unsafe extern "C" {
         // IEEE 754 defines this operation to the bit, and the compiler makes it one machine instruction (VSQRT, SQRTSS).
         pub safe fn sqrtf(x: f32) -> f32;
+        // The same in double precision (SQRTSD); the nodes compute in single precision and never ask for it.
+        pub safe fn sqrt(x: f64) -> f64;
     }
 }
 
@@ -16,6 +18,16 @@ pub fn sqrt(value: f32) -> f32 {
         c::sqrtf(value)
     } else {
         f32::NAN
+    }
+}
+
+/// Square root in double precision, as [`sqrt`].
+#[inline]
+pub(super) fn sqrt_f64(value: f64) -> f64 {
+    if value >= 0.0 {
+        c::sqrt(value)
+    } else {
+        f64::NAN
     }
 }
 

@@ -1,11 +1,16 @@
 //! Elementary functions that end in the same bits on every target: no platform libm, no `f32::min`, `max` or `clamp`.
 //!
 //! [`trig`]: sine and cosine of binary angles, arc tangent. [`limits`]: root, minimum, maximum, limiters.
-//! [`cubic`]: tables of cubics in fixed point, which sines and screw share.
+//! [`cubic`]: tables of cubics in fixed point, which sines and screw share. [`scalar`]: `f32` or `f64`, for models that are
+//! written once for both; [`vector`]: places, directions and symmetric matrices in them.
 
 pub mod cubic;
 pub mod limits;
+mod radians;
+pub mod scalar;
 pub mod trig;
+pub mod vector;
 
 pub use limits::{clamp, limit, max, min, sqrt};
+pub use scalar::Scalar;
 pub use trig::{atan2, sin_cos, sin_cos_q30};

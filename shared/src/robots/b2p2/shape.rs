@@ -1,7 +1,8 @@
-//! B2P2, the tracked robot of Paillat, Lucidarme and Hardouin: where its masses and its axles are.
+//! Where B2P2's masses and axles are along its own axes: the cheap part of the model, which the guard needs at every tick.
 //!
 //! Axes of body 1, origin in the middle of axle 1 (the rear one): x forward to axle 2, y left, z up.
 
+use super::parameters::{LENGTHS, SEGMENTS};
 use crate::math::{max, sin_cos};
 use crate::settings::{Setting, Settings};
 use crate::units::Angle;
@@ -15,24 +16,31 @@ pub struct PointMass {
     pub place: [f32; 3],
 }
 
-/// Body 1 (tabulated in the paper's appendix, in frame R6: x forward, y up, z right). Its tabulated height, 34.997 mm, is
-/// replaced by [`Setting::BodyHeight`]: it stands for the batteries, whose place the paper does not give.
-pub const BODY_1: PointMass = PointMass {
-    mass: 6.356_067,
-    place: [0.160_894, 0.002_784, 0.034_997],
+/// Body 1, along its axes (of R6: x forward, y up, z right). Its tabulated height, 34.997 mm, is replaced by
+/// [`Setting::BodyHeight`]: it stands for the batteries, whose place the paper does not give.
+pub const BODY_1: PointMass = {
+    let [forward, up, right] = SEGMENTS[0].centre_of_mass;
+    point_mass(SEGMENTS[0].mass, [forward, -right, up])
 };
-/// Body 2 (frame R7), from axle 2 along the front part.
-pub const BODY_2: PointMass = PointMass {
-    mass: 0.897_066,
-    place: [0.104_083, -0.014_127, -0.000_723],
+/// Body 2 (of R7: y backward, x up, z right), from axle 2 along the front part.
+pub const BODY_2: PointMass = {
+    let [up, backward, right] = SEGMENTS[1].centre_of_mass;
+    point_mass(SEGMENTS[1].mass, [-backward, -right, up])
 };
-/// Body 3 (frame R8), from its rear end along the front part.
-pub const BODY_3: PointMass = PointMass {
-    mass: 1.062_15,
-    place: [0.152_68, 0.000_01, 0.000_09],
+/// Body 3 (of R8: z forward, x up, y right), from its rear end along the front part.
+pub const BODY_3: PointMass = {
+    let [up, right, forward] = SEGMENTS[2].centre_of_mass;
+    point_mass(SEGMENTS[2].mass, [forward, -right, up])
 };
-/// Distance from the rear end of body 3 to axle 3, m: the tabulated length of body 3 (assumed, see the plant's page).
-pub const AXLE_3_FROM_BODY_3: f32 = 0.226;
+/// Distance from the rear end of body 3 to axle 3, m ([`super::parameters::Lengths::axle_3`]).
+pub const AXLE_3_FROM_BODY_3: f32 = LENGTHS.axle_3 as f32;
+
+const fn point_mass(mass: f64, [x, y, z]: [f64; 3]) -> PointMass {
+    PointMass {
+        mass: mass as f32,
+        place: [x as f32, y as f32, z as f32],
+    }
+}
 
 /// Masses and lengths that do not change while the robot moves.
 #[derive(Clone, Copy, Debug)]

@@ -1,0 +1,33 @@
+//! Group `b2p2_zmp`: the ground's reaction and where it acts.
+
+use super::b2p2_parameters::parameters;
+use super::input::{Input, numbers};
+use super::{EvaluateError, Functions};
+use serde_json::{Value, json};
+use tautrack::math::Scalar;
+use tautrack::robots::b2p2::Posture;
+use tautrack::stability::zmp::{Plane, ZeroMomentPoint, zero_moment_point};
+
+pub fn functions<S: Scalar>() -> Functions {
+    vec![("zmp", zmp::<S>)]
+}
+
+/// From `q`, `qd`, `qdd`, `plane_point`, `normal`; `zmp` is `null` where there is none.
+fn zmp<S: Scalar>(params: &Input, case: &Input) -> Result<Value, EvaluateError> {
+    let parameters = parameters::<S>(params)?;
+    let posture = Posture::new(&parameters, &case.scalars("q")?);
+    let effort = posture.newton_euler(&case.scalars("qd")?, &case.scalars("qdd")?);
+    let plane = Plane {
+        point: case.scalars("plane_point")?,
+        normal: case.scalars("normal")?,
+    };
+    let point = match zero_moment_point(&effort.reaction, &plane) {
+        ZeroMomentPoint::At(point) => numbers(&point),
+        ZeroMomentPoint::None => Value::Null,
+    };
+    Ok(json!({
+        "F": numbers(&effort.reaction.force),
+        "M_O": numbers(&effort.reaction.moment),
+        "zmp": point,
+    }))
+}

@@ -1,0 +1,140 @@
+//! Tip-over angles and stability potential against the papers' own forms and physics.
+
+use tautrack::math::vector::{add, cross, dot, scale, sub};
+use tautrack::stability::tipover::{Potential, PotentialError, angles, margin};
+
+type Vector = [f64; 3];
+
+/// Counter-clockwise, not level.
+const CONTACTS: [Vector; 4] = [
+    [-0.3, -0.2, 0.02],
+    [0.35, -0.25, -0.03],
+    [0.3, 0.2, 0.05],
+    [-0.32, 0.25, 0.0],
+];
+const COG: Vector = [0.05, -0.02, 0.3];
+
+fn unit(vector: Vector) -> Vector {
+    scale(1.0 / dot(vector, vector).sqrt(), vector)
+}
+
+/// Papadopoulos and Rey's definition, with its unit vectors and its contacts clockwise.
+fn defined(from: Vector, to: Vector, force: Vector, moment: Vector) -> f64 {
+    let a = unit(sub(to, from));
+    let across = |v: Vector| sub(v, scale(dot(a, v), a));
+    let l = across(sub(to, COG));
+    let couple = cross(unit(l), scale(dot(a, moment), a));
+    let net = add(across(force), scale(1.0 / dot(l, l).sqrt(), couple));
+    let size = unit(l).map(|x| x * dot(net, net).sqrt());
+    let angle = (dot(net, unit(l)) / dot(net, net).sqrt())
+        .clamp(-1.0, 1.0)
+        .acos();
+    if dot(cross(net, size), a) > 0.0 {
+        angle
+    } else {
+        -angle
+    }
+}
+
+#[test]
+fn angles_are_those_of_the_definition() {
+    for step in 0..200 {
+        let turn = f64::from(step) * 0.37;
+        let force = [90.0 * turn.sin(), 70.0 * (1.7 * turn).cos(), -120.0];
+        let moment = [9.0 * (2.3 * turn).cos(), 12.0 * turn.cos(), 5.0];
+        let found = angles(&CONTACTS, COG, force, moment);
+        for (edge, got) in found.into_iter().enumerate() {
+            // The same edge, walked clockwise.
+            let want = defined(CONTACTS[(edge + 1) % 4], CONTACTS[edge], force, moment);
+            assert!((got - want).abs() < 1e-7, "{step} {edge}: {got} {want}");
+        }
+    }
+}
+
+#[test]
+fn the_margin_is_zero_where_the_moments_about_an_edge_balance() {
+    let (from, to) = (CONTACTS[1], CONTACTS[2]);
+    let a = unit(sub(to, from));
+    let weight = [0.0, 0.0, -100.0];
+    let righting = dot(cross(sub(COG, from), weight), a);
+    let tipping = |share: f64| {
+        let moment = scale(-share * righting, a);
+        angles(&CONTACTS, COG, weight, moment)[1]
+    };
+    assert!(tipping(1.0).abs() < 1e-12, "{}", tipping(1.0));
+    assert!(tipping(0.99) > 0.0 && tipping(1.01) < 0.0);
+}
+
+#[test]
+fn the_margin_is_negative_when_the_cog_is_outside() {
+    let outside = [0.5, 0.0, 0.3];
+    let found = angles(&CONTACTS, outside, [0.0, 0.0, -100.0], [0.0; 3]);
+    assert!(found[1] < 0.0 && margin(&found) == found[1], "{found:?}");
+    assert!(
+        found[0] > 0.0 && found[2] > 0.0 && found[3] > 0.0,
+        "{found:?}"
+    );
+}
+
+#[test]
+fn degenerate_supports_are_never_inside() {
+    let weight = [0.0, 0.0, -100.0];
+    let doubled = [CONTACTS[0], CONTACTS[1], CONTACTS[1], CONTACTS[3]];
+    let within = [-0.1, -0.1, 0.3];
+    let found = angles(&doubled, within, weight, [0.0; 3]);
+    assert!(
+        found[0] > 0.0 && found[2] > 0.0 && found[3] > 0.0,
+        "{found:?}"
+    );
+    assert_eq!(margin(&found), 0.0);
+    assert_eq!(angles(&[COG; 3], COG, weight, [0.0; 3]), [0.0; 3]);
+    assert_eq!(angles(&CONTACTS, COG, [0.0; 3], [0.0; 3]), [0.0; 4]);
+}
+
+#[test]
+fn lost_values_stay_lost() {
+    let lost = angles(&CONTACTS, COG, [0.0, f64::NAN, -100.0], [0.0; 3]);
+    assert!(lost.iter().all(|angle| angle.is_nan()));
+    assert!(margin(&[0.5, f64::NAN, 0.4]).is_nan());
+    assert!(margin(&[f32::NAN, 0.5]).is_nan() && margin::<f32>(&[]).is_nan());
+    assert_eq!(margin(&[0.5, -0.1, 0.2]), -0.1);
+}
+
+#[test]
+fn the_potential_falls_smoothly_to_zero_at_its_limit() {
+    let potential = Potential::<f64>::new(0.004, 0.35, 0.02).unwrap();
+    let mut before = f64::INFINITY;
+    for step in -2000..2000 {
+        let angle = f64::from(step) * 2e-4 + 1e-5;
+        let (value, slope) = potential.of_angle(angle);
+        let h = 1e-8;
+        let change =
+            (potential.of_angle(angle + h).0 - potential.of_angle(angle - h).0) / (2.0 * h);
+        assert!(
+            (slope - change).abs() <= 2e-5 * (1.0 + slope.abs()),
+            "{angle}: {slope} {change}"
+        );
+        assert!(value <= before && slope <= 0.0 && value >= 0.0);
+        before = value;
+    }
+    assert_eq!(before, 0.0);
+    assert!(potential.total(&[0.5, f64::NAN]).is_nan());
+}
+
+#[test]
+fn potentials_that_would_divide_by_zero_are_refused() {
+    let new = Potential::<f32>::new;
+    assert_eq!(new(-1.0, 0.3, 0.1), Err(PotentialError::Gain(-1.0)));
+    for (limit, floor) in [
+        (0.3, 0.0),
+        (0.3, -0.1),
+        (0.1, 0.3),
+        (f64::INFINITY, 0.1),
+        (0.3, f64::NAN),
+    ] {
+        assert!(matches!(
+            new(0.004, limit, floor),
+            Err(PotentialError::Angles { .. })
+        ));
+    }
+}

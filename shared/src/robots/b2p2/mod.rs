@@ -1,0 +1,30 @@
+//! B2P2, the tracked robot of Paillat, Lucidarme and Hardouin (Variable Geometry Tracked Unmanned Grounded Vehicle; its
+//! appendix has the Denavit-Hartenberg table and the constants): geometry, dynamics and what the motors do to them.
+//!
+//! [`parameters`]: masses and lengths. [`posture`]: the chain of eight joints. [`jacobian`], [`dynamics`]: Jacobians, inertia and
+//! Coriolis matrix, gravity. [`newton_euler`]: joint torques and ground reaction by the fast path. [`actuation`]: from motor torques to
+//! generalized ones. [`belt`]: what taut tracks ask of joint 8. All of these are generic over [`crate::math::Scalar`].
+//! [`shape`]: the few places that the guard needs at every tick, from binary angles.
+//!
+//! The joints `q`, m and rad: 1 forward (y0), 2 to the right (x0), 3 up (z0), 4 yaw, 5 roll, 6 pitch (nose up), 7 the chassis
+//! joint (front up), 8 the screw. At `q = 0` the robot stands at the origin of R0, heading along y0. Arrays count from 0: `q[0]` is `q1`.
+
+pub mod actuation;
+pub mod belt;
+pub mod dynamics;
+pub mod jacobian;
+pub mod newton_euler;
+pub mod parameters;
+pub mod posture;
+pub mod shape;
+
+pub use parameters::{Parameters, ParametersError, Tabulated};
+pub use posture::Posture;
+pub use shape::{Model, Shape};
+
+/// Number of joints.
+pub const JOINTS: usize = 8;
+/// One value for each joint.
+pub type Joints<S> = [S; JOINTS];
+/// One value for each pair of joints, row by row.
+pub type JointMatrix<S> = [[S; JOINTS]; JOINTS];

@@ -1,0 +1,135 @@
+//! Tip-over angles of Papadopoulos and Rey, and the stability potential of Besseron et al. that is made of them.
+//!
+//! Contacts run counter-clockwise seen from above, as everywhere here; the papers have them clockwise.
+
+use crate::math::Scalar;
+use crate::math::vector::{Vector, cross, dot, sub};
+
+/// Angle by which the net force on the centre of gravity is inside each edge of the support, rad, from -pi to pi: positive
+/// inside, zero when the robot is about to tip, negative when it tips. Element `k` is the edge from contact `k` to the next one.
+///
+/// `contacts` and `cog` in m, `force` in N and `moment` about `cog` in N m, all in one frame: gravity, inertia and other external forces, not
+/// the reaction of the ground. With `a` the direction of the edge, `l` the perpendicular from `cog` to it and
+/// `f* = (1 - a a^T) f + (l/|l| x a a^T m) / |l|` (Papadopoulos and Rey, The Force-Angle Measure of Tipover Stability Margin) the angle is the
+/// one from `f*` to `l` about `a`. Multiplied by `|a|` and `|l|` that is
+/// `atan2(|e| (d x f . e - e . m), |e|^2 d . f - (e . d)(e . f))`, `e` being the whole edge and `d` its start from `cog`: no division is left.
+///
+/// Besseron et al. (eq. 1) measure to the centre of the edge instead, which is right only where `cog` is opposite to it, and give the angle no sign,
+/// without which the margin cannot turn negative.
+///
+/// Domain: any. An edge without length, and no force at all, give 0: never "inside". NaN gives NaN. Cost: 51 operations an edge and
+/// an arc tangent.
+pub fn angles<S: Scalar, const N: usize>(
+    contacts: &[Vector<S>; N],
+    cog: Vector<S>,
+    force: Vector<S>,
+    moment: Vector<S>,
+) -> [S; N] {
+    let mut angles = [S::ZERO; N];
+    let followers = contacts.iter().cycle().skip(1);
+    for ((angle, from), to) in angles.iter_mut().zip(contacts).zip(followers) {
+        let (edge, start) = (sub(*to, *from), sub(*from, cog));
+        let square = dot(edge, edge);
+        let turning = dot(cross(start, force), edge) - dot(edge, moment);
+        let pressing = square * dot(start, force) - dot(edge, start) * dot(edge, force);
+        *angle = (square.sqrt() * turning).atan2(pressing);
+    }
+    angles
+}
+
+/// The least of the angles (Besseron et al., Decoupled control of the high mobility robot Hylos, eq. 1): the margin of the robot. NaN if any is
+/// NaN, or if there is none.
+pub fn margin<S: Scalar>(angles: &[S]) -> S {
+    let Some((first, others)) = angles.split_first() else {
+        return S::from_f64(f64::NAN);
+    };
+    others.iter().fold(*first, |least, angle| {
+        if least < *angle {
+            least
+        } else if *angle <= least {
+            *angle
+        } else {
+            *angle + least
+        }
+    })
+}
+
+/// Why constants make no potential.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub enum PotentialError {
+    /// The gain is negative or no finite number.
+    Gain(f64),
+    /// Not `1e-6 <= floor <= limit`, both finite.
+    Angles {
+        /// Angle below which the potential goes on as a straight line, rad.
+        floor: f64,
+        /// Angle above which the potential is zero, rad.
+        limit: f64,
+    },
+}
+
+/// Potential that pushes the tip-over angles up (Besseron et al., eq. 4 and 5): `k/2 (1/nu - 1/nu*)^2` of each angle below the limit `nu*`.
+///
+/// The printed form is infinite at `nu = 0` and pushes the robot over below; here it goes on below a floor as its own tangent.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Potential<S> {
+    gain: S,
+    limit: S,
+    per_limit: S,
+    floor: S,
+    at_floor: S,
+    slope_at_floor: S,
+}
+
+impl<S: Scalar> Potential<S> {
+    /// Potential with gain `k_stab`, limit `nu*` and floor `nu_min`, rad.
+    ///
+    /// # Errors
+    /// If the gain is negative, or not `1e-6 <= floor <= limit`, or a value is no finite number.
+    pub fn new(gain: f64, limit: f64, floor: f64) -> Result<Self, PotentialError> {
+        if !(gain >= 0.0 && gain.is_finite()) {
+            return Err(PotentialError::Gain(gain));
+        }
+        // Below a millionth of a radian the square of the reciprocal leaves the range of an `f32` sum.
+        if !(floor >= 1e-6 && floor <= limit && limit.is_finite()) {
+            return Err(PotentialError::Angles { floor, limit });
+        }
+        let excess = 1.0 / floor - 1.0 / limit;
+        Ok(Self {
+            gain: S::from_f64(gain),
+            limit: S::from_f64(limit),
+            per_limit: S::from_f64(1.0 / limit),
+            floor: S::from_f64(floor),
+            at_floor: S::from_f64(0.5 * gain * excess * excess),
+            slope_at_floor: S::from_f64(-gain * excess / (floor * floor)),
+        })
+    }
+
+    /// Potential of one angle and its derivative, 1/rad. NaN for NaN.
+    pub fn of_angle(&self, angle: S) -> (S, S) {
+        if angle > self.limit {
+            (S::ZERO, S::ZERO)
+        } else if angle >= self.floor {
+            let reciprocal = S::ONE / angle;
+            let excess = reciprocal - self.per_limit;
+            let push = self.gain * excess;
+            (
+                S::from_f64(0.5) * push * excess,
+                -(push * reciprocal * reciprocal),
+            )
+        } else {
+            let below = angle - self.floor;
+            (
+                self.at_floor + self.slope_at_floor * below,
+                self.slope_at_floor,
+            )
+        }
+    }
+
+    /// Potential of all angles (eq. 4).
+    pub fn total(&self, angles: &[S]) -> S {
+        angles
+            .iter()
+            .fold(S::ZERO, |sum, angle| sum + self.of_angle(*angle).0)
+    }
+}
