@@ -6,7 +6,7 @@
 mod lockstep;
 
 #[cfg(all(target_os = "none", feature = "mps2"))]
-mod mps2;
+pub(crate) mod mps2;
 #[cfg(all(target_os = "none", feature = "mps2"))]
 pub use mps2::Mps2 as Selected;
 
