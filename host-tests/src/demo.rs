@@ -100,6 +100,10 @@ fn scenario(arguments: &Arguments) -> Result<Scenario, String> {
     if let Some(guard) = arguments.guard {
         description.guard = matches!(guard, Switch::On);
     }
+    if !description.guard {
+        // What the guard does is not asked of a guard that is off.
+        description.expect.guard_intervenes = None;
+    }
     description.seed = arguments.seed.unwrap_or(description.seed);
     description
         .check()
@@ -111,7 +115,7 @@ fn run(arguments: &Arguments, scenario: &Scenario) -> Result<Summary, String> {
         Nodes::Qemu => Board::Qemu,
         Nodes::Native => Board::Native,
     };
-    println!("building the nodes ...");
+    println!("building the nodes (a minute or two the first time) ...");
     let programs = nodes::build(board).map_err(|error| error.to_string())?;
     let slcan = match &arguments.slcan {
         Some(address) => {

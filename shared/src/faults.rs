@@ -54,7 +54,7 @@ faults! {
         "The supply stayed below 12 V for 5 ms.", "fault reset, once the supply is back",
         "Charge the battery; check its wiring and connectors under load.";
     Blocked = 0x7121, "blocked or encoder frozen", Brake,
-        "Nearly the largest current flowed for 60 ms while the encoder counted next to nothing.", "fault reset",
+        "Nearly the largest current was asked for during 60 ms while the encoder counted next to nothing.", "fault reset",
         "Free the axle; if it moves freely, check the encoder and its cable.";
     InvalidReading = 0x7300, "invalid sensor reading", Brake,
         "A current or voltage reading was not a finite number.", "fault reset",

@@ -151,6 +151,8 @@ pub struct Axle {
     referenced: bool,
     fault: Option<Fault>,
     active_limit: ActiveLimit,
+    /// Current asked for in the tick before, A.
+    demand: f32,
 }
 
 impl Axle {
@@ -231,6 +233,7 @@ impl Axle {
             referenced: settings.get(Setting::ReferenceDirection) == 0,
             fault: None,
             active_limit: ActiveLimit::None,
+            demand: 0.0,
         }
     }
 
@@ -284,6 +287,7 @@ impl Axle {
             enabled && !matches!(self.mode, mode::CYCLIC_VELOCITY | mode::PROFILE_VELOCITY);
         let readings = Readings {
             current: inputs.current,
+            demand: self.demand,
             bus_voltage: inputs.bus_voltage,
             velocity: self.velocity(),
             following_error: if in_position {
@@ -560,6 +564,11 @@ impl Axle {
             (Some(demand), _) => Bridge::Current(limit(demand.current, self.bounds.current)),
             (None, State::Fault) => Bridge::Brake,
             (None, _) => Bridge::Off,
+        };
+        self.demand = if let Bridge::Current(current) = bridge {
+            current
+        } else {
+            0.0
         };
         let code = self.fault.map_or(0, |fault| fault.description().code);
         Outputs {

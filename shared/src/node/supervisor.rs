@@ -6,6 +6,8 @@ use crate::faults::Fault;
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Readings {
     pub current: f32,
+    /// Current that was asked for. A motor that runs away behind a frozen encoder takes less than it is given.
+    pub demand: f32,
     pub bus_voltage: f32,
     pub velocity: f32,
     /// Distance of set-point and position, rad; 0 where the mode has no position.
@@ -43,7 +45,7 @@ impl Supervisor {
             (Fault::UnderVoltage, !(now.bus_voltage >= UNDER_VOLTAGE), 5),
             (
                 Fault::Blocked,
-                now.powered && standing && !(current <= 0.9 * bounds.current),
+                now.powered && standing && !(now.demand.abs() <= 0.9 * bounds.current),
                 60,
             ),
             (
@@ -74,6 +76,7 @@ mod tests {
     };
     const GOOD: Readings = Readings {
         current: 1.0,
+        demand: 1.0,
         bus_voltage: 24.0,
         velocity: 1.0,
         following_error: 0.0,
@@ -127,7 +130,7 @@ mod tests {
             ),
             (
                 Readings {
-                    current: 9.5,
+                    demand: -9.5,
                     velocity: 0.0,
                     ..GOOD
                 },

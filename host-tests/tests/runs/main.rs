@@ -1,0 +1,56 @@
+//! Whole runs: node programs, bus, plant and operator together.
+
+mod client;
+mod climb;
+mod dead_nodes;
+mod guard;
+mod hash;
+
+use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
+use tautrack_host_tests::nodes::{self, Board, Programs};
+use tautrack_host_tests::record::Sample;
+use tautrack_host_tests::run::{Options, Outcome, run};
+use tautrack_host_tests::scenario::{Description, Scenario};
+use tautrack_host_tests::summary::Summary;
+
+/// The programs for `board`, built once.
+fn programs(board: Board) -> &'static Programs {
+    static QEMU: OnceLock<Programs> = OnceLock::new();
+    static NATIVE: OnceLock<Programs> = OnceLock::new();
+    let cell = match board {
+        Board::Qemu => &QEMU,
+        Board::Native => &NATIVE,
+    };
+    cell.get_or_init(|| nodes::build(board).unwrap_or_else(|error| panic!("{error}")))
+}
+
+/// A shipped scenario, changed.
+fn scenario(name: &str, change: impl FnOnce(&mut Description)) -> Scenario {
+    let mut description = Scenario::load(&path(name))
+        .expect("shipped scenarios are good")
+        .description();
+    change(&mut description);
+    description
+        .check()
+        .unwrap_or_else(|problem| panic!("{problem}"))
+}
+
+/// The file of a shipped scenario.
+fn path(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("scenarios")
+        .join(name)
+        .with_extension("toml")
+}
+
+/// Runs `scenario` with `board`'s programs.
+fn outcome(scenario: &Scenario, board: Board) -> (Summary, Vec<Sample>) {
+    with(scenario, board, Options::default())
+}
+
+fn with(scenario: &Scenario, board: Board, options: Options) -> (Summary, Vec<Sample>) {
+    let Outcome { samples, facts, .. } = run(scenario, programs(board), options, &mut |_| {})
+        .unwrap_or_else(|error| panic!("{error}"));
+    (Summary::new(scenario, &facts, &samples), samples)
+}
