@@ -19,6 +19,12 @@ pub fn sqrt(value: f32) -> f32 {
     }
 }
 
+/// [`sqrt`] of a value that is a sum of squares, and so cannot be negative: NaN for NaN, cheaper by the comparison with zero.
+#[inline]
+pub(crate) fn root_of_sum(squares: f32) -> f32 {
+    c::sqrtf(squares)
+}
+
 /// The smaller value; -0 is below +0. NaN if either is NaN (IEEE 754-2019 `minimum`): a lost value must not look like a good one.
 #[inline]
 pub fn min(a: f32, b: f32) -> f32 {

@@ -8,4 +8,5 @@ pub mod limits;
 pub mod trig;
 
 pub use limits::{clamp, limit, max, min, sqrt};
+pub(crate) use limits::root_of_sum;
 pub use trig::{atan2, sin_cos, sin_cos_q30};

@@ -58,6 +58,6 @@ mod tests {
         assert!(from_radians(f32::INFINITY) > i64::MAX - (1 << 32));
         assert!(from_radians(f32::MIN) < i64::MIN + (1 << 32));
         assert_eq!(from_radians(-0.0), 0);
-        assert_eq!(to_radians(i64::MIN), -(1u32 << 31) as f32 * core::f32::consts::TAU);
+        assert_eq!(to_radians(i64::MIN), -2_147_483_648.0 * core::f32::consts::TAU);
     }
 }

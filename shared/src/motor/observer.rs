@@ -42,6 +42,11 @@ impl Observer {
         }
     }
 
+    /// Takes `counts` as the encoder's reading at the present position, as [`Self::new`] does.
+    pub fn start(&mut self, counts: i32) {
+        self.counts = counts;
+    }
+
     /// Takes the encoder's wrapping counter, `period` seconds after the call before.
     pub fn update(&mut self, counts: i32, period: f32) {
         let step = i64::from(counts.wrapping_sub(self.counts));

@@ -133,8 +133,9 @@ pub struct Axle {
     sync_ticks: u32,
     command_timeout_us: u64,
 
-    observer: Option<Observer>,
-    encoder: (i32, i32),
+    observer: Observer,
+    /// The observer has started at a reading of the encoder.
+    sensed: bool,
     cascade: Cascade,
     supervisor: Supervisor,
     guard: Monitor,
@@ -203,11 +204,13 @@ impl Axle {
             reference_speed: settings.scaled(Setting::ReferenceSpeed, 1e-3),
             sync_ticks: (settings.get(Setting::SyncPeriod) as u32 / 1_000).max(1),
             command_timeout_us: settings.milliseconds(Setting::CommandTimeout),
-            observer: None,
-            encoder: (
+            observer: Observer::new(
                 settings.get(Setting::EncoderCounts),
                 settings.get(Setting::GearRatio),
+                OBSERVER_BANDWIDTH,
+                0,
             ),
+            sensed: false,
             cascade: Cascade::new(Gains {
                 position: settings.scaled(Setting::PositionGain, 1e-3),
                 velocity: settings.scaled(Setting::VelocityGain, 1e-3),
@@ -263,19 +266,20 @@ impl Axle {
 
     /// Measured position of the output shaft, 2^-32 turn.
     pub fn position(&self) -> i64 {
-        self.observer.as_ref().map_or(0, Observer::position)
+        self.observer.position()
     }
 
     /// Estimated velocity of the output shaft, rad/s.
     pub fn velocity(&self) -> f32 {
-        self.observer.as_ref().map_or(0.0, Observer::velocity)
+        self.observer.velocity()
     }
 
     fn sense(&mut self, inputs: &Inputs) {
-        let (counts, gear) = self.encoder;
-        self.observer
-            .get_or_insert_with(|| Observer::new(counts, gear, OBSERVER_BANDWIDTH, inputs.encoder))
-            .update(inputs.encoder, CONTROL_PERIOD);
+        if !self.sensed {
+            self.observer.start(inputs.encoder);
+            self.sensed = true;
+        }
+        self.observer.update(inputs.encoder, CONTROL_PERIOD);
         if inputs.guard_heard {
             self.guard.heard(inputs.now_us);
         }
@@ -420,9 +424,13 @@ impl Axle {
             .scale
             .position_from_bus(self.command.target, self.position());
         match self.travel {
-            Some((low, high)) if self.referenced && (target < low || target > high) => {
+            Some((low, _)) if self.referenced && target < low => {
                 self.active_limit = ActiveLimit::Travel;
-                target.clamp(low, high)
+                low
+            }
+            Some((_, high)) if self.referenced && target > high => {
+                self.active_limit = ActiveLimit::Travel;
+                high
             }
             _ => target,
         }
@@ -535,9 +543,7 @@ impl Axle {
             }
             Homing::Seek => towards,
             Homing::BackOff if !switches.reference => {
-                if let Some(observer) = &mut self.observer {
-                    observer.set_position(self.reference_position);
-                }
+                self.observer.set_position(self.reference_position);
                 self.anchor();
                 self.referenced = true;
                 self.homing = Homing::Done;

@@ -96,7 +96,8 @@ impl Screw {
             return Err(Fault::JointLost);
         }
         let rate = motion.velocity as f32 * 1e-6;
-        let moved = rate * (age_us as f32 * 1e-6);
+        // Below the time-out, which is a second at most.
+        let moved = rate * (age_us as u32 as f32 * 1e-6);
         let theta = Angle::from_bits(motion.position) + Angle::from_radians(moved);
         let extension = self.geometry.extension(theta);
 
@@ -133,6 +134,7 @@ impl Screw {
         let radius = |k: f32| (k * k - l1 * l1) / (2.0 * (k + l1 * cosine));
         // Slack beyond half of what lies between K and L1 is more than any extension can give.
         let slack = clamp(slack as f32 / 16_777_216.0, 0.0, 0.5 * (k - l1));
-        ((radius(k) - radius(k - slack)) * 268_435_456.0) as i64
+        // Less than 8 m.
+        i64::from(((radius(k) - radius(k - slack)) * 268_435_456.0) as i32)
     }
 }

@@ -123,7 +123,8 @@ impl Body {
 
     fn margins_at(&self, theta: Angle, extension: f32, attitude: &Attitude) -> [f32; 4] {
         let shape = self.model.shape(theta, extension);
-        let level = |point| attitude.level(point);
+        let axes = attitude.level_axes();
+        let level = |point| axes.of(point);
         margins(&self.model.support(&shape, level), level(shape.cog))
     }
 

@@ -166,7 +166,8 @@ impl Guard {
 
     /// What happens once per SYNC: filter, body, sequence, set-points.
     fn cycle(&mut self, now_us: u64, frames: &mut Vec<Frame, MAX_SENT>) {
-        let period = self.sync_period_us as f32 * 1e-6;
+        // At most 100 ms.
+        let period = self.sync_period_us as u32 as f32 * 1e-6;
         let request = Request::from_byte(self.operator.request);
         let started = self.sequence.advance(
             request,
