@@ -24,10 +24,7 @@ const SYNC_TICKS: u32 = 4;
 pub fn count(table: &mut Table) {
     count_axle(table);
     count_screw(table);
-    count_guard(table, "guard tick with SYNC", 0);
-    // In the answer to SYNC, the most frames that a tick takes.
-    count_guard(table, "guard tick with frames", 1);
-    count_guard(table, "guard tick without", 2);
+    count_guard(table);
 }
 
 /// Output shaft of 0.05 kg m^2 that 1 A drives with 2.4 N m, behind the encoder of the nominal settings.
@@ -222,29 +219,37 @@ fn answers(tick: u32, geometry: &Geometry, settings: &Settings) -> Vec<Frame, 12
     frames
 }
 
-/// Counts the ticks that come `phase` ticks after SYNC, the others run uncounted.
-fn count_guard(table: &mut Table, name: &str, phase: u32) {
-    struct Rig {
-        guard: Guard,
-        outputs: MaybeUninit<guard::Outputs>,
+/// A guard that hears four drives and an operator, none of which do more than answer.
+#[derive(Clone)]
+struct GuardRig {
+    guard: Guard,
+    outputs: guard::Outputs,
+}
+
+impl GuardRig {
+    fn tick(&mut self, inputs: guard::Inputs<'_>) {
+        self.outputs = self.guard.tick(&inputs);
     }
+}
+
+fn count_guard(table: &mut Table) {
     let settings = settings();
     let [l1, l2, k] = [Setting::LengthL1, Setting::LengthL2, Setting::LengthK]
         .map(|setting| settings.get(setting));
-    let (Ok(guard), Ok(geometry)) = (Guard::new(&settings), Geometry::from_micrometres(l1, l2, k))
+    let (Ok(mut guard), Ok(geometry)) = (Guard::new(&settings), Geometry::from_micrometres(l1, l2, k))
     else {
         return; // the nominal geometry is a good one; without it the host misses the entries
     };
-    let mut rig = Rig {
-        guard,
-        outputs: MaybeUninit::uninit(),
-    };
-    let act = |rig: &mut Rig, inputs: guard::Inputs<'_>| {
-        rig.outputs.write(rig.guard.tick(&inputs));
-    };
+    let outputs = guard.tick(&guard::Inputs {
+        now_us: 0,
+        body: None,
+        operator: None,
+        frames: &[],
+    });
+    let mut rig = GuardRig { guard, outputs };
     let mut random = Random::new();
-    let (mut count, mut armed) = (Count::NONE, true);
-    for tick in 0..WARM_UP + SYNC_TICKS * table.calls() {
+    // Runs one tick by `act`.
+    let mut tick = |tick: u32, rig: &mut GuardRig, act: &mut dyn FnMut(&mut GuardRig, guard::Inputs<'_>)| {
         let frames = if tick % SYNC_TICKS == 1 {
             answers(tick, &geometry, &settings)
         } else {
@@ -257,29 +262,38 @@ fn count_guard(table: &mut Table, name: &str, phase: u32) {
             request: Request::Arm as u8,
             sequence: tick as u8,
         });
+        let body = BodySensors {
+            inclination: [random.within(0.5), random.within(0.2)],
+            specific_force: [random.within(2.0), random.within(2.0), 9.81],
+            angular_rate: [random.within(1.0), random.within(1.0), random.within(1.0)],
+            heading: random.within(3.0),
+        };
         let inputs = guard::Inputs {
             now_us: u64::from(tick) * 1_000,
-            body: Some(BodySensors {
-                inclination: [random.within(0.5), random.within(0.2)],
-                specific_force: [random.within(2.0), random.within(2.0), 9.81],
-                angular_rate: [random.within(1.0), random.within(1.0), random.within(1.0)],
-                heading: random.within(3.0),
-            }),
+            body: Some(body),
             operator,
             frames: &frames,
         };
-        if tick < WARM_UP || tick % SYNC_TICKS != phase {
-            act(&mut rig, inputs);
-            continue;
-        }
-        count.take(instructions(&mut rig, inputs, act));
-        // SAFETY: `act` has written it.
-        let outputs = unsafe { rig.outputs.assume_init_ref() };
-        armed &= outputs.state.state == guard::State::Armed as u8;
-        armed &= outputs.frames.is_empty() == (phase != 0);
+        act(rig, inputs);
+    };
+    for number in SYNC_TICKS..WARM_UP {
+        tick(number, &mut rig, &mut |rig, inputs| rig.tick(inputs));
     }
-    // Anything else would count another tick than the name says; the host then misses the entry.
-    if armed {
-        table.write(name, &count, act as fn(&mut Rig, guard::Inputs<'_>) as usize);
+    // In the answers to SYNC come the most frames that a tick takes.
+    for (name, phase) in [("guard tick with SYNC", 0), ("guard tick with frames", 1), ("guard tick without", 2)] {
+        let (mut rig, mut count, mut armed) = (rig.clone(), Count::NONE, true);
+        for number in WARM_UP..WARM_UP + SYNC_TICKS * table.calls() {
+            if number % SYNC_TICKS != phase {
+                tick(number, &mut rig, &mut |rig, inputs| rig.tick(inputs));
+                continue;
+            }
+            tick(number, &mut rig, &mut |rig, inputs| count.take(instructions(rig, inputs, GuardRig::tick)));
+            armed &= rig.outputs.state.state == guard::State::Armed as u8;
+            armed &= rig.outputs.frames.is_empty() == (phase != 0);
+        }
+        // Anything else would count another tick than the name says; the host then misses the entry.
+        if armed {
+            table.write(name, &count, GuardRig::tick as fn(&mut GuardRig, guard::Inputs<'_>) as usize);
+        }
     }
 }

@@ -24,7 +24,7 @@ use std::process::ExitCode;
 /// Counted calls of every entry.
 pub const CALLS: u32 = 1_000;
 /// Traced calls of every entry: the first ones of those that are counted.
-const TRACED_CALLS: u32 = 24;
+const TRACED_CALLS: u32 = 16;
 /// Core clock of the motor board, Hz.
 pub const CORE_HZ: f64 = 170e6;
 

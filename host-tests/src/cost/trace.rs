@@ -89,6 +89,11 @@ impl Reader {
             if let Some(address) = address {
                 self.executed(address);
             }
+        } else if line.starts_with("Stopped execution") {
+            // The emulator broke off for a timer of its own before it ran what it had just announced.
+            if let Some((call, _)) = &mut self.call {
+                call.executed.pop();
+            }
         } else if line.starts_with("0x")
             && let Some((address, instruction)) = instruction(line)
         {
