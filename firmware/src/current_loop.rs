@@ -1,10 +1,21 @@
 //! The PWM interrupt, and the cell through which the control task tells it what to do.
 
-use crate::boards::Bridge;
 use core::cell::{Cell, RefCell};
 use critical_section::Mutex;
 use tautrack::motor::current::CurrentLoop;
 pub use tautrack::node::axle::Bridge as Demand;
+
+/// What the power stage does with one motor for one PWM period.
+#[derive(Clone, Copy, PartialEq, Debug, Default)]
+pub enum Bridge {
+    /// All transistors open: the winding's current dies in the diodes, the rotor turns freely.
+    #[default]
+    Off,
+    /// Winding shorted: the rotor is braked by its own back-EMF.
+    Brake,
+    /// Mean voltage on the winding as a share of the supply, -1 to 1.
+    Drive(f32),
+}
 
 static DEMAND: Mutex<Cell<Demand>> = Mutex::new(Cell::new(Demand::Off));
 /// Sum of the samples since the control task last looked, and their number.
@@ -12,6 +23,7 @@ static SAMPLES: Mutex<Cell<(f32, u32)>> = Mutex::new(Cell::new((0.0, 0)));
 static LOOP: Mutex<RefCell<Option<CurrentLoop>>> = Mutex::new(RefCell::new(None));
 
 /// Hands over the loop; until then the bridge stays off whatever is demanded.
+#[allow(dead_code)] // the program `ticks` takes this file without its constructors
 pub fn install(current_loop: CurrentLoop) {
     critical_section::with(|cs| LOOP.borrow(cs).replace(Some(current_loop)));
 }
@@ -35,7 +47,10 @@ pub fn pwm_period(sample: f32, bus_voltage: f32) -> Bridge {
         SAMPLES
             .borrow(cs)
             .set((sum + sample, count.saturating_add(1)));
-        let mut current_loop = LOOP.borrow(cs).borrow_mut();
+        // Never in use elsewhere: the critical section sees to it.
+        let Ok(mut current_loop) = LOOP.borrow(cs).try_borrow_mut() else {
+            return Bridge::Off;
+        };
         let Some(current_loop) = current_loop.as_mut() else {
             return Bridge::Off;
         };

@@ -1,7 +1,8 @@
 //! The nodes of tautrack: what is left to do around the control core before it is a program on a board.
 //!
 //! [`boards`] the contract with the hardware, and the hardware · [`current_loop`] the PWM interrupt · [`bus`] CANopen ·
-//! [`roles`] the tasks of each kind of node. A binary picks one role and runs it on the selected board.
+//! [`roles`] the tasks of each kind of node · `cost` what the code costs on the core. A binary picks one role and runs it on the
+//! selected board.
 #![no_std]
 // The logging macros of the target know no inline arguments.
 #![allow(clippy::uninlined_format_args)]
@@ -11,6 +12,8 @@ extern crate std;
 
 pub mod boards;
 pub mod bus;
+#[cfg(all(target_os = "none", feature = "mps2"))]
+pub mod cost;
 pub mod current_loop;
 pub mod roles;
 

@@ -1,6 +1,7 @@
 //! The simulator: plants, virtual bus, lockstep runner, scenarios and report, and `cargo evaluate`. No part of it runs on a robot.
 
 pub mod bus;
+pub mod cost;
 pub mod demo;
 pub mod evaluate;
 pub mod log;

@@ -45,6 +45,15 @@ pub struct Programs {
     pub guard: Program,
 }
 
+/// Programs for the emulated board that are no nodes.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct Instruments {
+    /// Counts the instructions of every kernel and tick.
+    pub cost: Program,
+    /// Nothing but the control ticks.
+    pub ticks: Program,
+}
+
 /// Why there are no programs.
 #[derive(Debug)]
 pub enum BuildError {
@@ -92,6 +101,29 @@ impl std::error::Error for BuildError {}
 /// # Errors
 /// [`BuildError`], with cargo's last lines when the build fails.
 pub fn build(board: Board) -> Result<Programs, BuildError> {
+    let folder = folder_of(board, &["axle", "screw", "guard"])?;
+    Ok(Programs {
+        board,
+        axle: program(&folder, "axle")?,
+        screw: program(&folder, "screw")?,
+        guard: program(&folder, "guard")?,
+    })
+}
+
+/// Builds what measures the control code on the emulated core, as [`build`] builds the nodes.
+///
+/// # Errors
+/// As [`build`].
+pub fn instruments() -> Result<Instruments, BuildError> {
+    let folder = folder_of(Board::Qemu, &["cost", "ticks"])?;
+    Ok(Instruments {
+        cost: program(&folder, "cost")?,
+        ticks: program(&folder, "ticks")?,
+    })
+}
+
+/// Builds `programs` and returns the folder that they are in.
+fn folder_of(board: Board, programs: &[&str]) -> Result<PathBuf, BuildError> {
     let toolchain = match board {
         Board::Qemu => setup::ensure().map_err(BuildError::Missing)?,
         Board::Native => Toolchain::Current,
@@ -100,7 +132,7 @@ pub fn build(board: Board) -> Result<Programs, BuildError> {
         Toolchain::Current => "nodes",
         Toolchain::Distribution => "nodes-distribution",
     });
-    let output = command(board, toolchain, &folder)
+    let output = command(board, toolchain, programs, &folder)
         .output()
         .map_err(BuildError::Cargo)?;
     if !output.status.success() {
@@ -111,15 +143,10 @@ pub fn build(board: Board) -> Result<Programs, BuildError> {
         folder.push(TARGET);
     }
     folder.push("firmware");
-    Ok(Programs {
-        board,
-        axle: program(&folder, "axle")?,
-        screw: program(&folder, "screw")?,
-        guard: program(&folder, "guard")?,
-    })
+    Ok(folder)
 }
 
-fn command(board: Board, toolchain: Toolchain, target_folder: &Path) -> Command {
+fn command(board: Board, toolchain: Toolchain, programs: &[&str], target_folder: &Path) -> Command {
     let cargo = match toolchain {
         Toolchain::Current => env::var_os("CARGO").unwrap_or_else(|| "cargo".into()),
         Toolchain::Distribution => DISTRIBUTION_CARGO.into(),
@@ -131,16 +158,10 @@ fn command(board: Board, toolchain: Toolchain, target_folder: &Path) -> Command 
         }
     }
     command.current_dir(root()).arg("build");
-    command.args([
-        "--package",
-        "tautrack-firmware",
-        "--bin",
-        "axle",
-        "--bin",
-        "screw",
-        "--bin",
-        "guard",
-    ]);
+    command.args(["--package", "tautrack-firmware"]);
+    for program in programs {
+        command.args(["--bin", program]);
+    }
     command
         .args(["--locked", "--profile", "firmware", "--target-dir"])
         .arg(target_folder);

@@ -15,6 +15,10 @@ pub struct Angle(i32);
 const BITS_PER_RADIAN: f64 = 2_147_483_648.0 / PI;
 /// Bits of one degree.
 const BITS_PER_DEGREE: f64 = 2_147_483_648.0 / 180.0;
+/// 32 more bits of the same: whole bits in the high word.
+const fn with_fraction(bits: f64) -> u64 {
+    (bits * 4_294_967_296.0) as u64
+}
 
 impl Angle {
     /// Straight ahead.
@@ -36,25 +40,42 @@ impl Angle {
 
     /// Angle from radians, any number of turns: the nearest binary angle, wrapped, one bit off at most up to 1e6 rad.
     ///
-    /// Total: NaN and infinities give [`Self::ZERO`], and so does what exceeds 1e9 rad, where an `f32` no longer tells
-    /// directions apart. Cost: one double-precision product, in software on a Cortex-M4F; not for interrupts.
+    /// Total: NaN and infinities give [`Self::ZERO`], and so does what reaches 2^30 rad, where an `f32` no longer tells
+    /// directions apart. Integer arithmetic alone; cost on Cortex-M4: see docs/cost.md.
+    #[inline]
     pub const fn from_radians(radians: f32) -> Self {
-        Self::from_scaled(radians as f64 * BITS_PER_RADIAN)
+        const PER_RADIAN: u64 = with_fraction(BITS_PER_RADIAN);
+        Self::from_scaled(radians, PER_RADIAN)
     }
 
     /// Angle from degrees; otherwise as [`Self::from_radians`].
+    #[inline]
     pub const fn from_degrees(degrees: f32) -> Self {
-        Self::from_scaled(degrees as f64 * BITS_PER_DEGREE)
+        const PER_DEGREE: u64 = with_fraction(BITS_PER_DEGREE);
+        Self::from_scaled(degrees, PER_DEGREE)
     }
 
-    const fn from_scaled(bits: f64) -> Self {
-        // Above this the cast to i64 would saturate soon; false for NaN.
-        if bits.abs() < 1e18 {
-            let half = if bits < 0.0 { -0.5 } else { 0.5 };
-            Self((bits + half) as i64 as i32)
+    /// `value` times `per_unit` bits, the latter with 32 fractional bits.
+    #[inline]
+    const fn from_scaled(value: f32, per_unit: u64) -> Self {
+        let bits = value.to_bits();
+        // value = mantissa * 2^-down, the mantissa of a normal number having 24 bits; smaller numbers are less than a bit anyway.
+        let mantissa = (bits & 0x007f_ffff | 0x0080_0000) as u64;
+        let down = 150 - (bits >> 23 & 0xff) as i32;
+        // Below 2^24 times 2^30, so the sum has room, and whatever of it exceeds 32 bits is whole turns.
+        let product = mantissa * (per_unit >> 32) + (mantissa * (per_unit & 0xffff_ffff) >> 32);
+        let magnitude = if down > 55 || down < -6 {
+            0
+        } else if down > 0 {
+            (product + (1 << (down - 1))) >> down
         } else {
-            Self::ZERO
-        }
+            product << -down
+        } as i32;
+        Self(if value < 0.0 {
+            magnitude.wrapping_neg()
+        } else {
+            magnitude
+        })
     }
 
     /// The angle in radians, from -pi to pi; worst error 3e-7 rad, near half a turn, less in proportion to the angle.

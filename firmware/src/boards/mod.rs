@@ -6,7 +6,7 @@
 mod lockstep;
 
 #[cfg(all(target_os = "none", feature = "mps2"))]
-mod mps2;
+pub(crate) mod mps2;
 #[cfg(all(target_os = "none", feature = "mps2"))]
 pub use mps2::Mps2 as Selected;
 
@@ -18,20 +18,9 @@ pub use native::Native as Selected;
 #[cfg(all(target_os = "none", not(feature = "mps2")))]
 compile_error!("choose a board, for instance --features mps2");
 
+pub use crate::current_loop::Bridge;
 use crate::roles::Role;
 use tautrack::link::{BodySensors, Switches};
-
-/// What the power stage does with one motor for one PWM period.
-#[derive(Clone, Copy, PartialEq, Debug, Default)]
-pub enum Bridge {
-    /// All transistors open: the winding's current dies in the diodes, the rotor turns freely.
-    #[default]
-    Off,
-    /// Winding shorted: the rotor is braked by its own back-EMF.
-    Brake,
-    /// Mean voltage on the winding as a share of the supply, -1 to 1.
-    Drive(f32),
-}
 
 /// The contract between a board and the rest of the firmware. A board is a singleton, so its methods take no `self`.
 ///

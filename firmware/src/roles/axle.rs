@@ -10,6 +10,8 @@ use tautrack::node::axle::Axle;
 use tautrack::settings::{Setting, Settings};
 
 dictionary!(od, "axle.rs");
+#[cfg(all(target_os = "none", feature = "mps2"))]
+pub(crate) use od::DICTIONARY;
 drive::drive_objects!(od);
 
 /// The role of this file.

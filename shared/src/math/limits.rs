@@ -31,6 +31,12 @@ pub(super) fn sqrt_f64(value: f64) -> f64 {
     }
 }
 
+/// [`sqrt`] of a value that is a sum of squares, and so cannot be negative: NaN for NaN, cheaper by the comparison with zero.
+#[inline]
+pub(crate) fn root_of_sum(squares: f32) -> f32 {
+    c::sqrtf(squares)
+}
+
 /// The smaller value; -0 is below +0. NaN if either is NaN (IEEE 754-2019 `minimum`): a lost value must not look like a good one.
 #[inline]
 pub fn min(a: f32, b: f32) -> f32 {
@@ -72,18 +78,30 @@ pub fn clamp(value: f32, low: f32, high: f32) -> f32 {
 /// Total: always a number, never beyond the bound. 0 if `value` is NaN, and 0 if `bound` is NaN, zero or negative.
 #[inline]
 pub fn limit(value: f32, bound: f32) -> f32 {
-    // Every comparison with NaN is false and ends in zero.
-    if bound > 0.0 {
-        if value > bound {
+    // The usual case first. Every comparison with NaN is false and ends in zero.
+    if value.abs() <= bound {
+        value
+    } else if bound > 0.0 {
+        if value > 0.0 {
             bound
-        } else if value < -bound {
+        } else if value < 0.0 {
             -bound
-        } else if value.is_nan() {
-            0.0
         } else {
-            value
+            0.0
         }
     } else {
         0.0
     }
+}
+
+/// `value` without its fraction; saturates, 0 for NaN.
+#[inline]
+pub fn to_i32(value: f32) -> i32 {
+    value as i32
+}
+
+/// As [`to_i32`], saturating at the ends of `i16`.
+#[inline]
+pub fn to_i16(value: f32) -> i16 {
+    to_i32(value).clamp(i16::MIN.into(), i16::MAX.into()) as i16
 }

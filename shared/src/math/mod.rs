@@ -11,6 +11,7 @@ pub mod scalar;
 pub mod trig;
 pub mod vector;
 
-pub use limits::{clamp, limit, max, min, sqrt};
+pub(crate) use limits::root_of_sum;
+pub use limits::{clamp, limit, max, min, sqrt, to_i16, to_i32};
 pub use scalar::Scalar;
 pub use trig::{atan2, sin_cos, sin_cos_q30};

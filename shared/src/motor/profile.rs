@@ -1,7 +1,7 @@
 //! Trapezoidal profile: the quickest motion to a target within a velocity and an acceleration limit.
 
 use super::{from_radians, to_radians};
-use crate::math::{clamp, limit, max, min, sqrt};
+use crate::math::{limit, sqrt};
 
 /// Limits of a motion, both positive.
 #[derive(Clone, Copy, Debug)]
@@ -42,7 +42,8 @@ impl SetPoint {
         let step = limits.acceleration * period;
         // The next speed v' with which this step's way and a ramp to rest just fill the distance:
         // (v + v') T / 2 + v'^2 / (2 a) = distance.
-        let rest = max(way - 0.5 * speed * period, 0.0);
+        let rest = way - 0.5 * speed * period;
+        let rest = if rest > 0.0 { rest } else { 0.0 };
         let braking = sqrt(0.25 * step * step + 2.0 * limits.acceleration * rest) - 0.5 * step;
         let near = way <= step * period && self.velocity.abs() <= step;
         if near {
@@ -50,7 +51,8 @@ impl SetPoint {
             self.velocity = 0.0;
             self.position = target;
         } else {
-            self.toward_velocity(sign * min(limits.velocity, braking), limits, period);
+            // Within its limit by the other function.
+            self.toward_velocity(sign * braking, limits, period);
         }
     }
 
@@ -58,7 +60,14 @@ impl SetPoint {
     pub fn toward_velocity(&mut self, target: f32, limits: Limits, period: f32) {
         let step = limits.acceleration * period;
         let target = limit(target, limits.velocity);
-        let next = clamp(target, self.velocity - step, self.velocity + step);
+        let change = target - self.velocity;
+        let next = if change > step {
+            self.velocity + step
+        } else if change < -step {
+            self.velocity - step
+        } else {
+            target
+        };
         self.acceleration = (next - self.velocity) / period;
         let mean = 0.5 * (self.velocity + next);
         self.velocity = next;

@@ -7,7 +7,7 @@ use super::{CONTROL_PERIOD, Switches};
 use crate::bus::heartbeat::Monitor;
 use crate::bus::pdo::{DriveMotion, DriveStatus};
 use crate::faults::{Fault, Reaction};
-use crate::math::limit;
+use crate::math::{limit, to_i16};
 use crate::motor::cascade::{Cascade, Demand, Gains};
 use crate::motor::observer::Observer;
 use crate::motor::profile::{Limits, SetPoint as Motion};
@@ -133,8 +133,9 @@ pub struct Axle {
     sync_ticks: u32,
     command_timeout_us: u64,
 
-    observer: Option<Observer>,
-    encoder: (i32, i32),
+    observer: Observer,
+    /// The observer has started at a reading of the encoder.
+    sensed: bool,
     cascade: Cascade,
     supervisor: Supervisor,
     guard: Monitor,
@@ -203,11 +204,13 @@ impl Axle {
             reference_speed: settings.scaled(Setting::ReferenceSpeed, 1e-3),
             sync_ticks: (settings.get(Setting::SyncPeriod) as u32 / 1_000).max(1),
             command_timeout_us: settings.milliseconds(Setting::CommandTimeout),
-            observer: None,
-            encoder: (
+            observer: Observer::new(
                 settings.get(Setting::EncoderCounts),
                 settings.get(Setting::GearRatio),
+                OBSERVER_BANDWIDTH,
+                0,
             ),
+            sensed: false,
             cascade: Cascade::new(Gains {
                 position: settings.scaled(Setting::PositionGain, 1e-3),
                 velocity: settings.scaled(Setting::VelocityGain, 1e-3),
@@ -261,21 +264,28 @@ impl Axle {
         self.referenced
     }
 
+    /// The bridge was on in the last tick, in `mode`.
+    pub(super) fn drives_in(&self, mode: i8) -> bool {
+        let driving = matches!(self.state, State::OperationEnabled | State::QuickStopActive);
+        driving && self.mode == mode
+    }
+
     /// Measured position of the output shaft, 2^-32 turn.
     pub fn position(&self) -> i64 {
-        self.observer.as_ref().map_or(0, Observer::position)
+        self.observer.position()
     }
 
     /// Estimated velocity of the output shaft, rad/s.
     pub fn velocity(&self) -> f32 {
-        self.observer.as_ref().map_or(0.0, Observer::velocity)
+        self.observer.velocity()
     }
 
     fn sense(&mut self, inputs: &Inputs) {
-        let (counts, gear) = self.encoder;
-        self.observer
-            .get_or_insert_with(|| Observer::new(counts, gear, OBSERVER_BANDWIDTH, inputs.encoder))
-            .update(inputs.encoder, CONTROL_PERIOD);
+        if !self.sensed {
+            self.observer.start(inputs.encoder);
+            self.sensed = true;
+        }
+        self.observer.update(inputs.encoder, CONTROL_PERIOD);
         if inputs.guard_heard {
             self.guard.heard(inputs.now_us);
         }
@@ -422,9 +432,13 @@ impl Axle {
             .scale
             .position_from_bus(self.command.target, self.position());
         match self.travel {
-            Some((low, high)) if self.referenced && (target < low || target > high) => {
+            Some((low, _)) if self.referenced && target < low => {
                 self.active_limit = ActiveLimit::Travel;
-                target.clamp(low, high)
+                low
+            }
+            Some((_, high)) if self.referenced && target > high => {
+                self.active_limit = ActiveLimit::Travel;
+                high
             }
             _ => target,
         }
@@ -537,9 +551,7 @@ impl Axle {
             }
             Homing::Seek => towards,
             Homing::BackOff if !switches.reference => {
-                if let Some(observer) = &mut self.observer {
-                    observer.set_position(self.reference_position);
-                }
+                self.observer.set_position(self.reference_position);
                 self.anchor();
                 self.referenced = true;
                 self.homing = Homing::Done;
@@ -585,7 +597,7 @@ impl Axle {
                 torque: self
                     .scale
                     .torque_to_bus(inputs.current * self.torque_constant),
-                current: (inputs.current * 1e3) as i16,
+                current: to_i16(inputs.current * 1e3),
             },
             mode: self.mode,
             active_limit: self.active_limit,

@@ -6,10 +6,10 @@ use super::axle::{Axle, Inputs as AxleInputs, Outputs, mode};
 use super::scale::Scale;
 use crate::bus::pdo::DriveMotion;
 use crate::faults::Fault;
-use crate::math::{clamp, limit, sin_cos};
+use crate::math::{clamp, limit, sin_cos, to_i32};
 use crate::motor::profile::SetPoint as Motion;
 use crate::motor::to_radians;
-use crate::screw::{Geometry, GeometryError};
+use crate::screw::{Geometry, GeometryError, metres};
 use crate::settings::{Setting, Settings};
 use crate::units::Angle;
 
@@ -37,7 +37,6 @@ pub struct Screw {
     lengths: (f32, f32),
     /// Distance that is still to be taken up since the mode began, rad of the shaft; towards zero at the engage speed.
     remaining: f32,
-    engaged: bool,
 }
 
 impl Screw {
@@ -72,7 +71,6 @@ impl Screw {
                 settings.scaled(Setting::LengthK, 1e-6),
             ),
             remaining: 0.0,
-            engaged: false,
         })
     }
 
@@ -82,10 +80,7 @@ impl Screw {
             self.joint = inputs.joint;
         }
         let taut = self.taut(inputs);
-        let outputs = self.axle.tick_following(&inputs.axle, Some(taut));
-        self.engaged =
-            outputs.mode == mode::TAUT && matches!(outputs.bridge, super::axle::Bridge::Current(_));
-        outputs
+        self.axle.tick_following(&inputs.axle, Some(taut))
     }
 
     /// The set-point that keeps the belt at its slack, for the joint's motion extrapolated to now.
@@ -96,7 +91,8 @@ impl Screw {
             return Err(Fault::JointLost);
         }
         let rate = motion.velocity as f32 * 1e-6;
-        let moved = rate * (age_us as f32 * 1e-6);
+        // Below the time-out, which is a second at most.
+        let moved = rate * (age_us as u32 as f32 * 1e-6);
         let theta = Angle::from_bits(motion.position) + Angle::from_radians(moved);
         let extension = self.geometry.extension(theta);
 
@@ -107,7 +103,7 @@ impl Screw {
             .max(shortest);
         let law = self.scale.shaft_from_length(length);
 
-        if self.engaged {
+        if self.axle.drives_in(mode::TAUT) {
             let step = self.engage_speed * CONTROL_PERIOD;
             self.remaining -= limit(self.remaining, step);
         } else {
@@ -117,7 +113,7 @@ impl Screw {
             position: law.wrapping_add(crate::motor::from_radians(self.remaining)),
             velocity: self
                 .scale
-                .shaft_velocity_from_linear(extension.derivative.to_num::<f32>() * rate),
+                .shaft_velocity_from_linear(metres(extension.derivative) * rate),
             acceleration: 0.0,
         })
     }
@@ -133,6 +129,7 @@ impl Screw {
         let radius = |k: f32| (k * k - l1 * l1) / (2.0 * (k + l1 * cosine));
         // Slack beyond half of what lies between K and L1 is more than any extension can give.
         let slack = clamp(slack as f32 / 16_777_216.0, 0.0, 0.5 * (k - l1));
-        ((radius(k) - radius(k - slack)) * 268_435_456.0) as i64
+        // Less than 8 m.
+        i64::from(to_i32((radius(k) - radius(k - slack)) * 268_435_456.0))
     }
 }

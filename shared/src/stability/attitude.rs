@@ -93,10 +93,33 @@ impl Attitude {
         self.heading
     }
 
+    /// What turns body axes into level axes, for many vectors at once.
+    #[inline]
+    pub fn level_axes(&self) -> LevelAxes {
+        LevelAxes {
+            pitch: sin_cos(self.pitch()),
+            roll: sin_cos(self.roll()),
+        }
+    }
+
     /// Turns a vector in body axes into level axes: x along the heading, z up.
     pub fn level(&self, vector: [f32; 3]) -> [f32; 3] {
-        let (pitch_sine, pitch_cosine) = sin_cos(self.pitch());
-        let (roll_sine, roll_cosine) = sin_cos(self.roll());
+        self.level_axes().of(vector)
+    }
+}
+
+/// Sines and cosines of pitch and roll.
+#[derive(Clone, Copy, Debug)]
+pub struct LevelAxes {
+    pitch: (f32, f32),
+    roll: (f32, f32),
+}
+
+impl LevelAxes {
+    /// Turns a vector in body axes into level axes: x along the heading, z up.
+    #[inline]
+    pub fn of(&self, vector: [f32; 3]) -> [f32; 3] {
+        let ((pitch_sine, pitch_cosine), (roll_sine, roll_cosine)) = (self.pitch, self.roll);
         let [x, y, z] = vector;
         let forward = x * pitch_cosine - z * pitch_sine;
         let up = x * pitch_sine + z * pitch_cosine;

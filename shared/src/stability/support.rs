@@ -1,6 +1,9 @@
 //! Signed distances of the centre of gravity to the edges of a support polygon.
 
-use crate::math::sqrt;
+use crate::math::root_of_sum;
+
+/// A shorter edge has no direction, m.
+const MIN_LENGTH: f32 = 1e-3;
 
 /// Edges of a support of four points, in the order of their margins.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -22,6 +25,7 @@ pub const EDGES: [Edge; 4] = [Edge::Back, Edge::Front, Edge::Left, Edge::Right];
 ///
 /// Points are in level axes, counter-clockwise from above: rear right, front right, front left, rear left. An edge
 /// shorter than a millimetre has no direction; the margin is then minus the distance to it, never "inside".
+#[inline]
 pub fn margins(support: &[[f32; 3]; 4], cog: [f32; 3]) -> [f32; 4] {
     let [rear_right, front_right, front_left, rear_left] = *support;
     [
@@ -32,14 +36,20 @@ pub fn margins(support: &[[f32; 3]; 4], cog: [f32; 3]) -> [f32; 4] {
     ]
 }
 
+#[inline]
 fn margin(from: [f32; 3], to: [f32; 3], cog: [f32; 3]) -> f32 {
     let edge = [to[0] - from[0], to[1] - from[1]];
     let offset = [cog[0] - from[0], cog[1] - from[1]];
-    let length = sqrt(edge[0] * edge[0] + edge[1] * edge[1]);
-    if length < 1e-3 {
-        return -sqrt(offset[0] * offset[0] + offset[1] * offset[1]);
-    }
-    (edge[0] * offset[1] - edge[1] * offset[0]) / length
+    let square = |vector: [f32; 2]| vector[0] * vector[0] + vector[1] * vector[1];
+    let length = square(edge);
+    // Cross product over length, or minus the square of the distance over the distance: one root and one quotient either way.
+    let (across, length) = if length < MIN_LENGTH * MIN_LENGTH {
+        let distance = square(offset);
+        (-distance, distance + f32::MIN_POSITIVE)
+    } else {
+        (edge[0] * offset[1] - edge[1] * offset[0], length)
+    };
+    across / root_of_sum(length)
 }
 
 #[cfg(test)]

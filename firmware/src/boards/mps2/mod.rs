@@ -3,7 +3,7 @@
 //! `semihosting` is the pair of pipes and the way out, `log` the defmt logger.
 
 mod log;
-mod semihosting;
+pub(crate) mod semihosting;
 
 use crate::boards::Board;
 use crate::boards::lockstep::{self, Pipe};

@@ -2,10 +2,10 @@
 
 use super::drives::{Drives, Role};
 use crate::bus::pdo::OperatorCommand;
-use crate::math::{clamp, limit};
+use crate::math::{clamp, limit, to_i32};
 use crate::motor::profile::{Limits, SetPoint as Motion};
 use crate::robots::b2p2::Model;
-use crate::screw::{Geometry, GeometryError};
+use crate::screw::{Geometry, GeometryError, metres};
 use crate::settings::{Setting, Settings};
 use crate::stability::attitude::Attitude;
 use crate::stability::filter::{Bounds, Margins, Tracker, Verdict, chassis, drive};
@@ -112,7 +112,7 @@ impl Body {
             let way = core::f32::consts::PI * self.pulley_radius * (turns(0) + turns(1));
             // Whole micrometres leave the sum, so that it never grows coarse.
             self.odometry_um += way * 1e6;
-            let whole = self.odometry_um as i32;
+            let whole = to_i32(self.odometry_um);
             self.odometry_um -= whole as f32;
             self.odometry_whole_um = self.odometry_whole_um.wrapping_add(whole);
         }
@@ -123,7 +123,8 @@ impl Body {
 
     fn margins_at(&self, theta: Angle, extension: f32, attitude: &Attitude) -> [f32; 4] {
         let shape = self.model.shape(theta, extension);
-        let level = |point| attitude.level(point);
+        let axes = attitude.level_axes();
+        let level = |point| axes.of(point);
         margins(&self.model.support(&shape, level), level(shape.cog))
     }
 
@@ -180,7 +181,7 @@ impl Body {
         let reach = Angle::from_radians(next.velocity * self.bounds.horizon);
         // From the set-point, not from the joint: what was let through already will be reached.
         let ahead = Angle::from_bits(next.position as i32) + reach;
-        let length = self.geometry.length(ahead).to_num::<f32>();
+        let length = metres(self.geometry.length(ahead));
         let verdict = chassis(
             &self.margins,
             self.margins_at(ahead, length, attitude),
@@ -211,7 +212,7 @@ impl Body {
     /// Set-points of the left and right track, 1e-6 rad/s.
     pub fn track_speeds(&self) -> [i32; 2] {
         let turn = 0.5 * self.gauge * self.yaw_rate;
-        [-turn, turn].map(|side| ((self.forward.velocity + side) / self.pulley_radius * 1e6) as i32)
+        [-turn, turn].map(|side| to_i32((self.forward.velocity + side) / self.pulley_radius * 1e6))
     }
 
     /// Set-point of the chassis joint, 2^-32 turn.

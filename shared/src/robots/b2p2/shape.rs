@@ -49,8 +49,12 @@ pub struct Model {
     l2: f32,
     half_gauge: f32,
     pulley_radius: f32,
-    rigid: PointMass,
-    total_mass: f32,
+    /// Centre of gravity with the front part's own share left out, m.
+    rigid_cog: [f32; 3],
+    /// What the front part adds to it, along and across its own axis, m: at extension 0, and per metre of extension.
+    front_along: f32,
+    front_up: f32,
+    front_share: f32,
 }
 
 /// The robot's shape at one chassis angle and extension.
@@ -84,41 +88,46 @@ impl Model {
         let mass = body.mass + payload.mass;
         let place = [0, 1, 2]
             .map(|axis| (body.mass * body.place[axis] + payload.mass * payload.place[axis]) / mass);
+        let total_mass = mass + BODY_2.mass + BODY_3.mass;
+        let (l1, l2) = (metres(Setting::LengthL1), metres(Setting::LengthL2));
+        let (share_2, share_3) = (BODY_2.mass / total_mass, BODY_3.mass / total_mass);
+        // From axle 2 along the front part to body 3's centre of gravity, at extension 0.
+        let third = l2 - AXLE_3_FROM_BODY_3 + BODY_3.place[0];
         Self {
-            l1: metres(Setting::LengthL1),
-            l2: metres(Setting::LengthL2),
+            l1,
+            l2,
             half_gauge: 0.5 * metres(Setting::TrackGauge),
             pulley_radius: metres(Setting::PulleyRadius),
-            rigid: PointMass { mass, place },
-            total_mass: mass + BODY_2.mass + BODY_3.mass,
+            rigid_cog: [
+                mass / total_mass * place[0] + (share_2 + share_3) * l1,
+                mass / total_mass * place[1]
+                    + share_2 * BODY_2.place[1]
+                    + share_3 * BODY_3.place[1],
+                mass / total_mass * place[2],
+            ],
+            front_along: share_2 * BODY_2.place[0] + share_3 * third,
+            front_up: share_2 * BODY_2.place[2] + share_3 * BODY_3.place[2],
+            front_share: share_3,
         }
     }
 
     /// Centre of gravity and axles at chassis angle `theta` and extension `l3` in m (sum of eq. 1 of the paper's appendix).
+    ///
+    /// What does not change while the robot moves is summed up in [`Self::new`]: only the front part turns, and only body 3 slides.
+    #[inline]
     pub fn shape(&self, theta: Angle, l3: f32) -> Shape {
         let (sine, cosine) = sin_cos(theta);
-        let reach = self.l2 + l3;
-        // A point of the front part: `along` from axle 2, `up` across it.
-        let front = |along: f32, left: f32, up: f32| {
-            [
-                self.l1 + along * cosine - up * sine,
-                left,
-                along * sine + up * cosine,
-            ]
-        };
-        let second = front(BODY_2.place[0], BODY_2.place[1], BODY_2.place[2]);
-        let along = reach - AXLE_3_FROM_BODY_3 + BODY_3.place[0];
-        let third = front(along, BODY_3.place[1], BODY_3.place[2]);
-        let cog = [0, 1, 2].map(|axis| {
-            (self.rigid.mass * self.rigid.place[axis]
-                + BODY_2.mass * second[axis]
-                + BODY_3.mass * third[axis])
-                / self.total_mass
-        });
+        let (reach, up) = (self.l2 + l3, self.front_up);
+        let along = self.front_along + self.front_share * l3;
+        let [x, y, z] = self.rigid_cog;
         Shape {
-            cog,
+            cog: [
+                x + along * cosine - up * sine,
+                y,
+                z + along * sine + up * cosine,
+            ],
             axle_2: [self.l1, 0.0, 0.0],
-            axle_3: front(reach, 0.0, 0.0),
+            axle_3: [self.l1 + reach * cosine, 0.0, reach * sine],
         }
     }
 
@@ -153,6 +162,50 @@ impl Model {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Sum of the three bodies' moments in double precision, the front part turned body by body.
+    #[test]
+    fn cog_is_that_of_the_three_bodies_at_any_angle_and_extension() {
+        let mut settings = Settings::default();
+        for (setting, value) in [
+            (Setting::PayloadMass, 3_000),
+            (Setting::PayloadForward, -40_000),
+            (Setting::PayloadLeft, 20_000),
+            (Setting::PayloadUp, 150_000),
+            (Setting::BodyHeight, 35_000),
+        ] {
+            settings.set(setting.description().key, value).unwrap();
+        }
+        let model = Model::new(&settings);
+        for step in 0..1_000 {
+            let theta = f64::from(step) * 6.283e-3 - 3.14;
+            let l3 = f64::from(step % 37) * 0.01 + 0.2;
+            let (sine, cosine) = (libm::sin(theta), libm::cos(theta));
+            let turned = |body: &PointMass, slid: f64| {
+                let [along, left, up] = body.place.map(f64::from);
+                let along = along + slid;
+                [
+                    0.32 + along * cosine - up * sine,
+                    left,
+                    along * sine + up * cosine,
+                ]
+            };
+            let [x, y, _] = BODY_1.place.map(f64::from);
+            let bodies = [
+                (f64::from(BODY_1.mass), [x, y, 0.035]),
+                (3.0, [-0.04, 0.02, 0.15]),
+                (f64::from(BODY_2.mass), turned(&BODY_2, 0.0)),
+                (f64::from(BODY_3.mass), turned(&BODY_3, 0.23 + l3 - 0.226)),
+            ];
+            let total: f64 = bodies.iter().map(|(mass, _)| mass).sum();
+            let shape = model.shape(Angle::from_radians(theta as f32), l3 as f32);
+            for axis in 0..3 {
+                let moment: f64 = bodies.iter().map(|(mass, place)| mass * place[axis]).sum();
+                let error = (f64::from(shape.cog[axis]) - moment / total).abs();
+                assert!(error < 1.5e-7, "axis {axis} at {theta}, {l3}: {error:e} m");
+            }
+        }
+    }
 
     #[test]
     fn straight_robot_has_its_cog_where_a_hand_calculation_has_it() {

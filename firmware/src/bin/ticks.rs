@@ -1,0 +1,75 @@
+//! Nothing but the control ticks, linked to be looked at and never started: what its symbols do not hold, no tick can reach.
+//!
+//! Constructors may compute in double precision and refuse with text, so none is linked: the states are memory that whoever
+//! starts the program would have to fill.
+#![no_std]
+#![no_main]
+
+// The file itself, because the library brings a panic handler and a fault handler that write text.
+#[path = "../current_loop.rs"]
+mod current_loop;
+
+use core::cell::UnsafeCell;
+use core::hint::black_box;
+use core::mem::MaybeUninit;
+use core::panic::PanicInfo;
+// The critical section.
+use cortex_m as _;
+use tautrack::node::axle::{self, Axle};
+use tautrack::node::guard::{self, Guard};
+use tautrack::node::screw::{self, Screw};
+
+struct Slot<T>(UnsafeCell<MaybeUninit<T>>);
+
+// SAFETY: one thread, and no interrupt touches a slot.
+unsafe impl<T> Sync for Slot<T> {}
+
+impl<T> Slot<T> {
+    const fn new() -> Self {
+        Self(UnsafeCell::new(MaybeUninit::uninit()))
+    }
+
+    /// What is in the slot; opaque to the compiler.
+    ///
+    /// # Safety
+    /// Whoever started the program has put a value there, and no other reference to it exists.
+    #[allow(clippy::mut_from_ref)] // the caller's promise
+    unsafe fn get(&self) -> &mut T {
+        // SAFETY: the pointer is that of a static, its value and uniqueness are the caller's promise.
+        unsafe { (*black_box(self.0.get())).assume_init_mut() }
+    }
+}
+
+static AXLE: Slot<(Axle, axle::Inputs)> = Slot::new();
+static SCREW: Slot<(Screw, screw::Inputs)> = Slot::new();
+static GUARD: Slot<(Guard, guard::Inputs<'static>)> = Slot::new();
+static CURRENT: Slot<(f32, f32)> = Slot::new();
+
+#[cortex_m_rt::entry]
+fn main() -> ! {
+    // SAFETY: the values are the starter's business; each slot is referred to once.
+    let (axle, screw, guard, current) =
+        unsafe { (AXLE.get(), SCREW.get(), GUARD.get(), CURRENT.get()) };
+    loop {
+        black_box(axle.0.tick(&axle.1));
+        black_box(screw.0.tick(&screw.1));
+        black_box(guard.0.tick(&guard.1));
+        black_box(current_loop::pwm_period(current.0, current.1));
+        black_box(current_loop::take_mean());
+        current_loop::demand(black_box(current_loop::Demand::Off));
+    }
+}
+
+/// Linked only if something can panic; its name is what the test looks for.
+#[panic_handler]
+fn panic(_: &PanicInfo) -> ! {
+    a_tick_can_panic()
+}
+
+#[inline(never)]
+#[unsafe(no_mangle)]
+extern "C" fn a_tick_can_panic() -> ! {
+    loop {
+        cortex_m::asm::wfi();
+    }
+}

@@ -1,0 +1,39 @@
+//! What the control code costs on the core, in executed instructions, counted under QEMU's `-icount shift=8,sleep=off`.
+//!
+//! [`counter`] counts one call, [`inputs`] makes what the calls are fed with; the other files list what is counted, a file per
+//! room of the library. The host writes the number of calls per entry (`u32`, little-endian) to standard input and reads one line per
+//! entry: name, calls, least, most, sum, address of the function. `cargo cost` does that and makes a table of it.
+
+mod bus;
+mod counter;
+mod inputs;
+mod math;
+mod motor;
+mod nodes;
+mod stability;
+
+use crate::boards::mps2::semihosting::{Stream, exit};
+use counter::Table;
+
+/// Counts everything, writes the lines and ends the emulator; with failure if the controls do not read what they must.
+pub fn run() -> ! {
+    let (Some(input), Some(output)) = (Stream::standard_input(), Stream::standard_output()) else {
+        exit(false)
+    };
+    let mut calls = [0; 4];
+    if !input.read_exact(&mut calls) {
+        exit(false);
+    }
+    let Some(mut table) = Table::new(u32::from_le_bytes(calls), output) else {
+        exit(false)
+    };
+    if !table.controls() {
+        exit(false);
+    }
+    math::count(&mut table);
+    stability::count(&mut table);
+    motor::count(&mut table);
+    nodes::count(&mut table);
+    bus::count(&mut table);
+    exit(true)
+}

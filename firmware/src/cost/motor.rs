@@ -1,0 +1,186 @@
+//! Loops of one motor, each over a state that goes on from call to call.
+
+use super::counter::Table;
+use super::inputs::{angle, number};
+use crate::boards::Board;
+use crate::boards::Selected;
+use crate::current_loop;
+use core::hint::black_box;
+use core::mem::MaybeUninit;
+use tautrack::motor::cascade::{Cascade, Demand, Gains};
+use tautrack::motor::current::{CurrentLoop, Winding};
+use tautrack::motor::foc::{Config, Dq, ElectricalAngle, Foc};
+use tautrack::motor::from_radians;
+use tautrack::motor::observer::Observer;
+use tautrack::motor::profile::{Limits, SetPoint};
+use tautrack::node::CONTROL_PERIOD;
+
+pub fn count(table: &mut Table) {
+    let mut observer = black_box(Observer::new(4_096, 60_000, 600.0, 0));
+    let mut counts = 0_i32;
+    table.kernel(
+        "observer update",
+        &mut observer,
+        |_, call, random| {
+            // Speeds up to 200 counts a period, and jumps of any size.
+            let step = if call % 50 == 49 {
+                random.bits()
+            } else {
+                random.bits() >> 24
+            };
+            counts = counts.wrapping_add(step);
+            counts
+        },
+        |observer, counts| observer.update(counts, CONTROL_PERIOD),
+    );
+
+    let limits = black_box(Limits {
+        velocity: 0.5,
+        acceleration: 4.0,
+    });
+    let mut profile = (SetPoint::default(), limits, 0_i64);
+    table.kernel(
+        "profile step to a position",
+        &mut profile,
+        |profile, call, random| {
+            if call % 200 == 0 {
+                profile.2 = from_radians(random.within(0.3));
+            }
+        },
+        |(set_point, limits, target), ()| {
+            set_point.toward_position(*target, *limits, CONTROL_PERIOD)
+        },
+    );
+    table.kernel(
+        "profile step to a velocity",
+        &mut profile,
+        |_, call, random| number(call, random),
+        |(set_point, limits, _), target| set_point.toward_velocity(target, *limits, CONTROL_PERIOD),
+    );
+
+    count_cascade(table);
+    count_current_loop(table);
+    count_foc(table);
+}
+
+fn count_cascade(table: &mut Table) {
+    let gains = black_box(Gains {
+        position: 20.0,
+        velocity: 3.0,
+        integral_time: 0.05,
+        acceleration: 0.02,
+        velocity_limit: 6.0,
+    });
+    struct State {
+        cascade: Cascade,
+        set_point: SetPoint,
+        position: i64,
+        velocity: f32,
+        demand: MaybeUninit<Demand>,
+    }
+    let mut state = State {
+        cascade: Cascade::new(gains),
+        set_point: SetPoint::default(),
+        position: 0,
+        velocity: 0.0,
+        demand: MaybeUninit::uninit(),
+    };
+    table.kernel(
+        "cascade position to current",
+        &mut state,
+        |state, call, random| {
+            state.set_point.position = from_radians(random.within(0.5));
+            state.set_point.velocity = number(call, random);
+            state.position = from_radians(random.within(0.5));
+            state.velocity = random.within(5.0);
+            10.0_f32
+        },
+        |state, current_limit| {
+            state.demand.write(state.cascade.position(
+                &state.set_point,
+                state.position,
+                state.velocity,
+                current_limit,
+                CONTROL_PERIOD,
+            ));
+        },
+    );
+}
+
+fn count_current_loop(table: &mut Table) {
+    let winding = black_box(Winding {
+        resistance: 0.6,
+        inductance: 3e-4,
+        current_limit: 10.0,
+    });
+    let Ok(current_loop) = CurrentLoop::new(&winding, 4_000.0, Selected::PWM_HZ as f32) else {
+        return; // these values are good ones; without the loop the host misses the entries
+    };
+    current_loop::install(current_loop.clone());
+    let mut current_loop = black_box(current_loop);
+    table.kernel(
+        "current loop step",
+        &mut current_loop,
+        |_, call, random| (number(call, random), number(call / 7, random)),
+        |current_loop, (sample, demand)| current_loop.step(sample, demand, 24.0),
+    );
+    table.kernel(
+        "current interrupt",
+        &mut (),
+        |(), call, random| {
+            current_loop::demand(match call % 16 {
+                14 => current_loop::Demand::Off,
+                15 => current_loop::Demand::Brake,
+                _ => current_loop::Demand::Current(random.within(12.0)),
+            });
+            (random.within(12.0), 24.0 + random.within(1.0))
+        },
+        |(), (sample, bus_voltage)| {
+            black_box(current_loop::pwm_period(sample, bus_voltage));
+        },
+    );
+}
+
+fn count_foc(table: &mut Table) {
+    let config = black_box(Config {
+        resistance: 0.4,
+        inductance: 3e-4,
+        bus_voltage: 24.0,
+        current_full_scale: 20.0,
+        bandwidth: 2_000.0,
+        rate_hz: 20_000.0,
+        period: 4_250,
+    });
+    struct State {
+        foc: Foc,
+        angle: ElectricalAngle,
+        currents: [i32; 2],
+        demand: Dq,
+        compare: [u16; 3],
+    }
+    let Ok(foc) = Foc::new(&config) else {
+        return; // these values are good ones; without the controller the host misses the entry
+    };
+    let mut state = black_box(State {
+        foc,
+        angle: ElectricalAngle::default(),
+        currents: [0; 2],
+        demand: Dq::default(),
+        compare: [0; 3],
+    });
+    table.kernel(
+        "FOC step",
+        &mut state,
+        |state, call, random| {
+            state.angle = ElectricalAngle(angle(call));
+            state.currents = [random.bits(), random.bits()];
+            state.demand = Dq {
+                d: random.bits() >> 1,
+                q: random.bits() >> 1,
+            };
+        },
+        |state, ()| {
+            state.compare = state.foc.step(state.angle, state.currents, state.demand);
+        },
+    );
+}

@@ -1,0 +1,87 @@
+//! Sizes and symbols of a program for the target.
+
+use super::CostError;
+use object::read::elf::ElfFile32;
+use object::{Endianness, Object, ObjectSection, ObjectSymbol, SymbolKind};
+use serde::{Deserialize, Serialize};
+
+/// Memory that a program takes.
+#[derive(Clone, PartialEq, Eq, Debug, Serialize, Deserialize)]
+pub struct Image {
+    /// The program.
+    pub name: String,
+    /// Vectors, code, constants and initial values, bytes.
+    pub flash: u64,
+    /// Static variables, bytes; the stack not counted.
+    pub ram: u64,
+}
+
+/// A function of a program.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct Function {
+    /// Its symbol.
+    pub name: String,
+    /// Where it begins.
+    pub address: u64,
+    /// Its bytes.
+    pub size: u64,
+}
+
+impl Image {
+    /// Sizes of the program with these bytes.
+    ///
+    /// # Errors
+    /// They are no ELF file.
+    pub fn read(name: &str, elf: &[u8]) -> Result<Self, CostError> {
+        let file = parse(elf)?;
+        let sum = |names: &[&str]| {
+            names
+                .iter()
+                .filter_map(|name| file.section_by_name(name))
+                .map(|section| section.size())
+                .sum()
+        };
+        Ok(Self {
+            name: name.to_owned(),
+            flash: sum(&[".vector_table", ".text", ".rodata", ".data"]),
+            ram: sum(&[".data", ".bss", ".uninit"]),
+        })
+    }
+}
+
+/// The functions of a program.
+///
+/// # Errors
+/// The bytes are no ELF file.
+pub fn functions(elf: &[u8]) -> Result<Vec<Function>, CostError> {
+    let file = parse(elf)?;
+    Ok(file
+        .symbols()
+        .filter(|symbol| symbol.kind() == SymbolKind::Text)
+        .map(|symbol| Function {
+            name: symbol.name().unwrap_or_default().to_owned(),
+            address: symbol.address() & !1,
+            size: symbol.size(),
+        })
+        .collect())
+}
+
+/// The compiler's signature in a program, without that of the linker.
+///
+/// # Errors
+/// The bytes are no ELF file, or it is not signed.
+pub fn compiler(elf: &[u8]) -> Result<String, CostError> {
+    let file = parse(elf)?;
+    let comment = file
+        .section_by_name(".comment")
+        .and_then(|section| section.data().ok());
+    let text = String::from_utf8_lossy(comment.unwrap_or_default()).into_owned();
+    text.split('\0')
+        .find_map(|line| line.strip_prefix("rustc version "))
+        .map(str::to_owned)
+        .ok_or_else(|| CostError::Malformed("the program does not name its compiler".to_owned()))
+}
+
+fn parse(elf: &[u8]) -> Result<ElfFile32<'_, Endianness>, CostError> {
+    ElfFile32::parse(elf).map_err(|error| CostError::Malformed(format!("no ELF file: {error}")))
+}
