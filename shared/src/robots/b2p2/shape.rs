@@ -178,7 +178,7 @@ mod tests {
         }
         let model = Model::new(&settings);
         for step in 0..1_000 {
-            let theta = f64::from(step) * 6.283e-3 - 3.14;
+            let theta = f64::from(step) * 6.2e-3 - 3.1;
             let l3 = f64::from(step % 37) * 0.01 + 0.2;
             let (sine, cosine) = (libm::sin(theta), libm::cos(theta));
             let turned = |body: &PointMass, slid: f64| {
