@@ -7,6 +7,8 @@ pub mod current;
 pub mod observer;
 pub mod profile;
 
+use crate::math::to_i32;
+
 /// Radians in 2^-32 turn.
 pub const RADIANS_PER_UNIT: f32 = core::f32::consts::TAU / 4_294_967_296.0;
 /// 2^-32 turns in one radian.
@@ -27,9 +29,9 @@ pub fn to_radians(position: i64) -> f32 {
 pub fn from_radians(angle: f32) -> i64 {
     const TURN: f32 = 4_294_967_296.0;
     let turns = angle * (1.0 / core::f32::consts::TAU);
-    let whole = (turns + f32::copysign(0.5, turns)) as i32;
+    let whole = to_i32(turns + f32::copysign(0.5, turns));
     // At most half a turn and exact, so that scaling it by a power of two loses nothing.
-    let rest = ((turns - whole as f32) * TURN) as i32;
+    let rest = to_i32((turns - whole as f32) * TURN);
     i64::from(whole.saturating_add(rest >> 31)) << 32 | i64::from(rest as u32)
 }
 

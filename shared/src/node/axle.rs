@@ -7,7 +7,7 @@ use super::{CONTROL_PERIOD, Switches};
 use crate::bus::heartbeat::Monitor;
 use crate::bus::pdo::{DriveMotion, DriveStatus};
 use crate::faults::{Fault, Reaction};
-use crate::math::limit;
+use crate::math::{limit, to_i16};
 use crate::motor::cascade::{Cascade, Demand, Gains};
 use crate::motor::observer::Observer;
 use crate::motor::profile::{Limits, SetPoint as Motion};
@@ -589,7 +589,7 @@ impl Axle {
                 torque: self
                     .scale
                     .torque_to_bus(inputs.current * self.torque_constant),
-                current: (inputs.current * 1e3) as i16,
+                current: to_i16(inputs.current * 1e3),
             },
             mode: self.mode,
             active_limit: self.active_limit,

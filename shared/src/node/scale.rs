@@ -1,6 +1,6 @@
 //! How positions and velocities of the output shaft appear on the bus: one scale per kind of axle.
 
-use crate::math::clamp;
+use crate::math::{to_i16, to_i32};
 
 /// Scale of objects 0x6064, 0x606C, 0x607A and 0x60FF.
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -17,21 +17,33 @@ pub enum Scale {
 /// Travel of a screw per turn of the output shaft, prepared for use without division.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Lead {
-    metres: f32,
-    /// 2^-32 m per turn.
-    metres_q32: i64,
+    /// 2^-32 m per turn; below 2^31, because a lead is shorter than half a metre.
+    metres_q32: i32,
     /// 2^-32 turn per 2^-28 m, in 2^-16.
     turns_q16: i64,
+    /// Longest length, 2^-28 m, whose turns can be expressed.
+    reach: i64,
+    /// rad/m.
+    radians_per_metre: f32,
+    /// rad/s as 1e-9 m/s.
+    velocity_units: f32,
 }
 
+/// Velocity of a turning axle on the bus: rad/s as 1e-6 rad/s.
+const TURNING_UNITS: f32 = 1e6;
+
 impl Scale {
-    /// Scale of a screw with this lead in um per turn, above zero.
+    /// Scale of a screw with this lead in um per turn, above zero and below half a metre.
     pub fn linear(lead_um: i32) -> Self {
-        let lead_um = i64::from(lead_um.max(1));
+        let lead_um = i64::from(lead_um.clamp(1, 499_999));
+        let metres = lead_um as f32 * 1e-6;
+        let turns_q16 = (16_000_000 << 16) / lead_um;
         Self::Linear(Lead {
-            metres: lead_um as f32 * 1e-6,
-            metres_q32: (lead_um << 32) / 1_000_000,
-            turns_q16: (16_000_000 << 16) / lead_um,
+            metres_q32: ((lead_um << 32) / 1_000_000) as i32,
+            turns_q16,
+            reach: i64::MAX / turns_q16,
+            radians_per_metre: core::f32::consts::TAU / metres,
+            velocity_units: metres * (1e9 / core::f32::consts::TAU),
         })
     }
 
@@ -41,8 +53,9 @@ impl Scale {
             Self::Turning { bits } => (position >> (32 - bits)) as i32,
             Self::Linear(lead) => {
                 // 2^-24 turn times 2^-32 m per turn, down to 2^-24 m.
-                let metres = (position >> 8).saturating_mul(lead.metres_q32) >> 32;
-                metres.clamp(i64::from(i32::MIN), i64::from(i32::MAX)) as i32
+                let (turns, scale) = (position >> 8, i64::from(lead.metres_q32));
+                let metres = (turns >> 32) * scale + ((turns & 0xffff_ffff) * scale >> 32);
+                saturate(metres)
             }
         }
     }
@@ -63,7 +76,16 @@ impl Scale {
     pub fn shaft_from_length(self, length_q28: i64) -> i64 {
         match self {
             Self::Turning { .. } => 0,
-            Self::Linear(lead) => length_q28.saturating_mul(lead.turns_q16) >> 16,
+            Self::Linear(lead) => {
+                let length = if length_q28 > lead.reach {
+                    lead.reach
+                } else if length_q28 < -lead.reach {
+                    -lead.reach
+                } else {
+                    length_q28
+                };
+                length * lead.turns_q16 >> 16
+            }
         }
     }
 
@@ -71,13 +93,13 @@ impl Scale {
     pub fn shaft_velocity_from_linear(self, velocity: f32) -> f32 {
         match self {
             Self::Turning { .. } => 0.0,
-            Self::Linear(lead) => velocity * (core::f32::consts::TAU / lead.metres),
+            Self::Linear(lead) => velocity * lead.radians_per_metre,
         }
     }
 
     /// Velocity of the output shaft (rad/s) in bus units; saturates, 0 for NaN.
     pub fn velocity_to_bus(self, velocity: f32) -> i32 {
-        (velocity * self.velocity_units()) as i32
+        to_i32(velocity * self.velocity_units())
     }
 
     /// Bus units as a velocity of the output shaft, rad/s.
@@ -89,16 +111,27 @@ impl Scale {
     pub fn torque_to_bus(self, torque: f32) -> i16 {
         let units = match self {
             Self::Turning { .. } => 100.0,
-            Self::Linear(lead) => core::f32::consts::TAU / lead.metres,
+            Self::Linear(lead) => lead.radians_per_metre,
         };
-        clamp(torque * units, -32_768.0, 32_767.0) as i16
+        to_i16(torque * units)
     }
 
     fn velocity_units(self) -> f32 {
         match self {
-            Self::Turning { .. } => 1e6,
-            Self::Linear(lead) => lead.metres * (1e9 / core::f32::consts::TAU),
+            Self::Turning { .. } => TURNING_UNITS,
+            Self::Linear(lead) => lead.velocity_units,
         }
+    }
+}
+
+/// `value` as far as 32 bits go.
+#[inline]
+fn saturate(value: i64) -> i32 {
+    let low = value as i32;
+    if i64::from(low) == value {
+        low
+    } else {
+        i32::MAX ^ (value >> 63) as i32
     }
 }
 

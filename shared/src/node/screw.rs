@@ -6,7 +6,7 @@ use super::axle::{Axle, Inputs as AxleInputs, Outputs, mode};
 use super::scale::Scale;
 use crate::bus::pdo::DriveMotion;
 use crate::faults::Fault;
-use crate::math::{clamp, limit, sin_cos};
+use crate::math::{clamp, limit, sin_cos, to_i32};
 use crate::motor::profile::SetPoint as Motion;
 use crate::motor::to_radians;
 use crate::screw::{Geometry, GeometryError};
@@ -135,6 +135,6 @@ impl Screw {
         // Slack beyond half of what lies between K and L1 is more than any extension can give.
         let slack = clamp(slack as f32 / 16_777_216.0, 0.0, 0.5 * (k - l1));
         // Less than 8 m.
-        i64::from(((radius(k) - radius(k - slack)) * 268_435_456.0) as i32)
+        i64::from(to_i32((radius(k) - radius(k - slack)) * 268_435_456.0))
     }
 }

@@ -26,10 +26,20 @@ pub(super) struct Bounds {
 const UNDER_VOLTAGE: f32 = 12.0;
 const OVER_VOLTAGE: f32 = 32.0;
 
+/// What is watched, and for how many ticks it must be bad; the first of several counts.
+const WATCHES: [(Fault, u8); 6] = [
+    (Fault::InvalidReading, 3),
+    (Fault::OverCurrent, 5),
+    (Fault::OverVoltage, 5),
+    (Fault::UnderVoltage, 5),
+    (Fault::Blocked, 60),
+    (Fault::FollowingError, 100),
+];
+
 /// The watches' dwell counters, in ticks.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Supervisor {
-    ticks: [u16; 6],
+    ticks: [u8; WATCHES.len()],
 }
 
 impl Supervisor {
@@ -38,26 +48,23 @@ impl Supervisor {
         let current = now.current.abs();
         let finite = now.current.is_finite() && now.bus_voltage.is_finite();
         let standing = now.velocity.abs() < 0.01 * bounds.velocity;
-        let watches = [
-            (Fault::InvalidReading, !finite, 3),
-            (Fault::OverCurrent, !(current <= 1.25 * bounds.current), 5),
-            (Fault::OverVoltage, !(now.bus_voltage <= OVER_VOLTAGE), 5),
-            (Fault::UnderVoltage, !(now.bus_voltage >= UNDER_VOLTAGE), 5),
-            (
-                Fault::Blocked,
-                now.powered && standing && !(now.demand.abs() <= 0.9 * bounds.current),
-                60,
-            ),
-            (
-                Fault::FollowingError,
-                now.powered && !(now.following_error.abs() <= bounds.following),
-                100,
-            ),
+        let blocked = now.powered && standing && !(now.demand.abs() <= 0.9 * bounds.current);
+        // In the order of `WATCHES`.
+        let bad = [
+            !finite,
+            !(current <= 1.25 * bounds.current),
+            !(now.bus_voltage <= OVER_VOLTAGE),
+            !(now.bus_voltage >= UNDER_VOLTAGE),
+            blocked,
+            now.powered && !(now.following_error.abs() <= bounds.following),
         ];
         let mut found = None;
-        for (count, (fault, bad, dwell)) in self.ticks.iter_mut().zip(watches) {
-            *count = if bad { count.saturating_add(1) } else { 0 };
-            if *count >= dwell && found.is_none() {
+        // Backwards, so that the first of several has the last word.
+        for watch in (0..WATCHES.len()).rev() {
+            let (fault, dwell) = WATCHES[watch];
+            let ticks = if bad[watch] { self.ticks[watch].saturating_add(1) } else { 0 };
+            self.ticks[watch] = ticks;
+            if ticks >= dwell {
                 found = Some(fault);
             }
         }

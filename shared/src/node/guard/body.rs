@@ -2,7 +2,7 @@
 
 use super::drives::{Drives, Role};
 use crate::bus::pdo::OperatorCommand;
-use crate::math::{clamp, limit};
+use crate::math::{clamp, limit, to_i32};
 use crate::motor::profile::{Limits, SetPoint as Motion};
 use crate::robots::b2p2::Model;
 use crate::screw::{Geometry, GeometryError};
@@ -112,7 +112,7 @@ impl Body {
             let way = core::f32::consts::PI * self.pulley_radius * (turns(0) + turns(1));
             // Whole micrometres leave the sum, so that it never grows coarse.
             self.odometry_um += way * 1e6;
-            let whole = self.odometry_um as i32;
+            let whole = to_i32(self.odometry_um);
             self.odometry_um -= whole as f32;
             self.odometry_whole_um = self.odometry_whole_um.wrapping_add(whole);
         }
@@ -201,7 +201,7 @@ impl Body {
     /// Set-points of the left and right track, 1e-6 rad/s.
     pub fn track_speeds(&self) -> [i32; 2] {
         let turn = 0.5 * self.gauge * self.yaw_rate;
-        [-turn, turn].map(|side| ((self.forward.velocity + side) / self.pulley_radius * 1e6) as i32)
+        [-turn, turn].map(|side| to_i32((self.forward.velocity + side) / self.pulley_radius * 1e6))
     }
 
     /// Set-point of the chassis joint, 2^-32 turn.

@@ -15,7 +15,7 @@ use crate::bus::pdo::{
     GuardMargins, GuardMotion, GuardPassed, GuardState, OperatorCommand, Request,
 };
 use crate::can::Frame;
-use crate::math::clamp;
+use crate::math::to_i16;
 use crate::node::BodySensors;
 use crate::screw::GeometryError;
 use crate::settings::{Setting, Settings};
@@ -226,8 +226,8 @@ impl Guard {
 
     fn outputs(&self, frames: Vec<Frame, MAX_SENT>, emergency: Option<u16>) -> Outputs {
         let centidegrees =
-            |radians: f32| clamp(radians.to_degrees() * 100.0, -32_768.0, 32_767.0) as i16;
-        let millimetres = |metres: f32| clamp(metres * 1e3, -32_768.0, 32_767.0) as i16;
+            |radians: f32| to_i16(radians.to_degrees() * 100.0);
+        let millimetres = |metres: f32| to_i16(metres * 1e3);
         let [back, front, left, right] = self.body.margins().now.map(millimetres);
         let trouble = self.trouble.unwrap_or(Trouble { node: 0, code: 0 });
         Outputs {
