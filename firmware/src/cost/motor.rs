@@ -1,7 +1,7 @@
 //! Loops of one motor, each over a state that goes on from call to call.
 
 use super::counter::Table;
-use super::inputs::number;
+use super::inputs::{angle, number};
 use crate::boards::Board;
 use crate::boards::Selected;
 use crate::current_loop;
@@ -9,6 +9,7 @@ use core::hint::black_box;
 use core::mem::MaybeUninit;
 use tautrack::motor::cascade::{Cascade, Demand, Gains};
 use tautrack::motor::current::{CurrentLoop, Winding};
+use tautrack::motor::foc::{Config, Dq, ElectricalAngle, Foc};
 use tautrack::motor::from_radians;
 use tautrack::motor::observer::Observer;
 use tautrack::motor::profile::{Limits, SetPoint};
@@ -53,6 +54,7 @@ pub fn count(table: &mut Table) {
 
     count_cascade(table);
     count_current_loop(table);
+    count_foc(table);
 }
 
 fn count_cascade(table: &mut Table) {
@@ -129,6 +131,50 @@ fn count_current_loop(table: &mut Table) {
         },
         |(), (sample, bus_voltage)| {
             black_box(current_loop::pwm_period(sample, bus_voltage));
+        },
+    );
+}
+
+fn count_foc(table: &mut Table) {
+    let config = black_box(Config {
+        resistance: 0.4,
+        inductance: 3e-4,
+        bus_voltage: 24.0,
+        current_full_scale: 20.0,
+        bandwidth: 2_000.0,
+        rate_hz: 20_000.0,
+        period: 4_250,
+    });
+    struct State {
+        foc: Foc,
+        angle: ElectricalAngle,
+        currents: [i32; 2],
+        demand: Dq,
+        compare: [u16; 3],
+    }
+    let Ok(foc) = Foc::new(&config) else {
+        return; // these values are good ones; without the controller the host misses the entry
+    };
+    let mut state = black_box(State {
+        foc,
+        angle: ElectricalAngle::default(),
+        currents: [0; 2],
+        demand: Dq::default(),
+        compare: [0; 3],
+    });
+    table.kernel(
+        "FOC step",
+        &mut state,
+        |state, call, random| {
+            state.angle = ElectricalAngle(angle(call));
+            state.currents = [random.bits(), random.bits()];
+            state.demand = Dq {
+                d: random.bits() >> 1,
+                q: random.bits() >> 1,
+            };
+        },
+        |state, ()| {
+            state.compare = state.foc.step(state.angle, state.currents, state.demand);
         },
     );
 }

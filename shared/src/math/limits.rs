@@ -66,37 +66,26 @@ pub fn clamp(value: f32, low: f32, high: f32) -> f32 {
 /// Total: always a number, never beyond the bound. 0 if `value` is NaN, and 0 if `bound` is NaN, zero or negative.
 #[inline]
 pub fn limit(value: f32, bound: f32) -> f32 {
-    // Every comparison with NaN is false and ends in zero. The usual case comes first.
-    if !(bound > 0.0) {
-        0.0
-    } else if value.abs() <= bound {
+    // The usual case first. Every comparison with NaN is false and ends in zero.
+    if value.abs() <= bound {
         value
-    } else if value > bound {
-        bound
-    } else if value < -bound {
-        -bound
+    } else if bound > 0.0 {
+        if value > 0.0 {
+            bound
+        } else if value < 0.0 {
+            -bound
+        } else {
+            0.0
+        }
     } else {
         0.0
     }
 }
 
-/// `value` without its fraction; saturates, 0 for NaN: what `as i32` is defined to give, in the one instruction that the core has for it.
+/// `value` without its fraction; saturates, 0 for NaN.
 #[inline]
 pub fn to_i32(value: f32) -> i32 {
-    #[cfg(target_arch = "arm")]
-    {
-        let result;
-        // SAFETY: registers only. VCVT rounds toward zero, saturates and takes NaN for 0 (ARMv7-M reference manual, FPToFixed).
-        unsafe {
-            core::arch::asm!("vmov s0, {0}", "vcvt.s32.f32 s0, s0", "vmov {0}, s0",
-                inlateout(reg) value.to_bits() => result, out("s0") _, options(pure, nomem, nostack));
-        }
-        result
-    }
-    #[cfg(not(target_arch = "arm"))]
-    {
-        value as i32
-    }
+    value as i32
 }
 
 /// As [`to_i32`], saturating at the ends of `i16`.

@@ -82,10 +82,9 @@ impl Cascade {
         period: f32,
     ) -> Demand {
         let error = wanted - velocity;
-        let proportional = self.gains.velocity * error + self.gains.acceleration * acceleration;
-        let integral =
-            self.integral + self.gains.velocity * error * (period / self.gains.integral_time);
-        let asked = proportional + integral;
+        let proportional = self.gains.velocity * error;
+        let integral = self.integral + proportional * (period / self.gains.integral_time);
+        let asked = proportional + self.gains.acceleration * acceleration + integral;
         let current = limit(asked, current_limit);
         let limited = current != asked;
         // While the limit cuts, the integral may only move back from it.

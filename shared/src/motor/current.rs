@@ -1,5 +1,6 @@
 //! Current loop of a brushed motor: what runs in the PWM interrupt.
 
+use crate::math::limit;
 use core::fmt;
 
 /// What the loop must know of the winding and the bridge.
@@ -127,21 +128,6 @@ impl CurrentLoop {
     /// Forgets the past: for a bridge that was off.
     pub fn reset(&mut self) {
         self.integral = 0.0;
-    }
-}
-
-/// `value` within -`bound` to `bound`, and 0 for what is not a number. `f32::clamp` differs between target and host in
-/// the sign of zero, and passes a NaN on.
-#[inline]
-fn limit(value: f32, bound: f32) -> f32 {
-    if value > bound {
-        bound
-    } else if value < -bound {
-        -bound
-    } else if value.is_nan() {
-        0.0
-    } else {
-        value
     }
 }
 

@@ -1,9 +1,10 @@
 //! One motor: from encoder counts to a velocity ([`observer`]), from set-points to a current ([`profile`], [`cascade`]),
-//! from a current to a duty cycle ([`current`]). Positions are `i64` in 2^-32 turn of the output shaft, so that neither
+//! from a current to a duty cycle ([`current`], or [`foc`] for three phases). Positions are `i64` in 2^-32 turn of the output shaft, so that neither
 //! precision nor range is lost with time; only differences become `f32`.
 
 pub mod cascade;
 pub mod current;
+pub mod foc;
 pub mod observer;
 pub mod profile;
 

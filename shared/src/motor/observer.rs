@@ -1,6 +1,6 @@
 //! Position and velocity of the output shaft from an incremental encoder on the rotor.
 
-use super::{from_radians, to_radians};
+use super::to_radians;
 
 /// Tracking observer of second order: its velocity is smooth although the encoder's counts are not.
 ///
@@ -12,7 +12,8 @@ pub struct Observer {
     /// 2^-32 turn of the output shaft per count, in 2^-16.
     unit_per_count: i64,
     measured: Fixed,
-    estimated: i64,
+    /// How far the estimated position lags behind the measured one, rad: a small number, so that single precision keeps it.
+    lag: f32,
     velocity: f32,
     bandwidth: f32,
 }
@@ -36,7 +37,7 @@ impl Observer {
             counts: now,
             unit_per_count: unit_per_count as i64,
             measured: Fixed::default(),
-            estimated: 0,
+            lag: 0.0,
             velocity: 0.0,
             bandwidth,
         }
@@ -54,15 +55,12 @@ impl Observer {
         let moved = step
             .wrapping_mul(self.unit_per_count)
             .wrapping_add(self.measured.fraction);
-        self.measured.whole = self.measured.whole.wrapping_add(moved >> 16);
+        let whole = moved >> 16;
+        self.measured.whole = self.measured.whole.wrapping_add(whole);
         self.measured.fraction = moved & 0xffff;
 
-        let predicted = self
-            .estimated
-            .wrapping_add(from_radians(self.velocity * period));
-        let error = to_radians(self.measured.whole.wrapping_sub(predicted));
-        self.estimated =
-            predicted.wrapping_add(from_radians(error * (2.0 * self.bandwidth * period)));
+        let error = self.lag + to_radians(whole) - self.velocity * period;
+        self.lag = error - error * (2.0 * self.bandwidth * period);
         self.velocity += error * (self.bandwidth * self.bandwidth * period);
     }
 
@@ -78,9 +76,7 @@ impl Observer {
 
     /// Calls the present position `position`.
     pub fn set_position(&mut self, position: i64) {
-        let shift = position.wrapping_sub(self.measured.whole);
         self.measured.whole = position;
-        self.estimated = self.estimated.wrapping_add(shift);
     }
 }
 
