@@ -146,12 +146,7 @@ fn folder_of(board: Board, programs: &[&str]) -> Result<PathBuf, BuildError> {
     Ok(folder)
 }
 
-fn command(
-    board: Board,
-    toolchain: Toolchain,
-    programs: &[&str],
-    target_folder: &Path,
-) -> Command {
+fn command(board: Board, toolchain: Toolchain, programs: &[&str], target_folder: &Path) -> Command {
     let cargo = match toolchain {
         Toolchain::Current => env::var_os("CARGO").unwrap_or_else(|| "cargo".into()),
         Toolchain::Distribution => DISTRIBUTION_CARGO.into(),

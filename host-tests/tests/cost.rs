@@ -21,7 +21,11 @@ fn every_kernel_keeps_its_ceiling_and_its_pinned_count() {
 fn the_page_is_what_a_run_gives() {
     let ledger = ledger::read().expect("cost.toml");
     if measurement().rustc != ledger.rustc {
-        eprintln!("skipped: docs/cost.md was made with rustc {}, this is {}", ledger.rustc, measurement().rustc);
+        eprintln!(
+            "skipped: docs/cost.md was made with rustc {}, this is {}",
+            ledger.rustc,
+            measurement().rustc
+        );
         return;
     }
     let written = fs::read_to_string(page::path()).expect("docs/cost.md");
@@ -49,10 +53,18 @@ const FORBIDDEN: [(&str, &str); 12] = [
 
 #[test]
 fn no_tick_reaches_double_precision_long_division_panics_formatting_or_allocation() {
-    let ticks = nodes::instruments().unwrap_or_else(|error| panic!("{error}")).ticks;
-    let functions = image::functions(&fs::read(ticks.path).expect("it was built")).expect("an ELF file");
+    let ticks = nodes::instruments()
+        .unwrap_or_else(|error| panic!("{error}"))
+        .ticks;
+    let functions =
+        image::functions(&fs::read(ticks.path).expect("it was built")).expect("an ELF file");
     for tick in ["4Axle14tick_following", "5guard4body"] {
-        assert!(functions.iter().any(|function| function.name.contains(tick)), "no function of {tick} is linked");
+        assert!(
+            functions
+                .iter()
+                .any(|function| function.name.contains(tick)),
+            "no function of {tick} is linked"
+        );
     }
     let reached: Vec<String> = functions
         .iter()

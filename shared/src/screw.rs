@@ -150,7 +150,7 @@ impl Geometry {
                 minimum: ratio,
             });
         }
-        let (a, b, c) = (metres(l1), metres(l2), metres(k));
+        let (a, b, c) = (metres_f64(l1), metres_f64(l2), metres_f64(k));
         Ok(Self {
             l1,
             l2,
@@ -291,7 +291,13 @@ impl Geometry {
     }
 }
 
-fn metres(length: Length) -> f64 {
+/// `length` in single precision, to nearest; the general conversion of its type costs ten times as much.
+#[inline]
+pub fn metres(length: Length) -> f32 {
+    length.to_bits() as f32 * (1.0 / (1u64 << Q) as f32)
+}
+
+fn metres_f64(length: Length) -> f64 {
     f64::from(length.to_bits()) / (1u64 << Q) as f64
 }
 

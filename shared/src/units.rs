@@ -71,7 +71,11 @@ impl Angle {
         } else {
             product << -down
         } as i32;
-        Self(if value < 0.0 { magnitude.wrapping_neg() } else { magnitude })
+        Self(if value < 0.0 {
+            magnitude.wrapping_neg()
+        } else {
+            magnitude
+        })
     }
 
     /// The angle in radians, from -pi to pi; worst error 3e-7 rad, near half a turn, less in proportion to the angle.

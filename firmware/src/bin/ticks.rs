@@ -48,7 +48,8 @@ static CURRENT: Slot<(f32, f32)> = Slot::new();
 #[cortex_m_rt::entry]
 fn main() -> ! {
     // SAFETY: the values are the starter's business; each slot is referred to once.
-    let (axle, screw, guard, current) = unsafe { (AXLE.get(), SCREW.get(), GUARD.get(), CURRENT.get()) };
+    let (axle, screw, guard, current) =
+        unsafe { (AXLE.get(), SCREW.get(), GUARD.get(), CURRENT.get()) };
     loop {
         black_box(axle.0.tick(&axle.1));
         black_box(screw.0.tick(&screw.1));

@@ -36,7 +36,11 @@ pub fn count(table: &mut Table) {
     };
     // Reads the position, as a client that polls it would.
     let read = move |_| {
-        Frame::new(SDO_REQUEST + u16::from(node), &[0x40, 0x64, 0x60, 0, 0, 0, 0, 0]).unwrap_or_default()
+        Frame::new(
+            SDO_REQUEST + u16::from(node),
+            &[0x40, 0x64, 0x60, 0, 0, 0, 0, 0],
+        )
+        .unwrap_or_default()
     };
     count_frames(table, &mut bus, "bus: set-point", set_point);
     count_frames(table, &mut bus, "bus: SYNC", |_| sync());

@@ -147,8 +147,9 @@ pub fn instructions<S, I: Copy, O: Plain>(
     kernel: fn(&mut S, I) -> O,
 ) -> u32 {
     // SAFETY: the callee only returns; it leaves the state as it is, and whatever the result's registers hold is a value.
-    let empty =
-        unsafe { core::mem::transmute::<extern "C" fn(), fn(&mut S, I) -> O>(nothing as extern "C" fn()) };
+    let empty = unsafe {
+        core::mem::transmute::<extern "C" fn(), fn(&mut S, I) -> O>(nothing as extern "C" fn())
+    };
     let overhead = ticks(state, input, black_box(empty));
     let whole = ticks(state, input, black_box(kernel));
     // 6.4 ticks each, to nearest: an empty call may read a tick less than nothing.

@@ -23,7 +23,11 @@ pub fn count(table: &mut Table) {
         &mut observer,
         |_, call, random| {
             // Speeds up to 200 counts a period, and jumps of any size.
-            let step = if call % 50 == 49 { random.bits() } else { random.bits() >> 24 };
+            let step = if call % 50 == 49 {
+                random.bits()
+            } else {
+                random.bits() >> 24
+            };
             counts = counts.wrapping_add(step);
             counts
         },
@@ -43,7 +47,9 @@ pub fn count(table: &mut Table) {
                 profile.2 = from_radians(random.within(0.3));
             }
         },
-        |(set_point, limits, target), ()| set_point.toward_position(*target, *limits, CONTROL_PERIOD),
+        |(set_point, limits, target), ()| {
+            set_point.toward_position(*target, *limits, CONTROL_PERIOD)
+        },
     );
     table.kernel(
         "profile step to a velocity",

@@ -50,7 +50,12 @@ impl Shaft {
             now_us: u64::from(tick) * 1_000,
             encoder: (self.angle * (4_096.0 * 60.0 / TAU)) as i32,
             current: self.current + random.within(0.1),
-            bus_voltage: 24.0 + random.within(1.0),
+            // Now and then a bad sample, of which no dwell is made.
+            bus_voltage: if tick % 37 == 0 {
+                40.0
+            } else {
+                24.0 + random.within(1.0)
+            },
             switches: Switches {
                 reference: tick % 64 < 32,
                 ..Switches::default()
@@ -73,7 +78,10 @@ fn word(tick: u32) -> u16 {
 /// Nominal settings of an axle that needs no reference run, fast enough for the screw.
 fn drive_settings() -> Settings {
     let mut settings = settings();
-    for (setting, value) in [(Setting::VelocityLimit, 60_000), (Setting::FollowingLimit, 100_000)] {
+    for (setting, value) in [
+        (Setting::VelocityLimit, 60_000),
+        (Setting::FollowingLimit, 100_000),
+    ] {
         let _ = settings.set(setting.description().key, value); // both are within their bounds
     }
     settings
@@ -128,9 +136,14 @@ fn count_axle(table: &mut Table) {
         };
         read.into_iter().for_each(|read| count.take(read));
         // SAFETY: `act` has written it.
-        rig.shaft.step(unsafe { rig.outputs.assume_init_ref() }.bridge);
+        rig.shaft
+            .step(unsafe { rig.outputs.assume_init_ref() }.bridge);
     }
-    table.write("axle tick", &count, act as fn(&mut Rig, axle::Inputs) as usize);
+    table.write(
+        "axle tick",
+        &count,
+        act as fn(&mut Rig, axle::Inputs) as usize,
+    );
 }
 
 fn count_screw(table: &mut Table) {
@@ -170,15 +183,24 @@ fn count_screw(table: &mut Table) {
             count.take(instructions(&mut rig, inputs, act));
         }
         // SAFETY: `act` has written it.
-        rig.shaft.step(unsafe { rig.outputs.assume_init_ref() }.bridge);
+        rig.shaft
+            .step(unsafe { rig.outputs.assume_init_ref() }.bridge);
     }
-    table.write("screw tick", &count, act as fn(&mut Rig, screw::Inputs) as usize);
+    table.write(
+        "screw tick",
+        &count,
+        act as fn(&mut Rig, screw::Inputs) as usize,
+    );
 }
 
 /// The chassis joint at 0.5 rad/s, forth and back between -1 and 1 rad.
 fn joint(tick: u32) -> DriveMotion {
     let phase = (tick % 8_000) as f32 * 0.5e-3;
-    let (angle, velocity) = if phase < 2.0 { (phase - 1.0, 500_000) } else { (3.0 - phase, -500_000) };
+    let (angle, velocity) = if phase < 2.0 {
+        (phase - 1.0, 500_000)
+    } else {
+        (3.0 - phase, -500_000)
+    };
     DriveMotion {
         position: Angle::from_radians(angle).to_bits(),
         velocity,
@@ -236,7 +258,8 @@ fn count_guard(table: &mut Table) {
     let settings = settings();
     let [l1, l2, k] = [Setting::LengthL1, Setting::LengthL2, Setting::LengthK]
         .map(|setting| settings.get(setting));
-    let (Ok(mut guard), Ok(geometry)) = (Guard::new(&settings), Geometry::from_micrometres(l1, l2, k))
+    let (Ok(mut guard), Ok(geometry)) =
+        (Guard::new(&settings), Geometry::from_micrometres(l1, l2, k))
     else {
         return; // the nominal geometry is a good one; without it the host misses the entries
     };
@@ -249,51 +272,66 @@ fn count_guard(table: &mut Table) {
     let mut rig = GuardRig { guard, outputs };
     let mut random = Random::new();
     // Runs one tick by `act`.
-    let mut tick = |tick: u32, rig: &mut GuardRig, act: &mut dyn FnMut(&mut GuardRig, guard::Inputs<'_>)| {
-        let frames = if tick % SYNC_TICKS == 1 {
-            answers(tick, &geometry, &settings)
-        } else {
-            Vec::new()
+    let mut tick =
+        |tick: u32, rig: &mut GuardRig, act: &mut dyn FnMut(&mut GuardRig, guard::Inputs<'_>)| {
+            let frames = if tick % SYNC_TICKS == 1 {
+                answers(tick, &geometry, &settings)
+            } else {
+                Vec::new()
+            };
+            let operator = (tick % 20 == 3).then(|| OperatorCommand {
+                forward: (random.bits() >> 23) as i16,
+                yaw_rate: if tick % 40 == 3 {
+                    0
+                } else {
+                    (random.bits() >> 24) as i16
+                },
+                chassis: (random.bits() >> 18) as i16,
+                request: Request::Arm as u8,
+                sequence: tick as u8,
+            });
+            let body = BodySensors {
+                inclination: [random.within(0.5), random.within(0.2)],
+                specific_force: [random.within(2.0), random.within(2.0), 9.81],
+                angular_rate: [random.within(1.0), random.within(1.0), random.within(1.0)],
+                heading: random.within(3.0),
+            };
+            let inputs = guard::Inputs {
+                now_us: u64::from(tick) * 1_000,
+                body: Some(body),
+                operator,
+                frames: &frames,
+            };
+            act(rig, inputs);
         };
-        let operator = (tick % 20 == 3).then(|| OperatorCommand {
-            forward: (random.bits() >> 23) as i16,
-            yaw_rate: if tick % 40 == 3 { 0 } else { (random.bits() >> 24) as i16 },
-            chassis: (random.bits() >> 18) as i16,
-            request: Request::Arm as u8,
-            sequence: tick as u8,
-        });
-        let body = BodySensors {
-            inclination: [random.within(0.5), random.within(0.2)],
-            specific_force: [random.within(2.0), random.within(2.0), 9.81],
-            angular_rate: [random.within(1.0), random.within(1.0), random.within(1.0)],
-            heading: random.within(3.0),
-        };
-        let inputs = guard::Inputs {
-            now_us: u64::from(tick) * 1_000,
-            body: Some(body),
-            operator,
-            frames: &frames,
-        };
-        act(rig, inputs);
-    };
     for number in SYNC_TICKS..WARM_UP {
         tick(number, &mut rig, &mut |rig, inputs| rig.tick(inputs));
     }
     // In the answers to SYNC come the most frames that a tick takes.
-    for (name, phase) in [("guard tick with SYNC", 0), ("guard tick with frames", 1), ("guard tick without", 2)] {
+    for (name, phase) in [
+        ("guard tick with SYNC", 0),
+        ("guard tick with frames", 1),
+        ("guard tick without", 2),
+    ] {
         let (mut rig, mut count, mut armed) = (rig.clone(), Count::NONE, true);
         for number in WARM_UP..WARM_UP + SYNC_TICKS * table.calls() {
             if number % SYNC_TICKS != phase {
                 tick(number, &mut rig, &mut |rig, inputs| rig.tick(inputs));
                 continue;
             }
-            tick(number, &mut rig, &mut |rig, inputs| count.take(instructions(rig, inputs, GuardRig::tick)));
+            tick(number, &mut rig, &mut |rig, inputs| {
+                count.take(instructions(rig, inputs, GuardRig::tick))
+            });
             armed &= rig.outputs.state.state == guard::State::Armed as u8;
             armed &= rig.outputs.frames.is_empty() == (phase != 0);
         }
         // Anything else would count another tick than the name says; the host then misses the entry.
         if armed {
-            table.write(name, &count, GuardRig::tick as fn(&mut GuardRig, guard::Inputs<'_>) as usize);
+            table.write(
+                name,
+                &count,
+                GuardRig::tick as fn(&mut GuardRig, guard::Inputs<'_>) as usize,
+            );
         }
     }
 }

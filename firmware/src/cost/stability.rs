@@ -16,12 +16,21 @@ struct State {
 
 /// Any chassis angle, an extension of the screw, and a support like the robot's with its corners anywhere near.
 fn shape(state: &mut State, call: u32, random: &mut Random) -> (Angle, f32) {
-    state.support = [[0.0, -0.16], [0.77, -0.16], [0.77, 0.16], [0.0, 0.16]]
-        .map(|corner| [corner[0] + random.within(0.1), corner[1] + random.within(0.1), 0.0]);
+    state.support = [[0.0, -0.16], [0.77, -0.16], [0.77, 0.16], [0.0, 0.16]].map(|corner| {
+        [
+            corner[0] + random.within(0.1),
+            corner[1] + random.within(0.1),
+            0.0,
+        ]
+    });
     if call == 0 {
         state.support = [[0.1; 3]; 4];
     }
-    state.cog = [0.3 + random.within(0.3), random.within(0.2), random.within(0.3)];
+    state.cog = [
+        0.3 + random.within(0.3),
+        random.within(0.2),
+        random.within(0.3),
+    ];
     (angle(call), 0.4 + random.within(0.2))
 }
 

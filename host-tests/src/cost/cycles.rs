@@ -20,7 +20,9 @@ pub struct Executed<'a> {
 /// Whether `mnemonic` loads or stores one word, which the next load or store overlaps.
 pub fn is_single_memory(mnemonic: &str) -> bool {
     let single = ["ldr", "str", "vldr", "vstr"];
-    single.iter().any(|start| mnemonic.starts_with(start)) && !mnemonic.starts_with("ldrd") && !mnemonic.starts_with("strd")
+    single.iter().any(|start| mnemonic.starts_with(start))
+        && !mnemonic.starts_with("ldrd")
+        && !mnemonic.starts_with("strd")
 }
 
 /// Least and most cycles.
@@ -34,11 +36,15 @@ pub fn cycles(instruction: Executed) -> [u32; 2] {
     let starts = |names: &[&str]| names.iter().any(|name| mnemonic.starts_with(name));
     let base = if starts(&["vdiv", "vsqrt"]) {
         [14, 14]
-    } else if starts(&["vmla", "vmls", "vnmla", "vnmls", "vfma", "vfms", "vfnma", "vfnms"]) {
+    } else if starts(&[
+        "vmla", "vmls", "vnmla", "vnmls", "vfma", "vfms", "vfnma", "vfnms",
+    ]) {
         [3, 3]
     } else if starts(&["udiv", "sdiv"]) {
         [2, 12]
-    } else if starts(&["push", "pop", "ldm", "stm", "ldrd", "strd", "vpush", "vpop", "vldm", "vstm"]) {
+    } else if starts(&[
+        "push", "pop", "ldm", "stm", "ldrd", "strd", "vpush", "vpop", "vldm", "vstm",
+    ]) {
         let count = 1 + registers(mnemonic, operands);
         [count, count]
     } else if starts(&["ldr", "vldr"]) && !after_memory {
@@ -57,7 +63,9 @@ fn registers(mnemonic: &str, operands: &str) -> u32 {
     if mnemonic.starts_with("ldrd") || mnemonic.starts_with("strd") {
         return 2;
     }
-    let list = operands.split_once('{').map_or("", |(_, list)| list.trim_end_matches('}'));
+    let list = operands
+        .split_once('{')
+        .map_or("", |(_, list)| list.trim_end_matches('}'));
     let number = |name: &str| -> Option<u32> { name.trim().get(1..)?.parse().ok() };
     list.split(',')
         .map(|item| {

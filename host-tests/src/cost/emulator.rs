@@ -26,7 +26,15 @@ pub struct Count {
 /// Starts `program` with `arguments` more for QEMU, to make `calls` calls per entry.
 pub(super) fn start(program: &Path, calls: u32, arguments: &[&str]) -> Result<Child, CostError> {
     let mut child = Command::new(QEMU)
-        .args(["-M", "mps2-an386", "-nographic", "-monitor", "none", "-serial", "none"])
+        .args([
+            "-M",
+            "mps2-an386",
+            "-nographic",
+            "-monitor",
+            "none",
+            "-serial",
+            "none",
+        ])
         // One instruction is 256 ns of virtual time, and the clock never waits for the host's.
         .args(["-icount", "shift=8,sleep=off"])
         .args(["-semihosting-config", "enable=on,target=native"])

@@ -72,7 +72,9 @@ pub fn functions(elf: &[u8]) -> Result<Vec<Function>, CostError> {
 /// The bytes are no ELF file, or it is not signed.
 pub fn compiler(elf: &[u8]) -> Result<String, CostError> {
     let file = parse(elf)?;
-    let comment = file.section_by_name(".comment").and_then(|section| section.data().ok());
+    let comment = file
+        .section_by_name(".comment")
+        .and_then(|section| section.data().ok());
     let text = String::from_utf8_lossy(comment.unwrap_or_default()).into_owned();
     text.split('\0')
         .find_map(|line| line.strip_prefix("rustc version "))

@@ -99,7 +99,9 @@ pub fn violations(measurement: &Measurement, ledger: &Ledger) -> Vec<String> {
                 found.push(format!("{name}: {most} instructions, ceiling {ceiling}"));
             }
             (Some(ceiling), Some(_)) if most <= ceiling => {
-                found.push(format!("{name}: within its ceiling of {ceiling}, so it needs no excuse"));
+                found.push(format!(
+                    "{name}: within its ceiling of {ceiling}, so it needs no excuse"
+                ));
             }
             (None, Some(_)) => found.push(format!("{name}: an excuse, but no ceiling")),
             _ => {}

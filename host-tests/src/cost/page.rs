@@ -21,7 +21,10 @@ pub fn page(measurement: &Measurement, ledger: &Ledger) -> String {
         .iter()
         .filter_map(|kernel| Some((kernel, kernel.excuse.as_ref()?)))
         .map(|(Kernel { name, ceiling, .. }, excuse)| {
-            format!("* **{name}** (ceiling {}): {excuse}\n", or_dash(ceiling.as_ref()))
+            format!(
+                "* **{name}** (ceiling {}): {excuse}\n",
+                or_dash(ceiling.as_ref())
+            )
         })
         .collect();
     PAGE.replace("{rustc}", &measurement.rustc)
@@ -65,8 +68,17 @@ fn kernels(measurement: &Measurement, ledger: &Ledger) -> String {
 
 fn images(measurement: &Measurement) -> String {
     let rows = measurement.images.iter();
-    let rows = rows.map(|image| [image.name.clone(), image.flash.to_string(), image.ram.to_string()]);
-    table(["program", "flash, bytes", "static RAM, bytes"], rows.collect())
+    let rows = rows.map(|image| {
+        [
+            image.name.clone(),
+            image.flash.to_string(),
+            image.ram.to_string(),
+        ]
+    });
+    table(
+        ["program", "flash, bytes", "static RAM, bytes"],
+        rows.collect(),
+    )
 }
 
 /// What changed from `before` to `after`, a line each.
@@ -130,7 +142,11 @@ fn table<const N: usize>(heads: [&str; N], rows: Vec<[String; N]>) -> String {
     };
     let rule: [String; N] = std::array::from_fn(|column| {
         let dashes = "-".repeat(widths[column].saturating_sub(1));
-        if column == 0 { format!("{dashes}-") } else { format!("{dashes}:") }
+        if column == 0 {
+            format!("{dashes}-")
+        } else {
+            format!("{dashes}:")
+        }
     });
     let mut text = line(heads) + &line(rule.each_ref().map(String::as_str));
     for row in &rows {

@@ -21,7 +21,11 @@ pub struct Trace {
 
 /// Functions whose trace nobody needs: double precision in software, which only constructors use. If a counted call used
 /// it, its trace would be shorter than its count, and [`trace`] would say so.
-const HIDDEN: [&str; 3] = ["compiler_builtins5float", "__aeabi_d", "5screw8Geometry3new"];
+const HIDDEN: [&str; 3] = [
+    "compiler_builtins5float",
+    "__aeabi_d",
+    "5screw8Geometry3new",
+];
 
 struct Instruction {
     mnemonic: String,
@@ -46,7 +50,13 @@ pub fn trace(program: &Path, elf: &[u8], calls: u32) -> Result<Vec<Trace>, CostE
         .map(|function| format!("{:#x}+{:#x}", function.address, function.size.max(2)))
         .collect();
     let filter = ranges.join(",");
-    let arguments = ["-singlestep", "-d", "in_asm,exec,nochain", "-dfilter", &filter];
+    let arguments = [
+        "-singlestep",
+        "-d",
+        "in_asm,exec,nochain",
+        "-dfilter",
+        &filter,
+    ];
     // The controls come first, so what the counting run says of the addresses is needed before the trace is read.
     let addresses: BTreeSet<u32> = emulator::count(program, calls)?
         .iter()
@@ -136,12 +146,18 @@ impl Reader {
             };
             let mut touched = BTreeSet::new();
             let mut sum = 0;
-            let expected = if count.address == nothing { 0 } else { count.calls };
+            let expected = if count.address == nothing {
+                0
+            } else {
+                count.calls
+            };
             for _ in 0..expected {
                 let call = calls
                     .next()
                     .filter(|call| call.address == count.address)
-                    .ok_or_else(|| malformed(format!("{}: a call is not in the trace", count.name)))?;
+                    .ok_or_else(|| {
+                        malformed(format!("{}: a call is not in the trace", count.name))
+                    })?;
                 sum += call.executed.len() as u64 - 1;
                 touched.extend(&call.executed);
                 let modelled = self.cycles(&call.executed);
@@ -155,7 +171,11 @@ impl Reader {
                     count.name, count.sum
                 )));
             }
-            trace.code_bytes = touched.iter().filter_map(|address| self.instructions.get(address)).map(|instruction| instruction.size).sum();
+            trace.code_bytes = touched
+                .iter()
+                .filter_map(|address| self.instructions.get(address))
+                .map(|instruction| instruction.size)
+                .sum();
             traces.push(trace);
         }
         Ok(traces)
@@ -188,10 +208,9 @@ fn instruction(line: &str) -> Option<(u32, Instruction)> {
     let address = u32::from_str_radix(address, 16).ok()?;
     let mut words = rest.split_whitespace().peekable();
     let mut size = 0;
-    while words
-        .peek()
-        .is_some_and(|word| size < 4 && word.len() == 4 && word.bytes().all(|byte| byte.is_ascii_hexdigit()))
-    {
+    while words.peek().is_some_and(|word| {
+        size < 4 && word.len() == 4 && word.bytes().all(|byte| byte.is_ascii_hexdigit())
+    }) {
         words.next();
         size += 2;
     }

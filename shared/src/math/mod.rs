@@ -7,6 +7,6 @@ pub mod cubic;
 pub mod limits;
 pub mod trig;
 
-pub use limits::{clamp, limit, max, min, sqrt, to_i16, to_i32};
 pub(crate) use limits::root_of_sum;
+pub use limits::{clamp, limit, max, min, sqrt, to_i16, to_i32};
 pub use trig::{atan2, sin_cos, sin_cos_q30};

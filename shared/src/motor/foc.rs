@@ -83,7 +83,10 @@ impl Foc {
             config.rate_hz,
         ];
         let good = values.iter().all(|value| *value > 0.0 && value.is_finite());
-        if !good || config.bandwidth > config.rate_hz / 4.0 || !(2..=1 << 16).contains(&config.period) {
+        if !good
+            || config.bandwidth > config.rate_hz / 4.0
+            || !(2..=1 << 16).contains(&config.period)
+        {
             return Err(FocError::OutOfRange);
         }
         const ROOT_3: f32 = 1.732_050_8;
@@ -143,7 +146,8 @@ impl Foc {
         let error = ((demand >> 4) - current) << 3;
         let before = self.integral[AXIS];
         // Rounded: a sum of truncated products would drift.
-        let integral = mul_high_add(before, error, self.integral_gain).clamp(-(1 << 30), (1 << 30) - 1);
+        let integral =
+            mul_high_add(before, error, self.integral_gain).clamp(-(1 << 30), (1 << 30) - 1);
         let wanted = mul_high_add(integral >> 6, error, self.proportional);
         let voltage = wanted.clamp(-(1 << 24), (1 << 24) - 1);
         self.integral[AXIS] = if voltage == wanted { integral } else { before };

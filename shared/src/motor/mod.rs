@@ -45,13 +45,21 @@ mod tests {
         let unit = core::f64::consts::TAU / 4_294_967_296.0;
         let mut bits = 1_u64;
         for step in 0..200_000 {
-            bits = bits.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            bits = bits
+                .wrapping_mul(6_364_136_223_846_793_005)
+                .wrapping_add(1_442_695_040_888_963_407);
             let position = bits as i64 >> (step % 62);
             let expected = position as f64 * unit;
             let radians = to_radians(position);
-            assert!((f64::from(radians) - expected).abs() <= 2.5e-7 * expected.abs(), "{position}");
+            assert!(
+                (f64::from(radians) - expected).abs() <= 2.5e-7 * expected.abs(),
+                "{position}"
+            );
             let back = from_radians(radians) as f64 * unit;
-            assert!((back - expected).abs() <= 4e-7 * expected.abs() + unit, "{position} {radians}");
+            assert!(
+                (back - expected).abs() <= 4e-7 * expected.abs() + unit,
+                "{position} {radians}"
+            );
         }
     }
 
@@ -61,6 +69,9 @@ mod tests {
         assert!(from_radians(f32::INFINITY) > i64::MAX - (1 << 32));
         assert!(from_radians(f32::MIN) < i64::MIN + (1 << 32));
         assert_eq!(from_radians(-0.0), 0);
-        assert_eq!(to_radians(i64::MIN), -2_147_483_648.0 * core::f32::consts::TAU);
+        assert_eq!(
+            to_radians(i64::MIN),
+            -2_147_483_648.0 * core::f32::consts::TAU
+        );
     }
 }

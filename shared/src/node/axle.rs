@@ -264,6 +264,12 @@ impl Axle {
         self.referenced
     }
 
+    /// The bridge was on in the last tick, in `mode`.
+    pub(super) fn drives_in(&self, mode: i8) -> bool {
+        let driving = matches!(self.state, State::OperationEnabled | State::QuickStopActive);
+        driving && self.mode == mode
+    }
+
     /// Measured position of the output shaft, 2^-32 turn.
     pub fn position(&self) -> i64 {
         self.observer.position()

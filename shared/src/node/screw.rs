@@ -9,7 +9,7 @@ use crate::faults::Fault;
 use crate::math::{clamp, limit, sin_cos, to_i32};
 use crate::motor::profile::SetPoint as Motion;
 use crate::motor::to_radians;
-use crate::screw::{Geometry, GeometryError};
+use crate::screw::{Geometry, GeometryError, metres};
 use crate::settings::{Setting, Settings};
 use crate::units::Angle;
 
@@ -37,7 +37,6 @@ pub struct Screw {
     lengths: (f32, f32),
     /// Distance that is still to be taken up since the mode began, rad of the shaft; towards zero at the engage speed.
     remaining: f32,
-    engaged: bool,
 }
 
 impl Screw {
@@ -72,7 +71,6 @@ impl Screw {
                 settings.scaled(Setting::LengthK, 1e-6),
             ),
             remaining: 0.0,
-            engaged: false,
         })
     }
 
@@ -82,10 +80,7 @@ impl Screw {
             self.joint = inputs.joint;
         }
         let taut = self.taut(inputs);
-        let outputs = self.axle.tick_following(&inputs.axle, Some(taut));
-        self.engaged =
-            outputs.mode == mode::TAUT && matches!(outputs.bridge, super::axle::Bridge::Current(_));
-        outputs
+        self.axle.tick_following(&inputs.axle, Some(taut))
     }
 
     /// The set-point that keeps the belt at its slack, for the joint's motion extrapolated to now.
@@ -108,7 +103,7 @@ impl Screw {
             .max(shortest);
         let law = self.scale.shaft_from_length(length);
 
-        if self.engaged {
+        if self.axle.drives_in(mode::TAUT) {
             let step = self.engage_speed * CONTROL_PERIOD;
             self.remaining -= limit(self.remaining, step);
         } else {
@@ -118,7 +113,7 @@ impl Screw {
             position: law.wrapping_add(crate::motor::from_radians(self.remaining)),
             velocity: self
                 .scale
-                .shaft_velocity_from_linear(extension.derivative.to_num::<f32>() * rate),
+                .shaft_velocity_from_linear(metres(extension.derivative) * rate),
             acceleration: 0.0,
         })
     }

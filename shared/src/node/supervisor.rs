@@ -62,7 +62,11 @@ impl Supervisor {
         // Backwards, so that the first of several has the last word.
         for watch in (0..WATCHES.len()).rev() {
             let (fault, dwell) = WATCHES[watch];
-            let ticks = if bad[watch] { self.ticks[watch].saturating_add(1) } else { 0 };
+            let ticks = if bad[watch] {
+                self.ticks[watch].saturating_add(1)
+            } else {
+                0
+            };
             self.ticks[watch] = ticks;
             if ticks >= dwell {
                 found = Some(fault);

@@ -92,7 +92,9 @@ impl Model {
             pulley_radius: metres(Setting::PulleyRadius),
             rigid_cog: [
                 mass / total_mass * place[0] + (share_2 + share_3) * l1,
-                mass / total_mass * place[1] + share_2 * BODY_2.place[1] + share_3 * BODY_3.place[1],
+                mass / total_mass * place[1]
+                    + share_2 * BODY_2.place[1]
+                    + share_3 * BODY_3.place[1],
                 mass / total_mass * place[2],
             ],
             front_along: share_2 * BODY_2.place[0] + share_3 * third,
@@ -174,7 +176,11 @@ mod tests {
             let turned = |body: &PointMass, slid: f64| {
                 let [along, left, up] = body.place.map(f64::from);
                 let along = along + slid;
-                [0.32 + along * cosine - up * sine, left, along * sine + up * cosine]
+                [
+                    0.32 + along * cosine - up * sine,
+                    left,
+                    along * sine + up * cosine,
+                ]
             };
             let [x, y, _] = BODY_1.place.map(f64::from);
             let bodies = [

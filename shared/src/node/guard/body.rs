@@ -5,7 +5,7 @@ use crate::bus::pdo::OperatorCommand;
 use crate::math::{clamp, limit, to_i32};
 use crate::motor::profile::{Limits, SetPoint as Motion};
 use crate::robots::b2p2::Model;
-use crate::screw::{Geometry, GeometryError};
+use crate::screw::{Geometry, GeometryError, metres};
 use crate::settings::{Setting, Settings};
 use crate::stability::attitude::Attitude;
 use crate::stability::filter::{Bounds, Margins, Tracker, Verdict, chassis, drive};
@@ -171,7 +171,7 @@ impl Body {
         next.toward_position(target, self.chassis_limits, period);
         let reach = Angle::from_radians(next.velocity * self.bounds.horizon);
         let ahead = self.theta + reach;
-        let length = self.geometry.length(ahead).to_num::<f32>();
+        let length = metres(self.geometry.length(ahead));
         let verdict = chassis(
             &self.margins,
             self.margins_at(ahead, length, attitude),

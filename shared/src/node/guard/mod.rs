@@ -225,8 +225,7 @@ impl Guard {
     }
 
     fn outputs(&self, frames: Vec<Frame, MAX_SENT>, emergency: Option<u16>) -> Outputs {
-        let centidegrees =
-            |radians: f32| to_i16(radians.to_degrees() * 100.0);
+        let centidegrees = |radians: f32| to_i16(radians.to_degrees() * 100.0);
         let millimetres = |metres: f32| to_i16(metres * 1e3);
         let [back, front, left, right] = self.body.margins().now.map(millimetres);
         let trouble = self.trouble.unwrap_or(Trouble { node: 0, code: 0 });
