@@ -63,7 +63,7 @@ impl Angle {
         let mantissa = (bits & 0x007f_ffff | 0x0080_0000) as u64;
         let down = 150 - (bits >> 23 & 0xff) as i32;
         // Below 2^24 times 2^30, so the sum has room, and whatever of it exceeds 32 bits is whole turns.
-        let product = mantissa * (per_unit >> 32) + (mantissa * (per_unit & 0xffff_ffff) >> 32);
+        let product = mantissa * (per_unit >> 32) + ((mantissa * (per_unit & 0xffff_ffff)) >> 32);
         let magnitude = if down > 55 || down < -6 {
             0
         } else if down > 0 {

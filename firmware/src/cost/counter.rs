@@ -153,7 +153,7 @@ pub fn instructions<S, I: Copy, O: Plain>(
     let overhead = ticks(state, input, black_box(empty));
     let whole = ticks(state, input, black_box(kernel));
     // 6.4 ticks each, to nearest: an empty call may read a tick less than nothing.
-    ((whole as i32 - overhead as i32) * 5 + 16 >> 5) as u32
+    (((whole as i32 - overhead as i32) * 5 + 16) >> 5) as u32
 }
 
 /// SysTick ticks between a reading before and one after the call: one call site for every callee of a type.

@@ -64,13 +64,6 @@ pub fn count(table: &mut Table) {
 }
 
 fn count_cascade(table: &mut Table) {
-    let gains = black_box(Gains {
-        position: 20.0,
-        velocity: 3.0,
-        integral_time: 0.05,
-        acceleration: 0.02,
-        velocity_limit: 6.0,
-    });
     struct State {
         cascade: Cascade,
         set_point: SetPoint,
@@ -78,6 +71,13 @@ fn count_cascade(table: &mut Table) {
         velocity: f32,
         demand: MaybeUninit<Demand>,
     }
+    let gains = black_box(Gains {
+        position: 20.0,
+        velocity: 3.0,
+        integral_time: 0.05,
+        acceleration: 0.02,
+        velocity_limit: 6.0,
+    });
     let mut state = State {
         cascade: Cascade::new(gains),
         set_point: SetPoint::default(),
@@ -142,6 +142,13 @@ fn count_current_loop(table: &mut Table) {
 }
 
 fn count_foc(table: &mut Table) {
+    struct State {
+        foc: Foc,
+        angle: ElectricalAngle,
+        currents: [i32; 2],
+        demand: Dq,
+        compare: [u16; 3],
+    }
     let config = black_box(Config {
         resistance: 0.4,
         inductance: 3e-4,
@@ -151,13 +158,6 @@ fn count_foc(table: &mut Table) {
         rate_hz: 20_000.0,
         period: 4_250,
     });
-    struct State {
-        foc: Foc,
-        angle: ElectricalAngle,
-        currents: [i32; 2],
-        demand: Dq,
-        compare: [u16; 3],
-    }
     let Ok(foc) = Foc::new(&config) else {
         return; // these values are good ones; without the controller the host misses the entry
     };

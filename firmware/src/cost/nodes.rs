@@ -110,7 +110,7 @@ fn count_axle(table: &mut Table) {
         let mode = modes[(tick / SYNC_TICKS) as usize / 2 % modes.len()];
         let set_point = tick.is_multiple_of(SYNC_TICKS).then(|| SetPoint {
             // Every second set-point starts a reference run where the mode is that.
-            controlword: word(tick) | ((tick / SYNC_TICKS & 1) as u16) << 4,
+            controlword: word(tick) | (((tick / SYNC_TICKS) & 1) as u16) << 4,
             mode,
             target: match mode {
                 mode::CYCLIC_VELOCITY | mode::PROFILE_VELOCITY => random.bits() >> 8,

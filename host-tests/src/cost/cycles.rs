@@ -47,9 +47,9 @@ pub fn cycles(instruction: Executed) -> [u32; 2] {
     ]) {
         let count = 1 + registers(mnemonic, operands);
         [count, count]
-    } else if starts(&["ldr", "vldr"]) && !after_memory {
-        [2, 2]
-    } else if mnemonic.starts_with("vmov") && operands.split(',').count() > 2 {
+    } else if (starts(&["ldr", "vldr"]) && !after_memory)
+        || (mnemonic.starts_with("vmov") && operands.split(',').count() > 2)
+    {
         [2, 2]
     } else {
         [1, 1]

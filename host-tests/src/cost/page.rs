@@ -16,17 +16,23 @@ pub fn path() -> PathBuf {
 
 /// The whole page.
 pub fn page(measurement: &Measurement, ledger: &Ledger) -> String {
-    let excuses: String = ledger
-        .kernel
-        .iter()
-        .filter_map(|kernel| Some((kernel, kernel.excuse.as_ref()?)))
-        .map(|(Kernel { name, ceiling, .. }, excuse)| {
-            format!(
-                "* **{name}** (ceiling {}): {excuse}\n",
+    let mut excuses = String::new();
+    for Kernel {
+        name,
+        ceiling,
+        excuse,
+        ..
+    } in &ledger.kernel
+    {
+        if let Some(excuse) = excuse {
+            // Writing to a string cannot fail.
+            let _ = writeln!(
+                excuses,
+                "* **{name}** (ceiling {}): {excuse}",
                 or_dash(ceiling.as_ref())
-            )
-        })
-        .collect();
+            );
+        }
+    }
     PAGE.replace("{rustc}", &measurement.rustc)
         .replace("{kernels}", &kernels(measurement, ledger))
         .replace("{images}", &images(measurement))
@@ -63,7 +69,7 @@ fn kernels(measurement: &Measurement, ledger: &Ledger) -> String {
             or_dash(kernel.and_then(|kernel| kernel.error.as_ref())),
         ]
     });
-    table(heads, rows.collect())
+    table(heads, &rows.collect::<Vec<_>>())
 }
 
 fn images(measurement: &Measurement) -> String {
@@ -77,7 +83,7 @@ fn images(measurement: &Measurement) -> String {
     });
     table(
         ["program", "flash, bytes", "static RAM, bytes"],
-        rows.collect(),
+        &rows.collect::<Vec<_>>(),
     )
 }
 
@@ -123,7 +129,7 @@ fn or_dash(value: Option<&impl ToString>) -> String {
 }
 
 /// A Markdown table whose columns line up in plain text: names to the left, figures to the right.
-fn table<const N: usize>(heads: [&str; N], rows: Vec<[String; N]>) -> String {
+fn table<const N: usize>(heads: [&str; N], rows: &[[String; N]]) -> String {
     let widths: [usize; N] = std::array::from_fn(|column| {
         let cells = rows.iter().map(|row| row[column].chars().count());
         cells.chain([heads[column].len()]).max().unwrap_or(0)
@@ -149,7 +155,7 @@ fn table<const N: usize>(heads: [&str; N], rows: Vec<[String; N]>) -> String {
         }
     });
     let mut text = line(heads) + &line(rule.each_ref().map(String::as_str));
-    for row in &rows {
+    for row in rows {
         text += &line(row.each_ref().map(String::as_str));
     }
     text

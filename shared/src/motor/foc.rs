@@ -8,6 +8,10 @@ use crate::math::cubic::{mul_high, mul_high_add, quantize};
 use crate::math::sin_cos_q30;
 use crate::units::Angle;
 
+const ROOT_3: f32 = 1.732_050_8;
+/// `2 / sqrt 3`, Q30.
+const TWO_BY_ROOT_3: i32 = quantize(1.154_700_538_379_251_5, 30);
+
 /// Electrical angle, which goes round once per pole pair: not to be mixed up with the rotor's mechanical one.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct ElectricalAngle(pub Angle);
@@ -89,7 +93,6 @@ impl Foc {
         {
             return Err(FocError::OutOfRange);
         }
-        const ROOT_3: f32 = 1.732_050_8;
         let limit = config.bus_voltage / ROOT_3;
         let per_ampere = config.bandwidth * config.current_full_scale / limit;
         let proportional = per_ampere * config.inductance;
@@ -124,7 +127,6 @@ impl Foc {
         let [a, b] = currents.map(full_scale);
 
         // Clarke: 2^28 is full scale.
-        const TWO_BY_ROOT_3: i32 = quantize(1.154_700_538_379_251_5, 30);
         let (alpha, beta) = (a >> 2, mul_high((a >> 1) + b, TWO_BY_ROOT_3));
         // Park: 2^26 is full scale; at most twice that.
         let d = mul_high_add(mul_high(alpha, cos), beta, sin);
@@ -158,7 +160,6 @@ impl Foc {
     #[inline]
     fn modulate(&self, alpha: i32, beta: i32) -> [u16; 3] {
         // Phases in shares of half the supply, 2^22 being one: 2 / sqrt 3 times what they are in shares of the limit.
-        const TWO_BY_ROOT_3: i32 = quantize(1.154_700_538_379_251_5, 30);
         let a = mul_high(alpha << 2, TWO_BY_ROOT_3);
         let (b, c) = (beta - (a >> 1), -beta - (a >> 1));
         let (low, high) = if a < b { (a, b) } else { (b, a) };

@@ -54,7 +54,7 @@ impl Scale {
             Self::Linear(lead) => {
                 // 2^-24 turn times 2^-32 m per turn, down to 2^-24 m.
                 let (turns, scale) = (position >> 8, i64::from(lead.metres_q32));
-                let metres = (turns >> 32) * scale + ((turns & 0xffff_ffff) * scale >> 32);
+                let metres = (turns >> 32) * scale + (((turns & 0xffff_ffff) * scale) >> 32);
                 saturate(metres)
             }
         }
@@ -84,7 +84,7 @@ impl Scale {
                 } else {
                     length_q28
                 };
-                length * lead.turns_q16 >> 16
+                (length * lead.turns_q16) >> 16
             }
         }
     }
