@@ -4,7 +4,8 @@
 use criterion::{Criterion, criterion_group, criterion_main};
 use std::hint::black_box;
 use tautrack::math::sin_cos;
-use tautrack::robots::b2p2::{AXLE_3_FROM_BODY_3, BODY_1, BODY_2, BODY_3, Model};
+use tautrack::robots::b2p2::Model;
+use tautrack::robots::b2p2::shape::{AXLE_3_FROM_BODY_3, BODY_1, BODY_2, BODY_3};
 use tautrack::screw::Geometry;
 use tautrack::settings::Settings;
 use tautrack::stability::support::margins;
@@ -59,10 +60,10 @@ fn model(criterion: &mut Criterion) {
     let (angle, radians) = (Angle::from_radians(0.7), 0.7_f64);
     let mut group = criterion.benchmark_group("sine and cosine");
     group.bench_function("table, f32", |bench| {
-        bench.iter(|| sin_cos(black_box(angle)))
+        bench.iter(|| sin_cos(black_box(angle)));
     });
     group.bench_function("plain, f64", |bench| {
-        bench.iter(|| black_box(radians).sin_cos())
+        bench.iter(|| black_box(radians).sin_cos());
     });
     group.finish();
 
@@ -70,30 +71,30 @@ fn model(criterion: &mut Criterion) {
         Geometry::from_micrometres(320_000, 230_000, 1_232_000).expect("the nominal geometry");
     let mut group = criterion.benchmark_group("screw extension with derivative");
     group.bench_function("table, fixed point", |bench| {
-        bench.iter(|| geometry.extension(black_box(angle)))
+        bench.iter(|| geometry.extension(black_box(angle)));
     });
     group.bench_function("plain, f64", |bench| {
-        bench.iter(|| extension(black_box(radians)))
+        bench.iter(|| extension(black_box(radians)));
     });
     group.finish();
 
     let b2p2 = Model::new(&Settings::default());
     let mut group = criterion.benchmark_group("CoG of B2P2");
     group.bench_function("prepared, f32", |bench| {
-        bench.iter(|| b2p2.shape(black_box(angle), black_box(0.3)).cog)
+        bench.iter(|| b2p2.shape(black_box(angle), black_box(0.3)).cog);
     });
     group.bench_function("plain, f64", |bench| {
-        bench.iter(|| centre_of_gravity(black_box(radians), black_box(0.3)))
+        bench.iter(|| centre_of_gravity(black_box(radians), black_box(0.3)));
     });
     group.finish();
 
     let support = SUPPORT.map(|[x, y]| [x as f32, y as f32, 0.0]);
     let mut group = criterion.benchmark_group("four margins");
     group.bench_function("f32", |bench| {
-        bench.iter(|| margins(black_box(&support), black_box([0.3, 0.05, 0.1])))
+        bench.iter(|| margins(black_box(&support), black_box([0.3, 0.05, 0.1])));
     });
     group.bench_function("plain, f64", |bench| {
-        bench.iter(|| double_margins(black_box(&SUPPORT), black_box([0.3, 0.05])))
+        bench.iter(|| double_margins(black_box(&SUPPORT), black_box([0.3, 0.05])));
     });
     group.finish();
 }

@@ -1,6 +1,6 @@
 //! Counts the instructions of one call.
 //!
-//! With `-icount shift=8` an instruction takes 256 ns of virtual time and SysTick counts in steps of 40 ns: 6.4 ticks, so that one
+//! With `-icount shift=8` an instruction takes 256 ns of virtual time and `SysTick` counts in steps of 40 ns: 6.4 ticks, so that one
 //! call is exact to the instruction. The same call site with a callee that only returns is subtracted, so what is left is the
 //! callee without its return.
 
@@ -156,7 +156,7 @@ pub fn instructions<S, I: Copy, O: Plain>(
     (((whole as i32 - overhead as i32) * 5 + 16) >> 5) as u32
 }
 
-/// SysTick ticks between a reading before and one after the call: one call site for every callee of a type.
+/// `SysTick` ticks between a reading before and one after the call: one call site for every callee of a type.
 #[inline(never)]
 fn ticks<S, I: Copy, O: Plain>(state: &mut S, input: I, callee: fn(&mut S, I) -> O) -> u32 {
     let before = SYST::get_current();

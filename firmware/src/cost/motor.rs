@@ -48,7 +48,7 @@ pub fn count(table: &mut Table) {
             }
         },
         |(set_point, limits, target), ()| {
-            set_point.toward_position(*target, *limits, CONTROL_PERIOD)
+            set_point.toward_position(*target, *limits, CONTROL_PERIOD);
         },
     );
     table.kernel(

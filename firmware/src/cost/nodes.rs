@@ -51,7 +51,7 @@ impl Shaft {
             encoder: (self.angle * (4_096.0 * 60.0 / TAU)) as i32,
             current: self.current + random.within(0.1),
             // Now and then a bad sample, of which no dwell is made.
-            bus_voltage: if tick % 37 == 0 {
+            bus_voltage: if tick.is_multiple_of(37) {
                 40.0
             } else {
                 24.0 + random.within(1.0)
@@ -320,7 +320,7 @@ fn count_guard(table: &mut Table) {
                 continue;
             }
             tick(number, &mut rig, &mut |rig, inputs| {
-                count.take(instructions(rig, inputs, GuardRig::tick))
+                count.take(instructions(rig, inputs, GuardRig::tick));
             });
             armed &= rig.outputs.state.state == guard::State::Armed as u8;
             armed &= rig.outputs.frames.is_empty() == (phase != 0);
