@@ -134,7 +134,9 @@ fn count_axle(table: &mut Table) {
         } else {
             Some(instructions(&mut rig, inputs, act))
         };
-        read.into_iter().for_each(|read| count.take(read));
+        if let Some(reading) = read {
+            count.take(reading);
+        }
         // SAFETY: `act` has written it.
         rig.shaft
             .step(unsafe { rig.outputs.assume_init_ref() }.bridge);
