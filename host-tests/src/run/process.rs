@@ -124,21 +124,28 @@ impl Node {
         written.map_err(|error| self.gone(&error))
     }
 
+    /// Takes the one answer that is due, with as few calls to the system as it comes in pieces.
     fn read(&mut self) -> Result<FromNode, NodeError> {
-        let mut length = [0; 2];
-        self.fill(&mut length).map_err(|error| self.gone(&error))?;
         let mut bytes = std::mem::take(&mut self.buffer);
-        bytes.resize(usize::from(u16::from_le_bytes(length)), 0);
-        self.fill(&mut bytes).map_err(|error| self.gone(&error))?;
-        let message = postcard::from_bytes(&bytes)
-            .map_err(|error| self.error(format!("answers nonsense: {error}")));
+        bytes.resize(MAX_MESSAGE + 2, 0);
+        let filled = self.fill(&mut bytes).map_err(|error| self.gone(&error));
+        let message = filled.and_then(|length| {
+            postcard::from_bytes(&bytes[2..2 + length])
+                .map_err(|error| self.error(format!("answers nonsense: {error}")))
+        });
         self.buffer = bytes;
         message
     }
 
-    /// Fills `bytes`, waiting for as long as [`PATIENCE_S`] for each part.
-    fn fill(&mut self, mut bytes: &mut [u8]) -> io::Result<()> {
-        while !bytes.is_empty() {
+    /// Reads until a whole message stands in `bytes`, waiting for as long as [`PATIENCE_S`] for each piece; its length
+    /// behind the prefix.
+    fn fill(&mut self, bytes: &mut [u8]) -> io::Result<usize> {
+        let mut have = 0;
+        loop {
+            let length = usize::from(u16::from_le_bytes([bytes[0], bytes[1]]));
+            if have >= 2 && have >= 2 + length {
+                return Ok(length);
+            }
             let mut ready = [PollFd::new(&self.output, PollFlags::IN)];
             let patience = Timespec {
                 tv_sec: PATIENCE_S,
@@ -150,13 +157,14 @@ impl Node {
                     format!("no answer for {PATIENCE_S} s"),
                 ));
             }
-            let count = self.output.read(bytes)?;
-            if count == 0 {
-                return Err(io::ErrorKind::UnexpectedEof.into());
+            let room = bytes.get_mut(have..).filter(|room| !room.is_empty());
+            let room =
+                room.ok_or_else(|| io::Error::other("its message is longer than any can be"))?;
+            match self.output.read(room)? {
+                0 => return Err(io::ErrorKind::UnexpectedEof.into()),
+                count => have += count,
             }
-            bytes = &mut bytes[count..];
         }
-        Ok(())
     }
 
     fn error(&self, what: impl Display) -> NodeError {
