@@ -74,6 +74,7 @@ fn full_truth() -> Truth {
 fn full_heard() -> Heard {
     Heard {
         margins: Some([0.0; 4]),
+        currents: vec![0.0],
         events: vec![String::new()],
         ..Heard::default()
     }

@@ -78,8 +78,8 @@ pub struct Heard {
     pub guard_state: String,
     /// What the guard does with the command, and why: `passed`, `scaled: backward margin` and so on.
     pub verdict: String,
-    /// Measured currents of left track, right track, chassis joint and screw, A.
-    pub currents: [f64; 4],
+    /// Measured currents of the drives in the order of the nodes, A.
+    pub currents: Vec<f64>,
     /// Share of the last 100 ms during which the bus was busy, 0 to 1.
     pub bus_load: f64,
     /// Faults and losses that became known since the sample before, one sentence each.

@@ -4,8 +4,8 @@ use super::Role;
 use super::eds;
 use super::tables::sentence;
 use crate::bus::wire::{BIT_RATE, worst_case_bits};
+use crate::machines::b2p2::NODES;
 use crate::run::operator::PERIOD_US;
-use crate::run::robot::node_id;
 use crate::scenario::NodeName;
 use std::fmt::Write;
 use tautrack::bus::network::{self, function};
@@ -105,8 +105,8 @@ fn cyclic(roles: &[Role]) -> Vec<Cyclic> {
         bytes: 0,
         period_us: sync_us,
     }];
-    for name in NodeName::ALL {
-        let node = u16::from(node_id(name));
+    for (name, id) in NODES {
+        let node = u16::from(id);
         let (role, set_point, sender, set_point_us) = match name {
             NodeName::Guard => ("guard", 0, "operator".into(), PERIOD_US),
             NodeName::LeftTrack | NodeName::RightTrack => {

@@ -1,6 +1,6 @@
 //! Decodes what the bus makes public, for the operator, the report and the notice of faults.
 
-use super::robot::{node_id, node_name};
+use crate::machines::NodeSpec;
 use crate::record::Heard;
 use crate::scenario::{BusView, NodeName};
 use std::f64::consts::TAU;
@@ -11,8 +11,6 @@ use tautrack::bus::pdo::{
 use tautrack::can::Frame;
 use tautrack::faults::Fault;
 use tautrack::node::guard::State;
-use tautrack::robots::Body;
-use tautrack::robots::b2p2::B2p2;
 use tautrack::stability::filter::Verdict;
 use tautrack::stability::support::Edge;
 
@@ -39,8 +37,11 @@ pub struct Notice {
 }
 
 /// Hears every frame of the bus.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub struct Listener {
+    /// Names and ids, the guard last.
+    nodes: Vec<(NodeName, u8)>,
+    stages: &'static [&'static str],
     view: View,
     heard: Heard,
     trouble: (u8, u16),
@@ -48,9 +49,34 @@ pub struct Listener {
 }
 
 impl Listener {
+    /// Listens to a robot with these nodes, the guard last, whose drives come to life in these stages.
+    pub fn new(nodes: &[NodeSpec], stages: &'static [&'static str]) -> Self {
+        Self {
+            nodes: nodes.iter().map(|node| (node.name, node.id)).collect(),
+            stages,
+            view: View::default(),
+            heard: Heard {
+                currents: vec![0.0; nodes.len().saturating_sub(1)],
+                ..Heard::default()
+            },
+            trouble: (0, 0),
+            notices: Vec::new(),
+        }
+    }
+
+    fn name_of(&self, id: u8) -> Option<NodeName> {
+        let node = self.nodes.iter().find(|node| node.1 == id);
+        node.map(|node| node.0)
+    }
+
+    fn words_for(&self, id: u8) -> String {
+        self.name_of(id)
+            .map_or_else(|| format!("node {id}"), |name| name.to_string())
+    }
+
     /// Takes one delivered frame.
     pub fn hear(&mut self, frame: &Frame, time_us: u64) {
-        let guard = node_id(NodeName::Guard);
+        let guard = self.nodes.last().map_or(0, |node| node.1);
         if let Some(motion) = GuardMotion::from_frame(frame, transmit(1), guard) {
             let radians = |centidegrees: i16| (f64::from(centidegrees) * 0.01).to_radians();
             self.heard.odometry = f64::from(motion.odometry) * 1e-6;
@@ -75,9 +101,9 @@ impl Listener {
         } else if let Some(emergency) = as_emergency(frame) {
             self.hear_emergency(emergency.node, emergency.code, time_us);
         } else {
-            for (index, name) in NodeName::ALL.into_iter().take(4).enumerate() {
-                if let Some(status) = DriveStatus::from_frame(frame, transmit(2), node_id(name)) {
-                    self.heard.currents[index] = f64::from(status.current) * 1e-3;
+            for (current, (_, id)) in self.heard.currents.iter_mut().zip(&self.nodes) {
+                if let Some(status) = DriveStatus::from_frame(frame, transmit(2), *id) {
+                    *current = f64::from(status.current) * 1e-3;
                 }
             }
         }
@@ -117,7 +143,7 @@ impl Listener {
         let name = self
             .view
             .state
-            .map_or("unknown", |state| state.name(B2p2::STAGES));
+            .map_or("unknown", |state| state.name(self.stages));
         if self.heard.guard_state != name {
             self.note(format!("guard: {name}"));
             self.heard.guard_state = name.to_string();
@@ -126,11 +152,11 @@ impl Listener {
             Verdict::from_code(state.verdict).map_or_else(|| "unknown".into(), words);
         let trouble = (state.fault_node, state.fault_code);
         if trouble != self.trouble && trouble.1 != 0 {
-            let about = node_name(trouble.0);
+            let about = self.name_of(trouble.0);
             self.note(format!(
                 "guard: {} of {}",
                 fault_words(trouble.1),
-                name_words(trouble.0)
+                self.words_for(trouble.0)
             ));
             self.notices.push(Notice {
                 by: NodeName::Guard,
@@ -147,8 +173,8 @@ impl Listener {
         } else {
             fault_words(code)
         };
-        self.note(format!("{}: {what}", name_words(node)));
-        if let Some(by) = node_name(node).filter(|_| code != 0) {
+        self.note(format!("{}: {what}", self.words_for(node)));
+        if let Some(by) = self.name_of(node).filter(|_| code != 0) {
             self.notices.push(Notice {
                 by,
                 about: None,
@@ -161,10 +187,6 @@ impl Listener {
 /// An angle of 2^-16 turns in rad.
 fn turn(binary: i16) -> f64 {
     f64::from(binary) / 65_536.0 * TAU
-}
-
-fn name_words(id: u8) -> String {
-    node_name(id).map_or_else(|| format!("node {id}"), |name| name.to_string())
 }
 
 fn fault_words(code: u16) -> String {

@@ -12,9 +12,9 @@ mod truth;
 
 pub use parameters::{B2p2Parameters, Payload};
 
+use crate::plant::Plant;
 use crate::plant::noise::Noise;
 use crate::plant::terrain::Terrain;
-use crate::plant::{MOTORS, Plant};
 use crate::record::Truth;
 use contact::{GroundForces, RunningBelts, Support};
 use core::f64::consts::TAU;
@@ -137,9 +137,10 @@ impl B2p2 {
 }
 
 impl Plant for B2p2 {
-    fn step(&mut self, shafts: &[Option<Shaft>; MOTORS]) {
+    fn step(&mut self, shafts: &[Option<Shaft>]) {
         let p = self.parameters;
-        let [left, right, joint, screw] = shafts.each_ref().map(Option::as_ref);
+        let [left, right, joint, screw] =
+            core::array::from_fn(|motor| shafts.get(motor).and_then(Option::as_ref));
         let [theta, _] = self.robot.chassis_joint(&self.world);
         let [extension, _] = self.robot.extension(&self.world, &p);
         self.put_payload_on();
@@ -222,7 +223,7 @@ impl Plant for B2p2 {
                     switches,
                 )
             }
-            _ => panic!("B2P2 has {MOTORS} motors, there is no motor {motor}"),
+            _ => panic!("B2P2 has four motors, there is no motor {motor}"),
         };
         Sensors {
             encoder_frozen: false,
