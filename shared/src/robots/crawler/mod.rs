@@ -1,0 +1,15 @@
+//! The crawler, the two-track inspection robot of Kurc and Szybicki (Kinematics of a Robot with Crawler Drive): tracks that slip.
+//!
+//! [`parameters`]: the paper's numbers and what had to be assumed. [`kinematics`]: from sprockets to motion and back, with slip.
+//! [`soil`]: how much the ground bears, and the slip it takes. These are generic over [`crate::math::Scalar`].
+//!
+//! Track 1 is the left one. The heading `beta` turns counter-clockwise from above; forward speeds, sprocket rates and forces are
+//! positive forward.
+
+pub mod kinematics;
+pub mod parameters;
+pub mod soil;
+
+pub use kinematics::{BodyVelocity, Drive, Kinematics};
+pub use parameters::ParametersError;
+pub use soil::{Footprint, Soil};
