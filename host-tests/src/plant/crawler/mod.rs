@@ -15,17 +15,19 @@ pub use parameters::{CrawlerParameters, Soil};
 use crate::plant::b2p2::Payload;
 use crate::plant::{MOTORS, Plant};
 use crate::record::Truth;
-use body::{Body, GRAVITY, MassProperties};
+use body::{Body, MassProperties};
 use ground::{Ground, turn};
 use rapier3d_f64::math::Vector;
 use sense::Sensing;
 use tautrack::link::{BodySensors, Sensors, Shaft};
-use track::{Action, CELLS, Track};
+use track::{CELLS, Track};
 
 /// Length of a step, s.
 const DT: f64 = 1e-3;
 /// Parts of a step in which body and ground are integrated: the ground is stiff.
 const SUBSTEPS: usize = 4;
+/// Substeps in which the robot comes to rest before a run, and the share of its speed that each leaves it.
+const SETTLING: (usize, f64) = (8_000, 0.98);
 /// Inclination from the ground from which the robot has turned over, rad: no centre of gravity is above an edge there any more.
 const TURNED_OVER: f64 = 75.0 * core::f64::consts::PI / 180.0;
 
@@ -48,23 +50,30 @@ impl Crawler {
         let p = *parameters;
         let ground = Ground::new(profile);
         let [heading, left] = p.initial_heading_and_y;
-        let properties = MassProperties::new(&p, None);
+        let payload = p.payload.filter(|payload| payload.from_time_s <= 0.0);
+        let properties = MassProperties::new(&p, payload);
         let start = ground.start();
-        // As deep as the ground gives way under its weight.
-        let sunk = properties.mass * GRAVITY / p.bearing[0];
-        let body = Body::at_rest(
+        let mut body = Body::at_rest(
             properties,
-            start * Vector::new(0.0, left, -sunk),
+            start * Vector::new(0.0, left, 0.0),
             start * turn(Vector::Z, heading),
         );
+        let mut tracks = [0.5, -0.5].map(|side: f64| Track::new(side * p.track_spacing));
+        let (substeps, left_over) = SETTLING;
+        for _ in 0..substeps {
+            integrate(&p, &ground, &mut body, &mut tracks);
+            body.velocity *= left_over;
+            body.spin *= left_over;
+        }
+        (body.velocity, body.spin) = (Vector::ZERO, Vector::ZERO);
         let mut plant = Self {
             ground,
             body,
-            tracks: [0.5, -0.5].map(|side: f64| Track::new(side * p.track_spacing)),
+            tracks,
             sensing: Sensing::new(&p.body_sensors, seed, &body),
             start_heading: 0.0,
             step: 0,
-            payload: None,
+            payload,
             truth: Truth::default(),
             parameters: p,
         };
@@ -91,15 +100,8 @@ impl Crawler {
         if !self.truth.toppled {
             let mut traction = [0.0; 2];
             for _ in 0..SUBSTEPS {
-                let dt = DT / SUBSTEPS as f64;
-                let mut sum = Action::default();
-                for (track, mean) in self.tracks.iter_mut().zip(&mut traction) {
-                    let action = track.act(p, &self.ground, &self.body, dt);
-                    sum.force += action.force;
-                    sum.moment += action.moment;
-                    *mean += action.traction / SUBSTEPS as f64;
-                }
-                self.body.step(sum.force, sum.moment, dt);
+                let part = integrate(p, &self.ground, &mut self.body, &mut self.tracks);
+                traction = [0, 1].map(|side: usize| traction[side] + part[side] / SUBSTEPS as f64);
             }
             for (track, traction) in self.tracks.iter_mut().zip(traction) {
                 track.pull(traction, DT);
@@ -186,6 +188,21 @@ impl Crawler {
         let (_, normal) = self.ground.height(middle);
         truth.toppled |= up.dot(normal) < libm::cos(TURNED_OVER);
     }
+}
+
+/// Advances body and ground by one substep; hands back the tractions of the tracks, N.
+fn integrate(
+    parameters: &CrawlerParameters,
+    ground: &Ground,
+    body: &mut Body,
+    tracks: &mut [Track; 2],
+) -> [f64; 2] {
+    let dt = DT / SUBSTEPS as f64;
+    let [left, right] = tracks
+        .each_mut()
+        .map(|track| track.act(parameters, ground, body, dt));
+    body.step(left.force + right.force, left.moment + right.moment, dt);
+    [left.traction, right.traction]
 }
 
 impl Plant for Crawler {

@@ -111,7 +111,7 @@ impl CrawlerParameters {
             cog: [0.0, 0.0, 0.045],
             extent: [0.20, 0.19, 0.08],
             soil: Soil::nominal(),
-            bearing: [4.0e5, 1.0e3],
+            bearing: [2.0e6, 2.0e3],
             shear_damping: 100.0,
             track_inertia: 0.05,
             dead_track_friction: 0.4,

@@ -10,8 +10,8 @@ use super::parameters::CrawlerParameters;
 use rapier3d_f64::math::Vector;
 use tautrack::link::Shaft;
 
-/// Cells of one run.
-pub const CELLS: usize = 16;
+/// Cells of one run. Those at its ends are half as long, and press where the run ends: there the robot turns over.
+pub const CELLS: usize = 17;
 /// Time constant of the force that a sprocket feels, s: the belt's elasticity.
 const BELT_LAG: f64 = 0.010;
 
@@ -84,9 +84,9 @@ impl Track {
         }
     }
 
-    /// Middle of cell `cell`, in body axes.
+    /// Where cell `cell` presses on the ground, in body axes.
     pub fn cell(&self, cell: usize, length: f64) -> Vector {
-        let along = (cell as f64 + 0.5) / CELLS as f64 - 0.5;
+        let along = cell as f64 / (CELLS - 1) as f64 - 0.5;
         Vector::new(along * length, self.left, 0.0)
     }
 
@@ -99,14 +99,16 @@ impl Track {
         dt: f64,
     ) -> Action {
         let p = parameters;
-        let share = 0.5 / CELLS as f64;
-        let [stiffness, damping] = p.bearing.map(|value| value * share);
-        let pitch = p.contact_length / CELLS as f64;
-        let area = p.track_width * pitch;
+        let pitch = p.contact_length / (CELLS - 1) as f64;
         let forward = body.rotation * Vector::X;
         let before = self.shear;
         let mut action = Action::default();
         for cell in 0..CELLS {
+            let at_end = cell == 0 || cell == CELLS - 1;
+            let length = if at_end { 0.5 * pitch } else { pitch };
+            let share = 0.5 * length / p.contact_length;
+            let [stiffness, damping] = p.bearing.map(|value| value * share);
+            let area = p.track_width * length;
             let place = body.place(self.cell(cell, p.contact_length));
             let (height, normal) = ground.height(place);
             self.loaded[cell] = height < 0.0;
@@ -120,13 +122,19 @@ impl Track {
             let left = normal.cross(forward).normalize_or_zero();
             let ahead = left.cross(normal);
 
-            // What the belt brings from the cell that met the ground before, or half a cell back, from none.
-            let from = if self.speed > 0.0 {
-                before.get(cell + 1)
+            // What the belt brings: from the cell that met the ground before, or into the run's first cell, whose middle is a quarter
+            // of a cell from where the ground meets the track, nothing.
+            let entered = if self.speed > 0.0 {
+                CELLS - 1 - cell
             } else {
-                before[..cell].last()
+                cell
             };
-            let (brought, distance) = from.map_or(([0.0; 2], 0.5 * pitch), |shear| (*shear, pitch));
+            let (brought, distance) = match entered {
+                0 => ([0.0; 2], 0.25 * pitch),
+                _ if self.speed > 0.0 => (before[cell + 1], pitch),
+                _ => (before[cell - 1], pitch),
+            };
+            let distance = if entered == 1 { 0.75 * pitch } else { distance };
             let carry = self.speed.abs() / distance;
             let turning = body.spin.dot(normal);
             let [x, y] = before[cell];

@@ -4,7 +4,7 @@ use super::kinematics::{BodyVelocity, Kinematics};
 use super::parameters::{Body, Dimensions, Ground, ParametersError, within};
 use super::path::{PathFollower, Pose};
 use super::slip::{Slip, SlipModel};
-use crate::math::max;
+use crate::math::{limit, max};
 
 /// What the controller is told about its robot.
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -83,8 +83,21 @@ impl Controller {
         })
     }
 
-    /// Takes in what the last `period` seconds brought: slip, then the way made with it.
+    /// Takes in what the last `period` seconds brought: slip, then the way made with it. An observation that cannot be true is left out.
     pub fn observe(&mut self, observation: &Observation, period: f32) {
+        let Observation {
+            sprockets: [left, right],
+            heading,
+            pitch,
+            roll,
+            ..
+        } = *observation;
+        if ![left, right, heading, pitch, roll]
+            .into_iter()
+            .all(believable)
+        {
+            return;
+        }
         let belts = observation
             .sprockets
             .map(|rate| rate * self.kinematics.radius());
@@ -106,8 +119,13 @@ impl Controller {
     }
 
     /// Sprocket rates that move the robot as `asked` along its path. Where one would be beyond its limit, both are taken back in
-    /// proportion: slower, on the same path.
+    /// proportion: slower, on the same path. What is asked for in no number is a stop.
     pub fn command(&mut self, asked: BodyVelocity<f32>, period: f32) -> Command {
+        let asked = if believable(asked.forward) && believable(asked.yaw_rate) {
+            asked
+        } else {
+            STANDING
+        };
         let velocity = self.path.follow(asked, &self.pose, period);
         let Ok(level) = self.kinematics.inverse(velocity, [0.0; 2]) else {
             return Command {
@@ -124,15 +142,14 @@ impl Controller {
         let fastest = max(left.abs(), right.abs());
         let share = if fastest <= self.sprocket_limit {
             1.0
-        } else if fastest.is_finite() {
-            self.sprocket_limit / fastest
         } else {
-            0.0
+            self.sprocket_limit / fastest
         };
         Command {
+            // Rounding must not carry the faster one beyond its limit.
             sprockets: drive
                 .sprockets
-                .map(|rate| if share > 0.0 { rate * share } else { 0.0 }),
+                .map(|rate| limit(rate * share, self.sprocket_limit)),
             beyond_traction: self.slip.beyond_traction,
         }
     }
@@ -161,3 +178,8 @@ const STANDING: BodyVelocity<f32> = BodyVelocity {
     forward: 0.0,
     yaw_rate: 0.0,
 };
+
+/// A value (rad, rad/s or m/s) that a crawler can have.
+fn believable(value: f32) -> bool {
+    value.abs() <= 1_000.0
+}

@@ -39,8 +39,12 @@ const HEADING_GAIN: f32 = 1.5;
 const DISTANCE_GAIN: f32 = 8.0;
 /// Distance from the path that counts, m: from farther away the robot comes back at an angle that does not grow.
 const FARTHEST: f32 = 0.1;
-/// Most yaw rate that keeping to the path may add, rad/s.
+/// How fast a lasting correction is taken as the ground's resistance to turning, 1/s.
+const INTEGRAL_GAIN: f32 = 0.3;
+/// Most yaw rate that keeping to the path may add, rad/s, in all and by what it has learnt of the ground.
 const MOST_CORRECTION: f32 = 0.6;
+/// See above.
+const MOST_LEARNT: f32 = 0.3;
 
 /// Keeps the robot on the path that its operator's speeds describe.
 ///
@@ -50,6 +54,8 @@ const MOST_CORRECTION: f32 = 0.6;
 pub struct PathFollower {
     /// The point of the path beside the robot; `None` at a stop, after which a path begins where the robot is.
     beside: Option<Pose>,
+    /// Yaw rate that the ground takes away, rad/s.
+    learnt: f32,
 }
 
 impl PathFollower {
@@ -61,7 +67,7 @@ impl PathFollower {
         period: f32,
     ) -> BodyVelocity<f32> {
         if asked.forward == 0.0 && asked.yaw_rate == 0.0 {
-            self.beside = None;
+            *self = Self::default();
             return asked;
         }
         let beside = self.beside.get_or_insert(*pose);
@@ -79,9 +85,14 @@ impl PathFollower {
         let left = (pose.y - beside.y) * cosine - (pose.x - beside.x) * sine;
         let error = wrapped(pose.heading - beside.heading);
         let back = DISTANCE_GAIN * asked.forward * clamp(left, -FARTHEST, FARTHEST);
+        let correction = -(HEADING_GAIN * error + back);
+        self.learnt = limit(
+            self.learnt + INTEGRAL_GAIN * period * correction,
+            MOST_LEARNT,
+        );
         BodyVelocity {
             forward: asked.forward,
-            yaw_rate: asked.yaw_rate - limit(HEADING_GAIN * error + back, MOST_CORRECTION),
+            yaw_rate: asked.yaw_rate + limit(correction + self.learnt, MOST_CORRECTION),
         }
     }
 }
