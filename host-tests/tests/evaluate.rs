@@ -16,7 +16,7 @@ fn vectors(group: &str) -> Value {
     // The gradient of the potential belongs to the robot Hylos, not to this group's functions.
     let functions = document["functions"].as_object_mut().unwrap();
     functions.retain(|name, _| name != "state");
-    // The file's own check of the driving force; `tests/crawler_model.rs` has another one.
+    // The file's own check of the driving force; `tests/crawler/model.rs` has another one.
     if let Some(Value::Array(cases)) = functions.get_mut("driving_force") {
         for case in cases {
             case["out"].as_object_mut().unwrap().remove("Pn_quadrature");

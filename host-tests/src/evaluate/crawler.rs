@@ -1,4 +1,4 @@
-//! Group `crawler`: tracks that slip. Cohesion `c`, pressure `sigma` and stresses are in MPa here, as in the paper.
+//! Group `crawler`: tracks that slip. Cohesion `c`, pressure `sigma` and stresses are in N/mm^2 here, as in the paper.
 
 use super::input::{Input, number};
 use super::{EvaluateError, Functions};
@@ -8,7 +8,7 @@ use tautrack::robots::crawler::kinematics::{slip_from_grousers, track_point_velo
 use tautrack::robots::crawler::parameters::{Dimensions, Ground};
 use tautrack::robots::crawler::{BodyVelocity, Footprint, Kinematics, Soil, parameters};
 
-/// Pa in a MPa.
+/// Pa in one N/mm^2.
 const MEGA: f64 = 1e6;
 
 pub fn functions<S: Scalar>() -> Functions {

@@ -37,7 +37,7 @@ impl<S: Scalar> Soil<S> {
     /// For a ground with these coefficients. Cost: some thousand operations in double precision; for start-up.
     ///
     /// # Errors
-    /// The first value out of range: cohesion 0 to 10 MPa, friction angle 0 to 80 degrees (1.4 rad), `K1` 0.1 to 100000 per metre,
+    /// The first value out of range: cohesion 0 to 10^7 Pa, friction angle 0 to 80 degrees (1.4 rad), `K1` 0.1 to 100000 per metre,
     /// `K2` 1 to 100.
     pub fn new(ground: &Ground) -> Result<Self, ParametersError> {
         let cohesion = within("cohesion", ground.cohesion, [0.0, 1e7])?;
@@ -112,7 +112,7 @@ impl<S: Scalar> Soil<S> {
     /// Driving force `P_n` of one track, N, under `pressure` (Pa) at `slip` (`s_b`); has the slip's sign (eq. 4 with 6 and 7).
     ///
     /// The deformation grows in proportion to the distance from where the ground meets the track, to `slip` times the length. The factor
-    /// 10^6 of eq. 4 turns MPa into Pa and is not needed here. Worst error in `f64` 1e-14 of the force (`host-tests/tests/crawler_model.rs`).
+    /// 10^6 of eq. 4 is for stresses in N/mm^2 and not needed here. Worst error in `f64` 1e-14 of the force (`host-tests/tests/crawler/model.rs`).
     pub fn driving_force(&self, footprint: &Footprint<S>, pressure: S, slip: S) -> S {
         let bears = footprint.width * footprint.length * self.strength(pressure);
         odd(slip, |size| {
