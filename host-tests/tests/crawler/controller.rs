@@ -156,9 +156,10 @@ fn the_path_is_geometry_whatever_share_of_the_speed_is_left() {
     for share in [1.0, 0.5] {
         let (mut follower, mut pose) = (PathFollower::default(), Pose::default());
         for _ in 0..8_000 {
-            let motion = follower.follow(asked, &pose, PERIOD);
+            let motion = follower.follow(asked, &pose, 0.0, PERIOD);
             pose = pose.moved(
                 share * motion.forward * PERIOD,
+                0.0,
                 share * motion.yaw_rate * PERIOD,
             );
             let radius = pose.x.hypot(pose.y - 0.5);
@@ -167,5 +168,27 @@ fn the_path_is_geometry_whatever_share_of_the_speed_is_left() {
                 "share {share}: {radius} at {pose:?}"
             );
         }
+    }
+}
+
+#[test]
+fn on_a_cross_slope_the_robot_is_known_to_drift_downhill() {
+    for (forward, roll) in [(0.15, 0.3), (0.15, -0.3), (-0.15, 0.3)] {
+        let mut controller = controller(true);
+        let radius = 0.027_94;
+        for _ in 0..1_000 {
+            controller.observe(
+                &Observation {
+                    sprockets: [forward / radius; 2],
+                    roll,
+                    ..Observation::default()
+                },
+                PERIOD,
+            );
+        }
+        let pose = controller.pose();
+        assert!((pose.x - forward * 4.0).abs() < 1e-3, "{pose:?}");
+        // The left side is up: downhill is to the right.
+        assert!(pose.y * roll < 0.0 && pose.y.abs() > 0.02, "{pose:?}");
     }
 }

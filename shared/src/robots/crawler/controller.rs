@@ -2,9 +2,9 @@
 
 use super::kinematics::{BodyVelocity, Kinematics};
 use super::parameters::{Body, Dimensions, Ground, ParametersError, within};
-use super::path::{PathFollower, Pose};
+use super::path::{PathFollower, Pose, wrapped};
 use super::slip::{Slip, SlipModel};
-use crate::math::{limit, max};
+use crate::math::{Scalar, limit, max};
 
 /// What the controller is told about its robot.
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -76,7 +76,7 @@ impl Controller {
             slip_model: SlipModel::new(dimensions, body, ground)?,
             compensates_slip: *compensates_slip,
             sprocket_limit: within("sprocket limit", *sprocket_limit, [1e-2, 1e3])? as f32,
-            slip: NONE,
+            slip: Slip::NONE,
             pose: Pose::default(),
             velocity: STANDING,
             path: PathFollower::default(),
@@ -98,23 +98,24 @@ impl Controller {
         {
             return;
         }
-        let belts = observation
-            .sprockets
-            .map(|rate| rate * self.kinematics.radius());
+        let belts = [left, right].map(|rate| rate * self.kinematics.radius());
         if self.compensates_slip {
-            self.slip = self.slip_model.predict(observation.pitch, observation.roll);
+            self.slip = self.slip_model.predict(pitch, roll);
             if let Some(speed) = observation.measured_speed {
                 self.slip_model.learn(&self.slip, belts, speed, period);
             }
         }
         self.velocity = self
             .kinematics
-            .body_velocity(observation.sprockets, self.slip.along(belts));
-        let turn = observation.heading - self.pose.heading;
-        let moved = self.pose.moved(self.velocity.forward * period, turn);
+            .body_velocity([left, right], self.slip.along(belts));
+        // The way made is that along the heading, and what the robot drifts beside it.
+        let drift = self.slip.drift(self.velocity.forward);
+        let (_, along) = Scalar::sin_cos(drift);
+        let turn = wrapped(heading - self.pose.heading);
+        let distance = self.velocity.forward * period / along;
         self.pose = Pose {
-            heading: observation.heading,
-            ..moved
+            heading,
+            ..self.pose.moved(distance, drift, turn)
         };
     }
 
@@ -126,7 +127,9 @@ impl Controller {
         } else {
             STANDING
         };
-        let velocity = self.path.follow(asked, &self.pose, period);
+        let velocity = self
+            .path
+            .follow(asked, &self.pose, self.slip.drift(asked.forward), period);
         let Ok(level) = self.kinematics.inverse(velocity, [0.0; 2]) else {
             return Command {
                 sprockets: [0.0; 2],
@@ -170,10 +173,6 @@ impl Controller {
     }
 }
 
-const NONE: Slip = Slip {
-    forward: [0.0; 2],
-    beyond_traction: false,
-};
 const STANDING: BodyVelocity<f32> = BodyVelocity {
     forward: 0.0,
     yaw_rate: 0.0,

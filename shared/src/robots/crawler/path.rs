@@ -15,10 +15,10 @@ pub struct Pose {
 }
 
 impl Pose {
-    /// The pose after `distance` along an arc that turns the heading by `turn`.
+    /// The pose after `distance` in a direction `drift` beside the heading (rad, counter-clockwise), while the heading turns by `turn`.
     #[must_use]
-    pub fn moved(&self, distance: f32, turn: f32) -> Self {
-        let (sine, cosine) = Scalar::sin_cos(self.heading + 0.5 * turn);
+    pub fn moved(&self, distance: f32, drift: f32, turn: f32) -> Self {
+        let (sine, cosine) = Scalar::sin_cos(self.heading + drift + 0.5 * turn);
         Self {
             x: self.x + distance * cosine,
             y: self.y + distance * sine,
@@ -28,12 +28,12 @@ impl Pose {
 }
 
 /// An angle of less than 8000 rad as one from -pi to pi.
-fn wrapped(angle: f32) -> f32 {
+pub(super) fn wrapped(angle: f32) -> f32 {
     let (sine, cosine) = Scalar::sin_cos(angle);
     Scalar::atan2(sine, cosine)
 }
 
-/// Yaw rate per error of the heading, 1/s.
+/// Yaw rate per error of the direction of travel, 1/s.
 const HEADING_GAIN: f32 = 1.5;
 /// Yaw rate per distance from the path and per speed along it, rad/m^2: with the other gain, damped well up to 0.4 m/s.
 const DISTANCE_GAIN: f32 = 8.0;
@@ -59,11 +59,13 @@ pub struct PathFollower {
 }
 
 impl PathFollower {
-    /// The motion that keeps to the path of `asked` from `pose`, after `period` seconds.
+    /// The motion that keeps to the path of `asked` from `pose`, after `period` seconds, while the robot drifts in a direction `drift` beside
+    /// its heading.
     pub fn follow(
         &mut self,
         asked: BodyVelocity<f32>,
         pose: &Pose,
+        drift: f32,
         period: f32,
     ) -> BodyVelocity<f32> {
         if asked.forward == 0.0 && asked.yaw_rate == 0.0 {
@@ -79,11 +81,11 @@ impl PathFollower {
         } else {
             progress * (asked.yaw_rate / asked.forward)
         };
-        *beside = beside.moved(progress, turn);
+        *beside = beside.moved(progress, 0.0, turn);
 
         let (sine, cosine) = Scalar::sin_cos(beside.heading);
         let left = (pose.y - beside.y) * cosine - (pose.x - beside.x) * sine;
-        let error = wrapped(pose.heading - beside.heading);
+        let error = wrapped(pose.heading + drift - beside.heading);
         let back = DISTANCE_GAIN * asked.forward * clamp(left, -FARTHEST, FARTHEST);
         let correction = -(HEADING_GAIN * error + back);
         self.learnt = limit(

@@ -2,7 +2,7 @@
 
 use super::parameters::{Body, Dimensions, Ground, ParametersError, within};
 use super::soil::{Footprint, Soil};
-use crate::math::{Scalar, clamp};
+use crate::math::{Scalar, clamp, min};
 
 /// Gravity, m/s^2.
 const GRAVITY: f32 = 9.81;
@@ -19,8 +19,9 @@ const SLOWEST: f32 = 0.03;
 
 /// Slip that the ground takes to bear the robot's weight along the slope.
 ///
-/// Each track bears half of the weight's part along it; how it is pressed depends on the roll. What turning and speeding up
-/// take is not modelled; the path follower makes up for its effect on the heading.
+/// Each track bears half of the weight's part along the ground, forward and sideways; how it is pressed depends on the roll. The ground
+/// shears the same way in every direction, so slip points against the force. What turning and speeding up take is not modelled; the path
+/// follower makes up for its effect on the heading.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct SlipModel {
     soil: Soil<f32>,
@@ -32,16 +33,33 @@ pub struct SlipModel {
     correction: f32,
 }
 
-/// Slips of left and right track in the direction of the force: positive when the ground pushes the robot forward.
+/// Slip in the direction of the force, as a share of the path that the belts make.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Slip {
-    /// Path of the belt that is lost forward, as a share of the belt's path.
+    /// Path that left and right track lose forward: positive when the ground pushes the robot forward.
     pub forward: [f32; 2],
+    /// Path that the robot drifts to the right while the ground pushes it to the left.
+    pub rightward: f32,
     /// The ground bears less than the slope asks for on some track; its slip is that at which it bears most.
     pub beyond_traction: bool,
 }
 
 impl Slip {
+    /// No slip.
+    pub const NONE: Self = Self {
+        forward: [0.0; 2],
+        rightward: 0.0,
+        beyond_traction: false,
+    };
+
+    /// Angle from the robot's heading to the direction in which it drifts, rad, counter-clockwise, while its belts run forward (`speed` above
+    /// zero) or backward.
+    pub fn drift(&self, speed: f32) -> f32 {
+        let [left, right] = self.along([speed; 2]);
+        let angle = Scalar::atan2(self.rightward, 1.0 - 0.5 * (left + right));
+        if speed < 0.0 { angle } else { -angle }
+    }
+
     /// Signed slips of the kinematics for belts (or tracks) that move at `speeds`: what is lost forward is gained backward.
     pub fn along(&self, speeds: [f32; 2]) -> [f32; 2] {
         [0, 1].map(|side: usize| {
@@ -87,21 +105,25 @@ impl SlipModel {
     /// Slip at this pitch (nose up) and roll (left side up), rad. Cost: twice [`Soil::slip_for`].
     pub fn predict(&self, pitch: f32, roll: f32) -> Slip {
         let ((rise, along), (lean, upright)) = (Scalar::sin_cos(pitch), Scalar::sin_cos(roll));
-        let force = 0.5 * self.weight * rise;
+        let half = 0.5 * self.weight;
+        let (forward, leftward) = (half * upright * rise, half * lean);
+        let force = Scalar::sqrt(forward * forward + leftward * leftward);
         let area = self.footprint.width * self.footprint.length;
         let utmost = self.soil.utmost_slip(&self.footprint);
         let mut beyond_traction = false;
-        let forward = [-1.0, 1.0].map(|right: f32| {
+        let [left, right] = [-1.0, 1.0].map(|right: f32| {
             // The side that is up carries less.
-            let share = clamp(0.5 * upright + right * self.lever * lean, 0.0, 1.0);
-            let pressure = self.weight * along * share / area;
+            let share = 0.5 * upright * along + right * self.lever * lean;
+            let pressure = self.weight * clamp(share, 0.0, 1.0) / area;
             let slip = self.soil.slip_for(&self.footprint, pressure, force);
             beyond_traction |= slip.is_err();
-            let slip = slip.unwrap_or(if force < 0.0 { -utmost } else { utmost });
-            clamp(slip * self.correction, -MAXIMUM_SLIP, MAXIMUM_SLIP)
+            min(slip.unwrap_or(utmost) * self.correction, MAXIMUM_SLIP)
         });
+        // Level ground has no direction, and takes no slip.
+        let per_force = if force > 0.0 { 1.0 / force } else { 0.0 };
         Slip {
-            forward,
+            forward: [left, right].map(|slip| slip * forward * per_force),
+            rightward: 0.5 * (left + right) * leftward * per_force,
             beyond_traction,
         }
     }
