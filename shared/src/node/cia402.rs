@@ -90,15 +90,26 @@ const TRANSITIONS: &[(State, Command, State)] = {
 impl Command {
     /// The command that a controlword gives.
     pub fn from_controlword(word: u16) -> Self {
-        match word & 0x0f {
-            word if word & 0x02 == 0 => Self::DisableVoltage,
-            word if word & 0x04 == 0 => Self::QuickStop,
-            word if word & 0x01 == 0 => Self::Shutdown,
-            0x07 => Self::SwitchOn,
-            _ => Self::EnableOperation,
-        }
+        BY_LOW_BITS[usize::from(word & 0x0f)]
     }
 }
+
+/// Commands by the four low bits of the controlword, that is enable operation, quick stop, enable voltage, switch on.
+const BY_LOW_BITS: [Command; 16] = {
+    let mut commands = [Command::DisableVoltage; 16];
+    let mut word = 0;
+    while word < commands.len() {
+        commands[word] = match word {
+            word if word & 0x02 == 0 => Command::DisableVoltage,
+            word if word & 0x04 == 0 => Command::QuickStop,
+            word if word & 0x01 == 0 => Command::Shutdown,
+            0x07 => Command::SwitchOn,
+            _ => Command::EnableOperation,
+        };
+        word += 1;
+    }
+    commands
+};
 
 impl State {
     #[must_use]

@@ -7,18 +7,18 @@ mod set_points;
 
 pub use set_points::{SetPoint, mode};
 
-use super::cia402::{State, status};
+use super::cia402::{Command, State, status};
 use super::scale::Scale;
 use super::supervisor::{Bounds, Readings, Supervisor};
 use super::{CONTROL_PERIOD, Switches};
 use crate::bus::heartbeat::Monitor;
 use crate::bus::pdo::{DriveMotion, DriveStatus};
 use crate::faults::{Fault, Reaction};
-use crate::math::{limit, to_i16};
+use crate::math::{Bound, limit, to_i16};
 use crate::motor::cascade::{Cascade, Demand, Gains};
+use crate::motor::from_radians;
 use crate::motor::observer::Observer;
 use crate::motor::profile::{Limits, SetPoint as Motion};
-use crate::motor::{from_radians, to_radians};
 use crate::settings::{Setting, Settings};
 use homing::Homing;
 
@@ -92,7 +92,11 @@ pub struct Axle {
     scale: Scale,
     limits: Limits,
     bounds: Bounds,
-    hold_current: f32,
+    /// A.
+    current_limit: f32,
+    /// Bounds of the cascade: the current limit, and the one for holding a position after a loss or a fault.
+    full: Bound,
+    hold: Bound,
     torque_constant: f32,
     travel: Option<(i64, i64)>,
     reference_direction: f32,
@@ -111,6 +115,8 @@ pub struct Axle {
     state: State,
     mode: i8,
     controlword: u16,
+    /// What the controlword asks for.
+    asked: Command,
     command: SetPoint,
     command_us: u64,
     motion: Motion,
@@ -152,19 +158,31 @@ impl Axle {
     ) -> Self {
         let velocity_limit = settings.scaled(Setting::VelocityLimit, 1e-3);
         let current_limit = settings.scaled(Setting::CurrentLimit, 1e-3);
+        let hold_current = settings.scaled(Setting::HoldCurrent, 1e-3);
         let gear = settings.scaled(Setting::GearRatio, 1e-3);
+        let cascade = Cascade::new(&Gains {
+            position: settings.scaled(Setting::PositionGain, 1e-3),
+            velocity: settings.scaled(Setting::VelocityGain, 1e-3),
+            integral_time: settings.scaled(Setting::VelocityIntegralTime, 1e-6),
+            acceleration: settings.scaled(Setting::AccelerationFeedForward, 1e-6),
+            velocity_limit,
+            current_limit,
+            period: CONTROL_PERIOD,
+        });
         Self {
             scale,
             limits: Limits {
                 velocity: velocity_limit,
                 acceleration: settings.scaled(Setting::AccelerationLimit, 1e-3),
             },
-            bounds: Bounds {
-                current: current_limit,
-                velocity: velocity_limit,
-                following: settings.scaled(Setting::FollowingLimit, 1e-3),
-            },
-            hold_current: limit(settings.scaled(Setting::HoldCurrent, 1e-3), current_limit),
+            current_limit,
+            bounds: Bounds::new(
+                current_limit,
+                velocity_limit,
+                from_radians(settings.scaled(Setting::FollowingLimit, 1e-3)),
+            ),
+            full: cascade.bound(current_limit),
+            hold: cascade.bound(limit(hold_current, current_limit)),
             torque_constant: settings.scaled(Setting::TorqueConstant, 1e-6) * gear,
             travel,
             reference_direction: settings.get(Setting::ReferenceDirection) as f32,
@@ -179,18 +197,13 @@ impl Axle {
                 0,
             ),
             sensed: false,
-            cascade: Cascade::new(Gains {
-                position: settings.scaled(Setting::PositionGain, 1e-3),
-                velocity: settings.scaled(Setting::VelocityGain, 1e-3),
-                integral_time: settings.scaled(Setting::VelocityIntegralTime, 1e-6),
-                acceleration: settings.scaled(Setting::AccelerationFeedForward, 1e-6),
-                velocity_limit,
-            }),
+            cascade,
             supervisor: Supervisor::default(),
             guard: Monitor::new(settings.milliseconds(Setting::HeartbeatTimeout)),
             state: State::SwitchOnDisabled,
             mode: 0,
             controlword: 0,
+            asked: Command::DisableVoltage,
             command: SetPoint {
                 controlword: 0,
                 mode: 0,
@@ -269,15 +282,16 @@ impl Axle {
             bus_voltage: inputs.bus_voltage,
             velocity: self.velocity(),
             following_error: if in_position {
-                to_radians(self.motion.position.wrapping_sub(self.position()))
+                self.motion.position.wrapping_sub(self.position())
             } else {
-                0.0
+                0
             },
             powered: enabled,
         };
         let mut found = self.supervisor.check(&readings, &self.bounds);
         if enabled && found.is_none() {
-            let command_age = inputs.now_us.saturating_sub(self.command_us);
+            // Time does not run backwards; if it did, the command would be old.
+            let command_age = inputs.now_us.wrapping_sub(self.command_us);
             found = match taut {
                 Some(Err(fault)) if self.mode == mode::TAUT => Some(fault),
                 _ if self.guard.lost(inputs.now_us) => Some(Fault::GuardLost),
@@ -326,19 +340,18 @@ impl Axle {
         demand: Option<Demand>,
         fault_before: Option<Fault>,
     ) -> Outputs {
-        if demand.is_some_and(|demand| demand.limited) && self.active_limit == ActiveLimit::None {
+        if demand.is_some_and(|demand| demand.cut != 0) && self.active_limit == ActiveLimit::None {
             self.active_limit = ActiveLimit::VelocityOrCurrent;
         }
         // The last limiter: total, and behind everything else.
+        let current = demand.map_or(0.0, |demand| {
+            limit(self.cascade.amperes(demand.current), self.current_limit)
+        });
+        self.demand = current;
         let bridge = match (demand, self.state) {
-            (Some(demand), _) => Bridge::Current(limit(demand.current, self.bounds.current)),
+            (Some(_), _) => Bridge::Current(current),
             (None, State::Fault) => Bridge::Brake,
             (None, _) => Bridge::Off,
-        };
-        self.demand = if let Bridge::Current(current) = bridge {
-            current
-        } else {
-            0.0
         };
         let code = self.fault.map_or(0, |fault| fault.description().code);
         Outputs {

@@ -5,10 +5,10 @@ use super::super::{CONTROL_PERIOD, Switches};
 use super::homing::Homing;
 use super::{ActiveLimit, Axle, Inputs};
 use crate::faults::Fault;
-use crate::math::limit;
+use crate::math::{Bound, limit};
 use crate::motor::cascade::Demand;
 use crate::motor::profile::SetPoint as Motion;
-use crate::motor::{from_radians, to_radians};
+use crate::motor::to_radians;
 
 /// Modes of operation (object 0x6060). Negative ones are tautrack's own.
 pub mod mode {
@@ -47,7 +47,8 @@ impl Axle {
         let risen = set_point.controlword & !self.controlword;
         let command = Command::from_controlword(set_point.controlword);
         // A master that went on commanding "enable" through a fault does not mean the axle to start at its reset.
-        let stale = command == Command::from_controlword(self.controlword);
+        let stale = command == self.asked;
+        self.asked = command;
         self.controlword = set_point.controlword;
         if risen & CONTROL_FAULT_RESET != 0 {
             self.reset_fault();
@@ -142,19 +143,13 @@ impl Axle {
                 self.motion
                     .toward_velocity(0.0, self.limits, CONTROL_PERIOD);
                 let standing = self.motion.velocity == 0.0;
-                let allowed = if standing {
-                    self.hold_current
-                } else {
-                    self.bounds.current
-                };
-                Some(self.follow(allowed))
+                Some(self.follow(if standing { self.hold } else { self.full }))
             }
             _ => None,
         }
     }
 
     fn operate(&mut self, inputs: &Inputs, taut: Option<Result<Motion, Fault>>) -> Demand {
-        let full = self.bounds.current;
         let needs_reference = matches!(
             self.mode,
             mode::TAUT | mode::CYCLIC_POSITION | mode::PROFILE_POSITION
@@ -171,8 +166,7 @@ impl Axle {
                 if self.interpolation_ticks == 0 {
                     self.motion.velocity = 0.0;
                 }
-                let step = from_radians(self.motion.velocity * CONTROL_PERIOD);
-                self.motion.position = self.motion.position.wrapping_add(step);
+                self.motion.advance(self.motion.velocity * CONTROL_PERIOD);
             }
             (mode::PROFILE_POSITION, _) => {
                 let target = self.target_position();
@@ -186,17 +180,13 @@ impl Axle {
                     .toward_velocity(target, self.limits, CONTROL_PERIOD);
                 self.motion.position = self.position();
                 self.stop_at_switch(inputs.switches);
-                let Motion {
-                    velocity,
-                    acceleration,
-                    ..
-                } = self.motion;
+                let reference = self.cascade.reference(&self.motion);
+                let velocity = self.cascade.rate(self.velocity());
                 return self.cascade.velocity(
+                    reference.velocity,
+                    reference.current,
                     velocity,
-                    acceleration,
-                    self.velocity(),
-                    full,
-                    CONTROL_PERIOD,
+                    self.full,
                 );
             }
             _ => self
@@ -204,18 +194,13 @@ impl Axle {
                 .toward_velocity(0.0, self.limits, CONTROL_PERIOD),
         }
         self.stop_at_switch(inputs.switches);
-        self.follow(full)
+        self.follow(self.full)
     }
 
-    fn follow(&mut self, current_limit: f32) -> Demand {
-        let (position, velocity) = (self.position(), self.velocity());
-        self.cascade.position(
-            &self.motion,
-            position,
-            velocity,
-            current_limit,
-            CONTROL_PERIOD,
-        )
+    fn follow(&mut self, bound: Bound) -> Demand {
+        let (position, velocity) = (self.position(), self.cascade.rate(self.velocity()));
+        let reference = self.cascade.reference(&self.motion);
+        self.cascade.position(&reference, position, velocity, bound)
     }
 
     fn stop_at_switch(&mut self, switches: Switches) {
