@@ -6,9 +6,9 @@ use super::axle::{Axle, Inputs as AxleInputs, Outputs, mode};
 use super::scale::Scale;
 use crate::bus::pdo::DriveMotion;
 use crate::faults::Fault;
-use crate::math::{limit, to_i32};
+use crate::math::to_i32;
 use crate::motor::profile::SetPoint as Motion;
-use crate::motor::{UNITS_PER_RADIAN, to_radians};
+use crate::motor::{UNITS_PER_RADIAN, from_radians};
 use crate::screw::{Geometry, GeometryError, metres};
 use crate::settings::{Setting, Settings};
 use crate::units::Angle;
@@ -32,15 +32,16 @@ pub struct Screw {
     scale: Scale,
     joint: Option<(DriveMotion, u64)>,
     joint_timeout_us: u64,
-    engage_speed: f32,
+    /// Way of one tick at the engage speed, 2^-32 turn, not negative.
+    engage_step: i64,
     /// `L2`, m.
     l2: f32,
     /// `2 K`, m, and `K^2 - L1^2`, m^2.
     slack_terms: (f32, f32),
     /// Half of what lies between `K` and `L1`, 2^-24 m: more slack than any extension can give.
     most_slack: i32,
-    /// Distance that is still to be taken up since the mode began, rad of the shaft; towards zero at the engage speed.
-    remaining: f32,
+    /// Distance that is still to be taken up since the mode began, 2^-32 turn; towards zero at the engage speed.
+    remaining: i64,
 }
 
 impl Screw {
@@ -66,18 +67,19 @@ impl Screw {
         // Half a turn of theta is the longest extension; beyond it and below the switch lies nothing to reach.
         let longest = i64::from(geometry.length(Angle::from_bits(i32::MIN)).to_bits());
         let travel = (reference, scale.shaft_from_length(longest));
+        let engage_speed =
+            scale.shaft_velocity_from_linear(settings.scaled(Setting::EngageSpeed, 1e-6));
         Ok(Self {
             axle: Axle::with_scale(settings, scale, reference, Some(travel)),
             geometry,
             scale,
             joint: None,
             joint_timeout_us: settings.milliseconds(Setting::JointTimeout),
-            engage_speed: scale
-                .shaft_velocity_from_linear(settings.scaled(Setting::EngageSpeed, 1e-6)),
+            engage_step: from_radians(engage_speed * CONTROL_PERIOD),
             l2: settings.scaled(Setting::LengthL2, 1e-6),
             slack_terms: (k + k, (k - l1) * (k + l1)),
             most_slack: to_i32(0.5 * (k - l1) * 16_777_216.0),
-            remaining: 0.0,
+            remaining: 0,
         })
     }
 
@@ -103,21 +105,26 @@ impl Screw {
         let theta = Angle::from_bits(motion.position) + Angle::from_bits(to_i32(moved));
         let extension = self.geometry.extension(theta);
 
-        let shortest = i64::from(self.geometry.released_length().to_bits());
+        let shortest = self.geometry.released_length().to_bits();
         let retreat = self.retreat(metres(extension.length), inputs.slack);
-        let length = i64::from(extension.length.to_bits())
-            .saturating_sub(retreat)
-            .max(shortest);
-        let law = self.scale.shaft_from_length(length);
+        let length = extension.length.to_bits().saturating_sub(retreat);
+        let length = if length < shortest { shortest } else { length };
+        let law = self.scale.shaft_from_length(i64::from(length));
 
         if self.axle.drives_in(mode::TAUT) {
-            let step = self.engage_speed * CONTROL_PERIOD;
-            self.remaining -= limit(self.remaining, step);
+            let step = self.engage_step;
+            self.remaining = if self.remaining > step {
+                self.remaining - step
+            } else if self.remaining < -step {
+                self.remaining + step
+            } else {
+                0
+            };
         } else {
-            self.remaining = to_radians(self.axle.position().wrapping_sub(law));
+            self.remaining = self.axle.position().wrapping_sub(law);
         }
         Ok(Motion {
-            position: law.wrapping_add(crate::motor::from_radians(self.remaining)),
+            position: law.wrapping_add(self.remaining),
             velocity: self
                 .scale
                 .shaft_velocity_from_linear(metres(extension.derivative) * rate),
@@ -130,7 +137,7 @@ impl Screw {
     /// The front's length by eq. 2 is `r = (K^2 - L1^2) / (2 (K + L1 cos theta))`. Taken for `K` and for `K - s` the difference is
     /// `s r (2 K - s - 2 r) / (K^2 - L1^2 - 2 s r)`, in which theta does not appear. Single precision: 0.2 um, far below what a slack belt
     /// shows.
-    fn retreat(&self, length: f32, slack: i32) -> i64 {
+    fn retreat(&self, length: f32, slack: i32) -> i32 {
         if slack <= 0 {
             return 0;
         }
@@ -144,6 +151,6 @@ impl Screw {
         let (sr, front) = (s * r, r + r);
         // Less than 8 m.
         let retreat = sr * (two_k - s - front) / (squares - (sr + sr));
-        i64::from(to_i32(retreat * 268_435_456.0))
+        to_i32(retreat * 268_435_456.0)
     }
 }
