@@ -174,6 +174,7 @@ impl Node {
             time_us: self.time_us,
             sensors,
             frames: frames.iter().copied().collect(),
+            serial: heapless::Vec::new(),
         };
         match self.exchange(&ToNode::Step(step)) {
             FromNode::Stepped(stepped) => stepped,

@@ -26,7 +26,7 @@ use sha2::{Digest, Sha256};
 use std::fmt;
 use std::time::{Duration, Instant};
 use tautrack::can::Frame;
-use tautrack::link::{MAX_FRAMES, STEP_US, Sensors, Shaft, Start, Step, VERSION};
+use tautrack::link::{MAX_FRAMES, MAX_SERIAL, STEP_US, Sensors, Shaft, Start, Step, VERSION};
 
 /// Nodes of B2P2, in the order of [`NodeName::ALL`]; the same numbers are theirs on the virtual bus.
 const NODES: usize = NodeName::ALL.len();
@@ -221,11 +221,17 @@ impl Run {
         }
         for (index, frames) in inboxes.into_iter().enumerate() {
             let sensors = self.sensors(index);
+            let mut serial = heapless::Vec::new();
+            if index == GUARD {
+                // The line is slower than what a step can carry.
+                serial.extend(self.plant.serial().iter().copied().take(MAX_SERIAL));
+            }
             if let Some(node) = &mut self.nodes[index] {
                 node.send(Step {
                     time_us,
                     sensors,
                     frames,
+                    serial,
                 })?;
             }
         }

@@ -13,6 +13,7 @@ mod truth;
 pub use parameters::{B2p2Parameters, Payload};
 
 use crate::plant::noise::Noise;
+use crate::plant::receiver::Receiver;
 use crate::plant::terrain::Terrain;
 use crate::plant::{MOTORS, Plant};
 use crate::record::Truth;
@@ -34,11 +35,11 @@ pub struct B2p2 {
     joint: Gear,
     screw: Gear,
     body_sensing: BodySensing,
+    receiver: Receiver,
     support: Support,
     ground: GroundForces,
     /// Mean rates of chassis joint and screw in the last step, rad/s and m/s.
     rates: [f64; 2],
-    start_heading: f64,
     step: u64,
     payload: Option<Payload>,
     truth: Truth,
@@ -68,7 +69,7 @@ impl B2p2 {
             support: Support::default(),
             ground: GroundForces::default(),
             rates: [0.0; 2],
-            start_heading: p.initial_heading_and_y[0],
+            receiver: Receiver::new(p.receiver, Noise::new(seed)),
             step: 0,
             payload: None,
             truth: Truth::default(),
@@ -180,10 +181,13 @@ impl Plant for B2p2 {
         }
         self.observe();
         let body = &self.world.bodies[self.robot.bodies[0]];
-        self.body_sensing.update(
-            &p.body_sensors,
-            body,
-            self.truth.yaw - self.start_heading,
+        self.body_sensing.update(&p.body_sensors, body, self.step);
+        let antenna = body
+            .position()
+            .transform_point(Vector::from_array(p.receiver.antenna));
+        self.receiver.update(
+            antenna.to_array(),
+            body.velocity_at_point(antenna).to_array(),
             self.step,
         );
     }
@@ -237,6 +241,10 @@ impl Plant for B2p2 {
         self.body_sensing.reading()
     }
 
+    fn serial(&self) -> &[u8] {
+        self.receiver.sent()
+    }
+
     fn truth(&self) -> &Truth {
         &self.truth
     }
@@ -267,11 +275,12 @@ impl Plant for B2p2 {
             &reading.inclination[..],
             &reading.specific_force,
             &reading.angular_rate,
-            &[reading.heading],
+            &reading.magnetic_field,
         ];
         for value in readings.into_iter().flatten() {
             put(f64::from(*value));
         }
+        self.receiver.wander().into_iter().for_each(&mut put);
         put(self.truth.slip);
     }
 }

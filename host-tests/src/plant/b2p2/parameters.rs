@@ -1,5 +1,7 @@
 //! The constant model of B2P2: what Paillat et al. tabulate, and what had to be assumed.
 
+use crate::plant::receiver::ReceiverParameters;
+
 /// One rigid segment as the paper tabulates it, in the axes of its D-H frame.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Segment {
@@ -99,6 +101,8 @@ pub struct B2p2Parameters {
     pub bus_voltage: f64,
     /// Quality of the sensors on the body.
     pub body_sensors: BodySensorParameters,
+    /// Quality of the satellite receiver.
+    pub receiver: ReceiverParameters,
 }
 
 /// A compact load fixed to segment 1 from some moment on.
@@ -131,8 +135,12 @@ pub struct BodySensorParameters {
     pub angular_rate: [f64; 2],
     /// Constant error of the gyroscope, rad/s.
     pub angular_rate_bias: [f64; 3],
-    /// Noise and resolution of the compass, rad.
-    pub heading: [f64; 2],
+    /// Noise and resolution of the magnetometer, uT.
+    pub magnetic_field: [f64; 2],
+    /// Field of the robot's own magnets in body axes, uT.
+    pub hard_iron: [f64; 3],
+    /// The earth's field: strength, uT, inclination below the horizon and declination east of true north, rad.
+    pub earth_field: [f64; 3],
 }
 
 impl B2p2Parameters {
@@ -192,8 +200,11 @@ impl B2p2Parameters {
                 specific_force: [0.03, 0.005],
                 angular_rate: [0.003, 0.001],
                 angular_rate_bias: [0.002, -0.002, 0.001],
-                heading: [0.01, 0.002],
+                magnetic_field: [0.15, 0.1],
+                hard_iron: [8.0, -5.0, 12.0],
+                earth_field: [47.5, 62.0_f64.to_radians(), 1.0_f64.to_radians()],
             },
+            receiver: ReceiverParameters::NOMINAL,
         }
     }
 

@@ -1,4 +1,4 @@
-//! The sensors on segment 1: inclinometer, accelerometer, gyroscope and compass, each with its lag, noise and resolution.
+//! The sensors on segment 1: inclinometer, accelerometer, gyroscope and magnetometer, each with its lag, noise and resolution.
 
 use super::parameters::BodySensorParameters;
 use super::robot::{DT, GRAVITY, into_body};
@@ -7,8 +7,8 @@ use rapier3d_f64::math::Vector;
 use rapier3d_f64::prelude::*;
 use tautrack::link::BodySensors;
 
-/// Steps between two readings of the compass: ten a second.
-const COMPASS_PERIOD: u64 = 100;
+/// Steps between two readings of the magnetometer: ten a second.
+const MAGNETOMETER_PERIOD: u64 = 100;
 
 /// State of the sensors.
 pub struct BodySensing {
@@ -34,7 +34,7 @@ impl BodySensing {
             inclination_force: at_rest,
             reading: BodySensors::default(),
         };
-        sensing.update(parameters, body, 0.0, 0);
+        sensing.update(parameters, body, 0);
         sensing
     }
 
@@ -53,14 +53,8 @@ impl BodySensing {
         ]
     }
 
-    /// Senses `body` after step number `step`; `heading` is the true one, rad.
-    pub fn update(
-        &mut self,
-        parameters: &BodySensorParameters,
-        body: &RigidBody,
-        heading: f64,
-        step: u64,
-    ) {
+    /// Senses `body` after step number `step`.
+    pub fn update(&mut self, parameters: &BodySensorParameters, body: &RigidBody, step: u64) {
         let p = parameters;
         let place = body
             .position()
@@ -97,8 +91,18 @@ impl BodySensing {
                 p.angular_rate,
             )
         });
-        if step.is_multiple_of(COMPASS_PERIOD) {
-            self.reading.heading = read(8, heading, p.heading);
+        if step.is_multiple_of(MAGNETOMETER_PERIOD) {
+            let [strength, inclination, declination] = p.earth_field;
+            let level = strength * libm::cos(inclination);
+            // x north, y west, z up.
+            let earth = Vector::new(
+                level * libm::cos(declination),
+                -level * libm::sin(declination),
+                -strength * libm::sin(inclination),
+            );
+            let field = into_body(body, earth) + Vector::from_array(p.hard_iron);
+            self.reading.magnetic_field =
+                core::array::from_fn(|i| read(8 + i, field[i], p.magnetic_field));
         }
     }
 }

@@ -82,6 +82,11 @@ impl Drive {
         self.motion.map_or(0, |(motion, _)| motion.position)
     }
 
+    /// When its motion was last heard, us since power-up.
+    pub fn moved_us(&self) -> Option<u64> {
+        self.motion.map(|(_, heard_us)| heard_us)
+    }
+
     /// The node was heard since the start.
     pub fn seen(&self) -> bool {
         self.heartbeat.seen()

@@ -6,15 +6,17 @@
 
 mod body;
 mod drives;
+mod robot_state;
 mod sequence;
 
 pub use sequence::State;
 
 use crate::bus::network::{NmtCommand, nmt, sync};
 use crate::bus::pdo::{
-    GuardMargins, GuardMotion, GuardPassed, GuardState, OperatorCommand, Request,
+    GuardMargins, GuardMotion, GuardPassed, GuardPosition, GuardState, OperatorCommand, Request,
 };
 use crate::can::Frame;
+use crate::estimate::state::{Estimator, State as RobotState};
 use crate::math::to_i16;
 use crate::node::BodySensors;
 use crate::screw::GeometryError;
@@ -39,6 +41,8 @@ pub struct Inputs<'a> {
     pub now_us: u64,
     /// Sensors on the body.
     pub body: Option<BodySensors>,
+    /// Bytes of the satellite receiver.
+    pub serial: &'a [u8],
     /// The operator's newest command, if one came.
     pub operator: Option<OperatorCommand>,
     /// Every frame that was received, in order.
@@ -58,6 +62,8 @@ pub struct Outputs {
     pub margins: GuardMargins,
     /// Payload of TPDO 4.
     pub passed: GuardPassed,
+    /// The robot's state and payload of TPDO 5, in ticks that send SYNC.
+    pub robot: Option<(RobotState, GuardPosition)>,
     /// Times that a command was refused (object 0x4005:1).
     pub refused: u32,
     /// Times that a command was scaled (object 0x4005:2).
@@ -84,6 +90,7 @@ pub struct Guard {
     body: Body,
     attitude: Attitude,
     attitude_us: Option<u64>,
+    estimator: Estimator,
     operator: OperatorCommand,
     operator_us: Option<u64>,
     trouble: Option<Trouble>,
@@ -107,6 +114,7 @@ impl Guard {
             body: Body::new(settings)?,
             attitude: Attitude::default(),
             attitude_us: None,
+            estimator: Estimator::new(settings),
             operator: OperatorCommand::default(),
             operator_us: None,
             trouble: None,
@@ -123,21 +131,46 @@ impl Guard {
             && self.attitude.update(sensors, super::CONTROL_PERIOD)
         {
             self.attitude_us = Some(inputs.now_us);
+            self.estimator
+                .sense(sensors.magnetic_field, &mut self.attitude, inputs.now_us);
         }
+        self.estimator.listen(inputs.serial, inputs.now_us);
         for frame in inputs.frames {
             self.drives.hear(frame, inputs.now_us);
         }
         self.listen(inputs);
         self.supervise(inputs.now_us);
 
-        let mut frames = Vec::new();
+        let (mut frames, mut robot) = (Vec::new(), None);
         if inputs.now_us >= self.next_sync_us {
             self.next_sync_us = inputs.now_us + self.sync_period_us;
             self.cycle(inputs.now_us, &mut frames);
+            robot = Some(self.locate(inputs.now_us));
         }
         let emergency = (trouble_before != self.trouble)
             .then(|| self.trouble.map_or(0, |trouble| trouble.code));
-        self.outputs(frames, emergency)
+        Outputs {
+            robot,
+            ..self.outputs(frames, emergency)
+        }
+    }
+
+    /// Brings the robot's state up to date with the drives.
+    fn locate(&mut self, now_us: u64) -> (RobotState, GuardPosition) {
+        self.estimator.advance(
+            self.body.odometry_um(),
+            robot_state::belts_us(&self.drives),
+            robot_state::joints(&self.drives),
+            &self.attitude,
+            now_us,
+        );
+        let state = self.estimator.state(&self.attitude, now_us);
+        (state, robot_state::summary(&state))
+    }
+
+    /// Where the robot's position is counted from, and what became of the satellite receiver's sentences.
+    pub fn estimator(&self) -> &Estimator {
+        &self.estimator
     }
 
     /// Takes the operator's command; a changed sequence number shows that there is an operator.
@@ -262,6 +295,7 @@ impl Guard {
                 asked_chassis: self.operator.chassis,
                 passed_chassis: self.body.chassis_bus(),
             },
+            robot: None,
             refused: self.refused,
             scaled: self.scaled,
             emergency,
