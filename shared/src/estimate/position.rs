@@ -80,7 +80,7 @@ impl Plane {
 
     /// Metres north and east of the origin.
     ///
-    /// Worst error within 1 km and between the 65th parallels: 0.35 m at the corner, where the meridians have drawn together;
+    /// Worst error within 1 km and between the 65th parallels: 0.38 m at the corner, where the meridians have drawn together;
     /// 6 mm within 100 m (`host-tests/tests/estimate.rs`, against the ellipsoid in double precision).
     pub fn metres(&self, place: Place) -> [f32; 2] {
         let north = place.latitude.wrapping_sub(self.origin.latitude);
