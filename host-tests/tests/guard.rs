@@ -92,6 +92,7 @@ impl Bench {
             body: self.body,
             operator,
             frames: &frames,
+            serial: &[],
         };
         let outputs = self.guard.tick(&inputs);
         if !outputs.frames.is_empty() {

@@ -101,7 +101,7 @@ proptest! {
     #[test]
     fn no_input_makes_the_guard_panic_or_drive_before_it_is_armed(
         steps in vec((
-            any::<[u32; 9]>(),
+            any::<[u32; 11]>(),
             any::<bool>(),
             proptest::option::of(any::<[i16; 5]>()),
             vec((0..0x7ff_u16, vec(any::<u8>(), 0..=8)), 0..4),
@@ -114,7 +114,7 @@ proptest! {
                 inclination: [value[0], value[1]],
                 specific_force: [value[2], value[3], value[4]],
                 angular_rate: [value[5], value[6], value[7]],
-                heading: value[8],
+                magnetic_field: [value[8], value[9], value[10]],
             };
             let operator = operator.map(|[forward, yaw_rate, posture, request, sequence]| OperatorCommand {
                 forward, yaw_rate, posture, request: request as u8, sequence: sequence as u8,
@@ -125,6 +125,7 @@ proptest! {
                 body: heard.then_some(body),
                 operator,
                 frames: &frames,
+                serial: &[],
             };
             let outputs = guard.tick(&inputs);
             if State::from_code(outputs.state.state) != Some(State::Armed) {

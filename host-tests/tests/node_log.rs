@@ -59,6 +59,7 @@ fn log(board: Board) -> Vec<String> {
                 ..Sensors::default()
             },
             frames: frames(step),
+            serial: heapless::Vec::new(),
         });
         sent.unwrap_or_else(|error| panic!("{error}"));
         let stepped = node.receive().unwrap_or_else(|error| panic!("{error}"));

@@ -264,6 +264,7 @@ fn count_guard(table: &mut Table) {
         body: None,
         operator: None,
         frames: &[],
+        serial: &[],
     });
     let mut rig = GuardRig { guard, outputs };
     let mut random = Random::new();
@@ -290,13 +291,14 @@ fn count_guard(table: &mut Table) {
                 inclination: [random.within(0.5), random.within(0.2)],
                 specific_force: [random.within(2.0), random.within(2.0), 9.81],
                 angular_rate: [random.within(1.0), random.within(1.0), random.within(1.0)],
-                heading: random.within(3.0),
+                magnetic_field: [random.within(20.0), random.within(20.0), -42.0],
             };
             let inputs = guard::Inputs {
                 now_us: u64::from(tick) * 1_000,
                 body: Some(body),
                 operator,
                 frames: &frames,
+                serial: &[],
             };
             act(rig, inputs);
         };

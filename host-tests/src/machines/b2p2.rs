@@ -58,7 +58,7 @@ fn settings(name: NodeName, scenario: &Scenario) -> Vec<(Setting, i32)> {
         NodeName::LeftTrack | NodeName::RightTrack => TRACK,
         NodeName::ChassisJoint => JOINT,
         NodeName::Screw => SCREW,
-        NodeName::Guard => &[],
+        NodeName::Guard => GUARD,
     });
     if name == NodeName::Guard {
         values.push((Setting::FilterActive, i32::from(scenario.guard)));
@@ -111,6 +111,14 @@ const SCREW: &[(Setting, i32)] = &[
     (Setting::FollowingLimit, 6_000),
     (Setting::ReferenceDirection, -1),
     (Setting::ReferenceSpeed, 25_000),
+];
+
+/// What a calibration left of the plant's declination and hard iron: off by up to 0.4 uT.
+const GUARD: &[(Setting, i32)] = &[
+    (Setting::Declination, 1_000),
+    (Setting::HardIronForward, 8_300),
+    (Setting::HardIronLeft, -4_800),
+    (Setting::HardIronUp, 12_400),
 ];
 
 /// Rotor turns per thousand turns of the output shaft; `None` for the guard.

@@ -2,11 +2,14 @@
 //!
 //! A motor and its rotor live in the node that drives them; a plant begins at the output shaft of the gear.
 //! [`b2p2`] is the tracked robot of Paillat et al., [`terrain`] what it drives on, [`crawler`] that of Kurc and Szybicki on shearing
-//! ground, [`noise`] the seeded randomness.
+//! ground, [`sensing`] the sensors on a body, [`receiver`] the satellite receiver, [`noise`] the seeded
+//! randomness.
 
 pub mod b2p2;
 pub mod crawler;
 pub mod noise;
+pub mod receiver;
+pub mod sensing;
 pub mod terrain;
 
 use crate::record::Truth;
@@ -29,6 +32,11 @@ pub trait Plant {
 
     /// What the sensors on the robot's body say after the last step.
     fn body_sensors(&self) -> BodySensors;
+
+    /// Bytes that the satellite receiver put on the guard's serial line in the last step.
+    fn serial(&self) -> &[u8] {
+        &[]
+    }
 
     /// What the physics knows after the last step; no node may see it.
     fn truth(&self) -> &Truth;

@@ -10,8 +10,8 @@ use crate::scenario::NodeName;
 use std::fmt::Write;
 use tautrack::bus::network::{self, function};
 use tautrack::bus::pdo::{
-    DriveMotion, DriveStatus, GuardMargins, GuardMotion, GuardPassed, GuardState, OperatorCommand,
-    PositionSetPoint, VelocitySetPoint,
+    DriveMotion, DriveStatus, GuardMargins, GuardMotion, GuardPassed, GuardPosition, GuardState,
+    OperatorCommand, PositionSetPoint, VelocitySetPoint,
 };
 use tautrack::can::Frame;
 use tautrack::settings::Setting;
@@ -32,7 +32,7 @@ macro_rules! known {
     };
 }
 
-const PAYLOADS: [Known; 9] = known!(
+const PAYLOADS: [Known; 10] = known!(
     PositionSetPoint,
     VelocitySetPoint,
     DriveMotion,
@@ -41,7 +41,8 @@ const PAYLOADS: [Known; 9] = known!(
     GuardMotion,
     GuardState,
     GuardMargins,
-    GuardPassed
+    GuardPassed,
+    GuardPosition
 );
 
 /// A frame that comes again and again.

@@ -6,7 +6,8 @@ use crate::scenario::{BusView, NodeName};
 use std::f64::consts::TAU;
 use tautrack::bus::network::as_emergency;
 use tautrack::bus::pdo::{
-    DriveStatus, GuardMargins, GuardMotion, GuardPassed, GuardState, Payload, transmit,
+    DriveStatus, GuardMargins, GuardMotion, GuardPassed, GuardPosition, GuardState, Payload,
+    transmit,
 };
 use tautrack::can::Frame;
 use tautrack::faults::Fault;
@@ -98,6 +99,8 @@ impl Listener {
             self.heard.passed_speed = f64::from(passed.passed_speed) * 1e-3;
             self.heard.asked_theta = turn(passed.asked_posture);
             self.heard.passed_theta = turn(passed.passed_posture);
+        } else if let Some(position) = GuardPosition::from_frame(frame, transmit(5), guard) {
+            self.hear_position(position);
         } else if let Some(emergency) = as_emergency(frame) {
             self.hear_emergency(emergency.node, emergency.code, time_us);
         } else {
@@ -165,6 +168,22 @@ impl Listener {
             });
         }
         self.trouble = trouble;
+    }
+
+    /// The world's x axis points north, its y axis west.
+    fn hear_position(&mut self, position: GuardPosition) {
+        let GuardPosition {
+            north,
+            east,
+            up,
+            validity,
+            age,
+        } = position;
+        self.heard.validity = [0, 2, 4, 6].map(|bit| validity >> bit & 3);
+        let metres = |centimetres: i16| f64::from(centimetres) * 0.01;
+        self.heard.position =
+            (self.heard.validity[0] > 0).then(|| [metres(north), -metres(east), metres(up)]);
+        self.heard.fix_age = f64::from(age) * 0.1;
     }
 
     fn hear_emergency(&mut self, node: u8, code: u16, time_us: u64) {

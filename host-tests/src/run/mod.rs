@@ -25,7 +25,9 @@ use sha2::{Digest, Sha256};
 use std::fmt;
 use std::time::{Duration, Instant};
 use tautrack::can::Frame;
-use tautrack::link::{MAX_FRAMES, MAX_SETTINGS, STEP_US, Sensors, Shaft, Start, Step, VERSION};
+use tautrack::link::{
+    MAX_FRAMES, MAX_SERIAL, MAX_SETTINGS, STEP_US, Sensors, Shaft, Start, Step, VERSION,
+};
 use tautrack::settings::Setting;
 
 /// Steps that a run goes on after the robot turned over, when it ends for that.
@@ -218,11 +220,17 @@ impl Run {
         }
         for (index, frames) in inboxes.into_iter().enumerate() {
             let sensors = self.sensors(index);
+            let mut serial = heapless::Vec::new();
+            if index == self.guard_number() {
+                // The line is slower than what a step can carry.
+                serial.extend(self.plant.serial().iter().copied().take(MAX_SERIAL));
+            }
             if let Some(node) = &mut self.nodes[index] {
                 node.send(Step {
                     time_us,
                     sensors,
                     frames,
+                    serial,
                 })?;
             }
         }

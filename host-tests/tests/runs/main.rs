@@ -6,6 +6,7 @@ mod dead_nodes;
 mod guard;
 mod hash;
 mod snapshot;
+mod state;
 
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;

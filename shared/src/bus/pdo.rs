@@ -218,6 +218,22 @@ payload! {
     }
 }
 
+payload! {
+    /// Where the robot is: TPDO 5 of the guard, ten times a second; objects 0x4010 to 0x4012 have it finer and without bounds.
+    GuardPosition {
+        /// North of the origin (q1), cm; saturates.
+        north: i16 = 0x40_1401,
+        /// East of the origin (q2), cm; saturates.
+        east: i16 = 0x40_1402,
+        /// Above the origin (q3), cm; saturates.
+        up: i16 = 0x40_1403,
+        /// Validity (`tautrack::estimate::state::Validity`) of q1 in bits 0 and 1, of q2 to q4 in the next ones.
+        validity: u8 = 0x40_1404,
+        /// Age of the newest believed fix, 0.1 s; saturates, 255 without one.
+        age: u8 = 0x40_1405,
+    }
+}
+
 /// Function code of the transmit PDO with this number, counted from 1.
 pub const fn transmit(number: usize) -> u16 {
     function::TPDO[number - 1]

@@ -2,6 +2,7 @@
 //!
 //! A robot implements [`Body`] once, in its own folder. Network, sequence and filter are the guard's and the same for all.
 
+use crate::estimate::state::Joint;
 use crate::settings::Settings;
 use crate::stability::attitude::Attitude;
 use crate::stability::support::Stance;
@@ -17,6 +18,8 @@ pub const MAX_STAGES: usize = 4;
 pub struct DriveState {
     /// Position, 2^-`position_bits` turn or 2^-24 m; 0 before the first was heard.
     pub position: i32,
+    /// When position and velocity were last heard, us since power-up.
+    pub heard_us: Option<u64>,
     /// Velocity, 1e-6 rad/s or 1e-9 m/s.
     pub velocity: i32,
     /// Torque at the output shaft, 0.01 N m; screw: force, N.
@@ -85,6 +88,9 @@ pub trait Body: Sized {
     /// Names of the stages in which its drives come to life, in order; at most [`MAX_STAGES`].
     const STAGES: &'static [&'static str];
 
+    /// The drives whose encoders [`Body::odometry_um`] comes from.
+    const ODOMETRY: &'static [usize];
+
     /// The robot of these settings.
     ///
     /// # Errors
@@ -130,4 +136,7 @@ pub trait Body: Sized {
 
     /// Distance that it went by its encoders, forward positive, um; wraps.
     fn odometry_um(&self) -> i32;
+
+    /// The paper's q7 and q8, of a robot that has them.
+    fn joints(&self, drives: &[DriveState]) -> [Joint; 2];
 }

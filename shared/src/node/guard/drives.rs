@@ -24,7 +24,6 @@ const MOTION_TIMEOUT_US: u64 = 60_000;
 struct Drive {
     id: u8,
     heartbeat: Monitor,
-    motion_us: Option<u64>,
     status: DriveStatus,
     emergency: u16,
     reset: bool,
@@ -35,7 +34,6 @@ impl Drive {
         Self {
             id,
             heartbeat: Monitor::new(timeout_us),
-            motion_us: None,
             status: DriveStatus::default(),
             emergency: 0,
             reset: false,
@@ -44,7 +42,7 @@ impl Drive {
 
     fn hear(&mut self, frame: &Frame, state: &mut DriveState, now_us: u64) {
         if let Some(motion) = DriveMotion::from_frame(frame, transmit(1), self.id) {
-            self.motion_us = Some(now_us);
+            state.heard_us = Some(now_us);
             state.position = motion.position;
             state.velocity = motion.velocity;
         } else if let Some(status) = DriveStatus::from_frame(frame, transmit(2), self.id) {
@@ -66,9 +64,9 @@ impl Drive {
         State::from_statusword(self.status.statusword).unwrap_or(State::SwitchOnDisabled)
     }
 
-    fn trouble(&self, now_us: u64, driving: bool) -> Option<Trouble> {
-        let silent = self
-            .motion_us
+    fn trouble(&self, state: &DriveState, now_us: u64, driving: bool) -> Option<Trouble> {
+        let silent = state
+            .heard_us
             .is_some_and(|heard| now_us.saturating_sub(heard) > MOTION_TIMEOUT_US);
         let code = if self.emergency != 0 {
             self.emergency
@@ -161,7 +159,8 @@ impl Drives {
     pub fn trouble(&self, now_us: u64, driving: bool) -> Option<Trouble> {
         self.drives
             .iter()
-            .find_map(|drive| drive.trouble(now_us, driving))
+            .zip(&self.states)
+            .find_map(|(drive, state)| drive.trouble(state, now_us, driving))
     }
 
     pub fn reset_faults(&mut self) {

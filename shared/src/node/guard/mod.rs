@@ -5,15 +5,17 @@
 //! this file the tick.
 
 mod drives;
+mod robot_state;
 mod sequence;
 
 pub use sequence::State;
 
 use crate::bus::network::{NmtCommand, nmt, sync};
 use crate::bus::pdo::{
-    GuardMargins, GuardMotion, GuardPassed, GuardState, OperatorCommand, Request,
+    GuardMargins, GuardMotion, GuardPassed, GuardPosition, GuardState, OperatorCommand, Request,
 };
 use crate::can::Frame;
+use crate::estimate::state::{Estimator, State as RobotState};
 use crate::math::to_i16;
 use crate::node::BodySensors;
 use crate::robots::{Allowed, Asked, Body, MAX_DRIVES};
@@ -37,6 +39,8 @@ pub struct Inputs<'a> {
     pub now_us: u64,
     /// Sensors on the body.
     pub body: Option<BodySensors>,
+    /// Bytes of the satellite receiver.
+    pub serial: &'a [u8],
     /// The operator's newest command, if one came.
     pub operator: Option<OperatorCommand>,
     /// Every frame that was received, in order.
@@ -56,6 +60,8 @@ pub struct Outputs {
     pub margins: GuardMargins,
     /// Payload of TPDO 4.
     pub passed: GuardPassed,
+    /// The robot's state and payload of TPDO 5, in ticks that send SYNC.
+    pub robot: Option<(RobotState, GuardPosition)>,
     /// Times that a command was refused (object 0x4005:1).
     pub refused: u32,
     /// Times that a command was scaled (object 0x4005:2).
@@ -87,6 +93,7 @@ pub struct Guard<B> {
     share: f32,
     attitude: Attitude,
     attitude_us: Option<u64>,
+    estimator: Estimator,
     operator: OperatorCommand,
     operator_us: Option<u64>,
     trouble: Option<Trouble>,
@@ -120,6 +127,7 @@ impl<B: Body> Guard<B> {
             share: 1.0,
             attitude: Attitude::default(),
             attitude_us: None,
+            estimator: Estimator::new(settings),
             operator: OperatorCommand::default(),
             operator_us: None,
             trouble: None,
@@ -136,21 +144,46 @@ impl<B: Body> Guard<B> {
             && self.attitude.update(sensors, super::CONTROL_PERIOD)
         {
             self.attitude_us = Some(inputs.now_us);
+            self.estimator
+                .sense(sensors.magnetic_field, &mut self.attitude, inputs.now_us);
         }
+        self.estimator.listen(inputs.serial, inputs.now_us);
         for frame in inputs.frames {
             self.drives.hear(frame, inputs.now_us);
         }
         self.listen(inputs);
         self.supervise(inputs.now_us);
 
-        let mut frames = Vec::new();
+        let (mut frames, mut robot) = (Vec::new(), None);
         if inputs.now_us >= self.next_sync_us {
             self.next_sync_us = inputs.now_us + self.sync_period_us;
             self.cycle(inputs.now_us, &mut frames);
+            robot = Some(self.locate(inputs.now_us));
         }
         let emergency = (trouble_before != self.trouble)
             .then(|| self.trouble.map_or(0, |trouble| trouble.code));
-        self.outputs(frames, emergency)
+        Outputs {
+            robot,
+            ..self.outputs(frames, emergency)
+        }
+    }
+
+    /// Brings the robot's state up to date with the drives.
+    fn locate(&mut self, now_us: u64) -> (RobotState, GuardPosition) {
+        self.estimator.advance(
+            self.body.odometry_um(),
+            robot_state::odometry_us::<B>(self.drives.states()),
+            self.body.joints(self.drives.states()),
+            &self.attitude,
+            now_us,
+        );
+        let state = self.estimator.state(&self.attitude, now_us);
+        (state, robot_state::summary(&state))
+    }
+
+    /// Where the robot's position is counted from, and what became of the satellite receiver's sentences.
+    pub fn estimator(&self) -> &Estimator {
+        &self.estimator
     }
 
     /// Takes the operator's command; a changed sequence number shows that there is an operator.
@@ -325,6 +358,7 @@ impl<B: Body> Guard<B> {
                 asked_posture: self.operator.posture,
                 passed_posture: self.body.posture(),
             },
+            robot: None,
             refused: self.refused,
             scaled: self.scaled,
             emergency,

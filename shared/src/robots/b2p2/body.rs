@@ -1,6 +1,8 @@
 //! B2P2 under the guard: how it stands, what the operator's command becomes, and the set-points that follow from it.
 
 use super::Model;
+use super::shape::AXLE_3_FROM_BODY_3;
+use crate::estimate::state::Joint;
 use crate::math::{limit, to_i32};
 use crate::motor::profile::{Limits, SetPoint as Motion};
 use crate::robots::body::{Allowed, Asked, Body, DriveState, Goal, MAX_DRIVES, Phase};
@@ -124,6 +126,7 @@ impl Body for B2p2 {
         "straightening",
         "tightening",
     ];
+    const ODOMETRY: &'static [usize] = &[LEFT, RIGHT];
 
     fn new(settings: &Settings) -> Result<Self, GeometryError> {
         let metres = |setting| settings.scaled(setting, 1e-6);
@@ -295,5 +298,18 @@ impl Body for B2p2 {
 
     fn odometry_um(&self) -> i32 {
         self.odometry_whole_um
+    }
+
+    fn joints(&self, drives: &[DriveState]) -> [Joint; 2] {
+        let joint = |drive: usize, value: fn(i32) -> f32| Joint {
+            value: value(drives[drive].position),
+            heard_us: drives[drive].heard_us.filter(|_| drives[drive].referenced),
+        };
+        [
+            joint(JOINT, |bits| Angle::from_bits(bits).radians()),
+            joint(SCREW, |bits| {
+                bits as f32 * METRES_PER_BUS - AXLE_3_FROM_BODY_3
+            }),
+        ]
     }
 }
