@@ -1,5 +1,6 @@
 //! The simulator: plants, virtual bus, lockstep runner, scenarios and report, and `cargo evaluate`. No part of it runs on a robot.
 
+pub mod balance;
 pub mod bus;
 pub mod cost;
 pub mod demo;

@@ -117,6 +117,13 @@ pub struct Payload {
     pub from_time_s: f64,
 }
 
+impl Payload {
+    /// Inertia about its own centre, that of a ball of 3 cm radius, kg m^2.
+    pub fn own_inertia(&self) -> f64 {
+        0.4 * self.mass * 0.03 * 0.03
+    }
+}
+
 impl B2p2Parameters {
     /// The stand-in for B2P2 that results are shown with.
     pub fn nominal() -> Self {

@@ -16,8 +16,6 @@ pub const SUBSTEPS: usize = 4;
 pub const GRAVITY: f64 = 9.81;
 /// Marks of colliders: what is not a belt, the left belt, the right belt.
 pub const MARKS: [u128; 3] = [0, 1, 2];
-/// Radius of the ball that a payload is, m.
-const PAYLOAD_RADIUS: f64 = 0.03;
 /// How far the chord boxes of one belt reach over the middle of the longest chord, m.
 const CHORD_OVERLAP: f64 = 0.04;
 
@@ -122,11 +120,10 @@ pub fn mass_properties(
     }
     let bare = MassProperties::with_inertia_matrix(place, segment.mass, inertia);
     payload.map_or(bare, |payload| {
-        let ball = 0.4 * payload.mass * PAYLOAD_RADIUS * PAYLOAD_RADIUS;
         bare + MassProperties::new(
             Vector::from_array(payload.place),
             payload.mass,
-            Vector::splat(ball),
+            Vector::splat(payload.own_inertia()),
         )
     })
 }
