@@ -2,15 +2,18 @@
 //!
 //! A motor and its rotor live in the node that drives them; a plant begins at the output shaft of the gear.
 //! [`b2p2`] is the tracked robot of Paillat et al., [`terrain`] what it drives on, [`crawler`] that of Kurc and Szybicki on shearing
-//! ground, [`sensing`] the sensors on a body, [`receiver`] the satellite receiver, [`noise`] the seeded
+//! ground, `world` the physics engine's settings, `gear` where a
+//! node's shaft meets the load, [`sensing`] the sensors on a body, [`receiver`] the satellite receiver, [`noise`] the seeded
 //! randomness.
 
 pub mod b2p2;
 pub mod crawler;
+mod gear;
 pub mod noise;
 pub mod receiver;
 pub mod sensing;
 pub mod terrain;
+mod world;
 
 use crate::record::Truth;
 use tautrack::link::{BodySensors, Sensors, Shaft};

@@ -1,10 +1,8 @@
 //! The tracked robot of Paillat et al.: three segments, a chassis joint, a driving screw and a pair of belts.
 //!
-//! [`parameters`]: the constant model. `robot`: bodies and joints in the physics engine. `gear`: where a node's shaft
-//! meets the load. `contact`: belts and ground. Here: the order of one step.
+//! [`parameters`]: the constant model. `robot`: bodies and joints in the physics engine. `contact`: belts and ground. Here: the order of one step.
 
 mod contact;
-mod gear;
 pub mod parameters;
 mod robot;
 mod truth;
@@ -12,17 +10,18 @@ mod truth;
 pub use parameters::{B2p2Parameters, Payload};
 
 use crate::plant::Plant;
+use crate::plant::gear::{Belt, Drive, Gear};
 use crate::plant::noise::Noise;
 use crate::plant::receiver::Receiver;
 use crate::plant::sensing::{BodyMotion, BodySensing};
 use crate::plant::terrain::Terrain;
+use crate::plant::world::{self, DT, SUBSTEPS};
 use crate::record::Truth;
 use contact::{GroundForces, RunningBelts, Support};
 use core::f64::consts::TAU;
-use gear::{Belt, Drive, Gear};
 use rapier3d_f64::math::{Rotation, Vector};
 use rapier3d_f64::prelude::*;
-use robot::{DT, Robot, SUBSTEPS};
+use robot::Robot;
 use tautrack::link::{BodySensors, Sensors, Shaft, Switches};
 
 /// B2P2 on its ground.
@@ -48,7 +47,7 @@ impl B2p2 {
     /// The robot at the origin of `terrain`, shaped and placed as the parameters say; `seed` is that of the sensors' noise.
     pub fn new(parameters: &B2p2Parameters, terrain: &Terrain, seed: u64) -> Self {
         let p = *parameters;
-        let mut world = robot::world();
+        let mut world = world::world();
         let start = robot::lay_ground(&mut world, terrain, &p);
         let robot = Robot::build(&mut world, &p, start);
         let body_sensing = BodySensing::new(
@@ -92,7 +91,7 @@ impl B2p2 {
         bodies
             .iter()
             .map(|body| {
-                body.kinetic_energy() + body.mass() * robot::GRAVITY * body.center_of_mass().z
+                body.kinetic_energy() + body.mass() * world::GRAVITY * body.center_of_mass().z
             })
             .sum()
     }

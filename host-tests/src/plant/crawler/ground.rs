@@ -1,5 +1,6 @@
 //! The ground's shape: a plane, and from some line on another one. World axes: x forward, y left, z up.
 
+use crate::plant::world::turn;
 use rapier3d_f64::math::{Rotation, Vector};
 
 /// What the crawler drives on: ground that may rise to the left everywhere, and forward from some place on.
@@ -76,15 +77,4 @@ impl Ground {
             second
         }
     }
-}
-
-/// Rotation by `angle` about the unit vector `axis`, the same bits on every machine.
-pub(super) fn turn(axis: Vector, angle: f64) -> Rotation {
-    let imaginary = axis * libm::sin(0.5 * angle);
-    Rotation::from_xyzw(
-        imaginary.x,
-        imaginary.y,
-        imaginary.z,
-        libm::cos(0.5 * angle),
-    )
 }
