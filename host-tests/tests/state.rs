@@ -79,7 +79,7 @@ impl Ride {
                 self.estimator.listen(self.plant.serial(), now_us);
             }
             if self.step.is_multiple_of(4) && heard {
-                let way = (self.turns[0] + self.turns[1]) / 2.0 * TAU * radius;
+                let way = f64::midpoint(self.turns[0], self.turns[1]) * TAU * radius;
                 let joints = [Joint {
                     value: 0.25,
                     heard_us: Some(now_us),

@@ -12,6 +12,7 @@ use tautrack::node::cia402::{State, controlword, status};
 use tautrack::node::guard::{self, Guard};
 use tautrack::node::screw::{self, Screw};
 use tautrack::node::{BodySensors, Switches};
+use tautrack::robots::b2p2::B2p2;
 use tautrack::screw::Geometry;
 use tautrack::settings::{Setting, Settings};
 use tautrack::units::Angle;
@@ -246,7 +247,7 @@ fn answers(tick: u32, geometry: &Geometry, settings: &Settings) -> Vec<Frame, 12
 /// A guard that hears four drives and an operator, none of which do more than answer.
 #[derive(Clone)]
 struct GuardRig {
-    guard: Guard,
+    guard: Guard<B2p2>,
     outputs: guard::Outputs,
 }
 
@@ -260,9 +261,10 @@ fn count_guard(table: &mut Table) {
     let settings = settings();
     let [l1, l2, k] = [Setting::LengthL1, Setting::LengthL2, Setting::LengthK]
         .map(|setting| settings.get(setting));
-    let (Ok(mut guard), Ok(geometry)) =
-        (Guard::new(&settings), Geometry::from_micrometres(l1, l2, k))
-    else {
+    let (Ok(mut guard), Ok(geometry)) = (
+        Guard::<B2p2>::new(&settings),
+        Geometry::from_micrometres(l1, l2, k),
+    ) else {
         return; // the nominal geometry is a good one; without it the host misses the entries
     };
     let outputs = guard.tick(&guard::Inputs {
@@ -289,7 +291,7 @@ fn count_guard(table: &mut Table) {
                 } else {
                     (random.bits() >> 24) as i16
                 },
-                chassis: (random.bits() >> 18) as i16,
+                posture: (random.bits() >> 18) as i16,
                 request: Request::Arm as u8,
                 sequence: tick as u8,
             });
@@ -326,7 +328,7 @@ fn count_guard(table: &mut Table) {
             tick(number, &mut rig, &mut |rig, inputs| {
                 count.take(instructions(rig, inputs, GuardRig::tick));
             });
-            armed &= rig.outputs.state.state == guard::State::Armed as u8;
+            armed &= rig.outputs.state.state == guard::State::Armed.code();
             armed &= rig.outputs.frames.is_empty() == (phase != 0);
         }
         // Anything else would count another tick than the name says; the host then misses the entry.

@@ -8,22 +8,54 @@ use core::sync::atomic::{AtomicBool, Ordering};
 use embassy_executor::Spawner;
 use embassy_time::{Duration, Instant, Ticker};
 use heapless::Vec;
+use static_cell::StaticCell;
 use tautrack::bus::network::{self, Emergency};
 use tautrack::bus::pdo::{GuardPosition, OperatorCommand};
 use tautrack::can::Frame;
 use tautrack::estimate::state::{Estimator, State};
 use tautrack::math::to_i32;
 use tautrack::node::guard::{Guard, Inputs, Outputs};
+use tautrack::robots::Body;
+use tautrack::robots::b2p2::B2p2;
 use tautrack::settings::{Setting, Settings};
 use tautrack::units::Angle;
 
 dictionary!(od, "guard.rs");
 
-/// The role of this file.
-pub static ROLE: Role = Role {
-    name: "guard",
-    start,
-};
+/// One role per robot: the guard that is built for it.
+macro_rules! guards {
+    ($($(#[doc = $doc:literal])* $role:ident: $body:ty;)*) => {$(
+        $(#[doc = $doc])*
+        pub static $role: Role = Role {
+            name: "guard",
+            start: {
+                static GUARD: StaticCell<Guard<$body>> = StaticCell::new();
+                |spawner, settings| start(spawner, settings, &GUARD)
+            },
+        };
+    )*};
+}
+
+guards! {
+    /// The tracked robot of Paillat et al.
+    B2P2: B2p2;
+}
+
+/// A guard whatever its robot.
+trait Tick {
+    fn tick(&mut self, inputs: &Inputs<'_>) -> Outputs;
+    fn estimator(&self) -> &Estimator;
+}
+
+impl<B: Body> Tick for Guard<B> {
+    fn tick(&mut self, inputs: &Inputs<'_>) -> Outputs {
+        Guard::tick(self, inputs)
+    }
+
+    fn estimator(&self) -> &Estimator {
+        Guard::estimator(self)
+    }
+}
 
 /// Most frames between two ticks: a 1 Mbit/s bus carries fewer in 1 ms.
 const MAX_HEARD: usize = 32;
@@ -36,9 +68,16 @@ static HEARD: FrameQueue<MAX_HEARD> = FrameQueue::new();
 /// The operator's objects were written since the tick before.
 static OPERATOR: AtomicBool = AtomicBool::new(false);
 
-fn start(spawner: Spawner, settings: &Settings) -> Result<(), Refusal> {
+fn start<B: Body>(
+    spawner: Spawner,
+    settings: &Settings,
+    cell: &'static StaticCell<Guard<B>>,
+) -> Result<(), Refusal> {
     let guard =
         Guard::new(settings).map_err(|error| refuse(format_args!("geometry: {error:?}")))?;
+    let guard = cell
+        .try_init(guard)
+        .ok_or_else(|| refuse(format_args!("the guard was started before")))?;
     start_bus(spawner, settings, od::DICTIONARY, None, heard)?;
     super::spawn(spawner, control(guard, settings.id(Setting::NodeId)))
 }
@@ -52,7 +91,7 @@ fn heard(heard: Heard) {
 }
 
 #[embassy_executor::task]
-async fn control(mut guard: Guard, node: u8) -> ! {
+async fn control(guard: &'static mut dyn Tick, node: u8) -> ! {
     let mut ticker = Ticker::every(Duration::from_hz(u64::from(CONTROL_HZ)));
     let mut frames = Vec::<Frame, MAX_HEARD>::new();
     let mut bytes = [0; MAX_SERIAL];
@@ -90,7 +129,7 @@ fn operator_command() -> OperatorCommand {
     OperatorCommand {
         forward: od::OBJECT4000.get_forward_speed(),
         yaw_rate: od::OBJECT4000.get_yaw_rate(),
-        chassis: od::OBJECT4000.get_chassis_angle(),
+        posture: od::OBJECT4000.get_posture(),
         request: od::OBJECT4000.get_request(),
         sequence: od::OBJECT4000.get_sequence(),
     }
@@ -114,8 +153,8 @@ fn publish(outputs: &Outputs) {
     od::OBJECT4003.set_right(outputs.margins.right);
     od::OBJECT4004.set_asked_speed(outputs.passed.asked_speed);
     od::OBJECT4004.set_passed_speed(outputs.passed.passed_speed);
-    od::OBJECT4004.set_asked_chassis(outputs.passed.asked_chassis);
-    od::OBJECT4004.set_passed_chassis(outputs.passed.passed_chassis);
+    od::OBJECT4004.set_asked_posture(outputs.passed.asked_posture);
+    od::OBJECT4004.set_passed_posture(outputs.passed.passed_posture);
     od::OBJECT4005.set_refused(outputs.refused);
     od::OBJECT4005.set_scaled(outputs.scaled);
 }

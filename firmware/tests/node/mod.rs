@@ -8,7 +8,8 @@ use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
 use std::sync::OnceLock;
 use tautrack::can::Frame;
 use tautrack::link::{
-    FromNode, MotorModel, Ready, STEP_US, Sensors, Start, Step, Stepped, ToNode, VERSION,
+    FromNode, MAX_SERIAL, MotorModel, Ready, STEP_US, Sensors, Start, Step, Stepped, ToNode,
+    VERSION,
 };
 use tautrack::settings::Setting;
 

@@ -12,6 +12,8 @@ use tautrack::bus::pdo::{
 use tautrack::can::Frame;
 use tautrack::faults::Fault;
 use tautrack::node::guard::State;
+use tautrack::robots::Body;
+use tautrack::robots::b2p2::B2p2;
 use tautrack::stability::filter::Verdict;
 use tautrack::stability::support::Edge;
 
@@ -69,8 +71,8 @@ impl Listener {
         } else if let Some(passed) = GuardPassed::from_frame(frame, transmit(4), guard) {
             self.heard.asked_speed = f64::from(passed.asked_speed) * 1e-3;
             self.heard.passed_speed = f64::from(passed.passed_speed) * 1e-3;
-            self.heard.asked_theta = turn(passed.asked_chassis);
-            self.heard.passed_theta = turn(passed.passed_chassis);
+            self.heard.asked_theta = turn(passed.asked_posture);
+            self.heard.passed_theta = turn(passed.passed_posture);
         } else if let Some(position) = GuardPosition::from_frame(frame, transmit(5), guard) {
             self.hear_position(position);
         } else if let Some(emergency) = as_emergency(frame) {
@@ -114,8 +116,11 @@ impl Listener {
 
     fn hear_state(&mut self, state: GuardState, time_us: u64) {
         self.heard.heading = turn(state.heading);
-        self.view.state = State::from_byte(state.state);
-        let name = self.view.state.map_or("unknown", State::name);
+        self.view.state = State::from_code(state.state);
+        let name = self
+            .view
+            .state
+            .map_or("unknown", |state| state.name(B2p2::STAGES));
         if self.heard.guard_state != name {
             self.note(format!("guard: {name}"));
             self.heard.guard_state = name.to_string();
@@ -199,6 +204,6 @@ fn words(verdict: Verdict) -> String {
         Verdict::Refused(by) => format!("refused: {}", edge(by)),
         Verdict::Blind => "refused: attitude unknown".into(),
         Verdict::Unattended => "refused: no operator".into(),
-        Verdict::ChassisRefused(by) => format!("refused: chassis motion, {}", edge(by)),
+        Verdict::PostureRefused(by) => format!("refused: posture, {}", edge(by)),
     }
 }

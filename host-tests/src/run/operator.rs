@@ -73,7 +73,7 @@ impl Operator {
             let milli = |value: f64| (value * 1e3).round() as i16;
             command.forward = milli(ask.speed_mps);
             command.yaw_rate = milli(ask.yaw_rate);
-            command.chassis = (ask.theta / TAU * 65_536.0).round() as i16;
+            command.posture = (ask.theta / TAU * 65_536.0).round() as i16;
         }
         Some(command.frame(receive(1), node_id(NodeName::Guard)))
     }

@@ -70,7 +70,7 @@ impl Compass {
         let horizontal = sqrt(forward * forward + left * left);
         let strength = sqrt(horizontal * horizontal + up * up);
         // An overflow is infinite, and so out of range.
-        if !(strength >= STRENGTH[0] && strength <= STRENGTH[1]) {
+        if !(STRENGTH[0]..=STRENGTH[1]).contains(&strength) {
             return Err(CompassError::Strength(strength));
         }
         if !(horizontal >= HORIZONTAL_SHARE * strength) {

@@ -1,37 +1,25 @@
-//! What the state estimate takes from B2P2's drives.
+//! What the state estimate takes from the drives, and what of it goes on the bus by itself.
 
-use super::drives::{Drives, Role};
+use super::drives::Drives;
 use crate::bus::pdo::GuardPosition;
 use crate::estimate::state::{Joint, State, Validity};
 use crate::math::to_i16;
-use crate::robots::b2p2::shape::AXLE_3_FROM_BODY_3;
-use crate::units::Angle;
+use crate::robots::Body;
 
-/// Extension of the screw, m per 2^-24 m.
-const METRES_PER_BUS: f32 = 1.0 / 16_777_216.0;
-
-/// When the older of the two belts was heard.
-pub(super) fn belts_us(drives: &Drives) -> Option<u64> {
-    let [left, right] = [Role::Left, Role::Right].map(|role| drives.of(role).moved_us());
-    left.zip(right).map(|(left, right)| left.min(right))
+/// When the drive was heard that was silent longest among those of the odometry.
+pub(super) fn odometry_us<B: Body>(drives: &Drives) -> Option<u64> {
+    let heard = B::ODOMETRY.iter().map(|drive| drives.moved_us(*drive));
+    heard.min().flatten()
 }
 
-/// The paper's q7 and q8.
-pub(super) fn joints(drives: &Drives) -> [Joint; 2] {
-    let joint = |role, value: fn(i32) -> f32| {
-        let drive = drives.of(role);
-        let heard_us = drive.moved_us().filter(|_| drive.referenced());
-        Joint {
-            value: value(drive.position()),
-            heard_us,
-        }
-    };
-    [
-        joint(Role::Joint, |bits| Angle::from_bits(bits).radians()),
-        joint(Role::Screw, |bits| {
-            bits as f32 * METRES_PER_BUS - AXLE_3_FROM_BODY_3
-        }),
-    ]
+/// The coordinates behind q1 to q6 with the age of their encoders.
+pub(super) fn joints(body: &impl Body, drives: &Drives) -> [Joint; 2] {
+    body.joints().map(|joint| {
+        joint.map_or_else(Joint::default, |(drive, value)| Joint {
+            value,
+            heard_us: drives.moved_us(drive),
+        })
+    })
 }
 
 /// Payload of TPDO 5.
