@@ -5,6 +5,7 @@ pub mod cost;
 pub mod demo;
 pub mod evaluate;
 pub mod log;
+pub mod machines;
 pub mod nodes;
 pub mod plant;
 pub mod record;

@@ -42,10 +42,10 @@ const COLUMNS: &[Column] = &[
     ("passedTheta", 0.01, |s| {
         Some(s.heard.passed_theta.to_degrees())
     }),
-    ("leftCurrent", 0.01, |s| Some(s.heard.currents[0])),
-    ("rightCurrent", 0.01, |s| Some(s.heard.currents[1])),
-    ("chassisCurrent", 0.01, |s| Some(s.heard.currents[2])),
-    ("screwCurrent", 0.01, |s| Some(s.heard.currents[3])),
+    ("leftCurrent", 0.01, |s| s.heard.currents.first().copied()),
+    ("rightCurrent", 0.01, |s| s.heard.currents.get(1).copied()),
+    ("chassisCurrent", 0.01, |s| s.heard.currents.get(2).copied()),
+    ("screwCurrent", 0.01, |s| s.heard.currents.get(3).copied()),
     ("busLoad", 0.1, |s| Some(s.heard.bus_load * 100.0)),
 ];
 

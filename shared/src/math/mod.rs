@@ -13,6 +13,6 @@ pub mod trig;
 pub mod vector;
 
 pub(crate) use limits::root_of_sum;
-pub use limits::{clamp, limit, max, min, sqrt, to_i16, to_i32};
+pub use limits::{Bound, clamp, limit, max, min, saturate, sqrt, to_i16, to_i32};
 pub use scalar::Scalar;
 pub use trig::{atan2, sin_cos, sin_cos_q30};

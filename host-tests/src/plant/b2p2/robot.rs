@@ -285,11 +285,6 @@ fn belt(
     [add(0, 0.0, bar(half_chord)), add(2, 0.0, bar(half_chord))]
 }
 
-/// A vector of the world in the body's axes.
-pub fn into_body(body: &RigidBody, vector: Vector) -> Vector {
-    body.position().rotation.inverse() * vector
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -1,24 +1,24 @@
 //! The crawler of Kurc and Szybicki: one rigid body on two tracks that shear the ground under them.
 //!
 //! [`parameters`]: the constant model. [`ground`]: the ground's shape. `track`: belts, cells and ground. `body`: the rigid body.
-//! `sense`: the sensors on it. Here: the order of one step. Slip is nowhere given: it comes out of the forces.
+//! Here: the order of one step. Slip is nowhere given: it comes out of the forces.
 
 mod body;
 pub mod ground;
 pub mod parameters;
-mod sense;
 mod track;
 
 pub use ground::Profile;
 pub use parameters::{CrawlerParameters, Soil};
 
+use crate::plant::Plant;
 use crate::plant::b2p2::Payload;
-use crate::plant::{MOTORS, Plant};
+use crate::plant::noise::Noise;
+use crate::plant::sensing::{BodyMotion, BodySensing};
 use crate::record::Truth;
 use body::{Body, MassProperties};
 use ground::{Ground, turn};
 use rapier3d_f64::math::Vector;
-use sense::Sensing;
 use tautrack::link::{BodySensors, Sensors, Shaft};
 use track::{CELLS, Track};
 
@@ -37,8 +37,7 @@ pub struct Crawler {
     ground: Ground,
     body: Body,
     tracks: [Track; 2],
-    sensing: Sensing,
-    start_heading: f64,
+    sensing: BodySensing,
     step: u64,
     payload: Option<Payload>,
     truth: Truth,
@@ -70,15 +69,13 @@ impl Crawler {
             ground,
             body,
             tracks,
-            sensing: Sensing::new(&p.body_sensors, seed, &body),
-            start_heading: 0.0,
+            sensing: BodySensing::new(&p.body_sensors, Noise::new(seed), body.rotation),
             step: 0,
             payload,
             truth: Truth::default(),
             parameters: p,
         };
         plant.observe();
-        plant.start_heading = plant.truth.yaw;
         plant
     }
 
@@ -114,14 +111,16 @@ impl Crawler {
                 .iter_mut()
                 .for_each(|track| track.traction = 0.0);
         }
-        let heading = self.truth.yaw - self.start_heading;
-        self.sensing.update(
-            &self.parameters.body_sensors,
-            &self.body,
-            heading,
-            self.step,
-            DT,
-        );
+        let sensors = &self.parameters.body_sensors;
+        let place = self
+            .body
+            .place(Vector::from_array(sensors.accelerometer_place));
+        let motion = BodyMotion {
+            rotation: self.body.rotation,
+            velocity: self.body.velocity_at(place),
+            spin: self.body.spin,
+        };
+        self.sensing.update(sensors, &motion, self.step);
     }
 
     /// Speed of the middle between the runs along the robot's own forward axis, m/s: what a sensor under the belly would see.
@@ -206,8 +205,8 @@ fn integrate(
 }
 
 impl Plant for Crawler {
-    fn step(&mut self, shafts: &[Option<Shaft>; MOTORS]) {
-        self.advance([shafts[0].as_ref(), shafts[1].as_ref()]);
+    fn step(&mut self, shafts: &[Option<Shaft>]) {
+        self.advance([0, 1].map(|motor: usize| shafts.get(motor).and_then(Option::as_ref)));
     }
 
     fn sensors(&self, motor: usize) -> Sensors {
@@ -242,19 +241,7 @@ impl Plant for Crawler {
             [track.speed, track.traction].into_iter().for_each(&mut put);
             track.shear.into_iter().flatten().for_each(&mut put);
         }
-        for vector in self.sensing.state() {
-            vector.to_array().into_iter().for_each(&mut put);
-        }
-        let reading = self.body_sensors();
-        let readings = [
-            &reading.inclination[..],
-            &reading.specific_force,
-            &reading.angular_rate,
-            &[reading.heading],
-        ];
-        for value in readings.into_iter().flatten() {
-            put(f64::from(*value));
-        }
+        self.sensing.bits(&mut put);
         put(self.truth.slip);
     }
 }

@@ -1,7 +1,7 @@
 //! The constant model of the crawler: what Kurc and Szybicki give, and what had to be assumed.
 
 pub use crate::plant::b2p2::Payload;
-use crate::plant::b2p2::parameters::BodySensorParameters;
+use crate::plant::sensing::BodySensorParameters;
 
 /// The robot as simulated.
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -119,15 +119,8 @@ impl CrawlerParameters {
             initial_heading_and_y: [0.0; 2],
             bus_voltage: 24.0,
             body_sensors: BodySensorParameters {
-                inclination_lag: 0.3,
-                inclination: [0.001, 0.0005],
-                inclination_offset: [0.0; 2],
-                inertial_lag: 0.005,
                 accelerometer_place: [0.0, 0.0, 0.05],
-                specific_force: [0.03, 0.005],
-                angular_rate: [0.003, 0.001],
-                angular_rate_bias: [0.002, -0.002, 0.001],
-                heading: [0.01, 0.002],
+                ..BodySensorParameters::NOMINAL
             },
         }
     }
