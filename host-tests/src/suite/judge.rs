@@ -16,6 +16,9 @@ const LARGEST_LOSS: f64 = 0.05;
 /// A robot that has stood still for so long will not do anything any more, s; no script waits longer.
 const STILL_S: f64 = 3.0;
 
+/// How far the chassis angle that is passed on may stay behind the one asked while the guard holds nothing back, rad.
+const CHASSIS_LAG: f64 = 5.0 * std::f64::consts::PI / 180.0;
+
 const NO_HAZARD: &str = "no hazard: it does not topple without the guard";
 const NOT_LEGITIMATE: &str = "topples without the guard";
 
@@ -160,6 +163,13 @@ fn toppled_s(samples: &[Sample]) -> Option<f64> {
     toppled.map(|sample| sample.time_s)
 }
 
+/// Whether the guard changes anything that is asked: to scale a speed of zero holds nobody back.
+fn holds_back(sample: &Sample) -> bool {
+    let heard = &sample.heard;
+    let chassis_waits = (heard.asked_theta - heard.passed_theta).abs() > CHASSIS_LAG;
+    intervenes(&heard.verdict) && (heard.asked_speed != 0.0 || chassis_waits)
+}
+
 /// Judges a hazard.
 ///
 /// # Errors
@@ -188,7 +198,7 @@ pub fn hazard(
     let with = trials.samples(true, None)?;
     let acted_s = with
         .iter()
-        .find(|sample| intervenes(&sample.heard.verdict))
+        .find(|sample| holds_back(sample))
         .map(|sample| sample.time_s);
     let toppled_with_guard = toppled_s(&with).is_some();
     let known = acted_s.filter(|acted| {

@@ -53,7 +53,8 @@ fn hazards(rows: &[Row]) -> String {
                 text,
                 "| {} | {without} | {with} | {acted} | {savable_until_s:.1} s | {:.0} mm | {} |",
                 row.scenario.name,
-                lead_m * 1e3,
+                // No negative zero.
+                (lead_m * 1e3).round() + 0.0,
                 verdict(row)
             );
         }
