@@ -1,6 +1,6 @@
 //! A sample of the hazard suite; `cargo demo --suite hazards` runs it as a whole.
 
-use tautrack_host_tests::machines::Kind;
+use tautrack_host_tests::machines;
 use tautrack_host_tests::nodes::{self, Board};
 use tautrack_host_tests::suite::drawn_runs;
 use tautrack_host_tests::suite::judge::Finding;
@@ -9,7 +9,7 @@ use tautrack_host_tests::suite::random::Kind;
 #[test]
 fn a_few_drawn_hazards_are_held_and_a_few_drawn_legitimate_runs_pass() {
     let programs =
-        nodes::build(Board::Native, Kind::B2p2).unwrap_or_else(|error| panic!("{error}"));
+        nodes::build(Board::Native, machines::Kind::B2p2).unwrap_or_else(|error| panic!("{error}"));
     for kind in Kind::ALL {
         let drawn = drawn_runs(kind, 3, 1, &programs, &|_| {}).expect("they run");
         assert_eq!(drawn.rows.len(), 3);
