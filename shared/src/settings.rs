@@ -190,6 +190,31 @@ settings! {
     HardIronLeft = 0x0062, "hard_iron_left", "nT", -500_000..=500_000, 0;
     /// The same upward.
     HardIronUp = 0x0063, "hard_iron_up", "nT", -500_000..=500_000, 0;
+
+    /// Margin below which the guard trips; below the stop margin.
+    TripMargin = 0x0070, "trip_margin", "um", 0..=1_000_000, 10_000;
+    /// How far a margin must be above a level before its band is left for the better.
+    BandHysteresis = 0x0071, "band_hysteresis", "um", 0..=1_000_000, 10_000;
+    /// How long margins must stay in another band before it counts; outside of the support two samples are enough.
+    BandDwell = 0x0072, "band_dwell", "ms", 0..=5_000, 100;
+    /// Force-angle at which a fast robot is taken to be at the stop margin.
+    StopAngle = 0x0073, "stop_angle", "mrad", 0..=1_500, 100;
+    /// How far the centre of gravity may be from where the model has it; every margin is narrower by it.
+    CogUncertainty = 0x0074, "cog_uncertainty", "um", 0..=1_000_000, 0;
+    /// Largest load that may be on the robot without being declared.
+    MassUncertainty = 0x0075, "mass_uncertainty", "g", 0..=100_000, 0;
+    /// How far such a load may be from the centre of gravity.
+    MassUncertaintyReach = 0x0076, "mass_uncertainty_reach", "um", 0..=2_000_000, 300_000;
+    /// Mass of the robot, with which an undeclared load is compared.
+    RobotMass = 0x0077, "robot_mass", "g", 100..=1_000_000, 8_315;
+    /// Largest speed over ground while sensors are in doubt, in a supervised override and when backing off.
+    CrawlSpeed = 0x0078, "crawl_speed", "um/s", 1_000..=1_000_000, 50_000;
+    /// 1: a tripped robot backs off on request. 0: it does not.
+    BackOff = 0x0079, "back_off", "1", 0..=1, 0;
+    /// 1: nothing passes unless the operator's commands say that the dead-man switch is held. 0: there is none.
+    DeadMan = 0x007a, "dead_man", "1", 0..=1, 0;
+    /// Equal readings in a row after which a sensor on the body counts as stuck; 0: never.
+    StuckReadings = 0x007b, "stuck_readings", "1", 0..=60_000, 200;
 }
 
 impl Setting {
