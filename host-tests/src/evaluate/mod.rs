@@ -10,7 +10,9 @@ mod b2p2_parameters;
 mod b2p2_screw;
 mod b2p2_zmp;
 mod error;
+mod hylos_control;
 mod hylos_margin;
+mod hylos_parameters;
 mod input;
 
 pub use error::EvaluateError;
@@ -54,13 +56,14 @@ type Function = fn(&Input, &Input) -> Result<Value, EvaluateError>;
 type Functions = Vec<(&'static str, Function)>;
 
 /// Functions of each group.
-fn groups<S: Scalar>() -> [(&'static str, Functions); 5] {
+fn groups<S: Scalar>() -> [(&'static str, Functions); 6] {
     [
         ("b2p2_screw", b2p2_screw::functions::<S>()),
         ("b2p2_fk_com", b2p2_fk_com::functions::<S>()),
         ("b2p2_dynamics", b2p2_dynamics::functions::<S>()),
         ("b2p2_zmp", b2p2_zmp::functions::<S>()),
         ("hylos_margin", hylos_margin::functions::<S>()),
+        ("hylos_control", hylos_control::functions::<S>()),
     ]
 }
 
