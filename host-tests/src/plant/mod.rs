@@ -1,9 +1,11 @@
 //! The physical world that the nodes move and sense: one plant per robot, behind one trait.
 //!
 //! A motor and its rotor live in the node that drives them; a plant begins at the output shaft of the gear.
-//! [`b2p2`] is the tracked robot of Paillat et al., [`terrain`] what it drives on, [`noise`] the seeded randomness.
+//! [`b2p2`] is the tracked robot of Paillat et al., [`terrain`] what it drives on, [`hylos`] the wheel-legged robot
+//! of Besseron et al. with its own hillside, [`noise`] the seeded randomness.
 
 pub mod b2p2;
+pub mod hylos;
 pub mod noise;
 pub mod terrain;
 

@@ -41,14 +41,17 @@ impl<S: Scalar> Wheel<S> {
             .map(|[x, z]| direction[0] * x + direction[2] * z)
     }
 
-    /// Velocity of the wheel in the platform for these rates of its leg (eq. 9).
+    /// Velocity of the contact point if the wheel did not turn: `v_x + v_p` of eq. 10. `twist` is the velocity and the
+    /// angular velocity of the platform, `rates` those of the leg (eq. 9).
     #[inline]
-    pub(super) fn leg_velocity(&self, [hip, knee]: [S; 2]) -> Vector<S> {
+    pub(super) fn velocity(&self, twist: [Vector<S>; 2], [hip, knee]: [S; 2]) -> Vector<S> {
+        let [velocity, turning] = twist;
+        let [x, y, z] = add(velocity, cross(turning, self.contact));
         let [[hip_x, hip_z], [knee_x, knee_z]] = self.columns;
         [
-            hip * hip_x + knee * knee_x,
-            S::ZERO,
-            hip * hip_z + knee * knee_z,
+            x + hip * hip_x + knee * knee_x,
+            y,
+            z + hip * hip_z + knee * knee_z,
         ]
     }
 }
@@ -145,19 +148,6 @@ impl<'a, S: Scalar> Posture<'a, S> {
     /// How the platform lies.
     pub fn attitude(&self) -> &Attitude<S> {
         &self.attitude
-    }
-
-    /// Velocity of the contact point of a wheel, if it did not turn: `v_x + v_p` of eq. 10. `twist` is the velocity of the
-    /// platform along the world's axes and its angular velocity in its own; `rates` are those of the leg.
-    #[inline]
-    pub(super) fn contact_velocity(
-        &self,
-        wheel: &Wheel<S>,
-        [velocity, turning]: [Vector<S>; 2],
-        rates: [S; 2],
-    ) -> Vector<S> {
-        let carried = add(velocity, cross(turning, wheel.contact));
-        add(carried, wheel.leg_velocity(rates))
     }
 
     /// The locomotion matrix `L` (eq. 12): rows `t`, `l`, `n` of each wheel; columns x, y, z, roll, pitch, yaw. For comparison; the

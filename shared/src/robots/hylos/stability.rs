@@ -31,6 +31,16 @@ pub struct Gradient<S> {
 }
 
 impl<S: Scalar> Posture<'_, S> {
+    /// Centre of gravity and contacts along level axes (x along the heading, z up) from the platform's middle, m; the contacts
+    /// counter-clockwise from the rear right one. For a posture that was made with [`super::Attitude::from_up`].
+    pub fn level(&self) -> (Vector<S>, [Vector<S>; LEGS]) {
+        let turned = |place| self.attitude.frame.direction(place);
+        (
+            turned(self.cog),
+            AROUND.map(|leg| turned(self.wheels[leg].contact)),
+        )
+    }
+
     /// Gravity alone.
     pub fn weight(&self) -> Pull<S> {
         let weight = self.parameters.mass * self.parameters.gravity;

@@ -72,7 +72,7 @@ impl<S: Scalar> Posture<'_, S> {
         };
         let per_radius = S::ONE / self.parameters.wheel_radius;
         for (leg, wheel) in self.wheels.iter().enumerate() {
-            let velocity = self.contact_velocity(wheel, twist, legs[leg]);
+            let velocity = wheel.velocity(twist, legs[leg]);
             motion.wheels[leg] = per_radius * dot(wheel.tangent, velocity);
             // What is left in the ground's plane; a wheel may roll either way along it.
             let [x, y, _] = sub(velocity, scale(dot(wheel.normal, velocity), wheel.normal));
@@ -88,7 +88,7 @@ impl<S: Scalar> Posture<'_, S> {
     pub(super) fn normal_speeds(&self, twist: [Vector<S>; 2], legs: &Legs<S>) -> [S; LEGS] {
         core::array::from_fn(|leg| {
             let wheel = &self.wheels[leg];
-            dot(wheel.normal, self.contact_velocity(wheel, twist, legs[leg]))
+            dot(wheel.normal, wheel.velocity(twist, legs[leg]))
         })
     }
 
