@@ -1,40 +1,120 @@
-//! Hylos on its hillside: the loop of Besseron et al. (Fig. 7), with and without posture control. The motors here are ideal.
+//! Hylos' plant against hand calculation, and on its hillside: the loop of Besseron et al. (Fig. 7) with and without posture
+//! control. The motors here are ideal.
 
-use core::f64::consts::{FRAC_PI_2, TAU};
+use core::f64::consts::{FRAC_PI_2, PI, TAU};
 use tautrack::link::Shaft;
 use tautrack::robots::hylos::parameters::{
     MARGIN_FLOOR, MARGIN_LIMIT, POTENTIAL_GAIN, STANCE_HEIGHT,
 };
-use tautrack::robots::hylos::{Controller, LEGS, Parameters, Sensed, Wish};
+use tautrack::robots::hylos::{Assessment, Controller, LEGS, Parameters, Sensed, Wish};
 use tautrack::stability::tipover::Potential;
 use tautrack_host_tests::plant::hylos::{Hillside, Hylos, HylosParameters, MOTORS};
 
 const DT: f64 = 1e-3;
+const WEIGHT: f64 = 25.0 * 9.81;
 /// Steps from one control step to the next: 125 Hz.
 const PERIOD: u32 = 8;
 /// Radius of the loop, m, and the speed on it, m/s.
 const RADIUS: f64 = 2.0;
 const SPEED: f64 = 0.3;
 
-/// A slope that the robot, as it stands, could just hold; the waves are too much.
+/// A slope that the robot could just stand on as it is, with waves that are too much; the loop goes up, across and down.
 const HILLSIDE: Hillside = Hillside {
-    slope: 38.0 * TAU / 360.0,
+    slope: 38.0 * PI / 180.0,
     foot_y: 1.6,
     wave_height: 0.02,
     wave_length: [1.1, 1.3],
     extent: [[-4.0, 4.0], [-2.0, 6.0]],
+};
+/// The same waves on the level.
+const WAVES: Hillside = Hillside {
+    slope: 0.0,
+    ..HILLSIDE
+};
+const LEVEL: Hillside = Hillside {
+    wave_height: 0.0,
+    ..WAVES
+};
+
+const REST: Wish<f32> = Wish {
+    forward: 0.0,
+    yaw_rate: 0.0,
+    clearance: None,
 };
 
 /// Plant and controller, joined by ideal motors.
 struct Driven {
     plant: Hylos,
     controller: Controller<f32>,
+    assessment: Option<Assessment<f32>>,
+    loads_known: bool,
     origin: [[f64; 2]; LEGS],
-    points: [[f64; 4]; LEGS],
-    wheels: [f64; LEGS],
+    /// Places of the shafts since power-up, rad.
+    places: [[f64; 4]; LEGS],
     steps: u32,
-    potential: f32,
-    margin: f32,
+}
+
+impl Driven {
+    fn new(hillside: &Hillside, gain: f64) -> Self {
+        let plant = Hylos::new(&HylosParameters::nominal([0.0; 3]), hillside, 1);
+        let potential = Potential::new(gain, MARGIN_LIMIT, MARGIN_FLOOR).unwrap();
+        let sensed = sensed(&plant);
+        Self {
+            controller: Controller::new(Parameters::nominal(), potential, &sensed),
+            assessment: None,
+            loads_known: true,
+            origin: plant.truth().legs,
+            places: [[0.0; 4]; LEGS],
+            plant,
+            steps: 0,
+        }
+    }
+
+    /// One millisecond.
+    fn step(&mut self, wish: &Wish<f32>) {
+        if self.steps.is_multiple_of(PERIOD) {
+            let mut sensed = sensed(&self.plant);
+            if !self.loads_known {
+                sensed.torques = Default::default();
+            }
+            let period = PERIOD as f32 * DT as f32;
+            self.assessment = Some(self.controller.step(&sensed, wish, period));
+        }
+        let goal = self.controller.set_points();
+        let mut shafts = [None; MOTORS];
+        for leg in 0..LEGS {
+            let [hip, knee, steering, wheel] = self.places[leg];
+            // Drives interpolate between the set-points of positions.
+            let towards = |now: f64, point: f32, origin: f64| {
+                now + (f64::from(point) - origin - now) / f64::from(PERIOD)
+            };
+            let next = [
+                towards(hip, goal.legs[leg][0], self.origin[leg][0]),
+                towards(knee, goal.legs[leg][1], self.origin[leg][1]),
+                towards(steering, goal.steering[leg], 0.0),
+                wheel + f64::from(goal.wheel_rates[leg]) * DT,
+            ];
+            for (motor, (now, next)) in self.places[leg].iter_mut().zip(next).enumerate() {
+                shafts[4 * leg + motor] = Some(Shaft {
+                    position: (next / TAU * 4_294_967_296.0) as i64,
+                    velocity: ((next - *now) / DT) as f32,
+                });
+                *now = next;
+            }
+        }
+        self.plant.step(&shafts);
+        self.steps += 1;
+    }
+
+    fn rest(&mut self, seconds: f64) {
+        for _ in 0..(seconds / DT).round() as u32 {
+            self.step(&REST);
+        }
+    }
+
+    fn seconds(&self) -> f64 {
+        f64::from(self.steps) * DT
+    }
 }
 
 fn sensed(plant: &Hylos) -> Sensed<f32> {
@@ -48,150 +128,185 @@ fn sensed(plant: &Hylos) -> Sensed<f32> {
     }
 }
 
-impl Driven {
-    fn new(hillside: &Hillside, start: [f64; 3], gain: f64) -> Self {
-        let plant = Hylos::new(&HylosParameters::nominal(start), hillside, 1);
-        let potential = Potential::new(gain, MARGIN_LIMIT, MARGIN_FLOOR).unwrap();
-        let controller = Controller::new(Parameters::nominal(), potential, &sensed(&plant));
-        let origin = plant.truth().legs;
-        Self {
-            points: [[0.0; 4]; LEGS],
-            wheels: [0.0; LEGS],
-            origin,
-            controller,
-            plant,
-            steps: 0,
-            potential: 0.0,
-            margin: 0.0,
-        }
-    }
-
-    /// One millisecond.
-    fn step(&mut self, wish: &Wish<f32>) {
-        if self.steps.is_multiple_of(PERIOD) {
-            let sensed = sensed(&self.plant);
-            let assessment = self.controller.step(&sensed, wish, PERIOD as f32 * 1e-3);
-            (self.potential, self.margin) = (assessment.potential, assessment.margin);
-        }
-        let goal = self.controller.set_points();
-        let mut shafts = [None; MOTORS];
-        for leg in 0..LEGS {
-            let places = [
-                f64::from(goal.legs[leg][0]) - self.origin[leg][0],
-                f64::from(goal.legs[leg][1]) - self.origin[leg][1],
-                f64::from(goal.steering[leg]),
-                self.wheels[leg] + f64::from(goal.wheel_rates[leg]) * DT,
-            ];
-            self.wheels[leg] = places[3];
-            for (motor, place) in places.into_iter().enumerate() {
-                // A drive interpolates between the set-points.
-                let now = &mut self.points[leg][motor];
-                let next = if motor == 3 {
-                    place
-                } else {
-                    *now + (place - *now) / f64::from(PERIOD)
-                };
-                shafts[4 * leg + motor] = Some(Shaft {
-                    position: (next / TAU * 4_294_967_296.0) as i64,
-                    velocity: ((next - *now) / DT) as f32,
-                });
-                *now = next;
-            }
-        }
-        self.plant.step(&shafts);
-        self.steps += 1;
-    }
-
-    fn seconds(&self) -> f64 {
-        f64::from(self.steps) * DT
-    }
-}
-
 /// What a drive around the loop showed.
 #[derive(Debug, Default)]
 struct Loop {
-    toppled_at: Option<f64>,
+    toppled_at_s: Option<f64>,
     turned: f64,
     least_margin: f64,
-    worst_distance: f64,
-    in_air: f64,
-    idle_motion: f64,
+    /// Largest distance from the loop, m.
+    astray: f64,
+    /// Largest distance of a wheel from the ground, m.
+    gap: f64,
+    /// Time with a potential, s.
+    corrected_s: f64,
+    /// Least margin while there was none.
+    least_margin_uncorrected: f64,
+    /// Largest difference between the controller's margin and the true one.
+    misjudged: f64,
 }
 
-fn drive_loop(gain: f64, log: bool) -> Loop {
-    let mut driven = Driven::new(&HILLSIDE, [0.0, 0.0, 0.0], gain);
+fn half_turn(angle: f64) -> f64 {
+    (angle + PI).rem_euclid(TAU) - PI
+}
+
+/// Counter-clockwise around the loop from its lowest point, once or until it topples.
+fn drive_loop(gain: f64) -> Loop {
+    let mut driven = Driven::new(&HILLSIDE, gain);
     let mut result = Loop {
         least_margin: f64::INFINITY,
+        least_margin_uncorrected: f64::INFINITY,
         ..Loop::default()
     };
-    let rest = Wish {
-        forward: 0.0,
-        yaw_rate: 0.0,
-        clearance: None,
-    };
-    for _ in 0..1000 {
-        driven.step(&rest);
-    }
+    driven.rest(1.0);
     let mut angle = -FRAC_PI_2;
     while result.turned < TAU && driven.seconds() < 90.0 {
         let truth = driven.plant.truth();
         let (x, y) = (truth.place[0], truth.place[1] - RADIUS);
-        let (distance, now) = (x.hypot(y) - RADIUS, y.atan2(x));
-        let moved = (now - angle + TAU / 2.0).rem_euclid(TAU) - TAU / 2.0;
+        let (astray, now) = (x.hypot(y) - RADIUS, y.atan2(x));
+        result.turned += half_turn(now - angle);
         angle = now;
-        result.turned += moved;
-        let heading = (truth.yaw - (now + FRAC_PI_2) + TAU / 2.0).rem_euclid(TAU) - TAU / 2.0;
-        let yaw_rate = SPEED / RADIUS - 1.2 * (heading - 0.8 * distance);
-        let wish = Wish {
+        let off_heading = half_turn(truth.yaw - now - FRAC_PI_2);
+        let yaw_rate = SPEED / RADIUS - 1.2 * (off_heading - 0.8 * astray);
+        driven.step(&Wish {
             forward: SPEED as f32,
             yaw_rate: yaw_rate.clamp(-0.4, 0.4) as f32,
             clearance: (gain > 0.0).then_some(STANCE_HEIGHT as f32),
-        };
-        driven.step(&wish);
+        });
+
         let truth = driven.plant.truth();
-        result.least_margin = result.least_margin.min(truth.margin);
-        result.worst_distance = result.worst_distance.max(distance.abs());
-        result.in_air += truth.standing.iter().filter(|standing| !**standing).count() as f64 * DT;
-        if log && driven.steps.is_multiple_of(1000) {
-            println!(
-                "{:5.1} s {:6.1} deg place {:5.2} {:5.2} off {:+.3} head {:+.2} margin {:+.3} est {:+.3} U {:.4} up {:+.2?} forces {:.0?} legs {:.2?} steer {:.2?}",
-                driven.seconds(),
-                result.turned.to_degrees(),
-                truth.place[0],
-                truth.place[1],
-                distance,
-                heading,
-                truth.margin,
-                driven.margin,
-                driven.potential,
-                truth.up,
-                truth.wheel_forces,
-                truth.legs,
-                truth.steering,
-            );
-        }
+        let assessment = driven.assessment.unwrap();
+        result.astray = result.astray.max(astray.abs());
         if truth.toppled {
-            result.toppled_at = Some(driven.seconds());
+            result.toppled_at_s = Some(driven.seconds());
             break;
         }
+        let judged = f64::from(assessment.margin);
+        result.least_margin = result.least_margin.min(truth.margin);
+        result.misjudged = result.misjudged.max((judged - truth.margin).abs());
+        if assessment.potential > 0.0 {
+            result.corrected_s += DT;
+        } else {
+            result.least_margin_uncorrected = result.least_margin_uncorrected.min(judged);
+        }
+        for contact in truth.contacts {
+            let below = HILLSIDE.height([contact[0], contact[1]]);
+            let normal = HILLSIDE.normal([contact[0], contact[1]]);
+            result.gap = result.gap.max((contact[2] - below) * normal[2]);
+        }
     }
+    println!("{gain}: {result:?}");
     result
 }
 
 #[test]
-fn the_loop_ends_on_the_side_without_posture_control() {
-    let result = drive_loop(0.0, true);
-    println!("{result:?}");
-    assert!(result.toppled_at.is_some(), "{result:?}");
+fn without_posture_control_the_robot_tips_over_on_the_loop() {
+    let result = drive_loop(0.0);
+    assert!(result.toppled_at_s.is_some() && result.turned < 0.75 * TAU);
+    assert!(result.least_margin < 0.0);
 }
 
 #[test]
-fn posture_control_brings_it_around_the_loop() {
-    let result = drive_loop(POTENTIAL_GAIN, true);
-    println!("{result:?}");
-    assert!(
-        result.toppled_at.is_none() && result.turned >= TAU,
-        "{result:?}"
-    );
-    assert!(result.least_margin > 0.0, "{result:?}");
+fn posture_control_brings_the_robot_around_the_loop() {
+    let result = drive_loop(POTENTIAL_GAIN);
+    assert!(result.toppled_at_s.is_none() && result.turned >= TAU);
+    assert!(result.least_margin > 0.05 && result.astray < 0.25);
+    assert!(result.gap < 0.02);
+    // It is corrected where it must be, and nowhere else.
+    assert!(result.corrected_s > 3.0 && result.corrected_s < 25.0);
+    assert!(result.least_margin_uncorrected >= MARGIN_LIMIT - 1e-6);
+    assert!(result.misjudged < 0.08);
+}
+
+#[test]
+fn at_rest_the_wheels_carry_the_weight_and_the_legs_hold_it() {
+    let mut driven = Driven::new(&LEVEL, POTENTIAL_GAIN);
+    driven.rest(1.5);
+    let truth = driven.plant.truth();
+    let carried: f64 = truth.wheel_forces.iter().sum();
+    assert!((carried - WEIGHT).abs() < 0.5, "{carried}");
+    let parameters = HylosParameters::nominal([0.0; 3]);
+    for (leg, (angles, torques)) in truth.legs.iter().zip(truth.leg_torques).enumerate() {
+        // The centre of mass is in the middle: a quarter each, less what wheel and carrier weigh themselves.
+        let load = WEIGHT / 4.0 - 2.0 * 9.81;
+        assert!((truth.wheel_forces[leg] - WEIGHT / 4.0).abs() < 0.5);
+        for joint in 0..2 {
+            let mut moved = *angles;
+            moved[joint] += 1e-6;
+            let sinking = (parameters.reach(moved)[1] - parameters.reach(*angles)[1]) / 1e-6;
+            let want = load * sinking;
+            let got = torques[joint];
+            assert!(
+                (got - want).abs() < 0.3,
+                "leg {leg} joint {joint}: {got} {want}"
+            );
+            let felt = f64::from(driven.plant.sensors(4 * leg + joint).shaft_torque);
+            assert!((felt - got).abs() < 1e-4);
+        }
+    }
+    assert!((truth.margin - 0.685).abs() < 0.02, "{}", truth.margin);
+}
+
+#[test]
+fn loads_from_the_leg_motors_keep_the_wheels_on_waves() {
+    let worst_imbalance = |loads_known| {
+        let mut driven = Driven::new(&WAVES, POTENTIAL_GAIN);
+        driven.loads_known = loads_known;
+        driven.rest(1.0);
+        let wish = Wish {
+            forward: 0.2,
+            ..REST
+        };
+        let mut warp = 0.0;
+        for _ in 0..10_000 {
+            driven.step(&wish);
+            let [a, b, c, d] = driven.plant.truth().wheel_forces;
+            warp += (a - b - c + d).abs() / WEIGHT / 10_000.0;
+        }
+        warp
+    };
+    let (known, unknown) = (worst_imbalance(true), worst_imbalance(false));
+    println!("share of the weight on one diagonal: {known:.3} with loads, {unknown:.3} without");
+    assert!(known < 0.3 && known < 0.5 * unknown);
+}
+
+#[test]
+fn a_robot_without_any_node_stands_on_its_locked_legs() {
+    let mut driven = Driven::new(&LEVEL, POTENTIAL_GAIN);
+    driven.rest(1.0);
+    let before = driven.plant.truth().clone();
+    for _ in 0..2000 {
+        driven.plant.step(&[None; MOTORS]);
+    }
+    let after = driven.plant.truth().clone();
+    assert!((after.place[2] - before.place[2]).abs() < 2e-3);
+    assert_eq!(driven.plant.sensors(0).shaft_torque, 0.0);
+    // Nodes that come back count from zero; nothing jumps.
+    let shaft = Some(Shaft::default());
+    for _ in 0..500 {
+        driven.plant.step(&[shaft; MOTORS]);
+    }
+    let again = driven.plant.truth();
+    assert!((again.place[2] - after.place[2]).abs() < 2e-3);
+}
+
+#[test]
+fn the_same_run_has_the_same_bits() {
+    let bits = || {
+        let mut driven = Driven::new(&HILLSIDE, POTENTIAL_GAIN);
+        let wish = Wish {
+            forward: 0.3,
+            yaw_rate: 0.15,
+            clearance: Some(0.25),
+        };
+        let mut bits = Vec::new();
+        for _ in 0..3000 {
+            driven.step(&wish);
+        }
+        driven
+            .plant
+            .truth_bits(&mut |bytes| bits.extend_from_slice(bytes));
+        bits
+    };
+    assert_eq!(bits(), bits());
 }

@@ -172,7 +172,7 @@ impl Hylos {
         columns(p, joints).map(|[x, z]| x * outward + z * upward)
     }
 
-    /// What the board of motor `motor` senses after the last step.
+    /// What the board of motor `motor` senses after the last step. The reference switch of a joint that just stands is at its edge.
     ///
     /// # Panics
     /// If `motor` is not below [`MOTORS`].
@@ -181,6 +181,7 @@ impl Hylos {
             motor < MOTORS,
             "Hylos has {MOTORS} motors, there is no motor {motor}"
         );
+        let p = &self.parameters;
         let (leg, kind) = (motor / 4, motor % 4);
         let (joint, gear) = (self.robot.legs[leg], &self.gears[leg]);
         let torque = match kind {
@@ -193,22 +194,26 @@ impl Hylos {
             }
             _ => 0.0,
         };
-        let ends = match kind {
-            HIP => Some((self.truth.legs[leg][0], HIP_RANGE)),
-            KNEE => Some((self.truth.legs[leg][1], KNEE_RANGE)),
-            STEERING => Some((self.truth.steering[leg], STEERING_RANGE)),
-            _ => None,
+        let truth = &self.truth;
+        let (place, range, reference) = match kind {
+            HIP => (truth.legs[leg][0], HIP_RANGE, p.initial_leg[0]),
+            KNEE => (truth.legs[leg][1], KNEE_RANGE, p.initial_leg[1]),
+            _ => (truth.steering[leg], STEERING_RANGE, 0.0),
+        };
+        let switches = if kind == WHEEL {
+            Switches::default()
+        } else {
+            Switches {
+                reference: place <= reference,
+                positive_limit: place >= range[1],
+                negative_limit: place <= range[0],
+            }
         };
         Sensors {
             encoder_frozen: false,
             shaft_torque: torque as f32,
-            bus_voltage: self.parameters.bus_voltage as f32,
-            switches: ends.map_or_else(Switches::default, |(place, [low, high])| Switches {
-                // Where the joints of a robot that just stands are.
-                reference: false,
-                positive_limit: place >= high,
-                negative_limit: place <= low,
-            }),
+            bus_voltage: p.bus_voltage as f32,
+            switches,
             body: None,
         }
     }

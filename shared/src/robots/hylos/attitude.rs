@@ -16,6 +16,12 @@ pub struct Attitude<S> {
     pub(super) frame: Frame<S>,
 }
 
+/// What is up in the platform's axes, from sines and cosines of an inclination as [`crate::stability::attitude::Attitude`] gives it: roll about
+/// the heading (left side up positive), then pitch about the transverse axis (nose UP positive).
+pub fn up_from_tilt<S: Scalar>((sp, cp): (S, S), (sr, cr): (S, S)) -> Vector<S> {
+    [cr * sp, sr, cr * cp]
+}
+
 impl<S: Scalar> Attitude<S> {
     /// Attitude of `(phi, psi, theta)`, rad. Domain: that of [`Scalar::sin_cos`]; NaN beyond.
     pub fn from_angles(angles: [S; 3]) -> Self {

@@ -2,8 +2,8 @@
 //!
 //! Three things move the legs, and what they ask for is added: the stability potential, while the margin is below its limit; the wish
 //! for a clearance, while it is above; and the ground, always: four wheels are one more than a platform needs to stand on, and what
-//! would lift one of them is taken out of the motion (`nL_p` cannot follow it), while loads that are spread as no rigid platform
-//! asks for close the gap under the wheel that carries too little.
+//! would lift one of them is taken out of the motion (`nL_p` cannot follow it), while the loads, felt in the torques of the legs, are spread
+//! so that every wheel carries some: that closes gaps.
 
 use super::least_squares::LeastSquares;
 use super::parameters::{HIP_RANGE, KNEE_RANGE, MARGIN_LIMIT, STANCE_REACH, STEERING_RANGE};
@@ -31,6 +31,8 @@ const RETURN_RATE: f64 = 0.25;
 /// Speed with which a wheel follows the ground for each newton that it carries too little or too much, m/(s N), and the most.
 const LOAD_GAIN: f64 = 8e-4;
 const LOAD_SPEED: f64 = 0.12;
+/// Least load of a wheel that is aimed at, N.
+const LEAST_LOAD: f64 = 10.0;
 /// Time over which loads are averaged, s: gears pass on every jolt.
 const LOAD_TIME: f64 = 0.03;
 /// How far a set-point may be ahead of its joint, rad: a blocked leg does not wind up.
@@ -291,7 +293,7 @@ pub fn stance<S: Scalar>(parameters: &Parameters<S>, clearance: S) -> [S; 2] {
     ]
 }
 
-/// Takes out of `rates` what would lift a wheel, and adds what evens loads that the platform's balance leaves free.
+/// Takes out of `rates` what would lift a wheel, and adds what spreads the loads as they should be.
 fn keep_on_ground<S: Scalar>(
     posture: &Posture<S>,
     follower: &LeastSquares<S>,
@@ -299,7 +301,7 @@ fn keep_on_ground<S: Scalar>(
     rates: &mut Legs<S>,
 ) {
     let lifting = follower.residual(posture.normal_speeds([zero(); 2], rates));
-    let surplus = follower.residual(*loads);
+    let surplus = surplus(follower, loads);
     for (leg, wheel) in posture.wheels.iter().enumerate() {
         let follow = bounded(
             S::from_f64(LOAD_GAIN) * surplus[leg],
@@ -312,6 +314,41 @@ fn keep_on_ground<S: Scalar>(
         rates[leg][0] += factor * hip;
         rates[leg][1] += factor * knee;
     }
+}
+
+/// What each wheel carries too much, N. Balance leaves one pattern of loads free, more on one diagonal and less on the other. There
+/// should be none of it, but for what gives every wheel its least load: near the edge of the support equal shares would ask a
+/// wheel to pull, and it would be lifted instead.
+fn surplus<S: Scalar>(follower: &LeastSquares<S>, loads: &[S; LEGS]) -> [S; LEGS] {
+    // Loads that are not known are all zero.
+    if loads.iter().all(|load| *load == S::ZERO) {
+        return [S::ZERO; LEGS];
+    }
+    let (one, least) = (S::ONE, S::from_f64(LEAST_LOAD));
+    let pattern = follower.residual([one, -one, -one, one]);
+    let square = product(&pattern, &pattern);
+    let free = product(&pattern, loads) / (square + S::from_f64(1e-6));
+    // How much of the pattern may be there.
+    let (mut low, mut high) = (S::from_f64(-1e30), S::from_f64(1e30));
+    for (share, load) in pattern.into_iter().zip(loads) {
+        // So much of the pattern leaves this wheel its least load.
+        let bound = (least - (*load - free * share)) / share;
+        if share > S::ZERO && bound > low {
+            low = bound;
+        } else if share < S::ZERO && bound < high {
+            high = bound;
+        }
+    }
+    let wanted = if low > high {
+        S::from_f64(0.5) * (low + high)
+    } else {
+        within(S::ZERO, low, high)
+    };
+    pattern.map(|share| share * (free - wanted))
+}
+
+fn product<S: Scalar>(a: &[S; LEGS], b: &[S; LEGS]) -> S {
+    a.iter().zip(b).fold(S::ZERO, |sum, (a, b)| sum + *a * *b)
 }
 
 /// Speed of the platform to its left, m/s, that goes with these rates of the legs: the wheels roll forward, but nothing lets them slide
@@ -336,8 +373,6 @@ fn sideways<S: Scalar>(posture: &Posture<S>, follower: &LeastSquares<S>, rates: 
         slide(posture.path_twist(&left), &at_rest),
         slide([zero(); 2], rates),
     );
-    let product =
-        |a: &[S; LEGS], b: &[S; LEGS]| a.iter().zip(b).fold(S::ZERO, |sum, (a, b)| sum + *a * *b);
     -(product(&unit, &forced) / (product(&unit, &unit) + S::from_f64(1e-3)))
 }
 
