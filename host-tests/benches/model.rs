@@ -8,7 +8,7 @@ use tautrack::robots::b2p2::Model;
 use tautrack::robots::b2p2::shape::{AXLE_3_FROM_BODY_3, BODY_1, BODY_2, BODY_3};
 use tautrack::screw::Geometry;
 use tautrack::settings::Settings;
-use tautrack::stability::support::margins;
+use tautrack::stability::support::Stance;
 use tautrack::units::Angle;
 
 const SUPPORT: [[f64; 2]; 4] = [[0.0, -0.16], [0.77, -0.16], [0.77, 0.16], [0.0, 0.16]];
@@ -91,7 +91,7 @@ fn model(criterion: &mut Criterion) {
     let support = SUPPORT.map(|[x, y]| [x as f32, y as f32, 0.0]);
     let mut group = criterion.benchmark_group("four margins");
     group.bench_function("f32", |bench| {
-        bench.iter(|| margins(black_box(&support), black_box([0.3, 0.05, 0.1])));
+        bench.iter(|| Stance::on(black_box(support), black_box([0.3, 0.05, 0.1])).margins());
     });
     group.bench_function("plain, f64", |bench| {
         bench.iter(|| double_margins(black_box(&SUPPORT), black_box([0.3, 0.05])));

@@ -72,14 +72,20 @@ pub struct Heard {
     pub roll: f64,
     /// Heading by the guard, rad.
     pub heading: f64,
+    /// Position by the guard, m in the world's axes, which begin where its origin is; absent until it believes a fix.
+    pub position: Option<[f64; 3]>,
+    /// Validity of that position and the heading: 0 invalid, 1 stale, 2 reckoned, 3 measured.
+    pub validity: [u8; 4],
+    /// Age of the fix behind the position, s; 25.5 is older or none.
+    pub fix_age: f64,
     /// The guard's margins to the back, front, left and right edge, m; absent while it has none.
     pub margins: Option<[f64; 4]>,
     /// State of the guard: `referencing`, `ready`, `armed`, `held` and so on.
     pub guard_state: String,
     /// What the guard does with the command, and why: `passed`, `scaled: backward margin` and so on.
     pub verdict: String,
-    /// Measured currents of left track, right track, chassis joint and screw, A.
-    pub currents: [f64; 4],
+    /// Measured currents of the drives in the order of the nodes, A.
+    pub currents: Vec<f64>,
     /// Share of the last 100 ms during which the bus was busy, 0 to 1.
     pub bus_load: f64,
     /// Faults and losses that became known since the sample before, one sentence each.

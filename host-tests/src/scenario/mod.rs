@@ -14,6 +14,7 @@ pub use error::{Problem, ScenarioError};
 pub use fault::{Fault, FaultKind, NodeName};
 pub use script::{Ask, BusView, Script};
 
+use crate::machines::Kind;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
@@ -65,6 +66,12 @@ impl Scenario {
         description
             .check()
             .map_err(|problem| ScenarioError::new(&name, problem))
+    }
+
+    /// Which robot it is.
+    #[allow(clippy::unused_self)] // one robot so far
+    pub fn kind(&self) -> Kind {
+        Kind::B2p2
     }
 
     /// A copy to change and check again, for sweeps and command-line switches.

@@ -43,6 +43,9 @@ impl Hillside {
     }
 
     /// The mesh.
+    ///
+    /// # Panics
+    /// If its extent is empty.
     pub fn collider(&self, friction: f64) -> ColliderBuilder {
         let [counts_x, counts_y] = self
             .extent

@@ -10,12 +10,14 @@ mod truth;
 
 pub use hillside::Hillside;
 pub use parameters::HylosParameters;
-pub use truth::HylosTruth;
+pub use truth::Detail;
 
-use crate::plant::b2p2::gear::{Drive, Gear};
-use crate::plant::b2p2::robot::world;
-use crate::plant::b2p2::sense::BodySensing;
+use crate::plant::Plant;
+use crate::plant::gear::{Drive, Gear};
 use crate::plant::noise::Noise;
+use crate::plant::sensing::{BodyMotion, BodySensing};
+use crate::plant::world::world;
+use crate::record::Truth;
 use core::f64::consts::TAU;
 use rapier3d_f64::math::Vector;
 use rapier3d_f64::prelude::*;
@@ -47,7 +49,8 @@ pub struct Hylos {
     standing_until: [u64; LEGS],
     body_sensing: BodySensing,
     step: u64,
-    truth: HylosTruth,
+    truth: Truth,
+    detail: Detail,
 }
 
 impl Hylos {
@@ -69,7 +72,7 @@ impl Hylos {
         let body_sensing = BodySensing::new(
             &p.body_sensors,
             Noise::new(seed),
-            &world.bodies[robot.platform],
+            world.bodies[robot.platform].position().rotation,
         );
         let mut plant = Self {
             gears: core::array::from_fn(|_| {
@@ -80,7 +83,8 @@ impl Hylos {
             standing_until: [0; LEGS],
             body_sensing,
             step: 0,
-            truth: HylosTruth::default(),
+            truth: Truth::default(),
+            detail: Detail::default(),
             hillside: *hillside,
             parameters: p,
             world,
@@ -90,31 +94,12 @@ impl Hylos {
         plant
     }
 
-    /// What the physics knows after the last step; no node may see it.
-    pub fn truth(&self) -> &HylosTruth {
-        &self.truth
+    /// What the physics knows of the legs after the last step; no node may see it.
+    pub fn detail(&self) -> &Detail {
+        &self.detail
     }
 
-    /// Advances by one millisecond. `shafts[i]` is the motion of motor i's output shaft at the end of this step; `None` is a dead node.
-    pub fn step(&mut self, shafts: &[Option<Shaft>; MOTORS]) {
-        for leg in 0..LEGS {
-            self.drive_leg(leg, &shafts[4 * leg..4 * (leg + 1)]);
-        }
-        self.world.step();
-        self.step += 1;
-        for leg in 0..LEGS {
-            self.leg_torques[leg] = self.torques(leg);
-        }
-        self.observe();
-        self.body_sensing.update(
-            &self.parameters.body_sensors,
-            &self.world.bodies[self.robot.platform],
-            self.truth.yaw - self.parameters.start[2],
-            self.step,
-        );
-    }
-
-    fn drive_leg(&mut self, leg: usize, shafts: &[Option<Shaft>]) {
+    fn drive_leg(&mut self, leg: usize, shafts: &[Option<Shaft>; 4]) {
         let p = &self.parameters;
         let joints = p.joints(self.robot.reach(&self.world, p, leg));
         let steering = self.robot.steering(&self.world, leg);
@@ -171,12 +156,32 @@ impl Hylos {
         let joints = p.joints(self.robot.reach(&self.world, p, leg));
         columns(p, joints).map(|[x, z]| x * outward + z * upward)
     }
+}
 
-    /// What the board of motor `motor` senses after the last step. The reference switch of a joint that just stands is at its edge.
-    ///
-    /// # Panics
-    /// If `motor` is not below [`MOTORS`].
-    pub fn sensors(&self, motor: usize) -> Sensors {
+impl Plant for Hylos {
+    fn step(&mut self, shafts: &[Option<Shaft>]) {
+        let (legs, _) = shafts.as_chunks::<4>();
+        assert_eq!(
+            (legs.len(), shafts.len()),
+            (LEGS, MOTORS),
+            "one shaft for each motor"
+        );
+        for (leg, shafts) in legs.iter().enumerate() {
+            self.drive_leg(leg, shafts);
+        }
+        self.world.step();
+        self.step += 1;
+        for leg in 0..LEGS {
+            self.leg_torques[leg] = self.torques(leg);
+        }
+        self.observe();
+        let sensors = &self.parameters.body_sensors;
+        let motion = BodyMotion::of(&self.world.bodies[self.robot.platform], sensors);
+        self.body_sensing.update(sensors, &motion, self.step);
+    }
+
+    /// The reference switch of a joint is at its edge when the robot just stands.
+    fn sensors(&self, motor: usize) -> Sensors {
         assert!(
             motor < MOTORS,
             "Hylos has {MOTORS} motors, there is no motor {motor}"
@@ -194,11 +199,11 @@ impl Hylos {
             }
             _ => 0.0,
         };
-        let truth = &self.truth;
+        let detail = &self.detail;
         let (place, range, reference) = match kind {
-            HIP => (truth.legs[leg][0], HIP_RANGE, p.initial_leg[0]),
-            KNEE => (truth.legs[leg][1], KNEE_RANGE, p.initial_leg[1]),
-            _ => (truth.steering[leg], STEERING_RANGE, 0.0),
+            HIP => (detail.legs[leg][0], HIP_RANGE, p.initial_leg[0]),
+            KNEE => (detail.legs[leg][1], KNEE_RANGE, p.initial_leg[1]),
+            _ => (detail.steering[leg], STEERING_RANGE, 0.0),
         };
         let switches = if kind == WHEEL {
             Switches::default()
@@ -218,13 +223,15 @@ impl Hylos {
         }
     }
 
-    /// What the sensors on the platform say after the last step.
-    pub fn body_sensors(&self) -> BodySensors {
+    fn body_sensors(&self) -> BodySensors {
         self.body_sensing.reading()
     }
 
-    /// Hands over every bit of the physical state, in a fixed order, for the hash of a run.
-    pub fn truth_bits(&self, sink: &mut dyn FnMut(&[u8])) {
+    fn truth(&self) -> &Truth {
+        &self.truth
+    }
+
+    fn truth_bits(&self, sink: &mut dyn FnMut(&[u8])) {
         let mut put = |value: f64| sink(&value.to_bits().to_le_bytes());
         let handles = [self.robot.platform]
             .into_iter()
@@ -246,9 +253,7 @@ impl Hylos {
             .iter()
             .copied()
             .for_each(&mut put);
-        for vector in self.body_sensing.state() {
-            vector.to_array().into_iter().for_each(&mut put);
-        }
+        self.body_sensing.bits(&mut put);
     }
 }
 

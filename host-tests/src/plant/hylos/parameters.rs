@@ -1,6 +1,6 @@
 //! The constant model of the simulated Hylos: its measures, which the library names and calls assumed, and what only a plant needs.
 
-use crate::plant::b2p2::parameters::{B2p2Parameters, BodySensorParameters};
+use crate::plant::sensing::BodySensorParameters;
 use tautrack::robots::hylos::parameters::{MEASURES, Measures};
 
 /// Constant model of the plant. All of it is assumed, but for the mass.
@@ -52,7 +52,7 @@ impl HylosParameters {
             bus_voltage: 24.0,
             body_sensors: BodySensorParameters {
                 accelerometer_place: [0.0, 0.0, 0.05],
-                ..B2p2Parameters::nominal().body_sensors
+                ..BodySensorParameters::NOMINAL
             },
         }
     }

@@ -5,7 +5,7 @@
 //! to their shafts, is the leg's kinematics. The axes of this joint are x up, y forward, z to the left.
 
 use super::parameters::HylosParameters;
-use crate::plant::b2p2::robot::{DT, SUBSTEPS, turn};
+use crate::plant::world::{DT, SUBSTEPS, turn};
 use rapier3d_f64::math::{Matrix, Pose, Rotation, Vector};
 use rapier3d_f64::prelude::*;
 use tautrack::robots::hylos::LEGS;

@@ -1,7 +1,7 @@
 //! What the physics knows of the robot.
 
 use super::Hylos;
-use crate::plant::b2p2::robot::GRAVITY;
+use crate::plant::world::GRAVITY;
 use rapier3d_f64::math::Vector;
 use tautrack::robots::hylos::LEGS;
 use tautrack::robots::hylos::stability::AROUND;
@@ -14,13 +14,11 @@ const LEAST_SUPPORT: f64 = 0.5;
 /// Cosine of the angle between platform and ground from which the robot has tipped over.
 const TIPPED: f64 = 0.5;
 
-/// State of the plant: metres, radians and newtons; x forward, y left, z up.
+/// State of the legs: metres, radians and newtons; x forward, y left, z up.
 #[derive(Clone, Debug, Default)]
-pub struct HylosTruth {
+pub struct Detail {
     /// Middle of the platform in the world.
     pub place: [f64; 3],
-    /// Heading, counter-clockwise from above.
-    pub yaw: f64,
     /// What is up, in the platform's axes.
     pub up: [f64; 3],
     /// Hips and knees.
@@ -33,14 +31,10 @@ pub struct HylosTruth {
     pub wheel_forces: [f64; LEGS],
     /// Whether each wheel carried force within the last 50 ms.
     pub standing: [bool; LEGS],
-    /// Centre of gravity in the world.
-    pub cog: [f64; 3],
     /// Lowest point of each wheel over the ground, whether it stands or not.
     pub contacts: [[f64; 3]; LEGS],
     /// Least tip-over angle of the weight about the lines between neighbouring wheels' contacts, negative once it tips.
     pub margin: f64,
-    /// Turned over; stays set.
-    pub toppled: bool,
 }
 
 impl Hylos {
@@ -49,39 +43,63 @@ impl Hylos {
         let (p, world, robot) = (&self.parameters, &self.world, &self.robot);
         let platform = &world.bodies[robot.platform];
         let pose = platform.position();
-        let truth = &mut self.truth;
-        truth.place = pose.translation.to_array();
-        truth.up = (pose.rotation.inverse() * Vector::Z).to_array();
-        let forward = pose.rotation * Vector::X;
-        truth.yaw = libm::atan2(forward.y, forward.x);
-
-        truth.wheel_forces = robot.wheel_forces(world);
-        let mut moment = pose.transform_point(Vector::from_array(p.measures.platform_com))
-            * p.measures.platform_mass;
-        let mut mass = p.measures.platform_mass;
+        let detail = &mut self.detail;
+        detail.place = pose.translation.to_array();
+        detail.up = (pose.rotation.inverse() * Vector::Z).to_array();
+        detail.wheel_forces = robot.wheel_forces(world);
+        let m = &p.measures;
+        let com = pose.transform_point(Vector::from_array(m.platform_com));
+        let (mut mass, mut moment) = (m.platform_mass, com * m.platform_mass);
+        let mut momentum = platform.velocity_at_point(com) * m.platform_mass;
         for leg in 0..LEGS {
-            truth.legs[leg] = p.joints(robot.reach(world, p, leg));
-            truth.steering[leg] = robot.steering(world, leg);
-            truth.leg_torques[leg] = [0, 1].map(|joint| self.leg_torques[leg][joint]);
-            if truth.wheel_forces[leg] > LEAST_SUPPORT {
+            detail.legs[leg] = p.joints(robot.reach(world, p, leg));
+            detail.steering[leg] = robot.steering(world, leg);
+            detail.leg_torques[leg] = self.leg_torques[leg];
+            if detail.wheel_forces[leg] > LEAST_SUPPORT {
                 self.standing_until[leg] = self.step + WINDOW;
             }
-            truth.standing[leg] = self.standing_until[leg] > self.step;
+            detail.standing[leg] = self.standing_until[leg] > self.step;
 
-            let carrier = world.bodies[robot.carriers[leg]].position();
-            let (hub, axle) = (carrier.translation, carrier.rotation * Vector::Y);
-            moment += hub * p.measures.wheel_mass;
-            mass += p.measures.wheel_mass;
+            let carrier = &world.bodies[robot.carriers[leg]];
+            let hub = carrier.position().translation;
+            moment += hub * m.wheel_mass;
+            momentum += carrier.linvel() * m.wheel_mass;
+            mass += m.wheel_mass;
             let normal = Vector::from_array(self.hillside.normal([hub.x, hub.y]));
+            let axle = carrier.position().rotation * Vector::Y;
             let across = (normal - axle * normal.dot(axle)).normalize_or_zero();
-            truth.contacts[leg] = (hub - across * p.measures.wheel_radius).to_array();
+            detail.contacts[leg] = (hub - across * m.wheel_radius).to_array();
         }
         let cog = moment / mass;
-        truth.cog = cog.to_array();
-        let around = AROUND.map(|leg| truth.contacts[leg]);
+        let around = AROUND.map(|leg| detail.contacts[leg]);
         let weight = [0.0, 0.0, -mass * GRAVITY];
-        truth.margin = margin(&angles(&around, truth.cog, weight, [0.0; 3]));
-        let ground = Vector::from_array(self.hillside.normal([truth.place[0], truth.place[1]]));
-        truth.toppled |= (pose.rotation * Vector::Z).dot(ground) < TIPPED;
+        detail.margin = margin(&angles(&around, cog.to_array(), weight, [0.0; 3]));
+
+        let [forward, left] = [Vector::X, Vector::Y].map(|axis| pose.rotation * axis);
+        let heading = left.cross(Vector::Z).normalize_or_zero();
+        let truth = &mut self.truth;
+        let rear = [2, 3].map(|leg| world.bodies[robot.carriers[leg]].position().translation);
+        truth.axle_1 = (0.5 * (rear[0] + rear[1])).to_array();
+        truth.pitch = libm::atan2(forward.dot(heading.cross(left)), forward.dot(heading));
+        truth.roll = libm::atan2(left.z, libm::sqrt(left.x * left.x + left.y * left.y));
+        truth.yaw = libm::atan2(heading.y, heading.x);
+        truth.pitch_rate = -platform.angvel().dot(left);
+        truth.cog = cog.to_array();
+        truth.ground_speed = (momentum / mass).dot(heading);
+        truth.contacts.clear();
+        let (mut rearmost, mut foremost) = (f64::INFINITY, f64::NEG_INFINITY);
+        for leg in (0..LEGS).filter(|leg| detail.standing[*leg]) {
+            let contact = detail.contacts[leg];
+            truth.contacts.push(contact);
+            let along = (Vector::from_array(contact) - cog).dot(heading);
+            rearmost = if along < rearmost { along } else { rearmost };
+            foremost = if along > foremost { along } else { foremost };
+        }
+        let supported = !truth.contacts.is_empty();
+        truth.backward_margin = supported.then_some(-rearmost);
+        truth.forward_margin = supported.then_some(foremost);
+        let ground = self.hillside.normal([detail.place[0], detail.place[1]]);
+        let upright = (pose.rotation * Vector::Z).dot(Vector::from_array(ground));
+        truth.toppled |= upright < TIPPED;
     }
 }
