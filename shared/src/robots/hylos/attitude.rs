@@ -29,9 +29,11 @@ impl<S: Scalar> Attitude<S> {
         Self::from_directions(roll, pitch, yaw)
     }
 
-    /// Attitude of a platform in whose axes `up` (a unit vector) is up, in the world whose x axis is its own heading.
+    /// Attitude of a platform in whose axes `up` (a unit vector) is up, in the world whose x axis is its heading: level, and square to
+    /// the platform's transverse axis, as in [`crate::stability::attitude`].
     ///
-    /// Where the nose points straight up or down there is no heading: the roll is taken to be none.
+    /// Where the nose points straight up or down the roll is taken to be none; where it lies on its side there is no heading, and
+    /// x is the platform's own.
     pub fn from_up(up: Vector<S>) -> Self {
         let [x, y, z] = up;
         let square = y * y + z * z;
@@ -41,7 +43,16 @@ impl<S: Scalar> Attitude<S> {
         } else {
             ((S::ZERO, S::ONE), S::ZERO)
         };
-        Self::from_directions(roll, (-x, cosine), (S::ZERO, S::ONE))
+        // The yaw between the nose's shadow and the heading.
+        let (across, along) = (-(x * roll.0), roll.1);
+        let square = across * across + along * along;
+        let yaw = if square > S::from_f64(UPRIGHT) {
+            let per_length = S::ONE / square.sqrt();
+            (across * per_length, along * per_length)
+        } else {
+            (S::ZERO, S::ONE)
+        };
+        Self::from_directions(roll, (-x, cosine), yaw)
     }
 
     fn from_directions(roll: (S, S), pitch: (S, S), yaw: (S, S)) -> Self {

@@ -22,7 +22,7 @@ pub(super) struct LeastSquares<S> {
 }
 
 impl<S: Scalar> LeastSquares<S> {
-    /// Prepares for the matrix with these rows. Cost: 75 operations.
+    /// Prepares for the matrix with these rows.
     pub fn new(rows: [Vector<S>; 4]) -> Self {
         let mut diagonal = [S::from_f64(LEAST); 3];
         let mut mixed = [S::ZERO; 3];

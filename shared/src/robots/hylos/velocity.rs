@@ -42,8 +42,7 @@ pub struct Motion<S> {
 impl<S: Scalar> Posture<'_, S> {
     /// Height, roll and pitch rate (eq. 20), wheel speeds (eq. 21) and steering angles (from eq. 19) for a path and the rates of the legs.
     ///
-    /// Singularities: contacts in one line and a platform on end are damped, so all outputs stay finite. Cost: 400 operations and four
-    /// arc tangents.
+    /// Singularities: contacts in one line and a platform on end are damped, so all outputs stay finite.
     pub fn motion(&self, trajectory: &Trajectory<S>, legs: &Legs<S>, form: Form) -> Motion<S> {
         self.follow(&self.follower(), trajectory, legs, form)
     }
