@@ -6,6 +6,7 @@ mod random;
 
 use random::Random;
 use tautrack::math::vector::{Vector, add, cross, dot, scale};
+use tautrack::robots::hylos::attitude::up_from_tilt;
 use tautrack::robots::hylos::body::stance;
 use tautrack::robots::hylos::parameters::{
     MARGIN_FLOOR, MARGIN_LIMIT, POTENTIAL_GAIN, STANCE_HEIGHT,
@@ -309,6 +310,30 @@ fn singular_postures_leave_the_motion_bounded() {
                 for value in motion.posture.iter().chain(&motion.wheels) {
                     assert!(value.abs() < 1e3, "{up:?} {normal:?} {leg:?}: {motion:?}");
                 }
+            }
+        }
+    }
+}
+
+#[test]
+fn up_by_the_guards_attitude_is_up() {
+    use tautrack::math::sin_cos;
+    for inclination in [[0.0, 0.0], [0.5, 0.0], [0.0, 0.4], [-0.6, 0.3], [0.3, -0.7]] {
+        let mut attitude = tautrack::stability::attitude::Attitude::default();
+        let sensors = tautrack::link::BodySensors {
+            inclination,
+            ..Default::default()
+        };
+        assert!(attitude.update(&sensors, 0.008));
+        let up = up_from_tilt(sin_cos(attitude.pitch()), sin_cos(attitude.roll()));
+        for (got, want) in attitude.level(up).iter().zip([0.0, 0.0, 1.0]) {
+            assert!((got - want).abs() < 1e-6, "{inclination:?}: {up:?}");
+        }
+        // And its level axes are those of the posture.
+        let frame = Attitude::from_up(up);
+        for place in [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]] {
+            for (row, want) in frame.rotation().iter().zip(attitude.level(place)) {
+                assert!((dot(*row, place) - want).abs() < 1e-6, "{inclination:?}");
             }
         }
     }
