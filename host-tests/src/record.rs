@@ -1,6 +1,7 @@
 //! What one run leaves behind: samples of the plant's truth and of what the bus made public, for summary, log and report.
 
 use serde::Serialize;
+use std::collections::BTreeMap;
 
 /// Samples per second of virtual time.
 pub const SAMPLE_HZ: u32 = 100;
@@ -16,7 +17,7 @@ pub struct Sample {
     pub heard: Heard,
 }
 
-/// State of the B2P2 plant. World axes: x towards the stairs, y left, z up; metres and radians.
+/// State of a plant; what a robot does not have is 0. World axes: x towards the stairs, y left, z up; metres and radians.
 #[derive(Clone, Debug, Default, Serialize)]
 pub struct Truth {
     /// Centre of axle 1, the rear one.
@@ -51,6 +52,23 @@ pub struct Truth {
     pub forward_margin: Option<f64>,
     /// Turned over backward, forward or sideways; stays set.
     pub toppled: bool,
+    /// What only this robot has, by name; the unit is in the name.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub channels: BTreeMap<&'static str, f64>,
+    /// Places that its picture is drawn through ([`Sketch`]), in a fixed order.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub points: Vec<[f64; 3]>,
+}
+
+/// How a robot is drawn through [`Truth::points`]; the numbers count those.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct Sketch {
+    /// Wheels: centre and radius, m.
+    pub circles: Vec<(usize, f64)>,
+    /// Lines from point to point.
+    pub lines: Vec<Vec<usize>>,
+    /// The ground's height along the robot's way: x and z, m.
+    pub ground: Vec<[f64; 2]>,
 }
 
 /// What the bus made public, decoded from its frames.

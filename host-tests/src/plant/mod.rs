@@ -16,7 +16,7 @@ pub mod sensing;
 pub mod terrain;
 mod world;
 
-use crate::record::Truth;
+use crate::record::{Sketch, Truth};
 use tautrack::link::{BodySensors, Sensors, Shaft};
 
 /// A robot and the world around it, advanced in steps of one millisecond ([`tautrack::link::STEP_US`]).
@@ -40,6 +40,11 @@ pub trait Plant {
     /// Bytes that the satellite receiver put on the guard's serial line in the last step.
     fn serial(&self) -> &[u8] {
         &[]
+    }
+
+    /// How the robot is drawn; B2P2 has a picture of its own.
+    fn sketch(&self) -> Sketch {
+        Sketch::default()
     }
 
     /// What the physics knows after the last step; no node may see it.

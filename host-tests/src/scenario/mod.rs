@@ -99,7 +99,8 @@ pub struct Description {
     pub friction: f64,
     /// The ground.
     pub terrain: Terrain,
-    /// What the papers leave open about the robot.
+    /// B2P2, and what its paper leaves open about it; the nominal stand-in where no robot is named at all.
+    #[serde(default = "Robot::nominal")]
     pub robot: Robot,
     /// Who drives.
     pub operator: Operator,
@@ -175,6 +176,18 @@ pub struct Robot {
     /// Load beside the robot's own mass.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub payload: Option<Payload>,
+}
+
+impl Robot {
+    /// The stand-in of DESIGN.md section 6.
+    pub fn nominal() -> Self {
+        Self {
+            k_m: 1.232,
+            pulley_radius_m: 0.05,
+            com_offset_m: 0.0,
+            payload: None,
+        }
+    }
 }
 
 /// A point mass fixed to body 1.

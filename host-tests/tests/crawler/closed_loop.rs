@@ -106,11 +106,14 @@ fn compensation_keeps_the_speed_on_the_paper_s_slope() {
 
 #[test]
 fn an_arc_of_one_metre_closes() {
-    for (profile, compensates, bound) in [
-        (Profile::default(), true, 0.05),
-        (Profile::default(), false, 0.05),
-        (slope(10.0), true, 0.3),
-        (slope(10.0), false, 0.3),
+    let level = Profile::default();
+    // How far from its start the circle may end, and at least does.
+    for (profile, compensates, [least, most]) in [
+        (level, true, [0.0, 0.005]),
+        (level, false, [0.0, 0.005]),
+        (slope(10.0), true, [0.0, 0.05]),
+        (slope(10.0), false, [0.2, 0.4]),
+        (slope(15.0), true, [0.0, 0.15]),
     ] {
         let mut robot = Controlled::new(Soil::nominal(), &profile, compensates, false);
         robot.driven.drive([0.0; 2], 0.5);
@@ -136,7 +139,9 @@ fn an_arc_of_one_metre_closes() {
             1e3 * pose.x,
             1e3 * pose.y
         );
-        assert!(closing < bound && farthest < bound);
+        assert!(closing >= least && closing < most);
+        // The ground's resistance to turning is not known at the start.
+        assert!(profile != level || farthest < 0.03, "{farthest}");
     }
 }
 

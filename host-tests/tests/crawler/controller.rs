@@ -4,7 +4,7 @@ use proptest::prelude::*;
 use tautrack::robots::crawler::parameters::{BODY, DIMENSIONS, GROUND};
 use tautrack::robots::crawler::path::{PathFollower, Pose};
 use tautrack::robots::crawler::slip::SlipModel;
-use tautrack::robots::crawler::{BodyVelocity, Configuration, Controller, Observation};
+use tautrack::robots::crawler::{BodyVelocity, Configuration, Controller, Observation, Shape};
 
 const PERIOD: f32 = 0.004;
 const LIMIT: f32 = 20.0;
@@ -191,4 +191,34 @@ fn on_a_cross_slope_the_robot_is_known_to_drift_downhill() {
         // The left side is up: downhill is to the right.
         assert!(pose.y * roll < 0.0 && pose.y.abs() > 0.02, "{pose:?}");
     }
+}
+
+#[test]
+fn a_load_moves_the_centre_of_gravity_and_the_edges_stay() {
+    let body = BODY.loaded(2.0, [0.03, -0.02, 0.25]);
+    let shape = Shape::new(&DIMENSIONS, &body).unwrap();
+    let want = [0.06 / 7.0, -0.04 / 7.0, (5.0 * 0.045 + 0.5) / 7.0];
+    for (got, want) in shape.cog.into_iter().zip(want) {
+        assert!((f64::from(got) - want).abs() < 1e-7, "{shape:?}");
+    }
+    let [rear_right, front_right, front_left, rear_left] = shape.contacts;
+    assert_eq!(rear_right, [-0.0635, -0.0725, 0.0]);
+    assert_eq!(front_left, [0.0635, 0.0725, 0.0]);
+    assert_eq!([front_right[0], rear_left[1]], [0.0635, 0.0725]);
+    let raised = shape.turned(|[x, y, z]| [x, y, z + 1.0]);
+    assert_eq!(
+        (raised.cog[2], raised.contacts[2][2]),
+        (shape.cog[2] + 1.0, 1.0)
+    );
+}
+
+/// The track under the load is pressed harder, so the ground bears the same force with less slip.
+#[test]
+fn the_track_that_carries_less_slips_more() {
+    let body = BODY.loaded(2.0, [0.0, 0.05, 0.05]);
+    let model = SlipModel::new(&DIMENSIONS, &body, &GROUND).unwrap();
+    let [left, right] = model.predict(0.3, 0.0).forward;
+    assert!(right > 1.05 * left, "{left} {right}");
+    let [left, right] = self::model().predict(0.3, 0.3).forward;
+    assert!(left > 1.05 * right, "the side that is up: {left} {right}");
 }

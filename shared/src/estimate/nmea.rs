@@ -174,8 +174,8 @@ impl Reader {
 /// `text` stands between `$` and the end of the line. Nothing for a good sentence of another kind.
 fn parse(text: &[u8]) -> Result<Option<Sentence>, Refusal> {
     let star = text.iter().rposition(|byte| *byte == b'*');
-    let (body, sum) = text.split_at(star.ok_or(Refusal::NoChecksum)?);
-    let &[_, high, low] = sum else {
+    let parts = star.and_then(|star| text.split_at_checked(star));
+    let Some((body, &[_, high, low])) = parts else {
         return Err(Refusal::NoChecksum);
     };
     let digits = hexadecimal(high).zip(hexadecimal(low));

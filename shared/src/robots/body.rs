@@ -138,5 +138,7 @@ pub trait Body: Sized {
     fn odometry_um(&self) -> i32;
 
     /// The paper's q7 and q8, of a robot that has them.
-    fn joints(&self, drives: &[DriveState]) -> [Joint; 2];
+    fn joints(&self, _: &[DriveState]) -> [Joint; 2] {
+        [Joint::default(); 2]
+    }
 }

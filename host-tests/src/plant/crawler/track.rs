@@ -130,11 +130,12 @@ impl Track {
                 cell
             };
             let (brought, distance) = match entered {
-                0 => ([0.0; 2], 0.25 * pitch),
-                _ if self.speed > 0.0 => (before[cell + 1], pitch),
-                _ => (before[cell - 1], pitch),
+                0 => ([0.0; 2], 0.25),
+                _ if self.speed > 0.0 => (before[cell + 1], 1.0),
+                _ => (before[cell - 1], 1.0),
             };
-            let distance = if entered == 1 { 0.75 * pitch } else { distance };
+            // The second cell's neighbour is that first one.
+            let distance = if entered == 1 { 0.75 } else { distance } * pitch;
             let carry = self.speed.abs() / distance;
             let turning = body.spin.dot(normal);
             let [x, y] = before[cell];

@@ -74,26 +74,42 @@ pub const SLOPE: f64 = 20.0 * core::f64::consts::PI / 180.0;
 /// Speed of the paper's simulation, m/s.
 pub const SPEED: f64 = 0.15;
 
-/// The robot's body. All assumed: the paper has no masses.
+/// Mass of the robot and where it is.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Body {
     /// Mass, kg.
     pub mass: f64,
-    /// Centre of gravity forward of the middle of the tracks' runs, m.
-    pub cog_forward: f64,
-    /// Centre of gravity above the ground, m.
-    pub cog_height: f64,
-    /// Length, width and height of the box whose inertia the body has, m.
-    pub extent: [f64; 3],
+    /// Centre of gravity from the middle between the runs on the ground: forward, left, up, m.
+    pub cog: [f64; 3],
 }
 
-/// A compact robot with its batteries between the tracks.
+/// A compact robot with its batteries between the tracks. All assumed: the paper has no masses.
 pub const BODY: Body = Body {
     mass: 5.0,
-    cog_forward: 0.0,
-    cog_height: 0.045,
-    extent: [0.20, 0.19, 0.08],
+    cog: [0.0, 0.0, 0.045],
 };
+
+impl Body {
+    /// The body with a load on it; its mass (kg) and place (as [`Body::cog`]).
+    #[must_use]
+    pub fn loaded(&self, mass: f64, place: [f64; 3]) -> Self {
+        let sum = self.mass + mass;
+        Self {
+            mass: sum,
+            cog: [0, 1, 2].map(|i: usize| (self.mass * self.cog[i] + mass * place[i]) / sum),
+        }
+    }
+
+    /// # Errors
+    /// A mass outside 10 g to 1 t, a coordinate beyond 10 m.
+    pub(super) fn checked(&self) -> Result<(f32, [f32; 3]), ParametersError> {
+        let mass = within("mass", self.mass, [1e-2, 1e3])?;
+        for coordinate in self.cog {
+            within("centre of gravity", coordinate, [-10.0, 10.0])?;
+        }
+        Ok((mass as f32, self.cog.map(|coordinate| coordinate as f32)))
+    }
+}
 
 /// Ground that shears under the tracks (eq. 5 and 6).
 #[derive(Clone, Copy, PartialEq, Debug)]

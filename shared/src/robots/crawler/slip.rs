@@ -27,8 +27,9 @@ pub struct SlipModel {
     soil: Soil<f32>,
     footprint: Footprint<f32>,
     weight: f32,
-    /// Height of the centre of gravity over the tracks' spacing.
+    /// Height of the centre of gravity, and how far left it is, over the tracks' spacing.
     lever: f32,
+    offset: f32,
     /// Slip over what the model says.
     correction: f32,
 }
@@ -76,28 +77,24 @@ impl SlipModel {
     /// For a robot of these dimensions and masses on this ground.
     ///
     /// # Errors
-    /// The first value out of range: mass 10 g to 1 t, height of the centre of gravity up to 10 m, lengths 1 mm to 10 m, and [`Soil::new`].
+    /// The first value out of range: mass 10 g to 1 t, centre of gravity within 10 m, lengths 1 mm to 10 m, and those of [`Soil::new`].
     pub fn new(
         dimensions: &Dimensions,
         body: &Body,
         ground: &Ground,
     ) -> Result<Self, ParametersError> {
         const LENGTH: [f64; 2] = [1e-3, 10.0];
-        let mass = within("mass", body.mass, [1e-2, 1e3])?;
-        let height = within(
-            "height of the centre of gravity",
-            body.cog_height,
-            [0.0, 10.0],
-        )?;
-        let spacing = within("track spacing", dimensions.track_spacing, LENGTH)?;
+        let (mass, [_, left, height]) = body.checked()?;
+        let spacing = within("track spacing", dimensions.track_spacing, LENGTH)? as f32;
         Ok(Self {
             soil: Soil::new(ground)?,
             footprint: Footprint {
                 width: within("track width", dimensions.track_width, LENGTH)? as f32,
                 length: within("contact length", dimensions.contact_length, LENGTH)? as f32,
             },
-            weight: mass as f32 * GRAVITY,
-            lever: (height / spacing) as f32,
+            weight: mass * GRAVITY,
+            lever: height / spacing,
+            offset: left / spacing,
             correction: 1.0,
         })
     }
@@ -113,7 +110,7 @@ impl SlipModel {
         let mut beyond_traction = false;
         let [left, right] = [-1.0, 1.0].map(|right: f32| {
             // The side that is up carries less.
-            let share = 0.5 * upright * along + right * self.lever * lean;
+            let share = (0.5 - right * self.offset) * upright * along + right * self.lever * lean;
             let pressure = self.weight * clamp(share, 0.0, 1.0) / area;
             let slip = self.soil.slip_for(&self.footprint, pressure, force);
             beyond_traction |= slip.is_err();
