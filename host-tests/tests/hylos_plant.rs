@@ -308,6 +308,30 @@ fn at_rest_the_wheels_carry_the_weight_and_the_legs_hold_it() {
 }
 
 #[test]
+fn the_sketch_goes_through_the_wheels_on_the_ground() {
+    let mut driven = Driven::new(&WAVES, POTENTIAL_GAIN);
+    driven.rest(1.0);
+    let (sketch, truth) = (driven.plant.sketch(), driven.plant.truth());
+    assert_eq!((sketch.circles.len(), truth.points.len()), (LEGS, 3 * LEGS));
+    for (leg, (centre, radius)) in sketch.circles.iter().enumerate() {
+        let [x, y, z] = truth.points[*centre];
+        let height = WAVES.height([x, y]);
+        assert!(
+            (z - radius - height).abs() < 5e-3,
+            "leg {leg}: {z} {height}"
+        );
+    }
+    for line in &sketch.lines {
+        assert!(line.iter().all(|point| *point < truth.points.len()));
+    }
+    assert_eq!(
+        truth.channels["front_right_hip_rad"],
+        driven.plant.detail().legs[1][0]
+    );
+    assert!(truth.channels["tip_over_margin_rad"] > MARGIN_LIMIT);
+}
+
+#[test]
 fn loads_from_the_leg_motors_keep_the_wheels_on_waves() {
     let mean_imbalance = |sensors| {
         let mut driven = Driven::new(&WAVES, POTENTIAL_GAIN);

@@ -17,7 +17,7 @@ use crate::plant::gear::{Drive, Gear};
 use crate::plant::noise::Noise;
 use crate::plant::sensing::{BodyMotion, BodySensing};
 use crate::plant::world::world;
-use crate::record::Truth;
+use crate::record::{Sketch, Truth};
 use core::f64::consts::TAU;
 use rapier3d_f64::math::Vector;
 use rapier3d_f64::prelude::*;
@@ -225,6 +225,28 @@ impl Plant for Hylos {
 
     fn body_sensors(&self) -> BodySensors {
         self.body_sensing.reading()
+    }
+
+    /// Wheels, legs, and the platform as the line through its hips; the ground is the section through the start.
+    fn sketch(&self) -> Sketch {
+        let p = &self.parameters;
+        let [[from, to], _] = self.hillside.extent;
+        let mut lines: Vec<_> = (0..LEGS)
+            .map(|leg| (3 * leg..3 * leg + 3).collect())
+            .collect();
+        lines.push([0, 1, 3, 2, 0].map(|leg| 3 * leg).to_vec());
+        Sketch {
+            circles: (0..LEGS)
+                .map(|leg| (3 * leg + 2, p.measures.wheel_radius))
+                .collect(),
+            lines,
+            ground: (0..=100)
+                .map(|part| {
+                    let x = from + (to - from) * f64::from(part) / 100.0;
+                    [x, self.hillside.height([x, p.start[1]])]
+                })
+                .collect(),
+        }
     }
 
     fn truth(&self) -> &Truth {

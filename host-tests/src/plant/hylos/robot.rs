@@ -48,6 +48,18 @@ fn hip(p: &HylosParameters, leg: usize) -> Vector {
     )
 }
 
+/// Hip, knee and wheel centre of a leg in the platform, m: what it is drawn through.
+pub fn leg_places(p: &HylosParameters, leg: usize, [angle, bend]: [f64; 2]) -> [Vector; 3] {
+    let from_hip =
+        |[forth, down]: [f64; 2]| hip(p, leg) + Vector::new(forward(leg) * forth, 0.0, -down);
+    let thigh = p.measures.leg[0];
+    [
+        hip(p, leg),
+        from_hip([thigh * libm::cos(angle), thigh * libm::sin(angle)]),
+        from_hip(p.reach([angle, bend])),
+    ]
+}
+
 impl Robot {
     /// Builds the robot on ground of this height and normal below its middle.
     pub fn build(world: &mut PhysicsWorld, p: &HylosParameters, height: f64, up: Vector) -> Self {

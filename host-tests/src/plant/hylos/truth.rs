@@ -1,6 +1,6 @@
 //! What the physics knows of the robot.
 
-use super::Hylos;
+use super::{Hylos, robot};
 use crate::plant::world::GRAVITY;
 use rapier3d_f64::math::Vector;
 use tautrack::robots::hylos::LEGS;
@@ -13,6 +13,34 @@ const WINDOW: u64 = 50;
 const LEAST_SUPPORT: f64 = 0.5;
 /// Cosine of the angle between platform and ground from which the robot has tipped over.
 const TIPPED: f64 = 0.5;
+
+/// Names of a leg's channels: hip, knee, steering, and the force of the ground on its wheel.
+const CHANNELS: [[&str; 4]; LEGS] = [
+    [
+        "front_left_hip_rad",
+        "front_left_knee_rad",
+        "front_left_steering_rad",
+        "front_left_load_n",
+    ],
+    [
+        "front_right_hip_rad",
+        "front_right_knee_rad",
+        "front_right_steering_rad",
+        "front_right_load_n",
+    ],
+    [
+        "rear_left_hip_rad",
+        "rear_left_knee_rad",
+        "rear_left_steering_rad",
+        "rear_left_load_n",
+    ],
+    [
+        "rear_right_hip_rad",
+        "rear_right_knee_rad",
+        "rear_right_steering_rad",
+        "rear_right_load_n",
+    ],
+];
 
 /// State of the legs: metres, radians and newtons; x forward, y left, z up.
 #[derive(Clone, Debug, Default)]
@@ -101,5 +129,16 @@ impl Hylos {
         let ground = self.hillside.normal([detail.place[0], detail.place[1]]);
         let upright = (pose.rotation * Vector::Z).dot(Vector::from_array(ground));
         truth.toppled |= upright < TIPPED;
+        truth.channels.insert("tip_over_margin_rad", detail.margin);
+        truth.points.clear();
+        for (leg, names) in CHANNELS.iter().enumerate() {
+            let [hip, knee] = detail.legs[leg];
+            let values = [hip, knee, detail.steering[leg], detail.wheel_forces[leg]];
+            truth.channels.extend(names.iter().copied().zip(values));
+            let places = robot::leg_places(p, leg, detail.legs[leg]);
+            truth
+                .points
+                .extend(places.map(|place| pose.transform_point(place).to_array()));
+        }
     }
 }
