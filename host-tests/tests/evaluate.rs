@@ -55,6 +55,7 @@ fn collect(name: &str, got: &Value, want: &Value, into: &mut BTreeMap<String, Ve
             }
         }
         (Value::Null, Value::Null) => {}
+        (Value::Bool(got), Value::Bool(want)) => assert_eq!(got, want, "{name}"),
         _ => into.entry(name.to_owned()).or_default().push([
             got.as_f64()
                 .unwrap_or_else(|| panic!("{name}: {got} {want}")),
@@ -110,7 +111,13 @@ fn check(group: &str, precision: Precision, computed: &Value) {
 
 #[test]
 fn every_model_meets_the_vectors_in_both_precisions() {
-    for group in ["b2p2_fk_com", "b2p2_dynamics", "b2p2_zmp", "hylos_margin"] {
+    for group in [
+        "b2p2_fk_com",
+        "b2p2_dynamics",
+        "b2p2_zmp",
+        "hylos_margin",
+        "rt_mover",
+    ] {
         let document = without_outputs(&vectors(group)).to_string();
         for (precision, flag) in [(Precision::F64, "f64"), (Precision::F32, "f32")] {
             let output = run(&["--scalar", flag, "-"], &document);
