@@ -20,7 +20,7 @@ struct Pinned {
     lifted: Wheel,
     shape: Shape<f64>,
     heading: f64,
-    pitch_rate: f64,
+    rates: Shape<f64>,
 }
 
 impl Pinned {
@@ -35,7 +35,7 @@ impl Pinned {
             parameters,
             lifted,
             heading: 0.0,
-            pitch_rate: 0.0,
+            rates: Shape::ZERO,
         }
     }
 
@@ -56,16 +56,16 @@ impl Pinned {
 
     fn step<S: Scalar>(&mut self, law: Law, task: &Task<f64>) {
         let number = S::from_f64;
+        let narrow = |shape: &Shape<f64>| Shape {
+            pitch: number(shape.pitch),
+            steering: shape.steering.map(number),
+            roll: shape.roll.map(number),
+        };
         let situation = Situation {
-            shape: Shape {
-                pitch: number(self.shape.pitch),
-                steering: self.shape.steering.map(number),
-                roll: self.shape.roll.map(number),
-            },
-            pitch_rate: number(self.pitch_rate),
+            shape: narrow(&self.shape),
+            rates: narrow(&self.rates),
             heading: number(self.heading),
             lifted: self.lifted,
-            support_steering_rate: S::ZERO,
         };
         let told = match *task {
             Task::Vertical { roll_rate } => Task::Vertical {
@@ -100,7 +100,12 @@ impl Pinned {
             }
             (a, b) = (b, b - fb * (b - a) / (fb - fa));
         }
-        self.pitch_rate = (next.pitch - self.shape.pitch) / DT;
+        let rates = |now: [f64; 2], before: [f64; 2]| [0, 1].map(|i| (now[i] - before[i]) / DT);
+        self.rates = Shape {
+            pitch: (next.pitch - self.shape.pitch) / DT,
+            steering: rates(next.steering, self.shape.steering),
+            roll: rates(next.roll, self.shape.roll),
+        };
         (self.shape, self.heading) = (next, b);
     }
 }

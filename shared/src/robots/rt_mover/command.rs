@@ -29,14 +29,12 @@ pub enum Law {
 pub struct Situation<S> {
     /// Measured angles.
     pub shape: Shape<S>,
-    /// Measured rate of the body's pitch, rad/s. The exact law does without.
-    pub pitch_rate: S,
+    /// Measured rates. The laws use those of the pitch and of the supporting arm; the exact one does with the latter's steering.
+    pub rates: Shape<S>,
     /// Direction of the body against that of travel, `theta_B`, counter-clockwise, rad.
     pub heading: S,
     /// The wheel in the air.
     pub lifted: Wheel,
-    /// Rate at which the other arm is steered, rad/s.
-    pub support_steering_rate: S,
 }
 
 /// What the lifted wheel shall do.
@@ -115,10 +113,9 @@ pub fn command<S: Scalar>(
         Task::Swing { turning } => swing(half_width, phi, turning, support_left),
     };
 
-    let mut rates = Shape::ZERO;
-    rates.pitch = situation.pitch_rate;
+    let mut rates = situation.rates;
     rates.roll[leg as usize] = task.roll_rate();
-    rates.steering[sup as usize] = situation.support_steering_rate;
+    rates.steering[leg as usize] = S::ZERO;
     let middle_rate = |axle: super::Axle| {
         let arm = Arm::new(parameters, shape, axle);
         let [left, right] = axle
@@ -137,7 +134,7 @@ pub fn command<S: Scalar>(
     };
     let axle = SupportAxle {
         heading: frame.headings[sup as usize],
-        heading_rate: situation.support_steering_rate,
+        heading_rate: rates.steering[sup as usize],
         half_width: frame.half_widths[sup as usize],
     };
     // Eq. 9 holds along the body's axes only.

@@ -93,7 +93,7 @@ pub fn exact<S: Scalar>(
         Some(plus(&plus(&rates, pitch, &pitching), roll, &rolling))
     };
     let mut given = Shape::ZERO;
-    given.steering[sup as usize] = situation.support_steering_rate;
+    given.steering[sup as usize] = situation.rates.steering[sup as usize];
     given.roll[leg as usize] = task.roll_rate();
     let mut steered = Shape::ZERO;
     steered.steering[leg as usize] = S::ONE;

@@ -12,11 +12,12 @@ pub const ARM_DROP: f64 = 0.05;
 pub const WHEEL_RADIUS: f64 = 0.10;
 /// Limit of either steering shaft, rad: the paper's 30 degrees.
 pub const STEERING_LIMIT: f64 = core::f64::consts::FRAC_PI_6;
-/// Share of each part in the published 28 kg, kg, and the seat's height over the pitch shaft, m. All assumed.
+/// Share of each part in the published 28 kg, kg, and where the seat is from the pitch shaft, m. All assumed.
 pub const MASSES: Masses = Masses {
     body: 8.0,
     seat: 8.0,
     seat_height: 0.10,
+    seat_forward: 0.04,
     arm: 2.0,
     wheel: 2.0,
 };
@@ -30,6 +31,9 @@ pub struct Masses {
     pub seat: f64,
     /// Height of the seat's centre of mass over the pitch shaft, m.
     pub seat_height: f64,
+    /// Distance of the same in front of the pitch shaft, m. The rear wheels step up with the front higher than they are, which moves the centre of
+    /// gravity back over its supports; this gives it back.
+    pub seat_forward: f64,
     /// One arm without its wheels, kg.
     pub arm: f64,
     /// One wheel with its motor, kg.
@@ -70,7 +74,7 @@ pub const LENGTHS: Lengths = Lengths {
 /// Why values do not describe a robot.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub enum ParametersError {
-    /// A length or mass is not above zero (arm drop, seat height: is negative), or not finite.
+    /// A length or mass is not above zero (arm drop, seat: is negative), or not finite.
     OutOfRange {
         /// Which one.
         name: &'static str,
@@ -99,8 +103,8 @@ pub struct Parameters<S> {
     pub steering_limit: S,
     /// Share of one axle's two wheels in the whole mass: what the centre of gravity follows them by.
     pub(super) wheel_share: S,
-    /// Height of the centre of gravity over the body's middle, the arms level, times the whole mass, over it: m.
-    pub(super) cog_height: S,
+    /// Centre of gravity without what hangs below the roll shafts: in front of and over the body's middle, m.
+    pub(super) cog: [S; 2],
 }
 
 impl<S: Scalar> Parameters<S> {
@@ -122,6 +126,7 @@ impl<S: Scalar> Parameters<S> {
             ("body mass", masses.body, false),
             ("seat mass", masses.seat, false),
             ("seat height", masses.seat_height, true),
+            ("seat forward", masses.seat_forward, true),
             ("arm mass", masses.arm, false),
             ("wheel mass", masses.wheel, false),
         ] {
@@ -145,7 +150,8 @@ impl<S: Scalar> Parameters<S> {
             wheel_radius: S::from_f64(lengths.wheel_radius),
             steering_limit: S::from_f64(lengths.steering_limit),
             wheel_share: S::from_f64(2.0 * masses.wheel * per_mass),
-            cog_height: S::from_f64(masses.seat * masses.seat_height * per_mass),
+            cog: [masses.seat_forward, masses.seat_height]
+                .map(|place| S::from_f64(masses.seat * place * per_mass)),
         }
     }
 }

@@ -45,7 +45,8 @@ pub fn cog<S: Scalar>(parameters: &Parameters<S>, shape: &Shape<S>) -> Vector<S>
             arm.frame.axes[2],
         )
     });
-    add([S::ZERO, S::ZERO, parameters.cog_height], add(down[0], down[1]))
+    let [forward, up] = parameters.cog;
+    add([S::ZERO, forward, up], add(down[0], down[1]))
 }
 
 /// Margin with `lifted` in the air, m: [`static_margin`] of the other three wheels where they are.
