@@ -2,9 +2,7 @@
 
 use tautrack::math::Scalar;
 use tautrack::robots::rt_mover::projection::{Projection, stand};
-use tautrack::robots::rt_mover::{
-    Axle, Law, Parameters, Shape, Situation, Task, Wheel, command,
-};
+use tautrack::robots::rt_mover::{Axle, Law, Parameters, Shape, Situation, Task, Wheel, command};
 
 const DT: f64 = 0.01;
 
@@ -87,8 +85,7 @@ impl Pinned {
         let axle = |shape: &Shape<f64>| Projection::new(&self.parameters, shape).headings[sup];
         let slip = |heading: f64| {
             let (_, after) = self.places(&next, heading);
-            let direction =
-                0.5 * (axle(&self.shape) + self.heading + axle(&next) + heading);
+            let direction = 0.5 * (axle(&self.shape) + self.heading + axle(&next) + heading);
             let (sine, cosine) = direction.sin_cos();
             (after[0] - before[0]) * cosine + (after[1] - before[1]) * sine
         };
@@ -118,7 +115,11 @@ fn figure_7<S: Scalar>(law: Law, lifted: Wheel) -> [f64; 2] {
     let leg = lifted.axle() as usize;
     robot.shape.steering[leg] = 20.0_f64.to_radians() * mirror;
     // Behind, the supporting wheels must lie across the other way.
-    let across = if lifted.axle() == Axle::Front { -30.0_f64 } else { 30.0 };
+    let across = if lifted.axle() == Axle::Front {
+        -30.0_f64
+    } else {
+        30.0
+    };
     robot.shape.steering[1 - leg] = across.to_radians() * mirror;
     robot.shape = stand(&robot.parameters, &robot.shape, lifted);
     let vertical = |rate: f64| Task::Vertical {
@@ -132,10 +133,18 @@ fn figure_7<S: Scalar>(law: Law, lifted: Wheel) -> [f64; 2] {
     }
     let lifted_y = robot.wheel()[1];
     while robot.wheel()[1] - lifted_y < 0.15 {
-        robot.step::<S>(law, &Task::Swing { turning: -0.1 * mirror });
+        robot.step::<S>(
+            law,
+            &Task::Swing {
+                turning: -0.1 * mirror,
+            },
+        );
     }
     let (landing, height) = (robot.wheel()[1], robot.wheel()[2]);
-    assert!(lifted.axle() == Axle::Rear || height > 0.16, "the body's pitch lifts it further: {height}");
+    assert!(
+        lifted.axle() == Axle::Rear || height > 0.16,
+        "the body's pitch lifts it further: {height}"
+    );
     while robot.wheel()[2] > 0.0 {
         robot.step::<S>(law, &vertical(-0.1));
         worst[1] = worst[1].max((robot.wheel()[1] - landing).abs());

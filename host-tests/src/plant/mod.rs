@@ -1,10 +1,11 @@
 //! The physical world that the nodes move and sense: one plant per robot, behind one trait.
 //!
 //! A motor and its rotor live in the node that drives them; a plant begins at the output shaft of the gear.
-//! [`b2p2`] is the tracked robot of Paillat et al., [`terrain`] what it drives on, [`noise`] the seeded randomness.
+//! [`b2p2`] is the tracked robot of Paillat et al., [`rt_mover`] the leg-wheel robot of Nakajima, [`terrain`] what it drives on, [`noise`] the seeded randomness.
 
 pub mod b2p2;
 pub mod noise;
+pub mod rt_mover;
 pub mod terrain;
 
 use crate::record::Truth;

@@ -4,10 +4,10 @@
 //! meets the load. `contact`: belts and ground. `sense`: the sensors on the body. Here: the order of one step.
 
 mod contact;
-mod gear;
+pub(in crate::plant) mod gear;
 pub mod parameters;
-mod robot;
-mod sense;
+pub(in crate::plant) mod robot;
+pub(in crate::plant) mod sense;
 mod truth;
 
 pub use parameters::{B2p2Parameters, Payload};

@@ -29,7 +29,7 @@ pub enum Law {
 pub struct Situation<S> {
     /// Measured angles.
     pub shape: Shape<S>,
-    /// Measured rates. The laws use those of the pitch and of the supporting arm; the exact one does with the latter's steering.
+    /// Measured rates, of which the exact law needs only that of the supporting steering shaft.
     pub rates: Shape<S>,
     /// Direction of the body against that of travel, `theta_B`, counter-clockwise, rad.
     pub heading: S,
@@ -104,9 +104,10 @@ pub fn command<S: Scalar>(
     let phi = frame.headings[leg as usize] + situation.heading;
     let motion = match *task {
         Task::Vertical { roll_rate } => {
-            // Steering and pitch as they are: the paper's approximation.
+            // Steering as it is: the paper's approximation.
             let mut next = *shape;
             next.roll[leg as usize] += roll_rate * period;
+            next.pitch += situation.rates.pitch * period;
             let after = Arm::new(parameters, &next, leg).half_width(parameters);
             lift_step(half_width, after, phi, period, support_left)
         }
@@ -115,7 +116,6 @@ pub fn command<S: Scalar>(
 
     let mut rates = situation.rates;
     rates.roll[leg as usize] = task.roll_rate();
-    rates.steering[leg as usize] = S::ZERO;
     let middle_rate = |axle: super::Axle| {
         let arm = Arm::new(parameters, shape, axle);
         let [left, right] = axle

@@ -73,8 +73,7 @@ pub fn exact<S: Scalar>(
     let [left, right] = sup.wheels().map(|wheel| wheel as usize);
     let standing = Standing {
         parameters,
-        arms: [Axle::Front, Axle::Rear]
-            .map(|axle| Arm::new(parameters, &situation.shape, axle)),
+        arms: [Axle::Front, Axle::Rear].map(|axle| Arm::new(parameters, &situation.shape, axle)),
     };
     let half = S::from_f64(0.5);
 

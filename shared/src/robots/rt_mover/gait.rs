@@ -214,6 +214,8 @@ pub struct Gait {
     /// Height over its partner and distance ahead of it from which the wheel began, and its roll shaft's torque in the air.
     begun: [f32; 2],
     airborne_torque: f32,
+    /// Where the supporting steering shaft is held meanwhile, rad.
+    held: f32,
     before: Option<(Shape<f32>, [f32; 4])>,
     margin: f32,
 }
@@ -234,6 +236,7 @@ impl Gait {
             aborted: false,
             begun: [0.0; 2],
             airborne_torque: 0.0,
+            held: 0.0,
             before: None,
             margin: 0.0,
         }
@@ -260,8 +263,11 @@ impl Gait {
 
     /// The wheel that is in the air by command, if any.
     pub fn lifted(&self) -> Option<Wheel> {
-        matches!(self.stage, Stage::Lifting | Stage::Swinging | Stage::Landing)
-            .then(|| self.wheel())
+        matches!(
+            self.stage,
+            Stage::Lifting | Stage::Swinging | Stage::Landing
+        )
+        .then(|| self.wheel())
     }
 
     /// Static margin without the wheel whose turn it is, m.
@@ -282,7 +288,13 @@ impl Gait {
             roll: inputs.roll,
         };
         let (last, wheels) = self.before.unwrap_or((shape, inputs.wheels));
-        let rate = |now: f32, before: f32| if period > 0.0 { (now - before) / period } else { 0.0 };
+        let rate = |now: f32, before: f32| {
+            if period > 0.0 {
+                (now - before) / period
+            } else {
+                0.0
+            }
+        };
         let rates = Shape {
             pitch: rate(shape.pitch, last.pitch),
             steering: [0, 1].map(|i| rate(shape.steering[i], last.steering[i])),
@@ -313,6 +325,8 @@ impl Gait {
     fn leave(&mut self, event: Event, situation: &Situation<f32>) {
         match (self.stage, event) {
             (Stage::Widening, _) => {
+                let sup = situation.lifted.axle().other() as usize;
+                self.held = self.steering(situation)[sup];
                 self.begun = reach(
                     &self.parameters,
                     &situation.shape,
@@ -338,9 +352,7 @@ impl Gait {
         }
         match self.stage {
             Stage::Standing | Stage::Arrived | Stage::Stuck => None,
-            Stage::Skewing => {
-                reached((situation.heading - pace.skew) * pace.skew.signum() >= 0.0)
-            }
+            Stage::Skewing => reached((situation.heading - pace.skew) * pace.skew.signum() >= 0.0),
             Stage::Seeking => {
                 let torque = leg
                     .wheels()
@@ -450,7 +462,10 @@ impl Gait {
         let moved = match task {
             Some(task) => {
                 let mut moved = command(p, pace.law, situation, &task, period);
-                moved.rates.roll[situation.lifted.axle().other() as usize] += level;
+                let sup = situation.lifted.axle().other() as usize;
+                moved.rates.roll[sup] += level;
+                moved.rates.steering[sup] =
+                    STEERING_GAIN * (self.held - situation.shape.steering[sup]);
                 moved
             }
             None => self.drive(situation, inputs, level),

@@ -25,8 +25,7 @@ impl<S: Scalar> Projection<S> {
     /// The frame of a robot of this shape.
     pub fn new(parameters: &Parameters<S>, shape: &Shape<S>) -> Self {
         let arms = [Axle::Front, Axle::Rear].map(|axle| Arm::new(parameters, shape, axle));
-        let contacts =
-            WHEELS.map(|wheel| arms[wheel.axle() as usize].contact(parameters, wheel));
+        let contacts = WHEELS.map(|wheel| arms[wheel.axle() as usize].contact(parameters, wheel));
         let middle = |left: Wheel, right: Wheel| {
             let sum = add(contacts[left as usize], contacts[right as usize]);
             scale(S::from_f64(0.5), sum)

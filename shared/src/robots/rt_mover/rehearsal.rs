@@ -111,7 +111,11 @@ pub fn rehearse<S: Scalar>(
             end.margin = margin;
         }
         let steering = end.shape.steering[leg];
-        let size = if steering < S::ZERO { -steering } else { steering };
+        let size = if steering < S::ZERO {
+            -steering
+        } else {
+            steering
+        };
         if !(size <= end.steering) {
             end.steering = size;
         }

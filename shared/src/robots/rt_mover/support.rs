@@ -50,11 +50,7 @@ pub fn cog<S: Scalar>(parameters: &Parameters<S>, shape: &Shape<S>) -> Vector<S>
 }
 
 /// Margin with `lifted` in the air, m: [`static_margin`] of the other three wheels where they are.
-pub fn margin_without<S: Scalar>(
-    parameters: &Parameters<S>,
-    shape: &Shape<S>,
-    lifted: Wheel,
-) -> S {
+pub fn margin_without<S: Scalar>(parameters: &Parameters<S>, shape: &Shape<S>, lifted: Wheel) -> S {
     // Counter-clockwise, beginning with the wheel after the lifted one.
     let supports = match lifted {
         Wheel::RearRight => [Wheel::FrontRight, Wheel::FrontLeft, Wheel::RearLeft],

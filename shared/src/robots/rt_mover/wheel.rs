@@ -109,7 +109,11 @@ impl<S: Scalar> Shape<S> {
 
 /// About x by an angle given as sine and cosine.
 fn pitched<S: Scalar>([sine, cosine]: [S; 2], v: Vector<S>) -> Vector<S> {
-    [v[0], cosine * v[1] - sine * v[2], sine * v[1] + cosine * v[2]]
+    [
+        v[0],
+        cosine * v[1] - sine * v[2],
+        sine * v[1] + cosine * v[2],
+    ]
 }
 
 /// An arm: its steering and roll shafts meet at `pivot`; x of `frame` runs along it to the right, z up and across.
@@ -132,9 +136,17 @@ impl<S: Scalar> Arm<S> {
         Self {
             frame: Frame {
                 axes: [
-                    [steer_cosine * roll_cosine, steer_sine * roll_cosine, -roll_sine],
+                    [
+                        steer_cosine * roll_cosine,
+                        steer_sine * roll_cosine,
+                        -roll_sine,
+                    ],
                     [-steer_sine, steer_cosine, S::ZERO],
-                    [steer_cosine * roll_sine, steer_sine * roll_sine, roll_cosine],
+                    [
+                        steer_cosine * roll_sine,
+                        steer_sine * roll_sine,
+                        roll_cosine,
+                    ],
                 ]
                 .map(|axis| pitched(pitch, axis)),
                 origin: pitched(pitch, [S::ZERO, half, S::ZERO]),
@@ -168,7 +180,10 @@ impl<S: Scalar> Arm<S> {
         let up = sub(scale(cosine, z), scale(sine, y));
         Frame {
             axes: [x, add(scale(cosine, y), scale(sine, z)), up],
-            origin: sub(self.hub(parameters, wheel), scale(parameters.wheel_radius, up)),
+            origin: sub(
+                self.hub(parameters, wheel),
+                scale(parameters.wheel_radius, up),
+            ),
         }
     }
 
@@ -182,14 +197,20 @@ impl<S: Scalar> Arm<S> {
         }
         let per = S::ONE / square.sqrt();
         let to_hub = sub([S::ZERO, S::ZERO, S::ONE], scale(along[2], along));
-        [scale(per, to_hub), scale(per, [-along[1], along[0], S::ZERO])]
+        [
+            scale(per, to_hub),
+            scale(per, [-along[1], along[0], S::ZERO]),
+        ]
     }
 
     /// Lowest point of a wheel: where it touches level ground. Not the last point of eq. 2, which is lowest for one wheel angle only:
     /// the hub, less `R (z - (z.e) e) / |z - (z.e) e|` with `e` along the arm. The wheel is thin.
     pub fn contact(&self, parameters: &Parameters<S>, wheel: Wheel) -> Vector<S> {
         let [to_hub, _] = self.rolling_axes();
-        sub(self.hub(parameters, wheel), scale(parameters.wheel_radius, to_hub))
+        sub(
+            self.hub(parameters, wheel),
+            scale(parameters.wheel_radius, to_hub),
+        )
     }
 
     /// How a wheel moves when the angles change at `rates`, the body's middle at rest.
@@ -220,7 +241,11 @@ impl<S: Scalar> Arm<S> {
         } else {
             S::ZERO
         };
-        let root = if square > S::ZERO { square.sqrt() } else { S::ZERO };
+        let root = if square > S::ZERO {
+            square.sqrt()
+        } else {
+            S::ZERO
+        };
         let to_hub_rate = add(
             scale(
                 -(root * per),

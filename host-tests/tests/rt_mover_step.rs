@@ -1,0 +1,256 @@
+//! RT-Mover steps up in the physics: gait and plant, with ideal motors between them.
+
+use core::f64::consts::TAU;
+use tautrack::link::Shaft;
+use tautrack::robots::rt_mover::gait::{Gait, Inputs, Outputs, Pace, Stage};
+use tautrack::robots::rt_mover::support::static_margin;
+use tautrack::robots::rt_mover::{Parameters, Wheel};
+use tautrack_host_tests::plant::rt_mover::{MOTORS, RtMover, RtMoverParameters};
+use tautrack_host_tests::plant::terrain::Terrain;
+
+const DT: f64 = 1.0e-3;
+/// Steps of the physics in one of the gait: 200 Hz.
+const TICK: u32 = 5;
+const FRONT_X: f64 = 1.0;
+const LIMITS: [f64; 3] = [12.0, 120.0, 60.0];
+
+/// A rotor behind its gear, seen at the output shaft, under a velocity servo that catches up what it lost, as far as its torque goes.
+#[derive(Clone, Copy)]
+struct Rotor {
+    inertia: f64,
+    frequency: f64,
+    limit: f64,
+    angle: f64,
+    rate: f64,
+    wanted: f64,
+    torque: f64,
+}
+
+impl Rotor {
+    fn new(motor: usize) -> Self {
+        let (inertia, limit) = match motor {
+            0..4 => (0.05, LIMITS[0]),
+            6..8 => (0.3, LIMITS[1]),
+            _ => (0.3, LIMITS[2]),
+        };
+        Self {
+            inertia,
+            frequency: 60.0,
+            limit,
+            angle: 0.0,
+            rate: 0.0,
+            wanted: 0.0,
+            torque: 0.0,
+        }
+    }
+
+    fn step(&mut self, rate: f64, load: f64) -> Shaft {
+        self.torque = 0.0;
+        for _ in 0..10 {
+            self.wanted += rate * (DT / 10.0);
+            let asked = self.inertia
+                * self.frequency
+                * (self.frequency * (self.wanted - self.angle) + 2.0 * (rate - self.rate));
+            let torque = asked.clamp(-self.limit, self.limit);
+            if torque != asked {
+                // Saturated, it forgets what it cannot catch up.
+                self.wanted = self.angle
+                    + (torque / (self.inertia * self.frequency) - 2.0 * (rate - self.rate))
+                        / self.frequency;
+            }
+            self.rate += (torque - load) / self.inertia * (DT / 10.0);
+            self.angle += self.rate * (DT / 10.0);
+            self.torque += 0.1 * torque;
+        }
+        Shaft {
+            position: (self.angle / TAU * 4_294_967_296.0) as i64,
+            velocity: self.rate as f32,
+        }
+    }
+}
+
+/// What a walk was like.
+#[derive(Debug, Default)]
+struct Walk {
+    stage: Stage,
+    seconds: f64,
+    /// Largest error of the lifted wheel along the direction of travel while it goes up or down, by wheel, m.
+    column: [f64; 4],
+    /// Least margin while a wheel is in the air, by wheel, m.
+    margin: [f64; 4],
+    /// Largest tilt of the seat outside and during touch-downs, rad.
+    tilt: [f64; 2],
+    heights: [f64; 4],
+    toppled: bool,
+}
+
+/// Time after a wheel comes down that belongs to its touch-down, s.
+const TOUCH_DOWN: f64 = 0.5;
+
+fn walk(height: f64, say: bool) -> Walk {
+    let mut plant = RtMover::new(
+        &RtMoverParameters::nominal(),
+        &Terrain::Curb {
+            height,
+            front_x: FRONT_X,
+            depth: 5.0,
+        },
+        1,
+    );
+    let mut gait = Gait::new(Parameters::nominal(), Pace::nominal());
+    let mut rotors: [Rotor; MOTORS] = core::array::from_fn(Rotor::new);
+    let mut rates = [0.0_f64; MOTORS];
+    let mut walk = Walk {
+        margin: [f64::MAX; 4],
+        ..Walk::default()
+    };
+    let mut column = None;
+    let mut touched = f64::MIN;
+    for step in 0..150_000_u32 {
+        let seconds = f64::from(step) * DT;
+        if step == 500 {
+            gait.ask(height as f32, plant.truth().yaw as f32);
+        }
+        if step % TICK == 0 {
+            let before = gait.stage();
+            let out = tick(&mut gait, &plant, &rotors);
+            rates = motors(&out);
+            let t = plant.truth();
+            if gait.stage() != before {
+                if say {
+                    println!(
+                        "{seconds:7.3} {:?} {:?} margin {:.4} x {:.3} yaw {:.3} seat {:.4?} steer {:.3} {:.3} roll {:.3} {:.3} loads {:.0?} z {:.3?}",
+                        gait.stage(),
+                        gait.wheel(),
+                        gait.margin(),
+                        t.middle[0],
+                        t.yaw,
+                        t.seat,
+                        rotors[4].angle,
+                        rotors[5].angle,
+                        rotors[6].angle,
+                        rotors[7].angle,
+                        t.loads,
+                        t.wheels.map(|wheel| wheel[2]),
+                    );
+                }
+                column = None;
+                if before == Stage::Landing {
+                    touched = seconds;
+                }
+            }
+            if matches!(gait.stage(), Stage::Arrived | Stage::Stuck) && seconds > touched + 2.0 {
+                break;
+            }
+        }
+        let shafts = core::array::from_fn(|motor| {
+            let load = f64::from(plant.sensors(motor).shaft_torque);
+            Some(rotors[motor].step(rates[motor], load))
+        });
+        plant.step(&shafts);
+        let t = plant.truth();
+        walk.seconds = seconds;
+        if let Some(lifted) = gait.lifted() {
+            let wheel = lifted as usize;
+            if t.loads[wheel] == 0.0 {
+                if gait.stage() != Stage::Swinging {
+                    let x = t.wheels[wheel][0];
+                    let from = *column.get_or_insert(x);
+                    walk.column[wheel] = walk.column[wheel].max((x - from).abs());
+                }
+                walk.margin[wheel] = walk.margin[wheel].min(margin(t, lifted));
+            }
+        }
+        let transient =
+            seconds < 0.5 || gait.stage() == Stage::Landing || seconds < touched + TOUCH_DOWN;
+        let tilt = t.seat[0].abs().max(t.seat[1].abs());
+        let slot = &mut walk.tilt[usize::from(transient)];
+        *slot = slot.max(tilt);
+    }
+    walk.stage = gait.stage();
+    walk.heights = plant.truth().wheels.map(|wheel| wheel[2]);
+    walk.toppled = plant.truth().toppled;
+    walk.margin = walk.margin.map(|margin| margin.min(9.0));
+    println!("{height}: {walk:.4?}");
+    walk
+}
+
+fn margin(truth: &tautrack_host_tests::plant::rt_mover::RtMoverTruth, lifted: Wheel) -> f64 {
+    let around = [
+        Wheel::RearRight,
+        Wheel::FrontRight,
+        Wheel::FrontLeft,
+        Wheel::RearLeft,
+    ];
+    let at = around.iter().position(|wheel| *wheel == lifted).unwrap();
+    let supports = [1, 2, 3].map(|next| {
+        let [x, y, _] = truth.wheels[around[(at + next) % 4] as usize];
+        [x, y]
+    });
+    static_margin(&supports, [truth.cog[0], truth.cog[1]])
+}
+
+fn tick(gait: &mut Gait, plant: &RtMover, rotors: &[Rotor; MOTORS]) -> Outputs {
+    let angle = |motor: usize| rotors[motor].angle as f32;
+    let torque = |motor: usize| rotors[motor].torque as f32;
+    let truth = plant.truth();
+    let inputs = Inputs {
+        wheels: [0, 1, 2, 3].map(angle),
+        steering: [4, 5].map(angle),
+        roll: [6, 7].map(angle),
+        pitch_shaft: angle(8),
+        wheel_torques: [0, 1, 2, 3].map(torque),
+        roll_torques: [6, 7].map(torque),
+        inclination: truth.seat.map(|angle| angle as f32),
+        heading: truth.yaw as f32,
+    };
+    gait.tick(&inputs, (f64::from(TICK) * DT) as f32)
+}
+
+fn motors(out: &Outputs) -> [f64; MOTORS] {
+    let mut all = [0.0; MOTORS];
+    all[..4].copy_from_slice(&out.wheels.map(f64::from));
+    all[4..6].copy_from_slice(&out.steering.map(f64::from));
+    all[6..8].copy_from_slice(&out.roll.map(f64::from));
+    all[8] = f64::from(out.pitch_shaft);
+    all
+}
+
+#[test]
+fn the_robot_at_rest_weighs_what_it_weighs_and_stands_level() {
+    let mut plant = RtMover::new(&RtMoverParameters::nominal(), &Terrain::Flat, 1);
+    let mut rotors: [Rotor; MOTORS] = core::array::from_fn(Rotor::new);
+    for _ in 0..1000 {
+        let shafts = core::array::from_fn(|motor| {
+            let load = f64::from(plant.sensors(motor).shaft_torque);
+            Some(rotors[motor].step(0.0, load))
+        });
+        plant.step(&shafts);
+    }
+    let loads: f64 = plant.truth().loads.iter().sum();
+    println!("{:?}", plant.truth());
+    assert!((loads / plant.weight() - 1.0).abs() < 0.01, "{loads}");
+    assert!(plant.truth().seat.iter().all(|angle| angle.abs() < 0.01));
+}
+
+fn steps_up(height: f64) {
+    let walk = walk(height, true);
+    assert_eq!(walk.stage, Stage::Arrived);
+    assert!(!walk.toppled);
+    for wheel in 0..4 {
+        assert!((walk.heights[wheel] - height).abs() < 0.005);
+        assert!(walk.column[wheel] <= 0.005, "{walk:?}");
+        assert!(walk.margin[wheel] > 0.0, "{walk:?}");
+    }
+    assert!(walk.tilt[0] < 2.0_f64.to_radians(), "{walk:?}");
+}
+
+#[test]
+fn the_gait_steps_up_ten_centimetres() {
+    steps_up(0.10);
+}
+
+#[test]
+fn the_gait_steps_up_fifteen_centimetres() {
+    steps_up(0.15);
+}
