@@ -2,8 +2,9 @@
 
 use core::f64::consts::TAU;
 use tautrack::link::Shaft;
-use tautrack::robots::rt_mover::gait::{Gait, Inputs, Outputs, Pace, Stage};
+use tautrack::robots::rt_mover::gait::Stage;
 use tautrack::robots::rt_mover::support::static_margin;
+use tautrack::robots::rt_mover::walk::{Gait, Inputs, Outputs, Pace};
 use tautrack::robots::rt_mover::{Parameters, Wheel};
 use tautrack_host_tests::plant::rt_mover::{MOTORS, RtMover, RtMoverParameters};
 use tautrack_host_tests::plant::terrain::Terrain;
@@ -203,6 +204,8 @@ fn tick(gait: &mut Gait, plant: &RtMover, rotors: &[Rotor; MOTORS]) -> Outputs {
         roll_torques: [6, 7].map(torque),
         inclination: truth.seat.map(|angle| angle as f32),
         heading: truth.yaw as f32,
+        asked: [0.0; 2],
+        share: 1.0,
     };
     gait.tick(&inputs, (f64::from(TICK) * DT) as f32)
 }
@@ -253,4 +256,9 @@ fn the_gait_steps_up_ten_centimetres() {
 #[test]
 fn the_gait_steps_up_fifteen_centimetres() {
     steps_up(0.15);
+}
+
+#[test]
+fn twenty_centimetres_are_tried() {
+    walk(0.20, true);
 }
