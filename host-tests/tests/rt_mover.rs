@@ -1,8 +1,21 @@
 //! RT-Mover's kinematics against motion: the paper's example is driven step by step, and the wheel is where it should be.
 
+use proptest::prelude::*;
 use tautrack::math::Scalar;
+use tautrack::robots::rt_mover::gait::{Event, Stage, TABLE, next};
+use tautrack::robots::rt_mover::lifting::{
+    ArmAngles, Body, SupportAxle, lift_step, steering_rate, support_axle,
+};
+use tautrack::robots::rt_mover::parameters::{LENGTHS, Lengths, MASSES, Masses};
+use tautrack::robots::rt_mover::posture::{PostureControl, yielding};
 use tautrack::robots::rt_mover::projection::{Projection, stand};
-use tautrack::robots::rt_mover::{Axle, Law, Parameters, Shape, Situation, Task, Wheel, command};
+use tautrack::robots::rt_mover::support::{margin_without, static_margin};
+use tautrack::robots::rt_mover::walk::{Gait, Inputs, Pace};
+use tautrack::robots::rt_mover::wheel::{Arm, WHEELS};
+use tautrack::robots::rt_mover::wheel_mode::{Frame, wheel_mode};
+use tautrack::robots::rt_mover::{
+    Axle, Law, Parameters, ParametersError, Shape, Situation, Task, Wheel, command,
+};
 
 const DT: f64 = 0.01;
 
@@ -176,4 +189,271 @@ fn figure_7_keeps_its_column_with_the_corrected_law_and_not_with_the_printed_one
             }
         }
     }
+}
+
+fn shape(values: [f64; 5]) -> Shape<f64> {
+    let [pitch, a, b, c, d] = values;
+    Shape {
+        pitch,
+        steering: [a, b],
+        roll: [c, d],
+    }
+}
+
+fn angles() -> impl Strategy<Value = [f64; 5]> {
+    [-0.4..0.4, -0.6..0.6, -0.6..0.6, -0.5..0.5, -0.5..0.5]
+}
+
+proptest! {
+    #[test]
+    fn contacts_move_as_the_places_do(at in angles(), rates in angles()) {
+        let parameters = Parameters::<f64>::nominal();
+        let (at, rates) = (shape(at), shape(rates));
+        let moved = |time: f64| Shape {
+            pitch: at.pitch + rates.pitch * time,
+            steering: [0, 1].map(|i| at.steering[i] + rates.steering[i] * time),
+            roll: [0, 1].map(|i| at.roll[i] + rates.roll[i] * time),
+        };
+        for wheel in WHEELS {
+            let axle = wheel.axle();
+            let place = |time: f64| {
+                Arm::new(&parameters, &moved(time), axle).contact(&parameters, wheel)
+            };
+            let motion = Arm::new(&parameters, &at, axle).motion(&parameters, &rates, axle, wheel);
+            let (before, after) = (place(-1e-5), place(1e-5));
+            for i in 0..3 {
+                let slope = (after[i] - before[i]) / 2e-5;
+                prop_assert!((motion.contact[i] - slope).abs() < 1e-8, "{slope} {motion:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn the_rim_rolls_as_its_own_points_move(at in angles(), rates in angles()) {
+        // The rim point at the ground, carried along by the arm with its wheel at rest: eq. 2 with that point's wheel angle.
+        let parameters = Parameters::<f64>::nominal();
+        let (at, rates) = (shape(at), shape(rates));
+        let axle = Axle::Front;
+        let arm = Arm::new(&parameters, &at, axle);
+        let contact = arm.contact(&parameters, Wheel::FrontLeft);
+        let hub = arm.hub(&parameters, Wheel::FrontLeft);
+        let down: [f64; 3] = core::array::from_fn(|i| contact[i] - hub[i]);
+        let along = |axis: [f64; 3]| (0..3).map(|i| axis[i] * down[i]).sum::<f64>();
+        let angle = along(arm.frame.axes[1]).atan2(-along(arm.frame.axes[2]));
+        let place = |time: f64| {
+            let moved = Shape {
+                pitch: at.pitch + rates.pitch * time,
+                steering: [0, 1].map(|i| at.steering[i] + rates.steering[i] * time),
+                roll: [0, 1].map(|i| at.roll[i] + rates.roll[i] * time),
+            };
+            Arm::new(&parameters, &moved, axle).rim(&parameters, Wheel::FrontLeft, angle).origin
+        };
+        let (before, after) = (place(-1e-5), place(1e-5));
+        for i in 0..3 {
+            prop_assert!((place(0.0)[i] - contact[i]).abs() < 1e-12);
+        }
+        let heading = arm.heading();
+        let slope = [0, 1].map(|i| (after[i] - before[i]) / 2e-5);
+        let forward = slope[1] * heading.cos() - slope[0] * heading.sin();
+        let motion = arm.motion(&parameters, &rates, axle, Wheel::FrontLeft);
+        prop_assert!((motion.rolling - forward).abs() < 1e-8, "{forward} {motion:?}");
+    }
+
+    #[test]
+    fn in_wheel_mode_no_wheel_slips(
+        leg in -0.52..0.52_f64, sup in -0.52..0.52_f64, widths in [0.2..0.3, 0.2..0.3], speed in -0.5..0.5
+    ) {
+        let frame = Frame { headings: [leg, sup], half_widths: widths, length: 0.6 };
+        let motion = wheel_mode(&frame, speed);
+        // The middle goes at the asked speed towards the middle of the headings' tangents; a rigid body's points follow.
+        let mean = 0.5 * (leg.tan() + sup.tan());
+        let scale = speed / (1.0 + mean * mean).sqrt();
+        for wheel in WHEELS {
+            let (heading, y) = if wheel.axle() == Axle::Front { (leg, 0.3) } else { (sup, -0.3) };
+            let arm = wheel.side::<f64>() * widths[wheel.axle() as usize];
+            let (x, y) = (arm * heading.cos(), y + arm * heading.sin());
+            let velocity = [-mean * scale - motion.turning * y, scale + motion.turning * x];
+            let along = velocity[1] * heading.cos() - velocity[0] * heading.sin();
+            let across = velocity[0] * heading.cos() + velocity[1] * heading.sin();
+            prop_assert!(across.abs() < 1e-12, "{wheel:?} slips {across}");
+            prop_assert!((along - motion.wheels[wheel as usize]).abs() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn laws_stay_finite_in_any_shape(
+        at in proptest::array::uniform5(-4.0..4.0), rates in proptest::array::uniform5(-4.0..4.0),
+        heading in -4.0..4.0, wheel in 0_usize..4, rate in -1.0..1.0, swing in any::<bool>(),
+    ) {
+        let (at, rates) = (shape(at), shape(rates));
+        let lifted = WHEELS[wheel];
+        let situation = Situation { shape: at, rates, heading, lifted };
+        let task = if swing { Task::Swing { turning: rate } } else { Task::Vertical { roll_rate: rate } };
+        for law in [Law::Printed, Law::Corrected, Law::Exact] {
+            let told = command(&Parameters::nominal(), law, &situation, &task, DT);
+            let numbers = [told.rates.steering, told.rates.roll].concat();
+            prop_assert!(numbers.iter().chain(&told.wheels).all(|x| x.is_finite()), "{told:?}");
+        }
+    }
+
+    #[test]
+    fn whatever_comes_in_the_outputs_stay_within_their_bounds(
+        ticks in proptest::collection::vec(proptest::array::uniform24(any::<f32>()), 1..40)
+    ) {
+        let pace = Pace::nominal();
+        let mut gait = Gait::new(Parameters::nominal(), pace);
+        for (index, x) in ticks.iter().enumerate() {
+            let inputs = Inputs {
+                wheels: [x[0], x[1], x[2], x[3]], steering: [x[4], x[5]], roll: [x[6], x[7]],
+                pitch_shaft: x[8], wheel_torques: [x[9], x[10], x[11], x[12]],
+                roll_torques: [x[13], x[14]], inclination: [x[15], x[16]], heading: x[17],
+                asked: [x[18], x[19]], share: x[20],
+            };
+            if index == 1 { gait.ask(x[21], x[22]); }
+            let out = gait.tick(&inputs, if index % 3 == 0 { 0.005 } else { x[23] });
+            let shafts = [out.steering, out.roll, [out.pitch_shaft, 0.0]].concat();
+            prop_assert!(out.wheels.iter().all(|rate| rate.abs() <= pace.highest[0]), "{out:?}");
+            prop_assert!(shafts.iter().all(|rate| rate.abs() <= pace.highest[1]), "{out:?}");
+        }
+    }
+}
+
+#[test]
+fn degenerate_cases_stand_still() {
+    let straight = |headings: [f64; 2], length: f64| {
+        wheel_mode(
+            &Frame {
+                headings,
+                half_widths: [0.3; 2],
+                length,
+            },
+            0.1,
+        )
+    };
+    // Opposite angles are the tightest turn, not the straight course.
+    let tightest = straight([-0.5236, 0.5236], 0.6);
+    let [x, y] = tightest.centre.unwrap();
+    assert!((x - 0.5196).abs() < 1e-3 && y.abs() < 1e-9, "{tightest:?}");
+    assert!(straight([0.3, 0.3], 0.6).centre.is_none());
+    assert_eq!(straight([1.571, 0.0], 0.6).wheels, [0.0; 4]);
+    assert_eq!(straight([0.1, 0.0], 0.0).wheels, [0.0; 4]);
+
+    let still = lift_step(0.3, 0.29, 0.3, 0.0, true);
+    assert_eq!((still.velocity, still.turning), ([0.0; 2], 0.0));
+    // The arm has grown shorter than the wheel is ahead: it ends across the travel.
+    assert!(lift_step(0.3, 0.1, 1.2, 0.01, true).turning.is_finite());
+    let upright = ArmAngles {
+        pitch: core::f64::consts::FRAC_PI_2,
+        steering: 0.1,
+        roll: 0.1,
+    };
+    assert_eq!(steering_rate(1.0, &upright, &upright), 0.0);
+    let axle = SupportAxle {
+        heading: 0.1,
+        heading_rate: 0.0,
+        half_width: 0.3,
+    };
+    let body = Body {
+        length: 0.0,
+        length_rate: 0.0,
+        offset: 0.0,
+        offset_rate: 0.0,
+    };
+    assert_eq!(support_axle([0.1; 2], &body, &axle).wheels, [0.0; 2]);
+    let line = static_margin(&[[0.0, 0.0], [1.0, 0.0], [1.0, 0.0]], [0.5, 0.1]);
+    assert!(line < 0.0, "{line}");
+}
+
+#[test]
+fn posture_control_is_the_papers_and_a_yielding_drive_rests_at_its_torque() {
+    let control = PostureControl {
+        gain: 400.0,
+        damping: 80.0,
+    };
+    assert!((control.torque(0.1_f64, -0.5)).abs() < 1e-12);
+    assert!((control.rate(0.1_f64) + 0.5).abs() < 1e-12);
+    assert_eq!(
+        PostureControl {
+            gain: 1.0,
+            damping: 0.0
+        }
+        .rate(1.0),
+        0.0
+    );
+    assert_eq!(yielding(5.0, 5.0, 100.0), 0.0);
+    assert_eq!(yielding(5.0, 1.0, 0.0), 0.0);
+}
+
+#[test]
+fn parameters_that_no_robot_can_have_are_refused() {
+    let bad = Lengths {
+        wheel_radius: f64::NAN,
+        ..LENGTHS
+    };
+    assert!(matches!(
+        Parameters::<f32>::new(&bad, &MASSES),
+        Err(ParametersError::OutOfRange {
+            name: "wheel radius",
+            ..
+        })
+    ));
+    let wide = Lengths {
+        steering_limit: 1.5,
+        ..LENGTHS
+    };
+    assert!(Parameters::<f32>::new(&wide, &MASSES).is_err());
+    let light = Masses {
+        wheel: 0.0,
+        ..MASSES
+    };
+    assert!(Parameters::<f32>::new(&LENGTHS, &light).is_err());
+    assert!((MASSES.total() - 28.0).abs() < 1e-12);
+    assert!(Parameters::<f32>::new(&LENGTHS, &MASSES).is_ok());
+}
+
+#[test]
+fn widening_the_support_is_what_makes_room_for_a_lifted_wheel() {
+    let parameters = Parameters::<f64>::nominal();
+    let margin = |rear: f64| {
+        let at = shape([0.0, 0.0, rear, 0.0, 0.0]);
+        margin_without(&parameters, &at, Wheel::FrontLeft)
+    };
+    let limit = LENGTHS.steering_limit;
+    // Straight, three wheels of a square carry a middle on the edge; the load in front of it tips the robot.
+    assert!(margin(0.0) < 0.0 && margin(limit) < margin(0.0) && margin(-limit) > 0.03);
+}
+
+#[test]
+fn only_an_allowed_step_lifts_a_wheel_and_every_moving_stage_ends() {
+    for (from, event, to) in TABLE {
+        assert_eq!(next(from, event), to);
+        assert_eq!(to == Stage::Lifting, event == Event::Allowed);
+        assert!(to != Stage::Swinging || from == Stage::Lifting);
+        // Out of the air there is only the way down, and from there onto four wheels.
+        if matches!(from, Stage::Lifting | Stage::Swinging) {
+            assert!(matches!(to, Stage::Swinging | Stage::Landing));
+        }
+    }
+    let rows = TABLE
+        .iter()
+        .map(|(from, event, _)| (*from as u8, *event as u8));
+    assert_eq!(
+        rows.clone()
+            .collect::<std::collections::BTreeSet<_>>()
+            .len(),
+        rows.count()
+    );
+    for stage in [
+        Stage::Skewing,
+        Stage::Seeking,
+        Stage::Backing,
+        Stage::Widening,
+        Stage::Lifting,
+        Stage::Swinging,
+        Stage::Landing,
+        Stage::Straightening,
+    ] {
+        assert_ne!(next(stage, Event::Late), stage, "{stage:?} waits for ever");
+    }
+    assert_eq!(next(Stage::Stuck, Event::Asked), Stage::Stuck);
 }
