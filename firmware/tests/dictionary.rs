@@ -8,8 +8,8 @@ use std::path::Path;
 use node::{Node, ROLES, settings};
 use tautrack::bus::network::function::{RPDO, TPDO};
 use tautrack::bus::pdo::{
-    DriveMotion, DriveStatus, GuardMargins, GuardMotion, GuardPassed, GuardState, OperatorCommand,
-    PositionSetPoint, VelocitySetPoint,
+    DriveMotion, DriveStatus, GuardMargins, GuardMotion, GuardPassed, GuardPosition, GuardState,
+    OperatorCommand, PositionSetPoint, VelocitySetPoint,
 };
 use tautrack::can::Frame;
 use tautrack::link::Sensors;
@@ -102,7 +102,7 @@ fn nodes_hold_what_their_data_sheets_say() {
         let mut node = started(role);
         for (index, sub, data_type, default) in entries {
             // What the stack computes or the settings give is not the dictionary's default.
-            let running = matches!(index, 0x1001 | 0x1017 | 0x6041..=0x6064 | 0x4001..=0x4004)
+            let running = matches!(index, 0x1001 | 0x1017 | 0x6041..=0x6064 | 0x4001..=0x4004 | 0x4014)
                 || (role, index, sub) == ("screw", 0x1402, 1);
             let size = [0, 1, 1, 2, 4, 1, 2, 4][usize::from(data_type)];
             let (value, answered) = read_sized(&mut node, index, sub);
@@ -135,4 +135,5 @@ fn guard_maps_what_the_codecs_say() {
     assert_map(&mut node, 0x1801, TPDO[1] + NODE, GuardState::MAPPING);
     assert_map(&mut node, 0x1802, TPDO[2] + NODE, GuardMargins::MAPPING);
     assert_map(&mut node, 0x1803, TPDO[3] + NODE, GuardPassed::MAPPING);
+    assert_map(&mut node, 0x1804, TPDO[4] + NODE, GuardPosition::MAPPING);
 }

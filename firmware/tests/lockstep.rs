@@ -31,6 +31,11 @@ fn script(step: u32) -> Vec<Frame> {
         10 => frames.push(frame(0x600 + NODE, &[0x40, 0x00, 0x10, 0, 0, 0, 0, 0])),
         20 => frames.push(frame(0x600 + NODE, &[0x40, 0x64, 0x60, 0, 0, 0, 0, 0])),
         30 => frames.push(frame(0x600 + NODE, &[0xa0, 0x08, 0x10, 0, 20, 0, 0, 0])),
+        45 => frames.push(frame(
+            0x600 + NODE,
+            // The guard's q1 to q8 in turn.
+            &[0x40, 0x10, 0x40, (step / 50 % 8) as u8 + 1, 0, 0, 0, 0],
+        )),
         40 => frames.push(frame(
             0x600 + NODE,
             &[0x2b, 0x7a, 0x60, 0, (step % 200) as u8, 0, 0, 0],
@@ -48,10 +53,23 @@ fn sensors(step: u32) -> Sensors {
         body: Some(BodySensors {
             inclination: [0.1 * wave, 0.0],
             specific_force: [0.0, 0.0, 9.81],
+            magnetic_field: [20.0 - 5.0 * wave, 7.0 * wave, -42.0],
             ..Default::default()
         }),
         ..Default::default()
     }
+}
+
+/// A sentence of a satellite receiver that moves north-west.
+fn fix(step: u32) -> Vec<u8> {
+    let away = step / 200;
+    let body = format!(
+        "GPGGA,1200{:02}.{}0,4728.704{away:02},N,00033.792{away:02},W,1,08,1.1,40.{away},M,48.0,M,,",
+        step / 1_000,
+        step % 1_000 / 100
+    );
+    let sum = body.bytes().fold(0, |sum, byte| sum ^ byte);
+    format!("${body}*{sum:02X}\r\n").into_bytes()
 }
 
 /// Runs the script; the answers without their log bytes.
@@ -60,9 +78,14 @@ fn run(mut node: Node) -> Vec<Stepped> {
     assert_eq!(ready.refusal, "");
     let begin = Instant::now();
     let answers = (0..STEPS)
-        .map(|step| Stepped {
-            log: heapless::Vec::new(),
-            ..node.step(sensors(step), &script(step))
+        .map(|step| {
+            if step.is_multiple_of(200) {
+                node.say(&fix(step));
+            }
+            Stepped {
+                log: heapless::Vec::new(),
+                ..node.step(sensors(step), &script(step))
+            }
         })
         .collect();
     let seconds = begin.elapsed().as_secs_f64();

@@ -117,14 +117,14 @@ fn guard_starts_the_network_and_arms_once_the_screw_is_in_place() {
                 states.push(state.state);
             }
         }
-        if states.last() == Some(&(State::Armed as u8)) {
+        if states.last() == Some(&State::Armed.code()) {
             break;
         }
     }
     assert_eq!(operational, [false, true, true, true, true, true]);
     assert_eq!(
         states,
-        [State::Ready, State::Tightening, State::Armed].map(|state| state as u8)
+        [State::Ready, State::Waking(3), State::Armed].map(State::code)
     );
     // The robot's tabulated extension with the chassis straight, in m.
     assert!((extension - 0.226).abs() < 1e-3, "{extension}");

@@ -4,11 +4,13 @@
 use criterion::{Criterion, criterion_group, criterion_main};
 use std::hint::black_box;
 use tautrack::math::sin_cos;
-use tautrack::robots::b2p2::Model;
 use tautrack::robots::b2p2::shape::{AXLE_3_FROM_BODY_3, BODY_1, BODY_2, BODY_3};
+use tautrack::robots::b2p2::{Model, Parameters, Posture};
 use tautrack::screw::Geometry;
 use tautrack::settings::Settings;
-use tautrack::stability::support::margins;
+use tautrack::stability::support::Stance;
+use tautrack::stability::tipover::{Edges, angles};
+use tautrack::stability::zmp::{Plane, Wrench, zero_moment_point};
 use tautrack::units::Angle;
 
 const SUPPORT: [[f64; 2]; 4] = [[0.0, -0.16], [0.77, -0.16], [0.77, 0.16], [0.0, 0.16]];
@@ -91,7 +93,7 @@ fn model(criterion: &mut Criterion) {
     let support = SUPPORT.map(|[x, y]| [x as f32, y as f32, 0.0]);
     let mut group = criterion.benchmark_group("four margins");
     group.bench_function("f32", |bench| {
-        bench.iter(|| margins(black_box(&support), black_box([0.3, 0.05, 0.1])));
+        bench.iter(|| Stance::on(black_box(support), black_box([0.3, 0.05, 0.1])).margins());
     });
     group.bench_function("plain, f64", |bench| {
         bench.iter(|| double_margins(black_box(&SUPPORT), black_box([0.3, 0.05])));
@@ -99,5 +101,189 @@ fn model(criterion: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, model);
+/// The same robot without its structure: products of 4 x 4 matrices down the table, full Jacobians, sums over all segments.
+mod naive {
+    use tautrack::robots::b2p2::parameters::{LENGTHS, SEGMENTS};
+
+    pub type Matrix4 = [[f64; 4]; 4];
+    type Vector = [f64; 3];
+
+    fn product(a: &Matrix4, b: &Matrix4) -> Matrix4 {
+        let mut c = [[0.0; 4]; 4];
+        for (row, out) in c.iter_mut().enumerate() {
+            for (column, value) in out.iter_mut().enumerate() {
+                *value = (0..4).map(|k| a[row][k] * b[k][column]).sum();
+            }
+        }
+        c
+    }
+
+    /// `Rot(x, alpha) Trans(x, d) Rot(z, theta) Trans(z, r)`.
+    fn link(alpha: f64, d: f64, theta: f64, r: f64) -> Matrix4 {
+        let ((sa, ca), (st, ct)) = (alpha.sin_cos(), theta.sin_cos());
+        [
+            [ct, -st, 0.0, d],
+            [ca * st, ca * ct, -sa, -r * sa],
+            [sa * st, sa * ct, ca, r * ca],
+            [0.0, 0.0, 0.0, 1.0],
+        ]
+    }
+
+    /// Frames R1 to R8 by the paper's table.
+    pub fn frames(q: &[f64; 8]) -> [Matrix4; 8] {
+        use std::f64::consts::FRAC_PI_2 as QUARTER;
+        let table = [
+            (-QUARTER, 0.0, QUARTER, q[0]),
+            (QUARTER, 0.0, QUARTER, q[1]),
+            (-QUARTER, 0.0, -QUARTER, q[2]),
+            (0.0, 0.0, q[3], 0.0),
+            (-QUARTER, 0.0, q[4] - QUARTER, 0.0),
+            (-QUARTER, 0.0, q[5] - QUARTER, 0.0),
+            (0.0, LENGTHS.l1, q[6] + QUARTER, 0.0),
+            (QUARTER, 0.0, 0.0, LENGTHS.l2 + q[7]),
+        ];
+        let mut frame = [
+            [1.0, 0.0, 0.0, 0.0],
+            [0.0, 1.0, 0.0, 0.0],
+            [0.0, 0.0, 1.0, 0.0],
+            [0.0, 0.0, 0.0, 1.0],
+        ];
+        table.map(|(alpha, d, theta, r)| {
+            frame = product(&frame, &link(alpha, d, theta, r));
+            frame
+        })
+    }
+
+    fn cross(a: Vector, b: Vector) -> Vector {
+        [
+            a[1] * b[2] - a[2] * b[1],
+            a[2] * b[0] - a[0] * b[2],
+            a[0] * b[1] - a[1] * b[0],
+        ]
+    }
+
+    /// Eq. 7 as printed: `sum m Jv^T Jv + Jw^T R I R^T Jw`.
+    pub fn inertia_matrix(q: &[f64; 8]) -> [[f64; 8]; 8] {
+        let frames = frames(q);
+        let mut d = [[0.0; 8]; 8];
+        for (segment, tabulated) in SEGMENTS.iter().enumerate() {
+            let frame = &frames[5 + segment];
+            let com = tabulated.centre_of_mass;
+            let place: Vector = std::array::from_fn(|row| {
+                frame[row][3] + (0..3).map(|k| frame[row][k] * com[k]).sum::<f64>()
+            });
+            let square: f64 = com.iter().map(|x| x * x).sum();
+            let inertia: [Vector; 3] = std::array::from_fn(|i| {
+                std::array::from_fn(|j| {
+                    let shift = if i == j { square } else { 0.0 } - com[i] * com[j];
+                    tabulated.inertia_about_origin[i][j] - tabulated.mass * shift
+                })
+            });
+            let (mut linear, mut angular) = ([[0.0; 3]; 8], [[0.0; 3]; 8]);
+            for joint in 0..=5 + segment {
+                let axis: Vector = std::array::from_fn(|row| frames[joint][row][2]);
+                let slides = joint < 3 || joint == 7;
+                if slides {
+                    linear[joint] = axis;
+                } else {
+                    let arm = std::array::from_fn(|row| place[row] - frames[joint][row][3]);
+                    linear[joint] = cross(axis, arm);
+                    // Along the segment's own axes.
+                    angular[joint] = std::array::from_fn(|column| {
+                        (0..3).map(|row| frame[row][column] * axis[row]).sum()
+                    });
+                }
+            }
+            for i in 0..8 {
+                for j in 0..8 {
+                    for k in 0..3 {
+                        d[i][j] += tabulated.mass * linear[i][k] * linear[j][k];
+                        for l in 0..3 {
+                            d[i][j] += angular[i][k] * inertia[k][l] * angular[j][l];
+                        }
+                    }
+                }
+            }
+        }
+        d
+    }
+}
+
+/// One precision's share of the dynamic model.
+macro_rules! dynamics {
+    ($criterion:expr, $scalar:ty, $name:literal) => {{
+        let parameters = Parameters::<$scalar>::paper();
+        let q = Q.map(|value| value as $scalar);
+        let rates: [$scalar; 8] = q.map(|value| 0.5 - value);
+        let contacts: [[$scalar; 3]; 4] = SUPPORT.map(|[x, y]| [x as $scalar, y as $scalar, -0.05]);
+        let plane = Plane::<$scalar> {
+            point: [0.0, 0.0, -0.05],
+            normal: [0.0, 0.0, 1.0],
+        };
+        let wrench = Wrench::<$scalar> {
+            force: [3.0, 1.0, 81.0],
+            moment: [2.0, -20.0, 0.5],
+        };
+        let edges = Edges::new(&contacts).expect("the support has edges");
+        let posture = |q: &[$scalar; 8]| Posture::new(&parameters, q);
+        let cog: [$scalar; 3] = [0.3, 0.05, 0.1];
+        let force: [$scalar; 3] = [3.0, 1.0, -81.0];
+        let mut group = $criterion.benchmark_group("dynamics of B2P2");
+        group.bench_function(concat!("frames, ", $name), |bench| {
+            bench.iter(|| Posture::new(&parameters, black_box(&q)).frames());
+        });
+        group.bench_function(concat!("D, ", $name), |bench| {
+            bench.iter(|| posture(black_box(&q)).inertia_matrix());
+        });
+        group.bench_function(concat!("C, ", $name), |bench| {
+            bench.iter(|| posture(black_box(&q)).coriolis_matrix(black_box(&rates)));
+        });
+        group.bench_function(concat!("inverse dynamics, ", $name), |bench| {
+            bench.iter(|| posture(black_box(&q)).newton_euler(black_box(&rates), &rates));
+        });
+        group.bench_function(
+            concat!("inverse dynamics by the matrices, ", $name),
+            |bench| {
+                bench.iter(|| posture(black_box(&q)).lagrange(black_box(&rates), &rates));
+            },
+        );
+        group.bench_function(concat!("ZMP, ", $name), |bench| {
+            bench.iter(|| zero_moment_point(black_box(&wrench), &plane));
+        });
+        group.bench_function(concat!("four tip-over angles, ", $name), |bench| {
+            bench.iter(|| angles(black_box(&contacts), cog, black_box(force), [0.0; 3]));
+        });
+        group.bench_function(concat!("least tip-over angle, ", $name), |bench| {
+            bench.iter(|| black_box(&edges).margin(cog, black_box(force), [0.0; 3]));
+        });
+        group.finish();
+    }};
+}
+
+/// A posture with nothing at zero.
+const Q: [f64; 8] = [0.4, -0.2, 0.1, 0.6, 0.2, 0.3, 0.7, 0.1];
+
+fn dynamics(criterion: &mut Criterion) {
+    let parameters = Parameters::<f64>::paper();
+    // What is compared must be the same.
+    let structured = Posture::new(&parameters, &Q).inertia_matrix();
+    let plain = naive::inertia_matrix(&Q);
+    for (row, other) in structured.iter().zip(&plain) {
+        for (value, other) in row.iter().zip(other) {
+            assert!((value - other).abs() < 1e-12, "{structured:?} {plain:?}");
+        }
+    }
+    let mut group = criterion.benchmark_group("dynamics of B2P2, naive");
+    group.bench_function("frames, f64", |bench| {
+        bench.iter(|| naive::frames(black_box(&Q)));
+    });
+    group.bench_function("D, f64", |bench| {
+        bench.iter(|| naive::inertia_matrix(black_box(&Q)));
+    });
+    group.finish();
+    dynamics!(criterion, f64, "f64");
+    dynamics!(criterion, f32, "f32");
+}
+
+criterion_group!(benches, model, dynamics);
 criterion_main!(benches);

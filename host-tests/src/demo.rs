@@ -1,5 +1,6 @@
 //! `cargo demo`: the command line, the run, the three files and the verdict.
 
+use crate::machines::Kind;
 use crate::nodes::{self, Board};
 use crate::run::{self, Options, Outcome, Progress};
 use crate::scenario::Scenario;
@@ -132,7 +133,7 @@ fn run(arguments: &Arguments, scenario: &Scenario) -> Result<Summary, String> {
         Nodes::Native => Board::Native,
     };
     println!("building the nodes (a minute or two the first time) ...");
-    let programs = nodes::build(board).map_err(|error| error.to_string())?;
+    let programs = nodes::build(board, scenario.kind()).map_err(|error| error.to_string())?;
     let slcan = match &arguments.slcan {
         Some(address) => {
             let port = SlcanPort::bind(address)
@@ -170,7 +171,7 @@ fn run(arguments: &Arguments, scenario: &Scenario) -> Result<Summary, String> {
 /// Runs the hazard suite; whether every row holds.
 fn hazards(folder: &Path) -> Result<bool, String> {
     println!("building the nodes (a minute or two the first time) ...");
-    let programs = nodes::build(Board::Native).map_err(|error| error.to_string())?;
+    let programs = nodes::build(Board::Native, Kind::B2p2).map_err(|error| error.to_string())?;
     let scenarios = setup::machine::root().join("host-tests/scenarios");
     let done = |row: &suite::Row| {
         let verdict = if row.unmet.is_empty() {

@@ -1,10 +1,12 @@
 //! The simulator: plants, virtual bus, lockstep runner, scenarios and report, and `cargo evaluate`. No part of it runs on a robot.
 
+pub mod balance;
 pub mod bus;
 pub mod cost;
 pub mod demo;
 pub mod evaluate;
 pub mod log;
+pub mod machines;
 pub mod nodes;
 pub mod plant;
 pub mod record;

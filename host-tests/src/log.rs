@@ -73,7 +73,9 @@ fn full_truth() -> Truth {
 
 fn full_heard() -> Heard {
     Heard {
+        position: Some([0.0; 3]),
         margins: Some([0.0; 4]),
+        currents: vec![0.0],
         events: vec![String::new()],
         ..Heard::default()
     }

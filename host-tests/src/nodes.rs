@@ -1,5 +1,6 @@
 //! Builds the node programs, for the emulated board or for the host, and says exactly which programs they are.
 
+use crate::machines::Kind;
 use crate::setup::machine::{DISTRIBUTION_CARGO, DISTRIBUTION_LINKER, DISTRIBUTION_RUSTC, root};
 use crate::setup::{self, Missing, TARGET, Toolchain};
 use sha2::{Digest, Sha256};
@@ -94,19 +95,19 @@ impl fmt::Display for BuildError {
 
 impl std::error::Error for BuildError {}
 
-/// Builds the nodes of all roles for `board`; quick when nothing has changed. Installs what that takes, see [`setup`].
+/// Builds the nodes of one robot for `board`; quick when nothing has changed. Installs what that takes, see [`setup`].
 ///
 /// May be called from several threads and programs at once: cargo lets one of them build and the others wait.
 ///
 /// # Errors
 /// [`BuildError`], with cargo's last lines when the build fails.
-pub fn build(board: Board) -> Result<Programs, BuildError> {
-    let folder = folder_of(board, &["axle", "screw", "guard"])?;
+pub fn build(board: Board, kind: Kind) -> Result<Programs, BuildError> {
+    let folder = folder_of(board, &["axle", "screw", kind.guard_program()])?;
     Ok(Programs {
         board,
         axle: program(&folder, "axle")?,
         screw: program(&folder, "screw")?,
-        guard: program(&folder, "guard")?,
+        guard: program(&folder, kind.guard_program())?,
     })
 }
 

@@ -1,6 +1,7 @@
 //! What one run leaves behind: samples of the plant's truth and of what the bus made public, for summary, log and report.
 
 use serde::Serialize;
+use std::collections::BTreeMap;
 
 /// Samples per second of virtual time.
 pub const SAMPLE_HZ: u32 = 100;
@@ -16,7 +17,7 @@ pub struct Sample {
     pub heard: Heard,
 }
 
-/// State of the B2P2 plant. World axes: x towards the stairs, y left, z up; metres and radians.
+/// State of a plant; what a robot does not have is 0. World axes: x towards the stairs, y left, z up; metres and radians.
 #[derive(Clone, Debug, Default, Serialize)]
 pub struct Truth {
     /// Centre of axle 1, the rear one.
@@ -51,6 +52,23 @@ pub struct Truth {
     pub forward_margin: Option<f64>,
     /// Turned over backward, forward or sideways; stays set.
     pub toppled: bool,
+    /// What only this robot has, by name; the unit is in the name.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub channels: BTreeMap<&'static str, f64>,
+    /// Places that its picture is drawn through ([`Sketch`]), in a fixed order.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub points: Vec<[f64; 3]>,
+}
+
+/// How a robot is drawn through [`Truth::points`]; the numbers count those.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct Sketch {
+    /// Wheels: centre and radius, m.
+    pub circles: Vec<(usize, f64)>,
+    /// Lines from point to point.
+    pub lines: Vec<Vec<usize>>,
+    /// The ground's height along the robot's way: x and z, m.
+    pub ground: Vec<[f64; 2]>,
 }
 
 /// What the bus made public, decoded from its frames.
@@ -72,14 +90,20 @@ pub struct Heard {
     pub roll: f64,
     /// Heading by the guard, rad.
     pub heading: f64,
+    /// Position by the guard, m in the world's axes, which begin where its origin is; absent until it believes a fix.
+    pub position: Option<[f64; 3]>,
+    /// Validity of that position and the heading: 0 invalid, 1 stale, 2 reckoned, 3 measured.
+    pub validity: [u8; 4],
+    /// Age of the fix behind the position, s; 25.5 is older or none.
+    pub fix_age: f64,
     /// The guard's margins to the back, front, left and right edge, m; absent while it has none.
     pub margins: Option<[f64; 4]>,
     /// State of the guard: `referencing`, `ready`, `armed`, `held` and so on.
     pub guard_state: String,
     /// What the guard does with the command, and why: `passed`, `scaled: backward margin` and so on.
     pub verdict: String,
-    /// Measured currents of left track, right track, chassis joint and screw, A.
-    pub currents: [f64; 4],
+    /// Measured currents of the drives in the order of the nodes, A.
+    pub currents: Vec<f64>,
     /// Share of the last 100 ms during which the bus was busy, 0 to 1.
     pub bus_load: f64,
     /// Faults and losses that became known since the sample before, one sentence each.

@@ -3,6 +3,7 @@
 mod expectation;
 mod table;
 
+use crate::balance::{Balance, Figures};
 use crate::record::{SAMPLE_HZ, Sample};
 use crate::scenario::{NodeName, Scenario};
 use serde::Serialize;
@@ -112,6 +113,8 @@ pub struct Summary {
     pub pitch_deg: Range,
     /// Least horizontal distance from the rearmost contact to the centre of gravity, by the plant's truth, m.
     pub min_backward_margin_m: Option<f64>,
+    /// How far the zero moment point went from the centre of gravity during the climb, as in Fig. 8 of Paillat et al.; absent without one.
+    pub zero_moment_point: Option<Figures>,
     /// What the guard did.
     pub guard: GuardFigures,
     /// How the bus fared.
@@ -170,7 +173,7 @@ impl Summary {
     /// Computes all figures. Samples are in order of time, [`SAMPLE_HZ`] a second; none at all gives a summary of zeros.
     pub fn new(scenario: &Scenario, facts: &RunFacts, samples: &[Sample]) -> Self {
         let landing = landing(scenario, samples);
-        let climb = climb(samples, landing);
+        let climb = climb(scenario, samples);
         let simulated_s = samples.last().map_or(0.0, |sample| sample.time_s);
         let loads = || samples.iter().map(|sample| sample.heard.bus_load);
         let mut summary = Self {
@@ -190,12 +193,13 @@ impl Summary {
                 0.0
             },
             steps: facts.steps,
-            tension_error_m: tension_error(climb),
+            tension_error_m: tension_error(&samples[climb]),
             pitch_deg: range(samples.iter().map(|sample| sample.truth.pitch.to_degrees())),
             min_backward_margin_m: samples
                 .iter()
                 .filter_map(|sample| sample.truth.backward_margin)
                 .reduce(f64::min),
+            zero_moment_point: Balance::new(scenario, samples).figures,
             guard: guard_figures(samples.iter().map(|sample| sample.heard.verdict.as_str())),
             bus: BusFigures {
                 load_max: loads().fold(0.0, f64::max),
@@ -228,15 +232,13 @@ fn landing(scenario: &Scenario, samples: &[Sample]) -> Option<usize> {
         .position(|window| window.iter().all(level))
 }
 
-/// The samples from the first nose to the landing, or to the end.
-fn climb(samples: &[Sample], landing: Option<usize>) -> &[Sample] {
-    let end = landing.unwrap_or(samples.len());
-    let start = samples
+/// The samples from the first nose to the landing, or to the end; none when the robot never climbed.
+pub(crate) fn climb(scenario: &Scenario, samples: &[Sample]) -> std::ops::Range<usize> {
+    let end = landing(scenario, samples).unwrap_or(samples.len());
+    let start = samples[..end]
         .iter()
         .position(|sample| sample.truth.pitch > CLIMBING);
-    start
-        .and_then(|start| samples.get(start..end))
-        .unwrap_or_default()
+    start.unwrap_or(end)..end
 }
 
 fn stopped(samples: &[Sample]) -> bool {

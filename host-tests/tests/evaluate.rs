@@ -16,6 +16,12 @@ fn vectors(group: &str) -> Value {
     // The gradient of the potential belongs to the robot Hylos, not to this group's functions.
     let functions = document["functions"].as_object_mut().unwrap();
     functions.retain(|name, _| name != "state");
+    // The file's own check of the driving force; `tests/crawler/model.rs` has another one.
+    if let Some(Value::Array(cases)) = functions.get_mut("driving_force") {
+        for case in cases {
+            case["out"].as_object_mut().unwrap().remove("Pn_quadrature");
+        }
+    }
     document
 }
 
@@ -115,6 +121,7 @@ fn every_model_meets_the_vectors_in_both_precisions() {
         "b2p2_fk_com",
         "b2p2_dynamics",
         "b2p2_zmp",
+        "crawler",
         "hylos_margin",
         "rt_mover",
     ] {

@@ -10,6 +10,7 @@ use tautrack::faults::Fault;
 use tautrack::node::BodySensors;
 use tautrack::node::cia402::{State as DriveState, controlword, status};
 use tautrack::node::guard::{Guard, Inputs, Outputs, State};
+use tautrack::robots::b2p2::B2p2;
 use tautrack::settings::Settings;
 use tautrack::stability::filter::Verdict;
 use tautrack::stability::support::Edge;
@@ -21,7 +22,7 @@ const TAUT: i32 = (0.226 * 16_777_216.0) as i32;
 
 /// A guard among perfect drives, with an operator and level ground unless a test says otherwise.
 struct Bench {
-    guard: Guard,
+    guard: Guard<B2p2>,
     now_us: u64,
     command: Option<OperatorCommand>,
     body: Option<BodySensors>,
@@ -45,7 +46,7 @@ impl Bench {
             sent: Vec::new(),
         };
         let outputs = bench.run(1_000);
-        assert_eq!(State::from_byte(outputs.state.state), Some(State::Armed));
+        assert_eq!(State::from_code(outputs.state.state), Some(State::Armed));
         bench
     }
 
@@ -91,6 +92,7 @@ impl Bench {
             body: self.body,
             operator,
             frames: &frames,
+            serial: &[],
         };
         let outputs = self.guard.tick(&inputs);
         if !outputs.frames.is_empty() {
@@ -219,7 +221,7 @@ fn a_drive_s_emergency_holds_the_robot_until_the_operator_resets() {
     let code = Fault::Blocked.description().code;
     bench.extra.push(emergency(Emergency { node: 3, code }));
     let outputs = bench.run(10);
-    assert_eq!(State::from_byte(outputs.state.state), Some(State::Held));
+    assert_eq!(State::from_code(outputs.state.state), Some(State::Held));
     assert_eq!(
         (outputs.state.fault_node, outputs.state.fault_code),
         (3, code)
@@ -235,7 +237,7 @@ fn a_drive_s_emergency_holds_the_robot_until_the_operator_resets() {
 
     let still = bench.run(2_000);
     assert_eq!(
-        State::from_byte(still.state.state),
+        State::from_code(still.state.state),
         Some(State::Held),
         "nothing re-enables by itself"
     );
@@ -243,7 +245,7 @@ fn a_drive_s_emergency_holds_the_robot_until_the_operator_resets() {
     bench.run(20);
     bench.command.as_mut().expect("an operator").request = Request::Arm as u8;
     let outputs = bench.run(500);
-    assert_eq!(State::from_byte(outputs.state.state), Some(State::Armed));
+    assert_eq!(State::from_code(outputs.state.state), Some(State::Armed));
 }
 
 #[test]
@@ -253,7 +255,7 @@ fn a_drive_that_falls_silent_is_named_within_the_deadline() {
     let began = bench.now_us;
     loop {
         let outputs = bench.tick();
-        if State::from_byte(outputs.state.state) == Some(State::Held) {
+        if State::from_code(outputs.state.state) == Some(State::Held) {
             assert_eq!(outputs.state.fault_node, 4);
             break;
         }
@@ -267,13 +269,13 @@ fn a_chassis_motion_that_would_tip_the_robot_is_refused() {
     // Standing on its rear pulleys at 75 degrees; folding the front up would carry the centre of gravity behind them.
     bench.body = Some(standing(1.31));
     bench.run(10_000);
-    bench.command.as_mut().expect("an operator").chassis = 16_384;
+    bench.command.as_mut().expect("an operator").posture = 16_384;
     let outputs = bench.run(2_000);
     assert!(
-        matches!(verdict(&outputs), Some(Verdict::ChassisRefused(Edge::Back))),
+        matches!(verdict(&outputs), Some(Verdict::PostureRefused(Edge::Back))),
         "{outputs:?}"
     );
-    assert!(outputs.passed.passed_chassis < 8_192, "{outputs:?}");
+    assert!(outputs.passed.passed_posture < 8_192, "{outputs:?}");
 }
 
 #[test]
@@ -287,10 +289,10 @@ fn a_command_beyond_the_speed_limit_is_the_limit() {
 #[test]
 fn the_chassis_turns_no_faster_than_its_limit() {
     let mut bench = Bench::armed();
-    bench.command.as_mut().expect("an operator").chassis = 3_000;
+    bench.command.as_mut().expect("an operator").posture = 3_000;
     let mut before = 0;
     for _ in 0..500 {
-        let now = bench.run(4).passed.passed_chassis;
+        let now = bench.run(4).passed.passed_posture;
         // 0.5 rad/s over 4 ms is 20.9 of 2^-16 turns.
         assert!((now - before).abs() <= 21, "{before} to {now}");
         before = now;

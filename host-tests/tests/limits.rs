@@ -8,6 +8,7 @@ use tautrack::node::axle::{Axle, Bridge, Inputs, Outputs, SetPoint};
 use tautrack::node::guard::{self, Guard, State};
 use tautrack::node::screw::{self, Screw};
 use tautrack::node::{BodySensors, Switches};
+use tautrack::robots::b2p2::B2p2;
 use tautrack::settings::{Setting, Settings};
 
 /// Any bit pattern: NaN, infinities, subnormals and all.
@@ -100,23 +101,23 @@ proptest! {
     #[test]
     fn no_input_makes_the_guard_panic_or_drive_before_it_is_armed(
         steps in vec((
-            any::<[u32; 9]>(),
+            any::<[u32; 11]>(),
             any::<bool>(),
             proptest::option::of(any::<[i16; 5]>()),
             vec((0..0x7ff_u16, vec(any::<u8>(), 0..=8)), 0..4),
         ), 1..200),
     ) {
-        let mut guard = Guard::new(&Settings::default()).unwrap();
+        let mut guard = Guard::<B2p2>::new(&Settings::default()).unwrap();
         for (step, (bits, heard, operator, frames)) in steps.into_iter().enumerate() {
             let value = bits.map(f32::from_bits);
             let body = BodySensors {
                 inclination: [value[0], value[1]],
                 specific_force: [value[2], value[3], value[4]],
                 angular_rate: [value[5], value[6], value[7]],
-                heading: value[8],
+                magnetic_field: [value[8], value[9], value[10]],
             };
-            let operator = operator.map(|[forward, yaw_rate, chassis, request, sequence]| OperatorCommand {
-                forward, yaw_rate, chassis, request: request as u8, sequence: sequence as u8,
+            let operator = operator.map(|[forward, yaw_rate, posture, request, sequence]| OperatorCommand {
+                forward, yaw_rate, posture, request: request as u8, sequence: sequence as u8,
             });
             let frames: Vec<Frame> = frames.iter().filter_map(|(id, data)| Frame::new(*id, data)).collect();
             let inputs = guard::Inputs {
@@ -124,9 +125,10 @@ proptest! {
                 body: heard.then_some(body),
                 operator,
                 frames: &frames,
+                serial: &[],
             };
             let outputs = guard.tick(&inputs);
-            if State::from_byte(outputs.state.state) != Some(State::Armed) {
+            if State::from_code(outputs.state.state) != Some(State::Armed) {
                 prop_assert_eq!(outputs.passed.passed_speed, 0);
             }
         }

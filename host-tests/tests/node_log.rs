@@ -6,9 +6,9 @@ use tautrack::can::Frame;
 use tautrack::link::{STEP_US, Sensors, Start, Step, VERSION};
 use tautrack::node::axle::mode::CYCLIC_POSITION;
 use tautrack::settings::Setting;
+use tautrack_host_tests::machines::{Kind, b2p2};
 use tautrack_host_tests::nodes::{self, Board};
 use tautrack_host_tests::run::process::Node;
-use tautrack_host_tests::run::robot;
 use tautrack_host_tests::scenario::NodeName;
 
 const NODE: u8 = 4;
@@ -39,14 +39,14 @@ fn frames(step: u64) -> heapless::Vec<Frame, 32> {
 }
 
 fn log(board: Board) -> Vec<String> {
-    let programs = nodes::build(board).unwrap_or_else(|error| panic!("{error}"));
+    let programs = nodes::build(board, Kind::B2p2).unwrap_or_else(|error| panic!("{error}"));
     let name = NodeName::LeftTrack;
     let key = Setting::NodeId.description().key;
     let start = Start {
         version: VERSION,
         seed: 1,
         settings: [(key, i32::from(NODE))].into_iter().collect(),
-        motor: robot::motor(name),
+        motor: b2p2::motor(name),
     };
     let (mut node, _) = Node::start(name, board, &programs.axle.path, start)
         .unwrap_or_else(|error| panic!("{error}"));
@@ -59,6 +59,7 @@ fn log(board: Board) -> Vec<String> {
                 ..Sensors::default()
             },
             frames: frames(step),
+            serial: heapless::Vec::new(),
         });
         sent.unwrap_or_else(|error| panic!("{error}"));
         let stepped = node.receive().unwrap_or_else(|error| panic!("{error}"));

@@ -4,9 +4,12 @@
 
 use core::f64::consts::TAU;
 use tautrack::link::Shaft;
+use tautrack_host_tests::plant::Plant;
 use tautrack_host_tests::plant::b2p2::{B2p2, B2p2Parameters, Payload};
 use tautrack_host_tests::plant::terrain::{Stairs, Terrain};
-use tautrack_host_tests::plant::{MOTORS, Plant};
+
+/// Motors of B2P2.
+const MOTORS: usize = 4;
 
 const DT: f64 = 1.0e-3;
 const MASS: f64 = 6.356_067 + 0.897_066 + 1.062_15;
@@ -103,7 +106,7 @@ impl Driven {
                 (next - now) / DT * per_metre,
             ],
         ];
-        let shafts = core::array::from_fn(|i| {
+        let shafts: [_; MOTORS] = core::array::from_fn(|i| {
             let load = f64::from(self.plant.sensors(i).shaft_torque);
             let shaft = self.rotors[i].step(targets[i][0], targets[i][1], load);
             self.alive[i].then_some(shaft)

@@ -106,7 +106,7 @@ fn climb(scenario: &Scenario, seconds: u32) -> Vec<Sample> {
                         "passed"
                     }
                     .into(),
-                    currents: [
+                    currents: vec![
                         1.5 + noise + 2.0 * pitch,
                         1.4 - noise + 2.0 * pitch,
                         3.0 * theta,

@@ -7,6 +7,7 @@ use tautrack::robots::rt_mover::parameters::{LENGTHS, MASSES, Masses};
 use tautrack::robots::rt_mover::support::static_margin;
 use tautrack::robots::rt_mover::walk::{Gait, Inputs, Outputs, Pace};
 use tautrack::robots::rt_mover::{Law, Parameters, Wheel};
+use tautrack_host_tests::plant::Plant;
 use tautrack_host_tests::plant::rt_mover::{MOTORS, RtMover, RtMoverParameters};
 use tautrack_host_tests::plant::terrain::Terrain;
 
@@ -126,10 +127,10 @@ fn walk(height: f64, model: Parameters<f32>, pace: Pace) -> Walk {
                     gait.stage(),
                     gait.wheel(),
                     gait.margin(),
-                    t.middle[0],
+                    t.points[6][0],
                     t.yaw,
-                    t.seat,
-                    t.loads
+                    [t.pitch, t.roll],
+                    plant.loads()
                 );
                 walk.lifts += u32::from(gait.stage() == Stage::Lifting);
                 column = None;
@@ -141,7 +142,7 @@ fn walk(height: f64, model: Parameters<f32>, pace: Pace) -> Walk {
                 break;
             }
         }
-        let shafts = core::array::from_fn(|motor| {
+        let shafts: [_; MOTORS] = core::array::from_fn(|motor| {
             let load = f64::from(plant.sensors(motor).shaft_torque);
             Some(rotors[motor].step(rates[motor], load))
         });
@@ -150,30 +151,30 @@ fn walk(height: f64, model: Parameters<f32>, pace: Pace) -> Walk {
         walk.seconds = seconds;
         if let Some(lifted) = gait.lifted() {
             let wheel = lifted as usize;
-            if t.loads[wheel] == 0.0 {
+            if plant.loads()[wheel] == 0.0 {
                 if gait.stage() != Stage::Swinging {
-                    let x = t.wheels[wheel][0];
+                    let x = plant.wheels()[wheel][0];
                     let from = *column.get_or_insert(x);
                     walk.column[wheel] = walk.column[wheel].max((x - from).abs());
                 }
-                walk.margin[wheel] = walk.margin[wheel].min(margin(t, lifted));
+                walk.margin[wheel] = walk.margin[wheel].min(margin(&plant, lifted));
             }
         }
         let transient =
             seconds < 0.5 || gait.stage() == Stage::Landing || seconds < touched + TOUCH_DOWN;
-        let tilt = t.seat[0].abs().max(t.seat[1].abs());
+        let tilt = t.pitch.abs().max(t.roll.abs());
         let slot = &mut walk.tilt[usize::from(transient)];
         *slot = slot.max(tilt);
     }
     walk.stage = gait.stage();
-    walk.heights = plant.truth().wheels.map(|wheel| wheel[2]);
+    walk.heights = plant.wheels().map(|wheel| wheel[2]);
     walk.toppled = plant.truth().toppled;
     walk.margin = walk.margin.map(|margin| margin.min(9.0));
     println!("{height}: {walk:.4?}");
     walk
 }
 
-fn margin(truth: &tautrack_host_tests::plant::rt_mover::RtMoverTruth, lifted: Wheel) -> f64 {
+fn margin(plant: &RtMover, lifted: Wheel) -> f64 {
     let around = [
         Wheel::RearRight,
         Wheel::FrontRight,
@@ -182,10 +183,11 @@ fn margin(truth: &tautrack_host_tests::plant::rt_mover::RtMoverTruth, lifted: Wh
     ];
     let at = around.iter().position(|wheel| *wheel == lifted).unwrap();
     let supports = [1, 2, 3].map(|next| {
-        let [x, y, _] = truth.wheels[around[(at + next) % 4] as usize];
+        let [x, y, _] = plant.wheels()[around[(at + next) % 4] as usize];
         [x, y]
     });
-    static_margin(&supports, [truth.cog[0], truth.cog[1]])
+    let cog = plant.truth().cog;
+    static_margin(&supports, [cog[0], cog[1]])
 }
 
 fn tick(gait: &mut Gait, plant: &RtMover, rotors: &[Rotor; MOTORS]) -> Outputs {
@@ -199,7 +201,7 @@ fn tick(gait: &mut Gait, plant: &RtMover, rotors: &[Rotor; MOTORS]) -> Outputs {
         pitch_shaft: angle(8),
         wheel_torques: [0, 1, 2, 3].map(torque),
         roll_torques: [6, 7].map(torque),
-        inclination: truth.seat.map(|angle| angle as f32),
+        inclination: [truth.pitch, truth.roll].map(|angle| angle as f32),
         heading: truth.yaw as f32,
         asked: [0.0; 2],
         share: 1.0,
@@ -221,15 +223,15 @@ fn the_robot_at_rest_weighs_what_it_weighs_and_stands_level() {
     let mut plant = RtMover::new(&RtMoverParameters::nominal(), &Terrain::Flat, 1);
     let mut rotors: [Rotor; MOTORS] = core::array::from_fn(Rotor::new);
     for _ in 0..1000 {
-        let shafts = core::array::from_fn(|motor| {
+        let shafts: [_; MOTORS] = core::array::from_fn(|motor| {
             let load = f64::from(plant.sensors(motor).shaft_torque);
             Some(rotors[motor].step(0.0, load))
         });
         plant.step(&shafts);
     }
-    let loads: f64 = plant.truth().loads.iter().sum();
+    let loads: f64 = plant.loads().iter().sum();
     assert!((loads / plant.weight() - 1.0).abs() < 0.01, "{loads}");
-    assert!(plant.truth().seat.iter().all(|angle| angle.abs() < 0.01));
+    assert!(plant.truth().pitch.abs() < 0.01 && plant.truth().roll.abs() < 0.01);
 }
 
 /// The goals of the gait: column within 5 mm, margin, seat within 2 degrees.
@@ -315,7 +317,7 @@ fn a_walk_ends_in_the_same_bits_every_time() {
         let mut rotors: [Rotor; MOTORS] = core::array::from_fn(Rotor::new);
         for step in 0..500 {
             let rate = if step < 250 { 0.3 } else { -0.2 };
-            let shafts = core::array::from_fn(|motor| {
+            let shafts: [_; MOTORS] = core::array::from_fn(|motor| {
                 let load = f64::from(plant.sensors(motor).shaft_torque);
                 Some(rotors[motor].step(rate, load))
             });
@@ -336,8 +338,8 @@ fn dead_motors_hold_the_robot_up() {
     }
     let truth = plant.truth();
     assert!(
-        truth.seat.iter().all(|angle| angle.abs() < 0.01),
+        truth.pitch.abs() < 0.01 && truth.roll.abs() < 0.01,
         "{truth:?}"
     );
-    assert!((truth.middle[2] - 0.15).abs() < 0.003, "{truth:?}");
+    assert!((truth.points[6][2] - 0.15).abs() < 0.003, "{truth:?}");
 }

@@ -1,7 +1,7 @@
 //! Tip-over angles and stability potential against the papers' own forms and physics.
 
 use tautrack::math::vector::{add, cross, dot, scale, sub};
-use tautrack::stability::tipover::{Potential, PotentialError, angles, margin};
+use tautrack::stability::tipover::{Edges, Potential, PotentialError, angles, margin};
 
 type Vector = [f64; 3];
 
@@ -49,6 +49,56 @@ fn angles_are_those_of_the_definition() {
             assert!((got - want).abs() < 1e-7, "{step} {edge}: {got} {want}");
         }
     }
+}
+
+#[test]
+fn one_arc_tangent_gives_the_least_angle() {
+    let prepared = Edges::new(&CONTACTS).expect("edges");
+    let narrow = |vector: Vector| vector.map(|value| value as f32);
+    let single = Edges::new(&CONTACTS.map(narrow)).expect("edges");
+    let mut worst = 0.0_f64;
+    for step in 0..20_000 {
+        let turn = f64::from(step) * 0.37;
+        // Pulled up as well, and far out of the support.
+        let force = [
+            90.0 * turn.sin(),
+            70.0 * (1.7 * turn).cos(),
+            130.0 * (0.3 * turn).cos(),
+        ];
+        let moment = [9.0 * (2.3 * turn).cos(), 12.0 * turn.cos(), 5.0];
+        let cog = add(
+            COG,
+            [0.4 * (0.7 * turn).sin(), 0.3 * (1.1 * turn).cos(), 0.0],
+        );
+        let want = margin(&angles(&CONTACTS, cog, force, moment));
+        let got = prepared.margin(cog, force, moment);
+        assert!((got - want).abs() < 1e-9, "{step}: {got} {want}");
+        let got = f64::from(single.margin(narrow(cog), narrow(force), narrow(moment)));
+        // Where a force all but vanishes across the edge, or points all but away from it, the angle is anything.
+        let net = dot(force, force).sqrt();
+        if want.abs() < 3.0 && net > 30.0 {
+            worst = worst.max((got - want).abs());
+        }
+    }
+    println!("{worst:e} rad in single precision");
+    assert!(worst < 1.5e-6, "{worst:e}");
+}
+
+#[test]
+fn no_edge_and_no_number_have_no_least_angle() {
+    let (force, moment) = ([0.0, 0.0, -100.0], [0.0; 3]);
+    let edges = Edges::new(&CONTACTS).expect("edges");
+    assert!(edges.margin([f64::NAN, 0.0, 0.3], force, moment).is_nan());
+    assert!(edges.margin(COG, [0.0, f64::NAN, 0.0], moment).is_nan());
+    assert!(edges.margin(COG, force, [0.0, f64::NAN, 0.0]).is_nan());
+    assert_eq!(edges.margin(COG, [0.0; 3], moment), 0.0);
+    let none = Edges::<f64, 0>::new(&[]).expect("no edge is bad");
+    assert!(none.margin(COG, force, moment).is_nan());
+    let mut contacts = CONTACTS;
+    contacts[2] = contacts[1];
+    assert_eq!(Edges::new(&contacts), None);
+    contacts[2][0] = f64::NAN;
+    assert_eq!(Edges::new(&contacts), None);
 }
 
 #[test]

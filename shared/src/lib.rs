@@ -3,11 +3,12 @@
 //!
 //! Rooms, lower ones first; none knows a higher one:
 //! [`units`], [`math`], [`can`] · [`screw`], [`motor`], [`stability`], [`robots`], [`bus`], [`settings`], [`faults`] ·
-//! [`node`] · [`link`] (feature `lockstep`).
+//! [`estimate`] · [`node`] · [`link`] (feature `lockstep`).
 #![no_std]
 
 pub mod bus;
 pub mod can;
+pub mod estimate;
 pub mod faults;
 #[cfg(feature = "lockstep")]
 pub mod link;

@@ -10,11 +10,13 @@ use heapless::Vec;
 use serde::{Deserialize, Serialize};
 
 /// Version of these messages; both sides compare it before anything else.
-pub const VERSION: u16 = 1;
+pub const VERSION: u16 = 2;
 /// Length of a lockstep step in microseconds.
 pub const STEP_US: u64 = 1_000;
 /// Most frames that one step can deliver to, or take from, a node. A 1 Mbit/s bus carries at most 21 per step.
 pub const MAX_FRAMES: usize = 32;
+/// Most bytes that a serial line delivers in one step: 115200 baud are 11.5.
+pub const MAX_SERIAL: usize = 16;
 /// Most log bytes that one step can carry; what does not fit waits for the next.
 pub const MAX_LOG: usize = 512;
 /// Most settings that [`Start`] can carry.
@@ -77,6 +79,8 @@ pub struct Step {
     pub sensors: Sensors,
     /// Frames that the bus delivered, in the order in which they won arbitration.
     pub frames: Vec<Frame, MAX_FRAMES>,
+    /// Bytes that came in on the board's serial line, in order: sentences of a satellite receiver.
+    pub serial: Vec<u8, MAX_SERIAL>,
 }
 
 /// What a board's sensors say, beside those that sit on the motor.

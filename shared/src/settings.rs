@@ -181,6 +181,15 @@ settings! {
     FilterActive = 0x004f, "filter_active", "1", 0..=1, 1;
     /// Age of the operator's newest command after which the robot stops.
     OperatorTimeout = 0x0050, "operator_timeout", "ms", 20..=5_000, 300;
+
+    /// Declination: how far magnetic north lies east of true north.
+    Declination = 0x0060, "declination", "1e-3 degree", -180_000..=180_000, 0;
+    /// Field of the robot's own magnets at the magnetometer, forward.
+    HardIronForward = 0x0061, "hard_iron_forward", "nT", -500_000..=500_000, 0;
+    /// The same to the left.
+    HardIronLeft = 0x0062, "hard_iron_left", "nT", -500_000..=500_000, 0;
+    /// The same upward.
+    HardIronUp = 0x0063, "hard_iron_up", "nT", -500_000..=500_000, 0;
 }
 
 impl Setting {

@@ -1,4 +1,4 @@
-//! Node program of the role `guard`.
+//! Node program of the role `guard`, for B2P2.
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
 use tautrack_firmware::boards::{Board, Selected};
@@ -6,5 +6,5 @@ use tautrack_firmware::roles::guard;
 
 #[cfg_attr(target_os = "none", cortex_m_rt::entry)]
 fn main() -> ! {
-    Selected::run(&guard::ROLE)
+    Selected::run(&guard::B2P2)
 }

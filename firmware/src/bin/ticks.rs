@@ -18,6 +18,7 @@ use cortex_m as _;
 use tautrack::node::axle::{self, Axle};
 use tautrack::node::guard::{self, Guard};
 use tautrack::node::screw::{self, Screw};
+use tautrack::robots::b2p2::B2p2;
 
 struct Slot<T>(UnsafeCell<MaybeUninit<T>>);
 
@@ -42,7 +43,7 @@ impl<T> Slot<T> {
 
 static AXLE: Slot<(Axle, axle::Inputs)> = Slot::new();
 static SCREW: Slot<(Screw, screw::Inputs)> = Slot::new();
-static GUARD: Slot<(Guard, guard::Inputs<'static>)> = Slot::new();
+static GUARD: Slot<(Guard<B2p2>, guard::Inputs<'static>)> = Slot::new();
 static CURRENT: Slot<(f32, f32)> = Slot::new();
 
 #[cortex_m_rt::entry]

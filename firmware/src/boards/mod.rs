@@ -29,6 +29,7 @@ use tautrack::link::{BodySensors, Switches};
 ///   returned [`Bridge`] from the next period on. Before the first call, and from a panic on, its bridge is off.
 /// * It puts every frame that the bus delivers into [`crate::bus::RECEIVED`], and sends those of
 ///   [`crate::bus::TRANSMIT`] as the bus has room, oldest first; both are safe in an interrupt.
+/// * It puts every byte that its serial line delivers into [`crate::serial::RECEIVED`], where it has such a line.
 /// * It drives the clock of `embassy-time` in microseconds since power-up, and polls the executor.
 /// * Its panic handler opens the bridge before anything else.
 pub trait Board {

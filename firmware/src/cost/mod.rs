@@ -8,6 +8,7 @@ mod bus;
 mod counter;
 mod inputs;
 mod math;
+mod model;
 mod motor;
 mod nodes;
 mod stability;
@@ -32,6 +33,7 @@ pub fn run() -> ! {
     }
     math::count(&mut table);
     stability::count(&mut table);
+    model::count(&mut table);
     motor::count(&mut table);
     nodes::count(&mut table);
     bus::count(&mut table);

@@ -7,7 +7,8 @@ use crate::boards::Selected;
 use crate::current_loop;
 use core::hint::black_box;
 use core::mem::MaybeUninit;
-use tautrack::motor::cascade::{Cascade, Demand, Gains};
+use tautrack::math::Bound;
+use tautrack::motor::cascade::{Cascade, Demand, Gains, Reference};
 use tautrack::motor::current::{CurrentLoop, Winding};
 use tautrack::motor::foc::{Config, Dq, ElectricalAngle, Foc};
 use tautrack::motor::from_radians;
@@ -66,9 +67,10 @@ pub fn count(table: &mut Table) {
 fn count_cascade(table: &mut Table) {
     struct State {
         cascade: Cascade,
-        set_point: SetPoint,
+        bound: Bound,
+        reference: Reference,
         position: i64,
-        velocity: f32,
+        velocity: i32,
         demand: MaybeUninit<Demand>,
     }
     let gains = black_box(Gains {
@@ -77,31 +79,38 @@ fn count_cascade(table: &mut Table) {
         integral_time: 0.05,
         acceleration: 0.02,
         velocity_limit: 6.0,
+        current_limit: 10.0,
+        period: CONTROL_PERIOD,
     });
+    let cascade = Cascade::new(&gains);
     let mut state = State {
-        cascade: Cascade::new(gains),
-        set_point: SetPoint::default(),
+        bound: cascade.bound(8.0),
+        cascade,
+        reference: Reference::default(),
         position: 0,
-        velocity: 0.0,
+        velocity: 0,
         demand: MaybeUninit::uninit(),
     };
     table.kernel(
         "cascade position to current",
         &mut state,
         |state, call, random| {
-            state.set_point.position = from_radians(random.within(0.5));
-            state.set_point.velocity = number(call, random);
-            state.position = from_radians(random.within(0.5));
-            state.velocity = random.within(5.0);
-            10.0_f32
+            state.reference = state.cascade.reference(&SetPoint {
+                position: from_radians(random.within(0.5)),
+                velocity: number(call, random),
+                acceleration: random.within(20.0),
+            });
+            // Now and then farther away than the difference has digits.
+            let distance = if call % 50 == 49 { 1e6 } else { 0.5 };
+            state.position = from_radians(random.within(distance));
+            state.velocity = state.cascade.rate(random.within(5.0));
         },
-        |state, current_limit| {
+        |state, ()| {
             state.demand.write(state.cascade.position(
-                &state.set_point,
+                &state.reference,
                 state.position,
                 state.velocity,
-                current_limit,
-                CONTROL_PERIOD,
+                state.bound,
             ));
         },
     );

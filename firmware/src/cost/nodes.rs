@@ -3,7 +3,7 @@
 use super::counter::{Count, Table, instructions};
 use super::inputs::{Random, settings};
 use core::f32::consts::TAU;
-use core::mem::MaybeUninit;
+use core::hint::black_box;
 use heapless::Vec;
 use tautrack::bus::pdo::{DriveMotion, DriveStatus, OperatorCommand, Payload, Request, transmit};
 use tautrack::can::Frame;
@@ -12,6 +12,7 @@ use tautrack::node::cia402::{State, controlword, status};
 use tautrack::node::guard::{self, Guard};
 use tautrack::node::screw::{self, Screw};
 use tautrack::node::{BodySensors, Switches};
+use tautrack::robots::b2p2::B2p2;
 use tautrack::screw::Geometry;
 use tautrack::settings::{Setting, Settings};
 use tautrack::units::Angle;
@@ -91,12 +92,12 @@ fn count_axle(table: &mut Table) {
     struct Rig {
         axle: Axle,
         shaft: Shaft,
-        outputs: MaybeUninit<axle::Outputs>,
+        bridge: Bridge,
     }
     let mut rig = Rig {
         axle: Axle::new(&drive_settings()),
         shaft: Shaft::default(),
-        outputs: MaybeUninit::uninit(),
+        bridge: Bridge::Off,
     };
     let modes = [
         mode::CYCLIC_POSITION,
@@ -121,30 +122,24 @@ fn count_axle(table: &mut Table) {
         tick += 1;
         inputs
     };
-    let act = |rig: &mut Rig, inputs: axle::Inputs| {
-        rig.outputs.write(rig.axle.tick(&inputs));
+    let act = |rig: &mut Rig, inputs: &axle::Inputs| {
+        rig.bridge = black_box(&rig.axle.tick(inputs)).bridge;
     };
     let mut random = Random::new();
     let mut count = Count::NONE;
     for call in 0..WARM_UP + table.calls() {
         let inputs = inputs(&mut rig, &mut random);
-        let read = if call < WARM_UP {
-            act(&mut rig, inputs);
-            None
+        if call < WARM_UP {
+            act(&mut rig, &inputs);
         } else {
-            Some(instructions(&mut rig, inputs, act))
-        };
-        if let Some(reading) = read {
-            count.take(reading);
+            count.take(instructions(&mut rig, &inputs, act));
         }
-        // SAFETY: `act` has written it.
-        rig.shaft
-            .step(unsafe { rig.outputs.assume_init_ref() }.bridge);
+        rig.shaft.step(rig.bridge);
     }
     table.write(
         "axle tick",
         &count,
-        act as fn(&mut Rig, axle::Inputs) as usize,
+        act as fn(&mut Rig, &'static axle::Inputs) as usize,
     );
 }
 
@@ -152,7 +147,7 @@ fn count_screw(table: &mut Table) {
     struct Rig {
         screw: Screw,
         shaft: Shaft,
-        outputs: MaybeUninit<axle::Outputs>,
+        bridge: Bridge,
     }
     let Ok(screw) = Screw::new(&drive_settings()) else {
         return; // the nominal geometry is a good one; without it the host misses the entry
@@ -160,10 +155,10 @@ fn count_screw(table: &mut Table) {
     let mut rig = Rig {
         screw,
         shaft: Shaft::default(),
-        outputs: MaybeUninit::uninit(),
+        bridge: Bridge::Off,
     };
-    let act = |rig: &mut Rig, inputs: screw::Inputs| {
-        rig.outputs.write(rig.screw.tick(&inputs));
+    let act = |rig: &mut Rig, inputs: &screw::Inputs| {
+        rig.bridge = black_box(&rig.screw.tick(inputs)).bridge;
     };
     let mut random = Random::new();
     let mut count = Count::NONE;
@@ -180,18 +175,16 @@ fn count_screw(table: &mut Table) {
             slack: if tick % 256 < 128 { 0 } else { 200_000 },
         };
         if tick < WARM_UP {
-            act(&mut rig, inputs);
+            act(&mut rig, &inputs);
         } else {
-            count.take(instructions(&mut rig, inputs, act));
+            count.take(instructions(&mut rig, &inputs, act));
         }
-        // SAFETY: `act` has written it.
-        rig.shaft
-            .step(unsafe { rig.outputs.assume_init_ref() }.bridge);
+        rig.shaft.step(rig.bridge);
     }
     table.write(
         "screw tick",
         &count,
-        act as fn(&mut Rig, screw::Inputs) as usize,
+        act as fn(&mut Rig, &'static screw::Inputs) as usize,
     );
 }
 
@@ -246,7 +239,7 @@ fn answers(tick: u32, geometry: &Geometry, settings: &Settings) -> Vec<Frame, 12
 /// A guard that hears four drives and an operator, none of which do more than answer.
 #[derive(Clone)]
 struct GuardRig {
-    guard: Guard,
+    guard: Guard<B2p2>,
     outputs: guard::Outputs,
 }
 
@@ -260,9 +253,10 @@ fn count_guard(table: &mut Table) {
     let settings = settings();
     let [l1, l2, k] = [Setting::LengthL1, Setting::LengthL2, Setting::LengthK]
         .map(|setting| settings.get(setting));
-    let (Ok(mut guard), Ok(geometry)) =
-        (Guard::new(&settings), Geometry::from_micrometres(l1, l2, k))
-    else {
+    let (Ok(mut guard), Ok(geometry)) = (
+        Guard::<B2p2>::new(&settings),
+        Geometry::from_micrometres(l1, l2, k),
+    ) else {
         return; // the nominal geometry is a good one; without it the host misses the entries
     };
     let outputs = guard.tick(&guard::Inputs {
@@ -270,6 +264,7 @@ fn count_guard(table: &mut Table) {
         body: None,
         operator: None,
         frames: &[],
+        serial: &[],
     });
     let mut rig = GuardRig { guard, outputs };
     let mut random = Random::new();
@@ -288,7 +283,7 @@ fn count_guard(table: &mut Table) {
                 } else {
                     (random.bits() >> 24) as i16
                 },
-                chassis: (random.bits() >> 18) as i16,
+                posture: (random.bits() >> 18) as i16,
                 request: Request::Arm as u8,
                 sequence: tick as u8,
             });
@@ -296,13 +291,14 @@ fn count_guard(table: &mut Table) {
                 inclination: [random.within(0.5), random.within(0.2)],
                 specific_force: [random.within(2.0), random.within(2.0), 9.81],
                 angular_rate: [random.within(1.0), random.within(1.0), random.within(1.0)],
-                heading: random.within(3.0),
+                magnetic_field: [random.within(20.0), random.within(20.0), -42.0],
             };
             let inputs = guard::Inputs {
                 now_us: u64::from(tick) * 1_000,
                 body: Some(body),
                 operator,
                 frames: &frames,
+                serial: &[],
             };
             act(rig, inputs);
         };
@@ -324,7 +320,7 @@ fn count_guard(table: &mut Table) {
             tick(number, &mut rig, &mut |rig, inputs| {
                 count.take(instructions(rig, inputs, GuardRig::tick));
             });
-            armed &= rig.outputs.state.state == guard::State::Armed as u8;
+            armed &= rig.outputs.state.state == guard::State::Armed.code();
             armed &= rig.outputs.frames.is_empty() == (phase != 0);
         }
         // Anything else would count another tick than the name says; the host then misses the entry.

@@ -3,35 +3,81 @@
 use super::{Refusal, Role, dictionary, refuse, start_bus};
 use crate::boards::{Board, CONTROL_HZ, Selected};
 use crate::bus::{self, FrameQueue, Heard};
+use crate::serial;
 use core::sync::atomic::{AtomicBool, Ordering};
 use embassy_executor::Spawner;
 use embassy_time::{Duration, Instant, Ticker};
 use heapless::Vec;
+use static_cell::StaticCell;
 use tautrack::bus::network::{self, Emergency};
-use tautrack::bus::pdo::OperatorCommand;
+use tautrack::bus::pdo::{GuardPosition, OperatorCommand};
 use tautrack::can::Frame;
+use tautrack::estimate::state::{Estimator, State};
+use tautrack::math::to_i32;
 use tautrack::node::guard::{Guard, Inputs, Outputs};
+use tautrack::robots::Body;
+use tautrack::robots::b2p2::B2p2;
 use tautrack::settings::{Setting, Settings};
+use tautrack::units::Angle;
 
 dictionary!(od, "guard.rs");
 
-/// The role of this file.
-pub static ROLE: Role = Role {
-    name: "guard",
-    start,
-};
+/// One role per robot: the guard that is built for it.
+macro_rules! guards {
+    ($($(#[doc = $doc:literal])* $role:ident: $body:ty;)*) => {$(
+        $(#[doc = $doc])*
+        pub static $role: Role = Role {
+            name: "guard",
+            start: {
+                static GUARD: StaticCell<Guard<$body>> = StaticCell::new();
+                |spawner, settings| start(spawner, settings, &GUARD)
+            },
+        };
+    )*};
+}
+
+guards! {
+    /// The tracked robot of Paillat et al.
+    B2P2: B2p2;
+}
+
+/// A guard whatever its robot.
+trait Tick {
+    fn tick(&mut self, inputs: &Inputs<'_>) -> Outputs;
+    fn estimator(&self) -> &Estimator;
+}
+
+impl<B: Body> Tick for Guard<B> {
+    fn tick(&mut self, inputs: &Inputs<'_>) -> Outputs {
+        Guard::tick(self, inputs)
+    }
+
+    fn estimator(&self) -> &Estimator {
+        Guard::estimator(self)
+    }
+}
 
 /// Most frames between two ticks: a 1 Mbit/s bus carries fewer in 1 ms.
 const MAX_HEARD: usize = 32;
+
+/// Most bytes of the serial line that one tick takes: 115200 baud bring 12.
+const MAX_SERIAL: usize = 64;
 
 /// Frames for the next tick.
 static HEARD: FrameQueue<MAX_HEARD> = FrameQueue::new();
 /// The operator's objects were written since the tick before.
 static OPERATOR: AtomicBool = AtomicBool::new(false);
 
-fn start(spawner: Spawner, settings: &Settings) -> Result<(), Refusal> {
+fn start<B: Body>(
+    spawner: Spawner,
+    settings: &Settings,
+    cell: &'static StaticCell<Guard<B>>,
+) -> Result<(), Refusal> {
     let guard =
         Guard::new(settings).map_err(|error| refuse(format_args!("geometry: {error:?}")))?;
+    let guard = cell
+        .try_init(guard)
+        .ok_or_else(|| refuse(format_args!("the guard was started before")))?;
     start_bus(spawner, settings, od::DICTIONARY, None, heard)?;
     super::spawn(spawner, control(guard, settings.id(Setting::NodeId)))
 }
@@ -45,15 +91,18 @@ fn heard(heard: Heard) {
 }
 
 #[embassy_executor::task]
-async fn control(mut guard: Guard, node: u8) -> ! {
+async fn control(guard: &'static mut dyn Tick, node: u8) -> ! {
     let mut ticker = Ticker::every(Duration::from_hz(u64::from(CONTROL_HZ)));
     let mut frames = Vec::<Frame, MAX_HEARD>::new();
+    let mut bytes = [0; MAX_SERIAL];
     loop {
         ticker.next().await;
         frames.clear();
         while let Some(frame) = HEARD.pop() {
             let _ = frames.push(frame); // as many as the queue holds
         }
+        // An error is an empty pipe.
+        let count = serial::RECEIVED.try_read(&mut bytes).unwrap_or(0);
         let outputs = guard.tick(&Inputs {
             now_us: Instant::now().as_micros(),
             body: Selected::body(),
@@ -61,8 +110,12 @@ async fn control(mut guard: Guard, node: u8) -> ! {
                 .swap(false, Ordering::Relaxed)
                 .then(operator_command),
             frames: &frames,
+            serial: bytes.get(..count).unwrap_or(&[]),
         });
         publish(&outputs);
+        if let Some((state, position)) = &outputs.robot {
+            publish_robot(state, *position, guard.estimator());
+        }
         if let Some(code) = outputs.emergency {
             crate::logger::warn!("fault {:#06x} of node {}", code, outputs.state.fault_node);
             bus::send(network::emergency(Emergency { node, code }));
@@ -76,7 +129,7 @@ fn operator_command() -> OperatorCommand {
     OperatorCommand {
         forward: od::OBJECT4000.get_forward_speed(),
         yaw_rate: od::OBJECT4000.get_yaw_rate(),
-        chassis: od::OBJECT4000.get_chassis_angle(),
+        posture: od::OBJECT4000.get_posture(),
         request: od::OBJECT4000.get_request(),
         sequence: od::OBJECT4000.get_sequence(),
     }
@@ -100,8 +153,39 @@ fn publish(outputs: &Outputs) {
     od::OBJECT4003.set_right(outputs.margins.right);
     od::OBJECT4004.set_asked_speed(outputs.passed.asked_speed);
     od::OBJECT4004.set_passed_speed(outputs.passed.passed_speed);
-    od::OBJECT4004.set_asked_chassis(outputs.passed.asked_chassis);
-    od::OBJECT4004.set_passed_chassis(outputs.passed.passed_chassis);
+    od::OBJECT4004.set_asked_posture(outputs.passed.asked_posture);
+    od::OBJECT4004.set_passed_posture(outputs.passed.passed_posture);
     od::OBJECT4005.set_refused(outputs.refused);
     od::OBJECT4005.set_scaled(outputs.scaled);
+}
+
+/// The robot's state, once per SYNC.
+fn publish_robot(state: &State, position: GuardPosition, estimator: &Estimator) {
+    for (number, reading) in state.iter().enumerate() {
+        let value = match number {
+            // North, east, up in mm, the screw in um.
+            0..=2 => to_i32(reading.value * 1e3),
+            7 => to_i32(reading.value * 1e6),
+            _ => Angle::from_radians(reading.value).to_bits(),
+        };
+        // The arrays have as many elements as the state has coordinates.
+        let _ = od::OBJECT4010.set(number, value);
+        let _ = od::OBJECT4011.set(number, reading.validity as u8);
+        let _ = od::OBJECT4012.set(number, reading.age_ms);
+    }
+    let (place, altitude_mm) = estimator.position().origin().unwrap_or_default();
+    od::OBJECT4013.set_latitude(place.latitude);
+    od::OBJECT4013.set_longitude(place.longitude);
+    od::OBJECT4013.set_altitude(altitude_mm.unwrap_or(0));
+    let [believed, doubted] = estimator.position().counts();
+    od::OBJECT4013.set_fixes(believed);
+    od::OBJECT4013.set_doubted_fixes(doubted);
+    let sentences = estimator.sentences();
+    od::OBJECT4013.set_sentences(sentences.taken);
+    od::OBJECT4013.set_refused_sentences(sentences.all_refused());
+    od::OBJECT4014.set_north(position.north);
+    od::OBJECT4014.set_east(position.east);
+    od::OBJECT4014.set_up(position.up);
+    od::OBJECT4014.set_validity(position.validity);
+    od::OBJECT4014.set_age(position.age);
 }

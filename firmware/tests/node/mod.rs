@@ -8,7 +8,8 @@ use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
 use std::sync::OnceLock;
 use tautrack::can::Frame;
 use tautrack::link::{
-    FromNode, MotorModel, Ready, STEP_US, Sensors, Start, Step, Stepped, ToNode, VERSION,
+    FromNode, MAX_SERIAL, MotorModel, Ready, STEP_US, Sensors, Start, Step, Stepped, ToNode,
+    VERSION,
 };
 use tautrack::settings::Setting;
 
@@ -96,6 +97,7 @@ pub struct Node {
     input: ChildStdin,
     output: ChildStdout,
     time_us: u64,
+    serial: Vec<u8>,
 }
 
 impl Node {
@@ -135,6 +137,7 @@ impl Node {
             input,
             output,
             time_us: 0,
+            serial: Vec::new(),
         }
     }
 
@@ -167,6 +170,11 @@ impl Node {
         }
     }
 
+    /// Puts bytes on the node's serial line; each step takes as many as it can.
+    pub fn say(&mut self, bytes: &[u8]) {
+        self.serial.extend(bytes);
+    }
+
     /// One step with these frames and sensor values.
     pub fn step(&mut self, sensors: Sensors, frames: &[Frame]) -> Stepped {
         self.time_us += STEP_US;
@@ -174,6 +182,10 @@ impl Node {
             time_us: self.time_us,
             sensors,
             frames: frames.iter().copied().collect(),
+            serial: {
+                let count = self.serial.len().min(MAX_SERIAL);
+                self.serial.drain(..count).collect()
+            },
         };
         match self.exchange(&ToNode::Step(step)) {
             FromNode::Stepped(stepped) => stepped,

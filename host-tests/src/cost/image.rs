@@ -14,6 +14,8 @@ pub struct Image {
     pub flash: u64,
     /// Static variables, bytes; the stack not counted.
     pub ram: u64,
+    /// Deepest stack of a short life on the bus, bytes; `None` for a program that is never started.
+    pub stack: Option<u32>,
 }
 
 /// A function of a program.
@@ -45,6 +47,7 @@ impl Image {
             name: name.to_owned(),
             flash: sum(&[".vector_table", ".text", ".rodata", ".data"]),
             ram: sum(&[".data", ".bss", ".uninit"]),
+            stack: None,
         })
     }
 }

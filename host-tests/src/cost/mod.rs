@@ -1,7 +1,8 @@
 //! `cargo cost`: what the control code costs on a Cortex-M4F, counted in the emulator, never timed.
 //!
 //! [`emulator`] runs the firmware's `cost` program and reads its counts; [`trace`] runs it once more and sees every instruction, of
-//! which [`cycles`] makes a model of the time; [`image`] reads the sizes of programs. [`ledger`] holds the ceilings and the pinned
+//! which [`cycles`] makes a model of the time; [`image`] reads the sizes of programs,
+//! [`stack`] the depth of their stacks. [`ledger`] holds the ceilings and the pinned
 //! counts of `cost.toml`, and [`page`] writes docs/cost.md. This file is the command line.
 
 pub mod cycles;
@@ -9,8 +10,10 @@ pub mod emulator;
 pub mod image;
 pub mod ledger;
 pub mod page;
+pub mod stack;
 pub mod trace;
 
+use crate::machines::Kind;
 use crate::nodes::{self, Board, BuildError};
 use clap::Parser;
 use serde::{Deserialize, Serialize};
@@ -99,7 +102,7 @@ impl From<io::Error> for CostError {
 /// [`CostError`]; also when the controls do not read what they must, or counts and trace do not agree.
 pub fn measure() -> Result<Measurement, CostError> {
     let instruments = nodes::instruments()?;
-    let programs = nodes::build(Board::Qemu)?;
+    let programs = nodes::build(Board::Qemu, Kind::B2p2)?;
     let elf = fs::read(&instruments.cost.path)?;
     let counts = emulator::count(&instruments.cost.path, CALLS)?;
     let traces = trace::trace(&instruments.cost.path, &elf, TRACED_CALLS)?;
@@ -128,7 +131,13 @@ pub fn measure() -> Result<Measurement, CostError> {
         ("ticks alone", &instruments.ticks),
     ]
     .into_iter()
-    .map(|(name, program)| image::Image::read(name, &fs::read(&program.path)?))
+    .map(|(name, program)| {
+        let mut image = image::Image::read(name, &fs::read(&program.path)?)?;
+        if name != "ticks alone" {
+            image.stack = Some(stack::deepest(&program.path, name != "guard")?);
+        }
+        Ok(image)
+    })
     .collect::<Result<_, CostError>>()?;
     Ok(Measurement {
         rustc: image::compiler(&elf)?,

@@ -79,10 +79,16 @@ fn images(measurement: &Measurement) -> String {
             image.name.clone(),
             image.flash.to_string(),
             image.ram.to_string(),
+            or_dash(image.stack.as_ref()),
         ]
     });
     table(
-        ["program", "flash, bytes", "static RAM, bytes"],
+        [
+            "program",
+            "flash, bytes",
+            "static RAM, bytes",
+            "deepest stack, bytes",
+        ],
         &rows.collect::<Vec<_>>(),
     )
 }

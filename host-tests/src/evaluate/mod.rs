@@ -9,6 +9,7 @@ mod b2p2_fk_com;
 mod b2p2_parameters;
 mod b2p2_screw;
 mod b2p2_zmp;
+mod crawler;
 mod error;
 mod hylos_margin;
 mod input;
@@ -55,12 +56,13 @@ type Function = fn(&Input, &Input) -> Result<Value, EvaluateError>;
 type Functions = Vec<(&'static str, Function)>;
 
 /// Functions of each group.
-fn groups<S: Scalar>() -> [(&'static str, Functions); 6] {
+fn groups<S: Scalar>() -> [(&'static str, Functions); 7] {
     [
         ("b2p2_screw", b2p2_screw::functions::<S>()),
         ("b2p2_fk_com", b2p2_fk_com::functions::<S>()),
         ("b2p2_dynamics", b2p2_dynamics::functions::<S>()),
         ("b2p2_zmp", b2p2_zmp::functions::<S>()),
+        ("crawler", crawler::functions::<S>()),
         ("hylos_margin", hylos_margin::functions::<S>()),
         ("rt_mover", rt_mover::functions::<S>()),
     ]

@@ -1,36 +1,51 @@
 //! The physical world that the nodes move and sense: one plant per robot, behind one trait.
 //!
 //! A motor and its rotor live in the node that drives them; a plant begins at the output shaft of the gear.
-//! [`b2p2`] is the tracked robot of Paillat et al., [`rt_mover`] the leg-wheel robot of Nakajima, [`terrain`] what it drives on, [`noise`] the seeded randomness.
+//! [`b2p2`] is the tracked robot of Paillat et al., [`terrain`] what it drives on, [`crawler`] that of Kurc and Szybicki on shearing
+//! ground, [`rt_mover`] the leg-wheel robot of Nakajima, `world` the physics engine's settings, `gear` where a
+//! node's shaft meets the load, [`sensing`] the sensors on a body, [`receiver`] the satellite receiver, [`noise`] the seeded
+//! randomness.
 
 pub mod b2p2;
+pub mod crawler;
+mod gear;
 pub mod noise;
+pub mod receiver;
 pub mod rt_mover;
+pub mod sensing;
 pub mod terrain;
+mod world;
 
-use crate::record::Truth;
+use crate::record::{Sketch, Truth};
 use tautrack::link::{BodySensors, Sensors, Shaft};
-
-/// Motors of a plant, in the order of its nodes: left track, right track, chassis joint, screw.
-pub const MOTORS: usize = 4;
 
 /// A robot and the world around it, advanced in steps of one millisecond ([`tautrack::link::STEP_US`]).
 ///
 /// Deterministic: the same construction and the same shafts give the same bits on every machine.
 pub trait Plant {
-    /// Advances by one millisecond. `shafts[i]` is the motion of motor i's output shaft at the end of this step, as its
+    /// Advances by one millisecond; one shaft for each motor. `shafts[i]` is the motion of motor i's output shaft at the end of this step, as its
     /// node reports it; `None` is a dead node, whose bridge is off and whose axle moves against its gear's friction alone.
     /// A node that comes back may count from zero again: its axle continues from where it is.
-    fn step(&mut self, shafts: &[Option<Shaft>; MOTORS]);
+    fn step(&mut self, shafts: &[Option<Shaft>]);
 
     /// What the board of motor `motor` senses after the last step; `body` is `None`, it sits on the guard's board alone.
     ///
     /// # Panics
-    /// If `motor` is not below [`MOTORS`].
+    /// If there is no such motor.
     fn sensors(&self, motor: usize) -> Sensors;
 
     /// What the sensors on the robot's body say after the last step.
     fn body_sensors(&self) -> BodySensors;
+
+    /// Bytes that the satellite receiver put on the guard's serial line in the last step.
+    fn serial(&self) -> &[u8] {
+        &[]
+    }
+
+    /// How the robot is drawn; B2P2 has a picture of its own.
+    fn sketch(&self) -> Sketch {
+        Sketch::default()
+    }
 
     /// What the physics knows after the last step; no node may see it.
     fn truth(&self) -> &Truth;

@@ -4,14 +4,14 @@ use super::Role;
 use super::eds;
 use super::tables::sentence;
 use crate::bus::wire::{BIT_RATE, worst_case_bits};
+use crate::machines::b2p2::NODES;
 use crate::run::operator::PERIOD_US;
-use crate::run::robot::node_id;
 use crate::scenario::NodeName;
 use std::fmt::Write;
 use tautrack::bus::network::{self, function};
 use tautrack::bus::pdo::{
-    DriveMotion, DriveStatus, GuardMargins, GuardMotion, GuardPassed, GuardState, OperatorCommand,
-    PositionSetPoint, VelocitySetPoint,
+    DriveMotion, DriveStatus, GuardMargins, GuardMotion, GuardPassed, GuardPosition, GuardState,
+    OperatorCommand, PositionSetPoint, VelocitySetPoint,
 };
 use tautrack::can::Frame;
 use tautrack::settings::Setting;
@@ -32,7 +32,7 @@ macro_rules! known {
     };
 }
 
-const PAYLOADS: [Known; 9] = known!(
+const PAYLOADS: [Known; 10] = known!(
     PositionSetPoint,
     VelocitySetPoint,
     DriveMotion,
@@ -41,7 +41,8 @@ const PAYLOADS: [Known; 9] = known!(
     GuardMotion,
     GuardState,
     GuardMargins,
-    GuardPassed
+    GuardPassed,
+    GuardPosition
 );
 
 /// A frame that comes again and again.
@@ -105,8 +106,8 @@ fn cyclic(roles: &[Role]) -> Vec<Cyclic> {
         bytes: 0,
         period_us: sync_us,
     }];
-    for name in NodeName::ALL {
-        let node = u16::from(node_id(name));
+    for (name, id) in NODES {
+        let node = u16::from(id);
         let (role, set_point, sender, set_point_us) = match name {
             NodeName::Guard => ("guard", 0, "operator".into(), PERIOD_US),
             NodeName::LeftTrack | NodeName::RightTrack => {

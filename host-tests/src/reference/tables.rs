@@ -31,11 +31,12 @@ pub fn faults() -> String {
 }
 
 /// Groups of settings: the last key of each, and who reads them.
-const GROUPS: [(u16, &str); 4] = [
+const GROUPS: [(u16, &str); 5] = [
     (0x000f, "Every node"),
     (0x002f, "The motor and its axle: axle and screw"),
     (0x003f, "The belt and its screw: screw and guard"),
     (0x005f, "The robot: guard"),
+    (0x006f, "The sensors on the body: guard"),
 ];
 
 /// One table per group.

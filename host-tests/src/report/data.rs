@@ -1,5 +1,6 @@
 //! Samples as columns of integers, each with the value of one: about a quarter of the size of rounded decimals.
 
+use crate::balance::{Balance, Moment, PAPER_PERCENT, length};
 use crate::record::Sample;
 use crate::scenario::Scenario;
 use crate::summary::{Summary, intervenes};
@@ -42,24 +43,52 @@ const COLUMNS: &[Column] = &[
     ("passedTheta", 0.01, |s| {
         Some(s.heard.passed_theta.to_degrees())
     }),
-    ("leftCurrent", 0.01, |s| Some(s.heard.currents[0])),
-    ("rightCurrent", 0.01, |s| Some(s.heard.currents[1])),
-    ("chassisCurrent", 0.01, |s| Some(s.heard.currents[2])),
-    ("screwCurrent", 0.01, |s| Some(s.heard.currents[3])),
+    ("leftCurrent", 0.01, |s| s.heard.currents.first().copied()),
+    ("rightCurrent", 0.01, |s| s.heard.currents.get(1).copied()),
+    ("chassisCurrent", 0.01, |s| s.heard.currents.get(2).copied()),
+    ("screwCurrent", 0.01, |s| s.heard.currents.get(3).copied()),
     ("busLoad", 0.1, |s| Some(s.heard.bus_load * 100.0)),
+];
+
+type BalanceColumn = (&'static str, f64, fn(&Moment) -> Option<f64>);
+
+/// As [`COLUMNS`], of Fig. 8; `P1` is the zero of the others.
+const BALANCE_COLUMNS: &[BalanceColumn] = &[
+    ("p1", 1e-3, |moment| Some(moment.axles[0])),
+    ("p2", 1e-3, |moment| Some(moment.axles[1])),
+    ("p3", 1e-3, |moment| Some(moment.axles[2])),
+    ("cogAlong", 1e-4, |moment| Some(moment.cog)),
+    ("zmpAlong", 1e-4, |moment| moment.zmp),
+    ("zmpOff", 1e-5, Moment::difference),
+    ("zmpOffSmoothed", 1e-5, |moment| moment.smoothed),
 ];
 
 /// Everything that the page draws from.
 pub(super) fn pack(scenario: &Scenario, summary: &Summary, samples: &[Sample]) -> Value {
     let stride = samples.len().div_ceil(MOST_SAMPLES).max(1);
     let shown = || samples.iter().step_by(stride);
-    let columns: Map<_, _> = COLUMNS
+    let column = |name: &str, one: f64, values: Vec<Option<i64>>| {
+        (name.to_owned(), json!({ "one": one, "values": values }))
+    };
+    let mut columns: Map<_, _> = COLUMNS
         .iter()
         .map(|(name, one, source)| {
-            let values: Vec<Option<i64>> = shown()
-                .map(|sample| quantise(source(sample), *one))
-                .collect();
-            ((*name).to_owned(), json!({ "one": one, "values": values }))
+            let values = shown().map(|sample| quantise(source(sample), *one));
+            column(name, *one, values.collect())
+        })
+        .collect();
+    let balance = Balance::new(scenario, samples);
+    columns.extend(BALANCE_COLUMNS.iter().map(|(name, one, source)| {
+        let moments = balance.moments.iter().step_by(stride);
+        let values = moments.map(|moment| quantise(moment.as_ref().and_then(source), *one));
+        column(name, *one, values.collect())
+    }));
+    let areas: Vec<Value> = ["A1", "A2", "A3"]
+        .iter()
+        .zip(&balance.areas)
+        .filter_map(|(name, area)| {
+            let [first, last] = [area.clone().next()?, area.clone().next_back()?];
+            Some(json!([name, samples[first].time_s, samples[last].time_s]))
         })
         .collect();
     let (least_x, most_x) = samples
@@ -81,6 +110,9 @@ pub(super) fn pack(scenario: &Scenario, summary: &Summary, samples: &[Sample]) -
         "summary": summary,
         "stride": stride,
         "columns": columns,
+        "areas": areas,
+        "length": length(&scenario.parameters()),
+        "paperZmpPercent": PAPER_PERCENT,
         "contacts": shown().map(contacts).collect::<Vec<_>>(),
         "guardState": changes(shown().map(|sample| sample.heard.guard_state.as_str())),
         "verdict": changes(shown().map(|sample| sample.heard.verdict.as_str())),

@@ -6,6 +6,8 @@ for (const name in run.columns) {
   run.series[name] = values.map(value => value === null ? null : value * one);
 }
 const byId = id => document.getElementById(id);
+// The difference in percent of the robot's length.
+for (const name of ["zmpOff", "zmpOffSmoothed"]) run.series[name] = run.series[name].map(value => value === null ? null : value / run.length * 100);
 const minus = text => text.replace("-", "−");
 const summary = run.summary, count = run.series.t.length;
 
@@ -39,6 +41,8 @@ run.bands = run.verdict.flatMap(([from, text], i) => {
   const margin = summary.min_backward_margin_m;
   figure("Least rear margin", margin === null ? "none" : minus((margin * 1e3).toFixed(0)), margin === null ? "" : "mm", "centre of gravity to rear contact");
   figure("Guard", guard.interventions, guard.interventions === 1 ? "intervention" : "interventions", `${guard.scaled} scaled, ${guard.refused} refused`);
+  const zmp = summary.zero_moment_point;
+  if (zmp) figure("|ZMP − CoG|", zmp.smoothed.mean.toFixed(2), "%", `of the length, mean; the paper's climb: ${run.paperZmpPercent} %`);
   figure("Bus load", (bus.load_mean * 100).toFixed(0), "%", `peak ${(bus.load_max * 100).toFixed(0)} %, worst wait ${bus.worst_latency_ms.toFixed(2)} ms`);
   figure("Pace", summary.realtime_factor.toFixed(1), "× real time", `${summary.steps.toLocaleString("en")} steps in ${summary.wall_s.toFixed(1)} s`);
 
@@ -47,6 +51,14 @@ run.bands = run.verdict.flatMap(([from, text], i) => {
   byId("assumed").textContent = `K = ${robot.k_m} m, pulleys of ${robot.pulley_radius_m} m radius, the centre of mass of body 1 ${place} (it stands for the battery), and a friction coefficient of ${run.friction}`
     + (robot.payload ? `, with a payload of ${robot.payload.mass_kg} kg` : "");
   byId("hash").textContent = `State hash ${summary.state_hash}, seed ${summary.seed}` + (run.stride > 1 ? `. Curves show every ${run.stride}th sample; run.mcap has them all.` : "");
+
+  if (zmp) {
+    const line = (name, { mean, peak }) => `${name}: mean ${mean.toFixed(2)} %, peak ${peak.toFixed(1)} %`;
+    byId("balance").hidden = false;
+    byId("balance-figures").textContent = `|ZMP − CoG| over A1 to A3, in percent of the straight robot's ${run.length.toFixed(3)} m. `
+      + line("Raw", zmp.raw) + ". " + line("Smoothed with a Gaussian of 0.15 s", zmp.smoothed)
+      + `. The paper's climb: mean ${run.paperZmpPercent} %; it does not say of which length, nor how its accelerations were filtered.`;
+  }
 
   const row = (cells, kind) => {
     const line = byId("nodes").appendChild(document.createElement("tr"));
@@ -95,7 +107,7 @@ function show() {
   const at = name => run.series[name][index] ?? 0;
   at.index = index;
   scene.show(at);
-  plots.show(at);
+  for (const group of plots) group.show(at);
   byId("scrub").value = time;
   byId("clock").textContent = `${time.toFixed(1)} / ${end.toFixed(1)} s`;
   const verdict = textAt(run.verdict, index), state = textAt(run.guardState, index);
@@ -115,7 +127,10 @@ function frame(now) {
   if (time >= end) play(false); else requestAnimationFrame(frame);
 }
 const scene = makeScene(byId("view"), run);
-const plots = makePlots(byId("plots"), run, moment => seek(moment));
+const plots = [
+  makePlots(byId("plots"), PLOTS, run, moment => seek(moment)),
+  ...(summary.zero_moment_point ? [makePlots(byId("balance-plots"), BALANCE_PLOTS, run, moment => seek(moment))] : []),
+];
 byId("scrub").max = end;
 byId("scrub").oninput = event => seek(Number(event.target.value));
 byId("play").onclick = () => play(!playing);
@@ -125,6 +140,6 @@ document.onkeydown = event => {
   if (event.key === "ArrowRight") seek(time + 0.1);
   if (event.key === "ArrowLeft") seek(time - 0.1);
 };
-addEventListener("resize", () => { scene.resize(); plots.draw(); show(); });
+addEventListener("resize", () => { scene.resize(); for (const group of plots) group.draw(); show(); });
 // A page opened at #t=12.5 starts there.
 seek(Number((location.hash.match(/^#t=([\d.]+)$/) || [])[1] || 0));

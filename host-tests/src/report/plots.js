@@ -9,8 +9,13 @@ const PLOTS = [
   { title: "Motor currents", unit: "A", zero: true, curves: [["left", "leftCurrent"], ["right", "rightCurrent"], ["chassis", "chassisCurrent"], ["screw", "screwCurrent"]] },
   { title: "Bus load", unit: "%", zero: true, curves: [["last 100 ms", "busLoad", "", 2]] },
 ];
+// Fig. 8. A bump when a belt meets a nose lasts a sample or two and would leave nothing else to see: the curve leaves the plot there.
+const BALANCE_PLOTS = [
+  { title: "CoG and ZMP", unit: "m", zero: true, areas: true, curves: [["ZMP", "zmpAlong", "", 1], ["CoG", "cogAlong", "", 0], ["P1", "p1", "dashed", 3], ["P2", "p2", "dashed", 3], ["P3", "p3", "dashed", 2]], range: ["cogAlong", "p1", "p2", "p3"] },
+  { title: "ZMP − CoG", unit: "% of length", zero: true, areas: true, limits: [-6, 6], curves: [["raw", "zmpOff", "", 1], ["smoothed, 0.15 s", "zmpOffSmoothed", "", 0]] },
+];
 
-function makePlots(host, run, seek) {
+function makePlots(host, wanted, run, seek) {
   const times = run.series.t, start = 0, span = times[times.length - 1] || 1;
   const space = { left: 46, right: 8, top: 8, bottom: 20, height: 168 };
   const svgNs = "http://www.w3.org/2000/svg";
@@ -19,7 +24,7 @@ function makePlots(host, run, seek) {
     for (const key in attributes) made.setAttribute(key, attributes[key]);
     return parent.appendChild(made);
   };
-  const digits = unit => ({ "°": 1, "%": 0, m: 3, mm: 2, "m/s": 2, A: 2 })[unit];
+  const digits = unit => ({ "°": 1, "%": 0, m: 3, mm: 2, "m/s": 2, A: 2, "% of length": 2 })[unit];
 
   function niceStep(range, count) {
     const rough = range / count, power = 10 ** Math.floor(Math.log10(rough));
@@ -31,7 +36,7 @@ function makePlots(host, run, seek) {
     return { lines, decimals: Math.max(0, -Math.floor(Math.log10(step) + 1e-9)) };
   }
 
-  const plots = PLOTS.map(plot => {
+  const plots = wanted.map(plot => {
     const figure = host.appendChild(document.createElement("figure"));
     const caption = figure.appendChild(document.createElement("figcaption"));
     caption.innerHTML = `<strong>${plot.title} <span class="unit">${plot.unit}</span></strong>`;
@@ -46,7 +51,7 @@ function makePlots(host, run, seek) {
       return { values: run.series[name], dash, paint, value: key.appendChild(document.createElement("b")) };
     });
     let low = Infinity, high = -Infinity;
-    for (const curve of curves) for (const value of curve.values) if (value !== null) {
+    for (const values of plot.range ? plot.range.map(name => run.series[name]) : curves.map(curve => curve.values)) for (const value of values) if (value !== null) {
       if (value < low) low = value;
       if (value > high) high = value;
     }
@@ -54,6 +59,7 @@ function makePlots(host, run, seek) {
     if (!(low <= high)) { low = 0; high = 1; }
     const pad = (high - low) * 0.06 || 0.5;
     low -= low === 0 && plot.zero ? 0 : pad; high += pad;
+    if (plot.limits) { low = Math.max(low, plot.limits[0]); high = Math.min(high, plot.limits[1]); }
     const seekTo = event => {
       const box = svg.getBoundingClientRect();
       seek(start + span * Math.max(0, Math.min(1, (event.clientX - box.left - space.left) / (box.width - space.left - space.right))));
@@ -96,6 +102,12 @@ function makePlots(host, run, seek) {
         const x = space.left + (from - start) / span * width;
         element("rect", { x, width: Math.max(1, (to - from) / span * width), y: space.top, height: floor - space.top, fill: "var(--mark-guard)", opacity: 0.18 }, svg);
       }
+      if (plot.areas) for (const [name, from, to] of run.areas) {
+        const [x, end] = [from, to].map(time => space.left + (time - start) / span * width);
+        element("line", { x1: x, x2: x, y1: space.top, y2: floor, stroke: "var(--soft)", "stroke-dasharray": "2 3" }, svg);
+        element("line", { x1: end, x2: end, y1: space.top, y2: floor, stroke: "var(--soft)", "stroke-dasharray": "2 3" }, svg);
+        element("text", { x: (x + end) / 2, y: space.top + 12, "text-anchor": "middle", class: "area" }, svg).textContent = name;
+      }
       const rows = grid(low, high, 6);
       for (const value of rows.lines) {
         const zero = plot.zero && Math.abs(value) < 1e-9;
@@ -113,8 +125,10 @@ function makePlots(host, run, seek) {
         const made = element("line", { x1: x, x2: x, y1: space.top, y2: floor, stroke: `var(--mark-${mark.kind})`, "stroke-width": 1, opacity: mark.kind === "event" ? 0.4 : 0.9 }, svg);
         element("title", {}, made).textContent = `${mark.t.toFixed(2)} s: ${mark.text}`;
       }
+      // An inner svg shows nothing outside its own bounds.
+      const window = element("svg", { x: space.left, y: space.top, width, height: floor - space.top, viewBox: `${space.left} ${space.top} ${width} ${floor - space.top}` }, svg);
       for (const curve of curves) {
-        element("path", { d: path(curve.values, width, y), fill: "none", stroke: curve.paint, "stroke-width": 1.6, "stroke-linejoin": "round", "stroke-dasharray": curve.dash ? "5 3" : "none" }, svg);
+        element("path", { d: path(curve.values, width, y), fill: "none", stroke: curve.paint, "stroke-width": 1.6, "stroke-linejoin": "round", "stroke-dasharray": curve.dash ? "5 3" : "none" }, window);
       }
       item.cursor = element("line", { y1: space.top, y2: floor, stroke: "var(--ink)", "stroke-width": 1 }, svg);
       item.width = width;

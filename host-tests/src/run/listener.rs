@@ -1,12 +1,13 @@
 //! Decodes what the bus makes public, for the operator, the report and the notice of faults.
 
-use super::robot::{node_id, node_name};
+use crate::machines::NodeSpec;
 use crate::record::Heard;
 use crate::scenario::{BusView, NodeName};
 use std::f64::consts::TAU;
 use tautrack::bus::network::as_emergency;
 use tautrack::bus::pdo::{
-    DriveStatus, GuardMargins, GuardMotion, GuardPassed, GuardState, Payload, transmit,
+    DriveStatus, GuardMargins, GuardMotion, GuardPassed, GuardPosition, GuardState, Payload,
+    transmit,
 };
 use tautrack::can::Frame;
 use tautrack::faults::Fault;
@@ -37,8 +38,11 @@ pub struct Notice {
 }
 
 /// Hears every frame of the bus.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub struct Listener {
+    /// Names and ids, the guard last.
+    nodes: Vec<(NodeName, u8)>,
+    stages: &'static [&'static str],
     view: View,
     heard: Heard,
     trouble: (u8, u16),
@@ -46,9 +50,34 @@ pub struct Listener {
 }
 
 impl Listener {
+    /// Listens to a robot with these nodes, the guard last, whose drives come to life in these stages.
+    pub fn new(nodes: &[NodeSpec], stages: &'static [&'static str]) -> Self {
+        Self {
+            nodes: nodes.iter().map(|node| (node.name, node.id)).collect(),
+            stages,
+            view: View::default(),
+            heard: Heard {
+                currents: vec![0.0; nodes.len().saturating_sub(1)],
+                ..Heard::default()
+            },
+            trouble: (0, 0),
+            notices: Vec::new(),
+        }
+    }
+
+    fn name_of(&self, id: u8) -> Option<NodeName> {
+        let node = self.nodes.iter().find(|node| node.1 == id);
+        node.map(|node| node.0)
+    }
+
+    fn words_for(&self, id: u8) -> String {
+        self.name_of(id)
+            .map_or_else(|| format!("node {id}"), |name| name.to_string())
+    }
+
     /// Takes one delivered frame.
     pub fn hear(&mut self, frame: &Frame, time_us: u64) {
-        let guard = node_id(NodeName::Guard);
+        let guard = self.nodes.last().map_or(0, |node| node.1);
         if let Some(motion) = GuardMotion::from_frame(frame, transmit(1), guard) {
             let radians = |centidegrees: i16| (f64::from(centidegrees) * 0.01).to_radians();
             self.heard.odometry = f64::from(motion.odometry) * 1e-6;
@@ -68,14 +97,16 @@ impl Listener {
         } else if let Some(passed) = GuardPassed::from_frame(frame, transmit(4), guard) {
             self.heard.asked_speed = f64::from(passed.asked_speed) * 1e-3;
             self.heard.passed_speed = f64::from(passed.passed_speed) * 1e-3;
-            self.heard.asked_theta = turn(passed.asked_chassis);
-            self.heard.passed_theta = turn(passed.passed_chassis);
+            self.heard.asked_theta = turn(passed.asked_posture);
+            self.heard.passed_theta = turn(passed.passed_posture);
+        } else if let Some(position) = GuardPosition::from_frame(frame, transmit(5), guard) {
+            self.hear_position(position);
         } else if let Some(emergency) = as_emergency(frame) {
             self.hear_emergency(emergency.node, emergency.code, time_us);
         } else {
-            for (index, name) in NodeName::ALL.into_iter().take(4).enumerate() {
-                if let Some(status) = DriveStatus::from_frame(frame, transmit(2), node_id(name)) {
-                    self.heard.currents[index] = f64::from(status.current) * 1e-3;
+            for (current, (_, id)) in self.heard.currents.iter_mut().zip(&self.nodes) {
+                if let Some(status) = DriveStatus::from_frame(frame, transmit(2), *id) {
+                    *current = f64::from(status.current) * 1e-3;
                 }
             }
         }
@@ -111,8 +142,11 @@ impl Listener {
 
     fn hear_state(&mut self, state: GuardState, time_us: u64) {
         self.heard.heading = turn(state.heading);
-        self.view.state = State::from_byte(state.state);
-        let name = self.view.state.map_or("unknown", State::name);
+        self.view.state = State::from_code(state.state);
+        let name = self
+            .view
+            .state
+            .map_or("unknown", |state| state.name(self.stages));
         if self.heard.guard_state != name {
             self.note(format!("guard: {name}"));
             self.heard.guard_state = name.to_string();
@@ -121,11 +155,11 @@ impl Listener {
             Verdict::from_code(state.verdict).map_or_else(|| "unknown".into(), words);
         let trouble = (state.fault_node, state.fault_code);
         if trouble != self.trouble && trouble.1 != 0 {
-            let about = node_name(trouble.0);
+            let about = self.name_of(trouble.0);
             self.note(format!(
                 "guard: {} of {}",
                 fault_words(trouble.1),
-                name_words(trouble.0)
+                self.words_for(trouble.0)
             ));
             self.notices.push(Notice {
                 by: NodeName::Guard,
@@ -136,14 +170,30 @@ impl Listener {
         self.trouble = trouble;
     }
 
+    /// The world's x axis points north, its y axis west.
+    fn hear_position(&mut self, position: GuardPosition) {
+        let GuardPosition {
+            north,
+            east,
+            up,
+            validity,
+            age,
+        } = position;
+        self.heard.validity = [0, 2, 4, 6].map(|bit| validity >> bit & 3);
+        let metres = |centimetres: i16| f64::from(centimetres) * 0.01;
+        self.heard.position =
+            (self.heard.validity[0] > 0).then(|| [metres(north), -metres(east), metres(up)]);
+        self.heard.fix_age = f64::from(age) * 0.1;
+    }
+
     fn hear_emergency(&mut self, node: u8, code: u16, time_us: u64) {
         let what = if code == 0 {
             "all clear".into()
         } else {
             fault_words(code)
         };
-        self.note(format!("{}: {what}", name_words(node)));
-        if let Some(by) = node_name(node).filter(|_| code != 0) {
+        self.note(format!("{}: {what}", self.words_for(node)));
+        if let Some(by) = self.name_of(node).filter(|_| code != 0) {
             self.notices.push(Notice {
                 by,
                 about: None,
@@ -156,10 +206,6 @@ impl Listener {
 /// An angle of 2^-16 turns in rad.
 fn turn(binary: i16) -> f64 {
     f64::from(binary) / 65_536.0 * TAU
-}
-
-fn name_words(id: u8) -> String {
-    node_name(id).map_or_else(|| format!("node {id}"), |name| name.to_string())
 }
 
 fn fault_words(code: u16) -> String {
@@ -180,6 +226,6 @@ fn words(verdict: Verdict) -> String {
         Verdict::Refused(by) => format!("refused: {}", edge(by)),
         Verdict::Blind => "refused: attitude unknown".into(),
         Verdict::Unattended => "refused: no operator".into(),
-        Verdict::ChassisRefused(by) => format!("refused: chassis motion, {}", edge(by)),
+        Verdict::PostureRefused(by) => format!("refused: posture, {}", edge(by)),
     }
 }

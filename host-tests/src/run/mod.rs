@@ -1,6 +1,6 @@
-//! The lockstep runner: five node programs, one bus, one plant, one operator, a millisecond at a time.
+//! The lockstep runner: node programs, one bus, one plant, one operator, a millisecond at a time.
 //!
-//! [`process`] talks to one node program, `node_log` reads what it logs, [`robot`] says what each node is told and what motor it has, [`operator`] drives,
+//! [`process`] talks to one node program, `node_log` reads what it logs, [`operator`] drives,
 //! [`listener`] decodes what the bus makes public, [`faults`] makes things go wrong. Here: the order of one step.
 
 pub mod faults;
@@ -8,12 +8,11 @@ pub mod listener;
 mod node_log;
 pub mod operator;
 pub mod process;
-pub mod robot;
 
 use crate::bus::{Bus, Overflow};
+use crate::machines::{self, Machine, NodeSpec, Role};
 use crate::nodes::{Board, Program, Programs, hexadecimal};
 use crate::plant::Plant;
-use crate::plant::b2p2::B2p2;
 use crate::record::{SAMPLE_HZ, Sample};
 use crate::scenario::{NodeName, Scenario};
 use crate::slcan::SlcanPort;
@@ -26,13 +25,11 @@ use sha2::{Digest, Sha256};
 use std::fmt;
 use std::time::{Duration, Instant};
 use tautrack::can::Frame;
-use tautrack::link::{MAX_FRAMES, STEP_US, Sensors, Shaft, Start, Step, VERSION};
+use tautrack::link::{
+    MAX_FRAMES, MAX_SERIAL, MAX_SETTINGS, STEP_US, Sensors, Shaft, Start, Step, VERSION,
+};
+use tautrack::settings::Setting;
 
-/// Nodes of B2P2, in the order of [`NodeName::ALL`]; the same numbers are theirs on the virtual bus.
-const NODES: usize = NodeName::ALL.len();
-const OPERATOR: usize = NODES;
-const CLIENT: usize = NODES + 1;
-const GUARD: usize = NodeName::Guard as usize;
 /// Steps that a run goes on after the robot turned over, when it ends for that.
 const AFTER_TOPPLING: u64 = 500;
 
@@ -144,10 +141,11 @@ pub fn run(
 }
 
 struct Run {
-    nodes: [Option<Node>; NODES],
+    /// In the order of the machine's, the guard last; their places are their numbers on the bus, where operator and client follow.
+    nodes: Vec<Option<Node>>,
     node_facts: Vec<NodeFacts>,
     bus: Bus,
-    plant: B2p2,
+    plant: Box<dyn Plant>,
     operator: Operator,
     listener: Listener,
     faults: Faults,
@@ -159,43 +157,44 @@ struct Run {
 
 impl Run {
     fn start(scenario: &Scenario, programs: &Programs, options: Options) -> Result<Self, RunError> {
-        let mut nodes = [const { None }; NODES];
+        let Machine {
+            kind,
+            nodes: specs,
+            plant,
+        } = machines::machine(scenario);
+        let mut nodes = Vec::new();
         let mut node_facts = Vec::new();
-        for name in NodeName::ALL {
-            let (board, program) = program_of(name, programs, &options.exchanged);
+        for (index, spec) in specs.iter().enumerate() {
+            let (board, program) = program_of(spec, programs, &options.exchanged);
             let start = Start {
                 version: VERSION,
                 // Each node's noise is its own.
                 seed: scenario
                     .seed
                     .wrapping_mul(0x1_0001)
-                    .wrapping_add(name as u64),
-                settings: robot::settings(name, scenario),
-                motor: robot::motor(name),
+                    .wrapping_add(index as u64),
+                settings: settings(spec),
+                motor: spec.motor,
             };
-            let (node, ready) = Node::start(name, board, &program.path, start)?;
-            nodes[name as usize] = Some(node);
+            let (node, ready) = Node::start(spec.name, board, &program.path, start)?;
+            nodes.push(Some(node));
             node_facts.push(NodeFacts {
-                name,
+                name: spec.name,
                 role: ready.role.to_string(),
                 board: ready.board.to_string(),
-                node_id: robot::node_id(name),
+                node_id: spec.id,
                 program_sha256: program.sha256.clone(),
             });
         }
-        let plant = B2p2::new(
-            &scenario.parameters(),
-            &scenario.terrain.ground(),
-            scenario.seed,
-        );
+        let guard = specs.last().map_or(0, |spec| spec.id);
         Ok(Self {
             nodes,
             node_facts,
-            bus: Bus::new(NODES + 2),
+            bus: Bus::new(specs.len() + 2),
             plant,
-            operator: Operator::new(scenario, options.let_go_s),
-            listener: Listener::default(),
-            faults: Faults::new(scenario),
+            operator: Operator::new(scenario, guard, options.let_go_s),
+            listener: Listener::new(&specs, kind.stages()),
+            faults: Faults::new(scenario, specs.iter().map(|spec| spec.name).collect()),
             slcan: options.slcan,
             speed: options.speed,
             hash: Sha256::new(),
@@ -209,7 +208,7 @@ impl Run {
         self.faults.apply(time_us, &mut self.bus, &mut self.nodes);
         self.deliver(time_us);
 
-        let mut inboxes = [const { heapless::Vec::<Frame, MAX_FRAMES>::new() }; NODES];
+        let mut inboxes = vec![heapless::Vec::<Frame, MAX_FRAMES>::new(); self.nodes.len()];
         for (index, inbox) in inboxes.iter_mut().enumerate() {
             // A bus at 1 Mbit/s cannot deliver more in one step than the inbox holds.
             inbox.extend(
@@ -221,20 +220,27 @@ impl Run {
         }
         for (index, frames) in inboxes.into_iter().enumerate() {
             let sensors = self.sensors(index);
+            let mut serial = heapless::Vec::new();
+            if index == self.guard_number() {
+                // The line is slower than what a step can carry.
+                serial.extend(self.plant.serial().iter().copied().take(MAX_SERIAL));
+            }
             if let Some(node) = &mut self.nodes[index] {
                 node.send(Step {
                     time_us,
                     sensors,
                     frames,
+                    serial,
                 })?;
             }
         }
         if let Some(frame) = self.operator.tick(time_us, self.listener.view()) {
-            self.bus.offer(OPERATOR, frame)?;
+            self.bus.offer(self.operator_number(), frame)?;
         }
+        let client = self.client_number();
         if let Some(port) = &mut self.slcan {
-            for frame in port.poll(self.bus.room(CLIENT)) {
-                self.bus.offer(CLIENT, frame)?;
+            for frame in port.poll(self.bus.room(client)) {
+                self.bus.offer(client, frame)?;
             }
         }
         let shafts = self.collect(time_us)?;
@@ -244,8 +250,21 @@ impl Run {
         Ok(())
     }
 
+    fn guard_number(&self) -> usize {
+        self.nodes.len() - 1
+    }
+
+    fn operator_number(&self) -> usize {
+        self.nodes.len()
+    }
+
+    fn client_number(&self) -> usize {
+        self.nodes.len() + 1
+    }
+
     /// Lets the bus work for one step; operator, client, report and hash hear everything.
     fn deliver(&mut self, time_us: u64) {
+        let client = self.client_number();
         for delivered in self.bus.step() {
             let frame = &delivered.frame;
             self.hash
@@ -253,7 +272,7 @@ impl Run {
             self.hash.update(frame.id().to_le_bytes());
             self.hash.update(frame.data());
             self.listener.hear(frame, time_us);
-            if let Some(port) = self.slcan.as_mut().filter(|_| delivered.sender != CLIENT) {
+            if let Some(port) = self.slcan.as_mut().filter(|_| delivered.sender != client) {
                 port.send(frame);
             }
         }
@@ -261,7 +280,7 @@ impl Run {
     }
 
     fn sensors(&self, node: usize) -> Sensors {
-        if node == GUARD {
+        if node == self.guard_number() {
             let body = Some(self.plant.body_sensors());
             return Sensors {
                 bus_voltage: self.plant.sensors(0).bus_voltage,
@@ -276,8 +295,8 @@ impl Run {
     }
 
     /// Takes the nodes' answers: shafts for the plant, frames for the bus.
-    fn collect(&mut self, time_us: u64) -> Result<[Option<Shaft>; GUARD], RunError> {
-        let mut shafts = [None; GUARD];
+    fn collect(&mut self, time_us: u64) -> Result<Vec<Option<Shaft>>, RunError> {
+        let mut shafts = vec![None; self.guard_number()];
         for (index, slot) in self.nodes.iter_mut().enumerate() {
             let Some(node) = slot else { continue };
             let stepped = node.receive()?;
@@ -330,18 +349,27 @@ impl Run {
     }
 }
 
+/// A node's settings as key and value.
+fn settings(spec: &NodeSpec) -> heapless::Vec<(u16, i32), MAX_SETTINGS> {
+    let id = (Setting::NodeId, i32::from(spec.id));
+    std::iter::once(&id)
+        .chain(&spec.settings)
+        .map(|(setting, value)| (setting.description().key, *value))
+        .collect()
+}
+
 fn program_of<'a>(
-    name: NodeName,
+    spec: &NodeSpec,
     programs: &'a Programs,
     exchanged: &'a [(NodeName, Board, Program)],
 ) -> (Board, &'a Program) {
-    if let Some((_, board, program)) = exchanged.iter().find(|(of, ..)| *of == name) {
+    if let Some((_, board, program)) = exchanged.iter().find(|(of, ..)| *of == spec.name) {
         return (*board, program);
     }
-    let program = match name {
-        NodeName::LeftTrack | NodeName::RightTrack | NodeName::ChassisJoint => &programs.axle,
-        NodeName::Screw => &programs.screw,
-        NodeName::Guard => &programs.guard,
+    let program = match spec.role {
+        Role::Axle => &programs.axle,
+        Role::Screw => &programs.screw,
+        Role::Guard => &programs.guard,
     };
     (programs.board, program)
 }

@@ -1,8 +1,7 @@
 //! The operator: one more participant of the bus, who sees and uses nothing but the guard's public objects.
 
 use super::listener::View;
-use super::robot::node_id;
-use crate::scenario::{Ask, BusView, NodeName, Scenario, Script};
+use crate::scenario::{Ask, BusView, Scenario, Script};
 use std::f64::consts::TAU;
 use tautrack::bus::pdo::{OperatorCommand, Payload, Request, receive};
 use tautrack::can::Frame;
@@ -18,18 +17,20 @@ pub struct Operator {
     let_go_us: Option<u64>,
     theta: f64,
     sequence: u8,
+    guard: u8,
 }
 
 impl Operator {
-    /// The operator of this scenario, who arms the guard as soon as it is ready, and at `let_go_s` asks for nothing any
+    /// The operator of this scenario, who commands the guard with this id, arms the guard as soon as it is ready, and at `let_go_s` asks for nothing any
     /// more.
-    pub fn new(scenario: &Scenario, let_go_s: Option<f64>) -> Self {
+    pub fn new(scenario: &Scenario, guard: u8, let_go_s: Option<f64>) -> Self {
         Self {
             scenario: scenario.operator.clone(),
             script: None,
             let_go_us: let_go_s.map(|time_s| (time_s * 1e6) as u64),
             theta: 0.0,
             sequence: 0,
+            guard,
         }
     }
 
@@ -73,8 +74,8 @@ impl Operator {
             let milli = |value: f64| (value * 1e3).round() as i16;
             command.forward = milli(ask.speed_mps);
             command.yaw_rate = milli(ask.yaw_rate);
-            command.chassis = (ask.theta / TAU * 65_536.0).round() as i16;
+            command.posture = (ask.theta / TAU * 65_536.0).round() as i16;
         }
-        Some(command.frame(receive(1), node_id(NodeName::Guard)))
+        Some(command.frame(receive(1), self.guard))
     }
 }

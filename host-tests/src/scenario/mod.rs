@@ -14,6 +14,7 @@ pub use error::{Problem, ScenarioError};
 pub use fault::{Fault, FaultKind, NodeName};
 pub use script::{Ask, BusView, Script};
 
+use crate::machines::Kind;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
@@ -67,6 +68,12 @@ impl Scenario {
             .map_err(|problem| ScenarioError::new(&name, problem))
     }
 
+    /// Which robot it is.
+    #[allow(clippy::unused_self)] // one robot so far
+    pub fn kind(&self) -> Kind {
+        Kind::B2p2
+    }
+
     /// A copy to change and check again, for sweeps and command-line switches.
     pub fn description(&self) -> Description {
         self.0.clone()
@@ -92,7 +99,8 @@ pub struct Description {
     pub friction: f64,
     /// The ground.
     pub terrain: Terrain,
-    /// What the papers leave open about the robot.
+    /// B2P2, and what its paper leaves open about it; the nominal stand-in where no robot is named at all.
+    #[serde(default = "Robot::nominal")]
     pub robot: Robot,
     /// Who drives.
     pub operator: Operator,
@@ -168,6 +176,18 @@ pub struct Robot {
     /// Load beside the robot's own mass.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub payload: Option<Payload>,
+}
+
+impl Robot {
+    /// The stand-in of DESIGN.md section 6.
+    pub fn nominal() -> Self {
+        Self {
+            k_m: 1.232,
+            pulley_radius_m: 0.05,
+            com_offset_m: 0.0,
+            payload: None,
+        }
+    }
 }
 
 /// A point mass fixed to body 1.

@@ -1,6 +1,7 @@
 //! The summary as the few lines that a terminal shows.
 
 use super::Summary;
+use crate::balance::{Figures, PAPER_PERCENT};
 use std::fmt;
 
 impl fmt::Display for Summary {
@@ -16,6 +17,13 @@ impl fmt::Display for Summary {
             .map_or("none".to_owned(), |margin| {
                 format!("{:.0} mm", margin * 1e3)
             });
+        let zero_moment_point = self.zero_moment_point.map_or("none".to_owned(), |figures| {
+            let Figures { raw, smoothed } = figures;
+            format!(
+                "mean {:.2} % of the length, peak {:.1} %; smoothed {:.2} %, {:.1} % (paper: mean {PAPER_PERCENT} %)",
+                raw.mean, raw.peak, smoothed.mean, smoothed.peak
+            )
+        });
         // Nodes on the same board in one group: in a plain run there is but one.
         let mut boards: Vec<(&str, Vec<&str>)> = Vec::new();
         for node in &self.nodes {
@@ -51,6 +59,7 @@ impl fmt::Display for Summary {
                 format!("{:.1} to {:.1} deg", self.pitch_deg.min, self.pitch_deg.max),
             ),
             ("least margin", format!("{margin} to the back")),
+            ("|ZMP - CoG|", zero_moment_point),
             (
                 "guard",
                 format!(

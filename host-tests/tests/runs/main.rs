@@ -6,9 +6,11 @@ mod dead_nodes;
 mod guard;
 mod hash;
 mod snapshot;
+mod state;
 
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
+use tautrack_host_tests::machines::Kind;
 use tautrack_host_tests::nodes::{self, Board, Programs};
 use tautrack_host_tests::record::Sample;
 use tautrack_host_tests::run::{Options, Outcome, run};
@@ -23,7 +25,7 @@ fn programs(board: Board) -> &'static Programs {
         Board::Qemu => &QEMU,
         Board::Native => &NATIVE,
     };
-    cell.get_or_init(|| nodes::build(board).unwrap_or_else(|error| panic!("{error}")))
+    cell.get_or_init(|| nodes::build(board, Kind::B2p2).unwrap_or_else(|error| panic!("{error}")))
 }
 
 /// A shipped scenario, changed.

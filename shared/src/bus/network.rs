@@ -8,8 +8,9 @@ pub mod function {
     pub const NMT: u16 = 0x000;
     /// SYNC alone; with a node id behind it: that node's emergency frame.
     pub const SYNC_OR_EMERGENCY: u16 = 0x080;
-    /// First to fourth transmit PDO, as the node that sends it sees it.
-    pub const TPDO: [u16; 4] = [0x180, 0x280, 0x380, 0x480];
+    /// First to fifth transmit PDO, as the node that sends it sees it. `CiA` 301 predefines four; the fifth has identifiers that
+    /// it leaves free, for nodes up to 95.
+    pub const TPDO: [u16; 5] = [0x180, 0x280, 0x380, 0x480, 0x680];
     /// First to fourth receive PDO, as the node that obeys it sees it.
     pub const RPDO: [u16; 4] = [0x200, 0x300, 0x400, 0x500];
     /// Boot-up and heartbeat.

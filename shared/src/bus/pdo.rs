@@ -126,8 +126,8 @@ payload! {
         forward: i16 = 0x40_0001,
         /// Yaw rate, counter-clockwise from above, mrad/s.
         yaw_rate: i16 = 0x40_0002,
-        /// Chassis angle, front up positive, 2^-16 turn.
-        chassis: i16 = 0x40_0003,
+        /// Posture in the robot's own word; B2P2: chassis angle, front up positive, 2^-16 turn.
+        posture: i16 = 0x40_0003,
         /// What is asked beside motion: a [`Request`].
         request: u8 = 0x40_0004,
         /// Any number other than in the command before: shows that the operator is still there.
@@ -211,10 +211,26 @@ payload! {
         asked_speed: i16 = 0x40_0401,
         /// Passed forward speed, mm/s.
         passed_speed: i16 = 0x40_0402,
-        /// Asked chassis angle, 2^-16 turn.
-        asked_chassis: i16 = 0x40_0403,
-        /// Passed chassis angle, 2^-16 turn.
-        passed_chassis: i16 = 0x40_0404,
+        /// Asked posture, in the robot's own word.
+        asked_posture: i16 = 0x40_0403,
+        /// Passed posture, in the robot's own word.
+        passed_posture: i16 = 0x40_0404,
+    }
+}
+
+payload! {
+    /// Where the robot is: TPDO 5 of the guard, ten times a second; objects 0x4010 to 0x4012 have it finer and without bounds.
+    GuardPosition {
+        /// North of the origin (q1), cm; saturates.
+        north: i16 = 0x40_1401,
+        /// East of the origin (q2), cm; saturates.
+        east: i16 = 0x40_1402,
+        /// Above the origin (q3), cm; saturates.
+        up: i16 = 0x40_1403,
+        /// Validity (`tautrack::estimate::state::Validity`) of q1 in bits 0 and 1, of q2 to q4 in the next ones.
+        validity: u8 = 0x40_1404,
+        /// Age of the newest believed fix, 0.1 s; saturates, 255 without one.
+        age: u8 = 0x40_1405,
     }
 }
 

@@ -105,3 +105,78 @@ pub fn to_i32(value: f32) -> i32 {
 pub fn to_i16(value: f32) -> i16 {
     to_i32(value).clamp(i16::MIN.into(), i16::MAX.into()) as i16
 }
+
+/// `value` as far as 32 bits go.
+#[inline]
+pub fn saturate(value: i64) -> i32 {
+    let low = value as i32;
+    if i64::from(low) == value {
+        low
+    } else {
+        i32::MAX ^ (value >> 63) as i32
+    }
+}
+
+/// A limit of both signs in fixed point that is only known at run time. The core has no instruction for it (SSAT wants a power of two), but
+/// its sums that saturate (QADD, QSUB) do it in four, without a comparison.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Bound {
+    /// From the limit up to the end of the integers.
+    headroom: i32,
+}
+
+impl Bound {
+    /// Limits to `-bound - 1..=bound`; a negative bound counts as 0.
+    #[inline]
+    pub const fn new(bound: i32) -> Self {
+        Self {
+            headroom: i32::MAX - if bound > 0 { bound } else { 0 },
+        }
+    }
+
+    /// `value` within the bound.
+    #[inline]
+    pub const fn limit(self, value: i32) -> i32 {
+        let not_above = value
+            .saturating_add(self.headroom)
+            .wrapping_sub(self.headroom);
+        not_above
+            .saturating_sub(self.headroom)
+            .wrapping_add(self.headroom)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_bound_is_the_clamp_of_integers() {
+        let edges = [
+            i32::MIN,
+            i32::MIN + 1,
+            -70_000,
+            -5,
+            -1,
+            0,
+            1,
+            5,
+            70_000,
+            i32::MAX - 1,
+            i32::MAX,
+        ];
+        for bound in edges {
+            let limit = Bound::new(bound);
+            let bound = bound.max(0);
+            for near in [0, bound, -bound].into_iter().chain(edges) {
+                for value in (-3..=3).map(|offset| near.saturating_add(offset)) {
+                    assert_eq!(
+                        limit.limit(value),
+                        value.clamp(-bound - 1, bound),
+                        "{value} {bound}"
+                    );
+                }
+            }
+        }
+    }
+}

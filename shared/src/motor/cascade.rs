@@ -1,9 +1,14 @@
-//! Position loop over velocity loop: from a set-point and the measured motion to a motor current.
+//! Position loop over velocity loop in fixed point: from a set-point and the measured motion to a motor current.
+//!
+//! A velocity is a share of the velocity limit, 2^28 being the limit, so that limiting is one instruction (SSAT). A current is a share of the
+//! current limit, whose unit follows from the gain so that no digit is lost; [`Cascade`] converts from and to SI units.
 
-use super::{profile::SetPoint, to_radians};
-use crate::math::limit;
+use super::UNITS_PER_RADIAN;
+use super::profile::SetPoint;
+use crate::math::cubic::mul_high_add;
+use crate::math::{Bound, saturate, to_i32};
 
-/// Gains at the output shaft.
+/// Gains at the output shaft, and what they are limited by.
 #[derive(Clone, Copy, Debug)]
 pub struct Gains {
     /// Position loop, 1/s.
@@ -14,90 +19,187 @@ pub struct Gains {
     pub integral_time: f32,
     /// Current for acceleration, A s^2/rad.
     pub acceleration: f32,
-    /// Largest velocity that the position loop may ask for, rad/s.
+    /// Largest velocity that the position loop may ask for, rad/s, above zero.
     pub velocity_limit: f32,
+    /// Largest current of all, A, above zero.
+    pub current_limit: f32,
+    /// Time from one call to the next, s.
+    pub period: f32,
+}
+
+/// The velocity limit, as a power of two.
+const VELOCITY_BITS: u32 = 28;
+/// The current limit at most, as a power of two.
+const CURRENT_BITS: u32 = 25;
+/// Digits that the integral has more than a current.
+const INTEGRAL_BITS: u32 = 4;
+/// Velocities and currents from outside end here: at twice their limits or more.
+const OUTSIDE_VELOCITY: i32 = (2 << VELOCITY_BITS) - 1;
+const OUTSIDE_CURRENT: i32 = (2 << CURRENT_BITS) - 1;
+
+/// A set-point in the units of a [`Cascade`]; made by [`Cascade::reference`].
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub struct Reference {
+    /// 2^-32 turn.
+    pub position: i64,
+    /// Velocity to feed forward, up to 2^29.
+    pub velocity: i32,
+    /// Current to feed forward, up to 2^26.
+    pub current: i32,
+}
+
+/// A current, and what the limits cut off it.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Demand {
+    /// Within the bound that was given.
+    pub current: i32,
+    /// Zero while neither the velocity nor the current limit is at work.
+    pub cut: i32,
 }
 
 /// The loops and their one state, the integral of the velocity loop.
+///
+/// The integral stands still while the current is limited. It only grows while the error has its sign and the sum is within the bound, so it never
+/// asks for more than the bound and what is fed forward against it: nothing winds up, and no sum overflows.
 #[derive(Clone, Debug)]
 pub struct Cascade {
-    gains: Gains,
-    integral: f32,
-}
-
-/// A current with the limits that cut it.
-#[derive(Clone, Copy, PartialEq, Debug)]
-pub struct Demand {
-    /// Motor current, A, within the limit that was given.
-    pub current: f32,
-    /// The velocity or the current limit is at work.
-    pub limited: bool,
+    /// How often half a turn holds the largest error of position that counts: a power of two.
+    error_scale: u32,
+    /// Velocity at the largest error, 2^29 being the limit.
+    position_gain: i32,
+    /// 2^-32 of the integral in one call, and of the current at once, per velocity.
+    integral_gain: i32,
+    velocity_gain: i32,
+    integral: i32,
+    /// Units of velocity per rad/s, of current per rad/s^2 and per A; A per unit.
+    per_velocity: f32,
+    per_acceleration: f32,
+    per_ampere: f32,
+    amperes: f32,
 }
 
 impl Cascade {
     /// Loops at rest.
-    pub fn new(gains: Gains) -> Self {
+    ///
+    /// An error of position counts as at most half a turn, or less where twice the velocity limit is reached before. Gains so
+    /// large that an error of 2^-16 of that reaches the limit, or a velocity error of 2^-16 of its limit the current limit, are reduced to it.
+    pub fn new(gains: &Gains) -> Self {
+        let half_turn = 2_147_483_648.0 / UNITS_PER_RADIAN;
+        let mut velocity = gains.position * half_turn / gains.velocity_limit;
+        let mut error_scale = 1;
+        while velocity >= 4.0 && error_scale < 1 << 16 {
+            velocity *= 0.5;
+            error_scale *= 2;
+        }
+        let mut full = (1 << CURRENT_BITS) as f32;
+        // The high word of 2^28 times a gain of 2^31 is 2^27.
+        let mut current = gains.velocity * gains.velocity_limit / gains.current_limit
+            * (full / (1 << (VELOCITY_BITS - 1)) as f32);
+        let in_one_call = gains.period / gains.integral_time * (1 << INTEGRAL_BITS) as f32;
+        while (current >= 1.0 || current * in_one_call >= 1.0) && full > 1024.0 {
+            current *= 0.5;
+            full *= 0.5;
+        }
+        let one = 2_147_483_648.0;
+        let per_ampere = full / gains.current_limit;
         Self {
-            gains,
-            integral: 0.0,
+            error_scale,
+            position_gain: to_i32(velocity * (one / 4.0)),
+            integral_gain: to_i32(current * in_one_call * one),
+            velocity_gain: to_i32(current * one),
+            integral: 0,
+            per_velocity: (1_u32 << VELOCITY_BITS) as f32 / gains.velocity_limit,
+            per_acceleration: gains.acceleration * per_ampere,
+            per_ampere,
+            amperes: gains.current_limit / full,
         }
     }
 
     /// Forgets the integral: before the bridge is switched on.
     pub fn reset(&mut self) {
-        self.integral = 0.0;
+        self.integral = 0;
     }
 
-    /// Both loops: holds `set_point` against the measured `position` and `velocity`, with its velocity and acceleration fed
-    /// forward. `current_limit` is in A; the result never exceeds it, whatever the inputs.
+    /// A set-point in the loops' units, with its velocity and acceleration to be fed forward.
+    #[inline]
+    pub fn reference(&self, set_point: &SetPoint) -> Reference {
+        Reference {
+            position: set_point.position,
+            velocity: self.rate(set_point.velocity),
+            current: outside(
+                set_point.acceleration * self.per_acceleration,
+                OUTSIDE_CURRENT,
+            ),
+        }
+    }
+
+    /// A velocity in rad/s in the loops' units.
+    #[inline]
+    pub fn rate(&self, velocity: f32) -> i32 {
+        outside(velocity * self.per_velocity, OUTSIDE_VELOCITY)
+    }
+
+    /// Bound of the current at this many A; 0 for NaN and below 0.
+    #[inline]
+    pub fn bound(&self, amperes: f32) -> Bound {
+        Bound::new(outside(amperes * self.per_ampere, OUTSIDE_CURRENT))
+    }
+
+    /// A current in A.
+    #[inline]
+    pub fn amperes(&self, current: i32) -> f32 {
+        current as f32 * self.amperes
+    }
+
+    /// Both loops: holds `reference` against the measured `position` and `velocity`. The result never exceeds `bound`, whatever the inputs.
+    ///
+    /// Domain: positions less than 2^14 turns apart, velocities up to 2^29. Worst error against double precision over
+    /// 100 000 calls: 8e-6 of the current limit, 1.4e-6 with nominal gains (`host-tests/tests/cascade.rs`). Cost on Cortex-M4: see docs/cost.md.
+    #[inline]
     pub fn position(
         &mut self,
-        set_point: &SetPoint,
+        reference: &Reference,
         position: i64,
-        velocity: f32,
-        current_limit: f32,
-        period: f32,
+        velocity: i32,
+        bound: Bound,
     ) -> Demand {
-        let error = to_radians(set_point.position.wrapping_sub(position));
-        let wanted = set_point.velocity + self.gains.position * error;
-        let allowed = limit(wanted, self.gains.velocity_limit);
-        let mut demand = self.velocity(
-            allowed,
-            set_point.acceleration,
-            velocity,
-            current_limit,
-            period,
-        );
-        demand.limited |= allowed != wanted;
+        let difference = reference.position.wrapping_sub(position);
+        let error = saturate(difference.wrapping_mul(i64::from(self.error_scale)));
+        // At most 2 + 4 limits: 2^31 is 8.
+        let wanted = mul_high_add(reference.velocity, error, self.position_gain);
+        let allowed = wanted.clamp(-(1 << VELOCITY_BITS), (1 << VELOCITY_BITS) - 1);
+        let mut demand = self.velocity(allowed, reference.current, velocity, bound);
+        demand.cut |= wanted.wrapping_sub(allowed);
         demand
     }
 
-    /// Velocity loop alone, with anti-windup: the integral never asks for more than the limit leaves to the rest.
-    pub fn velocity(
-        &mut self,
-        wanted: f32,
-        acceleration: f32,
-        velocity: f32,
-        current_limit: f32,
-        period: f32,
-    ) -> Demand {
-        let error = wanted - velocity;
-        let proportional = self.gains.velocity * error;
-        let integral = self.integral + proportional * (period / self.gains.integral_time);
-        let asked = proportional + self.gains.acceleration * acceleration + integral;
-        let current = limit(asked, current_limit);
-        let limited = current != asked;
-        // While the limit cuts, the integral may only move back from it.
-        if !limited || (asked > current) != (error > 0.0) {
-            self.integral = limit(integral, current_limit);
+    /// Velocity loop alone, with a current to feed forward.
+    #[inline]
+    pub fn velocity(&mut self, wanted: i32, current: i32, velocity: i32, bound: Bound) -> Demand {
+        let error = wanted.wrapping_sub(velocity);
+        // Rounded: a sum of truncated products would drift.
+        let integral = mul_high_add(self.integral, error, self.integral_gain);
+        let held = (integral >> INTEGRAL_BITS).wrapping_add(current);
+        let asked = mul_high_add(held, error, self.velocity_gain);
+        let current = bound.limit(asked);
+        let cut = asked.wrapping_sub(current);
+        if cut == 0 {
+            self.integral = integral;
         }
-        Demand { current, limited }
+        Demand { current, cut }
     }
+}
+
+/// A value from outside in fixed point, as far as `end`; 0 for NaN.
+#[inline]
+fn outside(value: f32, end: i32) -> i32 {
+    to_i32(value).clamp(-end - 1, end)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::motor::{from_radians, to_radians};
 
     const GAINS: Gains = Gains {
         position: 20.0,
@@ -105,16 +207,21 @@ mod tests {
         integral_time: 0.05,
         acceleration: 0.02,
         velocity_limit: 6.0,
+        current_limit: 10.0,
+        period: 1e-3,
     };
 
     /// Rotor of inertia 0.05 kg m^2 with 2.4 N m/A, against a constant load torque.
     fn settle(load: f32, target: i64) -> (i64, f32, f32) {
         let (mut cascade, mut position, mut velocity, mut peak) =
-            (Cascade::new(GAINS), 0_i64, 0.0_f32, 0.0_f32);
+            (Cascade::new(&GAINS), 0_i64, 0.0_f32, 0.0_f32);
+        let reference = cascade.reference(&SetPoint::at(target));
+        let bound = cascade.bound(10.0);
         for _ in 0..3_000 {
-            let demand = cascade.position(&SetPoint::at(target), position, velocity, 10.0, 1e-3);
-            velocity += (2.4 * demand.current - load) / 0.05 * 1e-3;
-            position += super::super::from_radians(velocity * 1e-3);
+            let rate = cascade.rate(velocity);
+            let demand = cascade.position(&reference, position, rate, bound);
+            velocity += (2.4 * cascade.amperes(demand.current) - load) / 0.05 * 1e-3;
+            position += from_radians(velocity * 1e-3);
             peak = if to_radians(position) > peak {
                 to_radians(position)
             } else {
@@ -135,22 +242,40 @@ mod tests {
 
     #[test]
     fn a_long_step_does_not_wind_up() {
-        let target = super::super::from_radians(10.0);
+        let target = from_radians(10.0);
         let (position, _, peak) = settle(0.0, target);
         assert!(to_radians(position - target).abs() < 1e-3);
         assert!(peak < 10.0 * 1.02, "overshoot to {peak}");
     }
 
     #[test]
-    fn nothing_exceeds_the_current_limit() {
-        for bad in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, f32::MAX, -0.0] {
-            let mut cascade = Cascade::new(GAINS);
-            for _ in 0..3 {
-                let demand = cascade.velocity(bad, bad, 1.0, 10.0, 1e-3);
-                assert!(demand.current.abs() <= 10.0);
+    fn nothing_exceeds_the_bound() {
+        let numbers = [i32::MIN, -1 << 29, -1, 0, 1, 1 << 29, i32::MAX];
+        for bad in numbers {
+            for velocity in numbers {
+                let mut cascade = Cascade::new(&GAINS);
+                let bound = cascade.bound(8.0);
+                for position in [0, i64::MIN, i64::MAX, i64::from(bad) << 31] {
+                    let reference = Reference {
+                        position: i64::from(bad),
+                        velocity: bad,
+                        current: bad,
+                    };
+                    let demand = cascade.position(&reference, position, velocity, bound);
+                    assert!(cascade.amperes(demand.current).abs() <= 8.000_001);
+                    let demand = cascade.velocity(bad, bad, velocity, bound);
+                    assert!(cascade.amperes(demand.current).abs() <= 8.000_001);
+                }
             }
-            let after = cascade.velocity(1.0, 0.0, 1.0, 10.0, 1e-3);
-            assert!(after.current.abs() <= 10.0);
         }
+    }
+
+    #[test]
+    fn what_is_no_number_asks_for_nothing() {
+        let cascade = Cascade::new(&GAINS);
+        assert_eq!(cascade.rate(f32::NAN), 0);
+        assert_eq!(cascade.bound(f32::NAN), Bound::new(0));
+        assert_eq!(cascade.bound(-1.0), Bound::new(0));
+        assert_eq!(cascade.rate(f32::INFINITY), OUTSIDE_VELOCITY);
     }
 }

@@ -1,7 +1,7 @@
 //! Trapezoidal profile: the quickest motion to a target within a velocity and an acceleration limit.
 
-use super::{from_radians, to_radians};
-use crate::math::{limit, sqrt};
+use super::{UNITS_PER_RADIAN, to_radians};
+use crate::math::{limit, sqrt, to_i32};
 
 /// Limits of a motion, both positive.
 #[derive(Clone, Copy, Debug)]
@@ -71,13 +71,21 @@ impl SetPoint {
         self.acceleration = (next - self.velocity) / period;
         let mean = 0.5 * (self.velocity + next);
         self.velocity = next;
-        self.position = self.position.wrapping_add(from_radians(mean * period));
+        self.advance(mean * period);
+    }
+
+    /// Moves the position by `way` in rad, at most half a turn: the way of one period is far below.
+    #[inline]
+    pub fn advance(&mut self, way: f32) {
+        let units = to_i32(way * UNITS_PER_RADIAN);
+        self.position = self.position.wrapping_add(i64::from(units));
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::motor::from_radians;
 
     const LIMITS: Limits = Limits {
         velocity: 0.5,

@@ -87,27 +87,57 @@ const TRANSITIONS: &[(State, Command, State)] = {
     ]
 };
 
+/// The table by state and command; where it has no transition the state stays.
+const AFTER: [[State; 5]; 6] = {
+    use State::{
+        Fault, OperationEnabled, QuickStopActive, ReadyToSwitchOn, SwitchOnDisabled, SwitchedOn,
+    };
+    let mut after = [
+        [SwitchOnDisabled; 5],
+        [ReadyToSwitchOn; 5],
+        [SwitchedOn; 5],
+        [OperationEnabled; 5],
+        [QuickStopActive; 5],
+        [Fault; 5],
+    ];
+    let mut row = 0;
+    while row < TRANSITIONS.len() {
+        let (from, by, to) = TRANSITIONS[row];
+        after[from as usize][by as usize] = to;
+        row += 1;
+    }
+    after
+};
+
 impl Command {
     /// The command that a controlword gives.
     pub fn from_controlword(word: u16) -> Self {
-        match word & 0x0f {
-            word if word & 0x02 == 0 => Self::DisableVoltage,
-            word if word & 0x04 == 0 => Self::QuickStop,
-            word if word & 0x01 == 0 => Self::Shutdown,
-            0x07 => Self::SwitchOn,
-            _ => Self::EnableOperation,
-        }
+        BY_LOW_BITS[usize::from(word & 0x0f)]
     }
 }
+
+/// Commands by the four low bits of the controlword, that is enable operation, quick stop, enable voltage, switch on.
+const BY_LOW_BITS: [Command; 16] = {
+    let mut commands = [Command::DisableVoltage; 16];
+    let mut word = 0;
+    while word < commands.len() {
+        commands[word] = match word {
+            word if word & 0x02 == 0 => Command::DisableVoltage,
+            word if word & 0x04 == 0 => Command::QuickStop,
+            word if word & 0x01 == 0 => Command::Shutdown,
+            0x07 => Command::SwitchOn,
+            _ => Command::EnableOperation,
+        };
+        word += 1;
+    }
+    commands
+};
 
 impl State {
     #[must_use]
     /// The state after `command`; the same where the table has no such transition.
     pub fn after(self, command: Command) -> Self {
-        TRANSITIONS
-            .iter()
-            .find(|(from, by, _)| (*from, *by) == (self, command))
-            .map_or(self, |(_, _, to)| *to)
+        AFTER[self as usize][command as usize]
     }
 
     /// Its bits in the statusword: bits 0 to 6, and "remote" (bit 9) because the node obeys the bus.

@@ -20,7 +20,7 @@ pub struct Switches {
     pub negative_limit: bool,
 }
 
-/// Inclinometer, inertial unit and compass on body 1. Axes: x forward, y left, z up.
+/// Inclinometer, inertial unit and magnetometer on body 1. Axes: x forward, y left, z up.
 #[derive(Clone, Copy, PartialEq, Debug, Default, Serialize, Deserialize)]
 pub struct BodySensors {
     /// Inclinometer: pitch (nose up positive) and roll (left side up positive), rad; slow, and it lies under acceleration.
@@ -29,8 +29,8 @@ pub struct BodySensors {
     pub specific_force: [f32; 3],
     /// Angular rate in body axes, rad/s.
     pub angular_rate: [f32; 3],
-    /// Compass heading, rad, counter-clockwise seen from above, from the start direction; a new value ten times a second.
-    pub heading: f32,
+    /// Magnetic flux density in body axes, uT, hard iron included; a new value ten times a second.
+    pub magnetic_field: [f32; 3],
 }
 
 /// Period of every node's control tick, s.

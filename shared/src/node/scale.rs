@@ -1,6 +1,6 @@
 //! How positions and velocities of the output shaft appear on the bus: one scale per kind of axle.
 
-use crate::math::{to_i16, to_i32};
+use crate::math::{saturate, to_i16, to_i32};
 
 /// Scale of objects 0x6064, 0x606C, 0x607A and 0x60FF.
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -121,17 +121,6 @@ impl Scale {
             Self::Turning { .. } => TURNING_UNITS,
             Self::Linear(lead) => lead.velocity_units,
         }
-    }
-}
-
-/// `value` as far as 32 bits go.
-#[inline]
-fn saturate(value: i64) -> i32 {
-    let low = value as i32;
-    if i64::from(low) == value {
-        low
-    } else {
-        i32::MAX ^ (value >> 63) as i32
     }
 }
 

@@ -6,9 +6,9 @@ use super::axle::{Axle, Inputs as AxleInputs, Outputs, mode};
 use super::scale::Scale;
 use crate::bus::pdo::DriveMotion;
 use crate::faults::Fault;
-use crate::math::{clamp, limit, sin_cos, to_i32};
+use crate::math::to_i32;
 use crate::motor::profile::SetPoint as Motion;
-use crate::motor::to_radians;
+use crate::motor::{UNITS_PER_RADIAN, from_radians};
 use crate::screw::{Geometry, GeometryError, metres};
 use crate::settings::{Setting, Settings};
 use crate::units::Angle;
@@ -32,11 +32,16 @@ pub struct Screw {
     scale: Scale,
     joint: Option<(DriveMotion, u64)>,
     joint_timeout_us: u64,
-    engage_speed: f32,
-    /// `L1` and `K`, m.
-    lengths: (f32, f32),
-    /// Distance that is still to be taken up since the mode began, rad of the shaft; towards zero at the engage speed.
-    remaining: f32,
+    /// Way of one tick at the engage speed, 2^-32 turn, not negative.
+    engage_step: i64,
+    /// `L2`, m.
+    l2: f32,
+    /// `2 K`, m, and `K^2 - L1^2`, m^2.
+    slack_terms: (f32, f32),
+    /// Half of what lies between `K` and `L1`, 2^-24 m: more slack than any extension can give.
+    most_slack: i32,
+    /// Distance that is still to be taken up since the mode began, 2^-32 turn; towards zero at the engage speed.
+    remaining: i64,
 }
 
 impl Screw {
@@ -51,6 +56,10 @@ impl Screw {
             length(Setting::LengthL2),
             length(Setting::LengthK),
         )?;
+        let (l1, k) = (
+            settings.scaled(Setting::LengthL1, 1e-6),
+            settings.scaled(Setting::LengthK, 1e-6),
+        );
         let scale = Scale::linear(length(Setting::ScrewLead));
         let released = i64::from(geometry.released_length().to_bits());
         let retreat = (i64::from(length(Setting::ReferenceRetreat)) << 28) / 1_000_000;
@@ -58,19 +67,19 @@ impl Screw {
         // Half a turn of theta is the longest extension; beyond it and below the switch lies nothing to reach.
         let longest = i64::from(geometry.length(Angle::from_bits(i32::MIN)).to_bits());
         let travel = (reference, scale.shaft_from_length(longest));
+        let engage_speed =
+            scale.shaft_velocity_from_linear(settings.scaled(Setting::EngageSpeed, 1e-6));
         Ok(Self {
             axle: Axle::with_scale(settings, scale, reference, Some(travel)),
             geometry,
             scale,
             joint: None,
             joint_timeout_us: settings.milliseconds(Setting::JointTimeout),
-            engage_speed: scale
-                .shaft_velocity_from_linear(settings.scaled(Setting::EngageSpeed, 1e-6)),
-            lengths: (
-                settings.scaled(Setting::LengthL1, 1e-6),
-                settings.scaled(Setting::LengthK, 1e-6),
-            ),
-            remaining: 0.0,
+            engage_step: from_radians(engage_speed * CONTROL_PERIOD),
+            l2: settings.scaled(Setting::LengthL2, 1e-6),
+            slack_terms: (k + k, (k - l1) * (k + l1)),
+            most_slack: to_i32(0.5 * (k - l1) * 16_777_216.0),
+            remaining: 0,
         })
     }
 
@@ -91,26 +100,31 @@ impl Screw {
             return Err(Fault::JointLost);
         }
         let rate = motion.velocity as f32 * 1e-6;
-        // Below the time-out, which is a second at most.
-        let moved = rate * (age_us as u32 as f32 * 1e-6);
-        let theta = Angle::from_bits(motion.position) + Angle::from_radians(moved);
+        // Below the time-out, which is a second at most; it ends at half a turn, beyond which no extrapolation is worth anything.
+        let moved = rate * (age_us as u32 as f32 * (1e-6 * UNITS_PER_RADIAN));
+        let theta = Angle::from_bits(motion.position) + Angle::from_bits(to_i32(moved));
         let extension = self.geometry.extension(theta);
 
-        let shortest = i64::from(self.geometry.released_length().to_bits());
-        let retreat = self.retreat(theta, inputs.slack);
-        let length = i64::from(extension.length.to_bits())
-            .saturating_sub(retreat)
-            .max(shortest);
-        let law = self.scale.shaft_from_length(length);
+        let shortest = self.geometry.released_length().to_bits();
+        let retreat = self.retreat(metres(extension.length), inputs.slack);
+        let length = extension.length.to_bits().saturating_sub(retreat);
+        let length = if length < shortest { shortest } else { length };
+        let law = self.scale.shaft_from_length(i64::from(length));
 
         if self.axle.drives_in(mode::TAUT) {
-            let step = self.engage_speed * CONTROL_PERIOD;
-            self.remaining -= limit(self.remaining, step);
+            let step = self.engage_step;
+            self.remaining = if self.remaining > step {
+                self.remaining - step
+            } else if self.remaining < -step {
+                self.remaining + step
+            } else {
+                0
+            };
         } else {
-            self.remaining = to_radians(self.axle.position().wrapping_sub(law));
+            self.remaining = self.axle.position().wrapping_sub(law);
         }
         Ok(Motion {
-            position: law.wrapping_add(crate::motor::from_radians(self.remaining)),
+            position: law.wrapping_add(self.remaining),
             velocity: self
                 .scale
                 .shaft_velocity_from_linear(metres(extension.derivative) * rate),
@@ -118,18 +132,25 @@ impl Screw {
         })
     }
 
-    /// How far the screw draws back, 2^-28 m, so that the belt is slack by `slack` (2^-24 m): the difference of eq. 2 for
-    /// `K` and for `K - slack`. Single precision: 0.2 um, far below what a slack belt shows.
-    fn retreat(&self, theta: Angle, slack: i32) -> i64 {
+    /// How far the screw draws back from the extension `length`, 2^-28 m, so that the belt is slack by `slack` (2^-24 m).
+    ///
+    /// The front's length by eq. 2 is `r = (K^2 - L1^2) / (2 (K + L1 cos theta))`. Taken for `K` and for `K - s` the difference is
+    /// `s r (2 K - s - 2 r) / (K^2 - L1^2 - 2 s r)`, in which theta does not appear. Single precision: 0.2 um, far below what a slack belt
+    /// shows.
+    fn retreat(&self, length: f32, slack: i32) -> i32 {
         if slack <= 0 {
             return 0;
         }
-        let (l1, k) = self.lengths;
-        let (_, cosine) = sin_cos(theta);
-        let radius = |k: f32| (k * k - l1 * l1) / (2.0 * (k + l1 * cosine));
-        // Slack beyond half of what lies between K and L1 is more than any extension can give.
-        let slack = clamp(slack as f32 / 16_777_216.0, 0.0, 0.5 * (k - l1));
+        let slack = if slack < self.most_slack {
+            slack
+        } else {
+            self.most_slack
+        };
+        let (s, r) = (slack as f32 * (1.0 / 16_777_216.0), length + self.l2);
+        let (two_k, squares) = self.slack_terms;
+        let (sr, front) = (s * r, r + r);
         // Less than 8 m.
-        i64::from(to_i32((radius(k) - radius(k - slack)) * 268_435_456.0))
+        let retreat = sr * (two_k - s - front) / (squares - (sr + sr));
+        to_i32(retreat * 268_435_456.0)
     }
 }

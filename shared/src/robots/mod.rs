@@ -1,4 +1,10 @@
 //! The robots: masses, shapes and what their bodies do.
+//!
+//! [`body`] is what the guard wants of each; every robot has a folder of its own.
 
 pub mod b2p2;
+pub mod body;
+pub mod crawler;
 pub mod rt_mover;
+
+pub use body::{Allowed, Asked, Body, DriveState, Goal, MAX_DRIVES, MAX_STAGES, Phase};

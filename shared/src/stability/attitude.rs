@@ -21,14 +21,15 @@ pub struct Attitude {
     late: [f32; 2],
     pitch_rate: f32,
     heading: Angle,
+    began: bool,
 }
 
 impl Attitude {
     /// Takes one set of readings, `period` s after the one before. False, and nothing is taken, when one is not finite.
     pub fn update(&mut self, sensors: &BodySensors, period: f32) -> bool {
         let [pitch_level, roll_level] = sensors.inclination;
-        let readings = [pitch_level, roll_level, sensors.heading];
-        if !readings
+        if !sensors
+            .inclination
             .iter()
             .chain(&sensors.angular_rate)
             .all(|value| value.is_finite())
@@ -39,10 +40,8 @@ impl Attitude {
             Angle::from_radians(pitch_level),
             Angle::from_radians(roll_level),
         ];
-        let [pitch, roll] = *self.tilt.get_or_insert_with(|| {
-            self.heading = Angle::from_radians(sensors.heading);
-            level
-        });
+        self.began = self.tilt.is_none();
+        let [pitch, roll] = *self.tilt.get_or_insert(level);
 
         let [rate_x, rate_y, rate_z] = sensors.angular_rate;
         let (sine, cosine) = sin_cos(pitch);
@@ -62,10 +61,21 @@ impl Attitude {
             self.late[axis] += step - self.late[axis] * (period / INCLINOMETER_LAG);
         }
         self.tilt = Some(tilt);
-        let heading_error = (Angle::from_radians(sensors.heading) - self.heading).radians();
-        let step = (yaw_rate + limit(heading_error, 0.5) / HEADING_TIME) * period;
-        self.heading += Angle::from_radians(step);
+        self.heading += Angle::from_radians(yaw_rate * period);
         true
+    }
+
+    /// Takes a heading of the compass that stands for `period` s, after [`Self::update`].
+    ///
+    /// One that comes with the first readings is the heading; later ones pull it by at most 0.25 rad/s, so that a compass that
+    /// comes late, or lies, cannot make a robot that holds its heading turn on the spot.
+    pub fn correct_heading(&mut self, compass: Angle, period: f32) {
+        let error = compass - self.heading;
+        self.heading += if self.began {
+            error
+        } else {
+            Angle::from_radians(limit(error.radians(), 0.5) / HEADING_TIME * period)
+        };
     }
 
     /// Readings came at least once.
@@ -88,7 +98,7 @@ impl Attitude {
         self.pitch_rate
     }
 
-    /// Heading, counter-clockwise from above.
+    /// Heading, counter-clockwise from above: from true north with a compass, else from the start.
     pub fn heading(&self) -> Angle {
         self.heading
     }

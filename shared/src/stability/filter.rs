@@ -1,7 +1,7 @@
 //! What the guard leaves of a command: all of it while the margins are wide, a share of it in the caution band, nothing
 //! below. It never adds motion of its own.
 
-use super::support::{EDGES, Edge};
+use super::support::{EDGES, Edge, Stance};
 use crate::math::{clamp, min};
 
 /// Bounds of the filter, m and s.
@@ -25,8 +25,8 @@ pub enum Verdict {
     Scaled(Edge),
     /// Nothing of the asked speed passed.
     Refused(Edge),
-    /// The chassis joint is held where it is.
-    ChassisRefused(Edge),
+    /// The posture is held where it is.
+    PostureRefused(Edge),
     /// Nothing passed: how the robot stands is not known.
     Blind,
     /// Nothing passed: no operator was heard in time.
@@ -40,7 +40,7 @@ impl Verdict {
             Self::Passed => 0x00,
             Self::Scaled(edge) => 0x10 | edge as u8,
             Self::Refused(edge) => 0x20 | edge as u8,
-            Self::ChassisRefused(edge) => 0x30 | edge as u8,
+            Self::PostureRefused(edge) => 0x30 | edge as u8,
             Self::Blind => 0x40,
             Self::Unattended => 0x50,
         }
@@ -53,7 +53,7 @@ impl Verdict {
             0 => Self::Passed,
             1 => Self::Scaled(edge),
             2 => Self::Refused(edge),
-            3 => Self::ChassisRefused(edge),
+            3 => Self::PostureRefused(edge),
             4 => Self::Blind,
             5 => Self::Unattended,
             _ => return None,
@@ -82,20 +82,19 @@ impl Margins {
 #[derive(Clone, Debug, Default)]
 pub struct Tracker {
     margins: Option<Margins>,
+    contacts: [bool; 4],
 }
 
 impl Tracker {
     /// Time in which the rate follows, s: a single sample moves it little.
     const RATE_TIME: f32 = 0.1;
 
-    /// Takes the margins `period` s after the evaluation before.
-    pub fn update(&mut self, now: [f32; 4], period: f32) -> Margins {
+    /// Takes the stance `period` s after the evaluation before. The rates begin anew when other wheels stand than before.
+    pub fn update(&mut self, stance: &Stance, period: f32) -> Margins {
+        let now = stance.margins();
+        let contacts = stance.contacts.map(|contact| contact.is_some());
         let margins = match self.margins {
-            None => Margins {
-                now,
-                rate: [0.0; 4],
-            },
-            Some(before) => {
+            Some(before) if contacts == self.contacts => {
                 let share = period / (Self::RATE_TIME + period);
                 let mut rate = before.rate;
                 for index in 0..4 {
@@ -104,7 +103,12 @@ impl Tracker {
                 }
                 Margins { now, rate }
             }
+            _ => Margins {
+                now,
+                rate: [0.0; 4],
+            },
         };
+        self.contacts = contacts;
         self.margins = Some(margins);
         margins
     }
@@ -149,14 +153,14 @@ pub fn drive(forward: f32, pitch: f32, margins: &Margins, bounds: &Bounds) -> (f
     (share, verdict)
 }
 
-/// Whether the chassis joint may go on: refused when the margins it leads to are below the stop margin and narrower than
+/// Whether the posture may go on: refused when the margins it leads to are below the stop margin and narrower than
 /// now. `ahead` are the margins of the shape that the motion leads to.
-pub fn chassis(margins: &Margins, ahead: [f32; 4], bounds: &Bounds) -> Verdict {
+pub fn posture(margins: &Margins, ahead: [f32; 4], bounds: &Bounds) -> Verdict {
     for edge in [Edge::Back, Edge::Left, Edge::Right] {
         let (now, then) = (margins.now[edge as usize], ahead[edge as usize]);
         let safe = then >= bounds.stop || then >= now;
         if !safe {
-            return Verdict::ChassisRefused(edge);
+            return Verdict::PostureRefused(edge);
         }
     }
     Verdict::Passed
@@ -237,7 +241,7 @@ mod tests {
             for verdict in [
                 Verdict::Scaled(edge),
                 Verdict::Refused(edge),
-                Verdict::ChassisRefused(edge),
+                Verdict::PostureRefused(edge),
             ] {
                 assert_eq!(Verdict::from_code(verdict.code()), Some(verdict));
             }
@@ -246,13 +250,25 @@ mod tests {
 
     #[test]
     fn a_rate_follows_a_slope_but_not_one_sample() {
+        // A square of 0.6 m by 0.3 m around a centre of gravity that is `back` before its rear edge.
+        let stance = |back: f32, left: f32| {
+            Stance::on(
+                [
+                    [0.0, -0.15, 0.0],
+                    [0.6, -0.15, 0.0],
+                    [0.6, 0.15, 0.0],
+                    [0.0, 0.15, 0.0],
+                ],
+                [back, 0.15 - left, 0.2],
+            )
+        };
         let mut tracker = Tracker::default();
         for step in 0..500 {
-            tracker.update([0.3 - 0.001 * step as f32, 0.3, 0.15, 0.15], 4e-3);
+            tracker.update(&stance(0.55 - 0.001 * step as f32, 0.15), 4e-3);
         }
-        let after = tracker.update([0.3 - 0.001 * 500.0, 0.3, 0.15, 0.15], 4e-3);
+        let after = tracker.update(&stance(0.05, 0.15), 4e-3);
         assert!((after.rate[0] + 0.25).abs() < 1e-3, "{after:?}");
-        let jump = tracker.update([0.3 - 0.001 * 500.0, 0.3, 0.10, 0.15], 4e-3);
+        let jump = tracker.update(&stance(0.05, 0.10), 4e-3);
         assert!(jump.rate[2] > -0.6, "{jump:?}");
     }
 }

@@ -21,19 +21,50 @@ pub enum Edge {
 /// All edges, in order.
 pub const EDGES: [Edge; 4] = [Edge::Back, Edge::Front, Edge::Left, Edge::Right];
 
-/// Horizontal distance of `cog` to each edge of `support`, m, positive inside; indexed by [`Edge`].
-///
-/// Points are in level axes, counter-clockwise from above: rear right, front right, front left, rear left. An edge
-/// shorter than a millimetre has no direction; the margin is then minus the distance to it, never "inside".
-#[inline]
-pub fn margins(support: &[[f32; 3]; 4], cog: [f32; 3]) -> [f32; 4] {
-    let [rear_right, front_right, front_left, rear_left] = *support;
-    [
-        margin(rear_left, rear_right, cog),
-        margin(front_right, front_left, cog),
-        margin(front_left, rear_left, cog),
-        margin(rear_right, front_right, cog),
-    ]
+/// How a robot stands, in level axes: x along its heading, y left, z up; m.
+#[derive(Clone, Copy, PartialEq, Debug, Default)]
+pub struct Stance {
+    /// Centre of gravity.
+    pub cog: [f32; 3],
+    /// Where it may stand, counter-clockwise from above: rear right, front right, front left, rear left; `None` for a wheel
+    /// in the air.
+    pub contacts: [Option<[f32; 3]>; 4],
+}
+
+/// Margin to an edge that is not there, m.
+pub const NO_EDGE: f32 = 10.0;
+
+/// The edge that begins at each contact.
+const FROM_CONTACT: [Edge; 4] = [Edge::Right, Edge::Front, Edge::Left, Edge::Back];
+
+impl Stance {
+    /// A stance on all four contacts.
+    pub fn on(contacts: [[f32; 3]; 4], cog: [f32; 3]) -> Self {
+        Self {
+            cog,
+            contacts: contacts.map(Some),
+        }
+    }
+
+    /// Horizontal distance of the centre of gravity to each edge, m, positive inside; indexed by [`Edge`].
+    ///
+    /// The edge of a contact that is missing is [`NO_EDGE`] away; the edge before it runs to the next one that is there. An edge
+    /// shorter than a millimetre has no direction; the margin is then minus the distance to it, never "inside". Without any contact
+    /// all margins are `-NO_EDGE`.
+    #[inline]
+    pub fn margins(&self) -> [f32; 4] {
+        let mut margins = [NO_EDGE; 4];
+        let mut standing = false;
+        for start in 0..4 {
+            let Some(from) = self.contacts[start] else {
+                continue;
+            };
+            standing = true;
+            let to = (1..4).find_map(|step| self.contacts[(start + step) & 3]);
+            margins[FROM_CONTACT[start] as usize] = margin(from, to.unwrap_or(from), self.cog);
+        }
+        if standing { margins } else { [-NO_EDGE; 4] }
+    }
 }
 
 #[inline]
@@ -65,23 +96,37 @@ mod tests {
 
     #[test]
     fn margins_are_distances_to_back_front_left_and_right() {
-        let found = margins(&SQUARE, [0.3, 0.05, 0.4]);
+        let found = Stance::on(SQUARE, [0.3, 0.05, 0.4]).margins();
         for (edge, expected) in EDGES.into_iter().zip([0.3, 0.5, 0.15, 0.25]) {
             assert!(
                 (found[edge as usize] - expected).abs() < 1e-6,
                 "{edge:?} {found:?}"
             );
         }
-        assert!((margins(&SQUARE, [-0.1, 0.0, 0.0])[0] + 0.1).abs() < 1e-6);
+        let behind = Stance::on(SQUARE, [-0.1, 0.0, 0.0]).margins();
+        assert!((behind[0] + 0.1).abs() < 1e-6);
     }
 
     #[test]
     fn a_support_without_extent_is_never_inside() {
         let point = [[0.1, 0.1, 0.0]; 4];
         assert!(
-            margins(&point, [0.1, 0.2, 0.0])
+            Stance::on(point, [0.1, 0.2, 0.0])
+                .margins()
                 .iter()
                 .all(|margin| *margin < 0.0)
         );
+    }
+
+    #[test]
+    fn a_wheel_in_the_air_leaves_the_edge_across_it() {
+        let mut stance = Stance::on(SQUARE, [0.3, -0.1, 0.4]);
+        stance.contacts[2] = None; // front left
+        let [back, front, left, right] = stance.margins();
+        assert!((back - 0.3).abs() < 1e-6 && (right - 0.1).abs() < 1e-6);
+        assert_eq!(left, NO_EDGE);
+        // The line from (0.8, -0.2) to (0, 0.2): x + 2 y = 0.4 / sqrt 5.
+        assert!((front - 0.3 / 5.0_f32.sqrt()).abs() < 1e-6, "{front}");
+        assert_eq!(Stance::default().margins(), [-NO_EDGE; 4]);
     }
 }

@@ -1,9 +1,11 @@
 //! QEMU's MPS2+ board with the AN386 image: a Cortex-M4F whose only hardware is the lockstep link over semihosting.
 //!
-//! `semihosting` is the pair of pipes and the way out, `log` the defmt logger.
+//! `semihosting` is the pair of pipes and the way out, `log` the defmt logger, `stack` the mark of the deepest stack.
+//! When the simulator closes its pipe the node's last word on the other one is that mark, bytes in decimal.
 
 mod log;
 pub(crate) mod semihosting;
+mod stack;
 
 use crate::boards::Board;
 use crate::boards::lockstep::{self, Pipe};
@@ -25,8 +27,11 @@ impl Board for Mps2 {
         else {
             exit(false)
         };
-        lockstep::run(Self::NAME, role, &mut Console { input, output });
-        exit(true)
+        stack::paint();
+        let mut console = Console { input, output };
+        lockstep::run(Self::NAME, role, &mut console);
+        let told = writeln!(console.output, "{}", stack::used());
+        exit(told.is_ok())
     }
 
     fn encoder() -> i32 {

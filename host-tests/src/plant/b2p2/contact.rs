@@ -1,6 +1,7 @@
 //! Belts and ground: the belts' surface speed goes in, the forces of the ground come out.
 
-use super::robot::{DT, MARKS};
+use super::robot::MARKS;
+use crate::plant::world::DT;
 use rapier3d_f64::geometry::NEW_CONTACT_BIT;
 use rapier3d_f64::math::Vector;
 use rapier3d_f64::prelude::*;

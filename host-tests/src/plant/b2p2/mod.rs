@@ -1,28 +1,27 @@
 //! The tracked robot of Paillat et al.: three segments, a chassis joint, a driving screw and a pair of belts.
 //!
-//! [`parameters`]: the constant model. `robot`: bodies and joints in the physics engine. `gear`: where a node's shaft
-//! meets the load. `contact`: belts and ground. `sense`: the sensors on the body. Here: the order of one step.
+//! [`parameters`]: the constant model. `robot`: bodies and joints in the physics engine. `contact`: belts and ground. Here: the order of one step.
 
 mod contact;
-pub(in crate::plant) mod gear;
 pub mod parameters;
-pub(in crate::plant) mod robot;
-pub(in crate::plant) mod sense;
+mod robot;
 mod truth;
 
 pub use parameters::{B2p2Parameters, Payload};
 
+use crate::plant::Plant;
+use crate::plant::gear::{Belt, Drive, Gear};
 use crate::plant::noise::Noise;
+use crate::plant::receiver::Receiver;
+use crate::plant::sensing::{BodyMotion, BodySensing};
 use crate::plant::terrain::Terrain;
-use crate::plant::{MOTORS, Plant};
+use crate::plant::world::{self, DT, SUBSTEPS};
 use crate::record::Truth;
 use contact::{GroundForces, RunningBelts, Support};
 use core::f64::consts::TAU;
-use gear::{Belt, Drive, Gear};
 use rapier3d_f64::math::{Rotation, Vector};
 use rapier3d_f64::prelude::*;
-use robot::{DT, Robot, SUBSTEPS};
-use sense::BodySensing;
+use robot::Robot;
 use tautrack::link::{BodySensors, Sensors, Shaft, Switches};
 
 /// B2P2 on its ground.
@@ -34,11 +33,11 @@ pub struct B2p2 {
     joint: Gear,
     screw: Gear,
     body_sensing: BodySensing,
+    receiver: Receiver,
     support: Support,
     ground: GroundForces,
     /// Mean rates of chassis joint and screw in the last step, rad/s and m/s.
     rates: [f64; 2],
-    start_heading: f64,
     step: u64,
     payload: Option<Payload>,
     truth: Truth,
@@ -48,13 +47,13 @@ impl B2p2 {
     /// The robot at the origin of `terrain`, shaped and placed as the parameters say; `seed` is that of the sensors' noise.
     pub fn new(parameters: &B2p2Parameters, terrain: &Terrain, seed: u64) -> Self {
         let p = *parameters;
-        let mut world = robot::world();
+        let mut world = world::world();
         let start = robot::lay_ground(&mut world, terrain, &p);
         let robot = Robot::build(&mut world, &p, start);
         let body_sensing = BodySensing::new(
             &p.body_sensors,
             Noise::new(seed),
-            &world.bodies[robot.bodies[0]],
+            world.bodies[robot.bodies[0]].position().rotation,
         );
         let mut plant = Self {
             joint: Gear::new(
@@ -68,7 +67,7 @@ impl B2p2 {
             support: Support::default(),
             ground: GroundForces::default(),
             rates: [0.0; 2],
-            start_heading: p.initial_heading_and_y[0],
+            receiver: Receiver::new(p.receiver, Noise::new(seed)),
             step: 0,
             payload: None,
             truth: Truth::default(),
@@ -92,7 +91,7 @@ impl B2p2 {
         bodies
             .iter()
             .map(|body| {
-                body.kinetic_energy() + body.mass() * robot::GRAVITY * body.center_of_mass().z
+                body.kinetic_energy() + body.mass() * world::GRAVITY * body.center_of_mass().z
             })
             .sum()
     }
@@ -137,9 +136,10 @@ impl B2p2 {
 }
 
 impl Plant for B2p2 {
-    fn step(&mut self, shafts: &[Option<Shaft>; MOTORS]) {
+    fn step(&mut self, shafts: &[Option<Shaft>]) {
         let p = self.parameters;
-        let [left, right, joint, screw] = shafts.each_ref().map(Option::as_ref);
+        let [left, right, joint, screw] =
+            core::array::from_fn(|motor| shafts.get(motor).and_then(Option::as_ref));
         let [theta, _] = self.robot.chassis_joint(&self.world);
         let [extension, _] = self.robot.extension(&self.world, &p);
         self.put_payload_on();
@@ -180,10 +180,15 @@ impl Plant for B2p2 {
         }
         self.observe();
         let body = &self.world.bodies[self.robot.bodies[0]];
-        self.body_sensing.update(
-            &p.body_sensors,
-            body,
-            self.truth.yaw - self.start_heading,
+        let motion = BodyMotion::of(body, &p.body_sensors);
+        self.body_sensing
+            .update(&p.body_sensors, &motion, self.step);
+        let antenna = body
+            .position()
+            .transform_point(Vector::from_array(p.receiver.antenna));
+        self.receiver.update(
+            antenna.to_array(),
+            body.velocity_at_point(antenna).to_array(),
             self.step,
         );
     }
@@ -222,7 +227,7 @@ impl Plant for B2p2 {
                     switches,
                 )
             }
-            _ => panic!("B2P2 has {MOTORS} motors, there is no motor {motor}"),
+            _ => panic!("B2P2 has four motors, there is no motor {motor}"),
         };
         Sensors {
             encoder_frozen: false,
@@ -235,6 +240,10 @@ impl Plant for B2p2 {
 
     fn body_sensors(&self) -> BodySensors {
         self.body_sensing.reading()
+    }
+
+    fn serial(&self) -> &[u8] {
+        self.receiver.sent()
     }
 
     fn truth(&self) -> &Truth {
@@ -259,19 +268,8 @@ impl Plant for B2p2 {
                 .into_iter()
                 .for_each(&mut put);
         }
-        for vector in self.body_sensing.state() {
-            vector.to_array().into_iter().for_each(&mut put);
-        }
-        let reading = self.body_sensors();
-        let readings = [
-            &reading.inclination[..],
-            &reading.specific_force,
-            &reading.angular_rate,
-            &[reading.heading],
-        ];
-        for value in readings.into_iter().flatten() {
-            put(f64::from(*value));
-        }
+        self.body_sensing.bits(&mut put);
+        self.receiver.wander().into_iter().for_each(&mut put);
         put(self.truth.slip);
     }
 }

@@ -1,5 +1,8 @@
 //! The constant model of B2P2: what Paillat et al. tabulate, and what had to be assumed.
 
+use crate::plant::receiver::ReceiverParameters;
+use crate::plant::sensing::BodySensorParameters;
+
 /// One rigid segment as the paper tabulates it, in the axes of its D-H frame.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Segment {
@@ -99,6 +102,8 @@ pub struct B2p2Parameters {
     pub bus_voltage: f64,
     /// Quality of the sensors on the body.
     pub body_sensors: BodySensorParameters,
+    /// Quality of the satellite receiver.
+    pub receiver: ReceiverParameters,
 }
 
 /// A compact load fixed to segment 1 from some moment on.
@@ -112,27 +117,11 @@ pub struct Payload {
     pub from_time_s: f64,
 }
 
-/// Noise (standard deviation) and resolution of the sensors on segment 1.
-#[derive(Clone, Copy, PartialEq, Debug)]
-pub struct BodySensorParameters {
-    /// Time constant of the inclinometer, s.
-    pub inclination_lag: f64,
-    /// Noise and resolution of the inclinometer, rad.
-    pub inclination: [f64; 2],
-    /// Offset of the inclinometer: pitch and roll, rad.
-    pub inclination_offset: [f64; 2],
-    /// Time constant of accelerometer and gyroscope, s.
-    pub inertial_lag: f64,
-    /// Place of the accelerometer from axle 1: forward, left, up, m.
-    pub accelerometer_place: [f64; 3],
-    /// Noise and resolution of the accelerometer, m/s^2.
-    pub specific_force: [f64; 2],
-    /// Noise and resolution of the gyroscope, rad/s.
-    pub angular_rate: [f64; 2],
-    /// Constant error of the gyroscope, rad/s.
-    pub angular_rate_bias: [f64; 3],
-    /// Noise and resolution of the compass, rad.
-    pub heading: [f64; 2],
+impl Payload {
+    /// Inertia about its own centre, that of a ball of 3 cm radius, kg m^2.
+    pub fn own_inertia(&self) -> f64 {
+        0.4 * self.mass * 0.03 * 0.03
+    }
 }
 
 impl B2p2Parameters {
@@ -183,17 +172,8 @@ impl B2p2Parameters {
             initial_clearance: 0.001,
             payload: None,
             bus_voltage: 24.0,
-            body_sensors: BodySensorParameters {
-                inclination_lag: 0.3,
-                inclination: [0.001, 0.0005],
-                inclination_offset: [0.0; 2],
-                inertial_lag: 0.005,
-                accelerometer_place: [0.16, 0.0, 0.05],
-                specific_force: [0.03, 0.005],
-                angular_rate: [0.003, 0.001],
-                angular_rate_bias: [0.002, -0.002, 0.001],
-                heading: [0.01, 0.002],
-            },
+            body_sensors: BodySensorParameters::NOMINAL,
+            receiver: ReceiverParameters::NOMINAL,
         }
     }
 

@@ -4,20 +4,12 @@
 
 use super::parameters::{B2p2Parameters, Payload, SEGMENTS};
 use crate::plant::terrain::Terrain;
-use rapier3d_f64::dynamics::SpringCoefficients;
-use rapier3d_f64::math::{Matrix, Pose, Rotation, Vector};
+use crate::plant::world::turn;
+use rapier3d_f64::math::{Matrix, Pose, Vector};
 use rapier3d_f64::prelude::*;
 
-/// Length of a step, s, and the solver's substeps in it.
-pub const DT: f64 = 1.0e-3;
-/// Substeps of the solver in one step.
-pub const SUBSTEPS: usize = 4;
-/// Acceleration of gravity, m/s^2.
-pub const GRAVITY: f64 = 9.81;
 /// Marks of colliders: what is not a belt, the left belt, the right belt.
 pub const MARKS: [u128; 3] = [0, 1, 2];
-/// Radius of the ball that a payload is, m.
-const PAYLOAD_RADIUS: f64 = 0.03;
 /// How far the chord boxes of one belt reach over the middle of the longest chord, m.
 const CHORD_OVERLAP: f64 = 0.04;
 
@@ -32,27 +24,6 @@ pub struct Robot {
     /// Per side, the half of the chord on segment 1 and the half on segment 3.
     chords: [[ColliderHandle; 2]; 2],
     half_chord: f64,
-}
-
-/// An empty world with the settings under which belts neither sink into noses nor slip on them.
-pub fn world() -> PhysicsWorld {
-    let mut world = PhysicsWorld::new();
-    world.gravity = Vector::new(0.0, 0.0, -GRAVITY);
-    let settings = &mut world.integration_parameters;
-    settings.dt = DT;
-    settings.num_solver_iterations = SUBSTEPS;
-    settings.static_contact_softness = SpringCoefficients::new(200.0, 1.0);
-    settings.friction_model = FrictionModel::Coulomb;
-    // With one iteration each a gear appears half as stiff as it is; with these it lacks 8 %.
-    settings.num_internal_pgs_iterations = 4;
-    settings.num_internal_stabilization_iterations = 2;
-    settings.warmstart_joints = true;
-    // Belt forces are read from the contacts themselves: no merging, no skipping.
-    settings.contact_clustering = false;
-    settings.contact_recycling = false;
-    settings.max_ccd_substeps = 0;
-    settings.normalized_prediction_distance = 0.005;
-    world
 }
 
 /// Puts the ground into the world and returns the pose in which the robot starts on it.
@@ -83,17 +54,6 @@ pub fn lay_ground(
     tilt * Pose::from_parts(Vector::new(0.0, y, height), turn(Vector::Z, heading))
 }
 
-/// Rotation by `angle` about the unit vector `axis`, the same bits on every machine.
-pub fn turn(axis: Vector, angle: f64) -> Rotation {
-    let imaginary = axis * libm::sin(0.5 * angle);
-    Rotation::from_xyzw(
-        imaginary.x,
-        imaginary.y,
-        imaginary.z,
-        libm::cos(0.5 * angle),
-    )
-}
-
 /// Mass, centre of mass and inertia of segment `index` (0 to 2) in body axes, with the payload if it is on.
 pub fn mass_properties(
     parameters: &B2p2Parameters,
@@ -122,11 +82,10 @@ pub fn mass_properties(
     }
     let bare = MassProperties::with_inertia_matrix(place, segment.mass, inertia);
     payload.map_or(bare, |payload| {
-        let ball = 0.4 * payload.mass * PAYLOAD_RADIUS * PAYLOAD_RADIUS;
         bare + MassProperties::new(
             Vector::from_array(payload.place),
             payload.mass,
-            Vector::splat(ball),
+            Vector::splat(payload.own_inertia()),
         )
     })
 }
@@ -283,11 +242,6 @@ fn belt(
     add(1, 0.5 * front, bar(front));
     add(2, -0.5 * front, bar(front));
     [add(0, 0.0, bar(half_chord)), add(2, 0.0, bar(half_chord))]
-}
-
-/// A vector of the world in the body's axes.
-pub fn into_body(body: &RigidBody, vector: Vector) -> Vector {
-    body.position().rotation.inverse() * vector
 }
 
 #[cfg(test)]

@@ -1,7 +1,8 @@
 //! What the physics knows of the robot, in the terms of a run's record.
 
 use super::B2p2;
-use super::robot::{self, DT};
+use super::robot;
+use crate::plant::world::DT;
 use rapier3d_f64::math::Vector;
 
 /// Roll from which the robot lies on its side, rad.

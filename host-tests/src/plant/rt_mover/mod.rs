@@ -8,35 +8,32 @@ mod robot;
 pub use parameters::RtMoverParameters;
 pub use robot::MOTORS;
 
-use crate::plant::b2p2::gear::{Drive, Gear};
-use crate::plant::b2p2::robot::{DT, GRAVITY, SUBSTEPS, world};
-use crate::plant::b2p2::sense::BodySensing;
+use crate::plant::Plant;
+use crate::plant::gear::{Drive, Gear};
 use crate::plant::noise::Noise;
+use crate::plant::sensing::{BodyMotion, BodySensing};
 use crate::plant::terrain::Terrain;
+use crate::plant::world::{DT, GRAVITY, SUBSTEPS, world};
+use crate::record::{Sketch, Truth};
 use core::f64::consts::TAU;
 use rapier3d_f64::math::{Pose, Vector};
 use rapier3d_f64::prelude::*;
 use robot::{Robot, SEAT};
-use tautrack::link::{BodySensors, Sensors, Shaft, Switches};
+use tautrack::link::{BodySensors, Sensors, Shaft};
 
-/// What the physics knows; metres and radians, world axes x forward, y left, z up.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct RtMoverTruth {
-    /// Middle of the body.
-    pub middle: [f64; 3],
-    /// Pitch, front up, and roll, left up, of the seat.
-    pub seat: [f64; 2],
-    /// Heading of the body, counter-clockwise.
-    pub yaw: f64,
-    /// Centre of gravity.
-    pub cog: [f64; 3],
-    /// Lowest points of the wheels.
-    pub wheels: [[f64; 3]; 4],
-    /// Upward force of the ground on each wheel, N.
-    pub loads: [f64; 4],
-    /// Turned over; stays set.
-    pub toppled: bool,
-}
+/// Channels of [`Truth`] that only this robot has, wheel by wheel: force of the ground upward, and height of the lowest point.
+const LOADS: [&str; 4] = [
+    "front_left_load_n",
+    "front_right_load_n",
+    "rear_left_load_n",
+    "rear_right_load_n",
+];
+const HEIGHTS: [&str; 4] = [
+    "front_left_height_m",
+    "front_right_height_m",
+    "rear_left_height_m",
+    "rear_right_height_m",
+];
 
 /// RT-Mover on its ground.
 pub struct RtMover {
@@ -47,11 +44,16 @@ pub struct RtMover {
     rates: [f64; MOTORS],
     sensing: BodySensing,
     step: u64,
-    truth: RtMoverTruth,
+    terrain: Terrain,
+    lowest: [Vector; 4],
+    loads: [f64; 4],
+    truth: Truth,
 }
 
 /// Tilt of the seat from which the robot counts as turned over, rad.
 const TURNED_OVER: f64 = 1.0;
+/// Below this a wheel supports nothing, N.
+const LEAST_LOAD: f64 = 0.1;
 
 impl RtMover {
     /// The robot at the origin of `terrain`; `seed` is that of the sensors' noise.
@@ -69,7 +71,7 @@ impl RtMover {
         }
         let robot = Robot::build(&mut world, &p);
         let seat = &world.bodies[robot.bodies[SEAT]];
-        let sensing = BodySensing::new(&p.body_sensors, Noise::new(seed), seat);
+        let sensing = BodySensing::new(&p.body_sensors, Noise::new(seed), seat.position().rotation);
         let mut plant = Self {
             gears: core::array::from_fn(|motor| {
                 if motor < 4 {
@@ -80,7 +82,10 @@ impl RtMover {
             }),
             rates: [0.0; MOTORS],
             step: 0,
-            truth: RtMoverTruth::default(),
+            terrain: *terrain,
+            lowest: [Vector::ZERO; 4],
+            loads: [0.0; 4],
+            truth: Truth::default(),
             parameters: p,
             world,
             robot,
@@ -88,23 +93,6 @@ impl RtMover {
         };
         plant.observe();
         plant
-    }
-
-    /// Advances by one millisecond, as [`crate::plant::Plant::step`] does.
-    pub fn step(&mut self, shafts: &[Option<Shaft>; MOTORS]) {
-        let before = self.robot.shafts.map(|shaft| shaft.angle(&self.world));
-        for (motor, shaft) in shafts.iter().enumerate() {
-            let drive = self.gears[motor].drive(shaft.as_ref(), before[motor]);
-            self.drive(self.robot.shafts[motor].handle, drive);
-        }
-        self.world.step();
-        self.step += 1;
-        self.rates = self.robot.shafts.map(|shaft| shaft.rate(&self.world));
-        self.observe();
-        let seat = &self.world.bodies[self.robot.bodies[SEAT]];
-        let heading = self.truth.yaw - self.parameters.initial_heading;
-        self.sensing
-            .update(&self.parameters.body_sensors, seat, heading, self.step);
     }
 
     fn drive(&mut self, handle: ImpulseJointHandle, drive: Drive) {
@@ -119,35 +107,14 @@ impl RtMover {
         }
     }
 
-    /// What the board of motor `motor` senses after the last step.
-    ///
-    /// # Panics
-    /// If `motor` is not below [`MOTORS`].
-    pub fn sensors(&self, motor: usize) -> Sensors {
-        let joint = self
-            .world
-            .impulse_joints
-            .get(self.robot.shafts[motor].handle);
-        let passed_on = joint
-            .and_then(|joint| joint.data.motor(JointAxis::AngX))
-            .map_or(0.0, |motor| -motor.impulse * SUBSTEPS as f64 / DT);
-        Sensors {
-            encoder_frozen: false,
-            shaft_torque: self.gears[motor].shaft_torque(passed_on, self.rates[motor]) as f32,
-            bus_voltage: self.parameters.bus_voltage as f32,
-            switches: Switches::default(),
-            body: None,
-        }
+    /// Lowest points of the wheels, m.
+    pub fn wheels(&self) -> [[f64; 3]; 4] {
+        self.lowest.map(|point| point.to_array())
     }
 
-    /// What the sensors on the seat say after the last step.
-    pub fn body_sensors(&self) -> BodySensors {
-        self.sensing.reading()
-    }
-
-    /// What the physics knows after the last step.
-    pub fn truth(&self) -> &RtMoverTruth {
-        &self.truth
+    /// Upward force of the ground on each wheel in the last step, N.
+    pub fn loads(&self) -> [f64; 4] {
+        self.loads
     }
 
     /// Angles of all joints, in the order of the motors, rad; the wheels' from -pi to pi.
@@ -158,25 +125,6 @@ impl RtMover {
     /// Weight, N.
     pub fn weight(&self) -> f64 {
         self.parameters.masses.total() * GRAVITY
-    }
-
-    /// Hands over every bit of the physical state, in a fixed order.
-    pub fn truth_bits(&self, sink: &mut dyn FnMut(&[u8])) {
-        let mut put = |value: f64| sink(&value.to_bits().to_le_bytes());
-        for handle in self.robot.bodies {
-            let body = &self.world.bodies[handle];
-            body.position()
-                .rotation
-                .to_array()
-                .into_iter()
-                .for_each(&mut put);
-            for vector in [body.position().translation, body.linvel(), body.angvel()] {
-                vector.to_array().into_iter().for_each(&mut put);
-            }
-        }
-        for vector in self.sensing.state() {
-            vector.to_array().into_iter().for_each(&mut put);
-        }
     }
 
     fn observe(&mut self) {
@@ -211,30 +159,96 @@ impl RtMover {
             let ahead = libm::sqrt(forward.x * forward.x + forward.y * forward.y);
             [libm::atan2(forward.z, ahead), libm::atan2(left.z, level)]
         };
+        let [forward, left] =
+            [Vector::X, Vector::Y].map(|axis| bodies[SEAT].position().rotation * axis);
+        let points = self.robot.points(&self.world, &self.parameters);
+        self.lowest = self.robot.lowest_points(&self.world, &self.parameters);
+        self.loads = self.robot.loads(&self.world);
         let truth = &mut self.truth;
-        truth.middle = bodies[0].position().translation.to_array();
-        truth.seat = tilt(bodies[SEAT]);
-        let forward = bodies[0].position().rotation * Vector::X;
+        [truth.pitch, truth.roll] = tilt(bodies[SEAT]);
+        truth.pitch_rate = -bodies[SEAT].angvel().dot(left);
         truth.yaw = libm::atan2(forward.y, forward.x);
+        truth.axle_1 = (0.5 * (points[2] + points[3])).to_array();
         truth.cog = (moment / m.total()).to_array();
-        truth.wheels = self
-            .robot
-            .lowest_points(&self.world, &self.parameters)
-            .map(|point| point.to_array());
-        truth.loads = [0.0; 4];
-        for pair in self.world.contact_pairs() {
-            let wheel = |handle| self.robot.wheels.iter().position(|own| *own == handle);
-            let (wheel, sign) = match (wheel(pair.collider1), wheel(pair.collider2)) {
-                (Some(wheel), _) => (wheel, -1.0),
-                (_, Some(wheel)) => (wheel, 1.0),
-                _ => continue,
-            };
-            for manifold in pair.solver_manifolds() {
-                let up = manifold.data.normal.z * sign;
-                let impulse: f64 = manifold.points.iter().map(|point| point.data.impulse).sum();
-                truth.loads[wheel] += up * impulse / DT;
+        truth.ground_speed = bodies[0].linvel().dot(forward);
+        truth.contacts.clear();
+        for (wheel, (place, load)) in self.lowest.iter().zip(self.loads).enumerate() {
+            truth.channels.insert(LOADS[wheel], load);
+            truth.channels.insert(HEIGHTS[wheel], place.z);
+            if load > LEAST_LOAD {
+                truth.contacts.push(place.to_array());
             }
         }
-        truth.toppled |= truth.seat.iter().any(|angle| angle.abs() > TURNED_OVER);
+        truth.points.clear();
+        truth
+            .points
+            .extend(points.iter().map(|point| point.to_array()));
+        truth.toppled |= truth.pitch.abs() > TURNED_OVER || truth.roll.abs() > TURNED_OVER;
+    }
+}
+
+impl Plant for RtMover {
+    fn step(&mut self, shafts: &[Option<Shaft>]) {
+        let before = self.robot.shafts.map(|shaft| shaft.angle(&self.world));
+        for (motor, place) in before.into_iter().enumerate() {
+            let shaft = shafts.get(motor).and_then(Option::as_ref);
+            let drive = self.gears[motor].drive(shaft, place);
+            self.drive(self.robot.shafts[motor].handle, drive);
+        }
+        self.world.step();
+        self.step += 1;
+        self.rates = self.robot.shafts.map(|shaft| shaft.rate(&self.world));
+        self.observe();
+        let p = &self.parameters.body_sensors;
+        let seat = BodyMotion::of(&self.world.bodies[self.robot.bodies[SEAT]], p);
+        self.sensing.update(p, &seat, self.step);
+    }
+
+    fn sensors(&self, motor: usize) -> Sensors {
+        let joint = self
+            .world
+            .impulse_joints
+            .get(self.robot.shafts[motor].handle);
+        let passed_on = joint
+            .and_then(|joint| joint.data.motor(JointAxis::AngX))
+            .map_or(0.0, |motor| -motor.impulse * SUBSTEPS as f64 / DT);
+        Sensors {
+            shaft_torque: self.gears[motor].shaft_torque(passed_on, self.rates[motor]) as f32,
+            bus_voltage: self.parameters.bus_voltage as f32,
+            ..Sensors::default()
+        }
+    }
+
+    fn body_sensors(&self) -> BodySensors {
+        self.sensing.reading()
+    }
+
+    fn sketch(&self) -> Sketch {
+        let radius = self.parameters.lengths.wheel_radius;
+        Sketch {
+            circles: (0..4).map(|wheel| (wheel, radius)).collect(),
+            lines: vec![vec![0, 4, 1], vec![2, 5, 3], vec![4, 6, 5], vec![6, 7]],
+            ground: self.terrain.section(-2.0, 6.0),
+        }
+    }
+
+    fn truth(&self) -> &Truth {
+        &self.truth
+    }
+
+    fn truth_bits(&self, sink: &mut dyn FnMut(&[u8])) {
+        let mut put = |value: f64| sink(&value.to_bits().to_le_bytes());
+        for handle in self.robot.bodies {
+            let body = &self.world.bodies[handle];
+            body.position()
+                .rotation
+                .to_array()
+                .into_iter()
+                .for_each(&mut put);
+            for vector in [body.position().translation, body.linvel(), body.angvel()] {
+                vector.to_array().into_iter().for_each(&mut put);
+            }
+        }
+        self.sensing.bits(&mut put);
     }
 }

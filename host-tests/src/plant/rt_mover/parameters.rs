@@ -1,7 +1,6 @@
 //! The constant model of RT-Mover as simulated. Lengths and masses are those of the library; what only the physics needs is assumed here.
 
-use crate::plant::b2p2::B2p2Parameters;
-use crate::plant::b2p2::parameters::BodySensorParameters;
+use crate::plant::sensing::BodySensorParameters;
 use tautrack::robots::rt_mover::parameters::{LENGTHS, Lengths, MASSES, Masses};
 
 /// The robot as simulated.
@@ -32,7 +31,6 @@ pub struct RtMoverParameters {
 impl RtMoverParameters {
     /// The robot of the library's file, on rubber.
     pub fn nominal() -> Self {
-        let sensing = B2p2Parameters::nominal();
         Self {
             lengths: LENGTHS,
             masses: MASSES,
@@ -42,8 +40,8 @@ impl RtMoverParameters {
             wheel_gear: 2.0e3,
             dead_wheel_friction: 2.0,
             initial_heading: 0.0,
-            bus_voltage: sensing.bus_voltage,
-            body_sensors: sensing.body_sensors,
+            bus_voltage: 48.0,
+            body_sensors: BodySensorParameters::NOMINAL,
         }
     }
 }

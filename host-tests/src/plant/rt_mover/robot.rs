@@ -1,7 +1,7 @@
 //! Bodies and joints of RT-Mover in the physics engine. Body axes are x forward, y left, z up, all parallel at the start.
 
 use super::parameters::RtMoverParameters;
-use crate::plant::b2p2::robot::turn;
+use crate::plant::world::{DT, turn};
 use rapier3d_f64::math::{Pose, Vector};
 use rapier3d_f64::prelude::*;
 
@@ -163,6 +163,28 @@ impl Robot {
         }
     }
 
+    /// Places that a picture is drawn through: the four hubs, both ends of the body, its middle, the seat's centre of mass.
+    pub fn points(&self, world: &PhysicsWorld, p: &RtMoverParameters) -> [Vector; 8] {
+        let at = |body: usize, local: Vector| {
+            world.bodies[self.bodies[body]]
+                .position()
+                .transform_point(local)
+        };
+        let seat = Vector::new(p.masses.seat_forward, 0.0, p.masses.seat_height);
+        let hub = |wheel: usize| at(WHEELS + wheel, Vector::ZERO);
+        let end = Vector::X * (0.5 * p.lengths.body);
+        [
+            hub(0),
+            hub(1),
+            hub(2),
+            hub(3),
+            at(0, end),
+            at(0, -end),
+            at(0, Vector::ZERO),
+            at(SEAT, seat),
+        ]
+    }
+
     /// Lowest points of the wheels' middle planes.
     pub fn lowest_points(&self, world: &PhysicsWorld, p: &RtMoverParameters) -> [Vector; 4] {
         core::array::from_fn(|wheel| {
@@ -171,5 +193,23 @@ impl Robot {
             let down = Vector::NEG_Z - axle * Vector::NEG_Z.dot(axle);
             pose.translation + down.normalize_or_zero() * p.lengths.wheel_radius
         })
+    }
+
+    /// Upward forces of the ground on the wheels in the last step, N.
+    pub fn loads(&self, world: &PhysicsWorld) -> [f64; 4] {
+        let mut loads = [0.0; 4];
+        for pair in world.contact_pairs() {
+            let wheel = |handle| self.wheels.iter().position(|own| *own == handle);
+            let (wheel, sign) = match (wheel(pair.collider1), wheel(pair.collider2)) {
+                (Some(wheel), _) => (wheel, -1.0),
+                (_, Some(wheel)) => (wheel, 1.0),
+                _ => continue,
+            };
+            for manifold in pair.solver_manifolds() {
+                let impulse: f64 = manifold.points.iter().map(|point| point.data.impulse).sum();
+                loads[wheel] += manifold.data.normal.z * sign * impulse / DT;
+            }
+        }
+        loads
     }
 }

@@ -1,4 +1,4 @@
-//! What the guard knows of the four drives, from what they put on the bus, and how it commands them.
+//! What the guard knows of the drives, from what they put on the bus, and how it commands them.
 
 use super::Trouble;
 use crate::bus::heartbeat::Monitor;
@@ -12,98 +12,64 @@ use crate::node::axle::mode;
 use crate::node::cia402::{
     CONTROL_FAULT_RESET, CONTROL_START, State, controlword, status, toward_operation,
 };
+use crate::robots::{DriveState, Goal, MAX_DRIVES};
 use crate::settings::{Setting, Settings};
-
-/// What a drive moves.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub(super) enum Role {
-    Left = 0,
-    Right = 1,
-    Joint = 2,
-    Screw = 3,
-}
-
-/// All roles, in order.
-pub(super) const ROLES: [Role; 4] = [Role::Left, Role::Right, Role::Joint, Role::Screw];
-
-/// What a drive shall do.
-#[derive(Clone, Copy, PartialEq, Debug)]
-pub(super) enum Goal {
-    /// Bridge off.
-    Off,
-    /// Ramp down and hold.
-    Hold,
-    /// Find the reference switch.
-    Reference,
-    /// Follow this position, 2^-32 turn or 2^-24 m.
-    Position(i32),
-    /// Move to this position by itself, same units.
-    MoveTo(i32),
-    /// Run at this speed, 1e-6 rad/s.
-    Velocity(i32),
-    /// Keep the belt taut.
-    Taut,
-}
+use heapless::Vec;
 
 /// Set-points and states come with every SYNC; a drive whose motion is this old no longer moves under control.
 const MOTION_TIMEOUT_US: u64 = 60_000;
 
-/// One drive as the bus shows it.
+/// What the guard has to know of one drive beside its [`DriveState`].
 #[derive(Clone, Debug)]
-pub(super) struct Drive {
+struct Drive {
     id: u8,
     heartbeat: Monitor,
-    motion: Option<(DriveMotion, u64)>,
     status: DriveStatus,
     emergency: u16,
     reset: bool,
 }
 
 impl Drive {
-    fn hear(&mut self, frame: &Frame, now_us: u64) {
-        if as_heartbeat(frame).is_some_and(|(node, _)| node == self.id) {
-            self.heartbeat.heard(now_us);
-        } else if let Some(motion) = DriveMotion::from_frame(frame, transmit(1), self.id) {
-            self.motion = Some((motion, now_us));
+    fn new(id: u8, timeout_us: u64) -> Self {
+        Self {
+            id,
+            heartbeat: Monitor::new(timeout_us),
+            status: DriveStatus::default(),
+            emergency: 0,
+            reset: false,
+        }
+    }
+
+    fn hear(&mut self, frame: &Frame, state: &mut DriveState, now_us: u64) {
+        if let Some(motion) = DriveMotion::from_frame(frame, transmit(1), self.id) {
+            state.heard_us = Some(now_us);
+            state.position = motion.position;
+            state.velocity = motion.velocity;
         } else if let Some(status) = DriveStatus::from_frame(frame, transmit(2), self.id) {
             self.status = status;
+            state.torque = status.torque;
+            state.referenced = status.statusword & status::REFERENCED != 0;
+            state.enabled = self.state() == State::OperationEnabled;
             if status.error_code == 0 {
                 self.reset = false;
             }
-        } else if let Some(emergency) =
-            as_emergency(frame).filter(|emergency| emergency.node == self.id)
-        {
+        } else if as_heartbeat(frame).is_some() {
+            self.heartbeat.heard(now_us);
+        } else if let Some(emergency) = as_emergency(frame) {
             self.emergency = emergency.code;
         }
     }
 
-    /// Position in the drive's bus units; 0 before the first.
-    pub fn position(&self) -> i32 {
-        self.motion.map_or(0, |(motion, _)| motion.position)
+    fn state(&self) -> State {
+        State::from_statusword(self.status.statusword).unwrap_or(State::SwitchOnDisabled)
     }
 
-    /// The node was heard since the start.
-    pub fn seen(&self) -> bool {
-        self.heartbeat.seen()
-    }
-
-    /// The drive says that its position is referenced.
-    pub fn referenced(&self) -> bool {
-        self.status.statusword & status::REFERENCED != 0
-    }
-
-    /// State in its statusword.
-    pub fn state(&self) -> Option<State> {
-        State::from_statusword(self.status.statusword)
-    }
-
-    fn trouble(&self, now_us: u64, driving: bool) -> Option<Trouble> {
-        let code = self.emergency;
-        let silent = self
-            .motion
-            .is_some_and(|(_, heard)| now_us.saturating_sub(heard) > MOTION_TIMEOUT_US);
-        let code = if code != 0 {
-            code
+    fn trouble(&self, state: &DriveState, now_us: u64, driving: bool) -> Option<Trouble> {
+        let silent = state
+            .heard_us
+            .is_some_and(|heard| now_us.saturating_sub(heard) > MOTION_TIMEOUT_US);
+        let code = if self.emergency != 0 {
+            self.emergency
         } else if self.heartbeat.lost(now_us) || (driving && silent) {
             Fault::NodeLost.description().code
         } else {
@@ -114,66 +80,10 @@ impl Drive {
             code,
         })
     }
-}
-
-/// The four drives, indexed by [`Role`].
-#[derive(Clone, Debug)]
-pub(super) struct Drives {
-    drives: [Drive; 4],
-}
-
-impl Drives {
-    pub fn new(settings: &Settings) -> Self {
-        let ids = [
-            Setting::LeftId,
-            Setting::RightId,
-            Setting::JointId,
-            Setting::ScrewId,
-        ];
-        let timeout = settings.milliseconds(Setting::HeartbeatTimeout);
-        Self {
-            drives: ids.map(|setting| Drive {
-                id: settings.id(setting),
-                heartbeat: Monitor::new(timeout),
-                motion: None,
-                status: DriveStatus::default(),
-                emergency: 0,
-                reset: false,
-            }),
-        }
-    }
-
-    pub fn of(&self, role: Role) -> &Drive {
-        &self.drives[role as usize]
-    }
-
-    pub fn all(&self, condition: impl Fn(&Drive) -> bool) -> bool {
-        self.drives.iter().all(condition)
-    }
-
-    pub fn hear(&mut self, frame: &Frame, now_us: u64) {
-        for drive in &mut self.drives {
-            drive.hear(frame, now_us);
-        }
-    }
-
-    pub fn trouble(&self, now_us: u64, driving: bool) -> Option<Trouble> {
-        self.drives
-            .iter()
-            .find_map(|drive| drive.trouble(now_us, driving))
-    }
-
-    pub fn reset_faults(&mut self) {
-        for drive in &mut self.drives {
-            drive.reset = drive.status.error_code != 0 || drive.emergency != 0;
-            drive.emergency = 0;
-        }
-    }
 
     /// The set-point frame that brings this drive nearer to `goal`.
-    pub fn command(&self, role: Role, goal: Goal) -> Frame {
-        let drive = self.of(role);
-        let state = drive.state().unwrap_or(State::SwitchOnDisabled);
+    fn command(&self, goal: Goal, referenced: bool) -> Frame {
+        let state = self.state();
         let mut word = match goal {
             Goal::Off => controlword::DISABLE_VOLTAGE,
             Goal::Hold if state == State::OperationEnabled || state == State::QuickStopActive => {
@@ -182,10 +92,9 @@ impl Drives {
             Goal::Hold => controlword::DISABLE_VOLTAGE,
             _ => toward_operation(state),
         };
-        if drive.reset {
+        if self.reset {
             word = controlword::DISABLE_VOLTAGE | CONTROL_FAULT_RESET;
-        } else if goal == Goal::Reference && state == State::OperationEnabled && !drive.referenced()
-        {
+        } else if goal == Goal::Reference && state == State::OperationEnabled && !referenced {
             word |= CONTROL_START;
         }
         let (mode, target) = match goal {
@@ -200,7 +109,7 @@ impl Drives {
                     mode: mode::CYCLIC_VELOCITY,
                     target,
                 };
-                return set_point.frame(receive(2), drive.id);
+                return set_point.frame(receive(2), self.id);
             }
         };
         PositionSetPoint {
@@ -208,6 +117,62 @@ impl Drives {
             mode,
             target,
         }
-        .frame(receive(1), drive.id)
+        .frame(receive(1), self.id)
+    }
+}
+
+/// The robot's drives, in the order of [`crate::robots::Body::drive_ids`].
+#[derive(Clone, Debug)]
+pub(super) struct Drives {
+    drives: Vec<Drive, MAX_DRIVES>,
+    states: Vec<DriveState, MAX_DRIVES>,
+}
+
+impl Drives {
+    pub fn new(ids: &[u8], settings: &Settings) -> Self {
+        let timeout = settings.milliseconds(Setting::HeartbeatTimeout);
+        Self {
+            drives: ids.iter().map(|id| Drive::new(*id, timeout)).collect(),
+            states: ids.iter().map(|_| DriveState::default()).collect(),
+        }
+    }
+
+    pub fn states(&self) -> &[DriveState] {
+        &self.states
+    }
+
+    /// Every drive was heard since the start.
+    pub fn all_seen(&self) -> bool {
+        self.drives.iter().all(|drive| drive.heartbeat.seen())
+    }
+
+    pub fn hear(&mut self, frame: &Frame, now_us: u64) {
+        // The low seven bits of every identifier that a drive sends are its id.
+        let sender = (frame.id() & 0x7f) as u8;
+        for (drive, state) in self.drives.iter_mut().zip(&mut self.states) {
+            if drive.id == sender {
+                drive.hear(frame, state, now_us);
+            }
+        }
+    }
+
+    pub fn trouble(&self, now_us: u64, driving: bool) -> Option<Trouble> {
+        self.drives
+            .iter()
+            .zip(&self.states)
+            .find_map(|(drive, state)| drive.trouble(state, now_us, driving))
+    }
+
+    pub fn reset_faults(&mut self) {
+        for drive in &mut self.drives {
+            drive.reset = drive.status.error_code != 0 || drive.emergency != 0;
+            drive.emergency = 0;
+        }
+    }
+
+    /// The set-point frames that bring the drives nearer to their goals.
+    pub fn commands(&self, goal: impl Fn(usize) -> Goal) -> impl Iterator<Item = Frame> {
+        let both = self.drives.iter().zip(&self.states).enumerate();
+        both.map(move |(index, (drive, state))| drive.command(goal(index), state.referenced))
     }
 }

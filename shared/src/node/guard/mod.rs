@@ -1,33 +1,33 @@
-//! The guard: master of the network, body controller of B2P2 and, above both, the filter that passes a command on only
-//! as far as the margins allow.
+//! The guard: master of the network, body controller of the robot it is built for ([`crate::robots::Body`]) and, above both,
+//! the filter that passes a command on only as far as the margins allow.
 //!
 //! [`drives`] is what the guard knows of the other nodes, [`sequence`] the order in which they are brought to life,
 //! this file the tick.
 
-mod body;
 mod drives;
+mod robot_state;
 mod sequence;
 
 pub use sequence::State;
 
 use crate::bus::network::{NmtCommand, nmt, sync};
 use crate::bus::pdo::{
-    GuardMargins, GuardMotion, GuardPassed, GuardState, OperatorCommand, Request,
+    GuardMargins, GuardMotion, GuardPassed, GuardPosition, GuardState, OperatorCommand, Request,
 };
 use crate::can::Frame;
+use crate::estimate::state::{Estimator, State as RobotState};
 use crate::math::to_i16;
 use crate::node::BodySensors;
-use crate::screw::GeometryError;
+use crate::robots::{Allowed, Asked, Body, MAX_DRIVES};
 use crate::settings::{Setting, Settings};
 use crate::stability::attitude::Attitude;
-use crate::stability::filter::Verdict;
-use body::Body;
-use drives::{Drive, Drives};
+use crate::stability::filter::{self, Bounds, Margins, Tracker, Verdict};
+use drives::Drives;
 use heapless::Vec;
 use sequence::Sequence;
 
 /// Most frames that one tick sends: SYNC, network management, one set-point per drive.
-pub const MAX_SENT: usize = 8;
+pub const MAX_SENT: usize = MAX_DRIVES + 2;
 
 /// Age of the newest attitude after which the guard no longer knows how the robot stands.
 const ATTITUDE_TIMEOUT_US: u64 = 50_000;
@@ -39,6 +39,8 @@ pub struct Inputs<'a> {
     pub now_us: u64,
     /// Sensors on the body.
     pub body: Option<BodySensors>,
+    /// Bytes of the satellite receiver.
+    pub serial: &'a [u8],
     /// The operator's newest command, if one came.
     pub operator: Option<OperatorCommand>,
     /// Every frame that was received, in order.
@@ -58,6 +60,8 @@ pub struct Outputs {
     pub margins: GuardMargins,
     /// Payload of TPDO 4.
     pub passed: GuardPassed,
+    /// The robot's state and payload of TPDO 5, in ticks that send SYNC.
+    pub robot: Option<(RobotState, GuardPosition)>,
     /// Times that a command was refused (object 0x4005:1).
     pub refused: u32,
     /// Times that a command was scaled (object 0x4005:2).
@@ -75,15 +79,21 @@ struct Trouble {
 
 /// State of the guard.
 #[derive(Clone, Debug)]
-pub struct Guard {
+pub struct Guard<B> {
     sync_period_us: u64,
     next_sync_us: u64,
     operator_timeout_us: u64,
     drives: Drives,
     sequence: Sequence,
-    body: Body,
+    body: B,
+    bounds: Bounds,
+    filter_active: bool,
+    tracker: Tracker,
+    margins: Margins,
+    share: f32,
     attitude: Attitude,
     attitude_us: Option<u64>,
+    estimator: Estimator,
     operator: OperatorCommand,
     operator_us: Option<u64>,
     trouble: Option<Trouble>,
@@ -92,21 +102,32 @@ pub struct Guard {
     scaled: u32,
 }
 
-impl Guard {
+impl<B: Body> Guard<B> {
     /// Guard with these settings.
     ///
     /// # Errors
-    /// The geometry's, when L1, L2 and K make no robot whose belt length is known well enough.
-    pub fn new(settings: &Settings) -> Result<Self, GeometryError> {
+    /// The robot's, when the settings make none.
+    pub fn new(settings: &Settings) -> Result<Self, B::Refusal> {
+        let metres = |setting| settings.scaled(setting, 1e-6);
         Ok(Self {
             sync_period_us: settings.get(Setting::SyncPeriod) as u64,
             next_sync_us: 0,
             operator_timeout_us: settings.milliseconds(Setting::OperatorTimeout),
-            drives: Drives::new(settings),
+            drives: Drives::new(&B::drive_ids(settings), settings),
             sequence: Sequence::default(),
-            body: Body::new(settings)?,
+            body: B::new(settings)?,
+            bounds: Bounds {
+                caution: metres(Setting::CautionMargin),
+                stop: metres(Setting::StopMargin),
+                horizon: settings.scaled(Setting::PredictionHorizon, 1e-3),
+            },
+            filter_active: settings.get(Setting::FilterActive) == 1,
+            tracker: Tracker::default(),
+            margins: Margins::default(),
+            share: 1.0,
             attitude: Attitude::default(),
             attitude_us: None,
+            estimator: Estimator::new(settings),
             operator: OperatorCommand::default(),
             operator_us: None,
             trouble: None,
@@ -123,21 +144,46 @@ impl Guard {
             && self.attitude.update(sensors, super::CONTROL_PERIOD)
         {
             self.attitude_us = Some(inputs.now_us);
+            self.estimator
+                .sense(sensors.magnetic_field, &mut self.attitude, inputs.now_us);
         }
+        self.estimator.listen(inputs.serial, inputs.now_us);
         for frame in inputs.frames {
             self.drives.hear(frame, inputs.now_us);
         }
         self.listen(inputs);
         self.supervise(inputs.now_us);
 
-        let mut frames = Vec::new();
+        let (mut frames, mut robot) = (Vec::new(), None);
         if inputs.now_us >= self.next_sync_us {
             self.next_sync_us = inputs.now_us + self.sync_period_us;
             self.cycle(inputs.now_us, &mut frames);
+            robot = Some(self.locate(inputs.now_us));
         }
         let emergency = (trouble_before != self.trouble)
             .then(|| self.trouble.map_or(0, |trouble| trouble.code));
-        self.outputs(frames, emergency)
+        Outputs {
+            robot,
+            ..self.outputs(frames, emergency)
+        }
+    }
+
+    /// Brings the robot's state up to date with the drives.
+    fn locate(&mut self, now_us: u64) -> (RobotState, GuardPosition) {
+        self.estimator.advance(
+            self.body.odometry_um(),
+            robot_state::odometry_us::<B>(self.drives.states()),
+            self.body.joints(self.drives.states()),
+            &self.attitude,
+            now_us,
+        );
+        let state = self.estimator.state(&self.attitude, now_us);
+        (state, robot_state::summary(&state))
+    }
+
+    /// Where the robot's position is counted from, and what became of the satellite receiver's sentences.
+    pub fn estimator(&self) -> &Estimator {
+        &self.estimator
     }
 
     /// Takes the operator's command; a changed sequence number shows that there is an operator.
@@ -175,12 +221,35 @@ impl Guard {
             request,
             self.trouble.is_some(),
             &self.drives,
-            &self.body,
+            &mut self.body,
             now_us,
         );
-        self.body.observe(&self.drives, &self.attitude, period);
+        self.body
+            .observe(self.drives.states(), &self.attitude, period);
+        self.margins = self
+            .tracker
+            .update(&self.body.stance(&self.attitude), period);
+        self.dispose(request, now_us, period);
 
-        let armed = self.sequence.state() == State::Armed;
+        // Room for all of them: MAX_SENT.
+        let _ = frames.push(sync());
+        if started {
+            let _ = frames.push(nmt(NmtCommand::Start, 0));
+        }
+        if self.sequence.state() != State::Waiting {
+            let goal = |drive| self.sequence.goal(drive, &self.body);
+            frames.extend(self.drives.commands(goal));
+        }
+    }
+
+    /// Passes the operator's command on to the body, as far as the margins allow.
+    fn dispose(&mut self, request: Request, now_us: u64, period: f32) {
+        if self.sequence.state() != State::Armed {
+            self.body.rest();
+            self.share = 1.0;
+            self.count(Verdict::Passed);
+            return;
+        }
         let fresh = |since: Option<u64>, timeout_us| {
             since.is_some_and(|heard| now_us.saturating_sub(heard) <= timeout_us)
         };
@@ -191,26 +260,53 @@ impl Guard {
         } else {
             None
         };
-        let obey = armed && request == Request::Arm && hindrance.is_none();
-        let stay = OperatorCommand {
-            chassis: self.body.chassis_bus(),
-            ..OperatorCommand::default()
-        };
-        let asked = if obey { self.operator } else { stay };
-        let filtered = self.body.drive(asked, armed, &self.attitude, period);
-        self.count(hindrance.filter(|_| armed).unwrap_or(filtered));
-
-        // The queue holds SYNC, one NMT command and four set-points: MAX_SENT is more.
-        let _ = frames.push(sync());
-        if started {
-            let _ = frames.push(nmt(NmtCommand::Start, 0));
-        }
-        if self.sequence.state() != State::Waiting {
-            for role in drives::ROLES {
-                let goal = self.sequence.goal(role, &self.body);
-                let _ = frames.push(self.drives.command(role, goal));
+        let asked = if request == Request::Arm && hindrance.is_none() {
+            Asked {
+                forward: f32::from(self.operator.forward) * 1e-3,
+                yaw_rate: f32::from(self.operator.yaw_rate) * 1e-3,
+                posture: self.operator.posture,
             }
+        } else {
+            Asked {
+                posture: self.body.posture(),
+                ..Asked::default()
+            }
+        };
+        let (allowed, filtered) = self.filter(&asked, period);
+        self.share = allowed.share;
+        self.body.advance(&asked, allowed, &self.attitude, period);
+        self.count(hindrance.unwrap_or(filtered));
+    }
+
+    /// What the margins leave of `asked`. The horizon includes the time that a stop takes from the present speed.
+    fn filter(&self, asked: &Asked, period: f32) -> (Allowed, Verdict) {
+        let ahead = self
+            .body
+            .stance_ahead(asked, &self.attitude, self.bounds.horizon, period);
+        let posture = filter::posture(&self.margins, ahead.margins(), &self.bounds);
+        let bounds = Bounds {
+            horizon: self.bounds.horizon + self.body.stopping_time(),
+            ..self.bounds
+        };
+        let pitch = self.attitude.pitch().radians();
+        let (share, drive) = filter::drive(asked.forward, pitch, &self.margins, &bounds);
+        if !self.filter_active {
+            let allowed = Allowed {
+                share: 1.0,
+                posture: true,
+            };
+            return (allowed, Verdict::Passed);
         }
+        let allowed = Allowed {
+            share,
+            posture: posture == Verdict::Passed,
+        };
+        let verdict = if drive == Verdict::Passed {
+            posture
+        } else {
+            drive
+        };
+        (allowed, verdict)
     }
 
     fn count(&mut self, verdict: Verdict) {
@@ -220,7 +316,7 @@ impl Guard {
                 Verdict::Passed => {}
                 Verdict::Scaled(_) => self.scaled = self.scaled.saturating_add(1),
                 Verdict::Refused(_)
-                | Verdict::ChassisRefused(_)
+                | Verdict::PostureRefused(_)
                 | Verdict::Blind
                 | Verdict::Unattended => {
                     self.refused = self.refused.saturating_add(1);
@@ -233,7 +329,7 @@ impl Guard {
     fn outputs(&self, frames: Vec<Frame, MAX_SENT>, emergency: Option<u16>) -> Outputs {
         let centidegrees = |radians: f32| to_i16(radians.to_degrees() * 100.0);
         let millimetres = |metres: f32| to_i16(metres * 1e3);
-        let [back, front, left, right] = self.body.margins().now.map(millimetres);
+        let [back, front, left, right] = self.margins.now.map(millimetres);
         let trouble = self.trouble.unwrap_or(Trouble { node: 0, code: 0 });
         Outputs {
             frames,
@@ -243,9 +339,9 @@ impl Guard {
                 roll: centidegrees(self.attitude.roll().radians()),
             },
             state: GuardState {
-                state: self.sequence.state() as u8,
+                state: self.sequence.state().code(),
                 verdict: self.verdict.code(),
-                scale: self.body.share_percent(),
+                scale: to_i16(self.share * 100.0) as u8,
                 fault_node: trouble.node,
                 fault_code: trouble.code,
                 heading: (self.attitude.heading().to_bits() >> 16) as i16,
@@ -258,10 +354,11 @@ impl Guard {
             },
             passed: GuardPassed {
                 asked_speed: self.operator.forward,
-                passed_speed: millimetres(self.body.forward_speed()),
-                asked_chassis: self.operator.chassis,
-                passed_chassis: self.body.chassis_bus(),
+                passed_speed: millimetres(self.body.speed()),
+                asked_posture: self.operator.posture,
+                passed_posture: self.body.posture(),
             },
+            robot: None,
             refused: self.refused,
             scaled: self.scaled,
             emergency,

@@ -1,6 +1,6 @@
 //! Where a node's shaft meets the load: stiff gears, belts on their sprockets, and what is left when a node is dead.
 
-use super::robot::{DT, SUBSTEPS};
+use super::world::{DT, SUBSTEPS};
 use core::f64::consts::TAU;
 use tautrack::link::Shaft;
 

@@ -1,45 +1,26 @@
 //! One motor's node: sense, estimate, supervise, obey, limit. It knows nothing of the robot but its own axle.
+//!
+//! `set_points`: what it is told, and the current that follows from it. `homing`: the reference run. Here is the tick around both.
 
-use super::cia402::{CONTROL_FAULT_RESET, CONTROL_START, Command, State, status};
+mod homing;
+mod set_points;
+
+pub use set_points::{SetPoint, mode};
+
+use super::cia402::{Command, State, status};
 use super::scale::Scale;
 use super::supervisor::{Bounds, Readings, Supervisor};
 use super::{CONTROL_PERIOD, Switches};
 use crate::bus::heartbeat::Monitor;
 use crate::bus::pdo::{DriveMotion, DriveStatus};
 use crate::faults::{Fault, Reaction};
-use crate::math::{limit, to_i16};
+use crate::math::{Bound, limit, to_i16};
 use crate::motor::cascade::{Cascade, Demand, Gains};
+use crate::motor::from_radians;
 use crate::motor::observer::Observer;
 use crate::motor::profile::{Limits, SetPoint as Motion};
-use crate::motor::{from_radians, to_radians};
 use crate::settings::{Setting, Settings};
-
-/// Modes of operation (object 0x6060). Negative ones are tautrack's own.
-pub mod mode {
-    /// The screw keeps the belt taut: its set-point is computed from the chassis joint.
-    pub const TAUT: i8 = -1;
-    /// Profile position: a trapezoid to the target.
-    pub const PROFILE_POSITION: i8 = 1;
-    /// Profile velocity: a ramp to the target.
-    pub const PROFILE_VELOCITY: i8 = 3;
-    /// Reference run.
-    pub const HOMING: i8 = 6;
-    /// Cyclic synchronous position: the target is interpolated between two SYNCs.
-    pub const CYCLIC_POSITION: i8 = 8;
-    /// Cyclic synchronous velocity.
-    pub const CYCLIC_VELOCITY: i8 = 9;
-}
-
-/// Set-point of one RPDO.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub struct SetPoint {
-    /// Controlword of `CiA` 402.
-    pub controlword: u16,
-    /// One of [`mode`]; an unknown mode holds the position.
-    pub mode: i8,
-    /// Target in bus units: of velocity in the velocity modes, else of position.
-    pub target: i32,
-}
+use homing::Homing;
 
 /// What the node sensed and heard since the tick before.
 #[derive(Clone, Copy, Debug)]
@@ -103,19 +84,6 @@ pub enum ActiveLimit {
     NotReferenced = 4,
 }
 
-/// Stage of a reference run.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-enum Homing {
-    Idle,
-    /// Towards the switch until it closes.
-    Seek,
-    /// Away from it, slowly, until it opens.
-    BackOff,
-    Done,
-    Failed,
-}
-
-const HOMING_TICKS: u32 = 20_000;
 const OBSERVER_BANDWIDTH: f32 = 600.0;
 
 /// State of one axle.
@@ -124,7 +92,11 @@ pub struct Axle {
     scale: Scale,
     limits: Limits,
     bounds: Bounds,
-    hold_current: f32,
+    /// A.
+    current_limit: f32,
+    /// Bounds of the cascade: the current limit, and the one for holding a position after a loss or a fault.
+    full: Bound,
+    hold: Bound,
     torque_constant: f32,
     travel: Option<(i64, i64)>,
     reference_direction: f32,
@@ -143,6 +115,8 @@ pub struct Axle {
     state: State,
     mode: i8,
     controlword: u16,
+    /// What the controlword asks for.
+    asked: Command,
     command: SetPoint,
     command_us: u64,
     motion: Motion,
@@ -184,19 +158,31 @@ impl Axle {
     ) -> Self {
         let velocity_limit = settings.scaled(Setting::VelocityLimit, 1e-3);
         let current_limit = settings.scaled(Setting::CurrentLimit, 1e-3);
+        let hold_current = settings.scaled(Setting::HoldCurrent, 1e-3);
         let gear = settings.scaled(Setting::GearRatio, 1e-3);
+        let cascade = Cascade::new(&Gains {
+            position: settings.scaled(Setting::PositionGain, 1e-3),
+            velocity: settings.scaled(Setting::VelocityGain, 1e-3),
+            integral_time: settings.scaled(Setting::VelocityIntegralTime, 1e-6),
+            acceleration: settings.scaled(Setting::AccelerationFeedForward, 1e-6),
+            velocity_limit,
+            current_limit,
+            period: CONTROL_PERIOD,
+        });
         Self {
             scale,
             limits: Limits {
                 velocity: velocity_limit,
                 acceleration: settings.scaled(Setting::AccelerationLimit, 1e-3),
             },
-            bounds: Bounds {
-                current: current_limit,
-                velocity: velocity_limit,
-                following: settings.scaled(Setting::FollowingLimit, 1e-3),
-            },
-            hold_current: limit(settings.scaled(Setting::HoldCurrent, 1e-3), current_limit),
+            current_limit,
+            bounds: Bounds::new(
+                current_limit,
+                velocity_limit,
+                from_radians(settings.scaled(Setting::FollowingLimit, 1e-3)),
+            ),
+            full: cascade.bound(current_limit),
+            hold: cascade.bound(limit(hold_current, current_limit)),
             torque_constant: settings.scaled(Setting::TorqueConstant, 1e-6) * gear,
             travel,
             reference_direction: settings.get(Setting::ReferenceDirection) as f32,
@@ -211,18 +197,13 @@ impl Axle {
                 0,
             ),
             sensed: false,
-            cascade: Cascade::new(Gains {
-                position: settings.scaled(Setting::PositionGain, 1e-3),
-                velocity: settings.scaled(Setting::VelocityGain, 1e-3),
-                integral_time: settings.scaled(Setting::VelocityIntegralTime, 1e-6),
-                acceleration: settings.scaled(Setting::AccelerationFeedForward, 1e-6),
-                velocity_limit,
-            }),
+            cascade,
             supervisor: Supervisor::default(),
             guard: Monitor::new(settings.milliseconds(Setting::HeartbeatTimeout)),
             state: State::SwitchOnDisabled,
             mode: 0,
             controlword: 0,
+            asked: Command::DisableVoltage,
             command: SetPoint {
                 controlword: 0,
                 mode: 0,
@@ -301,15 +282,16 @@ impl Axle {
             bus_voltage: inputs.bus_voltage,
             velocity: self.velocity(),
             following_error: if in_position {
-                to_radians(self.motion.position.wrapping_sub(self.position()))
+                self.motion.position.wrapping_sub(self.position())
             } else {
-                0.0
+                0
             },
             powered: enabled,
         };
         let mut found = self.supervisor.check(&readings, &self.bounds);
         if enabled && found.is_none() {
-            let command_age = inputs.now_us.saturating_sub(self.command_us);
+            // Time does not run backwards; if it did, the command would be old.
+            let command_age = inputs.now_us.wrapping_sub(self.command_us);
             found = match taut {
                 Some(Err(fault)) if self.mode == mode::TAUT => Some(fault),
                 _ if self.guard.lost(inputs.now_us) => Some(Fault::GuardLost),
@@ -338,47 +320,6 @@ impl Axle {
         }
     }
 
-    /// Takes a set-point and walks the state machine.
-    fn obey(&mut self, inputs: &Inputs) {
-        let Some(set_point) = inputs.set_point else {
-            return;
-        };
-        self.command_us = inputs.now_us;
-        let risen = set_point.controlword & !self.controlword;
-        let command = Command::from_controlword(set_point.controlword);
-        // A master that went on commanding "enable" through a fault does not mean the axle to start at its reset.
-        let stale = command == Command::from_controlword(self.controlword);
-        self.controlword = set_point.controlword;
-        if risen & CONTROL_FAULT_RESET != 0 {
-            self.reset_fault();
-        }
-        let after = self.state.after(command);
-        let re_enabling = self.state == State::QuickStopActive && after == State::OperationEnabled;
-        if after != self.state && !(re_enabling && (stale || self.fault.is_some())) {
-            self.enter(after);
-        }
-        if set_point.mode != self.mode {
-            self.mode = set_point.mode;
-            self.anchor();
-            if self.homing != Homing::Done {
-                self.homing = Homing::Idle;
-            }
-        }
-        if self.state == State::OperationEnabled
-            && self.mode == mode::HOMING
-            && risen & CONTROL_START != 0
-        {
-            self.homing = if inputs.switches.reference {
-                Homing::BackOff
-            } else {
-                Homing::Seek
-            };
-            self.homing_ticks = 0;
-        }
-        self.command = set_point;
-        self.interpolate();
-    }
-
     fn reset_fault(&mut self) {
         if self.fault.take().is_some() {
             self.supervisor = Supervisor::default();
@@ -393,196 +334,24 @@ impl Axle {
         }
     }
 
-    fn enter(&mut self, state: State) {
-        if state == State::OperationEnabled || state == State::QuickStopActive {
-            if self.state != State::OperationEnabled {
-                self.cascade.reset();
-            }
-            self.anchor();
-        }
-        self.state = state;
-    }
-
-    /// Set-point onto the measured motion: nothing jumps after a change of mode or a stop.
-    fn anchor(&mut self) {
-        self.motion = Motion {
-            position: self.position(),
-            velocity: self.velocity(),
-            acceleration: 0.0,
-        };
-        self.interpolation_ticks = 0;
-    }
-
-    /// Velocity that carries the set-point to the new target within one SYNC period.
-    fn interpolate(&mut self) {
-        let follows = self.mode == mode::CYCLIC_POSITION && self.referenced;
-        if follows && self.state == State::OperationEnabled {
-            let target = self.target_position();
-            let distance = to_radians(target.wrapping_sub(self.motion.position));
-            let wanted = distance / (self.sync_ticks as f32 * CONTROL_PERIOD);
-            self.motion.velocity = limit(wanted, self.limits.velocity);
-            self.motion.acceleration = 0.0;
-            // One period more, so that a late set-point does not stop the axle between two.
-            self.interpolation_ticks = 2 * self.sync_ticks;
-        }
-    }
-
-    fn target_position(&mut self) -> i64 {
-        let target = self
-            .scale
-            .position_from_bus(self.command.target, self.position());
-        match self.travel {
-            Some((low, _)) if self.referenced && target < low => {
-                self.active_limit = ActiveLimit::Travel;
-                low
-            }
-            Some((_, high)) if self.referenced && target > high => {
-                self.active_limit = ActiveLimit::Travel;
-                high
-            }
-            _ => target,
-        }
-    }
-
-    fn control(&mut self, inputs: &Inputs, taut: Option<Result<Motion, Fault>>) -> Option<Demand> {
-        self.active_limit = ActiveLimit::None;
-        match self.state {
-            State::OperationEnabled => Some(self.operate(inputs, taut)),
-            State::QuickStopActive => {
-                self.motion
-                    .toward_velocity(0.0, self.limits, CONTROL_PERIOD);
-                let standing = self.motion.velocity == 0.0;
-                let allowed = if standing {
-                    self.hold_current
-                } else {
-                    self.bounds.current
-                };
-                Some(self.follow(allowed))
-            }
-            _ => None,
-        }
-    }
-
-    fn operate(&mut self, inputs: &Inputs, taut: Option<Result<Motion, Fault>>) -> Demand {
-        let full = self.bounds.current;
-        let needs_reference = matches!(
-            self.mode,
-            mode::TAUT | mode::CYCLIC_POSITION | mode::PROFILE_POSITION
-        );
-        match (self.mode, taut) {
-            _ if needs_reference && !self.referenced => {
-                self.active_limit = ActiveLimit::NotReferenced;
-                self.motion
-                    .toward_velocity(0.0, self.limits, CONTROL_PERIOD);
-            }
-            (mode::TAUT, Some(Ok(motion))) => self.motion = motion,
-            (mode::CYCLIC_POSITION, _) => {
-                self.interpolation_ticks = self.interpolation_ticks.saturating_sub(1);
-                if self.interpolation_ticks == 0 {
-                    self.motion.velocity = 0.0;
-                }
-                let step = from_radians(self.motion.velocity * CONTROL_PERIOD);
-                self.motion.position = self.motion.position.wrapping_add(step);
-            }
-            (mode::PROFILE_POSITION, _) => {
-                let target = self.target_position();
-                self.motion
-                    .toward_position(target, self.limits, CONTROL_PERIOD);
-            }
-            (mode::HOMING, _) => self.home(inputs.switches),
-            (mode::CYCLIC_VELOCITY | mode::PROFILE_VELOCITY, _) => {
-                let target = self.scale.velocity_from_bus(self.command.target);
-                self.motion
-                    .toward_velocity(target, self.limits, CONTROL_PERIOD);
-                self.motion.position = self.position();
-                self.stop_at_switch(inputs.switches);
-                let Motion {
-                    velocity,
-                    acceleration,
-                    ..
-                } = self.motion;
-                return self.cascade.velocity(
-                    velocity,
-                    acceleration,
-                    self.velocity(),
-                    full,
-                    CONTROL_PERIOD,
-                );
-            }
-            _ => self
-                .motion
-                .toward_velocity(0.0, self.limits, CONTROL_PERIOD),
-        }
-        self.stop_at_switch(inputs.switches);
-        self.follow(full)
-    }
-
-    fn follow(&mut self, current_limit: f32) -> Demand {
-        let (position, velocity) = (self.position(), self.velocity());
-        self.cascade.position(
-            &self.motion,
-            position,
-            velocity,
-            current_limit,
-            CONTROL_PERIOD,
-        )
-    }
-
-    fn stop_at_switch(&mut self, switches: Switches) {
-        let outward = (switches.positive_limit && self.motion.velocity > 0.0)
-            || (switches.negative_limit && self.motion.velocity < 0.0);
-        if outward {
-            self.motion = Motion::at(self.position());
-            self.active_limit = ActiveLimit::Switch;
-        }
-    }
-
-    fn home(&mut self, switches: Switches) {
-        let towards = self.reference_direction * self.reference_speed;
-        self.homing_ticks = self.homing_ticks.saturating_add(1);
-        let running = matches!(self.homing, Homing::Seek | Homing::BackOff);
-        if running && self.homing_ticks > HOMING_TICKS {
-            self.homing = Homing::Failed;
-        }
-        let wanted = match self.homing {
-            Homing::Seek if switches.reference => {
-                self.homing = Homing::BackOff;
-                0.0
-            }
-            Homing::Seek => towards,
-            Homing::BackOff if !switches.reference => {
-                self.observer.set_position(self.reference_position);
-                self.anchor();
-                self.referenced = true;
-                self.homing = Homing::Done;
-                0.0
-            }
-            Homing::BackOff => -0.2 * towards,
-            Homing::Idle | Homing::Done | Homing::Failed => 0.0,
-        };
-        self.motion
-            .toward_velocity(wanted, self.limits, CONTROL_PERIOD);
-    }
-
     fn outputs(
         &mut self,
         inputs: &Inputs,
         demand: Option<Demand>,
         fault_before: Option<Fault>,
     ) -> Outputs {
-        if demand.is_some_and(|demand| demand.limited) && self.active_limit == ActiveLimit::None {
+        if demand.is_some_and(|demand| demand.cut != 0) && self.active_limit == ActiveLimit::None {
             self.active_limit = ActiveLimit::VelocityOrCurrent;
         }
         // The last limiter: total, and behind everything else.
+        let current = demand.map_or(0.0, |demand| {
+            limit(self.cascade.amperes(demand.current), self.current_limit)
+        });
+        self.demand = current;
         let bridge = match (demand, self.state) {
-            (Some(demand), _) => Bridge::Current(limit(demand.current, self.bounds.current)),
+            (Some(_), _) => Bridge::Current(current),
             (None, State::Fault) => Bridge::Brake,
             (None, _) => Bridge::Off,
-        };
-        self.demand = if let Bridge::Current(current) = bridge {
-            current
-        } else {
-            0.0
         };
         let code = self.fault.map_or(0, |fault| fault.description().code);
         Outputs {

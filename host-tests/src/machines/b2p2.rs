@@ -1,32 +1,53 @@
 //! B2P2's nodes: their ids, what each is told about itself, and what motor it has.
 
+use super::{NodeSpec, Role};
+use crate::plant::Plant;
+use crate::plant::b2p2::B2p2;
 use crate::scenario::{NodeName, Scenario};
-use heapless::Vec;
-use tautrack::link::{MAX_SETTINGS, MotorModel};
+use tautrack::link::MotorModel;
 use tautrack::settings::Setting;
 
-/// The node's id on the bus.
-pub fn node_id(name: NodeName) -> u8 {
-    match name {
-        NodeName::Guard => 1,
-        NodeName::LeftTrack => 2,
-        NodeName::RightTrack => 3,
-        NodeName::ChassisJoint => 4,
-        NodeName::Screw => 5,
-    }
+/// The nodes in the order of the plant's motors, and the guard.
+pub const NODES: [(NodeName, u8); 5] = [
+    (NodeName::LeftTrack, 2),
+    (NodeName::RightTrack, 3),
+    (NodeName::ChassisJoint, 4),
+    (NodeName::Screw, 5),
+    (NodeName::Guard, 1),
+];
+
+/// The robot on the scenario's ground.
+pub fn plant(scenario: &Scenario) -> Box<dyn Plant> {
+    Box::new(B2p2::new(
+        &scenario.parameters(),
+        &scenario.terrain.ground(),
+        scenario.seed,
+    ))
 }
 
-/// The name of the node with this id.
-pub fn node_name(id: u8) -> Option<NodeName> {
-    NodeName::ALL.into_iter().find(|name| node_id(*name) == id)
+/// The nodes of the scenario's robot.
+pub fn nodes(scenario: &Scenario) -> Vec<NodeSpec> {
+    NODES
+        .into_iter()
+        .map(|(name, id)| NodeSpec {
+            name,
+            role: match name {
+                NodeName::Screw => Role::Screw,
+                NodeName::Guard => Role::Guard,
+                _ => Role::Axle,
+            },
+            id,
+            settings: settings(name, scenario),
+            motor: motor(name),
+        })
+        .collect()
 }
 
-/// Settings of a node, as key and value. What a robot does not change stays at the table's default.
-pub fn settings(name: NodeName, scenario: &Scenario) -> Vec<(u16, i32), MAX_SETTINGS> {
+/// What a node is told. What a robot does not change stays at the table's default.
+fn settings(name: NodeName, scenario: &Scenario) -> Vec<(Setting, i32)> {
     let micro = |metres: f64| (metres * 1e6).round() as i32;
     let robot = &scenario.robot;
     let mut values = vec![
-        (Setting::NodeId, i32::from(node_id(name))),
         (Setting::PulleyRadius, micro(robot.pulley_radius_m)),
         (Setting::LengthK, micro(robot.k_m)),
     ];
@@ -37,7 +58,7 @@ pub fn settings(name: NodeName, scenario: &Scenario) -> Vec<(u16, i32), MAX_SETT
         NodeName::LeftTrack | NodeName::RightTrack => TRACK,
         NodeName::ChassisJoint => JOINT,
         NodeName::Screw => SCREW,
-        NodeName::Guard => &[],
+        NodeName::Guard => GUARD,
     });
     if name == NodeName::Guard {
         values.push((Setting::FilterActive, i32::from(scenario.guard)));
@@ -53,9 +74,6 @@ pub fn settings(name: NodeName, scenario: &Scenario) -> Vec<(u16, i32), MAX_SETT
         }
     }
     values
-        .into_iter()
-        .map(|(setting, value)| (setting.description().key, value))
-        .collect()
 }
 
 // Gains: with the inertia J at the output shaft and the torque T per ampere there, a velocity loop of bandwidth w needs
@@ -93,6 +111,14 @@ const SCREW: &[(Setting, i32)] = &[
     (Setting::FollowingLimit, 6_000),
     (Setting::ReferenceDirection, -1),
     (Setting::ReferenceSpeed, 25_000),
+];
+
+/// What a calibration left of the plant's declination and hard iron: off by up to 0.4 uT.
+const GUARD: &[(Setting, i32)] = &[
+    (Setting::Declination, 1_000),
+    (Setting::HardIronForward, 8_300),
+    (Setting::HardIronLeft, -4_800),
+    (Setting::HardIronUp, 12_400),
 ];
 
 /// Rotor turns per thousand turns of the output shaft; `None` for the guard.

@@ -1,0 +1,116 @@
+//! The dynamic model of B2P2 and its stability, in single precision, at postures and motions anywhere.
+
+use super::counter::Table;
+use super::inputs::Random;
+use core::hint::black_box;
+use tautrack::math::vector::Frame;
+use tautrack::robots::b2p2::newton_euler::Effort;
+use tautrack::robots::b2p2::{JOINTS, JointMatrix, Joints, Parameters, Posture};
+use tautrack::stability::tipover::{Edges, angles};
+use tautrack::stability::zmp::{Plane, Wrench, ZeroMomentPoint, zero_moment_point};
+
+struct State {
+    parameters: Parameters<f32>,
+    q: Joints<f32>,
+    rates: Joints<f32>,
+    accelerations: Joints<f32>,
+    frames: [Frame<f32>; JOINTS],
+    matrix: JointMatrix<f32>,
+    effort: Effort<f32>,
+    plane: Plane<f32>,
+    zmp: ZeroMomentPoint<f32>,
+    contacts: [[f32; 3]; 4],
+    cog: [f32; 3],
+    moment: [f32; 3],
+    angles: [f32; 4],
+    margin: f32,
+}
+
+fn motion(state: &mut State, _: u32, random: &mut Random) {
+    state.q = [3.0, 3.0, 0.5, 3.0, 0.5, 0.8, 3.0, 0.2].map(|bound| random.within(bound));
+    state.rates = [2.0; JOINTS].map(|bound| random.within(bound));
+    state.accelerations = [5.0; JOINTS].map(|bound| random.within(bound));
+    let mut near = |place: [f32; 3], bound| place.map(|value| value + random.within(bound));
+    state.contacts = [
+        [0.0, -0.16, 0.0],
+        [0.77, -0.16, 0.0],
+        [0.77, 0.16, 0.0],
+        [0.0, 0.16, 0.0],
+    ]
+    .map(|corner| near(corner, 0.1));
+    state.cog = near([0.3, 0.0, 0.2], 0.2);
+    state.moment = near([0.0; 3], 10.0);
+    state.effort.reaction = Wrench {
+        force: near([0.0, 0.0, -81.0], 60.0),
+        moment: near([0.0; 3], 40.0),
+    };
+    state.plane.normal = near([0.0, 0.0, -1.0], 0.3);
+}
+
+pub fn count(table: &mut Table) {
+    let nothing = Wrench {
+        force: [0.0; 3],
+        moment: [0.0; 3],
+    };
+    let mut state = black_box(State {
+        parameters: Parameters::paper(),
+        q: [0.0; JOINTS],
+        rates: [0.0; JOINTS],
+        accelerations: [0.0; JOINTS],
+        frames: [Frame {
+            axes: [[0.0; 3]; 3],
+            origin: [0.0; 3],
+        }; JOINTS],
+        matrix: [[0.0; JOINTS]; JOINTS],
+        effort: Effort {
+            forces: [0.0; JOINTS],
+            reaction: nothing,
+        },
+        plane: Plane {
+            point: [0.0, 0.0, -0.05],
+            normal: [0.0, 0.0, 1.0],
+        },
+        zmp: ZeroMomentPoint::None,
+        contacts: [[0.0; 3]; 4],
+        cog: [0.0; 3],
+        moment: [0.0; 3],
+        angles: [0.0; 4],
+        margin: 0.0,
+    });
+    // Each from the joints' values, its sines included.
+    table.kernel("B2P2 frames", &mut state, motion, |state, ()| {
+        state.frames = Posture::new(&state.parameters, &state.q).frames();
+    });
+    table.kernel("B2P2 inertia matrix", &mut state, motion, |state, ()| {
+        state.matrix = Posture::new(&state.parameters, &state.q).inertia_matrix();
+    });
+    table.kernel("B2P2 inverse dynamics", &mut state, motion, |state, ()| {
+        state.effort = Posture::new(&state.parameters, &state.q)
+            .newton_euler(&state.rates, &state.accelerations);
+    });
+    table.kernel("zero moment point", &mut state, motion, |state, ()| {
+        state.zmp = zero_moment_point(&state.effort.reaction, &state.plane);
+    });
+    table.kernel("four tip-over angles", &mut state, motion, |state, ()| {
+        let force = state.effort.reaction.force.map(|force| -force);
+        state.angles = angles(&state.contacts, state.cog, force, state.moment);
+    });
+
+    motion(&mut state, 0, &mut Random::new());
+    let Some(edges) = Edges::new(&state.contacts) else {
+        return; // the contacts lie apart; without edges the host misses the entry
+    };
+    let mut prepared = (edges, state);
+    table.kernel(
+        "least of four tip-over angles",
+        &mut prepared,
+        |(edges, state), call, random| {
+            motion(state, call, random);
+            *edges = Edges::new(&state.contacts).unwrap_or(*edges);
+        },
+        |(edges, state), ()| {
+            let force = state.effort.reaction.force;
+            state.margin = edges.margin(state.cog, force, state.moment);
+        },
+    );
+}

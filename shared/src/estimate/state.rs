@@ -1,0 +1,231 @@
+//! The state q of the robot, each coordinate with its validity and age.
+
+use super::compass::Compass;
+use super::nmea::{Counts, Reader};
+use super::position::{Fix, Position};
+use crate::settings::{Setting, Settings};
+use crate::stability::attitude::Attitude;
+use crate::units::Angle;
+
+/// Age of a fix up to which a position counts as measured, us.
+pub const FIX_TIMEOUT_US: u64 = 1_000_000;
+/// The same for the compass.
+pub const COMPASS_TIMEOUT_US: u64 = 500_000;
+/// The same for encoders and attitude, without which there is no dead reckoning either.
+pub const ENCODER_TIMEOUT_US: u64 = 60_000;
+/// Distance of compass and heading below which the heading counts as measured: 10 degrees.
+const SETTLED: Angle = Angle::from_degrees(10.0);
+/// Most time that one reading of the compass stands for, s.
+const COMPASS_PERIOD: f32 = 0.2;
+
+/// What a value is worth.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub enum Validity {
+    /// There never was one; the value is 0.
+    #[default]
+    Invalid = 0,
+    /// Neither measured nor reckoned any more: the last one.
+    Stale = 1,
+    /// Carried on from the last measurement by the way of the belts or by rates; grows worse with its age.
+    Reckoned = 2,
+    /// Measured lately.
+    Measured = 3,
+}
+
+/// One coordinate.
+#[derive(Clone, Copy, PartialEq, Debug, Default)]
+pub struct Reading {
+    /// m or rad; 0 while invalid.
+    pub value: f32,
+    /// Time since the last measurement, ms; saturates, 0 while invalid.
+    pub age_ms: u32,
+    /// What it is worth.
+    pub validity: Validity,
+}
+
+impl Reading {
+    /// `value`, last measured at `measured_us`; older than `timeout_us` it is reckoned or stale.
+    fn new(
+        value: f32,
+        measured_us: Option<u64>,
+        timeout_us: u64,
+        reckoned: bool,
+        now_us: u64,
+    ) -> Self {
+        let Some(measured_us) = measured_us else {
+            return Self::default();
+        };
+        let age_us = now_us.saturating_sub(measured_us);
+        Self {
+            value,
+            age_ms: u32::try_from(age_us / 1_000).unwrap_or(u32::MAX),
+            validity: if age_us <= timeout_us {
+                Validity::Measured
+            } else if reckoned {
+                Validity::Reckoned
+            } else {
+                Validity::Stale
+            },
+        }
+    }
+}
+
+/// The paper's q1 to q8 in order; axes and units in [`super`].
+pub type State = [Reading; 8];
+
+/// An actuated joint as its encoder shows it.
+#[derive(Clone, Copy, PartialEq, Debug, Default)]
+pub struct Joint {
+    /// q7 or q8, rad or m.
+    pub value: f32,
+    /// When its drive was last heard; `None` while its position is not referenced.
+    pub heard_us: Option<u64>,
+}
+
+/// Everything between the sensors and q.
+#[derive(Clone, Debug)]
+pub struct Estimator {
+    reader: Reader,
+    compass: Compass,
+    position: Position,
+    field: [f32; 3],
+    sensed_us: u64,
+    heading_us: Option<u64>,
+    attitude_us: Option<u64>,
+    odometry_um: Option<i32>,
+    reckoned_us: Option<u64>,
+    joints: [Joint; 2],
+}
+
+impl Estimator {
+    /// Estimator of a robot with these settings.
+    pub fn new(settings: &Settings) -> Self {
+        Self {
+            reader: Reader::default(),
+            compass: Compass::with_settings(settings),
+            position: Position::new(settings.scaled(Setting::SpeedLimit, 1e-6)),
+            field: [0.0; 3],
+            sensed_us: 0,
+            heading_us: None,
+            attitude_us: None,
+            odometry_um: None,
+            reckoned_us: None,
+            joints: [Joint::default(); 2],
+        }
+    }
+
+    /// Takes the magnetometer's reading, uT in body axes, after `attitude` took the rest, and corrects its heading.
+    ///
+    /// A reading that equals the one before is not a new one: a magnetometer is slower than the control tick, and a dead one
+    /// repeats itself.
+    pub fn sense(&mut self, field: [f32; 3], attitude: &mut Attitude, now_us: u64) {
+        self.attitude_us = Some(now_us);
+        if field == self.field {
+            return;
+        }
+        let elapsed = now_us.saturating_sub(self.sensed_us) as f32 * 1e-6;
+        (self.field, self.sensed_us) = (field, now_us);
+        let Ok(heading) = self.compass.heading(field, &attitude.level_axes()) else {
+            return;
+        };
+        let period = if elapsed < COMPASS_PERIOD {
+            elapsed
+        } else {
+            COMPASS_PERIOD
+        };
+        attitude.correct_heading(heading, period);
+        let away = (heading - attitude.heading()).to_bits().unsigned_abs();
+        if away <= SETTLED.to_bits().unsigned_abs() {
+            self.heading_us = Some(now_us);
+        }
+    }
+
+    /// Takes bytes of the satellite receiver.
+    pub fn listen(&mut self, bytes: &[u8], now_us: u64) {
+        for byte in bytes {
+            if let Some(Ok(sentence)) = self.reader.push(*byte)
+                && let Some(fix) = Fix::from_sentence(&sentence)
+            {
+                self.position.fix(&fix, now_us);
+            }
+        }
+    }
+
+    /// Takes the encoders: the belts' way since power-up (wraps), when the older of both belts was heard, and the joints.
+    pub fn advance(
+        &mut self,
+        odometry_um: i32,
+        belts_us: Option<u64>,
+        joints: [Joint; 2],
+        attitude: &Attitude,
+        now_us: u64,
+    ) {
+        self.joints = joints;
+        let before = self.odometry_um.replace(odometry_um);
+        let way = odometry_um.wrapping_sub(before.unwrap_or(odometry_um));
+        let known = fresh(belts_us, now_us) && fresh(self.attitude_us, now_us);
+        if known && self.heading_us.is_some() {
+            self.position
+                .advance(way, attitude.heading(), &attitude.level_axes());
+            self.reckoned_us = Some(now_us);
+        }
+    }
+
+    /// The state at `now_us`.
+    pub fn state(&self, attitude: &Attitude, now_us: u64) -> State {
+        let [level_us, up_us] = self.position.fixed_us();
+        let [north, east, up] = self.position.metres();
+        let reckoned = fresh(self.reckoned_us, now_us);
+        let turning = fresh(self.attitude_us, now_us);
+        let place =
+            |value, fixed_us| Reading::new(value, fixed_us, FIX_TIMEOUT_US, reckoned, now_us);
+        let tilt = |angle: Angle| {
+            Reading::new(
+                angle.radians(),
+                self.attitude_us,
+                ENCODER_TIMEOUT_US,
+                false,
+                now_us,
+            )
+        };
+        let joint = |joint: Joint| {
+            Reading::new(
+                joint.value,
+                joint.heard_us,
+                ENCODER_TIMEOUT_US,
+                false,
+                now_us,
+            )
+        };
+        [
+            place(north, level_us),
+            place(east, level_us),
+            place(up, up_us),
+            Reading::new(
+                attitude.heading().radians(),
+                self.heading_us,
+                COMPASS_TIMEOUT_US,
+                turning,
+                now_us,
+            ),
+            tilt(attitude.roll()),
+            tilt(attitude.pitch()),
+            joint(self.joints[0]),
+            joint(self.joints[1]),
+        ]
+    }
+
+    /// Where the position is counted from, and what became of the fixes.
+    pub fn position(&self) -> &Position {
+        &self.position
+    }
+
+    /// What became of the receiver's sentences.
+    pub fn sentences(&self) -> &Counts {
+        self.reader.counts()
+    }
+}
+
+fn fresh(heard_us: Option<u64>, now_us: u64) -> bool {
+    heard_us.is_some_and(|heard_us| now_us.saturating_sub(heard_us) <= ENCODER_TIMEOUT_US)
+}

@@ -1,0 +1,315 @@
+//! B2P2 under the guard: how it stands, what the operator's command becomes, and the set-points that follow from it.
+
+use super::Model;
+use super::shape::AXLE_3_FROM_BODY_3;
+use crate::estimate::state::Joint;
+use crate::math::{limit, to_i32};
+use crate::motor::profile::{Limits, SetPoint as Motion};
+use crate::robots::body::{Allowed, Asked, Body, DriveState, Goal, MAX_DRIVES, Phase};
+use crate::screw::{Geometry, GeometryError, metres};
+use crate::settings::{Setting, Settings};
+use crate::stability::attitude::Attitude;
+use crate::stability::support::Stance;
+use crate::units::Angle;
+use heapless::Vec;
+
+/// Gain with which the heading is held while no yaw is asked for, 1/s, and the largest yaw rate that it asks for, rad/s.
+const HEADING_GAIN: f32 = 1.5;
+const HEADING_RATE: f32 = 0.3;
+/// Acceleration of the chassis joint, rad/s^2.
+const CHASSIS_ACCELERATION: f32 = 4.0;
+const METRES_PER_BUS: f32 = 1.0 / 16_777_216.0;
+
+/// Largest distance from a target that counts as there: joint 2^-32 turn (0.5 degree), screw 2^-24 m (0.5 mm).
+const JOINT_THERE: u32 = 5_965_232;
+const SCREW_THERE: u32 = 8_389;
+/// Time for which the belt must be taut before the robot is armed, us.
+const TAUT_DWELL_US: u64 = 100_000;
+
+/// What a drive moves: its number among the robot's drives.
+const LEFT: usize = 0;
+const RIGHT: usize = 1;
+const JOINT: usize = 2;
+const SCREW: usize = 3;
+
+/// The stages of [`Body::STAGES`]. The belt cannot be torn: the screw first draws back to where the belt is slack at any
+/// chassis angle, only then does the joint look for its reference, and the screw takes the belt up again last.
+const REFERENCE_SCREW: u8 = 0;
+const REFERENCE_JOINT: u8 = 1;
+const STRAIGHTEN: u8 = 2;
+const TIGHTEN: u8 = 3;
+
+/// The tracked robot under the guard.
+#[derive(Clone, Debug)]
+pub struct B2p2 {
+    model: Model,
+    geometry: Geometry,
+    speed: Limits,
+    chassis_limits: Limits,
+    gauge: f32,
+    pulley_radius: f32,
+    released_bus: i32,
+
+    joint_known: bool,
+    screw_known: bool,
+    theta: Angle,
+    extension: f32,
+    tracks: Option<[i32; 2]>,
+    odometry_um: f32,
+    odometry_whole_um: i32,
+    taut_since_us: Option<u64>,
+    /// Set-point of the chassis joint, 2^-32 turn.
+    chassis: Motion,
+    /// Forward speed that is passed on; its position is not used.
+    forward: Motion,
+    yaw_rate: f32,
+    heading: Option<Angle>,
+}
+
+impl B2p2 {
+    fn stance_at(&self, theta: Angle, extension: f32, attitude: &Attitude) -> Stance {
+        let shape = self.model.shape(theta, extension);
+        let axes = attitude.level_axes();
+        let level = |point| axes.of(point);
+        Stance::on(self.model.support(&shape, level), level(shape.cog))
+    }
+
+    fn next_chassis(&self, asked: &Asked, period: f32) -> Motion {
+        // The joint turns less than half a turn each way, so that a wrapped angle is the angle.
+        let target = i64::from(i32::from(asked.posture) << 16);
+        let mut next = self.chassis;
+        next.toward_position(target, self.chassis_limits, period);
+        next
+    }
+
+    /// Yaw rate: as asked, or what holds the heading while none is asked for.
+    fn yaw(&mut self, asked: f32, attitude: &Attitude) -> f32 {
+        if asked != 0.0 || self.forward.velocity == 0.0 {
+            self.heading = None;
+            return asked;
+        }
+        let wanted = *self.heading.get_or_insert(attitude.heading());
+        limit(
+            HEADING_GAIN * (wanted - attitude.heading()).radians(),
+            HEADING_RATE,
+        )
+    }
+
+    /// Set-point of a track whose centre line is `left` m from the middle, 1e-6 rad/s.
+    fn track_speed(&self, left: f32) -> i32 {
+        to_i32((self.forward.velocity - left * self.yaw_rate) / self.pulley_radius * 1e6)
+    }
+
+    /// Extension that holds the belt taut at the measured chassis angle, 2^-24 m.
+    fn taut_bus(&self) -> i32 {
+        self.geometry.length(self.theta).to_bits() >> 4
+    }
+
+    /// All drives enabled and the screw on the law of the belt for [`TAUT_DWELL_US`].
+    fn tight(&mut self, drives: &[DriveState], now_us: u64) -> bool {
+        let enabled = drives.iter().all(|drive| drive.enabled);
+        if !enabled || drives[SCREW].position.abs_diff(self.taut_bus()) >= SCREW_THERE {
+            self.taut_since_us = None;
+            return false;
+        }
+        let since = *self.taut_since_us.get_or_insert(now_us);
+        now_us.saturating_sub(since) >= TAUT_DWELL_US
+    }
+}
+
+impl Body for B2p2 {
+    type Refusal = GeometryError;
+
+    const STAGES: &'static [&'static str] = &[
+        "referencing screw",
+        "referencing joint",
+        "straightening",
+        "tightening",
+    ];
+    const ODOMETRY: &'static [usize] = &[LEFT, RIGHT];
+
+    fn new(settings: &Settings) -> Result<Self, GeometryError> {
+        let metres = |setting| settings.scaled(setting, 1e-6);
+        let geometry = Geometry::from_micrometres(
+            settings.get(Setting::LengthL1),
+            settings.get(Setting::LengthL2),
+            settings.get(Setting::LengthK),
+        )?;
+        let retreat = (i64::from(settings.get(Setting::ReferenceRetreat)) << 24) / 1_000_000;
+        let released = i64::from(geometry.released_length().to_bits() >> 4) - retreat;
+        Ok(Self {
+            model: Model::new(settings),
+            geometry,
+            speed: Limits {
+                velocity: metres(Setting::SpeedLimit),
+                acceleration: metres(Setting::DriveAcceleration),
+            },
+            chassis_limits: Limits {
+                velocity: settings.scaled(Setting::ChassisSpeed, 1e-3),
+                acceleration: CHASSIS_ACCELERATION,
+            },
+            gauge: metres(Setting::TrackGauge),
+            pulley_radius: metres(Setting::PulleyRadius),
+            released_bus: released as i32,
+            joint_known: false,
+            screw_known: false,
+            theta: Angle::ZERO,
+            extension: released as f32 * METRES_PER_BUS,
+            tracks: None,
+            odometry_um: 0.0,
+            odometry_whole_um: 0,
+            taut_since_us: None,
+            chassis: Motion::default(),
+            forward: Motion::default(),
+            yaw_rate: 0.0,
+            heading: None,
+        })
+    }
+
+    fn drive_ids(settings: &Settings) -> Vec<u8, MAX_DRIVES> {
+        [
+            Setting::LeftId,
+            Setting::RightId,
+            Setting::JointId,
+            Setting::ScrewId,
+        ]
+        .into_iter()
+        .map(|setting| settings.id(setting))
+        .collect()
+    }
+
+    fn observe(&mut self, drives: &[DriveState], _: &Attitude, _: f32) {
+        self.joint_known = drives[JOINT].referenced;
+        self.screw_known = drives[SCREW].referenced;
+        if self.joint_known {
+            self.theta = Angle::from_bits(drives[JOINT].position);
+        }
+        if self.screw_known {
+            self.extension = drives[SCREW].position as f32 * METRES_PER_BUS;
+        }
+        let tracks = [LEFT, RIGHT].map(|side| drives[side].position);
+        if let Some(before) = self.tracks {
+            let turns = |side: usize| tracks[side].wrapping_sub(before[side]) as f32 / 65_536.0;
+            let way = core::f32::consts::PI * self.pulley_radius * (turns(0) + turns(1));
+            // Whole micrometres leave the sum, so that it never grows coarse.
+            self.odometry_um += way * 1e6;
+            let whole = to_i32(self.odometry_um);
+            self.odometry_um -= whole as f32;
+            self.odometry_whole_um = self.odometry_whole_um.wrapping_add(whole);
+        }
+        self.tracks = Some(tracks);
+    }
+
+    fn stance(&self, attitude: &Attitude) -> Stance {
+        self.stance_at(self.theta, self.extension, attitude)
+    }
+
+    fn stance_ahead(
+        &self,
+        asked: &Asked,
+        attitude: &Attitude,
+        horizon: f32,
+        period: f32,
+    ) -> Stance {
+        let next = self.next_chassis(asked, period);
+        // From the set-point, not from the joint: what was let through already will be reached.
+        let ahead =
+            Angle::from_bits(next.position as i32) + Angle::from_radians(next.velocity * horizon);
+        self.stance_at(ahead, metres(self.geometry.length(ahead)), attitude)
+    }
+
+    fn rest(&mut self) {
+        self.forward = Motion::default();
+        self.yaw_rate = 0.0;
+        self.heading = None;
+        self.chassis = Motion::at(i64::from(self.theta.to_bits()));
+    }
+
+    fn advance(&mut self, asked: &Asked, allowed: Allowed, attitude: &Attitude, period: f32) {
+        self.forward
+            .toward_velocity(asked.forward * allowed.share, self.speed, period);
+        self.yaw_rate = self.yaw(asked.yaw_rate * allowed.share, attitude);
+        if allowed.posture {
+            self.chassis = self.next_chassis(asked, period);
+        } else {
+            self.chassis
+                .toward_velocity(0.0, self.chassis_limits, period);
+        }
+    }
+
+    fn first_stage(&self, drives: &[DriveState]) -> u8 {
+        if drives.iter().all(|drive| drive.referenced) {
+            TIGHTEN
+        } else {
+            REFERENCE_SCREW
+        }
+    }
+
+    fn reached(&mut self, stage: u8, drives: &[DriveState], now_us: u64) -> bool {
+        if stage != TIGHTEN {
+            self.taut_since_us = None;
+        }
+        let (joint, screw) = (&drives[JOINT], &drives[SCREW]);
+        match stage {
+            REFERENCE_SCREW => {
+                let away = screw.position.abs_diff(self.released_bus);
+                screw.referenced && (self.joint_known || away < SCREW_THERE)
+            }
+            REFERENCE_JOINT => joint.referenced,
+            STRAIGHTEN => joint.position.unsigned_abs() < JOINT_THERE,
+            _ => self.tight(drives, now_us),
+        }
+    }
+
+    fn goal(&self, phase: Phase, drive: usize) -> Goal {
+        match (phase, drive) {
+            (Phase::Armed | Phase::Waking(TIGHTEN), LEFT) => {
+                Goal::Velocity(self.track_speed(0.5 * self.gauge))
+            }
+            (Phase::Armed | Phase::Waking(TIGHTEN), RIGHT) => {
+                Goal::Velocity(self.track_speed(-0.5 * self.gauge))
+            }
+            (Phase::Armed | Phase::Waking(TIGHTEN), JOINT) => {
+                Goal::Position(self.chassis.position as i32)
+            }
+            (Phase::Armed | Phase::Waking(TIGHTEN), _) => Goal::Taut,
+            (Phase::Waking(REFERENCE_SCREW), SCREW) if !self.screw_known => Goal::Reference,
+            (Phase::Waking(_), SCREW) => Goal::MoveTo(self.released_bus),
+            (Phase::Waking(REFERENCE_JOINT), JOINT) => Goal::Reference,
+            (Phase::Waking(STRAIGHTEN), JOINT) => Goal::MoveTo(0),
+            (Phase::Waking(_), _) => Goal::Off,
+            // The belt stays taut as long as the screw can keep it so.
+            (Phase::Held, SCREW) if self.joint_known => Goal::Taut,
+            (Phase::Held, _) => Goal::Hold,
+        }
+    }
+
+    fn speed(&self) -> f32 {
+        self.forward.velocity
+    }
+
+    fn stopping_time(&self) -> f32 {
+        self.forward.velocity.abs() / self.speed.acceleration
+    }
+
+    fn posture(&self) -> i16 {
+        ((self.chassis.position + 0x8000) >> 16) as i16
+    }
+
+    fn odometry_um(&self) -> i32 {
+        self.odometry_whole_um
+    }
+
+    fn joints(&self, drives: &[DriveState]) -> [Joint; 2] {
+        let joint = |drive: usize, value: fn(i32) -> f32| Joint {
+            value: value(drives[drive].position),
+            heard_us: drives[drive].heard_us.filter(|_| drives[drive].referenced),
+        };
+        [
+            joint(JOINT, |bits| Angle::from_bits(bits).radians()),
+            joint(SCREW, |bits| {
+                bits as f32 * METRES_PER_BUS - AXLE_3_FROM_BODY_3
+            }),
+        ]
+    }
+}

@@ -1,0 +1,144 @@
+//! What a robot is to the guard: a body that knows how it stands and turns a command into set-points of its drives.
+//!
+//! A robot implements [`Body`] once, in its own folder. Network, sequence and filter are the guard's and the same for all.
+
+use crate::estimate::state::Joint;
+use crate::settings::Settings;
+use crate::stability::attitude::Attitude;
+use crate::stability::support::Stance;
+use heapless::Vec;
+
+/// Most drives that one guard commands.
+pub const MAX_DRIVES: usize = 16;
+/// Most stages between "ready" and "armed".
+pub const MAX_STAGES: usize = 4;
+
+/// A drive as the bus shows it, in the drive's bus units.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub struct DriveState {
+    /// Position, 2^-`position_bits` turn or 2^-24 m; 0 before the first was heard.
+    pub position: i32,
+    /// When position and velocity were last heard, us since power-up.
+    pub heard_us: Option<u64>,
+    /// Velocity, 1e-6 rad/s or 1e-9 m/s.
+    pub velocity: i32,
+    /// Torque at the output shaft, 0.01 N m; screw: force, N.
+    pub torque: i16,
+    /// The drive says that its position is referenced.
+    pub referenced: bool,
+    /// The drive is in "operation enabled".
+    pub enabled: bool,
+}
+
+/// What a drive shall do.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Goal {
+    /// Bridge off.
+    Off,
+    /// Ramp down and hold.
+    Hold,
+    /// Find the reference switch.
+    Reference,
+    /// Follow this position, in the drive's bus units.
+    Position(i32),
+    /// Move to this position by itself, same units.
+    MoveTo(i32),
+    /// Run at this speed, 1e-6 rad/s.
+    Velocity(i32),
+    /// Keep the belt taut.
+    Taut,
+}
+
+/// What the robot is about to do, or does.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Phase {
+    /// Coming to life: the number of the stage, below the length of [`Body::STAGES`].
+    Waking(u8),
+    /// The operator drives.
+    Armed,
+    /// A fault or a loss holds the robot.
+    Held,
+}
+
+/// Motion that the operator asks for.
+#[derive(Clone, Copy, PartialEq, Debug, Default)]
+pub struct Asked {
+    /// Forward speed over ground, m/s.
+    pub forward: f32,
+    /// Yaw rate, counter-clockwise from above, rad/s.
+    pub yaw_rate: f32,
+    /// The robot's own word for its posture; B2P2: chassis angle, 2^-16 turn.
+    pub posture: i16,
+}
+
+/// What the filter leaves of it.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Allowed {
+    /// Share of the asked speeds, 0 to 1.
+    pub share: f32,
+    /// Whether the posture may move on.
+    pub posture: bool,
+}
+
+/// One robot. The methods are called in the order `observe`, `stance`, `stance_ahead`, `advance`, `goal`, once per SYNC.
+pub trait Body: Sized {
+    /// Why settings make no such robot.
+    type Refusal: core::fmt::Debug;
+
+    /// Names of the stages in which its drives come to life, in order; at most [`MAX_STAGES`].
+    const STAGES: &'static [&'static str];
+
+    /// The drives whose encoders [`Body::odometry_um`] comes from.
+    const ODOMETRY: &'static [usize];
+
+    /// The robot of these settings.
+    ///
+    /// # Errors
+    /// The first setting that makes none.
+    fn new(settings: &Settings) -> Result<Self, Self::Refusal>;
+
+    /// Node ids of its drives, in the order in which every `drives` below has them.
+    fn drive_ids(settings: &Settings) -> Vec<u8, MAX_DRIVES>;
+
+    /// Takes what the drives and the attitude filter say, `period` s after the call before.
+    fn observe(&mut self, drives: &[DriveState], attitude: &Attitude, period: f32);
+
+    /// How it stands now.
+    fn stance(&self, attitude: &Attitude) -> Stance;
+
+    /// How it will stand `horizon` s from now if its posture goes where `asked` has it.
+    fn stance_ahead(&self, asked: &Asked, attitude: &Attitude, horizon: f32, period: f32)
+    -> Stance;
+
+    /// Gives up every motion: set-points are where the robot is.
+    fn rest(&mut self);
+
+    /// Moves its set-points toward `asked` as far as `allowed`, within its own limits.
+    fn advance(&mut self, asked: &Asked, allowed: Allowed, attitude: &Attitude, period: f32);
+
+    /// The stage with which coming to life begins.
+    fn first_stage(&self, drives: &[DriveState]) -> u8;
+
+    /// Whether `stage` has come to its end.
+    fn reached(&mut self, stage: u8, drives: &[DriveState], now_us: u64) -> bool;
+
+    /// What drive number `drive` shall do.
+    fn goal(&self, phase: Phase, drive: usize) -> Goal;
+
+    /// Forward speed that its set-points have now, m/s.
+    fn speed(&self) -> f32;
+
+    /// Time in which it comes to rest from that speed, s.
+    fn stopping_time(&self) -> f32;
+
+    /// Posture that its set-points have now, in the unit of [`Asked::posture`].
+    fn posture(&self) -> i16;
+
+    /// Distance that it went by its encoders, forward positive, um; wraps.
+    fn odometry_um(&self) -> i32;
+
+    /// The paper's q7 and q8, of a robot that has them.
+    fn joints(&self, _: &[DriveState]) -> [Joint; 2] {
+        [Joint::default(); 2]
+    }
+}

@@ -1,0 +1,133 @@
+//! Numbers of the crawler and its ground: the paper's, and those that it does not give, each named as assumed.
+
+/// What a value must not be.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub enum ParametersError {
+    /// A value is outside its range, or no number.
+    OutOfRange {
+        /// Which one.
+        name: &'static str,
+        /// What was given.
+        got: f64,
+        /// Smallest that is taken.
+        minimum: f64,
+        /// Largest that is taken.
+        maximum: f64,
+    },
+    /// The ground cannot bear a force at any slip.
+    BeyondTraction {
+        /// The force, N.
+        got: f64,
+        /// The most it bears, N.
+        maximum: f64,
+    },
+}
+
+/// Checks that `minimum <= got <= maximum`.
+pub(super) fn within(
+    name: &'static str,
+    got: f64,
+    [minimum, maximum]: [f64; 2],
+) -> Result<f64, ParametersError> {
+    if got >= minimum && got <= maximum {
+        Ok(got)
+    } else {
+        Err(ParametersError::OutOfRange {
+            name,
+            got,
+            minimum,
+            maximum,
+        })
+    }
+}
+
+/// Lengths of the robot, m, and its gear.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Dimensions {
+    /// Radius `r` of the driving wheel, belt included.
+    pub sprocket_radius: f64,
+    /// Distance `H` between the middles of the tracks.
+    pub track_spacing: f64,
+    /// Length `L` of the run that lies on the ground.
+    pub contact_length: f64,
+    /// Width `b` of a track. Assumed: the paper's eq. 4 names it without a value.
+    pub track_width: f64,
+    /// Turns of the motor for one of the driving wheel: bevel gear 25:8, planetary gear 16:1, reduction gear 10:7, together 500:7.
+    pub gear_ratio: f64,
+}
+
+/// The paper's robot (section 3).
+pub const DIMENSIONS: Dimensions = Dimensions {
+    sprocket_radius: 0.027_94,
+    track_spacing: 0.145,
+    contact_length: 0.127,
+    track_width: 0.04,
+    gear_ratio: 25.0 / 8.0 * 16.0 * 10.0 / 7.0,
+};
+
+/// Grousers (the paper's "clutches") of the run on the ground, and how far each shears the ground, m: the paper's case.
+pub const GROUSERS: u32 = 8;
+/// See [`GROUSERS`].
+pub const GROUSER_DEFORMATION: f64 = 0.002;
+/// Slope of the paper's simulation, rad.
+pub const SLOPE: f64 = 20.0 * core::f64::consts::PI / 180.0;
+/// Speed of the paper's simulation, m/s.
+pub const SPEED: f64 = 0.15;
+
+/// Mass of the robot and where it is.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Body {
+    /// Mass, kg.
+    pub mass: f64,
+    /// Centre of gravity from the middle between the runs on the ground: forward, left, up, m.
+    pub cog: [f64; 3],
+}
+
+/// A compact robot with its batteries between the tracks. All assumed: the paper has no masses.
+pub const BODY: Body = Body {
+    mass: 5.0,
+    cog: [0.0, 0.0, 0.045],
+};
+
+impl Body {
+    /// The body with a load on it; its mass (kg) and place (as [`Body::cog`]).
+    #[must_use]
+    pub fn loaded(&self, mass: f64, place: [f64; 3]) -> Self {
+        let sum = self.mass + mass;
+        Self {
+            mass: sum,
+            cog: [0, 1, 2].map(|i: usize| (self.mass * self.cog[i] + mass * place[i]) / sum),
+        }
+    }
+
+    /// # Errors
+    /// A mass outside 10 g to 1 t, a coordinate beyond 10 m.
+    pub(super) fn checked(&self) -> Result<(f32, [f32; 3]), ParametersError> {
+        let mass = within("mass", self.mass, [1e-2, 1e3])?;
+        for coordinate in self.cog {
+            within("centre of gravity", coordinate, [-10.0, 10.0])?;
+        }
+        Ok((mass as f32, self.cog.map(|coordinate| coordinate as f32)))
+    }
+}
+
+/// Ground that shears under the tracks (eq. 5 and 6).
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Ground {
+    /// Cohesion `c`, Pa; the paper calls it density.
+    pub cohesion: f64,
+    /// Angle `rho` of internal friction, rad.
+    pub friction_angle: f64,
+    /// `K1`: how fast stress rises with deformation, 1/m.
+    pub k1: f64,
+    /// `K2`: shape of the curve; the larger, the flatter after its peak.
+    pub k2: f64,
+}
+
+/// Loose soil. Assumed, with `K1` such that [`BODY`] on the paper's slope slips as the paper's grousers do, by 0.110.
+pub const GROUND: Ground = Ground {
+    cohesion: 1_000.0,
+    friction_angle: 25.0 * core::f64::consts::PI / 180.0,
+    k1: 40.2,
+    k2: 1.0,
+};

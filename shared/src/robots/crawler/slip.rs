@@ -1,0 +1,150 @@
+//! How much the tracks slip, from the slope and the configured soil, corrected slowly by what was measured.
+
+use super::parameters::{Body, Dimensions, Ground, ParametersError, within};
+use super::soil::{Footprint, Soil};
+use crate::math::{Scalar, clamp, min};
+
+/// Gravity, m/s^2.
+const GRAVITY: f32 = 9.81;
+/// The estimate never leaves this range: a track that slips more is stuck, and turning it faster digs.
+const MAXIMUM_SLIP: f32 = 0.6;
+/// The correction stays within a third and three times what the soil model says.
+const CORRECTION: [f32; 2] = [1.0 / 3.0, 3.0];
+/// Time constant of the correction, s.
+const CORRECTION_TIME: f32 = 2.0;
+/// Predicted slip below which a measurement says little about the soil.
+const WEAK_SLIP: f32 = 0.03;
+/// Mean speed of the belts below which slip is not measured, m/s.
+const SLOWEST: f32 = 0.03;
+
+/// Slip that the ground takes to bear the robot's weight along the slope.
+///
+/// Each track bears half of the weight's part along the ground, forward and sideways; how it is pressed depends on the roll. The ground
+/// shears the same way in every direction, so slip points against the force. What turning and speeding up take is not modelled; the path
+/// follower makes up for its effect on the heading.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct SlipModel {
+    soil: Soil<f32>,
+    footprint: Footprint<f32>,
+    weight: f32,
+    /// Height of the centre of gravity, and how far left it is, over the tracks' spacing.
+    lever: f32,
+    offset: f32,
+    /// Slip over what the model says.
+    correction: f32,
+}
+
+/// Slip in the direction of the force, as a share of the path that the belts make.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Slip {
+    /// Path that left and right track lose forward: positive when the ground pushes the robot forward.
+    pub forward: [f32; 2],
+    /// Path that the robot drifts to the right while the ground pushes it to the left.
+    pub rightward: f32,
+    /// The ground bears less than the slope asks for on some track; its slip is that at which it bears most.
+    pub beyond_traction: bool,
+}
+
+impl Slip {
+    /// No slip.
+    pub const NONE: Self = Self {
+        forward: [0.0; 2],
+        rightward: 0.0,
+        beyond_traction: false,
+    };
+
+    /// Angle from the robot's heading to the direction in which it drifts, rad, counter-clockwise, while its belts run forward (`speed` above
+    /// zero) or backward.
+    pub fn drift(&self, speed: f32) -> f32 {
+        let [left, right] = self.along([speed; 2]);
+        let angle = Scalar::atan2(self.rightward, 1.0 - 0.5 * (left + right));
+        if speed < 0.0 { angle } else { -angle }
+    }
+
+    /// Signed slips of the kinematics for belts (or tracks) that move at `speeds`: what is lost forward is gained backward.
+    pub fn along(&self, speeds: [f32; 2]) -> [f32; 2] {
+        [0, 1].map(|side: usize| {
+            if speeds[side] < 0.0 {
+                -self.forward[side]
+            } else {
+                self.forward[side]
+            }
+        })
+    }
+}
+
+impl SlipModel {
+    /// For a robot of these dimensions and masses on this ground.
+    ///
+    /// # Errors
+    /// The first value out of range: mass 10 g to 1 t, centre of gravity within 10 m, lengths 1 mm to 10 m, and those of [`Soil::new`].
+    pub fn new(
+        dimensions: &Dimensions,
+        body: &Body,
+        ground: &Ground,
+    ) -> Result<Self, ParametersError> {
+        const LENGTH: [f64; 2] = [1e-3, 10.0];
+        let (mass, [_, left, height]) = body.checked()?;
+        let spacing = within("track spacing", dimensions.track_spacing, LENGTH)? as f32;
+        Ok(Self {
+            soil: Soil::new(ground)?,
+            footprint: Footprint {
+                width: within("track width", dimensions.track_width, LENGTH)? as f32,
+                length: within("contact length", dimensions.contact_length, LENGTH)? as f32,
+            },
+            weight: mass * GRAVITY,
+            lever: height / spacing,
+            offset: left / spacing,
+            correction: 1.0,
+        })
+    }
+
+    /// Slip at this pitch (nose up) and roll (left side up), rad. Cost: twice [`Soil::slip_for`].
+    pub fn predict(&self, pitch: f32, roll: f32) -> Slip {
+        let ((rise, along), (lean, upright)) = (Scalar::sin_cos(pitch), Scalar::sin_cos(roll));
+        let half = 0.5 * self.weight;
+        let (forward, leftward) = (half * upright * rise, half * lean);
+        let force = Scalar::sqrt(forward * forward + leftward * leftward);
+        let area = self.footprint.width * self.footprint.length;
+        let utmost = self.soil.utmost_slip(&self.footprint);
+        let mut beyond_traction = false;
+        let [left, right] = [-1.0, 1.0].map(|right: f32| {
+            // The side that is up carries less.
+            let share = (0.5 - right * self.offset) * upright * along + right * self.lever * lean;
+            let pressure = self.weight * clamp(share, 0.0, 1.0) / area;
+            let slip = self.soil.slip_for(&self.footprint, pressure, force);
+            beyond_traction |= slip.is_err();
+            min(slip.unwrap_or(utmost) * self.correction, MAXIMUM_SLIP)
+        });
+        // Level ground has no direction, and takes no slip.
+        let per_force = if force > 0.0 { 1.0 / force } else { 0.0 };
+        Slip {
+            forward: [left, right].map(|slip| slip * forward * per_force),
+            rightward: 0.5 * (left + right) * leftward * per_force,
+            beyond_traction,
+        }
+    }
+
+    /// Learns from a forward speed that was measured over the ground while the belts ran at `belts` (all m/s) under `slip`.
+    ///
+    /// Slow (2 s) and bounded: a wrong measurement can mislead the slip by a factor of three at most. Nothing is learnt where next to no
+    /// slip is expected, nor from belts that stand or turn on the spot.
+    pub fn learn(&mut self, slip: &Slip, belts: [f32; 2], measured_speed: f32, period: f32) {
+        let speed = 0.5 * (belts[0] + belts[1]);
+        if !(speed.abs() > SLOWEST && measured_speed.is_finite()) {
+            return;
+        }
+        let [left, right] = slip.along([speed; 2]);
+        let expected = 0.5 * (left + right);
+        let uncorrected = expected / self.correction;
+        let error = clamp(1.0 - measured_speed / speed - expected, -1.0, 1.0);
+        let gain = uncorrected / (uncorrected * uncorrected + WEAK_SLIP * WEAK_SLIP);
+        let corrected = self.correction + error * gain * (period / CORRECTION_TIME);
+        self.correction = clamp(corrected, CORRECTION[0], CORRECTION[1]);
+    }
+
+    /// Slip over what the soil model alone says.
+    pub fn correction(&self) -> f32 {
+        self.correction
+    }
+}

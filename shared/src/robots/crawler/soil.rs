@@ -1,0 +1,211 @@
+//! What the ground bears: shear stress over deformation, a track's driving force over slip, and the slip that a force takes.
+
+use super::parameters::{Ground, ParametersError, within};
+use crate::math::Scalar;
+use crate::math::exponential::{mean_decay, rise};
+
+/// The part of a track that lies on the ground, m.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Footprint<S> {
+    /// Width `b`.
+    pub width: S,
+    /// Length `L`.
+    pub length: S,
+}
+
+/// Ground that shears as Bekker and Kacigin have it (eq. 5 and 6), in a form without singularity: with `s = sqrt(K2^2 - 1)`,
+/// `u = K1 dl` and the mean decay `m(x) = (1 - e^-x) / x`,
+///
+/// `(e^((-K2 + s) u) - e^((-K2 - s) u)) / Y_max  =  p u m(2 s u) e^-(u (K2 - s))`,  `p = e^(K2 acosh(K2) / s)`.
+///
+/// At `K2 = 1` this is its limit `u e^(1 - u)`. Below, the root is imaginary; the paper does not cover it, and [`Self::new`] refuses it.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Soil<S> {
+    cohesion: S,
+    friction: S,
+    k1: S,
+    /// `K2 - s` and `K2 + s`.
+    slow: S,
+    fast: S,
+    /// `p` above.
+    peak: S,
+    /// `u` at the end of a run at which its mean is largest: with more slip it bears less.
+    utmost: S,
+}
+
+impl<S: Scalar> Soil<S> {
+    /// For a ground with these coefficients. Cost: some thousand operations in double precision; for start-up.
+    ///
+    /// # Errors
+    /// The first value out of range: cohesion 0 to 10^7 Pa, friction angle 0 to 80 degrees (1.4 rad), `K1` 0.1 to 100000 per metre,
+    /// `K2` 1 to 100.
+    pub fn new(ground: &Ground) -> Result<Self, ParametersError> {
+        let cohesion = within("cohesion", ground.cohesion, [0.0, 1e7])?;
+        let angle = within("friction angle", ground.friction_angle, [0.0, 1.4])?;
+        let k1 = within("K1", ground.k1, [0.1, 1e5])?;
+        let k2 = within("K2", ground.k2, [1.0, 100.0])?;
+        let (sine, cosine) = Scalar::sin_cos(angle);
+        let root = Scalar::sqrt((k2 - 1.0) * (k2 + 1.0));
+        // The slow rate as a quotient: the difference K2 - s would lose its digits.
+        let fast = k2 + root;
+        let slow = 1.0 / fast;
+        // p = e^(K2 a / s) with a = acosh(K2) = ln(K2 + s).
+        let rising = arc_hyperbolic_cosine_over_root(k2);
+        let mut shape = Soil {
+            cohesion,
+            friction: sine / cosine,
+            k1,
+            slow,
+            fast,
+            peak: fast / (1.0 - rise(slow * rising)),
+            utmost: 0.0,
+        };
+        shape.utmost = bisect([rising, 4.0], |u| {
+            shape.mobilised(u) > shape.mean_mobilised(u)
+        });
+        Ok(Self {
+            cohesion: S::from_f64(shape.cohesion),
+            friction: S::from_f64(shape.friction),
+            k1: S::from_f64(shape.k1),
+            slow: S::from_f64(shape.slow),
+            fast: S::from_f64(shape.fast),
+            peak: S::from_f64(shape.peak),
+            utmost: S::from_f64(shape.utmost),
+        })
+    }
+
+    /// Greatest shear stress `tau_max = c + sigma tan rho` under `pressure` (`sigma`), all in Pa (eq. 5).
+    pub fn strength(&self, pressure: S) -> S {
+        self.cohesion + self.friction * pressure
+    }
+
+    /// `Y_max`, the greatest value of the numerator of eq. 6; 0 at `K2 = 1`, where numerator and denominator vanish together.
+    pub fn numerator_maximum(&self) -> S {
+        (self.fast - self.slow) / self.peak
+    }
+
+    /// Share of the strength that a deformation `K1 dl = u`, not below zero, calls up.
+    fn mobilised(&self, u: S) -> S {
+        let decay = S::ONE - rise(self.slow * u);
+        self.peak * u * mean_decay((self.fast - self.slow) * u) * decay
+    }
+
+    /// Mean of [`Self::mobilised`] from 0 to `u`, not below zero: the integral of eq. 4 in closed form.
+    fn mean_mobilised(&self, u: S) -> S {
+        let (a, b) = (self.slow * u, self.fast * u);
+        // The second divided difference of e^-x at 0, a and b.
+        let difference = if b < S::from_f64(0.25) {
+            series(a, b)
+        } else {
+            (mean_decay(a) - (S::ONE - rise(a)) * mean_decay(b - a)) / b
+        };
+        self.peak * u * difference
+    }
+
+    /// Shear stress `tau_x`, Pa, under `pressure` (Pa) at `deformation` (`dl_x`, m); has the deformation's sign (eq. 6).
+    pub fn shear_stress(&self, pressure: S, deformation: S) -> S {
+        odd(deformation, |size| {
+            self.strength(pressure) * self.mobilised(self.k1 * size)
+        })
+    }
+
+    /// Driving force `P_n` of one track, N, under `pressure` (Pa) at `slip` (`s_b`); has the slip's sign (eq. 4 with 6 and 7).
+    ///
+    /// The deformation grows in proportion to the distance from where the ground meets the track, to `slip` times the length. The factor
+    /// 10^6 of eq. 4 is for stresses in N/mm^2 and not needed here. Worst error in `f64` 1e-14 of the force (`host-tests/tests/crawler/model.rs`).
+    pub fn driving_force(&self, footprint: &Footprint<S>, pressure: S, slip: S) -> S {
+        let bears = footprint.width * footprint.length * self.strength(pressure);
+        odd(slip, |size| {
+            bears * self.mean_mobilised(self.k1 * size * footprint.length)
+        })
+    }
+
+    /// Slip at which one track bears most, whatever it is pressed with. Above 1 if the ground yields so far that none does.
+    pub fn utmost_slip(&self, footprint: &Footprint<S>) -> S {
+        self.utmost / (self.k1 * footprint.length)
+    }
+
+    /// Slip at which one track bears `force` (N, either sign): the inverse of [`Self::driving_force`] up to its maximum.
+    ///
+    /// Worst error in `f32` 2e-6 of [`Self::utmost_slip`]. Cost: 24 evaluations of the force.
+    ///
+    /// # Errors
+    /// [`ParametersError::BeyondTraction`] if the ground bears less, or `force` is no number.
+    pub fn slip_for(
+        &self,
+        footprint: &Footprint<S>,
+        pressure: S,
+        force: S,
+    ) -> Result<S, ParametersError> {
+        let bears = footprint.width * footprint.length * self.strength(pressure);
+        let most = bears * self.mean_mobilised(self.utmost);
+        if !(force <= most && -force <= most) {
+            return Err(ParametersError::BeyondTraction {
+                got: force.to_f64(),
+                maximum: most.to_f64(),
+            });
+        }
+        Ok(odd(force, |size| {
+            let u = bisect([S::ZERO, self.utmost], |u| {
+                bears * self.mean_mobilised(u) < size
+            });
+            u / (self.k1 * footprint.length)
+        }))
+    }
+}
+
+/// `function` of the magnitude, with the sign of `value`.
+fn odd<S: Scalar>(value: S, function: impl Fn(S) -> S) -> S {
+    if value < S::ZERO {
+        -function(-value)
+    } else {
+        function(value)
+    }
+}
+
+/// Where `below` stops being true, in 24 halvings (2^-24 of the range).
+fn bisect<S: Scalar>([mut low, mut high]: [S; 2], below: impl Fn(S) -> bool) -> S {
+    for _ in 0..24 {
+        let middle = (low + high) * S::from_f64(0.5);
+        if below(middle) {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+    (low + high) * S::from_f64(0.5)
+}
+
+/// Divided difference of `e^-x` at 0, `a` and `b` (0 <= a <= b < 0.25): `sum over n of (-1)^n h_n(a, b) / (n + 2)!`, with `h_n` the
+/// sum of all products of `n` factors `a` or `b`.
+fn series<S: Scalar>(a: S, b: S) -> S {
+    let (mut products, mut power, mut sum) = (S::ONE, S::ONE, S::ZERO);
+    let mut factor = 0.5;
+    for n in 0..10 {
+        sum += S::from_f64(factor) * products;
+        power = power * b;
+        products = a * products + power;
+        factor /= -f64::from(n + 3);
+    }
+    sum
+}
+
+/// `acosh(x) / sqrt(x^2 - 1)` for `x` from 1 on, 1 at 1: the argument is halved until a short series of the inverse hyperbolic tangent
+/// does, `a = 2 atanh(sqrt((x - 1) / (x + 1)))`.
+fn arc_hyperbolic_cosine_over_root(x: f64) -> f64 {
+    let mut excess = x - 1.0;
+    // Hyperbolic sines shrink by twice the cosine of the half; the product keeps the quotient free of 0 / 0.
+    let mut quotient = 1.0;
+    while excess > 1e-2 {
+        let cosine = Scalar::sqrt(1.0 + 0.5 * excess);
+        excess = 0.5 * excess / (cosine + 1.0);
+        quotient /= cosine;
+    }
+    let square = excess / (excess + 2.0);
+    let mut sum = 0.0;
+    for term in (0..10).rev() {
+        sum = sum * square + 1.0 / f64::from(2 * term + 1);
+    }
+    // At the reduced argument: a = 2 t sum with t = tanh(a / 2), and sinh a = 2 t / (1 - t^2).
+    quotient * sum * (1.0 - square)
+}
