@@ -12,15 +12,16 @@ use crate::math::Scalar;
 
 /// Which law.
 ///
-/// Worst error of the lifted wheel's y in the paper's example (Fig. 7; supporting wheel pinned, no side slip of the rear axle, steps of
-/// 10 ms), lifting and landing: see `host-tests/tests/rt_mover.rs`, which measures it.
+/// Worst error of the lifted wheel's y in the paper's example (Fig. 7, for which the paper states 7 mm), the supporting wheel pinned, no side slip of the
+/// rear axle, steps of 10 ms: lifting and landing, m (`host-tests/tests/rt_mover.rs`).
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Law {
     /// Eq. 3 to 12 with the two errors of eq. 11. The sum in eq. 6 is corrected even here: it would turn the arm by twice its angle in every step.
+    /// 0.014 and 0.031.
     Printed,
-    /// Eq. 3 to 12 corrected.
+    /// Eq. 3 to 12 corrected. 0.0005 and 0.0007.
     Corrected,
-    /// No approximation.
+    /// No approximation. 0.00001 and 0.00004.
     Exact,
 }
 

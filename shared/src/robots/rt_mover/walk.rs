@@ -439,10 +439,10 @@ impl Gait {
             _ => 0.0,
         };
         let mut rates = Shape::ZERO;
-        for i in 0..2 {
+        rates.steering = [0, 1].map(|i: usize| {
             let wanted = STEERING_GAIN * (targets[i] - shape.steering[i]);
-            rates.steering[i] = limit(wanted, share * pace.rates[0]);
-        }
+            limit(wanted, share * pace.rates[0])
+        });
         // Both arms together level the body; against each other they share its weight.
         let [front, rear] = inputs.roll_torques;
         let twist = yielding(0.0, 0.5 * (front - rear), pace.compliance);
