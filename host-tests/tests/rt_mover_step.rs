@@ -120,7 +120,8 @@ fn walk(height: f64, model: Parameters<f32>, pace: Pace, lag: f64) -> Walk {
         }
         if step % TICK == 0 {
             let before = gait.stage();
-            let out = tick(&mut gait, &plant, &rotors, inclination);
+            let inputs = felt(&plant, &rotors, inclination);
+            let out = gait.tick(&inputs, (f64::from(TICK) * DT) as f32);
             rates = motors(&out);
             let t = plant.truth();
             if gait.stage() != before {
@@ -195,16 +196,11 @@ fn margin(plant: &RtMover, lifted: Wheel) -> f64 {
     static_margin(&supports, [cog[0], cog[1]])
 }
 
-fn tick(
-    gait: &mut Gait,
-    plant: &RtMover,
-    rotors: &[Rotor; MOTORS],
-    inclination: [f64; 2],
-) -> Outputs {
+/// What the gait is told: the rotors' angles and torques, the inclination, the true heading.
+fn felt(plant: &RtMover, rotors: &[Rotor; MOTORS], inclination: [f64; 2]) -> Inputs {
     let angle = |motor: usize| rotors[motor].angle as f32;
     let torque = |motor: usize| rotors[motor].torque as f32;
-    let truth = plant.truth();
-    let inputs = Inputs {
+    Inputs {
         wheels: [0, 1, 2, 3].map(angle),
         steering: [4, 5].map(angle),
         roll: [6, 7].map(angle),
@@ -212,11 +208,10 @@ fn tick(
         wheel_torques: [0, 1, 2, 3].map(torque),
         roll_torques: [6, 7].map(torque),
         inclination: inclination.map(|angle| angle as f32),
-        heading: truth.yaw as f32,
+        heading: plant.truth().yaw as f32,
         asked: [0.0; 2],
         share: 1.0,
-    };
-    gait.tick(&inputs, (f64::from(TICK) * DT) as f32)
+    }
 }
 
 fn motors(out: &Outputs) -> [f64; MOTORS] {
@@ -358,4 +353,38 @@ fn dead_motors_hold_the_robot_up() {
         "{truth:?}"
     );
     assert!((truth.points[6][2] - 0.15).abs() < 0.003, "{truth:?}");
+}
+
+#[test]
+fn a_standing_robot_drives_and_turns_as_it_is_asked() {
+    let mut plant = RtMover::new(&RtMoverParameters::nominal(), &Terrain::Flat, 1);
+    let mut gait = Gait::new(Parameters::nominal(), Pace::nominal());
+    let mut rotors: [Rotor; MOTORS] = core::array::from_fn(Rotor::new);
+    let mut rates = [0.0; MOTORS];
+    let mut before = None;
+    for step in 0..8000_u32 {
+        if step % TICK == 0 {
+            let mut inputs = felt(&plant, &rotors, [0.0; 2]);
+            inputs.asked = [0.15, -0.2];
+            rates = motors(&gait.tick(&inputs, (f64::from(TICK) * DT) as f32));
+        }
+        let shafts: [_; MOTORS] = core::array::from_fn(|motor| {
+            let load = f64::from(plant.sensors(motor).shaft_torque);
+            Some(rotors[motor].step(rates[motor], load))
+        });
+        plant.step(&shafts);
+        if step == 4000 {
+            before = Some((plant.truth().yaw, plant.truth().points[6]));
+        }
+    }
+    let (yaw, place) = before.unwrap();
+    let seconds = 3.999;
+    let turned = (plant.truth().yaw - yaw) / seconds;
+    let now = plant.truth().points[6];
+    // The chord of the arc, made as long as the arc.
+    let half = 0.5 * turned * seconds;
+    let way = (now[0] - place[0]).hypot(now[1] - place[1]) * half / half.sin();
+    println!("{turned} rad/s, {} m/s", way / seconds);
+    assert!((turned + 0.2).abs() < 0.01, "{turned}");
+    assert!((way / seconds - 0.15).abs() < 0.005, "{}", way / seconds);
 }
