@@ -249,8 +249,8 @@ proptest! {
             Arm::new(&parameters, &moved, axle).rim(&parameters, Wheel::FrontLeft, angle).origin
         };
         let (before, after) = (place(-1e-5), place(1e-5));
-        for i in 0..3 {
-            prop_assert!((place(0.0)[i] - contact[i]).abs() < 1e-12);
+        for (rim, lowest) in place(0.0).iter().zip(contact) {
+            prop_assert!((rim - lowest).abs() < 1e-12);
         }
         let heading = arm.heading();
         let slope = [0, 1].map(|i| (after[i] - before[i]) / 2e-5);
@@ -331,7 +331,7 @@ fn degenerate_cases_stand_still() {
         )
     };
     // Opposite angles are the tightest turn, not the straight course.
-    let tightest = straight([-0.5236, 0.5236], 0.6);
+    let tightest = straight([-LENGTHS.steering_limit, LENGTHS.steering_limit], 0.6);
     let [x, y] = tightest.centre.unwrap();
     assert!((x - 0.5196).abs() < 1e-3 && y.abs() < 1e-9, "{tightest:?}");
     assert!(straight([0.3, 0.3], 0.6).centre.is_none());

@@ -118,7 +118,7 @@ fn walk(height: f64, model: Parameters<f32>, pace: Pace, lag: f64) -> Walk {
         if step == 500 {
             gait.ask(height as f32, plant.truth().yaw as f32);
         }
-        if step % TICK == 0 {
+        if step.is_multiple_of(TICK) {
             let before = gait.stage();
             let inputs = felt(&plant, &rotors, inclination);
             let out = gait.tick(&inputs, (f64::from(TICK) * DT) as f32);
@@ -363,7 +363,7 @@ fn a_standing_robot_drives_and_turns_as_it_is_asked() {
     let mut rates = [0.0; MOTORS];
     let mut before = None;
     for step in 0..8000_u32 {
-        if step % TICK == 0 {
+        if step.is_multiple_of(TICK) {
             let mut inputs = felt(&plant, &rotors, [0.0; 2]);
             inputs.asked = [0.15, -0.2];
             rates = motors(&gait.tick(&inputs, (f64::from(TICK) * DT) as f32));

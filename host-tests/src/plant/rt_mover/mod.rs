@@ -180,9 +180,7 @@ impl RtMover {
             }
         }
         truth.points.clear();
-        truth
-            .points
-            .extend(points.iter().map(|point| point.to_array()));
+        truth.points.extend(points.iter().map(Vector::to_array));
         truth.toppled |= truth.pitch.abs() > TURNED_OVER || truth.roll.abs() > TURNED_OVER;
     }
 }

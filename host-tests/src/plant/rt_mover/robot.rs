@@ -77,7 +77,7 @@ impl Robot {
         };
         let pivots = [0.5, -0.5].map(|side| Vector::X * (side * l.body));
         let hub = |wheel: usize| {
-            let left = if wheel % 2 == 0 { 1.0 } else { -1.0 };
+            let left = if wheel.is_multiple_of(2) { 1.0 } else { -1.0 };
             Vector::new(0.0, left * l.half_arm, -l.arm_drop)
         };
         let chassis = body(
