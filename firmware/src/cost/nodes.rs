@@ -62,6 +62,8 @@ impl Shaft {
                 ..Switches::default()
             },
             set_point,
+            // With the set-point, or behind it.
+            torque_offset: (tick % 16 < 2).then_some((random.bits() >> 16) as i16),
             guard_heard: tick.is_multiple_of(50),
         }
     }

@@ -109,11 +109,15 @@ impl Scale {
 
     /// Torque of the output shaft (N m) in 0.01 N m, or the screw's force in N.
     pub fn torque_to_bus(self, torque: f32) -> i16 {
-        let units = match self {
+        to_i16(torque * self.torque_units())
+    }
+
+    /// Bus units of torque or force per N m of the output shaft.
+    pub fn torque_units(self) -> f32 {
+        match self {
             Self::Turning { .. } => 100.0,
             Self::Linear(lead) => lead.radians_per_metre,
-        };
-        to_i16(torque * units)
+        }
     }
 
     fn velocity_units(self) -> f32 {

@@ -6,4 +6,6 @@ pub mod b2p2;
 pub mod body;
 pub mod crawler;
 
-pub use body::{Allowed, Asked, Body, DriveState, Goal, MAX_DRIVES, MAX_STAGES, Phase};
+pub use body::{
+    Allowed, Asked, Body, DriveState, Goal, MAX_DRIVES, MAX_OFFSETS, MAX_STAGES, Offset, Phase,
+};

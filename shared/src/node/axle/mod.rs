@@ -1,8 +1,9 @@
 //! One motor's node: sense, estimate, supervise, obey, limit. It knows nothing of the robot but its own axle.
 //!
-//! `set_points`: what it is told, and the current that follows from it. `homing`: the reference run. Here is the tick around both.
+//! `set_points`: what it is told, and the current that follows from it. `offset`: the torque it is told in advance. `homing`: the reference run. Here is the tick around both.
 
 mod homing;
+mod offset;
 mod set_points;
 
 pub use set_points::{SetPoint, mode};
@@ -21,6 +22,7 @@ use crate::motor::observer::Observer;
 use crate::motor::profile::{Limits, SetPoint as Motion};
 use crate::settings::{Setting, Settings};
 use homing::Homing;
+use offset::Offset;
 
 /// What the node sensed and heard since the tick before.
 #[derive(Clone, Copy, Debug)]
@@ -37,6 +39,8 @@ pub struct Inputs {
     pub switches: Switches,
     /// The newest set-point, if one came.
     pub set_point: Option<SetPoint>,
+    /// The newest torque offset (object 0x60B2), if one came: 0.01 N m, screw: N.
+    pub torque_offset: Option<i16>,
     /// The guard's heartbeat came.
     pub guard_heard: bool,
 }
@@ -120,6 +124,7 @@ pub struct Axle {
     command: SetPoint,
     command_us: u64,
     motion: Motion,
+    offset: Offset,
     interpolation_ticks: u32,
     homing: Homing,
     homing_ticks: u32,
@@ -160,6 +165,7 @@ impl Axle {
         let current_limit = settings.scaled(Setting::CurrentLimit, 1e-3);
         let hold_current = settings.scaled(Setting::HoldCurrent, 1e-3);
         let gear = settings.scaled(Setting::GearRatio, 1e-3);
+        let torque_constant = settings.scaled(Setting::TorqueConstant, 1e-6) * gear;
         let cascade = Cascade::new(&Gains {
             position: settings.scaled(Setting::PositionGain, 1e-3),
             velocity: settings.scaled(Setting::VelocityGain, 1e-3),
@@ -183,7 +189,7 @@ impl Axle {
             ),
             full: cascade.bound(current_limit),
             hold: cascade.bound(limit(hold_current, current_limit)),
-            torque_constant: settings.scaled(Setting::TorqueConstant, 1e-6) * gear,
+            torque_constant,
             travel,
             reference_direction: settings.get(Setting::ReferenceDirection) as f32,
             reference_position,
@@ -211,6 +217,7 @@ impl Axle {
             },
             command_us: 0,
             motion: Motion::default(),
+            offset: Offset::new(settings, 1.0 / (scale.torque_units() * torque_constant)),
             interpolation_ticks: 0,
             homing: Homing::Idle,
             homing_ticks: 0,

@@ -98,6 +98,7 @@ impl Axle {
             acceleration: 0.0,
         };
         self.interpolation_ticks = 0;
+        self.offset.clear();
     }
 
     /// Velocity that carries the set-point to the new target within one SYNC period.
@@ -150,6 +151,7 @@ impl Axle {
     }
 
     fn operate(&mut self, inputs: &Inputs, taut: Option<Result<Motion, Fault>>) -> Demand {
+        self.offset.update(inputs.torque_offset, &self.cascade);
         let needs_reference = matches!(
             self.mode,
             mode::TAUT | mode::CYCLIC_POSITION | mode::PROFILE_POSITION
@@ -184,7 +186,7 @@ impl Axle {
                 let velocity = self.cascade.rate(self.velocity());
                 return self.cascade.velocity(
                     reference.velocity,
-                    reference.current,
+                    reference.current + self.offset.current(),
                     velocity,
                     self.full,
                 );
@@ -199,7 +201,8 @@ impl Axle {
 
     fn follow(&mut self, bound: Bound) -> Demand {
         let (position, velocity) = (self.position(), self.cascade.rate(self.velocity()));
-        let reference = self.cascade.reference(&self.motion);
+        let mut reference = self.cascade.reference(&self.motion);
+        reference.current += self.offset.current();
         self.cascade.position(&reference, position, velocity, bound)
     }
 

@@ -18,7 +18,7 @@ use crate::can::Frame;
 use crate::estimate::state::{Estimator, State as RobotState};
 use crate::math::to_i16;
 use crate::node::BodySensors;
-use crate::robots::{Allowed, Asked, Body, MAX_DRIVES};
+use crate::robots::{Allowed, Asked, Body, MAX_DRIVES, MAX_OFFSETS};
 use crate::settings::{Setting, Settings};
 use crate::stability::attitude::Attitude;
 use crate::stability::filter::{self, Bounds, Margins, Tracker, Verdict};
@@ -26,8 +26,11 @@ use drives::Drives;
 use heapless::Vec;
 use sequence::Sequence;
 
-/// Most frames that one tick sends: SYNC, network management, one set-point per drive.
-pub const MAX_SENT: usize = MAX_DRIVES + 2;
+/// Most frames that one tick sends: SYNC, network management, one set-point per drive, torques in advance.
+pub const MAX_SENT: usize = MAX_DRIVES + MAX_OFFSETS + 2;
+
+/// SYNCs from one torque in advance to the next: such torques change slowly.
+pub const OFFSET_SYNCS: u32 = 4;
 
 /// Age of the newest attitude after which the guard no longer knows how the robot stands.
 const ATTITUDE_TIMEOUT_US: u64 = 50_000;
@@ -82,12 +85,14 @@ struct Trouble {
 pub struct Guard<B> {
     sync_period_us: u64,
     next_sync_us: u64,
+    syncs: u32,
     operator_timeout_us: u64,
     drives: Drives,
     sequence: Sequence,
     body: B,
     bounds: Bounds,
     filter_active: bool,
+    feed_forward: bool,
     tracker: Tracker,
     margins: Margins,
     share: f32,
@@ -112,6 +117,7 @@ impl<B: Body> Guard<B> {
         Ok(Self {
             sync_period_us: settings.get(Setting::SyncPeriod) as u64,
             next_sync_us: 0,
+            syncs: 0,
             operator_timeout_us: settings.milliseconds(Setting::OperatorTimeout),
             drives: Drives::new(&B::drive_ids(settings), settings),
             sequence: Sequence::default(),
@@ -122,6 +128,7 @@ impl<B: Body> Guard<B> {
                 horizon: settings.scaled(Setting::PredictionHorizon, 1e-3),
             },
             filter_active: settings.get(Setting::FilterActive) == 1,
+            feed_forward: settings.get(Setting::FeedForward) == 1,
             tracker: Tracker::default(),
             margins: Margins::default(),
             share: 1.0,
@@ -239,6 +246,14 @@ impl<B: Body> Guard<B> {
         if self.sequence.state() != State::Waiting {
             let goal = |drive| self.sequence.goal(drive, &self.body);
             frames.extend(self.drives.commands(goal));
+        }
+        self.syncs = self.syncs.wrapping_add(1);
+        if let Some(phase) = self.sequence.phase()
+            && self.feed_forward
+            && self.syncs.is_multiple_of(OFFSET_SYNCS)
+        {
+            let offsets = self.body.offsets(phase, &self.attitude);
+            frames.extend(self.drives.offsets(offsets));
         }
     }
 

@@ -1,11 +1,13 @@
 //! B2P2 under the guard: how it stands, what the operator's command becomes, and the set-points that follow from it.
 
-use super::Model;
 use super::shape::AXLE_3_FROM_BODY_3;
+use super::{FrontPart, Model};
 use crate::estimate::state::Joint;
-use crate::math::{limit, to_i32};
+use crate::math::{limit, to_i16, to_i32};
 use crate::motor::profile::{Limits, SetPoint as Motion};
-use crate::robots::body::{Allowed, Asked, Body, DriveState, Goal, MAX_DRIVES, Phase};
+use crate::robots::body::{
+    Allowed, Asked, Body, DriveState, Goal, MAX_DRIVES, MAX_OFFSETS, Offset, Phase,
+};
 use crate::screw::{Geometry, GeometryError, metres};
 use crate::settings::{Setting, Settings};
 use crate::stability::attitude::Attitude;
@@ -43,6 +45,7 @@ const TIGHTEN: u8 = 3;
 #[derive(Clone, Debug)]
 pub struct B2p2 {
     model: Model,
+    front: FrontPart,
     geometry: Geometry,
     speed: Limits,
     chassis_limits: Limits,
@@ -139,6 +142,7 @@ impl Body for B2p2 {
         let released = i64::from(geometry.released_length().to_bits() >> 4) - retreat;
         Ok(Self {
             model: Model::new(settings),
+            front: FrontPart::new(&geometry),
             geometry,
             speed: Limits {
                 velocity: metres(Setting::SpeedLimit),
@@ -282,6 +286,21 @@ impl Body for B2p2 {
             (Phase::Held, SCREW) if self.joint_known => Goal::Taut,
             (Phase::Held, _) => Goal::Hold,
         }
+    }
+
+    /// The front part's load, where the joint follows its set-point and the belt is taut.
+    fn offsets(&self, phase: Phase, attitude: &Attitude) -> Vec<Offset, MAX_OFFSETS> {
+        if !matches!(phase, Phase::Armed | Phase::Waking(TIGHTEN)) {
+            return Vec::new();
+        }
+        let load = self.front.load(&self.geometry, &self.chassis, attitude);
+        [(JOINT, load.joint * 100.0), (SCREW, load.screw)]
+            .into_iter()
+            .map(|(drive, torque)| Offset {
+                drive,
+                torque: to_i16(torque),
+            })
+            .collect()
     }
 
     fn speed(&self) -> f32 {
