@@ -1,0 +1,79 @@
+//! What the torques that the guard tells in advance gain: how far the chassis joint is from its set-point.
+
+use super::{outcome, scenario};
+use tautrack_host_tests::nodes::Board;
+use tautrack_host_tests::record::{SAMPLE_HZ, Sample};
+
+/// Distance of the joint from the set-point that the guard passes on, rad.
+#[derive(Debug)]
+struct Tracking {
+    rms: f64,
+    worst: f64,
+}
+
+/// Over all samples at which the set-point is fresh (it moved since the one before) or stands still. Between set-point and joint lie bus and
+/// interpolation, a delay that no torque changes: the one with which the difference is least is taken off.
+fn tracking(samples: &[Sample]) -> Tracking {
+    const STILL: usize = 5;
+    let armed: Vec<_> = samples
+        .iter()
+        .filter(|sample| sample.heard.guard_state == "armed")
+        .collect();
+    let theta = |time: f64| {
+        let place = (time - armed[0].time_s) * f64::from(SAMPLE_HZ);
+        let index = (place.floor() as usize).clamp(0, armed.len() - 2);
+        let [a, b] = [index, index + 1].map(|at| armed[at].truth.theta);
+        a + (b - a) * (place - index as f64)
+    };
+    let passed = |index: usize| armed[index].heard.passed_theta;
+    let counted: Vec<usize> = (STILL + 20..armed.len() - 20)
+        .filter(|&index| {
+            let still = (1..=STILL).all(|back| passed(index - back) == passed(index));
+            still || passed(index) != passed(index - 1)
+        })
+        .collect();
+    let error = |index: usize, delay: f64| theta(armed[index].time_s + delay) - passed(index);
+    let rms = |delay: f64| {
+        let squares = counted.iter().map(|index| error(*index, delay).powi(2));
+        (squares.sum::<f64>() / counted.len() as f64).sqrt()
+    };
+    let delay = (-20..60)
+        .map(|milliseconds| f64::from(milliseconds) * 1e-3)
+        .min_by(|a, b| rms(*a).total_cmp(&rms(*b)))
+        .expect("80 of them");
+    println!("delay {:.0} ms, {} samples", delay * 1e3, counted.len());
+    Tracking {
+        rms: rms(delay),
+        worst: counted
+            .iter()
+            .map(|index| error(*index, delay).abs())
+            .fold(0.0, f64::max),
+    }
+}
+
+fn with_and_without(name: &str) -> [Tracking; 2] {
+    [true, false].map(|feed_forward| {
+        let scenario = scenario(name, |description| description.feed_forward = feed_forward);
+        let (summary, samples) = outcome(&scenario, Board::Native);
+        let tracking = tracking(&samples);
+        println!(
+            "{name}, feed-forward {feed_forward}: {:.3} mrad RMS, {:.3} mrad worst; belt {:?}",
+            tracking.rms * 1e3,
+            tracking.worst * 1e3,
+            summary.tension_error_m
+        );
+        tracking
+    })
+}
+
+#[test]
+fn torques_told_in_advance_bring_the_joint_nearer_to_its_set_point_on_level_ground() {
+    let [with, without] = with_and_without("flat");
+    assert!(with.rms < without.rms, "{with:?} {without:?}");
+}
+
+#[test]
+fn torques_told_in_advance_bring_the_joint_nearer_to_its_set_point_on_the_staircase() {
+    let [with, without] = with_and_without("staircase");
+    assert!(with.rms < without.rms, "{with:?} {without:?}");
+}
