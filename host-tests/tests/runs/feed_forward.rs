@@ -11,25 +11,29 @@ struct Tracking {
     worst: f64,
 }
 
-/// Over all samples at which the set-point is fresh (it moved since the one before) or stands still. Between set-point and joint lie bus and
-/// interpolation, a delay that no torque changes: the one with which the difference is least is taken off.
+/// Over the samples from arming on at which the set-point is fresh, that is, has moved since the sample before, and those in the half second
+/// behind them. Between set-point and joint lie bus and interpolation, a delay that no torque changes: the one with which
+/// the difference is least is taken off.
 fn tracking(samples: &[Sample]) -> Tracking {
-    const STILL: usize = 5;
+    const AFTER: usize = SAMPLE_HZ as usize / 2;
+    const MARGIN: usize = 20;
     let armed: Vec<_> = samples
         .iter()
         .filter(|sample| sample.heard.guard_state == "armed")
         .collect();
     let theta = |time: f64| {
         let place = (time - armed[0].time_s) * f64::from(SAMPLE_HZ);
-        let index = (place.floor() as usize).clamp(0, armed.len() - 2);
+        let index = place.floor() as usize;
         let [a, b] = [index, index + 1].map(|at| armed[at].truth.theta);
         a + (b - a) * (place - index as f64)
     };
     let passed = |index: usize| armed[index].heard.passed_theta;
-    let counted: Vec<usize> = (STILL + 20..armed.len() - 20)
+    let moved = |index: usize| passed(index) != passed(index - 1);
+    // The guard tells it with every fifth SYNC, which is every second sample.
+    let counted: Vec<usize> = (AFTER..armed.len() - MARGIN)
         .filter(|&index| {
-            let still = (1..=STILL).all(|back| passed(index - back) == passed(index));
-            still || passed(index) != passed(index - 1)
+            let resting = !moved(index) && !moved(index - 1);
+            moved(index) || resting && (index - AFTER + 1..index).any(moved)
         })
         .collect();
     let error = |index: usize, delay: f64| theta(armed[index].time_s + delay) - passed(index);
@@ -41,7 +45,6 @@ fn tracking(samples: &[Sample]) -> Tracking {
         .map(|milliseconds| f64::from(milliseconds) * 1e-3)
         .min_by(|a, b| rms(*a).total_cmp(&rms(*b)))
         .expect("80 of them");
-    println!("delay {:.0} ms, {} samples", delay * 1e3, counted.len());
     Tracking {
         rms: rms(delay),
         worst: counted

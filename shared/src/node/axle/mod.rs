@@ -101,12 +101,14 @@ pub struct Axle {
     /// Bounds of the cascade: the current limit, and the one for holding a position after a loss or a fault.
     full: Bound,
     hold: Bound,
-    torque_constant: f32,
+    /// Bus units of torque per A.
+    torque_per_ampere: f32,
     travel: Option<(i64, i64)>,
     reference_direction: f32,
     reference_position: i64,
     reference_speed: f32,
     sync_ticks: u32,
+    syncs_per_second: f32,
     command_timeout_us: u64,
 
     observer: Observer,
@@ -166,6 +168,8 @@ impl Axle {
         let hold_current = settings.scaled(Setting::HoldCurrent, 1e-3);
         let gear = settings.scaled(Setting::GearRatio, 1e-3);
         let torque_constant = settings.scaled(Setting::TorqueConstant, 1e-6) * gear;
+        let torque_per_ampere = torque_constant * scale.torque_units();
+        let sync_ticks = (settings.get(Setting::SyncPeriod) as u32 / 1_000).max(1);
         let cascade = Cascade::new(&Gains {
             position: settings.scaled(Setting::PositionGain, 1e-3),
             velocity: settings.scaled(Setting::VelocityGain, 1e-3),
@@ -189,12 +193,13 @@ impl Axle {
             ),
             full: cascade.bound(current_limit),
             hold: cascade.bound(limit(hold_current, current_limit)),
-            torque_constant,
+            torque_per_ampere,
             travel,
             reference_direction: settings.get(Setting::ReferenceDirection) as f32,
             reference_position,
             reference_speed: settings.scaled(Setting::ReferenceSpeed, 1e-3),
-            sync_ticks: (settings.get(Setting::SyncPeriod) as u32 / 1_000).max(1),
+            sync_ticks,
+            syncs_per_second: 1.0 / (sync_ticks as f32 * CONTROL_PERIOD),
             command_timeout_us: settings.milliseconds(Setting::CommandTimeout),
             observer: Observer::new(
                 settings.get(Setting::EncoderCounts),
@@ -217,7 +222,7 @@ impl Axle {
             },
             command_us: 0,
             motion: Motion::default(),
-            offset: Offset::new(settings, 1.0 / (scale.torque_units() * torque_constant)),
+            offset: Offset::new(settings, 1.0 / torque_per_ampere),
             interpolation_ticks: 0,
             homing: Homing::Idle,
             homing_ticks: 0,
@@ -370,9 +375,7 @@ impl Axle {
             status: DriveStatus {
                 statusword: self.statusword(),
                 error_code: code,
-                torque: self
-                    .scale
-                    .torque_to_bus(inputs.current * self.torque_constant),
+                torque: to_i16(inputs.current * self.torque_per_ampere),
                 current: to_i16(inputs.current * 1e3),
             },
             mode: self.mode,

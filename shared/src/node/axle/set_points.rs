@@ -107,7 +107,7 @@ impl Axle {
         if follows && self.state == State::OperationEnabled {
             let target = self.target_position();
             let distance = to_radians(target.wrapping_sub(self.motion.position));
-            let wanted = distance / (self.sync_ticks as f32 * CONTROL_PERIOD);
+            let wanted = distance * self.syncs_per_second;
             self.motion.velocity = limit(wanted, self.limits.velocity);
             self.motion.acceleration = 0.0;
             // One period more, so that a late set-point does not stop the axle between two.

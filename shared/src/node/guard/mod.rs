@@ -18,7 +18,7 @@ use crate::can::Frame;
 use crate::estimate::state::{Estimator, State as RobotState};
 use crate::math::to_i16;
 use crate::node::BodySensors;
-use crate::robots::{Allowed, Asked, Body, MAX_DRIVES, MAX_OFFSETS};
+use crate::robots::{Allowed, Asked, Body, MAX_DRIVES};
 use crate::settings::{Setting, Settings};
 use crate::stability::attitude::Attitude;
 use crate::stability::filter::{self, Bounds, Margins, Tracker, Verdict};
@@ -26,10 +26,11 @@ use drives::Drives;
 use heapless::Vec;
 use sequence::Sequence;
 
-/// Most frames that one tick sends: SYNC, network management, one set-point per drive, torques in advance.
-pub const MAX_SENT: usize = MAX_DRIVES + MAX_OFFSETS + 2;
+/// Most frames that one tick sends: SYNC, network management, one set-point per drive.
+pub const MAX_SENT: usize = MAX_DRIVES + 2;
 
-/// SYNCs from one torque in advance to the next: such torques change slowly.
+/// SYNCs from one torque in advance to the next: such torques change slowly. They are sent half a period behind SYNC, in a tick that has little
+/// else to do; with SYNC in every tick there is none.
 pub const OFFSET_SYNCS: u32 = 4;
 
 /// Age of the newest attitude after which the guard no longer knows how the robot stands.
@@ -53,7 +54,7 @@ pub struct Inputs<'a> {
 /// What the guard sends and tells.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Outputs {
-    /// Frames to send in this order: SYNC, network management, set-points.
+    /// Frames to send in this order: SYNC, network management, set-points; or torques in advance.
     pub frames: Vec<Frame, MAX_SENT>,
     /// Payload of TPDO 1.
     pub motion: GuardMotion,
@@ -86,6 +87,7 @@ pub struct Guard<B> {
     sync_period_us: u64,
     next_sync_us: u64,
     syncs: u32,
+    offsets_due: bool,
     operator_timeout_us: u64,
     drives: Drives,
     sequence: Sequence,
@@ -118,6 +120,7 @@ impl<B: Body> Guard<B> {
             sync_period_us: settings.get(Setting::SyncPeriod) as u64,
             next_sync_us: 0,
             syncs: 0,
+            offsets_due: false,
             operator_timeout_us: settings.milliseconds(Setting::OperatorTimeout),
             drives: Drives::new(&B::drive_ids(settings), settings),
             sequence: Sequence::default(),
@@ -166,6 +169,14 @@ impl<B: Body> Guard<B> {
             self.next_sync_us = inputs.now_us + self.sync_period_us;
             self.cycle(inputs.now_us, &mut frames);
             robot = Some(self.locate(inputs.now_us));
+            self.syncs = self.syncs.wrapping_add(1);
+            self.offsets_due = self.feed_forward && self.syncs.is_multiple_of(OFFSET_SYNCS);
+        } else if self.offsets_due && inputs.now_us + self.sync_period_us / 2 >= self.next_sync_us {
+            self.offsets_due = false;
+            if let Some(phase) = self.sequence.phase() {
+                let offsets = self.body.offsets(phase, &self.attitude);
+                frames.extend(self.drives.offsets(offsets));
+            }
         }
         let emergency = (trouble_before != self.trouble)
             .then(|| self.trouble.map_or(0, |trouble| trouble.code));
@@ -246,14 +257,6 @@ impl<B: Body> Guard<B> {
         if self.sequence.state() != State::Waiting {
             let goal = |drive| self.sequence.goal(drive, &self.body);
             frames.extend(self.drives.commands(goal));
-        }
-        self.syncs = self.syncs.wrapping_add(1);
-        if let Some(phase) = self.sequence.phase()
-            && self.feed_forward
-            && self.syncs.is_multiple_of(OFFSET_SYNCS)
-        {
-            let offsets = self.body.offsets(phase, &self.attitude);
-            frames.extend(self.drives.offsets(offsets));
         }
     }
 
