@@ -124,7 +124,7 @@ pub struct Axle {
     /// What the controlword asks for.
     asked: Command,
     command: SetPoint,
-    command_us: u64,
+    command_until_us: u64,
     motion: Motion,
     offset: Offset,
     interpolation_ticks: u32,
@@ -220,7 +220,7 @@ impl Axle {
                 mode: 0,
                 target: 0,
             },
-            command_us: 0,
+            command_until_us: 0,
             motion: Motion::default(),
             offset: Offset::new(settings, 1.0 / torque_per_ampere),
             interpolation_ticks: 0,
@@ -302,12 +302,10 @@ impl Axle {
         };
         let mut found = self.supervisor.check(&readings, &self.bounds);
         if enabled && found.is_none() {
-            // Time does not run backwards; if it did, the command would be old.
-            let command_age = inputs.now_us.wrapping_sub(self.command_us);
             found = match taut {
                 Some(Err(fault)) if self.mode == mode::TAUT => Some(fault),
                 _ if self.guard.lost(inputs.now_us) => Some(Fault::GuardLost),
-                _ if command_age > self.command_timeout_us && inputs.set_point.is_none() => {
+                _ if inputs.now_us > self.command_until_us && inputs.set_point.is_none() => {
                     Some(Fault::CommandLost)
                 }
                 _ if self.homing == Homing::Failed && self.mode == mode::HOMING => {

@@ -12,9 +12,9 @@ pub(super) struct Offset {
     amperes: f32,
     /// In units of the cascade, up to 2^26.
     current: i32,
-    /// How long a new one counts, and how long this one still does.
-    life: u32,
-    left: u32,
+    /// How many ticks a new one counts, and how many this one still does.
+    life: i32,
+    left: i32,
 }
 
 impl Offset {
@@ -32,7 +32,7 @@ impl Offset {
         Self {
             amperes,
             current: 0,
-            life: (life / tick_us) as u32,
+            life: (life / tick_us) as i32,
             left: 0,
         }
     }
@@ -40,13 +40,14 @@ impl Offset {
     /// Takes one control period, and the newest offset if one came.
     #[inline]
     pub fn update(&mut self, newest: Option<i16>, cascade: &Cascade) {
+        // Below zero it may wrap: what it ended stays ended.
+        self.left = self.left.wrapping_sub(1);
+        if self.left < 0 {
+            self.current = 0;
+        }
         if let Some(torque) = newest {
             self.current = cascade.current(f32::from(torque) * self.amperes);
             self.left = self.life;
-        } else if self.left == 0 {
-            self.current = 0;
-        } else {
-            self.left -= 1;
         }
     }
 

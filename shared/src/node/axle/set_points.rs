@@ -43,7 +43,8 @@ impl Axle {
         let Some(set_point) = inputs.set_point else {
             return;
         };
-        self.command_us = inputs.now_us;
+        // Microseconds in 64 bits do not wrap; if they did, the command would be old.
+        self.command_until_us = inputs.now_us.wrapping_add(self.command_timeout_us);
         let risen = set_point.controlword & !self.controlword;
         let command = Command::from_controlword(set_point.controlword);
         // A master that went on commanding "enable" through a fault does not mean the axle to start at its reset.
