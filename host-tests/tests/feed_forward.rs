@@ -71,8 +71,8 @@ fn load_is_what_the_whole_model_asks_of_joints_7_and_8() {
         "worst {worst_joint:e} N m of {}, {worst_screw:e} N of {}",
         largest[0], largest[1]
     );
-    assert!(worst_joint < 1e-3, "{worst_joint:e} N m");
-    assert!(worst_screw < 2e-3, "{worst_screw:e} N");
+    assert!(worst_joint < 2e-4, "{worst_joint:e} N m");
+    assert!(worst_screw < 1e-3, "{worst_screw:e} N");
 }
 
 fn current(outputs: &Outputs) -> f32 {
