@@ -9,7 +9,7 @@ use node::{Node, ROLES, settings};
 use tautrack::bus::network::function::{RPDO, TPDO};
 use tautrack::bus::pdo::{
     DriveMotion, DriveStatus, GuardMargins, GuardMotion, GuardPassed, GuardPosition, GuardState,
-    OperatorCommand, PositionSetPoint, VelocitySetPoint,
+    OperatorCommand, PositionSetPoint, TorqueOffset, VelocitySetPoint,
 };
 use tautrack::can::Frame;
 use tautrack::link::Sensors;
@@ -103,7 +103,7 @@ fn nodes_hold_what_their_data_sheets_say() {
         for (index, sub, data_type, default) in entries {
             // What the stack computes or the settings give is not the dictionary's default.
             let running = matches!(index, 0x1001 | 0x1017 | 0x6041..=0x6064 | 0x4001..=0x4004 | 0x4014)
-                || (role, index, sub) == ("screw", 0x1402, 1);
+                || (role, index, sub) == ("screw", 0x1403, 1);
             let size = [0, 1, 1, 2, 4, 1, 2, 4][usize::from(data_type)];
             let (value, answered) = read_sized(&mut node, index, sub);
             assert_eq!(answered, size, "{role} {index:#x}:{sub} has another length");
@@ -122,6 +122,7 @@ fn drives_map_what_the_codecs_say() {
         let mut node = started(role);
         assert_map(&mut node, 0x1400, RPDO[0] + NODE, PositionSetPoint::MAPPING);
         assert_map(&mut node, 0x1401, RPDO[1] + NODE, VelocitySetPoint::MAPPING);
+        assert_map(&mut node, 0x1402, RPDO[2] + NODE, TorqueOffset::MAPPING);
         assert_map(&mut node, 0x1800, TPDO[0] + NODE, DriveMotion::MAPPING);
         assert_map(&mut node, 0x1801, TPDO[1] + NODE, DriveStatus::MAPPING);
     }

@@ -1,6 +1,6 @@
 //! The guard's tick against drives that always do as they are told.
 
-use tautrack::bus::network::{Emergency, emergency};
+use tautrack::bus::network::{Emergency, emergency, sync};
 use tautrack::bus::pdo::{
     DEAD_MAN_HELD, DriveMotion, DriveStatus, OperatorCommand, Payload, PositionSetPoint, Request,
     VelocitySetPoint, receive, transmit,
@@ -118,7 +118,7 @@ impl Bench {
             serial: &[],
         };
         let outputs = self.guard.tick(&inputs).clone();
-        if !outputs.frames.is_empty() {
+        if outputs.frames.first() == Some(&sync()) {
             self.sent = outputs.frames.to_vec();
         }
         outputs

@@ -52,12 +52,13 @@ prop_compose! {
         bus_voltage in prop_oneof![Just(24.0_f32), any_f32()],
         switches in any::<[bool; 3]>(),
         set_point in set_point(),
+        torque_offset in any::<Option<i16>>(),
         guard_heard in any::<bool>(),
     ) -> Inputs {
         let [reference, positive_limit, negative_limit] = switches;
         let switches = Switches { reference, positive_limit, negative_limit };
         // The caller adds the jumps up to a time.
-        Inputs { now_us: jump_us, encoder, current, bus_voltage, switches, set_point, guard_heard }
+        Inputs { now_us: jump_us, encoder, current, bus_voltage, switches, set_point, torque_offset, guard_heard }
     }
 }
 

@@ -179,6 +179,8 @@ settings! {
     PredictionHorizon = 0x004e, "prediction_horizon", "ms", 0..=2_000, 150;
     /// 1: the filter limits commands. 0: every command passes.
     FilterActive = 0x004f, "filter_active", "1", 0..=1, 1;
+    /// 1: the guard sends the drives the torques that it knows in advance. 0: it sends none.
+    FeedForward = 0x0058, "feed_forward", "1", 0..=1, 1;
     /// Age of the operator's newest command after which the robot stops.
     OperatorTimeout = 0x0050, "operator_timeout", "ms", 20..=5_000, 300;
 

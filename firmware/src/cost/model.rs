@@ -2,10 +2,18 @@
 
 use super::counter::Table;
 use super::inputs::Random;
+use super::inputs::settings;
 use core::hint::black_box;
 use tautrack::math::vector::Frame;
+use tautrack::motor::from_radians;
+use tautrack::motor::profile::SetPoint as Motion;
+use tautrack::node::BodySensors;
+use tautrack::robots::b2p2::feed_forward::Load;
 use tautrack::robots::b2p2::newton_euler::Effort;
-use tautrack::robots::b2p2::{JOINTS, JointMatrix, Joints, Parameters, Posture};
+use tautrack::robots::b2p2::{FrontPart, JOINTS, JointMatrix, Joints, Parameters, Posture};
+use tautrack::screw::Geometry;
+use tautrack::settings::Setting;
+use tautrack::stability::attitude::Attitude;
 use tautrack::stability::tipover::{Edges, angles};
 use tautrack::stability::zmp::{Plane, Wrench, ZeroMomentPoint, zero_moment_point};
 
@@ -47,7 +55,52 @@ fn motion(state: &mut State, _: u32, random: &mut Random) {
     state.plane.normal = near([0.0, 0.0, -1.0], 0.3);
 }
 
+/// The front part's load, at attitudes and motions anywhere.
+fn count_front_part(table: &mut Table) {
+    let settings = settings();
+    let [l1, l2, k] = [Setting::LengthL1, Setting::LengthL2, Setting::LengthK]
+        .map(|setting| settings.get(setting));
+    let Ok(geometry) = Geometry::from_micrometres(l1, l2, k) else {
+        return; // the nominal geometry is a good one; without it the host misses the entry
+    };
+    let nothing = Load {
+        joint: 0.0,
+        screw: 0.0,
+    };
+    let mut state = black_box((
+        FrontPart::new(&geometry),
+        geometry,
+        Attitude::default(),
+        nothing,
+    ));
+    table.kernel(
+        "load of B2P2's front part",
+        &mut state,
+        |(_, _, attitude, _), _, random| {
+            *attitude = Attitude::default();
+            attitude.update(
+                &BodySensors {
+                    inclination: [random.within(1.2), random.within(0.8)],
+                    specific_force: [0.0; 3],
+                    angular_rate: [0.0; 3],
+                    magnetic_field: [0.0; 3],
+                },
+                1e-3,
+            );
+            Motion {
+                position: from_radians(random.within(1.7)),
+                velocity: random.within(2.0),
+                acceleration: random.within(8.0),
+            }
+        },
+        |(front, geometry, attitude, load), motion| {
+            *load = front.load(geometry, &motion, attitude);
+        },
+    );
+}
+
 pub fn count(table: &mut Table) {
+    count_front_part(table);
     let nothing = Wrench {
         force: [0.0; 3],
         moment: [0.0; 3],

@@ -5,6 +5,7 @@ use super::inputs::{Random, settings};
 use core::f32::consts::TAU;
 use core::hint::black_box;
 use heapless::Vec;
+use tautrack::bus::network::sync;
 use tautrack::bus::pdo::{DriveMotion, DriveStatus, OperatorCommand, Payload, Request, transmit};
 use tautrack::can::Frame;
 use tautrack::node::axle::{self, Axle, Bridge, SetPoint, mode};
@@ -62,6 +63,8 @@ impl Shaft {
                 ..Switches::default()
             },
             set_point,
+            // Half a period behind a set-point.
+            torque_offset: (tick % 16 == 2).then_some((random.bits() >> 16) as i16),
             guard_heard: tick.is_multiple_of(50),
         }
     }
@@ -323,7 +326,7 @@ fn count_guard(table: &mut Table) {
                 count.take(instructions(rig, inputs, GuardRig::tick));
             });
             armed &= rig.guard.outputs().state.state == guard::State::Armed.code();
-            armed &= rig.guard.outputs().frames.is_empty() == (phase != 0);
+            armed &= (rig.guard.outputs().frames.first() == Some(&sync())) == (phase == 0);
         }
         // Anything else would count another tick than the name says; the host then misses the entry.
         if armed {

@@ -41,7 +41,7 @@ async fn control(mut axle: Axle, node: u8) -> ! {
     let mut ticker = Ticker::every(Duration::from_hz(u64::from(CONTROL_HZ)));
     loop {
         ticker.next().await;
-        let outputs = axle.tick(&drive::inputs(set_point));
+        let outputs = axle.tick(&drive::inputs(set_point, torque_offset));
         drive::act(&outputs, node);
         publish(&outputs);
     }

@@ -9,7 +9,7 @@ use core::sync::atomic::{AtomicBool, Ordering};
 use critical_section::Mutex;
 use embassy_time::Instant;
 use tautrack::bus::network::{self, Emergency};
-use tautrack::bus::pdo::DriveMotion;
+use tautrack::bus::pdo::{DriveMotion, receive};
 use tautrack::motor::current::{CurrentLoop, Winding};
 use tautrack::node::CONTROL_PERIOD;
 use tautrack::node::axle::{Inputs, Outputs, SetPoint};
@@ -18,14 +18,19 @@ use tautrack::settings::{Setting, Settings};
 /// What the bus task heard since the control task last looked.
 pub static HEARD: Mailbox = Mailbox {
     set_point: AtomicBool::new(false),
+    offset: AtomicBool::new(false),
     guard: AtomicBool::new(false),
     joint: Mutex::new(Cell::new(None)),
     sync_us: Mutex::new(Cell::new(0)),
 };
 
+/// Object that does not count as a set-point: it comes more seldom, and none begins with it.
+const TORQUE_OFFSET: u16 = 0x60b2;
+
 /// See [`HEARD`].
 pub struct Mailbox {
     set_point: AtomicBool,
+    offset: AtomicBool,
     guard: AtomicBool,
     joint: Mutex<Cell<Option<(DriveMotion, u64)>>>,
     sync_us: Mutex<Cell<u64>>,
@@ -40,6 +45,14 @@ impl Mailbox {
         }
         if network::as_heartbeat(&heard.frame).is_some_and(|(node, _)| node == guard) {
             self.guard.store(true, Ordering::Relaxed);
+        }
+        let offset = match heard.sdo_index {
+            Some(index) => index == TORQUE_OFFSET,
+            None => heard.frame.id() & !0x7f == receive(3),
+        };
+        if heard.wrote && offset {
+            self.offset.store(true, Ordering::Relaxed);
+            return;
         }
         // Set-points come by process data, or from a client that writes objects of the drive profile one by one.
         if heard.wrote
@@ -68,8 +81,8 @@ impl Mailbox {
     }
 }
 
-/// Inputs of one tick; `set_point` reads the objects, and is asked only when one of them was written.
-pub fn inputs(set_point: fn() -> SetPoint) -> Inputs {
+/// Inputs of one tick; `set_point` and `torque_offset` read the objects, and are asked only when one of theirs was written.
+pub fn inputs(set_point: fn() -> SetPoint, torque_offset: fn() -> i16) -> Inputs {
     Inputs {
         now_us: Instant::now().as_micros(),
         encoder: Selected::encoder(),
@@ -80,6 +93,10 @@ pub fn inputs(set_point: fn() -> SetPoint) -> Inputs {
             .set_point
             .swap(false, Ordering::Relaxed)
             .then(set_point),
+        torque_offset: HEARD
+            .offset
+            .swap(false, Ordering::Relaxed)
+            .then(torque_offset),
         guard_heard: HEARD.guard.swap(false, Ordering::Relaxed),
     }
 }
@@ -124,6 +141,11 @@ macro_rules! drive_objects {
                     $od::OBJECT607A.get_value()
                 },
             }
+        }
+
+        /// The torque offset as its object holds it.
+        fn torque_offset() -> i16 {
+            $od::OBJECT60B2.get_value()
         }
 
         /// What the tick tells, as objects; the next SYNC sends them.

@@ -20,7 +20,7 @@ pub static ROLE: Role = Role {
 };
 
 /// Communication parameter of the receive PDO that takes the joint's motion.
-const JOINT_PARAMETER: u16 = 0x1402;
+const JOINT_PARAMETER: u16 = 0x1403;
 
 static GUARD: AtomicU8 = AtomicU8::new(0);
 static JOINT: AtomicU16 = AtomicU16::new(0);
@@ -56,7 +56,7 @@ async fn control(mut screw: Screw, node: u8) -> ! {
     loop {
         ticker.next().await;
         let outputs = screw.tick(&Inputs {
-            axle: drive::inputs(set_point),
+            axle: drive::inputs(set_point, torque_offset),
             joint: drive::HEARD.take_joint(),
             slack: od::OBJECT2101.get_value(),
         });

@@ -62,6 +62,7 @@ fn settings(name: NodeName, scenario: &Scenario) -> Vec<(Setting, i32)> {
     });
     if name == NodeName::Guard {
         values.push((Setting::FilterActive, i32::from(scenario.guard)));
+        values.push((Setting::FeedForward, i32::from(scenario.feed_forward)));
         values.push((Setting::BodyHeight, micro(robot.com_offset_m)));
         if let Some(payload) = robot.payload.as_ref().filter(|payload| payload.declared) {
             let [forward, left, up] = payload.place_m.map(micro);

@@ -11,9 +11,10 @@ use std::fmt::Write;
 use tautrack::bus::network::{self, function};
 use tautrack::bus::pdo::{
     DriveMotion, DriveStatus, GuardMargins, GuardMotion, GuardPassed, GuardPosition, GuardState,
-    OperatorCommand, PositionSetPoint, VelocitySetPoint,
+    OperatorCommand, PositionSetPoint, TorqueOffset, VelocitySetPoint,
 };
 use tautrack::can::Frame;
+use tautrack::node::guard::OFFSET_SYNCS;
 use tautrack::settings::Setting;
 use zencan_common::device_config::{DataType, Object, PdoDefaultConfig};
 use zencan_common::objects::AccessType;
@@ -32,9 +33,10 @@ macro_rules! known {
     };
 }
 
-const PAYLOADS: [Known; 10] = known!(
+const PAYLOADS: [Known; 11] = known!(
     PositionSetPoint,
     VelocitySetPoint,
+    TorqueOffset,
     DriveMotion,
     DriveStatus,
     OperatorCommand,
@@ -136,6 +138,12 @@ fn cyclic(roles: &[Role]) -> Vec<Cyclic> {
         if let Some(pdo) = pdos.rpdo_defaults.get(&set_point) {
             let what = format!("RPDO {} of {name}", set_point + 1);
             add(pdo, what, sender, set_point_us);
+        }
+        if matches!(name, NodeName::ChassisJoint | NodeName::Screw)
+            && let Some(pdo) = pdos.rpdo_defaults.get(&2)
+        {
+            let (what, guard) = (format!("RPDO 3 of {name}"), NodeName::Guard.to_string());
+            add(pdo, what, guard, sync_us * u64::from(OFFSET_SYNCS));
         }
         for number in 0..usize::from(pdos.num_tpdo) {
             if let Some(pdo) = pdos.tpdo_defaults.get(&number) {

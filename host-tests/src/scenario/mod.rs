@@ -95,6 +95,9 @@ pub struct Description {
     /// Whether the guard's filter limits the operator. Off, it passes every command on.
     #[serde(default = "on")]
     pub guard: bool,
+    /// Whether the guard tells the drives the torques that it knows in advance.
+    #[serde(default = "on")]
+    pub feed_forward: bool,
     /// Coefficient of friction between track and ground.
     pub friction: f64,
     /// The ground.

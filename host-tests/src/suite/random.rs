@@ -101,6 +101,7 @@ const LEGITIMATE: &[Family] = &[
 /// What all have in common: the nominal robot on good ground, front up, driving slowly.
 fn beginning(random: &mut Random) -> Description {
     Description {
+        feed_forward: true,
         name: String::new(),
         about: String::new(),
         seed: random.bits() >> 32,

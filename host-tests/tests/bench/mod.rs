@@ -32,6 +32,8 @@ pub struct Bench {
     pub stuck: bool,
     /// What the master sends with every SYNC; `None` when it is silent.
     pub set_point: Option<SetPoint>,
+    /// The torque offset that it sends with every fourth SYNC.
+    pub torque_offset: Option<i16>,
     pub guard_alive: bool,
     /// The joint's motion, sent with every SYNC to a screw.
     pub joint: Option<DriveMotion>,
@@ -70,6 +72,7 @@ impl Bench {
             load: 0.0,
             stuck: false,
             set_point: None,
+            torque_offset: None,
             guard_alive: true,
             joint: None,
             switches: |_| Switches::default(),
@@ -101,6 +104,9 @@ impl Bench {
             bus_voltage: 24.0,
             switches: (self.switches)(self.angle),
             set_point: self.set_point.filter(|_| sync),
+            torque_offset: self
+                .torque_offset
+                .filter(|_| milliseconds.is_multiple_of(4 * TICKS_PER_SYNC)),
             guard_heard: self.guard_alive && milliseconds.is_multiple_of(50),
         };
         let outputs = match &mut self.node {

@@ -3,6 +3,7 @@
 mod client;
 mod climb;
 mod dead_nodes;
+mod feed_forward;
 mod guard;
 mod hash;
 mod snapshot;

@@ -4,7 +4,8 @@
 #[derive(Clone, Copy, Debug)]
 pub struct Monitor {
     timeout_us: u64,
-    last_us: Option<u64>,
+    /// Until when it is not lost; the end of time before it was heard.
+    until_us: u64,
 }
 
 impl Monitor {
@@ -12,24 +13,23 @@ impl Monitor {
     pub fn new(timeout_us: u64) -> Self {
         Self {
             timeout_us,
-            last_us: None,
+            until_us: u64::MAX,
         }
     }
 
     /// The node was heard at `now_us`.
     pub fn heard(&mut self, now_us: u64) {
-        self.last_us = Some(now_us);
+        self.until_us = now_us.saturating_add(self.timeout_us);
     }
 
     /// Heard at least once since the start.
     pub fn seen(&self) -> bool {
-        self.last_us.is_some()
+        self.until_us != u64::MAX
     }
 
     /// Seen once, and silent for longer than the timeout. A node that was never seen is not lost: it was never there.
     pub fn lost(&self, now_us: u64) -> bool {
-        self.last_us
-            .is_some_and(|last| now_us.saturating_sub(last) > self.timeout_us)
+        now_us > self.until_us
     }
 
     /// Seen, and not lost.

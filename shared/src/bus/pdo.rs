@@ -96,6 +96,14 @@ payload! {
 }
 
 payload! {
+    /// Torque in advance of any error: RPDO 3 of axle and screw.
+    TorqueOffset {
+        /// Torque added to that of the loops, 0.01 N m at the output shaft; screw: force, N.
+        torque: i16 = 0x60_b200,
+    }
+}
+
+payload! {
     /// Motion of a drive at the last SYNC: TPDO 1 of axle and screw.
     DriveMotion {
         /// Position, scaled as [`PositionSetPoint::target`].

@@ -44,7 +44,7 @@ pub struct Reference {
     pub position: i64,
     /// Velocity to feed forward, up to 2^29.
     pub velocity: i32,
-    /// Current to feed forward, up to 2^26.
+    /// Current to feed forward, up to 2^27: that of the acceleration and one from outside.
     pub current: i32,
 }
 
@@ -142,7 +142,13 @@ impl Cascade {
     /// Bound of the current at this many A; 0 for NaN and below 0.
     #[inline]
     pub fn bound(&self, amperes: f32) -> Bound {
-        Bound::new(outside(amperes * self.per_ampere, OUTSIDE_CURRENT))
+        Bound::new(self.current(amperes))
+    }
+
+    /// A current in A in the loops' units, up to 2^26; 0 for NaN.
+    #[inline]
+    pub fn current(&self, amperes: f32) -> i32 {
+        outside(amperes * self.per_ampere, OUTSIDE_CURRENT)
     }
 
     /// A current in A.

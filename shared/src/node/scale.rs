@@ -1,6 +1,6 @@
 //! How positions and velocities of the output shaft appear on the bus: one scale per kind of axle.
 
-use crate::math::{saturate, to_i16, to_i32};
+use crate::math::{saturate, to_i32};
 
 /// Scale of objects 0x6064, 0x606C, 0x607A and 0x60FF.
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -107,13 +107,12 @@ impl Scale {
         wire as f32 / self.velocity_units()
     }
 
-    /// Torque of the output shaft (N m) in 0.01 N m, or the screw's force in N.
-    pub fn torque_to_bus(self, torque: f32) -> i16 {
-        let units = match self {
+    /// Bus units per N m of the output shaft: of torque 0.01 N m, of the screw's force N.
+    pub fn torque_units(self) -> f32 {
+        match self {
             Self::Turning { .. } => 100.0,
             Self::Linear(lead) => lead.radians_per_metre,
-        };
-        to_i16(torque * units)
+        }
     }
 
     fn velocity_units(self) -> f32 {

@@ -13,6 +13,8 @@ use heapless::Vec;
 pub const MAX_DRIVES: usize = 16;
 /// Most stages between "ready" and "armed".
 pub const MAX_STAGES: usize = 4;
+/// Most drives that are told a torque in advance.
+pub const MAX_OFFSETS: usize = 4;
 
 /// A drive as the bus shows it, in the drive's bus units.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
@@ -29,6 +31,12 @@ pub struct DriveState {
     pub referenced: bool,
     /// The drive is in "operation enabled".
     pub enabled: bool,
+}
+
+/// The state of drive number `index`; one that is not there is at rest, unreferenced and off.
+#[inline]
+pub fn drive_of(drives: &[DriveState], index: usize) -> DriveState {
+    drives.get(index).copied().unwrap_or_default()
 }
 
 /// What a drive shall do.
@@ -48,6 +56,15 @@ pub enum Goal {
     Velocity(i32),
     /// Keep the belt taut.
     Taut,
+}
+
+/// A torque that a drive shall have in advance of any error.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Offset {
+    /// Number of the drive.
+    pub drive: usize,
+    /// Torque at the output shaft, 0.01 N m; screw: force, N.
+    pub torque: i16,
 }
 
 /// What the robot is about to do, or does.
@@ -127,6 +144,11 @@ pub trait Body: Sized {
 
     /// What drive number `drive` shall do.
     fn goal(&self, phase: Phase, drive: usize) -> Goal;
+
+    /// What the body knows in advance of the torques that its set-points take; a drive that is not named has none.
+    fn offsets(&self, _: Phase, _: &Attitude) -> Vec<Offset, MAX_OFFSETS> {
+        Vec::new()
+    }
 
     /// Forward speed that its set-points have now, m/s.
     fn speed(&self) -> f32;

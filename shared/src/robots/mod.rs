@@ -8,4 +8,6 @@ pub mod crawler;
 pub mod hylos;
 pub mod rt_mover;
 
-pub use body::{Allowed, Asked, Body, DriveState, Goal, MAX_DRIVES, MAX_STAGES, Phase};
+pub use body::{
+    Allowed, Asked, Body, DriveState, Goal, MAX_DRIVES, MAX_OFFSETS, MAX_STAGES, Offset, Phase,
+};

@@ -1,8 +1,9 @@
 //! One motor's node: sense, estimate, supervise, obey, limit. It knows nothing of the robot but its own axle.
 //!
-//! `set_points`: what it is told, and the current that follows from it. `homing`: the reference run. Here is the tick around both.
+//! `set_points`: what it is told, and the current that follows from it. `offset`: the torque it is told in advance. `homing`: the reference run. Here is the tick around both.
 
 mod homing;
+mod offset;
 mod set_points;
 
 pub use set_points::{SetPoint, mode};
@@ -21,6 +22,7 @@ use crate::motor::observer::Observer;
 use crate::motor::profile::{Limits, SetPoint as Motion};
 use crate::settings::{Setting, Settings};
 use homing::Homing;
+use offset::Offset;
 
 /// What the node sensed and heard since the tick before.
 #[derive(Clone, Copy, Debug)]
@@ -37,6 +39,8 @@ pub struct Inputs {
     pub switches: Switches,
     /// The newest set-point, if one came.
     pub set_point: Option<SetPoint>,
+    /// The newest torque offset (object 0x60B2), if one came: 0.01 N m, screw: N.
+    pub torque_offset: Option<i16>,
     /// The guard's heartbeat came.
     pub guard_heard: bool,
 }
@@ -97,12 +101,14 @@ pub struct Axle {
     /// Bounds of the cascade: the current limit, and the one for holding a position after a loss or a fault.
     full: Bound,
     hold: Bound,
-    torque_constant: f32,
+    /// Bus units of torque per A.
+    torque_per_ampere: f32,
     travel: Option<(i64, i64)>,
     reference_direction: f32,
     reference_position: i64,
     reference_speed: f32,
     sync_ticks: u32,
+    syncs_per_second: f32,
     command_timeout_us: u64,
 
     observer: Observer,
@@ -118,8 +124,9 @@ pub struct Axle {
     /// What the controlword asks for.
     asked: Command,
     command: SetPoint,
-    command_us: u64,
+    command_until_us: u64,
     motion: Motion,
+    offset: Offset,
     interpolation_ticks: u32,
     homing: Homing,
     homing_ticks: u32,
@@ -160,6 +167,9 @@ impl Axle {
         let current_limit = settings.scaled(Setting::CurrentLimit, 1e-3);
         let hold_current = settings.scaled(Setting::HoldCurrent, 1e-3);
         let gear = settings.scaled(Setting::GearRatio, 1e-3);
+        let torque_constant = settings.scaled(Setting::TorqueConstant, 1e-6) * gear;
+        let torque_per_ampere = torque_constant * scale.torque_units();
+        let sync_ticks = (settings.get(Setting::SyncPeriod) as u32 / 1_000).max(1);
         let cascade = Cascade::new(&Gains {
             position: settings.scaled(Setting::PositionGain, 1e-3),
             velocity: settings.scaled(Setting::VelocityGain, 1e-3),
@@ -183,12 +193,13 @@ impl Axle {
             ),
             full: cascade.bound(current_limit),
             hold: cascade.bound(limit(hold_current, current_limit)),
-            torque_constant: settings.scaled(Setting::TorqueConstant, 1e-6) * gear,
+            torque_per_ampere,
             travel,
             reference_direction: settings.get(Setting::ReferenceDirection) as f32,
             reference_position,
             reference_speed: settings.scaled(Setting::ReferenceSpeed, 1e-3),
-            sync_ticks: (settings.get(Setting::SyncPeriod) as u32 / 1_000).max(1),
+            sync_ticks,
+            syncs_per_second: 1.0 / (sync_ticks as f32 * CONTROL_PERIOD),
             command_timeout_us: settings.milliseconds(Setting::CommandTimeout),
             observer: Observer::new(
                 settings.get(Setting::EncoderCounts),
@@ -209,8 +220,9 @@ impl Axle {
                 mode: 0,
                 target: 0,
             },
-            command_us: 0,
+            command_until_us: 0,
             motion: Motion::default(),
+            offset: Offset::new(settings, 1.0 / torque_per_ampere),
             interpolation_ticks: 0,
             homing: Homing::Idle,
             homing_ticks: 0,
@@ -290,12 +302,10 @@ impl Axle {
         };
         let mut found = self.supervisor.check(&readings, &self.bounds);
         if enabled && found.is_none() {
-            // Time does not run backwards; if it did, the command would be old.
-            let command_age = inputs.now_us.wrapping_sub(self.command_us);
             found = match taut {
                 Some(Err(fault)) if self.mode == mode::TAUT => Some(fault),
                 _ if self.guard.lost(inputs.now_us) => Some(Fault::GuardLost),
-                _ if command_age > self.command_timeout_us && inputs.set_point.is_none() => {
+                _ if inputs.now_us > self.command_until_us && inputs.set_point.is_none() => {
                     Some(Fault::CommandLost)
                 }
                 _ if self.homing == Homing::Failed && self.mode == mode::HOMING => {
@@ -363,9 +373,7 @@ impl Axle {
             status: DriveStatus {
                 statusword: self.statusword(),
                 error_code: code,
-                torque: self
-                    .scale
-                    .torque_to_bus(inputs.current * self.torque_constant),
+                torque: to_i16(inputs.current * self.torque_per_ampere),
                 current: to_i16(inputs.current * 1e3),
             },
             mode: self.mode,

@@ -43,7 +43,8 @@ impl Axle {
         let Some(set_point) = inputs.set_point else {
             return;
         };
-        self.command_us = inputs.now_us;
+        // Microseconds in 64 bits do not wrap; if they did, the command would be old.
+        self.command_until_us = inputs.now_us.wrapping_add(self.command_timeout_us);
         let risen = set_point.controlword & !self.controlword;
         let command = Command::from_controlword(set_point.controlword);
         // A master that went on commanding "enable" through a fault does not mean the axle to start at its reset.
@@ -98,6 +99,7 @@ impl Axle {
             acceleration: 0.0,
         };
         self.interpolation_ticks = 0;
+        self.offset.clear();
     }
 
     /// Velocity that carries the set-point to the new target within one SYNC period.
@@ -106,7 +108,7 @@ impl Axle {
         if follows && self.state == State::OperationEnabled {
             let target = self.target_position();
             let distance = to_radians(target.wrapping_sub(self.motion.position));
-            let wanted = distance / (self.sync_ticks as f32 * CONTROL_PERIOD);
+            let wanted = distance * self.syncs_per_second;
             self.motion.velocity = limit(wanted, self.limits.velocity);
             self.motion.acceleration = 0.0;
             // One period more, so that a late set-point does not stop the axle between two.
@@ -150,6 +152,7 @@ impl Axle {
     }
 
     fn operate(&mut self, inputs: &Inputs, taut: Option<Result<Motion, Fault>>) -> Demand {
+        self.offset.update(inputs.torque_offset, &self.cascade);
         let needs_reference = matches!(
             self.mode,
             mode::TAUT | mode::CYCLIC_POSITION | mode::PROFILE_POSITION
@@ -184,7 +187,7 @@ impl Axle {
                 let velocity = self.cascade.rate(self.velocity());
                 return self.cascade.velocity(
                     reference.velocity,
-                    reference.current,
+                    reference.current + self.offset.current(),
                     velocity,
                     self.full,
                 );
@@ -199,7 +202,8 @@ impl Axle {
 
     fn follow(&mut self, bound: Bound) -> Demand {
         let (position, velocity) = (self.position(), self.cascade.rate(self.velocity()));
-        let reference = self.cascade.reference(&self.motion);
+        let mut reference = self.cascade.reference(&self.motion);
+        reference.current += self.offset.current();
         self.cascade.position(&reference, position, velocity, bound)
     }
 

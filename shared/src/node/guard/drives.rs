@@ -4,7 +4,8 @@ use super::Trouble;
 use crate::bus::heartbeat::Monitor;
 use crate::bus::network::{as_emergency, as_heartbeat};
 use crate::bus::pdo::{
-    DriveMotion, DriveStatus, Payload, PositionSetPoint, VelocitySetPoint, receive, transmit,
+    DriveMotion, DriveStatus, Payload, PositionSetPoint, TorqueOffset, VelocitySetPoint, receive,
+    transmit,
 };
 use crate::can::Frame;
 use crate::faults::Fault;
@@ -12,7 +13,7 @@ use crate::node::axle::mode;
 use crate::node::cia402::{
     CONTROL_FAULT_RESET, CONTROL_START, State, controlword, status, toward_operation,
 };
-use crate::robots::{DriveState, Goal, MAX_DRIVES};
+use crate::robots::{DriveState, Goal, MAX_DRIVES, MAX_OFFSETS, Offset};
 use crate::settings::{Setting, Settings};
 use heapless::Vec;
 
@@ -174,5 +175,13 @@ impl Drives {
     pub fn commands(&self, goal: impl Fn(usize) -> Goal) -> impl Iterator<Item = Frame> {
         let both = self.drives.iter().zip(&self.states).enumerate();
         both.map(move |(index, (drive, state))| drive.command(goal(index), state.referenced))
+    }
+
+    /// The frames that tell drives their torques in advance.
+    pub fn offsets(&self, offsets: Vec<Offset, MAX_OFFSETS>) -> impl Iterator<Item = Frame> {
+        offsets.into_iter().filter_map(|Offset { drive, torque }| {
+            let drive = self.drives.get(drive)?;
+            Some(TorqueOffset { torque }.frame(receive(3), drive.id))
+        })
     }
 }

@@ -35,6 +35,10 @@ use supervision::{Moment, Supervision};
 /// Most frames that one tick sends: SYNC, network management, one set-point per drive.
 pub const MAX_SENT: usize = MAX_DRIVES + 2;
 
+/// SYNCs from one torque in advance to the next: such torques change slowly. They are sent in the last quarter of a period, in a
+/// tick that has little else to do; with SYNC in every tick there is none.
+pub const OFFSET_SYNCS: u32 = 4;
+
 /// What the guard sensed and heard since the tick before.
 #[derive(Clone, Copy, Debug)]
 pub struct Inputs<'a> {
@@ -55,7 +59,7 @@ pub struct Inputs<'a> {
 /// What the guard sends and tells.
 #[derive(Clone, PartialEq, Debug, Default)]
 pub struct Outputs {
-    /// Frames to send in this order: SYNC, network management, set-points.
+    /// Frames to send in this order: SYNC, network management, set-points; or torques in advance.
     pub frames: Vec<Frame, MAX_SENT>,
     /// Payload of TPDO 1.
     pub motion: GuardMotion,
@@ -89,6 +93,8 @@ pub struct Guard<B> {
     next_sync_us: u64,
     judged: bool,
     located: bool,
+    syncs: u32,
+    offsets_due: bool,
     operator_timeout_us: u64,
     drives: Drives,
     sequence: Sequence,
@@ -96,6 +102,7 @@ pub struct Guard<B> {
     supervision: Supervision,
     dead_man: bool,
     refusal: Option<Refusal>,
+    feed_forward: bool,
     share: f32,
     attitude: Attitude,
     estimator: Estimator,
@@ -119,6 +126,8 @@ impl<B: Body> Guard<B> {
             next_sync_us: 0,
             judged: false,
             located: false,
+            syncs: 0,
+            offsets_due: false,
             operator_timeout_us: settings.milliseconds(Setting::OperatorTimeout),
             drives: Drives::new(&B::drive_ids(settings), settings),
             sequence: Sequence::default(),
@@ -126,6 +135,7 @@ impl<B: Body> Guard<B> {
             supervision: Supervision::new(settings),
             dead_man: settings.get(Setting::DeadMan) == 1,
             refusal: None,
+            feed_forward: settings.get(Setting::FeedForward) == 1,
             share: 1.0,
             attitude: Attitude::default(),
             estimator: Estimator::new(settings),
@@ -169,10 +179,15 @@ impl<B: Body> Guard<B> {
         if !self.located && (sync_due || now_us + half / 2 >= self.next_sync_us) {
             self.located = true;
             self.outputs.robot = Some(self.locate(now_us));
+            if self.offsets_due && !sync_due {
+                self.tell_in_advance();
+            }
         }
         if sync_due {
             self.next_sync_us = now_us + self.sync_period_us;
             (self.judged, self.located) = (false, false);
+            self.syncs = self.syncs.wrapping_add(1);
+            self.offsets_due = self.feed_forward && self.syncs.is_multiple_of(OFFSET_SYNCS);
             self.cycle(inputs);
         }
         self.outputs.emergency = (trouble_before != self.trouble)
@@ -184,6 +199,14 @@ impl<B: Body> Guard<B> {
     /// What came out of the last tick.
     pub fn outputs(&self) -> &Outputs {
         &self.outputs
+    }
+
+    /// Torques that the drives will need.
+    fn tell_in_advance(&mut self) {
+        if let Some(phase) = self.sequence.phase() {
+            let offsets = self.body.offsets(phase, &self.attitude);
+            self.outputs.frames.extend(self.drives.offsets(offsets));
+        }
     }
 
     /// Brings the robot's state up to date with the drives.

@@ -116,14 +116,20 @@ impl Sequence {
         matches!(before, State::Waiting | State::Held) && self.state == State::Ready
     }
 
+    /// What the robot is about to do; `None` while its motors are off.
+    pub fn phase(&self) -> Option<Phase> {
+        match self.state {
+            State::Waiting | State::Ready => None,
+            State::Waking(stage) => Some(Phase::Waking(stage)),
+            State::Armed => Some(Phase::Armed),
+            State::Held => Some(Phase::Held),
+        }
+    }
+
     /// What drive number `drive` shall do in the present state.
     pub fn goal<B: Body>(&self, drive: usize, body: &B) -> Goal {
-        match self.state {
-            State::Waiting | State::Ready => Goal::Off,
-            State::Waking(stage) => body.goal(Phase::Waking(stage), drive),
-            State::Armed => body.goal(Phase::Armed, drive),
-            State::Held => body.goal(Phase::Held, drive),
-        }
+        self.phase()
+            .map_or(Goal::Off, |phase| body.goal(phase, drive))
     }
 }
 

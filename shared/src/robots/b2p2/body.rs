@@ -1,11 +1,13 @@
 //! B2P2 under the guard: how it stands, what the operator's command becomes, and the set-points that follow from it.
 
-use super::Model;
 use super::shape::AXLE_3_FROM_BODY_3;
+use super::{FrontPart, Model};
 use crate::estimate::state::Joint;
-use crate::math::{limit, to_i32};
+use crate::math::{limit, to_i16, to_i32};
 use crate::motor::profile::{Limits, SetPoint as Motion};
-use crate::robots::body::{Allowed, Asked, Body, DriveState, Goal, MAX_DRIVES, Phase};
+use crate::robots::body::{
+    Allowed, Asked, Body, DriveState, Goal, MAX_DRIVES, MAX_OFFSETS, Offset, Phase, drive_of,
+};
 use crate::screw::{Geometry, GeometryError, metres};
 use crate::settings::{Setting, Settings};
 use crate::stability::attitude::Attitude;
@@ -43,6 +45,7 @@ const TIGHTEN: u8 = 3;
 #[derive(Clone, Debug)]
 pub struct B2p2 {
     model: Model,
+    front: FrontPart,
     geometry: Geometry,
     speed: Limits,
     chassis_limits: Limits,
@@ -112,7 +115,7 @@ impl B2p2 {
     /// All drives enabled and the screw on the law of the belt for [`TAUT_DWELL_US`].
     fn tight(&mut self, drives: &[DriveState], now_us: u64) -> bool {
         let enabled = drives.iter().all(|drive| drive.enabled);
-        if !enabled || drives[SCREW].position.abs_diff(self.taut_bus()) >= SCREW_THERE {
+        if !enabled || drive_of(drives, SCREW).position.abs_diff(self.taut_bus()) >= SCREW_THERE {
             self.taut_since_us = None;
             return false;
         }
@@ -143,6 +146,7 @@ impl Body for B2p2 {
         let released = i64::from(geometry.released_length().to_bits() >> 4) - retreat;
         Ok(Self {
             model: Model::new(settings),
+            front: FrontPart::new(&geometry),
             geometry,
             speed: Limits {
                 velocity: metres(Setting::SpeedLimit),
@@ -183,15 +187,15 @@ impl Body for B2p2 {
     }
 
     fn observe(&mut self, drives: &[DriveState], _: &Attitude, _: f32) {
-        self.joint_known = drives[JOINT].referenced;
-        self.screw_known = drives[SCREW].referenced;
+        self.joint_known = drive_of(drives, JOINT).referenced;
+        self.screw_known = drive_of(drives, SCREW).referenced;
         if self.joint_known {
-            self.theta = Angle::from_bits(drives[JOINT].position);
+            self.theta = Angle::from_bits(drive_of(drives, JOINT).position);
         }
         if self.screw_known {
-            self.extension = drives[SCREW].position as f32 * METRES_PER_BUS;
+            self.extension = drive_of(drives, SCREW).position as f32 * METRES_PER_BUS;
         }
-        let tracks = [LEFT, RIGHT].map(|side| drives[side].position);
+        let tracks = [LEFT, RIGHT].map(|side| drive_of(drives, side).position);
         if let Some(before) = self.tracks {
             let turns = |side: usize| tracks[side].wrapping_sub(before[side]) as f32 / 65_536.0;
             let way = core::f32::consts::PI * self.pulley_radius * (turns(0) + turns(1));
@@ -261,7 +265,7 @@ impl Body for B2p2 {
         if stage != TIGHTEN {
             self.taut_since_us = None;
         }
-        let (joint, screw) = (&drives[JOINT], &drives[SCREW]);
+        let (joint, screw) = (drive_of(drives, JOINT), drive_of(drives, SCREW));
         match stage {
             REFERENCE_SCREW => {
                 let away = screw.position.abs_diff(self.released_bus);
@@ -296,6 +300,21 @@ impl Body for B2p2 {
         }
     }
 
+    /// The front part's load, where the joint follows its set-point and the belt is taut.
+    fn offsets(&self, phase: Phase, attitude: &Attitude) -> Vec<Offset, MAX_OFFSETS> {
+        if !matches!(phase, Phase::Armed | Phase::Waking(TIGHTEN)) {
+            return Vec::new();
+        }
+        let load = self.front.load(&self.geometry, &self.chassis, attitude);
+        [(JOINT, load.joint * 100.0), (SCREW, load.screw)]
+            .into_iter()
+            .map(|(drive, torque)| Offset {
+                drive,
+                torque: to_i16(torque),
+            })
+            .collect()
+    }
+
     fn speed(&self) -> f32 {
         self.forward.velocity
     }
@@ -314,8 +333,10 @@ impl Body for B2p2 {
 
     fn joints(&self, drives: &[DriveState]) -> [Joint; 2] {
         let joint = |drive: usize, value: fn(i32) -> f32| Joint {
-            value: value(drives[drive].position),
-            heard_us: drives[drive].heard_us.filter(|_| drives[drive].referenced),
+            value: value(drive_of(drives, drive).position),
+            heard_us: drive_of(drives, drive)
+                .heard_us
+                .filter(|_| drive_of(drives, drive).referenced),
         };
         [
             joint(JOINT, |bits| Angle::from_bits(bits).radians()),

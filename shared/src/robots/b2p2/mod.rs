@@ -4,7 +4,8 @@
 //! [`parameters`]: masses and lengths. [`posture`]: the chain of eight joints. [`jacobian`], [`dynamics`]: Jacobians, inertia and
 //! Coriolis matrix, gravity. [`newton_euler`]: joint torques and ground reaction by the fast path. [`actuation`]: from motor torques to
 //! generalized ones. [`belt`]: what taut tracks ask of joint 8. All of these are generic over [`crate::math::Scalar`].
-//! [`shape`]: the few places that the guard needs at every tick, from binary angles. [`body`]: what the guard drives.
+//! [`shape`]: the few places that the guard needs at every tick, from binary angles. [`feed_forward`]: what the front
+//! part asks of its two drives. [`body`]: what the guard drives.
 //!
 //! The joints `q`, m and rad: 1 forward (y0), 2 to the right (x0), 3 up (z0), 4 yaw, 5 roll, 6 pitch (nose up), 7 the chassis
 //! joint (front up), 8 the screw. At `q = 0` the robot stands at the origin of R0, heading along y0. Arrays count from 0: `q[0]` is `q1`.
@@ -13,6 +14,7 @@ pub mod actuation;
 pub mod belt;
 pub mod body;
 pub mod dynamics;
+pub mod feed_forward;
 pub mod jacobian;
 pub mod newton_euler;
 pub mod parameters;
@@ -20,6 +22,7 @@ pub mod posture;
 pub mod shape;
 
 pub use body::B2p2;
+pub use feed_forward::FrontPart;
 pub use parameters::{Parameters, ParametersError, Tabulated};
 pub use posture::Posture;
 pub use shape::{Model, Shape};

@@ -1,0 +1,94 @@
+//! What the chassis joint and the screw have to push for the front part to move as it shall: torques that are known
+//! before any error is.
+
+use super::parameters::{LENGTHS, SEGMENTS};
+use super::shape::{AXLE_3_FROM_BODY_3, BODY_2, BODY_3};
+use crate::math::sin_cos;
+use crate::motor::profile::SetPoint as Motion;
+use crate::screw::{Geometry, metres};
+use crate::stability::attitude::Attitude;
+use crate::units::Angle;
+
+/// Load of the two drives that move the front part.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Load {
+    /// Torque of the chassis joint, positive lifts the front, N m.
+    pub joint: f32,
+    /// Force of the screw, positive extends, N.
+    pub screw: f32,
+}
+
+/// The front part about axle 2, its sums prepared: body 2 turns, body 3 turns and slides.
+#[derive(Clone, Copy, Debug)]
+pub struct FrontPart {
+    gravity: f32,
+    /// Mass of body 3, kg, and how far its centre of mass lies behind axle 3, m.
+    mass: f32,
+    behind: f32,
+    /// First moments about axle 2, kg m: of body 2 along the front part, and of both bodies across it.
+    along: f32,
+    across: f32,
+    /// Moment of inertia about axle 2 with body 3's centre of mass there, kg m^2.
+    inertia: f32,
+    /// `L2`, m, and `2 K / (K^2 - L1^2)`, 1/m.
+    l2: f32,
+    bend: f32,
+}
+
+impl FrontPart {
+    /// The paper's front part in a robot of this geometry.
+    pub fn new(geometry: &Geometry) -> Self {
+        let (l1, l2, k) = (
+            metres(geometry.l1()),
+            metres(geometry.l2()),
+            metres(geometry.k()),
+        );
+        let third = &SEGMENTS[2];
+        let [up, _, forward] = third.centre_of_mass;
+        // From the origin of R8 to the centre of mass; what lies across the front part stays there when it slides.
+        let spin = third.inertia_about_origin[1][1] - third.mass * forward * forward;
+        Self {
+            gravity: LENGTHS.gravity as f32,
+            mass: BODY_3.mass,
+            behind: AXLE_3_FROM_BODY_3 - BODY_3.place[0],
+            along: BODY_2.mass * BODY_2.place[0],
+            across: BODY_2.mass * BODY_2.place[2] + BODY_3.mass * up as f32,
+            inertia: (SEGMENTS[1].inertia_about_origin[2][2] + spin) as f32,
+            l2,
+            bend: 2.0 * k / ((k - l1) * (k + l1)),
+        }
+    }
+
+    /// Load while the joint moves as `chassis` has it, with the belt taut, and the body stands still in `attitude`.
+    ///
+    /// Rows 7 and 8 of `D q'' + C q' - Q` (Paillat et al., eq. 13) with joints 7 and 8 alone in motion; the screw's rates follow from
+    /// eq. 2: with `r = L2 + L3`, `r'' = 2 r'^2 / r + r - 2 K r^2 / (K^2 - L1^2)`, the primes being by theta. Left out: the coupling
+    /// through body 3's 0.09 mm across the front part. Ground under the front and strain in the belt are not known here.
+    /// Domain: any. Worst error 1.4e-4 N m and 7.7e-4 N up to 2 rad/s and 8 rad/s^2
+    /// (`host-tests/tests/feed_forward.rs`). Cost on Cortex-M4: see docs/cost.md.
+    #[inline]
+    pub fn load(&self, geometry: &Geometry, chassis: &Motion, attitude: &Attitude) -> Load {
+        let theta = Angle::from_bits(chassis.position as i32);
+        let extension = geometry.extension(theta);
+        let (reach, slope) = (
+            self.l2 + metres(extension.length),
+            metres(extension.derivative),
+        );
+        let (rate, acceleration) = (chassis.velocity, chassis.acceleration);
+        let square = rate * rate;
+        let curve = 2.0 * slope * slope / reach + reach - self.bend * reach * reach;
+        let sliding = curve * square + slope * acceleration;
+
+        // Body 3's centre of mass from axle 2, along the front part.
+        let arm = reach - self.behind;
+        let moment = self.mass * arm;
+        let (sine, cosine) = sin_cos(theta + attitude.pitch());
+        let weight = self.gravity * sin_cos(attitude.roll()).1;
+        Load {
+            joint: (self.inertia + moment * arm) * acceleration
+                + 2.0 * moment * slope * square
+                + weight * ((self.along + moment) * cosine - self.across * sine),
+            screw: self.mass * (sliding - arm * square + weight * sine),
+        }
+    }
+}
