@@ -190,7 +190,7 @@ impl Trip {
         let Cause::Margin(edge) = snapshot.cause else {
             return None;
         };
-        let margin = sight.moment.margins[edge as usize];
+        let margin = *sight.moment.margins.get(edge as usize)?;
         let from = *self.back_off_from.get_or_insert(margin);
         // Both false for NaN, which ends it.
         let on_the_way = margin < parameters.caution && margin > from - BACK_OFF_LOSS;

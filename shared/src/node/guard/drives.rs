@@ -13,7 +13,7 @@ use crate::node::axle::mode;
 use crate::node::cia402::{
     CONTROL_FAULT_RESET, CONTROL_START, State, controlword, status, toward_operation,
 };
-use crate::robots::{DriveState, Goal, MAX_DRIVES, MAX_OFFSETS, Offset};
+use crate::robots::{DriveState, Goal, MAX_DRIVES, Offset};
 use crate::settings::{Setting, Settings};
 use heapless::Vec;
 
@@ -178,9 +178,10 @@ impl Drives {
     }
 
     /// The frames that tell drives their torques in advance.
-    pub fn offsets(&self, offsets: Vec<Offset, MAX_OFFSETS>) -> impl Iterator<Item = Frame> {
-        offsets.into_iter().filter_map(|Offset { drive, torque }| {
-            let drive = self.drives.get(drive)?;
+    pub fn offsets(&self, offsets: &[Offset]) -> impl Iterator<Item = Frame> {
+        offsets.iter().filter_map(|offset| {
+            let drive = self.drives.get(offset.drive)?;
+            let torque = offset.torque;
             Some(TorqueOffset { torque }.frame(receive(3), drive.id))
         })
     }

@@ -205,7 +205,9 @@ impl<B: Body> Guard<B> {
     fn tell_in_advance(&mut self) {
         if let Some(phase) = self.sequence.phase() {
             let offsets = self.body.offsets(phase, &self.attitude);
-            self.outputs.frames.extend(self.drives.offsets(offsets));
+            for frame in self.drives.offsets(&offsets) {
+                let _ = self.outputs.frames.push(frame); // fewer than there is room for
+            }
         }
     }
 
@@ -296,7 +298,9 @@ impl<B: Body> Guard<B> {
         }
         if self.sequence.state() != State::Waiting {
             let goal = |drive| self.sequence.goal(drive, &self.body);
-            frames.extend(self.drives.commands(goal));
+            for frame in self.drives.commands(goal) {
+                let _ = frames.push(frame);
+            }
         }
     }
 
