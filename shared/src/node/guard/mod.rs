@@ -224,6 +224,9 @@ impl<B: Body> Guard<B> {
             &mut self.body,
             now_us,
         );
+        if let Some(speed) = self.estimator.take_speed(&self.attitude) {
+            self.body.hear_speed(speed, &self.attitude);
+        }
         self.body
             .observe(self.drives.states(), &self.attitude, period);
         self.margins = self
