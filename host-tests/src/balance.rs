@@ -297,7 +297,7 @@ fn areas(
             (first, f64::max(first, stairs.last_nose_x() - stairs.run))
         }
         Terrain::Curb { front_x, .. } => (front_x, front_x),
-        Terrain::Flat | Terrain::Incline { .. } => return None,
+        Terrain::Flat | Terrain::Ramp { .. } | Terrain::Incline { .. } => return None,
     };
     let past = |nose: f64| {
         samples[climb.clone()]

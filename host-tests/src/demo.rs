@@ -6,7 +6,8 @@ use crate::run::{self, Options, Outcome, Progress};
 use crate::scenario::Scenario;
 use crate::setup;
 use crate::slcan::SlcanPort;
-use crate::suite;
+use crate::suite::judge::Row;
+use crate::suite::{Findings, suite, table};
 use crate::summary::Summary;
 use crate::{log, report};
 use clap::{Parser, ValueEnum};
@@ -16,6 +17,7 @@ use std::fs::{self, File};
 use std::io::BufWriter;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
+use std::time::Instant;
 
 /// Exit status of bad arguments and bad scenario files, as of unmet expectations the failure status 1.
 const USAGE: u8 = 2;
@@ -28,8 +30,11 @@ struct Arguments {
     #[arg(long, value_name = "FILE")]
     scenario: Option<PathBuf>,
     /// Runs a whole suite with native nodes instead of one scenario, and writes its table
-    #[arg(long, value_enum, conflicts_with_all = ["scenario", "guard", "seed", "speed", "slcan"])]
+    #[arg(long, value_enum, conflicts_with_all = ["scenario", "guard", "speed", "slcan"])]
     suite: Option<Suite>,
+    /// Of the suite: runs of each kind, hazardous and legitimate, to draw at random beside the named ones
+    #[arg(long, value_name = "N", requires = "suite", default_value_t = 200)]
+    random: u64,
     /// What the nodes run on: the Cortex-M4F that QEMU emulates, or this computer
     #[arg(long, value_enum, default_value_t = Nodes::Qemu)]
     nodes: Nodes,
@@ -39,7 +44,7 @@ struct Arguments {
     /// Folder for summary.json, run.mcap and report.html
     #[arg(long, value_name = "DIR", default_value = "target/demo")]
     out: PathBuf,
-    /// Overrides the scenario: seed of all noise
+    /// Overrides the scenario: seed of all noise; of the suite: seed of the drawn runs, 1 when absent
     #[arg(long, value_name = "N")]
     seed: Option<u64>,
     /// At most so many virtual seconds per second
@@ -82,7 +87,7 @@ pub fn main(arguments: impl Iterator<Item = OsString>) -> ExitCode {
     let arguments =
         Arguments::try_parse_from(name.chain(arguments)).unwrap_or_else(|error| error.exit());
     if let Some(Suite::Hazards) = arguments.suite {
-        return match hazards(&arguments.out) {
+        return match hazards(&arguments) {
             Ok(all_hold) => ExitCode::from(u8::from(!all_hold)),
             Err(message) => fail(&message, 1),
         };
@@ -169,25 +174,47 @@ fn run(arguments: &Arguments, scenario: &Scenario) -> Result<Summary, String> {
 }
 
 /// Runs the hazard suite; whether every row holds.
-fn hazards(folder: &Path) -> Result<bool, String> {
+fn hazards(arguments: &Arguments) -> Result<bool, String> {
     println!("building the nodes (a minute or two the first time) ...");
     let programs = nodes::build(Board::Native, Kind::B2p2).map_err(|error| error.to_string())?;
     let scenarios = setup::machine::root().join("host-tests/scenarios");
-    let done = |row: &suite::Row| {
-        let verdict = if row.unmet.is_empty() {
-            "holds".into()
-        } else {
-            row.unmet.join(", ")
-        };
-        println!("{:28} {verdict}", row.name);
+    let done = |row: &Row| {
+        let simulated_s = row.simulated_s;
+        let verdict = table::verdict(row);
+        println!(
+            "{:28} {simulated_s:6.1} s simulated  {verdict}",
+            row.scenario.name
+        );
     };
-    let rows = suite::suite(&scenarios, &programs, &done).map_err(|error| error.to_string())?;
-    let table = suite::table(&rows);
-    println!("\n{table}");
-    fs::create_dir_all(folder)
-        .and_then(|()| fs::write(folder.join("hazards.md"), &table))
-        .map_err(|error| format!("cannot write to {}: {error}", folder.display()))?;
-    Ok(rows.iter().all(|row| row.unmet.is_empty()))
+    let seed = arguments.seed.unwrap_or(1);
+    let began = Instant::now();
+    let findings = suite(&scenarios, arguments.random, seed, &programs, &done)
+        .map_err(|error| error.to_string())?;
+    let table = table::table(&findings);
+    let simulated_s: f64 = findings.rows().map(|row| row.simulated_s).sum();
+    println!(
+        "\n{table}\n{simulated_s:.0} s simulated in {:.0} s",
+        began.elapsed().as_secs_f64()
+    );
+    write_findings(&arguments.out, &table, &findings)
+        .map_err(|error| format!("cannot write to {}: {error}", arguments.out.display()))?;
+    Ok(findings.all_hold())
+}
+
+/// The tables, and each drawn scenario that does not hold as a file for `--scenario`.
+fn write_findings(
+    folder: &Path,
+    table: &str,
+    findings: &Findings,
+) -> Result<(), Box<dyn std::error::Error>> {
+    fs::create_dir_all(folder)?;
+    fs::write(folder.join("hazards.md"), table)?;
+    let drawn = findings.drawn.iter().flat_map(|drawn| &drawn.rows);
+    for row in drawn.filter(|row| !row.unmet.is_empty()) {
+        let file = folder.join(&row.scenario.name).with_extension("toml");
+        fs::write(file, toml::to_string(&row.scenario)?)?;
+    }
+    Ok(())
 }
 
 fn bar(duration_s: f64) -> ProgressBar {

@@ -137,7 +137,7 @@ fn figures_are_means_and_peaks_over_the_climb_in_percent_of_the_length() {
 fn level_ground_and_no_samples_have_no_figures() {
     let flat = staircase(|description| {
         description.terrain = tautrack_host_tests::scenario::Terrain::Flat;
-        description.expect = Default::default();
+        description.expect = tautrack_host_tests::scenario::Expect::default();
     });
     assert!(
         Balance::new(&flat, &samples(1, |time| [time, 0.0, 0.05]))

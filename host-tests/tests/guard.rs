@@ -2,7 +2,7 @@
 
 use tautrack::bus::network::{Emergency, emergency};
 use tautrack::bus::pdo::{
-    DriveMotion, DriveStatus, OperatorCommand, Payload, PositionSetPoint, Request,
+    DEAD_MAN_HELD, DriveMotion, DriveStatus, OperatorCommand, Payload, PositionSetPoint, Request,
     VelocitySetPoint, receive, transmit,
 };
 use tautrack::can::Frame;
@@ -11,9 +11,13 @@ use tautrack::node::BodySensors;
 use tautrack::node::cia402::{State as DriveState, controlword, status};
 use tautrack::node::guard::{Guard, Inputs, Outputs, State};
 use tautrack::robots::b2p2::B2p2;
-use tautrack::settings::Settings;
+use tautrack::settings::{Setting, Settings};
+use tautrack::stability::bands::Band;
 use tautrack::stability::filter::Verdict;
+use tautrack::stability::parameters::Refusal;
 use tautrack::stability::support::Edge;
+use tautrack::stability::trip::Cause;
+use tautrack::stability::trust::{Reason, Trust};
 
 const DRIVES: [u8; 4] = [2, 3, 4, 5];
 const SCREW: u8 = 5;
@@ -29,12 +33,32 @@ struct Bench {
     extra: Vec<Frame>,
     silent: Option<u8>,
     sent: Vec<Frame>,
+    emergency_stop: bool,
 }
 
 impl Bench {
     fn armed() -> Self {
-        let mut bench = Self {
-            guard: Guard::new(&Settings::default()).expect("the default robot is good"),
+        let mut bench = Self::new(&Settings::default());
+        let outputs = bench.run(1_000);
+        assert_eq!(State::from_code(outputs.state.state), Some(State::Armed));
+        bench
+    }
+
+    fn with(changes: &[(Setting, i32)]) -> Self {
+        let mut settings = Settings::default();
+        for (setting, value) in changes {
+            settings
+                .set(setting.description().key, *value)
+                .expect("a value within bounds");
+        }
+        let mut bench = Self::new(&settings);
+        bench.run(1_000);
+        bench
+    }
+
+    fn new(settings: &Settings) -> Self {
+        Self {
+            guard: Guard::new(settings).expect("the default robot is good"),
             now_us: 0,
             command: Some(OperatorCommand {
                 request: Request::Arm as u8,
@@ -44,10 +68,8 @@ impl Bench {
             extra: Vec::new(),
             silent: None,
             sent: Vec::new(),
-        };
-        let outputs = bench.run(1_000);
-        assert_eq!(State::from_code(outputs.state.state), Some(State::Armed));
-        bench
+            emergency_stop: false,
+        }
     }
 
     fn run(&mut self, ticks: u64) -> Outputs {
@@ -89,8 +111,9 @@ impl Bench {
         });
         let inputs = Inputs {
             now_us: self.now_us,
-            body: self.body,
+            body: self.body.map(|reading| noisy(reading, self.now_us / 1_000)),
             operator,
+            emergency_stop: self.emergency_stop,
             frames: &frames,
             serial: &[],
         };
@@ -99,6 +122,24 @@ impl Bench {
             self.sent = outputs.frames.to_vec();
         }
         outputs
+    }
+
+    /// Turns the robot nose up within twelve seconds, as all its sensors show it, and holds it there.
+    fn tilt(&mut self, pitch: f32) {
+        for step in 0..12_000 {
+            let turning = standing(pitch * step as f32 / 12_000.0);
+            self.body = Some(BodySensors {
+                angular_rate: [0.0, -pitch / 12.0, 0.0],
+                ..turning
+            });
+            self.tick();
+        }
+        self.body = Some(standing(pitch));
+        self.run(3_000);
+    }
+
+    fn request(&mut self, request: Request) {
+        self.command.as_mut().expect("an operator").request = request as u8;
     }
 
     fn ask(&mut self, forward: i16) {
@@ -122,7 +163,23 @@ impl Bench {
 fn standing(pitch: f32) -> BodySensors {
     BodySensors {
         inclination: [pitch, 0.0],
+        // What an accelerometer shows there.
+        specific_force: [9.806_65 * pitch.sin(), 0.0, 9.806_65 * pitch.cos()],
         ..BodySensors::default()
+    }
+}
+
+/// The same reading as a sensor gives it: its last digit dances.
+fn noisy(reading: BodySensors, step: u64) -> BodySensors {
+    let noise = |channel: u64| 1e-6 * ((step * 7 + channel * 3) % 5) as f32;
+    let [pitch, roll] = reading.inclination;
+    let [x, y, z] = reading.specific_force;
+    let [rate_x, rate_y, rate_z] = reading.angular_rate;
+    BodySensors {
+        inclination: [pitch + noise(0), roll + noise(1)],
+        specific_force: [x + noise(2), y + noise(3), z + noise(4)],
+        angular_rate: [rate_x + noise(5), rate_y + noise(6), rate_z + noise(7)],
+        ..reading
     }
 }
 
@@ -149,11 +206,7 @@ fn level_ground_passes_the_command_to_both_tracks() {
 fn a_margin_below_the_stop_margin_refuses_forward_and_allows_backward() {
     let mut bench = Bench::armed();
     // Turned so far that the centre of gravity, 0.258 m before axle 1, stands 23 mm before it.
-    bench.body = Some(BodySensors {
-        inclination: [1.48, 0.0],
-        ..BodySensors::default()
-    });
-    bench.run(10_000);
+    bench.tilt(1.48);
     bench.ask(130);
     let outputs = bench.run(1_000);
     assert_eq!(verdict(&outputs), Some(Verdict::Refused(Edge::Back)));
@@ -177,13 +230,13 @@ fn sensors_that_are_no_numbers_stop_the_robot() {
     let outputs = bench.run(500);
     assert_eq!(
         (outputs.passed.passed_speed, verdict(&outputs)),
-        (0, Some(Verdict::Blind))
+        (0, Some(Verdict::Blind(Reason::NotFinite)))
     );
     bench.body = None;
     let outputs = bench.run(500);
     assert_eq!(
         (outputs.passed.passed_speed, verdict(&outputs)),
-        (0, Some(Verdict::Blind))
+        (0, Some(Verdict::Blind(Reason::Silent)))
     );
 }
 
@@ -241,9 +294,9 @@ fn a_drive_s_emergency_holds_the_robot_until_the_operator_resets() {
         Some(State::Held),
         "nothing re-enables by itself"
     );
-    bench.command.as_mut().expect("an operator").request = Request::Reset as u8;
+    bench.request(Request::Reset);
     bench.run(20);
-    bench.command.as_mut().expect("an operator").request = Request::Arm as u8;
+    bench.request(Request::Arm);
     let outputs = bench.run(500);
     assert_eq!(State::from_code(outputs.state.state), Some(State::Armed));
 }
@@ -267,8 +320,7 @@ fn a_drive_that_falls_silent_is_named_within_the_deadline() {
 fn a_chassis_motion_that_would_tip_the_robot_is_refused() {
     let mut bench = Bench::armed();
     // Standing on its rear pulleys at 75 degrees; folding the front up would carry the centre of gravity behind them.
-    bench.body = Some(standing(1.31));
-    bench.run(10_000);
+    bench.tilt(1.31);
     bench.command.as_mut().expect("an operator").posture = 16_384;
     let outputs = bench.run(2_000);
     assert!(
@@ -298,4 +350,151 @@ fn the_chassis_turns_no_faster_than_its_limit() {
         before = now;
     }
     assert_eq!(before, 3_000);
+}
+
+/// Stands on its rear pulleys with its centre of gravity 5 mm before them.
+const TRIPPING: f32 = 1.551;
+
+#[test]
+fn a_trip_latches_and_the_override_leaves_it_at_crawl_speed() {
+    let mut bench = Bench::armed();
+    bench.ask(130);
+    bench.tilt(TRIPPING);
+    let outputs = bench.run(200);
+    assert_eq!(verdict(&outputs), Some(Verdict::Tripped(Edge::Back)));
+    let known = bench.guard.telemetry();
+    assert_eq!((known.band, known.trips), (Band::Stop, 1));
+    let kept = known.snapshot.expect("a snapshot");
+    assert_eq!(kept.cause, Cause::Margin(Edge::Back));
+    assert!(
+        (kept.asked.forward - 0.13).abs() < 1e-6 && kept.margins[0] < 0.01,
+        "{kept:?}"
+    );
+
+    // Not even backward, and no reset while the margin is gone.
+    bench.ask(-130);
+    assert_eq!(bench.run(500).passed.passed_speed, 0);
+    bench.request(Request::Reset);
+    bench.run(100);
+    bench.request(Request::Arm);
+    assert_eq!(bench.run(500).passed.passed_speed, 0);
+    bench.request(Request::Override);
+    let outputs = bench.run(500);
+    assert_eq!(
+        (outputs.passed.passed_speed, verdict(&outputs)),
+        (-50, Some(Verdict::Overridden(Edge::Back)))
+    );
+    bench.tilt(0.3);
+    bench.request(Request::Arm);
+    assert_eq!(bench.run(500).passed.passed_speed, 0, "still tripped");
+    bench.request(Request::Reset);
+    bench.run(100);
+    bench.request(Request::Arm);
+    assert_eq!(bench.run(1_000).passed.passed_speed, -130);
+}
+
+#[test]
+fn backing_off_goes_back_at_crawl_speed_where_a_setting_allows_it() {
+    for (allowed, expected) in [(0, 0), (1, -50)] {
+        let mut bench = Bench::with(&[(Setting::BackOff, allowed)]);
+        bench.ask(130);
+        bench.tilt(TRIPPING);
+        bench.request(Request::BackOff);
+        assert_eq!(bench.run(500).passed.passed_speed, expected);
+        bench.command = None;
+        assert_eq!(bench.run(800).passed.passed_speed, 0, "held to run");
+    }
+}
+
+#[test]
+fn an_emergency_stop_by_anybody_stops_and_latches() {
+    let mut bench = Bench::armed();
+    bench.ask(130);
+    bench.run(1_000);
+    bench.emergency_stop = true;
+    let outputs = bench.run(500);
+    assert_eq!(outputs.passed.passed_speed, 0);
+    bench.emergency_stop = false;
+    assert_eq!(
+        bench.run(500).passed.passed_speed,
+        0,
+        "released, not cleared"
+    );
+    bench.request(Request::Reset);
+    bench.run(10);
+    bench.request(Request::Arm);
+    assert_eq!(bench.run(1_000).passed.passed_speed, 130);
+}
+
+#[test]
+fn nothing_passes_unless_the_dead_man_switch_is_held() {
+    let mut bench = Bench::with(&[(Setting::DeadMan, 1)]);
+    bench.ask(130);
+    let outputs = bench.run(1_000);
+    assert_eq!(
+        (outputs.passed.passed_speed, verdict(&outputs)),
+        (0, Some(Verdict::Unattended))
+    );
+    bench.command.as_mut().expect("an operator").request |= DEAD_MAN_HELD;
+    assert_eq!(bench.run(1_000).passed.passed_speed, 130);
+}
+
+#[test]
+fn an_attitude_that_the_accelerometer_denies_slows_the_robot_and_then_stops_it() {
+    let mut bench = Bench::armed();
+    bench.ask(130);
+    bench.run(1_000);
+    // The inclinometer has come loose.
+    bench.body = Some(BodySensors {
+        inclination: [-0.4, 0.0],
+        ..standing(0.0)
+    });
+    let (mut slowed, mut stopped) = (false, false);
+    for _ in 0..6_000 {
+        let outputs = bench.tick();
+        slowed |= verdict(&outputs) == Some(Verdict::Doubted(Reason::Disagreement))
+            && outputs.passed.passed_speed == 50;
+        stopped |= outputs.passed.passed_speed == 0;
+    }
+    assert!(slowed && stopped);
+    let known = bench.guard.telemetry();
+    assert_eq!(known.trust, Trust::None(Reason::Disagreement));
+    assert_eq!(
+        known.snapshot.map(|kept| kept.cause),
+        Some(Cause::Sensors(Reason::Disagreement))
+    );
+}
+
+#[test]
+fn settings_that_make_no_sense_are_not_armed() {
+    let bench = Bench::with(&[(Setting::StopMargin, 95_000)]);
+    assert!(matches!(
+        bench.guard.telemetry().refusal,
+        Some(Refusal::Levels { .. })
+    ));
+    // A load that would put the centre of gravity behind the rear edge.
+    let mut bench = Bench::with(&[
+        (Setting::PayloadMass, 20_000),
+        (Setting::PayloadForward, -200_000),
+    ]);
+    let refusal = bench.guard.telemetry().refusal;
+    assert!(
+        matches!(refusal, Some(Refusal::CogOutside { edge: Edge::Back, margin }) if margin < 0.0),
+        "{refusal:?}"
+    );
+    let outputs = bench.run(1_000);
+    assert_eq!(State::from_code(outputs.state.state), Some(State::Ready));
+}
+
+#[test]
+fn an_undeclared_load_narrows_every_margin_by_what_it_can_do() {
+    let margins = |mass| {
+        let mut bench = Bench::with(&[(Setting::MassUncertainty, mass)]);
+        bench.run(100).margins
+    };
+    let (without, with) = (margins(0), margins(1_000));
+    // 1 kg of 9.315 kg, 0.3 m away: 32 mm.
+    for (before, after) in [(without.back, with.back), (without.left, with.left)] {
+        assert!((before - after - 32).abs() <= 1, "{without:?} {with:?}");
+    }
 }

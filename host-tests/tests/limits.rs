@@ -124,6 +124,7 @@ proptest! {
                 now_us: step as u64 * 1_000,
                 body: heard.then_some(body),
                 operator,
+                emergency_stop: false,
                 frames: &frames,
                 serial: &[],
             };

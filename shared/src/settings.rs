@@ -182,24 +182,22 @@ settings! {
     /// Age of the operator's newest command after which the robot stops.
     OperatorTimeout = 0x0050, "operator_timeout", "ms", 20..=5_000, 300;
 
-    /// Mass without payload.
-    RobotMass = 0x0080, "robot_mass", "g", 10..=1_000_000, 5_000;
     /// Height of the centre of gravity, without payload, above the ground that the tracks lie on.
-    CogHeight = 0x0081, "cog_height", "um", 0..=1_000_000, 45_000;
+    CogHeight = 0x0080, "cog_height", "um", 0..=1_000_000, 45_000;
     /// Length of a track on the ground.
-    ContactLength = 0x0082, "contact_length", "um", 1_000..=2_000_000, 127_000;
+    ContactLength = 0x0081, "contact_length", "um", 1_000..=2_000_000, 127_000;
     /// Width of a track.
-    TrackWidth = 0x0083, "track_width", "um", 1_000..=500_000, 40_000;
+    TrackWidth = 0x0082, "track_width", "um", 1_000..=500_000, 40_000;
     /// Cohesion of the ground, `c`.
-    SoilCohesion = 0x0084, "soil_cohesion", "Pa", 0..=10_000_000, 1_000;
+    SoilCohesion = 0x0083, "soil_cohesion", "Pa", 0..=10_000_000, 1_000;
     /// Angle of the ground's internal friction, `rho`.
-    SoilFrictionAngle = 0x0085, "soil_friction_angle", "mrad", 0..=1_400, 436;
+    SoilFrictionAngle = 0x0084, "soil_friction_angle", "mrad", 0..=1_400, 436;
     /// How fast the ground's shear stress rises with its deformation, `K1`.
-    SoilK1 = 0x0086, "soil_k1", "1e-3/m", 100..=100_000_000, 40_200;
+    SoilK1 = 0x0085, "soil_k1", "1e-3/m", 100..=100_000_000, 40_200;
     /// Shape of the ground's shear stress over its deformation, `K2`.
-    SoilK2 = 0x0087, "soil_k2", "1e-3", 1_000..=100_000, 1_000;
+    SoilK2 = 0x0086, "soil_k2", "1e-3", 1_000..=100_000, 1_000;
     /// What makes up for the slip of the tracks: 0 nothing, 1 the soil's model, 2 the model corrected by the satellite receiver's speed.
-    SlipCompensation = 0x0088, "slip_compensation", "1", 0..=2, 1;
+    SlipCompensation = 0x0087, "slip_compensation", "1", 0..=2, 1;
 
     /// Declination: how far magnetic north lies east of true north.
     Declination = 0x0060, "declination", "1e-3 degree", -180_000..=180_000, 0;
@@ -209,6 +207,31 @@ settings! {
     HardIronLeft = 0x0062, "hard_iron_left", "nT", -500_000..=500_000, 0;
     /// The same upward.
     HardIronUp = 0x0063, "hard_iron_up", "nT", -500_000..=500_000, 0;
+
+    /// Margin below which the guard trips; below the stop margin.
+    TripMargin = 0x0070, "trip_margin", "um", 0..=1_000_000, 10_000;
+    /// How far a margin must be above a level before its band is left for the better.
+    BandHysteresis = 0x0071, "band_hysteresis", "um", 0..=1_000_000, 10_000;
+    /// How long margins must stay in another band before it counts; outside of the support two samples are enough.
+    BandDwell = 0x0072, "band_dwell", "ms", 0..=5_000, 100;
+    /// Force-angle at which a fast robot is taken to be at the stop margin.
+    StopAngle = 0x0073, "stop_angle", "mrad", 0..=1_500, 100;
+    /// How far the centre of gravity may be from where the model has it; every margin is narrower by it.
+    CogUncertainty = 0x0074, "cog_uncertainty", "um", 0..=1_000_000, 0;
+    /// Largest load that may be on the robot without being declared.
+    MassUncertainty = 0x0075, "mass_uncertainty", "g", 0..=100_000, 0;
+    /// How far such a load may be from the centre of gravity.
+    MassUncertaintyReach = 0x0076, "mass_uncertainty_reach", "um", 0..=2_000_000, 300_000;
+    /// Mass of the robot without payload.
+    RobotMass = 0x0077, "robot_mass", "g", 100..=1_000_000, 8_315;
+    /// Largest speed over ground while sensors are in doubt, in a supervised override and when backing off.
+    CrawlSpeed = 0x0078, "crawl_speed", "um/s", 1_000..=1_000_000, 50_000;
+    /// 1: a tripped robot backs off on request. 0: it does not.
+    BackOff = 0x0079, "back_off", "1", 0..=1, 0;
+    /// 1: nothing passes unless the operator's commands say that the dead-man switch is held. 0: there is none.
+    DeadMan = 0x007a, "dead_man", "1", 0..=1, 0;
+    /// Equal readings in a row after which a sensor on the body counts as stuck; 0: never.
+    StuckReadings = 0x007b, "stuck_readings", "1", 0..=60_000, 200;
 }
 
 impl Setting {

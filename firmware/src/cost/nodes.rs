@@ -263,6 +263,7 @@ fn count_guard(table: &mut Table) {
         now_us: 0,
         body: None,
         operator: None,
+        emergency_stop: false,
         frames: &[],
         serial: &[],
     });
@@ -297,6 +298,7 @@ fn count_guard(table: &mut Table) {
                 now_us: u64::from(tick) * 1_000,
                 body: Some(body),
                 operator,
+                emergency_stop: false,
                 frames: &frames,
                 serial: &[],
             };

@@ -13,8 +13,8 @@ use tautrack::bus::network::{self, Emergency};
 use tautrack::bus::pdo::{GuardPosition, OperatorCommand};
 use tautrack::can::Frame;
 use tautrack::estimate::state::{Estimator, State};
-use tautrack::math::to_i32;
-use tautrack::node::guard::{Guard, Inputs, Outputs};
+use tautrack::math::{to_i16, to_i32};
+use tautrack::node::guard::{Guard, Inputs, Outputs, Telemetry};
 use tautrack::robots::Body;
 use tautrack::robots::b2p2::B2p2;
 use tautrack::robots::crawler::Crawler;
@@ -47,12 +47,17 @@ guards! {
 /// A guard whatever its robot.
 trait Tick {
     fn tick(&mut self, inputs: &Inputs<'_>) -> Outputs;
+    fn telemetry(&self) -> Telemetry;
     fn estimator(&self) -> &Estimator;
 }
 
 impl<B: Body> Tick for Guard<B> {
     fn tick(&mut self, inputs: &Inputs<'_>) -> Outputs {
         Guard::tick(self, inputs)
+    }
+
+    fn telemetry(&self) -> Telemetry {
+        Guard::telemetry(self)
     }
 
     fn estimator(&self) -> &Estimator {
@@ -111,10 +116,14 @@ async fn control(guard: &'static mut dyn Tick, node: u8) -> ! {
             operator: OPERATOR
                 .swap(false, Ordering::Relaxed)
                 .then(operator_command),
+            emergency_stop: od::OBJECT4008.get_value() != 0,
             frames: &frames,
             serial: bytes.get(..count).unwrap_or(&[]),
         });
         publish(&outputs);
+        if !outputs.frames.is_empty() {
+            publish_balance(&guard.telemetry());
+        }
         if let Some((state, position)) = &outputs.robot {
             publish_robot(state, *position, guard.estimator());
         }
@@ -159,6 +168,55 @@ fn publish(outputs: &Outputs) {
     od::OBJECT4004.set_passed_posture(outputs.passed.passed_posture);
     od::OBJECT4005.set_refused(outputs.refused);
     od::OBJECT4005.set_scaled(outputs.scaled);
+}
+
+/// What changes once per SYNC and is read through SDO.
+fn publish_balance(balance: &Telemetry) {
+    let milli = |value: f32| to_i16(value * 1e3);
+    let centi = |value: f32| to_i16(value * 1e2);
+    let limit = |value: f32| (value * 1e3) as u16; // saturates
+    od::OBJECT4006.set_band(balance.band as u8);
+    od::OBJECT4006.set_trust(balance.trust.code());
+    od::OBJECT4006.set_with_force(u8::from(balance.with_force));
+    od::OBJECT4006.set_tripped(u8::from(balance.tripped));
+    od::OBJECT4006.set_refusal(balance.refusal.map_or(0, |refusal| refusal.code()));
+    od::OBJECT4006.set_forward_limit(limit(balance.limits.forward));
+    od::OBJECT4006.set_backward_limit(limit(balance.limits.backward));
+    od::OBJECT4006.set_left_limit(limit(balance.limits.left));
+    od::OBJECT4006.set_right_limit(limit(balance.limits.right));
+    let Some(kept) = balance
+        .snapshot
+        .filter(|_| balance.trips != od::OBJECT4006.get_trips())
+    else {
+        return;
+    };
+    od::OBJECT4006.set_trips(balance.trips);
+    let [back, front, left, right] = kept.margins.map(milli);
+    od::OBJECT4007.set_cause(kept.cause.code());
+    od::OBJECT4007.set_edge(kept.edge as u8);
+    od::OBJECT4007.set_time((kept.time_us / 1_000) as u32);
+    od::OBJECT4007.set_back(back);
+    od::OBJECT4007.set_front(front);
+    od::OBJECT4007.set_left(left);
+    od::OBJECT4007.set_right(right);
+    od::OBJECT4007.set_asked_speed(milli(kept.asked.forward));
+    od::OBJECT4007.set_asked_yaw_rate(milli(kept.asked.yaw_rate));
+    od::OBJECT4007.set_passed_speed(milli(kept.speed));
+    let [pitch, roll] = kept
+        .sensors
+        .inclination
+        .map(|angle| centi(angle.to_degrees()));
+    od::OBJECT4007.set_pitch(pitch);
+    od::OBJECT4007.set_roll(roll);
+    let [x, y, z] = kept.sensors.specific_force.map(centi);
+    od::OBJECT4007.set_force_x(x);
+    od::OBJECT4007.set_force_y(y);
+    od::OBJECT4007.set_force_z(z);
+    crate::logger::warn!(
+        "tripped: cause {:#04x}, margin {} mm",
+        kept.cause.code(),
+        milli(kept.margins[kept.edge as usize])
+    );
 }
 
 /// The robot's state, once per SYNC.

@@ -111,7 +111,7 @@ fn life(step: u64, is_guard: bool) -> Step {
         }
         _ => {}
     }
-    if step % 4 == 0 && !is_guard {
+    if step.is_multiple_of(4) && !is_guard {
         let word = match step / 100 {
             0 => controlword::SHUTDOWN,
             1 => controlword::SWITCH_ON,

@@ -102,12 +102,6 @@ function makePlots(host, wanted, run, seek) {
         const x = space.left + (from - start) / span * width;
         element("rect", { x, width: Math.max(1, (to - from) / span * width), y: space.top, height: floor - space.top, fill: "var(--mark-guard)", opacity: 0.18 }, svg);
       }
-      if (plot.areas) for (const [name, from, to] of run.areas) {
-        const [x, end] = [from, to].map(time => space.left + (time - start) / span * width);
-        element("line", { x1: x, x2: x, y1: space.top, y2: floor, stroke: "var(--soft)", "stroke-dasharray": "2 3" }, svg);
-        element("line", { x1: end, x2: end, y1: space.top, y2: floor, stroke: "var(--soft)", "stroke-dasharray": "2 3" }, svg);
-        element("text", { x: (x + end) / 2, y: space.top + 12, "text-anchor": "middle", class: "area" }, svg).textContent = name;
-      }
       const rows = grid(low, high, 6);
       for (const value of rows.lines) {
         const zero = plot.zero && Math.abs(value) < 1e-9;
@@ -129,6 +123,11 @@ function makePlots(host, wanted, run, seek) {
       const window = element("svg", { x: space.left, y: space.top, width, height: floor - space.top, viewBox: `${space.left} ${space.top} ${width} ${floor - space.top}` }, svg);
       for (const curve of curves) {
         element("path", { d: path(curve.values, width, y), fill: "none", stroke: curve.paint, "stroke-width": 1.6, "stroke-linejoin": "round", "stroke-dasharray": curve.dash ? "5 3" : "none" }, window);
+      }
+      if (plot.areas) for (const [name, ...times] of run.areas) {
+        const ends = times.map(time => space.left + (time - start) / span * width);
+        for (const x of ends) element("line", { x1: x, x2: x, y1: space.top, y2: floor, stroke: "var(--soft)", "stroke-dasharray": "2 3" }, svg);
+        element("text", { x: (ends[0] + ends[1]) / 2, y: space.top + 12, "text-anchor": "middle", class: "area" }, svg).textContent = name;
       }
       item.cursor = element("line", { y1: space.top, y2: floor, stroke: "var(--ink)", "stroke-width": 1 }, svg);
       item.width = width;

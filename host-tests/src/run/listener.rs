@@ -224,8 +224,14 @@ fn words(verdict: Verdict) -> String {
         Verdict::Passed => "passed".into(),
         Verdict::Scaled(by) => format!("scaled: {}", edge(by)),
         Verdict::Refused(by) => format!("refused: {}", edge(by)),
-        Verdict::Blind => "refused: attitude unknown".into(),
+        Verdict::Blind(reason) => format!("refused: {}", reason.words()),
         Verdict::Unattended => "refused: no operator".into(),
         Verdict::PostureRefused(by) => format!("refused: posture, {}", edge(by)),
+        Verdict::PostureScaled(by) => format!("scaled: posture, {}", edge(by)),
+        Verdict::EmergencyStopped => "refused: emergency stop".into(),
+        Verdict::Tripped(by) => format!("refused: tripped, {}", edge(by)),
+        Verdict::Overridden(by) => format!("overridden: {}", edge(by)),
+        Verdict::BackingOff(by) => format!("backing off: {}", edge(by)),
+        Verdict::Doubted(reason) => format!("scaled: {}", reason.words()),
     }
 }

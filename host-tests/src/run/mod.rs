@@ -32,6 +32,9 @@ use tautrack::settings::Setting;
 
 /// Steps that a run goes on after the robot turned over, when it ends for that.
 const AFTER_TOPPLING: u64 = 500;
+/// Slower than these is standing still.
+const STILL_MPS: f64 = 0.005;
+const STILL_RADPS: f64 = 0.02;
 
 /// How a scenario is run.
 #[derive(Default)]
@@ -44,6 +47,8 @@ pub struct Options {
     pub let_go_s: Option<f64>,
     /// Ends the run half a second after the robot turned over.
     pub end_when_toppled: bool,
+    /// Ends the run once the armed robot has stood still for so long, s.
+    pub end_when_still_s: Option<f64>,
     /// A port through which a CAN client from elsewhere takes part; the run keeps to the wall clock while one does.
     pub slcan: Option<SlcanPort>,
 }
@@ -111,6 +116,8 @@ pub fn run(
     progress: &mut dyn FnMut(&Progress),
 ) -> Result<Outcome, RunError> {
     let end_when_toppled = options.end_when_toppled;
+    let end_when_still_s = options.end_when_still_s.unwrap_or(f64::INFINITY);
+    let mut still_since_s = 0.0;
     let mut run = Run::start(scenario, programs, options)?;
     let mut steps = (scenario.duration_s * 1e6) as u64 / STEP_US;
     let began = Instant::now();
@@ -126,6 +133,12 @@ pub fn run(
                 speed: sample.heard.passed_speed,
                 state: &sample.heard.guard_state,
             });
+            if !is_still(samples.last(), &sample) {
+                still_since_s = sample.time_s;
+            }
+            if sample.time_s - still_since_s >= end_when_still_s {
+                steps = step;
+            }
             samples.push(sample);
         }
         run.keep_pace(began, step);
@@ -138,6 +151,17 @@ pub fn run(
         facts: run.facts(began.elapsed(), steps),
         log: run.log,
     })
+}
+
+/// Whether an armed robot, its belts and its joint stood still from one sample to the next.
+fn is_still(before: Option<&Sample>, now: &Sample) -> bool {
+    let truth = &now.truth;
+    let speeds = [truth.ground_speed, truth.belt_speed[0], truth.belt_speed[1]];
+    let turned = before.map_or(f64::INFINITY, |before| truth.theta - before.truth.theta);
+    now.heard.guard_state == "armed"
+        && speeds.iter().all(|speed| speed.abs() < STILL_MPS)
+        && truth.pitch_rate.abs() < STILL_RADPS
+        && turned.abs() * f64::from(SAMPLE_HZ) < STILL_RADPS
 }
 
 struct Run {

@@ -115,6 +115,7 @@ impl Robot {
             "m",
         )?;
         within("robot.com_offset_m", self.com_offset_m, -0.2, 0.2, "m")?;
+        within("robot.sensor_noise", self.sensor_noise, 0.0, 100.0, "")?;
         let Some(payload) = &self.payload else {
             return Ok(());
         };
@@ -152,6 +153,7 @@ impl Terrain {
                 width_m,
                 first_nose_m,
                 landing_m,
+                down: _,
             } => {
                 within("terrain.stairs.riser_m", riser_m, 0.01, 0.5, "m")?;
                 within("terrain.stairs.run_m", run_m, 0.05, 2.0, "m")?;
@@ -168,6 +170,15 @@ impl Terrain {
                 within("terrain.curb.height_m", height_m, 0.01, 0.5, "m")?;
                 within("terrain.curb.depth_m", depth_m, 0.05, 50.0, "m")?;
                 ahead("terrain.curb.nose_m", nose_m)
+            }
+            Self::Ramp {
+                angle_deg,
+                foot_m,
+                length_m,
+            } => {
+                within("terrain.ramp.angle_deg", angle_deg, 0.0, 75.0, "deg")?;
+                within("terrain.ramp.length_m", length_m, 0.1, 50.0, "m")?;
+                ahead("terrain.ramp.foot_m", foot_m)
             }
             Self::Slope {
                 angle_deg,

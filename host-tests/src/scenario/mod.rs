@@ -137,6 +137,9 @@ pub enum Terrain {
         /// Length of the landing.
         #[serde(default = "landing")]
         landing_m: f64,
+        /// The robot starts on the landing, and the stairs lead down.
+        #[serde(default)]
+        down: bool,
     },
     /// One step up and, behind it, down again.
     Curb {
@@ -147,6 +150,15 @@ pub enum Terrain {
         /// Length along x.
         #[serde(default = "landing")]
         depth_m: f64,
+    },
+    /// Level ground, a ramp up, and a plateau.
+    Ramp {
+        /// Rise.
+        angle_deg: f64,
+        /// x of its foot.
+        foot_m: f64,
+        /// Length along its face.
+        length_m: f64,
     },
     /// A plane without end, on which the robot starts.
     Slope {
@@ -162,6 +174,10 @@ fn landing() -> f64 {
     6.0
 }
 
+fn usual() -> f64 {
+    1.0
+}
+
 /// What the papers leave open about the robot; DESIGN.md section 6 has the nominal values and their reasons.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -173,6 +189,9 @@ pub struct Robot {
     /// Height of body 1's centre of mass over the line through axles 1 and 2.
     #[serde(default)]
     pub com_offset_m: f64,
+    /// Noise of the sensors on the body, as a multiple of the usual.
+    #[serde(default = "usual")]
+    pub sensor_noise: f64,
     /// Load beside the robot's own mass.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub payload: Option<Payload>,
@@ -185,6 +204,7 @@ impl Robot {
             k_m: 1.232,
             pulley_radius_m: 0.05,
             com_offset_m: 0.0,
+            sensor_noise: 1.0,
             payload: None,
         }
     }

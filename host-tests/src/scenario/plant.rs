@@ -25,11 +25,21 @@ impl Description {
 impl Robot {
     /// The robot alone, without load and ground.
     pub(super) fn parameters(&self) -> B2p2Parameters {
-        B2p2Parameters {
+        let mut parameters = B2p2Parameters {
             pulley_radius: self.pulley_radius_m,
             body_1_com_height: self.com_offset_m,
             ..B2p2Parameters::with_track_constant(self.k_m)
+        };
+        let sensors = &mut parameters.body_sensors;
+        for [noise, _] in [
+            &mut sensors.inclination,
+            &mut sensors.specific_force,
+            &mut sensors.angular_rate,
+            &mut sensors.magnetic_field,
+        ] {
+            *noise *= self.sensor_noise;
         }
+        parameters
     }
 }
 
@@ -45,6 +55,7 @@ impl Terrain {
                 width_m,
                 first_nose_m,
                 landing_m,
+                down,
             } => Ground::Stairs(Stairs {
                 riser: riser_m,
                 run: run_m,
@@ -52,6 +63,7 @@ impl Terrain {
                 width: width_m,
                 first_nose_x: first_nose_m,
                 landing: landing_m,
+                down,
             }),
             Self::Curb {
                 height_m,
@@ -61,6 +73,15 @@ impl Terrain {
                 height: height_m,
                 front_x: nose_m,
                 depth: depth_m,
+            },
+            Self::Ramp {
+                angle_deg,
+                foot_m,
+                length_m,
+            } => Ground::Ramp {
+                pitch: angle_deg.to_radians(),
+                foot_x: foot_m,
+                length: length_m,
             },
             Self::Slope {
                 angle_deg,
@@ -72,12 +93,12 @@ impl Terrain {
         }
     }
 
-    /// x of the last nose, beyond which the landing lies; `None` on flat ground and slopes.
+    /// x of the last nose, beyond which the landing lies (of stairs that lead down, the ground); `None` on flat ground and slopes.
     pub fn last_nose_m(&self) -> Option<f64> {
         match self.ground() {
             Ground::Stairs(stairs) => Some(stairs.last_nose_x()),
             Ground::Curb { front_x, .. } => Some(front_x),
-            Ground::Flat | Ground::Incline { .. } => None,
+            Ground::Flat | Ground::Ramp { .. } | Ground::Incline { .. } => None,
         }
     }
 }

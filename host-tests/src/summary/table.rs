@@ -1,6 +1,6 @@
 //! The summary as the few lines that a terminal shows.
 
-use super::Summary;
+use super::{NodeFacts, Summary};
 use crate::balance::{Figures, PAPER_PERCENT};
 use std::fmt;
 
@@ -24,18 +24,6 @@ impl fmt::Display for Summary {
                 raw.mean, raw.peak, smoothed.mean, smoothed.peak
             )
         });
-        // Nodes on the same board in one group: in a plain run there is but one.
-        let mut boards: Vec<(&str, Vec<&str>)> = Vec::new();
-        for node in &self.nodes {
-            match boards.iter_mut().find(|(board, _)| *board == node.board) {
-                Some((_, names)) => names.push(node.name.as_str()),
-                None => boards.push((&node.board, vec![node.name.as_str()])),
-            }
-        }
-        let boards: Vec<String> = boards
-            .iter()
-            .map(|(board, names)| format!("{board}: {}", names.join(", ")))
-            .collect();
         let rows = [
             ("outcome", outcome),
             (
@@ -45,7 +33,7 @@ impl fmt::Display for Summary {
                     self.simulated_s, self.wall_s, self.realtime_factor
                 ),
             ),
-            ("nodes", boards.join("; ")),
+            ("nodes", boards(&self.nodes)),
             (
                 "belt error",
                 format!(
@@ -112,4 +100,19 @@ impl fmt::Display for Summary {
             }
         )
     }
+}
+
+/// Nodes on the same board in one group: in a plain run there is but one.
+fn boards(nodes: &[NodeFacts]) -> String {
+    let mut boards: Vec<(&str, Vec<&str>)> = Vec::new();
+    for node in nodes {
+        match boards.iter_mut().find(|(board, _)| *board == node.board) {
+            Some((_, names)) => names.push(node.name.as_str()),
+            None => boards.push((&node.board, vec![node.name.as_str()])),
+        }
+    }
+    let groups = boards
+        .iter()
+        .map(|(board, names)| format!("{board}: {}", names.join(", ")));
+    groups.collect::<Vec<_>>().join("; ")
 }

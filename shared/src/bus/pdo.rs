@@ -128,7 +128,7 @@ payload! {
         yaw_rate: i16 = 0x40_0002,
         /// Posture in the robot's own word; B2P2: chassis angle, front up positive, 2^-16 turn.
         posture: i16 = 0x40_0003,
-        /// What is asked beside motion: a [`Request`].
+        /// What is asked beside motion: a [`Request`], and 0x80 while the dead-man switch is held.
         request: u8 = 0x40_0004,
         /// Any number other than in the command before: shows that the operator is still there.
         sequence: u8 = 0x40_0005,
@@ -144,17 +144,29 @@ pub enum Request {
     Arm = 1,
     /// Stop now and hold.
     Stop = 2,
-    /// Clear latched faults; a change to this value counts, not the value.
+    /// Clear latched faults and a trip; a change to this value counts, not the value.
     Reset = 3,
+    /// Supervised override: a tripped guard passes the command at crawl speed for as long as this is asked for.
+    Override = 4,
+    /// A tripped guard backs off at crawl speed for as long as this is asked for, if the settings allow it.
+    BackOff = 5,
+    /// Stop now, trip, and hold.
+    EmergencyStop = 6,
 }
+
+/// Bit of [`OperatorCommand::request`] beside the [`Request`]: the dead-man switch is held.
+pub const DEAD_MAN_HELD: u8 = 0x80;
 
 impl Request {
     /// The request in a command; unknown values are [`Request::Stop`].
     pub fn from_byte(byte: u8) -> Self {
-        match byte {
+        match byte & !DEAD_MAN_HELD {
             0 => Self::Disarm,
             1 => Self::Arm,
             3 => Self::Reset,
+            4 => Self::Override,
+            5 => Self::BackOff,
+            6 => Self::EmergencyStop,
             _ => Self::Stop,
         }
     }
@@ -177,7 +189,7 @@ payload! {
     GuardState {
         /// State of the guard (`tautrack::node::guard::State`).
         state: u8 = 0x40_0101,
-        /// What became of the newest command, and because of which edge (`tautrack::stability::filter::Verdict`).
+        /// What became of the newest command, and because of which edge or reason (`tautrack::stability::filter::Verdict`).
         verdict: u8 = 0x40_0102,
         /// Share of the asked speed that is passed on, percent.
         scale: u8 = 0x40_0103,

@@ -5,6 +5,7 @@
 use crate::estimate::state::Joint;
 use crate::settings::Settings;
 use crate::stability::attitude::Attitude;
+use crate::stability::limits::Limits;
 use crate::stability::support::Stance;
 use heapless::Vec;
 
@@ -78,6 +79,8 @@ pub struct Allowed {
     pub share: f32,
     /// Whether the posture may move on.
     pub posture: bool,
+    /// Within which limits both.
+    pub limits: Limits,
 }
 
 /// One robot. The methods are called in the order `observe`, `stance`, `stance_ahead`, `advance`, `goal`, once per SYNC.

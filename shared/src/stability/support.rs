@@ -55,16 +55,34 @@ impl Stance {
     pub fn margins(&self) -> [f32; 4] {
         let mut margins = [NO_EDGE; 4];
         let mut standing = false;
-        for start in 0..4 {
-            let Some(from) = self.contacts[start] else {
-                continue;
-            };
+        for (edge, [from, to]) in self.edges() {
             standing = true;
-            let to = (1..4).find_map(|step| self.contacts[(start + step) & 3]);
-            margins[FROM_CONTACT[start] as usize] = margin(from, to.unwrap_or(from), self.cog);
+            margins[edge as usize] = margin(from, to, self.cog);
         }
         if standing { margins } else { [-NO_EDGE; 4] }
     }
+
+    /// The edges that are there, each with both its ends, counter-clockwise.
+    #[inline]
+    pub fn edges(&self) -> impl Iterator<Item = (Edge, [[f32; 3]; 2])> + '_ {
+        (0..4).filter_map(|start| {
+            let from = self.contacts[start]?;
+            let to = (1..4).find_map(|step| self.contacts[(start + step) & 3]);
+            Some((FROM_CONTACT[start], [from, to.unwrap_or(from)]))
+        })
+    }
+}
+
+/// The edge with the narrowest margin; a margin that is no number is narrower than any.
+pub fn narrowest(margins: &[f32; 4]) -> Edge {
+    let mut edge = Edge::Back;
+    for other in EDGES {
+        let (margin, least) = (margins[other as usize], margins[edge as usize]);
+        if margin < least || (margin.is_nan() && !least.is_nan()) {
+            edge = other;
+        }
+    }
+    edge
 }
 
 #[inline]

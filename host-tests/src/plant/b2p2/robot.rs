@@ -38,7 +38,12 @@ pub fn lay_ground(
         let [x, y, z] = block.half;
         world.insert_collider(
             ColliderBuilder::cuboid(x, y, z)
-                .position(tilt * Pose::from_translation(Vector::from_array(block.centre)))
+                .position(
+                    tilt * Pose::from_parts(
+                        Vector::from_array(block.centre),
+                        turn(Vector::NEG_Y, block.pitch),
+                    ),
+                )
                 .friction(parameters.friction)
                 .user_data(MARKS[0]),
             None,

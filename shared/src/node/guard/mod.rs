@@ -2,35 +2,38 @@
 //! the filter that passes a command on only as far as the margins allow.
 //!
 //! [`drives`] is what the guard knows of the other nodes, [`sequence`] the order in which they are brought to life,
-//! this file the tick.
+//! [`supervision`] what it knows of the robot's balance, this file the tick.
 
 mod drives;
 mod robot_state;
 mod sequence;
+mod supervision;
 
 pub use sequence::State;
+pub use supervision::Telemetry;
 
 use crate::bus::network::{NmtCommand, nmt, sync};
 use crate::bus::pdo::{
-    GuardMargins, GuardMotion, GuardPassed, GuardPosition, GuardState, OperatorCommand, Request,
+    DEAD_MAN_HELD, GuardMargins, GuardMotion, GuardPassed, GuardPosition, GuardState,
+    OperatorCommand, Request,
 };
 use crate::can::Frame;
 use crate::estimate::state::{Estimator, State as RobotState};
 use crate::math::to_i16;
 use crate::node::BodySensors;
-use crate::robots::{Allowed, Asked, Body, MAX_DRIVES};
+use crate::robots::{Asked, Body, MAX_DRIVES};
 use crate::settings::{Setting, Settings};
 use crate::stability::attitude::Attitude;
-use crate::stability::filter::{self, Bounds, Margins, Tracker, Verdict};
+use crate::stability::filter::Verdict;
+use crate::stability::parameters::Refusal;
+use crate::stability::trip::Requests;
 use drives::Drives;
 use heapless::Vec;
 use sequence::Sequence;
+use supervision::{Moment, Supervision};
 
 /// Most frames that one tick sends: SYNC, network management, one set-point per drive.
 pub const MAX_SENT: usize = MAX_DRIVES + 2;
-
-/// Age of the newest attitude after which the guard no longer knows how the robot stands.
-const ATTITUDE_TIMEOUT_US: u64 = 50_000;
 
 /// What the guard sensed and heard since the tick before.
 #[derive(Clone, Copy, Debug)]
@@ -43,6 +46,8 @@ pub struct Inputs<'a> {
     pub serial: &'a [u8],
     /// The operator's newest command, if one came.
     pub operator: Option<OperatorCommand>,
+    /// The emergency stop is actuated, whoever did it.
+    pub emergency_stop: bool,
     /// Every frame that was received, in order.
     pub frames: &'a [Frame],
 }
@@ -82,17 +87,17 @@ struct Trouble {
 pub struct Guard<B> {
     sync_period_us: u64,
     next_sync_us: u64,
+    judge_us: u64,
+    judged: bool,
     operator_timeout_us: u64,
     drives: Drives,
     sequence: Sequence,
     body: B,
-    bounds: Bounds,
-    filter_active: bool,
-    tracker: Tracker,
-    margins: Margins,
+    supervision: Supervision,
+    dead_man: bool,
+    refusal: Option<Refusal>,
     share: f32,
     attitude: Attitude,
-    attitude_us: Option<u64>,
     estimator: Estimator,
     operator: OperatorCommand,
     operator_us: Option<u64>,
@@ -108,25 +113,20 @@ impl<B: Body> Guard<B> {
     /// # Errors
     /// The robot's, when the settings make none.
     pub fn new(settings: &Settings) -> Result<Self, B::Refusal> {
-        let metres = |setting| settings.scaled(setting, 1e-6);
         Ok(Self {
             sync_period_us: settings.get(Setting::SyncPeriod) as u64,
             next_sync_us: 0,
+            judge_us: 0,
+            judged: false,
             operator_timeout_us: settings.milliseconds(Setting::OperatorTimeout),
             drives: Drives::new(&B::drive_ids(settings), settings),
             sequence: Sequence::default(),
             body: B::new(settings)?,
-            bounds: Bounds {
-                caution: metres(Setting::CautionMargin),
-                stop: metres(Setting::StopMargin),
-                horizon: settings.scaled(Setting::PredictionHorizon, 1e-3),
-            },
-            filter_active: settings.get(Setting::FilterActive) == 1,
-            tracker: Tracker::default(),
-            margins: Margins::default(),
+            supervision: Supervision::new(settings),
+            dead_man: settings.get(Setting::DeadMan) == 1,
+            refusal: None,
             share: 1.0,
             attitude: Attitude::default(),
-            attitude_us: None,
             estimator: Estimator::new(settings),
             operator: OperatorCommand::default(),
             operator_us: None,
@@ -140,10 +140,10 @@ impl<B: Body> Guard<B> {
     /// One control period.
     pub fn tick(&mut self, inputs: &Inputs<'_>) -> Outputs {
         let trouble_before = self.trouble;
-        if let Some(sensors) = &inputs.body
-            && self.attitude.update(sensors, super::CONTROL_PERIOD)
+        if self.supervision.hear(inputs.body.as_ref())
+            && let Some(sensors) = &inputs.body
         {
-            self.attitude_us = Some(inputs.now_us);
+            self.attitude.update(sensors, super::CONTROL_PERIOD);
             self.estimator
                 .sense(sensors.magnetic_field, &mut self.attitude, inputs.now_us);
         }
@@ -155,9 +155,16 @@ impl<B: Body> Guard<B> {
         self.supervise(inputs.now_us);
 
         let (mut frames, mut robot) = (Vec::new(), None);
-        if inputs.now_us >= self.next_sync_us {
+        let sync_due = inputs.now_us >= self.next_sync_us;
+        if !self.judged && (sync_due || inputs.now_us >= self.judge_us) {
+            self.judged = true;
+            self.judge();
+        }
+        if sync_due {
             self.next_sync_us = inputs.now_us + self.sync_period_us;
-            self.cycle(inputs.now_us, &mut frames);
+            self.judge_us = inputs.now_us + self.sync_period_us / 2;
+            self.judged = false;
+            self.cycle(inputs, &mut frames);
             robot = Some(self.locate(inputs.now_us));
         }
         let emergency = (trouble_before != self.trouble)
@@ -212,27 +219,42 @@ impl<B: Body> Guard<B> {
         }
     }
 
-    /// What happens once per SYNC: filter, body, sequence, set-points.
-    fn cycle(&mut self, now_us: u64, frames: &mut Vec<Frame, MAX_SENT>) {
-        // At most 100 ms.
-        let period = self.sync_period_us as u32 as f32 * 1e-6;
-        let request = Request::from_byte(self.operator.request);
-        let started = self.sequence.advance(
-            request,
-            self.trouble.is_some(),
-            &self.drives,
-            &mut self.body,
-            now_us,
-        );
+    /// Period of SYNC, s; at most 100 ms.
+    fn period(&self) -> f32 {
+        self.sync_period_us as u32 as f32 * 1e-6
+    }
+
+    /// What happens once between two SYNCs, when the drives have answered the first: how the robot stands and what that means. Apart from
+    /// [`Self::cycle`], so that no tick has to do it all.
+    fn judge(&mut self) {
+        let period = self.period();
         if let Some(speed) = self.estimator.take_speed(&self.attitude) {
             self.body.hear_speed(speed, &self.attitude);
         }
         self.body
             .observe(self.drives.states(), &self.attitude, period);
-        self.margins = self
-            .tracker
-            .update(&self.body.stance(&self.attitude), period);
-        self.dispose(request, now_us, period);
+        let stance = self.body.stance(&self.attitude);
+        self.supervision
+            .judge(&stance, &self.attitude, self.body.speed(), period);
+    }
+
+    /// What happens once per SYNC: filter, body, sequence, set-points.
+    fn cycle(&mut self, inputs: &Inputs<'_>, frames: &mut Vec<Frame, MAX_SENT>) {
+        let now_us = inputs.now_us;
+        let period = self.period();
+        let request = Request::from_byte(self.operator.request);
+        let before = self.sequence.state();
+        let refused = self.refusal.is_some() && request == Request::Arm;
+        let started = self.sequence.advance(
+            if refused { Request::Stop } else { request },
+            self.trouble.is_some(),
+            &self.drives,
+            &mut self.body,
+            now_us,
+        );
+        let armed_now = before != State::Armed && self.sequence.state() == State::Armed;
+        self.check(armed_now, request);
+        self.dispose(request, inputs, period);
 
         // Room for all of them: MAX_SENT.
         let _ = frames.push(sync());
@@ -245,71 +267,71 @@ impl<B: Body> Guard<B> {
         }
     }
 
-    /// Passes the operator's command on to the body, as far as the margins allow.
-    fn dispose(&mut self, request: Request, now_us: u64, period: f32) {
-        if self.sequence.state() != State::Armed {
+    /// Refuses to arm a robot whose geometry and settings make no sense on level ground, until it is disarmed.
+    fn check(&mut self, armed_now: bool, request: Request) {
+        if armed_now {
+            let level = self.body.stance(&Attitude::default());
+            self.refusal = self.supervision.check(&level).err();
+        } else if request == Request::Disarm {
+            self.refusal = None;
+        }
+        if armed_now && self.refusal.is_some() {
+            self.sequence.disarm();
+        }
+    }
+
+    /// Passes the operator's command on to the body, as far as supervision and margins allow.
+    fn dispose(&mut self, request: Request, inputs: &Inputs<'_>, period: f32) {
+        let heard = self
+            .operator_us
+            .is_some_and(|heard| inputs.now_us.saturating_sub(heard) <= self.operator_timeout_us);
+        let held = !self.dead_man || self.operator.request & DEAD_MAN_HELD != 0;
+        let armed = self.sequence.state() == State::Armed;
+        let moment = Moment {
+            now_us: inputs.now_us,
+            armed,
+            attended: heard && held,
+            drives: request == Request::Arm,
+            requests: Requests {
+                reset: request == Request::Reset,
+                override_trip: request == Request::Override && heard,
+                back_off: request == Request::BackOff && heard,
+                emergency_stop: inputs.emergency_stop || request == Request::EmergencyStop,
+            },
+        };
+        let asked = Asked {
+            forward: f32::from(self.operator.forward) * 1e-3,
+            yaw_rate: f32::from(self.operator.yaw_rate) * 1e-3,
+            posture: self.operator.posture,
+        };
+        let (posture, speed) = (self.body.posture(), self.body.speed());
+        let (asked, admitted) = self.supervision.admit(asked, posture, speed, &moment);
+        let ahead =
+            self.body
+                .stance_ahead(&asked, &self.attitude, self.supervision.horizon(), period);
+        let pitch = self.attitude.pitch().radians();
+        let (allowed, filtered) =
+            self.supervision
+                .filter(&asked, &ahead, pitch, self.body.stopping_time());
+        if !armed {
             self.body.rest();
             self.share = 1.0;
             self.count(Verdict::Passed);
             return;
         }
-        let fresh = |since: Option<u64>, timeout_us| {
-            since.is_some_and(|heard| now_us.saturating_sub(heard) <= timeout_us)
+        let asked = Asked {
+            yaw_rate: allowed.limits.yaw_rate(asked.yaw_rate, speed),
+            ..asked
         };
-        let hindrance = if !fresh(self.attitude_us, ATTITUDE_TIMEOUT_US) {
-            Some(Verdict::Blind)
-        } else if !fresh(self.operator_us, self.operator_timeout_us) {
-            Some(Verdict::Unattended)
-        } else {
-            None
-        };
-        let asked = if request == Request::Arm && hindrance.is_none() {
-            Asked {
-                forward: f32::from(self.operator.forward) * 1e-3,
-                yaw_rate: f32::from(self.operator.yaw_rate) * 1e-3,
-                posture: self.operator.posture,
-            }
-        } else {
-            Asked {
-                posture: self.body.posture(),
-                ..Asked::default()
-            }
-        };
-        let (allowed, filtered) = self.filter(&asked, period);
         self.share = allowed.share;
         self.body.advance(&asked, allowed, &self.attitude, period);
-        self.count(hindrance.unwrap_or(filtered));
+        let passed = admitted == Verdict::Passed;
+        self.count(if passed { filtered } else { admitted });
     }
 
-    /// What the margins leave of `asked`. The horizon includes the time that a stop takes from the present speed.
-    fn filter(&self, asked: &Asked, period: f32) -> (Allowed, Verdict) {
-        let ahead = self
-            .body
-            .stance_ahead(asked, &self.attitude, self.bounds.horizon, period);
-        let posture = filter::posture(&self.margins, ahead.margins(), &self.bounds);
-        let bounds = Bounds {
-            horizon: self.bounds.horizon + self.body.stopping_time(),
-            ..self.bounds
-        };
-        let pitch = self.attitude.pitch().radians();
-        let (share, drive) = filter::drive(asked.forward, pitch, &self.margins, &bounds);
-        if !self.filter_active {
-            let allowed = Allowed {
-                share: 1.0,
-                posture: true,
-            };
-            return (allowed, Verdict::Passed);
-        }
-        let allowed = Allowed {
-            share,
-            posture: posture == Verdict::Passed,
-        };
-        let verdict = if drive == Verdict::Passed {
-            posture
-        } else {
-            drive
-        };
-        (allowed, verdict)
+    /// What the guard knows of the robot's balance.
+    pub fn telemetry(&self) -> Telemetry {
+        self.supervision.telemetry(self.refusal)
     }
 
     fn count(&mut self, verdict: Verdict) {
@@ -317,10 +339,16 @@ impl<B: Body> Guard<B> {
         if kind(verdict) != kind(self.verdict) {
             match verdict {
                 Verdict::Passed => {}
-                Verdict::Scaled(_) => self.scaled = self.scaled.saturating_add(1),
+                Verdict::Scaled(_) | Verdict::PostureScaled(_) | Verdict::Doubted(_) => {
+                    self.scaled = self.scaled.saturating_add(1);
+                }
                 Verdict::Refused(_)
                 | Verdict::PostureRefused(_)
-                | Verdict::Blind
+                | Verdict::Blind(_)
+                | Verdict::EmergencyStopped
+                | Verdict::Tripped(_)
+                | Verdict::Overridden(_)
+                | Verdict::BackingOff(_)
                 | Verdict::Unattended => {
                     self.refused = self.refused.saturating_add(1);
                 }
@@ -332,7 +360,7 @@ impl<B: Body> Guard<B> {
     fn outputs(&self, frames: Vec<Frame, MAX_SENT>, emergency: Option<u16>) -> Outputs {
         let centidegrees = |radians: f32| to_i16(radians.to_degrees() * 100.0);
         let millimetres = |metres: f32| to_i16(metres * 1e3);
-        let [back, front, left, right] = self.margins.now.map(millimetres);
+        let [back, front, left, right] = self.supervision.margins().now.map(millimetres);
         let trouble = self.trouble.unwrap_or(Trouble { node: 0, code: 0 });
         Outputs {
             frames,

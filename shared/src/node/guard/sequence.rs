@@ -75,6 +75,13 @@ impl Sequence {
         !matches!(self.state, State::Waiting | State::Ready)
     }
 
+    /// Back to "ready": the robot is not fit to be armed.
+    pub fn disarm(&mut self) {
+        if self.driving() && self.state != State::Held {
+            self.state = State::Ready;
+        }
+    }
+
     /// Takes one SYNC period; true when the network is to be started: at first, and after a node may have started anew.
     pub fn advance<B: Body>(
         &mut self,

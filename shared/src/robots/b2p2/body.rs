@@ -74,11 +74,15 @@ impl B2p2 {
         Stance::on(self.model.support(&shape, level), level(shape.cog))
     }
 
-    fn next_chassis(&self, asked: &Asked, period: f32) -> Motion {
+    fn next_chassis(&self, asked: &Asked, share: f32, period: f32) -> Motion {
         // The joint turns less than half a turn each way, so that a wrapped angle is the angle.
         let target = i64::from(i32::from(asked.posture) << 16);
         let mut next = self.chassis;
-        next.toward_position(target, self.chassis_limits, period);
+        let limits = Limits {
+            velocity: self.chassis_limits.velocity * share,
+            ..self.chassis_limits
+        };
+        next.toward_position(target, limits, period);
         next
     }
 
@@ -211,7 +215,7 @@ impl Body for B2p2 {
         horizon: f32,
         period: f32,
     ) -> Stance {
-        let next = self.next_chassis(asked, period);
+        let next = self.next_chassis(asked, 1.0, period);
         // From the set-point, not from the joint: what was let through already will be reached.
         let ahead =
             Angle::from_bits(next.position as i32) + Angle::from_radians(next.velocity * horizon);
@@ -226,11 +230,19 @@ impl Body for B2p2 {
     }
 
     fn advance(&mut self, asked: &Asked, allowed: Allowed, attitude: &Attitude, period: f32) {
-        self.forward
-            .toward_velocity(asked.forward * allowed.share, self.speed, period);
+        let target = asked.forward * allowed.share;
+        let limits = Limits {
+            acceleration: if target > self.forward.velocity {
+                allowed.limits.forward
+            } else {
+                allowed.limits.backward
+            },
+            ..self.speed
+        };
+        self.forward.toward_velocity(target, limits, period);
         self.yaw_rate = self.yaw(asked.yaw_rate * allowed.share, attitude);
         if allowed.posture {
-            self.chassis = self.next_chassis(asked, period);
+            self.chassis = self.next_chassis(asked, allowed.limits.posture, period);
         } else {
             self.chassis
                 .toward_velocity(0.0, self.chassis_limits, period);

@@ -144,8 +144,16 @@ impl Body for Crawler {
     }
 
     fn advance(&mut self, asked: &Asked, allowed: Allowed, _: &Attitude, period: f32) {
-        self.forward
-            .toward_velocity(asked.forward * allowed.share, self.speed, period);
+        let target = asked.forward * allowed.share;
+        let limits = Limits {
+            acceleration: if target > self.forward.velocity {
+                allowed.limits.forward
+            } else {
+                allowed.limits.backward
+            },
+            ..self.speed
+        };
+        self.forward.toward_velocity(target, limits, period);
         let speed = self.forward.velocity;
         // While it speeds up it is on the curve that was asked for already.
         let yaw_rate = if asked.forward == 0.0 {

@@ -1,0 +1,285 @@
+//! What the guard knows of the robot's balance, and what of a command it lets through to the body.
+//!
+//! Every control period the sensors are heard ([`Supervision::hear`]); once per SYNC the stance is judged ([`Supervision::judge`]), the trip's latch asked
+//! what may be asked for at all ([`Supervision::admit`]), and the filter how much of that passes ([`Supervision::filter`]).
+
+use crate::math::vector::Vector;
+use crate::node::{BodySensors, CONTROL_PERIOD};
+use crate::robots::{Allowed, Asked};
+use crate::settings::{Setting, Settings};
+use crate::stability::attitude::Attitude;
+use crate::stability::bands::{Band, Bands};
+use crate::stability::criterion::{Criterion, Evaluation, SpecificForce};
+use crate::stability::filter::{self, Bounds, Command, Margins, Tracker, Verdict};
+use crate::stability::limits::Limits;
+use crate::stability::parameters::{Parameters, Refusal};
+use crate::stability::support::{Stance, narrowest};
+use crate::stability::trip::{Cause, Mode, Requests, Sight, Snapshot, Trip, crawl};
+use crate::stability::trust::{Reason, Trust, Watch};
+
+/// Share of the posture's speed in a supervised override.
+const OVERRIDE_POSTURE: f32 = 0.25;
+
+/// Who asks, when, and for what beside motion.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Moment {
+    pub now_us: u64,
+    pub armed: bool,
+    /// An operator is there, asks for motion, and holds the dead-man switch if there is one.
+    pub attended: bool,
+    /// The operator asks for ordinary driving.
+    pub drives: bool,
+    pub requests: Requests,
+}
+
+#[derive(Clone, Debug)]
+pub(super) struct Supervision {
+    parameters: Parameters,
+    filter_active: bool,
+    watch: Watch,
+    trust: Trust,
+    force: SpecificForce,
+    level_force: Vector<f32>,
+    criterion: Criterion,
+    bands: Bands,
+    trip: Trip,
+    tracker: Tracker,
+    sensors: BodySensors,
+    found: Evaluation,
+    margins: Margins,
+    limits: Limits,
+    mode: Mode,
+}
+
+impl Supervision {
+    pub fn new(settings: &Settings) -> Self {
+        let parameters = Parameters::new(settings);
+        Self {
+            parameters,
+            filter_active: settings.get(Setting::FilterActive) == 1,
+            watch: Watch::new(parameters.stuck_readings),
+            trust: Trust::None(Reason::Silent),
+            force: SpecificForce::default(),
+            level_force: [0.0; 3],
+            criterion: Criterion::default(),
+            bands: Bands::default(),
+            trip: Trip::default(),
+            tracker: Tracker::default(),
+            sensors: BodySensors::default(),
+            found: Evaluation::default(),
+            margins: Margins::default(),
+            limits: Limits::default(),
+            mode: Mode::default(),
+        }
+    }
+
+    /// Takes the sensors of one control period; true when the attitude filter may have them.
+    pub fn hear(&mut self, sensors: Option<&BodySensors>) -> bool {
+        let usable = self.watch.hear(sensors, CONTROL_PERIOD);
+        if let Some(sensors) = sensors.filter(|_| usable) {
+            self.force.hear(sensors.specific_force);
+            self.sensors = *sensors;
+        }
+        usable
+    }
+
+    /// Judges how the robot stands, `period` s after the time before. Margins are worth nothing when the sensors are not.
+    pub fn judge(&mut self, stance: &Stance, attitude: &Attitude, speed: f32, period: f32) {
+        self.level_force = self.force.advance(&attitude.level_axes(), period);
+        self.found = self
+            .criterion
+            .evaluate(stance, self.level_force, speed, &self.parameters);
+        self.watch
+            .compare(self.level_force, !self.found.quick, period);
+        self.trust = self.watch.trust();
+        if matches!(self.trust, Trust::None(_)) {
+            self.found.margins = [f32::NAN; 4];
+        }
+        self.margins = self
+            .tracker
+            .update(stance, self.found.margins, speed, period);
+        self.limits = Limits::of(&self.found, &self.parameters);
+        self.bands
+            .update(&self.found.margins, period, &self.parameters);
+    }
+
+    /// Whether a robot with this stance on level ground may be armed.
+    pub fn check(&self, level: &Stance) -> Result<(), Refusal> {
+        self.parameters.check(level)
+    }
+
+    /// What may be asked of the body: the operator's command, as far as there is one, sensors are believed and no trip is in the way.
+    pub fn admit(
+        &mut self,
+        asked: Asked,
+        posture: i16,
+        speed: f32,
+        moment: &Moment,
+    ) -> (Asked, Verdict) {
+        let trust = self.trust;
+        let command = Command {
+            forward: asked.forward,
+            yaw_rate: asked.yaw_rate,
+        };
+        let sight = Sight {
+            armed: moment.armed && self.filter_active,
+            band: self.bands.band(),
+            trust,
+            moment: Snapshot {
+                cause: Cause::EmergencyStop,
+                time_us: moment.now_us,
+                margins: self.margins.now,
+                edge: narrowest(&self.margins.now),
+                asked: command,
+                speed,
+                sensors: self.sensors,
+            },
+        };
+        self.mode = self.trip.update(&sight, moment.requests, &self.parameters);
+        let edge = self
+            .trip
+            .snapshot()
+            .map_or(sight.moment.edge, |kept| kept.edge);
+        let cause = self.trip.snapshot().map(|kept| kept.cause);
+        let stay = Asked {
+            posture,
+            ..Asked::default()
+        };
+        let with = |command: Command, posture| Asked {
+            forward: command.forward,
+            yaw_rate: command.yaw_rate,
+            posture,
+        };
+        let admitted = self.mode.admit(command, &self.parameters);
+        match (self.mode, trust) {
+            (mode, Trust::None(reason)) if mode != Mode::Overridden => {
+                (stay, Verdict::Blind(reason))
+            }
+            (Mode::Tripped, _) => {
+                let verdict = match cause {
+                    Some(Cause::Sensors(reason)) => Verdict::Blind(reason),
+                    Some(Cause::EmergencyStop) => Verdict::EmergencyStopped,
+                    _ => Verdict::Tripped(edge),
+                };
+                (stay, verdict)
+            }
+            _ if !moment.attended => (stay, Verdict::Unattended),
+            (Mode::Overridden, _) => (with(admitted, asked.posture), Verdict::Overridden(edge)),
+            (Mode::BackingOff(_), _) => (with(admitted, posture), Verdict::BackingOff(edge)),
+            _ if !moment.drives => (stay, Verdict::Passed),
+            (_, Trust::Degraded(reason)) if self.filter_active => {
+                let slow = crawl(command, &self.parameters);
+                let verdict = if slow == command {
+                    Verdict::Passed
+                } else {
+                    Verdict::Doubted(reason)
+                };
+                (with(slow, asked.posture), verdict)
+            }
+            _ => (asked, Verdict::Passed),
+        }
+    }
+
+    /// What the margins leave of what was admitted. `ahead` is the stance that the posture's motion leads to within [`Self::horizon`], `stopping` the time of a stop at the
+    /// configured deceleration, s.
+    pub fn filter(
+        &self,
+        asked: &Asked,
+        ahead: &Stance,
+        pitch: f32,
+        stopping: f32,
+    ) -> (Allowed, Verdict) {
+        let parameters = &self.parameters;
+        let brake = if asked.forward < 0.0 {
+            self.limits.forward
+        } else {
+            self.limits.backward
+        };
+        let bounds = Bounds {
+            caution: parameters.caution,
+            stop: parameters.stop,
+            horizon: parameters.horizon + stopping * (parameters.acceleration / brake),
+        };
+        let widening = parameters.uncertainty.widening();
+        let ahead = ahead.margins().map(|margin| margin - widening);
+        let (posture_share, posture) = filter::posture(&self.margins, ahead, &bounds);
+        let (share, drive) = filter::drive(asked.forward, pitch, &self.margins, &bounds);
+        let unhindered = Allowed {
+            share: 1.0,
+            posture: true,
+            limits: Limits::unlimited(parameters),
+        };
+        if !self.filter_active {
+            return (unhindered, Verdict::Passed);
+        }
+        if self.mode == Mode::Overridden {
+            let limits = Limits {
+                posture: OVERRIDE_POSTURE,
+                ..unhindered.limits
+            };
+            return (
+                Allowed {
+                    limits,
+                    ..unhindered
+                },
+                Verdict::Passed,
+            );
+        }
+        let allowed = Allowed {
+            share,
+            posture: posture_share > 0.0,
+            limits: Limits {
+                posture: posture_share,
+                ..self.limits
+            },
+        };
+        let verdict = if drive == Verdict::Passed {
+            posture
+        } else {
+            drive
+        };
+        (allowed, verdict)
+    }
+
+    pub fn horizon(&self) -> f32 {
+        self.parameters.horizon
+    }
+
+    pub fn margins(&self) -> &Margins {
+        &self.margins
+    }
+
+    pub fn telemetry(&self, refusal: Option<Refusal>) -> Telemetry {
+        Telemetry {
+            band: self.bands.band(),
+            trust: self.trust,
+            with_force: self.found.fast,
+            tripped: self.trip.latched(),
+            trips: self.trip.count(),
+            limits: self.limits,
+            snapshot: self.trip.snapshot().copied(),
+            refusal,
+        }
+    }
+}
+
+/// What the guard knows of the robot's balance (objects 0x4006 and 0x4007).
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Telemetry {
+    /// Band of the narrowest margin.
+    pub band: Band,
+    /// How far the sensors on the body are believed.
+    pub trust: Trust,
+    /// The measured force counts, beside the centre of gravity.
+    pub with_force: bool,
+    /// The guard has tripped.
+    pub tripped: bool,
+    /// Trips since power-up.
+    pub trips: u16,
+    /// Limits that the margins hand down.
+    pub limits: Limits,
+    /// What was known at the last trip.
+    pub snapshot: Option<Snapshot>,
+    /// Why the robot is not armed.
+    pub refusal: Option<Refusal>,
+}

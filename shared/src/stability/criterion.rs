@@ -1,0 +1,327 @@
+//! Which margin counts: that of the centre of gravity while the robot is slow; that of the measured force as well when it is fast.
+//!
+//! Slow means: even an instant stop cannot tip the robot over an edge from which its centre of gravity is as far as the stop
+//! margin ([`stopping_speed`]), and the measured acceleration eats less than half of that margin. Above either, the centre of gravity is
+//! projected along the measured specific force instead of straight down (the zero moment point of a robot whose parts do not
+//! turn), and the force-angle of Papadopoulos and Rey ([`super::tipover`]) is asked too: `|l| sin(nu)`, with `l` the perpendicular to the edge, is the arm of the force about it,
+//! so that an angle `nu` above its stop level is an arm above `|l| sin(nu_stop)`, and no arc tangent is needed.
+
+use super::attitude::LevelAxes;
+use super::parameters::Parameters;
+use super::support::{NO_EDGE, Stance};
+use crate::math::vector::{Vector, dot, scale, sub};
+use crate::math::{max, root_of_sum};
+
+/// Standard gravity, m/s^2.
+pub const GRAVITY: f32 = 9.80665;
+
+/// Time with which the measured force follows, s: longer than the impact of a track on a nose, shorter than the fall of a robot 0.3 m high
+/// (`sqrt(h / g)` = 0.17 s).
+const FORCE_TIME: f32 = 0.1;
+/// An edge shorter than this has no direction, m.
+const MIN_LENGTH: f32 = 1e-3;
+
+/// Specific force in level axes, low-passed.
+///
+/// Readings are averaged in body axes from one evaluation to the next and turned into level axes before the low-pass, so that a fast swing does not
+/// smear gravity over two axes.
+#[derive(Clone, Debug)]
+pub struct SpecificForce {
+    sum: Vector<f32>,
+    count: f32,
+    level: Vector<f32>,
+}
+
+impl Default for SpecificForce {
+    fn default() -> Self {
+        Self {
+            sum: [0.0; 3],
+            count: 0.0,
+            level: [0.0, 0.0, GRAVITY],
+        }
+    }
+}
+
+impl SpecificForce {
+    /// Takes one reading in body axes, m/s^2, that was found to be plausible.
+    #[inline]
+    pub fn hear(&mut self, force: Vector<f32>) {
+        for (sum, value) in self.sum.iter_mut().zip(force) {
+            *sum += value;
+        }
+        self.count += 1.0;
+    }
+
+    /// The force in level axes, `period` s after the evaluation before. Without a reading since then it stays as it was.
+    #[inline]
+    pub fn advance(&mut self, axes: &LevelAxes, period: f32) -> Vector<f32> {
+        if self.count > 0.0 {
+            let mean = axes.of(scale(1.0 / self.count, self.sum));
+            let share = period / (FORCE_TIME + period);
+            for (level, value) in self.level.iter_mut().zip(mean) {
+                *level += (value - *level) * share;
+            }
+        }
+        (self.sum, self.count) = ([0.0; 3], 0.0);
+        self.level
+    }
+}
+
+/// Margins of one moment.
+#[derive(Clone, Copy, PartialEq, Debug, Default)]
+pub struct Evaluation {
+    /// What counts, m, indexed by [`super::support::Edge`], the uncertainty taken off. NaN if an input is no number, and if the robot is fast and the ground would
+    /// have to pull.
+    pub margins: [f32; 4],
+    /// Of the centre of gravity straight down, m, the uncertainty taken off.
+    pub gravity: [f32; 4],
+    /// What a margin gains with each `g` of acceleration forward and to the left, m.
+    pub levers: [[f32; 2]; 4],
+    /// The measured force counts.
+    pub fast: bool,
+    /// Because of the speed: so fast that an instant stop could tip the robot.
+    pub quick: bool,
+}
+
+/// Evaluates margins and remembers which of them count.
+#[derive(Clone, Debug, Default)]
+pub struct Criterion {
+    fast: bool,
+}
+
+impl Criterion {
+    /// Margins of a `stance` with specific `force` in level axes (upward at rest), m/s^2, and `speed` over ground, m/s.
+    ///
+    /// Total. Every margin is always computed, whichever counts, so that the cost does not depend on it. Edges that are not there have the margins
+    /// of [`Stance::margins`].
+    pub fn evaluate(
+        &mut self,
+        stance: &Stance,
+        force: Vector<f32>,
+        speed: f32,
+        parameters: &Parameters,
+    ) -> Evaluation {
+        let widening = parameters.uncertainty.widening();
+        let lean = [force[0] / force[2], force[1] / force[2]];
+        let unsure = widening * (lean[0].abs() + lean[1].abs());
+        let missing = if stance.contacts.iter().any(Option::is_some) {
+            NO_EDGE
+        } else {
+            -NO_EDGE
+        };
+        let mut found = Evaluation {
+            gravity: [missing; 4],
+            ..Evaluation::default()
+        };
+        let (mut with_force, mut shift, mut height) = ([missing; 4], 0.0_f32, 0.0_f32);
+        for (edge, ends) in stance.edges() {
+            let index = edge as usize;
+            let (margin, lever) = straight_down(ends, stance.cog);
+            let across = lever[0] * lean[0] + lever[1] * lean[1];
+            let square = lever[0] * lever[0] + lever[1] * lever[1];
+            let distance = root_of_sum(square + margin * margin);
+            // A height that is no number leaves no margin either.
+            let margin = if distance.is_finite() {
+                margin
+            } else {
+                f32::NAN
+            };
+            let along = margin + across - unsure;
+            let by_angle =
+                parameters.stop + arm(ends, force, along, distance * parameters.stop_sine);
+            found.gravity[index] = margin - widening;
+            found.levers[index] = lever;
+            let narrow = if along < margin { along } else { margin };
+            let narrow = if by_angle < narrow { by_angle } else { narrow };
+            // The sum is no number if any of the three is none.
+            let known = (margin + along + by_angle).is_finite();
+            with_force[index] = if known { narrow - widening } else { f32::NAN };
+            shift = max(shift, across.abs());
+            height = if square > height { square } else { height };
+        }
+        let critical = stopping_speed(parameters.stop, root_of_sum(height) + widening);
+        // A hysteresis of a tenth in speed and a half in shift; false for NaN.
+        let (speed_share, shift_share) = if self.fast { (0.9, 0.25) } else { (1.0, 0.5) };
+        found.quick = !(speed.abs() < critical * speed_share);
+        let slow = !found.quick && shift < parameters.stop * shift_share;
+        self.fast = !slow;
+        found.fast = self.fast;
+        found.margins = if slow {
+            found.gravity
+        } else if force[2] > 0.0 {
+            with_force
+        } else {
+            [f32::NAN; 4]
+        };
+        found
+    }
+}
+
+/// Signed distance of `cog` to an edge, m, and what it gains with each `g` forward and to the left: the height over the edge, across it.
+///
+/// The moment of the specific force `s` about the edge over its upward part, `((cog - from) x s) . e / (s_z |e|)`, which is linear in `s_x / s_z` and
+/// `s_y / s_z`. An edge shorter than a millimetre has no direction; the margin is then minus the distance to it.
+#[inline]
+fn straight_down([from, to]: [Vector<f32>; 2], cog: Vector<f32>) -> (f32, [f32; 2]) {
+    let (edge, offset) = (sub(to, from), sub(cog, from));
+    let square = |v: Vector<f32>| v[0] * v[0] + v[1] * v[1];
+    let length = square(edge);
+    let (across, length) = if length < MIN_LENGTH * MIN_LENGTH {
+        let distance = square(offset);
+        (-distance, distance + f32::MIN_POSITIVE)
+    } else {
+        (edge[0] * offset[1] - edge[1] * offset[0], length)
+    };
+    let over = 1.0 / root_of_sum(length);
+    let lever = [
+        (offset[2] * edge[1] - offset[1] * edge[2]) * over,
+        (offset[0] * edge[2] - offset[2] * edge[0]) * over,
+    ];
+    (across * over, lever)
+}
+
+/// How far the arm `|l| sin(nu)` of the force about an edge is above the one that the force-angle must have, m.
+///
+/// `along` is the margin along the force, `least` what `|l| sin(nu_stop)` is on a level edge. On a sloping one, `|l|` is shorter by the cosine of the
+/// slope, and only the part `f*` of the force across the edge turns about it.
+#[inline]
+fn arm([from, to]: [Vector<f32>; 2], force: Vector<f32>, along: f32, least: f32) -> f32 {
+    let edge = sub(to, from);
+    let square = dot(edge, edge);
+    let level = square - edge[2] * edge[2];
+    let slope = root_of_sum(max(level, 0.0) / square);
+    let lengthwise = dot(force, edge);
+    let across = max(dot(force, force) - lengthwise * lengthwise / square, 0.0);
+    (along * force[2] / root_of_sum(across) - least) * slope
+}
+
+/// Speed from which an instant stop can tip a robot over an edge, m/s: `v^2 = 2 g (l - h) l^2 / h^2`, `l^2 = m^2 + h^2`.
+///
+/// `margin` is the distance of its centre of gravity to the edge, `height` its height over it, m. The stop turns the motion about the edge with
+/// `v h / l` left (angular momentum of a point mass, the smallest inertia that a body can have), and that must not lift the mass to
+/// `l`. Infinite for a height of zero or less, NaN for NaN.
+#[inline]
+pub fn stopping_speed(margin: f32, height: f32) -> f32 {
+    let (m, h) = (margin * margin, height * height);
+    let lever = root_of_sum(m + h);
+    // l - h without cancellation.
+    let rise = m / (lever + height);
+    if height <= 0.0 {
+        return f32::INFINITY;
+    }
+    root_of_sum(2.0 * GRAVITY * rise * (m + h) / h)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::tipover;
+    use super::*;
+    use crate::settings::Settings;
+
+    const SUPPORT: [Vector<f32>; 4] = [
+        [0.0, -0.2, 0.0],
+        [0.8, -0.2, 0.1],
+        [0.8, 0.2, 0.1],
+        [0.0, 0.2, 0.0],
+    ];
+    const LEVEL: Vector<f32> = [0.0, 0.0, GRAVITY];
+    const COG: Vector<f32> = [0.3, 0.02, 0.25];
+
+    fn judged(force: Vector<f32>, speed: f32) -> Evaluation {
+        // The force-angle has a test of its own.
+        let parameters = Parameters {
+            stop_sine: 0.0,
+            ..Parameters::new(&Settings::default())
+        };
+        Criterion::default().evaluate(&Stance::on(SUPPORT, COG), force, speed, &parameters)
+    }
+
+    #[test]
+    fn at_rest_the_margins_are_those_of_the_centre_of_gravity() {
+        let expected = Stance::on(SUPPORT, COG).margins();
+        for speed in [0.0, 3.0] {
+            let found = judged(LEVEL, speed);
+            assert_eq!(found.fast, speed > 0.0);
+            for index in 0..4 {
+                assert!(
+                    (found.gravity[index] - expected[index]).abs() < 1e-6,
+                    "{found:?}"
+                );
+            }
+        }
+        assert_eq!(judged(LEVEL, 0.0).margins, judged(LEVEL, 0.0).gravity);
+    }
+
+    /// The point where the line through the centre of gravity along the force meets the plane of the support, in double precision.
+    #[test]
+    fn with_force_the_margin_is_that_of_the_projection_along_it() {
+        let force = [-2.0_f32, 0.7, 9.0];
+        let found = judged(force, 0.0);
+        assert!(
+            found.fast,
+            "2 m/s^2 at 0.25 m is more than half of the stop margin"
+        );
+        assert!(
+            found.margins[0] <= 0.3 + 1e-6,
+            "never wider than without: {found:?}"
+        );
+        // Over the front edge, at z = 0.1; the force moves the point forward.
+        let forward = 0.3 + 0.15 * 2.0 / 9.0;
+        let error = f64::from(found.margins[1]) - (0.8 - forward);
+        assert!(error.abs() < 1e-5, "{found:?}");
+    }
+
+    /// An edge at the stop angle is at the stop margin, one inside of it is above, by the angle of Papadopoulos and Rey.
+    #[test]
+    fn the_force_angle_at_its_stop_level_is_the_stop_margin() {
+        let parameters = Parameters {
+            stop_sine: crate::math::sin_cos(crate::units::Angle::from_radians(0.7)).0,
+            ..Parameters::new(&Settings::default())
+        };
+        let mut last_above = None;
+        for step in 0..200 {
+            let cog = [0.1 + 1e-3 * step as f32, 0.02, 0.15];
+            let stance = Stance::on(SUPPORT, cog);
+            let found = Criterion::default().evaluate(&stance, LEVEL, 9.0, &parameters);
+            let (_, ends) = stance.edges().last().expect("a rear edge");
+            let [angle, _] = tipover::angles(&ends, cog, [0.0, 0.0, -GRAVITY], [0.0; 3]);
+            assert_eq!(
+                angle > 0.7,
+                found.margins[0] > parameters.stop,
+                "{cog:?} {angle}"
+            );
+            last_above = Some(angle > 0.7);
+        }
+        assert_eq!(last_above, Some(true));
+    }
+
+    #[test]
+    fn a_free_fall_a_pull_and_no_number_are_no_margin() {
+        for force in [[0.0, 0.0, 0.0], [0.0, 0.0, -9.81], [f32::NAN, 0.0, 9.81]] {
+            let found = judged(force, 1.0);
+            assert!(
+                found.margins.iter().all(|margin| !(*margin > 0.0)),
+                "{found:?}"
+            );
+        }
+    }
+
+    #[test]
+    fn an_impact_moves_the_force_little_and_a_braking_robot_s_wholly() {
+        let axes = {
+            let mut attitude = super::super::attitude::Attitude::default();
+            attitude.update(&crate::node::BodySensors::default(), 1e-3);
+            attitude.level_axes()
+        };
+        let mut force = SpecificForce::default();
+        // 30 m/s^2 for 4 ms.
+        force.hear([-30.0, 0.0, GRAVITY]);
+        assert!(force.advance(&axes, 4e-3)[0] > -1.2);
+        for _ in 0..200 {
+            force.hear([-0.4, 0.0, GRAVITY]);
+            force.advance(&axes, 4e-3);
+        }
+        let settled = force.advance(&axes, 4e-3);
+        assert!((settled[0] + 0.4).abs() < 1e-3, "{settled:?}");
+    }
+}

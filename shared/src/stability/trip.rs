@@ -1,0 +1,405 @@
+//! The guard's trip: latches, remembers why, and is left on request only.
+//!
+//! While tripped nothing passes. A reset clears it when the margins are back and the sensors are believed. Until then two named ways lead out of the
+//! posture, both only as long as the operator asks for them: the supervised override, in which the operator's own command passes at
+//! crawl speed, and backing off, in which the robot goes back the way that it came.
+
+use super::bands::Band;
+use super::filter::Command;
+use super::parameters::Parameters;
+use super::support::Edge;
+use super::trust::{Reason, Trust};
+use crate::math::limit;
+use crate::node::BodySensors;
+
+/// Largest yaw rate at crawl speed, rad/s.
+const CRAWL_YAW_RATE: f32 = 0.1;
+/// How far the endangered margin may fall below where it was when backing off began, m: the sensors' noise, no more.
+const BACK_OFF_LOSS: f32 = 0.01;
+
+/// Why the guard tripped.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Cause {
+    /// The margin to this edge.
+    Margin(Edge),
+    /// The sensors on the body are not believed.
+    Sensors(Reason),
+    /// The emergency stop.
+    EmergencyStop,
+}
+
+impl Cause {
+    /// Code in object 0x4007:1: 0x10 with the edge, 0x20 with the reason, 0x30; 0 is none.
+    pub fn code(self) -> u8 {
+        match self {
+            Self::Margin(edge) => 0x10 | edge as u8,
+            Self::Sensors(reason) => 0x20 | reason as u8,
+            Self::EmergencyStop => 0x30,
+        }
+    }
+}
+
+/// What the guard knew when it tripped.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Snapshot {
+    /// Why.
+    pub cause: Cause,
+    /// Time since power-up, us.
+    pub time_us: u64,
+    /// Margins, m, indexed by [`Edge`].
+    pub margins: [f32; 4],
+    /// The edge with the narrowest margin.
+    pub edge: Edge,
+    /// What was asked for.
+    pub asked: Command,
+    /// Forward speed that was passed on, m/s.
+    pub speed: f32,
+    /// The newest reading of the sensors on the body.
+    pub sensors: BodySensors,
+}
+
+/// What is asked of a tripped guard, beside motion.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub struct Requests {
+    /// Clear the trip: a change counts, not the state.
+    pub reset: bool,
+    /// Supervised override, for as long as it is asked for.
+    pub override_trip: bool,
+    /// Back off, for as long as it is asked for.
+    pub back_off: bool,
+    /// The emergency stop is actuated.
+    pub emergency_stop: bool,
+}
+
+/// What the guard sees at one evaluation.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Sight {
+    /// The guard is armed: only then it trips, apart from the emergency stop.
+    pub armed: bool,
+    /// The present band.
+    pub band: Band,
+    /// How far the sensors are believed.
+    pub trust: Trust,
+    /// What would be remembered; its cause is replaced.
+    pub moment: Snapshot,
+}
+
+/// What may pass.
+#[derive(Clone, Copy, PartialEq, Debug, Default)]
+pub enum Mode {
+    /// What the filter leaves.
+    #[default]
+    Open,
+    /// Nothing.
+    Tripped,
+    /// The operator's command at crawl speed, the filter's word notwithstanding.
+    Overridden,
+    /// Crawl speed in this direction: 1 forward, -1 back.
+    BackingOff(f32),
+}
+
+impl Mode {
+    /// The command that the filter gets to see. Never more than asked, but for [`Mode::BackingOff`], which is its own command.
+    pub fn admit(self, asked: Command, parameters: &Parameters) -> Command {
+        match self {
+            Self::Open => asked,
+            Self::Tripped => Command::default(),
+            Self::Overridden => crawl(asked, parameters),
+            Self::BackingOff(direction) => Command {
+                forward: limit(direction, 1.0) * parameters.crawl_speed,
+                yaw_rate: 0.0,
+            },
+        }
+    }
+}
+
+/// What is left of a command at crawl speed.
+pub fn crawl(asked: Command, parameters: &Parameters) -> Command {
+    Command {
+        forward: limit(asked.forward, parameters.crawl_speed),
+        yaw_rate: limit(asked.yaw_rate, CRAWL_YAW_RATE),
+    }
+}
+
+/// The latch.
+#[derive(Clone, Debug, Default)]
+pub struct Trip {
+    latched: bool,
+    snapshot: Option<Snapshot>,
+    count: u16,
+    reset_before: bool,
+    /// Margin when backing off began; it does not begin again until the request was withdrawn.
+    back_off_from: Option<f32>,
+    back_off_over: bool,
+}
+
+impl Trip {
+    /// Takes one evaluation.
+    pub fn update(&mut self, sight: &Sight, requests: Requests, parameters: &Parameters) -> Mode {
+        let asked_to_reset = requests.reset && !self.reset_before;
+        self.reset_before = requests.reset;
+        let back = sight.band < Band::Limit && matches!(sight.trust, Trust::Full);
+        if asked_to_reset && back && !requests.emergency_stop {
+            self.latched = false;
+        }
+        if let Some(cause) = Self::cause(sight, requests).filter(|_| !self.latched) {
+            self.latched = true;
+            self.count = self.count.saturating_add(1);
+            self.snapshot = Some(Snapshot {
+                cause,
+                ..sight.moment
+            });
+        }
+        let direction = self.back_off(sight, requests, parameters);
+        if !self.latched {
+            Mode::Open
+        } else if requests.emergency_stop {
+            Mode::Tripped
+        } else if requests.override_trip {
+            Mode::Overridden
+        } else {
+            direction.map_or(Mode::Tripped, Mode::BackingOff)
+        }
+    }
+
+    fn cause(sight: &Sight, requests: Requests) -> Option<Cause> {
+        if requests.emergency_stop {
+            return Some(Cause::EmergencyStop);
+        }
+        match (sight.armed && sight.band == Band::Stop, sight.trust) {
+            (false, _) => None,
+            (true, Trust::None(reason)) => Some(Cause::Sensors(reason)),
+            (true, _) => Some(Cause::Margin(sight.moment.edge)),
+        }
+    }
+
+    /// Direction of backing off: against the command that led here, while the endangered margin does not shrink, until it is back above the caution
+    /// margin.
+    fn back_off(
+        &mut self,
+        sight: &Sight,
+        requests: Requests,
+        parameters: &Parameters,
+    ) -> Option<f32> {
+        if !(requests.back_off && self.latched) {
+            (self.back_off_from, self.back_off_over) = (None, false);
+            return None;
+        }
+        let snapshot = self.snapshot.filter(|_| parameters.back_off)?;
+        let Cause::Margin(edge) = snapshot.cause else {
+            return None;
+        };
+        let margin = sight.moment.margins[edge as usize];
+        let from = *self.back_off_from.get_or_insert(margin);
+        // Both false for NaN, which ends it.
+        let on_the_way = margin < parameters.caution && margin > from - BACK_OFF_LOSS;
+        self.back_off_over |= !on_the_way || !matches!(sight.trust, Trust::Full);
+        let way = snapshot.asked.forward;
+        if self.back_off_over || !(way.abs() > 0.0) {
+            return None;
+        }
+        Some(if way > 0.0 { -1.0 } else { 1.0 })
+    }
+
+    /// Tripped now.
+    pub fn latched(&self) -> bool {
+        self.latched
+    }
+
+    /// What the guard knew at the last trip, also after it was cleared.
+    pub fn snapshot(&self) -> Option<&Snapshot> {
+        self.snapshot.as_ref()
+    }
+
+    /// Trips since power-up.
+    pub fn count(&self) -> u16 {
+        self.count
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::support::narrowest;
+    use super::*;
+    use crate::settings::Settings;
+
+    const RESET: Requests = Requests {
+        reset: true,
+        override_trip: false,
+        back_off: false,
+        emergency_stop: false,
+    };
+    const OVERRIDE: Requests = Requests {
+        reset: false,
+        override_trip: true,
+        ..RESET
+    };
+    const BACK_OFF: Requests = Requests {
+        reset: false,
+        back_off: true,
+        ..RESET
+    };
+    const STOP: Requests = Requests {
+        reset: false,
+        emergency_stop: true,
+        ..RESET
+    };
+    const NONE: Requests = Requests {
+        reset: false,
+        ..RESET
+    };
+    const ASKED: Command = Command {
+        forward: 0.13,
+        yaw_rate: 0.3,
+    };
+
+    fn parameters() -> Parameters {
+        Parameters {
+            back_off: true,
+            ..Parameters::new(&Settings::default())
+        }
+    }
+
+    fn sight(back: f32, band: Band) -> Sight {
+        let margins = [back, 0.3, 0.2, 0.2];
+        Sight {
+            armed: true,
+            band,
+            trust: Trust::Full,
+            moment: Snapshot {
+                cause: Cause::EmergencyStop,
+                time_us: 7,
+                margins,
+                edge: narrowest(&margins),
+                asked: ASKED,
+                speed: 0.1,
+                sensors: BodySensors::default(),
+            },
+        }
+    }
+
+    fn tripped() -> Trip {
+        let mut trip = Trip::default();
+        let mode = trip.update(&sight(0.005, Band::Stop), NONE, &parameters());
+        assert_eq!(mode, Mode::Tripped);
+        trip
+    }
+
+    #[test]
+    fn it_latches_with_what_was_known_and_nothing_clears_it_but_a_reset_with_the_margin_back() {
+        let mut trip = tripped();
+        let kept = trip.snapshot().expect("a snapshot").clone();
+        assert_eq!(
+            (kept.cause, kept.time_us, kept.asked),
+            (Cause::Margin(Edge::Back), 7, ASKED)
+        );
+        let parameters = parameters();
+        let good = sight(0.2, Band::Free);
+        assert_eq!(trip.update(&good, NONE, &parameters), Mode::Tripped);
+        // Too early, and then held: the request must come again.
+        assert_eq!(
+            trip.update(&sight(0.04, Band::Limit), RESET, &parameters),
+            Mode::Tripped
+        );
+        assert_eq!(trip.update(&good, RESET, &parameters), Mode::Tripped);
+        trip.update(&good, NONE, &parameters);
+        assert_eq!(trip.update(&good, RESET, &parameters), Mode::Open);
+        assert_eq!((trip.snapshot(), trip.count()), (Some(&kept), 1));
+    }
+
+    #[test]
+    fn the_first_cause_is_kept() {
+        let mut trip = tripped();
+        trip.update(&sight(0.2, Band::Free), STOP, &parameters());
+        assert_eq!(
+            trip.snapshot().map(|kept| kept.cause),
+            Some(Cause::Margin(Edge::Back))
+        );
+    }
+
+    #[test]
+    fn an_override_passes_the_operator_s_command_at_crawl_speed() {
+        let mut trip = tripped();
+        let mode = trip.update(&sight(0.005, Band::Stop), OVERRIDE, &parameters());
+        assert_eq!(
+            mode.admit(ASKED, &parameters()),
+            Command {
+                forward: 0.05,
+                yaw_rate: 0.1
+            }
+        );
+        let small = Command {
+            forward: -0.01,
+            yaw_rate: 0.0,
+        };
+        assert_eq!(mode.admit(small, &parameters()), small);
+        assert_eq!(
+            trip.update(&sight(0.005, Band::Stop), NONE, &parameters()),
+            Mode::Tripped
+        );
+    }
+
+    #[test]
+    fn backing_off_goes_back_the_way_until_the_margin_is_back_or_shrinks() {
+        let mut trip = tripped();
+        let parameters = parameters();
+        for back in [0.005, 0.02, 0.06] {
+            let mode = trip.update(&sight(back, Band::Stop), BACK_OFF, &parameters);
+            assert_eq!(mode, Mode::BackingOff(-1.0));
+            assert_eq!(
+                mode.admit(ASKED, &parameters),
+                Command {
+                    forward: -0.05,
+                    yaw_rate: 0.0
+                }
+            );
+        }
+        assert_eq!(
+            trip.update(&sight(0.095, Band::Caution), BACK_OFF, &parameters),
+            Mode::Tripped
+        );
+        for bad in [-0.01, f32::NAN] {
+            let mut trip = tripped();
+            trip.update(&sight(0.005, Band::Stop), BACK_OFF, &parameters);
+            assert_eq!(
+                trip.update(&sight(bad, Band::Stop), BACK_OFF, &parameters),
+                Mode::Tripped
+            );
+            // Over until it is asked for again.
+            assert_eq!(
+                trip.update(&sight(0.02, Band::Stop), BACK_OFF, &parameters),
+                Mode::Tripped
+            );
+        }
+        let forbidden = Parameters {
+            back_off: false,
+            ..parameters
+        };
+        assert_eq!(
+            tripped().update(&sight(0.02, Band::Stop), BACK_OFF, &forbidden),
+            Mode::Tripped
+        );
+    }
+
+    #[test]
+    fn an_emergency_stop_trips_an_unarmed_guard_too_and_no_override_passes_it() {
+        let mut trip = Trip::default();
+        let standing = Sight {
+            armed: false,
+            ..sight(0.2, Band::Free)
+        };
+        assert_eq!(trip.update(&standing, STOP, &parameters()), Mode::Tripped);
+        let both = Requests {
+            override_trip: true,
+            ..STOP
+        };
+        assert_eq!(trip.update(&standing, both, &parameters()), Mode::Tripped);
+        let still = Requests {
+            reset: true,
+            ..STOP
+        };
+        assert_eq!(trip.update(&standing, still, &parameters()), Mode::Tripped);
+        trip.update(&standing, NONE, &parameters());
+        assert_eq!(trip.update(&standing, RESET, &parameters()), Mode::Open);
+    }
+}
