@@ -13,9 +13,7 @@ fn vectors(group: &str) -> Value {
     let path = format!("{}/vectors/{group}.json", env!("CARGO_MANIFEST_DIR"));
     let mut document: Value =
         serde_json::from_str(&std::fs::read_to_string(path).unwrap()).unwrap();
-    // The gradient of the potential belongs to the robot Hylos, not to this group's functions.
     let functions = document["functions"].as_object_mut().unwrap();
-    functions.retain(|name, _| name != "state");
     // The file's own check of the driving force; `tests/crawler/model.rs` has another one.
     if let Some(Value::Array(cases)) = functions.get_mut("driving_force") {
         for case in cases {
@@ -23,6 +21,15 @@ fn vectors(group: &str) -> Value {
         }
     }
     document
+}
+
+/// Error that is allowed in double precision, relative to one or to the number: outputs behind a pseudo-inverse inherit its condition.
+fn allowed_f64(component: &str) -> f64 {
+    match component {
+        "state.dU_dqa_total" | "control.xp_dot" | "control.omega" | "control.gamma_des"
+        | "control.gamma_dot" => 1e-8,
+        _ => 1e-10,
+    }
 }
 
 fn run(arguments: &[&str], document: &str) -> Output {
@@ -61,6 +68,7 @@ fn collect(name: &str, got: &Value, want: &Value, into: &mut BTreeMap<String, Ve
             }
         }
         (Value::Null, Value::Null) => {}
+        (Value::Bool(got), Value::Bool(want)) => assert_eq!(got, want, "{name}"),
         _ => into.entry(name.to_owned()).or_default().push([
             got.as_f64()
                 .unwrap_or_else(|| panic!("{name}: {got} {want}")),
@@ -100,7 +108,7 @@ fn check(group: &str, precision: Precision, computed: &Value) {
             .fold(0.0f64, |all, [_, want]| all.max(want.abs()));
         let worst = pairs.iter().fold(0.0f64, |all, [got, want]| {
             let allowed = match precision {
-                Precision::F64 => 1e-10 * want.abs().max(1.0),
+                Precision::F64 => allowed_f64(&name) * want.abs().max(1.0),
                 Precision::F32 => 1e-4 * largest,
             };
             let difference = (got - want).abs();
@@ -122,6 +130,8 @@ fn every_model_meets_the_vectors_in_both_precisions() {
         "b2p2_zmp",
         "crawler",
         "hylos_margin",
+        "hylos_control",
+        "rt_mover",
     ] {
         let document = without_outputs(&vectors(group)).to_string();
         for (precision, flag) in [(Precision::F64, "f64"), (Precision::F32, "f32")] {

@@ -179,7 +179,11 @@ fn publish_balance(balance: &Telemetry) {
     od::OBJECT4006.set_trust(balance.trust.code());
     od::OBJECT4006.set_with_force(u8::from(balance.with_force));
     od::OBJECT4006.set_tripped(u8::from(balance.tripped));
-    od::OBJECT4006.set_refusal(balance.refusal.map_or(0, |refusal| refusal.code()));
+    od::OBJECT4006.set_refusal(
+        balance
+            .refusal
+            .map_or(0, tautrack::stability::parameters::Refusal::code),
+    );
     od::OBJECT4006.set_forward_limit(limit(balance.limits.forward));
     od::OBJECT4006.set_backward_limit(limit(balance.limits.backward));
     od::OBJECT4006.set_left_limit(limit(balance.limits.left));

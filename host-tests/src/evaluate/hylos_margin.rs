@@ -1,13 +1,20 @@
-//! Group `hylos_margin`: tip-over angles and the potential made of them. Contacts are clockwise here, as in the papers.
+//! Group `hylos_margin`: tip-over angles, the potential made of them and its gradient. Contacts are clockwise here, as in the papers.
 
-use super::input::{Input, number, numbers};
+use super::hylos_parameters::{parameters, posture};
+use super::input::{Input, matrix, number, numbers};
 use super::{EvaluateError, Functions};
 use serde_json::{Value, json};
 use tautrack::math::Scalar;
+use tautrack::math::vector::add;
+use tautrack::robots::hylos::{LEGS, Pull};
 use tautrack::stability::tipover::{Potential, angles, margin};
 
 pub fn functions<S: Scalar>() -> Functions {
-    vec![("margins", margins::<S>), ("potential", potential::<S>)]
+    vec![
+        ("margins", margins::<S>),
+        ("state", state::<S>),
+        ("potential", potential::<S>),
+    ]
 }
 
 /// From `contacts_cw` (3 or 4), `G`, `f`, `moment` at G.
@@ -39,11 +46,42 @@ fn clockwise<S: Scalar, const N: usize>(
     Ok((0..N).map(|k| nu[(2 * N - 2 - k) % N]).collect())
 }
 
-/// From `nu`, `k_stab`, `v_star`, `v_min`.
-fn potential<S: Scalar>(_: &Input, case: &Input) -> Result<Value, EvaluateError> {
+/// From the state and what pulls beside the weight, `f0` and `m0` in the world, with the potential's constants. The tip-over axes of
+/// `nu` are front, right, rear, left.
+fn state<S: Scalar>(params: &Input, case: &Input) -> Result<Value, EvaluateError> {
+    let parameters = parameters::<S>(params)?;
+    let posture = posture(&parameters, case)?;
+    let weight = posture.weight();
+    let into_platform = |direction| posture.attitude().into_platform(direction);
+    let pull = Pull {
+        force: add(weight.force, into_platform(case.scalars("f0")?)),
+        moment: add(weight.moment, into_platform(case.scalars("m0")?)),
+    };
+    let potential = constants::<S>(case)?;
+    let tip_over = posture.tip_over_angles(&pull);
+    let gradient = posture.gradient(&potential, &pull, &tip_over);
+    let contacts: [[S; 3]; LEGS] = posture.wheels().map(|wheel| wheel.contact);
+    Ok(json!({
+        "contacts_P": matrix(&contacts),
+        "cog_P": numbers(&posture.cog()),
+        "nu": numbers(&[1, 0, 3, 2].map(|axis| tip_over[axis])),
+        "m_s": number(margin(&tip_over)),
+        "U": number(potential.total(&tip_over)),
+        "dU_dqa_partial": numbers(gradient.partial.as_flattened()),
+        "dU_dzphipsi": numbers(&gradient.attitude),
+        "dU_dqa_total": numbers(gradient.total.as_flattened()),
+    }))
+}
+
+/// From `k_stab`, `v_star`, `v_min`.
+fn constants<S: Scalar>(case: &Input) -> Result<Potential<S>, EvaluateError> {
     let [gain, limit, floor] = ["k_stab", "v_star", "v_min"].map(|name| case.number(name));
-    let potential =
-        Potential::<S>::new(gain?, limit?, floor?).map_err(|error| case.refused(error))?;
+    Potential::new(gain?, limit?, floor?).map_err(|error| case.refused(error))
+}
+
+/// From `nu` and the potential's constants.
+fn potential<S: Scalar>(_: &Input, case: &Input) -> Result<Value, EvaluateError> {
+    let potential = constants::<S>(case)?;
     let nu: Vec<S> = case.list("nu")?.into_iter().map(S::from_f64).collect();
     Ok(json!({ "U": number(potential.total(&nu)) }))
 }

@@ -87,6 +87,15 @@ impl<'a> Input<'a> {
         }
     }
 
+    /// True or false.
+    pub fn truth(&self, name: &str) -> Result<bool, EvaluateError> {
+        let member = self.member(name)?;
+        match member.value {
+            Value::Bool(truth) => Ok(*truth),
+            _ => member.unexpected("true or false"),
+        }
+    }
+
     fn as_number(&self) -> Result<f64, EvaluateError> {
         match self.value.as_f64() {
             Some(number) => Ok(number),
@@ -94,7 +103,8 @@ impl<'a> Input<'a> {
         }
     }
 
-    fn as_numbers<const N: usize>(&self) -> Result<[f64; N], EvaluateError> {
+    /// As many numbers as are asked for.
+    pub fn as_numbers<const N: usize>(&self) -> Result<[f64; N], EvaluateError> {
         let mut numbers = [0.0; N];
         for (number, element) in numbers.iter_mut().zip(&self.array::<N>()?) {
             *number = element.as_number()?;
@@ -105,6 +115,15 @@ impl<'a> Input<'a> {
     /// A number, in double precision.
     pub fn number(&self, name: &str) -> Result<f64, EvaluateError> {
         self.member(name)?.as_number()
+    }
+
+    /// True or false.
+    pub fn flag(&self, name: &str) -> Result<bool, EvaluateError> {
+        let member = self.member(name)?;
+        match member.value.as_bool() {
+            Some(flag) => Ok(flag),
+            None => member.unexpected("true or false"),
+        }
     }
 
     /// Numbers, in double precision.

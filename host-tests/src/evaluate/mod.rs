@@ -11,8 +11,11 @@ mod b2p2_screw;
 mod b2p2_zmp;
 mod crawler;
 mod error;
+mod hylos_control;
 mod hylos_margin;
+mod hylos_parameters;
 mod input;
+mod rt_mover;
 
 pub use error::EvaluateError;
 
@@ -55,7 +58,7 @@ type Function = fn(&Input, &Input) -> Result<Value, EvaluateError>;
 type Functions = Vec<(&'static str, Function)>;
 
 /// Functions of each group.
-fn groups<S: Scalar>() -> [(&'static str, Functions); 6] {
+fn groups<S: Scalar>() -> [(&'static str, Functions); 8] {
     [
         ("b2p2_screw", b2p2_screw::functions::<S>()),
         ("b2p2_fk_com", b2p2_fk_com::functions::<S>()),
@@ -63,6 +66,8 @@ fn groups<S: Scalar>() -> [(&'static str, Functions); 6] {
         ("b2p2_zmp", b2p2_zmp::functions::<S>()),
         ("crawler", crawler::functions::<S>()),
         ("hylos_margin", hylos_margin::functions::<S>()),
+        ("hylos_control", hylos_control::functions::<S>()),
+        ("rt_mover", rt_mover::functions::<S>()),
     ]
 }
 

@@ -60,6 +60,7 @@ pub struct Snapshot {
 
 /// What is asked of a tripped guard, beside motion.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+#[allow(clippy::struct_excessive_bools)] // independent wishes, not states
 pub struct Requests {
     /// Clear the trip: a change counts, not the state.
     pub reset: bool,
@@ -288,7 +289,7 @@ mod tests {
     #[test]
     fn it_latches_with_what_was_known_and_nothing_clears_it_but_a_reset_with_the_margin_back() {
         let mut trip = tripped();
-        let kept = trip.snapshot().expect("a snapshot").clone();
+        let kept = *trip.snapshot().expect("a snapshot");
         assert_eq!(
             (kept.cause, kept.time_us, kept.asked),
             (Cause::Margin(Edge::Back), 7, ASKED)

@@ -316,7 +316,7 @@ mod tests {
     #[test]
     fn a_force_that_is_not_gravity_counts_when_it_lasts() {
         let weak = |sensors: &mut BodySensors| {
-            sensors.specific_force[2] = 0.7 * GRAVITY + sensors.specific_force[1]
+            sensors.specific_force[2] = 0.7 * GRAVITY + sensors.specific_force[1];
         };
         assert_eq!(watched(500, weak).trust(), Trust::Full);
         assert_eq!(

@@ -1,0 +1,120 @@
+//! How the platform lies in the world.
+
+use crate::math::Scalar;
+use crate::math::vector::{Frame, Vector, zero};
+
+/// Below this square of its cosine the pitch is taken to be a quarter turn, and the roll to be none: they turn about the same line.
+const UPRIGHT: f64 = 1e-6;
+
+/// Attitude by the paper's angles `(phi, psi, theta)`, roll, pitch (nose DOWN positive) and yaw: `R0P = Rz(theta) Ry(psi) Rx(phi)`.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Attitude<S> {
+    /// Sines and cosines of roll and pitch.
+    pub(super) roll: (S, S),
+    pub(super) pitch: (S, S),
+    /// The platform's axes in the world: `R0P`; the origin is not used.
+    pub(super) frame: Frame<S>,
+}
+
+/// What is up in the platform's axes, from sines and cosines of an inclination as [`crate::stability::attitude::Attitude`] gives it: roll about
+/// the heading (left side up positive), then pitch about the transverse axis (nose UP positive).
+pub fn up_from_tilt<S: Scalar>((sp, cp): (S, S), (sr, cr): (S, S)) -> Vector<S> {
+    [cr * sp, sr, cr * cp]
+}
+
+impl<S: Scalar> Attitude<S> {
+    /// Attitude of `(phi, psi, theta)`, rad. Domain: that of [`Scalar::sin_cos`]; NaN beyond.
+    pub fn from_angles(angles: [S; 3]) -> Self {
+        let [roll, pitch, yaw] = angles.map(Scalar::sin_cos);
+        Self::from_directions(roll, pitch, yaw)
+    }
+
+    /// Attitude of a platform in whose axes `up` (a unit vector) is up, in the world whose x axis is its heading: level, and square to
+    /// the platform's transverse axis, as in [`crate::stability::attitude`].
+    ///
+    /// Where the nose points straight up or down the roll is taken to be none; where it lies on its side there is no heading, and
+    /// x is the platform's own.
+    pub fn from_up(up: Vector<S>) -> Self {
+        let [x, y, z] = up;
+        let square = y * y + z * z;
+        let (roll, cosine) = if square > S::from_f64(UPRIGHT) {
+            let cosine = square.sqrt();
+            ((y / cosine, z / cosine), cosine)
+        } else {
+            ((S::ZERO, S::ONE), S::ZERO)
+        };
+        // The yaw between the nose's shadow and the heading.
+        let (across, along) = (-(x * roll.0), roll.1);
+        let square = across * across + along * along;
+        let yaw = if square > S::from_f64(UPRIGHT) {
+            let per_length = S::ONE / square.sqrt();
+            (across * per_length, along * per_length)
+        } else {
+            (S::ZERO, S::ONE)
+        };
+        Self::from_directions(roll, (-x, cosine), yaw)
+    }
+
+    fn from_directions(roll: (S, S), pitch: (S, S), yaw: (S, S)) -> Self {
+        let ((sr, cr), (sp, cp), (sy, cy)) = (roll, pitch, yaw);
+        Self {
+            roll,
+            pitch,
+            frame: Frame {
+                axes: [
+                    [cy * cp, sy * cp, -sp],
+                    [cy * sp * sr - sy * cr, sy * sp * sr + cy * cr, cp * sr],
+                    [cy * sp * cr + sy * sr, sy * sp * cr - cy * sr, cp * cr],
+                ],
+                origin: zero(),
+            },
+        }
+    }
+
+    /// Rows of `R0P`, from the platform's axes to the world's.
+    pub fn rotation(&self) -> [Vector<S>; 3] {
+        self.frame.rows().map(|[x, y, z, _]| [x, y, z])
+    }
+
+    /// What is up, in the platform's axes.
+    #[inline]
+    pub fn up(&self) -> Vector<S> {
+        let ((sr, cr), (sp, cp)) = (self.roll, self.pitch);
+        [-sp, cp * sr, cp * cr]
+    }
+
+    /// A direction of the world in the platform's axes.
+    #[inline]
+    pub fn into_platform(&self, direction: Vector<S>) -> Vector<S> {
+        self.frame.along_axes(direction)
+    }
+
+    /// `T_phi` of eq. 8: from the rates of the three angles to the angular velocity in the PLATFORM's axes.
+    ///
+    /// The matrix in the paper's appendix gives it in the world's axes, where eq. 6 and 8 need the platform's: this is `R0P^T` times it.
+    pub fn rate_matrix(&self) -> [Vector<S>; 3] {
+        let (sr, cr) = self.roll;
+        let [ux, uy, uz] = self.up();
+        let (o, l) = (S::ZERO, S::ONE);
+        [[l, o, ux], [o, cr, uy], [o, -sr, uz]]
+    }
+
+    /// `T_phi` times the rates of roll, pitch and yaw.
+    #[inline]
+    pub(super) fn angular_velocity(&self, [roll, pitch, yaw]: [S; 3]) -> Vector<S> {
+        let (sr, cr) = self.roll;
+        let [ux, uy, uz] = self.up();
+        [
+            roll + ux * yaw,
+            cr * pitch + uy * yaw,
+            uz * yaw - sr * pitch,
+        ]
+    }
+
+    /// The first two elements of `T_phi^T moment`: what roll and pitch do to something that `moment` measures for every turn.
+    #[inline]
+    pub(super) fn about_roll_and_pitch(&self, moment: Vector<S>) -> [S; 2] {
+        let (sr, cr) = self.roll;
+        [moment[0], cr * moment[1] - sr * moment[2]]
+    }
+}

@@ -1,0 +1,134 @@
+//! The decoupled control of posture and trajectory: eq. 13 to 22.
+
+use super::least_squares::LeastSquares;
+use super::posture::Posture;
+use super::{LEGS, Legs};
+use crate::math::Scalar;
+use crate::math::vector::{Vector, add, dot, scale, sub};
+use core::f64::consts::{FRAC_PI_2, PI};
+
+/// Speed of a contact point below which it says nothing about where its wheel shall point, m/s.
+const LEAST_SPEED: f64 = 1e-9;
+
+/// Velocity of the platform along the path: `x_t` of eq. 13.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Trajectory<S> {
+    /// Along the world's x and y axes, m/s: horizontal, whatever the slope.
+    pub velocity: [S; 2],
+    /// Yaw rate, rad/s.
+    pub yaw_rate: S,
+}
+
+/// Whether eq. 17 keeps what the path itself does to height, roll and pitch.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Form {
+    /// With `nL_t x_t`: right on any slope.
+    Full,
+    /// As printed, without it: right on ground that is nearly level.
+    Printed,
+}
+
+/// What the motors shall do.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Motion<S> {
+    /// Height, m/s, roll and pitch, rad/s: `x_p` of eq. 20.
+    pub posture: Vector<S>,
+    /// Wheel speeds, rad/s (eq. 21).
+    pub wheels: [S; LEGS],
+    /// Steering angles that the rolling allows (eq. 19), rad, in (-pi/2, pi/2]; a wheel that stands still keeps `None`.
+    pub steering: [Option<S>; LEGS],
+}
+
+impl<S: Scalar> Posture<'_, S> {
+    /// Height, roll and pitch rate (eq. 20), wheel speeds (eq. 21) and steering angles (from eq. 19) for a path and the rates of the legs.
+    ///
+    /// Singularities: contacts in one line and a platform on end are damped, so all outputs stay finite.
+    pub fn motion(&self, trajectory: &Trajectory<S>, legs: &Legs<S>, form: Form) -> Motion<S> {
+        self.follow(&self.follower(), trajectory, legs, form)
+    }
+
+    pub(super) fn follow(
+        &self,
+        follower: &LeastSquares<S>,
+        trajectory: &Trajectory<S>,
+        legs: &Legs<S>,
+        form: Form,
+    ) -> Motion<S> {
+        let path = self.path_twist(trajectory);
+        let rising = self.normal_speeds(
+            match form {
+                Form::Full => path,
+                Form::Printed => [[S::ZERO; 3]; 2],
+            },
+            legs,
+        );
+        let posture = follower.solve(rising).map(|value| -value);
+        let twist = self.with_posture(path, posture);
+        let mut motion = Motion {
+            posture,
+            wheels: [S::ZERO; LEGS],
+            steering: [None; LEGS],
+        };
+        let per_radius = S::ONE / self.parameters.wheel_radius;
+        for (leg, wheel) in self.wheels.iter().enumerate() {
+            let velocity = wheel.velocity(twist, legs[leg]);
+            motion.wheels[leg] = per_radius * dot(wheel.tangent, velocity);
+            // What is left in the ground's plane; a wheel may roll either way along it.
+            let [x, y, _] = sub(velocity, scale(dot(wheel.normal, velocity), wheel.normal));
+            let least = S::from_f64(LEAST_SPEED);
+            if x * x + y * y > least * least {
+                motion.steering[leg] = Some(within_half_turn(y.atan2(x)));
+            }
+        }
+        motion
+    }
+
+    /// Speeds of the contact points along the normals, m/s.
+    pub(super) fn normal_speeds(&self, twist: [Vector<S>; 2], legs: &Legs<S>) -> [S; LEGS] {
+        core::array::from_fn(|leg| {
+            let wheel = &self.wheels[leg];
+            dot(wheel.normal, wheel.velocity(twist, legs[leg]))
+        })
+    }
+
+    /// Velocity and angular velocity of the platform on its path, in its own axes: `L_t x_t` without the wheels.
+    pub(super) fn path_twist(&self, trajectory: &Trajectory<S>) -> [Vector<S>; 2] {
+        let [x, y] = trajectory.velocity;
+        [
+            self.attitude.into_platform([x, y, S::ZERO]),
+            scale(trajectory.yaw_rate, self.attitude.up()),
+        ]
+    }
+
+    /// `twist` and the rates of height, roll and pitch in addition.
+    pub(super) fn with_posture(
+        &self,
+        [velocity, turning]: [Vector<S>; 2],
+        [height, roll, pitch]: Vector<S>,
+    ) -> [Vector<S>; 2] {
+        [
+            add(velocity, scale(height, self.attitude.up())),
+            add(
+                turning,
+                self.attitude.angular_velocity([roll, pitch, S::ZERO]),
+            ),
+        ]
+    }
+}
+
+/// An angle from -pi to pi, or the one half a turn away from it, whichever is in (-pi/2, pi/2].
+fn within_half_turn<S: Scalar>(angle: S) -> S {
+    let (quarter, half) = (S::from_f64(FRAC_PI_2), S::from_f64(PI));
+    if angle > quarter {
+        angle - half
+    } else if angle <= -quarter {
+        angle + half
+    } else {
+        angle
+    }
+}
+
+/// Steering rate towards an angle (eq. 22), rad/s. The error counts from the measured angle to the one that is wanted.
+pub fn steering_rate<S: Scalar>(gain: S, wanted: S, measured: S) -> S {
+    gain * (wanted - measured)
+}
