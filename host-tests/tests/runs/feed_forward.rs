@@ -69,7 +69,7 @@ fn figures(name: &str, samples: &[Sample]) -> Tracking {
 fn torques_told_in_advance_bring_the_joint_nearer_to_its_set_point() {
     let [with, without] = [("flat", true), ("flat without", false)].map(|(name, feed_forward)| {
         let flat = scenario("flat", |description| {
-            description.feed_forward = feed_forward
+            description.feed_forward = feed_forward;
         });
         figures(name, &outcome(&flat, Board::Native).1)
     });

@@ -277,11 +277,8 @@ mod tests {
         for speed in [0.0, 3.0] {
             let found = judged(LEVEL, speed);
             assert_eq!(found.fast, speed > 0.0);
-            for index in 0..4 {
-                assert!(
-                    (found.gravity[index] - expected[index]).abs() < 1e-6,
-                    "{found:?}"
-                );
+            for (margin, expected) in found.gravity.iter().zip(expected) {
+                assert!((margin - expected).abs() < 1e-6, "{found:?}");
             }
         }
         assert_eq!(judged(LEVEL, 0.0).margins, judged(LEVEL, 0.0).gravity);

@@ -88,6 +88,7 @@ struct Trouble {
 
 /// State of the guard.
 #[derive(Clone, Debug)]
+#[allow(clippy::struct_excessive_bools)] // two settings and what is still due in this period
 pub struct Guard<B> {
     sync_period_us: u64,
     next_sync_us: u64,
@@ -265,6 +266,9 @@ impl<B: Body> Guard<B> {
     #[inline(never)]
     fn judge(&mut self) {
         let period = self.period();
+        if let Some(speed) = self.estimator.take_speed(&self.attitude) {
+            self.body.hear_speed(speed, &self.attitude);
+        }
         self.body
             .observe(self.drives.states(), &self.attitude, period);
         let stance = self.body.stance(&self.attitude);
