@@ -1,6 +1,8 @@
 //! Every bound of a scenario in one place.
 
-use super::{Description, Event, Fault, FaultKind, Payload, Problem, Robot, Scenario, Terrain, When};
+use super::{
+    Description, Event, Fault, FaultKind, Payload, Problem, Robot, Scenario, Terrain, When,
+};
 use crate::plant::b2p2::B2p2Parameters;
 use crate::plant::crawler::CrawlerParameters;
 
@@ -49,6 +51,11 @@ impl Description {
         }
         if let Some(crawler) = &self.crawler {
             crawler.check(&self)?;
+        }
+        if let Some(hylos) = &self.hylos {
+            hylos.check(&self)?;
+        } else if let Terrain::Hillside { .. } = self.terrain {
+            contradiction("terrain", "is a hillside, which only Hylos' plant has")?;
         }
         self.check_expectations()?;
         Ok(Scenario(self))
@@ -190,6 +197,21 @@ impl Terrain {
                 within("terrain.ramp.length_m", length_m, 0.1, 50.0, "m")?;
                 ahead("terrain.ramp.foot_m", foot_m)
             }
+            Self::Hillside {
+                slope_deg,
+                foot_m,
+                wave_height_m,
+            } => {
+                within("terrain.hillside.slope_deg", slope_deg, 0.0, 60.0, "deg")?;
+                within("terrain.hillside.foot_m", foot_m, 1.0, 6.0, "m")?;
+                within(
+                    "terrain.hillside.wave_height_m",
+                    wave_height_m,
+                    0.0,
+                    0.1,
+                    "m",
+                )
+            }
             Self::Slope {
                 angle_deg,
                 side_deg,
@@ -320,7 +342,13 @@ fn chassis(key: &str, angle_deg: f64) -> Result<(), Problem> {
 }
 
 /// Bounds included. A NaN or infinity is told apart, because its bound is not the point.
-pub(super) fn within(key: &str, got: f64, least: f64, most: f64, unit: &'static str) -> Result<(), Problem> {
+pub(super) fn within(
+    key: &str,
+    got: f64,
+    least: f64,
+    most: f64,
+    unit: &'static str,
+) -> Result<(), Problem> {
     let key = || key.to_owned();
     if !got.is_finite() {
         Err(Problem::NotFinite { key: key(), got })

@@ -91,10 +91,12 @@ impl Crawler {
         if let Some(payload) = &self.payload {
             payload.check("crawler.payload", scenario.duration_s)?;
         }
-        if let Terrain::Stairs { .. } | Terrain::Curb { .. } = scenario.terrain {
+        if let Terrain::Stairs { .. } | Terrain::Curb { .. } | Terrain::Hillside { .. } =
+            scenario.terrain
+        {
             return contradiction(
                 "terrain",
-                "has an edge; the crawler's plant has flat ground, slopes and ramps",
+                "is none of the crawler's plant, which has flat ground, slopes and ramps",
             );
         }
         Ok(())
@@ -138,7 +140,9 @@ impl Terrain {
                 plateau: Some(length_m * libm::sin(angle_deg.to_radians())),
                 ..Profile::default()
             },
-            Self::Flat | Self::Stairs { .. } | Self::Curb { .. } => Profile::default(),
+            Self::Flat | Self::Stairs { .. } | Self::Curb { .. } | Self::Hillside { .. } => {
+                Profile::default()
+            }
         }
     }
 }

@@ -298,7 +298,13 @@ impl Plant for Crawler {
         let r = self.parameters.sprocket_radius;
         Sketch {
             circles: vec![(0, r), (1, r)],
-            lines: vec![vec![2, 3], vec![4, 5], vec![6, 7, 8, 9, 6], vec![10, 6], vec![10, 7]],
+            lines: vec![
+                vec![2, 3],
+                vec![4, 5],
+                vec![6, 7, 8, 9, 6],
+                vec![10, 6],
+                vec![10, 7],
+            ],
             ground: self.ground.section(),
         }
     }
