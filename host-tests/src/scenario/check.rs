@@ -49,13 +49,13 @@ impl Description {
         if let Some(payload) = &self.robot.payload {
             payload.check("robot.payload", self.duration_s)?;
         }
-        if let Some(crawler) = &self.crawler {
-            crawler.check(&self)?;
-        }
         if let Some(hylos) = &self.hylos {
             hylos.check(&self)?;
         } else if let Terrain::Hillside { .. } = self.terrain {
             contradiction("terrain", "is a hillside, which only Hylos' plant has")?;
+        }
+        if let Some(crawler) = &self.crawler {
+            crawler.check(&self)?;
         }
         self.check_expectations()?;
         Ok(Scenario(self))

@@ -91,12 +91,10 @@ impl Crawler {
         if let Some(payload) = &self.payload {
             payload.check("crawler.payload", scenario.duration_s)?;
         }
-        if let Terrain::Stairs { .. } | Terrain::Curb { .. } | Terrain::Hillside { .. } =
-            scenario.terrain
-        {
+        if let Terrain::Stairs { .. } | Terrain::Curb { .. } = scenario.terrain {
             return contradiction(
                 "terrain",
-                "is none of the crawler's plant, which has flat ground, slopes and ramps",
+                "has an edge; the crawler's plant has flat ground, slopes and ramps",
             );
         }
         Ok(())
