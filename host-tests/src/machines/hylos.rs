@@ -103,7 +103,7 @@ impl Axle {
             friction_torque: 0.3,
             brake_torque: 0.0,
             velocity_limit: 1.2 * WHEEL_RATE,
-            acceleration_limit: 40_000,
+            acceleration_limit: 120_000,
             velocity_gain: 3_000,
             position_bits: 16,
             travel: None,

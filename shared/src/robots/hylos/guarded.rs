@@ -32,8 +32,6 @@ const REFERENCE: u8 = 0;
 pub struct Hylos {
     parameters: Parameters<f32>,
     potential: Potential<f32>,
-    /// The posture is controlled; else the legs only keep their wheels on the ground.
-    posture_control: bool,
     speed: Limits,
 
     controller: Controller<f32>,
@@ -90,7 +88,6 @@ impl Body for Hylos {
             controller: Controller::new(parameters, potential, &sensed),
             parameters,
             potential,
-            posture_control,
             speed: Limits {
                 velocity: settings.scaled(Setting::SpeedLimit, 1e-6),
                 acceleration: settings.scaled(Setting::DriveAcceleration, 1e-6),
@@ -157,7 +154,7 @@ impl Body for Hylos {
         self.controller = Controller::new(self.parameters, self.potential, &self.sensed);
     }
 
-    /// What the filter says of the posture is said of the operator's wish: the legs' way out of danger stays free.
+    /// The legs' way out of danger counts as motion of the posture: it passes while it raises the margins.
     fn advance(&mut self, asked: &Asked, allowed: Allowed, _: &Attitude, period: f32) {
         let target = asked.forward * allowed.share;
         let limits = Limits {
@@ -185,8 +182,9 @@ impl Body for Hylos {
         let wish = Wish {
             forward: speed,
             yaw_rate,
-            clearance: (self.posture_control && allowed.posture).then_some(self.clearance),
+            clearance: Some(self.clearance),
         };
+        self.controller.hold_legs(!allowed.posture);
         self.controller.step(&self.sensed, &wish, period);
     }
 
