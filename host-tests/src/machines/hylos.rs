@@ -180,9 +180,9 @@ fn guard(scenario: &Scenario, robot: &hylos::Hylos, p: &HylosParameters) -> Vec<
 
 /// Margins below those at which posture control holds the robot on a steep slope.
 const LEVELS: &[(Setting, i32)] = &[
-    (Setting::CautionMargin, 30_000),
-    (Setting::StopMargin, 15_000),
-    (Setting::TripMargin, 5_000),
+    (Setting::CautionMargin, 45_000),
+    (Setting::StopMargin, 30_000),
+    (Setting::TripMargin, 10_000),
     (Setting::BandHysteresis, 3_000),
     (Setting::StopAngle, 40),
 ];
