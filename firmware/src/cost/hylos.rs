@@ -39,13 +39,24 @@ pub fn count(table: &mut Table) {
         up: [0.0, 0.0, 1.0],
         acceleration: [0.0; 3],
     };
-    let Ok(potential) = Potential::new(black_box(0.004), 0.35, 0.02) else { return };
+    let Ok(potential) = Potential::new(black_box(0.004), 0.35, 0.02) else {
+        return;
+    };
     let mut state = black_box(State {
         controller: Controller::new(parameters, potential, &sensed_first),
         sensed: sensed_first,
-        wish: Wish { forward: 0.0, yaw_rate: 0.0, clearance: Some(0.29) },
+        wish: Wish {
+            forward: 0.0,
+            yaw_rate: 0.0,
+            clearance: Some(0.29),
+        },
     });
-    table.kernel("body controller of Hylos", &mut state, sensed, |state, ()| {
-        state.controller.step(&state.sensed, &state.wish, 0.008);
-    });
+    table.kernel(
+        "body controller of Hylos",
+        &mut state,
+        sensed,
+        |state, ()| {
+            state.controller.step(&state.sensed, &state.wish, 0.008);
+        },
+    );
 }

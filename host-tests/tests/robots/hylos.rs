@@ -65,7 +65,7 @@ fn emulated_and_native_nodes_of_hylos_end_in_the_same_bits() {
 fn the_guard_holds_what_tips_over_without_it() {
     for name in [
         "across-without-posture-control",
-        "steeper-slope",
+        "hard-stop-backing-down",
         "quick-turn-uphill",
         "raised-too-high",
         "hard-start-uphill",
