@@ -105,6 +105,6 @@ fn hylos_and_its_hillside_come_together_or_not_at_all() {
     };
     assert_eq!(
         refusal("hylos/loop", high),
-        "hylos.clearance_m is 0.5 m; it must be at most 0.4 m"
+        "hylos.clearance_m is 0.5; it must be at most 0.4 m"
     );
 }
