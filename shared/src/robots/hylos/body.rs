@@ -207,29 +207,14 @@ impl<S: Scalar> Controller<S> {
         let proposed = self.within_ranges(&rates);
         let still = [[S::ZERO; 2]; LEGS];
         let rates = if self.held { still } else { proposed };
-        let led_to = self.motion(&posture, &follower, wish, &proposed).posture;
-        let motion = self.motion(&posture, &follower, wish, &rates);
+        let led_to = motion(&posture, &follower, wish, &proposed).posture;
+        let motion = motion(&posture, &follower, wish, &rates);
         let [_, roll, pitch] = led_to;
         let turning = posture.attitude.angular_velocity([roll, pitch, S::ZERO]);
         self.turning = turning.map(|rate| bounded(rate, S::from_f64(LEG_RATE)));
         self.proposed = proposed;
         self.advance(sensed, &rates, &motion, period);
         assessment
-    }
-
-    /// Motion of platform, wheels and steering that goes with the wish and these rates of the legs.
-    fn motion(
-        &self,
-        posture: &Posture<S>,
-        follower: &LeastSquares<S>,
-        wish: &Wish<S>,
-        rates: &Legs<S>,
-    ) -> super::Motion<S> {
-        let trajectory = Trajectory {
-            velocity: [wish.forward, sideways(posture, follower, rates)],
-            yaw_rate: wish.yaw_rate,
-        };
-        posture.follow(follower, &trajectory, rates, Form::Full)
     }
 
     /// Takes the loads from the leg motors' torques: a leg at rest is in balance, `tau = -J^T F`.
@@ -309,6 +294,20 @@ impl<S: Scalar> Controller<S> {
             points.wheel_rates[leg] = bounded(motion.wheels[leg], S::from_f64(WHEEL_RATE));
         }
     }
+}
+
+/// Motion of platform, wheels and steering that goes with the wish and these rates of the legs.
+fn motion<S: Scalar>(
+    posture: &Posture<S>,
+    follower: &LeastSquares<S>,
+    wish: &Wish<S>,
+    rates: &Legs<S>,
+) -> super::Motion<S> {
+    let trajectory = Trajectory {
+        velocity: [wish.forward, sideways(posture, follower, rates)],
+        yaw_rate: wish.yaw_rate,
+    };
+    posture.follow(follower, &trajectory, rates, Form::Full)
 }
 
 /// Normal of the mean plane of the wheels' centres, in the platform's axes: their diagonals are parallel to it.
