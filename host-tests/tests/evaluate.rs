@@ -68,6 +68,7 @@ fn collect(name: &str, got: &Value, want: &Value, into: &mut BTreeMap<String, Ve
             }
         }
         (Value::Null, Value::Null) => {}
+        (Value::Bool(got), Value::Bool(want)) => assert_eq!(got, want, "{name}"),
         _ => into.entry(name.to_owned()).or_default().push([
             got.as_f64()
                 .unwrap_or_else(|| panic!("{name}: {got} {want}")),
@@ -130,6 +131,7 @@ fn every_model_meets_the_vectors_in_both_precisions() {
         "crawler",
         "hylos_margin",
         "hylos_control",
+        "rt_mover",
     ] {
         let document = without_outputs(&vectors(group)).to_string();
         for (precision, flag) in [(Precision::F64, "f64"), (Precision::F32, "f32")] {

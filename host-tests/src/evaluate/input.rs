@@ -117,6 +117,15 @@ impl<'a> Input<'a> {
         self.member(name)?.as_number()
     }
 
+    /// True or false.
+    pub fn flag(&self, name: &str) -> Result<bool, EvaluateError> {
+        let member = self.member(name)?;
+        match member.value.as_bool() {
+            Some(flag) => Ok(flag),
+            None => member.unexpected("true or false"),
+        }
+    }
+
     /// Numbers, in double precision.
     pub fn numbers<const N: usize>(&self, name: &str) -> Result<[f64; N], EvaluateError> {
         self.member(name)?.as_numbers()

@@ -15,6 +15,7 @@ mod hylos_control;
 mod hylos_margin;
 mod hylos_parameters;
 mod input;
+mod rt_mover;
 
 pub use error::EvaluateError;
 
@@ -57,7 +58,7 @@ type Function = fn(&Input, &Input) -> Result<Value, EvaluateError>;
 type Functions = Vec<(&'static str, Function)>;
 
 /// Functions of each group.
-fn groups<S: Scalar>() -> [(&'static str, Functions); 7] {
+fn groups<S: Scalar>() -> [(&'static str, Functions); 8] {
     [
         ("b2p2_screw", b2p2_screw::functions::<S>()),
         ("b2p2_fk_com", b2p2_fk_com::functions::<S>()),
@@ -66,6 +67,7 @@ fn groups<S: Scalar>() -> [(&'static str, Functions); 7] {
         ("crawler", crawler::functions::<S>()),
         ("hylos_margin", hylos_margin::functions::<S>()),
         ("hylos_control", hylos_control::functions::<S>()),
+        ("rt_mover", rt_mover::functions::<S>()),
     ]
 }
 

@@ -2,7 +2,8 @@
 //!
 //! A motor and its rotor live in the node that drives them; a plant begins at the output shaft of the gear.
 //! [`b2p2`] is the tracked robot of Paillat et al., [`terrain`] what it drives on, [`crawler`] that of Kurc and Szybicki on shearing
-//! ground, [`hylos`] that of Besseron et al. with its own hillside, `world` the physics engine's settings, `gear` where a
+//! ground, [`hylos`] that of Besseron et al. with its own hillside, [`rt_mover`] the leg-wheel robot of Nakajima, `world` the physics
+//! engine's settings, `gear` where a
 //! node's shaft meets the load, [`sensing`] the sensors on a body, [`receiver`] the satellite receiver, [`noise`] the seeded
 //! randomness.
 
@@ -12,6 +13,7 @@ mod gear;
 pub mod hylos;
 pub mod noise;
 pub mod receiver;
+pub mod rt_mover;
 pub mod sensing;
 pub mod terrain;
 mod world;

@@ -6,5 +6,6 @@ pub mod b2p2;
 pub mod body;
 pub mod crawler;
 pub mod hylos;
+pub mod rt_mover;
 
 pub use body::{Allowed, Asked, Body, DriveState, Goal, MAX_DRIVES, MAX_STAGES, Phase};

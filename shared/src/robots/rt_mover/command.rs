@@ -1,0 +1,167 @@
+//! One entry to the laws that lift, swing and land a wheel: the paper's as printed, corrected, and what it approximates.
+
+use super::exact::exact;
+use super::lifting::{
+    ArmAngles, Body, SupportAxle, lift_step, steering_rate, support_axle, support_axle_as_printed,
+    swing,
+};
+use super::parameters::Parameters;
+use super::projection::Projection;
+use super::wheel::{Arm, Shape, Wheel};
+use crate::math::Scalar;
+
+/// Which law.
+///
+/// Worst error of the lifted wheel's y in the paper's example (Fig. 7, for which the paper states 7 mm), the supporting wheel pinned, no side slip of the
+/// rear axle, steps of 10 ms: lifting and landing, m (`host-tests/tests/rt_mover.rs`).
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Law {
+    /// Eq. 3 to 12 with the two errors of eq. 11. The sum in eq. 6 is corrected even here: it would turn the arm by twice its angle in every step.
+    /// 0.014 and 0.031.
+    Printed,
+    /// Eq. 3 to 12 corrected. 0.0005 and 0.0007.
+    Corrected,
+    /// No approximation. 0.00001 and 0.00004.
+    Exact,
+}
+
+/// How the robot stands with one wheel lifted.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Situation<S> {
+    /// Measured angles.
+    pub shape: Shape<S>,
+    /// Measured rates, of which the exact law needs only that of the supporting steering shaft.
+    pub rates: Shape<S>,
+    /// Direction of the body against that of travel, `theta_B`, counter-clockwise, rad.
+    pub heading: S,
+    /// The wheel in the air.
+    pub lifted: Wheel,
+}
+
+/// What the lifted wheel shall do.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub enum Task<S> {
+    /// Straight up or down.
+    Vertical {
+        /// Rate of the leg arm's roll shaft, rad/s: positive lifts the left wheel.
+        roll_rate: S,
+    },
+    /// Round its partner.
+    Swing {
+        /// Rate, counter-clockwise, `theta_o`, rad/s.
+        turning: S,
+    },
+}
+
+impl<S: Scalar> Task<S> {
+    /// Rate of the leg arm's roll shaft, rad/s.
+    pub fn roll_rate(&self) -> S {
+        match *self {
+            Self::Vertical { roll_rate } => roll_rate,
+            Self::Swing { .. } => S::ZERO,
+        }
+    }
+}
+
+/// What the motors shall do.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Command<S> {
+    /// Rates of the shafts, rad/s. The leg arm's are commands. Pitch and supporting roll are what posture control will find itself doing; the
+    /// paper's laws do not know them.
+    pub rates: Shape<S>,
+    /// Speed of each wheel forward along its heading, m/s.
+    pub wheels: [S; 4],
+    /// Rate of the body's turning, rad/s.
+    pub turning: S,
+}
+
+impl<S: Scalar> Command<S> {
+    /// Everything at rest.
+    pub const STOPPED: Self = Self {
+        rates: Shape::ZERO,
+        wheels: [S::ZERO; 4],
+        turning: S::ZERO,
+    };
+}
+
+/// What `law` asks for in `situation` so that the lifted wheel does `task`; `period` is that of the control, s.
+///
+/// Shapes out of any robot's reach, such as an arm along the body, get [`Command::STOPPED`] or a motion that stays finite.
+pub fn command<S: Scalar>(
+    parameters: &Parameters<S>,
+    law: Law,
+    situation: &Situation<S>,
+    task: &Task<S>,
+    period: S,
+) -> Command<S> {
+    if law == Law::Exact {
+        return exact(parameters, situation, task).unwrap_or(Command::STOPPED);
+    }
+    let lifted = situation.lifted;
+    let (leg, sup) = (lifted.axle(), lifted.axle().other());
+    let (shape, support_left) = (&situation.shape, lifted.partner().is_left());
+    let frame = Projection::new(parameters, shape);
+    let half_width = frame.half_widths[leg as usize];
+    let phi = frame.headings[leg as usize] + situation.heading;
+    let motion = match *task {
+        Task::Vertical { roll_rate } => {
+            // Steering as it is: the paper's approximation.
+            let mut next = *shape;
+            next.roll[leg as usize] += roll_rate * period;
+            next.pitch += situation.rates.pitch * period;
+            let after = Arm::new(parameters, &next, leg).half_width(parameters);
+            lift_step(half_width, after, phi, period, support_left)
+        }
+        Task::Swing { turning } => swing(half_width, phi, turning, support_left),
+    };
+
+    let mut rates = situation.rates;
+    rates.roll[leg as usize] = task.roll_rate();
+    let middle_rate = |axle: super::Axle| {
+        let arm = Arm::new(parameters, shape, axle);
+        let [left, right] = axle
+            .wheels()
+            .map(|wheel| arm.motion(parameters, &rates, axle, wheel).contact);
+        let half = S::from_f64(0.5);
+        [half * (left[0] + right[0]), half * (left[1] + right[1])]
+    };
+    let (own, base) = (middle_rate(leg), middle_rate(sup));
+    let [offset, length] = frame.body(leg);
+    let body = Body {
+        length,
+        length_rate: own[1] - base[1],
+        offset,
+        offset_rate: own[0] - base[0],
+    };
+    let axle = SupportAxle {
+        heading: frame.headings[sup as usize],
+        heading_rate: rates.steering[sup as usize],
+        half_width: frame.half_widths[sup as usize],
+    };
+    // Eq. 9 holds along the body's axes only.
+    let (sine, cosine) = situation.heading.sin_cos();
+    let [x, y] = motion.velocity;
+    let velocity = [cosine * x + sine * y, cosine * y - sine * x];
+    let moved = if law == Law::Printed {
+        support_axle_as_printed(velocity, &body, &axle)
+    } else {
+        support_axle(velocity, &body, &axle)
+    };
+
+    let arm = |of: &Shape<S>| ArmAngles {
+        pitch: of.pitch,
+        steering: of.steering[leg as usize],
+        roll: of.roll[leg as usize],
+    };
+    rates.steering[leg as usize] =
+        steering_rate(motion.turning - moved.turning, &arm(shape), &arm(&rates));
+    let mut wheels = [S::ZERO; 4];
+    for (wheel, speed) in sup.wheels().into_iter().zip(moved.wheels) {
+        wheels[wheel as usize] = speed;
+    }
+    Command {
+        rates,
+        wheels,
+        turning: moved.turning,
+    }
+}

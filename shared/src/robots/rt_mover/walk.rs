@@ -1,0 +1,476 @@
+//! The step-up gait walked: nine shafts, two arms' torques and an inclination in, nine rates out.
+//!
+//! What follows what is [`super::gait::TABLE`]; what a stage does is one arm of `act`, when it is over one of `event`.
+
+use super::command::{Command, Law, Situation, Task, command};
+use super::gait::{Event, ORDER, Stage, next};
+use super::parameters::Parameters;
+use super::posture::{PostureControl, yielding};
+use super::projection::Projection;
+use super::rehearsal::{Way, reach, rehearse};
+use super::support::margin_without;
+use super::wheel::{Arm, Axle, Shape, WHEELS, Wheel};
+use super::wheel_mode::{Frame, wheel_mode};
+use crate::math::{atan2, clamp, limit, min};
+
+/// What the shafts and the seat say, once per tick. Arrays by [`Wheel`] or [`Axle`].
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Inputs {
+    /// Angles of the wheels, forward, rad; any zero, and they may wrap at 2^16 rad or never.
+    pub wheels: [f32; 4],
+    /// Angles of the steering shafts, rad.
+    pub steering: [f32; 2],
+    /// Angles of the roll shafts, rad.
+    pub roll: [f32; 2],
+    /// Angle of the pitch shaft: the seat against the body, front up, rad.
+    pub pitch_shaft: f32,
+    /// Torques of the wheels, forward, N m.
+    pub wheel_torques: [f32; 4],
+    /// Torques of the roll shafts on their arms, N m.
+    pub roll_torques: [f32; 2],
+    /// Inclination of the seat: pitch, front up, and roll, left up, rad.
+    pub inclination: [f32; 2],
+    /// Heading, counter-clockwise, rad.
+    pub heading: f32,
+    /// Speed forward, m/s, and turning, rad/s, that the operator asks for; obeyed while standing.
+    pub asked: [f32; 2],
+    /// Part of all motion but posture that is let through, 0 to 1.
+    pub share: f32,
+}
+
+impl Inputs {
+    /// The robot's shape.
+    pub fn shape(&self) -> Shape<f32> {
+        Shape {
+            pitch: self.inclination[0] - self.pitch_shaft,
+            steering: self.steering,
+            roll: self.roll,
+        }
+    }
+}
+
+/// Rates for the nine motors, rad/s.
+#[derive(Clone, Copy, PartialEq, Debug, Default)]
+pub struct Outputs {
+    /// Wheels, forward.
+    pub wheels: [f32; 4],
+    /// Steering shafts.
+    pub steering: [f32; 2],
+    /// Roll shafts.
+    pub roll: [f32; 2],
+    /// Pitch shaft.
+    pub pitch_shaft: f32,
+}
+
+/// How the gait is walked.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Pace {
+    /// Law of the lifted wheel.
+    pub law: Law,
+    /// Speed of driving, m/s.
+    pub speed: f32,
+    /// Rates of steering on the spot, of lifting, of swinging and of landing, rad/s.
+    pub rates: [f32; 4],
+    /// Angle askew, rad.
+    pub skew: f32,
+    /// Room between wheel and step when it rises, between wheel and edge when it stands on it, and over it in between, m.
+    pub clearance: [f32; 3],
+    /// Torque of the wheels at which the step is felt, N m.
+    pub blocked_torque: f32,
+    /// Part of the airborne torque below which a landing wheel has touched.
+    pub touched_share: f32,
+    /// Least margin that a step may come to in rehearsal, and at which a wheel in the air goes down, m.
+    pub margins: [f32; 2],
+    /// Posture control.
+    pub posture: PostureControl<f32>,
+    /// Torque difference of the roll shafts that turns them against each other at 1 rad/s, N m s/rad.
+    pub compliance: f32,
+    /// Longest time of a stage, s.
+    pub patience: f32,
+    /// Highest rates of wheels and of shafts, rad/s: the last gate.
+    pub highest: [f32; 2],
+}
+
+impl Pace {
+    /// A careful walk.
+    pub fn nominal() -> Self {
+        Self {
+            law: Law::Exact,
+            speed: 0.06,
+            rates: [0.3, 0.1, 0.1, 0.06],
+            skew: -0.14,
+            clearance: [0.025, 0.03, 0.03],
+            blocked_torque: 2.5,
+            touched_share: 0.6,
+            margins: [0.010, 0.004],
+            posture: PostureControl {
+                gain: 400.0,
+                damping: 80.0,
+            },
+            compliance: 800.0,
+            patience: 30.0,
+            highest: [4.0, 0.6],
+        }
+    }
+}
+
+/// A steered shaft is where it should be within this, rad.
+const STEERED: f32 = 0.01;
+/// Gain towards a steering angle, 1/s.
+const STEERING_GAIN: f32 = 5.0;
+/// Time for which a torque must be felt, and for which the load spreads, s.
+const FELT: f32 = 0.03;
+const SETTLED: f32 = 0.6;
+/// Steering with which the body is turned askew, rad.
+const TURNING: f32 = 0.35;
+/// Longest period that counts, s.
+const LONGEST_PERIOD: f32 = 0.1;
+/// Share of a roll rate that the soft start leaves in its first tick; the rest comes within a tenth of a second.
+const SOFT: f32 = 0.1;
+
+/// The gait's state.
+#[derive(Clone, Debug)]
+pub struct Gait {
+    parameters: Parameters<f32>,
+    pace: Pace,
+    stage: Stage,
+    step: usize,
+    step_height: f32,
+    straight: f32,
+    since: f32,
+    felt: f32,
+    way: f32,
+    aborted: bool,
+    /// Height over its partner and distance ahead of it from which the wheel began, and its roll shaft's torque in the air.
+    begun: [f32; 2],
+    airborne_torque: f32,
+    /// Where the supporting steering shaft is held meanwhile, rad.
+    held: f32,
+    before: Option<(Shape<f32>, [f32; 4])>,
+    margin: f32,
+}
+
+impl Gait {
+    /// A robot that stands.
+    pub fn new(parameters: Parameters<f32>, pace: Pace) -> Self {
+        Self {
+            parameters,
+            pace,
+            stage: Stage::Standing,
+            step: 0,
+            step_height: 0.0,
+            straight: 0.0,
+            since: 0.0,
+            felt: 0.0,
+            way: 0.0,
+            aborted: false,
+            begun: [0.0; 2],
+            airborne_torque: 0.0,
+            held: 0.0,
+            before: None,
+            margin: 0.0,
+        }
+    }
+
+    /// Starts the gait up a step of `height`, m, that `heading`, rad, is straight at. Ignored unless the robot stands.
+    pub fn ask(&mut self, height: f32, heading: f32) {
+        let stage = next(self.stage, Event::Asked);
+        if stage != self.stage && height > 0.0 {
+            (self.step, self.aborted) = (0, false);
+            (self.step_height, self.straight) = (height, heading);
+            self.enter(stage);
+        }
+    }
+
+    /// Acknowledges how a gait ended: the robot stands again and can be driven.
+    pub fn acknowledge(&mut self) {
+        let stage = next(self.stage, Event::Acknowledged);
+        if stage != self.stage {
+            self.enter(stage);
+        }
+    }
+
+    /// What the robot is doing.
+    pub fn stage(&self) -> Stage {
+        self.stage
+    }
+
+    /// The wheel whose turn it is.
+    pub fn wheel(&self) -> Wheel {
+        ORDER[if self.step < 4 { self.step } else { 3 }]
+    }
+
+    /// The wheel that is in the air by command, if any.
+    pub fn lifted(&self) -> Option<Wheel> {
+        matches!(
+            self.stage,
+            Stage::Lifting | Stage::Swinging | Stage::Landing
+        )
+        .then(|| self.wheel())
+    }
+
+    /// Static margin without the wheel whose turn it is, m.
+    pub fn margin(&self) -> f32 {
+        self.margin
+    }
+
+    fn enter(&mut self, stage: Stage) {
+        self.stage = stage;
+        (self.since, self.felt, self.way) = (0.0, 0.0, 0.0);
+    }
+
+    /// One tick of `period`, s.
+    pub fn tick(&mut self, inputs: &Inputs, period: f32) -> Outputs {
+        // Total, so that a bad period stops no clock.
+        let period = limit(period, LONGEST_PERIOD);
+        let shape = inputs.shape();
+        let (last, wheels) = self.before.unwrap_or((shape, inputs.wheels));
+        let rate = |now: f32, before: f32| {
+            if period > 0.0 {
+                (now - before) / period
+            } else {
+                0.0
+            }
+        };
+        let rates = Shape {
+            pitch: rate(shape.pitch, last.pitch),
+            steering: [0, 1].map(|i| rate(shape.steering[i], last.steering[i])),
+            roll: [0, 1].map(|i| rate(shape.roll[i], last.roll[i])),
+        };
+        let rolled = (0..4).fold(0.0, |sum, i| sum + (inputs.wheels[i] - wheels[i]));
+        self.way += 0.25 * self.parameters.wheel_radius * rolled;
+        self.before = Some((shape, inputs.wheels));
+        self.since += period;
+        let situation = Situation {
+            shape,
+            rates,
+            heading: inputs.heading - self.straight,
+            lifted: self.wheel(),
+        };
+        self.margin = margin_without(&self.parameters, &shape, self.wheel());
+        if let Some(event) = self.event(&situation, inputs, period) {
+            let stage = next(self.stage, event);
+            if stage != self.stage {
+                self.leave(event, &situation);
+                self.enter(stage);
+            }
+        }
+        self.act(&situation, inputs, period)
+    }
+
+    /// What has to be remembered when a stage ends.
+    fn leave(&mut self, event: Event, situation: &Situation<f32>) {
+        match (self.stage, event) {
+            (Stage::Widening, _) => {
+                let sup = situation.lifted.axle().other() as usize;
+                self.held = self.steering(situation, [0.0; 2])[sup];
+                self.begun = reach(
+                    &self.parameters,
+                    &situation.shape,
+                    situation.heading,
+                    situation.lifted,
+                );
+            }
+            (Stage::Lifting | Stage::Swinging, Event::Unsafe | Event::Late) => self.aborted = true,
+            (Stage::Settling, _) => self.step += 1,
+            _ => {}
+        }
+    }
+
+    fn event(&mut self, situation: &Situation<f32>, inputs: &Inputs, period: f32) -> Option<Event> {
+        let (p, pace) = (&self.parameters, &self.pace);
+        let (leg, lifted) = (situation.lifted.axle(), situation.lifted);
+        let reached = |reached: bool| reached.then_some(Event::Reached);
+        let steered = |targets: [f32; 2]| {
+            (0..2).all(|i| (targets[i] - situation.shape.steering[i]).abs() < STEERED)
+        };
+        if self.since > pace.patience {
+            return Some(Event::Late);
+        }
+        match self.stage {
+            Stage::Standing | Stage::Arrived | Stage::Stuck => None,
+            Stage::Skewing => reached((situation.heading - pace.skew) * pace.skew.signum() >= 0.0),
+            Stage::Seeking => {
+                let torque = leg
+                    .wheels()
+                    .map(|wheel| inputs.wheel_torques[wheel as usize]);
+                let blocked = min(torque[0], torque[1]) > pace.blocked_torque
+                    && steered(self.steering(situation, inputs.asked));
+                self.felt = if blocked { self.felt + period } else { 0.0 };
+                reached(self.felt > FELT)
+            }
+            Stage::Backing => reached(self.way <= -pace.clearance[0]),
+            Stage::Widening => steered(self.steering(situation, inputs.asked)).then(|| {
+                let way = Way {
+                    rise: self.step_height + pace.clearance[2],
+                    travel: self.travel(),
+                    fall: pace.clearance[2],
+                };
+                let least = rehearse(p, &situation.shape, situation.heading, lifted, &way);
+                // NaN must not lift a wheel.
+                match least {
+                    Some(end)
+                        if end.margin >= pace.margins[0] && end.steering < p.steering_limit =>
+                    {
+                        Event::Allowed
+                    }
+                    _ => Event::Refused,
+                }
+            }),
+            Stage::Lifting | Stage::Swinging if !(self.margin >= pace.margins[1]) => {
+                Some(Event::Unsafe)
+            }
+            Stage::Lifting => {
+                let [height, _] = reach(p, &situation.shape, situation.heading, lifted);
+                reached(height - self.begun[0] >= self.step_height + pace.clearance[2])
+            }
+            Stage::Swinging => {
+                let [_, ahead] = reach(p, &situation.shape, situation.heading, lifted);
+                self.airborne_torque = inputs.roll_torques[leg as usize].abs();
+                reached(ahead - self.begun[1] >= self.travel())
+            }
+            Stage::Landing => {
+                let torque = -lifted.side::<f32>() * inputs.roll_torques[leg as usize];
+                let touched = torque < pace.touched_share * self.airborne_torque;
+                self.felt = if touched { self.felt + period } else { 0.0 };
+                reached(self.felt > FELT)
+            }
+            Stage::Settling => (self.since > SETTLED).then_some(if self.aborted {
+                Event::Refused
+            } else {
+                match self.step {
+                    1 => Event::OtherAxle,
+                    3 => Event::Last,
+                    _ => Event::Partner,
+                }
+            }),
+            Stage::Straightening => reached(steered([0.0; 2])),
+        }
+    }
+
+    /// How far a wheel goes forward in a step, m.
+    fn travel(&self) -> f32 {
+        self.parameters.wheel_radius + self.pace.clearance[0] + self.pace.clearance[1]
+    }
+
+    /// Where the steering shafts shall be in this stage, rad.
+    fn steering(&self, situation: &Situation<f32>, asked: [f32; 2]) -> [f32; 2] {
+        let (leg, bound) = (situation.lifted.axle(), self.parameters.steering_limit);
+        match self.stage {
+            Stage::Standing if asked[0] != 0.0 => {
+                // Both axles alike turn the tightest; from eq. 13, tan(theta) = B omega / (2 V).
+                let way = asked[1] * asked[0].signum() * self.parameters.body_length;
+                let turn = limit(atan2(way, 2.0 * asked[0].abs()), bound);
+                [turn, -turn]
+            }
+            Stage::Skewing => {
+                let turn = self.pace.skew.signum() * TURNING;
+                [turn, -turn]
+            }
+            // Both axles across the direction of travel: the body goes crabwise, the axles are parallel to the step.
+            Stage::Seeking | Stage::Backing => [limit(-situation.heading, bound); 2],
+            Stage::Widening => {
+                let mut targets = situation.shape.steering;
+                // The supporting axle's wheel opposite the lifted one comes nearer to it.
+                let ahead = match leg {
+                    Axle::Front => situation.lifted.side::<f32>(),
+                    Axle::Rear => -situation.lifted.side::<f32>(),
+                };
+                targets[leg.other() as usize] = ahead * bound;
+                targets
+            }
+            Stage::Straightening => [0.0; 2],
+            _ => situation.shape.steering,
+        }
+    }
+
+    /// Rates of all motors in this stage.
+    fn act(&mut self, situation: &Situation<f32>, inputs: &Inputs, period: f32) -> Outputs {
+        let (p, pace) = (&self.parameters, &self.pace);
+        let soft = clamp(inputs.share, 0.0, 1.0) * min(1.0, SOFT + self.since / 0.1);
+        let up = -situation.lifted.side::<f32>();
+        let task = match self.stage {
+            Stage::Lifting => Some(Task::Vertical {
+                roll_rate: up * pace.rates[1] * soft,
+            }),
+            Stage::Swinging => Some(Task::Swing {
+                turning: -up * pace.rates[2] * soft,
+            }),
+            Stage::Landing => Some(Task::Vertical {
+                roll_rate: -up * pace.rates[3] * soft,
+            }),
+            _ => None,
+        };
+        let level = -pace.posture.rate(inputs.inclination[1]);
+        let moved = match task {
+            Some(task) => {
+                let mut moved = command(p, pace.law, situation, &task, period);
+                let sup = situation.lifted.axle().other() as usize;
+                moved.rates.roll[sup] += level;
+                moved.rates.steering[sup] =
+                    STEERING_GAIN * (self.held - situation.shape.steering[sup]);
+                moved
+            }
+            None => self.drive(situation, inputs, level),
+        };
+        let [wheel, shaft] = pace.highest;
+        let shafts = |rates: [f32; 2]| rates.map(|rate| limit(rate, shaft));
+        let pitch = pace.posture.rate(inputs.inclination[0]) - moved.rates.pitch;
+        Outputs {
+            wheels: moved
+                .wheels
+                .map(|speed| limit(speed / p.wheel_radius, wheel)),
+            steering: shafts(moved.rates.steering),
+            roll: shafts(moved.rates.roll),
+            pitch_shaft: limit(pitch, shaft),
+        }
+    }
+
+    /// All four wheels on the ground: drives and steers, the arms equally loaded.
+    fn drive(&self, situation: &Situation<f32>, inputs: &Inputs, level: f32) -> Command<f32> {
+        let (p, pace, shape) = (&self.parameters, &self.pace, &situation.shape);
+        let share = clamp(inputs.share, 0.0, 1.0);
+        let targets = self.steering(situation, inputs.asked);
+        let steered = (0..2).all(|i| (targets[i] - shape.steering[i]).abs() < 0.1);
+        let speed = match self.stage {
+            Stage::Skewing | Stage::Seeking if steered => share * pace.speed,
+            Stage::Standing if steered => share * inputs.asked[0],
+            Stage::Backing => -0.5 * share * pace.speed,
+            _ => 0.0,
+        };
+        let mut rates = Shape::ZERO;
+        rates.steering = [0, 1].map(|i: usize| {
+            let wanted = STEERING_GAIN * (targets[i] - shape.steering[i]);
+            limit(wanted, share * pace.rates[0])
+        });
+        // Both arms together level the body; against each other they share its weight.
+        let [front, rear] = inputs.roll_torques;
+        let twist = yielding(0.0, 0.5 * (front - rear), pace.compliance);
+        rates.roll = match self.stage {
+            Stage::Stuck => [0.0; 2],
+            _ => [level + twist, level - twist],
+        };
+        let frame = Projection::new(p, shape);
+        let straight = wheel_mode(
+            &Frame {
+                headings: frame.headings,
+                half_widths: frame.half_widths,
+                length: frame.length(),
+            },
+            speed,
+        );
+        let mut on_the_spot = Shape::ZERO;
+        on_the_spot.steering = rates.steering;
+        let mut wheels = straight.wheels;
+        for wheel in WHEELS {
+            let axle = wheel.axle();
+            let arm = Arm::new(p, shape, axle);
+            wheels[wheel as usize] += arm.motion(p, &on_the_spot, axle, wheel).rolling;
+        }
+        Command {
+            rates,
+            wheels,
+            turning: straight.turning,
+        }
+    }
+}
