@@ -10,7 +10,7 @@ use heapless::Vec;
 use serde::{Deserialize, Serialize};
 
 /// Version of these messages; both sides compare it before anything else.
-pub const VERSION: u16 = 2;
+pub const VERSION: u16 = 3;
 /// Length of a lockstep step in microseconds.
 pub const STEP_US: u64 = 1_000;
 /// Most frames that one step can deliver to, or take from, a node. A 1 Mbit/s bus carries at most 21 per step.
@@ -62,6 +62,8 @@ pub struct MotorModel {
     pub gear_ratio: f32,
     /// Coulomb friction at the output shaft, N m.
     pub friction_torque: f32,
+    /// What a spring-applied brake adds to it while the bridge drives no current, N m; 0 without a brake.
+    pub brake_torque: f32,
     /// Encoder counts per turn of the rotor.
     pub encoder_counts: u32,
     /// One standard deviation of the current sensor's noise, A.

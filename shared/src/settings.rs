@@ -201,6 +201,11 @@ settings! {
     /// What makes up for the slip of the tracks: 0 nothing, 1 the soil's model, 2 the model corrected by the satellite receiver's speed.
     SlipCompensation = 0x0087, "slip_compensation", "1", 0..=2, 1;
 
+    /// The first drive's node, of a robot whose drives have consecutive ids.
+    FirstDriveId = 0x0090, "first_drive_id", "1", 1..=112, 2;
+    /// 1: the legs move the body away from where it would tip over. 0: they do not.
+    PostureControl = 0x0091, "posture_control", "1", 0..=1, 1;
+
     /// Declination: how far magnetic north lies east of true north.
     Declination = 0x0060, "declination", "1e-3 degree", -180_000..=180_000, 0;
     /// Field of the robot's own magnets at the magnetometer, forward.

@@ -6,6 +6,7 @@
 
 mod bus;
 mod counter;
+mod hylos;
 mod inputs;
 mod math;
 mod model;
@@ -34,6 +35,7 @@ pub fn run() -> ! {
     math::count(&mut table);
     stability::count(&mut table);
     model::count(&mut table);
+    hylos::count(&mut table);
     motor::count(&mut table);
     nodes::count(&mut table);
     bus::count(&mut table);

@@ -28,6 +28,7 @@ pub const MOTOR: MotorModel = MotorModel {
     rotor_inertia: 1e-4,
     gear_ratio: 50.0,
     friction_torque: 1.0,
+    brake_torque: 0.0,
     encoder_counts: 4096,
     current_noise: 0.02,
     current_quantum: 0.01,

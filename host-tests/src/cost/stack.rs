@@ -29,6 +29,7 @@ const MOTOR: MotorModel = MotorModel {
     rotor_inertia: 1e-5,
     gear_ratio: 60.0,
     friction_torque: 0.1,
+    brake_torque: 0.0,
     encoder_counts: 4_096,
     current_noise: 0.01,
     current_quantum: 0.01,

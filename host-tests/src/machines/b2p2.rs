@@ -58,7 +58,7 @@ fn settings(name: NodeName, scenario: &Scenario) -> Vec<(Setting, i32)> {
         NodeName::LeftTrack | NodeName::RightTrack => TRACK,
         NodeName::ChassisJoint => JOINT,
         NodeName::Screw => SCREW,
-        NodeName::Guard => super::SENSORS,
+        _ => super::SENSORS,
     });
     if name == NodeName::Guard {
         values.push((Setting::FilterActive, i32::from(scenario.guard)));
@@ -114,7 +114,7 @@ fn gear_milli(name: NodeName) -> Option<i32> {
         NodeName::LeftTrack | NodeName::RightTrack => Some(60_000),
         NodeName::ChassisJoint => Some(150_000),
         NodeName::Screw => Some(4_000),
-        NodeName::Guard => None,
+        _ => None,
     }
 }
 
@@ -133,6 +133,7 @@ pub fn motor(name: NodeName) -> Option<MotorModel> {
             NodeName::Screw => 0.02,
             _ => 0.3,
         },
+        brake_torque: 0.0,
         encoder_counts: 4_096,
         current_noise: 0.02,
         current_quantum: 0.01,

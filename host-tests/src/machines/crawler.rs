@@ -126,6 +126,7 @@ fn motor(p: &CrawlerParameters) -> MotorModel {
         rotor_inertia: 1e-5,
         gear_ratio: p.gear_ratio as f32,
         friction_torque: 0.1,
+        brake_torque: 0.0,
         encoder_counts: 4_096,
         current_noise: 0.02,
         current_quantum: 0.01,

@@ -4,6 +4,7 @@
 
 pub mod b2p2;
 pub mod crawler;
+pub mod hylos;
 
 use crate::plant::Plant;
 use crate::scenario::{NodeName, Payload, Scenario};
@@ -20,6 +21,8 @@ pub enum Kind {
     B2p2,
     /// Two tracks on soft ground (Kurc and Szybicki)
     Crawler,
+    /// Four legs with steered wheels (Besseron et al.)
+    Hylos,
 }
 
 impl Kind {
@@ -28,6 +31,7 @@ impl Kind {
         match self {
             Self::B2p2 => "guard",
             Self::Crawler => "guard_crawler",
+            Self::Hylos => "guard_hylos",
         }
     }
 
@@ -36,6 +40,7 @@ impl Kind {
         match self {
             Self::B2p2 => "staircase.toml",
             Self::Crawler => "crawler/slope.toml",
+            Self::Hylos => "hylos/loop.toml",
         }
     }
 
@@ -44,6 +49,7 @@ impl Kind {
         match self {
             Self::B2p2 => robots::b2p2::B2p2::STAGES,
             Self::Crawler => robots::crawler::Crawler::STAGES,
+            Self::Hylos => robots::hylos::Hylos::STAGES,
         }
     }
 
@@ -52,6 +58,7 @@ impl Kind {
         match self {
             Self::B2p2 => &[],
             Self::Crawler => &["speed_over_ground_mps", "left_slip_1", "right_slip_1"],
+            Self::Hylos => &["tip_over_margin_rad"],
         }
     }
 
@@ -61,6 +68,9 @@ impl Kind {
             Self::B2p2 => "",
             Self::Crawler => {
                 "Rates of sprockets and motors as Fig. 7, skid (sprocket's speed times slip) as Fig. 8 of Kurc and Szybicki, from the truth."
+            }
+            Self::Hylos => {
+                "Least tip-over angle as Fig. 7 of Besseron et al., joint angles and loads of the wheels, from the truth."
             }
         }
     }
@@ -72,6 +82,10 @@ impl Kind {
             Self::Crawler => {
                 "Lengths, gear and equations come from Kurc and Szybicki, Kinematics of a Robot with Crawler Drive. The paper gives no masses, no track width and no soil: \
                  5 kg with the centre of gravity 45 mm high, tracks 40 mm wide and the soil of this run are assumed. Other values are another robot."
+            }
+            Self::Hylos => {
+                "Equations, mass and the limit of the margin come from Besseron, Grand, Ben Amar and Bidaud, Decoupled control of the high mobility robot Hylos based on a \
+                 dynamic stability margin. The paper gives no lengths, no distribution of the mass and no motors: all of these are assumed. Other values are another robot."
             }
         }
     }
@@ -121,6 +135,8 @@ pub fn machine(scenario: &Scenario) -> Machine {
             crawler::nodes(scenario, robot),
             crawler::plant(scenario, robot),
         )
+    } else if let Some(robot) = &scenario.hylos {
+        (hylos::nodes(scenario, robot), hylos::plant(scenario, robot))
     } else {
         (b2p2::nodes(scenario), b2p2::plant(scenario))
     };

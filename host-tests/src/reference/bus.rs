@@ -111,12 +111,12 @@ fn cyclic(roles: &[Role]) -> Vec<Cyclic> {
     for (name, id) in NODES {
         let node = u16::from(id);
         let (role, set_point, sender, set_point_us) = match name {
-            NodeName::Guard => ("guard", 0, "operator".into(), PERIOD_US),
             NodeName::LeftTrack | NodeName::RightTrack => {
                 ("axle", 1, NodeName::Guard.to_string(), sync_us)
             }
             NodeName::ChassisJoint => ("axle", 0, NodeName::Guard.to_string(), sync_us),
             NodeName::Screw => ("screw", 0, NodeName::Guard.to_string(), sync_us),
+            _ => ("guard", 0, "operator".into(), PERIOD_US),
         };
         let Some(role) = roles.iter().find(|known| known.name == role) else {
             continue;

@@ -18,6 +18,8 @@ pub struct Operator {
     theta: f64,
     sequence: u8,
     guard: u8,
+    /// What is asked of a robot whose posture the script does not change.
+    posture: Option<i16>,
 }
 
 impl Operator {
@@ -31,6 +33,10 @@ impl Operator {
             theta: 0.0,
             sequence: 0,
             guard,
+            posture: scenario
+                .hylos
+                .as_ref()
+                .map(|robot| (robot.clearance_m * 1e3).round() as i16),
         }
     }
 
@@ -74,7 +80,9 @@ impl Operator {
             let milli = |value: f64| (value * 1e3).round() as i16;
             command.forward = milli(ask.speed_mps);
             command.yaw_rate = milli(ask.yaw_rate);
-            command.posture = (ask.theta / TAU * 65_536.0).round() as i16;
+            command.posture = self
+                .posture
+                .unwrap_or((ask.theta / TAU * 65_536.0).round() as i16);
         }
         Some(command.frame(receive(1), self.guard))
     }

@@ -49,6 +49,11 @@ impl Description {
         if let Some(payload) = &self.robot.payload {
             payload.check("robot.payload", self.duration_s)?;
         }
+        if let Some(hylos) = &self.hylos {
+            hylos.check(&self)?;
+        } else if let Terrain::Hillside { .. } = self.terrain {
+            contradiction("terrain", "is a hillside, which only Hylos' plant has")?;
+        }
         if let Some(crawler) = &self.crawler {
             crawler.check(&self)?;
         }
@@ -191,6 +196,21 @@ impl Terrain {
                 within("terrain.ramp.angle_deg", angle_deg, 0.0, 75.0, "deg")?;
                 within("terrain.ramp.length_m", length_m, 0.1, 50.0, "m")?;
                 ahead("terrain.ramp.foot_m", foot_m)
+            }
+            Self::Hillside {
+                slope_deg,
+                foot_m,
+                wave_height_m,
+            } => {
+                within("terrain.hillside.slope_deg", slope_deg, 0.0, 60.0, "deg")?;
+                within("terrain.hillside.foot_m", foot_m, 1.0, 6.0, "m")?;
+                within(
+                    "terrain.hillside.wave_height_m",
+                    wave_height_m,
+                    0.0,
+                    0.1,
+                    "m",
+                )
             }
             Self::Slope {
                 angle_deg,

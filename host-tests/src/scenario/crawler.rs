@@ -138,7 +138,9 @@ impl Terrain {
                 plateau: Some(length_m * libm::sin(angle_deg.to_radians())),
                 ..Profile::default()
             },
-            Self::Flat | Self::Stairs { .. } | Self::Curb { .. } => Profile::default(),
+            Self::Flat | Self::Stairs { .. } | Self::Curb { .. } | Self::Hillside { .. } => {
+                Profile::default()
+            }
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-/// The five nodes of B2P2.
+/// The nodes of all robots; each has some of them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum NodeName {
@@ -14,12 +14,44 @@ pub enum NodeName {
     ChassisJoint,
     /// The driving screw.
     Screw,
+    /// Hip of Hylos' front left leg.
+    FrontLeftHip,
+    /// Knee of Hylos' front left leg.
+    FrontLeftKnee,
+    /// Steering of Hylos' front left leg.
+    FrontLeftSteering,
+    /// Wheel of Hylos' front left leg.
+    FrontLeftWheel,
+    /// Hip of Hylos' front right leg.
+    FrontRightHip,
+    /// Knee of Hylos' front right leg.
+    FrontRightKnee,
+    /// Steering of Hylos' front right leg.
+    FrontRightSteering,
+    /// Wheel of Hylos' front right leg.
+    FrontRightWheel,
+    /// Hip of Hylos' rear left leg.
+    RearLeftHip,
+    /// Knee of Hylos' rear left leg.
+    RearLeftKnee,
+    /// Steering of Hylos' rear left leg.
+    RearLeftSteering,
+    /// Wheel of Hylos' rear left leg.
+    RearLeftWheel,
+    /// Hip of Hylos' rear right leg.
+    RearRightHip,
+    /// Knee of Hylos' rear right leg.
+    RearRightKnee,
+    /// Steering of Hylos' rear right leg.
+    RearRightSteering,
+    /// Wheel of Hylos' rear right leg.
+    RearRightWheel,
     /// The guard.
     Guard,
 }
 
 impl NodeName {
-    /// All five.
+    /// B2P2's.
     pub const ALL: [Self; 5] = [
         Self::LeftTrack,
         Self::RightTrack,
@@ -35,6 +67,22 @@ impl NodeName {
             Self::RightTrack => "right_track",
             Self::ChassisJoint => "chassis_joint",
             Self::Screw => "screw",
+            Self::FrontLeftHip => "front_left_hip",
+            Self::FrontLeftKnee => "front_left_knee",
+            Self::FrontLeftSteering => "front_left_steering",
+            Self::FrontLeftWheel => "front_left_wheel",
+            Self::FrontRightHip => "front_right_hip",
+            Self::FrontRightKnee => "front_right_knee",
+            Self::FrontRightSteering => "front_right_steering",
+            Self::FrontRightWheel => "front_right_wheel",
+            Self::RearLeftHip => "rear_left_hip",
+            Self::RearLeftKnee => "rear_left_knee",
+            Self::RearLeftSteering => "rear_left_steering",
+            Self::RearLeftWheel => "rear_left_wheel",
+            Self::RearRightHip => "rear_right_hip",
+            Self::RearRightKnee => "rear_right_knee",
+            Self::RearRightSteering => "rear_right_steering",
+            Self::RearRightWheel => "rear_right_wheel",
             Self::Guard => "guard",
         }
     }

@@ -1,19 +1,21 @@
 //! Scenarios: one TOML file says what a run is made of and what must come out of it.
 //!
 //! [`Description`] is the file as written; [`Scenario`] is a description that passed every check, so nothing checks again.
-//! `fault` is what can go wrong, `crawler` the section of that robot, `plant` turns values into the plant's, `check` holds all bounds, `error` says what was bad
+//! `fault` is what can go wrong, `crawler` and `hylos` the sections of those robots, `plant` turns values into the plant's, `check` holds all bounds, `error` says what was bad
 //! and where, `script` plays the operator.
 
 mod check;
 pub mod crawler;
 mod error;
 mod fault;
+pub mod hylos;
 mod plant;
 mod script;
 
 pub use crawler::{Crawler, SlipCompensation};
 pub use error::{Problem, ScenarioError};
 pub use fault::{Fault, FaultKind, NodeName};
+pub use hylos::Hylos;
 pub use script::{Ask, BusView, Script};
 
 use crate::machines::Kind;
@@ -74,6 +76,8 @@ impl Scenario {
     pub fn kind(&self) -> Kind {
         if self.crawler.is_some() {
             Kind::Crawler
+        } else if self.hylos.is_some() {
+            Kind::Hylos
         } else {
             Kind::B2p2
         }
@@ -113,6 +117,9 @@ pub struct Description {
     /// The crawler instead of B2P2.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub crawler: Option<Crawler>,
+    /// Hylos instead of B2P2.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub hylos: Option<Hylos>,
     /// Who drives.
     pub operator: Operator,
     /// What goes wrong.
@@ -170,6 +177,16 @@ pub enum Terrain {
         foot_m: f64,
         /// Length along its face.
         length_m: f64,
+    },
+    /// Hylos' hill that rises to the left, with waves on all of it; the robot starts on the level before it.
+    Hillside {
+        /// Rise along y.
+        slope_deg: f64,
+        /// y of the middle of its foot.
+        foot_m: f64,
+        /// Half the height between crest and trough of the waves.
+        #[serde(default)]
+        wave_height_m: f64,
     },
     /// A plane without end, on which the robot starts.
     Slope {

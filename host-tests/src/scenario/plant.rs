@@ -54,7 +54,8 @@ impl Terrain {
     /// The ground as the plant takes it.
     pub fn ground(&self) -> Ground {
         match *self {
-            Self::Flat => Ground::Flat,
+            // Only Hylos has hillsides.
+            Self::Flat | Self::Hillside { .. } => Ground::Flat,
             Self::Stairs {
                 riser_m,
                 run_m,

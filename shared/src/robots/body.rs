@@ -85,7 +85,7 @@ pub struct Asked {
     pub forward: f32,
     /// Yaw rate, counter-clockwise from above, rad/s.
     pub yaw_rate: f32,
-    /// The robot's own word for its posture; B2P2: chassis angle, 2^-16 turn.
+    /// The robot's own word for its posture; B2P2: chassis angle, 2^-16 turn; Hylos: clearance, mm.
     pub posture: i16,
 }
 

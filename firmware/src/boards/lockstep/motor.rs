@@ -36,6 +36,7 @@ impl Motor {
         ];
         let not_negative = [
             model.friction_torque,
+            model.brake_torque,
             model.current_noise,
             model.current_quantum,
         ];
@@ -78,7 +79,11 @@ impl Motor {
         let free =
             bounded(self.velocity + per_torque * (model.torque_constant * self.current - load));
         // Coulomb friction takes what it can, and never turns the rotor round: below its grip the rotor stands still.
-        let grip = per_torque * model.friction_torque / model.gear_ratio;
+        let friction = match bridge {
+            Bridge::Drive(_) => model.friction_torque,
+            Bridge::Brake | Bridge::Off => model.friction_torque + model.brake_torque,
+        };
+        let grip = per_torque * friction / model.gear_ratio;
         self.velocity = if free > grip {
             free - grip
         } else if free < -grip {
@@ -166,6 +171,7 @@ mod tests {
         rotor_inertia: 1e-4,
         gear_ratio: 50.0,
         friction_torque: 1.0,
+        brake_torque: 0.0,
         encoder_counts: 4096,
         current_noise: 0.0,
         current_quantum: 0.0,

@@ -101,6 +101,9 @@ pub struct Controller<S> {
     loads: [S; LEGS],
     /// Angular velocity of the platform that goes with the rates of the legs, along its axes, rad/s.
     turning: Vector<S>,
+    /// Rates that the legs would have if nobody held them.
+    proposed: Legs<S>,
+    held: bool,
 }
 
 impl<S: Scalar> Controller<S> {
@@ -118,7 +121,14 @@ impl<S: Scalar> Controller<S> {
             },
             loads: [S::ZERO; LEGS],
             turning: zero(),
+            proposed: [[S::ZERO; 2]; LEGS],
+            held: false,
         }
+    }
+
+    /// From the next step on the legs stay where they are, or may move again. What they would do is still computed ([`Self::ahead`]).
+    pub fn hold_legs(&mut self, held: bool) {
+        self.held = held;
     }
 
     /// The last set-points.
@@ -138,11 +148,10 @@ impl<S: Scalar> Controller<S> {
         )
     }
 
-    /// What will be sensed `horizon` s from now if the legs keep their rates on this ground.
+    /// What will be sensed `horizon` s from now if the legs move as the last step proposed.
     pub fn ahead(&self, sensed: &Sensed<S>, horizon: S) -> Sensed<S> {
         let mut next = *sensed;
-        let rates = &self.set_points.leg_rates;
-        for (leg, rates) in next.legs.iter_mut().zip(rates) {
+        for (leg, rates) in next.legs.iter_mut().zip(&self.proposed) {
             for ((place, rate), [low, high]) in
                 leg.iter_mut().zip(rates).zip([HIP_RANGE, KNEE_RANGE])
             {
@@ -195,16 +204,15 @@ impl<S: Scalar> Controller<S> {
             self.return_to(clearance, within(say, S::ZERO, S::ONE), &mut rates);
         }
         keep_on_ground(&posture, &follower, &self.loads, &mut rates);
-        let rates = self.within_ranges(&rates);
-
-        let trajectory = Trajectory {
-            velocity: [wish.forward, sideways(&posture, &follower, &rates)],
-            yaw_rate: wish.yaw_rate,
-        };
-        let motion = posture.follow(&follower, &trajectory, &rates, Form::Full);
-        let [_, roll, pitch] = motion.posture;
+        let proposed = self.within_ranges(&rates);
+        let still = [[S::ZERO; 2]; LEGS];
+        let rates = if self.held { still } else { proposed };
+        let led_to = motion(&posture, &follower, wish, &proposed).posture;
+        let motion = motion(&posture, &follower, wish, &rates);
+        let [_, roll, pitch] = led_to;
         let turning = posture.attitude.angular_velocity([roll, pitch, S::ZERO]);
         self.turning = turning.map(|rate| bounded(rate, S::from_f64(LEG_RATE)));
+        self.proposed = proposed;
         self.advance(sensed, &rates, &motion, period);
         assessment
     }
@@ -286,6 +294,20 @@ impl<S: Scalar> Controller<S> {
             points.wheel_rates[leg] = bounded(motion.wheels[leg], S::from_f64(WHEEL_RATE));
         }
     }
+}
+
+/// Motion of platform, wheels and steering that goes with the wish and these rates of the legs.
+fn motion<S: Scalar>(
+    posture: &Posture<S>,
+    follower: &LeastSquares<S>,
+    wish: &Wish<S>,
+    rates: &Legs<S>,
+) -> super::Motion<S> {
+    let trajectory = Trajectory {
+        velocity: [wish.forward, sideways(posture, follower, rates)],
+        yaw_rate: wish.yaw_rate,
+    };
+    posture.follow(follower, &trajectory, rates, Form::Full)
 }
 
 /// Normal of the mean plane of the wheels' centres, in the platform's axes: their diagonals are parallel to it.

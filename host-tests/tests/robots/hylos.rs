@@ -1,0 +1,110 @@
+//! Hylos' seventeen nodes on its hillside: the loop of Besseron et al. (Fig. 7) with and without posture control, and five ways to tip over.
+
+use super::{outcome, scenario};
+use std::f64::consts::{PI, TAU};
+use tautrack_host_tests::nodes::Board;
+use tautrack_host_tests::record::Sample;
+
+/// Centre of the loop, m.
+const CENTRE: [f64; 2] = [0.0, 2.0];
+
+fn half_turn(angle: f64) -> f64 {
+    (angle + PI).rem_euclid(TAU) - PI
+}
+
+/// Least tip-over angle by the plant's truth, rad.
+fn least_margin(samples: &[Sample]) -> f64 {
+    samples.iter().fold(f64::INFINITY, |least, sample| {
+        least.min(sample.truth.channels["tip_over_margin_rad"])
+    })
+}
+
+/// How far the robot went around the loop, rad.
+fn turned(samples: &[Sample]) -> f64 {
+    let around = |sample: &Sample| {
+        let [x, y, _] = sample.truth.cog;
+        (y - CENTRE[1]).atan2(x - CENTRE[0])
+    };
+    samples
+        .windows(2)
+        .map(|pair| half_turn(around(&pair[1]) - around(&pair[0])))
+        .sum()
+}
+
+#[test]
+fn posture_control_brings_the_nodes_around_the_loop() {
+    let (summary, samples) = outcome(&scenario("hylos/loop", |_| {}), Board::Native);
+    let (margin, turned) = (least_margin(&samples), turned(&samples));
+    println!("margin at least {margin:.3} rad, {turned:.2} rad around");
+    assert!(summary.expectation_met, "{summary}");
+    assert!(margin > 0.1, "{margin}");
+    assert!((turned - TAU).abs() < 0.15, "{turned}");
+    // Seventeen nodes leave the bus a fifth of its time.
+    assert!(summary.bus.load_max < 0.8, "{summary}");
+}
+
+#[test]
+fn without_posture_control_the_nodes_tip_over_on_the_loop() {
+    let (summary, samples) = outcome(&scenario("hylos/without", |_| {}), Board::Native);
+    assert!(summary.toppled && summary.expectation_met, "{summary}");
+    assert!(turned(&samples) < 0.75 * TAU);
+}
+
+#[test]
+fn emulated_and_native_nodes_of_hylos_end_in_the_same_bits() {
+    let short = scenario("hylos/loop", |description| {
+        description.duration_s = 3.0;
+        description.operator.events.truncate(1);
+    });
+    let [native, emulated] =
+        [Board::Native, Board::Qemu].map(|board| outcome(&short, board).0.state_hash);
+    assert_eq!(native, emulated);
+}
+
+#[test]
+fn the_guard_holds_what_tips_over_without_it() {
+    for name in [
+        "across-without-posture-control",
+        "hard-stop-backing-down",
+        "quick-turn-uphill",
+        "raised-too-high",
+        "hard-start-uphill",
+    ] {
+        let [with, without] = [true, false].map(|guard| {
+            let changed = scenario(&format!("hylos/hazards/{name}"), |description| {
+                description.guard = guard;
+                description.expect = Default::default();
+            });
+            outcome(&changed, Board::Native).0
+        });
+        assert!(without.toppled, "{name} is no hazard: {without}");
+        assert!(
+            !with.toppled && with.guard.interventions > 0,
+            "{name}: {with}"
+        );
+    }
+}
+
+#[test]
+fn hylos_and_its_hillside_come_together_or_not_at_all() {
+    let refusal = |name: &str, change: fn(&mut tautrack_host_tests::scenario::Description)| {
+        let mut description = scenario(name, |_| {}).description();
+        change(&mut description);
+        description.check().unwrap_err().to_string()
+    };
+    assert!(refusal("hylos/loop", |d| d.hylos = None).starts_with("terrain is a hillside"));
+    assert!(refusal("hylos/loop", |d| d.robot.k_m = 1.0).starts_with("hylos is not the only"));
+    let stairs = |d: &mut tautrack_host_tests::scenario::Description| {
+        d.terrain = scenario("staircase", |_| {}).terrain;
+    };
+    assert!(refusal("hylos/loop", stairs).starts_with("terrain is none of Hylos"));
+    let high = |d: &mut tautrack_host_tests::scenario::Description| {
+        if let Some(hylos) = &mut d.hylos {
+            hylos.clearance_m = 0.5;
+        }
+    };
+    assert_eq!(
+        refusal("hylos/loop", high),
+        "hylos.clearance_m is 0.5; it must be at most 0.4 m"
+    );
+}
