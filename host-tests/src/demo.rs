@@ -26,9 +26,12 @@ const USAGE: u8 = 2;
 #[derive(Parser)]
 #[command(name = "cargo demo", version)]
 struct Arguments {
-    /// Scenario file; the staircase of the B2P2 paper when absent
+    /// Scenario file; the robot's own when absent, for B2P2 the staircase of its paper
     #[arg(long, value_name = "FILE")]
     scenario: Option<PathBuf>,
+    /// The robot whose scenario is run when none is named
+    #[arg(long, value_enum, default_value_t, conflicts_with = "scenario")]
+    robot: Kind,
     /// Runs a whole suite with native nodes instead of one scenario, and writes its table
     #[arg(long, value_enum, conflicts_with_all = ["scenario", "guard", "speed", "slcan"])]
     suite: Option<Suite>,
@@ -115,7 +118,11 @@ fn fail(message: &str, status: u8) -> ExitCode {
 }
 
 fn scenario(arguments: &Arguments) -> Result<Scenario, String> {
-    let shipped = || setup::machine::root().join("host-tests/scenarios/staircase.toml");
+    let shipped = || {
+        setup::machine::root()
+            .join("host-tests/scenarios")
+            .join(arguments.robot.scenario_file())
+    };
     let path = arguments.scenario.clone().unwrap_or_else(shipped);
     let scenario = Scenario::load(&path).map_err(|error| error.to_string())?;
     let mut description = scenario.description();

@@ -182,6 +182,23 @@ settings! {
     /// Age of the operator's newest command after which the robot stops.
     OperatorTimeout = 0x0050, "operator_timeout", "ms", 20..=5_000, 300;
 
+    /// Height of the centre of gravity, without payload, above the ground that the tracks lie on.
+    CogHeight = 0x0080, "cog_height", "um", 0..=1_000_000, 45_000;
+    /// Length of a track on the ground.
+    ContactLength = 0x0081, "contact_length", "um", 1_000..=2_000_000, 127_000;
+    /// Width of a track.
+    TrackWidth = 0x0082, "track_width", "um", 1_000..=500_000, 40_000;
+    /// Cohesion of the ground, `c`.
+    SoilCohesion = 0x0083, "soil_cohesion", "Pa", 0..=10_000_000, 1_000;
+    /// Angle of the ground's internal friction, `rho`.
+    SoilFrictionAngle = 0x0084, "soil_friction_angle", "mrad", 0..=1_400, 436;
+    /// How fast the ground's shear stress rises with its deformation, `K1`.
+    SoilK1 = 0x0085, "soil_k1", "1e-3/m", 100..=100_000_000, 40_200;
+    /// Shape of the ground's shear stress over its deformation, `K2`.
+    SoilK2 = 0x0086, "soil_k2", "1e-3", 1_000..=100_000, 1_000;
+    /// What makes up for the slip of the tracks: 0 nothing, 1 the soil's model, 2 the model corrected by the satellite receiver's speed.
+    SlipCompensation = 0x0087, "slip_compensation", "1", 0..=2, 1;
+
     /// Declination: how far magnetic north lies east of true north.
     Declination = 0x0060, "declination", "1e-3 degree", -180_000..=180_000, 0;
     /// Field of the robot's own magnets at the magnetometer, forward.
@@ -205,7 +222,7 @@ settings! {
     MassUncertainty = 0x0075, "mass_uncertainty", "g", 0..=100_000, 0;
     /// How far such a load may be from the centre of gravity.
     MassUncertaintyReach = 0x0076, "mass_uncertainty_reach", "um", 0..=2_000_000, 300_000;
-    /// Mass of the robot, with which an undeclared load is compared.
+    /// Mass of the robot without payload.
     RobotMass = 0x0077, "robot_mass", "g", 100..=1_000_000, 8_315;
     /// Largest speed over ground while sensors are in doubt, in a supervised override and when backing off.
     CrawlSpeed = 0x0078, "crawl_speed", "um/s", 1_000..=1_000_000, 50_000;

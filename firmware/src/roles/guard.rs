@@ -17,6 +17,7 @@ use tautrack::math::{to_i16, to_i32};
 use tautrack::node::guard::{Guard, Inputs, Outputs, Telemetry};
 use tautrack::robots::Body;
 use tautrack::robots::b2p2::B2p2;
+use tautrack::robots::crawler::Crawler;
 use tautrack::settings::{Setting, Settings};
 use tautrack::units::Angle;
 
@@ -39,6 +40,8 @@ macro_rules! guards {
 guards! {
     /// The tracked robot of Paillat et al.
     B2P2: B2p2;
+    /// The tracked robot of Kurc and Szybicki.
+    CRAWLER: Crawler;
 }
 
 /// A guard whatever its robot.
@@ -78,8 +81,7 @@ fn start<B: Body>(
     settings: &Settings,
     cell: &'static StaticCell<Guard<B>>,
 ) -> Result<(), Refusal> {
-    let guard =
-        Guard::new(settings).map_err(|error| refuse(format_args!("geometry: {error:?}")))?;
+    let guard = Guard::new(settings).map_err(|error| refuse(format_args!("robot: {error:?}")))?;
     let guard = cell
         .try_init(guard)
         .ok_or_else(|| refuse(format_args!("the guard was started before")))?;

@@ -58,19 +58,13 @@ fn settings(name: NodeName, scenario: &Scenario) -> Vec<(Setting, i32)> {
         NodeName::LeftTrack | NodeName::RightTrack => TRACK,
         NodeName::ChassisJoint => JOINT,
         NodeName::Screw => SCREW,
-        NodeName::Guard => GUARD,
+        NodeName::Guard => super::SENSORS,
     });
     if name == NodeName::Guard {
         values.push((Setting::FilterActive, i32::from(scenario.guard)));
         values.push((Setting::BodyHeight, micro(robot.com_offset_m)));
         if let Some(payload) = robot.payload.as_ref().filter(|payload| payload.declared) {
-            let [forward, left, up] = payload.place_m.map(micro);
-            values.extend([
-                (Setting::PayloadMass, (payload.mass_kg * 1e3).round() as i32),
-                (Setting::PayloadForward, forward),
-                (Setting::PayloadLeft, left),
-                (Setting::PayloadUp, up),
-            ]);
+            values.extend(super::payload(payload));
         }
     }
     values
@@ -111,14 +105,6 @@ const SCREW: &[(Setting, i32)] = &[
     (Setting::FollowingLimit, 6_000),
     (Setting::ReferenceDirection, -1),
     (Setting::ReferenceSpeed, 25_000),
-];
-
-/// What a calibration left of the plant's declination and hard iron: off by up to 0.4 uT.
-const GUARD: &[(Setting, i32)] = &[
-    (Setting::Declination, 1_000),
-    (Setting::HardIronForward, 8_300),
-    (Setting::HardIronLeft, -4_800),
-    (Setting::HardIronUp, 12_400),
 ];
 
 /// Rotor turns per thousand turns of the output shaft; `None` for the guard.

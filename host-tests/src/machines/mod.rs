@@ -3,9 +3,10 @@
 //! One file per robot; a new one is a variant of [`Kind`] and a line in [`machine`].
 
 pub mod b2p2;
+pub mod crawler;
 
 use crate::plant::Plant;
-use crate::scenario::{NodeName, Scenario};
+use crate::scenario::{NodeName, Payload, Scenario};
 use clap::ValueEnum;
 use tautrack::link::MotorModel;
 use tautrack::robots::{self, Body};
@@ -17,6 +18,8 @@ pub enum Kind {
     /// Tracked, variable geometry (Paillat et al.)
     #[default]
     B2p2,
+    /// Two tracks on soft ground (Kurc and Szybicki)
+    Crawler,
 }
 
 impl Kind {
@@ -24,6 +27,7 @@ impl Kind {
     pub fn guard_program(self) -> &'static str {
         match self {
             Self::B2p2 => "guard",
+            Self::Crawler => "guard_crawler",
         }
     }
 
@@ -31,6 +35,7 @@ impl Kind {
     pub fn scenario_file(self) -> &'static str {
         match self {
             Self::B2p2 => "staircase.toml",
+            Self::Crawler => "crawler/slope.toml",
         }
     }
 
@@ -38,6 +43,36 @@ impl Kind {
     pub fn stages(self) -> &'static [&'static str] {
         match self {
             Self::B2p2 => robots::b2p2::B2p2::STAGES,
+            Self::Crawler => robots::crawler::Crawler::STAGES,
+        }
+    }
+
+    /// The channels of [`crate::record::Truth::channels`] that a summary shows.
+    pub fn headlines(self) -> &'static [&'static str] {
+        match self {
+            Self::B2p2 => &[],
+            Self::Crawler => &["speed_over_ground_mps", "left_slip_1", "right_slip_1"],
+        }
+    }
+
+    /// What the report says beside the curves of those channels.
+    pub fn plots_note(self) -> &'static str {
+        match self {
+            Self::B2p2 => "",
+            Self::Crawler => {
+                "Rates of sprockets and motors as Fig. 7, skid (sprocket's speed times slip) as Fig. 8 of Kurc and Szybicki, from the truth."
+            }
+        }
+    }
+
+    /// What the simulated robot stands for, and what of it is assumed.
+    pub fn origin(self) -> &'static str {
+        match self {
+            Self::B2p2 => "",
+            Self::Crawler => {
+                "Lengths, gear and equations come from Kurc and Szybicki, Kinematics of a Robot with Crawler Drive. The paper gives no masses, no track width and no soil: \
+                 5 kg with the centre of gravity 45 mm high, tracks 40 mm wide and the soil of this run are assumed. Other values are another robot."
+            }
         }
     }
 }
@@ -80,13 +115,35 @@ pub struct Machine {
 
 /// The robot of `scenario` in its world.
 pub fn machine(scenario: &Scenario) -> Machine {
-    match scenario.kind() {
-        kind @ Kind::B2p2 => Machine {
-            kind,
-            nodes: b2p2::nodes(scenario),
-            plant: b2p2::plant(scenario),
-        },
-    }
+    let kind = scenario.kind();
+    let (nodes, plant) = if let Some(robot) = &scenario.crawler {
+        (
+            crawler::nodes(scenario, robot),
+            crawler::plant(scenario, robot),
+        )
+    } else {
+        (b2p2::nodes(scenario), b2p2::plant(scenario))
+    };
+    Machine { kind, nodes, plant }
+}
+
+/// What a calibration left of the plants' declination and hard iron: off by up to 0.4 uT.
+const SENSORS: &[(Setting, i32)] = &[
+    (Setting::Declination, 1_000),
+    (Setting::HardIronForward, 8_300),
+    (Setting::HardIronLeft, -4_800),
+    (Setting::HardIronUp, 12_400),
+];
+
+/// What a guard is told of a declared load.
+fn payload(payload: &Payload) -> [(Setting, i32); 4] {
+    let [forward, left, up] = payload.place_m.map(|metres| (metres * 1e6).round() as i32);
+    [
+        (Setting::PayloadMass, (payload.mass_kg * 1e3).round() as i32),
+        (Setting::PayloadForward, forward),
+        (Setting::PayloadLeft, left),
+        (Setting::PayloadUp, up),
+    ]
 }
 
 /// Place of a node among `nodes`, which is also its number on the virtual bus.

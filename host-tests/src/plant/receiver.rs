@@ -11,6 +11,7 @@ const ECCENTRICITY_SQUARED: f64 = 6.694_379_990_14e-3;
 /// Noise channels of a plant that are the receiver's.
 const WHITE: u64 = 16;
 const WANDER: u64 = 20;
+const SPEED: u64 = 24;
 
 /// Quality of the receiver.
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -27,6 +28,8 @@ pub struct ReceiverParameters {
     pub baud: u32,
     /// Noise from fix to fix, standard deviation along each horizontal axis, m; twice that in height.
     pub white: f64,
+    /// Noise of the speed from fix to fix, standard deviation along each horizontal axis, m/s.
+    pub speed: f64,
     /// Error that stays for a while: standard deviation along each horizontal axis, m, twice that in height.
     pub wander: f64,
     /// Time after which it has become another one, s.
@@ -44,6 +47,7 @@ impl ReceiverParameters {
         period_ms: 200,
         baud: 38_400,
         white: 0.3,
+        speed: 0.0,
         wander: 1.2,
         wander_time: 60.0,
         outage_s: [0.0, 2.0],
@@ -102,6 +106,10 @@ impl Receiver {
                 let white = self.noise.normal(step, WHITE + axis as u64) * p.white;
                 place[axis] + lasting[axis] + if axis == 2 { 2.0 * white } else { white }
             });
+            let mut velocity = velocity;
+            for (axis, speed) in (0..2).zip(&mut velocity) {
+                *speed += p.speed * self.noise.normal(step, SPEED + axis);
+            }
             let seconds = step as f64 * 1e-3;
             let blind = seconds >= p.outage_s[0] && seconds < p.outage_s[1];
             let text = sentences(&p, (!blind).then_some((heard, velocity)), step);

@@ -1,7 +1,8 @@
 //! Every bound of a scenario in one place.
 
-use super::{Description, Event, Fault, FaultKind, Problem, Robot, Scenario, Terrain, When};
+use super::{Description, Event, Fault, FaultKind, Payload, Problem, Robot, Scenario, Terrain, When};
 use crate::plant::b2p2::B2p2Parameters;
+use crate::plant::crawler::CrawlerParameters;
 
 impl Description {
     /// Checks every value.
@@ -14,7 +15,7 @@ impl Description {
         within("duration_s", self.duration_s, 0.1, 3600.0, "s")?;
         within("friction", self.friction, 0.05, 3.0, "")?;
         self.robot.check()?;
-        self.terrain.check(&self.robot)?;
+        self.terrain.check(self.front_m())?;
         within(
             "operator.speed_mps",
             self.operator.speed_mps,
@@ -44,16 +45,21 @@ impl Description {
             fault.check(&format!("fault[{index}]"), self.duration_s)?;
         }
         if let Some(payload) = &self.robot.payload {
-            within(
-                "robot.payload.from_s",
-                payload.from_s,
-                0.0,
-                self.duration_s,
-                "s",
-            )?;
+            payload.check("robot.payload", self.duration_s)?;
+        }
+        if let Some(crawler) = &self.crawler {
+            crawler.check(&self)?;
         }
         self.check_expectations()?;
         Ok(Scenario(self))
+    }
+
+    /// Foremost point of the robot at the start.
+    fn front_m(&self) -> f64 {
+        match &self.crawler {
+            None => self.robot.front_m(),
+            Some(_) => 0.5 * CrawlerParameters::nominal().extent[0],
+        }
     }
 
     fn check_expectations(&self) -> Result<(), Problem> {
@@ -116,19 +122,6 @@ impl Robot {
         )?;
         within("robot.com_offset_m", self.com_offset_m, -0.2, 0.2, "m")?;
         within("robot.sensor_noise", self.sensor_noise, 0.0, 100.0, "")?;
-        let Some(payload) = &self.payload else {
-            return Ok(());
-        };
-        within("robot.payload.mass_kg", payload.mass_kg, 0.0, 50.0, "kg")?;
-        for (index, coordinate) in payload.place_m.iter().enumerate() {
-            within(
-                &format!("robot.payload.place_m[{index}]"),
-                *coordinate,
-                -1.0,
-                1.0,
-                "m",
-            )?;
-        }
         Ok(())
     }
 
@@ -138,11 +131,28 @@ impl Robot {
     }
 }
 
+impl Payload {
+    /// `key` is the path of its table.
+    pub(super) fn check(&self, key: &str, duration_s: f64) -> Result<(), Problem> {
+        within(&format!("{key}.mass_kg"), self.mass_kg, 0.0, 50.0, "kg")?;
+        for (index, coordinate) in self.place_m.iter().enumerate() {
+            within(
+                &format!("{key}.place_m[{index}]"),
+                *coordinate,
+                -1.0,
+                1.0,
+                "m",
+            )?;
+        }
+        within(&format!("{key}.from_s"), self.from_s, 0.0, duration_s, "s")
+    }
+}
+
 impl Terrain {
-    fn check(&self, robot: &Robot) -> Result<(), Problem> {
+    fn check(&self, front_m: f64) -> Result<(), Problem> {
         let ahead = |key: &str, x: f64| {
             let unit = "m (the least is where the robot's front stands at the start)";
-            within(key, x, robot.front_m(), 50.0, unit)
+            within(key, x, front_m, 50.0, unit)
         };
         match *self {
             Self::Flat => Ok(()),
@@ -310,7 +320,7 @@ fn chassis(key: &str, angle_deg: f64) -> Result<(), Problem> {
 }
 
 /// Bounds included. A NaN or infinity is told apart, because its bound is not the point.
-fn within(key: &str, got: f64, least: f64, most: f64, unit: &'static str) -> Result<(), Problem> {
+pub(super) fn within(key: &str, got: f64, least: f64, most: f64, unit: &'static str) -> Result<(), Problem> {
     let key = || key.to_owned();
     if !got.is_finite() {
         Err(Problem::NotFinite { key: key(), got })
@@ -341,7 +351,7 @@ fn text(key: &str, value: &str) -> Result<(), Problem> {
     }
 }
 
-fn contradiction(key: &str, why: &'static str) -> Result<(), Problem> {
+pub(super) fn contradiction(key: &str, why: &'static str) -> Result<(), Problem> {
     Err(Problem::Contradiction {
         key: key.to_owned(),
         why,

@@ -1,15 +1,17 @@
 //! Scenarios: one TOML file says what a run is made of and what must come out of it.
 //!
 //! [`Description`] is the file as written; [`Scenario`] is a description that passed every check, so nothing checks again.
-//! `fault` is what can go wrong, `plant` turns values into the plant's, `check` holds all bounds, `error` says what was bad
+//! `fault` is what can go wrong, `crawler` the section of that robot, `plant` turns values into the plant's, `check` holds all bounds, `error` says what was bad
 //! and where, `script` plays the operator.
 
 mod check;
+pub mod crawler;
 mod error;
 mod fault;
 mod plant;
 mod script;
 
+pub use crawler::{Crawler, SlipCompensation};
 pub use error::{Problem, ScenarioError};
 pub use fault::{Fault, FaultKind, NodeName};
 pub use script::{Ask, BusView, Script};
@@ -69,9 +71,12 @@ impl Scenario {
     }
 
     /// Which robot it is.
-    #[allow(clippy::unused_self)] // one robot so far
     pub fn kind(&self) -> Kind {
-        Kind::B2p2
+        if self.crawler.is_some() {
+            Kind::Crawler
+        } else {
+            Kind::B2p2
+        }
     }
 
     /// A copy to change and check again, for sweeps and command-line switches.
@@ -95,13 +100,16 @@ pub struct Description {
     /// Whether the guard's filter limits the operator. Off, it passes every command on.
     #[serde(default = "on")]
     pub guard: bool,
-    /// Coefficient of friction between track and ground.
+    /// Coefficient of friction between track and ground; of the crawler's soft ground, its strength over the one that the guard is told.
     pub friction: f64,
     /// The ground.
     pub terrain: Terrain,
     /// B2P2, and what its paper leaves open about it; the nominal stand-in where no robot is named at all.
     #[serde(default = "Robot::nominal")]
     pub robot: Robot,
+    /// The crawler instead of B2P2.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub crawler: Option<Crawler>,
     /// Who drives.
     pub operator: Operator,
     /// What goes wrong.
@@ -174,6 +182,10 @@ fn landing() -> f64 {
     6.0
 }
 
+fn chassis_rate() -> f64 {
+    28.6
+}
+
 fn usual() -> f64 {
     1.0
 }
@@ -236,6 +248,7 @@ pub struct Operator {
     #[serde(default)]
     pub chassis_deg: f64,
     /// How fast the asked chassis angle moves from one value to the next.
+    #[serde(default = "chassis_rate")]
     pub chassis_rate_deg_s: f64,
     /// Yaw rate asked per radian of heading error, 1/s; 0 leaves the heading alone.
     #[serde(default)]

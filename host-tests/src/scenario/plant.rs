@@ -1,7 +1,7 @@
 //! From a scenario's values to the plant's.
 
-use super::{Description, Robot, Terrain};
-use crate::plant::b2p2::{B2p2Parameters, Payload};
+use super::{Description, Payload, Robot, Terrain};
+use crate::plant::b2p2::{B2p2Parameters, Payload as Load};
 use crate::plant::terrain::{Stairs, Terrain as Ground};
 
 impl Description {
@@ -12,12 +12,19 @@ impl Description {
             // As after a night on the shelf: no node knows where its axle is, and the belt hangs a little.
             initial_theta: 0.1,
             initial_extension_error: -0.003,
-            payload: self.robot.payload.as_ref().map(|payload| Payload {
-                mass: payload.mass_kg,
-                place: payload.place_m,
-                from_time_s: payload.from_s,
-            }),
+            payload: self.robot.payload.as_ref().map(Payload::plant),
             ..self.robot.parameters()
+        }
+    }
+}
+
+impl Payload {
+    /// As the plants take it.
+    pub(super) fn plant(&self) -> Load {
+        Load {
+            mass: self.mass_kg,
+            place: self.place_m,
+            from_time_s: self.from_s,
         }
     }
 }

@@ -108,6 +108,7 @@ fn beginning(random: &mut Random) -> Description {
         guard: true,
         friction: random.between(1.0, 1.2),
         terrain: Terrain::Flat,
+        crawler: None,
         robot: Robot {
             k_m: 1.232,
             pulley_radius_m: 0.05,

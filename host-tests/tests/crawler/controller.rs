@@ -59,12 +59,12 @@ proptest! {
         speeds in prop::collection::vec(any_number(), 1..200),
         pitch in -0.5f32..0.5,
     ) {
-        let (fresh, mut model) = (model().predict(pitch, 0.0).forward, model());
+        let (fresh, mut model) = (model().predict(pitch, 0.0, false).forward, model());
         for measured in speeds {
             let before = model.correction();
-            model.learn(&model.predict(pitch, 0.0), [0.15; 2], measured, PERIOD);
+            model.learn(&model.predict(pitch, 0.0, false), [0.15; 2], measured, PERIOD);
             prop_assert!((model.correction() - before).abs() < 0.05);
-            let slip = model.predict(pitch, 0.0).forward;
+            let slip = model.predict(pitch, 0.0, false).forward;
             for (slip, fresh) in slip.into_iter().zip(fresh) {
                 prop_assert!(slip.abs() <= 3.001 * fresh.abs() && slip.abs() >= 0.332 * fresh.abs() && slip.abs() <= 0.6);
             }
@@ -217,8 +217,8 @@ fn a_load_moves_the_centre_of_gravity_and_the_edges_stay() {
 fn the_track_that_carries_less_slips_more() {
     let body = BODY.loaded(2.0, [0.0, 0.05, 0.05]);
     let model = SlipModel::new(&DIMENSIONS, &body, &GROUND).unwrap();
-    let [left, right] = model.predict(0.3, 0.0).forward;
+    let [left, right] = model.predict(0.3, 0.0, false).forward;
     assert!(right > 1.05 * left, "{left} {right}");
-    let [left, right] = self::model().predict(0.3, 0.3).forward;
+    let [left, right] = self::model().predict(0.3, 0.3, false).forward;
     assert!(left > 1.05 * right, "the side that is up: {left} {right}");
 }

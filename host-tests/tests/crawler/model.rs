@@ -151,11 +151,11 @@ fn slip_for_a_force_bears_that_force_and_no_slip_bears_more_than_the_utmost() {
             assert!(soil.driving_force(&footprint, pressure, slip) <= most * (1.0 + 1e-12));
         }
         let force = most * between(&mut state, [-0.999, 0.999]);
-        let slip = soil.slip_for(&footprint, pressure, force).unwrap();
+        let slip = soil.slip_for(&footprint, pressure, 0.0, force).unwrap();
         let error = (soil.driving_force(&footprint, pressure, slip) - force).abs();
         assert!(error < 1e-6 * most, "{ground:?}: {error:e} of {most}");
         let coarse = single
-            .slip_for(&narrow, pressure as f32, force as f32)
+            .slip_for(&narrow, pressure as f32, 0.0, force as f32)
             .unwrap();
         // Near the peak the force hardly depends on the slip.
         let steep = force.abs() < 0.9 * most;
@@ -164,10 +164,10 @@ fn slip_for_a_force_bears_that_force_and_no_slip_bears_more_than_the_utmost() {
             "{coarse} {slip}"
         );
         assert!(matches!(
-            soil.slip_for(&footprint, pressure, -1.001 * most),
+            soil.slip_for(&footprint, pressure, 0.0, -1.001 * most),
             Err(ParametersError::BeyondTraction { .. })
         ));
-        assert!(soil.slip_for(&footprint, pressure, f64::NAN).is_err());
+        assert!(soil.slip_for(&footprint, pressure, 0.0, f64::NAN).is_err());
     }
 }
 
@@ -296,7 +296,7 @@ fn assumed_soil_makes_the_robot_slip_as_the_paper_s_grousers_do() {
     let weight = BODY.mass * 9.81;
     let pressure = 0.5 * weight * SLOPE.cos() / (footprint.width * footprint.length);
     let slip = soil
-        .slip_for(&footprint, pressure, 0.5 * weight * SLOPE.sin())
+        .slip_for(&footprint, pressure, 0.0, 0.5 * weight * SLOPE.sin())
         .unwrap();
     println!("slip {slip:.4} on the slope");
     assert!((slip - 0.110_236).abs() < 5e-4, "{slip}");

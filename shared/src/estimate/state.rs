@@ -1,8 +1,9 @@
 //! The state q of the robot, each coordinate with its validity and age.
 
 use super::compass::Compass;
-use super::nmea::{Counts, Reader};
+use super::nmea::{Counts, Reader, Sentence};
 use super::position::{Fix, Position};
+use crate::math::sin_cos;
 use crate::settings::{Setting, Settings};
 use crate::stability::attitude::Attitude;
 use crate::units::Angle;
@@ -95,6 +96,8 @@ pub struct Estimator {
     odometry_um: Option<i32>,
     reckoned_us: Option<u64>,
     joints: [Joint; 2],
+    /// Speed over ground, m/s, and course; not yet asked for.
+    velocity: Option<(f32, Angle)>,
 }
 
 impl Estimator {
@@ -111,6 +114,7 @@ impl Estimator {
             odometry_um: None,
             reckoned_us: None,
             joints: [Joint::default(); 2],
+            velocity: None,
         }
     }
 
@@ -143,12 +147,28 @@ impl Estimator {
     /// Takes bytes of the satellite receiver.
     pub fn listen(&mut self, bytes: &[u8], now_us: u64) {
         for byte in bytes {
-            if let Some(Ok(sentence)) = self.reader.push(*byte)
-                && let Some(fix) = Fix::from_sentence(&sentence)
-            {
+            let Some(Ok(sentence)) = self.reader.push(*byte) else {
+                continue;
+            };
+            if let Some(fix) = Fix::from_sentence(&sentence) {
                 self.position.fix(&fix, now_us);
             }
+            if let Sentence::Rmc(rmc) = sentence
+                && let (Some(_), Some(speed), Some(course)) =
+                    (rmc.place, rmc.speed_mm_s, rmc.course)
+            {
+                let course = Angle::from_degrees(f32::from(course) * 0.01);
+                self.velocity = Some((speed as f32 * 1e-3, course));
+            }
         }
+    }
+
+    /// Speed along the heading that the receiver measured, m/s, if it did since the last call. Signed, as the course tells backward from
+    /// forward, and without the bias that a noisy magnitude has.
+    pub fn take_speed(&mut self, attitude: &Attitude) -> Option<f32> {
+        let (speed, course) = self.velocity.take()?;
+        // The course turns clockwise, the heading counter-clockwise.
+        Some(speed * sin_cos(course + attitude.heading()).1)
     }
 
     /// Takes the encoders: the belts' way since power-up (wraps), when the older of both belts was heard, and the joints.

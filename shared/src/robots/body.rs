@@ -103,6 +103,9 @@ pub trait Body: Sized {
     /// Node ids of its drives, in the order in which every `drives` below has them.
     fn drive_ids(settings: &Settings) -> Vec<u8, MAX_DRIVES>;
 
+    /// Takes the speed along its level heading that the satellite receiver measured lately, m/s, before [`Body::observe`].
+    fn hear_speed(&mut self, _along_heading: f32, _: &Attitude) {}
+
     /// Takes what the drives and the attitude filter say, `period` s after the call before.
     fn observe(&mut self, drives: &[DriveState], attitude: &Attitude, period: f32);
 

@@ -12,7 +12,13 @@ pub struct Profile {
     pub slope: f64,
     /// Distance ahead of the origin at which it begins to rise forward, m; `None`: it does everywhere.
     pub from_x: Option<f64>,
+    /// Height above the origin at which a rise ends on a level plateau, m.
+    pub plateau: Option<f64>,
 }
+
+/// Steps of a drawn section to either side, and their length, m.
+const SECTION: i32 = 300;
+const SECTION_STEP: f64 = 0.05;
 
 /// A plane, the ground below it.
 #[derive(Clone, Copy, Debug)]
@@ -22,12 +28,13 @@ struct Plane {
     offset: f64,
 }
 
-/// One or two planes.
+/// One or two planes, and a plateau.
 #[derive(Clone, Copy, Debug)]
 pub struct Ground {
     planes: [Plane; 2],
     /// They meet in a valley, not on a ridge.
     valley: bool,
+    plateau: Option<Plane>,
     start: Rotation,
 }
 
@@ -53,6 +60,10 @@ impl Ground {
                 },
             ],
             valley: profile.slope >= 0.0,
+            plateau: profile.plateau.map(|offset| Plane {
+                normal: Vector::Z,
+                offset,
+            }),
             start: if profile.from_x.is_some() {
                 across
             } else {
@@ -68,13 +79,35 @@ impl Ground {
 
     /// Height of a point above the ground, m, and the ground's normal there.
     pub fn height(&self, point: Vector) -> (f64, Vector) {
-        let [first, second] = self
-            .planes
-            .map(|plane| (plane.normal.dot(point) - plane.offset, plane.normal));
-        if (first.0 <= second.0) == self.valley {
+        let above = |plane: Plane| (plane.normal.dot(point) - plane.offset, plane.normal);
+        let [first, second] = self.planes.map(above);
+        let nearer = if (first.0 <= second.0) == self.valley {
             first
         } else {
             second
+        };
+        match self.plateau.map(above) {
+            Some(plateau) if plateau.0 > nearer.0 => plateau,
+            _ => nearer,
         }
+    }
+
+    /// The ground's section at y = 0 as x and z, m, for a drawing.
+    pub fn section(&self) -> Vec<[f64; 2]> {
+        let top = |x: f64| {
+            let on = |plane: &Plane| {
+                (plane.offset - plane.normal.x * x) / plane.normal.z
+            };
+            let [first, second] = [on(&self.planes[0]), on(&self.planes[1])];
+            let ground = if self.valley == (first > second) { first } else { second };
+            match &self.plateau {
+                Some(plateau) if on(plateau) < ground => on(plateau),
+                _ => ground,
+            }
+        };
+        (-SECTION..=SECTION)
+            .map(|step| f64::from(step) * SECTION_STEP)
+            .map(|x| [x, top(x)])
+            .collect()
     }
 }

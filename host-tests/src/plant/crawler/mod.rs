@@ -14,9 +14,10 @@ pub use parameters::{CrawlerParameters, Soil};
 use crate::plant::Plant;
 use crate::plant::b2p2::Payload;
 use crate::plant::noise::Noise;
+use crate::plant::receiver::Receiver;
 use crate::plant::sensing::{BodyMotion, BodySensing};
 use crate::plant::world::turn;
-use crate::record::Truth;
+use crate::record::{Sketch, Truth};
 use body::{Body, MassProperties};
 use ground::Ground;
 use rapier3d_f64::math::Vector;
@@ -32,6 +33,22 @@ const SETTLING: (usize, f64) = (8_000, 0.98);
 /// Inclination from the ground from which the robot has turned over, rad: no centre of gravity is above an edge there any more.
 const TURNED_OVER: f64 = 75.0 * core::f64::consts::PI / 180.0;
 
+/// Names of what each track shows: rates of sprocket and motor, speed and share of its slip.
+const CHANNELS: [[&str; 4]; 2] = [
+    [
+        "left_sprocket_radps",
+        "left_motor_radps",
+        "left_skid_mps",
+        "left_slip_1",
+    ],
+    [
+        "right_sprocket_radps",
+        "right_motor_radps",
+        "right_skid_mps",
+        "right_slip_1",
+    ],
+];
+
 /// The crawler on its ground.
 pub struct Crawler {
     parameters: CrawlerParameters,
@@ -39,6 +56,7 @@ pub struct Crawler {
     body: Body,
     tracks: [Track; 2],
     sensing: BodySensing,
+    receiver: Receiver,
     step: u64,
     payload: Option<Payload>,
     truth: Truth,
@@ -71,6 +89,7 @@ impl Crawler {
             body,
             tracks,
             sensing: BodySensing::new(&p.body_sensors, Noise::new(seed), body.rotation),
+            receiver: Receiver::new(p.receiver, Noise::new(seed)),
             step: 0,
             payload,
             truth: Truth::default(),
@@ -122,6 +141,14 @@ impl Crawler {
             spin: self.body.spin,
         };
         self.sensing.update(sensors, &motion, self.step);
+        let antenna = self
+            .body
+            .place(Vector::from_array(self.parameters.receiver.antenna));
+        self.receiver.update(
+            antenna.to_array(),
+            self.body.velocity_at(antenna).to_array(),
+            self.step,
+        );
     }
 
     /// Speed of the middle between the runs along the robot's own forward axis, m/s: what a sensor under the belly would see.
@@ -187,6 +214,42 @@ impl Crawler {
         truth.forward_margin = supported.then_some(foremost);
         let (_, normal) = self.ground.height(middle);
         truth.toppled |= up.dot(normal) < libm::cos(TURNED_OVER);
+        self.name_channels();
+    }
+
+    /// What the paper's Figs. 7 and 8 show, and the sketch's places.
+    fn name_channels(&mut self) {
+        let p = &self.parameters;
+        let (slip, over_ground) = (self.slip(), self.speed_over_ground());
+        let channels = &mut self.truth.channels;
+        channels.insert("speed_over_ground_mps", over_ground);
+        for (side, names) in CHANNELS.iter().enumerate() {
+            let speed = self.tracks[side].speed;
+            let rate = speed / p.sprocket_radius;
+            let values = [rate, rate * p.gear_ratio, slip[side] * speed, slip[side]];
+            for (name, value) in names.iter().zip(values) {
+                channels.insert(name, value);
+            }
+        }
+        let half = 0.5 * p.contact_length;
+        let (r, [length, _, height]) = (p.sprocket_radius, p.extent);
+        let load = self.payload.map_or(p.cog, |payload| payload.place);
+        let places = [
+            [-half, r],
+            [half, r],
+            [-half, 0.0],
+            [half, 0.0],
+            [half, 2.0 * r],
+            [-half, 2.0 * r],
+            [-0.5 * length, p.cog[2]],
+            [0.5 * length, p.cog[2]],
+            [0.5 * length, p.cog[2] + 0.5 * height],
+            [-0.5 * length, p.cog[2] + 0.5 * height],
+            [load[0], load[2]],
+        ];
+        self.truth.points = places
+            .map(|[x, z]| self.body.place(Vector::new(x, 0.0, z)).to_array())
+            .to_vec();
     }
 }
 
@@ -227,6 +290,19 @@ impl Plant for Crawler {
         self.sensing.reading()
     }
 
+    fn serial(&self) -> &[u8] {
+        self.receiver.sent()
+    }
+
+    fn sketch(&self) -> Sketch {
+        let r = self.parameters.sprocket_radius;
+        Sketch {
+            circles: vec![(0, r), (1, r)],
+            lines: vec![vec![2, 3], vec![4, 5], vec![6, 7, 8, 9, 6], vec![10, 6], vec![10, 7]],
+            ground: self.ground.section(),
+        }
+    }
+
     fn truth(&self) -> &Truth {
         &self.truth
     }
@@ -243,6 +319,7 @@ impl Plant for Crawler {
             track.shear.into_iter().flatten().for_each(&mut put);
         }
         self.sensing.bits(&mut put);
+        self.receiver.wander().into_iter().for_each(&mut put);
         put(self.truth.slip);
     }
 }

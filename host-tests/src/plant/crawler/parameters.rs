@@ -1,6 +1,7 @@
 //! The constant model of the crawler: what Kurc and Szybicki give, and what had to be assumed.
 
 pub use crate::plant::b2p2::Payload;
+use crate::plant::receiver::ReceiverParameters;
 use crate::plant::sensing::BodySensorParameters;
 
 /// The robot as simulated.
@@ -8,6 +9,8 @@ use crate::plant::sensing::BodySensorParameters;
 pub struct CrawlerParameters {
     /// Radius of the sprockets with their belt, m (the paper's r).
     pub sprocket_radius: f64,
+    /// Turns of a motor for one of its sprocket (the paper's 500:7).
+    pub gear_ratio: f64,
     /// Distance between the middles of the tracks, m (the paper's H).
     pub track_spacing: f64,
     /// Length of the run on the ground, m (the paper's L).
@@ -38,6 +41,8 @@ pub struct CrawlerParameters {
     pub bus_voltage: f64,
     /// Quality of the sensors on the body.
     pub body_sensors: BodySensorParameters,
+    /// Quality of the satellite receiver.
+    pub receiver: ReceiverParameters,
 }
 
 /// Ground that shears as Bekker and Kacigin describe it (the paper's eq. 5 and 6).
@@ -104,6 +109,7 @@ impl CrawlerParameters {
     pub fn nominal() -> Self {
         Self {
             sprocket_radius: 0.027_94,
+            gear_ratio: 500.0 / 7.0,
             track_spacing: 0.145,
             contact_length: 0.127,
             track_width: 0.04,
@@ -121,6 +127,11 @@ impl CrawlerParameters {
             body_sensors: BodySensorParameters {
                 accelerometer_place: [0.0, 0.0, 0.05],
                 ..BodySensorParameters::NOMINAL
+            },
+            receiver: ReceiverParameters {
+                antenna: [0.0, 0.0, 0.10],
+                speed: 0.02,
+                ..ReceiverParameters::NOMINAL
             },
         }
     }

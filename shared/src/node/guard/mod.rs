@@ -228,6 +228,9 @@ impl<B: Body> Guard<B> {
     /// [`Self::cycle`], so that no tick has to do it all.
     fn judge(&mut self) {
         let period = self.period();
+        if let Some(speed) = self.estimator.take_speed(&self.attitude) {
+            self.body.hear_speed(speed, &self.attitude);
+        }
         self.body
             .observe(self.drives.states(), &self.attitude, period);
         let stance = self.body.stance(&self.attitude);

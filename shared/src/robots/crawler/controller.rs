@@ -4,7 +4,7 @@ use super::kinematics::{BodyVelocity, Kinematics};
 use super::parameters::{Body, Dimensions, Ground, ParametersError, within};
 use super::path::{PathFollower, Pose, wrapped};
 use super::slip::{Slip, SlipModel};
-use crate::math::{Scalar, limit, max};
+use crate::math::{Scalar, limit, max, min};
 
 /// What the controller is told about its robot.
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -32,7 +32,7 @@ pub struct Observation {
     pub pitch: f32,
     /// See `pitch`.
     pub roll: f32,
-    /// Forward speed over the ground, m/s, if something measures it.
+    /// Forward speed over the ground, m/s, where something measured it since the observation before.
     pub measured_speed: Option<f32>,
 }
 
@@ -53,6 +53,9 @@ pub struct Controller {
     compensates_slip: bool,
     sprocket_limit: f32,
     slip: Slip,
+    /// Time since a speed was measured, s, and way of the belts in it, m.
+    unmeasured: f32,
+    way: [f32; 2],
     pose: Pose,
     velocity: BodyVelocity<f32>,
     path: PathFollower,
@@ -77,6 +80,8 @@ impl Controller {
             compensates_slip: *compensates_slip,
             sprocket_limit: within("sprocket limit", *sprocket_limit, [1e-2, 1e3])? as f32,
             slip: Slip::NONE,
+            unmeasured: 0.0,
+            way: [0.0; 2],
             pose: Pose::default(),
             velocity: STANDING,
             path: PathFollower::default(),
@@ -100,9 +105,16 @@ impl Controller {
         }
         let belts = [left, right].map(|rate| rate * self.kinematics.radius());
         if self.compensates_slip {
-            self.slip = self.slip_model.predict(pitch, roll);
+            self.slip = self
+                .slip_model
+                .predict(pitch, roll, belts[0] + belts[1] < 0.0);
+            self.unmeasured += period;
+            self.way = [0, 1].map(|side: usize| self.way[side] + belts[side] * period);
             if let Some(speed) = observation.measured_speed {
-                self.slip_model.learn(&self.slip, belts, speed, period);
+                let mean = self.way.map(|way| way / self.unmeasured);
+                let period = min(self.unmeasured, LONGEST_UNMEASURED);
+                self.slip_model.learn(&self.slip, mean, speed, period);
+                (self.unmeasured, self.way) = (0.0, [0.0; 2]);
             }
         }
         self.velocity = self
@@ -173,7 +185,11 @@ impl Controller {
     }
 }
 
-const STANDING: BodyVelocity<f32> = BodyVelocity {
+/// A measured speed stands for no more time than this, s.
+const LONGEST_UNMEASURED: f32 = 0.5;
+
+/// No motion.
+pub const STANDING: BodyVelocity<f32> = BodyVelocity {
     forward: 0.0,
     yaw_rate: 0.0,
 };

@@ -2,16 +2,18 @@
 
 use super::parameters::{Body, Dimensions, Ground, ParametersError, within};
 use super::soil::{Footprint, Soil};
-use crate::math::{Scalar, clamp, min};
+use crate::math::{Scalar, clamp, limit, max, min};
 
+/// A robot that stands on its end presses nowhere along its run.
+const LEAST_COSINE: f32 = 0.1;
 /// Gravity, m/s^2.
 const GRAVITY: f32 = 9.81;
 /// The estimate never leaves this range: a track that slips more is stuck, and turning it faster digs.
 const MAXIMUM_SLIP: f32 = 0.6;
 /// The correction stays within a third and three times what the soil model says.
 const CORRECTION: [f32; 2] = [1.0 / 3.0, 3.0];
-/// Time constant of the correction, s.
-const CORRECTION_TIME: f32 = 2.0;
+/// Time constant of the correction, s: a receiver's speed is off by some tenths of the robot's from fix to fix.
+const CORRECTION_TIME: f32 = 8.0;
 /// Predicted slip below which a measurement says little about the soil.
 const WEAK_SLIP: f32 = 0.03;
 /// Mean speed of the belts below which slip is not measured, m/s.
@@ -19,17 +21,17 @@ const SLOWEST: f32 = 0.03;
 
 /// Slip that the ground takes to bear the robot's weight along the slope.
 ///
-/// Each track bears half of the weight's part along the ground, forward and sideways; how it is pressed depends on the roll. The ground
-/// shears the same way in every direction, so slip points against the force. What turning and speeding up take is not modelled; the path
+/// Each track bears half of the weight's part along the ground, forward and sideways; how it is pressed depends on the roll, and along its
+/// run the pressure grows linearly to the lower end, as the moment of the weight asks for. The ground shears the same way in every direction, so slip points against the force. What turning and speeding up take is not modelled; the path
 /// follower makes up for its effect on the heading.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct SlipModel {
     soil: Soil<f32>,
     footprint: Footprint<f32>,
     weight: f32,
-    /// Height of the centre of gravity, and how far left it is, over the tracks' spacing.
-    lever: f32,
-    offset: f32,
+    /// Centre of gravity from the middle between the runs: forward, left, up, m.
+    cog: [f32; 3],
+    spacing: f32,
     /// Slip over what the model says.
     correction: f32,
 }
@@ -84,8 +86,7 @@ impl SlipModel {
         ground: &Ground,
     ) -> Result<Self, ParametersError> {
         const LENGTH: [f64; 2] = [1e-3, 10.0];
-        let (mass, [_, left, height]) = body.checked()?;
-        let spacing = within("track spacing", dimensions.track_spacing, LENGTH)? as f32;
+        let (mass, cog) = body.checked()?;
         Ok(Self {
             soil: Soil::new(ground)?,
             footprint: Footprint {
@@ -93,26 +94,33 @@ impl SlipModel {
                 length: within("contact length", dimensions.contact_length, LENGTH)? as f32,
             },
             weight: mass * GRAVITY,
-            lever: height / spacing,
-            offset: left / spacing,
+            cog,
+            spacing: within("track spacing", dimensions.track_spacing, LENGTH)? as f32,
             correction: 1.0,
         })
     }
 
-    /// Slip at this pitch (nose up) and roll (left side up), rad. Cost: twice [`Soil::slip_for`].
-    pub fn predict(&self, pitch: f32, roll: f32) -> Slip {
+    /// Slip at this pitch (nose up) and roll (left side up), rad, of belts that run forward or `backward`: the ground meets the track at
+    /// the end towards which it drives. Cost: twice [`Soil::slip_for`].
+    pub fn predict(&self, pitch: f32, roll: f32, backward: bool) -> Slip {
         let ((rise, along), (lean, upright)) = (Scalar::sin_cos(pitch), Scalar::sin_cos(roll));
         let half = 0.5 * self.weight;
         let (forward, leftward) = (half * upright * rise, half * lean);
         let force = Scalar::sqrt(forward * forward + leftward * leftward);
         let area = self.footprint.width * self.footprint.length;
         let utmost = self.soil.utmost_slip(&self.footprint);
+        let [cog_forward, cog_left, height] = self.cog;
+        // Where the pressure's resultant is: the ground's force passes through the centre of gravity.
+        let resultant = cog_forward - height * rise / max(along, LEAST_COSINE);
+        let behind = if backward { resultant } else { -resultant };
+        let shift = limit(6.0 * behind / self.footprint.length, 1.0);
         let mut beyond_traction = false;
         let [left, right] = [-1.0, 1.0].map(|right: f32| {
             // The side that is up carries less.
-            let share = (0.5 - right * self.offset) * upright * along + right * self.lever * lean;
+            let aside = height * lean - cog_left * upright * along;
+            let share = 0.5 * upright * along + right * aside / self.spacing;
             let pressure = self.weight * clamp(share, 0.0, 1.0) / area;
-            let slip = self.soil.slip_for(&self.footprint, pressure, force);
+            let slip = self.soil.slip_for(&self.footprint, pressure, shift, force);
             beyond_traction |= slip.is_err();
             min(slip.unwrap_or(utmost) * self.correction, MAXIMUM_SLIP)
         });
@@ -127,7 +135,7 @@ impl SlipModel {
 
     /// Learns from a forward speed that was measured over the ground while the belts ran at `belts` (all m/s) under `slip`.
     ///
-    /// Slow (2 s) and bounded: a wrong measurement can mislead the slip by a factor of three at most. Nothing is learnt where next to no
+    /// Slow (8 s) and bounded: a wrong measurement can mislead the slip by a factor of three at most. Nothing is learnt where next to no
     /// slip is expected, nor from belts that stand or turn on the spot.
     pub fn learn(&mut self, slip: &Slip, belts: [f32; 2], measured_speed: f32, period: f32) {
         let speed = 0.5 * (belts[0] + belts[1]);

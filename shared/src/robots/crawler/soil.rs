@@ -92,14 +92,21 @@ impl<S: Scalar> Soil<S> {
 
     /// Mean of [`Self::mobilised`] from 0 to `u`, not below zero: the integral of eq. 4 in closed form.
     fn mean_mobilised(&self, u: S) -> S {
+        self.moments_mobilised(u)[0]
+    }
+
+    /// Means of [`Self::mobilised`] from 0 to `u`, not below zero: by itself, and times the share of the way from 0 to `u`.
+    fn moments_mobilised(&self, u: S) -> [S; 2] {
         let (a, b) = (self.slow * u, self.fast * u);
-        // The second divided difference of e^-x at 0, a and b.
-        let difference = if b < S::from_f64(0.25) {
+        // Divided differences of e^-x: at 0, a and b, and minus the sum of those at 0, a, a, b and 0, a, b, b.
+        let differences = if b < S::from_f64(0.25) {
             series(a, b)
         } else {
-            (mean_decay(a) - (S::ONE - rise(a)) * mean_decay(b - a)) / b
+            let decay = (S::ONE - rise(a)) * mean_decay(b - a);
+            let mean = (mean_decay(a) - decay) / b;
+            [mean, (mean + decaying_distance(a) - decay) / b]
         };
-        self.peak * u * difference
+        differences.map(|difference| self.peak * u * difference)
     }
 
     /// Shear stress `tau_x`, Pa, under `pressure` (Pa) at `deformation` (`dl_x`, m); has the deformation's sign (eq. 6).
@@ -125,9 +132,12 @@ impl<S: Scalar> Soil<S> {
         self.utmost / (self.k1 * footprint.length)
     }
 
-    /// Slip at which one track bears `force` (N, either sign): the inverse of [`Self::driving_force`] up to its maximum.
+    /// Slip at which one track bears `force` (N, either sign): the inverse of [`Self::driving_force`] up to its maximum, for a pressure that
+    /// grows along the run, from `1 - shift` times its mean `pressure` where the ground meets the track to `1 + shift` times it at the
+    /// other end; `shift` is within +-1.
     ///
-    /// Worst error in `f32` 2e-6 of [`Self::utmost_slip`]. Cost: 24 evaluations of the force.
+    /// Worst error in `f32` 2e-6 of [`Self::utmost_slip`]. With a shift the ground bears a little more at another slip than that, which is
+    /// not used. Cost: 24 evaluations of the force.
     ///
     /// # Errors
     /// [`ParametersError::BeyondTraction`] if the ground bears less, or `force` is no number.
@@ -135,10 +145,17 @@ impl<S: Scalar> Soil<S> {
         &self,
         footprint: &Footprint<S>,
         pressure: S,
+        shift: S,
         force: S,
     ) -> Result<S, ParametersError> {
-        let bears = footprint.width * footprint.length * self.strength(pressure);
-        let most = bears * self.mean_mobilised(self.utmost);
+        let area = footprint.width * footprint.length;
+        let shifted = area * self.friction * pressure * shift;
+        let even = area * self.strength(pressure) - shifted;
+        let borne = |u| {
+            let [mean, moment] = self.moments_mobilised(u);
+            even * mean + (shifted + shifted) * moment
+        };
+        let most = borne(self.utmost);
         if !(force <= most && -force <= most) {
             return Err(ParametersError::BeyondTraction {
                 got: force.to_f64(),
@@ -146,9 +163,7 @@ impl<S: Scalar> Soil<S> {
             });
         }
         Ok(odd(force, |size| {
-            let u = bisect([S::ZERO, self.utmost], |u| {
-                bears * self.mean_mobilised(u) < size
-            });
+            let u = bisect([S::ZERO, self.utmost], |u| borne(u) < size);
             u / (self.k1 * footprint.length)
         }))
     }
@@ -176,18 +191,30 @@ fn bisect<S: Scalar>([mut low, mut high]: [S; 2], below: impl Fn(S) -> bool) -> 
     (low + high) * S::from_f64(0.5)
 }
 
-/// Divided difference of `e^-x` at 0, `a` and `b` (0 <= a <= b < 0.25): `sum over n of (-1)^n h_n(a, b) / (n + 2)!`, with `h_n` the
-/// sum of all products of `n` factors `a` or `b`.
-fn series<S: Scalar>(a: S, b: S) -> S {
-    let (mut products, mut power, mut sum) = (S::ONE, S::ONE, S::ZERO);
+/// Mean of `x e^-(a x)` for `x` from 0 to 1.
+fn decaying_distance<S: Scalar>(a: S) -> S {
+    if a >= S::from_f64(0.25) {
+        return (mean_decay(a) - (S::ONE - rise(a))) / a;
+    }
+    (0..10).rev().fold(S::ZERO, |rest, n| {
+        S::from_f64(1.0 / f64::from(n + 2)) - a * S::from_f64(1.0 / f64::from(n + 1)) * rest
+    })
+}
+
+/// The two divided differences of [`Soil::moments_mobilised`] (0 <= a <= b < 0.25): `sum over n of (-1)^n h_n(a, b) / (n + 2)!`, in
+/// the second times `(n + 2) / (n + 3)`, with `h_n` the sum of all products of `n` factors `a` or `b`.
+fn series<S: Scalar>(a: S, b: S) -> [S; 2] {
+    let (mut products, mut power) = (S::ONE, S::ONE);
+    let (mut mean, mut moment) = (S::ZERO, S::ZERO);
     let mut factor = 0.5;
     for n in 0..10 {
-        sum += S::from_f64(factor) * products;
+        mean += S::from_f64(factor) * products;
+        moment += S::from_f64(factor * f64::from(n + 2) / f64::from(n + 3)) * products;
         power = power * b;
         products = a * products + power;
         factor /= -f64::from(n + 3);
     }
-    sum
+    [mean, moment]
 }
 
 /// `acosh(x) / sqrt(x^2 - 1)` for `x` from 1 on, 1 at 1: the argument is halved until a short series of the inverse hyperbolic tangent

@@ -1,0 +1,132 @@
+//! The crawler's nodes: two axles and the guard.
+
+use super::{NodeSpec, Role};
+use crate::plant::Plant;
+use crate::plant::crawler::{Crawler, CrawlerParameters};
+use crate::scenario::{NodeName, Scenario, SlipCompensation, crawler};
+use tautrack::link::MotorModel;
+use tautrack::settings::Setting;
+
+/// The nodes in the order of the plant's motors, and the guard.
+pub const NODES: [(NodeName, u8); 3] = [
+    (NodeName::LeftTrack, 2),
+    (NodeName::RightTrack, 3),
+    (NodeName::Guard, 1),
+];
+
+/// The robot on the scenario's ground.
+pub fn plant(scenario: &Scenario, robot: &crawler::Crawler) -> Box<dyn Plant> {
+    let parameters = robot.parameters(scenario.friction);
+    let profile = scenario.terrain.profile();
+    Box::new(Crawler::new(&parameters, &profile, scenario.seed))
+}
+
+/// The nodes of the scenario's robot.
+pub fn nodes(scenario: &Scenario, robot: &crawler::Crawler) -> Vec<NodeSpec> {
+    let p = robot.parameters(scenario.friction);
+    NODES
+        .into_iter()
+        .map(|(name, id)| {
+            let is_guard = name == NodeName::Guard;
+            NodeSpec {
+                name,
+                role: if is_guard { Role::Guard } else { Role::Axle },
+                id,
+                settings: if is_guard {
+                    guard(scenario, robot, &p)
+                } else {
+                    axle(robot, &p)
+                },
+                motor: (!is_guard).then(|| motor(&p)),
+            }
+        })
+        .collect()
+}
+
+fn micro(metres: f64) -> i32 {
+    milli(metres * 1e3)
+}
+
+fn milli(value: f64) -> i32 {
+    (value * 1e3).round() as i32
+}
+
+/// Most that a sprocket turns, mrad/s: 0.56 m/s.
+const SPROCKET_LIMIT: i32 = 20_000;
+
+/// J = 0.051 (rotor) + 0.002 (half the robot's mass at the sprocket) kg m^2, T = 2.9 N m/A, w = 150 rad/s. Slip and curves ask for more
+/// acceleration of a sprocket than of the robot: twice.
+fn axle(robot: &crawler::Crawler, p: &CrawlerParameters) -> Vec<(Setting, i32)> {
+    let acceleration = 2.0 * robot.acceleration_mps2 / p.sprocket_radius;
+    vec![
+        (Setting::GearRatio, milli(p.gear_ratio)),
+        (Setting::VelocityLimit, SPROCKET_LIMIT),
+        (Setting::AccelerationLimit, milli(acceleration)),
+        (Setting::VelocityGain, 2_800),
+        (Setting::PositionBits, 16),
+    ]
+}
+
+fn guard(
+    scenario: &Scenario,
+    robot: &crawler::Crawler,
+    p: &CrawlerParameters,
+) -> Vec<(Setting, i32)> {
+    let soil = &robot.soil;
+    let mut values = vec![
+        (Setting::FilterActive, i32::from(scenario.guard)),
+        (Setting::GearRatio, milli(p.gear_ratio)),
+        (Setting::VelocityLimit, SPROCKET_LIMIT),
+        (Setting::PulleyRadius, micro(p.sprocket_radius)),
+        (Setting::TrackGauge, micro(p.track_spacing)),
+        (Setting::ContactLength, micro(p.contact_length)),
+        (Setting::TrackWidth, micro(p.track_width)),
+        (Setting::RobotMass, milli(p.mass)),
+        (Setting::CogHeight, micro(p.cog[2])),
+        (Setting::SoilCohesion, soil.cohesion_pa.round() as i32),
+        (
+            Setting::SoilFrictionAngle,
+            milli(soil.friction_deg.to_radians()),
+        ),
+        (Setting::SoilK1, milli(soil.k1_per_m)),
+        (Setting::SoilK2, milli(soil.k2)),
+        (
+            Setting::SlipCompensation,
+            match robot.slip_compensation {
+                SlipCompensation::None => 0,
+                SlipCompensation::Soil => 1,
+                SlipCompensation::Measured => 2,
+            },
+        ),
+        (Setting::DriveAcceleration, micro(robot.acceleration_mps2)),
+    ];
+    values.extend_from_slice(LEVELS);
+    values.extend_from_slice(super::SENSORS);
+    if let Some(payload) = robot.payload.as_ref().filter(|payload| payload.declared) {
+        values.extend(super::payload(payload));
+    }
+    values
+}
+
+/// Margins of a robot whose tracks are 127 mm long and 145 mm apart.
+const LEVELS: &[(Setting, i32)] = &[
+    (Setting::CautionMargin, 30_000),
+    (Setting::StopMargin, 20_000),
+    (Setting::TripMargin, 5_000),
+    (Setting::BandHysteresis, 3_000),
+];
+
+/// The paper names no motors: B2P2's, at the paper's gear.
+fn motor(p: &CrawlerParameters) -> MotorModel {
+    MotorModel {
+        resistance: 0.6,
+        inductance: 0.3e-3,
+        torque_constant: 0.04,
+        rotor_inertia: 1e-5,
+        gear_ratio: p.gear_ratio as f32,
+        friction_torque: 0.1,
+        encoder_counts: 4_096,
+        current_noise: 0.02,
+        current_quantum: 0.01,
+    }
+}

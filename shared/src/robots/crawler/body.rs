@@ -1,0 +1,205 @@
+//! The crawler under the guard: how it stands, what the operator's command becomes, and the rates of its sprockets.
+
+use super::controller::{Configuration, Controller, Observation, STANDING};
+use super::kinematics::BodyVelocity;
+use super::parameters::{Body as Masses, Dimensions, Ground, ParametersError};
+use super::shape::Shape;
+use crate::math::{Scalar, limit, to_i32};
+use crate::motor::profile::{Limits, SetPoint as Motion};
+use crate::robots::body::{Allowed, Asked, Body, DriveState, Goal, MAX_DRIVES, Phase};
+use crate::settings::{Setting, Settings};
+use crate::stability::attitude::Attitude;
+use crate::stability::support::Stance;
+use heapless::Vec;
+
+/// Radians per bit of a sprocket's position, 2^-16 turn.
+const RADIANS: f32 = core::f32::consts::TAU / 65_536.0;
+/// Steeper than this a speed along the level heading says nothing about the one along the robot.
+const LEAST_COSINE: f32 = 0.3;
+
+/// The tracked robot on soft ground under the guard.
+#[derive(Clone, Debug)]
+pub struct Crawler {
+    shape: Shape,
+    controller: Controller,
+    speed: Limits,
+    measures_speed: bool,
+
+    positions: Option<[i32; 2]>,
+    measured_speed: Option<f32>,
+    odometry_um: f32,
+    odometry_whole_um: i32,
+    /// Forward speed that is passed on; its position is not used.
+    forward: Motion,
+    sprockets: [f32; 2],
+}
+
+impl Body for Crawler {
+    type Refusal = ParametersError;
+
+    const STAGES: &'static [&'static str] = &["enabling"];
+    const ODOMETRY: &'static [usize] = &[0, 1];
+
+    fn new(settings: &Settings) -> Result<Self, ParametersError> {
+        let scaled = |setting, scale: f64| f64::from(settings.get(setting)) * scale;
+        let metres = |setting| scaled(setting, 1e-6);
+        let dimensions = Dimensions {
+            sprocket_radius: metres(Setting::PulleyRadius),
+            track_spacing: metres(Setting::TrackGauge),
+            contact_length: metres(Setting::ContactLength),
+            track_width: metres(Setting::TrackWidth),
+            gear_ratio: scaled(Setting::GearRatio, 1e-3),
+        };
+        let masses = Masses {
+            mass: scaled(Setting::RobotMass, 1e-3),
+            cog: [0.0, 0.0, metres(Setting::CogHeight)],
+        };
+        let payload = [
+            Setting::PayloadForward,
+            Setting::PayloadLeft,
+            Setting::PayloadUp,
+        ];
+        let masses = masses.loaded(scaled(Setting::PayloadMass, 1e-3), payload.map(metres));
+        let compensation = settings.get(Setting::SlipCompensation);
+        let controller = Controller::new(&Configuration {
+            dimensions,
+            body: masses,
+            ground: Ground {
+                cohesion: scaled(Setting::SoilCohesion, 1.0),
+                friction_angle: scaled(Setting::SoilFrictionAngle, 1e-3),
+                k1: scaled(Setting::SoilK1, 1e-3),
+                k2: scaled(Setting::SoilK2, 1e-3),
+            },
+            compensates_slip: compensation > 0,
+            sprocket_limit: scaled(Setting::VelocityLimit, 1e-3),
+        })?;
+        Ok(Self {
+            shape: Shape::new(&dimensions, &masses)?,
+            controller,
+            speed: Limits {
+                velocity: settings.scaled(Setting::SpeedLimit, 1e-6),
+                acceleration: settings.scaled(Setting::DriveAcceleration, 1e-6),
+            },
+            measures_speed: compensation > 1,
+            positions: None,
+            measured_speed: None,
+            odometry_um: 0.0,
+            odometry_whole_um: 0,
+            forward: Motion::default(),
+            sprockets: [0.0; 2],
+        })
+    }
+
+    fn drive_ids(settings: &Settings) -> Vec<u8, MAX_DRIVES> {
+        [Setting::LeftId, Setting::RightId]
+            .into_iter()
+            .map(|setting| settings.id(setting))
+            .collect()
+    }
+
+    fn hear_speed(&mut self, along_heading: f32, attitude: &Attitude) {
+        let (_, level) = Scalar::sin_cos(attitude.pitch().radians());
+        self.measured_speed =
+            (self.measures_speed && level > LEAST_COSINE).then(|| along_heading / level);
+    }
+
+    fn observe(&mut self, drives: &[DriveState], attitude: &Attitude, period: f32) {
+        let positions = [0, 1].map(|side: usize| drives[side].position);
+        let before = self.positions.replace(positions).unwrap_or(positions);
+        // From positions, not rates: their sum is exact.
+        let sprockets = [0, 1].map(|side: usize| {
+            positions[side].wrapping_sub(before[side]) as f32 * (RADIANS / period)
+        });
+        self.controller.observe(
+            &Observation {
+                sprockets,
+                heading: attitude.heading().radians(),
+                pitch: attitude.pitch().radians(),
+                roll: attitude.roll().radians(),
+                measured_speed: self.measured_speed.take(),
+            },
+            period,
+        );
+        // Whole micrometres leave the sum, so that it never grows coarse.
+        self.odometry_um += self.controller.velocity().forward * period * 1e6;
+        let whole = to_i32(self.odometry_um);
+        self.odometry_um -= whole as f32;
+        self.odometry_whole_um = self.odometry_whole_um.wrapping_add(whole);
+    }
+
+    fn stance(&self, attitude: &Attitude) -> Stance {
+        let axes = attitude.level_axes();
+        let shape = self.shape.turned(|point| axes.of(point));
+        Stance::on(shape.contacts, shape.cog)
+    }
+
+    fn stance_ahead(&self, _: &Asked, attitude: &Attitude, _: f32, _: f32) -> Stance {
+        self.stance(attitude)
+    }
+
+    fn rest(&mut self) {
+        self.forward = Motion::default();
+        // A path begins where the robot is.
+        self.sprockets = self.controller.command(STANDING, 0.0).sprockets;
+    }
+
+    fn advance(&mut self, asked: &Asked, allowed: Allowed, _: &Attitude, period: f32) {
+        let target = asked.forward * allowed.share;
+        let limits = Limits {
+            acceleration: if target > self.forward.velocity {
+                allowed.limits.forward
+            } else {
+                allowed.limits.backward
+            },
+            ..self.speed
+        };
+        self.forward.toward_velocity(target, limits, period);
+        let speed = self.forward.velocity;
+        // While it speeds up it is on the curve that was asked for already.
+        let yaw_rate = if asked.forward == 0.0 {
+            asked.yaw_rate * allowed.share
+        } else {
+            limit(
+                asked.yaw_rate * (speed / asked.forward),
+                asked.yaw_rate.abs(),
+            )
+        };
+        let velocity = BodyVelocity {
+            forward: speed,
+            yaw_rate,
+        };
+        self.sprockets = self.controller.command(velocity, period).sprockets;
+    }
+
+    fn first_stage(&self, _: &[DriveState]) -> u8 {
+        0
+    }
+
+    fn reached(&mut self, _: u8, drives: &[DriveState], _: u64) -> bool {
+        drives.iter().all(|drive| drive.enabled)
+    }
+
+    fn goal(&self, phase: Phase, drive: usize) -> Goal {
+        match phase {
+            Phase::Held => Goal::Hold,
+            Phase::Waking(_) => Goal::Velocity(0),
+            Phase::Armed => Goal::Velocity(to_i32(self.sprockets[drive] * 1e6)),
+        }
+    }
+
+    fn speed(&self) -> f32 {
+        self.forward.velocity
+    }
+
+    fn stopping_time(&self) -> f32 {
+        self.forward.velocity.abs() / self.speed.acceleration
+    }
+
+    fn posture(&self) -> i16 {
+        0
+    }
+
+    fn odometry_um(&self) -> i32 {
+        self.odometry_whole_um
+    }
+}
