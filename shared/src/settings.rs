@@ -199,6 +199,9 @@ settings! {
     /// What makes up for the slip of the tracks: 0 nothing, 1 the soil's model, 2 the model corrected by the satellite receiver's speed.
     SlipCompensation = 0x0087, "slip_compensation", "1", 0..=2, 1;
 
+    /// The first of a robot's drives, whose nodes are numbered one after the other.
+    FirstDriveId = 0x0090, "first_drive_id", "1", 1..=112, 2;
+
     /// Declination: how far magnetic north lies east of true north.
     Declination = 0x0060, "declination", "1e-3 degree", -180_000..=180_000, 0;
     /// Field of the robot's own magnets at the magnetometer, forward.

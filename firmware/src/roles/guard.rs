@@ -18,6 +18,7 @@ use tautrack::node::guard::{Guard, Inputs, Outputs, Telemetry};
 use tautrack::robots::Body;
 use tautrack::robots::b2p2::B2p2;
 use tautrack::robots::crawler::Crawler;
+use tautrack::robots::rt_mover::RtMover;
 use tautrack::settings::{Setting, Settings};
 use tautrack::units::Angle;
 
@@ -42,6 +43,8 @@ guards! {
     B2P2: B2p2;
     /// The tracked robot of Kurc and Szybicki.
     CRAWLER: Crawler;
+    /// The leg-wheel robot of Nakajima.
+    RT_MOVER: RtMover;
 }
 
 /// A guard whatever its robot.

@@ -59,6 +59,7 @@ fn settings(name: NodeName, scenario: &Scenario) -> Vec<(Setting, i32)> {
         NodeName::ChassisJoint => JOINT,
         NodeName::Screw => SCREW,
         NodeName::Guard => super::SENSORS,
+        _ => &[],
     });
     if name == NodeName::Guard {
         values.push((Setting::FilterActive, i32::from(scenario.guard)));
@@ -113,7 +114,7 @@ fn gear_milli(name: NodeName) -> Option<i32> {
         NodeName::LeftTrack | NodeName::RightTrack => Some(60_000),
         NodeName::ChassisJoint => Some(150_000),
         NodeName::Screw => Some(4_000),
-        NodeName::Guard => None,
+        _ => None,
     }
 }
 

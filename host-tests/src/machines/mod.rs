@@ -4,6 +4,7 @@
 
 pub mod b2p2;
 pub mod crawler;
+pub mod rt_mover;
 
 use crate::plant::Plant;
 use crate::scenario::{NodeName, Payload, Scenario};
@@ -20,6 +21,8 @@ pub enum Kind {
     B2p2,
     /// Two tracks on soft ground (Kurc and Szybicki)
     Crawler,
+    /// Four wheels on two arms that step (Nakajima)
+    RtMover,
 }
 
 impl Kind {
@@ -28,6 +31,7 @@ impl Kind {
         match self {
             Self::B2p2 => "guard",
             Self::Crawler => "guard_crawler",
+            Self::RtMover => "guard_rt_mover",
         }
     }
 
@@ -36,6 +40,7 @@ impl Kind {
         match self {
             Self::B2p2 => "staircase.toml",
             Self::Crawler => "crawler/slope.toml",
+            Self::RtMover => "rt-mover/step-10.toml",
         }
     }
 
@@ -44,6 +49,7 @@ impl Kind {
         match self {
             Self::B2p2 => robots::b2p2::B2p2::STAGES,
             Self::Crawler => robots::crawler::Crawler::STAGES,
+            Self::RtMover => robots::rt_mover::RtMover::STAGES,
         }
     }
 
@@ -52,6 +58,7 @@ impl Kind {
         match self {
             Self::B2p2 => &[],
             Self::Crawler => &["speed_over_ground_mps", "left_slip_1", "right_slip_1"],
+            Self::RtMover => &["front_left_height_m", "rear_right_height_m", "support_margin_m"],
         }
     }
 
@@ -61,6 +68,9 @@ impl Kind {
             Self::B2p2 => "",
             Self::Crawler => {
                 "Rates of sprockets and motors as Fig. 7, skid (sprocket's speed times slip) as Fig. 8 of Kurc and Szybicki, from the truth."
+            }
+            Self::RtMover => {
+                "Angles of the arms' shafts and heights of the wheels as Fig. 7 of Nakajima, and the margin over the wheels that carry load, from the truth."
             }
         }
     }
@@ -72,6 +82,10 @@ impl Kind {
             Self::Crawler => {
                 "Lengths, gear and equations come from Kurc and Szybicki, Kinematics of a Robot with Crawler Drive. The paper gives no masses, no track width and no soil: \
                  5 kg with the centre of gravity 45 mm high, tracks 40 mm wide and the soil of this run are assumed. Other values are another robot."
+            }
+            Self::RtMover => {
+                "Equations come from Nakajima, Kinematics for a Rough Terrain Mobile Robot to Climb up a Step; lengths from the published overall size. \
+                 Masses, the arms' drop, motors and gears are assumed. Other values are another robot."
             }
         }
     }
@@ -120,6 +134,11 @@ pub fn machine(scenario: &Scenario) -> Machine {
         (
             crawler::nodes(scenario, robot),
             crawler::plant(scenario, robot),
+        )
+    } else if let Some(robot) = &scenario.rt_mover {
+        (
+            rt_mover::nodes(scenario, robot),
+            rt_mover::plant(scenario, robot),
         )
     } else {
         (b2p2::nodes(scenario), b2p2::plant(scenario))

@@ -115,6 +115,8 @@ fn cyclic(roles: &[Role]) -> Vec<Cyclic> {
             }
             NodeName::ChassisJoint => ("axle", 0, NodeName::Guard.to_string(), sync_us),
             NodeName::Screw => ("screw", 0, NodeName::Guard.to_string(), sync_us),
+            // B2P2 has no others.
+            _ => continue,
         };
         let Some(role) = roles.iter().find(|known| known.name == role) else {
             continue;

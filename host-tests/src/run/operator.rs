@@ -1,6 +1,7 @@
 //! The operator: one more participant of the bus, who sees and uses nothing but the guard's public objects.
 
 use super::listener::View;
+use crate::machines::Kind;
 use crate::scenario::{Ask, BusView, Scenario, Script};
 use std::f64::consts::TAU;
 use tautrack::bus::pdo::{OperatorCommand, Payload, Request, receive};
@@ -18,6 +19,7 @@ pub struct Operator {
     theta: f64,
     sequence: u8,
     guard: u8,
+    kind: Kind,
 }
 
 impl Operator {
@@ -31,6 +33,7 @@ impl Operator {
             theta: 0.0,
             sequence: 0,
             guard,
+            kind: scenario.kind(),
         }
     }
 
@@ -67,6 +70,7 @@ impl Operator {
                     speed_mps: 0.0,
                     yaw_rate: 0.0,
                     theta: self.theta,
+                    step_m: 0.0,
                 }
             } else {
                 ask
@@ -74,7 +78,11 @@ impl Operator {
             let milli = |value: f64| (value * 1e3).round() as i16;
             command.forward = milli(ask.speed_mps);
             command.yaw_rate = milli(ask.yaw_rate);
-            command.posture = (ask.theta / TAU * 65_536.0).round() as i16;
+            command.posture = if self.kind == Kind::RtMover {
+                milli(ask.step_m)
+            } else {
+                (ask.theta / TAU * 65_536.0).round() as i16
+            };
         }
         Some(command.frame(receive(1), self.guard))
     }

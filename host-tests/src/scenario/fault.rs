@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-/// The five nodes of B2P2.
+/// The nodes of the robots.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum NodeName {
@@ -14,12 +14,30 @@ pub enum NodeName {
     ChassisJoint,
     /// The driving screw.
     Screw,
+    /// Motor of RT-Mover's front left wheel.
+    FrontLeftWheel,
+    /// Of its front right wheel.
+    FrontRightWheel,
+    /// Of its rear left wheel.
+    RearLeftWheel,
+    /// Of its rear right wheel.
+    RearRightWheel,
+    /// Steering shaft of its front arm.
+    FrontSteering,
+    /// Of its rear arm.
+    RearSteering,
+    /// Roll shaft of its front arm.
+    FrontRoll,
+    /// Of its rear arm.
+    RearRoll,
+    /// Pitch shaft under its seat.
+    SeatPitch,
     /// The guard.
     Guard,
 }
 
 impl NodeName {
-    /// All five.
+    /// The five of B2P2.
     pub const ALL: [Self; 5] = [
         Self::LeftTrack,
         Self::RightTrack,
@@ -35,6 +53,15 @@ impl NodeName {
             Self::RightTrack => "right_track",
             Self::ChassisJoint => "chassis_joint",
             Self::Screw => "screw",
+            Self::FrontLeftWheel => "front_left_wheel",
+            Self::FrontRightWheel => "front_right_wheel",
+            Self::RearLeftWheel => "rear_left_wheel",
+            Self::RearRightWheel => "rear_right_wheel",
+            Self::FrontSteering => "front_steering",
+            Self::RearSteering => "rear_steering",
+            Self::FrontRoll => "front_roll",
+            Self::RearRoll => "rear_roll",
+            Self::SeatPitch => "seat_pitch",
             Self::Guard => "guard",
         }
     }
