@@ -4,10 +4,13 @@ mod expectation;
 mod table;
 
 use crate::balance::{Balance, Figures};
+use crate::machines::Kind;
 use crate::record::{SAMPLE_HZ, Sample};
+use crate::report::channels::Channel;
 use crate::scenario::{NodeName, Scenario};
 use serde::Serialize;
 use sha2::{Digest, Sha256};
+use std::collections::BTreeMap;
 use std::path::Path;
 
 /// A robot counts as landed behind the last nose when it stays this level, rad.
@@ -18,6 +21,9 @@ const LEVEL_SAMPLES: usize = SAMPLE_HZ as usize / 2;
 const CLIMBING: f64 = 8.0 * std::f64::consts::PI / 180.0;
 /// Slower than this on average over the last second is standing still, m/s.
 const STANDING_MPS: f64 = 0.01;
+
+/// What a run comes to is its mean over the last so many seconds.
+pub const SETTLED_S: u32 = 5;
 
 /// What only the runner knows.
 #[derive(Clone, Debug, Default)]
@@ -107,14 +113,21 @@ pub struct Summary {
     pub realtime_factor: f64,
     /// Lockstep steps.
     pub steps: u64,
-    /// `|L + L2 + L3 - K|` by the plant's truth, from the first pitch above 8 degrees to the landing or the end.
-    pub tension_error_m: TensionError,
+    /// `|L + L2 + L3 - K|` by the plant's truth, from the first pitch above 8 degrees to the landing or the end; of B2P2 alone.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub tension_error_m: Option<TensionError>,
     /// Pitch by the plant's truth, degrees.
     pub pitch_deg: Range,
     /// Least horizontal distance from the rearmost contact to the centre of gravity, by the plant's truth, m.
     pub min_backward_margin_m: Option<f64>,
     /// How far the zero moment point went from the centre of gravity during the climb, as in Fig. 8 of Paillat et al.; absent without one.
     pub zero_moment_point: Option<Figures>,
+    /// What only this robot has, by name; the unit is in the name.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub channels: BTreeMap<&'static str, ChannelFigures>,
+    /// Those of them that are worth a line.
+    #[serde(skip)]
+    pub headlines: &'static [&'static str],
     /// What the guard did.
     pub guard: GuardFigures,
     /// How the bus fared.
@@ -143,6 +156,17 @@ pub struct Range {
     pub min: f64,
     /// Largest.
     pub max: f64,
+}
+
+/// One channel of [`crate::record::Truth::channels`].
+#[derive(Clone, Copy, Debug, Default, Serialize)]
+pub struct ChannelFigures {
+    /// Least.
+    pub min: f64,
+    /// Largest.
+    pub max: f64,
+    /// Mean over the last [`SETTLED_S`].
+    pub settled: f64,
 }
 
 /// What the guard did with the operator's commands.
@@ -174,6 +198,7 @@ impl Summary {
     pub fn new(scenario: &Scenario, facts: &RunFacts, samples: &[Sample]) -> Self {
         let landing = landing(scenario, samples);
         let climb = climb(scenario, samples);
+        let is_b2p2 = scenario.kind() == Kind::B2p2;
         let simulated_s = samples.last().map_or(0.0, |sample| sample.time_s);
         let loads = || samples.iter().map(|sample| sample.heard.bus_load);
         let mut summary = Self {
@@ -193,13 +218,17 @@ impl Summary {
                 0.0
             },
             steps: facts.steps,
-            tension_error_m: tension_error(&samples[climb]),
+            tension_error_m: is_b2p2.then(|| tension_error(&samples[climb])),
             pitch_deg: range(samples.iter().map(|sample| sample.truth.pitch.to_degrees())),
             min_backward_margin_m: samples
                 .iter()
                 .filter_map(|sample| sample.truth.backward_margin)
                 .reduce(f64::min),
-            zero_moment_point: Balance::new(scenario, samples).figures,
+            zero_moment_point: is_b2p2
+                .then(|| Balance::new(scenario, samples).figures)
+                .flatten(),
+            channels: channels(samples),
+            headlines: scenario.kind().headlines(),
             guard: guard_figures(samples.iter().map(|sample| sample.heard.verdict.as_str())),
             bus: BusFigures {
                 load_max: loads().fold(0.0, f64::max),
@@ -214,6 +243,12 @@ impl Summary {
         summary.unmet = summary.unmet_expectations(scenario);
         summary.expectation_met = summary.unmet.is_empty();
         summary
+    }
+
+    /// The channels that are worth a line, with what they are.
+    pub fn headlines(&self) -> impl Iterator<Item = (Channel, ChannelFigures)> {
+        let found = |name: &&str| Some((Channel::new(name), *self.channels.get(*name)?));
+        self.headlines.iter().filter_map(found)
     }
 }
 
@@ -271,6 +306,24 @@ pub fn percentile(sorted: &[f64], percent: usize) -> f64 {
         .or(sorted.last())
         .copied()
         .unwrap_or_default()
+}
+
+fn channels(samples: &[Sample]) -> BTreeMap<&'static str, ChannelFigures> {
+    let last = samples
+        .len()
+        .saturating_sub((SETTLED_S * SAMPLE_HZ) as usize);
+    let names = samples.first().map(|sample| sample.truth.channels.keys());
+    let of = |name: &'static str| {
+        let values = |from: usize| {
+            samples[from..]
+                .iter()
+                .filter_map(move |sample| sample.truth.channels.get(name).copied())
+        };
+        let Range { min, max } = range(values(0));
+        let settled = values(last).sum::<f64>() / values(last).count().max(1) as f64;
+        (name, ChannelFigures { min, max, settled })
+    };
+    names.into_iter().flatten().map(|name| of(name)).collect()
 }
 
 fn range(values: impl Iterator<Item = f64>) -> Range {

@@ -54,7 +54,7 @@ fn milli(value: f64) -> i32 {
 /// Most that a sprocket turns, mrad/s: 0.56 m/s.
 const SPROCKET_LIMIT: i32 = 20_000;
 
-/// J = 0.051 (rotor) + 0.002 (half the robot's mass at the sprocket) kg m^2, T = 2.9 N m/A, w = 150 rad/s. Slip and curves ask for more
+/// J = 0.051 (rotor) + 0.002 (half the robot's mass at the sprocket) kg m^2, T = 1.07 N m/A, w = 150 rad/s. Slip and curves ask for more
 /// acceleration of a sprocket than of the robot: twice.
 fn axle(robot: &crawler::Crawler, p: &CrawlerParameters) -> Vec<(Setting, i32)> {
     let acceleration = 2.0 * robot.acceleration_mps2 / p.sprocket_radius;
@@ -62,7 +62,8 @@ fn axle(robot: &crawler::Crawler, p: &CrawlerParameters) -> Vec<(Setting, i32)> 
         (Setting::GearRatio, milli(p.gear_ratio)),
         (Setting::VelocityLimit, SPROCKET_LIMIT),
         (Setting::AccelerationLimit, milli(acceleration)),
-        (Setting::VelocityGain, 2_800),
+        (Setting::VelocityGain, 7_400),
+        (Setting::TorqueConstant, 15_000),
         (Setting::PositionBits, 16),
     ]
 }
@@ -116,12 +117,12 @@ const LEVELS: &[(Setting, i32)] = &[
     (Setting::BandHysteresis, 3_000),
 ];
 
-/// The paper names no motors: B2P2's, at the paper's gear.
+/// The paper names no motors: B2P2's, wound for the speed that the paper's gear asks for (22 rad/s of a sprocket at 24 V without load).
 fn motor(p: &CrawlerParameters) -> MotorModel {
     MotorModel {
         resistance: 0.6,
         inductance: 0.3e-3,
-        torque_constant: 0.04,
+        torque_constant: 0.015,
         rotor_inertia: 1e-5,
         gear_ratio: p.gear_ratio as f32,
         friction_torque: 0.1,

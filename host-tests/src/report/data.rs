@@ -1,6 +1,8 @@
 //! Samples as columns of integers, each with the value of one: about a quarter of the size of rounded decimals.
 
+use super::channels;
 use crate::balance::{Balance, Moment, PAPER_PERCENT, length};
+use crate::machines::{self, Kind};
 use crate::record::Sample;
 use crate::scenario::Scenario;
 use crate::summary::{Summary, intervenes};
@@ -19,9 +21,6 @@ const COLUMNS: &[Column] = &[
     ("x", 1e-4, |s| Some(s.truth.axle_1[0])),
     ("z", 1e-4, |s| Some(s.truth.axle_1[2])),
     ("pitch", 0.01, |s| Some(s.truth.pitch.to_degrees())),
-    ("theta", 0.01, |s| Some(s.truth.theta.to_degrees())),
-    ("extension", 1e-4, |s| Some(s.truth.extension)),
-    ("tension", 0.01, |s| Some(s.truth.tension_error * 1e3)),
     ("cogX", 1e-3, |s| Some(s.truth.cog[0])),
     ("cogZ", 1e-3, |s| Some(s.truth.cog[2])),
     ("back", 1e-3, |s| s.truth.backward_margin),
@@ -37,6 +36,14 @@ const COLUMNS: &[Column] = &[
     ("askedSpeed", 1e-3, |s| Some(s.heard.asked_speed)),
     ("passedSpeed", 1e-3, |s| Some(s.heard.passed_speed)),
     ("speed", 1e-3, |s| Some(s.truth.ground_speed)),
+    ("busLoad", 0.1, |s| Some(s.heard.bus_load * 100.0)),
+];
+
+/// What only B2P2 has.
+const B2P2_COLUMNS: &[Column] = &[
+    ("theta", 0.01, |s| Some(s.truth.theta.to_degrees())),
+    ("extension", 1e-4, |s| Some(s.truth.extension)),
+    ("tension", 0.01, |s| Some(s.truth.tension_error * 1e3)),
     ("askedTheta", 0.01, |s| {
         Some(s.heard.asked_theta.to_degrees())
     }),
@@ -47,7 +54,6 @@ const COLUMNS: &[Column] = &[
     ("rightCurrent", 0.01, |s| s.heard.currents.get(1).copied()),
     ("chassisCurrent", 0.01, |s| s.heard.currents.get(2).copied()),
     ("screwCurrent", 0.01, |s| s.heard.currents.get(3).copied()),
-    ("busLoad", 0.1, |s| Some(s.heard.bus_load * 100.0)),
 ];
 
 type BalanceColumn = (&'static str, f64, fn(&Moment) -> Option<f64>);
@@ -70,19 +76,48 @@ pub(super) fn pack(scenario: &Scenario, summary: &Summary, samples: &[Sample]) -
     let column = |name: &str, one: f64, values: Vec<Option<i64>>| {
         (name.to_owned(), json!({ "one": one, "values": values }))
     };
-    let mut columns: Map<_, _> = COLUMNS
-        .iter()
-        .map(|(name, one, source)| {
-            let values = shown().map(|sample| quantise(source(sample), *one));
-            column(name, *one, values.collect())
-        })
-        .collect();
-    let balance = Balance::new(scenario, samples);
-    columns.extend(BALANCE_COLUMNS.iter().map(|(name, one, source)| {
-        let moments = balance.moments.iter().step_by(stride);
-        let values = moments.map(|moment| quantise(moment.as_ref().and_then(source), *one));
+    let source = |(name, one, source): &Column| {
+        let values = shown().map(|sample| quantise(source(sample), *one));
         column(name, *one, values.collect())
-    }));
+    };
+    let mut columns: Map<_, _> = COLUMNS.iter().map(source).collect();
+    let kind = scenario.kind();
+    let drawn = (kind != Kind::B2p2).then(|| machines::machine(scenario).plant.sketch());
+    let balance = if drawn.is_some() {
+        Balance::default()
+    } else {
+        columns.extend(B2P2_COLUMNS.iter().map(source));
+        Balance::new(scenario, samples)
+    };
+    if drawn.is_none() {
+        columns.extend(BALANCE_COLUMNS.iter().map(|(name, one, source)| {
+            let moments = balance.moments.iter().step_by(stride);
+            let values = moments.map(|moment| quantise(moment.as_ref().and_then(source), *one));
+            column(name, *one, values.collect())
+        }));
+    }
+    let sketch = drawn.as_ref().map(|sketch| {
+        let nodes: Vec<_> = summary.nodes.iter().map(|node| node.name.as_str()).collect();
+        let drives = &nodes[..nodes.len().saturating_sub(1)];
+        let shown: Vec<_> = shown().collect();
+        columns.extend(
+            channels::columns(&shown, drives.len())
+                .into_iter()
+                .map(|(name, one, values)| {
+                    let values = values.into_iter().map(|value| quantise(value, one));
+                    column(&name, one, values.collect())
+                }),
+        );
+        json!({
+            "circles": sketch.circles,
+            "lines": sketch.lines,
+            "points": shown.iter().map(|sample| flat(&sample.truth.points, 1e-3)).collect::<Vec<_>>(),
+            "plots": channels::plots(&shown, drives),
+            "figures": channels::figures(summary),
+            "note": kind.plots_note(),
+            "origin": kind.origin(),
+        })
+    });
     let areas: Vec<Value> = ["A1", "A2", "A3"]
         .iter()
         .zip(&balance.areas)
@@ -98,6 +133,13 @@ pub(super) fn pack(scenario: &Scenario, summary: &Summary, samples: &[Sample]) -
             (f64::min(least, x), f64::max(most, x))
         });
     let end = scenario.terrain.last_nose_m().unwrap_or(0.0).max(most_x) + 1.2;
+    let begin = least_x.min(0.0) - 0.6;
+    let terrain = match &drawn {
+        None => scenario.terrain.ground().section(begin, end),
+        Some(sketch) => clipped(&sketch.ground, begin, end),
+    };
+    // A small robot's contacts are near each other.
+    let contact_one = if drawn.is_some() { 1e-3 } else { 1e-2 };
     let (marks, marks_left_out) = marks(scenario, summary, samples);
     json!({
         "about": scenario.about,
@@ -106,19 +148,44 @@ pub(super) fn pack(scenario: &Scenario, summary: &Summary, samples: &[Sample]) -
         "robot": scenario.robot,
         "l1": scenario.parameters().l1,
         "l2": scenario.parameters().l2,
-        "terrain": scenario.terrain.ground().section(least_x.min(0.0) - 0.6, end),
+        "terrain": terrain,
+        "sketch": sketch,
         "summary": summary,
         "stride": stride,
         "columns": columns,
         "areas": areas,
         "length": length(&scenario.parameters()),
         "paperZmpPercent": PAPER_PERCENT,
-        "contacts": shown().map(contacts).collect::<Vec<_>>(),
+        "contactOne": contact_one,
+        "contacts": shown().map(|sample| contacts(sample, contact_one)).collect::<Vec<_>>(),
         "guardState": changes(shown().map(|sample| sample.heard.guard_state.as_str())),
         "verdict": changes(shown().map(|sample| sample.heard.verdict.as_str())),
         "marks": marks,
         "marksLeftOut": marks_left_out,
     })
+}
+
+/// The part of a line of points (x, z) with ascending x that is between two x.
+fn clipped(line: &[[f64; 2]], begin: f64, end: f64) -> Vec<[f64; 2]> {
+    let mut part = Vec::new();
+    for pair in line.windows(2) {
+        let [[x0, z0], [x1, z1]] = [pair[0], pair[1]];
+        let [from, to] = [x0.max(begin), x1.min(end)];
+        if from <= to {
+            let at = |x: f64| {
+                if x1 > x0 {
+                    z0 + (z1 - z0) * (x - x0) / (x1 - x0)
+                } else {
+                    z1
+                }
+            };
+            // A step up or down has two heights at one x.
+            let first = if x1 > x0 { at(from) } else { z0 };
+            part.extend([[from, first], [to, at(to)]]);
+        }
+    }
+    part.dedup();
+    part
 }
 
 /// In steps of `one`; what is not a number is absent.
@@ -128,18 +195,22 @@ fn quantise(value: Option<f64>, one: f64) -> Option<i64> {
         .map(|value| (value / one).round() as i64)
 }
 
-/// Contacts in the side view, x and z in centimetres one after the other; left and right fall together.
-fn contacts(sample: &Sample) -> Vec<i64> {
-    let in_cm = |metres: f64| (metres * 100.0).round() as i64;
-    let mut points: Vec<_> = sample
-        .truth
-        .contacts
-        .iter()
-        .map(|point| (in_cm(point[0]), in_cm(point[2])))
-        .collect();
+/// Contacts in the side view, in steps of `one` (m); left and right fall together.
+fn contacts(sample: &Sample, one: f64) -> Vec<i64> {
+    let places = flat(&sample.truth.contacts, one);
+    let mut points: Vec<_> = places.chunks_exact(2).collect();
     points.sort_unstable();
     points.dedup();
-    points.into_iter().flat_map(|(x, z)| [x, z]).collect()
+    points.concat()
+}
+
+/// x and z of places one after the other, in steps of `one` (m).
+fn flat(places: &[[f64; 3]], one: f64) -> Vec<i64> {
+    let steps = |metres: f64| (metres / one).round() as i64;
+    places
+        .iter()
+        .flat_map(|[x, _, z]| [steps(*x), steps(*z)])
+        .collect()
 }
 
 /// Index and new text wherever a text changes.

@@ -1,7 +1,8 @@
 //! `report.html`: one page that shows a run, without network, on a laptop or a phone.
 //!
-//! `data` packs the samples; the page draws them: `scene.js` the robot, `plots.js` the curves, `page.js` everything else.
+//! `data` packs the samples, [`channels`] those that only one robot has; the page draws them: `robots.js` the robot, `scene.js` what is around it, `plots.js` the curves, `page.js` everything else.
 
+pub mod channels;
 mod data;
 
 use crate::record::Sample;
@@ -18,6 +19,7 @@ pub fn html(scenario: &Scenario, summary: &Summary, samples: &[Sample]) -> Strin
     let parts = [
         ("{{title}}", title.as_str()),
         ("{{style}}", include_str!("page.css")),
+        ("{{robots}}", include_str!("robots.js")),
         ("{{scene}}", include_str!("scene.js")),
         ("{{plots}}", include_str!("plots.js")),
         ("{{page}}", include_str!("page.js")),

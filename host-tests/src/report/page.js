@@ -35,8 +35,11 @@ run.bands = run.verdict.flatMap(([from, text], i) => {
     if (below) { const sub = box.appendChild(document.createElement("dd")); sub.className = "sub"; sub.textContent = below; }
   };
   const { guard, bus, tension_error_m: belt, pitch_deg: pitch } = summary;
-  figure("Landing", summary.landing_time_s === null ? "none" : summary.landing_time_s.toFixed(2), summary.landing_time_s === null ? "" : "s", `of ${summary.simulated_s.toFixed(1)} s simulated`);
-  figure("Belt error, 99 %", (belt.p99 * 1e3).toFixed(2), "mm", `largest ${(belt.max * 1e3).toFixed(2)} mm`);
+  if (!run.sketch) figure("Landing", summary.landing_time_s === null ? "none" : summary.landing_time_s.toFixed(2), summary.landing_time_s === null ? "" : "s", `of ${summary.simulated_s.toFixed(1)} s simulated`);
+  if (belt) figure("Belt error, 99 %", (belt.p99 * 1e3).toFixed(2), "mm", `largest ${(belt.max * 1e3).toFixed(2)} mm`);
+  for (const [name, settled, unit, range] of run.sketch ? run.sketch.figures : []) {
+    figure(name, minus(settled.toFixed(3)), unit === "1" ? "" : unit, "mean of the last 5 s; " + range.map(value => minus(value.toFixed(3))).join(" to ") + " in all");
+  }
   figure("Steepest pitch", minus(pitch.max.toFixed(1)), "°", `lowest ${minus(pitch.min.toFixed(1))}°`);
   const margin = summary.min_backward_margin_m;
   figure("Least rear margin", margin === null ? "none" : minus((margin * 1e3).toFixed(0)), margin === null ? "" : "mm", "centre of gravity to rear contact");
@@ -50,6 +53,11 @@ run.bands = run.verdict.flatMap(([from, text], i) => {
   const place = height === 0 ? "on the line of axles 1 and 2" : `${Math.abs(height * 1e3).toFixed(0)} mm ${height > 0 ? "above" : "below"} the line of axles 1 and 2`;
   byId("assumed").textContent = `K = ${robot.k_m} m, pulleys of ${robot.pulley_radius_m} m radius, the centre of mass of body 1 ${place} (it stands for the battery), and a friction coefficient of ${run.friction}`
     + (robot.payload ? `, with a payload of ${robot.payload.mass_kg} kg` : "");
+  if (run.sketch) {
+    for (const part of document.querySelectorAll(".b2p2")) part.hidden = true;
+    byId("origin").textContent = run.sketch.origin;
+    byId("plots-note").textContent = run.sketch.note;
+  }
   byId("hash").textContent = `State hash ${summary.state_hash}, seed ${summary.seed}` + (run.stride > 1 ? `. Curves show every ${run.stride}th sample; run.mcap has them all.` : "");
 
   if (zmp) {
@@ -112,7 +120,7 @@ function show() {
   byId("clock").textContent = `${time.toFixed(1)} / ${end.toFixed(1)} s`;
   const verdict = textAt(run.verdict, index), state = textAt(run.guardState, index);
   byId("state").replaceChildren("Guard ", Object.assign(document.createElement("b"), { textContent: state || "silent" }), verdict ? `, command ${verdict}` : "");
-  byId("now").textContent = minus(`pitch ${at("pitch").toFixed(1)}°`) + " · " + minus(`chassis ${at("theta").toFixed(1)}°`) + ` · screw ${(at("extension") * 1e3).toFixed(0)} mm`;
+  byId("now").textContent = minus(`pitch ${at("pitch").toFixed(1)}°`) + (run.sketch ? " · " + minus(`${at("speed").toFixed(3)} m/s`) : " · " + minus(`chassis ${at("theta").toFixed(1)}°`) + ` · screw ${(at("extension") * 1e3).toFixed(0)} mm`);
 }
 function play(on) {
   playing = on;
@@ -128,7 +136,7 @@ function frame(now) {
 }
 const scene = makeScene(byId("view"), run);
 const plots = [
-  makePlots(byId("plots"), PLOTS, run, moment => seek(moment)),
+  makePlots(byId("plots"), run.sketch ? [...run.sketch.plots, ...PLOTS] : PLOTS, run, moment => seek(moment)),
   ...(summary.zero_moment_point ? [makePlots(byId("balance-plots"), BALANCE_PLOTS, run, moment => seek(moment))] : []),
 ];
 byId("scrub").max = end;

@@ -1,4 +1,4 @@
-// Curves over time with one shared cursor. A curve is drawn with the least and largest value of each pixel column.
+// Curves over time with one shared cursor. A plot of which the robot has not every curve is left out. A curve is drawn with the least and largest value of each pixel column.
 const PLOTS = [
   { title: "Pitch", unit: "°", curves: [["truth", "pitch"], ["guard's filter", "heardPitch", "dashed"]] },
   { title: "Centre of gravity to the edge of support", unit: "m", zero: true, curves: [["back, truth", "back"], ["back, guard", "guardBack", "dashed", 0], ["front, truth", "front", "", 1], ["front, guard", "guardFront", "dashed", 1]] },
@@ -24,7 +24,7 @@ function makePlots(host, wanted, run, seek) {
     for (const key in attributes) made.setAttribute(key, attributes[key]);
     return parent.appendChild(made);
   };
-  const digits = unit => ({ "°": 1, "%": 0, m: 3, mm: 2, "m/s": 2, A: 2, "% of length": 2 })[unit];
+  const digits = unit => ({ "°": 1, "%": 0, m: 3, mm: 2, "m/s": 2, A: 2, "% of length": 2, 1: 3 })[unit] ?? 2;
 
   function niceStep(range, count) {
     const rough = range / count, power = 10 ** Math.floor(Math.log10(rough));
@@ -36,7 +36,7 @@ function makePlots(host, wanted, run, seek) {
     return { lines, decimals: Math.max(0, -Math.floor(Math.log10(step) + 1e-9)) };
   }
 
-  const plots = wanted.map(plot => {
+  const plots = wanted.filter(plot => plot.curves.every(([, name]) => name in run.series)).map(plot => {
     const figure = host.appendChild(document.createElement("figure"));
     const caption = figure.appendChild(document.createElement("figcaption"));
     caption.innerHTML = `<strong>${plot.title} <span class="unit">${plot.unit}</span></strong>`;

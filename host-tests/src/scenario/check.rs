@@ -1,6 +1,8 @@
 //! Every bound of a scenario in one place.
 
-use super::{Description, Event, Fault, FaultKind, Payload, Problem, Robot, Scenario, Terrain, When};
+use super::{
+    Description, Event, Fault, FaultKind, Payload, Problem, Robot, Scenario, Terrain, When,
+};
 use crate::plant::b2p2::B2p2Parameters;
 use crate::plant::crawler::CrawlerParameters;
 use tautrack::robots::rt_mover::parameters::{BODY_LENGTH, WHEEL_RADIUS};
@@ -330,7 +332,13 @@ fn chassis(key: &str, angle_deg: f64) -> Result<(), Problem> {
 }
 
 /// Bounds included. A NaN or infinity is told apart, because its bound is not the point.
-pub(super) fn within(key: &str, got: f64, least: f64, most: f64, unit: &'static str) -> Result<(), Problem> {
+pub(super) fn within(
+    key: &str,
+    got: f64,
+    least: f64,
+    most: f64,
+    unit: &'static str,
+) -> Result<(), Problem> {
     let key = || key.to_owned();
     if !got.is_finite() {
         Err(Problem::NotFinite { key: key(), got })

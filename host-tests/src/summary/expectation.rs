@@ -48,9 +48,10 @@ impl Summary {
             ));
         }
         if let Some(bound) = expect.tension_error_below_m
-            && self.tension_error_m.max >= bound
+            && let Some(error) = self.tension_error_m
+            && error.max >= bound
         {
-            let got = self.tension_error_m.max * 1e3;
+            let got = error.max * 1e3;
             unmet.push(format!(
                 "The belt was off by {got:.2} mm; expected: less than {} mm.",
                 bound * 1e3

@@ -1,7 +1,8 @@
 //! The summary as the few lines that a terminal shows.
 
-use super::{NodeFacts, Summary};
+use super::{NodeFacts, SETTLED_S, Summary};
 use crate::balance::{Figures, PAPER_PERCENT};
+use crate::report::channels::Channel;
 use std::fmt;
 
 impl fmt::Display for Summary {
@@ -17,59 +18,78 @@ impl fmt::Display for Summary {
             .map_or("none".to_owned(), |margin| {
                 format!("{:.0} mm", margin * 1e3)
             });
-        let zero_moment_point = self.zero_moment_point.map_or("none".to_owned(), |figures| {
+        let belt = self.tension_error_m.map(|error| {
+            format!(
+                "p99 {:.2} mm, max {:.2} mm",
+                error.p99 * 1e3,
+                error.max * 1e3
+            )
+        });
+        let zero_moment_point = self.zero_moment_point.map(|figures| {
             let Figures { raw, smoothed } = figures;
             format!(
                 "mean {:.2} % of the length, peak {:.1} %; smoothed {:.2} %, {:.1} % (paper: mean {PAPER_PERCENT} %)",
                 raw.mean, raw.peak, smoothed.mean, smoothed.peak
             )
         });
+        // Of B2P2 alone.
+        let zero_moment_point = zero_moment_point.or(belt.as_ref().map(|_| "none".to_owned()));
         let rows = [
-            ("outcome", outcome),
+            ("outcome", Some(outcome)),
             (
                 "simulated",
-                format!(
+                Some(format!(
                     "{:.1} s in {:.1} s, {:.1} x real time",
                     self.simulated_s, self.wall_s, self.realtime_factor
-                ),
+                )),
             ),
-            ("nodes", boards(&self.nodes)),
-            (
-                "belt error",
-                format!(
-                    "p99 {:.2} mm, max {:.2} mm",
-                    self.tension_error_m.p99 * 1e3,
-                    self.tension_error_m.max * 1e3
-                ),
-            ),
+            ("nodes", Some(boards(&self.nodes))),
+            ("belt error", belt),
             (
                 "pitch",
-                format!("{:.1} to {:.1} deg", self.pitch_deg.min, self.pitch_deg.max),
+                Some(format!(
+                    "{:.1} to {:.1} deg",
+                    self.pitch_deg.min, self.pitch_deg.max
+                )),
             ),
-            ("least margin", format!("{margin} to the back")),
+            ("least margin", Some(format!("{margin} to the back"))),
             ("|ZMP - CoG|", zero_moment_point),
             (
                 "guard",
-                format!(
+                Some(format!(
                     "{} interventions, {} scaled, {} refused",
                     self.guard.interventions, self.guard.scaled, self.guard.refused
-                ),
+                )),
             ),
             (
                 "bus",
-                format!(
+                Some(format!(
                     "load {:.0} % mean, {:.0} % peak; {} frames, worst wait {:.2} ms",
                     self.bus.load_mean * 100.0,
                     self.bus.load_max * 100.0,
                     self.bus.frames,
                     self.bus.worst_latency_ms
-                ),
+                )),
             ),
-            ("state hash", self.state_hash.clone()),
+            ("state hash", Some(self.state_hash.clone())),
         ];
         writeln!(f, "{} (seed {})", self.scenario, self.seed)?;
         for (name, value) in rows {
-            writeln!(f, "  {name:<13} {value}")?;
+            if let Some(value) = value {
+                writeln!(f, "  {name:<13} {value}")?;
+            }
+        }
+        for (name, found) in self.headlines() {
+            let Channel { unit, .. } = name;
+            writeln!(
+                f,
+                "  {:<13} {}: {:.4} {unit} in the last {SETTLED_S} s, {:.4} to {:.4} in all",
+                "channel",
+                name.name(),
+                found.settled,
+                found.min,
+                found.max
+            )?;
         }
         for fault in &self.faults {
             let node = fault

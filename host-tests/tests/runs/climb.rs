@@ -10,8 +10,8 @@ fn five_emulated_nodes_climb_the_staircase_with_the_belt_taut() {
         summary.landed && !summary.toppled && summary.expectation_met,
         "{summary}"
     );
-    assert!(summary.tension_error_m.p99 <= 1.5e-3, "{summary}");
-    assert!(summary.tension_error_m.max <= 3.0e-3, "{summary}");
+    assert!(summary.tension_error_m.unwrap().p99 <= 1.5e-3, "{summary}");
+    assert!(summary.tension_error_m.unwrap().max <= 3.0e-3, "{summary}");
     assert!(
         summary.nodes.iter().all(|node| node.board == "mps2"),
         "{summary}"

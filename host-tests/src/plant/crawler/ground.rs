@@ -95,11 +95,13 @@ impl Ground {
     /// The ground's section at y = 0 as x and z, m, for a drawing.
     pub fn section(&self) -> Vec<[f64; 2]> {
         let top = |x: f64| {
-            let on = |plane: &Plane| {
-                (plane.offset - plane.normal.x * x) / plane.normal.z
-            };
+            let on = |plane: &Plane| (plane.offset - plane.normal.x * x) / plane.normal.z;
             let [first, second] = [on(&self.planes[0]), on(&self.planes[1])];
-            let ground = if self.valley == (first > second) { first } else { second };
+            let ground = if self.valley == (first > second) {
+                first
+            } else {
+                second
+            };
             match &self.plateau {
                 Some(plateau) if on(plateau) < ground => on(plateau),
                 _ => ground,

@@ -33,6 +33,8 @@ const SETTLING: (usize, f64) = (8_000, 0.98);
 /// Inclination from the ground from which the robot has turned over, rad: no centre of gravity is above an edge there any more.
 const TURNED_OVER: f64 = 75.0 * core::f64::consts::PI / 180.0;
 
+/// Speed of a belt below which it has no slip worth the name, m/s.
+const SLOWEST: f64 = 0.01;
 /// Names of what each track shows: rates of sprocket and motor, speed and share of its slip.
 const CHANNELS: [[&str; 4]; 2] = [
     [
@@ -158,7 +160,7 @@ impl Crawler {
         self.body.velocity_at(middle).dot(forward)
     }
 
-    /// Slip of left and right track by speeds, `1 - v / (r alpha)`; 0 for a belt that stands.
+    /// Slip of left and right track by speeds, `1 - v / (r alpha)`; 0 for a belt slower than 10 mm/s.
     pub fn slip(&self) -> [f64; 2] {
         let forward = self.body.rotation * Vector::X;
         [0, 1].map(|side: usize| {
@@ -166,7 +168,7 @@ impl Crawler {
             let middle = self
                 .body
                 .place(0.5 * (track.cell(0, 1.0) + track.cell(CELLS - 1, 1.0)));
-            if track.speed == 0.0 {
+            if track.speed.abs() < SLOWEST {
                 0.0
             } else {
                 1.0 - self.body.velocity_at(middle).dot(forward) / track.speed
@@ -298,7 +300,13 @@ impl Plant for Crawler {
         let r = self.parameters.sprocket_radius;
         Sketch {
             circles: vec![(0, r), (1, r)],
-            lines: vec![vec![2, 3], vec![4, 5], vec![6, 7, 8, 9, 6], vec![10, 6], vec![10, 7]],
+            lines: vec![
+                vec![2, 3],
+                vec![4, 5],
+                vec![6, 7, 8, 9, 6],
+                vec![10, 6],
+                vec![10, 7],
+            ],
             ground: self.ground.section(),
         }
     }

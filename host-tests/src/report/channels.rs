@@ -1,0 +1,142 @@
+//! A robot's own channels as plots: those that differ only in where on the robot they are share one.
+//!
+//! `front_left_load_n` is the curve "front left" of the plot "Load" in N: the last word is the unit, words of place name the curve.
+
+use crate::record::Sample;
+use crate::summary::{ChannelFigures, Summary};
+use serde_json::{Value, json};
+
+/// Words that say where on the robot a channel is.
+const PLACES: [&str; 5] = ["front", "rear", "middle", "left", "right"];
+
+/// A channel's name taken apart.
+pub struct Channel {
+    /// What it is.
+    pub title: String,
+    /// Where it is; empty when it is of the whole robot.
+    pub place: String,
+    /// Its unit as written on a page.
+    pub unit: &'static str,
+}
+
+impl Channel {
+    /// Of a name in [`crate::record::Truth::channels`].
+    pub fn new(name: &str) -> Self {
+        let (words, suffix) = name.rsplit_once('_').unwrap_or((name, ""));
+        let (places, words): (Vec<_>, Vec<_>) =
+            words.split('_').partition(|word| PLACES.contains(word));
+        let mut title = words.join(" ");
+        if let Some(first) = title.get_mut(..1) {
+            first.make_ascii_uppercase();
+        }
+        Self {
+            title,
+            place: places.join(" "),
+            unit: unit(suffix),
+        }
+    }
+}
+
+impl Channel {
+    /// What and where in one.
+    pub fn name(&self) -> String {
+        let comma = if self.place.is_empty() { "" } else { ", " };
+        format!("{}{comma}{}", self.title, self.place)
+    }
+}
+
+fn unit(suffix: &str) -> &'static str {
+    match suffix {
+        "m" => "m",
+        "mm" => "mm",
+        "mps" => "m/s",
+        "rad" => "rad",
+        "deg" => "°",
+        "radps" => "rad/s",
+        "n" => "N",
+        "nm" => "N m",
+        "a" => "A",
+        _ => "1",
+    }
+}
+
+/// A column of the page: name, value of one, values.
+pub type Column = (String, f64, Vec<Option<f64>>);
+
+fn names<'a>(samples: &[&'a Sample]) -> impl Iterator<Item = &'static str> + use<'a> {
+    let first = samples.first().copied();
+    first
+        .into_iter()
+        .flat_map(|sample| sample.truth.channels.keys().copied())
+}
+
+/// The channels and the currents of `drives` drives.
+pub fn columns(samples: &[&Sample], drives: usize) -> Vec<Column> {
+    let channels = names(samples).map(|name| {
+        let values = samples
+            .iter()
+            .map(|sample| sample.truth.channels.get(name).copied());
+        let values: Vec<_> = values.collect();
+        let largest = values
+            .iter()
+            .flatten()
+            .fold(1e-6, |most, value| f64::max(most, value.abs()));
+        // Four digits of the largest.
+        let one = 10.0_f64.powf(largest.log10().floor() - 4.0);
+        (name.to_owned(), one, values)
+    });
+    let currents = (0..drives).map(|drive| {
+        let values = samples
+            .iter()
+            .map(|sample| sample.heard.currents.get(drive).copied());
+        (current(drive), 0.01, values.collect())
+    });
+    channels.chain(currents).collect()
+}
+
+/// The plots of a robot's channels and of its drives' currents, as the page takes them.
+pub fn plots(samples: &[&Sample], drives: &[&str]) -> Vec<Value> {
+    let mut groups: Vec<(Channel, Vec<Value>)> = Vec::new();
+    for name in names(samples) {
+        let channel = Channel::new(name);
+        let label = if channel.place.is_empty() {
+            "truth"
+        } else {
+            &channel.place
+        };
+        let curve = json!([label, name]);
+        match groups
+            .iter_mut()
+            .find(|(first, _)| first.title == channel.title && first.unit == channel.unit)
+        {
+            Some((_, curves)) => curves.push(curve),
+            None => groups.push((channel, vec![curve])),
+        }
+    }
+    let mut plots: Vec<Value> = groups
+        .into_iter()
+        .map(
+            |(first, curves)| json!({ "title": first.title, "unit": first.unit, "curves": curves }),
+        )
+        .collect();
+    let currents = drives
+        .iter()
+        .enumerate()
+        .map(|(drive, name)| json!([name.replace('_', " "), current(drive)]))
+        .collect::<Vec<_>>();
+    plots.push(json!({ "title": "Motor currents", "unit": "A", "zero": true, "curves": currents }));
+    plots
+}
+
+fn current(drive: usize) -> String {
+    format!("current{drive}")
+}
+
+/// The summary's headlines as name, value, unit and range.
+pub fn figures(summary: &Summary) -> Vec<Value> {
+    let figure = |(channel, found): (Channel, ChannelFigures)| {
+        let range = [found.min, found.max];
+        json!([channel.name(), found.settled, channel.unit, range])
+    };
+    summary.headlines().map(figure).collect()
+}
