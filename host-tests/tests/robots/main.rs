@@ -1,6 +1,7 @@
 //! Whole runs of the other robots: node programs, bus, plant and operator together; one file per robot.
 
 mod crawler;
+mod rt_mover;
 
 use std::path::Path;
 use tautrack_host_tests::machines::Kind;
