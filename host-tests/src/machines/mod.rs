@@ -58,7 +58,11 @@ impl Kind {
         match self {
             Self::B2p2 => &[],
             Self::Crawler => &["speed_over_ground_mps", "left_slip_1", "right_slip_1"],
-            Self::RtMover => &["front_left_height_m", "rear_right_height_m", "support_margin_m"],
+            Self::RtMover => &[
+                "front_left_height_m",
+                "rear_right_height_m",
+                "support_margin_m",
+            ],
         }
     }
 

@@ -71,10 +71,11 @@ impl Robot {
     /// Builds the robot on the ground through the origin that `tilt` lays, its middle over the origin.
     pub fn build(world: &mut PhysicsWorld, p: &RtMoverParameters, tilt: Pose) -> Self {
         let (l, m) = (&p.lengths, &p.masses);
-        let start = tilt * Pose::from_parts(
-            Vector::Z * (l.arm_drop + l.wheel_radius),
-            turn(Vector::Z, p.initial_heading),
-        );
+        let start = tilt
+            * Pose::from_parts(
+                Vector::Z * (l.arm_drop + l.wheel_radius),
+                turn(Vector::Z, p.initial_heading),
+            );
         let mut body = |place: Vector, properties: MassProperties| {
             world.insert_body(
                 RigidBodyBuilder::dynamic()
@@ -83,8 +84,7 @@ impl Robot {
                     .can_sleep(false),
             )
         };
-        let centred =
-            |mass: f64, inertia: Vector| MassProperties::new(Vector::ZERO, mass, inertia);
+        let centred = |mass: f64, inertia: Vector| MassProperties::new(Vector::ZERO, mass, inertia);
         let pivots = [0.5, -0.5].map(|side| Vector::X * (side * l.body));
         let hub = |wheel: usize| {
             let left = if wheel.is_multiple_of(2) { 1.0 } else { -1.0 };
@@ -99,8 +99,7 @@ impl Robot {
             let [x, y, z] = box_inertia(mass, 0.05, 2.0 * l.half_arm, 0.05).to_array();
             Vector::new(x + STRUT, y + STRUT, z + STRUT)
         };
-        let yokes =
-            pivots.map(|pivot| body(pivot, centred(YOKE * m.arm, struts(YOKE * m.arm))));
+        let yokes = pivots.map(|pivot| body(pivot, centred(YOKE * m.arm, struts(YOKE * m.arm))));
         let rolled = (1.0 - YOKE) * m.arm;
         let arms = pivots.map(|pivot| body(pivot, centred(rolled, struts(rolled))));
         let disc = 0.5 * m.wheel * l.wheel_radius * l.wheel_radius;

@@ -79,9 +79,8 @@ impl RtMover {
         let lifted = self.gait.lifted();
         Stance {
             cog: level(cog(&self.parameters, shape), self.cog_left),
-            contacts: around.map(|wheel| {
-                (lifted != Some(wheel)).then(|| level(contacts[wheel as usize], 0.0))
-            }),
+            contacts: around
+                .map(|wheel| (lifted != Some(wheel)).then(|| level(contacts[wheel as usize], 0.0))),
         }
     }
 
@@ -108,8 +107,7 @@ fn loaded(settings: &Settings) -> (Masses, f32) {
     let metres = |setting| f64::from(settings.get(setting)) * 1e-6;
     let load = f64::from(settings.get(Setting::PayloadMass)) * 1e-3;
     let seat = MASSES.seat + load;
-    let mean =
-        |own: f64, setting| (MASSES.seat * own + load * metres(setting)) / seat;
+    let mean = |own: f64, setting| (MASSES.seat * own + load * metres(setting)) / seat;
     let masses = Masses {
         seat,
         seat_forward: mean(MASSES.seat_forward, Setting::PayloadForward),

@@ -192,10 +192,7 @@ impl Gait {
 
     /// Gives a gait up where it is; whatever is in the air stays there.
     pub fn hold(&mut self) {
-        if !matches!(
-            self.stage,
-            Stage::Standing | Stage::Arrived | Stage::Stuck
-        ) {
+        if !matches!(self.stage, Stage::Standing | Stage::Arrived | Stage::Stuck) {
             self.enter(Stage::Stuck);
         }
     }
