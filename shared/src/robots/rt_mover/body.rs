@@ -119,14 +119,18 @@ fn loaded(settings: &Settings) -> (Masses, f32) {
 }
 
 impl Body for RtMover {
-    type Refusal = ParametersError;
+    /// What no robot has like this. A name: digits of numbers would take 20 KiB of flash.
+    type Refusal = &'static str;
 
     const STAGES: &'static [&'static str] = &["referencing", "straightening"];
     const ODOMETRY: &'static [usize] = &[0, 1, 2, 3];
 
-    fn new(settings: &Settings) -> Result<Self, ParametersError> {
+    fn new(settings: &Settings) -> Result<Self, &'static str> {
         let (masses, cog_left) = loaded(settings);
-        let parameters = Parameters::new(&LENGTHS, &masses)?;
+        let parameters = Parameters::new(&LENGTHS, &masses).map_err(|error| match error {
+            ParametersError::OutOfRange { name, .. } => name,
+            ParametersError::SteeringLimit { .. } => "steering limit",
+        })?;
         Ok(Self {
             parameters,
             cog_left,
