@@ -117,7 +117,7 @@ impl Bench {
             frames: &frames,
             serial: &[],
         };
-        let outputs = self.guard.tick(&inputs);
+        let outputs = self.guard.tick(&inputs).clone();
         if !outputs.frames.is_empty() {
             self.sent = outputs.frames.to_vec();
         }

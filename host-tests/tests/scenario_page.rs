@@ -59,7 +59,7 @@ fn documented() -> BTreeSet<String> {
 #[test]
 fn every_example_is_a_good_scenario() {
     let examples = examples();
-    assert_eq!(examples.len(), 6);
+    assert_eq!(examples.len(), 7);
     for text in examples {
         Scenario::parse(&text, "example").unwrap_or_else(|error| panic!("{error}\n{text}"));
     }
@@ -84,6 +84,8 @@ fn every_key_that_the_parser_knows_has_a_row_and_an_example() {
         (2, "height_m", "nonsense = 1\nheight_m"),
         (3, "angle_deg", "nonsense = 1\nangle_deg"),
         (4, "foot_m", "nonsense = 1\nfoot_m"),
+        (6, "acceleration_mps2", "nonsense = 1\nacceleration_mps2"),
+        (6, "cohesion_pa", "nonsense = 1\ncohesion_pa"),
         (1, "k_m", "nonsense = 1\nk_m"),
         (1, "mass_kg", "nonsense = 1\nmass_kg"),
         (1, "chassis_rate_deg_s", "nonsense = 1\nchassis_rate_deg_s"),

@@ -114,7 +114,7 @@ fn point() -> impl Strategy<Value = [f32; 3]> {
 fn stance() -> impl Strategy<Value = Stance> {
     let contact = || proptest::option::weighted(0.8, point());
     ([contact(), contact(), contact(), contact()], point())
-        .prop_map(|(contacts, cog)| Stance { cog, contacts })
+        .prop_map(|(contacts, cog)| Stance::on_some(contacts, cog))
 }
 
 fn sensors() -> impl Strategy<Value = BodySensors> {

@@ -49,14 +49,19 @@ guards! {
 
 /// A guard whatever its robot.
 trait Tick {
-    fn tick(&mut self, inputs: &Inputs<'_>) -> Outputs;
+    fn tick(&mut self, inputs: &Inputs<'_>);
+    fn outputs(&self) -> &Outputs;
     fn telemetry(&self) -> Telemetry;
     fn estimator(&self) -> &Estimator;
 }
 
 impl<B: Body> Tick for Guard<B> {
-    fn tick(&mut self, inputs: &Inputs<'_>) -> Outputs {
-        Guard::tick(self, inputs)
+    fn tick(&mut self, inputs: &Inputs<'_>) {
+        Guard::tick(self, inputs);
+    }
+
+    fn outputs(&self) -> &Outputs {
+        Guard::outputs(self)
     }
 
     fn telemetry(&self) -> Telemetry {
@@ -113,7 +118,7 @@ async fn control(guard: &'static mut dyn Tick, node: u8) -> ! {
         }
         // An error is an empty pipe.
         let count = serial::RECEIVED.try_read(&mut bytes).unwrap_or(0);
-        let outputs = guard.tick(&Inputs {
+        guard.tick(&Inputs {
             now_us: Instant::now().as_micros(),
             body: Selected::body(),
             operator: OPERATOR
@@ -123,7 +128,8 @@ async fn control(guard: &'static mut dyn Tick, node: u8) -> ! {
             frames: &frames,
             serial: bytes.get(..count).unwrap_or(&[]),
         });
-        publish(&outputs);
+        let outputs = guard.outputs();
+        publish(outputs);
         if !outputs.frames.is_empty() {
             publish_balance(&guard.telemetry());
         }
@@ -134,7 +140,7 @@ async fn control(guard: &'static mut dyn Tick, node: u8) -> ! {
             crate::logger::warn!("fault {:#06x} of node {}", code, outputs.state.fault_node);
             bus::send(network::emergency(Emergency { node, code }));
         }
-        outputs.frames.into_iter().for_each(bus::send);
+        outputs.frames.iter().copied().for_each(bus::send);
     }
 }
 

@@ -38,6 +38,15 @@ impl Channel {
 }
 
 impl Channel {
+    /// The unit as it follows a number; nothing for a pure number.
+    pub fn suffix(&self) -> String {
+        if self.unit == "1" {
+            String::new()
+        } else {
+            format!(" {}", self.unit)
+        }
+    }
+
     /// What and where in one.
     pub fn name(&self) -> String {
         let comma = if self.place.is_empty() { "" } else { ", " };

@@ -7,7 +7,7 @@ for (const name in run.columns) {
 }
 const byId = id => document.getElementById(id);
 // The difference in percent of the robot's length.
-for (const name of ["zmpOff", "zmpOffSmoothed"]) run.series[name] = run.series[name].map(value => value === null ? null : value / run.length * 100);
+for (const name of ["zmpOff", "zmpOffSmoothed"]) if (run.series[name]) run.series[name] = run.series[name].map(value => value === null ? null : value / run.length * 100);
 const minus = text => text.replace("-", "−");
 const summary = run.summary, count = run.series.t.length;
 

@@ -48,8 +48,9 @@ function makeB2p2(run, element, set, line) {
 function makeSketch(run, element, set, line) {
   const { circles, lines, points } = run.sketch;
   const place = (index, number) => [points[index][2 * number] / 1000, points[index][2 * number + 1] / 1000];
-  const xs = (points[0] || []).filter((_, i) => i % 2 === 0).map(x => x / 1000);
-  const scale = xs.length ? Math.min(1.5, Math.max(0.2, Math.max(...xs) - Math.min(...xs))) : 1;
+  // The larger of length and height, with some air around.
+  const extents = [0, 1].map(axis => (points[0] || []).filter((_, i) => i % 2 === axis)).map(values => Math.max(...values) - Math.min(...values));
+  const scale = points.length ? Math.min(1.5, Math.max(0.2, 1.4e-3 * Math.max(...extents))) : 1;
   const wheels = circles.map(([, r]) => {
     const group = element("g", {});
     element("circle", { r, fill: "var(--inside)", stroke: "var(--belt)", "stroke-width": 0.012 * scale }, group);

@@ -1,4 +1,5 @@
-// The side view: terrain, robot, centre of gravity, contacts; drawn for a robot of about a metre, and for others by their `scale`. World metres, z up; SVG y points down.
+// The side view: terrain, robot, centre of gravity, contacts; drawn for a robot of about a metre, and for others by their `scale`.
+// World metres, z up; SVG y points down.
 function makeScene(svg, run) {
   const { terrain, contacts } = run;
   const element = (name, attributes, parent = svg) => {
@@ -12,9 +13,10 @@ function makeScene(svg, run) {
   const first = terrain[0], last = terrain[terrain.length - 1];
   const lowest = Math.min(...terrain.map(point => point[1])), highest = Math.max(...terrain.map(point => point[1]));
   element("polygon", { points: line([...terrain, [last[0], lowest - 9], [first[0], lowest - 9]]), fill: "var(--earth)" });
-  element("polyline", { points: line(terrain), fill: "none", stroke: "var(--earth-edge)", "stroke-width": 0.008 });
+  const edge = element("polyline", { points: line(terrain), fill: "none", stroke: "var(--earth-edge)" });
 
   const robot = (run.sketch ? makeSketch : makeB2p2)(run, element, set, line), k = robot.scale;
+  set(edge, { "stroke-width": 0.008 * k });
   const plumb = element("line", { stroke: "var(--c1)", "stroke-width": 0.006 * k, "stroke-dasharray": `${0.02 * k} ${0.014 * k}` });
   const touches = element("g", { fill: "var(--c0)" });
   const cog = element("g", {});

@@ -2,12 +2,11 @@
 
 use super::{NodeFacts, SETTLED_S, Summary};
 use crate::balance::{Figures, PAPER_PERCENT};
-use crate::report::channels::Channel;
 use std::fmt;
 
-impl fmt::Display for Summary {
-    /// The few lines that a terminal shows.
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+impl Summary {
+    /// Name and value of each line; absent where the robot has no such thing.
+    fn rows(&self) -> impl Iterator<Item = (&'static str, Option<String>)> {
         let outcome = match (self.toppled, self.landing_time_s) {
             (true, _) => "toppled".to_owned(),
             (false, Some(time)) => format!("landed at {time:.2} s"),
@@ -34,7 +33,7 @@ impl fmt::Display for Summary {
         });
         // Of B2P2 alone.
         let zero_moment_point = zero_moment_point.or(belt.as_ref().map(|_| "none".to_owned()));
-        let rows = [
+        [
             ("outcome", Some(outcome)),
             (
                 "simulated",
@@ -72,21 +71,28 @@ impl fmt::Display for Summary {
                 )),
             ),
             ("state hash", Some(self.state_hash.clone())),
-        ];
+        ]
+        .into_iter()
+    }
+}
+
+impl fmt::Display for Summary {
+    /// The few lines that a terminal shows.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(f, "{} (seed {})", self.scenario, self.seed)?;
-        for (name, value) in rows {
+        for (name, value) in self.rows() {
             if let Some(value) = value {
                 writeln!(f, "  {name:<13} {value}")?;
             }
         }
-        for (name, found) in self.headlines() {
-            let Channel { unit, .. } = name;
+        for (channel, found) in self.headlines() {
             writeln!(
                 f,
-                "  {:<13} {}: {:.4} {unit} in the last {SETTLED_S} s, {:.4} to {:.4} in all",
+                "  {:<13} {}: {:.4}{} in the last {SETTLED_S} s, {:.4} to {:.4} in all",
                 "channel",
-                name.name(),
+                channel.name(),
                 found.settled,
+                channel.suffix(),
                 found.min,
                 found.max
             )?;

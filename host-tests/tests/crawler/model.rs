@@ -285,6 +285,41 @@ fn a_belt_without_slip_rests_on_the_ground() {
     assert!((side.speed - 0.15 * 2f64.sqrt()).abs() < 1e-16 && (side.across - 0.15).abs() < 1e-16);
 }
 
+/// Force of the slip that was found, summed over 20000 strips under a pressure that grows along the run.
+#[test]
+fn slip_under_a_shifted_load_bears_the_force() {
+    let mut state = 5;
+    let footprint = Footprint {
+        width: 0.04,
+        length: 0.127,
+    };
+    let (mut worst, mut tried) = (0.0f64, 0);
+    for _ in 0..200 {
+        let soil = Soil::<f64>::new(&some_ground(&mut state)).unwrap();
+        let pressure = between(&mut state, [1e3, 1e4]);
+        let shift = between(&mut state, [-1.0, 1.0]);
+        let even = soil.driving_force(&footprint, pressure, soil.utmost_slip(&footprint));
+        let force = between(&mut state, [0.1, 0.8]) * even;
+        let Ok(slip) = soil.slip_for(&footprint, pressure, shift, force) else {
+            continue;
+        };
+        tried += 1;
+        let strips = 20_000;
+        let strip = footprint.length / f64::from(strips);
+        let borne: f64 = (0..strips)
+            .map(|number| {
+                let along = (f64::from(number) + 0.5) / f64::from(strips);
+                let here = pressure * (1.0 + shift * (2.0 * along - 1.0));
+                let stress = soil.shear_stress(here, slip * along * footprint.length);
+                stress * footprint.width * strip
+            })
+            .sum();
+        worst = worst.max((borne - force).abs() / even);
+    }
+    println!("{worst:.1e} of the greatest force, {tried} grounds");
+    assert!(worst < 1e-5 && tried > 100, "{worst:e} {tried}");
+}
+
 /// The assumed soil and masses meet the paper's slip on the paper's slope.
 #[test]
 fn assumed_soil_makes_the_robot_slip_as_the_paper_s_grousers_do() {

@@ -172,6 +172,7 @@ impl Reader {
 }
 
 /// `text` stands between `$` and the end of the line. Nothing for a good sentence of another kind.
+#[inline(never)]
 fn parse(text: &[u8]) -> Result<Option<Sentence>, Refusal> {
     let star = text.iter().rposition(|byte| *byte == b'*');
     let parts = star.and_then(|star| text.split_at_checked(star));
@@ -200,6 +201,7 @@ fn parse(text: &[u8]) -> Result<Option<Sentence>, Refusal> {
     }
 }
 
+#[inline(never)]
 fn gga(fields: &Fields) -> Result<Gga, Refusal> {
     let quality = fields.required(6, |text| match text {
         [digit @ b'0'..=b'8'] => Some(digit - b'0'),
@@ -223,6 +225,7 @@ fn gga(fields: &Fields) -> Result<Gga, Refusal> {
     })
 }
 
+#[inline(never)]
 fn rmc(fields: &Fields) -> Result<Rmc, Refusal> {
     let valid = fields.required(2, |text| match text {
         b"A" => Some(true),
@@ -234,8 +237,8 @@ fn rmc(fields: &Fields) -> Result<Rmc, Refusal> {
         place: if valid { Some(fields.place(3)?) } else { None },
         speed_mm_s: fields.optional(7, |text| {
             // A knot is 1852 m/h.
-            let knots_e3 = u64::try_from(decimal(text, 3)?).ok()?;
-            u32::try_from(knots_e3 * 463 / 900).ok()
+            let knots_e3 = u32::try_from(decimal(text, 3)?).ok()?;
+            Some(knots_e3.checked_mul(463)? / 900)
         })?,
         course: fields.optional(8, |text| {
             let course = u16::try_from(decimal(text, 2)?).ok()?;
@@ -248,6 +251,7 @@ fn rmc(fields: &Fields) -> Result<Rmc, Refusal> {
 struct Fields<'a>(&'a [u8]);
 
 impl<'a> Fields<'a> {
+    #[inline(never)]
     fn text(&self, number: u8) -> Result<&'a [u8], Refusal> {
         let mut fields = self.0.split(|byte| *byte == b',');
         fields
@@ -271,6 +275,7 @@ impl<'a> Fields<'a> {
     }
 
     /// Latitude, its hemisphere, longitude, its hemisphere, from field `first` on.
+    #[inline(never)]
     fn place(&self, first: u8) -> Result<Place, Refusal> {
         let side = |number, positive: u8, negative: u8| {
             self.required(number, |text| match text {
@@ -289,11 +294,13 @@ impl<'a> Fields<'a> {
 }
 
 /// Value of a hexadecimal digit.
+#[inline(never)]
 fn hexadecimal(digit: u8) -> Option<u8> {
     (digit as char).to_digit(16).map(|value| value as u8)
 }
 
 /// Digits with an optional sign and fraction, in 10^-`places`; further decimals are rounded.
+#[inline(never)]
 fn decimal(text: &[u8], places: u32) -> Option<i32> {
     let (negative, digits) = match text {
         [b'-', rest @ ..] => (true, rest),
@@ -321,11 +328,13 @@ fn decimal(text: &[u8], places: u32) -> Option<i32> {
     i32::try_from(if negative { -value } else { value }).ok()
 }
 
+#[inline(never)]
 fn digit_value(digit: u8) -> Option<i64> {
     digit.is_ascii_digit().then(|| i64::from(digit - b'0'))
 }
 
 /// Degrees in `wide` digits, minutes in two, and the minutes' fraction: 1e-7 degree, rounded.
+#[inline(never)]
 fn degrees(text: &[u8], wide: usize, most: i32) -> Option<i32> {
     let (degrees, minutes) = text.split_at_checked(wide)?;
     let &[b'0'..=b'5', b'0'..=b'9', ref fraction @ ..] = minutes else {
@@ -339,6 +348,7 @@ fn degrees(text: &[u8], wide: usize, most: i32) -> Option<i32> {
 }
 
 /// `hhmmss` with an optional fraction as ms of the day.
+#[inline(never)]
 fn time(text: &[u8]) -> Option<u32> {
     let (hours, rest) = text.split_at_checked(2)?;
     let (minutes, seconds) = rest.split_at_checked(2)?;

@@ -64,9 +64,7 @@ impl Plane {
         const EQUATOR: f32 = 6_378_137.0;
         const ECCENTRICITY_SQUARED: f32 = 0.006_694_38;
         const RADIANS: f32 = (core::f64::consts::PI / 1.8e9) as f32;
-        // A turn is 3.6e9 units, so the quotient fits.
-        let latitude =
-            Angle::from_bits(((i64::from(origin.latitude) << 32) / 3_600_000_000) as i32);
+        let latitude = Angle::from_radians(origin.latitude as f32 * RADIANS);
         let (sine, cosine) = sin_cos(latitude);
         let root = 1.0 - ECCENTRICITY_SQUARED * sine * sine;
         let across = EQUATOR / sqrt(root);

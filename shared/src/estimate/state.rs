@@ -38,7 +38,7 @@ pub enum Validity {
 pub struct Reading {
     /// m or rad; 0 while invalid.
     pub value: f32,
-    /// Time since the last measurement, ms; saturates, 0 while invalid.
+    /// Time since the last measurement, ms; saturates after 71 minutes, 0 while invalid.
     pub age_ms: u32,
     /// What it is worth.
     pub validity: Validity,
@@ -59,7 +59,8 @@ impl Reading {
         let age_us = now_us.saturating_sub(measured_us);
         Self {
             value,
-            age_ms: u32::try_from(age_us / 1_000).unwrap_or(u32::MAX),
+            // 32 bits of microseconds are more than an hour, and divide in one instruction.
+            age_ms: u32::try_from(age_us).unwrap_or(u32::MAX) / 1_000,
             validity: if age_us <= timeout_us {
                 Validity::Measured
             } else if reckoned {

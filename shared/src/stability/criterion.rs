@@ -8,7 +8,7 @@
 
 use super::attitude::LevelAxes;
 use super::parameters::Parameters;
-use super::support::{NO_EDGE, Stance};
+use super::support::Stance;
 use crate::math::vector::{Vector, dot, scale, sub};
 use crate::math::{max, root_of_sum};
 
@@ -94,6 +94,7 @@ impl Criterion {
     ///
     /// Total. Every margin is always computed, whichever counts, so that the cost does not depend on it. Edges that are not there have the margins
     /// of [`Stance::margins`].
+    #[inline(never)]
     pub fn evaluate(
         &mut self,
         stance: &Stance,
@@ -104,40 +105,27 @@ impl Criterion {
         let widening = parameters.uncertainty.widening();
         let lean = [force[0] / force[2], force[1] / force[2]];
         let unsure = widening * (lean[0].abs() + lean[1].abs());
-        let missing = if stance.contacts.iter().any(Option::is_some) {
-            NO_EDGE
-        } else {
-            -NO_EDGE
-        };
+        let missing = stance.missing();
         let mut found = Evaluation {
             gravity: [missing; 4],
             ..Evaluation::default()
         };
         let (mut with_force, mut shift, mut height) = ([missing; 4], 0.0_f32, 0.0_f32);
-        for (edge, ends) in stance.edges() {
+        for (edge, there, ends) in stance.edges() {
+            if !there {
+                continue;
+            }
             let index = edge as usize;
-            let (margin, lever) = straight_down(ends, stance.cog);
-            let across = lever[0] * lean[0] + lever[1] * lean[1];
-            let square = lever[0] * lever[0] + lever[1] * lever[1];
-            let distance = root_of_sum(square + margin * margin);
-            // A height that is no number leaves no margin either.
-            let margin = if distance.is_finite() {
-                margin
+            let weighed = weigh(ends, stance.cog, force, lean, unsure, parameters);
+            found.gravity[index] = weighed.gravity - widening;
+            found.levers[index] = weighed.lever;
+            with_force[index] = weighed.with_force - widening;
+            shift = max(shift, weighed.shift);
+            height = if weighed.height > height {
+                weighed.height
             } else {
-                f32::NAN
+                height
             };
-            let along = margin + across - unsure;
-            let by_angle =
-                parameters.stop + arm(ends, force, along, distance * parameters.stop_sine);
-            found.gravity[index] = margin - widening;
-            found.levers[index] = lever;
-            let narrow = if along < margin { along } else { margin };
-            let narrow = if by_angle < narrow { by_angle } else { narrow };
-            // The sum is no number if any of the three is none.
-            let known = (margin + along + by_angle).is_finite();
-            with_force[index] = if known { narrow - widening } else { f32::NAN };
-            shift = max(shift, across.abs());
-            height = if square > height { square } else { height };
         }
         let critical = stopping_speed(parameters.stop, root_of_sum(height) + widening);
         // A hysteresis of a tenth in speed and a half in shift; false for NaN.
@@ -157,13 +145,60 @@ impl Criterion {
     }
 }
 
+/// What one edge says.
+struct Weighed {
+    /// Margins without the uncertainty taken off, m.
+    gravity: f32,
+    with_force: f32,
+    lever: [f32; 2],
+    /// How far the force shifts the margin, m.
+    shift: f32,
+    /// Square of the height over the edge, m^2.
+    height: f32,
+}
+
+/// Weighs one edge. Not inlined: four copies of it would not fit into the registers.
+#[inline(never)]
+fn weigh(
+    ends: [&Vector<f32>; 2],
+    cog: Vector<f32>,
+    force: Vector<f32>,
+    lean: [f32; 2],
+    unsure: f32,
+    parameters: &Parameters,
+) -> Weighed {
+    let (margin, lever) = straight_down(ends, cog);
+    let across = lever[0] * lean[0] + lever[1] * lean[1];
+    let height = lever[0] * lever[0] + lever[1] * lever[1];
+    let distance = root_of_sum(height + margin * margin);
+    // A height that is no number leaves no margin either.
+    let margin = if distance.is_finite() {
+        margin
+    } else {
+        f32::NAN
+    };
+    let along = margin + across - unsure;
+    let by_angle = parameters.stop + arm(ends, force, along, distance * parameters.stop_sine);
+    let narrow = if along < margin { along } else { margin };
+    let narrow = if by_angle < narrow { by_angle } else { narrow };
+    // The sum is no number if any of the three is none.
+    let known = (margin + along + by_angle).is_finite();
+    Weighed {
+        gravity: margin,
+        with_force: if known { narrow } else { f32::NAN },
+        lever,
+        shift: across.abs(),
+        height,
+    }
+}
+
 /// Signed distance of `cog` to an edge, m, and what it gains with each `g` forward and to the left: the height over the edge, across it.
 ///
 /// The moment of the specific force `s` about the edge over its upward part, `((cog - from) x s) . e / (s_z |e|)`, which is linear in `s_x / s_z` and
 /// `s_y / s_z`. An edge shorter than a millimetre has no direction; the margin is then minus the distance to it.
 #[inline]
-fn straight_down([from, to]: [Vector<f32>; 2], cog: Vector<f32>) -> (f32, [f32; 2]) {
-    let (edge, offset) = (sub(to, from), sub(cog, from));
+fn straight_down([from, to]: [&Vector<f32>; 2], cog: Vector<f32>) -> (f32, [f32; 2]) {
+    let (edge, offset) = (sub(*to, *from), sub(cog, *from));
     let square = |v: Vector<f32>| v[0] * v[0] + v[1] * v[1];
     let length = square(edge);
     let (across, length) = if length < MIN_LENGTH * MIN_LENGTH {
@@ -185,8 +220,8 @@ fn straight_down([from, to]: [Vector<f32>; 2], cog: Vector<f32>) -> (f32, [f32; 
 /// `along` is the margin along the force, `least` what `|l| sin(nu_stop)` is on a level edge. On a sloping one, `|l|` is shorter by the cosine of the
 /// slope, and only the part `f*` of the force across the edge turns about it.
 #[inline]
-fn arm([from, to]: [Vector<f32>; 2], force: Vector<f32>, along: f32, least: f32) -> f32 {
-    let edge = sub(to, from);
+fn arm([from, to]: [&Vector<f32>; 2], force: Vector<f32>, along: f32, least: f32) -> f32 {
+    let edge = sub(*to, *from);
     let square = dot(edge, edge);
     let level = square - edge[2] * edge[2];
     let slope = root_of_sum(max(level, 0.0) / square);
@@ -283,8 +318,8 @@ mod tests {
             let cog = [0.1 + 1e-3 * step as f32, 0.02, 0.15];
             let stance = Stance::on(SUPPORT, cog);
             let found = Criterion::default().evaluate(&stance, LEVEL, 9.0, &parameters);
-            let (_, ends) = stance.edges().last().expect("a rear edge");
-            let [angle, _] = tipover::angles(&ends, cog, [0.0, 0.0, -GRAVITY], [0.0; 3]);
+            let (_, _, [from, to]) = stance.edges().last().expect("a rear edge");
+            let [angle, _] = tipover::angles(&[*from, *to], cog, [0.0, 0.0, -GRAVITY], [0.0; 3]);
             assert_eq!(
                 angle > 0.7,
                 found.margins[0] > parameters.stop,

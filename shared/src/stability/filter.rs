@@ -140,7 +140,7 @@ pub struct Margins {
 #[derive(Clone, Debug, Default)]
 pub struct Tracker {
     margins: Option<Margins>,
-    contacts: [bool; 4],
+    standing: [bool; 4],
 }
 
 impl Tracker {
@@ -149,11 +149,12 @@ impl Tracker {
 
     /// Takes the margins of a stance `period` s after the evaluation before, and the forward speed that was passed on, m/s. The rates begin anew when other
     /// wheels stand than before. A rate from or to a margin that is no number is zero: it does not outlive it.
+    #[inline(never)]
     pub fn update(&mut self, stance: &Stance, now: [f32; 4], speed: f32, period: f32) -> Margins {
         let share = period / (Self::RATE_TIME + period);
-        let contacts = stance.contacts.map(|contact| contact.is_some());
-        let same = self.contacts == contacts;
-        self.contacts = contacts;
+        let standing = stance.standing();
+        let same = self.standing == standing;
+        self.standing = standing;
         let before = self.margins.filter(|_| same).unwrap_or(Margins {
             now,
             rate: [0.0; 4],

@@ -161,30 +161,34 @@ impl Parameters {
                 caution: self.caution,
             });
         }
-        let corners = || stance.contacts.iter().flatten();
-        let mut numbers = corners().chain([&stance.cog]).flatten();
-        if !numbers.all(|value| value.is_finite()) {
+        let mut numbers = stance.contacts().chain([stance.cog]).flatten();
+        if !numbers.all(f32::is_finite) {
             return Err(Refusal::NotFinite);
         }
         let widening = self.uncertainty.widening();
         let mut bearable = f32::INFINITY;
-        if corners().next().is_none() {
+        if stance.contacts().next().is_none() {
             return Err(Refusal::NoSupport);
         }
-        for (edge, [from, to]) in stance.edges() {
+        for (edge, there, [from, to]) in stance.edges() {
+            if !there {
+                continue;
+            }
             let along = [to[0] - from[0], to[1] - from[1]];
             let length = crate::math::sqrt(along[0] * along[0] + along[1] * along[1]);
             if !(length > MIN_LENGTH) {
                 return Err(Refusal::NoEdge { edge, length });
             }
-            let inside = |point: &[f32; 3]| {
+            let inside = |point: [f32; 3]| {
                 (along[0] * (point[1] - from[1]) - along[1] * (point[0] - from[0])) / length
             };
-            let outside = corners().fold(0.0, |most, point| max(most, -inside(point)));
+            let outside = stance
+                .contacts()
+                .fold(0.0, |most, point| max(most, -inside(point)));
             if !(outside <= TOLERANCE) {
                 return Err(Refusal::NotConvex { edge, outside });
             }
-            let margin = inside(&stance.cog) - widening;
+            let margin = inside(stance.cog) - widening;
             if !(margin >= self.stop) {
                 return Err(Refusal::CogOutside { edge, margin });
             }
@@ -208,14 +212,16 @@ mod tests {
     use super::*;
 
     /// A robot 0.8 m long and 0.4 m wide.
+    const CONTACTS: [[f32; 3]; 4] = [
+        [0.0, -0.2, 0.0],
+        [0.8, -0.2, 0.0],
+        [0.8, 0.2, 0.0],
+        [0.0, 0.2, 0.0],
+    ];
+    const COG: [f32; 3] = [0.3, 0.0, 0.2];
+
     fn stance() -> Stance {
-        let contacts = [
-            [0.0, -0.2, 0.0],
-            [0.8, -0.2, 0.0],
-            [0.8, 0.2, 0.0],
-            [0.0, 0.2, 0.0],
-        ];
-        Stance::on(contacts, [0.3, 0.0, 0.2])
+        Stance::on(CONTACTS, COG)
     }
 
     fn parameters() -> Parameters {
@@ -240,8 +246,8 @@ mod tests {
         let mut bad = stance();
         bad.cog[1] = f32::NAN;
         assert_eq!(parameters().check(&bad), Err(Refusal::NotFinite));
-        let mut short = stance();
-        short.contacts[2] = short.contacts[1];
+        let [rear_right, front_right, _, rear_left] = CONTACTS;
+        let short = Stance::on([rear_right, front_right, front_right, rear_left], COG);
         assert_eq!(
             parameters().check(&short),
             Err(Refusal::NoEdge {
@@ -249,8 +255,9 @@ mod tests {
                 length: 0.0
             })
         );
-        let mut clockwise = stance();
-        clockwise.contacts.reverse();
+        let mut contacts = CONTACTS;
+        contacts.reverse();
+        let clockwise = Stance::on(contacts, COG);
         assert!(matches!(
             parameters().check(&clockwise),
             Err(Refusal::NotConvex { edge: Edge::Right, outside }) if (outside - 0.4).abs() < 1e-6

@@ -26,9 +26,9 @@ pub const EDGES: [Edge; 4] = [Edge::Back, Edge::Front, Edge::Left, Edge::Right];
 pub struct Stance {
     /// Centre of gravity.
     pub cog: [f32; 3],
-    /// Where it may stand, counter-clockwise from above: rear right, front right, front left, rear left; `None` for a wheel
-    /// in the air.
-    pub contacts: [Option<[f32; 3]>; 4],
+    /// Where each edge begins; in place of a wheel in the air stands the next one that is not.
+    corners: [[f32; 3]; 4],
+    standing: [bool; 4],
 }
 
 /// Margin to an edge that is not there, m.
@@ -38,12 +38,35 @@ pub const NO_EDGE: f32 = 10.0;
 const FROM_CONTACT: [Edge; 4] = [Edge::Right, Edge::Front, Edge::Left, Edge::Back];
 
 impl Stance {
-    /// A stance on all four contacts.
+    /// A stance on all four contacts, counter-clockwise from above: rear right, front right, front left, rear left.
+    #[inline]
     pub fn on(contacts: [[f32; 3]; 4], cog: [f32; 3]) -> Self {
         Self {
             cog,
-            contacts: contacts.map(Some),
+            corners: contacts,
+            standing: [true; 4],
         }
+    }
+
+    /// A stance on some of the four contacts, in the order of [`Stance::on`]; `None` is a wheel in the air.
+    pub fn on_some(contacts: [Option<[f32; 3]>; 4], cog: [f32; 3]) -> Self {
+        let next = |start: usize| (0..4).find_map(|step| contacts[(start + step) & 3]);
+        Self {
+            cog,
+            corners: [0, 1, 2, 3].map(|start| next(start).unwrap_or_default()),
+            standing: contacts.map(|contact| contact.is_some()),
+        }
+    }
+
+    /// Which of the four contacts carry.
+    pub fn standing(&self) -> [bool; 4] {
+        self.standing
+    }
+
+    /// Places of the contacts that carry.
+    pub fn contacts(&self) -> impl Iterator<Item = [f32; 3]> + '_ {
+        let both = self.corners.iter().zip(self.standing);
+        both.filter_map(|(corner, standing)| standing.then_some(*corner))
     }
 
     /// Horizontal distance of the centre of gravity to each edge, m, positive inside; indexed by [`Edge`].
@@ -53,22 +76,31 @@ impl Stance {
     /// all margins are `-NO_EDGE`.
     #[inline]
     pub fn margins(&self) -> [f32; 4] {
-        let mut margins = [NO_EDGE; 4];
-        let mut standing = false;
-        for (edge, [from, to]) in self.edges() {
-            standing = true;
-            margins[edge as usize] = margin(from, to, self.cog);
+        let mut margins = [self.missing(); 4];
+        for (edge, there, [from, to]) in self.edges() {
+            if there {
+                margins[edge as usize] = margin(*from, *to, self.cog);
+            }
         }
-        if standing { margins } else { [-NO_EDGE; 4] }
+        margins
     }
 
-    /// The edges that are there, each with both its ends, counter-clockwise.
+    /// Margin to an edge that is not there: wide, or, when there is none at all, to nothing.
     #[inline]
-    pub fn edges(&self) -> impl Iterator<Item = (Edge, [[f32; 3]; 2])> + '_ {
-        (0..4).filter_map(|start| {
-            let from = self.contacts[start]?;
-            let to = (1..4).find_map(|step| self.contacts[(start + step) & 3]);
-            Some((FROM_CONTACT[start], [from, to.unwrap_or(from)]))
+    pub fn missing(&self) -> f32 {
+        if self.standing == [false; 4] {
+            -NO_EDGE
+        } else {
+            NO_EDGE
+        }
+    }
+
+    /// The four edges, whether each is there, and its ends, counter-clockwise.
+    #[inline]
+    pub fn edges(&self) -> impl Iterator<Item = (Edge, bool, [&[f32; 3]; 2])> + '_ {
+        (0..4).map(|start| {
+            let ends = [&self.corners[start], &self.corners[(start + 1) & 3]];
+            (FROM_CONTACT[start], self.standing[start], ends)
         })
     }
 }
@@ -138,8 +170,9 @@ mod tests {
 
     #[test]
     fn a_wheel_in_the_air_leaves_the_edge_across_it() {
-        let mut stance = Stance::on(SQUARE, [0.3, -0.1, 0.4]);
-        stance.contacts[2] = None; // front left
+        let mut contacts = SQUARE.map(Some);
+        contacts[2] = None; // front left
+        let stance = Stance::on_some(contacts, [0.3, -0.1, 0.4]);
         let [back, front, left, right] = stance.margins();
         assert!((back - 0.3).abs() < 1e-6 && (right - 0.1).abs() < 1e-6);
         assert_eq!(left, NO_EDGE);

@@ -53,7 +53,7 @@ pub struct Inputs<'a> {
 }
 
 /// What the guard sends and tells.
-#[derive(Clone, PartialEq, Debug)]
+#[derive(Clone, PartialEq, Debug, Default)]
 pub struct Outputs {
     /// Frames to send in this order: SYNC, network management, set-points.
     pub frames: Vec<Frame, MAX_SENT>,
@@ -65,7 +65,7 @@ pub struct Outputs {
     pub margins: GuardMargins,
     /// Payload of TPDO 4.
     pub passed: GuardPassed,
-    /// The robot's state and payload of TPDO 5, in ticks that send SYNC.
+    /// The robot's state and payload of TPDO 5, once in a SYNC period.
     pub robot: Option<(RobotState, GuardPosition)>,
     /// Times that a command was refused (object 0x4005:1).
     pub refused: u32,
@@ -87,8 +87,8 @@ struct Trouble {
 pub struct Guard<B> {
     sync_period_us: u64,
     next_sync_us: u64,
-    judge_us: u64,
     judged: bool,
+    located: bool,
     operator_timeout_us: u64,
     drives: Drives,
     sequence: Sequence,
@@ -105,6 +105,7 @@ pub struct Guard<B> {
     verdict: Verdict,
     refused: u32,
     scaled: u32,
+    outputs: Outputs,
 }
 
 impl<B: Body> Guard<B> {
@@ -116,8 +117,8 @@ impl<B: Body> Guard<B> {
         Ok(Self {
             sync_period_us: settings.get(Setting::SyncPeriod) as u64,
             next_sync_us: 0,
-            judge_us: 0,
             judged: false,
+            located: false,
             operator_timeout_us: settings.milliseconds(Setting::OperatorTimeout),
             drives: Drives::new(&B::drive_ids(settings), settings),
             sequence: Sequence::default(),
@@ -134,11 +135,12 @@ impl<B: Body> Guard<B> {
             verdict: Verdict::Passed,
             refused: 0,
             scaled: 0,
+            outputs: Outputs::default(),
         })
     }
 
-    /// One control period.
-    pub fn tick(&mut self, inputs: &Inputs<'_>) -> Outputs {
+    /// One control period. What comes out stays in place until the next: copying the frames would take longer than making them.
+    pub fn tick(&mut self, inputs: &Inputs<'_>) -> &Outputs {
         let trouble_before = self.trouble;
         if self.supervision.hear(inputs.body.as_ref())
             && let Some(sensors) = &inputs.body
@@ -154,25 +156,34 @@ impl<B: Body> Guard<B> {
         self.listen(inputs);
         self.supervise(inputs.now_us);
 
-        let (mut frames, mut robot) = (Vec::new(), None);
-        let sync_due = inputs.now_us >= self.next_sync_us;
-        if !self.judged && (sync_due || inputs.now_us >= self.judge_us) {
+        self.outputs.frames.clear();
+        self.outputs.robot = None;
+        let now_us = inputs.now_us;
+        let sync_due = now_us >= self.next_sync_us;
+        // In the second half and the last quarter of a period, and never later than the next SYNC.
+        let half = self.sync_period_us / 2;
+        if !self.judged && (sync_due || now_us + half >= self.next_sync_us) {
             self.judged = true;
             self.judge();
         }
+        if !self.located && (sync_due || now_us + half / 2 >= self.next_sync_us) {
+            self.located = true;
+            self.outputs.robot = Some(self.locate(now_us));
+        }
         if sync_due {
-            self.next_sync_us = inputs.now_us + self.sync_period_us;
-            self.judge_us = inputs.now_us + self.sync_period_us / 2;
-            self.judged = false;
-            self.cycle(inputs, &mut frames);
-            robot = Some(self.locate(inputs.now_us));
+            self.next_sync_us = now_us + self.sync_period_us;
+            (self.judged, self.located) = (false, false);
+            self.cycle(inputs);
         }
-        let emergency = (trouble_before != self.trouble)
+        self.outputs.emergency = (trouble_before != self.trouble)
             .then(|| self.trouble.map_or(0, |trouble| trouble.code));
-        Outputs {
-            robot,
-            ..self.outputs(frames, emergency)
-        }
+        self.tell();
+        &self.outputs
+    }
+
+    /// What came out of the last tick.
+    pub fn outputs(&self) -> &Outputs {
+        &self.outputs
     }
 
     /// Brings the robot's state up to date with the drives.
@@ -227,6 +238,7 @@ impl<B: Body> Guard<B> {
 
     /// What happens once between two SYNCs, when the drives have answered the first: how the robot stands and what that means. Apart from
     /// [`Self::cycle`], so that no tick has to do it all.
+    #[inline(never)]
     fn judge(&mut self) {
         let period = self.period();
         if let Some(speed) = self.estimator.take_speed(&self.attitude) {
@@ -240,7 +252,7 @@ impl<B: Body> Guard<B> {
     }
 
     /// What happens once per SYNC: filter, body, sequence, set-points.
-    fn cycle(&mut self, inputs: &Inputs<'_>, frames: &mut Vec<Frame, MAX_SENT>) {
+    fn cycle(&mut self, inputs: &Inputs<'_>) {
         let now_us = inputs.now_us;
         let period = self.period();
         let request = Request::from_byte(self.operator.request);
@@ -258,6 +270,7 @@ impl<B: Body> Guard<B> {
         self.dispose(request, inputs, period);
 
         // Room for all of them: MAX_SENT.
+        let frames = &mut self.outputs.frames;
         let _ = frames.push(sync());
         if started {
             let _ = frames.push(nmt(NmtCommand::Start, 0));
@@ -358,42 +371,39 @@ impl<B: Body> Guard<B> {
         self.verdict = verdict;
     }
 
-    fn outputs(&self, frames: Vec<Frame, MAX_SENT>, emergency: Option<u16>) -> Outputs {
+    /// Fills in what every tick tells.
+    fn tell(&mut self) {
         let centidegrees = |radians: f32| to_i16(radians.to_degrees() * 100.0);
         let millimetres = |metres: f32| to_i16(metres * 1e3);
         let [back, front, left, right] = self.supervision.margins().now.map(millimetres);
         let trouble = self.trouble.unwrap_or(Trouble { node: 0, code: 0 });
-        Outputs {
-            frames,
-            motion: GuardMotion {
-                odometry: self.body.odometry_um(),
-                pitch: centidegrees(self.attitude.pitch().radians()),
-                roll: centidegrees(self.attitude.roll().radians()),
-            },
-            state: GuardState {
-                state: self.sequence.state().code(),
-                verdict: self.verdict.code(),
-                scale: to_i16(self.share * 100.0) as u8,
-                fault_node: trouble.node,
-                fault_code: trouble.code,
-                heading: (self.attitude.heading().to_bits() >> 16) as i16,
-            },
-            margins: GuardMargins {
-                back,
-                front,
-                left,
-                right,
-            },
-            passed: GuardPassed {
-                asked_speed: self.operator.forward,
-                passed_speed: millimetres(self.body.speed()),
-                asked_posture: self.operator.posture,
-                passed_posture: self.body.posture(),
-            },
-            robot: None,
-            refused: self.refused,
-            scaled: self.scaled,
-            emergency,
-        }
+        let outputs = &mut self.outputs;
+        outputs.motion = GuardMotion {
+            odometry: self.body.odometry_um(),
+            pitch: centidegrees(self.attitude.pitch().radians()),
+            roll: centidegrees(self.attitude.roll().radians()),
+        };
+        outputs.state = GuardState {
+            state: self.sequence.state().code(),
+            verdict: self.verdict.code(),
+            scale: to_i16(self.share * 100.0) as u8,
+            fault_node: trouble.node,
+            fault_code: trouble.code,
+            heading: (self.attitude.heading().to_bits() >> 16) as i16,
+        };
+        outputs.margins = GuardMargins {
+            back,
+            front,
+            left,
+            right,
+        };
+        outputs.passed = GuardPassed {
+            asked_speed: self.operator.forward,
+            passed_speed: millimetres(self.body.speed()),
+            asked_posture: self.operator.posture,
+            passed_posture: self.body.posture(),
+        };
+        outputs.refused = self.refused;
+        outputs.scaled = self.scaled;
     }
 }
