@@ -77,11 +77,9 @@ impl RtMover {
             Wheel::RearLeft,
         ];
         let lifted = self.gait.lifted();
-        Stance {
-            cog: level(cog(&self.parameters, shape), self.cog_left),
-            contacts: around
-                .map(|wheel| (lifted != Some(wheel)).then(|| level(contacts[wheel as usize], 0.0))),
-        }
+        let standing = around
+            .map(|wheel| (lifted != Some(wheel)).then(|| level(contacts[wheel as usize], 0.0)));
+        Stance::on_some(standing, level(cog(&self.parameters, shape), self.cog_left))
     }
 
     /// Part of the gait's motion that is let through. A wheel that goes down is not held up by a margin that it is about to widen.
