@@ -257,10 +257,13 @@ fn landing(scenario: &Scenario, samples: &[Sample]) -> Option<usize> {
     let nose = scenario.terrain.last_nose_m()?;
     let level = |sample: &Sample| {
         let truth = &sample.truth;
-        truth.cog[0] > nose
-            && truth.pitch.abs() < LEVEL
-            && truth.roll.abs() < LEVEL
-            && !truth.toppled
+        // RT-Mover has the last wheel up when its rear axle is.
+        let place = if scenario.kind() == Kind::RtMover {
+            truth.axle_1[0]
+        } else {
+            truth.cog[0]
+        };
+        place > nose && truth.pitch.abs() < LEVEL && truth.roll.abs() < LEVEL && !truth.toppled
     };
     samples
         .windows(LEVEL_SAMPLES)

@@ -19,6 +19,7 @@ use tautrack::robots::Body;
 use tautrack::robots::b2p2::B2p2;
 use tautrack::robots::crawler::Crawler;
 use tautrack::robots::hylos::Hylos;
+use tautrack::robots::rt_mover::RtMover;
 use tautrack::settings::{Setting, Settings};
 use tautrack::units::Angle;
 
@@ -45,6 +46,8 @@ guards! {
     CRAWLER: Crawler;
     /// The wheel-legged robot of Besseron et al.
     HYLOS: Hylos;
+    /// The leg-wheel robot of Nakajima.
+    RT_MOVER: RtMover;
 }
 
 /// A guard whatever its robot.

@@ -5,6 +5,7 @@
 pub mod b2p2;
 pub mod crawler;
 pub mod hylos;
+pub mod rt_mover;
 
 use crate::plant::Plant;
 use crate::scenario::{NodeName, Payload, Scenario};
@@ -23,6 +24,8 @@ pub enum Kind {
     Crawler,
     /// Four legs with steered wheels (Besseron et al.)
     Hylos,
+    /// Four wheels on two arms that step (Nakajima)
+    RtMover,
 }
 
 impl Kind {
@@ -32,6 +35,7 @@ impl Kind {
             Self::B2p2 => "guard",
             Self::Crawler => "guard_crawler",
             Self::Hylos => "guard_hylos",
+            Self::RtMover => "guard_rt_mover",
         }
     }
 
@@ -41,6 +45,7 @@ impl Kind {
             Self::B2p2 => "staircase.toml",
             Self::Crawler => "crawler/slope.toml",
             Self::Hylos => "hylos/loop.toml",
+            Self::RtMover => "rt-mover/step-10.toml",
         }
     }
 
@@ -50,6 +55,7 @@ impl Kind {
             Self::B2p2 => robots::b2p2::B2p2::STAGES,
             Self::Crawler => robots::crawler::Crawler::STAGES,
             Self::Hylos => robots::hylos::Hylos::STAGES,
+            Self::RtMover => robots::rt_mover::RtMover::STAGES,
         }
     }
 
@@ -59,6 +65,11 @@ impl Kind {
             Self::B2p2 => &[],
             Self::Crawler => &["speed_over_ground_mps", "left_slip_1", "right_slip_1"],
             Self::Hylos => &["tip_over_margin_rad"],
+            Self::RtMover => &[
+                "front_left_height_m",
+                "rear_right_height_m",
+                "support_margin_m",
+            ],
         }
     }
 
@@ -71,6 +82,9 @@ impl Kind {
             }
             Self::Hylos => {
                 "Least tip-over angle as Fig. 7 of Besseron et al., joint angles and loads of the wheels, from the truth."
+            }
+            Self::RtMover => {
+                "Angles of the arms' shafts and heights of the wheels as Fig. 7 of Nakajima, and the margin over the wheels that carry load, from the truth."
             }
         }
     }
@@ -86,6 +100,10 @@ impl Kind {
             Self::Hylos => {
                 "Equations, mass and the limit of the margin come from Besseron, Grand, Ben Amar and Bidaud, Decoupled control of the high mobility robot Hylos based on a \
                  dynamic stability margin. The paper gives no lengths, no distribution of the mass and no motors: all of these are assumed. Other values are another robot."
+            }
+            Self::RtMover => {
+                "Equations come from Nakajima, Kinematics for a Rough Terrain Mobile Robot to Climb up a Step; lengths from the published overall size. \
+                 Masses, the arms' drop, motors and gears are assumed. Other values are another robot."
             }
         }
     }
@@ -137,6 +155,11 @@ pub fn machine(scenario: &Scenario) -> Machine {
         )
     } else if let Some(robot) = &scenario.hylos {
         (hylos::nodes(scenario, robot), hylos::plant(scenario, robot))
+    } else if let Some(robot) = &scenario.rt_mover {
+        (
+            rt_mover::nodes(scenario, robot),
+            rt_mover::plant(scenario, robot),
+        )
     } else {
         (b2p2::nodes(scenario), b2p2::plant(scenario))
     };

@@ -116,7 +116,9 @@ fn cyclic(roles: &[Role]) -> Vec<Cyclic> {
             }
             NodeName::ChassisJoint => ("axle", 0, NodeName::Guard.to_string(), sync_us),
             NodeName::Screw => ("screw", 0, NodeName::Guard.to_string(), sync_us),
-            _ => ("guard", 0, "operator".into(), PERIOD_US),
+            NodeName::Guard => ("guard", 0, "operator".into(), PERIOD_US),
+            // B2P2 has no others.
+            _ => continue,
         };
         let Some(role) = roles.iter().find(|known| known.name == role) else {
             continue;

@@ -1,6 +1,7 @@
 //! The operator: one more participant of the bus, who sees and uses nothing but the guard's public objects.
 
 use super::listener::View;
+use crate::machines::Kind;
 use crate::scenario::{Ask, BusView, Scenario, Script};
 use std::f64::consts::TAU;
 use tautrack::bus::pdo::{OperatorCommand, Payload, Request, receive};
@@ -20,6 +21,7 @@ pub struct Operator {
     guard: u8,
     /// What is asked of a robot whose posture the script does not change.
     posture: Option<i16>,
+    kind: Kind,
 }
 
 impl Operator {
@@ -37,6 +39,7 @@ impl Operator {
                 .hylos
                 .as_ref()
                 .map(|robot| (robot.clearance_m * 1e3).round() as i16),
+            kind: scenario.kind(),
         }
     }
 
@@ -73,6 +76,7 @@ impl Operator {
                     speed_mps: 0.0,
                     yaw_rate: 0.0,
                     theta: self.theta,
+                    step_m: 0.0,
                 }
             } else {
                 ask
@@ -80,9 +84,11 @@ impl Operator {
             let milli = |value: f64| (value * 1e3).round() as i16;
             command.forward = milli(ask.speed_mps);
             command.yaw_rate = milli(ask.yaw_rate);
-            command.posture = self
-                .posture
-                .unwrap_or((ask.theta / TAU * 65_536.0).round() as i16);
+            command.posture = match self.posture {
+                Some(posture) => posture,
+                None if self.kind == Kind::RtMover => milli(ask.step_m),
+                None => (ask.theta / TAU * 65_536.0).round() as i16,
+            };
         }
         Some(command.frame(receive(1), self.guard))
     }

@@ -5,6 +5,7 @@ use super::{
 };
 use crate::plant::b2p2::B2p2Parameters;
 use crate::plant::crawler::CrawlerParameters;
+use tautrack::robots::rt_mover::parameters::{BODY_LENGTH, WHEEL_RADIUS};
 
 impl Description {
     /// Checks every value.
@@ -57,15 +58,22 @@ impl Description {
         if let Some(crawler) = &self.crawler {
             crawler.check(&self)?;
         }
+        if let Some(robot) = &self.rt_mover {
+            robot.check(&self)?;
+        }
+        within("operator.step_m", self.operator.step_m, 0.0, 0.3, "m")?;
         self.check_expectations()?;
         Ok(Scenario(self))
     }
 
     /// Foremost point of the robot at the start.
     fn front_m(&self) -> f64 {
-        match &self.crawler {
-            None => self.robot.front_m(),
-            Some(_) => 0.5 * CrawlerParameters::nominal().extent[0],
+        if self.crawler.is_some() {
+            0.5 * CrawlerParameters::nominal().extent[0]
+        } else if self.rt_mover.is_some() {
+            0.5 * BODY_LENGTH + WHEEL_RADIUS
+        } else {
+            self.robot.front_m()
         }
     }
 
@@ -231,10 +239,11 @@ impl Event {
                 "names no condition; give at least one",
             );
         }
-        if self.chassis_deg.is_none() && self.speed_mps.is_none() && self.yaw_rate_deg_s.is_none() {
+        let speeds = self.speed_mps.or(self.yaw_rate_deg_s);
+        if self.chassis_deg.or(self.step_m).or(speeds).is_none() {
             return contradiction(
                 key,
-                "changes nothing; give chassis_deg, speed_mps or yaw_rate_deg_s",
+                "changes nothing; give chassis_deg, step_m, speed_mps or yaw_rate_deg_s",
             );
         }
         let when = &self.when;
@@ -257,6 +266,7 @@ impl Event {
                 90.0,
                 "deg",
             ),
+            ("step_m", self.step_m, 0.0, 0.3, "m"),
             ("speed_mps", self.speed_mps, -1.0, 1.0, "m/s"),
             ("yaw_rate_deg_s", self.yaw_rate_deg_s, -90.0, 90.0, "deg/s"),
         ];

@@ -46,6 +46,16 @@ pub enum NodeName {
     RearRightSteering,
     /// Wheel of Hylos' rear right leg.
     RearRightWheel,
+    /// Steering shaft of its front arm.
+    FrontSteering,
+    /// Of RT-Mover's rear arm.
+    RearSteering,
+    /// Roll shaft of its front arm.
+    FrontRoll,
+    /// Of RT-Mover's rear arm.
+    RearRoll,
+    /// Pitch shaft under its seat.
+    SeatPitch,
     /// The guard.
     Guard,
 }
@@ -83,6 +93,11 @@ impl NodeName {
             Self::RearRightKnee => "rear_right_knee",
             Self::RearRightSteering => "rear_right_steering",
             Self::RearRightWheel => "rear_right_wheel",
+            Self::FrontSteering => "front_steering",
+            Self::RearSteering => "rear_steering",
+            Self::FrontRoll => "front_roll",
+            Self::RearRoll => "rear_roll",
+            Self::SeatPitch => "seat_pitch",
             Self::Guard => "guard",
         }
     }

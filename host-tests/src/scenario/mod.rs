@@ -1,7 +1,7 @@
 //! Scenarios: one TOML file says what a run is made of and what must come out of it.
 //!
 //! [`Description`] is the file as written; [`Scenario`] is a description that passed every check, so nothing checks again.
-//! `fault` is what can go wrong, `crawler` and `hylos` the sections of those robots, `plant` turns values into the plant's, `check` holds all bounds, `error` says what was bad
+//! `fault` is what can go wrong, `crawler`, `hylos` and `rt_mover` the sections of those robots, `plant` turns values into the plant's, `check` holds all bounds, `error` says what was bad
 //! and where, `script` plays the operator.
 
 mod check;
@@ -10,12 +10,14 @@ mod error;
 mod fault;
 pub mod hylos;
 mod plant;
+pub mod rt_mover;
 mod script;
 
 pub use crawler::{Crawler, SlipCompensation};
 pub use error::{Problem, ScenarioError};
 pub use fault::{Fault, FaultKind, NodeName};
 pub use hylos::Hylos;
+pub use rt_mover::RtMover;
 pub use script::{Ask, BusView, Script};
 
 use crate::machines::Kind;
@@ -78,6 +80,8 @@ impl Scenario {
             Kind::Crawler
         } else if self.hylos.is_some() {
             Kind::Hylos
+        } else if self.rt_mover.is_some() {
+            Kind::RtMover
         } else {
             Kind::B2p2
         }
@@ -120,6 +124,9 @@ pub struct Description {
     /// Hylos instead of B2P2.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub hylos: Option<Hylos>,
+    /// RT-Mover instead of B2P2.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rt_mover: Option<RtMover>,
     /// Who drives.
     pub operator: Operator,
     /// What goes wrong.
@@ -267,6 +274,9 @@ pub struct Operator {
     /// Chassis angle asked at first, front up positive.
     #[serde(default)]
     pub chassis_deg: f64,
+    /// Height of the step that RT-Mover is asked to go up at first; 0 asks for none.
+    #[serde(default)]
+    pub step_m: f64,
     /// How fast the asked chassis angle moves from one value to the next.
     #[serde(default = "chassis_rate")]
     pub chassis_rate_deg_s: f64,
@@ -287,6 +297,9 @@ pub struct Event {
     /// Chassis angle asked from then on.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub chassis_deg: Option<f64>,
+    /// Height of the step that RT-Mover is asked to go up from then on.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub step_m: Option<f64>,
     /// Forward speed asked from then on.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub speed_mps: Option<f64>,

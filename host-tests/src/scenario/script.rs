@@ -25,6 +25,8 @@ pub struct Ask {
     pub yaw_rate: f64,
     /// Chassis angle, rad, front up positive.
     pub theta: f64,
+    /// Height of the step ahead, m; 0 asks for no gait.
+    pub step_m: f64,
 }
 
 /// A running script. Made at the moment the guard is armed; every reference ("since arming") is taken then.
@@ -39,6 +41,7 @@ pub struct Script {
     yaw_rate: Option<f64>,
     target: f64,
     theta: f64,
+    step_m: f64,
 }
 
 impl Script {
@@ -57,6 +60,7 @@ impl Script {
             yaw_rate: None,
             target: operator.chassis_deg.to_radians(),
             theta,
+            step_m: operator.step_m,
         }
     }
 
@@ -76,6 +80,7 @@ impl Script {
             let event = &self.operator.events[self.next];
             self.speed_mps = event.speed_mps.unwrap_or(self.speed_mps);
             self.yaw_rate = event.yaw_rate_deg_s.map(f64::to_radians).or(self.yaw_rate);
+            self.step_m = event.step_m.unwrap_or(self.step_m);
             self.target = event.chassis_deg.map_or(self.target, f64::to_radians);
             self.last_event = now;
             self.next += 1;
@@ -91,6 +96,7 @@ impl Script {
             speed_mps: self.speed_mps,
             yaw_rate: self.yaw_rate.unwrap_or(steer),
             theta: self.theta,
+            step_m: self.step_m,
         }
     }
 

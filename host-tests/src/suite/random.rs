@@ -111,6 +111,7 @@ fn beginning(random: &mut Random) -> Description {
         terrain: Terrain::Flat,
         crawler: None,
         hylos: None,
+        rt_mover: None,
         robot: Robot {
             k_m: 1.232,
             pulley_radius_m: 0.05,
@@ -121,6 +122,7 @@ fn beginning(random: &mut Random) -> Description {
         operator: Operator {
             speed_mps: random.between(0.08, 0.18),
             chassis_deg: 45.0,
+            step_m: 0.0,
             chassis_rate_deg_s: 28.6,
             heading_gain_per_s: 1.0,
             events: Vec::new(),

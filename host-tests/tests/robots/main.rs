@@ -2,6 +2,7 @@
 
 mod crawler;
 mod hylos;
+mod rt_mover;
 
 use std::path::Path;
 use tautrack_host_tests::machines::Kind;

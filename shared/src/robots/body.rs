@@ -136,6 +136,9 @@ pub trait Body: Sized {
     /// Gives up every motion: set-points are where the robot is.
     fn rest(&mut self);
 
+    /// The operator acknowledges whatever the robot came to an end with.
+    fn acknowledge(&mut self) {}
+
     /// Moves its set-points toward `asked` as far as `allowed`, within its own limits.
     fn advance(&mut self, asked: &Asked, allowed: Allowed, attitude: &Attitude, period: f32);
 

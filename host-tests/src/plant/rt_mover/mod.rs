@@ -9,17 +9,18 @@ pub use parameters::RtMoverParameters;
 pub use robot::MOTORS;
 
 use crate::plant::Plant;
+use crate::plant::b2p2::Payload;
 use crate::plant::gear::{Drive, Gear};
 use crate::plant::noise::Noise;
 use crate::plant::sensing::{BodyMotion, BodySensing};
 use crate::plant::terrain::Terrain;
-use crate::plant::world::{DT, GRAVITY, SUBSTEPS, world};
+use crate::plant::world::{DT, GRAVITY, SUBSTEPS, turn, world};
 use crate::record::{Sketch, Truth};
 use core::f64::consts::TAU;
 use rapier3d_f64::math::{Pose, Vector};
 use rapier3d_f64::prelude::*;
 use robot::{Robot, SEAT};
-use tautrack::link::{BodySensors, Sensors, Shaft};
+use tautrack::link::{BodySensors, Sensors, Shaft, Switches};
 
 /// Channels of [`Truth`] that only this robot has, wheel by wheel: force of the ground upward, and height of the lowest point.
 const LOADS: [&str; 4] = [
@@ -34,6 +35,25 @@ const HEIGHTS: [&str; 4] = [
     "rear_left_height_m",
     "rear_right_height_m",
 ];
+/// How far ahead of the robot's start that point is.
+const PLACES: [&str; 4] = [
+    "front_left_x_m",
+    "front_right_x_m",
+    "rear_left_x_m",
+    "rear_right_x_m",
+];
+/// Angles of the shafts behind the wheels' motors.
+const SHAFTS: [&str; 5] = [
+    "front_steering_rad",
+    "rear_steering_rad",
+    "front_roll_rad",
+    "rear_roll_rad",
+    "pitch_shaft_rad",
+];
+/// Least distance of the centre of gravity to the edges between the wheels that carry load.
+const MARGIN: &str = "support_margin_m";
+/// Around the robot from above, counter-clockwise.
+const AROUND: [usize; 4] = [3, 1, 0, 2];
 
 /// RT-Mover on its ground.
 pub struct RtMover {
@@ -47,6 +67,7 @@ pub struct RtMover {
     terrain: Terrain,
     lowest: [Vector; 4],
     loads: [f64; 4],
+    payload: Option<Payload>,
     truth: Truth,
 }
 
@@ -54,22 +75,32 @@ pub struct RtMover {
 const TURNED_OVER: f64 = 1.0;
 /// Below this a wheel supports nothing, N.
 const LEAST_LOAD: f64 = 0.1;
+/// Motors before this one turn wheels.
+const WHEELS: usize = 4;
+/// Angle from which a shaft's reference switch is closed, rad: close to where it stands on level ground, so that no wheel leaves it for that.
+pub const SWITCH: f64 = 0.01;
 
 impl RtMover {
     /// The robot at the origin of `terrain`; `seed` is that of the sensors' noise.
     pub fn new(parameters: &RtMoverParameters, terrain: &Terrain, seed: u64) -> Self {
         let p = *parameters;
         let mut world = world();
+        let [pitch, roll] = terrain.inclination();
+        let tilt = Pose::from_rotation(turn(Vector::NEG_Y, pitch) * turn(Vector::X, roll));
         for block in terrain.blocks() {
             let [x, y, z] = block.half;
+            let lie = Pose::from_parts(
+                Vector::from_array(block.centre),
+                turn(Vector::NEG_Y, block.pitch),
+            );
             world.insert_collider(
                 ColliderBuilder::cuboid(x, y, z)
-                    .position(Pose::from_translation(Vector::from_array(block.centre)))
+                    .position(tilt * lie)
                     .friction(p.friction),
                 None,
             );
         }
-        let robot = Robot::build(&mut world, &p);
+        let robot = Robot::build(&mut world, &p, tilt);
         let seat = &world.bodies[robot.bodies[SEAT]];
         let sensing = BodySensing::new(&p.body_sensors, Noise::new(seed), seat.position().rotation);
         let mut plant = Self {
@@ -85,6 +116,7 @@ impl RtMover {
             terrain: *terrain,
             lowest: [Vector::ZERO; 4],
             loads: [0.0; 4],
+            payload: None,
             truth: Truth::default(),
             parameters: p,
             world,
@@ -93,6 +125,24 @@ impl RtMover {
         };
         plant.observe();
         plant
+    }
+
+    fn put_payload_on(&mut self) {
+        let due = self
+            .parameters
+            .payload
+            .filter(|payload| self.step as f64 * DT >= payload.from_time_s);
+        if let (None, Some(load)) = (self.payload, due) {
+            self.payload = due;
+            let properties = robot::seat(&self.parameters)
+                + MassProperties::new(
+                    Vector::from_array(load.place),
+                    load.mass,
+                    Vector::splat(load.own_inertia()),
+                );
+            let seat = &mut self.world.bodies[self.robot.bodies[SEAT]];
+            seat.set_additional_mass_properties(properties, true);
+        }
     }
 
     fn drive(&mut self, handle: ImpulseJointHandle, drive: Drive) {
@@ -124,7 +174,8 @@ impl RtMover {
 
     /// Weight, N.
     pub fn weight(&self) -> f64 {
-        self.parameters.masses.total() * GRAVITY
+        let load = self.payload.map_or(0.0, |load| load.mass);
+        (self.parameters.masses.total() + load) * GRAVITY
     }
 
     fn observe(&mut self) {
@@ -159,34 +210,68 @@ impl RtMover {
             let ahead = libm::sqrt(forward.x * forward.x + forward.y * forward.y);
             [libm::atan2(forward.z, ahead), libm::atan2(left.z, level)]
         };
+        let load = self.payload.map_or(0.0, |load| {
+            let place = Vector::from_array(load.place);
+            moment += bodies[SEAT].position().transform_point(place) * load.mass;
+            load.mass
+        });
         let [forward, left] =
             [Vector::X, Vector::Y].map(|axis| bodies[SEAT].position().rotation * axis);
         let points = self.robot.points(&self.world, &self.parameters);
         self.lowest = self.robot.lowest_points(&self.world, &self.parameters);
         self.loads = self.robot.loads(&self.world);
+        let shafts = self.robot.shafts.map(|shaft| shaft.angle(&self.world));
         let truth = &mut self.truth;
         [truth.pitch, truth.roll] = tilt(bodies[SEAT]);
         truth.pitch_rate = -bodies[SEAT].angvel().dot(left);
         truth.yaw = libm::atan2(forward.y, forward.x);
         truth.axle_1 = (0.5 * (points[2] + points[3])).to_array();
-        truth.cog = (moment / m.total()).to_array();
+        truth.cog = (moment / (m.total() + load)).to_array();
         truth.ground_speed = bodies[0].linvel().dot(forward);
         truth.contacts.clear();
         for (wheel, (place, load)) in self.lowest.iter().zip(self.loads).enumerate() {
             truth.channels.insert(LOADS[wheel], load);
             truth.channels.insert(HEIGHTS[wheel], place.z);
+            truth.channels.insert(PLACES[wheel], place.x);
             if load > LEAST_LOAD {
                 truth.contacts.push(place.to_array());
             }
         }
+        for (name, angle) in SHAFTS.into_iter().zip(&shafts[4..]) {
+            truth.channels.insert(name, *angle);
+        }
+        let standing: Vec<_> = AROUND
+            .into_iter()
+            .filter(|wheel| self.loads[*wheel] > LEAST_LOAD)
+            .map(|wheel| self.lowest[wheel])
+            .collect();
+        let margin = margin(&standing, Vector::from_array(truth.cog));
+        truth.channels.insert(MARGIN, margin);
         truth.points.clear();
         truth.points.extend(points.iter().map(Vector::to_array));
         truth.toppled |= truth.pitch.abs() > TURNED_OVER || truth.roll.abs() > TURNED_OVER;
     }
 }
 
+/// Least horizontal distance of `cog` to the edges of a support that runs counter-clockwise, positive inside, m; minus one without three corners.
+fn margin(corners: &[Vector], cog: Vector) -> f64 {
+    if corners.len() < 3 {
+        return -1.0;
+    }
+    let next = corners.iter().cycle().skip(1);
+    corners
+        .iter()
+        .zip(next)
+        .map(|(from, to)| {
+            let (edge, offset) = (*to - *from, cog - *from);
+            (edge.x * offset.y - edge.y * offset.x) / libm::hypot(edge.x, edge.y)
+        })
+        .fold(f64::INFINITY, f64::min)
+}
+
 impl Plant for RtMover {
     fn step(&mut self, shafts: &[Option<Shaft>]) {
+        self.put_payload_on();
         let before = self.robot.shafts.map(|shaft| shaft.angle(&self.world));
         for (motor, place) in before.into_iter().enumerate() {
             let shaft = shafts.get(motor).and_then(Option::as_ref);
@@ -210,7 +295,12 @@ impl Plant for RtMover {
         let passed_on = joint
             .and_then(|joint| joint.data.motor(JointAxis::AngX))
             .map_or(0.0, |motor| -motor.impulse * SUBSTEPS as f64 / DT);
+        let angle = self.robot.shafts[motor].angle(&self.world);
         Sensors {
+            switches: Switches {
+                reference: motor >= WHEELS && angle >= SWITCH,
+                ..Switches::default()
+            },
             shaft_torque: self.gears[motor].shaft_torque(passed_on, self.rates[motor]) as f32,
             bus_voltage: self.parameters.bus_voltage as f32,
             ..Sensors::default()

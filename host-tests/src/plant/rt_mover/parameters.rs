@@ -1,5 +1,6 @@
 //! The constant model of RT-Mover as simulated. Lengths and masses are those of the library; what only the physics needs is assumed here.
 
+use crate::plant::b2p2::Payload;
 use crate::plant::sensing::BodySensorParameters;
 use tautrack::robots::rt_mover::parameters::{LENGTHS, Lengths, MASSES, Masses};
 
@@ -22,6 +23,8 @@ pub struct RtMoverParameters {
     pub dead_wheel_friction: f64,
     /// Heading at the start, rad; the body's middle is over the origin.
     pub initial_heading: f64,
+    /// Load on the seat; its place is from the pitch shaft, which is the body's middle.
+    pub payload: Option<Payload>,
     /// Supply voltage, V.
     pub bus_voltage: f64,
     /// Quality of the sensors on the seat.
@@ -40,7 +43,8 @@ impl RtMoverParameters {
             wheel_gear: 2.0e3,
             dead_wheel_friction: 2.0,
             initial_heading: 0.0,
-            bus_voltage: 48.0,
+            payload: None,
+            bus_voltage: 24.0,
             body_sensors: BodySensorParameters::NOMINAL,
         }
     }

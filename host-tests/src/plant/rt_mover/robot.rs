@@ -56,25 +56,35 @@ pub struct Robot {
 pub const SEAT: usize = 1;
 const WHEELS: usize = 6;
 
+fn box_inertia(mass: f64, x: f64, y: f64, z: f64) -> Vector {
+    Vector::new(y * y + z * z, x * x + z * z, x * x + y * y) * (mass / 12.0)
+}
+
+/// The seat without load.
+pub fn seat(p: &RtMoverParameters) -> MassProperties {
+    let m = &p.masses;
+    let centre = Vector::new(m.seat_forward, 0.0, m.seat_height);
+    MassProperties::new(centre, m.seat, box_inertia(m.seat, 0.3, 0.3, 0.2))
+}
+
 impl Robot {
-    /// Builds the robot level on the ground at z = 0, its middle over the origin.
-    pub fn build(world: &mut PhysicsWorld, p: &RtMoverParameters) -> Self {
+    /// Builds the robot on the ground through the origin that `tilt` lays, its middle over the origin.
+    pub fn build(world: &mut PhysicsWorld, p: &RtMoverParameters, tilt: Pose) -> Self {
         let (l, m) = (&p.lengths, &p.masses);
-        let start = Pose::from_parts(
-            Vector::Z * (l.arm_drop + l.wheel_radius),
-            turn(Vector::Z, p.initial_heading),
-        );
-        let mut body = |place: Vector, centre: Vector, mass: f64, inertia: Vector| {
+        let start = tilt
+            * Pose::from_parts(
+                Vector::Z * (l.arm_drop + l.wheel_radius),
+                turn(Vector::Z, p.initial_heading),
+            );
+        let mut body = |place: Vector, properties: MassProperties| {
             world.insert_body(
                 RigidBodyBuilder::dynamic()
                     .pose(start * Pose::from_translation(place))
-                    .additional_mass_properties(MassProperties::new(centre, mass, inertia))
+                    .additional_mass_properties(properties)
                     .can_sleep(false),
             )
         };
-        let box_inertia = |mass: f64, x: f64, y: f64, z: f64| {
-            Vector::new(y * y + z * z, x * x + z * z, x * x + y * y) * (mass / 12.0)
-        };
+        let centred = |mass: f64, inertia: Vector| MassProperties::new(Vector::ZERO, mass, inertia);
         let pivots = [0.5, -0.5].map(|side| Vector::X * (side * l.body));
         let hub = |wheel: usize| {
             let left = if wheel.is_multiple_of(2) { 1.0 } else { -1.0 };
@@ -82,31 +92,21 @@ impl Robot {
         };
         let chassis = body(
             Vector::ZERO,
-            Vector::ZERO,
-            m.body,
-            box_inertia(m.body, 0.5, 0.3, 0.1),
+            centred(m.body, box_inertia(m.body, 0.5, 0.3, 0.1)),
         );
-        let seat = body(
-            Vector::ZERO,
-            Vector::new(m.seat_forward, 0.0, m.seat_height),
-            m.seat,
-            box_inertia(m.seat, 0.3, 0.3, 0.2),
-        );
+        let seat = body(Vector::ZERO, seat(p));
         let struts = |mass: f64| {
             let [x, y, z] = box_inertia(mass, 0.05, 2.0 * l.half_arm, 0.05).to_array();
             Vector::new(x + STRUT, y + STRUT, z + STRUT)
         };
-        let yokes =
-            pivots.map(|pivot| body(pivot, Vector::ZERO, YOKE * m.arm, struts(YOKE * m.arm)));
+        let yokes = pivots.map(|pivot| body(pivot, centred(YOKE * m.arm, struts(YOKE * m.arm))));
         let rolled = (1.0 - YOKE) * m.arm;
-        let arms = pivots.map(|pivot| body(pivot, Vector::ZERO, rolled, struts(rolled)));
+        let arms = pivots.map(|pivot| body(pivot, centred(rolled, struts(rolled))));
         let disc = 0.5 * m.wheel * l.wheel_radius * l.wheel_radius;
         let wheels = [0, 1, 2, 3].map(|wheel: usize| {
             body(
                 pivots[wheel / 2] + hub(wheel),
-                Vector::ZERO,
-                m.wheel,
-                Vector::new(0.5 * disc, disc, 0.5 * disc),
+                centred(m.wheel, Vector::new(0.5 * disc, disc, 0.5 * disc)),
             )
         });
 

@@ -245,6 +245,7 @@ impl<B: Body> Guard<B> {
         {
             self.trouble = None;
             self.drives.reset_faults();
+            self.body.acknowledge();
         }
         self.operator = command;
     }

@@ -14,7 +14,7 @@ use super::wheel_mode::{Frame, wheel_mode};
 use crate::math::{atan2, clamp, limit, min};
 
 /// What the shafts and the seat say, once per tick. Arrays by [`Wheel`] or [`Axle`].
-#[derive(Clone, Copy, PartialEq, Debug)]
+#[derive(Clone, Copy, PartialEq, Debug, Default)]
 pub struct Inputs {
     /// Angles of the wheels, forward, rad; any zero, and they may wrap at 2^16 rad or never.
     pub wheels: [f32; 4],
@@ -187,6 +187,13 @@ impl Gait {
         let stage = next(self.stage, Event::Acknowledged);
         if stage != self.stage {
             self.enter(stage);
+        }
+    }
+
+    /// Gives a gait up where it is; whatever is in the air stays there.
+    pub fn hold(&mut self) {
+        if !matches!(self.stage, Stage::Standing | Stage::Arrived | Stage::Stuck) {
+            self.enter(Stage::Stuck);
         }
     }
 

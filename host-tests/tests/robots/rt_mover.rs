@@ -1,0 +1,173 @@
+//! RT-Mover's nodes on its plant: one wheel after the other goes onto the step, on three wheels, with a level seat.
+
+use super::{outcome, scenario};
+use tautrack_host_tests::nodes::Board;
+use tautrack_host_tests::record::Sample;
+use tautrack_host_tests::scenario::Expect;
+
+const WHEELS: [&str; 4] = ["front_left", "front_right", "rear_left", "rear_right"];
+/// Shorter than this off the ground is a tremble, s.
+const HOP: f64 = 0.5;
+/// Time after a touch-down that belongs to it: the gait feels the ground, and the load spreads, s.
+const TOUCH_DOWN: f64 = 1.0;
+
+/// What a wheel did in the air.
+#[derive(Debug)]
+struct Flight {
+    wheel: usize,
+    from_s: f64,
+    to_s: f64,
+    /// Largest distance along the way from where it left the ground, and from where it touches, while it rises and while it falls, m.
+    column: [f64; 2],
+    /// Least margin of the other three, m.
+    margin: f64,
+    /// Samples with less than three wheels on the ground.
+    fewer: usize,
+}
+
+fn channel(sample: &Sample, wheel: usize, what: &str) -> f64 {
+    sample.truth.channels[format!("{}_{what}", WHEELS[wheel]).as_str()]
+}
+
+/// All flights over a step of `height`, in order.
+fn flights(samples: &[Sample], height: f64) -> Vec<Flight> {
+    let mut flights = Vec::new();
+    for wheel in 0..4 {
+        let flying = |sample: &Sample| channel(sample, wheel, "load_n") < 0.1;
+        for air in samples.chunk_by(|a, b| flying(a) == flying(b)) {
+            let [from_s, to_s] = [&air[0], &air[air.len() - 1]].map(|sample| sample.time_s);
+            if !flying(&air[0]) || to_s - from_s < HOP {
+                continue;
+            }
+            let x = |sample: &Sample| channel(sample, wheel, "x_m");
+            let over = |sample: &Sample| channel(sample, wheel, "height_m") > height + 0.02;
+            let up = air.iter().position(over).unwrap_or(air.len());
+            let down = air
+                .iter()
+                .rposition(over)
+                .map_or(air.len(), |last| last + 1);
+            let spread = |part: &[Sample], from: f64| {
+                part.iter()
+                    .map(|sample| (x(sample) - from).abs())
+                    .fold(0.0, f64::max)
+            };
+            let three = |sample: &&Sample| sample.truth.contacts.len() == 3;
+            flights.push(Flight {
+                wheel,
+                from_s,
+                to_s,
+                column: [
+                    spread(&air[..up], x(&air[0])),
+                    spread(&air[down..], x(&air[air.len() - 1])),
+                ],
+                margin: air
+                    .iter()
+                    .filter(three)
+                    .map(|sample| sample.truth.channels["support_margin_m"])
+                    .fold(f64::INFINITY, f64::min),
+                fewer: air
+                    .iter()
+                    .filter(|sample| sample.truth.contacts.len() < 3)
+                    .count(),
+            });
+        }
+    }
+    flights.sort_by(|a, b| a.from_s.total_cmp(&b.from_s));
+    flights
+}
+
+/// Largest tilt of the seat outside of and during touch-downs, degrees.
+fn tilts(samples: &[Sample], flights: &[Flight]) -> [f64; 2] {
+    let mut tilts = [0.0; 2];
+    for sample in samples.iter().filter(|sample| sample.time_s > 1.0) {
+        let touching = flights
+            .iter()
+            .any(|flight| (flight.to_s - 0.1..flight.to_s + TOUCH_DOWN).contains(&sample.time_s));
+        let tilt = sample.truth.pitch.abs().max(sample.truth.roll.abs());
+        let slot: &mut f64 = &mut tilts[usize::from(touching)];
+        *slot = slot.max(tilt.to_degrees());
+    }
+    tilts
+}
+
+/// Seconds that a lifted wheel is in the air at the least; a wheel that rides up the face of a step comes down sooner.
+const LIFTED: f64 = 2.0;
+
+/// The goals of the gait, with nodes, bus and sensors in between.
+fn steps_up(name: &str, height: f64, hops: usize) {
+    let (summary, samples) = outcome(
+        &scenario(&format!("rt-mover/{name}"), |_| {}),
+        Board::Native,
+    );
+    let flights = flights(&samples, height);
+    for flight in &flights {
+        println!("{name} {flight:.4?}");
+    }
+    let [calm, touching] = tilts(&samples, &flights);
+    println!("{name} seat within {calm:.2} degrees, {touching:.2} in touch-downs");
+    let heights = [0, 1, 2, 3].map(|wheel| channel(samples.last().unwrap(), wheel, "height_m"));
+    println!("{name} heights {heights:.4?}");
+    assert!(summary.expectation_met, "{summary}");
+    for found in heights {
+        assert!((found - height).abs() < 0.005, "{heights:?}");
+    }
+    let (flights, others): (Vec<_>, Vec<_>) = flights
+        .into_iter()
+        .partition(|flight| flight.to_s - flight.from_s > LIFTED);
+    assert!(others.len() <= hops, "{others:?}");
+    let order: Vec<_> = flights.iter().map(|flight| flight.wheel).collect();
+    assert_eq!(order, [0, 1, 2, 3], "one wheel after the other");
+    for flight in &flights {
+        assert!(flight.margin > 0.0, "{flight:?}");
+        assert!(flight.column.iter().all(|off| *off <= 0.005), "{flight:?}");
+        assert!(flight.fewer < 10, "{flight:?}");
+    }
+    assert!(calm < 2.0, "{calm}");
+}
+
+#[test]
+fn the_nodes_step_up_ten_centimetres() {
+    steps_up("step-10", 0.10, 0);
+}
+
+#[test]
+fn the_nodes_step_up_fifteen_centimetres() {
+    steps_up("step-15", 0.15, 0);
+}
+
+#[test]
+fn the_nodes_step_up_twenty_centimetres() {
+    // A step twice as high as the wheels' radius is all face: seeking it, a rear wheel rides up a little.
+    steps_up("step-20", 0.20, 1);
+}
+
+#[test]
+fn emulated_and_native_nodes_end_in_the_same_bits() {
+    // Through referencing and into the gait: the body turns askew.
+    let short = scenario("rt-mover/step-10", |description| {
+        description.duration_s = 3.0;
+        description.expect = Expect::default();
+    });
+    let [native, emulated] =
+        [Board::Native, Board::Qemu].map(|board| outcome(&short, board).0.state_hash);
+    assert_eq!(native, emulated);
+}
+
+/// Levelled, the seat never turns over; what happens is that the robot falls onto the wheel that it was to lift.
+#[test]
+fn the_guard_keeps_on_four_wheels_a_robot_that_falls_over_a_diagonal_without_it() {
+    let [with, without] = [true, false].map(|guard| {
+        let changed = scenario("rt-mover/hazards/load-aside", |description| {
+            description.guard = guard;
+        });
+        let (summary, samples) = outcome(&changed, Board::Native);
+        let opposite = samples
+            .iter()
+            .map(|sample| channel(sample, 3, "height_m"))
+            .fold(0.0, f64::max);
+        (summary.guard.interventions, opposite)
+    });
+    println!("rear right wheel: {with:?} with, {without:?} without guard");
+    assert!(without.1 > 0.2, "{without:?} is no hazard");
+    assert!(with.0 > 0 && with.1 < 0.01, "{with:?}");
+}

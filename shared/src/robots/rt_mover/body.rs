@@ -1,0 +1,307 @@
+//! RT-Mover under the guard: nine drives in a row, the operator's posture word is the height of the step ahead in mm.
+//!
+//! A word that rises from zero asks for the gait, zero freezes it (a wheel in the air stays there), and after it ended the operator's reset makes the robot
+//! obey speeds again. The guard's boards sit on the seat, so its attitude is the seat's.
+
+use super::gait::Stage;
+use super::parameters::{LENGTHS, MASSES, Masses, Parameters, ParametersError};
+use super::projection::Projection;
+use super::support::cog;
+use super::walk::{Gait, Inputs, Outputs, Pace};
+use super::wheel::{Shape, Wheel};
+use crate::math::vector::Vector as Vector3;
+use crate::math::{limit, min, to_i32};
+use crate::motor::profile::{Limits, SetPoint as Motion};
+use crate::robots::body::{Allowed, Asked, Body, DriveState, Goal, MAX_DRIVES, Phase};
+use crate::settings::{Setting, Settings};
+use crate::stability::attitude::Attitude;
+use crate::stability::support::Stance;
+use crate::units::Angle;
+use heapless::Vec;
+
+/// The drives' order: four wheels as [`Wheel`], front and rear steering, front and rear roll, pitch.
+const DRIVES: usize = 9;
+const STEERING: usize = 4;
+const ROLL: usize = 6;
+const PITCH: usize = 8;
+
+/// Radians per bit of a wheel's position, 2^-16 turn, and of a shaft's, 2^-24 turn: a gait takes differences of these over 5 ms.
+const WHEEL_RADIANS: f32 = core::f32::consts::TAU / 65_536.0;
+const SHAFT_RADIANS: f32 = core::f32::consts::TAU / 16_777_216.0;
+/// Newton metres per bit of a torque.
+const NEWTON_METRES: f32 = 0.01;
+/// Steering shafts closer to straight than this count as straight, 2^-24 turn (0.3 degree).
+const STRAIGHT: u32 = 13_981;
+
+/// The stages of [`Body::STAGES`]: all shafts look for their reference at once, which lies where they stand on level ground.
+const REFERENCE: u8 = 0;
+
+/// The leg-wheel robot under the guard.
+#[derive(Clone, Debug)]
+pub struct RtMover {
+    parameters: Parameters<f32>,
+    /// How far a declared load moves the centre of gravity to the left, m. The gait knows of it by the guard's margins only.
+    cog_left: f32,
+    speed: Limits,
+    gait: Gait,
+    inputs: Inputs,
+    outputs: Outputs,
+    known: [bool; DRIVES],
+    /// Heading that the step is straight at.
+    straight: Angle,
+    word: i16,
+    /// Forward speed that is passed on; its position is not used.
+    forward: Motion,
+    wheels: Option<[i32; 4]>,
+    odometry_um: f32,
+    odometry_whole_um: i32,
+}
+
+impl RtMover {
+    fn stance_of(&self, shape: &Shape<f32>, attitude: &Attitude) -> Stance {
+        let (sine, cosine) = crate::math::sin_cos(attitude.roll());
+        // From right, forward, up to forward, left, up; then the body's roll about the heading, which the model has not.
+        let level = |[right, forward, up]: Vector3<f32>, left: f32| {
+            let left = left - right;
+            [
+                forward,
+                left * cosine - up * sine,
+                up * cosine + left * sine,
+            ]
+        };
+        let contacts = Projection::new(&self.parameters, shape).contacts;
+        let around = [
+            Wheel::RearRight,
+            Wheel::FrontRight,
+            Wheel::FrontLeft,
+            Wheel::RearLeft,
+        ];
+        let lifted = self.gait.lifted();
+        let standing = around
+            .map(|wheel| (lifted != Some(wheel)).then(|| level(contacts[wheel as usize], 0.0)));
+        Stance::on_some(standing, level(cog(&self.parameters, shape), self.cog_left))
+    }
+
+    /// Part of the gait's motion that is let through. A wheel that goes down is not held up by a margin that it is about to widen.
+    fn share(&self, asked: &Asked, allowed: &Allowed) -> f32 {
+        let posture = if allowed.posture {
+            allowed.limits.posture
+        } else {
+            0.0
+        };
+        match self.gait.stage() {
+            // The forward speed has it already.
+            Stage::Standing | Stage::Arrived | Stage::Stuck => 1.0,
+            _ if asked.posture == 0 => 0.0,
+            Stage::Landing => 1.0,
+            Stage::Lifting | Stage::Swinging => min(allowed.share, posture),
+            _ => allowed.share,
+        }
+    }
+}
+
+/// Masses with the declared load, fixed to the seat, and how far it moves the centre of gravity to the left, m.
+fn loaded(settings: &Settings) -> (Masses, f32) {
+    let metres = |setting| f64::from(settings.get(setting)) * 1e-6;
+    let load = f64::from(settings.get(Setting::PayloadMass)) * 1e-3;
+    let seat = MASSES.seat + load;
+    let mean = |own: f64, setting| (MASSES.seat * own + load * metres(setting)) / seat;
+    let masses = Masses {
+        seat,
+        seat_forward: mean(MASSES.seat_forward, Setting::PayloadForward),
+        seat_height: mean(MASSES.seat_height, Setting::PayloadUp),
+        ..MASSES
+    };
+    let left = load * metres(Setting::PayloadLeft) / masses.total();
+    (masses, left as f32)
+}
+
+impl Body for RtMover {
+    /// What no robot has like this. A name: digits of numbers would take 20 KiB of flash.
+    type Refusal = &'static str;
+
+    const STAGES: &'static [&'static str] = &["referencing", "straightening"];
+    const ODOMETRY: &'static [usize] = &[0, 1, 2, 3];
+
+    fn new(settings: &Settings) -> Result<Self, &'static str> {
+        let (masses, cog_left) = loaded(settings);
+        let parameters = Parameters::new(&LENGTHS, &masses).map_err(|error| match error {
+            ParametersError::OutOfRange { name, .. } => name,
+            ParametersError::SteeringLimit { .. } => "steering limit",
+        })?;
+        Ok(Self {
+            parameters,
+            cog_left,
+            speed: Limits {
+                velocity: settings.scaled(Setting::SpeedLimit, 1e-6),
+                acceleration: settings.scaled(Setting::DriveAcceleration, 1e-6),
+            },
+            gait: Gait::new(parameters, Pace::nominal()),
+            inputs: Inputs::default(),
+            outputs: Outputs::default(),
+            known: [false; DRIVES],
+            straight: Angle::ZERO,
+            word: 0,
+            forward: Motion::default(),
+            wheels: None,
+            odometry_um: 0.0,
+            odometry_whole_um: 0,
+        })
+    }
+
+    fn drive_ids(settings: &Settings) -> Vec<u8, MAX_DRIVES> {
+        let first = settings.id(Setting::FirstDriveId);
+        (first..).take(DRIVES).collect()
+    }
+
+    fn observe(&mut self, drives: &[DriveState], attitude: &Attitude, _: f32) {
+        let wheel = |drive: usize| drives[drive].position as f32 * WHEEL_RADIANS;
+        let shaft = |drive: usize| drives[drive].position as f32 * SHAFT_RADIANS;
+        let torque = |drive: usize| f32::from(drives[drive].torque) * NEWTON_METRES;
+        self.known = core::array::from_fn(|drive| drives[drive].referenced);
+        self.inputs = Inputs {
+            wheels: [0, 1, 2, 3].map(wheel),
+            steering: [STEERING, STEERING + 1].map(shaft),
+            roll: [ROLL, ROLL + 1].map(shaft),
+            pitch_shaft: shaft(PITCH),
+            wheel_torques: [0, 1, 2, 3].map(torque),
+            roll_torques: [ROLL, ROLL + 1].map(torque),
+            inclination: [attitude.pitch().radians(), attitude.roll().radians()],
+            ..self.inputs
+        };
+        let wheels = [0, 1, 2, 3].map(|drive: usize| drives[drive].position);
+        let before = self.wheels.replace(wheels).unwrap_or(wheels);
+        let turned = (0..4).fold(0.0, |sum, wheel| {
+            sum + wheels[wheel].wrapping_sub(before[wheel]) as f32 * WHEEL_RADIANS
+        });
+        // Whole micrometres leave the sum, so that it never grows coarse.
+        self.odometry_um += 0.25e6 * self.parameters.wheel_radius * turned;
+        let whole = to_i32(self.odometry_um);
+        self.odometry_um -= whole as f32;
+        self.odometry_whole_um = self.odometry_whole_um.wrapping_add(whole);
+    }
+
+    fn stance(&self, attitude: &Attitude) -> Stance {
+        self.stance_of(&self.inputs.shape(), attitude)
+    }
+
+    fn stance_ahead(&self, _: &Asked, attitude: &Attitude, horizon: f32, _: f32) -> Stance {
+        // The shafts go on as they were told last.
+        let mut shape = self.inputs.shape();
+        for axle in 0..2 {
+            shape.steering[axle] += self.outputs.steering[axle] * horizon;
+            shape.roll[axle] += self.outputs.roll[axle] * horizon;
+        }
+        self.stance_of(&shape, attitude)
+    }
+
+    fn rest(&mut self) {
+        self.forward = Motion::default();
+        self.outputs = Outputs::default();
+        self.word = 0;
+        self.gait.hold();
+    }
+
+    fn acknowledge(&mut self) {
+        self.gait.acknowledge();
+    }
+
+    fn advance(&mut self, asked: &Asked, allowed: Allowed, attitude: &Attitude, period: f32) {
+        let standing = self.gait.stage() == Stage::Standing;
+        // It stops before a gait.
+        let target = if standing && asked.posture == 0 {
+            asked.forward * allowed.share
+        } else {
+            0.0
+        };
+        let limits = Limits {
+            acceleration: if target > self.forward.velocity {
+                allowed.limits.forward
+            } else {
+                allowed.limits.backward
+            },
+            ..self.speed
+        };
+        self.forward.toward_velocity(target, limits, period);
+        let risen = asked.posture > 0 && self.word == 0;
+        if !(risen && standing && self.forward.velocity != 0.0) {
+            self.word = asked.posture;
+            if risen && standing {
+                self.straight = attitude.heading();
+                self.gait.ask(f32::from(asked.posture) * 1e-3, 0.0);
+            }
+        }
+        let speed = self.forward.velocity;
+        // On the curve that was asked for at any speed.
+        let yaw_rate = if asked.forward == 0.0 {
+            0.0
+        } else {
+            limit(
+                asked.yaw_rate * (speed / asked.forward),
+                asked.yaw_rate.abs(),
+            )
+        };
+        self.inputs.asked = [speed, yaw_rate];
+        self.inputs.heading = (attitude.heading() - self.straight).radians();
+        self.inputs.share = self.share(asked, &allowed);
+        self.outputs = self.gait.tick(&self.inputs, period);
+    }
+
+    fn first_stage(&self, drives: &[DriveState]) -> u8 {
+        let known = drives[STEERING..].iter().all(|drive| drive.referenced);
+        REFERENCE + u8::from(known)
+    }
+
+    fn reached(&mut self, stage: u8, drives: &[DriveState], _: u64) -> bool {
+        let enabled = drives.iter().all(|drive| drive.enabled);
+        let shafts = &drives[STEERING..];
+        enabled
+            && if stage == REFERENCE {
+                shafts.iter().all(|drive| drive.referenced)
+            } else {
+                let straight = |drive: &DriveState| drive.position.unsigned_abs() < STRAIGHT;
+                drives[STEERING..ROLL].iter().all(straight)
+            }
+    }
+
+    fn goal(&self, phase: Phase, drive: usize) -> Goal {
+        let Outputs {
+            wheels,
+            steering,
+            roll,
+            pitch_shaft,
+        } = self.outputs;
+        match (phase, drive) {
+            (Phase::Held, _) => Goal::Hold,
+            (Phase::Waking(REFERENCE), STEERING..) if !self.known[drive] => Goal::Reference,
+            (Phase::Waking(stage), STEERING..ROLL) if stage > REFERENCE => Goal::MoveTo(0),
+            (Phase::Waking(_), _) => Goal::Velocity(0),
+            (Phase::Armed, _) => Goal::Velocity(to_i32(
+                1e6 * match drive {
+                    0..STEERING => wheels[drive],
+                    STEERING..ROLL => steering[drive - STEERING],
+                    ROLL..PITCH => roll[drive - ROLL],
+                    _ => pitch_shaft,
+                },
+            )),
+        }
+    }
+
+    fn speed(&self) -> f32 {
+        let sum = self.outputs.wheels.iter().fold(0.0, |sum, rate| sum + rate);
+        0.25 * self.parameters.wheel_radius * sum
+    }
+
+    fn stopping_time(&self) -> f32 {
+        self.speed().abs() / self.speed.acceleration
+    }
+
+    /// Zero: what has to be asked for to leave the gait where it is.
+    fn posture(&self) -> i16 {
+        0
+    }
+
+    fn odometry_um(&self) -> i32 {
+        self.odometry_whole_um
+    }
+}
