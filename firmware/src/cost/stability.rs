@@ -4,7 +4,7 @@ use super::counter::Table;
 use super::inputs::{Random, angle, settings};
 use core::hint::black_box;
 use tautrack::robots::b2p2::Model;
-use tautrack::stability::support::Stance;
+use tautrack::stability::support::margins;
 use tautrack::units::Angle;
 
 struct State {
@@ -45,7 +45,7 @@ pub fn count(table: &mut Table) {
         state.cog = state.model.shape(theta, l3).cog;
     });
     table.kernel("four margins", &mut state, shape, |state, _| {
-        state.margins = Stance::on(state.support, state.cog).margins();
+        state.margins = margins(&state.support, state.cog);
     });
     table.kernel(
         "CoG and four margins",
@@ -53,7 +53,7 @@ pub fn count(table: &mut Table) {
         shape,
         |state, (theta, l3)| {
             let cog = state.model.shape(theta, l3).cog;
-            state.margins = Stance::on(state.support, cog).margins();
+            state.margins = margins(&state.support, cog);
         },
     );
 }

@@ -73,7 +73,7 @@ fn the_guard_holds_what_tips_over_without_it() {
         let [with, without] = [true, false].map(|guard| {
             let changed = scenario(&format!("hylos/hazards/{name}"), |description| {
                 description.guard = guard;
-                description.expect = Default::default();
+                description.expect = tautrack_host_tests::scenario::Expect::default();
             });
             outcome(&changed, Board::Native).0
         });

@@ -76,13 +76,13 @@ impl Stance {
     /// all margins are `-NO_EDGE`.
     #[inline]
     pub fn margins(&self) -> [f32; 4] {
-        let mut margins = [self.missing(); 4];
-        for (edge, there, [from, to]) in self.edges() {
-            if there {
-                margins[edge as usize] = margin(*from, *to, self.cog);
+        let mut found = margins(&self.corners, self.cog);
+        for (edge, standing) in FROM_CONTACT.iter().zip(self.standing) {
+            if !standing {
+                found[*edge as usize] = self.missing();
             }
         }
-        margins
+        found
     }
 
     /// Margin to an edge that is not there: wide, or, when there is none at all, to nothing.
@@ -115,6 +115,18 @@ pub fn narrowest(margins: &[f32; 4]) -> Edge {
         }
     }
     edge
+}
+
+/// [`Stance::margins`] of four contacts that all carry.
+#[inline]
+pub fn margins(contacts: &[[f32; 3]; 4], cog: [f32; 3]) -> [f32; 4] {
+    let [rear_right, front_right, front_left, rear_left] = *contacts;
+    [
+        margin(rear_left, rear_right, cog),
+        margin(front_right, front_left, cog),
+        margin(front_left, rear_left, cog),
+        margin(rear_right, front_right, cog),
+    ]
 }
 
 #[inline]
