@@ -140,7 +140,7 @@ fn an_impossible_value_is_refused_with_key_value_and_bound() {
         (
             "chassis_deg = 0.0\n",
             "\n",
-            "operator.event[0] changes nothing; give chassis_deg, speed_mps or yaw_rate_deg_s",
+            "operator.event[0] changes nothing; give chassis_deg, step_m, speed_mps or yaw_rate_deg_s",
         ),
         (
             "[20.0, 28.0]",

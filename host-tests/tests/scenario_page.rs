@@ -59,7 +59,7 @@ fn documented() -> BTreeSet<String> {
 #[test]
 fn every_example_is_a_good_scenario() {
     let examples = examples();
-    assert_eq!(examples.len(), 7);
+    assert_eq!(examples.len(), 9);
     for text in examples {
         Scenario::parse(&text, "example").unwrap_or_else(|error| panic!("{error}\n{text}"));
     }
@@ -86,6 +86,8 @@ fn every_key_that_the_parser_knows_has_a_row_and_an_example() {
         (4, "foot_m", "nonsense = 1\nfoot_m"),
         (6, "acceleration_mps2", "nonsense = 1\nacceleration_mps2"),
         (6, "cohesion_pa", "nonsense = 1\ncohesion_pa"),
+        (7, "slope_deg", "nonsense = 1\nslope_deg"),
+        (7, "clearance_m", "nonsense = 1\nclearance_m"),
         (1, "k_m", "nonsense = 1\nk_m"),
         (1, "mass_kg", "nonsense = 1\nmass_kg"),
         (1, "chassis_rate_deg_s", "nonsense = 1\nchassis_rate_deg_s"),

@@ -199,10 +199,12 @@ impl Node {
         let Self {
             mut process,
             input,
-            output,
+            mut output,
             ..
         } = self;
-        drop((input, output));
+        drop(input);
+        // Its last words need somebody to hear them.
+        let _ = std::io::copy(&mut output, &mut std::io::sink());
         process.wait().expect("the node ends").success()
     }
 }

@@ -44,7 +44,10 @@ fn acceleration() -> f64 {
 
 impl Hylos {
     pub(super) fn check(&self, scenario: &Description) -> Result<(), Problem> {
-        if scenario.robot != Robot::nominal() || scenario.crawler.is_some() {
+        if scenario.robot != Robot::nominal()
+            || scenario.crawler.is_some()
+            || scenario.rt_mover.is_some()
+        {
             return contradiction("hylos", "is not the only robot");
         }
         let bounds = [
