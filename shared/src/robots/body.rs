@@ -3,6 +3,8 @@
 //! A robot implements [`Body`] once, in its own folder. Network, sequence and filter are the guard's and the same for all.
 
 use crate::estimate::state::Joint;
+use crate::math::limit;
+use crate::motor::profile::{self, SetPoint};
 use crate::settings::Settings;
 use crate::stability::attitude::Attitude;
 use crate::stability::limits::Limits;
@@ -98,6 +100,36 @@ pub struct Allowed {
     pub posture: bool,
     /// Within which limits both.
     pub limits: Limits,
+}
+
+impl Allowed {
+    /// Moves the speed of `motion` toward the share of `asked` (m/s) that passes, no faster than `fastest` (m/s), within the accelerations that
+    /// are handed down.
+    pub fn ramp(&self, motion: &mut SetPoint, asked: f32, fastest: f32, period: f32) {
+        let target = asked * self.share;
+        let limits = profile::Limits {
+            velocity: fastest,
+            acceleration: if target > motion.velocity {
+                self.limits.forward
+            } else {
+                self.limits.backward
+            },
+        };
+        motion.toward_velocity(target, limits, period);
+    }
+
+    /// Yaw rate, rad/s, with which a robot at `speed` (m/s) is on the curve that was asked for while it still speeds up; on the spot, the
+    /// share of what was asked. Never more than asked.
+    pub fn yaw_rate_on_the_curve(&self, asked: &Asked, speed: f32) -> f32 {
+        if asked.forward == 0.0 {
+            asked.yaw_rate * self.share
+        } else {
+            limit(
+                asked.yaw_rate * (speed / asked.forward),
+                asked.yaw_rate.abs(),
+            )
+        }
+    }
 }
 
 /// One robot. The methods are called in the order `observe`, `stance`, `stance_ahead`, `advance`, `goal`, once per SYNC.

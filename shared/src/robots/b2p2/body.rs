@@ -234,16 +234,12 @@ impl Body for B2p2 {
     }
 
     fn advance(&mut self, asked: &Asked, allowed: Allowed, attitude: &Attitude, period: f32) {
-        let target = asked.forward * allowed.share;
-        let limits = Limits {
-            acceleration: if target > self.forward.velocity {
-                allowed.limits.forward
-            } else {
-                allowed.limits.backward
-            },
-            ..self.speed
-        };
-        self.forward.toward_velocity(target, limits, period);
+        allowed.ramp(
+            &mut self.forward,
+            asked.forward,
+            self.speed.velocity,
+            period,
+        );
         self.yaw_rate = self.yaw(asked.yaw_rate * allowed.share, attitude);
         if allowed.posture {
             self.chassis = self.next_chassis(asked, allowed.limits.posture, period);

@@ -4,7 +4,7 @@ use super::controller::{Configuration, Controller, Observation, STANDING};
 use super::kinematics::BodyVelocity;
 use super::parameters::{Body as Masses, Dimensions, Ground, ParametersError};
 use super::shape::Shape;
-use crate::math::{Scalar, limit, to_i32};
+use crate::math::{Scalar, to_i32};
 use crate::motor::profile::{Limits, SetPoint as Motion};
 use crate::robots::body::{Allowed, Asked, Body, DriveState, Goal, MAX_DRIVES, Phase};
 use crate::settings::{Setting, Settings};
@@ -144,26 +144,14 @@ impl Body for Crawler {
     }
 
     fn advance(&mut self, asked: &Asked, allowed: Allowed, _: &Attitude, period: f32) {
-        let target = asked.forward * allowed.share;
-        let limits = Limits {
-            acceleration: if target > self.forward.velocity {
-                allowed.limits.forward
-            } else {
-                allowed.limits.backward
-            },
-            ..self.speed
-        };
-        self.forward.toward_velocity(target, limits, period);
+        allowed.ramp(
+            &mut self.forward,
+            asked.forward,
+            self.speed.velocity,
+            period,
+        );
         let speed = self.forward.velocity;
-        // While it speeds up it is on the curve that was asked for already.
-        let yaw_rate = if asked.forward == 0.0 {
-            asked.yaw_rate * allowed.share
-        } else {
-            limit(
-                asked.yaw_rate * (speed / asked.forward),
-                asked.yaw_rate.abs(),
-            )
-        };
+        let yaw_rate = allowed.yaw_rate_on_the_curve(asked, speed);
         let velocity = BodyVelocity {
             forward: speed,
             yaw_rate,

@@ -2,7 +2,7 @@
 
 use super::parameters::{MARGIN_FLOOR, MARGIN_LIMIT, POTENTIAL_GAIN, STANCE_HEIGHT};
 use super::{Controller, LEGS, Parameters, Posture, Sensed, Wish, attitude, body};
-use crate::math::{limit, sin_cos, to_i16, to_i32};
+use crate::math::{sin_cos, to_i16, to_i32};
 use crate::motor::profile::{Limits, SetPoint as Motion};
 use crate::robots::body::{Allowed, Asked, Body, DriveState, Goal, MAX_DRIVES, Phase};
 use crate::settings::{Setting, Settings};
@@ -156,26 +156,14 @@ impl Body for Hylos {
 
     /// The legs' way out of danger counts as motion of the posture: it passes while it raises the margins.
     fn advance(&mut self, asked: &Asked, allowed: Allowed, _: &Attitude, period: f32) {
-        let target = asked.forward * allowed.share;
-        let limits = Limits {
-            acceleration: if target > self.forward.velocity {
-                allowed.limits.forward
-            } else {
-                allowed.limits.backward
-            },
-            ..self.speed
-        };
-        self.forward.toward_velocity(target, limits, period);
+        allowed.ramp(
+            &mut self.forward,
+            asked.forward,
+            self.speed.velocity,
+            period,
+        );
         let speed = self.forward.velocity;
-        // While it speeds up it is on the curve that was asked for already.
-        let yaw_rate = if asked.forward == 0.0 {
-            asked.yaw_rate * allowed.share
-        } else {
-            limit(
-                asked.yaw_rate * (speed / asked.forward),
-                asked.yaw_rate.abs(),
-            )
-        };
+        let yaw_rate = allowed.yaw_rate_on_the_curve(asked, speed);
         if allowed.posture {
             self.clearance = clearance(asked.posture);
         }

@@ -209,20 +209,12 @@ impl Body for RtMover {
     fn advance(&mut self, asked: &Asked, allowed: Allowed, attitude: &Attitude, period: f32) {
         let standing = self.gait.stage() == Stage::Standing;
         // It stops before a gait.
-        let target = if standing && asked.posture == 0 {
-            asked.forward * allowed.share
+        let forward = if standing && asked.posture == 0 {
+            asked.forward
         } else {
             0.0
         };
-        let limits = Limits {
-            acceleration: if target > self.forward.velocity {
-                allowed.limits.forward
-            } else {
-                allowed.limits.backward
-            },
-            ..self.speed
-        };
-        self.forward.toward_velocity(target, limits, period);
+        allowed.ramp(&mut self.forward, forward, self.speed.velocity, period);
         let risen = asked.posture > 0 && self.word == 0;
         if !(risen && standing && self.forward.velocity != 0.0) {
             self.word = asked.posture;
