@@ -184,9 +184,9 @@ proptest! {
             watch.compare(level, !found.quick, *period);
             let margins = if matches!(watch.trust(), Trust::None(_)) { [f32::NAN; 4] } else { found.margins };
             let limits = Limits::of(&found, &parameters);
-            for (value, least) in [(limits.forward, 0.1), (limits.backward, 0.1), (limits.left, 0.0), (limits.right, 0.0)] {
-                prop_assert!((least - 1e-6..=parameters.acceleration).contains(&value), "{:?}", limits);
-            }
+            let (along, across) = (0.1 - 1e-6..=parameters.braking, -1e-6..=parameters.acceleration);
+            prop_assert!(along.contains(&limits.forward) && along.contains(&limits.backward), "{:?}", limits);
+            prop_assert!(across.contains(&limits.left) && across.contains(&limits.right), "{:?}", limits);
             let band = bands.update(&margins, *period, &parameters);
             if margins.iter().any(|margin| !margin.is_finite()) {
                 prop_assert!(band >= Band::Limit);
@@ -211,7 +211,7 @@ proptest! {
             let mode = trip.update(&sight, requests, &parameters);
             let admitted = mode.admit(asked, &parameters);
             if !matches!(mode, Mode::BackingOff(_)) && asked.forward.is_finite() {
-                let tracked = tracker.update(stance, margins, *forward, *period);
+                let tracked = tracker.update(stance, &found, *forward, *period);
                 let bounds = Bounds { caution: parameters.caution, stop: parameters.stop, horizon: 0.3 };
                 let (share, _) = drive(admitted.forward, attitude.pitch().radians(), &tracked, &bounds);
                 prop_assert!(within(admitted.forward * share, asked.forward), "{:?} {}", admitted, share);

@@ -3,7 +3,7 @@
 //! A robot implements [`Body`] once, in its own folder. Network, sequence and filter are the guard's and the same for all.
 
 use crate::estimate::state::Joint;
-use crate::math::limit;
+use crate::math::{limit, min};
 use crate::motor::profile::{self, SetPoint};
 use crate::settings::Settings;
 use crate::stability::attitude::Attitude;
@@ -96,6 +96,8 @@ pub struct Asked {
 pub struct Allowed {
     /// Share of the asked speeds, 0 to 1.
     pub share: f32,
+    /// Whether the guard stops the robot, as hard as the limits bear.
+    pub stop: bool,
     /// Whether the posture may move on.
     pub posture: bool,
     /// Within which limits both.
@@ -103,17 +105,24 @@ pub struct Allowed {
 }
 
 impl Allowed {
-    /// Moves the speed of `motion` toward the share of `asked` (m/s) that passes, no faster than `fastest` (m/s), within the accelerations that
-    /// are handed down.
-    pub fn ramp(&self, motion: &mut SetPoint, asked: f32, fastest: f32, period: f32) {
+    /// Moves the speed of `motion` toward the share of `asked` (m/s) that passes, within the robot's `own` limits and the accelerations that
+    /// are handed down. The guard's own stops know only the latter.
+    pub fn ramp(&self, motion: &mut SetPoint, asked: f32, own: profile::Limits, period: f32) {
         let target = asked * self.share;
+        let handed_down = if target > motion.velocity {
+            self.limits.forward
+        } else {
+            self.limits.backward
+        };
+        let slows = target.abs() < motion.velocity.abs();
+        let acceleration = if slows && (self.stop || self.share < 1.0) {
+            handed_down
+        } else {
+            min(handed_down, own.acceleration)
+        };
         let limits = profile::Limits {
-            velocity: fastest,
-            acceleration: if target > motion.velocity {
-                self.limits.forward
-            } else {
-                self.limits.backward
-            },
+            acceleration,
+            ..own
         };
         motion.toward_velocity(target, limits, period);
     }

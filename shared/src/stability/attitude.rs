@@ -129,10 +129,17 @@ impl LevelAxes {
     /// Turns a vector in body axes into level axes: x along the heading, z up.
     #[inline]
     pub fn of(&self, vector: [f32; 3]) -> [f32; 3] {
+        self.lowest(vector, 0.0)
+    }
+
+    /// The lowest place, in level axes, of a disc of `radius` around `centre` whose axle lies across the body.
+    #[inline]
+    pub fn lowest(&self, centre: [f32; 3], radius: f32) -> [f32; 3] {
         let ((pitch_sine, pitch_cosine), (roll_sine, roll_cosine)) = (self.pitch, self.roll);
-        let [x, y, z] = vector;
+        let [x, y, z] = centre;
         let forward = x * pitch_cosine - z * pitch_sine;
-        let up = x * pitch_sine + z * pitch_cosine;
+        // The pitch turns about the axle, the roll takes the disc with it.
+        let up = x * pitch_sine + z * pitch_cosine - radius;
         [
             forward,
             y * roll_cosine - up * roll_sine,

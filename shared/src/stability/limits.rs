@@ -7,7 +7,7 @@ use crate::math::{limit, max, min};
 /// Share of the configured deceleration below which the limit never goes: a robot that may not brake at all drives on.
 pub const LEAST_SHARE: f32 = 0.25;
 
-/// Largest accelerations in each direction, m/s^2, and how fast the posture may change.
+/// Largest accelerations in each direction, m/s^2, and how fast the posture may change. Along, they go up to what the guard's own stops may use.
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
 pub struct Limits {
     /// Forward: of a start ahead and of a stop from driving back.
@@ -25,18 +25,18 @@ pub struct Limits {
 impl Limits {
     /// What the settings allow by themselves.
     pub fn unlimited(parameters: &Parameters) -> Self {
-        let most = parameters.acceleration;
+        let (along, across) = (parameters.braking, parameters.acceleration);
         Self {
-            forward: most,
-            backward: most,
-            left: most,
-            right: most,
+            forward: along,
+            backward: along,
+            left: across,
+            right: across,
             posture: 1.0,
         }
     }
 
     /// Limits that leave each margin of the centre of gravity at least the trip margin: `a = g (m - m_trip) / h`, at most the configured
-    /// acceleration and at least [`LEAST_SHARE`] of it along, zero across.
+    /// braking along and acceleration across, at least [`LEAST_SHARE`] of the acceleration along and zero across.
     ///
     /// Margins of the centre of gravity, not those with the measured force: that already shows the acceleration which is to be limited.
     /// A margin that is no number gives the least.
@@ -44,7 +44,10 @@ impl Limits {
         let widening = parameters.uncertainty.widening();
         let configured = parameters.acceleration;
         let known = found.gravity.iter().all(|margin| margin.is_finite());
-        let mut most = [[if known { configured } else { f32::NAN }; 2]; 2];
+        let mut most = [parameters.braking, configured].map(|most| {
+            let most = if known { most } else { f32::NAN };
+            [most; 2]
+        });
         for (margin, levers) in found.gravity.iter().zip(&found.levers) {
             let room = max(*margin - parameters.trip, 0.0) * GRAVITY;
             for (most, lever) in most.iter_mut().zip(levers) {
@@ -103,6 +106,7 @@ mod tests {
     fn parameters() -> Parameters {
         Parameters {
             acceleration: 4.0,
+            braking: 4.0,
             ..Parameters::new(&Settings::default())
         }
     }

@@ -51,6 +51,8 @@ pub struct Parameters {
     pub horizon: f32,
     /// Acceleration and deceleration over ground, m/s^2.
     pub acceleration: f32,
+    /// Largest deceleration of the guard's own stops, m/s^2; at least the other.
+    pub braking: f32,
     /// Largest speed in doubt, m/s.
     pub crawl_speed: f32,
     /// Backing off is allowed.
@@ -136,6 +138,10 @@ impl Parameters {
             dwell: thousandths(Setting::BandDwell),
             horizon: thousandths(Setting::PredictionHorizon),
             acceleration: metres(Setting::DriveAcceleration),
+            braking: max(
+                metres(Setting::GuardDeceleration),
+                metres(Setting::DriveAcceleration),
+            ),
             crawl_speed: metres(Setting::CrawlSpeed),
             back_off: settings.get(Setting::BackOff) == 1,
             uncertainty: Uncertainty {

@@ -26,8 +26,9 @@ pub const EDGES: [Edge; 4] = [Edge::Back, Edge::Front, Edge::Left, Edge::Right];
 pub struct Stance {
     /// Centre of gravity.
     pub cog: [f32; 3],
-    /// Where each edge begins; in place of a wheel in the air stands the next one that is not.
-    corners: [[f32; 3]; 4],
+    /// Where each edge begins and ends; in place of a wheel in the air stands the next one that is not.
+    begins: [[f32; 3]; 4],
+    ends: [[f32; 3]; 4],
     standing: [bool; 4],
 }
 
@@ -41,19 +42,31 @@ impl Stance {
     /// A stance on all four contacts, counter-clockwise from above: rear right, front right, front left, rear left.
     #[inline]
     pub fn on(contacts: [[f32; 3]; 4], cog: [f32; 3]) -> Self {
+        let [rear_right, front_right, front_left, rear_left] = contacts;
         Self {
             cog,
-            corners: contacts,
+            begins: contacts,
+            ends: [front_right, front_left, rear_left, rear_right],
             standing: [true; 4],
         }
     }
 
+    /// The same with sides that end elsewhere in front, right and left, for a front that supports only along.
+    pub fn with_sides(mut self, [right, left]: [[f32; 3]; 2]) -> Self {
+        (self.ends[0], self.begins[2]) = (right, left);
+        self
+    }
+
     /// A stance on some of the four contacts, in the order of [`Stance::on`]; `None` is a wheel in the air.
     pub fn on_some(contacts: [Option<[f32; 3]>; 4], cog: [f32; 3]) -> Self {
-        let next = |start: usize| (0..4).find_map(|step| contacts[(start + step) & 3]);
+        let next = |start: usize| {
+            let found = (0..4).find_map(|step| contacts[(start + step) & 3]);
+            found.unwrap_or_default()
+        };
         Self {
             cog,
-            corners: [0, 1, 2, 3].map(|start| next(start).unwrap_or_default()),
+            begins: [0, 1, 2, 3].map(next),
+            ends: [1, 2, 3, 4].map(next),
             standing: contacts.map(|contact| contact.is_some()),
         }
     }
@@ -63,10 +76,11 @@ impl Stance {
         self.standing
     }
 
-    /// Places of the contacts that carry.
+    /// Places of the contacts that carry; where an edge ends short of the next, both of its ends.
     pub fn contacts(&self) -> impl Iterator<Item = [f32; 3]> + '_ {
-        let both = self.corners.iter().zip(self.standing);
-        both.filter_map(|(corner, standing)| standing.then_some(*corner))
+        self.edges()
+            .filter(|(_, there, _)| *there)
+            .flat_map(|(_, _, ends)| ends.map(|end| *end))
     }
 
     /// Horizontal distance of the centre of gravity to each edge, m, positive inside; indexed by [`Edge`].
@@ -76,10 +90,10 @@ impl Stance {
     /// all margins are `-NO_EDGE`.
     #[inline]
     pub fn margins(&self) -> [f32; 4] {
-        let mut found = margins(&self.corners, self.cog);
-        for (edge, standing) in FROM_CONTACT.iter().zip(self.standing) {
-            if !standing {
-                found[*edge as usize] = self.missing();
+        let mut found = [self.missing(); 4];
+        for (edge, there, [from, to]) in self.edges() {
+            if there {
+                found[edge as usize] = margin(*from, *to, self.cog);
             }
         }
         found
@@ -99,7 +113,7 @@ impl Stance {
     #[inline]
     pub fn edges(&self) -> impl Iterator<Item = (Edge, bool, [&[f32; 3]; 2])> + '_ {
         (0..4).map(|start| {
-            let ends = [&self.corners[start], &self.corners[(start + 1) & 3]];
+            let ends = [&self.begins[start], &self.ends[start]];
             (FROM_CONTACT[start], self.standing[start], ends)
         })
     }

@@ -3,6 +3,7 @@
 //! Every control period the sensors are heard ([`Supervision::hear`]); once per SYNC the stance is judged ([`Supervision::judge`]), the trip's latch asked
 //! what may be asked for at all ([`Supervision::admit`]), and the filter how much of that passes ([`Supervision::filter`]).
 
+use crate::math::min;
 use crate::math::vector::Vector;
 use crate::node::{BodySensors, CONTROL_PERIOD};
 use crate::robots::{Allowed, Asked};
@@ -95,9 +96,7 @@ impl Supervision {
         if matches!(self.trust, Trust::None(_)) {
             self.found.margins = [f32::NAN; 4];
         }
-        self.margins = self
-            .tracker
-            .update(stance, self.found.margins, speed, period);
+        self.margins = self.tracker.update(stance, &self.found, speed, period);
         self.limits = Limits::of(&self.found, &self.parameters);
         self.bands
             .update(&self.found.margins, period, &self.parameters);
@@ -190,11 +189,13 @@ impl Supervision {
         stopping: f32,
     ) -> (Allowed, Verdict) {
         let parameters = &self.parameters;
-        let brake = if asked.forward < 0.0 {
+        let bearable = if asked.forward < 0.0 {
             self.limits.forward
         } else {
             self.limits.backward
         };
+        // Harder braking is kept for what nobody foresaw.
+        let brake = min(bearable, parameters.acceleration);
         let bounds = Bounds {
             caution: parameters.caution,
             stop: parameters.stop,
@@ -206,6 +207,7 @@ impl Supervision {
         let (share, drive) = filter::drive(asked.forward, pitch, &self.margins, &bounds);
         let unhindered = Allowed {
             share: 1.0,
+            stop: false,
             posture: true,
             limits: Limits::unlimited(parameters),
         };
@@ -227,6 +229,7 @@ impl Supervision {
         }
         let allowed = Allowed {
             share,
+            stop: self.mode == Mode::Tripped,
             posture: posture_share > 0.0,
             limits: Limits {
                 posture: posture_share,

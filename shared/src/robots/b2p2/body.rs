@@ -72,9 +72,7 @@ pub struct B2p2 {
 impl B2p2 {
     fn stance_at(&self, theta: Angle, extension: f32, attitude: &Attitude) -> Stance {
         let shape = self.model.shape(theta, extension);
-        let axes = attitude.level_axes();
-        let level = |point| axes.of(point);
-        Stance::on(self.model.support(&shape, level), level(shape.cog))
+        self.model.stance(&shape, &attitude.level_axes())
     }
 
     fn next_chassis(&self, asked: &Asked, share: f32, period: f32) -> Motion {
@@ -234,12 +232,7 @@ impl Body for B2p2 {
     }
 
     fn advance(&mut self, asked: &Asked, allowed: Allowed, attitude: &Attitude, period: f32) {
-        allowed.ramp(
-            &mut self.forward,
-            asked.forward,
-            self.speed.velocity,
-            period,
-        );
+        allowed.ramp(&mut self.forward, asked.forward, self.speed, period);
         self.yaw_rate = self.yaw(asked.yaw_rate * allowed.share, attitude);
         if allowed.posture {
             self.chassis = self.next_chassis(asked, allowed.limits.posture, period);

@@ -5,6 +5,8 @@
 use super::parameters::{LENGTHS, SEGMENTS};
 use crate::math::{max, sin_cos};
 use crate::settings::{Setting, Settings};
+use crate::stability::attitude::LevelAxes;
+use crate::stability::support::Stance;
 use crate::units::Angle;
 
 /// A mass and its place, kg and m.
@@ -131,37 +133,40 @@ impl Model {
         }
     }
 
-    /// Where the belts may stand, in level axes, counter-clockwise from above from the rear right; `level` turns body
-    /// axes into level ones (x forward, z up).
+    /// How the belts stand, as far as that is known without knowing the ground.
     ///
-    /// Without knowledge of the ground this is the support that the guard assumes: behind, the lowest line of the rear
-    /// pulleys, about which the robot falls backward whatever nose or floor it stands on; in front, the pulley that
-    /// reaches farthest, because a fall forward ends on it.
-    pub fn support(&self, shape: &Shape, level: impl Fn([f32; 3]) -> [f32; 3]) -> [[f32; 3]; 4] {
-        let side = |axle: [f32; 3], left: f32| {
-            let mut point = level([axle[0], axle[1] + left, axle[2]]);
-            point[2] -= self.pulley_radius;
-            point
+    /// Behind, on the lowest line of the rear pulleys, about which the robot falls backward whatever nose or floor it stands on; in front, on the
+    /// pulley that reaches farthest, because a fall forward ends on it. The sides end where the belt may lie: at axle 2 with the front raised,
+    /// at axle 3 with it lowered. A raised front is no support across: on a side slope it hangs over the lower edge.
+    pub fn stance(&self, shape: &Shape, axes: &LevelAxes) -> Stance {
+        let under = |axle: [f32; 3], left: f32| {
+            axes.lowest([axle[0], axle[1] + left, axle[2]], self.pulley_radius)
         };
-        let (second, third) = (level(shape.axle_2), level(shape.axle_3));
+        let (second, third) = (axes.of(shape.axle_2), axes.of(shape.axle_3));
         let front = if max(second[0], third[0]) == third[0] {
             shape.axle_3
         } else {
             shape.axle_2
         };
+        let raised = shape.axle_3[2] > shape.axle_2[2];
+        let side = if raised { shape.axle_2 } else { shape.axle_3 };
         let (left, right) = (self.half_gauge, -self.half_gauge);
-        [
-            side([0.0; 3], right),
-            side(front, right),
-            side(front, left),
-            side([0.0; 3], left),
-        ]
+        let contacts = [
+            under([0.0; 3], right),
+            under(front, right),
+            under(front, left),
+            under([0.0; 3], left),
+        ];
+        let sides = [under(side, right), under(side, left)];
+        Stance::on(contacts, axes.of(shape.cog)).with_sides(sides)
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::node::BodySensors;
+    use crate::stability::attitude::Attitude;
 
     /// Sum of the three bodies' moments in double precision, the front part turned body by body.
     #[test]
@@ -228,5 +233,34 @@ mod tests {
             .unwrap();
         let shape = Model::new(&settings).shape(Angle::ZERO, 0.226);
         assert!((shape.cog[2] - 0.125).abs() < 1e-3, "{:?}", shape.cog);
+    }
+
+    /// On a side slope the robot turns over the lower line between axles 1 and 2, where its belt lies: a plane figure in the section across.
+    #[test]
+    fn a_front_raised_on_a_side_slope_is_no_support_across() {
+        let model = Model::new(&Settings::default());
+        let roll = 0.7_f64;
+        let mut attitude = Attitude::default();
+        let leaning = BodySensors {
+            inclination: [0.0, roll as f32],
+            ..BodySensors::default()
+        };
+        attitude.update(&leaning, 1e-3);
+        for degrees in [0.0_f64, 30.0, 60.0, 90.0] {
+            let shape = model.shape(Angle::from_radians(degrees.to_radians() as f32), 0.23);
+            let found = model.stance(&shape, &attitude.level_axes()).margins();
+            let height = f64::from(shape.cog[2]) + 0.05;
+            let (sine, cosine) = (libm::sin(roll), libm::cos(roll));
+            let sides = [1.0, -1.0].map(|side| {
+                let across = side * f64::from(shape.cog[1]);
+                (f64::from(model.half_gauge) - across) * cosine + side * height * sine
+            });
+            for (found, expected) in found[2..].iter().zip(sides) {
+                assert!(
+                    (f64::from(*found) - expected).abs() < 2e-4,
+                    "{degrees} {found} {expected}"
+                );
+            }
+        }
     }
 }

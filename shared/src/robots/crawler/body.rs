@@ -144,12 +144,7 @@ impl Body for Crawler {
     }
 
     fn advance(&mut self, asked: &Asked, allowed: Allowed, _: &Attitude, period: f32) {
-        allowed.ramp(
-            &mut self.forward,
-            asked.forward,
-            self.speed.velocity,
-            period,
-        );
+        allowed.ramp(&mut self.forward, asked.forward, self.speed, period);
         let speed = self.forward.velocity;
         let yaw_rate = allowed.yaw_rate_on_the_curve(asked, speed);
         let velocity = BodyVelocity {

@@ -156,12 +156,7 @@ impl Body for Hylos {
 
     /// The legs' way out of danger counts as motion of the posture: it passes while it raises the margins.
     fn advance(&mut self, asked: &Asked, allowed: Allowed, _: &Attitude, period: f32) {
-        allowed.ramp(
-            &mut self.forward,
-            asked.forward,
-            self.speed.velocity,
-            period,
-        );
+        allowed.ramp(&mut self.forward, asked.forward, self.speed, period);
         let speed = self.forward.velocity;
         let yaw_rate = allowed.yaw_rate_on_the_curve(asked, speed);
         if allowed.posture {

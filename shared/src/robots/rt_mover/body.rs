@@ -91,7 +91,7 @@ impl RtMover {
         };
         match self.gait.stage() {
             // The forward speed has it already.
-            Stage::Standing | Stage::Arrived | Stage::Stuck => 1.0,
+            Stage::Standing | Stage::Arrived | Stage::Stuck | Stage::Stranded => 1.0,
             _ if asked.posture == 0 => 0.0,
             Stage::Landing => 1.0,
             Stage::Lifting | Stage::Swinging => min(allowed.share, posture),
@@ -214,7 +214,7 @@ impl Body for RtMover {
         } else {
             0.0
         };
-        allowed.ramp(&mut self.forward, forward, self.speed.velocity, period);
+        allowed.ramp(&mut self.forward, forward, self.speed, period);
         let risen = asked.posture > 0 && self.word == 0;
         if !(risen && standing && self.forward.velocity != 0.0) {
             self.word = asked.posture;

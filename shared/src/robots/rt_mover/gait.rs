@@ -31,8 +31,20 @@ pub enum Stage {
     Straightening,
     /// All four wheels are on the step.
     Arrived,
-    /// Something did not go as it should; all four wheels are on the ground, or the robot holds still.
+    /// Something did not go as it should; all four wheels are on the ground.
     Stuck,
+    /// As that, with a wheel that may be in the air and stays where it is.
+    Stranded,
+}
+
+impl Stage {
+    /// Whether a wheel may be in the air: from its lift until the ground has carried it for a while.
+    pub fn lifts(self) -> bool {
+        matches!(
+            self,
+            Self::Lifting | Self::Swinging | Self::Landing | Self::Settling | Self::Stranded
+        )
+    }
 }
 
 /// What ends a stage.
@@ -50,6 +62,10 @@ pub enum Event {
     Refused,
     /// With a wheel in the air, the margin has become too small.
     Unsafe,
+    /// The wheel that seemed to touch carries nothing.
+    Airborne,
+    /// The gait is given up.
+    GivenUp,
     /// The axle's second wheel is next.
     Partner,
     /// The other axle is next.
@@ -61,7 +77,7 @@ pub enum Event {
 }
 
 /// From a stage, on an event, to the next stage. No other way leads anywhere; in particular only [`Event::Allowed`] lifts a wheel.
-pub const TABLE: [(Stage, Event, Stage); 26] = [
+pub const TABLE: [(Stage, Event, Stage); 37] = [
     (Stage::Standing, Event::Asked, Stage::Skewing),
     (Stage::Skewing, Event::Reached, Stage::Seeking),
     (Stage::Skewing, Event::Late, Stage::Stuck),
@@ -79,7 +95,8 @@ pub const TABLE: [(Stage, Event, Stage); 26] = [
     (Stage::Swinging, Event::Unsafe, Stage::Landing),
     (Stage::Swinging, Event::Late, Stage::Landing),
     (Stage::Landing, Event::Reached, Stage::Settling),
-    (Stage::Landing, Event::Late, Stage::Stuck),
+    (Stage::Landing, Event::Late, Stage::Stranded),
+    (Stage::Settling, Event::Airborne, Stage::Landing),
     (Stage::Settling, Event::Partner, Stage::Widening),
     (Stage::Settling, Event::OtherAxle, Stage::Seeking),
     (Stage::Settling, Event::Last, Stage::Straightening),
@@ -88,6 +105,16 @@ pub const TABLE: [(Stage, Event, Stage); 26] = [
     (Stage::Straightening, Event::Late, Stage::Stuck),
     (Stage::Arrived, Event::Acknowledged, Stage::Standing),
     (Stage::Stuck, Event::Acknowledged, Stage::Standing),
+    (Stage::Stranded, Event::Acknowledged, Stage::Landing),
+    (Stage::Skewing, Event::GivenUp, Stage::Stuck),
+    (Stage::Seeking, Event::GivenUp, Stage::Stuck),
+    (Stage::Backing, Event::GivenUp, Stage::Stuck),
+    (Stage::Widening, Event::GivenUp, Stage::Stuck),
+    (Stage::Lifting, Event::GivenUp, Stage::Stranded),
+    (Stage::Swinging, Event::GivenUp, Stage::Stranded),
+    (Stage::Landing, Event::GivenUp, Stage::Stranded),
+    (Stage::Settling, Event::GivenUp, Stage::Stranded),
+    (Stage::Straightening, Event::GivenUp, Stage::Stuck),
 ];
 
 /// Where `stage` goes on `event`; itself if the table has nothing.

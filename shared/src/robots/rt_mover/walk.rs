@@ -128,6 +128,11 @@ const LONGEST_PERIOD: f32 = 0.1;
 /// Share of a roll rate that the soft start leaves in its first tick; the rest comes within a tenth of a second.
 const SOFT: f32 = 0.1;
 
+/// Torque by which an arm leans on the partner of `lifted`, N m: all that the arm carries while that wheel is in the air.
+fn torque_to_partner(inputs: &Inputs, lifted: Wheel) -> f32 {
+    -lifted.side::<f32>() * inputs.roll_torques[lifted.axle() as usize]
+}
+
 /// The gait's state.
 #[derive(Clone, Debug)]
 pub struct Gait {
@@ -144,6 +149,8 @@ pub struct Gait {
     /// Height over its partner and distance ahead of it from which the wheel began, and its roll shaft's torque in the air.
     begun: [f32; 2],
     airborne_torque: f32,
+    /// Sum of that torque over the present stage, N m s.
+    carried: f32,
     /// Where the supporting steering shaft is held meanwhile, rad.
     held: f32,
     before: Option<(Shape<f32>, [f32; 4])>,
@@ -166,6 +173,7 @@ impl Gait {
             aborted: false,
             begun: [0.0; 2],
             airborne_torque: 0.0,
+            carried: 0.0,
             held: 0.0,
             before: None,
             margin: 0.0,
@@ -182,18 +190,21 @@ impl Gait {
         }
     }
 
-    /// Acknowledges how a gait ended: the robot stands again and can be driven.
+    /// Acknowledges how a gait ended: the robot stands again and can be driven; a stranded wheel goes down first.
     pub fn acknowledge(&mut self) {
-        let stage = next(self.stage, Event::Acknowledged);
-        if stage != self.stage {
-            self.enter(stage);
-        }
+        self.follow(Event::Acknowledged);
     }
 
     /// Gives a gait up where it is; whatever is in the air stays there.
     pub fn hold(&mut self) {
-        if !matches!(self.stage, Stage::Standing | Stage::Arrived | Stage::Stuck) {
-            self.enter(Stage::Stuck);
+        self.aborted |= self.stage.lifts();
+        self.follow(Event::GivenUp);
+    }
+
+    fn follow(&mut self, event: Event) {
+        let stage = next(self.stage, event);
+        if stage != self.stage {
+            self.enter(stage);
         }
     }
 
@@ -207,13 +218,9 @@ impl Gait {
         ORDER[if self.step < 4 { self.step } else { 3 }]
     }
 
-    /// The wheel that is in the air by command, if any.
+    /// The wheel that may be in the air by command, if any.
     pub fn lifted(&self) -> Option<Wheel> {
-        matches!(
-            self.stage,
-            Stage::Lifting | Stage::Swinging | Stage::Landing
-        )
-        .then(|| self.wheel())
+        self.stage.lifts().then(|| self.wheel())
     }
 
     /// Static margin without the wheel whose turn it is, m.
@@ -223,7 +230,7 @@ impl Gait {
 
     fn enter(&mut self, stage: Stage) {
         self.stage = stage;
-        (self.since, self.felt, self.way) = (0.0, 0.0, 0.0);
+        (self.since, self.felt, self.way, self.carried) = (0.0, 0.0, 0.0, 0.0);
     }
 
     /// One tick of `period`, s.
@@ -255,6 +262,7 @@ impl Gait {
             lifted: self.wheel(),
         };
         self.margin = margin_without(&self.parameters, &shape, self.wheel());
+        self.carried += period * torque_to_partner(inputs, self.wheel());
         if let Some(event) = self.event(&situation, inputs, period) {
             let stage = next(self.stage, event);
             if stage != self.stage {
@@ -278,9 +286,23 @@ impl Gait {
                     situation.lifted,
                 );
             }
-            (Stage::Lifting | Stage::Swinging, Event::Unsafe | Event::Late) => self.aborted = true,
+            (Stage::Lifting | Stage::Swinging, event) => {
+                self.aborted |= event != Event::Reached;
+                self.airborne_torque = self.mean_torque();
+            }
+            (Stage::Landing, Event::Late) => self.aborted = true,
+            (Stage::Settling, Event::Airborne) => {}
             (Stage::Settling, _) => self.step += 1,
             _ => {}
+        }
+    }
+
+    /// Torque of the leg's roll shaft over the present stage, N m.
+    fn mean_torque(&self) -> f32 {
+        if self.since > 0.0 {
+            self.carried / self.since
+        } else {
+            0.0
         }
     }
 
@@ -295,7 +317,7 @@ impl Gait {
             return Some(Event::Late);
         }
         match self.stage {
-            Stage::Standing | Stage::Arrived | Stage::Stuck => None,
+            Stage::Standing | Stage::Arrived | Stage::Stuck | Stage::Stranded => None,
             Stage::Skewing => reached((situation.heading - pace.skew) * pace.skew.signum() >= 0.0),
             Stage::Seeking => {
                 let torque = leg
@@ -333,16 +355,17 @@ impl Gait {
             }
             Stage::Swinging => {
                 let [_, ahead] = reach(p, &situation.shape, situation.heading, lifted);
-                self.airborne_torque = inputs.roll_torques[leg as usize].abs();
                 reached(ahead - self.begun[1] >= self.travel())
             }
             Stage::Landing => {
-                let torque = -lifted.side::<f32>() * inputs.roll_torques[leg as usize];
+                let torque = torque_to_partner(inputs, lifted);
                 let touched = torque < pace.touched_share * self.airborne_torque;
                 self.felt = if touched { self.felt + period } else { 0.0 };
                 reached(self.felt > FELT)
             }
-            Stage::Settling => (self.since > SETTLED).then_some(if self.aborted {
+            Stage::Settling => (self.since > SETTLED).then_some(if self.airborne() {
+                Event::Airborne
+            } else if self.aborted {
                 Event::Refused
             } else {
                 match self.step {
@@ -353,6 +376,11 @@ impl Gait {
             }),
             Stage::Straightening => reached(steered([0.0; 2])),
         }
+    }
+
+    /// Whether the wheel that seemed to touch has carried nothing since: a seat that sways relieves an arm for a moment, the ground for good.
+    fn airborne(&self) -> bool {
+        !(self.mean_torque() < self.pace.touched_share * self.airborne_torque)
     }
 
     /// How far a wheel goes forward in a step, m.
@@ -454,7 +482,7 @@ impl Gait {
         let [front, rear] = inputs.roll_torques;
         let twist = yielding(0.0, 0.5 * (front - rear), pace.compliance);
         rates.roll = match self.stage {
-            Stage::Stuck => [0.0; 2],
+            Stage::Stuck | Stage::Stranded => [0.0; 2],
             _ => [level + twist, level - twist],
         };
         let frame = Projection::new(p, shape);
