@@ -169,7 +169,7 @@ settings! {
     SpeedLimit = 0x004a, "speed_limit", "um/s", 1_000..=2_000_000, 450_000;
     /// Acceleration and deceleration of the robot over ground.
     DriveAcceleration = 0x0051, "drive_acceleration", "um/s^2", 10_000..=10_000_000, 400_000;
-    /// Largest deceleration of the guard's own stops, as far as the margins bear it; at least drive_acceleration.
+    /// Largest deceleration of the guard's own stops, as far as the margins bear it; at least the drive acceleration.
     GuardDeceleration = 0x007c, "guard_deceleration", "um/s^2", 10_000..=10_000_000, 1_500_000;
     /// Speed of the chassis joint under the guard.
     ChassisSpeed = 0x004b, "chassis_speed", "mrad/s", 10..=5_000, 500;

@@ -19,6 +19,9 @@ use tautrack::node::axle::{self, Axle};
 use tautrack::node::guard::{self, Guard};
 use tautrack::node::screw::{self, Screw};
 use tautrack::robots::b2p2::B2p2;
+use tautrack::robots::crawler::Crawler;
+use tautrack::robots::hylos::Hylos;
+use tautrack::robots::rt_mover::RtMover;
 
 struct Slot<T>(UnsafeCell<MaybeUninit<T>>);
 
@@ -43,18 +46,28 @@ impl<T> Slot<T> {
 
 static AXLE: Slot<(Axle, axle::Inputs)> = Slot::new();
 static SCREW: Slot<(Screw, screw::Inputs)> = Slot::new();
-static GUARD: Slot<(Guard<B2p2>, guard::Inputs<'static>)> = Slot::new();
+static B2P2: Slot<Guard<B2p2>> = Slot::new();
+static CRAWLER: Slot<Guard<Crawler>> = Slot::new();
+static RT_MOVER: Slot<Guard<RtMover>> = Slot::new();
+static HYLOS: Slot<Guard<Hylos>> = Slot::new();
+static HEARD: Slot<guard::Inputs<'static>> = Slot::new();
 static CURRENT: Slot<(f32, f32)> = Slot::new();
 
 #[cortex_m_rt::entry]
 fn main() -> ! {
     // SAFETY: the values are the starter's business; each slot is referred to once.
-    let (axle, screw, guard, current) =
-        unsafe { (AXLE.get(), SCREW.get(), GUARD.get(), CURRENT.get()) };
+    let (axle, screw, heard, current) =
+        unsafe { (AXLE.get(), SCREW.get(), HEARD.get(), CURRENT.get()) };
+    // SAFETY: as above.
+    let (b2p2, crawler, rt_mover, hylos) =
+        unsafe { (B2P2.get(), CRAWLER.get(), RT_MOVER.get(), HYLOS.get()) };
     loop {
         black_box(axle.0.tick(&axle.1));
         black_box(screw.0.tick(&screw.1));
-        black_box(guard.0.tick(&guard.1));
+        black_box(b2p2.tick(heard));
+        black_box(crawler.tick(heard));
+        black_box(rt_mover.tick(heard));
+        black_box(hylos.tick(heard));
         black_box(current_loop::pwm_period(current.0, current.1));
         black_box(current_loop::take_mean());
         current_loop::demand(black_box(current_loop::Demand::Off));

@@ -6,6 +6,7 @@
 
 mod bus;
 mod counter;
+mod guards;
 mod hylos;
 mod inputs;
 mod math;
@@ -38,6 +39,7 @@ pub fn run() -> ! {
     hylos::count(&mut table);
     motor::count(&mut table);
     nodes::count(&mut table);
+    guards::count(&mut table);
     bus::count(&mut table);
     exit(true)
 }

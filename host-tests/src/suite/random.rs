@@ -268,7 +268,8 @@ fn curb_front_up(random: &mut Random, drawn: &mut Description) {
     let height_m = random.between(0.15, 0.3);
     drawn.terrain = Terrain::Curb {
         height_m,
-        nose_m: near(random),
+        // Far enough for the front to rise without touching the face: caught by it, the rear rises instead.
+        nose_m: near(random) + 0.1,
         depth_m: 6.0,
     };
     drawn.operator.chassis_deg = random.between(45.0, 75.0);

@@ -1,6 +1,6 @@
 //! The crawler's nodes on its plant: slip made up for, an arc that closes, and five ways to turn over.
 
-use super::{outcome, scenario};
+use super::{ends_in_the_same_bits, outcome, scenario};
 use std::path::Path;
 use tautrack_host_tests::nodes::Board;
 use tautrack_host_tests::report;
@@ -85,12 +85,7 @@ fn a_circle_of_one_metre_closes() {
 
 #[test]
 fn emulated_and_native_nodes_end_in_the_same_bits() {
-    let short = scenario("crawler/slope", |description| {
-        description.duration_s = 4.0;
-    });
-    let [native, emulated] =
-        [Board::Native, Board::Qemu].map(|board| outcome(&short, board).0.state_hash);
-    assert_eq!(native, emulated);
+    ends_in_the_same_bits("crawler/slope");
 }
 
 #[test]

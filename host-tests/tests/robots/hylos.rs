@@ -1,6 +1,6 @@
 //! Hylos' seventeen nodes on its hillside: the loop of Besseron et al. (Fig. 7) with and without posture control, and five ways to tip over.
 
-use super::{outcome, scenario};
+use super::{ends_in_the_same_bits, outcome, scenario};
 use std::f64::consts::{PI, TAU};
 use tautrack_host_tests::nodes::Board;
 use tautrack_host_tests::record::Sample;
@@ -52,13 +52,7 @@ fn without_posture_control_the_nodes_tip_over_on_the_loop() {
 
 #[test]
 fn emulated_and_native_nodes_of_hylos_end_in_the_same_bits() {
-    let short = scenario("hylos/loop", |description| {
-        description.duration_s = 3.0;
-        description.operator.events.truncate(1);
-    });
-    let [native, emulated] =
-        [Board::Native, Board::Qemu].map(|board| outcome(&short, board).0.state_hash);
-    assert_eq!(native, emulated);
+    ends_in_the_same_bits("hylos/loop");
 }
 
 #[test]

@@ -43,3 +43,11 @@ fn outcome(scenario: &Scenario, board: Board) -> (Summary, Vec<Sample>) {
     println!("{summary}");
     (summary, outcome.samples)
 }
+
+/// A shipped scenario from power-up to its end: emulated cores and programs of this computer agree in every bit of the plant and of the frames.
+fn ends_in_the_same_bits(name: &str) {
+    let whole = scenario(name, |_| {});
+    let [native, emulated] = [Board::Native, Board::Qemu].map(|board| outcome(&whole, board).0);
+    assert_eq!(native.state_hash, emulated.state_hash, "{name}");
+    assert!(emulated.expectation_met, "{emulated}");
+}

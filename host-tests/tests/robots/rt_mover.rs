@@ -1,9 +1,8 @@
 //! RT-Mover's nodes on its plant: one wheel after the other goes onto the step, on three wheels, with a level seat.
 
-use super::{outcome, scenario};
+use super::{ends_in_the_same_bits, outcome, scenario};
 use tautrack_host_tests::nodes::Board;
 use tautrack_host_tests::record::Sample;
-use tautrack_host_tests::scenario::Expect;
 
 const WHEELS: [&str; 4] = ["front_left", "front_right", "rear_left", "rear_right"];
 /// Shorter than this off the ground is a tremble, s.
@@ -143,14 +142,7 @@ fn the_nodes_step_up_twenty_centimetres() {
 
 #[test]
 fn emulated_and_native_nodes_end_in_the_same_bits() {
-    // Through referencing and into the gait: the body turns askew.
-    let short = scenario("rt-mover/step-10", |description| {
-        description.duration_s = 3.0;
-        description.expect = Expect::default();
-    });
-    let [native, emulated] =
-        [Board::Native, Board::Qemu].map(|board| outcome(&short, board).0.state_hash);
-    assert_eq!(native, emulated);
+    ends_in_the_same_bits("rt-mover/step-10");
 }
 
 /// Levelled, the seat never turns over; what happens is that the robot falls onto the wheel that it was to lift, and the one across goes up.

@@ -2,6 +2,17 @@
 
 use super::scalar::Scalar;
 
+/// `1 / (n + 1)`. A table, because no tick may divide in double precision.
+pub(crate) const RECIPROCALS: [f64; 15] = {
+    let mut table = [1.0; 15];
+    let mut n = 1;
+    while n < table.len() {
+        table[n] = 1.0 / (n + 1) as f64;
+        n += 1;
+    }
+    table
+};
+
 /// `1 - e^-x`.
 ///
 /// Domain: every `x` from 0 to infinity, 0 for any below; NaN for NaN. Worst error 2 units in the last place
@@ -9,7 +20,6 @@ use super::scalar::Scalar;
 pub fn rise<S: Scalar>(x: S) -> S {
     // 1 in either precision.
     const ALL: f64 = 40.0;
-    const TERMS: u32 = 15;
     let (half, all) = (S::from_f64(0.5), S::from_f64(ALL));
     if x <= S::ZERO {
         return S::ZERO;
@@ -21,8 +31,8 @@ pub fn rise<S: Scalar>(x: S) -> S {
         halvings += 1;
     }
     let mut sum = S::ONE;
-    for term in (2..=TERMS).rev() {
-        sum = S::ONE - sum * rest * S::from_f64(1.0 / f64::from(term));
+    for reciprocal in RECIPROCALS.into_iter().skip(1).rev() {
+        sum = S::ONE - sum * rest * S::from_f64(reciprocal);
     }
     let mut rise = rest * sum;
     for _ in 0..halvings {

@@ -52,6 +52,7 @@ impl Stance {
     }
 
     /// The same with sides that end elsewhere in front, right and left, for a front that supports only along.
+    #[must_use]
     pub fn with_sides(mut self, [right, left]: [[f32; 3]; 2]) -> Self {
         (self.ends[0], self.begins[2]) = (right, left);
         self

@@ -6,7 +6,7 @@ use super::parameters::{Body as Masses, Dimensions, Ground, ParametersError};
 use super::shape::Shape;
 use crate::math::{Scalar, to_i32};
 use crate::motor::profile::{Limits, SetPoint as Motion};
-use crate::robots::body::{Allowed, Asked, Body, DriveState, Goal, MAX_DRIVES, Phase};
+use crate::robots::body::{Allowed, Asked, Body, DriveState, Goal, MAX_DRIVES, Phase, drive_of};
 use crate::settings::{Setting, Settings};
 use crate::stability::attitude::Attitude;
 use crate::stability::support::Stance;
@@ -104,7 +104,7 @@ impl Body for Crawler {
     }
 
     fn observe(&mut self, drives: &[DriveState], attitude: &Attitude, period: f32) {
-        let positions = [0, 1].map(|side: usize| drives[side].position);
+        let positions = [0, 1].map(|side| drive_of(drives, side).position);
         let before = self.positions.replace(positions).unwrap_or(positions);
         // From positions, not rates: their sum is exact.
         let sprockets = [0, 1].map(|side: usize| {
@@ -166,7 +166,7 @@ impl Body for Crawler {
         match phase {
             Phase::Held => Goal::Hold,
             Phase::Waking(_) => Goal::Velocity(0),
-            Phase::Armed => Goal::Velocity(to_i32(self.sprockets[drive] * 1e6)),
+            Phase::Armed => Goal::Velocity(to_i32(self.sprockets[drive & 1] * 1e6)),
         }
     }
 

@@ -142,17 +142,12 @@ impl Controller {
         let velocity = self
             .path
             .follow(asked, &self.pose, self.slip.drift(asked.forward), period);
-        let Ok(level) = self.kinematics.inverse(velocity, [0.0; 2]) else {
-            return Command {
-                sprockets: [0.0; 2],
-                beyond_traction: true,
-            };
-        };
+        let level = self.kinematics.drive(velocity, [0.0; 2]);
         // Which way a track goes says which way its slip counts.
+        let slip = self.slip.along(level.sprockets);
         let drive = self
             .kinematics
-            .inverse(velocity, self.slip.along(level.sprockets))
-            .unwrap_or(level);
+            .drive(velocity, slip.map(|slip| limit(slip, MOST_SLIP)));
         let [left, right] = drive.sprockets;
         let fastest = max(left.abs(), right.abs());
         let share = if fastest <= self.sprocket_limit {
@@ -184,6 +179,8 @@ impl Controller {
         self.slip
     }
 }
+
+const MOST_SLIP: f32 = Kinematics::<f32>::MAXIMUM_SLIP as f32;
 
 /// A measured speed stands for no more time than this, s.
 const LONGEST_UNMEASURED: f32 = 0.5;

@@ -122,14 +122,19 @@ impl<S: Scalar> Kinematics<S> {
         for got in slip {
             within("slip", got.to_f64(), range)?;
         }
+        Ok(self.drive(velocity, slip))
+    }
+
+    /// [`Self::inverse`] for slips that are known to be within its bounds.
+    pub fn drive(&self, velocity: BodyVelocity<S>, slip: [S; 2]) -> Drive<S> {
         let half = velocity.yaw_rate * self.spacing * S::from_f64(0.5);
         let ground = [velocity.forward - half, velocity.forward + half];
         let sprockets =
             [0, 1].map(|side: usize| ground[side] / (self.radius * (S::ONE - slip[side])));
-        Ok(Drive {
+        Drive {
             sprockets,
             motors: sprockets.map(|rate| self.gear_ratio * rate),
             skid: [0, 1].map(|side: usize| self.radius * sprockets[side] * slip[side]),
-        })
+        }
     }
 }

@@ -120,7 +120,9 @@ impl SlipModel {
             let aside = height * lean - cog_left * upright * along;
             let share = 0.5 * upright * along + right * aside / self.spacing;
             let pressure = self.weight * clamp(share, 0.0, 1.0) / area;
-            let slip = self.soil.slip_for(&self.footprint, pressure, shift, force);
+            let slip = self
+                .soil
+                .slip_bearing(&self.footprint, pressure, shift, force);
             beyond_traction |= slip.is_err();
             min(slip.unwrap_or(utmost) * self.correction, MAXIMUM_SLIP)
         });

@@ -2,7 +2,7 @@
 
 use super::parameters::{Ground, ParametersError, within};
 use crate::math::Scalar;
-use crate::math::exponential::{mean_decay, rise};
+use crate::math::exponential::{RECIPROCALS, mean_decay, rise};
 
 /// The part of a track that lies on the ground, m.
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -148,6 +148,21 @@ impl<S: Scalar> Soil<S> {
         shift: S,
         force: S,
     ) -> Result<S, ParametersError> {
+        self.slip_bearing(footprint, pressure, shift, force)
+            .map_err(|maximum| ParametersError::BeyondTraction {
+                got: force.to_f64(),
+                maximum: maximum.to_f64(),
+            })
+    }
+
+    /// [`Self::slip_for`] with the bare maximum as its error: no control tick computes in double precision.
+    pub(super) fn slip_bearing(
+        &self,
+        footprint: &Footprint<S>,
+        pressure: S,
+        shift: S,
+        force: S,
+    ) -> Result<S, S> {
         let area = footprint.width * footprint.length;
         let shifted = area * self.friction * pressure * shift;
         let even = area * self.strength(pressure) - shifted;
@@ -157,10 +172,7 @@ impl<S: Scalar> Soil<S> {
         };
         let most = borne(self.utmost);
         if !(force <= most && -force <= most) {
-            return Err(ParametersError::BeyondTraction {
-                got: force.to_f64(),
-                maximum: most.to_f64(),
-            });
+            return Err(most);
         }
         Ok(odd(force, |size| {
             let u = bisect([S::ZERO, self.utmost], |u| borne(u) < size);
@@ -191,13 +203,29 @@ fn bisect<S: Scalar>([mut low, mut high]: [S; 2], below: impl Fn(S) -> bool) -> 
     (low + high) * S::from_f64(0.5)
 }
 
+/// Terms of the series below.
+const TERMS: usize = 10;
+
+/// `(-1)^n / (n + 2)!`, and the same times `(n + 2) / (n + 3)`. A table, because no tick may divide in double precision.
+const FACTORS: [[f64; 2]; TERMS] = {
+    let mut table = [[0.0; 2]; TERMS];
+    let (mut n, mut factor) = (0, 0.5);
+    while n < TERMS {
+        let next = (n + 3) as f64;
+        table[n] = [factor, factor * (next - 1.0) / next];
+        factor /= -next;
+        n += 1;
+    }
+    table
+};
+
 /// Mean of `x e^-(a x)` for `x` from 0 to 1.
 fn decaying_distance<S: Scalar>(a: S) -> S {
     if a >= S::from_f64(0.25) {
         return (mean_decay(a) - (S::ONE - rise(a))) / a;
     }
-    (0..10).rev().fold(S::ZERO, |rest, n| {
-        S::from_f64(1.0 / f64::from(n + 2)) - a * S::from_f64(1.0 / f64::from(n + 1)) * rest
+    (0..TERMS).rev().fold(S::ZERO, |rest, n| {
+        S::from_f64(RECIPROCALS[n + 1]) - a * S::from_f64(RECIPROCALS[n]) * rest
     })
 }
 
@@ -206,13 +234,11 @@ fn decaying_distance<S: Scalar>(a: S) -> S {
 fn series<S: Scalar>(a: S, b: S) -> [S; 2] {
     let (mut products, mut power) = (S::ONE, S::ONE);
     let (mut mean, mut moment) = (S::ZERO, S::ZERO);
-    let mut factor = 0.5;
-    for n in 0..10 {
-        mean += S::from_f64(factor) * products;
-        moment += S::from_f64(factor * f64::from(n + 2) / f64::from(n + 3)) * products;
+    for [of_mean, of_moment] in FACTORS {
+        mean += S::from_f64(of_mean) * products;
+        moment += S::from_f64(of_moment) * products;
         power = power * b;
         products = a * products + power;
-        factor /= -f64::from(n + 3);
     }
     [mean, moment]
 }

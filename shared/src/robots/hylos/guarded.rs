@@ -4,7 +4,7 @@ use super::parameters::{MARGIN_FLOOR, MARGIN_LIMIT, POTENTIAL_GAIN, STANCE_HEIGH
 use super::{Controller, LEGS, Parameters, Posture, Sensed, Wish, attitude, body};
 use crate::math::{sin_cos, to_i16, to_i32};
 use crate::motor::profile::{Limits, SetPoint as Motion};
-use crate::robots::body::{Allowed, Asked, Body, DriveState, Goal, MAX_DRIVES, Phase};
+use crate::robots::body::{Allowed, Asked, Body, DriveState, Goal, MAX_DRIVES, Phase, drive_of};
 use crate::settings::{Setting, Settings};
 use crate::stability::attitude::Attitude;
 use crate::stability::support::Stance;
@@ -112,8 +112,9 @@ impl Body for Hylos {
         for (leg, drives) in legs.iter().enumerate().take(LEGS) {
             // A joint without reference is taken to be where it is when the robot just stands.
             let angle = |motor: usize, before: f32| {
-                if drives[motor].referenced {
-                    drives[motor].position as f32 * JOINT_RADIANS
+                let drive = drive_of(drives, motor);
+                if drive.referenced {
+                    drive.position as f32 * JOINT_RADIANS
                 } else {
                     before
                 }
@@ -122,8 +123,8 @@ impl Body for Hylos {
             self.sensed.legs[leg] = [angle(HIP, hip), angle(KNEE, knee)];
             self.sensed.steering[leg] = angle(STEERING, self.sensed.steering[leg]);
             self.sensed.torques[leg] =
-                [HIP, KNEE].map(|motor| f32::from(drives[motor].torque) * TORQUE);
-            wheels[leg] = drives[WHEEL].position;
+                [HIP, KNEE].map(|motor| f32::from(drive_of(drives, motor).torque) * TORQUE);
+            wheels[leg] = drive_of(drives, WHEEL).position;
         }
         self.sensed.up =
             attitude::up_from_tilt(sin_cos(attitude.pitch()), sin_cos(attitude.roll()));

@@ -12,7 +12,7 @@ use super::wheel::{Shape, Wheel};
 use crate::math::vector::Vector as Vector3;
 use crate::math::{limit, min, to_i32};
 use crate::motor::profile::{Limits, SetPoint as Motion};
-use crate::robots::body::{Allowed, Asked, Body, DriveState, Goal, MAX_DRIVES, Phase};
+use crate::robots::body::{Allowed, Asked, Body, DriveState, Goal, MAX_DRIVES, Phase, drive_of};
 use crate::settings::{Setting, Settings};
 use crate::stability::attitude::Attitude;
 use crate::stability::support::Stance;
@@ -78,7 +78,7 @@ impl RtMover {
         ];
         let lifted = self.gait.lifted();
         let standing = around
-            .map(|wheel| (lifted != Some(wheel)).then(|| level(contacts[wheel as usize], 0.0)));
+            .map(|wheel| (lifted != Some(wheel)).then(|| level(contacts[wheel as usize & 3], 0.0)));
         Stance::on_some(standing, level(cog(&self.parameters, shape), self.cog_left))
     }
 
@@ -155,10 +155,10 @@ impl Body for RtMover {
     }
 
     fn observe(&mut self, drives: &[DriveState], attitude: &Attitude, _: f32) {
-        let wheel = |drive: usize| drives[drive].position as f32 * WHEEL_RADIANS;
-        let shaft = |drive: usize| drives[drive].position as f32 * SHAFT_RADIANS;
-        let torque = |drive: usize| f32::from(drives[drive].torque) * NEWTON_METRES;
-        self.known = core::array::from_fn(|drive| drives[drive].referenced);
+        let wheel = |drive: usize| drive_of(drives, drive).position as f32 * WHEEL_RADIANS;
+        let shaft = |drive: usize| drive_of(drives, drive).position as f32 * SHAFT_RADIANS;
+        let torque = |drive: usize| f32::from(drive_of(drives, drive).torque) * NEWTON_METRES;
+        self.known = core::array::from_fn(|drive| drive_of(drives, drive).referenced);
         self.inputs = Inputs {
             wheels: [0, 1, 2, 3].map(wheel),
             steering: [STEERING, STEERING + 1].map(shaft),
@@ -169,7 +169,7 @@ impl Body for RtMover {
             inclination: [attitude.pitch().radians(), attitude.roll().radians()],
             ..self.inputs
         };
-        let wheels = [0, 1, 2, 3].map(|drive: usize| drives[drive].position);
+        let wheels = [0, 1, 2, 3].map(|drive| drive_of(drives, drive).position);
         let before = self.wheels.replace(wheels).unwrap_or(wheels);
         let turned = (0..4).fold(0.0, |sum, wheel| {
             sum + wheels[wheel].wrapping_sub(before[wheel]) as f32 * WHEEL_RADIANS
@@ -240,19 +240,19 @@ impl Body for RtMover {
     }
 
     fn first_stage(&self, drives: &[DriveState]) -> u8 {
-        let known = drives[STEERING..].iter().all(|drive| drive.referenced);
+        let known = drives.iter().skip(STEERING).all(|drive| drive.referenced);
         REFERENCE + u8::from(known)
     }
 
     fn reached(&mut self, stage: u8, drives: &[DriveState], _: u64) -> bool {
         let enabled = drives.iter().all(|drive| drive.enabled);
-        let shafts = &drives[STEERING..];
+        let mut shafts = drives.iter().skip(STEERING);
         enabled
             && if stage == REFERENCE {
-                shafts.iter().all(|drive| drive.referenced)
+                shafts.all(|drive| drive.referenced)
             } else {
                 let straight = |drive: &DriveState| drive.position.unsigned_abs() < STRAIGHT;
-                drives[STEERING..ROLL].iter().all(straight)
+                shafts.take(ROLL - STEERING).all(straight)
             }
     }
 
@@ -265,7 +265,7 @@ impl Body for RtMover {
         } = self.outputs;
         match (phase, drive) {
             (Phase::Held, _) => Goal::Hold,
-            (Phase::Waking(REFERENCE), STEERING..) if !self.known[drive] => Goal::Reference,
+            (Phase::Waking(REFERENCE), STEERING..DRIVES) if !self.known[drive] => Goal::Reference,
             (Phase::Waking(stage), STEERING..ROLL) if stage > REFERENCE => Goal::MoveTo(0),
             (Phase::Waking(_), _) => Goal::Velocity(0),
             (Phase::Armed, _) => Goal::Velocity(to_i32(

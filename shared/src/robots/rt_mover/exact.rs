@@ -2,7 +2,7 @@
 
 use super::command::{Command, Situation, Task};
 use super::parameters::Parameters;
-use super::wheel::{Arm, Axle, Shape, WHEELS, WheelMotion};
+use super::wheel::{Arm, Axle, Shape, WHEELS, Wheel, WheelMotion};
 use crate::math::Scalar;
 
 /// Smallest determinant of the two systems, m^2: the robot in its range has 0.05 and more.
@@ -41,6 +41,11 @@ fn dot<S: Scalar>(a: [S; 2], b: [S; 2]) -> S {
     a[0] * b[0] + a[1] * b[1]
 }
 
+/// The value of one wheel; the mask tells the compiler what its number cannot be.
+fn of<T: Copy>(values: &[T; 4], wheel: Wheel) -> T {
+    values[wheel as usize & 3]
+}
+
 /// The three supports of a robot of this shape.
 struct Standing<'a, S> {
     parameters: &'a Parameters<S>,
@@ -68,9 +73,9 @@ pub fn exact<S: Scalar>(
     situation: &Situation<S>,
     task: &Task<S>,
 ) -> Option<Command<S>> {
-    let (leg, lifted) = (situation.lifted.axle(), situation.lifted as usize);
-    let (sup, support) = (leg.other(), situation.lifted.partner() as usize);
-    let [left, right] = sup.wheels().map(|wheel| wheel as usize);
+    let (leg, lifted) = (situation.lifted.axle(), situation.lifted);
+    let (sup, support) = (leg.other(), lifted.partner());
+    let [left, right] = sup.wheels();
     let standing = Standing {
         parameters,
         arms: [Axle::Front, Axle::Rear].map(|axle| Arm::new(parameters, &situation.shape, axle)),
@@ -79,7 +84,8 @@ pub fn exact<S: Scalar>(
 
     let heights = |rates: &Shape<S>| {
         let z = standing.motions(rates).map(|motion| motion.contact[2]);
-        [z[support] - half * (z[left] + z[right]), z[left] - z[right]]
+        let [support, left, right] = [support, left, right].map(|wheel| of(&z, wheel));
+        [support - half * (left + right), left - right]
     };
     let mut pitching = Shape::ZERO;
     pitching.pitch = S::ONE;
@@ -102,20 +108,23 @@ pub fn exact<S: Scalar>(
         let [x, y, _] = standing.arms[wheel.axle() as usize].contact(parameters, wheel);
         [x, y]
     });
-    let middle = |at: &dyn Fn(usize) -> [S; 2]| {
+    let middle = |at: &dyn Fn(Wheel) -> [S; 2]| {
         let (one, other) = (at(left), at(right));
         [half * (one[0] + other[0]), half * (one[1] + other[1])]
     };
     // From the supporting wheel of the leg arm, which stands still: places, and velocities along the body's axes.
-    let reach = minus(contacts[lifted], contacts[support]);
-    let axle = minus(middle(&|wheel| contacts[wheel]), contacts[support]);
+    let reach = minus(of(&contacts, lifted), of(&contacts, support));
+    let axle = minus(
+        middle(&|wheel| of(&contacts, wheel)),
+        of(&contacts, support),
+    );
     let relative = |rates: &Shape<S>| {
         let xy = standing
             .motions(rates)
             .map(|motion| [motion.contact[0], motion.contact[1]]);
         [
-            minus(xy[lifted], xy[support]),
-            minus(middle(&|wheel| xy[wheel]), xy[support]),
+            minus(of(&xy, lifted), of(&xy, support)),
+            minus(middle(&|wheel| of(&xy, wheel)), of(&xy, support)),
         ]
     };
     let (wanted, goal) = match *task {
@@ -136,17 +145,17 @@ pub fn exact<S: Scalar>(
 
     let rates = plus(&given, steering, &steered);
     let motions = standing.motions(&rates);
-    let still = motions[support].contact;
+    let still = of(&motions, support).contact;
     let mut wheels = [S::ZERO; 4];
     for wheel in [support, left, right] {
-        let arm = &standing.arms[WHEELS[wheel].axle() as usize];
+        let arm = &standing.arms[wheel.axle() as usize];
         let (sine, cosine) = arm.heading().sin_cos();
-        let from = minus(contacts[wheel], contacts[support]);
+        let from = minus(of(&contacts, wheel), of(&contacts, support));
         let body = [
             -(turning * from[1]) - still[0],
             turning * from[0] - still[1],
         ];
-        wheels[wheel] = dot(body, [-sine, cosine]) + motions[wheel].rolling;
+        wheels[wheel as usize & 3] = dot(body, [-sine, cosine]) + of(&motions, wheel).rolling;
     }
     Some(Command {
         rates,

@@ -7,7 +7,7 @@ use super::gait::{Event, ORDER, Stage, next};
 use super::parameters::Parameters;
 use super::posture::{PostureControl, yielding};
 use super::projection::Projection;
-use super::rehearsal::{Way, reach, rehearse};
+use super::rehearsal::{Progress, Rehearsal, Way, reach};
 use super::support::margin_without;
 use super::wheel::{Arm, Axle, Shape, WHEELS, Wheel};
 use super::wheel_mode::{Frame, wheel_mode};
@@ -151,6 +151,8 @@ pub struct Gait {
     airborne_torque: f32,
     /// Sum of that torque over the present stage, N m s.
     carried: f32,
+    /// The step that is next, while it is gone through.
+    rehearsal: Option<Rehearsal<f32>>,
     /// Where the supporting steering shaft is held meanwhile, rad.
     held: f32,
     before: Option<(Shape<f32>, [f32; 4])>,
@@ -174,6 +176,7 @@ impl Gait {
             begun: [0.0; 2],
             airborne_torque: 0.0,
             carried: 0.0,
+            rehearsal: None,
             held: 0.0,
             before: None,
             margin: 0.0,
@@ -230,6 +233,7 @@ impl Gait {
 
     fn enter(&mut self, stage: Stage) {
         self.stage = stage;
+        self.rehearsal = None;
         (self.since, self.felt, self.way, self.carried) = (0.0, 0.0, 0.0, 0.0);
     }
 
@@ -329,23 +333,28 @@ impl Gait {
                 reached(self.felt > FELT)
             }
             Stage::Backing => reached(self.way <= -pace.clearance[0]),
-            Stage::Widening => steered(self.steering(situation, inputs.asked)).then(|| {
+            Stage::Widening if !steered(self.steering(situation, inputs.asked)) => None,
+            Stage::Widening => {
                 let way = Way {
                     rise: self.step_height + pace.clearance[2],
                     travel: self.travel(),
                     fall: pace.clearance[2],
                 };
-                let least = rehearse(p, &situation.shape, situation.heading, lifted, &way);
-                // NaN must not lift a wheel.
-                match least {
-                    Some(end)
+                let (shape, heading) = (&situation.shape, situation.heading);
+                let rehearsal = self
+                    .rehearsal
+                    .get_or_insert_with(|| Rehearsal::new(p, shape, heading, lifted, &way));
+                match rehearsal.moment(p) {
+                    Progress::Unfinished => None,
+                    // NaN must not lift a wheel.
+                    Progress::Done(end)
                         if end.margin >= pace.margins[0] && end.steering < p.steering_limit =>
                     {
-                        Event::Allowed
+                        Some(Event::Allowed)
                     }
-                    _ => Event::Refused,
+                    _ => Some(Event::Refused),
                 }
-            }),
+            }
             Stage::Lifting | Stage::Swinging if !(self.margin >= pace.margins[1]) => {
                 Some(Event::Unsafe)
             }

@@ -1,0 +1,194 @@
+//! Guard ticks of the robots beside B2P2, all kinds of tick together, and what RT-Mover's computes once before a step.
+
+use super::counter::{Count, Table, instructions};
+use super::inputs::Random;
+use core::f32::consts::TAU;
+use core::hint::black_box;
+use heapless::Vec;
+use tautrack::bus::pdo::{DriveMotion, DriveStatus, OperatorCommand, Payload, Request, transmit};
+use tautrack::can::Frame;
+use tautrack::node::cia402::{State, status};
+use tautrack::node::guard::{self, Guard};
+use tautrack::node::{BodySensors, CONTROL_PERIOD};
+use tautrack::robots::Body;
+use tautrack::robots::body::MAX_DRIVES;
+use tautrack::robots::crawler::Crawler;
+use tautrack::robots::hylos::body::stance;
+use tautrack::robots::hylos::{self, Hylos};
+use tautrack::robots::rt_mover::parameters::Parameters;
+use tautrack::robots::rt_mover::rehearsal::{Progress, Rehearsal, Way};
+use tautrack::robots::rt_mover::wheel::WHEELS;
+use tautrack::robots::rt_mover::{RtMover, Shape};
+use tautrack::settings::{Setting, Settings};
+
+/// Ticks before the counting begins, in which the robot is armed.
+const WARM_UP: u32 = 2_000;
+/// Frames that a bus at 1 Mbit/s brings in one tick.
+const FRAMES: usize = 8;
+
+/// Levels that all three can be armed with.
+const LEVELS: [(Setting, i32); 3] = [
+    (Setting::CautionMargin, 16_000),
+    (Setting::StopMargin, 6_000),
+    (Setting::TripMargin, 2_000),
+];
+
+pub fn count(table: &mut Table) {
+    let [hip, knee] = stance(&hylos::Parameters::<f32>::nominal(), 0.29);
+    count_guard::<Crawler>(table, "guard tick of the crawler", 4, |_| 0.0);
+    count_guard::<RtMover>(table, "guard tick of RT-Mover", 5, |_| 0.0);
+    // Four motors a leg: hip, knee, steering, wheel.
+    count_guard::<Hylos>(table, "guard tick of Hylos", 8, |drive| {
+        [hip, knee, 0.0, 0.0][drive & 3]
+    });
+    count_rehearsal(table);
+}
+
+/// Answers of drives that stand at `angle` (rad) and are enabled: position and status of each, and the heartbeats of two after the other.
+fn answers(
+    ids: &[u8],
+    sync: u32,
+    angle: impl Fn(usize) -> f32,
+) -> Vec<Frame, { 2 * MAX_DRIVES + 2 }> {
+    let motion = |drive: usize| DriveMotion {
+        position: (angle(drive) * (16_777_216.0 / TAU)) as i32 + (sync & 0xff) as i32,
+        velocity: 1_000,
+    };
+    let status = DriveStatus {
+        statusword: State::OperationEnabled.statusword() | status::REFERENCED,
+        ..DriveStatus::default()
+    };
+    // Two heartbeats a period: none is older than 64 ms.
+    let heartbeats = [0, 1].map(|n| {
+        let id = ids[(2 * sync + n) as usize % ids.len()];
+        Frame::new(0x700 + u16::from(id), &[5]).unwrap_or_default()
+    });
+    ids.iter()
+        .enumerate()
+        .flat_map(|(drive, &id)| {
+            [
+                motion(drive).frame(transmit(1), id),
+                status.frame(transmit(2), id),
+            ]
+        })
+        .chain(heartbeats)
+        .collect()
+}
+
+fn body(random: &mut Random) -> BodySensors {
+    BodySensors {
+        inclination: [random.within(0.05), random.within(0.05)],
+        specific_force: [random.within(0.5), random.within(0.5), 9.81],
+        angular_rate: [random.within(0.2), random.within(0.2), random.within(0.2)],
+        magnetic_field: [random.within(20.0), random.within(20.0), -42.0],
+    }
+}
+
+fn tick_of<B: Body>(guard: &mut Guard<B>, inputs: guard::Inputs<'_>) {
+    guard.tick(&inputs);
+}
+
+/// Counts every tick of a guard that is SYNC master every `sync_ticks`.
+fn count_guard<B: Body>(
+    table: &mut Table,
+    name: &str,
+    sync_ticks: u32,
+    angle: impl Fn(usize) -> f32,
+) {
+    let mut settings = Settings::default();
+    let period_us = sync_ticks as i32 * (CONTROL_PERIOD * 1e6) as i32;
+    for (setting, value) in [(Setting::SyncPeriod, period_us)].into_iter().chain(LEVELS) {
+        let _ = settings.set(setting.description().key, value); // all are within their bounds
+    }
+    let settings = black_box(settings);
+    let ids = B::drive_ids(&settings);
+    let Ok(mut guard) = Guard::<B>::new(&settings) else {
+        return; // without the nominal robot the host misses the entry
+    };
+    let mut random = Random::new();
+    let (mut count, mut armed) = (Count::NONE, true);
+    let mut heard = Vec::new();
+    for tick in 0..WARM_UP + sync_ticks * table.calls() {
+        let phase = tick % sync_ticks;
+        if phase == 0 {
+            heard = answers(&ids, tick / sync_ticks, &angle);
+        }
+        let mut packets = heard.chunks(FRAMES);
+        let frames = if phase == 0 {
+            &[]
+        } else {
+            packets.nth(phase as usize - 1).unwrap_or_default()
+        };
+        let operator = (tick % 20 == 3).then(|| OperatorCommand {
+            forward: (random.bits() >> 24) as i16,
+            yaw_rate: (random.bits() >> 26) as i16,
+            posture: (tick / 1_000 % 2 * 100) as i16,
+            request: Request::Arm as u8,
+            sequence: tick as u8,
+        });
+        let inputs = guard::Inputs {
+            now_us: u64::from(tick) * 1_000,
+            body: Some(body(&mut random)),
+            operator,
+            emergency_stop: false,
+            frames,
+            serial: &[],
+        };
+        if tick < WARM_UP {
+            tick_of(&mut guard, inputs);
+        } else {
+            count.take(instructions(&mut guard, inputs, tick_of));
+            armed &= guard.outputs().state.state == guard::State::Armed.code();
+        }
+    }
+    // Anything else would count another tick than the name says; the host then misses the entry.
+    if armed {
+        table.write(
+            name,
+            &count,
+            tick_of as fn(&mut Guard<B>, guard::Inputs<'static>) as usize,
+        );
+    }
+}
+
+fn count_rehearsal(table: &mut Table) {
+    struct Mind {
+        parameters: Parameters<f32>,
+        rehearsal: Option<Rehearsal<f32>>,
+        over: bool,
+    }
+    const WAY: Way<f32> = Way {
+        rise: 0.2,
+        travel: 0.15,
+        fall: 0.03,
+    };
+    let mut mind = Mind {
+        parameters: black_box(Parameters::nominal()),
+        rehearsal: None,
+        over: true,
+    };
+    // From its beginning to its end, then another.
+    let question = |mind: &mut Mind, call: u32, random: &mut Random| {
+        if !mind.over {
+            return;
+        }
+        let shape = Shape {
+            pitch: random.within(0.1),
+            steering: [random.within(0.2), random.within(0.5)],
+            roll: [random.within(0.2), random.within(0.2)],
+        };
+        let (heading, wheel) = (random.within(0.2), WHEELS[(call & 3) as usize]);
+        let begun = Rehearsal::new(&mind.parameters, &shape, heading, wheel, &WAY);
+        mind.rehearsal = Some(begun);
+    };
+    table.kernel(
+        "moment of RT-Mover's rehearsal",
+        &mut mind,
+        question,
+        |mind, ()| {
+            if let Some(rehearsal) = &mut mind.rehearsal {
+                mind.over = rehearsal.moment(&mind.parameters) != Progress::Unfinished;
+            }
+        },
+    );
+}
