@@ -6,10 +6,12 @@ use std::hint::black_box;
 use tautrack::math::sin_cos;
 use tautrack::robots::b2p2::shape::{AXLE_3_FROM_BODY_3, BODY_1, BODY_2, BODY_3};
 use tautrack::robots::b2p2::{Model, Parameters, Posture};
+use tautrack::robots::hylos;
+use tautrack::robots::hylos::body::stance;
 use tautrack::screw::Geometry;
 use tautrack::settings::Settings;
 use tautrack::stability::support::margins;
-use tautrack::stability::tipover::{Edges, angles};
+use tautrack::stability::tipover::{Edges, Potential, angles};
 use tautrack::stability::zmp::{Plane, Wrench, zero_moment_point};
 use tautrack::units::Angle;
 
@@ -285,5 +287,35 @@ fn dynamics(criterion: &mut Criterion) {
     dynamics!(criterion, f32, "f32");
 }
 
-criterion_group!(benches, model, dynamics);
+/// One step of the body controller on a slope.
+macro_rules! hylos_control {
+    ($criterion:expr, $scalar:ty, $name:literal) => {{
+        let parameters = hylos::Parameters::<$scalar>::nominal();
+        let (sine, cosine) = (0.4 as $scalar).sin_cos();
+        let sensed = hylos::Sensed::<$scalar> {
+            legs: [stance(&parameters, 0.29); 4],
+            torques: [[10.0, -5.0]; 4],
+            steering: [0.1, -0.1, 0.2, -0.2],
+            up: [0.0, sine, cosine],
+            acceleration: [0.0; 3],
+        };
+        let wish = hylos::Wish {
+            forward: 0.2,
+            yaw_rate: 0.1,
+            clearance: Some(0.29),
+        };
+        let potential = Potential::new(0.004, 0.35, 0.02).expect("the nominal potential");
+        let mut controller = hylos::Controller::new(parameters, potential, &sensed);
+        $criterion.bench_function(concat!("step of Hylos' controller, ", $name), |bench| {
+            bench.iter(|| controller.step(black_box(&sensed), &wish, 0.008));
+        });
+    }};
+}
+
+fn control(criterion: &mut Criterion) {
+    hylos_control!(criterion, f64, "f64");
+    hylos_control!(criterion, f32, "f32");
+}
+
+criterion_group!(benches, model, dynamics, control);
 criterion_main!(benches);
