@@ -1,12 +1,13 @@
-//! The bus of B2P2 as Markdown: every frame with its rate and its bits, what the payloads mean, and all objects.
+//! The buses as Markdown: every frame of B2P2 with its rate and its bits, sums for the other robots, what the payloads mean, and all objects.
 
 use super::Role;
 use super::eds;
 use super::tables::sentence;
 use crate::bus::wire::{BIT_RATE, worst_case_bits};
-use crate::machines::b2p2::NODES;
+use crate::machines::{Kind, NodeSpec, machine};
 use crate::run::operator::PERIOD_US;
-use crate::scenario::NodeName;
+use crate::scenario::{NodeName, Scenario, ScenarioError};
+use crate::setup::machine::root;
 use std::fmt::Write;
 use tautrack::bus::network::{self, function};
 use tautrack::bus::pdo::{
@@ -67,10 +68,54 @@ impl Cyclic {
     }
 }
 
+/// The nodes of a robot as its own scenario has them.
+fn nodes(kind: Kind) -> Result<Vec<NodeSpec>, ScenarioError> {
+    let path = root()
+        .join("host-tests/scenarios")
+        .join(kind.scenario_file());
+    Scenario::load(&path).map(|scenario| machine(&scenario).nodes)
+}
+
+/// What the other robots put on their buses, kind by kind, as shares.
+///
+/// # Errors
+/// Of a shipped scenario.
+pub fn others(roles: &[Role]) -> Result<String, ScenarioError> {
+    let mut text = "| Robot | Drives | SYNC | Set-points | Motion | Status, heartbeats, guard, operator | All |\n|---|---|---|---|---|---|---|\n".to_owned();
+    for (name, kind) in [
+        ("crawler", Kind::Crawler),
+        ("RT-Mover", Kind::RtMover),
+        ("Hylos", Kind::Hylos),
+    ] {
+        let nodes = nodes(kind)?;
+        let frames = cyclic(roles, kind, &nodes);
+        let share = |counts: &dyn Fn(&str) -> bool| {
+            let counted = frames.iter().filter(|frame| counts(&frame.what));
+            percent(counted.map(Cyclic::bits_per_second).sum())
+        };
+        let set_point = |what: &str| what.contains("SetPoint");
+        let motion = |what: &str| what.contains("DriveMotion");
+        let _ = writeln!(
+            text,
+            "| {name} | {} | {} Hz | {:.1} % | {:.1} % | {:.1} % | **{:.1} %** |",
+            nodes.len() - 1,
+            1e6 / sync_period_us(&nodes) as f64,
+            share(&set_point),
+            share(&motion),
+            share(&|what| !set_point(what) && !motion(what)),
+            share(&|_| true)
+        );
+    }
+    Ok(text)
+}
+
 /// Every cyclic frame of B2P2 with its share of the bus, and the sum.
-pub fn frames(roles: &[Role]) -> String {
+///
+/// # Errors
+/// Of its shipped scenario.
+pub fn frames(roles: &[Role]) -> Result<String, ScenarioError> {
     let mut text = "| Identifier | Sender | Frame | Bytes | Bits | Rate | Load |\n|---|---|---|---|---|---|---|\n".to_owned();
-    let frames = cyclic(roles);
+    let frames = cyclic(roles, Kind::B2p2, &nodes(Kind::B2p2)?);
     for frame in &frames {
         let _ = writeln!(
             text,
@@ -90,16 +135,41 @@ pub fn frames(roles: &[Role]) -> String {
         "| | | **all** | | | | **{:.1} %** of 1 Mbit/s |",
         percent(sum)
     );
-    text
+    Ok(text)
 }
 
-/// Share of the bus that the frames of [`frames`] take, 0 to 1.
+/// Share of the bus that so many bits take, %.
 fn percent(bits_per_second: f64) -> f64 {
     bits_per_second / BIT_RATE as f64 * 100.0
 }
 
-fn cyclic(roles: &[Role]) -> Vec<Cyclic> {
-    let sync_us = Setting::SyncPeriod.description().default as u64;
+fn sync_period_us(nodes: &[NodeSpec]) -> u64 {
+    let guard = nodes.iter().find(|node| node.name == NodeName::Guard);
+    let own = guard.and_then(|guard| {
+        let mut settings = guard.settings.iter();
+        settings.find(|(setting, _)| *setting == Setting::SyncPeriod)
+    });
+    own.map_or(Setting::SyncPeriod.description().default, |(_, value)| {
+        *value
+    }) as u64
+}
+
+/// Whether a drive is told rates; others are told positions.
+fn is_told_rates(kind: Kind, name: NodeName) -> bool {
+    kind == Kind::RtMover
+        || matches!(
+            name,
+            NodeName::LeftTrack
+                | NodeName::RightTrack
+                | NodeName::FrontLeftWheel
+                | NodeName::FrontRightWheel
+                | NodeName::RearLeftWheel
+                | NodeName::RearRightWheel
+        )
+}
+
+fn cyclic(roles: &[Role], kind: Kind, nodes: &[NodeSpec]) -> Vec<Cyclic> {
+    let sync_us = sync_period_us(nodes);
     let heartbeat_us = Setting::HeartbeatPeriod.description().default as u64 * 1_000;
     let mut frames = vec![Cyclic {
         id: network::sync().id(),
@@ -108,17 +178,18 @@ fn cyclic(roles: &[Role]) -> Vec<Cyclic> {
         bytes: 0,
         period_us: sync_us,
     }];
-    for (name, id) in NODES {
-        let node = u16::from(id);
+    for NodeSpec { name, id, .. } in nodes {
+        let (name, node) = (*name, u16::from(*id));
+        let guard = NodeName::Guard.to_string();
         let (role, set_point, sender, set_point_us) = match name {
-            NodeName::LeftTrack | NodeName::RightTrack => {
-                ("axle", 1, NodeName::Guard.to_string(), sync_us)
-            }
-            NodeName::ChassisJoint => ("axle", 0, NodeName::Guard.to_string(), sync_us),
-            NodeName::Screw => ("screw", 0, NodeName::Guard.to_string(), sync_us),
             NodeName::Guard => ("guard", 0, "operator".into(), PERIOD_US),
-            // B2P2 has no others.
-            _ => continue,
+            NodeName::Screw => ("screw", 0, guard, sync_us),
+            _ => (
+                "axle",
+                usize::from(is_told_rates(kind, name)),
+                guard,
+                sync_us,
+            ),
         };
         let Some(role) = roles.iter().find(|known| known.name == role) else {
             continue;

@@ -10,6 +10,7 @@ mod dictionary;
 pub mod eds;
 mod tables;
 
+use crate::scenario::ScenarioError;
 use crate::setup::machine::root;
 use std::fmt;
 use std::fs;
@@ -22,6 +23,8 @@ use zencan_common::device_config::{DeviceConfig, LoadError};
 pub enum ReferenceError {
     /// A dictionary is no dictionary.
     Dictionary(&'static str, LoadError),
+    /// A shipped scenario is none.
+    Scenario(ScenarioError),
     /// A page cannot be read.
     Page(PathBuf, io::Error),
     /// A page has no such block, or its block has no end.
@@ -32,6 +35,7 @@ impl fmt::Display for ReferenceError {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         match self {
             Self::Dictionary(role, error) => write!(f, "the dictionary of {role}: {error}"),
+            Self::Scenario(error) => write!(f, "{error}"),
             Self::Page(path, error) => write!(f, "cannot read {}: {error}", path.display()),
             Self::NoBlock(path, name) => write!(
                 f,
@@ -44,6 +48,12 @@ impl fmt::Display for ReferenceError {
 }
 
 impl std::error::Error for ReferenceError {}
+
+impl From<ScenarioError> for ReferenceError {
+    fn from(error: ScenarioError) -> Self {
+        Self::Scenario(error)
+    }
+}
 
 /// The dictionary of one role.
 struct Role {
@@ -87,7 +97,8 @@ pub fn files() -> Result<Vec<(PathBuf, String)>, ReferenceError> {
     let blocks = [
         block("faults.md", "faults", tables::faults()),
         block("settings.md", "settings", tables::settings()),
-        block("bus.md", "frames", bus::frames(&roles)),
+        block("bus.md", "frames", bus::frames(&roles)?),
+        block("bus.md", "frames of the others", bus::others(&roles)?),
         block("bus.md", "payloads", bus::payloads()),
         block("bus.md", "objects", bus::objects(&roles)),
     ];
