@@ -7,6 +7,13 @@ use crate::record::Sample;
 use crate::scenario::Scenario;
 use crate::summary::{Summary, intervenes};
 use serde_json::{Map, Value, json};
+use tautrack::stability::support::NO_EDGE;
+
+/// The guard's margin to an edge that is there.
+fn edge(sample: &Sample, edge: usize) -> Option<f64> {
+    let margin = sample.heard.margins.map(|margins| margins[edge]);
+    margin.filter(|margin| *margin < f64::from(NO_EDGE))
+}
 
 /// A longer run shows every n-th sample, so that the page stays below 2 MB; `run.mcap` has them all.
 const MOST_SAMPLES: usize = 6_000;
@@ -25,12 +32,8 @@ const COLUMNS: &[Column] = &[
     ("cogZ", 1e-3, |s| Some(s.truth.cog[2])),
     ("back", 1e-3, |s| s.truth.backward_margin),
     ("front", 1e-3, |s| s.truth.forward_margin),
-    ("guardBack", 1e-3, |s| {
-        s.heard.margins.map(|margins| margins[0])
-    }),
-    ("guardFront", 1e-3, |s| {
-        s.heard.margins.map(|margins| margins[1])
-    }),
+    ("guardBack", 1e-3, |s| edge(s, 0)),
+    ("guardFront", 1e-3, |s| edge(s, 1)),
     ("heardPitch", 0.01, |s| Some(s.heard.pitch.to_degrees())),
     ("odometry", 1e-4, |s| Some(s.heard.odometry)),
     ("askedSpeed", 1e-3, |s| Some(s.heard.asked_speed)),

@@ -42,7 +42,7 @@ run.bands = run.verdict.flatMap(([from, text], i) => {
   }
   figure("Steepest pitch", minus(pitch.max.toFixed(1)), "°", `lowest ${minus(pitch.min.toFixed(1))}°`);
   const margin = summary.min_backward_margin_m;
-  figure("Least rear margin", margin === null ? "none" : minus((margin * 1e3).toFixed(0)), margin === null ? "" : "mm", "centre of gravity to rear contact");
+  if (margin !== null) figure("Least rear margin", minus((margin * 1e3).toFixed(0)), "mm", "centre of gravity to rear contact");
   figure("Guard", guard.interventions, guard.interventions === 1 ? "intervention" : "interventions", `${guard.scaled} scaled, ${guard.refused} refused`);
   const zmp = summary.zero_moment_point;
   if (zmp) figure("|ZMP − CoG|", zmp.smoothed.mean.toFixed(2), "%", `of the length, mean; the paper's climb: ${run.paperZmpPercent} %`);
@@ -73,7 +73,7 @@ run.bands = run.verdict.flatMap(([from, text], i) => {
     for (const cell of cells) line.appendChild(document.createElement(kind)).textContent = cell;
   };
   row(["Node", "Role", "Board", "Id", "Program (SHA-256)"], "th");
-  for (const node of summary.nodes) row([node.name.replace("_", " "), node.role, node.board, node.node_id, node.program_sha256.slice(0, 16) + "…"], "td");
+  for (const node of summary.nodes) row([node.name.replaceAll("_", " "), node.role, node.board, node.node_id, node.program_sha256.slice(0, 16) + "…"], "td");
 
   const last = run.series.t[count - 1] || 1;
   for (const mark of run.marks) {

@@ -44,7 +44,8 @@ function makePlots(host, wanted, run, seek) {
     const curves = plot.curves.map(([label, name, dash, colour], i) => {
       const key = caption.appendChild(document.createElement("span"));
       key.className = "key";
-      const paint = `var(--c${colour ?? i})`;
+      // More curves than the page has colours go around the circle.
+      const paint = plot.curves.length > 4 ? `hsl(${i * 360 / plot.curves.length} 60% 48%)` : `var(--c${colour ?? i})`;
       key.style.setProperty("--key", paint);
       if (dash) key.style.setProperty("--dash", dash);
       key.append(label + " ");

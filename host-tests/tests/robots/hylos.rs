@@ -2,6 +2,7 @@
 
 use super::{ends_in_the_same_bits, outcome, scenario};
 use std::f64::consts::{PI, TAU};
+use tautrack::robots::hylos::parameters::MARGIN_LIMIT;
 use tautrack_host_tests::nodes::Board;
 use tautrack_host_tests::record::Sample;
 
@@ -38,6 +39,15 @@ fn posture_control_brings_the_nodes_around_the_loop() {
     println!("margin at least {margin:.3} rad, {turned:.2} rad around");
     assert!(summary.expectation_met, "{summary}");
     assert!(margin > 0.1, "{margin}");
+    let [steep, level] = [true, false].map(|near| {
+        let channels = samples.iter().map(|sample| &sample.truth.channels);
+        let found = channels.filter(|of| (of["tip_over_margin_rad"] <= MARGIN_LIMIT) == near);
+        found
+            .map(|of| of["stability_potential_1"])
+            .collect::<Vec<_>>()
+    });
+    assert!(!steep.is_empty() && steep.iter().all(|potential| *potential > 0.0));
+    assert!(!level.is_empty() && level.iter().all(|potential| *potential == 0.0));
     assert!((turned - TAU).abs() < 0.15, "{turned}");
     // Seventeen nodes leave the bus a fifth of its time.
     assert!(summary.bus.load_max < 0.8, "{summary}");

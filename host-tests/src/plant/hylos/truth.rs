@@ -4,8 +4,9 @@ use super::{Hylos, robot};
 use crate::plant::world::GRAVITY;
 use rapier3d_f64::math::Vector;
 use tautrack::robots::hylos::LEGS;
+use tautrack::robots::hylos::parameters::{MARGIN_FLOOR, MARGIN_LIMIT, POTENTIAL_GAIN};
 use tautrack::robots::hylos::stability::AROUND;
-use tautrack::stability::tipover::{angles, margin};
+use tautrack::stability::tipover::{Potential, angles, margin};
 
 /// How long a wheel that carried force counts as standing, steps: single contacts flicker.
 const WINDOW: u64 = 50;
@@ -101,7 +102,11 @@ impl Hylos {
         let cog = moment / mass;
         let around = AROUND.map(|leg| detail.contacts[leg]);
         let weight = [0.0, 0.0, -mass * GRAVITY];
-        detail.margin = margin(&angles(&around, cog.to_array(), weight, [0.0; 3]));
+        let tip_over = angles(&around, cog.to_array(), weight, [0.0; 3]);
+        detail.margin = margin(&tip_over);
+        // The controller's own potential, of the true angles.
+        let potential = Potential::new(POTENTIAL_GAIN, MARGIN_LIMIT, MARGIN_FLOOR)
+            .map_or(f64::NAN, |potential| potential.total(&tip_over));
 
         let [forward, left] = [Vector::X, Vector::Y].map(|axis| pose.rotation * axis);
         let heading = left.cross(Vector::Z).normalize_or_zero();
@@ -130,6 +135,7 @@ impl Hylos {
         let upright = (pose.rotation * Vector::Z).dot(Vector::from_array(ground));
         truth.toppled |= upright < TIPPED;
         truth.channels.insert("tip_over_margin_rad", detail.margin);
+        truth.channels.insert("stability_potential_1", potential);
         truth.points.clear();
         for (leg, names) in CHANNELS.iter().enumerate() {
             let [hip, knee] = detail.legs[leg];
