@@ -94,6 +94,18 @@ const TOUCH_DOWN: f64 = 0.5;
 
 /// One gait up a step of `height`, m, the gait's model and pace given, the seat's inclination felt with a lag of `lag`, s.
 fn walk(height: f64, model: Parameters<f32>, pace: Pace, lag: f64) -> Walk {
+    walk_until(height, model, pace, lag, None)
+}
+
+/// The same, given up a second into a stage if one is named, and acknowledged a second later.
+fn walk_until(
+    height: f64,
+    model: Parameters<f32>,
+    pace: Pace,
+    lag: f64,
+    given_up: Option<Stage>,
+) -> Walk {
+    let mut since = 0;
     let mut plant = RtMover::new(
         &RtMoverParameters::nominal(),
         &Terrain::Curb {
@@ -117,6 +129,14 @@ fn walk(height: f64, model: Parameters<f32>, pace: Pace, lag: f64) -> Walk {
         let seconds = f64::from(step) * DT;
         if step == 500 {
             gait.ask(height as f32, plant.truth().yaw as f32);
+        }
+        if given_up == Some(gait.stage()) || since > 0 {
+            since += 1;
+            match since {
+                1_000 => gait.hold(),
+                2_000 => gait.acknowledge(),
+                _ => {}
+            }
         }
         if step.is_multiple_of(TICK) {
             let before = gait.stage();
@@ -307,6 +327,23 @@ fn a_wheel_in_the_air_goes_down_again_when_the_margin_shrinks() {
     );
     // It was in the air, and while it was the margin was never spent.
     assert!((0.030..0.060).contains(&walk.margin[0]), "{walk:?}");
+}
+
+#[test]
+fn a_gait_given_up_with_a_wheel_in_the_air_lets_it_down_when_acknowledged() {
+    for stage in [Stage::Lifting, Stage::Swinging] {
+        let (model, pace) = (Parameters::nominal(), Pace::nominal());
+        let walk = walk_until(0.10, model, pace, 0.0, Some(stage));
+        assert_eq!(
+            (walk.stage, walk.lifts, walk.toppled),
+            (Stage::Stuck, 1, false)
+        );
+        assert!(
+            walk.heights.iter().all(|height| *height < 0.102),
+            "{walk:?}"
+        );
+        assert!(walk.seconds < 60.0, "{walk:?}");
+    }
 }
 
 #[test]

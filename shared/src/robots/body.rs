@@ -214,3 +214,53 @@ pub trait Body: Sized {
         [Joint::default(); 2]
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// From 0.4 m/s, with 1.5 m/s^2 handed down and 0.4 m/s^2 of its own, for a tenth of a second.
+    fn slowed(asked: f32, share: f32, stop: bool) -> f32 {
+        let allowed = Allowed {
+            share,
+            stop,
+            posture: true,
+            limits: Limits {
+                forward: 1.5,
+                backward: 1.5,
+                ..Limits::default()
+            },
+        };
+        let own = profile::Limits {
+            velocity: 0.5,
+            acceleration: 0.4,
+        };
+        let mut motion = SetPoint {
+            velocity: 0.4,
+            ..SetPoint::default()
+        };
+        for _ in 0..25 {
+            allowed.ramp(&mut motion, asked, own, 4e-3);
+        }
+        motion.velocity
+    }
+
+    #[test]
+    fn the_guard_stops_as_hard_as_the_limits_bear_and_the_operator_gently() {
+        for (asked, share, stop, rate) in [
+            (0.4, 0.0, false, -1.5),
+            (0.0, 1.0, true, -1.5),
+            (0.0, 1.0, false, -0.4),
+            (0.5, 1.0, false, 0.4),
+            // Taken less of, it still speeds up gently.
+            (1.0, 0.5, false, 0.4),
+        ] {
+            let expected = 0.4 + 0.1 * rate;
+            let found = slowed(asked, share, stop);
+            assert!(
+                (found - expected).abs() < 2e-3,
+                "{asked} {share} {stop}: {found}"
+            );
+        }
+    }
+}

@@ -232,6 +232,10 @@ impl Gait {
     }
 
     fn enter(&mut self, stage: Stage) {
+        // However the stage ends, the wheel has to be felt when it comes down.
+        if matches!(self.stage, Stage::Lifting | Stage::Swinging) {
+            self.airborne_torque = self.mean_torque();
+        }
         self.stage = stage;
         self.rehearsal = None;
         (self.since, self.felt, self.way, self.carried) = (0.0, 0.0, 0.0, 0.0);
@@ -292,7 +296,6 @@ impl Gait {
             }
             (Stage::Lifting | Stage::Swinging, event) => {
                 self.aborted |= event != Event::Reached;
-                self.airborne_torque = self.mean_torque();
             }
             (Stage::Landing, Event::Late) => self.aborted = true,
             (Stage::Settling, Event::Airborne) => {}
