@@ -1,4 +1,4 @@
-//! The guard's tick against drives that always do as they are told.
+//! The guard's tick among drives that follow every controlword at once.
 
 use tautrack::bus::network::{Emergency, emergency, sync};
 use tautrack::bus::pdo::{
@@ -8,8 +8,10 @@ use tautrack::bus::pdo::{
 use tautrack::can::Frame;
 use tautrack::faults::Fault;
 use tautrack::node::BodySensors;
-use tautrack::node::cia402::{State as DriveState, controlword, status};
-use tautrack::node::guard::{Guard, Inputs, Outputs, State};
+use tautrack::node::cia402::{
+    CONTROL_FAULT_RESET, Command, State as DriveState, controlword, status,
+};
+use tautrack::node::guard::{Guard, Inputs, Outputs, POSITION_SCALE, State};
 use tautrack::robots::b2p2::B2p2;
 use tautrack::settings::{Setting, Settings};
 use tautrack::stability::bands::Band;
@@ -20,6 +22,8 @@ use tautrack::stability::trip::Cause;
 use tautrack::stability::trust::{Reason, Trust};
 
 const DRIVES: [u8; 4] = [2, 3, 4, 5];
+/// What the drives answer when the guard asks for their position scales.
+const SCALES: [u16; 4] = [16, 16, 32, 0x118];
 const SCREW: u8 = 5;
 /// Extension at chassis angle 0, 2^-24 m.
 const TAUT: i32 = (0.226 * 16_777_216.0) as i32;
@@ -32,14 +36,18 @@ struct Bench {
     body: Option<BodySensors>,
     extra: Vec<Frame>,
     silent: Option<u8>,
+    states: [DriveState; 4],
+    scales: [u16; 4],
+    /// Error codes in the drives' status.
+    errors: [u16; 4],
     sent: Vec<Frame>,
     emergency_stop: bool,
 }
 
 impl Bench {
     fn armed() -> Self {
-        let mut bench = Self::new(&Settings::default());
-        let outputs = bench.run(1_000);
+        let mut bench = Self::with(&[]);
+        let outputs = bench.run(4);
         assert_eq!(State::from_code(outputs.state.state), Some(State::Armed));
         bench
     }
@@ -52,7 +60,9 @@ impl Bench {
                 .expect("a value within bounds");
         }
         let mut bench = Self::new(&settings);
-        bench.run(1_000);
+        bench.run(200);
+        bench.request(Request::Arm);
+        bench.run(800);
         bench
     }
 
@@ -61,12 +71,15 @@ impl Bench {
             guard: Guard::new(settings).expect("the default robot is good"),
             now_us: 0,
             command: Some(OperatorCommand {
-                request: Request::Arm as u8,
+                request: Request::Stop as u8,
                 ..OperatorCommand::default()
             }),
             body: Some(standing(0.0)),
             extra: Vec::new(),
             silent: None,
+            states: [DriveState::SwitchOnDisabled; 4],
+            scales: SCALES,
+            errors: [0; 4],
             sent: Vec::new(),
             emergency_stop: false,
         }
@@ -82,7 +95,10 @@ impl Bench {
     fn tick(&mut self) -> Outputs {
         self.now_us += 1_000;
         let mut frames = std::mem::take(&mut self.extra);
-        for id in DRIVES.into_iter().filter(|id| self.silent != Some(*id)) {
+        for (index, id) in DRIVES.into_iter().enumerate() {
+            if self.silent == Some(id) {
+                continue;
+            }
             if self.now_us.is_multiple_of(50_000) {
                 frames.extend(Frame::new(0x700 + u16::from(id), &[5]));
             }
@@ -95,10 +111,11 @@ impl Bench {
                     }
                     .frame(transmit(1), id),
                 );
-                let statusword = DriveState::OperationEnabled.statusword() | status::REFERENCED;
+                let statusword = self.states[index].statusword() | status::REFERENCED;
                 frames.push(
                     DriveStatus {
                         statusword,
+                        error_code: self.errors[index],
                         ..DriveStatus::default()
                     }
                     .frame(transmit(2), id),
@@ -120,8 +137,40 @@ impl Bench {
         let outputs = self.guard.tick(&inputs).clone();
         if outputs.frames.first() == Some(&sync()) {
             self.sent = outputs.frames.to_vec();
+            self.follow();
         }
         outputs
+    }
+
+    /// Every drive takes its controlword, and answers a request for its scale.
+    fn follow(&mut self) {
+        for (index, id) in DRIVES.into_iter().enumerate() {
+            if let Some(word) = self.controlword(id) {
+                let state = &mut self.states[index];
+                *state = state.after(Command::from_controlword(word));
+            }
+            let request = 0x600 + u16::from(id);
+            if self.sent.iter().any(|frame| frame.id() == request) {
+                let ([low, high], [a, b]) = (
+                    POSITION_SCALE.to_le_bytes(),
+                    self.scales[index].to_le_bytes(),
+                );
+                let answer = [0x4b, low, high, 0, a, b, 0, 0];
+                self.extra
+                    .extend(Frame::new(0x580 + u16::from(id), &answer));
+            }
+        }
+    }
+
+    /// The controlword that the guard sent last to drive `id`.
+    fn controlword(&self, id: u8) -> Option<u16> {
+        self.sent.iter().find_map(|frame| {
+            let position = PositionSetPoint::from_frame(frame, receive(1), id);
+            let velocity = VelocitySetPoint::from_frame(frame, receive(2), id);
+            position
+                .map(|point| point.controlword)
+                .or(velocity.map(|point| point.controlword))
+        })
     }
 
     /// Turns the robot nose up within twelve seconds, as all its sensors show it, and holds it there.
@@ -429,14 +478,17 @@ fn an_emergency_stop_by_anybody_stops_and_latches() {
 #[test]
 fn nothing_passes_unless_the_dead_man_switch_is_held() {
     let mut bench = Bench::with(&[(Setting::DeadMan, 1)]);
+    let outputs = bench.run(1_000);
+    assert_eq!(State::from_code(outputs.state.state), Some(State::Ready));
+    bench.command.as_mut().expect("an operator").request |= DEAD_MAN_HELD;
     bench.ask(130);
+    assert_eq!(bench.run(2_000).passed.passed_speed, 130);
+    bench.request(Request::Arm);
     let outputs = bench.run(1_000);
     assert_eq!(
         (outputs.passed.passed_speed, verdict(&outputs)),
         (0, Some(Verdict::Unattended))
     );
-    bench.command.as_mut().expect("an operator").request |= DEAD_MAN_HELD;
-    assert_eq!(bench.run(1_000).passed.passed_speed, 130);
 }
 
 #[test]
@@ -496,5 +548,110 @@ fn an_undeclared_load_narrows_every_margin_by_what_it_can_do() {
     // 1 kg of 9.315 kg, 0.3 m away: 32 mm.
     for (before, after) in [(without.back, with.back), (without.left, with.left)] {
         assert!((before - after - 32).abs() <= 1, "{without:?} {with:?}");
+    }
+}
+
+#[test]
+fn a_reset_is_a_pulse_and_each_reset_has_its_edge() {
+    let mut bench = Bench::armed();
+    // The supply is too low, and stays so for two seconds.
+    bench.errors[1] = Fault::UnderVoltage.description().code;
+    bench.states[1] = DriveState::Fault;
+    assert_eq!(
+        State::from_code(bench.run(50).state.state),
+        Some(State::Held),
+        "seen in the status alone: its emergency frame was lost"
+    );
+    let mut edges = 0;
+    let mut before = false;
+    for reset in 0..6 {
+        bench.request(Request::Stop);
+        bench.run(100);
+        bench.request(Request::Reset);
+        let mut high_ms = 0;
+        for _ in 0..200 {
+            bench.tick();
+            let high = bench.controlword(3).expect("a set-point") & CONTROL_FAULT_RESET != 0;
+            edges += u32::from(high && !before);
+            high_ms += u32::from(high);
+            before = high;
+        }
+        assert!(
+            !before && high_ms <= 40,
+            "reset {reset}: high for {high_ms} ms"
+        );
+        let outputs = bench.run(4);
+        assert_eq!(State::from_code(outputs.state.state), Some(State::Held));
+        assert_eq!(
+            outputs.faulty_drives, 0b10,
+            "the left drive is not to blame"
+        );
+    }
+    assert_eq!(edges, 6);
+    // The supply is back: the next reset clears the fault.
+    bench.errors[1] = 0;
+    bench.states[1] = DriveState::SwitchOnDisabled;
+    bench.request(Request::Stop);
+    bench.run(100);
+    bench.request(Request::Reset);
+    let outputs = bench.run(200);
+    assert_eq!(State::from_code(outputs.state.state), Some(State::Ready));
+    assert_eq!(outputs.faulty_drives, 0);
+}
+
+#[test]
+fn a_drive_that_counts_in_another_scale_is_named_with_both_values() {
+    let mut bench = Bench::new(&Settings::default());
+    // position_bits of the joint, changed at the axle only.
+    bench.scales[2] = 24;
+    bench.run(200);
+    bench.request(Request::Arm);
+    let outputs = bench.run(1_000);
+    assert_eq!(State::from_code(outputs.state.state), Some(State::Ready));
+    let code = Fault::ScaleMismatch.description().code;
+    assert_eq!(
+        (outputs.state.fault_node, outputs.state.fault_code),
+        (4, code)
+    );
+    let mismatch = bench.guard.scale_mismatch().expect("both values");
+    assert_eq!(
+        (mismatch.node, mismatch.expected, mismatch.found),
+        (4, 32, 24)
+    );
+}
+
+#[test]
+fn a_status_that_stays_out_is_a_lost_drive() {
+    let mut bench = Bench::armed();
+    bench.silent = Some(3);
+    // Its motion and its heartbeat still come.
+    for _ in 0..100 {
+        let motion = DriveMotion::default().frame(transmit(1), 3);
+        bench.extra.push(motion);
+        bench.extra.extend(Frame::new(0x703, &[5]));
+        bench.tick();
+    }
+    let outputs = bench.tick();
+    assert_eq!(State::from_code(outputs.state.state), Some(State::Held));
+    let code = Fault::NodeLost.description().code;
+    assert_eq!(
+        (outputs.state.fault_node, outputs.state.fault_code),
+        (3, code)
+    );
+}
+
+#[test]
+fn an_override_is_for_margins_only() {
+    for (cause, moves) in [("margin", true), ("emergency stop", false)] {
+        let mut bench = Bench::armed();
+        bench.ask(130);
+        bench.tilt(TRIPPING);
+        bench.emergency_stop = cause == "emergency stop";
+        bench.run(100);
+        bench.emergency_stop = false;
+        bench.ask(-130);
+        bench.request(Request::Override);
+        let speed = bench.run(1_000).passed.passed_speed;
+        assert_eq!(speed != 0, moves, "{cause}: {speed} mm/s");
     }
 }

@@ -71,6 +71,16 @@ faults! {
     NodeLost = 0xff02, "node lost", Hold,
         "The guard no longer hears a drive: its heartbeat or its state stayed out.", "the operator's reset",
         "Look at that node's supply, its wiring, and its last log lines.";
+    SecondMaster = 0xff03, "second master", Hold,
+        "A frame with an identifier that only the guard sends came from another node.", "the operator's reset",
+        "Disconnect the other program or guard; a client commands the robot through the guard's objects.";
+    UnexpectedState = 0xff04, "drive left the commanded state", Hold,
+        "A drive did not reach the commanded state within 200 ms, or left it for 20 ms.", "the operator's reset",
+        "Look at that drive's statusword, at its log, and at who else writes its controlword.";
+    ScaleMismatch = 0xff05, "position scale differs", Hold,
+        "A drive's position scale (object 2010) is not the one that the guard counts in; object 400A has both.",
+        "the same scale in both nodes, and a restart of the drive",
+        "Set position_bits of that drive to the value that the guard expects.";
     FollowingError = 0x8611, "following error", Hold,
         "The position stayed more than following_limit away from its set-point for 100 ms.", "fault reset",
         "The axle is too weak for its load or its gains are wrong.";

@@ -38,6 +38,7 @@ fn heard(heard: Heard) {
 
 #[embassy_executor::task]
 async fn control(mut axle: Axle, node: u8) -> ! {
+    od::OBJECT2010.set_value(axle.scale().code());
     let mut ticker = Ticker::every(Duration::from_hz(u64::from(CONTROL_HZ)));
     loop {
         ticker.next().await;

@@ -14,7 +14,7 @@ use tautrack::bus::pdo::{GuardPosition, OperatorCommand};
 use tautrack::can::Frame;
 use tautrack::estimate::state::{Estimator, State};
 use tautrack::math::{to_i16, to_i32};
-use tautrack::node::guard::{Guard, Inputs, Outputs, Telemetry};
+use tautrack::node::guard::{Guard, Inputs, Outputs, ScaleMismatch, Telemetry};
 use tautrack::robots::Body;
 use tautrack::robots::b2p2::B2p2;
 use tautrack::robots::crawler::Crawler;
@@ -56,6 +56,7 @@ trait Tick {
     fn outputs(&self) -> &Outputs;
     fn telemetry(&self) -> Telemetry;
     fn estimator(&self) -> &Estimator;
+    fn scale_mismatch(&self) -> Option<ScaleMismatch>;
 }
 
 impl<B: Body> Tick for Guard<B> {
@@ -73,6 +74,10 @@ impl<B: Body> Tick for Guard<B> {
 
     fn estimator(&self) -> &Estimator {
         Guard::estimator(self)
+    }
+
+    fn scale_mismatch(&self) -> Option<ScaleMismatch> {
+        Guard::scale_mismatch(self)
     }
 }
 
@@ -141,6 +146,7 @@ async fn control(guard: &'static mut dyn Tick, node: u8) -> ! {
         }
         if let Some(code) = outputs.emergency {
             crate::logger::warn!("fault {:#06x} of node {}", code, outputs.state.fault_node);
+            publish_mismatch(guard.scale_mismatch());
             bus::send(network::emergency(Emergency { node, code }));
         }
         outputs.frames.iter().copied().for_each(bus::send);
@@ -180,6 +186,25 @@ fn publish(outputs: &Outputs) {
     od::OBJECT4004.set_passed_posture(outputs.passed.passed_posture);
     od::OBJECT4005.set_refused(outputs.refused);
     od::OBJECT4005.set_scaled(outputs.scaled);
+    od::OBJECT4009.set_value(outputs.faulty_drives);
+}
+
+/// The drive whose position scale is not the guard's, with both scales.
+fn publish_mismatch(mismatch: Option<ScaleMismatch>) {
+    let (node, expected, found) = mismatch.map_or((0, 0, 0), |mismatch| {
+        (mismatch.node, mismatch.expected, mismatch.found)
+    });
+    od::OBJECT400A.set_node(node);
+    od::OBJECT400A.set_expected(expected);
+    od::OBJECT400A.set_found(found);
+    if node != 0 {
+        crate::logger::warn!(
+            "node {}: position scale {:#06x}, the guard counts in {:#06x}",
+            node,
+            found,
+            expected
+        );
+    }
 }
 
 /// What changes once per SYNC and is read through SDO.

@@ -52,6 +52,7 @@ fn heard(heard: Heard) {
 
 #[embassy_executor::task]
 async fn control(mut screw: Screw, node: u8) -> ! {
+    od::OBJECT2010.set_value(screw.scale().code());
     let mut ticker = Ticker::every(Duration::from_hz(u64::from(CONTROL_HZ)));
     loop {
         ticker.next().await;

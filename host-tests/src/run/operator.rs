@@ -18,6 +18,10 @@ pub struct Operator {
     let_go_us: Option<u64>,
     theta: f64,
     sequence: u8,
+    /// A request to stop went out while the guard was ready; from the next command on the request is
+    /// to arm, and stays so.
+    stopped: bool,
+    asks_to_arm: bool,
     guard: u8,
     /// What is asked of a robot whose posture the script does not change.
     posture: Option<i16>,
@@ -34,6 +38,8 @@ impl Operator {
             let_go_us: let_go_s.map(|time_s| (time_s * 1e6) as u64),
             theta: 0.0,
             sequence: 0,
+            stopped: false,
+            asks_to_arm: false,
             guard,
             posture: scenario
                 .hylos
@@ -56,11 +62,13 @@ impl Operator {
             self.script = Some(Script::new(&self.scenario, now, view.passed_theta));
         }
         self.sequence = self.sequence.wrapping_add(1);
+        self.asks_to_arm |= view.state == Some(State::Ready) && self.stopped;
+        self.stopped |= view.state == Some(State::Ready);
         let mut command = OperatorCommand {
-            request: if view.state.is_some_and(|state| state != State::Waiting) {
+            request: if self.asks_to_arm {
                 Request::Arm
             } else {
-                Request::Disarm
+                Request::Stop
             } as u8,
             sequence: self.sequence,
             ..OperatorCommand::default()

@@ -29,6 +29,9 @@ pub struct Lead {
     velocity_units: f32,
 }
 
+/// Fraction bits of a metre in a screw's position on the bus.
+const LENGTH_BITS: u16 = 24;
+
 /// Velocity of a turning axle on the bus: rad/s as 1e-6 rad/s.
 const TURNING_UNITS: f32 = 1e6;
 
@@ -45,6 +48,15 @@ impl Scale {
             radians_per_metre: core::f32::consts::TAU / metres,
             velocity_units: metres * (1e9 / core::f32::consts::TAU),
         })
+    }
+
+    /// Number of this position scale (object 0x2010): the fraction bits of a turn; for a screw, 0x100
+    /// and the fraction bits of a metre.
+    pub fn code(self) -> u16 {
+        match self {
+            Self::Turning { bits } => bits as u16,
+            Self::Linear(_) => 0x100 | LENGTH_BITS,
+        }
     }
 
     /// Position of the output shaft (2^-32 turn) in bus units; wraps when turning, saturates when linear.

@@ -83,6 +83,11 @@ impl Screw {
         })
     }
 
+    /// Scale of its positions and velocities on the bus.
+    pub fn scale(&self) -> Scale {
+        self.scale
+    }
+
     /// One control period.
     pub fn tick(&mut self, inputs: &Inputs) -> Outputs {
         if inputs.joint.is_some() {

@@ -5,6 +5,7 @@
 use crate::estimate::state::Joint;
 use crate::math::{limit, min};
 use crate::motor::profile::{self, SetPoint};
+use crate::node::scale::Scale;
 use crate::settings::Settings;
 use crate::stability::attitude::Attitude;
 use crate::stability::limits::Limits;
@@ -91,13 +92,22 @@ pub struct Asked {
     pub posture: i16,
 }
 
+/// Why nothing may move, and how hard the robot brakes.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Stop {
+    /// The operator stops, is absent, or the sensors are not trusted: brakes comfortably.
+    Gentle,
+    /// The guard has tripped: brakes as hard as the limits bear.
+    Hard,
+}
+
 /// What the filter leaves of it.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Allowed {
     /// Share of the asked speeds, 0 to 1.
     pub share: f32,
-    /// Whether the guard stops the robot, as hard as the limits bear.
-    pub stop: bool,
+    /// The robot is to stand still: wheels, legs, arms and levelling brake to rest.
+    pub stop: Option<Stop>,
     /// Whether the posture may move on.
     pub posture: bool,
     /// Within which limits both.
@@ -115,7 +125,7 @@ impl Allowed {
             self.limits.backward
         };
         let slows = target.abs() < motion.velocity.abs();
-        let acceleration = if slows && (self.stop || self.share < 1.0) {
+        let acceleration = if slows && (self.stop == Some(Stop::Hard) || self.share < 1.0) {
             handed_down
         } else {
             min(handed_down, own.acceleration)
@@ -160,6 +170,10 @@ pub trait Body: Sized {
 
     /// Node ids of its drives, in the order in which every `drives` below has them.
     fn drive_ids(settings: &Settings) -> Vec<u8, MAX_DRIVES>;
+
+    /// Position scale of drive number `drive`: the one in which [`Body::observe`] and [`Body::goal`]
+    /// count. The guard compares it with the drive's own at start.
+    fn scale(drive: usize) -> Scale;
 
     /// Takes the speed along its level heading that the satellite receiver measured lately, m/s, before [`Body::observe`].
     fn hear_speed(&mut self, _along_heading: f32, _: &Attitude) {}
@@ -220,7 +234,7 @@ mod tests {
     use super::*;
 
     /// From 0.4 m/s, with 1.5 m/s^2 handed down and 0.4 m/s^2 of its own, for a tenth of a second.
-    fn slowed(asked: f32, share: f32, stop: bool) -> f32 {
+    fn slowed(asked: f32, share: f32, stop: Option<Stop>) -> f32 {
         let allowed = Allowed {
             share,
             stop,
@@ -248,18 +262,19 @@ mod tests {
     #[test]
     fn the_guard_stops_as_hard_as_the_limits_bear_and_the_operator_gently() {
         for (asked, share, stop, rate) in [
-            (0.4, 0.0, false, -1.5),
-            (0.0, 1.0, true, -1.5),
-            (0.0, 1.0, false, -0.4),
-            (0.5, 1.0, false, 0.4),
+            (0.4, 0.0, None, -1.5),
+            (0.0, 1.0, Some(Stop::Hard), -1.5),
+            (0.0, 1.0, Some(Stop::Gentle), -0.4),
+            (0.0, 1.0, None, -0.4),
+            (0.5, 1.0, None, 0.4),
             // Taken less of, it still speeds up gently.
-            (1.0, 0.5, false, 0.4),
+            (1.0, 0.5, None, 0.4),
         ] {
             let expected = 0.4 + 0.1 * rate;
             let found = slowed(asked, share, stop);
             assert!(
                 (found - expected).abs() < 2e-3,
-                "{asked} {share} {stop}: {found}"
+                "{asked} {share} {stop:?}: {found}"
             );
         }
     }

@@ -10,4 +10,5 @@ pub mod rt_mover;
 
 pub use body::{
     Allowed, Asked, Body, DriveState, Goal, MAX_DRIVES, MAX_OFFSETS, MAX_STAGES, Offset, Phase,
+    Stop,
 };

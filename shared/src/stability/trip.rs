@@ -1,8 +1,10 @@
 //! The guard's trip: latches, remembers why, and is left on request only.
 //!
-//! While tripped nothing passes. A reset clears it when the margins are back and the sensors are believed. Until then two named ways lead out of the
-//! posture, both only as long as the operator asks for them: the supervised override, in which the operator's own command passes at
-//! crawl speed, and backing off, in which the robot goes back the way that it came.
+//! While tripped nothing passes. A reset clears a trip when the margins are back and the sensors are
+//! trusted; it clears an emergency stop when that is released. Two named ways lead out of a trip by a
+//! margin, both only as long as the operator asks for them: the supervised override, in which the
+//! operator's own command passes at crawl speed, and backing off, in which the robot goes back the
+//! way that it came.
 
 use super::bands::Band;
 use super::filter::Command;
@@ -140,10 +142,13 @@ impl Trip {
         let asked_to_reset = requests.reset && !self.reset_before;
         self.reset_before = requests.reset;
         let back = sight.band < Band::Limit && matches!(sight.trust, Trust::Full);
-        if asked_to_reset && back && !requests.emergency_stop {
+        let stopped = self.cause() == Some(Cause::EmergencyStop);
+        // What an emergency stop covers trips again, in this very evaluation, if it is still there.
+        if asked_to_reset && (back || stopped) && !requests.emergency_stop {
             self.latched = false;
         }
-        if let Some(cause) = Self::cause(sight, requests).filter(|_| !self.latched) {
+        let latched = self.latched && !(requests.emergency_stop && !stopped);
+        if let Some(cause) = Self::new_cause(sight, requests).filter(|_| !latched) {
             self.latched = true;
             self.count = self.count.saturating_add(1);
             self.snapshot = Some(Snapshot {
@@ -154,16 +159,20 @@ impl Trip {
         let direction = self.back_off(sight, requests, parameters);
         if !self.latched {
             Mode::Open
-        } else if requests.emergency_stop {
-            Mode::Tripped
-        } else if requests.override_trip {
+        } else if requests.override_trip && matches!(self.cause(), Some(Cause::Margin(_))) {
             Mode::Overridden
         } else {
             direction.map_or(Mode::Tripped, Mode::BackingOff)
         }
     }
 
-    fn cause(sight: &Sight, requests: Requests) -> Option<Cause> {
+    /// Why the guard is tripped, if it is.
+    fn cause(&self) -> Option<Cause> {
+        let snapshot = self.snapshot.as_ref().filter(|_| self.latched)?;
+        Some(snapshot.cause)
+    }
+
+    fn new_cause(sight: &Sight, requests: Requests) -> Option<Cause> {
         if requests.emergency_stop {
             return Some(Cause::EmergencyStop);
         }

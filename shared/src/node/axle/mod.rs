@@ -252,6 +252,11 @@ impl Axle {
         self.outputs(inputs, demand, fault_before)
     }
 
+    /// Scale of its positions and velocities on the bus.
+    pub fn scale(&self) -> Scale {
+        self.scale
+    }
+
     /// True once the position is known.
     pub fn referenced(&self) -> bool {
         self.referenced

@@ -1,125 +1,25 @@
-//! What the guard knows of the drives, from what they put on the bus, and how it commands them.
+//! The robot's drives together: their frames, their fault reports, their commands.
 
-use super::Trouble;
-use crate::bus::heartbeat::Monitor;
-use crate::bus::network::{as_emergency, as_heartbeat};
-use crate::bus::pdo::{
-    DriveMotion, DriveStatus, Payload, PositionSetPoint, TorqueOffset, VelocitySetPoint, receive,
-    transmit,
-};
+use super::FaultReport;
+use super::drive::Drive;
+use super::scales::ScaleReader;
+use crate::bus::network::function;
+use crate::bus::pdo::{Payload, TorqueOffset, receive};
 use crate::can::Frame;
 use crate::faults::Fault;
-use crate::node::axle::mode;
-use crate::node::cia402::{
-    CONTROL_FAULT_RESET, CONTROL_START, State, controlword, status, toward_operation,
-};
-use crate::robots::{DriveState, Goal, MAX_DRIVES, Offset};
+use crate::robots::{Body, DriveState, Goal, MAX_DRIVES, Offset};
 use crate::settings::{Setting, Settings};
 use heapless::Vec;
 
-/// Set-points and states come with every SYNC; a drive whose motion is this old no longer moves under control.
-const MOTION_TIMEOUT_US: u64 = 60_000;
-
-/// What the guard has to know of one drive beside its [`DriveState`].
-#[derive(Clone, Debug)]
-struct Drive {
-    id: u8,
-    heartbeat: Monitor,
-    status: DriveStatus,
-    emergency: u16,
-    reset: bool,
-}
-
-impl Drive {
-    fn new(id: u8, timeout_us: u64) -> Self {
-        Self {
-            id,
-            heartbeat: Monitor::new(timeout_us),
-            status: DriveStatus::default(),
-            emergency: 0,
-            reset: false,
-        }
-    }
-
-    fn hear(&mut self, frame: &Frame, state: &mut DriveState, now_us: u64) {
-        if let Some(motion) = DriveMotion::from_frame(frame, transmit(1), self.id) {
-            state.heard_us = Some(now_us);
-            state.position = motion.position;
-            state.velocity = motion.velocity;
-        } else if let Some(status) = DriveStatus::from_frame(frame, transmit(2), self.id) {
-            self.status = status;
-            state.torque = status.torque;
-            state.referenced = status.statusword & status::REFERENCED != 0;
-            state.enabled = self.state() == State::OperationEnabled;
-            if status.error_code == 0 {
-                self.reset = false;
-            }
-        } else if as_heartbeat(frame).is_some() {
-            self.heartbeat.heard(now_us);
-        } else if let Some(emergency) = as_emergency(frame) {
-            self.emergency = emergency.code;
-        }
-    }
-
-    fn state(&self) -> State {
-        State::from_statusword(self.status.statusword).unwrap_or(State::SwitchOnDisabled)
-    }
-
-    fn trouble(&self, state: &DriveState, now_us: u64, driving: bool) -> Option<Trouble> {
-        let silent = state
-            .heard_us
-            .is_some_and(|heard| now_us.saturating_sub(heard) > MOTION_TIMEOUT_US);
-        let code = if self.emergency != 0 {
-            self.emergency
-        } else if self.heartbeat.lost(now_us) || (driving && silent) {
-            Fault::NodeLost.description().code
-        } else {
-            return None;
-        };
-        Some(Trouble {
-            node: self.id,
-            code,
-        })
-    }
-
-    /// The set-point frame that brings this drive nearer to `goal`.
-    fn command(&self, goal: Goal, referenced: bool) -> Frame {
-        let state = self.state();
-        let mut word = match goal {
-            Goal::Off => controlword::DISABLE_VOLTAGE,
-            Goal::Hold if state == State::OperationEnabled || state == State::QuickStopActive => {
-                controlword::QUICK_STOP
-            }
-            Goal::Hold => controlword::DISABLE_VOLTAGE,
-            _ => toward_operation(state),
-        };
-        if self.reset {
-            word = controlword::DISABLE_VOLTAGE | CONTROL_FAULT_RESET;
-        } else if goal == Goal::Reference && state == State::OperationEnabled && !referenced {
-            word |= CONTROL_START;
-        }
-        let (mode, target) = match goal {
-            Goal::Off | Goal::Hold => (0, 0),
-            Goal::Reference => (mode::HOMING, 0),
-            Goal::Position(target) => (mode::CYCLIC_POSITION, target),
-            Goal::MoveTo(target) => (mode::PROFILE_POSITION, target),
-            Goal::Taut => (mode::TAUT, 0),
-            Goal::Velocity(target) => {
-                let set_point = VelocitySetPoint {
-                    controlword: word,
-                    mode: mode::CYCLIC_VELOCITY,
-                    target,
-                };
-                return set_point.frame(receive(2), self.id);
-            }
-        };
-        PositionSetPoint {
-            controlword: word,
-            mode,
-            target,
-        }
-        .frame(receive(1), self.id)
-    }
+/// A drive's position scale and the one that the robot's equations use (object 0x400A).
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct ScaleMismatch {
+    /// Node id of the drive.
+    pub node: u8,
+    /// `Scale::code` that the guard uses.
+    pub expected: u16,
+    /// `Scale::code` that the drive has; 0 if it has no such object.
+    pub found: u16,
 }
 
 /// The robot's drives, in the order of [`crate::robots::Body::drive_ids`].
@@ -127,14 +27,28 @@ impl Drive {
 pub(super) struct Drives {
     drives: Vec<Drive, MAX_DRIVES>,
     states: Vec<DriveState, MAX_DRIVES>,
+    scales: Vec<ScaleReader, MAX_DRIVES>,
+    expected_scales: Vec<u16, MAX_DRIVES>,
+    /// Node id of the guard itself.
+    own_id: u8,
+    /// The node whose identifier somebody else used.
+    foreign: Option<u8>,
+    /// SYNC and network management frames of the guard that have not come back to it yet.
+    own_frames: [u8; 2],
 }
 
 impl Drives {
-    pub fn new(ids: &[u8], settings: &Settings) -> Self {
+    pub fn new<B: Body>(settings: &Settings) -> Self {
         let timeout = settings.milliseconds(Setting::HeartbeatTimeout);
+        let ids = B::drive_ids(settings);
         Self {
             drives: ids.iter().map(|id| Drive::new(*id, timeout)).collect(),
             states: ids.iter().map(|_| DriveState::default()).collect(),
+            scales: ids.iter().map(|_| ScaleReader::default()).collect(),
+            expected_scales: (0..ids.len()).map(|drive| B::scale(drive).code()).collect(),
+            own_id: settings.id(Setting::NodeId),
+            foreign: None,
+            own_frames: [0; 2],
         }
     }
 
@@ -142,42 +56,134 @@ impl Drives {
         &self.states
     }
 
-    /// Every drive was heard since the start.
-    pub fn all_seen(&self) -> bool {
-        self.drives.iter().all(|drive| drive.heartbeat.seen())
+    /// Every drive was heard since the start, and its scale is known.
+    pub fn complete(&self) -> bool {
+        self.drives.iter().all(Drive::seen)
+            && self.scales.iter().all(|scale| scale.found().is_some())
     }
 
-    pub fn hear(&mut self, frame: &Frame, now_us: u64) {
-        // The low seven bits of every identifier that a drive sends are its id.
-        let sender = (frame.id() & 0x7f) as u8;
-        for (drive, state) in self.drives.iter_mut().zip(&mut self.states) {
-            if drive.id == sender {
-                drive.hear(frame, state, now_us);
+    pub fn receive(&mut self, frame: &Frame, now_us: u64) {
+        // The low seven bits of an identifier are a node id, the others the function.
+        let (node, function) = ((frame.id() & 0x7f) as u8, frame.id() & !0x7f);
+        self.watch_identifiers(node, function);
+        let drives = self.drives.iter_mut().zip(&mut self.states);
+        for ((drive, state), scale) in drives.zip(&mut self.scales) {
+            if drive.id == node {
+                drive.receive(frame, state, now_us);
+                scale.receive(frame, node);
             }
         }
     }
 
-    pub fn trouble(&self, now_us: u64, driving: bool) -> Option<Trouble> {
-        self.drives
-            .iter()
-            .zip(&self.states)
-            .find_map(|(drive, state)| drive.trouble(state, now_us, driving))
-    }
-
-    pub fn reset_faults(&mut self) {
-        for drive in &mut self.drives {
-            drive.reset = drive.status.error_code != 0 || drive.emergency != 0;
-            drive.emergency = 0;
+    /// Notes a frame with an identifier that belongs to the guard alone.
+    fn watch_identifiers(&mut self, node: u8, function: u16) {
+        let foreign = match (function, node) {
+            // Its own SYNC and NMT commands come back to the guard once.
+            (function::NMT | function::SYNC_OR_EMERGENCY, 0) => {
+                let sent = &mut self.own_frames[usize::from(function != function::NMT)];
+                let own = *sent > 0;
+                *sent = sent.saturating_sub(1);
+                !own
+            }
+            (function::SYNC_OR_EMERGENCY | function::HEARTBEAT, node) => node == self.own_id,
+            (function, node) if function::TPDO.contains(&function) => node == self.own_id,
+            (function, node) if function::RPDO.contains(&function) => {
+                self.drives.iter().any(|drive| drive.id == node)
+            }
+            _ => false,
+        };
+        if foreign && self.foreign.is_none() {
+            self.foreign = Some(node);
         }
     }
 
-    /// The set-point frames that bring the drives nearer to their goals.
-    pub fn commands(&self, goal: impl Fn(usize) -> Goal) -> impl Iterator<Item = Frame> {
-        let both = self.drives.iter().zip(&self.states).enumerate();
-        both.map(move |(index, (drive, state))| drive.command(goal(index), state.referenced))
+    /// The guard sends one SYNC, and a network management command or none.
+    pub fn note_sent(&mut self, network_command: bool) {
+        self.own_frames = [u8::from(network_command), 1];
     }
 
-    /// The frames that tell drives their torques in advance.
+    /// The first fault report; `driving` while the robot is or was under power.
+    pub fn fault(&self, now_us: u64, driving: bool) -> Option<FaultReport> {
+        if let Some(node) = self.foreign {
+            let code = Fault::SecondMaster.description().code;
+            return Some(FaultReport { node, code });
+        }
+        let mut drives = self.drives.iter().zip(&self.states);
+        let fault = drives.find_map(|(drive, state)| drive.fault(state, now_us, driving));
+        fault.or_else(|| {
+            let ScaleMismatch { node, .. } = self.mismatch()?;
+            let code = Fault::ScaleMismatch.description().code;
+            Some(FaultReport { node, code })
+        })
+    }
+
+    /// The first drive whose scale differs from the one that the robot's equations use.
+    pub fn mismatch(&self) -> Option<ScaleMismatch> {
+        let scales = self.scales.iter().zip(&self.expected_scales);
+        self.drives
+            .iter()
+            .zip(scales)
+            .find_map(|(drive, (scale, expected))| {
+                let found = scale.found().filter(|found| found != expected)?;
+                Some(ScaleMismatch {
+                    node: drive.id,
+                    expected: *expected,
+                    found,
+                })
+            })
+    }
+
+    /// The drives that have a fault, a bit for each in their order.
+    pub fn faulty(&self) -> u16 {
+        let bit = |(index, drive): (usize, &Drive)| u16::from(drive.error_code() != 0) << index;
+        self.drives.iter().enumerate().map(bit).sum()
+    }
+
+    /// Clears what the operator acknowledges, and begins a fault reset of each drive that needs one.
+    pub fn begin_reset(&mut self) {
+        self.foreign = None;
+        for drive in &mut self.drives {
+            drive.begin_reset();
+        }
+    }
+
+    /// A fault reset is under way.
+    pub fn reset_under_way(&self) -> bool {
+        self.drives.iter().any(Drive::resets)
+    }
+
+    /// Whether a drive has started anew since the call before: it waits for the network's start, and
+    /// its scale is read again.
+    pub fn take_restarted(&mut self) -> bool {
+        let mut any = false;
+        for (drive, scale) in self.drives.iter_mut().zip(&mut self.scales) {
+            if drive.take_restarted() {
+                scale.forget();
+                any = true;
+            }
+        }
+        any
+    }
+
+    /// The requests that are due for scales that are not known yet.
+    pub fn scale_requests(&mut self, now_us: u64) -> impl Iterator<Item = Frame> {
+        let drives = self.drives.iter().zip(&mut self.scales);
+        drives.filter_map(move |(drive, scale)| scale.request(drive.id, now_us))
+    }
+
+    /// The set-point frames that bring the drives nearer to their goals.
+    pub fn commands(
+        &mut self,
+        now_us: u64,
+        goal: impl Fn(usize, &DriveState) -> Goal,
+    ) -> impl Iterator<Item = Frame> {
+        let both = self.drives.iter_mut().zip(&self.states).enumerate();
+        both.map(move |(index, (drive, state))| {
+            drive.command(goal(index, state), state.referenced, now_us)
+        })
+    }
+
+    /// The frames with the drives' torque offsets.
     pub fn offsets(&self, offsets: &[Offset]) -> impl Iterator<Item = Frame> {
         offsets.iter().filter_map(|offset| {
             let drive = self.drives.get(offset.drive)?;

@@ -1,39 +1,48 @@
 //! The guard: master of the network, body controller of the robot it is built for ([`crate::robots::Body`]) and, above both,
 //! the filter that passes a command on only as far as the margins allow.
 //!
-//! [`drives`] is what the guard knows of the other nodes, [`sequence`] the order in which they are brought to life,
-//! [`supervision`] what it knows of the robot's balance, this file the tick.
+//! [`drives`] and [`drive`] hold what the guard knows of the other nodes, [`scales`] compares their
+//! units, [`operator`] holds the newest command, [`sequence`] the states, [`gate`] what the drives may
+//! do in each of them, [`supervision`] the robot's balance. This file is the tick.
 
+mod drive;
 mod drives;
+mod gate;
+mod operator;
 mod robot_state;
+mod scales;
 mod sequence;
 mod supervision;
 
+pub use drives::ScaleMismatch;
+pub use scales::POSITION_SCALE;
 pub use sequence::State;
 pub use supervision::Telemetry;
 
 use crate::bus::network::{NmtCommand, nmt, sync};
 use crate::bus::pdo::{
-    DEAD_MAN_HELD, GuardMargins, GuardMotion, GuardPassed, GuardPosition, GuardState,
-    OperatorCommand, Request,
+    GuardMargins, GuardMotion, GuardPassed, GuardPosition, GuardState, OperatorCommand, Request,
 };
 use crate::can::Frame;
 use crate::estimate::state::{Estimator, State as RobotState};
 use crate::math::to_i16;
 use crate::node::BodySensors;
-use crate::robots::{Asked, Body, MAX_DRIVES};
+use crate::robots::{Asked, Body, DriveState, Goal, MAX_DRIVES};
 use crate::settings::{Setting, Settings};
 use crate::stability::attitude::Attitude;
 use crate::stability::filter::Verdict;
 use crate::stability::parameters::Refusal;
 use crate::stability::trip::Requests;
 use drives::Drives;
+use gate::Gate;
 use heapless::Vec;
-use sequence::Sequence;
+use operator::Operator;
+use sequence::Conditions;
 use supervision::{Moment, Supervision};
 
-/// Most frames that one tick sends: SYNC, network management, one set-point per drive.
-pub const MAX_SENT: usize = MAX_DRIVES + 2;
+/// Largest number of frames that one tick sends: SYNC, network management, and for each drive a
+/// set-point or a request for its scale.
+pub const MAX_SENT: usize = 2 * MAX_DRIVES + 2;
 
 /// SYNCs from one torque in advance to the next: such torques change slowly. They are sent in the last quarter of a period, in a
 /// tick that has little else to do; with SYNC in every tick there is none.
@@ -77,18 +86,19 @@ pub struct Outputs {
     pub scaled: u32,
     /// Code of an emergency frame to send now; 0 is "all clear".
     pub emergency: Option<u16>,
+    /// The drives that have a fault, a bit for each in the order of `Body::drive_ids` (object 0x4009).
+    pub faulty_drives: u16,
 }
 
 /// A node's fault or loss that holds the robot.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-struct Trouble {
+struct FaultReport {
     node: u8,
     code: u16,
 }
 
 /// State of the guard.
 #[derive(Clone, Debug)]
-#[allow(clippy::struct_excessive_bools)] // two settings and what is still due in this period
 pub struct Guard<B> {
     sync_period_us: u64,
     next_sync_us: u64,
@@ -96,20 +106,18 @@ pub struct Guard<B> {
     located: bool,
     syncs: u32,
     offsets_due: bool,
-    operator_timeout_us: u64,
     drives: Drives,
-    sequence: Sequence,
+    state: State,
+    gate: Gate,
     body: B,
     supervision: Supervision,
-    dead_man: bool,
     refusal: Option<Refusal>,
     feed_forward: bool,
     share: f32,
     attitude: Attitude,
     estimator: Estimator,
-    operator: OperatorCommand,
-    operator_us: Option<u64>,
-    trouble: Option<Trouble>,
+    operator: Operator,
+    fault: Option<FaultReport>,
     verdict: Verdict,
     refused: u32,
     scaled: u32,
@@ -129,20 +137,18 @@ impl<B: Body> Guard<B> {
             located: false,
             syncs: 0,
             offsets_due: false,
-            operator_timeout_us: settings.milliseconds(Setting::OperatorTimeout),
-            drives: Drives::new(&B::drive_ids(settings), settings),
-            sequence: Sequence::default(),
+            drives: Drives::new::<B>(settings),
+            state: State::default(),
+            gate: Gate::Hold,
             body: B::new(settings)?,
             supervision: Supervision::new(settings),
-            dead_man: settings.get(Setting::DeadMan) == 1,
             refusal: None,
             feed_forward: settings.get(Setting::FeedForward) == 1,
             share: 1.0,
             attitude: Attitude::default(),
             estimator: Estimator::new(settings),
-            operator: OperatorCommand::default(),
-            operator_us: None,
-            trouble: None,
+            operator: Operator::new(settings),
+            fault: None,
             verdict: Verdict::Passed,
             refused: 0,
             scaled: 0,
@@ -152,7 +158,7 @@ impl<B: Body> Guard<B> {
 
     /// One control period. What comes out stays in place until the next: copying the frames would take longer than making them.
     pub fn tick(&mut self, inputs: &Inputs<'_>) -> &Outputs {
-        let trouble_before = self.trouble;
+        let fault_before = self.fault;
         if self.supervision.hear(inputs.body.as_ref())
             && let Some(sensors) = &inputs.body
         {
@@ -162,7 +168,7 @@ impl<B: Body> Guard<B> {
         }
         self.estimator.listen(inputs.serial, inputs.now_us);
         for frame in inputs.frames {
-            self.drives.hear(frame, inputs.now_us);
+            self.drives.receive(frame, inputs.now_us);
         }
         self.listen(inputs);
         self.supervise(inputs.now_us);
@@ -191,8 +197,8 @@ impl<B: Body> Guard<B> {
             self.offsets_due = self.feed_forward && self.syncs.is_multiple_of(OFFSET_SYNCS);
             self.cycle(inputs);
         }
-        self.outputs.emergency = (trouble_before != self.trouble)
-            .then(|| self.trouble.map_or(0, |trouble| trouble.code));
+        self.outputs.emergency =
+            (fault_before != self.fault).then(|| self.fault.map_or(0, |fault| fault.code));
         self.tell();
         &self.outputs
     }
@@ -204,7 +210,7 @@ impl<B: Body> Guard<B> {
 
     /// Torques that the drives will need.
     fn tell_in_advance(&mut self) {
-        if let Some(phase) = self.sequence.phase() {
+        if let Some(phase) = self.state.phase() {
             let offsets = self.body.offsets(phase, &self.attitude);
             for frame in self.drives.offsets(&offsets) {
                 let _ = self.outputs.frames.push(frame); // fewer than there is room for
@@ -230,30 +236,22 @@ impl<B: Body> Guard<B> {
         &self.estimator
     }
 
-    /// Takes the operator's command; a changed sequence number shows that there is an operator.
+    /// Takes the operator's command; a request that has changed to "reset" acknowledges everything.
     fn listen(&mut self, inputs: &Inputs<'_>) {
         let Some(command) = inputs.operator else {
             return;
         };
-        let first = self.operator_us.is_none();
-        if first || command.sequence != self.operator.sequence {
-            self.operator_us = Some(inputs.now_us);
-        }
-        let before = Request::from_byte(self.operator.request);
-        if Request::from_byte(command.request) == Request::Reset
-            && (first || before != Request::Reset)
-        {
-            self.trouble = None;
-            self.drives.reset_faults();
+        if self.operator.receive(command, inputs.now_us) {
+            self.fault = None;
+            self.drives.begin_reset();
             self.body.acknowledge();
         }
-        self.operator = command;
     }
 
-    /// The first fault or loss latches until the operator's reset.
+    /// The first fault report latches until the operator's reset.
     fn supervise(&mut self, now_us: u64) {
-        if self.trouble.is_none() && self.sequence.state() != State::Waiting {
-            self.trouble = self.drives.trouble(now_us, self.sequence.driving());
+        if self.fault.is_none() && self.state != State::Waiting {
+            self.fault = self.drives.fault(now_us, self.state.driving());
         }
     }
 
@@ -277,74 +275,115 @@ impl<B: Body> Guard<B> {
             .judge(&stance, &self.attitude, self.body.speed(), period);
     }
 
-    /// What happens once per SYNC: filter, body, sequence, set-points.
+    /// What happens once per SYNC: state, filter, body, gate, set-points.
     fn cycle(&mut self, inputs: &Inputs<'_>) {
         let now_us = inputs.now_us;
-        let period = self.period();
-        let request = Request::from_byte(self.operator.request);
-        let before = self.sequence.state();
-        let refused = self.refusal.is_some() && request == Request::Arm;
-        let started = self.sequence.advance(
-            if refused { Request::Stop } else { request },
-            self.trouble.is_some(),
-            &self.drives,
-            &mut self.body,
-            now_us,
-        );
-        let armed_now = before != State::Armed && self.sequence.state() == State::Armed;
-        self.check(armed_now, request);
-        self.dispose(request, inputs, period);
-
-        // Room for all of them: MAX_SENT.
-        let frames = &mut self.outputs.frames;
-        let _ = frames.push(sync());
-        if started {
-            let _ = frames.push(nmt(NmtCommand::Start, 0));
+        let before = self.state;
+        let restarted = self.drives.take_restarted();
+        self.advance_state(now_us);
+        self.pass_command(inputs);
+        // Behind the filter: a trip or an emergency stop counts in the period in which it comes.
+        let drives = self.operator.request() == Request::Arm
+            && self.operator.attends(now_us)
+            && !self.supervision.tripped();
+        self.gate = Gate::of(self.state, self.operator.disarms(now_us), drives);
+        let starting = self.gate == Gate::Open && self.state == before;
+        if self.state != State::Armed && !starting {
+            self.body.rest();
         }
-        if self.sequence.state() != State::Waiting {
-            let goal = |drive| self.sequence.goal(drive, &self.body);
-            for frame in self.drives.commands(goal) {
-                let _ = frames.push(frame);
+        let joined = matches!(before, State::Waiting | State::Held);
+        let starts = self.state == State::Ready && (joined || restarted);
+        self.send(starts, now_us);
+    }
+
+    /// Takes the state that follows from fault reports, drives and the operator's request.
+    fn advance_state(&mut self, now_us: u64) {
+        let before = self.state;
+        let complete = self.drives.complete();
+        let conditions = Conditions {
+            complete,
+            fault: self.fault.is_some() || self.drives.reset_under_way(),
+            disarms: self.operator.disarms(now_us),
+            arms: complete && self.operator.arms(now_us) && !self.supervision.tripped(),
+            open: self.gate == Gate::Open,
+        };
+        let drives = self.drives.states();
+        self.state = sequence::next(before, &conditions, &mut self.body, drives, now_us);
+        if conditions.disarms {
+            self.refusal = None;
+        }
+        match (before, self.state) {
+            (State::Ready, State::Waking(_)) => {
+                self.refusal = None;
+                self.operator.require_new_request();
             }
+            (before, State::Held) if before != State::Held => {
+                self.operator.require_new_request();
+            }
+            (State::Waking(_), State::Armed) => self.check(),
+            _ => {}
         }
     }
 
-    /// Refuses to arm a robot whose geometry and settings make no sense on level ground, until it is disarmed.
-    fn check(&mut self, armed_now: bool, request: Request) {
-        if armed_now {
-            let level = self.body.stance(&Attitude::default());
-            self.refusal = self.supervision.check(&level).err();
-        } else if request == Request::Disarm {
-            self.refusal = None;
+    /// Refuses to arm a robot whose geometry and settings make no sense on level ground.
+    fn check(&mut self) {
+        let level = self.body.stance(&Attitude::default());
+        self.refusal = self.supervision.check(&level).err();
+        if self.refusal.is_some() {
+            self.state = State::Ready;
         }
-        if armed_now && self.refusal.is_some() {
-            self.sequence.disarm();
+    }
+
+    /// The frames of one SYNC period; `starts` begins the exchange of process data.
+    fn send(&mut self, starts: bool, now_us: u64) {
+        self.drives.note_sent(starts);
+        // Room for all of them: MAX_SENT.
+        let frames = &mut self.outputs.frames;
+        let _ = frames.push(sync());
+        if starts {
+            let _ = frames.push(nmt(NmtCommand::Start, 0));
+        }
+        if !self.state.driving() {
+            for frame in self.drives.scale_requests(now_us) {
+                let _ = frames.push(frame);
+            }
+        }
+        if self.state == State::Waiting {
+            return;
+        }
+        let (gate, body, phase) = (self.gate, &self.body, self.state.phase());
+        let goal = |drive, state: &DriveState| {
+            let goal = phase.map_or(Goal::Hold, |phase| body.goal(phase, drive));
+            gate.pass(goal, state)
+        };
+        for frame in self.drives.commands(now_us, goal) {
+            let _ = frames.push(frame);
         }
     }
 
     /// Passes the operator's command on to the body, as far as supervision and margins allow.
-    fn dispose(&mut self, request: Request, inputs: &Inputs<'_>, period: f32) {
-        let heard = self
-            .operator_us
-            .is_some_and(|heard| inputs.now_us.saturating_sub(heard) <= self.operator_timeout_us);
-        let held = !self.dead_man || self.operator.request & DEAD_MAN_HELD != 0;
-        let armed = self.sequence.state() == State::Armed;
+    fn pass_command(&mut self, inputs: &Inputs<'_>) {
+        let (now_us, period) = (inputs.now_us, self.period());
+        let request = self.operator.request();
+        let present = self.operator.present(now_us);
+        let armed = self.state == State::Armed;
         let moment = Moment {
-            now_us: inputs.now_us,
+            now_us,
             armed,
-            attended: heard && held,
+            attended: self.operator.attends(now_us),
             drives: request == Request::Arm,
             requests: Requests {
                 reset: request == Request::Reset,
-                override_trip: request == Request::Override && heard,
-                back_off: request == Request::BackOff && heard,
+                override_trip: request == Request::Override && present,
+                back_off: request == Request::BackOff && present,
                 emergency_stop: inputs.emergency_stop || request == Request::EmergencyStop,
             },
         };
+        let command = self.operator.command();
         let asked = Asked {
-            forward: f32::from(self.operator.forward) * 1e-3,
-            yaw_rate: f32::from(self.operator.yaw_rate) * 1e-3,
-            posture: self.operator.posture,
+            forward: f32::from(command.forward) * 1e-3,
+            yaw_rate: f32::from(command.yaw_rate) * 1e-3,
+            posture: command.posture,
         };
         let (posture, speed) = (self.body.posture(), self.body.speed());
         let (asked, admitted) = self.supervision.admit(asked, posture, speed, &moment);
@@ -356,7 +395,6 @@ impl<B: Body> Guard<B> {
             self.supervision
                 .filter(&asked, &ahead, pitch, self.body.stopping_time());
         if !armed {
-            self.body.rest();
             self.share = 1.0;
             self.count(Verdict::Passed);
             return;
@@ -374,6 +412,11 @@ impl<B: Body> Guard<B> {
     /// What the guard knows of the robot's balance.
     pub fn telemetry(&self) -> Telemetry {
         self.supervision.telemetry(self.refusal)
+    }
+
+    /// The first drive whose scale differs from the one that the robot's equations use.
+    pub fn scale_mismatch(&self) -> Option<ScaleMismatch> {
+        self.drives.mismatch()
     }
 
     fn count(&mut self, verdict: Verdict) {
@@ -404,7 +447,8 @@ impl<B: Body> Guard<B> {
         let centidegrees = |radians: f32| to_i16(radians.to_degrees() * 100.0);
         let millimetres = |metres: f32| to_i16(metres * 1e3);
         let [back, front, left, right] = self.supervision.margins().now.map(millimetres);
-        let trouble = self.trouble.unwrap_or(Trouble { node: 0, code: 0 });
+        let fault = self.fault.unwrap_or(FaultReport { node: 0, code: 0 });
+        let command = self.operator.command();
         let outputs = &mut self.outputs;
         outputs.motion = GuardMotion {
             odometry: self.body.odometry_um(),
@@ -412,11 +456,11 @@ impl<B: Body> Guard<B> {
             roll: centidegrees(self.attitude.roll().radians()),
         };
         outputs.state = GuardState {
-            state: self.sequence.state().code(),
+            state: self.state.code(),
             verdict: self.verdict.code(),
             scale: to_i16(self.share * 100.0) as u8,
-            fault_node: trouble.node,
-            fault_code: trouble.code,
+            fault_node: fault.node,
+            fault_code: fault.code,
             heading: (self.attitude.heading().to_bits() >> 16) as i16,
         };
         outputs.margins = GuardMargins {
@@ -426,11 +470,12 @@ impl<B: Body> Guard<B> {
             right,
         };
         outputs.passed = GuardPassed {
-            asked_speed: self.operator.forward,
+            asked_speed: command.forward,
             passed_speed: millimetres(self.body.speed()),
-            asked_posture: self.operator.posture,
+            asked_posture: command.posture,
             passed_posture: self.body.posture(),
         };
+        outputs.faulty_drives = self.drives.faulty();
         outputs.refused = self.refused;
         outputs.scaled = self.scaled;
     }

@@ -1,22 +1,20 @@
-//! The order in which the drives come to life. The stages between "ready" and "armed" are the robot's own.
+//! The states of the guard. The stages between "ready" and "armed" are the robot's own.
 
-use super::drives::Drives;
-use crate::bus::pdo::Request;
-use crate::robots::{Body, Goal, MAX_STAGES, Phase};
+use crate::robots::{Body, DriveState, MAX_STAGES, Phase};
 
 /// State of the guard (object 0x4001:1).
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub enum State {
-    /// Not all nodes were heard yet.
+    /// Not every drive has answered yet.
     #[default]
     Waiting,
-    /// Motors off.
+    /// Disarmed. A drive that holds goes on holding unless the operator asks for motors off.
     Ready,
-    /// The drives come to life; the number of the stage.
+    /// The drives are homed and enabled; the number of the stage.
     Waking(u8),
     /// The operator drives.
     Armed,
-    /// A fault or a loss holds the robot until the operator's reset.
+    /// A fault report holds the robot until the operator's reset.
     Held,
 }
 
@@ -53,83 +51,69 @@ impl State {
         match self {
             Self::Waiting => "waiting for nodes",
             Self::Ready => "ready",
-            Self::Waking(stage) => stages.get(usize::from(stage)).unwrap_or(&"waking"),
+            Self::Waking(stage) => stages.get(usize::from(stage)).unwrap_or(&"starting"),
             Self::Armed => "armed",
             Self::Held => "held",
         }
     }
+
+    /// The drives are under power, or were when a fault was reported.
+    pub fn driving(self) -> bool {
+        !matches!(self, Self::Waiting | Self::Ready)
+    }
+
+    /// What the robot is about to do; `None` while it is disarmed.
+    pub fn phase(self) -> Option<Phase> {
+        match self {
+            Self::Waiting | Self::Ready => None,
+            Self::Waking(stage) => Some(Phase::Waking(stage)),
+            Self::Armed => Some(Phase::Armed),
+            Self::Held => Some(Phase::Held),
+        }
+    }
 }
 
-#[derive(Clone, Debug, Default)]
-pub(super) struct Sequence {
+/// What decides about the next state.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Conditions {
+    /// Every drive has answered, and its units are known.
+    pub complete: bool,
+    /// A fault report is latched, or a reset of the drives is under way.
+    pub fault: bool,
+    /// The operator asks for motors off.
+    pub disarms: bool,
+    /// The operator makes a new request to arm.
+    pub arms: bool,
+    /// The gate is open: a stage makes progress.
+    pub open: bool,
+}
+
+/// The state after one SYNC period.
+pub(super) fn next<B: Body>(
     state: State,
-}
-
-impl Sequence {
-    pub fn state(&self) -> State {
-        self.state
-    }
-
-    /// The drives are under power or were when a fault came.
-    pub fn driving(&self) -> bool {
-        !matches!(self.state, State::Waiting | State::Ready)
-    }
-
-    /// Back to "ready": the robot is not fit to be armed.
-    pub fn disarm(&mut self) {
-        if self.driving() && self.state != State::Held {
-            self.state = State::Ready;
-        }
-    }
-
-    /// Takes one SYNC period; true when the network is to be started: at first, and after a node may have started anew.
-    pub fn advance<B: Body>(
-        &mut self,
-        request: Request,
-        trouble: bool,
-        drives: &Drives,
-        body: &mut B,
-        now_us: u64,
-    ) -> bool {
-        let before = self.state;
-        self.state = match before {
-            State::Waiting if drives.all_seen() => State::Ready,
-            State::Waiting => State::Waiting,
-            State::Held if !trouble => State::Ready,
-            State::Held => State::Held,
-            State::Ready if trouble => State::Ready,
-            _ if trouble => State::Held,
-            _ if request == Request::Disarm => State::Ready,
-            State::Ready if request == Request::Arm => {
-                State::Waking(body.first_stage(drives.states()))
+    conditions: &Conditions,
+    body: &mut B,
+    drives: &[DriveState],
+    now_us: u64,
+) -> State {
+    match state {
+        State::Waiting if conditions.complete => State::Ready,
+        State::Waiting => State::Waiting,
+        State::Held if conditions.fault => State::Held,
+        State::Held => State::Ready,
+        State::Ready if conditions.fault => State::Ready,
+        _ if conditions.fault => State::Held,
+        _ if conditions.disarms => State::Ready,
+        State::Ready if conditions.arms => State::Waking(body.first_stage(drives)),
+        State::Waking(stage) if conditions.open && body.reached(stage, drives, now_us) => {
+            let next = stage + 1;
+            if usize::from(next) < B::STAGES.len() {
+                State::Waking(next)
+            } else {
+                State::Armed
             }
-            State::Waking(stage) if body.reached(stage, drives.states(), now_us) => {
-                let next = stage + 1;
-                if usize::from(next) < B::STAGES.len() {
-                    State::Waking(next)
-                } else {
-                    State::Armed
-                }
-            }
-            state => state,
-        };
-        matches!(before, State::Waiting | State::Held) && self.state == State::Ready
-    }
-
-    /// What the robot is about to do; `None` while its motors are off.
-    pub fn phase(&self) -> Option<Phase> {
-        match self.state {
-            State::Waiting | State::Ready => None,
-            State::Waking(stage) => Some(Phase::Waking(stage)),
-            State::Armed => Some(Phase::Armed),
-            State::Held => Some(Phase::Held),
         }
-    }
-
-    /// What drive number `drive` shall do in the present state.
-    pub fn goal<B: Body>(&self, drive: usize, body: &B) -> Goal {
-        self.phase()
-            .map_or(Goal::Off, |phase| body.goal(phase, drive))
+        State::Ready | State::Waking(_) | State::Armed => state,
     }
 }
 

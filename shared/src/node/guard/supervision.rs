@@ -6,7 +6,7 @@
 use crate::math::min;
 use crate::math::vector::Vector;
 use crate::node::{BodySensors, CONTROL_PERIOD};
-use crate::robots::{Allowed, Asked};
+use crate::robots::{Allowed, Asked, Stop};
 use crate::settings::{Setting, Settings};
 use crate::stability::attitude::Attitude;
 use crate::stability::bands::{Band, Bands};
@@ -50,6 +50,8 @@ pub(super) struct Supervision {
     margins: Margins,
     limits: Limits,
     mode: Mode,
+    /// What keeps the robot from moving at all.
+    stop: Option<Stop>,
 }
 
 impl Supervision {
@@ -71,6 +73,7 @@ impl Supervision {
             margins: Margins::default(),
             limits: Limits::default(),
             mode: Mode::default(),
+            stop: None,
         }
     }
 
@@ -150,22 +153,30 @@ impl Supervision {
             posture,
         };
         let admitted = self.mode.admit(command, &self.parameters);
-        match (self.mode, trust) {
-            (mode, Trust::None(reason)) if mode != Mode::Overridden => {
-                (stay, Verdict::Blind(reason))
-            }
+        let gently = (stay, Some(Stop::Gentle));
+        let (passed, verdict) = match (self.mode, trust) {
             (Mode::Tripped, _) => {
-                let verdict = match cause {
-                    Some(Cause::Sensors(reason)) => Verdict::Blind(reason),
-                    Some(Cause::EmergencyStop) => Verdict::EmergencyStopped,
+                let verdict = match (cause, trust) {
+                    (Some(Cause::EmergencyStop), _) => Verdict::EmergencyStopped,
+                    (_, Trust::None(reason)) | (Some(Cause::Sensors(reason)), _) => {
+                        Verdict::Blind(reason)
+                    }
                     _ => Verdict::Tripped(edge),
                 };
-                (stay, verdict)
+                ((stay, Some(Stop::Hard)), verdict)
             }
-            _ if !moment.attended => (stay, Verdict::Unattended),
-            (Mode::Overridden, _) => (with(admitted, asked.posture), Verdict::Overridden(edge)),
-            (Mode::BackingOff(_), _) => (with(admitted, posture), Verdict::BackingOff(edge)),
-            _ if !moment.drives => (stay, Verdict::Passed),
+            (mode, Trust::None(reason)) if mode != Mode::Overridden => {
+                (gently, Verdict::Blind(reason))
+            }
+            _ if !moment.attended => (gently, Verdict::Unattended),
+            (Mode::Overridden, _) => (
+                (with(admitted, asked.posture), None),
+                Verdict::Overridden(edge),
+            ),
+            (Mode::BackingOff(_), _) => {
+                ((with(admitted, posture), None), Verdict::BackingOff(edge))
+            }
+            _ if !moment.drives => (gently, Verdict::Passed),
             (_, Trust::Degraded(reason)) if self.filter_active => {
                 let slow = crawl(command, &self.parameters);
                 let verdict = if slow == command {
@@ -173,10 +184,13 @@ impl Supervision {
                 } else {
                     Verdict::Doubted(reason)
                 };
-                (with(slow, asked.posture), verdict)
+                ((with(slow, asked.posture), None), verdict)
             }
-            _ => (asked, Verdict::Passed),
-        }
+            _ => ((asked, None), Verdict::Passed),
+        };
+        let (asked, stop) = passed;
+        self.stop = stop;
+        (asked, verdict)
     }
 
     /// What the margins leave of what was admitted. `ahead` is the stance that the posture's motion leads to within [`Self::horizon`], `stopping` the time of a stop at the
@@ -207,8 +221,8 @@ impl Supervision {
         let (share, drive) = filter::drive(asked.forward, pitch, &self.margins, &bounds);
         let unhindered = Allowed {
             share: 1.0,
-            stop: false,
-            posture: true,
+            stop: self.stop,
+            posture: self.stop.is_none(),
             limits: Limits::unlimited(parameters),
         };
         if !self.filter_active {
@@ -229,8 +243,8 @@ impl Supervision {
         }
         let allowed = Allowed {
             share,
-            stop: self.mode == Mode::Tripped,
-            posture: posture_share > 0.0,
+            stop: self.stop,
+            posture: posture_share > 0.0 && self.stop.is_none(),
             limits: Limits {
                 posture: posture_share,
                 ..self.limits
@@ -250,6 +264,11 @@ impl Supervision {
 
     pub fn margins(&self) -> &Margins {
         &self.margins
+    }
+
+    /// A trip or an emergency stop is latched.
+    pub fn tripped(&self) -> bool {
+        self.trip.latched()
     }
 
     pub fn telemetry(&self, refusal: Option<Refusal>) -> Telemetry {

@@ -5,6 +5,7 @@ use super::{FrontPart, Model};
 use crate::estimate::state::Joint;
 use crate::math::{limit, to_i16, to_i32};
 use crate::motor::profile::{Limits, SetPoint as Motion};
+use crate::node::scale::Scale;
 use crate::robots::body::{
     Allowed, Asked, Body, DriveState, Goal, MAX_DRIVES, MAX_OFFSETS, Offset, Phase, drive_of,
 };
@@ -182,6 +183,14 @@ impl Body for B2p2 {
         .into_iter()
         .map(|setting| settings.id(setting))
         .collect()
+    }
+
+    fn scale(drive: usize) -> Scale {
+        match drive {
+            JOINT => Scale::Turning { bits: 32 },
+            SCREW => Scale::linear(1),
+            _ => Scale::Turning { bits: 16 },
+        }
     }
 
     fn observe(&mut self, drives: &[DriveState], _: &Attitude, _: f32) {

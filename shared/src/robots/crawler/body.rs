@@ -6,6 +6,7 @@ use super::parameters::{Body as Masses, Dimensions, Ground, ParametersError};
 use super::shape::Shape;
 use crate::math::{Scalar, to_i32};
 use crate::motor::profile::{Limits, SetPoint as Motion};
+use crate::node::scale::Scale;
 use crate::robots::body::{Allowed, Asked, Body, DriveState, Goal, MAX_DRIVES, Phase, drive_of};
 use crate::settings::{Setting, Settings};
 use crate::stability::attitude::Attitude;
@@ -95,6 +96,10 @@ impl Body for Crawler {
             .into_iter()
             .map(|setting| settings.id(setting))
             .collect()
+    }
+
+    fn scale(_: usize) -> Scale {
+        Scale::Turning { bits: 16 }
     }
 
     fn hear_speed(&mut self, along_heading: f32, attitude: &Attitude) {

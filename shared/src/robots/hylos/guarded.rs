@@ -4,6 +4,7 @@ use super::parameters::{MARGIN_FLOOR, MARGIN_LIMIT, POTENTIAL_GAIN, STANCE_HEIGH
 use super::{Controller, LEGS, Parameters, Posture, Sensed, Wish, attitude, body};
 use crate::math::{sin_cos, to_i16, to_i32};
 use crate::motor::profile::{Limits, SetPoint as Motion};
+use crate::node::scale::Scale;
 use crate::robots::body::{Allowed, Asked, Body, DriveState, Goal, MAX_DRIVES, Phase, drive_of};
 use crate::settings::{Setting, Settings};
 use crate::stability::attitude::Attitude;
@@ -104,6 +105,11 @@ impl Body for Hylos {
     fn drive_ids(settings: &Settings) -> Vec<u8, MAX_DRIVES> {
         let first = settings.id(Setting::FirstDriveId);
         (first..).take(MAX_DRIVES).collect()
+    }
+
+    fn scale(drive: usize) -> Scale {
+        let bits = if drive % PER_LEG == WHEEL { 16 } else { 24 };
+        Scale::Turning { bits }
     }
 
     fn observe(&mut self, drives: &[DriveState], attitude: &Attitude, _: f32) {

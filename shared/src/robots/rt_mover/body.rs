@@ -12,6 +12,7 @@ use super::wheel::{Shape, Wheel};
 use crate::math::vector::Vector as Vector3;
 use crate::math::{limit, min, to_i32};
 use crate::motor::profile::{Limits, SetPoint as Motion};
+use crate::node::scale::Scale;
 use crate::robots::body::{Allowed, Asked, Body, DriveState, Goal, MAX_DRIVES, Phase, drive_of};
 use crate::settings::{Setting, Settings};
 use crate::stability::attitude::Attitude;
@@ -92,7 +93,7 @@ impl RtMover {
         match self.gait.stage() {
             // The forward speed has it already.
             Stage::Standing | Stage::Arrived | Stage::Stuck | Stage::Stranded => 1.0,
-            _ if asked.posture == 0 => 0.0,
+            _ if asked.posture == 0 || allowed.stop.is_some() => 0.0,
             Stage::Landing => 1.0,
             Stage::Lifting | Stage::Swinging => min(allowed.share, posture),
             _ => allowed.share,
@@ -152,6 +153,11 @@ impl Body for RtMover {
     fn drive_ids(settings: &Settings) -> Vec<u8, MAX_DRIVES> {
         let first = settings.id(Setting::FirstDriveId);
         (first..).take(DRIVES).collect()
+    }
+
+    fn scale(drive: usize) -> Scale {
+        let bits = if drive < STEERING { 16 } else { 24 };
+        Scale::Turning { bits }
     }
 
     fn observe(&mut self, drives: &[DriveState], attitude: &Attitude, _: f32) {
@@ -236,7 +242,16 @@ impl Body for RtMover {
         self.inputs.asked = [speed, yaw_rate];
         self.inputs.heading = (attitude.heading() - self.straight).radians();
         self.inputs.share = self.share(asked, &allowed);
-        self.outputs = self.gait.tick(&self.inputs, period);
+        let outputs = self.gait.tick(&self.inputs, period);
+        self.outputs = if allowed.stop.is_none() {
+            outputs
+        } else {
+            // Levelling and a wheel in the air stop too; a robot that drives brakes by its ramp.
+            Outputs {
+                wheels: if standing { outputs.wheels } else { [0.0; 4] },
+                ..Outputs::default()
+            }
+        };
     }
 
     fn first_stage(&self, drives: &[DriveState]) -> u8 {

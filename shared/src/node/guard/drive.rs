@@ -1,0 +1,234 @@
+//! One drive as the guard knows it: what it publishes, whether it does what it was commanded, and
+//! the set-point frame that it gets next.
+
+use super::FaultReport;
+use crate::bus::heartbeat::Monitor;
+use crate::bus::network::{NmtState, as_emergency, as_heartbeat};
+use crate::bus::pdo::{
+    DriveMotion, DriveStatus, Payload, PositionSetPoint, VelocitySetPoint, receive, transmit,
+};
+use crate::can::Frame;
+use crate::faults::Fault;
+use crate::node::axle::mode;
+use crate::node::cia402::{
+    CONTROL_FAULT_RESET, CONTROL_START, State, controlword, status, toward_operation,
+};
+use crate::robots::{DriveState, Goal};
+
+/// Motion and status come with every SYNC or every few; older ones are no longer a drive's state.
+const STATE_TIMEOUT_US: u64 = 60_000;
+/// Time in which a drive reaches the state that a new goal commands.
+const SETTLE_US: u64 = 200_000;
+/// Time for which a drive may have left the commanded state before that is a fault report.
+const DEVIATION_US: u64 = 20_000;
+
+/// Commands of one fault reset: low, so that the next is an edge; high; low until the drive has
+/// answered. A reset ends after all of them, whatever the drive says.
+const RESET_COMMANDS: u8 = 12;
+const RESET_HIGH: core::ops::Range<u8> = 7..11;
+
+/// State of a drive's state machine that a goal commands.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+enum Duty {
+    Off,
+    Hold,
+    Operate,
+}
+
+impl Duty {
+    fn of(goal: Goal) -> Self {
+        match goal {
+            Goal::Off => Self::Off,
+            Goal::Hold => Self::Hold,
+            _ => Self::Operate,
+        }
+    }
+
+    fn is_met_by(self, state: State) -> bool {
+        match self {
+            Self::Off => !matches!(state, State::OperationEnabled | State::QuickStopActive),
+            Self::Hold => state != State::OperationEnabled,
+            Self::Operate => state == State::OperationEnabled,
+        }
+    }
+}
+
+/// See the module.
+#[derive(Clone, Debug)]
+pub(super) struct Drive {
+    pub id: u8,
+    heartbeat: Monitor,
+    status: DriveStatus,
+    status_us: Option<u64>,
+    emergency: u16,
+    /// Commands left of the present fault reset.
+    reset: u8,
+    duty: Duty,
+    /// The drive has reached the commanded state since it was commanded.
+    met: bool,
+    /// When the status was last as commanded, or the command was given.
+    last_met_us: u64,
+    restarted: bool,
+}
+
+impl Drive {
+    pub fn new(id: u8, timeout_us: u64) -> Self {
+        Self {
+            id,
+            heartbeat: Monitor::new(timeout_us),
+            status: DriveStatus::default(),
+            status_us: None,
+            emergency: 0,
+            reset: 0,
+            duty: Duty::Hold,
+            met: false,
+            last_met_us: 0,
+            restarted: false,
+        }
+    }
+
+    pub fn receive(&mut self, frame: &Frame, state: &mut DriveState, now_us: u64) {
+        if let Some(motion) = DriveMotion::from_frame(frame, transmit(1), self.id) {
+            state.heard_us = Some(now_us);
+            state.position = motion.position;
+            state.velocity = motion.velocity;
+        } else if let Some(status) = DriveStatus::from_frame(frame, transmit(2), self.id) {
+            self.status = status;
+            self.status_us = Some(now_us);
+            state.torque = status.torque;
+            state.referenced = status.statusword & status::REFERENCED != 0;
+            state.enabled = self.state() == Some(State::OperationEnabled);
+            if self.state().is_some_and(|state| self.duty.is_met_by(state)) {
+                self.met = true;
+                self.last_met_us = now_us;
+            }
+        } else if let Some((_, network)) = as_heartbeat(frame) {
+            self.restarted |= network == NmtState::BootUp;
+            self.heartbeat.heard(now_us);
+        } else if let Some(emergency) = as_emergency(frame) {
+            self.emergency = emergency.code;
+        }
+    }
+
+    /// State in the newest statusword; `None` before the first, and for a word that no state has.
+    fn state(&self) -> Option<State> {
+        self.status_us?;
+        State::from_statusword(self.status.statusword)
+    }
+
+    /// The drive was heard since the guard started.
+    pub fn seen(&self) -> bool {
+        self.heartbeat.seen()
+    }
+
+    /// The drive started anew since the call before.
+    pub fn take_restarted(&mut self) -> bool {
+        core::mem::take(&mut self.restarted)
+    }
+
+    /// Error code of the drive, 0 for none. A code that a reset may clear still counts.
+    pub fn error_code(&self) -> u16 {
+        if self.emergency != 0 {
+            self.emergency
+        } else {
+            self.status.error_code
+        }
+    }
+
+    /// What is wrong with the drive, if anything; `driving` while the robot is or was under power.
+    pub fn fault(&self, state: &DriveState, now_us: u64, driving: bool) -> Option<FaultReport> {
+        let older = |heard: Option<u64>| {
+            heard.is_some_and(|heard| now_us.saturating_sub(heard) > STATE_TIMEOUT_US)
+        };
+        let silent = driving && (older(state.heard_us) || older(self.status_us));
+        let code = if self.emergency != 0 {
+            self.emergency
+        } else if self.heartbeat.lost(now_us) || silent {
+            Fault::NodeLost.description().code
+        } else if self.resets() {
+            // The status of a drive that is being reset still shows what was.
+            return None;
+        } else if self.status.error_code != 0 {
+            self.status.error_code
+        } else if self.disobeys(now_us) {
+            Fault::UnexpectedState.description().code
+        } else {
+            return None;
+        };
+        Some(FaultReport {
+            node: self.id,
+            code,
+        })
+    }
+
+    fn disobeys(&self, now_us: u64) -> bool {
+        let apart = now_us.saturating_sub(self.last_met_us);
+        let allowed = if self.met { DEVIATION_US } else { SETTLE_US };
+        let meets = self.state().is_none_or(|state| self.duty.is_met_by(state));
+        !meets && apart > allowed
+    }
+
+    /// Begins a fault reset of a drive that has a fault, unless one is under way.
+    pub fn begin_reset(&mut self) {
+        let faulty = self.error_code() != 0 || self.state() == Some(State::Fault);
+        self.emergency = 0;
+        if faulty && self.reset == 0 {
+            self.reset = RESET_COMMANDS;
+        }
+    }
+
+    /// A fault reset is under way.
+    pub fn resets(&self) -> bool {
+        self.reset != 0
+    }
+
+    /// The set-point frame that brings the drive one step nearer to `goal`.
+    pub fn command(&mut self, goal: Goal, referenced: bool, now_us: u64) -> Frame {
+        let duty = Duty::of(goal);
+        if duty != self.duty || self.resets() {
+            self.duty = duty;
+            self.met = false;
+            self.last_met_us = now_us;
+        }
+        let state = self.state();
+        let mut word = match (duty, state) {
+            (Duty::Off, _) => controlword::DISABLE_VOLTAGE,
+            // In every state "quick stop" holds what is under power and enables nothing.
+            (Duty::Hold, _) | (Duty::Operate, None) => controlword::QUICK_STOP,
+            // The drive was in operation and left it by itself or by another's command.
+            (Duty::Operate, Some(state)) if self.met && state != State::OperationEnabled => {
+                controlword::QUICK_STOP
+            }
+            (Duty::Operate, Some(state)) => toward_operation(state),
+        };
+        if self.resets() {
+            self.reset -= 1;
+            if RESET_HIGH.contains(&self.reset) {
+                word |= CONTROL_FAULT_RESET;
+            }
+        } else if goal == Goal::Reference && state == Some(State::OperationEnabled) && !referenced {
+            word |= CONTROL_START;
+        }
+        let (mode, target) = match goal {
+            Goal::Off | Goal::Hold => (0, 0),
+            Goal::Reference => (mode::HOMING, 0),
+            Goal::Position(target) => (mode::CYCLIC_POSITION, target),
+            Goal::MoveTo(target) => (mode::PROFILE_POSITION, target),
+            Goal::Taut => (mode::TAUT, 0),
+            Goal::Velocity(target) => {
+                let set_point = VelocitySetPoint {
+                    controlword: word,
+                    mode: mode::CYCLIC_VELOCITY,
+                    target,
+                };
+                return set_point.frame(receive(2), self.id);
+            }
+        };
+        PositionSetPoint {
+            controlword: word,
+            mode,
+            target,
+        }
+        .frame(receive(1), self.id)
+    }
+}

@@ -1,0 +1,44 @@
+//! The gate that every goal of every drive passes, in every state of the guard.
+
+use super::sequence::State;
+use crate::robots::{DriveState, Goal};
+
+/// What the guard lets its drives do in one SYNC period.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(super) enum Gate {
+    /// Bridges off: the operator asked for it.
+    Off,
+    /// Every drive under power brakes and holds; none is enabled.
+    Hold,
+    /// A drive that is enabled keeps its goal; every other drive holds.
+    Keep,
+    /// Every goal passes.
+    Open,
+}
+
+impl Gate {
+    /// The gate in `state`. `disarms`: the operator asks for motors off. `drives`: the operator attends and
+    /// asks to arm, and no trip is latched.
+    pub fn of(state: State, disarms: bool, drives: bool) -> Self {
+        match state {
+            _ if disarms => Self::Off,
+            State::Waiting | State::Ready => Self::Hold,
+            State::Waking(_) if drives => Self::Open,
+            State::Waking(_) => Self::Hold,
+            // The filter stops an armed robot: it knows how hard the robot may brake.
+            State::Armed => Self::Open,
+            State::Held => Self::Keep,
+        }
+    }
+
+    /// The goal that `drive` gets when the robot's body asks for `goal`.
+    pub fn pass(self, goal: Goal, drive: &DriveState) -> Goal {
+        match self {
+            Self::Off => Goal::Off,
+            Self::Hold => Goal::Hold,
+            Self::Keep if drive.enabled => goal,
+            Self::Keep => Goal::Hold,
+            Self::Open => goal,
+        }
+    }
+}

@@ -1,0 +1,115 @@
+//! The operator as the guard receives it: the newest command, its age, and the edges of its requests.
+
+use crate::bus::pdo::{DEAD_MAN_HELD, OperatorCommand, Request};
+use crate::settings::{Setting, Settings};
+
+/// The newest command, and whether somebody still stands behind it.
+#[derive(Clone, Debug)]
+pub(super) struct Operator {
+    command: OperatorCommand,
+    /// When the sequence number last changed.
+    heard_us: Option<u64>,
+    timeout_us: u64,
+    dead_man: bool,
+    /// A request other than "arm" came since the guard started, was armed, or last held the robot.
+    released: bool,
+}
+
+impl Operator {
+    /// No command received yet: the request is [`Request::Stop`].
+    pub fn new(settings: &Settings) -> Self {
+        Self {
+            command: OperatorCommand {
+                request: Request::Stop as u8,
+                ..OperatorCommand::default()
+            },
+            heard_us: None,
+            timeout_us: settings.milliseconds(Setting::OperatorTimeout),
+            dead_man: settings.get(Setting::DeadMan) == 1,
+            released: false,
+        }
+    }
+
+    /// Takes a command. A changed sequence number shows that the operator is present. Returns true
+    /// when the request has changed to [`Request::Reset`].
+    pub fn receive(&mut self, command: OperatorCommand, now_us: u64) -> bool {
+        let first = self.heard_us.is_none();
+        if first || command.sequence != self.command.sequence {
+            self.heard_us = Some(now_us);
+        }
+        let before = self.request();
+        self.command = command;
+        let request = self.request();
+        self.released |= request != Request::Arm;
+        request == Request::Reset && (first || before != Request::Reset)
+    }
+
+    pub fn command(&self) -> &OperatorCommand {
+        &self.command
+    }
+
+    pub fn request(&self) -> Request {
+        Request::from_byte(self.command.request)
+    }
+
+    /// A fresh command came within `operator_timeout`.
+    pub fn present(&self, now_us: u64) -> bool {
+        self.heard_us
+            .is_some_and(|heard| now_us.saturating_sub(heard) <= self.timeout_us)
+    }
+
+    /// The operator is present, and holds the dead-man switch where the settings ask for one.
+    pub fn attends(&self, now_us: u64) -> bool {
+        let held = !self.dead_man || self.command.request & DEAD_MAN_HELD != 0;
+        self.present(now_us) && held
+    }
+
+    /// The operator asks for motors off.
+    pub fn disarms(&self, now_us: u64) -> bool {
+        self.request() == Request::Disarm && self.present(now_us)
+    }
+
+    /// The operator asks to arm, attends, and asked for something else before.
+    pub fn arms(&self, now_us: u64) -> bool {
+        self.request() == Request::Arm && self.released && self.attends(now_us)
+    }
+
+    /// The request to arm is used up: the next one needs another request before it.
+    pub fn require_new_request(&mut self) {
+        self.released = false;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn operator(requests: &[Request]) -> Operator {
+        let mut operator = Operator::new(&Settings::default());
+        for (number, request) in requests.iter().enumerate() {
+            let command = OperatorCommand {
+                request: *request as u8,
+                sequence: number as u8,
+                ..OperatorCommand::default()
+            };
+            operator.receive(command, 0);
+        }
+        operator
+    }
+
+    #[test]
+    fn arming_takes_another_request_before_it() {
+        assert!(!operator(&[Request::Arm, Request::Arm]).arms(0));
+        assert!(operator(&[Request::Stop, Request::Arm]).arms(0));
+        let mut used = operator(&[Request::Disarm, Request::Arm]);
+        used.require_new_request();
+        assert!(!used.arms(0));
+    }
+
+    #[test]
+    fn silence_is_no_request_for_motors_off() {
+        assert!(!operator(&[]).disarms(0));
+        let silent = operator(&[Request::Disarm]);
+        assert!(silent.disarms(300_000) && !silent.disarms(300_001));
+    }
+}
