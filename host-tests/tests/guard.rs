@@ -621,23 +621,34 @@ fn a_drive_that_counts_in_another_scale_is_named_with_both_values() {
 }
 
 #[test]
-fn a_status_that_stays_out_is_a_lost_drive() {
-    let mut bench = Bench::armed();
-    bench.silent = Some(3);
-    // Its motion and its heartbeat still come.
-    for _ in 0..100 {
-        let motion = DriveMotion::default().frame(transmit(1), 3);
-        bench.extra.push(motion);
-        bench.extra.extend(Frame::new(0x703, &[5]));
-        bench.tick();
+fn a_drive_whose_motion_or_status_stays_out_is_lost() {
+    for missing in ["motion", "status"] {
+        let mut bench = Bench::armed();
+        bench.silent = Some(3);
+        for _ in 0..100 {
+            // The rest of what it sends still comes.
+            bench.extra.extend(Frame::new(0x703, &[5]));
+            let statusword = DriveState::OperationEnabled.statusword();
+            bench.extra.push(if missing == "motion" {
+                let status = DriveStatus {
+                    statusword,
+                    ..DriveStatus::default()
+                };
+                status.frame(transmit(2), 3)
+            } else {
+                DriveMotion::default().frame(transmit(1), 3)
+            });
+            bench.tick();
+        }
+        let outputs = bench.tick();
+        let state = State::from_code(outputs.state.state);
+        let code = Fault::NodeLost.description().code;
+        assert_eq!(
+            (state, outputs.state.fault_node, outputs.state.fault_code),
+            (Some(State::Held), 3, code),
+            "{missing}"
+        );
     }
-    let outputs = bench.tick();
-    assert_eq!(State::from_code(outputs.state.state), Some(State::Held));
-    let code = Fault::NodeLost.description().code;
-    assert_eq!(
-        (outputs.state.fault_node, outputs.state.fault_code),
-        (3, code)
-    );
 }
 
 #[test]
