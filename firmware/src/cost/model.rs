@@ -68,7 +68,7 @@ fn count_front_part(table: &mut Table) {
         screw: 0.0,
     };
     let mut state = black_box((
-        FrontPart::new(&geometry),
+        FrontPart::new(&geometry, &Settings::default()),
         geometry,
         Attitude::default(),
         nothing,

@@ -133,7 +133,7 @@ impl<B: Body> Guard<B> {
             drives: Drives::new(&B::drive_ids(settings), settings),
             sequence: Sequence::default(),
             body: B::new(settings)?,
-            supervision: Supervision::new(settings),
+            supervision: Supervision::new(settings, B::mass(settings)),
             dead_man: settings.get(Setting::DeadMan) == 1,
             refusal: None,
             feed_forward: settings.get(Setting::FeedForward) == 1,

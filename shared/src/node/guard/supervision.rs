@@ -14,7 +14,8 @@ use crate::stability::criterion::{Criterion, Evaluation, SpecificForce};
 use crate::stability::filter::{self, Bounds, Command, Margins, Tracker, Verdict};
 use crate::stability::limits::Limits;
 use crate::stability::parameters::{Parameters, Refusal};
-use crate::stability::support::{Stance, narrowest};
+use crate::stability::stopping;
+use crate::stability::support::{Edge, NO_EDGE, Stance, narrowest};
 use crate::stability::trip::{Cause, Mode, Requests, Sight, Snapshot, Trip, crawl};
 use crate::stability::trust::{Reason, Trust, Watch};
 
@@ -47,14 +48,17 @@ pub(super) struct Supervision {
     tracker: Tracker,
     sensors: BodySensors,
     found: Evaluation,
+    stance: Stance,
     margins: Margins,
     limits: Limits,
     mode: Mode,
 }
 
 impl Supervision {
-    pub fn new(settings: &Settings) -> Self {
-        let parameters = Parameters::new(settings);
+    /// Supervision of a robot of `mass` without payload, kg.
+    pub fn new(settings: &Settings, mass: f32) -> Self {
+        let mut parameters = Parameters::new(settings);
+        parameters.uncertainty.robot_mass = mass;
         Self {
             parameters,
             filter_active: settings.get(Setting::FilterActive) == 1,
@@ -68,6 +72,7 @@ impl Supervision {
             tracker: Tracker::default(),
             sensors: BodySensors::default(),
             found: Evaluation::default(),
+            stance: Stance::default(),
             margins: Margins::default(),
             limits: Limits::default(),
             mode: Mode::default(),
@@ -96,6 +101,7 @@ impl Supervision {
         if matches!(self.trust, Trust::None(_)) {
             self.found.margins = [f32::NAN; 4];
         }
+        self.stance = *stance;
         self.margins = self.tracker.update(stance, &self.found, speed, period);
         self.limits = Limits::of(&self.found, &self.parameters);
         self.bands
@@ -196,15 +202,23 @@ impl Supervision {
         };
         // Harder braking is kept for what nobody foresaw.
         let brake = min(bearable, parameters.acceleration);
+        let backs_off = matches!(self.mode, Mode::BackingOff(_));
         let bounds = Bounds {
             caution: parameters.caution,
             stop: parameters.stop,
+            // The trip itself watches the edge from which the robot backs off.
+            away: if backs_off { -NO_EDGE } else { 0.0 },
             horizon: parameters.horizon + stopping * (parameters.acceleration / brake),
         };
         let widening = parameters.uncertainty.widening();
         let ahead = ahead.margins().map(|margin| margin - widening);
         let (posture_share, posture) = filter::posture(&self.margins, ahead, &bounds);
-        let (share, drive) = filter::drive(asked.forward, pitch, &self.margins, &bounds);
+        let driven = filter::drive(asked.forward, pitch, &self.margins, &bounds);
+        let (share, drive) = if backs_off {
+            driven
+        } else {
+            filter::within_speed(driven, asked.forward, self.speed_limit(asked.forward))
+        };
         let unhindered = Allowed {
             share: 1.0,
             stop: false,
@@ -242,6 +256,12 @@ impl Supervision {
             drive
         };
         (allowed, verdict)
+    }
+
+    /// Largest speed in the direction of a command at which an instant stop tips nothing.
+    fn speed_limit(&self, forward: f32) -> (f32, Edge) {
+        let widening = self.parameters.uncertainty.widening();
+        stopping::speed_limit(&self.stance, &self.found, forward, widening)
     }
 
     pub fn horizon(&self) -> f32 {
