@@ -236,12 +236,12 @@ mod tests {
         (0.0, 0.5),
     ];
 
-    /// Follows the margin of an edge in double precision, in steps of 10 us, while the robot drives
+    /// Follows the margin of an edge in double precision, in steps of 0.1 ms, while the robot drives
     /// with the speed `scale u`: the margin falls by 1 m per metre driven, beside a decay of its
     /// own. What may be used up within the horizon is the room above the stop margin and the part
     /// of the caution band that belongs to the scale.
     fn left_at_the_horizon(margin: f64, own_decay: f64, speed: f64, scale: f64) -> f64 {
-        const STEP: f64 = 1e-5;
+        const STEP: f64 = 1e-4;
         let mut margin = margin - scale * f64::from(BOUNDS.caution - BOUNDS.stop);
         let mut time = 0.0;
         while time < f64::from(BOUNDS.horizon) {
@@ -262,7 +262,7 @@ mod tests {
             (0.07, 0.45, 0.2, 0.0),
             (0.09, 0.45, 0.45, 0.0),
             // At rest nothing of it is caused by the command, whose own effect is not known yet.
-            (0.09, 0.0, 0.0, 0.1),
+            (0.09, 1e-6, 0.0, 0.1),
         ] {
             // The measured decay is that of a robot that drove at `driven`.
             let moving = Margins {

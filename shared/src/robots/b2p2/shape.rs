@@ -174,7 +174,6 @@ impl Model {
 
 #[cfg(test)]
 mod tests {
-    use super::super::masses::PointMass;
     use super::*;
     use crate::node::BodySensors;
     use crate::stability::attitude::Attitude;
@@ -192,19 +191,48 @@ mod tests {
         ] {
             settings.set(setting.description().key, value).unwrap();
         }
-        let model = Model::new(&settings);
-        let Masses {
-            body_1,
-            body_2,
-            body_3,
-            ..
-        } = Masses::new(&settings);
+        assert_cog(
+            &settings,
+            [
+                (6.356_067, [0.160_894, 0.002_784, 0.035]),
+                (0.897_066, [0.104_083, -0.014_127, -0.000_723]),
+                (1.062_15, [0.152_68, 0.000_01, 0.000_09]),
+            ],
+        );
+        for (setting, value) in [
+            (Setting::Body1Mass, 40_000_000),
+            (Setting::Body1Forward, 200_000),
+            (Setting::Body1Left, -10_000),
+            (Setting::Body2Mass, 2_500_000),
+            (Setting::Body2Forward, 90_000),
+            (Setting::Body2Left, 30_000),
+            (Setting::Body2Up, 40_000),
+            (Setting::Body3Mass, 400_000),
+            (Setting::Body3Forward, 100_000),
+            (Setting::Body3Left, 5_000),
+            (Setting::Body3Up, -20_000),
+        ] {
+            settings.set(setting.description().key, value).unwrap();
+        }
+        assert_cog(
+            &settings,
+            [
+                (40.0, [0.2, -0.01, 0.035]),
+                (2.5, [0.09, 0.03, 0.04]),
+                (0.4, [0.1, 0.005, -0.02]),
+            ],
+        );
+    }
+
+    /// A robot of these settings, with a payload of 3 kg at (-0.04, 0.02, 0.15) m, against its
+    /// bodies: mass, and place forward, left and up.
+    fn assert_cog(settings: &Settings, [body_1, body_2, body_3]: [(f64, [f64; 3]); 3]) {
+        let model = Model::new(settings);
         for step in 0..1_000 {
             let theta = f64::from(step) * 6.2e-3 - 3.1;
             let l3 = f64::from(step % 37) * 0.01 + 0.2;
             let (sine, cosine) = (libm::sin(theta), libm::cos(theta));
-            let turned = |body: &PointMass, slid: f64| {
-                let [along, left, up] = body.place.map(f64::from);
+            let turned = |[along, left, up]: [f64; 3], slid: f64| {
                 let along = along + slid;
                 [
                     0.32 + along * cosine - up * sine,
@@ -212,12 +240,11 @@ mod tests {
                     along * sine + up * cosine,
                 ]
             };
-            let [x, y, _] = body_1.place.map(f64::from);
             let bodies = [
-                (f64::from(body_1.mass), [x, y, 0.035]),
+                body_1,
                 (3.0, [-0.04, 0.02, 0.15]),
-                (f64::from(body_2.mass), turned(&body_2, 0.0)),
-                (f64::from(body_3.mass), turned(&body_3, 0.23 + l3 - 0.226)),
+                (body_2.0, turned(body_2.1, 0.0)),
+                (body_3.0, turned(body_3.1, 0.23 + l3 - 0.226)),
             ];
             let total: f64 = bodies.iter().map(|(mass, _)| mass).sum();
             let shape = model.shape(Angle::from_radians(theta as f32), l3 as f32);
@@ -250,6 +277,79 @@ mod tests {
             .unwrap();
         let shape = Model::new(&settings).shape(Angle::ZERO, 0.226);
         assert!((shape.cog[2] - 0.125).abs() < 1e-3, "{:?}", shape.cog);
+    }
+
+    fn leaning(pitch_degrees: f64) -> Attitude {
+        let mut attitude = Attitude::default();
+        let reading = BodySensors {
+            inclination: [pitch_degrees.to_radians() as f32, 0.0],
+            ..BodySensors::default()
+        };
+        attitude.update(&reading, 1e-3);
+        attitude
+    }
+
+    fn front_margin(model: &Model, pitch: f64, theta: f64) -> f32 {
+        let shape = model.shape(Angle::from_radians(theta.to_radians() as f32), 0.226);
+        model.stance(&shape, &leaning(pitch).level_axes()).margins()[1]
+    }
+
+    /// Sum of the moments about axle 2 in double precision: how far the centre of gravity is behind it.
+    fn behind_axle_2(pitch: f64, theta: f64, (load, [x, up]): (f64, [f64; 2])) -> f64 {
+        let place = |angle: f64, [along, up]: [f64; 2]| {
+            let angle = angle.to_radians();
+            along * libm::cos(angle) - up * libm::sin(angle)
+        };
+        let bodies = [
+            (6.356_067, place(pitch, [0.160_894 - 0.32, 0.0])),
+            (0.897_066, place(pitch + theta, [0.104_083, -0.000_723])),
+            (1.062_15, place(pitch + theta, [0.23 + 0.152_68, 0.000_09])),
+            (load, place(pitch, [x - 0.32, up])),
+        ];
+        let mass: f64 = bodies.iter().map(|(mass, _)| mass).sum();
+        -bodies.iter().map(|(mass, x)| mass * x).sum::<f64>() / mass
+    }
+
+    /// A slope of -50 degrees: the fall onto the raised front would turn the body to -95 degrees or more.
+    #[test]
+    fn a_front_raised_on_a_steep_descent_is_no_support() {
+        let model = Model::new(&Settings::default());
+        for theta in [45.0, 60.0, 75.0, 95.0] {
+            let found = front_margin(&model, -50.0, theta);
+            let expected = behind_axle_2(-50.0, theta, (0.0, [0.0; 2]));
+            assert!(expected > -0.05, "the robot stands on axles 1 and 2: {expected}");
+            assert!((f64::from(found) - expected).abs() < 1e-5, "{theta}: {found}, {expected}");
+        }
+        // On level ground a fall onto a front at 45 degrees does no harm.
+        assert!(front_margin(&model, 0.0, 45.0) > 0.35);
+        // And a straight front lies on the slope.
+        assert!(front_margin(&model, -50.0, 0.0) > 0.25);
+    }
+
+    /// With 4 kg at 25 cm the body follows the front that is raised, because its centre of gravity
+    /// is over axle 2: the front stays on the slope and the body turns. Seen to go to -92 degrees.
+    #[test]
+    fn a_body_that_tips_over_axle_2_runs_out_of_front_margin() {
+        let mut settings = Settings::default();
+        for (setting, value) in [
+            (Setting::PayloadMass, 4_000),
+            (Setting::PayloadForward, 160_000),
+            (Setting::PayloadUp, 250_000),
+        ] {
+            settings.set(setting.description().key, value).unwrap();
+        }
+        let model = Model::new(&settings);
+        let payload = (4.0, [0.16, 0.25]);
+        assert!(behind_axle_2(-50.0, 0.0, payload) < 0.01);
+        let mut before = f32::INFINITY;
+        for theta in 0..=42 {
+            let theta = f64::from(theta);
+            let margin = front_margin(&model, -50.0 - theta, theta);
+            assert!(margin < before, "{theta}: {margin}");
+            assert!(theta < 22.0 || margin < 0.05, "{theta}: {margin}");
+            before = margin;
+        }
+        assert!(before < 0.0);
     }
 
     /// On a side slope the robot turns over the lower line between axles 1 and 2, where its belt lies: a plane figure in the section across.
