@@ -257,7 +257,7 @@ settings! {
     MassUncertainty = 0x0075, "mass_uncertainty", "g", 0..=100_000, 0;
     /// How far such a load may be from the centre of gravity.
     MassUncertaintyReach = 0x0076, "mass_uncertainty_reach", "um", 0..=2_000_000, 300_000;
-    /// Mass without payload of a robot whose bodies have no masses of their own above; not used by B2P2.
+    /// Mass without payload of a robot whose bodies have no settings of their own; not used by B2P2.
     RobotMass = 0x0077, "robot_mass", "g", 100..=1_000_000, 8_315;
     /// Largest speed over ground while sensors are in doubt, in a supervised override and when backing off.
     CrawlSpeed = 0x0078, "crawl_speed", "um/s", 1_000..=1_000_000, 50_000;

@@ -40,6 +40,7 @@ const GROUPS: [(u16, &str); 8] = [
     (0x007f, "Balance, trip and trust: guard"),
     (0x008f, "The crawler: guard"),
     (0x009f, "Robots whose drives have consecutive ids: guard"),
+    (0x00bf, "Masses of B2P2: guard"),
 ];
 
 /// One table per group.

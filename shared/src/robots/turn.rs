@@ -77,7 +77,11 @@ impl Turn {
     /// `guard_deceleration` allows.
     pub fn advance(&mut self, target: f32, speed: f32, allowed: &Allowed, period: f32) -> f32 {
         let left = self.speed - speed.abs();
-        let largest = if left > 0.0 { left / self.half_width } else { 0.0 };
+        let largest = if left > 0.0 {
+            left / self.half_width
+        } else {
+            0.0
+        };
         let target = limit(target, largest);
         let bearable = allowed.limits.yaw_rate(self.rate, speed);
         let guarded = allowed.stop || allowed.share < 1.0 || bearable != self.rate;

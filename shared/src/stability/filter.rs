@@ -86,7 +86,12 @@ pub fn drive(forward: f32, pitch: f32, margins: &Margins, bounds: &Bounds) -> (f
         } else {
             (bounds.away, AWAY_BAND)
         };
-        let left = passable(forward, edge as usize, margins, [floor, band, bounds.horizon]);
+        let left = passable(
+            forward,
+            edge as usize,
+            margins,
+            [floor, band, bounds.horizon],
+        );
         if left < share {
             share = left;
             verdict = if left > 0.0 {
@@ -139,7 +144,11 @@ fn passable(
     let per_speed = -rate * along / (along * along + ATTRIBUTION_SPEED * ATTRIBUTION_SPEED);
     let rest = rate + per_speed * along;
     let room = margins.now[index] - floor + rest * horizon;
-    let share = clamp(room / (band + per_speed * forward.abs() * horizon), 0.0, 1.0);
+    let share = clamp(
+        room / (band + per_speed * forward.abs() * horizon),
+        0.0,
+        1.0,
+    );
     // False for NaN.
     if share >= 0.0 { share } else { 0.0 }
 }
@@ -281,8 +290,14 @@ mod tests {
                 .expect("nothing passed keeps the margin");
             // A hundredth of the decay counts as not caused by the command at the slowest of these
             // speeds: 4 % of it at 0.1 m/s.
-            assert!((scale - most).abs() < 0.02 * most + 2e-3, "{scale} of {most}");
-            assert!(keeps(0.98 * scale) && !keeps(1.02 * scale + 2e-3), "{scale}");
+            assert!(
+                (scale - most).abs() < 0.02 * most + 2e-3,
+                "{scale} of {most}"
+            );
+            assert!(
+                keeps(0.98 * scale) && !keeps(1.02 * scale + 2e-3),
+                "{scale}"
+            );
         }
     }
 
@@ -296,7 +311,10 @@ mod tests {
                 margins.now[edge as usize] = 0.011;
                 margins.rate[edge as usize] = -0.22;
                 let (share, verdict) = drive(forward, pitch, &margins, &BOUNDS);
-                assert!(share < 0.25, "{edge:?} at {forward} m/s, pitch {pitch}: {share}");
+                assert!(
+                    share < 0.25,
+                    "{edge:?} at {forward} m/s, pitch {pitch}: {share}"
+                );
                 let named = [Verdict::Scaled(edge), Verdict::Refused(edge)];
                 assert!(named.contains(&verdict), "{verdict:?}");
             }
@@ -409,7 +427,11 @@ mod tests {
             let mut margins = standing(0.3);
             margins.now[edge] = f32::NAN;
             for (forward, pitch) in MOTIONS {
-                assert_eq!(drive(forward, pitch, &margins, &BOUNDS).0, 0.0, "edge {edge}");
+                assert_eq!(
+                    drive(forward, pitch, &margins, &BOUNDS).0,
+                    0.0,
+                    "edge {edge}"
+                );
             }
         }
     }

@@ -325,7 +325,12 @@ mod tests {
 
     /// A support 0.8 m long and 0.6 m wide, with the centre of gravity `ahead` of the rear edge.
     fn stance(ahead: f32) -> Stance {
-        let contacts = [[0.0, -0.3, 0.0], [0.8, -0.3, 0.0], [0.8, 0.3, 0.0], [0.0, 0.3, 0.0]];
+        let contacts = [
+            [0.0, -0.3, 0.0],
+            [0.8, -0.3, 0.0],
+            [0.8, 0.3, 0.0],
+            [0.0, 0.3, 0.0],
+        ];
         Stance::on(contacts, [ahead, 0.0, 0.2])
     }
 

@@ -155,9 +155,8 @@ impl Model {
             ]
         };
         // 1 where the support reaches axle 3, 0 where it ends at axle 2.
-        let part = |value: f32, [whole, none]: [f32; 2]| {
-            clamp((value - none) / (whole - none), 0.0, 1.0)
-        };
+        let part =
+            |value: f32, [whole, none]: [f32; 2]| clamp((value - none) / (whole - none), 0.0, 1.0);
         let part = if sine > 0.0 {
             1.0
         } else {
@@ -317,8 +316,14 @@ mod tests {
         for theta in [45.0, 60.0, 75.0, 95.0] {
             let found = front_margin(&model, -50.0, theta);
             let expected = behind_axle_2(-50.0, theta, (0.0, [0.0; 2]));
-            assert!(expected > -0.05, "the robot stands on axles 1 and 2: {expected}");
-            assert!((f64::from(found) - expected).abs() < 1e-5, "{theta}: {found}, {expected}");
+            assert!(
+                expected > -0.05,
+                "the robot stands on axles 1 and 2: {expected}"
+            );
+            assert!(
+                (f64::from(found) - expected).abs() < 1e-5,
+                "{theta}: {found}, {expected}"
+            );
         }
         // On level ground a fall onto a front at 45 degrees does no harm.
         assert!(front_margin(&model, 0.0, 45.0) > 0.35);
