@@ -4,8 +4,8 @@
 use criterion::{Criterion, criterion_group, criterion_main};
 use std::hint::black_box;
 use tautrack::math::sin_cos;
-use tautrack::robots::b2p2::shape::{AXLE_3_FROM_BODY_3, BODY_1, BODY_2, BODY_3};
-use tautrack::robots::b2p2::{Model, Parameters, Posture};
+use tautrack::robots::b2p2::shape::AXLE_3_FROM_BODY_3;
+use tautrack::robots::b2p2::{Masses, Model, Parameters, Posture};
 use tautrack::robots::hylos;
 use tautrack::robots::hylos::body::stance;
 use tautrack::screw::Geometry;
@@ -18,7 +18,7 @@ use tautrack::units::Angle;
 const SUPPORT: [[f64; 2]; 4] = [[0.0, -0.16], [0.77, -0.16], [0.77, 0.16], [0.0, 0.16]];
 
 /// Every body turned and weighed on its own.
-fn centre_of_gravity(theta: f64, l3: f64) -> [f64; 3] {
+fn centre_of_gravity(masses: &Masses, theta: f64, l3: f64) -> [f64; 3] {
     let (sin, cos) = theta.sin_cos();
     let front = |body: [f32; 3], slid: f64| {
         let [along, left, up] = body.map(f64::from);
@@ -29,10 +29,16 @@ fn centre_of_gravity(theta: f64, l3: f64) -> [f64; 3] {
         ]
     };
     let slid = 0.23 + l3 - f64::from(AXLE_3_FROM_BODY_3);
+    let Masses {
+        body_1,
+        body_2,
+        body_3,
+        ..
+    } = masses;
     let bodies = [
-        (BODY_1.mass, BODY_1.place.map(f64::from)),
-        (BODY_2.mass, front(BODY_2.place, 0.0)),
-        (BODY_3.mass, front(BODY_3.place, slid)),
+        (body_1.mass, body_1.place.map(f64::from)),
+        (body_2.mass, front(body_2.place, 0.0)),
+        (body_3.mass, front(body_3.place, slid)),
     ];
     let total: f64 = bodies.iter().map(|(mass, _)| f64::from(*mass)).sum();
     [0, 1, 2].map(|axis| {
@@ -61,6 +67,7 @@ fn double_margins(support: &[[f64; 2]; 4], cog: [f64; 2]) -> [f64; 4] {
 }
 
 fn model(criterion: &mut Criterion) {
+    let masses = Masses::new(&Settings::default());
     let (angle, radians) = (Angle::from_radians(0.7), 0.7_f64);
     let mut group = criterion.benchmark_group("sine and cosine");
     group.bench_function("table, f32", |bench| {
@@ -88,7 +95,7 @@ fn model(criterion: &mut Criterion) {
         bench.iter(|| b2p2.shape(black_box(angle), black_box(0.3)).cog);
     });
     group.bench_function("plain, f64", |bench| {
-        bench.iter(|| centre_of_gravity(black_box(radians), black_box(0.3)));
+        bench.iter(|| centre_of_gravity(&masses, black_box(radians), black_box(0.3)));
     });
     group.finish();
 

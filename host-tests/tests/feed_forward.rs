@@ -18,7 +18,7 @@ use tautrack::robots::b2p2::belt::TautBelt;
 use tautrack::robots::b2p2::parameters::LENGTHS;
 use tautrack::robots::b2p2::{FrontPart, Parameters, Posture};
 use tautrack::screw::Geometry;
-use tautrack::settings::Setting;
+use tautrack::settings::{Setting, Settings};
 use tautrack::stability::attitude::Attitude;
 
 /// `D q'' + C q' - Q` in double precision, with the belt's law by the closed form.
@@ -26,7 +26,7 @@ use tautrack::stability::attitude::Attitude;
 fn load_is_what_the_whole_model_asks_of_joints_7_and_8() {
     let geometry = Geometry::from_micrometres(320_000, 230_000, 1_232_000).unwrap();
     let belt = TautBelt::new(1.232, LENGTHS.l1, LENGTHS.l2).unwrap();
-    let front = FrontPart::new(&geometry);
+    let front = FrontPart::new(&geometry, &Settings::default());
     let parameters = Parameters::<f64>::paper();
     let mut random = Random(7);
     let (mut worst_joint, mut worst_screw, mut largest) = (0.0_f64, 0.0_f64, [0.0_f64; 2]);

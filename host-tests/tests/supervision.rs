@@ -5,10 +5,13 @@ use tautrack::node::BodySensors;
 use tautrack::settings::Settings;
 use tautrack::stability::attitude::Attitude;
 use tautrack::stability::bands::{Band, Bands};
-use tautrack::stability::criterion::{Criterion, SpecificForce, stopping_speed};
-use tautrack::stability::filter::{Bounds, Command, Margins, Tracker, drive, posture};
+use tautrack::stability::criterion::{Criterion, SpecificForce};
+use tautrack::stability::filter::{
+    Bounds, Command, Margins, Tracker, drive, posture, within_speed,
+};
 use tautrack::stability::limits::Limits;
 use tautrack::stability::parameters::Parameters;
+use tautrack::stability::stopping::{speed_limit, stopping_speed};
 use tautrack::stability::support::{Stance, narrowest};
 use tautrack::stability::trip::{Cause, Mode, Requests, Sight, Snapshot, Trip};
 use tautrack::stability::trust::{Trust, Watch};
@@ -141,11 +144,11 @@ proptest! {
         rate in [any_f32(), any_f32(), any_f32(), any_f32()],
         ahead in [any_f32(), any_f32(), any_f32(), any_f32()],
         speeds in [any_f32(), any_f32(), any_f32()],
-        bounds in [any_f32(), any_f32(), any_f32()],
+        bounds in [any_f32(), any_f32(), any_f32(), any_f32()],
     ) {
         let [forward, speed, pitch] = speeds;
         let margins = Margins { now, rate, speed };
-        let bounds = Bounds { caution: bounds[0], stop: bounds[1], horizon: bounds[2] };
+        let bounds = Bounds { caution: bounds[0], stop: bounds[1], horizon: bounds[2], away: bounds[3] };
         for (share, _) in [drive(forward, pitch, &margins, &bounds), posture(&margins, ahead, &bounds)] {
             prop_assert!((0.0..=1.0).contains(&share), "{}", share);
         }
@@ -212,8 +215,10 @@ proptest! {
             let admitted = mode.admit(asked, &parameters);
             if !matches!(mode, Mode::BackingOff(_)) && asked.forward.is_finite() {
                 let tracked = tracker.update(stance, &found, *forward, *period);
-                let bounds = Bounds { caution: parameters.caution, stop: parameters.stop, horizon: 0.3 };
-                let (share, _) = drive(admitted.forward, attitude.pitch().radians(), &tracked, &bounds);
+                let bounds = Bounds { caution: parameters.caution, stop: parameters.stop, away: 0.0, horizon: 0.3 };
+                let driven = drive(admitted.forward, attitude.pitch().radians(), &tracked, &bounds);
+                let limit = speed_limit(stance, &found, admitted.forward, 0.0);
+                let (share, _) = within_speed(driven, admitted.forward, limit);
                 prop_assert!(within(admitted.forward * share, asked.forward), "{:?} {}", admitted, share);
                 let yaw_rate = limits.yaw_rate(admitted.yaw_rate, *forward);
                 prop_assert!(within(yaw_rate, asked.yaw_rate), "{:?} {}", asked, yaw_rate);

@@ -155,8 +155,34 @@ settings! {
     PulleyRadius = 0x0043, "pulley_radius", "um", 5_000..=500_000, 50_000;
     /// Distance of the belts' centre lines.
     TrackGauge = 0x0044, "track_gauge", "um", 50_000..=2_000_000, 320_000;
-    /// Height of body 1's centre of gravity above the line of axles 1 and 2.
+    /// Height of the centre of mass of B2P2's body 1 above the line of axles 1 and 2.
     BodyHeight = 0x0045, "body_height", "um", -500_000..=500_000, 0;
+    /// Mass of B2P2's body 1, which carries axles 1 and 2, without payload.
+    Body1Mass = 0x00b0, "body_1_mass", "mg", 1_000..=1_000_000_000, 6_356_067;
+    /// Place of body 1's centre of mass, forward of axle 1.
+    Body1Forward = 0x00b1, "body_1_forward", "um", -1_000_000..=1_000_000, 160_894;
+    /// The same, left of the middle.
+    Body1Left = 0x00b2, "body_1_left", "um", -1_000_000..=1_000_000, 2_784;
+    /// Mass of B2P2's body 2, the fixed part of the front.
+    Body2Mass = 0x00b3, "body_2_mass", "mg", 1_000..=1_000_000_000, 897_066;
+    /// Place of body 2's centre of mass, from axle 2 along the front part.
+    Body2Forward = 0x00b4, "body_2_forward", "um", -1_000_000..=1_000_000, 104_083;
+    /// The same, left of the middle.
+    Body2Left = 0x00b5, "body_2_left", "um", -1_000_000..=1_000_000, -14_127;
+    /// The same, above the line of axles 2 and 3.
+    Body2Up = 0x00b6, "body_2_up", "um", -1_000_000..=1_000_000, -723;
+    /// Moment of inertia of body 2 about its centre of mass, for a turn of the chassis joint.
+    Body2Inertia = 0x00b7, "body_2_inertia", "ug m^2", 0..=2_000_000_000, 3_144_372;
+    /// Mass of B2P2's body 3, the sliding part of the front.
+    Body3Mass = 0x00b8, "body_3_mass", "mg", 1_000..=1_000_000_000, 1_062_150;
+    /// Place of body 3's centre of mass, from its rear end along the front part.
+    Body3Forward = 0x00b9, "body_3_forward", "um", -1_000_000..=1_000_000, 152_680;
+    /// The same, left of the middle.
+    Body3Left = 0x00ba, "body_3_left", "um", -1_000_000..=1_000_000, 10;
+    /// The same, above the line of axles 2 and 3.
+    Body3Up = 0x00bb, "body_3_up", "um", -1_000_000..=1_000_000, 90;
+    /// Moment of inertia of body 3 about its centre of mass, for a turn of the chassis joint.
+    Body3Inertia = 0x00bc, "body_3_inertia", "ug m^2", 0..=2_000_000_000, 4_880_019;
     /// Declared payload on body 1.
     PayloadMass = 0x0046, "payload_mass", "g", 0..=100_000, 0;
     /// Payload's place in body 1, forward of axle 1.
@@ -231,7 +257,7 @@ settings! {
     MassUncertainty = 0x0075, "mass_uncertainty", "g", 0..=100_000, 0;
     /// How far such a load may be from the centre of gravity.
     MassUncertaintyReach = 0x0076, "mass_uncertainty_reach", "um", 0..=2_000_000, 300_000;
-    /// Mass of the robot without payload.
+    /// Mass without payload of a robot whose bodies have no settings of their own; not used by B2P2.
     RobotMass = 0x0077, "robot_mass", "g", 100..=1_000_000, 8_315;
     /// Largest speed over ground while sensors are in doubt, in a supervised override and when backing off.
     CrawlSpeed = 0x0078, "crawl_speed", "um/s", 1_000..=1_000_000, 50_000;

@@ -12,7 +12,7 @@ use tautrack::robots::b2p2::feed_forward::Load;
 use tautrack::robots::b2p2::newton_euler::Effort;
 use tautrack::robots::b2p2::{FrontPart, JOINTS, JointMatrix, Joints, Parameters, Posture};
 use tautrack::screw::Geometry;
-use tautrack::settings::Setting;
+use tautrack::settings::{Setting, Settings};
 use tautrack::stability::attitude::Attitude;
 use tautrack::stability::tipover::{Edges, angles};
 use tautrack::stability::zmp::{Plane, Wrench, ZeroMomentPoint, zero_moment_point};
@@ -68,7 +68,7 @@ fn count_front_part(table: &mut Table) {
         screw: 0.0,
     };
     let mut state = black_box((
-        FrontPart::new(&geometry),
+        FrontPart::new(&geometry, &Settings::default()),
         geometry,
         Attitude::default(),
         nothing,

@@ -31,7 +31,7 @@ pub fn faults() -> String {
 }
 
 /// Groups of settings: the last key of each, and who reads them.
-const GROUPS: [(u16, &str); 8] = [
+const GROUPS: [(u16, &str); 9] = [
     (0x000f, "Every node"),
     (0x002f, "The motor and its axle: axle and screw"),
     (0x003f, "The belt and its screw: screw and guard"),
@@ -40,6 +40,7 @@ const GROUPS: [(u16, &str); 8] = [
     (0x007f, "Balance, trip and trust: guard"),
     (0x008f, "The crawler: guard"),
     (0x009f, "Robots whose drives have consecutive ids: guard"),
+    (0x00bf, "Masses of B2P2: guard"),
 ];
 
 /// One table per group.

@@ -6,7 +6,7 @@ use crate::estimate::state::Joint;
 use crate::math::{limit, min};
 use crate::motor::profile::{self, SetPoint};
 use crate::node::scale::Scale;
-use crate::settings::Settings;
+use crate::settings::{Setting, Settings};
 use crate::stability::attitude::Attitude;
 use crate::stability::limits::Limits;
 use crate::stability::support::Stance;
@@ -167,6 +167,11 @@ pub trait Body: Sized {
     /// # Errors
     /// The first setting that makes none.
     fn new(settings: &Settings) -> Result<Self, Self::Refusal>;
+
+    /// Mass of the robot without payload, kg.
+    fn mass(settings: &Settings) -> f32 {
+        settings.scaled(Setting::RobotMass, 1e-3)
+    }
 
     /// Node ids of its drives, in the order in which every `drives` below has them.
     fn drive_ids(settings: &Settings) -> Vec<u8, MAX_DRIVES>;

@@ -7,6 +7,7 @@ pub mod body;
 pub mod crawler;
 pub mod hylos;
 pub mod rt_mover;
+pub mod turn;
 
 pub use body::{
     Allowed, Asked, Body, DriveState, Goal, MAX_DRIVES, MAX_OFFSETS, MAX_STAGES, Offset, Phase,

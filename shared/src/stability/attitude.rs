@@ -126,6 +126,12 @@ pub struct LevelAxes {
 }
 
 impl LevelAxes {
+    /// Sine and cosine of the pitch.
+    #[inline]
+    pub fn pitch(&self) -> (f32, f32) {
+        self.pitch
+    }
+
     /// Turns a vector in body axes into level axes: x along the heading, z up.
     #[inline]
     pub fn of(&self, vector: [f32; 3]) -> [f32; 3] {

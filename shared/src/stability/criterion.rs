@@ -8,6 +8,7 @@
 
 use super::attitude::LevelAxes;
 use super::parameters::Parameters;
+use super::stopping::stopping_speed;
 use super::support::Stance;
 use crate::math::vector::{Vector, dot, scale, sub};
 use crate::math::{max, root_of_sum};
@@ -228,23 +229,6 @@ fn arm([from, to]: [&Vector<f32>; 2], force: Vector<f32>, along: f32, least: f32
     let lengthwise = dot(force, edge);
     let across = max(dot(force, force) - lengthwise * lengthwise / square, 0.0);
     (along * force[2] / root_of_sum(across) - least) * slope
-}
-
-/// Speed from which an instant stop can tip a robot over an edge, m/s: `v^2 = 2 g (l - h) l^2 / h^2`, `l^2 = m^2 + h^2`.
-///
-/// `margin` is the distance of its centre of gravity to the edge, `height` its height over it, m. The stop turns the motion about the edge with
-/// `v h / l` left (angular momentum of a point mass, the smallest inertia that a body can have), and that must not lift the mass to
-/// `l`. Infinite for a height of zero or less, NaN for NaN.
-#[inline]
-pub fn stopping_speed(margin: f32, height: f32) -> f32 {
-    let (m, h) = (margin * margin, height * height);
-    let lever = root_of_sum(m + h);
-    // l - h without cancellation.
-    let rise = m / (lever + height);
-    if height <= 0.0 {
-        return f32::INFINITY;
-    }
-    root_of_sum(2.0 * GRAVITY * rise * (m + h) / h)
 }
 
 #[cfg(test)]

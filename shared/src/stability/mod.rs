@@ -1,9 +1,12 @@
-//! How near to falling over a robot is, and what that leaves of a command.
+//! Computes tip-over margins and limits commands accordingly.
 //!
-//! How it stands ([`attitude`]) and how far that is to be believed ([`trust`]); how far its centre of gravity is from each edge of
-//! its support ([`support`]), and which margin counts ([`criterion`]); the band that this is ([`bands`]), what passes ([`filter`]) within
-//! which limits ([`limits`]), and the latch behind it ([`trip`]); the numbers of all these ([`parameters`]). For any
-//! scalar, where the ground's reaction acts ([`zmp`]) and how far the forces are from tipping the robot over an edge ([`tipover`]).
+//! [`attitude`]: pitch, roll and heading. [`trust`]: whether the sensors are believed. [`support`]:
+//! distances of the centre of gravity to the edges of the support. [`criterion`]: which margin
+//! counts. [`bands`]: the band of the narrowest margin. [`tracker`]: margins with their rates.
+//! [`filter`]: the scale of a command, with its [`verdict`]. [`stopping`]: the speed limit of a
+//! posture. [`limits`]: limits of accelerations and yaw. [`trip`]: the latch. [`parameters`]: the
+//! numbers of all these. For any scalar: [`zmp`], where the reaction of the ground acts, and
+//! [`tipover`], the angle between the forces and each edge.
 
 pub mod attitude;
 pub mod bands;
@@ -11,8 +14,11 @@ pub mod criterion;
 pub mod filter;
 pub mod limits;
 pub mod parameters;
+pub mod stopping;
 pub mod support;
 pub mod tipover;
+pub mod tracker;
 pub mod trip;
 pub mod trust;
+pub mod verdict;
 pub mod zmp;

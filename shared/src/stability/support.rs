@@ -100,6 +100,24 @@ impl Stance {
         found
     }
 
+    /// Direction along the plane of the support: cosine and sine of its rise along the heading, by
+    /// the mean of the right and the left edge. Level if they have no length.
+    #[inline]
+    pub fn along(&self) -> [f32; 2] {
+        let ends = |axis: usize| {
+            (self.ends[0][axis] - self.begins[0][axis])
+                + (self.begins[2][axis] - self.ends[2][axis])
+        };
+        let (ahead, up) = (ends(0), ends(2));
+        let square = ahead * ahead + up * up;
+        // False for NaN, which the result then is.
+        if square < 4.0 * MIN_LENGTH * MIN_LENGTH {
+            return [1.0, 0.0];
+        }
+        let over = 1.0 / root_of_sum(square);
+        [ahead * over, up * over]
+    }
+
     /// Margin to an edge that is not there: wide, or, when there is none at all, to nothing.
     #[inline]
     pub fn missing(&self) -> f32 {

@@ -318,12 +318,22 @@ mod tests {
     }
 
     #[test]
-    fn the_first_cause_is_kept() {
+    fn an_emergency_stop_takes_the_place_of_a_trip_and_takes_a_reset_of_its_own() {
         let mut trip = tripped();
-        trip.update(&sight(0.2, Band::Free), STOP, &parameters());
+        let (narrow, parameters) = (sight(0.005, Band::Stop), parameters());
+        trip.update(&narrow, STOP, &parameters);
+        let cause = |trip: &Trip| trip.snapshot().map(|kept| kept.cause);
+        assert_eq!(cause(&trip), Some(Cause::EmergencyStop));
+        // Released, it is still latched: neither override nor backing off leads out.
+        for requests in [OVERRIDE, BACK_OFF, NONE] {
+            assert_eq!(trip.update(&narrow, requests, &parameters), Mode::Tripped);
+        }
+        // The reset ends it, and the margin trips again in the same evaluation.
+        assert_eq!(trip.update(&narrow, RESET, &parameters), Mode::Tripped);
+        assert_eq!(cause(&trip), Some(Cause::Margin(Edge::Back)));
         assert_eq!(
-            trip.snapshot().map(|kept| kept.cause),
-            Some(Cause::Margin(Edge::Back))
+            trip.update(&narrow, OVERRIDE, &parameters),
+            Mode::Overridden
         );
     }
 

@@ -141,7 +141,7 @@ impl<B: Body> Guard<B> {
             state: State::default(),
             gate: Gate::Hold,
             body: B::new(settings)?,
-            supervision: Supervision::new(settings),
+            supervision: Supervision::new(settings, B::mass(settings)),
             refusal: None,
             feed_forward: settings.get(Setting::FeedForward) == 1,
             share: 1.0,

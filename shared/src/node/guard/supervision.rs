@@ -14,7 +14,8 @@ use crate::stability::criterion::{Criterion, Evaluation, SpecificForce};
 use crate::stability::filter::{self, Bounds, Command, Margins, Tracker, Verdict};
 use crate::stability::limits::Limits;
 use crate::stability::parameters::{Parameters, Refusal};
-use crate::stability::support::{Stance, narrowest};
+use crate::stability::stopping;
+use crate::stability::support::{Edge, NO_EDGE, Stance, narrowest};
 use crate::stability::trip::{Cause, Mode, Requests, Sight, Snapshot, Trip, crawl};
 use crate::stability::trust::{Reason, Trust, Watch};
 
@@ -47,6 +48,7 @@ pub(super) struct Supervision {
     tracker: Tracker,
     sensors: BodySensors,
     found: Evaluation,
+    stance: Stance,
     margins: Margins,
     limits: Limits,
     mode: Mode,
@@ -55,8 +57,10 @@ pub(super) struct Supervision {
 }
 
 impl Supervision {
-    pub fn new(settings: &Settings) -> Self {
-        let parameters = Parameters::new(settings);
+    /// Supervision of a robot of `mass` without payload, kg.
+    pub fn new(settings: &Settings, mass: f32) -> Self {
+        let mut parameters = Parameters::new(settings);
+        parameters.uncertainty.robot_mass = mass;
         Self {
             parameters,
             filter_active: settings.get(Setting::FilterActive) == 1,
@@ -70,6 +74,7 @@ impl Supervision {
             tracker: Tracker::default(),
             sensors: BodySensors::default(),
             found: Evaluation::default(),
+            stance: Stance::default(),
             margins: Margins::default(),
             limits: Limits::default(),
             mode: Mode::default(),
@@ -99,6 +104,7 @@ impl Supervision {
         if matches!(self.trust, Trust::None(_)) {
             self.found.margins = [f32::NAN; 4];
         }
+        self.stance = *stance;
         self.margins = self.tracker.update(stance, &self.found, speed, period);
         self.limits = Limits::of(&self.found, &self.parameters);
         self.bands
@@ -210,15 +216,23 @@ impl Supervision {
         };
         // Harder braking is kept for what nobody foresaw.
         let brake = min(bearable, parameters.acceleration);
+        let backs_off = matches!(self.mode, Mode::BackingOff(_));
         let bounds = Bounds {
             caution: parameters.caution,
             stop: parameters.stop,
+            // The trip itself watches the edge from which the robot backs off.
+            away: if backs_off { -NO_EDGE } else { 0.0 },
             horizon: parameters.horizon + stopping * (parameters.acceleration / brake),
         };
         let widening = parameters.uncertainty.widening();
         let ahead = ahead.margins().map(|margin| margin - widening);
         let (posture_share, posture) = filter::posture(&self.margins, ahead, &bounds);
-        let (share, drive) = filter::drive(asked.forward, pitch, &self.margins, &bounds);
+        let driven = filter::drive(asked.forward, pitch, &self.margins, &bounds);
+        let (share, drive) = if backs_off {
+            driven
+        } else {
+            filter::within_speed(driven, asked.forward, self.speed_limit(asked.forward))
+        };
         let unhindered = Allowed {
             share: 1.0,
             stop: self.stop,
@@ -256,6 +270,12 @@ impl Supervision {
             drive
         };
         (allowed, verdict)
+    }
+
+    /// Largest speed in the direction of a command at which an instant stop tips nothing.
+    fn speed_limit(&self, forward: f32) -> (f32, Edge) {
+        let widening = self.parameters.uncertainty.widening();
+        stopping::speed_limit(&self.stance, &self.found, forward, widening)
     }
 
     pub fn horizon(&self) -> f32 {
@@ -304,4 +324,102 @@ pub struct Telemetry {
     pub snapshot: Option<Snapshot>,
     /// Why the robot is not armed.
     pub refusal: Option<Refusal>,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::robots::Body;
+    use crate::robots::b2p2::B2p2;
+
+    fn settings(changes: &[(Setting, i32)]) -> Settings {
+        let mut settings = Settings::default();
+        for (setting, value) in changes {
+            settings
+                .set(setting.description().key, *value)
+                .expect("a value within bounds");
+        }
+        settings
+    }
+
+    /// A support 0.8 m long and 0.6 m wide, with the centre of gravity `ahead` of the rear edge.
+    fn stance(ahead: f32) -> Stance {
+        let contacts = [
+            [0.0, -0.3, 0.0],
+            [0.8, -0.3, 0.0],
+            [0.8, 0.3, 0.0],
+            [0.0, 0.3, 0.0],
+        ];
+        Stance::on(contacts, [ahead, 0.0, 0.2])
+    }
+
+    /// Supervision of a robot at rest on level ground, with good sensors.
+    fn standing(settings: &Settings, ahead: f32, speed: f32) -> Supervision {
+        let mut supervision = Supervision::new(settings, B2p2::mass(settings));
+        let level = BodySensors {
+            specific_force: [0.0, 0.0, 9.806_65],
+            ..BodySensors::default()
+        };
+        let mut attitude = Attitude::default();
+        for step in 0..100 {
+            // Readings that never change would be those of a stuck sensor.
+            let noise = 1e-5 * (step % 3) as f32;
+            let reading = BodySensors {
+                inclination: [noise, -noise],
+                ..level
+            };
+            assert!(supervision.hear(Some(&reading)));
+            attitude.update(&reading, CONTROL_PERIOD);
+            supervision.judge(&stance(ahead), &attitude, speed, 4e-3);
+        }
+        supervision
+    }
+
+    /// The shape ahead has 65 mm behind, which a certain robot may use; 20 mm less, it may not.
+    #[test]
+    fn the_uncertainty_is_taken_off_the_margin_ahead() {
+        for (uncertainty, passes) in [(0, true), (20_000, false)] {
+            let settings = settings(&[(Setting::CogUncertainty, uncertainty)]);
+            let supervision = standing(&settings, 0.3, 0.0);
+            let (allowed, verdict) =
+                supervision.filter(&Asked::default(), &stance(0.065), 0.0, 0.0);
+            let expected = if passes {
+                Verdict::Passed
+            } else {
+                Verdict::PostureRefused(Edge::Back)
+            };
+            assert_eq!((allowed.posture, verdict), (passes, expected));
+        }
+    }
+
+    /// 2 kg undeclared within 0.3 m, on robots of 8.315 kg and 40 kg: the pull on the centre of
+    /// gravity by its moments.
+    #[test]
+    fn a_heavier_robot_is_less_uncertain() {
+        for (body_1, total) in [(6_356_067, 8.315_283), (38_040_784, 40.0)] {
+            let settings = settings(&[
+                (Setting::MassUncertainty, 2_000),
+                (Setting::Body1Mass, body_1),
+            ]);
+            let found = standing(&settings, 0.4, 0.0).margins().now[0];
+            let expected = 0.4 - 2.0 * 0.3 / (total + 2.0);
+            assert!((f64::from(found) - expected).abs() < 1e-5, "{found}");
+        }
+    }
+
+    /// The centre of gravity is 0.2 m high and 30 mm ahead of the rear edge: an instant stop bears
+    /// 0.15 m/s there.
+    #[test]
+    fn backing_down_close_to_the_rear_edge_is_slow() {
+        let supervision = standing(&Settings::default(), 0.03, -0.1);
+        let backward = Asked {
+            forward: -0.45,
+            ..Asked::default()
+        };
+        let (allowed, verdict) = supervision.filter(&backward, &stance(0.03), 0.3, 0.0);
+        assert_eq!(verdict, Verdict::Scaled(Edge::Back));
+        let passed = 0.45 * allowed.share;
+        // v^2 = 2 g (l - h) l^2 / h^2 with l^2 = 0.0409 m^2.
+        assert!((passed - 0.2099).abs() < 2e-3, "{passed}");
+    }
 }

@@ -1,7 +1,7 @@
 //! B2P2 under the guard: how it stands, what the operator's command becomes, and the set-points that follow from it.
 
 use super::shape::AXLE_3_FROM_BODY_3;
-use super::{FrontPart, Model};
+use super::{FrontPart, Masses, Model};
 use crate::estimate::state::Joint;
 use crate::math::{limit, to_i16, to_i32};
 use crate::motor::profile::{Limits, SetPoint as Motion};
@@ -9,6 +9,7 @@ use crate::node::scale::Scale;
 use crate::robots::body::{
     Allowed, Asked, Body, DriveState, Goal, MAX_DRIVES, MAX_OFFSETS, Offset, Phase, drive_of,
 };
+use crate::robots::turn::Turn;
 use crate::screw::{Geometry, GeometryError, metres};
 use crate::settings::{Setting, Settings};
 use crate::stability::attitude::Attitude;
@@ -66,7 +67,7 @@ pub struct B2p2 {
     chassis: Motion,
     /// Forward speed that is passed on; its position is not used.
     forward: Motion,
-    yaw_rate: f32,
+    turn: Turn,
     heading: Option<Angle>,
 }
 
@@ -88,7 +89,7 @@ impl B2p2 {
         next
     }
 
-    /// Yaw rate: as asked, or what holds the heading while none is asked for.
+    /// Commanded yaw rate, or the one that holds the heading while none is commanded.
     fn yaw(&mut self, asked: f32, attitude: &Attitude) -> f32 {
         if asked != 0.0 || self.forward.velocity == 0.0 {
             self.heading = None;
@@ -103,7 +104,7 @@ impl B2p2 {
 
     /// Set-point of a track whose centre line is `left` m from the middle, 1e-6 rad/s.
     fn track_speed(&self, left: f32) -> i32 {
-        to_i32((self.forward.velocity - left * self.yaw_rate) / self.pulley_radius * 1e6)
+        to_i32((self.forward.velocity - left * self.turn.rate()) / self.pulley_radius * 1e6)
     }
 
     /// Extension that holds the belt taut at the measured chassis angle, 2^-24 m.
@@ -145,7 +146,7 @@ impl Body for B2p2 {
         let released = i64::from(geometry.released_length().to_bits() >> 4) - retreat;
         Ok(Self {
             model: Model::new(settings),
-            front: FrontPart::new(&geometry),
+            front: FrontPart::new(&geometry, settings),
             geometry,
             speed: Limits {
                 velocity: metres(Setting::SpeedLimit),
@@ -168,9 +169,13 @@ impl Body for B2p2 {
             taut_since_us: None,
             chassis: Motion::default(),
             forward: Motion::default(),
-            yaw_rate: 0.0,
+            turn: Turn::new(0.5 * metres(Setting::TrackGauge), settings),
             heading: None,
         })
+    }
+
+    fn mass(settings: &Settings) -> f32 {
+        Masses::new(settings).of_robot()
     }
 
     fn drive_ids(settings: &Settings) -> Vec<u8, MAX_DRIVES> {
@@ -235,14 +240,17 @@ impl Body for B2p2 {
 
     fn rest(&mut self) {
         self.forward = Motion::default();
-        self.yaw_rate = 0.0;
+        self.turn.rest();
         self.heading = None;
         self.chassis = Motion::at(i64::from(self.theta.to_bits()));
     }
 
     fn advance(&mut self, asked: &Asked, allowed: Allowed, attitude: &Attitude, period: f32) {
-        allowed.ramp(&mut self.forward, asked.forward, self.speed, period);
-        self.yaw_rate = self.yaw(asked.yaw_rate * allowed.share, attitude);
+        let yaw_rate = self.yaw(asked.yaw_rate * allowed.share, attitude);
+        let driven = self.turn.within(Asked { yaw_rate, ..*asked });
+        allowed.ramp(&mut self.forward, driven.forward, self.speed, period);
+        let speed = self.forward.velocity;
+        self.turn.advance(driven.yaw_rate, speed, &allowed, period);
         if allowed.posture {
             self.chassis = self.next_chassis(asked, allowed.limits.posture, period);
         } else {

@@ -1,11 +1,13 @@
 //! What the chassis joint and the screw have to push for the front part to move as it shall: torques that are known
 //! before any error is.
 
-use super::parameters::{LENGTHS, SEGMENTS};
-use super::shape::{AXLE_3_FROM_BODY_3, BODY_2, BODY_3};
+use super::masses::Masses;
+use super::parameters::LENGTHS;
+use super::shape::AXLE_3_FROM_BODY_3;
 use crate::math::sin_cos;
 use crate::motor::profile::SetPoint as Motion;
 use crate::screw::{Geometry, metres};
+use crate::settings::Settings;
 use crate::stability::attitude::Attitude;
 use crate::units::Angle;
 
@@ -36,24 +38,31 @@ pub struct FrontPart {
 }
 
 impl FrontPart {
-    /// The paper's front part in a robot of this geometry.
-    pub fn new(geometry: &Geometry) -> Self {
+    /// Front part with the masses of these settings, in a robot of this geometry.
+    pub fn new(geometry: &Geometry, settings: &Settings) -> Self {
         let (l1, l2, k) = (
             metres(geometry.l1()),
             metres(geometry.l2()),
             metres(geometry.k()),
         );
-        let third = &SEGMENTS[2];
-        let [up, _, forward] = third.centre_of_mass;
-        // From the origin of R8 to the centre of mass; what lies across the front part stays there when it slides.
-        let spin = third.inertia_about_origin[1][1] - third.mass * forward * forward;
+        let Masses {
+            body_2,
+            body_3,
+            inertia: [inertia_2, inertia_3],
+            ..
+        } = Masses::new(settings);
+        let ([along, _, up], [forward, _, across]) = (body_2.place, body_3.place);
         Self {
             gravity: LENGTHS.gravity as f32,
-            mass: BODY_3.mass,
-            behind: AXLE_3_FROM_BODY_3 - BODY_3.place[0],
-            along: BODY_2.mass * BODY_2.place[0],
-            across: BODY_2.mass * BODY_2.place[2] + BODY_3.mass * up as f32,
-            inertia: (SEGMENTS[1].inertia_about_origin[2][2] + spin) as f32,
+            mass: body_3.mass,
+            behind: AXLE_3_FROM_BODY_3 - forward,
+            along: body_2.mass * along,
+            across: body_2.mass * up + body_3.mass * across,
+            // Parallel axes; the distance along the front part of body 3 changes and is added later.
+            inertia: inertia_2
+                + body_2.mass * (along * along + up * up)
+                + inertia_3
+                + body_3.mass * across * across,
             l2,
             bend: 2.0 * k / ((k - l1) * (k + l1)),
         }

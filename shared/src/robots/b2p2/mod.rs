@@ -16,6 +16,7 @@ pub mod body;
 pub mod dynamics;
 pub mod feed_forward;
 pub mod jacobian;
+pub mod masses;
 pub mod newton_euler;
 pub mod parameters;
 pub mod posture;
@@ -23,6 +24,7 @@ pub mod shape;
 
 pub use body::B2p2;
 pub use feed_forward::FrontPart;
+pub use masses::Masses;
 pub use parameters::{Parameters, ParametersError, Tabulated};
 pub use posture::Posture;
 pub use shape::{Model, Shape};

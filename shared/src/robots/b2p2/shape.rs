@@ -2,47 +2,23 @@
 //!
 //! Axes of body 1, origin in the middle of axle 1 (the rear one): x forward to axle 2, y left, z up.
 
-use super::parameters::{LENGTHS, SEGMENTS};
-use crate::math::{max, sin_cos};
+use super::masses::Masses;
+use super::parameters::LENGTHS;
+use crate::math::{clamp, max, sin_cos};
 use crate::settings::{Setting, Settings};
 use crate::stability::attitude::LevelAxes;
 use crate::stability::support::Stance;
 use crate::units::Angle;
 
-/// A mass and its place, kg and m.
-#[derive(Clone, Copy, PartialEq, Debug)]
-pub struct PointMass {
-    /// Mass, kg.
-    pub mass: f32,
-    /// Place, m.
-    pub place: [f32; 3],
-}
-
-/// Body 1, along its axes (of R6: x forward, y up, z right). Its tabulated height, 34.997 mm, is replaced by
-/// [`Setting::BodyHeight`]: it stands for the batteries, whose place the paper does not give.
-pub const BODY_1: PointMass = {
-    let [forward, up, right] = SEGMENTS[0].centre_of_mass;
-    point_mass(SEGMENTS[0].mass, [forward, -right, up])
-};
-/// Body 2 (of R7: y backward, x up, z right), from axle 2 along the front part.
-pub const BODY_2: PointMass = {
-    let [up, backward, right] = SEGMENTS[1].centre_of_mass;
-    point_mass(SEGMENTS[1].mass, [-backward, -right, up])
-};
-/// Body 3 (of R8: z forward, x up, y right), from its rear end along the front part.
-pub const BODY_3: PointMass = {
-    let [up, right, forward] = SEGMENTS[2].centre_of_mass;
-    point_mass(SEGMENTS[2].mass, [forward, -right, up])
-};
 /// Distance from the rear end of body 3 to axle 3, m ([`super::parameters::Lengths::axle_3`]).
 pub const AXLE_3_FROM_BODY_3: f32 = LENGTHS.axle_3 as f32;
 
-const fn point_mass(mass: f64, [x, y, z]: [f64; 3]) -> PointMass {
-    PointMass {
-        mass: mass as f32,
-        place: [x as f32, y as f32, z as f32],
-    }
-}
+/// Chassis angles between which a raised front ceases to stand on the plane of axles 1 and 2: sines
+/// of 3 and 8 degrees.
+const RAISED: [f32; 2] = [0.052, 0.139];
+/// Pitch between which a fall forward onto the front ceases to be harmless: cosines of -55 and
+/// -70 degrees.
+const NOSE_DOWN: [f32; 2] = [0.574, 0.342];
 
 /// Masses and lengths that do not change while the robot moves.
 #[derive(Clone, Copy, Debug)]
@@ -68,33 +44,29 @@ pub struct Shape {
     pub axle_2: [f32; 3],
     /// Middle of axle 3, m.
     pub axle_3: [f32; 3],
+    /// Sine and cosine of the chassis angle.
+    pub theta: [f32; 2],
 }
 
 impl Model {
-    /// Model with the lengths, body height and payload of the settings.
+    /// Model with the lengths, masses and payload of the settings.
     pub fn new(settings: &Settings) -> Self {
         let metres = |setting| settings.scaled(setting, 1e-6);
-        let payload = PointMass {
-            mass: settings.scaled(Setting::PayloadMass, 1e-3),
-            place: [
-                metres(Setting::PayloadForward),
-                metres(Setting::PayloadLeft),
-                metres(Setting::PayloadUp),
-            ],
-        };
-        let [forward, left, _] = BODY_1.place;
-        let body = PointMass {
-            mass: BODY_1.mass,
-            place: [forward, left, metres(Setting::BodyHeight)],
-        };
+        let Masses {
+            body_1: body,
+            body_2,
+            body_3,
+            payload,
+            ..
+        } = Masses::new(settings);
         let mass = body.mass + payload.mass;
         let place = [0, 1, 2]
             .map(|axis| (body.mass * body.place[axis] + payload.mass * payload.place[axis]) / mass);
-        let total_mass = mass + BODY_2.mass + BODY_3.mass;
+        let total_mass = mass + body_2.mass + body_3.mass;
         let (l1, l2) = (metres(Setting::LengthL1), metres(Setting::LengthL2));
-        let (share_2, share_3) = (BODY_2.mass / total_mass, BODY_3.mass / total_mass);
+        let (share_2, share_3) = (body_2.mass / total_mass, body_3.mass / total_mass);
         // From axle 2 along the front part to body 3's centre of gravity, at extension 0.
-        let third = l2 - AXLE_3_FROM_BODY_3 + BODY_3.place[0];
+        let third = l2 - AXLE_3_FROM_BODY_3 + body_3.place[0];
         Self {
             l1,
             l2,
@@ -103,12 +75,12 @@ impl Model {
             rigid_cog: [
                 mass / total_mass * place[0] + (share_2 + share_3) * l1,
                 mass / total_mass * place[1]
-                    + share_2 * BODY_2.place[1]
-                    + share_3 * BODY_3.place[1],
+                    + share_2 * body_2.place[1]
+                    + share_3 * body_3.place[1],
                 mass / total_mass * place[2],
             ],
-            front_along: share_2 * BODY_2.place[0] + share_3 * third,
-            front_up: share_2 * BODY_2.place[2] + share_3 * BODY_3.place[2],
+            front_along: share_2 * body_2.place[0] + share_3 * third,
+            front_up: share_2 * body_2.place[2] + share_3 * body_3.place[2],
             front_share: share_3,
         }
     }
@@ -130,24 +102,23 @@ impl Model {
             ],
             axle_2: [self.l1, 0.0, 0.0],
             axle_3: [self.l1 + reach * cosine, 0.0, reach * sine],
+            theta: [sine, cosine],
         }
     }
 
     /// How the belts stand, as far as that is known without knowing the ground.
     ///
-    /// Behind, on the lowest line of the rear pulleys, about which the robot falls backward whatever nose or floor it stands on; in front, on the
-    /// pulley that reaches farthest, because a fall forward ends on it. The sides end where the belt may lie: at axle 2 with the front raised,
-    /// at axle 3 with it lowered. A raised front is no support across: on a side slope it hangs over the lower edge.
+    /// Behind, the support ends on the lowest line of the rear pulleys, about which the robot falls
+    /// backward whatever nose or floor it stands on. In front it ends on the pulley that reaches
+    /// farthest, as far as the robot can stand on it ([`Self::front`]). The sides end where the belt
+    /// may lie: at axle 2 with the front raised, at axle 3 with it lowered. A raised front is no
+    /// support across: on a side slope it hangs over the lower edge.
     pub fn stance(&self, shape: &Shape, axes: &LevelAxes) -> Stance {
         let under = |axle: [f32; 3], left: f32| {
             axes.lowest([axle[0], axle[1] + left, axle[2]], self.pulley_radius)
         };
-        let (second, third) = (axes.of(shape.axle_2), axes.of(shape.axle_3));
-        let front = if max(second[0], third[0]) == third[0] {
-            shape.axle_3
-        } else {
-            shape.axle_2
-        };
+        let cog = axes.of(shape.cog);
+        let front = Self::front(shape, cog, axes);
         let raised = shape.axle_3[2] > shape.axle_2[2];
         let side = if raised { shape.axle_2 } else { shape.axle_3 };
         let (left, right) = (self.half_gauge, -self.half_gauge);
@@ -158,7 +129,45 @@ impl Model {
             under([0.0; 3], left),
         ];
         let sides = [under(side, right), under(side, left)];
-        Stance::on(contacts, axes.of(shape.cog)).with_sides(sides)
+        Stance::on(contacts, cog).with_sides(sides)
+    }
+
+    /// Axle, in body axes, that ends the support in front; `cog` is in level axes.
+    ///
+    /// The plane that the robot stands on is that of axles 1 and 2. A raised axle 3 is in the air
+    /// over it. It is a support only because a fall forward about axle 2 ends on it, and only if the
+    /// body is not too steep then: the fall turns it by the chassis angle, or has done so already
+    /// if the centre of gravity is in front of axle 2. The line of support moves from axle 3 to
+    /// axle 2 while the pitch at the end of the fall goes from -55 to -70 degrees. With the front
+    /// lowered or straight (up to 3 degrees) the robot stands on axle 3 itself.
+    fn front(shape: &Shape, cog: [f32; 3], axes: &LevelAxes) -> [f32; 3] {
+        let (second, third) = (axes.of(shape.axle_2), axes.of(shape.axle_3));
+        if !(third[0] > second[0]) {
+            return shape.axle_2;
+        }
+        let ((sine, cosine), [raise, straight]) = (axes.pitch(), shape.theta);
+        let [sine, cosine] = if cog[0] > second[0] {
+            [sine, cosine]
+        } else {
+            [
+                sine * straight - cosine * raise,
+                cosine * straight + sine * raise,
+            ]
+        };
+        // 1 where the support reaches axle 3, 0 where it ends at axle 2.
+        let part =
+            |value: f32, [whole, none]: [f32; 2]| clamp((value - none) / (whole - none), 0.0, 1.0);
+        let part = if sine > 0.0 {
+            1.0
+        } else {
+            max(part(raise, RAISED), part(cosine, NOSE_DOWN))
+        };
+        let place = |axis: usize| {
+            let (second, third) = (shape.axle_2[axis], shape.axle_3[axis]);
+            // Exact at both ends.
+            part * third + (1.0 - part) * second
+        };
+        [0, 1, 2].map(place)
     }
 }
 
@@ -181,13 +190,48 @@ mod tests {
         ] {
             settings.set(setting.description().key, value).unwrap();
         }
-        let model = Model::new(&settings);
+        assert_cog(
+            &settings,
+            [
+                (6.356_067, [0.160_894, 0.002_784, 0.035]),
+                (0.897_066, [0.104_083, -0.014_127, -0.000_723]),
+                (1.062_15, [0.152_68, 0.000_01, 0.000_09]),
+            ],
+        );
+        for (setting, value) in [
+            (Setting::Body1Mass, 40_000_000),
+            (Setting::Body1Forward, 200_000),
+            (Setting::Body1Left, -10_000),
+            (Setting::Body2Mass, 2_500_000),
+            (Setting::Body2Forward, 90_000),
+            (Setting::Body2Left, 30_000),
+            (Setting::Body2Up, 40_000),
+            (Setting::Body3Mass, 400_000),
+            (Setting::Body3Forward, 100_000),
+            (Setting::Body3Left, 5_000),
+            (Setting::Body3Up, -20_000),
+        ] {
+            settings.set(setting.description().key, value).unwrap();
+        }
+        assert_cog(
+            &settings,
+            [
+                (40.0, [0.2, -0.01, 0.035]),
+                (2.5, [0.09, 0.03, 0.04]),
+                (0.4, [0.1, 0.005, -0.02]),
+            ],
+        );
+    }
+
+    /// A robot of these settings, with a payload of 3 kg at (-0.04, 0.02, 0.15) m, against its
+    /// bodies: mass, and place forward, left and up.
+    fn assert_cog(settings: &Settings, [body_1, body_2, body_3]: [(f64, [f64; 3]); 3]) {
+        let model = Model::new(settings);
         for step in 0..1_000 {
             let theta = f64::from(step) * 6.2e-3 - 3.1;
             let l3 = f64::from(step % 37) * 0.01 + 0.2;
             let (sine, cosine) = (libm::sin(theta), libm::cos(theta));
-            let turned = |body: &PointMass, slid: f64| {
-                let [along, left, up] = body.place.map(f64::from);
+            let turned = |[along, left, up]: [f64; 3], slid: f64| {
                 let along = along + slid;
                 [
                     0.32 + along * cosine - up * sine,
@@ -195,12 +239,11 @@ mod tests {
                     along * sine + up * cosine,
                 ]
             };
-            let [x, y, _] = BODY_1.place.map(f64::from);
             let bodies = [
-                (f64::from(BODY_1.mass), [x, y, 0.035]),
+                body_1,
                 (3.0, [-0.04, 0.02, 0.15]),
-                (f64::from(BODY_2.mass), turned(&BODY_2, 0.0)),
-                (f64::from(BODY_3.mass), turned(&BODY_3, 0.23 + l3 - 0.226)),
+                (body_2.0, turned(body_2.1, 0.0)),
+                (body_3.0, turned(body_3.1, 0.23 + l3 - 0.226)),
             ];
             let total: f64 = bodies.iter().map(|(mass, _)| mass).sum();
             let shape = model.shape(Angle::from_radians(theta as f32), l3 as f32);
@@ -233,6 +276,85 @@ mod tests {
             .unwrap();
         let shape = Model::new(&settings).shape(Angle::ZERO, 0.226);
         assert!((shape.cog[2] - 0.125).abs() < 1e-3, "{:?}", shape.cog);
+    }
+
+    fn leaning(pitch_degrees: f64) -> Attitude {
+        let mut attitude = Attitude::default();
+        let reading = BodySensors {
+            inclination: [pitch_degrees.to_radians() as f32, 0.0],
+            ..BodySensors::default()
+        };
+        attitude.update(&reading, 1e-3);
+        attitude
+    }
+
+    fn front_margin(model: &Model, pitch: f64, theta: f64) -> f32 {
+        let shape = model.shape(Angle::from_radians(theta.to_radians() as f32), 0.226);
+        model.stance(&shape, &leaning(pitch).level_axes()).margins()[1]
+    }
+
+    /// Sum of the moments about axle 2 in double precision: how far the centre of gravity is behind it.
+    fn behind_axle_2(pitch: f64, theta: f64, (load, [x, up]): (f64, [f64; 2])) -> f64 {
+        let place = |angle: f64, [along, up]: [f64; 2]| {
+            let angle = angle.to_radians();
+            along * libm::cos(angle) - up * libm::sin(angle)
+        };
+        let bodies = [
+            (6.356_067, place(pitch, [0.160_894 - 0.32, 0.0])),
+            (0.897_066, place(pitch + theta, [0.104_083, -0.000_723])),
+            (1.062_15, place(pitch + theta, [0.23 + 0.152_68, 0.000_09])),
+            (load, place(pitch, [x - 0.32, up])),
+        ];
+        let mass: f64 = bodies.iter().map(|(mass, _)| mass).sum();
+        -bodies.iter().map(|(mass, x)| mass * x).sum::<f64>() / mass
+    }
+
+    /// A slope of -50 degrees: the fall onto the raised front would turn the body to -95 degrees or more.
+    #[test]
+    fn a_front_raised_on_a_steep_descent_is_no_support() {
+        let model = Model::new(&Settings::default());
+        for theta in [45.0, 60.0, 75.0, 95.0] {
+            let found = front_margin(&model, -50.0, theta);
+            let expected = behind_axle_2(-50.0, theta, (0.0, [0.0; 2]));
+            assert!(
+                expected > -0.05,
+                "the robot stands on axles 1 and 2: {expected}"
+            );
+            assert!(
+                (f64::from(found) - expected).abs() < 1e-5,
+                "{theta}: {found}, {expected}"
+            );
+        }
+        // On level ground a fall onto a front at 45 degrees does no harm.
+        assert!(front_margin(&model, 0.0, 45.0) > 0.35);
+        // And a straight front lies on the slope.
+        assert!(front_margin(&model, -50.0, 0.0) > 0.25);
+    }
+
+    /// With 4 kg at 25 cm the body follows the front that is raised, because its centre of gravity
+    /// is over axle 2: the front stays on the slope and the body turns. Seen to go to -92 degrees.
+    #[test]
+    fn a_body_that_tips_over_axle_2_runs_out_of_front_margin() {
+        let mut settings = Settings::default();
+        for (setting, value) in [
+            (Setting::PayloadMass, 4_000),
+            (Setting::PayloadForward, 160_000),
+            (Setting::PayloadUp, 250_000),
+        ] {
+            settings.set(setting.description().key, value).unwrap();
+        }
+        let model = Model::new(&settings);
+        let payload = (4.0, [0.16, 0.25]);
+        assert!(behind_axle_2(-50.0, 0.0, payload) < 0.01);
+        let mut before = f32::INFINITY;
+        for theta in 0..=42 {
+            let theta = f64::from(theta);
+            let margin = front_margin(&model, -50.0 - theta, theta);
+            assert!(margin < before, "{theta}: {margin}");
+            assert!(theta < 22.0 || margin < 0.05, "{theta}: {margin}");
+            before = margin;
+        }
+        assert!(before < 0.0);
     }
 
     /// On a side slope the robot turns over the lower line between axles 1 and 2, where its belt lies: a plane figure in the section across.

@@ -8,6 +8,7 @@ use crate::math::{Scalar, to_i32};
 use crate::motor::profile::{Limits, SetPoint as Motion};
 use crate::node::scale::Scale;
 use crate::robots::body::{Allowed, Asked, Body, DriveState, Goal, MAX_DRIVES, Phase, drive_of};
+use crate::robots::turn::Turn;
 use crate::settings::{Setting, Settings};
 use crate::stability::attitude::Attitude;
 use crate::stability::support::Stance;
@@ -32,6 +33,7 @@ pub struct Crawler {
     odometry_whole_um: i32,
     /// Forward speed that is passed on; its position is not used.
     forward: Motion,
+    turn: Turn,
     sprockets: [f32; 2],
 }
 
@@ -87,6 +89,7 @@ impl Body for Crawler {
             odometry_um: 0.0,
             odometry_whole_um: 0,
             forward: Motion::default(),
+            turn: Turn::new(0.5 * settings.scaled(Setting::TrackGauge, 1e-6), settings),
             sprockets: [0.0; 2],
         })
     }
@@ -144,14 +147,17 @@ impl Body for Crawler {
 
     fn rest(&mut self) {
         self.forward = Motion::default();
+        self.turn.rest();
         // A path begins where the robot is.
         self.sprockets = self.controller.command(STANDING, 0.0).sprockets;
     }
 
     fn advance(&mut self, asked: &Asked, allowed: Allowed, _: &Attitude, period: f32) {
+        let asked = self.turn.within(*asked);
         allowed.ramp(&mut self.forward, asked.forward, self.speed, period);
         let speed = self.forward.velocity;
-        let yaw_rate = allowed.yaw_rate_on_the_curve(asked, speed);
+        let yaw_rate = allowed.yaw_rate_on_the_curve(&asked, speed);
+        let yaw_rate = self.turn.advance(yaw_rate, speed, &allowed, period);
         let velocity = BodyVelocity {
             forward: speed,
             yaw_rate,

@@ -6,6 +6,7 @@ use crate::math::{sin_cos, to_i16, to_i32};
 use crate::motor::profile::{Limits, SetPoint as Motion};
 use crate::node::scale::Scale;
 use crate::robots::body::{Allowed, Asked, Body, DriveState, Goal, MAX_DRIVES, Phase, drive_of};
+use crate::robots::turn::Turn;
 use crate::settings::{Setting, Settings};
 use crate::stability::attitude::Attitude;
 use crate::stability::support::Stance;
@@ -42,6 +43,7 @@ pub struct Hylos {
     odometry_whole_um: i32,
     /// Forward speed that is passed on; its position is not used.
     forward: Motion,
+    turn: Turn,
     /// The wished clearance, m.
     clearance: f32,
 }
@@ -98,6 +100,7 @@ impl Body for Hylos {
             odometry_um: 0.0,
             odometry_whole_um: 0,
             forward: Motion::default(),
+            turn: Turn::new(parameters.reach(), settings),
             clearance: STANCE_HEIGHT as f32,
         })
     }
@@ -158,14 +161,17 @@ impl Body for Hylos {
 
     fn rest(&mut self) {
         self.forward = Motion::default();
+        self.turn.rest();
         self.controller = Controller::new(self.parameters, self.potential, &self.sensed);
     }
 
     /// The legs' way out of danger counts as motion of the posture: it passes while it raises the margins.
     fn advance(&mut self, asked: &Asked, allowed: Allowed, _: &Attitude, period: f32) {
-        allowed.ramp(&mut self.forward, asked.forward, self.speed, period);
+        let driven = self.turn.within(*asked);
+        allowed.ramp(&mut self.forward, driven.forward, self.speed, period);
         let speed = self.forward.velocity;
-        let yaw_rate = allowed.yaw_rate_on_the_curve(asked, speed);
+        let yaw_rate = allowed.yaw_rate_on_the_curve(&driven, speed);
+        let yaw_rate = self.turn.advance(yaw_rate, speed, &allowed, period);
         if allowed.posture {
             self.clearance = clearance(asked.posture);
         }

@@ -127,6 +127,11 @@ impl<S: Scalar> Parameters<S> {
         self.mass
     }
 
+    /// Distance of a wheel from the middle of the robot while its hip is above it, m.
+    pub fn reach(&self) -> S {
+        (self.hip_x * self.hip_x + self.half_track * self.half_track).sqrt()
+    }
+
     /// Radius of the wheels, m.
     pub fn wheel_radius(&self) -> S {
         self.wheel_radius

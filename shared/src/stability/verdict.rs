@@ -1,0 +1,112 @@
+//! What became of a command, with its code on the bus.
+
+use super::support::{EDGES, Edge};
+use super::trust::Reason;
+
+/// What became of a command, and because of which edge.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub enum Verdict {
+    /// Passed as asked.
+    #[default]
+    Passed,
+    /// A share of the asked speed passed.
+    Scaled(Edge),
+    /// Nothing of the asked speed passed.
+    Refused(Edge),
+    /// The posture is held where it is.
+    PostureRefused(Edge),
+    /// Nothing passed: how the robot stands is not known.
+    Blind(Reason),
+    /// Nothing passed: no operator was heard in time, or the dead-man switch is not held.
+    Unattended,
+    /// Nothing passed: the guard has tripped.
+    Tripped(Edge),
+    /// The guard has tripped, and the operator's supervised override passes at crawl speed.
+    Overridden(Edge),
+    /// The guard has tripped and backs off at crawl speed, as asked.
+    BackingOff(Edge),
+    /// Crawl speed passed: the sensors on the body are in doubt.
+    Doubted(Reason),
+    /// A share of the posture motion passed.
+    PostureScaled(Edge),
+    /// Nothing passed: the emergency stop was actuated and not reset.
+    EmergencyStopped,
+}
+
+impl Verdict {
+    /// Code in object 0x4001:2: kind in the high half, edge or reason in the low half.
+    pub fn code(self) -> u8 {
+        match self {
+            Self::Passed => 0x00,
+            Self::Scaled(edge) => 0x10 | edge as u8,
+            Self::Refused(edge) => 0x20 | edge as u8,
+            Self::PostureRefused(edge) => 0x30 | edge as u8,
+            Self::Blind(reason) => 0x40 | reason as u8,
+            Self::Unattended => 0x50,
+            Self::Tripped(edge) => 0x60 | edge as u8,
+            Self::Overridden(edge) => 0x70 | edge as u8,
+            Self::BackingOff(edge) => 0x80 | edge as u8,
+            Self::Doubted(reason) => 0x90 | reason as u8,
+            Self::PostureScaled(edge) => 0xa0 | edge as u8,
+            Self::EmergencyStopped => 0xb0,
+        }
+    }
+
+    /// The verdict with this code.
+    pub fn from_code(code: u8) -> Option<Self> {
+        let low = code & 0x0f;
+        if let (4 | 9, Some(reason)) = (code >> 4, Reason::from_byte(low)) {
+            let doubted = code >> 4 == 9;
+            return Some(if doubted {
+                Self::Doubted(reason)
+            } else {
+                Self::Blind(reason)
+            });
+        }
+        let edge = *EDGES.get(usize::from(low))?;
+        Some(match code >> 4 {
+            0 => Self::Passed,
+            1 => Self::Scaled(edge),
+            2 => Self::Refused(edge),
+            3 => Self::PostureRefused(edge),
+            5 => Self::Unattended,
+            6 => Self::Tripped(edge),
+            7 => Self::Overridden(edge),
+            8 => Self::BackingOff(edge),
+            10 => Self::PostureScaled(edge),
+            11 => Self::EmergencyStopped,
+            _ => return None,
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn verdicts_survive_their_codes() {
+        for verdict in [
+            Verdict::Passed,
+            Verdict::Blind(Reason::Silent),
+            Verdict::Unattended,
+            Verdict::EmergencyStopped,
+            Verdict::Doubted(Reason::Disagreement),
+        ] {
+            assert_eq!(Verdict::from_code(verdict.code()), Some(verdict));
+        }
+        for edge in EDGES {
+            for verdict in [
+                Verdict::Scaled(edge),
+                Verdict::Refused(edge),
+                Verdict::PostureRefused(edge),
+                Verdict::PostureScaled(edge),
+                Verdict::Tripped(edge),
+                Verdict::Overridden(edge),
+                Verdict::BackingOff(edge),
+            ] {
+                assert_eq!(Verdict::from_code(verdict.code()), Some(verdict));
+            }
+        }
+    }
+}
