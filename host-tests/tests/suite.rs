@@ -2,9 +2,9 @@
 
 use tautrack_host_tests::machines;
 use tautrack_host_tests::nodes::{self, Board};
+use tautrack_host_tests::suite::draw::Kind;
 use tautrack_host_tests::suite::drawn_runs;
 use tautrack_host_tests::suite::judge::Finding;
-use tautrack_host_tests::suite::random::Kind;
 
 #[test]
 fn a_few_drawn_hazards_are_held_and_a_few_drawn_legitimate_runs_pass() {
