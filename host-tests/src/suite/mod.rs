@@ -4,12 +4,13 @@
 //! can: by trial runs in which the operator lets go, the suite finds the last moment at which that still saves the robot, and
 //! says how far before it the guard first acted. A legitimate run must pass unhindered.
 //!
-//! [`judge`] evaluates one scenario, [`draw`] draws scenarios, [`table`] writes the results, and
+//! [`judge`] evaluates one scenario, [`interruption`] one with a restart or a reset, [`draw`] draws scenarios, [`table`] writes the results, and
 //! [`operators`] is the suite of operators who command at random, [`command`] runs both as the user
 //! commands. Here: the hazard suite, on all cores.
 
 pub mod command;
 pub mod draw;
+pub mod interruption;
 pub mod judge;
 pub mod operators;
 pub mod table;

@@ -1,6 +1,7 @@
 //! Families of hazards: what topples B2P2 if nobody holds the operator back.
 
 use super::generator::Random;
+use super::manoeuvres;
 use super::{Family, fold_behind, load, near, stairs, straighten_to};
 use crate::scenario::{Description, Terrain};
 
@@ -15,6 +16,12 @@ pub(super) const FAMILIES: &[Family] = &[
     ("front raised on a side slope", raised_on_side_slope),
     ("front up on a steep ramp", steep_ramp),
     ("folded too early", folded_too_early),
+    ("driving backward", manoeuvres::backward),
+    ("nose down with the front raised", manoeuvres::nose_down),
+    ("front folded down on stairs", manoeuvres::folded_on_stairs),
+    ("spinning", manoeuvres::spinning),
+    ("guard restart", manoeuvres::guard_restart),
+    ("reset on stairs", manoeuvres::reset_on_stairs),
 ];
 
 fn front_kept_up(random: &mut Random, drawn: &mut Description) {

@@ -1,13 +1,14 @@
 //! Scenarios drawn at random.
 //!
 //! A scenario depends on its kind, the seed, its number and how often it was drawn again, and on
-//! nothing else. [`generator`] makes the numbers, `hazards` and `legitimate` hold the families of the
-//! hazard suite, [`operators`] the operator who commands at random. Here: what the families share. The
+//! nothing else. [`generator`] makes the numbers, `hazards`, `manoeuvres` and `legitimate` hold the
+//! families of the hazard suite, [`operators`] the operator who commands at random. Here: what the families share. The
 //! robot begins near what it drives at, so that a run of a family takes 5 to 12 s of virtual time.
 
 pub mod generator;
 mod hazards;
 mod legitimate;
+mod manoeuvres;
 pub mod operators;
 
 use crate::scenario::{
