@@ -1,10 +1,13 @@
 //! Samples of the suites; `cargo demo --suite hazards` and `--suite operators` run them as a whole.
 
+use std::path::Path;
 use tautrack_host_tests::machines;
 use tautrack_host_tests::nodes::{self, Board};
+use tautrack_host_tests::scenario::{Payload, Scenario, Terrain};
 use tautrack_host_tests::suite::draw::Kind;
 use tautrack_host_tests::suite::drawn_runs;
-use tautrack_host_tests::suite::judge::Finding;
+use tautrack_host_tests::suite::judge::{Finding, Thoroughness, hazard};
+use tautrack_host_tests::suite::operators::{Plan, Row, operate, operators};
 
 #[test]
 fn a_few_drawn_hazards_are_held_and_a_few_drawn_legitimate_runs_pass() {
@@ -100,4 +103,46 @@ fn a_random_operator_never_topples_b2p2_on_fair_ground() {
     let none = |row: &Row, _: &Scenario| panic!("run {} again", row.number);
     let known = operators(&plan, &programs, &rows, &none).expect("nothing runs");
     assert_eq!(known, rows);
+}
+
+/// Whether the guard's drives hold is another matter: without power they do not.
+#[test]
+fn on_stairs_a_restart_or_a_reset_is_a_hazard_because_drives_without_power_let_the_robot_go() {
+    let programs =
+        nodes::build(Board::Native, machines::Kind::B2p2).unwrap_or_else(|error| panic!("{error}"));
+    for name in ["guard-restart-on-stairs", "reset-on-stairs"] {
+        let file = format!("scenarios/hazards/{name}.toml");
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(file);
+        let scenario = Scenario::load(&path).expect("shipped");
+        let row = hazard(&scenario, Thoroughness::Quick, &programs).expect("it runs");
+        println!("{name}: {:?}, {:?}", row.finding, row.unmet);
+        assert!(row.is_of_its_kind(), "{name}: {:?}", row.finding);
+        let Finding::Interruption { interrupted_s, .. } = row.finding else {
+            panic!("{name}: {:?}", row.finding);
+        };
+        assert!((12.0..14.0).contains(&interrupted_s), "{name}");
+    }
+}
+
+/// Backward, nose down, on stairs and around; nose down the robot comes to rest on its raised front.
+#[test]
+fn each_manoeuvre_topples_the_robot_after_the_operators_command_when_nothing_holds_it_back() {
+    let programs =
+        nodes::build(Board::Native, machines::Kind::B2p2).unwrap_or_else(|error| panic!("{error}"));
+    for name in [
+        "backward-off-a-curb",
+        "nose-down-front-raised",
+        "folded-down-on-stairs",
+        "spin-on-a-slope",
+    ] {
+        let file = format!("scenarios/hazards/{name}.toml");
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(file);
+        let mut description = Scenario::load(&path).expect("shipped").description();
+        description.guard = false;
+        let scenario = Scenario::checked(description).expect("within the bounds");
+        let (row, commanded) = operate(&scenario, &programs).expect("it runs");
+        assert!(row.failed() && commanded, "{name}: {row:?}");
+        let events = scenario.operator.events.len() as u64;
+        assert_eq!(row.commands.passed, events + 1, "{name}: {row:?}");
+    }
 }

@@ -103,10 +103,15 @@ pub(super) fn folded_on_stairs(random: &mut Random, drawn: &mut Description) {
     );
 }
 
-/// A turn on the spot on a slope that the robot bears nose up and not across.
+/// A turn on the spot, the front raised, on a slope that the robot bears nose up and not across.
 pub(super) fn spinning(random: &mut Random, drawn: &mut Description) {
-    let angle = random.between(44.0, 54.0);
-    let payload = load(random, 2.0, 4.0);
+    let loaded = random.coin();
+    let angle = if loaded {
+        random.between(45.0, 49.0)
+    } else {
+        random.between(52.0, 55.0)
+    };
+    drawn.robot.payload = loaded.then(|| load(random, 1.0, 2.0));
     drawn.friction = 2.5;
     drawn.terrain = Terrain::Slope {
         angle_deg: angle,
@@ -114,25 +119,24 @@ pub(super) fn spinning(random: &mut Random, drawn: &mut Description) {
     };
     drawn.operator.speed_mps = 0.0;
     drawn.operator.heading_gain_per_s = 0.0;
-    let chassis = random.between(0.0, 30.0);
+    // On the short run of the raised front it can turn.
+    let chassis = random.between(65.0, 85.0);
     drawn.operator.chassis_deg = chassis;
     let fast = random.coin();
     let rate = if fast {
         random.between(300.0, 1_800.0)
     } else {
-        random.between(40.0, 90.0)
+        random.between(60.0, 90.0)
     };
     let yaw_rate = random.sign() * rate;
     drawn.operator.events = vec![Event {
-        when: when(|when| when.after_s = Some(1.5)),
+        when: when(|when| when.after_s = Some(4.0)),
         yaw_rate_deg_s: Some(yaw_rate),
         ..Event::default()
     }];
     drawn.about = format!(
-        "{yaw_rate} degrees/s on {angle} degrees, {} kg, front at {chassis} degrees",
-        payload.mass_kg
+        "{yaw_rate} degrees/s on {angle} degrees, loaded {loaded}, front at {chassis} degrees"
     );
-    drawn.robot.payload = Some(payload);
 }
 
 /// A climb that has got onto the stairs at the time that it returns, s.
