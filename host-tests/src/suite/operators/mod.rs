@@ -187,8 +187,10 @@ pub fn operate(scenario: &Scenario, programs: &Programs) -> Result<(Row, bool), 
     let samples = &outcome.samples;
     let armed_s = outcome.commands_s.first().copied();
     let topple = topple(scenario, samples);
-    let since = |sample: &&Sample| armed_s.is_some_and(|armed| sample.time_s >= armed);
-    let operated = samples.iter().filter(since).count();
+    let operated = samples
+        .iter()
+        .skip_while(|sample| !is_armed(sample))
+        .count();
     let armed = samples.iter().filter(|sample| is_armed(sample)).count();
     let commanded = armed_s.is_some_and(|armed| {
         let toppled_s = topple
