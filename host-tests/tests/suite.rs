@@ -130,7 +130,7 @@ fn each_manoeuvre_topples_the_robot_after_the_operators_command_when_nothing_hol
     let programs =
         nodes::build(Board::Native, machines::Kind::B2p2).unwrap_or_else(|error| panic!("{error}"));
     for name in [
-        "backward-off-a-curb",
+        "backward-and-stop",
         "nose-down-front-raised",
         "folded-down-on-stairs",
         "spin-on-a-slope",

@@ -1,9 +1,10 @@
 //! Hazards whose guard restarts, or whose operator resets, in the middle of a climb.
 //!
 //! Nothing is commanded too boldly here: what endangers the robot is that its drives let go. So the
-//! comparison is not the run without the filter, but the same run in which the operator disarms at
-//! that moment, which switches all drives off. The scenario is a hazard if the robot then topples or
-//! its centre of gravity moves by more than [`LARGEST_MOVE_M`]. With the guard it must do neither
+//! comparison is not the run without the filter, but the same run without the fault in which the
+//! operator disarms at the time of the fault, which switches all drives off. (A guard that holds the
+//! robot does not obey that request.) The scenario is a hazard if the robot then topples or its
+//! centre of gravity moves by more than [`LARGEST_MOVE_M`]. With the guard it must do neither
 //! until the end of the run. The operator requests nothing new after the reset or the restart, so
 //! that nothing may begin to drive either.
 
@@ -50,16 +51,16 @@ pub(super) fn interruption(trials: &Trials) -> Result<Row, SuiteError> {
     let interrupted_s = restart_s(&scenario).or_else(reset_s);
     let interrupted = interrupted_s.is_some();
     let interrupted_s = interrupted_s.unwrap_or(scenario.duration_s);
+    let begins_s = scenario.faults.first().map(|fault| fault.at_s);
+    let off_s = begins_s.unwrap_or(interrupted_s);
     let mut without = scenario;
-    without
-        .faults
-        .retain(|fault| !matches!(fault.what, FaultKind::Restart(_)));
+    without.faults.clear();
     let options = Options {
-        disarm_s: Some(interrupted_s),
+        disarm_s: Some(off_s),
         ..Options::default()
     };
     let off = trials.outcome(without, options)?;
-    let moved_off_m = moved_m(&off.samples, interrupted_s);
+    let moved_off_m = moved_m(&off.samples, off_s);
     let toppled_off = toppled_s(&off.samples).is_some();
     let moved_m = moved_m(&with.samples, interrupted_s);
     let toppled_with_guard = toppled_s(&with.samples).is_some();

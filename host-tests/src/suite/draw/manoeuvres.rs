@@ -7,33 +7,38 @@ use crate::scenario::{
     Description, Event, Fault, FaultKind, NodeName, OperatorRequest, Payload, Terrain,
 };
 
-/// Up a curb, the front raised on top, and back off the curb.
+/// Backward down a slope with the front raised, and a stop, which throws the robot over its rear.
 pub(super) fn backward(random: &mut Random, drawn: &mut Description) {
-    let height_m = random.between(0.14, 0.24);
-    drawn.terrain = Terrain::Curb {
-        height_m,
-        nose_m: near(random),
-        depth_m: 6.0,
+    let loaded = random.coin();
+    let angle = if loaded {
+        random.between(48.0, 52.0)
+    } else {
+        random.between(55.0, 59.0)
     };
-    drawn.duration_s = 26.0;
-    let speed = random.between(-0.45, -0.2);
-    let chassis = random.between(60.0, 95.0);
-    drawn.operator.speed_mps = random.between(0.15, 0.2);
+    drawn.robot.payload = loaded.then(|| load(random, 1.0, 2.0));
+    drawn.friction = 2.5;
+    drawn.terrain = Terrain::Slope {
+        angle_deg: angle,
+        side_deg: 0.0,
+    };
+    drawn.operator.speed_mps = 0.0;
+    let chassis = random.between(65.0, 85.0);
+    drawn.operator.chassis_deg = chassis;
+    let speed = random.between(-0.5, -0.3);
     drawn.operator.events = vec![
-        straighten_to(0.0),
-        Event {
-            when: when(|when| when.after_m = Some(random.between(0.7, 0.9))),
-            chassis_deg: Some(chassis),
-            speed_mps: Some(0.0),
-            ..Event::default()
-        },
         Event {
             when: when(|when| when.after_s = Some(4.0)),
             speed_mps: Some(speed),
             ..Event::default()
         },
+        Event {
+            when: when(|when| when.after_s = Some(2.0)),
+            speed_mps: Some(0.0),
+            ..Event::default()
+        },
     ];
-    drawn.about = format!("{speed} m/s off {height_m} m, front at {chassis} degrees");
+    drawn.about =
+        format!("{speed} m/s down {angle} degrees, loaded {loaded}, front at {chassis} degrees");
 }
 
 /// The front raised on a slope on which the robot stands nose down.
