@@ -124,13 +124,12 @@ fn on_stairs_a_restart_or_a_reset_is_a_hazard_because_drives_without_power_let_t
     }
 }
 
-/// Backward, nose down, on stairs and around; nose down the robot comes to rest on its raised front.
+/// Nose down, on stairs and around; nose down the robot comes to rest on its raised front.
 #[test]
 fn each_manoeuvre_topples_the_robot_after_the_operators_command_when_nothing_holds_it_back() {
     let programs =
         nodes::build(Board::Native, machines::Kind::B2p2).unwrap_or_else(|error| panic!("{error}"));
     for name in [
-        "backward-and-stop",
         "nose-down-front-raised",
         "folded-down-on-stairs",
         "spin-on-a-slope",
