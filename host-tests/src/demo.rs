@@ -6,8 +6,8 @@ use crate::run::{self, Options, Outcome, Progress};
 use crate::scenario::Scenario;
 use crate::setup;
 use crate::slcan::SlcanPort;
-use crate::suite::judge::Row;
-use crate::suite::{Findings, suite, table};
+use crate::suite::command;
+use crate::suite::operators::Plan;
 use crate::summary::Summary;
 use crate::{log, report};
 use clap::{Parser, ValueEnum};
@@ -17,7 +17,6 @@ use std::fs::{self, File};
 use std::io::BufWriter;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
-use std::time::Instant;
 
 /// Exit status of bad arguments and bad scenario files, as of unmet expectations the failure status 1.
 const USAGE: u8 = 2;
@@ -29,15 +28,18 @@ struct Arguments {
     /// Scenario file; the robot's own when absent, for B2P2 the staircase of its paper
     #[arg(long, value_name = "FILE")]
     scenario: Option<PathBuf>,
-    /// The robot whose scenario is run when none is named
+    /// The robot whose scenario is run when none is named, or whose operators' suite is
     #[arg(long, value_enum, default_value_t, conflicts_with = "scenario")]
     robot: Kind,
     /// Runs a whole suite with native nodes instead of one scenario, and writes its table
-    #[arg(long, value_enum, conflicts_with_all = ["scenario", "guard", "speed", "slcan"])]
+    #[arg(long, value_enum, conflicts_with_all = ["scenario", "speed", "slcan"])]
     suite: Option<Suite>,
-    /// Of the suite: runs of each kind, hazardous and legitimate, to draw at random beside the named ones
+    /// Of the hazard suite: runs of each kind, hazardous and legitimate, to draw at random beside the named ones
     #[arg(long, value_name = "N", requires = "suite", default_value_t = 200)]
     random: u64,
+    /// Of the operators' suite: runs
+    #[arg(long, value_name = "N", requires = "suite", default_value_t = 100)]
+    runs: u64,
     /// What the nodes run on: the Cortex-M4F that QEMU emulates, or this computer
     #[arg(long, value_enum, default_value_t = Nodes::Qemu)]
     nodes: Nodes,
@@ -72,8 +74,10 @@ enum Switch {
 
 #[derive(Clone, Copy, ValueEnum)]
 enum Suite {
-    /// What the guard saves, and what it must not hinder
+    /// What the guard saves, and what it must not hinder (B2P2)
     Hazards,
+    /// Operators who command at random, whom the guard must keep from toppling the robot
+    Operators,
 }
 
 fn positive(text: &str) -> Result<f64, String> {
@@ -89,8 +93,27 @@ pub fn main(arguments: impl Iterator<Item = OsString>) -> ExitCode {
     let name = std::iter::once(OsString::from("cargo demo"));
     let arguments =
         Arguments::try_parse_from(name.chain(arguments)).unwrap_or_else(|error| error.exit());
-    if let Some(Suite::Hazards) = arguments.suite {
-        return match hazards(&arguments) {
+    if let Some(suite) = arguments.suite {
+        let seed = arguments.seed.unwrap_or(1);
+        let b2p2_with_guard = arguments.robot == Kind::B2p2 && arguments.guard.is_none();
+        let holds = match suite {
+            Suite::Hazards if b2p2_with_guard => {
+                command::hazards(arguments.random, seed, &arguments.out)
+            }
+            Suite::Hazards => {
+                return fail("--suite hazards takes neither --robot nor --guard", USAGE);
+            }
+            Suite::Operators => {
+                let plan = Plan {
+                    robot: arguments.robot,
+                    guard: !matches!(arguments.guard, Some(Switch::Off)),
+                    runs: arguments.runs,
+                    seed,
+                };
+                command::operators(&plan, &arguments.out)
+            }
+        };
+        return match holds {
             Ok(all_hold) => ExitCode::from(u8::from(!all_hold)),
             Err(message) => fail(&message, 1),
         };
@@ -178,50 +201,6 @@ fn run(arguments: &Arguments, scenario: &Scenario) -> Result<Summary, String> {
     write(&arguments.out, scenario, &summary, &outcome)
         .map_err(|error| format!("cannot write to {}: {error}", arguments.out.display()))?;
     Ok(summary)
-}
-
-/// Runs the hazard suite; whether every row holds.
-fn hazards(arguments: &Arguments) -> Result<bool, String> {
-    println!("building the nodes (a minute or two the first time) ...");
-    let programs = nodes::build(Board::Native, Kind::B2p2).map_err(|error| error.to_string())?;
-    let scenarios = setup::machine::root().join("host-tests/scenarios");
-    let done = |row: &Row| {
-        let simulated_s = row.simulated_s;
-        let verdict = table::verdict(row);
-        println!(
-            "{:28} {simulated_s:6.1} s simulated  {verdict}",
-            row.scenario.name
-        );
-    };
-    let seed = arguments.seed.unwrap_or(1);
-    let began = Instant::now();
-    let findings = suite(&scenarios, arguments.random, seed, &programs, &done)
-        .map_err(|error| error.to_string())?;
-    let table = table::table(&findings);
-    let simulated_s: f64 = findings.rows().map(|row| row.simulated_s).sum();
-    println!(
-        "\n{table}\n{simulated_s:.0} s simulated in {:.0} s",
-        began.elapsed().as_secs_f64()
-    );
-    write_findings(&arguments.out, &table, &findings)
-        .map_err(|error| format!("cannot write to {}: {error}", arguments.out.display()))?;
-    Ok(findings.all_hold())
-}
-
-/// The tables, and each drawn scenario that does not hold as a file for `--scenario`.
-fn write_findings(
-    folder: &Path,
-    table: &str,
-    findings: &Findings,
-) -> Result<(), Box<dyn std::error::Error>> {
-    fs::create_dir_all(folder)?;
-    fs::write(folder.join("hazards.md"), table)?;
-    let drawn = findings.drawn.iter().flat_map(|drawn| &drawn.rows);
-    for row in drawn.filter(|row| !row.unmet.is_empty()) {
-        let file = folder.join(&row.scenario.name).with_extension("toml");
-        fs::write(file, toml::to_string(&row.scenario)?)?;
-    }
-    Ok(())
 }
 
 fn bar(duration_s: f64) -> ProgressBar {

@@ -1,7 +1,7 @@
 //! Scenario files: good ones survive a round trip, bad ones are refused with one sentence that names the culprit.
 
 use std::path::{Path, PathBuf};
-use tautrack_host_tests::scenario::{BusView, NodeName, Scenario, Script};
+use tautrack_host_tests::scenario::{BusView, NodeName, OperatorRequest, Scenario, Script};
 
 fn scenarios() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios")
@@ -140,7 +140,7 @@ fn an_impossible_value_is_refused_with_key_value_and_bound() {
         (
             "chassis_deg = 0.0\n",
             "\n",
-            "operator.event[0] changes nothing; give chassis_deg, step_m, speed_mps or yaw_rate_deg_s",
+            "operator.event[0] changes nothing; give chassis_deg, step_m, clearance_m, speed_mps, yaw_rate_deg_s or request",
         ),
         (
             "[20.0, 28.0]",
@@ -185,6 +185,10 @@ fn an_impossible_fault_or_payload_is_refused() {
         (
             fault("encoder_frozen = \"guard\"", ""),
             "fault[0].what.encoder_frozen is the guard, which has no encoder",
+        ),
+        (
+            fault("restart = \"screw\"", ""),
+            "fault[0].what.restart is a drive, whose rotor turns on while its node restarts; only the guard can",
         ),
         (
             fault("node_dead = \"screw\"", "until_s = 4.0"),
@@ -239,6 +243,7 @@ fn every_terrain_fault_and_load_can_be_written() {
         "{ node_dead = \"guard\" }",
         "{ encoder_frozen = \"chassis_joint\" }",
         "{ bus_cut = \"screw\" }",
+        "{ restart = \"guard\" }",
         "{ frame_loss = { probability = 0.01 } }",
         "{ frame_flip = { frame = 100, bit = 7 } }",
     ] {
@@ -430,4 +435,28 @@ fn node_names_are_written_as_they_are_read() {
     for name in NodeName::ALL {
         assert_eq!(serde_json::to_value(name).unwrap(), name.as_str());
     }
+}
+
+#[test]
+fn an_operators_request_stays_until_the_next_and_is_to_arm_before_the_first() {
+    let text = staircase_text();
+    let begin = text.find("[[operator.event]]").unwrap();
+    let end = text.find("[expect]").unwrap();
+    let events = "[[operator.event]]\nwhen = { after_s = 1.0 }\nrequest = \"emergency_stop\"\n\
+                  [[operator.event]]\nwhen = { after_s = 1.0 }\nspeed_mps = 0.2\n\
+                  [[operator.event]]\nwhen = { after_s = 1.0 }\nrequest = \"reset\"\n";
+    let text = text.replace(&text[begin..end], events);
+    let scenario = Scenario::parse(&text, "request.toml").unwrap();
+    let mut script = Script::new(&scenario.operator, BusView::default(), 0.0);
+    let mut at = |time_s: f64| {
+        let ask = script.tick(BusView {
+            time_s,
+            ..BusView::default()
+        });
+        (ask.request, ask.speed_mps)
+    };
+    assert_eq!(at(0.9), (OperatorRequest::Arm, 0.13));
+    assert_eq!(at(1.0), (OperatorRequest::EmergencyStop, 0.13));
+    assert_eq!(at(2.0), (OperatorRequest::EmergencyStop, 0.2));
+    assert_eq!(at(3.0), (OperatorRequest::Reset, 0.2));
 }

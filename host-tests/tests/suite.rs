@@ -1,10 +1,13 @@
-//! A sample of the hazard suite; `cargo demo --suite hazards` runs it as a whole.
+//! Samples of the suites; `cargo demo --suite hazards` and `--suite operators` run them as a whole.
 
+use std::path::Path;
 use tautrack_host_tests::machines;
 use tautrack_host_tests::nodes::{self, Board};
+use tautrack_host_tests::scenario::{Payload, Scenario, Terrain};
+use tautrack_host_tests::suite::draw::Kind;
 use tautrack_host_tests::suite::drawn_runs;
-use tautrack_host_tests::suite::judge::Finding;
-use tautrack_host_tests::suite::random::Kind;
+use tautrack_host_tests::suite::judge::{Finding, Thoroughness, hazard};
+use tautrack_host_tests::suite::operators::{Plan, Row, operate, operators};
 
 #[test]
 fn a_few_drawn_hazards_are_held_and_a_few_drawn_legitimate_runs_pass() {
@@ -35,5 +38,110 @@ fn a_few_drawn_hazards_are_held_and_a_few_drawn_legitimate_runs_pass() {
                 assert!(savable_until_s < toppled);
             }
         }
+    }
+}
+
+/// Steeper than what holds the robot while it homes: nobody commands anything before it rolls over.
+#[test]
+fn a_robot_that_topples_before_anything_is_commanded_is_no_hazard() {
+    let programs =
+        nodes::build(Board::Native, machines::Kind::B2p2).unwrap_or_else(|error| panic!("{error}"));
+    let file = "scenarios/hazards/side-slope-60-front-raised.toml";
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(file);
+    let mut description = Scenario::load(&path).expect("shipped").description();
+    description.terrain = Terrain::Slope {
+        angle_deg: 0.0,
+        side_deg: 68.0,
+    };
+    description.robot.payload = Some(Payload {
+        mass_kg: 4.0,
+        place_m: [0.15, 0.0, 0.3],
+        from_s: 0.0,
+        declared: true,
+    });
+    let scenario = Scenario::checked(description).expect("within the bounds");
+    let row = hazard(&scenario, Thoroughness::Quick, &programs).expect("it runs");
+    assert!(matches!(
+        row.finding,
+        Finding::Hazard {
+            toppled_s: Some(_),
+            ..
+        }
+    ));
+    assert!(!row.is_of_its_kind(), "{:?}", row.unmet);
+}
+
+#[test]
+fn a_random_operator_never_topples_b2p2_on_fair_ground() {
+    let programs =
+        nodes::build(Board::Native, machines::Kind::B2p2).unwrap_or_else(|error| panic!("{error}"));
+    let plan = Plan {
+        robot: machines::Kind::B2p2,
+        guard: true,
+        runs: 20,
+        seed: 3,
+    };
+    let rows = operators(&plan, &programs, &[], &|_, _| {}).expect("they run");
+    assert_eq!(rows.len(), 20);
+    for row in &rows {
+        assert!(
+            !row.failed(),
+            "run {} ({}): {:?}",
+            row.number,
+            row.about,
+            row.topple
+        );
+    }
+    // They are no idle runs.
+    let driven_m: f64 = rows.iter().map(|row| row.distance_m).sum();
+    let armed = rows.iter().filter(|row| row.armed_share > 0.5).count();
+    assert!(
+        driven_m > 20.0 && armed >= 15,
+        "{driven_m} m, {armed} armed"
+    );
+    // What is known is not run again.
+    let none = |row: &Row, _: &Scenario| panic!("run {} again", row.number);
+    let known = operators(&plan, &programs, &rows, &none).expect("nothing runs");
+    assert_eq!(known, rows);
+}
+
+/// Whether the guard's drives hold is another matter: without power they do not.
+#[test]
+fn on_stairs_a_restart_or_a_reset_is_a_hazard_because_drives_without_power_let_the_robot_go() {
+    let programs =
+        nodes::build(Board::Native, machines::Kind::B2p2).unwrap_or_else(|error| panic!("{error}"));
+    for name in ["guard-restart-on-stairs", "reset-on-stairs"] {
+        let file = format!("scenarios/hazards/{name}.toml");
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(file);
+        let scenario = Scenario::load(&path).expect("shipped");
+        let row = hazard(&scenario, Thoroughness::Quick, &programs).expect("it runs");
+        println!("{name}: {:?}, {:?}", row.finding, row.unmet);
+        assert!(row.is_of_its_kind(), "{name}: {:?}", row.finding);
+        let Finding::Interruption { interrupted_s, .. } = row.finding else {
+            panic!("{name}: {:?}", row.finding);
+        };
+        assert!((12.0..14.0).contains(&interrupted_s), "{name}");
+    }
+}
+
+/// Nose down, on stairs and around; nose down the robot comes to rest on its raised front.
+#[test]
+fn each_manoeuvre_topples_the_robot_after_the_operators_command_when_nothing_holds_it_back() {
+    let programs =
+        nodes::build(Board::Native, machines::Kind::B2p2).unwrap_or_else(|error| panic!("{error}"));
+    for name in [
+        "nose-down-front-raised",
+        "folded-down-on-stairs",
+        "spin-on-a-slope",
+    ] {
+        let file = format!("scenarios/hazards/{name}.toml");
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(file);
+        let mut description = Scenario::load(&path).expect("shipped").description();
+        description.guard = false;
+        let scenario = Scenario::checked(description).expect("within the bounds");
+        let (row, commanded) = operate(&scenario, &programs).expect("it runs");
+        assert!(row.failed() && commanded, "{name}: {row:?}");
+        let events = scenario.operator.events.len() as u64;
+        assert_eq!(row.commands.passed, events + 1, "{name}: {row:?}");
     }
 }

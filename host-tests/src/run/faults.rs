@@ -36,23 +36,26 @@ impl Faults {
         }
     }
 
-    /// Begins and ends what is due.
-    pub fn apply(&mut self, time_us: u64, bus: &mut Bus, nodes: &mut [Option<Node>]) {
+    /// Begins and ends what is due; returns the numbers of the nodes that start again now.
+    pub fn apply(&mut self, time_us: u64, bus: &mut Bus, nodes: &mut [Option<Node>]) -> Vec<usize> {
+        let mut starting = Vec::new();
         for planned in &mut self.planned {
             let node = place(&self.nodes, &planned.fault.what);
             if !planned.begun && time_us >= microseconds(planned.fault.at_s) {
                 planned.begun = true;
                 begin(&planned.fault.what, node, self.seed, bus, nodes);
             }
-            let due = planned
-                .fault
-                .until_s
-                .is_some_and(|until| time_us >= microseconds(until));
+            let restarts = matches!(planned.fault.what, FaultKind::Restart(_));
+            let at_once = restarts.then_some(planned.fault.at_s);
+            let until_s = planned.fault.until_s.or(at_once);
+            let due = until_s.is_some_and(|until| time_us >= microseconds(until));
             if planned.begun && !planned.ended && due {
                 planned.ended = true;
                 end(&planned.fault.what, node, self.seed, bus);
+                starting.extend(node.filter(|_| restarts));
             }
         }
+        starting
     }
 
     /// Whether the encoder of this node keeps its last count now.
@@ -123,7 +126,7 @@ fn begin(
     nodes: &mut [Option<Node>],
 ) {
     match (*what, node) {
-        (FaultKind::NodeDead(_), Some(node)) => {
+        (FaultKind::NodeDead(_) | FaultKind::Restart(_), Some(node)) => {
             nodes[node] = None;
             bus.cut_off(node);
         }
@@ -132,13 +135,19 @@ fn begin(
         (FaultKind::FrameFlip { frame, bit }, _) => {
             bus.flip_bit(bus.figures().frames() + frame, bit);
         }
-        (FaultKind::NodeDead(_) | FaultKind::BusCut(_) | FaultKind::EncoderFrozen(_), _) => {}
+        (
+            FaultKind::NodeDead(_)
+            | FaultKind::BusCut(_)
+            | FaultKind::EncoderFrozen(_)
+            | FaultKind::Restart(_),
+            _,
+        ) => {}
     }
 }
 
 fn end(what: &FaultKind, node: Option<usize>, seed: u64, bus: &mut Bus) {
     match (*what, node) {
-        (FaultKind::BusCut(_), Some(node)) => bus.reconnect(node),
+        (FaultKind::BusCut(_) | FaultKind::Restart(_), Some(node)) => bus.reconnect(node),
         (FaultKind::FrameLoss { .. }, _) => bus.lose_frames(0.0, seed),
         // A dead node stays dead, a flip is over at once, and a frozen encoder is asked about every step.
         _ => {}

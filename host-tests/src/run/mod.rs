@@ -1,16 +1,17 @@
 //! The lockstep runner: node programs, one bus, one plant, one operator, a millisecond at a time.
 //!
-//! [`process`] talks to one node program, `node_log` reads what it logs, [`operator`] drives,
+//! [`process`] talks to one node program, `node_log` reads what it logs, `launch` starts it, [`operator`] drives,
 //! [`listener`] decodes what the bus makes public, [`faults`] makes things go wrong. Here: the order of one step.
 
 pub mod faults;
+mod launch;
 pub mod listener;
 mod node_log;
 pub mod operator;
 pub mod process;
 
 use crate::bus::{Bus, Overflow};
-use crate::machines::{self, Machine, NodeSpec, Role};
+use crate::machines::{self, Machine};
 use crate::nodes::{Board, Program, Programs, hexadecimal};
 use crate::plant::Plant;
 use crate::record::{SAMPLE_HZ, Sample};
@@ -18,6 +19,7 @@ use crate::scenario::{NodeName, Scenario};
 use crate::slcan::SlcanPort;
 use crate::summary::{NodeFacts, RunFacts};
 use faults::Faults;
+use launch::Launch;
 use listener::Listener;
 use operator::Operator;
 use process::{Node, NodeError};
@@ -25,10 +27,7 @@ use sha2::{Digest, Sha256};
 use std::fmt;
 use std::time::{Duration, Instant};
 use tautrack::can::Frame;
-use tautrack::link::{
-    MAX_FRAMES, MAX_SERIAL, MAX_SETTINGS, STEP_US, Sensors, Shaft, Start, Step, VERSION,
-};
-use tautrack::settings::Setting;
+use tautrack::link::{MAX_FRAMES, MAX_SERIAL, STEP_US, Sensors, Shaft, Step};
 
 /// Steps that a run goes on after the robot turned over, when it ends for that.
 const AFTER_TOPPLING: u64 = 500;
@@ -45,6 +44,8 @@ pub struct Options {
     pub speed: Option<f64>,
     /// Virtual time at which the operator lets go: no speed asked any more, the chassis left as it is, s.
     pub let_go_s: Option<f64>,
+    /// Virtual time from which the operator requests to disarm, s.
+    pub disarm_s: Option<f64>,
     /// Ends the run half a second after the robot turned over.
     pub end_when_toppled: bool,
     /// Ends the run once the armed robot has stood still for so long, s.
@@ -71,6 +72,8 @@ pub struct Outcome {
     pub facts: RunFacts,
     /// Log lines of the nodes, with time and node.
     pub log: Vec<String>,
+    /// Virtual times at which the operator's script changed what is commanded, its start included, s.
+    pub commands_s: Vec<f64>,
 }
 
 /// Why a run ended before its time.
@@ -149,6 +152,7 @@ pub fn run(
     Ok(Outcome {
         samples,
         facts: run.facts(began.elapsed(), steps),
+        commands_s: run.operator.commands_us().iter().map(seconds).collect(),
         log: run.log,
     })
 }
@@ -164,9 +168,16 @@ fn is_still(before: Option<&Sample>, now: &Sample) -> bool {
         && turned.abs() * f64::from(SAMPLE_HZ) < STILL_RADPS
 }
 
+fn seconds(microseconds: &u64) -> f64 {
+    *microseconds as f64 * 1e-6
+}
+
 struct Run {
     /// In the order of the machine's, the guard last; their places are their numbers on the bus, where operator and client follow.
     nodes: Vec<Option<Node>>,
+    launches: Vec<Launch>,
+    /// Virtual time at which each node was last powered up, us: its clock begins there.
+    powered_up_us: Vec<u64>,
     node_facts: Vec<NodeFacts>,
     bus: Bus,
     plant: Box<dyn Plant>,
@@ -188,35 +199,34 @@ impl Run {
         } = machines::machine(scenario);
         let mut nodes = Vec::new();
         let mut node_facts = Vec::new();
+        let mut launches = Vec::new();
         for (index, spec) in specs.iter().enumerate() {
-            let (board, program) = program_of(spec, programs, &options.exchanged);
-            let start = Start {
-                version: VERSION,
-                // Each node's noise is its own.
-                seed: scenario
-                    .seed
-                    .wrapping_mul(0x1_0001)
-                    .wrapping_add(index as u64),
-                settings: settings(spec),
-                motor: spec.motor,
-            };
-            let (node, ready) = Node::start(spec.name, board, &program.path, start)?;
+            // Each node's noise is its own.
+            let seed = scenario
+                .seed
+                .wrapping_mul(0x1_0001)
+                .wrapping_add(index as u64);
+            let launch = Launch::new(spec, programs, &options.exchanged, seed);
+            let (node, ready) = launch.start()?;
             nodes.push(Some(node));
             node_facts.push(NodeFacts {
                 name: spec.name,
                 role: ready.role.to_string(),
                 board: ready.board.to_string(),
                 node_id: spec.id,
-                program_sha256: program.sha256.clone(),
+                program_sha256: launch.program_sha256().to_owned(),
             });
+            launches.push(launch);
         }
         let guard = specs.last().map_or(0, |spec| spec.id);
         Ok(Self {
+            powered_up_us: vec![0; nodes.len()],
             nodes,
+            launches,
             node_facts,
             bus: Bus::new(specs.len() + 2),
             plant,
-            operator: Operator::new(scenario, guard, options.let_go_s),
+            operator: Operator::new(scenario, guard, options.let_go_s, options.disarm_s),
             listener: Listener::new(&specs, kind.stages()),
             faults: Faults::new(scenario, specs.iter().map(|spec| spec.name).collect()),
             slcan: options.slcan,
@@ -229,7 +239,11 @@ impl Run {
     /// One millisecond: what was offered is delivered, the nodes and the operator answer, the world moves.
     fn step(&mut self, step: u64) -> Result<(), RunError> {
         let time_us = step * STEP_US;
-        self.faults.apply(time_us, &mut self.bus, &mut self.nodes);
+        for index in self.faults.apply(time_us, &mut self.bus, &mut self.nodes) {
+            let (node, _) = self.launches[index].start()?;
+            self.nodes[index] = Some(node);
+            self.powered_up_us[index] = time_us - STEP_US;
+        }
         self.deliver(time_us);
 
         let mut inboxes = vec![heapless::Vec::<Frame, MAX_FRAMES>::new(); self.nodes.len()];
@@ -251,7 +265,7 @@ impl Run {
             }
             if let Some(node) = &mut self.nodes[index] {
                 node.send(Step {
-                    time_us,
+                    time_us: time_us - self.powered_up_us[index],
                     sensors,
                     frames,
                     serial,
@@ -371,29 +385,4 @@ impl Run {
             state_hash: hexadecimal(&hash),
         }
     }
-}
-
-/// A node's settings as key and value.
-fn settings(spec: &NodeSpec) -> heapless::Vec<(u16, i32), MAX_SETTINGS> {
-    let id = (Setting::NodeId, i32::from(spec.id));
-    std::iter::once(&id)
-        .chain(&spec.settings)
-        .map(|(setting, value)| (setting.description().key, *value))
-        .collect()
-}
-
-fn program_of<'a>(
-    spec: &NodeSpec,
-    programs: &'a Programs,
-    exchanged: &'a [(NodeName, Board, Program)],
-) -> (Board, &'a Program) {
-    if let Some((_, board, program)) = exchanged.iter().find(|(of, ..)| *of == spec.name) {
-        return (*board, program);
-    }
-    let program = match spec.role {
-        Role::Axle => &programs.axle,
-        Role::Screw => &programs.screw,
-        Role::Guard => &programs.guard,
-    };
-    (programs.board, program)
 }

@@ -2,7 +2,7 @@
 
 use super::listener::View;
 use crate::machines::Kind;
-use crate::scenario::{Ask, BusView, Scenario, Script};
+use crate::scenario::{Ask, BusView, OperatorRequest, Scenario, Script};
 use std::f64::consts::TAU;
 use tautrack::bus::pdo::{OperatorCommand, Payload, Request, receive};
 use tautrack::can::Frame;
@@ -16,6 +16,8 @@ pub struct Operator {
     scenario: crate::scenario::Operator,
     script: Option<Script>,
     let_go_us: Option<u64>,
+    disarm_us: Option<u64>,
+    commands_us: Vec<u64>,
     theta: f64,
     sequence: u8,
     /// A request to stop went out while the guard was ready; from the next command on the request is
@@ -29,13 +31,22 @@ pub struct Operator {
 }
 
 impl Operator {
-    /// The operator of this scenario, who commands the guard with this id, arms the guard as soon as it is ready, and at `let_go_s` asks for nothing any
-    /// more.
-    pub fn new(scenario: &Scenario, guard: u8, let_go_s: Option<f64>) -> Self {
+    /// The operator of this scenario, who commands the guard with this id and arms it as soon as it
+    /// is ready. From `let_go_s` on no motion is commanded; from `disarm_s` on the request is to
+    /// disarm.
+    pub fn new(
+        scenario: &Scenario,
+        guard: u8,
+        let_go_s: Option<f64>,
+        disarm_s: Option<f64>,
+    ) -> Self {
+        let microseconds = |time_s: f64| (time_s * 1e6) as u64;
         Self {
             scenario: scenario.operator.clone(),
             script: None,
-            let_go_us: let_go_s.map(|time_s| (time_s * 1e6) as u64),
+            let_go_us: let_go_s.map(microseconds),
+            disarm_us: disarm_s.map(microseconds),
+            commands_us: Vec::new(),
             theta: 0.0,
             sequence: 0,
             stopped: false,
@@ -49,6 +60,11 @@ impl Operator {
         }
     }
 
+    /// Times at which the script changed what is commanded, its start included, us.
+    pub fn commands_us(&self) -> &[u64] {
+        &self.commands_us
+    }
+
     /// The command to send at this time, if one is due.
     pub fn tick(&mut self, time_us: u64, view: &View) -> Option<Frame> {
         if !time_us.is_multiple_of(PERIOD_US) {
@@ -60,6 +76,7 @@ impl Operator {
         };
         if view.state == Some(State::Armed) && self.script.is_none() {
             self.script = Some(Script::new(&self.scenario, now, view.passed_theta));
+            self.commands_us.push(time_us);
         }
         self.sequence = self.sequence.wrapping_add(1);
         self.asks_to_arm |= view.state == Some(State::Ready) && self.stopped;
@@ -74,7 +91,12 @@ impl Operator {
             ..OperatorCommand::default()
         };
         if let Some(script) = &mut self.script {
+            let events = script.events_done();
             let ask = script.tick(now);
+            if script.events_done() > events {
+                self.commands_us.push(time_us);
+            }
+            command.request = ask.request.code() as u8;
             let let_go = self.let_go_us.is_some_and(|since| time_us >= since);
             if !let_go {
                 self.theta = ask.theta;
@@ -85,6 +107,7 @@ impl Operator {
                     yaw_rate: 0.0,
                     theta: self.theta,
                     step_m: 0.0,
+                    ..ask
                 }
             } else {
                 ask
@@ -93,10 +116,13 @@ impl Operator {
             command.forward = milli(ask.speed_mps);
             command.yaw_rate = milli(ask.yaw_rate);
             command.posture = match self.posture {
-                Some(posture) => posture,
+                Some(posture) => ask.clearance_m.map_or(posture, milli),
                 None if self.kind == Kind::RtMover => milli(ask.step_m),
                 None => (ask.theta / TAU * 65_536.0).round() as i16,
             };
+        }
+        if self.disarm_us.is_some_and(|since| time_us >= since) {
+            command.request = OperatorRequest::Disarm.code() as u8;
         }
         Some(command.frame(receive(1), self.guard))
     }

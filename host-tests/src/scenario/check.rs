@@ -1,8 +1,6 @@
-//! Every bound of a scenario in one place.
+//! The bounds of a scenario, except the operator's and those of the other robots' sections.
 
-use super::{
-    Description, Event, Fault, FaultKind, Payload, Problem, Robot, Scenario, Terrain, When,
-};
+use super::{Description, Fault, FaultKind, Payload, Problem, Robot, Scenario, Terrain};
 use crate::plant::b2p2::B2p2Parameters;
 use crate::plant::crawler::CrawlerParameters;
 use tautrack::robots::rt_mover::parameters::{BODY_LENGTH, WHEEL_RADIUS};
@@ -19,31 +17,7 @@ impl Description {
         within("friction", self.friction, 0.05, 3.0, "")?;
         self.robot.check()?;
         self.terrain.check(self.front_m())?;
-        within(
-            "operator.speed_mps",
-            self.operator.speed_mps,
-            -1.0,
-            1.0,
-            "m/s",
-        )?;
-        chassis("operator.chassis_deg", self.operator.chassis_deg)?;
-        within(
-            "operator.chassis_rate_deg_s",
-            self.operator.chassis_rate_deg_s,
-            0.1,
-            180.0,
-            "deg/s",
-        )?;
-        within(
-            "operator.heading_gain_per_s",
-            self.operator.heading_gain_per_s,
-            0.0,
-            10.0,
-            "1/s",
-        )?;
-        for (index, event) in self.operator.events.iter().enumerate() {
-            event.check(&format!("operator.event[{index}]"), self.duration_s)?;
-        }
+        self.operator.check(self.duration_s)?;
         for (index, fault) in self.faults.iter().enumerate() {
             fault.check(&format!("fault[{index}]"), self.duration_s)?;
         }
@@ -61,7 +35,6 @@ impl Description {
         if let Some(robot) = &self.rt_mover {
             robot.check(&self)?;
         }
-        within("operator.step_m", self.operator.step_m, 0.0, 0.3, "m")?;
         self.check_expectations()?;
         Ok(Scenario(self))
     }
@@ -231,64 +204,6 @@ impl Terrain {
     }
 }
 
-impl Event {
-    fn check(&self, key: &str, duration_s: f64) -> Result<(), Problem> {
-        if self.when == When::default() {
-            return contradiction(
-                &format!("{key}.when"),
-                "names no condition; give at least one",
-            );
-        }
-        let speeds = self.speed_mps.or(self.yaw_rate_deg_s);
-        if self.chassis_deg.or(self.step_m).or(speeds).is_none() {
-            return contradiction(
-                key,
-                "changes nothing; give chassis_deg, step_m, speed_mps or yaw_rate_deg_s",
-            );
-        }
-        let when = &self.when;
-        let bounds = [
-            ("when.time_s", when.time_s, 0.0, duration_s, "s"),
-            ("when.after_s", when.after_s, 0.0, duration_s, "s"),
-            ("when.odometry_m", when.odometry_m, -100.0, 1000.0, "m"),
-            ("when.after_m", when.after_m, -100.0, 1000.0, "m"),
-            (
-                "when.pitch_above_deg",
-                when.pitch_above_deg,
-                -90.0,
-                90.0,
-                "deg",
-            ),
-            (
-                "when.pitch_below_deg",
-                when.pitch_below_deg,
-                -90.0,
-                90.0,
-                "deg",
-            ),
-            ("step_m", self.step_m, 0.0, 0.3, "m"),
-            ("speed_mps", self.speed_mps, -1.0, 1.0, "m/s"),
-            ("yaw_rate_deg_s", self.yaw_rate_deg_s, -90.0, 90.0, "deg/s"),
-        ];
-        for (name, value, least, most, unit) in bounds {
-            if let Some(value) = value {
-                within(&format!("{key}.{name}"), value, least, most, unit)?;
-            }
-        }
-        if let (Some(above), Some(below)) = (when.pitch_above_deg, when.pitch_below_deg)
-            && above >= below
-        {
-            return contradiction(
-                &format!("{key}.when"),
-                "asks for a pitch above and below that cannot hold at once",
-            );
-        }
-        self.chassis_deg.map_or(Ok(()), |angle| {
-            chassis(&format!("{key}.chassis_deg"), angle)
-        })
-    }
-}
-
 impl Fault {
     fn check(&self, key: &str, duration_s: f64) -> Result<(), Problem> {
         within(
@@ -335,12 +250,17 @@ impl Fault {
                 &format!("{key}.what.encoder_frozen"),
                 "is the guard, which has no encoder",
             ),
+            FaultKind::Restart(node) if node != super::NodeName::Guard => contradiction(
+                &format!("{key}.what.restart"),
+                "is a drive, whose rotor turns on while its node restarts; only the guard can",
+            ),
             _ => Ok(()),
         }
     }
 }
 
-fn chassis(key: &str, angle_deg: f64) -> Result<(), Problem> {
+/// Checks a chassis angle.
+pub(super) fn chassis(key: &str, angle_deg: f64) -> Result<(), Problem> {
     let [least, most] = B2p2Parameters::nominal().joint_travel.map(f64::to_degrees);
     within(
         key,

@@ -135,6 +135,9 @@ pub enum FaultKind {
     EncoderFrozen(NodeName),
     /// The node neither sends nor hears, but runs on.
     BusCut(NodeName),
+    /// The node loses its power at `at_s` and starts again at `until_s`, or at once: a new process
+    /// with the same settings, whose clock begins at 0. The guard alone.
+    Restart(NodeName),
     /// Every frame on the bus is lost with this probability.
     FrameLoss {
         /// 0 to 1.
@@ -153,7 +156,10 @@ impl FaultKind {
     /// The node that it befalls, if it is one.
     pub fn node(&self) -> Option<NodeName> {
         match *self {
-            Self::NodeDead(node) | Self::EncoderFrozen(node) | Self::BusCut(node) => Some(node),
+            Self::NodeDead(node)
+            | Self::EncoderFrozen(node)
+            | Self::BusCut(node)
+            | Self::Restart(node) => Some(node),
             Self::FrameLoss { .. } | Self::FrameFlip { .. } => None,
         }
     }
@@ -164,6 +170,7 @@ impl FaultKind {
             Self::NodeDead(_) => "node dead".into(),
             Self::EncoderFrozen(_) => "encoder frozen".into(),
             Self::BusCut(_) => "bus cut".into(),
+            Self::Restart(_) => "restart".into(),
             Self::FrameLoss { probability } => format!("{} % of frames lost", probability * 100.0),
             Self::FrameFlip { frame, bit } => format!("bit {bit} of frame {frame} flipped"),
         }

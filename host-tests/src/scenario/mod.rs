@@ -1,14 +1,16 @@
 //! Scenarios: one TOML file says what a run is made of and what must come out of it.
 //!
 //! [`Description`] is the file as written; [`Scenario`] is a description that passed every check, so nothing checks again.
-//! `fault` is what can go wrong, `crawler`, `hylos` and `rt_mover` the sections of those robots, `plant` turns values into the plant's, `check` holds all bounds, `error` says what was bad
-//! and where, `script` plays the operator.
+//! `operator` is the section of that name with its bounds, `fault` is what can go wrong, `crawler`,
+//! `hylos` and `rt_mover` are the sections of those robots, `plant` turns values into the plant's,
+//! `check` holds the other bounds, `error` says what was bad and where, `script` plays the operator.
 
 mod check;
 pub mod crawler;
 mod error;
 mod fault;
 pub mod hylos;
+mod operator;
 mod plant;
 pub mod rt_mover;
 mod script;
@@ -17,6 +19,7 @@ pub use crawler::{Crawler, SlipCompensation};
 pub use error::{Problem, ScenarioError};
 pub use fault::{Fault, FaultKind, NodeName};
 pub use hylos::Hylos;
+pub use operator::{Event, Operator, OperatorRequest, When};
 pub use rt_mover::RtMover;
 pub use script::{Ask, BusView, Script};
 
@@ -209,10 +212,6 @@ fn landing() -> f64 {
     6.0
 }
 
-fn chassis_rate() -> f64 {
-    28.6
-}
-
 fn usual() -> f64 {
     1.0
 }
@@ -262,74 +261,6 @@ pub struct Payload {
     pub from_s: f64,
     /// Whether the guard's settings know of it.
     pub declared: bool,
-}
-
-/// The operator: what is asked from the moment the guard is armed, and a list of events that change it, each waiting for
-/// the one before.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Operator {
-    /// Forward speed asked at first.
-    pub speed_mps: f64,
-    /// Chassis angle asked at first, front up positive.
-    #[serde(default)]
-    pub chassis_deg: f64,
-    /// Height of the step that RT-Mover is asked to go up at first; 0 asks for none.
-    #[serde(default)]
-    pub step_m: f64,
-    /// How fast the asked chassis angle moves from one value to the next.
-    #[serde(default = "chassis_rate")]
-    pub chassis_rate_deg_s: f64,
-    /// Yaw rate asked per radian of heading error, 1/s; 0 leaves the heading alone.
-    #[serde(default)]
-    pub heading_gain_per_s: f64,
-    /// What changes, in order.
-    #[serde(default, rename = "event")]
-    pub events: Vec<Event>,
-}
-
-/// One change of what is asked; what it does not name stays.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Event {
-    /// What it waits for.
-    pub when: When,
-    /// Chassis angle asked from then on.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub chassis_deg: Option<f64>,
-    /// Height of the step that RT-Mover is asked to go up from then on.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub step_m: Option<f64>,
-    /// Forward speed asked from then on.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub speed_mps: Option<f64>,
-    /// Yaw rate asked from then on, counter-clockwise positive; replaces the heading control.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub yaw_rate_deg_s: Option<f64>,
-}
-
-/// Conditions on what the bus shows; all that are given must hold at once.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct When {
-    /// Virtual time since power-up is at least this.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub time_s: Option<f64>,
-    /// Time since the event before (since arming for the first) is at least this.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub after_s: Option<f64>,
-    /// Odometry since arming is at least this.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub odometry_m: Option<f64>,
-    /// Odometry since the event before (since arming for the first) is at least this.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub after_m: Option<f64>,
-    /// Pitch is above this.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub pitch_above_deg: Option<f64>,
-    /// Pitch is below this.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub pitch_below_deg: Option<f64>,
 }
 
 /// What must come out; what is absent is not asked.

@@ -1,6 +1,6 @@
 //! The operator's script at work. It sees what the bus shows and nothing else.
 
-use super::{Operator, When};
+use super::{Operator, OperatorRequest, When};
 use std::f64::consts::PI;
 
 /// What the operator can see, decoded from frames.
@@ -27,6 +27,10 @@ pub struct Ask {
     pub theta: f64,
     /// Height of the step ahead, m; 0 asks for no gait.
     pub step_m: f64,
+    /// Clearance of Hylos, m; the scenario's own when absent.
+    pub clearance_m: Option<f64>,
+    /// Request beside the motion.
+    pub request: OperatorRequest,
 }
 
 /// A running script. Made at the moment the guard is armed; every reference ("since arming") is taken then.
@@ -42,6 +46,8 @@ pub struct Script {
     target: f64,
     theta: f64,
     step_m: f64,
+    clearance_m: Option<f64>,
+    request: OperatorRequest,
 }
 
 impl Script {
@@ -61,6 +67,8 @@ impl Script {
             target: operator.chassis_deg.to_radians(),
             theta,
             step_m: operator.step_m,
+            clearance_m: None,
+            request: OperatorRequest::Arm,
         }
     }
 
@@ -81,6 +89,8 @@ impl Script {
             self.speed_mps = event.speed_mps.unwrap_or(self.speed_mps);
             self.yaw_rate = event.yaw_rate_deg_s.map(f64::to_radians).or(self.yaw_rate);
             self.step_m = event.step_m.unwrap_or(self.step_m);
+            self.clearance_m = event.clearance_m.or(self.clearance_m);
+            self.request = event.request.unwrap_or(self.request);
             self.target = event.chassis_deg.map_or(self.target, f64::to_radians);
             self.last_event = now;
             self.next += 1;
@@ -97,6 +107,8 @@ impl Script {
             yaw_rate: self.yaw_rate.unwrap_or(steer),
             theta: self.theta,
             step_m: self.step_m,
+            clearance_m: self.clearance_m,
+            request: self.request,
         }
     }
 

@@ -1,10 +1,11 @@
 //! One scenario, with the guard and without.
 
 use super::SuiteError;
+use super::interruption::{NOTHING_TO_HOLD, interruption, is_interruption};
 use crate::nodes::Programs;
 use crate::record::Sample;
-use crate::run::{Options, run};
-use crate::scenario::Scenario;
+use crate::run::{Options, Outcome, run};
+use crate::scenario::{Description, Scenario};
 use crate::summary::intervenes;
 use std::cell::Cell;
 
@@ -21,6 +22,7 @@ const CHASSIS_LAG: f64 = 5.0 * std::f64::consts::PI / 180.0;
 
 const NO_HAZARD: &str = "no hazard: it does not topple without the guard";
 const NOT_LEGITIMATE: &str = "topples without the guard";
+const BY_ITSELF: &str = "no hazard: it topples before the operator commands anything";
 
 /// How much is spent on a scenario.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -56,8 +58,8 @@ pub struct Row {
 impl Row {
     /// Whether a hazard is one, and a legitimate run is possible at all.
     pub fn is_of_its_kind(&self) -> bool {
-        let not = |what: &&str| *what == NO_HAZARD || *what == NOT_LEGITIMATE;
-        !self.unmet.iter().any(not)
+        let not = [NO_HAZARD, NOT_LEGITIMATE, BY_ITSELF, NOTHING_TO_HOLD];
+        !self.unmet.iter().any(|what| not.contains(what))
     }
 }
 
@@ -77,6 +79,19 @@ pub enum Finding {
         /// Way of the belts between the two, m; negative when the guard acted later.
         lead_m: f64,
     },
+    /// A restart of the guard or a reset, from which on the drives must hold the robot.
+    Interruption {
+        /// When it happened, s.
+        interrupted_s: f64,
+        /// How far the centre of gravity moved from then on with the drives switched off, m.
+        moved_off_m: f64,
+        /// The robot toppled with the drives switched off.
+        toppled_off: bool,
+        /// How far it moved with the guard, m.
+        moved_m: f64,
+        /// The robot toppled with the guard.
+        toppled_with_guard: bool,
+    },
     /// A legitimate run.
     Legitimate {
         /// Way of the belts without the guard, m.
@@ -89,14 +104,14 @@ pub enum Finding {
 }
 
 /// The runs of one scenario.
-struct Trials<'a> {
-    scenario: &'a Scenario,
+pub(super) struct Trials<'a> {
+    pub(super) scenario: &'a Scenario,
     programs: &'a Programs,
     simulated_s: Cell<f64>,
 }
 
 impl<'a> Trials<'a> {
-    fn new(scenario: &'a Scenario, programs: &'a Programs) -> Self {
+    pub(super) fn new(scenario: &'a Scenario, programs: &'a Programs) -> Self {
         Self {
             scenario,
             programs,
@@ -108,21 +123,34 @@ impl<'a> Trials<'a> {
     fn samples(&self, guard: bool, let_go_s: Option<f64>) -> Result<Vec<Sample>, SuiteError> {
         let mut description = self.scenario.description();
         description.guard = guard;
-        let checked = Scenario::checked(description).map_err(SuiteError::Scenario)?;
         let options = Options {
             let_go_s,
-            end_when_toppled: true,
             end_when_still_s: Some(STILL_S),
             ..Options::default()
+        };
+        Ok(self.outcome(description, options)?.samples)
+    }
+
+    /// A run of a changed scenario that ends when the robot topples.
+    pub(super) fn outcome(
+        &self,
+        description: Description,
+        options: Options,
+    ) -> Result<Outcome, SuiteError> {
+        let checked = Scenario::checked(description).map_err(SuiteError::Scenario)?;
+        let options = Options {
+            end_when_toppled: true,
+            ..options
         };
         let outcome = run(&checked, self.programs, options, &mut |_| {})
             .map_err(|error| SuiteError::Run(self.scenario.name.clone(), error))?;
         let simulated_s = outcome.samples.last().map_or(0.0, |sample| sample.time_s);
         self.simulated_s.set(self.simulated_s.get() + simulated_s);
-        Ok(outcome.samples)
+        Ok(outcome)
     }
 
-    fn row(&self, finding: Finding, findings: &[(bool, &'static str)]) -> Row {
+    /// The row of this scenario with what of `findings` is bad.
+    pub(super) fn row(&self, finding: Finding, findings: &[(bool, &'static str)]) -> Row {
         let unmet = findings.iter().filter(|(bad, _)| *bad);
         Row {
             scenario: self.scenario.clone(),
@@ -158,7 +186,8 @@ impl<'a> Trials<'a> {
     }
 }
 
-fn toppled_s(samples: &[Sample]) -> Option<f64> {
+/// When the robot toppled, s.
+pub(super) fn toppled_s(samples: &[Sample]) -> Option<f64> {
     let toppled = samples.iter().find(|sample| sample.truth.toppled);
     toppled.map(|sample| sample.time_s)
 }
@@ -170,7 +199,7 @@ fn holds_back(sample: &Sample) -> bool {
     intervenes(&heard.verdict) && (heard.asked_speed != 0.0 || chassis_waits)
 }
 
-/// Judges a hazard.
+/// Evaluates a hazard.
 ///
 /// # Errors
 /// [`SuiteError`] when it cannot be run.
@@ -180,6 +209,9 @@ pub fn hazard(
     programs: &Programs,
 ) -> Result<Row, SuiteError> {
     let trials = Trials::new(scenario, programs);
+    if is_interruption(scenario) {
+        return interruption(&trials);
+    }
     let without = trials.samples(false, None)?;
     let Some(toppled_s_without) = toppled_s(&without) else {
         let finding = Finding::Hazard {
@@ -194,7 +226,16 @@ pub fn hazard(
     let armed = without
         .iter()
         .find(|sample| sample.heard.guard_state == "armed");
-    let safe_before = armed.is_some_and(|armed| armed.time_s < toppled_s_without);
+    if armed.is_none_or(|armed| armed.time_s >= toppled_s_without) {
+        let finding = Finding::Hazard {
+            toppled_s: Some(toppled_s_without),
+            toppled_with_guard: true,
+            acted_s: None,
+            savable_until_s: 0.0,
+            lead_m: 0.0,
+        };
+        return Ok(trials.row(finding, &[(true, BY_ITSELF)]));
+    }
     let with = trials.samples(true, None)?;
     let acted_s = with
         .iter()
@@ -224,17 +265,13 @@ pub fn hazard(
         lead_m,
     };
     let findings = [
-        (
-            !safe_before,
-            "topples before the operator asks for anything",
-        ),
         (toppled_with_guard, "topples with the guard"),
         (too_early, "the guard acts too early"),
     ];
     Ok(trials.row(finding, &findings))
 }
 
-/// Judges a legitimate run.
+/// Evaluates a legitimate run.
 ///
 /// # Errors
 /// [`SuiteError`] when it cannot be run.

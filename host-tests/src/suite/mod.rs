@@ -4,17 +4,22 @@
 //! can: by trial runs in which the operator lets go, the suite finds the last moment at which that still saves the robot, and
 //! says how far before it the guard first acted. A legitimate run must pass unhindered.
 //!
-//! [`judge`] judges one scenario, [`random`] draws scenarios, [`table`] writes what came out. Here: the whole suite, on all cores.
+//! [`judge`] evaluates one scenario, [`interruption`] one with a restart or a reset, [`draw`] draws scenarios, [`table`] writes the results, and
+//! [`operators`] is the suite of operators who command at random, [`command`] runs both as the user
+//! commands. Here: the hazard suite, on all cores.
 
+pub mod command;
+pub mod draw;
+pub mod interruption;
 pub mod judge;
-pub mod random;
+pub mod operators;
 pub mod table;
 
 use crate::nodes::Programs;
 use crate::run::RunError;
 use crate::scenario::{Scenario, ScenarioError};
+use draw::{Kind, draw};
 use judge::{Row, Thoroughness, hazard, legitimate};
-use random::{Kind, draw};
 use std::fmt;
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;

@@ -1,13 +1,14 @@
 //! What came out of the suite, as Markdown.
 
+use super::draw::Kind;
 use super::judge::{Finding, Row};
-use super::random::Kind;
 use super::{Drawn, Findings};
 use std::fmt::Write;
 
 /// Two tables with a line for each named scenario, and one of the drawn ones with a line for each kind and for each that does not hold.
 pub fn table(findings: &Findings) -> String {
     let mut text = hazards(&findings.named);
+    text.push_str(&interruptions(&findings.named));
     text.push_str(&legitimate(&findings.named));
     if findings.drawn.iter().any(|drawn| !drawn.rows.is_empty()) {
         text.push_str(&random(findings));
@@ -55,6 +56,38 @@ fn hazards(rows: &[Row]) -> String {
                 row.scenario.name,
                 // No negative zero.
                 (lead_m * 1e3).round() + 0.0,
+                verdict(row)
+            );
+        }
+    }
+    text
+}
+
+fn interruptions(rows: &[Row]) -> String {
+    let mut text = String::from(
+        "\n| restart or reset on stairs | at | drives switched off | with the guard | |\n|---|---|---|---|---|\n",
+    );
+    for row in rows {
+        if let Finding::Interruption {
+            interrupted_s,
+            moved_off_m,
+            toppled_off,
+            moved_m,
+            toppled_with_guard,
+        } = row.finding
+        {
+            let words = |moved_m: f64, toppled: bool| {
+                let toppled = if toppled { ", topples" } else { "" };
+                format!("moves {:.0} mm{toppled}", moved_m * 1e3)
+            };
+            let (off, with) = (
+                words(moved_off_m, toppled_off),
+                words(moved_m, toppled_with_guard),
+            );
+            let _ = writeln!(
+                text,
+                "| {} | {interrupted_s:.1} s | {off} | {with} | {} |",
+                row.scenario.name,
                 verdict(row)
             );
         }
@@ -129,7 +162,7 @@ fn summary(drawn: &Drawn, kind: Kind) -> String {
                 lead = Some(lead.map_or(lead_m, |most: f64| most.max(lead_m)));
                 touched += 1;
             }
-            Finding::Hazard { .. } => {}
+            Finding::Hazard { .. } | Finding::Interruption { .. } => {}
             Finding::Legitimate {
                 loss: share,
                 interventions,

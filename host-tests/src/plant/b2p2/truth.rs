@@ -8,6 +8,9 @@ use rapier3d_f64::math::Vector;
 /// Roll from which the robot lies on its side, rad.
 const ON_ITS_SIDE: f64 = 80.0 * core::f64::consts::PI / 180.0;
 
+/// Pitch of body 1 from which the robot lies upside down whatever its chassis angle is, rad.
+const UPSIDE_DOWN: f64 = 110.0 * core::f64::consts::PI / 180.0;
+
 impl B2p2 {
     /// Brings the truth up to date after a step.
     pub(super) fn observe(&mut self) {
@@ -32,7 +35,6 @@ impl B2p2 {
         let [theta, _] = self.robot.chassis_joint(&self.world);
         let [extension, _] = self.robot.extension(&self.world, p);
         let axle_1 = rear.position().translation;
-        let axle_3 = bodies[2].position().translation;
         let along = |point: Vector| (point - cog).dot(heading);
         let (mut rearmost, mut foremost) = (f64::INFINITY, f64::NEG_INFINITY);
         let truth = &mut self.truth;
@@ -72,7 +74,9 @@ impl B2p2 {
             * DT;
         let upright = core::f64::consts::FRAC_PI_2;
         truth.toppled |= roll.abs() > ON_ITS_SIDE
+            || pitch.abs() > UPSIDE_DOWN
             || (pitch > upright && along(axle_1) > 0.0)
-            || (pitch < -upright && along(axle_3) < 0.0);
+            // With the front raised it may come to rest on the front's upper side, axle 3 ahead.
+            || pitch < -upright;
     }
 }

@@ -1,0 +1,225 @@
+//! The operator in a scenario: what is commanded at first, the events that change it, and their bounds.
+
+use super::Problem;
+use super::check::{chassis, contradiction, within};
+use serde::{Deserialize, Serialize};
+use tautrack::bus::pdo::Request;
+
+/// Largest yaw rate that can be commanded, degrees/s. The guard's object ends at 32.767 rad/s.
+const MAXIMUM_YAW_RATE_DEG_S: f64 = 1_800.0;
+
+fn chassis_rate() -> f64 {
+    28.6
+}
+
+/// The operator: what is commanded from the moment the guard is armed, and a list of events that
+/// change it, each waiting for the one before.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Operator {
+    /// Forward speed commanded at first.
+    pub speed_mps: f64,
+    /// Chassis angle commanded at first, front up positive.
+    #[serde(default)]
+    pub chassis_deg: f64,
+    /// Height of the step that RT-Mover is commanded to go up at first; 0 commands none.
+    #[serde(default)]
+    pub step_m: f64,
+    /// How fast the commanded chassis angle moves from one value to the next.
+    #[serde(default = "chassis_rate")]
+    pub chassis_rate_deg_s: f64,
+    /// Yaw rate commanded per radian of heading error, 1/s; 0 leaves the heading alone.
+    #[serde(default)]
+    pub heading_gain_per_s: f64,
+    /// What changes, in order.
+    #[serde(default, rename = "event")]
+    pub events: Vec<Event>,
+}
+
+impl Operator {
+    pub(super) fn check(&self, duration_s: f64) -> Result<(), Problem> {
+        within("operator.speed_mps", self.speed_mps, -1.0, 1.0, "m/s")?;
+        chassis("operator.chassis_deg", self.chassis_deg)?;
+        let rate = self.chassis_rate_deg_s;
+        within("operator.chassis_rate_deg_s", rate, 0.1, 180.0, "deg/s")?;
+        let gain = self.heading_gain_per_s;
+        within("operator.heading_gain_per_s", gain, 0.0, 10.0, "1/s")?;
+        within("operator.step_m", self.step_m, 0.0, 0.3, "m")?;
+        for (index, event) in self.events.iter().enumerate() {
+            event.check(&format!("operator.event[{index}]"), duration_s)?;
+        }
+        Ok(())
+    }
+}
+
+/// One change of what is commanded; what it does not name stays.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Event {
+    /// What it waits for.
+    pub when: When,
+    /// Chassis angle commanded from then on.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub chassis_deg: Option<f64>,
+    /// Height of the step that RT-Mover is commanded to go up from then on.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub step_m: Option<f64>,
+    /// Clearance that Hylos is commanded from then on.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub clearance_m: Option<f64>,
+    /// Forward speed commanded from then on.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub speed_mps: Option<f64>,
+    /// Yaw rate commanded from then on, counter-clockwise positive; replaces the heading control.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub yaw_rate_deg_s: Option<f64>,
+    /// Request from then on; `arm` before the first.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub request: Option<OperatorRequest>,
+}
+
+/// What the operator requests beside motion. In every command until the next request.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum OperatorRequest {
+    /// Motors off, at once.
+    Disarm,
+    /// Home what needs it, then drive.
+    Arm,
+    /// Stop and hold.
+    Stop,
+    /// Clear latched faults and a trip.
+    Reset,
+    /// Supervised override of a trip.
+    Override,
+    /// Back off from where the guard tripped.
+    BackOff,
+    /// Emergency stop.
+    EmergencyStop,
+}
+
+impl OperatorRequest {
+    /// As the guard's object has it.
+    pub fn code(self) -> Request {
+        match self {
+            Self::Disarm => Request::Disarm,
+            Self::Arm => Request::Arm,
+            Self::Stop => Request::Stop,
+            Self::Reset => Request::Reset,
+            Self::Override => Request::Override,
+            Self::BackOff => Request::BackOff,
+            Self::EmergencyStop => Request::EmergencyStop,
+        }
+    }
+
+    /// As written in a scenario file.
+    pub fn as_str(self) -> &'static str {
+        match self {
+            Self::Disarm => "disarm",
+            Self::Arm => "arm",
+            Self::Stop => "stop",
+            Self::Reset => "reset",
+            Self::Override => "override",
+            Self::BackOff => "back_off",
+            Self::EmergencyStop => "emergency_stop",
+        }
+    }
+}
+
+/// Conditions on what the bus shows; all that are given must hold at once.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct When {
+    /// Virtual time since power-up is at least this.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub time_s: Option<f64>,
+    /// Time since the event before (since arming for the first) is at least this.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub after_s: Option<f64>,
+    /// Odometry since arming is at least this.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub odometry_m: Option<f64>,
+    /// Odometry since the event before (since arming for the first) is at least this.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub after_m: Option<f64>,
+    /// Pitch is above this.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub pitch_above_deg: Option<f64>,
+    /// Pitch is below this.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub pitch_below_deg: Option<f64>,
+}
+
+impl Event {
+    fn changes_nothing(&self) -> bool {
+        let postures = self.chassis_deg.or(self.step_m).or(self.clearance_m);
+        postures
+            .or(self.speed_mps)
+            .or(self.yaw_rate_deg_s)
+            .is_none()
+            && self.request.is_none()
+    }
+
+    fn check(&self, key: &str, duration_s: f64) -> Result<(), Problem> {
+        if self.when == When::default() {
+            return contradiction(
+                &format!("{key}.when"),
+                "names no condition; give at least one",
+            );
+        }
+        if self.changes_nothing() {
+            return contradiction(
+                key,
+                "changes nothing; give chassis_deg, step_m, clearance_m, speed_mps, \
+                 yaw_rate_deg_s or request",
+            );
+        }
+        let when = &self.when;
+        let bounds = [
+            ("when.time_s", when.time_s, 0.0, duration_s, "s"),
+            ("when.after_s", when.after_s, 0.0, duration_s, "s"),
+            ("when.odometry_m", when.odometry_m, -100.0, 1000.0, "m"),
+            ("when.after_m", when.after_m, -100.0, 1000.0, "m"),
+            (
+                "when.pitch_above_deg",
+                when.pitch_above_deg,
+                -90.0,
+                90.0,
+                "deg",
+            ),
+            (
+                "when.pitch_below_deg",
+                when.pitch_below_deg,
+                -90.0,
+                90.0,
+                "deg",
+            ),
+            ("step_m", self.step_m, 0.0, 0.3, "m"),
+            ("clearance_m", self.clearance_m, 0.1, 0.4, "m"),
+            ("speed_mps", self.speed_mps, -1.0, 1.0, "m/s"),
+            (
+                "yaw_rate_deg_s",
+                self.yaw_rate_deg_s,
+                -MAXIMUM_YAW_RATE_DEG_S,
+                MAXIMUM_YAW_RATE_DEG_S,
+                "deg/s",
+            ),
+        ];
+        for (name, value, least, most, unit) in bounds {
+            if let Some(value) = value {
+                within(&format!("{key}.{name}"), value, least, most, unit)?;
+            }
+        }
+        if let (Some(above), Some(below)) = (when.pitch_above_deg, when.pitch_below_deg)
+            && above >= below
+        {
+            return contradiction(
+                &format!("{key}.when"),
+                "asks for a pitch above and below that cannot hold at once",
+            );
+        }
+        self.chassis_deg.map_or(Ok(()), |angle| {
+            chassis(&format!("{key}.chassis_deg"), angle)
+        })
+    }
+}
