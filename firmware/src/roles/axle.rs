@@ -41,8 +41,9 @@ async fn control(mut axle: Axle, node: u8) -> ! {
     let mut ticker = Ticker::every(Duration::from_hz(u64::from(CONTROL_HZ)));
     loop {
         ticker.next().await;
-        let outputs = axle.tick(&drive::inputs(set_point, torque_offset));
+        let bench_mode = bench_mode();
+        let outputs = axle.tick(&drive::inputs(set_point, torque_offset, bench_mode));
         drive::act(&outputs, node);
-        publish(&outputs);
+        publish(&outputs, bench_mode);
     }
 }

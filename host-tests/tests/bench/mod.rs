@@ -35,8 +35,14 @@ pub struct Bench {
     /// The torque offset that it sends with every fourth SYNC.
     pub torque_offset: Option<i16>,
     pub guard_alive: bool,
+    /// A client asks for bench mode; ends with it, as the object does.
+    pub bench_mode: bool,
     /// The joint's motion, sent with every SYNC to a screw.
     pub joint: Option<DriveMotion>,
+    /// Commanded slack of a screw, 2^-24 m.
+    pub slack: i32,
+    /// The encoder's channels are swapped: it counts backward.
+    pub swapped: bool,
     /// Switches at an angle.
     pub switches: fn(f64) -> Switches,
     /// Replaces the current reading.
@@ -46,6 +52,7 @@ pub struct Bench {
     torque_constant: f64,
     inertia: f64,
     resistance: f64,
+    current_limit: f64,
 }
 
 /// The defaults of the table, with these changes.
@@ -74,6 +81,9 @@ impl Bench {
             set_point: None,
             torque_offset: None,
             guard_alive: true,
+            bench_mode: false,
+            slack: 0,
+            swapped: false,
             joint: None,
             switches: |_| Switches::default(),
             current_reading: None,
@@ -82,6 +92,7 @@ impl Bench {
             torque_constant: f64::from(settings.get(Setting::TorqueConstant)) * 1e-6 * gear,
             inertia,
             resistance: f64::from(settings.get(Setting::Resistance)) * 1e-3,
+            current_limit: f64::from(settings.get(Setting::CurrentLimit)) * 1e-3,
         }
     }
 
@@ -97,9 +108,10 @@ impl Bench {
         let milliseconds = self.now_us / 1_000;
         let current = self.turn();
         let sync = milliseconds.is_multiple_of(TICKS_PER_SYNC);
+        let counts = (self.angle * self.counts_per_radian).floor() as i32;
         let inputs = Inputs {
             now_us: self.now_us,
-            encoder: (self.angle * self.counts_per_radian).floor() as i32,
+            encoder: if self.swapped { -counts } else { counts },
             current: self.current_reading.unwrap_or(current as f32),
             bus_voltage: 24.0,
             switches: (self.switches)(self.angle),
@@ -107,7 +119,9 @@ impl Bench {
             torque_offset: self
                 .torque_offset
                 .filter(|_| milliseconds.is_multiple_of(4 * TICKS_PER_SYNC)),
-            guard_heard: self.guard_alive && milliseconds.is_multiple_of(50),
+            // The first one before the first set-point.
+            guard_heard: self.guard_alive && milliseconds % 50 == 1,
+            bench_mode: self.bench_mode,
         };
         let outputs = match &mut self.node {
             Node::Axle(axle) => axle.tick(&inputs),
@@ -117,10 +131,11 @@ impl Bench {
                     .joint
                     .filter(|_| sync)
                     .map(|joint| (joint, self.now_us)),
-                slack: 0,
+                slack: self.slack,
             }),
         };
         self.bridge = outputs.bridge;
+        self.bench_mode &= outputs.bench_mode;
         outputs
     }
 
@@ -130,7 +145,11 @@ impl Bench {
         let current = match self.bridge {
             Bridge::Off => 0.0,
             Bridge::Current(demand) => f64::from(demand),
-            Bridge::Brake => -back_emf / self.resistance,
+            // The current interrupt opens the bridge wherever the current exceeds its limit.
+            Bridge::Brake => {
+                let limit = self.current_limit;
+                (-back_emf / self.resistance).clamp(-limit, limit)
+            }
         };
         if self.stuck {
             self.velocity = 0.0;
