@@ -255,3 +255,39 @@ pub async fn task(mut bus: Bus, heard: fn(Heard)) -> ! {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn heartbeats() -> usize {
+        core::iter::from_fn(|| TRANSMIT.pop())
+            .filter(|frame| frame.id() == HEARTBEAT + 5)
+            .count()
+    }
+
+    #[test]
+    fn a_node_whose_control_task_stands_sends_neither_heartbeat_nor_process_data() {
+        let dictionary = crate::roles::axle::DICTIONARY;
+        let mut bus = Bus::new(dictionary, 5, 50, None, None).expect("a node");
+        let mut now_us = 0;
+        // One second, in which the control task runs or not.
+        let mut second = |runs: bool| {
+            let mut sent = 0;
+            for _ in 0..1_000 {
+                now_us += 1_000;
+                if runs {
+                    watchdog::control_ran(now_us);
+                }
+                bus.process(now_us);
+                sent += heartbeats();
+            }
+            let sync = Frame::new(SYNC, &[]).expect("a frame");
+            let answered = bus.condition(&sync, now_us).control_runs;
+            (sent, answered)
+        };
+        assert_eq!(second(true), (21, true), "boot-up and one every 50 ms");
+        assert_eq!(second(false), (0, false));
+        assert_eq!(second(true), (20, true));
+    }
+}

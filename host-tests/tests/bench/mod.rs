@@ -43,14 +43,16 @@ pub struct Bench {
     pub slack: i32,
     /// The encoder's channels are swapped: it counts backward.
     pub swapped: bool,
-    /// Switches at an angle.
+    /// Switches at an angle, counted from `switch_at`.
     pub switches: fn(f64) -> Switches,
+    pub switch_at: f64,
     /// Replaces the current reading.
     pub current_reading: Option<f32>,
     bridge: Bridge,
     counts_per_radian: f64,
     torque_constant: f64,
-    inertia: f64,
+    /// At the output shaft, kg m^2.
+    pub inertia: f64,
     resistance: f64,
     current_limit: f64,
 }
@@ -86,6 +88,7 @@ impl Bench {
             swapped: false,
             joint: None,
             switches: |_| Switches::default(),
+            switch_at: 0.0,
             current_reading: None,
             bridge: Bridge::Off,
             counts_per_radian: f64::from(settings.get(Setting::EncoderCounts)) * gear / TAU,
@@ -114,7 +117,7 @@ impl Bench {
             encoder: if self.swapped { -counts } else { counts },
             current: self.current_reading.unwrap_or(current as f32),
             bus_voltage: 24.0,
-            switches: (self.switches)(self.angle),
+            switches: (self.switches)(self.angle - self.switch_at),
             set_point: self.set_point.filter(|_| sync),
             torque_offset: self
                 .torque_offset
@@ -181,15 +184,17 @@ impl Bench {
 
     /// Enables the drive in `mode` with `target`, and lets 100 ms pass.
     pub fn enable(&mut self, mode: i8, target: i32) -> Outputs {
-        for word in [
-            controlword::SHUTDOWN,
-            controlword::SWITCH_ON,
-            controlword::ENABLE_OPERATION,
-        ] {
+        self.enable_quietly(mode, target);
+        self.run(108)
+    }
+
+    /// Commands all that enables the drive; the last word has not been sent yet.
+    pub fn enable_quietly(&mut self, mode: i8, target: i32) {
+        for word in [controlword::SHUTDOWN, controlword::SWITCH_ON] {
             self.command(word, mode, target);
             self.run(8);
         }
-        self.run(100)
+        self.command(controlword::ENABLE_OPERATION, mode, target);
     }
 
     /// What the master sends from now on.
