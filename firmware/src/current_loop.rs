@@ -1,6 +1,7 @@
 //! The PWM interrupt, and the cell through which the control task commands it.
 //!
-//! A demand holds for [`DEMAND_CONTROL_PERIODS`]. If the control task sets no other one until then, the bridge opens.
+//! A demand holds for [`DEMAND_CONTROL_PERIODS`]. If the control task sets no other one until then,
+//! the bridge opens.
 
 use core::cell::{Cell, RefCell};
 use critical_section::Mutex;
@@ -29,8 +30,8 @@ static SAMPLES: Mutex<Cell<(f32, u32)>> = Mutex::new(Cell::new((0.0, 0)));
 /// The loop, and the PWM periods for which a demand holds.
 static LOOP: Mutex<RefCell<Option<(CurrentLoop, u32)>>> = Mutex::new(RefCell::new(None));
 
-/// Hands over the loop, and the number of PWM periods in a control period. Until then the bridge stays off whatever is
-/// demanded.
+/// Hands over the loop, and the number of PWM periods in a control period. Until then the bridge
+/// stays off whatever is demanded.
 #[allow(dead_code)] // the program `ticks` takes this file without its constructors
 pub fn install(current_loop: CurrentLoop, pwm_per_control: u32) {
     let life = DEMAND_CONTROL_PERIODS.saturating_mul(pwm_per_control);

@@ -1,8 +1,9 @@
-//! Whether the parts of a node still run: the watchdog that resets it if they do not, and what the bus task must know of it.
+//! Whether the parts of a node still run: the watchdog that resets it if they do not, and what the
+//! bus task must know of it.
 //!
-//! Parties are the PWM interrupt, the control task and the bus task. [`Board::feed_watchdog`] is called only when every party
-//! that the role has has run since the call before. The control task speaks for the PWM interrupt, because it sees whether
-//! current samples have come.
+//! Parties are the PWM interrupt, the control task and the bus task. [`Board::feed_watchdog`] is
+//! called only when every party that the role has has run since the call before. The control task
+//! speaks for the PWM interrupt, because it sees whether current samples have come.
 
 use crate::boards::{Board, Selected};
 use core::cell::Cell;
@@ -20,7 +21,8 @@ pub enum Party {
     Bus = 4,
 }
 
-/// Time without being fed after which a board's watchdog resets the node, us. Every party runs at least every 5 ms.
+/// Time without being fed after which a board's watchdog resets the node, us. Every party runs at
+/// least every 5 ms.
 pub const PERIOD_US: u64 = 50_000;
 /// Time without a control tick after which the bus task stops heartbeat and process data, us.
 pub const CONTROL_TIMEOUT_US: u64 = 20_000;

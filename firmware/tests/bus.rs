@@ -312,7 +312,7 @@ fn velocity(controlword: u8, speed: f32) -> [u8; 7] {
 fn a_client_drives_an_axle_in_bench_mode_alone_and_slowly() {
     let mut client = Client::new("axle");
     client.send(&[(0x000, &[1, 0])]);
-    let mut drive = |client: &mut Client, bench: bool| {
+    let drive = |client: &mut Client, bench: bool| {
         if bench {
             assert_eq!(client.sdo([0x2f, 0x01, 0x20, 0, 1, 0, 0, 0])[0], 0x60);
         }

@@ -1,6 +1,7 @@
 //! The one table of faults: code on the bus, cause, reaction, how it clears and what the user does about it.
 
-/// What an axle does by itself when a fault is raised, weakest first. Of several faults the strongest reaction wins.
+/// What an axle does by itself when a fault is raised, weakest first. Of several faults the
+/// strongest reaction wins.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
 pub enum Reaction {
     /// Ramps to standstill and holds the position there with the hold current.
@@ -51,11 +52,13 @@ faults! {
         "The measured current stayed above 125 % of the limit for 5 ms.", "fault reset",
         "Look for a blocked axle or a short circuit; check resistance and inductance in the settings.";
     Overspeed = 0x7310, "overspeed", Off,
-        "The measured velocity stayed above 120 % of velocity_limit for 3 ms while the current loop was on.", "fault reset",
+        "The measured velocity stayed above 120 % of velocity_limit for 3 ms while the current loop was on.",
+        "fault reset",
         "Check the order of the encoder's channels and of the motor's leads, then encoder_counts, gear_ratio and the gains.";
     VelocityDeviation = 0x8400, "velocity deviation", Off,
         "The axle gathered speed away from its set-point, against more than half of the largest current, for 3 ms.",
-        "fault reset", "Check the order of the encoder's channels and of the motor's leads: two are swapped.";
+        "fault reset",
+        "Check the order of the encoder's channels and of the motor's leads: two are swapped.";
     InvalidReading = 0x7300, "invalid sensor reading", Brake,
         "For 3 ms a current or voltage reading was not a finite number, or the PWM interrupt took no current sample.",
         "fault reset", "Check the analogue inputs and their wiring.";
@@ -66,13 +69,16 @@ faults! {
         "The supply stayed below 12 V for 5 ms.", "fault reset, once the supply is back",
         "Charge the battery; check its wiring and connectors under load.";
     Blocked = 0x7121, "blocked or encoder frozen", Brake,
-        "Nearly the largest current was commanded for 60 ms while the encoder counted next to nothing.", "fault reset",
+        "Nearly the largest current was commanded for 60 ms while the encoder counted next to nothing.",
+        "fault reset",
         "Free the axle; if it moves freely, check the encoder and its cable.";
     FollowingError = 0x8611, "following error", Hold,
-        "The position stayed more than following_limit away from its set-point for 100 ms.", "fault reset",
+        "The position stayed more than following_limit away from its set-point for 100 ms.",
+        "fault reset",
         "The axle is too weak for its load or its gains are wrong.";
     GuardLost = 0x8130, "guard lost", Hold,
-        "The guard's heartbeat stayed out longer than heartbeat_timeout.", "fault reset by the guard",
+        "The guard's heartbeat stayed out longer than heartbeat_timeout.",
+        "fault reset by the guard",
         "Look at the guard's supply and at the bus; its heartbeat comes every heartbeat_period.";
     CommandLost = 0x8250, "command lost", Hold,
         "No set-point came for longer than command_timeout.", "fault reset by the guard",
@@ -88,7 +94,8 @@ faults! {
         "fault reset, then homing again",
         "Check the switch for bouncing and its wiring for interference; object 0x2002 has the distance.";
     NodeLost = 0xff02, "node lost", Hold,
-        "The guard no longer hears a drive: its heartbeat or its state stayed out.", "the operator's reset",
+        "The guard no longer hears a drive: its heartbeat or its state stayed out.",
+        "the operator's reset",
         "Look at that node's supply, its wiring, and its last log lines.";
 }
 
@@ -108,7 +115,8 @@ impl Fault {
 
 /// A set of faults.
 ///
-/// One bit for each, in the order of [`TABLE`], so that the lowest bit is a fault of the strongest reaction.
+/// One bit for each, in the order of [`TABLE`], so that the lowest bit is a fault of the strongest
+/// reaction.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct Faults(u32);
 

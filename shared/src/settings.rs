@@ -123,7 +123,8 @@ settings! {
     PositionMaximum = 0x0021, "position_maximum", "mrad", -2_000_000_000..=2_000_000_000, 0;
     /// Direction in which the reference switch lies: 1, -1, or 0 for an axle that needs no reference.
     ReferenceDirection = 0x0022, "reference_direction", "1", -1..=1, 0;
-    /// Position of the output shaft where the reference switch closes on the way in `reference_direction`.
+    /// Position of the output shaft where the reference switch closes on the way in
+    /// `reference_direction`.
     ReferencePosition = 0x0023, "reference_position", "urad", i32::MIN..=i32::MAX, 0;
     /// Speed of the search for the reference switch.
     ReferenceSpeed = 0x0024, "reference_speed", "mrad/s", 1..=1_000_000, 300;

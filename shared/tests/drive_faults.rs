@@ -1,8 +1,9 @@
-//! Whatever a drive has latched, every fault condition gets at least its reaction within its dwell time.
+//! Whatever a drive has latched, every fault condition gets at least its reaction within its dwell
+//! time.
 //!
-//! 100 000 random sequences of controlwords, set-points, readings, heartbeats, switches, rotors and times. The oracle follows
-//! the conditions from inputs and published outputs alone, with the dwell times of docs/faults.md. `DRIVE_FAULTS_SEED` repeats
-//! one sequence.
+//! 100 000 random sequences of controlwords, set-points, readings, heartbeats, switches, rotors and
+//! times. The oracle follows the conditions from inputs and published outputs alone, with the dwell
+//! times of docs/faults.md. `DRIVE_FAULTS_SEED` repeats one sequence.
 
 mod drive_faults_support;
 

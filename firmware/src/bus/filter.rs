@@ -1,5 +1,5 @@
-//! What the CANopen stack must never see: frames that this version of it answers wrongly or panics on, and what a client may
-//! not do now.
+//! What the CANopen stack must never see: frames that this version of it answers wrongly or panics
+//! on, and what a client may not do now.
 //!
 //! * Block transfers, either way. An abort in the middle of a block upload panics the stack, its end frame is wrong for
 //!   lengths that are a multiple of seven, and the segments of a block download cannot be told from other requests.
@@ -7,7 +7,8 @@
 //! * Segmented writes to PDO mappings: an empty last segment panics the stack, and a count above eight is accepted.
 //! * LSS: node ids are settings of the node, and the stack would change its own id behind the filter's back.
 //! * Remote frames never get here: [`Frame`] cannot express them.
-//! * While the guard is alive, nobody writes the objects that move an axle, or that decide which frames do.
+//! * While the guard is alive, nobody writes the objects that move an axle, or that decide which
+//!   frames do.
 //! * While the control task stands, SYNC: the stack would send old positions.
 
 use tautrack::can::Frame;
@@ -104,7 +105,8 @@ pub fn sdo_index(frame: &Frame, node_id: u8) -> Option<u16> {
     }
 }
 
-/// Set-points and commands of a drive, bench mode, the screw's joint and slack, and what its receive PDOs are made of.
+/// Set-points and commands of a drive, bench mode, the screw's joint and slack, and what its
+/// receive PDOs are made of.
 fn moves_an_axle(index: u16) -> bool {
     matches!(
         index,

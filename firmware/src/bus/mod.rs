@@ -170,8 +170,8 @@ impl Bus {
         }
     }
 
-    /// Runs the stack, and sends the heartbeat when it is due (0x1017, in milliseconds; 0 for never) and the control task
-    /// runs. Whether objects were written.
+    /// Runs the stack, and sends the heartbeat when it is due (0x1017, in milliseconds; 0 for
+    /// never) and the control task runs. Whether objects were written.
     pub fn process(&mut self, now_us: u64) -> bool {
         let mut wrote = false;
         loop {

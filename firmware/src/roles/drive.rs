@@ -162,7 +162,8 @@ macro_rules! drive_objects {
             $od::OBJECT2001.get_value() != 0
         }
 
-        /// The outputs of a tick as objects; the next SYNC sends them. `bench_mode`: what was asked for in this tick.
+        /// The outputs of a tick as objects; the next SYNC sends them. `bench_mode`: what was asked
+        /// for in this tick.
         fn publish(outputs: &tautrack::node::axle::Outputs, bench_mode: bool) {
             if bench_mode && !outputs.bench_mode {
                 $od::OBJECT2001.set_value(0);

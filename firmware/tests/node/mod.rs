@@ -112,7 +112,8 @@ impl Node {
         Self::spawn(Command::new(path).stderr(Stdio::piped()))
     }
 
-    /// Lets `us` pass without anything running, and waits for the node to end: whether it ended well, and its errors.
+    /// Lets `us` pass without anything running, and waits for the node to end: whether it ended
+    /// well, and its errors.
     pub fn starve(mut self, us: u64) -> (bool, String) {
         let step = Step {
             time_us: self.time_us + us,

@@ -29,8 +29,8 @@ fn start(bench: &mut Bench) {
     bench.command(word, mode::HOMING, 0);
 }
 
-/// Where the axle believes the switch to be, minus where it should, rad: the switch of [`unreferenced`] is at 0.5 rad and called
-/// 0.35 rad.
+/// Where the axle believes the switch to be, minus where it should, rad: the switch of
+/// [`unreferenced`] is at 0.5 rad and called 0.35 rad.
 fn error(bench: &mut Bench) -> f64 {
     let outputs = bench.tick();
     assert_ne!(outputs.status.statusword & status::REFERENCED, 0);
@@ -104,16 +104,20 @@ fn homing_keeps_its_own_current_and_speed() {
         (Setting::HomingCurrent, 2_000),
     ]);
     start(&mut bench);
-    bench.load = 1.0;
+    bench.load = 0.5;
     for tick in 0..1_000 {
         let outputs = bench.tick();
         // Pulled along half of the time: the loops then brake with no more current either.
-        bench.load = if tick % 200 < 100 { 1.0 } else { -1.0 };
+        bench.load = if tick % 200 < 100 { 0.5 } else { -0.5 };
         match outputs.bridge {
             Bridge::Current(current) => assert!(current.abs() <= 2.0, "{current} A"),
             bridge => panic!("{bridge:?}"),
         }
-        assert!(bench.velocity.abs() < 0.5, "{} rad/s", bench.velocity);
+        assert!(
+            bench.velocity.abs() < 0.45,
+            "{} rad/s at {tick}",
+            bench.velocity
+        );
     }
 }
 

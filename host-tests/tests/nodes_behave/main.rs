@@ -1,7 +1,8 @@
-//! What docs/nodes.md promises of axle and screw, each promise by itself on a bench: the very ticks that are flashed, with
-//! a rotor.
+//! What docs/nodes.md promises of axle and screw, each promise by itself on a bench: the very ticks
+//! that are flashed, with a rotor.
 //!
-//! Here: states, modes, stops and limits. `homing`, `command` (who may command an axle), `runaway` and `screw`: the rest.
+//! Here: states, modes, stops and limits. `homing`, `command` (who may command an axle), `runaway`
+//! and `screw`: the rest.
 
 #[path = "../bench/mod.rs"]
 mod bench;

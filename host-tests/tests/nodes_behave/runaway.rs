@@ -75,7 +75,8 @@ fn no_hard_use_counts_as_a_runaway() {
             let target = [6_000_000, -6_000_000, 0, 5_000_000, -300_000][second % 5];
             bench.command(0x0f, mode::CYCLIC_VELOCITY, target);
             for tick in 0..1_000 {
-                // Loads up to nearly the torque at the current limit, against and along, in jumps and as blows of 5 ms.
+                // Loads up to nearly the torque at the current limit, against and along, in jumps
+                // and as blows of 5 ms.
                 bench.load = match (second / 5 % 4, tick % 100) {
                     (1, 0..50) => 15.0,
                     (2, 0..50) => -15.0,

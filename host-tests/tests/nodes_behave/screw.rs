@@ -1,4 +1,5 @@
-//! The screw: taut while the joint turns, holding when it falls silent, and never below the released length.
+//! The screw: taut while the joint turns, holding when it falls silent, and never below the
+//! released length.
 
 use super::bench::{Bench, Node, settings, state};
 use super::code;
@@ -17,8 +18,8 @@ const L1: f64 = 0.32;
 const L2: f64 = 0.23;
 const K: f64 = 1.232;
 
-/// Extension at which `L + (L2 + L3) = K`, found by bisection of the triangle of the three axles, not by the firmware's
-/// formula.
+/// Extension at which `L + (L2 + L3) = K`, found by bisection of the triangle of the three axles,
+/// not by the firmware's formula.
 fn taut(theta: f64) -> f64 {
     let excess = |l3: f64| {
         let reach = L2 + l3;
@@ -127,7 +128,8 @@ fn released() -> f64 {
     f64::from(geometry.released_length().to_bits()) / 268_435_456.0
 }
 
-/// Below the released length the screw dips by no more than this, m, the unit of its position being 0.06 um.
+/// Below the released length the screw dips by no more than this, m, the unit of its position being
+/// 0.06 um.
 const DIP: f64 = 20e-6;
 
 #[test]

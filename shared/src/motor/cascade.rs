@@ -120,7 +120,8 @@ impl Cascade {
         self.integral = 0;
     }
 
-    /// Takes over the current that the integral of `other` asks for, as far as `bound`: for loops with other limits.
+    /// Takes over the current that the integral of `other` asks for, as far as `bound`: for loops
+    /// with other limits.
     pub fn take_over(&mut self, other: &Self, bound: Bound) {
         let current = self.current(other.amperes(other.integral >> INTEGRAL_BITS));
         self.integral = bound.limit(current) << INTEGRAL_BITS;

@@ -99,8 +99,9 @@ impl CurrentLoop {
         })
     }
 
-    /// Whether the windings may stay shorted with this current, A. Shorted at speed a motor drives a current that only its
-    /// resistance limits; beyond the limit the bridge opens until the next sample. False for NaN.
+    /// Whether the windings may stay shorted with this current, A. Shorted at speed a motor drives
+    /// a current that only its resistance limits; beyond the limit the bridge opens until the next
+    /// sample. False for NaN.
     #[inline]
     pub fn may_brake(&self, sample: f32) -> bool {
         sample.abs() <= self.current_limit

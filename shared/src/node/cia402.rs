@@ -140,7 +140,8 @@ impl State {
         AFTER[self as usize][command as usize]
     }
 
-    /// Whether it is nearer to torque than `other`: the way into it needs somebody in command, and no latched fault.
+    /// Whether it is nearer to torque than `other`: the way into it needs somebody in command, and
+    /// no latched fault.
     pub fn is_above(self, other: Self) -> bool {
         self.height() > other.height()
     }
@@ -156,7 +157,8 @@ impl State {
         }
     }
 
-    /// Its bits in the statusword: bits 0 to 6, and "remote" (bit 9) because the node follows the bus.
+    /// Its bits in the statusword: bits 0 to 6, and "remote" (bit 9) because the node follows the
+    /// bus.
     pub fn statusword(self) -> u16 {
         0x0200
             | match self {

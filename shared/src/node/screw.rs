@@ -1,5 +1,5 @@
-//! The driving screw's node: an axle that computes its own set-point, so that `L + (L2 + L3) = K` holds for the chassis
-//! angle as it is now, not as it was when the joint's node sent it.
+//! The driving screw's node: an axle that computes its own set-point, so that `L + (L2 + L3) = K`
+//! holds for the chassis angle as it is now, not as it was when the joint's node sent it.
 
 use super::CONTROL_PERIOD;
 use super::axle::{Axle, Inputs as AxleInputs, Outputs, mode};
@@ -20,7 +20,8 @@ pub struct Inputs {
     pub axle: AxleInputs,
     /// The chassis joint's motion (2^-32 turn, 1e-6 rad/s), if a frame came, with the time at which it was measured, us.
     pub joint: Option<(DriveMotion, u64)>,
-    /// Commanded slack of the belt, 2^-24 m; 0 is taut, negative counts as 0. It is approached with the engage speed.
+    /// Commanded slack of the belt, 2^-24 m; 0 is taut, negative counts as 0. It is approached with
+    /// the engage speed.
     pub slack: i32,
 }
 
@@ -47,8 +48,8 @@ pub struct Screw {
     remaining: i64,
 }
 
-/// Length in 2^-28 m by which a screw that stops from 1 m/s passes its set-point: 10 ms, three time constants of the velocity
-/// loop of a screw of the nominal settings.
+/// Length in 2^-28 m by which a screw that stops from 1 m/s passes its set-point: 10 ms, three time
+/// constants of the velocity loop of a screw of the nominal settings.
 const OVERSHOOT: f32 = 0.01 * 268_435_456.0;
 
 impl Screw {
@@ -119,7 +120,8 @@ impl Screw {
         self.update_slack(inputs.slack);
         let retreat = self.retreat(metres(extension.length));
         let length = extension.length.to_bits().saturating_sub(retreat);
-        // A screw that moves inward overshoots where it stops, by less than its speed times `OVERSHOOT`.
+        // A screw that moves inward overshoots where it stops, by less than its speed times
+        // `OVERSHOOT`.
         let overshoot = to_i32(speed * -OVERSHOOT);
         let overshoot = if overshoot > 0 { overshoot } else { 0 };
         let released = self.geometry.released_length().to_bits();
@@ -171,7 +173,8 @@ impl Screw {
         };
     }
 
-    /// How far the screw draws back from the extension `length`, 2^-28 m, so that the belt has the slack in force.
+    /// How far the screw draws back from the extension `length`, 2^-28 m, so that the belt has the
+    /// slack in force.
     ///
     /// The front's length by eq. 2 is `r = (K^2 - L1^2) / (2 (K + L1 cos theta))`. Taken for `K` and for `K - s` the difference is
     /// `s r (2 K - s - 2 r) / (K^2 - L1^2 - 2 s r)`, in which theta does not appear. Single precision: 0.2 um, far below what a slack belt

@@ -7,7 +7,8 @@ use crate::faults::{Fault, Faults};
 pub(super) struct Readings {
     /// Measured current, A; NaN if no sample was taken.
     pub current: f32,
-    /// Commanded current, A. A motor that runs away behind a frozen encoder takes less than it is given.
+    /// Commanded current, A. A motor that runs away behind a frozen encoder takes less than it is
+    /// given.
     pub demand: f32,
     /// Supply voltage, V.
     pub bus_voltage: f32,
@@ -38,7 +39,8 @@ pub(super) struct Bounds {
 const UNDER_VOLTAGE: f32 = 12.0;
 const OVER_VOLTAGE: f32 = 32.0;
 
-/// What is watched, and for how many ticks it must be bad, at most 127. The first faults of the table, in its order.
+/// What is watched, and for how many ticks it must be bad, at most 127. The first faults of the
+/// table, in its order.
 const WATCHES: [(Fault, u8); 8] = [
     (Fault::OverCurrent, 5),
     (Fault::Overspeed, 3),
@@ -71,7 +73,8 @@ const START: [u32; 2] = {
 #[derive(Clone, Debug)]
 pub(super) struct Supervisor {
     counters: [u32; 2],
-    /// Lowest speed since the axle began to move away from its set-point against its current, rad/s.
+    /// Lowest speed since the axle began to move away from its set-point against its current,
+    /// rad/s.
     slowest: f32,
 }
 
@@ -99,8 +102,8 @@ impl Bounds {
 }
 
 impl Supervisor {
-    /// The faults whose condition has lasted its dwell and lasts still. `pushing`: current, A, above which a motor must
-    /// turn. Comparisons are written so that NaN counts as bad.
+    /// The faults whose condition has lasted its dwell and lasts still. `pushing`: current, A,
+    /// above which a motor must turn. Comparisons are written so that NaN counts as bad.
     pub fn check(&mut self, now: &Readings, bounds: &Bounds, pushing: f32) -> Faults {
         let (current, speed) = (now.current.abs(), now.velocity.abs());
         // No reading is so large that the sum of two has no room.
@@ -138,11 +141,12 @@ impl Supervisor {
         Faults::from_bits(high << 4 | low)
     }
 
-    /// Whether the axle has gathered speed away from its set-point, against a current that drives it back.
+    /// Whether the axle has gathered speed away from its set-point, against a current that drives
+    /// it back.
     ///
-    /// A load that the motor brakes loses speed, an axle that lags behind its set-point moves with its current, and one
-    /// that a ramp carries along stays near the set-point. Only a motor whose current acts against its meaning does this:
-    /// encoder channels or motor leads are swapped.
+    /// A load that the motor brakes loses speed, an axle that lags behind its set-point moves with
+    /// its current, and one that a ramp carries along stays near the set-point. Only a motor whose
+    /// current acts against its meaning does this: encoder channels or motor leads are swapped.
     fn deviates(&mut self, now: &Readings, bounds: &Bounds) -> bool {
         let speed = now.velocity.abs();
         let apart = now.velocity - now.commanded_velocity;

@@ -76,7 +76,8 @@ pub struct Oracle {
     bench: bool,
     unreported: Faults,
     was_reported: bool,
-    /// Velocity of the set-point where it is a ramp, rad/s, and the speed at which the drive began to move against its current.
+    /// Velocity of the set-point where it is a ramp, rad/s, and the speed at which the drive began
+    /// to move against its current.
     ramp: Option<f32>,
     slowest: Option<f32>,
 }
@@ -306,7 +307,8 @@ impl Oracle {
         Ok(())
     }
 
-    /// The drive has gathered speed away from a ramp, against a current of more than half of the limit.
+    /// The drive has gathered speed away from a ramp, against a current of more than half of the
+    /// limit.
     fn deviates(&mut self, velocity: f32) -> bool {
         let Some(ramp) = self.ramp else {
             self.slowest = None;
@@ -327,8 +329,8 @@ impl Oracle {
         velocity.abs() > *slowest + 1.25
     }
 
-    /// The set-point of a velocity mode and of a stop is a ramp of 20 rad/s^2 from the velocity at which it began. Elsewhere, and
-    /// at a limit switch, nothing is said of it.
+    /// The set-point of a velocity mode and of a stop is a ramp of 20 rad/s^2 from the velocity at
+    /// which it began. Elsewhere, and at a limit switch, nothing is said of it.
     fn follow_ramp(&mut self, inputs: &Inputs, state: State, velocity: f32) {
         let stopping = state == State::QuickStopActive;
         let mode = inputs.set_point.map_or(self.mode, |new| new.mode);

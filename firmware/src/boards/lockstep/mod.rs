@@ -1,7 +1,8 @@
 //! What the boards without hardware share: messages in, one step of virtual time, messages out.
 //!
-//! `motor` models the hardware of the PWM interrupt, `clock` the timer and the executor, `log_buffer` the debug probe,
-//! `starvation` the watchdog. The two boards differ only in how bytes come and go ([`Pipe`]).
+//! `motor` models the hardware of the PWM interrupt, `clock` the timer and the executor,
+//! `log_buffer` the debug probe, `starvation` the watchdog. The two boards differ only in how bytes
+//! come and go ([`Pipe`]).
 
 pub mod clock;
 pub mod log_buffer;

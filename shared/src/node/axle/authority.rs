@@ -1,4 +1,5 @@
-//! Who may command the axle: the guard while its heartbeat is alive, else a client in bench mode, else nobody.
+//! Who may command the axle: the guard while its heartbeat is alive, else a client in bench mode,
+//! else nobody.
 
 use crate::bus::heartbeat::Monitor;
 use crate::settings::{Setting, Settings};
@@ -60,8 +61,9 @@ impl Authority {
         self.bench || self.guard.alive(now_us)
     }
 
-    /// Keeps bench mode as `requested`, unless something ends it: the guard's heartbeat, a latched fault, or no set-point for
-    /// longer than the command timeout, counted from its start. Whether it has begun or ended.
+    /// Keeps bench mode as `requested`, unless something ends it: the guard's heartbeat, a latched
+    /// fault, or no set-point for longer than the command timeout, counted from its start. Whether
+    /// it has begun or ended.
     #[inline]
     pub fn update_bench(&mut self, requested: bool, faultless: bool, now_us: u64) -> bool {
         if !requested && !self.bench {

@@ -1,7 +1,8 @@
 //! The limits in force: in operation, while homing, in bench mode, and both.
 //!
-//! Velocity and current are limited inside the loops, so each envelope has loops of its own. They are prepared at start;
-//! a change of the envelope hands the integral over, so that the motor's current does not jump.
+//! Velocity and current are limited inside the loops, so each envelope has loops of its own. They
+//! are prepared at start; a change of the envelope hands the integral over, so that the motor's
+//! current does not jump.
 
 use super::super::CONTROL_PERIOD;
 use crate::math::{Bound, limit};

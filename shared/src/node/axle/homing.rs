@@ -1,9 +1,10 @@
-//! Homing: fast to the reference switch, off it again, and slowly to it once more. Where it closes the second time, the
-//! position is known.
+//! Homing: fast to the reference switch, off it again, and slowly to it once more. Where it closes
+//! the second time, the position is known.
 //!
-//! The switch is debounced: it counts as closed or open once it has been so for [`DEBOUNCE`] ticks in a row, and the position
-//! that counts is that of the first of them. Both approaches go in the same direction, so that the hysteresis of the switch
-//! cancels; if they find it at different places, one of them was none, and the position stays unknown.
+//! The switch is debounced: it counts as closed or open once it has been so for [`DEBOUNCE`] ticks
+//! in a row, and the position that counts is that of the first of them. Both approaches go in the
+//! same direction, so that the hysteresis of the switch cancels; if they find it at different
+//! places, one of them was none, and the position stays unknown.
 
 use super::super::{CONTROL_PERIOD, Switches};
 use super::Axle;
@@ -62,7 +63,8 @@ pub(super) struct Homing {
     /// Largest distance of the places that the two approaches find, 2^-32 turn.
     tolerance: u64,
     ticks: u32,
-    /// State of the switch, for how many ticks it has differed from that, and the position at the first of them.
+    /// State of the switch, for how many ticks it has differed from that, and the position at the
+    /// first of them.
     closed: bool,
     differing: u32,
     changed_at: i64,
@@ -128,7 +130,8 @@ impl Homing {
         changes
     }
 
-    /// One tick at `position`: the velocity to go with, rad/s, and whether the switch's place is known from now on.
+    /// One tick at `position`: the velocity to go with, rad/s, and whether the switch's place is
+    /// known from now on.
     fn tick(&mut self, closed: bool, position: i64) -> (f32, bool) {
         if !self.stage.is_running() {
             return (0.0, false);
@@ -173,6 +176,8 @@ impl Axle {
             let since = position.wrapping_sub(self.homing.changed_at);
             let moved = self.homing.reference_position.wrapping_add(since);
             self.observer.set_position(moved);
+            // They are positions of before.
+            self.stops = [None; 2];
             self.anchor();
             self.referenced = true;
         }

@@ -38,8 +38,8 @@ impl Latch {
         fault.map_or(0, |fault| fault.description().code)
     }
 
-    /// Code of the emergency frame that is due in this tick: each raised fault once, the strongest first, and 0 when none is
-    /// latched any more.
+    /// Code of the emergency frame that is due in this tick: each raised fault once, the strongest
+    /// first, and 0 when none is latched any more.
     #[inline]
     pub fn emergency(&mut self) -> Option<u16> {
         if let Some(fault) = self.unreported.strongest() {

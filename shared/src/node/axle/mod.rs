@@ -1,8 +1,9 @@
-//! One motor's node: sense, estimate, supervise, follow, limit. It knows nothing of the robot but its own axle.
+//! One motor's node: sense, estimate, supervise, follow, limit. It knows nothing of the robot but
+//! its own axle.
 //!
-//! `authority`: who may command the axle. `latch`: its latched faults. `envelope`: the limits in force. `set_points`: from a
-//! set-point to a current. `offset`: the torque feed-forward. `homing`: how the position becomes known. Here is the tick
-//! around them.
+//! `authority`: who may command the axle. `latch`: its latched faults. `envelope`: the limits in
+//! force. `set_points`: from a set-point to a current. `offset`: the torque feed-forward. `homing`:
+//! how the position becomes known. Here is the tick around them.
 
 mod authority;
 mod envelope;
@@ -82,7 +83,8 @@ pub struct Outputs {
     pub emergency: Option<u16>,
     /// Bench mode is on (object 0x2001).
     pub bench_mode: bool,
-    /// Distance of the places at which the two approaches of homing found the switch, 2^-32 turn (object 0x2002).
+    /// Distance of the places at which the two approaches of homing found the switch, 2^-32 turn
+    /// (object 0x2002).
     pub homing_difference: i32,
     /// The latched faults.
     pub faults: Faults,
@@ -283,7 +285,8 @@ impl Axle {
         }
     }
 
-    /// Raises the faults whose conditions are met, whatever is latched already, and applies the strongest reaction.
+    /// Raises the faults whose conditions are met, whatever is latched already, and applies the
+    /// strongest reaction.
     fn supervise(&mut self, inputs: &Inputs, taut: Option<Result<Motion, Fault>>) {
         let (enabled, powered) = (self.state == State::OperationEnabled, self.powered());
         let in_position =
@@ -335,8 +338,7 @@ impl Axle {
         }
     }
 
-    /// The strongest reaction of the latched faults. It never strengthens a state that is weaker already by command: a bridge
-    /// that is off stays off.
+    /// Enters the state that the strongest reaction of the latched faults asks for.
     fn react(&mut self) {
         match self.latch.faults().reaction() {
             Some(Reaction::Brake | Reaction::Off) => self.state = State::Fault,
@@ -347,7 +349,8 @@ impl Axle {
         }
     }
 
-    /// Clears the faults whose cause is gone. Leads out of the state "fault" if no fault is left that needs it.
+    /// Clears the faults whose cause is gone. Leads out of the state "fault" if no fault is left
+    /// that needs it.
     fn reset_faults(&mut self) {
         let mut present = self.present;
         if self.homing.stage.is_failure() {

@@ -44,7 +44,8 @@ impl Axle {
         };
         let risen = set_point.controlword & !self.controlword;
         let command = Command::from_controlword(set_point.controlword);
-        // A master that goes on commanding "enable" through a stop does not mean the axle to start again by itself.
+        // A master that goes on commanding "enable" through a stop does not mean the axle to start
+        // again by itself.
         let stale = command == self.asked;
         self.asked = command;
         self.controlword = set_point.controlword;
