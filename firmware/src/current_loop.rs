@@ -1,4 +1,7 @@
-//! The PWM interrupt, and the cell through which the control task tells it what to do.
+//! The PWM interrupt, and the cell through which the control task commands it.
+//!
+//! A demand holds for [`DEMAND_CONTROL_PERIODS`]. If the control task sets no other one until then,
+//! the bridge opens.
 
 use core::cell::{Cell, RefCell};
 use critical_section::Mutex;
@@ -17,26 +20,39 @@ pub enum Bridge {
     Drive(f32),
 }
 
-static DEMAND: Mutex<Cell<Demand>> = Mutex::new(Cell::new(Demand::Off));
+/// Control periods after which a demand expires.
+pub const DEMAND_CONTROL_PERIODS: u32 = 3;
+
+/// The demand, and the PWM periods for which it still holds.
+static DEMAND: Mutex<Cell<(Demand, u32)>> = Mutex::new(Cell::new((Demand::Off, 0)));
 /// Sum of the samples since the control task last looked, and their number.
 static SAMPLES: Mutex<Cell<(f32, u32)>> = Mutex::new(Cell::new((0.0, 0)));
-static LOOP: Mutex<RefCell<Option<CurrentLoop>>> = Mutex::new(RefCell::new(None));
+/// The loop, and the PWM periods for which a demand holds.
+static LOOP: Mutex<RefCell<Option<(CurrentLoop, u32)>>> = Mutex::new(RefCell::new(None));
 
-/// Hands over the loop; until then the bridge stays off whatever is demanded.
+/// Hands over the loop, and the number of PWM periods in a control period. Until then the bridge
+/// stays off whatever is demanded.
 #[allow(dead_code)] // the program `ticks` takes this file without its constructors
-pub fn install(current_loop: CurrentLoop) {
-    critical_section::with(|cs| LOOP.borrow(cs).replace(Some(current_loop)));
+pub fn install(current_loop: CurrentLoop, pwm_per_control: u32) {
+    let life = DEMAND_CONTROL_PERIODS.saturating_mul(pwm_per_control);
+    critical_section::with(|cs| LOOP.borrow(cs).replace(Some((current_loop, life))));
 }
 
-/// Sets what the next PWM period does.
+/// Sets what the bridge does from the next PWM period on.
 pub fn demand(demand: Demand) {
-    critical_section::with(|cs| DEMAND.borrow(cs).set(demand));
+    critical_section::with(|cs| {
+        let life = match LOOP.borrow(cs).try_borrow() {
+            Ok(current_loop) => current_loop.as_ref().map_or(0, |(_, life)| *life),
+            Err(_) => 0,
+        };
+        DEMAND.borrow(cs).set((demand, life));
+    });
 }
 
-/// Mean of the winding's current since the last call, A; 0 without a sample.
-pub fn take_mean() -> f32 {
+/// Mean of the winding's current since the last call, A; `None` if no sample was taken.
+pub fn take_mean() -> Option<f32> {
     let (sum, count) = critical_section::with(|cs| SAMPLES.borrow(cs).take());
-    if count == 0 { 0.0 } else { sum / count as f32 }
+    (count > 0).then(|| sum / count as f32)
 }
 
 /// The PWM interrupt: from the sampled current (A) and the supply (V) to the bridge of the next period.
@@ -51,16 +67,22 @@ pub fn pwm_period(sample: f32, bus_voltage: f32) -> Bridge {
         let Ok(mut current_loop) = LOOP.borrow(cs).try_borrow_mut() else {
             return Bridge::Off;
         };
-        let Some(current_loop) = current_loop.as_mut() else {
+        let Some((current_loop, _)) = current_loop.as_mut() else {
             return Bridge::Off;
         };
-        match DEMAND.borrow(cs).get() {
+        let (demand, left) = DEMAND.borrow(cs).get();
+        let Some(left) = left.checked_sub(1) else {
+            current_loop.reset();
+            return Bridge::Off;
+        };
+        DEMAND.borrow(cs).set((demand, left));
+        match demand {
             Demand::Current(current) => {
                 Bridge::Drive(current_loop.step(sample, current, bus_voltage))
             }
             demand => {
                 current_loop.reset();
-                if demand == Demand::Brake {
+                if demand == Demand::Brake && current_loop.may_brake(sample) {
                     Bridge::Brake
                 } else {
                     Bridge::Off
@@ -68,4 +90,67 @@ pub fn pwm_period(sample: f32, bus_voltage: f32) -> Bridge {
             }
         }
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::sync::{Mutex as TestMutex, MutexGuard, PoisonError};
+    use tautrack::motor::current::Winding;
+
+    /// The statics belong to one test at a time.
+    fn installed() -> MutexGuard<'static, ()> {
+        static ONE: TestMutex<()> = TestMutex::new(());
+        let guard = ONE.lock().unwrap_or_else(PoisonError::into_inner);
+        let winding = Winding {
+            resistance: 0.6,
+            inductance: 3e-4,
+            current_limit: 10.0,
+        };
+        install(CurrentLoop::new(&winding, 4_000.0, 20_000.0).unwrap(), 20);
+        guard
+    }
+
+    #[test]
+    fn a_demand_expires_after_three_control_periods() {
+        let _one = installed();
+        for kind in [Demand::Current(5.0), Demand::Brake] {
+            demand(kind);
+            for period in 0..60 {
+                assert_ne!(pwm_period(0.0, 24.0), Bridge::Off, "{kind:?} {period}");
+            }
+            for _ in 0..1_000 {
+                assert_eq!(pwm_period(0.0, 24.0), Bridge::Off, "{kind:?}");
+            }
+        }
+        // The next one counts as if nothing had been.
+        demand(Demand::Current(5.0));
+        assert_ne!(pwm_period(0.0, 24.0), Bridge::Off);
+    }
+
+    #[test]
+    fn no_sample_is_not_a_current_of_zero() {
+        let _one = installed();
+        take_mean();
+        assert_eq!(take_mean(), None);
+        pwm_period(2.0, 24.0);
+        pwm_period(4.0, 24.0);
+        assert_eq!(take_mean(), Some(3.0));
+        assert_eq!(take_mean(), None);
+    }
+
+    #[test]
+    fn a_brake_opens_while_its_current_is_beyond_the_limit() {
+        let _one = installed();
+        demand(Demand::Brake);
+        for (sample, bridge) in [
+            (9.9, Bridge::Brake),
+            (-9.9, Bridge::Brake),
+            (10.1, Bridge::Off),
+            (-80.0, Bridge::Off),
+            (f32::NAN, Bridge::Off),
+        ] {
+            assert_eq!(pwm_period(sample, 24.0), bridge, "{sample}");
+        }
+    }
 }

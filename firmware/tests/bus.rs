@@ -8,11 +8,16 @@ use tautrack::link::Sensors;
 use tautrack::settings::Setting;
 
 const NODE: u16 = 5;
+const GUARD: u16 = 1;
 
 struct Client {
     node: Node,
-    /// Where the output shaft truly is, 2^-32 turn.
+    /// Where the output shaft truly is, 2^-32 turn, and its speed, rad/s.
     truth: i64,
+    speed: f32,
+    /// The guard's heartbeat is on the bus.
+    guard: bool,
+    steps: u32,
 }
 
 impl Client {
@@ -24,13 +29,31 @@ impl Client {
         let mut node = Node::native(program);
         let motor = (role != "guard").then_some(MOTOR);
         assert_eq!(node.start(&settings(i32::from(NODE)), motor).refusal, "");
-        Self { node, truth: 0 }
+        Self {
+            node,
+            truth: 0,
+            speed: 0.0,
+            guard: false,
+            steps: 0,
+        }
+    }
+
+    /// As [`Client::new`], with a guard's heartbeat on the bus and the node operational.
+    fn guarded(role: &str) -> Self {
+        let mut client = Self::new(role);
+        client.guard = true;
+        client.send(&[(0x000, &[1, 0])]);
+        client
     }
 
     /// Sends `frames` in one step, and gives what came back in it.
     fn send(&mut self, frames: &[(u16, &[u8])]) -> Vec<Frame> {
-        let frames: Vec<_> = frames
+        let guard = self.guard && self.steps.is_multiple_of(50);
+        let heartbeat = guard.then_some((0x700 + GUARD, [5].as_slice()));
+        self.steps += 1;
+        let frames: Vec<_> = heartbeat
             .iter()
+            .chain(frames)
             .map(|(id, data)| Frame::new(*id, data).expect("a frame"))
             .collect();
         let sensors = Sensors {
@@ -39,6 +62,7 @@ impl Client {
         };
         let stepped = self.node.step(sensors, &frames);
         self.truth = stepped.shaft.position;
+        self.speed = stepped.shaft.velocity;
         stepped.frames.to_vec()
     }
 
@@ -199,8 +223,7 @@ fn set_point(controlword: u8, target: i32) -> [u8; 7] {
 
 #[test]
 fn axle_follows_its_set_points_and_stops_when_they_end() {
-    let mut client = Client::new("axle");
-    client.send(&[(0x000, &[1, 0])]);
+    let mut client = Client::guarded("axle");
     for controlword in [6, 7, 15] {
         client.send(&[(0x200 + NODE, &set_point(controlword, 0))]);
     }
@@ -238,8 +261,7 @@ fn axle_follows_its_set_points_and_stops_when_they_end() {
 
 #[test]
 fn writing_what_is_no_set_point_does_not_stand_for_one() {
-    let mut client = Client::new("axle");
-    client.send(&[(0x000, &[1, 0])]);
+    let mut client = Client::guarded("axle");
     for controlword in [6, 7, 15] {
         client.send(&[(0x200 + NODE, &set_point(controlword, 0))]);
     }
@@ -251,6 +273,86 @@ fn writing_what_is_no_set_point_does_not_stand_for_one() {
         heard.iter().any(|frame| frame.id() == 0x080 + NODE),
         "the heartbeat's period kept the axle alive"
     );
+}
+
+const DEVICE_STATE: u32 = 0x0800_0022;
+
+#[test]
+fn no_client_writes_what_moves_an_axle_while_the_guard_is_alive() {
+    let mut client = Client::guarded("axle");
+    // Controlword, mode, targets, torque offset, bench mode, and the identifier of a receive PDO.
+    let writes: [[u8; 8]; 7] = [
+        [0x2b, 0x40, 0x60, 0, 6, 0, 0, 0],
+        [0x2f, 0x60, 0x60, 0, 9, 0, 0, 0],
+        [0x23, 0x7a, 0x60, 0, 1, 0, 0, 0],
+        [0x23, 0xff, 0x60, 0, 1, 0, 0, 0],
+        [0x2b, 0xb2, 0x60, 0, 1, 0, 0, 0],
+        [0x2f, 0x01, 0x20, 0, 1, 0, 0, 0],
+        [0x23, 0x00, 0x14, 1, 0x05, 0x03, 0, 0],
+    ];
+    for write in writes {
+        assert_eq!(Client::abort_code(client.sdo(write)), DEVICE_STATE);
+    }
+    assert_eq!(client.read(0x60ff, 0), 0);
+    // 3 rad/s by service data, as somebody would who has no guard.
+    client.guard = false;
+    client.idle(130);
+    for write in &writes[..6] {
+        assert_eq!(client.sdo(*write)[0], 0x60, "{write:x?}");
+    }
+}
+
+/// Velocity set-point with this controlword, rad/s.
+fn velocity(controlword: u8, speed: f32) -> [u8; 7] {
+    let [a, b, c, d] = ((speed * 1e6) as i32).to_le_bytes();
+    [controlword, 0, 9, a, b, c, d]
+}
+
+#[test]
+fn a_client_drives_an_axle_in_bench_mode_alone_and_slowly() {
+    let mut client = Client::new("axle");
+    client.send(&[(0x000, &[1, 0])]);
+    let drive = |client: &mut Client, bench: bool| {
+        if bench {
+            assert_eq!(client.sdo([0x2f, 0x01, 0x20, 0, 1, 0, 0, 0])[0], 0x60);
+        }
+        for controlword in [6, 7, 15] {
+            client.send(&[(0x200 + NODE + 0x100, &velocity(controlword, 3.0))]);
+        }
+        let mut fastest = 0.0_f32;
+        for _ in 0..500 {
+            client.send(&[(0x300 + NODE, &velocity(15, 3.0))]);
+            fastest = fastest.max(client.speed.abs());
+        }
+        fastest
+    };
+    assert_eq!(drive(&mut client, false), 0.0, "without bench mode");
+    let fastest = drive(&mut client, true);
+    assert!((0.9..1.2).contains(&fastest), "{fastest} rad/s");
+    assert_eq!(client.read(0x2001, 0), 1);
+
+    // The guard's heartbeat ends it, whatever the client goes on to send.
+    client.guard = true;
+    for _ in 0..400 {
+        client.send(&[(0x300 + NODE, &velocity(15, 3.0))]);
+    }
+    assert!(client.speed.abs() < 0.02, "{} rad/s", client.speed);
+    assert_eq!(client.read(0x2001, 0), 0);
+    assert_eq!(client.read(0x6041, 0) & 0x6f, 0x07, "quick stop active");
+}
+
+#[test]
+fn a_node_whose_tasks_stop_is_reset_by_its_watchdog() {
+    for (role, program) in ROLES {
+        let mut node = Node::native_with_errors(program);
+        let motor = (role != "guard").then_some(MOTOR);
+        assert_eq!(node.start(&settings(i32::from(NODE)), motor).refusal, "");
+        node.step(Sensors::default(), &[]);
+        // Nothing runs for longer than the watchdog's 50 ms.
+        let (well, said) = node.starve(60_000);
+        assert!(!well, "{role} ends with an error");
+        assert!(said.contains("watchdog: not fed"), "{role}: {said}");
+    }
 }
 
 #[test]

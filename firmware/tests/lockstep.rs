@@ -21,6 +21,9 @@ fn script(step: u32) -> Vec<Frame> {
     if step == 5 {
         frames.push(frame(0x000, &[1, 0]));
     }
+    if step.is_multiple_of(50) {
+        frames.push(frame(0x701, &[5])); // the guard's heartbeat
+    }
     if step.is_multiple_of(4) {
         frames.push(frame(0x080, &[]));
         let control = [0x06, 0x07, 0x0f][(step / 40).min(2) as usize];

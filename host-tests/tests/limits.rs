@@ -54,11 +54,12 @@ prop_compose! {
         set_point in set_point(),
         torque_offset in any::<Option<i16>>(),
         guard_heard in any::<bool>(),
+        bench_mode in any::<bool>(),
     ) -> Inputs {
         let [reference, positive_limit, negative_limit] = switches;
         let switches = Switches { reference, positive_limit, negative_limit };
         // The caller adds the jumps up to a time.
-        Inputs { now_us: jump_us, encoder, current, bus_voltage, switches, set_point, torque_offset, guard_heard }
+        Inputs { now_us: jump_us, encoder, current, bus_voltage, switches, set_point, torque_offset, guard_heard, bench_mode }
     }
 }
 

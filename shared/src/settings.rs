@@ -123,10 +123,21 @@ settings! {
     PositionMaximum = 0x0021, "position_maximum", "mrad", -2_000_000_000..=2_000_000_000, 0;
     /// Direction in which the reference switch lies: 1, -1, or 0 for an axle that needs no reference.
     ReferenceDirection = 0x0022, "reference_direction", "1", -1..=1, 0;
-    /// Position of the output shaft where the reference switch opens.
+    /// Position of the output shaft where the reference switch closes on the way in
+    /// `reference_direction`.
     ReferencePosition = 0x0023, "reference_position", "urad", i32::MIN..=i32::MAX, 0;
     /// Speed of the search for the reference switch.
     ReferenceSpeed = 0x0024, "reference_speed", "mrad/s", 1..=1_000_000, 300;
+    /// Largest current while homing.
+    HomingCurrent = 0x0025, "homing_current", "mA", 10..=100_000, 6_000;
+    /// Speed of the second approach to the reference switch, as a fraction of `reference_speed`.
+    HomingApproach = 0x0026, "homing_approach", "1e-3", 20..=1_000, 200;
+    /// Distance of the places where the two approaches find the switch, above which homing fails.
+    HomingTolerance = 0x0027, "homing_tolerance", "mrad", 1..=100_000, 10;
+    /// Largest current in bench mode.
+    BenchCurrent = 0x0028, "bench_current", "mA", 10..=100_000, 2_000;
+    /// Largest speed of the output shaft in bench mode.
+    BenchSpeed = 0x0029, "bench_speed", "mrad/s", 1..=2_000_000, 1_000;
 
     /// Travel of the screw's nut for one turn of the output shaft.
     ScrewLead = 0x0030, "screw_lead", "um", 100..=100_000, 5_000;
@@ -140,7 +151,7 @@ settings! {
     JointId = 0x0034, "joint_id", "1", 1..=127, 4;
     /// Age of the joint's newest state after which the screw holds.
     JointTimeout = 0x0035, "joint_timeout", "ms", 2..=1_000, 24;
-    /// Extension where the screw's reference switch opens, below the released length.
+    /// Distance of the screw's reference switch below the released length, where it closes.
     ReferenceRetreat = 0x0036, "reference_retreat", "um", 1_000..=100_000, 6_000;
     /// Speed with which the screw takes up a released belt.
     EngageSpeed = 0x0037, "engage_speed", "um/s", 100..=500_000, 20_000;

@@ -48,6 +48,10 @@ pub trait Board {
     fn switches() -> Switches;
     /// Sensors on the robot's body, where the board has them.
     fn body() -> Option<BodySensors>;
+    /// Feeds the board's watchdog, which resets the node [`crate::watchdog::PERIOD_US`] after it
+    /// was last fed. The firmware calls it when all of its parts have run since the call before,
+    /// and nobody else does.
+    fn feed_watchdog();
 }
 
 /// Rate of the control task, Hz, on every board.

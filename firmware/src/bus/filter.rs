@@ -1,4 +1,5 @@
-//! What the CANopen stack must never see: frames that this version of it answers wrongly or panics on.
+//! What the CANopen stack must never see: frames that this version of it answers wrongly or panics
+//! on, and what a client may not do now.
 //!
 //! * Block transfers, either way. An abort in the middle of a block upload panics the stack, its end frame is wrong for
 //!   lengths that are a multiple of seven, and the segments of a block download cannot be told from other requests.
@@ -6,10 +7,14 @@
 //! * Segmented writes to PDO mappings: an empty last segment panics the stack, and a count above eight is accepted.
 //! * LSS: node ids are settings of the node, and the stack would change its own id behind the filter's back.
 //! * Remote frames never get here: [`Frame`] cannot express them.
+//! * While the guard is alive, nobody writes the objects that move an axle, or that decide which
+//!   frames do.
+//! * While the control task stands, SYNC: the stack would send old positions.
 
 use tautrack::can::Frame;
 
 const LSS_REQUEST: u16 = 0x7e5;
+const SYNC: u16 = 0x080;
 const SDO_REQUEST: u16 = 0x600;
 const SDO_RESPONSE: u16 = 0x580;
 
@@ -17,6 +22,7 @@ const SDO_RESPONSE: u16 = 0x580;
 const COMMAND_SPECIFIER: u32 = 0x0504_0001;
 const PARAMETER_LENGTH: u32 = 0x0607_0010;
 const VALUE_TOO_HIGH: u32 = 0x0609_0031;
+const DEVICE_STATE: u32 = 0x0800_0022;
 
 /// Most objects in one PDO.
 const MAX_MAPPINGS: u8 = 8;
@@ -32,10 +38,19 @@ pub enum Verdict {
     Answer(Frame),
 }
 
+/// What the verdict depends on beside the frame.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Condition {
+    /// The heartbeat of a guard that is another node is alive.
+    pub guard_alive: bool,
+    /// The control task runs.
+    pub control_runs: bool,
+}
+
 /// Judges `frame`, received by node `node_id`.
-pub fn judge(frame: &Frame, node_id: u8) -> Verdict {
+pub fn judge(frame: &Frame, node_id: u8, condition: Condition) -> Verdict {
     let node = u16::from(node_id);
-    if frame.id() == LSS_REQUEST {
+    if frame.id() == LSS_REQUEST || frame.id() == SYNC && !condition.control_runs {
         return Verdict::Drop;
     }
     if frame.id() != SDO_REQUEST + node {
@@ -55,9 +70,11 @@ pub fn judge(frame: &Frame, node_id: u8) -> Verdict {
         )
         .map_or(Verdict::Drop, Verdict::Answer)
     };
+    let index = u16::from_le_bytes([index_low, index_high]);
     match command >> 5 {
+        1 if condition.guard_alive && moves_an_axle(index) => abort(DEVICE_STATE),
         5 | 6 => abort(COMMAND_SPECIFIER),
-        1 if is_mapping(u16::from_le_bytes([index_low, index_high])) => {
+        1 if is_mapping(index) => {
             // Expedited, size given: bits 0 and 1; unused bytes: bits 2 and 3.
             let size = if command & 0b11 == 0b11 {
                 4 - ((command >> 2) & 0b11)
@@ -88,6 +105,15 @@ pub fn sdo_index(frame: &Frame, node_id: u8) -> Option<u16> {
     }
 }
 
+/// Set-points and commands of a drive, bench mode, the screw's joint and slack, and what its
+/// receive PDOs are made of.
+fn moves_an_axle(index: u16) -> bool {
+    matches!(
+        index,
+        0x1400..=0x17ff | 0x2001 | 0x2100 | 0x2101 | 0x6040 | 0x6060 | 0x607a | 0x60b2 | 0x60ff
+    )
+}
+
 fn is_mapping(index: u16) -> bool {
     matches!(index, 0x1600..=0x17ff | 0x1a00..=0x1bff)
 }
@@ -96,8 +122,48 @@ fn is_mapping(index: u16) -> bool {
 mod tests {
     use super::*;
 
+    const ALONE: Condition = Condition {
+        guard_alive: false,
+        control_runs: true,
+    };
+
     fn request(bytes: [u8; 8]) -> Verdict {
-        judge(&Frame::new(0x605, &bytes).unwrap(), 5)
+        judge(&Frame::new(0x605, &bytes).unwrap(), 5, ALONE)
+    }
+
+    #[test]
+    fn nobody_writes_what_moves_an_axle_while_the_guard_is_alive() {
+        let guarded = Condition {
+            guard_alive: true,
+            ..ALONE
+        };
+        for index in [
+            0x6040_u16, 0x6060, 0x607a, 0x60ff, 0x60b2, 0x2001, 0x2101, 0x1400, 0x1601,
+        ] {
+            let [low, high] = index.to_le_bytes();
+            // Expedited and segmented, each by its first request.
+            for command in [0x23, 0x2b, 0x2f, 0x20, 0x21] {
+                let write = Frame::new(0x605, &[command, low, high, 1, 0, 0, 0, 0]).unwrap();
+                let code = aborted(judge(&write, 5, guarded));
+                assert_eq!(code, Some(DEVICE_STATE), "{index:#x}");
+            }
+            let read = Frame::new(0x605, &[0x40, low, high, 0, 0, 0, 0, 0]).unwrap();
+            assert_eq!(judge(&read, 5, guarded), Verdict::Pass, "{index:#x}");
+        }
+        let heartbeat = Frame::new(0x605, &[0x2b, 0x17, 0x10, 0, 50, 0, 0, 0]).unwrap();
+        assert_eq!(judge(&heartbeat, 5, guarded), Verdict::Pass);
+        assert_eq!(request([0x2b, 0x40, 0x60, 0, 6, 0, 0, 0]), Verdict::Pass);
+    }
+
+    #[test]
+    fn a_node_whose_control_task_stands_answers_no_sync() {
+        let standing = Condition {
+            control_runs: false,
+            ..ALONE
+        };
+        let sync = Frame::new(0x080, &[]).unwrap();
+        assert_eq!(judge(&sync, 5, standing), Verdict::Drop);
+        assert_eq!(judge(&sync, 5, ALONE), Verdict::Pass);
     }
 
     fn aborted(verdict: Verdict) -> Option<u32> {
@@ -155,15 +221,15 @@ mod tests {
     fn everything_else_passes_but_lss() {
         assert_eq!(request([0x40, 0x00, 0x10, 0, 0, 0, 0, 0]), Verdict::Pass);
         assert_eq!(
-            judge(&Frame::new(0x606, &[0xa0; 8]).unwrap(), 5),
+            judge(&Frame::new(0x606, &[0xa0; 8]).unwrap(), 5, ALONE),
             Verdict::Pass
         );
         assert_eq!(
-            judge(&Frame::new(0x7e5, &[4, 1]).unwrap(), 5),
+            judge(&Frame::new(0x7e5, &[4, 1]).unwrap(), 5, ALONE),
             Verdict::Drop
         );
         assert_eq!(
-            judge(&Frame::new(0x605, &[0x40]).unwrap(), 5),
+            judge(&Frame::new(0x605, &[0x40]).unwrap(), 5, ALONE),
             Verdict::Drop
         );
     }

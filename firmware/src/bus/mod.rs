@@ -9,9 +9,12 @@ mod queue;
 
 pub use queue::FrameQueue;
 
+use crate::watchdog::{self, Party};
 use core::sync::atomic::{AtomicBool, Ordering};
 use embassy_time::{Duration, Instant, with_timeout};
-use filter::Verdict;
+use filter::{Condition, Verdict};
+use tautrack::bus::heartbeat::Monitor;
+use tautrack::bus::network;
 use tautrack::can::Frame;
 use zencan_node::common::nmt::NmtState;
 use zencan_node::common::{CanId, CanMessage, NodeId};
@@ -65,6 +68,15 @@ pub struct Listen {
     pub id: u16,
 }
 
+/// The guard that this node follows, as the bus sees it.
+#[derive(Clone, Copy, Debug)]
+pub struct Master {
+    /// Its node id.
+    pub node_id: u8,
+    /// Its heartbeat.
+    pub heartbeat: Monitor,
+}
+
 /// A received frame, and what became of it.
 #[derive(Clone, Copy, Debug)]
 pub struct Heard {
@@ -84,6 +96,7 @@ pub struct Bus {
     dictionary: Dictionary,
     node_id: u8,
     listen: Option<Listen>,
+    master: Option<Master>,
     heartbeat_sent_us: u64,
 }
 
@@ -95,6 +108,7 @@ impl Bus {
         node_id: u8,
         heartbeat_ms: u16,
         listen: Option<Listen>,
+        master: Option<Master>,
     ) -> Option<Self> {
         let id = NodeId::new(node_id).ok()?;
         let heartbeat = find_object(dictionary.table, HEARTBEAT_PRODUCER_TIME)?;
@@ -113,6 +127,7 @@ impl Bus {
             dictionary,
             node_id,
             listen,
+            master,
             heartbeat_sent_us: 0,
         })
     }
@@ -121,7 +136,8 @@ impl Bus {
     /// hold one.
     pub fn receive(&mut self, frame: Frame, now_us: u64) -> Heard {
         let mut wrote = false;
-        match filter::judge(&frame, self.node_id) {
+        let condition = self.condition(&frame, now_us);
+        match filter::judge(&frame, self.node_id, condition) {
             Verdict::Pass => {
                 let message = CanMessage::new(CanId::std(frame.id()), frame.data());
                 // An error means that the frame is none of this node's.
@@ -140,8 +156,22 @@ impl Bus {
         }
     }
 
-    /// Runs the stack, and sends the heartbeat when it is due (0x1017, in milliseconds; 0 for never).
-    /// Whether objects were written.
+    /// Takes note of the guard's heartbeat, and gives what the verdict on `frame` depends on.
+    fn condition(&mut self, frame: &Frame, now_us: u64) -> Condition {
+        let guard_alive = self.master.as_mut().is_some_and(|master| {
+            if network::as_heartbeat(frame).is_some_and(|(node, _)| node == master.node_id) {
+                master.heartbeat.heard(now_us);
+            }
+            master.heartbeat.alive(now_us)
+        });
+        Condition {
+            guard_alive,
+            control_runs: watchdog::control_runs(now_us),
+        }
+    }
+
+    /// Runs the stack, and sends the heartbeat when it is due (0x1017, in milliseconds; 0 for
+    /// never) and the control task runs. Whether objects were written.
     pub fn process(&mut self, now_us: u64) -> bool {
         let mut wrote = false;
         loop {
@@ -170,6 +200,7 @@ impl Bus {
         );
         if let Some(due) = self.heartbeat_due_us()
             && now_us >= due
+            && watchdog::control_runs(now_us)
         {
             self.send_heartbeat(self.node.nmt_state() as u8, now_us);
         }
@@ -208,18 +239,55 @@ pub async fn task(mut bus: Bus, heard: fn(Heard)) -> ! {
     bus.process(Instant::now().as_micros());
     loop {
         let wait = match bus.heartbeat_due_us() {
-            Some(due) => {
+            Some(due) if watchdog::control_runs(Instant::now().as_micros()) => {
                 Duration::from_micros(due.saturating_sub(Instant::now().as_micros())).min(IDLE)
             }
-            None => IDLE,
+            _ => IDLE,
         };
         let received = with_timeout(wait, RECEIVED.next()).await;
         let now_us = Instant::now().as_micros();
+        watchdog::ran(Party::Bus);
         match received {
             Ok(frame) => heard(bus.receive(frame, now_us)),
             Err(_) => {
                 bus.process(now_us);
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn heartbeats() -> usize {
+        core::iter::from_fn(|| TRANSMIT.pop())
+            .filter(|frame| frame.id() == HEARTBEAT + 5)
+            .count()
+    }
+
+    #[test]
+    fn a_node_whose_control_task_stands_sends_neither_heartbeat_nor_process_data() {
+        let dictionary = crate::roles::axle::DICTIONARY;
+        let mut bus = Bus::new(dictionary, 5, 50, None, None).expect("a node");
+        let mut now_us = 0;
+        // One second, in which the control task runs or not.
+        let mut second = |runs: bool| {
+            let mut sent = 0;
+            for _ in 0..1_000 {
+                now_us += 1_000;
+                if runs {
+                    watchdog::control_ran(now_us);
+                }
+                bus.process(now_us);
+                sent += heartbeats();
+            }
+            let sync = Frame::new(SYNC, &[]).expect("a frame");
+            let answered = bus.condition(&sync, now_us).control_runs;
+            (sent, answered)
+        };
+        assert_eq!(second(true), (21, true), "boot-up and one every 50 ms");
+        assert_eq!(second(false), (0, false));
+        assert_eq!(second(true), (20, true));
     }
 }

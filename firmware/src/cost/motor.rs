@@ -125,7 +125,7 @@ fn count_current_loop(table: &mut Table) {
     let Ok(current_loop) = CurrentLoop::new(&winding, 4_000.0, Selected::PWM_HZ as f32) else {
         return; // these values are good ones; without the loop the host misses the entries
     };
-    current_loop::install(current_loop.clone());
+    current_loop::install(current_loop.clone(), 20);
     let mut current_loop = black_box(current_loop);
     table.kernel(
         "current loop step",

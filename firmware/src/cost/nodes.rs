@@ -66,6 +66,7 @@ impl Shaft {
             // Half a period behind a set-point.
             torque_offset: (tick % 16 == 2).then_some((random.bits() >> 16) as i16),
             guard_heard: tick.is_multiple_of(50),
+            bench_mode: false,
         }
     }
 }

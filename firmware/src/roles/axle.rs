@@ -10,7 +10,7 @@ use tautrack::node::axle::Axle;
 use tautrack::settings::{Setting, Settings};
 
 dictionary!(od, "axle.rs");
-#[cfg(all(target_os = "none", feature = "mps2"))]
+#[cfg(any(test, all(target_os = "none", feature = "mps2")))]
 pub(crate) use od::DICTIONARY;
 drive::drive_objects!(od);
 
@@ -42,8 +42,9 @@ async fn control(mut axle: Axle, node: u8) -> ! {
     let mut ticker = Ticker::every(Duration::from_hz(u64::from(CONTROL_HZ)));
     loop {
         ticker.next().await;
-        let outputs = axle.tick(&drive::inputs(set_point, torque_offset));
+        let bench_mode = bench_mode();
+        let outputs = axle.tick(&drive::inputs(set_point, torque_offset, bench_mode));
         drive::act(&outputs, node);
-        publish(&outputs);
+        publish(&outputs, bench_mode);
     }
 }

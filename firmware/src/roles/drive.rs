@@ -1,9 +1,10 @@
 //! What axle and screw share: settings of the motor, the set-point out of the objects, the state into them.
 
 use super::Refusal;
-use crate::boards::{Board, Selected};
+use crate::boards::{Board, CONTROL_HZ, Selected};
 use crate::bus::{self, Heard};
 use crate::current_loop;
+use crate::watchdog::{self, Party};
 use core::cell::Cell;
 use core::sync::atomic::{AtomicBool, Ordering};
 use critical_section::Mutex;
@@ -82,11 +83,16 @@ impl Mailbox {
 }
 
 /// Inputs of one tick; `set_point` and `torque_offset` read the objects, and are asked only when one of theirs was written.
-pub fn inputs(set_point: fn() -> SetPoint, torque_offset: fn() -> i16) -> Inputs {
+pub fn inputs(set_point: fn() -> SetPoint, torque_offset: fn() -> i16, bench_mode: bool) -> Inputs {
+    let current = current_loop::take_mean();
+    if current.is_some() {
+        watchdog::ran(Party::Pwm);
+    }
     Inputs {
         now_us: Instant::now().as_micros(),
         encoder: Selected::encoder(),
-        current: current_loop::take_mean(),
+        // Without a sample nothing is known of the current.
+        current: current.unwrap_or(f32::NAN),
         bus_voltage: Selected::bus_voltage(),
         switches: Selected::switches(),
         set_point: HEARD
@@ -98,12 +104,14 @@ pub fn inputs(set_point: fn() -> SetPoint, torque_offset: fn() -> i16) -> Inputs
             .swap(false, Ordering::Relaxed)
             .then(torque_offset),
         guard_heard: HEARD.guard.swap(false, Ordering::Relaxed),
+        bench_mode,
     }
 }
 
 /// Hands the tick's demand to the PWM interrupt, and its emergency to the bus.
 pub fn act(outputs: &Outputs, node: u8) {
     current_loop::demand(outputs.bridge);
+    watchdog::control_ran(Instant::now().as_micros());
     if let Some(code) = outputs.emergency {
         crate::logger::warn!("fault {:#06x}", code);
         bus::send(network::emergency(Emergency { node, code }));
@@ -120,7 +128,8 @@ pub fn install_current_loop(settings: &Settings) -> Result<(), Refusal> {
     let bandwidth = settings.scaled(Setting::CurrentBandwidth, 1.0);
     let current_loop = CurrentLoop::new(&winding, bandwidth, Selected::PWM_HZ as f32)
         .map_err(|error| super::refuse(format_args!("current loop: {error}")))?;
-    current_loop::install(current_loop);
+    current_loop::install(current_loop, Selected::PWM_HZ / CONTROL_HZ);
+    watchdog::require(Party::Pwm);
     Ok(())
 }
 
@@ -148,8 +157,18 @@ macro_rules! drive_objects {
             $od::OBJECT60B2.get_value()
         }
 
-        /// What the tick tells, as objects; the next SYNC sends them.
-        fn publish(outputs: &tautrack::node::axle::Outputs) {
+        /// Whether a client asks for bench mode.
+        fn bench_mode() -> bool {
+            $od::OBJECT2001.get_value() != 0
+        }
+
+        /// The outputs of a tick as objects; the next SYNC sends them. `bench_mode`: what was asked
+        /// for in this tick.
+        fn publish(outputs: &tautrack::node::axle::Outputs, bench_mode: bool) {
+            if bench_mode && !outputs.bench_mode {
+                $od::OBJECT2001.set_value(0);
+            }
+            $od::OBJECT2002.set_value(outputs.homing_difference);
             $od::OBJECT1001.set_value(u8::from(outputs.status.error_code != 0));
             $od::OBJECT2000.set_value(outputs.active_limit as u8);
             $od::OBJECT603F.set_value(outputs.status.error_code);

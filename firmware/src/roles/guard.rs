@@ -136,6 +136,7 @@ async fn control(guard: &'static mut dyn Tick, node: u8) -> ! {
             frames: &frames,
             serial: bytes.get(..count).unwrap_or(&[]),
         });
+        crate::watchdog::control_ran(Instant::now().as_micros());
         let outputs = guard.outputs();
         publish(outputs);
         if !outputs.frames.is_empty() {

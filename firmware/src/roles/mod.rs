@@ -5,10 +5,12 @@ mod drive;
 pub mod guard;
 pub mod screw;
 
-use crate::bus::{self, Bus, Dictionary, Heard, Listen};
+use crate::bus::{self, Bus, Dictionary, Heard, Listen, Master};
+use crate::watchdog::{self, Party};
 use core::fmt::Write;
 use embassy_executor::{SpawnError, SpawnToken, Spawner};
 use heapless::String;
+use tautrack::bus::heartbeat::Monitor;
 use tautrack::settings::{Setting, Settings};
 
 /// Why a node refuses its settings, for a person to read.
@@ -36,7 +38,7 @@ pub fn refuse(arguments: core::fmt::Arguments) -> Refusal {
     text.0
 }
 
-/// Makes the bus of a role and spawns its task.
+/// Makes the bus of a role and spawns its task. Bus task and control task belong to every role.
 fn start_bus(
     spawner: Spawner,
     settings: &Settings,
@@ -46,7 +48,14 @@ fn start_bus(
 ) -> Result<(), Refusal> {
     let node_id = settings.id(Setting::NodeId);
     let heartbeat_ms = settings.get(Setting::HeartbeatPeriod) as u16;
-    let bus = Bus::new(dictionary, node_id, heartbeat_ms, listen)
+    let guard_id = settings.id(Setting::GuardId);
+    let master = (guard_id != node_id).then(|| Master {
+        node_id: guard_id,
+        heartbeat: Monitor::new(settings.milliseconds(Setting::HeartbeatTimeout)),
+    });
+    watchdog::require(Party::Control);
+    watchdog::require(Party::Bus);
+    let bus = Bus::new(dictionary, node_id, heartbeat_ms, listen, master)
         .ok_or_else(|| refuse(format_args!("the bus cannot be made for node id {node_id}")))?;
     spawn(spawner, bus::task(bus, heard))
 }

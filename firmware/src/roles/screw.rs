@@ -56,12 +56,13 @@ async fn control(mut screw: Screw, node: u8) -> ! {
     let mut ticker = Ticker::every(Duration::from_hz(u64::from(CONTROL_HZ)));
     loop {
         ticker.next().await;
+        let bench_mode = bench_mode();
         let outputs = screw.tick(&Inputs {
-            axle: drive::inputs(set_point, torque_offset),
+            axle: drive::inputs(set_point, torque_offset, bench_mode),
             joint: drive::HEARD.take_joint(),
             slack: od::OBJECT2101.get_value(),
         });
         drive::act(&outputs, node);
-        publish(&outputs);
+        publish(&outputs, bench_mode);
     }
 }

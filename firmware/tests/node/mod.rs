@@ -107,6 +107,34 @@ impl Node {
         Self::spawn(&mut Command::new(path))
     }
 
+    /// As [`Node::native`]; what it writes as errors is for [`Node::starve`].
+    pub fn native_with_errors(path: &str) -> Self {
+        Self::spawn(Command::new(path).stderr(Stdio::piped()))
+    }
+
+    /// Lets `us` pass without anything running, and waits for the node to end: whether it ended
+    /// well, and its errors.
+    pub fn starve(mut self, us: u64) -> (bool, String) {
+        let step = Step {
+            time_us: self.time_us + us,
+            sensors: Sensors::default(),
+            frames: heapless::Vec::new(),
+            serial: heapless::Vec::new(),
+        };
+        let body =
+            postcard::to_allocvec(&ToNode::Step(step)).expect("every message can be encoded");
+        let mut bytes = (body.len() as u16).to_le_bytes().to_vec();
+        bytes.extend(body);
+        self.input.write_all(&bytes).expect("the node reads");
+        drop(self.input);
+        let mut said = String::new();
+        if let Some(mut errors) = self.process.stderr.take() {
+            errors.read_to_string(&mut said).expect("text");
+        }
+        let status = self.process.wait().expect("the node ends");
+        (status.success(), said)
+    }
+
     /// The program of `role` in QEMU.
     pub fn emulated(role: &str) -> Self {
         let mut command = Command::new("qemu-system-arm");

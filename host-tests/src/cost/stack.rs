@@ -112,6 +112,9 @@ fn life(step: u64, is_guard: bool) -> Step {
         }
         _ => {}
     }
+    if step.is_multiple_of(50) && !is_guard {
+        hear(Frame::new(0x701, &[5]).unwrap_or_default()); // the guard's heartbeat
+    }
     if step.is_multiple_of(4) && !is_guard {
         let word = match step / 100 {
             0 => controlword::SHUTDOWN,

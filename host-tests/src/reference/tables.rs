@@ -10,6 +10,7 @@ pub fn faults() -> String {
     let reaction = |reaction| match reaction {
         Reaction::Hold => "ramps to standstill and holds",
         Reaction::Brake => "shorts its windings",
+        Reaction::Off => "opens its bridge",
     };
     for row in faults::TABLE {
         let (code, name, does) = (row.code, row.name, reaction(row.reaction));

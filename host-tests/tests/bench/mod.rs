@@ -35,17 +35,26 @@ pub struct Bench {
     /// The torque offset that it sends with every fourth SYNC.
     pub torque_offset: Option<i16>,
     pub guard_alive: bool,
+    /// A client asks for bench mode; ends with it, as the object does.
+    pub bench_mode: bool,
     /// The joint's motion, sent with every SYNC to a screw.
     pub joint: Option<DriveMotion>,
-    /// Switches at an angle.
+    /// Commanded slack of a screw, 2^-24 m.
+    pub slack: i32,
+    /// The encoder's channels are swapped: it counts backward.
+    pub swapped: bool,
+    /// Switches at an angle, counted from `switch_at`.
     pub switches: fn(f64) -> Switches,
+    pub switch_at: f64,
     /// Replaces the current reading.
     pub current_reading: Option<f32>,
     bridge: Bridge,
     counts_per_radian: f64,
     torque_constant: f64,
-    inertia: f64,
+    /// At the output shaft, kg m^2.
+    pub inertia: f64,
     resistance: f64,
+    current_limit: f64,
 }
 
 /// The defaults of the table, with these changes.
@@ -74,14 +83,19 @@ impl Bench {
             set_point: None,
             torque_offset: None,
             guard_alive: true,
+            bench_mode: false,
+            slack: 0,
+            swapped: false,
             joint: None,
             switches: |_| Switches::default(),
+            switch_at: 0.0,
             current_reading: None,
             bridge: Bridge::Off,
             counts_per_radian: f64::from(settings.get(Setting::EncoderCounts)) * gear / TAU,
             torque_constant: f64::from(settings.get(Setting::TorqueConstant)) * 1e-6 * gear,
             inertia,
             resistance: f64::from(settings.get(Setting::Resistance)) * 1e-3,
+            current_limit: f64::from(settings.get(Setting::CurrentLimit)) * 1e-3,
         }
     }
 
@@ -97,17 +111,20 @@ impl Bench {
         let milliseconds = self.now_us / 1_000;
         let current = self.turn();
         let sync = milliseconds.is_multiple_of(TICKS_PER_SYNC);
+        let counts = (self.angle * self.counts_per_radian).floor() as i32;
         let inputs = Inputs {
             now_us: self.now_us,
-            encoder: (self.angle * self.counts_per_radian).floor() as i32,
+            encoder: if self.swapped { -counts } else { counts },
             current: self.current_reading.unwrap_or(current as f32),
             bus_voltage: 24.0,
-            switches: (self.switches)(self.angle),
+            switches: (self.switches)(self.angle - self.switch_at),
             set_point: self.set_point.filter(|_| sync),
             torque_offset: self
                 .torque_offset
                 .filter(|_| milliseconds.is_multiple_of(4 * TICKS_PER_SYNC)),
-            guard_heard: self.guard_alive && milliseconds.is_multiple_of(50),
+            // The first one before the first set-point.
+            guard_heard: self.guard_alive && milliseconds % 50 == 1,
+            bench_mode: self.bench_mode,
         };
         let outputs = match &mut self.node {
             Node::Axle(axle) => axle.tick(&inputs),
@@ -117,10 +134,11 @@ impl Bench {
                     .joint
                     .filter(|_| sync)
                     .map(|joint| (joint, self.now_us)),
-                slack: 0,
+                slack: self.slack,
             }),
         };
         self.bridge = outputs.bridge;
+        self.bench_mode &= outputs.bench_mode;
         outputs
     }
 
@@ -130,7 +148,11 @@ impl Bench {
         let current = match self.bridge {
             Bridge::Off => 0.0,
             Bridge::Current(demand) => f64::from(demand),
-            Bridge::Brake => -back_emf / self.resistance,
+            // The current interrupt opens the bridge wherever the current exceeds its limit.
+            Bridge::Brake => {
+                let limit = self.current_limit;
+                (-back_emf / self.resistance).clamp(-limit, limit)
+            }
         };
         if self.stuck {
             self.velocity = 0.0;
@@ -162,15 +184,17 @@ impl Bench {
 
     /// Enables the drive in `mode` with `target`, and lets 100 ms pass.
     pub fn enable(&mut self, mode: i8, target: i32) -> Outputs {
-        for word in [
-            controlword::SHUTDOWN,
-            controlword::SWITCH_ON,
-            controlword::ENABLE_OPERATION,
-        ] {
+        self.enable_quietly(mode, target);
+        self.run(108)
+    }
+
+    /// Commands all that enables the drive; the last word has not been sent yet.
+    pub fn enable_quietly(&mut self, mode: i8, target: i32) {
+        for word in [controlword::SHUTDOWN, controlword::SWITCH_ON] {
             self.command(word, mode, target);
             self.run(8);
         }
-        self.run(100)
+        self.command(controlword::ENABLE_OPERATION, mode, target);
     }
 
     /// What the master sends from now on.

@@ -120,6 +120,13 @@ impl Cascade {
         self.integral = 0;
     }
 
+    /// Takes over the current that the integral of `other` asks for, as far as `bound`: for loops
+    /// with other limits.
+    pub fn take_over(&mut self, other: &Self, bound: Bound) {
+        let current = self.current(other.amperes(other.integral >> INTEGRAL_BITS));
+        self.integral = bound.limit(current) << INTEGRAL_BITS;
+    }
+
     /// A set-point in the loops' units, with its velocity and acceleration to be fed forward.
     #[inline]
     pub fn reference(&self, set_point: &SetPoint) -> Reference {

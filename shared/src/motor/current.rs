@@ -99,6 +99,14 @@ impl CurrentLoop {
         })
     }
 
+    /// Whether the windings may stay shorted with this current, A. Shorted at speed a motor drives
+    /// a current that only its resistance limits; beyond the limit the bridge opens until the next
+    /// sample. False for NaN.
+    #[inline]
+    pub fn may_brake(&self, sample: f32) -> bool {
+        sample.abs() <= self.current_limit
+    }
+
     /// Duty, in -[`MAX_DUTY`] to [`MAX_DUTY`], for the next PWM period, from the sampled current (A), the demanded
     /// current (A) and the supply (V).
     ///

@@ -9,11 +9,11 @@ pub enum State {
     ReadyToSwitchOn,
     /// Waiting for "enable operation"; no torque yet.
     SwitchedOn,
-    /// The axle obeys its set-points.
+    /// The axle follows its set-points.
     OperationEnabled,
     /// The axle ramps down and holds.
     QuickStopActive,
-    /// A fault brakes the axle.
+    /// A fault has the windings shorted or the bridge open.
     Fault,
 }
 
@@ -140,7 +140,25 @@ impl State {
         AFTER[self as usize][command as usize]
     }
 
-    /// Its bits in the statusword: bits 0 to 6, and "remote" (bit 9) because the node obeys the bus.
+    /// Whether it is nearer to torque than `other`: the way into it needs somebody in command, and
+    /// no latched fault.
+    pub fn is_above(self, other: Self) -> bool {
+        self.height() > other.height()
+    }
+
+    /// Order of the states by what they let the motor do.
+    fn height(self) -> u8 {
+        match self {
+            Self::Fault | Self::SwitchOnDisabled => 0,
+            Self::ReadyToSwitchOn => 1,
+            Self::SwitchedOn => 2,
+            Self::QuickStopActive => 3,
+            Self::OperationEnabled => 4,
+        }
+    }
+
+    /// Its bits in the statusword: bits 0 to 6, and "remote" (bit 9) because the node follows the
+    /// bus.
     pub fn statusword(self) -> u16 {
         0x0200
             | match self {

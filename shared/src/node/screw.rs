@@ -1,5 +1,5 @@
-//! The driving screw's node: an axle whose set-point is not commanded but computed, so that `L + (L2 + L3) = K` holds
-//! for the chassis angle as it is now, not as it was when the joint's node sent it.
+//! The driving screw's node: an axle that computes its own set-point, so that `L + (L2 + L3) = K`
+//! holds for the chassis angle as it is now, not as it was when the joint's node sent it.
 
 use super::CONTROL_PERIOD;
 use super::axle::{Axle, Inputs as AxleInputs, Outputs, mode};
@@ -20,7 +20,8 @@ pub struct Inputs {
     pub axle: AxleInputs,
     /// The chassis joint's motion (2^-32 turn, 1e-6 rad/s), if a frame came, with the time at which it was measured, us.
     pub joint: Option<(DriveMotion, u64)>,
-    /// Slack that the belt shall have, 2^-24 m; 0 is taut, negative counts as 0.
+    /// Commanded slack of the belt, 2^-24 m; 0 is taut, negative counts as 0. It is approached with
+    /// the engage speed.
     pub slack: i32,
 }
 
@@ -32,8 +33,11 @@ pub struct Screw {
     scale: Scale,
     joint: Option<(DriveMotion, u64)>,
     joint_timeout_us: u64,
-    /// Way of one tick at the engage speed, 2^-32 turn, not negative.
+    /// Travel in one tick at the engage speed, 2^-32 turn, not negative.
     engage_step: i64,
+    /// The same in 2^-24 m of slack, at least 1, and the slack in force.
+    slack_step: i32,
+    slack: i32,
     /// `L2`, m.
     l2: f32,
     /// `2 K`, m, and `K^2 - L1^2`, m^2.
@@ -43,6 +47,10 @@ pub struct Screw {
     /// Distance that is still to be taken up since the mode began, 2^-32 turn; towards zero at the engage speed.
     remaining: i64,
 }
+
+/// Length in 2^-28 m by which a screw that stops from 1 m/s passes its set-point: 10 ms, three time
+/// constants of the velocity loop of a screw of the nominal settings.
+const OVERSHOOT: f32 = 0.01 * 268_435_456.0;
 
 impl Screw {
     /// Screw with these settings.
@@ -67,8 +75,9 @@ impl Screw {
         // Half a turn of theta is the longest extension; beyond it and below the switch lies nothing to reach.
         let longest = i64::from(geometry.length(Angle::from_bits(i32::MIN)).to_bits());
         let travel = (reference, scale.shaft_from_length(longest));
-        let engage_speed =
-            scale.shaft_velocity_from_linear(settings.scaled(Setting::EngageSpeed, 1e-6));
+        let engage_metres = settings.scaled(Setting::EngageSpeed, 1e-6);
+        let engage_speed = scale.shaft_velocity_from_linear(engage_metres);
+        let slack_step = to_i32(engage_metres * (CONTROL_PERIOD * 16_777_216.0));
         Ok(Self {
             axle: Axle::with_scale(settings, scale, reference, Some(travel)),
             geometry,
@@ -76,6 +85,8 @@ impl Screw {
             joint: None,
             joint_timeout_us: settings.milliseconds(Setting::JointTimeout),
             engage_step: from_radians(engage_speed * CONTROL_PERIOD),
+            slack_step,
+            slack: 0,
             l2: settings.scaled(Setting::LengthL2, 1e-6),
             slack_terms: (k + k, (k - l1) * (k + l1)),
             most_slack: to_i32(0.5 * (k - l1) * 16_777_216.0),
@@ -110,10 +121,22 @@ impl Screw {
         let theta = Angle::from_bits(motion.position) + Angle::from_bits(to_i32(moved));
         let extension = self.geometry.extension(theta);
 
-        let shortest = self.geometry.released_length().to_bits();
-        let retreat = self.retreat(metres(extension.length), inputs.slack);
+        let speed = metres(extension.derivative) * rate;
+        self.update_slack(inputs.slack);
+        let retreat = self.retreat(metres(extension.length));
         let length = extension.length.to_bits().saturating_sub(retreat);
-        let length = if length < shortest { shortest } else { length };
+        // A screw that moves inward overshoots where it stops, by less than its speed times
+        // `OVERSHOOT`.
+        let overshoot = to_i32(speed * -OVERSHOOT);
+        let overshoot = if overshoot > 0 { overshoot } else { 0 };
+        let released = self.geometry.released_length().to_bits();
+        let shortest = released.saturating_add(overshoot);
+        let at_end = length < shortest;
+        let (length, speed) = if at_end {
+            (shortest, 0.0)
+        } else {
+            (length, speed)
+        };
         let law = self.scale.shaft_from_length(i64::from(length));
 
         if self.axle.drives_in(mode::TAUT) {
@@ -130,28 +153,42 @@ impl Screw {
         }
         Ok(Motion {
             position: law.wrapping_add(self.remaining),
-            velocity: self
-                .scale
-                .shaft_velocity_from_linear(metres(extension.derivative) * rate),
+            velocity: self.scale.shaft_velocity_from_linear(speed),
             acceleration: 0.0,
         })
     }
 
-    /// How far the screw draws back from the extension `length`, 2^-28 m, so that the belt is slack by `slack` (2^-24 m).
+    /// Moves the slack towards the commanded one by what the engage speed allows in a tick.
+    fn update_slack(&mut self, commanded: i32) {
+        let commanded = if commanded <= 0 {
+            0
+        } else if commanded < self.most_slack {
+            commanded
+        } else {
+            self.most_slack
+        };
+        // Both are between 0 and `most_slack`.
+        let change = commanded - self.slack;
+        self.slack = if change > self.slack_step {
+            self.slack + self.slack_step
+        } else if change < -self.slack_step {
+            self.slack - self.slack_step
+        } else {
+            commanded
+        };
+    }
+
+    /// How far the screw draws back from the extension `length`, 2^-28 m, so that the belt has the
+    /// slack in force.
     ///
     /// The front's length by eq. 2 is `r = (K^2 - L1^2) / (2 (K + L1 cos theta))`. Taken for `K` and for `K - s` the difference is
     /// `s r (2 K - s - 2 r) / (K^2 - L1^2 - 2 s r)`, in which theta does not appear. Single precision: 0.2 um, far below what a slack belt
     /// shows.
-    fn retreat(&self, length: f32, slack: i32) -> i32 {
-        if slack <= 0 {
+    fn retreat(&self, length: f32) -> i32 {
+        if self.slack == 0 {
             return 0;
         }
-        let slack = if slack < self.most_slack {
-            slack
-        } else {
-            self.most_slack
-        };
-        let (s, r) = (slack as f32 * (1.0 / 16_777_216.0), length + self.l2);
+        let (s, r) = (self.slack as f32 * (1.0 / 16_777_216.0), length + self.l2);
         let (two_k, squares) = self.slack_terms;
         let (sr, front) = (s * r, r + r);
         // Less than 8 m.

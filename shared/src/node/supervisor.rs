@@ -1,17 +1,24 @@
-//! Watches one axle's readings; each watch has a dwell, so that no single sample trips.
+//! Watches one axle's readings. Each watch has a dwell, so that no single sample raises a fault.
 
-use crate::faults::Fault;
+use crate::faults::{Fault, Faults};
 
 /// One tick's readings.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Readings {
+    /// Measured current, A; NaN if no sample was taken.
     pub current: f32,
-    /// Current that was asked for. A motor that runs away behind a frozen encoder takes less than it is given.
+    /// Commanded current, A. A motor that runs away behind a frozen encoder takes less than it is
+    /// given.
     pub demand: f32,
+    /// Supply voltage, V.
     pub bus_voltage: f32,
+    /// Measured velocity, rad/s.
     pub velocity: f32,
+    /// Velocity of the set-point, rad/s.
+    pub commanded_velocity: f32,
     /// Distance of set-point and position, 2^-32 turn; 0 where the mode has no position.
     pub following_error: i64,
+    /// The current loop is on.
     pub powered: bool,
 }
 
@@ -19,19 +26,26 @@ pub(super) struct Readings {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Bounds {
     over_current: f32,
-    /// Demand above which a motor must turn, and the speed below which it does not.
-    pushing: f32,
+    /// Current that counts as a drive in one direction: half of the limit.
+    driving: f32,
+    /// Speed below which a motor stands.
     standing: f32,
+    overspeed: f32,
+    /// Distance of two velocities that no control error explains.
+    deviation: f32,
     following: u64,
 }
 
 const UNDER_VOLTAGE: f32 = 12.0;
 const OVER_VOLTAGE: f32 = 32.0;
 
-/// What is watched, and for how many ticks it must be bad, at most 127; the first of several counts.
-const WATCHES: [(Fault, u8); 6] = [
-    (Fault::InvalidReading, 3),
+/// What is watched, and for how many ticks it must be bad, at most 127. The first faults of the
+/// table, in its order.
+const WATCHES: [(Fault, u8); 8] = [
     (Fault::OverCurrent, 5),
+    (Fault::Overspeed, 3),
+    (Fault::VelocityDeviation, 3),
+    (Fault::InvalidReading, 3),
     (Fault::OverVoltage, 5),
     (Fault::UnderVoltage, 5),
     (Fault::Blocked, 60),
@@ -41,8 +55,10 @@ const WATCHES: [(Fault, u8); 6] = [
 /// The top bit of every byte: a dwell is over.
 const OVER: u32 = 0x8080_8080;
 const ONE_EACH: u32 = 0x0101_0101;
+/// Multiplied with a number whose bytes are 0 or 1, its top four bits are those bytes' bits.
+const GATHER: u32 = 0x1020_4080;
 
-/// Where the counters start, a byte for each watch: so far below the top bit as the dwell is long.
+/// Where the counters start, a byte for each watch: as far below the top bit as the dwell is long.
 const START: [u32; 2] = {
     let mut start = [0; 2];
     let mut watch = 0;
@@ -57,11 +73,17 @@ const START: [u32; 2] = {
 #[derive(Clone, Debug)]
 pub(super) struct Supervisor {
     counters: [u32; 2],
+    /// Lowest speed since the axle began to move away from its set-point against its current,
+    /// rad/s.
+    slowest: f32,
 }
 
 impl Default for Supervisor {
     fn default() -> Self {
-        Self { counters: START }
+        Self {
+            counters: START,
+            slowest: f32::INFINITY,
+        }
     }
 }
 
@@ -70,29 +92,34 @@ impl Bounds {
     pub fn new(current: f32, velocity: f32, following: i64) -> Self {
         Self {
             over_current: 1.25 * current,
-            pushing: 0.9 * current,
+            driving: 0.5 * current,
             standing: 0.01 * velocity,
+            overspeed: 1.2 * velocity,
+            deviation: 0.2 * velocity,
             following: following.unsigned_abs(),
         }
     }
 }
 
 impl Supervisor {
-    /// The fault that has lasted its dwell, if any. Comparisons are written so that a NaN counts as bad.
-    pub fn check(&mut self, now: &Readings, bounds: &Bounds) -> Option<Fault> {
-        let current = now.current.abs();
+    /// The faults whose condition has lasted its dwell and lasts still. `pushing`: current, A,
+    /// above which a motor must turn. Comparisons are written so that NaN counts as bad.
+    pub fn check(&mut self, now: &Readings, bounds: &Bounds, pushing: f32) -> Faults {
+        let (current, speed) = (now.current.abs(), now.velocity.abs());
         // No reading is so large that the sum of two has no room.
         let finite = current + now.bus_voltage.abs() < f32::INFINITY;
-        let standing = now.velocity.abs() < bounds.standing;
-        let blocked = now.powered && standing && !(now.demand.abs() <= bounds.pushing);
+        let blocked = now.powered && speed < bounds.standing && !(now.demand.abs() <= pushing);
+        let deviating = self.deviates(now, bounds) && now.powered;
         // In the order of `WATCHES`.
         let bad = [
-            !finite,
             !(current <= bounds.over_current),
+            now.powered && !(speed <= bounds.overspeed),
+            deviating,
+            !finite,
             !(now.bus_voltage <= OVER_VOLTAGE),
             !(now.bus_voltage >= UNDER_VOLTAGE),
             blocked,
-            now.powered && now.following_error.unsigned_abs() > bounds.following,
+            now.following_error.unsigned_abs() > bounds.following,
         ];
         let mut counting = [0; 2];
         for (watch, bad) in bad.into_iter().enumerate() {
@@ -108,11 +135,29 @@ impl Supervisor {
         }
         let [first, second] = self.counters.map(|counters| counters & OVER);
         if first | second == 0 {
-            return None;
+            return Faults::NONE;
         }
-        let over = u64::from(second) << 32 | u64::from(first);
-        let (fault, _) = WATCHES.get(over.trailing_zeros() as usize / 8)?;
-        Some(*fault)
+        let [low, high] = [first, second].map(|over| (over >> 7).wrapping_mul(GATHER) >> 28);
+        Faults::from_bits(high << 4 | low)
+    }
+
+    /// Whether the axle has gathered speed away from its set-point, against a current that drives
+    /// it back.
+    ///
+    /// A load that the motor brakes loses speed, an axle that lags behind its set-point moves with
+    /// its current, and one that a ramp carries along stays near the set-point. Only a motor whose
+    /// current acts against its meaning does this: encoder channels or motor leads are swapped.
+    fn deviates(&mut self, now: &Readings, bounds: &Bounds) -> bool {
+        let speed = now.velocity.abs();
+        let apart = now.velocity - now.commanded_velocity;
+        let against = now.velocity * now.demand < 0.0
+            && apart * now.demand < 0.0
+            && now.demand.abs() > bounds.driving
+            && apart.abs() > bounds.deviation;
+        if !against || speed < self.slowest {
+            self.slowest = speed;
+        }
+        against && speed > self.slowest + bounds.deviation
     }
 }
 
@@ -125,17 +170,24 @@ mod tests {
         demand: 1.0,
         bus_voltage: 24.0,
         velocity: 1.0,
+        commanded_velocity: 1.0,
         following_error: 0,
         powered: true,
     };
 
-    fn ticks_until_fault(readings: Readings) -> Option<(usize, Fault)> {
+    fn ticks_until_fault(readings: Readings) -> Option<(usize, Faults)> {
         let (mut supervisor, bounds) = (Supervisor::default(), Bounds::new(10.0, 6.0, 400));
         (1..500).find_map(|tick| {
-            supervisor
-                .check(&readings, &bounds)
-                .map(|fault| (tick, fault))
+            let faults = supervisor.check(&readings, &bounds, 9.0);
+            (!faults.is_empty()).then_some((tick, faults))
         })
+    }
+
+    #[test]
+    fn the_watches_are_the_first_faults_of_the_table() {
+        for ((fault, _), other) in WATCHES.iter().zip(crate::faults::ALL) {
+            assert_eq!(fault, other);
+        }
     }
 
     #[test]
@@ -157,6 +209,15 @@ mod tests {
                 },
                 5,
                 Fault::OverCurrent,
+            ),
+            (
+                Readings {
+                    velocity: -7.3,
+                    commanded_velocity: -7.3,
+                    ..GOOD
+                },
+                3,
+                Fault::Overspeed,
             ),
             (
                 Readings {
@@ -193,8 +254,68 @@ mod tests {
             ),
         ];
         for (readings, tick, fault) in cases {
-            assert_eq!(ticks_until_fault(readings), Some((tick, fault)));
+            let expected = Some((tick, Faults::of(fault)));
+            assert_eq!(ticks_until_fault(readings), expected);
         }
+    }
+
+    #[test]
+    fn a_condition_is_reported_beside_every_other_one() {
+        let (mut supervisor, bounds) = (Supervisor::default(), Bounds::new(10.0, 6.0, 400));
+        let bad = Readings {
+            current: 20.0,
+            bus_voltage: 40.0,
+            velocity: 0.0,
+            demand: 10.0,
+            following_error: 1_000,
+            ..GOOD
+        };
+        let mut faults = Faults::NONE;
+        for _ in 0..100 {
+            faults = supervisor.check(&bad, &bounds, 9.0);
+        }
+        for fault in [
+            Fault::OverCurrent,
+            Fault::OverVoltage,
+            Fault::Blocked,
+            Fault::FollowingError,
+        ] {
+            assert!(faults.contains(fault), "{fault:?} in {faults:?}");
+        }
+        assert_eq!(supervisor.check(&GOOD, &bounds, 9.0), Faults::NONE);
+    }
+
+    /// Velocities over time with the current that acts, and whether that is a deviation.
+    fn deviates(commanded: f32, demand: f32, velocity: fn(f32) -> f32) -> bool {
+        let (mut supervisor, bounds) = (Supervisor::default(), Bounds::new(10.0, 6.0, 400));
+        (0..60).any(|tick| {
+            let now = Readings {
+                velocity: velocity(tick as f32),
+                commanded_velocity: commanded,
+                demand,
+                ..GOOD
+            };
+            supervisor
+                .check(&now, &bounds, 99.0)
+                .contains(Fault::VelocityDeviation)
+        })
+    }
+
+    #[test]
+    fn only_speed_gathered_against_the_current_is_a_deviation() {
+        assert!(deviates(0.5, 10.0, |ms| -0.1 * ms), "a runaway");
+        assert!(!deviates(0.0, -10.0, |ms| 6.0 - 0.1 * ms), "braking");
+        assert!(
+            !deviates(0.0, -10.0, |ms| 4.0 + 0.1 * (ms % 2.0)),
+            "overpowered"
+        );
+        assert!(
+            !deviates(6.0, 10.0, |ms| 0.1 * ms),
+            "a start at the current limit"
+        );
+        assert!(!deviates(-6.0, -10.0, |ms| 3.0 - 0.1 * ms), "a reversal");
+        assert!(!deviates(3.0, 10.0, |_| 0.0), "blocked");
+        assert!(!deviates(3.0, -2.0, |ms| 0.1 * ms), "weakly braked");
     }
 
     #[test]
@@ -206,7 +327,7 @@ mod tests {
         };
         for tick in 0..100 {
             let now = if tick % 4 == 3 { GOOD } else { bad };
-            assert_eq!(supervisor.check(&now, &bounds), None);
+            assert_eq!(supervisor.check(&now, &bounds, 9.0), Faults::NONE);
         }
     }
 }

@@ -38,6 +38,11 @@ embassy_time_driver::time_driver_impl!(static CLOCK: VirtualClock = VirtualClock
     timers: Queue::new(),
 }))));
 
+/// Time since power-up, us.
+pub fn now() -> u64 {
+    CLOCK.now()
+}
+
 /// Sets the clock; timers that it passes fire at the next [`fire_timers`]. Never turns back.
 pub fn set_now(now_us: u64) {
     critical_section::with(|cs| {

@@ -1,12 +1,14 @@
 //! What the boards without hardware share: messages in, one step of virtual time, messages out.
 //!
-//! `motor` stands for the hardware of the PWM interrupt, `clock` for the timer and the executor, `log_buffer` for the
-//! debug probe. The two boards differ only in how bytes come and go ([`Pipe`]).
+//! `motor` models the hardware of the PWM interrupt, `clock` the timer and the executor,
+//! `log_buffer` the debug probe, `starvation` the watchdog. The two boards differ only in how bytes
+//! come and go ([`Pipe`]).
 
 pub mod clock;
 pub mod log_buffer;
 mod motor;
 mod noise;
+mod starvation;
 
 use super::Bridge;
 use crate::bus::{RECEIVED, TRANSMIT};
@@ -18,6 +20,7 @@ use embassy_executor::raw::Executor;
 use heapless::String;
 use log_buffer::LogBuffer;
 use motor::Motor;
+pub use starvation::{Starved, feed_watchdog};
 use tautrack::link::{
     FromNode, MAX_MESSAGE, Ready, STEP_US, Sensors, Shaft, Start, Step, Stepped, ToNode, VERSION,
 };
@@ -67,15 +70,23 @@ pub fn encoder() -> i32 {
     critical_section::with(|cs| INPUTS.borrow(cs).borrow().encoder)
 }
 
-/// Answers messages until the simulator is gone or speaks nonsense.
-pub fn run(board: &'static str, role: &'static Role, pipe: &mut impl Pipe) {
+/// Why a node ends.
+pub enum End {
+    /// The simulator is gone, or its messages make no sense.
+    Finished,
+    /// The watchdog was not fed: a board would reset here.
+    Starved(Starved),
+}
+
+/// Answers messages until the node ends.
+pub fn run(board: &'static str, role: &'static Role, pipe: &mut impl Pipe) -> End {
     let executor = clock::executor();
     let mut link = Link {
         pipe,
         buffer: [0; MAX_MESSAGE + 2],
     };
     let Some(ToNode::Start(start)) = link.receive() else {
-        return;
+        return End::Finished;
     };
     let mut motor = None;
     let refusal = power_up(role, executor, &start, &mut motor)
@@ -89,19 +100,23 @@ pub fn run(board: &'static str, role: &'static Role, pipe: &mut impl Pipe) {
         refusal,
     };
     if !link.send(&FromNode::Ready(ready)) || refused {
-        return;
+        return End::Finished;
     }
     let mut bridge = Bridge::Off;
     while let Some(ToNode::Step(step)) = link.receive() {
+        if let Some(starved) = starvation::check(step.time_us) {
+            return End::Starved(starved);
+        }
         if !link.send(&FromNode::Stepped(advance(
             &step,
             executor,
             motor.as_mut(),
             &mut bridge,
         ))) {
-            return;
+            break;
         }
     }
+    End::Finished
 }
 
 /// Makes the motor and has the role spawn its tasks, which run up to their first wait.

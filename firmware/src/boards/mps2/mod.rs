@@ -8,7 +8,7 @@ pub(crate) mod semihosting;
 mod stack;
 
 use crate::boards::Board;
-use crate::boards::lockstep::{self, Pipe};
+use crate::boards::lockstep::{self, End, Pipe};
 use crate::roles::Role;
 use core::fmt::Write;
 use core::panic::PanicInfo;
@@ -29,7 +29,12 @@ impl Board for Mps2 {
         };
         stack::paint();
         let mut console = Console { input, output };
-        lockstep::run(Self::NAME, role, &mut console);
+        if let End::Starved(starved) = lockstep::run(Self::NAME, role, &mut console) {
+            if let Some(mut errors) = Stream::standard_error() {
+                let _ = writeln!(errors, "{starved}"); // nobody is left to tell
+            }
+            exit(false)
+        }
         let told = writeln!(console.output, "{}", stack::used());
         exit(told.is_ok())
     }
@@ -48,6 +53,10 @@ impl Board for Mps2 {
 
     fn body() -> Option<BodySensors> {
         lockstep::sensors().body
+    }
+
+    fn feed_watchdog() {
+        lockstep::feed_watchdog();
     }
 }
 

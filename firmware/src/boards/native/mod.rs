@@ -1,7 +1,7 @@
 //! The host as a board: the lockstep link on standard input and output. For sweeps, fuzzing, sanitizers and debuggers.
 
 use crate::boards::Board;
-use crate::boards::lockstep::{self, LOG, Pipe};
+use crate::boards::lockstep::{self, End, LOG, Pipe};
 use crate::roles::Role;
 use std::format;
 use std::io::{Read, Write};
@@ -18,8 +18,13 @@ impl Board for Native {
         // Fails only if a logger is set already, and nothing else sets one.
         let _ = log::set_logger(&BufferedLogger);
         log::set_max_level(log::LevelFilter::Info);
-        lockstep::run(Self::NAME, role, &mut StandardStreams);
-        std::process::exit(0)
+        match lockstep::run(Self::NAME, role, &mut StandardStreams) {
+            End::Finished => std::process::exit(0),
+            End::Starved(starved) => {
+                std::eprintln!("{starved}");
+                std::process::exit(1)
+            }
+        }
     }
 
     fn encoder() -> i32 {
@@ -36,6 +41,10 @@ impl Board for Native {
 
     fn body() -> Option<BodySensors> {
         lockstep::sensors().body
+    }
+
+    fn feed_watchdog() {
+        lockstep::feed_watchdog();
     }
 }
 

@@ -1,48 +1,187 @@
-//! The reference run: to the switch, and slowly off it again; where it opens, the position is known.
+//! Homing: fast to the reference switch, off it again, and slowly to it once more. Where it closes
+//! the second time, the position is known.
+//!
+//! The switch is debounced: it counts as closed or open once it has been so for [`DEBOUNCE`] ticks
+//! in a row, and the position that counts is that of the first of them. Both approaches go in the
+//! same direction, so that the hysteresis of the switch cancels; if they find it at different
+//! places, one of them was none, and the position stays unknown.
 
 use super::super::{CONTROL_PERIOD, Switches};
 use super::Axle;
+use crate::motor::from_radians;
+use crate::settings::{Setting, Settings};
 
-/// Stage of a reference run.
+/// Stage of homing.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub(super) enum Homing {
+pub(super) enum Stage {
     Idle,
+    /// Off the switch, on which homing has begun.
+    Leave,
     /// Towards the switch until it closes.
     Seek,
-    /// Away from it, slowly, until it opens.
+    /// Away from it until it opens.
     BackOff,
+    /// Slowly towards it until it closes again.
+    Approach,
     Done,
+    /// The switch was not found in time.
     Failed,
+    /// The two approaches found it at different places.
+    Mismatch,
 }
 
+impl Stage {
+    /// On its way.
+    pub fn is_running(self) -> bool {
+        matches!(
+            self,
+            Self::Leave | Self::Seek | Self::BackOff | Self::Approach
+        )
+    }
+
+    /// Ended without a position.
+    pub fn is_failure(self) -> bool {
+        matches!(self, Self::Failed | Self::Mismatch)
+    }
+}
+
+/// Ticks in a row for which the switch must be closed, or open, to count as such.
+const DEBOUNCE: u32 = 5;
+/// Ticks after which the switch counts as not found.
 const HOMING_TICKS: u32 = 20_000;
+/// Speed on the way off the switch, as a fraction of that of the search.
+const BACK_OFF: f32 = 0.5;
+
+/// Parameters and state of homing.
+#[derive(Clone, Debug)]
+pub(super) struct Homing {
+    pub stage: Stage,
+    /// Speeds with the sign of the direction in which the switch lies, rad/s.
+    search: f32,
+    approach: f32,
+    reference_position: i64,
+    /// Largest distance of the places that the two approaches find, 2^-32 turn.
+    tolerance: u64,
+    ticks: u32,
+    /// State of the switch, for how many ticks it has differed from that, and the position at the
+    /// first of them.
+    closed: bool,
+    differing: u32,
+    changed_at: i64,
+    /// Where the first approach found the switch.
+    first: i64,
+    /// Second place minus first, 2^-32 turn.
+    pub difference: i64,
+}
+
+impl Homing {
+    /// Homing of an axle that calls the switch's place `reference_position`.
+    pub fn new(settings: &Settings, reference_position: i64) -> Self {
+        let speed = settings.scaled(Setting::ReferenceSpeed, 1e-3);
+        let search = speed * settings.get(Setting::ReferenceDirection) as f32;
+        // The switch is read once per tick, on the way of the faster approach.
+        let sampling = speed * CONTROL_PERIOD;
+        let tolerance = settings.scaled(Setting::HomingTolerance, 1e-3) + sampling;
+        Self {
+            stage: Stage::Idle,
+            search,
+            approach: search * settings.scaled(Setting::HomingApproach, 1e-3),
+            reference_position,
+            tolerance: from_radians(tolerance).unsigned_abs(),
+            ticks: 0,
+            closed: false,
+            differing: 0,
+            changed_at: 0,
+            first: 0,
+            difference: 0,
+        }
+    }
+
+    /// Begins anew.
+    pub fn start(&mut self, closed: bool) {
+        self.stage = if closed { Stage::Leave } else { Stage::Seek };
+        self.ticks = 0;
+        self.closed = closed;
+        self.differing = 0;
+    }
+
+    /// Ends a run that is not done.
+    pub fn abort(&mut self) {
+        if self.stage != Stage::Done {
+            self.stage = Stage::Idle;
+        }
+    }
+
+    /// Reads the switch at `position`; whether its debounced state changes in this tick.
+    fn changes(&mut self, closed: bool, position: i64) -> bool {
+        if closed == self.closed {
+            self.differing = 0;
+            return false;
+        }
+        if self.differing == 0 {
+            self.changed_at = position;
+        }
+        self.differing += 1;
+        let changes = self.differing >= DEBOUNCE;
+        if changes {
+            self.closed = closed;
+            self.differing = 0;
+        }
+        changes
+    }
+
+    /// One tick at `position`: the velocity to go with, rad/s, and whether the switch's place is
+    /// known from now on.
+    fn tick(&mut self, closed: bool, position: i64) -> (f32, bool) {
+        if !self.stage.is_running() {
+            return (0.0, false);
+        }
+        self.ticks += 1;
+        if self.ticks > HOMING_TICKS {
+            self.stage = Stage::Failed;
+            return (0.0, false);
+        }
+        let mut found = false;
+        if self.changes(closed, position) {
+            self.stage = match self.stage {
+                Stage::Leave => Stage::Seek,
+                Stage::Seek => {
+                    self.first = self.changed_at;
+                    Stage::BackOff
+                }
+                Stage::BackOff => Stage::Approach,
+                _ => {
+                    self.difference = self.changed_at.wrapping_sub(self.first);
+                    found = self.difference.unsigned_abs() <= self.tolerance;
+                    if found { Stage::Done } else { Stage::Mismatch }
+                }
+            };
+        }
+        let velocity = match self.stage {
+            Stage::Leave | Stage::BackOff => -BACK_OFF * self.search,
+            Stage::Seek => self.search,
+            Stage::Approach => self.approach,
+            _ => 0.0,
+        };
+        (velocity, found)
+    }
+}
 
 impl Axle {
-    /// One tick of the run.
+    /// One tick of homing.
     pub(super) fn home(&mut self, switches: Switches) {
-        let towards = self.reference_direction * self.reference_speed;
-        self.homing_ticks = self.homing_ticks.saturating_add(1);
-        let running = matches!(self.homing, Homing::Seek | Homing::BackOff);
-        if running && self.homing_ticks > HOMING_TICKS {
-            self.homing = Homing::Failed;
+        let position = self.position();
+        let (velocity, found) = self.homing.tick(switches.reference, position);
+        if found {
+            let since = position.wrapping_sub(self.homing.changed_at);
+            let moved = self.homing.reference_position.wrapping_add(since);
+            self.observer.set_position(moved);
+            // They are positions of before.
+            self.stops = [None; 2];
+            self.anchor();
+            self.referenced = true;
         }
-        let wanted = match self.homing {
-            Homing::Seek if switches.reference => {
-                self.homing = Homing::BackOff;
-                0.0
-            }
-            Homing::Seek => towards,
-            Homing::BackOff if !switches.reference => {
-                self.observer.set_position(self.reference_position);
-                self.anchor();
-                self.referenced = true;
-                self.homing = Homing::Done;
-                0.0
-            }
-            Homing::BackOff => -0.2 * towards,
-            Homing::Idle | Homing::Done | Homing::Failed => 0.0,
-        };
         self.motion
-            .toward_velocity(wanted, self.limits, CONTROL_PERIOD);
+            .toward_velocity(velocity, self.force.limits, CONTROL_PERIOD);
     }
 }

@@ -1,8 +1,14 @@
-//! One motor's node: sense, estimate, supervise, obey, limit. It knows nothing of the robot but its own axle.
+//! One motor's node: sense, estimate, supervise, follow, limit. It knows nothing of the robot but
+//! its own axle.
 //!
-//! `set_points`: what it is told, and the current that follows from it. `offset`: the torque it is told in advance. `homing`: the reference run. Here is the tick around both.
+//! `authority`: who may command the axle. `latch`: its latched faults. `envelope`: the limits in
+//! force. `set_points`: from a set-point to a current. `offset`: the torque feed-forward. `homing`:
+//! how the position becomes known. Here is the tick around them.
 
+mod authority;
+mod envelope;
 mod homing;
+mod latch;
 mod offset;
 mod set_points;
 
@@ -12,16 +18,18 @@ use super::cia402::{Command, State, status};
 use super::scale::Scale;
 use super::supervisor::{Bounds, Readings, Supervisor};
 use super::{CONTROL_PERIOD, Switches};
-use crate::bus::heartbeat::Monitor;
 use crate::bus::pdo::{DriveMotion, DriveStatus};
-use crate::faults::{Fault, Reaction};
-use crate::math::{Bound, limit, to_i16};
-use crate::motor::cascade::{Cascade, Demand, Gains};
+use crate::faults::{Fault, Faults, Reaction};
+use crate::math::{limit, saturate, to_i16};
+use crate::motor::cascade::Demand;
 use crate::motor::from_radians;
 use crate::motor::observer::Observer;
-use crate::motor::profile::{Limits, SetPoint as Motion};
+use crate::motor::profile::SetPoint as Motion;
 use crate::settings::{Setting, Settings};
-use homing::Homing;
+use authority::Authority;
+use envelope::{Envelope, Envelopes};
+use homing::{Homing, Stage};
+use latch::Latch;
 use offset::Offset;
 
 /// What the node sensed and heard since the tick before.
@@ -31,7 +39,7 @@ pub struct Inputs {
     pub now_us: u64,
     /// Wrapping counter of the rotor's encoder.
     pub encoder: i32,
-    /// Motor current, A, mean over the tick.
+    /// Motor current, A, mean over the tick; NaN if no sample was taken.
     pub current: f32,
     /// Supply voltage, V.
     pub bus_voltage: f32,
@@ -43,6 +51,8 @@ pub struct Inputs {
     pub torque_offset: Option<i16>,
     /// The guard's heartbeat came.
     pub guard_heard: bool,
+    /// A client asks for bench mode (object 0x2001).
+    pub bench_mode: bool,
 }
 
 /// What the bridge shall do until the next tick.
@@ -71,9 +81,16 @@ pub struct Outputs {
     pub active_limit: ActiveLimit,
     /// Code of an emergency frame to send now; 0 is "all clear".
     pub emergency: Option<u16>,
+    /// Bench mode is on (object 0x2001).
+    pub bench_mode: bool,
+    /// Distance of the places at which the two approaches of homing found the switch, 2^-32 turn
+    /// (object 0x2002).
+    pub homing_difference: i32,
+    /// The latched faults.
+    pub faults: Faults,
 }
 
-/// What keeps the axle from doing just what it was told (object 0x2000).
+/// What keeps the axle from following its set-point exactly (object 0x2000).
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum ActiveLimit {
     /// Nothing.
@@ -90,50 +107,47 @@ pub enum ActiveLimit {
 
 const OBSERVER_BANDWIDTH: f32 = 600.0;
 
+/// What a reset clears although homing has not been repeated yet.
+const HOMING_FAULTS: Faults = Faults::of(Fault::HomingFailed).or(Faults::of(Fault::HomingMismatch));
+
 /// State of one axle.
 #[derive(Clone, Debug)]
 pub struct Axle {
     scale: Scale,
-    limits: Limits,
     bounds: Bounds,
-    /// A.
-    current_limit: f32,
-    /// Bounds of the cascade: the current limit, and the one for holding a position after a loss or a fault.
-    full: Bound,
-    hold: Bound,
+    envelopes: Envelopes,
+    /// The envelope in force.
+    force: Envelope,
     /// Bus units of torque per A.
     torque_per_ampere: f32,
     travel: Option<(i64, i64)>,
-    reference_direction: f32,
-    reference_position: i64,
-    reference_speed: f32,
     sync_ticks: u32,
     syncs_per_second: f32,
-    command_timeout_us: u64,
 
     observer: Observer,
     /// The observer has started at a reading of the encoder.
     sensed: bool,
-    cascade: Cascade,
     supervisor: Supervisor,
-    guard: Monitor,
+    authority: Authority,
+    latch: Latch,
+    /// Faults whose condition is met in this tick.
+    present: Faults,
 
     state: State,
     mode: i8,
     controlword: u16,
-    /// What the controlword asks for.
+    /// Command of the newest controlword.
     asked: Command,
     command: SetPoint,
-    command_until_us: u64,
     motion: Motion,
     offset: Offset,
     interpolation_ticks: u32,
     homing: Homing,
-    homing_ticks: u32,
     referenced: bool,
-    fault: Option<Fault>,
+    /// Where the positive and the negative limit switch closed, while they are closed.
+    stops: [Option<i64>; 2],
     active_limit: ActiveLimit,
-    /// Current asked for in the tick before, A.
+    /// Current commanded in the tick before, A.
     demand: f32,
 }
 
@@ -165,42 +179,24 @@ impl Axle {
     ) -> Self {
         let velocity_limit = settings.scaled(Setting::VelocityLimit, 1e-3);
         let current_limit = settings.scaled(Setting::CurrentLimit, 1e-3);
-        let hold_current = settings.scaled(Setting::HoldCurrent, 1e-3);
         let gear = settings.scaled(Setting::GearRatio, 1e-3);
         let torque_constant = settings.scaled(Setting::TorqueConstant, 1e-6) * gear;
         let torque_per_ampere = torque_constant * scale.torque_units();
         let sync_ticks = (settings.get(Setting::SyncPeriod) as u32 / 1_000).max(1);
-        let cascade = Cascade::new(&Gains {
-            position: settings.scaled(Setting::PositionGain, 1e-3),
-            velocity: settings.scaled(Setting::VelocityGain, 1e-3),
-            integral_time: settings.scaled(Setting::VelocityIntegralTime, 1e-6),
-            acceleration: settings.scaled(Setting::AccelerationFeedForward, 1e-6),
-            velocity_limit,
-            current_limit,
-            period: CONTROL_PERIOD,
-        });
+        let (envelopes, force) = Envelopes::new(settings);
         Self {
             scale,
-            limits: Limits {
-                velocity: velocity_limit,
-                acceleration: settings.scaled(Setting::AccelerationLimit, 1e-3),
-            },
-            current_limit,
             bounds: Bounds::new(
                 current_limit,
                 velocity_limit,
                 from_radians(settings.scaled(Setting::FollowingLimit, 1e-3)),
             ),
-            full: cascade.bound(current_limit),
-            hold: cascade.bound(limit(hold_current, current_limit)),
+            envelopes,
+            force,
             torque_per_ampere,
             travel,
-            reference_direction: settings.get(Setting::ReferenceDirection) as f32,
-            reference_position,
-            reference_speed: settings.scaled(Setting::ReferenceSpeed, 1e-3),
             sync_ticks,
             syncs_per_second: 1.0 / (sync_ticks as f32 * CONTROL_PERIOD),
-            command_timeout_us: settings.milliseconds(Setting::CommandTimeout),
             observer: Observer::new(
                 settings.get(Setting::EncoderCounts),
                 settings.get(Setting::GearRatio),
@@ -208,9 +204,10 @@ impl Axle {
                 0,
             ),
             sensed: false,
-            cascade,
             supervisor: Supervisor::default(),
-            guard: Monitor::new(settings.milliseconds(Setting::HeartbeatTimeout)),
+            authority: Authority::new(settings),
+            latch: Latch::default(),
+            present: Faults::NONE,
             state: State::SwitchOnDisabled,
             mode: 0,
             controlword: 0,
@@ -220,14 +217,12 @@ impl Axle {
                 mode: 0,
                 target: 0,
             },
-            command_until_us: 0,
             motion: Motion::default(),
             offset: Offset::new(settings, 1.0 / torque_per_ampere),
             interpolation_ticks: 0,
-            homing: Homing::Idle,
-            homing_ticks: 0,
+            homing: Homing::new(settings, reference_position),
             referenced: settings.get(Setting::ReferenceDirection) == 0,
-            fault: None,
+            stops: [None; 2],
             active_limit: ActiveLimit::None,
             demand: 0.0,
         }
@@ -244,12 +239,11 @@ impl Axle {
         inputs: &Inputs,
         taut: Option<Result<Motion, Fault>>,
     ) -> Outputs {
-        let fault_before = self.fault;
         self.sense(inputs);
         self.supervise(inputs, taut);
         self.obey(inputs);
         let demand = self.control(inputs, taut);
-        self.outputs(inputs, demand, fault_before)
+        self.outputs(inputs, demand)
     }
 
     /// Scale of its positions and velocities on the bus.
@@ -264,8 +258,12 @@ impl Axle {
 
     /// The bridge was on in the last tick, in `mode`.
     pub(super) fn drives_in(&self, mode: i8) -> bool {
-        let driving = matches!(self.state, State::OperationEnabled | State::QuickStopActive);
-        driving && self.mode == mode
+        self.powered() && self.mode == mode
+    }
+
+    /// The current loop is on.
+    fn powered(&self) -> bool {
+        matches!(self.state, State::OperationEnabled | State::QuickStopActive)
     }
 
     /// Measured position of the output shaft, 2^-32 turn.
@@ -285,12 +283,17 @@ impl Axle {
         }
         self.observer.update(inputs.encoder, CONTROL_PERIOD);
         if inputs.guard_heard {
-            self.guard.heard(inputs.now_us);
+            self.authority.guard_heard(inputs.now_us);
+        }
+        if inputs.set_point.is_some() {
+            self.authority.command_heard(inputs.now_us);
         }
     }
 
+    /// Raises the faults whose conditions are met, whatever is latched already, and applies the
+    /// strongest reaction.
     fn supervise(&mut self, inputs: &Inputs, taut: Option<Result<Motion, Fault>>) {
-        let enabled = self.state == State::OperationEnabled;
+        let (enabled, powered) = (self.state == State::OperationEnabled, self.powered());
         let in_position =
             enabled && !matches!(self.mode, mode::CYCLIC_VELOCITY | mode::PROFILE_VELOCITY);
         let readings = Readings {
@@ -298,77 +301,99 @@ impl Axle {
             demand: self.demand,
             bus_voltage: inputs.bus_voltage,
             velocity: self.velocity(),
+            commanded_velocity: self.motion.velocity,
             following_error: if in_position {
                 self.motion.position.wrapping_sub(self.position())
             } else {
                 0
             },
-            powered: enabled,
+            powered,
         };
-        let mut found = self.supervisor.check(&readings, &self.bounds);
-        if enabled && found.is_none() {
-            found = match taut {
-                Some(Err(fault)) if self.mode == mode::TAUT => Some(fault),
-                _ if self.guard.lost(inputs.now_us) => Some(Fault::GuardLost),
-                _ if inputs.now_us > self.command_until_us && inputs.set_point.is_none() => {
-                    Some(Fault::CommandLost)
-                }
-                _ if self.homing == Homing::Failed && self.mode == mode::HOMING => {
-                    Some(Fault::ReferenceFailed)
-                }
-                _ => None,
-            };
+        let mut present = self
+            .supervisor
+            .check(&readings, &self.bounds, self.force.pushing);
+        if powered {
+            let now_us = inputs.now_us;
+            present.insert_if(Fault::GuardLost, self.authority.guard_lost(now_us));
+            present.insert_if(Fault::CommandLost, self.authority.command_lost(now_us));
         }
-        if let (Some(fault), None) = (found, self.fault) {
-            self.raise(fault);
+        if enabled && self.mode == mode::HOMING {
+            let stage = self.homing.stage;
+            present.insert_if(Fault::HomingFailed, stage == Stage::Failed);
+            present.insert_if(Fault::HomingMismatch, stage == Stage::Mismatch);
         }
-    }
-
-    fn raise(&mut self, fault: Fault) {
-        self.fault = Some(fault);
-        match fault.description().reaction {
-            Reaction::Brake => self.state = State::Fault,
-            Reaction::Hold if self.state == State::OperationEnabled => {
+        if enabled
+            && self.mode == mode::TAUT
+            && let Some(Err(fault)) = taut
+        {
+            present.insert_if(fault, true);
+        }
+        self.present = present;
+        self.latch.raise(present);
+        self.react();
+        let faultless = self.latch.faults().is_empty();
+        let bench_changes =
+            self.authority
+                .update_bench(inputs.bench_mode, faultless, inputs.now_us);
+        if bench_changes {
+            self.select_envelope();
+            if !self.authority.bench() && self.state == State::OperationEnabled {
                 self.enter(State::QuickStopActive);
             }
-            Reaction::Hold => {}
         }
     }
 
-    fn reset_fault(&mut self) {
-        if self.fault.take().is_some() {
-            self.supervisor = Supervisor::default();
-            self.homing = if self.homing == Homing::Failed {
-                Homing::Idle
-            } else {
-                self.homing
-            };
-            if self.state == State::Fault {
-                self.state = State::SwitchOnDisabled;
+    /// Enters the state that the strongest reaction of the latched faults asks for.
+    fn react(&mut self) {
+        match self.latch.faults().reaction() {
+            Some(Reaction::Brake | Reaction::Off) => self.state = State::Fault,
+            Some(Reaction::Hold) if self.state == State::OperationEnabled => {
+                self.enter(State::QuickStopActive);
             }
+            Some(Reaction::Hold) | None => {}
         }
     }
 
-    fn outputs(
-        &mut self,
-        inputs: &Inputs,
-        demand: Option<Demand>,
-        fault_before: Option<Fault>,
-    ) -> Outputs {
+    /// Clears the faults whose cause is gone. Leads out of the state "fault" if no fault is left
+    /// that needs it.
+    fn reset_faults(&mut self) {
+        let mut present = self.present;
+        if self.homing.stage.is_failure() {
+            self.homing.abort();
+            present = present.without(HOMING_FAULTS);
+        }
+        self.latch.reset(present);
+        let reaction = self.latch.faults().reaction();
+        if self.state == State::Fault && !(reaction > Some(Reaction::Hold)) {
+            self.state = State::SwitchOnDisabled;
+        }
+    }
+
+    /// The envelope of mode and bench mode.
+    fn select_envelope(&mut self) {
+        let homing = self.mode == mode::HOMING;
+        self.envelopes
+            .select(homing, self.authority.bench(), &mut self.force);
+        self.offset.clear();
+    }
+
+    fn outputs(&mut self, inputs: &Inputs, demand: Option<Demand>) -> Outputs {
         if demand.is_some_and(|demand| demand.cut != 0) && self.active_limit == ActiveLimit::None {
             self.active_limit = ActiveLimit::VelocityOrCurrent;
         }
         // The last limiter: total, and behind everything else.
         let current = demand.map_or(0.0, |demand| {
-            limit(self.cascade.amperes(demand.current), self.current_limit)
+            let amperes = self.force.cascade.amperes(demand.current);
+            limit(amperes, self.force.current_limit)
         });
         self.demand = current;
         let bridge = match (demand, self.state) {
             (Some(_), _) => Bridge::Current(current),
-            (None, State::Fault) => Bridge::Brake,
+            (None, State::Fault) if self.latch.faults().reaction() != Some(Reaction::Off) => {
+                Bridge::Brake
+            }
             (None, _) => Bridge::Off,
         };
-        let code = self.fault.map_or(0, |fault| fault.description().code);
         Outputs {
             bridge,
             motion: DriveMotion {
@@ -377,23 +402,26 @@ impl Axle {
             },
             status: DriveStatus {
                 statusword: self.statusword(),
-                error_code: code,
+                error_code: self.latch.code(),
                 torque: to_i16(inputs.current * self.torque_per_ampere),
                 current: to_i16(inputs.current * 1e3),
             },
             mode: self.mode,
             active_limit: self.active_limit,
-            emergency: (fault_before != self.fault).then_some(code),
+            emergency: self.latch.emergency(),
+            bench_mode: self.authority.bench(),
+            homing_difference: saturate(self.homing.difference),
+            faults: self.latch.faults(),
         }
     }
 
     fn statusword(&self) -> u16 {
         let mut word = self.state.statusword();
         if self.mode == mode::HOMING {
-            match self.homing {
-                Homing::Done => word |= status::TARGET_REACHED | status::FOLLOWING,
-                Homing::Failed => word |= status::HOMING_ERROR,
-                Homing::Idle | Homing::Seek | Homing::BackOff => {}
+            match self.homing.stage {
+                Stage::Done => word |= status::TARGET_REACHED | status::FOLLOWING,
+                Stage::Failed | Stage::Mismatch => word |= status::HOMING_ERROR,
+                _ => {}
             }
         } else if self.state == State::OperationEnabled {
             word |= status::FOLLOWING;

@@ -1,4 +1,4 @@
-//! The torque that the guard tells in advance (object 0x60B2), as a current beside that of the loops.
+//! Torque feed-forward of the guard (object 0x60B2), as a current beside that of the loops.
 
 use super::super::CONTROL_PERIOD;
 use crate::motor::cascade::Cascade;

@@ -1,8 +1,7 @@
-//! What the axle is told, and what it makes of it: from a set-point over the mode of operation to a current.
+//! From a set-point over the mode of operation to a current.
 
 use super::super::cia402::{CONTROL_FAULT_RESET, CONTROL_START, Command, State};
 use super::super::{CONTROL_PERIOD, Switches};
-use super::homing::Homing;
 use super::{ActiveLimit, Axle, Inputs};
 use crate::faults::Fault;
 use crate::math::{Bound, limit};
@@ -18,7 +17,7 @@ pub mod mode {
     pub const PROFILE_POSITION: i8 = 1;
     /// Profile velocity: a ramp to the target.
     pub const PROFILE_VELOCITY: i8 = 3;
-    /// Reference run.
+    /// Homing.
     pub const HOMING: i8 = 6;
     /// Cyclic synchronous position: the target is interpolated between two SYNCs.
     pub const CYCLIC_POSITION: i8 = 8;
@@ -38,44 +37,44 @@ pub struct SetPoint {
 }
 
 impl Axle {
-    /// Takes a set-point and walks the state machine.
+    /// Takes a set-point and runs the state machine.
     pub(super) fn obey(&mut self, inputs: &Inputs) {
         let Some(set_point) = inputs.set_point else {
             return;
         };
-        // Microseconds in 64 bits do not wrap; if they did, the command would be old.
-        self.command_until_us = inputs.now_us.wrapping_add(self.command_timeout_us);
         let risen = set_point.controlword & !self.controlword;
         let command = Command::from_controlword(set_point.controlword);
-        // A master that went on commanding "enable" through a fault does not mean the axle to start at its reset.
+        // A master that goes on commanding "enable" through a stop does not mean the axle to start
+        // again by itself.
         let stale = command == self.asked;
         self.asked = command;
         self.controlword = set_point.controlword;
-        if risen & CONTROL_FAULT_RESET != 0 {
-            self.reset_fault();
+        let resets = risen & CONTROL_FAULT_RESET != 0;
+        if resets {
+            self.reset_faults();
         }
         let after = self.state.after(command);
-        let re_enabling = self.state == State::QuickStopActive && after == State::OperationEnabled;
-        if after != self.state && !(re_enabling && (stale || self.fault.is_some())) {
-            self.enter(after);
+        if after != self.state {
+            let allowed = !after.is_above(self.state)
+                || !resets
+                    && !(stale && self.state == State::QuickStopActive)
+                    && self.latch.faults().is_empty()
+                    && self.authority.any(inputs.now_us);
+            if allowed {
+                self.enter(after);
+            }
         }
         if set_point.mode != self.mode {
             self.mode = set_point.mode;
+            self.select_envelope();
             self.anchor();
-            if self.homing != Homing::Done {
-                self.homing = Homing::Idle;
-            }
+            self.homing.abort();
         }
         if self.state == State::OperationEnabled
             && self.mode == mode::HOMING
             && risen & CONTROL_START != 0
         {
-            self.homing = if inputs.switches.reference {
-                Homing::BackOff
-            } else {
-                Homing::Seek
-            };
-            self.homing_ticks = 0;
+            self.homing.start(inputs.switches.reference);
         }
         self.command = set_point;
         self.interpolate();
@@ -83,8 +82,11 @@ impl Axle {
 
     pub(super) fn enter(&mut self, state: State) {
         if state == State::OperationEnabled || state == State::QuickStopActive {
-            if self.state != State::OperationEnabled {
-                self.cascade.reset();
+            if !self.powered() {
+                self.force.cascade.reset();
+            }
+            if self.homing.stage.is_running() {
+                self.homing.abort();
             }
             self.anchor();
         }
@@ -109,7 +111,7 @@ impl Axle {
             let target = self.target_position();
             let distance = to_radians(target.wrapping_sub(self.motion.position));
             let wanted = distance * self.syncs_per_second;
-            self.motion.velocity = limit(wanted, self.limits.velocity);
+            self.motion.velocity = limit(wanted, self.force.limits.velocity);
             self.motion.acceleration = 0.0;
             // One period more, so that a late set-point does not stop the axle between two.
             self.interpolation_ticks = 2 * self.sync_ticks;
@@ -143,16 +145,22 @@ impl Axle {
             State::OperationEnabled => Some(self.operate(inputs, taut)),
             State::QuickStopActive => {
                 self.motion
-                    .toward_velocity(0.0, self.limits, CONTROL_PERIOD);
+                    .toward_velocity(0.0, self.force.limits, CONTROL_PERIOD);
+                self.stop_at_switch(inputs.switches, true);
                 let standing = self.motion.velocity == 0.0;
-                Some(self.follow(if standing { self.hold } else { self.full }))
+                Some(self.follow(if standing {
+                    self.force.hold
+                } else {
+                    self.force.full
+                }))
             }
             _ => None,
         }
     }
 
     fn operate(&mut self, inputs: &Inputs, taut: Option<Result<Motion, Fault>>) -> Demand {
-        self.offset.update(inputs.torque_offset, &self.cascade);
+        self.offset
+            .update(inputs.torque_offset, &self.force.cascade);
         let needs_reference = matches!(
             self.mode,
             mode::TAUT | mode::CYCLIC_POSITION | mode::PROFILE_POSITION
@@ -161,7 +169,7 @@ impl Axle {
             _ if needs_reference && !self.referenced => {
                 self.active_limit = ActiveLimit::NotReferenced;
                 self.motion
-                    .toward_velocity(0.0, self.limits, CONTROL_PERIOD);
+                    .toward_velocity(0.0, self.force.limits, CONTROL_PERIOD);
             }
             (mode::TAUT, Some(Ok(motion))) => self.motion = motion,
             (mode::CYCLIC_POSITION, _) => {
@@ -174,45 +182,62 @@ impl Axle {
             (mode::PROFILE_POSITION, _) => {
                 let target = self.target_position();
                 self.motion
-                    .toward_position(target, self.limits, CONTROL_PERIOD);
+                    .toward_position(target, self.force.limits, CONTROL_PERIOD);
             }
             (mode::HOMING, _) => self.home(inputs.switches),
             (mode::CYCLIC_VELOCITY | mode::PROFILE_VELOCITY, _) => {
                 let target = self.scale.velocity_from_bus(self.command.target);
                 self.motion
-                    .toward_velocity(target, self.limits, CONTROL_PERIOD);
+                    .toward_velocity(target, self.force.limits, CONTROL_PERIOD);
                 self.motion.position = self.position();
-                self.stop_at_switch(inputs.switches);
-                let reference = self.cascade.reference(&self.motion);
-                let velocity = self.cascade.rate(self.velocity());
-                return self.cascade.velocity(
+                self.stop_at_switch(inputs.switches, false);
+                let reference = self.force.cascade.reference(&self.motion);
+                let velocity = self.force.cascade.rate(self.velocity());
+                return self.force.cascade.velocity(
                     reference.velocity,
                     reference.current + self.offset.current(),
                     velocity,
-                    self.full,
+                    self.force.full,
                 );
             }
             _ => self
                 .motion
-                .toward_velocity(0.0, self.limits, CONTROL_PERIOD),
+                .toward_velocity(0.0, self.force.limits, CONTROL_PERIOD),
         }
-        self.stop_at_switch(inputs.switches);
-        self.follow(self.full)
+        self.stop_at_switch(inputs.switches, true);
+        self.follow(self.force.full)
     }
 
     fn follow(&mut self, bound: Bound) -> Demand {
-        let (position, velocity) = (self.position(), self.cascade.rate(self.velocity()));
-        let mut reference = self.cascade.reference(&self.motion);
+        let (position, velocity) = (self.position(), self.force.cascade.rate(self.velocity()));
+        let mut reference = self.force.cascade.reference(&self.motion);
         reference.current += self.offset.current();
-        self.cascade.position(&reference, position, velocity, bound)
+        self.force
+            .cascade
+            .position(&reference, position, velocity, bound)
     }
 
-    fn stop_at_switch(&mut self, switches: Switches) {
-        let outward = (switches.positive_limit && self.motion.velocity > 0.0)
-            || (switches.negative_limit && self.motion.velocity < 0.0);
-        if outward {
-            self.motion = Motion::at(self.position());
-            self.active_limit = ActiveLimit::Switch;
+    /// Keeps the set-point from going farther outward than where a limit switch closed.
+    fn stop_at_switch(&mut self, switches: Switches, in_position: bool) {
+        if !(switches.positive_limit || switches.negative_limit) {
+            self.stops = [None; 2];
+            return;
+        }
+        let closed = [switches.positive_limit, switches.negative_limit];
+        let position = self.position();
+        for (direction, closed) in closed.into_iter().enumerate() {
+            if !closed {
+                self.stops[direction] = None;
+                continue;
+            }
+            let stop = *self.stops[direction].get_or_insert(position);
+            let sign = if direction == 0 { 1 } else { -1 };
+            let beyond = self.motion.position.wrapping_sub(stop).wrapping_mul(sign) > 0;
+            let outward = self.motion.velocity * sign as f32 > 0.0 || in_position && beyond;
+            if outward {
+                self.motion = Motion::at(stop);
+                self.active_limit = ActiveLimit::Switch;
+            }
         }
     }
 }

@@ -1,0 +1,122 @@
+//! Whether the parts of a node still run: the watchdog that resets it if they do not, and what the
+//! bus task must know of it.
+//!
+//! Parties are the PWM interrupt, the control task and the bus task. [`Board::feed_watchdog`] is
+//! called only when every party that the role has has run since the call before. The control task
+//! speaks for the PWM interrupt, because it sees whether current samples have come.
+
+use crate::boards::{Board, Selected};
+use core::cell::Cell;
+use core::sync::atomic::{AtomicU8, Ordering};
+use critical_section::Mutex;
+
+/// A part of the firmware that must run for the node to be alive.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Party {
+    /// The PWM interrupt, which a guard does not have.
+    Pwm = 1,
+    /// The control task.
+    Control = 2,
+    /// The bus task.
+    Bus = 4,
+}
+
+/// Time without being fed after which a board's watchdog resets the node, us. Every party runs at
+/// least every 5 ms.
+pub const PERIOD_US: u64 = 50_000;
+/// Time without a control tick after which the bus task stops heartbeat and process data, us.
+pub const CONTROL_TIMEOUT_US: u64 = 20_000;
+
+/// Which parties there are, and which have run since all of them had.
+struct Parties {
+    required: AtomicU8,
+    ran: AtomicU8,
+}
+
+impl Parties {
+    const fn new() -> Self {
+        Self {
+            required: AtomicU8::new(0),
+            ran: AtomicU8::new(0),
+        }
+    }
+
+    fn require(&self, party: Party) {
+        self.required.fetch_or(party as u8, Ordering::Relaxed);
+    }
+
+    /// `party` has run; whether it was the last one that was waited for.
+    fn ran(&self, party: Party) -> bool {
+        let ran = self.ran.fetch_or(party as u8, Ordering::Relaxed) | party as u8;
+        let required = self.required.load(Ordering::Relaxed);
+        let all = ran & required == required;
+        if all {
+            self.ran.store(0, Ordering::Relaxed);
+        }
+        all
+    }
+}
+
+static PARTIES: Parties = Parties::new();
+static CONTROL_US: Mutex<Cell<u64>> = Mutex::new(Cell::new(0));
+
+/// The watchdog is fed only when `party` has run, too. Called at start.
+pub fn require(party: Party) {
+    PARTIES.require(party);
+}
+
+/// `party` has run.
+pub fn ran(party: Party) {
+    if PARTIES.ran(party) {
+        Selected::feed_watchdog();
+    }
+}
+
+/// The control task has run a tick at `now_us`.
+pub fn control_ran(now_us: u64) {
+    critical_section::with(|cs| CONTROL_US.borrow(cs).set(now_us));
+    ran(Party::Control);
+}
+
+/// Whether the control task has run within [`CONTROL_TIMEOUT_US`] before `now_us`.
+pub fn control_runs(now_us: u64) -> bool {
+    let ran_us = critical_section::with(|cs| CONTROL_US.borrow(cs).get());
+    now_us.saturating_sub(ran_us) <= CONTROL_TIMEOUT_US
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn it_is_fed_only_when_every_party_has_run() {
+        use Party::{Bus, Control, Pwm};
+        let drive = Parties::new();
+        for party in [Pwm, Control, Bus] {
+            drive.require(party);
+        }
+        for missing in [Pwm, Control, Bus] {
+            let others = [Pwm, Control, Bus].map(|party| party != missing && drive.ran(party));
+            assert_eq!(others, [false; 3], "fed without {missing:?}");
+            for _ in 0..1_000 {
+                for party in [Pwm, Control, Bus] {
+                    assert!(
+                        party == missing || !drive.ran(party),
+                        "fed without {missing:?}"
+                    );
+                }
+            }
+            assert!(drive.ran(missing));
+        }
+    }
+
+    #[test]
+    fn a_guard_needs_no_pwm_interrupt() {
+        let guard = Parties::new();
+        guard.require(Party::Control);
+        guard.require(Party::Bus);
+        assert!(!guard.ran(Party::Control));
+        assert!(guard.ran(Party::Bus));
+        assert!(!guard.ran(Party::Bus));
+    }
+}

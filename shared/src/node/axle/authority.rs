@@ -1,0 +1,80 @@
+//! Who may command the axle: the guard while its heartbeat is alive, else a client in bench mode,
+//! else nobody.
+
+use crate::bus::heartbeat::Monitor;
+use crate::settings::{Setting, Settings};
+
+/// The guard's heartbeat, and bench mode.
+#[derive(Clone, Debug)]
+pub(super) struct Authority {
+    guard: Monitor,
+    bench: bool,
+    command_timeout_us: u64,
+    command_until_us: u64,
+}
+
+impl Authority {
+    /// Nobody was heard yet.
+    pub fn new(settings: &Settings) -> Self {
+        Self {
+            guard: Monitor::new(settings.milliseconds(Setting::HeartbeatTimeout)),
+            bench: false,
+            command_timeout_us: settings.milliseconds(Setting::CommandTimeout),
+            command_until_us: 0,
+        }
+    }
+
+    /// The guard's heartbeat came.
+    #[inline]
+    pub fn guard_heard(&mut self, now_us: u64) {
+        self.guard.heard(now_us);
+    }
+
+    /// A set-point came.
+    #[inline]
+    pub fn command_heard(&mut self, now_us: u64) {
+        // Microseconds in 64 bits do not wrap; if they did, the command would be old.
+        self.command_until_us = now_us.wrapping_add(self.command_timeout_us);
+    }
+
+    /// No set-point came for longer than the command timeout.
+    #[inline]
+    pub fn command_lost(&self, now_us: u64) -> bool {
+        now_us > self.command_until_us
+    }
+
+    /// The guard was heard once, is silent, and bench mode does not replace it.
+    #[inline]
+    pub fn guard_lost(&self, now_us: u64) -> bool {
+        !self.bench && self.guard.lost(now_us)
+    }
+
+    /// Bench mode is on.
+    #[inline]
+    pub fn bench(&self) -> bool {
+        self.bench
+    }
+
+    /// Somebody may enable the axle.
+    #[inline]
+    pub fn any(&self, now_us: u64) -> bool {
+        self.bench || self.guard.alive(now_us)
+    }
+
+    /// Keeps bench mode as `requested`, unless something ends it: the guard's heartbeat, a latched
+    /// fault, or no set-point for longer than the command timeout, counted from its start. Whether
+    /// it has begun or ended.
+    #[inline]
+    pub fn update_bench(&mut self, requested: bool, faultless: bool, now_us: u64) -> bool {
+        if !requested && !self.bench {
+            return false;
+        }
+        let before = self.bench;
+        let may = requested && faultless && !self.guard.alive(now_us);
+        if may && !before {
+            self.command_heard(now_us);
+        }
+        self.bench = may && !self.command_lost(now_us);
+        self.bench != before
+    }
+}

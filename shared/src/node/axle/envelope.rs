@@ -1,0 +1,107 @@
+//! The limits in force: in operation, while homing, in bench mode, and both.
+//!
+//! Velocity and current are limited inside the loops, so each envelope has loops of its own. They
+//! are prepared at start; a change of the envelope hands the integral over, so that the motor's
+//! current does not jump.
+
+use super::super::CONTROL_PERIOD;
+use crate::math::{Bound, limit};
+use crate::motor::cascade::{Cascade, Gains};
+use crate::motor::profile::Limits;
+use crate::settings::{Setting, Settings};
+
+/// Limits of one kind of operation, with the loops that keep them.
+#[derive(Clone, Debug)]
+pub(super) struct Envelope {
+    pub limits: Limits,
+    /// A.
+    pub current_limit: f32,
+    /// Commanded current above which a motor must turn, A.
+    pub pushing: f32,
+    pub cascade: Cascade,
+    /// Bounds of the cascade: the current limit, and the one for holding a position after a stop.
+    pub full: Bound,
+    pub hold: Bound,
+}
+
+/// All envelopes, and the one in force.
+#[derive(Clone, Debug)]
+pub(super) struct Envelopes {
+    prepared: [Envelope; 4],
+    selected: usize,
+}
+
+/// The position loop corrects with a little more than the speed of homing.
+const HOMING_MARGIN: f32 = 1.25;
+
+impl Envelope {
+    fn new(settings: &Settings, velocity: f32, current: f32) -> Self {
+        let cascade = Cascade::new(&Gains {
+            position: settings.scaled(Setting::PositionGain, 1e-3),
+            velocity: settings.scaled(Setting::VelocityGain, 1e-3),
+            integral_time: settings.scaled(Setting::VelocityIntegralTime, 1e-6),
+            acceleration: settings.scaled(Setting::AccelerationFeedForward, 1e-6),
+            velocity_limit: velocity,
+            current_limit: current,
+            period: CONTROL_PERIOD,
+        });
+        let hold_current = settings.scaled(Setting::HoldCurrent, 1e-3);
+        Self {
+            limits: Limits {
+                velocity,
+                acceleration: settings.scaled(Setting::AccelerationLimit, 1e-3),
+            },
+            current_limit: current,
+            pushing: 0.9 * current,
+            full: cascade.bound(current),
+            hold: cascade.bound(limit(hold_current, current)),
+            cascade,
+        }
+    }
+}
+
+impl Envelopes {
+    /// Envelopes of these settings, and a copy of the one of operation, which is selected.
+    pub fn new(settings: &Settings) -> (Self, Envelope) {
+        let velocity = settings.scaled(Setting::VelocityLimit, 1e-3);
+        let current = settings.scaled(Setting::CurrentLimit, 1e-3);
+        let prepared = core::array::from_fn(|index| {
+            let (mut velocity, mut current) = (velocity, current);
+            if index & HOMING != 0 {
+                let speed = settings.scaled(Setting::ReferenceSpeed, 1e-3 * HOMING_MARGIN);
+                velocity = limit(speed, velocity);
+                current = limit(settings.scaled(Setting::HomingCurrent, 1e-3), current);
+            }
+            if index & BENCH != 0 {
+                velocity = limit(settings.scaled(Setting::BenchSpeed, 1e-3), velocity);
+                current = limit(settings.scaled(Setting::BenchCurrent, 1e-3), current);
+            }
+            Envelope::new(settings, velocity, current)
+        });
+        let envelopes = Self {
+            prepared,
+            selected: 0,
+        };
+        let operation = envelopes.prepared[0].clone();
+        (envelopes, operation)
+    }
+
+    /// Puts the envelope of this operation in force.
+    pub fn select(&mut self, homing: bool, bench: bool, in_force: &mut Envelope) {
+        let index = usize::from(homing) * HOMING + usize::from(bench) * BENCH;
+        if index == self.selected {
+            return;
+        }
+        let Some(prepared) = self.prepared.get(index) else {
+            return; // two bits are at most 3
+        };
+        let mut next = prepared.clone();
+        next.cascade.take_over(&in_force.cascade, next.full);
+        *in_force = next;
+        self.selected = index;
+    }
+}
+
+/// Bits of the index of an envelope.
+const HOMING: usize = 1;
+const BENCH: usize = 2;

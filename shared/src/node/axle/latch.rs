@@ -1,0 +1,92 @@
+//! Latched faults, and the emergency frames that report them.
+
+use crate::faults::Faults;
+
+/// Faults from when they are raised until a reset clears them.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Latch {
+    latched: Faults,
+    /// Raised, and not sent as an emergency frame yet.
+    unreported: Faults,
+    /// The bus has heard of a fault since the last "all clear".
+    reported: bool,
+}
+
+impl Latch {
+    /// Adds the faults that are present now.
+    #[inline]
+    pub fn raise(&mut self, present: Faults) {
+        self.unreported = self.unreported.or(present.without(self.latched));
+        self.latched = self.latched.or(present);
+    }
+
+    /// Clears every fault that is not present any more.
+    pub fn reset(&mut self, present: Faults) {
+        self.latched = self.latched.and(present);
+    }
+
+    /// The latched faults.
+    #[inline]
+    pub fn faults(&self) -> Faults {
+        self.latched
+    }
+
+    /// Error code of the strongest latched fault; 0 without one.
+    #[inline]
+    pub fn code(&self) -> u16 {
+        let fault = self.latched.strongest();
+        fault.map_or(0, |fault| fault.description().code)
+    }
+
+    /// Code of the emergency frame that is due in this tick: each raised fault once, the strongest
+    /// first, and 0 when none is latched any more.
+    #[inline]
+    pub fn emergency(&mut self) -> Option<u16> {
+        if let Some(fault) = self.unreported.strongest() {
+            self.unreported = self.unreported.without(Faults::of(fault));
+            self.reported = true;
+            return Some(fault.description().code);
+        }
+        let clear = self.reported && self.latched.is_empty();
+        if clear {
+            self.reported = false;
+        }
+        clear.then_some(0)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::faults::Fault::{Blocked, CommandLost, GuardLost, OverCurrent};
+
+    fn set<const N: usize>(faults: [crate::faults::Fault; N]) -> Faults {
+        faults
+            .into_iter()
+            .fold(Faults::NONE, |set, fault| set.or(Faults::of(fault)))
+    }
+
+    #[test]
+    fn every_fault_is_reported_once_and_the_end_of_the_last_one() {
+        let mut latch = Latch::default();
+        assert_eq!(latch.emergency(), None);
+        latch.raise(set([CommandLost, OverCurrent]));
+        latch.raise(set([CommandLost, Blocked]));
+        // Cleared before they were reported: they are reported still.
+        latch.reset(Faults::NONE);
+        let sent: [_; 5] = core::array::from_fn(|_| latch.emergency());
+        assert_eq!(
+            sent,
+            [Some(0x2310), Some(0x7121), Some(0x8250), Some(0), None]
+        );
+    }
+
+    #[test]
+    fn a_reset_leaves_what_is_present_still() {
+        let mut latch = Latch::default();
+        latch.raise(set([GuardLost, CommandLost]));
+        latch.reset(set([GuardLost]));
+        assert_eq!(latch.faults(), set([GuardLost]));
+        assert_eq!(latch.code(), 0x8130);
+    }
+}

@@ -1,0 +1,4 @@
+//! Random drives, and the oracle that watches them.
+
+pub mod generator;
+pub mod oracle;
