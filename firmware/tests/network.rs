@@ -62,7 +62,7 @@ impl Network {
         })
     }
 
-    /// One step; the operator asks for arming from half a second on.
+    /// One step; the operator asks to stop, and from a second on to arm.
     fn advance(&mut self) -> &[(usize, Frame)] {
         let level = BodySensors {
             specific_force: [0.0, 0.0, 9.81],
@@ -78,10 +78,14 @@ impl Network {
             let others = self.sent.iter().filter(|(from, _)| *from != index);
             let mut frames: Vec<_> = others.map(|(_, frame)| *frame).collect();
             if index == 0 && self.step > 500 && self.step.is_multiple_of(50) {
-                let (request, sequence) = (Request::Arm as u8, (self.step / 50) as u8);
+                let request = if self.step > 1_000 {
+                    Request::Arm
+                } else {
+                    Request::Stop
+                };
                 let command = OperatorCommand {
-                    request,
-                    sequence,
+                    request: request as u8,
+                    sequence: (self.step / 50) as u8,
                     ..Default::default()
                 };
                 frames.push(command.frame(receive(1), GUARD));

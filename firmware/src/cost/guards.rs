@@ -44,10 +44,49 @@ pub fn count(table: &mut Table) {
     count_rehearsal(table);
 }
 
+/// The operator stops, and then arms.
+pub fn request(tick: u32) -> Request {
+    if tick < 100 {
+        Request::Stop
+    } else {
+        Request::Arm
+    }
+}
+
+/// Drives are off until the robot is armed, and enabled then.
+pub fn drive_state(tick: u32) -> State {
+    if tick < 140 {
+        State::SwitchOnDisabled
+    } else {
+        State::OperationEnabled
+    }
+}
+
+/// The drives answer the question for their position scales.
+pub fn answer_scales<B: Body>(guard: &mut Guard<B>, settings: &Settings) {
+    let [low, high] = guard::POSITION_SCALE.to_le_bytes();
+    let mut frames = Vec::<Frame, MAX_DRIVES>::new();
+    for (drive, id) in B::drive_ids(settings).into_iter().enumerate() {
+        let [a, b] = B::scale(drive).code().to_le_bytes();
+        let answer = [0x4b, low, high, 0, a, b, 0, 0];
+        // As many as there is room for.
+        let _ = frames.push(Frame::new(0x580 + u16::from(id), &answer).unwrap_or_default());
+    }
+    guard.tick(&guard::Inputs {
+        now_us: 0,
+        body: None,
+        operator: None,
+        emergency_stop: false,
+        frames: &frames,
+        serial: &[],
+    });
+}
+
 /// Answers of drives that stand at `angle` (rad) and are enabled: position and status of each, and the heartbeats of two after the other.
 fn answers(
     ids: &[u8],
     sync: u32,
+    state: State,
     angle: impl Fn(usize) -> f32,
 ) -> Vec<Frame, { 2 * MAX_DRIVES + 2 }> {
     let motion = |drive: usize| DriveMotion {
@@ -55,7 +94,7 @@ fn answers(
         velocity: 1_000,
     };
     let status = DriveStatus {
-        statusword: State::OperationEnabled.statusword() | status::REFERENCED,
+        statusword: state.statusword() | status::REFERENCED,
         ..DriveStatus::default()
     };
     // Two heartbeats a period: none is older than 64 ms.
@@ -105,13 +144,14 @@ fn count_guard<B: Body>(
     let Ok(mut guard) = Guard::<B>::new(&settings) else {
         return; // without the nominal robot the host misses the entry
     };
+    answer_scales(&mut guard, &settings);
     let mut random = Random::new();
     let (mut count, mut armed) = (Count::NONE, true);
     let mut heard = Vec::new();
     for tick in 0..WARM_UP + sync_ticks * table.calls() {
         let phase = tick % sync_ticks;
         if phase == 0 {
-            heard = answers(&ids, tick / sync_ticks, &angle);
+            heard = answers(&ids, tick / sync_ticks, drive_state(tick), &angle);
         }
         let mut packets = heard.chunks(FRAMES);
         let frames = if phase == 0 {
@@ -123,7 +163,7 @@ fn count_guard<B: Body>(
             forward: (random.bits() >> 24) as i16,
             yaw_rate: (random.bits() >> 26) as i16,
             posture: (tick / 1_000 % 2 * 100) as i16,
-            request: Request::Arm as u8,
+            request: request(tick) as u8,
             sequence: tick as u8,
         });
         let inputs = guard::Inputs {

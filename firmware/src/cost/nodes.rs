@@ -219,7 +219,7 @@ fn answers(tick: u32, geometry: &Geometry, settings: &Settings) -> Vec<Frame, 12
         velocity: 0,
     };
     let status = DriveStatus {
-        statusword: State::OperationEnabled.statusword() | status::REFERENCED,
+        statusword: super::guards::drive_state(tick).statusword() | status::REFERENCED,
         ..DriveStatus::default()
     };
     let drives = [
@@ -288,7 +288,7 @@ fn count_guard(table: &mut Table) {
                     (random.bits() >> 24) as i16
                 },
                 posture: (random.bits() >> 18) as i16,
-                request: Request::Arm as u8,
+                request: super::guards::request(tick) as u8,
                 sequence: tick as u8,
             });
             let body = BodySensors {
@@ -307,6 +307,7 @@ fn count_guard(table: &mut Table) {
             };
             act(rig, inputs);
         };
+    super::guards::answer_scales(&mut rig.guard, &settings);
     for number in SYNC_TICKS..WARM_UP {
         tick(number, &mut rig, &mut |rig, inputs| rig.tick(inputs));
     }

@@ -21,6 +21,12 @@ use tautrack::settings::Setting;
 const STEPS: u64 = 2_000;
 /// The node's id in it.
 const NODE: u8 = 5;
+/// The guard's, among drives with the ids of the settings' defaults.
+const GUARD: u8 = 1;
+/// Position scales that these drives answer with.
+const SCALES: [(u8, u8); 4] = [(16, 0), (16, 0), (32, 0), (0x18, 1)];
+/// Extension of the screw that is taut at chassis angle 0, 2^-24 m.
+const TAUT: i32 = 3_791_650;
 
 const MOTOR: MotorModel = MotorModel {
     resistance: 0.6,
@@ -62,7 +68,10 @@ pub fn deepest(path: &Path, with_motor: bool) -> Result<u32, CostError> {
     let start = Start {
         version: VERSION,
         seed: 1,
-        settings: heapless::Vec::from_iter([(Setting::NodeId.description().key, i32::from(NODE))]),
+        settings: heapless::Vec::from_iter([(
+            Setting::NodeId.description().key,
+            i32::from(if with_motor { NODE } else { GUARD }),
+        )]),
         motor: with_motor.then_some(MOTOR),
     };
     let mut exchange = |message: &ToNode| -> Result<(), CostError> {
@@ -101,11 +110,21 @@ fn life(step: u64, is_guard: bool) -> Step {
                 forward: 200,
                 yaw_rate: 100,
                 posture: 300,
-                request: Request::Arm as u8,
+                request: if step < 200 {
+                    Request::Stop
+                } else {
+                    Request::Arm
+                } as u8,
                 sequence: step as u8,
             }
-            .frame(receive(1), NODE),
+            .frame(receive(1), GUARD),
         ),
+        40 if is_guard => {
+            for (node, (low, high)) in (2..).zip(SCALES) {
+                let answer = [0x4b, 0x10, 0x20, 0, low, high, 0, 0];
+                hear(Frame::new(0x580 + node, &answer).unwrap_or_default());
+            }
+        }
         _ if step % 100 == 50 => {
             let read = [0x40, 0x64, 0x60, 0, 0, 0, 0, 0];
             hear(Frame::new(0x600 + u16::from(NODE), &read).unwrap_or_default());
@@ -130,13 +149,20 @@ fn life(step: u64, is_guard: bool) -> Step {
         hear(sync());
     }
     if step % 4 == 1 {
-        for node in 1..5 {
+        let nodes = if is_guard { 2..6 } else { 1..5 };
+        for node in nodes {
             let motion = DriveMotion {
-                position: 1 << 20,
+                position: if node == 5 { TAUT } else { 1 << 20 },
                 velocity: 0,
             };
+            // Enabled once the guard has been asked to arm.
+            let state = if is_guard && step < 240 {
+                State::SwitchOnDisabled
+            } else {
+                State::OperationEnabled
+            };
             let status = DriveStatus {
-                statusword: State::OperationEnabled.statusword() | status::REFERENCED,
+                statusword: state.statusword() | status::REFERENCED,
                 ..DriveStatus::default()
             };
             hear(motion.frame(transmit(1), node));
