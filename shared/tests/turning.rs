@@ -12,7 +12,7 @@ use tautrack::node::guard::{Guard, Inputs, State};
 use tautrack::robots::b2p2::B2p2;
 use tautrack::robots::crawler::Crawler;
 use tautrack::robots::hylos::Hylos;
-use tautrack::robots::{Allowed, Asked, Body, Goal, Phase};
+use tautrack::robots::{Allowed, Asked, Body, DriveState as DriveOnBus, Goal, Phase};
 use tautrack::settings::{Setting, Settings};
 use tautrack::stability::attitude::Attitude;
 use tautrack::stability::limits::Limits;
@@ -58,9 +58,10 @@ fn speed_of<B: Body>(body: &B, drive: usize, radius: f32) -> f32 {
 /// changes its speed faster than by forward acceleration and yaw acceleration together.
 fn assert_within_the_belts<B: Body>(settings: &Settings, radius: f32) {
     let mut body = B::new(settings).unwrap_or_else(|refusal| panic!("{refusal:?}"));
-    let attitude = Attitude::default();
+    let mut attitude = Attitude::default();
     body.rest();
     let mut before = [0.0_f32; 2];
+    let mut turns = [0.0_f64; 2];
     let (mut fastest, mut quickest) = (0.0_f32, 0.0_f32);
     for step in 0..6_000 {
         let asked = [
@@ -76,12 +77,24 @@ fn assert_within_the_belts<B: Body>(settings: &Settings, radius: f32) {
             yaw_rate: asked.1,
             posture: 0,
         };
+        // The belts follow their set-points, and the robot moves with them.
+        let drives = turns.map(|turns| DriveOnBus {
+            position: (turns * 65_536.0) as i64 as i32,
+            ..DriveOnBus::default()
+        });
+        let reading = BodySensors {
+            angular_rate: [0.0, 0.0, (before[1] - before[0]) / 0.32],
+            ..BodySensors::default()
+        };
+        assert!(attitude.update(&reading, PERIOD));
+        body.observe(&drives, &attitude, PERIOD);
         body.advance(&asked, free(), &attitude, PERIOD);
         for (side, before) in before.iter_mut().enumerate() {
             let speed = speed_of(&body, side, radius);
             fastest = fastest.max(speed.abs());
             quickest = quickest.max((speed - *before).abs() / PERIOD);
             *before = speed;
+            turns[side] += f64::from(speed * PERIOD / radius) / std::f64::consts::TAU;
         }
     }
     assert!(fastest <= SPEED_LIMIT + 1e-5, "{fastest} m/s");
