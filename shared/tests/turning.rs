@@ -55,8 +55,8 @@ fn speed_of<B: Body>(body: &B, drive: usize, radius: f32) -> f32 {
 }
 
 /// Any command for some seconds, the wildest first; no belt is faster than the speed limit, or
-/// changes its speed faster than by forward acceleration and yaw acceleration together.
-fn assert_within_the_belts<B: Body>(settings: &Settings, radius: f32) {
+/// changes its speed faster than `acceleration`, m/s^2.
+fn assert_within_the_belts<B: Body>(settings: &Settings, radius: f32, acceleration: f32) {
     let mut body = B::new(settings).unwrap_or_else(|refusal| panic!("{refusal:?}"));
     let mut attitude = Attitude::default();
     body.rest();
@@ -100,12 +100,13 @@ fn assert_within_the_belts<B: Body>(settings: &Settings, radius: f32) {
     assert!(fastest <= SPEED_LIMIT + 1e-5, "{fastest} m/s");
     assert!(fastest > 0.99 * SPEED_LIMIT, "{fastest} m/s");
     // Micrometres per second in one period are 0.25 mm/s^2.
-    assert!(quickest <= 2.0 * ACCELERATION + 1e-3, "{quickest} m/s^2");
+    assert!(quickest <= acceleration + 1e-3, "{quickest} m/s^2");
 }
 
 #[test]
 fn no_command_drives_a_belt_of_b2p2_beyond_speed_limit_and_acceleration() {
-    assert_within_the_belts::<B2p2>(&Settings::default(), 0.05);
+    // Forward and yaw each have their own.
+    assert_within_the_belts::<B2p2>(&Settings::default(), 0.05, 2.0 * ACCELERATION);
 }
 
 #[test]
@@ -114,7 +115,8 @@ fn no_command_drives_a_belt_of_the_crawler_beyond_speed_limit_and_acceleration()
         (Setting::VelocityLimit, 1_000_000),
         (Setting::SlipCompensation, 0),
     ]);
-    assert_within_the_belts::<Crawler>(&settings, 0.05);
+    // The correction of the path adds to forward and yaw.
+    assert_within_the_belts::<Crawler>(&settings, 0.05, 3.0 * ACCELERATION);
 }
 
 #[test]
