@@ -31,7 +31,7 @@ pub fn faults() -> String {
 }
 
 /// Groups of settings: the last key of each, and who reads them.
-const GROUPS: [(u16, &str); 8] = [
+const GROUPS: [(u16, &str); 9] = [
     (0x000f, "Every node"),
     (0x002f, "The motor and its axle: axle and screw"),
     (0x003f, "The belt and its screw: screw and guard"),
