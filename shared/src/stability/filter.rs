@@ -284,9 +284,9 @@ mod tests {
             assert!(scale > 0.02 && scale < 0.98, "{margin}: {scale}");
             let keeps = |scale: f64| left_at_the_horizon(margin, own_decay, asked, scale) >= 0.05;
             let most = (0..=1_000)
+                .rev()
                 .map(|step| f64::from(step) * 1e-3)
-                .filter(|scale| keeps(*scale))
-                .last()
+                .find(|scale| keeps(*scale))
                 .expect("nothing passed keeps the margin");
             // A hundredth of the decay counts as not caused by the command at the slowest of these
             // speeds: 4 % of it at 0.1 m/s.

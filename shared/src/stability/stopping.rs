@@ -40,7 +40,8 @@ fn stop_moment(margin: f32, height: f32) -> f32 {
 /// `found` has the margins of the centre of gravity and the levers of `stance`; `widening` is
 /// the uncertainty of the masses, m. The plane is that of the support's sides
 /// ([`Stance::along`]). A side slope tilts the edge; the lever is then longer than the height
-/// across the edge, and the limit lower than needed. Zero if the centre of gravity is not inside
+/// across the edge, and the limit lower than needed. So it is for a centre of gravity below the
+/// edge, which is taken to be as far above it. Zero if the centre of gravity is not inside
 /// the edge or a value is NaN; infinite if the stop does not turn the robot toward the edge.
 #[inline(never)]
 pub fn speed_limit(
@@ -147,7 +148,12 @@ mod tests {
                         };
                         let limit = f64::from(limit);
                         assert!(!tips_at(0.99 * limit), "{pitch} {along} {up} {edge:?}");
-                        assert!(tips_at(1.01 * limit), "{pitch} {along} {up} {edge:?}");
+                        // A centre of gravity below the edge is taken to be as far above it.
+                        let exact = place[1] > 0.0;
+                        assert!(
+                            !exact || tips_at(1.01 * limit),
+                            "{pitch} {along} {up} {edge:?}"
+                        );
                         checked += 1;
                     }
                 }

@@ -64,6 +64,9 @@ impl Body for Crawler {
         ];
         let masses = masses.loaded(scaled(Setting::PayloadMass, 1e-3), payload.map(metres));
         let compensation = settings.get(Setting::SlipCompensation);
+        // Belts that make up for slip run faster than the ground, by an amount that is not known here.
+        let sprocket_limit = scaled(Setting::VelocityLimit, 1e-3);
+        let over_ground = metres(Setting::SpeedLimit) / dimensions.sprocket_radius;
         let controller = Controller::new(&Configuration {
             dimensions,
             body: masses,
@@ -74,7 +77,11 @@ impl Body for Crawler {
                 k2: scaled(Setting::SoilK2, 1e-3),
             },
             compensates_slip: compensation > 0,
-            sprocket_limit: scaled(Setting::VelocityLimit, 1e-3),
+            sprocket_limit: if compensation == 0 && over_ground < sprocket_limit {
+                over_ground
+            } else {
+                sprocket_limit
+            },
         })?;
         Ok(Self {
             shape: Shape::new(&dimensions, &masses)?,
