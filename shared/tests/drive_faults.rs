@@ -7,7 +7,7 @@
 
 mod drive_faults_support;
 
-use drive_faults_support::generator::{Generator, Kind, Random};
+use drive_faults_support::generator::{CURRENT_LIMIT, Generator, Kind, Random};
 use drive_faults_support::oracle::{Oracle, Tally};
 use std::thread;
 
@@ -18,7 +18,7 @@ const AT_LEAST: u64 = 1_000;
 /// Runs one sequence; the error says what broke the promise, and when.
 fn run(seed: u64, tally: &mut Tally) -> Result<(), String> {
     let mut generator = Generator::new(Random::new(seed), Kind::of(seed));
-    let mut oracle = Oracle::new(generator.current_limit(), generator.velocity_unit());
+    let mut oracle = Oracle::new(CURRENT_LIMIT, generator.velocity_unit());
     for event in 0..EVENTS {
         for _ in 0..generator.next_event(event) {
             let (inputs, joint_us) = generator.inputs();
@@ -58,7 +58,7 @@ fn every_condition_gets_its_reaction_whatever_is_latched() {
             .map(|result| result.unwrap_or_else(|panic| std::panic::resume_unwind(panic)))
             .collect()
     });
-    let total = tallies.into_iter().fold(Tally::default(), Tally::plus);
+    let total = tallies.iter().fold(Tally::default(), Tally::plus);
     println!("{total:#?}");
     for (name, count) in total.counts() {
         assert!(count >= AT_LEAST, "{name} was reached {count} times");

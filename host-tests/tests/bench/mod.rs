@@ -36,13 +36,13 @@ pub struct Bench {
     pub torque_offset: Option<i16>,
     pub guard_alive: bool,
     /// A client asks for bench mode; ends with it, as the object does.
-    pub bench_mode: bool,
+    pub client: bool,
     /// The joint's motion, sent with every SYNC to a screw.
     pub joint: Option<DriveMotion>,
     /// Commanded slack of a screw, 2^-24 m.
     pub slack: i32,
-    /// The encoder's channels are swapped: it counts backward.
-    pub swapped: bool,
+    /// 1, or -1 where the encoder's channels are swapped and it counts backward.
+    pub encoder_sign: i32,
     /// Switches at an angle, counted from `switch_at`.
     pub switches: fn(f64) -> Switches,
     pub switch_at: f64,
@@ -83,9 +83,9 @@ impl Bench {
             set_point: None,
             torque_offset: None,
             guard_alive: true,
-            bench_mode: false,
+            client: false,
             slack: 0,
-            swapped: false,
+            encoder_sign: 1,
             joint: None,
             switches: |_| Switches::default(),
             switch_at: 0.0,
@@ -114,7 +114,7 @@ impl Bench {
         let counts = (self.angle * self.counts_per_radian).floor() as i32;
         let inputs = Inputs {
             now_us: self.now_us,
-            encoder: if self.swapped { -counts } else { counts },
+            encoder: self.encoder_sign * counts,
             current: self.current_reading.unwrap_or(current as f32),
             bus_voltage: 24.0,
             switches: (self.switches)(self.angle - self.switch_at),
@@ -124,7 +124,7 @@ impl Bench {
                 .filter(|_| milliseconds.is_multiple_of(4 * TICKS_PER_SYNC)),
             // The first one before the first set-point.
             guard_heard: self.guard_alive && milliseconds % 50 == 1,
-            bench_mode: self.bench_mode,
+            bench_mode: self.client,
         };
         let outputs = match &mut self.node {
             Node::Axle(axle) => axle.tick(&inputs),
@@ -138,7 +138,7 @@ impl Bench {
             }),
         };
         self.bridge = outputs.bridge;
-        self.bench_mode &= outputs.bench_mode;
+        self.client &= outputs.bench_mode;
         outputs
     }
 

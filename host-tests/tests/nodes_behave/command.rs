@@ -11,7 +11,7 @@ use tautrack::settings::Setting;
 fn on_the_bench(target: i32) -> Bench {
     let mut bench = Bench::axle(&[]);
     bench.guard_alive = false;
-    bench.bench_mode = true;
+    bench.client = true;
     let outputs = bench.enable(mode::CYCLIC_VELOCITY, target);
     assert_eq!(state(&outputs), Some(State::OperationEnabled));
     bench
@@ -73,7 +73,7 @@ fn bench_mode_ends_when_commands_stop() {
     // The same for one who enables it and never commands anything.
     let mut bench = Bench::axle(&[]);
     bench.guard_alive = false;
-    bench.bench_mode = true;
+    bench.client = true;
     assert!(bench.run(59).bench_mode);
     assert!(!bench.run(5).bench_mode);
 }
@@ -88,7 +88,7 @@ fn bench_mode_ends_when_the_guards_heartbeat_comes_and_the_axle_holds() {
     assert_eq!(state(&outputs), Some(State::QuickStopActive));
     assert!(bench.velocity.abs() < 0.01, "{}", bench.velocity);
     // Under a living guard the request is refused.
-    bench.bench_mode = true;
+    bench.client = true;
     assert!(!bench.tick().bench_mode);
 }
 
@@ -111,7 +111,7 @@ fn bench_mode_replaces_a_guard_that_was_lost() {
     bench.run(8);
     bench.command(CONTROL_FAULT_RESET, 0, 0);
     assert_eq!(code(&bench.run(8)), None);
-    bench.bench_mode = true;
+    bench.client = true;
     let outputs = bench.enable(mode::CYCLIC_VELOCITY, 1_000_000);
     assert_eq!(state(&outputs), Some(State::OperationEnabled));
     bench.run(1_000);

@@ -36,7 +36,7 @@ fn swapped_encoder_channels_end_with_the_gates_off_before_twice_the_speed_limit(
         for inertia in [0.05, 0.1, 0.3] {
             let mut bench = Bench::axle(&[]);
             bench.inertia = inertia;
-            bench.swapped = true;
+            bench.encoder_sign = -1;
             let target = if mode == mode::CYCLIC_VELOCITY {
                 500_000
             } else {

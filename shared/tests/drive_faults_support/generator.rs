@@ -80,6 +80,17 @@ enum Rotor {
     Jumps,
 }
 
+/// Current limit of every drive, A: the default of the table.
+pub const CURRENT_LIMIT: f32 = 10.0;
+
+/// Who is there in an event.
+#[derive(Clone, Copy)]
+struct Present {
+    guard: bool,
+    master: bool,
+    joint: bool,
+}
+
 pub struct Generator {
     random: Random,
     kind: Kind,
@@ -93,8 +104,7 @@ pub struct Generator {
     current: Option<f32>,
     bus_voltage: f32,
     switches: Switches,
-    guard: bool,
-    master: bool,
+    present: Present,
     bench: bool,
     /// A controlword for the whole event, or the way to operation.
     word: Option<u16>,
@@ -103,7 +113,6 @@ pub struct Generator {
     faulty: bool,
     mode: i8,
     target: i32,
-    joint: bool,
 }
 
 const COUNTS_PER_RADIAN: f64 = 4_096.0 * 60.0 / std::f64::consts::TAU;
@@ -133,8 +142,11 @@ impl Generator {
             current: None,
             bus_voltage: 24.0,
             switches: Switches::default(),
-            guard: true,
-            master: true,
+            present: Present {
+                guard: true,
+                master: true,
+                joint: true,
+            },
             bench: false,
             word: None,
             resets: false,
@@ -142,13 +154,7 @@ impl Generator {
             faulty: false,
             mode: 9,
             target: 0,
-            joint: true,
         }
-    }
-
-    /// A; the default of the table.
-    pub fn current_limit(&self) -> f32 {
-        10.0
     }
 
     /// rad/s of the output shaft; a screw of 5 mm per turn publishes 1e-9 m/s.
@@ -193,18 +199,18 @@ impl Generator {
                 negative_limit: bits & 0x1800 == 0,
             };
         }
-        self.guard = if self.guard {
+        self.present.guard = if self.present.guard {
             !random.once_in(25)
         } else {
             random.once_in(3)
         };
-        self.master = if self.master {
+        self.present.master = if self.present.master {
             !random.once_in(25)
         } else {
             random.once_in(3)
         };
-        self.joint = !random.once_in(10);
-        self.bench = random.once_in(if self.guard { 30 } else { 3 });
+        self.present.joint = !random.once_in(10);
+        self.bench = random.once_in(if self.present.guard { 30 } else { 3 });
         self.word = match random.below(8) {
             0 => Some(random.pick(&[0x00, 0x02, 0x06, 0x07, 0x80, 0x82, 0x8f, 0x86])),
             1 => Some(random.pick(&[0x0f, 0x1f, 0x8f])),
@@ -237,7 +243,7 @@ impl Generator {
                     Rotor::Turns,
                 ]);
                 (self.current, self.bus_voltage) = (None, 24.0);
-                (self.guard, self.master) = (true, true);
+                (self.present.guard, self.present.master) = (true, true);
                 110 + random.below(30)
             }
             _ => 1 + random.below(4),
@@ -294,16 +300,16 @@ impl Generator {
             },
             bus_voltage: self.bus_voltage,
             switches: self.switches,
-            set_point: (sync && self.master).then_some(SetPoint {
+            set_point: (sync && self.present.master).then_some(SetPoint {
                 controlword: word,
                 mode: self.mode,
                 target: self.target,
             }),
             torque_offset: None,
-            guard_heard: self.guard && self.ticks % 50 == 1,
+            guard_heard: self.present.guard && self.ticks % 50 == 1,
             bench_mode: self.bench,
         };
-        let joint_us = (sync && self.joint).then_some(self.now_us);
+        let joint_us = (sync && self.present.joint).then_some(self.now_us);
         (inputs, joint_us)
     }
 
@@ -313,7 +319,8 @@ impl Generator {
             Node::Axle(axle) => axle.tick(inputs),
             Node::Screw(screw) => {
                 let sync = self.ticks.is_multiple_of(4);
-                let joint = (sync && self.joint).then_some((DriveMotion::default(), self.now_us));
+                let joint =
+                    (sync && self.present.joint).then_some((DriveMotion::default(), self.now_us));
                 screw.tick(&screw::Inputs {
                     axle: *inputs,
                     joint,

@@ -23,11 +23,11 @@ pub struct Tally {
 }
 
 impl Tally {
-    pub fn plus(mut self, other: Self) -> Self {
-        for (sum, more) in self.states.iter_mut().zip(other.states) {
+    pub fn plus(mut self, other: &Self) -> Self {
+        for (sum, more) in self.states.iter_mut().zip(&other.states) {
             *sum += more;
         }
-        for (sum, more) in self.faults.iter_mut().zip(other.faults) {
+        for (sum, more) in self.faults.iter_mut().zip(&other.faults) {
             *sum += more;
         }
         self.behind_another += other.behind_another;

@@ -364,7 +364,7 @@ impl Axle {
         }
         self.latch.reset(present);
         let reaction = self.latch.faults().reaction();
-        if self.state == State::Fault && !(reaction > Some(Reaction::Hold)) {
+        if self.state == State::Fault && reaction <= Some(Reaction::Hold) {
             self.state = State::SwitchOnDisabled;
         }
     }

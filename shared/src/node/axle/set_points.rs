@@ -56,8 +56,7 @@ impl Axle {
         let after = self.state.after(command);
         if after != self.state {
             let allowed = !after.is_above(self.state)
-                || !resets
-                    && !(stale && self.state == State::QuickStopActive)
+                || !(resets || stale && self.state == State::QuickStopActive)
                     && self.latch.faults().is_empty()
                     && self.authority.any(inputs.now_us);
             if allowed {
