@@ -13,7 +13,7 @@ const SDO_REQUEST: u16 = 0x600;
 
 pub fn count(table: &mut Table) {
     let node = settings().id(Setting::NodeId);
-    let Some(mut bus) = Bus::new(DICTIONARY, node, 50, None) else {
+    let Some(mut bus) = Bus::new(DICTIONARY, node, 50, None, None) else {
         return; // the nominal node id is a good one; without it the host misses the entries
     };
     bus.process(0);

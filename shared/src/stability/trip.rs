@@ -147,8 +147,9 @@ impl Trip {
         if asked_to_reset && (back || stopped) && !requests.emergency_stop {
             self.latched = false;
         }
-        let latched = self.latched && !(requests.emergency_stop && !stopped);
-        if let Some(cause) = Self::new_cause(sight, requests).filter(|_| !latched) {
+        // An emergency stop takes the place of any other cause.
+        let kept = self.latched && (stopped || !requests.emergency_stop);
+        if let Some(cause) = Self::new_cause(sight, requests).filter(|_| !kept) {
             self.latched = true;
             self.count = self.count.saturating_add(1);
             self.snapshot = Some(Snapshot {

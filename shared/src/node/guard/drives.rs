@@ -25,7 +25,7 @@ pub struct ScaleMismatch {
 /// The robot's drives, in the order of [`crate::robots::Body::drive_ids`].
 #[derive(Clone, Debug)]
 pub(super) struct Drives {
-    drives: Vec<Drive, MAX_DRIVES>,
+    nodes: Vec<Drive, MAX_DRIVES>,
     states: Vec<DriveState, MAX_DRIVES>,
     scales: Vec<ScaleReader, MAX_DRIVES>,
     expected_scales: Vec<u16, MAX_DRIVES>,
@@ -42,7 +42,7 @@ impl Drives {
         let timeout = settings.milliseconds(Setting::HeartbeatTimeout);
         let ids = B::drive_ids(settings);
         Self {
-            drives: ids.iter().map(|id| Drive::new(*id, timeout)).collect(),
+            nodes: ids.iter().map(|id| Drive::new(*id, timeout)).collect(),
             states: ids.iter().map(|_| DriveState::default()).collect(),
             scales: ids.iter().map(|_| ScaleReader::default()).collect(),
             expected_scales: (0..ids.len()).map(|drive| B::scale(drive).code()).collect(),
@@ -58,7 +58,7 @@ impl Drives {
 
     /// Every drive was heard since the start, and its scale is known.
     pub fn complete(&self) -> bool {
-        self.drives.iter().all(Drive::seen)
+        self.nodes.iter().all(Drive::seen)
             && self.scales.iter().all(|scale| scale.found().is_some())
     }
 
@@ -66,7 +66,7 @@ impl Drives {
         // The low seven bits of an identifier are a node id, the others the function.
         let (node, function) = ((frame.id() & 0x7f) as u8, frame.id() & !0x7f);
         self.watch_identifiers(node, function);
-        let drives = self.drives.iter_mut().zip(&mut self.states);
+        let drives = self.nodes.iter_mut().zip(&mut self.states);
         for ((drive, state), scale) in drives.zip(&mut self.scales) {
             if drive.id == node {
                 drive.receive(frame, state, now_us);
@@ -88,7 +88,7 @@ impl Drives {
             (function::SYNC_OR_EMERGENCY | function::HEARTBEAT, node) => node == self.own_id,
             (function, node) if function::TPDO.contains(&function) => node == self.own_id,
             (function, node) if function::RPDO.contains(&function) => {
-                self.drives.iter().any(|drive| drive.id == node)
+                self.nodes.iter().any(|drive| drive.id == node)
             }
             _ => false,
         };
@@ -108,7 +108,7 @@ impl Drives {
             let code = Fault::SecondMaster.description().code;
             return Some(FaultReport { node, code });
         }
-        let mut drives = self.drives.iter().zip(&self.states);
+        let mut drives = self.nodes.iter().zip(&self.states);
         let fault = drives.find_map(|(drive, state)| drive.fault(state, now_us, driving));
         fault.or_else(|| {
             let ScaleMismatch { node, .. } = self.mismatch()?;
@@ -120,7 +120,7 @@ impl Drives {
     /// The first drive whose scale differs from the one that the robot's equations use.
     pub fn mismatch(&self) -> Option<ScaleMismatch> {
         let scales = self.scales.iter().zip(&self.expected_scales);
-        self.drives
+        self.nodes
             .iter()
             .zip(scales)
             .find_map(|(drive, (scale, expected))| {
@@ -136,27 +136,27 @@ impl Drives {
     /// The drives that have a fault, a bit for each in their order.
     pub fn faulty(&self) -> u16 {
         let bit = |(index, drive): (usize, &Drive)| u16::from(drive.error_code() != 0) << index;
-        self.drives.iter().enumerate().map(bit).sum()
+        self.nodes.iter().enumerate().map(bit).sum()
     }
 
     /// Clears what the operator acknowledges, and begins a fault reset of each drive that needs one.
     pub fn begin_reset(&mut self) {
         self.foreign = None;
-        for drive in &mut self.drives {
+        for drive in &mut self.nodes {
             drive.begin_reset();
         }
     }
 
     /// A fault reset is under way.
     pub fn reset_under_way(&self) -> bool {
-        self.drives.iter().any(Drive::resets)
+        self.nodes.iter().any(Drive::resets)
     }
 
     /// Whether a drive has started anew since the call before: it waits for the network's start, and
     /// its scale is read again.
     pub fn take_restarted(&mut self) -> bool {
         let mut any = false;
-        for (drive, scale) in self.drives.iter_mut().zip(&mut self.scales) {
+        for (drive, scale) in self.nodes.iter_mut().zip(&mut self.scales) {
             if drive.take_restarted() {
                 scale.forget();
                 any = true;
@@ -167,7 +167,7 @@ impl Drives {
 
     /// The requests that are due for scales that are not known yet.
     pub fn scale_requests(&mut self, now_us: u64) -> impl Iterator<Item = Frame> {
-        let drives = self.drives.iter().zip(&mut self.scales);
+        let drives = self.nodes.iter().zip(&mut self.scales);
         drives.filter_map(move |(drive, scale)| scale.request(drive.id, now_us))
     }
 
@@ -177,7 +177,7 @@ impl Drives {
         now_us: u64,
         goal: impl Fn(usize, &DriveState) -> Goal,
     ) -> impl Iterator<Item = Frame> {
-        let both = self.drives.iter_mut().zip(&self.states).enumerate();
+        let both = self.nodes.iter_mut().zip(&self.states).enumerate();
         both.map(move |(index, (drive, state))| {
             drive.command(goal(index, state), state.referenced, now_us)
         })
@@ -186,7 +186,7 @@ impl Drives {
     /// The frames with the drives' torque offsets.
     pub fn offsets(&self, offsets: &[Offset]) -> impl Iterator<Item = Frame> {
         offsets.iter().filter_map(|offset| {
-            let drive = self.drives.get(offset.drive)?;
+            let drive = self.nodes.get(offset.drive)?;
             let torque = offset.torque;
             Some(TorqueOffset { torque }.frame(receive(3), drive.id))
         })

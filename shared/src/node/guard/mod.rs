@@ -99,6 +99,7 @@ struct FaultReport {
 
 /// State of the guard.
 #[derive(Clone, Debug)]
+#[allow(clippy::struct_excessive_bools)] // a setting, and what is still due in this period
 pub struct Guard<B> {
     sync_period_us: u64,
     next_sync_us: u64,

@@ -75,6 +75,7 @@ impl State {
 
 /// What decides about the next state.
 #[derive(Clone, Copy, Debug)]
+#[allow(clippy::struct_excessive_bools)] // independent facts, not states
 pub(super) struct Conditions {
     /// Every drive has answered, and its units are known.
     pub complete: bool,
