@@ -35,7 +35,7 @@ fn settings(changes: &[(Setting, i32)]) -> Settings {
 fn free() -> Allowed {
     Allowed {
         share: 1.0,
-        stop: false,
+        stop: None,
         posture: true,
         limits: Limits {
             forward: 1.5,

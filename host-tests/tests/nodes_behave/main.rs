@@ -2,14 +2,18 @@
 //! that are flashed, with a rotor.
 //!
 //! Here: states, modes, stops and limits. `homing`, `command` (who may command an axle), `runaway`
-//! and `screw`: the rest.
+//! and `screw`: the rest of one drive. `network`: a guard with all drives of a robot; `stops` and
+//! `stop_sequences`: what the guard does when somebody stops.
 
 #[path = "../bench/mod.rs"]
 mod bench;
 mod command;
 mod homing;
+mod network;
 mod runaway;
 mod screw;
+mod stop_sequences;
+mod stops;
 
 use bench::{Bench, state};
 use std::f64::consts::TAU;

@@ -1,7 +1,7 @@
 //! A guard and all drives of a robot on one bus in one process: the ticks that are flashed, a rotor at
 //! each drive, level ground, and no physics of the whole robot.
 
-use crate::bench::{Bench, Node};
+use crate::bench::{self, Bench, Node};
 use std::path::Path;
 use tautrack::bus::network::{Emergency, emergency, is_sync};
 use tautrack::bus::pdo::{
@@ -119,15 +119,9 @@ fn at_home(reference: bool) -> Switches {
 }
 
 fn settings(spec: &NodeSpec) -> Settings {
-    let mut settings = Settings::default();
-    let id = (Setting::NodeId, i32::from(spec.id));
-    for (setting, value) in spec.settings.iter().chain([&id]) {
-        let key = setting.description().key;
-        settings
-            .set(key, *value)
-            .unwrap_or_else(|error| panic!("{error}"));
-    }
-    settings
+    let mut changes = spec.settings.clone();
+    changes.push((Setting::NodeId, i32::from(spec.id)));
+    bench::settings(&changes)
 }
 
 fn node(role: Role, settings: &Settings) -> Node {

@@ -1,11 +1,6 @@
 //! What the guard does when somebody stops: a guard and all drives of a robot on one bus.
 
-#[path = "../bench/mod.rs"]
-mod bench;
-mod network;
-mod property;
-
-use network::{Network, level};
+use crate::network::{Network, level};
 use tautrack::bus::pdo::{DEAD_MAN_HELD, Payload, Request, VelocitySetPoint, receive};
 use tautrack::faults::Fault;
 use tautrack::node::axle::{SetPoint, mode};
