@@ -25,8 +25,8 @@ pub struct Operator {
 }
 
 impl Operator {
-    /// The operator of this scenario, who commands the guard with this id, arms the guard as soon as it is ready, and at `let_go_s` asks for nothing any
-    /// more.
+    /// The operator of this scenario. He commands the guard with this id, arms it as soon as it is ready,
+    /// and from `let_go_s` on commands nothing any more. Sends nothing where a client is the operator.
     pub fn new(scenario: &Scenario, guard: u8, let_go_s: Option<f64>) -> Self {
         Self {
             scenario: scenario.operator.clone(),
@@ -45,7 +45,7 @@ impl Operator {
 
     /// The command to send at this time, if one is due.
     pub fn tick(&mut self, time_us: u64, view: &View) -> Option<Frame> {
-        if !time_us.is_multiple_of(PERIOD_US) {
+        if self.scenario.client || !time_us.is_multiple_of(PERIOD_US) {
             return None;
         }
         let now = BusView {

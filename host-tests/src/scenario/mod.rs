@@ -1,11 +1,13 @@
 //! Scenarios: one TOML file says what a run is made of and what must come out of it.
 //!
 //! [`Description`] is the file as written; [`Scenario`] is a description that passed every check, so nothing checks again.
-//! `fault` is what can go wrong, `crawler`, `hylos` and `rt_mover` the sections of those robots, `plant` turns values into the plant's, `check` holds all bounds, `error` says what was bad
-//! and where, `script` plays the operator.
+//! `fault` is what can go wrong, `crawler`, `hylos` and `rt_mover` the sections of those robots, `plant`
+//! turns values into the plant's, `check` holds all bounds, `error` says what was bad and where, `driver`
+//! reads who the operator is, `script` plays the operator.
 
 mod check;
 pub mod crawler;
+mod driver;
 mod error;
 mod fault;
 pub mod hylos;
@@ -128,6 +130,7 @@ pub struct Description {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rt_mover: Option<RtMover>,
     /// Who drives.
+    #[serde(with = "driver")]
     pub operator: Operator,
     /// What goes wrong.
     #[serde(default, rename = "fault")]
@@ -264,11 +267,15 @@ pub struct Payload {
     pub declared: bool,
 }
 
-/// The operator: what is asked from the moment the guard is armed, and a list of events that change it, each waiting for
-/// the one before.
+/// The operator. A script says what is commanded from the moment at which the guard is armed, with a list
+/// of events that change it, each waiting for the one before. Or a client on the bus is the operator: then
+/// the simulator commands nothing. In a file the first is a table, the second `operator = "client"`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Operator {
+    /// Whether a client is the operator; then nothing else here counts.
+    #[serde(skip)]
+    pub client: bool,
     /// Forward speed asked at first.
     pub speed_mps: f64,
     /// Chassis angle asked at first, front up positive.
