@@ -214,8 +214,8 @@ fn run(arguments: &Arguments, prepared: Prepared) -> Result<u8, String> {
         interrupt: Some(interrupt),
         ..Options::default()
     };
-    let (outcome, broken) = run::record(&scenario, &programs, options, &mut show)
-        .map_err(|error| error.to_string())?;
+    let (outcome, broken) =
+        run::record(&scenario, &programs, options, &mut show).map_err(|error| error.to_string())?;
     bar.finish_and_clear();
     let mut summary = Summary::new(&scenario, &outcome.facts, &outcome.samples);
     summary.clients = outcome.clients;
@@ -224,7 +224,12 @@ fn run(arguments: &Arguments, prepared: Prepared) -> Result<u8, String> {
     }
     let unwritten = output.write(&scenario, &summary, &outcome);
     println!("\n{summary}");
-    Ok(report(&arguments.out, &summary, broken.as_ref(), &unwritten))
+    Ok(report(
+        &arguments.out,
+        &summary,
+        broken.as_ref(),
+        &unwritten,
+    ))
 }
 
 fn announce(port: &SlcanPort, wait: Option<Duration>) {

@@ -136,7 +136,11 @@ impl SlcanPort {
 
     /// Number of clients whose channel is open.
     pub fn attached(&self) -> usize {
-        self.clients.iter().flatten().filter(|client| client.open()).count()
+        self.clients
+            .iter()
+            .flatten()
+            .filter(|client| client.open())
+            .count()
     }
 
     /// Number of connections that have opened the channel since the port was made.

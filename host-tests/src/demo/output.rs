@@ -48,8 +48,10 @@ impl Output {
         let mut options = OpenOptions::new();
         options.write(true).create(true).truncate(true);
         let mut summary = options.open(folder.join(SUMMARY))?;
-        let text = "{ \"ended_early\": \"the run has not ended, or was killed\" }\n";
-        summary.write_all(format!("{text:RESERVED$}").as_bytes())?;
+        let text = "{ \"ended_early\": \"the run has not ended, or was killed\" }";
+        let mut text = text.as_bytes().to_vec();
+        text.resize(RESERVED, b'\n');
+        summary.write_all(&text)?;
         Ok(Self {
             folder: folder.to_owned(),
             summary,
@@ -58,7 +60,12 @@ impl Output {
 
     /// Writes all files, the smallest first. A file that fails does not keep the others from being
     /// written; what there is of it stays.
-    pub fn write(mut self, scenario: &Scenario, summary: &Summary, outcome: &Outcome) -> Vec<Unwritten> {
+    pub fn write(
+        mut self,
+        scenario: &Scenario,
+        summary: &Summary,
+        outcome: &Outcome,
+    ) -> Vec<Unwritten> {
         let mut unwritten = Vec::new();
         let mut note = |file, result: Result<(), Box<dyn Error>>| {
             if let Err(error) = result {

@@ -34,5 +34,8 @@ pub fn table() -> String {
 /// What happens to the command, and the reason, which stands behind the last colon or comma.
 fn split(words: &str) -> (&str, &str) {
     let at = words.rfind([':', ',']).unwrap_or(words.len());
-    (&words[..at], words[at..].trim_start_matches([':', ',', ' ']))
+    (
+        &words[..at],
+        words[at..].trim_start_matches([':', ',', ' ']),
+    )
 }

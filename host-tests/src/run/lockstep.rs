@@ -39,7 +39,11 @@ pub(super) struct Run {
 
 impl Run {
     /// Starts all nodes.
-    pub fn start(scenario: &Scenario, programs: &Programs, options: Options) -> Result<Self, RunError> {
+    pub fn start(
+        scenario: &Scenario,
+        programs: &Programs,
+        options: Options,
+    ) -> Result<Self, RunError> {
         let Machine {
             kind,
             nodes: specs,

@@ -100,7 +100,10 @@ impl fmt::Display for RunError {
             Self::Node(error) => write!(f, "{error}"),
             Self::Overflow(error) => write!(f, "the bus is overloaded: {error}"),
             Self::Interrupted => write!(f, "interrupted by the user"),
-            Self::NoClient => write!(f, "no client opened the channel, and a client is the operator"),
+            Self::NoClient => write!(
+                f,
+                "no client opened the channel, and a client is the operator"
+            ),
         }
     }
 }
@@ -157,7 +160,9 @@ pub fn record(
     let speed = speed.or(recorder.run.slcan.as_ref().map(|_| 1.0));
     let began = Instant::now();
     let broken = match broken {
-        None => recorder.run_to_the_end(Pace::new(speed, began), progress).err(),
+        None => recorder
+            .run_to_the_end(Pace::new(speed, began), progress)
+            .err(),
         broken => broken,
     };
     let Recorder {

@@ -73,7 +73,10 @@ impl Node {
             .map_err(|error| fail(format!("{} does not start: {error}", path.display())))?;
         let pipes = process.stdin.take().zip(process.stdout.take());
         let (input, output) = pipes.ok_or_else(|| fail("has no pipes".into()))?;
-        let words = process.stderr.take().map(|from| thread::spawn(|| copy(from)));
+        let words = process
+            .stderr
+            .take()
+            .map(|from| thread::spawn(|| copy(from)));
         let mut node = Self {
             name,
             process,
@@ -188,7 +191,9 @@ impl Node {
                     let timeout = self.timeout.as_secs_f64();
                     return Err(io::Error::new(
                         io::ErrorKind::TimedOut,
-                        format!("no answer for {timeout} s; its program runs, but hangs or is stopped"),
+                        format!(
+                            "no answer for {timeout} s; its program runs, but hangs or is stopped"
+                        ),
                     ));
                 }
                 Ok(_) => return Ok(()),
