@@ -23,7 +23,7 @@ guard = {"state": 0, "distance": 0.0, "margins": (0, 0, 0, 0), "fault": 0}
 
 
 def command(request, speed, done, timeout=120):
-    """Sends this command 50 times a second until `done()` holds, and reads what the guard publishes."""
+    """Sends this command 50 times a second until `done()` holds; reads what the guard publishes."""
     end, printed = time.monotonic() + timeout, 0.0
     while not done():
         now = time.monotonic()
