@@ -55,7 +55,8 @@ struct Arguments {
     /// Maximum of virtual seconds per second; with --slcan 1 when absent
     #[arg(long, value_name = "FACTOR", value_parser = positive)]
     speed: Option<f64>,
-    /// Lets CAN clients (python-can, slcan) take part through this TCP address; waits for the first one
+    /// Lets CAN clients (python-can, slcan) take part through this TCP address; waits for the first
+    /// one
     #[arg(long, value_name = "ADDR:PORT")]
     slcan: Option<String>,
     /// Maximum time to wait for the first client, 0 to begin without one; no limit when absent
@@ -97,8 +98,9 @@ fn seconds(text: &str) -> Result<Duration, String> {
     time.ok_or_else(|| "it must be a number of seconds, 0 or more".into())
 }
 
-/// Runs the command. Its exit status is 0 if the scenario's expectation holds, 1 if not or if the run broke
-/// or a result is not written, 2 for bad arguments and bad scenario files, 130 if the user interrupted it.
+/// Runs the command. Its exit status is 0 if the scenario's expectation holds, 1 if not or if the
+/// run broke or a result is not written, 2 for bad arguments and bad scenario files, 130 if the
+/// user interrupted it.
 pub fn main(arguments: impl Iterator<Item = OsString>) -> ExitCode {
     let name = std::iter::once(OsString::from("cargo demo"));
     let arguments =

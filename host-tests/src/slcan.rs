@@ -1,7 +1,8 @@
-//! A TCP port that speaks SLCAN. Each CAN client that connects is one more participant of the virtual bus.
+//! A TCP port that speaks SLCAN. Each CAN client that connects is one more participant of the
+//! virtual bus.
 //!
-//! SLCAN is the line protocol of serial CAN adapters (LAWICEL CAN232 manual): `t1232AABB\r` is a frame
-//! with identifier 0x123 and two bytes. Clients that take a serial port's URL connect to
+//! SLCAN is the line protocol of serial CAN adapters (LAWICEL CAN232 manual): `t1232AABB\r` is a
+//! frame with identifier 0x123 and two bytes. Clients that take a serial port's URL connect to
 //! `socket://host:port`. Any bit rate is accepted and has no effect. Extended and remote frames are
 //! refused, because the virtual bus carries neither.
 //!
@@ -148,8 +149,9 @@ impl SlcanPort {
         self.joined
     }
 
-    /// Waits until a client has opened the channel, for at most `timeout` (without limit if absent), or
-    /// until `stop` holds; whether one has. What the client sends after that waits in its connection.
+    /// Waits until a client has opened the channel, for at most `timeout` (without limit if
+    /// absent), or until `stop` holds; whether one has. What the client sends after that waits in
+    /// its connection.
     pub fn wait_for_client(&mut self, timeout: Option<Duration>, stop: &dyn Fn() -> bool) -> bool {
         let began = Instant::now();
         loop {
@@ -164,8 +166,8 @@ impl SlcanPort {
         }
     }
 
-    /// Answers the clients and takes at most `room(number)` frames from each; each frame comes with its
-    /// client's number. What a client sends beyond that waits in its connection. Does not wait.
+    /// Answers the clients and takes at most `room(number)` frames from each; each frame comes with
+    /// its client's number. What a client sends beyond that waits in its connection. Does not wait.
     pub fn poll(&mut self, room: impl Fn(usize) -> usize) -> Vec<(usize, Frame)> {
         self.accept();
         let mut frames = Vec::new();
@@ -183,8 +185,8 @@ impl SlcanPort {
         frames
     }
 
-    /// Sends `frame` to every client with an open channel but `sender`, the number of the client that it
-    /// comes from. Does not wait.
+    /// Sends `frame` to every client with an open channel but `sender`, the number of the client
+    /// that it comes from. Does not wait.
     pub fn send(&mut self, frame: &Frame, sender: Option<usize>) {
         let line = line_of(frame);
         for (number, place) in self.clients.iter_mut().enumerate() {
@@ -199,8 +201,8 @@ impl SlcanPort {
         }
     }
 
-    /// Waits until every client has read its frames up to a tenth of a second's worth. A client that
-    /// reads nothing for five seconds is disconnected, and standard error says so.
+    /// Waits until every client has read its frames up to a tenth of a second's worth. A client
+    /// that reads nothing for five seconds is disconnected, and standard error says so.
     pub fn wait_for_readers(&mut self) {
         loop {
             let mut waiting = false;
@@ -230,8 +232,8 @@ impl SlcanPort {
         }
     }
 
-    /// Takes the connections that are waiting. One that fails now, for whatever reason, is tried again at
-    /// the next poll; one for which there is no place is closed.
+    /// Takes the connections that are waiting. One that fails now, for whatever reason, is tried
+    /// again at the next poll; one for which there is no place is closed.
     fn accept(&mut self) {
         while let Ok((stream, _)) = self.listener.accept() {
             let free = self.clients.iter_mut().find(|place| place.is_none());

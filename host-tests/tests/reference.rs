@@ -89,7 +89,10 @@ fn the_page_says_how_long_arming_takes() {
     let page = page("docs/bus.md");
     let (_, stated) = page.split_once("Arming B2P2 takes ").unwrap();
     let stated: f64 = stated.split(' ').next().unwrap().parse().unwrap();
-    assert!((stated - took).abs() < 0.06, "the page says {stated} s, the run {took} s");
+    assert!(
+        (stated - took).abs() < 0.06,
+        "the page says {stated} s, the run {took} s"
+    );
 }
 
 #[test]

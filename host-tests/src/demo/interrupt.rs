@@ -9,7 +9,8 @@ use std::sync::atomic::AtomicBool;
 /// Exit status of a run that the user interrupted: that of a program which SIGINT ends.
 pub const STATUS: u8 = 128 + SIGINT as u8;
 
-/// From now on SIGINT and SIGTERM set the returned flag. If it is set already, they end the program.
+/// From now on SIGINT and SIGTERM set the returned flag. If it is set already, they end the
+/// program.
 ///
 /// # Errors
 /// The operating system's.

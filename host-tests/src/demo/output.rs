@@ -32,8 +32,9 @@ pub struct Unwritten {
 }
 
 impl Output {
-    /// Makes `folder`, removes the results of an earlier run, and writes a preliminary `summary.json`. It
-    /// keeps the space for the final one, so that a disk that fills up during the run does not lose it.
+    /// Makes `folder`, removes the results of an earlier run, and writes a preliminary
+    /// `summary.json`. It keeps the space for the final one, so that a disk that fills up during
+    /// the run does not lose it.
     ///
     /// # Errors
     /// The operating system's, if there is no such folder or it takes no files.

@@ -4,7 +4,8 @@ use crate::run::listener::words;
 use std::fmt::Write;
 use tautrack::stability::filter::Verdict;
 
-/// One row per kind of verdict: its codes, what it is called in results, and what the low half names.
+/// One row per kind of verdict: its codes, what it is called in results, and what the low half
+/// names.
 pub fn table() -> String {
     let mut text = "| Code | In results | Low half |\n|---|---|---|\n".to_owned();
     for kind in 0..=0xf_u8 {

@@ -1,4 +1,5 @@
-//! One step of a run: what each participant does within a millisecond of virtual time, and in which order.
+//! One step of a run: what each participant does within a millisecond of virtual time, and in which
+//! order.
 
 use super::faults::Faults;
 use super::listener::Listener;
@@ -23,8 +24,8 @@ use tautrack::settings::Setting;
 
 /// A robot on its bus, with everything around it.
 pub(super) struct Run {
-    /// In the order of the machine's, the guard last; their places are their numbers on the bus, where
-    /// the operator and the clients follow.
+    /// In the order of the machine's, the guard last; their places are their numbers on the bus,
+    /// where the operator and the clients follow.
     nodes: Vec<Option<Node>>,
     node_facts: Vec<NodeFacts>,
     bus: Bus,
@@ -91,7 +92,8 @@ impl Run {
         })
     }
 
-    /// One millisecond: what was offered is delivered, the nodes and the operator answer, the world moves.
+    /// One millisecond: what was offered is delivered, the nodes and the operator answer, the world
+    /// moves.
     pub fn step(&mut self, step: u64) -> Result<(), RunError> {
         let time_us = step * STEP_US;
         self.faults.apply(time_us, &mut self.bus, &mut self.nodes);
@@ -151,8 +153,8 @@ impl Run {
         self.nodes.len() + 1
     }
 
-    /// Lets the bus work for one step. Operator, report and hash receive every frame, a client all but its
-    /// own.
+    /// Lets the bus work for one step. Operator, report and hash receive every frame, a client all
+    /// but its own.
     fn deliver(&mut self, time_us: u64) {
         let first = self.first_client_number();
         for delivered in self.bus.step() {

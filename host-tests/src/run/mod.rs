@@ -1,8 +1,9 @@
 //! The lockstep runner: node programs, one bus, one plant, one operator, a millisecond at a time.
 //!
 //! [`process`] talks to one node program, `node_log` reads what it logs, [`operator`] drives,
-//! [`listener`] decodes what the bus makes public, [`faults`] makes things go wrong, `lockstep` is the order
-//! of one step, [`pace`] keeps to the wall clock. Here: a run from its first step to its end.
+//! [`listener`] decodes what the bus makes public, [`faults`] makes things go wrong, `lockstep` is
+//! the order of one step, [`pace`] keeps to the wall clock. Here: a run from its first step to its
+//! end.
 
 pub mod faults;
 pub mod listener;
@@ -29,7 +30,8 @@ use tautrack::link::STEP_US;
 
 /// Steps that a run goes on after the robot turned over, when it ends for that.
 const AFTER_TOPPLING: u64 = 500;
-/// Steps that a run goes on after the last client has left, if a client is the operator: time to come back.
+/// Steps that a run goes on after the last client has left, if a client is the operator: time to
+/// come back.
 const AFTER_CLIENTS: u64 = 5_000;
 /// Slower than these is standing still.
 const STILL_MPS: f64 = 0.005;
@@ -40,8 +42,8 @@ const STILL_RADPS: f64 = 0.02;
 pub struct Options {
     /// Programs that take the place of a node's own, with the board that they are built for.
     pub exchanged: Vec<(NodeName, Board, Program)>,
-    /// Maximum of virtual seconds per second of the wall clock. If absent, 1 with a port for clients, and
-    /// as fast as possible without.
+    /// Maximum of virtual seconds per second of the wall clock. If absent, 1 with a port for
+    /// clients, and as fast as possible without.
     pub speed: Option<f64>,
     /// Virtual time at which the operator lets go: no speed asked any more, the chassis left as it is, s.
     pub let_go_s: Option<f64>,
@@ -136,8 +138,8 @@ pub fn run(
     broken.map_or(Ok(outcome), Err)
 }
 
-/// As [`run`], but a run that breaks in the middle also returns what it recorded until then, with the
-/// reason.
+/// As [`run`], but a run that breaks in the middle also returns what it recorded until then, with
+/// the reason.
 ///
 /// # Errors
 /// [`RunError`] of a run that did not begin.

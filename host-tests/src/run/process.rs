@@ -15,8 +15,8 @@ use std::thread::{self, JoinHandle, sleep};
 use std::time::{Duration, Instant};
 use tautrack::link::{FromNode, MAX_MESSAGE, Ready, Start, Step, Stepped, ToNode, VERSION};
 
-/// Maximum time of the wall clock that a node may take for an answer, if none is set. It allows for a
-/// heavily loaded computer, not for a slow node.
+/// Maximum time of the wall clock that a node may take for an answer, if none is set. It allows for
+/// a heavily loaded computer, not for a slow node.
 const TIMEOUT: Duration = Duration::from_secs(60);
 /// Time in which a process that closed its pipes ends, and what it wrote last is read.
 const ENDING: Duration = Duration::from_secs(1);
@@ -232,7 +232,8 @@ impl Node {
         self.error(format!("its program ended ({status}); {words}"))
     }
 
-    /// Whether the process, which has ended, wrote anything to standard error; by then it is copied.
+    /// Whether the process, which has ended, wrote anything to standard error; by then it is
+    /// copied.
     fn spoke(&mut self, deadline: Instant) -> bool {
         let Some(words) = self.words.take() else {
             return false;

@@ -1,4 +1,5 @@
-//! Where the checkout is that a program works on, found at run time: a copied checkout works on itself.
+//! Where the checkout is that a program works on, found at run time: a copied checkout works on
+//! itself.
 
 use std::env;
 use std::fmt;
@@ -32,9 +33,9 @@ impl From<NoCheckout> for io::Error {
     }
 }
 
-/// The checkout's root folder, where rust-toolchain.toml says which toolchain is meant. It is looked for
-/// upward from the package that cargo runs, then from the working directory, then from this program's
-/// file. The first call decides for the whole process.
+/// The checkout's root folder, where rust-toolchain.toml says which toolchain is meant. It is
+/// looked for upward from the package that cargo runs, then from the working directory, then from
+/// this program's file. The first call decides for the whole process.
 ///
 /// # Errors
 /// [`NoCheckout`], with the folders.

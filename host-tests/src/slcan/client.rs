@@ -33,7 +33,8 @@ impl Client {
     /// The operating system's.
     pub fn new(stream: TcpStream) -> io::Result<Self> {
         stream.set_nonblocking(true)?;
-        // A client waits for each answer; collecting bytes into larger packets would take some 40 ms.
+        // A client waits for each answer; collecting bytes into larger packets would take some 40
+        // ms.
         stream.set_nodelay(true)?;
         Ok(Self {
             stream,
@@ -65,8 +66,8 @@ impl Client {
         self.read_at.elapsed()
     }
 
-    /// Answers what the client sent and takes at most `room` frames. A frame beyond that, and all that
-    /// follows it, waits.
+    /// Answers what the client sent and takes at most `room` frames. A frame beyond that, and all
+    /// that follows it, waits.
     ///
     /// # Errors
     /// The client is gone.

@@ -107,8 +107,8 @@ fn a_client_that_joins_a_run_that_did_not_wait_is_answered_at_once() {
     };
     with(&short("flat", 6.0), Board::Native, options);
     let took = asking.join().expect("the client is answered");
-    // A second at most on a loaded computer; a run ahead of the wall clock would sleep for longer.
-    assert!(took < Duration::from_secs(1), "{took:?}");
+    // Milliseconds, more on a loaded computer. A run ahead of the wall clock would sleep longer.
+    assert!(took < Duration::from_secs(3), "{took:?}");
 }
 
 #[test]

@@ -9,7 +9,8 @@ use std::thread::sleep;
 use std::time::{Duration, Instant};
 use tautrack_host_tests::setup::checkout;
 
-/// Longest that anything is waited for; computers that build something else at the same time are slow.
+/// Longest that anything is waited for; computers that build something else at the same time are
+/// slow.
 const LIMIT: Duration = Duration::from_secs(300);
 
 /// The command with a folder of this name for its results, which is empty before.

@@ -34,7 +34,8 @@ fn python() -> &'static Path {
     })
 }
 
-/// Makes the environment with its own pip, or, where Python comes without ensurepip, with the system's.
+/// Makes the environment with its own pip, or, where Python comes without ensurepip, with the
+/// system's.
 fn install(folder: &Path, python: &Path) {
     let succeeds = |command: &mut Command| {
         let output = command.output();
