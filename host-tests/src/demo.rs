@@ -1,22 +1,24 @@
 //! `cargo demo`: the command line, the run, the three files and the verdict.
 
+mod interrupt;
+mod output;
+
 use crate::machines::Kind;
 use crate::nodes::{self, Board};
-use crate::run::{self, Options, Outcome, Progress};
+use crate::run::{self, Options, Progress, RunError};
 use crate::scenario::Scenario;
-use crate::setup;
+use crate::setup::checkout;
 use crate::slcan::SlcanPort;
 use crate::suite::command;
 use crate::suite::operators::Plan;
 use crate::summary::Summary;
-use crate::{log, report};
 use clap::{Parser, ValueEnum};
 use indicatif::{ProgressBar, ProgressStyle};
+use output::{Output, Unwritten};
 use std::ffi::OsString;
-use std::fs::{self, File};
-use std::io::BufWriter;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
+use std::time::Duration;
 
 /// Exit status of bad arguments and bad scenario files, as of unmet expectations the failure status 1.
 const USAGE: u8 = 2;
@@ -52,12 +54,19 @@ struct Arguments {
     /// Overrides the scenario: seed of all noise; of the suite: seed of the drawn runs, 1 when absent
     #[arg(long, value_name = "N")]
     seed: Option<u64>,
-    /// At most so many virtual seconds per second
+    /// Maximum of virtual seconds per second; with --slcan 1 when absent
     #[arg(long, value_name = "FACTOR", value_parser = positive)]
     speed: Option<f64>,
-    /// Lets a CAN client (python-can, slcan) take part through this TCP address
+    /// Lets CAN clients (python-can, slcan) take part through this TCP address; waits for the first
+    /// one
     #[arg(long, value_name = "ADDR:PORT")]
     slcan: Option<String>,
+    /// Maximum time to wait for the first client, 0 to begin without one; no limit when absent
+    #[arg(long, value_name = "SECONDS", requires = "slcan", value_parser = seconds)]
+    slcan_wait: Option<Duration>,
+    /// Time that a node may take for an answer before the run ends
+    #[arg(long, value_name = "SECONDS", default_value = "60", value_parser = seconds)]
+    node_timeout: Duration,
 }
 
 #[derive(Clone, Copy, ValueEnum)]
@@ -87,8 +96,15 @@ fn positive(text: &str) -> Result<f64, String> {
     }
 }
 
-/// Runs the command; its exit status is 0 if the scenario's expectation holds, 1 if not or if the run broke, 2 for bad
-/// arguments and bad scenario files.
+fn seconds(text: &str) -> Result<Duration, String> {
+    let value = text.parse().ok();
+    let time = value.and_then(|value| Duration::try_from_secs_f64(value).ok());
+    time.ok_or_else(|| "it must be a number of seconds, 0 or more".into())
+}
+
+/// Runs the command. Its exit status is 0 if the scenario's expectation holds, 1 if not or if the
+/// run broke or a result is not written, 2 for bad arguments and bad scenario files, 130 if the
+/// user interrupted it.
 pub fn main(arguments: impl Iterator<Item = OsString>) -> ExitCode {
     let name = std::iter::once(OsString::from("cargo demo"));
     let arguments =
@@ -118,19 +134,12 @@ pub fn main(arguments: impl Iterator<Item = OsString>) -> ExitCode {
             Err(message) => fail(&message, 1),
         };
     }
-    let scenario = match scenario(&arguments) {
-        Ok(scenario) => scenario,
+    let prepared = match Prepared::new(&arguments) {
+        Ok(prepared) => prepared,
         Err(message) => return fail(&message, USAGE),
     };
-    match run(&arguments, &scenario) {
-        Ok(summary) => {
-            println!("\n{summary}");
-            println!(
-                "\n{} has summary.json, run.mcap and report.html",
-                arguments.out.display()
-            );
-            ExitCode::from(u8::from(!summary.expectation_met))
-        }
+    match run(&arguments, prepared) {
+        Ok(status) => ExitCode::from(status),
         Err(message) => fail(&message, 1),
     }
 }
@@ -140,13 +149,17 @@ fn fail(message: &str, status: u8) -> ExitCode {
     ExitCode::from(status)
 }
 
+/// The folder of the scenarios that come with the sources.
+fn shipped() -> Result<PathBuf, String> {
+    let root = checkout::root().map_err(|error| error.to_string())?;
+    Ok(root.join("host-tests/scenarios"))
+}
+
 fn scenario(arguments: &Arguments) -> Result<Scenario, String> {
-    let shipped = || {
-        setup::machine::root()
-            .join("host-tests/scenarios")
-            .join(arguments.robot.scenario_file())
+    let path = match &arguments.scenario {
+        Some(path) => path.clone(),
+        None => shipped()?.join(arguments.robot.scenario_file()),
     };
-    let path = arguments.scenario.clone().unwrap_or_else(shipped);
     let scenario = Scenario::load(&path).map_err(|error| error.to_string())?;
     let mut description = scenario.description();
     if let Some(guard) = arguments.guard {
@@ -162,23 +175,52 @@ fn scenario(arguments: &Arguments) -> Result<Scenario, String> {
         .map_err(|problem| format!("{}: {problem}", path.display()))
 }
 
-fn run(arguments: &Arguments, scenario: &Scenario) -> Result<Summary, String> {
+/// What is made before anything is built, so that nothing runs in vain.
+struct Prepared {
+    scenario: Scenario,
+    slcan: Option<SlcanPort>,
+    output: Output,
+}
+
+impl Prepared {
+    fn new(arguments: &Arguments) -> Result<Self, String> {
+        let scenario = scenario(arguments)?;
+        if scenario.operator.client && arguments.slcan.is_none() {
+            let why = "a CAN client is the operator; add --slcan 127.0.0.1:3333 (docs/bus.md)";
+            return Err(format!("{}: {why}", scenario.name));
+        }
+        let slcan = arguments.slcan.as_ref().map(|address| {
+            SlcanPort::bind(address)
+                .map_err(|error| format!("cannot listen on --slcan {address}: {error}"))
+        });
+        Ok(Self {
+            scenario,
+            slcan: slcan.transpose()?,
+            output: Output::create(&arguments.out).map_err(|error| {
+                format!("cannot write to --out {}: {error}", arguments.out.display())
+            })?,
+        })
+    }
+}
+
+/// Runs the scenario and writes what it gives; the exit status.
+fn run(arguments: &Arguments, prepared: Prepared) -> Result<u8, String> {
+    let Prepared {
+        scenario,
+        slcan,
+        output,
+    } = prepared;
     let board = match arguments.nodes {
         Nodes::Qemu => Board::Qemu,
         Nodes::Native => Board::Native,
     };
     println!("building the nodes (a minute or two the first time) ...");
     let programs = nodes::build(board, scenario.kind()).map_err(|error| error.to_string())?;
-    let slcan = match &arguments.slcan {
-        Some(address) => {
-            let port = SlcanPort::bind(address)
-                .map_err(|error| format!("cannot listen on {address}: {error}"))?;
-            println!("a CAN client can join at {address}");
-            Some(port)
-        }
-        None => None,
-    };
+    let interrupt = interrupt::flag().map_err(|error| format!("cannot catch Ctrl-C: {error}"))?;
     println!("{}: {}", scenario.name, scenario.about);
+    if let Some(port) = &slcan {
+        announce(port, arguments.slcan_wait);
+    }
     let bar = bar(scenario.duration_s);
     let mut show = |progress: &Progress| {
         bar.set_position((progress.time_s * 1e3) as u64);
@@ -192,44 +234,67 @@ fn run(arguments: &Arguments, scenario: &Scenario) -> Result<Summary, String> {
     let options = Options {
         speed: arguments.speed,
         slcan,
+        slcan_wait: arguments.slcan_wait,
+        node_timeout: Some(arguments.node_timeout),
+        interrupt: Some(interrupt),
         ..Options::default()
     };
-    let outcome =
-        run::run(scenario, &programs, options, &mut show).map_err(|error| error.to_string())?;
+    let (outcome, broken) =
+        run::record(&scenario, &programs, options, &mut show).map_err(|error| error.to_string())?;
     bar.finish_and_clear();
-    let summary = Summary::new(scenario, &outcome.facts, &outcome.samples);
-    write(&arguments.out, scenario, &summary, &outcome)
-        .map_err(|error| format!("cannot write to {}: {error}", arguments.out.display()))?;
-    Ok(summary)
+    let mut summary = Summary::new(&scenario, &outcome.facts, &outcome.samples);
+    summary.clients = outcome.clients;
+    if let Some(why) = &broken {
+        summary.end_early(&why.to_string());
+    }
+    let unwritten = output.write(&scenario, &summary, &outcome);
+    println!("\n{summary}");
+    Ok(report(
+        &arguments.out,
+        &summary,
+        broken.as_ref(),
+        &unwritten,
+    ))
+}
+
+fn announce(port: &SlcanPort, wait: Option<Duration>) {
+    let address = port.address().map(|address| address.to_string());
+    let address = address.unwrap_or_else(|_| "the port".into());
+    let then = match wait {
+        None => "the run waits for the first one".to_owned(),
+        Some(Duration::ZERO) => "the run does not wait".to_owned(),
+        Some(wait) => format!("the run waits {} s for the first one", wait.as_secs_f64()),
+    };
+    println!("CAN clients can join at {address}; {then}");
+}
+
+/// Says where the results are and what is missing; the exit status.
+fn report(
+    folder: &Path,
+    summary: &Summary,
+    broken: Option<&RunError>,
+    unwritten: &[Unwritten],
+) -> u8 {
+    let folder = folder.display();
+    if let Some(why) = broken {
+        let end = summary.simulated_s;
+        eprintln!("error: {why}; {folder} has what was recorded until {end:.2} s");
+    }
+    if unwritten.is_empty() {
+        println!("\n{folder} has summary.json, run.mcap and report.html");
+    }
+    for Unwritten { file, error } in unwritten {
+        eprintln!("error: {folder}/{file} is not complete: {error}");
+    }
+    match broken {
+        Some(RunError::Interrupted) => interrupt::STATUS,
+        Some(_) => 1,
+        None => u8::from(!summary.expectation_met || !unwritten.is_empty()),
+    }
 }
 
 fn bar(duration_s: f64) -> ProgressBar {
     let style = ProgressStyle::with_template("{bar:32} {msg}")
         .unwrap_or_else(|_| ProgressStyle::default_bar());
     ProgressBar::new((duration_s * 1e3) as u64).with_style(style)
-}
-
-fn write(
-    folder: &Path,
-    scenario: &Scenario,
-    summary: &Summary,
-    outcome: &Outcome,
-) -> Result<(), Box<dyn std::error::Error>> {
-    fs::create_dir_all(folder)?;
-    serde_json::to_writer_pretty(
-        BufWriter::new(File::create(folder.join("summary.json"))?),
-        summary,
-    )?;
-    log::write(
-        &outcome.samples,
-        BufWriter::new(File::create(folder.join("run.mcap"))?),
-    )?;
-    fs::write(
-        folder.join("report.html"),
-        report::html(scenario, summary, &outcome.samples),
-    )?;
-    if !outcome.log.is_empty() {
-        fs::write(folder.join("nodes.log"), outcome.log.join("\n"))?;
-    }
-    Ok(())
 }

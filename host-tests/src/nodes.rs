@@ -1,7 +1,8 @@
 //! Builds the node programs, for the emulated board or for the host, and says exactly which programs they are.
 
 use crate::machines::Kind;
-use crate::setup::machine::{DISTRIBUTION_CARGO, DISTRIBUTION_LINKER, DISTRIBUTION_RUSTC, root};
+use crate::setup::checkout::{NoCheckout, root};
+use crate::setup::machine::{DISTRIBUTION_CARGO, DISTRIBUTION_LINKER, DISTRIBUTION_RUSTC};
 use crate::setup::{self, Missing, TARGET, Toolchain};
 use sha2::{Digest, Sha256};
 use std::env;
@@ -58,6 +59,8 @@ pub struct Instruments {
 /// Why there are no programs.
 #[derive(Debug)]
 pub enum BuildError {
+    /// There are no sources.
+    NoCheckout(NoCheckout),
     /// Something needed is not installed.
     Missing(Missing),
     /// cargo does not start.
@@ -81,6 +84,7 @@ pub enum BuildError {
 impl fmt::Display for BuildError {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         match self {
+            Self::NoCheckout(error) => write!(f, "{error}"),
             Self::Missing(missing) => write!(f, "{missing}"),
             Self::Cargo(error) => write!(f, "cargo does not start: {error}"),
             Self::Failed { board, output } => {
@@ -125,15 +129,17 @@ pub fn instruments() -> Result<Instruments, BuildError> {
 
 /// Builds `programs` and returns the folder that they are in.
 fn folder_of(board: Board, programs: &[&str]) -> Result<PathBuf, BuildError> {
+    let root = root().map_err(BuildError::NoCheckout)?;
     let toolchain = match board {
         Board::Qemu => setup::ensure().map_err(BuildError::Missing)?,
         Board::Native => Toolchain::Current,
     };
-    let mut folder = root().join("target").join(match toolchain {
+    let mut folder = root.join("target").join(match toolchain {
         Toolchain::Current => "nodes",
         Toolchain::Distribution => "nodes-distribution",
     });
     let output = command(board, toolchain, programs, &folder)
+        .current_dir(root)
         .output()
         .map_err(BuildError::Cargo)?;
     if !output.status.success() {
@@ -158,7 +164,7 @@ fn command(board: Board, toolchain: Toolchain, programs: &[&str], target_folder:
             command.env_remove(name);
         }
     }
-    command.current_dir(root()).arg("build");
+    command.arg("build");
     command.args(["--package", "tautrack-firmware"]);
     for program in programs {
         command.args(["--bin", program]);

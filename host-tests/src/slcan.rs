@@ -1,19 +1,35 @@
-//! A TCP port that speaks SLCAN, so that a CAN client from elsewhere is one more participant of the virtual bus.
+//! A TCP port that speaks SLCAN. Each CAN client that connects is one more participant of the
+//! virtual bus.
 //!
-//! SLCAN is the line protocol of serial CAN adapters (LAWICEL CAN232 manual): `t1232AABB\r` is a frame with identifier
-//! 0x123 and two bytes. Clients that take a serial port's URL connect to `socket://host:port`. Any bit rate is accepted
-//! and means nothing; extended and remote frames are refused, for the virtual bus carries neither.
+//! SLCAN is the line protocol of serial CAN adapters (LAWICEL CAN232 manual): `t1232AABB\r` is a
+//! frame with identifier 0x123 and two bytes. Clients that take a serial port's URL connect to
+//! `socket://host:port`. Any bit rate is accepted and has no effect. Extended and remote frames are
+//! refused, because the virtual bus carries neither.
+//!
+//! [`Request`] is the protocol, [`SlcanPort`] the port, `client` one connection.
 
-use std::io::{self, ErrorKind, Read, Write};
-use std::net::{SocketAddr, TcpListener, TcpStream, ToSocketAddrs};
+mod client;
+
+use client::Client;
+use rustix::net::sockopt::set_socket_send_buffer_size;
+use std::io;
+use std::net::{SocketAddr, TcpListener, ToSocketAddrs};
+use std::thread::sleep;
+use std::time::{Duration, Instant};
 use tautrack::can::Frame;
 
-/// Bytes that a client may leave unread before it is taken for dead.
-const MAX_UNREAD: usize = 1 << 18;
-/// Longest line of the protocol: `T`, eight digits of identifier, one of length, 16 of data.
-const MAX_LINE: usize = 26;
-const OK: &[u8] = b"\r";
-const REFUSED: &[u8] = b"\x07";
+/// Clients that can take part at once. One more is disconnected at once.
+pub const MAX_CLIENTS: usize = 8;
+
+/// Unsent bytes that the system keeps per client. More would be frames that a slow client receives
+/// long after they were sent.
+const SEND_BUFFER: usize = 4096;
+/// Unsent bytes of a client for which the run waits: a tenth of a second of a busy bus.
+const BACKLOG: usize = 8192;
+/// A client that reads nothing for so long, while the run waits for it, is disconnected.
+const READ_TIMEOUT: Duration = Duration::from_secs(5);
+/// Time between two looks at a connection for which something waits.
+const POLL_INTERVAL: Duration = Duration::from_millis(1);
 
 /// What one line of a client asks for.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -74,7 +90,7 @@ fn number(digits: &[u8]) -> Option<u16> {
     })
 }
 
-/// The line, carriage return included, with which a client is handed `frame`.
+/// The line, carriage return included, that carries `frame` to a client.
 pub fn line_of(frame: &Frame) -> String {
     use std::fmt::Write;
     let mut line = format!("t{:03X}{}", frame.id(), frame.data().len());
@@ -86,24 +102,28 @@ pub fn line_of(frame: &Frame) -> String {
     line
 }
 
-/// The port: one client at a time, the next one when it has left. Nothing here ever waits.
+/// The port: up to [`MAX_CLIENTS`] clients, each with a number below that.
 #[derive(Debug)]
 pub struct SlcanPort {
     listener: TcpListener,
-    client: Option<Client>,
+    clients: [Option<Client>; MAX_CLIENTS],
+    joined: usize,
 }
 
 impl SlcanPort {
     /// Listens on `address`; port 0 takes a free one.
     ///
     /// # Errors
-    /// The operating system's, when the address cannot be had.
+    /// The operating system's, if the address is none or is in use.
     pub fn bind(address: impl ToSocketAddrs) -> io::Result<Self> {
         let listener = TcpListener::bind(address)?;
         listener.set_nonblocking(true)?;
+        // The connections inherit it.
+        set_socket_send_buffer_size(&listener, SEND_BUFFER)?;
         Ok(Self {
             listener,
-            client: None,
+            clients: [const { None }; MAX_CLIENTS],
+            joined: 0,
         })
     }
 
@@ -115,126 +135,111 @@ impl SlcanPort {
         self.listener.local_addr()
     }
 
-    /// Whether a client has opened the channel.
-    pub fn attached(&self) -> bool {
-        self.client.as_ref().is_some_and(|client| client.open)
+    /// Number of clients whose channel is open.
+    pub fn attached(&self) -> usize {
+        self.clients
+            .iter()
+            .flatten()
+            .filter(|client| client.open())
+            .count()
     }
 
-    /// Answers the client and takes at most `room` frames from it; what it sent beyond them waits in its connection.
-    pub fn poll(&mut self, room: usize) -> Vec<Frame> {
-        if self.client.is_none() {
-            self.client = self.accept();
+    /// Number of connections that have opened the channel since the port was made.
+    pub fn joined(&self) -> usize {
+        self.joined
+    }
+
+    /// Waits until a client has opened the channel, for at most `timeout` (without limit if
+    /// absent), or until `stop` holds; whether one has. What the client sends after that waits in
+    /// its connection.
+    pub fn wait_for_client(&mut self, timeout: Option<Duration>, stop: &dyn Fn() -> bool) -> bool {
+        let began = Instant::now();
+        loop {
+            self.poll(|_| 0);
+            if self.attached() > 0 {
+                return true;
+            }
+            if timeout.is_some_and(|timeout| began.elapsed() >= timeout) || stop() {
+                return false;
+            }
+            sleep(POLL_INTERVAL);
         }
+    }
+
+    /// Answers the clients and takes at most `room(number)` frames from each; each frame comes with
+    /// its client's number. What a client sends beyond that waits in its connection. Does not wait.
+    pub fn poll(&mut self, room: impl Fn(usize) -> usize) -> Vec<(usize, Frame)> {
+        self.accept();
         let mut frames = Vec::new();
-        if let Some(client) = &mut self.client
-            && client.exchange(room, &mut frames).is_err()
-        {
-            self.client = None;
+        for (number, place) in self.clients.iter_mut().enumerate() {
+            let Some(client) = place else { continue };
+            let before = client.has_joined();
+            let mut taken = Vec::new();
+            let gone = client.exchange(room(number), &mut taken).is_err();
+            self.joined += usize::from(client.has_joined() && !before);
+            frames.extend(taken.into_iter().map(|frame| (number, frame)));
+            if gone {
+                *place = None;
+            }
         }
         frames
     }
 
-    /// Hands `frame` to the client, when there is one with an open channel.
-    pub fn send(&mut self, frame: &Frame) {
-        if let Some(client) = self.client.as_mut().filter(|client| client.open) {
-            client.outgoing.extend(line_of(frame).into_bytes());
-            if client.flush().is_err() {
-                self.client = None;
+    /// Sends `frame` to every client with an open channel but `sender`, the number of the client
+    /// that it comes from. Does not wait.
+    pub fn send(&mut self, frame: &Frame, sender: Option<usize>) {
+        let line = line_of(frame);
+        for (number, place) in self.clients.iter_mut().enumerate() {
+            let listens = |client: &&mut Client| client.open() && sender != Some(number);
+            let gone = place
+                .as_mut()
+                .filter(listens)
+                .is_some_and(|client| client.send(line.as_bytes()).is_err());
+            if gone {
+                *place = None;
             }
         }
     }
 
-    /// The next client; one that cannot be had now, for whatever reason, is tried again at the next poll.
-    fn accept(&self) -> Option<Client> {
-        let (stream, _) = self.listener.accept().ok()?;
-        stream.set_nonblocking(true).ok()?;
-        // A client waits for each answer; collecting bytes into larger packets would cost it some 40 ms.
-        stream.set_nodelay(true).ok()?;
-        Some(Client {
-            stream,
-            open: false,
-            incoming: Vec::new(),
-            outgoing: Vec::new(),
-        })
-    }
-}
-
-#[derive(Debug)]
-struct Client {
-    stream: TcpStream,
-    open: bool,
-    incoming: Vec<u8>,
-    outgoing: Vec<u8>,
-}
-
-impl Client {
-    /// An error means that the client is gone.
-    fn exchange(&mut self, room: usize, frames: &mut Vec<Frame>) -> io::Result<()> {
+    /// Waits until every client has read its frames up to a tenth of a second's worth. A client
+    /// that reads nothing for five seconds is disconnected, and standard error says so.
+    pub fn wait_for_readers(&mut self) {
         loop {
-            while frames.len() < room
-                && let Some(end) = self.incoming.iter().position(|byte| *byte == b'\r')
-            {
-                let line: Vec<u8> = self.incoming.drain(..=end).collect();
-                self.answer(&line[..end], frames);
+            let mut waiting = false;
+            for place in &mut self.clients {
+                let Some(client) = place else { continue };
+                if client.unsent() <= BACKLOG {
+                    continue;
+                }
+                let gone = client.flush().is_err();
+                let dead = client.unsent() > BACKLOG && client.silent_for() > READ_TIMEOUT;
+                if dead {
+                    eprintln!(
+                        "tautrack: a CAN client reads nothing for {} s and is disconnected",
+                        READ_TIMEOUT.as_secs()
+                    );
+                }
+                if gone || dead {
+                    *place = None;
+                } else {
+                    waiting |= client.unsent() > BACKLOG;
+                }
             }
-            if frames.len() >= room {
-                break;
+            if !waiting {
+                return;
             }
-            if self.incoming.len() > MAX_LINE {
-                self.incoming.clear();
-                self.outgoing.extend(REFUSED);
-            }
-            let mut chunk = [0; 512];
-            match self.stream.read(&mut chunk) {
-                Ok(0) => return Err(ErrorKind::UnexpectedEof.into()),
-                Ok(count) => self.incoming.extend(&chunk[..count]),
-                Err(error) if error.kind() == ErrorKind::WouldBlock => break,
-                Err(error) if error.kind() == ErrorKind::Interrupted => {}
-                Err(error) => return Err(error),
-            }
+            sleep(POLL_INTERVAL);
         }
-        self.flush()
     }
 
-    fn answer(&mut self, line: &[u8], frames: &mut Vec<Frame>) {
-        let Some(request) = Request::parse(line) else {
-            return;
-        };
-        let answer = match request {
-            Request::Transmit(frame) if self.open => {
-                frames.push(frame);
-                b"z\r"
-            }
-            Request::Open => {
-                self.open = true;
-                OK
-            }
-            Request::Close => {
-                self.open = false;
-                OK
-            }
-            Request::BitRate => OK,
-            Request::Version => b"V0101\r",
-            Request::SerialNumber => b"N0001\r",
-            Request::Status => b"F00\r",
-            Request::Transmit(_) | Request::Unsupported => REFUSED,
-        };
-        self.outgoing.extend(answer);
-    }
-
-    fn flush(&mut self) -> io::Result<()> {
-        while !self.outgoing.is_empty() {
-            match self.stream.write(&self.outgoing) {
-                Ok(0) => return Err(ErrorKind::WriteZero.into()),
-                Ok(count) => drop(self.outgoing.drain(..count)),
-                Err(error) if error.kind() == ErrorKind::WouldBlock => break,
-                Err(error) if error.kind() == ErrorKind::Interrupted => {}
-                Err(error) => return Err(error),
+    /// Takes the connections that are waiting. One that fails now, for whatever reason, is tried
+    /// again at the next poll; one for which there is no place is closed.
+    fn accept(&mut self) {
+        while let Ok((stream, _)) = self.listener.accept() {
+            let free = self.clients.iter_mut().find(|place| place.is_none());
+            if let (Some(place), Ok(client)) = (free, Client::new(stream)) {
+                *place = Some(client);
             }
         }
-        if self.outgoing.len() > MAX_UNREAD {
-            return Err(ErrorKind::TimedOut.into());
-        }
-        Ok(())
     }
 }

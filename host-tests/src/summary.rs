@@ -97,6 +97,10 @@ pub struct Summary {
     pub expectation_met: bool,
     /// What did not, one sentence each.
     pub unmet: Vec<String>,
+    /// Why the run ended before its time; absent if it did not.
+    pub ended_early: Option<String>,
+    /// Number of CAN clients that took part.
+    pub clients: usize,
     /// Stood level behind the last nose.
     pub landed: bool,
     /// Turned over.
@@ -116,6 +120,8 @@ pub struct Summary {
     /// `|L + L2 + L3 - K|` by the plant's truth, from the first pitch above 8 degrees to the landing or the end; of B2P2 alone.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tension_error_m: Option<TensionError>,
+    /// Distance over ground, forward and backward added, by the plant's truth, m.
+    pub driven_m: f64,
     /// Pitch by the plant's truth, degrees.
     pub pitch_deg: Range,
     /// Least horizontal distance from the rearmost contact to the centre of gravity, by the plant's truth, m.
@@ -206,6 +212,8 @@ impl Summary {
             seed: scenario.seed,
             expectation_met: false,
             unmet: Vec::new(),
+            ended_early: None,
+            clients: 0,
             landed: landing.is_some(),
             toppled: samples.iter().any(|sample| sample.truth.toppled),
             landing_time_s: landing.map(|index| samples[index].time_s),
@@ -219,6 +227,7 @@ impl Summary {
             },
             steps: facts.steps,
             tension_error_m: is_b2p2.then(|| tension_error(&samples[climb])),
+            driven_m: path(samples) / f64::from(SAMPLE_HZ),
             pitch_deg: range(samples.iter().map(|sample| sample.truth.pitch.to_degrees())),
             min_backward_margin_m: samples
                 .iter()
@@ -243,6 +252,13 @@ impl Summary {
         summary.unmet = summary.unmet_expectations(scenario);
         summary.expectation_met = summary.unmet.is_empty();
         summary
+    }
+
+    /// Marks the run as one that ended before its time; what its scenario expects is then not met.
+    pub fn end_early(&mut self, why: &str) {
+        self.unmet.push(format!("The run ended early: {why}."));
+        self.expectation_met = false;
+        self.ended_early = Some(why.to_owned());
     }
 
     /// The channels that are worth a line, with what they are.
@@ -281,11 +297,13 @@ pub(crate) fn climb(scenario: &Scenario, samples: &[Sample]) -> std::ops::Range<
 
 fn stopped(samples: &[Sample]) -> bool {
     let last = &samples[samples.len().saturating_sub(SAMPLE_HZ as usize)..];
-    let path: f64 = last
-        .iter()
-        .map(|sample| sample.truth.ground_speed.abs())
-        .sum();
-    !last.is_empty() && path / (last.len() as f64) < STANDING_MPS
+    !last.is_empty() && path(last) / (last.len() as f64) < STANDING_MPS
+}
+
+/// Sum of the speeds over ground.
+fn path(samples: &[Sample]) -> f64 {
+    let speeds = samples.iter().map(|sample| sample.truth.ground_speed.abs());
+    speeds.sum()
 }
 
 fn tension_error(climb: &[Sample]) -> TensionError {

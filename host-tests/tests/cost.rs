@@ -28,7 +28,7 @@ fn the_page_is_what_a_run_gives() {
         );
         return;
     }
-    let written = fs::read_to_string(page::path()).expect("docs/cost.md");
+    let written = fs::read_to_string(page::path().expect("a checkout")).expect("docs/cost.md");
     assert!(
         written == page::page(measurement(), &ledger),
         "docs/cost.md is not what a run gives; if that is meant: cargo cost --write"

@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
+use tautrack_host_tests::setup::checkout;
 
 fn demo(arguments: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_demo"))
@@ -11,7 +12,8 @@ fn demo(arguments: &[&str]) -> Output {
 }
 
 fn scenario(name: &str) -> String {
-    format!("{}/scenarios/{name}.toml", env!("CARGO_MANIFEST_DIR"))
+    let root = checkout::root().unwrap_or_else(|error| panic!("{error}"));
+    format!("{}/host-tests/scenarios/{name}.toml", root.display())
 }
 
 fn folder(name: &str) -> PathBuf {

@@ -3,8 +3,13 @@
 use serde_json::Value;
 use spdx::{Expression, ParseMode};
 use std::fs;
+use std::path::Path;
 use std::process::Command;
-use tautrack_host_tests::setup::machine::root;
+use tautrack_host_tests::setup::checkout;
+
+fn root() -> &'static Path {
+    checkout::root().unwrap()
+}
 
 fn packages() -> Vec<Value> {
     let output = Command::new(env!("CARGO"))

@@ -1,7 +1,9 @@
 //! The generated parts of docs/ are what their sources give, and they leave nothing out.
 
+use tautrack::stability::filter::Verdict;
 use tautrack::{faults, settings};
 use tautrack_host_tests::reference;
+use tautrack_host_tests::setup::checkout;
 
 fn page(name: &str) -> String {
     let files = reference::files().unwrap_or_else(|error| panic!("{error}"));
@@ -35,6 +37,62 @@ fn every_setting_and_every_fault_has_its_row() {
     for row in faults::TABLE {
         assert!(page_of_faults.contains(row.remedy), "{row:?}");
     }
+}
+
+#[test]
+fn every_verdict_is_in_one_row_of_the_page_with_its_reason() {
+    let page = page("docs/bus.md");
+    let (_, table) = page.split_once("| Code | In results |").expect("the table");
+    let rows: Vec<Vec<&str>> = table
+        .lines()
+        .skip(2)
+        .take_while(|line| line.starts_with('|'))
+        .map(|line| line.split('|').map(str::trim).collect())
+        .collect();
+    let number =
+        |text: &str| u8::from_str_radix(text.trim_matches('`').trim_start_matches("0x"), 16);
+    let mut known = 0;
+    for code in 0..=u8::MAX {
+        let covering: Vec<_> = rows
+            .iter()
+            .filter(|row| {
+                let (first, last) = row[1].split_once(" to ").unwrap_or((row[1], row[1]));
+                (number(first).unwrap()..=number(last).unwrap()).contains(&code)
+            })
+            .collect();
+        let is_code = Verdict::from_code(code).is_some_and(|verdict| verdict.code() == code);
+        assert_eq!(
+            covering.len(),
+            usize::from(is_code),
+            "{code:#04x}: {covering:?}"
+        );
+        if let Some(row) = covering.first().filter(|row| row[1].contains(" to ")) {
+            let reason = format!("{} ", code & 0xf);
+            let reasons = row[3].split(", ").filter(|low| low.starts_with(&reason));
+            assert_eq!(reasons.count(), 1, "{code:#04x}: {row:?}");
+        }
+        known += usize::from(is_code);
+    }
+    assert!(known > 40, "{known}");
+}
+
+/// The page's figure against the recorded run; its operator requests "arm" as soon as the guard is ready.
+#[test]
+fn the_page_says_how_long_arming_takes() {
+    let root = checkout::root().unwrap_or_else(|error| panic!("{error}"));
+    let snapshot = std::fs::read_to_string(root.join("host-tests/snapshots/flat.txt")).unwrap();
+    let time_of = |event: &str| -> f64 {
+        let line = snapshot.lines().find(|line| line.ends_with(event)).unwrap();
+        line.split_whitespace().next().unwrap().parse().unwrap()
+    };
+    let took = time_of("guard: armed") - time_of("guard: ready");
+    let page = page("docs/bus.md");
+    let (_, stated) = page.split_once("Arming B2P2 takes ").unwrap();
+    let stated: f64 = stated.split(' ').next().unwrap().parse().unwrap();
+    assert!(
+        (stated - took).abs() < 0.06,
+        "the page says {stated} s, the run {took} s"
+    );
 }
 
 #[test]

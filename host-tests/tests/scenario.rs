@@ -1,10 +1,11 @@
 //! Scenario files: good ones survive a round trip, bad ones are refused with one sentence that names the culprit.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use tautrack_host_tests::scenario::{BusView, NodeName, OperatorRequest, Scenario, Script};
+use tautrack_host_tests::setup::checkout;
 
 fn scenarios() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios")
+    checkout::root().unwrap().join("host-tests/scenarios")
 }
 
 fn staircase_text() -> String {
@@ -362,6 +363,28 @@ fn the_plant_gets_what_the_file_says() {
         (highest - 0.75).abs() < 1e-12
             && (scenario.terrain.last_nose_m().unwrap() - 2.72).abs() < 1e-12
     );
+}
+
+#[test]
+fn a_client_can_be_the_operator_instead_of_a_script() {
+    let text = std::fs::read_to_string(scenarios().join("client.toml")).unwrap();
+    let scenario = Scenario::parse(&text, "client.toml").unwrap();
+    assert!(scenario.operator.client);
+    let written = toml::to_string(&scenario).unwrap();
+    assert!(written.contains("operator = \"client\""), "{written}");
+    assert_eq!(Scenario::parse(&written, "again").unwrap(), scenario);
+
+    let script = Scenario::load(&scenarios().join("staircase.toml")).unwrap();
+    assert!(!script.operator.client);
+
+    let line = text.lines().position(|line| line.starts_with("operator"));
+    let place = format!("bad.toml:{}:", line.unwrap() + 1);
+    for bad in ["operator = \"clint\"", "operator = 1", "operator = []"] {
+        let refusal = Scenario::parse(&text.replace("operator = \"client\"", bad), "bad.toml");
+        let refusal = refusal.unwrap_err().to_string();
+        assert!(refusal.starts_with(&place), "{refusal}");
+        assert!(refusal.contains("or \"client\""), "{refusal}");
+    }
 }
 
 #[test]

@@ -1,12 +1,13 @@
 //! docs/scenarios.md knows every key of a scenario file, its examples are good, and its bounds are those of the check.
 
 use std::collections::BTreeSet;
-use std::path::Path;
 use tautrack_host_tests::scenario::Scenario;
+use tautrack_host_tests::setup::checkout;
 use toml::{Table, Value};
 
 fn page() -> String {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/scenarios.md");
+    let root = checkout::root().unwrap_or_else(|error| panic!("{error}"));
+    let path = root.join("docs/scenarios.md");
     std::fs::read_to_string(path).expect("docs/scenarios.md")
 }
 
@@ -59,7 +60,7 @@ fn documented() -> BTreeSet<String> {
 #[test]
 fn every_example_is_a_good_scenario() {
     let examples = examples();
-    assert_eq!(examples.len(), 9);
+    assert_eq!(examples.len(), 10);
     for text in examples {
         Scenario::parse(&text, "example").unwrap_or_else(|error| panic!("{error}\n{text}"));
     }

@@ -1,13 +1,15 @@
 //! What a machine lacks is installed where that is allowed, else named in one line.
 
 use proptest::prelude::*;
+use std::fs;
 use std::io::{Read, Write};
+use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use tautrack::link::{FromNode, Start, ToNode, VERSION};
 use tautrack_host_tests::machines::Kind;
 use tautrack_host_tests::nodes::{self, Board, changes_a_build};
 use tautrack_host_tests::setup::plan::{Packages, after, plan};
-use tautrack_host_tests::setup::{Facts, Missing, QEMU, Rights, Step, Toolchain};
+use tautrack_host_tests::setup::{Facts, Missing, QEMU, Rights, Step, Toolchain, checkout};
 
 const READY: Facts = Facts {
     target_library: true,
@@ -127,6 +129,77 @@ proptest! {
         }
         prop_assert!(false, "still trying: {now:?}");
     }
+}
+
+/// A folder that looks like a checkout, with a default scenario that is bad in its own way.
+fn checkout_in(parent: &Path, name: &str) -> PathBuf {
+    let root = parent.join(name);
+    fs::create_dir_all(root.join("firmware/dictionary")).unwrap();
+    fs::create_dir_all(root.join("host-tests/scenarios")).unwrap();
+    fs::write(root.join("Cargo.toml"), "").unwrap();
+    let scenario = root.join("host-tests/scenarios/staircase.toml");
+    fs::write(scenario, format!("name = \"{name}\"\n")).unwrap();
+    root.canonicalize().unwrap()
+}
+
+#[test]
+fn the_checkout_is_the_first_at_or_above_the_places() {
+    let parent = Path::new(env!("CARGO_TARGET_TMPDIR")).join("checkouts");
+    let [first, second] = ["first", "second"].map(|name| checkout_in(&parent, name));
+    let deep = second.join("host-tests/scenarios");
+    let none = PathBuf::from("/nowhere/at/all");
+    for (places, expected) in [
+        (vec![first.clone(), second.clone()], &first),
+        (vec![second.clone(), first.clone()], &second),
+        (vec![none.clone(), deep.clone(), first.clone()], &second),
+        (vec![deep.join("no/such/folder")], &second),
+    ] {
+        assert_eq!(
+            checkout::find(places.clone()).as_ref(),
+            Ok(expected),
+            "{places:?}"
+        );
+    }
+    let error = checkout::find([none.clone()]).unwrap_err();
+    assert!(error.to_string().contains("/nowhere/at/all"), "{error}");
+}
+
+/// The demo's own error in `folder`, with cargo's variable for the package if given.
+fn error_in(program: &Path, folder: &Path, package: Option<&Path>) -> String {
+    let mut command = Command::new(program);
+    command.current_dir(folder).env_remove("CARGO_MANIFEST_DIR");
+    if let Some(package) = package {
+        command.env("CARGO_MANIFEST_DIR", package);
+    }
+    let output = command.output().unwrap();
+    let error = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(2), "{error}");
+    error
+}
+
+#[test]
+fn a_copied_checkout_reads_its_own_scenarios() {
+    let parent = Path::new(env!("CARGO_TARGET_TMPDIR")).join("copies");
+    let [mine, other] = ["mine", "other"].map(|name| checkout_in(&parent, name));
+    let demo = Path::new(env!("CARGO_BIN_EXE_demo"));
+    let names = |error: &str, root: &Path| error.contains(&root.display().to_string());
+    let error = error_in(demo, &mine, None);
+    assert!(names(&error, &mine), "{error}");
+    // What cargo runs is where the package is, wherever the user stands.
+    let error = error_in(demo, &mine, Some(&other.join("host-tests")));
+    assert!(names(&error, &other), "{error}");
+}
+
+#[test]
+fn without_a_checkout_the_error_says_where_it_was_looked_for() {
+    let folder = std::env::temp_dir().join(format!("tautrack-nowhere-{}", std::process::id()));
+    fs::create_dir_all(&folder).unwrap();
+    let demo = folder.join("demo");
+    fs::copy(env!("CARGO_BIN_EXE_demo"), &demo).unwrap();
+    let error = error_in(&demo, &folder, None);
+    fs::remove_dir_all(&folder).unwrap();
+    assert!(error.contains("no tautrack checkout"), "{error}");
+    assert!(error.contains("tautrack-nowhere"), "{error}");
 }
 
 #[test]

@@ -1,4 +1,4 @@
-//! A client that speaks SLCAN over TCP is a participant of the bus.
+//! Clients that speak SLCAN over TCP are participants of the bus.
 
 use proptest::collection::vec;
 use proptest::prelude::*;
@@ -6,10 +6,16 @@ use std::io::{ErrorKind, Read, Write};
 use std::net::TcpStream;
 use std::time::{Duration, Instant};
 use tautrack::can::Frame;
-use tautrack_host_tests::slcan::{Request, SlcanPort, line_of};
+use tautrack_host_tests::slcan::{MAX_CLIENTS, Request, SlcanPort, line_of};
 
 fn frame(id: u16, data: &[u8]) -> Frame {
     Frame::new(id, data).unwrap()
+}
+
+/// Frames of all clients, at most `room` of each.
+fn poll(port: &mut SlcanPort, room: usize) -> Vec<Frame> {
+    let frames = port.poll(|_| room);
+    frames.into_iter().map(|(_, frame)| frame).collect()
 }
 
 /// Polls until `done` holds of all frames received so far and of the port.
@@ -18,7 +24,7 @@ fn poll_until(port: &mut SlcanPort, done: impl Fn(&SlcanPort, &[Frame]) -> bool)
     let mut frames = Vec::new();
     while !done(port, &frames) {
         assert!(Instant::now() < deadline, "{port:?} got only {frames:?}");
-        frames.extend(port.poll(64));
+        frames.extend(poll(port, 64));
         std::thread::yield_now();
     }
     frames
@@ -43,7 +49,7 @@ fn assert_answer(port: &mut SlcanPort, client: &mut TcpStream, request: &str, ex
             Instant::now() < deadline,
             "{request:?} was answered by {answer:?}"
         );
-        port.poll(64);
+        poll(port, 64);
         let mut chunk = [0; 64];
         match client.read(&mut chunk) {
             Ok(count) => answer.extend(&chunk[..count]),
@@ -133,10 +139,10 @@ fn commands_are_answered_as_by_an_adapter() {
 fn frames_pass_both_ways_while_the_channel_is_open() {
     let mut port = SlcanPort::bind("127.0.0.1:0").unwrap();
     let mut client = client_of(&port);
-    port.send(&frame(0x1, &[]));
-    assert!(!port.attached());
+    port.send(&frame(0x1, &[]), None);
+    assert_eq!(port.attached(), 0);
     assert_answer(&mut port, &mut client, "O\r", "\r");
-    assert!(port.attached());
+    assert_eq!(port.attached(), 1);
 
     client.write_all(b"t6014402").unwrap();
     client.write_all(b"F1000\rt0802").unwrap();
@@ -150,7 +156,7 @@ fn frames_pass_both_ways_while_the_channel_is_open() {
         ]
     );
 
-    port.send(&frame(0x581, &[0x4f]));
+    port.send(&frame(0x581, &[0x4f]), None);
     let mut heard = [0; 14];
     client.read_exact(&mut heard[..4]).unwrap();
     assert_eq!(&heard[..4], b"z\rz\r");
@@ -170,25 +176,144 @@ fn no_more_frames_are_taken_than_there_is_room_and_none_is_lost() {
     let mut frames = Vec::new();
     while frames.len() < 100 {
         assert!(Instant::now() < deadline);
-        let taken = port.poll(7);
+        let taken = poll(&mut port, 7);
         assert!(taken.len() <= 7);
         frames.extend(taken);
     }
     assert_eq!(frames, sent);
-    assert_eq!(port.poll(0), []);
+    assert_eq!(poll(&mut port, 0), []);
 }
 
 #[test]
-fn a_second_client_is_served_when_the_first_has_left() {
+fn a_client_without_room_for_its_frames_is_answered_all_the_same() {
     let mut port = SlcanPort::bind("127.0.0.1:0").unwrap();
-    let mut first = client_of(&port);
-    assert_answer(&mut port, &mut first, "O\r", "\r");
-    let mut second = client_of(&port);
-    second.write_all(b"O\rt0010\r").unwrap();
-    drop(first);
+    let mut client = client_of(&port);
+    client.write_all(b"O\rV\rt0010\rV\r").unwrap();
+    assert!(port.wait_for_client(Some(Duration::from_secs(20)), &|| false));
+    let mut answer = [0; 7];
+    client.read_exact(&mut answer).unwrap();
+    assert_eq!(&answer, b"\rV0101\r");
+    // The frame, and the order of what follows it, is kept.
     let frames = poll_until(&mut port, |_, frames| !frames.is_empty());
     assert_eq!(frames, [frame(1, &[])]);
-    assert!(port.attached());
-    drop(second);
-    poll_until(&mut port, |port, _| !port.attached());
+    let mut answer = [0; 8];
+    client.read_exact(&mut answer).unwrap();
+    assert_eq!(&answer, b"z\rV0101\r");
+}
+
+#[test]
+fn clients_at_once_receive_every_frame_but_their_own() {
+    let mut port = SlcanPort::bind("127.0.0.1:0").unwrap();
+    let mut clients: Vec<TcpStream> = (0..3).map(|_| client_of(&port)).collect();
+    for (count, client) in clients.iter_mut().enumerate() {
+        assert_answer(&mut port, client, "O\r", "\r");
+        assert_eq!((port.attached(), port.joined()), (count + 1, count + 1));
+    }
+    port.send(&frame(0x701, &[5]), None);
+    clients[1].write_all(b"t20110A\r").unwrap();
+    let mut sent = Vec::new();
+    while sent.is_empty() {
+        sent = port.poll(|_| 64);
+    }
+    let [(sender, sent)] = sent[..] else {
+        panic!("{sent:?}")
+    };
+    assert_eq!(sent, frame(0x201, &[0x0a]));
+    port.send(&sent, Some(sender));
+    port.send(&frame(0x702, &[5]), None);
+    for (number, client) in clients.iter_mut().enumerate() {
+        let expected: &[u8] = if number == 1 {
+            b"t701105\rz\rt702105\r"
+        } else {
+            b"t701105\rt20110A\rt702105\r"
+        };
+        let mut received = vec![0; expected.len()];
+        client.read_exact(&mut received).unwrap();
+        assert_eq!(received, expected, "client {number}");
+    }
+    drop(clients);
+    poll_until(&mut port, |port, _| port.attached() == 0);
+    assert_eq!(port.joined(), 3);
+}
+
+#[test]
+fn a_client_too_many_is_disconnected_and_a_place_that_is_left_is_taken_again() {
+    let mut port = SlcanPort::bind("127.0.0.1:0").unwrap();
+    let mut clients: Vec<TcpStream> = (0..MAX_CLIENTS).map(|_| client_of(&port)).collect();
+    for client in &mut clients {
+        assert_answer(&mut port, client, "O\r", "\r");
+    }
+    let mut refused = client_of(&port);
+    poll(&mut port, 64);
+    assert_eq!(refused.read(&mut [0; 8]).unwrap(), 0);
+    clients.pop();
+    poll_until(&mut port, |port, _| port.attached() == MAX_CLIENTS - 1);
+    let mut last = client_of(&port);
+    assert_answer(&mut port, &mut last, "O\r", "\r");
+    assert_eq!(port.attached(), MAX_CLIENTS);
+}
+
+#[test]
+fn waiting_for_a_client_ends_at_its_time_limit_and_when_it_is_told_to() {
+    let mut port = SlcanPort::bind("127.0.0.1:0").unwrap();
+    let _silent = client_of(&port);
+    let began = Instant::now();
+    assert!(!port.wait_for_client(Some(Duration::from_millis(300)), &|| false));
+    assert!(began.elapsed() >= Duration::from_millis(300));
+    assert!(!port.wait_for_client(None, &|| began.elapsed() > Duration::from_millis(500)));
+}
+
+/// Sends so many numbered frames, and waits for the readers after each.
+fn flood(port: &mut SlcanPort, frames: u32) {
+    for number in 0..frames {
+        port.send(&frame(0x181, &number.to_le_bytes()), None);
+        port.wait_for_readers();
+    }
+}
+
+#[test]
+fn the_port_waits_for_a_slow_reader_and_loses_no_frame() {
+    const FRAMES: u32 = 20_000;
+    let mut port = SlcanPort::bind("127.0.0.1:0").unwrap();
+    let mut client = client_of(&port);
+    assert_answer(&mut port, &mut client, "O\r", "\r");
+    let reading = std::thread::spawn(move || {
+        let mut text = Vec::new();
+        let mut chunk = [0; 16 * 1024];
+        while text.len() < FRAMES as usize * 14 {
+            std::thread::sleep(Duration::from_millis(10));
+            let count = client
+                .read(&mut chunk)
+                .expect("frames within the time limit");
+            assert!(count > 0, "disconnected after {} bytes", text.len());
+            text.extend(&chunk[..count]);
+        }
+        text
+    });
+    flood(&mut port, FRAMES);
+    while !reading.is_finished() {
+        poll(&mut port, 0);
+    }
+    let text = String::from_utf8(reading.join().unwrap()).unwrap();
+    let expected: Vec<String> = (0..FRAMES)
+        .map(|number| line_of(&frame(0x181, &number.to_le_bytes())))
+        .collect();
+    assert!(text == expected.concat(), "frames are missing or mixed up");
+}
+
+#[test]
+fn a_client_that_reads_nothing_is_disconnected() {
+    let mut port = SlcanPort::bind("127.0.0.1:0").unwrap();
+    let mut dead = client_of(&port);
+    assert_answer(&mut port, &mut dead, "O\r", "\r");
+    let began = Instant::now();
+    // More than any socket takes before it has to be read.
+    let mut number = 0;
+    while port.attached() == 1 {
+        port.send(&frame(0x181, &[0; 8]), None);
+        port.wait_for_readers();
+        number += 1;
+        assert!(number < 4_000_000, "nothing held the port back");
+    }
+    assert!(began.elapsed() >= Duration::from_secs(5));
 }

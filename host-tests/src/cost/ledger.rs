@@ -1,10 +1,12 @@
 //! `cost.toml`: what each entry may cost, and what it cost when it was last pinned.
 
 use super::{CostError, Measurement};
+use crate::setup::checkout::root;
 use serde::Deserialize;
 use std::fmt::Write;
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::io;
+use std::path::PathBuf;
 
 /// The whole file.
 #[derive(Clone, PartialEq, Debug, Deserialize)]
@@ -41,8 +43,8 @@ impl Ledger {
     }
 }
 
-fn path() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("cost.toml")
+fn path() -> io::Result<PathBuf> {
+    Ok(root()?.join("host-tests/cost.toml"))
 }
 
 /// Reads `cost.toml`.
@@ -50,7 +52,7 @@ fn path() -> PathBuf {
 /// # Errors
 /// The file's, with the line.
 pub fn read() -> Result<Ledger, CostError> {
-    toml::from_str(&fs::read_to_string(path())?)
+    toml::from_str(&fs::read_to_string(path()?)?)
         .map_err(|error| CostError::Malformed(format!("cost.toml: {error}")))
 }
 
@@ -59,7 +61,7 @@ pub fn read() -> Result<Ledger, CostError> {
 /// # Errors
 /// The file cannot be read or written.
 pub fn pin(measurement: &Measurement) -> Result<(), CostError> {
-    let old = fs::read_to_string(path())?;
+    let old = fs::read_to_string(path()?)?;
     let (mut new, mut most) = (String::new(), None);
     for line in old.lines() {
         if let Some(name) = line.strip_prefix("name = ") {
@@ -74,7 +76,7 @@ pub fn pin(measurement: &Measurement) -> Result<(), CostError> {
             _ => writeln!(new, "{line}"),
         };
     }
-    Ok(fs::write(path(), new)?)
+    Ok(fs::write(path()?, new)?)
 }
 
 /// Everything that is wrong with `measurement` by `ledger`, a line each. Pins count only for the compiler that they were made with.

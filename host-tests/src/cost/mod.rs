@@ -186,7 +186,7 @@ fn command(arguments: &Arguments) -> Result<(), CostError> {
     let measurement = measure()?;
     if arguments.write {
         ledger::pin(&measurement)?;
-        fs::write(page::path(), page::page(&measurement, &ledger::read()?))?;
+        fs::write(page::path()?, page::page(&measurement, &ledger::read()?))?;
     }
     if arguments.json {
         let text = serde_json::to_string_pretty(&measurement)

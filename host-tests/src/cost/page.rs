@@ -2,16 +2,20 @@
 
 use super::ledger::{Kernel, Ledger};
 use super::{CORE_HZ, Entry, Measurement};
-use crate::setup::machine::root;
+use crate::setup::checkout::root;
 use std::fmt::Write;
+use std::io;
 use std::path::PathBuf;
 
 /// Text before and between the tables, kept apart from the code that fills them.
 const PAGE: &str = include_str!("page.md");
 
 /// Where the page is.
-pub fn path() -> PathBuf {
-    root().join("docs/cost.md")
+///
+/// # Errors
+/// There is no checkout.
+pub fn path() -> io::Result<PathBuf> {
+    Ok(root()?.join("docs/cost.md"))
 }
 
 /// The whole page.

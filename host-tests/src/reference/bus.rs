@@ -1,13 +1,13 @@
 //! The buses as Markdown: every frame of B2P2 with its rate and its bits, sums for the other robots, what the payloads mean, and all objects.
 
-use super::Role;
 use super::eds;
 use super::tables::sentence;
+use super::{ReferenceError, Role};
 use crate::bus::wire::{BIT_RATE, worst_case_bits};
 use crate::machines::{Kind, NodeSpec, machine};
 use crate::run::operator::PERIOD_US;
-use crate::scenario::{NodeName, Scenario, ScenarioError};
-use crate::setup::machine::root;
+use crate::scenario::{NodeName, Scenario};
+use crate::setup::checkout::root;
 use std::fmt::Write;
 use tautrack::bus::network::{self, function};
 use tautrack::bus::pdo::{
@@ -69,18 +69,18 @@ impl Cyclic {
 }
 
 /// The nodes of a robot as its own scenario has them.
-fn nodes(kind: Kind) -> Result<Vec<NodeSpec>, ScenarioError> {
-    let path = root()
+fn nodes(kind: Kind) -> Result<Vec<NodeSpec>, ReferenceError> {
+    let path = root()?
         .join("host-tests/scenarios")
         .join(kind.scenario_file());
-    Scenario::load(&path).map(|scenario| machine(&scenario).nodes)
+    Ok(machine(&Scenario::load(&path)?).nodes)
 }
 
 /// What the other robots put on their buses, kind by kind, as shares.
 ///
 /// # Errors
-/// Of a shipped scenario.
-pub fn others(roles: &[Role]) -> Result<String, ScenarioError> {
+/// Of a shipped scenario, or that there is none.
+pub fn others(roles: &[Role]) -> Result<String, ReferenceError> {
     let mut text = "| Robot | Drives | SYNC | Set-points | Motion | Status, heartbeats, guard, operator | All |\n|---|---|---|---|---|---|---|\n".to_owned();
     for (name, kind) in [
         ("crawler", Kind::Crawler),
@@ -112,8 +112,8 @@ pub fn others(roles: &[Role]) -> Result<String, ScenarioError> {
 /// Every cyclic frame of B2P2 with its share of the bus, and the sum.
 ///
 /// # Errors
-/// Of its shipped scenario.
-pub fn frames(roles: &[Role]) -> Result<String, ScenarioError> {
+/// Of its shipped scenario, or that there is none.
+pub fn frames(roles: &[Role]) -> Result<String, ReferenceError> {
     let mut text = "| Identifier | Sender | Frame | Bytes | Bits | Rate | Load |\n|---|---|---|---|---|---|---|\n".to_owned();
     let frames = cyclic(roles, Kind::B2p2, &nodes(Kind::B2p2)?);
     for frame in &frames {

@@ -1,17 +1,18 @@
 //! What a user reads beside the hand-written pages, made from the sources that the nodes are built from: EDS files, and
 //! the tables inside docs/.
 //!
-//! [`eds`] writes one role's dictionary as an electronic data sheet, `bus` the PDO map with its bit budget and the
-//! objects, `tables` faults and settings. [`files`] is the whole.
+//! [`eds`] writes one role's dictionary as an electronic data sheet, `bus` the PDO map with its bit budget
+//! and the objects, `verdicts` the guard's verdicts, `tables` faults and settings. [`files`] is the whole.
 
 mod bus;
 #[path = "../../../firmware/dictionary/load.rs"]
 mod dictionary;
 pub mod eds;
 mod tables;
+mod verdicts;
 
 use crate::scenario::ScenarioError;
-use crate::setup::machine::root;
+use crate::setup::checkout::{NoCheckout, root};
 use std::fmt;
 use std::fs;
 use std::io;
@@ -21,6 +22,8 @@ use zencan_common::device_config::{DeviceConfig, LoadError};
 /// Why a file cannot be made.
 #[derive(Debug)]
 pub enum ReferenceError {
+    /// There are no sources.
+    NoCheckout(NoCheckout),
     /// A dictionary is no dictionary.
     Dictionary(&'static str, LoadError),
     /// A shipped scenario is none.
@@ -34,6 +37,7 @@ pub enum ReferenceError {
 impl fmt::Display for ReferenceError {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         match self {
+            Self::NoCheckout(error) => write!(f, "{error}"),
             Self::Dictionary(role, error) => write!(f, "the dictionary of {role}: {error}"),
             Self::Scenario(error) => write!(f, "{error}"),
             Self::Page(path, error) => write!(f, "cannot read {}: {error}", path.display()),
@@ -48,6 +52,12 @@ impl fmt::Display for ReferenceError {
 }
 
 impl std::error::Error for ReferenceError {}
+
+impl From<NoCheckout> for ReferenceError {
+    fn from(error: NoCheckout) -> Self {
+        Self::NoCheckout(error)
+    }
+}
 
 impl From<ScenarioError> for ReferenceError {
     fn from(error: ScenarioError) -> Self {
@@ -79,14 +89,14 @@ fn begin(name: &str) -> String {
 /// # Errors
 /// [`ReferenceError`]
 pub fn files() -> Result<Vec<(PathBuf, String)>, ReferenceError> {
-    let folder = root().join("firmware/dictionary");
+    let folder = root()?.join("firmware/dictionary");
     let mut roles = Vec::new();
     for (name, device_type) in dictionary::ROLES {
         let config = dictionary::load(&folder, name, device_type)
             .map_err(|error| ReferenceError::Dictionary(name, error))?;
         roles.push(Role { name, config });
     }
-    let docs = root().join("docs");
+    let docs = root()?.join("docs");
     let mut files = Vec::new();
     for role in &roles {
         let file = format!("{}.eds", role.name);
@@ -100,6 +110,7 @@ pub fn files() -> Result<Vec<(PathBuf, String)>, ReferenceError> {
         block("bus.md", "frames", bus::frames(&roles)?),
         block("bus.md", "frames of the others", bus::others(&roles)?),
         block("bus.md", "payloads", bus::payloads()),
+        block("bus.md", "verdicts", verdicts::table()),
         block("bus.md", "objects", bus::objects(&roles)),
     ];
     for Block { page, name, text } in blocks {

@@ -1,9 +1,11 @@
 //! What starts a node: its program, its board and its start message, kept so that it can start again.
 
+use super::Options;
 use super::process::{Node, NodeError};
 use crate::machines::{NodeSpec, Role};
 use crate::nodes::{Board, Program, Programs};
 use crate::scenario::NodeName;
+use std::time::Duration;
 use tautrack::link::{MAX_SETTINGS, Ready, Start, VERSION};
 use tautrack::settings::Setting;
 
@@ -13,18 +15,14 @@ pub struct Launch {
     board: Board,
     program: Program,
     start: Start,
+    timeout: Option<Duration>,
 }
 
 impl Launch {
-    /// The launch of the node `spec`; `exchanged` replaces programs of single nodes, `seed` is that
-    /// of its noise.
-    pub fn new(
-        spec: &NodeSpec,
-        programs: &Programs,
-        exchanged: &[(NodeName, Board, Program)],
-        seed: u64,
-    ) -> Self {
-        let (board, program) = program_of(spec, programs, exchanged);
+    /// The launch of the node `spec`; `options` may replace its program and set its timeout, `seed`
+    /// is that of its noise.
+    pub fn new(spec: &NodeSpec, programs: &Programs, options: &Options, seed: u64) -> Self {
+        let (board, program) = program_of(spec, programs, &options.exchanged);
         Self {
             name: spec.name,
             board,
@@ -35,6 +33,7 @@ impl Launch {
                 settings: settings(spec),
                 motor: spec.motor,
             },
+            timeout: options.node_timeout,
         }
     }
 
@@ -44,7 +43,11 @@ impl Launch {
     /// Those of [`Node::start`].
     pub fn start(&self) -> Result<(Node, Ready), NodeError> {
         let path = &self.program.path;
-        Node::start(self.name, self.board, path, self.start.clone())
+        let (mut node, ready) = Node::start(self.name, self.board, path, self.start.clone())?;
+        if let Some(timeout) = self.timeout {
+            node.set_timeout(timeout);
+        }
+        Ok((node, ready))
     }
 
     /// SHA-256 of the program.

@@ -213,7 +213,8 @@ fn fault_words(code: u16) -> String {
     format!("{name} ({code:#06x})")
 }
 
-fn words(verdict: Verdict) -> String {
+/// A verdict as results and pages show it: what happens to the command, a colon, and the reason.
+pub fn words(verdict: Verdict) -> String {
     let edge = |edge: Edge| match edge {
         Edge::Back => "backward margin",
         Edge::Front => "forward margin",

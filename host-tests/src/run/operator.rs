@@ -33,7 +33,7 @@ pub struct Operator {
 impl Operator {
     /// The operator of this scenario, who commands the guard with this id and arms it as soon as it
     /// is ready. From `let_go_s` on no motion is commanded; from `disarm_s` on the request is to
-    /// disarm.
+    /// disarm. Sends nothing where a client is the operator.
     pub fn new(
         scenario: &Scenario,
         guard: u8,
@@ -67,7 +67,7 @@ impl Operator {
 
     /// The command to send at this time, if one is due.
     pub fn tick(&mut self, time_us: u64, view: &View) -> Option<Frame> {
-        if !time_us.is_multiple_of(PERIOD_US) {
+        if self.scenario.client || !time_us.is_multiple_of(PERIOD_US) {
             return None;
         }
         let now = BusView {

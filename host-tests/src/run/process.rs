@@ -4,15 +4,22 @@ use super::node_log::LogReader;
 use crate::nodes::Board;
 use crate::scenario::NodeName;
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
+use rustix::io::Errno;
 use serde::Serialize;
 use std::fmt::{self, Display};
 use std::io::{self, Read, Write};
+use std::os::unix::process::CommandExt;
 use std::path::Path;
-use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
+use std::process::{Child, ChildStderr, ChildStdin, ChildStdout, Command, Stdio};
+use std::thread::{self, JoinHandle, sleep};
+use std::time::{Duration, Instant};
 use tautrack::link::{FromNode, MAX_MESSAGE, Ready, Start, Step, Stepped, ToNode, VERSION};
 
-/// Longest time of the wall clock that a node may take for an answer, s: a heavily loaded machine, not a slow node.
-const PATIENCE_S: i64 = 60;
+/// Maximum time of the wall clock that a node may take for an answer, if none is set. It allows for
+/// a heavily loaded computer, not for a slow node.
+const TIMEOUT: Duration = Duration::from_secs(60);
+/// Time in which a process that closed its pipes ends, and what it wrote last is read.
+const ENDING: Duration = Duration::from_secs(1);
 
 /// What went wrong with a node.
 #[derive(Debug)]
@@ -35,8 +42,11 @@ pub struct Node {
     process: Child,
     input: ChildStdin,
     output: ChildStdout,
+    /// Copies the standard error of the process to that of this program; whether there was any.
+    words: Option<JoinHandle<bool>>,
     log: LogReader,
     buffer: Vec<u8>,
+    timeout: Duration,
 }
 
 impl Node {
@@ -56,17 +66,26 @@ impl Node {
         let mut process = command(board, path)
             .stdin(Stdio::piped())
             .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            // Ctrl-C in a terminal ends this program alone, which then ends its nodes.
+            .process_group(0)
             .spawn()
             .map_err(|error| fail(format!("{} does not start: {error}", path.display())))?;
         let pipes = process.stdin.take().zip(process.stdout.take());
         let (input, output) = pipes.ok_or_else(|| fail("has no pipes".into()))?;
+        let words = process
+            .stderr
+            .take()
+            .map(|from| thread::spawn(|| copy(from)));
         let mut node = Self {
             name,
             process,
             input,
             output,
+            words,
             log,
             buffer: Vec::with_capacity(MAX_MESSAGE + 2),
+            timeout: TIMEOUT,
         };
         node.write(&ToNode::Start(start))?;
         match node.read()? {
@@ -88,6 +107,11 @@ impl Node {
         self.name
     }
 
+    /// Sets the time of the wall clock that the node may take for an answer from now on.
+    pub fn set_timeout(&mut self, timeout: Duration) {
+        self.timeout = timeout;
+    }
+
     /// What the node logged, from the log bytes of its answers; each line is a whole record.
     pub fn log_lines(&mut self, stepped: &Stepped) -> Vec<String> {
         self.log.lines(&stepped.log)
@@ -104,7 +128,7 @@ impl Node {
     /// Waits for the answer to a step.
     ///
     /// # Errors
-    /// When the node is gone, stays silent for a minute of the wall clock, or answers something else.
+    /// When the node is gone, does not answer within the timeout, or answers something else.
     pub fn receive(&mut self) -> Result<Stepped, NodeError> {
         match self.read()? {
             FromNode::Stepped(stepped) => Ok(stepped),
@@ -137,32 +161,45 @@ impl Node {
         message
     }
 
-    /// Reads until a whole message stands in `bytes`, waiting for as long as [`PATIENCE_S`] for each piece; its length
-    /// behind the prefix.
+    /// Reads until a whole message stands in `bytes`; its length behind the prefix.
     fn fill(&mut self, bytes: &mut [u8]) -> io::Result<usize> {
+        let deadline = Instant::now() + self.timeout;
         let mut have = 0;
         loop {
             let length = usize::from(u16::from_le_bytes([bytes[0], bytes[1]]));
             if have >= 2 && have >= 2 + length {
                 return Ok(length);
             }
-            let mut ready = [PollFd::new(&self.output, PollFlags::IN)];
-            let patience = Timespec {
-                tv_sec: PATIENCE_S,
-                tv_nsec: 0,
-            };
-            if poll(&mut ready, Some(&patience))? == 0 {
-                return Err(io::Error::new(
-                    io::ErrorKind::TimedOut,
-                    format!("no answer for {PATIENCE_S} s"),
-                ));
-            }
+            self.wait_for_bytes(deadline)?;
             let room = bytes.get_mut(have..).filter(|room| !room.is_empty());
             let room =
                 room.ok_or_else(|| io::Error::other("its message is longer than any can be"))?;
             match self.output.read(room)? {
                 0 => return Err(io::ErrorKind::UnexpectedEof.into()),
                 count => have += count,
+            }
+        }
+    }
+
+    fn wait_for_bytes(&self, deadline: Instant) -> io::Result<()> {
+        loop {
+            let left = deadline.saturating_duration_since(Instant::now());
+            let left = Timespec::try_from(left).map_err(io::Error::other)?;
+            let mut ready = [PollFd::new(&self.output, PollFlags::IN)];
+            match poll(&mut ready, Some(&left)) {
+                Ok(0) => {
+                    let timeout = self.timeout.as_secs_f64();
+                    return Err(io::Error::new(
+                        io::ErrorKind::TimedOut,
+                        format!(
+                            "no answer for {timeout} s; its program runs, but hangs or is stopped"
+                        ),
+                    ));
+                }
+                Ok(_) => return Ok(()),
+                // A signal to this program.
+                Err(Errno::INTR) => {}
+                Err(error) => return Err(error.into()),
             }
         }
     }
@@ -174,16 +211,46 @@ impl Node {
         }
     }
 
+    /// The error of a node whose pipes fail: how its program ended, if it did.
     fn gone(&mut self, error: &io::Error) -> NodeError {
-        // A process that has just closed its pipes needs a moment until its exit status is known.
-        std::thread::sleep(std::time::Duration::from_millis(50));
-        match self.process.try_wait() {
-            Ok(Some(status)) => self.error(format!(
-                "its program ended ({status}); its last words are above"
-            )),
-            _ => self.error(error),
+        if error.kind() == io::ErrorKind::TimedOut {
+            return self.error(error);
         }
+        let deadline = Instant::now() + ENDING;
+        let status = loop {
+            match self.process.try_wait() {
+                Ok(Some(status)) => break status,
+                Ok(None) if Instant::now() < deadline => sleep(Duration::from_millis(5)),
+                _ => return self.error(error),
+            }
+        };
+        let words = if self.spoke(deadline) {
+            "its last words are above"
+        } else {
+            "it wrote nothing about it"
+        };
+        self.error(format!("its program ended ({status}); {words}"))
     }
+
+    /// Whether the process, which has ended, wrote anything to standard error; by then it is
+    /// copied.
+    fn spoke(&mut self, deadline: Instant) -> bool {
+        let Some(words) = self.words.take() else {
+            return false;
+        };
+        while !words.is_finished() {
+            if Instant::now() >= deadline {
+                return false;
+            }
+            sleep(Duration::from_millis(5));
+        }
+        words.join().unwrap_or(false)
+    }
+}
+
+/// Copies a node's standard error to that of this program; whether there was any.
+fn copy(mut from: ChildStderr) -> bool {
+    io::copy(&mut from, &mut io::stderr()).is_ok_and(|count| count > 0)
 }
 
 impl Drop for Node {

@@ -1,12 +1,14 @@
 //! Scenarios: one TOML file says what a run is made of and what must come out of it.
 //!
 //! [`Description`] is the file as written; [`Scenario`] is a description that passed every check, so nothing checks again.
-//! `operator` is the section of that name with its bounds, `fault` is what can go wrong, `crawler`,
-//! `hylos` and `rt_mover` are the sections of those robots, `plant` turns values into the plant's,
-//! `check` holds the other bounds, `error` says what was bad and where, `script` plays the operator.
+//! `operator` is the section of that name with its bounds, `driver` reads who the operator is, `fault`
+//! is what can go wrong, `crawler`, `hylos` and `rt_mover` are the sections of those robots, `plant`
+//! turns values into the plant's, `check` holds the other bounds, `error` says what was bad and where,
+//! `script` plays the operator.
 
 mod check;
 pub mod crawler;
+mod driver;
 mod error;
 mod fault;
 pub mod hylos;
@@ -131,6 +133,7 @@ pub struct Description {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rt_mover: Option<RtMover>,
     /// Who drives.
+    #[serde(with = "driver")]
     pub operator: Operator,
     /// What goes wrong.
     #[serde(default, rename = "fault")]

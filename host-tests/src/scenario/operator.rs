@@ -8,15 +8,20 @@ use tautrack::bus::pdo::Request;
 /// Largest yaw rate that can be commanded, degrees/s. The guard's object ends at 32.767 rad/s.
 const MAXIMUM_YAW_RATE_DEG_S: f64 = 1_800.0;
 
-fn chassis_rate() -> f64 {
+pub(super) fn chassis_rate() -> f64 {
     28.6
 }
 
-/// The operator: what is commanded from the moment the guard is armed, and a list of events that
-/// change it, each waiting for the one before.
+/// The operator. A script says what is commanded from the moment at which the guard is armed, with a
+/// list of events that change it, each waiting for the one before. Or a client on the bus is the
+/// operator: then the simulator commands nothing. In a file the first is a table, the second
+/// `operator = "client"`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Operator {
+    /// Whether a client is the operator; then nothing else here counts.
+    #[serde(skip)]
+    pub client: bool,
     /// Forward speed commanded at first.
     pub speed_mps: f64,
     /// Chassis angle commanded at first, front up positive.

@@ -1,5 +1,6 @@
 //! The machine as it is: finds the facts of a plan and performs its steps.
 
+use super::checkout::root;
 use super::plan::{Facts, Packages, Rights, Step};
 use super::{QEMU, TARGET};
 use std::env;
@@ -34,9 +35,8 @@ pub fn facts() -> Facts {
 /// Runs the commands of `step`, whose output goes to standard error; whether all of them succeeded.
 pub fn perform(step: Step) -> bool {
     step.commands().iter().all(|command| {
-        let status = Command::new(command[0])
+        let status = self::command(command[0])
             .args(&command[1..])
-            .current_dir(root())
             .env("DEBIAN_FRONTEND", "noninteractive")
             .stdin(Stdio::null())
             // Standard output belongs to whoever asked for the set-up.
@@ -46,10 +46,13 @@ pub fn perform(step: Step) -> bool {
     })
 }
 
-/// Root folder of the workspace, where rust-toolchain.toml says which toolchain is meant.
-pub fn root() -> &'static Path {
-    let here = Path::new(env!("CARGO_MANIFEST_DIR"));
-    here.parent().unwrap_or(here)
+/// `program`, to be run where rust-toolchain.toml says which toolchain is meant.
+fn command(program: impl AsRef<OsStr>) -> Command {
+    let mut command = Command::new(program);
+    if let Ok(root) = root() {
+        command.current_dir(root);
+    }
+    command
 }
 
 fn target_library(rustc: &OsStr) -> bool {
@@ -98,9 +101,8 @@ fn succeeds(command: &[&str]) -> bool {
 
 /// Standard output of a program that succeeds, without the line's end.
 fn answer(program: &OsStr, arguments: &[&str]) -> Option<String> {
-    let output = Command::new(program)
+    let output = command(program)
         .args(arguments)
-        .current_dir(root())
         .stdin(Stdio::null())
         .stderr(Stdio::null())
         .output()

@@ -1,9 +1,11 @@
 //! Sets up what building and running the nodes takes: a compiler for their target, and QEMU.
 //!
-//! [`plan`] decides from facts alone what is to be done; [`machine`] finds the facts and does it. With
+//! [`plan`] decides from facts alone what is to be done; [`machine`] finds the facts and does it;
+//! [`checkout`] finds the sources. With
 //! `TAUTRACK_NO_SETUP=1` nothing is installed; `TAUTRACK_TOOLCHAIN=distribution` builds the nodes with the Rust of the
 //! Linux distribution, which is otherwise the way when rustup is absent or cannot fetch the target.
 
+pub mod checkout;
 pub mod machine;
 pub mod plan;
 

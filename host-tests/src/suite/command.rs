@@ -7,7 +7,7 @@ use super::{Findings, suite, table};
 use crate::machines::Kind;
 use crate::nodes::{self, Board, Programs};
 use crate::scenario::Scenario;
-use crate::setup;
+use crate::setup::checkout;
 use clap::ValueEnum;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -24,7 +24,8 @@ fn programs(kind: Kind) -> Result<Programs, String> {
 /// What kept it from running or from writing its files.
 pub fn hazards(random: u64, seed: u64, out: &Path) -> Result<bool, String> {
     let programs = programs(Kind::B2p2)?;
-    let scenarios = setup::machine::root().join("host-tests/scenarios");
+    let root = checkout::root().map_err(|error| error.to_string())?;
+    let scenarios = root.join("host-tests/scenarios");
     let done = |row: &Row| {
         let simulated_s = row.simulated_s;
         let verdict = table::verdict(row);

@@ -6,17 +6,19 @@ mod dead_nodes;
 mod feed_forward;
 mod guard;
 mod hash;
+mod pace;
 mod restart;
 mod snapshot;
 mod state;
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::OnceLock;
 use tautrack_host_tests::machines::Kind;
 use tautrack_host_tests::nodes::{self, Board, Programs};
 use tautrack_host_tests::record::Sample;
 use tautrack_host_tests::run::{Options, Outcome, run};
 use tautrack_host_tests::scenario::{Description, Scenario};
+use tautrack_host_tests::setup::checkout;
 use tautrack_host_tests::summary::Summary;
 
 /// The programs for `board`, built once.
@@ -43,8 +45,8 @@ fn scenario(name: &str, change: impl FnOnce(&mut Description)) -> Scenario {
 
 /// The file of a shipped scenario.
 fn path(name: &str) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR"))
-        .join("scenarios")
+    let root = checkout::root().unwrap_or_else(|error| panic!("{error}"));
+    root.join("host-tests/scenarios")
         .join(name)
         .with_extension("toml")
 }

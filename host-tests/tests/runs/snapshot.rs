@@ -3,12 +3,13 @@
 
 use super::{outcome, scenario};
 use std::fmt::Write;
-use std::path::Path;
 use tautrack_host_tests::nodes::Board;
+use tautrack_host_tests::setup::checkout;
 
 #[test]
 fn shipped_scenarios_say_what_they_said_before() {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("snapshots");
+    let root = checkout::root().unwrap_or_else(|error| panic!("{error}"));
+    let folder = root.join("host-tests/snapshots");
     let mut differing = Vec::new();
     for name in [
         "flat",

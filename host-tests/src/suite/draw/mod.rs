@@ -84,6 +84,7 @@ fn beginning(random: &mut Random) -> Description {
             payload: None,
         },
         operator: Operator {
+            client: false,
             speed_mps: random.between(0.08, 0.18),
             chassis_deg: 45.0,
             step_m: 0.0,

@@ -1,0 +1,58 @@
+"""Drives the simulated B2P2 one metre forward over flat ground and prints the guard's margins.
+
+    python examples/python/drive.py [HOST:PORT]        (127.0.0.1:3333 if absent)
+"""
+import itertools
+import struct
+import sys
+import time
+
+import can  # pip install "python-can[serial]==4.6.1"
+
+GUARD = 1  # node id of the guard; docs/bus.md has the identifiers, payloads and numbers below
+COMMAND, MOTION, STATE, MARGINS = 0x200 + GUARD, 0x180 + GUARD, 0x280 + GUARD, 0x380 + GUARD
+DISARM, ARM, STOP = 0, 1, 2  # requests to the guard
+READY, ARMED, HELD = 1, 6, 7  # states of the guard
+
+address = sys.argv[1] if len(sys.argv) > 1 else "127.0.0.1:3333"
+wanted = [{"can_id": id, "can_mask": 0x7FF} for id in (MOTION, STATE, MARGINS)]
+bus = can.Bus(interface="slcan", channel=f"socket://{address}", bitrate=1_000_000,
+              can_filters=wanted)
+sequence = itertools.count()
+guard = {"state": 0, "distance": 0.0, "margins": (0, 0, 0, 0), "fault": 0}
+
+
+def command(request, speed, done, timeout=120):
+    """Sends this command 50 times a second until `done()` holds; reads what the guard publishes."""
+    end, printed = time.monotonic() + timeout, 0.0
+    while not done():
+        now = time.monotonic()
+        if now > end or guard["state"] == HELD:
+            sys.exit(f"guard in state {guard['state']}, fault {guard['fault']:#06x}; giving up")
+        # Speed in mm/s, yaw rate, chassis angle, request, and a number that changes every time.
+        data = struct.pack("<hhhBB", round(speed * 1000), 0, 0, request, next(sequence) % 256)
+        bus.send(can.Message(arbitration_id=COMMAND, data=data, is_extended_id=False))
+        while (message := bus.recv(max(0.0, now + 0.02 - time.monotonic()))) is not None:
+            if message.arbitration_id == MOTION:
+                guard["distance"] = struct.unpack("<ihh", message.data)[0] * 1e-6
+            elif message.arbitration_id == STATE:
+                guard["state"], _, _, _, guard["fault"], _ = struct.unpack("<BBBBHh", message.data)
+            else:
+                guard["margins"] = struct.unpack("<hhhh", message.data)
+        if guard["state"] == ARMED and now - printed > 0.5:
+            printed = now
+            print("{:5.2f} m driven; margins in mm: back {}, front {}, left {}, right {}".format(
+                guard["distance"], *guard["margins"]))
+
+
+print("waiting for the guard ...")
+command(DISARM, 0.0, lambda: guard["state"] == READY)
+print("arming: homing takes some seconds ...")
+command(ARM, 0.0, lambda: guard["state"] == ARMED)
+goal = guard["distance"] + 1.0
+command(ARM, 0.2, lambda: guard["distance"] >= goal)
+stopped = time.monotonic() + 2.0
+command(STOP, 0.0, lambda: time.monotonic() > stopped)
+command(DISARM, 0.0, lambda: guard["state"] == READY)
+bus.shutdown()
+print("done")

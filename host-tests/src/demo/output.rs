@@ -1,0 +1,103 @@
+//! The folder with the results of a run: made and tried before the run, filled after it.
+
+use crate::run::Outcome;
+use crate::scenario::Scenario;
+use crate::summary::Summary;
+use crate::{log, report};
+use std::error::Error;
+use std::fs::{self, File, OpenOptions};
+use std::io::{self, BufWriter, Write};
+use std::path::{Path, PathBuf};
+
+const SUMMARY: &str = "summary.json";
+const LOG: &str = "run.mcap";
+const REPORT: &str = "report.html";
+const NODES_LOG: &str = "nodes.log";
+
+/// Space that is taken on the disk for `summary.json` before the run: more than any summary needs.
+const RESERVED: usize = 64 * 1024;
+
+/// Where results go.
+pub struct Output {
+    folder: PathBuf,
+    summary: File,
+}
+
+/// A file that could not be written, and why.
+pub struct Unwritten {
+    /// Name of the file.
+    pub file: &'static str,
+    /// Why.
+    pub error: Box<dyn Error>,
+}
+
+impl Output {
+    /// Makes `folder`, removes the results of an earlier run, and writes a preliminary
+    /// `summary.json`. It keeps the space for the final one, so that a disk that fills up during
+    /// the run does not lose it.
+    ///
+    /// # Errors
+    /// The operating system's, if there is no such folder or it takes no files.
+    pub fn create(folder: &Path) -> io::Result<Self> {
+        fs::create_dir_all(folder)?;
+        for name in [LOG, REPORT, NODES_LOG] {
+            match fs::remove_file(folder.join(name)) {
+                Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(error),
+                _ => {}
+            }
+        }
+        let mut options = OpenOptions::new();
+        options.write(true).create(true).truncate(true);
+        let mut summary = options.open(folder.join(SUMMARY))?;
+        let text = "{ \"ended_early\": \"the run has not ended, or was killed\" }";
+        let mut text = text.as_bytes().to_vec();
+        text.resize(RESERVED, b'\n');
+        summary.write_all(&text)?;
+        Ok(Self {
+            folder: folder.to_owned(),
+            summary,
+        })
+    }
+
+    /// Writes all files, the smallest first. A file that fails does not keep the others from being
+    /// written; what there is of it stays.
+    pub fn write(
+        mut self,
+        scenario: &Scenario,
+        summary: &Summary,
+        outcome: &Outcome,
+    ) -> Vec<Unwritten> {
+        let mut unwritten = Vec::new();
+        let mut note = |file, result: Result<(), Box<dyn Error>>| {
+            if let Err(error) = result {
+                unwritten.push(Unwritten { file, error });
+            }
+        };
+        note(SUMMARY, self.write_summary(summary));
+        if !outcome.log.is_empty() {
+            let text = outcome.log.join("\n");
+            note(NODES_LOG, self.write_text(NODES_LOG, &text));
+        }
+        let report = report::html(scenario, summary, &outcome.samples);
+        note(REPORT, self.write_text(REPORT, &report));
+        note(LOG, self.write_log(outcome));
+        unwritten
+    }
+
+    fn write_summary(&mut self, summary: &Summary) -> Result<(), Box<dyn Error>> {
+        let text = serde_json::to_vec_pretty(summary)?;
+        io::Seek::rewind(&mut self.summary)?;
+        self.summary.write_all(&text)?;
+        Ok(self.summary.set_len(text.len() as u64)?)
+    }
+
+    fn write_text(&self, name: &str, text: &str) -> Result<(), Box<dyn Error>> {
+        Ok(fs::write(self.folder.join(name), text)?)
+    }
+
+    fn write_log(&self, outcome: &Outcome) -> Result<(), Box<dyn Error>> {
+        let mut out = BufWriter::new(File::create(self.folder.join(LOG))?);
+        log::write(&outcome.samples, &mut out)?;
+        Ok(out.flush()?)
+    }
+}

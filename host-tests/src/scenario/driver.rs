@@ -1,0 +1,59 @@
+//! Who the operator is, as a scenario file says it: the table of a script, or the text `"client"`.
+
+use super::operator::{Operator, chassis_rate};
+use serde::de::value::MapAccessDeserializer;
+use serde::de::{Error, MapAccess, Visitor};
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use std::fmt;
+
+/// The text that makes a client the operator.
+const CLIENT: &str = "client";
+
+impl Operator {
+    /// A client on the bus is the operator.
+    pub fn client() -> Self {
+        Self {
+            client: true,
+            speed_mps: 0.0,
+            chassis_deg: 0.0,
+            step_m: 0.0,
+            chassis_rate_deg_s: chassis_rate(),
+            heading_gain_per_s: 0.0,
+            events: Vec::new(),
+        }
+    }
+}
+
+pub(super) fn serialize<S: Serializer>(operator: &Operator, to: S) -> Result<S::Ok, S::Error> {
+    if operator.client {
+        to.serialize_str(CLIENT)
+    } else {
+        operator.serialize(to)
+    }
+}
+
+pub(super) fn deserialize<'de, D: Deserializer<'de>>(from: D) -> Result<Operator, D::Error> {
+    from.deserialize_any(Either)
+}
+
+struct Either;
+
+impl<'de> Visitor<'de> for Either {
+    type Value = Operator;
+
+    fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        write!(f, "the table of a script, or \"{CLIENT}\"")
+    }
+
+    fn visit_str<E: Error>(self, text: &str) -> Result<Operator, E> {
+        if text == CLIENT {
+            Ok(Operator::client())
+        } else {
+            Err(E::invalid_value(serde::de::Unexpected::Str(text), &self))
+        }
+    }
+
+    fn visit_map<A: MapAccess<'de>>(self, table: A) -> Result<Operator, A::Error> {
+        Operator::deserialize(MapAccessDeserializer::new(table))
+    }
+}
