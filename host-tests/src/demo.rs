@@ -241,8 +241,14 @@ fn write(
         BufWriter::new(File::create(folder.join("summary.json"))?),
         summary,
     )?;
+    let recording = log::Recording {
+        scenario,
+        nodes: &summary.nodes,
+        samples: &outcome.samples,
+        frames: &outcome.frames,
+    };
     log::write(
-        &outcome.samples,
+        &recording,
         BufWriter::new(File::create(folder.join("run.mcap"))?),
     )?;
     fs::write(

@@ -13,7 +13,7 @@ use crate::bus::{Bus, Overflow};
 use crate::machines::{self, Machine, NodeSpec, Role};
 use crate::nodes::{Board, Program, Programs, hexadecimal};
 use crate::plant::Plant;
-use crate::record::{SAMPLE_HZ, Sample};
+use crate::record::{BusFrame, DriveState, SAMPLE_HZ, Sample};
 use crate::scenario::{NodeName, Scenario};
 use crate::slcan::SlcanPort;
 use crate::summary::{NodeFacts, RunFacts};
@@ -67,6 +67,8 @@ pub struct Progress<'a> {
 pub struct Outcome {
     /// Samples at [`SAMPLE_HZ`].
     pub samples: Vec<Sample>,
+    /// Every frame that the bus delivered, in order.
+    pub frames: Vec<BusFrame>,
     /// What only the runner knows.
     pub facts: RunFacts,
     /// Log lines of the nodes, with time and node.
@@ -149,6 +151,7 @@ pub fn run(
     Ok(Outcome {
         samples,
         facts: run.facts(began.elapsed(), steps),
+        frames: run.frames,
         log: run.log,
     })
 }
@@ -177,6 +180,9 @@ struct Run {
     speed: Option<f64>,
     hash: Sha256,
     log: Vec<String>,
+    frames: Vec<BusFrame>,
+    /// Shafts of the last step.
+    shafts: Vec<Option<Shaft>>,
 }
 
 impl Run {
@@ -217,12 +223,14 @@ impl Run {
             bus: Bus::new(specs.len() + 2),
             plant,
             operator: Operator::new(scenario, guard, options.let_go_s),
-            listener: Listener::new(&specs, kind.stages()),
+            listener: Listener::new(&specs, kind),
             faults: Faults::new(scenario, specs.iter().map(|spec| spec.name).collect()),
             slcan: options.slcan,
             speed: options.speed,
             hash: Sha256::new(),
             log: Vec::new(),
+            frames: Vec::new(),
+            shafts: Vec::new(),
         })
     }
 
@@ -267,8 +275,8 @@ impl Run {
                 self.bus.offer(client, frame)?;
             }
         }
-        let shafts = self.collect(time_us)?;
-        self.plant.step(&shafts);
+        self.shafts = self.collect(time_us)?;
+        self.plant.step(&self.shafts);
         let hash = &mut self.hash;
         self.plant.truth_bits(&mut |bytes| hash.update(bytes));
         Ok(())
@@ -296,6 +304,11 @@ impl Run {
             self.hash.update(frame.id().to_le_bytes());
             self.hash.update(frame.data());
             self.listener.hear(frame, time_us);
+            self.frames.push(BusFrame {
+                time_us,
+                sender: delivered.sender,
+                frame: *frame,
+            });
             if let Some(port) = self.slcan.as_mut().filter(|_| delivered.sender != client) {
                 port.send(frame);
             }
@@ -342,10 +355,16 @@ impl Run {
     fn sample(&mut self, step: u64) -> Sample {
         let mut heard = self.listener.take();
         heard.bus_load = self.bus.figures().window_load();
+        let drive = |(motor, shaft): (usize, &Option<Shaft>)| {
+            let torque = f64::from(self.plant.sensors(motor).shaft_torque);
+            shaft.as_ref().map(|shaft| DriveState::new(shaft, torque))
+        };
         Sample {
             time_s: (step * STEP_US) as f64 * 1e-6,
             truth: self.plant.truth().clone(),
             heard,
+            drives: self.shafts.iter().enumerate().map(drive).collect(),
+            bodies: self.plant.poses(),
         }
     }
 
