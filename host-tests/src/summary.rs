@@ -306,7 +306,9 @@ fn channels(samples: &[Sample]) -> BTreeMap<&'static str, ChannelFigures> {
     let last = samples
         .len()
         .saturating_sub((SETTLED_S * SAMPLE_HZ) as usize);
-    let keys = samples.iter().flat_map(|sample| sample.truth.channels.keys());
+    let keys = samples
+        .iter()
+        .flat_map(|sample| sample.truth.channels.keys());
     let names: BTreeSet<&'static str> = keys.copied().collect();
     let of = |name: &'static str| {
         let values = |from: usize| {

@@ -5,13 +5,13 @@ use mcap::records::Record;
 use std::collections::BTreeMap;
 use std::io::Read;
 use std::path::Path;
+use tautrack_host_tests::log::{self, Recording};
 use tautrack_host_tests::record::{Event, Heard, Level, Sample, Truth};
+use tautrack_host_tests::report;
 use tautrack_host_tests::scenario::{NodeName, Scenario};
 use tautrack_host_tests::summary::{
     FaultFacts, NodeFacts, RunFacts, Summary, fingerprint, percentile,
 };
-use tautrack_host_tests::log::{self, Recording};
-use tautrack_host_tests::report;
 
 fn scenario(name: &str) -> Scenario {
     let path = Path::new(env!("CARGO_MANIFEST_DIR"))

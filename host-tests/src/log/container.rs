@@ -55,11 +55,9 @@ impl Content {
     }
 
     fn map(self, pairs: &BTreeMap<String, String>) -> Self {
-        let content = pairs
-            .iter()
-            .fold(Self::default(), |content, (key, value)| {
-                content.bytes(key.as_bytes()).bytes(value.as_bytes())
-            });
+        let content = pairs.iter().fold(Self::default(), |content, (key, value)| {
+            content.bytes(key.as_bytes()).bytes(value.as_bytes())
+        });
         self.bytes(&content.0)
     }
 

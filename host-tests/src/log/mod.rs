@@ -178,7 +178,11 @@ fn put_frame<W: Write>(
 ) -> io::Result<()> {
     let sender = senders.get(sent.sender).map_or("unknown", String::as_str);
     let message = json!({ "sender": sender, "id": sent.frame.id(), "data": sent.frame.data() });
-    log.message(channel, sent.time_us * 1_000, message.to_string().as_bytes())
+    log.message(
+        channel,
+        sent.time_us * 1_000,
+        message.to_string().as_bytes(),
+    )
 }
 
 /// The drives by their nodes' names; one whose node has no power is absent.

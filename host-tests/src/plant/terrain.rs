@@ -171,10 +171,14 @@ impl Terrain {
         let tops = self.blocks().into_iter().filter_map(|block| {
             let (sine, cosine) = (libm::sin(block.pitch), libm::cos(block.pitch));
             let along = (x - block.centre[0] + block.half[2] * sine) / cosine;
-            let inside = along.abs() <= block.half[0] && (y - block.centre[1]).abs() <= block.half[1];
+            let inside =
+                along.abs() <= block.half[0] && (y - block.centre[1]).abs() <= block.half[1];
             inside.then(|| block.centre[2] + block.half[2] * cosine + along * sine)
         });
-        tops.fold(f64::NEG_INFINITY, |top, next| if next > top { next } else { top })
+        tops.fold(
+            f64::NEG_INFINITY,
+            |top, next| if next > top { next } else { top },
+        )
     }
 
     /// Distances along a line at which it crosses the side faces of blocks, m.

@@ -1,7 +1,7 @@
 //! The physics engine's settings that every plant in it shares.
 
-use rapier3d_f64::dynamics::SpringCoefficients;
 use crate::record::BodyPose;
+use rapier3d_f64::dynamics::SpringCoefficients;
 use rapier3d_f64::math::{Rotation, Vector};
 use rapier3d_f64::prelude::*;
 

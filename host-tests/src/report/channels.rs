@@ -78,7 +78,9 @@ const MOST_CURVES: usize = 8;
 
 /// Every name that occurs, in alphabetical order: a channel may be absent at first.
 fn names(samples: &[&Sample]) -> BTreeSet<&'static str> {
-    let names = samples.iter().flat_map(|sample| sample.truth.channels.keys());
+    let names = samples
+        .iter()
+        .flat_map(|sample| sample.truth.channels.keys());
     names.copied().collect()
 }
 
@@ -153,7 +155,8 @@ fn currents(drives: &[&str]) -> Vec<Value> {
         }
     }
     let plot = |(title, curves): (String, Vec<Value>)| {
-        let part = |part: &[Value]| json!({ "title": title, "unit": "A", "zero": true, "curves": part });
+        let part =
+            |part: &[Value]| json!({ "title": title, "unit": "A", "zero": true, "curves": part });
         curves.chunks(MOST_CURVES).map(part).collect::<Vec<_>>()
     };
     groups.into_iter().flat_map(plot).collect()

@@ -86,14 +86,10 @@ pub(super) fn pack(scenario: &Scenario, summary: &Summary, samples: &[Sample]) -
     let drawn = (kind != Kind::B2p2).then(|| plant.sketch());
     let path = Path::new(shown.clone());
     let side = side_view(scenario, &path, &shown, drawn.as_ref());
-    columns.extend(
-        side.columns
-            .iter()
-            .map(|(name, one, values)| {
-                let values = values.iter().map(|value| quantise(Some(*value), *one));
-                column(name, *one, values.collect())
-            }),
-    );
+    columns.extend(side.columns.iter().map(|(name, one, values)| {
+        let values = values.iter().map(|value| quantise(Some(*value), *one));
+        column(name, *one, values.collect())
+    }));
     let balance = if drawn.is_some() {
         Balance::default()
     } else {
@@ -108,16 +104,18 @@ pub(super) fn pack(scenario: &Scenario, summary: &Summary, samples: &[Sample]) -
         }));
     }
     let sketch = drawn.as_ref().map(|sketch| {
-        let nodes: Vec<_> = summary.nodes.iter().map(|node| node.name.as_str()).collect();
+        let nodes: Vec<_> = summary
+            .nodes
+            .iter()
+            .map(|node| node.name.as_str())
+            .collect();
         let drives = &nodes[..nodes.len().saturating_sub(1)];
-        columns.extend(
-            channels::columns(&shown, drives.len())
-                .into_iter()
-                .map(|(name, one, values)| {
-                    let values = values.into_iter().map(|value| quantise(value, one));
-                    column(&name, one, values.collect())
-                }),
-        );
+        columns.extend(channels::columns(&shown, drives.len()).into_iter().map(
+            |(name, one, values)| {
+                let values = values.into_iter().map(|value| quantise(value, one));
+                column(&name, one, values.collect())
+            },
+        ));
         let points = |(index, sample): (usize, &&Sample)| {
             let places = sample.truth.points.iter();
             flat(places.map(|place| path.project(index, *place)), 1e-3)

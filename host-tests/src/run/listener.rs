@@ -142,7 +142,8 @@ impl Listener {
             *samples += 1;
         }
         let waiting = std::mem::take(&mut self.unnamed);
-        let (due, waiting): (Vec<_>, Vec<_>) = waiting.into_iter().partition(|of| of.1 > NAMED_WITHIN);
+        let (due, waiting): (Vec<_>, Vec<_>) =
+            waiting.into_iter().partition(|of| of.1 > NAMED_WITHIN);
         self.unnamed = waiting;
         for (code, _) in due {
             self.note(Level::Error, format!("guard: {}", fault_words(code)));

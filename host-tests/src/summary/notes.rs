@@ -44,7 +44,9 @@ impl Summary {
                  that carried force."
             );
             let why = match self.min_guard_margin_m {
-                _ if !scenario.guard => "The guard's filter is switched off, so it did not intervene.".to_owned(),
+                _ if !scenario.guard => {
+                    "The guard's filter is switched off, so it did not intervene.".to_owned()
+                }
                 Some(estimate) => format!(
                     "The guard did not intervene: it limits commands by its own estimate, which was at least {estimate:.3} m while it was armed."
                 ),

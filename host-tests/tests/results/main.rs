@@ -80,7 +80,9 @@ fn carried(scenario: &Scenario) -> Vec<Sample> {
                 still.points.clone()
             };
             // Straight below the lowest points of the robot.
-            let least = wheels.iter().fold(f64::INFINITY, |least, p| least.min(p[2]));
+            let least = wheels
+                .iter()
+                .fold(f64::INFINITY, |least, p| least.min(p[2]));
             let low = wheels.iter().filter(|p| p[2] < least + 0.5 * radius);
             let contacts = low.map(|point| {
                 let [x, y, _] = carry(*point);

@@ -149,8 +149,14 @@ fn python_finds_scenario_seed_frames_drives_and_event_levels_of_every_robot() {
         let levels: Vec<_> = events.iter().map(|event| &event[1]["level"]).collect();
         assert_eq!(levels, [2, 3, 4]);
         assert_eq!(events[1][1]["name"], "scenario");
-        assert_eq!(messages(&found, "/truth", "tautrack.Truth").len(), samples.len());
-        assert_eq!(messages(&found, "/bus", "tautrack.Heard").len(), samples.len());
+        assert_eq!(
+            messages(&found, "/truth", "tautrack.Truth").len(),
+            samples.len()
+        );
+        assert_eq!(
+            messages(&found, "/bus", "tautrack.Heard").len(),
+            samples.len()
+        );
     }
 }
 
@@ -172,7 +178,12 @@ fn the_scene_has_the_ground_and_moves_every_body() {
         let entities = scene[0][1]["entities"].as_array().unwrap();
         let triangles = &entities[0]["triangles"][0];
         assert_eq!(entities[0]["frame_id"], "world");
-        let points: Vec<_> = triangles["points"].as_array().unwrap().iter().map(vector).collect();
+        let points: Vec<_> = triangles["points"]
+            .as_array()
+            .unwrap()
+            .iter()
+            .map(vector)
+            .collect();
         for [x, y, z] in &points {
             let off = (plant.ground_height([*x, *y]) - z).abs();
             // A corner on the face of a step is rounded to one side or the other.
@@ -185,12 +196,18 @@ fn the_scene_has_the_ground_and_moves_every_body() {
             assert!(points.iter().any(near), "{name}: no ground at {x} {y}");
         }
         let corners = triangles["indices"].as_array().unwrap();
-        assert!(corners.iter().all(|corner| (corner.as_u64().unwrap() as usize) < points.len()));
+        assert!(
+            corners
+                .iter()
+                .all(|corner| (corner.as_u64().unwrap() as usize) < points.len())
+        );
 
         let transforms = messages(&found, "/tf", "foxglove.FrameTransforms");
         assert!(transforms.len() * 4 >= samples.len(), "{name}");
         for shape in &shapes {
-            let entity = entities.iter().find(|entity| entity["frame_id"] == shape.name);
+            let entity = entities
+                .iter()
+                .find(|entity| entity["frame_id"] == shape.name);
             let entity = entity.unwrap_or_else(|| panic!("{name}: no {}", shape.name));
             let drawn = ["cubes", "cylinders"].map(|kind| entity[kind].as_array().unwrap().len());
             assert_eq!(drawn[0] + drawn[1], shape.parts.len());

@@ -5,7 +5,7 @@ use serde_json::Value;
 use tautrack_host_tests::plant::crawler::ground::Ground;
 use tautrack_host_tests::record::Sample;
 use tautrack_host_tests::report;
-use tautrack_host_tests::scenario::Scenario;
+use tautrack_host_tests::scenario::{Scenario, Terrain};
 use tautrack_host_tests::summary::Summary;
 
 /// The JSON inside the page of a run.
@@ -45,6 +45,19 @@ fn off_ground(scenario: &Scenario, [x, y, z]: [f64; 3]) -> f64 {
         let ground = Ground::new(&scenario.terrain.profile());
         return ground.height([x, y, z].into()).0.abs();
     }
+    let beyond = match scenario.terrain {
+        Terrain::Stairs { width_m, .. } => y.abs() - 0.5 * width_m,
+        _ => f64::NEG_INFINITY,
+    };
+    // Beside the stairs the ground is level; on their side both heights are the ground.
+    if beyond > 1e-3 {
+        return z.abs();
+    }
+    let level = if beyond > -1e-3 {
+        z.abs()
+    } else {
+        f64::INFINITY
+    };
     let section = scenario.terrain.ground().section(x - 1.0, x + 1.0);
     let distance = |pair: &[[f64; 2]]| {
         let [dx, dz] = [0, 1].map(|axis| pair[1][axis] - pair[0][axis]);
@@ -52,7 +65,7 @@ fn off_ground(scenario: &Scenario, [x, y, z]: [f64; 3]) -> f64 {
         let share = share.clamp(0.0, 1.0);
         (x - pair[0][0] - share * dx).hypot(z - pair[0][1] - share * dz)
     };
-    section.windows(2).map(distance).fold(f64::INFINITY, f64::min)
+    section.windows(2).map(distance).fold(level, f64::min)
 }
 
 #[test]
@@ -159,13 +172,17 @@ fn the_wheels_stand_on_the_ground_of_the_view() {
                     _ => &section["middle"],
                 };
                 let points = pairs(line, one);
+                // To the nearest point of the line: a contact may be on the face of a step.
+                let distance = |pair: &[[f64; 2]]| {
+                    let [dx, dz] = [0, 1].map(|axis| pair[1][axis] - pair[0][axis]);
+                    let [px, pz] = [place - pair[0][0], contact[2] - pair[0][1]];
+                    let share = (px * dx + pz * dz) / (dx * dx + dz * dz).max(1e-12);
+                    let share = share.clamp(0.0, 1.0);
+                    (px - share * dx).hypot(pz - share * dz)
+                };
                 let drawn = points
                     .windows(2)
-                    .filter(|pair| (pair[0][0]..=pair[1][0]).contains(&place))
-                    .map(|pair| {
-                        let share = (place - pair[0][0]) / (pair[1][0] - pair[0][0]).max(1e-9);
-                        (pair[0][1] + share * (pair[1][1] - pair[0][1]) - contact[2]).abs()
-                    })
+                    .map(distance)
                     .fold(f64::INFINITY, f64::min);
                 // A line serves until the robot is 8 mm beside it or turned by 0.02 rad; the steepest ground rises by 0.9.
                 assert!(
