@@ -2,11 +2,16 @@
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
+use std::sync::{Mutex, PoisonError};
+
+/// Tests of one program run side by side; only one of them makes the environment.
+static MAKING: Mutex<()> = Mutex::new(());
 
 /// The interpreter of an environment with these packages (`name==version`), made when it is missing.
 ///
 /// `None`, and a loud line, when this machine has no `python3` or the packages cannot be installed.
 pub fn python(environment: &str, packages: &[&str]) -> Option<PathBuf> {
+    let _making = MAKING.lock().unwrap_or_else(PoisonError::into_inner);
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(environment);
     let interpreter = folder.join("bin/python");
     let ready = folder.join("ready");
