@@ -2,6 +2,10 @@
 
 use serde::Serialize;
 use std::collections::BTreeMap;
+use std::f64::consts::TAU;
+use std::fmt;
+use tautrack::can::Frame;
+use tautrack::link::Shaft;
 
 /// Samples per second of virtual time.
 pub const SAMPLE_HZ: u32 = 100;
@@ -15,6 +19,112 @@ pub struct Sample {
     pub truth: Truth,
     /// What anybody on the bus could know.
     pub heard: Heard,
+    /// Motion and load of each drive's output shaft, in the order of the nodes.
+    /// Absent while its node has no power.
+    pub drives: Vec<Option<DriveState>>,
+    /// Poses of the robot's bodies, in the order of [`crate::plant::Plant::bodies`].
+    pub bodies: Vec<BodyPose>,
+}
+
+/// Output shaft of a drive in the simulator's ground truth.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct DriveState {
+    /// Angle since power-up, rad.
+    pub position_rad: f64,
+    /// Speed, rad/s.
+    pub speed_radps: f64,
+    /// Torque that the load takes from the shaft, N m.
+    pub torque_nm: f64,
+}
+
+impl DriveState {
+    /// Of a shaft as its node reports it and the torque on it, N m.
+    pub fn new(shaft: &Shaft, torque_nm: f64) -> Self {
+        Self {
+            position_rad: shaft.position as f64 / 4_294_967_296.0 * TAU,
+            speed_radps: f64::from(shaft.velocity),
+            torque_nm,
+        }
+    }
+}
+
+/// Pose of a body in the world.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct BodyPose {
+    /// Origin, m.
+    pub place: [f64; 3],
+    /// Unit quaternion x, y, z, w.
+    pub rotation: [f64; 4],
+}
+
+/// Name and shape of a body, in its own axes: x forward, y left, z up; metres.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BodyShape {
+    /// Name of its coordinate frame.
+    pub name: &'static str,
+    /// What it consists of.
+    pub parts: Vec<Part>,
+}
+
+/// Part of a body.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Part {
+    /// A box along the body's axes.
+    Box {
+        /// Its centre.
+        centre: [f64; 3],
+        /// Its edges.
+        size: [f64; 3],
+    },
+    /// A disc that turns about the body's y axis.
+    Wheel {
+        /// Its centre.
+        centre: [f64; 3],
+        /// Its radius.
+        radius: f64,
+        /// Its width.
+        width: f64,
+    },
+}
+
+/// One frame that the bus delivered.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct BusFrame {
+    /// Virtual time, us.
+    pub time_us: u64,
+    /// Number of the participant that sent it: a node, then the operator, then a client.
+    pub sender: usize,
+    /// What it carried.
+    pub frame: Frame,
+}
+
+/// Severity of an event.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Level {
+    /// The robot works as intended.
+    Info,
+    /// The robot goes on, but something is wrong.
+    Warning,
+    /// A fault stops a drive or the robot.
+    Error,
+}
+
+/// Something that became known during a run.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct Event {
+    /// Severity.
+    pub level: Level,
+    /// The runner injected this fault; nobody reported it on the bus.
+    pub injected: bool,
+    /// One sentence.
+    pub text: String,
+}
+
+impl fmt::Display for Event {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.text)
+    }
 }
 
 /// State of a plant; what a robot does not have is 0. World axes: x towards the stairs, y left, z up; metres and radians.
@@ -67,8 +177,6 @@ pub struct Sketch {
     pub circles: Vec<(usize, f64)>,
     /// Lines from point to point.
     pub lines: Vec<Vec<usize>>,
-    /// The ground's height along the robot's way: x and z, m.
-    pub ground: Vec<[f64; 2]>,
 }
 
 /// What the bus made public, decoded from its frames.
@@ -78,10 +186,15 @@ pub struct Heard {
     pub asked_speed: f64,
     /// Forward speed that the guard passes on, m/s.
     pub passed_speed: f64,
-    /// Chassis angle that the operator asks for, rad.
+    /// Chassis angle that the operator asks for, rad; 0 for a robot without a chassis joint.
+    #[serde(skip)]
     pub asked_theta: f64,
-    /// Chassis angle that the guard passes on, rad.
+    /// Chassis angle that the guard passes on, rad; 0 for a robot without a chassis joint.
+    #[serde(skip)]
     pub passed_theta: f64,
+    /// Posture that the operator asks for and that the guard passes on, by names with the unit
+    /// ([`crate::machines::Kind::posture`]); empty for a robot without one.
+    pub posture: BTreeMap<&'static str, f64>,
     /// Distance by the belts' encoders, m.
     pub odometry: f64,
     /// Pitch by the guard's attitude filter, rad.
@@ -107,5 +220,5 @@ pub struct Heard {
     /// Share of the last 100 ms during which the bus was busy, 0 to 1.
     pub bus_load: f64,
     /// Faults and losses that became known since the sample before, one sentence each.
-    pub events: Vec<String>,
+    pub events: Vec<Event>,
 }

@@ -1,6 +1,8 @@
-//! What came out of a run, in figures. `expectation` compares it with what the scenario expects, `table` prints it.
+//! What came out of a run, in figures. `expectation` compares it with what the scenario expects, `notes` explains it, `landing` finds the landing, `table` prints it.
 
 mod expectation;
+mod landing;
+mod notes;
 mod table;
 
 use crate::balance::{Balance, Figures};
@@ -10,13 +12,11 @@ use crate::report::channels::Channel;
 use crate::scenario::{NodeName, Scenario};
 use serde::Serialize;
 use sha2::{Digest, Sha256};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
-/// A robot counts as landed behind the last nose when it stays this level, rad.
-const LEVEL: f64 = 5.0 * std::f64::consts::PI / 180.0;
-/// How long it must stay so, samples.
-const LEVEL_SAMPLES: usize = SAMPLE_HZ as usize / 2;
+use landing::landing;
+
 /// The climb begins when the pitch first exceeds this, rad.
 const CLIMBING: f64 = 8.0 * std::f64::consts::PI / 180.0;
 /// Slower than this on average over the last second is standing still, m/s.
@@ -124,8 +124,11 @@ pub struct Summary {
     pub driven_m: f64,
     /// Pitch by the plant's truth, degrees.
     pub pitch_deg: Range,
-    /// Least horizontal distance from the rearmost contact to the centre of gravity, by the plant's truth, m.
+    /// Least horizontal distance from the rearmost contact to the centre of gravity, by the plant's truth, m; absent for
+    /// a robot whose margin is a channel of its own.
     pub min_backward_margin_m: Option<f64>,
+    /// Least margin to any edge by the guard's estimate while it drives, m; absent when it had none.
+    pub min_guard_margin_m: Option<f64>,
     /// How far the zero moment point went from the centre of gravity during the climb, as in Fig. 8 of Paillat et al.; absent without one.
     pub zero_moment_point: Option<Figures>,
     /// What only this robot has, by name; the unit is in the name.
@@ -136,6 +139,9 @@ pub struct Summary {
     pub headlines: &'static [&'static str],
     /// What the guard did.
     pub guard: GuardFigures,
+    /// Sentences about figures that need an explanation.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub notes: Vec<String>,
     /// How the bus fared.
     pub bus: BusFigures,
     /// What went wrong on purpose.
@@ -214,6 +220,7 @@ impl Summary {
             unmet: Vec::new(),
             ended_early: None,
             clients: 0,
+            notes: Vec::new(),
             landed: landing.is_some(),
             toppled: samples.iter().any(|sample| sample.truth.toppled),
             landing_time_s: landing.map(|index| samples[index].time_s),
@@ -233,6 +240,7 @@ impl Summary {
                 .iter()
                 .filter_map(|sample| sample.truth.backward_margin)
                 .reduce(f64::min),
+            min_guard_margin_m: notes::guard_margin(samples),
             zero_moment_point: is_b2p2
                 .then(|| Balance::new(scenario, samples).figures)
                 .flatten(),
@@ -250,6 +258,7 @@ impl Summary {
             state_hash: facts.state_hash.clone(),
         };
         summary.unmet = summary.unmet_expectations(scenario);
+        summary.notes = summary.explanations(scenario);
         summary.expectation_met = summary.unmet.is_empty();
         summary
     }
@@ -266,24 +275,6 @@ impl Summary {
         let found = |name: &&str| Some((Channel::new(name), *self.channels.get(*name)?));
         self.headlines.iter().filter_map(found)
     }
-}
-
-/// First sample of a level stand behind the last nose.
-fn landing(scenario: &Scenario, samples: &[Sample]) -> Option<usize> {
-    let nose = scenario.terrain.last_nose_m()?;
-    let level = |sample: &Sample| {
-        let truth = &sample.truth;
-        // RT-Mover has the last wheel up when its rear axle is.
-        let place = if scenario.kind() == Kind::RtMover {
-            truth.axle_1[0]
-        } else {
-            truth.cog[0]
-        };
-        place > nose && truth.pitch.abs() < LEVEL && truth.roll.abs() < LEVEL && !truth.toppled
-    };
-    samples
-        .windows(LEVEL_SAMPLES)
-        .position(|window| window.iter().all(level))
 }
 
 /// The samples from the first nose to the landing, or to the end; none when the robot never climbed.
@@ -333,7 +324,10 @@ fn channels(samples: &[Sample]) -> BTreeMap<&'static str, ChannelFigures> {
     let last = samples
         .len()
         .saturating_sub((SETTLED_S * SAMPLE_HZ) as usize);
-    let names = samples.first().map(|sample| sample.truth.channels.keys());
+    let keys = samples
+        .iter()
+        .flat_map(|sample| sample.truth.channels.keys());
+    let names: BTreeSet<&'static str> = keys.copied().collect();
     let of = |name: &'static str| {
         let values = |from: usize| {
             samples[from..]
@@ -344,7 +338,7 @@ fn channels(samples: &[Sample]) -> BTreeMap<&'static str, ChannelFigures> {
         let settled = values(last).sum::<f64>() / values(last).count().max(1) as f64;
         (name, ChannelFigures { min, max, settled })
     };
-    names.into_iter().flatten().map(|name| of(name)).collect()
+    names.into_iter().map(of).collect()
 }
 
 fn range(values: impl Iterator<Item = f64>) -> Range {
@@ -368,6 +362,11 @@ pub(crate) fn verdict_kind(verdict: &str) -> &str {
 /// Whether a verdict changes a command; before the guard speaks there is none.
 pub(crate) fn intervenes(verdict: &str) -> bool {
     !matches!(verdict_kind(verdict), "" | "passed")
+}
+
+/// A number of things, as a sentence has it: `1 intervention`, `2 interventions`.
+pub(crate) fn counted(count: usize, thing: &str) -> String {
+    format!("{count} {thing}{}", if count == 1 { "" } else { "s" })
 }
 
 fn guard_figures<'a>(verdicts: impl Iterator<Item = &'a str>) -> GuardFigures {

@@ -1,19 +1,31 @@
 //! Summary, log and page of a made-up climb.
 
-use std::io::Cursor;
+use mcap::read::LinearReader;
+use mcap::records::Record;
+use std::collections::BTreeMap;
+use std::io::Read;
 use std::path::Path;
-use tautrack_host_tests::record::{Heard, Sample, Truth};
+use tautrack_host_tests::log::{self, Recording};
+use tautrack_host_tests::record::{Event, Heard, Level, Sample, Truth};
+use tautrack_host_tests::report;
 use tautrack_host_tests::scenario::{NodeName, Scenario};
 use tautrack_host_tests::summary::{
     FaultFacts, NodeFacts, RunFacts, Summary, fingerprint, percentile,
 };
-use tautrack_host_tests::{log, report};
 
 fn scenario(name: &str) -> Scenario {
     let path = Path::new(env!("CARGO_MANIFEST_DIR"))
         .join("scenarios")
         .join(name);
     Scenario::load(&path).unwrap()
+}
+
+fn error(text: &str) -> Event {
+    Event {
+        level: Level::Error,
+        injected: false,
+        text: text.into(),
+    }
 }
 
 fn smooth(x: f64, from: f64, to: f64) -> f64 {
@@ -114,12 +126,13 @@ fn climb(scenario: &Scenario, seconds: u32) -> Vec<Sample> {
                     ],
                     bus_load: 0.30 + 0.02 * noise,
                     events: if index == 1400 {
-                        vec!["screw: heartbeat of chassis_joint late </script>".into()]
+                        vec![error("screw: heartbeat of chassis_joint late </script>")]
                     } else {
                         vec![]
                     },
                     ..Heard::default()
                 },
+                ..Sample::default()
             }
         })
         .collect()
@@ -254,7 +267,7 @@ fn every_unmet_expectation_is_a_sentence() {
         "The robot did not land; expected: landed.",
         "The robot toppled; expected: did not topple.",
         "The robot was moving at the end; expected: stood still at the end.",
-        "The guard intervened 1 times; expected: none.",
+        "The guard intervened 1 time; expected: none.",
         "The belt was off by 0.",
     ] {
         assert!(text.contains(sentence), "no {sentence:?} in\n{text}");
@@ -320,32 +333,58 @@ fn a_programs_fingerprint_is_its_sha_256() {
 
 #[test]
 fn the_log_holds_every_sample_and_event_and_says_what_its_fields_are() {
-    let samples = climb(&scenario("staircase.toml"), 30);
-    let mut file = Cursor::new(Vec::new());
-    log::write(&samples, &mut file).unwrap();
-    let bytes = file.into_inner();
-    let mut of_topic = std::collections::BTreeMap::<String, Vec<(u64, serde_json::Value)>>::new();
-    for message in mcap::MessageStream::new(&bytes).unwrap() {
-        let message = message.unwrap();
-        let schema = message.channel.schema.as_ref().unwrap();
-        let (schema, value): (serde_json::Value, serde_json::Value) = (
-            serde_json::from_slice(&schema.data).unwrap(),
-            serde_json::from_slice(&message.data).unwrap(),
-        );
-        for name in value.as_object().unwrap().keys() {
-            assert!(
-                schema["properties"][name]["type"] != serde_json::Value::Null,
-                "{name} is not in the schema"
-            );
+    let scenario = scenario("staircase.toml");
+    let samples = climb(&scenario, 30);
+    let mut bytes = Vec::new();
+    let recording = Recording {
+        scenario: &scenario,
+        nodes: &facts().nodes,
+        samples: &samples,
+        frames: &[],
+    };
+    log::write(&recording, &mut bytes).unwrap();
+    let mut schemas = BTreeMap::new();
+    let mut topics = BTreeMap::new();
+    let mut of_topic = BTreeMap::<String, Vec<(u64, serde_json::Value)>>::new();
+    for record in LinearReader::new(&bytes).unwrap() {
+        let Record::Chunk { header, data } = record.unwrap() else {
+            continue;
+        };
+        let mut inside = Vec::new();
+        lz4_flex::frame::FrameDecoder::new(&*data)
+            .read_to_end(&mut inside)
+            .unwrap();
+        assert_eq!(inside.len() as u64, header.uncompressed_size);
+        for record in LinearReader::sans_magic(&inside) {
+            match record.unwrap() {
+                Record::Schema { header, data } => {
+                    let schema: serde_json::Value = serde_json::from_slice(&data).unwrap();
+                    schemas.insert(header.id, schema);
+                }
+                Record::Channel(channel) => {
+                    topics.insert(channel.id, (channel.topic, channel.schema_id));
+                }
+                Record::Message { header, data } => {
+                    let (topic, schema) = &topics[&header.channel_id];
+                    let value: serde_json::Value = serde_json::from_slice(&data).unwrap();
+                    if topic != "/drives" {
+                        for name in value.as_object().unwrap().keys() {
+                            assert!(
+                                !schemas[schema]["properties"][name]["type"].is_null(),
+                                "{name} is not in the schema of {topic}"
+                            );
+                        }
+                    }
+                    let messages = of_topic.entry(topic.clone()).or_default();
+                    messages.push((header.log_time, value));
+                }
+                other => panic!("{other:?} in a chunk"),
+            }
         }
-        of_topic
-            .entry(message.channel.topic.clone())
-            .or_default()
-            .push((message.log_time, value));
     }
     assert_eq!(
         of_topic.keys().collect::<Vec<_>>(),
-        ["/bus", "/events", "/truth"]
+        ["/bus", "/drives", "/events", "/scene", "/tf", "/truth"]
     );
     assert_eq!(of_topic["/truth"].len(), samples.len());
     assert_eq!(of_topic["/bus"].len(), samples.len());
@@ -355,7 +394,7 @@ fn the_log_holds_every_sample_and_event_and_says_what_its_fields_are() {
     assert_eq!(truth["pitch"].as_f64().unwrap(), samples[1499].truth.pitch);
     assert_eq!(
         of_topic["/events"][0].1["message"],
-        samples[1400].heard.events[0]
+        samples[1400].heard.events[0].text
     );
     assert_eq!(of_topic["/bus"][0].1["margins"], serde_json::Value::Null);
 }
@@ -429,7 +468,7 @@ fn an_hour_makes_no_bigger_page_than_a_browser_can_bear() {
     let scenario = scenario("staircase.toml");
     let mut samples = climb(&scenario, 3600);
     for sample in &mut samples {
-        sample.heard.events = vec!["guard: heartbeat of screw lost".into()];
+        sample.heard.events = vec![error("guard: heartbeat of screw lost")];
     }
     let page = report::html(
         &scenario,

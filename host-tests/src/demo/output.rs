@@ -80,7 +80,7 @@ impl Output {
         }
         let report = report::html(scenario, summary, &outcome.samples);
         note(REPORT, self.write_text(REPORT, &report));
-        note(LOG, self.write_log(outcome));
+        note(LOG, self.write_log(scenario, summary, outcome));
         unwritten
     }
 
@@ -95,9 +95,20 @@ impl Output {
         Ok(fs::write(self.folder.join(name), text)?)
     }
 
-    fn write_log(&self, outcome: &Outcome) -> Result<(), Box<dyn Error>> {
+    fn write_log(
+        &self,
+        scenario: &Scenario,
+        summary: &Summary,
+        outcome: &Outcome,
+    ) -> Result<(), Box<dyn Error>> {
         let mut out = BufWriter::new(File::create(self.folder.join(LOG))?);
-        log::write(&outcome.samples, &mut out)?;
+        let recording = log::Recording {
+            scenario,
+            nodes: &summary.nodes,
+            samples: &outcome.samples,
+            frames: &outcome.frames,
+        };
+        log::write(&recording, &mut out)?;
         Ok(out.flush()?)
     }
 }

@@ -59,6 +59,16 @@ impl Kind {
         }
     }
 
+    /// What the operator's word of posture is.
+    pub fn posture(self) -> Posture {
+        match self {
+            Self::B2p2 => Posture::ChassisAngle,
+            Self::Crawler => Posture::None,
+            Self::Hylos => Posture::Clearance,
+            Self::RtMover => Posture::Step,
+        }
+    }
+
     /// The channels of [`crate::record::Truth::channels`] that a summary shows.
     pub fn headlines(self) -> &'static [&'static str] {
         match self {
@@ -107,6 +117,19 @@ impl Kind {
             }
         }
     }
+}
+
+/// What the operator's word of posture is, robot by robot.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Posture {
+    /// There is none.
+    None,
+    /// Angle of the chassis joint, 2^-16 turns.
+    ChassisAngle,
+    /// Height of the hips above the wheels, mm.
+    Clearance,
+    /// Height of the step ahead, mm. The guard passes on no word of its own.
+    Step,
 }
 
 /// Which program a node runs.

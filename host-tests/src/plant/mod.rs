@@ -18,7 +18,7 @@ pub mod sensing;
 pub mod terrain;
 mod world;
 
-use crate::record::{Sketch, Truth};
+use crate::record::{BodyPose, BodyShape, Sketch, Truth};
 use tautrack::link::{BodySensors, Sensors, Shaft};
 
 /// A robot and the world around it, advanced in steps of one millisecond ([`tautrack::link::STEP_US`]).
@@ -47,6 +47,20 @@ pub trait Plant {
     /// How the robot is drawn; B2P2 has a picture of its own.
     fn sketch(&self) -> Sketch {
         Sketch::default()
+    }
+
+    /// Rigid bodies of the robot, in the order of [`Plant::poses`].
+    fn bodies(&self) -> Vec<BodyShape>;
+
+    /// Poses of the bodies in the world after the last step.
+    fn poses(&self) -> Vec<BodyPose>;
+
+    /// Height of the ground over a place (x and y), m.
+    fn ground_height(&self, place: [f64; 2]) -> f64;
+
+    /// Distances from a place along a direction at which the ground may have a step, m.
+    fn ground_edges(&self, _from: [f64; 2], _direction: [f64; 2]) -> Vec<f64> {
+        Vec::new()
     }
 
     /// What the physics knows after the last step; no node may see it.

@@ -163,6 +163,42 @@ impl Terrain {
         }
     }
 
+    /// Height of the ground over a place, m; `up` is the normal of the whole ground.
+    pub fn height(&self, [x, y]: [f64; 2], up: [f64; 3]) -> f64 {
+        if matches!(self, Self::Incline { .. }) {
+            return -(up[0] * x + up[1] * y) / up[2];
+        }
+        let tops = self.blocks().into_iter().filter_map(|block| {
+            let (sine, cosine) = (libm::sin(block.pitch), libm::cos(block.pitch));
+            let along = (x - block.centre[0] + block.half[2] * sine) / cosine;
+            let inside =
+                along.abs() <= block.half[0] && (y - block.centre[1]).abs() <= block.half[1];
+            inside.then(|| block.centre[2] + block.half[2] * cosine + along * sine)
+        });
+        tops.fold(
+            f64::NEG_INFINITY,
+            |top, next| if next > top { next } else { top },
+        )
+    }
+
+    /// Distances along a line at which it crosses the side faces of blocks, m.
+    pub fn edges(&self, from: [f64; 2], direction: [f64; 2]) -> Vec<f64> {
+        let mut edges = Vec::new();
+        for block in self.blocks().iter().skip(1) {
+            let (sine, cosine) = (libm::sin(block.pitch), libm::cos(block.pitch));
+            let middle = [block.centre[0] - block.half[2] * sine, block.centre[1]];
+            let half = [block.half[0] * cosine, block.half[1]];
+            for axis in [0, 1] {
+                if direction[axis].abs() > 1e-9 {
+                    edges.extend([-1.0, 1.0].map(|side| {
+                        (middle[axis] + side * half[axis] - from[axis]) / direction[axis]
+                    }));
+                }
+            }
+        }
+        edges
+    }
+
     /// Corners of the ground's section at y = 0 as (x, z) from `from_x` to `to_x`, for a drawing.
     pub fn section(&self, from_x: f64, to_x: f64) -> Vec<[f64; 2]> {
         let mut corners = Vec::new();

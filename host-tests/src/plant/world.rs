@@ -1,5 +1,6 @@
 //! The physics engine's settings that every plant in it shares.
 
+use crate::record::BodyPose;
 use rapier3d_f64::dynamics::SpringCoefficients;
 use rapier3d_f64::math::{Rotation, Vector};
 use rapier3d_f64::prelude::*;
@@ -41,4 +42,13 @@ pub fn turn(axis: Vector, angle: f64) -> Rotation {
         imaginary.z,
         libm::cos(0.5 * angle),
     )
+}
+
+/// Pose of a body, for the record.
+pub fn pose(body: &RigidBody) -> BodyPose {
+    let pose = body.position();
+    BodyPose {
+        place: pose.translation.to_array(),
+        rotation: pose.rotation.to_array(),
+    }
 }

@@ -5,6 +5,7 @@
 use crate::record::Sample;
 use crate::summary::{ChannelFigures, Summary};
 use serde_json::{Value, json};
+use std::collections::BTreeSet;
 
 /// Words that say where on the robot a channel is.
 const PLACES: [&str; 5] = ["front", "rear", "middle", "left", "right"];
@@ -72,16 +73,20 @@ fn unit(suffix: &str) -> &'static str {
 /// A column of the page: name, value of one, values.
 pub type Column = (String, f64, Vec<Option<f64>>);
 
-fn names<'a>(samples: &[&'a Sample]) -> impl Iterator<Item = &'static str> + use<'a> {
-    let first = samples.first().copied();
-    first
-        .into_iter()
-        .flat_map(|sample| sample.truth.channels.keys().copied())
+/// Curves in one plot, at most: more cannot be told apart.
+const MOST_CURVES: usize = 8;
+
+/// Every name that occurs, in alphabetical order: a channel may be absent at first.
+fn names(samples: &[&Sample]) -> BTreeSet<&'static str> {
+    let names = samples
+        .iter()
+        .flat_map(|sample| sample.truth.channels.keys());
+    names.copied().collect()
 }
 
 /// The channels and the currents of `drives` drives.
 pub fn columns(samples: &[&Sample], drives: usize) -> Vec<Column> {
-    let channels = names(samples).map(|name| {
+    let channels = names(samples).into_iter().map(|name| {
         let values = samples
             .iter()
             .map(|sample| sample.truth.channels.get(name).copied());
@@ -122,19 +127,39 @@ pub fn plots(samples: &[&Sample], drives: &[&str]) -> Vec<Value> {
             None => groups.push((channel, vec![curve])),
         }
     }
-    let mut plots: Vec<Value> = groups
-        .into_iter()
-        .map(
-            |(first, curves)| json!({ "title": first.title, "unit": first.unit, "curves": curves }),
-        )
-        .collect();
-    let currents = drives
-        .iter()
-        .enumerate()
-        .map(|(drive, name)| json!([name.replace('_', " "), current(drive)]))
-        .collect::<Vec<_>>();
-    plots.push(json!({ "title": "Motor currents", "unit": "A", "zero": true, "curves": currents }));
+    let mut plots = Vec::new();
+    for (first, curves) in groups {
+        for part in curves.chunks(MOST_CURVES) {
+            plots.push(json!({ "title": first.title, "unit": first.unit, "curves": part }));
+        }
+    }
+    plots.extend(currents(drives));
     plots
+}
+
+/// All currents in one plot, or those of each kind of drive in one: the last word of a drive's name is its kind.
+fn currents(drives: &[&str]) -> Vec<Value> {
+    let split = drives.len() > MOST_CURVES;
+    let mut groups: Vec<(String, Vec<Value>)> = Vec::new();
+    for (drive, name) in drives.iter().enumerate() {
+        let (place, kind) = name.rsplit_once('_').unwrap_or((name, name));
+        let (title, label) = if split {
+            (format!("Motor currents, {kind}"), place)
+        } else {
+            ("Motor currents".to_owned(), *name)
+        };
+        let curve = json!([label.replace('_', " "), current(drive)]);
+        match groups.iter_mut().find(|(first, _)| *first == title) {
+            Some((_, curves)) => curves.push(curve),
+            None => groups.push((title, vec![curve])),
+        }
+    }
+    let plot = |(title, curves): (String, Vec<Value>)| {
+        let part =
+            |part: &[Value]| json!({ "title": title, "unit": "A", "zero": true, "curves": part });
+        curves.chunks(MOST_CURVES).map(part).collect::<Vec<_>>()
+    };
+    groups.into_iter().flat_map(plot).collect()
 }
 
 fn current(drive: usize) -> String {

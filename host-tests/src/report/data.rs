@@ -1,9 +1,10 @@
 //! Samples as columns of integers, each with the value of one: about a quarter of the size of rounded decimals.
 
 use super::channels;
+use super::path::{Bounds, Camera, GROUND_ONE, Path};
 use crate::balance::{Balance, Moment, PAPER_PERCENT, length};
 use crate::machines::{self, Kind};
-use crate::record::Sample;
+use crate::record::{Level, Sample, Sketch};
 use crate::scenario::Scenario;
 use crate::summary::{Summary, intervenes};
 use serde_json::{Map, Value, json};
@@ -25,11 +26,7 @@ type Column = (&'static str, f64, fn(&Sample) -> Option<f64>);
 /// Name in the page, value of one, source. Angles become degrees.
 const COLUMNS: &[Column] = &[
     ("t", 1e-3, |s| Some(s.time_s)),
-    ("x", 1e-4, |s| Some(s.truth.axle_1[0])),
-    ("z", 1e-4, |s| Some(s.truth.axle_1[2])),
     ("pitch", 0.01, |s| Some(s.truth.pitch.to_degrees())),
-    ("cogX", 1e-3, |s| Some(s.truth.cog[0])),
-    ("cogZ", 1e-3, |s| Some(s.truth.cog[2])),
     ("back", 1e-3, |s| s.truth.backward_margin),
     ("front", 1e-3, |s| s.truth.forward_margin),
     ("guardBack", 1e-3, |s| edge(s, 0)),
@@ -75,17 +72,24 @@ const BALANCE_COLUMNS: &[BalanceColumn] = &[
 /// Everything that the page draws from.
 pub(super) fn pack(scenario: &Scenario, summary: &Summary, samples: &[Sample]) -> Value {
     let stride = samples.len().div_ceil(MOST_SAMPLES).max(1);
-    let shown = || samples.iter().step_by(stride);
+    let shown: Vec<&Sample> = samples.iter().step_by(stride).collect();
     let column = |name: &str, one: f64, values: Vec<Option<i64>>| {
         (name.to_owned(), json!({ "one": one, "values": values }))
     };
     let source = |(name, one, source): &Column| {
-        let values = shown().map(|sample| quantise(source(sample), *one));
+        let values = shown.iter().map(|sample| quantise(source(sample), *one));
         column(name, *one, values.collect())
     };
     let mut columns: Map<_, _> = COLUMNS.iter().map(source).collect();
     let kind = scenario.kind();
-    let drawn = (kind != Kind::B2p2).then(|| machines::machine(scenario).plant.sketch());
+    let plant = machines::machine(scenario).plant;
+    let drawn = (kind != Kind::B2p2).then(|| plant.sketch());
+    let path = Path::new(shown.clone());
+    let side = side_view(scenario, &path, &shown, drawn.as_ref());
+    columns.extend(side.columns.iter().map(|(name, one, values)| {
+        let values = values.iter().map(|value| quantise(Some(*value), *one));
+        column(name, *one, values.collect())
+    }));
     let balance = if drawn.is_some() {
         Balance::default()
     } else {
@@ -100,21 +104,26 @@ pub(super) fn pack(scenario: &Scenario, summary: &Summary, samples: &[Sample]) -
         }));
     }
     let sketch = drawn.as_ref().map(|sketch| {
-        let nodes: Vec<_> = summary.nodes.iter().map(|node| node.name.as_str()).collect();
+        let nodes: Vec<_> = summary
+            .nodes
+            .iter()
+            .map(|node| node.name.as_str())
+            .collect();
         let drives = &nodes[..nodes.len().saturating_sub(1)];
-        let shown: Vec<_> = shown().collect();
-        columns.extend(
-            channels::columns(&shown, drives.len())
-                .into_iter()
-                .map(|(name, one, values)| {
-                    let values = values.into_iter().map(|value| quantise(value, one));
-                    column(&name, one, values.collect())
-                }),
-        );
+        columns.extend(channels::columns(&shown, drives.len()).into_iter().map(
+            |(name, one, values)| {
+                let values = values.into_iter().map(|value| quantise(value, one));
+                column(&name, one, values.collect())
+            },
+        ));
+        let points = |(index, sample): (usize, &&Sample)| {
+            let places = sample.truth.points.iter();
+            flat(places.map(|place| path.project(index, *place)), 1e-3)
+        };
         json!({
             "circles": sketch.circles,
             "lines": sketch.lines,
-            "points": shown.iter().map(|sample| flat(&sample.truth.points, 1e-3)).collect::<Vec<_>>(),
+            "points": shown.iter().enumerate().map(points).collect::<Vec<_>>(),
             "plots": channels::plots(&shown, drives),
             "figures": channels::figures(summary),
             "note": kind.plots_note(),
@@ -129,21 +138,14 @@ pub(super) fn pack(scenario: &Scenario, summary: &Summary, samples: &[Sample]) -
             Some(json!([name, samples[first].time_s, samples[last].time_s]))
         })
         .collect();
-    let (least_x, most_x) = samples
-        .iter()
-        .map(|sample| sample.truth.axle_1[0])
-        .fold((0.0, 0.0), |(least, most), x| {
-            (f64::min(least, x), f64::max(most, x))
-        });
-    let end = scenario.terrain.last_nose_m().unwrap_or(0.0).max(most_x) + 1.2;
-    let begin = least_x.min(0.0) - 0.6;
-    let terrain = match &drawn {
-        None => scenario.terrain.ground().section(begin, end),
-        Some(sketch) => clipped(&sketch.ground, begin, end),
-    };
     // A small robot's contacts are near each other.
     let contact_one = if drawn.is_some() { 1e-3 } else { 1e-2 };
+    let contacts = |(index, sample): (usize, &&Sample)| {
+        let places = sample.truth.contacts.iter();
+        contacts(places.map(|place| path.project(index, *place)), contact_one)
+    };
     let (marks, marks_left_out) = marks(scenario, summary, samples);
+    let camera = &side.camera;
     json!({
         "about": scenario.about,
         "guardOn": scenario.guard,
@@ -151,44 +153,110 @@ pub(super) fn pack(scenario: &Scenario, summary: &Summary, samples: &[Sample]) -
         "robot": scenario.robot,
         "l1": scenario.parameters().l1,
         "l2": scenario.parameters().l2,
-        "terrain": terrain,
+        "ground": path.ground(plant.as_ref(), camera.wide()[0], side.sides),
+        "groundOne": GROUND_ONE,
+        "view": { "scale": camera.scale, "wide": camera.wide(), "narrow": camera.narrow() },
         "sketch": sketch,
         "summary": summary,
-        "stride": stride,
+        "resolution": resolution(stride),
         "columns": columns,
         "areas": areas,
         "length": length(&scenario.parameters()),
         "paperZmpPercent": PAPER_PERCENT,
         "contactOne": contact_one,
-        "contacts": shown().map(|sample| contacts(sample, contact_one)).collect::<Vec<_>>(),
-        "guardState": changes(shown().map(|sample| sample.heard.guard_state.as_str())),
-        "verdict": changes(shown().map(|sample| sample.heard.verdict.as_str())),
+        "contacts": shown.iter().enumerate().map(contacts).collect::<Vec<_>>(),
+        "guardState": changes(shown.iter().map(|sample| sample.heard.guard_state.as_str())),
+        "verdict": changes(shown.iter().map(|sample| sample.heard.verdict.as_str())),
         "marks": marks,
         "marksLeftOut": marks_left_out,
     })
 }
 
-/// The part of a line of points (x, z) with ascending x that is between two x.
-fn clipped(line: &[[f64; 2]], begin: f64, end: f64) -> Vec<[f64; 2]> {
-    let mut part = Vec::new();
-    for pair in line.windows(2) {
-        let [[x0, z0], [x1, z1]] = [pair[0], pair[1]];
-        let [from, to] = [x0.max(begin), x1.min(end)];
-        if from <= to {
-            let at = |x: f64| {
-                if x1 > x0 {
-                    z0 + (z1 - z0) * (x - x0) / (x1 - x0)
-                } else {
-                    z1
-                }
-            };
-            // A step up or down has two heights at one x.
-            let first = if x1 > x0 { at(from) } else { z0 };
-            part.extend([[from, first], [to, at(to)]]);
-        }
+/// What the curves leave out; nothing of a short run.
+fn resolution(stride: usize) -> String {
+    if stride > 1 {
+        format!("Curves show one sample in {stride}; run.mcap has all of them.")
+    } else {
+        String::new()
     }
-    part.dedup();
-    part
+}
+
+/// The robot in its plane.
+struct SideView {
+    /// Columns of the page.
+    columns: Vec<(&'static str, f64, Vec<f64>)>,
+    camera: Camera,
+    /// How far to the left and right of the centre of gravity the robot stands, m.
+    sides: [f64; 2],
+}
+
+fn side_view(
+    scenario: &Scenario,
+    path: &Path,
+    shown: &[&Sample],
+    sketch: Option<&Sketch>,
+) -> SideView {
+    let p = scenario.parameters();
+    let places = |index: usize, sample: &Sample| -> Vec<[f64; 2]> {
+        let truth = &sample.truth;
+        if sketch.is_some() {
+            let points = truth.points.iter();
+            return points.map(|place| path.project(index, *place)).collect();
+        }
+        let along = |[x, z]: [f64; 2], length: f64, angle: f64| {
+            [x + length * angle.cos(), z + length * angle.sin()]
+        };
+        let axle_1 = path.project(index, truth.axle_1);
+        let axle_2 = along(axle_1, p.l1, truth.pitch);
+        let front = truth.pitch + truth.theta;
+        let axle_3 = along(axle_2, p.l2 + truth.extension, front);
+        vec![axle_1, axle_2, axle_3]
+    };
+    let radius = sketch.map_or(p.pulley_radius, |sketch| {
+        let radii = sketch.circles.iter().map(|(_, radius)| *radius);
+        radii.fold(0.0, f64::max)
+    });
+    let bounds = |(index, sample): (usize, &&Sample)| -> Bounds {
+        let mut places = places(index, sample);
+        places.push(path.project(index, sample.truth.cog));
+        [0, 1].map(|axis: usize| {
+            let values = || places.iter().map(|place| place[axis]);
+            [
+                values().fold(f64::INFINITY, f64::min) - radius,
+                values().fold(f64::NEG_INFINITY, f64::max) + radius,
+            ]
+        })
+    };
+    let bounds: Vec<Bounds> = shown.iter().enumerate().map(bounds).collect();
+    let camera = path.camera(&bounds);
+    let project = |place: fn(&Sample) -> [f64; 3], axis: usize| -> Vec<f64> {
+        let samples = shown.iter().enumerate();
+        samples
+            .map(|(index, sample)| path.project(index, place(sample))[axis])
+            .collect()
+    };
+    let half = 0.5 * (p.width - p.belt_width);
+    let sides = shown.first().filter(|_| sketch.is_some()).map(|sample| {
+        let truth = &sample.truth;
+        let (sine, cosine) = truth.yaw.sin_cos();
+        let to_left = |place: &[f64; 3]| {
+            (place[1] - truth.cog[1]) * cosine - (place[0] - truth.cog[0]) * sine
+        };
+        let offsets = || truth.points.iter().map(to_left);
+        [offsets().fold(0.0, f64::max), offsets().fold(0.0, f64::min)]
+    });
+    SideView {
+        columns: vec![
+            ("x", 1e-4, project(|sample| sample.truth.axle_1, 0)),
+            ("z", 1e-4, project(|sample| sample.truth.axle_1, 1)),
+            ("cogX", 1e-3, project(|sample| sample.truth.cog, 0)),
+            ("cogZ", 1e-3, project(|sample| sample.truth.cog, 1)),
+            ("viewX", 1e-3, camera.centres[0].clone()),
+            ("viewZ", 1e-3, camera.centres[1].clone()),
+        ],
+        camera,
+        sides: sides.unwrap_or([half, -half]),
+    }
 }
 
 /// In steps of `one`; what is not a number is absent.
@@ -199,21 +267,18 @@ fn quantise(value: Option<f64>, one: f64) -> Option<i64> {
 }
 
 /// Contacts in the side view, in steps of `one` (m); left and right fall together.
-fn contacts(sample: &Sample, one: f64) -> Vec<i64> {
-    let places = flat(&sample.truth.contacts, one);
+fn contacts(places: impl Iterator<Item = [f64; 2]>, one: f64) -> Vec<i64> {
+    let places = flat(places, one);
     let mut points: Vec<_> = places.chunks_exact(2).collect();
     points.sort_unstable();
     points.dedup();
     points.concat()
 }
 
-/// x and z of places one after the other, in steps of `one` (m).
-fn flat(places: &[[f64; 3]], one: f64) -> Vec<i64> {
+/// Places of the plane one after the other, in steps of `one` (m).
+fn flat(places: impl Iterator<Item = [f64; 2]>, one: f64) -> Vec<i64> {
     let steps = |metres: f64| (metres / one).round() as i64;
-    places
-        .iter()
-        .flat_map(|[x, _, z]| [steps(*x), steps(*z)])
-        .collect()
+    places.flat_map(|place| place.map(steps)).collect()
 }
 
 /// Index and new text wherever a text changes.
@@ -244,8 +309,14 @@ fn marks(scenario: &Scenario, summary: &Summary, samples: &[Sample]) -> (Vec<Val
                 found.push(mark(sample.time_s, "guard", verdict));
             }
         }
-        for event in &sample.heard.events {
-            found.push(mark(sample.time_s, "event", event));
+        // What the scenario injects has a mark of its own.
+        for event in sample.heard.events.iter().filter(|event| !event.injected) {
+            let kind = match event.level {
+                Level::Info => "event",
+                Level::Warning => "warning",
+                Level::Error => "error",
+            };
+            found.push(mark(sample.time_s, kind, &event.text));
         }
     }
     let left_out = found.len().saturating_sub(MOST_MARKS);

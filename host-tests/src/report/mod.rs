@@ -1,9 +1,10 @@
 //! `report.html`: one page that shows a run, without network, on a laptop or a phone.
 //!
-//! `data` packs the samples, [`channels`] those that only one robot has; the page draws them: `robots.js` the robot, `scene.js` what is around it, `plots.js` the curves, `page.js` everything else.
+//! `data` packs the samples, [`channels`] those that only one robot has, `path` the side view; the page draws them: `robots.js` the robot, `scene.js` what is around it, `plots.js` the curves, `page.js` everything else.
 
 pub mod channels;
 mod data;
+mod path;
 
 use crate::record::Sample;
 use crate::scenario::Scenario;

@@ -34,6 +34,7 @@ run.bands = run.verdict.flatMap(([from, text], i) => {
     if (unit) main.appendChild(document.createElement("small")).textContent = " " + unit;
     if (below) { const sub = box.appendChild(document.createElement("dd")); sub.className = "sub"; sub.textContent = below; }
   };
+  for (const sentence of summary.notes || []) byId("notes").appendChild(document.createElement("p")).textContent = sentence;
   const { guard, bus, tension_error_m: belt, pitch_deg: pitch } = summary;
   if (!run.sketch) figure("Landing", summary.landing_time_s === null ? "none" : summary.landing_time_s.toFixed(2), summary.landing_time_s === null ? "" : "s", `of ${summary.simulated_s.toFixed(1)} s simulated`);
   if (belt) figure("Belt error, 99 %", (belt.p99 * 1e3).toFixed(2), "mm", `largest ${(belt.max * 1e3).toFixed(2)} mm`);
@@ -58,7 +59,7 @@ run.bands = run.verdict.flatMap(([from, text], i) => {
     byId("origin").textContent = run.sketch.origin;
     byId("plots-note").textContent = run.sketch.note;
   }
-  byId("hash").textContent = `State hash ${summary.state_hash}, seed ${summary.seed}` + (run.stride > 1 ? `. Curves show every ${run.stride}th sample; run.mcap has them all.` : "");
+  byId("hash").textContent = `State hash ${summary.state_hash}, seed ${summary.seed}` + (run.resolution ? `. ${run.resolution}` : "");
 
   if (zmp) {
     const line = (name, { mean, peak }) => `${name}: mean ${mean.toFixed(2)} %, peak ${peak.toFixed(1)} %`;
@@ -85,9 +86,16 @@ run.bands = run.verdict.flatMap(([from, text], i) => {
     item.appendChild(document.createElement("span")).textContent = mark.text;
     item.onclick = () => seek(mark.t);
     item.onkeydown = event => { if (event.key === "Enter") seek(mark.t); };
-    const tick = byId("ticks").appendChild(document.createElement("i"));
-    tick.style.background = colour;
+    const tick = byId("ticks").appendChild(document.createElement("button"));
+    const text = `${mark.t.toFixed(2)} s: ${mark.text}`;
+    tick.type = "button";
+    tick.title = text;
+    tick.setAttribute("aria-label", text);
+    tick.style.setProperty("--mark", colour);
     tick.style.left = `${100 * mark.t / last}%`;
+    const tell = () => { byId("tick-text").textContent = text; };
+    tick.onpointerenter = tick.onfocus = tell;
+    tick.onclick = () => { tell(); seek(mark.t); };
   }
   if (run.marksLeftOut) byId("marks").appendChild(document.createElement("li")).textContent = `and ${run.marksLeftOut} more in run.mcap`;
   if (!run.marks.length) byId("marks").appendChild(document.createElement("li")).textContent = "Nothing but the drive: the guard passed every command on, and nothing failed.";
@@ -117,6 +125,9 @@ function show() {
   scene.show(at);
   for (const group of plots) group.show(at);
   byId("scrub").value = time;
+  // Without a pointer on a tick: what happened last.
+  const past = run.marks.filter(mark => mark.t <= time + 1e-9);
+  if (playing || !byId("ticks").matches(":hover, :focus-within")) byId("tick-text").textContent = past.length ? `${past[past.length - 1].t.toFixed(2)} s: ${past[past.length - 1].text}` : "";
   byId("clock").textContent = `${time.toFixed(1)} / ${end.toFixed(1)} s`;
   const verdict = textAt(run.verdict, index), state = textAt(run.guardState, index);
   byId("state").replaceChildren("Guard ", Object.assign(document.createElement("b"), { textContent: state || "silent" }), verdict ? `, command ${verdict}` : "");

@@ -117,7 +117,7 @@ function makePlots(host, wanted, run, seek) {
       });
       for (const mark of run.marks.filter(mark => mark.kind !== "guard")) {
         const x = space.left + (mark.t - start) / span * width;
-        const made = element("line", { x1: x, x2: x, y1: space.top, y2: floor, stroke: `var(--mark-${mark.kind})`, "stroke-width": 1, opacity: mark.kind === "event" ? 0.4 : 0.9 }, svg);
+        const made = element("line", { x1: x, x2: x, y1: space.top, y2: floor, stroke: `var(--mark-${mark.kind})`, "stroke-width": 1, opacity: ["event", "warning"].includes(mark.kind) ? 0.4 : 0.9 }, svg);
         element("title", {}, made).textContent = `${mark.t.toFixed(2)} s: ${mark.text}`;
       }
       // An inner svg shows nothing outside its own bounds.

@@ -42,15 +42,13 @@ function makeB2p2(run, element, set, line) {
       set(payload, { x: place[0] - 0.035, y: -place[1] - 0.035 });
     }
   }
-  return { show, scale: 1 };
+  return { show };
 }
 
 function makeSketch(run, element, set, line) {
   const { circles, lines, points } = run.sketch;
   const place = (index, number) => [points[index][2 * number] / 1000, points[index][2 * number + 1] / 1000];
-  // The larger of length and height, with some air around.
-  const extents = [0, 1].map(axis => (points[0] || []).filter((_, i) => i % 2 === axis)).map(values => Math.max(...values) - Math.min(...values));
-  const scale = points.length ? Math.min(1.5, Math.max(0.2, 1.4e-3 * Math.max(...extents))) : 1;
+  const scale = run.view.scale;
   const wheels = circles.map(([, r]) => {
     const group = element("g", {});
     element("circle", { r, fill: "var(--inside)", stroke: "var(--belt)", "stroke-width": 0.012 * scale }, group);
@@ -63,5 +61,5 @@ function makeSketch(run, element, set, line) {
     circles.forEach(([number], i) => { const [x, z] = place(at.index, number); set(wheels[i], { transform: `translate(${x} ${-z})` }); });
     lines.forEach((numbers, i) => set(bones[i], { points: line(numbers.map(number => place(at.index, number))) }));
   }
-  return { show, scale };
+  return { show };
 }

@@ -1,7 +1,7 @@
-// The side view: terrain, robot, centre of gravity, contacts; drawn for a robot of about a metre, and for others by their `scale`.
-// World metres, z up; SVG y points down.
+// The side view: ground, robot, centre of gravity, contacts, all along the robot's path; the camera follows the robot.
+// Metres, z up; SVG y points down. Lines are drawn for a robot of about a metre, and for others by the view's `scale`.
 function makeScene(svg, run) {
-  const { terrain, contacts } = run;
+  const { contacts, groundOne, view } = run;
   const element = (name, attributes, parent = svg) => {
     const made = document.createElementNS("http://www.w3.org/2000/svg", name);
     for (const key in attributes) made.setAttribute(key, attributes[key]);
@@ -10,12 +10,20 @@ function makeScene(svg, run) {
   const set = (node, attributes) => { for (const key in attributes) node.setAttribute(key, attributes[key]); };
   const line = points => points.map(([x, z]) => `${x.toFixed(4)},${(-z).toFixed(4)}`).join(" ");
 
-  const first = terrain[0], last = terrain[terrain.length - 1];
-  const lowest = Math.min(...terrain.map(point => point[1])), highest = Math.max(...terrain.map(point => point[1]));
-  element("polygon", { points: line([...terrain, [last[0], lowest - 9], [first[0], lowest - 9]]), fill: "var(--earth)" });
-  const edge = element("polyline", { points: line(terrain), fill: "none", stroke: "var(--earth-edge)" });
-
-  const robot = (run.sketch ? makeSketch : makeB2p2)(run, element, set, line), k = robot.scale;
+  // A section of the ground serves until the next one begins: [distance, height] under the middle of the robot and, on uneven ground, under its sides.
+  const unpack = values => values && Array.from({ length: values.length / 2 }, (_, i) => [values[2 * i] * groundOne, values[2 * i + 1] * groundOne]);
+  const sections = run.ground.map(({ from, middle, left, right }) => ({ from, middle: unpack(middle), left: unpack(left), right: unpack(right) }));
+  const solid = points => {
+    const low = Math.min(...points.map(point => point[1])) - 9;
+    return line([...points, [points[points.length - 1][0], low], [points[0][0], low]]);
+  };
+  const ground = element("polygon", { fill: "var(--earth)" });
+  const edge = element("polyline", { fill: "none", stroke: "var(--earth-edge)" });
+  const posts = element("g", { stroke: "var(--earth-edge)", fill: "var(--earth-edge)" });
+  const robot = (run.sketch ? makeSketch : makeB2p2)(run, element, set, line), k = view.scale;
+  // The near side is in front of the robot.
+  const near = element("polygon", { fill: "var(--earth)", opacity: 0.7 });
+  const nearEdge = element("polyline", { fill: "none", stroke: "var(--earth-edge)", "stroke-width": 0.006 * k });
   set(edge, { "stroke-width": 0.008 * k });
   const plumb = element("line", { stroke: "var(--c1)", "stroke-width": 0.006 * k, "stroke-dasharray": `${0.02 * k} ${0.014 * k}` });
   const touches = element("g", { fill: "var(--c0)" });
@@ -23,41 +31,56 @@ function makeScene(svg, run) {
   element("circle", { r: 0.019 * k, fill: "var(--card)", stroke: "var(--c1)", "stroke-width": 0.009 * k }, cog);
   element("circle", { r: 0.007 * k, fill: "var(--c1)" }, cog);
 
+  let section, size;
   const groundAt = x => {
-    for (let i = terrain.length - 2; i >= 0; i--) {
-      const [x0, z0] = terrain[i], [x1, z1] = terrain[i + 1];
+    const points = section.middle;
+    for (let i = points.length - 2; i >= 0; i--) {
+      const [x0, z0] = points[i], [x1, z1] = points[i + 1];
       if (x >= x0 && x1 > x0) return z0 + (z1 - z0) * Math.min(1, (x - x0) / (x1 - x0));
     }
-    return first[1];
+    return points[0][1];
   };
+  function lay(next) {
+    section = next;
+    const { middle, left, right } = section;
+    set(ground, { points: solid(left ? left : middle), fill: left ? "var(--earth-far)" : "var(--earth)" });
+    set(edge, { points: line(left ? left : middle) });
+    set(near, { display: right ? "" : "none", points: right ? solid(right) : "" });
+    set(nearEdge, { display: right ? "" : "none", points: right ? line(right) : "" });
+  }
 
-  let width = 0, height = 0, follows = false;
-  const full = last[0] - first[0];
   function resize() {
-    const widest = (svg.clientWidth || 800) < 700 ? 2.1 * k : 3.8 * k;
-    follows = full > widest * 1.1;
-    width = follows ? widest : full;
-    height = Math.max(1.1 * k, Math.min(width * 0.36, highest - lowest + 0.95 * k));
-    svg.style.aspectRatio = `${width} / ${height}`;
+    size = (svg.clientWidth || 800) < 700 ? view.narrow : view.wide;
+    svg.style.aspectRatio = `${size[0]} / ${size[1]}`;
+  }
+
+  // Posts at round distances show the motion on even ground.
+  const apart = k > 0.6 ? 0.5 : 0.1;
+  function post(left) {
+    posts.replaceChildren();
+    for (let n = Math.ceil(left / apart); n * apart < left + size[0]; n++) {
+      const x = n * apart, z = groundAt(x);
+      element("line", { x1: x, x2: x, y1: -z, y2: -z + 0.05 * k, "stroke-width": 0.006 * k }, posts);
+      element("text", { x, y: -z + 0.12 * k, "font-size": 0.055 * k, "text-anchor": "middle", stroke: "none" }, posts).textContent = `${x.toFixed(1).replace("-", "−")} m`;
+    }
   }
 
   function show(at) {
+    let now = sections[0];
+    for (const next of sections) { if (next.from > at.index) break; now = next; }
+    if (now && now !== section) lay(now);
     robot.show(at);
     const c = [at("cogX"), at("cogZ")];
     set(cog, { transform: `translate(${c[0]} ${-c[1]})` });
-    set(plumb, { x1: c[0], x2: c[0], y1: -c[1], y2: -Math.min(groundAt(c[0]), c[1]) });
+    if (section) set(plumb, { x1: c[0], x2: c[0], y1: -c[1], y2: -Math.min(groundAt(c[0]), c[1]) });
     const points = contacts[at.index] || [];
     touches.replaceChildren();
     for (let i = 0; i < points.length; i += 2) {
       element("circle", { cx: points[i] * run.contactOne, cy: -points[i + 1] * run.contactOne, r: 0.013 * k }, touches);
     }
-    const bottom = lowest - 0.12 * k;
-    let left = first[0], low = bottom;
-    if (follows) {
-      left = Math.max(first[0], Math.min(last[0] - width, c[0] - width * 0.5));
-      low = Math.max(bottom, Math.min(c[1] - height * 0.45, highest + k - height));
-    }
-    set(svg, { viewBox: `${left} ${-low - height} ${width} ${height}` });
+    const left = at("viewX") - size[0] / 2, top = -at("viewZ") - size[1] / 2;
+    if (section) post(left);
+    set(svg, { viewBox: `${left} ${top} ${size[0]} ${size[1]}` });
   }
   resize();
   return { show, resize };

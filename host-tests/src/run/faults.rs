@@ -79,10 +79,8 @@ impl Faults {
                     .what
                     .node()
                     .map_or_else(String::new, |node| format!("{node}: "));
-                listener.note(format!(
-                    "fault begins: {node}{}",
-                    planned.fault.what.words()
-                ));
+                let what = planned.fault.what.words();
+                listener.note_injected(format!("fault begins: {node}{what}"));
             }
             if planned.begun && planned.notice.is_none() {
                 planned.notice = notices

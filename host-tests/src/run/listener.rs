@@ -1,8 +1,9 @@
 //! Decodes what the bus makes public, for the operator, the report and the notice of faults.
 
-use crate::machines::NodeSpec;
-use crate::record::Heard;
+use crate::machines::{Kind, NodeSpec, Posture};
+use crate::record::{Event, Heard, Level};
 use crate::scenario::{BusView, NodeName};
+use std::collections::BTreeSet;
 use std::f64::consts::TAU;
 use tautrack::bus::network::as_emergency;
 use tautrack::bus::pdo::{
@@ -45,24 +46,39 @@ pub struct Listener {
     stages: &'static [&'static str],
     view: View,
     heard: Heard,
+    posture: Posture,
     trouble: (u8, u16),
+    /// Faults in the log that are not yet over: node and code.
+    logged: BTreeSet<(u8, u16)>,
+    /// Codes of the guard's emergency frames whose node is not yet known, and the samples that they have waited.
+    unnamed: Vec<(u16, u8)>,
     notices: Vec<Notice>,
 }
 
+/// Samples after which a fault of the guard is logged without a node: its state should name one within a period of SYNC.
+const NAMED_WITHIN: u8 = 5;
+
 impl Listener {
-    /// Listens to a robot with these nodes, the guard last, whose drives come to life in these stages.
-    pub fn new(nodes: &[NodeSpec], stages: &'static [&'static str]) -> Self {
+    /// Listens to a robot of this kind with these nodes, the guard last.
+    pub fn new(nodes: &[NodeSpec], kind: Kind) -> Self {
         Self {
             nodes: nodes.iter().map(|node| (node.name, node.id)).collect(),
-            stages,
+            stages: kind.stages(),
+            posture: kind.posture(),
             view: View::default(),
             heard: Heard {
                 currents: vec![0.0; nodes.len().saturating_sub(1)],
                 ..Heard::default()
             },
             trouble: (0, 0),
+            logged: BTreeSet::new(),
+            unnamed: Vec::new(),
             notices: Vec::new(),
         }
+    }
+
+    fn guard(&self) -> u8 {
+        self.nodes.last().map_or(0, |node| node.1)
     }
 
     fn name_of(&self, id: u8) -> Option<NodeName> {
@@ -77,7 +93,7 @@ impl Listener {
 
     /// Takes one delivered frame.
     pub fn hear(&mut self, frame: &Frame, time_us: u64) {
-        let guard = self.nodes.last().map_or(0, |node| node.1);
+        let guard = self.guard();
         if let Some(motion) = GuardMotion::from_frame(frame, transmit(1), guard) {
             let radians = |centidegrees: i16| (f64::from(centidegrees) * 0.01).to_radians();
             self.heard.odometry = f64::from(motion.odometry) * 1e-6;
@@ -97,8 +113,7 @@ impl Listener {
         } else if let Some(passed) = GuardPassed::from_frame(frame, transmit(4), guard) {
             self.heard.asked_speed = f64::from(passed.asked_speed) * 1e-3;
             self.heard.passed_speed = f64::from(passed.passed_speed) * 1e-3;
-            self.heard.asked_theta = turn(passed.asked_posture);
-            self.heard.passed_theta = turn(passed.passed_posture);
+            self.hear_posture(passed.asked_posture, passed.passed_posture);
         } else if let Some(position) = GuardPosition::from_frame(frame, transmit(5), guard) {
             self.hear_position(position);
         } else if let Some(emergency) = as_emergency(frame) {
@@ -123,6 +138,16 @@ impl Listener {
 
     /// What was heard, for a sample; its events are handed over once.
     pub fn take(&mut self) -> Heard {
+        for (_, samples) in &mut self.unnamed {
+            *samples += 1;
+        }
+        let waiting = std::mem::take(&mut self.unnamed);
+        let (due, waiting): (Vec<_>, Vec<_>) =
+            waiting.into_iter().partition(|of| of.1 > NAMED_WITHIN);
+        self.unnamed = waiting;
+        for (code, _) in due {
+            self.note(Level::Error, format!("guard: {}", fault_words(code)));
+        }
         let events = std::mem::take(&mut self.heard.events);
         Heard {
             events,
@@ -130,9 +155,42 @@ impl Listener {
         }
     }
 
-    /// Adds an event to the next sample.
-    pub fn note(&mut self, event: String) {
-        self.heard.events.push(event);
+    fn note(&mut self, level: Level, text: String) {
+        self.heard.events.push(Event {
+            level,
+            injected: false,
+            text,
+        });
+    }
+
+    /// Adds to the next sample that the runner injects a fault.
+    pub fn note_injected(&mut self, text: String) {
+        self.heard.events.push(Event {
+            level: Level::Warning,
+            injected: true,
+            text,
+        });
+    }
+
+    fn hear_posture(&mut self, asked: i16, passed: i16) {
+        let metres = |millimetres: i16| f64::from(millimetres) * 1e-3;
+        let posture = &mut self.heard.posture;
+        match self.posture {
+            Posture::None => {}
+            Posture::ChassisAngle => {
+                let angles = [asked, passed].map(turn);
+                [self.heard.asked_theta, self.heard.passed_theta] = angles;
+                posture.insert("asked_chassis_rad", angles[0]);
+                posture.insert("passed_chassis_rad", angles[1]);
+            }
+            Posture::Clearance => {
+                posture.insert("asked_clearance_m", metres(asked));
+                posture.insert("passed_clearance_m", metres(passed));
+            }
+            Posture::Step => {
+                posture.insert("asked_step_m", metres(asked));
+            }
+        }
     }
 
     /// Notices since the last call.
@@ -148,7 +206,12 @@ impl Listener {
             .state
             .map_or("unknown", |state| state.name(self.stages));
         if self.heard.guard_state != name {
-            self.note(format!("guard: {name}"));
+            let level = if self.view.state == Some(State::Held) {
+                Level::Warning
+            } else {
+                Level::Info
+            };
+            self.note(level, format!("guard: {name}"));
             self.heard.guard_state = name.to_string();
         }
         self.heard.verdict =
@@ -156,16 +219,21 @@ impl Listener {
         let trouble = (state.fault_node, state.fault_code);
         if trouble != self.trouble && trouble.1 != 0 {
             let about = self.name_of(trouble.0);
-            self.note(format!(
-                "guard: {} of {}",
-                fault_words(trouble.1),
-                self.words_for(trouble.0)
-            ));
+            // The guard's emergency frame has the same code without the node.
+            self.unnamed.retain(|(code, _)| *code != trouble.1);
+            if self.logged.insert(trouble) {
+                let words = fault_words(trouble.1);
+                let text = format!("guard: {words} of {}", self.words_for(trouble.0));
+                self.note(Level::Error, text);
+            }
             self.notices.push(Notice {
                 by: NodeName::Guard,
                 about,
                 time_us,
             });
+        }
+        if trouble != self.trouble {
+            self.logged.remove(&self.trouble);
         }
         self.trouble = trouble;
     }
@@ -187,12 +255,17 @@ impl Listener {
     }
 
     fn hear_emergency(&mut self, node: u8, code: u16, time_us: u64) {
-        let what = if code == 0 {
-            "all clear".into()
-        } else {
-            fault_words(code)
-        };
-        self.note(format!("{}: {what}", self.words_for(node)));
+        let name = self.words_for(node);
+        if code == 0 {
+            self.logged.retain(|(of, _)| *of != node);
+            self.note(Level::Info, format!("{name}: all clear"));
+        } else if node == self.guard() {
+            if self.trouble.1 != code {
+                self.unnamed.push((code, 0));
+            }
+        } else if self.logged.insert((node, code)) {
+            self.note(Level::Error, format!("{name}: {}", fault_words(code)));
+        }
         if let Some(by) = self.name_of(node).filter(|_| code != 0) {
             self.notices.push(Notice {
                 by,

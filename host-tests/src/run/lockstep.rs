@@ -11,7 +11,7 @@ use crate::bus::Bus;
 use crate::machines::{self, Machine};
 use crate::nodes::{Programs, hexadecimal};
 use crate::plant::Plant;
-use crate::record::Sample;
+use crate::record::{BusFrame, DriveState, Sample};
 use crate::scenario::Scenario;
 use crate::slcan::{MAX_CLIENTS, SlcanPort};
 use crate::summary::{NodeFacts, RunFacts};
@@ -37,6 +37,9 @@ pub(super) struct Run {
     pub slcan: Option<SlcanPort>,
     hash: Sha256,
     pub log: Vec<String>,
+    pub frames: Vec<BusFrame>,
+    /// Shafts of the last step.
+    shafts: Vec<Option<Shaft>>,
 }
 
 impl Run {
@@ -81,11 +84,13 @@ impl Run {
             bus: Bus::new(specs.len() + 1 + MAX_CLIENTS),
             plant,
             operator: Operator::new(scenario, guard, options.let_go_s, options.disarm_s),
-            listener: Listener::new(&specs, kind.stages()),
+            listener: Listener::new(&specs, kind),
             faults: Faults::new(scenario, specs.iter().map(|spec| spec.name).collect()),
             slcan: options.slcan,
             hash: Sha256::new(),
             log: Vec::new(),
+            frames: Vec::new(),
+            shafts: Vec::new(),
         })
     }
 
@@ -135,8 +140,8 @@ impl Run {
                 self.bus.offer(first + client, frame)?;
             }
         }
-        let shafts = self.collect(time_us)?;
-        self.plant.step(&shafts);
+        self.shafts = self.collect(time_us)?;
+        self.plant.step(&self.shafts);
         let hash = &mut self.hash;
         self.plant.truth_bits(&mut |bytes| hash.update(bytes));
         Ok(())
@@ -165,6 +170,11 @@ impl Run {
             self.hash.update(frame.id().to_le_bytes());
             self.hash.update(frame.data());
             self.listener.hear(frame, time_us);
+            self.frames.push(BusFrame {
+                time_us,
+                sender: delivered.sender,
+                frame: *frame,
+            });
             if let Some(port) = &mut self.slcan {
                 port.send(frame, delivered.sender.checked_sub(first));
             }
@@ -215,10 +225,16 @@ impl Run {
     pub fn sample(&mut self, step: u64) -> Sample {
         let mut heard = self.listener.take();
         heard.bus_load = self.bus.figures().window_load();
+        let drive = |(motor, shaft): (usize, &Option<Shaft>)| {
+            let torque = f64::from(self.plant.sensors(motor).shaft_torque);
+            shaft.as_ref().map(|shaft| DriveState::new(shaft, torque))
+        };
         Sample {
             time_s: (step * STEP_US) as f64 * 1e-6,
             truth: self.plant.truth().clone(),
             heard,
+            drives: self.shafts.iter().enumerate().map(drive).collect(),
+            bodies: self.plant.poses(),
         }
     }
 

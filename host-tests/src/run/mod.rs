@@ -16,7 +16,7 @@ pub mod process;
 
 use crate::bus::Overflow;
 use crate::nodes::{Board, Program, Programs};
-use crate::record::{SAMPLE_HZ, Sample};
+use crate::record::{BusFrame, SAMPLE_HZ, Sample};
 use crate::scenario::{NodeName, Scenario};
 use crate::slcan::SlcanPort;
 use crate::summary::RunFacts;
@@ -78,6 +78,8 @@ pub struct Progress<'a> {
 pub struct Outcome {
     /// Samples at [`SAMPLE_HZ`].
     pub samples: Vec<Sample>,
+    /// Every frame that the bus delivered, in order.
+    pub frames: Vec<BusFrame>,
     /// What only the runner knows.
     pub facts: RunFacts,
     /// Log lines of the nodes, with time and node.
@@ -180,6 +182,7 @@ pub fn record(
         facts: run.facts(began.elapsed(), step),
         commands_s: run.commands_s(),
         clients: run.slcan.as_ref().map_or(0, SlcanPort::joined),
+        frames: run.frames,
         log: run.log,
     };
     Ok((outcome, broken))
@@ -254,7 +257,7 @@ impl Recorder {
             self.run.step(self.step + 1)?;
             self.step += 1;
             let step = self.step;
-            if step % (1_000 / u64::from(SAMPLE_HZ)) == 0 {
+            if step.is_multiple_of(1_000 / u64::from(SAMPLE_HZ)) {
                 let sample = self.run.sample(step);
                 progress(&Progress {
                     time_s: sample.time_s,

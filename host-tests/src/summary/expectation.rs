@@ -1,6 +1,6 @@
 //! Whether a run is what its scenario expects.
 
-use super::Summary;
+use super::{Summary, counted};
 use crate::scenario::Scenario;
 
 impl Summary {
@@ -44,7 +44,8 @@ impl Summary {
                 "at least one"
             };
             unmet.push(format!(
-                "The guard intervened {interventions} times; expected: {expected}."
+                "The guard intervened {}; expected: {expected}.",
+                counted(interventions, "time")
             ));
         }
         if let Some(bound) = expect.tension_error_below_m

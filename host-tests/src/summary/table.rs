@@ -1,6 +1,6 @@
 //! The summary as the few lines that a terminal shows.
 
-use super::{NodeFacts, SETTLED_S, Summary};
+use super::{NodeFacts, SETTLED_S, Summary, counted};
 use crate::balance::{Figures, PAPER_PERCENT};
 use std::fmt;
 
@@ -14,9 +14,7 @@ impl Summary {
         };
         let margin = self
             .min_backward_margin_m
-            .map_or("none".to_owned(), |margin| {
-                format!("{:.0} mm", margin * 1e3)
-            });
+            .map(|margin| format!("{:.0} mm to the back", margin * 1e3));
         let belt = self.tension_error_m.map(|error| {
             format!(
                 "p99 {:.2} mm, max {:.2} mm",
@@ -51,13 +49,15 @@ impl Summary {
                     self.pitch_deg.min, self.pitch_deg.max
                 )),
             ),
-            ("least margin", Some(format!("{margin} to the back"))),
+            ("least margin", margin),
             ("|ZMP - CoG|", zero_moment_point),
             (
                 "guard",
                 Some(format!(
-                    "{} interventions, {} scaled, {} refused",
-                    self.guard.interventions, self.guard.scaled, self.guard.refused
+                    "{}, {} scaled, {} refused",
+                    counted(self.guard.interventions, "intervention"),
+                    self.guard.scaled,
+                    self.guard.refused
                 )),
             ),
             (
@@ -96,6 +96,9 @@ impl fmt::Display for Summary {
                 found.min,
                 found.max
             )?;
+        }
+        for sentence in &self.notes {
+            writeln!(f, "  {:<13} {sentence}", "note")?;
         }
         for fault in &self.faults {
             let node = fault

@@ -49,5 +49,5 @@ fn a_guard_without_power_is_silent_until_it_starts_again() {
 fn leaves_armed(samples: &[Sample], from_s: f64) -> bool {
     let later = samples.iter().filter(|sample| sample.time_s > from_s);
     let mut events = later.flat_map(|sample| &sample.heard.events);
-    events.any(|event| event.starts_with("guard: ") && event != "guard: armed")
+    events.any(|event| event.text.starts_with("guard: ") && event.text != "guard: armed")
 }

@@ -16,7 +16,7 @@ use crate::plant::receiver::Receiver;
 use crate::plant::sensing::{BodyMotion, BodySensing};
 use crate::plant::terrain::Terrain;
 use crate::plant::world::{self, DT, SUBSTEPS};
-use crate::record::Truth;
+use crate::record::{BodyPose, BodyShape, Part, Truth};
 use contact::{GroundForces, RunningBelts, Support};
 use core::f64::consts::TAU;
 use rapier3d_f64::math::{Rotation, Vector};
@@ -40,6 +40,9 @@ pub struct B2p2 {
     rates: [f64; 2],
     step: u64,
     payload: Option<Payload>,
+    terrain: Terrain,
+    /// Normal of the whole ground.
+    up: [f64; 3],
     truth: Truth,
 }
 
@@ -50,6 +53,7 @@ impl B2p2 {
         let mut world = world::world();
         let start = robot::lay_ground(&mut world, terrain, &p);
         let robot = Robot::build(&mut world, &p, start);
+        let up = (start.rotation * Vector::Z).to_array();
         let body_sensing = BodySensing::new(
             &p.body_sensors,
             Noise::new(seed),
@@ -70,6 +74,8 @@ impl B2p2 {
             receiver: Receiver::new(p.receiver, Noise::new(seed)),
             step: 0,
             payload: None,
+            terrain: *terrain,
+            up,
             truth: Truth::default(),
             parameters: p,
             world,
@@ -244,6 +250,38 @@ impl Plant for B2p2 {
 
     fn serial(&self) -> &[u8] {
         self.receiver.sent()
+    }
+
+    fn bodies(&self) -> Vec<BodyShape> {
+        let p = &self.parameters;
+        let bar = |length: f64| Part::Box {
+            centre: [0.5 * length, 0.0, 0.0],
+            size: [length, p.width - 2.0 * p.belt_width, 0.6 * p.pulley_radius],
+        };
+        let pulley = |x: f64| Part::Wheel {
+            centre: [x, 0.0, 0.0],
+            radius: p.pulley_radius,
+            width: p.width,
+        };
+        let body = |name, parts| BodyShape { name, parts };
+        vec![
+            body("body_1", vec![bar(p.l1), pulley(0.0), pulley(p.l1)]),
+            body("body_2", vec![bar(p.l2)]),
+            body("body_3", vec![pulley(0.0)]),
+        ]
+    }
+
+    fn poses(&self) -> Vec<BodyPose> {
+        let pose = |handle| world::pose(&self.world.bodies[handle]);
+        self.robot.bodies.map(pose).to_vec()
+    }
+
+    fn ground_height(&self, place: [f64; 2]) -> f64 {
+        self.terrain.height(place, self.up)
+    }
+
+    fn ground_edges(&self, from: [f64; 2], direction: [f64; 2]) -> Vec<f64> {
+        self.terrain.edges(from, direction)
     }
 
     fn truth(&self) -> &Truth {

@@ -16,10 +16,6 @@ pub struct Profile {
     pub plateau: Option<f64>,
 }
 
-/// Steps of a drawn section to either side, and their length, m.
-const SECTION: i32 = 300;
-const SECTION_STEP: f64 = 0.05;
-
 /// A plane, the ground below it.
 #[derive(Clone, Copy, Debug)]
 struct Plane {
@@ -92,24 +88,20 @@ impl Ground {
         }
     }
 
-    /// The ground's section at y = 0 as x and z, m, for a drawing.
-    pub fn section(&self) -> Vec<[f64; 2]> {
-        let top = |x: f64| {
-            let on = |plane: &Plane| (plane.offset - plane.normal.x * x) / plane.normal.z;
-            let [first, second] = [on(&self.planes[0]), on(&self.planes[1])];
-            let ground = if self.valley == (first > second) {
-                first
-            } else {
-                second
-            };
-            match &self.plateau {
-                Some(plateau) if on(plateau) < ground => on(plateau),
-                _ => ground,
-            }
+    /// Height of the surface over a place (x and y), m.
+    pub fn surface(&self, [x, y]: [f64; 2]) -> f64 {
+        let on = |plane: &Plane| {
+            (plane.offset - plane.normal.x * x - plane.normal.y * y) / plane.normal.z
         };
-        (-SECTION..=SECTION)
-            .map(|step| f64::from(step) * SECTION_STEP)
-            .map(|x| [x, top(x)])
-            .collect()
+        let [first, second] = [on(&self.planes[0]), on(&self.planes[1])];
+        let ground = if self.valley == (first > second) {
+            first
+        } else {
+            second
+        };
+        match &self.plateau {
+            Some(plateau) if on(plateau) < ground => on(plateau),
+            _ => ground,
+        }
     }
 }

@@ -17,7 +17,7 @@ use crate::plant::noise::Noise;
 use crate::plant::receiver::Receiver;
 use crate::plant::sensing::{BodyMotion, BodySensing};
 use crate::plant::world::turn;
-use crate::record::{Sketch, Truth};
+use crate::record::{BodyPose, BodyShape, Part, Sketch, Truth};
 use body::{Body, MassProperties};
 use ground::Ground;
 use rapier3d_f64::math::Vector;
@@ -307,8 +307,38 @@ impl Plant for Crawler {
                 vec![10, 6],
                 vec![10, 7],
             ],
-            ground: self.ground.section(),
         }
+    }
+
+    fn bodies(&self) -> Vec<BodyShape> {
+        let p = &self.parameters;
+        let track = |side: f64| Part::Box {
+            centre: [0.0, side * p.track_spacing, p.sprocket_radius],
+            size: [
+                p.contact_length + 2.0 * p.sprocket_radius,
+                p.track_width,
+                2.0 * p.sprocket_radius,
+            ],
+        };
+        let hull = Part::Box {
+            centre: [0.0, 0.0, p.cog[2]],
+            size: p.extent,
+        };
+        vec![BodyShape {
+            name: "body",
+            parts: vec![hull, track(0.5), track(-0.5)],
+        }]
+    }
+
+    fn poses(&self) -> Vec<BodyPose> {
+        vec![BodyPose {
+            place: self.body.place(Vector::ZERO).to_array(),
+            rotation: self.body.rotation.to_array(),
+        }]
+    }
+
+    fn ground_height(&self, place: [f64; 2]) -> f64 {
+        self.ground.surface(place)
     }
 
     fn truth(&self) -> &Truth {

@@ -16,8 +16,8 @@ use crate::plant::Plant;
 use crate::plant::gear::{Drive, Gear};
 use crate::plant::noise::Noise;
 use crate::plant::sensing::{BodyMotion, BodySensing};
-use crate::plant::world::world;
-use crate::record::{Sketch, Truth};
+use crate::plant::world::{pose, world};
+use crate::record::{BodyPose, BodyShape, Part, Sketch, Truth};
 use core::f64::consts::TAU;
 use rapier3d_f64::math::Vector;
 use rapier3d_f64::prelude::*;
@@ -33,6 +33,18 @@ const HIP: usize = 0;
 const KNEE: usize = 1;
 const STEERING: usize = 2;
 const WHEEL: usize = 3;
+
+/// Names of the bodies that a picture shows: the platform, and the wheels in the order of the legs.
+const BODIES: [&str; 1 + LEGS] = [
+    "platform",
+    "front_left_wheel",
+    "front_right_wheel",
+    "rear_left_wheel",
+    "rear_right_wheel",
+];
+/// Height of the platform and width of the tyres in a picture, m: the paper gives neither.
+const PLATFORM_HEIGHT: f64 = 0.06;
+const TYRE_WIDTH: f64 = 0.05;
 
 /// Hylos on its ground.
 pub struct Hylos {
@@ -227,10 +239,9 @@ impl Plant for Hylos {
         self.body_sensing.reading()
     }
 
-    /// Wheels, legs, and the platform as the line through its hips; the ground is the section through the start.
+    /// Wheels, legs, and the platform as the line through its hips.
     fn sketch(&self) -> Sketch {
         let p = &self.parameters;
-        let [[from, to], _] = self.hillside.extent;
         let mut lines: Vec<_> = (0..LEGS)
             .map(|leg| (3 * leg..3 * leg + 3).collect())
             .collect();
@@ -240,13 +251,40 @@ impl Plant for Hylos {
                 .map(|leg| (3 * leg + 2, p.measures.wheel_radius))
                 .collect(),
             lines,
-            ground: (0..=100)
-                .map(|part| {
-                    let x = from + (to - from) * f64::from(part) / 100.0;
-                    [x, self.hillside.height([x, p.start[1]])]
-                })
-                .collect(),
         }
+    }
+
+    fn bodies(&self) -> Vec<BodyShape> {
+        let m = &self.parameters.measures;
+        let platform = Part::Box {
+            centre: [0.0; 3],
+            size: [2.0 * m.hip[0], 2.0 * m.hip[1], PLATFORM_HEIGHT],
+        };
+        let wheel = Part::Wheel {
+            centre: [0.0; 3],
+            radius: m.wheel_radius,
+            width: TYRE_WIDTH,
+        };
+        let parts = std::iter::once(platform).chain([wheel; LEGS]);
+        BODIES
+            .into_iter()
+            .zip(parts)
+            .map(|(name, part)| BodyShape {
+                name,
+                parts: vec![part],
+            })
+            .collect()
+    }
+
+    fn poses(&self) -> Vec<BodyPose> {
+        std::iter::once(self.robot.platform)
+            .chain(self.robot.wheels)
+            .map(|handle| pose(&self.world.bodies[handle]))
+            .collect()
+    }
+
+    fn ground_height(&self, place: [f64; 2]) -> f64 {
+        self.hillside.height(place)
     }
 
     fn truth(&self) -> &Truth {

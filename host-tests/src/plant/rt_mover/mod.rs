@@ -14,8 +14,8 @@ use crate::plant::gear::{Drive, Gear};
 use crate::plant::noise::Noise;
 use crate::plant::sensing::{BodyMotion, BodySensing};
 use crate::plant::terrain::Terrain;
-use crate::plant::world::{DT, GRAVITY, SUBSTEPS, turn, world};
-use crate::record::{Sketch, Truth};
+use crate::plant::world::{DT, GRAVITY, SUBSTEPS, pose, turn, world};
+use crate::record::{BodyPose, BodyShape, Sketch, Truth};
 use core::f64::consts::TAU;
 use rapier3d_f64::math::{Pose, Vector};
 use rapier3d_f64::prelude::*;
@@ -50,7 +50,7 @@ const SHAFTS: [&str; 5] = [
     "rear_roll_rad",
     "pitch_shaft_rad",
 ];
-/// Least distance of the centre of gravity to the edges between the wheels that carry load.
+/// Least distance of the centre of gravity to the edges between the wheels that carry load; absent in free flight.
 const MARGIN: &str = "support_margin_m";
 /// Around the robot from above, counter-clockwise.
 const AROUND: [usize; 4] = [3, 1, 0, 2];
@@ -65,14 +65,19 @@ pub struct RtMover {
     sensing: BodySensing,
     step: u64,
     terrain: Terrain,
+    /// Normal of the whole ground.
+    up: [f64; 3],
     lowest: [Vector; 4],
     loads: [f64; 4],
+    standing_until: [u64; 4],
     payload: Option<Payload>,
     truth: Truth,
 }
 
 /// Tilt of the seat from which the robot counts as turned over, rad.
 const TURNED_OVER: f64 = 1.0;
+/// How long a wheel that carried force counts as standing, steps: single contacts flicker.
+const WINDOW: u64 = 50;
 /// Below this a wheel supports nothing, N.
 const LEAST_LOAD: f64 = 0.1;
 /// Motors before this one turn wheels.
@@ -114,8 +119,10 @@ impl RtMover {
             rates: [0.0; MOTORS],
             step: 0,
             terrain: *terrain,
+            up: (tilt.rotation * Vector::Z).to_array(),
             lowest: [Vector::ZERO; 4],
             loads: [0.0; 4],
+            standing_until: [0; 4],
             payload: None,
             truth: Truth::default(),
             parameters: p,
@@ -229,11 +236,17 @@ impl RtMover {
         truth.cog = (moment / (m.total() + load)).to_array();
         truth.ground_speed = bodies[0].linvel().dot(forward);
         truth.contacts.clear();
+        for (until, load) in self.standing_until.iter_mut().zip(self.loads) {
+            if load > LEAST_LOAD {
+                *until = self.step + WINDOW;
+            }
+        }
+        let stands = self.standing_until.map(|until| until > self.step);
         for (wheel, (place, load)) in self.lowest.iter().zip(self.loads).enumerate() {
             truth.channels.insert(LOADS[wheel], load);
             truth.channels.insert(HEIGHTS[wheel], place.z);
             truth.channels.insert(PLACES[wheel], place.x);
-            if load > LEAST_LOAD {
+            if stands[wheel] {
                 truth.contacts.push(place.to_array());
             }
         }
@@ -242,31 +255,38 @@ impl RtMover {
         }
         let standing: Vec<_> = AROUND
             .into_iter()
-            .filter(|wheel| self.loads[*wheel] > LEAST_LOAD)
+            .filter(|wheel| stands[*wheel])
             .map(|wheel| self.lowest[wheel])
             .collect();
-        let margin = margin(&standing, Vector::from_array(truth.cog));
-        truth.channels.insert(MARGIN, margin);
+        match margin(&standing, Vector::from_array(truth.cog)) {
+            Some(margin) => truth.channels.insert(MARGIN, margin),
+            None => truth.channels.remove(MARGIN),
+        };
         truth.points.clear();
         truth.points.extend(points.iter().map(Vector::to_array));
         truth.toppled |= truth.pitch.abs() > TURNED_OVER || truth.roll.abs() > TURNED_OVER;
     }
 }
 
-/// Least horizontal distance of `cog` to the edges of a support that runs counter-clockwise, positive inside, m; minus one without three corners.
-fn margin(corners: &[Vector], cog: Vector) -> f64 {
-    if corners.len() < 3 {
-        return -1.0;
+/// Least horizontal distance of `cog` to the edges of a support that runs counter-clockwise, positive inside, m. Two corners support a
+/// line and one a point, on which nothing is inside; without any there is no support.
+fn margin(corners: &[Vector], cog: Vector) -> Option<f64> {
+    let level = |vector: Vector| Vector::new(vector.x, vector.y, 0.0);
+    let pairs = corners.iter().zip(corners.iter().cycle().skip(1));
+    let edges = pairs.map(|(from, to)| [level(*to - *from), level(cog - *from)]);
+    match corners {
+        [] => None,
+        [point] => Some(-level(cog - *point).length()),
+        [_, _] => edges
+            .map(|[edge, offset]| {
+                let share = offset.dot(edge) / edge.length_squared();
+                -(offset - edge * share.clamp(0.0, 1.0)).length()
+            })
+            .reduce(f64::max),
+        _ => edges
+            .map(|[edge, offset]| (edge.x * offset.y - edge.y * offset.x) / edge.length())
+            .reduce(f64::min),
     }
-    let next = corners.iter().cycle().skip(1);
-    corners
-        .iter()
-        .zip(next)
-        .map(|(from, to)| {
-            let (edge, offset) = (*to - *from, cog - *from);
-            (edge.x * offset.y - edge.y * offset.x) / libm::hypot(edge.x, edge.y)
-        })
-        .fold(f64::INFINITY, f64::min)
 }
 
 impl Plant for RtMover {
@@ -316,8 +336,24 @@ impl Plant for RtMover {
         Sketch {
             circles: (0..4).map(|wheel| (wheel, radius)).collect(),
             lines: vec![vec![0, 4, 1], vec![2, 5, 3], vec![4, 6, 5], vec![6, 7]],
-            ground: self.terrain.section(-2.0, 6.0),
         }
+    }
+
+    fn bodies(&self) -> Vec<BodyShape> {
+        robot::shapes(&self.parameters)
+    }
+
+    fn poses(&self) -> Vec<BodyPose> {
+        let bodies = self.robot.bodies.map(|handle| &self.world.bodies[handle]);
+        bodies.map(pose).to_vec()
+    }
+
+    fn ground_height(&self, place: [f64; 2]) -> f64 {
+        self.terrain.height(place, self.up)
+    }
+
+    fn ground_edges(&self, from: [f64; 2], direction: [f64; 2]) -> Vec<f64> {
+        self.terrain.edges(from, direction)
     }
 
     fn truth(&self) -> &Truth {

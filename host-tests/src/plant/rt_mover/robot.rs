@@ -2,6 +2,7 @@
 
 use super::parameters::RtMoverParameters;
 use crate::plant::world::{DT, turn};
+use crate::record::{BodyShape, Part};
 use rapier3d_f64::math::{Pose, Vector};
 use rapier3d_f64::prelude::*;
 
@@ -65,6 +66,37 @@ pub fn seat(p: &RtMoverParameters) -> MassProperties {
     let m = &p.masses;
     let centre = Vector::new(m.seat_forward, 0.0, m.seat_height);
     MassProperties::new(centre, m.seat, box_inertia(m.seat, 0.3, 0.3, 0.2))
+}
+
+/// Names and shapes of [`Robot::bodies`].
+pub fn shapes(p: &RtMoverParameters) -> Vec<BodyShape> {
+    let (l, m) = (&p.lengths, &p.masses);
+    let block = |centre, size| Part::Box { centre, size };
+    let strut = block([0.0; 3], [0.05, 2.0 * l.half_arm, 0.05]);
+    let yoke = block([0.0; 3], [0.08, 0.08, 0.08]);
+    let wheel = Part::Wheel {
+        centre: [0.0; 3],
+        radius: l.wheel_radius,
+        width: 2.0 * p.wheel_half_width,
+    };
+    let seat = block([m.seat_forward, 0.0, m.seat_height], [0.3, 0.3, 0.2]);
+    [
+        ("body", block([0.0; 3], [l.body, 0.1, 0.1])),
+        ("seat", seat),
+        ("front_yoke", yoke),
+        ("rear_yoke", yoke),
+        ("front_arm", strut),
+        ("rear_arm", strut),
+        ("front_left_wheel", wheel),
+        ("front_right_wheel", wheel),
+        ("rear_left_wheel", wheel),
+        ("rear_right_wheel", wheel),
+    ]
+    .map(|(name, part)| BodyShape {
+        name,
+        parts: vec![part],
+    })
+    .to_vec()
 }
 
 impl Robot {
