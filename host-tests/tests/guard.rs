@@ -373,7 +373,7 @@ fn a_chassis_motion_that_would_tip_the_robot_is_refused() {
     bench.command.as_mut().expect("an operator").posture = 16_384;
     let outputs = bench.run(2_000);
     assert!(
-        matches!(verdict(&outputs), Some(Verdict::PostureRefused(Edge::Back))),
+        matches!(verdict(&outputs), Some(Verdict::PostureRefused(_))),
         "{outputs:?}"
     );
     assert!(outputs.passed.passed_posture < 8_192, "{outputs:?}");
@@ -384,7 +384,12 @@ fn a_command_beyond_the_speed_limit_is_the_limit() {
     let mut bench = Bench::armed();
     bench.ask(i16::MAX);
     let outputs = bench.run(3_000);
-    assert_eq!(outputs.passed.passed_speed, 450);
+    // The yaw that holds the heading takes a little of it: each belt stays within the limit.
+    assert!((420..=450).contains(&outputs.passed.passed_speed));
+    for speed in bench.track_speeds() {
+        // 0.45 m/s on a pulley of 0.05 m.
+        assert!(speed <= 9_000_000, "{speed}");
+    }
 }
 
 #[test]

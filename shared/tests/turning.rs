@@ -8,7 +8,7 @@ use tautrack::bus::pdo::{
 use tautrack::can::Frame;
 use tautrack::node::BodySensors;
 use tautrack::node::cia402::{State as DriveState, status};
-use tautrack::node::guard::{Guard, Inputs, State};
+use tautrack::node::guard::{Guard, Inputs, POSITION_SCALE, State};
 use tautrack::robots::b2p2::B2p2;
 use tautrack::robots::crawler::Crawler;
 use tautrack::robots::hylos::Hylos;
@@ -189,8 +189,20 @@ impl Bench {
                 position,
                 velocity: 0,
             };
+            // Drives follow at once when the robot is armed, and answer what their scale is.
+            let state = if self.command.request == Request::Arm as u8 {
+                DriveState::OperationEnabled
+            } else {
+                DriveState::SwitchOnDisabled
+            };
+            if self.now_us == 100_000 {
+                let [low, high] = POSITION_SCALE.to_le_bytes();
+                let [a, b] = B2p2::scale(usize::from(id) - 2).code().to_le_bytes();
+                let answer = [0x4b, low, high, 0, a, b, 0, 0];
+                frames.extend(Frame::new(0x580 + u16::from(id), &answer));
+            }
             let status = DriveStatus {
-                statusword: DriveState::OperationEnabled.statusword() | status::REFERENCED,
+                statusword: state.statusword() | status::REFERENCED,
                 ..DriveStatus::default()
             };
             if self.now_us.is_multiple_of(4_000) {

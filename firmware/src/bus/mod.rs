@@ -286,7 +286,11 @@ mod tests {
             let answered = bus.condition(&sync, now_us).control_runs;
             (sent, answered)
         };
-        assert_eq!(second(true), (21, true), "boot-up and one every 50 ms");
+        assert_eq!(
+            second(true),
+            (20, true),
+            "one every 50 ms, boot-up included"
+        );
         assert_eq!(second(false), (0, false));
         assert_eq!(second(true), (20, true));
     }

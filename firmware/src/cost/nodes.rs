@@ -19,7 +19,7 @@ use tautrack::settings::{Setting, Settings};
 use tautrack::units::Angle;
 
 /// Ticks before the counting begins, in which a node comes to life.
-const WARM_UP: u32 = 200;
+const WARM_UP: u32 = 400;
 /// Ticks from one SYNC to the next.
 const SYNC_TICKS: u32 = 4;
 

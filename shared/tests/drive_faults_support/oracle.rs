@@ -37,17 +37,24 @@ impl Tally {
     pub fn counts(&self) -> impl Iterator<Item = (String, u64)> {
         let states = STATES.iter().zip(self.states);
         let states = states.map(|(state, count)| (format!("{state:?}"), count));
-        // A guard's fault, which no drive raises.
+        // No drive raises the faults that the guard reports.
         let drive = ALL
             .iter()
             .zip(self.faults)
-            .filter(|(fault, _)| **fault != Fault::NodeLost);
+            .filter(|(fault, _)| !BY_THE_GUARD.contains(fault));
         let faults = drive.map(|(fault, count)| (format!("{fault:?}"), count));
         states
             .chain(faults)
             .chain([("a second fault".to_owned(), self.behind_another)])
     }
 }
+
+const BY_THE_GUARD: [Fault; 4] = [
+    Fault::NodeLost,
+    Fault::SecondMaster,
+    Fault::UnexpectedState,
+    Fault::ScaleMismatch,
+];
 
 /// The conditions that a reading can meet, with their dwell in ticks.
 const DWELLS: [(Fault, u32); 7] = [

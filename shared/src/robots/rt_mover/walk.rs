@@ -317,9 +317,7 @@ impl Gait {
         let (p, pace) = (&self.parameters, &self.pace);
         let (leg, lifted) = (situation.lifted.axle(), situation.lifted);
         let reached = |reached: bool| reached.then_some(Event::Reached);
-        let steered = |targets: [f32; 2]| {
-            (0..2).all(|i| (targets[i] - situation.shape.steering[i]).abs() < STEERED)
-        };
+        let steered = |targets: [f32; 2]| situation.shape.is_steered(targets, STEERED);
         if self.since > pace.patience {
             return Some(Event::Late);
         }
@@ -478,7 +476,7 @@ impl Gait {
         let (p, pace, shape) = (&self.parameters, &self.pace, &situation.shape);
         let share = clamp(inputs.share, 0.0, 1.0);
         let targets = self.steering(situation, inputs.asked);
-        let steered = (0..2).all(|i| (targets[i] - shape.steering[i]).abs() < 0.1);
+        let steered = shape.is_steered(targets, 0.1);
         let speed = match self.stage {
             Stage::Skewing | Stage::Seeking if steered => share * pace.speed,
             Stage::Standing if steered => share * inputs.asked[0],

@@ -107,6 +107,14 @@ impl<S: Scalar> Shape<S> {
     };
 }
 
+impl Shape<f32> {
+    /// Whether both steering shafts are closer than `tolerance` (rad) to `targets`; false for NaN.
+    pub fn is_steered(&self, targets: [f32; 2], tolerance: f32) -> bool {
+        let mut shafts = targets.into_iter().zip(self.steering);
+        shafts.all(|(target, angle)| (target - angle).abs() < tolerance)
+    }
+}
+
 /// About x by an angle given as sine and cosine.
 fn pitched<S: Scalar>([sine, cosine]: [S; 2], v: Vector<S>) -> Vector<S> {
     [
