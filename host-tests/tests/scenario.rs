@@ -1,6 +1,6 @@
 //! Scenario files: good ones survive a round trip, bad ones are refused with one sentence that names the culprit.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use tautrack_host_tests::scenario::{BusView, NodeName, OperatorRequest, Scenario, Script};
 use tautrack_host_tests::setup::checkout;
 
