@@ -54,6 +54,7 @@ fn every_shipped_scenario_is_good_and_named_like_its_file() {
     assert_eq!(
         names,
         [
+            "client",
             "flat",
             "node-dies-mid-climb",
             "staircase",
