@@ -14,9 +14,12 @@ use crate::node::cia402::{
     CONTROL_FAULT_RESET, CONTROL_START, State, controlword, status, toward_operation,
 };
 use crate::robots::{DriveState, Goal};
+use crate::settings::{Setting, Settings};
 
-/// Motion and status come with every SYNC or every few; older ones are no longer a drive's state.
-const STATE_TIMEOUT_US: u64 = 60_000;
+/// Motion comes with every SYNC, status with every fifth; older ones are no longer a drive's state.
+/// Two statuses in a row may be lost on the way.
+const MIN_STATE_TIMEOUT_US: u64 = 60_000;
+const STATE_TIMEOUT_SYNCS: u64 = 15;
 /// Time in which a drive reaches the state that a new goal commands.
 const SETTLE_US: u64 = 200_000;
 /// Time for which a drive may have left the commanded state before that is a fault report.
@@ -58,6 +61,7 @@ impl Duty {
 pub(super) struct Drive {
     pub id: u8,
     heartbeat: Monitor,
+    state_timeout_us: u64,
     status: DriveStatus,
     status_us: Option<u64>,
     emergency: u16,
@@ -72,10 +76,16 @@ pub(super) struct Drive {
 }
 
 impl Drive {
-    pub fn new(id: u8, timeout_us: u64) -> Self {
+    pub fn new(id: u8, settings: &Settings) -> Self {
+        let syncs_us = STATE_TIMEOUT_SYNCS * settings.get(Setting::SyncPeriod) as u64;
         Self {
             id,
-            heartbeat: Monitor::new(timeout_us),
+            heartbeat: Monitor::new(settings.milliseconds(Setting::HeartbeatTimeout)),
+            state_timeout_us: if syncs_us > MIN_STATE_TIMEOUT_US {
+                syncs_us
+            } else {
+                MIN_STATE_TIMEOUT_US
+            },
             status: DriveStatus::default(),
             status_us: None,
             emergency: 0,
@@ -138,7 +148,7 @@ impl Drive {
     /// What is wrong with the drive, if anything; `driving` while the robot is or was under power.
     pub fn fault(&self, state: &DriveState, now_us: u64, driving: bool) -> Option<FaultReport> {
         let older = |heard: Option<u64>| {
-            heard.is_some_and(|heard| now_us.saturating_sub(heard) > STATE_TIMEOUT_US)
+            heard.is_some_and(|heard| now_us.saturating_sub(heard) > self.state_timeout_us)
         };
         let silent = driving && (older(state.heard_us) || older(self.status_us));
         let code = if self.emergency != 0 {

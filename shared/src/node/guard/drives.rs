@@ -39,10 +39,9 @@ pub(super) struct Drives {
 
 impl Drives {
     pub fn new<B: Body>(settings: &Settings) -> Self {
-        let timeout = settings.milliseconds(Setting::HeartbeatTimeout);
         let ids = B::drive_ids(settings);
         Self {
-            nodes: ids.iter().map(|id| Drive::new(*id, timeout)).collect(),
+            nodes: ids.iter().map(|id| Drive::new(*id, settings)).collect(),
             states: ids.iter().map(|_| DriveState::default()).collect(),
             scales: ids.iter().map(|_| ScaleReader::default()).collect(),
             expected_scales: (0..ids.len()).map(|drive| B::scale(drive).code()).collect(),
