@@ -125,11 +125,10 @@ fn climb(scenario: &Scenario, seconds: u32) -> Vec<Sample> {
                         0.4 + 0.2 * noise,
                     ],
                     bus_load: 0.30 + 0.02 * noise,
-                    events: if index == 1400 {
-                        vec![error("screw: heartbeat of chassis_joint late </script>")]
-                    } else {
-                        vec![]
-                    },
+                    events: Vec::from_iter(
+                        (index == 1400)
+                            .then(|| error("screw: heartbeat of chassis_joint late </script>")),
+                    ),
                     ..Heard::default()
                 },
                 ..Sample::default()

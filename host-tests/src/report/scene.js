@@ -19,11 +19,11 @@ function makeScene(svg, run) {
   };
   const ground = element("polygon", { fill: "var(--earth)" });
   const edge = element("polyline", { fill: "none", stroke: "var(--earth-edge)" });
-  const posts = element("g", { stroke: "var(--earth-edge)", fill: "var(--earth-edge)" });
   const robot = (run.sketch ? makeSketch : makeB2p2)(run, element, set, line), k = view.scale;
   // The near side is in front of the robot.
   const near = element("polygon", { fill: "var(--earth)", opacity: 0.7 });
   const nearEdge = element("polyline", { fill: "none", stroke: "var(--earth-edge)", "stroke-width": 0.006 * k });
+  const posts = element("g", { stroke: "var(--earth-edge)", fill: "var(--earth-edge)" });
   set(edge, { "stroke-width": 0.008 * k });
   const plumb = element("line", { stroke: "var(--c1)", "stroke-width": 0.006 * k, "stroke-dasharray": `${0.02 * k} ${0.014 * k}` });
   const touches = element("g", { fill: "var(--c0)" });
@@ -61,6 +61,8 @@ function makeScene(svg, run) {
     for (let n = Math.ceil(left / apart); n * apart < left + size[0]; n++) {
       const x = n * apart, z = groundAt(x);
       element("line", { x1: x, x2: x, y1: -z, y2: -z + 0.05 * k, "stroke-width": 0.006 * k }, posts);
+      // A label that the edge of the view would cut is left out.
+      if (Math.min(x - left, left + size[0] - x) < 0.12 * k) continue;
       element("text", { x, y: -z + 0.12 * k, "font-size": 0.055 * k, "text-anchor": "middle", stroke: "none" }, posts).textContent = `${x.toFixed(1).replace("-", "−")} m`;
     }
   }

@@ -220,8 +220,8 @@ fn the_scene_has_the_ground_and_moves_every_body() {
             for ((transform, shape), pose) in moved.iter().zip(&shapes).zip(&sample.bodies) {
                 assert_eq!(transform["child_frame_id"], shape.name);
                 let place = vector(&transform["translation"]);
-                for axis in 0..3 {
-                    assert!((place[axis] - pose.place[axis]).abs() < 1e-4, "{name}");
+                for (drawn, true_place) in place.iter().zip(&pose.place) {
+                    assert!((drawn - true_place).abs() < 1e-4, "{name}");
                 }
             }
         }

@@ -1,4 +1,4 @@
-//! A virtual environment of Python with packages from PyPI, below `target/`.
+//! A virtual environment of Python with packages from `PyPI`, below `target/`.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
