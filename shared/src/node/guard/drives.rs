@@ -61,6 +61,11 @@ impl Drives {
             && self.scales.iter().all(|scale| scale.found().is_some())
     }
 
+    /// As [`Self::complete`], and every drive has sent its status since it started.
+    pub fn ready_to_arm(&self) -> bool {
+        self.complete() && self.nodes.iter().all(Drive::has_status)
+    }
+
     pub fn receive(&mut self, frame: &Frame, now_us: u64) {
         // The low seven bits of an identifier are a node id, the others the function.
         let (node, function) = ((frame.id() & 0x7f) as u8, frame.id() & !0x7f);
@@ -98,7 +103,11 @@ impl Drives {
 
     /// The guard sends one SYNC, and a network management command or none.
     pub fn note_sent(&mut self, network_command: bool) {
-        self.own_frames = [u8::from(network_command), 1];
+        for (sent, more) in self.own_frames.iter_mut().zip([network_command, true]) {
+            // One may still be on its way back.
+            let count = *sent + u8::from(more);
+            *sent = if count < 2 { count } else { 2 };
+        }
     }
 
     /// The first fault report; `driving` while the robot is or was under power.
@@ -141,8 +150,12 @@ impl Drives {
     /// Clears what the operator acknowledges, and begins a fault reset of each drive that needs one.
     pub fn begin_reset(&mut self) {
         self.foreign = None;
-        for drive in &mut self.nodes {
+        let scales = self.scales.iter_mut().zip(&self.expected_scales);
+        for (drive, (scale, expected)) in self.nodes.iter_mut().zip(scales) {
             drive.begin_reset();
+            if scale.found() != Some(*expected) {
+                scale.forget();
+            }
         }
     }
 
@@ -151,17 +164,19 @@ impl Drives {
         self.nodes.iter().any(Drive::resets)
     }
 
-    /// Whether a drive has started anew since the call before: it waits for the network's start, and
-    /// its scale is read again.
-    pub fn take_restarted(&mut self) -> bool {
-        let mut any = false;
+    /// Looks for drives that have started anew: their scale is read again.
+    pub fn check_restarts(&mut self, driving: bool) {
         for (drive, scale) in self.nodes.iter_mut().zip(&mut self.scales) {
-            if drive.take_restarted() {
+            if drive.check_restart(driving) {
                 scale.forget();
-                any = true;
             }
         }
-        any
+    }
+
+    /// Whether a drive waits for the network's start, which is sent now.
+    pub fn take_start(&mut self) -> bool {
+        let waiting = self.nodes.iter_mut().map(Drive::take_start);
+        waiting.fold(false, |any, waits| any | waits)
     }
 
     /// The requests that are due for scales that are not known yet.
