@@ -20,7 +20,7 @@ fn frames(step: u64) -> heapless::Vec<Frame, 32> {
     if step == 5 {
         put(nmt(NmtCommand::Start, 0));
     }
-    if step.is_multiple_of(50) && step < 300 {
+    if (step == 2 || step.is_multiple_of(50)) && step < 300 {
         put(Frame::new(0x701, &[5]).expect("a heartbeat"));
     }
     if step == 100 {

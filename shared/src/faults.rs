@@ -102,7 +102,7 @@ faults! {
         "the operator's reset",
         "Disconnect the other program or guard; a client commands the robot through the guard's objects.";
     UnexpectedState = 0xff04, "drive left the commanded state", Hold,
-        "A drive did not reach the commanded state within 200 ms, or left it for 20 ms.",
+        "A drive did not reach the commanded state within 200 ms (25 SYNC periods, if longer), or left it.",
         "the operator's reset",
         "Look at that drive's statusword, at its log, and at who else writes its controlword.";
     ScaleMismatch = 0xff05, "position scale differs", Hold,

@@ -189,8 +189,9 @@ impl Bench {
                 position,
                 velocity: 0,
             };
-            // Drives follow at once when the robot is armed, and answer what their scale is.
-            let state = if self.command.request == Request::Arm as u8 {
+            // Drives follow at once when the guard enables them, and answer what their scale is.
+            let guard = State::from_code(self.guard.outputs().state.state);
+            let state = if guard.is_some_and(State::driving) {
                 DriveState::OperationEnabled
             } else {
                 DriveState::SwitchOnDisabled

@@ -291,7 +291,9 @@ mod tests {
             (20, true),
             "one every 50 ms, boot-up included"
         );
-        assert_eq!(second(false), (0, false));
+        // One may be due before the silence of the control task has lasted.
+        let (sent, answered) = second(false);
+        assert!(sent <= 1 && !answered, "{sent}");
         assert_eq!(second(true), (20, true));
     }
 }

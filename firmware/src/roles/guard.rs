@@ -81,6 +81,10 @@ impl<B: Body> Tick for Guard<B> {
     }
 }
 
+/// The operator's command, and the sub-index of its sequence number.
+const COMMAND: u16 = 0x4000;
+const SEQUENCE: u8 = 5;
+
 /// Most frames between two ticks: a 1 Mbit/s bus carries fewer in 1 ms.
 const MAX_HEARD: usize = 32;
 
@@ -107,8 +111,13 @@ fn start<B: Body>(
 
 fn heard(heard: Heard) {
     HEARD.push(heard.frame);
-    // By process data, or by a client that writes the command's objects one by one.
-    if heard.wrote && heard.sdo_index.is_none_or(|index| index == 0x4000) {
+    // By process data, or by a client that writes the command's objects one by one: the sequence
+    // number comes last and makes the command count.
+    let complete = match heard.sdo_index {
+        Some(index) => index == COMMAND && heard.frame.data().get(3) == Some(&SEQUENCE),
+        None => true,
+    };
+    if heard.wrote && complete {
         OPERATOR.store(true, Ordering::Relaxed);
     }
 }

@@ -82,6 +82,9 @@ const GEARED: &[(Setting, i32)] = &[
     (Setting::ReferenceDirection, 1),
     (Setting::ReferencePosition, (SWITCH * 1e6) as i32),
     (Setting::ReferenceSpeed, 50),
+    // The wheels stand while their axle is steered: homing takes the whole current, and no creeping.
+    (Setting::HomingCurrent, 10_000),
+    (Setting::HomingApproach, 500),
 ];
 
 impl Drive {

@@ -3,7 +3,7 @@
 
 use crate::bench::{self, Bench, Node};
 use std::path::Path;
-use tautrack::bus::network::{Emergency, emergency, is_sync};
+use tautrack::bus::network::{Emergency, NmtCommand, emergency, is_sync, nmt};
 use tautrack::bus::pdo::{
     DriveMotion, DriveStatus, GuardState, OperatorCommand, Payload, PositionSetPoint, Request,
     VelocitySetPoint, receive, transmit,
@@ -26,6 +26,10 @@ pub struct Drive {
     pub outputs: Option<Outputs>,
     /// A set-point that somebody else gets through to the drive once.
     pub intruder: Option<SetPoint>,
+    /// NMT has started it: it takes set-points and sends process data.
+    operational: bool,
+    boots: bool,
+    syncs: u32,
     scale: u16,
     settings: Settings,
     role: Role,
@@ -56,6 +60,9 @@ impl Drive {
             bench,
             outputs: None,
             intruder: None,
+            operational: false,
+            boots: true,
+            syncs: 0,
             scale,
             role: spec.role,
             joint: (spec.role == Role::Screw).then(|| settings.id(Setting::JointId)),
@@ -66,7 +73,10 @@ impl Drive {
     /// The node starts anew; the rotor is where it was.
     pub fn restart(&mut self) {
         self.bench.node = node(self.role, &self.settings);
+        self.bench.set_point = None;
         self.outputs = None;
+        self.operational = false;
+        self.boots = true;
     }
 
     pub fn state(&self) -> Option<DriveState> {
@@ -84,6 +94,10 @@ impl Drive {
 
     /// Takes one frame; its answer, if it is a question.
     fn receive(&mut self, frame: &Frame) -> Option<Frame> {
+        self.operational |= *frame == nmt(NmtCommand::Start, 0);
+        if !self.operational && frame.id() < 0x580 {
+            return None;
+        }
         let mut follow = |controlword, mode, target| {
             self.bench.set_point = Some(SetPoint {
                 controlword,
@@ -215,12 +229,18 @@ impl<B: Body> Network<B> {
         for drive in &mut self.drives {
             for frame in &to_drives {
                 to_guard.extend(drive.receive(frame));
-                if let (true, Some(outputs)) = (is_sync(frame), &drive.outputs) {
+                if let (true, true, Some(outputs)) =
+                    (is_sync(frame), drive.operational, &drive.outputs)
+                {
                     let motion = outputs.motion.frame(transmit(1), drive.id);
                     joined.push(motion);
                     to_guard.push(motion);
-                    let status: DriveStatus = outputs.status;
-                    to_guard.push(status.frame(transmit(2), drive.id));
+                    // Transmission type 5: with every fifth SYNC.
+                    drive.syncs += 1;
+                    if drive.syncs.is_multiple_of(5) {
+                        let status: DriveStatus = outputs.status;
+                        to_guard.push(status.frame(transmit(2), drive.id));
+                    }
                 }
             }
             drive.bench.guard_alive = self.guard.is_some();
@@ -238,8 +258,12 @@ impl<B: Body> Network<B> {
                 }));
             }
             drive.outputs = Some(outputs);
-            if milliseconds.is_multiple_of(50) {
-                to_guard.extend(Frame::new(0x700 + u16::from(drive.id), &[5]));
+            let heartbeat = 0x700 + u16::from(drive.id);
+            if std::mem::take(&mut drive.boots) {
+                to_guard.extend(Frame::new(heartbeat, &[0]));
+            } else if milliseconds.is_multiple_of(50) {
+                let state = if drive.operational { 5 } else { 127 };
+                to_guard.extend(Frame::new(heartbeat, &[state]));
             }
         }
         self.to_drives.extend(joined);
@@ -298,13 +322,15 @@ impl<B: Body> Network<B> {
         network
     }
 
-    /// Highest speed of an output shaft as a fraction of its limit.
+    /// Highest speed of an output shaft under power as a fraction of its limit. A drive that is off
+    /// coasts: these rotors have no friction.
     pub fn fastest(&self) -> f64 {
         let speed = |drive: &Drive| {
             drive.bench.velocity.abs()
                 / (1e-3 * f64::from(drive.settings.get(Setting::VelocityLimit)))
         };
-        self.drives.iter().map(speed).fold(0.0, f64::max)
+        let powered = self.drives.iter().filter(|drive| drive.under_power());
+        powered.map(speed).fold(0.0, f64::max)
     }
 
     /// Angles of all output shafts, rad.

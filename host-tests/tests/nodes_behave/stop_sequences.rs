@@ -95,7 +95,7 @@ fn sequence<B: Body>(scenario: &str, seed: u64) {
     let mut watch = Watch::new(network.drives.len());
     let mut events = vec![format!("{scenario}, seed {seed}")];
     for _ in 0..20 {
-        let event = random.below(12);
+        let event = random.below(13);
         match event {
             0..=3 => network.request(Request::Arm),
             4 => network.request(Request::Stop),
@@ -118,6 +118,11 @@ fn sequence<B: Body>(scenario: &str, seed: u64) {
                     // The guard's latch is gone with it, and it arms by a new request only.
                     watch.latched = false;
                 }
+            }
+            11 => {
+                // A drive starts anew, in whatever state.
+                let drive = random.below(network.drives.len() as u64) as usize;
+                network.drives[drive].restart();
             }
             _ => {
                 let choice = [Request::Override, Request::BackOff, Request::Disarm];

@@ -75,6 +75,60 @@ fn a_reset_in_held_leaves_the_drives_holding() {
     assert!(!network.drive(JOINT).under_power());
 }
 
+#[test]
+fn a_fault_in_any_stage_of_the_start_stops_every_drive_and_a_reset_leads_out() {
+    for stage in 0..4 {
+        for victim in [2, JOINT, 5] {
+            let mut network = Network::<B2p2>::new(STAIRS, &[]);
+            network.until(State::Ready);
+            network.run(40);
+            network.request(Request::Arm);
+            network.until(State::Waking(stage));
+            network.run(60);
+            network.drive(victim).restart();
+            network.until(State::Held);
+            network.run(300);
+            let places = network.angles();
+            for _ in 0..2_000 {
+                network.tick();
+                let fastest = network.fastest();
+                assert!(
+                    fastest < 0.01,
+                    "stage {stage}, node {victim}: {fastest} of its limit"
+                );
+            }
+            for (drive, before) in network.drives.iter().zip(places) {
+                let moved = (drive.bench.angle - before).abs();
+                assert!(
+                    moved < 0.02 || !drive.under_power(),
+                    "stage {stage}, node {victim}: node {} moved",
+                    drive.id
+                );
+            }
+            network.request(Request::Reset);
+            network.until(State::Ready);
+            network.request(Request::Arm);
+            network.until(State::Armed);
+        }
+    }
+}
+
+#[test]
+fn an_emergency_stop_shorter_than_a_sync_period_latches() {
+    let mut network = b2p2();
+    network.command.forward = 130;
+    network.run(1_000);
+    network.emergency_stop = true;
+    network.tick();
+    network.emergency_stop = false;
+    network.run(1_500);
+    assert!(
+        network.fastest() < 0.01,
+        "{} of its limit",
+        network.fastest()
+    );
+}
+
 /// What stops a robot that is on its way, beside a fault.
 #[derive(Clone, Copy, Debug)]
 enum Stop {

@@ -22,14 +22,21 @@ pub(super) struct Readings {
     pub powered: bool,
 }
 
+/// When a motor counts as blocked: it stands, although nearly all the current is commanded.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Stall {
+    /// Commanded current above which a motor must turn, A.
+    pub pushing: f32,
+    /// Speed below which it does not, rad/s.
+    pub standing: f32,
+}
+
 /// Bounds of the watches.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Bounds {
     over_current: f32,
     /// Current that counts as a drive in one direction: half of the limit.
     driving: f32,
-    /// Speed below which a motor stands.
-    standing: f32,
     overspeed: f32,
     /// Distance of two velocities that no control error explains.
     deviation: f32,
@@ -93,7 +100,6 @@ impl Bounds {
         Self {
             over_current: 1.25 * current,
             driving: 0.5 * current,
-            standing: 0.01 * velocity,
             overspeed: 1.2 * velocity,
             deviation: 0.2 * velocity,
             following: following.unsigned_abs(),
@@ -102,13 +108,13 @@ impl Bounds {
 }
 
 impl Supervisor {
-    /// The faults whose condition has lasted its dwell and lasts still. `pushing`: current, A,
-    /// above which a motor must turn. Comparisons are written so that NaN counts as bad.
-    pub fn check(&mut self, now: &Readings, bounds: &Bounds, pushing: f32) -> Faults {
+    /// The faults whose condition has lasted its dwell and lasts still. Comparisons are written so
+    /// that NaN counts as bad.
+    pub fn check(&mut self, now: &Readings, bounds: &Bounds, stall: &Stall) -> Faults {
         let (current, speed) = (now.current.abs(), now.velocity.abs());
         // No reading is so large that the sum of two has no room.
         let finite = current + now.bus_voltage.abs() < f32::INFINITY;
-        let blocked = now.powered && speed < bounds.standing && !(now.demand.abs() <= pushing);
+        let blocked = now.powered && speed < stall.standing && !(now.demand.abs() <= stall.pushing);
         let deviating = self.deviates(now, bounds) && now.powered;
         // In the order of `WATCHES`.
         let bad = [
@@ -165,6 +171,11 @@ impl Supervisor {
 mod tests {
     use super::*;
 
+    const STALL: Stall = Stall {
+        pushing: 9.0,
+        standing: 0.06,
+    };
+
     const GOOD: Readings = Readings {
         current: 1.0,
         demand: 1.0,
@@ -178,7 +189,7 @@ mod tests {
     fn ticks_until_fault(readings: Readings) -> Option<(usize, Faults)> {
         let (mut supervisor, bounds) = (Supervisor::default(), Bounds::new(10.0, 6.0, 400));
         (1..500).find_map(|tick| {
-            let faults = supervisor.check(&readings, &bounds, 9.0);
+            let faults = supervisor.check(&readings, &bounds, &STALL);
             (!faults.is_empty()).then_some((tick, faults))
         })
     }
@@ -272,7 +283,7 @@ mod tests {
         };
         let mut faults = Faults::NONE;
         for _ in 0..100 {
-            faults = supervisor.check(&bad, &bounds, 9.0);
+            faults = supervisor.check(&bad, &bounds, &STALL);
         }
         for fault in [
             Fault::OverCurrent,
@@ -282,7 +293,7 @@ mod tests {
         ] {
             assert!(faults.contains(fault), "{fault:?} in {faults:?}");
         }
-        assert_eq!(supervisor.check(&GOOD, &bounds, 9.0), Faults::NONE);
+        assert_eq!(supervisor.check(&GOOD, &bounds, &STALL), Faults::NONE);
     }
 
     /// Velocities over time with the current that acts, and whether that is a deviation.
@@ -296,7 +307,14 @@ mod tests {
                 ..GOOD
             };
             supervisor
-                .check(&now, &bounds, 99.0)
+                .check(
+                    &now,
+                    &bounds,
+                    &Stall {
+                        pushing: 99.0,
+                        ..STALL
+                    },
+                )
                 .contains(Fault::VelocityDeviation)
         })
     }
@@ -327,7 +345,7 @@ mod tests {
         };
         for tick in 0..100 {
             let now = if tick % 4 == 3 { GOOD } else { bad };
-            assert_eq!(supervisor.check(&now, &bounds, 9.0), Faults::NONE);
+            assert_eq!(supervisor.check(&now, &bounds, &STALL), Faults::NONE);
         }
     }
 }

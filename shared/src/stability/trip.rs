@@ -129,6 +129,8 @@ pub fn crawl(asked: Command, parameters: &Parameters) -> Command {
 pub struct Trip {
     latched: bool,
     snapshot: Option<Snapshot>,
+    /// The trip whose place an emergency stop has taken.
+    covered: Option<Snapshot>,
     count: u16,
     reset_before: bool,
     /// Margin when backing off began; it does not begin again until the request was withdrawn.
@@ -143,13 +145,18 @@ impl Trip {
         self.reset_before = requests.reset;
         let back = sight.band < Band::Limit && matches!(sight.trust, Trust::Full);
         let stopped = self.cause() == Some(Cause::EmergencyStop);
-        // What an emergency stop covers trips again, in this very evaluation, if it is still there.
+        // A robot that is not armed stands still; what is still there trips it when it is armed.
+        let back = back || !sight.armed;
         if asked_to_reset && (back || stopped) && !requests.emergency_stop {
             self.latched = false;
+            if let Some(covered) = self.covered.take().filter(|_| !back) {
+                (self.latched, self.snapshot) = (true, Some(covered));
+            }
         }
         // An emergency stop takes the place of any other cause.
         let kept = self.latched && (stopped || !requests.emergency_stop);
         if let Some(cause) = Self::new_cause(sight, requests).filter(|_| !kept) {
+            self.covered = self.snapshot.filter(|_| self.latched);
             self.latched = true;
             self.count = self.count.saturating_add(1);
             self.snapshot = Some(Snapshot {

@@ -8,6 +8,7 @@ use super::super::CONTROL_PERIOD;
 use crate::math::{Bound, limit};
 use crate::motor::cascade::{Cascade, Gains};
 use crate::motor::profile::Limits;
+use crate::node::supervisor::Stall;
 use crate::settings::{Setting, Settings};
 
 /// Limits of one kind of operation, with the loops that keep them.
@@ -16,8 +17,8 @@ pub(super) struct Envelope {
     pub limits: Limits,
     /// A.
     pub current_limit: f32,
-    /// Commanded current above which a motor must turn, A.
-    pub pushing: f32,
+    /// When a motor counts as blocked.
+    pub stall: Stall,
     pub cascade: Cascade,
     /// Bounds of the cascade: the current limit, and the one for holding a position after a stop.
     pub full: Bound,
@@ -52,7 +53,10 @@ impl Envelope {
                 acceleration: settings.scaled(Setting::AccelerationLimit, 1e-3),
             },
             current_limit: current,
-            pushing: 0.9 * current,
+            stall: Stall {
+                pushing: 0.9 * current,
+                standing: 0.01 * velocity,
+            },
             full: cascade.bound(current),
             hold: cascade.bound(limit(hold_current, current)),
             cascade,

@@ -14,13 +14,16 @@ use crate::node::cia402::{
     CONTROL_FAULT_RESET, CONTROL_START, State, controlword, status, toward_operation,
 };
 use crate::robots::{DriveState, Goal};
+use crate::settings::{Setting, Settings};
 
-/// Motion and status come with every SYNC or every few; older ones are no longer a drive's state.
-const STATE_TIMEOUT_US: u64 = 60_000;
-/// Time in which a drive reaches the state that a new goal commands.
-const SETTLE_US: u64 = 200_000;
-/// Time for which a drive may have left the commanded state before that is a fault report.
-const DEVIATION_US: u64 = 20_000;
+/// Motion comes with every SYNC, status with every fifth; older ones are no longer a drive's state.
+/// Two statuses in a row may be lost on the way.
+const MIN_STATE_TIMEOUT_US: u64 = 60_000;
+const STATE_TIMEOUT_SYNCS: u64 = 15;
+/// Time in which a drive reaches the state that a new goal commands: three transitions, each with a
+/// status of its own.
+const MIN_SETTLE_US: u64 = 200_000;
+const SETTLE_SYNCS: u64 = 25;
 
 /// Commands of one fault reset: low, so that the next is an edge; high; low until the drive has
 /// answered. A reset ends after all of them, whatever the drive says.
@@ -58,6 +61,8 @@ impl Duty {
 pub(super) struct Drive {
     pub id: u8,
     heartbeat: Monitor,
+    state_timeout_us: u64,
+    settle_us: u64,
     status: DriveStatus,
     status_us: Option<u64>,
     emergency: u16,
@@ -66,24 +71,34 @@ pub(super) struct Drive {
     duty: Duty,
     /// The drive has reached the commanded state since it was commanded.
     met: bool,
-    /// When the status was last as commanded, or the command was given.
-    last_met_us: u64,
+    /// When the commanded state was commanded.
+    duty_since_us: u64,
+    /// The drive has started anew: it has lost its state.
     restarted: bool,
+    /// Its heartbeat says that it exchanges no process data.
+    waits_for_start: bool,
 }
 
 impl Drive {
-    pub fn new(id: u8, timeout_us: u64) -> Self {
+    pub fn new(id: u8, settings: &Settings) -> Self {
+        let syncs = |count: u64, minimum: u64| {
+            let time_us = count * settings.get(Setting::SyncPeriod) as u64;
+            if time_us > minimum { time_us } else { minimum }
+        };
         Self {
             id,
-            heartbeat: Monitor::new(timeout_us),
+            heartbeat: Monitor::new(settings.milliseconds(Setting::HeartbeatTimeout)),
+            state_timeout_us: syncs(STATE_TIMEOUT_SYNCS, MIN_STATE_TIMEOUT_US),
+            settle_us: syncs(SETTLE_SYNCS, MIN_SETTLE_US),
             status: DriveStatus::default(),
             status_us: None,
             emergency: 0,
             reset: 0,
             duty: Duty::Hold,
             met: false,
-            last_met_us: 0,
+            duty_since_us: 0,
             restarted: false,
+            waits_for_start: false,
         }
     }
 
@@ -100,11 +115,16 @@ impl Drive {
             state.enabled = self.state() == Some(State::OperationEnabled);
             if self.state().is_some_and(|state| self.duty.is_met_by(state)) {
                 self.met = true;
-                self.last_met_us = now_us;
             }
         } else if let Some((_, network)) = as_heartbeat(frame) {
-            self.restarted |= network == NmtState::BootUp;
             self.heartbeat.heard(now_us);
+            self.waits_for_start |= network != NmtState::Operational;
+            if network == NmtState::BootUp {
+                self.restarted = true;
+                self.status_us = None;
+                self.status = DriveStatus::default();
+                *state = DriveState::default();
+            }
         } else if let Some(emergency) = as_emergency(frame) {
             self.emergency = emergency.code;
         }
@@ -121,9 +141,21 @@ impl Drive {
         self.heartbeat.seen()
     }
 
-    /// The drive started anew since the call before.
-    pub fn take_restarted(&mut self) -> bool {
-        core::mem::take(&mut self.restarted)
+    /// The drive has sent its status since it started.
+    pub fn has_status(&self) -> bool {
+        self.status_us.is_some()
+    }
+
+    /// Whether the drive has started anew; forgets it unless the robot is `driving`.
+    pub fn check_restart(&mut self, driving: bool) -> bool {
+        let restarted = self.restarted;
+        self.restarted &= driving;
+        restarted
+    }
+
+    /// Whether the drive waits for the network's start, which is sent now.
+    pub fn take_start(&mut self) -> bool {
+        core::mem::take(&mut self.waits_for_start)
     }
 
     /// Error code of the drive, 0 for none. A code that a reset may clear still counts.
@@ -138,9 +170,9 @@ impl Drive {
     /// What is wrong with the drive, if anything; `driving` while the robot is or was under power.
     pub fn fault(&self, state: &DriveState, now_us: u64, driving: bool) -> Option<FaultReport> {
         let older = |heard: Option<u64>| {
-            heard.is_some_and(|heard| now_us.saturating_sub(heard) > STATE_TIMEOUT_US)
+            heard.is_some_and(|heard| now_us.saturating_sub(heard) > self.state_timeout_us)
         };
-        let silent = driving && (older(state.heard_us) || older(self.status_us));
+        let silent = driving && (older(state.heard_us) || older(self.status_us) || self.restarted);
         let code = if self.emergency != 0 {
             self.emergency
         } else if self.heartbeat.lost(now_us) || silent {
@@ -161,17 +193,21 @@ impl Drive {
         })
     }
 
+    /// The newest status is not as commanded, although the drive had the time or was there before.
     fn disobeys(&self, now_us: u64) -> bool {
-        let apart = now_us.saturating_sub(self.last_met_us);
-        let allowed = if self.met { DEVIATION_US } else { SETTLE_US };
-        let meets = self.state().is_none_or(|state| self.duty.is_met_by(state));
-        !meets && apart > allowed
+        let meets = match self.state() {
+            Some(state) => self.duty.is_met_by(state),
+            None => self.duty != Duty::Operate,
+        };
+        let settled = now_us.saturating_sub(self.duty_since_us) > self.settle_us;
+        !meets && (self.met || settled)
     }
 
     /// Begins a fault reset of a drive that has a fault, unless one is under way.
     pub fn begin_reset(&mut self) {
         let faulty = self.error_code() != 0 || self.state() == Some(State::Fault);
         self.emergency = 0;
+        self.restarted = false;
         if faulty && self.reset == 0 {
             self.reset = RESET_COMMANDS;
         }
@@ -188,7 +224,7 @@ impl Drive {
         if duty != self.duty || self.resets() {
             self.duty = duty;
             self.met = false;
-            self.last_met_us = now_us;
+            self.duty_since_us = now_us;
         }
         let state = self.state();
         let mut word = match (duty, state) {

@@ -39,10 +39,9 @@ pub(super) struct Drives {
 
 impl Drives {
     pub fn new<B: Body>(settings: &Settings) -> Self {
-        let timeout = settings.milliseconds(Setting::HeartbeatTimeout);
         let ids = B::drive_ids(settings);
         Self {
-            nodes: ids.iter().map(|id| Drive::new(*id, timeout)).collect(),
+            nodes: ids.iter().map(|id| Drive::new(*id, settings)).collect(),
             states: ids.iter().map(|_| DriveState::default()).collect(),
             scales: ids.iter().map(|_| ScaleReader::default()).collect(),
             expected_scales: (0..ids.len()).map(|drive| B::scale(drive).code()).collect(),
@@ -60,6 +59,11 @@ impl Drives {
     pub fn complete(&self) -> bool {
         self.nodes.iter().all(Drive::seen)
             && self.scales.iter().all(|scale| scale.found().is_some())
+    }
+
+    /// As [`Self::complete`], and every drive has sent its status since it started.
+    pub fn ready_to_arm(&self) -> bool {
+        self.complete() && self.nodes.iter().all(Drive::has_status)
     }
 
     pub fn receive(&mut self, frame: &Frame, now_us: u64) {
@@ -99,7 +103,11 @@ impl Drives {
 
     /// The guard sends one SYNC, and a network management command or none.
     pub fn note_sent(&mut self, network_command: bool) {
-        self.own_frames = [u8::from(network_command), 1];
+        for (sent, more) in self.own_frames.iter_mut().zip([network_command, true]) {
+            // One may still be on its way back.
+            let count = *sent + u8::from(more);
+            *sent = if count < 2 { count } else { 2 };
+        }
     }
 
     /// The first fault report; `driving` while the robot is or was under power.
@@ -142,8 +150,12 @@ impl Drives {
     /// Clears what the operator acknowledges, and begins a fault reset of each drive that needs one.
     pub fn begin_reset(&mut self) {
         self.foreign = None;
-        for drive in &mut self.nodes {
+        let scales = self.scales.iter_mut().zip(&self.expected_scales);
+        for (drive, (scale, expected)) in self.nodes.iter_mut().zip(scales) {
             drive.begin_reset();
+            if scale.found() != Some(*expected) {
+                scale.forget();
+            }
         }
     }
 
@@ -152,17 +164,19 @@ impl Drives {
         self.nodes.iter().any(Drive::resets)
     }
 
-    /// Whether a drive has started anew since the call before: it waits for the network's start, and
-    /// its scale is read again.
-    pub fn take_restarted(&mut self) -> bool {
-        let mut any = false;
+    /// Looks for drives that have started anew: their scale is read again.
+    pub fn check_restarts(&mut self, driving: bool) {
         for (drive, scale) in self.nodes.iter_mut().zip(&mut self.scales) {
-            if drive.take_restarted() {
+            if drive.check_restart(driving) {
                 scale.forget();
-                any = true;
             }
         }
-        any
+    }
+
+    /// Whether a drive waits for the network's start, which is sent now.
+    pub fn take_start(&mut self) -> bool {
+        let waiting = self.nodes.iter_mut().map(Drive::take_start);
+        waiting.fold(false, |any, waits| any | waits)
     }
 
     /// The requests that are due for scales that are not known yet.

@@ -118,6 +118,8 @@ pub struct Guard<B> {
     attitude: Attitude,
     estimator: Estimator,
     operator: Operator,
+    /// Reset and emergency stop since the last SYNC.
+    requests: Requests,
     fault: Option<FaultReport>,
     verdict: Verdict,
     refused: u32,
@@ -149,6 +151,7 @@ impl<B: Body> Guard<B> {
             attitude: Attitude::default(),
             estimator: Estimator::new(settings),
             operator: Operator::new(settings),
+            requests: Requests::default(),
             fault: None,
             verdict: Verdict::Passed,
             refused: 0,
@@ -192,7 +195,11 @@ impl<B: Body> Guard<B> {
             }
         }
         if sync_due {
-            self.next_sync_us = now_us + self.sync_period_us;
+            // A late tick does not move the next one, unless it is a whole period late.
+            self.next_sync_us += self.sync_period_us;
+            if self.next_sync_us <= now_us {
+                self.next_sync_us = now_us + self.sync_period_us;
+            }
             (self.judged, self.located) = (false, false);
             self.syncs = self.syncs.wrapping_add(1);
             self.offsets_due = self.feed_forward && self.syncs.is_multiple_of(OFFSET_SYNCS);
@@ -239,10 +246,14 @@ impl<B: Body> Guard<B> {
 
     /// Takes the operator's command; a request that has changed to "reset" acknowledges everything.
     fn listen(&mut self, inputs: &Inputs<'_>) {
+        self.requests.emergency_stop |= inputs.emergency_stop;
         let Some(command) = inputs.operator else {
             return;
         };
-        if self.operator.receive(command, inputs.now_us) {
+        let resets = self.operator.receive(command, inputs.now_us);
+        self.requests.emergency_stop |= self.operator.request() == Request::EmergencyStop;
+        self.requests.reset |= resets;
+        if resets {
             self.fault = None;
             self.drives.begin_reset();
             self.body.acknowledge();
@@ -280,7 +291,7 @@ impl<B: Body> Guard<B> {
     fn cycle(&mut self, inputs: &Inputs<'_>) {
         let now_us = inputs.now_us;
         let before = self.state;
-        let restarted = self.drives.take_restarted();
+        self.drives.check_restarts(before.driving());
         self.advance_state(now_us);
         self.pass_command(inputs);
         // Behind the filter: a trip or an emergency stop counts in the period in which it comes.
@@ -292,20 +303,21 @@ impl<B: Body> Guard<B> {
         if self.state != State::Armed && !starting {
             self.body.rest();
         }
-        let joined = matches!(before, State::Waiting | State::Held);
-        let starts = self.state == State::Ready && (joined || restarted);
-        self.send(starts, now_us);
+        // A drive that has started anew waits for it in "held", too: its reset needs its status.
+        let joined = before == State::Waiting && self.state == State::Ready;
+        let waits = matches!(self.state, State::Ready | State::Held) && self.drives.take_start();
+        self.send(joined || waits, now_us);
     }
 
     /// Takes the state that follows from fault reports, drives and the operator's request.
     fn advance_state(&mut self, now_us: u64) {
         let before = self.state;
-        let complete = self.drives.complete();
+        let ready = self.drives.ready_to_arm();
         let conditions = Conditions {
-            complete,
+            complete: self.drives.complete(),
             fault: self.fault.is_some() || self.drives.reset_under_way(),
             disarms: self.operator.disarms(now_us),
-            arms: complete && self.operator.arms(now_us) && !self.supervision.tripped(),
+            arms: ready && self.operator.arms(now_us) && !self.supervision.tripped(),
             open: self.gate == Gate::Open,
         };
         let drives = self.drives.states();
@@ -367,6 +379,7 @@ impl<B: Body> Guard<B> {
         let (now_us, period) = (inputs.now_us, self.period());
         let request = self.operator.request();
         let present = self.operator.present(now_us);
+        let seen = core::mem::take(&mut self.requests);
         let armed = self.state == State::Armed;
         let moment = Moment {
             now_us,
@@ -374,10 +387,11 @@ impl<B: Body> Guard<B> {
             attended: self.operator.attends(now_us),
             drives: request == Request::Arm,
             requests: Requests {
-                reset: request == Request::Reset,
                 override_trip: request == Request::Override && present,
                 back_off: request == Request::BackOff && present,
-                emergency_stop: inputs.emergency_stop || request == Request::EmergencyStop,
+                // However short they were since the SYNC before.
+                reset: seen.reset,
+                emergency_stop: seen.emergency_stop || request == Request::EmergencyStop,
             },
         };
         let command = self.operator.command();

@@ -35,7 +35,7 @@ impl ScaleReader {
         )
     }
 
-    /// Takes a frame of drive `id`. A refused request counts as the scale 0, which no drive has.
+    /// Takes a frame of drive `id`. A drive without the object counts as the scale 0, which none has.
     pub fn receive(&mut self, frame: &Frame, id: u8) {
         let [low, high] = POSITION_SCALE.to_le_bytes();
         if frame.id() != SDO_RESPONSE + u16::from(id) {
@@ -46,7 +46,8 @@ impl ScaleReader {
             [0x4b, l, h, 0, a, b, ..] if (l, h) == (low, high) => {
                 self.found = Some(u16::from_le_bytes([a, b]));
             }
-            [0x80, l, h, 0, ..] if (l, h) == (low, high) => self.found = Some(0),
+            // "No such object". After any other refusal the request is repeated.
+            [0x80, l, h, 0, 0, 0, 2, 6] if (l, h) == (low, high) => self.found = Some(0),
             _ => {}
         }
     }

@@ -63,6 +63,8 @@ pub struct B2p2 {
     odometry_um: f32,
     odometry_whole_um: i32,
     taut_since_us: Option<u64>,
+    /// The screw keeps the belt taut: the robot was armed.
+    keeps_taut: bool,
     /// Set-point of the chassis joint, 2^-32 turn.
     chassis: Motion,
     /// Forward speed that is passed on; its position is not used.
@@ -167,6 +169,7 @@ impl Body for B2p2 {
             odometry_um: 0.0,
             odometry_whole_um: 0,
             taut_since_us: None,
+            keeps_taut: false,
             chassis: Motion::default(),
             forward: Motion::default(),
             turn: Turn::new(0.5 * metres(Setting::TrackGauge), settings),
@@ -246,6 +249,7 @@ impl Body for B2p2 {
     }
 
     fn advance(&mut self, asked: &Asked, allowed: Allowed, attitude: &Attitude, period: f32) {
+        self.keeps_taut = true;
         let yaw_rate = self.yaw(asked.yaw_rate * allowed.share, attitude);
         let driven = self.turn.within(Asked { yaw_rate, ..*asked });
         allowed.ramp(&mut self.forward, driven.forward, self.speed, period);
@@ -268,6 +272,7 @@ impl Body for B2p2 {
     }
 
     fn reached(&mut self, stage: u8, drives: &[DriveState], now_us: u64) -> bool {
+        self.keeps_taut = false;
         if stage != TIGHTEN {
             self.taut_since_us = None;
         }
@@ -301,7 +306,7 @@ impl Body for B2p2 {
             (Phase::Waking(STRAIGHTEN), JOINT) => Goal::MoveTo(0),
             (Phase::Waking(_), _) => Goal::Off,
             // The belt stays taut as long as the screw can keep it so.
-            (Phase::Held, SCREW) if self.joint_known => Goal::Taut,
+            (Phase::Held, SCREW) if self.keeps_taut => Goal::Taut,
             (Phase::Held, _) => Goal::Hold,
         }
     }

@@ -184,8 +184,9 @@ impl Body for Hylos {
         self.controller.step(&self.sensed, &wish, period);
     }
 
-    fn first_stage(&self, _: &[DriveState]) -> u8 {
-        REFERENCE
+    fn first_stage(&self, drives: &[DriveState]) -> u8 {
+        // Wheels that hold go on holding where nothing is to be homed.
+        REFERENCE + u8::from(drives.iter().all(|drive| drive.referenced))
     }
 
     fn reached(&mut self, stage: u8, drives: &[DriveState], _: u64) -> bool {
