@@ -74,7 +74,7 @@ macro_rules! settings {
 settings! {
     /// This node on the bus.
     NodeId = 0x0001, "node_id", "1", 1..=127, 127;
-    /// The guard, the only master that this node obeys.
+    /// The guard, whose heartbeat this node needs to be enabled outside of bench mode.
     GuardId = 0x0002, "guard_id", "1", 1..=127, 1;
     /// Period of this node's heartbeat.
     HeartbeatPeriod = 0x0003, "heartbeat_period", "ms", 10..=1_000, 50;

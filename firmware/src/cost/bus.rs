@@ -4,6 +4,7 @@ use super::counter::Table;
 use super::inputs::settings;
 use crate::bus::{Bus, TRANSMIT};
 use crate::roles::axle::DICTIONARY;
+use crate::watchdog;
 use tautrack::bus::network::{NmtCommand, nmt, sync};
 use tautrack::bus::pdo::{DriveMotion, Payload, PositionSetPoint, receive, transmit};
 use tautrack::can::Frame;
@@ -56,6 +57,8 @@ fn count_frames(table: &mut Table, bus: &mut Bus, name: &str, frame: impl Fn(u32
         |_, call, _| {
             while TRANSMIT.pop().is_some() {}
             now_us += 1_000;
+            // A node whose control task stands answers no SYNC.
+            watchdog::control_ran(now_us);
             (frame(call), now_us)
         },
         |bus, (frame, now_us)| {

@@ -110,7 +110,7 @@ impl Bounds {
 impl Supervisor {
     /// The faults whose condition has lasted its dwell and lasts still. Comparisons are written so
     /// that NaN counts as bad.
-    pub fn check(&mut self, now: &Readings, bounds: &Bounds, stall: &Stall) -> Faults {
+    pub fn check(&mut self, now: &Readings, bounds: &Bounds, stall: Stall) -> Faults {
         let (current, speed) = (now.current.abs(), now.velocity.abs());
         // No reading is so large that the sum of two has no room.
         let finite = current + now.bus_voltage.abs() < f32::INFINITY;
@@ -189,7 +189,7 @@ mod tests {
     fn ticks_until_fault(readings: Readings) -> Option<(usize, Faults)> {
         let (mut supervisor, bounds) = (Supervisor::default(), Bounds::new(10.0, 6.0, 400));
         (1..500).find_map(|tick| {
-            let faults = supervisor.check(&readings, &bounds, &STALL);
+            let faults = supervisor.check(&readings, &bounds, STALL);
             (!faults.is_empty()).then_some((tick, faults))
         })
     }
@@ -283,7 +283,7 @@ mod tests {
         };
         let mut faults = Faults::NONE;
         for _ in 0..100 {
-            faults = supervisor.check(&bad, &bounds, &STALL);
+            faults = supervisor.check(&bad, &bounds, STALL);
         }
         for fault in [
             Fault::OverCurrent,
@@ -293,7 +293,7 @@ mod tests {
         ] {
             assert!(faults.contains(fault), "{fault:?} in {faults:?}");
         }
-        assert_eq!(supervisor.check(&GOOD, &bounds, &STALL), Faults::NONE);
+        assert_eq!(supervisor.check(&GOOD, &bounds, STALL), Faults::NONE);
     }
 
     /// Velocities over time with the current that acts, and whether that is a deviation.
@@ -310,7 +310,7 @@ mod tests {
                 .check(
                     &now,
                     &bounds,
-                    &Stall {
+                    Stall {
                         pushing: 99.0,
                         ..STALL
                     },
@@ -345,7 +345,7 @@ mod tests {
         };
         for tick in 0..100 {
             let now = if tick % 4 == 3 { GOOD } else { bad };
-            assert_eq!(supervisor.check(&now, &bounds, &STALL), Faults::NONE);
+            assert_eq!(supervisor.check(&now, &bounds, STALL), Faults::NONE);
         }
     }
 }

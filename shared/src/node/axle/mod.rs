@@ -311,7 +311,7 @@ impl Axle {
         };
         let mut present = self
             .supervisor
-            .check(&readings, &self.bounds, &self.force.stall);
+            .check(&readings, &self.bounds, self.force.stall);
         if powered {
             let now_us = inputs.now_us;
             present.insert_if(Fault::GuardLost, self.authority.guard_lost(now_us));

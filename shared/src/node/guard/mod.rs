@@ -321,7 +321,7 @@ impl<B: Body> Guard<B> {
             open: self.gate == Gate::Open,
         };
         let drives = self.drives.states();
-        self.state = sequence::next(before, &conditions, &mut self.body, drives, now_us);
+        self.state = sequence::next(before, conditions, &mut self.body, drives, now_us);
         if conditions.disarms {
             self.refusal = None;
         }

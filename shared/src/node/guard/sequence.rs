@@ -92,7 +92,7 @@ pub(super) struct Conditions {
 /// The state after one SYNC period.
 pub(super) fn next<B: Body>(
     state: State,
-    conditions: &Conditions,
+    conditions: Conditions,
     body: &mut B,
     drives: &[DriveState],
     now_us: u64,
