@@ -74,6 +74,8 @@ const WHEEL: &[(Setting, i32)] = &[
 const SHAFT: &[(Setting, i32)] = &[(Setting::VelocityGain, 6_200)];
 /// J = 0.9 (rotor) + 1.3 (half of the robot) kg m^2, T = 12 N m/A, w = 60 rad/s.
 const ROLL: &[(Setting, i32)] = &[(Setting::VelocityGain, 11_000)];
+/// A heavy load aside moves the arms faster than the others until their drives hold them.
+const ROLL_SPEED: (Setting, i32) = (Setting::VelocityLimit, 2_000);
 /// What steering, pitch and roll have in common.
 const GEARED: &[(Setting, i32)] = &[
     (Setting::VelocityLimit, 700),
@@ -119,6 +121,9 @@ impl Drive {
         });
         if self != Self::Wheel {
             values.extend_from_slice(GEARED);
+        }
+        if self == Self::Roll {
+            values.push(ROLL_SPEED);
         }
         values
     }
