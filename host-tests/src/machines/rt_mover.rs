@@ -74,11 +74,10 @@ const WHEEL: &[(Setting, i32)] = &[
 const SHAFT: &[(Setting, i32)] = &[(Setting::VelocityGain, 6_200)];
 /// J = 0.9 (rotor) + 1.3 (half of the robot) kg m^2, T = 12 N m/A, w = 60 rad/s.
 const ROLL: &[(Setting, i32)] = &[(Setting::VelocityGain, 11_000)];
-/// A heavy load aside moves the arms faster than the others until their drives hold them.
-const ROLL_SPEED: (Setting, i32) = (Setting::VelocityLimit, 2_000);
 /// What steering, pitch and roll have in common.
 const GEARED: &[(Setting, i32)] = &[
-    (Setting::VelocityLimit, 700),
+    // A heavy load aside moves arms and seat fast until their drives hold them.
+    (Setting::VelocityLimit, 3_000),
     (Setting::AccelerationLimit, 4_000),
     (Setting::PositionBits, 24),
     (Setting::ReferenceDirection, 1),
@@ -121,9 +120,6 @@ impl Drive {
         });
         if self != Self::Wheel {
             values.extend_from_slice(GEARED);
-        }
-        if self == Self::Roll {
-            values.push(ROLL_SPEED);
         }
         values
     }
