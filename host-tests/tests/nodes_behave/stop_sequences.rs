@@ -79,9 +79,11 @@ impl Watch {
             let enabled = now == Some(DriveState::OperationEnabled)
                 && *before != Some(DriveState::OperationEnabled);
             // One SYNC period and the way there and back, after the stop began.
-            if enabled && self.stopped_ms > 320 {
-                panic!("drive {} enabled in a stop; {events:#?}", drive.id);
-            }
+            assert!(
+                !enabled || self.stopped_ms <= 320,
+                "drive {} enabled in a stop; {events:#?}",
+                drive.id
+            );
             *before = now;
         }
         self.state_before = state;

@@ -74,7 +74,7 @@ struct Fall {
 /// Follows a run and knows whether the robot is falling over an edge that it did not climb.
 #[derive(Clone, Debug)]
 pub struct Edges {
-    edges: Vec<Edge>,
+    ground: Vec<Edge>,
     climbed: Vec<bool>,
     place: Option<[f64; 2]>,
     fall: Option<Fall>,
@@ -90,7 +90,7 @@ impl Edges {
         };
         Self {
             climbed: vec![false; edges.len()],
-            edges,
+            ground: edges,
             place: None,
             fall: None,
         }
@@ -100,7 +100,7 @@ impl Edges {
     pub fn follow(&mut self, time_s: f64, truth: &Truth) {
         let now = [truth.cog[0], truth.cog[1]];
         let before = self.place.replace(now).unwrap_or(now);
-        for (index, edge) in self.edges.iter().enumerate() {
+        for (index, edge) in self.ground.iter().enumerate() {
             match edge.crossing(before, now) {
                 1 => {
                     self.climbed[index] |= edge.climbable;
@@ -116,7 +116,7 @@ impl Edges {
             }
         }
         let Some(fall) = &mut self.fall else { return };
-        let edge = self.edges[fall.edge];
+        let edge = self.ground[fall.edge];
         let below = |point: &[f64; 3]| edge.height_side([point[0], point[1]]) < -TOUCHES;
         let stands = !truth.contacts.is_empty() && truth.contacts.iter().all(below);
         fall.below_since_s = stands.then(|| fall.below_since_s.unwrap_or(time_s));
@@ -206,7 +206,7 @@ mod tests {
     fn with(edges: Vec<Edge>) -> Edges {
         Edges {
             climbed: vec![false; edges.len()],
-            edges,
+            ground: edges,
             place: None,
             fall: None,
         }

@@ -49,6 +49,7 @@ fn standing_deg(friction: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scenario::OperatorRequest;
     use clap::ValueEnum;
     use std::collections::BTreeSet;
 
@@ -85,7 +86,7 @@ mod tests {
         for number in 0..100 {
             let scenario = draw(Kind::B2p2, true, 1, number, 0).unwrap();
             let events = scenario.operator.events.iter();
-            requests.extend(events.filter_map(|event| event.request.map(|it| it.as_str())));
+            requests.extend(events.filter_map(|event| event.request.map(OperatorRequest::as_str)));
         }
         let expected = ["arm", "emergency_stop", "reset", "stop"];
         assert_eq!(requests.into_iter().collect::<Vec<_>>(), expected);
