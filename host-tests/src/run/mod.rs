@@ -152,7 +152,13 @@ pub fn run(
     Ok(Outcome {
         samples,
         facts: run.facts(began.elapsed(), steps),
-        commands_s: run.operator.commands_us().iter().map(seconds).collect(),
+        commands_s: run
+            .operator
+            .commands_us()
+            .iter()
+            .copied()
+            .map(seconds)
+            .collect(),
         log: run.log,
     })
 }
@@ -168,8 +174,8 @@ fn is_still(before: Option<&Sample>, now: &Sample) -> bool {
         && turned.abs() * f64::from(SAMPLE_HZ) < STILL_RADPS
 }
 
-fn seconds(microseconds: &u64) -> f64 {
-    *microseconds as f64 * 1e-6
+fn seconds(microseconds: u64) -> f64 {
+    microseconds as f64 * 1e-6
 }
 
 struct Run {
