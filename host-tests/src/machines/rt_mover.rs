@@ -76,7 +76,8 @@ const SHAFT: &[(Setting, i32)] = &[(Setting::VelocityGain, 6_200)];
 const ROLL: &[(Setting, i32)] = &[(Setting::VelocityGain, 11_000)];
 /// What steering, pitch and roll have in common.
 const GEARED: &[(Setting, i32)] = &[
-    (Setting::VelocityLimit, 700),
+    // A heavy load aside moves arms and seat fast until their drives hold them.
+    (Setting::VelocityLimit, 3_000),
     (Setting::AccelerationLimit, 4_000),
     (Setting::PositionBits, 24),
     (Setting::ReferenceDirection, 1),
