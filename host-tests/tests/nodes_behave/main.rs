@@ -3,13 +3,15 @@
 //!
 //! Here: states, modes, stops and limits. `homing`, `command` (who may command an axle), `runaway`
 //! and `screw`: the rest of one drive. `network`: a guard with all drives of a robot; `stops` and
-//! `stop_sequences`: what the guard does when somebody stops.
+//! `stop_sequences`: what the guard does when somebody stops; `limits`: what it sends whatever it gets.
 
 #[path = "../bench/mod.rs"]
 mod bench;
 mod command;
 mod homing;
+mod limits;
 mod network;
+mod random;
 mod runaway;
 mod screw;
 mod stop_sequences;

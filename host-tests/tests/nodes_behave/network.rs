@@ -148,7 +148,7 @@ fn node(role: Role, settings: &Settings) -> Node {
 /// The guard, its drives, and an operator who sends a command every 20 ms.
 pub struct Network<B> {
     pub guard: Option<Guard<B>>,
-    guard_settings: Settings,
+    pub guard_settings: Settings,
     pub drives: Vec<Drive>,
     pub now_us: u64,
     pub command: OperatorCommand,
@@ -161,6 +161,8 @@ pub struct Network<B> {
     pub foreign: Vec<Frame>,
     /// The guard's state as the bus shows it.
     pub shown: GuardState,
+    /// What the guard sent in the last millisecond.
+    pub sent: Vec<Frame>,
     to_guard: Vec<Frame>,
     to_drives: Vec<Frame>,
 }
@@ -194,6 +196,7 @@ impl<B: Body> Network<B> {
             body: level(),
             foreign: Vec::new(),
             shown: GuardState::default(),
+            sent: Vec::new(),
             to_guard: Vec::new(),
             to_drives: Vec::new(),
         }
@@ -292,6 +295,7 @@ impl<B: Body> Network<B> {
         });
         self.shown = outputs.state;
         self.to_drives.extend(&outputs.frames);
+        self.sent = outputs.frames.to_vec();
         self.to_guard = outputs.frames.iter().filter(own).copied().collect();
     }
 

@@ -1,6 +1,7 @@
 //! Stops under random sequences of events.
 
 use crate::network::Network;
+use crate::random::Random;
 use tautrack::bus::pdo::Request;
 use tautrack::node::cia402::State as DriveState;
 use tautrack::node::guard::State;
@@ -8,21 +9,6 @@ use tautrack::robots::Body;
 use tautrack::robots::b2p2::B2p2;
 use tautrack::robots::hylos::Hylos;
 use tautrack::robots::rt_mover::RtMover;
-use tautrack_host_tests::plant::noise::mix;
-
-/// Random numbers of one sequence.
-struct Random(u64);
-
-impl Random {
-    fn below(&mut self, bound: u64) -> u64 {
-        self.0 = mix(self.0);
-        self.0 % bound
-    }
-
-    fn between(&mut self, low: i64, high: i64) -> i64 {
-        low + self.below((high - low + 1) as u64) as i64
-    }
-}
 
 /// Time after which everything stands still when the robot is to stop, ms: the operator's timeout, and a
 /// stop from full speed at the comfortable deceleration.
@@ -92,7 +78,7 @@ impl Watch {
 
 /// One sequence: an event, then some time, and so on.
 fn sequence<B: Body>(scenario: &str, seed: u64) {
-    let mut random = Random(mix(seed));
+    let mut random = Random::new(seed);
     let mut network = Network::<B>::new(scenario, &[]);
     let mut watch = Watch::new(network.drives.len());
     let mut events = vec![format!("{scenario}, seed {seed}")];

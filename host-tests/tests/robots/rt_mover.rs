@@ -75,10 +75,13 @@ fn flights(samples: &[Sample], height: f64) -> Vec<Flight> {
     flights
 }
 
-/// Largest tilt of the seat outside of and during touch-downs, degrees.
+/// Largest tilt of the seat outside of and during touch-downs, degrees, from the moment the guard is
+/// armed. Before, the seat sags until its drive holds it, and moves to find its reference switch.
 fn tilts(samples: &[Sample], flights: &[Flight]) -> [f64; 2] {
+    let armed = |sample: &Sample| sample.heard.guard_state == "armed";
+    let start = samples.iter().position(armed).expect("the guard is armed");
     let mut tilts = [0.0; 2];
-    for sample in samples.iter().filter(|sample| sample.time_s > 1.0) {
+    for sample in &samples[start..] {
         let touching = flights
             .iter()
             .any(|flight| (flight.to_s - 0.1..flight.to_s + TOUCH_DOWN).contains(&sample.time_s));
