@@ -51,6 +51,40 @@ fn homing_ends_where_the_switch_closes_and_calls_it_the_reference_position() {
     assert!(outputs.homing_difference.abs() < (1e-3 / TAU * 4_294_967_296.0) as i32);
 }
 
+/// The screw's switch, approached at 25 rad/s and seen two ticks late, wherever the ticks fall.
+#[test]
+fn a_switch_that_reacts_late_is_found_at_any_distance() {
+    for distance in 0..25 {
+        let mut bench = Bench::axle(&[
+            (Setting::ReferenceDirection, 1),
+            (Setting::ReferenceSpeed, 25_000),
+            (Setting::VelocityLimit, 50_000),
+            (Setting::AccelerationLimit, 500_000),
+        ]);
+        bench.inertia = 1e-3;
+        bench.switches = |angle| Switches {
+            reference: angle >= 0.0,
+            ..Switches::default()
+        };
+        let place = 2.0 + 1e-3 * f64::from(distance);
+        let mut before = [0.0; 2];
+        start(&mut bench);
+        for _ in 0..3_000 {
+            bench.switch_at = place + bench.angle - before[0];
+            before = [before[1], bench.angle];
+            bench.tick();
+        }
+        let outputs = bench.tick();
+        let fault = code(&outputs);
+        assert_ne!(
+            outputs.status.statusword & status::REFERENCED,
+            0,
+            "{distance} mrad: {fault:?} after {}",
+            outputs.homing_difference
+        );
+    }
+}
+
 #[test]
 fn homing_that_begins_on_the_switch_finds_the_same_place() {
     let mut bench = unreferenced();

@@ -49,6 +49,9 @@ impl Stage {
 const DEBOUNCE: u32 = 5;
 /// Ticks after which the switch counts as not found.
 const HOMING_TICKS: u32 = 20_000;
+/// Ticks by which the switch may be seen late: one because it is read once per tick, two for its own
+/// reaction and that of its input. On the way there the fast approach goes farther.
+const REACTION_TICKS: f32 = 3.0;
 /// Speed on the way off the switch, as a fraction of that of the search.
 const BACK_OFF: f32 = 0.5;
 
@@ -79,9 +82,8 @@ impl Homing {
     pub fn new(settings: &Settings, reference_position: i64) -> Self {
         let speed = settings.scaled(Setting::ReferenceSpeed, 1e-3);
         let search = speed * settings.get(Setting::ReferenceDirection) as f32;
-        // The switch is read once per tick, on the way of the faster approach.
-        let sampling = speed * CONTROL_PERIOD;
-        let tolerance = settings.scaled(Setting::HomingTolerance, 1e-3) + sampling;
+        let late = speed * REACTION_TICKS * CONTROL_PERIOD;
+        let tolerance = settings.scaled(Setting::HomingTolerance, 1e-3) + late;
         Self {
             stage: Stage::Idle,
             search,
