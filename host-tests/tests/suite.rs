@@ -96,7 +96,7 @@ fn a_random_operator_never_topples_b2p2_on_fair_ground() {
     let driven_m: f64 = rows.iter().map(|row| row.distance_m).sum();
     let armed = rows.iter().filter(|row| row.armed_share > 0.5).count();
     assert!(
-        driven_m > 20.0 && armed >= 15,
+        driven_m > 20.0 && armed >= 19,
         "{driven_m} m, {armed} armed"
     );
     // What is known is not run again.

@@ -5,6 +5,7 @@ use std::f64::consts::{PI, TAU};
 use tautrack::robots::hylos::parameters::MARGIN_LIMIT;
 use tautrack_host_tests::nodes::Board;
 use tautrack_host_tests::record::Sample;
+use tautrack_host_tests::scenario::Terrain;
 
 /// Centre of the loop, m.
 const CENTRE: [f64; 2] = [0.0, 2.0];
@@ -51,6 +52,33 @@ fn posture_control_brings_the_nodes_around_the_loop() {
     assert!((turned - TAU).abs() < 0.15, "{turned}");
     // Seventeen nodes leave the bus a fifth of its time.
     assert!(summary.bus.load_max < 0.8, "{summary}");
+}
+
+/// The weight shifts from leg to leg while they look for their switches.
+#[test]
+fn legs_that_stand_are_homed_on_any_ground() {
+    let grounds = [
+        (39.8, 1.378, 0.016, 3.6),
+        (31.5, 1.082, 0.005, 65.9),
+        (41.2, 1.803, 0.003, 132.6),
+    ];
+    for (seed, (slope_deg, foot_m, wave_height_m, heading_deg)) in (1..).zip(grounds) {
+        let standing = scenario("hylos/loop", |description| {
+            description.seed = seed;
+            description.duration_s = 3.0;
+            description.terrain = Terrain::Hillside {
+                slope_deg,
+                foot_m,
+                wave_height_m,
+            };
+            description.operator.event.clear();
+            let robot = description.hylos.as_mut().expect("Hylos");
+            robot.heading_deg = heading_deg;
+        });
+        let (_, samples) = outcome(&standing, Board::Native);
+        let last = &samples.last().expect("samples").heard;
+        assert_eq!(last.guard_state, "armed", "seed {seed}: {:?}", last.events);
+    }
 }
 
 #[test]
