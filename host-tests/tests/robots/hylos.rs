@@ -71,7 +71,7 @@ fn legs_that_stand_are_homed_on_any_ground() {
                 foot_m,
                 wave_height_m,
             };
-            description.operator.event.clear();
+            description.operator.events.clear();
             let robot = description.hylos.as_mut().expect("Hylos");
             robot.heading_deg = heading_deg;
         });

@@ -23,7 +23,7 @@ fn port() -> (SlcanPort, SocketAddr) {
 fn short(name: &str, duration_s: f64) -> Scenario {
     scenario(name, |description| {
         description.duration_s = duration_s;
-        description.operator.event.clear();
+        description.operator.events.clear();
         description.expect = Expect::default();
     })
 }
