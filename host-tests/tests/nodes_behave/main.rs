@@ -184,24 +184,52 @@ fn a_target_beyond_the_travel_ends_at_its_end() {
     }
 }
 
+/// A limit switch at each end, with the direction that leads to it. It closes where the bench has its
+/// switch.
+const LIMITS: [(f64, fn(f64) -> Switches); 2] = [
+    (1.0, |angle| Switches {
+        positive_limit: angle > 0.0,
+        ..Switches::default()
+    }),
+    (-1.0, |angle| Switches {
+        negative_limit: angle < 0.0,
+        ..Switches::default()
+    }),
+];
+
+#[test]
+fn a_drive_holds_after_a_stop_with_the_hold_current_at_most() {
+    let mut bench = Bench::axle(&[(Setting::HoldCurrent, 4_000)]);
+    bench.enable(mode::CYCLIC_VELOCITY, 3_000_000);
+    bench.set_point = None;
+    bench.run(100 + RAMP_MS);
+    // More than 4 A hold: 2.4 N m/A.
+    bench.load = 12.0;
+    let mut most = 0.0_f32;
+    for _ in 0..200 {
+        if let Bridge::Current(current) = bench.tick().bridge {
+            most = most.max(current.abs());
+        }
+    }
+    assert!((3.9..4.001).contains(&most), "{most} A");
+}
+
 #[test]
 fn a_limit_switch_stops_the_way_outward_and_leaves_the_way_back() {
-    let mut bench = Bench::axle(&[]);
-    bench.switches = |angle| Switches {
-        positive_limit: angle > 0.5,
-        ..Switches::default()
-    };
-    bench.enable(mode::CYCLIC_VELOCITY, 1_000_000);
-    let outputs = bench.run(1_500);
-    assert_eq!(outputs.active_limit, ActiveLimit::Switch);
-    assert!(bench.angle < 0.6, "{}", bench.angle);
-    bench.command(
-        controlword::ENABLE_OPERATION,
-        mode::CYCLIC_VELOCITY,
-        -1_000_000,
-    );
-    bench.run(500);
-    assert!(bench.angle < 0.3, "{}", bench.angle);
+    for (sign, switches) in LIMITS {
+        let mut bench = Bench::axle(&[]);
+        bench.switch_at = sign * 0.5;
+        bench.switches = switches;
+        let velocity = sign as i32 * 1_000_000;
+        bench.enable(mode::CYCLIC_VELOCITY, velocity);
+        let outputs = bench.run(1_500);
+        assert_eq!(outputs.active_limit, ActiveLimit::Switch);
+        assert!(sign * bench.angle < 0.6, "{}", bench.angle);
+        let word = controlword::ENABLE_OPERATION;
+        bench.command(word, mode::CYCLIC_VELOCITY, -velocity);
+        bench.run(500);
+        assert!(sign * bench.angle < 0.3, "{}", bench.angle);
+    }
 }
 
 #[test]
@@ -228,23 +256,23 @@ fn an_unknown_mode_holds_the_position() {
 
 #[test]
 fn a_quick_stop_respects_the_limit_switch() {
-    let mut bench = running(3.0);
-    // 3 rad/s down at 20 rad/s^2 would go 0.22 rad.
-    let switch = bench.angle + 0.05;
-    bench.switch_at = switch;
-    bench.switches = |beyond| Switches {
-        positive_limit: beyond > 0.0,
-        ..Switches::default()
-    };
-    bench.command(controlword::QUICK_STOP, 0, 0);
-    let mut furthest = 0.0_f64;
-    for _ in 0..500 {
-        bench.tick();
-        furthest = furthest.max(bench.angle - switch);
+    for (sign, switches) in LIMITS {
+        let mut bench = running(sign * 3.0);
+        // 3 rad/s down at 20 rad/s^2 would go 0.22 rad.
+        let switch = bench.angle + sign * 0.05;
+        bench.switch_at = switch;
+        bench.switches = switches;
+        bench.command(controlword::QUICK_STOP, 0, 0);
+        let mut furthest = 0.0_f64;
+        for _ in 0..500 {
+            bench.tick();
+            furthest = furthest.max(sign * (bench.angle - switch));
+        }
+        // 24 N m on 0.05 kg m^2 take 6 ms and 9 mrad, as long again for the loops.
+        assert!(furthest < 0.04, "{furthest} rad beyond the switch");
+        let beyond = sign * (bench.angle - switch);
+        assert!(beyond < 0.01, "{beyond}");
     }
-    // 24 N m on 0.05 kg m^2 take 6 ms and 9 mrad, as long again for the loops.
-    assert!(furthest < 0.04, "{furthest} rad beyond the switch");
-    assert!(bench.angle - switch < 0.01, "{}", bench.angle - switch);
 }
 
 #[test]
