@@ -8,7 +8,8 @@ for (const name in run.columns) {
 const byId = id => document.getElementById(id);
 // The difference in percent of the robot's length.
 for (const name of ["zmpOff", "zmpOffSmoothed"]) if (run.series[name]) run.series[name] = run.series[name].map(value => value === null ? null : value / run.length * 100);
-const minus = text => text.replace("-", "−");
+// A zero has no sign.
+const minus = text => text.replace(/-(0(?:\.0+)?)(?![\d.])/, "$1").replace("-", "−");
 const summary = run.summary, count = run.series.t.length;
 
 // While the guard did anything but pass the command on.

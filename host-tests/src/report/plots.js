@@ -58,6 +58,9 @@ function makePlots(host, wanted, run, seek) {
     }
     if (plot.zero) { low = Math.min(low, 0); high = Math.max(high, 0); }
     if (!(low <= high)) { low = 0; high = 1; }
+    // What is too small for the key is no curve but noise.
+    const missing = 10 * 10 ** -digits(plot.unit) - (high - low);
+    if (missing > 0) { low -= plot.zero ? 0 : missing / 2; high += plot.zero ? missing : missing / 2; }
     const pad = (high - low) * 0.06 || 0.5;
     low -= low === 0 && plot.zero ? 0 : pad; high += pad;
     if (plot.limits) { low = Math.max(low, plot.limits[0]); high = Math.min(high, plot.limits[1]); }
@@ -107,7 +110,7 @@ function makePlots(host, wanted, run, seek) {
       for (const value of rows.lines) {
         const zero = plot.zero && Math.abs(value) < 1e-9;
         element("line", { x1: space.left, x2: total - space.right, y1: y(value), y2: y(value), stroke: zero ? "var(--soft)" : "var(--line)" }, svg);
-        element("text", { x: space.left - 6, y: y(value) + 4, "text-anchor": "end" }, svg).textContent = value.toFixed(rows.decimals).replace("-", "−");
+        element("text", { x: space.left - 6, y: y(value) + 4, "text-anchor": "end" }, svg).textContent = minus(value.toFixed(rows.decimals));
       }
       const columns = grid(start, start + span, Math.max(4, width / 60));
       columns.lines.forEach((time, i) => {
@@ -141,7 +144,7 @@ function makePlots(host, wanted, run, seek) {
       cursor.setAttribute("x1", x); cursor.setAttribute("x2", x);
       for (const curve of curves) {
         const value = curve.values[at.index];
-        curve.value.textContent = value == null ? "none" : value.toFixed(digits(plot.unit)).replace("-", "−");
+        curve.value.textContent = value == null ? "none" : minus(value.toFixed(digits(plot.unit)));
       }
     }
   }

@@ -61,8 +61,9 @@ function makeScene(svg, run) {
     for (let n = Math.ceil(left / apart); n * apart < left + size[0]; n++) {
       const x = n * apart, z = groundAt(x);
       element("line", { x1: x, x2: x, y1: -z, y2: -z + 0.05 * k, "stroke-width": 0.006 * k }, posts);
-      // A label that the edge of the view would cut is left out.
-      if (Math.min(x - left, left + size[0] - x) < 0.12 * k) continue;
+      // A label that the edge of the view or a riser would cut is left out.
+      const bend = Math.abs(groundAt(x - 0.1 * k) + groundAt(x + 0.1 * k) - 2 * z);
+      if (bend > 0.05 * k || Math.min(x - left, left + size[0] - x) < 0.12 * k) continue;
       element("text", { x, y: -z + 0.12 * k, "font-size": 0.055 * k, "text-anchor": "middle", stroke: "none" }, posts).textContent = `${x.toFixed(1).replace("-", "−")} m`;
     }
   }
