@@ -45,14 +45,22 @@ def command(request, speed, done, timeout=120):
                 guard["distance"], *guard["margins"]))
 
 
-print("waiting for the guard ...")
-command(DISARM, 0.0, lambda: guard["state"] == READY)
-print("arming: homing takes some seconds ...")
-command(ARM, 0.0, lambda: guard["state"] == ARMED)
-goal = guard["distance"] + 1.0
-command(ARM, 0.2, lambda: guard["distance"] >= goal)
-stopped = time.monotonic() + 2.0
-command(STOP, 0.0, lambda: time.monotonic() > stopped)
-command(DISARM, 0.0, lambda: guard["state"] == READY)
+def drive():
+    """Arms, drives one metre, stops and disarms."""
+    print("waiting for the guard ...")
+    command(DISARM, 0.0, lambda: guard["state"] == READY)
+    print("arming: homing takes some seconds ...")
+    command(ARM, 0.0, lambda: guard["state"] == ARMED)
+    goal = guard["distance"] + 1.0
+    command(ARM, 0.2, lambda: guard["distance"] >= goal)
+    stopped = time.monotonic() + 2.0
+    command(STOP, 0.0, lambda: time.monotonic() > stopped)
+    command(DISARM, 0.0, lambda: guard["state"] == READY)
+
+
+try:
+    drive()
+except (can.CanError, OSError) as error:
+    sys.exit(f"the bus is gone, perhaps because the run has ended: {error}")
 bus.shutdown()
 print("done")

@@ -48,9 +48,10 @@ struct Arguments {
     /// Overrides the scenario: whether the guard's filter limits the operator
     #[arg(long, value_enum)]
     guard: Option<Switch>,
-    /// Folder for summary.json, run.mcap and report.html
-    #[arg(long, value_name = "DIR", default_value = "target/demo")]
-    out: PathBuf,
+    /// Folder for summary.json, run.mcap, report.html and nodes.log; target/demo of the checkout when
+    /// absent
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
     /// Overrides the scenario: seed of all noise; of the suite: seed of the drawn runs, 1 when absent
     #[arg(long, value_name = "N")]
     seed: Option<u64>,
@@ -109,13 +110,15 @@ pub fn main(arguments: impl Iterator<Item = OsString>) -> ExitCode {
     let name = std::iter::once(OsString::from("cargo demo"));
     let arguments =
         Arguments::try_parse_from(name.chain(arguments)).unwrap_or_else(|error| error.exit());
+    let out = match folder(&arguments) {
+        Ok(out) => out,
+        Err(message) => return fail(&message, USAGE),
+    };
     if let Some(suite) = arguments.suite {
         let seed = arguments.seed.unwrap_or(1);
         let b2p2_with_guard = arguments.robot == Kind::B2p2 && arguments.guard.is_none();
         let holds = match suite {
-            Suite::Hazards if b2p2_with_guard => {
-                command::hazards(arguments.random, seed, &arguments.out)
-            }
+            Suite::Hazards if b2p2_with_guard => command::hazards(arguments.random, seed, &out),
             Suite::Hazards => {
                 return fail("--suite hazards takes neither --robot nor --guard", USAGE);
             }
@@ -126,7 +129,7 @@ pub fn main(arguments: impl Iterator<Item = OsString>) -> ExitCode {
                     runs: arguments.runs,
                     seed,
                 };
-                command::operators(&plan, &arguments.out)
+                command::operators(&plan, &out)
             }
         };
         return match holds {
@@ -134,7 +137,7 @@ pub fn main(arguments: impl Iterator<Item = OsString>) -> ExitCode {
             Err(message) => fail(&message, 1),
         };
     }
-    let prepared = match Prepared::new(&arguments) {
+    let prepared = match Prepared::new(&arguments, out) {
         Ok(prepared) => prepared,
         Err(message) => return fail(&message, USAGE),
     };
@@ -149,17 +152,39 @@ fn fail(message: &str, status: u8) -> ExitCode {
     ExitCode::from(status)
 }
 
-/// The folder of the scenarios that come with the sources.
-fn shipped() -> Result<PathBuf, String> {
-    let root = checkout::root().map_err(|error| error.to_string())?;
-    Ok(root.join("host-tests/scenarios"))
+fn root() -> Result<&'static Path, String> {
+    checkout::root().map_err(|error| error.to_string())
+}
+
+/// The folder of the results, as short as the working directory allows.
+fn folder(arguments: &Arguments) -> Result<PathBuf, String> {
+    if let Some(out) = &arguments.out {
+        return Ok(out.clone());
+    }
+    let folder = root()?.join("target/demo");
+    let here = std::env::current_dir().unwrap_or_default();
+    let short = folder.strip_prefix(here).map(Path::to_owned);
+    Ok(short.unwrap_or(folder))
+}
+
+/// The scenario's file. A path that the docs name, which begins at the checkout's root, is also found
+/// from another directory.
+fn scenario_file(arguments: &Arguments) -> Result<PathBuf, String> {
+    let Some(path) = &arguments.scenario else {
+        let shipped = root()?.join("host-tests/scenarios");
+        return Ok(shipped.join(arguments.robot.scenario_file()));
+    };
+    if !path.exists()
+        && let Ok(from_root) = root().map(|root| root.join(path))
+        && from_root.exists()
+    {
+        return Ok(from_root);
+    }
+    Ok(path.clone())
 }
 
 fn scenario(arguments: &Arguments) -> Result<Scenario, String> {
-    let path = match &arguments.scenario {
-        Some(path) => path.clone(),
-        None => shipped()?.join(arguments.robot.scenario_file()),
-    };
+    let path = scenario_file(arguments)?;
     let scenario = Scenario::load(&path).map_err(|error| error.to_string())?;
     let mut description = scenario.description();
     if let Some(guard) = arguments.guard {
@@ -183,7 +208,7 @@ struct Prepared {
 }
 
 impl Prepared {
-    fn new(arguments: &Arguments) -> Result<Self, String> {
+    fn new(arguments: &Arguments, out: PathBuf) -> Result<Self, String> {
         let scenario = scenario(arguments)?;
         if scenario.operator.client && arguments.slcan.is_none() {
             let why = "a CAN client is the operator; add --slcan 127.0.0.1:3333 (docs/bus.md)";
@@ -191,14 +216,13 @@ impl Prepared {
         }
         let slcan = arguments.slcan.as_ref().map(|address| {
             SlcanPort::bind(address)
-                .map_err(|error| format!("cannot listen on --slcan {address}: {error}"))
+                .map_err(|error| format!("cannot listen on --slcan {address} (ADDR:PORT): {error}"))
         });
         Ok(Self {
             scenario,
             slcan: slcan.transpose()?,
-            output: Output::create(&arguments.out).map_err(|error| {
-                format!("cannot write to --out {}: {error}", arguments.out.display())
-            })?,
+            output: Output::open(&out)
+                .map_err(|error| format!("cannot write to --out {}: {error}", out.display()))?,
         })
     }
 }
@@ -208,7 +232,7 @@ fn run(arguments: &Arguments, prepared: Prepared) -> Result<u8, String> {
     let Prepared {
         scenario,
         slcan,
-        output,
+        mut output,
     } = prepared;
     let board = match arguments.nodes {
         Nodes::Qemu => Board::Qemu,
@@ -217,6 +241,10 @@ fn run(arguments: &Arguments, prepared: Prepared) -> Result<u8, String> {
     println!("building the nodes (a minute or two the first time) ...");
     let programs = nodes::build(board, scenario.kind()).map_err(|error| error.to_string())?;
     let interrupt = interrupt::flag().map_err(|error| format!("cannot catch Ctrl-C: {error}"))?;
+    let folder = output.folder().to_owned();
+    output
+        .begin()
+        .map_err(|error| format!("cannot write to --out {}: {error}", folder.display()))?;
     println!("{}: {}", scenario.name, scenario.about);
     if let Some(port) = &slcan {
         announce(port, arguments.slcan_wait);
@@ -248,13 +276,10 @@ fn run(arguments: &Arguments, prepared: Prepared) -> Result<u8, String> {
         summary.end_early(&why.to_string());
     }
     let unwritten = output.write(&scenario, &summary, &outcome);
-    println!("\n{summary}");
-    Ok(report(
-        &arguments.out,
-        &summary,
-        broken.as_ref(),
-        &unwritten,
-    ))
+    if summary.steps > 0 {
+        println!("\n{summary}");
+    }
+    Ok(report(&folder, &summary, broken.as_ref(), &unwritten))
 }
 
 fn announce(port: &SlcanPort, wait: Option<Duration>) {
@@ -276,12 +301,12 @@ fn report(
     unwritten: &[Unwritten],
 ) -> u8 {
     let folder = folder.display();
+    if unwritten.is_empty() {
+        println!("\n{folder} has summary.json, run.mcap, report.html and nodes.log");
+    }
     if let Some(why) = broken {
         let end = summary.simulated_s;
-        eprintln!("error: {why}; {folder} has what was recorded until {end:.2} s");
-    }
-    if unwritten.is_empty() {
-        println!("\n{folder} has summary.json, run.mcap and report.html");
+        eprintln!("error: {why}; the results end at {end:.2} s");
     }
     for Unwritten { file, error } in unwritten {
         eprintln!("error: {folder}/{file} is not complete: {error}");

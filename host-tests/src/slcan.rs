@@ -90,6 +90,13 @@ fn number(digits: &[u8]) -> Option<u16> {
     })
 }
 
+/// Empties the place of a client. One that never opened its channel was none.
+fn leave(number: usize, place: &mut Option<Client>) {
+    if place.take().is_some_and(|client| client.has_joined()) {
+        eprintln!("tautrack: CAN client {} leaves", number + 1);
+    }
+}
+
 /// The line, carriage return included, that carries `frame` to a client.
 pub fn line_of(frame: &Frame) -> String {
     use std::fmt::Write;
@@ -176,10 +183,13 @@ impl SlcanPort {
             let before = client.has_joined();
             let mut taken = Vec::new();
             let gone = client.exchange(room(number), &mut taken).is_err();
-            self.joined += usize::from(client.has_joined() && !before);
+            if client.has_joined() && !before {
+                self.joined += 1;
+                eprintln!("tautrack: CAN client {} joins", number + 1);
+            }
             frames.extend(taken.into_iter().map(|frame| (number, frame)));
             if gone {
-                *place = None;
+                leave(number, place);
             }
         }
         frames
@@ -196,7 +206,7 @@ impl SlcanPort {
                 .filter(listens)
                 .is_some_and(|client| client.send(line.as_bytes()).is_err());
             if gone {
-                *place = None;
+                leave(number, place);
             }
         }
     }
@@ -206,7 +216,7 @@ impl SlcanPort {
     pub fn wait_for_readers(&mut self) {
         loop {
             let mut waiting = false;
-            for place in &mut self.clients {
+            for (number, place) in self.clients.iter_mut().enumerate() {
                 let Some(client) = place else { continue };
                 if client.unsent() <= BACKLOG {
                     continue;
@@ -215,12 +225,13 @@ impl SlcanPort {
                 let dead = client.unsent() > BACKLOG && client.silent_for() > READ_TIMEOUT;
                 if dead {
                     eprintln!(
-                        "tautrack: a CAN client reads nothing for {} s and is disconnected",
+                        "tautrack: CAN client {} reads nothing for {} s and is disconnected",
+                        number + 1,
                         READ_TIMEOUT.as_secs()
                     );
                 }
                 if gone || dead {
-                    *place = None;
+                    leave(number, place);
                 } else {
                     waiting |= client.unsent() > BACKLOG;
                 }
@@ -237,8 +248,14 @@ impl SlcanPort {
     fn accept(&mut self) {
         while let Ok((stream, _)) = self.listener.accept() {
             let free = self.clients.iter_mut().find(|place| place.is_none());
-            if let (Some(place), Ok(client)) = (free, Client::new(stream)) {
-                *place = Some(client);
+            match (free, Client::new(stream)) {
+                (Some(place), Ok(client)) => *place = Some(client),
+                (None, _) => {
+                    eprintln!(
+                        "tautrack: a CAN client is refused: {MAX_CLIENTS} have joined already"
+                    );
+                }
+                (Some(_), Err(_)) => {}
             }
         }
     }

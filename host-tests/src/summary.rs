@@ -14,6 +14,7 @@ use serde::Serialize;
 use sha2::{Digest, Sha256};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
+use tautrack::link::STEP_US;
 
 use landing::landing;
 
@@ -211,7 +212,7 @@ impl Summary {
         let landing = landing(scenario, samples);
         let climb = climb(scenario, samples);
         let is_b2p2 = scenario.kind() == Kind::B2p2;
-        let simulated_s = samples.last().map_or(0.0, |sample| sample.time_s);
+        let simulated_s = (facts.steps * STEP_US) as f64 / 1e6;
         let loads = || samples.iter().map(|sample| sample.heard.bus_load);
         let mut summary = Self {
             scenario: scenario.name.clone(),

@@ -32,31 +32,42 @@ pub struct Unwritten {
 }
 
 impl Output {
-    /// Makes `folder`, removes the results of an earlier run, and writes a preliminary
-    /// `summary.json`. It keeps the space for the final one, so that a disk that fills up during
-    /// the run does not lose it.
+    /// Makes `folder` and opens its `summary.json`. The results of an earlier run stay.
     ///
     /// # Errors
     /// The operating system's, if there is no such folder or it takes no files.
-    pub fn create(folder: &Path) -> io::Result<Self> {
+    pub fn open(folder: &Path) -> io::Result<Self> {
         fs::create_dir_all(folder)?;
+        let mut options = OpenOptions::new();
+        options.write(true).create(true).truncate(false);
+        Ok(Self {
+            folder: folder.to_owned(),
+            summary: options.open(folder.join(SUMMARY))?,
+        })
+    }
+
+    /// Removes the results of an earlier run, and writes a preliminary `summary.json`. It keeps the
+    /// space for the final one, so that a disk that fills up during the run does not lose it.
+    ///
+    /// # Errors
+    /// The operating system's.
+    pub fn begin(&mut self) -> io::Result<()> {
         for name in [LOG, REPORT, NODES_LOG] {
-            match fs::remove_file(folder.join(name)) {
+            match fs::remove_file(self.folder.join(name)) {
                 Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(error),
                 _ => {}
             }
         }
-        let mut options = OpenOptions::new();
-        options.write(true).create(true).truncate(true);
-        let mut summary = options.open(folder.join(SUMMARY))?;
         let text = "{ \"ended_early\": \"the run has not ended, or was killed\" }";
         let mut text = text.as_bytes().to_vec();
         text.resize(RESERVED, b'\n');
-        summary.write_all(&text)?;
-        Ok(Self {
-            folder: folder.to_owned(),
-            summary,
-        })
+        self.summary.set_len(0)?;
+        self.summary.write_all(&text)
+    }
+
+    /// The folder.
+    pub fn folder(&self) -> &Path {
+        &self.folder
     }
 
     /// Writes all files, the smallest first. A file that fails does not keep the others from being
@@ -74,10 +85,9 @@ impl Output {
             }
         };
         note(SUMMARY, self.write_summary(summary));
-        if !outcome.log.is_empty() {
-            let text = outcome.log.join("\n");
-            note(NODES_LOG, self.write_text(NODES_LOG, &text));
-        }
+        let lines = outcome.log.iter().flat_map(|line| [line.as_str(), "\n"]);
+        let text: String = lines.collect();
+        note(NODES_LOG, self.write_text(NODES_LOG, &text));
         let report = report::html(scenario, summary, &outcome.samples);
         note(REPORT, self.write_text(REPORT, &report));
         note(LOG, self.write_log(scenario, summary, outcome));

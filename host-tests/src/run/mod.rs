@@ -283,6 +283,9 @@ impl Recorder {
                     attached_at = step;
                 }
                 if step >= attached_at + AFTER_CLIENTS {
+                    eprintln!(
+                        "tautrack: the last client left 5 s of virtual time ago; the run ends"
+                    );
                     end = step;
                 }
             }

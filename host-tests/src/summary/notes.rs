@@ -5,6 +5,9 @@ use crate::record::Sample;
 use crate::scenario::Scenario;
 use tautrack::stability::support::NO_EDGE;
 
+/// Below this a margin asks for an explanation, m or rad.
+const NARROW: f64 = 0.01;
+
 /// The guard's least margin to an edge that is there, while it is armed, m.
 pub(super) fn guard_margin(samples: &[Sample]) -> Option<f64> {
     let armed = samples
@@ -36,11 +39,16 @@ impl Summary {
     pub(super) fn explanations(&self, scenario: &Scenario) -> Vec<String> {
         let mut notes = Vec::new();
         if let Some((name, margin, unit)) = self.true_margin()
-            && margin < 0.0
+            && margin < NARROW
             && self.guard.interventions == 0
         {
+            let place = if margin < 0.0 {
+                "outside"
+            } else {
+                "over the edge of"
+            };
             let what = format!(
-                "The least {name} in the ground truth is {margin:.3} {unit}: for a moment the centre of gravity was outside the points \
+                "The least {name} in the ground truth is {margin:.3} {unit}: for a moment the centre of gravity was {place} the points \
                  that carried force."
             );
             let why = match self.min_guard_margin_m {
