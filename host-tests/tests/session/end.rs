@@ -92,7 +92,7 @@ fn an_interrupted_run_keeps_what_it_recorded() {
     let (status, output, error) = demo.end();
     assert_eq!(status.code(), Some(130), "{status}: {error}");
     assert!(
-        error.contains("interrupted") && error.contains("recorded"),
+        error.contains("interrupted") && error.contains("the results end at"),
         "{error}"
     );
     assert!(output.contains("state hash"), "no table: {output}");
