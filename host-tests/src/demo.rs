@@ -137,7 +137,7 @@ pub fn main(arguments: impl Iterator<Item = OsString>) -> ExitCode {
             Err(message) => fail(&message, 1),
         };
     }
-    let prepared = match Prepared::new(&arguments, out) {
+    let prepared = match Prepared::new(&arguments, &out) {
         Ok(prepared) => prepared,
         Err(message) => return fail(&message, USAGE),
     };
@@ -208,7 +208,7 @@ struct Prepared {
 }
 
 impl Prepared {
-    fn new(arguments: &Arguments, out: PathBuf) -> Result<Self, String> {
+    fn new(arguments: &Arguments, out: &Path) -> Result<Self, String> {
         let scenario = scenario(arguments)?;
         if scenario.operator.client && arguments.slcan.is_none() {
             let why = "a CAN client is the operator; add --slcan 127.0.0.1:3333 (docs/bus.md)";
@@ -221,7 +221,7 @@ impl Prepared {
         Ok(Self {
             scenario,
             slcan: slcan.transpose()?,
-            output: Output::open(&out)
+            output: Output::open(out)
                 .map_err(|error| format!("cannot write to --out {}: {error}", out.display()))?,
         })
     }

@@ -52,16 +52,16 @@ impl Limits {
         for frame in sent {
             for id in TRACKS {
                 if let Some(point) = VelocitySetPoint::from_frame(frame, receive(2), id) {
-                    self.check_track(state, &point, events);
+                    self.check_track(state, point, events);
                 }
             }
             if let Some(point) = PositionSetPoint::from_frame(frame, receive(1), JOINT) {
-                self.check_joint(state, &point, events);
+                self.check_joint(state, point, events);
             }
         }
     }
 
-    fn check_track(&mut self, state: State, point: &VelocitySetPoint, events: &[String]) {
+    fn check_track(&mut self, state: State, point: VelocitySetPoint, events: &[String]) {
         let speed = f64::from(point.target).abs() * 1e-6 / self.track;
         assert!(speed <= 1.000_1, "{speed} of the limit; {events:#?}");
         self.fastest = self.fastest.max(speed);
@@ -72,7 +72,7 @@ impl Limits {
         );
     }
 
-    fn check_joint(&mut self, state: State, point: &PositionSetPoint, events: &[String]) {
+    fn check_joint(&mut self, state: State, point: PositionSetPoint, events: &[String]) {
         let follows = state == State::Armed && point.mode == mode::CYCLIC_POSITION;
         if let (true, Some(before)) = (follows, self.joint_before) {
             let step = f64::from(point.target.wrapping_sub(before)).abs() / self.joint_step;

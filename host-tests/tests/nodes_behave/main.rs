@@ -184,9 +184,11 @@ fn a_target_beyond_the_travel_ends_at_its_end() {
     }
 }
 
-/// A limit switch at each end, with the direction that leads to it. It closes where the bench has its
-/// switch.
-const LIMITS: [(f64, fn(f64) -> Switches); 2] = [
+/// The direction that leads to a limit switch, and what the switches say at an angle.
+type End = (f64, fn(f64) -> Switches);
+
+/// A limit switch at each end. It closes where the bench has its switch.
+const LIMITS: [End; 2] = [
     (1.0, |angle| Switches {
         positive_limit: angle > 0.0,
         ..Switches::default()

@@ -71,8 +71,8 @@ enum Node {
 enum Rotor {
     /// As it should.
     Turns,
-    /// With the encoder's channels swapped.
-    Swapped,
+    /// With the encoder's channels swapped, and this inertia, kg m^2.
+    Swapped(f64),
     Stuck,
     /// Turns with this speed whatever happens, rad/s.
     Dragged(f32),
@@ -115,6 +115,8 @@ pub struct Generator {
     target: i32,
 }
 
+/// Of the rotor and its load, kg m^2.
+const INERTIA: f64 = 0.05;
 const COUNTS_PER_RADIAN: f64 = 4_096.0 * 60.0 / std::f64::consts::TAU;
 
 impl Generator {
@@ -174,7 +176,7 @@ impl Generator {
         // Mostly everything is well, so that operation is reached; then one or two things are not.
         self.rotor = match random.below(24) {
             0 => Rotor::Stuck,
-            1 => Rotor::Swapped,
+            1 => Rotor::Swapped(INERTIA),
             2 => Rotor::Dragged(random.pick(&[0.2, -0.3, 1.5, -4.0, 7.0, 9.0, -11.0])),
             3 if random.once_in(4) => Rotor::Jumps,
             _ => Rotor::Turns,
@@ -241,6 +243,7 @@ impl Generator {
                     Rotor::Dragged(0.2),
                     Rotor::Dragged(-0.3),
                     Rotor::Turns,
+                    Rotor::Swapped(6.0 * INERTIA),
                 ]);
                 (self.current, self.bus_voltage) = (None, 24.0);
                 (self.present.guard, self.present.master) = (true, true);
@@ -335,7 +338,7 @@ impl Generator {
         outputs
     }
 
-    /// 0.05 kg m^2 at 2.4 N m/A, with friction.
+    /// 2.4 N m/A, with friction.
     fn turn(&mut self) {
         let torque = match self.bridge {
             Bridge::Current(current) => 2.4 * f64::from(current),
@@ -343,8 +346,10 @@ impl Generator {
             Bridge::Brake => -9.6 * self.velocity.clamp(-3.0, 3.0),
         };
         match self.rotor {
-            Rotor::Turns => self.velocity += (torque - 0.5 * self.velocity) / 0.05 * 1e-3,
-            Rotor::Swapped => self.velocity += (-torque - 0.5 * self.velocity) / 0.05 * 1e-3,
+            Rotor::Turns => self.velocity += (torque - 0.5 * self.velocity) / INERTIA * 1e-3,
+            Rotor::Swapped(inertia) => {
+                self.velocity += (-torque - 0.5 * self.velocity) / inertia * 1e-3;
+            }
             Rotor::Stuck => self.velocity = 0.0,
             Rotor::Dragged(speed) => self.velocity = f64::from(speed),
             Rotor::Jumps => self.angle += (self.random.bits() % 2_000) as f64 - 1_000.0,

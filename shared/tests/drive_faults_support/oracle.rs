@@ -63,7 +63,7 @@ const DWELLS: [(Fault, u32); 7] = [
     (Fault::OverVoltage, 5),
     (Fault::UnderVoltage, 5),
     (Fault::Overspeed, 3),
-    (Fault::VelocityDeviation, 3),
+    (Fault::VelocityDeviation, 25),
     (Fault::Blocked, 60),
 ];
 
@@ -135,7 +135,7 @@ impl Oracle {
         self.conditions(inputs, velocity, outputs)?;
         self.reactions(state, outputs)?;
         self.transitions(inputs, state, outputs)?;
-        self.reports(outputs)?;
+        self.reports(inputs, outputs)?;
 
         let raised = outputs.faults.without(self.faults);
         for (count, fault) in tally.faults.iter_mut().zip(ALL) {
@@ -288,9 +288,19 @@ impl Oracle {
     }
 
     /// Every fault is reported once, and the end of the last one.
-    fn reports(&mut self, outputs: &Outputs) -> Result<(), String> {
+    fn reports(&mut self, inputs: &Inputs, outputs: &Outputs) -> Result<(), String> {
         let raised = outputs.faults.without(self.faults);
         self.unreported = self.unreported.or(raised);
+        // Homing that fails in the very tick of a reset: its end has no cause that lasts.
+        let resets = inputs
+            .set_point
+            .is_some_and(|new| new.controlword & 0x80 != 0);
+        let fails = [Fault::HomingFailed, Fault::HomingMismatch]
+            .into_iter()
+            .find(|fault| resets && outputs.emergency == Some(fault.description().code));
+        if let Some(fault) = fails {
+            self.unreported = self.unreported.or(Faults::of(fault));
+        }
         match outputs.emergency.map(Fault::from_code) {
             Some(Some(fault)) => {
                 if !self.unreported.contains(fault) {
