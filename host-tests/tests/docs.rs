@@ -198,10 +198,7 @@ fn every_option_of_our_commands_is_one() {
             else {
                 continue;
             };
-            for pair in rest.windows(2) {
-                let [option, value] = pair else {
-                    unreachable!()
-                };
+            for (option, value) in rest.iter().zip(rest.iter().skip(1)) {
                 let names_value = ["--suite", "--robot", "--nodes", "--guard"].contains(option);
                 let known = !names_value
                     || help.contains(&format!("- {value}:"))
