@@ -7,7 +7,7 @@ use tautrack::stability::attitude::Attitude;
 use tautrack::stability::bands::{Band, Bands};
 use tautrack::stability::criterion::{Criterion, SpecificForce};
 use tautrack::stability::filter::{
-    Bounds, Command, Margins, Tracker, drive, posture, within_speed,
+    Bounds, Command, Margins, Ramp, Tracker, drive, posture, within_speed,
 };
 use tautrack::stability::limits::Limits;
 use tautrack::stability::parameters::Parameters;
@@ -114,6 +114,10 @@ fn point() -> impl Strategy<Value = [f32; 3]> {
     [any_f32(), any_f32(), any_f32()]
 }
 
+fn ramp() -> impl Strategy<Value = Ramp> {
+    (any_f32(), any_f32()).prop_map(|(none, all)| Ramp { none, all })
+}
+
 fn stance() -> impl Strategy<Value = Stance> {
     let contact = || proptest::option::weighted(0.8, point());
     ([contact(), contact(), contact(), contact()], point())
@@ -144,12 +148,14 @@ proptest! {
         rate in [any_f32(), any_f32(), any_f32(), any_f32()],
         ahead in [any_f32(), any_f32(), any_f32(), any_f32()],
         speeds in [any_f32(), any_f32(), any_f32()],
-        bounds in [any_f32(), any_f32(), any_f32(), any_f32()],
+        ramps in [ramp(), ramp()],
+        [horizon, foresight] in [any_f32(), any_f32()],
     ) {
         let [forward, speed, pitch] = speeds;
         let margins = Margins { now, rate, speed };
-        let bounds = Bounds { caution: bounds[0], stop: bounds[1], horizon: bounds[2], away: bounds[3] };
-        for (share, _) in [drive(forward, pitch, &margins, &bounds), posture(&margins, ahead, &bounds)] {
+        let [towards, away] = ramps;
+        let bounds = Bounds { towards, away, horizon, foresight };
+        for (share, _) in [drive(forward, pitch, &margins, &bounds), posture(pitch, &margins, ahead, &bounds)] {
             prop_assert!((0.0..=1.0).contains(&share), "{}", share);
         }
     }
@@ -214,8 +220,8 @@ proptest! {
             let mode = trip.update(&sight, requests, &parameters);
             let admitted = mode.admit(asked, &parameters);
             if !matches!(mode, Mode::BackingOff(_)) && asked.forward.is_finite() {
-                let tracked = tracker.update(stance, &found, *forward, *period);
-                let bounds = Bounds { caution: parameters.caution, stop: parameters.stop, away: 0.0, horizon: 0.3 };
+                let tracked = tracker.update(stance, &found, &[0.0; 4], *forward, *period);
+                let bounds = parameters.bounds(0.3);
                 let driven = drive(admitted.forward, attitude.pitch().radians(), &tracked, &bounds);
                 let limit = speed_limit(stance, &found, admitted.forward, 0.0);
                 let (share, _) = within_speed(driven, admitted.forward, limit);

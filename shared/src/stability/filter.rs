@@ -11,9 +11,10 @@
 //! `w` being the caution band `m_caution - m_stop`: the more of a command passes, the earlier a
 //! margin counts as used up. Hence `s = (m - m_stop + r_0 T) / (w + |k u| T)`, limited to 0 to 1.
 //!
-//! All four edges are watched in every motion. A motion that leads away from an edge, such as
-//! backing down from a nose, has no caution band there: it may go on however narrow the margin is,
-//! but not while the margin decays so that it would be used up within the horizon ([`leads_to`]).
+//! All four edges are watched in every motion. A motion that leads away from an edge ([`leads_to`]),
+//! such as backing down from a nose, has no caution band there. It gets slower between the stop margin
+//! and the trip margin, and it ends while the margin decays so that the trip margin would be reached
+//! within the horizon: when a track slips or the ground ends, little momentum may be left.
 
 use super::support::{EDGES, Edge};
 use crate::math::{clamp, min};
@@ -36,29 +37,40 @@ pub struct Command {
     pub yaw_rate: f32,
 }
 
-/// Bounds of the filter, m and s.
+/// Margins between which the share that passes grows from nothing to all, m.
 #[derive(Clone, Copy, Debug)]
-pub struct Bounds {
-    /// Below this margin, its decay within the horizon taken off, a command is scaled.
-    pub caution: f32,
-    /// At and below this margin a command is refused; below [`Self::caution`].
-    pub stop: f32,
-    /// The same for an edge from which the command leads away.
-    pub away: f32,
-    /// How far ahead decay counts: `1 / gamma`.
-    pub horizon: f32,
+pub struct Ramp {
+    /// At and below this margin nothing passes.
+    pub none: f32,
+    /// At and above this margin, while it does not decay, all passes.
+    pub all: f32,
 }
 
-impl Bounds {
-    /// Width of the caution band. Margins are tens of millimetres; the least keeps divisions away from zero.
-    fn band(&self) -> f32 {
-        let band = self.caution - self.stop;
-        if band > 1e-3 { band } else { 1e-3 }
+impl Ramp {
+    /// Margins are tens of millimetres; the least keeps divisions away from zero.
+    fn width(&self) -> f32 {
+        let width = self.all - self.none;
+        if width > 1e-3 { width } else { 1e-3 }
+    }
+
+    /// Share that a margin leaves.
+    fn share(&self, margin: f32) -> f32 {
+        share((margin - self.none) / self.width())
     }
 }
 
-/// Width of the band in which a command that leads away from an edge is scaled, m.
-const AWAY_BAND: f32 = 1e-3;
+/// Bounds of the filter.
+#[derive(Clone, Copy, Debug)]
+pub struct Bounds {
+    /// Of an edge that a motion leads to.
+    pub towards: Ramp,
+    /// Of an edge from which it leads away.
+    pub away: Ramp,
+    /// How far ahead decay counts, s: `1 / gamma`.
+    pub horizon: f32,
+    /// The same for posture motions: how far ahead the shape is that they lead to, s.
+    pub foresight: f32,
+}
 
 /// Whether a command with this forward speed, at this pitch, can use up the margin to an edge by
 /// itself. Every edge for NaN.
@@ -81,17 +93,20 @@ fn leads_to(edge: Edge, forward: f32, pitch: f32) -> bool {
 pub fn drive(forward: f32, pitch: f32, margins: &Margins, bounds: &Bounds) -> (f32, Verdict) {
     let (mut share, mut verdict) = (1.0, Verdict::Passed);
     for edge in EDGES {
-        let (floor, band) = if leads_to(edge, forward, pitch) {
-            (bounds.stop, bounds.band())
+        let index = edge as usize;
+        let left = if leads_to(edge, forward, pitch) {
+            passable(forward, index, margins, &bounds.towards, bounds.horizon)
         } else {
-            (bounds.away, AWAY_BAND)
+            let end = Ramp {
+                none: bounds.away.none,
+                all: bounds.away.none,
+            };
+            let slow = bounds.away.share(margins.now[index]);
+            min(
+                slow,
+                passable(forward, index, margins, &end, bounds.horizon),
+            )
         };
-        let left = passable(
-            forward,
-            edge as usize,
-            margins,
-            [floor, band, bounds.horizon],
-        );
         if left < share {
             share = left;
             verdict = if left > 0.0 {
@@ -123,14 +138,8 @@ pub fn within_speed(
     }
 }
 
-/// Scale that one edge leaves, always 0 to 1, with the margin at which nothing passes and the band
-/// above it, m, and the horizon, s.
-fn passable(
-    forward: f32,
-    index: usize,
-    margins: &Margins,
-    [floor, band, horizon]: [f32; 3],
-) -> f32 {
+/// Scale that one edge leaves, always 0 to 1.
+fn passable(forward: f32, index: usize, margins: &Margins, ramp: &Ramp, horizon: f32) -> f32 {
     // Growth is not counted on.
     let rate = min(margins.rate[index], 0.0);
     // Speed in the direction of the command.
@@ -143,40 +152,51 @@ fn passable(
     // Least squares for rate = k speed, leaning to zero where the speed says nothing.
     let per_speed = -rate * along / (along * along + ATTRIBUTION_SPEED * ATTRIBUTION_SPEED);
     let rest = rate + per_speed * along;
-    let room = margins.now[index] - floor + rest * horizon;
-    let share = clamp(
-        room / (band + per_speed * forward.abs() * horizon),
-        0.0,
-        1.0,
-    );
-    // False for NaN.
+    let room = margins.now[index] - ramp.none + rest * horizon;
+    share(room / (ramp.width() + per_speed * forward.abs() * horizon))
+}
+
+/// Pitch from which on the whole caution band is kept for sway, rad.
+const STEEP: f32 = 0.5;
+
+/// Share of the caution band that is kept for sway toward an edge at this pitch: nose up to the back,
+/// nose down to the front. NaN for NaN.
+fn sway(edge: Edge, pitch: f32) -> f32 {
+    match edge {
+        Edge::Back => clamp(pitch / STEEP, 0.0, 1.0),
+        Edge::Front => clamp(-pitch / STEEP, 0.0, 1.0),
+        Edge::Left | Edge::Right => 0.0,
+    }
+}
+
+/// Limited to 0 to 1. Zero for NaN.
+fn share(quotient: f32) -> f32 {
+    let share = clamp(quotient, 0.0, 1.0);
     if share >= 0.0 { share } else { 0.0 }
 }
 
 /// Scale of a posture's speed, 0 to 1, and the verdict. `ahead` are the margins of the shape that
-/// the motion leads to within the horizon.
+/// the motion leads to within the horizon, at the present pitch.
 ///
-/// A motion that widens every margin passes. Otherwise its speed falls to nothing over the last
-/// quarter of the caution band, so that the motion comes to rest at the stop margin without
-/// hunting. NaN refuses.
-pub fn posture(margins: &Margins, ahead: [f32; 4], bounds: &Bounds) -> (f32, Verdict) {
-    let slowing = 0.25 * bounds.band();
-    let (mut share, mut verdict) = (1.0, Verdict::Passed);
+/// A motion that narrows a margin slows down through the caution band and ends at the stop margin. The
+/// pitch does not stay, however: a steep robot on a nose sways when its centre of gravity moves, and
+/// a front that meets the ground lifts the body. So the whole caution band is kept for the sway of a
+/// steep robot, and every motion is slow while a margin is below the stop margin, or will be after the
+/// decay that the shape does not explain. NaN refuses.
+pub fn posture(pitch: f32, margins: &Margins, ahead: [f32; 4], bounds: &Bounds) -> (f32, Verdict) {
+    let (mut least, mut verdict) = (1.0, Verdict::Passed);
     for edge in EDGES {
-        let (now, then) = (margins.now[edge as usize], ahead[edge as usize]);
-        let part = if then >= now {
-            1.0
-        } else {
-            clamp((then - bounds.stop) / slowing, 0.0, 1.0)
-        };
-        // The second is false for NaN.
-        let part = if now.is_nan() || !(part >= 0.0) {
-            0.0
-        } else {
-            part
-        };
-        if part < share {
-            share = part;
+        let index = edge as usize;
+        let (now, then) = (margins.now[index], ahead[index]);
+        let decaying = now + min(margins.rate[index], 0.0) * bounds.foresight;
+        let mut part = bounds.away.share(decaying);
+        // False where both are NaN: the first says so.
+        if !(then >= now) {
+            let reserve = sway(edge, pitch) * bounds.towards.width();
+            part = min(part, bounds.towards.share(then - reserve));
+        }
+        if part < least {
+            least = part;
             verdict = if part >= SMALLEST_SHARE {
                 Verdict::PostureScaled(edge)
             } else {
@@ -184,18 +204,22 @@ pub fn posture(margins: &Margins, ahead: [f32; 4], bounds: &Bounds) -> (f32, Ver
             };
         }
     }
-    (share, verdict)
+    (least, verdict)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
+    const fn ramp(none: f32, all: f32) -> Ramp {
+        Ramp { none, all }
+    }
+
     const BOUNDS: Bounds = Bounds {
-        caution: 0.09,
-        stop: 0.05,
-        away: 0.0,
+        towards: ramp(0.05, 0.09),
+        away: ramp(0.01, 0.05),
         horizon: 0.25,
+        foresight: 0.15,
     };
 
     fn standing(back: f32) -> Margins {
@@ -251,7 +275,7 @@ mod tests {
     /// of the caution band that belongs to the scale.
     fn left_at_the_horizon(margin: f64, own_decay: f64, speed: f64, scale: f64) -> f64 {
         const STEP: f64 = 1e-4;
-        let mut margin = margin - scale * f64::from(BOUNDS.caution - BOUNDS.stop);
+        let mut margin = margin - scale * f64::from(BOUNDS.towards.all - BOUNDS.towards.none);
         let mut time = 0.0;
         while time < f64::from(BOUNDS.horizon) {
             margin -= (own_decay + scale * speed) * STEP;
@@ -387,38 +411,142 @@ mod tests {
             let mut ahead = now.now;
             ahead[edge as usize] = 0.04;
             let refused = (0.0, Verdict::PostureRefused(edge));
-            assert_eq!(posture(&now, ahead, &BOUNDS), refused);
+            assert_eq!(posture(0.0, &now, ahead, &BOUNDS), refused);
             ahead[edge as usize] = f32::NAN;
-            assert_eq!(posture(&now, ahead, &BOUNDS), refused);
+            assert_eq!(posture(0.0, &now, ahead, &BOUNDS), refused);
             let mut unknown = now;
             unknown.now[edge as usize] = f32::NAN;
-            assert_eq!(posture(&unknown, now.now, &BOUNDS), refused);
+            assert_eq!(posture(0.0, &unknown, now.now, &BOUNDS), refused);
+        }
+        let level = standing(0.3);
+        let narrower = level.now.map(|margin| margin - 1e-3);
+        assert_eq!(posture(f32::NAN, &level, narrower, &BOUNDS).0, 0.0);
+    }
+
+    /// Margins where the back is `back` m wide.
+    fn ahead(back: f32) -> [f32; 4] {
+        [back, 0.3, 0.15, 0.15]
+    }
+
+    #[test]
+    fn a_posture_motion_that_narrows_a_margin_slows_down_before_it_is_refused() {
+        let now = standing(0.14);
+        let posture = |back| posture(0.0, &now, ahead(back), &BOUNDS);
+        assert_eq!(posture(0.091), (1.0, Verdict::Passed));
+        let (share, verdict) = posture(0.06);
+        assert!((share - 0.25).abs() < 1e-4, "{share}");
+        assert_eq!(verdict, Verdict::PostureScaled(Edge::Back));
+        let refused = (0.0, Verdict::PostureRefused(Edge::Back));
+        assert_eq!(posture(0.049), refused);
+        assert_eq!(posture(f32::NAN), refused);
+    }
+
+    /// At half a radian the motion ends where the caution band begins; half as steep, in its middle.
+    #[test]
+    fn a_steep_robot_keeps_the_caution_band_for_its_sway() {
+        let now = Margins {
+            now: [0.2; 4],
+            ..standing(0.2)
+        };
+        let narrowing = |edge: Edge, margin| {
+            let mut ahead = now.now;
+            ahead[edge as usize] = margin;
+            ahead
+        };
+        for (edge, pitch) in [(Edge::Back, 0.5), (Edge::Front, -0.5)] {
+            let share =
+                |pitch: f32, margin| posture(pitch, &now, narrowing(edge, margin), &BOUNDS).0;
+            for (pitch, end) in [
+                (-pitch, 0.05),
+                (0.0, 0.05),
+                (0.5 * pitch, 0.07),
+                (pitch, 0.09),
+                (2.0 * pitch, 0.09),
+            ] {
+                assert_eq!(share(pitch, end - 1e-3), 0.0, "{edge:?} {pitch}");
+                let half = share(pitch, end + 0.02);
+                assert!((half - 0.5).abs() < 1e-4, "{edge:?} {pitch}: {half}");
+                assert_eq!(share(pitch, end + 0.041), 1.0, "{edge:?} {pitch}");
+            }
+        }
+        for edge in [Edge::Left, Edge::Right] {
+            for pitch in [-1.0, 1.0] {
+                let (share, _) = posture(pitch, &now, narrowing(edge, 0.07), &BOUNDS);
+                assert!((share - 0.5).abs() < 1e-4);
+            }
         }
     }
 
     #[test]
-    fn a_posture_motion_slows_down_before_it_is_refused() {
-        let ahead = |back| [back, 0.3, 0.15, 0.15];
-        let now = standing(0.08);
-        let posture = |now: &Margins, back| posture(now, ahead(back), &BOUNDS);
-        assert_eq!(posture(&now, 0.061), (1.0, Verdict::Passed));
-        let (share, verdict) = posture(&now, 0.056);
-        assert!((share - 0.6).abs() < 1e-4, "{share}");
-        assert_eq!(verdict, Verdict::PostureScaled(Edge::Back));
-        let refused = (0.0, Verdict::PostureRefused(Edge::Back));
-        assert_eq!(posture(&now, 0.049), refused);
-        let below = standing(0.03);
-        assert_eq!(posture(&below, 0.029), refused);
-        assert_eq!(posture(&below, 0.031).0, 1.0);
-        assert_eq!(posture(&now, f32::NAN), refused);
+    fn a_posture_motion_that_widens_a_narrow_margin_is_slow_but_goes_on() {
+        let share = |now: f32| posture(1.0, &standing(now), ahead(now + 0.01), &BOUNDS).0;
+        assert_eq!(share(0.051), 1.0);
+        assert!((share(0.03) - 0.5).abs() < 1e-4);
+        assert!(share(0.012) > 0.0);
+        assert_eq!(share(0.009), 0.0);
+    }
+
+    /// The margin falls with 0.2 m/s though the shape should widen it: 30 mm until the horizon.
+    #[test]
+    fn a_posture_motion_ends_while_a_margin_decays_to_nothing_whichever_edge_it_is() {
+        for edge in EDGES {
+            let share = |margin: f32| {
+                let mut margins = standing(0.3);
+                margins.now = [0.3; 4];
+                margins.now[edge as usize] = margin;
+                margins.rate[edge as usize] = -0.2;
+                posture(0.8, &margins, margins.now.map(|now| now + 0.01), &BOUNDS)
+            };
+            assert_eq!(share(0.081), (1.0, Verdict::Passed));
+            assert!((share(0.06).0 - 0.5).abs() < 1e-4);
+            assert_eq!(share(0.039), (0.0, Verdict::PostureRefused(edge)));
+        }
     }
 
     #[test]
-    fn backing_down_is_not_refused_for_the_edge_it_leaves() {
-        assert_eq!(
-            drive(-0.1, 0.9, &standing(0.01), &BOUNDS),
-            (1.0, Verdict::Passed)
-        );
+    fn backing_down_from_a_narrow_margin_is_slow_but_goes_on() {
+        let share = |back| drive(-0.1, 0.9, &standing(back), &BOUNDS).0;
+        assert_eq!(share(0.051), 1.0);
+        assert!((share(0.03) - 0.5).abs() < 1e-4);
+        assert!(share(0.012) > 0.0);
+        assert_eq!(share(0.009), 0.0);
+    }
+
+    /// Backing down from 81 degrees, a track slips: the margin falls with 0.6 m per metre driven, from
+    /// 50 mm on. The passed speed follows the share with 0.4 m/s^2, as a track does. The margin that
+    /// is left bears the momentum: `w^2 = 2 g (l - h) / l^2` for a mass point at the height `h`,
+    /// `l^2 = m^2 + h^2`, is the rate of turn that tips the robot.
+    #[test]
+    fn a_retreat_that_goes_wrong_ends_with_little_momentum() {
+        const STEP: f64 = 4e-3;
+        let height = 0.27_f64;
+        for per_metre in [0.2, 0.6, 1.5] {
+            let (mut margin, mut speed, mut rate) = (0.05_f64, 0.0_f64, 0.0_f64);
+            for _ in 0..2_500 {
+                let margins = Margins {
+                    rate: [rate as f32, 0.0, 0.0, 0.0],
+                    speed: -speed as f32,
+                    ..standing(margin as f32)
+                };
+                let (share, _) = drive(-0.5, 1.4, &margins, &BOUNDS);
+                let goal = 0.5 * f64::from(share);
+                speed += (goal - speed).clamp(-0.4 * STEP, 0.4 * STEP);
+                let decay = per_metre * speed;
+                margin -= decay * STEP;
+                // The guard's rates are smoothed over 100 ms.
+                rate += (-decay - rate) * STEP / (0.1 + STEP);
+                let reach = margin.hypot(height);
+                let tips = (2.0 * 9.81 * (reach - height)).sqrt() / reach;
+                assert!(
+                    margin > 0.0 && decay / height < tips,
+                    "{per_metre}: {margin} m, {decay} m/s"
+                );
+            }
+            assert!(
+                margin < 0.02,
+                "{per_metre}: it stopped {margin} m before the edge"
+            );
+        }
     }
 
     #[test]

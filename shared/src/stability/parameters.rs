@@ -1,6 +1,7 @@
 //! Numbers of the guard's supervision, from the settings, and the check that they and the robot's geometry make sense together.
 
 use super::criterion::GRAVITY;
+use super::filter::{Bounds, Ramp};
 use super::support::{Edge, Stance};
 use crate::math::{max, sin_cos};
 use crate::settings::{Setting, Settings};
@@ -151,6 +152,17 @@ impl Parameters {
                 robot_mass: thousandths(Setting::RobotMass),
             },
             stuck_readings: settings.get(Setting::StuckReadings) as u32,
+        }
+    }
+
+    /// Bounds of the filter that looks this far ahead, s.
+    pub fn bounds(&self, horizon: f32) -> Bounds {
+        let ramp = |none, all| Ramp { none, all };
+        Bounds {
+            towards: ramp(self.stop, self.caution),
+            away: ramp(self.trip, self.stop),
+            horizon,
+            foresight: self.horizon,
         }
     }
 
