@@ -485,6 +485,32 @@ fn switches_and_sensors_say_what_the_robot_is() {
     assert!((-0.1..-0.03).contains(&lie), "{lie} rad");
 }
 
+/// The front presses on a curb while the robot drives up it: the solver pushes bodies out of each
+/// other, which turns the body, and the gyroscope must sense it. 0.01 rad is 2 s of its bias and the
+/// 5 ms that it is late.
+#[test]
+fn the_gyroscope_senses_every_turn_of_the_body() {
+    let curb = Terrain::Curb {
+        height: 0.1,
+        front_x: 1.0,
+        depth: 3.0,
+    };
+    let mut robot = Driven::new(&B2p2Parameters::nominal(), curb, 1);
+    robot.drive(0.4, 0.5);
+    let mut sensed = robot.plant.truth().pitch;
+    let (mut worst, mut highest) = (0.0_f64, 0.0_f64);
+    for step in 0..1_500 {
+        robot.step(robot.straight(0.4), -0.5 * DT * f64::from(step));
+        let body = robot.plant.body_sensors();
+        sensed -= f64::from(body.angular_rate[1]) * DT;
+        let pitch = robot.plant.truth().pitch;
+        worst = worst.max((sensed - pitch).abs());
+        highest = highest.max(pitch);
+    }
+    assert!(highest > 0.4, "it did not rear up: {highest} rad");
+    assert!(worst < 0.01, "{worst} rad");
+}
+
 #[test]
 fn belts_and_rotors_do_not_tremble() {
     let mut robot = Driven::new(&B2p2Parameters::nominal(), Terrain::Flat, 1);

@@ -140,7 +140,6 @@ impl Crawler {
         let motion = BodyMotion {
             rotation: self.body.rotation,
             velocity: self.body.velocity_at(place),
-            spin: self.body.spin,
         };
         self.sensing.update(sensors, &motion, self.step);
         let antenna = self
