@@ -252,7 +252,7 @@ fn level_ground_passes_the_command_to_both_tracks() {
 }
 
 #[test]
-fn a_margin_below_the_stop_margin_refuses_forward_and_allows_backward() {
+fn a_margin_below_the_stop_margin_refuses_forward_and_lets_the_robot_back_out_slowly() {
     let mut bench = Bench::armed();
     // Turned so far that the centre of gravity, 0.258 m before axle 1, stands 23 mm before it.
     bench.tilt(1.48);
@@ -265,9 +265,14 @@ fn a_margin_below_the_stop_margin_refuses_forward_and_allows_backward() {
         "{:?}",
         outputs.margins
     );
+    // 13 of the 40 mm between trip and stop margin are left.
     bench.ask(-50);
     let outputs = bench.run(1_000);
-    assert_eq!(outputs.passed.passed_speed, -50);
+    let expected = -16 - 2..=-16 + 2;
+    assert!(
+        expected.contains(&outputs.passed.passed_speed),
+        "{outputs:?}"
+    );
 }
 
 #[test]

@@ -220,7 +220,7 @@ proptest! {
             let mode = trip.update(&sight, requests, &parameters);
             let admitted = mode.admit(asked, &parameters);
             if !matches!(mode, Mode::BackingOff(_)) && asked.forward.is_finite() {
-                let tracked = tracker.update(stance, &found, &[0.0; 4], *forward, *period);
+                let tracked = tracker.update(stance, &found, &found.gravity, *forward, *period);
                 let bounds = parameters.bounds(0.3);
                 let driven = drive(admitted.forward, attitude.pitch().radians(), &tracked, &bounds);
                 let limit = speed_limit(stance, &found, admitted.forward, 0.0);

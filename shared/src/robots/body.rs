@@ -193,6 +193,13 @@ pub trait Body: Sized {
     fn stance_ahead(&self, asked: &Asked, attitude: &Attitude, horizon: f32, period: f32)
     -> Stance;
 
+    /// How the robot would stand in this attitude with its shape of the observation before. What the
+    /// margins lose against it is the change of shape, and no decay ([`crate::stability::tracker`]).
+    /// None where the shape is how the robot follows the ground, so that every loss counts.
+    fn stance_with_kept_shape(&self, _: &Attitude) -> Option<Stance> {
+        None
+    }
+
     /// Gives up every motion: set-points are where the robot is.
     fn rest(&mut self);
 

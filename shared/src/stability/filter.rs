@@ -17,7 +17,7 @@
 //! within the horizon: when a track slips or the ground ends, little momentum may be left.
 
 use super::support::{EDGES, Edge};
-use crate::math::{clamp, min};
+use crate::math::{clamp, max, min};
 
 pub use super::tracker::{Margins, Tracker};
 pub use super::verdict::Verdict;
@@ -156,6 +156,16 @@ fn passable(forward: f32, index: usize, margins: &Margins, ramp: &Ramp, horizon:
     share(room / (ramp.width() + per_speed * forward.abs() * horizon))
 }
 
+/// Margins of one stance found in two ways differ by less than this, m.
+const ROUNDING: f32 = 1e-5;
+
+/// Slower decay is noise, m/s.
+const STEADY: f32 = 0.01;
+
+/// Share that a posture motion keeps at an edge whose margin it widens, however narrow it is: it may
+/// lead out of danger.
+const RESCUE: f32 = 0.1;
+
 /// Pitch from which on the whole caution band is kept for sway, rad.
 const STEEP: f32 = 0.5;
 
@@ -178,22 +188,35 @@ fn share(quotient: f32) -> f32 {
 /// Scale of a posture's speed, 0 to 1, and the verdict. `ahead` are the margins of the shape that
 /// the motion leads to within the horizon, at the present pitch.
 ///
-/// A motion that narrows a margin slows down through the caution band and ends at the stop margin. The
-/// pitch does not stay, however: a steep robot on a nose sways when its centre of gravity moves, and
-/// a front that meets the ground lifts the body. So the whole caution band is kept for the sway of a
-/// steep robot, and every motion is slow while a margin is below the stop margin, or will be after the
-/// decay that the shape does not explain. NaN refuses.
+/// The pitch does not stay: a front that meets the ground lifts the body. So the measured decay is
+/// added to what the shape says. A motion that narrows a margin by this account slows down through the
+/// caution band and ends at the stop margin. A steep robot on a nose also sways when its centre of
+/// gravity moves, and keeps the whole caution band for that. A motion that widens a margin is slow only
+/// below the stop margin, and it never ends: [`RESCUE`]. An edge that does not feel the motion says
+/// nothing. NaN refuses.
 pub fn posture(pitch: f32, margins: &Margins, ahead: [f32; 4], bounds: &Bounds) -> (f32, Verdict) {
     let (mut least, mut verdict) = (1.0, Verdict::Passed);
     for edge in EDGES {
         let index = edge as usize;
         let (now, then) = (margins.now[index], ahead[index]);
-        let decaying = now + min(margins.rate[index], 0.0) * bounds.foresight;
-        let mut part = bounds.away.share(decaying);
-        // False where both are NaN: the first says so.
-        if !(then >= now) {
+        if (then - now).abs() < ROUNDING {
+            continue;
+        }
+        let rate = margins.rate[index];
+        let decay = if rate < -STEADY {
+            rate * bounds.foresight
+        } else {
+            0.0
+        };
+        let mut part = if then + decay >= now {
+            bounds.away.share(now)
+        } else {
             let reserve = sway(edge, pitch) * bounds.towards.width();
-            part = min(part, bounds.towards.share(then - reserve));
+            // Below the present margin anyway, unless that is NaN.
+            bounds.towards.share(min(then + decay - reserve, now))
+        };
+        if then >= now {
+            part = max(part, RESCUE);
         }
         if part < least {
             least = part;
@@ -482,24 +505,40 @@ mod tests {
         let share = |now: f32| posture(1.0, &standing(now), ahead(now + 0.01), &BOUNDS).0;
         assert_eq!(share(0.051), 1.0);
         assert!((share(0.03) - 0.5).abs() < 1e-4);
-        assert!(share(0.012) > 0.0);
-        assert_eq!(share(0.009), 0.0);
+        assert!((share(0.012) - RESCUE).abs() < 1e-6);
+        assert!((share(-0.01) - RESCUE).abs() < 1e-6);
     }
 
-    /// The margin falls with 0.2 m/s though the shape should widen it: 30 mm until the horizon.
+    /// A body without posture: the margins ahead are those of now, but for rounding.
     #[test]
-    fn a_posture_motion_ends_while_a_margin_decays_to_nothing_whichever_edge_it_is() {
+    fn rounding_is_no_posture_motion() {
+        for margin in [0.06, 0.09, 0.12] {
+            let ahead = ahead(margin - 5e-6);
+            let found = posture(0.5, &standing(margin), ahead, &BOUNDS);
+            assert_eq!(found, (1.0, Verdict::Passed));
+        }
+    }
+
+    /// The margin falls with 0.2 m/s: 30 mm until the horizon, beside the change that the shape foresees.
+    #[test]
+    fn decay_adds_to_what_the_shape_does_to_a_margin_whichever_edge_it_is() {
         for edge in EDGES {
-            let share = |margin: f32| {
+            let posture = |margin: f32, change: f32| {
                 let mut margins = standing(0.3);
                 margins.now = [0.3; 4];
                 margins.now[edge as usize] = margin;
                 margins.rate[edge as usize] = -0.2;
-                posture(0.8, &margins, margins.now.map(|now| now + 0.01), &BOUNDS)
+                posture(0.0, &margins, margins.now.map(|now| now + change), &BOUNDS)
             };
-            assert_eq!(share(0.081), (1.0, Verdict::Passed));
-            assert!((share(0.06).0 - 0.5).abs() < 1e-4);
-            assert_eq!(share(0.039), (0.0, Verdict::PostureRefused(edge)));
+            for change in [-0.02, 0.02] {
+                let left = |share: f32| 0.05 + 0.04 * share + 0.03 - change;
+                assert_eq!(posture(left(1.01), change), (1.0, Verdict::Passed));
+                assert!((posture(left(0.5), change).0 - 0.5).abs() < 1e-4);
+            }
+            assert_eq!(posture(0.09, -0.02), (0.0, Verdict::PostureRefused(edge)));
+            let (rescued, verdict) = posture(0.05, 0.02);
+            assert!((rescued - RESCUE).abs() < 1e-6);
+            assert_eq!(verdict, Verdict::PostureScaled(edge));
         }
     }
 

@@ -283,8 +283,10 @@ impl<B: Body> Guard<B> {
         self.body
             .observe(self.drives.states(), &self.attitude, period);
         let stance = self.body.stance(&self.attitude);
+        let kept_shape = self.body.stance_with_kept_shape(&self.attitude);
+        let speed = self.body.speed();
         self.supervision
-            .judge(&stance, &self.attitude, self.body.speed(), period);
+            .judge(&stance, kept_shape.as_ref(), &self.attitude, speed, period);
     }
 
     /// What happens once per SYNC: state, filter, body, gate, set-points.

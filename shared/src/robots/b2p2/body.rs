@@ -59,6 +59,8 @@ pub struct B2p2 {
     screw_known: bool,
     theta: Angle,
     extension: f32,
+    /// Both at the observation before.
+    kept_shape: (Angle, f32),
     tracks: Option<[i32; 2]>,
     odometry_um: f32,
     odometry_whole_um: i32,
@@ -164,6 +166,7 @@ impl Body for B2p2 {
             joint_known: false,
             screw_known: false,
             theta: Angle::ZERO,
+            kept_shape: (Angle::ZERO, 0.0),
             extension: released as f32 * METRES_PER_BUS,
             tracks: None,
             odometry_um: 0.0,
@@ -202,6 +205,7 @@ impl Body for B2p2 {
     }
 
     fn observe(&mut self, drives: &[DriveState], _: &Attitude, _: f32) {
+        self.kept_shape = (self.theta, self.extension);
         self.joint_known = drive_of(drives, JOINT).referenced;
         self.screw_known = drive_of(drives, SCREW).referenced;
         if self.joint_known {
@@ -225,6 +229,11 @@ impl Body for B2p2 {
 
     fn stance(&self, attitude: &Attitude) -> Stance {
         self.stance_at(self.theta, self.extension, attitude)
+    }
+
+    fn stance_with_kept_shape(&self, attitude: &Attitude) -> Option<Stance> {
+        let (theta, extension) = self.kept_shape;
+        Some(self.stance_at(theta, extension, attitude))
     }
 
     fn stance_ahead(
