@@ -189,9 +189,15 @@ pub trait Body: Sized {
     /// How it stands now.
     fn stance(&self, attitude: &Attitude) -> Stance;
 
-    /// How it will stand `horizon` s from now if its posture goes where `asked` has it.
-    fn stance_ahead(&self, asked: &Asked, attitude: &Attitude, horizon: f32, period: f32)
-    -> Stance;
+    /// How it will stand `horizon` s from now if its posture goes where `asked` has it. None if its
+    /// posture stays at rest.
+    fn stance_ahead(
+        &self,
+        asked: &Asked,
+        attitude: &Attitude,
+        horizon: f32,
+        period: f32,
+    ) -> Option<Stance>;
 
     /// How the robot would stand in this attitude with its shape of the observation before. What the
     /// margins lose against it is the change of shape, and no decay ([`crate::stability::tracker`]).

@@ -156,9 +156,6 @@ fn passable(forward: f32, index: usize, margins: &Margins, ramp: &Ramp, horizon:
     share(room / (ramp.width() + per_speed * forward.abs() * horizon))
 }
 
-/// Margins of one stance found in two ways differ by less than this, m.
-const ROUNDING: f32 = 1e-5;
-
 /// Slower decay is noise, m/s.
 const STEADY: f32 = 0.01;
 
@@ -192,16 +189,12 @@ fn share(quotient: f32) -> f32 {
 /// added to what the shape says. A motion that narrows a margin by this account slows down through the
 /// caution band and ends at the stop margin. A steep robot on a nose also sways when its centre of
 /// gravity moves, and keeps the whole caution band for that. A motion that widens a margin is slow only
-/// below the stop margin, and it never ends: [`RESCUE`]. An edge that does not feel the motion says
-/// nothing. NaN refuses.
+/// below the stop margin, and it never ends: [`RESCUE`]. NaN refuses.
 pub fn posture(pitch: f32, margins: &Margins, ahead: [f32; 4], bounds: &Bounds) -> (f32, Verdict) {
     let (mut least, mut verdict) = (1.0, Verdict::Passed);
     for edge in EDGES {
         let index = edge as usize;
         let (now, then) = (margins.now[index], ahead[index]);
-        if (then - now).abs() < ROUNDING {
-            continue;
-        }
         let rate = margins.rate[index];
         let decay = if rate < -STEADY {
             rate * bounds.foresight
@@ -507,16 +500,6 @@ mod tests {
         assert!((share(0.03) - 0.5).abs() < 1e-4);
         assert!((share(0.012) - RESCUE).abs() < 1e-6);
         assert!((share(-0.01) - RESCUE).abs() < 1e-6);
-    }
-
-    /// A body without posture: the margins ahead are those of now, but for rounding.
-    #[test]
-    fn rounding_is_no_posture_motion() {
-        for margin in [0.06, 0.09, 0.12] {
-            let ahead = ahead(margin - 5e-6);
-            let found = posture(0.5, &standing(margin), ahead, &BOUNDS);
-            assert_eq!(found, (1.0, Verdict::Passed));
-        }
     }
 
     /// The margin falls with 0.2 m/s: 30 mm until the horizon, beside the change that the shape foresees.

@@ -247,6 +247,24 @@ mod tests {
     }
 
     #[test]
+    fn the_bounds_of_the_filter_are_those_of_the_settings() {
+        let bounds = parameters().bounds(0.4);
+        let expected = [0.05, 0.09, 0.01, 0.05, 0.4, 0.15];
+        let (towards, away) = (bounds.towards, bounds.away);
+        let found = [
+            towards.none,
+            towards.all,
+            away.none,
+            away.all,
+            bounds.horizon,
+            bounds.foresight,
+        ];
+        for (found, expected) in found.into_iter().zip(expected) {
+            assert!((found - expected).abs() < 1e-6, "{bounds:?}");
+        }
+    }
+
+    #[test]
     fn a_sound_robot_is_armed() {
         assert_eq!(parameters().check(&stance()), Ok(()));
     }

@@ -410,7 +410,7 @@ impl<B: Body> Guard<B> {
         let pitch = self.attitude.pitch().radians();
         let (allowed, filtered) =
             self.supervision
-                .filter(&asked, &ahead, pitch, self.body.stopping_time());
+                .filter(&asked, ahead.as_ref(), pitch, self.body.stopping_time());
         if !armed {
             self.share = 1.0;
             self.count(Verdict::Passed);

@@ -213,12 +213,12 @@ impl Supervision {
         (asked, verdict)
     }
 
-    /// What the margins leave of what was admitted. `ahead` is the stance that the posture's motion leads to within [`Self::horizon`], `stopping` the time of a stop at the
+    /// What the margins leave of what was admitted. `ahead` is the stance that the posture's motion leads to within [`Self::horizon`], none while it is at rest, `stopping` the time of a stop at the
     /// configured deceleration, s.
     pub fn filter(
         &self,
         asked: &Asked,
-        ahead: &Stance,
+        ahead: Option<&Stance>,
         pitch: f32,
         stopping: f32,
     ) -> (Allowed, Verdict) {
@@ -240,9 +240,10 @@ impl Supervision {
                 all: -NO_EDGE,
             };
         }
-        let widening = parameters.uncertainty.widening();
-        let ahead = ahead.margins().map(|margin| margin - widening);
-        let (posture_share, posture) = filter::posture(pitch, &self.margins, ahead, &bounds);
+        let (posture_share, posture) = ahead.map_or((1.0, Verdict::Passed), |ahead| {
+            let ahead = self.as_now(ahead.margins());
+            filter::posture(pitch, &self.margins, ahead, &bounds)
+        });
         let driven = filter::drive(asked.forward, pitch, &self.margins, &bounds);
         let (share, drive) = if backs_off {
             driven
@@ -286,6 +287,15 @@ impl Supervision {
             drive
         };
         (allowed, verdict)
+    }
+
+    /// Margins of another shape, m, less what uncertainty and measured force take from the present ones.
+    fn as_now(&self, margins: [f32; 4]) -> [f32; 4] {
+        let widening = self.parameters.uncertainty.widening();
+        core::array::from_fn(|index| {
+            let force = self.found.gravity[index] - self.margins.now[index];
+            margins[index] - widening - force
+        })
     }
 
     /// Largest speed in the direction of a command at which an instant stop tips nothing.
@@ -398,9 +408,20 @@ mod tests {
             let settings = settings(&[(Setting::CogUncertainty, uncertainty)]);
             let supervision = standing(&settings, 0.3, 0.0);
             let (allowed, verdict) =
-                supervision.filter(&Asked::default(), &stance(0.065), 0.0, 0.0);
+                supervision.filter(&Asked::default(), Some(&stance(0.065)), 0.0, 0.0);
             assert_eq!(allowed.posture, passes);
             assert_ne!(verdict, Verdict::Passed);
+        }
+    }
+
+    /// The shape ahead has 80 mm behind: enough on level ground, too little for a steep robot's sway.
+    #[test]
+    fn a_steep_robot_keeps_room_for_its_sway() {
+        let supervision = standing(&Settings::default(), 0.3, 0.0);
+        for (pitch, passes) in [(0.0, true), (0.6, false), (-0.6, true)] {
+            let (allowed, _) =
+                supervision.filter(&Asked::default(), Some(&stance(0.08)), pitch, 0.0);
+            assert_eq!(allowed.posture, passes, "{pitch}");
         }
     }
 
@@ -420,7 +441,7 @@ mod tests {
             let mut judge = |margin: f32, kept: f32| {
                 let (now, kept) = (stance(margin), stance(kept));
                 supervision.judge(&now, Some(&kept), &attitude, 0.1, CONTROL_PERIOD);
-                supervision.filter(&asked, &now, 0.3, 0.1).0.share < 1.0
+                supervision.filter(&asked, None, 0.3, 0.1).0.share < 1.0
             };
             let mut margin = start;
             while margin > 0.2 {
@@ -464,7 +485,7 @@ mod tests {
             forward: -0.45,
             ..Asked::default()
         };
-        let (allowed, verdict) = supervision.filter(&backward, &stance(0.03), 0.3, 0.0);
+        let (allowed, verdict) = supervision.filter(&backward, Some(&stance(0.03)), 0.3, 0.0);
         assert_eq!(verdict, Verdict::Scaled(Edge::Back));
         let passed = 0.45 * allowed.share;
         // v^2 = 2 g (l - h) l^2 / h^2 with l^2 = 0.0409 m^2.

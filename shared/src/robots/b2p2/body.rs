@@ -242,12 +242,15 @@ impl Body for B2p2 {
         attitude: &Attitude,
         horizon: f32,
         period: f32,
-    ) -> Stance {
+    ) -> Option<Stance> {
         let next = self.next_chassis(asked, 1.0, period);
+        if next.velocity == 0.0 && self.chassis.velocity == 0.0 {
+            return None;
+        }
         // From the set-point, not from the joint: what was let through already will be reached.
         let ahead =
             Angle::from_bits(next.position as i32) + Angle::from_radians(next.velocity * horizon);
-        self.stance_at(ahead, metres(self.geometry.length(ahead)), attitude)
+        Some(self.stance_at(ahead, metres(self.geometry.length(ahead)), attitude))
     }
 
     fn rest(&mut self) {

@@ -148,8 +148,8 @@ impl Body for Crawler {
         Stance::on(shape.contacts, shape.cog)
     }
 
-    fn stance_ahead(&self, _: &Asked, attitude: &Attitude, _: f32, _: f32) -> Stance {
-        self.stance(attitude)
+    fn stance_ahead(&self, _: &Asked, _: &Attitude, _: f32, _: f32) -> Option<Stance> {
+        None
     }
 
     fn rest(&mut self) {

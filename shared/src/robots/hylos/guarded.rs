@@ -154,9 +154,9 @@ impl Body for Hylos {
         Self::stands(&self.controller.posture(&self.sensed))
     }
 
-    fn stance_ahead(&self, _: &Asked, _: &Attitude, horizon: f32, _: f32) -> Stance {
+    fn stance_ahead(&self, _: &Asked, _: &Attitude, horizon: f32, _: f32) -> Option<Stance> {
         let ahead = self.controller.ahead(&self.sensed, horizon);
-        Self::stands(&self.controller.posture(&ahead))
+        Some(Self::stands(&self.controller.posture(&ahead)))
     }
 
     fn rest(&mut self) {

@@ -191,14 +191,14 @@ impl Body for RtMover {
         self.stance_of(&self.inputs.shape(), attitude)
     }
 
-    fn stance_ahead(&self, _: &Asked, attitude: &Attitude, horizon: f32, _: f32) -> Stance {
+    fn stance_ahead(&self, _: &Asked, attitude: &Attitude, horizon: f32, _: f32) -> Option<Stance> {
         // The shafts go on as they were told last.
         let mut shape = self.inputs.shape();
         for axle in 0..2 {
             shape.steering[axle] += self.outputs.steering[axle] * horizon;
             shape.roll[axle] += self.outputs.roll[axle] * horizon;
         }
-        self.stance_of(&shape, attitude)
+        Some(self.stance_of(&shape, attitude))
     }
 
     fn rest(&mut self) {
