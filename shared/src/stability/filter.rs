@@ -48,13 +48,13 @@ pub struct Ramp {
 
 impl Ramp {
     /// Margins are tens of millimetres; the least keeps divisions away from zero.
-    fn width(&self) -> f32 {
+    fn width(self) -> f32 {
         let width = self.all - self.none;
         if width > 1e-3 { width } else { 1e-3 }
     }
 
     /// Share that a margin leaves.
-    fn share(&self, margin: f32) -> f32 {
+    fn share(self, margin: f32) -> f32 {
         share((margin - self.none) / self.width())
     }
 }
@@ -95,17 +95,14 @@ pub fn drive(forward: f32, pitch: f32, margins: &Margins, bounds: &Bounds) -> (f
     for edge in EDGES {
         let index = edge as usize;
         let left = if leads_to(edge, forward, pitch) {
-            passable(forward, index, margins, &bounds.towards, bounds.horizon)
+            passable(forward, index, margins, bounds.towards, bounds.horizon)
         } else {
             let end = Ramp {
                 none: bounds.away.none,
                 all: bounds.away.none,
             };
             let slow = bounds.away.share(margins.now[index]);
-            min(
-                slow,
-                passable(forward, index, margins, &end, bounds.horizon),
-            )
+            min(slow, passable(forward, index, margins, end, bounds.horizon))
         };
         if left < share {
             share = left;
@@ -139,7 +136,7 @@ pub fn within_speed(
 }
 
 /// Scale that one edge leaves, always 0 to 1.
-fn passable(forward: f32, index: usize, margins: &Margins, ramp: &Ramp, horizon: f32) -> f32 {
+fn passable(forward: f32, index: usize, margins: &Margins, ramp: Ramp, horizon: f32) -> f32 {
     // Growth is not counted on.
     let rate = min(margins.rate[index], 0.0);
     // Speed in the direction of the command.
