@@ -409,8 +409,12 @@ mod tests {
             let supervision = standing(&settings, 0.3, 0.0);
             let (allowed, verdict) =
                 supervision.filter(&Asked::default(), Some(&stance(0.065)), 0.0, 0.0);
-            assert_eq!(allowed.posture, passes);
-            assert_ne!(verdict, Verdict::Passed);
+            let expected = if passes {
+                Verdict::PostureScaled(Edge::Back)
+            } else {
+                Verdict::PostureRefused(Edge::Back)
+            };
+            assert_eq!((allowed.posture, verdict), (passes, expected));
         }
     }
 
