@@ -26,7 +26,7 @@ pub use super::verdict::Verdict;
 const ATTRIBUTION_SPEED: f32 = 0.02;
 
 /// A smaller share of a posture's speed is called none.
-const SMALLEST_SHARE: f32 = 0.05;
+pub(super) const SMALLEST_SHARE: f32 = 0.05;
 
 /// Motion over ground that is asked for or passed.
 #[derive(Clone, Copy, PartialEq, Debug, Default)]

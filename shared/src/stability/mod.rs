@@ -14,6 +14,7 @@ pub mod criterion;
 pub mod filter;
 pub mod limits;
 pub mod parameters;
+pub mod step_behind;
 pub mod stopping;
 pub mod support;
 pub mod tipover;

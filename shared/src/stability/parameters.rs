@@ -56,6 +56,8 @@ pub struct Parameters {
     pub braking: f32,
     /// Largest speed in doubt, m/s.
     pub crawl_speed: f32,
+    /// Highest step that may be behind the robot.
+    pub step_behind: f32,
     /// Backing off is allowed.
     pub back_off: bool,
     /// What is not known of the masses.
@@ -144,6 +146,7 @@ impl Parameters {
                 metres(Setting::DriveAcceleration),
             ),
             crawl_speed: metres(Setting::CrawlSpeed),
+            step_behind: metres(Setting::StepBehind),
             back_off: settings.get(Setting::BackOff) == 1,
             uncertainty: Uncertainty {
                 cog: metres(Setting::CogUncertainty),

@@ -118,6 +118,17 @@ impl Stance {
         [ahead * over, up * over]
     }
 
+    /// Middle of an edge, forward and up, m.
+    #[inline]
+    pub fn middle(&self, edge: Edge) -> [f32; 2] {
+        let start = FROM_CONTACT
+            .iter()
+            .position(|other| *other == edge)
+            .unwrap_or(0);
+        let (begin, end) = (self.begins[start], self.ends[start]);
+        [0, 2].map(|axis| 0.5 * (begin[axis] + end[axis]))
+    }
+
     /// Margin to an edge that is not there: wide, or, when there is none at all, to nothing.
     #[inline]
     pub fn missing(&self) -> f32 {

@@ -14,10 +14,10 @@ use crate::stability::criterion::{Criterion, Evaluation, SpecificForce};
 use crate::stability::filter::{self, Command, Margins, Ramp, Tracker, Verdict};
 use crate::stability::limits::Limits;
 use crate::stability::parameters::{Parameters, Refusal};
-use crate::stability::stopping;
 use crate::stability::support::{Edge, NO_EDGE, Stance, narrowest};
 use crate::stability::trip::{Cause, Mode, Requests, Sight, Snapshot, Trip, crawl};
 use crate::stability::trust::{Reason, Trust, Watch};
+use crate::stability::{step_behind, stopping};
 
 /// Share of the posture's speed in a supervised override.
 const OVERRIDE_POSTURE: f32 = 0.25;
@@ -241,8 +241,10 @@ impl Supervision {
             };
         }
         let (posture_share, posture) = ahead.map_or((1.0, Verdict::Passed), |ahead| {
-            let ahead = self.as_now(ahead.margins());
-            filter::posture(pitch, &self.margins, ahead, &bounds)
+            let margins = self.as_now(ahead.margins());
+            let judged = filter::posture(pitch, &self.margins, margins, &bounds);
+            let [step, widening] = self.behind();
+            step_behind::within(judged, [&self.stance, ahead], step, widening)
         });
         let driven = filter::drive(asked.forward, pitch, &self.margins, &bounds);
         let (share, drive) = if backs_off {
@@ -298,10 +300,22 @@ impl Supervision {
         })
     }
 
-    /// Largest speed in the direction of a command at which an instant stop tips nothing.
+    /// Highest step behind, and the uncertainty of the masses, m.
+    fn behind(&self) -> [f32; 2] {
+        let parameters = &self.parameters;
+        [parameters.step_behind, parameters.uncertainty.widening()]
+    }
+
+    /// Largest speed in the direction of a command at which neither an instant stop nor the fall off
+    /// a step behind tips the robot.
     fn speed_limit(&self, forward: f32) -> (f32, Edge) {
-        let widening = self.parameters.uncertainty.widening();
-        stopping::speed_limit(&self.stance, &self.found, forward, widening)
+        let [step, widening] = self.behind();
+        let (limit, edge) = stopping::speed_limit(&self.stance, &self.found, forward, widening);
+        if edge == Edge::Front {
+            return (limit, edge);
+        }
+        let room = step_behind::room(&self.stance, step, widening);
+        (min(limit, step_behind::speed(room)), edge)
     }
 
     pub fn horizon(&self) -> f32 {
