@@ -4,6 +4,10 @@
 //! does not see: the one that it climbed. When its centre of gravity passes the nose, the robot turns
 //! about it until its rear meets the ground below. From then on it turns about its rear, and falls over
 //! if this lifts the centre of gravity above the rear.
+//!
+//! A front that is folded down makes it worse: it lifts the body, and after the fall the robot stands on
+//! its rear alone. So it backs only at the speed that it bears, and folds its front only as far as it
+//! bears such a fall at all.
 
 use super::criterion::GRAVITY;
 use super::filter::{SMALLEST_SHARE, Verdict};
@@ -36,11 +40,12 @@ pub fn room(stance: &Stance, step: f32, widening: f32) -> f32 {
     };
     let over_nose = height - ahead * sine / cosine;
     let steep = min(step * cosine / ahead, 1.0);
-    // Behind its rear a robot has fallen already; false for NaN.
-    if ahead <= 0.0 {
+    // A robot whose centre of gravity is behind its rear has fallen already.
+    if ahead <= 0.0 && step > 0.0 {
         return -step;
     }
-    if steep <= sine || over_nose < LOWEST {
+    // False for NaN.
+    if step <= 0.0 || steep <= sine || over_nose < LOWEST {
         return f32::INFINITY;
     }
     let turned = root_of_sum(max(1.0 - steep * steep, 0.0)) * cosine + steep * sine;
@@ -73,9 +78,11 @@ pub fn within(
     step: f32,
     widening: f32,
 ) -> (f32, Verdict) {
-    let lifts = ahead.along()[1] < now.along()[1] - LEVEL;
+    if ahead.along()[1] > now.along()[1] - LEVEL {
+        return (share, verdict);
+    }
     let left = min(room(now, step, widening), room(ahead, step, widening)) / NARROW;
-    if !lifts || left >= share {
+    if left >= share {
         return (share, verdict);
     }
     // False for NaN.
@@ -214,7 +221,10 @@ mod tests {
 
     #[test]
     fn without_a_step_nothing_falls_and_nan_leaves_no_speed() {
-        assert_eq!(room(&stance(0.0, 0.2, 0.2), 0.0, 0.0), f32::INFINITY);
+        for ahead in [0.2, 0.0, -0.1] {
+            assert_eq!(room(&stance(0.0, ahead, 0.2), 0.0, 0.0), f32::INFINITY);
+            assert!(ahead > 0.0 || room(&stance(0.0, ahead, 0.2), 0.1, 0.0) < 0.0);
+        }
         let mut broken = stance(0.0, 0.2, 0.2);
         broken.cog[2] = f32::NAN;
         let room = room(&broken, 0.1, 0.0);
