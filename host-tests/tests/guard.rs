@@ -24,6 +24,7 @@ use tautrack::stability::trust::{Reason, Trust};
 const DRIVES: [u8; 4] = [2, 3, 4, 5];
 /// What the drives answer when the guard asks for their position scales.
 const SCALES: [u16; 4] = [16, 16, 32, 0x118];
+const JOINT: u8 = 4;
 const SCREW: u8 = 5;
 /// Extension at chassis angle 0, 2^-24 m.
 const TAUT: i32 = (0.226 * 16_777_216.0) as i32;
@@ -36,6 +37,8 @@ struct Bench {
     body: Option<BodySensors>,
     extra: Vec<Frame>,
     silent: Option<u8>,
+    /// Where the chassis joint is: where the guard sent it.
+    joint: i32,
     states: [DriveState; 4],
     scales: [u16; 4],
     /// Error codes in the drives' status.
@@ -77,6 +80,7 @@ impl Bench {
             body: Some(standing(0.0)),
             extra: Vec::new(),
             silent: None,
+            joint: 0,
             states: [DriveState::SwitchOnDisabled; 4],
             scales: SCALES,
             errors: [0; 4],
@@ -103,7 +107,11 @@ impl Bench {
                 frames.extend(Frame::new(0x700 + u16::from(id), &[5]));
             }
             if self.now_us.is_multiple_of(4_000) {
-                let position = if id == SCREW { TAUT } else { 0 };
+                let position = match id {
+                    SCREW => TAUT,
+                    JOINT => self.joint,
+                    _ => 0,
+                };
                 frames.push(
                     DriveMotion {
                         position,
@@ -144,6 +152,10 @@ impl Bench {
 
     /// Every drive takes its controlword, and answers a request for its scale.
     fn follow(&mut self) {
+        let joint = |frame| PositionSetPoint::from_frame(frame, receive(1), JOINT);
+        if let Some(set_point) = self.sent.iter().find_map(joint) {
+            self.joint = set_point.target;
+        }
         for (index, id) in DRIVES.into_iter().enumerate() {
             if let Some(word) = self.controlword(id) {
                 let state = &mut self.states[index];
@@ -382,6 +394,39 @@ fn a_chassis_motion_that_would_tip_the_robot_is_refused() {
         "{outputs:?}"
     );
     assert!(outputs.passed.passed_posture < 8_192, "{outputs:?}");
+}
+
+/// On level ground the front, folded down by 60 degrees, lifts the body by 36. From there a fall off a
+/// step of 100 mm is borne, and one of 150 mm is not.
+#[test]
+fn a_step_that_may_be_behind_limits_backing_and_how_far_the_front_is_folded_down() {
+    let fold = |step: i32| {
+        let mut bench = Bench::with(&[(Setting::StepBehind, step)]);
+        bench.tilt(0.63);
+        // -60 degrees.
+        bench.command.as_mut().expect("an operator").posture = -10_923;
+        let folded = bench.run(5_000);
+        bench.ask(-300);
+        let backed = bench.run(3_000);
+        // Forward and unfolding are free.
+        bench.ask(100);
+        bench.command.as_mut().expect("an operator").posture = 0;
+        let freed = bench.run(5_000);
+        assert_eq!(freed.passed.passed_posture, 0, "{freed:?}");
+        assert_eq!(freed.passed.passed_speed, 100, "{freed:?}");
+        (folded, backed)
+    };
+    for step in [0, 100_000] {
+        let (folded, backed) = fold(step);
+        assert_eq!(folded.passed.passed_posture, -10_923, "{folded:?}");
+        assert_eq!(backed.passed.passed_speed, -300, "{backed:?}");
+    }
+    let (folded, backed) = fold(150_000);
+    assert_eq!(verdict(&folded), Some(Verdict::PostureRefused(Edge::Back)));
+    let reached = f64::from(folded.passed.passed_posture) * 360.0 / 65_536.0;
+    assert!((-58.0..-45.0).contains(&reached), "{reached}");
+    assert!(backed.passed.passed_speed > -200, "{backed:?}");
+    assert_eq!(verdict(&backed), Some(Verdict::Scaled(Edge::Back)));
 }
 
 #[test]

@@ -125,7 +125,7 @@ fn on_stairs_a_restart_or_a_reset_is_a_hazard_and_the_drives_hold_the_robot() {
     }
 }
 
-/// Nose down, on stairs and around; nose down the robot comes to rest on its raised front.
+/// Nose down, on stairs, backward and around; nose down the robot comes to rest on its raised front.
 #[test]
 fn each_manoeuvre_topples_the_robot_after_the_operators_command_when_nothing_holds_it_back() {
     let programs =
@@ -133,6 +133,7 @@ fn each_manoeuvre_topples_the_robot_after_the_operators_command_when_nothing_hol
     for name in [
         "nose-down-front-raised",
         "folded-down-on-stairs",
+        "backward-off-the-stairs",
         "spin-on-a-slope",
     ] {
         let file = format!("scenarios/hazards/{name}.toml");

@@ -151,6 +151,24 @@ impl Allowed {
     }
 }
 
+/// Where a posture's motion leads.
+#[derive(Clone, Copy, Debug)]
+pub struct Ahead {
+    /// How the robot will stand.
+    pub stance: Stance,
+    /// The motion folds down a front that the robot stands on. This lifts the body.
+    pub lifts: bool,
+}
+
+impl From<Stance> for Ahead {
+    fn from(stance: Stance) -> Self {
+        Self {
+            stance,
+            lifts: false,
+        }
+    }
+}
+
 /// One robot. The methods are called in the order `observe`, `stance`, `stance_ahead`, `advance`, `goal`, once per SYNC.
 pub trait Body: Sized {
     /// Why settings make no such robot.
@@ -189,7 +207,7 @@ pub trait Body: Sized {
     /// How it stands now.
     fn stance(&self, attitude: &Attitude) -> Stance;
 
-    /// How it will stand `horizon` s from now if its posture goes where `asked` has it. None if its
+    /// Where its posture will be `horizon` s from now if it goes where `asked` has it. None if its
     /// posture stays at rest.
     fn stance_ahead(
         &self,
@@ -197,7 +215,7 @@ pub trait Body: Sized {
         attitude: &Attitude,
         horizon: f32,
         period: f32,
-    ) -> Option<Stance>;
+    ) -> Option<Ahead>;
 
     /// How the robot would stand in this attitude with its shape of the observation before. What the
     /// margins lose against it is the change of shape, and no decay ([`crate::stability::tracker`]).

@@ -10,6 +10,6 @@ pub mod rt_mover;
 pub mod turn;
 
 pub use body::{
-    Allowed, Asked, Body, DriveState, Goal, MAX_DRIVES, MAX_OFFSETS, MAX_STAGES, Offset, Phase,
-    Stop,
+    Ahead, Allowed, Asked, Body, DriveState, Goal, MAX_DRIVES, MAX_OFFSETS, MAX_STAGES, Offset,
+    Phase, Stop,
 };

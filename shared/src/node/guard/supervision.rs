@@ -6,7 +6,7 @@
 use crate::math::min;
 use crate::math::vector::Vector;
 use crate::node::{BodySensors, CONTROL_PERIOD};
-use crate::robots::{Allowed, Asked, Stop};
+use crate::robots::{Ahead, Allowed, Asked, Stop};
 use crate::settings::{Setting, Settings};
 use crate::stability::attitude::Attitude;
 use crate::stability::bands::{Band, Bands};
@@ -218,7 +218,7 @@ impl Supervision {
     pub fn filter(
         &self,
         asked: &Asked,
-        ahead: Option<&Stance>,
+        ahead: Option<&Ahead>,
         pitch: f32,
         stopping: f32,
     ) -> (Allowed, Verdict) {
@@ -241,10 +241,13 @@ impl Supervision {
             };
         }
         let (posture_share, posture) = ahead.map_or((1.0, Verdict::Passed), |ahead| {
-            let margins = self.as_now(ahead.margins());
+            let margins = self.as_now(ahead.stance.margins());
             let judged = filter::posture(pitch, &self.margins, margins, &bounds);
-            let [step, widening] = self.behind();
-            step_behind::within(judged, [&self.stance, ahead], step, widening)
+            if !ahead.lifts {
+                return judged;
+            }
+            let [now, then] = [&self.stance, &ahead.stance].map(|stance| self.room(stance));
+            step_behind::within(judged, min(now, then))
         });
         let driven = filter::drive(asked.forward, pitch, &self.margins, &bounds);
         let (share, drive) = if backs_off {
@@ -300,22 +303,25 @@ impl Supervision {
         })
     }
 
-    /// Highest step behind, and the uncertainty of the masses, m.
-    fn behind(&self) -> [f32; 2] {
+    /// What a fall off a step behind leaves in a stance, m.
+    fn room(&self, stance: &Stance) -> f32 {
         let parameters = &self.parameters;
-        [parameters.step_behind, parameters.uncertainty.widening()]
+        let widening = parameters.uncertainty.widening();
+        step_behind::room(stance, parameters.step_behind, widening)
     }
 
     /// Largest speed in the direction of a command at which neither an instant stop nor the fall off
     /// a step behind tips the robot.
     fn speed_limit(&self, forward: f32) -> (f32, Edge) {
-        let [step, widening] = self.behind();
+        let widening = self.parameters.uncertainty.widening();
         let (limit, edge) = stopping::speed_limit(&self.stance, &self.found, forward, widening);
         if edge == Edge::Front {
             return (limit, edge);
         }
-        let room = step_behind::room(&self.stance, step, widening);
-        (min(limit, step_behind::speed(room)), edge)
+        (
+            min(limit, step_behind::speed(self.room(&self.stance))),
+            edge,
+        )
     }
 
     pub fn horizon(&self) -> f32 {
@@ -422,7 +428,7 @@ mod tests {
             let settings = settings(&[(Setting::CogUncertainty, uncertainty)]);
             let supervision = standing(&settings, 0.3, 0.0);
             let (allowed, verdict) =
-                supervision.filter(&Asked::default(), Some(&stance(0.065)), 0.0, 0.0);
+                supervision.filter(&Asked::default(), Some(&stance(0.065).into()), 0.0, 0.0);
             let expected = if passes {
                 Verdict::PostureScaled(Edge::Back)
             } else {
@@ -438,7 +444,7 @@ mod tests {
         let supervision = standing(&Settings::default(), 0.3, 0.0);
         for (pitch, passes) in [(0.0, true), (0.6, false), (-0.6, true)] {
             let (allowed, _) =
-                supervision.filter(&Asked::default(), Some(&stance(0.08)), pitch, 0.0);
+                supervision.filter(&Asked::default(), Some(&stance(0.08).into()), pitch, 0.0);
             assert_eq!(allowed.posture, passes, "{pitch}");
         }
     }
@@ -503,7 +509,7 @@ mod tests {
             forward: -0.45,
             ..Asked::default()
         };
-        let (allowed, verdict) = supervision.filter(&backward, Some(&stance(0.03)), 0.3, 0.0);
+        let (allowed, verdict) = supervision.filter(&backward, Some(&stance(0.03).into()), 0.3, 0.0);
         assert_eq!(verdict, Verdict::Scaled(Edge::Back));
         let passed = 0.45 * allowed.share;
         // v^2 = 2 g (l - h) l^2 / h^2 with l^2 = 0.0409 m^2.

@@ -7,7 +7,7 @@ use crate::math::{limit, to_i16, to_i32};
 use crate::motor::profile::{Limits, SetPoint as Motion};
 use crate::node::scale::Scale;
 use crate::robots::body::{
-    Allowed, Asked, Body, DriveState, Goal, MAX_DRIVES, MAX_OFFSETS, Offset, Phase, drive_of,
+    Ahead, Allowed, Asked, Body, DriveState, Goal, MAX_DRIVES, MAX_OFFSETS, Offset, Phase, drive_of,
 };
 use crate::robots::turn::Turn;
 use crate::screw::{Geometry, GeometryError, metres};
@@ -242,7 +242,7 @@ impl Body for B2p2 {
         attitude: &Attitude,
         horizon: f32,
         period: f32,
-    ) -> Option<Stance> {
+    ) -> Option<Ahead> {
         let next = self.next_chassis(asked, 1.0, period);
         if next.velocity == 0.0 && self.chassis.velocity == 0.0 {
             return None;
@@ -250,7 +250,11 @@ impl Body for B2p2 {
         // From the set-point, not from the joint: what was let through already will be reached.
         let ahead =
             Angle::from_bits(next.position as i32) + Angle::from_radians(next.velocity * horizon);
-        Some(self.stance_at(ahead, metres(self.geometry.length(ahead)), attitude))
+        let extension = metres(self.geometry.length(ahead));
+        Some(Ahead {
+            stance: self.stance_at(ahead, extension, attitude),
+            lifts: next.velocity < 0.0 && ahead.to_bits() < 0,
+        })
     }
 
     fn rest(&mut self) {

@@ -7,7 +7,9 @@ use super::shape::Shape;
 use crate::math::{Scalar, to_i32};
 use crate::motor::profile::{Limits, SetPoint as Motion};
 use crate::node::scale::Scale;
-use crate::robots::body::{Allowed, Asked, Body, DriveState, Goal, MAX_DRIVES, Phase, drive_of};
+use crate::robots::body::{
+    Ahead, Allowed, Asked, Body, DriveState, Goal, MAX_DRIVES, Phase, drive_of,
+};
 use crate::robots::turn::Turn;
 use crate::settings::{Setting, Settings};
 use crate::stability::attitude::Attitude;
@@ -148,7 +150,7 @@ impl Body for Crawler {
         Stance::on(shape.contacts, shape.cog)
     }
 
-    fn stance_ahead(&self, _: &Asked, _: &Attitude, _: f32, _: f32) -> Option<Stance> {
+    fn stance_ahead(&self, _: &Asked, _: &Attitude, _: f32, _: f32) -> Option<Ahead> {
         None
     }
 

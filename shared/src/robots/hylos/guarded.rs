@@ -5,7 +5,9 @@ use super::{Controller, LEGS, Parameters, Posture, Sensed, Wish, attitude, body}
 use crate::math::{sin_cos, to_i16, to_i32};
 use crate::motor::profile::{Limits, SetPoint as Motion};
 use crate::node::scale::Scale;
-use crate::robots::body::{Allowed, Asked, Body, DriveState, Goal, MAX_DRIVES, Phase, drive_of};
+use crate::robots::body::{
+    Ahead, Allowed, Asked, Body, DriveState, Goal, MAX_DRIVES, Phase, drive_of,
+};
 use crate::robots::turn::Turn;
 use crate::settings::{Setting, Settings};
 use crate::stability::attitude::Attitude;
@@ -154,9 +156,9 @@ impl Body for Hylos {
         Self::stands(&self.controller.posture(&self.sensed))
     }
 
-    fn stance_ahead(&self, _: &Asked, _: &Attitude, horizon: f32, _: f32) -> Option<Stance> {
+    fn stance_ahead(&self, _: &Asked, _: &Attitude, horizon: f32, _: f32) -> Option<Ahead> {
         let ahead = self.controller.ahead(&self.sensed, horizon);
-        Some(Self::stands(&self.controller.posture(&ahead)))
+        Some(Self::stands(&self.controller.posture(&ahead)).into())
     }
 
     fn rest(&mut self) {

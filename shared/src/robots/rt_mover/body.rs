@@ -13,7 +13,9 @@ use crate::math::vector::Vector as Vector3;
 use crate::math::{limit, min, to_i32};
 use crate::motor::profile::{Limits, SetPoint as Motion};
 use crate::node::scale::Scale;
-use crate::robots::body::{Allowed, Asked, Body, DriveState, Goal, MAX_DRIVES, Phase, drive_of};
+use crate::robots::body::{
+    Ahead, Allowed, Asked, Body, DriveState, Goal, MAX_DRIVES, Phase, drive_of,
+};
 use crate::settings::{Setting, Settings};
 use crate::stability::attitude::Attitude;
 use crate::stability::support::Stance;
@@ -191,14 +193,14 @@ impl Body for RtMover {
         self.stance_of(&self.inputs.shape(), attitude)
     }
 
-    fn stance_ahead(&self, _: &Asked, attitude: &Attitude, horizon: f32, _: f32) -> Option<Stance> {
+    fn stance_ahead(&self, _: &Asked, attitude: &Attitude, horizon: f32, _: f32) -> Option<Ahead> {
         // The shafts go on as they were told last.
         let mut shape = self.inputs.shape();
         for axle in 0..2 {
             shape.steering[axle] += self.outputs.steering[axle] * horizon;
             shape.roll[axle] += self.outputs.roll[axle] * horizon;
         }
-        Some(self.stance_of(&shape, attitude))
+        Some(self.stance_of(&shape, attitude).into())
     }
 
     fn rest(&mut self) {
