@@ -501,15 +501,20 @@ mod tests {
     }
 
     /// The centre of gravity is 0.2 m high and 30 mm ahead of the rear edge: an instant stop bears
-    /// 0.15 m/s there.
+    /// 0.21 m/s there.
     #[test]
     fn backing_down_close_to_the_rear_edge_is_slow() {
-        let supervision = standing(&Settings::default(), 0.03, -0.1);
+        let mut settings = Settings::default();
+        settings
+            .set(Setting::StepBehind.description().key, 0)
+            .expect("no step");
+        let supervision = standing(&settings, 0.03, -0.1);
         let backward = Asked {
             forward: -0.45,
             ..Asked::default()
         };
-        let (allowed, verdict) = supervision.filter(&backward, Some(&stance(0.03).into()), 0.3, 0.0);
+        let (allowed, verdict) =
+            supervision.filter(&backward, Some(&stance(0.03).into()), 0.3, 0.0);
         assert_eq!(verdict, Verdict::Scaled(Edge::Back));
         let passed = 0.45 * allowed.share;
         // v^2 = 2 g (l - h) l^2 / h^2 with l^2 = 0.0409 m^2.
