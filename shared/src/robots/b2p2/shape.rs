@@ -176,6 +176,7 @@ mod tests {
     use super::*;
     use crate::node::BodySensors;
     use crate::stability::attitude::Attitude;
+    use crate::stability::step_behind;
 
     /// Sum of the three bodies' moments in double precision, the front part turned body by body.
     #[test]
@@ -286,6 +287,40 @@ mod tests {
         };
         attitude.update(&reading, 1e-3);
         attitude
+    }
+
+    /// Payloads in g and um. With its front lowered the robot stands on axles 1 and 3.
+    #[test]
+    fn what_b2p2_bears_behind_it() {
+        let room = |payload: [i32; 3], slope: f64, theta: f64| {
+            let mut settings = Settings::default();
+            for (setting, value) in [
+                Setting::PayloadMass,
+                Setting::PayloadForward,
+                Setting::PayloadUp,
+            ]
+            .into_iter()
+            .zip(payload)
+            {
+                settings.set(setting.description().key, value).unwrap();
+            }
+            let model = Model::new(&settings);
+            let shape = model.shape(Angle::from_radians(theta.to_radians() as f32), 0.226);
+            let lifted = libm::atan2(
+                -f64::from(shape.axle_3[2].min(0.0)),
+                f64::from(shape.axle_3[0]),
+            );
+            let pitch = slope + lifted.to_degrees();
+            let stance = model.stance(&shape, &leaning(pitch).level_axes());
+            step_behind::room(&stance, 0.1, 0.0)
+        };
+        // 1 m is worth 4.4 m/s.
+        assert!(room([0, 0, 0], 0.0, 0.0) > 1.0);
+        let high = [3_600, 250_000, 270_000];
+        assert!(room(high, 0.0, -37.0) > 0.0);
+        assert!(room(high, 0.0, -45.0) < 0.0);
+        assert!(room(high, 34.0, 0.0) > 0.1);
+        assert!(room([4_000, 0, 300_000], 0.0, 0.0) < 0.0);
     }
 
     fn front_margin(model: &Model, pitch: f64, theta: f64) -> f32 {
