@@ -83,7 +83,6 @@ fn guard(
         (Setting::ContactLength, micro(p.contact_length)),
         (Setting::TrackWidth, micro(p.track_width)),
         (Setting::RobotMass, milli(p.mass)),
-        (Setting::StepBehind, 0),
         (Setting::CogHeight, micro(p.cog[2])),
         (Setting::SoilCohesion, soil.cohesion_pa.round() as i32),
         (

@@ -175,7 +175,6 @@ fn guard(scenario: &Scenario, robot: &hylos::Hylos, p: &HylosParameters) -> Vec<
         (Setting::PostureControl, i32::from(robot.posture_control)),
         (Setting::DriveAcceleration, micro(robot.acceleration_mps2)),
         (Setting::RobotMass, micro(mass * 1e-3)),
-        (Setting::StepBehind, 0),
     ];
     values.extend_from_slice(LEVELS);
     values.extend_from_slice(super::SENSORS);

@@ -158,7 +158,6 @@ fn guard(scenario: &Scenario, robot: &rt_mover::RtMover) -> Vec<(Setting, i32)> 
             (parameters.masses.total() * 1e3).round() as i32,
         ),
         (Setting::SpeedLimit, 300_000),
-        (Setting::StepBehind, 0),
         (Setting::DriveAcceleration, 300_000),
     ];
     values.extend_from_slice(LEVELS);

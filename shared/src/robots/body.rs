@@ -191,6 +191,11 @@ pub trait Body: Sized {
         settings.scaled(Setting::RobotMass, 1e-3)
     }
 
+    /// Highest step off which it may fall backward, m; 0 where such a fall does it no harm.
+    fn step_behind(_: &Settings) -> f32 {
+        0.0
+    }
+
     /// Node ids of its drives, in the order in which every `drives` below has them.
     fn drive_ids(settings: &Settings) -> Vec<u8, MAX_DRIVES>;
 

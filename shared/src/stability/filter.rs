@@ -53,8 +53,8 @@ impl Ramp {
         if width > 1e-3 { width } else { 1e-3 }
     }
 
-    /// Share that a margin leaves.
-    fn share(self, margin: f32) -> f32 {
+    /// Share that a margin leaves, 0 to 1; 0 for NaN.
+    pub fn share(self, margin: f32) -> f32 {
         share((margin - self.none) / self.width())
     }
 }

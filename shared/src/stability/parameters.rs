@@ -56,7 +56,7 @@ pub struct Parameters {
     pub braking: f32,
     /// Largest speed in doubt, m/s.
     pub crawl_speed: f32,
-    /// Highest step that may be behind the robot.
+    /// Highest step that may be behind the robot, which its body knows.
     pub step_behind: f32,
     /// Backing off is allowed.
     pub back_off: bool,
@@ -146,7 +146,7 @@ impl Parameters {
                 metres(Setting::DriveAcceleration),
             ),
             crawl_speed: metres(Setting::CrawlSpeed),
-            step_behind: metres(Setting::StepBehind),
+            step_behind: 0.0,
             back_off: settings.get(Setting::BackOff) == 1,
             uncertainty: Uncertainty {
                 cog: metres(Setting::CogUncertainty),

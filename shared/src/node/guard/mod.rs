@@ -144,7 +144,7 @@ impl<B: Body> Guard<B> {
             state: State::default(),
             gate: Gate::Hold,
             body: B::new(settings)?,
-            supervision: Supervision::new(settings, B::mass(settings)),
+            supervision: Supervision::new(settings, B::mass(settings), B::step_behind(settings)),
             refusal: None,
             feed_forward: settings.get(Setting::FeedForward) == 1,
             share: 1.0,

@@ -3,8 +3,8 @@
 //! Every control period the sensors are heard ([`Supervision::hear`]); once per SYNC the stance is judged ([`Supervision::judge`]), the trip's latch asked
 //! what may be asked for at all ([`Supervision::admit`]), and the filter how much of that passes ([`Supervision::filter`]).
 
-use crate::math::min;
 use crate::math::vector::Vector;
+use crate::math::{max, min};
 use crate::node::{BodySensors, CONTROL_PERIOD};
 use crate::robots::{Ahead, Allowed, Asked, Stop};
 use crate::settings::{Setting, Settings};
@@ -57,10 +57,11 @@ pub(super) struct Supervision {
 }
 
 impl Supervision {
-    /// Supervision of a robot of `mass` without payload, kg.
-    pub fn new(settings: &Settings, mass: f32) -> Self {
+    /// Supervision of a robot of `mass` without payload, kg, that may have a step behind it, m.
+    pub fn new(settings: &Settings, mass: f32, step_behind: f32) -> Self {
         let mut parameters = Parameters::new(settings);
         parameters.uncertainty.robot_mass = mass;
+        parameters.step_behind = step_behind;
         Self {
             parameters,
             filter_active: settings.get(Setting::FilterActive) == 1,
@@ -240,20 +241,21 @@ impl Supervision {
                 all: -NO_EDGE,
             };
         }
+        // A robot that is about to fall over its rear needs every way out.
+        let wide = bounds.towards.share(self.margins.now[Edge::Back as usize]);
         let (posture_share, posture) = ahead.map_or((1.0, Verdict::Passed), |ahead| {
             let margins = self.as_now(ahead.stance.margins());
             let judged = filter::posture(pitch, &self.margins, margins, &bounds);
             if !ahead.lifts {
                 return judged;
             }
-            let [now, then] = [&self.stance, &ahead.stance].map(|stance| self.room(stance));
-            step_behind::within(judged, min(now, then))
+            step_behind::within(judged, self.room(), 1.0 - wide)
         });
         let driven = filter::drive(asked.forward, pitch, &self.margins, &bounds);
         let (share, drive) = if backs_off {
             driven
         } else {
-            filter::within_speed(driven, asked.forward, self.speed_limit(asked.forward))
+            filter::within_speed(driven, asked.forward, self.speed_limit(asked.forward, wide))
         };
         let unhindered = Allowed {
             share: 1.0,
@@ -303,23 +305,25 @@ impl Supervision {
         })
     }
 
-    /// What a fall off a step behind leaves in a stance, m.
-    fn room(&self, stance: &Stance) -> f32 {
+    /// What a fall off a step behind leaves of the present stance, m.
+    fn room(&self) -> f32 {
         let parameters = &self.parameters;
         let widening = parameters.uncertainty.widening();
-        step_behind::room(stance, parameters.step_behind, widening)
+        step_behind::room(&self.stance, parameters.step_behind, widening)
     }
 
     /// Largest speed in the direction of a command at which neither an instant stop nor the fall off
-    /// a step behind tips the robot.
-    fn speed_limit(&self, forward: f32) -> (f32, Edge) {
+    /// a step behind tips the robot. Crawling back stays free as far as the rear margin is not `wide`
+    /// (0 to 1).
+    fn speed_limit(&self, forward: f32, wide: f32) -> (f32, Edge) {
         let widening = self.parameters.uncertainty.widening();
         let (limit, edge) = stopping::speed_limit(&self.stance, &self.found, forward, widening);
         if edge == Edge::Front {
             return (limit, edge);
         }
+        let crawl = (1.0 - wide) * self.parameters.crawl_speed;
         (
-            min(limit, step_behind::speed(self.room(&self.stance))),
+            min(limit, max(step_behind::speed(self.room()), crawl)),
             edge,
         )
     }
@@ -401,7 +405,8 @@ mod tests {
 
     /// Supervision of a robot at rest on level ground, with good sensors.
     fn standing(settings: &Settings, ahead: f32, speed: f32) -> Supervision {
-        let mut supervision = Supervision::new(settings, B2p2::mass(settings));
+        let mut supervision =
+            Supervision::new(settings, B2p2::mass(settings), B2p2::step_behind(settings));
         let level = BodySensors {
             specific_force: [0.0, 0.0, 9.806_65],
             ..BodySensors::default()
@@ -498,6 +503,34 @@ mod tests {
             let expected = 0.4 - 2.0 * 0.3 / (total + 2.0);
             assert!((f64::from(found) - expected).abs() < 1e-5, "{found}");
         }
+    }
+
+    /// The centre of gravity is 0.2 m high on level ground: no fall off a step of 100 mm is borne. Where
+    /// the margin is wide, nothing passes backward, and the front is not folded down. Where it is
+    /// narrow, these may be the ways out.
+    #[test]
+    fn a_narrow_margin_leaves_the_ways_out_though_a_step_may_be_behind() {
+        let backward = Asked {
+            forward: -0.45,
+            ..Asked::default()
+        };
+        let judge = |margin: f32| {
+            let supervision = standing(&Settings::default(), margin, 0.0);
+            let ahead = Ahead {
+                stance: stance(margin + 0.001),
+                lifts: true,
+            };
+            let (allowed, _) = supervision.filter(&backward, Some(&ahead), 0.5, 0.0);
+            (0.45 * allowed.share, allowed.limits.posture)
+        };
+        assert_eq!(judge(0.10), (0.0, 0.0));
+        let (backed, folded) = judge(0.07);
+        assert!((backed - 0.025).abs() < 1e-3 && (folded - 0.5).abs() < 0.02);
+        let (backed, folded) = judge(0.045);
+        assert!(
+            (backed - 0.05).abs() < 1e-3 && folded > 0.8,
+            "{backed} {folded}"
+        );
     }
 
     /// The centre of gravity is 0.2 m high and 30 mm ahead of the rear edge: an instant stop bears

@@ -184,6 +184,10 @@ impl Body for B2p2 {
         Masses::new(settings).of_robot()
     }
 
+    fn step_behind(settings: &Settings) -> f32 {
+        settings.scaled(Setting::StepBehind, 1e-6)
+    }
+
     fn drive_ids(settings: &Settings) -> Vec<u8, MAX_DRIVES> {
         [
             Setting::LeftId,
@@ -244,7 +248,8 @@ impl Body for B2p2 {
         period: f32,
     ) -> Option<Ahead> {
         let next = self.next_chassis(asked, 1.0, period);
-        if next.velocity == 0.0 && self.chassis.velocity == 0.0 {
+        let moves = next.position != self.chassis.position;
+        if !moves && next.velocity == 0.0 && self.chassis.velocity == 0.0 {
             return None;
         }
         // From the set-point, not from the joint: what was let through already will be reached.
@@ -253,7 +258,7 @@ impl Body for B2p2 {
         let extension = metres(self.geometry.length(ahead));
         Some(Ahead {
             stance: self.stance_at(ahead, extension, attitude),
-            lifts: next.velocity < 0.0 && ahead.to_bits() < 0,
+            lifts: next.position < self.chassis.position && next.position < 0,
         })
     }
 
