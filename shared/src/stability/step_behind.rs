@@ -7,8 +7,8 @@
 //!
 //! A front that is folded down makes it worse: it lifts the body, and after the fall the robot stands
 //! on its rear alone. So the robot backs only at the speed that it bears, and folds its front down
-//! only as far as it bears such a fall at all. Raising the front and turning on the spot move the
-//! centre of gravity back as well, but little; they are not limited.
+//! only as far as it bears such a fall at all. Raising the front and turning on the spot can bring
+//! the centre of gravity over a nose, too. They are not limited here.
 
 use super::criterion::GRAVITY;
 use super::filter::{SMALLEST_SHARE, Verdict};

@@ -214,8 +214,9 @@ impl Supervision {
         (asked, verdict)
     }
 
-    /// What the margins leave of what was admitted. `ahead` is the stance that the posture's motion leads to within [`Self::horizon`], none while it is at rest, `stopping` the time of a stop at the
-    /// configured deceleration, s.
+    /// What the margins leave of what was admitted. `ahead` is where the posture's motion leads within
+    /// [`Self::horizon`], none while it is at rest. `stopping` is the time of a stop at the configured
+    /// deceleration, s.
     pub fn filter(
         &self,
         asked: &Asked,
@@ -296,7 +297,8 @@ impl Supervision {
         (allowed, verdict)
     }
 
-    /// Margins of another shape, m, less what uncertainty and measured force take from the present ones.
+    /// Margins of another shape, m, less what uncertainty and measured force take from the present
+    /// ones.
     fn as_now(&self, margins: [f32; 4]) -> [f32; 4] {
         let widening = self.parameters.uncertainty.widening();
         core::array::from_fn(|index| {
