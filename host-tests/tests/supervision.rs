@@ -147,15 +147,16 @@ proptest! {
         now in [any_f32(), any_f32(), any_f32(), any_f32()],
         rate in [any_f32(), any_f32(), any_f32(), any_f32()],
         ahead in [any_f32(), any_f32(), any_f32(), any_f32()],
-        speeds in [any_f32(), any_f32(), any_f32()],
+        speeds in [any_f32(), any_f32(), any_f32(), any_f32()],
         ramps in [ramp(), ramp()],
-        [horizon, foresight] in [any_f32(), any_f32()],
+        ([horizon, foresight], lifted) in ([any_f32(), any_f32()], any::<bool>()),
     ) {
-        let [forward, speed, pitch] = speeds;
+        let [forward, yaw_rate, speed, pitch] = speeds;
         let margins = Margins { now, rate, speed };
         let [towards, away] = ramps;
-        let bounds = Bounds { towards, away, horizon, foresight };
-        for (share, _) in [drive(forward, pitch, &margins, &bounds), posture(pitch, &margins, ahead, &bounds)] {
+        let bounds = Bounds { towards, away, horizon, foresight, lifted };
+        let driven = drive(Command { forward, yaw_rate }, pitch, &margins, &bounds);
+        for (share, _) in [driven, posture(pitch, &margins, ahead, &bounds)] {
             prop_assert!((0.0..=1.0).contains(&share), "{}", share);
         }
     }
@@ -222,7 +223,7 @@ proptest! {
             if !matches!(mode, Mode::BackingOff(_)) && asked.forward.is_finite() {
                 let tracked = tracker.update(stance, &found, &found.gravity, *forward, *period);
                 let bounds = parameters.bounds(0.3);
-                let driven = drive(admitted.forward, attitude.pitch().radians(), &tracked, &bounds);
+                let driven = drive(admitted, attitude.pitch().radians(), &tracked, &bounds);
                 let limit = speed_limit(stance, &found, admitted.forward, 0.0);
                 let (share, _) = within_speed(driven, admitted.forward, limit);
                 prop_assert!(within(admitted.forward * share, asked.forward), "{:?} {}", admitted, share);

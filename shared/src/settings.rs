@@ -271,7 +271,7 @@ settings! {
     /// Mass without payload of a robot whose bodies have no settings of their own; not used by B2P2.
     RobotMass = 0x0077, "robot_mass", "g", 100..=1_000_000, 8_315;
     /// Highest step that may be behind B2P2. It limits backing and folding the front down; 0: nothing.
-    StepBehind = 0x007d, "step_behind", "um", 0..=1_000_000, 100_000;
+    StepBehind = 0x007d, "step_behind", "um", 0..=1_000_000, 150_000;
     /// Largest speed over ground while sensors are in doubt, in a supervised override and when backing off.
     CrawlSpeed = 0x0078, "crawl_speed", "um/s", 1_000..=1_000_000, 50_000;
     /// 1: a tripped robot backs off on request. 0: it does not.

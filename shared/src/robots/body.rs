@@ -9,6 +9,7 @@ use crate::node::scale::Scale;
 use crate::settings::{Setting, Settings};
 use crate::stability::attitude::Attitude;
 use crate::stability::limits::Limits;
+use crate::stability::step_behind::StepBehind;
 use crate::stability::support::Stance;
 use heapless::Vec;
 
@@ -191,9 +192,9 @@ pub trait Body: Sized {
         settings.scaled(Setting::RobotMass, 1e-3)
     }
 
-    /// Highest step off which it may fall backward, m; 0 where such a fall does it no harm.
-    fn step_behind(_: &Settings) -> f32 {
-        0.0
+    /// Highest step off which it may fall backward.
+    fn step_behind(_: &Settings) -> StepBehind {
+        StepBehind::NONE
     }
 
     /// Node ids of its drives, in the order in which every `drives` below has them.

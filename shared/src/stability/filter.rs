@@ -53,6 +53,14 @@ impl Ramp {
         if width > 1e-3 { width } else { 1e-3 }
     }
 
+    /// The same at margins that are wider by `reserve`, m.
+    fn moved(self, reserve: f32) -> Self {
+        Self {
+            none: self.none + reserve,
+            all: self.all + reserve,
+        }
+    }
+
     /// Share that a margin leaves, 0 to 1; 0 for NaN.
     pub fn share(self, margin: f32) -> f32 {
         share((margin - self.none) / self.width())
@@ -70,6 +78,9 @@ pub struct Bounds {
     pub horizon: f32,
     /// The same for posture motions: how far ahead the shape is that they lead to, s.
     pub foresight: f32,
+    /// The body is steeper than its support: it stands on its rear and on a front that lifts it, and
+    /// sways when either moves.
+    pub lifted: bool,
 }
 
 /// Whether a command with this forward speed, at this pitch, can use up the margin to an edge by
@@ -90,12 +101,26 @@ fn leads_to(edge: Edge, forward: f32, pitch: f32) -> bool {
 }
 
 /// Scale of the commanded speed, 0 to 1, and the verdict. NaN refuses.
-pub fn drive(forward: f32, pitch: f32, margins: &Margins, bounds: &Bounds) -> (f32, Verdict) {
+///
+/// A robot that turns drives forward with its outer side, half of its width from its middle. On a nose
+/// this lifts its front like driving forward. A lifted body keeps the band for its sway, as in
+/// [`posture`].
+pub fn drive(command: Command, pitch: f32, margins: &Margins, bounds: &Bounds) -> (f32, Verdict) {
+    let forward = command.forward;
+    let [_, _, left, right] = margins.now;
+    let outer = forward + 0.5 * (left + right) * command.yaw_rate.abs();
     let (mut share, mut verdict) = (1.0, Verdict::Passed);
     for edge in EDGES {
         let index = edge as usize;
-        let left = if leads_to(edge, forward, pitch) {
-            passable(forward, index, margins, bounds.towards, bounds.horizon)
+        let lifts = edge == Edge::Back && outer > 0.0 && leads_to(edge, outer, pitch);
+        let left = if lifts || leads_to(edge, forward, pitch) {
+            let reserve = if bounds.lifted {
+                sway(edge, pitch)
+            } else {
+                0.0
+            };
+            let towards = bounds.towards.moved(reserve * bounds.towards.width());
+            passable(forward, index, margins, towards, bounds.horizon)
         } else {
             let end = Ramp {
                 none: bounds.away.none,
@@ -233,7 +258,15 @@ mod tests {
         away: ramp(0.01, 0.05),
         horizon: 0.25,
         foresight: 0.15,
+        lifted: false,
     };
+
+    fn along(forward: f32) -> Command {
+        Command {
+            forward,
+            yaw_rate: 0.0,
+        }
+    }
 
     fn standing(back: f32) -> Margins {
         Margins {
@@ -246,14 +279,14 @@ mod tests {
     #[test]
     fn the_share_falls_from_all_to_nothing_through_the_caution_band() {
         assert_eq!(
-            drive(0.13, 0.5, &standing(0.10), &BOUNDS),
+            drive(along(0.13), 0.5, &standing(0.10), &BOUNDS),
             (1.0, Verdict::Passed)
         );
-        let (share, verdict) = drive(0.13, 0.5, &standing(0.07), &BOUNDS);
+        let (share, verdict) = drive(along(0.13), 0.5, &standing(0.07), &BOUNDS);
         assert!((share - 0.5).abs() < 1e-5);
         assert_eq!(verdict, Verdict::Scaled(Edge::Back));
         assert_eq!(
-            drive(0.13, 0.5, &standing(0.04), &BOUNDS),
+            drive(along(0.13), 0.5, &standing(0.04), &BOUNDS),
             (0.0, Verdict::Refused(Edge::Back))
         );
     }
@@ -266,7 +299,7 @@ mod tests {
         };
         // 140 mm - 0.4 m/s for 0.25 s: below the stop margin.
         assert_eq!(
-            drive(0.13, 0.5, &falling, &BOUNDS),
+            drive(along(0.13), 0.5, &falling, &BOUNDS),
             (0.0, Verdict::Refused(Edge::Back))
         );
     }
@@ -316,7 +349,7 @@ mod tests {
                 speed: driven as f32,
                 ..standing(margin as f32)
             };
-            let (scale, _) = drive(asked as f32, 0.5, &moving, &BOUNDS);
+            let (scale, _) = drive(along(asked as f32), 0.5, &moving, &BOUNDS);
             let scale = f64::from(scale);
             assert!(scale > 0.02 && scale < 0.98, "{margin}: {scale}");
             let keeps = |scale: f64| left_at_the_horizon(margin, own_decay, asked, scale) >= 0.05;
@@ -347,7 +380,7 @@ mod tests {
                 margins.speed = forward;
                 margins.now[edge as usize] = 0.011;
                 margins.rate[edge as usize] = -0.22;
-                let (share, verdict) = drive(forward, pitch, &margins, &BOUNDS);
+                let (share, verdict) = drive(along(forward), pitch, &margins, &BOUNDS);
                 assert!(
                     share < 0.25,
                     "{edge:?} at {forward} m/s, pitch {pitch}: {share}"
@@ -367,7 +400,7 @@ mod tests {
             ..standing(0.011)
         };
         for pitch in [-0.5, 0.0, 0.5] {
-            let (share, verdict) = drive(-0.45, pitch, &backing, &BOUNDS);
+            let (share, verdict) = drive(along(-0.45), pitch, &backing, &BOUNDS);
             assert!(share < 0.1, "{pitch}: {share}");
             let named = [Verdict::Scaled(Edge::Back), Verdict::Refused(Edge::Back)];
             assert!(named.contains(&verdict), "{verdict:?}");
@@ -383,7 +416,7 @@ mod tests {
             margins
         };
         let refused = |forward, pitch, edge| {
-            drive(forward, pitch, &narrow(edge), &BOUNDS) == (0.0, Verdict::Refused(edge))
+            drive(along(forward), pitch, &narrow(edge), &BOUNDS) == (0.0, Verdict::Refused(edge))
         };
         for (forward, pitch) in MOTIONS {
             for side in [Edge::Left, Edge::Right] {
@@ -524,7 +557,7 @@ mod tests {
 
     #[test]
     fn backing_down_from_a_narrow_margin_is_slow_but_goes_on() {
-        let share = |back| drive(-0.1, 0.9, &standing(back), &BOUNDS).0;
+        let share = |back| drive(along(-0.1), 0.9, &standing(back), &BOUNDS).0;
         assert_eq!(share(0.051), 1.0);
         assert!((share(0.03) - 0.5).abs() < 1e-4);
         assert!(share(0.012) > 0.0);
@@ -547,7 +580,7 @@ mod tests {
                     speed: -speed as f32,
                     ..standing(margin as f32)
                 };
-                let (share, _) = drive(-0.5, 1.4, &margins, &BOUNDS);
+                let (share, _) = drive(along(-0.5), 1.4, &margins, &BOUNDS);
                 let goal = 0.5 * f64::from(share);
                 speed += (goal - speed).clamp(-0.4 * STEP, 0.4 * STEP);
                 let decay = per_metre * speed;
@@ -575,11 +608,46 @@ mod tests {
             margins.now[edge] = f32::NAN;
             for (forward, pitch) in MOTIONS {
                 assert_eq!(
-                    drive(forward, pitch, &margins, &BOUNDS).0,
+                    drive(along(forward), pitch, &margins, &BOUNDS).0,
                     0.0,
                     "edge {edge}"
                 );
             }
         }
+    }
+
+    /// Nose up at 70 mm from the rear edge: a robot that turns drives forward with one side.
+    #[test]
+    fn turning_nose_up_is_held_back_at_the_rear_edge_like_driving_forward() {
+        let turning = |forward: f32, yaw_rate: f32, pitch: f32| {
+            drive(
+                Command { forward, yaw_rate },
+                pitch,
+                &standing(0.07),
+                &BOUNDS,
+            )
+            .0
+        };
+        for (forward, yaw_rate) in [(0.0, 0.5), (0.0, -0.5), (-0.05, 0.5), (0.05, 0.5)] {
+            assert!((turning(forward, yaw_rate, 0.9) - 0.5).abs() < 1e-5);
+            assert_eq!(turning(forward, yaw_rate, -0.1) < 1.0, forward < 0.0);
+        }
+        // The outer side goes backward, too.
+        assert_eq!(turning(-0.2, 0.5, 0.9), 1.0);
+        assert_eq!(turning(0.0, 0.0, 0.9), 1.0);
+    }
+
+    /// 100 mm are beyond the caution band, and 10 of 40 mm into the band for sway.
+    #[test]
+    fn a_lifted_body_keeps_the_band_for_its_sway_while_it_drives() {
+        let lifted = Bounds {
+            lifted: true,
+            ..BOUNDS
+        };
+        let share =
+            |pitch: f32, bounds: &Bounds| drive(along(0.2), pitch, &standing(0.1), bounds).0;
+        assert_eq!(share(0.9, &BOUNDS), 1.0);
+        assert!((share(0.9, &lifted) - 0.25).abs() < 1e-5);
+        assert_eq!(share(0.05, &lifted), 1.0);
     }
 }

@@ -2,6 +2,7 @@
 
 use super::criterion::GRAVITY;
 use super::filter::{Bounds, Ramp};
+use super::step_behind::StepBehind;
 use super::support::{Edge, Stance};
 use crate::math::{max, sin_cos};
 use crate::settings::{Setting, Settings};
@@ -57,7 +58,7 @@ pub struct Parameters {
     /// Largest speed in doubt, m/s.
     pub crawl_speed: f32,
     /// Highest step that may be behind the robot, which its body knows.
-    pub step_behind: f32,
+    pub step_behind: StepBehind,
     /// Backing off is allowed.
     pub back_off: bool,
     /// What is not known of the masses.
@@ -146,7 +147,7 @@ impl Parameters {
                 metres(Setting::DriveAcceleration),
             ),
             crawl_speed: metres(Setting::CrawlSpeed),
-            step_behind: 0.0,
+            step_behind: StepBehind::NONE,
             back_off: settings.get(Setting::BackOff) == 1,
             uncertainty: Uncertainty {
                 cog: metres(Setting::CogUncertainty),
@@ -166,6 +167,7 @@ impl Parameters {
             away: ramp(self.trip, self.stop),
             horizon,
             foresight: self.horizon,
+            lifted: false,
         }
     }
 

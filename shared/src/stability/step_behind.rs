@@ -18,24 +18,38 @@ use crate::math::{max, min, root_of_sum};
 /// A centre of gravity lower than this over the nose turns nothing, m.
 const LOWEST: f32 = 1e-3;
 
-/// Square of the radius of gyration about an axis across the robot, m^2: that of B2P2, straight and
-/// without payload (0.23 m, from the paper's inertias). With its front folded or a payload it is 0.2 m.
-const GYRATION: f32 = 0.053;
+/// A step that may be behind a robot, and what the robot's body has to do with its fall.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct StepBehind {
+    /// Height, m; 0: there is none, or a fall does the robot no harm.
+    pub height: f32,
+    /// Square of the robot's radius of gyration about an axis across it, m^2.
+    pub gyration: f32,
+}
+
+impl StepBehind {
+    /// No step.
+    pub const NONE: Self = Self {
+        height: 0.0,
+        gyration: 0.0,
+    };
+}
 
 /// What a robot bears, as the height that its speed is worth: `v^2 / 2 g`, m, of the largest speed at
-/// which it may pass a nose of the height `step` (m). Negative if it falls over however slowly it
+/// which it may pass the nose of this step. Negative if it falls over however slowly it
 /// goes, infinite if nothing turns it. NaN for NaN.
 ///
 /// The nose is under the centre of gravity, on the line from the rear along the support. A support
 /// whose front is lower counts as level there. The bottom of the robot is straight. Lengths: the
 /// centre of gravity is `n` over the nose, `h` over the rear and `l` from the rear; the rear is `b`
 /// from the nose; the radius of gyration is `k`. Energies are heights, too. The robot turns by `d`,
-/// from the slope of the support to the angle whose sine is `step / b`. With its speed it has
+/// from the slope of the support to the angle whose sine is `height / b`. With its speed it has
 /// `e = n (1 - cos d) + v^2 / 2 g n^2 / (n^2 + k^2)` then. When the rear meets the ground, angular
 /// momentum about the rear is kept: `e (n h + k^2)^2 / ((n^2 + k^2) (l^2 + k^2))` is left. It must not
-/// lift the centre of gravity from `n cos d + step` to `l`. `widening` is the uncertainty of the
+/// lift the centre of gravity from `n cos d + height` to `l`. `widening` is the uncertainty of the
 /// masses, m.
-pub fn room(stance: &Stance, step: f32, widening: f32) -> f32 {
+pub fn room(stance: &Stance, step: &StepBehind, widening: f32) -> f32 {
+    let (step, gyration) = (step.height, step.gyration);
     let [rear_x, rear_z] = stance.middle(Edge::Back);
     let ahead = stance.cog[0] - rear_x - widening;
     let height = stance.cog[2] - rear_z + widening;
@@ -58,9 +72,9 @@ pub fn room(stance: &Stance, step: f32, widening: f32) -> f32 {
     let turned = root_of_sum(max(1.0 - steep * steep, 0.0)) * cosine + steep * sine;
     let square = ahead * ahead + height * height;
     let bears = root_of_sum(square) - over_nose * turned - step;
-    let about_nose = over_nose * over_nose + GYRATION;
-    let across = over_nose * height + GYRATION;
-    let borne = bears * about_nose * (square + GYRATION) / (across * across);
+    let about_nose = over_nose * over_nose + gyration;
+    let across = over_nose * height + gyration;
+    let borne = bears * about_nose * (square + gyration) / (across * across);
     (borne - over_nose * (1.0 - turned)) * about_nose / (over_nose * over_nose)
 }
 
@@ -84,13 +98,12 @@ pub fn within((share, verdict): (f32, Verdict), room: f32, floor: f32) -> (f32, 
         return (share, verdict);
     }
     // False for NaN. There is no step at the smallest share, or the motion would stop and start.
-    if left > SMALLEST_SHARE {
-        (left, Verdict::PostureScaled(Edge::Back))
-    } else if left > 0.0 {
-        (left, Verdict::PostureRefused(Edge::Back))
+    let verdict = if left > SMALLEST_SHARE {
+        Verdict::PostureScaled(Edge::Back)
     } else {
-        (0.0, Verdict::PostureRefused(Edge::Back))
-    }
+        Verdict::PostureRefused(Edge::Back)
+    };
+    (if left > 0.0 { left } else { 0.0 }, verdict)
 }
 
 #[cfg(test)]
@@ -100,6 +113,14 @@ mod tests {
 
     const G: f64 = 9.806_65;
     const TICK: f64 = 2e-5;
+    const GYRATION: f32 = 0.053;
+
+    fn step(height: f32) -> StepBehind {
+        StepBehind {
+            height,
+            gyration: GYRATION,
+        }
+    }
 
     /// A support with this slope (rad), and the centre of gravity at `ahead` of its rear edge and
     /// `up` from it, m.
@@ -161,24 +182,24 @@ mod tests {
         for slope in [0.0, 0.2, 0.5] {
             for ahead in [0.08, 0.12, 0.16, 0.2, 0.25, 0.3] {
                 for up in [0.12, 0.18, 0.25, 0.32] {
-                    for step in [0.05, 0.1, 0.15] {
+                    for high in [0.05, 0.1, 0.15] {
                         let place = [ahead, up];
-                        let room = room(&stance(slope, ahead, up), step as f32, 0.0);
-                        let case = (slope, place, step, room);
+                        let room = room(&stance(slope, ahead, up), &step(high as f32), 0.0);
+                        let case = (slope, place, high, room);
                         if room == f32::INFINITY {
-                            let steep = step * libm::cos(slope) <= ahead * libm::sin(slope);
+                            let steep = high * libm::cos(slope) <= ahead * libm::sin(slope);
                             assert!(steep || up < ahead * libm::tan(slope) + 2e-3, "{case:?}");
                             continue;
                         }
                         if room <= 0.0 {
                             // Whatever it has is too much: the fall begins at some speed.
-                            assert!(falls_over(slope, place, step, 0.02), "{case:?}");
+                            assert!(falls_over(slope, place, high, 0.02), "{case:?}");
                             not += 1;
                             continue;
                         }
                         let limit = f64::from(speed(room));
-                        assert!(!falls_over(slope, place, step, 0.98 * limit), "{case:?}");
-                        assert!(falls_over(slope, place, step, 1.02 * limit), "{case:?}");
+                        assert!(!falls_over(slope, place, high, 0.98 * limit), "{case:?}");
+                        assert!(falls_over(slope, place, high, 1.02 * limit), "{case:?}");
                         borne += 1;
                     }
                 }
@@ -209,35 +230,38 @@ mod tests {
     #[test]
     fn without_a_step_nothing_falls_and_nan_leaves_no_speed() {
         for ahead in [0.2, 0.0, -0.1] {
-            assert_eq!(room(&stance(0.0, ahead, 0.2), 0.0, 0.0), f32::INFINITY);
-            assert!(ahead > 0.0 || room(&stance(0.0, ahead, 0.2), 0.1, 0.0) < 0.0);
+            assert_eq!(
+                room(&stance(0.0, ahead, 0.2), &step(0.0), 0.0),
+                f32::INFINITY
+            );
+            assert!(ahead > 0.0 || room(&stance(0.0, ahead, 0.2), &step(0.1), 0.0) < 0.0);
         }
         let mut broken = stance(0.0, 0.2, 0.2);
         broken.cog[2] = f32::NAN;
-        let room = room(&broken, 0.1, 0.0);
+        let room = room(&broken, &step(0.1), 0.0);
         assert_eq!(speed(room), 0.0);
     }
 
     /// Each of both, ahead and up, takes from it.
     #[test]
     fn what_is_not_known_of_the_masses_takes_from_the_room() {
-        let uncertain = room(&stance(0.0, 0.2, 0.2), 0.08, 0.02);
-        let moved = room(&stance(0.0, 0.18, 0.22), 0.08, 0.0);
+        let uncertain = room(&stance(0.0, 0.2, 0.2), &step(0.08), 0.02);
+        let moved = room(&stance(0.0, 0.18, 0.22), &step(0.08), 0.0);
         assert!((uncertain - moved).abs() < 1e-6, "{uncertain} {moved}");
-        assert!(moved < room(&stance(0.0, 0.2, 0.2), 0.08, 0.0) - 0.01);
+        assert!(moved < room(&stance(0.0, 0.2, 0.2), &step(0.08), 0.0) - 0.01);
     }
 
     #[test]
     fn a_support_whose_front_is_lower_counts_as_level() {
-        let level = room(&stance(0.0, 0.2, 0.2), 0.1, 0.0);
-        assert_eq!(room(&stance(-0.3, 0.2, 0.2), 0.1, 0.0), level);
+        let level = room(&stance(0.0, 0.2, 0.2), &step(0.1), 0.0);
+        assert_eq!(room(&stance(-0.3, 0.2, 0.2), &step(0.1), 0.0), level);
     }
 
     /// Hanging straight down, the rear does not meet the ground before.
     #[test]
     fn a_step_that_is_deeper_than_the_rear_reaches_is_borne_as_little_as_one_that_it_just_reaches()
     {
-        let at = |step| room(&stance(0.0, 0.1, 0.2), step, 0.0);
+        let at = |height| room(&stance(0.0, 0.1, 0.2), &step(height), 0.0);
         assert!(at(0.1) < 0.0 && at(0.15) < at(0.1) && at(0.15).is_finite());
     }
 }

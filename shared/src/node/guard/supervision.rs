@@ -4,7 +4,7 @@
 //! what may be asked for at all ([`Supervision::admit`]), and the filter how much of that passes ([`Supervision::filter`]).
 
 use crate::math::vector::Vector;
-use crate::math::{max, min};
+use crate::math::{max, min, sin_cos};
 use crate::node::{BodySensors, CONTROL_PERIOD};
 use crate::robots::{Ahead, Allowed, Asked, Stop};
 use crate::settings::{Setting, Settings};
@@ -14,10 +14,12 @@ use crate::stability::criterion::{Criterion, Evaluation, SpecificForce};
 use crate::stability::filter::{self, Command, Margins, Ramp, Tracker, Verdict};
 use crate::stability::limits::Limits;
 use crate::stability::parameters::{Parameters, Refusal};
+use crate::stability::step_behind::StepBehind;
 use crate::stability::support::{Edge, NO_EDGE, Stance, narrowest};
 use crate::stability::trip::{Cause, Mode, Requests, Sight, Snapshot, Trip, crawl};
 use crate::stability::trust::{Reason, Trust, Watch};
 use crate::stability::{step_behind, stopping};
+use crate::units::Angle;
 
 /// Share of the posture's speed in a supervised override.
 const OVERRIDE_POSTURE: f32 = 0.25;
@@ -57,8 +59,8 @@ pub(super) struct Supervision {
 }
 
 impl Supervision {
-    /// Supervision of a robot of `mass` without payload, kg, that may have a step behind it, m.
-    pub fn new(settings: &Settings, mass: f32, step_behind: f32) -> Self {
+    /// Supervision of a robot of `mass` without payload, kg, that may have a step behind it.
+    pub fn new(settings: &Settings, mass: f32, step_behind: StepBehind) -> Self {
         let mut parameters = Parameters::new(settings);
         parameters.uncertainty.robot_mass = mass;
         parameters.step_behind = step_behind;
@@ -252,7 +254,12 @@ impl Supervision {
             }
             step_behind::within(judged, self.room(), 1.0 - wide)
         });
-        let driven = filter::drive(asked.forward, pitch, &self.margins, &bounds);
+        bounds.lifted = self.lifted(pitch);
+        let command = Command {
+            forward: asked.forward,
+            yaw_rate: asked.yaw_rate,
+        };
+        let driven = filter::drive(command, pitch, &self.margins, &bounds);
         let (share, drive) = if backs_off {
             driven
         } else {
@@ -307,11 +314,17 @@ impl Supervision {
         })
     }
 
+    /// The body is steeper than its support by some 6 degrees.
+    fn lifted(&self, pitch: f32) -> bool {
+        let [_, support] = self.stance.along();
+        sin_cos(Angle::from_radians(pitch)).0 - support > 0.1
+    }
+
     /// What a fall off a step behind leaves of the present stance, m.
     fn room(&self) -> f32 {
         let parameters = &self.parameters;
         let widening = parameters.uncertainty.widening();
-        step_behind::room(&self.stance, parameters.step_behind, widening)
+        step_behind::room(&self.stance, &parameters.step_behind, widening)
     }
 
     /// Largest speed in the direction of a command at which neither an instant stop nor the fall off

@@ -13,6 +13,7 @@ use crate::robots::turn::Turn;
 use crate::screw::{Geometry, GeometryError, metres};
 use crate::settings::{Setting, Settings};
 use crate::stability::attitude::Attitude;
+use crate::stability::step_behind::StepBehind;
 use crate::stability::support::Stance;
 use crate::units::Angle;
 use heapless::Vec;
@@ -22,6 +23,9 @@ const HEADING_GAIN: f32 = 1.5;
 const HEADING_RATE: f32 = 0.3;
 /// Acceleration of the chassis joint, rad/s^2.
 const CHASSIS_ACCELERATION: f32 = 4.0;
+/// Square of the radius of gyration about an axis across the robot, straight and without payload, m^2:
+/// 0.23 m, from the paper's inertias. With its front folded or a payload it is 0.2 m.
+const GYRATION: f32 = 0.053;
 const METRES_PER_BUS: f32 = 1.0 / 16_777_216.0;
 
 /// Largest distance from a target that counts as there: joint 2^-32 turn (0.5 degree), screw 2^-24 m (0.5 mm).
@@ -184,8 +188,11 @@ impl Body for B2p2 {
         Masses::new(settings).of_robot()
     }
 
-    fn step_behind(settings: &Settings) -> f32 {
-        settings.scaled(Setting::StepBehind, 1e-6)
+    fn step_behind(settings: &Settings) -> StepBehind {
+        StepBehind {
+            height: settings.scaled(Setting::StepBehind, 1e-6),
+            gyration: GYRATION,
+        }
     }
 
     fn drive_ids(settings: &Settings) -> Vec<u8, MAX_DRIVES> {

@@ -175,6 +175,8 @@ impl Model {
 mod tests {
     use super::*;
     use crate::node::BodySensors;
+    use crate::robots::b2p2::B2p2;
+    use crate::robots::body::Body;
     use crate::stability::attitude::Attitude;
     use crate::stability::step_behind;
 
@@ -294,6 +296,7 @@ mod tests {
     fn what_b2p2_bears_behind_it() {
         let room = |payload: [i32; 3], slope: f64, theta: f64| {
             let mut settings = Settings::default();
+            let step = B2p2::step_behind(&settings);
             for (setting, value) in [
                 Setting::PayloadMass,
                 Setting::PayloadForward,
@@ -312,14 +315,15 @@ mod tests {
             );
             let pitch = slope + lifted.to_degrees();
             let stance = model.stance(&shape, &leaning(pitch).level_axes());
-            step_behind::room(&stance, 0.1, 0.0)
+            step_behind::room(&stance, &step, 0.0)
         };
         // 1 m is worth 4.4 m/s.
         assert!(room([0, 0, 0], 0.0, 0.0) > 1.0);
-        assert!(room([0, 0, 0], 0.0, -60.0) > 0.02);
+        assert!(room([0, 0, 0], 0.0, -45.0) > 0.02);
+        assert!(room([0, 0, 0], 0.0, -50.0) < 0.0);
         let high = [3_600, 250_000, 270_000];
-        assert!(room(high, 0.0, -33.0) > 0.0);
-        assert!(room(high, 0.0, -40.0) < 0.0);
+        assert!(room(high, 0.0, -10.0) > 0.01);
+        assert!(room(high, 0.0, -15.0) < 0.0);
         assert!(room(high, 34.0, 0.0) > 0.05);
         assert!(room([4_000, 0, 300_000], 0.0, 0.0) < 0.0);
     }
