@@ -11,9 +11,9 @@ use crate::scenario::{
 pub(super) fn backward(random: &mut Random, drawn: &mut Description) {
     let loaded = random.coin();
     let angle = if loaded {
-        random.between(48.0, 52.0)
+        random.between(52.0, 56.0)
     } else {
-        random.between(55.0, 59.0)
+        random.between(59.0, 62.5)
     };
     drawn.robot.payload = loaded.then(|| load(random, 1.0, 2.0));
     drawn.friction = 2.5;

@@ -9,6 +9,9 @@
 //! * The robot falls when its centre of gravity crosses an edge downward that it has not climbed. The
 //!   fall ends when the centre of gravity comes back over that edge, or when all contacts with the
 //!   ground have been on the lower side, farther than 2 cm from the edge, for one second.
+//! * Behind the border of the ground there is nothing, and a wheel that leaves it tips a robot before
+//!   its centre of gravity is there. So a contact that touches the border is a fall, too, until a second
+//!   after the last such touch.
 //! * A robot that turns over during a fall toppled over an edge. Every other topple is on fair ground.
 //!
 //! A robot that climbs a side edge from below and topples there topples on fair ground: nothing led it
@@ -36,6 +39,8 @@ struct Edge {
     high: f64,
     /// The robot can climb it.
     climbable: bool,
+    /// The ground ends here.
+    border: bool,
 }
 
 impl Edge {
@@ -78,6 +83,9 @@ pub struct Edges {
     climbed: Vec<bool>,
     place: Option<[f64; 2]>,
     fall: Option<Fall>,
+    /// Until when a touch of the border counts, s.
+    at_border_until_s: f64,
+    now_s: f64,
 }
 
 impl Edges {
@@ -93,6 +101,8 @@ impl Edges {
             ground: edges,
             place: None,
             fall: None,
+            at_border_until_s: f64::NEG_INFINITY,
+            now_s: 0.0,
         }
     }
 
@@ -115,6 +125,14 @@ impl Edges {
                 _ => {}
             }
         }
+        self.now_s = time_s;
+        let touches = |edge: &Edge| {
+            let mut contacts = truth.contacts.iter();
+            edge.border && contacts.any(|[x, y, _]| edge.height_side([*x, *y]) < TOUCHES)
+        };
+        if self.ground.iter().any(touches) {
+            self.at_border_until_s = time_s + FALL_ENDS_S;
+        }
         let Some(fall) = &mut self.fall else { return };
         let edge = self.ground[fall.edge];
         let below = |point: &[f64; 3]| edge.height_side([point[0], point[1]]) < -TOUCHES;
@@ -128,7 +146,7 @@ impl Edges {
 
     /// Whether the robot is falling over an edge that is no fair ground.
     pub fn falling(&self) -> bool {
-        self.fall.is_some()
+        self.fall.is_some() || self.now_s < self.at_border_until_s
     }
 }
 
@@ -139,6 +157,7 @@ fn edges(ground: &Ground) -> Vec<Edge> {
         reach: [-half_width, half_width],
         high,
         climbable,
+        border: false,
     };
     match *ground {
         Ground::Stairs(stairs) => {
@@ -163,6 +182,7 @@ fn edges(ground: &Ground) -> Vec<Edge> {
                 reach,
                 high: -side,
                 climbable: false,
+                border: false,
             }));
             edges
         }
@@ -183,6 +203,7 @@ fn border(extent: [[f64; 2]; 2]) -> Vec<Edge> {
         reach: extent[1 - across],
         high: if end == 0 { 1.0 } else { -1.0 },
         climbable: false,
+        border: true,
     };
     vec![side(0, 0), side(0, 1), side(1, 0), side(1, 1)]
 }
@@ -209,6 +230,8 @@ mod tests {
             ground: edges,
             place: None,
             fall: None,
+            at_border_until_s: f64::NEG_INFINITY,
+            now_s: 0.0,
         }
     }
 
@@ -315,5 +338,21 @@ mod tests {
             let mut edges = with(border([[-6.0, 6.0], [-4.0, 8.0]]));
             assert!(falls(&mut edges, &[[0.0, 0.0], last]), "to {last:?}");
         }
+    }
+
+    /// A wheel reaches the border 0.4 m before the centre of gravity does.
+    #[test]
+    fn a_wheel_at_the_border_is_a_fall_until_a_second_after_it_was_last_there() {
+        let mut edges = with(border([[-6.0, 6.0], [-4.0, 8.0]]));
+        let mut at = |time_s: f64, wheel_y: f64| {
+            let contacts = [[0.0, wheel_y, 0.0], [0.3, -3.2, 0.0]];
+            follow(&mut edges, time_s, [0.0, -3.6], &contacts);
+            edges.falling()
+        };
+        assert!(!at(0.0, -3.9));
+        assert!(at(0.1, -3.99));
+        assert!(at(0.2, -4.03));
+        assert!(at(1.1, -3.5));
+        assert!(!at(1.3, -3.5));
     }
 }
