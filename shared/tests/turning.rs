@@ -12,6 +12,7 @@ use tautrack::node::guard::{Guard, Inputs, POSITION_SCALE, State};
 use tautrack::robots::b2p2::B2p2;
 use tautrack::robots::crawler::Crawler;
 use tautrack::robots::hylos::Hylos;
+use tautrack::robots::rt_mover::RtMover;
 use tautrack::robots::{Allowed, Asked, Body, DriveState as DriveOnBus, Goal, Phase};
 use tautrack::settings::{Setting, Settings};
 use tautrack::stability::attitude::Attitude;
@@ -139,6 +140,46 @@ fn no_command_spins_hylos_beyond_its_speed_limit_or_at_once() {
         assert!(fastest <= 0.02 + 0.01 * step as f32, "{step}: {fastest}");
     }
     assert!(fastest <= 2.0 * SPEED_LIMIT, "{fastest}");
+}
+
+/// The robot after 3 s of a command of which the guard passes a quarter.
+fn at_a_quarter<B: Body>(settings: &Settings, forward: f32, yaw_rate: f32) -> B {
+    let mut body = B::new(settings).unwrap_or_else(|refusal| panic!("{refusal:?}"));
+    let allowed = Allowed {
+        share: 0.25,
+        ..free()
+    };
+    let asked = Asked {
+        forward,
+        yaw_rate,
+        posture: 0,
+    };
+    body.rest();
+    for _ in 0..750 {
+        body.advance(&asked, allowed, &Attitude::default(), PERIOD);
+    }
+    body
+}
+
+/// A command beyond what the robot can do is no way around the scale of the guard.
+#[test]
+fn a_quarter_of_too_fast_a_command_is_a_quarter_of_the_speed_limit() {
+    let settings = Settings::default();
+    let quarter = 0.25 * SPEED_LIMIT;
+    for (forward, yaw_rate) in [(0.0, 25.0), (0.0, -32.767), (32.767, 0.0), (-1.0, 3.0)] {
+        let body = at_a_quarter::<B2p2>(&settings, forward, yaw_rate);
+        let belts = [0, 1].map(|side| speed_of(&body, side, 0.05));
+        let fastest = belts[0].abs().max(belts[1].abs());
+        let off = (fastest - quarter).abs();
+        assert!(off < 1e-3, "{forward} m/s, {yaw_rate} rad/s: {belts:?} m/s");
+    }
+    for speed in [
+        at_a_quarter::<Crawler>(&settings, 32.767, 0.0).speed(),
+        at_a_quarter::<Hylos>(&settings, 32.767, 0.0).speed(),
+        at_a_quarter::<RtMover>(&settings, 32.767, 0.0).speed(),
+    ] {
+        assert!((speed - quarter).abs() < 1e-3, "{speed} m/s");
+    }
 }
 
 /// A guard of B2P2 among drives that do as they are told, on level ground.

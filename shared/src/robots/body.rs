@@ -119,7 +119,7 @@ impl Allowed {
     /// Moves the speed of `motion` toward the share of `asked` (m/s) that passes, within the robot's `own` limits and the accelerations that
     /// are handed down. The guard's own stops know only the latter.
     pub fn ramp(&self, motion: &mut SetPoint, asked: f32, own: profile::Limits, period: f32) {
-        let target = asked * self.share;
+        let target = limit(asked, own.velocity) * self.share;
         let handed_down = if target > motion.velocity {
             self.limits.forward
         } else {

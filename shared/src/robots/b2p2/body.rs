@@ -278,8 +278,13 @@ impl Body for B2p2 {
 
     fn advance(&mut self, asked: &Asked, allowed: Allowed, attitude: &Attitude, period: f32) {
         self.keeps_taut = true;
-        let yaw_rate = self.yaw(asked.yaw_rate * allowed.share, attitude);
-        let driven = self.turn.within(Asked { yaw_rate, ..*asked });
+        // What is scaled down is what the belts would do, however much was asked for.
+        let bounded = self.turn.within(*asked);
+        let yaw_rate = self.yaw(bounded.yaw_rate * allowed.share, attitude);
+        let driven = self.turn.within(Asked {
+            yaw_rate,
+            ..bounded
+        });
         allowed.ramp(&mut self.forward, driven.forward, self.speed, period);
         let speed = self.forward.velocity;
         self.turn.advance(driven.yaw_rate, speed, &allowed, period);
