@@ -3,14 +3,17 @@
 #[path = "dictionary/load.rs"]
 mod dictionary;
 
-use std::{env, error::Error, fs, path::Path};
+use std::error::Error;
+use std::path::Path;
+use std::{env, fs};
 
 fn main() -> Result<(), Box<dyn Error>> {
     let out = env::var("OUT_DIR")?;
     println!("cargo:rerun-if-changed=dictionary");
     for (role, device_type) in dictionary::ROLES {
-        let config = dictionary::load(Path::new("dictionary"), role, device_type)?;
-        let code = zencan_build::device_config_to_string(&config, false)?;
+        let dictionary = dictionary::load(Path::new("dictionary"), role, device_type)?;
+        let mut code = zencan_build::device_config_to_string(&dictionary.config, false)?;
+        code.push_str(&dictionary.publish_functions());
         fs::write(Path::new(&out).join(format!("{role}.rs")), code)?;
     }
 

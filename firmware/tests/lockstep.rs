@@ -3,7 +3,8 @@
 mod node;
 
 use node::{MOTOR, Node, ROLES, elf, settings};
-use object::{Object, ObjectSection, ObjectSegment, read::elf::ElfFile32};
+use object::read::elf::ElfFile32;
+use object::{Object, ObjectSection, ObjectSegment};
 use std::time::Instant;
 use tautrack::can::Frame;
 use tautrack::link::{BodySensors, Sensors, Stepped};

@@ -7,7 +7,7 @@ use tautrack::math::sin_cos;
 use tautrack::robots::b2p2::shape::AXLE_3_FROM_BODY_3;
 use tautrack::robots::b2p2::{Masses, Model, Parameters, Posture};
 use tautrack::robots::hylos;
-use tautrack::robots::hylos::body::stance;
+use tautrack::robots::hylos::controller::stance;
 use tautrack::screw::Geometry;
 use tautrack::settings::Settings;
 use tautrack::stability::support::margins;

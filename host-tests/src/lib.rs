@@ -1,20 +1,13 @@
-//! The simulator: plants, virtual bus, lockstep runner, scenarios and report, and `cargo evaluate`. No part of it runs on a robot.
+//! The simulator: robots in their world, the virtual bus and lockstep runner, scenarios, results, and the tools. No part of it runs on a robot.
+//!
+//! A module uses only modules to its left: [`bounds`], [`programs`], [`world`], [`robots`], [`scenario`], [`simulator`], [`results`],
+//! [`tools`]. `tests/tools/layers.rs` reads the `use` lines and checks it.
 
-pub mod balance;
-pub mod bus;
-pub mod cost;
-pub mod demo;
-pub mod evaluate;
-pub mod log;
-pub mod machines;
-pub mod nodes;
-pub mod plant;
-pub mod record;
-pub mod reference;
-pub mod report;
-pub mod run;
+pub mod bounds;
+pub mod programs;
+pub mod results;
+pub mod robots;
 pub mod scenario;
-pub mod setup;
-pub mod slcan;
-pub mod suite;
-pub mod summary;
+pub mod simulator;
+pub mod tools;
+pub mod world;

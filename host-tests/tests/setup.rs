@@ -6,10 +6,12 @@ use std::io::{Read, Write};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use tautrack::link::{FromNode, Start, ToNode, VERSION};
-use tautrack_host_tests::machines::Kind;
-use tautrack_host_tests::nodes::{self, Board, changes_a_build};
-use tautrack_host_tests::setup::plan::{Packages, after, plan};
-use tautrack_host_tests::setup::{Facts, Missing, QEMU, Rights, Step, Toolchain, checkout};
+use tautrack_host_tests::programs::setup::plan::{Packages, after, plan};
+use tautrack_host_tests::programs::setup::{
+    Facts, Missing, QEMU, Rights, Step, Toolchain, checkout,
+};
+use tautrack_host_tests::programs::{Board, changes_a_build};
+use tautrack_host_tests::robots::Kind;
 
 const READY: Facts = Facts {
     target_library: true,
@@ -227,7 +229,9 @@ fn surroundings_of_cargo_do_not_reach_the_build_of_the_nodes() {
 
 #[test]
 fn nodes_are_built_and_answer_in_qemu() {
-    let programs = nodes::build(Board::Qemu, Kind::B2p2).unwrap_or_else(|error| panic!("{error}"));
+    let programs = Kind::B2p2
+        .programs(Board::Qemu)
+        .unwrap_or_else(|error| panic!("{error}"));
     for (role, program) in [
         ("axle", &programs.axle),
         ("screw", &programs.screw),

@@ -185,7 +185,7 @@ impl Geometry {
     /// Extension `L3` that keeps the tracks taut at chassis angle `theta` (Paillat et al., eq. 2).
     ///
     /// Domain: every `Angle`. Worst error: 0.068 of 2^-24 m over all 2^32 angles of the nominal geometry, 0.081 over
-    /// sampled ones (`host-tests/tests/screw.rs`, `extension_keeps_its_errors_*`). Cost on Cortex-M4: 16 instructions as a
+    /// sampled ones (`shared/tests/screw.rs`, `extension_keeps_its_errors_*`). Cost on Cortex-M4: 16 instructions as a
     /// function, 13 inlined.
     #[inline]
     pub fn length(&self, theta: Angle) -> Length {
@@ -198,7 +198,7 @@ impl Geometry {
     /// feed-forward of the screw: `dL3 / dtheta = r L1 sin(theta) / (K + L1 cos(theta))`.
     ///
     /// Domain: every `Angle`. Worst error of the length as of [`Self::length`], of the derivative 1.4e-7 m/rad over all 2^32
-    /// angles of the nominal geometry, 1.0e-6 over sampled ones, at `L1` = 1 m (`host-tests/tests/screw.rs`). Cost on Cortex-M4: 24
+    /// angles of the nominal geometry, 1.0e-6 over sampled ones, at `L1` = 1 m (`shared/tests/screw.rs`). Cost on Cortex-M4: 24
     /// instructions as a function.
     #[inline]
     pub fn extension(&self, theta: Angle) -> Extension {

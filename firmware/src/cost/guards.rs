@@ -5,20 +5,21 @@ use super::inputs::Random;
 use core::f32::consts::TAU;
 use core::hint::black_box;
 use heapless::Vec;
+use tautrack::bus::cia402::{State, status};
 use tautrack::bus::pdo::{DriveMotion, DriveStatus, OperatorCommand, Payload, Request, transmit};
 use tautrack::can::Frame;
-use tautrack::node::cia402::{State, status};
+use tautrack::constants::CONTROL_PERIOD;
 use tautrack::node::guard::{self, Guard};
-use tautrack::node::{BodySensors, CONTROL_PERIOD};
 use tautrack::robots::Body;
 use tautrack::robots::body::MAX_DRIVES;
 use tautrack::robots::crawler::Crawler;
-use tautrack::robots::hylos::body::stance;
+use tautrack::robots::hylos::controller::stance;
 use tautrack::robots::hylos::{self, Hylos};
 use tautrack::robots::rt_mover::parameters::Parameters;
 use tautrack::robots::rt_mover::rehearsal::{Progress, Rehearsal, Way};
 use tautrack::robots::rt_mover::wheel::WHEELS;
 use tautrack::robots::rt_mover::{RtMover, Shape};
+use tautrack::sensors::BodySensors;
 use tautrack::settings::{Setting, Settings};
 
 /// Ticks before the counting begins, in which the robot is armed.

@@ -1,17 +1,16 @@
 //! The dynamic model of B2P2 and its stability, in single precision, at postures and motions anywhere.
 
 use super::counter::Table;
-use super::inputs::Random;
-use super::inputs::settings;
+use super::inputs::{Random, settings};
 use core::hint::black_box;
 use tautrack::math::vector::Frame;
 use tautrack::motor::from_radians;
 use tautrack::motor::profile::SetPoint as Motion;
-use tautrack::node::BodySensors;
 use tautrack::robots::b2p2::feed_forward::Load;
-use tautrack::robots::b2p2::newton_euler::Effort;
+use tautrack::robots::b2p2::model::newton_euler::Effort;
 use tautrack::robots::b2p2::{FrontPart, JOINTS, JointMatrix, Joints, Parameters, Posture};
 use tautrack::screw::Geometry;
+use tautrack::sensors::BodySensors;
 use tautrack::settings::{Setting, Settings};
 use tautrack::stability::attitude::Attitude;
 use tautrack::stability::tipover::{Edges, angles};

@@ -2,11 +2,11 @@
 
 use super::counter::Table;
 use super::inputs::{angle, number};
-use crate::boards::Board;
-use crate::boards::Selected;
+use crate::boards::{Board, Selected};
 use crate::current_loop;
 use core::hint::black_box;
 use core::mem::MaybeUninit;
+use tautrack::constants::CONTROL_PERIOD;
 use tautrack::math::Bound;
 use tautrack::motor::cascade::{Cascade, Demand, Gains, Reference};
 use tautrack::motor::current::{CurrentLoop, Winding};
@@ -14,7 +14,6 @@ use tautrack::motor::foc::{Config, Dq, ElectricalAngle, Foc};
 use tautrack::motor::from_radians;
 use tautrack::motor::observer::Observer;
 use tautrack::motor::profile::{Limits, SetPoint};
-use tautrack::node::CONTROL_PERIOD;
 
 pub fn count(table: &mut Table) {
     let mut observer = black_box(Observer::new(4_096, 60_000, 600.0, 0));

@@ -11,8 +11,8 @@ use critical_section::Mutex;
 use embassy_time::Instant;
 use tautrack::bus::network::{self, Emergency};
 use tautrack::bus::pdo::{DriveMotion, receive};
+use tautrack::constants::CONTROL_PERIOD;
 use tautrack::motor::current::{CurrentLoop, Winding};
-use tautrack::node::CONTROL_PERIOD;
 use tautrack::node::axle::{Inputs, Outputs, SetPoint};
 use tautrack::settings::{Setting, Settings};
 
@@ -138,7 +138,7 @@ macro_rules! drive_objects {
     ($od:ident) => {
         /// The set-point as the objects hold it.
         fn set_point() -> tautrack::node::axle::SetPoint {
-            use tautrack::node::axle::mode::{CYCLIC_VELOCITY, PROFILE_VELOCITY};
+            use tautrack::bus::cia402::mode::{CYCLIC_VELOCITY, PROFILE_VELOCITY};
             let mode = $od::OBJECT6060.get_value();
             let in_velocity = matches!(mode, CYCLIC_VELOCITY | PROFILE_VELOCITY);
             tautrack::node::axle::SetPoint {
@@ -168,16 +168,8 @@ macro_rules! drive_objects {
             if bench_mode && !outputs.bench_mode {
                 $od::OBJECT2001.set_value(0);
             }
-            $od::OBJECT2002.set_value(outputs.homing_difference);
             $od::OBJECT1001.set_value(u8::from(outputs.status.error_code != 0));
-            $od::OBJECT2000.set_value(outputs.active_limit as u8);
-            $od::OBJECT603F.set_value(outputs.status.error_code);
-            $od::OBJECT6041.set_value(outputs.status.statusword);
-            $od::OBJECT6061.set_value(outputs.mode);
-            $od::OBJECT6064.set_value(outputs.motion.position);
-            $od::OBJECT606C.set_value(outputs.motion.velocity);
-            $od::OBJECT6077.set_value(outputs.status.torque);
-            $od::OBJECT6078.set_value(outputs.status.current);
+            $od::publish_outputs(outputs);
         }
     };
 }

@@ -1,6 +1,6 @@
 //! The guard: body controller, stability filter, master of the network, and the inclinometer of CiA 410.
 
-use super::{Refusal, Role, dictionary, refuse, start_bus};
+use super::{Refusal, Role, dictionary, milli, refuse, start_bus};
 use crate::boards::{Board, CONTROL_HZ, Selected};
 use crate::bus::{self, FrameQueue, Heard};
 use crate::serial;
@@ -13,7 +13,7 @@ use tautrack::bus::network::{self, Emergency};
 use tautrack::bus::pdo::{GuardPosition, OperatorCommand};
 use tautrack::can::Frame;
 use tautrack::estimate::state::{Estimator, State};
-use tautrack::math::{to_i16, to_i32};
+use tautrack::math::to_i32;
 use tautrack::node::guard::{Guard, Inputs, Outputs, ScaleMismatch, Telemetry};
 use tautrack::robots::Body;
 use tautrack::robots::b2p2::B2p2;
@@ -174,100 +174,37 @@ fn operator_command() -> OperatorCommand {
     }
 }
 
-/// What the tick tells, as objects. The SYNC that the same tick sends finds them there.
+/// Writes the outputs of a tick into the objects. The SYNC that the same tick sends finds them there.
 fn publish(outputs: &Outputs) {
     od::OBJECT1001.set_value(u8::from(outputs.state.fault_code != 0));
-    od::OBJECT4001.set_state(outputs.state.state);
-    od::OBJECT4001.set_verdict(outputs.state.verdict);
-    od::OBJECT4001.set_scale(outputs.state.scale);
-    od::OBJECT4001.set_fault_node(outputs.state.fault_node);
-    od::OBJECT4001.set_fault_code(outputs.state.fault_code);
-    od::OBJECT4001.set_heading(outputs.state.heading);
-    od::OBJECT4002.set_value(outputs.motion.odometry);
-    od::OBJECT6010.set_value(outputs.motion.pitch);
-    od::OBJECT6020.set_value(outputs.motion.roll);
-    od::OBJECT4003.set_back(outputs.margins.back);
-    od::OBJECT4003.set_front(outputs.margins.front);
-    od::OBJECT4003.set_left(outputs.margins.left);
-    od::OBJECT4003.set_right(outputs.margins.right);
-    od::OBJECT4004.set_asked_speed(outputs.passed.asked_speed);
-    od::OBJECT4004.set_passed_speed(outputs.passed.passed_speed);
-    od::OBJECT4004.set_asked_posture(outputs.passed.asked_posture);
-    od::OBJECT4004.set_passed_posture(outputs.passed.passed_posture);
-    od::OBJECT4005.set_refused(outputs.refused);
-    od::OBJECT4005.set_scaled(outputs.scaled);
-    od::OBJECT4009.set_value(outputs.faulty_drives);
+    od::publish_outputs(outputs);
 }
 
-/// The drive whose position scale is not the guard's, with both scales.
+/// Writes the drive whose position scale is not the guard's, or zeros.
 fn publish_mismatch(mismatch: Option<ScaleMismatch>) {
-    let (node, expected, found) = mismatch.map_or((0, 0, 0), |mismatch| {
-        (mismatch.node, mismatch.expected, mismatch.found)
-    });
-    od::OBJECT400A.set_node(node);
-    od::OBJECT400A.set_expected(expected);
-    od::OBJECT400A.set_found(found);
-    if node != 0 {
+    od::publish_mismatch(&mismatch.unwrap_or_default());
+    if let Some(mismatch) = mismatch {
         crate::logger::warn!(
             "node {}: position scale {:#06x}, the guard counts in {:#06x}",
-            node,
-            found,
-            expected
+            mismatch.node,
+            mismatch.found,
+            mismatch.expected
         );
     }
 }
 
-/// What changes once per SYNC and is read through SDO.
+/// Writes what changes once per SYNC and is read through SDO.
 fn publish_balance(balance: &Telemetry) {
-    let milli = |value: f32| to_i16(value * 1e3);
-    let centi = |value: f32| to_i16(value * 1e2);
-    let limit = |value: f32| (value * 1e3) as u16; // saturates
-    od::OBJECT4006.set_band(balance.band as u8);
-    od::OBJECT4006.set_trust(balance.trust.code());
-    od::OBJECT4006.set_with_force(u8::from(balance.with_force));
-    od::OBJECT4006.set_tripped(u8::from(balance.tripped));
-    od::OBJECT4006.set_refusal(
-        balance
-            .refusal
-            .map_or(0, tautrack::stability::parameters::Refusal::code),
-    );
-    od::OBJECT4006.set_forward_limit(limit(balance.limits.forward));
-    od::OBJECT4006.set_backward_limit(limit(balance.limits.backward));
-    od::OBJECT4006.set_left_limit(limit(balance.limits.left));
-    od::OBJECT4006.set_right_limit(limit(balance.limits.right));
-    let Some(kept) = balance
-        .snapshot
-        .filter(|_| balance.trips != od::OBJECT4006.get_trips())
-    else {
-        return;
-    };
-    od::OBJECT4006.set_trips(balance.trips);
-    let [back, front, left, right] = kept.margins.map(milli);
-    od::OBJECT4007.set_cause(kept.cause.code());
-    od::OBJECT4007.set_edge(kept.edge as u8);
-    od::OBJECT4007.set_time((kept.time_us / 1_000) as u32);
-    od::OBJECT4007.set_back(back);
-    od::OBJECT4007.set_front(front);
-    od::OBJECT4007.set_left(left);
-    od::OBJECT4007.set_right(right);
-    od::OBJECT4007.set_asked_speed(milli(kept.asked.forward));
-    od::OBJECT4007.set_asked_yaw_rate(milli(kept.asked.yaw_rate));
-    od::OBJECT4007.set_passed_speed(milli(kept.speed));
-    let [pitch, roll] = kept
-        .sensors
-        .inclination
-        .map(|angle| centi(angle.to_degrees()));
-    od::OBJECT4007.set_pitch(pitch);
-    od::OBJECT4007.set_roll(roll);
-    let [x, y, z] = kept.sensors.specific_force.map(centi);
-    od::OBJECT4007.set_force_x(x);
-    od::OBJECT4007.set_force_y(y);
-    od::OBJECT4007.set_force_z(z);
-    crate::logger::warn!(
-        "tripped: cause {:#04x}, margin {} mm",
-        kept.cause.code(),
-        milli(kept.margins[kept.edge as usize])
-    );
+    let trips = od::OBJECT4006.get_trips();
+    od::publish_balance(balance);
+    if let Some(trip) = balance.snapshot.filter(|_| balance.trips != trips) {
+        od::publish_trip(&trip);
+        crate::logger::warn!(
+            "tripped: cause {:#04x}, margin {} mm",
+            trip.cause.code(),
+            milli(trip.margins[trip.edge as usize])
+        );
+    }
 }
 
 /// The robot's state, once per SYNC.
@@ -284,19 +221,6 @@ fn publish_robot(state: &State, position: GuardPosition, estimator: &Estimator) 
         let _ = od::OBJECT4011.set(number, reading.validity as u8);
         let _ = od::OBJECT4012.set(number, reading.age_ms);
     }
-    let (place, altitude_mm) = estimator.position().origin().unwrap_or_default();
-    od::OBJECT4013.set_latitude(place.latitude);
-    od::OBJECT4013.set_longitude(place.longitude);
-    od::OBJECT4013.set_altitude(altitude_mm.unwrap_or(0));
-    let [believed, doubted] = estimator.position().counts();
-    od::OBJECT4013.set_fixes(believed);
-    od::OBJECT4013.set_doubted_fixes(doubted);
-    let sentences = estimator.sentences();
-    od::OBJECT4013.set_sentences(sentences.taken);
-    od::OBJECT4013.set_refused_sentences(sentences.all_refused());
-    od::OBJECT4014.set_north(position.north);
-    od::OBJECT4014.set_east(position.east);
-    od::OBJECT4014.set_up(position.up);
-    od::OBJECT4014.set_validity(position.validity);
-    od::OBJECT4014.set_age(position.age);
+    od::publish_estimator(estimator);
+    od::publish_position(&position);
 }

@@ -11,6 +11,7 @@ use core::fmt::Write;
 use embassy_executor::{SpawnError, SpawnToken, Spawner};
 use heapless::String;
 use tautrack::bus::heartbeat::Monitor;
+use tautrack::math::to_i16;
 use tautrack::settings::{Setting, Settings};
 
 /// Why a node refuses its settings, for a person to read.
@@ -65,11 +66,22 @@ fn spawn<S>(spawner: Spawner, task: Result<SpawnToken<S>, SpawnError>) -> Result
     Ok(())
 }
 
+/// Thousandths of `value`, as objects hold metres and metres per second.
+fn milli(value: f32) -> i16 {
+    to_i16(value * 1e3)
+}
+
+/// Hundredths of `value`, as objects hold degrees and m/s^2.
+fn centi(value: f32) -> i16 {
+    to_i16(value * 1e2)
+}
+
 /// The generated dictionary of one role, as a module with a `DICTIONARY`.
 macro_rules! dictionary {
     ($name:ident, $file:literal) => {
         #[allow(missing_docs, clippy::all, clippy::pedantic)]
         mod $name {
+            use crate::roles::{centi, milli};
             include!(concat!(env!("OUT_DIR"), "/", $file));
             pub const DICTIONARY: crate::bus::Dictionary = crate::bus::Dictionary {
                 mailbox: &NODE_MBOX,

@@ -1,7 +1,7 @@
 //! `cargo demo`: builds the nodes, runs a scenario with them, and writes what came out.
 
 use std::process::ExitCode;
-use tautrack_host_tests::demo;
+use tautrack_host_tests::tools::demo;
 
 fn main() -> ExitCode {
     demo::main(std::env::args_os().skip(1))

@@ -1,10 +1,10 @@
 //! `cargo generate`: writes the EDS files and the generated tables of docs/ anew.
 
 use std::process::ExitCode;
-use tautrack_host_tests::reference;
+use tautrack_host_tests::tools::generate;
 
 fn main() -> ExitCode {
-    let files = match reference::files() {
+    let files = match generate::files() {
         Ok(files) => files,
         Err(error) => {
             eprintln!("error: {error}");

@@ -1,6 +1,7 @@
 //! What is wrong with a scenario file, and where.
 
 use super::Description;
+use crate::bounds::Problem;
 use std::fmt;
 use std::ops::Range;
 use toml::de::{DeTable, DeValue};
@@ -14,58 +15,6 @@ pub struct ScenarioError {
     pub place: Option<(usize, usize)>,
     /// What is wrong.
     pub problem: Problem,
-}
-
-/// Ways in which a scenario can be bad.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Problem {
-    /// The file cannot be read.
-    Unreadable(String),
-    /// There is nothing in it.
-    Empty,
-    /// It is not TOML, or a key is unknown, missing or of the wrong type.
-    Malformed {
-        /// The key whose value it is, if there is one.
-        key: Option<String>,
-        /// What the parser says.
-        message: String,
-    },
-    /// A NaN or an infinity.
-    NotFinite {
-        /// Path of the key.
-        key: String,
-        /// The value.
-        got: f64,
-    },
-    /// Below its lower bound.
-    BelowLeast {
-        /// Path of the key.
-        key: String,
-        /// The value.
-        got: f64,
-        /// The bound.
-        least: f64,
-        /// Unit, and the bound's reason where it is not plain.
-        unit: &'static str,
-    },
-    /// Above its upper bound.
-    AboveMost {
-        /// Path of the key.
-        key: String,
-        /// The value.
-        got: f64,
-        /// The bound.
-        most: f64,
-        /// Unit, and the bound's reason where it is not plain.
-        unit: &'static str,
-    },
-    /// At odds with another value, or without effect.
-    Contradiction {
-        /// Path of the key.
-        key: String,
-        /// The rest of the sentence.
-        why: &'static str,
-    },
 }
 
 impl ScenarioError {
@@ -87,70 +36,6 @@ impl fmt::Display for ScenarioError {
             write!(f, ":{line}:{column}")?;
         }
         write!(f, ": {}", self.problem)
-    }
-}
-
-impl std::error::Error for Problem {}
-
-impl fmt::Display for Problem {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Unreadable(why) => write!(f, "cannot be read: {why}"),
-            Self::Empty => write!(
-                f,
-                "is empty; scenarios/flat.toml shows the least that a scenario needs"
-            ),
-            Self::Malformed {
-                key: Some(key),
-                message,
-            } => write!(f, "{key}: {message}"),
-            Self::Malformed { key: None, message } => write!(f, "{message}"),
-            Self::NotFinite { key, got } => write!(f, "{key} is {got}; it must be a finite number"),
-            Self::BelowLeast {
-                key,
-                got,
-                least,
-                unit,
-            } => {
-                write!(
-                    f,
-                    "{key} is {got}; it must be at least {}",
-                    quantity(*least, unit)
-                )
-            }
-            Self::AboveMost {
-                key,
-                got,
-                most,
-                unit,
-            } => {
-                write!(
-                    f,
-                    "{key} is {got}; it must be at most {}",
-                    quantity(*most, unit)
-                )
-            }
-            Self::Contradiction { key, why } => write!(f, "{key} {why}"),
-        }
-    }
-}
-
-/// Rounded to a micro-unit, so that a computed bound does not show its binary fraction.
-fn quantity(value: f64, unit: &str) -> String {
-    let space = if unit.is_empty() { "" } else { " " };
-    format!("{}{space}{unit}", (value * 1e6).round() / 1e6)
-}
-
-impl Problem {
-    fn key(&self) -> Option<&str> {
-        match self {
-            Self::NotFinite { key, .. }
-            | Self::BelowLeast { key, .. }
-            | Self::AboveMost { key, .. }
-            | Self::Contradiction { key, .. } => Some(key),
-            Self::Malformed { key, .. } => key.as_deref(),
-            Self::Unreadable(_) | Self::Empty => None,
-        }
     }
 }
 

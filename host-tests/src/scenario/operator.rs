@@ -1,7 +1,7 @@
 //! The operator in a scenario: what is commanded at first, the events that change it, and their bounds.
 
-use super::Problem;
-use super::check::{chassis, contradiction, within};
+use super::check::chassis;
+use crate::bounds::{Problem, contradiction, within};
 use serde::{Deserialize, Serialize};
 use tautrack::bus::pdo::Request;
 

@@ -2,6 +2,10 @@
 
 use crate::can::Frame;
 
+/// SYNCs from one torque in advance to the next: such torques change slowly. They are sent in the last quarter of a period, in a
+/// tick that has little else to do; with SYNC in every tick there is none.
+pub const OFFSET_SYNCS: u32 = 4;
+
 /// Function codes: the identifier of a frame is one of these plus the node id, 0x000 and 0x080 alone without.
 pub mod function {
     /// Network management commands, from the master to all.

@@ -55,7 +55,7 @@ impl Compass {
     /// The paper's q4: heading from true north, counter-clockwise seen from above.
     ///
     /// `field` is the reading in body axes (x forward, y left, z up), uT, `axes` the body's tilt. Worst error of the
-    /// computation 0.163 degree, from the arc tangent of `micromath` (`host-tests/tests/estimate.rs` sweeps directions, tilts and
+    /// computation 0.163 degree, from the arc tangent of `micromath` (`host-tests/tests/simulator/estimate.rs` sweeps directions, tilts and
     /// strengths against double precision); an error of the tilt adds itself times the tangent of the field's inclination.
     ///
     /// # Errors

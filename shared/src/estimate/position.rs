@@ -79,7 +79,7 @@ impl Plane {
     /// Metres north and east of the origin.
     ///
     /// Worst error within 1 km and between the 65th parallels: 0.38 m at the corner, where the meridians have drawn together;
-    /// 15 mm within 100 m (`host-tests/tests/estimate.rs`, against the ellipsoid in double precision).
+    /// 15 mm within 100 m (`host-tests/tests/simulator/estimate.rs`, against the ellipsoid in double precision).
     pub fn metres(&self, place: Place) -> [f32; 2] {
         let north = place.latitude.wrapping_sub(self.origin.latitude);
         // Across the date line 3.6e9 units are missing or too many.

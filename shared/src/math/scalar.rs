@@ -35,7 +35,7 @@ pub trait Scalar:
     /// Sine and cosine of an angle in radians.
     ///
     /// `f32`: worst error 9e-8 within 8192 rad; `f64`: 2.3e-16 within 1e6 rad. Beyond, and for NaN, both are NaN.
-    /// (`host-tests/tests/scalar.rs`.)
+    /// (`shared/tests/math/scalar.rs`.)
     fn sin_cos(self) -> (Self, Self);
     /// Direction of the point (`x`, `self`) in radians, from -pi to pi, 0 at the origin.
     ///

@@ -50,7 +50,7 @@ const fn sine_table() -> [[i32; 4]; PIECES] {
 /// Sine and cosine with 30 fractional bits (2^30 is one).
 ///
 /// Domain: every `Angle`. Worst error over all of them 3.14e-8; never beyond one, and exact at zero crossings at 0 and a quarter turn
-/// (`host-tests/tests/math.rs`, `sine_and_cosine_keep_their_errors_over_every_angle`). Cost on Cortex-M4: 30 instructions as a function.
+/// (`shared/tests/math/functions.rs`, `sine_and_cosine_keep_their_errors_over_every_angle`). Cost on Cortex-M4: 30 instructions as a function.
 #[inline]
 pub fn sin_cos_q30(angle: Angle) -> (i32, i32) {
     let bits = angle.to_bits();
@@ -93,7 +93,7 @@ const ARC_TANGENT: [f32; 9] = [
 ///
 /// Defined for every input as in IEEE 754: 0 for the origin (pi if `x` is -0, with the sign of `y`), an infinite coordinate
 /// wins over a finite one, two give a diagonal; NaN for NaN, always the same one.
-/// Worst error seen 2.1e-7 rad, bounded by 4e-7 (`host-tests/tests/math.rs`, `arc_tangent_*`).
+/// Worst error seen 2.1e-7 rad, bounded by 4e-7 (`shared/tests/math/functions.rs`, `arc_tangent_*`).
 #[inline]
 pub fn atan2(y: f32, x: f32) -> f32 {
     if x.is_nan() || y.is_nan() {
@@ -128,7 +128,7 @@ pub fn atan2(y: f32, x: f32) -> f32 {
     half.copysign(y)
 }
 
-/// [`atan2`] in double precision: worst error 9e-16 rad (`host-tests/tests/scalar.rs`).
+/// [`atan2`] in double precision: worst error 9e-16 rad (`shared/tests/math/scalar.rs`).
 pub(super) fn atan2_f64(y: f64, x: f64) -> f64 {
     use core::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI};
     /// Tangent of a sixteenth of a turn; above it the distance to the diagonal is the smaller angle.

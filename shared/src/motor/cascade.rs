@@ -167,7 +167,7 @@ impl Cascade {
     /// Both loops: holds `reference` against the measured `position` and `velocity`. The result never exceeds `bound`, whatever the inputs.
     ///
     /// Domain: positions less than 2^14 turns apart, velocities up to 2^29. Worst error against double precision over
-    /// 100 000 calls: 8e-6 of the current limit, 1.4e-6 with nominal gains (`host-tests/tests/cascade.rs`). Cost on Cortex-M4: see docs/cost.md.
+    /// 100 000 calls: 8e-6 of the current limit, 1.4e-6 with nominal gains (`shared/tests/motor/cascade.rs`). Cost on Cortex-M4: see docs/cost.md.
     #[inline]
     pub fn position(
         &mut self,

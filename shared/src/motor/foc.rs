@@ -120,7 +120,7 @@ impl Foc {
     /// negative sum), the rotor's angle, and the demanded current.
     ///
     /// Total: every input gives values in range. Worst error against double precision: one count of 4250
-    /// (`host-tests/tests/foc.rs`). Cost on Cortex-M4: see docs/cost.md.
+    /// (`shared/tests/motor/foc.rs`). Cost on Cortex-M4: see docs/cost.md.
     #[inline]
     pub fn step(&mut self, angle: ElectricalAngle, currents: [i32; 2], demand: Dq) -> [u16; 3] {
         let (sin, cos) = sin_cos_q30(angle.0);

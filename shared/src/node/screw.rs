@@ -1,10 +1,11 @@
 //! The driving screw's node: an axle that computes its own set-point, so that `L + (L2 + L3) = K`
 //! holds for the chassis angle as it is now, not as it was when the joint's node sent it.
 
-use super::CONTROL_PERIOD;
-use super::axle::{Axle, Inputs as AxleInputs, Outputs, mode};
-use super::scale::Scale;
+use super::axle::{Axle, Inputs as AxleInputs, Outputs};
+use crate::bus::cia402::mode;
 use crate::bus::pdo::DriveMotion;
+use crate::bus::scale::Scale;
+use crate::constants::CONTROL_PERIOD;
 use crate::faults::Fault;
 use crate::math::to_i32;
 use crate::motor::profile::SetPoint as Motion;

@@ -2,10 +2,10 @@
 //!
 //! A robot implements [`Body`] once, in its own folder. Network, sequence and filter are the guard's and the same for all.
 
+use crate::bus::scale::{Position, Scale, Target};
 use crate::estimate::state::Joint;
-use crate::math::{limit, min};
+use crate::math::{limit, min, to_i16};
 use crate::motor::profile::{self, SetPoint};
-use crate::node::scale::Scale;
 use crate::settings::{Setting, Settings};
 use crate::stability::attitude::Attitude;
 use crate::stability::limits::Limits;
@@ -20,17 +20,15 @@ pub const MAX_STAGES: usize = 4;
 /// Most drives that are told a torque in advance.
 pub const MAX_OFFSETS: usize = 4;
 
-/// A drive as the bus shows it, in the drive's bus units.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+/// A drive as the guard knows it from the bus.
+#[derive(Clone, Copy, PartialEq, Debug, Default)]
 pub struct DriveState {
-    /// Position, 2^-`position_bits` turn or 2^-24 m; 0 before the first was heard.
-    pub position: i32,
-    /// When position and velocity were last heard, us since power-up.
+    /// Position of the output shaft; 0 before the first was heard.
+    pub position: Position,
+    /// When the position was last heard, us since power-up.
     pub heard_us: Option<u64>,
-    /// Velocity, 1e-6 rad/s or 1e-9 m/s.
-    pub velocity: i32,
-    /// Torque at the output shaft, 0.01 N m; screw: force, N.
-    pub torque: i16,
+    /// Torque at the output shaft, N m.
+    pub torque: f32,
     /// The drive says that its position is referenced.
     pub referenced: bool,
     /// The drive is in "operation enabled".
@@ -44,7 +42,7 @@ pub fn drive_of(drives: &[DriveState], index: usize) -> DriveState {
 }
 
 /// What a drive shall do.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[derive(Clone, Copy, PartialEq, Debug)]
 pub enum Goal {
     /// Bridge off.
     Off,
@@ -52,12 +50,12 @@ pub enum Goal {
     Hold,
     /// Find the reference switch.
     Reference,
-    /// Follow this position, in the drive's bus units.
-    Position(i32),
-    /// Move to this position by itself, same units.
-    MoveTo(i32),
-    /// Run at this speed, 1e-6 rad/s.
-    Velocity(i32),
+    /// Follow this position.
+    Position(Target),
+    /// Move to this position by itself.
+    MoveTo(Target),
+    /// Run at this speed, rad/s.
+    Velocity(f32),
     /// Keep the belt taut.
     Taut,
 }
@@ -82,15 +80,39 @@ pub enum Phase {
     Held,
 }
 
-/// Motion that the operator asks for.
+/// A robot's commanded posture. On the bus it is a 16-bit word, whose meaning depends on the robot.
+pub trait PostureCommand: Copy {
+    /// Posture of a word on the bus.
+    fn from_word(word: i16) -> Self;
+
+    /// The nearest word.
+    fn word(self) -> i16;
+}
+
+/// The posture of a robot that has only one. Its word is not read, and reports show 0.
+impl PostureCommand for () {
+    fn from_word(_: i16) -> Self {}
+
+    fn word(self) -> i16 {
+        0
+    }
+}
+
+/// The word of a height in m that counts millimetres: the nearest one.
+pub fn millimetres(metres: f32) -> i16 {
+    let word = metres * 1e3;
+    to_i16(word + f32::copysign(0.5, word))
+}
+
+/// Motion that the operator asks for, of a robot with postures `P`.
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
-pub struct Asked {
+pub struct Asked<P> {
     /// Forward speed over ground, m/s.
     pub forward: f32,
     /// Yaw rate, counter-clockwise from above, rad/s.
     pub yaw_rate: f32,
-    /// The robot's own word for its posture; B2P2: chassis angle, 2^-16 turn; Hylos: clearance, mm.
-    pub posture: i16,
+    /// Commanded posture.
+    pub posture: P,
 }
 
 /// Why nothing may move, and how hard the robot brakes.
@@ -140,7 +162,7 @@ impl Allowed {
 
     /// Yaw rate, rad/s, with which a robot at `speed` (m/s) is on the curve that was asked for while it still speeds up; on the spot, the
     /// share of what was asked. Never more than asked.
-    pub fn yaw_rate_on_the_curve(&self, asked: &Asked, speed: f32) -> f32 {
+    pub fn yaw_rate_on_the_curve<P>(&self, asked: &Asked<P>, speed: f32) -> f32 {
         if asked.forward == 0.0 {
             asked.yaw_rate * self.share
         } else {
@@ -174,6 +196,9 @@ impl From<Stance> for Ahead {
 pub trait Body: Sized {
     /// Why settings make no such robot.
     type Refusal: core::fmt::Debug;
+
+    /// What the operator commands beside speed and yaw rate.
+    type Posture: PostureCommand;
 
     /// Names of the stages in which its drives come to life, in order; at most [`MAX_STAGES`].
     const STAGES: &'static [&'static str];
@@ -217,7 +242,7 @@ pub trait Body: Sized {
     /// posture stays at rest.
     fn stance_ahead(
         &self,
-        asked: &Asked,
+        asked: &Asked<Self::Posture>,
         attitude: &Attitude,
         horizon: f32,
         period: f32,
@@ -237,7 +262,13 @@ pub trait Body: Sized {
     fn acknowledge(&mut self) {}
 
     /// Moves its set-points toward `asked` as far as `allowed`, within its own limits.
-    fn advance(&mut self, asked: &Asked, allowed: Allowed, attitude: &Attitude, period: f32);
+    fn advance(
+        &mut self,
+        asked: &Asked<Self::Posture>,
+        allowed: Allowed,
+        attitude: &Attitude,
+        period: f32,
+    );
 
     /// The stage with which coming to life begins.
     fn first_stage(&self, drives: &[DriveState]) -> u8;
@@ -259,8 +290,8 @@ pub trait Body: Sized {
     /// Time in which it comes to rest from that speed, s.
     fn stopping_time(&self) -> f32;
 
-    /// Posture that its set-points have now, in the unit of [`Asked::posture`].
-    fn posture(&self) -> i16;
+    /// Posture that its set-points have now.
+    fn posture(&self) -> Self::Posture;
 
     /// Distance that it went by its encoders, forward positive, um; wraps.
     fn odometry_um(&self) -> i32;
@@ -310,7 +341,7 @@ mod tests {
             (0.0, 1.0, None, -0.4),
             (0.5, 1.0, None, 0.4),
             // Taken less of, it still speeds up gently.
-            (0.5, 0.9, None, 0.4),
+            (1.0, 0.5, None, 0.4),
         ] {
             let expected = 0.4 + 0.1 * rate;
             let found = slowed(asked, share, stop);

@@ -6,10 +6,11 @@ pub mod b2p2;
 pub mod body;
 pub mod crawler;
 pub mod hylos;
+pub mod odometry;
 pub mod rt_mover;
 pub mod turn;
 
 pub use body::{
     Ahead, Allowed, Asked, Body, DriveState, Goal, MAX_DRIVES, MAX_OFFSETS, MAX_STAGES, Offset,
-    Phase, Stop,
+    Phase, PostureCommand, Stop,
 };

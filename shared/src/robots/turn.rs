@@ -55,7 +55,7 @@ impl Turn {
     /// Scales speed and yaw rate of a command down together, so that `|v| + |w| b / 2` is within
     /// the speed limit and the curve stays the same. A command that is not finite becomes a stop.
     #[must_use]
-    pub fn within(&self, asked: Asked) -> Asked {
+    pub fn within<P>(&self, asked: Asked<P>) -> Asked<P> {
         let fastest = asked.forward.abs() + asked.yaw_rate.abs() * self.half_width;
         if fastest <= self.speed {
             return asked;
@@ -127,11 +127,11 @@ mod tests {
         }
     }
 
-    fn asked(forward: f32, yaw_rate: f32) -> Asked {
+    fn asked(forward: f32, yaw_rate: f32) -> Asked<()> {
         Asked {
             forward,
             yaw_rate,
-            posture: 0,
+            posture: (),
         }
     }
 

@@ -1,7 +1,7 @@
 //! Pitch, roll and heading from rates that drift, an inclinometer that is late and a compass that is slow.
 
 use crate::math::{limit, sin_cos};
-use crate::node::BodySensors;
+use crate::sensors::BodySensors;
 use crate::units::Angle;
 
 /// Time with which the inclinometer follows, s.

@@ -1,78 +1,29 @@
-//! Which margin counts: that of the centre of gravity while the robot is slow; that of the measured force as well when it is fast.
+//! Which margin counts: that of the centre of gravity while the robot is slow; that of the measured
+//! force as well when it is fast.
 //!
-//! Slow means: even an instant stop cannot tip the robot over an edge from which its centre of gravity is as far as the stop
-//! margin ([`stopping_speed`]), and the measured acceleration eats less than half of that margin. Above either, the centre of gravity is
-//! projected along the measured specific force instead of straight down (the zero moment point of a robot whose parts do not
-//! turn), and the force-angle of Papadopoulos and Rey ([`super::tipover`]) is asked too: `|l| sin(nu)`, with `l` the perpendicular to the edge, is the arm of the force about it,
-//! so that an angle `nu` above its stop level is an arm above `|l| sin(nu_stop)`, and no arc tangent is needed.
+//! Slow means: even an instant stop cannot tip the robot over an edge from which its centre of
+//! gravity is as far as the stop margin ([`stopping_speed`]), and the measured acceleration eats
+//! less than half of that margin. Above either, the centre of gravity is projected along the
+//! measured specific force instead of straight down (the zero moment point of a robot whose parts
+//! do not turn), and the force-angle of Papadopoulos and Rey ([`super::tipover`]) is asked too:
+//! `|l| sin(nu)`, with `l` the perpendicular to the edge, is the arm of the force about it, so that
+//! an angle `nu` above its stop level is an arm above `|l| sin(nu_stop)`, and no arc tangent is
+//! needed.
 
-use super::attitude::LevelAxes;
+use super::edge_margin::weigh;
 use super::parameters::Parameters;
 use super::stopping::stopping_speed;
 use super::support::Stance;
-use crate::math::vector::{Vector, dot, scale, sub};
+use crate::math::vector::Vector;
 use crate::math::{max, root_of_sum};
 
-/// Standard gravity, m/s^2.
-pub const GRAVITY: f32 = 9.80665;
-
-/// Time with which the measured force follows, s: longer than the impact of a track on a nose, shorter than the fall of a robot 0.3 m high
-/// (`sqrt(h / g)` = 0.17 s).
-const FORCE_TIME: f32 = 0.1;
-/// An edge shorter than this has no direction, m.
-const MIN_LENGTH: f32 = 1e-3;
-
-/// Specific force in level axes, low-passed.
-///
-/// Readings are averaged in body axes from one evaluation to the next and turned into level axes before the low-pass, so that a fast swing does not
-/// smear gravity over two axes.
-#[derive(Clone, Debug)]
-pub struct SpecificForce {
-    sum: Vector<f32>,
-    count: f32,
-    level: Vector<f32>,
-}
-
-impl Default for SpecificForce {
-    fn default() -> Self {
-        Self {
-            sum: [0.0; 3],
-            count: 0.0,
-            level: [0.0, 0.0, GRAVITY],
-        }
-    }
-}
-
-impl SpecificForce {
-    /// Takes one reading in body axes, m/s^2, that was found to be plausible.
-    #[inline]
-    pub fn hear(&mut self, force: Vector<f32>) {
-        for (sum, value) in self.sum.iter_mut().zip(force) {
-            *sum += value;
-        }
-        self.count += 1.0;
-    }
-
-    /// The force in level axes, `period` s after the evaluation before. Without a reading since then it stays as it was.
-    #[inline]
-    pub fn advance(&mut self, axes: &LevelAxes, period: f32) -> Vector<f32> {
-        if self.count > 0.0 {
-            let mean = axes.of(scale(1.0 / self.count, self.sum));
-            let share = period / (FORCE_TIME + period);
-            for (level, value) in self.level.iter_mut().zip(mean) {
-                *level += (value - *level) * share;
-            }
-        }
-        (self.sum, self.count) = ([0.0; 3], 0.0);
-        self.level
-    }
-}
+pub use super::specific_force::SpecificForce;
 
 /// Margins of one moment.
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
 pub struct Evaluation {
-    /// What counts, m, indexed by [`super::support::Edge`], the uncertainty taken off. NaN if an input is no number, and if the robot is fast and the ground would
-    /// have to pull.
+    /// What counts, m, indexed by [`super::support::Edge`], the uncertainty taken off. NaN if an
+    /// input is no number, and if the robot is fast and the ground would have to pull.
     pub margins: [f32; 4],
     /// Of the centre of gravity straight down, m, the uncertainty taken off.
     pub gravity: [f32; 4],
@@ -91,10 +42,11 @@ pub struct Criterion {
 }
 
 impl Criterion {
-    /// Margins of a `stance` with specific `force` in level axes (upward at rest), m/s^2, and `speed` over ground, m/s.
+    /// Margins of a `stance` with specific `force` in level axes (upward at rest), m/s^2, and
+    /// `speed` over ground, m/s.
     ///
-    /// Total. Every margin is always computed, whichever counts, so that the cost does not depend on it. Edges that are not there have the margins
-    /// of [`Stance::margins`].
+    /// Total. Every margin is always computed, whichever counts, so that the cost does not depend
+    /// on it. Edges that are not there have the margins of [`Stance::margins`].
     #[inline(never)]
     pub fn evaluate(
         &mut self,
@@ -146,95 +98,11 @@ impl Criterion {
     }
 }
 
-/// What one edge says.
-struct Weighed {
-    /// Margins without the uncertainty taken off, m.
-    gravity: f32,
-    with_force: f32,
-    lever: [f32; 2],
-    /// How far the force shifts the margin, m.
-    shift: f32,
-    /// Square of the height over the edge, m^2.
-    height: f32,
-}
-
-/// Weighs one edge. Not inlined: four copies of it would not fit into the registers.
-#[inline(never)]
-fn weigh(
-    ends: [&Vector<f32>; 2],
-    cog: Vector<f32>,
-    force: Vector<f32>,
-    lean: [f32; 2],
-    unsure: f32,
-    parameters: &Parameters,
-) -> Weighed {
-    let (margin, lever) = straight_down(ends, cog);
-    let across = lever[0] * lean[0] + lever[1] * lean[1];
-    let height = lever[0] * lever[0] + lever[1] * lever[1];
-    let distance = root_of_sum(height + margin * margin);
-    // A height that is no number leaves no margin either.
-    let margin = if distance.is_finite() {
-        margin
-    } else {
-        f32::NAN
-    };
-    let along = margin + across - unsure;
-    let by_angle = parameters.stop + arm(ends, force, along, distance * parameters.stop_sine);
-    let narrow = if along < margin { along } else { margin };
-    let narrow = if by_angle < narrow { by_angle } else { narrow };
-    // The sum is no number if any of the three is none.
-    let known = (margin + along + by_angle).is_finite();
-    Weighed {
-        gravity: margin,
-        with_force: if known { narrow } else { f32::NAN },
-        lever,
-        shift: across.abs(),
-        height,
-    }
-}
-
-/// Signed distance of `cog` to an edge, m, and what it gains with each `g` forward and to the left: the height over the edge, across it.
-///
-/// The moment of the specific force `s` about the edge over its upward part, `((cog - from) x s) . e / (s_z |e|)`, which is linear in `s_x / s_z` and
-/// `s_y / s_z`. An edge shorter than a millimetre has no direction; the margin is then minus the distance to it.
-#[inline]
-fn straight_down([from, to]: [&Vector<f32>; 2], cog: Vector<f32>) -> (f32, [f32; 2]) {
-    let (edge, offset) = (sub(*to, *from), sub(cog, *from));
-    let square = |v: Vector<f32>| v[0] * v[0] + v[1] * v[1];
-    let length = square(edge);
-    let (across, length) = if length < MIN_LENGTH * MIN_LENGTH {
-        let distance = square(offset);
-        (-distance, distance + f32::MIN_POSITIVE)
-    } else {
-        (edge[0] * offset[1] - edge[1] * offset[0], length)
-    };
-    let over = 1.0 / root_of_sum(length);
-    let lever = [
-        (offset[2] * edge[1] - offset[1] * edge[2]) * over,
-        (offset[0] * edge[2] - offset[2] * edge[0]) * over,
-    ];
-    (across * over, lever)
-}
-
-/// How far the arm `|l| sin(nu)` of the force about an edge is above the one that the force-angle must have, m.
-///
-/// `along` is the margin along the force, `least` what `|l| sin(nu_stop)` is on a level edge. On a sloping one, `|l|` is shorter by the cosine of the
-/// slope, and only the part `f*` of the force across the edge turns about it.
-#[inline]
-fn arm([from, to]: [&Vector<f32>; 2], force: Vector<f32>, along: f32, least: f32) -> f32 {
-    let edge = sub(*to, *from);
-    let square = dot(edge, edge);
-    let level = square - edge[2] * edge[2];
-    let slope = root_of_sum(max(level, 0.0) / square);
-    let lengthwise = dot(force, edge);
-    let across = max(dot(force, force) - lengthwise * lengthwise / square, 0.0);
-    (along * force[2] / root_of_sum(across) - least) * slope
-}
-
 #[cfg(test)]
 mod tests {
     use super::super::tipover;
     use super::*;
+    use crate::constants::GRAVITY;
     use crate::settings::Settings;
 
     const SUPPORT: [Vector<f32>; 4] = [
@@ -268,7 +136,8 @@ mod tests {
         assert_eq!(judged(LEVEL, 0.0).margins, judged(LEVEL, 0.0).gravity);
     }
 
-    /// The point where the line through the centre of gravity along the force meets the plane of the support, in double precision.
+    /// The point where the line through the centre of gravity along the force meets the plane of
+    /// the support, in double precision.
     #[test]
     fn with_force_the_margin_is_that_of_the_projection_along_it() {
         let force = [-2.0_f32, 0.7, 9.0];
@@ -287,7 +156,8 @@ mod tests {
         assert!(error.abs() < 1e-5, "{found:?}");
     }
 
-    /// An edge at the stop angle is at the stop margin, one inside of it is above, by the angle of Papadopoulos and Rey.
+    /// An edge at the stop angle is at the stop margin, one inside of it is above, by the angle of
+    /// Papadopoulos and Rey.
     #[test]
     fn the_force_angle_at_its_stop_level_is_the_stop_margin() {
         let parameters = Parameters {
@@ -320,24 +190,5 @@ mod tests {
                 "{found:?}"
             );
         }
-    }
-
-    #[test]
-    fn an_impact_moves_the_force_little_and_a_braking_robot_s_wholly() {
-        let axes = {
-            let mut attitude = super::super::attitude::Attitude::default();
-            attitude.update(&crate::node::BodySensors::default(), 1e-3);
-            attitude.level_axes()
-        };
-        let mut force = SpecificForce::default();
-        // 30 m/s^2 for 4 ms.
-        force.hear([-30.0, 0.0, GRAVITY]);
-        assert!(force.advance(&axes, 4e-3)[0] > -1.2);
-        for _ in 0..200 {
-            force.hear([-0.4, 0.0, GRAVITY]);
-            force.advance(&axes, 4e-3);
-        }
-        let settled = force.advance(&axes, 4e-3);
-        assert!((settled[0] + 0.4).abs() < 1e-3, "{settled:?}");
     }
 }

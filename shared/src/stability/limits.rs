@@ -1,7 +1,8 @@
 //! Limits that the margins hand down: how hard the robot may speed up, brake and turn, without the guard's own stop tipping it.
 
-use super::criterion::{Evaluation, GRAVITY};
+use super::criterion::Evaluation;
 use super::parameters::Parameters;
+use crate::constants::GRAVITY;
 use crate::math::{limit, max, min};
 
 /// Share of the configured deceleration below which the limit never goes: a robot that may not brake at all drives on.

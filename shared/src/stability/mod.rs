@@ -1,19 +1,22 @@
 //! Computes tip-over margins and limits commands accordingly.
 //!
 //! [`attitude`]: pitch, roll and heading. [`trust`]: whether the sensors are believed. [`support`]:
-//! distances of the centre of gravity to the edges of the support. [`criterion`]: which margin
-//! counts. [`bands`]: the band of the narrowest margin. [`tracker`]: margins with their rates.
-//! [`filter`]: the scale of a command, with its [`verdict`]. [`stopping`]: the speed limit of a
-//! posture. [`limits`]: limits of accelerations and yaw. [`trip`]: the latch. [`parameters`]: the
-//! numbers of all these. For any scalar: [`zmp`], where the reaction of the ground acts, and
-//! [`tipover`], the angle between the forces and each edge.
+//! distances of the centre of gravity to the edges of the support. [`specific_force`]: the measured
+//! force. `edge_margin`: the margins of one edge. [`criterion`]: which of them counts. [`bands`]:
+//! the band of the narrowest margin. [`tracker`]: margins with their rates. [`filter`]: the scale
+//! of a command, with its [`verdict`]. [`stopping`]: the speed limit of a posture. [`limits`]:
+//! limits of accelerations and yaw. [`trip`]: the latch. [`parameters`]: the numbers of all these.
+//! For any scalar: [`zmp`], where the reaction of the ground acts, and [`tipover`], the angle
+//! between the forces and each edge.
 
 pub mod attitude;
 pub mod bands;
 pub mod criterion;
+mod edge_margin;
 pub mod filter;
 pub mod limits;
 pub mod parameters;
+pub mod specific_force;
 pub mod step_behind;
 pub mod stopping;
 pub mod support;

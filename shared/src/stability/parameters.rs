@@ -1,9 +1,9 @@
 //! Numbers of the guard's supervision, from the settings, and the check that they and the robot's geometry make sense together.
 
-use super::criterion::GRAVITY;
 use super::filter::{Bounds, Ramp};
 use super::step_behind::StepBehind;
 use super::support::{Edge, Stance};
+use crate::constants::GRAVITY;
 use crate::math::{max, sin_cos};
 use crate::settings::{Setting, Settings};
 use crate::units::Angle;

@@ -10,9 +10,9 @@
 //! only as far as it bears such a fall at all. Raising the front and turning on the spot can bring
 //! the centre of gravity over a nose, too. They are not limited here.
 
-use super::criterion::GRAVITY;
 use super::filter::{SMALLEST_SHARE, Verdict};
 use super::support::{Edge, Stance};
+use crate::constants::GRAVITY;
 use crate::math::{max, min, root_of_sum};
 
 /// A centre of gravity lower than this over the nose turns nothing, m.

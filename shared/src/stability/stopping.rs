@@ -6,8 +6,9 @@
 //! `l` of the centre of gravity to the edge, its height `h` over the edge, and its distance `k` to
 //! the line on which the edge moves. On level ground `k = h`.
 
-use super::criterion::{Evaluation, GRAVITY};
+use super::criterion::Evaluation;
 use super::support::{Edge, Stance};
+use crate::constants::GRAVITY;
 use crate::math::{max, root_of_sum};
 
 /// Smallest `k`, m: a lower centre of gravity does not limit the speed.

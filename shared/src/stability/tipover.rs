@@ -60,7 +60,7 @@ impl<S: Scalar, const N: usize> Edges<S, N> {
     /// The least of [`angles`], with their inputs: the edges are compared by cross-multiplication, so that one arc tangent is enough.
     ///
     /// Domain: finite inputs. NaN gives NaN, and so does no edge. Worst error in single precision 1.5e-6 rad for forces
-    /// above 30 N across robots of this size (`host-tests/tests/tipover.rs`). Cost on Cortex-M4: see docs/cost.md.
+    /// above 30 N across robots of this size (`shared/tests/stability/tipover.rs`). Cost on Cortex-M4: see docs/cost.md.
     #[inline]
     pub fn margin(&self, cog: Vector<S>, force: Vector<S>, moment: Vector<S>) -> S {
         let parts = |(from, direction): &(Vector<S>, Vector<S>)| {

@@ -12,7 +12,7 @@ use super::parameters::Parameters;
 use super::support::Edge;
 use super::trust::{Reason, Trust};
 use crate::math::limit;
-use crate::node::BodySensors;
+use crate::sensors::BodySensors;
 
 /// Largest yaw rate at crawl speed, rad/s.
 const CRAWL_YAW_RATE: f32 = 0.1;

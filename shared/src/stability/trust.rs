@@ -1,8 +1,8 @@
 //! How far the sensors on the body are to be believed: degrade to slower, then stop; never silently stable.
 
-use super::criterion::GRAVITY;
+use crate::constants::GRAVITY;
 use crate::math::vector::Vector;
-use crate::node::BodySensors;
+use crate::sensors::BodySensors;
 
 /// Largest readings that a sensor of this kind gives: rad (either way up and a little more), m/s^2 (16 g), rad/s (2000 degrees/s).
 const RANGES: [f32; 8] = [3.2, 3.2, 160.0, 160.0, 160.0, 35.0, 35.0, 35.0];

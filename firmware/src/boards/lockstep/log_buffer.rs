@@ -1,6 +1,11 @@
 //! Log records on their way into the answers: bounded, never blocking, whole records or none.
 
+use core::cell::RefCell;
+use critical_section::Mutex;
 use heapless::{Deque, Vec};
+
+/// Log records that wait for an answer.
+pub static LOG: Mutex<RefCell<LogBuffer>> = Mutex::new(RefCell::new(LogBuffer::new()));
 
 /// Bytes that wait for the next answers; what comes while they are full is dropped and counted.
 pub struct LogBuffer {

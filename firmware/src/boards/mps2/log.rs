@@ -1,7 +1,6 @@
 //! defmt records into the log bytes of the answers.
 
-use crate::boards::lockstep::LOG;
-use crate::boards::lockstep::log_buffer::LogBuffer;
+use crate::boards::lockstep::log_buffer::{LOG, LogBuffer};
 use core::cell::RefCell;
 use critical_section::Mutex;
 use defmt::Encoder;

@@ -1,7 +1,9 @@
-//! The host as a board: the lockstep link on standard input and output. For sweeps, fuzzing, sanitizers and debuggers.
+//! The host as a board: the lockstep link on standard input and output. For sweeps, fuzzing,
+//! sanitizers and debuggers.
 
 use crate::boards::Board;
-use crate::boards::lockstep::{self, End, LOG, Pipe};
+use crate::boards::lockstep::log_buffer::LOG;
+use crate::boards::lockstep::{self, End, Pipe};
 use crate::roles::Role;
 use std::format;
 use std::io::{Read, Write};

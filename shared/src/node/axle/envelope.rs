@@ -4,7 +4,9 @@
 //! are prepared at start; a change of the envelope hands the integral over, so that the motor's
 //! current does not jump.
 
-use super::super::CONTROL_PERIOD;
+use super::Axle;
+use crate::bus::cia402::mode;
+use crate::constants::CONTROL_PERIOD;
 use crate::math::{Bound, limit};
 use crate::motor::cascade::{Cascade, Gains};
 use crate::motor::profile::Limits;
@@ -109,3 +111,13 @@ impl Envelopes {
 /// Bits of the index of an envelope.
 const HOMING: usize = 1;
 const BENCH: usize = 2;
+
+impl Axle {
+    /// The envelope of mode and bench mode.
+    pub(super) fn select_envelope(&mut self) {
+        let homing = self.mode == mode::HOMING;
+        self.envelopes
+            .select(homing, self.authority.bench(), &mut self.force);
+        self.offset.clear();
+    }
+}

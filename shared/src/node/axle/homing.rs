@@ -6,9 +6,10 @@
 //! same direction, so that the hysteresis of the switch cancels; if they find it at different
 //! places, one of them was none, and the position stays unknown.
 
-use super::super::{CONTROL_PERIOD, Switches};
 use super::Axle;
+use crate::constants::CONTROL_PERIOD;
 use crate::motor::from_radians;
+use crate::sensors::Switches;
 use crate::settings::{Setting, Settings};
 
 /// Stage of homing.

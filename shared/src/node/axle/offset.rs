@@ -1,8 +1,8 @@
 //! Torque feed-forward of the guard (object 0x60B2), as a current beside that of the loops.
 
-use super::super::CONTROL_PERIOD;
+use crate::bus::network::OFFSET_SYNCS;
+use crate::constants::CONTROL_PERIOD;
 use crate::motor::cascade::Cascade;
-use crate::node::guard::OFFSET_SYNCS;
 use crate::settings::{Setting, Settings};
 
 /// A torque offset and its age. It is taken in operation only, and forgotten when the mode or the state changes.

@@ -1,29 +1,14 @@
 //! From a set-point over the mode of operation to a current.
 
-use super::super::cia402::{CONTROL_FAULT_RESET, CONTROL_START, Command, State};
-use super::super::{CONTROL_PERIOD, Switches};
 use super::{ActiveLimit, Axle, Inputs};
+use crate::bus::cia402::{CONTROL_FAULT_RESET, CONTROL_START, Command, State, mode};
+use crate::constants::CONTROL_PERIOD;
 use crate::faults::Fault;
 use crate::math::{Bound, limit};
 use crate::motor::cascade::Demand;
 use crate::motor::profile::SetPoint as Motion;
 use crate::motor::to_radians;
-
-/// Modes of operation (object 0x6060). Negative ones are tautrack's own.
-pub mod mode {
-    /// The screw keeps the belt taut: its set-point is computed from the chassis joint.
-    pub const TAUT: i8 = -1;
-    /// Profile position: a trapezoid to the target.
-    pub const PROFILE_POSITION: i8 = 1;
-    /// Profile velocity: a ramp to the target.
-    pub const PROFILE_VELOCITY: i8 = 3;
-    /// Homing.
-    pub const HOMING: i8 = 6;
-    /// Cyclic synchronous position: the target is interpolated between two SYNCs.
-    pub const CYCLIC_POSITION: i8 = 8;
-    /// Cyclic synchronous velocity.
-    pub const CYCLIC_VELOCITY: i8 = 9;
-}
+use crate::sensors::Switches;
 
 /// Set-point of one RPDO.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]

@@ -2,19 +2,22 @@
 //! the set-point frame that it gets next.
 
 use super::FaultReport;
+use crate::bus::cia402::{
+    CONTROL_FAULT_RESET, CONTROL_START, State, controlword, mode, status, toward_operation,
+};
 use crate::bus::heartbeat::Monitor;
 use crate::bus::network::{NmtState, as_emergency, as_heartbeat};
 use crate::bus::pdo::{
     DriveMotion, DriveStatus, Payload, PositionSetPoint, VelocitySetPoint, receive, transmit,
 };
+use crate::bus::scale::Scale;
 use crate::can::Frame;
 use crate::faults::Fault;
-use crate::node::axle::mode;
-use crate::node::cia402::{
-    CONTROL_FAULT_RESET, CONTROL_START, State, controlword, status, toward_operation,
-};
 use crate::robots::{DriveState, Goal};
 use crate::settings::{Setting, Settings};
+
+/// Torque of a drive on the bus, N m.
+const NEWTON_METRES: f32 = 0.01;
 
 /// Motion comes with every SYNC, status with every fifth; older ones are no longer a drive's state.
 /// Two statuses in a row may be lost on the way.
@@ -60,6 +63,7 @@ impl Duty {
 #[derive(Clone, Debug)]
 pub(super) struct Drive {
     pub id: u8,
+    scale: Scale,
     heartbeat: Monitor,
     state_timeout_us: u64,
     settle_us: u64,
@@ -80,13 +84,14 @@ pub(super) struct Drive {
 }
 
 impl Drive {
-    pub fn new(id: u8, settings: &Settings) -> Self {
+    pub fn new(id: u8, scale: Scale, settings: &Settings) -> Self {
         let syncs = |count: u64, minimum: u64| {
             let time_us = count * settings.get(Setting::SyncPeriod) as u64;
             if time_us > minimum { time_us } else { minimum }
         };
         Self {
             id,
+            scale,
             heartbeat: Monitor::new(settings.milliseconds(Setting::HeartbeatTimeout)),
             state_timeout_us: syncs(STATE_TIMEOUT_SYNCS, MIN_STATE_TIMEOUT_US),
             settle_us: syncs(SETTLE_SYNCS, MIN_SETTLE_US),
@@ -105,12 +110,11 @@ impl Drive {
     pub fn receive(&mut self, frame: &Frame, state: &mut DriveState, now_us: u64) {
         if let Some(motion) = DriveMotion::from_frame(frame, transmit(1), self.id) {
             state.heard_us = Some(now_us);
-            state.position = motion.position;
-            state.velocity = motion.velocity;
+            state.position = self.scale.position(motion.position);
         } else if let Some(status) = DriveStatus::from_frame(frame, transmit(2), self.id) {
             self.status = status;
             self.status_us = Some(now_us);
-            state.torque = status.torque;
+            state.torque = f32::from(status.torque) * NEWTON_METRES;
             state.referenced = status.statusword & status::REFERENCED != 0;
             state.enabled = self.state() == Some(State::OperationEnabled);
             if self.state().is_some_and(|state| self.duty.is_met_by(state)) {
@@ -248,14 +252,14 @@ impl Drive {
         let (mode, target) = match goal {
             Goal::Off | Goal::Hold => (0, 0),
             Goal::Reference => (mode::HOMING, 0),
-            Goal::Position(target) => (mode::CYCLIC_POSITION, target),
-            Goal::MoveTo(target) => (mode::PROFILE_POSITION, target),
+            Goal::Position(target) => (mode::CYCLIC_POSITION, self.scale.target(target)),
+            Goal::MoveTo(target) => (mode::PROFILE_POSITION, self.scale.target(target)),
             Goal::Taut => (mode::TAUT, 0),
             Goal::Velocity(target) => {
                 let set_point = VelocitySetPoint {
                     controlword: word,
                     mode: mode::CYCLIC_VELOCITY,
-                    target,
+                    target: self.scale.velocity_to_bus(target),
                 };
                 return set_point.frame(receive(2), self.id);
             }

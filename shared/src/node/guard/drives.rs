@@ -12,7 +12,7 @@ use crate::settings::{Setting, Settings};
 use heapless::Vec;
 
 /// A drive's position scale and the one that the robot's equations use (object 0x400A).
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct ScaleMismatch {
     /// Node id of the drive.
     pub node: u8,
@@ -41,7 +41,10 @@ impl Drives {
     pub fn new<B: Body>(settings: &Settings) -> Self {
         let ids = B::drive_ids(settings);
         Self {
-            nodes: ids.iter().map(|id| Drive::new(*id, settings)).collect(),
+            nodes: (0..)
+                .zip(&ids)
+                .map(|(drive, id)| Drive::new(*id, B::scale(drive), settings))
+                .collect(),
             states: ids.iter().map(|_| DriveState::default()).collect(),
             scales: ids.iter().map(|_| ScaleReader::default()).collect(),
             expected_scales: (0..ids.len()).map(|drive| B::scale(drive).code()).collect(),
@@ -53,6 +56,18 @@ impl Drives {
 
     pub fn states(&self) -> &[DriveState] {
         &self.states
+    }
+
+    /// When the oldest of the drives that odometry comes from was heard; none before each was.
+    pub fn odometry_us<B: Body>(&self) -> Option<u64> {
+        let mut oldest = u64::MAX;
+        for index in B::ODOMETRY {
+            let heard_us = self.states.get(*index)?.heard_us?;
+            if heard_us < oldest {
+                oldest = heard_us;
+            }
+        }
+        Some(oldest)
     }
 
     /// Every drive was heard since the start, and its scale is known.

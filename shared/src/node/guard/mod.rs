@@ -2,15 +2,17 @@
 //! the filter that passes a command on only as far as the margins allow.
 //!
 //! [`drives`] and [`drive`] hold what the guard knows of the other nodes, [`scales`] compares their
-//! units, [`operator`] holds the newest command, [`sequence`] the states, [`gate`] what the drives may
-//! do in each of them, [`supervision`] the robot's balance. This file is the tick.
+//! units, [`operator`] holds the newest command, [`schedule`] says what is due, [`sequence`] holds the
+//! states, [`gate`] what the drives may do in each of them, [`supervision`] the robot's balance,
+//! [`publish`] what the guard tells. This file is the tick.
 
 mod drive;
 mod drives;
 mod gate;
 mod operator;
-mod robot_state;
+mod publish;
 mod scales;
+mod schedule;
 mod sequence;
 mod supervision;
 
@@ -24,29 +26,27 @@ use crate::bus::pdo::{
     GuardMargins, GuardMotion, GuardPassed, GuardPosition, GuardState, OperatorCommand, Request,
 };
 use crate::can::Frame;
+use crate::constants::CONTROL_PERIOD;
 use crate::estimate::state::{Estimator, State as RobotState};
-use crate::math::to_i16;
-use crate::node::BodySensors;
-use crate::robots::{Asked, Body, DriveState, Goal, MAX_DRIVES};
-use crate::settings::{Setting, Settings};
+use crate::robots::{Asked, Body, DriveState, Goal, MAX_DRIVES, PostureCommand};
+use crate::sensors::BodySensors;
+use crate::settings::Settings;
 use crate::stability::attitude::Attitude;
-use crate::stability::filter::Verdict;
 use crate::stability::parameters::Refusal;
 use crate::stability::trip::Requests;
+use crate::stability::verdict::Verdict;
 use drives::Drives;
 use gate::Gate;
 use heapless::Vec;
 use operator::Operator;
+use publish::Tally;
+use schedule::Schedule;
 use sequence::Conditions;
 use supervision::{Moment, Supervision};
 
 /// Largest number of frames that one tick sends: SYNC, network management, and for each drive a
 /// set-point or a request for its scale.
 pub const MAX_SENT: usize = 2 * MAX_DRIVES + 2;
-
-/// SYNCs from one torque in advance to the next: such torques change slowly. They are sent in the last quarter of a period, in a
-/// tick that has little else to do; with SYNC in every tick there is none.
-pub const OFFSET_SYNCS: u32 = 4;
 
 /// What the guard sensed and heard since the tick before.
 #[derive(Clone, Copy, Debug)]
@@ -99,21 +99,14 @@ struct FaultReport {
 
 /// State of the guard.
 #[derive(Clone, Debug)]
-#[allow(clippy::struct_excessive_bools)] // a setting, and what is still due in this period
 pub struct Guard<B> {
-    sync_period_us: u64,
-    next_sync_us: u64,
-    judged: bool,
-    located: bool,
-    syncs: u32,
-    offsets_due: bool,
+    schedule: Schedule,
     drives: Drives,
     state: State,
     gate: Gate,
     body: B,
     supervision: Supervision,
     refusal: Option<Refusal>,
-    feed_forward: bool,
     share: f32,
     attitude: Attitude,
     estimator: Estimator,
@@ -121,9 +114,7 @@ pub struct Guard<B> {
     /// Reset and emergency stop since the last SYNC.
     requests: Requests,
     fault: Option<FaultReport>,
-    verdict: Verdict,
-    refused: u32,
-    scaled: u32,
+    tally: Tally,
     outputs: Outputs,
 }
 
@@ -134,28 +125,20 @@ impl<B: Body> Guard<B> {
     /// The robot's, when the settings make none.
     pub fn new(settings: &Settings) -> Result<Self, B::Refusal> {
         Ok(Self {
-            sync_period_us: settings.get(Setting::SyncPeriod) as u64,
-            next_sync_us: 0,
-            judged: false,
-            located: false,
-            syncs: 0,
-            offsets_due: false,
+            schedule: Schedule::new(settings),
             drives: Drives::new::<B>(settings),
             state: State::default(),
             gate: Gate::Hold,
             body: B::new(settings)?,
             supervision: Supervision::new(settings, B::mass(settings), B::step_behind(settings)),
             refusal: None,
-            feed_forward: settings.get(Setting::FeedForward) == 1,
             share: 1.0,
             attitude: Attitude::default(),
             estimator: Estimator::new(settings),
             operator: Operator::new(settings),
             requests: Requests::default(),
             fault: None,
-            verdict: Verdict::Passed,
-            refused: 0,
-            scaled: 0,
+            tally: Tally::default(),
             outputs: Outputs::default(),
         })
     }
@@ -166,7 +149,7 @@ impl<B: Body> Guard<B> {
         if self.supervision.hear(inputs.body.as_ref())
             && let Some(sensors) = &inputs.body
         {
-            self.attitude.update(sensors, super::CONTROL_PERIOD);
+            self.attitude.update(sensors, CONTROL_PERIOD);
             self.estimator
                 .sense(sensors.magnetic_field, &mut self.attitude, inputs.now_us);
         }
@@ -179,30 +162,17 @@ impl<B: Body> Guard<B> {
 
         self.outputs.frames.clear();
         self.outputs.robot = None;
-        let now_us = inputs.now_us;
-        let sync_due = now_us >= self.next_sync_us;
-        // In the second half and the last quarter of a period, and never later than the next SYNC.
-        let half = self.sync_period_us / 2;
-        if !self.judged && (sync_due || now_us + half >= self.next_sync_us) {
-            self.judged = true;
+        let due = self.schedule.due(inputs.now_us);
+        if due.judgement {
             self.judge();
         }
-        if !self.located && (sync_due || now_us + half / 2 >= self.next_sync_us) {
-            self.located = true;
-            self.outputs.robot = Some(self.locate(now_us));
-            if self.offsets_due && !sync_due {
-                self.tell_in_advance();
-            }
+        if due.position {
+            self.outputs.robot = Some(self.locate(inputs.now_us));
         }
-        if sync_due {
-            // A late tick does not move the next one, unless it is a whole period late.
-            self.next_sync_us += self.sync_period_us;
-            if self.next_sync_us <= now_us {
-                self.next_sync_us = now_us + self.sync_period_us;
-            }
-            (self.judged, self.located) = (false, false);
-            self.syncs = self.syncs.wrapping_add(1);
-            self.offsets_due = self.feed_forward && self.syncs.is_multiple_of(OFFSET_SYNCS);
+        if due.offsets {
+            self.tell_in_advance();
+        }
+        if due.sync {
             self.cycle(inputs);
         }
         self.outputs.emergency =
@@ -230,13 +200,13 @@ impl<B: Body> Guard<B> {
     fn locate(&mut self, now_us: u64) -> (RobotState, GuardPosition) {
         self.estimator.advance(
             self.body.odometry_um(),
-            robot_state::odometry_us::<B>(self.drives.states()),
+            self.drives.odometry_us::<B>(),
             self.body.joints(self.drives.states()),
             &self.attitude,
             now_us,
         );
         let state = self.estimator.state(&self.attitude, now_us);
-        (state, robot_state::summary(&state))
+        (state, publish::position(&state))
     }
 
     /// Where the robot's position is counted from, and what became of the satellite receiver's sentences.
@@ -267,16 +237,11 @@ impl<B: Body> Guard<B> {
         }
     }
 
-    /// Period of SYNC, s; at most 100 ms.
-    fn period(&self) -> f32 {
-        self.sync_period_us as u32 as f32 * 1e-6
-    }
-
     /// What happens once between two SYNCs, when the drives have answered the first: how the robot stands and what that means. Apart from
     /// [`Self::cycle`], so that no tick has to do it all.
     #[inline(never)]
     fn judge(&mut self) {
-        let period = self.period();
+        let period = self.schedule.period();
         if let Some(speed) = self.estimator.take_speed(&self.attitude) {
             self.body.hear_speed(speed, &self.attitude);
         }
@@ -378,7 +343,7 @@ impl<B: Body> Guard<B> {
 
     /// Passes the operator's command on to the body, as far as supervision and margins allow.
     fn pass_command(&mut self, inputs: &Inputs<'_>) {
-        let (now_us, period) = (inputs.now_us, self.period());
+        let (now_us, period) = (inputs.now_us, self.schedule.period());
         let request = self.operator.request();
         let present = self.operator.present(now_us);
         let seen = core::mem::take(&mut self.requests);
@@ -400,7 +365,7 @@ impl<B: Body> Guard<B> {
         let asked = Asked {
             forward: f32::from(command.forward) * 1e-3,
             yaw_rate: f32::from(command.yaw_rate) * 1e-3,
-            posture: command.posture,
+            posture: B::Posture::from_word(command.posture),
         };
         let (posture, speed) = (self.body.posture(), self.body.speed());
         let (asked, admitted) = self.supervision.admit(asked, posture, speed, &moment);
@@ -413,7 +378,7 @@ impl<B: Body> Guard<B> {
                 .filter(&asked, ahead.as_ref(), pitch, self.body.stopping_time());
         if !armed {
             self.share = 1.0;
-            self.count(Verdict::Passed);
+            self.tally.count(Verdict::Passed);
             return;
         }
         let asked = Asked {
@@ -423,7 +388,7 @@ impl<B: Body> Guard<B> {
         self.share = allowed.share;
         self.body.advance(&asked, allowed, &self.attitude, period);
         let passed = admitted == Verdict::Passed;
-        self.count(if passed { filtered } else { admitted });
+        self.tally.count(if passed { filtered } else { admitted });
     }
 
     /// What the guard knows of the robot's balance.
@@ -434,66 +399,5 @@ impl<B: Body> Guard<B> {
     /// The first drive whose scale differs from the one that the robot's equations use.
     pub fn scale_mismatch(&self) -> Option<ScaleMismatch> {
         self.drives.mismatch()
-    }
-
-    fn count(&mut self, verdict: Verdict) {
-        let kind = |verdict: Verdict| verdict.code() >> 4;
-        if kind(verdict) != kind(self.verdict) {
-            match verdict {
-                Verdict::Passed => {}
-                Verdict::Scaled(_) | Verdict::PostureScaled(_) | Verdict::Doubted(_) => {
-                    self.scaled = self.scaled.saturating_add(1);
-                }
-                Verdict::Refused(_)
-                | Verdict::PostureRefused(_)
-                | Verdict::Blind(_)
-                | Verdict::EmergencyStopped
-                | Verdict::Tripped(_)
-                | Verdict::Overridden(_)
-                | Verdict::BackingOff(_)
-                | Verdict::Unattended => {
-                    self.refused = self.refused.saturating_add(1);
-                }
-            }
-        }
-        self.verdict = verdict;
-    }
-
-    /// Fills in what every tick tells.
-    fn tell(&mut self) {
-        let centidegrees = |radians: f32| to_i16(radians.to_degrees() * 100.0);
-        let millimetres = |metres: f32| to_i16(metres * 1e3);
-        let [back, front, left, right] = self.supervision.margins().now.map(millimetres);
-        let fault = self.fault.unwrap_or(FaultReport { node: 0, code: 0 });
-        let command = self.operator.command();
-        let outputs = &mut self.outputs;
-        outputs.motion = GuardMotion {
-            odometry: self.body.odometry_um(),
-            pitch: centidegrees(self.attitude.pitch().radians()),
-            roll: centidegrees(self.attitude.roll().radians()),
-        };
-        outputs.state = GuardState {
-            state: self.state.code(),
-            verdict: self.verdict.code(),
-            scale: to_i16(self.share * 100.0) as u8,
-            fault_node: fault.node,
-            fault_code: fault.code,
-            heading: (self.attitude.heading().to_bits() >> 16) as i16,
-        };
-        outputs.margins = GuardMargins {
-            back,
-            front,
-            left,
-            right,
-        };
-        outputs.passed = GuardPassed {
-            asked_speed: command.forward,
-            passed_speed: millimetres(self.body.speed()),
-            asked_posture: command.posture,
-            passed_posture: self.body.posture(),
-        };
-        outputs.faulty_drives = self.drives.faulty();
-        outputs.refused = self.refused;
-        outputs.scaled = self.scaled;
     }
 }

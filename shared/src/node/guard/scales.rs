@@ -3,7 +3,7 @@
 
 use crate::can::Frame;
 
-/// Index of the object that holds a drive's position scale (`crate::node::scale::Scale::code`).
+/// Index of the object that holds a drive's position scale (`crate::bus::scale::Scale::code`).
 pub const POSITION_SCALE: u16 = 0x2010;
 /// Time after which an unanswered request is repeated.
 const RETRY_US: u64 = 100_000;

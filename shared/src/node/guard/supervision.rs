@@ -3,10 +3,11 @@
 //! Every control period the sensors are heard ([`Supervision::hear`]); once per SYNC the stance is judged ([`Supervision::judge`]), the trip's latch asked
 //! what may be asked for at all ([`Supervision::admit`]), and the filter how much of that passes ([`Supervision::filter`]).
 
+use crate::constants::CONTROL_PERIOD;
 use crate::math::vector::Vector;
 use crate::math::{max, min, sin_cos};
-use crate::node::{BodySensors, CONTROL_PERIOD};
 use crate::robots::{Ahead, Allowed, Asked, Stop};
+use crate::sensors::BodySensors;
 use crate::settings::{Setting, Settings};
 use crate::stability::attitude::Attitude;
 use crate::stability::bands::{Band, Bands};
@@ -134,13 +135,13 @@ impl Supervision {
     }
 
     /// What may be asked of the body: the operator's command, as far as there is one, sensors are believed and no trip is in the way.
-    pub fn admit(
+    pub fn admit<P: Copy>(
         &mut self,
-        asked: Asked,
-        posture: i16,
+        asked: Asked<P>,
+        posture: P,
         speed: f32,
         moment: &Moment,
-    ) -> (Asked, Verdict) {
+    ) -> (Asked<P>, Verdict) {
         let trust = self.trust;
         let command = Command {
             forward: asked.forward,
@@ -167,8 +168,9 @@ impl Supervision {
             .map_or(sight.moment.edge, |kept| kept.edge);
         let cause = self.trip.snapshot().map(|kept| kept.cause);
         let stay = Asked {
+            forward: 0.0,
+            yaw_rate: 0.0,
             posture,
-            ..Asked::default()
         };
         let with = |command: Command, posture| Asked {
             forward: command.forward,
@@ -219,9 +221,9 @@ impl Supervision {
     /// What the margins leave of what was admitted. `ahead` is where the posture's motion leads within
     /// [`Self::horizon`], none while it is at rest. `stopping` is the time of a stop at the configured
     /// deceleration, s.
-    pub fn filter(
+    pub fn filter<P>(
         &self,
-        asked: &Asked,
+        asked: &Asked<P>,
         ahead: Option<&Ahead>,
         pitch: f32,
         stopping: f32,
@@ -447,8 +449,12 @@ mod tests {
         for (uncertainty, passes) in [(0, true), (20_000, false)] {
             let settings = settings(&[(Setting::CogUncertainty, uncertainty)]);
             let supervision = standing(&settings, 0.3, 0.0);
-            let (allowed, verdict) =
-                supervision.filter(&Asked::default(), Some(&stance(0.065).into()), 0.0, 0.0);
+            let (allowed, verdict) = supervision.filter(
+                &Asked::<()>::default(),
+                Some(&stance(0.065).into()),
+                0.0,
+                0.0,
+            );
             let expected = if passes {
                 Verdict::PostureScaled(Edge::Back)
             } else {
@@ -463,8 +469,12 @@ mod tests {
     fn a_steep_robot_keeps_room_for_its_sway() {
         let supervision = standing(&Settings::default(), 0.3, 0.0);
         for (pitch, passes) in [(0.0, true), (0.6, false), (-0.6, true)] {
-            let (allowed, _) =
-                supervision.filter(&Asked::default(), Some(&stance(0.08).into()), pitch, 0.0);
+            let (allowed, _) = supervision.filter(
+                &Asked::<()>::default(),
+                Some(&stance(0.08).into()),
+                pitch,
+                0.0,
+            );
             assert_eq!(allowed.posture, passes, "{pitch}");
         }
     }
@@ -475,7 +485,7 @@ mod tests {
     fn a_change_of_shape_is_no_decay_but_rearing_up_is_from_its_first_moment() {
         let asked = Asked {
             forward: 0.1,
-            ..Asked::default()
+            ..Asked::<()>::default()
         };
         let attitude = Attitude::default();
         let fall = 0.3 * CONTROL_PERIOD;
@@ -527,7 +537,7 @@ mod tests {
     fn a_narrow_margin_leaves_the_ways_out_though_a_step_may_be_behind() {
         let backward = Asked {
             forward: -0.45,
-            ..Asked::default()
+            ..Asked::<()>::default()
         };
         let judge = |margin: f32| {
             let supervision = standing(&Settings::default(), margin, 0.0);
@@ -559,7 +569,7 @@ mod tests {
         let supervision = standing(&settings, 0.03, -0.1);
         let backward = Asked {
             forward: -0.45,
-            ..Asked::default()
+            ..Asked::<()>::default()
         };
         let (allowed, verdict) =
             supervision.filter(&backward, Some(&stance(0.03).into()), 0.3, 0.0);

@@ -2,13 +2,15 @@
 
 use super::shape::AXLE_3_FROM_BODY_3;
 use super::{FrontPart, Masses, Model};
+use crate::bus::scale::{Position, Scale, Target};
 use crate::estimate::state::Joint;
-use crate::math::{limit, to_i16, to_i32};
+use crate::math::{limit, to_i16};
 use crate::motor::profile::{Limits, SetPoint as Motion};
-use crate::node::scale::Scale;
 use crate::robots::body::{
-    Ahead, Allowed, Asked, Body, DriveState, Goal, MAX_DRIVES, MAX_OFFSETS, Offset, Phase, drive_of,
+    Ahead, Allowed, Asked, Body, DriveState, Goal, MAX_DRIVES, MAX_OFFSETS, Offset, Phase,
+    PostureCommand, drive_of,
 };
+use crate::robots::odometry::Odometry;
 use crate::robots::turn::Turn;
 use crate::screw::{Geometry, GeometryError, metres};
 use crate::settings::{Setting, Settings};
@@ -26,11 +28,10 @@ const CHASSIS_ACCELERATION: f32 = 4.0;
 /// Square of the radius of gyration about an axis across the robot, straight and without payload, m^2:
 /// 0.23 m, from the paper's inertias. With its front folded or a payload it is 0.2 m.
 const GYRATION: f32 = 0.053;
-const METRES_PER_BUS: f32 = 1.0 / 16_777_216.0;
 
-/// Largest distance from a target that counts as there: joint 2^-32 turn (0.5 degree), screw 2^-24 m (0.5 mm).
+/// Largest distance from a target that counts as there: joint 2^-32 turn (0.5 degree), screw m.
 const JOINT_THERE: u32 = 5_965_232;
-const SCREW_THERE: u32 = 8_389;
+const SCREW_THERE: f32 = 0.5e-3;
 /// Time for which the belt must be taut before the robot is armed, us.
 const TAUT_DWELL_US: u64 = 100_000;
 
@@ -57,7 +58,8 @@ pub struct B2p2 {
     chassis_limits: Limits,
     gauge: f32,
     pulley_radius: f32,
-    released_bus: i32,
+    /// Length of the screw at which the belt is slack at any chassis angle, m.
+    released: f32,
 
     joint_known: bool,
     screw_known: bool,
@@ -65,9 +67,8 @@ pub struct B2p2 {
     extension: f32,
     /// Both at the observation before.
     kept_shape: (Angle, f32),
-    tracks: Option<[i32; 2]>,
-    odometry_um: f32,
-    odometry_whole_um: i32,
+    tracks: Option<[Position; 2]>,
+    odometry: Odometry,
     taut_since_us: Option<u64>,
     /// The screw keeps the belt taut: the robot was armed.
     keeps_taut: bool,
@@ -79,15 +80,29 @@ pub struct B2p2 {
     heading: Option<Angle>,
 }
 
+/// Commanded angle of the chassis joint; its word counts 2^-16 turn.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub struct ChassisAngle(pub Angle);
+
+impl PostureCommand for ChassisAngle {
+    fn from_word(word: i16) -> Self {
+        Self(Angle::from_bits(i32::from(word) << 16))
+    }
+
+    fn word(self) -> i16 {
+        (self.0.to_bits().wrapping_add(0x8000) >> 16) as i16
+    }
+}
+
 impl B2p2 {
     fn stance_at(&self, theta: Angle, extension: f32, attitude: &Attitude) -> Stance {
         let shape = self.model.shape(theta, extension);
         self.model.stance(&shape, &attitude.level_axes())
     }
 
-    fn next_chassis(&self, asked: &Asked, share: f32, period: f32) -> Motion {
+    fn next_chassis(&self, ChassisAngle(asked): ChassisAngle, share: f32, period: f32) -> Motion {
         // The joint turns less than half a turn each way, so that a wrapped angle is the angle.
-        let target = i64::from(i32::from(asked.posture) << 16);
+        let target = i64::from(asked.to_bits());
         let mut next = self.chassis;
         let limits = Limits {
             velocity: self.chassis_limits.velocity * share,
@@ -110,20 +125,21 @@ impl B2p2 {
         )
     }
 
-    /// Set-point of a track whose centre line is `left` m from the middle, 1e-6 rad/s.
-    fn track_speed(&self, left: f32) -> i32 {
-        to_i32((self.forward.velocity - left * self.turn.rate()) / self.pulley_radius * 1e6)
+    /// Set-point of a track whose centre line is `left` m from the middle, rad/s.
+    fn track_speed(&self, left: f32) -> f32 {
+        (self.forward.velocity - left * self.turn.rate()) / self.pulley_radius
     }
 
-    /// Extension that holds the belt taut at the measured chassis angle, 2^-24 m.
-    fn taut_bus(&self) -> i32 {
-        self.geometry.length(self.theta).to_bits() >> 4
+    /// Extension that holds the belt taut at the measured chassis angle, m.
+    fn taut(&self) -> f32 {
+        metres(self.geometry.length(self.theta))
     }
 
     /// All drives enabled and the screw on the law of the belt for [`TAUT_DWELL_US`].
     fn tight(&mut self, drives: &[DriveState], now_us: u64) -> bool {
         let enabled = drives.iter().all(|drive| drive.enabled);
-        if !enabled || drive_of(drives, SCREW).position.abs_diff(self.taut_bus()) >= SCREW_THERE {
+        let slack = drive_of(drives, SCREW).position.metres() - self.taut();
+        if !enabled || slack.abs() >= SCREW_THERE {
             self.taut_since_us = None;
             return false;
         }
@@ -134,6 +150,7 @@ impl B2p2 {
 
 impl Body for B2p2 {
     type Refusal = GeometryError;
+    type Posture = ChassisAngle;
 
     const STAGES: &'static [&'static str] = &[
         "referencing screw",
@@ -150,8 +167,8 @@ impl Body for B2p2 {
             settings.get(Setting::LengthL2),
             settings.get(Setting::LengthK),
         )?;
-        let retreat = (i64::from(settings.get(Setting::ReferenceRetreat)) << 24) / 1_000_000;
-        let released = i64::from(geometry.released_length().to_bits() >> 4) - retreat;
+        let released = crate::screw::metres(geometry.released_length());
+        let released = released - metres(Setting::ReferenceRetreat);
         Ok(Self {
             model: Model::new(settings),
             front: FrontPart::new(&geometry, settings),
@@ -166,15 +183,14 @@ impl Body for B2p2 {
             },
             gauge: metres(Setting::TrackGauge),
             pulley_radius: metres(Setting::PulleyRadius),
-            released_bus: released as i32,
+            released,
             joint_known: false,
             screw_known: false,
             theta: Angle::ZERO,
             kept_shape: (Angle::ZERO, 0.0),
-            extension: released as f32 * METRES_PER_BUS,
+            extension: released,
             tracks: None,
-            odometry_um: 0.0,
-            odometry_whole_um: 0,
+            odometry: Odometry::default(),
             taut_since_us: None,
             keeps_taut: false,
             chassis: Motion::default(),
@@ -220,20 +236,16 @@ impl Body for B2p2 {
         self.joint_known = drive_of(drives, JOINT).referenced;
         self.screw_known = drive_of(drives, SCREW).referenced;
         if self.joint_known {
-            self.theta = Angle::from_bits(drive_of(drives, JOINT).position);
+            self.theta = drive_of(drives, JOINT).position.angle();
         }
         if self.screw_known {
-            self.extension = drive_of(drives, SCREW).position as f32 * METRES_PER_BUS;
+            self.extension = drive_of(drives, SCREW).position.metres();
         }
         let tracks = [LEFT, RIGHT].map(|side| drive_of(drives, side).position);
         if let Some(before) = self.tracks {
-            let turns = |side: usize| tracks[side].wrapping_sub(before[side]) as f32 / 65_536.0;
+            let turns = |side: usize| tracks[side].turns_since(before[side]);
             let way = core::f32::consts::PI * self.pulley_radius * (turns(0) + turns(1));
-            // Whole micrometres leave the sum, so that it never grows coarse.
-            self.odometry_um += way * 1e6;
-            let whole = to_i32(self.odometry_um);
-            self.odometry_um -= whole as f32;
-            self.odometry_whole_um = self.odometry_whole_um.wrapping_add(whole);
+            self.odometry.add(way * 1e6);
         }
         self.tracks = Some(tracks);
     }
@@ -249,12 +261,12 @@ impl Body for B2p2 {
 
     fn stance_ahead(
         &self,
-        asked: &Asked,
+        asked: &Asked<ChassisAngle>,
         attitude: &Attitude,
         horizon: f32,
         period: f32,
     ) -> Option<Ahead> {
-        let next = self.next_chassis(asked, 1.0, period);
+        let next = self.next_chassis(asked.posture, 1.0, period);
         let moves = next.position != self.chassis.position;
         if !moves && next.velocity == 0.0 && self.chassis.velocity == 0.0 {
             return None;
@@ -276,7 +288,13 @@ impl Body for B2p2 {
         self.chassis = Motion::at(i64::from(self.theta.to_bits()));
     }
 
-    fn advance(&mut self, asked: &Asked, allowed: Allowed, attitude: &Attitude, period: f32) {
+    fn advance(
+        &mut self,
+        asked: &Asked<ChassisAngle>,
+        allowed: Allowed,
+        attitude: &Attitude,
+        period: f32,
+    ) {
         self.keeps_taut = true;
         // What is scaled down is what the belts would do, however much was asked for.
         let bounded = self.turn.within(*asked);
@@ -289,7 +307,7 @@ impl Body for B2p2 {
         let speed = self.forward.velocity;
         self.turn.advance(driven.yaw_rate, speed, &allowed, period);
         if allowed.posture {
-            self.chassis = self.next_chassis(asked, allowed.limits.posture, period);
+            self.chassis = self.next_chassis(asked.posture, allowed.limits.posture, period);
         } else {
             self.chassis
                 .toward_velocity(0.0, self.chassis_limits, period);
@@ -312,11 +330,11 @@ impl Body for B2p2 {
         let (joint, screw) = (drive_of(drives, JOINT), drive_of(drives, SCREW));
         match stage {
             REFERENCE_SCREW => {
-                let away = screw.position.abs_diff(self.released_bus);
-                screw.referenced && (self.joint_known || away < SCREW_THERE)
+                let away = screw.position.metres() - self.released;
+                screw.referenced && (self.joint_known || away.abs() < SCREW_THERE)
             }
             REFERENCE_JOINT => joint.referenced,
-            STRAIGHTEN => joint.position.unsigned_abs() < JOINT_THERE,
+            STRAIGHTEN => joint.position.angle().to_bits().unsigned_abs() < JOINT_THERE,
             _ => self.tight(drives, now_us),
         }
     }
@@ -329,14 +347,14 @@ impl Body for B2p2 {
             (Phase::Armed | Phase::Waking(TIGHTEN), RIGHT) => {
                 Goal::Velocity(self.track_speed(-0.5 * self.gauge))
             }
-            (Phase::Armed | Phase::Waking(TIGHTEN), JOINT) => {
-                Goal::Position(self.chassis.position as i32)
-            }
+            (Phase::Armed | Phase::Waking(TIGHTEN), JOINT) => Goal::Position(Target::Angle(
+                Angle::from_bits(self.chassis.position as i32),
+            )),
             (Phase::Armed | Phase::Waking(TIGHTEN), _) => Goal::Taut,
             (Phase::Waking(REFERENCE_SCREW), SCREW) if !self.screw_known => Goal::Reference,
-            (Phase::Waking(_), SCREW) => Goal::MoveTo(self.released_bus),
+            (Phase::Waking(_), SCREW) => Goal::MoveTo(Target::Metres(self.released)),
             (Phase::Waking(REFERENCE_JOINT), JOINT) => Goal::Reference,
-            (Phase::Waking(STRAIGHTEN), JOINT) => Goal::MoveTo(0),
+            (Phase::Waking(STRAIGHTEN), JOINT) => Goal::MoveTo(Target::Angle(Angle::ZERO)),
             (Phase::Waking(_), _) => Goal::Off,
             // The belt stays taut as long as the screw can keep it so.
             (Phase::Held, SCREW) if self.keeps_taut => Goal::Taut,
@@ -367,26 +385,26 @@ impl Body for B2p2 {
         self.forward.velocity.abs() / self.speed.acceleration
     }
 
-    fn posture(&self) -> i16 {
-        ((self.chassis.position + 0x8000) >> 16) as i16
+    /// Rounded to the resolution of the bus: what is reported is what a stop holds.
+    fn posture(&self) -> ChassisAngle {
+        let angle = Angle::from_bits(self.chassis.position as i32);
+        ChassisAngle::from_word(ChassisAngle(angle).word())
     }
 
     fn odometry_um(&self) -> i32 {
-        self.odometry_whole_um
+        self.odometry.um()
     }
 
     fn joints(&self, drives: &[DriveState]) -> [Joint; 2] {
-        let joint = |drive: usize, value: fn(i32) -> f32| Joint {
+        let joint = |drive: usize, value: fn(Position) -> f32| Joint {
             value: value(drive_of(drives, drive).position),
             heard_us: drive_of(drives, drive)
                 .heard_us
                 .filter(|_| drive_of(drives, drive).referenced),
         };
         [
-            joint(JOINT, |bits| Angle::from_bits(bits).radians()),
-            joint(SCREW, |bits| {
-                bits as f32 * METRES_PER_BUS - AXLE_3_FROM_BODY_3
-            }),
+            joint(JOINT, |position| position.angle().radians()),
+            joint(SCREW, |position| position.metres() - AXLE_3_FROM_BODY_3),
         ]
     }
 }

@@ -74,7 +74,7 @@ impl FrontPart {
     /// eq. 2: with `r = L2 + L3`, `r'' = 2 r'^2 / r + r - 2 K r^2 / (K^2 - L1^2)`, the primes being by theta. Left out: the coupling
     /// through body 3's 0.09 mm across the front part. Ground under the front and strain in the belt are not known here.
     /// Domain: any. Worst error 1.4e-4 N m and 7.7e-4 N up to 2 rad/s and 8 rad/s^2
-    /// (`host-tests/tests/feed_forward.rs`). Cost on Cortex-M4: see docs/cost.md.
+    /// (`host-tests/tests/nodes/feed_forward.rs`). Cost on Cortex-M4: see docs/cost.md.
     #[inline]
     pub fn load(&self, geometry: &Geometry, chassis: &Motion, attitude: &Attitude) -> Load {
         let theta = Angle::from_bits(chassis.position as i32);

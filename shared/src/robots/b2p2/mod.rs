@@ -10,23 +10,18 @@
 //! The joints `q`, m and rad: 1 forward (y0), 2 to the right (x0), 3 up (z0), 4 yaw, 5 roll, 6 pitch (nose up), 7 the chassis
 //! joint (front up), 8 the screw. At `q = 0` the robot stands at the origin of R0, heading along y0. Arrays count from 0: `q[0]` is `q1`.
 
-pub mod actuation;
-pub mod belt;
 pub mod body;
-pub mod dynamics;
 pub mod feed_forward;
-pub mod jacobian;
 pub mod masses;
-pub mod newton_euler;
+pub mod model;
 pub mod parameters;
-pub mod posture;
 pub mod shape;
 
-pub use body::B2p2;
+pub use body::{B2p2, ChassisAngle};
 pub use feed_forward::FrontPart;
 pub use masses::Masses;
+pub use model::posture::Posture;
 pub use parameters::{Parameters, ParametersError, Tabulated};
-pub use posture::Posture;
 pub use shape::{Model, Shape};
 
 /// Number of joints.

@@ -174,9 +174,9 @@ impl Model {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::node::BodySensors;
     use crate::robots::b2p2::B2p2;
     use crate::robots::body::Body;
+    use crate::sensors::BodySensors;
     use crate::stability::attitude::Attitude;
     use crate::stability::step_behind;
 

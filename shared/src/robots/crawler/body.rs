@@ -4,20 +4,19 @@ use super::controller::{Configuration, Controller, Observation, STANDING};
 use super::kinematics::BodyVelocity;
 use super::parameters::{Body as Masses, Dimensions, Ground, ParametersError};
 use super::shape::Shape;
-use crate::math::{Scalar, to_i32};
+use crate::bus::scale::{Position, Scale};
+use crate::math::Scalar;
 use crate::motor::profile::{Limits, SetPoint as Motion};
-use crate::node::scale::Scale;
 use crate::robots::body::{
     Ahead, Allowed, Asked, Body, DriveState, Goal, MAX_DRIVES, Phase, drive_of,
 };
+use crate::robots::odometry::Odometry;
 use crate::robots::turn::Turn;
 use crate::settings::{Setting, Settings};
 use crate::stability::attitude::Attitude;
 use crate::stability::support::Stance;
 use heapless::Vec;
 
-/// Radians per bit of a sprocket's position, 2^-16 turn.
-const RADIANS: f32 = core::f32::consts::TAU / 65_536.0;
 /// Steeper than this a speed along the level heading says nothing about the one along the robot.
 const LEAST_COSINE: f32 = 0.3;
 
@@ -29,10 +28,9 @@ pub struct Crawler {
     speed: Limits,
     measures_speed: bool,
 
-    positions: Option<[i32; 2]>,
+    positions: Option<[Position; 2]>,
     measured_speed: Option<f32>,
-    odometry_um: f32,
-    odometry_whole_um: i32,
+    odometry: Odometry,
     /// Forward speed that is passed on; its position is not used.
     forward: Motion,
     turn: Turn,
@@ -41,6 +39,7 @@ pub struct Crawler {
 
 impl Body for Crawler {
     type Refusal = ParametersError;
+    type Posture = ();
 
     const STAGES: &'static [&'static str] = &["enabling"];
     const ODOMETRY: &'static [usize] = &[0, 1];
@@ -95,8 +94,7 @@ impl Body for Crawler {
             measures_speed: compensation > 1,
             positions: None,
             measured_speed: None,
-            odometry_um: 0.0,
-            odometry_whole_um: 0,
+            odometry: Odometry::default(),
             forward: Motion::default(),
             turn: Turn::new(0.5 * settings.scaled(Setting::TrackGauge, 1e-6), settings),
             sprockets: [0.0; 2],
@@ -125,7 +123,7 @@ impl Body for Crawler {
         let before = self.positions.replace(positions).unwrap_or(positions);
         // From positions, not rates: their sum is exact.
         let sprockets = [0, 1].map(|side: usize| {
-            positions[side].wrapping_sub(before[side]) as f32 * (RADIANS / period)
+            positions[side].turns_since(before[side]) * (core::f32::consts::TAU / period)
         });
         self.controller.observe(
             &Observation {
@@ -137,11 +135,8 @@ impl Body for Crawler {
             },
             period,
         );
-        // Whole micrometres leave the sum, so that it never grows coarse.
-        self.odometry_um += self.controller.velocity().forward * period * 1e6;
-        let whole = to_i32(self.odometry_um);
-        self.odometry_um -= whole as f32;
-        self.odometry_whole_um = self.odometry_whole_um.wrapping_add(whole);
+        self.odometry
+            .add(self.controller.velocity().forward * period * 1e6);
     }
 
     fn stance(&self, attitude: &Attitude) -> Stance {
@@ -150,7 +145,7 @@ impl Body for Crawler {
         Stance::on(shape.contacts, shape.cog)
     }
 
-    fn stance_ahead(&self, _: &Asked, _: &Attitude, _: f32, _: f32) -> Option<Ahead> {
+    fn stance_ahead(&self, _: &Asked<()>, _: &Attitude, _: f32, _: f32) -> Option<Ahead> {
         None
     }
 
@@ -161,7 +156,7 @@ impl Body for Crawler {
         self.sprockets = self.controller.command(STANDING, 0.0).sprockets;
     }
 
-    fn advance(&mut self, asked: &Asked, allowed: Allowed, _: &Attitude, period: f32) {
+    fn advance(&mut self, asked: &Asked<()>, allowed: Allowed, _: &Attitude, period: f32) {
         let asked = self.turn.within(*asked);
         allowed.ramp(&mut self.forward, asked.forward, self.speed, period);
         let speed = self.forward.velocity;
@@ -185,8 +180,8 @@ impl Body for Crawler {
     fn goal(&self, phase: Phase, drive: usize) -> Goal {
         match phase {
             Phase::Held => Goal::Hold,
-            Phase::Waking(_) => Goal::Velocity(0),
-            Phase::Armed => Goal::Velocity(to_i32(self.sprockets[drive & 1] * 1e6)),
+            Phase::Waking(_) => Goal::Velocity(0.0),
+            Phase::Armed => Goal::Velocity(self.sprockets[drive & 1]),
         }
     }
 
@@ -198,11 +193,9 @@ impl Body for Crawler {
         self.forward.velocity.abs() / self.speed.acceleration
     }
 
-    fn posture(&self) -> i16 {
-        0
-    }
+    fn posture(&self) {}
 
     fn odometry_um(&self) -> i32 {
-        self.odometry_whole_um
+        self.odometry.um()
     }
 }

@@ -1,16 +1,17 @@
 //! Hylos, the wheel-legged robot of Besseron, Grand, Ben Amar and Bidaud (Decoupled control of the high mobility robot Hylos based
 //! on a dynamic stability margin): four legs of two joints, each with a steered and driven wheel.
 //!
-//! [`parameters`]: measures, all of the assumptions. [`attitude`]: how the platform lies. [`posture`]: wheels and contacts, the velocity
-//! model (eq. 6 to 12). [`stability`]: tip-over angles and the gradient of their potential. [`velocity`]: the decoupled
-//! control (eq. 13 to 22). [`body`]: from the operator's wish to sixteen set-points. All of these are generic over [`crate::math::Scalar`].
-//! [`guarded`]: what the guard drives.
+//! [`parameters`]: measures, all of the assumptions. [`attitude`]: how the platform lies.
+//! [`posture`]: wheels and contacts, the velocity model (eq. 6 to 12). [`stability`]: tip-over angles
+//! and the gradient of their potential. [`velocity`]: the decoupled control (eq. 13 to 22).
+//! [`controller`]: from the operator's wish to sixteen set-points. All of these are generic over
+//! [`crate::math::Scalar`]. [`body`]: what the guard drives.
 //!
 //! Legs count front left, front right, rear left, rear right. Axes are x forward, y left, z up.
 
 pub mod attitude;
 pub mod body;
-pub mod guarded;
+pub mod controller;
 mod least_squares;
 pub mod parameters;
 pub mod posture;
@@ -18,8 +19,8 @@ pub mod stability;
 pub mod velocity;
 
 pub use attitude::Attitude;
-pub use body::{Assessment, Controller, Sensed, SetPoints, Wish};
-pub use guarded::Hylos;
+pub use body::{Clearance, Hylos};
+pub use controller::{Assessment, Controller, Sensed, SetPoints, Wish};
 pub use parameters::{Measures, Parameters, ParametersError};
 pub use posture::{Posture, Wheel};
 pub use stability::{Gradient, Pull};

@@ -9,13 +9,15 @@ use super::projection::Projection;
 use super::support::cog;
 use super::walk::{Gait, Inputs, Outputs, Pace};
 use super::wheel::{Shape, Wheel};
+use crate::bus::scale::{Position, Scale, Target};
 use crate::math::vector::Vector as Vector3;
-use crate::math::{limit, min, to_i32};
+use crate::math::{limit, min};
 use crate::motor::profile::{Limits, SetPoint as Motion};
-use crate::node::scale::Scale;
 use crate::robots::body::{
-    Ahead, Allowed, Asked, Body, DriveState, Goal, MAX_DRIVES, Phase, drive_of,
+    Ahead, Allowed, Asked, Body, DriveState, Goal, MAX_DRIVES, Phase, PostureCommand, drive_of,
+    millimetres,
 };
+use crate::robots::odometry::Odometry;
 use crate::settings::{Setting, Settings};
 use crate::stability::attitude::Attitude;
 use crate::stability::support::Stance;
@@ -28,16 +30,32 @@ const STEERING: usize = 4;
 const ROLL: usize = 6;
 const PITCH: usize = 8;
 
-/// Radians per bit of a wheel's position, 2^-16 turn, and of a shaft's, 2^-24 turn: a gait takes differences of these over 5 ms.
-const WHEEL_RADIANS: f32 = core::f32::consts::TAU / 65_536.0;
-const SHAFT_RADIANS: f32 = core::f32::consts::TAU / 16_777_216.0;
-/// Newton metres per bit of a torque.
-const NEWTON_METRES: f32 = 0.01;
-/// Steering shafts closer to straight than this count as straight, 2^-24 turn (0.3 degree).
-const STRAIGHT: u32 = 13_981;
+/// Steering shafts closer to straight than this count as straight, rad (0.3 degree).
+const STRAIGHT: f32 = 5.236e-3;
 
 /// The stages of [`Body::STAGES`]: all shafts look for their reference at once, which lies where they stand on level ground.
 const REFERENCE: u8 = 0;
+
+/// Commanded height of the step ahead, m; its word counts millimetres.
+///
+/// A height above zero after [`StepHeight::NONE`] starts the step-up gait.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct StepHeight(pub f32);
+
+impl StepHeight {
+    /// The robot is to drive; a gait that has begun stands still.
+    pub const NONE: Self = Self(0.0);
+}
+
+impl PostureCommand for StepHeight {
+    fn from_word(millimetres: i16) -> Self {
+        Self(f32::from(millimetres) * 1e-3)
+    }
+
+    fn word(self) -> i16 {
+        millimetres(self.0)
+    }
+}
 
 /// The leg-wheel robot under the guard.
 #[derive(Clone, Debug)]
@@ -52,12 +70,12 @@ pub struct RtMover {
     known: [bool; DRIVES],
     /// Heading that the step is straight at.
     straight: Angle,
-    word: i16,
+    /// Step height of the command before.
+    step_height: StepHeight,
     /// Forward speed that is passed on; its position is not used.
     forward: Motion,
-    wheels: Option<[i32; 4]>,
-    odometry_um: f32,
-    odometry_whole_um: i32,
+    wheels: Option<[Position; 4]>,
+    odometry: Odometry,
 }
 
 impl RtMover {
@@ -86,7 +104,7 @@ impl RtMover {
     }
 
     /// Part of the gait's motion that is let through. A wheel that goes down is not held up by a margin that it is about to widen.
-    fn share(&self, asked: &Asked, allowed: &Allowed) -> f32 {
+    fn share(&self, asked: &Asked<StepHeight>, allowed: &Allowed) -> f32 {
         let posture = if allowed.posture {
             allowed.limits.posture
         } else {
@@ -95,7 +113,7 @@ impl RtMover {
         match self.gait.stage() {
             // The forward speed has it already.
             Stage::Standing | Stage::Arrived | Stage::Stuck | Stage::Stranded => 1.0,
-            _ if asked.posture == 0 || allowed.stop.is_some() => 0.0,
+            _ if asked.posture == StepHeight::NONE || allowed.stop.is_some() => 0.0,
             Stage::Landing => 1.0,
             Stage::Lifting | Stage::Swinging => min(allowed.share, posture),
             _ => allowed.share,
@@ -122,6 +140,7 @@ fn loaded(settings: &Settings) -> (Masses, f32) {
 impl Body for RtMover {
     /// What no robot has like this. A name: digits of numbers would take 20 KiB of flash.
     type Refusal = &'static str;
+    type Posture = StepHeight;
 
     const STAGES: &'static [&'static str] = &["referencing", "straightening"];
     const ODOMETRY: &'static [usize] = &[0, 1, 2, 3];
@@ -144,11 +163,10 @@ impl Body for RtMover {
             outputs: Outputs::default(),
             known: [false; DRIVES],
             straight: Angle::ZERO,
-            word: 0,
+            step_height: StepHeight::NONE,
             forward: Motion::default(),
             wheels: None,
-            odometry_um: 0.0,
-            odometry_whole_um: 0,
+            odometry: Odometry::default(),
         })
     }
 
@@ -163,15 +181,14 @@ impl Body for RtMover {
     }
 
     fn observe(&mut self, drives: &[DriveState], attitude: &Attitude, _: f32) {
-        let wheel = |drive: usize| drive_of(drives, drive).position as f32 * WHEEL_RADIANS;
-        let shaft = |drive: usize| drive_of(drives, drive).position as f32 * SHAFT_RADIANS;
-        let torque = |drive: usize| f32::from(drive_of(drives, drive).torque) * NEWTON_METRES;
+        let angle = |drive: usize| drive_of(drives, drive).position.radians();
+        let torque = |drive: usize| drive_of(drives, drive).torque;
         self.known = core::array::from_fn(|drive| drive_of(drives, drive).referenced);
         self.inputs = Inputs {
-            wheels: [0, 1, 2, 3].map(wheel),
-            steering: [STEERING, STEERING + 1].map(shaft),
-            roll: [ROLL, ROLL + 1].map(shaft),
-            pitch_shaft: shaft(PITCH),
+            wheels: [0, 1, 2, 3].map(angle),
+            steering: [STEERING, STEERING + 1].map(angle),
+            roll: [ROLL, ROLL + 1].map(angle),
+            pitch_shaft: angle(PITCH),
             wheel_torques: [0, 1, 2, 3].map(torque),
             roll_torques: [ROLL, ROLL + 1].map(torque),
             inclination: [attitude.pitch().radians(), attitude.roll().radians()],
@@ -180,20 +197,23 @@ impl Body for RtMover {
         let wheels = [0, 1, 2, 3].map(|drive| drive_of(drives, drive).position);
         let before = self.wheels.replace(wheels).unwrap_or(wheels);
         let turned = (0..4).fold(0.0, |sum, wheel| {
-            sum + wheels[wheel].wrapping_sub(before[wheel]) as f32 * WHEEL_RADIANS
+            sum + wheels[wheel].turns_since(before[wheel]) * core::f32::consts::TAU
         });
-        // Whole micrometres leave the sum, so that it never grows coarse.
-        self.odometry_um += 0.25e6 * self.parameters.wheel_radius * turned;
-        let whole = to_i32(self.odometry_um);
-        self.odometry_um -= whole as f32;
-        self.odometry_whole_um = self.odometry_whole_um.wrapping_add(whole);
+        self.odometry
+            .add(0.25e6 * self.parameters.wheel_radius * turned);
     }
 
     fn stance(&self, attitude: &Attitude) -> Stance {
         self.stance_of(&self.inputs.shape(), attitude)
     }
 
-    fn stance_ahead(&self, _: &Asked, attitude: &Attitude, horizon: f32, _: f32) -> Option<Ahead> {
+    fn stance_ahead(
+        &self,
+        _: &Asked<StepHeight>,
+        attitude: &Attitude,
+        horizon: f32,
+        _: f32,
+    ) -> Option<Ahead> {
         // The shafts go on as they were told last.
         let mut shape = self.inputs.shape();
         for axle in 0..2 {
@@ -206,7 +226,7 @@ impl Body for RtMover {
     fn rest(&mut self) {
         self.forward = Motion::default();
         self.outputs = Outputs::default();
-        self.word = 0;
+        self.step_height = StepHeight::NONE;
         self.gait.hold();
     }
 
@@ -214,21 +234,27 @@ impl Body for RtMover {
         self.gait.acknowledge();
     }
 
-    fn advance(&mut self, asked: &Asked, allowed: Allowed, attitude: &Attitude, period: f32) {
+    fn advance(
+        &mut self,
+        asked: &Asked<StepHeight>,
+        allowed: Allowed,
+        attitude: &Attitude,
+        period: f32,
+    ) {
         let standing = self.gait.stage() == Stage::Standing;
         // It stops before a gait.
-        let forward = if standing && asked.posture == 0 {
+        let forward = if standing && asked.posture == StepHeight::NONE {
             asked.forward
         } else {
             0.0
         };
         allowed.ramp(&mut self.forward, forward, self.speed, period);
-        let risen = asked.posture > 0 && self.word == 0;
+        let risen = asked.posture.0 > 0.0 && self.step_height == StepHeight::NONE;
         if !(risen && standing && self.forward.velocity != 0.0) {
-            self.word = asked.posture;
+            self.step_height = asked.posture;
             if risen && standing {
                 self.straight = attitude.heading();
-                self.gait.ask(f32::from(asked.posture) * 1e-3, 0.0);
+                self.gait.ask(asked.posture.0, 0.0);
             }
         }
         let speed = self.forward.velocity;
@@ -268,7 +294,7 @@ impl Body for RtMover {
             && if stage == REFERENCE {
                 shafts.all(|drive| drive.referenced)
             } else {
-                let straight = |drive: &DriveState| drive.position.unsigned_abs() < STRAIGHT;
+                let straight = |drive: &DriveState| drive.position.radians().abs() < STRAIGHT;
                 shafts.take(ROLL - STEERING).all(straight)
             }
     }
@@ -283,16 +309,16 @@ impl Body for RtMover {
         match (phase, drive) {
             (Phase::Held, _) => Goal::Hold,
             (Phase::Waking(REFERENCE), STEERING..DRIVES) if !self.known[drive] => Goal::Reference,
-            (Phase::Waking(stage), STEERING..ROLL) if stage > REFERENCE => Goal::MoveTo(0),
-            (Phase::Waking(_), _) => Goal::Velocity(0),
-            (Phase::Armed, _) => Goal::Velocity(to_i32(
-                1e6 * match drive {
-                    0..STEERING => wheels[drive],
-                    STEERING..ROLL => steering[drive - STEERING],
-                    ROLL..PITCH => roll[drive - ROLL],
-                    _ => pitch_shaft,
-                },
-            )),
+            (Phase::Waking(stage), STEERING..ROLL) if stage > REFERENCE => {
+                Goal::MoveTo(Target::Radians(0.0))
+            }
+            (Phase::Waking(_), _) => Goal::Velocity(0.0),
+            (Phase::Armed, _) => Goal::Velocity(match drive {
+                0..STEERING => wheels[drive],
+                STEERING..ROLL => steering[drive - STEERING],
+                ROLL..PITCH => roll[drive - ROLL],
+                _ => pitch_shaft,
+            }),
         }
     }
 
@@ -305,12 +331,12 @@ impl Body for RtMover {
         self.speed().abs() / self.speed.acceleration
     }
 
-    /// Zero: what has to be asked for to leave the gait where it is.
-    fn posture(&self) -> i16 {
-        0
+    /// No step: this command leaves the gait where it is.
+    fn posture(&self) -> StepHeight {
+        StepHeight::NONE
     }
 
     fn odometry_um(&self) -> i32 {
-        self.odometry_whole_um
+        self.odometry.um()
     }
 }

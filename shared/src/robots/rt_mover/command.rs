@@ -13,7 +13,7 @@ use crate::math::Scalar;
 /// Which law.
 ///
 /// Worst error of the lifted wheel's y in the paper's example (Fig. 7, for which the paper states 7 mm), the supporting wheel pinned, no side slip of the
-/// rear axle, steps of 10 ms: lifting and landing, m (`host-tests/tests/rt_mover.rs`).
+/// rear axle, steps of 10 ms: lifting and landing, m (`shared/tests/robots/rt_mover.rs`).
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Law {
     /// Eq. 3 to 12 with the two errors of eq. 11. The sum in eq. 6 is corrected even here: it would turn the arm by twice its angle in every step.

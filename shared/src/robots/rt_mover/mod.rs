@@ -26,7 +26,7 @@ pub mod walk;
 pub mod wheel;
 pub mod wheel_mode;
 
-pub use body::RtMover;
+pub use body::{RtMover, StepHeight};
 pub use command::{Command, Law, Situation, Task, command};
 pub use parameters::{Parameters, ParametersError};
 pub use walk::Gait;

@@ -1,0 +1,37 @@
+//! From the start message to a node whose tasks wait.
+
+use super::motor::Motor;
+use super::{PWM_HZ, clock};
+use crate::roles::{Refusal, Role, refuse};
+use embassy_executor::raw::Executor;
+use tautrack::link::{Start, VERSION};
+use tautrack::settings::Settings;
+
+/// Makes the motor and has the role spawn its tasks, which run up to their first wait.
+pub(super) fn power_up(
+    role: &'static Role,
+    executor: &'static Executor,
+    start: &Start,
+    motor: &mut Option<Motor>,
+) -> Result<(), Refusal> {
+    if start.version != VERSION {
+        return Err(refuse(format_args!(
+            "the simulator speaks another version of the link"
+        )));
+    }
+    if let Some(model) = start.motor {
+        *motor = Some(
+            Motor::new(model, PWM_HZ, start.seed)
+                .ok_or_else(|| refuse(format_args!("the motor model cannot be simulated")))?,
+        );
+    }
+    let mut settings = Settings::default();
+    for (key, value) in &start.settings {
+        settings
+            .set(*key, *value)
+            .map_err(|error| refuse(format_args!("{error}")))?;
+    }
+    (role.start)(executor.spawner(), &settings)?;
+    clock::run_until_idle(executor);
+    Ok(())
+}

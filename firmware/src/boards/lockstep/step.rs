@@ -1,0 +1,68 @@
+//! One step of virtual time.
+
+use super::inputs::INPUTS;
+use super::log_buffer::LOG;
+use super::motor::Motor;
+use super::{PWM_HZ, clock};
+use crate::boards::Bridge;
+use crate::bus::{RECEIVED, TRANSMIT};
+use crate::current_loop;
+use embassy_executor::raw::Executor;
+use tautrack::link::{STEP_US, Shaft, Step, Stepped};
+
+/// One step: the PWM periods that lead up to its time, then the frames, then the timers.
+pub(super) fn advance(
+    step: &Step,
+    executor: &'static Executor,
+    motor: Option<&mut Motor>,
+    bridge: &mut Bridge,
+) -> Stepped {
+    let mut shaft = Shaft::default();
+    if let Some(motor) = motor {
+        let (voltage, torque) = (step.sensors.bus_voltage, step.sensors.shaft_torque);
+        for _ in 0..u64::from(PWM_HZ) * STEP_US / 1_000_000 {
+            // As with preloaded compare registers, what the interrupt decides holds from the next
+            // period on.
+            let next = current_loop::pwm_period(motor.sampled_current(), voltage);
+            motor.integrate(*bridge, voltage, torque);
+            *bridge = next;
+        }
+        shaft = motor.shaft();
+        if !step.sensors.encoder_frozen {
+            critical_section::with(|cs| INPUTS.borrow(cs).borrow_mut().encoder = motor.encoder());
+        }
+    }
+    critical_section::with(|cs| INPUTS.borrow(cs).borrow_mut().sensors = step.sensors);
+
+    clock::set_now(step.time_us);
+    // What a full pipe does not take is lost, as on a line without handshake.
+    let _ = crate::serial::RECEIVED.try_write(&step.serial);
+    for frame in &step.frames {
+        RECEIVED.push(*frame);
+        clock::run_until_idle(executor);
+    }
+    clock::fire_timers();
+    clock::run_until_idle(executor);
+
+    let mut stepped = Stepped {
+        shaft,
+        frames: heapless::Vec::new(),
+        log: take_log(),
+    };
+    while !stepped.frames.is_full() {
+        let Some(frame) = TRANSMIT.pop() else { break };
+        let _ = stepped.frames.push(frame); // there is room: the loop's condition
+    }
+    stepped
+}
+
+fn take_log<const N: usize>() -> heapless::Vec<u8, N> {
+    let (bytes, dropped) = critical_section::with(|cs| {
+        let mut log = LOG.borrow(cs).borrow_mut();
+        (log.take(), log.take_dropped())
+    });
+    if dropped > 0 {
+        crate::logger::warn!("{} log records were lost", dropped);
+    }
+    bytes
+}

@@ -1,0 +1,31 @@
+//! The task that serves the bus.
+
+use super::{Bus, Heard, RECEIVED};
+use crate::watchdog::{self, Party};
+use embassy_time::{Duration, Instant, with_timeout};
+
+/// The stack wants to be called this often, to time out transfers that a client left.
+const IDLE: Duration = Duration::from_millis(5);
+
+/// Serves the bus for ever; `heard` gets every received frame once the stack is done with it.
+#[embassy_executor::task]
+pub async fn task(mut bus: Bus, heard: fn(Heard)) -> ! {
+    bus.process(Instant::now().as_micros());
+    loop {
+        let wait = match bus.heartbeat_due_us() {
+            Some(due) if watchdog::control_runs(Instant::now().as_micros()) => {
+                Duration::from_micros(due.saturating_sub(Instant::now().as_micros())).min(IDLE)
+            }
+            _ => IDLE,
+        };
+        let received = with_timeout(wait, RECEIVED.next()).await;
+        let now_us = Instant::now().as_micros();
+        watchdog::ran(Party::Bus);
+        match received {
+            Ok(frame) => heard(bus.receive(frame, now_us)),
+            Err(_) => {
+                bus.process(now_us);
+            }
+        }
+    }
+}

@@ -1,0 +1,224 @@
+//! The CANopen stack, with the heartbeat and boot-up messages that it does not send as CiA 301
+//! asks.
+
+use super::filter::{self, Condition, Verdict};
+use super::{Dictionary, Listen, Master, TRANSMIT};
+use crate::watchdog;
+use core::sync::atomic::{AtomicBool, Ordering};
+use tautrack::bus::network;
+use tautrack::can::Frame;
+use zencan_node::common::nmt::NmtState;
+use zencan_node::common::{CanId, CanMessage, NodeId};
+use zencan_node::object_dict::find_object;
+use zencan_node::{Callbacks, Node};
+
+static OPERATIONAL: AtomicBool = AtomicBool::new(false);
+
+const HEARTBEAT: u16 = 0x700;
+const HEARTBEAT_PRODUCER_TIME: u16 = 0x1017;
+
+/// Whether NMT has this node operational: only then are process data exchanged.
+pub fn operational() -> bool {
+    OPERATIONAL.load(Ordering::Relaxed)
+}
+
+/// A received frame, and what became of it.
+#[derive(Clone, Copy, Debug)]
+pub struct Heard {
+    /// The frame.
+    pub frame: Frame,
+    /// It wrote objects: as process data, or as the end of a service data transfer.
+    pub wrote: bool,
+    /// The object that it addressed as service data.
+    pub sdo_index: Option<u16>,
+    /// When it was taken, microseconds since power-up.
+    pub now_us: u64,
+}
+
+/// One CANopen node.
+pub struct Bus {
+    node: Node<'static>,
+    dictionary: Dictionary,
+    node_id: u8,
+    listen: Option<Listen>,
+    master: Option<Master>,
+    heartbeat_sent_us: u64,
+}
+
+impl Bus {
+    /// Node `node_id` (1 to 127) with `dictionary`, and a heartbeat until a client sets another;
+    /// `None` outside. Called once: the dictionary is static.
+    pub fn new(
+        dictionary: Dictionary,
+        node_id: u8,
+        heartbeat_ms: u16,
+        listen: Option<Listen>,
+        master: Option<Master>,
+    ) -> Option<Self> {
+        let id = NodeId::new(node_id).ok()?;
+        let heartbeat = find_object(dictionary.table, HEARTBEAT_PRODUCER_TIME)?;
+        // The stack reads the period once, here, and would send heartbeats of its own with it.
+        heartbeat.write(0, &0_u16.to_le_bytes()).ok()?;
+        let node = Node::new(
+            id,
+            Callbacks::new(),
+            dictionary.mailbox,
+            dictionary.state,
+            dictionary.table,
+        );
+        heartbeat.write(0, &heartbeat_ms.to_le_bytes()).ok()?;
+        Some(Self {
+            node,
+            dictionary,
+            node_id,
+            listen,
+            master,
+            heartbeat_sent_us: 0,
+        })
+    }
+
+    /// Takes one frame; what it causes is in [`TRANSMIT`] when this returns. One at a time, because
+    /// the stack's mailboxes hold one.
+    pub fn receive(&mut self, frame: Frame, now_us: u64) -> Heard {
+        let mut wrote = false;
+        let condition = self.condition(&frame, now_us);
+        match filter::judge(&frame, self.node_id, condition) {
+            Verdict::Pass => {
+                let message = CanMessage::new(CanId::std(frame.id()), frame.data());
+                // An error means that the frame is none of this node's.
+                if self.dictionary.mailbox.store_message(message).is_ok() {
+                    wrote = self.process(now_us);
+                }
+            }
+            Verdict::Drop => {}
+            Verdict::Answer(answer) => TRANSMIT.push(answer),
+        }
+        Heard {
+            frame,
+            wrote,
+            sdo_index: filter::sdo_index(&frame, self.node_id),
+            now_us,
+        }
+    }
+
+    /// Takes note of the guard's heartbeat, and gives what the verdict on `frame` depends on.
+    fn condition(&mut self, frame: &Frame, now_us: u64) -> Condition {
+        let guard_alive = self.master.as_mut().is_some_and(|master| {
+            if network::as_heartbeat(frame).is_some_and(|(node, _)| node == master.node_id) {
+                master.heartbeat.heard(now_us);
+            }
+            master.heartbeat.alive(now_us)
+        });
+        Condition {
+            guard_alive,
+            control_runs: watchdog::control_runs(now_us),
+        }
+    }
+
+    /// Runs the stack, and sends the heartbeat when it is due (0x1017, in milliseconds; 0 for
+    /// never) and the control task runs. Whether objects were written.
+    pub fn process(&mut self, now_us: u64) -> bool {
+        let mut wrote = false;
+        loop {
+            let booting = self.node.nmt_state() == NmtState::Bootup;
+            if booting {
+                self.apply_listen();
+                self.send_heartbeat(0, now_us);
+            }
+            wrote |= self.node.process(now_us);
+            while let Some(message) = self.dictionary.mailbox.next_transmit_message() {
+                let id = message.id().raw() as u16;
+                // The stack's boot-up message carries the state after it, where CiA 301 wants 0:
+                // ours is sent instead.
+                if id != HEARTBEAT + u16::from(self.node_id)
+                    && let Some(frame) = Frame::new(id, message.data())
+                {
+                    TRANSMIT.push(frame);
+                }
+            }
+            if self.node.nmt_state() != NmtState::Bootup {
+                break;
+            }
+        }
+        OPERATIONAL.store(
+            self.node.nmt_state() == NmtState::Operational,
+            Ordering::Relaxed,
+        );
+        if let Some(due) = self.heartbeat_due_us()
+            && now_us >= due
+            && watchdog::control_runs(now_us)
+        {
+            self.send_heartbeat(self.node.nmt_state() as u8, now_us);
+        }
+        wrote
+    }
+
+    /// When the next heartbeat is due; a write to 0x1017 counts from the last one sent.
+    pub(super) fn heartbeat_due_us(&self) -> Option<u64> {
+        let period = find_object(self.dictionary.table, HEARTBEAT_PRODUCER_TIME)?
+            .read_u16(0)
+            .ok()?;
+        (period != 0).then(|| self.heartbeat_sent_us + u64::from(period) * 1_000)
+    }
+
+    fn send_heartbeat(&mut self, state: u8, now_us: u64) {
+        self.heartbeat_sent_us = now_us;
+        if let Some(frame) = Frame::new(HEARTBEAT + u16::from(self.node_id), &[state]) {
+            TRANSMIT.push(frame);
+        }
+    }
+
+    /// A reset of communication restores the generated COB-IDs, so this robot's is set in every
+    /// boot-up.
+    fn apply_listen(&self) {
+        if let Some(listen) = self.listen
+            && let Some(parameter) = find_object(self.dictionary.table, listen.parameter)
+        {
+            // Cannot fail: four bytes, and the state is boot-up.
+            let _ = parameter.write(1, &u32::from(listen.id).to_le_bytes());
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::bus::traffic::SYNC;
+
+    fn heartbeats() -> usize {
+        core::iter::from_fn(|| TRANSMIT.pop())
+            .filter(|frame| frame.id() == HEARTBEAT + 5)
+            .count()
+    }
+
+    #[test]
+    fn a_node_whose_control_task_stands_sends_neither_heartbeat_nor_process_data() {
+        let dictionary = crate::roles::axle::DICTIONARY;
+        let mut bus = Bus::new(dictionary, 5, 50, None, None).expect("a node");
+        let mut now_us = 0;
+        // One second, in which the control task runs or not.
+        let mut second = |runs: bool| {
+            let mut sent = 0;
+            for _ in 0..1_000 {
+                now_us += 1_000;
+                if runs {
+                    watchdog::control_ran(now_us);
+                }
+                bus.process(now_us);
+                sent += heartbeats();
+            }
+            let sync = Frame::new(SYNC, &[]).expect("a frame");
+            let answered = bus.condition(&sync, now_us).control_runs;
+            (sent, answered)
+        };
+        assert_eq!(
+            second(true),
+            (20, true),
+            "one every 50 ms, boot-up included"
+        );
+        // One may be due before the silence of the control task has lasted.
+        let (sent, answered) = second(false);
+        assert!(sent <= 1 && !answered, "{sent}");
+        assert_eq!(second(true), (20, true));
+    }
+}

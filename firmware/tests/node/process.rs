@@ -1,0 +1,155 @@
+//! A node program that runs.
+
+use super::elf;
+use std::io::{Read, Write};
+use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
+use tautrack::can::Frame;
+use tautrack::link::{
+    FromNode, MAX_SERIAL, MotorModel, Ready, STEP_US, Sensors, Start, Step, Stepped, ToNode,
+    VERSION,
+};
+
+/// A running node.
+pub struct Node {
+    process: Child,
+    input: ChildStdin,
+    output: ChildStdout,
+    time_us: u64,
+    serial: Vec<u8>,
+}
+
+impl Node {
+    /// The program `path` as a process of the host.
+    pub fn native(path: &str) -> Self {
+        Self::spawn(&mut Command::new(path))
+    }
+
+    /// As [`Node::native`]; what it writes as errors is for [`Node::starve`].
+    pub fn native_with_errors(path: &str) -> Self {
+        Self::spawn(Command::new(path).stderr(Stdio::piped()))
+    }
+
+    /// Lets `us` pass without anything running, and waits for the node to end: whether it ended
+    /// well, and its errors.
+    pub fn starve(mut self, us: u64) -> (bool, String) {
+        let step = Step {
+            time_us: self.time_us + us,
+            sensors: Sensors::default(),
+            frames: heapless::Vec::new(),
+            serial: heapless::Vec::new(),
+        };
+        let body =
+            postcard::to_allocvec(&ToNode::Step(step)).expect("every message can be encoded");
+        let mut bytes = (body.len() as u16).to_le_bytes().to_vec();
+        bytes.extend(body);
+        self.input.write_all(&bytes).expect("the node reads");
+        drop(self.input);
+        let mut said = String::new();
+        if let Some(mut errors) = self.process.stderr.take() {
+            errors.read_to_string(&mut said).expect("text");
+        }
+        let status = self.process.wait().expect("the node ends");
+        (status.success(), said)
+    }
+
+    /// The program of `role` in QEMU.
+    pub fn emulated(role: &str) -> Self {
+        let mut command = Command::new("qemu-system-arm");
+        command
+            .args([
+                "-M",
+                "mps2-an386",
+                "-nographic",
+                "-monitor",
+                "none",
+                "-serial",
+                "none",
+            ])
+            .args(["-semihosting-config", "enable=on,target=native", "-kernel"])
+            .arg(elf(role));
+        Self::spawn(&mut command)
+    }
+
+    fn spawn(command: &mut Command) -> Self {
+        let mut process = command
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .spawn()
+            .expect("the node starts; for QEMU: apt-get install qemu-system-arm");
+        let input = process.stdin.take().expect("piped");
+        let output = process.stdout.take().expect("piped");
+        Self {
+            process,
+            input,
+            output,
+            time_us: 0,
+            serial: Vec::new(),
+        }
+    }
+
+    fn exchange(&mut self, message: &ToNode) -> FromNode {
+        let body = postcard::to_allocvec(message).expect("every message can be encoded");
+        let mut bytes = (body.len() as u16).to_le_bytes().to_vec();
+        bytes.extend(body);
+        self.input.write_all(&bytes).expect("the node reads");
+        self.input.flush().expect("the node reads");
+        let mut length = [0; 2];
+        self.output
+            .read_exact(&mut length)
+            .expect("the node answers");
+        let mut body = vec![0; usize::from(u16::from_le_bytes(length))];
+        self.output.read_exact(&mut body).expect("the node answers");
+        postcard::from_bytes(&body).expect("the answer is a message")
+    }
+
+    /// Powers the node up.
+    pub fn start(&mut self, settings: &[(u16, i32)], motor: Option<MotorModel>) -> Ready {
+        let start = Start {
+            version: VERSION,
+            seed: 11,
+            settings: settings.iter().copied().collect(),
+            motor,
+        };
+        match self.exchange(&ToNode::Start(start)) {
+            FromNode::Ready(ready) => ready,
+            FromNode::Stepped(_) => panic!("a step was answered before there was one"),
+        }
+    }
+
+    /// Puts bytes on the node's serial line; each step takes as many as it can.
+    pub fn say(&mut self, bytes: &[u8]) {
+        self.serial.extend(bytes);
+    }
+
+    /// One step with these frames and sensor values.
+    pub fn step(&mut self, sensors: Sensors, frames: &[Frame]) -> Stepped {
+        self.time_us += STEP_US;
+        let step = Step {
+            time_us: self.time_us,
+            sensors,
+            frames: frames.iter().copied().collect(),
+            serial: {
+                let count = self.serial.len().min(MAX_SERIAL);
+                self.serial.drain(..count).collect()
+            },
+        };
+        match self.exchange(&ToNode::Step(step)) {
+            FromNode::Stepped(stepped) => stepped,
+            FromNode::Ready(_) => panic!("a step was answered by a start"),
+        }
+    }
+
+    /// Closes the link and waits; whether the program ended well.
+    pub fn finish(self) -> bool {
+        let Self {
+            mut process,
+            input,
+            mut output,
+            ..
+        } = self;
+        drop(input);
+        // Its last words need somebody to hear them.
+        let _ = std::io::copy(&mut output, &mut std::io::sink());
+        process.wait().expect("the node ends").success()
+    }
+}

@@ -1,0 +1,101 @@
+//! The call of cargo that builds programs.
+
+use super::setup::checkout::root;
+use super::setup::machine::{DISTRIBUTION_CARGO, DISTRIBUTION_LINKER, DISTRIBUTION_RUSTC};
+use super::setup::{self, TARGET, Toolchain};
+use super::{Board, BuildError};
+use std::env;
+use std::ffi::OsStr;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+/// Lines of cargo's output that an error shows.
+const SHOWN_LINES: usize = 30;
+
+/// Builds `programs` and returns the folder that they are in.
+pub(super) fn folder_of(board: Board, programs: &[&str]) -> Result<PathBuf, BuildError> {
+    let root = root().map_err(BuildError::NoCheckout)?;
+    let toolchain = match board {
+        Board::Qemu => setup::ensure().map_err(BuildError::Missing)?,
+        Board::Native => Toolchain::Current,
+    };
+    let mut folder = root.join("target").join(match toolchain {
+        Toolchain::Current => "nodes",
+        Toolchain::Distribution => "nodes-distribution",
+    });
+    let output = command(board, toolchain, programs, &folder)
+        .current_dir(root)
+        .output()
+        .map_err(BuildError::Cargo)?;
+    if !output.status.success() {
+        let output = last_lines(&String::from_utf8_lossy(&output.stderr));
+        return Err(BuildError::Failed { board, output });
+    }
+    if board == Board::Qemu {
+        folder.push(TARGET);
+    }
+    folder.push("firmware");
+    Ok(folder)
+}
+
+fn command(board: Board, toolchain: Toolchain, programs: &[&str], target_folder: &Path) -> Command {
+    let cargo = match toolchain {
+        Toolchain::Current => env::var_os("CARGO").unwrap_or_else(|| "cargo".into()),
+        Toolchain::Distribution => DISTRIBUTION_CARGO.into(),
+    };
+    let mut command = Command::new(cargo);
+    for (name, _) in env::vars_os() {
+        if changes_a_build(&name) {
+            command.env_remove(name);
+        }
+    }
+    command.arg("build");
+    command.args(["--package", "tautrack-firmware"]);
+    for program in programs {
+        command.args(["--bin", program]);
+    }
+    command
+        .args(["--locked", "--profile", "firmware", "--target-dir"])
+        .arg(target_folder);
+    if board == Board::Qemu {
+        command.args(["--target", TARGET, "--features", "mps2"]);
+    }
+    if toolchain == Toolchain::Distribution {
+        // Its compiler is a stable one, which builds the library of another target only when told
+        // that it may.
+        command
+            .arg("-Zbuild-std=core")
+            .env("RUSTC_BOOTSTRAP", "1")
+            .env("RUSTC", DISTRIBUTION_RUSTC);
+        command.env(
+            "CARGO_TARGET_THUMBV7EM_NONE_EABIHF_LINKER",
+            DISTRIBUTION_LINKER,
+        );
+    }
+    command
+}
+
+/// Whether an environment variable can make cargo build another program. `cargo run` and `cargo
+/// test` set many for what they start, and equal sources shall give equal nodes; where crates are
+/// fetched from is the user's business.
+pub fn changes_a_build(name: &OsStr) -> bool {
+    let name = name.to_string_lossy();
+    let fetching = [
+        "CARGO_HTTP_",
+        "CARGO_NET_",
+        "CARGO_REGISTRY_",
+        "CARGO_REGISTRIES_",
+        "CARGO_SOURCE_",
+    ];
+    if name == "CARGO_HOME" || fetching.iter().any(|prefix| name.starts_with(prefix)) {
+        return false;
+    }
+    let rustc =
+        name.starts_with("RUSTC") || name.starts_with("RUSTFLAGS") || name.starts_with("RUSTDOC");
+    name.starts_with("CARGO_") || rustc || name.starts_with("DEFMT_")
+}
+
+fn last_lines(text: &str) -> String {
+    let lines: Vec<&str> = text.lines().collect();
+    lines[lines.len().saturating_sub(SHOWN_LINES)..].join("\n")
+}

@@ -1,0 +1,111 @@
+//! The machine as it is: finds the facts of a plan and performs its steps.
+
+use super::checkout::root;
+use super::plan::{Facts, Packages, Rights, Step};
+use super::{QEMU, TARGET};
+use std::ffi::OsStr;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+use std::{env, fs};
+
+/// Compiler of the Linux distribution.
+pub const DISTRIBUTION_RUSTC: &str = "/usr/bin/rustc";
+/// cargo of the Linux distribution.
+pub const DISTRIBUTION_CARGO: &str = "/usr/bin/cargo";
+/// Linker of the target in the distribution's packages; rustup brings its own.
+pub const DISTRIBUTION_LINKER: &str = "ld.lld";
+
+/// Looks at this machine and its environment variables.
+pub fn facts() -> Facts {
+    let rustc = env::var_os("RUSTC").unwrap_or_else(|| "rustc".into());
+    Facts {
+        target_library: target_library(&rustc),
+        rustup: succeeds(&["rustup", "--version"]),
+        distribution_rust: distribution_rust(),
+        distribution_wanted: env::var_os("TAUTRACK_TOOLCHAIN")
+            .is_some_and(|value| value == "distribution"),
+        qemu: succeeds(&[QEMU, "--version"]),
+        packages: packages(),
+        rights: rights(),
+        setup_allowed: env::var_os("TAUTRACK_NO_SETUP").is_none_or(|value| value != "1"),
+    }
+}
+
+/// Runs the commands of `step`, whose output goes to standard error; whether all of them succeeded.
+pub fn perform(step: Step) -> bool {
+    step.commands().iter().all(|command| {
+        let status = self::command(command[0])
+            .args(&command[1..])
+            .env("DEBIAN_FRONTEND", "noninteractive")
+            .stdin(Stdio::null())
+            // Standard output belongs to whoever asked for the set-up.
+            .stdout(std::io::stderr())
+            .status();
+        status.is_ok_and(|status| status.success())
+    })
+}
+
+/// `program`, to be run where rust-toolchain.toml says which toolchain is meant.
+fn command(program: impl AsRef<OsStr>) -> Command {
+    let mut command = Command::new(program);
+    if let Ok(root) = root() {
+        command.current_dir(root);
+    }
+    command
+}
+
+fn target_library(rustc: &OsStr) -> bool {
+    let Some(directory) = answer(rustc, &["--print", "target-libdir", "--target", TARGET]) else {
+        return false;
+    };
+    let Ok(mut entries) = fs::read_dir(directory) else {
+        return false;
+    };
+    entries.any(|entry| {
+        entry.is_ok_and(|entry| entry.file_name().to_string_lossy().starts_with("libcore-"))
+    })
+}
+
+fn distribution_rust() -> bool {
+    let sources = answer(DISTRIBUTION_RUSTC.as_ref(), &["--print", "sysroot"])
+        .map(|sysroot| PathBuf::from(sysroot).join("lib/rustlib/src/rust/library/core"));
+    Path::new(DISTRIBUTION_CARGO).exists()
+        && sources.is_some_and(|sources| sources.exists())
+        && succeeds(&[DISTRIBUTION_LINKER, "--version"])
+}
+
+fn packages() -> Option<Packages> {
+    if succeeds(&["apt-get", "--version"]) {
+        Some(Packages::Apt)
+    } else if succeeds(&["dnf", "--version"]) {
+        Some(Packages::Dnf)
+    } else {
+        None
+    }
+}
+
+fn rights() -> Option<Rights> {
+    if answer("id".as_ref(), &["-u"]).is_some_and(|user| user == "0") {
+        Some(Rights::Root)
+    } else if succeeds(&["sudo", "-n", "true"]) {
+        Some(Rights::Sudo)
+    } else {
+        None
+    }
+}
+
+fn succeeds(command: &[&str]) -> bool {
+    answer(command[0].as_ref(), &command[1..]).is_some()
+}
+
+/// Standard output of a program that succeeds, without the line's end.
+fn answer(program: &OsStr, arguments: &[&str]) -> Option<String> {
+    let output = command(program)
+        .args(arguments)
+        .stdin(Stdio::null())
+        .stderr(Stdio::null())
+        .output()
+        .ok()?;
+    let text = String::from_utf8(output.stdout).ok()?;
+    output.status.success().then(|| text.trim_end().to_owned())
+}

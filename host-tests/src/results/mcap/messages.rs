@@ -1,0 +1,77 @@
+//! The messages of a run and what they are made of.
+
+use super::container::Container;
+use crate::scenario::Scenario;
+use crate::simulator::facts::NodeFacts;
+use crate::simulator::record::{BusFrame, Event, Level, Sample};
+use crate::simulator::slcan::MAX_CLIENTS;
+use serde_json::{Map, Value, json};
+use std::collections::BTreeMap;
+use std::io::{self, Write};
+
+/// The scenario as it ran, with what the command line changed, and its seed.
+pub(super) fn metadata(scenario: &Scenario) -> io::Result<BTreeMap<String, String>> {
+    let toml = toml::to_string(&scenario.description()).map_err(io::Error::other)?;
+    Ok([
+        ("name", scenario.name.clone()),
+        ("seed", scenario.seed.to_string()),
+        ("toml", toml),
+    ]
+    .map(|(key, text)| (key.to_owned(), text))
+    .into())
+}
+
+/// Names of the participants of the bus in their order.
+pub(super) fn senders(nodes: &[NodeFacts]) -> Vec<String> {
+    let nodes = nodes.iter().map(|node| node.name.to_string());
+    let clients = (1..=MAX_CLIENTS).map(|client| format!("client_{client}"));
+    nodes
+        .chain(["operator".to_owned()])
+        .chain(clients)
+        .collect()
+}
+
+pub(super) fn put_frame<W: Write>(
+    log: &mut Container<W>,
+    channel: u16,
+    sent: &BusFrame,
+    senders: &[String],
+) -> io::Result<()> {
+    let sender = senders.get(sent.sender).map_or("unknown", String::as_str);
+    let message = json!({ "sender": sender, "id": sent.frame.id(), "data": sent.frame.data() });
+    log.message(
+        channel,
+        sent.time_us * 1_000,
+        message.to_string().as_bytes(),
+    )
+}
+
+/// The drives by their nodes' names; one whose node has no power is absent.
+pub(super) fn drives(nodes: &[NodeFacts], sample: &Sample) -> Value {
+    let named = nodes.iter().zip(&sample.drives);
+    let states: Map<_, _> = named
+        .filter_map(|(node, state)| Some((node.name.to_string(), json!((*state)?))))
+        .collect();
+    states.into()
+}
+
+pub(super) fn nanoseconds(time_s: f64) -> u64 {
+    (time_s * 1e9).round() as u64
+}
+
+/// A time as Foxglove's messages have it.
+pub(super) fn timestamp(time_s: f64) -> Value {
+    let nanoseconds = nanoseconds(time_s);
+    json!({ "sec": nanoseconds / 1_000_000_000, "nsec": nanoseconds % 1_000_000_000 })
+}
+
+/// The fields that Foxglove's log panel reads.
+pub(super) fn log_message(time_s: f64, event: &Event) -> Value {
+    let level = match event.level {
+        Level::Info => 2,
+        Level::Warning => 3,
+        Level::Error => 4,
+    };
+    let name = if event.injected { "scenario" } else { "bus" };
+    json!({ "timestamp": timestamp(time_s), "level": level, "message": event.text, "name": name, "file": "", "line": 0 })
+}

@@ -1,0 +1,346 @@
+//! Samples as columns of integers, each with the value of one: about a quarter of the size of rounded decimals.
+
+use super::channels;
+use super::path::{Bounds, Camera, GROUND_ONE, Path};
+use crate::results::summary::{Summary, intervenes};
+use crate::results::zmp::{Balance, Moment, PAPER_PERCENT, length};
+use crate::robots::Kind;
+use crate::robots::b2p2::plant::B2p2Parameters;
+use crate::robots::b2p2::section::B2p2;
+use crate::scenario::Scenario;
+use crate::simulator::record::{Level, Sample};
+use crate::world::truth::Sketch;
+use serde_json::{Map, Value, json};
+use tautrack::stability::support::NO_EDGE;
+
+/// The guard's margin to an edge that is there.
+fn edge(sample: &Sample, edge: usize) -> Option<f64> {
+    let margin = sample.heard.margins.map(|margins| margins[edge]);
+    margin.filter(|margin| *margin < f64::from(NO_EDGE))
+}
+
+/// A longer run shows every n-th sample, so that the page stays below 2 MB; `run.mcap` has them all.
+const MOST_SAMPLES: usize = 6_000;
+/// Marks beyond these are counted, not shown.
+const MOST_MARKS: usize = 300;
+
+type Column = (&'static str, f64, fn(&Sample) -> Option<f64>);
+
+/// Name in the page, value of one, source. Angles become degrees.
+const COLUMNS: &[Column] = &[
+    ("t", 1e-3, |s| Some(s.time_s)),
+    ("pitch", 0.01, |s| Some(s.truth.pitch.to_degrees())),
+    ("back", 1e-3, |s| s.truth.backward_margin),
+    ("front", 1e-3, |s| s.truth.forward_margin),
+    ("guardBack", 1e-3, |s| edge(s, 0)),
+    ("guardFront", 1e-3, |s| edge(s, 1)),
+    ("heardPitch", 0.01, |s| Some(s.heard.pitch.to_degrees())),
+    ("odometry", 1e-4, |s| Some(s.heard.odometry)),
+    ("askedSpeed", 1e-3, |s| Some(s.heard.asked_speed)),
+    ("passedSpeed", 1e-3, |s| Some(s.heard.passed_speed)),
+    ("speed", 1e-3, |s| Some(s.truth.ground_speed)),
+    ("busLoad", 0.1, |s| Some(s.heard.bus_load * 100.0)),
+];
+
+/// What only B2P2 has.
+const B2P2_COLUMNS: &[Column] = &[
+    ("theta", 0.01, |s| Some(s.truth.theta.to_degrees())),
+    ("extension", 1e-4, |s| Some(s.truth.extension)),
+    ("tension", 0.01, |s| Some(s.truth.tension_error * 1e3)),
+    ("askedTheta", 0.01, |s| {
+        Some(s.heard.asked_theta.to_degrees())
+    }),
+    ("passedTheta", 0.01, |s| {
+        Some(s.heard.passed_theta.to_degrees())
+    }),
+    ("leftCurrent", 0.01, |s| s.heard.currents.first().copied()),
+    ("rightCurrent", 0.01, |s| s.heard.currents.get(1).copied()),
+    ("chassisCurrent", 0.01, |s| s.heard.currents.get(2).copied()),
+    ("screwCurrent", 0.01, |s| s.heard.currents.get(3).copied()),
+];
+
+type BalanceColumn = (&'static str, f64, fn(&Moment) -> Option<f64>);
+
+/// As [`COLUMNS`], of Fig. 8; `P1` is the zero of the others.
+const BALANCE_COLUMNS: &[BalanceColumn] = &[
+    ("p1", 1e-3, |moment| Some(moment.axles[0])),
+    ("p2", 1e-3, |moment| Some(moment.axles[1])),
+    ("p3", 1e-3, |moment| Some(moment.axles[2])),
+    ("cogAlong", 1e-4, |moment| Some(moment.cog)),
+    ("zmpAlong", 1e-4, |moment| moment.zmp),
+    ("zmpOff", 1e-5, Moment::difference),
+    ("zmpOffSmoothed", 1e-5, |moment| moment.smoothed),
+];
+
+/// Everything that the page draws from.
+pub(super) fn pack(scenario: &Scenario, summary: &Summary, samples: &[Sample]) -> Value {
+    let stride = samples.len().div_ceil(MOST_SAMPLES).max(1);
+    let shown: Vec<&Sample> = samples.iter().step_by(stride).collect();
+    let column = |name: &str, one: f64, values: Vec<Option<i64>>| {
+        (name.to_owned(), json!({ "one": one, "values": values }))
+    };
+    let source = |(name, one, source): &Column| {
+        let values = shown.iter().map(|sample| quantise(source(sample), *one));
+        column(name, *one, values.collect())
+    };
+    let mut columns: Map<_, _> = COLUMNS.iter().map(source).collect();
+    let kind = scenario.kind();
+    // The page of another robot shows nothing of it.
+    let robot = scenario.robot.b2p2().cloned().unwrap_or_else(B2p2::nominal);
+    let parameters = robot.parameters(scenario.friction);
+    let plant = scenario.plant();
+    let drawn = (kind != Kind::B2p2).then(|| plant.sketch());
+    let path = Path::new(shown.clone());
+    let side = side_view(&parameters, &path, &shown, drawn.as_ref());
+    columns.extend(side.columns.iter().map(|(name, one, values)| {
+        let values = values.iter().map(|value| quantise(Some(*value), *one));
+        column(name, *one, values.collect())
+    }));
+    let balance = if drawn.is_some() {
+        Balance::default()
+    } else {
+        columns.extend(B2P2_COLUMNS.iter().map(source));
+        Balance::new(scenario, samples)
+    };
+    if drawn.is_none() {
+        columns.extend(BALANCE_COLUMNS.iter().map(|(name, one, source)| {
+            let moments = balance.moments.iter().step_by(stride);
+            let values = moments.map(|moment| quantise(moment.as_ref().and_then(source), *one));
+            column(name, *one, values.collect())
+        }));
+    }
+    let sketch = drawn.as_ref().map(|sketch| {
+        let nodes: Vec<_> = summary
+            .nodes
+            .iter()
+            .map(|node| node.name.as_str())
+            .collect();
+        let drives = &nodes[..nodes.len().saturating_sub(1)];
+        columns.extend(channels::columns(&shown, drives.len()).into_iter().map(
+            |(name, one, values)| {
+                let values = values.into_iter().map(|value| quantise(value, one));
+                column(&name, one, values.collect())
+            },
+        ));
+        let points = |(index, sample): (usize, &&Sample)| {
+            let places = sample.truth.points.iter();
+            flat(places.map(|place| path.project(index, *place)), 1e-3)
+        };
+        json!({
+            "circles": sketch.circles,
+            "lines": sketch.lines,
+            "points": shown.iter().enumerate().map(points).collect::<Vec<_>>(),
+            "plots": channels::plots(&shown, drives),
+            "figures": channels::figures(summary),
+            "note": kind.facts().plots_note,
+            "origin": kind.facts().origin,
+        })
+    });
+    let areas: Vec<Value> = ["A1", "A2", "A3"]
+        .iter()
+        .zip(&balance.areas)
+        .filter_map(|(name, area)| {
+            let [first, last] = [area.clone().next()?, area.clone().next_back()?];
+            Some(json!([name, samples[first].time_s, samples[last].time_s]))
+        })
+        .collect();
+    // A small robot's contacts are near each other.
+    let contact_one = if drawn.is_some() { 1e-3 } else { 1e-2 };
+    let contacts = |(index, sample): (usize, &&Sample)| {
+        let places = sample.truth.contacts.iter();
+        contacts(places.map(|place| path.project(index, *place)), contact_one)
+    };
+    let (marks, marks_left_out) = marks(scenario, summary, samples);
+    let camera = &side.camera;
+    json!({
+        "about": scenario.about,
+        "guardOn": scenario.guard,
+        "friction": scenario.friction,
+        "robot": robot,
+        "l1": parameters.l1,
+        "l2": parameters.l2,
+        "ground": path.ground(plant.as_ref(), camera.wide()[0], side.sides),
+        "groundOne": GROUND_ONE,
+        "view": { "scale": camera.scale, "wide": camera.wide(), "narrow": camera.narrow() },
+        "sketch": sketch,
+        "summary": summary,
+        "resolution": resolution(stride),
+        "columns": columns,
+        "areas": areas,
+        "length": length(&parameters),
+        "paperZmpPercent": PAPER_PERCENT,
+        "contactOne": contact_one,
+        "contacts": shown.iter().enumerate().map(contacts).collect::<Vec<_>>(),
+        "guardState": changes(shown.iter().map(|sample| sample.heard.guard_state.as_str())),
+        "verdict": changes(shown.iter().map(|sample| sample.heard.verdict.as_str())),
+        "marks": marks,
+        "marksLeftOut": marks_left_out,
+    })
+}
+
+/// What the curves leave out; nothing of a short run.
+fn resolution(stride: usize) -> String {
+    if stride > 1 {
+        format!("Curves show one sample in {stride}; run.mcap has all of them.")
+    } else {
+        String::new()
+    }
+}
+
+/// The robot in its plane.
+struct SideView {
+    /// Columns of the page.
+    columns: Vec<(&'static str, f64, Vec<f64>)>,
+    camera: Camera,
+    /// How far to the left and right of the centre of gravity the robot stands, m.
+    sides: [f64; 2],
+}
+
+fn side_view(
+    p: &B2p2Parameters,
+    path: &Path,
+    shown: &[&Sample],
+    sketch: Option<&Sketch>,
+) -> SideView {
+    let places = |index: usize, sample: &Sample| -> Vec<[f64; 2]> {
+        let truth = &sample.truth;
+        if sketch.is_some() {
+            let points = truth.points.iter();
+            return points.map(|place| path.project(index, *place)).collect();
+        }
+        let along = |[x, z]: [f64; 2], length: f64, angle: f64| {
+            [x + length * angle.cos(), z + length * angle.sin()]
+        };
+        let axle_1 = path.project(index, truth.axle_1);
+        let axle_2 = along(axle_1, p.l1, truth.pitch);
+        let front = truth.pitch + truth.theta;
+        let axle_3 = along(axle_2, p.l2 + truth.extension, front);
+        vec![axle_1, axle_2, axle_3]
+    };
+    let radius = sketch.map_or(p.pulley_radius, |sketch| {
+        let radii = sketch.circles.iter().map(|(_, radius)| *radius);
+        radii.fold(0.0, f64::max)
+    });
+    let bounds = |(index, sample): (usize, &&Sample)| -> Bounds {
+        let mut places = places(index, sample);
+        places.push(path.project(index, sample.truth.cog));
+        [0, 1].map(|axis: usize| {
+            let values = || places.iter().map(|place| place[axis]);
+            [
+                values().fold(f64::INFINITY, f64::min) - radius,
+                values().fold(f64::NEG_INFINITY, f64::max) + radius,
+            ]
+        })
+    };
+    let bounds: Vec<Bounds> = shown.iter().enumerate().map(bounds).collect();
+    let camera = path.camera(&bounds);
+    let project = |place: fn(&Sample) -> [f64; 3], axis: usize| -> Vec<f64> {
+        let samples = shown.iter().enumerate();
+        samples
+            .map(|(index, sample)| path.project(index, place(sample))[axis])
+            .collect()
+    };
+    let half = 0.5 * (p.width - p.belt_width);
+    let sides = shown.first().filter(|_| sketch.is_some()).map(|sample| {
+        let truth = &sample.truth;
+        let (sine, cosine) = truth.yaw.sin_cos();
+        let to_left = |place: &[f64; 3]| {
+            (place[1] - truth.cog[1]) * cosine - (place[0] - truth.cog[0]) * sine
+        };
+        let offsets = || truth.points.iter().map(to_left);
+        [offsets().fold(0.0, f64::max), offsets().fold(0.0, f64::min)]
+    });
+    SideView {
+        columns: vec![
+            ("x", 1e-4, project(|sample| sample.truth.axle_1, 0)),
+            ("z", 1e-4, project(|sample| sample.truth.axle_1, 1)),
+            ("cogX", 1e-3, project(|sample| sample.truth.cog, 0)),
+            ("cogZ", 1e-3, project(|sample| sample.truth.cog, 1)),
+            ("viewX", 1e-3, camera.centres[0].clone()),
+            ("viewZ", 1e-3, camera.centres[1].clone()),
+        ],
+        camera,
+        sides: sides.unwrap_or([half, -half]),
+    }
+}
+
+/// In steps of `one`; what is not a number is absent.
+fn quantise(value: Option<f64>, one: f64) -> Option<i64> {
+    value
+        .filter(|value| value.is_finite())
+        .map(|value| (value / one).round() as i64)
+}
+
+/// Contacts in the side view, in steps of `one` (m); left and right fall together.
+fn contacts(places: impl Iterator<Item = [f64; 2]>, one: f64) -> Vec<i64> {
+    let places = flat(places, one);
+    let mut points: Vec<_> = places.chunks_exact(2).collect();
+    points.sort_unstable();
+    points.dedup();
+    points.concat()
+}
+
+/// Places of the plane one after the other, in steps of `one` (m).
+fn flat(places: impl Iterator<Item = [f64; 2]>, one: f64) -> Vec<i64> {
+    let steps = |metres: f64| (metres / one).round() as i64;
+    places.flat_map(|place| place.map(steps)).collect()
+}
+
+/// Index and new text wherever a text changes.
+fn changes<'a>(texts: impl Iterator<Item = &'a str>) -> Vec<Value> {
+    let mut before = None;
+    let mut found = Vec::new();
+    for (index, text) in texts.enumerate() {
+        if before != Some(text) {
+            found.push(json!([index, text]));
+            before = Some(text);
+        }
+    }
+    found
+}
+
+/// Moments worth a line, in order of time: what the guard changed, what was broken, what became known, how it ended.
+/// Also how many were left out; what was broken and how it ended never is.
+fn marks(scenario: &Scenario, summary: &Summary, samples: &[Sample]) -> (Vec<Value>, usize) {
+    let mark = |time_s: f64, kind: &str, text: &str| {
+        (time_s, json!({ "t": time_s, "kind": kind, "text": text }))
+    };
+    let mut found = Vec::new();
+    let mut verdict = "";
+    for sample in samples {
+        if sample.heard.verdict != verdict {
+            verdict = &sample.heard.verdict;
+            if intervenes(verdict) {
+                found.push(mark(sample.time_s, "guard", verdict));
+            }
+        }
+        // What the scenario injects has a mark of its own.
+        for event in sample.heard.events.iter().filter(|event| !event.injected) {
+            let kind = match event.level {
+                Level::Info => "event",
+                Level::Warning => "warning",
+                Level::Error => "error",
+            };
+            found.push(mark(sample.time_s, kind, &event.text));
+        }
+    }
+    let left_out = found.len().saturating_sub(MOST_MARKS);
+    found.truncate(MOST_MARKS);
+    for fault in &scenario.faults {
+        let node = fault
+            .what
+            .node()
+            .map(|node| format!(": {node}"))
+            .unwrap_or_default();
+        let text = format!("Injected: {}{node}", fault.what.words());
+        found.push(mark(fault.at_s, "fault", &text));
+    }
+    if let Some(time_s) = summary.landing_time_s {
+        found.push(mark(time_s, "good", "Landed: level behind the last nose"));
+    }
+    if let Some(sample) = samples.iter().find(|sample| sample.truth.toppled) {
+        found.push(mark(sample.time_s, "fault", "Toppled"));
+    }
+    found.sort_by(|a, b| a.0.total_cmp(&b.0));
+    (found.into_iter().map(|(_, mark)| mark).collect(), left_out)
+}

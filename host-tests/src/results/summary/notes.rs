@@ -1,0 +1,67 @@
+//! Explanations of figures that a reader may take for a contradiction.
+
+use super::Summary;
+use crate::scenario::Scenario;
+use crate::simulator::record::Sample;
+use tautrack::stability::support::NO_EDGE;
+
+/// Below this a margin asks for an explanation, m or rad.
+const NARROW: f64 = 0.01;
+
+/// The guard's least margin to an edge that is there, while it is armed, m.
+pub(super) fn guard_margin(samples: &[Sample]) -> Option<f64> {
+    let armed = samples
+        .iter()
+        .filter(|sample| sample.heard.guard_state == "armed");
+    let margins = armed.filter_map(|sample| sample.heard.margins).flatten();
+    margins
+        .filter(|margin| *margin < f64::from(NO_EDGE))
+        .reduce(f64::min)
+}
+
+impl Summary {
+    /// Least margin by the plant's truth: its name, value and unit.
+    fn true_margin(&self) -> Option<(String, f64, &'static str)> {
+        let backward = self
+            .min_backward_margin_m
+            .map(|margin| ("rear margin".to_owned(), margin, "m"));
+        let channels = self
+            .headlines()
+            .filter(|(channel, _)| channel.title.to_lowercase().contains("margin"))
+            .map(|(channel, found)| (channel.title.to_lowercase(), found.min, channel.unit));
+        backward
+            .into_iter()
+            .chain(channels)
+            .min_by(|a, b| a.1.total_cmp(&b.1))
+    }
+
+    /// One sentence or more for each figure that needs it.
+    pub(super) fn explanations(&self, scenario: &Scenario) -> Vec<String> {
+        let mut notes = Vec::new();
+        if let Some((name, margin, unit)) = self.true_margin()
+            && margin < NARROW
+            && self.guard.interventions == 0
+        {
+            let place = if margin < 0.0 {
+                "outside"
+            } else {
+                "over the edge of"
+            };
+            let what = format!(
+                "The least {name} in the ground truth is {margin:.3} {unit}: for a moment the centre of gravity was {place} the points \
+                 that carried force."
+            );
+            let why = match self.min_guard_margin_m {
+                _ if !scenario.guard => {
+                    "The guard's filter is switched off, so it did not intervene.".to_owned()
+                }
+                Some(estimate) => format!(
+                    "The guard did not intervene: it limits commands by its own estimate, which was at least {estimate:.3} m while it was armed."
+                ),
+                None => "The guard did not intervene: it had no estimate of its own.".to_owned(),
+            };
+            notes.push(format!("{what} {why}"));
+        }
+        notes
+    }
+}

@@ -1,0 +1,22 @@
+//! B2P2 in the simulator: its section of a scenario, its nodes, its plant.
+
+pub mod nodes;
+pub mod plant;
+pub mod section;
+
+use super::section::Facts;
+use tautrack::robots::Body;
+use tautrack::robots::b2p2::B2p2;
+
+/// What is known of B2P2 without a scenario.
+pub const FACTS: Facts = Facts {
+    name: "B2P2",
+    nodes: &nodes::NODES,
+    guard_program: "guard",
+    scenario_file: "staircase.toml",
+    stages: B2p2::STAGES,
+    headlines: &[],
+    stands_on_wheels: false,
+    plots_note: "",
+    origin: "",
+};

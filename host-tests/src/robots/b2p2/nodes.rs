@@ -1,0 +1,136 @@
+//! B2P2's nodes: their ids, what each is told about itself, and what motor it has.
+
+use super::section::B2p2;
+use crate::robots::payload::Payload;
+use crate::robots::section::SENSORS;
+use crate::robots::{Conditions, NodeName, NodeSpec, Role};
+use tautrack::link::MotorModel;
+use tautrack::settings::Setting;
+
+impl NodeName {
+    /// Chassis joint.
+    pub const CHASSIS_JOINT: Self = Self::new("chassis_joint");
+    /// Driving screw.
+    pub const SCREW: Self = Self::new("screw");
+}
+
+/// The nodes in the order of the plant's motors, and the guard.
+pub const NODES: [(NodeName, u8); 5] = [
+    (NodeName::LEFT_TRACK, 2),
+    (NodeName::RIGHT_TRACK, 3),
+    (NodeName::CHASSIS_JOINT, 4),
+    (NodeName::SCREW, 5),
+    (NodeName::GUARD, 1),
+];
+
+/// What each is told and moves.
+pub fn nodes(robot: &B2p2, conditions: &Conditions) -> Vec<NodeSpec> {
+    NODES
+        .into_iter()
+        .map(|(name, id)| NodeSpec {
+            name,
+            role: match name {
+                NodeName::SCREW => Role::Screw,
+                NodeName::GUARD => Role::Guard,
+                _ => Role::Axle,
+            },
+            id,
+            settings: settings(name, robot, conditions),
+            motor: motor(name),
+        })
+        .collect()
+}
+
+/// What a node is told. What a robot does not change stays at the table's default.
+fn settings(name: NodeName, robot: &B2p2, conditions: &Conditions) -> Vec<(Setting, i32)> {
+    let micro = |metres: f64| (metres * 1e6).round() as i32;
+    let mut values = vec![
+        (Setting::PulleyRadius, micro(robot.pulley_radius_m)),
+        (Setting::LengthK, micro(robot.k_m)),
+    ];
+    if let Some(gear) = gear_milli(name) {
+        values.push((Setting::GearRatio, gear));
+    }
+    values.extend_from_slice(match name {
+        NodeName::LEFT_TRACK | NodeName::RIGHT_TRACK => TRACK,
+        NodeName::CHASSIS_JOINT => JOINT,
+        NodeName::SCREW => SCREW,
+        _ => SENSORS,
+    });
+    if name == NodeName::GUARD {
+        values.push((Setting::FilterActive, i32::from(conditions.guard)));
+        values.push((Setting::FeedForward, i32::from(conditions.feed_forward)));
+        values.push((Setting::BodyHeight, micro(robot.com_offset_m)));
+        values.extend(robot.payload.iter().flat_map(Payload::settings));
+    }
+    values
+}
+
+// Gains: with the inertia J at the output shaft and the torque T per ampere there, a velocity loop of bandwidth w needs
+// J w / T. The current loop is ten times faster than the fastest of them.
+
+/// J = 0.036 (rotor) + 0.010 (half the robot's mass at the pulley) kg m^2, T = 2.4 N m/A, w = 150 rad/s.
+const TRACK: &[(Setting, i32)] = &[
+    (Setting::VelocityLimit, 10_000),
+    (Setting::AccelerationLimit, 20_000),
+    (Setting::VelocityGain, 3_000),
+    (Setting::PositionBits, 16),
+];
+
+/// J = 0.225 (rotor) + 0.17 (front part) kg m^2, T = 6 N m/A, w = 150 rad/s.
+const JOINT: &[(Setting, i32)] = &[
+    (Setting::VelocityLimit, 2_500),
+    (Setting::AccelerationLimit, 8_000),
+    (Setting::VelocityGain, 10_000),
+    (Setting::PositionGain, 20_000),
+    (Setting::PositionBits, 32),
+    (Setting::PositionMinimum, -1_040),
+    (Setting::PositionMaximum, 1_740),
+    (Setting::ReferenceDirection, 1),
+    (Setting::ReferencePosition, 349_066),
+    (Setting::ReferenceSpeed, 300),
+];
+
+/// J = 1.6e-4 kg m^2 (rotor; the nut adds next to nothing), T = 0.16 N m/A, w = 300 rad/s.
+const SCREW: &[(Setting, i32)] = &[
+    (Setting::VelocityLimit, 140_000),
+    (Setting::AccelerationLimit, 2_000_000),
+    (Setting::VelocityGain, 300),
+    (Setting::VelocityIntegralTime, 30_000),
+    (Setting::PositionGain, 60_000),
+    (Setting::FollowingLimit, 6_000),
+    (Setting::ReferenceDirection, -1),
+    (Setting::ReferenceSpeed, 25_000),
+];
+
+/// Rotor turns per thousand turns of the output shaft; `None` for the guard.
+fn gear_milli(name: NodeName) -> Option<i32> {
+    match name {
+        NodeName::LEFT_TRACK | NodeName::RIGHT_TRACK => Some(60_000),
+        NodeName::CHASSIS_JOINT => Some(150_000),
+        NodeName::SCREW => Some(4_000),
+        _ => None,
+    }
+}
+
+/// The motor of a node. The paper names no motors: these are of the size that the robot's mass and speed ask for (24 V,
+/// stall torque at 10 A: track 24 N m, joint 60 N m; screw 2 kN), all with the same rotor.
+pub fn motor(name: NodeName) -> Option<MotorModel> {
+    let gear = gear_milli(name)?;
+    Some(MotorModel {
+        resistance: 0.6,
+        inductance: 0.3e-3,
+        torque_constant: 0.04,
+        rotor_inertia: 1e-5,
+        gear_ratio: gear as f32 * 1e-3,
+        friction_torque: match name {
+            NodeName::CHASSIS_JOINT => 1.0,
+            NodeName::SCREW => 0.02,
+            _ => 0.3,
+        },
+        brake_torque: 0.0,
+        encoder_counts: 4_096,
+        current_noise: 0.02,
+        current_quantum: 0.01,
+    })
+}

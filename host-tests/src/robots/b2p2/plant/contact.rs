@@ -1,0 +1,180 @@
+//! Belts and ground: the belts' surface speed goes in, the forces of the ground come out.
+
+use super::robot::MARKS;
+use crate::world::physics::DT;
+use rapier3d_f64::geometry::NEW_CONTACT_BIT;
+use rapier3d_f64::math::Vector;
+use rapier3d_f64::prelude::*;
+
+/// How long a contact that carried force counts as support, steps: single contacts flicker.
+pub const WINDOW: u64 = 50;
+/// Below this a contact supports nothing, N.
+const LEAST_SUPPORT: f64 = 0.1;
+/// Contacts within one cell of this size are one, m.
+const CELL: f64 = 0.01;
+/// Faces whose normal is closer to the pulleys' axis than this (sine) are the belt's flanks and do not run.
+const FLANK: f64 = 0.3;
+
+/// Direction in which a belt that runs forward moves where its outward normal is `outward`; `None` on its flank.
+fn running_direction(left: Vector, outward: Vector) -> Option<Vector> {
+    let direction = left.cross(outward);
+    let length = direction.length();
+    (length > FLANK).then(|| direction / length)
+}
+
+/// Side (0 left, 1 right) of the belt in a pair of colliders, and whether it is the first one.
+fn belt_of(
+    colliders: &ColliderSet,
+    first: ColliderHandle,
+    second: ColliderHandle,
+) -> Option<(usize, bool)> {
+    let side = |handle: ColliderHandle| {
+        MARKS[1..].iter().position(|mark| {
+            colliders
+                .get(handle)
+                .is_some_and(|collider| collider.user_data == *mark)
+        })
+    };
+    side(first)
+        .map(|side| (side, true))
+        .or_else(|| side(second).map(|side| (side, false)))
+}
+
+/// Makes the surfaces of the belts run.
+pub struct RunningBelts {
+    /// Speed of the surface of the left and the right belt, m/s.
+    pub speed: [f64; 2],
+    /// The pulleys' axes, to the left.
+    pub left: Vector,
+}
+
+impl PhysicsHooks for RunningBelts {
+    fn modify_solver_contacts(&self, context: &mut ContactModificationContext) {
+        let Some((side, first)) = belt_of(context.colliders, context.collider1, context.collider2)
+        else {
+            return;
+        };
+        let Some(manifold) = context.rigid_mut() else {
+            return;
+        };
+        let sign = if first { 1.0 } else { -1.0 };
+        let Some(direction) = running_direction(self.left, *manifold.normal * sign) else {
+            return;
+        };
+        for contact in manifold.solver_contacts.iter_mut() {
+            contact.tangent_velocity = direction * (self.speed[side] * sign);
+        }
+    }
+}
+
+/// What the ground did in one step.
+#[derive(Clone, Debug, Default)]
+pub struct GroundForces {
+    /// Force of the ground along the belts, forward positive, left and right, N.
+    pub traction: [f64; 2],
+    /// Sum of the normal forces' upward parts, N.
+    pub lift: f64,
+    /// Speed of the belts' surface over the ground where they touch it, against the direction of travel: positive spins, negative skids; weighted by force, left and right, m/s.
+    pub slip: [f64; 2],
+}
+
+/// Places that carried force within the last [`WINDOW`] steps.
+#[derive(Clone, Debug, Default)]
+pub struct Support {
+    entries: Vec<Entry>,
+}
+
+#[derive(Clone, Debug)]
+struct Entry {
+    cell: [i64; 3],
+    point: Vector,
+    until: u64,
+}
+
+impl Support {
+    /// The places.
+    pub fn points(&self) -> impl Iterator<Item = Vector> + '_ {
+        self.entries.iter().map(|entry| entry.point)
+    }
+
+    fn add(&mut self, point: Vector, until: u64) {
+        let cell = point
+            .to_array()
+            .map(|coordinate| libm::round(coordinate / CELL) as i64);
+        match self.entries.iter_mut().find(|entry| entry.cell == cell) {
+            Some(entry) => (entry.point, entry.until) = (point, until),
+            None => self.entries.push(Entry { cell, point, until }),
+        }
+    }
+}
+
+/// Friction impulse of a whole step on the first collider, N s, in world axes.
+///
+/// The engine gives it in a tangent basis of its own, but the last substep's in both that basis and world axes: the
+/// rotation between the two components turns one into the other. `normal` is the basis' third axis.
+fn friction_impulse(data: &ContactData, normal: Vector) -> Vector {
+    let (whole, last) = (data.tangent_impulse, data.warmstart_tangent_impulse);
+    let square = last.x * last.x + last.y * last.y;
+    if square == 0.0 {
+        return Vector::ZERO;
+    }
+    let along = (last.x * whole.x + last.y * whole.y) / square;
+    let across = (last.x * whole.y - last.y * whole.x) / square;
+    data.warmstart_tangent_world * along + normal.cross(data.warmstart_tangent_world) * across
+}
+
+/// Reads the contacts that the step number `step` left behind.
+pub fn read(
+    world: &PhysicsWorld,
+    belts: &RunningBelts,
+    step: u64,
+    support: &mut Support,
+) -> GroundForces {
+    let mut forces = GroundForces::default();
+    let mut weight = [0.0; 2];
+    for pair in world.contact_pairs() {
+        let Some((side, first)) = belt_of(&world.colliders, pair.collider1, pair.collider2) else {
+            continue;
+        };
+        let sign = if first { 1.0 } else { -1.0 };
+        let belt = &world.colliders[if first {
+            pair.collider1
+        } else {
+            pair.collider2
+        }];
+        let Some(body) = belt.parent().and_then(|handle| world.bodies.get(handle)) else {
+            continue;
+        };
+        for manifold in pair.solver_manifolds() {
+            let outward = manifold.data.normal * sign;
+            let direction = running_direction(belts.left, outward);
+            for contact in &manifold.data.solver_contacts {
+                let point = &manifold.points[(contact.contact_id[0] & !NEW_CONTACT_BIT) as usize];
+                let force = point.data.impulse / DT;
+                let local = if first {
+                    point.local_p1
+                } else {
+                    point.local_p2
+                };
+                let place = belt.position().transform_point(local);
+                if force > LEAST_SUPPORT {
+                    support.add(place, step + WINDOW);
+                }
+                forces.lift -= force * outward.z;
+                let Some(direction) = direction else { continue };
+                let friction = friction_impulse(&point.data, -manifold.data.normal) * (sign / DT);
+                forces.lift += friction.z;
+                // A belt that runs forward moves backward where it touches.
+                forces.traction[side] -= friction.dot(direction);
+                let sliding = body.velocity_at_point(place).dot(direction) + belts.speed[side];
+                forces.slip[side] += force * sliding;
+                weight[side] += force;
+            }
+        }
+    }
+    support.entries.retain(|entry| entry.until > step);
+    for (slip, weight) in forces.slip.iter_mut().zip(weight) {
+        *slip = if weight > 0.0 { *slip / weight } else { 0.0 };
+    }
+    forces
+}

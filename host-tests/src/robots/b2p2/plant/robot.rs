@@ -1,0 +1,277 @@
+//! Bodies, belts and joints of B2P2 in the physics engine, and the engine's settings.
+//!
+//! Body axes are x forward, y left, z up; the origins are axle 1, axle 2 and axle 3.
+
+use super::parameters::{B2p2Parameters, SEGMENTS};
+use crate::world::ground::Ground;
+use crate::world::load::Load;
+use crate::world::physics::turn;
+use rapier3d_f64::math::{Matrix, Pose, Vector};
+use rapier3d_f64::prelude::*;
+
+/// Marks of colliders: what is not a belt, the left belt, the right belt.
+pub const MARKS: [u128; 3] = [0, 1, 2];
+/// How far the chord boxes of one belt reach over the middle of the longest chord, m.
+const CHORD_OVERLAP: f64 = 0.04;
+
+/// Handles into the world.
+pub struct Robot {
+    /// Segments 1 to 3.
+    pub bodies: [RigidBodyHandle; 3],
+    /// The chassis joint, turning about -y: front up is positive.
+    pub joint: ImpulseJointHandle,
+    /// The screw, sliding along x.
+    pub screw: ImpulseJointHandle,
+    /// Per side, the half of the chord on segment 1 and the half on segment 3.
+    chords: [[ColliderHandle; 2]; 2],
+    half_chord: f64,
+}
+
+/// Puts the ground into the world and returns the pose in which the robot starts on it.
+pub fn lay_ground(world: &mut PhysicsWorld, terrain: &Ground, parameters: &B2p2Parameters) -> Pose {
+    let [pitch, roll] = terrain.inclination();
+    let tilt = Pose::from_rotation(turn(Vector::X, roll) * turn(Vector::NEG_Y, pitch));
+    for block in terrain.blocks() {
+        let [x, y, z] = block.half;
+        world.insert_collider(
+            ColliderBuilder::cuboid(x, y, z)
+                .position(
+                    tilt * Pose::from_parts(
+                        Vector::from_array(block.centre),
+                        turn(Vector::NEG_Y, block.pitch),
+                    ),
+                )
+                .friction(parameters.friction)
+                .user_data(MARKS[0]),
+            None,
+        );
+    }
+    let [heading, y] = parameters.initial_heading_and_y;
+    // Axle 3 may be the lowest one.
+    let drop =
+        -(parameters.l2 + parameters.initial_extension()) * libm::sin(parameters.initial_theta());
+    let height = parameters.pulley_radius
+        + parameters.initial_clearance
+        + if drop > 0.0 { drop } else { 0.0 };
+    tilt * Pose::from_parts(Vector::new(0.0, y, height), turn(Vector::Z, heading))
+}
+
+/// Mass, centre of mass and inertia of segment `index` (0 to 2) in body axes, with the payload if it is on.
+pub fn mass_properties(
+    parameters: &B2p2Parameters,
+    index: usize,
+    payload: Option<Load>,
+) -> MassProperties {
+    let segment = &SEGMENTS[index];
+    // Columns: the D-H frame's axes in body axes (R6: forward, up, right; R7: up, backward, right; R8: up, right, forward).
+    let axes = match index {
+        0 => Matrix::from_cols(Vector::X, Vector::Z, Vector::NEG_Y),
+        1 => Matrix::from_cols(Vector::Z, Vector::NEG_X, Vector::NEG_Y),
+        _ => Matrix::from_cols(Vector::Z, Vector::NEG_Y, Vector::X),
+    };
+    let com = Vector::from_array(segment.centre_of_mass);
+    // Symmetric, so rows and columns are the same.
+    let about_origin = Matrix::from_cols_array_2d(&segment.inertia_about_origin);
+    let outer = Matrix::from_cols(com * com.x, com * com.y, com * com.z);
+    let steiner =
+        (Matrix::from_diagonal(Vector::splat(com.length_squared())) - outer) * segment.mass;
+    let inertia = axes * (about_origin - steiner) * axes.transpose();
+    let mut place = axes * com;
+    match index {
+        0 => place.z = parameters.body_1_com_height,
+        2 => place.x -= parameters.axle_3_from_r8,
+        _ => {}
+    }
+    let bare = MassProperties::with_inertia_matrix(place, segment.mass, inertia);
+    payload.map_or(bare, |payload| {
+        bare + MassProperties::new(
+            Vector::from_array(payload.place),
+            payload.mass,
+            Vector::splat(payload.own_inertia()),
+        )
+    })
+}
+
+impl Robot {
+    /// Builds the robot with axle 1 at `start`, shaped as the parameters' power-up says.
+    pub fn build(world: &mut PhysicsWorld, parameters: &B2p2Parameters, start: Pose) -> Self {
+        let p = parameters;
+        let theta = p.initial_theta();
+        let extension = p.initial_extension();
+        let front = start * Pose::from_parts(Vector::X * p.l1, turn(Vector::NEG_Y, theta));
+        let poses = [
+            start,
+            front,
+            front * Pose::from_translation(Vector::X * (p.l2 + extension)),
+        ];
+        let bodies = core::array::from_fn(|i| {
+            world.insert_body(
+                RigidBodyBuilder::dynamic()
+                    .pose(poses[i])
+                    .additional_mass_properties(mass_properties(p, i, None))
+                    .can_sleep(false),
+            )
+        });
+        let joint = world.insert_impulse_joint(
+            bodies[0],
+            bodies[1],
+            RevoluteJointBuilder::new(Vector::NEG_Y)
+                .local_anchor1(Vector::X * p.l1)
+                .local_anchor2(Vector::ZERO)
+                .limits([
+                    p.joint_travel[0] - 5.0_f64.to_radians(),
+                    p.joint_travel[1] + 5.0_f64.to_radians(),
+                ])
+                .motor_model(MotorModel::ForceBased),
+        );
+        let screw = world.insert_impulse_joint(
+            bodies[1],
+            bodies[2],
+            PrismaticJointBuilder::new(Vector::X)
+                .local_anchor1(Vector::X * p.l2)
+                .local_anchor2(Vector::ZERO)
+                .limits([p.screw_travel[0] - 0.005, p.screw_travel[1] + 0.005])
+                .motor_model(MotorModel::ForceBased),
+        );
+        let half_chord = 0.25 * (p.k + p.l1) + CHORD_OVERLAP;
+        let chords = [0, 1].map(|side| belt(world, p, bodies, side, half_chord));
+        let robot = Self {
+            bodies,
+            joint,
+            screw,
+            chords,
+            half_chord,
+        };
+        robot.lay_chords(world, p, theta, extension);
+        robot
+    }
+
+    /// Lays both belts' runs between axle 1 and axle 3 along the line that joins them.
+    pub fn lay_chords(
+        &self,
+        world: &mut PhysicsWorld,
+        p: &B2p2Parameters,
+        theta: f64,
+        extension: f64,
+    ) {
+        let r = p.l2 + extension;
+        // Direction from axle 1 to axle 3 against segment 1, nose up positive.
+        let rise = libm::atan2(r * libm::sin(theta), p.l1 + r * libm::cos(theta));
+        let along = |angle: f64, x: f64| {
+            let rotation = turn(Vector::NEG_Y, angle);
+            (rotation * (Vector::X * x), rotation)
+        };
+        for (side, handles) in self.chords.iter().enumerate() {
+            let y = Vector::Y * lateral(p, side);
+            let halves = [
+                along(rise, 0.5 * self.half_chord),
+                along(rise - theta, -0.5 * self.half_chord),
+            ];
+            for (handle, (centre, rotation)) in handles.iter().zip(halves) {
+                world.colliders[*handle]
+                    .set_position_wrt_parent(Pose::from_parts(centre + y, rotation));
+            }
+        }
+    }
+
+    /// Chassis angle and its rate, rad and rad/s.
+    pub fn chassis_joint(&self, world: &PhysicsWorld) -> [f64; 2] {
+        let [rear, front, _] = self.bodies.map(|handle| &world.bodies[handle]);
+        let relative = rear.position().rotation.inverse() * front.position().rotation;
+        let axis = rear.position().rotation * Vector::NEG_Y;
+        [
+            -2.0 * libm::atan2(relative.y, relative.w),
+            (front.angvel() - rear.angvel()).dot(axis),
+        ]
+    }
+
+    /// Extension of the screw and its rate, m and m/s.
+    pub fn extension(&self, world: &PhysicsWorld, p: &B2p2Parameters) -> [f64; 2] {
+        let [_, inner, outer] = self.bodies.map(|handle| &world.bodies[handle]);
+        let axis = inner.position().rotation * Vector::X;
+        let axle_3 = outer.position().translation;
+        let apart = axle_3 - inner.position().translation;
+        let speed = outer.velocity_at_point(axle_3) - inner.velocity_at_point(axle_3);
+        [apart.dot(axis) - p.l2, speed.dot(axis)]
+    }
+}
+
+/// Distance of a belt's middle from the robot's, positive to the left, m.
+fn lateral(p: &B2p2Parameters, side: usize) -> f64 {
+    0.5 * (p.width - p.belt_width) * if side == 0 { 1.0 } else { -1.0 }
+}
+
+/// The colliders of one belt: a disc at each axle, a bar along each segment, and the two halves of the chord.
+/// Together they cover the convex hull of the discs at every shape of the robot, and no shape is ever rebuilt.
+fn belt(
+    world: &mut PhysicsWorld,
+    p: &B2p2Parameters,
+    bodies: [RigidBodyHandle; 3],
+    side: usize,
+    half_chord: f64,
+) -> [ColliderHandle; 2] {
+    let (radius, half_width) = (p.pulley_radius, 0.5 * p.belt_width);
+    let mut add = |body: usize, x: f64, shape: ColliderBuilder| {
+        world.insert_collider(
+            shape
+                .position(Pose::from_translation(Vector::new(
+                    x,
+                    lateral(p, side),
+                    0.0,
+                )))
+                .density(0.0)
+                .friction(p.friction)
+                .friction_combine_rule(CoefficientCombineRule::Min)
+                // The robot touches the ground, never itself.
+                .collision_groups(InteractionGroups::new(
+                    Group::GROUP_2,
+                    Group::GROUP_1,
+                    InteractionTestMode::And,
+                ))
+                .active_hooks(ActiveHooks::MODIFY_SOLVER_CONTACTS)
+                .user_data(MARKS[side + 1]),
+            Some(bodies[body]),
+        )
+    };
+    let disc = || ColliderBuilder::cylinder(half_width, radius);
+    let bar = |length: f64| ColliderBuilder::cuboid(0.5 * length, half_width, radius);
+    add(0, 0.0, disc());
+    add(0, p.l1, disc());
+    add(2, 0.0, disc());
+    add(0, 0.5 * p.l1, bar(p.l1));
+    // Each as long as it can be without its end showing at the shortest front part.
+    let front = p.taut_length(0.0) - 0.02;
+    add(1, 0.5 * front, bar(front));
+    add(2, -0.5 * front, bar(front));
+    [add(0, 0.0, bar(half_chord)), add(2, 0.0, bar(half_chord))]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn segments_weigh_and_turn_as_bodies_can() {
+        let parameters = B2p2Parameters::nominal();
+        let mut mass = 0.0;
+        for index in 0..3 {
+            let properties = mass_properties(&parameters, index, None);
+            mass += properties.mass();
+            let [x, y, z] = properties.principal_inertia().to_array();
+            assert!(
+                x > 0.0 && y > 0.0 && z > 0.0,
+                "segment {index}: {x} {y} {z}"
+            );
+            assert!(
+                x + y >= z && y + z >= x && z + x >= y,
+                "segment {index}: {x} {y} {z}"
+            );
+            // Nothing of the robot is farther from its centre of mass than half its largest dimension.
+            assert!((x / properties.mass()).sqrt() < 0.3);
+        }
+        assert!((mass - 8.315_283).abs() < 1e-9);
+        // The shift of body 3's inertia across its axis, by hand: 0.02964 - 1.06215 * 0.15268^2 = 0.00488.
+        let front = mass_properties(&parameters, 2, None).reconstruct_inertia_matrix();
+        assert!((front.y_axis.y - 0.00488).abs() < 1e-5, "{front}");
+    }
+}

@@ -1,0 +1,67 @@
+//! What the sensors of the four motors read.
+
+use super::B2p2;
+use crate::world::physics::{DT, SUBSTEPS};
+use rapier3d_f64::prelude::*;
+use tautrack::link::{Sensors, Switches};
+
+impl B2p2 {
+    /// Torque at the shaft and the switches of a motor.
+    pub(super) fn shaft_sensors(&self, motor: usize) -> Sensors {
+        let p = &self.parameters;
+        let [theta, _] = self.robot.chassis_joint(&self.world);
+        let [extension, _] = self.robot.extension(&self.world, p);
+        let limits = |place: f64, [low, high]: [f64; 2], reference: bool| Switches {
+            reference,
+            positive_limit: place >= high,
+            negative_limit: place <= low,
+        };
+        let (torque, switches) = match motor {
+            0 | 1 => (
+                self.belts[motor].shaft_torque(p.pulley_radius),
+                Switches::default(),
+            ),
+            2 => {
+                let switches = limits(theta, p.joint_travel, theta >= p.joint_reference);
+                (
+                    self.joint.shaft_torque(
+                        self.passed_on(self.robot.joint, JointAxis::AngX),
+                        self.rates[0],
+                    ),
+                    switches,
+                )
+            }
+            3 => {
+                let switches = limits(extension, p.screw_travel, extension <= p.screw_reference);
+                (
+                    self.screw.shaft_torque(
+                        self.passed_on(self.robot.screw, JointAxis::LinX),
+                        self.rates[1],
+                    ),
+                    switches,
+                )
+            }
+            _ => panic!("B2P2 has four motors, there is no motor {motor}"),
+        };
+        Sensors {
+            encoder_frozen: false,
+            shaft_torque: torque as f32,
+            bus_voltage: p.bus_voltage as f32,
+            switches,
+            body: None,
+        }
+    }
+
+    /// Force or torque that a gear passed on to its joint in the last substep, N or N m.
+    ///
+    /// The engine's impulse, not the spring law: after the engine's few iterations only the impulse
+    /// balances the load.
+    fn passed_on(&self, handle: ImpulseJointHandle, axis: JointAxis) -> f64 {
+        let motor = self
+            .world
+            .impulse_joints
+            .get(handle)
+            .and_then(|joint| joint.data.motor(axis));
+        motor.map_or(0.0, |motor| -motor.impulse * SUBSTEPS as f64 / DT)
+    }
+}

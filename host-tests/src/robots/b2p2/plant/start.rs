@@ -1,0 +1,56 @@
+//! Puts the robot and its ground into the physics engine.
+
+use super::contact::{GroundForces, Support};
+use super::robot::{self, Robot};
+use super::{B2p2, B2p2Parameters};
+use crate::world::gear::{Belt, Gear};
+use crate::world::gnss::Receiver;
+use crate::world::ground::Ground;
+use crate::world::noise::Noise;
+use crate::world::physics;
+use crate::world::sensing::BodySensing;
+use crate::world::truth::Truth;
+use core::f64::consts::TAU;
+use rapier3d_f64::math::Vector;
+
+impl B2p2 {
+    /// The robot at the origin of `terrain`, shaped and placed as the parameters say; `seed` is
+    /// that of the sensors' noise.
+    pub fn new(parameters: &B2p2Parameters, terrain: &Ground, seed: u64) -> Self {
+        let p = *parameters;
+        let mut world = physics::world();
+        let start = robot::lay_ground(&mut world, terrain, &p);
+        let robot = Robot::build(&mut world, &p, start);
+        let up = (start.rotation * Vector::Z).to_array();
+        let body_sensing = BodySensing::new(
+            &p.body_sensors,
+            Noise::new(seed),
+            world.bodies[robot.bodies[0]].position().rotation,
+        );
+        let mut plant = Self {
+            joint: Gear::new(
+                p.joint_gear,
+                TAU,
+                Some(p.dead_joint_friction),
+                p.initial_theta,
+            ),
+            screw: Gear::new(p.screw_gear, p.screw_lead, None, p.initial_extension()),
+            belts: [Belt::default(); 2],
+            support: Support::default(),
+            ground: GroundForces::default(),
+            rates: [0.0; 2],
+            receiver: Receiver::new(p.receiver, Noise::new(seed)),
+            step: 0,
+            payload: None,
+            terrain: *terrain,
+            up,
+            truth: Truth::default(),
+            parameters: p,
+            world,
+            robot,
+            body_sensing,
+        };
+        plant.observe();
+        plant
+    }
+}

@@ -1,0 +1,96 @@
+//! One step: the gears drive, the engine integrates, and contacts and sensors are read.
+
+use super::contact::RunningBelts;
+use super::{B2p2, contact, robot};
+use crate::world::gear::Drive;
+use crate::world::physics::DT;
+use crate::world::sensing::BodyMotion;
+use rapier3d_f64::math::{Rotation, Vector};
+use rapier3d_f64::prelude::*;
+use tautrack::link::Shaft;
+
+impl B2p2 {
+    /// Advances by one millisecond under the motion of the four shafts; `None` is a dead node.
+    pub(super) fn advance(&mut self, shafts: &[Option<Shaft>]) {
+        let p = self.parameters;
+        let [left, right, joint, screw] =
+            core::array::from_fn(|motor| shafts.get(motor).and_then(Option::as_ref));
+        let [theta, _] = self.robot.chassis_joint(&self.world);
+        let [extension, _] = self.robot.extension(&self.world, &p);
+        self.put_payload_on();
+        for (belt, shaft) in self.belts.iter_mut().zip([left, right]) {
+            belt.drive(
+                shaft,
+                p.pulley_radius,
+                p.track_inertia,
+                p.dead_track_friction,
+            );
+        }
+        self.robot.lay_chords(&mut self.world, &p, theta, extension);
+        let (joint, screw) = (
+            self.joint.drive(joint, theta),
+            self.screw.drive(screw, extension),
+        );
+        self.drive_joint(self.robot.joint, JointAxis::AngX, joint);
+        self.drive_joint(self.robot.screw, JointAxis::LinX, screw);
+
+        let axle: Rotation = self.world.bodies[self.robot.bodies[0]].position().rotation;
+        let running = RunningBelts {
+            speed: self.belts.map(|belt| belt.surface_speed(p.belt_creep)),
+            left: axle * Vector::Y,
+        };
+        self.world.step_with_events(&running, &());
+        self.step += 1;
+        let [now, _] = self.robot.chassis_joint(&self.world);
+        let [length, _] = self.robot.extension(&self.world, &p);
+        self.rates = [(now - theta) / DT, (length - extension) / DT];
+
+        self.ground = contact::read(&self.world, &running, self.step, &mut self.support);
+        for (side, belt) in self.belts.iter_mut().enumerate() {
+            belt.load(
+                self.ground.traction[side],
+                self.ground.slip[side],
+                p.belt_creep,
+            );
+        }
+        self.observe();
+        let body = &self.world.bodies[self.robot.bodies[0]];
+        let motion = BodyMotion::of(body, &p.body_sensors);
+        self.body_sensing
+            .update(&p.body_sensors, &motion, self.step);
+        let antenna = body
+            .position()
+            .transform_point(Vector::from_array(p.receiver.antenna));
+        self.receiver.update(
+            antenna.to_array(),
+            body.velocity_at_point(antenna).to_array(),
+            self.step,
+        );
+    }
+
+    fn put_payload_on(&mut self) {
+        let due = self
+            .parameters
+            .payload
+            .filter(|payload| self.step as f64 * DT >= payload.from_time_s);
+        if self.payload.is_none() && due.is_some() {
+            self.payload = due;
+            let body = &mut self.world.bodies[self.robot.bodies[0]];
+            body.set_additional_mass_properties(
+                robot::mass_properties(&self.parameters, 0, due),
+                true,
+            );
+        }
+    }
+
+    fn drive_joint(&mut self, handle: ImpulseJointHandle, axis: JointAxis, drive: Drive) {
+        // The handle lives as long as the world does.
+        if let Some(joint) = self.world.impulse_joints.get_mut(handle, false) {
+            let [stiffness, damping] = drive.stiffness;
+            joint
+                .data
+                .set_motor(axis, drive.place, drive.speed, stiffness, damping);
+            joint.data.set_motor_max_force(axis, drive.limit);
+        }
+    }
+}

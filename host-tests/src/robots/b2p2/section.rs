@@ -1,0 +1,129 @@
+//! B2P2 in a scenario: what its paper leaves open, its bounds, and the plant's values.
+
+use super::nodes;
+use super::plant::{self, B2p2Parameters};
+use crate::bounds::{Problem, contradiction, within};
+use crate::robots::payload::Payload;
+use crate::robots::{Conditions, NodeSpec, Posture, Section};
+use crate::world::Plant;
+use crate::world::terrain::Terrain;
+use serde::{Deserialize, Serialize};
+
+fn usual() -> f64 {
+    1.0
+}
+
+/// What the papers leave open about the robot; DESIGN.md section 6 has the nominal values and their reasons.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct B2p2 {
+    /// Belt length `K` without the arcs around the pulleys.
+    pub k_m: f64,
+    /// Radius of the three pulleys, belt included.
+    pub pulley_radius_m: f64,
+    /// Height of body 1's centre of mass over the line through axles 1 and 2.
+    #[serde(default)]
+    pub com_offset_m: f64,
+    /// Noise of the sensors on the body, as a multiple of the usual.
+    #[serde(default = "usual")]
+    pub sensor_noise: f64,
+    /// Load beside the robot's own mass.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub payload: Option<Payload>,
+}
+
+impl B2p2 {
+    /// The stand-in of DESIGN.md section 6.
+    pub fn nominal() -> Self {
+        Self {
+            k_m: 1.232,
+            pulley_radius_m: 0.05,
+            com_offset_m: 0.0,
+            sensor_noise: 1.0,
+            payload: None,
+        }
+    }
+
+    /// The robot alone, without load and ground.
+    fn alone(&self) -> B2p2Parameters {
+        let mut parameters = B2p2Parameters {
+            pulley_radius: self.pulley_radius_m,
+            body_1_com_height: self.com_offset_m,
+            ..B2p2Parameters::with_track_constant(self.k_m)
+        };
+        let sensors = &mut parameters.body_sensors;
+        for [noise, _] in [
+            &mut sensors.inclination,
+            &mut sensors.specific_force,
+            &mut sensors.angular_rate,
+            &mut sensors.magnetic_field,
+        ] {
+            *noise *= self.sensor_noise;
+        }
+        parameters
+    }
+
+    /// The robot as the plant takes it, on ground of this friction.
+    pub fn parameters(&self, friction: f64) -> B2p2Parameters {
+        B2p2Parameters {
+            friction,
+            // As after a night on the shelf: no node knows where its axle is, and the belt hangs a little.
+            initial_theta: 0.1,
+            initial_extension_error: -0.003,
+            payload: self.payload.as_ref().map(Payload::load),
+            ..self.alone()
+        }
+    }
+}
+
+impl Section for B2p2 {
+    fn check(&self, conditions: &Conditions) -> Result<(), Problem> {
+        let B2p2Parameters { l1, l2, .. } = B2p2Parameters::nominal();
+        // From `L1 + 2 L2` on the extension is never negative; from `K / L1` = 2.4 on the screw's stated errors hold.
+        let least_k = f64::max(l1 + 2.0 * l2, 2.4 * l1);
+        within(
+            "robot.b2p2.k_m",
+            self.k_m,
+            least_k,
+            2.0,
+            "m (the least is L1 + 2 L2 and 2.4 L1 of the robot)",
+        )?;
+        within(
+            "robot.b2p2.pulley_radius_m",
+            self.pulley_radius_m,
+            0.01,
+            0.15,
+            "m",
+        )?;
+        within("robot.b2p2.com_offset_m", self.com_offset_m, -0.2, 0.2, "m")?;
+        within("robot.b2p2.sensor_noise", self.sensor_noise, 0.0, 100.0, "")?;
+        if let Some(payload) = &self.payload {
+            payload.check("robot.b2p2.payload", conditions.duration_s)?;
+        }
+        match conditions.terrain {
+            Terrain::Hillside { .. } => {
+                contradiction("terrain", "is a hillside, which B2P2's plant has not")
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// Foremost point of the robot at the start, for any chassis angle: straight, axle 3 is at `(K + L1) / 2`.
+    fn front_m(&self) -> f64 {
+        f64::midpoint(self.k_m, self.alone().l1) + self.pulley_radius_m
+    }
+
+    fn posture(&self) -> Posture {
+        Posture::ChassisAngle
+    }
+
+    fn nodes(&self, conditions: &Conditions) -> Vec<NodeSpec> {
+        nodes::nodes(self, conditions)
+    }
+
+    fn plant(&self, conditions: &Conditions) -> Box<dyn Plant> {
+        let parameters = self.parameters(conditions.friction);
+        let ground = conditions.terrain.ground();
+        Box::new(plant::B2p2::new(&parameters, &ground, conditions.seed))
+    }
+}

@@ -1,0 +1,23 @@
+//! The crawler in the simulator: its section of a scenario, its nodes, its plant.
+
+pub mod nodes;
+pub mod plant;
+pub mod section;
+
+use super::section::Facts;
+use tautrack::robots::Body;
+use tautrack::robots::crawler::Crawler;
+
+/// What is known of the crawler without a scenario.
+pub const FACTS: Facts = Facts {
+    name: "crawler",
+    nodes: &nodes::NODES,
+    guard_program: "guard_crawler",
+    scenario_file: "crawler/slope.toml",
+    stages: Crawler::STAGES,
+    headlines: &["speed_over_ground_mps", "left_slip_1", "right_slip_1"],
+    stands_on_wheels: false,
+    plots_note: "Rates of sprockets and motors as Fig. 7, skid (sprocket's speed times slip) as Fig. 8 of Kurc and Szybicki, from the truth.",
+    origin: "Lengths, gear and equations come from Kurc and Szybicki, Kinematics of a Robot with Crawler Drive. The paper gives no masses, no track width and no soil: \
+                 5 kg with the centre of gravity 45 mm high, tracks 40 mm wide and the soil of this run are assumed. Other values are another robot.",
+};

@@ -1,0 +1,122 @@
+//! The crawler's nodes: two axles and the guard.
+
+use super::plant::CrawlerParameters;
+use super::section::{Crawler, SlipCompensation};
+use crate::robots::payload::Payload;
+use crate::robots::section::SENSORS;
+use crate::robots::{Conditions, NodeName, NodeSpec, Role};
+use tautrack::link::MotorModel;
+use tautrack::settings::Setting;
+
+/// The nodes in the order of the plant's motors, and the guard.
+pub const NODES: [(NodeName, u8); 3] = [
+    (NodeName::LEFT_TRACK, 2),
+    (NodeName::RIGHT_TRACK, 3),
+    (NodeName::GUARD, 1),
+];
+
+/// What each is told and moves.
+pub fn nodes(robot: &Crawler, conditions: &Conditions) -> Vec<NodeSpec> {
+    let p = robot.parameters(conditions.friction);
+    NODES
+        .into_iter()
+        .map(|(name, id)| {
+            let is_guard = name == NodeName::GUARD;
+            NodeSpec {
+                name,
+                role: if is_guard { Role::Guard } else { Role::Axle },
+                id,
+                settings: if is_guard {
+                    guard(robot, &p, conditions.guard)
+                } else {
+                    axle(robot, &p)
+                },
+                motor: (!is_guard).then(|| motor(&p)),
+            }
+        })
+        .collect()
+}
+
+fn micro(metres: f64) -> i32 {
+    milli(metres * 1e3)
+}
+
+fn milli(value: f64) -> i32 {
+    (value * 1e3).round() as i32
+}
+
+/// Most that a sprocket turns, mrad/s: 0.56 m/s.
+const SPROCKET_LIMIT: i32 = 20_000;
+
+/// J = 0.051 (rotor) + 0.002 (half the robot's mass at the sprocket) kg m^2, T = 1.07 N m/A, w = 150 rad/s. Slip and curves ask for more
+/// acceleration of a sprocket than of the robot: twice.
+fn axle(robot: &Crawler, p: &CrawlerParameters) -> Vec<(Setting, i32)> {
+    let acceleration = 2.0 * robot.acceleration_mps2 / p.sprocket_radius;
+    vec![
+        (Setting::GearRatio, milli(p.gear_ratio)),
+        (Setting::VelocityLimit, SPROCKET_LIMIT),
+        (Setting::AccelerationLimit, milli(acceleration)),
+        (Setting::VelocityGain, 7_400),
+        (Setting::TorqueConstant, 15_000),
+        (Setting::PositionBits, 16),
+    ]
+}
+
+fn guard(robot: &Crawler, p: &CrawlerParameters, filters: bool) -> Vec<(Setting, i32)> {
+    let soil = &robot.soil;
+    let mut values = vec![
+        (Setting::FilterActive, i32::from(filters)),
+        (Setting::GearRatio, milli(p.gear_ratio)),
+        (Setting::VelocityLimit, SPROCKET_LIMIT),
+        (Setting::PulleyRadius, micro(p.sprocket_radius)),
+        (Setting::TrackGauge, micro(p.track_spacing)),
+        (Setting::ContactLength, micro(p.contact_length)),
+        (Setting::TrackWidth, micro(p.track_width)),
+        (Setting::RobotMass, milli(p.mass)),
+        (Setting::CogHeight, micro(p.cog[2])),
+        (Setting::SoilCohesion, soil.cohesion_pa.round() as i32),
+        (
+            Setting::SoilFrictionAngle,
+            milli(soil.friction_deg.to_radians()),
+        ),
+        (Setting::SoilK1, milli(soil.k1_per_m)),
+        (Setting::SoilK2, milli(soil.k2)),
+        (
+            Setting::SlipCompensation,
+            match robot.slip_compensation {
+                SlipCompensation::None => 0,
+                SlipCompensation::Soil => 1,
+                SlipCompensation::Measured => 2,
+            },
+        ),
+        (Setting::DriveAcceleration, micro(robot.acceleration_mps2)),
+    ];
+    values.extend_from_slice(LEVELS);
+    values.extend_from_slice(SENSORS);
+    values.extend(robot.payload.iter().flat_map(Payload::settings));
+    values
+}
+
+/// Margins of a robot whose tracks are 127 mm long and 145 mm apart.
+const LEVELS: &[(Setting, i32)] = &[
+    (Setting::CautionMargin, 30_000),
+    (Setting::StopMargin, 20_000),
+    (Setting::TripMargin, 5_000),
+    (Setting::BandHysteresis, 3_000),
+];
+
+/// The paper names no motors: B2P2's, wound for the speed that the paper's gear asks for (22 rad/s of a sprocket at 24 V without load).
+fn motor(p: &CrawlerParameters) -> MotorModel {
+    MotorModel {
+        resistance: 0.6,
+        inductance: 0.3e-3,
+        torque_constant: 0.015,
+        rotor_inertia: 1e-5,
+        gear_ratio: p.gear_ratio as f32,
+        friction_torque: 0.1,
+        brake_torque: 0.0,
+        encoder_counts: 4_096,
+        current_noise: 0.02,
+        current_quantum: 0.01,
+    }
+}

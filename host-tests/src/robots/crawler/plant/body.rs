@@ -1,0 +1,99 @@
+//! The robot as one rigid body, and its steps in time.
+
+use super::parameters::CrawlerParameters;
+use crate::world::load::Load;
+use rapier3d_f64::math::{Matrix, Rotation, Vector};
+
+/// Gravity, m/s^2.
+pub const GRAVITY: f64 = 9.81;
+
+/// Mass, centre of gravity and inertia about it, in body axes (x forward, y left, z up) from the middle between the runs.
+#[derive(Clone, Copy, Debug)]
+pub struct MassProperties {
+    pub mass: f64,
+    pub cog: Vector,
+    inertia: Matrix,
+}
+
+impl MassProperties {
+    /// A box of even density with a compact load on it.
+    pub fn new(parameters: &CrawlerParameters, payload: Option<Load>) -> Self {
+        let p = parameters;
+        let [xx, yy, zz] = p.extent.map(|edge| p.mass * edge * edge / 12.0);
+        let own = Matrix::from_diagonal(Vector::new(yy + zz, xx + zz, xx + yy));
+        let own_cog = Vector::from_array(p.cog);
+        let (load, place) = payload.map_or((0.0, Vector::ZERO), |payload| {
+            (payload.mass, Vector::from_array(payload.place))
+        });
+        let mass = p.mass + load;
+        let cog = (own_cog * p.mass + place * load) / mass;
+        Self {
+            mass,
+            cog,
+            inertia: own + point(p.mass, own_cog - cog) + point(load, place - cog),
+        }
+    }
+}
+
+/// Inertia of a point of mass about the origin.
+fn point(mass: f64, place: Vector) -> Matrix {
+    let outer = Matrix::from_cols(place * place.x, place * place.y, place * place.z);
+    (Matrix::from_diagonal(Vector::splat(place.dot(place))) - outer) * mass
+}
+
+/// State of motion, in world axes.
+#[derive(Clone, Copy, Debug)]
+pub struct Body {
+    pub properties: MassProperties,
+    /// Centre of gravity, m, and its velocity, m/s.
+    pub cog: Vector,
+    pub velocity: Vector,
+    pub rotation: Rotation,
+    /// Angular velocity, rad/s.
+    pub spin: Vector,
+}
+
+impl Body {
+    /// A body at rest whose middle between the runs is at `origin`.
+    pub fn at_rest(properties: MassProperties, origin: Vector, rotation: Rotation) -> Self {
+        Self {
+            properties,
+            cog: origin + rotation * properties.cog,
+            velocity: Vector::ZERO,
+            rotation,
+            spin: Vector::ZERO,
+        }
+    }
+
+    /// Changes the masses while the body moves on.
+    pub fn load(&mut self, properties: MassProperties) {
+        let shift = self.rotation * (properties.cog - self.properties.cog);
+        self.cog += shift;
+        self.velocity += self.spin.cross(shift);
+        self.properties = properties;
+    }
+
+    /// A place on the body, in the world.
+    pub fn place(&self, local: Vector) -> Vector {
+        self.cog + self.rotation * (local - self.properties.cog)
+    }
+
+    /// Velocity of the body at a place in the world.
+    pub fn velocity_at(&self, place: Vector) -> Vector {
+        self.velocity + self.spin.cross(place - self.cog)
+    }
+
+    /// Advances by `dt` under a force and its moment about the centre of gravity, gravity added.
+    pub fn step(&mut self, force: Vector, moment: Vector, dt: f64) {
+        let properties = &self.properties;
+        let turned = Matrix::from_quat(self.rotation);
+        let inertia = turned * properties.inertia * turned.transpose();
+        let gyroscopic = self.spin.cross(inertia * self.spin);
+        self.velocity += (force / properties.mass - Vector::Z * GRAVITY) * dt;
+        self.spin += inertia.inverse() * (moment - gyroscopic) * dt;
+        self.cog += self.velocity * dt;
+        let half = self.spin * (0.5 * dt);
+        let change = Rotation::from_xyzw(half.x, half.y, half.z, 0.0) * self.rotation;
+        self.rotation = (self.rotation + change).normalize();
+    }
+}

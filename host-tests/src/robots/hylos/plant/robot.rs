@@ -1,0 +1,186 @@
+//! Bodies and joints of Hylos in the physics engine: a platform, and four carriers with a wheel.
+//!
+//! The legs have no mass of their own, and their parallelograms keep the carriers parallel to the platform. So a leg is one joint that
+//! lets its carrier slide forward and up and turn about the steering axis: what hip and knee do to that place, and what force there does
+//! to their shafts, is the leg's kinematics. The axes of this joint are x up, y forward, z to the left.
+
+use super::parameters::HylosParameters;
+use crate::world::physics::{DT, SUBSTEPS, turn};
+use rapier3d_f64::math::{Matrix, Pose, Rotation, Vector};
+use rapier3d_f64::prelude::*;
+use tautrack::robots::hylos::LEGS;
+
+/// Height above the ground at power-up, m.
+const CLEARANCE: f64 = 0.002;
+/// Moment of inertia of a carrier about any axis, kg m^2: a lump of 5 cm.
+const CARRIER_INERTIA: f64 = 0.004;
+
+/// Handles into the world.
+pub struct Robot {
+    pub platform: RigidBodyHandle,
+    pub carriers: [RigidBodyHandle; LEGS],
+    pub wheels: [RigidBodyHandle; LEGS],
+    pub tyres: [ColliderHandle; LEGS],
+    /// Platform and carrier.
+    pub legs: [ImpulseJointHandle; LEGS],
+    /// Carrier and wheel, turning about the axle to the left.
+    pub axles: [ImpulseJointHandle; LEGS],
+}
+
+/// The frame of a leg's joint along the platform's axes.
+fn leg_frame() -> Rotation {
+    Rotation::from_mat3(&Matrix::from_cols(Vector::Z, Vector::X, Vector::Y))
+}
+
+/// 1 for the front legs, -1 for the rear ones.
+pub fn forward(leg: usize) -> f64 {
+    if leg < 2 { 1.0 } else { -1.0 }
+}
+
+/// Hip of a leg, brought out to the plane of its wheel.
+fn hip(p: &HylosParameters, leg: usize) -> Vector {
+    let m = &p.measures;
+    let left = if leg.is_multiple_of(2) { 1.0 } else { -1.0 };
+    Vector::new(
+        forward(leg) * m.hip[0],
+        left * (m.hip[1] + m.wheel_offset),
+        0.0,
+    )
+}
+
+/// Hip, knee and wheel centre of a leg in the platform, m: what it is drawn through.
+pub fn leg_places(p: &HylosParameters, leg: usize, [angle, bend]: [f64; 2]) -> [Vector; 3] {
+    let from_hip =
+        |[forth, down]: [f64; 2]| hip(p, leg) + Vector::new(forward(leg) * forth, 0.0, -down);
+    let thigh = p.measures.leg[0];
+    [
+        hip(p, leg),
+        from_hip([thigh * libm::cos(angle), thigh * libm::sin(angle)]),
+        from_hip(p.reach([angle, bend])),
+    ]
+}
+
+impl Robot {
+    /// Builds the robot on ground of this height and normal below its middle.
+    pub fn build(world: &mut PhysicsWorld, p: &HylosParameters, height: f64, up: Vector) -> Self {
+        let m = &p.measures;
+        let [reach, below] = p.reach(p.initial_leg);
+        let level = turn(Vector::Z, p.start[2]);
+        let tilted = Rotation::from_rotation_arc(Vector::Z, up) * level;
+        let ground = Vector::new(p.start[0], p.start[1], height);
+        let start = Pose::from_parts(ground + up * (below + m.wheel_radius + CLEARANCE), tilted);
+
+        let inertia = p
+            .platform_gyration
+            .map(|radius| m.platform_mass * radius * radius);
+        let platform = world.insert_body(
+            RigidBodyBuilder::dynamic()
+                .pose(start)
+                .additional_mass_properties(MassProperties::new(
+                    Vector::from_array(m.platform_com),
+                    m.platform_mass,
+                    Vector::from_array(inertia),
+                ))
+                .can_sleep(false),
+        );
+        let hub = |leg| hip(p, leg) + Vector::new(forward(leg) * reach, 0.0, -below);
+        let mut body = |leg: usize, mass: f64, inertia: Vector| {
+            world.insert_body(
+                RigidBodyBuilder::dynamic()
+                    .pose(start * Pose::from_translation(hub(leg)))
+                    .additional_mass_properties(MassProperties::new(Vector::ZERO, mass, inertia))
+                    .can_sleep(false),
+            )
+        };
+        let carriers = core::array::from_fn(|leg| {
+            body(
+                leg,
+                m.wheel_mass - p.tyre_mass,
+                Vector::splat(CARRIER_INERTIA),
+            )
+        });
+        let spin = p.tyre_mass * m.wheel_radius * m.wheel_radius;
+        let wheels = core::array::from_fn(|leg| {
+            body(leg, p.tyre_mass, Vector::new(0.6 * spin, spin, 0.6 * spin))
+        });
+        let shoulder = p.tyre_shoulder;
+        let tyres = core::array::from_fn(|leg| {
+            world.insert_collider(
+                ColliderBuilder::round_cylinder(0.005, m.wheel_radius - shoulder, shoulder)
+                    .density(0.0)
+                    .friction(p.friction)
+                    .friction_combine_rule(CoefficientCombineRule::Min),
+                Some(wheels[leg]),
+            )
+        });
+        let legs = core::array::from_fn(|leg| {
+            let joint = GenericJointBuilder::new(
+                JointAxesMask::LIN_Z | JointAxesMask::ANG_Y | JointAxesMask::ANG_Z,
+            )
+            .local_frame1(Pose::from_parts(hip(p, leg), leg_frame()))
+            .local_frame2(Pose::from_parts(Vector::ZERO, leg_frame()))
+            .motor_model(JointAxis::LinX, MotorModel::ForceBased)
+            .motor_model(JointAxis::LinY, MotorModel::ForceBased)
+            .motor_model(JointAxis::AngX, MotorModel::ForceBased)
+            .contacts_enabled(false);
+            world.insert_impulse_joint(platform, carriers[leg], joint)
+        });
+        let axles = core::array::from_fn(|leg| {
+            let joint = RevoluteJointBuilder::new(Vector::Y)
+                .motor_model(MotorModel::ForceBased)
+                .contacts_enabled(false);
+            world.insert_impulse_joint(carriers[leg], wheels[leg], joint)
+        });
+        Self {
+            platform,
+            carriers,
+            wheels,
+            tyres,
+            legs,
+            axles,
+        }
+    }
+
+    /// Centre of a wheel before its hip (behind it at the rear) and below it, m.
+    pub fn reach(&self, world: &PhysicsWorld, p: &HylosParameters, leg: usize) -> [f64; 2] {
+        let platform = world.bodies[self.platform].position();
+        let hub = world.bodies[self.carriers[leg]].position().translation;
+        let from_hip = platform.inverse_transform_point(hub) - hip(p, leg);
+        [forward(leg) * from_hip.x, -from_hip.z]
+    }
+
+    /// Steering angle, rad, counter-clockwise from above.
+    pub fn steering(&self, world: &PhysicsWorld, leg: usize) -> f64 {
+        let [platform, carrier] = [self.platform, self.carriers[leg]]
+            .map(|handle| world.bodies[handle].position().rotation);
+        let relative = platform.inverse() * carrier;
+        2.0 * libm::atan2(relative.z, relative.w)
+    }
+
+    /// Force or torque that a motor passed on to its joint in the last substep, N or N m, positive along the joint.
+    pub fn passed_on(world: &PhysicsWorld, joint: ImpulseJointHandle, axis: JointAxis) -> f64 {
+        let motor = world
+            .impulse_joints
+            .get(joint)
+            .and_then(|joint| joint.data.motor(axis));
+        motor.map_or(0.0, |motor| -motor.impulse * SUBSTEPS as f64 / DT)
+    }
+
+    /// Sums of the ground's normal forces on the wheels in the last step, N.
+    pub fn wheel_forces(&self, world: &PhysicsWorld) -> [f64; LEGS] {
+        let mut forces = [0.0; LEGS];
+        for pair in world.contact_pairs() {
+            let tyre = self
+                .tyres
+                .iter()
+                .position(|tyre| *tyre == pair.collider1 || *tyre == pair.collider2);
+            let Some(leg) = tyre else { continue };
+            for manifold in pair.manifolds() {
+                for point in &manifold.points {
+                    forces[leg] += point.data.impulse / DT;
+                }
+            }
+        }
+        forces
+    }
+}

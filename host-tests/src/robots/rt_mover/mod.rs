@@ -1,0 +1,27 @@
+//! RT-Mover in the simulator: its section of a scenario, its nodes, its plant.
+
+pub mod nodes;
+pub mod plant;
+pub mod section;
+
+use super::section::Facts;
+use tautrack::robots::Body;
+use tautrack::robots::rt_mover::RtMover;
+
+/// What is known of RT-Mover without a scenario.
+pub const FACTS: Facts = Facts {
+    name: "RT-Mover",
+    nodes: &nodes::NODES,
+    guard_program: "guard_rt_mover",
+    scenario_file: "rt-mover/step-10.toml",
+    stages: RtMover::STAGES,
+    headlines: &[
+        "front_left_height_m",
+        "rear_right_height_m",
+        "support_margin_m",
+    ],
+    stands_on_wheels: true,
+    plots_note: "Angles of the arms' shafts and heights of the wheels as Fig. 7 of Nakajima, and the margin over the wheels that carry load, from the truth.",
+    origin: "Equations come from Nakajima, Kinematics for a Rough Terrain Mobile Robot to Climb up a Step; lengths from the published overall size. \
+                 Masses, the arms' drop, motors and gears are assumed. Other values are another robot.",
+};

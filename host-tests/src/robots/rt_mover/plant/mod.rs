@@ -1,0 +1,48 @@
+//! RT-Mover of Nakajima: body, seat on its pitch shaft, two arms that steer and roll, four wheels;
+//! nine motors.
+//!
+//! [`parameters`]: the constant model. `robot`: bodies and joints in the physics engine. `start`:
+//! how they get there with the ground. `step`: the order of one step. `sensing`: what the motors'
+//! sensors read. `margin`: the support by the wheels. `truth`: what the physics knows. `interface`:
+//! the robot as a [`crate::world::Plant`].
+
+mod interface;
+mod margin;
+pub mod parameters;
+mod robot;
+mod sensing;
+mod start;
+mod step;
+mod truth;
+
+pub use parameters::RtMoverParameters;
+pub use robot::MOTORS;
+pub use sensing::SWITCH;
+
+use crate::world::gear::Gear;
+use crate::world::ground::Ground;
+use crate::world::load::Load;
+use crate::world::sensing::BodySensing;
+use crate::world::truth::Truth;
+use rapier3d_f64::math::Vector;
+use rapier3d_f64::prelude::PhysicsWorld;
+use robot::Robot;
+
+/// RT-Mover on its ground.
+pub struct RtMover {
+    parameters: RtMoverParameters,
+    world: PhysicsWorld,
+    robot: Robot,
+    gears: [Gear; MOTORS],
+    rates: [f64; MOTORS],
+    sensing: BodySensing,
+    step: u64,
+    terrain: Ground,
+    /// Normal of the whole ground.
+    up: [f64; 3],
+    lowest: [Vector; 4],
+    loads: [f64; 4],
+    standing_until: [u64; 4],
+    payload: Option<Load>,
+    truth: Truth,
+}

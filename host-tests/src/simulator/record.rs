@@ -1,0 +1,134 @@
+//! What one run leaves behind: samples of the plant's truth and of what the bus made public.
+
+use crate::world::truth::{BodyPose, Truth};
+use serde::Serialize;
+use std::collections::BTreeMap;
+use std::f64::consts::TAU;
+use std::fmt;
+use tautrack::can::Frame;
+use tautrack::link::Shaft;
+
+/// Samples per second of virtual time.
+pub const SAMPLE_HZ: u32 = 100;
+
+/// One moment of a run.
+#[derive(Clone, Debug, Default, Serialize)]
+pub struct Sample {
+    /// Virtual time, s.
+    pub time_s: f64,
+    /// What the physics knows; no node ever sees it.
+    pub truth: Truth,
+    /// What anybody on the bus could know.
+    pub heard: Heard,
+    /// Motion and load of each drive's output shaft, in the order of the nodes.
+    /// Absent while its node has no power.
+    pub drives: Vec<Option<DriveState>>,
+    /// Poses of the robot's bodies, in the order of [`crate::world::Plant::bodies`].
+    pub bodies: Vec<BodyPose>,
+}
+
+/// Output shaft of a drive in the simulator's ground truth.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct DriveState {
+    /// Angle since power-up, rad.
+    pub position_rad: f64,
+    /// Speed, rad/s.
+    pub speed_radps: f64,
+    /// Torque that the load takes from the shaft, N m.
+    pub torque_nm: f64,
+}
+
+impl DriveState {
+    /// Of a shaft as its node reports it and the torque on it, N m.
+    pub fn new(shaft: &Shaft, torque_nm: f64) -> Self {
+        Self {
+            position_rad: shaft.position as f64 / 4_294_967_296.0 * TAU,
+            speed_radps: f64::from(shaft.velocity),
+            torque_nm,
+        }
+    }
+}
+
+/// One frame that the bus delivered.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct BusFrame {
+    /// Virtual time, us.
+    pub time_us: u64,
+    /// Number of the participant that sent it: a node, then the operator, then a client.
+    pub sender: usize,
+    /// What it carried.
+    pub frame: Frame,
+}
+
+/// Severity of an event.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Level {
+    /// The robot works as intended.
+    Info,
+    /// The robot goes on, but something is wrong.
+    Warning,
+    /// A fault stops a drive or the robot.
+    Error,
+}
+
+/// Something that became known during a run.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct Event {
+    /// Severity.
+    pub level: Level,
+    /// The runner injected this fault; nobody reported it on the bus.
+    pub injected: bool,
+    /// One sentence.
+    pub text: String,
+}
+
+impl fmt::Display for Event {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.text)
+    }
+}
+
+/// What the bus made public, decoded from its frames.
+#[derive(Clone, Debug, Default, Serialize)]
+pub struct Heard {
+    /// Forward speed that the operator asks for, m/s.
+    pub asked_speed: f64,
+    /// Forward speed that the guard passes on, m/s.
+    pub passed_speed: f64,
+    /// Chassis angle that the operator asks for, rad; 0 for a robot without a chassis joint.
+    #[serde(skip)]
+    pub asked_theta: f64,
+    /// Chassis angle that the guard passes on, rad; 0 for a robot without a chassis joint.
+    #[serde(skip)]
+    pub passed_theta: f64,
+    /// Posture that the operator asks for and that the guard passes on, by names with the unit
+    /// ([`crate::robots::Section::posture`]); empty for a robot without one.
+    pub posture: BTreeMap<&'static str, f64>,
+    /// Distance by the belts' encoders, m.
+    pub odometry: f64,
+    /// Pitch by the guard's attitude filter, rad.
+    pub pitch: f64,
+    /// Roll by the guard's attitude filter, rad.
+    pub roll: f64,
+    /// Heading by the guard, rad.
+    pub heading: f64,
+    /// Position by the guard, m in the world's axes, which begin where its origin is; absent until it believes a fix.
+    pub position: Option<[f64; 3]>,
+    /// Validity of that position and the heading: 0 invalid, 1 stale, 2 reckoned, 3 measured.
+    pub validity: [u8; 4],
+    /// Age of the fix behind the position, s; 25.5 is older or none.
+    pub fix_age: f64,
+    /// The guard's margins to the back, front, left and right edge, m; absent while it has none.
+    pub margins: Option<[f64; 4]>,
+    /// State of the guard: `referencing`, `ready`, `armed`, `held` and so on.
+    pub guard_state: String,
+    /// What the guard does with the command, and why: `passed`, `scaled: backward margin` and so on.
+    pub verdict: String,
+    /// Measured currents of the drives in the order of the nodes, A.
+    pub currents: Vec<f64>,
+    /// Share of the last 100 ms during which the bus was busy, 0 to 1.
+    pub bus_load: f64,
+    /// Faults and losses that became known since the sample before, one sentence each.
+    pub events: Vec<Event>,
+}

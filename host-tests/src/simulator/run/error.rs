@@ -1,0 +1,46 @@
+//! Why a run ended before its time.
+
+use super::process::NodeError;
+use crate::simulator::bus::Overflow;
+use std::fmt;
+
+/// Why a run ended before its time.
+#[derive(Debug)]
+pub enum RunError {
+    /// A node could not be started, refused its settings, or did not answer.
+    Node(NodeError),
+    /// A node or the operator sends more than the bus can carry.
+    Overflow(Overflow),
+    /// The user ended the run.
+    Interrupted,
+    /// A client is the operator, and none opened the channel in time.
+    NoClient,
+}
+
+impl fmt::Display for RunError {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        match self {
+            Self::Node(error) => write!(f, "{error}"),
+            Self::Overflow(error) => write!(f, "the bus is overloaded: {error}"),
+            Self::Interrupted => write!(f, "interrupted by the user"),
+            Self::NoClient => write!(
+                f,
+                "no client opened the channel, and a client is the operator"
+            ),
+        }
+    }
+}
+
+impl std::error::Error for RunError {}
+
+impl From<NodeError> for RunError {
+    fn from(error: NodeError) -> Self {
+        Self::Node(error)
+    }
+}
+
+impl From<Overflow> for RunError {
+    fn from(error: Overflow) -> Self {
+        Self::Overflow(error)
+    }
+}

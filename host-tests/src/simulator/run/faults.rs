@@ -1,0 +1,158 @@
+//! Makes a scenario's faults happen, and keeps who noticed them, and when.
+
+use super::listener::{Listener, Notice};
+use super::process::Node;
+use crate::robots::NodeName;
+use crate::scenario::{Fault, FaultKind, Scenario};
+use crate::simulator::bus::Bus;
+use crate::simulator::facts::FaultFacts;
+
+struct Planned {
+    fault: Fault,
+    begun: bool,
+    ended: bool,
+    notice: Option<Notice>,
+}
+
+/// The faults of one run.
+pub struct Faults {
+    planned: Vec<Planned>,
+    nodes: Vec<NodeName>,
+    seed: u64,
+}
+
+impl Faults {
+    /// The faults of this scenario, none of them begun, on a robot with these nodes.
+    pub fn new(scenario: &Scenario, nodes: Vec<NodeName>) -> Self {
+        let planned = |fault: &Fault| Planned {
+            fault: fault.clone(),
+            begun: false,
+            ended: false,
+            notice: None,
+        };
+        Self {
+            planned: scenario.faults.iter().map(planned).collect(),
+            nodes,
+            seed: scenario.seed,
+        }
+    }
+
+    /// Begins and ends what is due; returns the numbers of the nodes that start again now.
+    pub fn apply(&mut self, time_us: u64, bus: &mut Bus, nodes: &mut [Option<Node>]) -> Vec<usize> {
+        let mut starting = Vec::new();
+        for planned in &mut self.planned {
+            let node = place(&self.nodes, &planned.fault.what);
+            if !planned.begun && time_us >= microseconds(planned.fault.at_s) {
+                planned.begun = true;
+                begin(&planned.fault.what, node, self.seed, bus, nodes);
+            }
+            let restarts = matches!(planned.fault.what, FaultKind::Restart(_));
+            let at_once = restarts.then_some(planned.fault.at_s);
+            let until_s = planned.fault.until_s.or(at_once);
+            let due = until_s.is_some_and(|until| time_us >= microseconds(until));
+            if planned.begun && !planned.ended && due {
+                planned.ended = true;
+                end(&planned.fault.what, node, self.seed, bus);
+                starting.extend(node.filter(|_| restarts));
+            }
+        }
+        starting
+    }
+
+    /// Whether the encoder of this node keeps its last count now.
+    pub fn encoder_frozen(&self, node: usize) -> bool {
+        self.planned.iter().any(|planned| {
+            planned.begun
+                && !planned.ended
+                && matches!(planned.fault.what, FaultKind::EncoderFrozen(_))
+                && place(&self.nodes, &planned.fault.what) == Some(node)
+        })
+    }
+
+    /// Takes what was said on the bus, and tells the log what began.
+    pub fn notice(&mut self, time_us: u64, listener: &mut Listener) {
+        let notices = listener.take_notices();
+        for planned in &mut self.planned {
+            let began_us = microseconds(planned.fault.at_s);
+            if planned.begun && time_us == began_us.next_multiple_of(tautrack::link::STEP_US) {
+                let node = planned
+                    .fault
+                    .what
+                    .node()
+                    .map_or_else(String::new, |node| format!("{node}: "));
+                let what = planned.fault.what.words();
+                listener.note_injected(format!("fault begins: {node}{what}"));
+            }
+            if planned.begun && planned.notice.is_none() {
+                planned.notice = notices
+                    .iter()
+                    .find(|notice| notice.time_us >= began_us)
+                    .copied();
+            }
+        }
+    }
+
+    /// What became of each.
+    pub fn facts(&self) -> Vec<FaultFacts> {
+        self.planned.iter().map(facts).collect()
+    }
+}
+
+fn facts(planned: &Planned) -> FaultFacts {
+    let began_us = microseconds(planned.fault.at_s);
+    FaultFacts {
+        time_s: planned.fault.at_s,
+        node: planned.fault.what.node(),
+        what: planned.fault.what.words(),
+        noticed_by: planned.notice.map(|notice| notice.by.to_string()),
+        after_ms: planned
+            .notice
+            .map(|notice| (notice.time_us - began_us) as f64 * 1e-3),
+    }
+}
+
+/// Number of the node that a fault befalls, if it is one of the robot's.
+fn place(nodes: &[NodeName], what: &FaultKind) -> Option<usize> {
+    let befallen = what.node()?;
+    nodes.iter().position(|name| *name == befallen)
+}
+
+fn begin(
+    what: &FaultKind,
+    node: Option<usize>,
+    seed: u64,
+    bus: &mut Bus,
+    nodes: &mut [Option<Node>],
+) {
+    match (*what, node) {
+        (FaultKind::NodeDead(_) | FaultKind::Restart(_), Some(node)) => {
+            nodes[node] = None;
+            bus.cut_off(node);
+        }
+        (FaultKind::BusCut(_), Some(node)) => bus.cut_off(node),
+        (FaultKind::FrameLoss { probability }, _) => bus.lose_frames(probability, seed),
+        (FaultKind::FrameFlip { frame, bit }, _) => {
+            bus.flip_bit(bus.figures().frames() + frame, bit);
+        }
+        (
+            FaultKind::NodeDead(_)
+            | FaultKind::BusCut(_)
+            | FaultKind::EncoderFrozen(_)
+            | FaultKind::Restart(_),
+            _,
+        ) => {}
+    }
+}
+
+fn end(what: &FaultKind, node: Option<usize>, seed: u64, bus: &mut Bus) {
+    match (*what, node) {
+        (FaultKind::BusCut(_) | FaultKind::Restart(_), Some(node)) => bus.reconnect(node),
+        (FaultKind::FrameLoss { .. }, _) => bus.lose_frames(0.0, seed),
+        // A dead node stays dead, a flip is over at once, and a frozen encoder is asked about every step.
+        _ => {}
+    }
+}
+
+fn microseconds(time_s: f64) -> u64 {
+    (time_s * 1e6).round() as u64
+}

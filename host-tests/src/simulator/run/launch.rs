@@ -1,0 +1,81 @@
+//! What starts a node: its program, its board and its start message, kept so that it can start again.
+
+use super::Options;
+use super::process::{Node, NodeError};
+use crate::programs::{Board, Program, Programs};
+use crate::robots::{NodeName, NodeSpec, Role};
+use std::time::Duration;
+use tautrack::link::{MAX_SETTINGS, Ready, Start, VERSION};
+use tautrack::settings::Setting;
+
+/// Everything that one node's process is started with.
+pub struct Launch {
+    name: NodeName,
+    board: Board,
+    program: Program,
+    start: Start,
+    timeout: Option<Duration>,
+}
+
+impl Launch {
+    /// The launch of the node `spec`; `options` may replace its program and set its timeout, `seed`
+    /// is that of its noise.
+    pub fn new(spec: &NodeSpec, programs: &Programs, options: &Options, seed: u64) -> Self {
+        let (board, program) = program_of(spec, programs, &options.exchanged);
+        Self {
+            name: spec.name,
+            board,
+            program: program.clone(),
+            start: Start {
+                version: VERSION,
+                seed,
+                settings: settings(spec),
+                motor: spec.motor,
+            },
+            timeout: options.node_timeout,
+        }
+    }
+
+    /// Starts a process, the same each time.
+    ///
+    /// # Errors
+    /// Those of [`Node::start`].
+    pub fn start(&self) -> Result<(Node, Ready), NodeError> {
+        let path = &self.program.path;
+        let (mut node, ready) = Node::start(self.name, self.board, path, self.start.clone())?;
+        if let Some(timeout) = self.timeout {
+            node.set_timeout(timeout);
+        }
+        Ok((node, ready))
+    }
+
+    /// SHA-256 of the program.
+    pub fn program_sha256(&self) -> &str {
+        &self.program.sha256
+    }
+}
+
+/// A node's settings as key and value.
+fn settings(spec: &NodeSpec) -> heapless::Vec<(u16, i32), MAX_SETTINGS> {
+    let id = (Setting::NodeId, i32::from(spec.id));
+    std::iter::once(&id)
+        .chain(&spec.settings)
+        .map(|(setting, value)| (setting.description().key, *value))
+        .collect()
+}
+
+fn program_of<'a>(
+    spec: &NodeSpec,
+    programs: &'a Programs,
+    exchanged: &'a [(NodeName, Board, Program)],
+) -> (Board, &'a Program) {
+    if let Some((_, board, program)) = exchanged.iter().find(|(of, ..)| *of == spec.name) {
+        return (*board, program);
+    }
+    let program = match spec.role {
+        Role::Axle => &programs.axle,
+        Role::Screw => &programs.screw,
+        Role::Guard => &programs.guard,
+    };
+    (programs.board, program)
+}

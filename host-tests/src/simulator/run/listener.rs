@@ -1,0 +1,311 @@
+//! Decodes what the bus makes public, for the operator, the report and the notice of faults.
+
+use crate::robots::{NodeName, NodeSpec, Posture, Robot};
+use crate::scenario::BusView;
+use crate::simulator::record::{Event, Heard, Level};
+use std::collections::BTreeSet;
+use std::f64::consts::TAU;
+use tautrack::bus::network::as_emergency;
+use tautrack::bus::pdo::{
+    DriveStatus, GuardMargins, GuardMotion, GuardPassed, GuardPosition, GuardState, Payload,
+    transmit,
+};
+use tautrack::can::Frame;
+use tautrack::faults::Fault;
+use tautrack::node::guard::State;
+use tautrack::stability::filter::Verdict;
+use tautrack::stability::support::Edge;
+
+/// What the operator can see.
+#[derive(Clone, Debug, Default)]
+pub struct View {
+    /// What a script's conditions are about.
+    pub bus: BusView,
+    /// State of the guard, once it spoke.
+    pub state: Option<State>,
+    /// Chassis angle that the guard passes on, rad.
+    pub passed_theta: f64,
+}
+
+/// Somebody said on the bus that something is wrong.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Notice {
+    /// Who said so.
+    pub by: NodeName,
+    /// Whom the guard names, if it did.
+    pub about: Option<NodeName>,
+    /// When, us.
+    pub time_us: u64,
+}
+
+/// Hears every frame of the bus.
+#[derive(Debug)]
+pub struct Listener {
+    /// Names and ids, the guard last.
+    nodes: Vec<(NodeName, u8)>,
+    stages: &'static [&'static str],
+    view: View,
+    heard: Heard,
+    posture: Posture,
+    trouble: (u8, u16),
+    /// Faults in the log that are not yet over: node and code.
+    logged: BTreeSet<(u8, u16)>,
+    /// Codes of the guard's emergency frames whose node is not yet known, and the samples that they have waited.
+    unnamed: Vec<(u16, u8)>,
+    notices: Vec<Notice>,
+}
+
+/// Samples after which a fault of the guard is logged without a node: its state should name one within a period of SYNC.
+const NAMED_WITHIN: u8 = 5;
+
+impl Listener {
+    /// Listens to this robot with these nodes, the guard last.
+    pub fn new(nodes: &[NodeSpec], robot: &Robot) -> Self {
+        Self {
+            nodes: nodes.iter().map(|node| (node.name, node.id)).collect(),
+            stages: robot.kind().facts().stages,
+            posture: robot.section().posture(),
+            view: View::default(),
+            heard: Heard {
+                currents: vec![0.0; nodes.len().saturating_sub(1)],
+                ..Heard::default()
+            },
+            trouble: (0, 0),
+            logged: BTreeSet::new(),
+            unnamed: Vec::new(),
+            notices: Vec::new(),
+        }
+    }
+
+    fn guard(&self) -> u8 {
+        self.nodes.last().map_or(0, |node| node.1)
+    }
+
+    fn name_of(&self, id: u8) -> Option<NodeName> {
+        let node = self.nodes.iter().find(|node| node.1 == id);
+        node.map(|node| node.0)
+    }
+
+    fn words_for(&self, id: u8) -> String {
+        self.name_of(id)
+            .map_or_else(|| format!("node {id}"), |name| name.to_string())
+    }
+
+    /// Takes one delivered frame.
+    pub fn hear(&mut self, frame: &Frame, time_us: u64) {
+        let guard = self.guard();
+        if let Some(motion) = GuardMotion::from_frame(frame, transmit(1), guard) {
+            let radians = |centidegrees: i16| (f64::from(centidegrees) * 0.01).to_radians();
+            self.heard.odometry = f64::from(motion.odometry) * 1e-6;
+            self.heard.pitch = radians(motion.pitch);
+            self.heard.roll = radians(motion.roll);
+        } else if let Some(state) = GuardState::from_frame(frame, transmit(2), guard) {
+            self.hear_state(state, time_us);
+        } else if let Some(margins) = GuardMargins::from_frame(frame, transmit(3), guard) {
+            let GuardMargins {
+                back,
+                front,
+                left,
+                right,
+            } = margins;
+            self.heard.margins =
+                Some([back, front, left, right].map(|margin| f64::from(margin) * 1e-3));
+        } else if let Some(passed) = GuardPassed::from_frame(frame, transmit(4), guard) {
+            self.heard.asked_speed = f64::from(passed.asked_speed) * 1e-3;
+            self.heard.passed_speed = f64::from(passed.passed_speed) * 1e-3;
+            self.hear_posture(passed.asked_posture, passed.passed_posture);
+        } else if let Some(position) = GuardPosition::from_frame(frame, transmit(5), guard) {
+            self.hear_position(position);
+        } else if let Some(emergency) = as_emergency(frame) {
+            self.hear_emergency(emergency.node, emergency.code, time_us);
+        } else {
+            for (current, (_, id)) in self.heard.currents.iter_mut().zip(&self.nodes) {
+                if let Some(status) = DriveStatus::from_frame(frame, transmit(2), *id) {
+                    *current = f64::from(status.current) * 1e-3;
+                }
+            }
+        }
+        self.view.bus.odometry_m = self.heard.odometry;
+        self.view.bus.pitch = self.heard.pitch;
+        self.view.bus.heading = self.heard.heading;
+        self.view.passed_theta = self.heard.passed_theta;
+    }
+
+    /// What the operator can see.
+    pub fn view(&self) -> &View {
+        &self.view
+    }
+
+    /// What was heard, for a sample; its events are handed over once.
+    pub fn take(&mut self) -> Heard {
+        for (_, samples) in &mut self.unnamed {
+            *samples += 1;
+        }
+        let waiting = std::mem::take(&mut self.unnamed);
+        let (due, waiting): (Vec<_>, Vec<_>) =
+            waiting.into_iter().partition(|of| of.1 > NAMED_WITHIN);
+        self.unnamed = waiting;
+        for (code, _) in due {
+            self.note(Level::Error, format!("guard: {}", fault_words(code)));
+        }
+        let events = std::mem::take(&mut self.heard.events);
+        Heard {
+            events,
+            ..self.heard.clone()
+        }
+    }
+
+    fn note(&mut self, level: Level, text: String) {
+        self.heard.events.push(Event {
+            level,
+            injected: false,
+            text,
+        });
+    }
+
+    /// Adds to the next sample that the runner injects a fault.
+    pub fn note_injected(&mut self, text: String) {
+        self.heard.events.push(Event {
+            level: Level::Warning,
+            injected: true,
+            text,
+        });
+    }
+
+    fn hear_posture(&mut self, asked: i16, passed: i16) {
+        let metres = |millimetres: i16| f64::from(millimetres) * 1e-3;
+        let posture = &mut self.heard.posture;
+        match self.posture {
+            Posture::None => {}
+            Posture::ChassisAngle => {
+                let angles = [asked, passed].map(turn);
+                [self.heard.asked_theta, self.heard.passed_theta] = angles;
+                posture.insert("asked_chassis_rad", angles[0]);
+                posture.insert("passed_chassis_rad", angles[1]);
+            }
+            Posture::Clearance { .. } => {
+                posture.insert("asked_clearance_m", metres(asked));
+                posture.insert("passed_clearance_m", metres(passed));
+            }
+            Posture::Step => {
+                posture.insert("asked_step_m", metres(asked));
+            }
+        }
+    }
+
+    /// Notices since the last call.
+    pub fn take_notices(&mut self) -> Vec<Notice> {
+        std::mem::take(&mut self.notices)
+    }
+
+    fn hear_state(&mut self, state: GuardState, time_us: u64) {
+        self.heard.heading = turn(state.heading);
+        self.view.state = State::from_code(state.state);
+        let name = self
+            .view
+            .state
+            .map_or("unknown", |state| state.name(self.stages));
+        if self.heard.guard_state != name {
+            let level = if self.view.state == Some(State::Held) {
+                Level::Warning
+            } else {
+                Level::Info
+            };
+            self.note(level, format!("guard: {name}"));
+            self.heard.guard_state = name.to_string();
+        }
+        self.heard.verdict =
+            Verdict::from_code(state.verdict).map_or_else(|| "unknown".into(), words);
+        let trouble = (state.fault_node, state.fault_code);
+        if trouble != self.trouble && trouble.1 != 0 {
+            let about = self.name_of(trouble.0);
+            // The guard's emergency frame has the same code without the node.
+            self.unnamed.retain(|(code, _)| *code != trouble.1);
+            if self.logged.insert(trouble) {
+                let words = fault_words(trouble.1);
+                let text = format!("guard: {words} of {}", self.words_for(trouble.0));
+                self.note(Level::Error, text);
+            }
+            self.notices.push(Notice {
+                by: NodeName::GUARD,
+                about,
+                time_us,
+            });
+        }
+        if trouble != self.trouble {
+            self.logged.remove(&self.trouble);
+        }
+        self.trouble = trouble;
+    }
+
+    /// The world's x axis points north, its y axis west.
+    fn hear_position(&mut self, position: GuardPosition) {
+        let GuardPosition {
+            north,
+            east,
+            up,
+            validity,
+            age,
+        } = position;
+        self.heard.validity = [0, 2, 4, 6].map(|bit| validity >> bit & 3);
+        let metres = |centimetres: i16| f64::from(centimetres) * 0.01;
+        self.heard.position =
+            (self.heard.validity[0] > 0).then(|| [metres(north), -metres(east), metres(up)]);
+        self.heard.fix_age = f64::from(age) * 0.1;
+    }
+
+    fn hear_emergency(&mut self, node: u8, code: u16, time_us: u64) {
+        let name = self.words_for(node);
+        if code == 0 {
+            self.logged.retain(|(of, _)| *of != node);
+            self.note(Level::Info, format!("{name}: all clear"));
+        } else if node == self.guard() {
+            if self.trouble.1 != code {
+                self.unnamed.push((code, 0));
+            }
+        } else if self.logged.insert((node, code)) {
+            self.note(Level::Error, format!("{name}: {}", fault_words(code)));
+        }
+        if let Some(by) = self.name_of(node).filter(|_| code != 0) {
+            self.notices.push(Notice {
+                by,
+                about: None,
+                time_us,
+            });
+        }
+    }
+}
+
+/// An angle of 2^-16 turns in rad.
+fn turn(binary: i16) -> f64 {
+    f64::from(binary) / 65_536.0 * TAU
+}
+
+fn fault_words(code: u16) -> String {
+    let name = Fault::from_code(code).map_or("unknown fault", |fault| fault.description().name);
+    format!("{name} ({code:#06x})")
+}
+
+/// A verdict as results and pages show it: what happens to the command, a colon, and the reason.
+pub fn words(verdict: Verdict) -> String {
+    let edge = |edge: Edge| match edge {
+        Edge::Back => "backward margin",
+        Edge::Front => "forward margin",
+        Edge::Left => "left margin",
+        Edge::Right => "right margin",
+    };
+    match verdict {
+        Verdict::Passed => "passed".into(),
+        Verdict::Scaled(by) => format!("scaled: {}", edge(by)),
+        Verdict::Refused(by) => format!("refused: {}", edge(by)),
+        Verdict::Blind(reason) => format!("refused: {}", reason.words()),
+        Verdict::Unattended => "refused: no operator".into(),
+        Verdict::PostureRefused(by) => format!("refused: posture, {}", edge(by)),
+        Verdict::PostureScaled(by) => format!("scaled: posture, {}", edge(by)),
+        Verdict::EmergencyStopped => "refused: emergency stop".into(),
+        Verdict::Tripped(by) => format!("refused: tripped, {}", edge(by)),
+        Verdict::Overridden(by) => format!("overridden: {}", edge(by)),
+        Verdict::BackingOff(by) => format!("backing off: {}", edge(by)),
+        Verdict::Doubted(reason) => format!("scaled: {}", reason.words()),
+    }
+}

@@ -1,0 +1,255 @@
+//! One step of a run: what each participant does within a millisecond of virtual time, and in which
+//! order.
+
+use super::faults::Faults;
+use super::launch::Launch;
+use super::listener::Listener;
+use super::operator::Operator;
+use super::process::Node;
+use super::{Options, RunError};
+use crate::programs::{Programs, hexadecimal};
+use crate::scenario::Scenario;
+use crate::simulator::bus::Bus;
+use crate::simulator::facts::{NodeFacts, RunFacts};
+use crate::simulator::record::{BusFrame, DriveState, Sample};
+use crate::simulator::slcan::{MAX_CLIENTS, SlcanPort};
+use crate::world::Plant;
+use sha2::{Digest, Sha256};
+use std::time::Duration;
+use tautrack::can::Frame;
+use tautrack::link::{MAX_FRAMES, MAX_SERIAL, STEP_US, Sensors, Shaft, Step};
+
+/// A robot on its bus, with everything around it.
+pub(super) struct Run {
+    /// In the order of the machine's, the guard last; their places are their numbers on the bus,
+    /// where the operator and the clients follow.
+    nodes: Vec<Option<Node>>,
+    launches: Vec<Launch>,
+    /// Virtual time at which each node was last powered up, us: its clock begins there.
+    powered_up_us: Vec<u64>,
+    node_facts: Vec<NodeFacts>,
+    bus: Bus,
+    pub plant: Box<dyn Plant>,
+    operator: Operator,
+    listener: Listener,
+    faults: Faults,
+    pub slcan: Option<SlcanPort>,
+    hash: Sha256,
+    pub log: Vec<String>,
+    pub frames: Vec<BusFrame>,
+    /// Shafts of the last step.
+    shafts: Vec<Option<Shaft>>,
+}
+
+impl Run {
+    /// Starts all nodes.
+    pub fn start(
+        scenario: &Scenario,
+        programs: &Programs,
+        options: Options,
+    ) -> Result<Self, RunError> {
+        let specs = scenario.nodes();
+        let mut nodes = Vec::new();
+        let mut node_facts = Vec::new();
+        let mut launches = Vec::new();
+        for (index, spec) in specs.iter().enumerate() {
+            // Each node's noise is its own.
+            let seed = scenario
+                .seed
+                .wrapping_mul(0x1_0001)
+                .wrapping_add(index as u64);
+            let launch = Launch::new(spec, programs, &options, seed);
+            let (node, ready) = launch.start()?;
+            nodes.push(Some(node));
+            node_facts.push(NodeFacts {
+                name: spec.name,
+                role: ready.role.to_string(),
+                board: ready.board.to_string(),
+                node_id: spec.id,
+                program_sha256: launch.program_sha256().to_owned(),
+            });
+            launches.push(launch);
+        }
+        let guard = specs.last().map_or(0, |spec| spec.id);
+        Ok(Self {
+            powered_up_us: vec![0; nodes.len()],
+            nodes,
+            launches,
+            node_facts,
+            bus: Bus::new(specs.len() + 1 + MAX_CLIENTS),
+            plant: scenario.plant(),
+            operator: Operator::new(scenario, guard, options.let_go_s, options.disarm_s),
+            listener: Listener::new(&specs, &scenario.robot),
+            faults: Faults::new(scenario, specs.iter().map(|spec| spec.name).collect()),
+            slcan: options.slcan,
+            hash: Sha256::new(),
+            log: Vec::new(),
+            frames: Vec::new(),
+            shafts: Vec::new(),
+        })
+    }
+
+    /// One millisecond: what was offered is delivered, the nodes and the operator answer, the world
+    /// moves.
+    pub fn step(&mut self, step: u64) -> Result<(), RunError> {
+        let time_us = step * STEP_US;
+        for index in self.faults.apply(time_us, &mut self.bus, &mut self.nodes) {
+            let (node, _) = self.launches[index].start()?;
+            self.nodes[index] = Some(node);
+            self.powered_up_us[index] = time_us - STEP_US;
+        }
+        self.deliver(time_us);
+
+        let mut inboxes = vec![heapless::Vec::<Frame, MAX_FRAMES>::new(); self.nodes.len()];
+        for (index, inbox) in inboxes.iter_mut().enumerate() {
+            // A bus at 1 Mbit/s cannot deliver more in one step than the inbox holds.
+            inbox.extend(
+                self.bus
+                    .received_by(index)
+                    .map(|delivered| delivered.frame)
+                    .take(MAX_FRAMES),
+            );
+        }
+        for (index, frames) in inboxes.into_iter().enumerate() {
+            let sensors = self.sensors(index);
+            let mut serial = heapless::Vec::new();
+            if index == self.guard_number() {
+                // The line is slower than what a step can carry.
+                serial.extend(self.plant.serial().iter().copied().take(MAX_SERIAL));
+            }
+            if let Some(node) = &mut self.nodes[index] {
+                node.send(Step {
+                    time_us: time_us - self.powered_up_us[index],
+                    sensors,
+                    frames,
+                    serial,
+                })?;
+            }
+        }
+        if let Some(frame) = self.operator.tick(time_us, self.listener.view()) {
+            self.bus.offer(self.operator_number(), frame)?;
+        }
+        let first = self.first_client_number();
+        if let Some(port) = &mut self.slcan {
+            for (client, frame) in port.poll(|client| self.bus.room(first + client)) {
+                self.bus.offer(first + client, frame)?;
+            }
+        }
+        self.shafts = self.collect(time_us)?;
+        self.plant.step(&self.shafts);
+        let hash = &mut self.hash;
+        self.plant.truth_bits(&mut |bytes| hash.update(bytes));
+        Ok(())
+    }
+
+    fn guard_number(&self) -> usize {
+        self.nodes.len() - 1
+    }
+
+    fn operator_number(&self) -> usize {
+        self.nodes.len()
+    }
+
+    fn first_client_number(&self) -> usize {
+        self.nodes.len() + 1
+    }
+
+    /// Lets the bus work for one step. Operator, report and hash receive every frame, a client all
+    /// but its own.
+    fn deliver(&mut self, time_us: u64) {
+        let first = self.first_client_number();
+        for delivered in self.bus.step() {
+            let frame = &delivered.frame;
+            self.hash
+                .update([delivered.sender as u8, frame.data().len() as u8]);
+            self.hash.update(frame.id().to_le_bytes());
+            self.hash.update(frame.data());
+            self.listener.hear(frame, time_us);
+            self.frames.push(BusFrame {
+                time_us,
+                sender: delivered.sender,
+                frame: *frame,
+            });
+            if let Some(port) = &mut self.slcan {
+                port.send(frame, delivered.sender.checked_sub(first));
+            }
+        }
+        if let Some(port) = &mut self.slcan {
+            port.wait_for_readers();
+        }
+        self.faults.notice(time_us, &mut self.listener);
+    }
+
+    fn sensors(&self, node: usize) -> Sensors {
+        if node == self.guard_number() {
+            let body = Some(self.plant.body_sensors());
+            return Sensors {
+                bus_voltage: self.plant.sensors(0).bus_voltage,
+                body,
+                ..Sensors::default()
+            };
+        }
+        Sensors {
+            encoder_frozen: self.faults.encoder_frozen(node),
+            ..self.plant.sensors(node)
+        }
+    }
+
+    /// Takes the nodes' answers: shafts for the plant, frames for the bus.
+    fn collect(&mut self, time_us: u64) -> Result<Vec<Option<Shaft>>, RunError> {
+        let mut shafts = vec![None; self.guard_number()];
+        for (index, slot) in self.nodes.iter_mut().enumerate() {
+            let Some(node) = slot else { continue };
+            let stepped = node.receive()?;
+            if let Some(shaft) = shafts.get_mut(index) {
+                *shaft = Some(stepped.shaft);
+            }
+            for line in node.log_lines(&stepped) {
+                let time_s = time_us as f64 * 1e-6;
+                self.log
+                    .push(format!("{time_s:.3} {}: {line}", node.name()));
+            }
+            for frame in stepped.frames {
+                self.bus.offer(index, frame)?;
+            }
+        }
+        Ok(shafts)
+    }
+
+    /// What is recorded of this step.
+    pub fn sample(&mut self, step: u64) -> Sample {
+        let mut heard = self.listener.take();
+        heard.bus_load = self.bus.figures().window_load();
+        let drive = |(motor, shaft): (usize, &Option<Shaft>)| {
+            let torque = f64::from(self.plant.sensors(motor).shaft_torque);
+            shaft.as_ref().map(|shaft| DriveState::new(shaft, torque))
+        };
+        Sample {
+            time_s: (step * STEP_US) as f64 * 1e-6,
+            truth: self.plant.truth().clone(),
+            heard,
+            drives: self.shafts.iter().enumerate().map(drive).collect(),
+            bodies: self.plant.poses(),
+        }
+    }
+
+    /// Virtual times at which the operator's script changed what is commanded, its start included, s.
+    pub fn commands_s(&self) -> Vec<f64> {
+        let times = self.operator.commands_us().iter();
+        times.map(|time_us| *time_us as f64 * 1e-6).collect()
+    }
+
+    /// What is known at the end of a run of so many steps.
+    pub fn facts(&self, wall: Duration, steps: u64) -> RunFacts {
+        let hash = self.hash.clone().finalize();
+        RunFacts {
+            wall_s: wall.as_secs_f64(),
+            steps,
+            nodes: self.node_facts.clone(),
+            frames: self.bus.figures().frames(),
+            worst_latency_ms: self.bus.figures().worst_latency_ms(),
+            faults: self.faults.facts(),
+            state_hash: hexadecimal(&hash),
+        }
+    }
+}

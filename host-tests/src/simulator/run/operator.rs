@@ -1,0 +1,124 @@
+//! The operator: one more participant of the bus, who sees and uses nothing but the guard's public objects.
+
+use super::listener::View;
+use crate::robots::Posture;
+use crate::scenario::{Ask, BusView, OperatorRequest, Scenario, Script};
+use std::f64::consts::TAU;
+use tautrack::bus::pdo::{OperatorCommand, Payload, Request, receive};
+use tautrack::can::Frame;
+use tautrack::node::guard::State;
+
+/// Time between two commands, us.
+pub const PERIOD_US: u64 = 20_000;
+
+/// Plays a scenario's script from the moment at which the guard is armed.
+pub struct Operator {
+    scenario: crate::scenario::Operator,
+    script: Option<Script>,
+    let_go_us: Option<u64>,
+    disarm_us: Option<u64>,
+    commands_us: Vec<u64>,
+    theta: f64,
+    sequence: u8,
+    /// A request to stop went out while the guard was ready; from the next command on the request is
+    /// to arm, and stays so.
+    stopped: bool,
+    asks_to_arm: bool,
+    guard: u8,
+    posture: Posture,
+}
+
+impl Operator {
+    /// The operator of this scenario, who commands the guard with this id and arms it as soon as it
+    /// is ready. From `let_go_s` on no motion is commanded; from `disarm_s` on the request is to
+    /// disarm. Sends nothing where a client is the operator.
+    pub fn new(
+        scenario: &Scenario,
+        guard: u8,
+        let_go_s: Option<f64>,
+        disarm_s: Option<f64>,
+    ) -> Self {
+        let microseconds = |time_s: f64| (time_s * 1e6) as u64;
+        Self {
+            scenario: scenario.operator.clone(),
+            script: None,
+            let_go_us: let_go_s.map(microseconds),
+            disarm_us: disarm_s.map(microseconds),
+            commands_us: Vec::new(),
+            theta: 0.0,
+            sequence: 0,
+            stopped: false,
+            asks_to_arm: false,
+            guard,
+            posture: scenario.robot.section().posture(),
+        }
+    }
+
+    /// Times at which the script changed what is commanded, its start included, us.
+    pub fn commands_us(&self) -> &[u64] {
+        &self.commands_us
+    }
+
+    /// The command to send at this time, if one is due.
+    pub fn tick(&mut self, time_us: u64, view: &View) -> Option<Frame> {
+        if self.scenario.client || !time_us.is_multiple_of(PERIOD_US) {
+            return None;
+        }
+        let now = BusView {
+            time_s: time_us as f64 * 1e-6,
+            ..view.bus
+        };
+        if view.state == Some(State::Armed) && self.script.is_none() {
+            self.script = Some(Script::new(&self.scenario, now, view.passed_theta));
+            self.commands_us.push(time_us);
+        }
+        self.sequence = self.sequence.wrapping_add(1);
+        self.asks_to_arm |= view.state == Some(State::Ready) && self.stopped;
+        self.stopped |= view.state == Some(State::Ready);
+        let mut command = OperatorCommand {
+            request: if self.asks_to_arm {
+                Request::Arm
+            } else {
+                Request::Stop
+            } as u8,
+            sequence: self.sequence,
+            ..OperatorCommand::default()
+        };
+        if let Some(script) = &mut self.script {
+            let events = script.events_done();
+            let ask = script.tick(now);
+            if script.events_done() > events {
+                self.commands_us.push(time_us);
+            }
+            command.request = ask.request.code() as u8;
+            let let_go = self.let_go_us.is_some_and(|since| time_us >= since);
+            if !let_go {
+                self.theta = ask.theta;
+            }
+            let ask = if let_go {
+                Ask {
+                    speed_mps: 0.0,
+                    yaw_rate: 0.0,
+                    theta: self.theta,
+                    step_m: 0.0,
+                    ..ask
+                }
+            } else {
+                ask
+            };
+            let milli = |value: f64| (value * 1e3).round() as i16;
+            command.forward = milli(ask.speed_mps);
+            command.yaw_rate = milli(ask.yaw_rate);
+            command.posture = match self.posture {
+                Posture::None => 0,
+                Posture::ChassisAngle => (ask.theta / TAU * 65_536.0).round() as i16,
+                Posture::Clearance { first_m } => milli(ask.clearance_m.unwrap_or(first_m)),
+                Posture::Step => milli(ask.step_m),
+            };
+        }
+        if self.disarm_us.is_some_and(|since| time_us >= since) {
+            command.request = OperatorRequest::Disarm.code() as u8;
+        }
+        Some(command.frame(receive(1), self.guard))
+    }
+}

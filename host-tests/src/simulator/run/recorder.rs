@@ -1,0 +1,140 @@
+//! Makes the steps of a run until it ends, and records it.
+
+use super::conditions::{Conditions, is_still};
+use super::lockstep::Run;
+use super::pace::Pace;
+use super::{Options, Outcome, Progress, RunError};
+use crate::programs::Programs;
+use crate::scenario::Scenario;
+use crate::simulator::record::{SAMPLE_HZ, Sample};
+use crate::simulator::slcan::SlcanPort;
+use std::time::{Duration, Instant};
+
+/// Steps that a run goes on after the robot turned over, when it ends for that.
+const AFTER_TOPPLING: u64 = 500;
+/// Steps that a run goes on after the last client has left, if a client is the operator: time to
+/// come back.
+const AFTER_CLIENTS: u64 = 5_000;
+
+/// As [`super::run()`], but a run that breaks in the middle also returns what it recorded until
+/// then, with the reason.
+///
+/// # Errors
+/// [`RunError`] of a run that did not begin.
+pub fn record(
+    scenario: &Scenario,
+    programs: &Programs,
+    options: Options,
+    progress: &mut dyn FnMut(&Progress),
+) -> Result<(Outcome, Option<RunError>), RunError> {
+    let conditions = Conditions::of(scenario, &options);
+    let (speed, slcan_wait) = (options.speed, options.slcan_wait);
+    let run = Run::start(scenario, programs, options)?;
+    let mut recorder = Recorder {
+        run,
+        samples: Vec::new(),
+        step: 0,
+        conditions,
+    };
+    let broken = recorder.wait_for_client(slcan_wait).err();
+    let speed = speed.or(recorder.run.slcan.as_ref().map(|_| 1.0));
+    let began = Instant::now();
+    let broken = match broken {
+        None => recorder
+            .run_to_the_end(Pace::new(speed, began), progress)
+            .err(),
+        broken => broken,
+    };
+    let Recorder {
+        run, samples, step, ..
+    } = recorder;
+    let outcome = Outcome {
+        samples,
+        facts: run.facts(began.elapsed(), step),
+        commands_s: run.commands_s(),
+        clients: run.slcan.as_ref().map_or(0, SlcanPort::joined),
+        frames: run.frames,
+        log: run.log,
+    };
+    Ok((outcome, broken))
+}
+
+/// A run and what is recorded of it.
+struct Recorder {
+    run: Run,
+    samples: Vec<Sample>,
+    /// Steps done.
+    step: u64,
+    conditions: Conditions,
+}
+
+impl Recorder {
+    fn wait_for_client(&mut self, timeout: Option<Duration>) -> Result<(), RunError> {
+        let Some(port) = &mut self.run.slcan else {
+            return Ok(());
+        };
+        let conditions = &self.conditions;
+        let joined = port.wait_for_client(timeout, &|| conditions.interrupted());
+        if conditions.interrupted() {
+            return Err(RunError::Interrupted);
+        }
+        // Without a wait a client may still join later.
+        let may_join = joined || !conditions.client_operates || timeout == Some(Duration::ZERO);
+        if may_join {
+            Ok(())
+        } else {
+            Err(RunError::NoClient)
+        }
+    }
+
+    fn run_to_the_end(
+        &mut self,
+        mut pace: Pace,
+        progress: &mut dyn FnMut(&Progress),
+    ) -> Result<(), RunError> {
+        let mut end = self.conditions.steps;
+        let mut still_since_s = 0.0;
+        let mut attached_at = 0;
+        while self.step < end {
+            if self.conditions.interrupted() {
+                return Err(RunError::Interrupted);
+            }
+            self.run.step(self.step + 1)?;
+            self.step += 1;
+            let step = self.step;
+            if step.is_multiple_of(1_000 / u64::from(SAMPLE_HZ)) {
+                let sample = self.run.sample(step);
+                progress(&Progress {
+                    time_s: sample.time_s,
+                    speed: sample.heard.passed_speed,
+                    state: &sample.heard.guard_state,
+                });
+                if !is_still(self.samples.last(), &sample) {
+                    still_since_s = sample.time_s;
+                }
+                if sample.time_s - still_since_s >= self.conditions.still_s {
+                    end = step;
+                }
+                self.samples.push(sample);
+            }
+            std::thread::sleep(pace.pause(Instant::now()));
+            if self.conditions.toppled && self.run.plant.truth().toppled {
+                end = end.min(step + AFTER_TOPPLING);
+            }
+            if let Some(port) = &self.run.slcan
+                && self.conditions.client_operates
+            {
+                if port.attached() > 0 || port.joined() == 0 {
+                    attached_at = step;
+                }
+                if step >= attached_at + AFTER_CLIENTS {
+                    eprintln!(
+                        "tautrack: the last client left 5 s of virtual time ago; the run ends"
+                    );
+                    end = step;
+                }
+            }
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,182 @@
+//! The TCP port and its clients.
+
+use super::client::Client;
+use super::line_of;
+use rustix::net::sockopt::set_socket_send_buffer_size;
+use std::io;
+use std::net::{SocketAddr, TcpListener, ToSocketAddrs};
+use std::thread::sleep;
+use std::time::{Duration, Instant};
+use tautrack::can::Frame;
+
+/// Clients that can take part at once. One more is disconnected at once.
+pub const MAX_CLIENTS: usize = 8;
+
+/// Unsent bytes that the system keeps per client. More would be frames that a slow client receives
+/// long after they were sent.
+const SEND_BUFFER: usize = 4096;
+/// Unsent bytes of a client for which the run waits: a tenth of a second of a busy bus.
+const BACKLOG: usize = 8192;
+/// A client that reads nothing for so long, while the run waits for it, is disconnected.
+const READ_TIMEOUT: Duration = Duration::from_secs(5);
+/// Time between two looks at a connection for which something waits.
+const POLL_INTERVAL: Duration = Duration::from_millis(1);
+
+/// The port: up to [`MAX_CLIENTS`] clients, each with a number below that.
+#[derive(Debug)]
+pub struct SlcanPort {
+    listener: TcpListener,
+    clients: [Option<Client>; MAX_CLIENTS],
+    joined: usize,
+}
+
+impl SlcanPort {
+    /// Listens on `address`; port 0 takes a free one.
+    ///
+    /// # Errors
+    /// The operating system's, if the address is none or is in use.
+    pub fn bind(address: impl ToSocketAddrs) -> io::Result<Self> {
+        let listener = TcpListener::bind(address)?;
+        listener.set_nonblocking(true)?;
+        // The connections inherit it.
+        set_socket_send_buffer_size(&listener, SEND_BUFFER)?;
+        Ok(Self {
+            listener,
+            clients: [const { None }; MAX_CLIENTS],
+            joined: 0,
+        })
+    }
+
+    /// Where the port listens.
+    ///
+    /// # Errors
+    /// The operating system's.
+    pub fn address(&self) -> io::Result<SocketAddr> {
+        self.listener.local_addr()
+    }
+
+    /// Number of clients whose channel is open.
+    pub fn attached(&self) -> usize {
+        self.clients
+            .iter()
+            .flatten()
+            .filter(|client| client.open())
+            .count()
+    }
+
+    /// Number of connections that have opened the channel since the port was made.
+    pub fn joined(&self) -> usize {
+        self.joined
+    }
+
+    /// Waits until a client has opened the channel, for at most `timeout` (without limit if
+    /// absent), or until `stop` holds; whether one has. What the client sends after that waits in
+    /// its connection.
+    pub fn wait_for_client(&mut self, timeout: Option<Duration>, stop: &dyn Fn() -> bool) -> bool {
+        let began = Instant::now();
+        loop {
+            self.poll(|_| 0);
+            if self.attached() > 0 {
+                return true;
+            }
+            if timeout.is_some_and(|timeout| began.elapsed() >= timeout) || stop() {
+                return false;
+            }
+            sleep(POLL_INTERVAL);
+        }
+    }
+
+    /// Answers the clients and takes at most `room(number)` frames from each; each frame comes with
+    /// its client's number. What a client sends beyond that waits in its connection. Does not wait.
+    pub fn poll(&mut self, room: impl Fn(usize) -> usize) -> Vec<(usize, Frame)> {
+        self.accept();
+        let mut frames = Vec::new();
+        for (number, place) in self.clients.iter_mut().enumerate() {
+            let Some(client) = place else { continue };
+            let before = client.has_joined();
+            let mut taken = Vec::new();
+            let gone = client.exchange(room(number), &mut taken).is_err();
+            if client.has_joined() && !before {
+                self.joined += 1;
+                eprintln!("tautrack: CAN client {} joins", number + 1);
+            }
+            frames.extend(taken.into_iter().map(|frame| (number, frame)));
+            if gone {
+                leave(number, place);
+            }
+        }
+        frames
+    }
+
+    /// Sends `frame` to every client with an open channel but `sender`, the number of the client
+    /// that it comes from. Does not wait.
+    pub fn send(&mut self, frame: &Frame, sender: Option<usize>) {
+        let line = line_of(frame);
+        for (number, place) in self.clients.iter_mut().enumerate() {
+            let listens = |client: &&mut Client| client.open() && sender != Some(number);
+            let gone = place
+                .as_mut()
+                .filter(listens)
+                .is_some_and(|client| client.send(line.as_bytes()).is_err());
+            if gone {
+                leave(number, place);
+            }
+        }
+    }
+
+    /// Waits until every client has read its frames up to a tenth of a second's worth. A client
+    /// that reads nothing for five seconds is disconnected, and standard error says so.
+    pub fn wait_for_readers(&mut self) {
+        loop {
+            let mut waiting = false;
+            for (number, place) in self.clients.iter_mut().enumerate() {
+                let Some(client) = place else { continue };
+                if client.unsent() <= BACKLOG {
+                    continue;
+                }
+                let gone = client.flush().is_err();
+                let dead = client.unsent() > BACKLOG && client.silent_for() > READ_TIMEOUT;
+                if dead {
+                    eprintln!(
+                        "tautrack: CAN client {} reads nothing for {} s and is disconnected",
+                        number + 1,
+                        READ_TIMEOUT.as_secs()
+                    );
+                }
+                if gone || dead {
+                    leave(number, place);
+                } else {
+                    waiting |= client.unsent() > BACKLOG;
+                }
+            }
+            if !waiting {
+                return;
+            }
+            sleep(POLL_INTERVAL);
+        }
+    }
+
+    /// Takes the connections that are waiting. One that fails now, for whatever reason, is tried
+    /// again at the next poll; one for which there is no place is closed.
+    fn accept(&mut self) {
+        while let Ok((stream, _)) = self.listener.accept() {
+            let free = self.clients.iter_mut().find(|place| place.is_none());
+            match (free, Client::new(stream)) {
+                (Some(place), Ok(client)) => *place = Some(client),
+                (None, _) => {
+                    eprintln!(
+                        "tautrack: a CAN client is refused: {MAX_CLIENTS} have joined already"
+                    );
+                }
+                (Some(_), Err(_)) => {}
+            }
+        }
+    }
+}
+
+/// Empties the place of a client. One that never opened its channel was none.
+fn leave(number: usize, place: &mut Option<Client>) {
+    if place.take().is_some_and(|client| client.has_joined()) {
+        eprintln!("tautrack: CAN client {} leaves", number + 1);
+    }
+}

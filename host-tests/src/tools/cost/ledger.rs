@@ -1,0 +1,117 @@
+//! `cost.toml`: what each entry may cost, and what it cost when it was last pinned.
+
+use super::{CostError, Measurement};
+use crate::programs::setup::checkout::root;
+use serde::Deserialize;
+use std::fmt::Write;
+use std::path::PathBuf;
+use std::{fs, io};
+
+/// The whole file.
+#[derive(Clone, PartialEq, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Ledger {
+    /// The compiler that the pins hold for.
+    pub rustc: String,
+    /// Kernels and ticks.
+    pub kernel: Vec<Kernel>,
+}
+
+/// One entry.
+#[derive(Clone, PartialEq, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Kernel {
+    /// Its name, as the firmware prints it.
+    pub name: String,
+    /// Most instructions that it may ever take.
+    pub ceiling: Option<u32>,
+    /// Why the ceiling is not met; absent where it is.
+    pub excuse: Option<String>,
+    /// Most instructions of a call with the recorded compiler.
+    pub pinned: u32,
+    /// Worst error, as a test asserts it.
+    pub error: Option<String>,
+    /// Calls a second in its loop.
+    pub rate_hz: Option<u32>,
+}
+
+impl Ledger {
+    /// The entry of this name.
+    pub fn kernel(&self, name: &str) -> Option<&Kernel> {
+        self.kernel.iter().find(|kernel| kernel.name == name)
+    }
+}
+
+fn path() -> io::Result<PathBuf> {
+    Ok(root()?.join("host-tests/cost.toml"))
+}
+
+/// Reads `cost.toml`.
+///
+/// # Errors
+/// The file's, with the line.
+pub fn read() -> Result<Ledger, CostError> {
+    toml::from_str(&fs::read_to_string(path()?)?)
+        .map_err(|error| CostError::Malformed(format!("cost.toml: {error}")))
+}
+
+/// Writes compiler and counts of `measurement` into the file; everything else in it stays.
+///
+/// # Errors
+/// The file cannot be read or written.
+pub fn pin(measurement: &Measurement) -> Result<(), CostError> {
+    let old = fs::read_to_string(path()?)?;
+    let (mut new, mut most) = (String::new(), None);
+    for line in old.lines() {
+        if let Some(name) = line.strip_prefix("name = ") {
+            let name = name.trim_matches('"');
+            let entry = measurement.entries.iter().find(|entry| entry.name == name);
+            most = entry.map(|entry| entry.most);
+        }
+        // Writing to a string cannot fail.
+        let _ = match most {
+            Some(most) if line.starts_with("pinned = ") => writeln!(new, "pinned = {most}"),
+            _ if line.starts_with("rustc = ") => writeln!(new, "rustc = \"{}\"", measurement.rustc),
+            _ => writeln!(new, "{line}"),
+        };
+    }
+    Ok(fs::write(path()?, new)?)
+}
+
+/// Everything that is wrong with `measurement` by `ledger`, a line each. Pins count only for the compiler that they were made with.
+pub fn violations(measurement: &Measurement, ledger: &Ledger) -> Vec<String> {
+    let pins_hold = measurement.rustc == ledger.rustc;
+    let mut found = Vec::new();
+    for kernel in &ledger.kernel {
+        let name = &kernel.name;
+        let Some(entry) = measurement.entries.iter().find(|entry| entry.name == *name) else {
+            found.push(format!("{name}: in cost.toml, but not measured"));
+            continue;
+        };
+        let most = entry.most;
+        if pins_hold && most != kernel.pinned {
+            found.push(format!(
+                "{name}: {most} instructions, pinned at {}; if that is meant: cargo cost --write",
+                kernel.pinned
+            ));
+        }
+        match (kernel.ceiling, &kernel.excuse) {
+            (Some(ceiling), None) if most > ceiling => {
+                found.push(format!("{name}: {most} instructions, ceiling {ceiling}"));
+            }
+            (Some(ceiling), Some(_)) if most <= ceiling => {
+                found.push(format!(
+                    "{name}: within its ceiling of {ceiling}, so it needs no excuse"
+                ));
+            }
+            (None, Some(_)) => found.push(format!("{name}: an excuse, but no ceiling")),
+            _ => {}
+        }
+    }
+    for entry in &measurement.entries {
+        if ledger.kernel(&entry.name).is_none() {
+            found.push(format!("{}: measured, but not in cost.toml", entry.name));
+        }
+    }
+    found
+}

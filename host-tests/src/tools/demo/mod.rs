@@ -1,0 +1,73 @@
+//! `cargo demo`: runs a scenario, or a whole suite, and says by its exit status what came of it.
+//!
+//! `arguments`: the command line. `preparation`: scenario, port and folder. `run`: the run and its
+//! verdict. `output`: the files. `interrupt`: Ctrl-C.
+
+mod arguments;
+mod interrupt;
+mod output;
+mod preparation;
+mod run;
+
+use crate::robots::Kind;
+use crate::tools::suite::command;
+use crate::tools::suite::operators::Plan;
+use arguments::{Arguments, Suite, Switch};
+use clap::Parser;
+use preparation::Prepared;
+use run::run;
+use std::ffi::OsString;
+use std::process::ExitCode;
+
+/// Exit status of bad arguments and bad scenario files, as of unmet expectations the failure status
+/// 1.
+const USAGE: u8 = 2;
+
+/// Runs the command. Its exit status is 0 if the scenario's expectation holds, 1 if not or if the
+/// run broke or a result is not written, 2 for bad arguments and bad scenario files, 130 if the
+/// user interrupted it.
+pub fn main(arguments: impl Iterator<Item = OsString>) -> ExitCode {
+    let name = std::iter::once(OsString::from("cargo demo"));
+    let arguments =
+        Arguments::try_parse_from(name.chain(arguments)).unwrap_or_else(|error| error.exit());
+    let out = match preparation::folder(&arguments) {
+        Ok(out) => out,
+        Err(message) => return fail(&message, USAGE),
+    };
+    if let Some(suite) = arguments.suite {
+        let seed = arguments.seed.unwrap_or(1);
+        let b2p2_with_guard = arguments.robot == Kind::B2p2 && arguments.guard.is_none();
+        let holds = match suite {
+            Suite::Hazards if b2p2_with_guard => command::hazards(arguments.random, seed, &out),
+            Suite::Hazards => {
+                return fail("--suite hazards takes neither --robot nor --guard", USAGE);
+            }
+            Suite::Operators => {
+                let plan = Plan {
+                    robot: arguments.robot,
+                    guard: !matches!(arguments.guard, Some(Switch::Off)),
+                    runs: arguments.runs,
+                    seed,
+                };
+                command::operators(&plan, &out)
+            }
+        };
+        return match holds {
+            Ok(all_hold) => ExitCode::from(u8::from(!all_hold)),
+            Err(message) => fail(&message, 1),
+        };
+    }
+    let prepared = match Prepared::new(&arguments, &out) {
+        Ok(prepared) => prepared,
+        Err(message) => return fail(&message, USAGE),
+    };
+    match run(&arguments, prepared) {
+        Ok(status) => ExitCode::from(status),
+        Err(message) => fail(&message, 1),
+    }
+}
+
+fn fail(message: &str, status: u8) -> ExitCode {
+    eprintln!("error: {message}");
+    ExitCode::from(status)
+}

@@ -1,0 +1,84 @@
+//! What is made before anything is built, so that nothing runs in vain: the scenario, the port for
+//! CAN clients and the folder of the results.
+
+use super::arguments::{Arguments, Switch};
+use super::output::Output;
+use crate::programs::setup::checkout;
+use crate::scenario::Scenario;
+use crate::simulator::slcan::SlcanPort;
+use std::path::{Path, PathBuf};
+
+/// What a run needs, checked and open.
+pub(super) struct Prepared {
+    pub scenario: Scenario,
+    pub slcan: Option<SlcanPort>,
+    pub output: Output,
+}
+
+impl Prepared {
+    pub fn new(arguments: &Arguments, out: &Path) -> Result<Self, String> {
+        let scenario = scenario(arguments)?;
+        if scenario.operator.client && arguments.slcan.is_none() {
+            let why = "a CAN client is the operator; add --slcan 127.0.0.1:3333 (docs/bus.md)";
+            return Err(format!("{}: {why}", scenario.name));
+        }
+        let slcan = arguments.slcan.as_ref().map(|address| {
+            SlcanPort::bind(address)
+                .map_err(|error| format!("cannot listen on --slcan {address} (ADDR:PORT): {error}"))
+        });
+        Ok(Self {
+            scenario,
+            slcan: slcan.transpose()?,
+            output: Output::open(out)
+                .map_err(|error| format!("cannot write to --out {}: {error}", out.display()))?,
+        })
+    }
+}
+
+fn root() -> Result<&'static Path, String> {
+    checkout::root().map_err(|error| error.to_string())
+}
+
+/// The folder of the results, as short as the working directory allows.
+pub(super) fn folder(arguments: &Arguments) -> Result<PathBuf, String> {
+    if let Some(out) = &arguments.out {
+        return Ok(out.clone());
+    }
+    let folder = root()?.join("target/demo");
+    let here = std::env::current_dir().unwrap_or_default();
+    let short = folder.strip_prefix(here).map(Path::to_owned);
+    Ok(short.unwrap_or(folder))
+}
+
+/// The scenario's file. A path that the docs name, which begins at the checkout's root, is also
+/// found from another directory.
+fn scenario_file(arguments: &Arguments) -> Result<PathBuf, String> {
+    let Some(path) = &arguments.scenario else {
+        let shipped = root()?.join("host-tests/scenarios");
+        return Ok(shipped.join(arguments.robot.facts().scenario_file));
+    };
+    if !path.exists()
+        && let Ok(from_root) = root().map(|root| root.join(path))
+        && from_root.exists()
+    {
+        return Ok(from_root);
+    }
+    Ok(path.clone())
+}
+
+fn scenario(arguments: &Arguments) -> Result<Scenario, String> {
+    let path = scenario_file(arguments)?;
+    let scenario = Scenario::load(&path).map_err(|error| error.to_string())?;
+    let mut description = scenario.description();
+    if let Some(guard) = arguments.guard {
+        description.guard = matches!(guard, Switch::On);
+    }
+    if !description.guard {
+        // What the guard does is not asked of a guard that is off.
+        description.expect.guard_intervenes = None;
+    }
+    description.seed = arguments.seed.unwrap_or(description.seed);
+    description
+        .check()
+        .map_err(|problem| format!("{}: {problem}", path.display()))
+}

@@ -1,0 +1,108 @@
+//! `cargo evaluate`: model functions on JSON, computed by the library's own code in either
+//! precision, so that another tool, or a person with MATLAB, can check what is flashed.
+//!
+//! The format is that of host-tests/vectors: `group`, `params`, `functions: {name: [{in, out}]}`.
+//! What comes out is the same document with `out` computed in every case. A group is one file here
+//! and one line in `groups`.
+
+mod b2p2_dynamics;
+mod b2p2_fk_com;
+mod b2p2_parameters;
+mod b2p2_screw;
+mod b2p2_zmp;
+mod command;
+mod crawler;
+mod error;
+mod hylos_control;
+mod hylos_margin;
+mod hylos_parameters;
+mod input;
+mod rt_mover;
+
+pub use command::main;
+pub use error::EvaluateError;
+
+use clap::ValueEnum;
+use input::Input;
+use serde_json::Value;
+use tautrack::math::Scalar;
+
+/// What a model computes with.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, ValueEnum)]
+pub enum Precision {
+    /// Single precision, as on the robot.
+    F32,
+    /// Double precision.
+    F64,
+}
+
+/// A function of a group: from the document's `params` and a case's `in` to its `out`.
+type Function = fn(&Input, &Input) -> Result<Value, EvaluateError>;
+/// Functions by name.
+type Functions = Vec<(&'static str, Function)>;
+
+/// Functions of each group.
+fn groups<S: Scalar>() -> [(&'static str, Functions); 8] {
+    [
+        ("b2p2_screw", b2p2_screw::functions::<S>()),
+        ("b2p2_fk_com", b2p2_fk_com::functions::<S>()),
+        ("b2p2_dynamics", b2p2_dynamics::functions::<S>()),
+        ("b2p2_zmp", b2p2_zmp::functions::<S>()),
+        ("crawler", crawler::functions::<S>()),
+        ("hylos_margin", hylos_margin::functions::<S>()),
+        ("hylos_control", hylos_control::functions::<S>()),
+        ("rt_mover", rt_mover::functions::<S>()),
+    ]
+}
+
+/// The document of `text` with every `out` computed.
+///
+/// # Errors
+/// The first thing in it that cannot be understood or computed, with its place.
+pub fn evaluate(text: &str, precision: Precision) -> Result<Value, EvaluateError> {
+    let document = serde_json::from_str(text).map_err(|error| EvaluateError::Malformed {
+        line: error.line(),
+        column: error.column(),
+        message: error.to_string(),
+    })?;
+    match precision {
+        Precision::F32 => evaluate_with(document, &groups::<f32>()),
+        Precision::F64 => evaluate_with(document, &groups::<f64>()),
+    }
+}
+
+fn evaluate_with(
+    mut document: Value,
+    groups: &[(&'static str, Functions)],
+) -> Result<Value, EvaluateError> {
+    let root = Input::root(&document);
+    let group = root.text("group")?;
+    let names = || groups.iter().map(|(name, _)| *name).collect();
+    let (_, known) = groups
+        .iter()
+        .find(|(name, _)| *name == group)
+        .ok_or_else(|| EvaluateError::UnknownGroup {
+            got: group.to_owned(),
+            known: names(),
+        })?;
+    let params = root.member("params")?;
+    let mut results = Vec::new();
+    for (name, cases) in root.member("functions")?.members()? {
+        let (_, function) = known
+            .iter()
+            .find(|(other, _)| *other == name)
+            .ok_or_else(|| EvaluateError::UnknownFunction {
+                group: group.to_owned(),
+                got: name.to_owned(),
+                known: known.iter().map(|(name, _)| *name).collect(),
+            })?;
+        for (index, case) in cases.elements()?.iter().enumerate() {
+            let out = function(&params, &case.member("in")?)?;
+            results.push((name.to_owned(), index, out));
+        }
+    }
+    for (name, index, out) in results {
+        document["functions"][&name][index]["out"] = out;
+    }
+    Ok(document)
+}

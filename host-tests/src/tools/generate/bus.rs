@@ -1,0 +1,351 @@
+//! The buses as Markdown: every frame of B2P2 with its rate and its bits, sums for the other robots, what the payloads mean, and all objects.
+
+use super::tables::sentence;
+use super::{ReferenceError, Role, eds};
+use crate::programs::setup::checkout::root;
+use crate::robots::{Kind, NodeName, NodeSpec};
+use crate::scenario::Scenario;
+use crate::simulator::bus::wire::{BIT_RATE, worst_case_bits};
+use crate::simulator::run::operator::PERIOD_US;
+use clap::ValueEnum;
+use std::fmt::Write;
+use tautrack::bus::network::{self, OFFSET_SYNCS, function};
+use tautrack::bus::pdo::{
+    DriveMotion, DriveStatus, GuardMargins, GuardMotion, GuardPassed, GuardPosition, GuardState,
+    OperatorCommand, PositionSetPoint, TorqueOffset, VelocitySetPoint,
+};
+use tautrack::can::Frame;
+use tautrack::settings::Setting;
+use zencan_common::device_config::{DataType, Object, PdoDefaultConfig};
+use zencan_common::objects::AccessType;
+use zencan_common::pdo::PdoMapping;
+
+/// A payload of `tautrack::bus::pdo`.
+struct Known {
+    name: &'static str,
+    mapping: &'static [u32],
+    meanings: &'static [&'static str],
+}
+
+macro_rules! known {
+    ($($payload:ident),*) => {
+        [$(Known { name: stringify!($payload), mapping: $payload::MAPPING, meanings: $payload::MEANINGS },)*]
+    };
+}
+
+const PAYLOADS: [Known; 11] = known!(
+    PositionSetPoint,
+    VelocitySetPoint,
+    TorqueOffset,
+    DriveMotion,
+    DriveStatus,
+    OperatorCommand,
+    GuardMotion,
+    GuardState,
+    GuardMargins,
+    GuardPassed,
+    GuardPosition
+);
+
+/// A frame that comes again and again.
+struct Cyclic {
+    id: u16,
+    sender: String,
+    what: String,
+    bytes: usize,
+    period_us: u64,
+}
+
+impl Cyclic {
+    fn bits(&self) -> u32 {
+        // A frame's bits depend on its length alone, which is 0 to 8.
+        Frame::new(self.id, &[0; 8][..self.bytes]).map_or(0, |frame| worst_case_bits(&frame))
+    }
+
+    fn bits_per_second(&self) -> f64 {
+        f64::from(self.bits()) * 1e6 / self.period_us as f64
+    }
+}
+
+/// The nodes of a robot as its own scenario has them.
+fn nodes(kind: Kind) -> Result<Vec<NodeSpec>, ReferenceError> {
+    let path = root()?
+        .join("host-tests/scenarios")
+        .join(kind.facts().scenario_file);
+    Ok(Scenario::load(&path)?.nodes())
+}
+
+/// What the other robots put on their buses, kind by kind, as shares.
+///
+/// # Errors
+/// Of a shipped scenario, or that there is none.
+pub fn others(roles: &[Role]) -> Result<String, ReferenceError> {
+    let mut text = "| Robot | Drives | SYNC | Set-points | Motion | Status, heartbeats, guard, operator | All |\n|---|---|---|---|---|---|---|\n".to_owned();
+    for kind in &Kind::value_variants()[1..] {
+        let (kind, name) = (*kind, kind.facts().name);
+        let nodes = nodes(kind)?;
+        let frames = cyclic(roles, kind, &nodes);
+        let share = |counts: &dyn Fn(&str) -> bool| {
+            let counted = frames.iter().filter(|frame| counts(&frame.what));
+            percent(counted.map(Cyclic::bits_per_second).sum())
+        };
+        let set_point = |what: &str| what.contains("SetPoint");
+        let motion = |what: &str| what.contains("DriveMotion");
+        let _ = writeln!(
+            text,
+            "| {name} | {} | {} Hz | {:.1} % | {:.1} % | {:.1} % | **{:.1} %** |",
+            nodes.len() - 1,
+            1e6 / sync_period_us(&nodes) as f64,
+            share(&set_point),
+            share(&motion),
+            share(&|what| !set_point(what) && !motion(what)),
+            share(&|_| true)
+        );
+    }
+    Ok(text)
+}
+
+/// Every cyclic frame of B2P2 with its share of the bus, and the sum.
+///
+/// # Errors
+/// Of its shipped scenario, or that there is none.
+pub fn frames(roles: &[Role]) -> Result<String, ReferenceError> {
+    let mut text = "| Identifier | Sender | Frame | Bytes | Bits | Rate | Load |\n|---|---|---|---|---|---|---|\n".to_owned();
+    let frames = cyclic(roles, Kind::B2p2, &nodes(Kind::B2p2)?);
+    for frame in &frames {
+        let _ = writeln!(
+            text,
+            "| `{:#05x}` | {} | {} | {} | {} | {} Hz | {:.2} % |",
+            frame.id,
+            frame.sender,
+            frame.what,
+            frame.bytes,
+            frame.bits(),
+            1e6 / frame.period_us as f64,
+            percent(frame.bits_per_second())
+        );
+    }
+    let sum: f64 = frames.iter().map(Cyclic::bits_per_second).sum();
+    let _ = writeln!(
+        text,
+        "| | | **all** | | | | **{:.1} %** of 1 Mbit/s |",
+        percent(sum)
+    );
+    Ok(text)
+}
+
+/// Share of the bus that so many bits take, %.
+fn percent(bits_per_second: f64) -> f64 {
+    bits_per_second / BIT_RATE as f64 * 100.0
+}
+
+fn sync_period_us(nodes: &[NodeSpec]) -> u64 {
+    let guard = nodes.iter().find(|node| node.name == NodeName::GUARD);
+    let own = guard.and_then(|guard| {
+        let mut settings = guard.settings.iter();
+        settings.find(|(setting, _)| *setting == Setting::SyncPeriod)
+    });
+    own.map_or(Setting::SyncPeriod.description().default, |(_, value)| {
+        *value
+    }) as u64
+}
+
+/// Whether a drive is told rates; others are told positions.
+fn is_told_rates(kind: Kind, name: NodeName) -> bool {
+    kind == Kind::RtMover
+        || matches!(
+            name,
+            NodeName::LEFT_TRACK
+                | NodeName::RIGHT_TRACK
+                | NodeName::FRONT_LEFT_WHEEL
+                | NodeName::FRONT_RIGHT_WHEEL
+                | NodeName::REAR_LEFT_WHEEL
+                | NodeName::REAR_RIGHT_WHEEL
+        )
+}
+
+fn cyclic(roles: &[Role], kind: Kind, nodes: &[NodeSpec]) -> Vec<Cyclic> {
+    let sync_us = sync_period_us(nodes);
+    let heartbeat_us = Setting::HeartbeatPeriod.description().default as u64 * 1_000;
+    let mut frames = vec![Cyclic {
+        id: network::sync().id(),
+        sender: NodeName::GUARD.to_string(),
+        what: "SYNC".into(),
+        bytes: 0,
+        period_us: sync_us,
+    }];
+    for NodeSpec { name, id, .. } in nodes {
+        let (name, node) = (*name, u16::from(*id));
+        let guard = NodeName::GUARD.to_string();
+        let (role, set_point, sender, set_point_us) = match name {
+            NodeName::GUARD => ("guard", 0, "operator".into(), PERIOD_US),
+            NodeName::SCREW => ("screw", 0, guard, sync_us),
+            _ => (
+                "axle",
+                usize::from(is_told_rates(kind, name)),
+                guard,
+                sync_us,
+            ),
+        };
+        let Some(role) = roles.iter().find(|known| known.name == role) else {
+            continue;
+        };
+        let pdos = &role.config.pdos;
+        let mut add = |pdo: &PdoDefaultConfig, what, sender, period_us| {
+            frames.push(Cyclic {
+                id: pdo.cob_id as u16 + node,
+                sender,
+                what: format!("{what}: {}", payload_name(&pdo.mappings)),
+                bytes: pdo
+                    .mappings
+                    .iter()
+                    .map(|mapped| usize::from(mapped.size) / 8)
+                    .sum(),
+                period_us,
+            });
+        };
+        if let Some(pdo) = pdos.rpdo_defaults.get(&set_point) {
+            let what = format!("RPDO {} of {name}", set_point + 1);
+            add(pdo, what, sender, set_point_us);
+        }
+        if matches!(name, NodeName::CHASSIS_JOINT | NodeName::SCREW)
+            && let Some(pdo) = pdos.rpdo_defaults.get(&2)
+        {
+            let (what, guard) = (format!("RPDO 3 of {name}"), NodeName::GUARD.to_string());
+            add(pdo, what, guard, sync_us * u64::from(OFFSET_SYNCS));
+        }
+        for number in 0..usize::from(pdos.num_tpdo) {
+            if let Some(pdo) = pdos.tpdo_defaults.get(&number) {
+                let what = format!("TPDO {}", number + 1);
+                let period_us = sync_us * u64::from(pdo.transmission_type);
+                add(pdo, what, name.to_string(), period_us);
+            }
+        }
+        frames.push(Cyclic {
+            id: function::HEARTBEAT + node,
+            sender: name.to_string(),
+            what: "heartbeat".into(),
+            bytes: 1,
+            period_us: heartbeat_us,
+        });
+    }
+    frames.sort_by_key(|frame| frame.id);
+    frames
+}
+
+fn payload_name(mappings: &[PdoMapping]) -> &'static str {
+    let values = mappings.iter().map(PdoMapping::to_object_value);
+    PAYLOADS
+        .iter()
+        .find(|payload| values.clone().eq(payload.mapping.iter().copied()))
+        .map_or("?", |payload| payload.name)
+}
+
+/// What each payload carries, field by field.
+pub fn payloads() -> String {
+    let mut text = String::new();
+    for payload in &PAYLOADS {
+        let _ = write!(
+            text,
+            "### {}\n\n| Bytes | Object | Meaning |\n|---|---|---|\n",
+            payload.name
+        );
+        let mut first = 0;
+        for (mapped, meaning) in payload.mapping.iter().zip(payload.meanings) {
+            let bytes = (mapped & 0xff) / 8;
+            let last = first + bytes - 1;
+            let place = if bytes == 1 {
+                first.to_string()
+            } else {
+                format!("{first} to {last}")
+            };
+            let (object, meaning) = (object_name(*mapped), sentence(meaning));
+            let _ = writeln!(text, "| {place} | `{object}` | {meaning} |");
+            first += bytes;
+        }
+        text.push('\n');
+    }
+    text.truncate(text.trim_end().len());
+    text.push('\n');
+    text
+}
+
+fn object_name(mapped: u32) -> String {
+    format!("{:04X}:{:X}", mapped >> 16, mapped >> 8 & 0xff)
+}
+
+/// The objects of each role that are its own; those that every `CANopen` node has are in the EDS files alone.
+pub fn objects(roles: &[Role]) -> String {
+    let mut text = String::new();
+    for role in roles {
+        let _ = write!(
+            text,
+            "### {}\n\n| Object | Name | Type | Access | Default | Meaning |\n|---|---|---|---|---|---|\n",
+            role.name
+        );
+        let mut objects: Vec<_> = role.config.objects.iter().collect();
+        objects.retain(|object| object.index >= 0x2000);
+        objects.sort_by_key(|object| object.index);
+        for object in objects {
+            let mut row = |sub: u8, name: String, data_type, access, default| {
+                let key = u32::from(object.index) << 16 | u32::from(sub) << 8;
+                let told = role.meanings.get(&(object.index, sub)).cloned();
+                let meaning = told.unwrap_or_else(|| process_data_meaning(key));
+                let _ = writeln!(
+                    text,
+                    "| `{}` | {name} | {} | {} | {default} | {} |",
+                    object_name(key),
+                    type_words(data_type),
+                    eds::access_words(access),
+                    meaning
+                );
+            };
+            let name = &object.parameter_name;
+            match &object.object {
+                Object::Var(var) => {
+                    let default = eds::default(var.default_value.as_ref());
+                    row(0, name.clone(), var.data_type, var.access_type.0, default);
+                }
+                Object::Record(record) => {
+                    for sub in &record.subs {
+                        let default = eds::default(sub.default_value.as_ref());
+                        let name = format!("{name}: {}", sub.parameter_name);
+                        row(
+                            sub.sub_index,
+                            name,
+                            sub.data_type,
+                            sub.access_type.0,
+                            default,
+                        );
+                    }
+                }
+                Object::Array(array) => {
+                    row(
+                        0,
+                        name.clone(),
+                        array.data_type,
+                        AccessType::Ro,
+                        array.array_size.to_string(),
+                    );
+                }
+            }
+        }
+        text.push('\n');
+    }
+    text.truncate(text.trim_end().len());
+    text.push('\n');
+    text
+}
+
+/// What an object means where it is process data.
+fn process_data_meaning(key: u32) -> String {
+    PAYLOADS
+        .iter()
+        .flat_map(|payload| payload.mapping.iter().zip(payload.meanings))
+        .find(|(mapped, _)| **mapped & 0xffff_ff00 == key)
+        .map_or_else(String::new, |(_, meaning)| sentence(meaning))
+}
+
+fn type_words(data_type: DataType) -> String {
+    format!("{data_type:?}").to_lowercase()
+}

@@ -1,0 +1,123 @@
+//! The suites as `cargo demo --suite` runs them: programs, progress, files.
+
+use super::judge::Row;
+use super::operators::Plan;
+use super::operators::journal::Journal;
+use super::{Findings, operators as operated, suite, table};
+use crate::programs::setup::checkout;
+use crate::programs::{Board, Programs};
+use crate::robots::Kind;
+use crate::scenario::Scenario;
+use clap::ValueEnum;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+fn programs(kind: Kind) -> Result<Programs, String> {
+    println!("building the nodes (a minute or two the first time) ...");
+    kind.programs(Board::Native)
+        .map_err(|error| error.to_string())
+}
+
+/// Runs the hazard suite; whether every row holds.
+///
+/// # Errors
+/// What kept it from running or from writing its files.
+pub fn hazards(random: u64, seed: u64, out: &Path) -> Result<bool, String> {
+    let programs = programs(Kind::B2p2)?;
+    let root = checkout::root().map_err(|error| error.to_string())?;
+    let scenarios = root.join("host-tests/scenarios");
+    let done = |row: &Row| {
+        let simulated_s = row.simulated_s;
+        let verdict = table::verdict(row);
+        println!(
+            "{:28} {simulated_s:6.1} s simulated  {verdict}",
+            row.scenario.name
+        );
+    };
+    let began = Instant::now();
+    let findings =
+        suite(&scenarios, random, seed, &programs, &done).map_err(|error| error.to_string())?;
+    let table = table::table(&findings);
+    let simulated_s: f64 = findings.rows().map(|row| row.simulated_s).sum();
+    println!(
+        "\n{table}\n{simulated_s:.0} s simulated in {:.0} s",
+        began.elapsed().as_secs_f64()
+    );
+    write_findings(out, &table, &findings)
+        .map_err(|error| format!("cannot write to {}: {error}", out.display()))?;
+    Ok(findings.all_hold())
+}
+
+/// The tables, and each drawn scenario that does not hold as a file for `--scenario`.
+fn write_findings(
+    folder: &Path,
+    table: &str,
+    findings: &Findings,
+) -> Result<(), Box<dyn std::error::Error>> {
+    fs::create_dir_all(folder)?;
+    fs::write(folder.join("hazards.md"), table)?;
+    let drawn = findings.drawn.iter().flat_map(|drawn| &drawn.rows);
+    for row in drawn.filter(|row| !row.unmet.is_empty()) {
+        let file = folder.join(&row.scenario.name).with_extension("toml");
+        fs::write(file, toml::to_string(&row.scenario)?)?;
+    }
+    Ok(())
+}
+
+/// Runs the operators' suite, or the rest of it; whether nothing toppled on fair ground.
+///
+/// # Errors
+/// What kept it from running or from writing its files.
+pub fn operators(plan: &Plan, out: &Path) -> Result<bool, String> {
+    let programs = programs(plan.robot)?;
+    let robot = plan.robot.to_possible_value();
+    let robot = robot.as_ref().map_or("", |value| value.get_name());
+    let guard = if plan.guard { "on" } else { "off" };
+    let folder = out.join(format!("operators-{robot}-{guard}"));
+    let cannot = |error| format!("cannot write to {}: {error}", folder.display());
+    fs::create_dir_all(&folder).map_err(cannot)?;
+    let (journal, known) = Journal::open(&folder.join("runs.jsonl")).map_err(cannot)?;
+    let began = Instant::now();
+    let done = |row: &operated::Row, scenario: &Scenario| {
+        println!("{}", operated::table::progress(row));
+        let kept = journal
+            .append(row)
+            .and_then(|()| keep(row, scenario, &folder));
+        if let Err(error) = kept {
+            eprintln!("error: run {} is not kept: {error}", row.number);
+        }
+    };
+    let rows =
+        operated::operators(plan, &programs, &known, &done).map_err(|error| error.to_string())?;
+    let table = operated::table::table(plan, &rows);
+    let simulated_s: f64 = rows.iter().map(|row| row.simulated_s).sum();
+    println!(
+        "\n{table}\n{simulated_s:.0} s simulated; this time {:.0} s of the wall clock",
+        began.elapsed().as_secs_f64()
+    );
+    let file = folder.join(format!("seed-{}.md", plan.seed));
+    fs::write(file, table).map_err(cannot)?;
+    Ok(!rows.iter().any(operated::Row::failed))
+}
+
+/// Writes the scenario of a run that toppled, with the command that repeats it.
+fn keep(row: &operated::Row, scenario: &Scenario, folder: &Path) -> std::io::Result<()> {
+    let Some(topple) = &row.topple else {
+        return Ok(());
+    };
+    let file: PathBuf = folder.join(&scenario.name).with_extension("toml");
+    let place = if topple.over_edge {
+        "over an edge"
+    } else {
+        "on fair ground"
+    };
+    let text = operated::text(scenario);
+    let command = format!("cargo demo --nodes native --scenario {}", file.display());
+    println!("       {command}");
+    let head = format!(
+        "# Topples {place} at {:.2} s.\n# {command}\n",
+        topple.time_s
+    );
+    fs::write(file, head + &text)
+}

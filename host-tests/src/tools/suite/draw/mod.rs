@@ -1,0 +1,85 @@
+//! Scenarios drawn at random.
+//!
+//! A scenario depends on its kind, the seed, its number and how often it was drawn again, and on
+//! nothing else. [`generator`] makes the numbers, `hazards`, `manoeuvres` and `legitimate` hold the
+//! families of the hazard suite, `family` what these share, [`operators`] the operator who commands
+//! at random. The robot begins near what it drives at, so that a run of a family takes 5 to 12 s of
+//! virtual time.
+
+mod family;
+pub mod generator;
+mod hazards;
+mod legitimate;
+mod manoeuvres;
+pub mod operators;
+
+use crate::scenario::{Scenario, ScenarioError};
+use family::{Family, beginning};
+use generator::Random;
+
+/// What a scenario is for.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Kind {
+    /// Topples without the guard.
+    Hazard,
+    /// Must not be hindered.
+    Legitimate,
+}
+
+impl Kind {
+    /// Both, in the order of the suite.
+    pub const ALL: [Self; 2] = [Self::Hazard, Self::Legitimate];
+
+    /// Name of the folder with the named scenarios of this kind.
+    pub fn folder(self) -> &'static str {
+        match self {
+            Self::Hazard => "hazards",
+            Self::Legitimate => "legitimate",
+        }
+    }
+}
+
+/// The scenario of this kind with this number; `again` counts the draws before that were none of
+/// the kind.
+///
+/// # Errors
+/// When a drawn value is out of a scenario's bounds: a mistake in a family.
+pub fn draw(kind: Kind, seed: u64, number: u64, again: u64) -> Result<Scenario, ScenarioError> {
+    let mut random = Random::new(&[seed, number, (again << 1) | kind as u64]);
+    let families: &[Family] = match kind {
+        Kind::Hazard => hazards::FAMILIES,
+        Kind::Legitimate => legitimate::FAMILIES,
+    };
+    let (family, change) = families[(number % families.len() as u64) as usize];
+    let mut drawn = beginning(&mut random);
+    change(&mut random, &mut drawn);
+    drawn.name = match kind {
+        Kind::Hazard => format!("hazard-{number}"),
+        Kind::Legitimate => format!("legitimate-{number}"),
+    };
+    drawn.about = format!("{family}: {}", drawn.about);
+    Scenario::checked(drawn)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::collections::BTreeSet;
+
+    #[test]
+    fn every_draw_is_a_good_scenario_of_its_own_and_a_number_is_always_the_same() {
+        for kind in Kind::ALL {
+            let mut seen = BTreeSet::new();
+            for number in 0..300 {
+                for again in 0..3 {
+                    let scenario = draw(kind, 1, number, again).unwrap();
+                    assert_eq!(scenario, draw(kind, 1, number, again).unwrap());
+                    let file = toml::to_string(&scenario).unwrap();
+                    assert_eq!(Scenario::parse(&file, "drawn").unwrap(), scenario);
+                    assert!(seen.insert(file), "{kind:?} {number} {again} came before");
+                }
+            }
+            assert_ne!(draw(kind, 1, 0, 0).unwrap(), draw(kind, 2, 0, 0).unwrap());
+        }
+    }
+}

@@ -1,0 +1,94 @@
+//! An operator who commands at random, on random ground.
+//!
+//! `commands` draws what the operator does, the other files the ground and the load of one robot each.
+//! No request is to override or to back off: these are for a robot that is watched. None is to
+//! disarm: that lets a robot roll down its slope.
+
+mod b2p2;
+mod commands;
+mod crawler;
+mod hylos;
+mod rt_mover;
+
+use super::generator::Random;
+use crate::robots::Kind;
+use crate::scenario::{Description, Scenario, ScenarioError};
+
+/// Time that the operator commands, from arming on, s.
+pub const OPERATED_S: f64 = 30.0;
+
+/// The run with this number; `again` counts the draws before that toppled by themselves.
+///
+/// # Errors
+/// When a drawn value is out of a scenario's bounds: a mistake in a draw.
+pub fn draw(
+    robot: Kind,
+    guard: bool,
+    seed: u64,
+    number: u64,
+    again: u64,
+) -> Result<Scenario, ScenarioError> {
+    // Far from the keys of the hazard suite.
+    let mut random = Random::new(&[seed, number, (again << 4) | (8 + robot as u64)]);
+    let mut drawn: Description = match robot {
+        Kind::B2p2 => b2p2::draw(&mut random),
+        Kind::Crawler => crawler::draw(&mut random),
+        Kind::Hylos => hylos::draw(&mut random),
+        Kind::RtMover => rt_mover::draw(&mut random),
+    };
+    drawn.name = format!("operator-{seed}-{number}");
+    drawn.guard = guard;
+    Scenario::checked(drawn)
+}
+
+/// Largest rise on which friction holds a robot, degrees, and a little less.
+fn standing_deg(friction: f64) -> f64 {
+    (0.85 * friction).atan().to_degrees()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scenario::OperatorRequest;
+    use clap::ValueEnum;
+    use std::collections::BTreeSet;
+
+    #[test]
+    fn every_draw_is_a_good_scenario_of_its_own_and_a_number_is_always_the_same() {
+        for robot in Kind::value_variants() {
+            let mut seen = BTreeSet::new();
+            for number in 0..300 {
+                for again in 0..3 {
+                    let draw = || draw(*robot, true, 1, number, again).unwrap();
+                    let scenario = draw();
+                    assert_eq!(scenario.kind(), *robot);
+                    assert_eq!(scenario, draw());
+                    let file = toml::to_string(&scenario).unwrap();
+                    assert_eq!(Scenario::parse(&file, "drawn").unwrap(), scenario);
+                    assert!(seen.insert(file), "{robot:?} {number} {again} came before");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn the_guard_is_the_only_difference_between_the_two_runs_of_a_number() {
+        let with = draw(Kind::B2p2, true, 5, 7, 0).unwrap();
+        let mut without = draw(Kind::B2p2, false, 5, 7, 0).unwrap().description();
+        assert!(!without.guard);
+        without.guard = true;
+        assert_eq!(with.description(), without);
+    }
+
+    #[test]
+    fn operators_request_everything_but_disarm_override_and_back_off() {
+        let mut requests = BTreeSet::new();
+        for number in 0..100 {
+            let scenario = draw(Kind::B2p2, true, 1, number, 0).unwrap();
+            let events = scenario.operator.events.iter();
+            requests.extend(events.filter_map(|event| event.request.map(OperatorRequest::as_str)));
+        }
+        let expected = ["arm", "emergency_stop", "reset", "stop"];
+        assert_eq!(requests.into_iter().collect::<Vec<_>>(), expected);
+    }
+}

@@ -1,0 +1,330 @@
+//! One scenario, with the guard and without.
+
+use super::SuiteError;
+use super::interruption::{NOTHING_TO_HOLD, interruption, is_interruption};
+use crate::programs::Programs;
+use crate::results::summary::intervenes;
+use crate::scenario::{Description, Scenario};
+use crate::simulator::record::Sample;
+use crate::simulator::run::{Options, Outcome, run};
+use std::cell::Cell;
+
+/// Farthest that the guard may act before the robot is beyond saving, m and s; one of the two must hold.
+const EARLIEST_M: f64 = 0.25;
+const EARLIEST_S: f64 = 1.0;
+/// Largest loss of way that a legitimate run may suffer.
+const LARGEST_LOSS: f64 = 0.05;
+/// A robot that has stood still for so long will not do anything any more, s; no script waits longer.
+const STILL_S: f64 = 3.0;
+
+/// How far the chassis angle that is passed on may stay behind the one asked while the guard holds nothing back, rad.
+const CHASSIS_LAG: f64 = 5.0 * std::f64::consts::PI / 180.0;
+
+const NO_HAZARD: &str = "no hazard: it does not topple without the guard";
+const NOT_LEGITIMATE: &str = "topples without the guard";
+const BY_ITSELF: &str = "no hazard: it topples before the operator commands anything";
+
+/// How much is spent on a scenario.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Thoroughness {
+    /// The last saving moment to 0.1 s; legitimate runs with and without the guard.
+    Full,
+    /// The last saving moment to 0.3 s, taking for granted that letting go when the guard first acted saves if the guard did; a legitimate run in
+    /// which the guard did nothing is not repeated without it: nothing would differ.
+    Quick,
+}
+
+impl Thoroughness {
+    fn resolution_s(self) -> f64 {
+        match self {
+            Self::Full => 0.1,
+            Self::Quick => 0.3,
+        }
+    }
+}
+
+/// Result of one scenario.
+pub struct Row {
+    /// The scenario.
+    pub scenario: Scenario,
+    /// What came out.
+    pub finding: Finding,
+    /// What was asked for and did not come true; empty when all did.
+    pub unmet: Vec<&'static str>,
+    /// Virtual time of all its runs, of those that were drawn again too, s.
+    pub simulated_s: f64,
+}
+
+impl Row {
+    /// Whether a hazard is one, and a legitimate run is possible at all.
+    pub fn is_of_its_kind(&self) -> bool {
+        let not = [NO_HAZARD, NOT_LEGITIMATE, BY_ITSELF, NOTHING_TO_HOLD];
+        !self.unmet.iter().any(|what| not.contains(what))
+    }
+}
+
+/// What came out of one scenario.
+#[derive(Clone, Copy, Debug)]
+pub enum Finding {
+    /// A hazard.
+    Hazard {
+        /// When it toppled without the guard, s.
+        toppled_s: Option<f64>,
+        /// Toppled with the guard as well.
+        toppled_with_guard: bool,
+        /// When the guard first held back, s.
+        acted_s: Option<f64>,
+        /// Last moment at which letting go saves the robot, s.
+        savable_until_s: f64,
+        /// Way of the belts between the two, m; negative when the guard acted later.
+        lead_m: f64,
+    },
+    /// A restart of the guard or a reset, from which on the drives must hold the robot.
+    Interruption {
+        /// When it happened, s.
+        interrupted_s: f64,
+        /// How far the centre of gravity moved from then on with the drives switched off, m.
+        moved_off_m: f64,
+        /// The robot toppled with the drives switched off.
+        toppled_off: bool,
+        /// How far it moved with the guard, m.
+        moved_m: f64,
+        /// The robot toppled with the guard.
+        toppled_with_guard: bool,
+    },
+    /// A legitimate run.
+    Legitimate {
+        /// Way of the belts without the guard, m.
+        way_m: f64,
+        /// Share of it that was lost with the guard.
+        loss: f64,
+        /// Times that the guard held back.
+        interventions: usize,
+    },
+}
+
+/// The runs of one scenario.
+pub(super) struct Trials<'a> {
+    pub(super) scenario: &'a Scenario,
+    programs: &'a Programs,
+    simulated_s: Cell<f64>,
+}
+
+impl<'a> Trials<'a> {
+    pub(super) fn new(scenario: &'a Scenario, programs: &'a Programs) -> Self {
+        Self {
+            scenario,
+            programs,
+            simulated_s: Cell::new(0.0),
+        }
+    }
+
+    /// Samples with the guard on or off, and the operator letting go at a time, if at all.
+    fn samples(&self, guard: bool, let_go_s: Option<f64>) -> Result<Vec<Sample>, SuiteError> {
+        let mut description = self.scenario.description();
+        description.guard = guard;
+        let options = Options {
+            let_go_s,
+            end_when_still_s: Some(STILL_S),
+            ..Options::default()
+        };
+        Ok(self.outcome(description, options)?.samples)
+    }
+
+    /// A run of a changed scenario that ends when the robot topples.
+    pub(super) fn outcome(
+        &self,
+        description: Description,
+        options: Options,
+    ) -> Result<Outcome, SuiteError> {
+        let checked = Scenario::checked(description).map_err(SuiteError::Scenario)?;
+        let options = Options {
+            end_when_toppled: true,
+            ..options
+        };
+        let outcome = run(&checked, self.programs, options, &mut |_| {})
+            .map_err(|error| SuiteError::Run(self.scenario.name.clone(), error))?;
+        let simulated_s = outcome.samples.last().map_or(0.0, |sample| sample.time_s);
+        self.simulated_s.set(self.simulated_s.get() + simulated_s);
+        Ok(outcome)
+    }
+
+    /// The row of this scenario with what of `findings` is bad.
+    pub(super) fn row(&self, finding: Finding, findings: &[(bool, &'static str)]) -> Row {
+        let unmet = findings.iter().filter(|(bad, _)| *bad);
+        Row {
+            scenario: self.scenario.clone(),
+            finding,
+            unmet: unmet.map(|(_, what)| *what).collect(),
+            simulated_s: self.simulated_s.get(),
+        }
+    }
+
+    fn saves(&self, let_go_s: f64) -> Result<bool, SuiteError> {
+        Ok(toppled_s(&self.samples(false, Some(let_go_s))?).is_none())
+    }
+
+    /// The last moment before `toppled_s` at which the robot does not topple when the operator lets go, by bisection; `saves` is one that
+    /// is known to do.
+    fn savable_until(
+        &self,
+        toppled_s: f64,
+        saves: Option<f64>,
+        resolution_s: f64,
+    ) -> Result<f64, SuiteError> {
+        let (mut saves, mut fails) = (saves, toppled_s);
+        while fails - saves.unwrap_or(0.0) > resolution_s {
+            // Letting go long before is the same as never having come: start near the end.
+            let probe = saves.map_or((fails - 2.0).max(0.0), |saves| 0.5 * (saves + fails));
+            if self.saves(probe)? {
+                saves = Some(probe);
+            } else {
+                fails = probe;
+            }
+        }
+        Ok(saves.unwrap_or(0.0))
+    }
+}
+
+/// When the robot toppled, s.
+pub(super) fn toppled_s(samples: &[Sample]) -> Option<f64> {
+    let toppled = samples.iter().find(|sample| sample.truth.toppled);
+    toppled.map(|sample| sample.time_s)
+}
+
+/// Whether the guard changes anything that is asked: to scale a speed of zero holds nobody back.
+fn holds_back(sample: &Sample) -> bool {
+    let heard = &sample.heard;
+    let chassis_waits = (heard.asked_theta - heard.passed_theta).abs() > CHASSIS_LAG;
+    intervenes(&heard.verdict) && (heard.asked_speed != 0.0 || chassis_waits)
+}
+
+/// Evaluates a hazard.
+///
+/// # Errors
+/// [`SuiteError`] when it cannot be run.
+pub fn hazard(
+    scenario: &Scenario,
+    thoroughness: Thoroughness,
+    programs: &Programs,
+) -> Result<Row, SuiteError> {
+    let trials = Trials::new(scenario, programs);
+    if is_interruption(scenario) {
+        return interruption(&trials);
+    }
+    let without = trials.samples(false, None)?;
+    let Some(toppled_s_without) = toppled_s(&without) else {
+        let finding = Finding::Hazard {
+            toppled_s: None,
+            toppled_with_guard: false,
+            acted_s: None,
+            savable_until_s: scenario.duration_s,
+            lead_m: 0.0,
+        };
+        return Ok(trials.row(finding, &[(true, NO_HAZARD)]));
+    };
+    let armed = without
+        .iter()
+        .find(|sample| sample.heard.guard_state == "armed");
+    if armed.is_none_or(|armed| armed.time_s >= toppled_s_without) {
+        let finding = Finding::Hazard {
+            toppled_s: Some(toppled_s_without),
+            toppled_with_guard: true,
+            acted_s: None,
+            savable_until_s: 0.0,
+            lead_m: 0.0,
+        };
+        return Ok(trials.row(finding, &[(true, BY_ITSELF)]));
+    }
+    let with = trials.samples(true, None)?;
+    let acted_s = with
+        .iter()
+        .find(|sample| holds_back(sample))
+        .map(|sample| sample.time_s);
+    let toppled_with_guard = toppled_s(&with).is_some();
+    let known = acted_s.filter(|acted| {
+        thoroughness == Thoroughness::Quick && !toppled_with_guard && *acted < toppled_s_without
+    });
+    let savable_until_s =
+        trials.savable_until(toppled_s_without, known, thoroughness.resolution_s())?;
+    let way_at = |time_s: f64| {
+        without
+            .iter()
+            .take_while(|sample| sample.time_s <= time_s)
+            .last()
+            .map_or(0.0, |sample| sample.heard.odometry)
+    };
+    let lead_m = acted_s.map_or(0.0, |acted| way_at(savable_until_s) - way_at(acted));
+    let lead_s = acted_s.map_or(0.0, |acted| savable_until_s - acted);
+    let too_early = lead_m > EARLIEST_M && lead_s > EARLIEST_S;
+    let finding = Finding::Hazard {
+        toppled_s: Some(toppled_s_without),
+        toppled_with_guard,
+        acted_s,
+        savable_until_s,
+        lead_m,
+    };
+    let findings = [
+        (toppled_with_guard, "topples with the guard"),
+        (too_early, "the guard acts too early"),
+    ];
+    Ok(trials.row(finding, &findings))
+}
+
+/// Evaluates a legitimate run.
+///
+/// # Errors
+/// [`SuiteError`] when it cannot be run.
+pub fn legitimate(
+    scenario: &Scenario,
+    thoroughness: Thoroughness,
+    programs: &Programs,
+) -> Result<Row, SuiteError> {
+    let trials = Trials::new(scenario, programs);
+    let with = trials.samples(true, None)?;
+    let interventions = interventions(&with);
+    let toppled_with_guard = toppled_s(&with).is_some();
+    let alike = interventions == 0 && thoroughness == Thoroughness::Quick;
+    let without = if alike {
+        None
+    } else {
+        Some(trials.samples(false, None)?)
+    };
+    let way = |samples: &[Sample]| samples.last().map_or(0.0, |sample| sample.heard.odometry);
+    let way_m = way(without.as_ref().unwrap_or(&with));
+    let loss = if way_m.abs() > 0.01 {
+        1.0 - way(&with) / way_m
+    } else {
+        0.0
+    };
+    let toppled_without = without
+        .as_ref()
+        .map_or(toppled_with_guard, |samples| toppled_s(samples).is_some());
+    let refused = with
+        .iter()
+        .any(|sample| sample.heard.verdict.starts_with("refused"));
+    let finding = Finding::Legitimate {
+        way_m,
+        loss,
+        interventions,
+    };
+    let findings = [
+        (toppled_without, NOT_LEGITIMATE),
+        (toppled_with_guard, "topples with the guard"),
+        (loss > LARGEST_LOSS, "slower than allowed"),
+        (refused, "refused"),
+    ];
+    Ok(trials.row(finding, &findings))
+}
+
+/// Times that the guard began to hold back.
+fn interventions(samples: &[Sample]) -> usize {
+    let mut before = false;
+    let mut count = 0;
+    for sample in samples {
+        let now = intervenes(&sample.heard.verdict);
+        count += usize::from(now && !before);
+        before = now;
+    }
+    count
+}

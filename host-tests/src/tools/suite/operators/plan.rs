@@ -1,0 +1,27 @@
+//! What is run.
+
+use crate::robots::Kind;
+use crate::scenario::Scenario;
+use crate::tools::suite::SuiteError;
+use crate::tools::suite::draw::operators::draw;
+
+/// What is run.
+#[derive(Clone, Copy, Debug)]
+pub struct Plan {
+    /// The robot.
+    pub robot: Kind,
+    /// Whether the guard's filter is on.
+    pub guard: bool,
+    /// Number of runs.
+    pub runs: u64,
+    /// Seed of all of them.
+    pub seed: u64,
+}
+
+/// The scenario of a run.
+///
+/// # Errors
+/// [`SuiteError::Scenario`] when it is out of bounds.
+pub fn drawn(plan: &Plan, number: u64, again: u64) -> Result<Scenario, SuiteError> {
+    draw(plan.robot, plan.guard, plan.seed, number, again).map_err(SuiteError::Scenario)
+}

@@ -1,0 +1,213 @@
+//! A bench for one axle or screw: its tick of the firmware, an ideal current loop, and one rotor.
+
+use std::f64::consts::TAU;
+use tautrack::bus::cia402::{State, controlword};
+use tautrack::bus::pdo::DriveMotion;
+use tautrack::node::axle::{Axle, Bridge, Inputs, Outputs, SetPoint};
+use tautrack::node::screw::{self, Screw};
+use tautrack::sensors::Switches;
+use tautrack::settings::{Setting, Settings};
+
+/// A tick, ms.
+pub const TICKS_PER_SYNC: u64 = 4;
+
+/// The firmware on the bench.
+#[allow(clippy::large_enum_variant)] // there is one of it
+pub enum Node {
+    /// An axle.
+    Axle(Axle),
+    /// A screw, with the joint's motion that it hears.
+    Screw(Screw),
+}
+
+/// The bench: firmware, motor, master.
+pub struct Bench {
+    pub node: Node,
+    pub now_us: u64,
+    /// Output shaft: rad, rad/s, N m of load.
+    pub angle: f64,
+    pub velocity: f64,
+    pub load: f64,
+    /// The rotor does not turn whatever happens.
+    pub stuck: bool,
+    /// What the master sends with every SYNC; `None` when it is silent.
+    pub set_point: Option<SetPoint>,
+    /// The torque offset that it sends with every fourth SYNC.
+    pub torque_offset: Option<i16>,
+    pub guard_alive: bool,
+    /// A client asks for bench mode; ends with it, as the object does.
+    pub client: bool,
+    /// The joint's motion, sent with every SYNC to a screw.
+    pub joint: Option<DriveMotion>,
+    /// Commanded slack of a screw, 2^-24 m.
+    pub slack: i32,
+    /// 1, or -1 where the encoder's channels are swapped and it counts backward.
+    pub encoder_sign: i32,
+    /// Switches at an angle, counted from `switch_at`.
+    pub switches: fn(f64) -> Switches,
+    pub switch_at: f64,
+    /// Replaces the current reading.
+    pub current_reading: Option<f32>,
+    bridge: Bridge,
+    counts_per_radian: f64,
+    torque_constant: f64,
+    /// At the output shaft, kg m^2.
+    pub inertia: f64,
+    resistance: f64,
+    current_limit: f64,
+}
+
+/// The defaults of the table, with these changes.
+pub fn settings(changes: &[(Setting, i32)]) -> Settings {
+    let mut settings = Settings::default();
+    for (setting, value) in changes {
+        settings
+            .set(setting.description().key, *value)
+            .unwrap_or_else(|error| panic!("{error}"));
+    }
+    settings
+}
+
+impl Bench {
+    /// A node at rest, with a guard that is alive and a master that is silent; the rotor and its load have `inertia` at
+    /// the output shaft, kg m^2.
+    pub fn new(node: Node, settings: &Settings, inertia: f64) -> Self {
+        let gear = f64::from(settings.get(Setting::GearRatio)) * 1e-3;
+        Self {
+            node,
+            now_us: 0,
+            angle: 0.0,
+            velocity: 0.0,
+            load: 0.0,
+            stuck: false,
+            set_point: None,
+            torque_offset: None,
+            guard_alive: true,
+            client: false,
+            slack: 0,
+            encoder_sign: 1,
+            joint: None,
+            switches: |_| Switches::default(),
+            switch_at: 0.0,
+            current_reading: None,
+            bridge: Bridge::Off,
+            counts_per_radian: f64::from(settings.get(Setting::EncoderCounts)) * gear / TAU,
+            torque_constant: f64::from(settings.get(Setting::TorqueConstant)) * 1e-6 * gear,
+            inertia,
+            resistance: f64::from(settings.get(Setting::Resistance)) * 1e-3,
+            current_limit: f64::from(settings.get(Setting::CurrentLimit)) * 1e-3,
+        }
+    }
+
+    /// An axle with the default settings and these changes.
+    pub fn axle(changes: &[(Setting, i32)]) -> Self {
+        let settings = settings(changes);
+        Self::new(Node::Axle(Axle::new(&settings)), &settings, 0.05)
+    }
+
+    /// One millisecond.
+    pub fn tick(&mut self) -> Outputs {
+        self.now_us += 1_000;
+        let milliseconds = self.now_us / 1_000;
+        let current = self.turn();
+        let sync = milliseconds.is_multiple_of(TICKS_PER_SYNC);
+        let counts = (self.angle * self.counts_per_radian).floor() as i32;
+        let inputs = Inputs {
+            now_us: self.now_us,
+            encoder: self.encoder_sign * counts,
+            current: self.current_reading.unwrap_or(current as f32),
+            bus_voltage: 24.0,
+            switches: (self.switches)(self.angle - self.switch_at),
+            set_point: self.set_point.filter(|_| sync),
+            torque_offset: self
+                .torque_offset
+                .filter(|_| milliseconds.is_multiple_of(4 * TICKS_PER_SYNC)),
+            // The first one before the first set-point.
+            guard_heard: self.guard_alive && milliseconds % 50 == 1,
+            bench_mode: self.client,
+        };
+        let outputs = match &mut self.node {
+            Node::Axle(axle) => axle.tick(&inputs),
+            Node::Screw(screw) => screw.tick(&screw::Inputs {
+                axle: inputs,
+                joint: self
+                    .joint
+                    .filter(|_| sync)
+                    .map(|joint| (joint, self.now_us)),
+                slack: self.slack,
+            }),
+        };
+        self.bridge = outputs.bridge;
+        self.client &= outputs.bench_mode;
+        outputs
+    }
+
+    /// Moves the rotor through one millisecond; the mean current of it.
+    fn turn(&mut self) -> f64 {
+        let back_emf = self.torque_constant * self.velocity;
+        let current = match self.bridge {
+            Bridge::Off => 0.0,
+            Bridge::Current(demand) => f64::from(demand),
+            // The current interrupt opens the bridge wherever the current exceeds its limit.
+            Bridge::Brake => {
+                let limit = self.current_limit;
+                (-back_emf / self.resistance).clamp(-limit, limit)
+            }
+        };
+        if self.stuck {
+            self.velocity = 0.0;
+            return current;
+        }
+        // Implicit in the brake, which is stiff: torque = -k^2 / R * velocity.
+        let drag = match self.bridge {
+            Bridge::Brake => self.torque_constant.powi(2) / self.resistance,
+            _ => 0.0,
+        };
+        let driving = match self.bridge {
+            Bridge::Current(_) => self.torque_constant * current,
+            _ => 0.0,
+        };
+        let push = (driving - self.load) / self.inertia;
+        self.velocity = (self.velocity + push * 1e-3) / (1.0 + drag / self.inertia * 1e-3);
+        self.angle += self.velocity * 1e-3;
+        current
+    }
+
+    /// So many milliseconds; the last outputs.
+    pub fn run(&mut self, milliseconds: usize) -> Outputs {
+        let mut last = None;
+        for _ in 0..milliseconds {
+            last = Some(self.tick());
+        }
+        last.expect("at least one tick")
+    }
+
+    /// Enables the drive in `mode` with `target`, and lets 100 ms pass.
+    pub fn enable(&mut self, mode: i8, target: i32) -> Outputs {
+        self.enable_quietly(mode, target);
+        self.run(108)
+    }
+
+    /// Commands all that enables the drive; the last word has not been sent yet.
+    pub fn enable_quietly(&mut self, mode: i8, target: i32) {
+        for word in [controlword::SHUTDOWN, controlword::SWITCH_ON] {
+            self.command(word, mode, target);
+            self.run(8);
+        }
+        self.command(controlword::ENABLE_OPERATION, mode, target);
+    }
+
+    /// What the master sends from now on.
+    pub fn command(&mut self, controlword: u16, mode: i8, target: i32) {
+        self.set_point = Some(SetPoint {
+            controlword,
+            mode,
+            target,
+        });
+    }
+}
+
+/// State in the statusword.
+pub fn state(outputs: &Outputs) -> Option<State> {
+    State::from_statusword(outputs.status.statusword)
+}

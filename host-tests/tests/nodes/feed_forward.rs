@@ -1,0 +1,190 @@
+//! Torques in advance: the front part's load against the whole dynamic model, and what axle and screw make of an offset.
+
+use crate::bench::{Bench, Node, settings, state};
+use crate::uniform::Random;
+use tautrack::bus::cia402::{State, controlword, mode};
+use tautrack::bus::pdo::DriveMotion;
+use tautrack::motor::from_radians;
+use tautrack::motor::profile::SetPoint as Motion;
+use tautrack::node::axle::{Bridge, Outputs};
+use tautrack::node::screw::Screw;
+use tautrack::robots::b2p2::model::belt::TautBelt;
+use tautrack::robots::b2p2::parameters::LENGTHS;
+use tautrack::robots::b2p2::{FrontPart, Parameters, Posture};
+use tautrack::screw::Geometry;
+use tautrack::sensors::BodySensors;
+use tautrack::settings::{Setting, Settings};
+use tautrack::stability::attitude::Attitude;
+
+/// `D q'' + C q' - Q` in double precision, with the belt's law by the closed form.
+#[test]
+fn load_is_what_the_whole_model_asks_of_joints_7_and_8() {
+    let geometry = Geometry::from_micrometres(320_000, 230_000, 1_232_000).unwrap();
+    let belt = TautBelt::new(1.232, LENGTHS.l1, LENGTHS.l2).unwrap();
+    let front = FrontPart::new(&geometry, &Settings::default());
+    let parameters = Parameters::<f64>::paper();
+    let mut random = Random(7);
+    let (mut worst_joint, mut worst_screw, mut largest) = (0.0_f64, 0.0_f64, [0.0_f64; 2]);
+    for _ in 0..20_000 {
+        let [yaw, roll, pitch] = [3.0, 0.8, 1.2].map(|scale| (scale * random.next()) as f32);
+        let chassis = Motion {
+            position: from_radians((1.7 * random.next()) as f32),
+            velocity: (2.0 * random.next()) as f32,
+            acceleration: (8.0 * random.next()) as f32,
+        };
+        let mut attitude = Attitude::default();
+        assert!(attitude.update(
+            &BodySensors {
+                inclination: [pitch, roll],
+                specific_force: [0.0; 3],
+                angular_rate: [0.0; 3],
+                magnetic_field: [0.0; 3],
+            },
+            1e-3,
+        ));
+        let load = front.load(&geometry, &chassis, &attitude);
+
+        let theta = chassis.position as f64 / 4_294_967_296.0 * std::f64::consts::TAU;
+        let [rate, acceleration] = [chassis.velocity, chassis.acceleration].map(f64::from);
+        let extension = belt.extension(theta);
+        let (mut q, mut rates, mut accelerations) = ([0.0; 8], [0.0; 8], [0.0; 8]);
+        (q[3], q[4], q[5]) = (yaw.into(), roll.into(), pitch.into());
+        (q[6], q[7]) = (theta, extension.length - LENGTHS.axle_3);
+        (rates[6], rates[7]) = (rate, extension.derivative * rate);
+        accelerations[6] = acceleration;
+        accelerations[7] =
+            extension.derivative * acceleration + extension.second_derivative * rate * rate;
+        let forces = Posture::new(&parameters, &q).lagrange(&rates, &accelerations);
+        worst_joint = worst_joint.max((f64::from(load.joint) - forces[6]).abs());
+        worst_screw = worst_screw.max((f64::from(load.screw) - forces[7]).abs());
+        largest = [
+            largest[0].max(forces[6].abs()),
+            largest[1].max(forces[7].abs()),
+        ];
+    }
+    println!(
+        "worst {worst_joint:e} N m of {}, {worst_screw:e} N of {}",
+        largest[0], largest[1]
+    );
+    assert!(worst_joint < 2e-4, "{worst_joint:e} N m");
+    assert!(worst_screw < 1e-3, "{worst_screw:e} N");
+}
+
+fn current(outputs: &Outputs) -> f32 {
+    match outputs.bridge {
+        Bridge::Current(current) => current,
+        Bridge::Off | Bridge::Brake => f32::NAN,
+    }
+}
+
+/// A rotor that stands where it shall, so that all current is the offset's: 2.4 N m/A.
+fn standing() -> Bench {
+    let mut bench = Bench::axle(&[]);
+    bench.stuck = true;
+    bench.enable(mode::CYCLIC_POSITION, 0);
+    bench
+}
+
+#[test]
+fn an_axle_adds_the_current_that_its_torque_offset_means() {
+    let mut bench = standing();
+    for torque in [240_i16, -120, 0] {
+        bench.torque_offset = Some(torque);
+        let outputs = bench.run(40);
+        let wanted = f32::from(torque) / 240.0;
+        assert!((current(&outputs) - wanted).abs() < 1e-4, "{outputs:?}");
+    }
+}
+
+#[test]
+fn a_screws_torque_offset_is_a_force() {
+    // Without a gain all current is the offset's, wherever the set-point goes.
+    let settings = settings(&[
+        (Setting::GearRatio, 4_000),
+        (Setting::VelocityGain, 0),
+        (Setting::FollowingLimit, 100_000),
+    ]);
+    let screw = Screw::new(&settings).unwrap();
+    let mut bench = Bench::new(Node::Screw(screw), &settings, 1.6e-4);
+    bench.stuck = true;
+    bench.joint = Some(DriveMotion::default());
+    bench.enable(mode::TAUT, 0);
+    bench.torque_offset = Some(1_000);
+    let outputs = bench.run(40);
+    let added = current(&outputs);
+    // 1 kN on a lead of 5 mm is 0.796 N m, at 0.16 N m/A.
+    assert!((added - 4.974).abs() < 1e-3, "{outputs:?}");
+}
+
+#[test]
+fn a_torque_offset_never_passes_the_current_limit() {
+    let mut bench = standing();
+    for torque in [i16::MAX, i16::MIN] {
+        bench.torque_offset = Some(torque);
+        // Long before it counts as blocked.
+        let outputs = bench.run(20);
+        assert!(current(&outputs).abs() <= 10.0, "{outputs:?}");
+        assert!(current(&outputs).abs() > 9.99, "{outputs:?}");
+    }
+}
+
+#[test]
+fn a_torque_offset_counts_in_operation_alone_and_ends_with_it() {
+    let mut bench = Bench::axle(&[]);
+    bench.stuck = true;
+    bench.torque_offset = Some(240);
+    bench.run(100);
+    bench.torque_offset = None;
+    let outputs = bench.enable(mode::CYCLIC_POSITION, 0);
+    assert_eq!(current(&outputs), 0.0);
+    bench.torque_offset = Some(240);
+    assert!(current(&bench.run(40)) > 0.9);
+    bench.command(controlword::QUICK_STOP, 0, 0);
+    let outputs = bench.run(40);
+    assert_eq!(state(&outputs), Some(State::QuickStopActive));
+    assert!(current(&outputs).abs() < 0.1, "{outputs:?}");
+}
+
+#[test]
+fn a_torque_offset_ends_when_the_guard_falls_silent() {
+    let mut bench = standing();
+    bench.torque_offset = Some(240);
+    assert!(current(&bench.run(200)) > 0.9);
+    bench.guard_alive = false;
+    let outputs = bench.run(200);
+    assert_ne!(outputs.status.error_code, 0);
+    assert!(current(&outputs).abs() < 0.1, "{outputs:?}");
+}
+
+#[test]
+fn a_torque_offset_ages_though_set_points_go_on() {
+    let mut bench = standing();
+    bench.torque_offset = Some(240);
+    bench.run(40);
+    bench.torque_offset = None;
+    assert!(current(&bench.run(40)) > 0.9, "command_timeout is 60 ms");
+    let outputs = bench.run(60);
+    assert!(current(&outputs).abs() < 1e-4, "{outputs:?}");
+    assert_eq!(outputs.status.error_code, 0);
+}
+
+#[test]
+fn a_load_that_is_told_in_advance_moves_the_axle_less() {
+    let moved = |torque_offset| {
+        let mut bench = Bench::axle(&[]);
+        bench.enable(mode::CYCLIC_POSITION, 0);
+        // Load and offset in one tick, by which the first offset has come.
+        while !(bench.now_us / 1_000 + 1).is_multiple_of(16) {
+            bench.tick();
+        }
+        (bench.load, bench.torque_offset) = (5.0, torque_offset);
+        (0..200)
+            .map(|_| {
+                bench.tick();
+                bench.angle.abs()
+            })
+            .fold(0.0, f64::max)
+    };
+    let (without, with) = (moved(None), moved(Some(500)));
+    assert!(with < 0.25 * without, "{with} rad, {without} without");
+}

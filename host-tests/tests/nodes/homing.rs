@@ -1,0 +1,186 @@
+//! Homing: both approaches, the debounced switch, and its own limits.
+
+use super::bench::{Bench, state};
+use super::{code, turning};
+use std::f64::consts::TAU;
+use tautrack::bus::cia402::{CONTROL_START, State, controlword, mode, status};
+use tautrack::faults::Fault;
+use tautrack::node::axle::{ActiveLimit, Bridge};
+use tautrack::sensors::Switches;
+use tautrack::settings::Setting;
+
+/// An axle whose reference switch closes beyond 0.5 rad, a place that it shall call 0.35 rad.
+fn unreferenced() -> Bench {
+    let mut bench = Bench::axle(&[
+        (Setting::ReferenceDirection, 1),
+        (Setting::ReferencePosition, 350_000),
+    ]);
+    bench.switches = |angle| Switches {
+        reference: angle >= 0.5,
+        ..Switches::default()
+    };
+    bench
+}
+
+/// Starts homing.
+fn start(bench: &mut Bench) {
+    bench.enable(mode::HOMING, 0);
+    let word = controlword::ENABLE_OPERATION | CONTROL_START;
+    bench.command(word, mode::HOMING, 0);
+}
+
+/// Where the axle believes the switch to be, minus where it should, rad: the switch of
+/// [`unreferenced`] is at 0.5 rad and called 0.35 rad.
+fn error(bench: &mut Bench) -> f64 {
+    let outputs = bench.tick();
+    assert_ne!(outputs.status.statusword & status::REFERENCED, 0);
+    let believed = f64::from(outputs.motion.position) / 65_536.0 * TAU;
+    believed - (bench.angle - 0.5 + 0.35)
+}
+
+#[test]
+fn homing_ends_where_the_switch_closes_and_calls_it_the_reference_position() {
+    let mut bench = unreferenced();
+    start(&mut bench);
+    bench.run(6_000);
+    let error = error(&mut bench);
+    // A tick of the second approach, at 0.06 rad/s, and a unit of the position on the bus.
+    assert!(error.abs() < 3e-4, "{error}");
+    let outputs = bench.tick();
+    assert!((bench.angle - 0.5).abs() < 0.01, "{}", bench.angle);
+    assert!(outputs.homing_difference.abs() < (1e-3 / TAU * 4_294_967_296.0) as i32);
+}
+
+/// The screw's switch, approached at 25 rad/s and seen two ticks late, wherever the ticks fall.
+#[test]
+fn a_switch_that_reacts_late_is_found_at_any_distance() {
+    for distance in 0..25 {
+        let mut bench = Bench::axle(&[
+            (Setting::ReferenceDirection, 1),
+            (Setting::ReferenceSpeed, 25_000),
+            (Setting::VelocityLimit, 50_000),
+            (Setting::AccelerationLimit, 500_000),
+        ]);
+        bench.inertia = 1e-3;
+        bench.switches = |angle| Switches {
+            reference: angle >= 0.0,
+            ..Switches::default()
+        };
+        let place = 2.0 + 1e-3 * f64::from(distance);
+        let mut before = [0.0; 2];
+        start(&mut bench);
+        for _ in 0..3_000 {
+            bench.switch_at = place + bench.angle - before[0];
+            before = [before[1], bench.angle];
+            bench.tick();
+        }
+        let outputs = bench.tick();
+        let fault = code(&outputs);
+        assert_ne!(
+            outputs.status.statusword & status::REFERENCED,
+            0,
+            "{distance} mrad: {fault:?} after {}",
+            outputs.homing_difference
+        );
+    }
+}
+
+#[test]
+fn homing_that_begins_on_the_switch_finds_the_same_place() {
+    let mut bench = unreferenced();
+    bench.angle = 0.6;
+    start(&mut bench);
+    bench.run(6_000);
+    let error = error(&mut bench);
+    assert!(error.abs() < 3e-4, "{error}");
+}
+
+#[test]
+fn a_glitch_of_the_switch_is_no_home_position() {
+    let mut bench = unreferenced();
+    bench.switches = |angle| Switches {
+        // Closed for 1 ms at 0.10 rad: 0.3 mrad at 0.3 rad/s.
+        reference: angle >= 0.5 || (0.1..0.1003).contains(&angle),
+        ..Switches::default()
+    };
+    start(&mut bench);
+    bench.run(6_000);
+    let error = error(&mut bench);
+    assert!(error.abs() < 3e-4, "{error}");
+}
+
+#[test]
+fn approaches_that_disagree_are_a_fault_with_their_distance() {
+    let mut bench = unreferenced();
+    start(&mut bench);
+    bench.run(400);
+    let glitch = bench.angle;
+    // Long enough to count as closed.
+    bench.switches = |_| Switches {
+        reference: true,
+        ..Switches::default()
+    };
+    bench.run(10);
+    bench.switches = unreferenced().switches;
+    let outputs = bench.run(9_000);
+    assert_eq!(code(&outputs), Some(Fault::HomingMismatch));
+    assert_eq!(outputs.status.statusword & status::REFERENCED, 0);
+    assert_eq!(state(&outputs), Some(State::QuickStopActive));
+    let difference = f64::from(outputs.homing_difference) / 4_294_967_296.0 * TAU;
+    let truth = 0.5 - glitch;
+    assert!((difference - truth).abs() < 2e-3, "{difference} {truth}");
+}
+
+#[test]
+fn homing_keeps_its_own_current_and_speed() {
+    let mut bench = Bench::axle(&[
+        (Setting::ReferenceDirection, 1),
+        (Setting::HomingCurrent, 2_000),
+    ]);
+    start(&mut bench);
+    bench.load = 0.5;
+    for tick in 0..1_000 {
+        let outputs = bench.tick();
+        // Pulled along half of the time: the loops then brake with no more current either.
+        bench.load = if tick % 200 < 100 { 0.5 } else { -0.5 };
+        match outputs.bridge {
+            Bridge::Current(current) => assert!(current.abs() <= 2.0, "{current} A"),
+            bridge => panic!("{bridge:?}"),
+        }
+        assert!(
+            bench.velocity.abs() < 0.45,
+            "{} rad/s at {tick}",
+            bench.velocity
+        );
+    }
+}
+
+#[test]
+fn homing_starts_only_by_the_edge_of_its_bit() {
+    let mut bench = unreferenced();
+    bench.enable(mode::HOMING, 0);
+    bench.run(1_000);
+    assert!(bench.angle.abs() < 1e-3, "{}", bench.angle);
+}
+
+#[test]
+fn a_reference_switch_that_never_closes_is_a_fault_after_20_s() {
+    let mut bench = unreferenced();
+    bench.switches = |_| Switches::default();
+    bench.enable(mode::HOMING, 0);
+    let word = controlword::ENABLE_OPERATION | CONTROL_START;
+    bench.command(word, mode::HOMING, 0);
+    assert_eq!(code(&bench.run(19_900)), None);
+    assert_eq!(code(&bench.run(200)), Some(Fault::HomingFailed));
+}
+
+#[test]
+fn an_axle_that_is_not_referenced_goes_to_no_position() {
+    for mode in [mode::CYCLIC_POSITION, mode::PROFILE_POSITION] {
+        let mut bench = unreferenced();
+        let outputs = bench.enable(mode, turning(1.0));
+        assert_eq!(outputs.active_limit, ActiveLimit::NotReferenced);
+        bench.run(500);
+        assert!(bench.angle.abs() < 1e-3, "{}", bench.angle);
+    }
+}

@@ -1,0 +1,179 @@
+//! The screw: taut while the joint turns, holding when it falls silent, and never below the
+//! released length.
+
+use super::bench::{Bench, Node, settings, state};
+use super::code;
+use std::f64::consts::TAU;
+use tautrack::bus::cia402::{CONTROL_START, State, controlword, mode, status};
+use tautrack::bus::pdo::DriveMotion;
+use tautrack::faults::Fault;
+use tautrack::node::axle::{Bridge, Outputs};
+use tautrack::node::screw::Screw;
+use tautrack::screw::Geometry;
+use tautrack::sensors::Switches;
+use tautrack::settings::Setting;
+
+/// B2P2's lengths, m.
+const L1: f64 = 0.32;
+const L2: f64 = 0.23;
+const K: f64 = 1.232;
+
+/// Extension at which `L + (L2 + L3) = K`, found by bisection of the triangle of the three axles,
+/// not by the firmware's formula.
+fn taut(theta: f64) -> f64 {
+    let excess = |l3: f64| {
+        let reach = L2 + l3;
+        let l = (L1 * L1 + reach * reach + 2.0 * L1 * reach * theta.cos()).sqrt();
+        l + reach - K
+    };
+    let (mut low, mut high) = (0.0, K);
+    for _ in 0..60 {
+        let middle = f64::midpoint(low, high);
+        if excess(middle) < 0.0 {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+    low
+}
+
+/// Metres that the screw says it is extended.
+fn extension(outputs: &Outputs) -> f64 {
+    f64::from(outputs.motion.position) / 16_777_216.0
+}
+
+fn joint(theta: f64, rate: f64) -> DriveMotion {
+    DriveMotion {
+        position: (theta / TAU * 4_294_967_296.0) as i64 as i32,
+        velocity: (rate * 1e6) as i32,
+    }
+}
+
+/// B2P2's screw, referenced by its switch and taut at joint angle 0.
+fn engaged() -> Bench {
+    let settings = settings(&[
+        (Setting::GearRatio, 4_000),
+        (Setting::VelocityLimit, 140_000),
+        (Setting::AccelerationLimit, 2_000_000),
+        (Setting::VelocityGain, 300),
+        (Setting::VelocityIntegralTime, 30_000),
+        (Setting::PositionGain, 60_000),
+        (Setting::FollowingLimit, 6_000),
+        (Setting::ReferenceDirection, -1),
+        (Setting::ReferenceSpeed, 25_000),
+    ]);
+    let screw = Screw::new(&settings).expect("B2P2's geometry");
+    let mut bench = Bench::new(Node::Screw(screw), &settings, 1.6e-4);
+    bench.joint = Some(joint(0.0, 0.0));
+    bench.switches = |angle| Switches {
+        reference: angle < -5.0,
+        ..Switches::default()
+    };
+    bench.enable(mode::HOMING, 0);
+    let word = controlword::ENABLE_OPERATION | CONTROL_START;
+    bench.command(word, mode::HOMING, 0);
+    let outputs = bench.run(3_000);
+    assert_ne!(outputs.status.statusword & status::REFERENCED, 0);
+    bench.enable(mode::TAUT, 0);
+    let outputs = bench.run(3_000);
+    let error = extension(&outputs) - taut(0.0);
+    assert!(error.abs() < 1e-4, "{error} m from taut");
+    bench
+}
+
+#[test]
+fn screw_keeps_the_belt_taut_while_the_joint_turns() {
+    let mut bench = engaged();
+    let (mut theta, mut worst) = (0.0_f64, 0.0_f64);
+    for tick in 0..3_000 {
+        // Up to 0.5 rad/s, from 0 to 1 rad and on its way back.
+        let rate = 0.5 * (f64::from(tick) / 3_000.0 * 1.5 * TAU / 2.0).sin();
+        theta += rate * 1e-3;
+        bench.joint = Some(joint(theta, rate));
+        let outputs = bench.tick();
+        let error = extension(&outputs) - taut(theta);
+        worst = worst.max(error.abs());
+    }
+    assert!(worst < 3e-4, "{worst} m");
+    println!("worst distance from taut: {worst} m");
+}
+
+#[test]
+fn screw_holds_when_the_joint_falls_silent() {
+    let mut bench = engaged();
+    let mut theta = 0.0;
+    for _ in 0..1_000 {
+        theta += 0.5e-3;
+        bench.joint = Some(joint(theta, 0.5));
+        bench.tick();
+    }
+    bench.joint = None;
+    let before = bench.run(20);
+    assert_eq!(code(&before), None, "joint_timeout is 24 ms");
+    let outputs = bench.run(80);
+    assert_eq!(code(&outputs), Some(Fault::JointLost));
+    assert_eq!(state(&outputs), Some(State::QuickStopActive));
+    let held_at = extension(&outputs);
+    bench.load = 0.2;
+    let outputs = bench.run(2_000);
+    assert!(matches!(outputs.bridge, Bridge::Current(_)));
+    let moved = (extension(&outputs) - held_at).abs();
+    assert!(moved < 1e-4, "gave way by {moved} m");
+}
+
+/// Extension at which the belt is slack at every angle of the joint, m.
+fn released() -> f64 {
+    let geometry = Geometry::from_micrometres(320_000, 230_000, 1_232_000).expect("B2P2's");
+    f64::from(geometry.released_length().to_bits()) / 268_435_456.0
+}
+
+/// Below the released length the screw dips by no more than this, m, the unit of its position being
+/// 0.06 um.
+const DIP: f64 = 20e-6;
+
+#[test]
+fn a_slack_screw_never_dips_below_the_released_length() {
+    let released = released();
+    for slack in [5e-3, 30e-3, 0.2] {
+        let mut bench = engaged();
+        bench.slack = (slack * 16_777_216.0) as i32;
+        let (mut theta, mut lowest, mut highest) = (0.0_f64, f64::INFINITY, 0.0_f64);
+        for tick in 0..12_000 {
+            // Forth and back between 1.2 and -0.4 rad, at 0.8 rad/s; stops are sudden.
+            let rate = match tick % 4_500 {
+                1_500..2_000 => 0.0,
+                2_000..4_000 => -0.8,
+                _ => 0.8,
+            };
+            theta += rate * 1e-3;
+            bench.joint = Some(joint(theta, rate));
+            let outputs = bench.tick();
+            lowest = lowest.min(extension(&outputs) - released);
+            highest = highest.max(extension(&outputs) - released);
+        }
+        println!("slack {slack} m: {lowest:.6} to {highest:.6} m above the released length");
+        assert!(lowest > -DIP, "slack {slack} m: {lowest} m");
+    }
+}
+
+#[test]
+fn a_slack_that_is_commanded_is_approached_with_the_engage_speed() {
+    let mut bench = engaged();
+    for tick in 0..1_600 {
+        bench.joint = Some(joint(f64::from(tick) * 0.5e-3, 0.5));
+        bench.tick();
+    }
+    bench.joint = Some(joint(0.8, 0.0));
+    bench.run(500);
+    let before = extension(&bench.tick());
+    bench.slack = (0.01 * 16_777_216.0) as i32;
+    let mut last = before;
+    for _ in 0..1_500 {
+        let now = extension(&bench.tick());
+        // 20 mm/s, and half as much again for the loops.
+        assert!((now - last).abs() < 30e-6, "{} m/s", (now - last) * 1e3);
+        last = now;
+    }
+    assert!(before - last > 3e-3, "it drew back by {} m", before - last);
+}

@@ -1,0 +1,87 @@
+//! What the torques that the guard tells in advance gain: how far the chassis joint is from its set-point.
+
+use super::{climb, outcome, scenario};
+use tautrack_host_tests::programs::Board;
+use tautrack_host_tests::simulator::record::{SAMPLE_HZ, Sample};
+
+/// Distance of the joint from the set-point that the guard passes on, rad.
+#[derive(Debug)]
+struct Tracking {
+    rms: f64,
+    worst: f64,
+}
+
+/// Over the samples from arming on at which the set-point is fresh, that is, has moved since the sample before, and those in the half second
+/// behind them. Between set-point and joint lie bus and interpolation, a delay that no torque changes: the one with which
+/// the difference is least is taken off.
+fn tracking(samples: &[Sample]) -> Tracking {
+    const AFTER: usize = SAMPLE_HZ as usize / 2;
+    const MARGIN: usize = 20;
+    let armed: Vec<_> = samples
+        .iter()
+        .filter(|sample| sample.heard.guard_state == "armed")
+        .collect();
+    let theta = |time: f64| {
+        let place = (time - armed[0].time_s) * f64::from(SAMPLE_HZ);
+        let index = place.floor() as usize;
+        let [a, b] = [index, index + 1].map(|at| armed[at].truth.theta);
+        a + (b - a) * (place - index as f64)
+    };
+    let passed = |index: usize| armed[index].heard.passed_theta;
+    let moved = |index: usize| passed(index) != passed(index - 1);
+    // The guard tells it with every fifth SYNC, which is every second sample.
+    let counted: Vec<usize> = (AFTER..armed.len() - MARGIN)
+        .filter(|&index| {
+            let resting = !moved(index) && !moved(index - 1);
+            moved(index) || resting && (index - AFTER + 1..index).any(moved)
+        })
+        .collect();
+    let error = |index: usize, delay: f64| theta(armed[index].time_s + delay) - passed(index);
+    let rms = |delay: f64| {
+        let squares = counted.iter().map(|index| error(*index, delay).powi(2));
+        (squares.sum::<f64>() / counted.len() as f64).sqrt()
+    };
+    let delay = (-20..60)
+        .map(|milliseconds| f64::from(milliseconds) * 1e-3)
+        .min_by(|a, b| rms(*a).total_cmp(&rms(*b)))
+        .expect("80 of them");
+    Tracking {
+        rms: rms(delay),
+        worst: counted
+            .iter()
+            .map(|index| error(*index, delay).abs())
+            .fold(0.0, f64::max),
+    }
+}
+
+/// The figures of one run, shown.
+fn figures(name: &str, samples: &[Sample]) -> Tracking {
+    let tracking = tracking(samples);
+    println!(
+        "{name}: {:.2} mrad RMS, {:.2} mrad worst",
+        tracking.rms * 1e3,
+        tracking.worst * 1e3
+    );
+    tracking
+}
+
+#[test]
+fn torques_told_in_advance_bring_the_joint_nearer_to_its_set_point() {
+    let [with, without] = [("flat", true), ("flat without", false)].map(|(name, feed_forward)| {
+        let flat = scenario("flat", |description| {
+            description.feed_forward = feed_forward;
+        });
+        figures(name, &outcome(&flat, Board::Native).1)
+    });
+    assert!(with.rms < 0.95 * without.rms, "{with:?} {without:?}");
+}
+
+/// There the ground carries the front most of the time, which the guard does not know.
+#[test]
+fn torques_told_in_advance_do_no_harm_on_the_staircase() {
+    let without = scenario("staircase", |description| description.feed_forward = false);
+    let without = figures("staircase without", &outcome(&without, Board::Native).1);
+    let with = figures("staircase", &climb(Board::Native).1);
+    assert!(with.rms < 1.1 * without.rms, "{with:?} {without:?}");
+    assert!(with.worst < 1.1 * without.worst, "{with:?} {without:?}");
+}

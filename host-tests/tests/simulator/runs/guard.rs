@@ -1,0 +1,48 @@
+//! The guard against an operator who keeps the front up at the first nose.
+
+use super::{outcome, scenario};
+use tautrack_host_tests::programs::Board;
+
+#[test]
+fn front_kept_up_topples_without_the_guard() {
+    let without = scenario("staircase-front-kept-up", |description| {
+        description.guard = false;
+        description.expect.guard_intervenes = None;
+    });
+    let (summary, _) = outcome(&without, Board::Native);
+    assert!(summary.toppled, "{summary}");
+}
+
+#[test]
+fn front_kept_up_is_held_back_and_no_earlier_than_its_margin_asks_for() {
+    let (summary, samples) = outcome(&scenario("staircase-front-kept-up", |_| {}), Board::Qemu);
+    assert!(!summary.toppled && summary.expectation_met, "{summary}");
+
+    let armed = |index: &usize| samples[*index].heard.guard_state == "armed";
+    let first = (0..samples.len()).filter(armed).find(|index| {
+        let heard = &samples[*index].heard;
+        heard.asked_speed > 0.0 && heard.verdict != "passed"
+    });
+    let first = first.expect("the guard acts");
+    // Up to then the robot drives as fast as asked, but for the ramp after arming.
+    let start = (0..first).find(|index| {
+        samples[*index].heard.passed_speed >= samples[*index].heard.asked_speed
+            && samples[*index].heard.asked_speed > 0.0
+    });
+    for sample in &samples[start.expect("full speed is reached")..first] {
+        let (asked, passed) = (sample.heard.asked_speed, sample.heard.passed_speed);
+        assert!(
+            passed >= asked - 1e-3,
+            "{passed} of {asked} m/s at {} s",
+            sample.time_s
+        );
+    }
+    // The margin that it then has is the caution band's plus what is lost within the horizon.
+    let back = samples[first]
+        .heard
+        .margins
+        .expect("margins are on the bus")[0];
+    assert!(back < 0.15, "the guard acts at {back} m");
+    let pitch = samples[first].truth.pitch.to_degrees();
+    assert!(pitch > 44.0, "the guard acts at {pitch} degrees");
+}

@@ -1,0 +1,78 @@
+//! Whole runs: node programs, bus, plant and operator together.
+
+mod client;
+mod climb;
+mod dead_nodes;
+mod feed_forward;
+mod guard;
+mod hash;
+mod pace;
+mod restart;
+mod snapshot;
+mod state;
+
+use std::path::PathBuf;
+use std::sync::OnceLock;
+use tautrack_host_tests::programs::setup::checkout;
+use tautrack_host_tests::programs::{Board, Programs};
+use tautrack_host_tests::results::summary::Summary;
+use tautrack_host_tests::robots::Kind;
+use tautrack_host_tests::scenario::{Description, Scenario};
+use tautrack_host_tests::simulator::record::Sample;
+use tautrack_host_tests::simulator::run::{Options, Outcome, run};
+
+/// The programs for `board`, built once.
+fn programs(board: Board) -> &'static Programs {
+    static QEMU: OnceLock<Programs> = OnceLock::new();
+    static NATIVE: OnceLock<Programs> = OnceLock::new();
+    let cell = match board {
+        Board::Qemu => &QEMU,
+        Board::Native => &NATIVE,
+    };
+    cell.get_or_init(|| {
+        Kind::B2p2
+            .programs(board)
+            .unwrap_or_else(|error| panic!("{error}"))
+    })
+}
+
+/// A shipped scenario, changed.
+fn scenario(name: &str, change: impl FnOnce(&mut Description)) -> Scenario {
+    let mut description = Scenario::load(&path(name))
+        .expect("shipped scenarios are good")
+        .description();
+    change(&mut description);
+    description
+        .check()
+        .unwrap_or_else(|problem| panic!("{problem}"))
+}
+
+/// The file of a shipped scenario.
+fn path(name: &str) -> PathBuf {
+    let root = checkout::root().unwrap_or_else(|error| panic!("{error}"));
+    root.join("host-tests/scenarios")
+        .join(name)
+        .with_extension("toml")
+}
+
+/// The nominal climb with `board`'s programs, run once for all tests that look at it.
+fn climb(board: Board) -> &'static (Summary, Vec<Sample>) {
+    static QEMU: OnceLock<(Summary, Vec<Sample>)> = OnceLock::new();
+    static NATIVE: OnceLock<(Summary, Vec<Sample>)> = OnceLock::new();
+    let cell = match board {
+        Board::Qemu => &QEMU,
+        Board::Native => &NATIVE,
+    };
+    cell.get_or_init(|| outcome(&scenario("staircase", |_| {}), board))
+}
+
+/// Runs `scenario` with `board`'s programs.
+fn outcome(scenario: &Scenario, board: Board) -> (Summary, Vec<Sample>) {
+    with(scenario, board, Options::default())
+}
+
+fn with(scenario: &Scenario, board: Board, options: Options) -> (Summary, Vec<Sample>) {
+    let Outcome { samples, facts, .. } = run(scenario, programs(board), options, &mut |_| {})
+        .unwrap_or_else(|error| panic!("{error}"));
+    (Summary::new(scenario, &facts, &samples), samples)
+}

@@ -1,0 +1,51 @@
+//! What each shipped scenario prints, beside the scenario: program and expected output. After a wanted change,
+//! `TAUTRACK_ACCEPT=1 cargo test -p tautrack-host-tests --test simulator snapshot` writes them anew.
+
+use super::{outcome, scenario};
+use std::fmt::Write;
+use tautrack_host_tests::programs::Board;
+use tautrack_host_tests::programs::setup::checkout;
+
+#[test]
+fn shipped_scenarios_say_what_they_said_before() {
+    let root = checkout::root().unwrap_or_else(|error| panic!("{error}"));
+    let folder = root.join("host-tests/snapshots");
+    let mut differing = Vec::new();
+    for name in [
+        "flat",
+        "staircase",
+        "staircase-front-kept-up",
+        "staircase-k080",
+        "node-dies-mid-climb",
+    ] {
+        let (summary, samples) = outcome(&scenario(name, |_| {}), Board::Native);
+        assert!(summary.expectation_met, "{summary}");
+        let mut text = String::new();
+        for sample in &samples {
+            for event in &sample.heard.events {
+                writeln!(text, "{:7.2} s  {event}", sample.time_s).expect("a string takes all");
+            }
+        }
+        // Wall-clock time and hashes differ from machine to machine and from build to build.
+        for line in summary
+            .to_string()
+            .lines()
+            .filter(|line| !line.contains("real time") && !line.contains("hash"))
+        {
+            writeln!(text, "{line}").expect("a string takes all");
+        }
+        let file = folder.join(name).with_extension("txt");
+        if std::env::var_os("TAUTRACK_ACCEPT").is_some() {
+            std::fs::write(&file, &text).expect("the snapshot is written");
+        }
+        let expected = std::fs::read_to_string(&file).unwrap_or_default();
+        if text != expected {
+            differing.push(format!("{}:\n{text}", file.display()));
+        }
+    }
+    assert!(
+        differing.is_empty(),
+        "other than before:\n{}",
+        differing.join("\n")
+    );
+}

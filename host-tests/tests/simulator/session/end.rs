@@ -1,0 +1,274 @@
+//! What becomes of a run that cannot begin, or does not come to its end.
+
+use crate::session::demo::{Demo, command, scenario, send, summary};
+use std::fs;
+use std::net::TcpListener;
+use std::path::Path;
+use std::process::Command;
+use std::thread::sleep;
+use std::time::{Duration, Instant};
+use tautrack::link::{Start, VERSION};
+use tautrack_host_tests::programs::Board;
+use tautrack_host_tests::robots::{Kind, NodeName};
+use tautrack_host_tests::simulator::run::process::Node;
+
+/// Whether `arguments` are refused with status 2 before anything is built; the error.
+fn refusal(arguments: &[&str]) -> String {
+    let output = Command::new(env!("CARGO_BIN_EXE_demo"))
+        .args(arguments)
+        .output()
+        .expect("the demo starts");
+    let error = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(2), "{arguments:?}: {error}");
+    let built = String::from_utf8_lossy(&output.stdout).contains("building");
+    assert!(!built, "{arguments:?}: something is built");
+    error
+}
+
+#[test]
+fn a_folder_that_takes_no_results_is_refused_before_the_run() {
+    let file = Path::new(env!("CARGO_TARGET_TMPDIR")).join("no-folder");
+    fs::write(&file, "a file").expect("written");
+    let below = file.join("results").display().to_string();
+    for out in [file.display().to_string(), below] {
+        let error = refusal(&["--scenario", &scenario("flat"), "--out", &out]);
+        assert!(error.contains("--out") && error.contains(&out), "{error}");
+    }
+}
+
+#[test]
+fn a_bad_address_for_clients_is_refused_before_the_run() {
+    let taken = TcpListener::bind("127.0.0.1:0").expect("a free port");
+    let taken = taken
+        .local_addr()
+        .map(|address| (taken, address.to_string()));
+    let (_taken, address) = taken.expect("bound");
+    let (command, out) = command("bad-slcan", &[]);
+    drop(command);
+    let out = out.display().to_string();
+    for bad in [
+        "nonsense",
+        "127.0.0.1",
+        "127.0.0.1:99999",
+        "192.0.2.1:3333",
+        &address,
+    ] {
+        let error = refusal(&["--slcan", bad, "--out", &out]);
+        assert!(error.contains("--slcan") && error.contains(bad), "{error}");
+    }
+    refusal(&["--slcan-wait", "5", "--out", &out]);
+    refusal(&[
+        "--slcan",
+        "127.0.0.1:0",
+        "--slcan-wait",
+        "-1",
+        "--out",
+        &out,
+    ]);
+}
+
+#[test]
+fn a_client_as_operator_without_a_port_is_refused_before_the_run() {
+    let error = refusal(&["--scenario", &scenario("client")]);
+    assert!(error.contains("--slcan"), "{error}");
+}
+
+/// Builds the nodes; not part of what is tested here.
+fn build(board: Board) {
+    Kind::B2p2
+        .programs(board)
+        .unwrap_or_else(|error| panic!("{error}"));
+}
+
+#[test]
+fn an_interrupted_run_keeps_what_it_recorded() {
+    build(Board::Native);
+    let flat = scenario("flat");
+    let arguments = ["--nodes", "native", "--speed", "1", "--scenario", &flat];
+    let (command, out) = command("interrupted", &arguments);
+    let mut demo = Demo::start(command);
+    demo.line_with("flat:");
+    sleep(Duration::from_secs(4));
+    demo.signal("INT");
+    let (status, output, error) = demo.end();
+    assert_eq!(status.code(), Some(130), "{status}: {error}");
+    assert!(
+        error.contains("interrupted") && error.contains("the results end at"),
+        "{error}"
+    );
+    assert!(output.contains("state hash"), "no table: {output}");
+    let summary = summary(&out);
+    assert!(
+        summary["ended_early"]
+            .as_str()
+            .is_some_and(|why| why.contains("interrupted"))
+    );
+    assert_eq!(summary["expectation_met"], false);
+    let simulated_s = summary["simulated_s"].as_f64().expect("a number");
+    assert!(simulated_s > 0.0 && simulated_s < 11.0, "{simulated_s} s");
+    let log = fs::read(out.join("run.mcap")).expect("run.mcap");
+    let magic = b"\x89MCAP0\r\n";
+    assert!(log.starts_with(magic) && log.ends_with(magic));
+    let report = fs::read_to_string(out.join("report.html")).expect("report.html");
+    assert!(report.contains("</html>"));
+}
+
+#[test]
+fn an_interrupt_ends_the_wait_for_a_client() {
+    build(Board::Native);
+    let client = scenario("client");
+    let arguments = [
+        "--nodes",
+        "native",
+        "--slcan",
+        "127.0.0.1:0",
+        "--scenario",
+        &client,
+    ];
+    let (command, _) = command("interrupted-wait", &arguments);
+    let mut demo = Demo::start(command);
+    demo.address();
+    sleep(Duration::from_secs(1));
+    demo.signal("INT");
+    let (status, _, error) = demo.end();
+    assert_eq!(status.code(), Some(130), "{error}");
+}
+
+#[test]
+fn a_file_that_cannot_be_written_is_named_and_the_others_are_kept() {
+    build(Board::Native);
+    let flat = scenario("flat");
+    let (command, out) = command("too-large", &["--nodes", "native", "--scenario", &flat]);
+    // No file may become larger than 128 KiB (256 where the shell counts in KiB).
+    let mut limited = Command::new("sh");
+    limited
+        .args(["-c", "trap '' XFSZ; ulimit -f 256; exec \"$0\" \"$@\""])
+        .arg(command.get_program())
+        .args(command.get_args());
+    let (status, output, error) = Demo::start(limited).end();
+    assert_eq!(status.code(), Some(1), "{output}{error}");
+    assert!(error.contains("run.mcap is not complete"), "{error}");
+    assert!(output.contains("state hash"), "no table: {output}");
+    let summary = summary(&out);
+    assert_eq!(summary["simulated_s"], 12.0);
+    assert_eq!(summary["expectation_met"], true);
+}
+
+/// The disk, a small one in memory, fills up during the run.
+#[test]
+fn a_disk_that_fills_up_during_the_run_does_not_lose_the_summary() {
+    let in_memory = |script: &str| {
+        let mut command = Command::new("unshare");
+        command.args(["--user", "--map-root-user", "--mount", "sh", "-c", script]);
+        command
+    };
+    let mount = "mount -t tmpfs -o size=1m none \"$0\"";
+    let place = Path::new(env!("CARGO_TARGET_TMPDIR")).join("small-disk");
+    fs::create_dir_all(&place).expect("made");
+    let possible = in_memory(mount).arg(&place).output();
+    if !possible.is_ok_and(|output| output.status.success()) {
+        eprintln!("SKIPPED: this computer lets no user mount a disk in memory (unshare)");
+        return;
+    }
+    build(Board::Native);
+    let flat = scenario("flat");
+    let arguments = ["--nodes", "native", "--speed", "2", "--scenario", &flat];
+    let (command, copied) = command("full-disk", &arguments);
+    fs::create_dir_all(&copied).expect("made");
+    // Results go to the small disk, which something else fills; then the summary is copied from it.
+    let script = format!(
+        "{mount} || exit 99; (sleep 4; cat /dev/zero > \"$0/filler\") 2>/dev/null & \
+         \"$@\" --out \"$0/out\"; status=$?; cp \"$0/out/summary.json\" '{}'; exit $status",
+        copied.display()
+    );
+    let mut full = in_memory(&script);
+    let arguments = command
+        .get_args()
+        .take_while(|argument| *argument != "--out");
+    full.arg(&place).arg(command.get_program()).args(arguments);
+    let (status, output, error) = Demo::start(full).end();
+    assert_eq!(status.code(), Some(1), "{output}{error}");
+    for file in ["run.mcap", "report.html"] {
+        assert!(
+            error.contains(&format!("{file} is not complete: ")),
+            "{error}"
+        );
+    }
+    assert!(error.contains("No space left on device"), "{error}");
+    assert_eq!(summary(&copied)["simulated_s"], 12.0);
+}
+
+#[test]
+#[cfg(target_os = "linux")]
+fn a_stopped_emulator_is_named_within_its_timeout_and_the_run_is_kept() {
+    build(Board::Qemu);
+    let flat = scenario("flat");
+    let arguments = ["--node-timeout", "5", "--speed", "1", "--scenario", &flat];
+    let (command, out) = command("stopped", &arguments);
+    let mut demo = Demo::start(command);
+    let screw = demo.node("screw").to_string();
+    sleep(Duration::from_secs(3));
+    send("STOP", &screw);
+    let began = Instant::now();
+    let (status, _, error) = demo.end();
+    assert_eq!(status.code(), Some(1), "{error}");
+    assert!(error.contains("node screw: no answer for 5 s"), "{error}");
+    assert!(
+        began.elapsed() < Duration::from_secs(30),
+        "{:?}",
+        began.elapsed()
+    );
+    let why = summary(&out)["ended_early"].clone();
+    assert!(
+        why.as_str().is_some_and(|why| why.contains("screw")),
+        "{why}"
+    );
+    assert!(out.join("run.mcap").exists() && out.join("report.html").exists());
+}
+
+#[test]
+#[cfg(target_os = "linux")]
+fn a_node_that_is_killed_is_named_without_last_words() {
+    build(Board::Native);
+    let flat = scenario("flat");
+    let arguments = ["--nodes", "native", "--speed", "1", "--scenario", &flat];
+    let (command, out) = command("killed", &arguments);
+    let mut demo = Demo::start(command);
+    let guard = demo.node("guard").to_string();
+    sleep(Duration::from_secs(1));
+    send("KILL", &guard);
+    let (status, _, error) = demo.end();
+    assert_eq!(status.code(), Some(1), "{error}");
+    assert!(
+        error.contains("node guard: its program ended (signal: 9"),
+        "{error}"
+    );
+    assert!(!error.contains("last words"), "{error}");
+    let summary = summary(&out);
+    assert!(
+        summary["ended_early"]
+            .as_str()
+            .is_some_and(|why| why.contains("guard"))
+    );
+}
+
+#[test]
+fn last_words_are_announced_when_there_are_some() {
+    let end_of = |program: &str| {
+        let start = Start {
+            version: VERSION,
+            seed: 1,
+            settings: heapless::Vec::new(),
+            motor: None,
+        };
+        let node = Node::start(NodeName::SCREW, Board::Native, Path::new(program), start);
+        node.err().expect("it is no node").to_string()
+    };
+    // Without arguments `cp` says on standard error what is missing; `false` says nothing.
+    let spoken = end_of("cp");
+    assert!(spoken.contains("exit status: 1"), "{spoken}");
+    assert!(spoken.contains("last words are above"), "{spoken}");
+    let silent = end_of("false");
+    assert!(silent.contains("exit status: 1"), "{silent}");
+    assert!(!silent.contains("last words"), "{silent}");
+}

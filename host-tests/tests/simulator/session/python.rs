@@ -1,0 +1,145 @@
+//! Programs in Python join the robot's bus, as docs/bus.md and examples/ show them.
+
+use crate::session::demo::{Demo, command, scenario, summary};
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+use std::sync::OnceLock;
+use tautrack_host_tests::programs::Board;
+use tautrack_host_tests::programs::setup::checkout;
+use tautrack_host_tests::robots::Kind;
+
+/// What is installed, and what docs/bus.md and examples/README.md say.
+const PACKAGES: [&str; 2] = ["python-can[serial]==4.6.1", "canopen==2.4.1"];
+
+fn root() -> &'static Path {
+    checkout::root().unwrap_or_else(|error| panic!("{error}"))
+}
+
+/// Python with [`PACKAGES`], in a virtual environment that is made once and kept in `target`.
+fn python() -> &'static Path {
+    static PYTHON: OnceLock<PathBuf> = OnceLock::new();
+    PYTHON.get_or_init(|| {
+        let folder = root().join("target/python-clients");
+        let python = folder.join("bin/python");
+        let mark = folder.join("installed.txt");
+        let packages = PACKAGES.join("\n");
+        if fs::read_to_string(&mark).is_ok_and(|installed| installed == packages) {
+            return python;
+        }
+        let _ = fs::remove_dir_all(&folder);
+        install(&folder, &python);
+        fs::write(mark, packages).expect("written");
+        python
+    })
+}
+
+/// Makes the environment with its own pip, or, where Python comes without ensurepip, with the
+/// system's.
+fn install(folder: &Path, python: &Path) {
+    let succeeds = |command: &mut Command| {
+        let output = command.output();
+        output.is_ok_and(|output| output.status.success())
+    };
+    let venv = |arguments: &[&str]| {
+        let mut command = Command::new("python3");
+        succeeds(command.args(["-m", "venv"]).args(arguments).arg(folder))
+    };
+    let mut pip = if venv(&["--clear"]) {
+        Command::new(python)
+    } else {
+        assert!(
+            venv(&["--clear", "--without-pip"]),
+            "this test needs Python 3 with venv; type (Debian, Ubuntu): sudo apt-get install python3-venv"
+        );
+        Command::new("python3")
+    };
+    pip.args(["-m", "pip"]);
+    if pip.get_program() == "python3" {
+        pip.arg("--python").arg(python);
+    }
+    let installed = pip.arg("install").args(PACKAGES).output();
+    let failure = match installed {
+        Ok(output) if output.status.success() => return,
+        Ok(output) => String::from_utf8_lossy(&output.stderr).into_owned(),
+        Err(error) => error.to_string(),
+    };
+    panic!(
+        "pip installs no {PACKAGES:?}; it needs PyPI, and pip (apt-get install python3-pip): {failure}"
+    );
+}
+
+/// Runs a program of Python in the root of the checkout.
+fn run(arguments: &[&str]) -> Output {
+    Command::new(python())
+        .current_dir(root())
+        .args(arguments)
+        .output()
+        .expect("python starts")
+}
+
+/// A demo with QEMU nodes that waits for its first client, and where that can join.
+fn waiting(mut demo: Demo) -> (Demo, String) {
+    let address = demo.address();
+    (demo, address)
+}
+
+fn build() {
+    python();
+    Kind::B2p2
+        .programs(Board::Qemu)
+        .unwrap_or_else(|error| panic!("{error}"));
+}
+
+#[test]
+fn the_example_drives_the_robot_through_its_guard() {
+    build();
+    let client = scenario("client");
+    let (command, out) = command("driven", &["--scenario", &client, "--slcan", "127.0.0.1:0"]);
+    let (mut demo, address) = waiting(Demo::start(command));
+    let example = run(&["examples/python/drive.py", &address]);
+    let printed = String::from_utf8_lossy(&example.stdout);
+    assert!(example.status.success(), "{example:?}");
+    assert!(
+        printed.contains("margins in mm: back") && printed.contains("done"),
+        "{printed}"
+    );
+    let (status, output, error) = demo.end();
+    assert!(status.success(), "{status}: {output}{error}");
+    let summary = summary(&out);
+    assert_eq!(summary["clients"], 1);
+    assert_eq!(summary["toppled"], false);
+    assert_eq!(summary["stopped"], true);
+    // One metre by the belts' encoders, a braking distance, and what homing moves.
+    let driven_m = summary["driven_m"].as_f64().expect("a number");
+    assert!(driven_m > 0.9 && driven_m < 1.3, "{driven_m} m");
+    for node in summary["nodes"].as_array().expect("a list") {
+        assert_eq!(node["board"], "mps2", "{node}");
+    }
+}
+
+#[test]
+fn the_program_on_the_page_about_the_bus_reads_a_position() {
+    build();
+    let page = fs::read_to_string(root().join("docs/bus.md")).expect("docs/bus.md");
+    for package in PACKAGES {
+        assert!(
+            page.contains(package),
+            "the page does not install {package}"
+        );
+    }
+    let (_, program) = page.split_once("```python\n").expect("a program");
+    let (program, _) = program.split_once("```").expect("its end");
+    let (command, _) = command(
+        "page",
+        &["--scenario", &scenario("flat"), "--slcan", "127.0.0.1:0"],
+    );
+    let (_demo, address) = waiting(Demo::start(command));
+    // The page's port may be in use by something else.
+    let program = program.replace("127.0.0.1:3333", &address);
+    assert!(program.contains(&address), "{program}");
+    let output = run(&["-c", &program]);
+    assert!(output.status.success(), "{output:?}");
+    let printed = String::from_utf8_lossy(&output.stdout);
+    assert!(printed.trim().parse::<i32>().is_ok(), "{printed}");
+}

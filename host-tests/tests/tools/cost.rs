@@ -1,0 +1,81 @@
+//! What the control code may cost on the core, and what it must never reach there.
+
+use std::fs;
+use std::sync::OnceLock;
+use tautrack_host_tests::programs;
+use tautrack_host_tests::tools::cost;
+use tautrack_host_tests::tools::cost::{Measurement, image, ledger, page};
+
+fn measurement() -> &'static Measurement {
+    static MEASUREMENT: OnceLock<Measurement> = OnceLock::new();
+    MEASUREMENT.get_or_init(|| cost::measure().unwrap_or_else(|error| panic!("{error}")))
+}
+
+#[test]
+fn every_kernel_keeps_its_ceiling_and_its_pinned_count() {
+    let ledger = ledger::read().expect("cost.toml");
+    let violations = ledger::violations(measurement(), &ledger);
+    assert!(violations.is_empty(), "\n{}", violations.join("\n"));
+}
+
+#[test]
+fn the_page_is_what_a_run_gives() {
+    let ledger = ledger::read().expect("cost.toml");
+    if measurement().rustc != ledger.rustc {
+        eprintln!(
+            "skipped: docs/cost.md was made with rustc {}, this is {}",
+            ledger.rustc,
+            measurement().rustc
+        );
+        return;
+    }
+    let written = fs::read_to_string(page::path().expect("a checkout")).expect("docs/cost.md");
+    assert!(
+        written == page::page(measurement(), &ledger),
+        "docs/cost.md is not what a run gives; if that is meant: cargo cost --write"
+    );
+}
+
+/// Parts of the names of functions that no control tick may reach, and what they are.
+const FORBIDDEN: [(&str, &str); 12] = [
+    ("__aeabi_d", "double precision in software"),
+    ("__aeabi_f2d", "double precision in software"),
+    ("df3", "double precision in software"),
+    ("ldivmod", "64-bit division"),
+    ("divdi3", "64-bit division"),
+    ("moddi", "64-bit division"),
+    ("divti3", "128-bit division"),
+    ("u64_div_rem", "64-bit division"),
+    ("a_tick_can_panic", "a panic"),
+    ("panic", "a panic"),
+    ("4core3fmt", "formatting"),
+    ("alloc", "allocation"),
+];
+
+#[test]
+fn no_tick_reaches_double_precision_long_division_panics_formatting_or_allocation() {
+    let ticks = programs::instruments()
+        .unwrap_or_else(|error| panic!("{error}"))
+        .ticks;
+    let functions =
+        image::functions(&fs::read(ticks.path).expect("it was built")).expect("an ELF file");
+    for tick in ["4Axle14tick_following", "5guard14Guard"] {
+        assert!(
+            functions
+                .iter()
+                .any(|function| function.name.contains(tick)),
+            "no function of {tick} is linked"
+        );
+    }
+    let reached: Vec<String> = functions
+        .iter()
+        .flat_map(|function| {
+            let name = &function.name;
+            FORBIDDEN
+                .iter()
+                .filter(move |(part, _)| name.contains(part))
+                .map(move |(_, what)| format!("{what}: {name}"))
+        })
+        .collect();
+    assert!(reached.is_empty(), "\n{}", reached.join("\n"));
+}

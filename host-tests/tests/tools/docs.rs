@@ -1,0 +1,394 @@
+//! What README and docs name exists: links and their headings, files, commands with their options,
+//! and tests.
+
+use pulldown_cmark::{CodeBlockKind, Event, Options, Parser, Tag, TagEnd};
+use std::collections::BTreeSet;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use tautrack_host_tests::programs::setup::checkout;
+
+/// Files that a run, a build or a reader makes.
+const MADE: [&str; 5] = [
+    "FILE",
+    "target/",
+    "computed.json",
+    "run.mcap",
+    "summary.json",
+];
+/// Folders of the checkout, with which a path begins.
+const FOLDERS: [&str; 7] = [
+    ".cargo/",
+    ".ci/",
+    "docs/",
+    "examples/",
+    "firmware/",
+    "host-tests/",
+    "shared/",
+];
+
+fn root() -> &'static Path {
+    checkout::root().unwrap_or_else(|error| panic!("{error}"))
+}
+
+/// Files below `folder` whose names end so, from the root; builds and hidden folders aside.
+fn files(folder: &str, ending: &str) -> Vec<String> {
+    let mut found = Vec::new();
+    for entry in fs::read_dir(root().join(folder)).expect("a folder") {
+        let entry = entry.expect("an entry");
+        let name = entry.file_name().into_string().expect("a name in UTF-8");
+        let path = format!("{folder}{name}");
+        if entry.path().is_dir() {
+            if name != "target" && !name.starts_with('.') {
+                found.extend(files(&format!("{path}/"), ending));
+            }
+        } else if name.ends_with(ending) {
+            found.push(path);
+        }
+    }
+    found
+}
+
+/// All pages.
+fn pages() -> Vec<PathBuf> {
+    let pages: Vec<_> = files("", ".md").iter().map(PathBuf::from).collect();
+    assert!(pages.contains(&PathBuf::from("README.md")), "{pages:?}");
+    pages
+}
+
+/// What one page names.
+#[derive(Default)]
+struct Page {
+    links: Vec<String>,
+    anchors: BTreeSet<String>,
+    /// Code within sentences, and lines of blocks without a language.
+    code: Vec<String>,
+}
+
+/// The anchor that a heading gets: lower case, hyphens for spaces, no punctuation.
+fn anchor(heading: &str) -> String {
+    let kept = |letter: &char| letter.is_alphanumeric() || "-_ ".contains(*letter);
+    let text: String = heading.to_lowercase().chars().filter(kept).collect();
+    text.replace(' ', "-")
+}
+
+impl Page {
+    fn read(path: &Path) -> Self {
+        let text = fs::read_to_string(root().join(path)).expect("a page");
+        let mut page = Self::default();
+        let mut heading: Option<String> = None;
+        let mut shell = false;
+        for event in Parser::new_ext(&text, Options::ENABLE_TABLES) {
+            match event {
+                Event::Start(Tag::Link { dest_url, .. } | Tag::Image { dest_url, .. }) => {
+                    page.links.push(dest_url.into_string());
+                }
+                Event::Start(Tag::Heading { .. }) => heading = Some(String::new()),
+                Event::End(TagEnd::Heading(_)) => {
+                    page.anchors
+                        .extend(heading.take().map(|text| anchor(&text)));
+                }
+                Event::Start(Tag::CodeBlock(CodeBlockKind::Fenced(language))) => {
+                    shell = language.is_empty();
+                }
+                Event::End(TagEnd::CodeBlock) => shell = false,
+                Event::Code(code) => {
+                    if let Some(heading) = &mut heading {
+                        heading.push_str(&code);
+                    }
+                    page.code.push(code.into_string());
+                }
+                Event::Text(text) => {
+                    if let Some(heading) = &mut heading {
+                        heading.push_str(&text);
+                    } else if shell {
+                        page.code.extend(text.lines().map(str::to_owned));
+                    }
+                }
+                _ => {}
+            }
+        }
+        page
+    }
+
+    /// Words of its code, without the comment at the end of a line.
+    fn lines(&self) -> impl Iterator<Item = Vec<&str>> {
+        self.code.iter().map(|line| {
+            let command = line.split(" # ").next().unwrap_or_default();
+            command
+                .split_whitespace()
+                .map(|word| word.trim_matches(['[', ']']))
+                .collect()
+        })
+    }
+}
+
+/// Every page with what it names.
+fn each(mut check: impl FnMut(&Path, &Page) -> Vec<String>) {
+    let mut wrong = Vec::new();
+    for path in pages() {
+        let page = Page::read(&path);
+        let found = check(&path, &page);
+        wrong.extend(
+            found
+                .iter()
+                .map(|what| format!("{}: {what}", path.display())),
+        );
+    }
+    assert!(wrong.is_empty(), "{wrong:#?}");
+}
+
+#[test]
+fn every_link_leads_to_a_file_and_its_heading() {
+    each(|path, page| {
+        let leads = |link: &&String| {
+            let (file, heading) = link.split_once('#').unwrap_or((link, ""));
+            let target = path.parent().expect("a folder").join(file);
+            let target = if file.is_empty() { path } else { &target };
+            if !root().join(target).exists() {
+                return false;
+            }
+            heading.is_empty() || Page::read(target).anchors.contains(heading)
+        };
+        let local = |link: &&String| !link.starts_with("https://");
+        let dead = page.links.iter().filter(local).filter(|link| !leads(link));
+        dead.cloned().collect()
+    });
+}
+
+/// A path with a placeholder such as `<robot>` stands for several.
+#[test]
+fn every_path_exists() {
+    each(|path, page| {
+        let folder = root().join(path.parent().expect("a folder"));
+        let words = page.lines().flatten();
+        let paths = words.filter(|word| {
+            let place = FOLDERS.iter().any(|folder| word.starts_with(folder));
+            place && !word.contains(['<', '*', '{'])
+        });
+        let missing = paths.filter(|word| {
+            let file = word.split(':').next().expect("the first part");
+            !root().join(file).exists() && !folder.join(file).exists()
+        });
+        missing.map(str::to_owned).collect()
+    });
+}
+
+/// Options of one of our programs, from its help.
+fn help(program: &str) -> String {
+    let output = Command::new(program).arg("--help").output();
+    String::from_utf8(output.expect("it starts").stdout).expect("text")
+}
+
+#[test]
+fn every_option_of_our_commands_is_one() {
+    let programs = [
+        ("demo", help(env!("CARGO_BIN_EXE_demo"))),
+        ("cost", help(env!("CARGO_BIN_EXE_cost"))),
+        ("evaluate", help(env!("CARGO_BIN_EXE_evaluate"))),
+    ];
+    each(|_, page| {
+        let mut wrong = Vec::new();
+        for line in page.lines() {
+            let Some(("cargo", rest)) = line.split_first().map(|(first, rest)| (*first, rest))
+            else {
+                continue;
+            };
+            let Some((_, help)) = programs.iter().find(|(name, _)| rest.first() == Some(name))
+            else {
+                continue;
+            };
+            for (option, value) in rest.iter().zip(rest.iter().skip(1)) {
+                let names_value = ["--suite", "--robot", "--nodes", "--guard"].contains(option);
+                let known = !names_value
+                    || help.contains(&format!("- {value}:"))
+                    || help.contains(&format!("{value},"))
+                    || help.contains(&format!("{value}]"))
+                    || value.chars().all(char::is_uppercase);
+                if !known {
+                    wrong.push(format!("{option} {value}"));
+                }
+            }
+            let options = rest.iter().filter(|word| word.starts_with("--"));
+            let unknown = options.filter(|option| {
+                !help.contains(&format!("{option} ")) && !help.contains(&format!("{option}\n"))
+            });
+            wrong.extend(unknown.map(|option| (*option).to_owned()));
+            let files = rest
+                .iter()
+                .filter(|word| word.contains(".toml") || word.contains(".json"));
+            let missing = files.filter(|file| {
+                !root().join(file).exists() && !MADE.iter().any(|made| file.starts_with(made))
+            });
+            wrong.extend(missing.map(|file| (*file).to_owned()));
+        }
+        wrong
+    });
+}
+
+/// Folder of the tests of a package of the workspace.
+fn tests_of(package: &str) -> Option<PathBuf> {
+    let folder = match package {
+        "tautrack" => "shared/tests",
+        "tautrack-firmware" => "firmware/tests",
+        "tautrack-host-tests" => "host-tests/tests",
+        _ => return None,
+    };
+    Some(root().join(folder))
+}
+
+/// Source of a test program: one file, or all files of a folder and those inside it.
+fn source(package: &str, test: &str) -> Option<String> {
+    let tests = tests_of(package)?;
+    if let Ok(text) = fs::read_to_string(tests.join(format!("{test}.rs"))) {
+        return Some(text);
+    }
+    if !tests.join(test).is_dir() {
+        return None;
+    }
+    let folder = tests.strip_prefix(root()).ok()?.join(test);
+    let found = files(&format!("{}/", folder.display()), ".rs");
+    let texts = found
+        .iter()
+        .filter_map(|file| fs::read_to_string(root().join(file)).ok());
+    Some(texts.collect())
+}
+
+/// What is wrong with a `cargo test` line, or with `--test` and what follows it alone.
+fn check_tests(words: &[&str]) -> Vec<String> {
+    let after = |option: &str| {
+        let place = words.iter().position(|word| *word == option)?;
+        words.get(place + 1).copied()
+    };
+    let package = after("-p").unwrap_or("tautrack-host-tests");
+    if tests_of(package).is_none() {
+        return vec![format!("package {package}")];
+    }
+    let mut wrong = Vec::new();
+    let mut sources = String::new();
+    let mut words = words.iter().copied();
+    while let Some(word) = words.next() {
+        match word {
+            "-p" => {
+                words.next();
+            }
+            "--test" => {
+                let test = words.next().unwrap_or_default();
+                match source(package, test) {
+                    Some(text) => sources.push_str(&text),
+                    None => wrong.push(format!("--test {test}")),
+                }
+            }
+            "cargo" | "test" => {}
+            option if option.starts_with('-') => {}
+            filter => {
+                let named = [format!("fn {filter}"), format!("mod {filter};")];
+                let part = sources
+                    .lines()
+                    .any(|line| line.contains("fn ") && line.contains(filter));
+                if !part && !named.iter().any(|name| sources.contains(name)) {
+                    wrong.push(format!("filter {filter}"));
+                }
+            }
+        }
+    }
+    wrong
+}
+
+#[test]
+fn every_test_that_a_page_names_is_there() {
+    let mut named = 0;
+    each(|_, page| {
+        let tests = page.lines().filter(|words| {
+            words.first() == Some(&"--test") || words.starts_with(&["cargo", "test"])
+        });
+        tests
+            .flat_map(|words| {
+                named += 1;
+                check_tests(&words)
+            })
+            .collect()
+    });
+    assert!(named > 20, "{named}");
+}
+
+/// Every alias that a page uses is cargo's own or stands in .cargo/config.toml.
+#[test]
+fn every_cargo_command_is_one() {
+    let config = fs::read_to_string(root().join(".cargo/config.toml")).expect("the aliases");
+    each(|_, page| {
+        let commands = page.lines().filter(|words| words.first() == Some(&"cargo"));
+        let unknown = commands.filter_map(|words| {
+            let name = *words.get(1)?;
+            let own = ["bench", "build", "clippy", "fmt", "run", "test"].contains(&name);
+            (!own && !config.contains(&format!("\n{name} = "))).then(|| format!("cargo {name}"))
+        });
+        unknown.collect()
+    });
+}
+
+/// Hylos is the robot with the most special cases: where it is named, another one is needed too.
+#[test]
+fn every_file_that_names_a_robot_is_on_the_page_about_adding_one() {
+    let page = Page::read(Path::new("docs/adding-a-robot.md"));
+    let listed: BTreeSet<&str> = page.code.iter().map(String::as_str).collect();
+    let folders = ["firmware/src/", "host-tests/src/", "shared/src/"];
+    let files: Vec<_> = folders
+        .iter()
+        .flat_map(|folder| files(folder, ".rs"))
+        .collect();
+    assert!(files.len() > 100, "{files:?}");
+    let missing = files.iter().filter(|file| {
+        let text = fs::read_to_string(root().join(file)).expect("a source");
+        let code = text.lines().filter(|line| !line.trim().starts_with("//"));
+        let named = code
+            .map(str::to_lowercase)
+            .any(|line| line.contains("hylos"));
+        named && !is_listed(file, &listed)
+    });
+    let missing: Vec<_> = missing.collect();
+    assert!(missing.is_empty(), "{missing:#?}");
+}
+
+/// By its own path, or by one with the robot's name left open; a file of the robot's own also by the
+/// `mod.rs` beside it.
+fn is_listed(file: &str, listed: &BTreeSet<&str>) -> bool {
+    let open = file.replace("hylos", "<robot>");
+    let (folder, name) = open.rsplit_once('/').expect("a path");
+    let beside = [format!("{folder}/mod.rs"), format!("{folder}/")];
+    listed.contains(file)
+        || listed.iter().any(|place| {
+            place.contains("<robot>/") && place.ends_with('/') && open.starts_with(place)
+        })
+        || listed.contains(open.as_str())
+        || name.contains("<robot>") && beside.iter().any(|path| listed.contains(path.as_str()))
+}
+
+#[test]
+fn the_page_names_every_group_of_functions() {
+    let page = fs::read_to_string(root().join("docs/robots/b2p2.md")).expect("a page");
+    let source =
+        fs::read_to_string(root().join("host-tests/src/tools/evaluate/mod.rs")).expect("a source");
+    let groups = source.split("fn groups").nth(1).expect("the groups");
+    let names = groups
+        .lines()
+        .filter(|line| line.contains("::functions::<S>()"));
+    let names: Vec<_> = names.filter_map(|line| line.split('"').nth(1)).collect();
+    assert!(names.len() > 5, "{names:?}");
+    for name in names {
+        assert!(page.contains(&format!("`{name}`")), "{name}");
+    }
+}
+
+#[test]
+fn every_alias_starts_its_program_from_any_folder() {
+    for alias in ["demo", "evaluate", "cost"] {
+        let output = Command::new(env!("CARGO"))
+            .args([alias, "--help"])
+            .current_dir(root().join("docs"))
+            .output()
+            .expect("cargo starts");
+        let text = String::from_utf8_lossy(&output.stdout);
+        assert!(text.contains("Usage:"), "{alias}: {output:?}");
+    }
+}

@@ -1,0 +1,16 @@
+//! The commands, what they read, and what they make.
+
+mod cost;
+mod demo;
+mod docs;
+mod evaluate;
+mod layers;
+mod licences;
+#[path = "../support/python.rs"]
+mod python;
+mod reference;
+mod report;
+mod results;
+mod scenario;
+mod scenario_page;
+mod suite;

@@ -1,0 +1,262 @@
+//! The drive state machine of `CiA` 402 as a table of transitions.
+
+/// State of the drive. "Not ready" and "fault reaction" last less than a tick here and do not appear.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum State {
+    /// Waiting for "shutdown".
+    SwitchOnDisabled,
+    /// Waiting for "switch on".
+    ReadyToSwitchOn,
+    /// Waiting for "enable operation"; no torque yet.
+    SwitchedOn,
+    /// The axle follows its set-points.
+    OperationEnabled,
+    /// The axle ramps down and holds.
+    QuickStopActive,
+    /// A fault has the windings shorted or the bridge open.
+    Fault,
+}
+
+/// Command in the low byte of the controlword (object 0x6040).
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Command {
+    /// Towards "ready to switch on".
+    Shutdown,
+    /// Towards "switched on".
+    SwitchOn,
+    /// Towards "operation enabled".
+    EnableOperation,
+    /// To "switch on disabled" at once.
+    DisableVoltage,
+    /// Ramp down and hold.
+    QuickStop,
+}
+
+/// Bit 4 of the controlword: starts homing, or a new profile target.
+pub const CONTROL_START: u16 = 1 << 4;
+/// Bit 7 of the controlword: a rising edge clears faults.
+pub const CONTROL_FAULT_RESET: u16 = 1 << 7;
+
+/// Controlwords that give the commands.
+pub mod controlword {
+    /// [`super::Command::Shutdown`].
+    pub const SHUTDOWN: u16 = 0x06;
+    /// [`super::Command::SwitchOn`].
+    pub const SWITCH_ON: u16 = 0x07;
+    /// [`super::Command::EnableOperation`].
+    pub const ENABLE_OPERATION: u16 = 0x0f;
+    /// [`super::Command::DisableVoltage`].
+    pub const DISABLE_VOLTAGE: u16 = 0x00;
+    /// [`super::Command::QuickStop`].
+    pub const QUICK_STOP: u16 = 0x02;
+}
+
+/// Bits of the statusword (object 0x6041) beside the state.
+pub mod status {
+    /// Target reached; homing finished.
+    pub const TARGET_REACHED: u16 = 1 << 10;
+    /// A limit of the axle is at work.
+    pub const LIMIT_ACTIVE: u16 = 1 << 11;
+    /// Homing attained, or the drive follows its set-point.
+    pub const FOLLOWING: u16 = 1 << 12;
+    /// Homing failed.
+    pub const HOMING_ERROR: u16 = 1 << 13;
+    /// The position is referenced.
+    pub const REFERENCED: u16 = 1 << 14;
+}
+
+const TRANSITIONS: &[(State, Command, State)] = {
+    use Command::{DisableVoltage, EnableOperation, QuickStop, Shutdown, SwitchOn};
+    use State::{OperationEnabled, QuickStopActive, ReadyToSwitchOn, SwitchOnDisabled, SwitchedOn};
+    &[
+        (SwitchOnDisabled, Shutdown, ReadyToSwitchOn),
+        (ReadyToSwitchOn, SwitchOn, SwitchedOn),
+        (ReadyToSwitchOn, EnableOperation, SwitchedOn),
+        (ReadyToSwitchOn, DisableVoltage, SwitchOnDisabled),
+        (ReadyToSwitchOn, QuickStop, SwitchOnDisabled),
+        (SwitchedOn, EnableOperation, OperationEnabled),
+        (SwitchedOn, Shutdown, ReadyToSwitchOn),
+        (SwitchedOn, DisableVoltage, SwitchOnDisabled),
+        (SwitchedOn, QuickStop, SwitchOnDisabled),
+        (OperationEnabled, SwitchOn, SwitchedOn),
+        (OperationEnabled, Shutdown, ReadyToSwitchOn),
+        (OperationEnabled, DisableVoltage, SwitchOnDisabled),
+        (OperationEnabled, QuickStop, QuickStopActive),
+        (QuickStopActive, EnableOperation, OperationEnabled),
+        (QuickStopActive, DisableVoltage, SwitchOnDisabled),
+    ]
+};
+
+/// The table by state and command; where it has no transition the state stays.
+const AFTER: [[State; 5]; 6] = {
+    use State::{
+        Fault, OperationEnabled, QuickStopActive, ReadyToSwitchOn, SwitchOnDisabled, SwitchedOn,
+    };
+    let mut after = [
+        [SwitchOnDisabled; 5],
+        [ReadyToSwitchOn; 5],
+        [SwitchedOn; 5],
+        [OperationEnabled; 5],
+        [QuickStopActive; 5],
+        [Fault; 5],
+    ];
+    let mut row = 0;
+    while row < TRANSITIONS.len() {
+        let (from, by, to) = TRANSITIONS[row];
+        after[from as usize][by as usize] = to;
+        row += 1;
+    }
+    after
+};
+
+impl Command {
+    /// The command that a controlword gives.
+    pub fn from_controlword(word: u16) -> Self {
+        BY_LOW_BITS[usize::from(word & 0x0f)]
+    }
+}
+
+/// Commands by the four low bits of the controlword, that is enable operation, quick stop, enable voltage, switch on.
+const BY_LOW_BITS: [Command; 16] = {
+    let mut commands = [Command::DisableVoltage; 16];
+    let mut word = 0;
+    while word < commands.len() {
+        commands[word] = match word {
+            word if word & 0x02 == 0 => Command::DisableVoltage,
+            word if word & 0x04 == 0 => Command::QuickStop,
+            word if word & 0x01 == 0 => Command::Shutdown,
+            0x07 => Command::SwitchOn,
+            _ => Command::EnableOperation,
+        };
+        word += 1;
+    }
+    commands
+};
+
+impl State {
+    #[must_use]
+    /// The state after `command`; the same where the table has no such transition.
+    pub fn after(self, command: Command) -> Self {
+        AFTER[self as usize][command as usize]
+    }
+
+    /// Whether it is nearer to torque than `other`: the way into it needs somebody in command, and
+    /// no latched fault.
+    pub fn is_above(self, other: Self) -> bool {
+        self.height() > other.height()
+    }
+
+    /// Order of the states by what they let the motor do.
+    fn height(self) -> u8 {
+        match self {
+            Self::Fault | Self::SwitchOnDisabled => 0,
+            Self::ReadyToSwitchOn => 1,
+            Self::SwitchedOn => 2,
+            Self::QuickStopActive => 3,
+            Self::OperationEnabled => 4,
+        }
+    }
+
+    /// Its bits in the statusword: bits 0 to 6, and "remote" (bit 9) because the node follows the
+    /// bus.
+    pub fn statusword(self) -> u16 {
+        0x0200
+            | match self {
+                Self::SwitchOnDisabled => 0x40,
+                Self::ReadyToSwitchOn => 0x31,
+                Self::SwitchedOn => 0x33,
+                Self::OperationEnabled => 0x37,
+                Self::QuickStopActive => 0x17,
+                Self::Fault => 0x08,
+            }
+    }
+
+    /// The state in a received statusword; `None` for a pattern that no state has.
+    pub fn from_statusword(word: u16) -> Option<Self> {
+        Some(match (word & 0x4f, word & 0x20) {
+            (0x40, _) => Self::SwitchOnDisabled,
+            (0x01, 0x20) => Self::ReadyToSwitchOn,
+            (0x03, 0x20) => Self::SwitchedOn,
+            (0x07, 0x20) => Self::OperationEnabled,
+            (0x07, 0) => Self::QuickStopActive,
+            (0x08, _) => Self::Fault,
+            _ => return None,
+        })
+    }
+}
+
+/// The controlword that brings a drive in `state` one transition nearer to "operation enabled".
+pub fn toward_operation(state: State) -> u16 {
+    match state {
+        State::SwitchOnDisabled => controlword::SHUTDOWN,
+        State::ReadyToSwitchOn => controlword::SWITCH_ON,
+        State::Fault => controlword::DISABLE_VOLTAGE,
+        State::SwitchedOn | State::OperationEnabled | State::QuickStopActive => {
+            controlword::ENABLE_OPERATION
+        }
+    }
+}
+
+/// Modes of operation (object 0x6060). Negative ones are tautrack's own.
+pub mod mode {
+    /// The screw keeps the belt taut: its set-point is computed from the chassis joint.
+    pub const TAUT: i8 = -1;
+    /// Profile position: a trapezoid to the target.
+    pub const PROFILE_POSITION: i8 = 1;
+    /// Profile velocity: a ramp to the target.
+    pub const PROFILE_VELOCITY: i8 = 3;
+    /// Homing.
+    pub const HOMING: i8 = 6;
+    /// Cyclic synchronous position: the target is interpolated between two SYNCs.
+    pub const CYCLIC_POSITION: i8 = 8;
+    /// Cyclic synchronous velocity.
+    pub const CYCLIC_VELOCITY: i8 = 9;
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const STATES: [State; 6] = [
+        State::SwitchOnDisabled,
+        State::ReadyToSwitchOn,
+        State::SwitchedOn,
+        State::OperationEnabled,
+        State::QuickStopActive,
+        State::Fault,
+    ];
+
+    #[test]
+    fn every_state_is_read_back_from_its_statusword() {
+        for state in STATES {
+            assert_eq!(
+                State::from_statusword(state.statusword() | status::LIMIT_ACTIVE),
+                Some(state)
+            );
+        }
+    }
+
+    #[test]
+    fn disable_voltage_ends_every_state_but_fault() {
+        for state in STATES {
+            let after = state.after(Command::from_controlword(controlword::DISABLE_VOLTAGE));
+            assert_eq!(
+                after,
+                if state == State::Fault {
+                    State::Fault
+                } else {
+                    State::SwitchOnDisabled
+                }
+            );
+        }
+    }
+
+    #[test]
+    fn three_commands_lead_from_power_up_to_operation() {
+        let mut state = State::SwitchOnDisabled;
+        for _ in 0..3 {
+            state = state.after(Command::from_controlword(toward_operation(state)));
+        }
+        assert_eq!(state, State::OperationEnabled);
+    }
+}

@@ -1,0 +1,70 @@
+//! From a demand to the bridge and the messages of the node, behind the last limiter.
+
+use super::homing::Stage;
+use super::{ActiveLimit, Axle, Bridge, Inputs, Outputs};
+use crate::bus::cia402::{State, mode, status};
+use crate::bus::pdo::{DriveMotion, DriveStatus};
+use crate::faults::Reaction;
+use crate::math::{limit, saturate, to_i16};
+use crate::motor::cascade::Demand;
+
+impl Axle {
+    /// The outputs of a tick.
+    pub(super) fn outputs(&mut self, inputs: &Inputs, demand: Option<Demand>) -> Outputs {
+        if demand.is_some_and(|demand| demand.cut != 0) && self.active_limit == ActiveLimit::None {
+            self.active_limit = ActiveLimit::VelocityOrCurrent;
+        }
+        // The last limiter: total, and behind everything else.
+        let current = demand.map_or(0.0, |demand| {
+            let amperes = self.force.cascade.amperes(demand.current);
+            limit(amperes, self.force.current_limit)
+        });
+        self.demand = current;
+        let bridge = match (demand, self.state) {
+            (Some(_), _) => Bridge::Current(current),
+            (None, State::Fault) if self.latch.faults().reaction() != Some(Reaction::Off) => {
+                Bridge::Brake
+            }
+            (None, _) => Bridge::Off,
+        };
+        Outputs {
+            bridge,
+            motion: DriveMotion {
+                position: self.scale.position_to_bus(self.position()),
+                velocity: self.scale.velocity_to_bus(self.velocity()),
+            },
+            status: DriveStatus {
+                statusword: self.statusword(),
+                error_code: self.latch.code(),
+                torque: to_i16(inputs.current * self.torque_per_ampere),
+                current: to_i16(inputs.current * 1e3),
+            },
+            mode: self.mode,
+            active_limit: self.active_limit,
+            emergency: self.latch.emergency(),
+            bench_mode: self.authority.bench(),
+            homing_difference: saturate(self.homing.difference),
+            faults: self.latch.faults(),
+        }
+    }
+
+    fn statusword(&self) -> u16 {
+        let mut word = self.state.statusword();
+        if self.mode == mode::HOMING {
+            match self.homing.stage {
+                Stage::Done => word |= status::TARGET_REACHED | status::FOLLOWING,
+                Stage::Failed | Stage::Mismatch => word |= status::HOMING_ERROR,
+                _ => {}
+            }
+        } else if self.state == State::OperationEnabled {
+            word |= status::FOLLOWING;
+        }
+        if self.active_limit != ActiveLimit::None {
+            word |= status::LIMIT_ACTIVE;
+        }
+        if self.referenced {
+            word |= status::REFERENCED;
+        }
+        word
+    }
+}

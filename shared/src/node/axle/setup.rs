@@ -1,0 +1,97 @@
+//! From the settings to an axle at power-up.
+
+use super::authority::Authority;
+use super::envelope::Envelopes;
+use super::homing::Homing;
+use super::latch::Latch;
+use super::offset::Offset;
+use super::{ActiveLimit, Axle, SetPoint};
+use crate::bus::cia402::{Command, State};
+use crate::bus::scale::Scale;
+use crate::constants::CONTROL_PERIOD;
+use crate::faults::Faults;
+use crate::motor::from_radians;
+use crate::motor::observer::Observer;
+use crate::motor::profile::SetPoint as Motion;
+use crate::node::supervisor::{Bounds, Supervisor};
+use crate::settings::{Setting, Settings};
+
+const OBSERVER_BANDWIDTH: f32 = 600.0;
+
+impl Axle {
+    /// Axle with these settings, its bridge off, knowing nothing of its position.
+    pub fn new(settings: &Settings) -> Self {
+        let scale = Scale::Turning {
+            bits: settings.get(Setting::PositionBits) as u32,
+        };
+        let reference = from_radians(settings.scaled(Setting::ReferencePosition, 1e-6));
+        let travel = (
+            from_radians(settings.scaled(Setting::PositionMinimum, 1e-3)),
+            from_radians(settings.scaled(Setting::PositionMaximum, 1e-3)),
+        );
+        Self::with_scale(
+            settings,
+            scale,
+            reference,
+            (travel.0 < travel.1).then_some(travel),
+        )
+    }
+
+    /// Axle whose positions on the bus have another scale: for the screw.
+    pub(in crate::node) fn with_scale(
+        settings: &Settings,
+        scale: Scale,
+        reference_position: i64,
+        travel: Option<(i64, i64)>,
+    ) -> Self {
+        let velocity_limit = settings.scaled(Setting::VelocityLimit, 1e-3);
+        let current_limit = settings.scaled(Setting::CurrentLimit, 1e-3);
+        let gear = settings.scaled(Setting::GearRatio, 1e-3);
+        let torque_constant = settings.scaled(Setting::TorqueConstant, 1e-6) * gear;
+        let torque_per_ampere = torque_constant * scale.torque_units();
+        let sync_ticks = (settings.get(Setting::SyncPeriod) as u32 / 1_000).max(1);
+        let (envelopes, force) = Envelopes::new(settings);
+        Self {
+            scale,
+            bounds: Bounds::new(
+                current_limit,
+                velocity_limit,
+                from_radians(settings.scaled(Setting::FollowingLimit, 1e-3)),
+            ),
+            envelopes,
+            force,
+            torque_per_ampere,
+            travel,
+            sync_ticks,
+            syncs_per_second: 1.0 / (sync_ticks as f32 * CONTROL_PERIOD),
+            observer: Observer::new(
+                settings.get(Setting::EncoderCounts),
+                settings.get(Setting::GearRatio),
+                OBSERVER_BANDWIDTH,
+                0,
+            ),
+            sensed: false,
+            supervisor: Supervisor::default(),
+            authority: Authority::new(settings),
+            latch: Latch::default(),
+            present: Faults::NONE,
+            state: State::SwitchOnDisabled,
+            mode: 0,
+            controlword: 0,
+            asked: Command::DisableVoltage,
+            command: SetPoint {
+                controlword: 0,
+                mode: 0,
+                target: 0,
+            },
+            motion: Motion::default(),
+            offset: Offset::new(settings, 1.0 / torque_per_ampere),
+            interpolation_ticks: 0,
+            homing: Homing::new(settings, reference_position),
+            referenced: settings.get(Setting::ReferenceDirection) == 0,
+            stops: [None; 2],
+            active_limit: ActiveLimit::None,
+            demand: 0.0,
+        }
+    }
+}

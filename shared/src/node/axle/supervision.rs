@@ -1,0 +1,92 @@
+//! From the readings to the faults of the axle and their reaction.
+
+use super::homing::Stage;
+use super::{Axle, Inputs};
+use crate::bus::cia402::{State, mode};
+use crate::faults::{Fault, Faults, Reaction};
+use crate::motor::profile::SetPoint as Motion;
+use crate::node::supervisor::Readings;
+
+/// What a reset clears although homing has not been repeated yet.
+const HOMING_FAULTS: Faults = Faults::of(Fault::HomingFailed).or(Faults::of(Fault::HomingMismatch));
+
+impl Axle {
+    /// Raises the faults whose conditions are met, whatever is latched already, and applies the
+    /// strongest reaction.
+    pub(super) fn supervise(&mut self, inputs: &Inputs, taut: Option<Result<Motion, Fault>>) {
+        let (enabled, powered) = (self.state == State::OperationEnabled, self.powered());
+        let in_position =
+            enabled && !matches!(self.mode, mode::CYCLIC_VELOCITY | mode::PROFILE_VELOCITY);
+        let readings = Readings {
+            current: inputs.current,
+            demand: self.demand,
+            bus_voltage: inputs.bus_voltage,
+            velocity: self.velocity(),
+            commanded_velocity: self.motion.velocity,
+            following_error: if in_position {
+                self.motion.position.wrapping_sub(self.position())
+            } else {
+                0
+            },
+            powered,
+        };
+        let mut present = self
+            .supervisor
+            .check(&readings, &self.bounds, self.force.stall);
+        if powered {
+            let now_us = inputs.now_us;
+            present.insert_if(Fault::GuardLost, self.authority.guard_lost(now_us));
+            present.insert_if(Fault::CommandLost, self.authority.command_lost(now_us));
+        }
+        if enabled && self.mode == mode::HOMING {
+            let stage = self.homing.stage;
+            present.insert_if(Fault::HomingFailed, stage == Stage::Failed);
+            present.insert_if(Fault::HomingMismatch, stage == Stage::Mismatch);
+        }
+        if enabled
+            && self.mode == mode::TAUT
+            && let Some(Err(fault)) = taut
+        {
+            present.insert_if(fault, true);
+        }
+        self.present = present;
+        self.latch.raise(present);
+        self.react();
+        let faultless = self.latch.faults().is_empty();
+        let bench_changes =
+            self.authority
+                .update_bench(inputs.bench_mode, faultless, inputs.now_us);
+        if bench_changes {
+            self.select_envelope();
+            if !self.authority.bench() && self.state == State::OperationEnabled {
+                self.enter(State::QuickStopActive);
+            }
+        }
+    }
+
+    /// Enters the state that the strongest reaction of the latched faults asks for.
+    fn react(&mut self) {
+        match self.latch.faults().reaction() {
+            Some(Reaction::Brake | Reaction::Off) => self.state = State::Fault,
+            Some(Reaction::Hold) if self.state == State::OperationEnabled => {
+                self.enter(State::QuickStopActive);
+            }
+            Some(Reaction::Hold) | None => {}
+        }
+    }
+
+    /// Clears the faults whose cause is gone. Leads out of the state "fault" if no fault is left
+    /// that needs it.
+    pub(super) fn reset_faults(&mut self) {
+        let mut present = self.present;
+        if self.homing.stage.is_failure() {
+            self.homing.abort();
+            present = present.without(HOMING_FAULTS);
+        }
+        self.latch.reset(present);
+        let reaction = self.latch.faults().reaction();
+        if self.state == State::Fault && reaction <= Some(Reaction::Hold) {
+            self.state = State::SwitchOnDisabled;
+        }
+    }
+}

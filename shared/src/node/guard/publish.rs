@@ -1,0 +1,111 @@
+//! What the guard tells of itself: the payloads of its TPDOs and the count of its interventions.
+
+use super::{FaultReport, Guard};
+use crate::bus::pdo::{GuardMargins, GuardMotion, GuardPassed, GuardPosition, GuardState};
+use crate::estimate::state::{State, Validity};
+use crate::math::to_i16;
+use crate::robots::{Body, PostureCommand};
+use crate::stability::verdict::Verdict;
+
+/// The newest verdict, and how often commands were held back.
+#[derive(Clone, Debug)]
+pub(super) struct Tally {
+    verdict: Verdict,
+    refused: u32,
+    scaled: u32,
+}
+
+impl Default for Tally {
+    fn default() -> Self {
+        Self {
+            verdict: Verdict::Passed,
+            refused: 0,
+            scaled: 0,
+        }
+    }
+}
+
+impl Tally {
+    /// Takes the verdict of a SYNC period. An intervention counts when its kind begins.
+    pub fn count(&mut self, verdict: Verdict) {
+        let kind = |verdict: Verdict| verdict.code() >> 4;
+        if kind(verdict) != kind(self.verdict) {
+            match verdict {
+                Verdict::Passed => {}
+                Verdict::Scaled(_) | Verdict::PostureScaled(_) | Verdict::Doubted(_) => {
+                    self.scaled = self.scaled.saturating_add(1);
+                }
+                Verdict::Refused(_)
+                | Verdict::PostureRefused(_)
+                | Verdict::Blind(_)
+                | Verdict::EmergencyStopped
+                | Verdict::Tripped(_)
+                | Verdict::Overridden(_)
+                | Verdict::BackingOff(_)
+                | Verdict::Unattended => {
+                    self.refused = self.refused.saturating_add(1);
+                }
+            }
+        }
+        self.verdict = verdict;
+    }
+}
+
+impl<B: Body> Guard<B> {
+    /// Fills in what every tick tells.
+    pub(super) fn tell(&mut self) {
+        let centidegrees = |radians: f32| to_i16(radians.to_degrees() * 100.0);
+        let millimetres = |metres: f32| to_i16(metres * 1e3);
+        let [back, front, left, right] = self.supervision.margins().now.map(millimetres);
+        let fault = self.fault.unwrap_or(FaultReport { node: 0, code: 0 });
+        let command = self.operator.command();
+        let outputs = &mut self.outputs;
+        outputs.motion = GuardMotion {
+            odometry: self.body.odometry_um(),
+            pitch: centidegrees(self.attitude.pitch().radians()),
+            roll: centidegrees(self.attitude.roll().radians()),
+        };
+        outputs.state = GuardState {
+            state: self.state.code(),
+            verdict: self.tally.verdict.code(),
+            scale: to_i16(self.share * 100.0) as u8,
+            fault_node: fault.node,
+            fault_code: fault.code,
+            heading: (self.attitude.heading().to_bits() >> 16) as i16,
+        };
+        outputs.margins = GuardMargins {
+            back,
+            front,
+            left,
+            right,
+        };
+        outputs.passed = GuardPassed {
+            asked_speed: command.forward,
+            passed_speed: millimetres(self.body.speed()),
+            asked_posture: command.posture,
+            passed_posture: self.body.posture().word(),
+        };
+        outputs.faulty_drives = self.drives.faulty();
+        outputs.refused = self.tally.refused;
+        outputs.scaled = self.tally.scaled;
+    }
+}
+
+/// Payload of TPDO 5.
+pub(super) fn position(state: &State) -> GuardPosition {
+    let centimetres = |axis: usize| to_i16(state[axis].value * 100.0);
+    let invalid = state[0].validity == Validity::Invalid;
+    GuardPosition {
+        north: centimetres(0),
+        east: centimetres(1),
+        up: centimetres(2),
+        validity: (0..4).fold(0, |bits, axis| {
+            bits | (state[axis].validity as u8) << (2 * axis)
+        }),
+        age: if invalid {
+            u8::MAX
+        } else {
+            u8::try_from(state[0].age_ms / 100).unwrap_or(u8::MAX)
+        },
+    }
+}

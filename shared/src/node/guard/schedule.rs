@@ -1,0 +1,113 @@
+//! What the guard does when in a SYNC period, so that no tick has to do it all.
+
+use crate::bus::network::OFFSET_SYNCS;
+use crate::settings::{Setting, Settings};
+
+/// What a tick has to do, in this order.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[allow(clippy::struct_excessive_bools)] // four duties
+pub(super) struct Due {
+    /// Judge how the robot stands: the drives have answered the SYNC before.
+    pub judgement: bool,
+    /// Bring the robot's position up to date.
+    pub position: bool,
+    /// Tell the drives the torques that they will need.
+    pub offsets: bool,
+    /// Send SYNC and set-points.
+    pub sync: bool,
+}
+
+/// Where in the SYNC period the guard is.
+#[derive(Clone, Debug)]
+#[allow(clippy::struct_excessive_bools)] // a setting, and what is still due in this period
+pub(super) struct Schedule {
+    period_us: u64,
+    next_sync_us: u64,
+    judged: bool,
+    located: bool,
+    syncs: u32,
+    feed_forward: bool,
+    offsets_due: bool,
+}
+
+impl Schedule {
+    pub fn new(settings: &Settings) -> Self {
+        Self {
+            period_us: settings.get(Setting::SyncPeriod) as u64,
+            next_sync_us: 0,
+            judged: false,
+            located: false,
+            syncs: 0,
+            feed_forward: settings.get(Setting::FeedForward) == 1,
+            offsets_due: false,
+        }
+    }
+
+    /// Period of SYNC, s; at most 100 ms.
+    pub fn period(&self) -> f32 {
+        self.period_us as u32 as f32 * 1e-6
+    }
+
+    /// What is due at `now_us`, and from now on done. The judgement is due in the second half of a
+    /// period, the position in the last quarter, and neither later than the next SYNC.
+    pub fn due(&mut self, now_us: u64) -> Due {
+        let half = self.period_us / 2;
+        let sync = now_us >= self.next_sync_us;
+        let within = |time: u64| sync || now_us + time >= self.next_sync_us;
+        let due = Due {
+            judgement: !self.judged && within(half),
+            position: !self.located && within(half / 2),
+            offsets: !self.located && within(half / 2) && self.offsets_due && !sync,
+            sync,
+        };
+        self.judged |= due.judgement;
+        self.located |= due.position;
+        if sync {
+            self.begin(now_us);
+        }
+        due
+    }
+
+    /// A late tick does not move the next SYNC, unless it is a whole period late.
+    fn begin(&mut self, now_us: u64) {
+        self.next_sync_us += self.period_us;
+        if self.next_sync_us <= now_us {
+            self.next_sync_us = now_us + self.period_us;
+        }
+        (self.judged, self.located) = (false, false);
+        self.syncs = self.syncs.wrapping_add(1);
+        self.offsets_due = self.feed_forward && self.syncs.is_multiple_of(OFFSET_SYNCS);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Duties of `ticks` ticks of a millisecond with SYNC each 4 ms: judgement, position, offsets, SYNC.
+    fn duties(ticks: u64, start_us: u64) -> [usize; 4] {
+        let mut schedule = Schedule::new(&Settings::default());
+        assert_eq!(schedule.period_us, 4_000);
+        let mut counted = [0; 4];
+        for tick in 0..ticks {
+            let due = schedule.due(start_us + tick * 1_000);
+            let found = [due.judgement, due.position, due.offsets, due.sync];
+            for (count, one) in counted.iter_mut().zip(found) {
+                *count += usize::from(one);
+            }
+            assert!(!(due.offsets && due.sync));
+        }
+        counted
+    }
+
+    #[test]
+    fn each_duty_comes_once_a_period_and_torques_with_each_fourth_sync() {
+        // The first SYNC comes in the first tick.
+        assert_eq!(duties(4_001, 0), [1_001, 1_001, 250, 1_001]);
+    }
+
+    #[test]
+    fn a_guard_that_begins_late_catches_nothing_up() {
+        assert_eq!(duties(400, 1_000_000)[3], 100);
+    }
+}

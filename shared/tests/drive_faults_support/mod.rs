@@ -1,4 +1,0 @@
-//! Random drives, and the oracle that watches them.
-
-pub mod generator;
-pub mod oracle;

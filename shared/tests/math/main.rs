@@ -1,0 +1,6 @@
+//! Mathematics against double precision and brute force.
+
+mod functions;
+mod scalar;
+#[path = "../support/mod.rs"]
+mod support;

@@ -1,0 +1,4 @@
+//! The loops of a motor against its equations.
+
+mod cascade;
+mod foc;

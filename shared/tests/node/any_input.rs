@@ -1,0 +1,99 @@
+//! What no input may do to the ticks of axle and screw: exceed a limit, panic, or call bad data good.
+
+use proptest::collection::vec;
+use proptest::prelude::*;
+use tautrack::bus::pdo::DriveMotion;
+use tautrack::node::axle::{Axle, Bridge, Inputs, Outputs, SetPoint};
+use tautrack::node::screw::{self, Screw};
+use tautrack::sensors::Switches;
+use tautrack::settings::{Setting, Settings};
+
+/// Any bit pattern: NaN, infinities, subnormals and all.
+fn any_f32() -> impl Strategy<Value = f32> {
+    any::<u32>().prop_map(f32::from_bits)
+}
+
+/// Set-points that reach operation often, with any target and mode.
+fn set_point() -> impl Strategy<Value = Option<SetPoint>> {
+    let word = prop_oneof![
+        Just(0x06),
+        Just(0x07),
+        Just(0x0f),
+        Just(0x1f),
+        Just(0x80),
+        any::<u16>()
+    ];
+    let mode = prop_oneof![
+        Just(-1_i8),
+        Just(1),
+        Just(3),
+        Just(6),
+        Just(8),
+        Just(9),
+        any::<i8>()
+    ];
+    proptest::option::of(
+        (word, mode, any::<i32>()).prop_map(|(controlword, mode, target)| SetPoint {
+            controlword,
+            mode,
+            target,
+        }),
+    )
+}
+
+prop_compose! {
+    fn inputs()(
+        jump_us in prop_oneof![Just(1_000_u64), 0..1_000_000_u64],
+        encoder in any::<i32>(),
+        current in prop_oneof![-12.0..12.0_f32, any_f32()],
+        bus_voltage in prop_oneof![Just(24.0_f32), any_f32()],
+        switches in any::<[bool; 3]>(),
+        set_point in set_point(),
+        torque_offset in any::<Option<i16>>(),
+        guard_heard in any::<bool>(),
+        bench_mode in any::<bool>(),
+    ) -> Inputs {
+        let [reference, positive_limit, negative_limit] = switches;
+        let switches = Switches { reference, positive_limit, negative_limit };
+        // The caller adds the jumps up to a time.
+        Inputs { now_us: jump_us, encoder, current, bus_voltage, switches, set_point, torque_offset, guard_heard, bench_mode }
+    }
+}
+
+fn within_limit(outputs: &Outputs, limit: f32) -> bool {
+    match outputs.bridge {
+        Bridge::Current(current) => current.abs() <= limit,
+        Bridge::Off | Bridge::Brake => true,
+    }
+}
+
+proptest! {
+    #[test]
+    fn no_input_makes_an_axle_ask_for_more_than_its_current_limit(steps in vec(inputs(), 1..200), referenced in any::<bool>()) {
+        let mut settings = Settings::default();
+        let direction = i32::from(!referenced);
+        settings.set(Setting::ReferenceDirection.description().key, direction).unwrap();
+        let mut axle = Axle::new(&settings);
+        let mut now_us = 0_u64;
+        for step in steps {
+            now_us = now_us.saturating_add(step.now_us);
+            let outputs = axle.tick(&Inputs { now_us, ..step });
+            prop_assert!(within_limit(&outputs, 10.0), "{outputs:?}");
+        }
+    }
+
+    #[test]
+    fn no_input_makes_a_screw_ask_for_more_than_its_current_limit(
+        steps in vec((inputs(), any::<[i32; 3]>(), any::<bool>(), any::<u64>()), 1..200),
+    ) {
+        let mut screw = Screw::new(&Settings::default()).unwrap();
+        let mut now_us = 0_u64;
+        for (axle, [position, velocity, slack], heard, stamp) in steps {
+            now_us = now_us.saturating_add(axle.now_us);
+            let measured_us = if stamp % 4 == 0 { stamp } else { now_us };
+            let joint = heard.then_some((DriveMotion { position, velocity }, measured_us));
+            let outputs = screw.tick(&screw::Inputs { axle: Inputs { now_us, ..axle }, joint, slack });
+            prop_assert!(within_limit(&outputs, 10.0), "{outputs:?}");
+        }
+    }
+}

@@ -1,0 +1,359 @@
+//! A drive, its rotor and its surroundings, all chosen at random, event by event.
+
+use tautrack::bus::cia402::{State, toward_operation};
+use tautrack::bus::pdo::DriveMotion;
+use tautrack::node::axle::{Axle, Bridge, Inputs, Outputs, SetPoint};
+use tautrack::node::screw::{self, Screw};
+use tautrack::sensors::Switches;
+use tautrack::settings::{Setting, Settings};
+
+/// `SplitMix64`: fast, and every seed gives another sequence.
+pub struct Random(u64);
+
+impl Random {
+    pub fn new(seed: u64) -> Self {
+        // Far apart, so that no sequence is the rest of another one.
+        let state = Self(seed).bits();
+        Self(state)
+    }
+
+    pub fn bits(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let z = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        z ^ (z >> 31)
+    }
+
+    pub fn below(&mut self, end: u64) -> u64 {
+        self.bits() % end
+    }
+
+    /// True once in `times`.
+    pub fn once_in(&mut self, times: u64) -> bool {
+        self.below(times) == 0
+    }
+
+    pub fn pick<T: Copy>(&mut self, values: &[T]) -> T {
+        values[self.below(values.len() as u64) as usize]
+    }
+}
+
+/// What a sequence is about, beside being random.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub enum Kind {
+    Axle,
+    Screw,
+    /// An axle that homes, with a switch that is never found.
+    NoSwitch,
+    /// An axle that homes, with a switch that seems to close where it is not.
+    FalseSwitch,
+}
+
+impl Kind {
+    pub fn of(seed: u64) -> Self {
+        match seed % 80 {
+            0 => Self::NoSwitch,
+            1 | 2 => Self::FalseSwitch,
+            3..=12 => Self::Screw,
+            _ => Self::Axle,
+        }
+    }
+}
+
+#[allow(clippy::large_enum_variant)] // there is one at a time
+enum Node {
+    Axle(Axle),
+    Screw(Screw),
+}
+
+/// How the rotor answers a current.
+#[derive(Clone, Copy, PartialEq)]
+enum Rotor {
+    /// As it should.
+    Turns,
+    /// With the encoder's channels swapped, and this inertia, kg m^2.
+    Swapped(f64),
+    Stuck,
+    /// Turns with this speed whatever happens, rad/s.
+    Dragged(f32),
+    /// Its encoder jumps.
+    Jumps,
+}
+
+/// Current limit of every drive, A: the default of the table.
+pub const CURRENT_LIMIT: f32 = 10.0;
+
+/// Who is there in an event.
+#[derive(Clone, Copy)]
+struct Present {
+    guard: bool,
+    master: bool,
+    joint: bool,
+}
+
+pub struct Generator {
+    random: Random,
+    kind: Kind,
+    node: Node,
+    now_us: u64,
+    ticks: u64,
+    rotor: Rotor,
+    angle: f64,
+    velocity: f64,
+    bridge: Bridge,
+    current: Option<f32>,
+    bus_voltage: f32,
+    switches: Switches,
+    present: Present,
+    bench: bool,
+    /// A controlword for the whole event, or the way to operation.
+    word: Option<u16>,
+    resets: bool,
+    state: State,
+    faulty: bool,
+    mode: i8,
+    target: i32,
+}
+
+/// Of the rotor and its load, kg m^2.
+const INERTIA: f64 = 0.05;
+const COUNTS_PER_RADIAN: f64 = 4_096.0 * 60.0 / std::f64::consts::TAU;
+
+impl Generator {
+    pub fn new(random: Random, kind: Kind) -> Self {
+        let mut settings = Settings::default();
+        if matches!(kind, Kind::NoSwitch | Kind::FalseSwitch) {
+            let key = Setting::ReferenceDirection.description().key;
+            settings.set(key, 1).expect("within its bounds");
+        }
+        let node = if kind == Kind::Screw {
+            Node::Screw(Screw::new(&settings).expect("the nominal geometry"))
+        } else {
+            Node::Axle(Axle::new(&settings))
+        };
+        Self {
+            random,
+            kind,
+            node,
+            now_us: 0,
+            ticks: 0,
+            rotor: Rotor::Turns,
+            angle: 0.0,
+            velocity: 0.0,
+            bridge: Bridge::Off,
+            current: None,
+            bus_voltage: 24.0,
+            switches: Switches::default(),
+            present: Present {
+                guard: true,
+                master: true,
+                joint: true,
+            },
+            bench: false,
+            word: None,
+            resets: false,
+            state: State::SwitchOnDisabled,
+            faulty: false,
+            mode: 9,
+            target: 0,
+        }
+    }
+
+    /// rad/s of the output shaft; a screw of 5 mm per turn publishes 1e-9 m/s.
+    pub fn velocity_unit(&self) -> f32 {
+        match self.node {
+            Node::Axle(_) => 1e-6,
+            Node::Screw(_) => 1e-9 / 5e-3 * std::f32::consts::TAU,
+        }
+    }
+
+    /// Chooses what event number `event` changes; gives its length in ticks.
+    pub fn next_event(&mut self, event: usize) -> u64 {
+        if event < 12 && matches!(self.kind, Kind::NoSwitch | Kind::FalseSwitch) {
+            return self.homing_event(event);
+        }
+        let random = &mut self.random;
+        // Mostly everything is well, so that operation is reached; then one or two things are not.
+        self.rotor = match random.below(24) {
+            0 => Rotor::Stuck,
+            1 => Rotor::Swapped(INERTIA),
+            2 => Rotor::Dragged(random.pick(&[0.2, -0.3, 1.5, -4.0, 7.0, 9.0, -11.0])),
+            3 if random.once_in(4) => Rotor::Jumps,
+            _ => Rotor::Turns,
+        };
+        self.current = match random.below(40) {
+            0 => Some(random.pick(&[f32::NAN, f32::INFINITY, f32::NEG_INFINITY])),
+            1 => Some(random.pick(&[80.0, -13.0, 12.6])),
+            2 => Some(f32::from_bits(random.bits() as u32)),
+            _ => None,
+        };
+        self.bus_voltage = match random.below(40) {
+            0 => random.pick(&[10.0, 0.0, 11.9, -24.0]),
+            1 => random.pick(&[33.0, 60.0]),
+            2 => f32::from_bits(random.bits() as u32),
+            _ => 24.0,
+        };
+        let bits = random.bits();
+        if bits.is_multiple_of(8) {
+            self.switches = Switches {
+                reference: bits & 0x100 != 0,
+                positive_limit: bits & 0x600 == 0,
+                negative_limit: bits & 0x1800 == 0,
+            };
+        }
+        self.present.guard = if self.present.guard {
+            !random.once_in(25)
+        } else {
+            random.once_in(3)
+        };
+        self.present.master = if self.present.master {
+            !random.once_in(25)
+        } else {
+            random.once_in(3)
+        };
+        self.present.joint = !random.once_in(10);
+        self.bench = random.once_in(if self.present.guard { 30 } else { 3 });
+        self.word = match random.below(8) {
+            0 => Some(random.pick(&[0x00, 0x02, 0x06, 0x07, 0x80, 0x82, 0x8f, 0x86])),
+            1 => Some(random.pick(&[0x0f, 0x1f, 0x8f])),
+            2 if random.once_in(3) => Some(random.bits() as u16),
+            _ => None,
+        };
+        self.resets = !random.once_in(3);
+        if random.once_in(4) {
+            let taut = if self.kind == Kind::Screw { -1 } else { 9 };
+            self.mode = random.pick(&[9, 9, 3, 8, 1, 6, taut, taut, 77]);
+        }
+        if random.once_in(3) {
+            self.target = match random.below(4) {
+                0 => random.bits() as i32,
+                1 => random.pick(&[0, 500_000, -500_000]),
+                _ => random.pick(&[5_900_000, -5_900_000, 30_000_000]),
+            };
+        }
+        match random.below(200) {
+            0 | 1 => {
+                self.now_us += random.below(1_000_000);
+                1
+            }
+            // Long enough for the longest dwell.
+            2..=4 => {
+                self.rotor = random.pick(&[
+                    Rotor::Stuck,
+                    Rotor::Dragged(0.2),
+                    Rotor::Dragged(-0.3),
+                    Rotor::Turns,
+                    Rotor::Swapped(6.0 * INERTIA),
+                ]);
+                (self.current, self.bus_voltage) = (None, 24.0);
+                (self.present.guard, self.present.master) = (true, true);
+                110 + random.below(30)
+            }
+            _ => 1 + random.below(4),
+        }
+    }
+
+    /// Homing from power-up, with a switch that is not found, or seems to be where it is not.
+    fn homing_event(&mut self, event: usize) -> u64 {
+        self.mode = 6;
+        self.rotor = Rotor::Turns;
+        // Shutdown, switch on, enable operation; then the edge that starts homing.
+        self.word = Some([0x06, 0x07, 0x0f, 0x1f][event.min(3)]);
+        let false_switch = self.kind == Kind::FalseSwitch;
+        self.switches.reference = false_switch && matches!(event, 5 | 8);
+        match (event, false_switch) {
+            (0..=3, _) => 8,
+            (4, _) => 40 + self.random.below(40),
+            // Closed long enough to count, then open until the drive is back again.
+            (5, true) => 12,
+            (7, true) => 600,
+            (8, true) => 20,
+            (5, false) => 20_100,
+            _ => 4,
+        }
+    }
+
+    fn word(&mut self) -> u16 {
+        if self.faulty && self.resets && self.word.is_none() {
+            // A pulse: the edge needs a set-point without it before.
+            return if self.random.once_in(2) { 0x82 } else { 0x02 };
+        }
+        self.word.unwrap_or_else(|| toward_operation(self.state))
+    }
+
+    /// Inputs of the next tick, and when the newest motion of the joint was measured.
+    pub fn inputs(&mut self) -> (Inputs, Option<u64>) {
+        self.now_us += 1_000;
+        self.ticks += 1;
+        self.turn();
+        let sync = self.ticks.is_multiple_of(4);
+        let glitch = self.random.once_in(200);
+        let word = self.word();
+        let commanded = match self.bridge {
+            Bridge::Current(current) => current,
+            Bridge::Off | Bridge::Brake => 0.0,
+        };
+        let inputs = Inputs {
+            now_us: self.now_us,
+            encoder: (self.angle * COUNTS_PER_RADIAN) as i64 as i32,
+            current: if glitch {
+                80.0
+            } else {
+                self.current.unwrap_or(commanded)
+            },
+            bus_voltage: self.bus_voltage,
+            switches: self.switches,
+            set_point: (sync && self.present.master).then_some(SetPoint {
+                controlword: word,
+                mode: self.mode,
+                target: self.target,
+            }),
+            torque_offset: None,
+            guard_heard: self.present.guard && self.ticks % 50 == 1,
+            bench_mode: self.bench,
+        };
+        let joint_us = (sync && self.present.joint).then_some(self.now_us);
+        (inputs, joint_us)
+    }
+
+    /// One tick of the drive.
+    pub fn tick(&mut self, inputs: &Inputs) -> Outputs {
+        let outputs = match &mut self.node {
+            Node::Axle(axle) => axle.tick(inputs),
+            Node::Screw(screw) => {
+                let sync = self.ticks.is_multiple_of(4);
+                let joint =
+                    (sync && self.present.joint).then_some((DriveMotion::default(), self.now_us));
+                screw.tick(&screw::Inputs {
+                    axle: *inputs,
+                    joint,
+                    slack: 0,
+                })
+            }
+        };
+        self.bridge = outputs.bridge;
+        self.bench &= outputs.bench_mode;
+        self.state = State::from_statusword(outputs.status.statusword).expect("a state");
+        self.faulty = outputs.status.error_code != 0;
+        outputs
+    }
+
+    /// 2.4 N m/A, with friction.
+    fn turn(&mut self) {
+        let torque = match self.bridge {
+            Bridge::Current(current) => 2.4 * f64::from(current),
+            Bridge::Off => 0.0,
+            Bridge::Brake => -9.6 * self.velocity.clamp(-3.0, 3.0),
+        };
+        match self.rotor {
+            Rotor::Turns => self.velocity += (torque - 0.5 * self.velocity) / INERTIA * 1e-3,
+            Rotor::Swapped(inertia) => {
+                self.velocity += (-torque - 0.5 * self.velocity) / inertia * 1e-3;
+            }
+            Rotor::Stuck => self.velocity = 0.0,
+            Rotor::Dragged(speed) => self.velocity = f64::from(speed),
+            Rotor::Jumps => self.angle += (self.random.bits() % 2_000) as f64 - 1_000.0,
+        }
+        self.angle += self.velocity * 1e-3;
+    }
+}

@@ -1,0 +1,67 @@
+//! Whatever a drive has latched, every fault condition gets at least its reaction within its dwell
+//! time.
+//!
+//! 100 000 random sequences of controlwords, set-points, readings, heartbeats, switches, rotors and
+//! times. The oracle follows the conditions from inputs and published outputs alone, with the dwell
+//! times of docs/faults.md. `DRIVE_FAULTS_SEED` repeats one sequence.
+
+mod generator;
+mod oracle;
+
+use generator::{CURRENT_LIMIT, Generator, Kind, Random};
+use oracle::{Oracle, Tally};
+use std::thread;
+
+const SEQUENCES: u64 = 100_000;
+const EVENTS: usize = 200;
+const AT_LEAST: u64 = 1_000;
+
+/// Runs one sequence; the error says what broke the promise, and when.
+fn run(seed: u64, tally: &mut Tally) -> Result<(), String> {
+    let mut generator = Generator::new(Random::new(seed), Kind::of(seed));
+    let mut oracle = Oracle::new(CURRENT_LIMIT, generator.velocity_unit());
+    for event in 0..EVENTS {
+        for _ in 0..generator.next_event(event) {
+            let (inputs, joint_us) = generator.inputs();
+            let outputs = generator.tick(&inputs);
+            oracle
+                .check(&inputs, joint_us, &outputs, tally)
+                .map_err(|broken| {
+                    format!("seed {seed}, event {event}: {broken}\n{inputs:?}\n{outputs:?}")
+                })?;
+        }
+    }
+    Ok(())
+}
+
+#[test]
+fn every_condition_gets_its_reaction_whatever_is_latched() {
+    if let Ok(seed) = std::env::var("DRIVE_FAULTS_SEED") {
+        let seed = seed.parse().expect("a number");
+        run(seed, &mut Tally::default()).unwrap_or_else(|broken| panic!("{broken}"));
+        return;
+    }
+    let workers = thread::available_parallelism().map_or(1, |count| count.get() as u64);
+    let tallies: Vec<Tally> = thread::scope(|scope| {
+        let handles: Vec<_> = (0..workers)
+            .map(|worker| {
+                scope.spawn(move || {
+                    let mut tally = Tally::default();
+                    for seed in (worker..SEQUENCES).step_by(workers as usize) {
+                        run(seed, &mut tally).unwrap_or_else(|broken| panic!("{broken}"));
+                    }
+                    tally
+                })
+            })
+            .collect();
+        let joined = handles.into_iter().map(thread::ScopedJoinHandle::join);
+        joined
+            .map(|result| result.unwrap_or_else(|panic| std::panic::resume_unwind(panic)))
+            .collect()
+    });
+    let total = tallies.iter().fold(Tally::default(), Tally::plus);
+    println!("{total:#?}");
+    for (name, count) in total.counts() {
+        assert!(count >= AT_LEAST, "{name} was reached {count} times");
+    }
+}

@@ -1,0 +1,376 @@
+//! What must be true of a drive after every tick, from its inputs and its published outputs alone.
+
+use tautrack::bus::cia402::State;
+use tautrack::faults::{ALL, Fault, Faults, Reaction};
+use tautrack::node::axle::{Bridge, Inputs, Outputs};
+
+const STATES: [State; 6] = [
+    State::SwitchOnDisabled,
+    State::ReadyToSwitchOn,
+    State::SwitchedOn,
+    State::OperationEnabled,
+    State::QuickStopActive,
+    State::Fault,
+];
+
+/// How often each state was entered and each fault raised.
+#[derive(Clone, Debug, Default)]
+pub struct Tally {
+    states: [u64; 6],
+    faults: [u64; ALL.len()],
+    /// Conditions that met a fault that was latched already.
+    behind_another: u64,
+}
+
+impl Tally {
+    pub fn plus(mut self, other: &Self) -> Self {
+        for (sum, more) in self.states.iter_mut().zip(&other.states) {
+            *sum += more;
+        }
+        for (sum, more) in self.faults.iter_mut().zip(&other.faults) {
+            *sum += more;
+        }
+        self.behind_another += other.behind_another;
+        self
+    }
+
+    pub fn counts(&self) -> impl Iterator<Item = (String, u64)> {
+        let states = STATES.iter().zip(self.states);
+        let states = states.map(|(state, count)| (format!("{state:?}"), count));
+        // No drive raises the faults that the guard reports.
+        let drive = ALL
+            .iter()
+            .zip(self.faults)
+            .filter(|(fault, _)| !BY_THE_GUARD.contains(fault));
+        let faults = drive.map(|(fault, count)| (format!("{fault:?}"), count));
+        states
+            .chain(faults)
+            .chain([("a second fault".to_owned(), self.behind_another)])
+    }
+}
+
+const BY_THE_GUARD: [Fault; 4] = [
+    Fault::NodeLost,
+    Fault::SecondMaster,
+    Fault::UnexpectedState,
+    Fault::ScaleMismatch,
+];
+
+/// The conditions that a reading can meet, with their dwell in ticks.
+const DWELLS: [(Fault, u32); 7] = [
+    (Fault::InvalidReading, 3),
+    (Fault::OverCurrent, 5),
+    (Fault::OverVoltage, 5),
+    (Fault::UnderVoltage, 5),
+    (Fault::Overspeed, 3),
+    (Fault::VelocityDeviation, 25),
+    (Fault::Blocked, 60),
+];
+
+pub struct Oracle {
+    current_limit: f32,
+    velocity_unit: f32,
+    state: State,
+    faults: Faults,
+    demand: f32,
+    lasted: [u32; DWELLS.len()],
+    word: u16,
+    mode: i8,
+    target: i32,
+    guard_us: Option<u64>,
+    command_us: u64,
+    joint_us: Option<u64>,
+    bench: bool,
+    unreported: Faults,
+    was_reported: bool,
+    /// Velocity of the set-point where it is a ramp, rad/s, and the speed at which the drive began
+    /// to move against its current.
+    ramp: Option<f32>,
+    slowest: Option<f32>,
+}
+
+impl Oracle {
+    /// Oracle of a drive with this current limit, A, and this unit of velocities on the bus, rad/s.
+    pub fn new(current_limit: f32, velocity_unit: f32) -> Self {
+        Self {
+            current_limit,
+            velocity_unit,
+            state: State::SwitchOnDisabled,
+            faults: Faults::NONE,
+            demand: 0.0,
+            lasted: [0; DWELLS.len()],
+            word: 0,
+            mode: 0,
+            target: 0,
+            guard_us: None,
+            command_us: 0,
+            joint_us: None,
+            bench: false,
+            unreported: Faults::NONE,
+            was_reported: false,
+            ramp: None,
+            slowest: None,
+        }
+    }
+
+    pub fn check(
+        &mut self,
+        inputs: &Inputs,
+        joint_us: Option<u64>,
+        outputs: &Outputs,
+        tally: &mut Tally,
+    ) -> Result<(), String> {
+        let state = State::from_statusword(outputs.status.statusword).ok_or("no state")?;
+        self.joint_us = joint_us.or(self.joint_us);
+        if inputs.guard_heard {
+            self.guard_us = Some(inputs.now_us);
+        }
+        if inputs.set_point.is_some() {
+            self.command_us = inputs.now_us;
+        }
+        if self.bench != outputs.bench_mode && outputs.bench_mode {
+            self.command_us = inputs.now_us;
+        }
+        let velocity = outputs.motion.velocity as f32 * self.velocity_unit;
+        self.conditions(inputs, velocity, outputs)?;
+        self.reactions(state, outputs)?;
+        self.transitions(inputs, state, outputs)?;
+        self.reports(inputs, outputs)?;
+
+        let raised = outputs.faults.without(self.faults);
+        for (count, fault) in tally.faults.iter_mut().zip(ALL) {
+            *count += u64::from(raised.contains(*fault));
+        }
+        if !raised.is_empty() && !self.faults.is_empty() {
+            tally.behind_another += 1;
+        }
+        let entered = STATES
+            .iter()
+            .position(|one| *one == state && state != self.state);
+        if let Some(entered) = entered {
+            tally.states[entered] += 1;
+        }
+        self.follow_ramp(inputs, state, velocity);
+        self.state = state;
+        self.faults = outputs.faults;
+        self.bench = outputs.bench_mode;
+        self.demand = match outputs.bridge {
+            Bridge::Current(current) => current,
+            Bridge::Off | Bridge::Brake => 0.0,
+        };
+        if let Some(set_point) = inputs.set_point {
+            self.word = set_point.controlword;
+            self.mode = set_point.mode;
+            self.target = set_point.target;
+        }
+        Ok(())
+    }
+
+    /// Every condition that has lasted its dwell is in the set of faults.
+    fn conditions(
+        &mut self,
+        inputs: &Inputs,
+        velocity: f32,
+        outputs: &Outputs,
+    ) -> Result<(), String> {
+        let powered = matches!(self.state, State::OperationEnabled | State::QuickStopActive);
+        let (current, voltage) = (inputs.current, inputs.bus_voltage);
+        // A little beyond each bound, because the published velocity is rounded.
+        let met = [
+            !(current.is_finite() && voltage.is_finite()),
+            current.is_nan() || current.abs() > 1.2501 * self.current_limit,
+            voltage.is_nan() || voltage > 32.001,
+            voltage.is_nan() || voltage < 11.999,
+            powered && velocity.abs() > 7.201,
+            powered && self.deviates(velocity),
+            powered && velocity.abs() < 0.0599 && self.demand.abs() > 0.9001 * self.current_limit,
+        ];
+        for (((fault, dwell), lasted), met) in DWELLS.iter().zip(&mut self.lasted).zip(met) {
+            *lasted = if met { *lasted + 1 } else { 0 };
+            if *lasted >= *dwell && !outputs.faults.contains(*fault) {
+                return Err(format!(
+                    "{fault:?} has lasted {lasted} ticks and is not raised"
+                ));
+            }
+        }
+        let silent = |since: u64, timeout_us: u64| inputs.now_us > since + timeout_us;
+        let enabled = self.state == State::OperationEnabled;
+        let taut = enabled && self.mode == -1 && self.joint_us.is_some();
+        let losses = [
+            (
+                Fault::GuardLost,
+                powered && !self.bench && self.guard_us.is_some_and(|at| silent(at, 120_000)),
+            ),
+            (
+                Fault::CommandLost,
+                powered && silent(self.command_us, 60_000),
+            ),
+            (
+                Fault::JointLost,
+                taut && self.joint_us.is_some_and(|at| silent(at, 24_000)),
+            ),
+        ];
+        for (fault, lost) in losses {
+            if lost && !outputs.faults.contains(fault) {
+                return Err(format!("{fault:?} is not raised"));
+            }
+        }
+        Ok(())
+    }
+
+    /// The bridge does at least what the strongest latched fault asks for.
+    fn reactions(&self, state: State, outputs: &Outputs) -> Result<(), String> {
+        let faults = ALL.iter().filter(|fault| outputs.faults.contains(**fault));
+        let reaction = faults.map(|fault| fault.description().reaction).max();
+        let good = match (reaction, outputs.bridge) {
+            (Some(Reaction::Off), bridge) => bridge == Bridge::Off,
+            (Some(Reaction::Brake), bridge) => !matches!(bridge, Bridge::Current(_)),
+            (Some(Reaction::Hold), Bridge::Current(_)) => state == State::QuickStopActive,
+            (_, Bridge::Current(current)) => {
+                matches!(state, State::OperationEnabled | State::QuickStopActive)
+                    && current.abs()
+                        <= if outputs.bench_mode {
+                            2.0
+                        } else {
+                            self.current_limit
+                        }
+            }
+            (_, Bridge::Off | Bridge::Brake) => true,
+        };
+        if !good {
+            return Err(format!("{reaction:?} is not done in {state:?}"));
+        }
+        let coded = outputs.status.error_code != 0;
+        if state == State::OperationEnabled && (coded || !outputs.faults.is_empty()) {
+            return Err("operation enabled with a latched fault".to_owned());
+        }
+        Ok(())
+    }
+
+    /// Only a reset clears, and only somebody in command of a faultless drive brings it up.
+    fn transitions(&self, inputs: &Inputs, state: State, outputs: &Outputs) -> Result<(), String> {
+        let edge = inputs
+            .set_point
+            .is_some_and(|new| new.controlword & 0x80 != 0 && self.word & 0x80 == 0);
+        if !self.faults.without(outputs.faults).is_empty() && !edge {
+            return Err("a fault was cleared without a reset".to_owned());
+        }
+        let rank = |state| match state {
+            State::SwitchOnDisabled | State::Fault => 0,
+            State::ReadyToSwitchOn => 1,
+            State::SwitchedOn => 2,
+            State::QuickStopActive => 3,
+            State::OperationEnabled => 4,
+        };
+        let guarded = self
+            .guard_us
+            .is_some_and(|at| inputs.now_us <= at + 120_000);
+        if rank(state) > rank(self.state) {
+            if edge || !outputs.faults.is_empty() {
+                return Err(format!(
+                    "{:?} to {state:?} by a reset or in a fault",
+                    self.state
+                ));
+            }
+            if !guarded && !outputs.bench_mode {
+                return Err(format!("{:?} to {state:?} by nobody", self.state));
+            }
+        }
+        if guarded && outputs.bench_mode {
+            return Err("bench mode under a living guard".to_owned());
+        }
+        let disabled = inputs.set_point.is_some_and(|new| new.controlword & 2 == 0);
+        let down = matches!(state, State::SwitchOnDisabled | State::Fault);
+        if disabled && !down {
+            return Err(format!("disable voltage leads to {state:?}"));
+        }
+        Ok(())
+    }
+
+    /// Every fault is reported once, and the end of the last one.
+    fn reports(&mut self, inputs: &Inputs, outputs: &Outputs) -> Result<(), String> {
+        let raised = outputs.faults.without(self.faults);
+        self.unreported = self.unreported.or(raised);
+        // Homing that fails in the very tick of a reset: its end has no cause that lasts.
+        let resets = inputs
+            .set_point
+            .is_some_and(|new| new.controlword & 0x80 != 0);
+        let fails = [Fault::HomingFailed, Fault::HomingMismatch]
+            .into_iter()
+            .find(|fault| resets && outputs.emergency == Some(fault.description().code));
+        if let Some(fault) = fails {
+            self.unreported = self.unreported.or(Faults::of(fault));
+        }
+        match outputs.emergency.map(Fault::from_code) {
+            Some(Some(fault)) => {
+                if !self.unreported.contains(fault) {
+                    return Err(format!("{fault:?} is reported, and was not raised"));
+                }
+                self.unreported = self.unreported.without(Faults::of(fault));
+                self.was_reported = true;
+            }
+            Some(None) => {
+                if !self.was_reported || !outputs.faults.is_empty() {
+                    return Err("all clear, and it is not".to_owned());
+                }
+                self.was_reported = false;
+            }
+            None if !self.unreported.is_empty() => return Err("not reported".to_owned()),
+            None if self.was_reported && outputs.faults.is_empty() => {
+                return Err("no all clear".to_owned());
+            }
+            None => {}
+        }
+        Ok(())
+    }
+
+    /// The drive has gathered speed away from a ramp, against a current of more than half of the
+    /// limit.
+    fn deviates(&mut self, velocity: f32) -> bool {
+        let Some(ramp) = self.ramp else {
+            self.slowest = None;
+            return false;
+        };
+        let against = velocity * self.demand < 0.0
+            && (velocity - ramp) * self.demand < 0.0
+            && (velocity - ramp).abs() > 1.25
+            && self.demand.abs() > 5.01;
+        if !against {
+            self.slowest = None;
+            return false;
+        }
+        let slowest = self.slowest.get_or_insert(velocity.abs());
+        if velocity.abs() < *slowest {
+            *slowest = velocity.abs();
+        }
+        velocity.abs() > *slowest + 1.25
+    }
+
+    /// The set-point of a velocity mode and of a stop is a ramp of 20 rad/s^2 from the velocity at
+    /// which it began. Elsewhere, and at a limit switch, nothing is said of it.
+    fn follow_ramp(&mut self, inputs: &Inputs, state: State, velocity: f32) {
+        let stopping = state == State::QuickStopActive;
+        let mode = inputs.set_point.map_or(self.mode, |new| new.mode);
+        let target = inputs.set_point.map_or(self.target, |new| new.target);
+        let switches = inputs.switches.positive_limit || inputs.switches.negative_limit;
+        let in_velocity = state == State::OperationEnabled && matches!(mode, 3 | 9);
+        if switches || self.bench || !(stopping || in_velocity) {
+            self.ramp = None;
+            return;
+        }
+        let begins = state != self.state || mode != self.mode || self.ramp.is_none();
+        let goal = if stopping {
+            0.0
+        } else {
+            (target as f32 * self.velocity_unit).clamp(-6.0, 6.0)
+        };
+        let from = if begins {
+            velocity
+        } else {
+            self.ramp.unwrap_or(velocity)
+        };
+        // A ramp that began elsewhere is known only from where it begins.
+        let known = !begins || state != self.state || mode != self.mode;
+        self.ramp = known.then(|| from + (goal - from).clamp(-0.02, 0.02));
+    }
+}

@@ -1,0 +1,12 @@
+//! The robots' models and controllers against independent computations.
+
+mod b2p2_model;
+mod b2p2_zmp;
+#[path = "../support/counted.rs"]
+mod counted;
+mod hylos_controller;
+mod hylos_model;
+#[path = "../support/random.rs"]
+mod random;
+mod rt_mover;
+mod turning;

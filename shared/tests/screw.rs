@@ -1,0 +1,288 @@
+//! The screw's geometry against double precision, the vectors and itself.
+
+mod support;
+
+use crate::support::{RADIANS_PER_BIT, worst_over_all_angles};
+use fixed::types::I4F28;
+use proptest::prelude::*;
+use serde_json::Value;
+use tautrack::screw::{Geometry, GeometryError};
+use tautrack::units::Angle;
+
+/// One step of 2^-24 m, the resolution that is promised.
+const LSB: f64 = 1.0 / 16_777_216.0;
+
+fn geometry(l1: f64, l2: f64, k: f64) -> Result<Geometry, GeometryError> {
+    let length = |x: f64| I4F28::saturating_from_num(x);
+    Geometry::new(length(l1), length(l2), length(k))
+}
+
+fn nominal() -> Geometry {
+    Geometry::from_micrometres(320_000, 230_000, 1_232_000).unwrap()
+}
+
+/// Extension and derivative in double precision, from the lengths as rounded to fixed point.
+fn reference(geometry: &Geometry, sin: f64, cos: f64) -> (f64, f64) {
+    let [l1, l2, k] = [geometry.l1(), geometry.l2(), geometry.k()].map(metres);
+    let per_u = 1.0 / (k + l1 * cos);
+    let r = 0.5 * (k * k - l1 * l1) * per_u;
+    (r - l2, r * l1 * sin * per_u)
+}
+
+/// Metres of a length; the library's own conversion is general, and slow in a sweep.
+fn metres(length: I4F28) -> f64 {
+    f64::from(length.to_bits()) / 268_435_456.0
+}
+
+fn errors(geometry: &Geometry, theta: Angle, sin: f64, cos: f64) -> [f64; 3] {
+    let (length, derivative) = reference(geometry, sin, cos);
+    let extension = geometry.extension(theta);
+    [
+        metres(extension.length) - length,
+        metres(extension.derivative) - derivative,
+        metres(extension.length) - metres(geometry.length(theta)),
+    ]
+}
+
+fn radians(theta: Angle) -> f64 {
+    f64::from(theta.to_bits()) * RADIANS_PER_BIT
+}
+
+/// Belt slack from the distances of the axles, in double precision.
+fn slack_reference(geometry: &Geometry, theta: Angle, length: f64) -> f64 {
+    let (l1, k) = (geometry.l1().to_num::<f64>(), geometry.k().to_num::<f64>());
+    let r = geometry.l2().to_num::<f64>() + length;
+    let (sin, cos) = radians(theta).sin_cos();
+    k - r - (l1 + r * cos).hypot(r * sin)
+}
+
+/// A reproducible sequence of numbers from 0 to 1.
+fn random(state: &mut u64) -> f64 {
+    *state = state
+        .wrapping_mul(6_364_136_223_846_793_005)
+        .wrapping_add(1_442_695_040_888_963_407);
+    (*state >> 11) as f64 / (1u64 << 53) as f64
+}
+
+/// Corners of the accepted domain, then random geometries within it.
+fn sampled_geometries() -> Vec<Geometry> {
+    const SEED: u64 = 20_090_100;
+    println!("seed {SEED}");
+    let mut state = SEED;
+    let mut all = vec![nominal()];
+    for l1 in [0.01, 0.32, 1.0] {
+        for k in [2.4 * l1, 4.0] {
+            all.extend([0.0, 0.5 * (k - l1)].map(|l2| geometry(l1, l2, k).unwrap()));
+        }
+    }
+    for _ in 0..60 {
+        let l1 = 0.01 + 0.99 * random(&mut state);
+        let k = 2.4 * l1 + (4.0 - 2.4 * l1) * random(&mut state).powi(3);
+        all.push(geometry(l1, 0.5 * (k - l1) * random(&mut state), k).unwrap());
+    }
+    all
+}
+
+#[test]
+fn extension_keeps_its_errors_over_every_angle() {
+    let nominal = nominal();
+    let [length, derivative, disagreement] =
+        worst_over_all_angles(|theta, sin, cos| errors(&nominal, theta, sin, cos));
+    println!(
+        "length {:.4} LSB of 2^-24 m, derivative {derivative:.3e} m/rad",
+        length / LSB
+    );
+    assert!(length <= 0.08 * LSB, "length {length:e} m");
+    assert!(derivative <= 1.5e-7, "derivative {derivative:e} m/rad");
+    assert_eq!(disagreement, 0.0, "length() and extension() differ");
+}
+
+#[test]
+fn extension_keeps_its_errors_over_accepted_geometries() {
+    let mut worst = [0.0f64; 2];
+    for geometry in sampled_geometries() {
+        let mut own = [0.0f64; 2];
+        // An odd stride meets every place within a piece; the ends are visited by themselves.
+        let strided = (0..200_000).map(|i: i32| i.wrapping_mul(104_729 * 17 + 2));
+        for bits in strided.chain([0, -1, 1, i32::MAX, i32::MIN, i32::MIN + 1]) {
+            let theta = Angle::from_bits(bits);
+            let (sin, cos) = radians(theta).sin_cos();
+            let [length, derivative, disagreement] = errors(&geometry, theta, sin, cos);
+            assert_eq!(disagreement, 0.0);
+            own = [own[0].max(length.abs()), own[1].max(derivative.abs())];
+        }
+        let name = (geometry.l1(), geometry.l2(), geometry.k());
+        assert!(own[0] <= 0.2 * LSB && own[1] <= 1.5e-6, "{name:?}: {own:?}");
+        worst = [worst[0].max(own[0]), worst[1].max(own[1])];
+    }
+    println!(
+        "length {:.4} LSB of 2^-24 m, derivative {:.3e} m/rad",
+        worst[0] / LSB,
+        worst[1]
+    );
+}
+
+#[test]
+fn vectors_are_met() {
+    let text = include_str!("../../host-tests/vectors/b2p2_screw.json");
+    let file: Value = serde_json::from_str(text).unwrap();
+    let cases = file["functions"]["screw"].as_array().unwrap();
+    assert_eq!(cases.len(), 50);
+    for case in cases {
+        let number = |side: &str, name: &str| case[side][name].as_f64().unwrap();
+        let (l1, l2, k) = (number("in", "l1"), number("in", "l2"), number("in", "K"));
+        let result = geometry(l1, l2, k);
+        assert_eq!(
+            result.is_ok(),
+            k >= l1 + 2.0 * l2 && k >= 2.4 * l1,
+            "{case}"
+        );
+        let Ok(geometry) = result else { continue };
+        let theta = number("in", "theta");
+        let angle = Angle::from_bits((theta / RADIANS_PER_BIT).round() as i64 as i32);
+        let extension = geometry.extension(angle);
+        // The rounding of the lengths to 2^-28 m adds to the table's error.
+        assert!(
+            (extension.length.to_num::<f64>() - number("out", "l3")).abs() <= 0.3 * LSB,
+            "{case}"
+        );
+        assert!(
+            (extension.derivative.to_num::<f64>() - number("out", "dl3_dtheta")).abs() <= 3e-7,
+            "{case}"
+        );
+        let inverse = radians(geometry.inverse(extension.length).unwrap());
+        if let Some(expected) = case["out"]["inverse_abs_theta"].as_f64() {
+            // Flat at both ends: there one step of length is a wide angle.
+            let steep = number("out", "dl3_dtheta").abs().max(1e-4);
+            assert!(
+                (inverse - expected).abs() <= 2e-6 + 0.3 * LSB / steep,
+                "{inverse} {case}"
+            );
+        }
+    }
+}
+
+#[test]
+fn geometries_beyond_a_bound_are_refused_with_the_bound() {
+    use GeometryError as E;
+    let um = Geometry::from_micrometres;
+    assert!(
+        matches!(um(9_999, 0, 1_000_000), Err(E::L1OutOfRange { minimum, .. }) if minimum == Geometry::MIN_L1)
+    );
+    assert!(matches!(
+        um(1_000_001, 0, 3_000_000),
+        Err(E::L1OutOfRange { .. })
+    ));
+    assert!(matches!(um(i32::MIN, 0, 0), Err(E::L1OutOfRange { got, .. }) if got == I4F28::MIN));
+    assert!(matches!(
+        um(320_000, -1, 1_000_000),
+        Err(E::L2BelowMinimum { .. })
+    ));
+    assert!(
+        matches!(um(320_000, 230_000, 779_999), Err(E::KBelowChain { got, minimum }) if got < minimum)
+    );
+    assert!(matches!(
+        um(320_000, i32::MAX, 1_000_000),
+        Err(E::KBelowChain { .. })
+    ));
+    assert!(
+        matches!(um(320_000, 0, 767_999), Err(E::KBelowRatio { got, minimum }) if got < minimum)
+    );
+    assert!(matches!(
+        um(320_000, 0, 4_000_001),
+        Err(E::KAboveMaximum { .. })
+    ));
+    // On the bound, although neither 0.32 nor 0.768 is a fixed-point number.
+    assert!(um(320_000, 0, 768_000).is_ok());
+    assert!(um(320_000, 230_000, 780_000).is_ok());
+}
+
+#[test]
+fn inverse_returns_the_angle_of_every_extension() {
+    for geometry in sampled_geometries() {
+        for step in 0..=1000 {
+            let theta = Angle::from_bits((i64::from(i32::MAX) * step / 1000) as i32);
+            let extension = geometry.extension(theta);
+            let found = geometry.inverse(extension.length).unwrap();
+            assert!(found.to_bits() >= 0);
+            // Compared as lengths plus angles: near both ends the length hardly depends on the angle.
+            let (sin, cos) = radians(found).sin_cos();
+            let back = reference(&geometry, sin, cos).0 - extension.length.to_num::<f64>();
+            assert!(
+                back.abs() <= 2e-6 * extension.derivative.to_num::<f64>().abs() + 0.3 * LSB,
+                "{:?} {theta:?} {back:e}",
+                (geometry.l1(), geometry.l2(), geometry.k())
+            );
+        }
+        let beyond = I4F28::from_bits(32);
+        let (low, high) = (
+            geometry.released_length(),
+            geometry.length(Angle::from_bits(i32::MAX)),
+        );
+        assert!(low <= high);
+        let error = geometry.inverse(high + beyond).unwrap_err();
+        assert!(
+            error.got == high + beyond
+                && error.minimum == low
+                && (error.maximum - high).abs() < 8 * I4F28::DELTA
+        );
+        assert!(geometry.inverse(low - beyond).is_err());
+    }
+}
+
+#[test]
+fn slack_is_belt_minus_triangle() {
+    for geometry in sampled_geometries() {
+        let (low, high) = (
+            geometry.released_length(),
+            geometry.length(Angle::HALF_TURN),
+        );
+        for step in -100..=100 {
+            let theta = Angle::from_bits(step * 21_474_836);
+            let taut = geometry.length(theta);
+            assert_eq!(
+                geometry.slack(theta, taut),
+                0,
+                "the taut length leaves no slack"
+            );
+            assert!(
+                geometry.slack(theta, low) >= -4 * I4F28::DELTA,
+                "released means slack at any angle"
+            );
+            for share in 0..=10 {
+                let length = I4F28::from_num(
+                    low.to_num::<f64>() + (high - low).to_num::<f64>() * f64::from(share) / 8.0,
+                );
+                let slack = geometry.slack(theta, length).to_num::<f64>();
+                let expected = slack_reference(&geometry, theta, length.to_num());
+                // Two steps of the table's resolution: the taut side is known no better than the table, and near a folded triangle
+                // the distance of the axles magnifies it.
+                assert!(
+                    (slack - expected).abs() <= 2.0 * LSB + 1e-6 * expected.abs(),
+                    "{:?} {theta:?} {slack} {expected}",
+                    (geometry.l1(), geometry.l2(), geometry.k())
+                );
+            }
+        }
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn no_input_panics(l1: i32, l2: i32, k: i32, theta: i32, length: i32, um: [i32; 3]) {
+        let _ = Geometry::from_micrometres(um[0], um[1], um[2]);
+        let _ = Geometry::new(I4F28::from_bits(l1), I4F28::from_bits(l2), I4F28::from_bits(k));
+        // Folded into the domain, so that the rest is exercised as well.
+        let within = |bits: i32, low: f64, high: f64| low + (high - low) * (f64::from(bits) / 4_294_967_296.0 + 0.5);
+        let l1 = within(l1, 0.01, 1.0);
+        let k = within(k, 2.4 * l1, 4.0);
+        let geometry = geometry(l1, within(l2, 0.0, 0.5 * (k - l1)), k).unwrap();
+        let (theta, length) = (Angle::from_bits(theta), I4F28::from_bits(length));
+        let _ = (geometry.extension(theta), geometry.inverse(length));
+        let slack = geometry.slack(theta, length).to_num::<f64>();
+        let expected = slack_reference(&geometry, theta, length.to_num()).clamp(-8.0, 8.0);
+        prop_assert!((slack - expected).abs() < 1e-5, "{} {}", slack, expected);
+    }
+}
