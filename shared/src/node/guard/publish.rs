@@ -1,6 +1,7 @@
 //! What the guard tells of itself: the payloads of its TPDOs and the count of its interventions.
 
-use super::{FaultReport, Guard};
+use super::Guard;
+use super::interface::FaultReport;
 use crate::bus::pdo::{GuardMargins, GuardMotion, GuardPassed, GuardPosition, GuardState};
 use crate::estimate::state::{State, Validity};
 use crate::math::to_i16;

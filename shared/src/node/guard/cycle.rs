@@ -1,0 +1,99 @@
+//! What the guard does once per SYNC: state, command, gate, set-points.
+
+use super::gate::Gate;
+use super::interface::Inputs;
+use super::sequence::{self, Conditions};
+use super::{Guard, State};
+use crate::bus::network::{NmtCommand, nmt, sync};
+use crate::bus::pdo::Request;
+use crate::robots::{Body, DriveState, Goal};
+use crate::stability::attitude::Attitude;
+
+impl<B: Body> Guard<B> {
+    /// What happens once per SYNC: state, filter, body, gate, set-points.
+    pub(super) fn cycle(&mut self, inputs: &Inputs<'_>) {
+        let now_us = inputs.now_us;
+        let before = self.state;
+        self.drives.check_restarts(before.driving());
+        self.advance_state(now_us);
+        self.pass_command(inputs);
+        // Behind the filter: a trip or an emergency stop counts in the period in which it comes.
+        let drives = self.operator.request() == Request::Arm
+            && self.operator.attends(now_us)
+            && !self.supervision.tripped();
+        self.gate = Gate::of(self.state, self.operator.disarms(now_us), drives);
+        let starting = self.gate == Gate::Open && self.state == before;
+        if self.state != State::Armed && !starting {
+            self.body.rest();
+        }
+        // A drive that has started anew waits for it in "held", too: its reset needs its status.
+        let joined = before == State::Waiting && self.state == State::Ready;
+        let waits = matches!(self.state, State::Ready | State::Held) && self.drives.take_start();
+        self.send(joined || waits, now_us);
+    }
+
+    /// Takes the state that follows from fault reports, drives and the operator's request.
+    fn advance_state(&mut self, now_us: u64) {
+        let before = self.state;
+        let ready = self.drives.ready_to_arm();
+        let conditions = Conditions {
+            complete: self.drives.complete(),
+            fault: self.fault.is_some() || self.drives.reset_under_way(),
+            disarms: self.operator.disarms(now_us),
+            arms: ready && self.operator.arms(now_us) && !self.supervision.tripped(),
+            open: self.gate == Gate::Open,
+        };
+        let drives = self.drives.states();
+        self.state = sequence::next(before, conditions, &mut self.body, drives, now_us);
+        if conditions.disarms {
+            self.refusal = None;
+        }
+        match (before, self.state) {
+            (State::Ready, State::Waking(_)) => {
+                self.refusal = None;
+                self.operator.require_new_request();
+            }
+            (before, State::Held) if before != State::Held => {
+                self.operator.require_new_request();
+            }
+            (State::Waking(_), State::Armed) => self.check(),
+            _ => {}
+        }
+    }
+
+    /// Refuses to arm a robot whose geometry and settings make no sense on level ground.
+    fn check(&mut self) {
+        let level = self.body.stance(&Attitude::default());
+        self.refusal = self.supervision.check(&level).err();
+        if self.refusal.is_some() {
+            self.state = State::Ready;
+        }
+    }
+
+    /// The frames of one SYNC period; `starts` begins the exchange of process data.
+    fn send(&mut self, starts: bool, now_us: u64) {
+        self.drives.note_sent(starts);
+        // Room for all of them: MAX_SENT.
+        let frames = &mut self.outputs.frames;
+        let _ = frames.push(sync());
+        if starts {
+            let _ = frames.push(nmt(NmtCommand::Start, 0));
+        }
+        if !self.state.driving() {
+            for frame in self.drives.scale_requests(now_us) {
+                let _ = frames.push(frame);
+            }
+        }
+        if self.state == State::Waiting {
+            return;
+        }
+        let (gate, body, phase) = (self.gate, &self.body, self.state.phase());
+        let goal = |drive, state: &DriveState| {
+            let goal = phase.map_or(Goal::Hold, |phase| body.goal(phase, drive));
+            gate.pass(goal, state)
+        };
+        for frame in self.drives.commands(now_us, goal) {
+            let _ = frames.push(frame);
+        }
+    }
+}

@@ -1,0 +1,73 @@
+//! What the guard hears and computes between two SYNCs: the operator, faults of the drives, how the robot
+//! stands and where it is.
+
+use super::interface::Inputs;
+use super::{Guard, State, publish};
+use crate::bus::pdo::{GuardPosition, Request};
+use crate::estimate::state::State as RobotState;
+use crate::robots::Body;
+
+impl<B: Body> Guard<B> {
+    /// Takes the operator's command; a request that has changed to "reset" acknowledges everything.
+    pub(super) fn listen(&mut self, inputs: &Inputs<'_>) {
+        self.requests.emergency_stop |= inputs.emergency_stop;
+        let Some(command) = inputs.operator else {
+            return;
+        };
+        let resets = self.operator.receive(command, inputs.now_us);
+        self.requests.emergency_stop |= self.operator.request() == Request::EmergencyStop;
+        self.requests.reset |= resets;
+        if resets {
+            self.fault = None;
+            self.drives.begin_reset();
+            self.body.acknowledge();
+        }
+    }
+
+    /// The first fault report latches until the operator's reset.
+    pub(super) fn supervise(&mut self, now_us: u64) {
+        if self.fault.is_none() && self.state != State::Waiting {
+            self.fault = self.drives.fault(now_us, self.state.driving());
+        }
+    }
+
+    /// What happens once between two SYNCs, when the drives have answered the first: how the robot stands and what that means. Apart from
+    /// [`Self::cycle`], so that no tick has to do it all.
+    #[inline(never)]
+    pub(super) fn judge(&mut self) {
+        let period = self.schedule.period();
+        if let Some(speed) = self.estimator.take_speed(&self.attitude) {
+            self.body.hear_speed(speed, &self.attitude);
+        }
+        self.body
+            .observe(self.drives.states(), &self.attitude, period);
+        let stance = self.body.stance(&self.attitude);
+        let kept_shape = self.body.stance_with_kept_shape(&self.attitude);
+        let speed = self.body.speed();
+        self.supervision
+            .judge(&stance, kept_shape.as_ref(), &self.attitude, speed, period);
+    }
+
+    /// Torques that the drives will need.
+    pub(super) fn tell_in_advance(&mut self) {
+        if let Some(phase) = self.state.phase() {
+            let offsets = self.body.offsets(phase, &self.attitude);
+            for frame in self.drives.offsets(&offsets) {
+                let _ = self.outputs.frames.push(frame); // fewer than there is room for
+            }
+        }
+    }
+
+    /// Brings the robot's state up to date with the drives.
+    pub(super) fn locate(&mut self, now_us: u64) -> (RobotState, GuardPosition) {
+        self.estimator.advance(
+            self.body.odometry_um(),
+            self.drives.odometry_us::<B>(),
+            self.body.joints(self.drives.states()),
+            &self.attitude,
+            now_us,
+        );
+        let state = self.estimator.state(&self.attitude, now_us);
+        (state, publish::position(&state))
+    }
+}
