@@ -6,7 +6,7 @@
 use core::cell::{Cell, RefCell};
 use critical_section::Mutex;
 use tautrack::motor::current::CurrentLoop;
-pub use tautrack::node::axle::Bridge as Demand;
+use tautrack::node::axle::BridgeDemand;
 
 /// What the power stage does with one motor for one PWM period.
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
@@ -24,7 +24,7 @@ pub enum Bridge {
 pub const DEMAND_CONTROL_PERIODS: u32 = 3;
 
 /// The demand, and the PWM periods for which it still holds.
-static DEMAND: Mutex<Cell<(Demand, u32)>> = Mutex::new(Cell::new((Demand::Off, 0)));
+static DEMAND: Mutex<Cell<(BridgeDemand, u32)>> = Mutex::new(Cell::new((BridgeDemand::Off, 0)));
 /// Sum of the samples since the control task last looked, and their number.
 static SAMPLES: Mutex<Cell<(f32, u32)>> = Mutex::new(Cell::new((0.0, 0)));
 /// The loop, and the PWM periods for which a demand holds.
@@ -39,7 +39,7 @@ pub fn install(current_loop: CurrentLoop, pwm_per_control: u32) {
 }
 
 /// Sets what the bridge does from the next PWM period on.
-pub fn demand(demand: Demand) {
+pub fn demand(demand: BridgeDemand) {
     critical_section::with(|cs| {
         let life = match LOOP.borrow(cs).try_borrow() {
             Ok(current_loop) => current_loop.as_ref().map_or(0, |(_, life)| *life),
@@ -77,12 +77,12 @@ pub fn pwm_period(sample: f32, bus_voltage: f32) -> Bridge {
         };
         DEMAND.borrow(cs).set((demand, left));
         match demand {
-            Demand::Current(current) => {
+            BridgeDemand::Current(current) => {
                 Bridge::Drive(current_loop.step(sample, current, bus_voltage))
             }
             demand => {
                 current_loop.reset();
-                if demand == Demand::Brake && current_loop.may_brake(sample) {
+                if demand == BridgeDemand::Brake && current_loop.may_brake(sample) {
                     Bridge::Brake
                 } else {
                     Bridge::Off
@@ -114,7 +114,7 @@ mod tests {
     #[test]
     fn a_demand_expires_after_three_control_periods() {
         let _one = installed();
-        for kind in [Demand::Current(5.0), Demand::Brake] {
+        for kind in [BridgeDemand::Current(5.0), BridgeDemand::Brake] {
             demand(kind);
             for period in 0..60 {
                 assert_ne!(pwm_period(0.0, 24.0), Bridge::Off, "{kind:?} {period}");
@@ -124,7 +124,7 @@ mod tests {
             }
         }
         // The next one counts as if nothing had been.
-        demand(Demand::Current(5.0));
+        demand(BridgeDemand::Current(5.0));
         assert_ne!(pwm_period(0.0, 24.0), Bridge::Off);
     }
 
@@ -142,7 +142,7 @@ mod tests {
     #[test]
     fn a_brake_opens_while_its_current_is_beyond_the_limit() {
         let _one = installed();
-        demand(Demand::Brake);
+        demand(BridgeDemand::Brake);
         for (sample, bridge) in [
             (9.9, Bridge::Brake),
             (-9.9, Bridge::Brake),

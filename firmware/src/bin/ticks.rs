@@ -15,7 +15,7 @@ use core::mem::MaybeUninit;
 use core::panic::PanicInfo;
 // The critical section.
 use cortex_m as _;
-use tautrack::node::axle::{self, Axle};
+use tautrack::node::axle::{self, Axle, BridgeDemand};
 use tautrack::node::guard::{self, Guard};
 use tautrack::node::screw::{self, Screw};
 use tautrack::robots::b2p2::B2p2;
@@ -70,7 +70,7 @@ fn main() -> ! {
         black_box(hylos.tick(heard));
         black_box(current_loop::pwm_period(current.0, current.1));
         black_box(current_loop::take_mean());
-        current_loop::demand(black_box(current_loop::Demand::Off));
+        current_loop::demand(black_box(BridgeDemand::Off));
     }
 }
 

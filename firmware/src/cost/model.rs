@@ -3,9 +3,9 @@
 use super::counter::Table;
 use super::inputs::{Random, settings};
 use core::hint::black_box;
-use tautrack::math::vector::Frame;
+use tautrack::math::vector::CoordinateFrame;
 use tautrack::motor::from_radians;
-use tautrack::motor::profile::SetPoint as Motion;
+use tautrack::motor::profile::Motion;
 use tautrack::robots::b2p2::feed_forward::Load;
 use tautrack::robots::b2p2::model::newton_euler::Effort;
 use tautrack::robots::b2p2::{FrontPart, JOINTS, JointMatrix, Joints, Parameters, Posture};
@@ -21,7 +21,7 @@ struct State {
     q: Joints<f32>,
     rates: Joints<f32>,
     accelerations: Joints<f32>,
-    frames: [Frame<f32>; JOINTS],
+    frames: [CoordinateFrame<f32>; JOINTS],
     matrix: JointMatrix<f32>,
     effort: Effort<f32>,
     plane: Plane<f32>,
@@ -109,7 +109,7 @@ pub fn count(table: &mut Table) {
         q: [0.0; JOINTS],
         rates: [0.0; JOINTS],
         accelerations: [0.0; JOINTS],
-        frames: [Frame {
+        frames: [CoordinateFrame {
             axes: [[0.0; 3]; 3],
             origin: [0.0; 3],
         }; JOINTS],

@@ -13,7 +13,8 @@ use tautrack::motor::current::{CurrentLoop, Winding};
 use tautrack::motor::foc::{Config, Dq, ElectricalAngle, Foc};
 use tautrack::motor::from_radians;
 use tautrack::motor::observer::Observer;
-use tautrack::motor::profile::{Limits, SetPoint};
+use tautrack::motor::profile::{Limits, Motion};
+use tautrack::node::axle::BridgeDemand;
 
 pub fn count(table: &mut Table) {
     let mut observer = black_box(Observer::new(4_096, 60_000, 600.0, 0));
@@ -38,7 +39,7 @@ pub fn count(table: &mut Table) {
         velocity: 0.5,
         acceleration: 4.0,
     });
-    let mut profile = (SetPoint::default(), limits, 0_i64);
+    let mut profile = (Motion::default(), limits, 0_i64);
     table.kernel(
         "profile step to a position",
         &mut profile,
@@ -94,7 +95,7 @@ fn count_cascade(table: &mut Table) {
         "cascade position to current",
         &mut state,
         |state, call, random| {
-            state.reference = state.cascade.reference(&SetPoint {
+            state.reference = state.cascade.reference(&Motion {
                 position: from_radians(random.within(0.5)),
                 velocity: number(call, random),
                 acceleration: random.within(20.0),
@@ -137,9 +138,9 @@ fn count_current_loop(table: &mut Table) {
         &mut (),
         |(), call, random| {
             current_loop::demand(match call % 16 {
-                14 => current_loop::Demand::Off,
-                15 => current_loop::Demand::Brake,
-                _ => current_loop::Demand::Current(random.within(12.0)),
+                14 => BridgeDemand::Off,
+                15 => BridgeDemand::Brake,
+                _ => BridgeDemand::Current(random.within(12.0)),
             });
             (random.within(12.0), 24.0 + random.within(1.0))
         },

@@ -9,7 +9,7 @@ use tautrack::bus::cia402::{controlword, mode, status};
 use tautrack::bus::network::sync;
 use tautrack::bus::pdo::{DriveMotion, DriveStatus, OperatorCommand, Payload, transmit};
 use tautrack::can::Frame;
-use tautrack::node::axle::{self, Axle, Bridge, SetPoint};
+use tautrack::node::axle::{self, Axle, BridgeDemand, SetPoint};
 use tautrack::node::guard::{self, Guard};
 use tautrack::node::screw::{self, Screw};
 use tautrack::robots::b2p2::B2p2;
@@ -38,10 +38,10 @@ struct Shaft {
 }
 
 impl Shaft {
-    fn step(&mut self, bridge: Bridge) {
+    fn step(&mut self, bridge: BridgeDemand) {
         self.current = match bridge {
-            Bridge::Current(current) => current,
-            Bridge::Brake | Bridge::Off => 0.0,
+            BridgeDemand::Current(current) => current,
+            BridgeDemand::Brake | BridgeDemand::Off => 0.0,
         };
         self.velocity += (2.4 * self.current - 0.5 * self.velocity) / 0.05 * 1e-3;
         self.angle += self.velocity * 1e-3;
@@ -96,12 +96,12 @@ fn count_axle(table: &mut Table) {
     struct Rig {
         axle: Axle,
         shaft: Shaft,
-        bridge: Bridge,
+        bridge: BridgeDemand,
     }
     let mut rig = Rig {
         axle: Axle::new(&drive_settings()),
         shaft: Shaft::default(),
-        bridge: Bridge::Off,
+        bridge: BridgeDemand::Off,
     };
     let modes = [
         mode::CYCLIC_POSITION,
@@ -151,7 +151,7 @@ fn count_screw(table: &mut Table) {
     struct Rig {
         screw: Screw,
         shaft: Shaft,
-        bridge: Bridge,
+        bridge: BridgeDemand,
     }
     let Ok(screw) = Screw::new(&drive_settings()) else {
         return; // the nominal geometry is a good one; without it the host misses the entry
@@ -159,7 +159,7 @@ fn count_screw(table: &mut Table) {
     let mut rig = Rig {
         screw,
         shaft: Shaft::default(),
-        bridge: Bridge::Off,
+        bridge: BridgeDemand::Off,
     };
     let act = |rig: &mut Rig, inputs: &screw::Inputs| {
         rig.bridge = black_box(&rig.screw.tick(inputs)).bridge;

@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 use tautrack::bus::cia402::{State, controlword};
 use tautrack::bus::pdo::DriveMotion;
-use tautrack::node::axle::{Axle, Bridge, Inputs, Outputs, SetPoint};
+use tautrack::node::axle::{Axle, BridgeDemand, Inputs, Outputs, SetPoint};
 use tautrack::node::screw::{self, Screw};
 use tautrack::sensors::Switches;
 use tautrack::settings::{Setting, Settings};
@@ -48,7 +48,7 @@ pub struct Bench {
     pub switch_at: f64,
     /// Replaces the current reading.
     pub current_reading: Option<f32>,
-    bridge: Bridge,
+    bridge: BridgeDemand,
     counts_per_radian: f64,
     torque_constant: f64,
     /// At the output shaft, kg m^2.
@@ -90,7 +90,7 @@ impl Bench {
             switches: |_| Switches::default(),
             switch_at: 0.0,
             current_reading: None,
-            bridge: Bridge::Off,
+            bridge: BridgeDemand::Off,
             counts_per_radian: f64::from(settings.get(Setting::EncoderCounts)) * gear / TAU,
             torque_constant: f64::from(settings.get(Setting::TorqueConstant)) * 1e-6 * gear,
             inertia,
@@ -146,10 +146,10 @@ impl Bench {
     fn turn(&mut self) -> f64 {
         let back_emf = self.torque_constant * self.velocity;
         let current = match self.bridge {
-            Bridge::Off => 0.0,
-            Bridge::Current(demand) => f64::from(demand),
+            BridgeDemand::Off => 0.0,
+            BridgeDemand::Current(demand) => f64::from(demand),
             // The current interrupt opens the bridge wherever the current exceeds its limit.
-            Bridge::Brake => {
+            BridgeDemand::Brake => {
                 let limit = self.current_limit;
                 (-back_emf / self.resistance).clamp(-limit, limit)
             }
@@ -160,11 +160,11 @@ impl Bench {
         }
         // Implicit in the brake, which is stiff: torque = -k^2 / R * velocity.
         let drag = match self.bridge {
-            Bridge::Brake => self.torque_constant.powi(2) / self.resistance,
+            BridgeDemand::Brake => self.torque_constant.powi(2) / self.resistance,
             _ => 0.0,
         };
         let driving = match self.bridge {
-            Bridge::Current(_) => self.torque_constant * current,
+            BridgeDemand::Current(_) => self.torque_constant * current,
             _ => 0.0,
         };
         let push = (driving - self.load) / self.inertia;

@@ -4,7 +4,7 @@ use super::bench::{Bench, state};
 use super::code;
 use tautrack::bus::cia402::{CONTROL_FAULT_RESET, State, controlword, mode};
 use tautrack::faults::Fault;
-use tautrack::node::axle::Bridge;
+use tautrack::node::axle::BridgeDemand;
 use tautrack::settings::Setting;
 
 /// An axle without a guard, in bench mode and in operation.
@@ -23,7 +23,7 @@ fn without_guard_and_bench_mode_nobody_enables_an_axle() {
     bench.guard_alive = false;
     let outputs = bench.enable(mode::CYCLIC_VELOCITY, 1_000_000);
     assert_eq!(state(&outputs), Some(State::SwitchOnDisabled));
-    assert_eq!(outputs.bridge, Bridge::Off);
+    assert_eq!(outputs.bridge, BridgeDemand::Off);
 }
 
 #[test]
@@ -33,7 +33,7 @@ fn bench_mode_has_low_limits() {
         let outputs = bench.tick();
         assert!(bench.velocity < 1.1, "{} rad/s", bench.velocity);
         match outputs.bridge {
-            Bridge::Current(current) => assert!(current.abs() <= 2.0, "{current} A"),
+            BridgeDemand::Current(current) => assert!(current.abs() <= 2.0, "{current} A"),
             bridge => panic!("{bridge:?}"),
         }
     }

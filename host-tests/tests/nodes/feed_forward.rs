@@ -5,8 +5,8 @@ use crate::uniform::Random;
 use tautrack::bus::cia402::{State, controlword, mode};
 use tautrack::bus::pdo::DriveMotion;
 use tautrack::motor::from_radians;
-use tautrack::motor::profile::SetPoint as Motion;
-use tautrack::node::axle::{Bridge, Outputs};
+use tautrack::motor::profile::Motion;
+use tautrack::node::axle::{BridgeDemand, Outputs};
 use tautrack::node::screw::Screw;
 use tautrack::robots::b2p2::model::belt::TautBelt;
 use tautrack::robots::b2p2::parameters::LENGTHS;
@@ -72,8 +72,8 @@ fn load_is_what_the_whole_model_asks_of_joints_7_and_8() {
 
 fn current(outputs: &Outputs) -> f32 {
     match outputs.bridge {
-        Bridge::Current(current) => current,
-        Bridge::Off | Bridge::Brake => f32::NAN,
+        BridgeDemand::Current(current) => current,
+        BridgeDemand::Off | BridgeDemand::Brake => f32::NAN,
     }
 }
 

@@ -5,7 +5,7 @@ use super::{code, turning};
 use std::f64::consts::TAU;
 use tautrack::bus::cia402::{CONTROL_START, State, controlword, mode, status};
 use tautrack::faults::Fault;
-use tautrack::node::axle::{ActiveLimit, Bridge};
+use tautrack::node::axle::{ActiveLimit, BridgeDemand};
 use tautrack::sensors::Switches;
 use tautrack::settings::Setting;
 
@@ -144,7 +144,7 @@ fn homing_keeps_its_own_current_and_speed() {
         // Pulled along half of the time: the loops then brake with no more current either.
         bench.load = if tick % 200 < 100 { 0.5 } else { -0.5 };
         match outputs.bridge {
-            Bridge::Current(current) => assert!(current.abs() <= 2.0, "{current} A"),
+            BridgeDemand::Current(current) => assert!(current.abs() <= 2.0, "{current} A"),
             bridge => panic!("{bridge:?}"),
         }
         assert!(

@@ -24,7 +24,7 @@ use bench::{Bench, state};
 use std::f64::consts::TAU;
 use tautrack::bus::cia402::{CONTROL_FAULT_RESET, State, controlword, mode};
 use tautrack::faults::Fault;
-use tautrack::node::axle::{ActiveLimit, Bridge, Outputs};
+use tautrack::node::axle::{ActiveLimit, BridgeDemand, Outputs};
 use tautrack::sensors::Switches;
 use tautrack::settings::Setting;
 
@@ -50,7 +50,7 @@ fn assert_holds(bench: &mut Bench, fault: Fault, within_ms: usize) {
     let held_at = bench.angle;
     bench.load = 5.0;
     let outputs = bench.run(2_000);
-    assert!(matches!(outputs.bridge, Bridge::Current(_)));
+    assert!(matches!(outputs.bridge, BridgeDemand::Current(_)));
     let moved = (bench.angle - held_at).abs();
     assert!(moved < 0.01, "gave way by {moved} rad");
 }
@@ -148,7 +148,7 @@ fn a_blocked_axle_lets_go_within_a_tenth_of_a_second_and_brakes() {
     let outputs = bench.run(200);
     assert_eq!(code(&outputs), Some(Fault::Blocked));
     assert_eq!(state(&outputs), Some(State::Fault));
-    assert_eq!(outputs.bridge, Bridge::Brake);
+    assert_eq!(outputs.bridge, BridgeDemand::Brake);
 }
 
 #[test]
@@ -158,7 +158,7 @@ fn a_current_that_is_no_number_ends_in_the_brake() {
         bench.current_reading = Some(reading);
         let outputs = bench.run(3);
         assert_eq!(code(&outputs), Some(Fault::InvalidReading));
-        assert_eq!(outputs.bridge, Bridge::Brake);
+        assert_eq!(outputs.bridge, BridgeDemand::Brake);
     }
 }
 
@@ -212,7 +212,7 @@ fn a_drive_holds_after_a_stop_with_the_hold_current_at_most() {
     bench.load = 12.0;
     let mut most = 0.0_f32;
     for _ in 0..200 {
-        if let Bridge::Current(current) = bench.tick().bridge {
+        if let BridgeDemand::Current(current) = bench.tick().bridge {
             most = most.max(current.abs());
         }
     }
@@ -288,7 +288,7 @@ fn an_over_current_opens_the_bridge_whatever_is_latched() {
     assert_eq!(code(&outputs), Some(Fault::GuardLost));
     bench.current_reading = Some(80.0);
     let outputs = bench.run(5);
-    assert_eq!(outputs.bridge, Bridge::Off);
+    assert_eq!(outputs.bridge, BridgeDemand::Off);
     assert!(outputs.faults.contains(Fault::GuardLost));
     assert!(outputs.faults.contains(Fault::OverCurrent));
     assert_eq!(code(&outputs), Some(Fault::OverCurrent));
@@ -303,7 +303,7 @@ fn a_latched_fault_keeps_the_drive_down_until_a_reset() {
     bench.command(controlword::DISABLE_VOLTAGE, mode::CYCLIC_VELOCITY, target);
     let outputs = bench.run(20);
     assert_eq!(state(&outputs), Some(State::SwitchOnDisabled));
-    assert_eq!(outputs.bridge, Bridge::Off);
+    assert_eq!(outputs.bridge, BridgeDemand::Off);
     let outputs = bench.enable(mode::CYCLIC_VELOCITY, target);
     assert_eq!(state(&outputs), Some(State::SwitchOnDisabled));
     bench.command(CONTROL_FAULT_RESET, mode::CYCLIC_VELOCITY, target);
@@ -333,7 +333,7 @@ fn a_reset_with_quick_stop_clears_the_fault_and_goes_on_holding() {
     let outputs = bench.run(200);
     assert_eq!(code(&outputs), None);
     assert_eq!(state(&outputs), Some(State::QuickStopActive));
-    assert!(matches!(outputs.bridge, Bridge::Current(_)));
+    assert!(matches!(outputs.bridge, BridgeDemand::Current(_)));
     // Enabled anew, it takes the load over without letting go.
     bench.command(controlword::ENABLE_OPERATION, mode::CYCLIC_VELOCITY, 0);
     let outputs = bench.run(200);

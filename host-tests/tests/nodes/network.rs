@@ -10,7 +10,7 @@ use tautrack::bus::pdo::{
     VelocitySetPoint, receive, transmit,
 };
 use tautrack::can::Frame;
-use tautrack::node::axle::{Axle, Bridge, Outputs, SetPoint};
+use tautrack::node::axle::{Axle, BridgeDemand, Outputs, SetPoint};
 use tautrack::node::guard::{Guard, Inputs, POSITION_SCALE, State};
 use tautrack::node::screw::Screw;
 use tautrack::robots::Body;
@@ -88,7 +88,7 @@ impl Drive {
     pub fn under_power(&self) -> bool {
         matches!(
             self.outputs.as_ref().map(|outputs| outputs.bridge),
-            Some(Bridge::Current(_))
+            Some(BridgeDemand::Current(_))
         )
     }
 

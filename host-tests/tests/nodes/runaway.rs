@@ -4,7 +4,7 @@ use super::bench::{Bench, state};
 use super::code;
 use tautrack::bus::cia402::{State, mode};
 use tautrack::faults::Fault;
-use tautrack::node::axle::Bridge;
+use tautrack::node::axle::BridgeDemand;
 use tautrack::settings::Setting;
 
 /// Fastest speed, and the time from the first motion until the bridge is off, ms.
@@ -16,7 +16,7 @@ fn runs_away(bench: &mut Bench) -> (f64, u64) {
         if bench.velocity.abs() > 0.01 && moving_since.is_none() {
             moving_since = Some(bench.now_us);
         }
-        if outputs.bridge == Bridge::Off
+        if outputs.bridge == BridgeDemand::Off
             && let Some(since) = moving_since
         {
             assert_eq!(state(&outputs), Some(State::Fault));

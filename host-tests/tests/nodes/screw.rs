@@ -7,7 +7,7 @@ use std::f64::consts::TAU;
 use tautrack::bus::cia402::{CONTROL_START, State, controlword, mode, status};
 use tautrack::bus::pdo::DriveMotion;
 use tautrack::faults::Fault;
-use tautrack::node::axle::{Bridge, Outputs};
+use tautrack::node::axle::{BridgeDemand, Outputs};
 use tautrack::node::screw::Screw;
 use tautrack::screw::Geometry;
 use tautrack::sensors::Switches;
@@ -117,7 +117,7 @@ fn screw_holds_when_the_joint_falls_silent() {
     let held_at = extension(&outputs);
     bench.load = 0.2;
     let outputs = bench.run(2_000);
-    assert!(matches!(outputs.bridge, Bridge::Current(_)));
+    assert!(matches!(outputs.bridge, BridgeDemand::Current(_)));
     let moved = (extension(&outputs) - held_at).abs();
     assert!(moved < 1e-4, "gave way by {moved} m");
 }

@@ -17,9 +17,9 @@ pub enum State {
     Fault,
 }
 
-/// Command in the low byte of the controlword (object 0x6040).
+/// DriveCommand in the low byte of the controlword (object 0x6040).
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub enum Command {
+pub enum DriveCommand {
     /// Towards "ready to switch on".
     Shutdown,
     /// Towards "switched on".
@@ -39,15 +39,15 @@ pub const CONTROL_FAULT_RESET: u16 = 1 << 7;
 
 /// Controlwords that give the commands.
 pub mod controlword {
-    /// [`super::Command::Shutdown`].
+    /// [`super::DriveCommand::Shutdown`].
     pub const SHUTDOWN: u16 = 0x06;
-    /// [`super::Command::SwitchOn`].
+    /// [`super::DriveCommand::SwitchOn`].
     pub const SWITCH_ON: u16 = 0x07;
-    /// [`super::Command::EnableOperation`].
+    /// [`super::DriveCommand::EnableOperation`].
     pub const ENABLE_OPERATION: u16 = 0x0f;
-    /// [`super::Command::DisableVoltage`].
+    /// [`super::DriveCommand::DisableVoltage`].
     pub const DISABLE_VOLTAGE: u16 = 0x00;
-    /// [`super::Command::QuickStop`].
+    /// [`super::DriveCommand::QuickStop`].
     pub const QUICK_STOP: u16 = 0x02;
 }
 
@@ -65,8 +65,8 @@ pub mod status {
     pub const REFERENCED: u16 = 1 << 14;
 }
 
-const TRANSITIONS: &[(State, Command, State)] = {
-    use Command::{DisableVoltage, EnableOperation, QuickStop, Shutdown, SwitchOn};
+const TRANSITIONS: &[(State, DriveCommand, State)] = {
+    use DriveCommand::{DisableVoltage, EnableOperation, QuickStop, Shutdown, SwitchOn};
     use State::{OperationEnabled, QuickStopActive, ReadyToSwitchOn, SwitchOnDisabled, SwitchedOn};
     &[
         (SwitchOnDisabled, Shutdown, ReadyToSwitchOn),
@@ -109,7 +109,7 @@ const AFTER: [[State; 5]; 6] = {
     after
 };
 
-impl Command {
+impl DriveCommand {
     /// The command that a controlword gives.
     pub fn from_controlword(word: u16) -> Self {
         BY_LOW_BITS[usize::from(word & 0x0f)]
@@ -117,16 +117,16 @@ impl Command {
 }
 
 /// Commands by the four low bits of the controlword, that is enable operation, quick stop, enable voltage, switch on.
-const BY_LOW_BITS: [Command; 16] = {
-    let mut commands = [Command::DisableVoltage; 16];
+const BY_LOW_BITS: [DriveCommand; 16] = {
+    let mut commands = [DriveCommand::DisableVoltage; 16];
     let mut word = 0;
     while word < commands.len() {
         commands[word] = match word {
-            word if word & 0x02 == 0 => Command::DisableVoltage,
-            word if word & 0x04 == 0 => Command::QuickStop,
-            word if word & 0x01 == 0 => Command::Shutdown,
-            0x07 => Command::SwitchOn,
-            _ => Command::EnableOperation,
+            word if word & 0x02 == 0 => DriveCommand::DisableVoltage,
+            word if word & 0x04 == 0 => DriveCommand::QuickStop,
+            word if word & 0x01 == 0 => DriveCommand::Shutdown,
+            0x07 => DriveCommand::SwitchOn,
+            _ => DriveCommand::EnableOperation,
         };
         word += 1;
     }
@@ -136,7 +136,7 @@ const BY_LOW_BITS: [Command; 16] = {
 impl State {
     #[must_use]
     /// The state after `command`; the same where the table has no such transition.
-    pub fn after(self, command: Command) -> Self {
+    pub fn after(self, command: DriveCommand) -> Self {
         AFTER[self as usize][command as usize]
     }
 
@@ -239,7 +239,7 @@ mod tests {
     #[test]
     fn disable_voltage_ends_every_state_but_fault() {
         for state in STATES {
-            let after = state.after(Command::from_controlword(controlword::DISABLE_VOLTAGE));
+            let after = state.after(DriveCommand::from_controlword(controlword::DISABLE_VOLTAGE));
             assert_eq!(
                 after,
                 if state == State::Fault {
@@ -255,7 +255,7 @@ mod tests {
     fn three_commands_lead_from_power_up_to_operation() {
         let mut state = State::SwitchOnDisabled;
         for _ in 0..3 {
-            state = state.after(Command::from_controlword(toward_operation(state)));
+            state = state.after(DriveCommand::from_controlword(toward_operation(state)));
         }
         assert_eq!(state, State::OperationEnabled);
     }

@@ -59,14 +59,14 @@ pub fn to_point_on_x<S: Scalar>(a: Vector<S>, length: S) -> Vector<S> {
 
 /// A frame: its axes and its origin in the coordinates of another one.
 #[derive(Clone, Copy, PartialEq, Debug)]
-pub struct Frame<S> {
+pub struct CoordinateFrame<S> {
     /// x, y and z axis: the columns of the rotation matrix.
     pub axes: [Vector<S>; 3],
     /// Origin.
     pub origin: Vector<S>,
 }
 
-impl<S: Scalar> Frame<S> {
+impl<S: Scalar> CoordinateFrame<S> {
     /// A direction given along the frame's axes, in the outer frame.
     #[inline]
     pub fn direction(&self, local: Vector<S>) -> Vector<S> {

@@ -4,7 +4,7 @@
 //! current limit, whose unit follows from the gain so that no digit is lost; [`Cascade`] converts from and to SI units.
 
 use super::UNITS_PER_RADIAN;
-use super::profile::SetPoint;
+use super::profile::Motion;
 use crate::math::cubic::mul_high_add;
 use crate::math::{Bound, saturate, to_i32};
 
@@ -129,7 +129,7 @@ impl Cascade {
 
     /// A set-point in the loops' units, with its velocity and acceleration to be fed forward.
     #[inline]
-    pub fn reference(&self, set_point: &SetPoint) -> Reference {
+    pub fn reference(&self, set_point: &Motion) -> Reference {
         Reference {
             position: set_point.position,
             velocity: self.rate(set_point.velocity),
@@ -228,7 +228,7 @@ mod tests {
     fn settle(load: f32, target: i64) -> (i64, f32, f32) {
         let (mut cascade, mut position, mut velocity, mut peak) =
             (Cascade::new(&GAINS), 0_i64, 0.0_f32, 0.0_f32);
-        let reference = cascade.reference(&SetPoint::at(target));
+        let reference = cascade.reference(&Motion::at(target));
         let bound = cascade.bound(10.0);
         for _ in 0..3_000 {
             let rate = cascade.rate(velocity);

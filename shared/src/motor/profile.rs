@@ -14,7 +14,7 @@ pub struct Limits {
 
 /// A set-point on its way: position in 2^-32 turn, velocity in rad/s, acceleration in rad/s^2.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct SetPoint {
+pub struct Motion {
     /// Position.
     pub position: i64,
     /// Velocity.
@@ -23,7 +23,7 @@ pub struct SetPoint {
     pub acceleration: f32,
 }
 
-impl SetPoint {
+impl Motion {
     /// At rest at `position`.
     pub fn at(position: i64) -> Self {
         Self {
@@ -95,7 +95,7 @@ mod tests {
     #[test]
     fn reaches_the_target_in_the_time_of_the_trapezoid_within_its_limits() {
         let target = from_radians(0.8);
-        let mut set_point = SetPoint::default();
+        let mut set_point = Motion::default();
         let mut steps = 0;
         while set_point.position != target {
             set_point.toward_position(target, LIMITS, 1e-3);
@@ -117,7 +117,7 @@ mod tests {
 
     #[test]
     fn turns_round_when_the_target_moves_behind() {
-        let mut set_point = SetPoint::default();
+        let mut set_point = Motion::default();
         for _ in 0..500 {
             set_point.toward_position(from_radians(1.0), LIMITS, 1e-3);
         }

@@ -8,7 +8,7 @@ use crate::bus::scale::Scale;
 use crate::constants::CONTROL_PERIOD;
 use crate::faults::Fault;
 use crate::math::to_i32;
-use crate::motor::profile::SetPoint as Motion;
+use crate::motor::profile::Motion;
 use crate::motor::{UNITS_PER_RADIAN, from_radians};
 use crate::screw::{Geometry, GeometryError, metres};
 use crate::settings::{Setting, Settings};

@@ -5,10 +5,10 @@
 use crate::bus::scale::{Position, Scale, Target};
 use crate::estimate::state::Joint;
 use crate::math::{limit, min, to_i16};
-use crate::motor::profile::{self, SetPoint};
+use crate::motor::profile::{self, Motion};
 use crate::settings::{Setting, Settings};
 use crate::stability::attitude::Attitude;
-use crate::stability::limits::Limits;
+use crate::stability::limits::MotionLimits;
 use crate::stability::step_behind::StepBehind;
 use crate::stability::support::Stance;
 use heapless::Vec;
@@ -44,7 +44,7 @@ pub fn drive_of(drives: &[DriveState], index: usize) -> DriveState {
 /// What a drive shall do.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub enum Goal {
-    /// Bridge off.
+    /// BridgeDemand off.
     Off,
     /// Ramp down and hold.
     Hold,
@@ -134,13 +134,13 @@ pub struct Allowed {
     /// Whether the posture may move on.
     pub posture: bool,
     /// Within which limits both.
-    pub limits: Limits,
+    pub limits: MotionLimits,
 }
 
 impl Allowed {
     /// Moves the speed of `motion` toward the share of `asked` (m/s) that passes, within the robot's `own` limits and the accelerations that
     /// are handed down. The guard's own stops know only the latter.
-    pub fn ramp(&self, motion: &mut SetPoint, asked: f32, own: profile::Limits, period: f32) {
+    pub fn ramp(&self, motion: &mut Motion, asked: f32, own: profile::Limits, period: f32) {
         let target = limit(asked, own.velocity) * self.share;
         let handed_down = if target > motion.velocity {
             self.limits.forward
@@ -312,19 +312,19 @@ mod tests {
             share,
             stop,
             posture: true,
-            limits: Limits {
+            limits: MotionLimits {
                 forward: 1.5,
                 backward: 1.5,
-                ..Limits::default()
+                ..MotionLimits::default()
             },
         };
         let own = profile::Limits {
             velocity: 0.5,
             acceleration: 0.4,
         };
-        let mut motion = SetPoint {
+        let mut motion = Motion {
             velocity: 0.4,
-            ..SetPoint::default()
+            ..Motion::default()
         };
         for _ in 0..25 {
             allowed.ramp(&mut motion, asked, own, 4e-3);

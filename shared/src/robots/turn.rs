@@ -108,7 +108,7 @@ impl Turn {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::stability::limits::Limits as Margins;
+    use crate::stability::limits::MotionLimits;
 
     const PERIOD: f32 = 4e-3;
 
@@ -117,7 +117,7 @@ mod tests {
             share,
             stop,
             posture: true,
-            limits: Margins {
+            limits: MotionLimits {
                 forward: 1.5,
                 backward: 1.5,
                 left: 0.4,

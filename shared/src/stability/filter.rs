@@ -30,7 +30,7 @@ pub(super) const SMALLEST_SHARE: f32 = 0.05;
 
 /// Motion over ground that is asked for or passed.
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
-pub struct Command {
+pub struct SpeedCommand {
     /// Forward speed, m/s.
     pub forward: f32,
     /// Yaw rate, counter-clockwise from above, rad/s.
@@ -105,7 +105,12 @@ fn leads_to(edge: Edge, forward: f32, pitch: f32) -> bool {
 /// A robot that turns drives forward with its outer side, half of its width from its middle. On a nose
 /// this lifts its front like driving forward. A lifted body keeps the band for its sway, as in
 /// [`posture`].
-pub fn drive(command: Command, pitch: f32, margins: &Margins, bounds: &Bounds) -> (f32, Verdict) {
+pub fn drive(
+    command: SpeedCommand,
+    pitch: f32,
+    margins: &Margins,
+    bounds: &Bounds,
+) -> (f32, Verdict) {
     let forward = command.forward;
     let [_, _, left, right] = margins.now;
     let outer = forward + 0.5 * (left + right) * command.yaw_rate.abs();
@@ -261,8 +266,8 @@ mod tests {
         lifted: false,
     };
 
-    fn along(forward: f32) -> Command {
-        Command {
+    fn along(forward: f32) -> SpeedCommand {
+        SpeedCommand {
             forward,
             yaw_rate: 0.0,
         }
@@ -621,7 +626,7 @@ mod tests {
     fn turning_nose_up_is_held_back_at_the_rear_edge_like_driving_forward() {
         let turning = |forward: f32, yaw_rate: f32, pitch: f32| {
             drive(
-                Command { forward, yaw_rate },
+                SpeedCommand { forward, yaw_rate },
                 pitch,
                 &standing(0.07),
                 &BOUNDS,

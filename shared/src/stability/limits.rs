@@ -1,4 +1,4 @@
-//! Limits that the margins hand down: how hard the robot may speed up, brake and turn, without the guard's own stop tipping it.
+//! MotionLimits that the margins hand down: how hard the robot may speed up, brake and turn, without the guard's own stop tipping it.
 
 use super::criterion::Evaluation;
 use super::parameters::Parameters;
@@ -10,7 +10,7 @@ pub const LEAST_SHARE: f32 = 0.25;
 
 /// Largest accelerations in each direction, m/s^2, and how fast the posture may change. Along, they go up to what the guard's own stops may use.
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
-pub struct Limits {
+pub struct MotionLimits {
     /// Forward: of a start ahead and of a stop from driving back.
     pub forward: f32,
     /// Backward: of a stop from driving ahead.
@@ -23,7 +23,7 @@ pub struct Limits {
     pub posture: f32,
 }
 
-impl Limits {
+impl MotionLimits {
     /// What the settings allow by themselves.
     pub fn unlimited(parameters: &Parameters) -> Self {
         let (along, across) = (parameters.braking, parameters.acceleration);
@@ -36,7 +36,7 @@ impl Limits {
         }
     }
 
-    /// Limits that leave each margin of the centre of gravity at least the trip margin: `a = g (m - m_trip) / h`, at most the configured
+    /// MotionLimits that leave each margin of the centre of gravity at least the trip margin: `a = g (m - m_trip) / h`, at most the configured
     /// braking along and acceleration across, at least [`LEAST_SHARE`] of the acceleration along and zero across.
     ///
     /// Margins of the centre of gravity, not those with the measured force: that already shows the acceleration which is to be limited.
@@ -115,7 +115,7 @@ mod tests {
     /// Braking at the limit moves the zero moment point of a mass at that height to the trip margin, by its definition.
     #[test]
     fn braking_at_the_limit_leaves_the_trip_margin() {
-        let limits = Limits::of(&standing(0.1, 0.3), &parameters());
+        let limits = MotionLimits::of(&standing(0.1, 0.3), &parameters());
         let shift = 0.3 * f64::from(limits.backward) / 9.80665;
         assert!((0.1 - shift - 0.01).abs() < 1e-5, "{limits:?}");
         assert_eq!(limits.forward, 4.0);
@@ -124,17 +124,17 @@ mod tests {
     #[test]
     fn at_the_edge_a_gentle_stop_is_left_and_no_turn() {
         let mut found = standing(0.0, 0.3);
-        assert_eq!(Limits::of(&found, &parameters()).backward, 1.0);
+        assert_eq!(MotionLimits::of(&found, &parameters()).backward, 1.0);
         // A left turn presses on the right.
         found.gravity[3] = 0.0;
-        let limits = Limits::of(&found, &parameters());
+        let limits = MotionLimits::of(&found, &parameters());
         assert_eq!(limits.yaw_rate(0.5, 0.3), 0.0);
         assert!(limits.yaw_rate(-0.5, 0.3) < 0.0);
     }
 
     #[test]
     fn margins_that_are_no_numbers_give_the_least() {
-        let limits = Limits::of(&standing(f32::NAN, 0.3), &parameters());
+        let limits = MotionLimits::of(&standing(f32::NAN, 0.3), &parameters());
         assert_eq!((limits.forward, limits.left), (1.0, 0.0));
         assert_eq!(limits.yaw_rate(f32::NAN, 0.3), 0.0);
     }

@@ -7,7 +7,7 @@
 //! way that it came.
 
 use super::bands::Band;
-use super::filter::Command;
+use super::filter::SpeedCommand;
 use super::parameters::Parameters;
 use super::support::Edge;
 use super::trust::{Reason, Trust};
@@ -53,7 +53,7 @@ pub struct Snapshot {
     /// The edge with the narrowest margin.
     pub edge: Edge,
     /// What was asked for.
-    pub asked: Command,
+    pub asked: SpeedCommand,
     /// Forward speed that was passed on, m/s.
     pub speed: f32,
     /// The newest reading of the sensors on the body.
@@ -103,12 +103,12 @@ pub enum Mode {
 
 impl Mode {
     /// The command that the filter gets to see. Never more than asked, but for [`Mode::BackingOff`], which is its own command.
-    pub fn admit(self, asked: Command, parameters: &Parameters) -> Command {
+    pub fn admit(self, asked: SpeedCommand, parameters: &Parameters) -> SpeedCommand {
         match self {
             Self::Open => asked,
-            Self::Tripped => Command::default(),
+            Self::Tripped => SpeedCommand::default(),
             Self::Overridden => crawl(asked, parameters),
-            Self::BackingOff(direction) => Command {
+            Self::BackingOff(direction) => SpeedCommand {
                 forward: limit(direction, 1.0) * parameters.crawl_speed,
                 yaw_rate: 0.0,
             },
@@ -117,8 +117,8 @@ impl Mode {
 }
 
 /// What is left of a command at crawl speed.
-pub fn crawl(asked: Command, parameters: &Parameters) -> Command {
-    Command {
+pub fn crawl(asked: SpeedCommand, parameters: &Parameters) -> SpeedCommand {
+    SpeedCommand {
         forward: limit(asked.forward, parameters.crawl_speed),
         yaw_rate: limit(asked.yaw_rate, CRAWL_YAW_RATE),
     }
@@ -266,7 +266,7 @@ mod tests {
         reset: false,
         ..RESET
     };
-    const ASKED: Command = Command {
+    const ASKED: SpeedCommand = SpeedCommand {
         forward: 0.13,
         yaw_rate: 0.3,
     };
@@ -351,12 +351,12 @@ mod tests {
         let mode = trip.update(&sight(0.005, Band::Stop), OVERRIDE, &parameters());
         assert_eq!(
             mode.admit(ASKED, &parameters()),
-            Command {
+            SpeedCommand {
                 forward: 0.05,
                 yaw_rate: 0.1
             }
         );
-        let small = Command {
+        let small = SpeedCommand {
             forward: -0.01,
             yaw_rate: 0.0,
         };
@@ -376,7 +376,7 @@ mod tests {
             assert_eq!(mode, Mode::BackingOff(-1.0));
             assert_eq!(
                 mode.admit(ASKED, &parameters),
-                Command {
+                SpeedCommand {
                     forward: -0.05,
                     yaw_rate: 0.0
                 }

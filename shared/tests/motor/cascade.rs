@@ -2,7 +2,7 @@
 
 use std::f64::consts::{PI, TAU};
 use tautrack::motor::cascade::{Cascade, Gains};
-use tautrack::motor::profile::SetPoint;
+use tautrack::motor::profile::Motion;
 
 const TURN: f64 = 4_294_967_296.0;
 
@@ -40,7 +40,7 @@ struct Double {
 
 impl Double {
     /// Current before its limit, A, and the integral that goes with it, for an error of position in rad.
-    fn asked(&self, error: f64, set_point: &SetPoint, velocity: f64) -> (f64, f64) {
+    fn asked(&self, error: f64, set_point: &Motion, velocity: f64) -> (f64, f64) {
         let value = |gain: f32| f64::from(gain);
         let limit = value(self.gains.velocity_limit);
         let wanted = f64::from(set_point.velocity) + value(self.gains.position) * error;
@@ -84,7 +84,7 @@ fn worst_difference(gains: &Gains, size: f64, calls: u32) -> f64 {
         let reach = 3.0 * speed / f64::from(gains.position);
         let position = (random.next() * 1e15) as i64;
         let difference = (random.next() * size * reach / TAU * TURN) as i64;
-        let set_point = SetPoint {
+        let set_point = Motion {
             position: position + difference,
             velocity: (random.next() * size * speed) as f32,
             acceleration: (random.next() * size * 100.0) as f32,
@@ -143,7 +143,7 @@ fn the_integral_does_not_drift_in_a_hundred_thousand_calls() {
 #[test]
 fn an_integral_that_was_let_grow_frees_itself_when_the_bound_shrinks() {
     let mut cascade = Cascade::new(&AXLES[0]);
-    let reference = cascade.reference(&SetPoint::at(0));
+    let reference = cascade.reference(&Motion::at(0));
     let (full, hold) = (cascade.bound(10.0), cascade.bound(1.0));
     for _ in 0..200 {
         cascade.position(&reference, -1 << 26, 0, full);

@@ -3,7 +3,7 @@
 use proptest::collection::vec;
 use proptest::prelude::*;
 use tautrack::bus::pdo::DriveMotion;
-use tautrack::node::axle::{Axle, Bridge, Inputs, Outputs, SetPoint};
+use tautrack::node::axle::{Axle, BridgeDemand, Inputs, Outputs, SetPoint};
 use tautrack::node::screw::{self, Screw};
 use tautrack::sensors::Switches;
 use tautrack::settings::{Setting, Settings};
@@ -62,8 +62,8 @@ prop_compose! {
 
 fn within_limit(outputs: &Outputs, limit: f32) -> bool {
     match outputs.bridge {
-        Bridge::Current(current) => current.abs() <= limit,
-        Bridge::Off | Bridge::Brake => true,
+        BridgeDemand::Current(current) => current.abs() <= limit,
+        BridgeDemand::Off | BridgeDemand::Brake => true,
     }
 }
 

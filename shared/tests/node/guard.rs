@@ -1,7 +1,7 @@
 //! The guard's tick among drives that follow every controlword at once.
 
 use tautrack::bus::cia402::{
-    CONTROL_FAULT_RESET, Command, State as DriveState, controlword, status,
+    CONTROL_FAULT_RESET, DriveCommand, State as DriveState, controlword, status,
 };
 use tautrack::bus::network::{Emergency, emergency, sync};
 use tautrack::bus::pdo::{
@@ -159,7 +159,7 @@ impl Bench {
         for (index, id) in DRIVES.into_iter().enumerate() {
             if let Some(word) = self.controlword(id) {
                 let state = &mut self.states[index];
-                *state = state.after(Command::from_controlword(word));
+                *state = state.after(DriveCommand::from_controlword(word));
             }
             let request = 0x600 + u16::from(id);
             if self.sent.iter().any(|frame| frame.id() == request) {

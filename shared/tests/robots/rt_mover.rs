@@ -4,7 +4,7 @@ use proptest::prelude::*;
 use tautrack::math::Scalar;
 use tautrack::robots::rt_mover::gait::{Event, Stage, TABLE, next};
 use tautrack::robots::rt_mover::lifting::{
-    ArmAngles, Body, SupportAxle, lift_step, steering_rate, support_axle,
+    ArmAngles, ProjectedBody, SupportAxle, lift_step, steering_rate, support_axle,
 };
 use tautrack::robots::rt_mover::parameters::{LENGTHS, Lengths, MASSES, Masses};
 use tautrack::robots::rt_mover::posture::{PostureControl, yielding};
@@ -353,7 +353,7 @@ fn degenerate_cases_stand_still() {
         heading_rate: 0.0,
         half_width: 0.3,
     };
-    let body = Body {
+    let body = ProjectedBody {
         length: 0.0,
         length_rate: 0.0,
         offset: 0.0,

@@ -19,7 +19,7 @@ use tautrack::robots::{
 use tautrack::sensors::BodySensors;
 use tautrack::settings::{Setting, Settings};
 use tautrack::stability::attitude::Attitude;
-use tautrack::stability::limits::Limits;
+use tautrack::stability::limits::MotionLimits;
 
 const PERIOD: f32 = 4e-3;
 const SPEED_LIMIT: f32 = 0.45;
@@ -41,7 +41,7 @@ fn free() -> Allowed {
         share: 1.0,
         stop: None,
         posture: true,
-        limits: Limits {
+        limits: MotionLimits {
             forward: 1.5,
             backward: 1.5,
             left: 100.0,

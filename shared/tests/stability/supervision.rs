@@ -7,9 +7,9 @@ use tautrack::stability::attitude::Attitude;
 use tautrack::stability::bands::{Band, Bands};
 use tautrack::stability::criterion::Criterion;
 use tautrack::stability::filter::{
-    Bounds, Command, Margins, Ramp, Tracker, drive, posture, within_speed,
+    Bounds, Margins, Ramp, SpeedCommand, Tracker, drive, posture, within_speed,
 };
-use tautrack::stability::limits::Limits;
+use tautrack::stability::limits::MotionLimits;
 use tautrack::stability::parameters::Parameters;
 use tautrack::stability::specific_force::SpecificForce;
 use tautrack::stability::stopping::{speed_limit, stopping_speed};
@@ -156,7 +156,7 @@ proptest! {
         let margins = Margins { now, rate, speed };
         let [towards, away] = ramps;
         let bounds = Bounds { towards, away, horizon, foresight, lifted };
-        let driven = drive(Command { forward, yaw_rate }, pitch, &margins, &bounds);
+        let driven = drive(SpeedCommand { forward, yaw_rate }, pitch, &margins, &bounds);
         for (share, _) in [driven, posture(pitch, &margins, ahead, &bounds)] {
             prop_assert!((0.0..=1.0).contains(&share), "{}", share);
         }
@@ -194,7 +194,7 @@ proptest! {
             let found = criterion.evaluate(stance, level, *forward, &parameters);
             watch.compare(level, !found.quick, *period);
             let margins = if matches!(watch.trust(), Trust::None(_)) { [f32::NAN; 4] } else { found.margins };
-            let limits = Limits::of(&found, &parameters);
+            let limits = MotionLimits::of(&found, &parameters);
             let (along, across) = (0.1 - 1e-6..=parameters.braking, -1e-6..=parameters.acceleration);
             prop_assert!(along.contains(&limits.forward) && along.contains(&limits.backward), "{:?}", limits);
             prop_assert!(across.contains(&limits.left) && across.contains(&limits.right), "{:?}", limits);
@@ -202,7 +202,7 @@ proptest! {
             if margins.iter().any(|margin| !margin.is_finite()) {
                 prop_assert!(band >= Band::Limit);
             }
-            let asked = Command { forward: *forward, yaw_rate: *yaw_rate };
+            let asked = SpeedCommand { forward: *forward, yaw_rate: *yaw_rate };
             let sight = Sight {
                 armed: *armed,
                 band,
@@ -231,7 +231,7 @@ proptest! {
                 let yaw_rate = limits.yaw_rate(admitted.yaw_rate, *forward);
                 prop_assert!(within(yaw_rate, asked.yaw_rate), "{:?} {}", asked, yaw_rate);
                 if emergency_stop {
-                    prop_assert_eq!(admitted, Command::default());
+                    prop_assert_eq!(admitted, SpeedCommand::default());
                 }
             }
         }

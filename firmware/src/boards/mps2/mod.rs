@@ -78,7 +78,7 @@ impl Pipe for Console {
 /// The bridge goes off first; here that is the simulated one, which ends with the emulator.
 #[panic_handler]
 fn panic(info: &PanicInfo) -> ! {
-    crate::current_loop::demand(crate::current_loop::Demand::Off);
+    crate::current_loop::demand(tautrack::node::axle::BridgeDemand::Off);
     if let Some(mut errors) = Stream::standard_error() {
         let _ = writeln!(errors, "{info}"); // nobody is left to tell
     }

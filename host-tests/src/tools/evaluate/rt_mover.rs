@@ -4,7 +4,7 @@ use super::input::{Input, matrix, number, numbers};
 use super::{EvaluateError, Functions};
 use serde_json::{Value, json};
 use tautrack::math::Scalar;
-use tautrack::robots::rt_mover::lifting::{self, ArmAngles, Body, SupportAxle};
+use tautrack::robots::rt_mover::lifting::{self, ArmAngles, ProjectedBody, SupportAxle};
 use tautrack::robots::rt_mover::parameters::{Lengths, MASSES};
 use tautrack::robots::rt_mover::projection::{Projection, stand};
 use tautrack::robots::rt_mover::wheel::Arm;
@@ -168,7 +168,7 @@ fn swing<S: Scalar>(_: &Input, case: &Input) -> Result<Value, EvaluateError> {
 
 /// From `Vx`, `Vy`, `B`, `Bdot`, `off`, `off_dot`, `th_sup`, `thsup_dot`, `A_r`: eq. 9 to 11.
 fn rear_wheels<S: Scalar>(_: &Input, case: &Input) -> Result<Value, EvaluateError> {
-    let body = Body {
+    let body = ProjectedBody {
         length: scalar(case, "B")?,
         length_rate: scalar(case, "Bdot")?,
         offset: scalar(case, "off")?,

@@ -93,7 +93,9 @@ pub fn files() -> Result<Vec<(PathBuf, String)>, ReferenceError> {
     let folder = root()?.join("firmware/dictionary");
     let mut roles = Vec::new();
     for (name, device_type) in dictionary::ROLES {
-        let Dictionary { config, meanings } = dictionary::load(&folder, name, device_type)
+        let Dictionary {
+            config, meanings, ..
+        } = dictionary::load(&folder, name, device_type)
             .map_err(|error| ReferenceError::Dictionary(name, error.to_string()))?;
         roles.push(Role {
             name,

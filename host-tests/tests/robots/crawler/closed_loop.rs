@@ -28,7 +28,7 @@ impl Controlled {
         };
         let configuration = Configuration {
             dimensions: model::DIMENSIONS,
-            body: model::BODY,
+            body: model::MASSES,
             ground: model::GROUND,
             compensates_slip,
             sprocket_limit: 20.0,

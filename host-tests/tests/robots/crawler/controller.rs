@@ -1,7 +1,7 @@
 //! The crawler's body controller by itself: what it must never do, and what it makes of slopes and measurements.
 
 use proptest::prelude::*;
-use tautrack::robots::crawler::parameters::{BODY, DIMENSIONS, GROUND};
+use tautrack::robots::crawler::parameters::{DIMENSIONS, GROUND, MASSES};
 use tautrack::robots::crawler::path::{PathFollower, Pose};
 use tautrack::robots::crawler::slip::SlipModel;
 use tautrack::robots::crawler::{BodyVelocity, Configuration, Controller, Observation, Shape};
@@ -12,7 +12,7 @@ const LIMIT: f32 = 20.0;
 fn controller(compensates_slip: bool) -> Controller {
     Controller::new(&Configuration {
         dimensions: DIMENSIONS,
-        body: BODY,
+        body: MASSES,
         ground: GROUND,
         compensates_slip,
         sprocket_limit: f64::from(LIMIT),
@@ -21,7 +21,7 @@ fn controller(compensates_slip: bool) -> Controller {
 }
 
 fn model() -> SlipModel {
-    SlipModel::new(&DIMENSIONS, &BODY, &GROUND).unwrap()
+    SlipModel::new(&DIMENSIONS, &MASSES, &GROUND).unwrap()
 }
 
 /// Any bits, ordinary values more often.
@@ -195,7 +195,7 @@ fn on_a_cross_slope_the_robot_is_known_to_drift_downhill() {
 
 #[test]
 fn a_load_moves_the_centre_of_gravity_and_the_edges_stay() {
-    let body = BODY.loaded(2.0, [0.03, -0.02, 0.25]);
+    let body = MASSES.loaded(2.0, [0.03, -0.02, 0.25]);
     let shape = Shape::new(&DIMENSIONS, &body).unwrap();
     let want = [0.06 / 7.0, -0.04 / 7.0, (5.0 * 0.045 + 0.5) / 7.0];
     for (got, want) in shape.cog.into_iter().zip(want) {
@@ -215,7 +215,7 @@ fn a_load_moves_the_centre_of_gravity_and_the_edges_stay() {
 /// The track under the load is pressed harder, so the ground bears the same force with less slip.
 #[test]
 fn the_track_that_carries_less_slips_more() {
-    let body = BODY.loaded(2.0, [0.0, 0.05, 0.05]);
+    let body = MASSES.loaded(2.0, [0.0, 0.05, 0.05]);
     let model = SlipModel::new(&DIMENSIONS, &body, &GROUND).unwrap();
     let [left, right] = model.predict(0.3, 0.0, false).forward;
     assert!(right > 1.05 * left, "{left} {right}");

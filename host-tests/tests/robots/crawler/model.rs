@@ -3,7 +3,7 @@
 use tautrack::math::exponential::{mean_decay, rise};
 use tautrack::robots::crawler::kinematics::{slip_from_grousers, track_point_velocity};
 use tautrack::robots::crawler::parameters::{
-    BODY, DIMENSIONS, GROUND, GROUSER_DEFORMATION, GROUSERS, Ground, SLOPE, SPEED,
+    DIMENSIONS, GROUND, GROUSER_DEFORMATION, GROUSERS, Ground, MASSES, SLOPE, SPEED,
 };
 use tautrack::robots::crawler::{BodyVelocity, Footprint, Kinematics, ParametersError, Soil};
 
@@ -328,7 +328,7 @@ fn assumed_soil_makes_the_robot_slip_as_the_paper_s_grousers_do() {
         width: DIMENSIONS.track_width,
         length: DIMENSIONS.contact_length,
     };
-    let weight = BODY.mass * 9.81;
+    let weight = MASSES.mass * 9.81;
     let pressure = 0.5 * weight * SLOPE.cos() / (footprint.width * footprint.length);
     let slip = soil
         .slip_for(&footprint, pressure, 0.0, 0.5 * weight * SLOPE.sin())

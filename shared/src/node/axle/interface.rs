@@ -30,7 +30,7 @@ pub struct Inputs {
 
 /// What the bridge shall do until the next tick.
 #[derive(Clone, Copy, PartialEq, Debug)]
-pub enum Bridge {
+pub enum BridgeDemand {
     /// All switches open: the motor turns freely.
     Off,
     /// Windings shorted: the motor resists.
@@ -43,7 +43,7 @@ pub enum Bridge {
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Outputs {
     /// Demand to the bridge; its current never exceeds the current limit.
-    pub bridge: Bridge,
+    pub bridge: BridgeDemand,
     /// Payload of TPDO 1.
     pub motion: DriveMotion,
     /// Payload of TPDO 2.

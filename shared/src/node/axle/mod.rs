@@ -18,16 +18,16 @@ mod set_points;
 mod setup;
 mod supervision;
 
-pub use interface::{ActiveLimit, Bridge, Inputs, Outputs};
+pub use interface::{ActiveLimit, BridgeDemand, Inputs, Outputs};
 pub use set_points::SetPoint;
 
 use super::supervisor::{Bounds, Supervisor};
-use crate::bus::cia402::{Command, State};
+use crate::bus::cia402::{DriveCommand, State};
 use crate::bus::scale::Scale;
 use crate::constants::CONTROL_PERIOD;
 use crate::faults::{Fault, Faults};
 use crate::motor::observer::Observer;
-use crate::motor::profile::SetPoint as Motion;
+use crate::motor::profile::Motion;
 use authority::Authority;
 use envelope::{Envelope, Envelopes};
 use homing::Homing;
@@ -60,8 +60,8 @@ pub struct Axle {
     state: State,
     mode: i8,
     controlword: u16,
-    /// Command of the newest controlword.
-    asked: Command,
+    /// DriveCommand of the newest controlword.
+    asked: DriveCommand,
     command: SetPoint,
     motion: Motion,
     offset: Offset,

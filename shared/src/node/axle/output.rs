@@ -1,7 +1,7 @@
 //! From a demand to the bridge and the messages of the node, behind the last limiter.
 
 use super::homing::Stage;
-use super::{ActiveLimit, Axle, Bridge, Inputs, Outputs};
+use super::{ActiveLimit, Axle, BridgeDemand, Inputs, Outputs};
 use crate::bus::cia402::{State, mode, status};
 use crate::bus::pdo::{DriveMotion, DriveStatus};
 use crate::faults::Reaction;
@@ -21,11 +21,11 @@ impl Axle {
         });
         self.demand = current;
         let bridge = match (demand, self.state) {
-            (Some(_), _) => Bridge::Current(current),
+            (Some(_), _) => BridgeDemand::Current(current),
             (None, State::Fault) if self.latch.faults().reaction() != Some(Reaction::Off) => {
-                Bridge::Brake
+                BridgeDemand::Brake
             }
-            (None, _) => Bridge::Off,
+            (None, _) => BridgeDemand::Off,
         };
         Outputs {
             bridge,

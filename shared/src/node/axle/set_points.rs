@@ -1,12 +1,12 @@
 //! From a set-point over the mode of operation to a current.
 
 use super::{ActiveLimit, Axle, Inputs};
-use crate::bus::cia402::{CONTROL_FAULT_RESET, CONTROL_START, Command, State, mode};
+use crate::bus::cia402::{CONTROL_FAULT_RESET, CONTROL_START, DriveCommand, State, mode};
 use crate::constants::CONTROL_PERIOD;
 use crate::faults::Fault;
 use crate::math::{Bound, limit};
 use crate::motor::cascade::Demand;
-use crate::motor::profile::SetPoint as Motion;
+use crate::motor::profile::Motion;
 use crate::motor::to_radians;
 use crate::sensors::Switches;
 
@@ -28,7 +28,7 @@ impl Axle {
             return;
         };
         let risen = set_point.controlword & !self.controlword;
-        let command = Command::from_controlword(set_point.controlword);
+        let command = DriveCommand::from_controlword(set_point.controlword);
         // A master that goes on commanding "enable" through a stop does not mean the axle to start
         // again by itself.
         let stale = command == self.asked;

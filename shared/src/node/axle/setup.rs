@@ -6,13 +6,13 @@ use super::homing::Homing;
 use super::latch::Latch;
 use super::offset::Offset;
 use super::{ActiveLimit, Axle, SetPoint};
-use crate::bus::cia402::{Command, State};
+use crate::bus::cia402::{DriveCommand, State};
 use crate::bus::scale::Scale;
 use crate::constants::CONTROL_PERIOD;
 use crate::faults::Faults;
 use crate::motor::from_radians;
 use crate::motor::observer::Observer;
-use crate::motor::profile::SetPoint as Motion;
+use crate::motor::profile::Motion;
 use crate::node::supervisor::{Bounds, Supervisor};
 use crate::settings::{Setting, Settings};
 
@@ -78,7 +78,7 @@ impl Axle {
             state: State::SwitchOnDisabled,
             mode: 0,
             controlword: 0,
-            asked: Command::DisableVoltage,
+            asked: DriveCommand::DisableVoltage,
             command: SetPoint {
                 controlword: 0,
                 mode: 0,

@@ -4,7 +4,7 @@ use super::homing::Stage;
 use super::{Axle, Inputs};
 use crate::bus::cia402::{State, mode};
 use crate::faults::{Fault, Faults, Reaction};
-use crate::motor::profile::SetPoint as Motion;
+use crate::motor::profile::Motion;
 use crate::node::supervisor::Readings;
 
 /// What a reset clears although homing has not been repeated yet.

@@ -12,8 +12,8 @@ use crate::settings::{Setting, Settings};
 use crate::stability::attitude::Attitude;
 use crate::stability::bands::{Band, Bands};
 use crate::stability::criterion::{Criterion, Evaluation, SpecificForce};
-use crate::stability::filter::{self, Command, Margins, Ramp, Tracker, Verdict};
-use crate::stability::limits::Limits;
+use crate::stability::filter::{self, Margins, Ramp, SpeedCommand, Tracker, Verdict};
+use crate::stability::limits::MotionLimits;
 use crate::stability::parameters::{Parameters, Refusal};
 use crate::stability::step_behind::StepBehind;
 use crate::stability::support::{Edge, NO_EDGE, Stance, narrowest};
@@ -53,7 +53,7 @@ pub(super) struct Supervision {
     found: Evaluation,
     stance: Stance,
     margins: Margins,
-    limits: Limits,
+    limits: MotionLimits,
     mode: Mode,
     /// What keeps the robot from moving at all.
     stop: Option<Stop>,
@@ -80,7 +80,7 @@ impl Supervision {
             found: Evaluation::default(),
             stance: Stance::default(),
             margins: Margins::default(),
-            limits: Limits::default(),
+            limits: MotionLimits::default(),
             mode: Mode::default(),
             stop: None,
         }
@@ -124,7 +124,7 @@ impl Supervision {
         self.margins = self
             .tracker
             .update(stance, &self.found, &kept, speed, period);
-        self.limits = Limits::of(&self.found, &self.parameters);
+        self.limits = MotionLimits::of(&self.found, &self.parameters);
         self.bands
             .update(&self.found.margins, period, &self.parameters);
     }
@@ -143,7 +143,7 @@ impl Supervision {
         moment: &Moment,
     ) -> (Asked<P>, Verdict) {
         let trust = self.trust;
-        let command = Command {
+        let command = SpeedCommand {
             forward: asked.forward,
             yaw_rate: asked.yaw_rate,
         };
@@ -172,7 +172,7 @@ impl Supervision {
             yaw_rate: 0.0,
             posture,
         };
-        let with = |command: Command, posture| Asked {
+        let with = |command: SpeedCommand, posture| Asked {
             forward: command.forward,
             yaw_rate: command.yaw_rate,
             posture,
@@ -257,7 +257,7 @@ impl Supervision {
             step_behind::within(judged, self.room(), 1.0 - wide)
         });
         bounds.lifted = self.lifted(pitch);
-        let command = Command {
+        let command = SpeedCommand {
             forward: asked.forward,
             yaw_rate: asked.yaw_rate,
         };
@@ -271,13 +271,13 @@ impl Supervision {
             share: 1.0,
             stop: self.stop,
             posture: self.stop.is_none(),
-            limits: Limits::unlimited(parameters),
+            limits: MotionLimits::unlimited(parameters),
         };
         if !self.filter_active {
             return (unhindered, Verdict::Passed);
         }
         if self.mode == Mode::Overridden {
-            let limits = Limits {
+            let limits = MotionLimits {
                 posture: OVERRIDE_POSTURE,
                 ..unhindered.limits
             };
@@ -293,7 +293,7 @@ impl Supervision {
             share,
             stop: self.stop,
             posture: posture_share > 0.0 && self.stop.is_none(),
-            limits: Limits {
+            limits: MotionLimits {
                 posture: posture_share,
                 ..self.limits
             },
@@ -385,8 +385,8 @@ pub struct Telemetry {
     pub tripped: bool,
     /// Trips since power-up.
     pub trips: u16,
-    /// Limits that the margins hand down.
-    pub limits: Limits,
+    /// MotionLimits that the margins hand down.
+    pub limits: MotionLimits,
     /// What was known at the last trip.
     pub snapshot: Option<Snapshot>,
     /// Why the robot is not armed.

@@ -5,7 +5,7 @@ use super::{FrontPart, Masses, Model};
 use crate::bus::scale::{Position, Scale, Target};
 use crate::estimate::state::Joint;
 use crate::math::{limit, to_i16};
-use crate::motor::profile::{Limits, SetPoint as Motion};
+use crate::motor::profile::{Limits, Motion};
 use crate::robots::body::{
     Ahead, Allowed, Asked, Body, DriveState, Goal, MAX_DRIVES, MAX_OFFSETS, Offset, Phase,
     PostureCommand, drive_of,

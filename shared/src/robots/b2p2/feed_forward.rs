@@ -5,7 +5,7 @@ use super::masses::Masses;
 use super::parameters::LENGTHS;
 use super::shape::AXLE_3_FROM_BODY_3;
 use crate::math::sin_cos;
-use crate::motor::profile::SetPoint as Motion;
+use crate::motor::profile::Motion;
 use crate::screw::{Geometry, metres};
 use crate::settings::Settings;
 use crate::stability::attitude::Attitude;

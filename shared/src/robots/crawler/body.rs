@@ -2,11 +2,11 @@
 
 use super::controller::{Configuration, Controller, Observation, STANDING};
 use super::kinematics::BodyVelocity;
-use super::parameters::{Body as Masses, Dimensions, Ground, ParametersError};
+use super::parameters::{Dimensions, Ground, Masses, ParametersError};
 use super::shape::Shape;
 use crate::bus::scale::{Position, Scale};
 use crate::math::Scalar;
-use crate::motor::profile::{Limits, SetPoint as Motion};
+use crate::motor::profile::{Limits, Motion};
 use crate::robots::body::{
     Ahead, Allowed, Asked, Body, DriveState, Goal, MAX_DRIVES, Phase, drive_of,
 };

@@ -1,7 +1,7 @@
 //! The crawler's body controller: odometry with slip, the path, and the speeds of the two sprockets.
 
 use super::kinematics::{BodyVelocity, Kinematics};
-use super::parameters::{Body, Dimensions, Ground, ParametersError, within};
+use super::parameters::{Dimensions, Ground, Masses, ParametersError, within};
 use super::path::{PathFollower, Pose, wrapped};
 use super::slip::{Slip, SlipModel};
 use crate::math::{Scalar, limit, max, min};
@@ -12,7 +12,7 @@ pub struct Configuration {
     /// Lengths and gear.
     pub dimensions: Dimensions,
     /// Masses, with the payload.
-    pub body: Body,
+    pub body: Masses,
     /// The soil that slip is computed from.
     pub ground: Ground,
     /// Make up for slip; else commands and odometry go without.
@@ -38,7 +38,7 @@ pub struct Observation {
 
 /// What the sprockets shall do.
 #[derive(Clone, Copy, PartialEq, Debug)]
-pub struct Command {
+pub struct SprocketCommand {
     /// Rates of left and right sprocket, rad/s.
     pub sprockets: [f32; 2],
     /// The configured soil does not bear the robot on this slope.
@@ -133,7 +133,7 @@ impl Controller {
 
     /// Sprocket rates that move the robot as `asked` along its path. Where one would be beyond its limit, both are taken back in
     /// proportion: slower, on the same path. What is asked for in no number is a stop.
-    pub fn command(&mut self, asked: BodyVelocity<f32>, period: f32) -> Command {
+    pub fn command(&mut self, asked: BodyVelocity<f32>, period: f32) -> SprocketCommand {
         let asked = if believable(asked.forward) && believable(asked.yaw_rate) {
             asked
         } else {
@@ -155,7 +155,7 @@ impl Controller {
         } else {
             self.sprocket_limit / fastest
         };
-        Command {
+        SprocketCommand {
             // Rounding must not carry the faster one beyond its limit.
             sprockets: drive
                 .sprockets

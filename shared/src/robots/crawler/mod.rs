@@ -18,7 +18,7 @@ pub mod slip;
 pub mod soil;
 
 pub use body::Crawler;
-pub use controller::{Command, Configuration, Controller, Observation};
+pub use controller::{Configuration, Controller, Observation, SprocketCommand};
 pub use kinematics::{BodyVelocity, Drive, Kinematics};
 pub use parameters::ParametersError;
 pub use shape::Shape;

@@ -76,7 +76,7 @@ pub const SPEED: f64 = 0.15;
 
 /// Mass of the robot and where it is.
 #[derive(Clone, Copy, PartialEq, Debug)]
-pub struct Body {
+pub struct Masses {
     /// Mass, kg.
     pub mass: f64,
     /// Centre of gravity from the middle between the runs on the ground: forward, left, up, m.
@@ -84,13 +84,13 @@ pub struct Body {
 }
 
 /// A compact robot with its batteries between the tracks. All assumed: the paper has no masses.
-pub const BODY: Body = Body {
+pub const MASSES: Masses = Masses {
     mass: 5.0,
     cog: [0.0, 0.0, 0.045],
 };
 
-impl Body {
-    /// The body with a load on it; its mass (kg) and place (as [`Body::cog`]).
+impl Masses {
+    /// The body with a load on it; its mass (kg) and place (as [`Masses::cog`]).
     #[must_use]
     pub fn loaded(&self, mass: f64, place: [f64; 3]) -> Self {
         let sum = self.mass + mass;
@@ -124,7 +124,7 @@ pub struct Ground {
     pub k2: f64,
 }
 
-/// Loose soil. Assumed, with `K1` such that [`BODY`] on the paper's slope slips as the paper's grousers do, by 0.110.
+/// Loose soil. Assumed, with `K1` such that [`MASSES`] on the paper's slope slips as the paper's grousers do, by 0.110.
 pub const GROUND: Ground = Ground {
     cohesion: 1_000.0,
     friction_angle: 25.0 * core::f64::consts::PI / 180.0,

@@ -1,6 +1,6 @@
 //! Where the robot's centre of gravity is, and the edges that it turns over.
 
-use super::parameters::{Body, Dimensions, ParametersError, within};
+use super::parameters::{Dimensions, Masses, ParametersError, within};
 
 /// Centre of gravity and the ends of the runs, from the middle between the runs: x forward, y left, z up, m.
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -16,7 +16,7 @@ impl Shape {
     ///
     /// # Errors
     /// The first value out of range: that of the body, contact length or track spacing outside 1 mm to 10 m.
-    pub fn new(dimensions: &Dimensions, body: &Body) -> Result<Self, ParametersError> {
+    pub fn new(dimensions: &Dimensions, body: &Masses) -> Result<Self, ParametersError> {
         const LENGTH: [f64; 2] = [1e-3, 10.0];
         let (_, cog) = body.checked()?;
         let front = 0.5 * within("contact length", dimensions.contact_length, LENGTH)? as f32;

@@ -1,6 +1,6 @@
 //! How much the tracks slip, from the slope and the configured soil, corrected slowly by what was measured.
 
-use super::parameters::{Body, Dimensions, Ground, ParametersError, within};
+use super::parameters::{Dimensions, Ground, Masses, ParametersError, within};
 use super::soil::{Footprint, Soil};
 use crate::math::{Scalar, clamp, limit, max, min};
 
@@ -82,7 +82,7 @@ impl SlipModel {
     /// The first value out of range: mass 10 g to 1 t, centre of gravity within 10 m, lengths 1 mm to 10 m, and those of [`Soil::new`].
     pub fn new(
         dimensions: &Dimensions,
-        body: &Body,
+        body: &Masses,
         ground: &Ground,
     ) -> Result<Self, ParametersError> {
         const LENGTH: [f64; 2] = [1e-3, 10.0];

@@ -1,7 +1,7 @@
 //! How the platform lies in the world.
 
 use crate::math::Scalar;
-use crate::math::vector::{Frame, Vector, zero};
+use crate::math::vector::{CoordinateFrame, Vector, zero};
 
 /// Below this square of its cosine the pitch is taken to be a quarter turn, and the roll to be none: they turn about the same line.
 const UPRIGHT: f64 = 1e-6;
@@ -13,7 +13,7 @@ pub struct Attitude<S> {
     pub(super) roll: (S, S),
     pub(super) pitch: (S, S),
     /// The platform's axes in the world: `R0P`; the origin is not used.
-    pub(super) frame: Frame<S>,
+    pub(super) frame: CoordinateFrame<S>,
 }
 
 /// What is up in the platform's axes, from sines and cosines of an inclination as [`crate::stability::attitude::Attitude`] gives it: roll about
@@ -60,7 +60,7 @@ impl<S: Scalar> Attitude<S> {
         Self {
             roll,
             pitch,
-            frame: Frame {
+            frame: CoordinateFrame {
                 axes: [
                     [cy * cp, sy * cp, -sp],
                     [cy * sp * sr - sy * cr, sy * sp * sr + cy * cr, cp * sr],

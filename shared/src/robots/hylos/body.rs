@@ -4,7 +4,7 @@ use super::parameters::{MARGIN_FLOOR, MARGIN_LIMIT, POTENTIAL_GAIN, STANCE_HEIGH
 use super::{Controller, LEGS, Parameters, Posture, Sensed, Wish, attitude, controller};
 use crate::bus::scale::{Position, Scale, Target};
 use crate::math::sin_cos;
-use crate::motor::profile::{Limits, SetPoint as Motion};
+use crate::motor::profile::{Limits, Motion};
 use crate::robots::body::{
     Ahead, Allowed, Asked, Body, DriveState, Goal, MAX_DRIVES, Phase, PostureCommand, drive_of,
     millimetres,

@@ -12,7 +12,7 @@ use super::wheel::{Shape, Wheel};
 use crate::bus::scale::{Position, Scale, Target};
 use crate::math::vector::Vector as Vector3;
 use crate::math::{limit, min};
-use crate::motor::profile::{Limits, SetPoint as Motion};
+use crate::motor::profile::{Limits, Motion};
 use crate::robots::body::{
     Ahead, Allowed, Asked, Body, DriveState, Goal, MAX_DRIVES, Phase, PostureCommand, drive_of,
     millimetres,

@@ -2,8 +2,8 @@
 
 use super::exact::exact;
 use super::lifting::{
-    ArmAngles, Body, SupportAxle, lift_step, steering_rate, support_axle, support_axle_as_printed,
-    swing,
+    ArmAngles, ProjectedBody, SupportAxle, lift_step, steering_rate, support_axle,
+    support_axle_as_printed, swing,
 };
 use super::parameters::Parameters;
 use super::projection::Projection;
@@ -65,7 +65,7 @@ impl<S: Scalar> Task<S> {
 
 /// What the motors shall do.
 #[derive(Clone, Copy, PartialEq, Debug)]
-pub struct Command<S> {
+pub struct MotorCommand<S> {
     /// Rates of the shafts, rad/s. The leg arm's are commands. Pitch and supporting roll are what posture control will find itself doing; the
     /// paper's laws do not know them.
     pub rates: Shape<S>,
@@ -75,7 +75,7 @@ pub struct Command<S> {
     pub turning: S,
 }
 
-impl<S: Scalar> Command<S> {
+impl<S: Scalar> MotorCommand<S> {
     /// Everything at rest.
     pub const STOPPED: Self = Self {
         rates: Shape::ZERO,
@@ -86,16 +86,16 @@ impl<S: Scalar> Command<S> {
 
 /// What `law` asks for in `situation` so that the lifted wheel does `task`; `period` is that of the control, s.
 ///
-/// Shapes out of any robot's reach, such as an arm along the body, get [`Command::STOPPED`] or a motion that stays finite.
+/// Shapes out of any robot's reach, such as an arm along the body, get [`MotorCommand::STOPPED`] or a motion that stays finite.
 pub fn command<S: Scalar>(
     parameters: &Parameters<S>,
     law: Law,
     situation: &Situation<S>,
     task: &Task<S>,
     period: S,
-) -> Command<S> {
+) -> MotorCommand<S> {
     if law == Law::Exact {
-        return exact(parameters, situation, task).unwrap_or(Command::STOPPED);
+        return exact(parameters, situation, task).unwrap_or(MotorCommand::STOPPED);
     }
     let lifted = situation.lifted;
     let (leg, sup) = (lifted.axle(), lifted.axle().other());
@@ -127,7 +127,7 @@ pub fn command<S: Scalar>(
     };
     let (own, base) = (middle_rate(leg), middle_rate(sup));
     let [offset, length] = frame.body(leg);
-    let body = Body {
+    let body = ProjectedBody {
         length,
         length_rate: own[1] - base[1],
         offset,
@@ -159,7 +159,7 @@ pub fn command<S: Scalar>(
     for (wheel, speed) in sup.wheels().into_iter().zip(moved.wheels) {
         wheels[wheel as usize] = speed;
     }
-    Command {
+    MotorCommand {
         rates,
         wheels,
         turning: moved.turning,

@@ -1,6 +1,6 @@
 //! What the paper's laws approximate, solved: rates at which the supporting wheels roll without slipping and the lifted one does as it is told.
 
-use super::command::{Command, Situation, Task};
+use super::command::{MotorCommand, Situation, Task};
 use super::parameters::Parameters;
 use super::wheel::{Arm, Axle, Shape, WHEELS, Wheel, WheelMotion};
 use crate::math::Scalar;
@@ -72,7 +72,7 @@ pub fn exact<S: Scalar>(
     parameters: &Parameters<S>,
     situation: &Situation<S>,
     task: &Task<S>,
-) -> Option<Command<S>> {
+) -> Option<MotorCommand<S>> {
     let (leg, lifted) = (situation.lifted.axle(), situation.lifted);
     let (sup, support) = (leg.other(), lifted.partner());
     let [left, right] = sup.wheels();
@@ -157,7 +157,7 @@ pub fn exact<S: Scalar>(
         ];
         wheels[wheel as usize & 3] = dot(body, [-sine, cosine]) + of(&motions, wheel).rolling;
     }
-    Some(Command {
+    Some(MotorCommand {
         rates,
         wheels,
         turning,

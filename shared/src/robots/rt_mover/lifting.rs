@@ -97,7 +97,7 @@ pub fn swing<S: Scalar>(half_width: S, phi: S, turning: S, support_left: bool) -
 
 /// The projected body between the supporting axle's middle `P_Q` and `P_P`, in body axes.
 #[derive(Clone, Copy, PartialEq, Debug)]
-pub struct Body<S> {
+pub struct ProjectedBody<S> {
     /// `P_P` from `P_Q` along the body, `B`, m; negative if the leg arm is the rear one.
     pub length: S,
     /// Its rate, m/s.
@@ -137,7 +137,7 @@ pub struct AxleMotion<S> {
 /// Nothing moves where the body has no length or the axle lies along it.
 pub fn support_axle<S: Scalar>(
     velocity: [S; 2],
-    body: &Body<S>,
+    body: &ProjectedBody<S>,
     axle: &SupportAxle<S>,
 ) -> AxleMotion<S> {
     let (sine, cosine) = axle.heading.sin_cos();
@@ -167,10 +167,10 @@ pub fn support_axle<S: Scalar>(
 /// Eq. 9 to 11 with the rate of `B` as printed and no sideways motion of `P_P`: for comparison.
 pub fn support_axle_as_printed<S: Scalar>(
     velocity: [S; 2],
-    body: &Body<S>,
+    body: &ProjectedBody<S>,
     axle: &SupportAxle<S>,
 ) -> AxleMotion<S> {
-    let rigid = Body {
+    let rigid = ProjectedBody {
         length_rate: S::ZERO,
         offset: S::ZERO,
         offset_rate: S::ZERO,

@@ -27,7 +27,7 @@ pub mod wheel;
 pub mod wheel_mode;
 
 pub use body::{RtMover, StepHeight};
-pub use command::{Command, Law, Situation, Task, command};
+pub use command::{Law, MotorCommand, Situation, Task, command};
 pub use parameters::{Parameters, ParametersError};
 pub use walk::Gait;
 pub use wheel::{Axle, Shape, Wheel};

@@ -2,7 +2,7 @@
 //!
 //! What follows what is [`super::gait::TABLE`]; what a stage does is one arm of `act`, when it is over one of `event`.
 
-use super::command::{Command, Law, Situation, Task, command};
+use super::command::{Law, MotorCommand, Situation, Task, command};
 use super::gait::{Event, ORDER, Stage, next};
 use super::parameters::Parameters;
 use super::posture::{PostureControl, yielding};
@@ -472,7 +472,7 @@ impl Gait {
     }
 
     /// All four wheels on the ground: drives and steers, the arms equally loaded.
-    fn drive(&self, situation: &Situation<f32>, inputs: &Inputs, level: f32) -> Command<f32> {
+    fn drive(&self, situation: &Situation<f32>, inputs: &Inputs, level: f32) -> MotorCommand<f32> {
         let (p, pace, shape) = (&self.parameters, &self.pace, &situation.shape);
         let share = clamp(inputs.share, 0.0, 1.0);
         let targets = self.steering(situation, inputs.asked);
@@ -512,7 +512,7 @@ impl Gait {
             let arm = Arm::new(p, shape, axle);
             wheels[wheel as usize] += arm.motion(p, &on_the_spot, axle, wheel).rolling;
         }
-        Command {
+        MotorCommand {
             rates,
             wheels,
             turning: straight.turning,

@@ -2,7 +2,7 @@
 
 use super::parameters::Parameters;
 use crate::math::Scalar;
-use crate::math::vector::{Frame, Vector, add, cross, dot, scale, sub};
+use crate::math::vector::{CoordinateFrame, Vector, add, cross, dot, scale, sub};
 
 /// A wheel; its number is its place in arrays.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -128,7 +128,7 @@ fn pitched<S: Scalar>([sine, cosine]: [S; 2], v: Vector<S>) -> Vector<S> {
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Arm<S> {
     /// Axes of the arm and the place that steering and roll turn about, in body-centred level axes.
-    pub frame: Frame<S>,
+    pub frame: CoordinateFrame<S>,
     /// Direction of the steering shaft, up.
     steering_axis: Vector<S>,
 }
@@ -142,7 +142,7 @@ impl<S: Scalar> Arm<S> {
         let (roll_sine, roll_cosine) = shape.roll[axle as usize].sin_cos();
         let half = axle.sign::<S>() * S::from_f64(0.5) * parameters.body_length;
         Self {
-            frame: Frame {
+            frame: CoordinateFrame {
                 axes: [
                     [
                         steer_cosine * roll_cosine,
@@ -182,11 +182,11 @@ impl<S: Scalar> Arm<S> {
     }
 
     /// Eq. 2 as a whole: the frame at the rim point that is below the hub when the wheel's angle is zero.
-    pub fn rim(&self, parameters: &Parameters<S>, wheel: Wheel, angle: S) -> Frame<S> {
+    pub fn rim(&self, parameters: &Parameters<S>, wheel: Wheel, angle: S) -> CoordinateFrame<S> {
         let (sine, cosine) = angle.sin_cos();
         let [x, y, z] = self.frame.axes;
         let up = sub(scale(cosine, z), scale(sine, y));
-        Frame {
+        CoordinateFrame {
             axes: [x, add(scale(cosine, y), scale(sine, z)), up],
             origin: sub(
                 self.hub(parameters, wheel),

@@ -2,7 +2,7 @@
 
 use tautrack::bus::cia402::{State, toward_operation};
 use tautrack::bus::pdo::DriveMotion;
-use tautrack::node::axle::{Axle, Bridge, Inputs, Outputs, SetPoint};
+use tautrack::node::axle::{Axle, BridgeDemand, Inputs, Outputs, SetPoint};
 use tautrack::node::screw::{self, Screw};
 use tautrack::sensors::Switches;
 use tautrack::settings::{Setting, Settings};
@@ -100,7 +100,7 @@ pub struct Generator {
     rotor: Rotor,
     angle: f64,
     velocity: f64,
-    bridge: Bridge,
+    bridge: BridgeDemand,
     current: Option<f32>,
     bus_voltage: f32,
     switches: Switches,
@@ -140,7 +140,7 @@ impl Generator {
             rotor: Rotor::Turns,
             angle: 0.0,
             velocity: 0.0,
-            bridge: Bridge::Off,
+            bridge: BridgeDemand::Off,
             current: None,
             bus_voltage: 24.0,
             switches: Switches::default(),
@@ -290,8 +290,8 @@ impl Generator {
         let glitch = self.random.once_in(200);
         let word = self.word();
         let commanded = match self.bridge {
-            Bridge::Current(current) => current,
-            Bridge::Off | Bridge::Brake => 0.0,
+            BridgeDemand::Current(current) => current,
+            BridgeDemand::Off | BridgeDemand::Brake => 0.0,
         };
         let inputs = Inputs {
             now_us: self.now_us,
@@ -341,9 +341,9 @@ impl Generator {
     /// 2.4 N m/A, with friction.
     fn turn(&mut self) {
         let torque = match self.bridge {
-            Bridge::Current(current) => 2.4 * f64::from(current),
-            Bridge::Off => 0.0,
-            Bridge::Brake => -9.6 * self.velocity.clamp(-3.0, 3.0),
+            BridgeDemand::Current(current) => 2.4 * f64::from(current),
+            BridgeDemand::Off => 0.0,
+            BridgeDemand::Brake => -9.6 * self.velocity.clamp(-3.0, 3.0),
         };
         match self.rotor {
             Rotor::Turns => self.velocity += (torque - 0.5 * self.velocity) / INERTIA * 1e-3,

@@ -2,7 +2,7 @@
 
 use tautrack::bus::cia402::State;
 use tautrack::faults::{ALL, Fault, Faults, Reaction};
-use tautrack::node::axle::{Bridge, Inputs, Outputs};
+use tautrack::node::axle::{BridgeDemand, Inputs, Outputs};
 
 const STATES: [State; 6] = [
     State::SwitchOnDisabled,
@@ -155,8 +155,8 @@ impl Oracle {
         self.faults = outputs.faults;
         self.bench = outputs.bench_mode;
         self.demand = match outputs.bridge {
-            Bridge::Current(current) => current,
-            Bridge::Off | Bridge::Brake => 0.0,
+            BridgeDemand::Current(current) => current,
+            BridgeDemand::Off | BridgeDemand::Brake => 0.0,
         };
         if let Some(set_point) = inputs.set_point {
             self.word = set_point.controlword;
@@ -223,10 +223,10 @@ impl Oracle {
         let faults = ALL.iter().filter(|fault| outputs.faults.contains(**fault));
         let reaction = faults.map(|fault| fault.description().reaction).max();
         let good = match (reaction, outputs.bridge) {
-            (Some(Reaction::Off), bridge) => bridge == Bridge::Off,
-            (Some(Reaction::Brake), bridge) => !matches!(bridge, Bridge::Current(_)),
-            (Some(Reaction::Hold), Bridge::Current(_)) => state == State::QuickStopActive,
-            (_, Bridge::Current(current)) => {
+            (Some(Reaction::Off), bridge) => bridge == BridgeDemand::Off,
+            (Some(Reaction::Brake), bridge) => !matches!(bridge, BridgeDemand::Current(_)),
+            (Some(Reaction::Hold), BridgeDemand::Current(_)) => state == State::QuickStopActive,
+            (_, BridgeDemand::Current(current)) => {
                 matches!(state, State::OperationEnabled | State::QuickStopActive)
                     && current.abs()
                         <= if outputs.bench_mode {
@@ -235,7 +235,7 @@ impl Oracle {
                             self.current_limit
                         }
             }
-            (_, Bridge::Off | Bridge::Brake) => true,
+            (_, BridgeDemand::Off | BridgeDemand::Brake) => true,
         };
         if !good {
             return Err(format!("{reaction:?} is not done in {state:?}"));

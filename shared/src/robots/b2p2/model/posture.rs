@@ -8,14 +8,14 @@
 use super::super::parameters::Parameters;
 use super::super::{JOINTS, Joints};
 use crate::math::Scalar;
-use crate::math::vector::{Frame, Vector, add, dot, scale, zero};
+use crate::math::vector::{CoordinateFrame, Vector, add, dot, scale, zero};
 
 /// The robot at one `q`.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Posture<'a, S> {
     pub(super) parameters: &'a Parameters<S>,
     /// R6 in R0: x forward along segment 1, y up, z to the right; the origin is the middle of axle 1.
-    pub(super) segment_1: Frame<S>,
+    pub(super) segment_1: CoordinateFrame<S>,
     /// Axes of joints 4 (z4) and 5 (z5) in R6.
     pub(super) yaw_axis: Vector<S>,
     pub(super) roll_axis: Vector<S>,
@@ -57,7 +57,7 @@ impl<'a, S: Scalar> Posture<'a, S> {
         let y6 = add(scale(c6, x5), scale(-s6, y4));
         Self {
             parameters,
-            segment_1: Frame {
+            segment_1: CoordinateFrame {
                 axes: [x6, y6, y5],
                 origin: [q2, q1, q3],
             },
@@ -72,10 +72,10 @@ impl<'a, S: Scalar> Posture<'a, S> {
     }
 
     /// Frames R1 to R8 in R0.
-    pub fn frames(&self) -> [Frame<S>; JOINTS] {
+    pub fn frames(&self) -> [CoordinateFrame<S>; JOINTS] {
         let (o, l) = (S::ZERO, S::ONE);
         let (q2, q1) = (self.segment_1.origin[0], self.segment_1.origin[1]);
-        let at = |x, y, z, origin| Frame {
+        let at = |x, y, z, origin| CoordinateFrame {
             axes: [x, y, z],
             origin,
         };
