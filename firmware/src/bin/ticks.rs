@@ -46,28 +46,37 @@ impl<T> Slot<T> {
 
 static AXLE: Slot<(Axle, axle::Inputs)> = Slot::new();
 static SCREW: Slot<(Screw, screw::Inputs)> = Slot::new();
-static B2P2: Slot<Guard<B2p2>> = Slot::new();
-static CRAWLER: Slot<Guard<Crawler>> = Slot::new();
-static RT_MOVER: Slot<Guard<RtMover>> = Slot::new();
-static HYLOS: Slot<Guard<Hylos>> = Slot::new();
 static HEARD: Slot<guard::Inputs<'static>> = Slot::new();
 static CURRENT: Slot<(f32, f32)> = Slot::new();
+
+macro_rules! guards {
+    ($($name:ident: $body:ty,)*) => {
+        $(static $name: Slot<Guard<$body>> = Slot::new();)*
+
+        /// Ticks the guard of every robot.
+        fn tick_guards(heard: &guard::Inputs<'_>) {
+            // SAFETY: the values are the starter's business; each slot is referred to once.
+            $(black_box(unsafe { $name.get() }.tick(heard));)*
+        }
+    };
+}
+
+guards! {
+    B2P2: B2p2,
+    CRAWLER: Crawler,
+    RT_MOVER: RtMover,
+    HYLOS: Hylos,
+}
 
 #[cortex_m_rt::entry]
 fn main() -> ! {
     // SAFETY: the values are the starter's business; each slot is referred to once.
     let (axle, screw, heard, current) =
         unsafe { (AXLE.get(), SCREW.get(), HEARD.get(), CURRENT.get()) };
-    // SAFETY: as above.
-    let (b2p2, crawler, rt_mover, hylos) =
-        unsafe { (B2P2.get(), CRAWLER.get(), RT_MOVER.get(), HYLOS.get()) };
     loop {
         black_box(axle.0.tick(&axle.1));
         black_box(screw.0.tick(&screw.1));
-        black_box(b2p2.tick(heard));
-        black_box(crawler.tick(heard));
-        black_box(rt_mover.tick(heard));
-        black_box(hylos.tick(heard));
+        tick_guards(heard);
         black_box(current_loop::pwm_period(current.0, current.1));
         black_box(current_loop::take_mean());
         current_loop::demand(black_box(BridgeDemand::Off));

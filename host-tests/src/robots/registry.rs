@@ -1,7 +1,8 @@
-//! The robots that there are: one line for each.
+//! The robots that there are: one line for each. A new one goes to the end, because the draws of
+//! `cargo demo --suite operators` depend on the place of a robot.
 
 use super::section::{Facts, Section};
-use super::{NodeName, b2p2, crawler, hylos, rt_mover};
+use super::{NodeName, b2p2};
 use crate::programs::{self, Board, BuildError, Programs};
 use clap::ValueEnum;
 use serde::{Deserialize, Serialize};
@@ -18,7 +19,7 @@ macro_rules! robots {
             /// What is known of it without a scenario.
             pub fn facts(self) -> &'static Facts {
                 match self {
-                    $(Self::$name => &$folder::FACTS,)*
+                    $(Self::$name => &super::$folder::FACTS,)*
                 }
             }
         }
@@ -27,7 +28,7 @@ macro_rules! robots {
         #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
         #[serde(rename_all = "snake_case")]
         pub enum Robot {
-            $($(#[$about])* $name($folder::section::$name),)*
+            $($(#[$about])* $name(super::$folder::section::$name),)*
         }
 
         impl Robot {

@@ -1,5 +1,6 @@
 //! The commands, what they read, and what they make.
 
+mod cart;
 mod cost;
 mod demo;
 mod docs;

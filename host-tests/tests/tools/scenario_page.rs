@@ -1,7 +1,10 @@
 //! docs/scenarios.md knows every key of a scenario file, its examples are good, and its bounds are those of the check.
 
+use clap::ValueEnum;
 use std::collections::BTreeSet;
+use std::path::Path;
 use tautrack_host_tests::programs::setup::checkout;
+use tautrack_host_tests::robots::Kind;
 use tautrack_host_tests::scenario::Scenario;
 use toml::{Table, Value};
 
@@ -137,6 +140,37 @@ fn every_key_that_the_parser_knows_has_a_row_and_an_example() {
             "{key} has no row"
         );
         assert!(shown.contains(key), "{key} has no example");
+    }
+}
+
+/// The section of every robot, in the robot's own scenario.
+#[test]
+fn every_key_of_every_robot_has_a_row() {
+    let documented = documented();
+    let scenarios = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios");
+    for kind in Kind::value_variants() {
+        let file = scenarios.join(kind.facts().scenario_file);
+        let mut scenario: Table = std::fs::read_to_string(file)
+            .expect("its scenario")
+            .parse()
+            .expect("TOML");
+        let robots = scenario["robot"].as_table_mut().expect("a robot");
+        let (name, section) = robots.iter_mut().next().expect("its section");
+        let name = name.clone();
+        let section = section.as_table_mut().expect("a table");
+        section.insert("nonsense".into(), Value::Integer(1));
+        let refusal = Scenario::parse(&scenario.to_string(), "example")
+            .expect_err("the key was taken")
+            .to_string();
+        let keys = refusal
+            .split('`')
+            .skip_while(|text| !text.contains("expected"));
+        let keys: Vec<_> = keys.skip(1).step_by(2).collect();
+        assert!(!keys.is_empty(), "{refusal}");
+        assert!(in_a_heading(&format!("[robot.{name}]")), "{name}");
+        for key in keys {
+            assert!(documented.contains(key), "{key} of {name} has no row");
+        }
     }
 }
 

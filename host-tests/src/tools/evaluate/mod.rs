@@ -42,8 +42,8 @@ type Function = fn(&Input, &Input) -> Result<Value, EvaluateError>;
 type Functions = Vec<(&'static str, Function)>;
 
 /// Functions of each group.
-fn groups<S: Scalar>() -> [(&'static str, Functions); 8] {
-    [
+fn groups<S: Scalar>() -> Vec<(&'static str, Functions)> {
+    vec![
         ("b2p2_screw", b2p2_screw::functions::<S>()),
         ("b2p2_fk_com", b2p2_fk_com::functions::<S>()),
         ("b2p2_dynamics", b2p2_dynamics::functions::<S>()),

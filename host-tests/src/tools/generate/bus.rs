@@ -152,16 +152,8 @@ fn sync_period_us(nodes: &[NodeSpec]) -> u64 {
 
 /// Whether a drive is told rates; others are told positions.
 fn is_told_rates(kind: Kind, name: NodeName) -> bool {
-    kind == Kind::RtMover
-        || matches!(
-            name,
-            NodeName::LEFT_TRACK
-                | NodeName::RIGHT_TRACK
-                | NodeName::FRONT_LEFT_WHEEL
-                | NodeName::FRONT_RIGHT_WHEEL
-                | NodeName::REAR_LEFT_WHEEL
-                | NodeName::REAR_RIGHT_WHEEL
-        )
+    let ends = ["_track", "_wheel"];
+    kind == Kind::RtMover || ends.iter().any(|end| name.as_str().ends_with(end))
 }
 
 fn cyclic(roles: &[Role], kind: Kind, nodes: &[NodeSpec]) -> Vec<Cyclic> {

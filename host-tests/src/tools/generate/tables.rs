@@ -32,7 +32,7 @@ pub fn faults() -> String {
 }
 
 /// Groups of settings: the last key of each, and who reads them.
-const GROUPS: [(u16, &str); 9] = [
+const GROUPS: &[(u16, &str)] = &[
     (0x000f, "Every node"),
     (0x002f, "The motor and its axle: axle and screw"),
     (0x003f, "The belt and its screw: screw and guard"),
@@ -48,7 +48,7 @@ const GROUPS: [(u16, &str); 9] = [
 pub fn settings() -> String {
     let mut text = String::new();
     let mut first = 0;
-    for (last, title) in GROUPS {
+    for &(last, title) in GROUPS {
         let _ = write!(
             text,
             "### {title}\n\n| Key | Name | Unit | From | To | Default | Meaning |\n|---|---|---|---|---|---|---|\n"

@@ -1,0 +1,10 @@
+//! Node program of the role `guard`, for the cart.
+#![cfg_attr(target_os = "none", no_std, no_main)]
+
+use tautrack_firmware::boards::{Board, Selected};
+use tautrack_firmware::roles::guard;
+
+#[cfg_attr(target_os = "none", cortex_m_rt::entry)]
+fn main() -> ! {
+    Selected::run(&guard::CART)
+}

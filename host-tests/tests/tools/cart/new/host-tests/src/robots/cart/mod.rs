@@ -1,0 +1,22 @@
+//! The cart in the simulator: its section of a scenario, its nodes, its plant.
+
+pub mod nodes;
+pub mod plant;
+pub mod section;
+
+use super::section::Facts;
+use tautrack::robots::Body;
+use tautrack::robots::cart::Cart;
+
+/// What is known of the cart without a scenario.
+pub const FACTS: Facts = Facts {
+    name: "cart",
+    nodes: &nodes::NODES,
+    guard_program: "guard_cart",
+    scenario_file: "cart/flat.toml",
+    stages: Cart::STAGES,
+    headlines: &["left_wheel_radps", "right_wheel_radps"],
+    stands_on_wheels: false,
+    plots_note: "Rates of the wheels, from the truth.",
+    origin: "All measures and masses are assumed: nobody has built this cart.",
+};

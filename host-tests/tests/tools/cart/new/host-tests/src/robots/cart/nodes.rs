@@ -1,0 +1,96 @@
+//! The cart's nodes: two axles and the guard.
+
+use super::section::Cart;
+use crate::robots::section::SENSORS;
+use crate::robots::{Conditions, NodeName, NodeSpec, Role};
+use tautrack::link::MotorModel;
+use tautrack::robots::cart::parameters::CART;
+use tautrack::settings::Setting;
+
+/// The nodes in the order of the plant's motors, and the guard.
+pub const NODES: [(NodeName, u8); 3] = [
+    (NodeName::new("left_wheel"), 2),
+    (NodeName::new("right_wheel"), 3),
+    (NodeName::GUARD, 1),
+];
+
+/// What each is told and moves.
+pub fn nodes(robot: &Cart, conditions: &Conditions) -> Vec<NodeSpec> {
+    NODES
+        .into_iter()
+        .map(|(name, id)| {
+            let is_guard = name == NodeName::GUARD;
+            NodeSpec {
+                name,
+                role: if is_guard { Role::Guard } else { Role::Axle },
+                id,
+                settings: if is_guard {
+                    guard(robot, conditions.guard)
+                } else {
+                    axle(robot)
+                },
+                motor: (!is_guard).then_some(MOTOR),
+            }
+        })
+        .collect()
+}
+
+fn milli(value: f64) -> i32 {
+    (value * 1e3).round() as i32
+}
+
+fn micro(metres: f64) -> i32 {
+    milli(metres * 1e3)
+}
+
+/// J = 0.016 (rotor) + 0.027 (half of the cart) kg m^2, T = 1.6 N m/A, w = 150 rad/s. Curves ask
+/// a wheel for more acceleration than the cart: twice.
+fn axle(robot: &Cart) -> Vec<(Setting, i32)> {
+    let acceleration = 2.0 * robot.acceleration_mps2 / CART.wheel_radius;
+    vec![
+        (Setting::GearRatio, 40_000),
+        (Setting::VelocityLimit, 10_000),
+        (Setting::AccelerationLimit, milli(acceleration)),
+        (Setting::VelocityGain, 4_000),
+        (Setting::PositionBits, 16),
+    ]
+}
+
+fn guard(robot: &Cart, filters: bool) -> Vec<(Setting, i32)> {
+    let [behind, up] = CART.cog(robot.mast_m);
+    let mut values = vec![
+        (Setting::FilterActive, i32::from(filters)),
+        (Setting::PulleyRadius, micro(CART.wheel_radius)),
+        (Setting::TrackGauge, micro(CART.gauge)),
+        (Setting::RobotMass, milli(CART.mass())),
+        (Setting::CogHeight, micro(up)),
+        (Setting::CasterDistance, micro(CART.caster)),
+        (Setting::CogBehind, micro(behind)),
+        (Setting::DriveAcceleration, micro(robot.acceleration_mps2)),
+    ];
+    values.extend_from_slice(LEVELS);
+    values.extend_from_slice(SENSORS);
+    values
+}
+
+/// Margins of a cart whose centre of gravity is 88 mm behind the axle.
+const LEVELS: &[(Setting, i32)] = &[
+    (Setting::CautionMargin, 40_000),
+    (Setting::StopMargin, 12_000),
+    (Setting::TripMargin, 4_000),
+    (Setting::BandHysteresis, 2_000),
+];
+
+/// B2P2's motor behind another gear.
+const MOTOR: MotorModel = MotorModel {
+    resistance: 0.6,
+    inductance: 0.3e-3,
+    torque_constant: 0.04,
+    rotor_inertia: 1e-5,
+    gear_ratio: 40.0,
+    friction_torque: 0.1,
+    brake_torque: 0.0,
+    encoder_counts: 4_096,
+    current_noise: 0.02,
+    current_quantum: 0.01,
+};

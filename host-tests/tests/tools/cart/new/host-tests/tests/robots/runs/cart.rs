@@ -1,0 +1,28 @@
+//! The cart's nodes on its plant: it arrives, and a stop that turns it over.
+
+use super::{ends_in_the_same_bits, outcome, scenario};
+use tautrack_host_tests::programs::Board;
+
+#[test]
+fn the_cart_arrives() {
+    let (summary, _) = outcome(&scenario("cart/flat", |_| {}), Board::Native);
+    assert!(summary.expectation_met, "{summary}");
+    assert!((summary.driven_m - 3.0).abs() < 0.03, "{summary}");
+}
+
+#[test]
+fn emulated_and_native_nodes_end_in_the_same_bits() {
+    ends_in_the_same_bits("cart/flat");
+}
+
+#[test]
+fn the_guard_holds_what_turns_over_without_it() {
+    let [with, without] = [true, false].map(|guard| {
+        let changed = scenario("cart/hazards/hard-stop-downhill", |description| {
+            description.guard = guard;
+        });
+        outcome(&changed, Board::Native).0
+    });
+    assert!(without.toppled, "{without}");
+    assert!(!with.toppled && with.guard.interventions > 0, "{with}");
+}

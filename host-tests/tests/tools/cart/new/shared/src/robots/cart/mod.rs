@@ -1,0 +1,11 @@
+//! The cart: two driven wheels on one axle, a caster behind it, and a mast that carries a load.
+//!
+//! [`parameters`]: measures and masses. [`model`]: rates of the wheels, and how the cart stands.
+//! [`body`]: what the guard drives. The origin is on the ground below the middle of the axle;
+//! x forward, y left, z up.
+
+pub mod body;
+pub mod model;
+pub mod parameters;
+
+pub use body::Cart;
