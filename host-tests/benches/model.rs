@@ -6,12 +6,12 @@ use std::hint::black_box;
 use tautrack::math::sin_cos;
 use tautrack::robots::b2p2::shape::AXLE_3_FROM_BODY_3;
 use tautrack::robots::b2p2::{Masses, Model, Parameters, Posture};
-use tautrack::robots::hylos;
 use tautrack::robots::hylos::controller::stance;
+use tautrack::robots::hylos::{self, Potential};
 use tautrack::screw::Geometry;
 use tautrack::settings::Settings;
 use tautrack::stability::support::margins;
-use tautrack::stability::tipover::{Edges, Potential, angles};
+use tautrack::stability::tipover::{Edges, angles};
 use tautrack::stability::zmp::{Plane, Wrench, zero_moment_point};
 use tautrack::units::Angle;
 

@@ -4,8 +4,7 @@ use super::counter::Table;
 use super::inputs::Random;
 use core::hint::black_box;
 use tautrack::robots::hylos::controller::stance;
-use tautrack::robots::hylos::{Controller, Parameters, Sensed, Wish};
-use tautrack::stability::tipover::Potential;
+use tautrack::robots::hylos::{Controller, Parameters, Potential, Sensed, Wish};
 
 struct State {
     controller: Controller<f32>,

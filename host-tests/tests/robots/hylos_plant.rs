@@ -7,8 +7,7 @@ use tautrack::link::Shaft;
 use tautrack::robots::hylos::parameters::{
     MARGIN_FLOOR, MARGIN_LIMIT, POTENTIAL_GAIN, STANCE_HEIGHT,
 };
-use tautrack::robots::hylos::{Assessment, Controller, LEGS, Parameters, Sensed, Wish};
-use tautrack::stability::tipover::Potential;
+use tautrack::robots::hylos::{Assessment, Controller, LEGS, Parameters, Potential, Sensed, Wish};
 use tautrack_host_tests::robots::hylos::plant::{Hillside, Hylos, HylosParameters, MOTORS};
 use tautrack_host_tests::world::Plant;
 

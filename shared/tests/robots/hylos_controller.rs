@@ -10,9 +10,8 @@ use tautrack::robots::hylos::parameters::{
     STEERING_RANGE,
 };
 use tautrack::robots::hylos::{
-    Attitude, Controller, LEGS, Legs, Parameters, Posture, Sensed, Wish,
+    Attitude, Controller, LEGS, Legs, Parameters, Posture, Potential, Sensed, Wish,
 };
-use tautrack::stability::tipover::Potential;
 
 /// The controller on a plane, its legs ideal: the platform stands where the mean plane of its wheels puts it.
 struct OnPlane<S> {

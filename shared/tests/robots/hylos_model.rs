@@ -7,8 +7,10 @@ use tautrack::robots::hylos::controller::stance;
 use tautrack::robots::hylos::parameters::{
     MARGIN_FLOOR, MARGIN_LIMIT, POTENTIAL_GAIN, STANCE_HEIGHT,
 };
-use tautrack::robots::hylos::{Attitude, Form, LEGS, Legs, Parameters, Posture, Pull, Trajectory};
-use tautrack::stability::tipover::{Potential, margin};
+use tautrack::robots::hylos::{
+    Attitude, Form, LEGS, Legs, Parameters, Posture, Potential, Pull, Trajectory,
+};
+use tautrack::stability::tipover::margin;
 
 const AT_REST: Trajectory<f64> = Trajectory {
     velocity: [0.0; 2],

@@ -6,6 +6,7 @@ mod b2p2_zmp;
 mod counted;
 mod hylos_controller;
 mod hylos_model;
+mod hylos_potential;
 #[path = "../support/random.rs"]
 mod random;
 mod rt_mover;

@@ -6,8 +6,8 @@ use super::{EvaluateError, Functions};
 use serde_json::{Value, json};
 use tautrack::math::Scalar;
 use tautrack::math::vector::add;
-use tautrack::robots::hylos::{LEGS, Pull};
-use tautrack::stability::tipover::{Potential, angles, margin};
+use tautrack::robots::hylos::{LEGS, Potential, Pull};
+use tautrack::stability::tipover::{angles, margin};
 
 pub fn functions<S: Scalar>() -> Functions {
     vec![

@@ -1,7 +1,10 @@
 //! Hylos under the guard: what the bus shows of sixteen drives, what the operator's command becomes, and the set-points that follow from it.
 
 use super::parameters::{MARGIN_FLOOR, MARGIN_LIMIT, POTENTIAL_GAIN, STANCE_HEIGHT};
-use super::{Controller, LEGS, Parameters, Posture, Sensed, Wish, attitude, controller};
+use super::{
+    Controller, LEGS, Parameters, Posture, Potential, PotentialError, Sensed, Wish, attitude,
+    controller,
+};
 use crate::bus::scale::{Position, Scale, Target};
 use crate::math::sin_cos;
 use crate::motor::profile::{Limits, Motion};
@@ -14,7 +17,6 @@ use crate::robots::turn::Turn;
 use crate::settings::{Setting, Settings};
 use crate::stability::attitude::Attitude;
 use crate::stability::support::Stance;
-use crate::stability::tipover::{Potential, PotentialError};
 use heapless::Vec;
 
 /// Motors of a leg, in the order of their nodes; the legs count front left, front right, rear left, rear right.

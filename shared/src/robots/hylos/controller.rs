@@ -8,10 +8,10 @@
 use super::least_squares::LeastSquares;
 use super::parameters::{HIP_RANGE, KNEE_RANGE, MARGIN_LIMIT, STANCE_REACH, STEERING_RANGE};
 use super::velocity::steering_rate;
-use super::{Attitude, Form, LEGS, Legs, Parameters, Posture, Pull, Trajectory};
+use super::{Attitude, Form, LEGS, Legs, Parameters, Posture, Potential, Pull, Trajectory};
 use crate::math::Scalar;
 use crate::math::vector::{Vector, cross, dot, scale, sub, zero};
-use crate::stability::tipover::{Potential, margin};
+use crate::stability::tipover::margin;
 
 /// Most that a hip or knee turns, rad/s. Assumed.
 pub const LEG_RATE: f64 = 0.8;

@@ -2,8 +2,8 @@
 //! on a dynamic stability margin): four legs of two joints, each with a steered and driven wheel.
 //!
 //! [`parameters`]: measures, all of the assumptions. [`attitude`]: how the platform lies.
-//! [`posture`]: wheels and contacts, the velocity model (eq. 6 to 12). [`stability`]: tip-over angles
-//! and the gradient of their potential. [`velocity`]: the decoupled control (eq. 13 to 22).
+//! [`posture`]: wheels and contacts, the velocity model (eq. 6 to 12). [`potential`] of the tip-over
+//! angles, and [`stability`]: its gradient. [`velocity`]: the decoupled control (eq. 13 to 22).
 //! [`controller`]: from the operator's wish to sixteen set-points. All of these are generic over
 //! [`crate::math::Scalar`]. [`body`]: what the guard drives.
 //!
@@ -15,6 +15,7 @@ pub mod controller;
 mod least_squares;
 pub mod parameters;
 pub mod posture;
+pub mod potential;
 pub mod stability;
 pub mod velocity;
 
@@ -23,6 +24,7 @@ pub use body::{Clearance, Hylos};
 pub use controller::{Assessment, Controller, Sensed, SetPoints, Wish};
 pub use parameters::{Measures, Parameters, ParametersError};
 pub use posture::{Posture, Wheel};
+pub use potential::{Potential, PotentialError};
 pub use stability::{Gradient, Pull};
 pub use velocity::{Form, Motion, Trajectory};
 

@@ -2,10 +2,10 @@
 
 use super::least_squares::LeastSquares;
 use super::posture::Posture;
-use super::{LEGS, Legs};
+use super::{LEGS, Legs, Potential};
 use crate::math::Scalar;
 use crate::math::vector::{Vector, add, cross, dot, scale, sub, zero};
-use crate::stability::tipover::{Potential, angles};
+use crate::stability::tipover::angles;
 
 /// Wheels counter-clockwise from above, from the rear right one. Tip-over axis `k` runs from `AROUND[k]` to the next.
 pub const AROUND: [usize; LEGS] = [3, 1, 0, 2];

@@ -3,10 +3,10 @@
 use super::{Hylos, robot};
 use crate::world::physics::GRAVITY;
 use rapier3d_f64::math::Vector;
-use tautrack::robots::hylos::LEGS;
 use tautrack::robots::hylos::parameters::{MARGIN_FLOOR, MARGIN_LIMIT, POTENTIAL_GAIN};
 use tautrack::robots::hylos::stability::AROUND;
-use tautrack::stability::tipover::{Potential, angles, margin};
+use tautrack::robots::hylos::{LEGS, Potential};
+use tautrack::stability::tipover::{angles, margin};
 
 /// How long a wheel that carried force counts as standing, steps: single contacts flicker.
 const WINDOW: u64 = 50;
