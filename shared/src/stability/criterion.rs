@@ -17,8 +17,6 @@ use super::support::Stance;
 use crate::math::vector::Vector;
 use crate::math::{max, root_of_sum};
 
-pub use super::specific_force::SpecificForce;
-
 /// Margins of one moment.
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
 pub struct Evaluation {
