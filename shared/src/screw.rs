@@ -9,11 +9,8 @@
 use crate::math::cubic::{NODES, fit, mul_high, mul_high_add, quantize, sine};
 use crate::math::{atan2, max, sin_cos, sqrt};
 use crate::units::Angle;
+pub use crate::units::Length;
 use core::f64::consts::{FRAC_PI_2, PI};
-use fixed::types::I4F28;
-
-/// A length in metres, or a derivative in metres per radian: resolution 2^-28 (3.7 nm), range -8 to 8.
-pub type Length = I4F28;
 
 /// Pieces over half a turn. 128 rather than 64, so that the derivative of the same cubic serves as feed-forward.
 const PIECES: usize = 128;

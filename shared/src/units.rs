@@ -2,6 +2,10 @@
 
 use core::f64::consts::PI;
 use core::ops::{Add, AddAssign, Neg, Sub, SubAssign};
+use fixed::types::I4F28;
+
+/// A length in metres, or a derivative in metres per radian: resolution 2^-28 (3.7 nm), range -8 to 8.
+pub type Length = I4F28;
 
 /// A direction: a binary angle, the full circle being 2^32.
 ///

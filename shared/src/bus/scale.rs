@@ -1,7 +1,7 @@
 //! How positions and velocities of the output shaft appear on the bus: one scale per kind of axle.
 
 use crate::math::{saturate, to_i32};
-use crate::units::Angle;
+use crate::units::{Angle, Length};
 
 /// Scale of objects 0x6064, 0x606C, 0x607A and 0x60FF.
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -75,8 +75,8 @@ pub enum Target {
     Angle(Angle),
     /// Of a turning axle, rad.
     Radians(f32),
-    /// Of a screw, m.
-    Metres(f32),
+    /// Of a screw, exact to 2^-24 m.
+    Length(Length),
 }
 
 impl Scale {
@@ -107,7 +107,7 @@ impl Scale {
         match target {
             Target::Angle(angle) => (i64::from(angle.to_bits()) >> (32 - self.bits())) as i32,
             Target::Radians(angle) => to_i32(angle / (self.unit() * core::f32::consts::TAU)),
-            Target::Metres(length) => to_i32(length / self.unit()),
+            Target::Length(length) => length.to_bits() >> (Length::FRAC_NBITS - self.bits()),
         }
     }
 

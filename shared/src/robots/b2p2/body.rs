@@ -12,12 +12,12 @@ use crate::robots::body::{
 };
 use crate::robots::odometry::Odometry;
 use crate::robots::turn::Turn;
-use crate::screw::{Geometry, GeometryError, metres};
+use crate::screw::{self, Geometry, GeometryError, metres};
 use crate::settings::{Setting, Settings};
 use crate::stability::attitude::Attitude;
 use crate::stability::step_behind::StepBehind;
 use crate::stability::support::Stance;
-use crate::units::Angle;
+use crate::units::{Angle, Length};
 use heapless::Vec;
 
 /// Gain with which the heading is held while no yaw is asked for, 1/s, and the largest yaw rate that it asks for, rad/s.
@@ -59,7 +59,7 @@ pub struct B2p2 {
     gauge: f32,
     pulley_radius: f32,
     /// Length of the screw at which the belt is slack at any chassis angle, m.
-    released: f32,
+    released: Length,
 
     joint_known: bool,
     screw_known: bool,
@@ -167,8 +167,10 @@ impl Body for B2p2 {
             settings.get(Setting::LengthL2),
             settings.get(Setting::LengthK),
         )?;
-        let released = crate::screw::metres(geometry.released_length());
-        let released = released - metres(Setting::ReferenceRetreat);
+        // In whole bits of the bus, 2^-24 m.
+        let retreat = (i64::from(settings.get(Setting::ReferenceRetreat)) << 24) / 1_000_000;
+        let released = (geometry.released_length().to_bits() >> 4) - retreat as i32;
+        let released = Length::from_bits(released << 4);
         Ok(Self {
             model: Model::new(settings),
             front: FrontPart::new(&geometry, settings),
@@ -188,7 +190,7 @@ impl Body for B2p2 {
             screw_known: false,
             theta: Angle::ZERO,
             kept_shape: (Angle::ZERO, 0.0),
-            extension: released,
+            extension: screw::metres(released),
             tracks: None,
             odometry: Odometry::default(),
             taut_since_us: None,
@@ -330,7 +332,7 @@ impl Body for B2p2 {
         let (joint, screw) = (drive_of(drives, JOINT), drive_of(drives, SCREW));
         match stage {
             REFERENCE_SCREW => {
-                let away = screw.position.metres() - self.released;
+                let away = screw.position.metres() - metres(self.released);
                 screw.referenced && (self.joint_known || away.abs() < SCREW_THERE)
             }
             REFERENCE_JOINT => joint.referenced,
@@ -352,7 +354,7 @@ impl Body for B2p2 {
             )),
             (Phase::Armed | Phase::Waking(TIGHTEN), _) => Goal::Taut,
             (Phase::Waking(REFERENCE_SCREW), SCREW) if !self.screw_known => Goal::Reference,
-            (Phase::Waking(_), SCREW) => Goal::MoveTo(Target::Metres(self.released)),
+            (Phase::Waking(_), SCREW) => Goal::MoveTo(Target::Length(self.released)),
             (Phase::Waking(REFERENCE_JOINT), JOINT) => Goal::Reference,
             (Phase::Waking(STRAIGHTEN), JOINT) => Goal::MoveTo(Target::Angle(Angle::ZERO)),
             (Phase::Waking(_), _) => Goal::Off,
