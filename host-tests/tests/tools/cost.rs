@@ -59,7 +59,7 @@ fn no_tick_reaches_double_precision_long_division_panics_formatting_or_allocatio
         .ticks;
     let functions =
         image::functions(&fs::read(ticks.path).expect("it was built")).expect("an ELF file");
-    for tick in ["4Axle14tick_following", "5guard14Guard"] {
+    for tick in ["4Axle14tick_following", "5guard7sensing"] {
         assert!(
             functions
                 .iter()

@@ -256,7 +256,7 @@ fn a_node_is_told_the_settings_of_the_scenario_instead_of_its_robot_s() {
         ),
         (
             "[settings.guard]\nstop_margin = -1",
-            "settings.guard.stop_margin is -1; it must be at least 0 um",
+            "settings.guard.stop_margin is -1; it must be at least 1000 um",
         ),
         (
             "[settings.guard]\nfilter_active = 0",

@@ -341,7 +341,7 @@ mod tests {
             (0.0, 1.0, None, -0.4),
             (0.5, 1.0, None, 0.4),
             // Taken less of, it still speeds up gently.
-            (1.0, 0.5, None, 0.4),
+            (0.5, 0.9, None, 0.4),
         ] {
             let expected = 0.4 + 0.1 * rate;
             let found = slowed(asked, share, stop);

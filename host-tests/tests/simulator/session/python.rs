@@ -138,7 +138,9 @@ fn the_program_on_the_page_about_the_bus_reads_a_position() {
     // The page's port may be in use by something else.
     let program = program.replace("127.0.0.1:3333", &address);
     assert!(program.contains(&address), "{program}");
-    let output = run(&["-c", &program]);
+    // The nodes may be slower than real time beside the other tests.
+    let patience = "from canopen.sdo import SdoClient\nSdoClient.RESPONSE_TIMEOUT = 60\n";
+    let output = run(&["-c", &format!("{patience}{program}")]);
     assert!(output.status.success(), "{output:?}");
     let printed = String::from_utf8_lossy(&output.stdout);
     assert!(printed.trim().parse::<i32>().is_ok(), "{printed}");
