@@ -3,6 +3,7 @@
 
 use std::collections::BTreeMap;
 use std::error::Error;
+use std::fmt::Write;
 use std::path::Path;
 use toml::{Table, Value};
 use zencan_common::device_config::{DefaultValue, DeviceConfig, Object};
@@ -39,10 +40,13 @@ impl Dictionary {
             for ((index, sub), value) in &self.values {
                 if value.contains(&source) {
                     let field = self.field(*index, *sub);
-                    setters += &format!("OBJECT{index:X}.set_{field}({value});\n");
+                    let _ = writeln!(setters, "OBJECT{index:X}.set_{field}({value});");
                 }
             }
-            code += &format!("pub fn publish_{name}({name}: &{kind}) {{\n{setters}}}\n");
+            let _ = writeln!(
+                code,
+                "pub fn publish_{name}({name}: &{kind}) {{\n{setters}}}"
+            );
         }
         code
     }

@@ -17,7 +17,7 @@ pub enum State {
     Fault,
 }
 
-/// DriveCommand in the low byte of the controlword (object 0x6040).
+/// Command in the low byte of the controlword (object 0x6040).
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum DriveCommand {
     /// Towards "ready to switch on".

@@ -44,7 +44,7 @@ pub fn drive_of(drives: &[DriveState], index: usize) -> DriveState {
 /// What a drive shall do.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub enum Goal {
-    /// BridgeDemand off.
+    /// Bridge off.
     Off,
     /// Ramp down and hold.
     Hold,

@@ -1,4 +1,5 @@
-//! MotionLimits that the margins hand down: how hard the robot may speed up, brake and turn, without the guard's own stop tipping it.
+//! Limits that the margins hand down: how hard the robot may speed up, brake and turn, so that the
+//! guard's own stop tips nothing.
 
 use super::criterion::Evaluation;
 use super::parameters::Parameters;
@@ -36,7 +37,7 @@ impl MotionLimits {
         }
     }
 
-    /// MotionLimits that leave each margin of the centre of gravity at least the trip margin: `a = g (m - m_trip) / h`, at most the configured
+    /// Limits that leave each margin of the centre of gravity at least the trip margin: `a = g (m - m_trip) / h`, at most the configured
     /// braking along and acceleration across, at least [`LEAST_SHARE`] of the acceleration along and zero across.
     ///
     /// Margins of the centre of gravity, not those with the measured force: that already shows the acceleration which is to be limited.

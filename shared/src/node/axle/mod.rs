@@ -60,7 +60,7 @@ pub struct Axle {
     state: State,
     mode: i8,
     controlword: u16,
-    /// DriveCommand of the newest controlword.
+    /// Command of the newest controlword.
     asked: DriveCommand,
     command: SetPoint,
     motion: Motion,

@@ -386,7 +386,7 @@ pub struct Telemetry {
     pub tripped: bool,
     /// Trips since power-up.
     pub trips: u16,
-    /// MotionLimits that the margins hand down.
+    /// Limits that the margins hand down.
     pub limits: MotionLimits,
     /// What was known at the last trip.
     pub snapshot: Option<Snapshot>,
