@@ -79,35 +79,62 @@ pub enum Target {
     Length(Length),
 }
 
-impl Scale {
+/// Units of one drive on the bus, for those who count in radians and metres: a [`Scale`] that is
+/// prepared for use in every tick.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct BusUnits {
     /// Fraction bits of a turn or a metre.
-    fn bits(self) -> u32 {
-        match self {
-            Self::Turning { bits } => bits,
-            Self::Linear(_) => u32::from(LENGTH_BITS),
-        }
-    }
-
+    bits: u32,
     /// Turns or metres of one bit.
-    fn unit(self) -> f32 {
-        // 2^-bits, by the exponent of a float.
-        f32::from_bits((127 - self.bits()) << 23)
-    }
+    position: f32,
+    /// Bus units of 1 rad/s.
+    velocity: f32,
+}
 
-    /// A position in bus units, for those who count in radians and metres.
-    pub fn position(self, wire: i32) -> Position {
+impl BusUnits {
+    /// A position in bus units.
+    #[inline]
+    pub fn position(&self, wire: i32) -> Position {
         Position {
             wire,
-            unit: self.unit(),
+            unit: self.position,
         }
     }
 
     /// A target in bus units; saturates, 0 for NaN.
-    pub fn target(self, target: Target) -> i32 {
+    #[inline]
+    pub fn target(&self, target: Target) -> i32 {
         match target {
-            Target::Angle(angle) => (i64::from(angle.to_bits()) >> (32 - self.bits())) as i32,
-            Target::Radians(angle) => to_i32(angle / (self.unit() * core::f32::consts::TAU)),
-            Target::Length(length) => length.to_bits() >> (Length::FRAC_NBITS - self.bits()),
+            Target::Angle(angle) => angle.to_bits() >> (32 - self.bits),
+            Target::Radians(angle) => to_i32(angle / (self.position * core::f32::consts::TAU)),
+            Target::Length(length) => length.to_bits() >> (Length::FRAC_NBITS - self.bits),
+        }
+    }
+
+    /// A velocity of the output shaft (rad/s) in bus units; saturates, 0 for NaN.
+    #[inline]
+    pub fn velocity(&self, velocity: f32) -> i32 {
+        to_i32(velocity * self.velocity)
+    }
+}
+
+impl Scale {
+    /// Fraction bits of a turn or a metre.
+    fn bits(&self) -> u32 {
+        match self {
+            Self::Turning { bits } => *bits,
+            Self::Linear(_) => u32::from(LENGTH_BITS),
+        }
+    }
+
+    /// The same, prepared for use in every tick.
+    pub fn units(&self) -> BusUnits {
+        let bits = self.bits();
+        BusUnits {
+            bits,
+            // 2^-bits, by the exponent of a float.
+            position: f32::from_bits((127 - bits) << 23),
+            velocity: self.velocity_units(),
         }
     }
 
@@ -202,7 +229,7 @@ impl Scale {
         }
     }
 
-    fn velocity_units(self) -> f32 {
+    fn velocity_units(&self) -> f32 {
         match self {
             Self::Turning { .. } => TURNING_UNITS,
             Self::Linear(lead) => lead.velocity_units,

@@ -83,7 +83,9 @@ fn assert_within_the_belts<B: Body>(settings: &Settings, radius: f32, accelerati
         };
         // The belts follow their set-points, and the robot moves with them.
         let drives = turns.map(|turns| DriveOnBus {
-            position: Scale::Turning { bits: 16 }.position((turns * 65_536.0) as i64 as i32),
+            position: Scale::Turning { bits: 16 }
+                .units()
+                .position((turns * 65_536.0) as i64 as i32),
             ..DriveOnBus::default()
         });
         let reading = BodySensors {

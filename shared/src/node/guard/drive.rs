@@ -10,7 +10,7 @@ use crate::bus::network::{NmtState, as_emergency, as_heartbeat};
 use crate::bus::pdo::{
     DriveMotion, DriveStatus, Payload, PositionSetPoint, VelocitySetPoint, receive, transmit,
 };
-use crate::bus::scale::Scale;
+use crate::bus::scale::{BusUnits, Scale};
 use crate::can::Frame;
 use crate::faults::Fault;
 use crate::robots::{DriveState, Goal};
@@ -63,7 +63,7 @@ impl Duty {
 #[derive(Clone, Debug)]
 pub(super) struct Drive {
     pub id: u8,
-    scale: Scale,
+    units: BusUnits,
     heartbeat: Monitor,
     state_timeout_us: u64,
     settle_us: u64,
@@ -91,7 +91,7 @@ impl Drive {
         };
         Self {
             id,
-            scale,
+            units: scale.units(),
             heartbeat: Monitor::new(settings.milliseconds(Setting::HeartbeatTimeout)),
             state_timeout_us: syncs(STATE_TIMEOUT_SYNCS, MIN_STATE_TIMEOUT_US),
             settle_us: syncs(SETTLE_SYNCS, MIN_SETTLE_US),
@@ -110,7 +110,7 @@ impl Drive {
     pub fn receive(&mut self, frame: &Frame, state: &mut DriveState, now_us: u64) {
         if let Some(motion) = DriveMotion::from_frame(frame, transmit(1), self.id) {
             state.heard_us = Some(now_us);
-            state.position = self.scale.position(motion.position);
+            state.position = self.units.position(motion.position);
         } else if let Some(status) = DriveStatus::from_frame(frame, transmit(2), self.id) {
             self.status = status;
             self.status_us = Some(now_us);
@@ -252,14 +252,14 @@ impl Drive {
         let (mode, target) = match goal {
             Goal::Off | Goal::Hold => (0, 0),
             Goal::Reference => (mode::HOMING, 0),
-            Goal::Position(target) => (mode::CYCLIC_POSITION, self.scale.target(target)),
-            Goal::MoveTo(target) => (mode::PROFILE_POSITION, self.scale.target(target)),
+            Goal::Position(target) => (mode::CYCLIC_POSITION, self.units.target(target)),
+            Goal::MoveTo(target) => (mode::PROFILE_POSITION, self.units.target(target)),
             Goal::Taut => (mode::TAUT, 0),
             Goal::Velocity(target) => {
                 let set_point = VelocitySetPoint {
                     controlword: word,
                     mode: mode::CYCLIC_VELOCITY,
-                    target: self.scale.velocity_to_bus(target),
+                    target: self.units.velocity(target),
                 };
                 return set_point.frame(receive(2), self.id);
             }

@@ -29,6 +29,8 @@ pub(super) struct Drives {
     states: Vec<DriveState, MAX_DRIVES>,
     scales: Vec<ScaleReader, MAX_DRIVES>,
     expected_scales: Vec<u16, MAX_DRIVES>,
+    /// The first drive whose scale differs from the one that the robot's equations use.
+    mismatch: Option<ScaleMismatch>,
     /// Node id of the guard itself.
     own_id: u8,
     /// The node whose identifier somebody else used.
@@ -48,6 +50,7 @@ impl Drives {
             states: ids.iter().map(|_| DriveState::default()).collect(),
             scales: ids.iter().map(|_| ScaleReader::default()).collect(),
             expected_scales: (0..ids.len()).map(|drive| B::scale(drive).code()).collect(),
+            mismatch: None,
             own_id: settings.id(Setting::NodeId),
             foreign: None,
             own_frames: [0; 2],
@@ -85,12 +88,16 @@ impl Drives {
         // The low seven bits of an identifier are a node id, the others the function.
         let (node, function) = ((frame.id() & 0x7f) as u8, frame.id() & !0x7f);
         self.watch_identifiers(node, function);
+        let mut answered = false;
         let drives = self.nodes.iter_mut().zip(&mut self.states);
         for ((drive, state), scale) in drives.zip(&mut self.scales) {
             if drive.id == node {
                 drive.receive(frame, state, now_us);
-                scale.receive(frame, node);
+                answered |= scale.receive(frame, node);
             }
+        }
+        if answered {
+            self.compare_scales();
         }
     }
 
@@ -142,18 +149,21 @@ impl Drives {
 
     /// The first drive whose scale differs from the one that the robot's equations use.
     pub fn mismatch(&self) -> Option<ScaleMismatch> {
+        self.mismatch
+    }
+
+    /// Compares what is known of the scales.
+    fn compare_scales(&mut self) {
         let scales = self.scales.iter().zip(&self.expected_scales);
-        self.nodes
-            .iter()
-            .zip(scales)
-            .find_map(|(drive, (scale, expected))| {
-                let found = scale.found().filter(|found| found != expected)?;
-                Some(ScaleMismatch {
-                    node: drive.id,
-                    expected: *expected,
-                    found,
-                })
+        let mut drives = self.nodes.iter().zip(scales);
+        self.mismatch = drives.find_map(|(drive, (scale, expected))| {
+            let found = scale.found().filter(|found| found != expected)?;
+            Some(ScaleMismatch {
+                node: drive.id,
+                expected: *expected,
+                found,
             })
+        });
     }
 
     /// The drives that have a fault, a bit for each in their order.
@@ -172,6 +182,7 @@ impl Drives {
                 scale.forget();
             }
         }
+        self.compare_scales();
     }
 
     /// A fault reset is under way.
@@ -181,10 +192,15 @@ impl Drives {
 
     /// Looks for drives that have started anew: their scale is read again.
     pub fn check_restarts(&mut self, driving: bool) {
+        let mut forgotten = false;
         for (drive, scale) in self.nodes.iter_mut().zip(&mut self.scales) {
             if drive.check_restart(driving) {
                 scale.forget();
+                forgotten = true;
             }
+        }
+        if forgotten {
+            self.compare_scales();
         }
     }
 

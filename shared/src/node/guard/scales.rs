@@ -35,20 +35,25 @@ impl ScaleReader {
         )
     }
 
-    /// Takes a frame of drive `id`. A drive without the object counts as the scale 0, which none has.
-    pub fn receive(&mut self, frame: &Frame, id: u8) {
+    /// Takes a frame of drive `id`, and returns whether it is the answer. A drive without the object
+    /// counts as the scale 0, which none has.
+    pub fn receive(&mut self, frame: &Frame, id: u8) -> bool {
         let [low, high] = POSITION_SCALE.to_le_bytes();
         if frame.id() != SDO_RESPONSE + u16::from(id) {
-            return;
+            return false;
         }
         match *frame.data() {
             // Expedited upload of two bytes.
             [0x4b, l, h, 0, a, b, ..] if (l, h) == (low, high) => {
                 self.found = Some(u16::from_le_bytes([a, b]));
+                true
             }
             // "No such object". After any other refusal the request is repeated.
-            [0x80, l, h, 0, 0, 0, 2, 6] if (l, h) == (low, high) => self.found = Some(0),
-            _ => {}
+            [0x80, l, h, 0, 0, 0, 2, 6] if (l, h) == (low, high) => {
+                self.found = Some(0);
+                true
+            }
+            _ => false,
         }
     }
 
