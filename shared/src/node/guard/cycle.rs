@@ -35,9 +35,10 @@ impl<B: Body> Guard<B> {
     /// Takes the state that follows from fault reports, drives and the operator's request.
     fn advance_state(&mut self, now_us: u64) {
         let before = self.state;
-        let ready = self.drives.ready_to_arm();
+        let complete = self.drives.complete();
+        let ready = complete && self.drives.have_status();
         let conditions = Conditions {
-            complete: self.drives.complete(),
+            complete,
             fault: self.fault.is_some() || self.drives.reset_under_way(),
             disarms: self.operator.disarms(now_us),
             arms: ready && self.operator.arms(now_us) && !self.supervision.tripped(),

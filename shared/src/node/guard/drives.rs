@@ -79,9 +79,9 @@ impl Drives {
             && self.scales.iter().all(|scale| scale.found().is_some())
     }
 
-    /// As [`Self::complete`], and every drive has sent its status since it started.
-    pub fn ready_to_arm(&self) -> bool {
-        self.complete() && self.nodes.iter().all(Drive::has_status)
+    /// Every drive has sent its status since it started.
+    pub fn have_status(&self) -> bool {
+        self.nodes.iter().all(Drive::has_status)
     }
 
     pub fn receive(&mut self, frame: &Frame, now_us: u64) {

@@ -117,6 +117,7 @@ impl<B: Body> Guard<B> {
         }
         if due.position {
             self.outputs.robot = Some(self.locate(inputs.now_us));
+            self.outputs.faulty_drives = self.drives.faulty();
         }
         if due.offsets {
             self.tell_in_advance();

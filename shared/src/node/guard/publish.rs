@@ -86,7 +86,6 @@ impl<B: Body> Guard<B> {
             asked_posture: command.posture,
             passed_posture: self.body.posture().word(),
         };
-        outputs.faulty_drives = self.drives.faulty();
         outputs.refused = self.tally.refused;
         outputs.scaled = self.tally.scaled;
     }
