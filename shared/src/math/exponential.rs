@@ -16,7 +16,8 @@ pub(crate) const RECIPROCALS: [f64; 15] = {
 /// `1 - e^-x`.
 ///
 /// Domain: every `x` from 0 to infinity, 0 for any below; NaN for NaN. Worst error 2 units in the last place
-/// (`host-tests/tests/crawler/model.rs`, `decays_are_those_of_the_host_s_library`). Cost: at most seven halvings, one series.
+/// (`host-tests/tests/robots/crawler/model.rs`, `decays_are_those_of_the_host_s_library`). Cost: at
+/// most seven halvings, one series.
 pub fn rise<S: Scalar>(x: S) -> S {
     // 1 in either precision.
     const ALL: f64 = 40.0;

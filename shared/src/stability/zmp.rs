@@ -53,7 +53,7 @@ pub fn zero_moment_point<S: Scalar>(reaction: &Wrench<S>, plane: &Plane<S>) -> Z
 /// the plane as `z = 0`; eq. 22 follows it. And `d` must be the rate about the centre of gravity, not the dynamic moment at O as its name
 /// says: there `OG x Fi` is already inside. Accelerating sideways with 1 m/s^2, axle 1 0.1 m above the plane, the robot's point moves by 12.9 mm; the
 /// printed form shows nothing. On the random motions of
-/// `host-tests/tests/b2p2_zmp.rs` the two differ by up to 0.38 m.
+/// `shared/tests/robots/b2p2_zmp.rs` the two differ by up to 0.38 m.
 pub fn printed<S: Scalar>(
     reaction: &Wrench<S>,
     mass: S,

@@ -119,7 +119,8 @@ impl<S: Scalar> Soil<S> {
     /// Driving force `P_n` of one track, N, under `pressure` (Pa) at `slip` (`s_b`); has the slip's sign (eq. 4 with 6 and 7).
     ///
     /// The deformation grows in proportion to the distance from where the ground meets the track, to `slip` times the length. The factor
-    /// 10^6 of eq. 4 is for stresses in N/mm^2 and not needed here. Worst error in `f64` 1e-14 of the force (`host-tests/tests/crawler/model.rs`).
+    /// 10^6 of eq. 4 is for stresses in N/mm^2 and not needed here. Worst error in `f64` 1e-14 of the force
+    /// (`host-tests/tests/robots/crawler/model.rs`).
     pub fn driving_force(&self, footprint: &Footprint<S>, pressure: S, slip: S) -> S {
         let bears = footprint.width * footprint.length * self.strength(pressure);
         odd(slip, |size| {

@@ -40,7 +40,7 @@ impl<'a, S: Scalar> Posture<'a, S> {
     }
 
     /// As [`Self::new`], from sines and cosines of joints 4 to 7, such as those of [`crate::math::sin_cos`]. Cost: 25 operations
-    /// beside the sines. Operations of all functions here are counted by `host-tests/tests/b2p2_model.rs`.
+    /// beside the sines. Operations of all functions here are counted by `shared/tests/robots/b2p2_model.rs`.
     pub fn from_directions(
         parameters: &'a Parameters<S>,
         [q1, q2, q3]: [S; 3],
