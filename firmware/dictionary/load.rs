@@ -35,10 +35,9 @@ impl Dictionary {
     pub fn publish_functions(&self) -> String {
         let mut code = String::new();
         for (name, kind) in &self.sources {
-            let source = format!("{name}.");
             let mut setters = String::new();
             for ((index, sub), value) in &self.values {
-                if value.contains(&source) {
+                if takes_from(value, name) {
                     let field = self.field(*index, *sub);
                     let _ = writeln!(setters, "OBJECT{index:X}.set_{field}({value});");
                 }
@@ -49,6 +48,27 @@ impl Dictionary {
             );
         }
         code
+    }
+
+    /// Each `value` takes from one row of `publish`, and belongs to an object with one setter.
+    fn check_values(&self) -> Result<(), String> {
+        for ((index, sub), value) in &self.values {
+            let named = |name: &&String| takes_from(value, name);
+            let count = self.sources.keys().filter(named).count();
+            if count != 1 {
+                return Err(format!(
+                    "object {index:#06x}:{sub}: `{value}` takes from {count} rows of [publish], not 1"
+                ));
+            }
+            let mut objects = self.config.objects.iter();
+            let object = objects.find(|object| object.index == *index);
+            if matches!(object.map(|object| &object.object), Some(Object::Array(_))) {
+                return Err(format!(
+                    "object {index:#06x}:{sub}: an array takes no `value`"
+                ));
+            }
+        }
+        Ok(())
     }
 
     /// What the stack calls the value of an object in its code.
@@ -89,11 +109,22 @@ pub fn load(folder: &Path, role: &str, device_type: u32) -> Result<Dictionary, B
             }
         }
     }
-    Ok(Dictionary {
+    let dictionary = Dictionary {
         config,
         meanings,
         values,
         sources: sources.try_into()?,
+    };
+    dictionary.check_values()?;
+    Ok(dictionary)
+}
+
+/// Whether the expression `value` names `source` and a field or method of it.
+fn takes_from(value: &str, source: &str) -> bool {
+    let in_name = |letter: char| letter.is_alphanumeric() || letter == '_' || letter == '.';
+    let mut places = value.match_indices(source);
+    places.any(|(at, _)| {
+        !value[..at].ends_with(in_name) && value[at + source.len()..].starts_with('.')
     })
 }
 

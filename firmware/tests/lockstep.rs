@@ -7,7 +7,8 @@ use object::read::elf::ElfFile32;
 use object::{Object, ObjectSection, ObjectSegment};
 use std::time::Instant;
 use tautrack::can::Frame;
-use tautrack::link::{BodySensors, Sensors, Stepped};
+use tautrack::link::{Sensors, Stepped};
+use tautrack::sensors::BodySensors;
 
 const NODE: u16 = 5;
 const STEPS: u32 = 2_000;

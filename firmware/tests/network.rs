@@ -8,8 +8,9 @@ use tautrack::bus::pdo::{
     DriveMotion, GuardState, OperatorCommand, Payload, Request, receive, transmit,
 };
 use tautrack::can::Frame;
-use tautrack::link::{BodySensors, Sensors};
+use tautrack::link::Sensors;
 use tautrack::node::guard::State;
+use tautrack::sensors::BodySensors;
 use tautrack::settings::Setting;
 
 /// Roles and node ids, as the settings' defaults expect them.

@@ -107,7 +107,7 @@ faults! {
         "Look at that drive's statusword, at its log, and at who else writes its controlword.";
     ScaleMismatch = 0xff05, "position scale differs", Hold,
         "A drive's position scale (object 2010) is not the one of the guard; object 400A has both.",
-        "the same scale in both nodes, and a restart of the drive",
+        "the same scale in both nodes, a restart of the drive, then the operator's reset",
         "Set position_bits of that drive to the value that the guard expects.";
 }
 

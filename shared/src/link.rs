@@ -5,7 +5,7 @@
 //! rotor live in the node while the rest of the physics lives in the simulator.
 
 use crate::can::Frame;
-pub use crate::sensors::{BodySensors, Switches};
+use crate::sensors::{BodySensors, Switches};
 use heapless::Vec;
 use serde::{Deserialize, Serialize};
 

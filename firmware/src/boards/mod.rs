@@ -1,7 +1,8 @@
 //! The boards that a node runs on, behind one contract.
 //!
-//! A new board is a new folder here with one type that implements [`Board`], a cargo feature that selects it, and a link
-//! script in `build.rs`. Nothing else of the firmware knows which board it is on.
+//! A new board is a new folder here with one type that implements [`Board`], a cargo feature that
+//! selects it, and a link script in `build.rs` (firmware/README.md, "Add a board"). Nothing else of
+//! the firmware knows which board it is on.
 
 mod lockstep;
 
@@ -20,7 +21,7 @@ compile_error!("choose a board, for instance --features mps2");
 
 pub use crate::current_loop::Bridge;
 use crate::roles::Role;
-use tautrack::link::{BodySensors, Switches};
+use tautrack::sensors::{BodySensors, Switches};
 
 /// The contract between a board and the rest of the firmware. A board is a singleton, so its methods take no `self`.
 ///

@@ -16,7 +16,8 @@ pub mod terrain;
 pub mod truth;
 
 use crate::world::truth::{BodyPose, BodyShape, Sketch, Truth};
-use tautrack::link::{BodySensors, Sensors, Shaft};
+use tautrack::link::{Sensors, Shaft};
+use tautrack::sensors::BodySensors;
 
 /// A robot and the world around it, advanced in steps of one millisecond ([`tautrack::link::STEP_US`]).
 ///

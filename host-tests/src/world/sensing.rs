@@ -3,7 +3,7 @@
 use super::noise::Noise;
 use rapier3d_f64::dynamics::RigidBody;
 use rapier3d_f64::math::{Rotation, Vector};
-use tautrack::link::BodySensors;
+use tautrack::sensors::BodySensors;
 
 /// Steps between two readings of the magnetometer: ten a second.
 const MAGNETOMETER_PERIOD: u64 = 100;

@@ -714,6 +714,23 @@ fn a_drive_that_counts_in_another_scale_is_named_with_both_values() {
     );
 }
 
+/// At each phase of the SYNC period.
+#[test]
+fn a_reset_does_not_hide_that_a_drive_has_started_anew() {
+    for phase in 0..4 {
+        let mut bench = Bench::new(&Settings::default());
+        bench.run(200 + phase);
+        assert_eq!(bench.guard.scale_mismatch(), None);
+        bench.scales[2] = 24;
+        bench.states[2] = DriveState::SwitchOnDisabled;
+        bench.extra.extend(Frame::new(0x700 + u16::from(JOINT), &[0]));
+        bench.request(Request::Reset);
+        bench.run(200);
+        let found = bench.guard.scale_mismatch().map(|scales| scales.found);
+        assert_eq!(found, Some(24), "phase {phase}");
+    }
+}
+
 #[test]
 fn a_drive_whose_motion_or_status_stays_out_is_lost() {
     for missing in ["motion", "status"] {

@@ -9,7 +9,7 @@ pub(super) static INPUTS: Mutex<RefCell<Inputs>> = Mutex::new(RefCell::new(Input
         encoder_frozen: false,
         shaft_torque: 0.0,
         bus_voltage: 0.0,
-        switches: tautrack::link::Switches {
+        switches: tautrack::sensors::Switches {
             reference: false,
             positive_limit: false,
             negative_limit: false,

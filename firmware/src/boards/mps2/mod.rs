@@ -13,7 +13,7 @@ use crate::roles::Role;
 use core::fmt::Write;
 use core::panic::PanicInfo;
 use semihosting::{Stream, exit};
-use tautrack::link::{BodySensors, Switches};
+use tautrack::sensors::{BodySensors, Switches};
 
 /// The emulated board.
 pub struct Mps2;

@@ -7,7 +7,7 @@ use crate::boards::lockstep::{self, End, Pipe};
 use crate::roles::Role;
 use std::format;
 use std::io::{Read, Write};
-use tautrack::link::{BodySensors, Switches};
+use tautrack::sensors::{BodySensors, Switches};
 
 /// A process of the host.
 pub struct Native;

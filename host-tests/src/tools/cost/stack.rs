@@ -14,7 +14,8 @@ use tautrack::bus::pdo::{
     transmit,
 };
 use tautrack::can::Frame;
-use tautrack::link::{BodySensors, MotorModel, STEP_US, Sensors, Start, Step, ToNode, VERSION};
+use tautrack::link::{MotorModel, STEP_US, Sensors, Start, Step, ToNode, VERSION};
+use tautrack::sensors::BodySensors;
 use tautrack::settings::Setting;
 
 /// Steps of the life, 1 ms each.

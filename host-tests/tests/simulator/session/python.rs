@@ -139,8 +139,8 @@ fn the_program_on_the_page_about_the_bus_reads_a_position() {
     let program = program.replace("127.0.0.1:3333", &address);
     assert!(program.contains(&address), "{program}");
     // The first request may be lost while the nodes start; they may be slow beside other tests.
-    let patience = "from canopen.sdo import SdoClient\nSdoClient.RESPONSE_TIMEOUT = 5\n";
-    let output = run(&["-c", &format!("{patience}{program}")]);
+    let timeout = "from canopen.sdo import SdoClient\nSdoClient.RESPONSE_TIMEOUT = 5\n";
+    let output = run(&["-c", &format!("{timeout}{program}")]);
     assert!(output.status.success(), "{output:?}");
     let printed = String::from_utf8_lossy(&output.stdout);
     assert!(printed.trim().parse::<i32>().is_ok(), "{printed}");

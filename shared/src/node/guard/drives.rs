@@ -177,8 +177,10 @@ impl Drives {
         self.foreign = None;
         let scales = self.scales.iter_mut().zip(&self.expected_scales);
         for (drive, (scale, expected)) in self.nodes.iter_mut().zip(scales) {
+            // A restart since the last SYNC counts, although the reset forgets it.
+            let restarted = drive.check_restart(false);
             drive.begin_reset();
-            if scale.found() != Some(*expected) {
+            if restarted || scale.found() != Some(*expected) {
                 scale.forget();
             }
         }

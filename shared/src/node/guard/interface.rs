@@ -52,7 +52,7 @@ pub struct Outputs {
     /// Code of an emergency frame to send now; 0 is "all clear".
     pub emergency: Option<u16>,
     /// The drives that have a fault, a bit for each in the order of `Body::drive_ids` (object 0x4009);
-    /// brought up to date once in a SYNC period.
+    /// brought up to date once in a SYNC period and with every emergency frame.
     pub faulty_drives: u16,
 }
 

@@ -117,7 +117,6 @@ impl<B: Body> Guard<B> {
         }
         if due.position {
             self.outputs.robot = Some(self.locate(inputs.now_us));
-            self.outputs.faulty_drives = self.drives.faulty();
         }
         if due.offsets {
             self.tell_in_advance();
@@ -125,8 +124,11 @@ impl<B: Body> Guard<B> {
         if due.sync {
             self.cycle(inputs);
         }
-        self.outputs.emergency =
-            (fault_before != self.fault).then(|| self.fault.map_or(0, |fault| fault.code));
+        let changed = fault_before != self.fault;
+        if due.position || changed {
+            self.outputs.faulty_drives = self.drives.faulty();
+        }
+        self.outputs.emergency = changed.then(|| self.fault.map_or(0, |fault| fault.code));
         self.tell();
         &self.outputs
     }

@@ -48,8 +48,9 @@ impl ScaleReader {
                 self.found = Some(u16::from_le_bytes([a, b]));
                 true
             }
-            // "No such object". After any other refusal the request is repeated.
-            [0x80, l, h, 0, 0, 0, 2, 6] if (l, h) == (low, high) => {
+            // An answer of another size, or "no such object". After any other refusal the request is
+            // repeated.
+            [0x40..=0x5f, l, h, 0, ..] | [0x80, l, h, 0, 0, 0, 2, 6] if (l, h) == (low, high) => {
                 self.found = Some(0);
                 true
             }
@@ -93,5 +94,17 @@ mod tests {
         );
         assert_eq!(reader.found(), Some(32));
         assert_eq!(reader.request(4, 1_000_000), None);
+    }
+
+    #[test]
+    fn an_answer_of_another_size_is_no_scale_and_is_not_asked_for_again() {
+        for first in [0x4f, 0x43, 0x41] {
+            let mut reader = ScaleReader::default();
+            reader.request(4, 0);
+            let answer = Frame::new(0x584, &[first, 0x10, 0x20, 0, 32, 0, 0, 0]).unwrap();
+            assert!(reader.receive(&answer, 4));
+            assert_eq!(reader.found(), Some(0));
+            assert_eq!(reader.request(4, 1_000_000), None);
+        }
     }
 }

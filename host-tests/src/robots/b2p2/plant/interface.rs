@@ -3,7 +3,8 @@
 use super::B2p2;
 use crate::world::truth::{BodyPose, BodyShape, Part, Truth};
 use crate::world::{Plant, physics as world};
-use tautrack::link::{BodySensors, Sensors, Shaft};
+use tautrack::link::{Sensors, Shaft};
+use tautrack::sensors::BodySensors;
 
 impl Plant for B2p2 {
     fn step(&mut self, shafts: &[Option<Shaft>]) {

@@ -3,7 +3,8 @@
 use super::B2p2;
 use crate::world::physics::{DT, SUBSTEPS};
 use rapier3d_f64::prelude::*;
-use tautrack::link::{Sensors, Switches};
+use tautrack::link::Sensors;
+use tautrack::sensors::Switches;
 
 impl B2p2 {
     /// Torque at the shaft and the switches of a motor.

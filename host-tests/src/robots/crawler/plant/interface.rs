@@ -4,7 +4,8 @@ use super::Crawler;
 use crate::world::Plant;
 use crate::world::truth::{BodyPose, BodyShape, Part, Sketch, Truth};
 use rapier3d_f64::math::Vector;
-use tautrack::link::{BodySensors, Sensors, Shaft};
+use tautrack::link::{Sensors, Shaft};
+use tautrack::sensors::BodySensors;
 
 impl Plant for Crawler {
     fn step(&mut self, shafts: &[Option<Shaft>]) {

@@ -5,7 +5,8 @@ use crate::world::Plant;
 use crate::world::physics::pose;
 use crate::world::sensing::BodyMotion;
 use crate::world::truth::{BodyPose, BodyShape, Part, Sketch, Truth};
-use tautrack::link::{BodySensors, Sensors, Shaft};
+use tautrack::link::{Sensors, Shaft};
+use tautrack::sensors::BodySensors;
 
 /// Names of the bodies that a picture shows: the platform, and the wheels in the order of the legs.
 const BODIES: [&str; 1 + LEGS] = [

@@ -3,8 +3,9 @@
 use super::robot::Robot;
 use super::{HIP, Hylos, KNEE, MOTORS, STEERING, WHEEL};
 use rapier3d_f64::prelude::JointAxis;
-use tautrack::link::{Sensors, Switches};
+use tautrack::link::Sensors;
 use tautrack::robots::hylos::parameters::{HIP_RANGE, KNEE_RANGE, STEERING_RANGE};
+use tautrack::sensors::Switches;
 
 impl Hylos {
     /// Torque at the shaft and the switches of a motor. The reference switch of a joint is at its

@@ -4,7 +4,8 @@ use super::{RtMover, robot};
 use crate::world::Plant;
 use crate::world::physics::pose;
 use crate::world::truth::{BodyPose, BodyShape, Sketch, Truth};
-use tautrack::link::{BodySensors, Sensors, Shaft};
+use tautrack::link::{Sensors, Shaft};
+use tautrack::sensors::BodySensors;
 
 impl Plant for RtMover {
     fn step(&mut self, shafts: &[Option<Shaft>]) {

@@ -3,7 +3,8 @@
 use super::RtMover;
 use crate::world::physics::{DT, SUBSTEPS};
 use rapier3d_f64::prelude::JointAxis;
-use tautrack::link::{Sensors, Switches};
+use tautrack::link::Sensors;
+use tautrack::sensors::Switches;
 
 /// Motors before this one turn wheels.
 const WHEELS: usize = 4;

@@ -15,7 +15,8 @@ use core::f64::consts::TAU;
 use rapier3d_f64::math::{Pose, Vector};
 use rapier3d_f64::prelude::*;
 use robot::{HALF_WIDTH, HEAD_RADIUS, Robot};
-use tautrack::link::{BodySensors, Sensors, Shaft};
+use tautrack::link::{Sensors, Shaft};
+use tautrack::sensors::BodySensors;
 use tautrack::robots::cart::parameters::CART;
 
 /// Damping of a wheel's gear, N m s/rad, and friction of a dead one, N m; assumed.
