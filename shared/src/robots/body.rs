@@ -217,9 +217,15 @@ pub trait Body: Sized {
         settings.scaled(Setting::RobotMass, 1e-3)
     }
 
-    /// Highest step off which it may fall backward.
+    /// Highest step off which it may fall backward; by default none.
     fn step_behind(_: &Settings) -> StepBehind {
         StepBehind::NONE
+    }
+
+    /// Distance of its driving sides from its middle, m, if it turns by their different speeds; 0 of a
+    /// robot that steers.
+    fn half_width(_: &Settings) -> f32 {
+        0.0
     }
 
     /// Node ids of its drives, in the order in which every `drives` below has them.

@@ -25,6 +25,11 @@ pub use super::verdict::Verdict;
 /// Speed at which half of a margin's rate is put down to the command, m/s; below, noise is most of it.
 const ATTRIBUTION_SPEED: f32 = 0.02;
 
+/// Speed, m/s, and pitch nose up, rad, from which on the outer side of a turning robot counts as one
+/// that drives forward and lifts the front.
+const LIFTING_SPEED: f32 = 0.02;
+const LIFTING_PITCH: f32 = 0.1;
+
 /// A smaller share of a posture's speed is called none.
 pub(super) const SMALLEST_SHARE: f32 = 0.05;
 
@@ -47,14 +52,16 @@ pub struct Ramp {
 }
 
 impl Ramp {
-    /// Margins are tens of millimetres; the least keeps divisions away from zero.
-    fn width(self) -> f32 {
+    /// Distance of the two, m, above zero. Margins are tens of millimetres; the least keeps divisions
+    /// away from zero.
+    pub fn width(self) -> f32 {
         let width = self.all - self.none;
         if width > 1e-3 { width } else { 1e-3 }
     }
 
     /// The same at margins that are wider by `reserve`, m.
-    fn moved(self, reserve: f32) -> Self {
+    #[must_use]
+    pub fn moved(self, reserve: f32) -> Self {
         Self {
             none: self.none + reserve,
             all: self.all + reserve,
@@ -78,9 +85,19 @@ pub struct Bounds {
     pub horizon: f32,
     /// The same for posture motions: how far ahead the shape is that they lead to, s.
     pub foresight: f32,
-    /// The body is steeper than its support: it stands on its rear and on a front that lifts it, and
-    /// sways when either moves.
-    pub lifted: bool,
+    /// What driving keeps at the rear edge for the sway of a body that is lifted, m.
+    pub reserve: f32,
+    /// Distance of the driving sides from the middle, m, of a robot that turns by their speeds.
+    pub half_width: f32,
+}
+
+impl Bounds {
+    /// How much the outer side of a turning robot lifts the front of the robot by driving forward:
+    /// from 0 to 1 at [`LIFTING_SPEED`] and [`LIFTING_PITCH`].
+    fn lifts(&self, command: SpeedCommand, pitch: f32) -> f32 {
+        let outer = command.forward + self.half_width * command.yaw_rate.abs();
+        share(outer / LIFTING_SPEED) * share(pitch / LIFTING_PITCH)
+    }
 }
 
 /// Whether a command with this forward speed, at this pitch, can use up the margin to an edge by
@@ -100,11 +117,10 @@ fn leads_to(edge: Edge, forward: f32, pitch: f32) -> bool {
     }
 }
 
-/// Scale of the commanded speed, 0 to 1, and the verdict. NaN refuses.
+/// Scale of the commanded speed, 0 to 1, and the verdict. What is not finite refuses.
 ///
-/// A robot that turns drives forward with its outer side, half of its width from its middle. On a nose
-/// this lifts its front like driving forward. A lifted body keeps the band for its sway, as in
-/// [`posture`].
+/// Nose up, an outer side that drives forward in a turn lifts the front on a nose. Then the rear edge
+/// counts as in driving forward ([`Bounds::lifts`]). A lifted body keeps [`Bounds::reserve`] there.
 pub fn drive(
     command: SpeedCommand,
     pitch: f32,
@@ -112,27 +128,33 @@ pub fn drive(
     bounds: &Bounds,
 ) -> (f32, Verdict) {
     let forward = command.forward;
-    let [_, _, left, right] = margins.now;
-    let outer = forward + 0.5 * (left + right) * command.yaw_rate.abs();
+    if !(forward + command.yaw_rate).is_finite() {
+        return (0.0, Verdict::Refused(Edge::Back));
+    }
+    let lifts = bounds.lifts(command, pitch);
     let (mut share, mut verdict) = (1.0, Verdict::Passed);
     for edge in EDGES {
         let index = edge as usize;
-        let lifts = edge == Edge::Back && outer > 0.0 && leads_to(edge, outer, pitch);
-        let left = if lifts || leads_to(edge, forward, pitch) {
-            let reserve = if bounds.lifted {
-                sway(edge, pitch)
-            } else {
-                0.0
-            };
-            let towards = bounds.towards.moved(reserve * bounds.towards.width());
-            passable(forward, index, margins, towards, bounds.horizon)
+        let (towards, lifts) = if edge == Edge::Back {
+            (bounds.towards.moved(bounds.reserve), lifts)
+        } else {
+            (bounds.towards, 0.0)
+        };
+        let kept = || passable(forward, index, margins, towards, bounds.horizon);
+        let left = if leads_to(edge, forward, pitch) {
+            kept()
         } else {
             let end = Ramp {
                 none: bounds.away.none,
                 all: bounds.away.none,
             };
             let slow = bounds.away.share(margins.now[index]);
-            min(slow, passable(forward, index, margins, end, bounds.horizon))
+            let away = min(slow, passable(forward, index, margins, end, bounds.horizon));
+            if lifts > 0.0 {
+                min(away, 1.0 - lifts * (1.0 - kept()))
+            } else {
+                away
+            }
         };
         if left < share {
             share = left;
@@ -195,7 +217,7 @@ const STEEP: f32 = 0.5;
 
 /// Share of the caution band that is kept for sway toward an edge at this pitch: nose up to the back,
 /// nose down to the front. NaN for NaN.
-fn sway(edge: Edge, pitch: f32) -> f32 {
+pub fn sway(edge: Edge, pitch: f32) -> f32 {
     match edge {
         Edge::Back => clamp(pitch / STEEP, 0.0, 1.0),
         Edge::Front => clamp(-pitch / STEEP, 0.0, 1.0),
@@ -263,7 +285,8 @@ mod tests {
         away: ramp(0.01, 0.05),
         horizon: 0.25,
         foresight: 0.15,
-        lifted: false,
+        reserve: 0.0,
+        half_width: 0.15,
     };
 
     fn along(forward: f32) -> SpeedCommand {
@@ -621,38 +644,58 @@ mod tests {
         }
     }
 
-    /// Nose up at 70 mm from the rear edge: a robot that turns drives forward with one side.
+    /// Nose up at 70 mm from the rear edge, with sides 0.15 m from the middle.
     #[test]
     fn turning_nose_up_is_held_back_at_the_rear_edge_like_driving_forward() {
         let turning = |forward: f32, yaw_rate: f32, pitch: f32| {
-            drive(
-                SpeedCommand { forward, yaw_rate },
-                pitch,
-                &standing(0.07),
-                &BOUNDS,
-            )
-            .0
+            let command = SpeedCommand { forward, yaw_rate };
+            drive(command, pitch, &standing(0.07), &BOUNDS).0
         };
         for (forward, yaw_rate) in [(0.0, 0.5), (0.0, -0.5), (-0.05, 0.5), (0.05, 0.5)] {
             assert!((turning(forward, yaw_rate, 0.9) - 0.5).abs() < 1e-5);
             assert_eq!(turning(forward, yaw_rate, -0.1) < 1.0, forward < 0.0);
         }
-        // The outer side goes backward, too.
+        // The outer side goes forward with 10 mm/s; it stands; it goes backward, too.
+        assert!((turning(-0.065, 0.5, 0.9) - 0.75).abs() < 1e-4);
+        assert_eq!(turning(-0.076, 0.5, 0.9), 1.0);
         assert_eq!(turning(-0.2, 0.5, 0.9), 1.0);
         assert_eq!(turning(0.0, 0.0, 0.9), 1.0);
+        assert_eq!(turning(0.0, f32::NAN, 0.9), 0.0);
     }
 
-    /// 100 mm are beyond the caution band, and 10 of 40 mm into the band for sway.
     #[test]
-    fn a_lifted_body_keeps_the_band_for_its_sway_while_it_drives() {
-        let lifted = Bounds {
-            lifted: true,
+    fn turning_on_the_spot_does_not_chatter_about_level_ground() {
+        let mut before = 1.0;
+        for step in 0..2_000 {
+            let pitch = -0.05 + step as f32 * 1e-4;
+            let command = SpeedCommand {
+                forward: 0.0,
+                yaw_rate: 0.5,
+            };
+            let (share, _) = drive(command, pitch, &standing(0.055), &BOUNDS);
+            assert!((share - before).abs() < 2e-3, "{pitch}: {before} {share}");
+            before = share;
+        }
+        assert!((before - 0.125).abs() < 1e-5, "{before}");
+    }
+
+    /// 100 mm are beyond the caution band, and 10 of 40 mm into the band that ends at 90 mm. The front
+    /// edge has no reserve.
+    #[test]
+    fn a_reserve_is_kept_at_the_rear_edge_while_driving() {
+        let reserved = Bounds {
+            reserve: 0.04,
             ..BOUNDS
         };
         let share =
             |pitch: f32, bounds: &Bounds| drive(along(0.2), pitch, &standing(0.1), bounds).0;
         assert_eq!(share(0.9, &BOUNDS), 1.0);
-        assert!((share(0.9, &lifted) - 0.25).abs() < 1e-5);
-        assert_eq!(share(0.05, &lifted), 1.0);
+        assert!((share(0.9, &reserved) - 0.25).abs() < 1e-5);
+        let mut front = standing(0.3);
+        front.now[Edge::Front as usize] = 0.07;
+        for bounds in [&BOUNDS, &reserved] {
+            let (share, _) = drive(along(0.2), -0.5, &front, bounds);
+            assert!((share - 0.5).abs() < 1e-5);
+        }
     }
 }

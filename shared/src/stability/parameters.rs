@@ -59,6 +59,8 @@ pub struct Parameters {
     pub crawl_speed: f32,
     /// Highest step that may be behind the robot, which its body knows.
     pub step_behind: StepBehind,
+    /// Distance of its driving sides from its middle, m, which its body knows, too.
+    pub half_width: f32,
     /// Backing off is allowed.
     pub back_off: bool,
     /// What is not known of the masses.
@@ -148,6 +150,7 @@ impl Parameters {
             ),
             crawl_speed: metres(Setting::CrawlSpeed),
             step_behind: StepBehind::NONE,
+            half_width: 0.0,
             back_off: settings.get(Setting::BackOff) == 1,
             uncertainty: Uncertainty {
                 cog: metres(Setting::CogUncertainty),
@@ -167,7 +170,8 @@ impl Parameters {
             away: ramp(self.trip, self.stop),
             horizon,
             foresight: self.horizon,
-            lifted: false,
+            reserve: 0.0,
+            half_width: self.half_width,
         }
     }
 

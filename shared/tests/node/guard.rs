@@ -723,7 +723,9 @@ fn a_reset_does_not_hide_that_a_drive_has_started_anew() {
         assert_eq!(bench.guard.scale_mismatch(), None);
         bench.scales[2] = 24;
         bench.states[2] = DriveState::SwitchOnDisabled;
-        bench.extra.extend(Frame::new(0x700 + u16::from(JOINT), &[0]));
+        bench
+            .extra
+            .extend(Frame::new(0x700 + u16::from(JOINT), &[0]));
         bench.request(Request::Reset);
         bench.run(200);
         let found = bench.guard.scale_mismatch().map(|scales| scales.found);

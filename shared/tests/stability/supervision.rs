@@ -150,12 +150,12 @@ proptest! {
         ahead in [any_f32(), any_f32(), any_f32(), any_f32()],
         speeds in [any_f32(), any_f32(), any_f32(), any_f32()],
         ramps in [ramp(), ramp()],
-        ([horizon, foresight], lifted) in ([any_f32(), any_f32()], any::<bool>()),
+        [horizon, foresight, reserve, half_width] in [any_f32(), any_f32(), any_f32(), any_f32()],
     ) {
         let [forward, yaw_rate, speed, pitch] = speeds;
         let margins = Margins { now, rate, speed };
         let [towards, away] = ramps;
-        let bounds = Bounds { towards, away, horizon, foresight, lifted };
+        let bounds = Bounds { towards, away, horizon, foresight, reserve, half_width };
         let driven = drive(SpeedCommand { forward, yaw_rate }, pitch, &margins, &bounds);
         for (share, _) in [driven, posture(pitch, &margins, ahead, &bounds)] {
             prop_assert!((0.0..=1.0).contains(&share), "{}", share);

@@ -78,7 +78,7 @@ impl<B: Body> Guard<B> {
             state: State::default(),
             gate: Gate::Hold,
             body: B::new(settings)?,
-            supervision: Supervision::new(settings, B::mass(settings), B::step_behind(settings)),
+            supervision: Supervision::new::<B>(settings),
             refusal: None,
             share: 1.0,
             attitude: Attitude::default(),

@@ -6,7 +6,7 @@
 use crate::constants::CONTROL_PERIOD;
 use crate::math::vector::Vector;
 use crate::math::{max, min, sin_cos};
-use crate::robots::{Ahead, Allowed, Asked, Stop};
+use crate::robots::{Ahead, Allowed, Asked, Body, Stop};
 use crate::sensors::BodySensors;
 use crate::settings::{Setting, Settings};
 use crate::stability::attitude::Attitude;
@@ -16,7 +16,6 @@ use crate::stability::filter::{self, Margins, Ramp, SpeedCommand, Tracker, Verdi
 use crate::stability::limits::MotionLimits;
 use crate::stability::parameters::{Parameters, Refusal};
 use crate::stability::specific_force::SpecificForce;
-use crate::stability::step_behind::StepBehind;
 use crate::stability::support::{Edge, NO_EDGE, Stance, narrowest};
 use crate::stability::trip::{Cause, Mode, Requests, Sight, Snapshot, Trip, crawl};
 use crate::stability::trust::{Reason, Trust, Watch};
@@ -61,11 +60,12 @@ pub(super) struct Supervision {
 }
 
 impl Supervision {
-    /// Supervision of a robot of `mass` without payload, kg, that may have a step behind it.
-    pub fn new(settings: &Settings, mass: f32, step_behind: StepBehind) -> Self {
+    /// Supervision of this robot.
+    pub fn new<B: Body>(settings: &Settings) -> Self {
         let mut parameters = Parameters::new(settings);
-        parameters.uncertainty.robot_mass = mass;
-        parameters.step_behind = step_behind;
+        parameters.uncertainty.robot_mass = B::mass(settings);
+        parameters.step_behind = B::step_behind(settings);
+        parameters.half_width = B::half_width(settings);
         Self {
             parameters,
             filter_active: settings.get(Setting::FilterActive) == 1,
@@ -247,8 +247,12 @@ impl Supervision {
                 all: -NO_EDGE,
             };
         }
-        // A robot that is about to fall over its rear needs every way out.
-        let wide = bounds.towards.share(self.margins.now[Edge::Back as usize]);
+        bounds.reserve =
+            self.lifted(pitch) * filter::sway(Edge::Back, pitch) * bounds.towards.width();
+        // A robot that is about to fall over its rear needs every way out: as driving forward ends,
+        // backing and folding begin to pass whatever may be behind.
+        let kept = bounds.towards.moved(bounds.reserve);
+        let wide = kept.share(self.margins.now[Edge::Back as usize]);
         let (posture_share, posture) = ahead.map_or((1.0, Verdict::Passed), |ahead| {
             let margins = self.as_now(ahead.stance.margins());
             let judged = filter::posture(pitch, &self.margins, margins, &bounds);
@@ -257,7 +261,6 @@ impl Supervision {
             }
             step_behind::within(judged, self.room(), 1.0 - wide)
         });
-        bounds.lifted = self.lifted(pitch);
         let command = SpeedCommand {
             forward: asked.forward,
             yaw_rate: asked.yaw_rate,
@@ -317,10 +320,15 @@ impl Supervision {
         })
     }
 
-    /// The body is steeper than its support by some 6 degrees.
-    fn lifted(&self, pitch: f32) -> bool {
+    /// How much the body counts as lifted, 0 to 1: it stands on its rear and on a front that lifts it,
+    /// and sways when either moves. Its sine exceeds that of its support by 0.05 to 0.15. 0 for NaN.
+    fn lifted(&self, pitch: f32) -> f32 {
+        const LIFTED: Ramp = Ramp {
+            none: 0.05,
+            all: 0.15,
+        };
         let [_, support] = self.stance.along();
-        sin_cos(Angle::from_radians(pitch)).0 - support > 0.1
+        LIFTED.share(sin_cos(Angle::from_radians(pitch)).0 - support)
     }
 
     /// What a fall off a step behind leaves of the present stance, m.
@@ -397,7 +405,6 @@ pub struct Telemetry {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::robots::Body;
     use crate::robots::b2p2::B2p2;
 
     fn settings(changes: &[(Setting, i32)]) -> Settings {
@@ -423,8 +430,7 @@ mod tests {
 
     /// Supervision of a robot at rest on level ground, with good sensors.
     fn standing(settings: &Settings, ahead: f32, speed: f32) -> Supervision {
-        let mut supervision =
-            Supervision::new(settings, B2p2::mass(settings), B2p2::step_behind(settings));
+        let mut supervision = Supervision::new::<B2p2>(settings);
         let level = BodySensors {
             specific_force: [0.0, 0.0, 9.806_65],
             ..BodySensors::default()
@@ -531,7 +537,7 @@ mod tests {
         }
     }
 
-    /// The centre of gravity is 0.2 m high on level ground: no fall off a step of 100 mm is borne. Where
+    /// The centre of gravity is 0.2 m high on level ground: no fall off a step of 150 mm is borne. Where
     /// the margin is wide, nothing passes backward, and the front is not folded down. Where it is
     /// narrow, these may be the ways out.
     #[test]
@@ -540,23 +546,103 @@ mod tests {
             forward: -0.45,
             ..Asked::<()>::default()
         };
-        let judge = |margin: f32| {
-            let supervision = standing(&Settings::default(), margin, 0.0);
-            let ahead = Ahead {
-                stance: stance(margin + 0.001),
-                lifts: true,
+        // A lifted body keeps 40 mm for its sway, and so its ways out open earlier.
+        for (pitch, reserve) in [(0.04, 0.0), (0.5, 0.04)] {
+            let judge = |margin: f32| {
+                let margin = margin + reserve;
+                let supervision = standing(&Settings::default(), margin, 0.0);
+                let ahead = Ahead {
+                    stance: stance(margin + 0.001),
+                    lifts: true,
+                };
+                let (allowed, _) = supervision.filter(&backward, Some(&ahead), pitch, 0.0);
+                (0.45 * allowed.share, allowed.limits.posture)
             };
-            let (allowed, _) = supervision.filter(&backward, Some(&ahead), 0.5, 0.0);
-            (0.45 * allowed.share, allowed.limits.posture)
+            assert_eq!(judge(0.10), (0.0, 0.0));
+            let (backed, folded) = judge(0.07);
+            assert!((backed - 0.025).abs() < 1e-3 && (folded - 0.5).abs() < 0.02);
+            let (backed, folded) = judge(0.045);
+            assert!(
+                (backed - 0.05).abs() < 1e-3 && folded > 0.8,
+                "{backed} {folded}"
+            );
+        }
+    }
+
+    /// A support that rises along the heading with this sine, and the centre of gravity `ahead` of its
+    /// rear edge.
+    fn sloped(sine: f32, ahead: f32) -> Stance {
+        let up = 0.8 * sine;
+        let contacts = [
+            [0.0, -0.3, 0.0],
+            [0.8, -0.3, up],
+            [0.8, 0.3, up],
+            [0.0, 0.3, 0.0],
+        ];
+        Stance::on(contacts, [ahead, 0.0, 0.2])
+    }
+
+    /// 100 mm from the rear edge at a pitch of 35 degrees.
+    #[test]
+    fn a_body_that_is_steeper_than_its_support_keeps_the_band_for_its_sway_while_it_drives() {
+        let asked = Asked {
+            forward: 0.2,
+            ..Asked::<()>::default()
         };
-        assert_eq!(judge(0.10), (0.0, 0.0));
-        let (backed, folded) = judge(0.07);
-        assert!((backed - 0.025).abs() < 1e-3 && (folded - 0.5).abs() < 0.02);
-        let (backed, folded) = judge(0.045);
-        assert!(
-            (backed - 0.05).abs() < 1e-3 && folded > 0.8,
-            "{backed} {folded}"
-        );
+        let share = |tangent: f32| {
+            let mut supervision = standing(&Settings::default(), 0.1, 0.0);
+            supervision.stance = sloped(tangent, 0.1);
+            supervision.filter(&asked, None, 0.6, 0.0).0.share
+        };
+        // The sine of the pitch is 0.565.
+        let tangent =
+            |difference: f32| libm::tan(libm::asin(0.564_6 - f64::from(difference))) as f32;
+        assert!((share(0.0) - 0.25).abs() < 0.02);
+        assert!((share(tangent(0.15)) - 0.25).abs() < 0.02);
+        assert!((share(tangent(0.10)) - 0.75).abs() < 0.03);
+        for difference in [0.05, 0.0, -0.2] {
+            assert!(share(tangent(difference)) > 0.98, "{difference}");
+        }
+    }
+
+    /// Nose up at 70 mm from the rear edge.
+    #[test]
+    fn the_guard_holds_back_a_turn_nose_up() {
+        let turn = Asked {
+            yaw_rate: 0.5,
+            ..Asked::<()>::default()
+        };
+        let mut supervision = standing(&Settings::default(), 0.07, 0.0);
+        supervision.stance = sloped(0.2, 0.07);
+        let share = |pitch: f32| supervision.filter(&turn, None, pitch, 0.0).0.share;
+        assert!((share(0.2) - 0.5).abs() < 0.02, "{}", share(0.2));
+        assert_eq!(share(-0.05), 1.0);
+    }
+
+    /// Whatever margin is left, and however steep the robot is, one of the motions is not slow.
+    #[test]
+    fn some_motion_always_passes_above_the_trip_margin() {
+        let supervision = |margin: f32| standing(&Settings::default(), margin, 0.0);
+        for margin in (12..140).map(|millimetres| millimetres as f32 * 1e-3) {
+            let supervision = supervision(margin);
+            for pitch in [0.0, 0.1, 0.2, 0.4, 0.6, 0.8] {
+                let share = |forward: f32| {
+                    let asked = Asked {
+                        forward,
+                        ..Asked::<()>::default()
+                    };
+                    supervision.filter(&asked, None, pitch, 0.0).0.share
+                };
+                let ahead = Ahead {
+                    stance: stance(margin + 0.001),
+                    lifts: true,
+                };
+                let none = Asked::<()>::default();
+                let (folding, _) = supervision.filter(&none, Some(&ahead), pitch, 0.0);
+                let most = max(max(share(0.05), share(-0.05)), folding.limits.posture);
+                assert!(most > 0.09, "{margin} at {pitch}: {most}");
+            }
+        }
     }
 
     /// The centre of gravity is 0.2 m high and 30 mm ahead of the rear edge: an instant stop bears

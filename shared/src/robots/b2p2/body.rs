@@ -4,7 +4,7 @@ use super::shape::AXLE_3_FROM_BODY_3;
 use super::{FrontPart, Masses, Model};
 use crate::bus::scale::{Position, Scale, Target};
 use crate::estimate::state::Joint;
-use crate::math::{limit, to_i16};
+use crate::math::{limit, min, to_i16};
 use crate::motor::profile::{Limits, Motion};
 use crate::robots::body::{
     Ahead, Allowed, Asked, Body, DriveState, Goal, MAX_DRIVES, MAX_OFFSETS, Offset, Phase,
@@ -119,10 +119,12 @@ impl B2p2 {
             return asked;
         }
         let wanted = *self.heading.get_or_insert(attitude.heading());
-        limit(
-            HEADING_GAIN * (wanted - attitude.heading()).radians(),
+        // No side turns against the way of the robot.
+        let most = min(
             HEADING_RATE,
-        )
+            self.forward.velocity.abs() / (0.5 * self.gauge),
+        );
+        limit(HEADING_GAIN * (wanted - attitude.heading()).radians(), most)
     }
 
     /// Set-point of a track whose centre line is `left` m from the middle, rad/s.
@@ -197,7 +199,7 @@ impl Body for B2p2 {
             keeps_taut: false,
             chassis: Motion::default(),
             forward: Motion::default(),
-            turn: Turn::new(0.5 * metres(Setting::TrackGauge), settings),
+            turn: Turn::new(Self::half_width(settings), settings),
             heading: None,
         })
     }
@@ -211,6 +213,10 @@ impl Body for B2p2 {
             height: settings.scaled(Setting::StepBehind, 1e-6),
             gyration: GYRATION,
         }
+    }
+
+    fn half_width(settings: &Settings) -> f32 {
+        0.5 * settings.scaled(Setting::TrackGauge, 1e-6)
     }
 
     fn drive_ids(settings: &Settings) -> Vec<u8, MAX_DRIVES> {

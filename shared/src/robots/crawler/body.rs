@@ -96,9 +96,13 @@ impl Body for Crawler {
             measured_speed: None,
             odometry: Odometry::default(),
             forward: Motion::default(),
-            turn: Turn::new(0.5 * settings.scaled(Setting::TrackGauge, 1e-6), settings),
+            turn: Turn::new(Self::half_width(settings), settings),
             sprockets: [0.0; 2],
         })
+    }
+
+    fn half_width(settings: &Settings) -> f32 {
+        0.5 * settings.scaled(Setting::TrackGauge, 1e-6)
     }
 
     fn drive_ids(settings: &Settings) -> Vec<u8, MAX_DRIVES> {

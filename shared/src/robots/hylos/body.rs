@@ -115,9 +115,13 @@ impl Body for Hylos {
             wheels: None,
             odometry: Odometry::default(),
             forward: Motion::default(),
-            turn: Turn::new(parameters.reach(), settings),
+            turn: Turn::new(Self::half_width(settings), settings),
             clearance: Clearance::default(),
         })
+    }
+
+    fn half_width(_: &Settings) -> f32 {
+        Parameters::nominal().reach()
     }
 
     fn drive_ids(settings: &Settings) -> Vec<u8, MAX_DRIVES> {
