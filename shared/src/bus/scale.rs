@@ -62,9 +62,9 @@ impl Position {
     }
 
     /// Turns since `before`, exact up to 2^24 bits; right as long as they are less than half of those
-    /// after which the position wraps.
+    /// after which the position wraps. 0 if `before` is the default, which was never heard.
     pub fn turns_since(self, before: Self) -> f32 {
-        self.wire.wrapping_sub(before.wire) as f32 * self.unit
+        self.wire.wrapping_sub(before.wire) as f32 * before.unit
     }
 }
 
@@ -83,6 +83,8 @@ pub enum Target {
 /// prepared for use in every tick.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct BusUnits {
+    /// The axle is a screw.
+    linear: bool,
     /// Fraction bits of a turn or a metre.
     bits: u32,
     /// Turns or metres of one bit.
@@ -101,13 +103,19 @@ impl BusUnits {
         }
     }
 
-    /// A target in bus units; saturates, 0 for NaN.
+    /// A target in bus units; saturates, 0 for NaN. None if it is an angle for a screw or a length for
+    /// a turning axle.
     #[inline]
-    pub fn target(&self, target: Target) -> i32 {
-        match target {
-            Target::Angle(angle) => angle.to_bits() >> (32 - self.bits),
-            Target::Radians(angle) => to_i32(angle / (self.position * core::f32::consts::TAU)),
-            Target::Length(length) => length.to_bits() >> (Length::FRAC_NBITS - self.bits),
+    pub fn target(&self, target: Target) -> Option<i32> {
+        match (target, self.linear) {
+            (Target::Angle(angle), false) => Some(angle.to_bits() >> (32 - self.bits)),
+            (Target::Radians(angle), false) => {
+                Some(to_i32(angle / (self.position * core::f32::consts::TAU)))
+            }
+            (Target::Length(length), true) => {
+                Some(length.to_bits() >> (Length::FRAC_NBITS - self.bits))
+            }
+            _ => None,
         }
     }
 
@@ -131,6 +139,7 @@ impl Scale {
     pub fn units(&self) -> BusUnits {
         let bits = self.bits();
         BusUnits {
+            linear: matches!(self, Self::Linear(_)),
             bits,
             // 2^-bits, by the exponent of a float.
             position: f32::from_bits((127 - bits) << 23),
@@ -273,5 +282,27 @@ mod tests {
             "{one_turn_a_second}"
         );
         assert_eq!(screw.velocity_to_bus(f32::NAN), 0);
+    }
+
+    #[test]
+    fn a_target_of_another_kind_of_axle_is_none() {
+        let (turning, screw) = (
+            Scale::Turning { bits: 32 }.units(),
+            Scale::linear(5_000).units(),
+        );
+        let (angle, length) = (Angle::from_bits(1), Length::from_bits(16));
+        assert_eq!(turning.target(Target::Angle(angle)), Some(1));
+        assert_eq!(screw.target(Target::Length(length)), Some(1));
+        assert_eq!(turning.target(Target::Length(length)), None);
+        assert_eq!(screw.target(Target::Angle(angle)), None);
+        assert_eq!(screw.target(Target::Radians(0.1)), None);
+    }
+
+    #[test]
+    fn a_position_that_was_never_heard_is_no_beginning_of_a_way() {
+        let units = Scale::Turning { bits: 16 }.units();
+        let far = units.position(1_000_000);
+        assert_eq!(far.turns_since(Position::default()), 0.0);
+        assert_eq!(far.turns_since(units.position(1_000_000 - 65_536)), 1.0);
     }
 }

@@ -222,8 +222,14 @@ impl Drive {
         self.reset != 0
     }
 
-    /// The set-point frame that brings the drive one step nearer to `goal`.
+    /// The set-point frame that brings the drive one step nearer to `goal`. A target of another kind
+    /// of axle holds the drive.
     pub fn command(&mut self, goal: Goal, referenced: bool, now_us: u64) -> Frame {
+        let wire = match goal {
+            Goal::Position(target) | Goal::MoveTo(target) => self.units.target(target),
+            _ => Some(0),
+        };
+        let (goal, target) = wire.map_or((Goal::Hold, 0), |wire| (goal, wire));
         let duty = Duty::of(goal);
         if duty != self.duty || self.resets() {
             self.duty = duty;
@@ -249,12 +255,12 @@ impl Drive {
         } else if goal == Goal::Reference && state == Some(State::OperationEnabled) && !referenced {
             word |= CONTROL_START;
         }
-        let (mode, target) = match goal {
-            Goal::Off | Goal::Hold => (0, 0),
-            Goal::Reference => (mode::HOMING, 0),
-            Goal::Position(target) => (mode::CYCLIC_POSITION, self.units.target(target)),
-            Goal::MoveTo(target) => (mode::PROFILE_POSITION, self.units.target(target)),
-            Goal::Taut => (mode::TAUT, 0),
+        let mode = match goal {
+            Goal::Off | Goal::Hold => 0,
+            Goal::Reference => mode::HOMING,
+            Goal::Position(_) => mode::CYCLIC_POSITION,
+            Goal::MoveTo(_) => mode::PROFILE_POSITION,
+            Goal::Taut => mode::TAUT,
             Goal::Velocity(target) => {
                 let set_point = VelocitySetPoint {
                     controlword: word,
