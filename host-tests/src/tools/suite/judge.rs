@@ -12,6 +12,8 @@ use std::cell::Cell;
 /// Farthest that the guard may act before the robot is beyond saving, m and s; one of the two must hold.
 const EARLIEST_M: f64 = 0.25;
 const EARLIEST_S: f64 = 1.0;
+/// Way that the guard takes from a motion before the operator feels it, m.
+const FELT_M: f64 = 0.005;
 /// Largest loss of way that a legitimate run may suffer.
 const LARGEST_LOSS: f64 = 0.05;
 /// A robot that has stood still for so long will not do anything any more, s; no script waits longer.
@@ -72,7 +74,7 @@ pub enum Finding {
         toppled_s: Option<f64>,
         /// Toppled with the guard as well.
         toppled_with_guard: bool,
-        /// When the guard first held back, s.
+        /// When the guard had first held back [`FELT_M`] of way, or the chassis, s.
         acted_s: Option<f64>,
         /// Last moment at which letting go saves the robot, s.
         savable_until_s: f64,
@@ -192,11 +194,21 @@ pub(super) fn toppled_s(samples: &[Sample]) -> Option<f64> {
     toppled.map(|sample| sample.time_s)
 }
 
-/// Whether the guard changes anything that is asked: to scale a speed of zero holds nobody back.
-fn holds_back(sample: &Sample) -> bool {
-    let heard = &sample.heard;
-    let chassis_waits = (heard.asked_theta - heard.passed_theta).abs() > CHASSIS_LAG;
-    intervenes(&heard.verdict) && (heard.asked_speed != 0.0 || chassis_waits)
+/// When the guard had first held back so much of a motion that the operator feels it, s.
+fn acted_s(samples: &[Sample]) -> Option<f64> {
+    let (mut before_s, mut lost_m) = (0.0, 0.0);
+    let acted = samples.iter().find(|sample| {
+        let heard = &sample.heard;
+        let period_s = sample.time_s - before_s;
+        before_s = sample.time_s;
+        if !intervenes(&heard.verdict) {
+            return false;
+        }
+        lost_m += (heard.asked_speed - heard.passed_speed).abs() * period_s;
+        let chassis_waits = (heard.asked_theta - heard.passed_theta).abs() > CHASSIS_LAG;
+        chassis_waits || lost_m > FELT_M
+    });
+    acted.map(|sample| sample.time_s)
 }
 
 /// Evaluates a hazard.
@@ -237,10 +249,7 @@ pub fn hazard(
         return Ok(trials.row(finding, &[(true, BY_ITSELF)]));
     }
     let with = trials.samples(true, None)?;
-    let acted_s = with
-        .iter()
-        .find(|sample| holds_back(sample))
-        .map(|sample| sample.time_s);
+    let acted_s = acted_s(&with);
     let toppled_with_guard = toppled_s(&with).is_some();
     let known = acted_s.filter(|acted| {
         thoroughness == Thoroughness::Quick && !toppled_with_guard && *acted < toppled_s_without
