@@ -4,18 +4,17 @@ use crate::world::truth::BodyPose;
 use rapier3d_f64::dynamics::SpringCoefficients;
 use rapier3d_f64::math::{Rotation, Vector};
 use rapier3d_f64::prelude::*;
+use tautrack::constants::GRAVITY_F64;
 
 /// Length of a step, s, and the solver's substeps in it.
 pub const DT: f64 = 1.0e-3;
 /// Substeps of the solver in one step.
 pub const SUBSTEPS: usize = 4;
-/// Acceleration of gravity, m/s^2.
-pub const GRAVITY: f64 = 9.81;
 
 /// An empty world with the settings under which belts neither sink into noses nor slip on them.
 pub fn world() -> PhysicsWorld {
     let mut world = PhysicsWorld::new();
-    world.gravity = Vector::new(0.0, 0.0, -GRAVITY);
+    world.gravity = Vector::new(0.0, 0.0, -GRAVITY_F64);
     let settings = &mut world.integration_parameters;
     settings.dt = DT;
     settings.num_solver_iterations = SUBSTEPS;

@@ -3,6 +3,7 @@
 use super::noise::Noise;
 use rapier3d_f64::dynamics::RigidBody;
 use rapier3d_f64::math::{Rotation, Vector};
+use tautrack::constants::GRAVITY_F64;
 use tautrack::sensors::BodySensors;
 
 /// Steps between two readings of the magnetometer: ten a second.
@@ -74,7 +75,6 @@ impl BodyMotion {
 
 /// Length of a step, s.
 const DT: f64 = 1e-3;
-const GRAVITY: f64 = 9.81;
 
 /// Small turn from one attitude to the next, rad, body axes.
 ///
@@ -104,7 +104,7 @@ pub struct BodySensing {
 impl BodySensing {
     /// Sensors that have been at rest on a body in this attitude for long.
     pub fn new(parameters: &BodySensorParameters, noise: Noise, rotation: Rotation) -> Self {
-        let at_rest = rotation.inverse() * (Vector::Z * GRAVITY);
+        let at_rest = rotation.inverse() * (Vector::Z * GRAVITY_F64);
         let mut sensing = Self {
             noise,
             rotation,
@@ -166,7 +166,7 @@ impl BodySensing {
             (velocity - self.accelerometer_velocity) / DT
         };
         self.accelerometer_velocity = velocity;
-        let force = into_body * (acceleration + Vector::Z * GRAVITY);
+        let force = into_body * (acceleration + Vector::Z * GRAVITY_F64);
         let inertial = DT / (p.inertial_lag + DT);
         self.specific_force += (force - self.specific_force) * inertial;
         let turn = turned(self.rotation, rotation);

@@ -351,7 +351,7 @@ impl<B: Body> Network<B> {
 /// Level ground, at rest.
 pub fn level() -> BodySensors {
     BodySensors {
-        specific_force: [0.0, 0.0, 9.806_65],
+        specific_force: [0.0, 0.0, 9.81],
         ..BodySensors::default()
     }
 }

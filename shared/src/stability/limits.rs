@@ -117,7 +117,7 @@ mod tests {
     #[test]
     fn braking_at_the_limit_leaves_the_trip_margin() {
         let limits = MotionLimits::of(&standing(0.1, 0.3), &parameters());
-        let shift = 0.3 * f64::from(limits.backward) / 9.80665;
+        let shift = 0.3 * f64::from(limits.backward) / 9.81;
         assert!((0.1 - shift - 0.01).abs() < 1e-5, "{limits:?}");
         assert_eq!(limits.forward, 4.0);
     }

@@ -323,7 +323,7 @@ mod tests {
         };
         assert!(matches!(
             hasty.check(&stance()),
-            // 9.80665 (0.3 - 0.01) / 0.2
+            // 9.81 (0.3 - 0.01) / 0.2
             Err(Refusal::Deceleration { configured: 20.0, bearable }) if (bearable - 14.2196).abs() < 0.01
         ));
     }

@@ -111,7 +111,7 @@ mod tests {
     use super::super::filter::Verdict;
     use super::*;
 
-    const G: f64 = 9.806_65;
+    const G: f64 = 9.81;
     const TICK: f64 = 2e-5;
     const GYRATION: f32 = 0.053;
 

@@ -89,7 +89,7 @@ mod tests {
         // Angular momentum of the motion about the edge; its positive sense is away from the edge.
         let mut rate = direction * (x * velocity[1] - z * velocity[0]) / square;
         for _ in 0..200_000 {
-            rate += 9.806_65 * libm::sin(angle) / libm::sqrt(square) * STEP;
+            rate += 9.81 * libm::sin(angle) / libm::sqrt(square) * STEP;
             angle += rate * STEP;
             if angle < 0.0 {
                 return true;

@@ -225,7 +225,7 @@ fn standing(pitch: f32) -> BodySensors {
     BodySensors {
         inclination: [pitch, 0.0],
         // What an accelerometer shows there.
-        specific_force: [9.806_65 * pitch.sin(), 0.0, 9.806_65 * pitch.cos()],
+        specific_force: [9.81 * pitch.sin(), 0.0, 9.81 * pitch.cos()],
         ..BodySensors::default()
     }
 }

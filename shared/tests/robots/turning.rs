@@ -262,7 +262,7 @@ impl Bench {
         let noise = |channel: u64| 1e-6 * ((self.now_us / 1_000 * 7 + channel * 3) % 5) as f32;
         let body = BodySensors {
             inclination: [noise(0), noise(1)],
-            specific_force: [noise(2), noise(3), 9.806_65 + noise(4)],
+            specific_force: [noise(2), noise(3), 9.81 + noise(4)],
             angular_rate: [noise(5), noise(6), noise(7)],
             ..BodySensors::default()
         };

@@ -17,7 +17,7 @@ use tautrack::stability::support::{Stance, narrowest};
 use tautrack::stability::trip::{Cause, Mode, Requests, Sight, Snapshot, Trip};
 use tautrack::stability::trust::{Trust, Watch};
 
-const G: f64 = 9.80665;
+const G: f64 = 9.81;
 
 /// A point mass on a massless robot that pivots about its front edge, `margin` m before it and `height` m over it: does it fall over when
 /// the robot brakes from `speed` with `deceleration`? Integrated with steps of 10 us; no formula of the library is used.

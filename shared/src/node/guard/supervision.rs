@@ -432,7 +432,7 @@ mod tests {
     fn standing(settings: &Settings, ahead: f32, speed: f32) -> Supervision {
         let mut supervision = Supervision::new::<B2p2>(settings);
         let level = BodySensors {
-            specific_force: [0.0, 0.0, 9.806_65],
+            specific_force: [0.0, 0.0, 9.81],
             ..BodySensors::default()
         };
         let mut attitude = Attitude::default();

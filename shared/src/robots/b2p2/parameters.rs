@@ -1,5 +1,6 @@
 //! Masses, inertias and lengths: the paper's tables, checked and brought to the form that the dynamics need.
 
+use crate::constants::GRAVITY_F64;
 use crate::math::Scalar;
 use crate::math::vector::{Symmetric, Vector, sub};
 
@@ -70,7 +71,7 @@ pub const LENGTHS: Lengths = Lengths {
     l1: 0.32,
     l2: 0.23,
     axle_3: 0.226,
-    gravity: 9.81,
+    gravity: GRAVITY_F64,
 };
 
 /// Why values do not describe a robot.

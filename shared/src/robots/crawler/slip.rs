@@ -2,12 +2,11 @@
 
 use super::parameters::{Dimensions, Ground, Masses, ParametersError, within};
 use super::soil::{Footprint, Soil};
+use crate::constants::GRAVITY;
 use crate::math::{Scalar, clamp, limit, max, min};
 
 /// A robot that stands on its end presses nowhere along its run.
 const LEAST_COSINE: f32 = 0.1;
-/// Gravity, m/s^2.
-const GRAVITY: f32 = 9.81;
 /// The estimate never leaves this range: a track that slips more is stuck, and turning it faster digs.
 const MAXIMUM_SLIP: f32 = 0.6;
 /// The correction stays within a third and three times what the soil model says.

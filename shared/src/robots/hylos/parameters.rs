@@ -1,6 +1,7 @@
 //! Masses, lengths and ranges of Hylos. Besseron et al. give 25 kg, sixteen motors and the limit of the margin; everything else is
 //! assumed, here and nowhere else.
 
+use crate::constants::GRAVITY_F64;
 use crate::math::Scalar;
 use crate::math::vector::Vector;
 use core::f64::consts::FRAC_PI_2;
@@ -35,7 +36,7 @@ pub const MEASURES: Measures = Measures {
     platform_mass: 17.0,
     platform_com: [0.0, 0.0, 0.05],
     wheel_mass: 2.0,
-    gravity: 9.81,
+    gravity: GRAVITY_F64,
 };
 
 /// Range of the hips, rad: from the thigh a little above the platform's plane to almost straight down. Assumed.

@@ -1,8 +1,9 @@
 //! What the physics knows of the robot, in the terms of a run's record.
 
 use super::{B2p2, robot};
-use crate::world::physics::{DT, GRAVITY};
+use crate::world::physics::DT;
 use rapier3d_f64::math::Vector;
+use tautrack::constants::GRAVITY_F64;
 
 /// Roll from which the robot lies on its side, rad.
 const ON_ITS_SIDE: f64 = 80.0 * core::f64::consts::PI / 180.0;
@@ -21,7 +22,7 @@ impl B2p2 {
         let bodies = self.robot.bodies.map(|handle| &self.world.bodies[handle]);
         bodies
             .iter()
-            .map(|body| body.kinetic_energy() + body.mass() * GRAVITY * body.center_of_mass().z)
+            .map(|body| body.kinetic_energy() + body.mass() * GRAVITY_F64 * body.center_of_mass().z)
             .sum()
     }
 

@@ -3,9 +3,7 @@
 use super::parameters::CrawlerParameters;
 use crate::world::load::Load;
 use rapier3d_f64::math::{Matrix, Rotation, Vector};
-
-/// Gravity, m/s^2.
-pub const GRAVITY: f64 = 9.81;
+use tautrack::constants::GRAVITY_F64;
 
 /// Mass, centre of gravity and inertia about it, in body axes (x forward, y left, z up) from the middle between the runs.
 #[derive(Clone, Copy, Debug)]
@@ -89,7 +87,7 @@ impl Body {
         let turned = Matrix::from_quat(self.rotation);
         let inertia = turned * properties.inertia * turned.transpose();
         let gyroscopic = self.spin.cross(inertia * self.spin);
-        self.velocity += (force / properties.mass - Vector::Z * GRAVITY) * dt;
+        self.velocity += (force / properties.mass - Vector::Z * GRAVITY_F64) * dt;
         self.spin += inertia.inverse() * (moment - gyroscopic) * dt;
         self.cog += self.velocity * dt;
         let half = self.spin * (0.5 * dt);

@@ -1,8 +1,8 @@
 //! What the physics knows of the robot.
 
 use super::{Hylos, robot};
-use crate::world::physics::GRAVITY;
 use rapier3d_f64::math::Vector;
+use tautrack::constants::GRAVITY_F64;
 use tautrack::robots::hylos::parameters::{MARGIN_FLOOR, MARGIN_LIMIT, POTENTIAL_GAIN};
 use tautrack::robots::hylos::stability::AROUND;
 use tautrack::robots::hylos::{LEGS, Potential};
@@ -106,7 +106,7 @@ impl Hylos {
         }
         let cog = moment / mass;
         let around = AROUND.map(|leg| detail.contacts[leg]);
-        let weight = [0.0, 0.0, -mass * GRAVITY];
+        let weight = [0.0, 0.0, -mass * GRAVITY_F64];
         let tip_over = angles(&around, cog.to_array(), weight, [0.0; 3]);
         detail.margin = margin(&tip_over);
         // The controller's own potential, of the true angles.

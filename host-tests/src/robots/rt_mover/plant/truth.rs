@@ -3,9 +3,9 @@
 use super::margin::margin;
 use super::robot::SEAT;
 use super::{MOTORS, RtMover};
-use crate::world::physics::GRAVITY;
 use rapier3d_f64::math::Vector;
 use rapier3d_f64::prelude::RigidBody;
+use tautrack::constants::GRAVITY_F64;
 
 /// Channels of [`crate::world::truth::Truth`] that only this robot has, wheel by wheel: force of
 /// the ground upward, and height of the lowest point.
@@ -68,7 +68,7 @@ impl RtMover {
     /// Weight, N.
     pub fn weight(&self) -> f64 {
         let load = self.payload.map_or(0.0, |load| load.mass);
-        (self.parameters.masses.total() + load) * GRAVITY
+        (self.parameters.masses.total() + load) * GRAVITY_F64
     }
 
     /// Brings the truth up to date after a step.
