@@ -1,5 +1,6 @@
 //! No module knows one that stands above it: the `use` lines and paths of `src` are read.
 
+use proc_macro2::{Delimiter, TokenStream, TokenTree};
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
@@ -45,21 +46,83 @@ fn sources(folder: &Path, found: &mut Vec<PathBuf>) {
     }
 }
 
-/// The modules of the crate that `code` names: what follows `crate::`, also in braces.
-fn named(code: &str) -> BTreeSet<String> {
-    let word = |text: &str| -> String {
-        let is_word = |letter: &char| letter.is_alphanumeric() || *letter == '_';
-        text.chars().take_while(is_word).collect()
-    };
-    let mut found = BTreeSet::new();
-    for rest in code.split("crate::").skip(1) {
-        let names: Vec<&str> = match rest.strip_prefix('{') {
-            Some(group) => group.split('}').next().unwrap_or("").split(',').collect(),
-            None => vec![rest],
-        };
-        found.extend(names.into_iter().map(|name| word(name.trim_start())));
+/// The modules of the crate that code names, read token by token.
+#[derive(Default)]
+struct Named(BTreeSet<String>);
+
+impl Named {
+    /// Reads the code of a module that stands `depth` modules below the root.
+    fn read(&mut self, code: TokenStream, depth: usize) {
+        let tokens: Vec<TokenTree> = code.into_iter().collect();
+        let mut rest = tokens.as_slice();
+        while let [first, after @ ..] = rest {
+            rest = after;
+            match (first, after) {
+                // What only tests use does not shape the crate.
+                (_, [TokenTree::Group(attribute), item @ ..])
+                    if is(first, "#") && attribute.to_string() == "[cfg (test)]" =>
+                {
+                    let end = item.iter().position(ends_item).expect("an item");
+                    rest = &item[end + 1..];
+                }
+                (_, [TokenTree::Ident(_), TokenTree::Group(module), after @ ..])
+                    if is(first, "mod") =>
+                {
+                    self.read(module.stream(), depth + 1);
+                    rest = after;
+                }
+                _ if is(first, "crate") => self.from_root(after),
+                _ if is(first, "super") => {
+                    let mut climbed = 1;
+                    while let [a, b, next, after @ ..] = rest
+                        && is(a, ":")
+                        && is(b, ":")
+                        && is(next, "super")
+                    {
+                        climbed += 1;
+                        rest = after;
+                    }
+                    if climbed >= depth {
+                        self.from_root(rest);
+                    }
+                }
+                (TokenTree::Group(group), _) => self.read(group.stream(), depth),
+                _ => {}
+            }
+        }
     }
-    found
+
+    /// Takes what is named after the root. A name other than a module's is kept, too: it may stand
+    /// for the whole crate, as in `crate as other` and `crate::*`.
+    fn from_root(&mut self, after: &[TokenTree]) {
+        match after {
+            // A visibility.
+            [] => {}
+            [a, b, TokenTree::Group(group), ..] if is(a, ":") && is(b, ":") => {
+                let tokens: Vec<TokenTree> = group.stream().into_iter().collect();
+                let names = tokens.split(|token| is(token, ","));
+                let names = names.filter_map(<[TokenTree]>::first);
+                self.0.extend(names.map(ToString::to_string));
+            }
+            [a, b, name, ..] if is(a, ":") && is(b, ":") => {
+                self.0.insert(name.to_string());
+            }
+            [other, ..] => {
+                self.0.insert(format!("the crate {other}"));
+            }
+        }
+    }
+}
+
+fn is(token: &TokenTree, text: &str) -> bool {
+    !matches!(token, TokenTree::Group(_)) && token.to_string() == text
+}
+
+fn ends_item(token: &TokenTree) -> bool {
+    match token {
+        TokenTree::Group(group) => group.delimiter() == Delimiter::Brace,
+        other => is(other, ";"),
+    }
 }
 
 /// Each use of a module that stands above the user, as "user uses module (file)".
@@ -78,9 +141,11 @@ fn upward(src: &Path, order: &[&str]) -> Vec<String> {
         }
         let place = order.iter().position(|name| *name == module);
         let code = std::fs::read_to_string(&file).expect("a source");
-        // What only tests use does not shape the crate.
-        let code = code.split("#[cfg(test)]").next().expect("a part");
-        for name in named(code) {
+        let mut named = Named::default();
+        let ends_in_mod = inner.file_name().is_some_and(|name| name == "mod.rs");
+        let depth = inner.components().count() - usize::from(ends_in_mod);
+        named.read(code.parse().expect("Rust"), depth);
+        for name in named.0 {
             let other = order.iter().position(|known| *known == name);
             if other.is_none() || place.is_none() || other > place {
                 wrong.push(format!("{module} uses {name} ({})", inner.display()));
@@ -110,7 +175,25 @@ fn an_upward_use_is_found_in_every_form() {
         ("use crate::{units::Angle, robots};", 1),
         ("fn f(x: crate::stability::support::Stance) {}", 1),
         ("use crate::nowhere::Thing;", 1),
-        ("use super::vector;", 0),
+        (
+            "use crate::{units::{Angle, Length}, robots::{Body, Ahead}};",
+            1,
+        ),
+        ("use super::vector;", 1),
+        ("use super::{units, node};", 1),
+        (
+            "mod inner { use super::vector; use super::super::node::guard; }",
+            1,
+        ),
+        ("pub(crate) fn f() { g!(crate::robots::Body) }", 1),
+        ("use crate as all;", 1),
+        ("extern crate self as all;", 1),
+        ("use crate::*;", 1),
+        (
+            "#[cfg(test)] mod tests { use crate::node; } use crate::robots::Body;",
+            1,
+        ),
+        ("#[cfg(test)] use crate::node; // and crate::robots", 0),
     ] {
         std::fs::write(folder.join("math/mod.rs"), code).expect("written");
         assert_eq!(upward(&folder, SHARED).len(), expected, "{code}");
