@@ -7,8 +7,8 @@
 //! * Segmented writes to PDO mappings: an empty last segment panics the stack, and a count above eight is accepted.
 //! * LSS: node ids are settings of the node, and the stack would change its own id behind the filter's back.
 //! * Remote frames never get here: [`Frame`] cannot express them.
-//! * While the guard is alive, nobody writes the objects that move an axle, or that decide which
-//!   frames do.
+//! * While the guard is alive, nobody writes an object that may move an axle, or that decides which
+//!   frames do: only the rest of the communication objects stays open.
 //! * While the control task stands, SYNC: the stack would send old positions.
 
 use tautrack::can::Frame;
@@ -105,13 +105,9 @@ pub fn sdo_index(frame: &Frame, node_id: u8) -> Option<u16> {
     }
 }
 
-/// Set-points and commands of a drive, bench mode, the screw's joint and slack, and what its
-/// receive PDOs are made of.
+/// All objects of the drive itself, and what its receive PDOs are made of.
 fn moves_an_axle(index: u16) -> bool {
-    matches!(
-        index,
-        0x1400..=0x17ff | 0x2001 | 0x2100 | 0x2101 | 0x6040 | 0x6060 | 0x607a | 0x60b2 | 0x60ff
-    )
+    matches!(index, 0x1400..=0x17ff | 0x2000..)
 }
 
 fn is_mapping(index: u16) -> bool {

@@ -48,6 +48,10 @@ const GROUPS: &[(u16, &str)] = &[
 pub fn settings() -> String {
     let mut text = String::new();
     let mut first = 0;
+    let listed = settings::TABLE
+        .iter()
+        .all(|row| GROUPS.iter().any(|(last, _)| row.key <= *last));
+    assert!(listed, "a setting is in no group");
     for &(last, title) in GROUPS {
         let _ = write!(
             text,

@@ -267,7 +267,7 @@ impl<S: Scalar> Controller<S> {
         &mut self,
         sensed: &Sensed<S>,
         rates: &Legs<S>,
-        motion: &super::Motion<S>,
+        motion: &super::MotorGoals<S>,
         period: S,
     ) {
         let points = &mut self.set_points;
@@ -305,7 +305,7 @@ fn motion<S: Scalar>(
     follower: &LeastSquares<S>,
     wish: &Wish<S>,
     rates: &Legs<S>,
-) -> super::Motion<S> {
+) -> super::MotorGoals<S> {
     let trajectory = Trajectory {
         velocity: [wish.forward, sideways(posture, follower, rates)],
         yaw_rate: wish.yaw_rate,

@@ -26,7 +26,7 @@ pub use parameters::{Measures, Parameters, ParametersError};
 pub use posture::{Posture, Wheel};
 pub use potential::{Potential, PotentialError};
 pub use stability::{Gradient, Pull};
-pub use velocity::{Form, Motion, Trajectory};
+pub use velocity::{Form, MotorGoals, Trajectory};
 
 /// Number of legs.
 pub const LEGS: usize = 4;

@@ -30,7 +30,7 @@ pub enum Form {
 
 /// What the motors shall do.
 #[derive(Clone, Copy, PartialEq, Debug)]
-pub struct Motion<S> {
+pub struct MotorGoals<S> {
     /// Height, m/s, roll and pitch, rad/s: `x_p` of eq. 20.
     pub posture: Vector<S>,
     /// Wheel speeds, rad/s (eq. 21).
@@ -43,7 +43,7 @@ impl<S: Scalar> Posture<'_, S> {
     /// Height, roll and pitch rate (eq. 20), wheel speeds (eq. 21) and steering angles (from eq. 19) for a path and the rates of the legs.
     ///
     /// Singularities: contacts in one line and a platform on end are damped, so all outputs stay finite.
-    pub fn motion(&self, trajectory: &Trajectory<S>, legs: &Legs<S>, form: Form) -> Motion<S> {
+    pub fn motion(&self, trajectory: &Trajectory<S>, legs: &Legs<S>, form: Form) -> MotorGoals<S> {
         self.follow(&self.follower(), trajectory, legs, form)
     }
 
@@ -53,7 +53,7 @@ impl<S: Scalar> Posture<'_, S> {
         trajectory: &Trajectory<S>,
         legs: &Legs<S>,
         form: Form,
-    ) -> Motion<S> {
+    ) -> MotorGoals<S> {
         let path = self.path_twist(trajectory);
         let rising = self.normal_speeds(
             match form {
@@ -64,7 +64,7 @@ impl<S: Scalar> Posture<'_, S> {
         );
         let posture = follower.solve(rising).map(|value| -value);
         let twist = self.with_posture(path, posture);
-        let mut motion = Motion {
+        let mut motion = MotorGoals {
             posture,
             wheels: [S::ZERO; LEGS],
             steering: [None; LEGS],

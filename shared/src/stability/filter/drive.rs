@@ -1,37 +1,12 @@
-//! Scales a command down, between the operator's value and zero, so that every margin's decay
-//! stays within bounds (a control-barrier filter). It never adds motion of its own.
-//!
-//! The barrier is `m - m_stop` for the margin `m` of each edge. With the scale `s` of the
-//! commanded speed `u`, the margin decays with `dm/dt = r_0 + k s u`: `k u` is the part of the
-//! measured rate that the command causes, `r_0` the rest. Within the stopping horizon `T` (the
-//! time until a stop begins, and the time that it takes) this must hold:
-//!
-//! `dm/dt >= -gamma (m - m_stop - s w)`, `gamma = 1/T`,
-//!
-//! `w` being the caution band `m_caution - m_stop`: the more of a command passes, the earlier a
-//! margin counts as used up. Hence `s = (m - m_stop + r_0 T) / (w + |k u| T)`, limited to 0 to 1.
-//!
-//! All four edges are watched in every motion. A motion that leads away from an edge ([`leads_to`]),
-//! such as backing down from a nose, has no caution band there. It gets slower between the stop margin
-//! and the trip margin, and it ends while the margin decays so that the trip margin would be reached
-//! within the horizon: when a track slips or the ground ends, little momentum may be left.
+//! The scale of a commanded speed.
 
-use super::support::{EDGES, Edge};
-use crate::math::{clamp, max, min};
-
-pub use super::tracker::{Margins, Tracker};
-pub use super::verdict::Verdict;
+use super::bounds::{Bounds, Ramp, share};
+use super::{Margins, Verdict};
+use crate::math::min;
+use crate::stability::support::{EDGES, Edge};
 
 /// Speed at which half of a margin's rate is put down to the command, m/s; below, noise is most of it.
 const ATTRIBUTION_SPEED: f32 = 0.02;
-
-/// Speed, m/s, and pitch nose up, rad, from which on the outer side of a turning robot counts as one
-/// that drives forward and lifts the front.
-const LIFTING_SPEED: f32 = 0.02;
-const LIFTING_PITCH: f32 = 0.1;
-
-/// A smaller share of a posture's speed is called none.
-pub(super) const SMALLEST_SHARE: f32 = 0.05;
 
 /// Motion over ground that is asked for or passed.
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
@@ -40,64 +15,6 @@ pub struct SpeedCommand {
     pub forward: f32,
     /// Yaw rate, counter-clockwise from above, rad/s.
     pub yaw_rate: f32,
-}
-
-/// Margins between which the share that passes grows from nothing to all, m.
-#[derive(Clone, Copy, Debug)]
-pub struct Ramp {
-    /// At and below this margin nothing passes.
-    pub none: f32,
-    /// At and above this margin, while it does not decay, all passes.
-    pub all: f32,
-}
-
-impl Ramp {
-    /// Distance of the two, m, above zero. Margins are tens of millimetres; the least keeps divisions
-    /// away from zero.
-    pub fn width(self) -> f32 {
-        let width = self.all - self.none;
-        if width > 1e-3 { width } else { 1e-3 }
-    }
-
-    /// The same at margins that are wider by `reserve`, m.
-    #[must_use]
-    pub fn moved(self, reserve: f32) -> Self {
-        Self {
-            none: self.none + reserve,
-            all: self.all + reserve,
-        }
-    }
-
-    /// Share that a margin leaves, 0 to 1; 0 for NaN.
-    pub fn share(self, margin: f32) -> f32 {
-        share((margin - self.none) / self.width())
-    }
-}
-
-/// Bounds of the filter.
-#[derive(Clone, Copy, Debug)]
-pub struct Bounds {
-    /// Of an edge that a motion leads to.
-    pub towards: Ramp,
-    /// Of an edge from which it leads away.
-    pub away: Ramp,
-    /// How far ahead decay counts, s: `1 / gamma`.
-    pub horizon: f32,
-    /// The same for posture motions: how far ahead the shape is that they lead to, s.
-    pub foresight: f32,
-    /// What driving keeps at the rear edge for the sway of a body that is lifted, m.
-    pub reserve: f32,
-    /// Distance of the driving sides from the middle, m, of a robot that turns by their speeds.
-    pub half_width: f32,
-}
-
-impl Bounds {
-    /// How much the outer side of a turning robot lifts the front of the robot by driving forward:
-    /// from 0 to 1 at [`LIFTING_SPEED`] and [`LIFTING_PITCH`].
-    fn lifts(&self, command: SpeedCommand, pitch: f32) -> f32 {
-        let outer = command.forward + self.half_width * command.yaw_rate.abs();
-        share(outer / LIFTING_SPEED) * share(pitch / LIFTING_PITCH)
-    }
 }
 
 /// Whether a command with this forward speed, at this pitch, can use up the margin to an edge by
@@ -205,102 +122,15 @@ fn passable(forward: f32, index: usize, margins: &Margins, ramp: Ramp, horizon: 
     share(room / (ramp.width() + per_speed * forward.abs() * horizon))
 }
 
-/// Slower decay is noise, m/s.
-const STEADY: f32 = 0.01;
-
-/// Share that a posture motion keeps at an edge whose margin it widens, however narrow it is: it may
-/// lead out of danger.
-const RESCUE: f32 = 0.1;
-
-/// Pitch from which on the whole caution band is kept for sway, rad.
-const STEEP: f32 = 0.5;
-
-/// Share of the caution band that is kept for sway toward an edge at this pitch: nose up to the back,
-/// nose down to the front. NaN for NaN.
-pub fn sway(edge: Edge, pitch: f32) -> f32 {
-    match edge {
-        Edge::Back => clamp(pitch / STEEP, 0.0, 1.0),
-        Edge::Front => clamp(-pitch / STEEP, 0.0, 1.0),
-        Edge::Left | Edge::Right => 0.0,
-    }
-}
-
-/// Limited to 0 to 1. Zero for NaN.
-fn share(quotient: f32) -> f32 {
-    let share = clamp(quotient, 0.0, 1.0);
-    if share >= 0.0 { share } else { 0.0 }
-}
-
-/// Scale of a posture's speed, 0 to 1, and the verdict. `ahead` are the margins of the shape that
-/// the motion leads to within the horizon, at the present pitch.
-///
-/// The pitch does not stay: a front that meets the ground lifts the body. So the measured decay is
-/// added to what the shape says. A motion that narrows a margin by this account slows down through the
-/// caution band and ends at the stop margin. A steep robot on a nose also sways when its centre of
-/// gravity moves, and keeps the whole caution band for that. A motion that widens a margin is slow only
-/// below the stop margin, and it never ends: [`RESCUE`]. NaN refuses.
-pub fn posture(pitch: f32, margins: &Margins, ahead: [f32; 4], bounds: &Bounds) -> (f32, Verdict) {
-    let (mut least, mut verdict) = (1.0, Verdict::Passed);
-    for edge in EDGES {
-        let index = edge as usize;
-        let (now, then) = (margins.now[index], ahead[index]);
-        let rate = margins.rate[index];
-        let decay = if rate < -STEADY {
-            rate * bounds.foresight
-        } else {
-            0.0
-        };
-        let mut part = if then + decay >= now {
-            bounds.away.share(now)
-        } else {
-            let reserve = sway(edge, pitch) * bounds.towards.width();
-            // Below the present margin anyway, unless that is NaN.
-            bounds.towards.share(min(then + decay - reserve, now))
-        };
-        if then >= now {
-            part = max(part, RESCUE);
-        }
-        if part < least {
-            least = part;
-            verdict = if part >= SMALLEST_SHARE {
-                Verdict::PostureScaled(edge)
-            } else {
-                Verdict::PostureRefused(edge)
-            };
-        }
-    }
-    (least, verdict)
-}
-
 #[cfg(test)]
 mod tests {
+    use super::super::examples::{BOUNDS, standing};
     use super::*;
-
-    const fn ramp(none: f32, all: f32) -> Ramp {
-        Ramp { none, all }
-    }
-
-    const BOUNDS: Bounds = Bounds {
-        towards: ramp(0.05, 0.09),
-        away: ramp(0.01, 0.05),
-        horizon: 0.25,
-        foresight: 0.15,
-        reserve: 0.0,
-        half_width: 0.15,
-    };
 
     fn along(forward: f32) -> SpeedCommand {
         SpeedCommand {
             forward,
             yaw_rate: 0.0,
-        }
-    }
-
-    fn standing(back: f32) -> Margins {
-        Margins {
-            now: [back, 0.3, 0.15, 0.15],
-            rate: [0.0; 4],
-            speed: 0.0,
         }
     }
 
@@ -476,111 +306,6 @@ mod tests {
             assert_eq!(within_speed(passed, 0.4, (limit, Edge::Front)), refused);
         }
         assert_eq!(within_speed(passed, f32::NAN, (1.0, Edge::Front)), refused);
-    }
-
-    #[test]
-    fn a_posture_motion_is_refused_at_any_edge() {
-        for edge in EDGES {
-            let now = standing(0.3);
-            let mut ahead = now.now;
-            ahead[edge as usize] = 0.04;
-            let refused = (0.0, Verdict::PostureRefused(edge));
-            assert_eq!(posture(0.0, &now, ahead, &BOUNDS), refused);
-            ahead[edge as usize] = f32::NAN;
-            assert_eq!(posture(0.0, &now, ahead, &BOUNDS), refused);
-            let mut unknown = now;
-            unknown.now[edge as usize] = f32::NAN;
-            assert_eq!(posture(0.0, &unknown, now.now, &BOUNDS), refused);
-        }
-        let level = standing(0.3);
-        let narrower = level.now.map(|margin| margin - 1e-3);
-        assert_eq!(posture(f32::NAN, &level, narrower, &BOUNDS).0, 0.0);
-    }
-
-    /// Margins where the back is `back` m wide.
-    fn ahead(back: f32) -> [f32; 4] {
-        [back, 0.3, 0.15, 0.15]
-    }
-
-    #[test]
-    fn a_posture_motion_that_narrows_a_margin_slows_down_before_it_is_refused() {
-        let now = standing(0.14);
-        let posture = |back| posture(0.0, &now, ahead(back), &BOUNDS);
-        assert_eq!(posture(0.091), (1.0, Verdict::Passed));
-        let (share, verdict) = posture(0.06);
-        assert!((share - 0.25).abs() < 1e-4, "{share}");
-        assert_eq!(verdict, Verdict::PostureScaled(Edge::Back));
-        let refused = (0.0, Verdict::PostureRefused(Edge::Back));
-        assert_eq!(posture(0.049), refused);
-        assert_eq!(posture(f32::NAN), refused);
-    }
-
-    /// At half a radian the motion ends where the caution band begins; half as steep, in its middle.
-    #[test]
-    fn a_steep_robot_keeps_the_caution_band_for_its_sway() {
-        let now = Margins {
-            now: [0.2; 4],
-            ..standing(0.2)
-        };
-        let narrowing = |edge: Edge, margin| {
-            let mut ahead = now.now;
-            ahead[edge as usize] = margin;
-            ahead
-        };
-        for (edge, pitch) in [(Edge::Back, 0.5), (Edge::Front, -0.5)] {
-            let share =
-                |pitch: f32, margin| posture(pitch, &now, narrowing(edge, margin), &BOUNDS).0;
-            for (pitch, end) in [
-                (-pitch, 0.05),
-                (0.0, 0.05),
-                (0.5 * pitch, 0.07),
-                (pitch, 0.09),
-                (2.0 * pitch, 0.09),
-            ] {
-                assert_eq!(share(pitch, end - 1e-3), 0.0, "{edge:?} {pitch}");
-                let half = share(pitch, end + 0.02);
-                assert!((half - 0.5).abs() < 1e-4, "{edge:?} {pitch}: {half}");
-                assert_eq!(share(pitch, end + 0.041), 1.0, "{edge:?} {pitch}");
-            }
-        }
-        for edge in [Edge::Left, Edge::Right] {
-            for pitch in [-1.0, 1.0] {
-                let (share, _) = posture(pitch, &now, narrowing(edge, 0.07), &BOUNDS);
-                assert!((share - 0.5).abs() < 1e-4);
-            }
-        }
-    }
-
-    #[test]
-    fn a_posture_motion_that_widens_a_narrow_margin_is_slow_but_goes_on() {
-        let share = |now: f32| posture(1.0, &standing(now), ahead(now + 0.01), &BOUNDS).0;
-        assert_eq!(share(0.051), 1.0);
-        assert!((share(0.03) - 0.5).abs() < 1e-4);
-        assert!((share(0.012) - RESCUE).abs() < 1e-6);
-        assert!((share(-0.01) - RESCUE).abs() < 1e-6);
-    }
-
-    /// The margin falls with 0.2 m/s: 30 mm until the horizon, beside the change that the shape foresees.
-    #[test]
-    fn decay_adds_to_what_the_shape_does_to_a_margin_whichever_edge_it_is() {
-        for edge in EDGES {
-            let posture = |margin: f32, change: f32| {
-                let mut margins = standing(0.3);
-                margins.now = [0.3; 4];
-                margins.now[edge as usize] = margin;
-                margins.rate[edge as usize] = -0.2;
-                posture(0.0, &margins, margins.now.map(|now| now + change), &BOUNDS)
-            };
-            for change in [-0.02, 0.02] {
-                let left = |share: f32| 0.05 + 0.04 * share + 0.03 - change;
-                assert_eq!(posture(left(1.01), change), (1.0, Verdict::Passed));
-                assert!((posture(left(0.5), change).0 - 0.5).abs() < 1e-4);
-            }
-            assert_eq!(posture(0.09, -0.02), (0.0, Verdict::PostureRefused(edge)));
-            let (rescued, verdict) = posture(0.05, 0.02);
-            assert!((rescued - RESCUE).abs() < 1e-6);
-            assert_eq!(verdict, Verdict::PostureScaled(edge));
-        }
     }
 
     #[test]

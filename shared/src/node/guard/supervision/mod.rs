@@ -1,0 +1,142 @@
+//! What the guard knows of the robot's balance, and what of a command it lets through to the body.
+//!
+//! Every control period the sensors are heard ([`Supervision::hear`]). Once per SYNC the stance is
+//! judged ([`Supervision::judge`]), the trip's latch says what may be asked for at all
+//! (`admission`), and the filter how much of that passes (`passing`). [`Telemetry`] tells of it.
+
+mod admission;
+mod passing;
+mod telemetry;
+#[cfg(test)]
+mod tests;
+
+pub(super) use admission::Moment;
+pub use telemetry::Telemetry;
+
+use crate::constants::CONTROL_PERIOD;
+use crate::math::vector::Vector;
+use crate::robots::{Body, Stop};
+use crate::sensors::BodySensors;
+use crate::settings::{Setting, Settings};
+use crate::stability::attitude::Attitude;
+use crate::stability::bands::Bands;
+use crate::stability::criterion::{Criterion, Evaluation};
+use crate::stability::filter::{Margins, Tracker};
+use crate::stability::limits::MotionLimits;
+use crate::stability::parameters::{Parameters, Refusal};
+use crate::stability::specific_force::SpecificForce;
+use crate::stability::support::Stance;
+use crate::stability::trip::{Mode, Trip};
+use crate::stability::trust::{Reason, Trust, Watch};
+
+#[derive(Clone, Debug)]
+pub(super) struct Supervision {
+    parameters: Parameters,
+    filter_active: bool,
+    watch: Watch,
+    trust: Trust,
+    force: SpecificForce,
+    level_force: Vector<f32>,
+    criterion: Criterion,
+    bands: Bands,
+    trip: Trip,
+    tracker: Tracker,
+    sensors: BodySensors,
+    found: Evaluation,
+    stance: Stance,
+    margins: Margins,
+    limits: MotionLimits,
+    mode: Mode,
+    /// What keeps the robot from moving at all.
+    stop: Option<Stop>,
+}
+
+impl Supervision {
+    /// Supervision of this robot.
+    pub fn new<B: Body>(settings: &Settings) -> Self {
+        let mut parameters = Parameters::new(settings);
+        parameters.uncertainty.robot_mass = B::mass(settings);
+        parameters.step_behind = B::step_behind(settings);
+        parameters.half_width = B::half_width(settings);
+        Self {
+            parameters,
+            filter_active: settings.get(Setting::FilterActive) == 1,
+            watch: Watch::new(parameters.stuck_readings),
+            trust: Trust::None(Reason::Silent),
+            force: SpecificForce::default(),
+            level_force: [0.0; 3],
+            criterion: Criterion::default(),
+            bands: Bands::default(),
+            trip: Trip::default(),
+            tracker: Tracker::default(),
+            sensors: BodySensors::default(),
+            found: Evaluation::default(),
+            stance: Stance::default(),
+            margins: Margins::default(),
+            limits: MotionLimits::default(),
+            mode: Mode::default(),
+            stop: None,
+        }
+    }
+
+    /// Takes the sensors of one control period; true when the attitude filter may have them.
+    pub fn hear(&mut self, sensors: Option<&BodySensors>) -> bool {
+        let usable = self.watch.hear(sensors, CONTROL_PERIOD);
+        if let Some(sensors) = sensors.filter(|_| usable) {
+            self.force.hear(sensors.specific_force);
+            self.sensors = *sensors;
+        }
+        usable
+    }
+
+    /// Judges how the robot stands, `period` s after the time before. `kept_shape` is how it would stand
+    /// now with its shape of then, if that is known. Margins are worth nothing when the sensors are not.
+    pub fn judge(
+        &mut self,
+        stance: &Stance,
+        kept_shape: Option<&Stance>,
+        attitude: &Attitude,
+        speed: f32,
+        period: f32,
+    ) {
+        self.level_force = self.force.advance(&attitude.level_axes(), period);
+        self.found = self
+            .criterion
+            .evaluate(stance, self.level_force, speed, &self.parameters);
+        self.watch
+            .compare(self.level_force, !self.found.quick, period);
+        self.trust = self.watch.trust();
+        if matches!(self.trust, Trust::None(_)) {
+            self.found.margins = [f32::NAN; 4];
+        }
+        self.stance = *stance;
+        let widening = self.parameters.uncertainty.widening();
+        let kept = kept_shape.map_or(self.found.gravity, |stance| {
+            stance.margins().map(|margin| margin - widening)
+        });
+        self.margins = self
+            .tracker
+            .update(stance, &self.found, &kept, speed, period);
+        self.limits = MotionLimits::of(&self.found, &self.parameters);
+        self.bands
+            .update(&self.found.margins, period, &self.parameters);
+    }
+
+    /// Whether a robot with this stance on level ground may be armed.
+    pub fn check(&self, level: &Stance) -> Result<(), Refusal> {
+        self.parameters.check(level)
+    }
+
+    pub fn horizon(&self) -> f32 {
+        self.parameters.horizon
+    }
+
+    pub fn margins(&self) -> &Margins {
+        &self.margins
+    }
+
+    /// A trip or an emergency stop is latched.
+    pub fn tripped(&self) -> bool {
+        self.trip.latched()
+    }
+}

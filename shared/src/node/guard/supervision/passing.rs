@@ -1,0 +1,151 @@
+//! What the margins leave of what was admitted.
+
+use super::Supervision;
+use crate::math::{max, min, sin_cos};
+use crate::robots::{Ahead, Allowed, Asked};
+use crate::stability::filter::{Ramp, SpeedCommand, Verdict};
+use crate::stability::limits::MotionLimits;
+use crate::stability::support::{Edge, NO_EDGE};
+use crate::stability::trip::Mode;
+use crate::stability::{filter, step_behind, stopping};
+use crate::units::Angle;
+
+/// Share of the posture's speed in a supervised override.
+const OVERRIDE_POSTURE: f32 = 0.25;
+
+impl Supervision {
+    /// What the margins leave of what was admitted. `ahead` is where the posture's motion leads within
+    /// [`Self::horizon`], none while it is at rest. `stopping` is the time of a stop at the configured
+    /// deceleration, s.
+    pub fn filter<P>(
+        &self,
+        asked: &Asked<P>,
+        ahead: Option<&Ahead>,
+        pitch: f32,
+        stopping: f32,
+    ) -> (Allowed, Verdict) {
+        let parameters = &self.parameters;
+        let bearable = if asked.forward < 0.0 {
+            self.limits.forward
+        } else {
+            self.limits.backward
+        };
+        // Harder braking is kept for what nobody foresaw.
+        let brake = min(bearable, parameters.acceleration);
+        let backs_off = matches!(self.mode, Mode::BackingOff(_));
+        let horizon = parameters.horizon + stopping * (parameters.acceleration / brake);
+        let mut bounds = parameters.bounds(horizon);
+        if backs_off {
+            // The trip itself watches the edge from which the robot backs off.
+            bounds.away = Ramp {
+                none: -NO_EDGE,
+                all: -NO_EDGE,
+            };
+        }
+        bounds.reserve =
+            self.lifted(pitch) * filter::sway(Edge::Back, pitch) * bounds.towards.width();
+        // A robot that is about to fall over its rear needs every way out: as driving forward ends,
+        // backing and folding begin to pass whatever may be behind.
+        let kept = bounds.towards.moved(bounds.reserve);
+        let wide = kept.share(self.margins.now[Edge::Back as usize]);
+        let (posture_share, posture) = ahead.map_or((1.0, Verdict::Passed), |ahead| {
+            let margins = self.as_now(ahead.stance.margins());
+            let judged = filter::posture(pitch, &self.margins, margins, &bounds);
+            if !ahead.lifts {
+                return judged;
+            }
+            step_behind::within(judged, self.room(), 1.0 - wide)
+        });
+        let command = SpeedCommand {
+            forward: asked.forward,
+            yaw_rate: asked.yaw_rate,
+        };
+        let driven = filter::drive(command, pitch, &self.margins, &bounds);
+        let (share, drive) = if backs_off {
+            driven
+        } else {
+            filter::within_speed(driven, asked.forward, self.speed_limit(asked.forward, wide))
+        };
+        let unhindered = Allowed {
+            share: 1.0,
+            stop: self.stop,
+            posture: self.stop.is_none(),
+            limits: MotionLimits::unlimited(parameters),
+        };
+        if !self.filter_active {
+            return (unhindered, Verdict::Passed);
+        }
+        if self.mode == Mode::Overridden {
+            let limits = MotionLimits {
+                posture: OVERRIDE_POSTURE,
+                ..unhindered.limits
+            };
+            return (
+                Allowed {
+                    limits,
+                    ..unhindered
+                },
+                Verdict::Passed,
+            );
+        }
+        let allowed = Allowed {
+            share,
+            stop: self.stop,
+            posture: posture_share > 0.0 && self.stop.is_none(),
+            limits: MotionLimits {
+                posture: posture_share,
+                ..self.limits
+            },
+        };
+        let verdict = if drive == Verdict::Passed {
+            posture
+        } else {
+            drive
+        };
+        (allowed, verdict)
+    }
+
+    /// Margins of another shape, m, less what uncertainty and measured force take from the present
+    /// ones.
+    fn as_now(&self, margins: [f32; 4]) -> [f32; 4] {
+        let widening = self.parameters.uncertainty.widening();
+        core::array::from_fn(|index| {
+            let force = self.found.gravity[index] - self.margins.now[index];
+            margins[index] - widening - force
+        })
+    }
+
+    /// How much the body counts as lifted, 0 to 1: it stands on its rear and on a front that lifts it,
+    /// and sways when either moves. Its sine exceeds that of its support by 0.05 to 0.15. 0 for NaN.
+    fn lifted(&self, pitch: f32) -> f32 {
+        const LIFTED: Ramp = Ramp {
+            none: 0.05,
+            all: 0.15,
+        };
+        let [_, support] = self.stance.along();
+        LIFTED.share(sin_cos(Angle::from_radians(pitch)).0 - support)
+    }
+
+    /// What a fall off a step behind leaves of the present stance, m.
+    fn room(&self) -> f32 {
+        let parameters = &self.parameters;
+        let widening = parameters.uncertainty.widening();
+        step_behind::room(&self.stance, &parameters.step_behind, widening)
+    }
+
+    /// Largest speed in the direction of a command at which neither an instant stop nor the fall off
+    /// a step behind tips the robot. Crawling back stays free as far as the rear margin is not `wide`
+    /// (0 to 1).
+    fn speed_limit(&self, forward: f32, wide: f32) -> (f32, Edge) {
+        let widening = self.parameters.uncertainty.widening();
+        let (limit, edge) = stopping::speed_limit(&self.stance, &self.found, forward, widening);
+        if edge == Edge::Front {
+            return (limit, edge);
+        }
+        let crawl = (1.0 - wide) * self.parameters.crawl_speed;
+        (
+            min(limit, max(step_behind::speed(self.room()), crawl)),
+            edge,
+        )
+    }
+}

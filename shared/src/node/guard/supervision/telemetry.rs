@@ -1,0 +1,44 @@
+//! What the guard tells of the balance.
+
+use super::Supervision;
+use crate::stability::bands::Band;
+use crate::stability::limits::MotionLimits;
+use crate::stability::parameters::Refusal;
+use crate::stability::trip::Snapshot;
+use crate::stability::trust::Trust;
+
+/// What the guard knows of the robot's balance (objects 0x4006 and 0x4007).
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Telemetry {
+    /// Band of the narrowest margin.
+    pub band: Band,
+    /// How far the sensors on the body are believed.
+    pub trust: Trust,
+    /// The measured force counts, beside the centre of gravity.
+    pub with_force: bool,
+    /// The guard has tripped.
+    pub tripped: bool,
+    /// Trips since power-up.
+    pub trips: u16,
+    /// Limits that the margins hand down.
+    pub limits: MotionLimits,
+    /// What was known at the last trip.
+    pub snapshot: Option<Snapshot>,
+    /// Why the robot is not armed.
+    pub refusal: Option<Refusal>,
+}
+
+impl Supervision {
+    pub fn telemetry(&self, refusal: Option<Refusal>) -> Telemetry {
+        Telemetry {
+            band: self.bands.band(),
+            trust: self.trust,
+            with_force: self.found.fast,
+            tripped: self.trip.latched(),
+            trips: self.trip.count(),
+            limits: self.limits,
+            snapshot: self.trip.snapshot().copied(),
+            refusal,
+        }
+    }
+}

@@ -1,0 +1,269 @@
+//! Supervision of B2P2 on its own.
+
+use super::Supervision;
+use crate::constants::CONTROL_PERIOD;
+use crate::math::max;
+use crate::robots::b2p2::B2p2;
+use crate::robots::{Ahead, Asked};
+use crate::sensors::BodySensors;
+use crate::settings::{Setting, Settings};
+use crate::stability::attitude::Attitude;
+use crate::stability::filter::Verdict;
+use crate::stability::support::{Edge, Stance};
+
+fn settings(changes: &[(Setting, i32)]) -> Settings {
+    let mut settings = Settings::default();
+    for (setting, value) in changes {
+        settings
+            .set(setting.description().key, *value)
+            .expect("a value within bounds");
+    }
+    settings
+}
+
+/// A support 0.8 m long and 0.6 m wide, with the centre of gravity `ahead` of the rear edge.
+fn stance(ahead: f32) -> Stance {
+    let contacts = [
+        [0.0, -0.3, 0.0],
+        [0.8, -0.3, 0.0],
+        [0.8, 0.3, 0.0],
+        [0.0, 0.3, 0.0],
+    ];
+    Stance::on(contacts, [ahead, 0.0, 0.2])
+}
+
+/// Supervision of a robot at rest on level ground, with good sensors.
+fn standing(settings: &Settings, ahead: f32, speed: f32) -> Supervision {
+    let mut supervision = Supervision::new::<B2p2>(settings);
+    let level = BodySensors {
+        specific_force: [0.0, 0.0, 9.81],
+        ..BodySensors::default()
+    };
+    let mut attitude = Attitude::default();
+    for step in 0..100 {
+        // Readings that never change would be those of a stuck sensor.
+        let noise = 1e-5 * (step % 3) as f32;
+        let reading = BodySensors {
+            inclination: [noise, -noise],
+            ..level
+        };
+        assert!(supervision.hear(Some(&reading)));
+        attitude.update(&reading, CONTROL_PERIOD);
+        supervision.judge(&stance(ahead), None, &attitude, speed, 4e-3);
+    }
+    supervision
+}
+
+/// The shape ahead has 65 mm behind, which a certain robot may use slowly; 20 mm less, it may not.
+#[test]
+fn the_uncertainty_is_taken_off_the_margin_ahead() {
+    for (uncertainty, passes) in [(0, true), (20_000, false)] {
+        let settings = settings(&[(Setting::CogUncertainty, uncertainty)]);
+        let supervision = standing(&settings, 0.3, 0.0);
+        let (allowed, verdict) = supervision.filter(
+            &Asked::<()>::default(),
+            Some(&stance(0.065).into()),
+            0.0,
+            0.0,
+        );
+        let expected = if passes {
+            Verdict::PostureScaled(Edge::Back)
+        } else {
+            Verdict::PostureRefused(Edge::Back)
+        };
+        assert_eq!((allowed.posture, verdict), (passes, expected));
+    }
+}
+
+/// The shape ahead has 80 mm behind: enough on level ground, too little for a steep robot's sway.
+#[test]
+fn a_steep_robot_keeps_room_for_its_sway() {
+    let supervision = standing(&Settings::default(), 0.3, 0.0);
+    for (pitch, passes) in [(0.0, true), (0.6, false), (-0.6, true)] {
+        let (allowed, _) = supervision.filter(
+            &Asked::<()>::default(),
+            Some(&stance(0.08).into()),
+            pitch,
+            0.0,
+        );
+        assert_eq!(allowed.posture, passes, "{pitch}");
+    }
+}
+
+/// The margin behind falls with 0.3 m/s to 0.2 m: because the shape changes, or because the robot
+/// rears up, which it does after the change of shape as well.
+#[test]
+fn a_change_of_shape_is_no_decay_but_rearing_up_is_from_its_first_moment() {
+    let asked = Asked {
+        forward: 0.1,
+        ..Asked::<()>::default()
+    };
+    let attitude = Attitude::default();
+    let fall = 0.3 * CONTROL_PERIOD;
+    // Steps of rearing up until something is held back, after a change of shape to 0.2 m from `start`.
+    let held_back = |start: f32| {
+        let mut supervision = standing(&Settings::default(), start, 0.1);
+        let mut judge = |margin: f32, kept: f32| {
+            let (now, kept) = (stance(margin), stance(kept));
+            supervision.judge(&now, Some(&kept), &attitude, 0.1, CONTROL_PERIOD);
+            supervision.filter(&asked, None, 0.3, 0.1).0.share < 1.0
+        };
+        let mut margin = start;
+        while margin > 0.2 {
+            margin -= fall;
+            assert!(!judge(margin, margin + fall), "{margin}");
+        }
+        margin = 0.2;
+        let mut steps = 0;
+        while !judge(margin, margin) {
+            margin -= fall;
+            steps += 1;
+        }
+        steps
+    };
+    let (after_rest, after_change) = (held_back(0.2), held_back(0.6));
+    assert!(after_rest > 0);
+    assert_eq!(after_rest, after_change);
+}
+
+/// 2 kg undeclared within 0.3 m, on robots of 8.315 kg and 40 kg: the pull on the centre of
+/// gravity by its moments.
+#[test]
+fn a_heavier_robot_is_less_uncertain() {
+    for (body_1, total) in [(6_356_067, 8.315_283), (38_040_784, 40.0)] {
+        let settings = settings(&[
+            (Setting::MassUncertainty, 2_000),
+            (Setting::Body1Mass, body_1),
+        ]);
+        let found = standing(&settings, 0.4, 0.0).margins().now[0];
+        let expected = 0.4 - 2.0 * 0.3 / (total + 2.0);
+        assert!((f64::from(found) - expected).abs() < 1e-5, "{found}");
+    }
+}
+
+/// The centre of gravity is 0.2 m high on level ground: no fall off a step of 150 mm is borne. Where
+/// the margin is wide, nothing passes backward, and the front is not folded down. Where it is
+/// narrow, these may be the ways out.
+#[test]
+fn a_narrow_margin_leaves_the_ways_out_though_a_step_may_be_behind() {
+    let backward = Asked {
+        forward: -0.45,
+        ..Asked::<()>::default()
+    };
+    // A lifted body keeps 40 mm for its sway, and so its ways out open earlier.
+    for (pitch, reserve) in [(0.04, 0.0), (0.5, 0.04)] {
+        let judge = |margin: f32| {
+            let margin = margin + reserve;
+            let supervision = standing(&Settings::default(), margin, 0.0);
+            let ahead = Ahead {
+                stance: stance(margin + 0.001),
+                lifts: true,
+            };
+            let (allowed, _) = supervision.filter(&backward, Some(&ahead), pitch, 0.0);
+            (0.45 * allowed.share, allowed.limits.posture)
+        };
+        assert_eq!(judge(0.10), (0.0, 0.0));
+        let (backed, folded) = judge(0.07);
+        assert!((backed - 0.025).abs() < 1e-3 && (folded - 0.5).abs() < 0.02);
+        let (backed, folded) = judge(0.045);
+        assert!(
+            (backed - 0.05).abs() < 1e-3 && folded > 0.8,
+            "{backed} {folded}"
+        );
+    }
+}
+
+/// A support that rises along the heading with this sine, and the centre of gravity `ahead` of its
+/// rear edge.
+fn sloped(sine: f32, ahead: f32) -> Stance {
+    let up = 0.8 * sine;
+    let contacts = [
+        [0.0, -0.3, 0.0],
+        [0.8, -0.3, up],
+        [0.8, 0.3, up],
+        [0.0, 0.3, 0.0],
+    ];
+    Stance::on(contacts, [ahead, 0.0, 0.2])
+}
+
+/// 100 mm from the rear edge at a pitch of 35 degrees.
+#[test]
+fn a_body_that_is_steeper_than_its_support_keeps_the_band_for_its_sway_while_it_drives() {
+    let asked = Asked {
+        forward: 0.2,
+        ..Asked::<()>::default()
+    };
+    let share = |tangent: f32| {
+        let mut supervision = standing(&Settings::default(), 0.1, 0.0);
+        supervision.stance = sloped(tangent, 0.1);
+        supervision.filter(&asked, None, 0.6, 0.0).0.share
+    };
+    // The sine of the pitch is 0.565.
+    let tangent = |difference: f32| libm::tan(libm::asin(0.564_6 - f64::from(difference))) as f32;
+    assert!((share(0.0) - 0.25).abs() < 0.02);
+    assert!((share(tangent(0.15)) - 0.25).abs() < 0.02);
+    assert!((share(tangent(0.10)) - 0.75).abs() < 0.03);
+    for difference in [0.05, 0.0, -0.2] {
+        assert!(share(tangent(difference)) > 0.98, "{difference}");
+    }
+}
+
+/// Nose up at 70 mm from the rear edge.
+#[test]
+fn the_guard_holds_back_a_turn_nose_up() {
+    let turn = Asked {
+        yaw_rate: 0.5,
+        ..Asked::<()>::default()
+    };
+    let mut supervision = standing(&Settings::default(), 0.07, 0.0);
+    supervision.stance = sloped(0.2, 0.07);
+    let share = |pitch: f32| supervision.filter(&turn, None, pitch, 0.0).0.share;
+    assert!((share(0.2) - 0.5).abs() < 0.02, "{}", share(0.2));
+    assert_eq!(share(-0.05), 1.0);
+}
+
+/// Whatever margin is left, and however steep the robot is, one of the motions is not slow.
+#[test]
+fn some_motion_always_passes_above_the_trip_margin() {
+    let supervision = |margin: f32| standing(&Settings::default(), margin, 0.0);
+    for margin in (12..140).map(|millimetres| millimetres as f32 * 1e-3) {
+        let supervision = supervision(margin);
+        for pitch in [0.0, 0.1, 0.2, 0.4, 0.6, 0.8] {
+            let share = |forward: f32| {
+                let asked = Asked {
+                    forward,
+                    ..Asked::<()>::default()
+                };
+                supervision.filter(&asked, None, pitch, 0.0).0.share
+            };
+            let ahead = Ahead {
+                stance: stance(margin + 0.001),
+                lifts: true,
+            };
+            let none = Asked::<()>::default();
+            let (folding, _) = supervision.filter(&none, Some(&ahead), pitch, 0.0);
+            let most = max(max(share(0.05), share(-0.05)), folding.limits.posture);
+            assert!(most > 0.09, "{margin} at {pitch}: {most}");
+        }
+    }
+}
+
+/// The centre of gravity is 0.2 m high and 30 mm ahead of the rear edge: an instant stop bears
+/// 0.21 m/s there.
+#[test]
+fn backing_down_close_to_the_rear_edge_is_slow() {
+    let mut settings = Settings::default();
+    settings
+        .set(Setting::StepBehind.description().key, 0)
+        .expect("no step");
+    let supervision = standing(&settings, 0.03, -0.1);
+    let backward = Asked {
+        forward: -0.45,
+        ..Asked::<()>::default()
+    };
+    let (allowed, verdict) = supervision.filter(&backward, Some(&stance(0.03).into()), 0.3, 0.0);
+    assert_eq!(verdict, Verdict::Scaled(Edge::Back));
+    let passed = 0.45 * allowed.share;
+    // v^2 = 2 g (l - h) l^2 / h^2 with l^2 = 0.0409 m^2.
+    assert!((passed - 0.2099).abs() < 2e-3, "{passed}");
+}

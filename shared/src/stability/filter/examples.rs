@@ -1,0 +1,24 @@
+//! Bounds and margins of the tests.
+
+use super::{Bounds, Margins, Ramp};
+
+const fn ramp(none: f32, all: f32) -> Ramp {
+    Ramp { none, all }
+}
+
+pub const BOUNDS: Bounds = Bounds {
+    towards: ramp(0.05, 0.09),
+    away: ramp(0.01, 0.05),
+    horizon: 0.25,
+    foresight: 0.15,
+    reserve: 0.0,
+    half_width: 0.15,
+};
+
+pub fn standing(back: f32) -> Margins {
+    Margins {
+        now: [back, 0.3, 0.15, 0.15],
+        rate: [0.0; 4],
+        speed: 0.0,
+    }
+}
