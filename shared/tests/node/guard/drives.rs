@@ -1,0 +1,179 @@
+//! Drives that fail, fall silent, start anew or count in other units.
+
+use super::bench::{Bench, JOINT};
+use tautrack::bus::cia402::{CONTROL_FAULT_RESET, State as DriveState, controlword};
+use tautrack::bus::network::{Emergency, emergency};
+use tautrack::bus::pdo::{
+    DriveMotion, DriveStatus, Payload, PositionSetPoint, Request, receive, transmit,
+};
+use tautrack::can::Frame;
+use tautrack::faults::Fault;
+use tautrack::node::guard::State;
+use tautrack::settings::Settings;
+
+#[test]
+fn a_drive_s_emergency_holds_the_robot_until_the_operator_resets() {
+    let mut bench = Bench::armed();
+    let code = Fault::Blocked.description().code;
+    bench.extra.push(emergency(Emergency { node: 3, code }));
+    let outputs = bench.run(10);
+    assert_eq!(State::from_code(outputs.state.state), Some(State::Held));
+    assert_eq!(
+        (outputs.state.fault_node, outputs.state.fault_code),
+        (3, code)
+    );
+    let left = bench
+        .sent
+        .iter()
+        .find_map(|frame| PositionSetPoint::from_frame(frame, receive(1), 2));
+    assert_eq!(
+        left.map(|set_point| set_point.controlword),
+        Some(controlword::QUICK_STOP)
+    );
+
+    let still = bench.run(2_000);
+    assert_eq!(
+        State::from_code(still.state.state),
+        Some(State::Held),
+        "nothing re-enables by itself"
+    );
+    bench.request(Request::Reset);
+    bench.run(20);
+    bench.request(Request::Arm);
+    let outputs = bench.run(500);
+    assert_eq!(State::from_code(outputs.state.state), Some(State::Armed));
+}
+
+#[test]
+fn a_drive_that_falls_silent_is_named_within_the_deadline() {
+    let mut bench = Bench::armed();
+    bench.silent = Some(4);
+    let began = bench.now_us;
+    loop {
+        let outputs = bench.tick();
+        if State::from_code(outputs.state.state) == Some(State::Held) {
+            assert_eq!(outputs.state.fault_node, 4);
+            break;
+        }
+        assert!(bench.now_us - began <= 150_000, "not noticed");
+    }
+}
+
+#[test]
+fn a_reset_is_a_pulse_and_each_reset_has_its_edge() {
+    let mut bench = Bench::armed();
+    // The supply is too low, and stays so for two seconds.
+    bench.errors[1] = Fault::UnderVoltage.description().code;
+    bench.states[1] = DriveState::Fault;
+    assert_eq!(
+        State::from_code(bench.run(50).state.state),
+        Some(State::Held),
+        "seen in the status alone: its emergency frame was lost"
+    );
+    let mut edges = 0;
+    let mut before = false;
+    for reset in 0..6 {
+        bench.request(Request::Stop);
+        bench.run(100);
+        bench.request(Request::Reset);
+        let mut high_ms = 0;
+        for _ in 0..200 {
+            bench.tick();
+            let high = bench.controlword(3).expect("a set-point") & CONTROL_FAULT_RESET != 0;
+            edges += u32::from(high && !before);
+            high_ms += u32::from(high);
+            before = high;
+        }
+        assert!(
+            !before && high_ms <= 40,
+            "reset {reset}: high for {high_ms} ms"
+        );
+        let outputs = bench.run(4);
+        assert_eq!(State::from_code(outputs.state.state), Some(State::Held));
+        assert_eq!(
+            outputs.faulty_drives, 0b10,
+            "the left drive is not to blame"
+        );
+    }
+    assert_eq!(edges, 6);
+    // The supply is back: the next reset clears the fault.
+    bench.errors[1] = 0;
+    bench.states[1] = DriveState::SwitchOnDisabled;
+    bench.request(Request::Stop);
+    bench.run(100);
+    bench.request(Request::Reset);
+    let outputs = bench.run(200);
+    assert_eq!(State::from_code(outputs.state.state), Some(State::Ready));
+    assert_eq!(outputs.faulty_drives, 0);
+}
+
+#[test]
+fn a_drive_that_counts_in_another_scale_is_named_with_both_values() {
+    let mut bench = Bench::new(&Settings::default());
+    // position_bits of the joint, changed at the axle only.
+    bench.scales[2] = 24;
+    bench.run(200);
+    bench.request(Request::Arm);
+    let outputs = bench.run(1_000);
+    assert_eq!(State::from_code(outputs.state.state), Some(State::Ready));
+    let code = Fault::ScaleMismatch.description().code;
+    assert_eq!(
+        (outputs.state.fault_node, outputs.state.fault_code),
+        (4, code)
+    );
+    let mismatch = bench.guard.scale_mismatch().expect("both values");
+    assert_eq!(
+        (mismatch.node, mismatch.expected, mismatch.found),
+        (4, 32, 24)
+    );
+}
+
+/// At each phase of the SYNC period.
+#[test]
+fn a_reset_does_not_hide_that_a_drive_has_started_anew() {
+    for phase in 0..4 {
+        let mut bench = Bench::new(&Settings::default());
+        bench.run(200 + phase);
+        assert_eq!(bench.guard.scale_mismatch(), None);
+        bench.scales[2] = 24;
+        bench.states[2] = DriveState::SwitchOnDisabled;
+        bench
+            .extra
+            .extend(Frame::new(0x700 + u16::from(JOINT), &[0]));
+        bench.request(Request::Reset);
+        bench.run(200);
+        let found = bench.guard.scale_mismatch().map(|scales| scales.found);
+        assert_eq!(found, Some(24), "phase {phase}");
+    }
+}
+
+#[test]
+fn a_drive_whose_motion_or_status_stays_out_is_lost() {
+    for missing in ["motion", "status"] {
+        let mut bench = Bench::armed();
+        bench.silent = Some(3);
+        for _ in 0..100 {
+            // The rest of what it sends still comes.
+            bench.extra.extend(Frame::new(0x703, &[5]));
+            let statusword = DriveState::OperationEnabled.statusword();
+            bench.extra.push(if missing == "motion" {
+                let status = DriveStatus {
+                    statusword,
+                    ..DriveStatus::default()
+                };
+                status.frame(transmit(2), 3)
+            } else {
+                DriveMotion::default().frame(transmit(1), 3)
+            });
+            bench.tick();
+        }
+        let outputs = bench.tick();
+        let state = State::from_code(outputs.state.state);
+        let code = Fault::NodeLost.description().code;
+        assert_eq!(
+            (state, outputs.state.fault_node, outputs.state.fault_code),
+            (Some(State::Held), 3, code),
+            "{missing}"
+        );
+    }
+}

@@ -1,0 +1,104 @@
+//! What passes of the operator's speed.
+
+use super::bench::{Bench, verdict};
+use tautrack::bus::pdo::{DEAD_MAN_HELD, Request};
+use tautrack::node::guard::State;
+use tautrack::settings::Setting;
+use tautrack::stability::filter::Verdict;
+use tautrack::stability::support::Edge;
+
+#[test]
+fn level_ground_passes_the_command_to_both_tracks() {
+    let mut bench = Bench::armed();
+    bench.ask(130);
+    let outputs = bench.run(1_000);
+    assert_eq!(
+        (outputs.passed.passed_speed, verdict(&outputs)),
+        (130, Some(Verdict::Passed))
+    );
+    // 0.13 m/s on a pulley of 0.05 m.
+    for speed in bench.track_speeds() {
+        assert!((speed - 2_600_000).abs() < 2_000, "{speed}");
+    }
+}
+
+#[test]
+fn a_margin_below_the_stop_margin_refuses_forward_and_lets_the_robot_back_out_slowly() {
+    let mut bench = Bench::armed();
+    // Turned so far that the centre of gravity, 0.258 m before axle 1, stands 23 mm before it.
+    bench.tilt(1.48);
+    bench.ask(130);
+    let outputs = bench.run(1_000);
+    assert_eq!(verdict(&outputs), Some(Verdict::Refused(Edge::Back)));
+    assert_eq!(outputs.passed.passed_speed, 0);
+    assert!(
+        (15..35).contains(&outputs.margins.back),
+        "{:?}",
+        outputs.margins
+    );
+    // 13 of the 40 mm between trip and stop margin are left.
+    bench.ask(-50);
+    let outputs = bench.run(1_000);
+    let expected = -16 - 2..=-16 + 2;
+    assert!(
+        expected.contains(&outputs.passed.passed_speed),
+        "{outputs:?}"
+    );
+}
+
+#[test]
+fn an_operator_who_falls_silent_stops_the_robot() {
+    let mut bench = Bench::armed();
+    bench.ask(130);
+    bench.run(1_000);
+    bench.command = None;
+    let outputs = bench.run(800);
+    assert_eq!(
+        (outputs.passed.passed_speed, verdict(&outputs)),
+        (0, Some(Verdict::Unattended))
+    );
+}
+
+#[test]
+fn the_stop_keeps_to_the_deceleration_in_the_settings() {
+    let mut bench = Bench::armed();
+    bench.ask(200);
+    bench.run(1_000);
+    bench.ask(0);
+    let mut before = bench.tick().passed.passed_speed;
+    while before > 0 {
+        let now = bench.run(4).passed.passed_speed;
+        // 0.4 m/s^2 over 4 ms, in whole millimetres a second.
+        assert!(before - now <= 3, "{before} to {now} mm/s");
+        before = now;
+    }
+}
+
+#[test]
+fn a_command_beyond_the_speed_limit_is_the_limit() {
+    let mut bench = Bench::armed();
+    bench.ask(i16::MAX);
+    let outputs = bench.run(3_000);
+    // The yaw that holds the heading takes a little of it: each belt stays within the limit.
+    assert!((420..=450).contains(&outputs.passed.passed_speed));
+    for speed in bench.track_speeds() {
+        // 0.45 m/s on a pulley of 0.05 m.
+        assert!(speed <= 9_000_000, "{speed}");
+    }
+}
+
+#[test]
+fn nothing_passes_unless_the_dead_man_switch_is_held() {
+    let mut bench = Bench::with(&[(Setting::DeadMan, 1)]);
+    let outputs = bench.run(1_000);
+    assert_eq!(State::from_code(outputs.state.state), Some(State::Ready));
+    bench.command.as_mut().expect("an operator").request |= DEAD_MAN_HELD;
+    bench.ask(130);
+    assert_eq!(bench.run(2_000).passed.passed_speed, 130);
+    bench.request(Request::Arm);
+    let outputs = bench.run(1_000);
+    assert_eq!(
+        (outputs.passed.passed_speed, verdict(&outputs)),
+        (0, Some(Verdict::Unattended))
+    );
+}

@@ -1,0 +1,8 @@
+//! The guard's tick among drives that follow every controlword at once.
+
+mod bench;
+mod drives;
+mod driving;
+mod postures;
+mod sensing;
+mod trips;

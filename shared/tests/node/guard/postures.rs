@@ -1,0 +1,106 @@
+//! What passes of a change of shape.
+
+use super::bench::{Bench, verdict};
+use tautrack::settings::Setting;
+use tautrack::stability::filter::Verdict;
+use tautrack::stability::support::Edge;
+
+#[test]
+fn a_chassis_motion_that_would_tip_the_robot_is_refused() {
+    let mut bench = Bench::armed();
+    // Standing on its rear pulleys at 75 degrees; folding the front up would carry the centre of gravity behind them.
+    bench.tilt(1.31);
+    bench.command.as_mut().expect("an operator").posture = 16_384;
+    let outputs = bench.run(2_000);
+    assert!(
+        matches!(verdict(&outputs), Some(Verdict::PostureRefused(_))),
+        "{outputs:?}"
+    );
+    assert!(outputs.passed.passed_posture < 8_192, "{outputs:?}");
+}
+
+/// On level ground the front, folded down by 60 degrees, lifts the body by 36. From there a fall off a
+/// step of 100 mm is borne, and one of 150 mm is not.
+#[test]
+fn a_step_that_may_be_behind_limits_backing_and_how_far_the_front_is_folded_down() {
+    let fold = |step: i32| {
+        let mut bench = Bench::with(&[(Setting::StepBehind, step)]);
+        bench.tilt(0.63);
+        // -60 degrees.
+        bench.command.as_mut().expect("an operator").posture = -10_923;
+        let folded = bench.run(5_000);
+        bench.ask(-300);
+        let backed = bench.run(3_000);
+        // Forward and unfolding are free.
+        bench.ask(100);
+        bench.command.as_mut().expect("an operator").posture = 0;
+        let freed = bench.run(5_000);
+        assert_eq!(freed.passed.passed_posture, 0, "{freed:?}");
+        assert_eq!(freed.passed.passed_speed, 100, "{freed:?}");
+        (folded, backed)
+    };
+    for step in [0, 100_000] {
+        let (folded, backed) = fold(step);
+        assert_eq!(folded.passed.passed_posture, -10_923, "{folded:?}");
+        assert_eq!(backed.passed.passed_speed, -300, "{backed:?}");
+    }
+    let (folded, backed) = fold(150_000);
+    assert_eq!(verdict(&folded), Some(Verdict::PostureRefused(Edge::Back)));
+    let reached = f64::from(folded.passed.passed_posture) * 360.0 / 65_536.0;
+    assert!((-58.0..-35.0).contains(&reached), "{reached}");
+    assert!(backed.passed.passed_speed > -100, "{backed:?}");
+    let held_back = [Verdict::Scaled(Edge::Back), Verdict::Refused(Edge::Back)];
+    assert!(verdict(&backed).is_some_and(|verdict| held_back.contains(&verdict)));
+}
+
+/// A set-point that the joint reaches within one SYNC period has no velocity afterwards.
+#[test]
+fn small_steps_fold_the_front_no_farther_than_a_large_one() {
+    let fold = |step: i16| {
+        let changes = [
+            (Setting::StepBehind, 150_000),
+            (Setting::SyncPeriod, 20_000),
+        ];
+        let mut bench = Bench::with(&changes);
+        bench.tilt(0.63);
+        let mut outputs = bench.run(20);
+        for _ in 0..1_000 {
+            let command = bench.command.as_mut().expect("an operator");
+            command.posture = (command.posture - step).max(-10_923);
+            outputs = bench.run(20);
+        }
+        outputs.passed.passed_posture
+    };
+    let at_once = fold(10_923);
+    assert!(at_once > -10_500, "{at_once}");
+    let in_steps = fold(12);
+    // 1.6 degrees.
+    assert!((in_steps - at_once).abs() < 300, "{in_steps} {at_once}");
+}
+
+/// The way out of a posture in which backing is refused.
+#[test]
+fn a_raised_front_is_lowered_to_straight_whatever_may_be_behind() {
+    let mut bench = Bench::with(&[(Setting::StepBehind, 500_000)]);
+    bench.command.as_mut().expect("an operator").posture = 8_000;
+    bench.run(4_000);
+    bench.ask(-100);
+    let raised = bench.run(1_000).passed;
+    assert_eq!((raised.passed_speed, raised.passed_posture), (0, 8_000));
+    bench.command.as_mut().expect("an operator").posture = 0;
+    assert_eq!(bench.run(4_000).passed.passed_posture, 0);
+}
+
+#[test]
+fn the_chassis_turns_no_faster_than_its_limit() {
+    let mut bench = Bench::armed();
+    bench.command.as_mut().expect("an operator").posture = 3_000;
+    let mut before = 0;
+    for _ in 0..500 {
+        let now = bench.run(4).passed.passed_posture;
+        // 0.5 rad/s over 4 ms is 20.9 of 2^-16 turns.
+        assert!((now - before).abs() <= 21, "{before} to {now}");
+        before = now;
+    }
+    assert_eq!(before, 3_000);
+}
