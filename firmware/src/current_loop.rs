@@ -57,7 +57,7 @@ pub fn take_mean() -> Option<f32> {
 
 /// The PWM interrupt: from the sampled current (A) and the supply (V) to the bridge of the next period.
 #[inline]
-pub fn pwm_period(sample: f32, bus_voltage: f32) -> Bridge {
+pub fn pwm_period(sample: f32, supply_voltage: f32) -> Bridge {
     critical_section::with(|cs| {
         let (sum, count) = SAMPLES.borrow(cs).get();
         SAMPLES
@@ -78,7 +78,7 @@ pub fn pwm_period(sample: f32, bus_voltage: f32) -> Bridge {
         DEMAND.borrow(cs).set((demand, left));
         match demand {
             BridgeDemand::Current(current) => {
-                Bridge::Drive(current_loop.step(sample, current, bus_voltage))
+                Bridge::Drive(current_loop.step(sample, current, supply_voltage))
             }
             demand => {
                 current_loop.reset();

@@ -1,4 +1,4 @@
-//! Bytes that come in on the board's serial line, where a satellite receiver may sit.
+//! Bytes that come in on the board's serial line, where a GNSS receiver may sit.
 
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::pipe::Pipe;

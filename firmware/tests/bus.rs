@@ -57,7 +57,7 @@ impl Client {
             .map(|(id, data)| Frame::new(*id, data).expect("a frame"))
             .collect();
         let sensors = Sensors {
-            bus_voltage: 24.0,
+            supply_voltage: 24.0,
             ..Default::default()
         };
         let stepped = self.node.step(sensors, &frames);
@@ -175,7 +175,7 @@ fn set_points_reach_their_objects() {
 }
 
 #[test]
-fn screw_hears_its_joint_directly_even_after_a_reset_of_communication() {
+fn screw_receives_its_joint_directly_even_after_a_reset_of_communication() {
     let mut client = Client::new("screw");
     let joint = Setting::JointId.description().default as u16;
     for position in [0x1122_3344_u32, 0x0102_0304] {
@@ -265,12 +265,12 @@ fn writing_what_is_no_set_point_does_not_stand_for_one() {
     for controlword in [6, 7, 15] {
         client.send(&[(0x200 + NODE, &set_point(controlword, 0))]);
     }
-    let mut heard = Vec::new();
+    let mut received = Vec::new();
     for _ in 0..100 {
-        heard.extend(client.send(&[(0x600 + NODE, &[0x2b, 0x17, 0x10, 0, 100, 0, 0, 0])]));
+        received.extend(client.send(&[(0x600 + NODE, &[0x2b, 0x17, 0x10, 0, 100, 0, 0, 0])]));
     }
     assert!(
-        heard.iter().any(|frame| frame.id() == 0x080 + NODE),
+        received.iter().any(|frame| frame.id() == 0x080 + NODE),
         "the heartbeat's period kept the axle alive"
     );
 }
@@ -435,7 +435,7 @@ fn no_frame_panics_a_node() {
                 })
                 .collect();
             let sensors = Sensors {
-                bus_voltage: 24.0,
+                supply_voltage: 24.0,
                 ..Default::default()
             };
             client.node.step(sensors, &frames); // panics here when the node has

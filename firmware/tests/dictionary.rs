@@ -26,7 +26,7 @@ fn read_sized(node: &mut Node, index: u16, sub: u8) -> (u32, usize) {
     let [low, high] = index.to_le_bytes();
     let request = Frame::new(0x600 + NODE, &[0x40, low, high, sub, 0, 0, 0, 0]).expect("a frame");
     let sensors = Sensors {
-        bus_voltage: 24.0,
+        supply_voltage: 24.0,
         ..Sensors::default()
     };
     let answers = node.step(sensors, &[request]).frames;

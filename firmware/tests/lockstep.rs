@@ -54,7 +54,7 @@ fn sensors(step: u32) -> Sensors {
     let wave = (step % 400) as f32 / 200.0 - 1.0;
     Sensors {
         shaft_torque: 8.0 * wave,
-        bus_voltage: 24.0 - wave,
+        supply_voltage: 24.0 - wave,
         body: Some(BodySensors {
             inclination: [0.1 * wave, 0.0],
             specific_force: [0.0, 0.0, 9.81],
@@ -65,7 +65,7 @@ fn sensors(step: u32) -> Sensors {
     }
 }
 
-/// A sentence of a satellite receiver that moves north-west.
+/// A sentence of a GNSS receiver that moves north-west.
 fn fix(step: u32) -> Vec<u8> {
     let away = step / 200;
     let body = format!(

@@ -70,7 +70,7 @@ impl Network {
             ..Default::default()
         };
         let sensors = Sensors {
-            bus_voltage: 24.0,
+            supply_voltage: 24.0,
             body: Some(level),
             ..Default::default()
         };
@@ -129,7 +129,7 @@ fn guard_starts_the_network_and_arms_once_the_screw_is_in_place() {
     assert_eq!(operational, [false, true, true, true, true, true]);
     assert_eq!(
         states,
-        [State::Ready, State::Waking(3), State::Armed].map(State::code)
+        [State::Ready, State::Starting(3), State::Armed].map(State::code)
     );
     // The robot's tabulated extension with the chassis straight, in m.
     assert!((extension - 0.226).abs() < 1e-3, "{extension}");

@@ -306,7 +306,7 @@ macro_rules! hylos_control {
             up: [0.0, sine, cosine],
             acceleration: [0.0; 3],
         };
-        let wish = hylos::Wish {
+        let desired = hylos::Desired {
             forward: 0.2,
             yaw_rate: 0.1,
             clearance: Some(0.29),
@@ -314,7 +314,7 @@ macro_rules! hylos_control {
         let potential = Potential::new(0.004, 0.35, 0.02).expect("the nominal potential");
         let mut controller = hylos::Controller::new(parameters, potential, &sensed);
         $criterion.bench_function(concat!("step of Hylos' controller, ", $name), |bench| {
-            bench.iter(|| controller.step(black_box(&sensed), &wish, 0.008));
+            bench.iter(|| controller.step(black_box(&sensed), &desired, 0.008));
         });
     }};
 }

@@ -87,14 +87,14 @@ faults! {
         "The chassis joint's state stayed out longer than joint_timeout, so that the belt's length is not known.",
         "fault reset by the guard", "Look at the chassis joint's node.";
     HomingFailed = 0x8613, "homing failed", Hold,
-        "The reference switch was not found within 20 s.", "fault reset, then homing again",
-        "Check the switch, its wiring and reference_direction.";
+        "The home switch was not found within 20 s.", "fault reset, then homing again",
+        "Check the switch, its wiring and homing_direction.";
     HomingMismatch = 0xff06, "homing mismatch", Hold,
-        "The two approaches of homing found the reference switch at places farther apart than homing_tolerance.",
+        "The two approaches of homing found the home switch at places farther apart than homing_tolerance.",
         "fault reset, then homing again",
         "Check the switch for bouncing and its wiring for interference; object 0x2002 has the distance.";
     NodeLost = 0xff02, "node lost", Hold,
-        "The guard no longer hears a drive: its heartbeat or its state stayed out.",
+        "The guard no longer receives a drive: its heartbeat or its state stayed out.",
         "the operator's reset",
         "Look at that node's supply, its wiring, and its last log lines.";
     SecondMaster = 0xff03, "second master", Hold,

@@ -81,7 +81,7 @@ pub struct Step {
     pub sensors: Sensors,
     /// Frames that the bus delivered, in the order in which they won arbitration.
     pub frames: Vec<Frame, MAX_FRAMES>,
-    /// Bytes that came in on the board's serial line, in order: sentences of a satellite receiver.
+    /// Bytes that came in on the board's serial line, in order: sentences of a GNSS receiver.
     pub serial: Vec<u8, MAX_SERIAL>,
 }
 
@@ -91,8 +91,8 @@ pub struct Sensors {
     /// Torque with which the load resists a positive turn of the output shaft, N m. Acts on the rotor; no sensor sees it.
     pub shaft_torque: f32,
     /// Supply voltage, V.
-    pub bus_voltage: f32,
-    /// End and reference switches of the axle.
+    pub supply_voltage: f32,
+    /// End and home switches of the axle.
     pub switches: Switches,
     /// The encoder keeps its last count whatever the rotor does: a fault of the experiment.
     pub encoder_frozen: bool,

@@ -5,8 +5,8 @@ use serde::{Deserialize, Serialize};
 /// Switches of one axle; `true` is actuated.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize, Deserialize)]
 pub struct Switches {
-    /// Reference switch.
-    pub reference: bool,
+    /// home switch.
+    pub home: bool,
     /// End of travel in the positive direction.
     pub positive_limit: bool,
     /// End of travel in the negative direction.

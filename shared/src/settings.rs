@@ -121,16 +121,16 @@ settings! {
     PositionMinimum = 0x0020, "position_minimum", "mrad", -2_000_000_000..=2_000_000_000, 0;
     /// Upper end of travel, output shaft.
     PositionMaximum = 0x0021, "position_maximum", "mrad", -2_000_000_000..=2_000_000_000, 0;
-    /// Direction in which the reference switch lies: 1, -1, or 0 for an axle that needs no reference.
-    ReferenceDirection = 0x0022, "reference_direction", "1", -1..=1, 0;
-    /// Position of the output shaft where the reference switch closes on the way in
-    /// `reference_direction`.
-    ReferencePosition = 0x0023, "reference_position", "urad", i32::MIN..=i32::MAX, 0;
-    /// Speed of the search for the reference switch.
-    ReferenceSpeed = 0x0024, "reference_speed", "mrad/s", 1..=1_000_000, 300;
+    /// Direction in which the home switch lies: 1, -1, or 0 for an axle that needs no reference.
+    HomingDirection = 0x0022, "homing_direction", "1", -1..=1, 0;
+    /// Position of the output shaft where the home switch closes on the way in
+    /// `homing_direction`.
+    HomePosition = 0x0023, "home_position", "urad", i32::MIN..=i32::MAX, 0;
+    /// Speed of the search for the home switch.
+    HomingSpeed = 0x0024, "homing_speed", "mrad/s", 1..=1_000_000, 300;
     /// Largest current while homing.
     HomingCurrent = 0x0025, "homing_current", "mA", 10..=100_000, 6_000;
-    /// Speed of the second approach to the reference switch, as a fraction of `reference_speed`.
+    /// Speed of the second approach to the home switch, as a fraction of `homing_speed`.
     HomingApproach = 0x0026, "homing_approach", "1e-3", 20..=1_000, 200;
     /// Distance of the places where the two approaches find the switch, above which homing fails.
     HomingTolerance = 0x0027, "homing_tolerance", "mrad", 1..=100_000, 10;
@@ -151,8 +151,8 @@ settings! {
     JointId = 0x0034, "joint_id", "1", 1..=127, 4;
     /// Age of the joint's newest state after which the screw holds.
     JointTimeout = 0x0035, "joint_timeout", "ms", 2..=1_000, 24;
-    /// Distance of the screw's reference switch below the released length, where it closes.
-    ReferenceRetreat = 0x0036, "reference_retreat", "um", 1_000..=100_000, 6_000;
+    /// Distance of the screw's home switch below the released length, where it closes.
+    HomingRetreat = 0x0036, "homing_retreat", "um", 1_000..=100_000, 6_000;
     /// Speed with which the screw takes up a released belt.
     EngageSpeed = 0x0037, "engage_speed", "um/s", 100..=500_000, 20_000;
 
@@ -237,7 +237,7 @@ settings! {
     SoilK1 = 0x0085, "soil_k1", "1e-3/m", 100..=100_000_000, 40_200;
     /// Shape of the ground's shear stress over its deformation, `K2`.
     SoilK2 = 0x0086, "soil_k2", "1e-3", 1_000..=100_000, 1_000;
-    /// What makes up for the slip of the tracks: 0 nothing, 1 the soil's model, 2 the model corrected by the satellite receiver's speed.
+    /// What makes up for the slip of the tracks: 0 nothing, 1 the soil's model, 2 the model corrected by the GNSS receiver's speed.
     SlipCompensation = 0x0087, "slip_compensation", "1", 0..=2, 1;
 
     /// The first drive's node, of a robot whose drives have consecutive ids.

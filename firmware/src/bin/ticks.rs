@@ -54,9 +54,9 @@ macro_rules! guards {
         $(static $name: Slot<Guard<$body>> = Slot::new();)*
 
         /// Ticks the guard of every robot.
-        fn tick_guards(heard: &guard::Inputs<'_>) {
+        fn tick_guards(received: &guard::Inputs<'_>) {
             // SAFETY: the values are the starter's business; each slot is referred to once.
-            $(black_box(unsafe { $name.get() }.tick(heard));)*
+            $(black_box(unsafe { $name.get() }.tick(received));)*
         }
     };
 }
@@ -71,12 +71,12 @@ guards! {
 #[cortex_m_rt::entry]
 fn main() -> ! {
     // SAFETY: the values are the starter's business; each slot is referred to once.
-    let (axle, screw, heard, current) =
+    let (axle, screw, received, current) =
         unsafe { (AXLE.get(), SCREW.get(), HEARD.get(), CURRENT.get()) };
     loop {
         black_box(axle.0.tick(&axle.1));
         black_box(screw.0.tick(&screw.1));
-        tick_guards(heard);
+        tick_guards(received);
         black_box(current_loop::pwm_period(current.0, current.1));
         black_box(current_loop::take_mean());
         current_loop::demand(black_box(BridgeDemand::Off));

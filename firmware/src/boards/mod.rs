@@ -44,7 +44,7 @@ pub trait Board {
     /// Counts of the rotor's encoder since power-up; wraps at both ends of `i32`.
     fn encoder() -> i32;
     /// Supply voltage, V; 0 while unknown.
-    fn bus_voltage() -> f32;
+    fn supply_voltage() -> f32;
     /// Switches of the axle.
     fn switches() -> Switches;
     /// Sensors on the robot's body, where the board has them.

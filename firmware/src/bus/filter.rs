@@ -47,8 +47,8 @@ pub struct Condition {
     pub control_runs: bool,
 }
 
-/// Judges `frame`, received by node `node_id`.
-pub fn judge(frame: &Frame, node_id: u8, condition: Condition) -> Verdict {
+/// Evaluates `frame`, received by node `node_id`.
+pub fn evaluate(frame: &Frame, node_id: u8, condition: Condition) -> Verdict {
     let node = u16::from(node_id);
     if frame.id() == LSS_REQUEST || frame.id() == SYNC && !condition.control_runs {
         return Verdict::Drop;
@@ -124,7 +124,7 @@ mod tests {
     };
 
     fn request(bytes: [u8; 8]) -> Verdict {
-        judge(&Frame::new(0x605, &bytes).unwrap(), 5, ALONE)
+        evaluate(&Frame::new(0x605, &bytes).unwrap(), 5, ALONE)
     }
 
     #[test]
@@ -140,14 +140,14 @@ mod tests {
             // Expedited and segmented, each by its first request.
             for command in [0x23, 0x2b, 0x2f, 0x20, 0x21] {
                 let write = Frame::new(0x605, &[command, low, high, 1, 0, 0, 0, 0]).unwrap();
-                let code = aborted(judge(&write, 5, guarded));
+                let code = aborted(evaluate(&write, 5, guarded));
                 assert_eq!(code, Some(DEVICE_STATE), "{index:#x}");
             }
             let read = Frame::new(0x605, &[0x40, low, high, 0, 0, 0, 0, 0]).unwrap();
-            assert_eq!(judge(&read, 5, guarded), Verdict::Pass, "{index:#x}");
+            assert_eq!(evaluate(&read, 5, guarded), Verdict::Pass, "{index:#x}");
         }
         let heartbeat = Frame::new(0x605, &[0x2b, 0x17, 0x10, 0, 50, 0, 0, 0]).unwrap();
-        assert_eq!(judge(&heartbeat, 5, guarded), Verdict::Pass);
+        assert_eq!(evaluate(&heartbeat, 5, guarded), Verdict::Pass);
         assert_eq!(request([0x2b, 0x40, 0x60, 0, 6, 0, 0, 0]), Verdict::Pass);
     }
 
@@ -158,8 +158,8 @@ mod tests {
             ..ALONE
         };
         let sync = Frame::new(0x080, &[]).unwrap();
-        assert_eq!(judge(&sync, 5, standing), Verdict::Drop);
-        assert_eq!(judge(&sync, 5, ALONE), Verdict::Pass);
+        assert_eq!(evaluate(&sync, 5, standing), Verdict::Drop);
+        assert_eq!(evaluate(&sync, 5, ALONE), Verdict::Pass);
     }
 
     fn aborted(verdict: Verdict) -> Option<u32> {
@@ -217,15 +217,15 @@ mod tests {
     fn everything_else_passes_but_lss() {
         assert_eq!(request([0x40, 0x00, 0x10, 0, 0, 0, 0, 0]), Verdict::Pass);
         assert_eq!(
-            judge(&Frame::new(0x606, &[0xa0; 8]).unwrap(), 5, ALONE),
+            evaluate(&Frame::new(0x606, &[0xa0; 8]).unwrap(), 5, ALONE),
             Verdict::Pass
         );
         assert_eq!(
-            judge(&Frame::new(0x7e5, &[4, 1]).unwrap(), 5, ALONE),
+            evaluate(&Frame::new(0x7e5, &[4, 1]).unwrap(), 5, ALONE),
             Verdict::Drop
         );
         assert_eq!(
-            judge(&Frame::new(0x605, &[0x40]).unwrap(), 5, ALONE),
+            evaluate(&Frame::new(0x605, &[0x40]).unwrap(), 5, ALONE),
             Verdict::Drop
         );
     }

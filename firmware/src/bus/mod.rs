@@ -16,5 +16,5 @@ mod traffic;
 pub use configuration::{Dictionary, Listen, Master};
 pub use queue::FrameQueue;
 pub use service::task;
-pub use stack::{Bus, Heard, operational};
+pub use stack::{Bus, Received, operational};
 pub use traffic::{RECEIVED, TRANSMIT, send};

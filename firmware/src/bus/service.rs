@@ -1,15 +1,15 @@
 //! The task that serves the bus.
 
-use super::{Bus, Heard, RECEIVED};
+use super::{Bus, RECEIVED, Received};
 use crate::watchdog::{self, Party};
 use embassy_time::{Duration, Instant, with_timeout};
 
 /// The stack wants to be called this often, to time out transfers that a client left.
 const IDLE: Duration = Duration::from_millis(5);
 
-/// Serves the bus for ever; `heard` gets every received frame once the stack is done with it.
+/// Serves the bus for ever; `received` gets every received frame once the stack is done with it.
 #[embassy_executor::task]
-pub async fn task(mut bus: Bus, heard: fn(Heard)) -> ! {
+pub async fn task(mut bus: Bus, received: fn(Received)) -> ! {
     bus.process(Instant::now().as_micros());
     loop {
         let wait = match bus.heartbeat_due_us() {
@@ -18,11 +18,11 @@ pub async fn task(mut bus: Bus, heard: fn(Heard)) -> ! {
             }
             _ => IDLE,
         };
-        let received = with_timeout(wait, RECEIVED.next()).await;
+        let frame = with_timeout(wait, RECEIVED.next()).await;
         let now_us = Instant::now().as_micros();
         watchdog::ran(Party::Bus);
-        match received {
-            Ok(frame) => heard(bus.receive(frame, now_us)),
+        match frame {
+            Ok(frame) => received(bus.receive(frame, now_us)),
             Err(_) => {
                 bus.process(now_us);
             }

@@ -24,7 +24,7 @@ pub fn operational() -> bool {
 
 /// A received frame, and what became of it.
 #[derive(Clone, Copy, Debug)]
-pub struct Heard {
+pub struct Received {
     /// The frame.
     pub frame: Frame,
     /// It wrote objects: as process data, or as the end of a service data transfer.
@@ -79,10 +79,10 @@ impl Bus {
 
     /// Takes one frame; what it causes is in [`TRANSMIT`] when this returns. One at a time, because
     /// the stack's mailboxes hold one.
-    pub fn receive(&mut self, frame: Frame, now_us: u64) -> Heard {
+    pub fn receive(&mut self, frame: Frame, now_us: u64) -> Received {
         let mut wrote = false;
         let condition = self.condition(&frame, now_us);
-        match filter::judge(&frame, self.node_id, condition) {
+        match filter::evaluate(&frame, self.node_id, condition) {
             Verdict::Pass => {
                 let message = CanMessage::new(CanId::std(frame.id()), frame.data());
                 // An error means that the frame is none of this node's.
@@ -93,7 +93,7 @@ impl Bus {
             Verdict::Drop => {}
             Verdict::Answer(answer) => TRANSMIT.push(answer),
         }
-        Heard {
+        Received {
             frame,
             wrote,
             sdo_index: filter::sdo_index(&frame, self.node_id),
@@ -105,7 +105,7 @@ impl Bus {
     fn condition(&mut self, frame: &Frame, now_us: u64) -> Condition {
         let guard_alive = self.master.as_mut().is_some_and(|master| {
             if network::as_heartbeat(frame).is_some_and(|(node, _)| node == master.node_id) {
-                master.heartbeat.heard(now_us);
+                master.heartbeat.received(now_us);
             }
             master.heartbeat.alive(now_us)
         });

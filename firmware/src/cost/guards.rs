@@ -16,7 +16,7 @@ use tautrack::robots::crawler::Crawler;
 use tautrack::robots::hylos::controller::stance;
 use tautrack::robots::hylos::{self, Hylos};
 use tautrack::robots::rt_mover::parameters::Parameters;
-use tautrack::robots::rt_mover::rehearsal::{Progress, Rehearsal, Way};
+use tautrack::robots::rt_mover::prediction::{Prediction, Progress, Way};
 use tautrack::robots::rt_mover::wheel::WHEELS;
 use tautrack::robots::rt_mover::{RtMover, Shape};
 use tautrack::sensors::BodySensors;
@@ -42,7 +42,7 @@ pub fn count(table: &mut Table) {
     count_guard::<Hylos>(table, "guard tick of Hylos", 8, |drive| {
         [hip, knee, 0.0, 0.0][drive & 3]
     });
-    count_rehearsal(table);
+    count_prediction(table);
 }
 
 /// The operator stops, and then arms.
@@ -95,7 +95,7 @@ fn answers(
         velocity: 1_000,
     };
     let status = DriveStatus {
-        statusword: state.statusword() | status::REFERENCED,
+        statusword: state.statusword() | status::HOMED,
         ..DriveStatus::default()
     };
     // Two heartbeats a period: none is older than 64 ms.
@@ -148,13 +148,13 @@ fn count_guard<B: Body>(
     answer_scales(&mut guard, &settings);
     let mut random = Random::new();
     let (mut count, mut armed) = (Count::NONE, true);
-    let mut heard = Vec::new();
+    let mut received = Vec::new();
     for tick in 0..WARM_UP + sync_ticks * table.calls() {
         let phase = tick % sync_ticks;
         if phase == 0 {
-            heard = answers(&ids, tick / sync_ticks, drive_state(tick), &angle);
+            received = answers(&ids, tick / sync_ticks, drive_state(tick), &angle);
         }
-        let mut packets = heard.chunks(FRAMES);
+        let mut packets = received.chunks(FRAMES);
         let frames = if phase == 0 {
             &[]
         } else {
@@ -192,10 +192,10 @@ fn count_guard<B: Body>(
     }
 }
 
-fn count_rehearsal(table: &mut Table) {
+fn count_prediction(table: &mut Table) {
     struct Mind {
         parameters: Parameters<f32>,
-        rehearsal: Option<Rehearsal<f32>>,
+        prediction: Option<Prediction<f32>>,
         over: bool,
     }
     const WAY: Way<f32> = Way {
@@ -205,7 +205,7 @@ fn count_rehearsal(table: &mut Table) {
     };
     let mut mind = Mind {
         parameters: black_box(Parameters::nominal()),
-        rehearsal: None,
+        prediction: None,
         over: true,
     };
     // From its beginning to its end, then another.
@@ -219,16 +219,16 @@ fn count_rehearsal(table: &mut Table) {
             roll: [random.within(0.2), random.within(0.2)],
         };
         let (heading, wheel) = (random.within(0.2), WHEELS[(call & 3) as usize]);
-        let begun = Rehearsal::new(&mind.parameters, &shape, heading, wheel, &WAY);
-        mind.rehearsal = Some(begun);
+        let begun = Prediction::new(&mind.parameters, &shape, heading, wheel, &WAY);
+        mind.prediction = Some(begun);
     };
     table.kernel(
-        "moment of RT-Mover's rehearsal",
+        "moment of RT-Mover's prediction",
         &mut mind,
         question,
         |mind, ()| {
-            if let Some(rehearsal) = &mut mind.rehearsal {
-                mind.over = rehearsal.moment(&mind.parameters) != Progress::Unfinished;
+            if let Some(prediction) = &mut mind.prediction {
+                mind.over = prediction.moment(&mind.parameters) != Progress::Unfinished;
             }
         },
     );

@@ -4,12 +4,12 @@ use super::counter::Table;
 use super::inputs::Random;
 use core::hint::black_box;
 use tautrack::robots::hylos::controller::stance;
-use tautrack::robots::hylos::{Controller, Parameters, Potential, Sensed, Wish};
+use tautrack::robots::hylos::{Controller, Desired, Parameters, Potential, Sensed};
 
 struct State {
     controller: Controller<f32>,
     sensed: Sensed<f32>,
-    wish: Wish<f32>,
+    desired: Desired<f32>,
 }
 
 /// A robot that stands on slopes of all directions, up to some that tip it.
@@ -25,8 +25,8 @@ fn sensed(state: &mut State, _: u32, random: &mut Random) {
     for angle in &mut state.sensed.steering {
         *angle = random.within(0.5);
     }
-    state.wish.forward = random.within(0.3);
-    state.wish.yaw_rate = random.within(0.3);
+    state.desired.forward = random.within(0.3);
+    state.desired.yaw_rate = random.within(0.3);
 }
 
 pub fn count(table: &mut Table) {
@@ -44,7 +44,7 @@ pub fn count(table: &mut Table) {
     let mut state = black_box(State {
         controller: Controller::new(parameters, potential, &sensed_first),
         sensed: sensed_first,
-        wish: Wish {
+        desired: Desired {
             forward: 0.0,
             yaw_rate: 0.0,
             clearance: Some(0.29),
@@ -55,7 +55,7 @@ pub fn count(table: &mut Table) {
         &mut state,
         sensed,
         |state, ()| {
-            state.controller.step(&state.sensed, &state.wish, 0.008);
+            state.controller.step(&state.sensed, &state.desired, 0.008);
         },
     );
 }

@@ -144,8 +144,8 @@ fn count_current_loop(table: &mut Table) {
             });
             (random.within(12.0), 24.0 + random.within(1.0))
         },
-        |(), (sample, bus_voltage)| {
-            black_box(current_loop::pwm_period(sample, bus_voltage));
+        |(), (sample, supply_voltage)| {
+            black_box(current_loop::pwm_period(sample, supply_voltage));
         },
     );
 }
@@ -161,7 +161,7 @@ fn count_foc(table: &mut Table) {
     let config = black_box(Config {
         resistance: 0.4,
         inductance: 3e-4,
-        bus_voltage: 24.0,
+        supply_voltage: 24.0,
         current_full_scale: 20.0,
         bandwidth: 2_000.0,
         rate_hz: 20_000.0,

@@ -53,19 +53,19 @@ impl Shaft {
             encoder: (self.angle * (4_096.0 * 60.0 / TAU)) as i32,
             current: self.current + random.within(0.1),
             // Now and then a bad sample, of which no dwell is made.
-            bus_voltage: if tick.is_multiple_of(37) {
+            supply_voltage: if tick.is_multiple_of(37) {
                 40.0
             } else {
                 24.0 + random.within(1.0)
             },
             switches: Switches {
-                reference: tick % 64 < 32,
+                home: tick % 64 < 32,
                 ..Switches::default()
             },
             set_point,
             // Half a period behind a set-point.
             torque_offset: (tick % 16 == 2).then_some((random.bits() >> 16) as i16),
-            guard_heard: tick.is_multiple_of(50),
+            guard_received: tick.is_multiple_of(50),
             bench_mode: false,
         }
     }
@@ -80,7 +80,7 @@ fn word(tick: u32) -> u16 {
     }
 }
 
-/// Nominal settings of an axle that needs no reference run, fast enough for the screw.
+/// Nominal settings of an axle that needs no homing, fast enough for the screw.
 fn drive_settings() -> Settings {
     let mut settings = settings();
     for (setting, value) in [
@@ -114,7 +114,7 @@ fn count_axle(table: &mut Table) {
     let mut inputs = |rig: &mut Rig, random: &mut Random| {
         let mode = modes[(tick / SYNC_TICKS) as usize / 2 % modes.len()];
         let set_point = tick.is_multiple_of(SYNC_TICKS).then(|| SetPoint {
-            // Every second set-point starts a reference run where the mode is that.
+            // Every second set-point starts a homing where the mode is that.
             controlword: word(tick) | (((tick / SYNC_TICKS) & 1) as u16) << 4,
             mode,
             target: match mode {
@@ -219,7 +219,7 @@ fn answers(tick: u32, geometry: &Geometry, settings: &Settings) -> Vec<Frame, 12
         velocity: 0,
     };
     let status = DriveStatus {
-        statusword: super::guards::drive_state(tick).statusword() | status::REFERENCED,
+        statusword: super::guards::drive_state(tick).statusword() | status::HOMED,
         ..DriveStatus::default()
     };
     let drives = [
@@ -240,7 +240,7 @@ fn answers(tick: u32, geometry: &Geometry, settings: &Settings) -> Vec<Frame, 12
     frames
 }
 
-/// A guard that hears four drives and an operator, none of which do more than answer.
+/// A guard that receives four drives and an operator, none of which do more than answer.
 #[derive(Clone)]
 struct GuardRig {
     guard: Guard<B2p2>,
@@ -315,8 +315,8 @@ fn count_guard(table: &mut Table) {
     for (name, phase) in [
         ("guard tick with SYNC", 0),
         ("guard tick with frames", 1),
-        ("guard tick that judges", 2),
-        ("guard tick that locates", 3),
+        ("guard tick that evaluates", 2),
+        ("guard tick that updates the estimate", 3),
     ] {
         let (mut rig, mut count, mut armed) = (rig.clone(), Count::NONE, true);
         for number in WARM_UP..WARM_UP + SYNC_TICKS * table.calls() {

@@ -2,7 +2,7 @@
 
 use super::{Refusal, Role, dictionary, drive, start_bus};
 use crate::boards::CONTROL_HZ;
-use crate::bus::Heard;
+use crate::bus::Received;
 use core::sync::atomic::{AtomicU8, Ordering};
 use embassy_executor::Spawner;
 use embassy_time::{Duration, Ticker};
@@ -25,15 +25,15 @@ static GUARD: AtomicU8 = AtomicU8::new(0);
 fn start(spawner: Spawner, settings: &Settings) -> Result<(), Refusal> {
     drive::install_current_loop(settings)?;
     GUARD.store(settings.id(Setting::GuardId), Ordering::Relaxed);
-    start_bus(spawner, settings, od::DICTIONARY, None, heard)?;
+    start_bus(spawner, settings, od::DICTIONARY, None, received)?;
     super::spawn(
         spawner,
         control(Axle::new(settings), settings.id(Setting::NodeId)),
     )
 }
 
-fn heard(heard: Heard) {
-    drive::HEARD.note(&heard, GUARD.load(Ordering::Relaxed), None);
+fn received(received: Received) {
+    drive::HEARD.note(&received, GUARD.load(Ordering::Relaxed), None);
 }
 
 #[embassy_executor::task]

@@ -2,7 +2,7 @@
 
 use super::Refusal;
 use crate::boards::{Board, CONTROL_HZ, Selected};
-use crate::bus::{self, Heard};
+use crate::bus::{self, Received};
 use crate::current_loop;
 use crate::watchdog::{self, Party};
 use core::cell::Cell;
@@ -16,7 +16,7 @@ use tautrack::motor::current::{CurrentLoop, Winding};
 use tautrack::node::axle::{Inputs, Outputs, SetPoint};
 use tautrack::settings::{Setting, Settings};
 
-/// What the bus task heard since the control task last looked.
+/// What the bus task received since the control task last looked.
 pub static HEARD: Mailbox = Mailbox {
     set_point: AtomicBool::new(false),
     offset: AtomicBool::new(false),
@@ -40,31 +40,31 @@ pub struct Mailbox {
 impl Mailbox {
     /// Notes what a frame means to any drive with the master `guard`; frames of the joint with identifier `joint` are
     /// not set-points.
-    pub fn note(&self, heard: &Heard, guard: u8, joint: Option<u16>) {
-        if network::is_sync(&heard.frame) {
-            critical_section::with(|cs| self.sync_us.borrow(cs).set(heard.now_us));
+    pub fn note(&self, received: &Received, guard: u8, joint: Option<u16>) {
+        if network::is_sync(&received.frame) {
+            critical_section::with(|cs| self.sync_us.borrow(cs).set(received.now_us));
         }
-        if network::as_heartbeat(&heard.frame).is_some_and(|(node, _)| node == guard) {
+        if network::as_heartbeat(&received.frame).is_some_and(|(node, _)| node == guard) {
             self.guard.store(true, Ordering::Relaxed);
         }
-        let offset = match heard.sdo_index {
+        let offset = match received.sdo_index {
             Some(index) => index == TORQUE_OFFSET,
-            None => heard.frame.id() & !0x7f == receive(3),
+            None => received.frame.id() & !0x7f == receive(3),
         };
-        if heard.wrote && offset {
+        if received.wrote && offset {
             self.offset.store(true, Ordering::Relaxed);
             return;
         }
         // Set-points come by process data, or from a client that writes objects of the drive profile one by one.
-        if heard.wrote
-            && heard.sdo_index.is_none_or(|index| index >= 0x6000)
-            && joint != Some(heard.frame.id())
+        if received.wrote
+            && received.sdo_index.is_none_or(|index| index >= 0x6000)
+            && joint != Some(received.frame.id())
         {
             self.set_point.store(true, Ordering::Relaxed);
         }
     }
 
-    /// Keeps the joint's motion. It was measured in the control period before the SYNC that every node heard at once.
+    /// Keeps the joint's motion. It was measured in the control period before the SYNC that every node received at once.
     pub fn note_joint(&self, motion: DriveMotion) {
         critical_section::with(|cs| {
             let measured_us = self
@@ -93,7 +93,7 @@ pub fn inputs(set_point: fn() -> SetPoint, torque_offset: fn() -> i16, bench_mod
         encoder: Selected::encoder(),
         // Without a sample nothing is known of the current.
         current: current.unwrap_or(f32::NAN),
-        bus_voltage: Selected::bus_voltage(),
+        supply_voltage: Selected::supply_voltage(),
         switches: Selected::switches(),
         set_point: HEARD
             .set_point
@@ -103,7 +103,7 @@ pub fn inputs(set_point: fn() -> SetPoint, torque_offset: fn() -> i16, bench_mod
             .offset
             .swap(false, Ordering::Relaxed)
             .then(torque_offset),
-        guard_heard: HEARD.guard.swap(false, Ordering::Relaxed),
+        guard_received: HEARD.guard.swap(false, Ordering::Relaxed),
         bench_mode,
     }
 }

@@ -2,7 +2,7 @@
 
 use super::{Refusal, Role, dictionary, milli, refuse, start_bus};
 use crate::boards::{Board, CONTROL_HZ, Selected};
-use crate::bus::{self, FrameQueue, Heard};
+use crate::bus::{self, FrameQueue, Received};
 use crate::serial;
 use core::sync::atomic::{AtomicBool, Ordering};
 use embassy_executor::Spawner;
@@ -86,13 +86,13 @@ const COMMAND: u16 = 0x4000;
 const SEQUENCE: u8 = 5;
 
 /// Most frames between two ticks: a 1 Mbit/s bus carries fewer in 1 ms.
-const MAX_HEARD: usize = 32;
+const MAX_RECEIVED: usize = 32;
 
 /// Most bytes of the serial line that one tick takes: 115200 baud bring 12.
 const MAX_SERIAL: usize = 64;
 
 /// Frames for the next tick.
-static HEARD: FrameQueue<MAX_HEARD> = FrameQueue::new();
+static HEARD: FrameQueue<MAX_RECEIVED> = FrameQueue::new();
 /// The operator's objects were written since the tick before.
 static OPERATOR: AtomicBool = AtomicBool::new(false);
 
@@ -105,19 +105,19 @@ fn start<B: Body>(
     let guard = cell
         .try_init(guard)
         .ok_or_else(|| refuse(format_args!("the guard was started before")))?;
-    start_bus(spawner, settings, od::DICTIONARY, None, heard)?;
+    start_bus(spawner, settings, od::DICTIONARY, None, received)?;
     super::spawn(spawner, control(guard, settings.id(Setting::NodeId)))
 }
 
-fn heard(heard: Heard) {
-    HEARD.push(heard.frame);
+fn received(received: Received) {
+    HEARD.push(received.frame);
     // By process data, or by a client that writes the command's objects one by one: the sequence
     // number comes last and makes the command count.
-    let complete = match heard.sdo_index {
-        Some(index) => index == COMMAND && heard.frame.data().get(3) == Some(&SEQUENCE),
+    let complete = match received.sdo_index {
+        Some(index) => index == COMMAND && received.frame.data().get(3) == Some(&SEQUENCE),
         None => true,
     };
-    if heard.wrote && complete {
+    if received.wrote && complete {
         OPERATOR.store(true, Ordering::Relaxed);
     }
 }
@@ -125,7 +125,7 @@ fn heard(heard: Heard) {
 #[embassy_executor::task]
 async fn control(guard: &'static mut dyn Tick, node: u8) -> ! {
     let mut ticker = Ticker::every(Duration::from_hz(u64::from(CONTROL_HZ)));
-    let mut frames = Vec::<Frame, MAX_HEARD>::new();
+    let mut frames = Vec::<Frame, MAX_RECEIVED>::new();
     let mut bytes = [0; MAX_SERIAL];
     loop {
         ticker.next().await;

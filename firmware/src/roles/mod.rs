@@ -5,7 +5,7 @@ mod drive;
 pub mod guard;
 pub mod screw;
 
-use crate::bus::{self, Bus, Dictionary, Heard, Listen, Master};
+use crate::bus::{self, Bus, Dictionary, Listen, Master, Received};
 use crate::watchdog::{self, Party};
 use core::fmt::Write;
 use embassy_executor::{SpawnError, SpawnToken, Spawner};
@@ -45,7 +45,7 @@ fn start_bus(
     settings: &Settings,
     dictionary: Dictionary,
     listen: Option<Listen>,
-    heard: fn(Heard),
+    received: fn(Received),
 ) -> Result<(), Refusal> {
     let node_id = settings.id(Setting::NodeId);
     let heartbeat_ms = settings.get(Setting::HeartbeatPeriod) as u16;
@@ -58,7 +58,7 @@ fn start_bus(
     watchdog::require(Party::Bus);
     let bus = Bus::new(dictionary, node_id, heartbeat_ms, listen, master)
         .ok_or_else(|| refuse(format_args!("the bus cannot be made for node id {node_id}")))?;
-    spawn(spawner, bus::task(bus, heard))
+    spawn(spawner, bus::task(bus, received))
 }
 
 fn spawn<S>(spawner: Spawner, task: Result<SpawnToken<S>, SpawnError>) -> Result<(), Refusal> {

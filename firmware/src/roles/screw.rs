@@ -1,8 +1,8 @@
-//! The driving screw: an axle that follows the chassis joint, which it hears on the bus without the guard between.
+//! The driving screw: an axle that follows the chassis joint, which it receives on the bus without the guard between.
 
 use super::{Refusal, Role, dictionary, drive, refuse, start_bus};
 use crate::boards::CONTROL_HZ;
-use crate::bus::{Heard, Listen};
+use crate::bus::{Listen, Received};
 use core::sync::atomic::{AtomicU8, AtomicU16, Ordering};
 use embassy_executor::Spawner;
 use embassy_time::{Duration, Ticker};
@@ -35,14 +35,14 @@ fn start(spawner: Spawner, settings: &Settings) -> Result<(), Refusal> {
     };
     GUARD.store(settings.id(Setting::GuardId), Ordering::Relaxed);
     JOINT.store(listen.id, Ordering::Relaxed);
-    start_bus(spawner, settings, od::DICTIONARY, Some(listen), heard)?;
+    start_bus(spawner, settings, od::DICTIONARY, Some(listen), received)?;
     super::spawn(spawner, control(screw, settings.id(Setting::NodeId)))
 }
 
-fn heard(heard: Heard) {
+fn received(received: Received) {
     let joint = JOINT.load(Ordering::Relaxed);
-    drive::HEARD.note(&heard, GUARD.load(Ordering::Relaxed), Some(joint));
-    if heard.wrote && heard.frame.id() == joint {
+    drive::HEARD.note(&received, GUARD.load(Ordering::Relaxed), Some(joint));
+    if received.wrote && received.frame.id() == joint {
         drive::HEARD.note_joint(DriveMotion {
             position: od::OBJECT2100.get_position(),
             velocity: od::OBJECT2100.get_velocity(),

@@ -148,7 +148,7 @@ impl Node {
             ..
         } = self;
         drop(input);
-        // Its last words need somebody to hear them.
+        // Its last words need somebody to receive them.
         let _ = std::io::copy(&mut output, &mut std::io::sink());
         process.wait().expect("the node ends").success()
     }

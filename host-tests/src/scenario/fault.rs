@@ -27,7 +27,7 @@ pub enum FaultKind {
     NodeDead(NodeName),
     /// The node's encoder keeps its last count.
     EncoderFrozen(NodeName),
-    /// The node neither sends nor hears, but runs on.
+    /// The node neither sends nor receives, but runs on.
     BusCut(NodeName),
     /// The node loses its power at `at_s` and starts again at `until_s`, or at once: a new process
     /// with the same settings, whose clock begins at 0. The guard alone.

@@ -19,7 +19,7 @@ pub struct Sample {
     /// What the physics knows; no node ever sees it.
     pub truth: Truth,
     /// What anybody on the bus could know.
-    pub heard: Heard,
+    pub received: Received,
     /// Motion and load of each drive's output shaft, in the order of the nodes.
     /// Absent while its node has no power.
     pub drives: Vec<Option<DriveState>>,
@@ -91,7 +91,7 @@ impl fmt::Display for Event {
 
 /// What the bus made public, decoded from its frames.
 #[derive(Clone, Debug, Default, Serialize)]
-pub struct Heard {
+pub struct Received {
     /// Forward speed that the operator asks for, m/s.
     pub asked_speed: f64,
     /// Forward speed that the guard passes on, m/s.
@@ -121,7 +121,7 @@ pub struct Heard {
     pub fix_age: f64,
     /// The guard's margins to the back, front, left and right edge, m; absent while it has none.
     pub margins: Option<[f64; 4]>,
-    /// State of the guard: `referencing`, `ready`, `armed`, `held` and so on.
+    /// State of the guard: `homing`, `ready`, `armed`, `held` and so on.
     pub guard_state: String,
     /// What the guard does with the command, and why: `passed`, `scaled: backward margin` and so on.
     pub verdict: String,

@@ -1,4 +1,4 @@
-//! A satellite receiver on the robot: GGA and RMC sentences on a serial line, with errors that wander.
+//! A GNSS receiver on the robot: GGA and RMC sentences on a serial line, with errors that wander.
 //!
 //! World axes here and in the plant: x north, y west, z up, from a place that the parameters name.
 
@@ -102,7 +102,7 @@ impl Receiver {
                         * self.noise.normal(step, WANDER + axis);
             }
             let lasting = self.wander();
-            let heard = [0, 1, 2].map(|axis| {
+            let received = [0, 1, 2].map(|axis| {
                 let white = self.noise.normal(step, WHITE + axis as u64) * p.white;
                 place[axis] + lasting[axis] + if axis == 2 { 2.0 * white } else { white }
             });
@@ -112,7 +112,7 @@ impl Receiver {
             }
             let seconds = step as f64 * 1e-3;
             let blind = seconds >= p.outage_s[0] && seconds < p.outage_s[1];
-            let text = sentences(&p, (!blind).then_some((heard, velocity)), step);
+            let text = sentences(&p, (!blind).then_some((received, velocity)), step);
             self.waiting.extend(text.bytes());
         }
         self.credit += f64::from(p.baud) * 1e-4;

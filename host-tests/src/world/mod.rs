@@ -37,7 +37,7 @@ pub trait Plant {
     /// What the sensors on the robot's body say after the last step.
     fn body_sensors(&self) -> BodySensors;
 
-    /// Bytes that the satellite receiver put on the guard's serial line in the last step.
+    /// Bytes that the GNSS receiver put on the guard's serial line in the last step.
     fn serial(&self) -> &[u8] {
         &[]
     }

@@ -16,7 +16,7 @@ pub const TICKS_PER_SYNC: u64 = 4;
 pub enum Node {
     /// An axle.
     Axle(Axle),
-    /// A screw, with the joint's motion that it hears.
+    /// A screw, with the joint's motion that it receives.
     Screw(Screw),
 }
 
@@ -116,14 +116,14 @@ impl Bench {
             now_us: self.now_us,
             encoder: self.encoder_sign * counts,
             current: self.current_reading.unwrap_or(current as f32),
-            bus_voltage: 24.0,
+            supply_voltage: 24.0,
             switches: (self.switches)(self.angle - self.switch_at),
             set_point: self.set_point.filter(|_| sync),
             torque_offset: self
                 .torque_offset
                 .filter(|_| milliseconds.is_multiple_of(4 * TICKS_PER_SYNC)),
             // The first one before the first set-point.
-            guard_heard: self.guard_alive && milliseconds % 50 == 1,
+            guard_received: self.guard_alive && milliseconds % 50 == 1,
             bench_mode: self.client,
         };
         let outputs = match &mut self.node {

@@ -9,14 +9,14 @@ use tautrack::node::axle::{ActiveLimit, BridgeDemand};
 use tautrack::sensors::Switches;
 use tautrack::settings::Setting;
 
-/// An axle whose reference switch closes beyond 0.5 rad, a place that it shall call 0.35 rad.
-fn unreferenced() -> Bench {
+/// An axle whose home switch closes beyond 0.5 rad, a place that it shall call 0.35 rad.
+fn unhomed() -> Bench {
     let mut bench = Bench::axle(&[
-        (Setting::ReferenceDirection, 1),
-        (Setting::ReferencePosition, 350_000),
+        (Setting::HomingDirection, 1),
+        (Setting::HomePosition, 350_000),
     ]);
     bench.switches = |angle| Switches {
-        reference: angle >= 0.5,
+        home: angle >= 0.5,
         ..Switches::default()
     };
     bench
@@ -30,17 +30,17 @@ fn start(bench: &mut Bench) {
 }
 
 /// Where the axle believes the switch to be, minus where it should, rad: the switch of
-/// [`unreferenced`] is at 0.5 rad and called 0.35 rad.
+/// [`unhomed`] is at 0.5 rad and called 0.35 rad.
 fn error(bench: &mut Bench) -> f64 {
     let outputs = bench.tick();
-    assert_ne!(outputs.status.statusword & status::REFERENCED, 0);
+    assert_ne!(outputs.status.statusword & status::HOMED, 0);
     let believed = f64::from(outputs.motion.position) / 65_536.0 * TAU;
     believed - (bench.angle - 0.5 + 0.35)
 }
 
 #[test]
-fn homing_ends_where_the_switch_closes_and_calls_it_the_reference_position() {
-    let mut bench = unreferenced();
+fn homing_ends_where_the_switch_closes_and_calls_it_the_home_position() {
+    let mut bench = unhomed();
     start(&mut bench);
     bench.run(6_000);
     let error = error(&mut bench);
@@ -56,14 +56,14 @@ fn homing_ends_where_the_switch_closes_and_calls_it_the_reference_position() {
 fn a_switch_that_reacts_late_is_found_at_any_distance() {
     for distance in 0..25 {
         let mut bench = Bench::axle(&[
-            (Setting::ReferenceDirection, 1),
-            (Setting::ReferenceSpeed, 25_000),
+            (Setting::HomingDirection, 1),
+            (Setting::HomingSpeed, 25_000),
             (Setting::VelocityLimit, 50_000),
             (Setting::AccelerationLimit, 500_000),
         ]);
         bench.inertia = 1e-3;
         bench.switches = |angle| Switches {
-            reference: angle >= 0.0,
+            home: angle >= 0.0,
             ..Switches::default()
         };
         let place = 2.0 + 1e-3 * f64::from(distance);
@@ -77,7 +77,7 @@ fn a_switch_that_reacts_late_is_found_at_any_distance() {
         let outputs = bench.tick();
         let fault = code(&outputs);
         assert_ne!(
-            outputs.status.statusword & status::REFERENCED,
+            outputs.status.statusword & status::HOMED,
             0,
             "{distance} mrad: {fault:?} after {}",
             outputs.homing_difference
@@ -87,7 +87,7 @@ fn a_switch_that_reacts_late_is_found_at_any_distance() {
 
 #[test]
 fn homing_that_begins_on_the_switch_finds_the_same_place() {
-    let mut bench = unreferenced();
+    let mut bench = unhomed();
     bench.angle = 0.6;
     start(&mut bench);
     bench.run(6_000);
@@ -97,10 +97,10 @@ fn homing_that_begins_on_the_switch_finds_the_same_place() {
 
 #[test]
 fn a_glitch_of_the_switch_is_no_home_position() {
-    let mut bench = unreferenced();
+    let mut bench = unhomed();
     bench.switches = |angle| Switches {
         // Closed for 1 ms at 0.10 rad: 0.3 mrad at 0.3 rad/s.
-        reference: angle >= 0.5 || (0.1..0.1003).contains(&angle),
+        home: angle >= 0.5 || (0.1..0.1003).contains(&angle),
         ..Switches::default()
     };
     start(&mut bench);
@@ -111,20 +111,20 @@ fn a_glitch_of_the_switch_is_no_home_position() {
 
 #[test]
 fn approaches_that_disagree_are_a_fault_with_their_distance() {
-    let mut bench = unreferenced();
+    let mut bench = unhomed();
     start(&mut bench);
     bench.run(400);
     let glitch = bench.angle;
     // Long enough to count as closed.
     bench.switches = |_| Switches {
-        reference: true,
+        home: true,
         ..Switches::default()
     };
     bench.run(10);
-    bench.switches = unreferenced().switches;
+    bench.switches = unhomed().switches;
     let outputs = bench.run(9_000);
     assert_eq!(code(&outputs), Some(Fault::HomingMismatch));
-    assert_eq!(outputs.status.statusword & status::REFERENCED, 0);
+    assert_eq!(outputs.status.statusword & status::HOMED, 0);
     assert_eq!(state(&outputs), Some(State::QuickStopActive));
     let difference = f64::from(outputs.homing_difference) / 4_294_967_296.0 * TAU;
     let truth = 0.5 - glitch;
@@ -134,7 +134,7 @@ fn approaches_that_disagree_are_a_fault_with_their_distance() {
 #[test]
 fn homing_keeps_its_own_current_and_speed() {
     let mut bench = Bench::axle(&[
-        (Setting::ReferenceDirection, 1),
+        (Setting::HomingDirection, 1),
         (Setting::HomingCurrent, 2_000),
     ]);
     start(&mut bench);
@@ -157,15 +157,15 @@ fn homing_keeps_its_own_current_and_speed() {
 
 #[test]
 fn homing_starts_only_by_the_edge_of_its_bit() {
-    let mut bench = unreferenced();
+    let mut bench = unhomed();
     bench.enable(mode::HOMING, 0);
     bench.run(1_000);
     assert!(bench.angle.abs() < 1e-3, "{}", bench.angle);
 }
 
 #[test]
-fn a_reference_switch_that_never_closes_is_a_fault_after_20_s() {
-    let mut bench = unreferenced();
+fn a_home_switch_that_never_closes_is_a_fault_after_20_s() {
+    let mut bench = unhomed();
     bench.switches = |_| Switches::default();
     bench.enable(mode::HOMING, 0);
     let word = controlword::ENABLE_OPERATION | CONTROL_START;
@@ -175,11 +175,11 @@ fn a_reference_switch_that_never_closes_is_a_fault_after_20_s() {
 }
 
 #[test]
-fn an_axle_that_is_not_referenced_goes_to_no_position() {
+fn an_axle_that_is_not_homed_goes_to_no_position() {
     for mode in [mode::CYCLIC_POSITION, mode::PROFILE_POSITION] {
-        let mut bench = unreferenced();
+        let mut bench = unhomed();
         let outputs = bench.enable(mode, turning(1.0));
-        assert_eq!(outputs.active_limit, ActiveLimit::NotReferenced);
+        assert_eq!(outputs.active_limit, ActiveLimit::NotHomed);
         bench.run(500);
         assert!(bench.angle.abs() < 1e-3, "{}", bench.angle);
     }

@@ -47,7 +47,7 @@ impl Drive {
             f64::from(motor.rotor_inertia) * f64::from(motor.gear_ratio).powi(2) * 2.0
         });
         let mut bench = Bench::new(node(spec.role, &settings), &settings, inertia);
-        let direction = settings.get(Setting::ReferenceDirection);
+        let direction = settings.get(Setting::HomingDirection);
         bench.switches = match direction {
             0 => |_| Switches::default(),
             1 => |angle| at_home(angle > 0.0),
@@ -125,9 +125,9 @@ impl Drive {
     }
 }
 
-fn at_home(reference: bool) -> Switches {
+fn at_home(home: bool) -> Switches {
     Switches {
-        reference,
+        home,
         ..Switches::default()
     }
 }
@@ -202,7 +202,7 @@ impl<B: Body> Network<B> {
         }
     }
 
-    /// The guard's program ends; the drives hear nothing more of it.
+    /// The guard's program ends; the drives receive nothing more of it.
     pub fn stop_guard(&mut self) {
         self.guard = None;
         self.to_drives.clear();

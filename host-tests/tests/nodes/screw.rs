@@ -50,7 +50,7 @@ fn joint(theta: f64, rate: f64) -> DriveMotion {
     }
 }
 
-/// B2P2's screw, referenced by its switch and taut at joint angle 0.
+/// B2P2's screw, homed by its switch and taut at joint angle 0.
 fn engaged() -> Bench {
     let settings = settings(&[
         (Setting::GearRatio, 4_000),
@@ -60,21 +60,21 @@ fn engaged() -> Bench {
         (Setting::VelocityIntegralTime, 30_000),
         (Setting::PositionGain, 60_000),
         (Setting::FollowingLimit, 6_000),
-        (Setting::ReferenceDirection, -1),
-        (Setting::ReferenceSpeed, 25_000),
+        (Setting::HomingDirection, -1),
+        (Setting::HomingSpeed, 25_000),
     ]);
     let screw = Screw::new(&settings).expect("B2P2's geometry");
     let mut bench = Bench::new(Node::Screw(screw), &settings, 1.6e-4);
     bench.joint = Some(joint(0.0, 0.0));
     bench.switches = |angle| Switches {
-        reference: angle < -5.0,
+        home: angle < -5.0,
         ..Switches::default()
     };
     bench.enable(mode::HOMING, 0);
     let word = controlword::ENABLE_OPERATION | CONTROL_START;
     bench.command(word, mode::HOMING, 0);
     let outputs = bench.run(3_000);
-    assert_ne!(outputs.status.statusword & status::REFERENCED, 0);
+    assert_ne!(outputs.status.statusword & status::HOMED, 0);
     bench.enable(mode::TAUT, 0);
     let outputs = bench.run(3_000);
     let error = extension(&outputs) - taut(0.0);

@@ -83,7 +83,7 @@ fn a_fault_in_any_stage_of_the_start_stops_every_drive_and_a_reset_leads_out() {
             network.until(State::Ready);
             network.run(40);
             network.request(Request::Arm);
-            network.until(State::Waking(stage));
+            network.until(State::Starting(stage));
             network.run(60);
             network.drive(victim).restart();
             network.until(State::Held);
@@ -170,7 +170,7 @@ fn every_stop_stops_every_stage_of_the_start() {
             network.until(State::Ready);
             network.run(40);
             network.command.request = Request::Arm as u8 | DEAD_MAN_HELD;
-            network.until(State::Waking(stage));
+            network.until(State::Starting(stage));
             network.run(60);
             stop.begin(&mut network);
             // The operator's timeout is 300 ms; then a quick stop from the homing speed.

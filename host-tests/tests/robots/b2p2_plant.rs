@@ -453,7 +453,7 @@ fn switches_and_sensors_say_what_the_robot_is() {
     robot.drive(0.0, 2.0);
     for motor in [2, 3] {
         assert!(
-            robot.plant.sensors(motor).switches.reference,
+            robot.plant.sensors(motor).switches.home,
             "motor {motor}: {:?}",
             robot.plant.truth()
         );

@@ -7,7 +7,9 @@ use tautrack::link::Shaft;
 use tautrack::robots::hylos::parameters::{
     MARGIN_FLOOR, MARGIN_LIMIT, POTENTIAL_GAIN, STANCE_HEIGHT,
 };
-use tautrack::robots::hylos::{Assessment, Controller, LEGS, Parameters, Potential, Sensed, Wish};
+use tautrack::robots::hylos::{
+    Assessment, Controller, Desired, LEGS, Parameters, Potential, Sensed,
+};
 use tautrack_host_tests::robots::hylos::plant::{Hillside, Hylos, HylosParameters, MOTORS};
 use tautrack_host_tests::world::Plant;
 
@@ -37,7 +39,7 @@ const LEVEL: Hillside = Hillside {
     ..WAVES
 };
 
-const REST: Wish<f32> = Wish {
+const REST: Desired<f32> = Desired {
     forward: 0.0,
     yaw_rate: 0.0,
     clearance: None,
@@ -87,11 +89,11 @@ impl Driven {
     }
 
     /// One millisecond.
-    fn step(&mut self, wish: &Wish<f32>) {
+    fn step(&mut self, desired: &Desired<f32>) {
         if self.steps.is_multiple_of(PERIOD) {
             let sensed = self.sense();
             let period = PERIOD as f32 * DT as f32;
-            self.assessment = Some(self.controller.step(&sensed, wish, period));
+            self.assessment = Some(self.controller.step(&sensed, desired, period));
         }
         let goal = self.controller.set_points();
         let mut shafts = [None; MOTORS];
@@ -216,7 +218,7 @@ fn drive_loop(gain: f64, sensors: Sensors) -> Loop {
         angle = now;
         let off_heading = half_turn(driven.plant.truth().yaw - now - FRAC_PI_2);
         let yaw_rate = SPEED / RADIUS - 1.2 * (off_heading - 0.8 * astray);
-        driven.step(&Wish {
+        driven.step(&Desired {
             forward: SPEED as f32,
             yaw_rate: yaw_rate.clamp(-0.4, 0.4) as f32,
             clearance: (gain > 0.0).then_some(STANCE_HEIGHT as f32),
@@ -332,13 +334,13 @@ fn loads_from_the_leg_motors_keep_the_wheels_on_waves() {
         let mut driven = Driven::new(&WAVES, POTENTIAL_GAIN);
         driven.sensors = sensors;
         driven.rest(1.0);
-        let wish = Wish {
+        let desired = Desired {
             forward: 0.2,
             ..REST
         };
         let mut warp = 0.0;
         for _ in 0..10_000 {
-            driven.step(&wish);
+            driven.step(&desired);
             let [a, b, c, d] = driven.plant.detail().wheel_forces;
             warp += (a - b - c + d).abs() / WEIGHT / 10_000.0;
         }
@@ -376,14 +378,14 @@ fn a_robot_without_any_node_stands_on_its_locked_legs() {
 fn the_same_run_has_the_same_bits() {
     let bits = || {
         let mut driven = Driven::new(&HILLSIDE, POTENTIAL_GAIN);
-        let wish = Wish {
+        let desired = Desired {
             forward: 0.3,
             yaw_rate: 0.15,
             clearance: Some(0.25),
         };
         let mut bits = Vec::new();
         for _ in 0..3000 {
-            driven.step(&wish);
+            driven.step(&desired);
         }
         driven
             .plant

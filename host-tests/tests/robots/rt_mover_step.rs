@@ -230,7 +230,7 @@ fn felt(plant: &RtMover, rotors: &[Rotor; MOTORS], inclination: [f64; 2]) -> Inp
         inclination: inclination.map(|angle| angle as f32),
         heading: plant.truth().yaw as f32,
         asked: [0.0; 2],
-        share: 1.0,
+        speed_scale: 1.0,
     }
 }
 
@@ -315,7 +315,7 @@ fn no_wheel_leaves_the_ground_when_the_margin_does_not_allow_it() {
 
 #[test]
 fn a_wheel_in_the_air_goes_down_again_when_the_margin_shrinks() {
-    // The rehearsal allows it; the limit in the air is above what the swing comes to.
+    // The prediction allows it; the limit in the air is above what the swing comes to.
     let pace = Pace {
         margins: [0.010, 0.048],
         ..Pace::nominal()

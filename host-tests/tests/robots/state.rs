@@ -51,8 +51,8 @@ impl Ride {
         }
     }
 
-    /// Drives with these belt speeds, m/s; the belts are heard every 4 ms if they are `heard`.
-    fn drive(&mut self, belts: [f64; 2], seconds: f64, heard: bool) -> State {
+    /// Drives with these belt speeds, m/s; the belts are received every 4 ms if they are `received`.
+    fn drive(&mut self, belts: [f64; 2], seconds: f64, received: bool) -> State {
         let radius = self.parameters.pulley_radius;
         for _ in 0..(seconds * 1e3) as u32 {
             self.step += 1;
@@ -78,11 +78,11 @@ impl Ride {
             } else {
                 self.estimator.listen(self.plant.serial(), now_us);
             }
-            if self.step.is_multiple_of(4) && heard {
+            if self.step.is_multiple_of(4) && received {
                 let way = f64::midpoint(self.turns[0], self.turns[1]) * TAU * radius;
                 let joints = [Joint {
                     value: 0.25,
-                    heard_us: Some(now_us),
+                    received_us: Some(now_us),
                 }; 2];
                 self.estimator.advance(
                     (way * 1e6) as i32,

@@ -169,7 +169,7 @@ fn a_full_queue_names_its_participant() {
 }
 
 #[test]
-fn a_participant_that_is_cut_off_neither_sends_nor_hears() {
+fn a_participant_that_is_cut_off_neither_sends_nor_receives() {
     let mut bus = Bus::new(3);
     bus.offer(0, frame(0x10, &[])).unwrap();
     bus.cut_off(0);

@@ -57,7 +57,7 @@ fn log(board: Board) -> Vec<String> {
         let sent = node.send(Step {
             time_us: step * STEP_US,
             sensors: Sensors {
-                bus_voltage: 24.0,
+                supply_voltage: 24.0,
                 ..Sensors::default()
             },
             frames: frames(step),

@@ -157,11 +157,11 @@ fn frames_pass_both_ways_while_the_channel_is_open() {
     );
 
     port.send(&frame(0x581, &[0x4f]), None);
-    let mut heard = [0; 14];
-    client.read_exact(&mut heard[..4]).unwrap();
-    assert_eq!(&heard[..4], b"z\rz\r");
-    client.read_exact(&mut heard[..8]).unwrap();
-    assert_eq!(&heard[..8], b"t58114F\r");
+    let mut received = [0; 14];
+    client.read_exact(&mut received[..4]).unwrap();
+    assert_eq!(&received[..4], b"z\rz\r");
+    client.read_exact(&mut received[..8]).unwrap();
+    assert_eq!(&received[..8], b"t58114F\r");
 }
 
 #[test]

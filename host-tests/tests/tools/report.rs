@@ -11,7 +11,7 @@ use tautrack_host_tests::results::{mcap as log, report};
 use tautrack_host_tests::robots::NodeName;
 use tautrack_host_tests::scenario::Scenario;
 use tautrack_host_tests::simulator::facts::{FaultFacts, NodeFacts, RunFacts};
-use tautrack_host_tests::simulator::record::{Event, Heard, Level, Sample};
+use tautrack_host_tests::simulator::record::{Event, Level, Received, Sample};
 use tautrack_host_tests::world::truth::Truth;
 
 fn scenario(name: &str) -> Scenario {
@@ -100,7 +100,7 @@ fn climb(scenario: &Scenario, seconds: u32) -> Vec<Sample> {
                     contacts,
                     ..Truth::default()
                 },
-                heard: Heard {
+                received: Received {
                     asked_speed: if time_s > 2.0 && time_s < 26.0 {
                         0.13
                     } else {
@@ -112,7 +112,7 @@ fn climb(scenario: &Scenario, seconds: u32) -> Vec<Sample> {
                     odometry: x / pitch.cos().max(0.8),
                     pitch: pitch + 0.01 * noise,
                     margins: (time_s > 1.5).then_some([0.2 + 0.05 * noise, 0.3, 0.2, 0.2]),
-                    guard_state: if time_s < 2.0 { "referencing" } else { "armed" }.into(),
+                    guard_state: if time_s < 2.0 { "homing" } else { "armed" }.into(),
                     verdict: if held {
                         "scaled: backward margin"
                     } else {
@@ -130,7 +130,7 @@ fn climb(scenario: &Scenario, seconds: u32) -> Vec<Sample> {
                         (index == 1400)
                             .then(|| error("screw: heartbeat of chassis_joint late </script>")),
                     ),
-                    ..Heard::default()
+                    ..Received::default()
                 },
                 ..Sample::default()
             }
@@ -383,7 +383,7 @@ fn the_log_holds_every_sample_and_event_and_says_what_its_fields_are() {
     assert_eq!(truth["pitch"].as_f64().unwrap(), samples[1499].truth.pitch);
     assert_eq!(
         of_topic["/events"][0].1["message"],
-        samples[1400].heard.events[0].text
+        samples[1400].received.events[0].text
     );
     assert_eq!(of_topic["/bus"][0].1["margins"], serde_json::Value::Null);
 }
@@ -457,7 +457,7 @@ fn an_hour_makes_no_bigger_page_than_a_browser_can_bear() {
     let scenario = scenario("staircase.toml");
     let mut samples = climb(&scenario, 3600);
     for sample in &mut samples {
-        sample.heard.events = vec![error("guard: heartbeat of screw lost")];
+        sample.received.events = vec![error("guard: heartbeat of screw lost")];
     }
     let page = report::html(
         &scenario,

@@ -7,7 +7,7 @@ use tautrack_host_tests::robots::payload::Payload;
 use tautrack_host_tests::scenario::Scenario;
 use tautrack_host_tests::tools::suite::draw::Kind;
 use tautrack_host_tests::tools::suite::drawn_runs;
-use tautrack_host_tests::tools::suite::judge::{Finding, Thoroughness, hazard};
+use tautrack_host_tests::tools::suite::evaluation::{Finding, Thoroughness, hazard};
 use tautrack_host_tests::tools::suite::operators::{Plan, Row, operate, operators};
 use tautrack_host_tests::world::terrain::Terrain;
 

@@ -61,8 +61,8 @@ pub mod status {
     pub const FOLLOWING: u16 = 1 << 12;
     /// Homing failed.
     pub const HOMING_ERROR: u16 = 1 << 13;
-    /// The position is referenced.
-    pub const REFERENCED: u16 = 1 << 14;
+    /// The position is homed.
+    pub const HOMED: u16 = 1 << 14;
 }
 
 const TRANSITIONS: &[(State, DriveCommand, State)] = {

@@ -4,7 +4,7 @@
 #[derive(Clone, Copy, Debug)]
 pub struct Monitor {
     timeout_us: u64,
-    /// Until when it is not lost; the end of time before it was heard.
+    /// Until when it is not lost; the end of time before it was received.
     until_us: u64,
 }
 
@@ -17,12 +17,12 @@ impl Monitor {
         }
     }
 
-    /// The node was heard at `now_us`.
-    pub fn heard(&mut self, now_us: u64) {
+    /// The node was received at `now_us`.
+    pub fn received(&mut self, now_us: u64) {
         self.until_us = now_us.saturating_add(self.timeout_us);
     }
 
-    /// Heard at least once since the start.
+    /// Received at least once since the start.
     pub fn seen(&self) -> bool {
         self.until_us != u64::MAX
     }
@@ -46,7 +46,7 @@ mod tests {
     fn a_node_is_lost_only_after_it_was_there() {
         let mut monitor = Monitor::new(100);
         assert!(!monitor.lost(1_000_000) && !monitor.alive(1_000_000));
-        monitor.heard(1_000_000);
+        monitor.received(1_000_000);
         assert!(monitor.alive(1_000_100));
         assert!(monitor.lost(1_000_101));
     }

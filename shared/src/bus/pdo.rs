@@ -116,7 +116,7 @@ payload! {
 payload! {
     /// Condition of a drive: TPDO 2 of axle and screw.
     DriveStatus {
-        /// Statusword of CiA 402; bit 14: referenced.
+        /// Statusword of CiA 402; bit 14: homed.
         statusword: u16 = 0x60_4100,
         /// Error code (`tautrack::faults`); 0 is none.
         error_code: u16 = 0x60_3f00,

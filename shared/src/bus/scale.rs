@@ -62,7 +62,7 @@ impl Position {
     }
 
     /// Turns since `before`, exact up to 2^24 bits; right as long as they are less than half of those
-    /// after which the position wraps. 0 if `before` is the default, which was never heard.
+    /// after which the position wraps. 0 if `before` is the default, which was never received.
     pub fn turns_since(self, before: Self) -> f32 {
         self.wire.wrapping_sub(before.wire) as f32 * before.unit
     }
@@ -299,7 +299,7 @@ mod tests {
     }
 
     #[test]
-    fn a_position_that_was_never_heard_is_no_beginning_of_a_way() {
+    fn a_position_that_was_never_received_is_no_beginning_of_a_way() {
         let units = Scale::Turning { bits: 16 }.units();
         let far = units.position(1_000_000);
         assert_eq!(far.turns_since(Position::default()), 0.0);

@@ -1,6 +1,6 @@
 //! Where the robot is, how it stands and how it is shaped: the paper's q1 to q8 as its sensors measure them.
 //!
-//! [`nmea`] reads the satellite receiver, [`compass`] the magnetometer, [`position`] blends fixes with the way of the belts,
+//! [`nmea`] reads the GNSS receiver, [`compass`] the magnetometer, [`position`] blends fixes with the way of the belts,
 //! [`state`] puts all eight together, each with validity and age. Attitude is [`crate::stability::attitude`].
 //!
 //! Axes of q are those of Paillat et al. (modified Denavit-Hartenberg, frame R0), laid on the ground so that the heading is 0

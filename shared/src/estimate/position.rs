@@ -108,7 +108,7 @@ pub enum Verdict {
 #[derive(Clone, Copy, Debug)]
 struct Trust {
     fixes: u32,
-    heard_us: u64,
+    received_us: u64,
     stamp_ms: u32,
 }
 
@@ -117,7 +117,7 @@ struct Trust {
 struct Suspect {
     metres: [f32; 3],
     fixes: u32,
-    heard_us: u64,
+    received_us: u64,
     stamp_ms: u32,
 }
 
@@ -166,7 +166,7 @@ impl Position {
         }
     }
 
-    /// Takes a fix that was heard at `now_us`.
+    /// Takes a fix that was received at `now_us`.
     pub fn fix(&mut self, fix: &Fix, now_us: u64) -> Verdict {
         let new = |trust: Option<Trust>| trust.is_none_or(|last| last.stamp_ms != fix.time_ms);
         let level = new(self.horizontal);
@@ -184,7 +184,7 @@ impl Position {
         });
         let there = [north, east, up];
 
-        let last_us = self.horizontal.map(|trust| trust.heard_us);
+        let last_us = self.horizontal.map(|trust| trust.received_us);
         if last_us.is_none_or(|last_us| !self.near(here, there, now_us.saturating_sub(last_us))) {
             return self.doubt(fix, there, now_us);
         }
@@ -203,7 +203,7 @@ impl Position {
     fn doubt(&mut self, fix: &Fix, there: [f32; 3], now_us: u64) -> Verdict {
         let agreeing = self
             .suspect
-            .filter(|last| self.near(last.metres, there, now_us.saturating_sub(last.heard_us)));
+            .filter(|last| self.near(last.metres, there, now_us.saturating_sub(last.received_us)));
         let fixes = agreeing.map_or(0, |last| last.fixes) + 1;
         let wanted = if self.horizontal.is_some() {
             JUMP_FIXES
@@ -215,7 +215,7 @@ impl Position {
             self.suspect = Some(Suspect {
                 metres: there,
                 fixes,
-                heard_us: now_us,
+                received_us: now_us,
                 stamp_ms: fix.time_ms,
             });
             if agreeing.is_none() && self.horizontal.is_none() {
@@ -255,7 +255,7 @@ impl Position {
         let fixes = trust.map_or(1, |trust| (trust.fixes + 1).min(LEAST_GAIN));
         *trust = Some(Trust {
             fixes,
-            heard_us: now_us,
+            received_us: now_us,
             stamp_ms: fix.time_ms,
         });
         for (axis, (place, there)) in self.nanometres.iter_mut().zip(there).enumerate() {
@@ -273,7 +273,7 @@ impl Position {
 
     /// When north and east, and when up, last had a believed fix; `None` before there was one.
     pub fn fixed_us(&self) -> [Option<u64>; 2] {
-        [self.horizontal, self.vertical].map(|trust| trust.map(|trust| trust.heard_us))
+        [self.horizontal, self.vertical].map(|trust| trust.map(|trust| trust.received_us))
     }
 
     /// Where the plane touches the earth, and its height above mean sea level, mm; `None` before a position is believed.

@@ -80,8 +80,8 @@ pub type State = [Reading; 8];
 pub struct Joint {
     /// q7 or q8, rad or m.
     pub value: f32,
-    /// When its drive was last heard; `None` while its position is not referenced.
-    pub heard_us: Option<u64>,
+    /// When its drive was last received; `None` while its position is not homed.
+    pub received_us: Option<u64>,
 }
 
 /// Everything between the sensors and q.
@@ -145,7 +145,7 @@ impl Estimator {
         }
     }
 
-    /// Takes bytes of the satellite receiver.
+    /// Takes bytes of the GNSS receiver.
     pub fn listen(&mut self, bytes: &[u8], now_us: u64) {
         for byte in bytes {
             let Some(Ok(sentence)) = self.reader.push(*byte) else {
@@ -172,7 +172,7 @@ impl Estimator {
         Some(speed * sin_cos(course + attitude.heading()).1)
     }
 
-    /// Takes the encoders: the belts' way since power-up (wraps), when the older of both belts was heard, and the joints.
+    /// Takes the encoders: the belts' way since power-up (wraps), when the older of both belts was received, and the joints.
     pub fn advance(
         &mut self,
         odometry_um: i32,
@@ -212,7 +212,7 @@ impl Estimator {
         let joint = |joint: Joint| {
             Reading::new(
                 joint.value,
-                joint.heard_us,
+                joint.received_us,
                 ENCODER_TIMEOUT_US,
                 false,
                 now_us,
@@ -247,6 +247,6 @@ impl Estimator {
     }
 }
 
-fn fresh(heard_us: Option<u64>, now_us: u64) -> bool {
-    heard_us.is_some_and(|heard_us| now_us.saturating_sub(heard_us) <= ENCODER_TIMEOUT_US)
+fn fresh(received_us: Option<u64>, now_us: u64) -> bool {
+    received_us.is_some_and(|received_us| now_us.saturating_sub(received_us) <= ENCODER_TIMEOUT_US)
 }

@@ -113,24 +113,24 @@ impl CurrentLoop {
     /// Total: an infinite demand is limited; a demand or sample that is not a number, an infinite sample, or a supply
     /// that is unknown or below [`MIN_BUS_VOLTAGE`] gives 0 and forgets the integral.
     #[inline]
-    pub fn step(&mut self, sample: f32, demand: f32, bus_voltage: f32) -> f32 {
+    pub fn step(&mut self, sample: f32, demand: f32, supply_voltage: f32) -> f32 {
         let usable = sample.is_finite()
             && !demand.is_nan()
-            && bus_voltage.is_finite()
-            && bus_voltage >= MIN_BUS_VOLTAGE;
+            && supply_voltage.is_finite()
+            && supply_voltage >= MIN_BUS_VOLTAGE;
         if !usable {
             self.reset();
             return 0.0;
         }
         let error = limit(demand, self.current_limit) - sample;
-        let available = MAX_DUTY * bus_voltage;
+        let available = MAX_DUTY * supply_voltage;
         let wanted = self.proportional * error + self.integral;
         let voltage = limit(wanted, available);
         let integral =
             self.integral + self.integral_gain * error + self.back_calculation * (voltage - wanted);
         // A sample near the largest float can overflow the products; the loop then starts afresh from the limited voltage.
         self.integral = if integral.is_finite() { integral } else { 0.0 };
-        limit(voltage / bus_voltage, MAX_DUTY)
+        limit(voltage / supply_voltage, MAX_DUTY)
     }
 
     /// Forgets the past: for a bridge that was off.
@@ -170,14 +170,17 @@ mod tests {
     fn run(
         demand: f32,
         back_emf: f64,
-        bus_voltage: f32,
+        supply_voltage: f32,
         periods: usize,
     ) -> (f64, f64, CurrentLoop) {
         let mut current_loop = CurrentLoop::new(&WINDING, BANDWIDTH, RATE).unwrap();
         let (mut current, mut duty, mut peak) = (0.0, 0.0, 0.0_f64);
         for _ in 0..periods {
-            let next = current_loop.step(current as f32, demand, bus_voltage);
-            current = winding_after(current, f64::from(duty) * f64::from(bus_voltage) - back_emf);
+            let next = current_loop.step(current as f32, demand, supply_voltage);
+            current = winding_after(
+                current,
+                f64::from(duty) * f64::from(supply_voltage) - back_emf,
+            );
             duty = next;
             if current.abs() > peak {
                 peak = current.abs();

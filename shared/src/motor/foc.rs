@@ -33,7 +33,7 @@ pub struct Config {
     /// Inductance of one phase, henry.
     pub inductance: f32,
     /// Supply that the gains are made for, V.
-    pub bus_voltage: f32,
+    pub supply_voltage: f32,
     /// Current of 2^30, A.
     pub current_full_scale: f32,
     /// Bandwidth of the closed loop, rad/s; at most a quarter of the rate.
@@ -81,7 +81,7 @@ impl Foc {
         let values = [
             config.resistance,
             config.inductance,
-            config.bus_voltage,
+            config.supply_voltage,
             config.current_full_scale,
             config.bandwidth,
             config.rate_hz,
@@ -93,7 +93,7 @@ impl Foc {
         {
             return Err(FocError::OutOfRange);
         }
-        let limit = config.bus_voltage / ROOT_3;
+        let limit = config.supply_voltage / ROOT_3;
         let per_ampere = config.bandwidth * config.current_full_scale / limit;
         let proportional = per_ampere * config.inductance;
         let integral = per_ampere * config.resistance / config.rate_hz;

@@ -14,7 +14,7 @@ use crate::screw::{Geometry, GeometryError, metres};
 use crate::settings::{Setting, Settings};
 use crate::units::Angle;
 
-/// What the node sensed and heard since the tick before.
+/// What the node sensed and received since the tick before.
 #[derive(Clone, Copy, Debug)]
 pub struct Inputs {
     /// The axle's own inputs.
@@ -71,7 +71,7 @@ impl Screw {
         );
         let scale = Scale::linear(length(Setting::ScrewLead));
         let released = i64::from(geometry.released_length().to_bits());
-        let retreat = (i64::from(length(Setting::ReferenceRetreat)) << 28) / 1_000_000;
+        let retreat = (i64::from(length(Setting::HomingRetreat)) << 28) / 1_000_000;
         let reference = scale.shaft_from_length(released - retreat);
         // Half a turn of theta is the longest extension; beyond it and below the switch lies nothing to reach.
         let longest = i64::from(geometry.length(Angle::from_bits(i32::MIN)).to_bits());

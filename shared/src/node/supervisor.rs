@@ -11,7 +11,7 @@ pub(super) struct Readings {
     /// given.
     pub demand: f32,
     /// Supply voltage, V.
-    pub bus_voltage: f32,
+    pub supply_voltage: f32,
     /// Measured velocity, rad/s.
     pub velocity: f32,
     /// Velocity of the set-point, rad/s.
@@ -113,7 +113,7 @@ impl Supervisor {
     pub fn check(&mut self, now: &Readings, bounds: &Bounds, stall: Stall) -> Faults {
         let (current, speed) = (now.current.abs(), now.velocity.abs());
         // No reading is so large that the sum of two has no room.
-        let finite = current + now.bus_voltage.abs() < f32::INFINITY;
+        let finite = current + now.supply_voltage.abs() < f32::INFINITY;
         let blocked = now.powered && speed < stall.standing && !(now.demand.abs() <= stall.pushing);
         let deviating = self.deviates(now, bounds) && now.powered;
         // In the order of `WATCHES`.
@@ -122,8 +122,8 @@ impl Supervisor {
             now.powered && !(speed <= bounds.overspeed),
             deviating,
             !finite,
-            !(now.bus_voltage <= OVER_VOLTAGE),
-            !(now.bus_voltage >= UNDER_VOLTAGE),
+            !(now.supply_voltage <= OVER_VOLTAGE),
+            !(now.supply_voltage >= UNDER_VOLTAGE),
             blocked,
             now.following_error.unsigned_abs() > bounds.following,
         ];
@@ -181,7 +181,7 @@ mod tests {
     const GOOD: Readings = Readings {
         current: 1.0,
         demand: 1.0,
-        bus_voltage: 24.0,
+        supply_voltage: 24.0,
         velocity: 1.0,
         commanded_velocity: 1.0,
         following_error: 0,
@@ -234,7 +234,7 @@ mod tests {
             ),
             (
                 Readings {
-                    bus_voltage: 33.0,
+                    supply_voltage: 33.0,
                     ..GOOD
                 },
                 5,
@@ -242,7 +242,7 @@ mod tests {
             ),
             (
                 Readings {
-                    bus_voltage: 11.0,
+                    supply_voltage: 11.0,
                     ..GOOD
                 },
                 5,
@@ -277,7 +277,7 @@ mod tests {
         let (mut supervisor, bounds) = (Supervisor::default(), Bounds::new(10.0, 6.0, 400));
         let bad = Readings {
             current: 20.0,
-            bus_voltage: 40.0,
+            supply_voltage: 40.0,
             velocity: 0.0,
             demand: 10.0,
             following_error: 1_000,
@@ -346,7 +346,7 @@ mod tests {
     fn one_good_sample_starts_the_dwell_anew() {
         let (mut supervisor, bounds) = (Supervisor::default(), Bounds::new(10.0, 6.0, 400));
         let bad = Readings {
-            bus_voltage: 40.0,
+            supply_voltage: 40.0,
             ..GOOD
         };
         for tick in 0..100 {

@@ -23,19 +23,19 @@ pub const MAX_OFFSETS: usize = 4;
 /// A drive as the guard knows it from the bus.
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
 pub struct DriveState {
-    /// Position of the output shaft; 0 before the first was heard.
+    /// Position of the output shaft; 0 before the first was received.
     pub position: Position,
-    /// When the position was last heard, us since power-up.
-    pub heard_us: Option<u64>,
+    /// When the position was last received, us since power-up.
+    pub received_us: Option<u64>,
     /// Torque at the output shaft, N m.
     pub torque: f32,
-    /// The drive says that its position is referenced.
-    pub referenced: bool,
+    /// The drive says that its position is homed.
+    pub homed: bool,
     /// The drive is in "operation enabled".
     pub enabled: bool,
 }
 
-/// The state of drive number `index`; one that is not there is at rest, unreferenced and off.
+/// The state of drive number `index`; one that is not there is at rest, unhomed and off.
 #[inline]
 pub fn drive_of(drives: &[DriveState], index: usize) -> DriveState {
     drives.get(index).copied().unwrap_or_default()
@@ -48,8 +48,8 @@ pub enum Goal {
     Off,
     /// Ramp down and hold.
     Hold,
-    /// Find the reference switch.
-    Reference,
+    /// Find the home switch.
+    Home,
     /// Follow this position.
     Position(Target),
     /// Move to this position by itself.
@@ -73,7 +73,7 @@ pub struct Offset {
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Phase {
     /// Coming to life: the number of the stage, below the length of [`Body::STAGES`].
-    Waking(u8),
+    Starting(u8),
     /// The operator drives.
     Armed,
     /// A fault or a loss holds the robot.
@@ -128,7 +128,7 @@ pub enum Stop {
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Allowed {
     /// Share of the asked speeds, 0 to 1.
-    pub share: f32,
+    pub speed_scale: f32,
     /// The robot is to stand still: wheels, legs, arms and levelling brake to rest.
     pub stop: Option<Stop>,
     /// Whether the posture may move on.
@@ -138,17 +138,17 @@ pub struct Allowed {
 }
 
 impl Allowed {
-    /// Moves the speed of `motion` toward the share of `asked` (m/s) that passes, within the robot's `own` limits and the accelerations that
+    /// Moves the speed of `motion` toward `asked` (m/s) times the speed scale, within the robot's `own` limits and the accelerations that
     /// are handed down. The guard's own stops know only the latter.
     pub fn ramp(&self, motion: &mut Motion, asked: f32, own: profile::Limits, period: f32) {
-        let target = limit(asked, own.velocity) * self.share;
+        let target = limit(asked, own.velocity) * self.speed_scale;
         let handed_down = if target > motion.velocity {
             self.limits.forward
         } else {
             self.limits.backward
         };
         let slows = target.abs() < motion.velocity.abs();
-        let acceleration = if slows && (self.stop == Some(Stop::Hard) || self.share < 1.0) {
+        let acceleration = if slows && (self.stop == Some(Stop::Hard) || self.speed_scale < 1.0) {
             handed_down
         } else {
             min(handed_down, own.acceleration)
@@ -161,10 +161,10 @@ impl Allowed {
     }
 
     /// Yaw rate, rad/s, with which a robot at `speed` (m/s) is on the curve that was asked for while it still speeds up; on the spot, the
-    /// share of what was asked. Never more than asked.
+    /// the speed scale of what was asked. Never more than asked.
     pub fn yaw_rate_on_the_curve<P>(&self, asked: &Asked<P>, speed: f32) -> f32 {
         if asked.forward == 0.0 {
-            asked.yaw_rate * self.share
+            asked.yaw_rate * self.speed_scale
         } else {
             limit(
                 asked.yaw_rate * (speed / asked.forward),
@@ -235,8 +235,8 @@ pub trait Body: Sized {
     /// count. The guard compares it with the drive's own at start.
     fn scale(drive: usize) -> Scale;
 
-    /// Takes the speed along its level heading that the satellite receiver measured lately, m/s, before [`Body::observe`].
-    fn hear_speed(&mut self, _along_heading: f32, _: &Attitude) {}
+    /// Takes the speed along its level heading that the GNSS receiver measured lately, m/s, before [`Body::observe`].
+    fn receive_speed(&mut self, _along_heading: f32, _: &Attitude) {}
 
     /// Takes what the drives and the attitude filter say, `period` s after the call before.
     fn observe(&mut self, drives: &[DriveState], attitude: &Attitude, period: f32);
@@ -313,9 +313,9 @@ mod tests {
     use super::*;
 
     /// From 0.4 m/s, with 1.5 m/s^2 handed down and 0.4 m/s^2 of its own, for a tenth of a second.
-    fn slowed(asked: f32, share: f32, stop: Option<Stop>) -> f32 {
+    fn slowed(asked: f32, speed_scale: f32, stop: Option<Stop>) -> f32 {
         let allowed = Allowed {
-            share,
+            speed_scale,
             stop,
             posture: true,
             limits: MotionLimits {
@@ -340,7 +340,7 @@ mod tests {
 
     #[test]
     fn the_guard_stops_as_hard_as_the_limits_bear_and_the_operator_gently() {
-        for (asked, share, stop, rate) in [
+        for (asked, speed_scale, stop, rate) in [
             (0.4, 0.0, None, -1.5),
             (0.0, 1.0, Some(Stop::Hard), -1.5),
             (0.0, 1.0, Some(Stop::Gentle), -0.4),
@@ -350,10 +350,10 @@ mod tests {
             (0.5, 0.9, None, 0.4),
         ] {
             let expected = 0.4 + 0.1 * rate;
-            let found = slowed(asked, share, stop);
+            let found = slowed(asked, speed_scale, stop);
             assert!(
                 (found - expected).abs() < 2e-3,
-                "{asked} {share} {stop:?}: {found}"
+                "{asked} {speed_scale} {stop:?}: {found}"
             );
         }
     }

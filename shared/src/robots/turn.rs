@@ -85,7 +85,7 @@ impl Turn {
         let target = limit(target, largest);
         let bearable = allowed.limits.yaw_rate(self.rate, speed);
         let guarded =
-            allowed.stop == Some(Stop::Hard) || allowed.share < 1.0 || bearable != self.rate;
+            allowed.stop == Some(Stop::Hard) || allowed.speed_scale < 1.0 || bearable != self.rate;
         let slows = target.abs() < self.rate.abs();
         let acceleration = if guarded && slows {
             self.braking
@@ -112,9 +112,9 @@ mod tests {
 
     const PERIOD: f32 = 4e-3;
 
-    fn allowed(share: f32, stop: Option<Stop>) -> Allowed {
+    fn allowed(speed_scale: f32, stop: Option<Stop>) -> Allowed {
         Allowed {
-            share,
+            speed_scale,
             stop,
             posture: true,
             limits: MotionLimits {

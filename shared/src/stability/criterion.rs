@@ -54,8 +54,8 @@ impl Criterion {
         parameters: &Parameters,
     ) -> Evaluation {
         let widening = parameters.uncertainty.widening();
-        let lean = [force[0] / force[2], force[1] / force[2]];
-        let unsure = widening * (lean[0].abs() + lean[1].abs());
+        let tilt = [force[0] / force[2], force[1] / force[2]];
+        let uncertain = widening * (tilt[0].abs() + tilt[1].abs());
         let missing = stance.missing();
         let mut found = Evaluation {
             gravity: [missing; 4],
@@ -67,7 +67,7 @@ impl Criterion {
                 continue;
             }
             let index = edge as usize;
-            let weighed = weigh(ends, stance.cog, force, lean, unsure, parameters);
+            let weighed = weigh(ends, stance.cog, force, tilt, uncertain, parameters);
             found.gravity[index] = weighed.gravity - widening;
             found.levers[index] = weighed.lever;
             with_force[index] = weighed.with_force - widening;

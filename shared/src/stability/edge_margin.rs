@@ -25,12 +25,12 @@ pub(super) fn weigh(
     ends: [&Vector<f32>; 2],
     cog: Vector<f32>,
     force: Vector<f32>,
-    lean: [f32; 2],
-    unsure: f32,
+    tilt: [f32; 2],
+    uncertain: f32,
     parameters: &Parameters,
 ) -> Weighed {
     let (margin, lever) = straight_down(ends, cog);
-    let across = lever[0] * lean[0] + lever[1] * lean[1];
+    let across = lever[0] * tilt[0] + lever[1] * tilt[1];
     let height = lever[0] * lever[0] + lever[1] * lever[1];
     let distance = root_of_sum(height + margin * margin);
     // A height that is no number leaves no margin either.
@@ -39,7 +39,7 @@ pub(super) fn weigh(
     } else {
         f32::NAN
     };
-    let along = margin + across - unsure;
+    let along = margin + across - uncertain;
     let by_angle = parameters.stop + arm(ends, force, along, distance * parameters.stop_sine);
     let narrow = if along < margin { along } else { margin };
     let narrow = if by_angle < narrow { by_angle } else { narrow };

@@ -32,7 +32,7 @@ impl Default for SpecificForce {
 impl SpecificForce {
     /// Takes one reading in body axes, m/s^2, that was found to be plausible.
     #[inline]
-    pub fn hear(&mut self, force: Vector<f32>) {
+    pub fn receive(&mut self, force: Vector<f32>) {
         for (sum, value) in self.sum.iter_mut().zip(force) {
             *sum += value;
         }
@@ -68,10 +68,10 @@ mod tests {
         };
         let mut force = SpecificForce::default();
         // 30 m/s^2 for 4 ms.
-        force.hear([-30.0, 0.0, GRAVITY]);
+        force.receive([-30.0, 0.0, GRAVITY]);
         assert!(force.advance(&axes, 4e-3)[0] > -1.2);
         for _ in 0..200 {
-            force.hear([-0.4, 0.0, GRAVITY]);
+            force.receive([-0.4, 0.0, GRAVITY]);
             force.advance(&axes, 4e-3);
         }
         let settled = force.advance(&axes, 4e-3);

@@ -90,14 +90,14 @@ pub fn speed(room: f32) -> f32 {
 /// Room below which a motion that lifts the front of the body is slow, m.
 const NARROW: f32 = 0.02;
 
-/// Lowers the share of a posture's motion that lifts the front of the body, so that it slows down and
+/// Lowers the scale of a posture's motion that lifts the front of the body, so that it slows down and
 /// ends with the room; `floor` of it passes however little room there is. NaN refuses.
-pub fn within((share, verdict): (f32, Verdict), room: f32, floor: f32) -> (f32, Verdict) {
+pub fn within((scale, verdict): (f32, Verdict), room: f32, floor: f32) -> (f32, Verdict) {
     let left = max(room / NARROW, floor);
-    if left >= share {
-        return (share, verdict);
+    if left >= scale {
+        return (scale, verdict);
     }
-    // False for NaN. There is no step at the smallest share, or the motion would stop and start.
+    // False for NaN. There is no step at the smallest scale, or the motion would stop and start.
     let verdict = if left > SMALLEST_SHARE {
         Verdict::PostureScaled(Edge::Back)
     } else {

@@ -162,7 +162,7 @@ impl Watch {
     /// Takes the reading of one control period, if one came; true when it may be used.
     ///
     /// The magnetometer is left out: no balance depends on it.
-    pub fn hear(&mut self, sensors: Option<&BodySensors>, period: f32) -> bool {
+    pub fn receive(&mut self, sensors: Option<&BodySensors>, period: f32) -> bool {
         // Ages beyond the last threshold say no more.
         self.age = crate::math::clamp(self.age + period, 0.0, 1.0);
         let Some(sensors) = sensors else {
@@ -255,7 +255,7 @@ mod tests {
         for step in 0..steps {
             let mut sensors = reading(step);
             change(&mut sensors);
-            watch.hear(Some(&sensors), 1e-3);
+            watch.receive(Some(&sensors), 1e-3);
             if step % 4 == 0 {
                 watch.compare(sensors.specific_force, true, 4e-3);
             }
@@ -274,7 +274,7 @@ mod tests {
         let mut watch = watched(100, |_| ());
         let mut run = |ticks| {
             (0..ticks).for_each(|_| {
-                watch.hear(None, 1e-3);
+                watch.receive(None, 1e-3);
             });
             watch.trust()
         };
@@ -294,7 +294,7 @@ mod tests {
             for step in 0..60 {
                 let mut sensors = reading(step);
                 sensors.angular_rate[1] = bad;
-                assert!(!watch.hear(Some(&sensors), 1e-3));
+                assert!(!watch.receive(Some(&sensors), 1e-3));
             }
             assert_eq!(watch.trust(), Trust::None(reason));
         }
@@ -308,7 +308,7 @@ mod tests {
         assert_eq!(watched(450, stuck).trust(), Trust::None(Reason::Stuck));
         let mut never = Watch::new(0);
         (0..1_000).for_each(|_| {
-            never.hear(Some(&BodySensors::default()), 1e-3);
+            never.receive(Some(&BodySensors::default()), 1e-3);
         });
         assert_eq!(never.trust(), Trust::Full);
     }
@@ -332,13 +332,13 @@ mod tests {
     #[test]
     fn an_attitude_that_the_accelerometer_denies_counts_when_it_lasts() {
         // In level axes a force that leans by 15 degrees.
-        let leaning = |sensors: &mut BodySensors| sensors.specific_force[0] += 0.26 * GRAVITY;
+        let tilted = |sensors: &mut BodySensors| sensors.specific_force[0] += 0.26 * GRAVITY;
         assert_eq!(
-            watched(1_500, leaning).trust(),
+            watched(1_500, tilted).trust(),
             Trust::Degraded(Reason::Disagreement)
         );
         assert_eq!(
-            watched(2_500, leaning).trust(),
+            watched(2_500, tilted).trust(),
             Trust::None(Reason::Disagreement)
         );
     }

@@ -17,7 +17,7 @@ pub enum Verdict {
     PostureRefused(Edge),
     /// Nothing passed: how the robot stands is not known.
     Blind(Reason),
-    /// Nothing passed: no operator was heard in time, or the dead-man switch is not held.
+    /// Nothing passed: no operator was received in time, or the dead-man switch is not held.
     Unattended,
     /// Nothing passed: the guard has tripped.
     Tripped(Edge),

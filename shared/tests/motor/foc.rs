@@ -9,7 +9,7 @@ const PERIOD: u32 = 4_250;
 const CONFIG: Config = Config {
     resistance: 0.4,
     inductance: 3e-4,
-    bus_voltage: 24.0,
+    supply_voltage: 24.0,
     current_full_scale: 20.0,
     bandwidth: 2_000.0,
     rate_hz: 20_000.0,
@@ -44,7 +44,7 @@ fn q30(amperes: f64) -> i32 {
 /// Voltage vector in the rotor's axes that three compare values make at `angle`, and how far their range is off the middle, counts.
 fn voltage(counts: [u16; 3], angle: f64) -> ([f64; 2], f64) {
     let [a, b, c] =
-        counts.map(|count| f64::from(count) / f64::from(PERIOD) * f64::from(CONFIG.bus_voltage));
+        counts.map(|count| f64::from(count) / f64::from(PERIOD) * f64::from(CONFIG.supply_voltage));
     let stator = [(2.0 * a - b - c) / 3.0, (b - c) / 3.0_f64.sqrt()];
     let (low, high) = (counts.iter().min().unwrap(), counts.iter().max().unwrap());
     (
@@ -55,7 +55,7 @@ fn voltage(counts: [u16; 3], angle: f64) -> ([f64; 2], f64) {
 
 /// The same controller in double precision, on volts and amperes.
 fn reference(integral: &mut [f64; 2], current: [f64; 2], demand: [f64; 2]) -> [f64; 2] {
-    let limit = f64::from(CONFIG.bus_voltage) / 3.0_f64.sqrt();
+    let limit = f64::from(CONFIG.supply_voltage) / 3.0_f64.sqrt();
     let (kp, ki) = (
         f64::from(CONFIG.bandwidth * CONFIG.inductance),
         f64::from(CONFIG.bandwidth) * f64::from(CONFIG.resistance) / f64::from(CONFIG.rate_hz),
@@ -75,7 +75,7 @@ fn reference(integral: &mut [f64; 2], current: [f64; 2], demand: [f64; 2]) -> [f
 fn a_step_is_that_of_double_precision_to_one_count() {
     let mut foc = Foc::new(&CONFIG).unwrap();
     let mut integral = [0.0; 2];
-    let count = f64::from(CONFIG.bus_voltage) / f64::from(PERIOD);
+    let count = f64::from(CONFIG.supply_voltage) / f64::from(PERIOD);
     let (mut worst, mut compared) = (0.0_f64, 0);
     for step in 0..200_000_u32 {
         let t = f64::from(step);
@@ -96,7 +96,7 @@ fn a_step_is_that_of_double_precision_to_one_count() {
         );
         let (got, off) = voltage(counts, angle);
         // Beyond the hexagon's inner circle the bridge cannot follow; the next test covers that.
-        if expected[0].hypot(expected[1]) < f64::from(CONFIG.bus_voltage) / 3.0_f64.sqrt() {
+        if expected[0].hypot(expected[1]) < f64::from(CONFIG.supply_voltage) / 3.0_f64.sqrt() {
             let error = (got[0] - expected[0]).hypot(got[1] - expected[1]) / count;
             worst = worst.max(error);
             compared += 1;

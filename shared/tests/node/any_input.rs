@@ -46,17 +46,17 @@ prop_compose! {
         jump_us in prop_oneof![Just(1_000_u64), 0..1_000_000_u64],
         encoder in any::<i32>(),
         current in prop_oneof![-12.0..12.0_f32, any_f32()],
-        bus_voltage in prop_oneof![Just(24.0_f32), any_f32()],
+        supply_voltage in prop_oneof![Just(24.0_f32), any_f32()],
         switches in any::<[bool; 3]>(),
         set_point in set_point(),
         torque_offset in any::<Option<i16>>(),
-        guard_heard in any::<bool>(),
+        guard_received in any::<bool>(),
         bench_mode in any::<bool>(),
     ) -> Inputs {
-        let [reference, positive_limit, negative_limit] = switches;
-        let switches = Switches { reference, positive_limit, negative_limit };
+        let [home, positive_limit, negative_limit] = switches;
+        let switches = Switches { home, positive_limit, negative_limit };
         // The caller adds the jumps up to a time.
-        Inputs { now_us: jump_us, encoder, current, bus_voltage, switches, set_point, torque_offset, guard_heard, bench_mode }
+        Inputs { now_us: jump_us, encoder, current, supply_voltage, switches, set_point, torque_offset, guard_received, bench_mode }
     }
 }
 
@@ -69,10 +69,10 @@ fn within_limit(outputs: &Outputs, limit: f32) -> bool {
 
 proptest! {
     #[test]
-    fn no_input_makes_an_axle_ask_for_more_than_its_current_limit(steps in vec(inputs(), 1..200), referenced in any::<bool>()) {
+    fn no_input_makes_an_axle_ask_for_more_than_its_current_limit(steps in vec(inputs(), 1..200), homed in any::<bool>()) {
         let mut settings = Settings::default();
-        let direction = i32::from(!referenced);
-        settings.set(Setting::ReferenceDirection.description().key, direction).unwrap();
+        let direction = i32::from(!homed);
+        settings.set(Setting::HomingDirection.description().key, direction).unwrap();
         let mut axle = Axle::new(&settings);
         let mut now_us = 0_u64;
         for step in steps {
@@ -88,10 +88,10 @@ proptest! {
     ) {
         let mut screw = Screw::new(&Settings::default()).unwrap();
         let mut now_us = 0_u64;
-        for (axle, [position, velocity, slack], heard, stamp) in steps {
+        for (axle, [position, velocity, slack], received, stamp) in steps {
             now_us = now_us.saturating_add(axle.now_us);
             let measured_us = if stamp % 4 == 0 { stamp } else { now_us };
-            let joint = heard.then_some((DriveMotion { position, velocity }, measured_us));
+            let joint = received.then_some((DriveMotion { position, velocity }, measured_us));
             let outputs = screw.tick(&screw::Inputs { axle: Inputs { now_us, ..axle }, joint, slack });
             prop_assert!(within_limit(&outputs, 10.0), "{outputs:?}");
         }

@@ -10,7 +10,7 @@ use tautrack::robots::hylos::parameters::{
     STEERING_RANGE,
 };
 use tautrack::robots::hylos::{
-    Attitude, Controller, LEGS, Legs, Parameters, Posture, Potential, Sensed, Wish,
+    Attitude, Controller, Desired, LEGS, Legs, Parameters, Posture, Potential, Sensed,
 };
 
 /// The controller on a plane, its legs ideal: the platform stands where the mean plane of its wheels puts it.
@@ -47,7 +47,7 @@ impl<S: Scalar> OnPlane<S> {
     }
 
     /// One control step on a plane that rises by `slope` to the left; the margin, and how far a wheel is off the mean plane, m.
-    fn step(&mut self, slope: f64, wish: &Wish<S>) -> [f64; 2] {
+    fn step(&mut self, slope: f64, desired: &Desired<S>) -> [f64; 2] {
         let [a, b, c, d] = wheel_centres(&self.parameters, &self.sensed.legs);
         let across = cross(sub(a, d), sub(c, b));
         let normal = scale(1.0 / dot(across, across).sqrt(), across);
@@ -55,7 +55,9 @@ impl<S: Scalar> OnPlane<S> {
         let left = scale(1.0 / dot(left, left).sqrt(), left);
         let up = add(scale(slope.sin(), left), scale(slope.cos(), normal));
         self.sensed.up = up.map(S::from_f64);
-        let assessment = self.controller.step(&self.sensed, wish, S::from_f64(0.008));
+        let assessment = self
+            .controller
+            .step(&self.sensed, desired, S::from_f64(0.008));
         self.sensed.legs = self.controller.set_points().legs;
         self.sensed.steering = self.controller.set_points().steering;
         let off = 0.25 * dot(normal, sub(add(a, d), add(b, c)));
@@ -63,17 +65,17 @@ impl<S: Scalar> OnPlane<S> {
     }
 
     /// A slope that rises from level to 41 degrees in 20 s and stays for 10 s: least margin and worst distance.
-    fn tilt(&mut self, wish: &Wish<S>) -> [f64; 2] {
+    fn tilt(&mut self, desired: &Desired<S>) -> [f64; 2] {
         (0..3750).fold([f64::INFINITY, 0.0], |[least, worst], step| {
             let slope = 41f64.to_radians() * (f64::from(step) / 2500.0).min(1.0);
-            let [margin, off] = self.step(slope, wish);
+            let [margin, off] = self.step(slope, desired);
             [least.min(margin), worst.max(off)]
         })
     }
 }
 
-fn no_wish<S: Scalar>() -> Wish<S> {
-    Wish {
+fn nothing_desired<S: Scalar>() -> Desired<S> {
+    Desired {
         forward: S::ZERO,
         yaw_rate: S::ZERO,
         clearance: None,
@@ -81,9 +83,9 @@ fn no_wish<S: Scalar>() -> Wish<S> {
 }
 
 fn posture_control_holds_on<S: Scalar>() {
-    let [without, _] = OnPlane::<S>::new(0.0).tilt(&no_wish());
+    let [without, _] = OnPlane::<S>::new(0.0).tilt(&nothing_desired());
     assert!(without < 0.0, "{without}");
-    let [with, off] = OnPlane::<S>::new(POTENTIAL_GAIN).tilt(&no_wish());
+    let [with, off] = OnPlane::<S>::new(POTENTIAL_GAIN).tilt(&nothing_desired());
     println!(
         "41 degrees: margin {without:.3} without, {with:.3} with; wheels {off:.5} m off their plane"
     );
@@ -99,15 +101,15 @@ fn posture_control_holds_the_robot_on_a_slope_that_tips_its_stance() {
 #[test]
 fn the_posture_ahead_is_the_one_that_is_reached() {
     let mut robot = OnPlane::<f64>::new(POTENTIAL_GAIN);
-    robot.step(0.6, &no_wish());
-    robot.step(0.6, &no_wish());
+    robot.step(0.6, &nothing_desired());
+    robot.step(0.6, &nothing_desired());
     let before = robot.sensed;
-    robot.step(0.6, &no_wish());
+    robot.step(0.6, &nothing_desired());
     let ahead = robot.controller.ahead(&before, 0.2);
     for _ in 0..24 {
-        robot.step(0.6, &no_wish());
+        robot.step(0.6, &nothing_desired());
     }
-    robot.step(0.6, &no_wish());
+    robot.step(0.6, &nothing_desired());
     let change = sub(robot.sensed.up, before.up);
     let missed = sub(robot.sensed.up, ahead.up);
     println!("up turned by {change:?}, foreseen but for {missed:?}");
@@ -119,35 +121,35 @@ fn the_posture_ahead_is_the_one_that_is_reached() {
 fn no_leg_moves_while_the_margin_is_above_its_limit() {
     let mut robot = OnPlane::<f32>::new(POTENTIAL_GAIN);
     let before = robot.sensed.legs;
-    let wish = Wish {
+    let desired = Desired {
         forward: 0.3,
         yaw_rate: 0.1,
         clearance: None,
     };
     for step in 0..500 {
-        let [margin, _] = robot.step(0.2 * f64::from(step) / 500.0, &wish);
+        let [margin, _] = robot.step(0.2 * f64::from(step) / 500.0, &desired);
         assert!(margin > MARGIN_LIMIT);
         assert_eq!(robot.sensed.legs, before);
     }
 }
 
 #[test]
-fn the_wished_clearance_is_taken_when_there_is_margin_to_spare() {
+fn the_commanded_clearance_is_taken_when_there_is_margin_to_spare() {
     let mut robot = OnPlane::<f32>::new(POTENTIAL_GAIN);
-    let wish = Wish {
+    let desired = Desired {
         clearance: Some(0.2),
-        ..no_wish()
+        ..nothing_desired()
     };
     for _ in 0..1500 {
-        robot.step(0.0, &wish);
+        robot.step(0.0, &desired);
     }
     for centre in wheel_centres(&robot.parameters, &robot.sensed.legs) {
         assert!((centre[2] + 0.2).abs() < 1e-3, "{centre:?}");
     }
     // And left again where it does not hold.
-    let [least, _] = robot.tilt(&Wish {
+    let [least, _] = robot.tilt(&Desired {
         clearance: Some(0.32),
-        ..no_wish()
+        ..nothing_desired()
     });
     assert!(least > 0.05, "{least}");
 }
@@ -168,7 +170,7 @@ fn a_wheel_without_load_is_lowered_and_its_neighbours_raised() {
         }
     }
     for _ in 0..50 {
-        robot.step(0.0, &no_wish());
+        robot.step(0.0, &nothing_desired());
     }
     let after = wheel_centres(&robot.parameters, &robot.sensed.legs);
     for (leg, (after, before)) in after.iter().zip(&centres).enumerate() {
@@ -208,8 +210,8 @@ proptest! {
                 up: [second[4], second[5], second[6]],
                 acceleration: [second[7], second[8], second[9]],
             };
-            let wish = Wish { forward: second[10], yaw_rate: second[11], clearance: Some(second[12]) };
-            robot.controller.step(&sensed, &wish, 0.008);
+            let desired = Desired { forward: second[10], yaw_rate: second[11], clearance: Some(second[12]) };
+            robot.controller.step(&sensed, &desired, 0.008);
             let points = robot.controller.set_points();
             for leg in 0..LEGS {
                 for (joint, [low, high]) in [HIP_RANGE, KNEE_RANGE].into_iter().enumerate() {
@@ -227,7 +229,7 @@ proptest! {
 #[test]
 fn a_control_step_stays_below_its_documented_cost() {
     let mut robot = OnPlane::<Counted>::new(POTENTIAL_GAIN);
-    let wish = Wish {
+    let desired = Desired {
         forward: Counted::from_f64(0.3),
         yaw_rate: Counted::from_f64(0.1),
         clearance: Some(Counted::from_f64(STANCE_HEIGHT)),
@@ -235,7 +237,7 @@ fn a_control_step_stays_below_its_documented_cost() {
     for (slope, limit) in [(0.0f64, 2200), (0.7, 2600)] {
         robot.sensed.up = [0.0, slope.sin(), slope.cos()].map(Counted::from_f64);
         let period = Counted::from_f64(0.008);
-        let count = operations(|| robot.controller.step(&robot.sensed, &wish, period));
+        let count = operations(|| robot.controller.step(&robot.sensed, &desired, period));
         println!("side slope {slope}: {count} operations");
         assert!(count <= limit, "{count}");
     }

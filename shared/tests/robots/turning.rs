@@ -38,7 +38,7 @@ fn settings(changes: &[(Setting, i32)]) -> Settings {
 /// Everything that a robot is allowed far from every edge.
 fn free() -> Allowed {
     Allowed {
-        share: 1.0,
+        speed_scale: 1.0,
         stop: None,
         posture: true,
         limits: MotionLimits {
@@ -152,7 +152,7 @@ fn no_command_spins_hylos_beyond_its_speed_limit_or_at_once() {
 fn at_a_quarter<B: Body>(settings: &Settings, forward: f32, yaw_rate: f32) -> B {
     let mut body = B::new(settings).unwrap_or_else(|refusal| panic!("{refusal:?}"));
     let allowed = Allowed {
-        share: 0.25,
+        speed_scale: 0.25,
         ..free()
     };
     let asked = Asked {
@@ -250,7 +250,7 @@ impl Bench {
                 frames.extend(Frame::new(0x580 + u16::from(id), &answer));
             }
             let status = DriveStatus {
-                statusword: state.statusword() | status::REFERENCED,
+                statusword: state.statusword() | status::HOMED,
                 ..DriveStatus::default()
             };
             if self.now_us.is_multiple_of(4_000) {

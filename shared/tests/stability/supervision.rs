@@ -157,8 +157,8 @@ proptest! {
         let [towards, away] = ramps;
         let bounds = Bounds { towards, away, horizon, foresight, reserve, half_width };
         let driven = drive(SpeedCommand { forward, yaw_rate }, pitch, &margins, &bounds);
-        for (share, _) in [driven, posture(pitch, &margins, ahead, &bounds)] {
-            prop_assert!((0.0..=1.0).contains(&share), "{}", share);
+        for (speed_scale, _) in [driven, posture(pitch, &margins, ahead, &bounds)] {
+            prop_assert!((0.0..=1.0).contains(&speed_scale), "{}", speed_scale);
         }
     }
 
@@ -184,11 +184,11 @@ proptest! {
             steps.iter().collect()
         };
         for ((stance, reading, period), ([forward, yaw_rate], flags, armed)) in order {
-            if watch.hear(reading.as_ref(), *period)
+            if watch.receive(reading.as_ref(), *period)
                 && let Some(reading) = reading
             {
                 attitude.update(reading, *period);
-                force.hear(reading.specific_force);
+                force.receive(reading.specific_force);
             }
             let level = force.advance(&attitude.level_axes(), *period);
             let found = criterion.evaluate(stance, level, *forward, &parameters);
@@ -226,8 +226,8 @@ proptest! {
                 let bounds = parameters.bounds(0.3);
                 let driven = drive(admitted, attitude.pitch().radians(), &tracked, &bounds);
                 let limit = speed_limit(stance, &found, admitted.forward, 0.0);
-                let (share, _) = within_speed(driven, admitted.forward, limit);
-                prop_assert!(within(admitted.forward * share, asked.forward), "{:?} {}", admitted, share);
+                let (speed_scale, _) = within_speed(driven, admitted.forward, limit);
+                prop_assert!(within(admitted.forward * speed_scale, asked.forward), "{:?} {}", admitted, speed_scale);
                 let yaw_rate = limits.yaw_rate(admitted.yaw_rate, *forward);
                 prop_assert!(within(yaw_rate, asked.yaw_rate), "{:?} {}", asked, yaw_rate);
                 if emergency_stop {

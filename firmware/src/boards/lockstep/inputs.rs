@@ -8,9 +8,9 @@ pub(super) static INPUTS: Mutex<RefCell<Inputs>> = Mutex::new(RefCell::new(Input
     sensors: Sensors {
         encoder_frozen: false,
         shaft_torque: 0.0,
-        bus_voltage: 0.0,
+        supply_voltage: 0.0,
         switches: tautrack::sensors::Switches {
-            reference: false,
+            home: false,
             positive_limit: false,
             negative_limit: false,
         },

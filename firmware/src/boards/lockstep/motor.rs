@@ -64,10 +64,10 @@ impl Motor {
     ///
     /// Current and rotor are each solved implicitly in their own term (resistance; Coulomb friction), one after the
     /// other: stable while the period is short against `sqrt(L J) / k`.
-    pub fn integrate(&mut self, bridge: Bridge, bus_voltage: f32, shaft_torque: f32) {
+    pub fn integrate(&mut self, bridge: Bridge, supply_voltage: f32, shaft_torque: f32) {
         let model = &self.model;
         let emf = model.torque_constant * self.velocity;
-        let supply = bounded(bus_voltage);
+        let supply = bounded(supply_voltage);
         self.current = match bridge {
             Bridge::Drive(duty) => self.current_after(duty * supply - emf),
             Bridge::Brake => self.current_after(-emf),

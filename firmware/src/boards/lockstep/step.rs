@@ -19,7 +19,7 @@ pub(super) fn advance(
 ) -> Stepped {
     let mut shaft = Shaft::default();
     if let Some(motor) = motor {
-        let (voltage, torque) = (step.sensors.bus_voltage, step.sensors.shaft_torque);
+        let (voltage, torque) = (step.sensors.supply_voltage, step.sensors.shaft_torque);
         for _ in 0..u64::from(PWM_HZ) * STEP_US / 1_000_000 {
             // As with preloaded compare registers, what the interrupt decides holds from the next
             // period on.

@@ -43,8 +43,8 @@ impl Board for Mps2 {
         lockstep::encoder()
     }
 
-    fn bus_voltage() -> f32 {
-        lockstep::sensors().bus_voltage
+    fn supply_voltage() -> f32 {
+        lockstep::sensors().supply_voltage
     }
 
     fn switches() -> Switches {

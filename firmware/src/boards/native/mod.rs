@@ -33,8 +33,8 @@ impl Board for Native {
         lockstep::encoder()
     }
 
-    fn bus_voltage() -> f32 {
-        lockstep::sensors().bus_voltage
+    fn supply_voltage() -> f32 {
+        lockstep::sensors().supply_voltage
     }
 
     fn switches() -> Switches {

@@ -5,7 +5,7 @@ use super::messages::{drives, log_message};
 use super::scene;
 use super::schema::schema;
 use crate::simulator::facts::NodeFacts;
-use crate::simulator::record::{DriveState, Event, Heard, Level, Sample};
+use crate::simulator::record::{DriveState, Event, Level, Received, Sample};
 use crate::world::truth::Truth;
 use serde_json::{Value, json};
 use std::io::Write;
@@ -48,9 +48,9 @@ impl Channels {
             ),
             bus: channel(
                 "/bus",
-                "tautrack.Heard",
-                &json!(full_heard()),
-                &json!(Heard::default()),
+                "tautrack.Received",
+                &json!(full_received()),
+                &json!(Received::default()),
             ),
             drives: channel("/drives", "tautrack.Drives", &drives, &drives),
             can: channel("/can", "tautrack.CanFrame", &frame, &frame),
@@ -70,8 +70,8 @@ fn full_truth() -> Truth {
     }
 }
 
-fn full_heard() -> Heard {
-    Heard {
+fn full_received() -> Received {
+    Received {
         position: Some([0.0; 3]),
         margins: Some([0.0; 4]),
         currents: vec![0.0],
@@ -80,6 +80,6 @@ fn full_heard() -> Heard {
             injected: false,
             text: String::new(),
         }],
-        ..Heard::default()
+        ..Received::default()
     }
 }

@@ -70,9 +70,9 @@ pub fn write(recording: &Recording, out: impl Write) -> io::Result<()> {
             log.message(channel, time, message.to_string().as_bytes())
         };
         put(channels.truth, &json!(sample.truth))?;
-        put(channels.bus, &json!(sample.heard))?;
+        put(channels.bus, &json!(sample.received))?;
         put(channels.drives, &drives(nodes, sample))?;
-        for event in &sample.heard.events {
+        for event in &sample.received.events {
             put(channels.events, &log_message(sample.time_s, event))?;
         }
         if index % SCENE_STRIDE == 0 {

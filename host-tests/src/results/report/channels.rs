@@ -40,7 +40,7 @@ pub fn columns(samples: &[&Sample], drives: usize) -> Vec<Column> {
     let currents = (0..drives).map(|drive| {
         let values = samples
             .iter()
-            .map(|sample| sample.heard.currents.get(drive).copied());
+            .map(|sample| sample.received.currents.get(drive).copied());
         (current(drive), 0.01, values.collect())
     });
     channels.chain(currents).collect()

@@ -15,7 +15,7 @@ use tautrack::stability::support::NO_EDGE;
 
 /// The guard's margin to an edge that is there.
 fn edge(sample: &Sample, edge: usize) -> Option<f64> {
-    let margin = sample.heard.margins.map(|margins| margins[edge]);
+    let margin = sample.received.margins.map(|margins| margins[edge]);
     margin.filter(|margin| *margin < f64::from(NO_EDGE))
 }
 
@@ -34,12 +34,14 @@ const COLUMNS: &[Column] = &[
     ("front", 1e-3, |s| s.truth.forward_margin),
     ("guardBack", 1e-3, |s| edge(s, 0)),
     ("guardFront", 1e-3, |s| edge(s, 1)),
-    ("heardPitch", 0.01, |s| Some(s.heard.pitch.to_degrees())),
-    ("odometry", 1e-4, |s| Some(s.heard.odometry)),
-    ("askedSpeed", 1e-3, |s| Some(s.heard.asked_speed)),
-    ("passedSpeed", 1e-3, |s| Some(s.heard.passed_speed)),
+    ("receivedPitch", 0.01, |s| {
+        Some(s.received.pitch.to_degrees())
+    }),
+    ("odometry", 1e-4, |s| Some(s.received.odometry)),
+    ("askedSpeed", 1e-3, |s| Some(s.received.asked_speed)),
+    ("passedSpeed", 1e-3, |s| Some(s.received.passed_speed)),
     ("speed", 1e-3, |s| Some(s.truth.ground_speed)),
-    ("busLoad", 0.1, |s| Some(s.heard.bus_load * 100.0)),
+    ("busLoad", 0.1, |s| Some(s.received.bus_load * 100.0)),
 ];
 
 /// What only B2P2 has.
@@ -48,15 +50,23 @@ const B2P2_COLUMNS: &[Column] = &[
     ("extension", 1e-4, |s| Some(s.truth.extension)),
     ("tension", 0.01, |s| Some(s.truth.tension_error * 1e3)),
     ("askedTheta", 0.01, |s| {
-        Some(s.heard.asked_theta.to_degrees())
+        Some(s.received.asked_theta.to_degrees())
     }),
     ("passedTheta", 0.01, |s| {
-        Some(s.heard.passed_theta.to_degrees())
+        Some(s.received.passed_theta.to_degrees())
     }),
-    ("leftCurrent", 0.01, |s| s.heard.currents.first().copied()),
-    ("rightCurrent", 0.01, |s| s.heard.currents.get(1).copied()),
-    ("chassisCurrent", 0.01, |s| s.heard.currents.get(2).copied()),
-    ("screwCurrent", 0.01, |s| s.heard.currents.get(3).copied()),
+    ("leftCurrent", 0.01, |s| {
+        s.received.currents.first().copied()
+    }),
+    ("rightCurrent", 0.01, |s| {
+        s.received.currents.get(1).copied()
+    }),
+    ("chassisCurrent", 0.01, |s| {
+        s.received.currents.get(2).copied()
+    }),
+    ("screwCurrent", 0.01, |s| {
+        s.received.currents.get(3).copied()
+    }),
 ];
 
 type BalanceColumn = (&'static str, f64, fn(&Moment) -> Option<f64>);
@@ -171,8 +181,8 @@ pub(super) fn pack(scenario: &Scenario, summary: &Summary, samples: &[Sample]) -
         "paperZmpPercent": PAPER_PERCENT,
         "contactOne": contact_one,
         "contacts": shown.iter().enumerate().map(contacts).collect::<Vec<_>>(),
-        "guardState": changes(shown.iter().map(|sample| sample.heard.guard_state.as_str())),
-        "verdict": changes(shown.iter().map(|sample| sample.heard.verdict.as_str())),
+        "guardState": changes(shown.iter().map(|sample| sample.received.guard_state.as_str())),
+        "verdict": changes(shown.iter().map(|sample| sample.received.verdict.as_str())),
         "marks": marks,
         "marksLeftOut": marks_left_out,
     })
@@ -308,14 +318,19 @@ fn marks(scenario: &Scenario, summary: &Summary, samples: &[Sample]) -> (Vec<Val
     let mut found = Vec::new();
     let mut verdict = "";
     for sample in samples {
-        if sample.heard.verdict != verdict {
-            verdict = &sample.heard.verdict;
+        if sample.received.verdict != verdict {
+            verdict = &sample.received.verdict;
             if intervenes(verdict) {
                 found.push(mark(sample.time_s, "guard", verdict));
             }
         }
         // What the scenario injects has a mark of its own.
-        for event in sample.heard.events.iter().filter(|event| !event.injected) {
+        for event in sample
+            .received
+            .events
+            .iter()
+            .filter(|event| !event.injected)
+        {
             let kind = match event.level {
                 Level::Info => "event",
                 Level::Warning => "warning",

@@ -1,6 +1,6 @@
 // Curves over time with one shared cursor. A plot of which the robot has not every curve is left out. A curve is drawn with the least and largest value of each pixel column.
 const PLOTS = [
-  { title: "Pitch", unit: "°", curves: [["truth", "pitch"], ["guard's filter", "heardPitch", "dashed"]] },
+  { title: "Pitch", unit: "°", curves: [["truth", "pitch"], ["guard's filter", "receivedPitch", "dashed"]] },
   { title: "Centre of gravity to the edge of support", unit: "m", zero: true, curves: [["back, truth", "back"], ["back, guard", "guardBack", "dashed", 0], ["front, truth", "front", "", 1], ["front, guard", "guardFront", "dashed", 1]] },
   { title: "Chassis angle", unit: "°", curves: [["truth", "theta", "", 0], ["passed on", "passedTheta", "", 1], ["asked", "askedTheta", "dashed", 2]] },
   { title: "Forward speed", unit: "m/s", curves: [["truth", "speed", "", 0], ["passed on", "passedSpeed", "", 1], ["asked", "askedSpeed", "dashed", 2]] },

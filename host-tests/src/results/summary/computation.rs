@@ -22,7 +22,7 @@ impl Summary {
         let climb = climb(scenario, samples);
         let is_b2p2 = scenario.kind() == Kind::B2p2;
         let simulated_s = (facts.steps * STEP_US) as f64 / 1e6;
-        let loads = || samples.iter().map(|sample| sample.heard.bus_load);
+        let loads = || samples.iter().map(|sample| sample.received.bus_load);
         let mut summary = Self {
             scenario: scenario.name.clone(),
             seed: scenario.seed,
@@ -56,7 +56,11 @@ impl Summary {
                 .flatten(),
             channels: channels(samples),
             headlines: scenario.kind().facts().headlines,
-            guard: guard_figures(samples.iter().map(|sample| sample.heard.verdict.as_str())),
+            guard: guard_figures(
+                samples
+                    .iter()
+                    .map(|sample| sample.received.verdict.as_str()),
+            ),
             bus: BusFigures {
                 load_max: loads().fold(0.0, f64::max),
                 load_mean: loads().sum::<f64>() / samples.len().max(1) as f64,

@@ -12,8 +12,8 @@ const NARROW: f64 = 0.01;
 pub(super) fn guard_margin(samples: &[Sample]) -> Option<f64> {
     let armed = samples
         .iter()
-        .filter(|sample| sample.heard.guard_state == "armed");
-    let margins = armed.filter_map(|sample| sample.heard.margins).flatten();
+        .filter(|sample| sample.received.guard_state == "armed");
+    let margins = armed.filter_map(|sample| sample.received.margins).flatten();
     margins
         .filter(|margin| *margin < f64::from(NO_EDGE))
         .reduce(f64::min)

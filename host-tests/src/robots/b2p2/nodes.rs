@@ -86,9 +86,9 @@ const JOINT: &[(Setting, i32)] = &[
     (Setting::PositionBits, 32),
     (Setting::PositionMinimum, -1_040),
     (Setting::PositionMaximum, 1_740),
-    (Setting::ReferenceDirection, 1),
-    (Setting::ReferencePosition, 349_066),
-    (Setting::ReferenceSpeed, 300),
+    (Setting::HomingDirection, 1),
+    (Setting::HomePosition, 349_066),
+    (Setting::HomingSpeed, 300),
 ];
 
 /// J = 1.6e-4 kg m^2 (rotor; the nut adds next to nothing), T = 0.16 N m/A, w = 300 rad/s.
@@ -99,8 +99,8 @@ const SCREW: &[(Setting, i32)] = &[
     (Setting::VelocityIntegralTime, 30_000),
     (Setting::PositionGain, 60_000),
     (Setting::FollowingLimit, 6_000),
-    (Setting::ReferenceDirection, -1),
-    (Setting::ReferenceSpeed, 25_000),
+    (Setting::HomingDirection, -1),
+    (Setting::HomingSpeed, 25_000),
 ];
 
 /// Rotor turns per thousand turns of the output shaft; `None` for the guard.

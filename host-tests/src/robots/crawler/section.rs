@@ -66,7 +66,7 @@ pub enum SlipCompensation {
     /// The soil's model.
     #[default]
     Soil,
-    /// The model, corrected by the satellite receiver's speed.
+    /// The model, corrected by the GNSS receiver's speed.
     Measured,
 }
 

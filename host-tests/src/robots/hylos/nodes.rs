@@ -93,7 +93,7 @@ struct Axle {
     acceleration_limit: i32,
     velocity_gain: i32,
     position_bits: i32,
-    /// Range, rad, and where the reference switch opens, rad; a wheel has neither.
+    /// Range, rad, and where the home switch opens, rad; a wheel has neither.
     travel: Option<([f64; 2], f64)>,
 }
 
@@ -150,9 +150,9 @@ impl Axle {
             settings.extend([
                 (Setting::PositionMinimum, milli(least)),
                 (Setting::PositionMaximum, milli(most)),
-                (Setting::ReferenceDirection, -1),
-                (Setting::ReferencePosition, milli(reference * 1e3)),
-                (Setting::ReferenceSpeed, 300),
+                (Setting::HomingDirection, -1),
+                (Setting::HomePosition, milli(reference * 1e3)),
+                (Setting::HomingSpeed, 300),
                 // All legs are homed at once, standing: the weight on one of them shifts between its
                 // two approaches, and its gear bends by up to 13 mrad more or less.
                 (Setting::HomingTolerance, 50),

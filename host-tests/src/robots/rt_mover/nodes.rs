@@ -84,9 +84,9 @@ const GEARED: &[(Setting, i32)] = &[
     (Setting::VelocityLimit, 3_000),
     (Setting::AccelerationLimit, 4_000),
     (Setting::PositionBits, 24),
-    (Setting::ReferenceDirection, 1),
-    (Setting::ReferencePosition, (SWITCH * 1e6) as i32),
-    (Setting::ReferenceSpeed, 50),
+    (Setting::HomingDirection, 1),
+    (Setting::HomePosition, (SWITCH * 1e6) as i32),
+    (Setting::HomingSpeed, 50),
     // The wheels stand while their axle is steered: homing takes the whole current, and no creeping.
     (Setting::HomingCurrent, 10_000),
     (Setting::HomingApproach, 500),

@@ -42,7 +42,7 @@ pub(super) fn is_still(before: Option<&Sample>, now: &Sample) -> bool {
     let truth = &now.truth;
     let speeds = [truth.ground_speed, truth.belt_speed[0], truth.belt_speed[1]];
     let turned = before.map_or(f64::INFINITY, |before| truth.theta - before.truth.theta);
-    now.heard.guard_state == "armed"
+    now.received.guard_state == "armed"
         && speeds.iter().all(|speed| speed.abs() < STILL_MPS)
         && truth.pitch_rate.abs() < STILL_RADPS
         && turned.abs() * f64::from(SAMPLE_HZ) < STILL_RADPS

@@ -2,7 +2,7 @@
 
 use crate::robots::{NodeName, NodeSpec, Posture, Robot};
 use crate::scenario::BusView;
-use crate::simulator::record::{Event, Heard, Level};
+use crate::simulator::record::{Event, Level, Received};
 use std::collections::BTreeSet;
 use std::f64::consts::TAU;
 use tautrack::bus::network::as_emergency;
@@ -45,9 +45,9 @@ pub struct Listener {
     nodes: Vec<(NodeName, u8)>,
     stages: &'static [&'static str],
     view: View,
-    heard: Heard,
+    received: Received,
     posture: Posture,
-    trouble: (u8, u16),
+    fault_report: (u8, u16),
     /// Faults in the log that are not yet over: node and code.
     logged: BTreeSet<(u8, u16)>,
     /// Codes of the guard's emergency frames whose node is not yet known, and the samples that they have waited.
@@ -66,11 +66,11 @@ impl Listener {
             stages: robot.kind().facts().stages,
             posture: robot.section().posture(),
             view: View::default(),
-            heard: Heard {
+            received: Received {
                 currents: vec![0.0; nodes.len().saturating_sub(1)],
-                ..Heard::default()
+                ..Received::default()
             },
-            trouble: (0, 0),
+            fault_report: (0, 0),
             logged: BTreeSet::new(),
             unnamed: Vec::new(),
             notices: Vec::new(),
@@ -92,15 +92,15 @@ impl Listener {
     }
 
     /// Takes one delivered frame.
-    pub fn hear(&mut self, frame: &Frame, time_us: u64) {
+    pub fn receive(&mut self, frame: &Frame, time_us: u64) {
         let guard = self.guard();
         if let Some(motion) = GuardMotion::from_frame(frame, transmit(1), guard) {
             let radians = |centidegrees: i16| (f64::from(centidegrees) * 0.01).to_radians();
-            self.heard.odometry = f64::from(motion.odometry) * 1e-6;
-            self.heard.pitch = radians(motion.pitch);
-            self.heard.roll = radians(motion.roll);
+            self.received.odometry = f64::from(motion.odometry) * 1e-6;
+            self.received.pitch = radians(motion.pitch);
+            self.received.roll = radians(motion.roll);
         } else if let Some(state) = GuardState::from_frame(frame, transmit(2), guard) {
-            self.hear_state(state, time_us);
+            self.receive_state(state, time_us);
         } else if let Some(margins) = GuardMargins::from_frame(frame, transmit(3), guard) {
             let GuardMargins {
                 back,
@@ -108,27 +108,27 @@ impl Listener {
                 left,
                 right,
             } = margins;
-            self.heard.margins =
+            self.received.margins =
                 Some([back, front, left, right].map(|margin| f64::from(margin) * 1e-3));
         } else if let Some(passed) = GuardPassed::from_frame(frame, transmit(4), guard) {
-            self.heard.asked_speed = f64::from(passed.asked_speed) * 1e-3;
-            self.heard.passed_speed = f64::from(passed.passed_speed) * 1e-3;
-            self.hear_posture(passed.asked_posture, passed.passed_posture);
+            self.received.asked_speed = f64::from(passed.asked_speed) * 1e-3;
+            self.received.passed_speed = f64::from(passed.passed_speed) * 1e-3;
+            self.receive_posture(passed.asked_posture, passed.passed_posture);
         } else if let Some(position) = GuardPosition::from_frame(frame, transmit(5), guard) {
-            self.hear_position(position);
+            self.receive_position(position);
         } else if let Some(emergency) = as_emergency(frame) {
-            self.hear_emergency(emergency.node, emergency.code, time_us);
+            self.receive_emergency(emergency.node, emergency.code, time_us);
         } else {
-            for (current, (_, id)) in self.heard.currents.iter_mut().zip(&self.nodes) {
+            for (current, (_, id)) in self.received.currents.iter_mut().zip(&self.nodes) {
                 if let Some(status) = DriveStatus::from_frame(frame, transmit(2), *id) {
                     *current = f64::from(status.current) * 1e-3;
                 }
             }
         }
-        self.view.bus.odometry_m = self.heard.odometry;
-        self.view.bus.pitch = self.heard.pitch;
-        self.view.bus.heading = self.heard.heading;
-        self.view.passed_theta = self.heard.passed_theta;
+        self.view.bus.odometry_m = self.received.odometry;
+        self.view.bus.pitch = self.received.pitch;
+        self.view.bus.heading = self.received.heading;
+        self.view.passed_theta = self.received.passed_theta;
     }
 
     /// What the operator can see.
@@ -136,8 +136,8 @@ impl Listener {
         &self.view
     }
 
-    /// What was heard, for a sample; its events are handed over once.
-    pub fn take(&mut self) -> Heard {
+    /// What was received, for a sample; its events are handed over once.
+    pub fn take(&mut self) -> Received {
         for (_, samples) in &mut self.unnamed {
             *samples += 1;
         }
@@ -148,15 +148,15 @@ impl Listener {
         for (code, _) in due {
             self.note(Level::Error, format!("guard: {}", fault_words(code)));
         }
-        let events = std::mem::take(&mut self.heard.events);
-        Heard {
+        let events = std::mem::take(&mut self.received.events);
+        Received {
             events,
-            ..self.heard.clone()
+            ..self.received.clone()
         }
     }
 
     fn note(&mut self, level: Level, text: String) {
-        self.heard.events.push(Event {
+        self.received.events.push(Event {
             level,
             injected: false,
             text,
@@ -165,21 +165,21 @@ impl Listener {
 
     /// Adds to the next sample that the runner injects a fault.
     pub fn note_injected(&mut self, text: String) {
-        self.heard.events.push(Event {
+        self.received.events.push(Event {
             level: Level::Warning,
             injected: true,
             text,
         });
     }
 
-    fn hear_posture(&mut self, asked: i16, passed: i16) {
+    fn receive_posture(&mut self, asked: i16, passed: i16) {
         let metres = |millimetres: i16| f64::from(millimetres) * 1e-3;
-        let posture = &mut self.heard.posture;
+        let posture = &mut self.received.posture;
         match self.posture {
             Posture::None => {}
             Posture::ChassisAngle => {
                 let angles = [asked, passed].map(turn);
-                [self.heard.asked_theta, self.heard.passed_theta] = angles;
+                [self.received.asked_theta, self.received.passed_theta] = angles;
                 posture.insert("asked_chassis_rad", angles[0]);
                 posture.insert("passed_chassis_rad", angles[1]);
             }
@@ -198,32 +198,32 @@ impl Listener {
         std::mem::take(&mut self.notices)
     }
 
-    fn hear_state(&mut self, state: GuardState, time_us: u64) {
-        self.heard.heading = turn(state.heading);
+    fn receive_state(&mut self, state: GuardState, time_us: u64) {
+        self.received.heading = turn(state.heading);
         self.view.state = State::from_code(state.state);
         let name = self
             .view
             .state
             .map_or("unknown", |state| state.name(self.stages));
-        if self.heard.guard_state != name {
+        if self.received.guard_state != name {
             let level = if self.view.state == Some(State::Held) {
                 Level::Warning
             } else {
                 Level::Info
             };
             self.note(level, format!("guard: {name}"));
-            self.heard.guard_state = name.to_string();
+            self.received.guard_state = name.to_string();
         }
-        self.heard.verdict =
+        self.received.verdict =
             Verdict::from_code(state.verdict).map_or_else(|| "unknown".into(), words);
-        let trouble = (state.fault_node, state.fault_code);
-        if trouble != self.trouble && trouble.1 != 0 {
-            let about = self.name_of(trouble.0);
+        let fault_report = (state.fault_node, state.fault_code);
+        if fault_report != self.fault_report && fault_report.1 != 0 {
+            let about = self.name_of(fault_report.0);
             // The guard's emergency frame has the same code without the node.
-            self.unnamed.retain(|(code, _)| *code != trouble.1);
-            if self.logged.insert(trouble) {
-                let words = fault_words(trouble.1);
-                let text = format!("guard: {words} of {}", self.words_for(trouble.0));
+            self.unnamed.retain(|(code, _)| *code != fault_report.1);
+            if self.logged.insert(fault_report) {
+                let words = fault_words(fault_report.1);
+                let text = format!("guard: {words} of {}", self.words_for(fault_report.0));
                 self.note(Level::Error, text);
             }
             self.notices.push(Notice {
@@ -232,14 +232,14 @@ impl Listener {
                 time_us,
             });
         }
-        if trouble != self.trouble {
-            self.logged.remove(&self.trouble);
+        if fault_report != self.fault_report {
+            self.logged.remove(&self.fault_report);
         }
-        self.trouble = trouble;
+        self.fault_report = fault_report;
     }
 
     /// The world's x axis points north, its y axis west.
-    fn hear_position(&mut self, position: GuardPosition) {
+    fn receive_position(&mut self, position: GuardPosition) {
         let GuardPosition {
             north,
             east,
@@ -247,20 +247,20 @@ impl Listener {
             validity,
             age,
         } = position;
-        self.heard.validity = [0, 2, 4, 6].map(|bit| validity >> bit & 3);
+        self.received.validity = [0, 2, 4, 6].map(|bit| validity >> bit & 3);
         let metres = |centimetres: i16| f64::from(centimetres) * 0.01;
-        self.heard.position =
-            (self.heard.validity[0] > 0).then(|| [metres(north), -metres(east), metres(up)]);
-        self.heard.fix_age = f64::from(age) * 0.1;
+        self.received.position =
+            (self.received.validity[0] > 0).then(|| [metres(north), -metres(east), metres(up)]);
+        self.received.fix_age = f64::from(age) * 0.1;
     }
 
-    fn hear_emergency(&mut self, node: u8, code: u16, time_us: u64) {
+    fn receive_emergency(&mut self, node: u8, code: u16, time_us: u64) {
         let name = self.words_for(node);
         if code == 0 {
             self.logged.retain(|(of, _)| *of != node);
             self.note(Level::Info, format!("{name}: all clear"));
         } else if node == self.guard() {
-            if self.trouble.1 != code {
+            if self.fault_report.1 != code {
                 self.unnamed.push((code, 0));
             }
         } else if self.logged.insert((node, code)) {

@@ -164,7 +164,7 @@ impl Run {
                 .update([delivered.sender as u8, frame.data().len() as u8]);
             self.hash.update(frame.id().to_le_bytes());
             self.hash.update(frame.data());
-            self.listener.hear(frame, time_us);
+            self.listener.receive(frame, time_us);
             self.frames.push(BusFrame {
                 time_us,
                 sender: delivered.sender,
@@ -184,7 +184,7 @@ impl Run {
         if node == self.guard_number() {
             let body = Some(self.plant.body_sensors());
             return Sensors {
-                bus_voltage: self.plant.sensors(0).bus_voltage,
+                supply_voltage: self.plant.sensors(0).supply_voltage,
                 body,
                 ..Sensors::default()
             };
@@ -218,8 +218,8 @@ impl Run {
 
     /// What is recorded of this step.
     pub fn sample(&mut self, step: u64) -> Sample {
-        let mut heard = self.listener.take();
-        heard.bus_load = self.bus.figures().window_load();
+        let mut received = self.listener.take();
+        received.bus_load = self.bus.figures().window_load();
         let drive = |(motor, shaft): (usize, &Option<Shaft>)| {
             let torque = f64::from(self.plant.sensors(motor).shaft_torque);
             shaft.as_ref().map(|shaft| DriveState::new(shaft, torque))
@@ -227,7 +227,7 @@ impl Run {
         Sample {
             time_s: (step * STEP_US) as f64 * 1e-6,
             truth: self.plant.truth().clone(),
-            heard,
+            received,
             drives: self.shafts.iter().enumerate().map(drive).collect(),
             bodies: self.plant.poses(),
         }

@@ -106,8 +106,8 @@ impl Recorder {
                 let sample = self.run.sample(step);
                 progress(&Progress {
                     time_s: sample.time_s,
-                    speed: sample.heard.passed_speed,
-                    state: &sample.heard.guard_state,
+                    speed: sample.received.passed_speed,
+                    state: &sample.received.guard_state,
                 });
                 if !is_still(self.samples.last(), &sample) {
                     still_since_s = sample.time_s;

@@ -101,12 +101,12 @@ pub fn deepest(path: &Path, with_motor: bool) -> Result<u32, CostError> {
 
 fn life(step: u64, is_guard: bool) -> Step {
     let mut frames = heapless::Vec::new();
-    let mut hear = |frame: Frame| {
+    let mut deliver = |frame: Frame| {
         let _ = frames.push(frame); // far fewer than there is room for
     };
     match step {
-        10 => hear(nmt(NmtCommand::Start, 0)),
-        _ if is_guard && step.is_multiple_of(20) => hear(
+        10 => deliver(nmt(NmtCommand::Start, 0)),
+        _ if is_guard && step.is_multiple_of(20) => deliver(
             OperatorCommand {
                 forward: 200,
                 yaw_rate: 100,
@@ -123,17 +123,17 @@ fn life(step: u64, is_guard: bool) -> Step {
         40 if is_guard => {
             for (node, (low, high)) in (2..).zip(SCALES) {
                 let answer = [0x4b, 0x10, 0x20, 0, low, high, 0, 0];
-                hear(Frame::new(0x580 + node, &answer).unwrap_or_default());
+                deliver(Frame::new(0x580 + node, &answer).unwrap_or_default());
             }
         }
         _ if step % 100 == 50 => {
             let read = [0x40, 0x64, 0x60, 0, 0, 0, 0, 0];
-            hear(Frame::new(0x600 + u16::from(NODE), &read).unwrap_or_default());
+            deliver(Frame::new(0x600 + u16::from(NODE), &read).unwrap_or_default());
         }
         _ => {}
     }
     if step.is_multiple_of(50) && !is_guard {
-        hear(Frame::new(0x701, &[5]).unwrap_or_default()); // the guard's heartbeat
+        deliver(Frame::new(0x701, &[5]).unwrap_or_default()); // the guard's heartbeat
     }
     if step.is_multiple_of(4) && !is_guard {
         let word = match step / 100 {
@@ -146,8 +146,8 @@ fn life(step: u64, is_guard: bool) -> Step {
             mode: [1, 3, 6, 8, 9, -1][(step / 300) as usize % 6],
             target: (step as i32) << 6,
         };
-        hear(set_point.frame(receive(1), NODE));
-        hear(sync());
+        deliver(set_point.frame(receive(1), NODE));
+        deliver(sync());
     }
     if step % 4 == 1 {
         let nodes = if is_guard { 2..6 } else { 1..5 };
@@ -163,18 +163,18 @@ fn life(step: u64, is_guard: bool) -> Step {
                 State::OperationEnabled
             };
             let status = DriveStatus {
-                statusword: state.statusword() | status::REFERENCED,
+                statusword: state.statusword() | status::HOMED,
                 ..DriveStatus::default()
             };
-            hear(motion.frame(transmit(1), node));
-            hear(status.frame(transmit(2), node));
-            hear(Frame::new(0x700 + u16::from(node), &[5]).unwrap_or_default());
+            deliver(motion.frame(transmit(1), node));
+            deliver(status.frame(transmit(2), node));
+            deliver(Frame::new(0x700 + u16::from(node), &[5]).unwrap_or_default());
         }
     }
     Step {
         time_us: (step + 1) * STEP_US,
         sensors: Sensors {
-            bus_voltage: 24.0,
+            supply_voltage: 24.0,
             body: is_guard.then(|| BodySensors {
                 specific_force: [0.0, 0.0, 9.81],
                 ..BodySensors::default()

@@ -1,6 +1,6 @@
 //! The suites as `cargo demo --suite` runs them: programs, progress, files.
 
-use super::judge::Row;
+use super::evaluation::Row;
 use super::operators::Plan;
 use super::operators::journal::Journal;
 use super::{Findings, operators as operated, suite, table};

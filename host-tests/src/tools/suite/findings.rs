@@ -1,6 +1,6 @@
 //! What came out of the hazard suite.
 
-use super::judge::Row;
+use super::evaluation::Row;
 
 /// What came out of the suite.
 pub struct Findings {

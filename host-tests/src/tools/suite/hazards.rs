@@ -2,7 +2,7 @@
 
 use super::cores::on_all_cores;
 use super::draw::{Kind, draw};
-use super::judge::{Row, Thoroughness, hazard, legitimate};
+use super::evaluation::{Row, Thoroughness, hazard, legitimate};
 use super::{Drawn, Findings, SuiteError};
 use crate::programs::Programs;
 use crate::scenario::Scenario;

@@ -9,7 +9,7 @@
 //! that nothing may begin to drive either.
 
 use super::SuiteError;
-use super::judge::{Finding, Row, Trials, toppled_s};
+use super::evaluation::{Finding, Row, Trials, toppled_s};
 use crate::scenario::{Description, FaultKind, OperatorRequest};
 use crate::simulator::record::Sample;
 use crate::simulator::run::Options;

@@ -5,7 +5,7 @@
 //! last moment at which that still saves the robot, and says how far before it the guard first
 //! acted. A legitimate run must pass unhindered.
 //!
-//! `hazards` is this suite: [`judge`] evaluates one scenario, [`interruption`] one with a restart
+//! `hazards` is this suite: [`evaluation`] evaluates one scenario, [`interruption`] one with a restart
 //! or a reset, [`draw`] draws scenarios, `findings` holds the results, [`table`] writes them.
 //! [`operators`] is the suite of operators who command at random. [`command`] runs both as the user
 //! commands, `cores` on all cores.
@@ -14,10 +14,10 @@ pub mod command;
 mod cores;
 pub mod draw;
 mod error;
+pub mod evaluation;
 mod findings;
 mod hazards;
 pub mod interruption;
-pub mod judge;
 pub mod operators;
 pub mod table;
 

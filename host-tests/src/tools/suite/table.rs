@@ -1,7 +1,7 @@
 //! What came out of the suite, as Markdown.
 
 use super::draw::Kind;
-use super::judge::{Finding, Row};
+use super::evaluation::{Finding, Row};
 use super::{Drawn, Findings};
 use std::fmt::Write;
 

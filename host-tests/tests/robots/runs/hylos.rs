@@ -78,7 +78,7 @@ fn legs_that_stand_are_homed_on_any_ground() {
             }
         });
         let (_, samples) = outcome(&standing, Board::Native);
-        let last = &samples.last().expect("samples").heard;
+        let last = &samples.last().expect("samples").received;
         assert_eq!(last.guard_state, "armed", "seed {seed}: {:?}", last.events);
     }
 }

@@ -77,9 +77,9 @@ fn flights(samples: &[Sample], height: f64) -> Vec<Flight> {
 }
 
 /// Largest tilt of the seat outside of and during touch-downs, degrees, from the moment the guard is
-/// armed. Before, the seat sags until its drive holds it, and moves to find its reference switch.
+/// armed. Before, the seat sags until its drive holds it, and moves to find its home switch.
 fn tilts(samples: &[Sample], flights: &[Flight]) -> [f64; 2] {
-    let armed = |sample: &Sample| sample.heard.guard_state == "armed";
+    let armed = |sample: &Sample| sample.received.guard_state == "armed";
     let start = samples.iter().position(armed).expect("the guard is armed");
     let mut tilts = [0.0; 2];
     for sample in &samples[start..] {

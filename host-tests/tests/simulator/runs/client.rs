@@ -125,7 +125,7 @@ fn nobody_commands_the_robot_where_a_client_is_the_operator() {
         let (_, samples) = with(&short(name, 4.0), Board::Native, options);
         let (text, _) = client.join().expect("the client is done");
         assert_eq!(text.contains("t2018"), commands, "{name}");
-        let state = &samples.last().expect("samples").heard.guard_state;
+        let state = &samples.last().expect("samples").received.guard_state;
         assert_eq!(state == "ready", !commands, "{name}: {state}");
     }
 }
@@ -211,6 +211,6 @@ fn a_client_reads_the_device_type_of_the_chassis_joint_while_the_robot_runs() {
     assert!(answer.starts_with("4300100092010200"), "{answer}");
     assert!(
         text.contains("t701100"),
-        "the guard's boot-up is heard: {text}"
+        "the guard's boot-up is received: {text}"
     );
 }

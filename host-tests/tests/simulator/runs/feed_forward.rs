@@ -19,7 +19,7 @@ fn tracking(samples: &[Sample]) -> Tracking {
     const MARGIN: usize = 20;
     let armed: Vec<_> = samples
         .iter()
-        .filter(|sample| sample.heard.guard_state == "armed")
+        .filter(|sample| sample.received.guard_state == "armed")
         .collect();
     let theta = |time: f64| {
         let place = (time - armed[0].time_s) * f64::from(SAMPLE_HZ);
@@ -27,7 +27,7 @@ fn tracking(samples: &[Sample]) -> Tracking {
         let [a, b] = [index, index + 1].map(|at| armed[at].truth.theta);
         a + (b - a) * (place - index as f64)
     };
-    let passed = |index: usize| armed[index].heard.passed_theta;
+    let passed = |index: usize| armed[index].received.passed_theta;
     let moved = |index: usize| passed(index) != passed(index - 1);
     // The guard tells it with every fifth SYNC, which is every second sample.
     let counted: Vec<usize> = (AFTER..armed.len() - MARGIN)

@@ -18,19 +18,19 @@ fn front_kept_up_is_held_back_and_no_earlier_than_its_margin_asks_for() {
     let (summary, samples) = outcome(&scenario("staircase-front-kept-up", |_| {}), Board::Qemu);
     assert!(!summary.toppled && summary.expectation_met, "{summary}");
 
-    let armed = |index: &usize| samples[*index].heard.guard_state == "armed";
+    let armed = |index: &usize| samples[*index].received.guard_state == "armed";
     let first = (0..samples.len()).filter(armed).find(|index| {
-        let heard = &samples[*index].heard;
-        heard.asked_speed > 0.0 && heard.verdict != "passed"
+        let received = &samples[*index].received;
+        received.asked_speed > 0.0 && received.verdict != "passed"
     });
     let first = first.expect("the guard acts");
     // Up to then the robot drives as fast as asked, but for the ramp after arming.
     let start = (0..first).find(|index| {
-        samples[*index].heard.passed_speed >= samples[*index].heard.asked_speed
-            && samples[*index].heard.asked_speed > 0.0
+        samples[*index].received.passed_speed >= samples[*index].received.asked_speed
+            && samples[*index].received.asked_speed > 0.0
     });
     for sample in &samples[start.expect("full speed is reached")..first] {
-        let (asked, passed) = (sample.heard.asked_speed, sample.heard.passed_speed);
+        let (asked, passed) = (sample.received.asked_speed, sample.received.passed_speed);
         assert!(
             passed >= asked - 1e-3,
             "{passed} of {asked} m/s at {} s",
@@ -39,7 +39,7 @@ fn front_kept_up_is_held_back_and_no_earlier_than_its_margin_asks_for() {
     }
     // The margin that it then has is the caution band's plus what is lost within the horizon.
     let back = samples[first]
-        .heard
+        .received
         .margins
         .expect("margins are on the bus")[0];
     assert!(back < 0.15, "the guard acts at {back} m");

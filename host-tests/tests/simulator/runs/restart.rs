@@ -24,7 +24,7 @@ fn a_guard_that_restarts_begins_from_its_power_up_and_a_run_with_it_is_bit_ident
     let (summary, samples) = outcome(&restarting(None), Board::Native);
     let armed = |time_s: f64| {
         let sample = samples.iter().find(|sample| sample.time_s >= time_s);
-        sample.is_some_and(|sample| sample.heard.guard_state == "armed")
+        sample.is_some_and(|sample| sample.received.guard_state == "armed")
     };
     assert!(armed(4.95), "{summary}");
     assert!(leaves_armed(&samples, 5.0), "{summary}");
@@ -39,9 +39,9 @@ fn a_guard_without_power_is_silent_until_it_starts_again() {
     let (_, samples) = outcome(&restarting(Some(0.5)), Board::Native);
     let state_at = |time_s: f64| {
         let sample = samples.iter().find(|sample| sample.time_s >= time_s);
-        sample.map_or("", |sample| sample.heard.guard_state.as_str())
+        sample.map_or("", |sample| sample.received.guard_state.as_str())
     };
-    // What was heard last stays until the guard speaks again.
+    // What was received last stays until the guard speaks again.
     assert_eq!(state_at(5.49), "armed");
     assert!(leaves_armed(&samples, 5.5));
 }
@@ -49,6 +49,6 @@ fn a_guard_without_power_is_silent_until_it_starts_again() {
 /// Whether the guard says later than `from_s` that it is in another state than armed.
 fn leaves_armed(samples: &[Sample], from_s: f64) -> bool {
     let later = samples.iter().filter(|sample| sample.time_s > from_s);
-    let mut events = later.flat_map(|sample| &sample.heard.events);
+    let mut events = later.flat_map(|sample| &sample.received.events);
     events.any(|event| event.text.starts_with("guard: ") && event.text != "guard: armed")
 }

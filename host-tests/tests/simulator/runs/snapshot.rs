@@ -22,7 +22,7 @@ fn shipped_scenarios_say_what_they_said_before() {
         assert!(summary.expectation_met, "{summary}");
         let mut text = String::new();
         for sample in &samples {
-            for event in &sample.heard.events {
+            for event in &sample.received.events {
                 writeln!(text, "{:7.2} s  {event}", sample.time_s).expect("a string takes all");
             }
         }

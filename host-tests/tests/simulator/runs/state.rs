@@ -13,22 +13,22 @@ fn position_and_heading_on_the_bus_follow_the_truth_up_the_staircase() {
     let (summary, samples) = climb(Board::Native);
     let fixed: Vec<_> = samples
         .iter()
-        .filter(|sample| sample.heard.position.is_some())
+        .filter(|sample| sample.received.position.is_some())
         .collect();
     let first = fixed.first().expect("a position on the bus");
     assert!(first.time_s < 3.0, "{} s", first.time_s);
     let (mut worst, mut worst_heading) = (0.0_f64, 0.0_f64);
     for sample in &fixed {
-        let heard = &sample.heard;
-        assert_eq!(heard.validity, [3; 4], "at {} s", sample.time_s);
-        assert!(heard.fix_age < 0.5, "{} s", heard.fix_age);
-        let position = heard.position.expect("filtered");
+        let received = &sample.received;
+        assert_eq!(received.validity, [3; 4], "at {} s", sample.time_s);
+        assert!(received.fix_age < 0.5, "{} s", received.fix_age);
+        let position = received.position.expect("filtered");
         let error: f64 = (0..2)
             .map(|axis| position[axis] - (sample.truth.axle_1[axis] - first.truth.axle_1[axis]))
             .map(|error| error * error)
             .sum();
         worst = worst.max(error.sqrt());
-        worst_heading = worst_heading.max((heard.heading - sample.truth.yaw).abs());
+        worst_heading = worst_heading.max((received.heading - sample.truth.yaw).abs());
     }
     let worst_heading = worst_heading.to_degrees();
     println!("position within {worst:.2} m, heading within {worst_heading:.2} degrees");
@@ -54,13 +54,13 @@ fn dead_reckoning_up_the_staircase_keeps_its_error_per_metre() {
         let mut tilt = Attitude::default();
         tilt.update(
             &BodySensors {
-                inclination: [sample.heard.pitch as f32, sample.heard.roll as f32],
+                inclination: [sample.received.pitch as f32, sample.received.roll as f32],
                 ..BodySensors::default()
             },
             1e-3,
         );
-        let way = ((sample.heard.odometry - before.heard.odometry) * 1e6).round() as i32;
-        let heading = Angle::from_radians(sample.heard.heading as f32);
+        let way = ((sample.received.odometry - before.received.odometry) * 1e6).round() as i32;
+        let heading = Angle::from_radians(sample.received.heading as f32);
         position.advance(way, heading, &tilt.level_axes());
         before = sample;
     }
@@ -68,7 +68,7 @@ fn dead_reckoning_up_the_staircase_keeps_its_error_per_metre() {
     let (start, end) = (samples[0].truth.axle_1, before.truth.axle_1);
     let level = (north - (end[0] - start[0])).hypot(-east - (end[1] - start[1]));
     let height = (up - (end[2] - start[2])).abs();
-    let way = before.heard.odometry;
+    let way = before.received.odometry;
     let (level, height) = (level / way, height / way);
     println!(
         "dead reckoning up the staircase, {way:.2} m: {level:.3} m per m on the ground, {height:.3} in height"

@@ -10,7 +10,7 @@ use tautrack_host_tests::results::summary::Summary;
 use tautrack_host_tests::robots::Kind;
 use tautrack_host_tests::scenario::Scenario;
 use tautrack_host_tests::simulator::facts::RunFacts;
-use tautrack_host_tests::simulator::record::{Event, Heard, Level, Sample};
+use tautrack_host_tests::simulator::record::{Event, Level, Received, Sample};
 use tautrack_host_tests::simulator::run::listener::Listener;
 use tautrack_host_tests::world::truth::Truth;
 
@@ -99,7 +99,7 @@ fn posture_has_the_name_and_unit_of_its_robot() {
             asked_posture: 380,
             ..GuardPassed::default()
         };
-        listener.hear(&passed.frame(transmit(4), guard), 1_000);
+        listener.receive(&passed.frame(transmit(4), guard), 1_000);
         let json = serde_json::to_value(listener.take()).unwrap();
         let found = json["posture"][name].as_f64().unwrap();
         assert!((found - asked).abs() < 1e-12, "{json}");
@@ -130,7 +130,7 @@ fn a_fault_is_listed_once_with_its_node() {
         let mut listener = Listener::new(&nodes, &scenario.robot);
         let mut texts = Vec::new();
         for (index, frame) in frames.iter().enumerate() {
-            listener.hear(frame, 1_000 * index as u64);
+            listener.receive(frame, 1_000 * index as u64);
             texts.extend(listener.take().events);
         }
         for _ in 0..20 {
@@ -167,7 +167,7 @@ fn an_injected_fault_has_one_mark_in_the_page() {
     for (index, sample) in samples.iter_mut().enumerate() {
         sample.time_s = 0.01 * index as f64;
     }
-    samples[1_400].heard.events.push(Event {
+    samples[1_400].received.events.push(Event {
         level: Level::Warning,
         injected: true,
         text: "fault begins: left_track: node dead".into(),
@@ -188,9 +188,9 @@ fn held(seconds: u32, verdicts: &[&str]) -> Vec<Sample> {
             let verdict = verdicts[index as usize % verdicts.len()];
             Sample {
                 time_s: 0.01 * f64::from(index),
-                heard: Heard {
+                received: Received {
                     verdict: verdict.into(),
-                    ..Heard::default()
+                    ..Received::default()
                 },
                 ..Sample::default()
             }
@@ -208,7 +208,7 @@ fn one_is_not_a_plural() {
         Summary::new(&scenario, &RunFacts::default(), samples).to_string()
     };
     let mut samples = held(1, &["passed"]);
-    samples[50].heard.verdict = "scaled: backward margin".into();
+    samples[50].received.verdict = "scaled: backward margin".into();
     let once = summary(&samples);
     assert!(once.contains("1 intervention,"), "{once}");
     assert!(once.contains("The guard intervened 1 time;"), "{once}");
@@ -231,8 +231,8 @@ fn a_negative_margin_without_an_intervention_is_explained() {
     let mut description = scenario("staircase").description();
     let mut samples = held(2, &["passed"]);
     for sample in &mut samples {
-        sample.heard.guard_state = "armed".into();
-        sample.heard.margins = Some([0.042, 0.3, 0.2, 0.2]);
+        sample.received.guard_state = "armed".into();
+        sample.received.margins = Some([0.042, 0.3, 0.2, 0.2]);
         sample.truth.backward_margin = Some(0.1);
     }
     samples[100].truth.backward_margin = Some(-0.012);

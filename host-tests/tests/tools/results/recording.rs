@@ -53,7 +53,7 @@ fn recorded(scenario: &Scenario) -> (Vec<Sample>, Vec<BusFrame>) {
             .collect();
     }
     for (index, level) in [(10, Level::Info), (20, Level::Warning), (30, Level::Error)] {
-        samples[index].heard.events.push(Event {
+        samples[index].received.events.push(Event {
             level,
             injected: index == 20,
             text: format!("event {index}"),
@@ -155,7 +155,7 @@ fn python_finds_scenario_seed_frames_drives_and_event_levels_of_every_robot() {
             samples.len()
         );
         assert_eq!(
-            messages(&found, "/bus", "tautrack.Heard").len(),
+            messages(&found, "/bus", "tautrack.Received").len(),
             samples.len()
         );
     }

@@ -14,7 +14,7 @@ pub(super) struct Authority {
 }
 
 impl Authority {
-    /// Nobody was heard yet.
+    /// Nobody was received yet.
     pub fn new(settings: &Settings) -> Self {
         Self {
             guard: Monitor::new(settings.milliseconds(Setting::HeartbeatTimeout)),
@@ -26,13 +26,13 @@ impl Authority {
 
     /// The guard's heartbeat came.
     #[inline]
-    pub fn guard_heard(&mut self, now_us: u64) {
-        self.guard.heard(now_us);
+    pub fn guard_received(&mut self, now_us: u64) {
+        self.guard.received(now_us);
     }
 
     /// A set-point came.
     #[inline]
-    pub fn command_heard(&mut self, now_us: u64) {
+    pub fn command_received(&mut self, now_us: u64) {
         // Microseconds in 64 bits do not wrap; if they did, the command would be old.
         self.command_until_us = now_us.wrapping_add(self.command_timeout_us);
     }
@@ -43,7 +43,7 @@ impl Authority {
         now_us > self.command_until_us
     }
 
-    /// The guard was heard once, is silent, and bench mode does not replace it.
+    /// The guard was received once, is silent, and bench mode does not replace it.
     #[inline]
     pub fn guard_lost(&self, now_us: u64) -> bool {
         !self.bench && self.guard.lost(now_us)
@@ -72,7 +72,7 @@ impl Authority {
         let before = self.bench;
         let may = requested && faultless && !self.guard.alive(now_us);
         if may && !before {
-            self.command_heard(now_us);
+            self.command_received(now_us);
         }
         self.bench = may && !self.command_lost(now_us);
         self.bench != before

@@ -74,7 +74,7 @@ impl Envelopes {
         let prepared = core::array::from_fn(|index| {
             let (mut velocity, mut current) = (velocity, current);
             if index & HOMING != 0 {
-                let speed = settings.scaled(Setting::ReferenceSpeed, 1e-3 * HOMING_MARGIN);
+                let speed = settings.scaled(Setting::HomingSpeed, 1e-3 * HOMING_MARGIN);
                 velocity = limit(speed, velocity);
                 current = limit(settings.scaled(Setting::HomingCurrent, 1e-3), current);
             }

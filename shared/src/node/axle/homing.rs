@@ -1,4 +1,4 @@
-//! Homing: fast to the reference switch, off it again, and slowly to it once more. Where it closes
+//! Homing: fast to the home switch, off it again, and slowly to it once more. Where it closes
 //! the second time, the position is known.
 //!
 //! The switch is debounced: it counts as closed or open once it has been so for [`DEBOUNCE`] ticks
@@ -63,7 +63,7 @@ pub(super) struct Homing {
     /// Speeds with the sign of the direction in which the switch lies, rad/s.
     search: f32,
     approach: f32,
-    reference_position: i64,
+    home_position: i64,
     /// Largest distance of the places that the two approaches find, 2^-32 turn.
     tolerance: u64,
     ticks: u32,
@@ -79,17 +79,17 @@ pub(super) struct Homing {
 }
 
 impl Homing {
-    /// Homing of an axle that calls the switch's place `reference_position`.
-    pub fn new(settings: &Settings, reference_position: i64) -> Self {
-        let speed = settings.scaled(Setting::ReferenceSpeed, 1e-3);
-        let search = speed * settings.get(Setting::ReferenceDirection) as f32;
+    /// Homing of an axle that calls the switch's place `home_position`.
+    pub fn new(settings: &Settings, home_position: i64) -> Self {
+        let speed = settings.scaled(Setting::HomingSpeed, 1e-3);
+        let search = speed * settings.get(Setting::HomingDirection) as f32;
         let late = speed * REACTION_TICKS * CONTROL_PERIOD;
         let tolerance = settings.scaled(Setting::HomingTolerance, 1e-3) + late;
         Self {
             stage: Stage::Idle,
             search,
             approach: search * settings.scaled(Setting::HomingApproach, 1e-3),
-            reference_position,
+            home_position,
             tolerance: from_radians(tolerance).unsigned_abs(),
             ticks: 0,
             closed: false,
@@ -174,15 +174,15 @@ impl Axle {
     /// One tick of homing.
     pub(super) fn home(&mut self, switches: Switches) {
         let position = self.position();
-        let (velocity, found) = self.homing.tick(switches.reference, position);
+        let (velocity, found) = self.homing.tick(switches.home, position);
         if found {
             let since = position.wrapping_sub(self.homing.changed_at);
-            let moved = self.homing.reference_position.wrapping_add(since);
+            let moved = self.homing.home_position.wrapping_add(since);
             self.observer.set_position(moved);
             // They are positions of before.
             self.stops = [None; 2];
             self.anchor();
-            self.referenced = true;
+            self.homed = true;
         }
         self.motion
             .toward_velocity(velocity, self.force.limits, CONTROL_PERIOD);

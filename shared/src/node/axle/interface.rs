@@ -5,7 +5,7 @@ use crate::bus::pdo::{DriveMotion, DriveStatus};
 use crate::faults::Faults;
 use crate::sensors::Switches;
 
-/// What the node sensed and heard since the tick before.
+/// What the node sensed and received since the tick before.
 #[derive(Clone, Copy, Debug)]
 pub struct Inputs {
     /// Time since power-up, us.
@@ -15,15 +15,15 @@ pub struct Inputs {
     /// Motor current, A, mean over the tick; NaN if no sample was taken.
     pub current: f32,
     /// Supply voltage, V.
-    pub bus_voltage: f32,
-    /// End and reference switches.
+    pub supply_voltage: f32,
+    /// End and home switches.
     pub switches: Switches,
     /// The newest set-point, if one came.
     pub set_point: Option<SetPoint>,
     /// The newest torque offset (object 0x60B2), if one came: 0.01 N m, screw: N.
     pub torque_offset: Option<i16>,
     /// The guard's heartbeat came.
-    pub guard_heard: bool,
+    pub guard_received: bool,
     /// A client asks for bench mode (object 0x2001).
     pub bench_mode: bool,
 }
@@ -74,6 +74,6 @@ pub enum ActiveLimit {
     Travel = 2,
     /// A limit switch.
     Switch = 3,
-    /// The axle is not referenced yet.
-    NotReferenced = 4,
+    /// The axle is not homed yet.
+    NotHomed = 4,
 }

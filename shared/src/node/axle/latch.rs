@@ -8,7 +8,7 @@ pub(super) struct Latch {
     latched: Faults,
     /// Raised, and not sent as an emergency frame yet.
     unreported: Faults,
-    /// The bus has heard of a fault since the last "all clear".
+    /// The bus has received of a fault since the last "all clear".
     reported: bool,
 }
 

@@ -67,7 +67,7 @@ pub struct Axle {
     offset: Offset,
     interpolation_ticks: u32,
     homing: Homing,
-    referenced: bool,
+    homed: bool,
     /// Where the positive and the negative limit switch closed, while they are closed.
     stops: [Option<i64>; 2],
     active_limit: ActiveLimit,
@@ -90,7 +90,7 @@ impl Axle {
     ) -> Outputs {
         self.sense(inputs);
         self.supervise(inputs, taut);
-        self.obey(inputs);
+        self.take_commands(inputs);
         let demand = self.control(inputs, taut);
         self.outputs(inputs, demand)
     }
@@ -101,8 +101,8 @@ impl Axle {
     }
 
     /// True once the position is known.
-    pub fn referenced(&self) -> bool {
-        self.referenced
+    pub fn homed(&self) -> bool {
+        self.homed
     }
 
     /// The bridge was on in the last tick, in `mode`.
@@ -131,11 +131,11 @@ impl Axle {
             self.sensed = true;
         }
         self.observer.update(inputs.encoder, CONTROL_PERIOD);
-        if inputs.guard_heard {
-            self.authority.guard_heard(inputs.now_us);
+        if inputs.guard_received {
+            self.authority.guard_received(inputs.now_us);
         }
         if inputs.set_point.is_some() {
-            self.authority.command_heard(inputs.now_us);
+            self.authority.command_received(inputs.now_us);
         }
     }
 }

@@ -62,8 +62,8 @@ impl Axle {
         if self.active_limit != ActiveLimit::None {
             word |= status::LIMIT_ACTIVE;
         }
-        if self.referenced {
-            word |= status::REFERENCED;
+        if self.homed {
+            word |= status::HOMED;
         }
         word
     }

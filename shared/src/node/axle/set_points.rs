@@ -23,7 +23,7 @@ pub struct SetPoint {
 
 impl Axle {
     /// Takes a set-point and runs the state machine.
-    pub(super) fn obey(&mut self, inputs: &Inputs) {
+    pub(super) fn take_commands(&mut self, inputs: &Inputs) {
         let Some(set_point) = inputs.set_point else {
             return;
         };
@@ -58,7 +58,7 @@ impl Axle {
             && self.mode == mode::HOMING
             && risen & CONTROL_START != 0
         {
-            self.homing.start(inputs.switches.reference);
+            self.homing.start(inputs.switches.home);
         }
         self.command = set_point;
         self.interpolate();
@@ -90,7 +90,7 @@ impl Axle {
 
     /// Velocity that carries the set-point to the new target within one SYNC period.
     fn interpolate(&mut self) {
-        let follows = self.mode == mode::CYCLIC_POSITION && self.referenced;
+        let follows = self.mode == mode::CYCLIC_POSITION && self.homed;
         if follows && self.state == State::OperationEnabled {
             let target = self.target_position();
             let distance = to_radians(target.wrapping_sub(self.motion.position));
@@ -107,11 +107,11 @@ impl Axle {
             .scale
             .position_from_bus(self.command.target, self.position());
         match self.travel {
-            Some((low, _)) if self.referenced && target < low => {
+            Some((low, _)) if self.homed && target < low => {
                 self.active_limit = ActiveLimit::Travel;
                 low
             }
-            Some((_, high)) if self.referenced && target > high => {
+            Some((_, high)) if self.homed && target > high => {
                 self.active_limit = ActiveLimit::Travel;
                 high
             }
@@ -145,13 +145,13 @@ impl Axle {
     fn operate(&mut self, inputs: &Inputs, taut: Option<Result<Motion, Fault>>) -> Demand {
         self.offset
             .update(inputs.torque_offset, &self.force.cascade);
-        let needs_reference = matches!(
+        let needs_homing = matches!(
             self.mode,
             mode::TAUT | mode::CYCLIC_POSITION | mode::PROFILE_POSITION
         );
         match (self.mode, taut) {
-            _ if needs_reference && !self.referenced => {
-                self.active_limit = ActiveLimit::NotReferenced;
+            _ if needs_homing && !self.homed => {
+                self.active_limit = ActiveLimit::NotHomed;
                 self.motion
                     .toward_velocity(0.0, self.force.limits, CONTROL_PERIOD);
             }

@@ -24,7 +24,7 @@ impl Axle {
         let scale = Scale::Turning {
             bits: settings.get(Setting::PositionBits) as u32,
         };
-        let reference = from_radians(settings.scaled(Setting::ReferencePosition, 1e-6));
+        let reference = from_radians(settings.scaled(Setting::HomePosition, 1e-6));
         let travel = (
             from_radians(settings.scaled(Setting::PositionMinimum, 1e-3)),
             from_radians(settings.scaled(Setting::PositionMaximum, 1e-3)),
@@ -41,7 +41,7 @@ impl Axle {
     pub(in crate::node) fn with_scale(
         settings: &Settings,
         scale: Scale,
-        reference_position: i64,
+        home_position: i64,
         travel: Option<(i64, i64)>,
     ) -> Self {
         let velocity_limit = settings.scaled(Setting::VelocityLimit, 1e-3);
@@ -87,8 +87,8 @@ impl Axle {
             motion: Motion::default(),
             offset: Offset::new(settings, 1.0 / torque_per_ampere),
             interpolation_ticks: 0,
-            homing: Homing::new(settings, reference_position),
-            referenced: settings.get(Setting::ReferenceDirection) == 0,
+            homing: Homing::new(settings, home_position),
+            homed: settings.get(Setting::HomingDirection) == 0,
             stops: [None; 2],
             active_limit: ActiveLimit::None,
             demand: 0.0,

@@ -20,7 +20,7 @@ impl Axle {
         let readings = Readings {
             current: inputs.current,
             demand: self.demand,
-            bus_voltage: inputs.bus_voltage,
+            supply_voltage: inputs.supply_voltage,
             velocity: self.velocity(),
             commanded_velocity: self.motion.velocity,
             following_error: if in_position {

@@ -45,7 +45,7 @@ impl<B: Body> Guard<B> {
             self.supervision
                 .filter(&asked, ahead.as_ref(), pitch, self.body.stopping_time());
         if !armed {
-            self.share = 1.0;
+            self.speed_scale = 1.0;
             self.tally.count(Verdict::Passed);
             return;
         }
@@ -53,7 +53,7 @@ impl<B: Body> Guard<B> {
             yaw_rate: allowed.limits.yaw_rate(asked.yaw_rate, speed),
             ..asked
         };
-        self.share = allowed.share;
+        self.speed_scale = allowed.speed_scale;
         self.body.advance(&asked, allowed, &self.attitude, period);
         let passed = admitted == Verdict::Passed;
         self.tally.count(if passed { filtered } else { admitted });

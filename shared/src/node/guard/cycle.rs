@@ -50,14 +50,14 @@ impl<B: Body> Guard<B> {
             self.refusal = None;
         }
         match (before, self.state) {
-            (State::Ready, State::Waking(_)) => {
+            (State::Ready, State::Starting(_)) => {
                 self.refusal = None;
                 self.operator.require_new_request();
             }
             (before, State::Held) if before != State::Held => {
                 self.operator.require_new_request();
             }
-            (State::Waking(_), State::Armed) => self.check(),
+            (State::Starting(_), State::Armed) => self.check(),
             _ => {}
         }
     }

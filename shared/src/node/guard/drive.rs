@@ -109,19 +109,19 @@ impl Drive {
 
     pub fn receive(&mut self, frame: &Frame, state: &mut DriveState, now_us: u64) {
         if let Some(motion) = DriveMotion::from_frame(frame, transmit(1), self.id) {
-            state.heard_us = Some(now_us);
+            state.received_us = Some(now_us);
             state.position = self.units.position(motion.position);
         } else if let Some(status) = DriveStatus::from_frame(frame, transmit(2), self.id) {
             self.status = status;
             self.status_us = Some(now_us);
             state.torque = f32::from(status.torque) * NEWTON_METRES;
-            state.referenced = status.statusword & status::REFERENCED != 0;
+            state.homed = status.statusword & status::HOMED != 0;
             state.enabled = self.state() == Some(State::OperationEnabled);
             if self.state().is_some_and(|state| self.duty.is_met_by(state)) {
                 self.met = true;
             }
         } else if let Some((_, network)) = as_heartbeat(frame) {
-            self.heartbeat.heard(now_us);
+            self.heartbeat.received(now_us);
             self.waits_for_start |= network != NmtState::Operational;
             if network == NmtState::BootUp {
                 self.restarted = true;
@@ -140,7 +140,7 @@ impl Drive {
         State::from_statusword(self.status.statusword)
     }
 
-    /// The drive was heard since the guard started.
+    /// The drive was received since the guard started.
     pub fn seen(&self) -> bool {
         self.heartbeat.seen()
     }
@@ -173,10 +173,11 @@ impl Drive {
 
     /// What is wrong with the drive, if anything; `driving` while the robot is or was under power.
     pub fn fault(&self, state: &DriveState, now_us: u64, driving: bool) -> Option<FaultReport> {
-        let older = |heard: Option<u64>| {
-            heard.is_some_and(|heard| now_us.saturating_sub(heard) > self.state_timeout_us)
+        let older = |received: Option<u64>| {
+            received.is_some_and(|received| now_us.saturating_sub(received) > self.state_timeout_us)
         };
-        let silent = driving && (older(state.heard_us) || older(self.status_us) || self.restarted);
+        let silent =
+            driving && (older(state.received_us) || older(self.status_us) || self.restarted);
         let code = if self.emergency != 0 {
             self.emergency
         } else if self.heartbeat.lost(now_us) || silent {
@@ -186,7 +187,7 @@ impl Drive {
             return None;
         } else if self.status.error_code != 0 {
             self.status.error_code
-        } else if self.disobeys(now_us) {
+        } else if self.deviates(now_us) {
             Fault::UnexpectedState.description().code
         } else {
             return None;
@@ -198,7 +199,7 @@ impl Drive {
     }
 
     /// The newest status is not as commanded, although the drive had the time or was there before.
-    fn disobeys(&self, now_us: u64) -> bool {
+    fn deviates(&self, now_us: u64) -> bool {
         let meets = match self.state() {
             Some(state) => self.duty.is_met_by(state),
             None => self.duty != Duty::Operate,
@@ -224,7 +225,7 @@ impl Drive {
 
     /// The set-point frame that brings the drive one step nearer to `goal`. A target of another kind
     /// of axle holds the drive.
-    pub fn command(&mut self, goal: Goal, referenced: bool, now_us: u64) -> Frame {
+    pub fn command(&mut self, goal: Goal, homed: bool, now_us: u64) -> Frame {
         let wire = match goal {
             Goal::Position(target) | Goal::MoveTo(target) => self.units.target(target),
             _ => Some(0),
@@ -252,12 +253,12 @@ impl Drive {
             if RESET_HIGH.contains(&self.reset) {
                 word |= CONTROL_FAULT_RESET;
             }
-        } else if goal == Goal::Reference && state == Some(State::OperationEnabled) && !referenced {
+        } else if goal == Goal::Home && state == Some(State::OperationEnabled) && !homed {
             word |= CONTROL_START;
         }
         let mode = match goal {
             Goal::Off | Goal::Hold => 0,
-            Goal::Reference => mode::HOMING,
+            Goal::Home => mode::HOMING,
             Goal::Position(_) => mode::CYCLIC_POSITION,
             Goal::MoveTo(_) => mode::PROFILE_POSITION,
             Goal::Taut => mode::TAUT,

@@ -61,19 +61,19 @@ impl Drives {
         &self.states
     }
 
-    /// When the oldest of the drives that odometry comes from was heard; none before each was.
+    /// When the oldest of the drives that odometry comes from was received; none before each was.
     pub fn odometry_us<B: Body>(&self) -> Option<u64> {
         let mut oldest = u64::MAX;
         for index in B::ODOMETRY {
-            let heard_us = self.states.get(*index)?.heard_us?;
-            if heard_us < oldest {
-                oldest = heard_us;
+            let received_us = self.states.get(*index)?.received_us?;
+            if received_us < oldest {
+                oldest = received_us;
             }
         }
         Some(oldest)
     }
 
-    /// Every drive was heard since the start, and its scale is known.
+    /// Every drive was received since the start, and its scale is known.
     pub fn complete(&self) -> bool {
         self.nodes.iter().all(Drive::seen)
             && self.scales.iter().all(|scale| scale.found().is_some())
@@ -226,7 +226,7 @@ impl Drives {
     ) -> impl Iterator<Item = Frame> {
         let both = self.nodes.iter_mut().zip(&self.states).enumerate();
         both.map(move |(index, (drive, state))| {
-            drive.command(goal(index, state), state.referenced, now_us)
+            drive.command(goal(index, state), state.homed, now_us)
         })
     }
 

@@ -23,8 +23,8 @@ impl Gate {
         match state {
             _ if disarms => Self::Off,
             State::Waiting | State::Ready => Self::Hold,
-            State::Waking(_) if drives => Self::Open,
-            State::Waking(_) => Self::Hold,
+            State::Starting(_) if drives => Self::Open,
+            State::Starting(_) => Self::Hold,
             // The filter stops an armed robot: it knows how hard the robot may brake.
             State::Armed => Self::Open,
             State::Held => Self::Keep,

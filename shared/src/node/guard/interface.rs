@@ -13,14 +13,14 @@ use heapless::Vec;
 /// set-point or a request for its scale.
 pub const MAX_SENT: usize = 2 * MAX_DRIVES + 2;
 
-/// What the guard sensed and heard since the tick before.
+/// What the guard sensed and received since the tick before.
 #[derive(Clone, Copy, Debug)]
 pub struct Inputs<'a> {
     /// Time since power-up, us.
     pub now_us: u64,
     /// Sensors on the body.
     pub body: Option<BodySensors>,
-    /// Bytes of the satellite receiver.
+    /// Bytes of the GNSS receiver.
     pub serial: &'a [u8],
     /// The operator's newest command, if one came.
     pub operator: Option<OperatorCommand>,

@@ -55,7 +55,7 @@ pub struct Guard<B> {
     body: B,
     supervision: Supervision,
     refusal: Option<Refusal>,
-    share: f32,
+    speed_scale: f32,
     attitude: Attitude,
     estimator: Estimator,
     operator: Operator,
@@ -80,7 +80,7 @@ impl<B: Body> Guard<B> {
             body: B::new(settings)?,
             supervision: Supervision::new::<B>(settings),
             refusal: None,
-            share: 1.0,
+            speed_scale: 1.0,
             attitude: Attitude::default(),
             estimator: Estimator::new(settings),
             operator: Operator::new(settings),
@@ -95,7 +95,7 @@ impl<B: Body> Guard<B> {
     /// longer than making them.
     pub fn tick(&mut self, inputs: &Inputs<'_>) -> &Outputs {
         let fault_before = self.fault;
-        if self.supervision.hear(inputs.body.as_ref())
+        if self.supervision.receive(inputs.body.as_ref())
             && let Some(sensors) = &inputs.body
         {
             self.attitude.update(sensors, CONTROL_PERIOD);
@@ -112,14 +112,14 @@ impl<B: Body> Guard<B> {
         self.outputs.frames.clear();
         self.outputs.robot = None;
         let due = self.schedule.due(inputs.now_us);
-        if due.judgement {
-            self.judge();
+        if due.evaluation {
+            self.evaluate();
         }
         if due.position {
-            self.outputs.robot = Some(self.locate(inputs.now_us));
+            self.outputs.robot = Some(self.update_estimate(inputs.now_us));
         }
         if due.offsets {
-            self.tell_in_advance();
+            self.send_feed_forward();
         }
         if due.sync {
             self.cycle(inputs);
@@ -129,7 +129,7 @@ impl<B: Body> Guard<B> {
             self.outputs.faulty_drives = self.drives.faulty();
         }
         self.outputs.emergency = changed.then(|| self.fault.map_or(0, |fault| fault.code));
-        self.tell();
+        self.publish();
         &self.outputs
     }
 
@@ -138,7 +138,7 @@ impl<B: Body> Guard<B> {
         &self.outputs
     }
 
-    /// Where the robot's position is counted from, and what became of the satellite receiver's
+    /// Where the robot's position is counted from, and what became of the GNSS receiver's
     /// sentences.
     pub fn estimator(&self) -> &Estimator {
         &self.estimator

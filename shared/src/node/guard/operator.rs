@@ -8,7 +8,7 @@ use crate::settings::{Setting, Settings};
 pub(super) struct Operator {
     command: OperatorCommand,
     /// When the sequence number last changed.
-    heard_us: Option<u64>,
+    received_us: Option<u64>,
     timeout_us: u64,
     dead_man: bool,
     /// A request other than "arm" came since the guard started, was armed, or last held the robot.
@@ -23,7 +23,7 @@ impl Operator {
                 request: Request::Stop as u8,
                 ..OperatorCommand::default()
             },
-            heard_us: None,
+            received_us: None,
             timeout_us: settings.milliseconds(Setting::OperatorTimeout),
             dead_man: settings.get(Setting::DeadMan) == 1,
             released: false,
@@ -33,9 +33,9 @@ impl Operator {
     /// Takes a command. A changed sequence number shows that the operator is present. Returns true
     /// when the request has changed to [`Request::Reset`].
     pub fn receive(&mut self, command: OperatorCommand, now_us: u64) -> bool {
-        let first = self.heard_us.is_none();
+        let first = self.received_us.is_none();
         if first || command.sequence != self.command.sequence {
-            self.heard_us = Some(now_us);
+            self.received_us = Some(now_us);
         }
         let before = self.request();
         self.command = command;
@@ -54,8 +54,8 @@ impl Operator {
 
     /// A fresh command came within `operator_timeout`.
     pub fn present(&self, now_us: u64) -> bool {
-        self.heard_us
-            .is_some_and(|heard| now_us.saturating_sub(heard) <= self.timeout_us)
+        self.received_us
+            .is_some_and(|received| now_us.saturating_sub(received) <= self.timeout_us)
     }
 
     /// The operator is present, and holds the dead-man switch where the settings ask for one.

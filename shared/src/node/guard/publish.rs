@@ -54,7 +54,7 @@ impl Tally {
 
 impl<B: Body> Guard<B> {
     /// Fills in what every tick tells.
-    pub(super) fn tell(&mut self) {
+    pub(super) fn publish(&mut self) {
         let centidegrees = |radians: f32| to_i16(radians.to_degrees() * 100.0);
         let millimetres = |metres: f32| to_i16(metres * 1e3);
         let [back, front, left, right] = self.supervision.margins().now.map(millimetres);
@@ -69,7 +69,7 @@ impl<B: Body> Guard<B> {
         outputs.state = GuardState {
             state: self.state.code(),
             verdict: self.tally.verdict.code(),
-            scale: to_i16(self.share * 100.0) as u8,
+            scale: to_i16(self.speed_scale * 100.0) as u8,
             fault_node: fault.node,
             fault_code: fault.code,
             heading: (self.attitude.heading().to_bits() >> 16) as i16,

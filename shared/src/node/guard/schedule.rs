@@ -7,8 +7,8 @@ use crate::settings::{Setting, Settings};
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[allow(clippy::struct_excessive_bools)] // four duties
 pub(super) struct Due {
-    /// Judge how the robot stands: the drives have answered the SYNC before.
-    pub judgement: bool,
+    /// Evaluate how the robot stands: the drives have answered the SYNC before.
+    pub evaluation: bool,
     /// Bring the robot's position up to date.
     pub position: bool,
     /// Tell the drives the torques that they will need.
@@ -23,8 +23,8 @@ pub(super) struct Due {
 pub(super) struct Schedule {
     period_us: u64,
     next_sync_us: u64,
-    judged: bool,
-    located: bool,
+    evaluated: bool,
+    estimated: bool,
     syncs: u32,
     feed_forward: bool,
     offsets_due: bool,
@@ -35,8 +35,8 @@ impl Schedule {
         Self {
             period_us: settings.get(Setting::SyncPeriod) as u64,
             next_sync_us: 0,
-            judged: false,
-            located: false,
+            evaluated: false,
+            estimated: false,
             syncs: 0,
             feed_forward: settings.get(Setting::FeedForward) == 1,
             offsets_due: false,
@@ -48,20 +48,20 @@ impl Schedule {
         self.period_us as u32 as f32 * 1e-6
     }
 
-    /// What is due at `now_us`, and from now on done. The judgement is due in the second half of a
+    /// What is due at `now_us`, and from now on done. The evaluation is due in the second half of a
     /// period, the position in the last quarter, and neither later than the next SYNC.
     pub fn due(&mut self, now_us: u64) -> Due {
         let half = self.period_us / 2;
         let sync = now_us >= self.next_sync_us;
         let within = |time: u64| sync || now_us + time >= self.next_sync_us;
         let due = Due {
-            judgement: !self.judged && within(half),
-            position: !self.located && within(half / 2),
-            offsets: !self.located && within(half / 2) && self.offsets_due && !sync,
+            evaluation: !self.evaluated && within(half),
+            position: !self.estimated && within(half / 2),
+            offsets: !self.estimated && within(half / 2) && self.offsets_due && !sync,
             sync,
         };
-        self.judged |= due.judgement;
-        self.located |= due.position;
+        self.evaluated |= due.evaluation;
+        self.estimated |= due.position;
         if sync {
             self.begin(now_us);
         }
@@ -74,7 +74,7 @@ impl Schedule {
         if self.next_sync_us <= now_us {
             self.next_sync_us = now_us + self.period_us;
         }
-        (self.judged, self.located) = (false, false);
+        (self.evaluated, self.estimated) = (false, false);
         self.syncs = self.syncs.wrapping_add(1);
         self.offsets_due = self.feed_forward && self.syncs.is_multiple_of(OFFSET_SYNCS);
     }
@@ -84,14 +84,14 @@ impl Schedule {
 mod tests {
     use super::*;
 
-    /// Duties of `ticks` ticks of a millisecond with SYNC each 4 ms: judgement, position, offsets, SYNC.
+    /// Duties of `ticks` ticks of a millisecond with SYNC each 4 ms: evaluation, position, offsets, SYNC.
     fn duties(ticks: u64, start_us: u64) -> [usize; 4] {
         let mut schedule = Schedule::new(&Settings::default());
         assert_eq!(schedule.period_us, 4_000);
         let mut counted = [0; 4];
         for tick in 0..ticks {
             let due = schedule.due(start_us + tick * 1_000);
-            let found = [due.judgement, due.position, due.offsets, due.sync];
+            let found = [due.evaluation, due.position, due.offsets, due.sync];
             for (count, one) in counted.iter_mut().zip(found) {
                 *count += usize::from(one);
             }

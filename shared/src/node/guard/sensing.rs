@@ -1,4 +1,4 @@
-//! What the guard hears and computes between two SYNCs: the operator, faults of the drives, how the robot
+//! What the guard receives and computes between two SYNCs: the operator, faults of the drives, how the robot
 //! stands and where it is.
 
 use super::interface::Inputs;
@@ -34,10 +34,10 @@ impl<B: Body> Guard<B> {
     /// What happens once between two SYNCs, when the drives have answered the first: how the robot stands and what that means. Apart from
     /// [`Self::cycle`], so that no tick has to do it all.
     #[inline(never)]
-    pub(super) fn judge(&mut self) {
+    pub(super) fn evaluate(&mut self) {
         let period = self.schedule.period();
         if let Some(speed) = self.estimator.take_speed(&self.attitude) {
-            self.body.hear_speed(speed, &self.attitude);
+            self.body.receive_speed(speed, &self.attitude);
         }
         self.body
             .observe(self.drives.states(), &self.attitude, period);
@@ -45,11 +45,11 @@ impl<B: Body> Guard<B> {
         let kept_shape = self.body.stance_with_kept_shape(&self.attitude);
         let speed = self.body.speed();
         self.supervision
-            .judge(&stance, kept_shape.as_ref(), &self.attitude, speed, period);
+            .evaluate(&stance, kept_shape.as_ref(), &self.attitude, speed, period);
     }
 
     /// Torques that the drives will need.
-    pub(super) fn tell_in_advance(&mut self) {
+    pub(super) fn send_feed_forward(&mut self) {
         if let Some(phase) = self.state.phase() {
             let offsets = self.body.offsets(phase, &self.attitude);
             for frame in self.drives.offsets(&offsets) {
@@ -59,7 +59,7 @@ impl<B: Body> Guard<B> {
     }
 
     /// Brings the robot's state up to date with the drives.
-    pub(super) fn locate(&mut self, now_us: u64) -> (RobotState, GuardPosition) {
+    pub(super) fn update_estimate(&mut self, now_us: u64) -> (RobotState, GuardPosition) {
         self.estimator.advance(
             self.body.odometry_um(),
             self.drives.odometry_us::<B>(),

@@ -11,7 +11,7 @@ pub enum State {
     /// Disarmed. A drive that holds goes on holding unless the operator asks for motors off.
     Ready,
     /// The drives are homed and enabled; the number of the stage.
-    Waking(u8),
+    Starting(u8),
     /// The operator drives.
     Armed,
     /// A fault report holds the robot until the operator's reset.
@@ -28,7 +28,7 @@ impl State {
         Some(match code {
             0 => Self::Waiting,
             1 => Self::Ready,
-            FIRST_STAGE..ARMED => Self::Waking(code - FIRST_STAGE),
+            FIRST_STAGE..ARMED => Self::Starting(code - FIRST_STAGE),
             ARMED => Self::Armed,
             HELD => Self::Held,
             _ => return None,
@@ -40,7 +40,7 @@ impl State {
         match self {
             Self::Waiting => 0,
             Self::Ready => 1,
-            Self::Waking(stage) => FIRST_STAGE + stage,
+            Self::Starting(stage) => FIRST_STAGE + stage,
             Self::Armed => ARMED,
             Self::Held => HELD,
         }
@@ -51,7 +51,7 @@ impl State {
         match self {
             Self::Waiting => "waiting for nodes",
             Self::Ready => "ready",
-            Self::Waking(stage) => stages.get(usize::from(stage)).unwrap_or(&"starting"),
+            Self::Starting(stage) => stages.get(usize::from(stage)).unwrap_or(&"starting"),
             Self::Armed => "armed",
             Self::Held => "held",
         }
@@ -66,7 +66,7 @@ impl State {
     pub fn phase(self) -> Option<Phase> {
         match self {
             Self::Waiting | Self::Ready => None,
-            Self::Waking(stage) => Some(Phase::Waking(stage)),
+            Self::Starting(stage) => Some(Phase::Starting(stage)),
             Self::Armed => Some(Phase::Armed),
             Self::Held => Some(Phase::Held),
         }
@@ -105,16 +105,16 @@ pub(super) fn next<B: Body>(
         State::Ready if conditions.fault => State::Ready,
         _ if conditions.fault => State::Held,
         _ if conditions.disarms => State::Ready,
-        State::Ready if conditions.arms => State::Waking(body.first_stage(drives)),
-        State::Waking(stage) if conditions.open && body.reached(stage, drives, now_us) => {
+        State::Ready if conditions.arms => State::Starting(body.first_stage(drives)),
+        State::Starting(stage) if conditions.open && body.reached(stage, drives, now_us) => {
             let next = stage + 1;
             if usize::from(next) < B::STAGES.len() {
-                State::Waking(next)
+                State::Starting(next)
             } else {
                 State::Armed
             }
         }
-        State::Ready | State::Waking(_) | State::Armed => state,
+        State::Ready | State::Starting(_) | State::Armed => state,
     }
 }
 

@@ -43,8 +43,8 @@ const SCREW: usize = 3;
 
 /// The stages of [`Body::STAGES`]. The belt cannot be torn: the screw first draws back to where the belt is slack at any
 /// chassis angle, only then does the joint look for its reference, and the screw takes the belt up again last.
-const REFERENCE_SCREW: u8 = 0;
-const REFERENCE_JOINT: u8 = 1;
+const HOME_SCREW: u8 = 0;
+const HOME_JOINT: u8 = 1;
 const STRAIGHTEN: u8 = 2;
 const TIGHTEN: u8 = 3;
 
@@ -100,12 +100,17 @@ impl B2p2 {
         self.model.stance(&shape, &attitude.level_axes())
     }
 
-    fn next_chassis(&self, ChassisAngle(asked): ChassisAngle, share: f32, period: f32) -> Motion {
+    fn next_chassis(
+        &self,
+        ChassisAngle(asked): ChassisAngle,
+        speed_scale: f32,
+        period: f32,
+    ) -> Motion {
         // The joint turns less than half a turn each way, so that a wrapped angle is the angle.
         let target = i64::from(asked.to_bits());
         let mut next = self.chassis;
         let limits = Limits {
-            velocity: self.chassis_limits.velocity * share,
+            velocity: self.chassis_limits.velocity * speed_scale,
             ..self.chassis_limits
         };
         next.toward_position(target, limits, period);
@@ -155,8 +160,8 @@ impl Body for B2p2 {
     type Posture = ChassisAngle;
 
     const STAGES: &'static [&'static str] = &[
-        "referencing screw",
-        "referencing joint",
+        "homing screw",
+        "homing joint",
         "straightening",
         "tightening",
     ];
@@ -170,7 +175,7 @@ impl Body for B2p2 {
             settings.get(Setting::LengthK),
         )?;
         // In whole bits of the bus, 2^-24 m.
-        let retreat = (i64::from(settings.get(Setting::ReferenceRetreat)) << 24) / 1_000_000;
+        let retreat = (i64::from(settings.get(Setting::HomingRetreat)) << 24) / 1_000_000;
         let released = (geometry.released_length().to_bits() >> 4) - retreat as i32;
         let released = Length::from_bits(released << 4);
         Ok(Self {
@@ -241,8 +246,8 @@ impl Body for B2p2 {
 
     fn observe(&mut self, drives: &[DriveState], _: &Attitude, _: f32) {
         self.kept_shape = (self.theta, self.extension);
-        self.joint_known = drive_of(drives, JOINT).referenced;
-        self.screw_known = drive_of(drives, SCREW).referenced;
+        self.joint_known = drive_of(drives, JOINT).homed;
+        self.screw_known = drive_of(drives, SCREW).homed;
         if self.joint_known {
             self.theta = drive_of(drives, JOINT).position.angle();
         }
@@ -306,7 +311,7 @@ impl Body for B2p2 {
         self.keeps_taut = true;
         // What is scaled down is what the belts would do, however much was asked for.
         let bounded = self.turn.within(*asked);
-        let yaw_rate = self.yaw(bounded.yaw_rate * allowed.share, attitude);
+        let yaw_rate = self.yaw(bounded.yaw_rate * allowed.speed_scale, attitude);
         let driven = self.turn.within(Asked {
             yaw_rate,
             ..bounded
@@ -323,10 +328,10 @@ impl Body for B2p2 {
     }
 
     fn first_stage(&self, drives: &[DriveState]) -> u8 {
-        if drives.iter().all(|drive| drive.referenced) {
+        if drives.iter().all(|drive| drive.homed) {
             TIGHTEN
         } else {
-            REFERENCE_SCREW
+            HOME_SCREW
         }
     }
 
@@ -337,11 +342,11 @@ impl Body for B2p2 {
         }
         let (joint, screw) = (drive_of(drives, JOINT), drive_of(drives, SCREW));
         match stage {
-            REFERENCE_SCREW => {
+            HOME_SCREW => {
                 let away = screw.position.metres() - metres(self.released);
-                screw.referenced && (self.joint_known || away.abs() < SCREW_THERE)
+                screw.homed && (self.joint_known || away.abs() < SCREW_THERE)
             }
-            REFERENCE_JOINT => joint.referenced,
+            HOME_JOINT => joint.homed,
             STRAIGHTEN => joint.position.angle().to_bits().unsigned_abs() < JOINT_THERE,
             _ => self.tight(drives, now_us),
         }
@@ -349,21 +354,21 @@ impl Body for B2p2 {
 
     fn goal(&self, phase: Phase, drive: usize) -> Goal {
         match (phase, drive) {
-            (Phase::Armed | Phase::Waking(TIGHTEN), LEFT) => {
+            (Phase::Armed | Phase::Starting(TIGHTEN), LEFT) => {
                 Goal::Velocity(self.track_speed(0.5 * self.gauge))
             }
-            (Phase::Armed | Phase::Waking(TIGHTEN), RIGHT) => {
+            (Phase::Armed | Phase::Starting(TIGHTEN), RIGHT) => {
                 Goal::Velocity(self.track_speed(-0.5 * self.gauge))
             }
-            (Phase::Armed | Phase::Waking(TIGHTEN), JOINT) => Goal::Position(Target::Angle(
+            (Phase::Armed | Phase::Starting(TIGHTEN), JOINT) => Goal::Position(Target::Angle(
                 Angle::from_bits(self.chassis.position as i32),
             )),
-            (Phase::Armed | Phase::Waking(TIGHTEN), _) => Goal::Taut,
-            (Phase::Waking(REFERENCE_SCREW), SCREW) if !self.screw_known => Goal::Reference,
-            (Phase::Waking(_), SCREW) => Goal::MoveTo(Target::Length(self.released)),
-            (Phase::Waking(REFERENCE_JOINT), JOINT) => Goal::Reference,
-            (Phase::Waking(STRAIGHTEN), JOINT) => Goal::MoveTo(Target::Angle(Angle::ZERO)),
-            (Phase::Waking(_), _) => Goal::Off,
+            (Phase::Armed | Phase::Starting(TIGHTEN), _) => Goal::Taut,
+            (Phase::Starting(HOME_SCREW), SCREW) if !self.screw_known => Goal::Home,
+            (Phase::Starting(_), SCREW) => Goal::MoveTo(Target::Length(self.released)),
+            (Phase::Starting(HOME_JOINT), JOINT) => Goal::Home,
+            (Phase::Starting(STRAIGHTEN), JOINT) => Goal::MoveTo(Target::Angle(Angle::ZERO)),
+            (Phase::Starting(_), _) => Goal::Off,
             // The belt stays taut as long as the screw can keep it so.
             (Phase::Held, SCREW) if self.keeps_taut => Goal::Taut,
             (Phase::Held, _) => Goal::Hold,
@@ -372,7 +377,7 @@ impl Body for B2p2 {
 
     /// The front part's load, where the joint follows its set-point and the belt is taut.
     fn offsets(&self, phase: Phase, attitude: &Attitude) -> Vec<Offset, MAX_OFFSETS> {
-        if !matches!(phase, Phase::Armed | Phase::Waking(TIGHTEN)) {
+        if !matches!(phase, Phase::Armed | Phase::Starting(TIGHTEN)) {
             return Vec::new();
         }
         let load = self.front.load(&self.geometry, &self.chassis, attitude);
@@ -406,9 +411,9 @@ impl Body for B2p2 {
     fn joints(&self, drives: &[DriveState]) -> [Joint; 2] {
         let joint = |drive: usize, value: fn(Position) -> f32| Joint {
             value: value(drive_of(drives, drive).position),
-            heard_us: drive_of(drives, drive)
-                .heard_us
-                .filter(|_| drive_of(drives, drive).referenced),
+            received_us: drive_of(drives, drive)
+                .received_us
+                .filter(|_| drive_of(drives, drive).homed),
         };
         [
             joint(JOINT, |position| position.angle().radians()),

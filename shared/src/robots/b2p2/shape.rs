@@ -281,7 +281,7 @@ mod tests {
         assert!((shape.cog[2] - 0.125).abs() < 1e-3, "{:?}", shape.cog);
     }
 
-    fn leaning(pitch_degrees: f64) -> Attitude {
+    fn tilted(pitch_degrees: f64) -> Attitude {
         let mut attitude = Attitude::default();
         let reading = BodySensors {
             inclination: [pitch_degrees.to_radians() as f32, 0.0],
@@ -314,7 +314,7 @@ mod tests {
                 f64::from(shape.axle_3[0]),
             );
             let pitch = slope + lifted.to_degrees();
-            let stance = model.stance(&shape, &leaning(pitch).level_axes());
+            let stance = model.stance(&shape, &tilted(pitch).level_axes());
             step_behind::room(&stance, &step, 0.0)
         };
         // 1 m is worth 4.4 m/s.
@@ -330,7 +330,7 @@ mod tests {
 
     fn front_margin(model: &Model, pitch: f64, theta: f64) -> f32 {
         let shape = model.shape(Angle::from_radians(theta.to_radians() as f32), 0.226);
-        model.stance(&shape, &leaning(pitch).level_axes()).margins()[1]
+        model.stance(&shape, &tilted(pitch).level_axes()).margins()[1]
     }
 
     /// Sum of the moments about axle 2 in double precision: how far the centre of gravity is behind it.
@@ -403,11 +403,11 @@ mod tests {
         let model = Model::new(&Settings::default());
         let roll = 0.7_f64;
         let mut attitude = Attitude::default();
-        let leaning = BodySensors {
+        let tilted = BodySensors {
             inclination: [0.0, roll as f32],
             ..BodySensors::default()
         };
-        attitude.update(&leaning, 1e-3);
+        attitude.update(&tilted, 1e-3);
         for degrees in [0.0_f64, 30.0, 60.0, 90.0] {
             let shape = model.shape(Angle::from_radians(degrees.to_radians() as f32), 0.23);
             let found = model.stance(&shape, &attitude.level_axes()).margins();

@@ -116,7 +116,7 @@ impl Body for Crawler {
         Scale::Turning { bits: 16 }
     }
 
-    fn hear_speed(&mut self, along_heading: f32, attitude: &Attitude) {
+    fn receive_speed(&mut self, along_heading: f32, attitude: &Attitude) {
         let (_, level) = Scalar::sin_cos(attitude.pitch().radians());
         self.measured_speed =
             (self.measures_speed && level > LEAST_COSINE).then(|| along_heading / level);
@@ -184,7 +184,7 @@ impl Body for Crawler {
     fn goal(&self, phase: Phase, drive: usize) -> Goal {
         match phase {
             Phase::Held => Goal::Hold,
-            Phase::Waking(_) => Goal::Velocity(0.0),
+            Phase::Starting(_) => Goal::Velocity(0.0),
             Phase::Armed => Goal::Velocity(self.sprockets[drive & 1]),
         }
     }

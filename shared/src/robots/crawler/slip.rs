@@ -102,9 +102,9 @@ impl SlipModel {
     /// Slip at this pitch (nose up) and roll (left side up), rad, of belts that run forward or `backward`: the ground meets the track at
     /// the end towards which it drives. Cost: twice [`Soil::slip_for`].
     pub fn predict(&self, pitch: f32, roll: f32, backward: bool) -> Slip {
-        let ((rise, along), (lean, upright)) = (Scalar::sin_cos(pitch), Scalar::sin_cos(roll));
+        let ((rise, along), (tilt, upright)) = (Scalar::sin_cos(pitch), Scalar::sin_cos(roll));
         let half = 0.5 * self.weight;
-        let (forward, leftward) = (half * upright * rise, half * lean);
+        let (forward, leftward) = (half * upright * rise, half * tilt);
         let force = Scalar::sqrt(forward * forward + leftward * leftward);
         let area = self.footprint.width * self.footprint.length;
         let utmost = self.soil.utmost_slip(&self.footprint);
@@ -116,7 +116,7 @@ impl SlipModel {
         let mut beyond_traction = false;
         let [left, right] = [-1.0, 1.0].map(|right: f32| {
             // The side that is up carries less.
-            let aside = height * lean - cog_left * upright * along;
+            let aside = height * tilt - cog_left * upright * along;
             let share = 0.5 * upright * along + right * aside / self.spacing;
             let pressure = self.weight * clamp(share, 0.0, 1.0) / area;
             let slip = self

@@ -2,7 +2,7 @@
 
 use super::parameters::{MARGIN_FLOOR, MARGIN_LIMIT, POTENTIAL_GAIN, STANCE_HEIGHT};
 use super::{
-    Controller, LEGS, Parameters, Posture, Potential, PotentialError, Sensed, Wish, attitude,
+    Controller, Desired, LEGS, Parameters, Posture, Potential, PotentialError, Sensed, attitude,
     controller,
 };
 use crate::bus::scale::{Position, Scale, Target};
@@ -27,7 +27,7 @@ const WHEEL: usize = 3;
 const PER_LEG: usize = 4;
 
 /// The stages of [`Body::STAGES`]. While hips and knees look for their references the wheels roll freely, as the legs move them.
-const REFERENCE: u8 = 0;
+const HOME: u8 = 0;
 
 /// The wheel-legged robot under the guard.
 #[derive(Clone, Debug)]
@@ -83,7 +83,7 @@ impl Body for Hylos {
     type Refusal = PotentialError;
     type Posture = Clearance;
 
-    const STAGES: &'static [&'static str] = &["referencing legs", "enabling wheels"];
+    const STAGES: &'static [&'static str] = &["homing legs", "enabling wheels"];
     const ODOMETRY: &'static [usize] = &[
         WHEEL,
         PER_LEG + WHEEL,
@@ -141,7 +141,7 @@ impl Body for Hylos {
             // A joint without reference is taken to be where it is when the robot just stands.
             let angle = |motor: usize, before: f32| {
                 let drive = drive_of(drives, motor);
-                if drive.referenced {
+                if drive.homed {
                     drive.position.radians()
                 } else {
                     before
@@ -196,23 +196,23 @@ impl Body for Hylos {
         if allowed.posture {
             self.clearance = asked.posture;
         }
-        let wish = Wish {
+        let desired = Desired {
             forward: speed,
             yaw_rate,
             clearance: Some(self.clearance.0),
         };
         self.controller.hold_legs(!allowed.posture);
-        self.controller.step(&self.sensed, &wish, period);
+        self.controller.step(&self.sensed, &desired, period);
     }
 
     fn first_stage(&self, drives: &[DriveState]) -> u8 {
         // Wheels that hold go on holding where nothing is to be homed.
-        REFERENCE + u8::from(drives.iter().all(|drive| drive.referenced))
+        HOME + u8::from(drives.iter().all(|drive| drive.homed))
     }
 
     fn reached(&mut self, stage: u8, drives: &[DriveState], _: u64) -> bool {
-        if stage == REFERENCE {
-            drives.iter().all(|drive| drive.referenced)
+        if stage == HOME {
+            drives.iter().all(|drive| drive.homed)
         } else {
             drives.iter().all(|drive| drive.enabled)
         }
@@ -224,9 +224,9 @@ impl Body for Hylos {
         let joint = |angle: f32| Goal::Position(Target::Radians(angle));
         match (phase, motor) {
             (Phase::Held, _) => Goal::Hold,
-            (Phase::Waking(REFERENCE), WHEEL) => Goal::Off,
-            (Phase::Waking(_), WHEEL) => Goal::Velocity(0.0),
-            (Phase::Waking(_), _) => Goal::Reference,
+            (Phase::Starting(HOME), WHEEL) => Goal::Off,
+            (Phase::Starting(_), WHEEL) => Goal::Velocity(0.0),
+            (Phase::Starting(_), _) => Goal::Home,
             (Phase::Armed, HIP | KNEE) => joint(points.legs[leg][motor]),
             (Phase::Armed, STEERING) => joint(points.steering[leg]),
             (Phase::Armed, _) => Goal::Velocity(points.wheel_rates[leg]),

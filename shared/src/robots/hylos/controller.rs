@@ -1,6 +1,6 @@
 //! The body controller: from what the sensors say and the operator wishes to the set-points of all sixteen motors.
 //!
-//! Three things move the legs, and what they ask for is added: the stability potential, while the margin is below its limit; the wish
+//! Three things move the legs, and what they ask for is added: the stability potential, while the margin is below its limit; the desired
 //! for a clearance, while it is above; and the ground, always: four wheels are one more than a platform needs to stand on, and what
 //! would lift one of them is taken out of the motion (`nL_p` cannot follow it), while the loads, felt in the torques of the legs, are spread
 //! so that every wheel carries some: that closes gaps.
@@ -23,9 +23,9 @@ pub const WHEEL_RATE: f64 = 8.0;
 const STEERING_GAIN: f64 = 5.0;
 /// Speed over the ground below which a wheel is not steered, m/s: it would turn for nothing.
 const STEERING_SPEED: f64 = 0.02;
-/// How far above its limit the margin must be for the wished clearance to have its full say, rad.
+/// How far above its limit the margin must be for the commanded clearance to have its full say, rad.
 const EASE: f64 = 0.1;
-/// Rate with which the wished clearance is approached, 1/s, and the most that it asks of a joint, rad/s.
+/// Rate with which the commanded clearance is approached, 1/s, and the most that it asks of a joint, rad/s.
 const RETURN_GAIN: f64 = 0.8;
 const RETURN_RATE: f64 = 0.25;
 /// Speed with which a wheel follows the ground for each newton that it carries too little or too much, m/(s N), and the most.
@@ -55,7 +55,7 @@ pub struct Sensed<S> {
 
 /// What the operator wishes.
 #[derive(Clone, Copy, PartialEq, Debug)]
-pub struct Wish<S> {
+pub struct Desired<S> {
     /// Speed along the heading, m/s, on the map: on a slope the wheels turn faster.
     pub forward: S,
     /// Yaw rate, rad/s.
@@ -172,7 +172,7 @@ impl<S: Scalar> Controller<S> {
     ///
     /// Total: whatever comes in, set-points are numbers within their ranges and do not move faster than their limits; a joint
     /// whose motion cannot be computed holds. Cost: 2600 operations beside sines at most, 9300 instructions of a Cortex-M4F.
-    pub fn step(&mut self, sensed: &Sensed<S>, wish: &Wish<S>, period: S) -> Assessment<S> {
+    pub fn step(&mut self, sensed: &Sensed<S>, desired: &Desired<S>, period: S) -> Assessment<S> {
         self.feel(sensed, period);
         let posture = self.posture(sensed);
         let follower = posture.follower();
@@ -198,18 +198,18 @@ impl<S: Scalar> Controller<S> {
         } else {
             [[S::ZERO; 2]; LEGS]
         };
-        if let Some(clearance) = wish.clearance {
+        if let Some(clearance) = desired.clearance {
             let spare = assessment.margin - S::from_f64(MARGIN_LIMIT);
             let say = spare * S::from_f64(1.0 / EASE);
             self.return_to(clearance, within(say, S::ZERO, S::ONE), &mut rates);
         }
         keep_on_ground(&posture, &follower, &self.loads, &mut rates);
         let proposed = self.within_ranges(&rates);
-        let led_to = motion(&posture, &follower, wish, &proposed);
+        let led_to = motion(&posture, &follower, desired, &proposed);
         let [_, roll, pitch] = led_to.posture;
         let (rates, motion) = if self.held {
             let still = [[S::ZERO; 2]; LEGS];
-            (still, motion(&posture, &follower, wish, &still))
+            (still, motion(&posture, &follower, desired, &still))
         } else {
             (proposed, led_to)
         };
@@ -299,16 +299,16 @@ impl<S: Scalar> Controller<S> {
     }
 }
 
-/// Motion of platform, wheels and steering that goes with the wish and these rates of the legs.
+/// Motion of platform, wheels and steering that goes with the desired and these rates of the legs.
 fn motion<S: Scalar>(
     posture: &Posture<S>,
     follower: &LeastSquares<S>,
-    wish: &Wish<S>,
+    desired: &Desired<S>,
     rates: &Legs<S>,
 ) -> super::MotorGoals<S> {
     let trajectory = Trajectory {
-        velocity: [wish.forward, sideways(posture, follower, rates)],
-        yaw_rate: wish.yaw_rate,
+        velocity: [desired.forward, sideways(posture, follower, rates)],
+        yaw_rate: desired.yaw_rate,
     };
     posture.follow(follower, &trajectory, rates, Form::Full)
 }

@@ -4,7 +4,7 @@
 //! [`parameters`]: measures, all of the assumptions. [`attitude`]: how the platform lies.
 //! [`posture`]: wheels and contacts, the velocity model (eq. 6 to 12). [`potential`] of the tip-over
 //! angles, and [`stability`]: its gradient. [`velocity`]: the decoupled control (eq. 13 to 22).
-//! [`controller`]: from the operator's wish to sixteen set-points. All of these are generic over
+//! [`controller`]: from the operator's command to sixteen set-points. All of these are generic over
 //! [`crate::math::Scalar`]. [`body`]: what the guard drives.
 //!
 //! Legs count front left, front right, rear left, rear right. Axes are x forward, y left, z up.
@@ -21,7 +21,7 @@ pub mod velocity;
 
 pub use attitude::Attitude;
 pub use body::{Clearance, Hylos};
-pub use controller::{Assessment, Controller, Sensed, SetPoints, Wish};
+pub use controller::{Assessment, Controller, Desired, Sensed, SetPoints};
 pub use parameters::{Measures, Parameters, ParametersError};
 pub use posture::{Posture, Wheel};
 pub use potential::{Potential, PotentialError};

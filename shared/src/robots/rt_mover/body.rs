@@ -34,7 +34,7 @@ const PITCH: usize = 8;
 const STRAIGHT: f32 = 5.236e-3;
 
 /// The stages of [`Body::STAGES`]: all shafts look for their reference at once, which lies where they stand on level ground.
-const REFERENCE: u8 = 0;
+const HOME: u8 = 0;
 
 /// Commanded height of the step ahead, m; its word counts millimetres.
 ///
@@ -104,7 +104,7 @@ impl RtMover {
     }
 
     /// Part of the gait's motion that is let through. A wheel that goes down is not held up by a margin that it is about to widen.
-    fn share(&self, asked: &Asked<StepHeight>, allowed: &Allowed) -> f32 {
+    fn speed_scale(&self, asked: &Asked<StepHeight>, allowed: &Allowed) -> f32 {
         let posture = if allowed.posture {
             allowed.limits.posture
         } else {
@@ -115,8 +115,8 @@ impl RtMover {
             Stage::Standing | Stage::Arrived | Stage::Stuck | Stage::Stranded => 1.0,
             _ if asked.posture == StepHeight::NONE || allowed.stop.is_some() => 0.0,
             Stage::Landing => 1.0,
-            Stage::Lifting | Stage::Swinging => min(allowed.share, posture),
-            _ => allowed.share,
+            Stage::Lifting | Stage::Swinging => min(allowed.speed_scale, posture),
+            _ => allowed.speed_scale,
         }
     }
 }
@@ -142,7 +142,7 @@ impl Body for RtMover {
     type Refusal = &'static str;
     type Posture = StepHeight;
 
-    const STAGES: &'static [&'static str] = &["referencing", "straightening"];
+    const STAGES: &'static [&'static str] = &["homing", "straightening"];
     const ODOMETRY: &'static [usize] = &[0, 1, 2, 3];
 
     fn new(settings: &Settings) -> Result<Self, &'static str> {
@@ -183,7 +183,7 @@ impl Body for RtMover {
     fn observe(&mut self, drives: &[DriveState], attitude: &Attitude, _: f32) {
         let angle = |drive: usize| drive_of(drives, drive).position.radians();
         let torque = |drive: usize| drive_of(drives, drive).torque;
-        self.known = core::array::from_fn(|drive| drive_of(drives, drive).referenced);
+        self.known = core::array::from_fn(|drive| drive_of(drives, drive).homed);
         self.inputs = Inputs {
             wheels: [0, 1, 2, 3].map(angle),
             steering: [STEERING, STEERING + 1].map(angle),
@@ -269,7 +269,7 @@ impl Body for RtMover {
         };
         self.inputs.asked = [speed, yaw_rate];
         self.inputs.heading = (attitude.heading() - self.straight).radians();
-        self.inputs.share = self.share(asked, &allowed);
+        self.inputs.speed_scale = self.speed_scale(asked, &allowed);
         let outputs = self.gait.tick(&self.inputs, period);
         self.outputs = if allowed.stop.is_none() {
             outputs
@@ -283,16 +283,16 @@ impl Body for RtMover {
     }
 
     fn first_stage(&self, drives: &[DriveState]) -> u8 {
-        let known = drives.iter().skip(STEERING).all(|drive| drive.referenced);
-        REFERENCE + u8::from(known)
+        let known = drives.iter().skip(STEERING).all(|drive| drive.homed);
+        HOME + u8::from(known)
     }
 
     fn reached(&mut self, stage: u8, drives: &[DriveState], _: u64) -> bool {
         let enabled = drives.iter().all(|drive| drive.enabled);
         let mut shafts = drives.iter().skip(STEERING);
         enabled
-            && if stage == REFERENCE {
-                shafts.all(|drive| drive.referenced)
+            && if stage == HOME {
+                shafts.all(|drive| drive.homed)
             } else {
                 let straight = |drive: &DriveState| drive.position.radians().abs() < STRAIGHT;
                 shafts.take(ROLL - STEERING).all(straight)
@@ -308,11 +308,11 @@ impl Body for RtMover {
         } = self.outputs;
         match (phase, drive) {
             (Phase::Held, _) => Goal::Hold,
-            (Phase::Waking(REFERENCE), STEERING..DRIVES) if !self.known[drive] => Goal::Reference,
-            (Phase::Waking(stage), STEERING..ROLL) if stage > REFERENCE => {
+            (Phase::Starting(HOME), STEERING..DRIVES) if !self.known[drive] => Goal::Home,
+            (Phase::Starting(stage), STEERING..ROLL) if stage > HOME => {
                 Goal::MoveTo(Target::Radians(0.0))
             }
-            (Phase::Waking(_), _) => Goal::Velocity(0.0),
+            (Phase::Starting(_), _) => Goal::Velocity(0.0),
             (Phase::Armed, _) => Goal::Velocity(match drive {
                 0..STEERING => wheels[drive],
                 STEERING..ROLL => steering[drive - STEERING],

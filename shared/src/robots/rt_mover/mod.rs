@@ -4,7 +4,7 @@
 //! [`parameters`]: lengths and masses, and which of them are assumed. [`wheel`]: from shaft angles to wheels and the ground (eq. 2).
 //! [`projection`]: how the robot stands on three wheels. [`lifting`]: the paper's laws of lifting, landing and swinging (eq. 3 to 12).
 //! [`exact`]: what these approximate, solved. [`command`]: one entry to either. [`wheel_mode`]: all four on the ground (eq. 13).
-//! [`support`]: centre of gravity and margin. [`rehearsal`]: a step gone through before it is taken. [`posture`]: the seat (eq. 1). All of these are
+//! [`support`]: centre of gravity and margin. [`prediction`]: a step gone through before it is taken. [`posture`]: the seat (eq. 1). All of these are
 //! generic over [`crate::math::Scalar`]. [`gait`]: the step-up gait, a table of stages;
 //! [`walk`]: what they do, in single precision, from shafts to shafts. [`body`]: the robot under the guard.
 //!
@@ -19,8 +19,8 @@ pub mod gait;
 pub mod lifting;
 pub mod parameters;
 pub mod posture;
+pub mod prediction;
 pub mod projection;
-pub mod rehearsal;
 pub mod support;
 pub mod walk;
 pub mod wheel;

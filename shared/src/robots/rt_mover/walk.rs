@@ -6,8 +6,8 @@ use super::command::{Law, MotorCommand, Situation, Task, command};
 use super::gait::{Event, ORDER, Stage, next};
 use super::parameters::Parameters;
 use super::posture::{PostureControl, yielding};
+use super::prediction::{Prediction, Progress, Way, reach};
 use super::projection::Projection;
-use super::rehearsal::{Progress, Rehearsal, Way, reach};
 use super::support::margin_without;
 use super::wheel::{Arm, Axle, Shape, WHEELS, Wheel};
 use super::wheel_mode::{Frame, wheel_mode};
@@ -35,7 +35,7 @@ pub struct Inputs {
     /// Speed forward, m/s, and turning, rad/s, that the operator asks for; obeyed while standing.
     pub asked: [f32; 2],
     /// Part of all motion but posture that is let through, 0 to 1.
-    pub share: f32,
+    pub speed_scale: f32,
 }
 
 impl Inputs {
@@ -79,7 +79,7 @@ pub struct Pace {
     pub blocked_torque: f32,
     /// Part of the airborne torque below which a landing wheel has touched.
     pub touched_share: f32,
-    /// Least margin that a step may come to in rehearsal, and at which a wheel in the air goes down, m.
+    /// Least margin that a step may come to in prediction, and at which a wheel in the air goes down, m.
     pub margins: [f32; 2],
     /// Posture control.
     pub posture: PostureControl<f32>,
@@ -152,7 +152,7 @@ pub struct Gait {
     /// Sum of that torque over the present stage, N m s.
     carried: f32,
     /// The step that is next, while it is gone through.
-    rehearsal: Option<Rehearsal<f32>>,
+    prediction: Option<Prediction<f32>>,
     /// Where the supporting steering shaft is held meanwhile, rad.
     held: f32,
     before: Option<(Shape<f32>, [f32; 4])>,
@@ -176,7 +176,7 @@ impl Gait {
             begun: [0.0; 2],
             airborne_torque: 0.0,
             carried: 0.0,
-            rehearsal: None,
+            prediction: None,
             held: 0.0,
             before: None,
             margin: 0.0,
@@ -237,7 +237,7 @@ impl Gait {
             self.airborne_torque = self.mean_torque();
         }
         self.stage = stage;
-        self.rehearsal = None;
+        self.prediction = None;
         (self.since, self.felt, self.way, self.carried) = (0.0, 0.0, 0.0, 0.0);
     }
 
@@ -342,10 +342,10 @@ impl Gait {
                     fall: pace.clearance[2],
                 };
                 let (shape, heading) = (&situation.shape, situation.heading);
-                let rehearsal = self
-                    .rehearsal
-                    .get_or_insert_with(|| Rehearsal::new(p, shape, heading, lifted, &way));
-                match rehearsal.moment(p) {
+                let prediction = self
+                    .prediction
+                    .get_or_insert_with(|| Prediction::new(p, shape, heading, lifted, &way));
+                match prediction.moment(p) {
                     Progress::Unfinished => None,
                     // NaN must not lift a wheel.
                     Progress::Done(end)
@@ -432,7 +432,7 @@ impl Gait {
     /// Rates of all motors in this stage.
     fn act(&mut self, situation: &Situation<f32>, inputs: &Inputs, period: f32) -> Outputs {
         let (p, pace) = (&self.parameters, &self.pace);
-        let soft = clamp(inputs.share, 0.0, 1.0) * min(1.0, SOFT + self.since / 0.1);
+        let soft = clamp(inputs.speed_scale, 0.0, 1.0) * min(1.0, SOFT + self.since / 0.1);
         let up = -situation.lifted.side::<f32>();
         let task = match self.stage {
             Stage::Lifting => Some(Task::Vertical {
@@ -474,19 +474,19 @@ impl Gait {
     /// All four wheels on the ground: drives and steers, the arms equally loaded.
     fn drive(&self, situation: &Situation<f32>, inputs: &Inputs, level: f32) -> MotorCommand<f32> {
         let (p, pace, shape) = (&self.parameters, &self.pace, &situation.shape);
-        let share = clamp(inputs.share, 0.0, 1.0);
+        let speed_scale = clamp(inputs.speed_scale, 0.0, 1.0);
         let targets = self.steering(situation, inputs.asked);
         let steered = shape.is_steered(targets, 0.1);
         let speed = match self.stage {
-            Stage::Skewing | Stage::Seeking if steered => share * pace.speed,
-            Stage::Standing if steered => share * inputs.asked[0],
-            Stage::Backing => -0.5 * share * pace.speed,
+            Stage::Skewing | Stage::Seeking if steered => speed_scale * pace.speed,
+            Stage::Standing if steered => speed_scale * inputs.asked[0],
+            Stage::Backing => -0.5 * speed_scale * pace.speed,
             _ => 0.0,
         };
         let mut rates = Shape::ZERO;
         rates.steering = [0, 1].map(|i: usize| {
             let wanted = STEERING_GAIN * (targets[i] - shape.steering[i]);
-            limit(wanted, share * pace.rates[0])
+            limit(wanted, speed_scale * pace.rates[0])
         });
         // Both arms together level the body; against each other they share its weight.
         let [front, rear] = inputs.roll_torques;

@@ -242,8 +242,8 @@ impl<S: Scalar> Arm<S> {
         // The unit vector from contact to hub stays across the arm and in its vertical plane: it turns as the arm does, without the
         // arm's own twist, which rolls the wheel instead.
         let along_rate = cross(turning, along);
-        let lean = along[2];
-        let square = S::ONE - lean * lean;
+        let tilt = along[2];
+        let square = S::ONE - tilt * tilt;
         let per = if square > S::from_f64(1e-6) {
             S::ONE / square
         } else {
@@ -257,9 +257,9 @@ impl<S: Scalar> Arm<S> {
         let to_hub_rate = add(
             scale(
                 -(root * per),
-                add(scale(along_rate[2], along), scale(lean, along_rate)),
+                add(scale(along_rate[2], along), scale(tilt, along_rate)),
             ),
-            scale(lean * along_rate[2] * per, to_hub),
+            scale(tilt * along_rate[2] * per, to_hub),
         );
         let radius = parameters.wheel_radius;
         let rim = sub(hub_velocity, scale(radius, cross(turning, to_hub)));

@@ -4,7 +4,7 @@ use super::SpeedCommand;
 use crate::math::clamp;
 use crate::stability::support::Edge;
 
-/// Margins between which the share that passes grows from nothing to all, m.
+/// Margins between which the scale that passes grows from nothing to all, m.
 #[derive(Clone, Copy, Debug)]
 pub struct Ramp {
     /// At and below this margin nothing passes.
@@ -31,8 +31,8 @@ impl Ramp {
     }
 
     /// Share that a margin leaves, 0 to 1; 0 for NaN.
-    pub fn share(self, margin: f32) -> f32 {
-        share((margin - self.none) / self.width())
+    pub fn scale(self, margin: f32) -> f32 {
+        scale((margin - self.none) / self.width())
     }
 }
 
@@ -63,7 +63,7 @@ impl Bounds {
     /// from 0 to 1 at [`LIFTING_SPEED`] and [`LIFTING_PITCH`].
     pub(super) fn lifts(&self, command: SpeedCommand, pitch: f32) -> f32 {
         let outer = command.forward + self.half_width * command.yaw_rate.abs();
-        share(outer / LIFTING_SPEED) * share(pitch / LIFTING_PITCH)
+        scale(outer / LIFTING_SPEED) * scale(pitch / LIFTING_PITCH)
     }
 }
 
@@ -81,7 +81,7 @@ pub fn sway(edge: Edge, pitch: f32) -> f32 {
 }
 
 /// Limited to 0 to 1. Zero for NaN.
-pub(super) fn share(quotient: f32) -> f32 {
-    let share = clamp(quotient, 0.0, 1.0);
-    if share >= 0.0 { share } else { 0.0 }
+pub(super) fn scale(quotient: f32) -> f32 {
+    let scale = clamp(quotient, 0.0, 1.0);
+    if scale >= 0.0 { scale } else { 0.0 }
 }

@@ -1,6 +1,6 @@
 //! The scale of a commanded speed.
 
-use super::bounds::{Bounds, Ramp, share};
+use super::bounds::{Bounds, Ramp, scale};
 use super::{Margins, Verdict};
 use crate::math::min;
 use crate::stability::support::{EDGES, Edge};
@@ -49,7 +49,7 @@ pub fn drive(
         return (0.0, Verdict::Refused(Edge::Back));
     }
     let lifts = bounds.lifts(command, pitch);
-    let (mut share, mut verdict) = (1.0, Verdict::Passed);
+    let (mut scale, mut verdict) = (1.0, Verdict::Passed);
     for edge in EDGES {
         let index = edge as usize;
         let (towards, lifts) = if edge == Edge::Back {
@@ -65,7 +65,7 @@ pub fn drive(
                 none: bounds.away.none,
                 all: bounds.away.none,
             };
-            let slow = bounds.away.share(margins.now[index]);
+            let slow = bounds.away.scale(margins.now[index]);
             let away = min(slow, passable(forward, index, margins, end, bounds.horizon));
             if lifts > 0.0 {
                 min(away, 1.0 - lifts * (1.0 - kept()))
@@ -73,8 +73,8 @@ pub fn drive(
                 away
             }
         };
-        if left < share {
-            share = left;
+        if left < scale {
+            scale = left;
             verdict = if left > 0.0 {
                 Verdict::Scaled(edge)
             } else {
@@ -82,24 +82,24 @@ pub fn drive(
             };
         }
     }
-    (share, verdict)
+    (scale, verdict)
 }
 
 /// Lowers a scale so that the scaled speed stays within the `limit` (m/s) of an edge.
 pub fn within_speed(
-    (share, verdict): (f32, Verdict),
+    (scale, verdict): (f32, Verdict),
     forward: f32,
     (limit, edge): (f32, Edge),
 ) -> (f32, Verdict) {
     let speed = forward.abs();
-    if speed * share <= limit {
-        return (share, verdict);
+    if speed * scale <= limit {
+        return (scale, verdict);
     }
     let left = limit / speed;
     // The first is false for NaN.
     match left > 0.0 {
-        true if left < share => (left, Verdict::Scaled(edge)),
-        true => (share, verdict),
+        true if left < scale => (left, Verdict::Scaled(edge)),
+        true => (scale, verdict),
         false => (0.0, Verdict::Refused(edge)),
     }
 }
@@ -119,7 +119,7 @@ fn passable(forward: f32, index: usize, margins: &Margins, ramp: Ramp, horizon: 
     let per_speed = -rate * along / (along * along + ATTRIBUTION_SPEED * ATTRIBUTION_SPEED);
     let rest = rate + per_speed * along;
     let room = margins.now[index] - ramp.none + rest * horizon;
-    share(room / (ramp.width() + per_speed * forward.abs() * horizon))
+    scale(room / (ramp.width() + per_speed * forward.abs() * horizon))
 }
 
 #[cfg(test)]
@@ -140,8 +140,8 @@ mod tests {
             drive(along(0.13), 0.5, &standing(0.10), &BOUNDS),
             (1.0, Verdict::Passed)
         );
-        let (share, verdict) = drive(along(0.13), 0.5, &standing(0.07), &BOUNDS);
-        assert!((share - 0.5).abs() < 1e-5);
+        let (scale, verdict) = drive(along(0.13), 0.5, &standing(0.07), &BOUNDS);
+        assert!((scale - 0.5).abs() < 1e-5);
         assert_eq!(verdict, Verdict::Scaled(Edge::Back));
         assert_eq!(
             drive(along(0.13), 0.5, &standing(0.04), &BOUNDS),
@@ -238,10 +238,10 @@ mod tests {
                 margins.speed = forward;
                 margins.now[edge as usize] = 0.011;
                 margins.rate[edge as usize] = -0.22;
-                let (share, verdict) = drive(along(forward), pitch, &margins, &BOUNDS);
+                let (scale, verdict) = drive(along(forward), pitch, &margins, &BOUNDS);
                 assert!(
-                    share < 0.25,
-                    "{edge:?} at {forward} m/s, pitch {pitch}: {share}"
+                    scale < 0.25,
+                    "{edge:?} at {forward} m/s, pitch {pitch}: {scale}"
                 );
                 let named = [Verdict::Scaled(edge), Verdict::Refused(edge)];
                 assert!(named.contains(&verdict), "{verdict:?}");
@@ -258,8 +258,8 @@ mod tests {
             ..standing(0.011)
         };
         for pitch in [-0.5, 0.0, 0.5] {
-            let (share, verdict) = drive(along(-0.45), pitch, &backing, &BOUNDS);
-            assert!(share < 0.1, "{pitch}: {share}");
+            let (scale, verdict) = drive(along(-0.45), pitch, &backing, &BOUNDS);
+            assert!(scale < 0.1, "{pitch}: {scale}");
             let named = [Verdict::Scaled(Edge::Back), Verdict::Refused(Edge::Back)];
             assert!(named.contains(&verdict), "{verdict:?}");
         }
@@ -298,8 +298,8 @@ mod tests {
         let passed = (1.0, Verdict::Passed);
         assert_eq!(within_speed(passed, -0.2, (0.3, Edge::Back)), passed);
         assert_eq!(within_speed(passed, 0.0, (0.0, Edge::Front)), passed);
-        let (share, verdict) = within_speed(passed, -0.4, (0.1, Edge::Back));
-        assert!((share - 0.25).abs() < 1e-6);
+        let (scale, verdict) = within_speed(passed, -0.4, (0.1, Edge::Back));
+        assert!((scale - 0.25).abs() < 1e-6);
         assert_eq!(verdict, Verdict::Scaled(Edge::Back));
         let refused = (0.0, Verdict::Refused(Edge::Front));
         for limit in [0.0, f32::NAN] {
@@ -310,15 +310,15 @@ mod tests {
 
     #[test]
     fn backing_down_from_a_narrow_margin_is_slow_but_goes_on() {
-        let share = |back| drive(along(-0.1), 0.9, &standing(back), &BOUNDS).0;
-        assert_eq!(share(0.051), 1.0);
-        assert!((share(0.03) - 0.5).abs() < 1e-4);
-        assert!(share(0.012) > 0.0);
-        assert_eq!(share(0.009), 0.0);
+        let scale = |back| drive(along(-0.1), 0.9, &standing(back), &BOUNDS).0;
+        assert_eq!(scale(0.051), 1.0);
+        assert!((scale(0.03) - 0.5).abs() < 1e-4);
+        assert!(scale(0.012) > 0.0);
+        assert_eq!(scale(0.009), 0.0);
     }
 
     /// Backing down from 81 degrees, a track slips: the margin falls with 0.6 m per metre driven, from
-    /// 50 mm on. The passed speed follows the share with 0.4 m/s^2, as a track does. The margin that
+    /// 50 mm on. The passed speed follows the scale with 0.4 m/s^2, as a track does. The margin that
     /// is left bears the momentum: `w^2 = 2 g (l - h) / l^2` for a mass point at the height `h`,
     /// `l^2 = m^2 + h^2`, is the rate of turn that tips the robot.
     #[test]
@@ -333,8 +333,8 @@ mod tests {
                     speed: -speed as f32,
                     ..standing(margin as f32)
                 };
-                let (share, _) = drive(along(-0.5), 1.4, &margins, &BOUNDS);
-                let goal = 0.5 * f64::from(share);
+                let (scale, _) = drive(along(-0.5), 1.4, &margins, &BOUNDS);
+                let goal = 0.5 * f64::from(scale);
                 speed += (goal - speed).clamp(-0.4 * STEP, 0.4 * STEP);
                 let decay = per_metre * speed;
                 margin -= decay * STEP;
@@ -397,9 +397,9 @@ mod tests {
                 forward: 0.0,
                 yaw_rate: 0.5,
             };
-            let (share, _) = drive(command, pitch, &standing(0.055), &BOUNDS);
-            assert!((share - before).abs() < 2e-3, "{pitch}: {before} {share}");
-            before = share;
+            let (scale, _) = drive(command, pitch, &standing(0.055), &BOUNDS);
+            assert!((scale - before).abs() < 2e-3, "{pitch}: {before} {scale}");
+            before = scale;
         }
         assert!((before - 0.125).abs() < 1e-5, "{before}");
     }
@@ -412,15 +412,15 @@ mod tests {
             reserve: 0.04,
             ..BOUNDS
         };
-        let share =
+        let scale =
             |pitch: f32, bounds: &Bounds| drive(along(0.2), pitch, &standing(0.1), bounds).0;
-        assert_eq!(share(0.9, &BOUNDS), 1.0);
-        assert!((share(0.9, &reserved) - 0.25).abs() < 1e-5);
+        assert_eq!(scale(0.9, &BOUNDS), 1.0);
+        assert!((scale(0.9, &reserved) - 0.25).abs() < 1e-5);
         let mut front = standing(0.3);
         front.now[Edge::Front as usize] = 0.07;
         for bounds in [&BOUNDS, &reserved] {
-            let (share, _) = drive(along(0.2), -0.5, &front, bounds);
-            assert!((share - 0.5).abs() < 1e-5);
+            let (scale, _) = drive(along(0.2), -0.5, &front, bounds);
+            assert!((scale - 0.5).abs() < 1e-5);
         }
     }
 }

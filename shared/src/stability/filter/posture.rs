@@ -5,7 +5,7 @@ use super::{Margins, Verdict};
 use crate::math::{max, min};
 use crate::stability::support::EDGES;
 
-/// A smaller share of a posture's speed is called none.
+/// A smaller scale of a posture's speed is called none.
 pub(in crate::stability) const SMALLEST_SHARE: f32 = 0.05;
 
 /// Slower decay is noise, m/s.
@@ -35,11 +35,11 @@ pub fn posture(pitch: f32, margins: &Margins, ahead: [f32; 4], bounds: &Bounds) 
             0.0
         };
         let mut part = if then + decay >= now {
-            bounds.away.share(now)
+            bounds.away.scale(now)
         } else {
             let reserve = sway(edge, pitch) * bounds.towards.width();
             // Below the present margin anyway, unless that is NaN.
-            bounds.towards.share(min(then + decay - reserve, now))
+            bounds.towards.scale(min(then + decay - reserve, now))
         };
         if then >= now {
             part = max(part, RESCUE);
@@ -91,8 +91,8 @@ mod tests {
         let now = standing(0.14);
         let posture = |back| posture(0.0, &now, ahead(back), &BOUNDS);
         assert_eq!(posture(0.091), (1.0, Verdict::Passed));
-        let (share, verdict) = posture(0.06);
-        assert!((share - 0.25).abs() < 1e-4, "{share}");
+        let (scale, verdict) = posture(0.06);
+        assert!((scale - 0.25).abs() < 1e-4, "{scale}");
         assert_eq!(verdict, Verdict::PostureScaled(Edge::Back));
         let refused = (0.0, Verdict::PostureRefused(Edge::Back));
         assert_eq!(posture(0.049), refused);
@@ -112,7 +112,7 @@ mod tests {
             ahead
         };
         for (edge, pitch) in [(Edge::Back, 0.5), (Edge::Front, -0.5)] {
-            let share =
+            let scale =
                 |pitch: f32, margin| posture(pitch, &now, narrowing(edge, margin), &BOUNDS).0;
             for (pitch, end) in [
                 (-pitch, 0.05),
@@ -121,27 +121,27 @@ mod tests {
                 (pitch, 0.09),
                 (2.0 * pitch, 0.09),
             ] {
-                assert_eq!(share(pitch, end - 1e-3), 0.0, "{edge:?} {pitch}");
-                let half = share(pitch, end + 0.02);
+                assert_eq!(scale(pitch, end - 1e-3), 0.0, "{edge:?} {pitch}");
+                let half = scale(pitch, end + 0.02);
                 assert!((half - 0.5).abs() < 1e-4, "{edge:?} {pitch}: {half}");
-                assert_eq!(share(pitch, end + 0.041), 1.0, "{edge:?} {pitch}");
+                assert_eq!(scale(pitch, end + 0.041), 1.0, "{edge:?} {pitch}");
             }
         }
         for edge in [Edge::Left, Edge::Right] {
             for pitch in [-1.0, 1.0] {
-                let (share, _) = posture(pitch, &now, narrowing(edge, 0.07), &BOUNDS);
-                assert!((share - 0.5).abs() < 1e-4);
+                let (scale, _) = posture(pitch, &now, narrowing(edge, 0.07), &BOUNDS);
+                assert!((scale - 0.5).abs() < 1e-4);
             }
         }
     }
 
     #[test]
     fn a_posture_motion_that_widens_a_narrow_margin_is_slow_but_goes_on() {
-        let share = |now: f32| posture(1.0, &standing(now), ahead(now + 0.01), &BOUNDS).0;
-        assert_eq!(share(0.051), 1.0);
-        assert!((share(0.03) - 0.5).abs() < 1e-4);
-        assert!((share(0.012) - RESCUE).abs() < 1e-6);
-        assert!((share(-0.01) - RESCUE).abs() < 1e-6);
+        let scale = |now: f32| posture(1.0, &standing(now), ahead(now + 0.01), &BOUNDS).0;
+        assert_eq!(scale(0.051), 1.0);
+        assert!((scale(0.03) - 0.5).abs() < 1e-4);
+        assert!((scale(0.012) - RESCUE).abs() < 1e-6);
+        assert!((scale(-0.01) - RESCUE).abs() < 1e-6);
     }
 
     /// The margin falls with 0.2 m/s: 30 mm until the horizon, beside the change that the shape foresees.
@@ -156,7 +156,7 @@ mod tests {
                 posture(0.0, &margins, margins.now.map(|now| now + change), &BOUNDS)
             };
             for change in [-0.02, 0.02] {
-                let left = |share: f32| 0.05 + 0.04 * share + 0.03 - change;
+                let left = |scale: f32| 0.05 + 0.04 * scale + 0.03 - change;
                 assert_eq!(posture(left(1.01), change), (1.0, Verdict::Passed));
                 assert!((posture(left(0.5), change).0 - 0.5).abs() < 1e-4);
             }

@@ -102,7 +102,7 @@ pub struct Generator {
     velocity: f64,
     bridge: BridgeDemand,
     current: Option<f32>,
-    bus_voltage: f32,
+    supply_voltage: f32,
     switches: Switches,
     present: Present,
     bench: bool,
@@ -123,7 +123,7 @@ impl Generator {
     pub fn new(random: Random, kind: Kind) -> Self {
         let mut settings = Settings::default();
         if matches!(kind, Kind::NoSwitch | Kind::FalseSwitch) {
-            let key = Setting::ReferenceDirection.description().key;
+            let key = Setting::HomingDirection.description().key;
             settings.set(key, 1).expect("within its bounds");
         }
         let node = if kind == Kind::Screw {
@@ -142,7 +142,7 @@ impl Generator {
             velocity: 0.0,
             bridge: BridgeDemand::Off,
             current: None,
-            bus_voltage: 24.0,
+            supply_voltage: 24.0,
             switches: Switches::default(),
             present: Present {
                 guard: true,
@@ -187,7 +187,7 @@ impl Generator {
             2 => Some(f32::from_bits(random.bits() as u32)),
             _ => None,
         };
-        self.bus_voltage = match random.below(40) {
+        self.supply_voltage = match random.below(40) {
             0 => random.pick(&[10.0, 0.0, 11.9, -24.0]),
             1 => random.pick(&[33.0, 60.0]),
             2 => f32::from_bits(random.bits() as u32),
@@ -196,7 +196,7 @@ impl Generator {
         let bits = random.bits();
         if bits.is_multiple_of(8) {
             self.switches = Switches {
-                reference: bits & 0x100 != 0,
+                home: bits & 0x100 != 0,
                 positive_limit: bits & 0x600 == 0,
                 negative_limit: bits & 0x1800 == 0,
             };
@@ -245,7 +245,7 @@ impl Generator {
                     Rotor::Turns,
                     Rotor::Swapped(6.0 * INERTIA),
                 ]);
-                (self.current, self.bus_voltage) = (None, 24.0);
+                (self.current, self.supply_voltage) = (None, 24.0);
                 (self.present.guard, self.present.master) = (true, true);
                 110 + random.below(30)
             }
@@ -260,7 +260,7 @@ impl Generator {
         // Shutdown, switch on, enable operation; then the edge that starts homing.
         self.word = Some([0x06, 0x07, 0x0f, 0x1f][event.min(3)]);
         let false_switch = self.kind == Kind::FalseSwitch;
-        self.switches.reference = false_switch && matches!(event, 5 | 8);
+        self.switches.home = false_switch && matches!(event, 5 | 8);
         match (event, false_switch) {
             (0..=3, _) => 8,
             (4, _) => 40 + self.random.below(40),
@@ -301,7 +301,7 @@ impl Generator {
             } else {
                 self.current.unwrap_or(commanded)
             },
-            bus_voltage: self.bus_voltage,
+            supply_voltage: self.supply_voltage,
             switches: self.switches,
             set_point: (sync && self.present.master).then_some(SetPoint {
                 controlword: word,
@@ -309,7 +309,7 @@ impl Generator {
                 target: self.target,
             }),
             torque_offset: None,
-            guard_heard: self.present.guard && self.ticks % 50 == 1,
+            guard_received: self.present.guard && self.ticks % 50 == 1,
             bench_mode: self.bench,
         };
         let joint_us = (sync && self.present.joint).then_some(self.now_us);

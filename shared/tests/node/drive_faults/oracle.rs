@@ -122,7 +122,7 @@ impl Oracle {
     ) -> Result<(), String> {
         let state = State::from_statusword(outputs.status.statusword).ok_or("no state")?;
         self.joint_us = joint_us.or(self.joint_us);
-        if inputs.guard_heard {
+        if inputs.guard_received {
             self.guard_us = Some(inputs.now_us);
         }
         if inputs.set_point.is_some() {
@@ -174,7 +174,7 @@ impl Oracle {
         outputs: &Outputs,
     ) -> Result<(), String> {
         let powered = matches!(self.state, State::OperationEnabled | State::QuickStopActive);
-        let (current, voltage) = (inputs.current, inputs.bus_voltage);
+        let (current, voltage) = (inputs.current, inputs.supply_voltage);
         // A little beyond each bound, because the published velocity is rounded.
         let met = [
             !(current.is_finite() && voltage.is_finite()),

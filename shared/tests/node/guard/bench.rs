@@ -111,7 +111,7 @@ impl Bench {
                     }
                     .frame(transmit(1), id),
                 );
-                let statusword = self.states[index].statusword() | status::REFERENCED;
+                let statusword = self.states[index].statusword() | status::HOMED;
                 frames.push(
                     DriveStatus {
                         statusword,

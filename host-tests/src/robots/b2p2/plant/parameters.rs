@@ -83,12 +83,12 @@ pub struct B2p2Parameters {
     pub dead_joint_friction: f64,
     /// Chassis angles at which the limit switches act, rad; the stops are 5 degrees beyond.
     pub joint_travel: [f64; 2],
-    /// Chassis angle above which the joint's reference switch is actuated, rad.
-    pub joint_reference: f64,
+    /// Chassis angle above which the joint's home switch is actuated, rad.
+    pub joint_home: f64,
     /// Extensions at which the screw's limit switches act, m; the stops are 5 mm beyond.
     pub screw_travel: [f64; 2],
-    /// Extension below which the screw's reference switch is actuated, m.
-    pub screw_reference: f64,
+    /// Extension below which the screw's home switch is actuated, m.
+    pub screw_home: f64,
     /// Chassis angle at power-up, rad; taken as far as the travel allows.
     pub initial_theta: f64,
     /// Extension at power-up minus the one that keeps the belts taut, m; negative is slack. Taken as far as the travel allows.
@@ -100,10 +100,10 @@ pub struct B2p2Parameters {
     /// A load that is put on segment 1.
     pub payload: Option<Load>,
     /// Supply voltage, V. Constant: the plant does not know the currents.
-    pub bus_voltage: f64,
+    pub supply_voltage: f64,
     /// Quality of the sensors on the body.
     pub body_sensors: BodySensorParameters,
-    /// Quality of the satellite receiver.
+    /// Quality of the GNSS receiver.
     pub receiver: ReceiverParameters,
 }
 
@@ -146,15 +146,15 @@ impl B2p2Parameters {
             dead_track_friction: 1.5,
             dead_joint_friction: 8.0,
             joint_travel,
-            joint_reference: 20.0_f64.to_radians(),
+            joint_home: 20.0_f64.to_radians(),
             screw_travel: [released - 0.012, extension(joint_travel[1]) + 0.010],
-            screw_reference: released - 0.006,
+            screw_home: released - 0.006,
             initial_theta: 0.0,
             initial_extension_error: 0.0,
             initial_heading_and_y: [0.0; 2],
             initial_clearance: 0.001,
             payload: None,
-            bus_voltage: 24.0,
+            supply_voltage: 24.0,
             body_sensors: BodySensorParameters::NOMINAL,
             receiver: ReceiverParameters::NOMINAL,
         }

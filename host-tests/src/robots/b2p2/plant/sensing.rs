@@ -12,8 +12,8 @@ impl B2p2 {
         let p = &self.parameters;
         let [theta, _] = self.robot.chassis_joint(&self.world);
         let [extension, _] = self.robot.extension(&self.world, p);
-        let limits = |place: f64, [low, high]: [f64; 2], reference: bool| Switches {
-            reference,
+        let limits = |place: f64, [low, high]: [f64; 2], home: bool| Switches {
+            home,
             positive_limit: place >= high,
             negative_limit: place <= low,
         };
@@ -23,7 +23,7 @@ impl B2p2 {
                 Switches::default(),
             ),
             2 => {
-                let switches = limits(theta, p.joint_travel, theta >= p.joint_reference);
+                let switches = limits(theta, p.joint_travel, theta >= p.joint_home);
                 (
                     self.joint.shaft_torque(
                         self.passed_on(self.robot.joint, JointAxis::AngX),
@@ -33,7 +33,7 @@ impl B2p2 {
                 )
             }
             3 => {
-                let switches = limits(extension, p.screw_travel, extension <= p.screw_reference);
+                let switches = limits(extension, p.screw_travel, extension <= p.screw_home);
                 (
                     self.screw.shaft_torque(
                         self.passed_on(self.robot.screw, JointAxis::LinX),
@@ -47,7 +47,7 @@ impl B2p2 {
         Sensors {
             encoder_frozen: false,
             shaft_torque: torque as f32,
-            bus_voltage: p.bus_voltage as f32,
+            supply_voltage: p.supply_voltage as f32,
             switches,
             body: None,
         }

@@ -20,7 +20,7 @@ impl Plant for Crawler {
             .map(|track| track.shaft_torque(radius));
         Sensors {
             shaft_torque: torque.unwrap_or(0.0) as f32,
-            bus_voltage: self.parameters.bus_voltage as f32,
+            supply_voltage: self.parameters.supply_voltage as f32,
             ..Sensors::default()
         }
     }

@@ -38,10 +38,10 @@ pub struct CrawlerParameters {
     /// Heading at the start, rad, and distance to the left of the x axis, m.
     pub initial_heading_and_y: [f64; 2],
     /// Supply voltage, V. Constant: the plant does not know the currents.
-    pub bus_voltage: f64,
+    pub supply_voltage: f64,
     /// Quality of the sensors on the body.
     pub body_sensors: BodySensorParameters,
-    /// Quality of the satellite receiver.
+    /// Quality of the GNSS receiver.
     pub receiver: ReceiverParameters,
 }
 
@@ -123,7 +123,7 @@ impl CrawlerParameters {
             dead_track_friction: 0.4,
             payload: None,
             initial_heading_and_y: [0.0; 2],
-            bus_voltage: 24.0,
+            supply_voltage: 24.0,
             body_sensors: BodySensorParameters {
                 accelerometer_place: [0.0, 0.0, 0.05],
                 ..BodySensorParameters::NOMINAL

@@ -29,7 +29,7 @@ pub struct HylosParameters {
     /// Place at power-up, m, and heading, rad.
     pub start: [f64; 3],
     /// Supply voltage, V.
-    pub bus_voltage: f64,
+    pub supply_voltage: f64,
     /// Sensors on the platform.
     pub body_sensors: BodySensorParameters,
 }
@@ -49,7 +49,7 @@ impl HylosParameters {
             dead_friction: [2.0, 1.0],
             initial_leg: [0.4678, 1.1456],
             start,
-            bus_voltage: 24.0,
+            supply_voltage: 24.0,
             body_sensors: BodySensorParameters {
                 accelerometer_place: [0.0, 0.0, 0.05],
                 ..BodySensorParameters::NOMINAL

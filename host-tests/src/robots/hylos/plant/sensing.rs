@@ -8,7 +8,7 @@ use tautrack::robots::hylos::parameters::{HIP_RANGE, KNEE_RANGE, STEERING_RANGE}
 use tautrack::sensors::Switches;
 
 impl Hylos {
-    /// Torque at the shaft and the switches of a motor. The reference switch of a joint is at its
+    /// Torque at the shaft and the switches of a motor. The home switch of a joint is at its
     /// edge when the robot just stands.
     pub(super) fn shaft_sensors(&self, motor: usize) -> Sensors {
         assert!(
@@ -38,7 +38,7 @@ impl Hylos {
             Switches::default()
         } else {
             Switches {
-                reference: place <= reference,
+                home: place <= reference,
                 positive_limit: place >= range[1],
                 negative_limit: place <= range[0],
             }
@@ -46,7 +46,7 @@ impl Hylos {
         Sensors {
             encoder_frozen: false,
             shaft_torque: torque as f32,
-            bus_voltage: p.bus_voltage as f32,
+            supply_voltage: p.supply_voltage as f32,
             switches,
             body: None,
         }

@@ -26,7 +26,7 @@ pub struct RtMoverParameters {
     /// Load on the seat; its place is from the pitch shaft, which is the body's middle.
     pub payload: Option<Load>,
     /// Supply voltage, V.
-    pub bus_voltage: f64,
+    pub supply_voltage: f64,
     /// Quality of the sensors on the seat.
     pub body_sensors: BodySensorParameters,
 }
@@ -44,7 +44,7 @@ impl RtMoverParameters {
             dead_wheel_friction: 2.0,
             initial_heading: 0.0,
             payload: None,
-            bus_voltage: 24.0,
+            supply_voltage: 24.0,
             body_sensors: BodySensorParameters::NOMINAL,
         }
     }

@@ -8,12 +8,12 @@ use tautrack::sensors::Switches;
 
 /// Motors before this one turn wheels.
 const WHEELS: usize = 4;
-/// Angle from which a shaft's reference switch is closed, rad: close to where it stands on level
+/// Angle from which a shaft's home switch is closed, rad: close to where it stands on level
 /// ground, so that no wheel leaves it for that.
 pub const SWITCH: f64 = 0.01;
 
 impl RtMover {
-    /// Torque at the shaft and the reference switch of a motor.
+    /// Torque at the shaft and the home switch of a motor.
     pub(super) fn shaft_sensors(&self, motor: usize) -> Sensors {
         let joint = self
             .world
@@ -25,11 +25,11 @@ impl RtMover {
         let angle = self.robot.shafts[motor].angle(&self.world);
         Sensors {
             switches: Switches {
-                reference: motor >= WHEELS && angle >= SWITCH,
+                home: motor >= WHEELS && angle >= SWITCH,
                 ..Switches::default()
             },
             shaft_torque: self.gears[motor].shaft_torque(passed_on, self.rates[motor]) as f32,
-            bus_voltage: self.parameters.bus_voltage as f32,
+            supply_voltage: self.parameters.supply_voltage as f32,
             ..Sensors::default()
         }
     }

@@ -52,7 +52,7 @@ pub fn operate(scenario: &Scenario, programs: &Programs) -> Result<(Row, bool), 
 }
 
 fn is_armed(sample: &Sample) -> bool {
-    sample.heard.guard_state == "armed"
+    sample.received.guard_state == "armed"
 }
 
 fn distance_m(samples: &[Sample]) -> f64 {
@@ -72,15 +72,15 @@ fn topple(scenario: &Scenario, samples: &[Sample]) -> Option<Topple> {
         }
         let early = |before: &&Sample| before.time_s <= sample.time_s - 1.0;
         let before = samples.iter().take_while(early).last().unwrap_or(sample);
-        let (truth, heard) = (&before.truth, &before.heard);
+        let (truth, received) = (&before.truth, &before.received);
         let rounded = |value: f64| (value * 10.0).round() / 10.0;
         let degrees = |radians: f64| rounded(radians.to_degrees());
         return Some(Topple {
             time_s: sample.time_s,
             over_edge: edges.falling(),
             attitude_deg: [truth.pitch, truth.roll, truth.theta].map(degrees),
-            commanded: [heard.asked_speed, degrees(heard.asked_theta)],
-            verdict: heard.verdict.clone(),
+            commanded: [received.asked_speed, degrees(received.asked_theta)],
+            verdict: received.verdict.clone(),
         });
     }
     None
@@ -96,7 +96,7 @@ fn commands(outcome: &Outcome) -> Commands {
             is_armed(sample) && sample.time_s > *from_s && sample.time_s <= until_s
         });
         let verdicts: Vec<&str> = meanwhile
-            .map(|sample| sample.heard.verdict.as_str())
+            .map(|sample| sample.received.verdict.as_str())
             .collect();
         if verdicts
             .iter()

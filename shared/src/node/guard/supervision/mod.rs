@@ -1,7 +1,7 @@
 //! What the guard knows of the robot's balance, and what of a command it lets through to the body.
 //!
-//! Every control period the sensors are heard ([`Supervision::hear`]). Once per SYNC the stance is
-//! judged ([`Supervision::judge`]), the trip's latch says what may be asked for at all
+//! Every control period the sensors are received ([`Supervision::receive`]). Once per SYNC the stance is
+//! evaluated ([`Supervision::evaluate`]), the trip's latch says what may be asked for at all
 //! (`admission`), and the filter how much of that passes (`passing`). [`Telemetry`] tells of it.
 
 mod admission;
@@ -80,18 +80,18 @@ impl Supervision {
     }
 
     /// Takes the sensors of one control period; true when the attitude filter may have them.
-    pub fn hear(&mut self, sensors: Option<&BodySensors>) -> bool {
-        let usable = self.watch.hear(sensors, CONTROL_PERIOD);
+    pub fn receive(&mut self, sensors: Option<&BodySensors>) -> bool {
+        let usable = self.watch.receive(sensors, CONTROL_PERIOD);
         if let Some(sensors) = sensors.filter(|_| usable) {
-            self.force.hear(sensors.specific_force);
+            self.force.receive(sensors.specific_force);
             self.sensors = *sensors;
         }
         usable
     }
 
-    /// Judges how the robot stands, `period` s after the time before. `kept_shape` is how it would stand
+    /// Evaluates how the robot stands, `period` s after the time before. `kept_shape` is how it would stand
     /// now with its shape of then, if that is known. Margins are worth nothing when the sensors are not.
-    pub fn judge(
+    pub fn evaluate(
         &mut self,
         stance: &Stance,
         kept_shape: Option<&Stance>,

@@ -47,27 +47,27 @@ impl Supervision {
         // A robot that is about to fall over its rear needs every way out: as driving forward ends,
         // backing and folding begin to pass whatever may be behind.
         let kept = bounds.towards.moved(bounds.reserve);
-        let wide = kept.share(self.margins.now[Edge::Back as usize]);
-        let (posture_share, posture) = ahead.map_or((1.0, Verdict::Passed), |ahead| {
+        let wide = kept.scale(self.margins.now[Edge::Back as usize]);
+        let (posture_scale, posture) = ahead.map_or((1.0, Verdict::Passed), |ahead| {
             let margins = self.as_now(ahead.stance.margins());
-            let judged = filter::posture(pitch, &self.margins, margins, &bounds);
+            let evaluated = filter::posture(pitch, &self.margins, margins, &bounds);
             if !ahead.lifts {
-                return judged;
+                return evaluated;
             }
-            step_behind::within(judged, self.room(), 1.0 - wide)
+            step_behind::within(evaluated, self.room(), 1.0 - wide)
         });
         let command = SpeedCommand {
             forward: asked.forward,
             yaw_rate: asked.yaw_rate,
         };
         let driven = filter::drive(command, pitch, &self.margins, &bounds);
-        let (share, drive) = if backs_off {
+        let (speed_scale, drive) = if backs_off {
             driven
         } else {
             filter::within_speed(driven, asked.forward, self.speed_limit(asked.forward, wide))
         };
         let unhindered = Allowed {
-            share: 1.0,
+            speed_scale: 1.0,
             stop: self.stop,
             posture: self.stop.is_none(),
             limits: MotionLimits::unlimited(parameters),
@@ -89,11 +89,11 @@ impl Supervision {
             );
         }
         let allowed = Allowed {
-            share,
+            speed_scale,
             stop: self.stop,
-            posture: posture_share > 0.0 && self.stop.is_none(),
+            posture: posture_scale > 0.0 && self.stop.is_none(),
             limits: MotionLimits {
-                posture: posture_share,
+                posture: posture_scale,
                 ..self.limits
             },
         };
@@ -123,7 +123,7 @@ impl Supervision {
             all: 0.15,
         };
         let [_, support] = self.stance.along();
-        LIFTED.share(sin_cos(Angle::from_radians(pitch)).0 - support)
+        LIFTED.scale(sin_cos(Angle::from_radians(pitch)).0 - support)
     }
 
     /// What a fall off a step behind leaves of the present stance, m.

@@ -47,9 +47,9 @@ fn standing(settings: &Settings, ahead: f32, speed: f32) -> Supervision {
             inclination: [noise, -noise],
             ..level
         };
-        assert!(supervision.hear(Some(&reading)));
+        assert!(supervision.receive(Some(&reading)));
         attitude.update(&reading, CONTROL_PERIOD);
-        supervision.judge(&stance(ahead), None, &attitude, speed, 4e-3);
+        supervision.evaluate(&stance(ahead), None, &attitude, speed, 4e-3);
     }
     supervision
 }
@@ -103,19 +103,19 @@ fn a_change_of_shape_is_no_decay_but_rearing_up_is_from_its_first_moment() {
     // Steps of rearing up until something is held back, after a change of shape to 0.2 m from `start`.
     let held_back = |start: f32| {
         let mut supervision = standing(&Settings::default(), start, 0.1);
-        let mut judge = |margin: f32, kept: f32| {
+        let mut evaluate = |margin: f32, kept: f32| {
             let (now, kept) = (stance(margin), stance(kept));
-            supervision.judge(&now, Some(&kept), &attitude, 0.1, CONTROL_PERIOD);
-            supervision.filter(&asked, None, 0.3, 0.1).0.share < 1.0
+            supervision.evaluate(&now, Some(&kept), &attitude, 0.1, CONTROL_PERIOD);
+            supervision.filter(&asked, None, 0.3, 0.1).0.speed_scale < 1.0
         };
         let mut margin = start;
         while margin > 0.2 {
             margin -= fall;
-            assert!(!judge(margin, margin + fall), "{margin}");
+            assert!(!evaluate(margin, margin + fall), "{margin}");
         }
         margin = 0.2;
         let mut steps = 0;
-        while !judge(margin, margin) {
+        while !evaluate(margin, margin) {
             margin -= fall;
             steps += 1;
         }
@@ -152,7 +152,7 @@ fn a_narrow_margin_leaves_the_ways_out_though_a_step_may_be_behind() {
     };
     // A lifted body keeps 40 mm for its sway, and so its ways out open earlier.
     for (pitch, reserve) in [(0.04, 0.0), (0.5, 0.04)] {
-        let judge = |margin: f32| {
+        let evaluate = |margin: f32| {
             let margin = margin + reserve;
             let supervision = standing(&Settings::default(), margin, 0.0);
             let ahead = Ahead {
@@ -160,12 +160,12 @@ fn a_narrow_margin_leaves_the_ways_out_though_a_step_may_be_behind() {
                 lifts: true,
             };
             let (allowed, _) = supervision.filter(&backward, Some(&ahead), pitch, 0.0);
-            (0.45 * allowed.share, allowed.limits.posture)
+            (0.45 * allowed.speed_scale, allowed.limits.posture)
         };
-        assert_eq!(judge(0.10), (0.0, 0.0));
-        let (backed, folded) = judge(0.07);
+        assert_eq!(evaluate(0.10), (0.0, 0.0));
+        let (backed, folded) = evaluate(0.07);
         assert!((backed - 0.025).abs() < 1e-3 && (folded - 0.5).abs() < 0.02);
-        let (backed, folded) = judge(0.045);
+        let (backed, folded) = evaluate(0.045);
         assert!(
             (backed - 0.05).abs() < 1e-3 && folded > 0.8,
             "{backed} {folded}"
@@ -193,18 +193,18 @@ fn a_body_that_is_steeper_than_its_support_keeps_the_band_for_its_sway_while_it_
         forward: 0.2,
         ..Asked::<()>::default()
     };
-    let share = |tangent: f32| {
+    let speed_scale = |tangent: f32| {
         let mut supervision = standing(&Settings::default(), 0.1, 0.0);
         supervision.stance = sloped(tangent, 0.1);
-        supervision.filter(&asked, None, 0.6, 0.0).0.share
+        supervision.filter(&asked, None, 0.6, 0.0).0.speed_scale
     };
     // The sine of the pitch is 0.565.
     let tangent = |difference: f32| libm::tan(libm::asin(0.564_6 - f64::from(difference))) as f32;
-    assert!((share(0.0) - 0.25).abs() < 0.02);
-    assert!((share(tangent(0.15)) - 0.25).abs() < 0.02);
-    assert!((share(tangent(0.10)) - 0.75).abs() < 0.03);
+    assert!((speed_scale(0.0) - 0.25).abs() < 0.02);
+    assert!((speed_scale(tangent(0.15)) - 0.25).abs() < 0.02);
+    assert!((speed_scale(tangent(0.10)) - 0.75).abs() < 0.03);
     for difference in [0.05, 0.0, -0.2] {
-        assert!(share(tangent(difference)) > 0.98, "{difference}");
+        assert!(speed_scale(tangent(difference)) > 0.98, "{difference}");
     }
 }
 
@@ -217,9 +217,13 @@ fn the_guard_holds_back_a_turn_nose_up() {
     };
     let mut supervision = standing(&Settings::default(), 0.07, 0.0);
     supervision.stance = sloped(0.2, 0.07);
-    let share = |pitch: f32| supervision.filter(&turn, None, pitch, 0.0).0.share;
-    assert!((share(0.2) - 0.5).abs() < 0.02, "{}", share(0.2));
-    assert_eq!(share(-0.05), 1.0);
+    let speed_scale = |pitch: f32| supervision.filter(&turn, None, pitch, 0.0).0.speed_scale;
+    assert!(
+        (speed_scale(0.2) - 0.5).abs() < 0.02,
+        "{}",
+        speed_scale(0.2)
+    );
+    assert_eq!(speed_scale(-0.05), 1.0);
 }
 
 /// Whatever margin is left, and however steep the robot is, one of the motions is not slow.
@@ -229,12 +233,12 @@ fn some_motion_always_passes_above_the_trip_margin() {
     for margin in (12..140).map(|millimetres| millimetres as f32 * 1e-3) {
         let supervision = supervision(margin);
         for pitch in [0.0, 0.1, 0.2, 0.4, 0.6, 0.8] {
-            let share = |forward: f32| {
+            let speed_scale = |forward: f32| {
                 let asked = Asked {
                     forward,
                     ..Asked::<()>::default()
                 };
-                supervision.filter(&asked, None, pitch, 0.0).0.share
+                supervision.filter(&asked, None, pitch, 0.0).0.speed_scale
             };
             let ahead = Ahead {
                 stance: stance(margin + 0.001),
@@ -242,7 +246,10 @@ fn some_motion_always_passes_above_the_trip_margin() {
             };
             let none = Asked::<()>::default();
             let (folding, _) = supervision.filter(&none, Some(&ahead), pitch, 0.0);
-            let most = max(max(share(0.05), share(-0.05)), folding.limits.posture);
+            let most = max(
+                max(speed_scale(0.05), speed_scale(-0.05)),
+                folding.limits.posture,
+            );
             assert!(most > 0.09, "{margin} at {pitch}: {most}");
         }
     }
@@ -263,7 +270,7 @@ fn backing_down_close_to_the_rear_edge_is_slow() {
     };
     let (allowed, verdict) = supervision.filter(&backward, Some(&stance(0.03).into()), 0.3, 0.0);
     assert_eq!(verdict, Verdict::Scaled(Edge::Back));
-    let passed = 0.45 * allowed.share;
+    let passed = 0.45 * allowed.speed_scale;
     // v^2 = 2 g (l - h) l^2 / h^2 with l^2 = 0.0409 m^2.
     assert!((passed - 0.2099).abs() < 2e-3, "{passed}");
 }

@@ -114,7 +114,7 @@ impl Body for Cart {
     fn goal(&self, phase: Phase, drive: usize) -> Goal {
         match phase {
             Phase::Held => Goal::Hold,
-            Phase::Waking(_) => Goal::Velocity(0.0),
+            Phase::Starting(_) => Goal::Velocity(0.0),
             Phase::Armed => Goal::Velocity(self.wheels[drive & 1]),
         }
     }

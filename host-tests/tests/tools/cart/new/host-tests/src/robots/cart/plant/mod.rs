@@ -151,7 +151,7 @@ impl Plant for Cart {
         let rate = self.robot.rate(&self.world, motor);
         Sensors {
             shaft_torque: self.gears[motor].shaft_torque(force, rate) as f32,
-            bus_voltage: BUS_VOLTAGE,
+            supply_voltage: BUS_VOLTAGE,
             ..Sensors::default()
         }
     }

@@ -27,7 +27,7 @@ pub struct Way<S> {
 
 /// What a step will be like.
 #[derive(Clone, Copy, PartialEq, Debug)]
-pub struct Prospect<S> {
+pub struct Predicted<S> {
     /// Least static margin, m.
     pub margin: S,
     /// Largest angle of the leg's steering shaft either way, rad.
@@ -38,13 +38,13 @@ pub struct Prospect<S> {
     pub heading: S,
 }
 
-/// How far a rehearsal is.
+/// How far a prediction is.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub enum Progress<S> {
     /// There is more of it.
     Unfinished,
     /// The step comes to its end.
-    Done(Prospect<S>),
+    Done(Predicted<S>),
     /// It does not.
     Endless,
 }
@@ -65,17 +65,17 @@ pub fn reach<S: Scalar>(
 
 /// A step being gone through by the exact law, moment by moment.
 #[derive(Clone, Debug)]
-pub struct Rehearsal<S> {
+pub struct Prediction<S> {
     lifted: Wheel,
     /// Height that the wheel rises to, distance ahead that it goes across to, and height that it comes down to, m.
     goals: [S; 3],
     /// Up, across, down.
     phase: usize,
     moments: usize,
-    end: Prospect<S>,
+    end: Predicted<S>,
 }
 
-impl<S: Scalar> Rehearsal<S> {
+impl<S: Scalar> Prediction<S> {
     /// The step of `lifted` from `shape` and `heading`.
     pub fn new(
         parameters: &Parameters<S>,
@@ -91,7 +91,7 @@ impl<S: Scalar> Rehearsal<S> {
             goals: [top, ahead + way.travel, top - way.fall],
             phase: 0,
             moments: 0,
-            end: Prospect {
+            end: Predicted {
                 margin: margin_without(parameters, shape, lifted),
                 steering: S::ZERO,
                 shape: *shape,

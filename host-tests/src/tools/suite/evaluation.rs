@@ -198,14 +198,14 @@ pub(super) fn toppled_s(samples: &[Sample]) -> Option<f64> {
 fn acted_s(samples: &[Sample]) -> Option<f64> {
     let (mut before_s, mut lost_m) = (0.0, 0.0);
     let acted = samples.iter().find(|sample| {
-        let heard = &sample.heard;
+        let received = &sample.received;
         let period_s = sample.time_s - before_s;
         before_s = sample.time_s;
-        if !intervenes(&heard.verdict) {
+        if !intervenes(&received.verdict) {
             return false;
         }
-        lost_m += (heard.asked_speed - heard.passed_speed).abs() * period_s;
-        let chassis_waits = (heard.asked_theta - heard.passed_theta).abs() > CHASSIS_LAG;
+        lost_m += (received.asked_speed - received.passed_speed).abs() * period_s;
+        let chassis_waits = (received.asked_theta - received.passed_theta).abs() > CHASSIS_LAG;
         chassis_waits || lost_m > FELT_M
     });
     acted.map(|sample| sample.time_s)
@@ -237,7 +237,7 @@ pub fn hazard(
     };
     let armed = without
         .iter()
-        .find(|sample| sample.heard.guard_state == "armed");
+        .find(|sample| sample.received.guard_state == "armed");
     if armed.is_none_or(|armed| armed.time_s >= toppled_s_without) {
         let finding = Finding::Hazard {
             toppled_s: Some(toppled_s_without),
@@ -261,7 +261,7 @@ pub fn hazard(
             .iter()
             .take_while(|sample| sample.time_s <= time_s)
             .last()
-            .map_or(0.0, |sample| sample.heard.odometry)
+            .map_or(0.0, |sample| sample.received.odometry)
     };
     let lead_m = acted_s.map_or(0.0, |acted| way_at(savable_until_s) - way_at(acted));
     let lead_s = acted_s.map_or(0.0, |acted| savable_until_s - acted);
@@ -299,7 +299,11 @@ pub fn legitimate(
     } else {
         Some(trials.samples(false, None)?)
     };
-    let way = |samples: &[Sample]| samples.last().map_or(0.0, |sample| sample.heard.odometry);
+    let way = |samples: &[Sample]| {
+        samples
+            .last()
+            .map_or(0.0, |sample| sample.received.odometry)
+    };
     let way_m = way(without.as_ref().unwrap_or(&with));
     let loss = if way_m.abs() > 0.01 {
         1.0 - way(&with) / way_m
@@ -311,7 +315,7 @@ pub fn legitimate(
         .map_or(toppled_with_guard, |samples| toppled_s(samples).is_some());
     let refused = with
         .iter()
-        .any(|sample| sample.heard.verdict.starts_with("refused"));
+        .any(|sample| sample.received.verdict.starts_with("refused"));
     let finding = Finding::Legitimate {
         way_m,
         loss,
@@ -331,7 +335,7 @@ fn interventions(samples: &[Sample]) -> usize {
     let mut before = false;
     let mut count = 0;
     for sample in samples {
-        let now = intervenes(&sample.heard.verdict);
+        let now = intervenes(&sample.received.verdict);
         count += usize::from(now && !before);
         before = now;
     }
