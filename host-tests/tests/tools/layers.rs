@@ -71,7 +71,7 @@ impl Named {
                     self.read(module.stream(), depth + 1);
                     rest = after;
                 }
-                _ if is(first, "crate") => self.from_root(after),
+                _ if is(first, "crate") => self.take_named(after),
                 _ if is(first, "super") => {
                     let mut climbed = 1;
                     while let [a, b, next, after @ ..] = rest
@@ -83,7 +83,7 @@ impl Named {
                         rest = after;
                     }
                     if climbed >= depth {
-                        self.from_root(rest);
+                        self.take_named(rest);
                     }
                 }
                 (TokenTree::Group(group), _) => self.read(group.stream(), depth),
@@ -94,7 +94,7 @@ impl Named {
 
     /// Takes what is named after the root. A name other than a module's is kept, too: it may stand
     /// for the whole crate, as in `crate as other` and `crate::*`.
-    fn from_root(&mut self, after: &[TokenTree]) {
+    fn take_named(&mut self, after: &[TokenTree]) {
         match after {
             // A visibility.
             [] => {}
