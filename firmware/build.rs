@@ -1,4 +1,5 @@
-//! Generates one object dictionary per role, and gives the linker the board's script.
+//! Generates the code of one object dictionary for each role, and passes the board's linker script
+//! to the linker.
 
 #[path = "dictionary/load.rs"]
 mod dictionary;

@@ -1,5 +1,5 @@
-//! Reads the object dictionary of a role: the build script makes the node of it, and `host-tests/src/tools/generate` its
-//! EDS file and its pages.
+//! Reads the object dictionary of a role. The build script generates the node's code from it, and
+//! `host-tests/src/tools/generate` generates the EDS file and the reference pages.
 
 use std::collections::BTreeMap;
 use std::error::Error;
@@ -9,29 +9,32 @@ use toml::{Table, Value};
 use zencan_common::device_config::{DefaultValue, DeviceConfig, Object};
 use zencan_common::objects::AccessType;
 
-/// Role, and its device type (0x1000): the device profile in the low half, its kind of device in the high half.
+/// Each role with its device type (object 0x1000). The low 16 bits are the device profile, the high
+/// 16 bits the kind of device.
 pub const ROLES: [(&str, u32); 3] = [
     ("axle", 0x0002_0192),  // CiA 402, servo drive
-    ("screw", 0x0002_0192), // the same
-    ("guard", 0x0002_019A), // CiA 410, two axes of 16 bit
+    ("screw", 0x0002_0192), // CiA 402, servo drive
+    ("guard", 0x0002_019A), // CiA 410, inclinometer with two axes of 16 bits
 ];
 
-/// The dictionary of one role.
+/// The object dictionary of one role.
 pub struct Dictionary {
-    /// Its objects, and those that the stack adds.
+    /// The objects in the file, and those that the `CANopen` stack adds.
     pub config: DeviceConfig,
-    /// What an object means, by index and sub-index: the key `meaning`, which the stack does not know.
-    #[allow(dead_code)] // the build script has no use for it
+    /// Meanings of objects by index and sub-index, from the key `meaning`. The stack does not know
+    /// this key.
+    #[allow(dead_code)] // the build script does not use it
     pub meanings: BTreeMap<(u16, u8), String>,
-    /// Expressions of the objects that the program writes: the key `value`.
+    /// Expressions for the objects that the program writes, from the key `value`.
     values: BTreeMap<(u16, u8), String>,
-    /// Name and type of what the expressions take their values from: the table `publish`.
+    /// Names and types of the variables in these expressions, from the table `publish`.
     sources: BTreeMap<String, String>,
 }
 
 impl Dictionary {
-    /// A function `publish_NAME` for each row of `publish`, which writes the objects with a value from it.
-    #[allow(dead_code)] // for the build script alone
+    /// Returns the code of a function `publish_NAME` for each row of the table `publish`. The
+    /// function writes the objects whose `value` uses this row.
+    #[allow(dead_code)] // only the build script uses it
     pub fn publish_functions(&self) -> String {
         let mut code = String::new();
         for (name, kind) in &self.sources {
@@ -50,7 +53,7 @@ impl Dictionary {
         code
     }
 
-    /// Each `value` takes from one row of `publish`, and belongs to an object with one setter.
+    /// Checks that each `value` uses exactly one row of `publish` and does not belong to an array.
     fn check_values(&self) -> Result<(), String> {
         for ((index, sub), value) in &self.values {
             let named = |name: &&String| takes_from(value, name);
@@ -71,7 +74,7 @@ impl Dictionary {
         Ok(())
     }
 
-    /// What the stack calls the value of an object in its code.
+    /// Returns the field name that the stack gives to the value of an object in the generated code.
     fn field(&self, index: u16, sub: u8) -> &str {
         let mut objects = self.config.objects.iter();
         let object = objects.find(|object| object.index == index);
@@ -88,10 +91,10 @@ impl Dictionary {
     }
 }
 
-/// The dictionary of `role` in `folder`.
+/// Reads the dictionary of `role` from `folder`.
 ///
 /// # Errors
-/// When the file cannot be read or is no dictionary.
+/// If the file cannot be read or is not a valid dictionary.
 pub fn load(folder: &Path, role: &str, device_type: u32) -> Result<Dictionary, Box<dyn Error>> {
     let text = std::fs::read_to_string(folder.join(role).with_extension("toml"))?;
     let mut file: Table = text.parse()?;
@@ -101,7 +104,8 @@ pub fn load(folder: &Path, role: &str, device_type: u32) -> Result<Dictionary, B
     let mut config = DeviceConfig::load_from_str(&toml::to_string(&file)?)?;
     for object in &mut config.objects {
         if let Object::Var(var) = &mut object.object {
-            // The stack fixes both: it would say "no profile", and never let a client set the heartbeat.
+            // The stack's own definitions say "no profile" (0x1000) and make the heartbeat period
+            // (0x1017) read-only.
             match object.index {
                 0x1000 => var.default_value = Some(DefaultValue::Integer(device_type.into())),
                 0x1017 => var.access_type = AccessType::Rw.into(),
@@ -119,7 +123,7 @@ pub fn load(folder: &Path, role: &str, device_type: u32) -> Result<Dictionary, B
     Ok(dictionary)
 }
 
-/// Whether the expression `value` names `source` and a field or method of it.
+/// Returns true if the expression `value` contains a field or method of the variable `source`.
 fn takes_from(value: &str, source: &str) -> bool {
     let in_name = |letter: char| letter.is_alphanumeric() || letter == '_' || letter == '.';
     let mut places = value.match_indices(source);
@@ -128,7 +132,8 @@ fn takes_from(value: &str, source: &str) -> bool {
     })
 }
 
-/// Takes `key`, which the stack does not know, out of all objects.
+/// Removes `key`, which the stack does not know, from all objects, and returns its values by index
+/// and sub-index.
 fn take(file: &mut Table, key: &str) -> BTreeMap<(u16, u8), String> {
     let mut taken = BTreeMap::new();
     for object in tables(file, "objects") {

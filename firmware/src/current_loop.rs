@@ -1,44 +1,45 @@
-//! The PWM interrupt, and the cell through which the control task commands it.
+//! PWM interrupt, and the cell through which the control task sends it demands.
 //!
-//! A demand holds for [`DEMAND_CONTROL_PERIODS`]. If the control task sets no other one until then,
-//! the bridge opens.
+//! A demand is valid for [`DEMAND_CONTROL_PERIODS`] control periods. If the control task sets no
+//! new demand in this time, the bridge opens.
 
 use core::cell::{Cell, RefCell};
 use critical_section::Mutex;
 use tautrack::motor::current::CurrentLoop;
 use tautrack::node::axle::BridgeDemand;
 
-/// What the power stage does with one motor for one PWM period.
+/// Action of the power stage on one motor for one PWM period.
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
 pub enum Bridge {
-    /// All transistors open: the winding's current dies in the diodes, the rotor turns freely.
+    /// All transistors open: the winding's current decays through the diodes, and the rotor turns
+    /// freely.
     #[default]
     Off,
-    /// Winding shorted: the rotor is braked by its own back-EMF.
+    /// Winding shorted: the back-EMF brakes the rotor.
     Brake,
-    /// Mean voltage on the winding as a share of the supply, -1 to 1.
+    /// Mean voltage on the winding as a fraction of the supply voltage, -1 to 1.
     Drive(f32),
 }
 
-/// Control periods after which a demand expires.
+/// Number of control periods after which a demand expires.
 pub const DEMAND_CONTROL_PERIODS: u32 = 3;
 
-/// The demand, and the PWM periods for which it still holds.
+/// Current demand, and the number of PWM periods for which it is still valid.
 static DEMAND: Mutex<Cell<(BridgeDemand, u32)>> = Mutex::new(Cell::new((BridgeDemand::Off, 0)));
-/// Sum of the samples since the control task last looked, and their number.
+/// Sum of the current samples since the control task last read them, A, and their number.
 static SAMPLES: Mutex<Cell<(f32, u32)>> = Mutex::new(Cell::new((0.0, 0)));
-/// The loop, and the PWM periods for which a demand holds.
+/// Current loop, and the number of PWM periods for which a new demand is valid.
 static LOOP: Mutex<RefCell<Option<(CurrentLoop, u32)>>> = Mutex::new(RefCell::new(None));
 
-/// Hands over the loop, and the number of PWM periods in a control period. Until then the bridge
-/// stays off whatever is demanded.
-#[allow(dead_code)] // the program `ticks` takes this file without its constructors
+/// Installs the current loop. `pwm_per_control` is the number of PWM periods in a control period.
+/// Before this call, the bridge stays off whatever the demand is.
+#[allow(dead_code)] // the program `ticks` includes this file without the constructors
 pub fn install(current_loop: CurrentLoop, pwm_per_control: u32) {
     let life = DEMAND_CONTROL_PERIODS.saturating_mul(pwm_per_control);
     critical_section::with(|cs| LOOP.borrow(cs).replace(Some((current_loop, life))));
 }
 
-/// Sets what the bridge does from the next PWM period on.
+/// Sets the demand that the bridge follows from the next PWM period on.
 pub fn demand(demand: BridgeDemand) {
     critical_section::with(|cs| {
         let life = match LOOP.borrow(cs).try_borrow() {
@@ -49,13 +50,14 @@ pub fn demand(demand: BridgeDemand) {
     });
 }
 
-/// Mean of the winding's current since the last call, A; `None` if no sample was taken.
+/// Returns the mean of the winding's current since the last call, A; `None` if no sample was taken.
 pub fn take_mean() -> Option<f32> {
     let (sum, count) = critical_section::with(|cs| SAMPLES.borrow(cs).take());
     (count > 0).then(|| sum / count as f32)
 }
 
-/// The PWM interrupt: from the sampled current (A) and the supply (V) to the bridge of the next period.
+/// Runs one PWM period: computes the bridge for the next period from the sampled current (A) and
+/// the supply voltage (V).
 #[inline]
 pub fn pwm_period(sample: f32, supply_voltage: f32) -> Bridge {
     critical_section::with(|cs| {
@@ -63,7 +65,7 @@ pub fn pwm_period(sample: f32, supply_voltage: f32) -> Bridge {
         SAMPLES
             .borrow(cs)
             .set((sum + sample, count.saturating_add(1)));
-        // Never in use elsewhere: the critical section sees to it.
+        // Cannot fail: the critical section excludes any other borrow.
         let Ok(mut current_loop) = LOOP.borrow(cs).try_borrow_mut() else {
             return Bridge::Off;
         };
@@ -98,7 +100,7 @@ mod tests {
     use std::sync::{Mutex as TestMutex, MutexGuard, PoisonError};
     use tautrack::motor::current::Winding;
 
-    /// The statics belong to one test at a time.
+    /// Installs a current loop. The returned lock lets one test at a time use the statics.
     fn installed() -> MutexGuard<'static, ()> {
         static ONE: TestMutex<()> = TestMutex::new(());
         let guard = ONE.lock().unwrap_or_else(PoisonError::into_inner);
@@ -123,7 +125,7 @@ mod tests {
                 assert_eq!(pwm_period(0.0, 24.0), Bridge::Off, "{kind:?}");
             }
         }
-        // The next one counts as if nothing had been.
+        // After the expiry, the next demand is followed as usual.
         demand(BridgeDemand::Current(5.0));
         assert_ne!(pwm_period(0.0, 24.0), Bridge::Off);
     }

@@ -1,11 +1,12 @@
-//! The nodes of tautrack: what is left to do around the control core before it is a program on a board.
+//! Firmware of tautrack's nodes: everything around the control core (crate `tautrack`) that makes
+//! it a program on a board.
 //!
-//! [`boards`] the contract with the hardware, and the hardware · [`current_loop`] the PWM interrupt · [`bus`] CANopen ·
-//! [`serial`] the serial line · [`watchdog`] whether all parts still run · [`roles`] the tasks of
-//! each kind of node · `cost` what the code costs on the core. A binary picks one role and runs it
-//! on the selected board.
+//! [`boards`] is the hardware interface and its implementations · [`current_loop`] the PWM
+//! interrupt · [`bus`] CANopen · [`serial`] the serial line · [`watchdog`] checks that all parts
+//! still run · [`roles`] the tasks of each kind of node · `cost` counts the instructions of the
+//! control code. A binary picks one role and runs it on the selected board.
 #![no_std]
-// The logging macros of the target know no inline arguments.
+// The logging macros of the target (defmt) do not support inline arguments.
 #![allow(clippy::uninlined_format_args)]
 
 #[cfg(not(target_os = "none"))]
@@ -20,7 +21,8 @@ pub mod roles;
 pub mod serial;
 pub mod watchdog;
 
-// The same macros on both sides: records of a few bytes where the output is an ELF file for a target, else text.
+// One set of logging macros: defmt on the target (records of a few bytes, which need an ELF file),
+// text elsewhere.
 #[cfg(target_os = "none")]
 pub(crate) use defmt as logger;
 #[cfg(not(target_os = "none"))]

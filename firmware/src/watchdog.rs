@@ -1,19 +1,20 @@
-//! Whether the parts of a node still run: the watchdog that resets it if they do not, and what the
-//! bus task must know of it.
+//! Checks that the parts of a node still run. It feeds the watchdog that otherwise resets the node,
+//! and reports to the bus task whether the control task runs.
 //!
-//! Parties are the PWM interrupt, the control task and the bus task. [`Board::feed_watchdog`] is
-//! called only when every party that the role has has run since the call before. The control task
-//! speaks for the PWM interrupt, because it sees whether current samples have come.
+//! The monitored parts ("parties") are the PWM interrupt, the control task and the bus task.
+//! [`Board::feed_watchdog`] is called only when every party of the role has run since the previous
+//! call. The control task reports for the PWM interrupt, because it notices whether new current
+//! samples have come.
 
 use crate::boards::{Board, Selected};
 use core::cell::Cell;
 use core::sync::atomic::{AtomicU8, Ordering};
 use critical_section::Mutex;
 
-/// A part of the firmware that must run for the node to be alive.
+/// Part of the firmware that must run regularly.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Party {
-    /// The PWM interrupt, which a guard does not have.
+    /// PWM interrupt; a guard node has none.
     Pwm = 1,
     /// The control task.
     Control = 2,
@@ -24,10 +25,11 @@ pub enum Party {
 /// Time without being fed after which a board's watchdog resets the node, us. Every party runs at
 /// least every 5 ms.
 pub const PERIOD_US: u64 = 50_000;
-/// Time without a control tick after which the bus task stops heartbeat and process data, us.
+/// Time without a control tick after which the bus task stops sending heartbeat and process data,
+/// us.
 pub const CONTROL_TIMEOUT_US: u64 = 20_000;
 
-/// Which parties there are, and which have run since all of them had.
+/// Bit sets of [`Party`]: those that must run, and those that have run since the last feed.
 struct Parties {
     required: AtomicU8,
     ran: AtomicU8,
@@ -45,7 +47,7 @@ impl Parties {
         self.required.fetch_or(party as u8, Ordering::Relaxed);
     }
 
-    /// `party` has run; whether it was the last one that was waited for.
+    /// Records that `party` has run. Returns whether all required parties have now run.
     fn ran(&self, party: Party) -> bool {
         let ran = self.ran.fetch_or(party as u8, Ordering::Relaxed) | party as u8;
         let required = self.required.load(Ordering::Relaxed);
@@ -60,19 +62,19 @@ impl Parties {
 static PARTIES: Parties = Parties::new();
 static CONTROL_US: Mutex<Cell<u64>> = Mutex::new(Cell::new(0));
 
-/// The watchdog is fed only when `party` has run, too. Called at start.
+/// Makes `party` a condition for feeding the watchdog. Called at start.
 pub fn require(party: Party) {
     PARTIES.require(party);
 }
 
-/// `party` has run.
+/// Records that `party` has run; feeds the watchdog if it was the last one missing.
 pub fn ran(party: Party) {
     if PARTIES.ran(party) {
         Selected::feed_watchdog();
     }
 }
 
-/// The control task has run a tick at `now_us`.
+/// Records that the control task has run a tick at `now_us`.
 pub fn control_ran(now_us: u64) {
     critical_section::with(|cs| CONTROL_US.borrow(cs).set(now_us));
     ran(Party::Control);

@@ -1,4 +1,5 @@
-//! What a client on the bus can rely on. Native nodes: `lockstep.rs` proves that the emulated ones do the same.
+//! Tests the behaviour that a CANopen client can rely on. It uses native nodes; `lockstep.rs` shows
+//! that emulated nodes behave the same.
 
 mod node;
 
@@ -12,10 +13,10 @@ const GUARD: u16 = 1;
 
 struct Client {
     node: Node,
-    /// Where the output shaft truly is, 2^-32 turn, and its speed, rad/s.
+    /// True position of the output shaft, 2^-32 turn, and its true speed, rad/s.
     truth: i64,
     speed: f32,
-    /// The guard's heartbeat is on the bus.
+    /// Whether the guard's heartbeat is sent on the bus.
     guard: bool,
     steps: u32,
 }
@@ -38,7 +39,7 @@ impl Client {
         }
     }
 
-    /// As [`Client::new`], with a guard's heartbeat on the bus and the node operational.
+    /// Like [`Client::new`], with a guard's heartbeat on the bus and the node operational.
     fn guarded(role: &str) -> Self {
         let mut client = Self::new(role);
         client.guard = true;
@@ -46,7 +47,7 @@ impl Client {
         client
     }
 
-    /// Sends `frames` in one step, and gives what came back in it.
+    /// Sends `frames` in one step; returns the frames that the node sends in it.
     fn send(&mut self, frames: &[(u16, &[u8])]) -> Vec<Frame> {
         let guard = self.guard && self.steps.is_multiple_of(50);
         let heartbeat = guard.then_some((0x700 + GUARD, [5].as_slice()));
@@ -70,7 +71,7 @@ impl Client {
         (0..steps).flat_map(|_| self.send(&[])).collect()
     }
 
-    /// One SDO exchange: the eight bytes of the answer.
+    /// Sends an SDO request; returns the eight bytes of the answer.
     fn sdo(&mut self, request: [u8; 8]) -> [u8; 8] {
         let mut frames = self.send(&[(0x600 + NODE, &request)]);
         frames.extend(self.idle(5));
@@ -81,7 +82,7 @@ impl Client {
         answer.data().try_into().expect("eight bytes")
     }
 
-    /// Value of an object of up to four bytes.
+    /// Reads the value of an object of up to four bytes.
     fn read(&mut self, index: u16, sub: u8) -> u32 {
         let [low, high] = index.to_le_bytes();
         let answer = self.sdo([0x40, low, high, sub, 0, 0, 0, 0]);
@@ -215,7 +216,7 @@ fn operator_command_reaches_the_guard_as_process_data() {
     assert_eq!(client.read(0x4004, 1), 250, "asked speed");
 }
 
-/// Position set-point with this controlword, in 2^-16 turn of the output shaft.
+/// Position set-point with the given controlword; `target` in 2^-16 turn of the output shaft.
 fn set_point(controlword: u8, target: i32) -> [u8; 7] {
     let [a, b, c, d] = target.to_le_bytes();
     [controlword, 0, 8, a, b, c, d]
@@ -227,7 +228,7 @@ fn axle_follows_its_set_points_and_stops_when_they_end() {
     for controlword in [6, 7, 15] {
         client.send(&[(0x200 + NODE, &set_point(controlword, 0))]);
     }
-    // A quarter turn in half a second.
+    // Turns a quarter turn in half a second.
     for step in 0..=500 {
         let frames: &[(u16, &[u8])] = &[
             (0x080, &[]),
@@ -280,7 +281,8 @@ const DEVICE_STATE: u32 = 0x0800_0022;
 #[test]
 fn no_client_writes_what_moves_an_axle_while_the_guard_is_alive() {
     let mut client = Client::guarded("axle");
-    // Controlword, mode, targets, torque offset, bench mode, and the identifier of a receive PDO.
+    // Writes to controlword, mode, targets, torque feed-forward, bench mode, and the identifier of
+    // a receive PDO.
     let writes: [[u8; 8]; 7] = [
         [0x2b, 0x40, 0x60, 0, 6, 0, 0, 0],
         [0x2f, 0x60, 0x60, 0, 9, 0, 0, 0],
@@ -294,7 +296,7 @@ fn no_client_writes_what_moves_an_axle_while_the_guard_is_alive() {
         assert_eq!(Client::abort_code(client.sdo(write)), DEVICE_STATE);
     }
     assert_eq!(client.read(0x60ff, 0), 0);
-    // 3 rad/s by service data, as somebody would who has no guard.
+    // Without a guard, the same writes are accepted.
     client.guard = false;
     client.idle(130);
     for write in &writes[..6] {
@@ -302,7 +304,7 @@ fn no_client_writes_what_moves_an_axle_while_the_guard_is_alive() {
     }
 }
 
-/// Velocity set-point with this controlword, rad/s.
+/// Velocity set-point with the given controlword; `speed` in rad/s.
 fn velocity(controlword: u8, speed: f32) -> [u8; 7] {
     let [a, b, c, d] = ((speed * 1e6) as i32).to_le_bytes();
     [controlword, 0, 9, a, b, c, d]
@@ -331,7 +333,7 @@ fn a_client_drives_an_axle_in_bench_mode_alone_and_slowly() {
     assert!((0.9..1.2).contains(&fastest), "{fastest} rad/s");
     assert_eq!(client.read(0x2001, 0), 1);
 
-    // The guard's heartbeat ends it, whatever the client goes on to send.
+    // The guard's heartbeat ends bench mode, even if the client goes on sending.
     client.guard = true;
     for _ in 0..400 {
         client.send(&[(0x300 + NODE, &velocity(15, 3.0))]);
@@ -348,7 +350,7 @@ fn a_node_whose_tasks_stop_is_reset_by_its_watchdog() {
         let motor = (role != "guard").then_some(MOTOR);
         assert_eq!(node.start(&settings(i32::from(NODE)), motor).refusal, "");
         node.step(Sensors::default(), &[]);
-        // Nothing runs for longer than the watchdog's 50 ms.
+        // No task of the node runs for longer than the watchdog's 50 ms.
         let (well, said) = node.starve(60_000);
         assert!(!well, "{role} ends with an error");
         assert!(said.contains("watchdog: not fed"), "{role}: {said}");
@@ -375,7 +377,8 @@ fn objects_that_do_not_exist_or_cannot_be_written_say_so() {
 #[test]
 fn known_ways_to_panic_the_stack_are_answered_by_aborts() {
     let mut client = Client::new("axle");
-    // An empty segment for a mapping's count, a block upload, and the client's abort in the middle of it.
+    // An empty segment for the count of a mapping, a block upload, and the client's abort in the
+    // middle of the upload.
     assert_eq!(
         Client::abort_code(client.sdo([0x20, 0x00, 0x16, 0, 0, 0, 0, 0])),
         0x0607_0010
@@ -417,7 +420,8 @@ fn no_frame_panics_a_node() {
                         data[0] = [1, 2, 128, 128, 129, 130][random() as usize % 6];
                         data[1] = [0, NODE as u8][random() as usize % 2];
                     }
-                    // Three of four requests go where the stack is known to be weak, or to objects that exist.
+                    // Three of four requests use commands that the stack handles badly, or address
+                    // objects that exist.
                     if id == 0x600 + NODE && random() % 4 != 0 {
                         let index =
                             [0x1600, 0x1a00, 0x1400, 0x1017, 0x1008, 0x6040][random() as usize % 6];
@@ -438,7 +442,7 @@ fn no_frame_panics_a_node() {
                 supply_voltage: 24.0,
                 ..Default::default()
             };
-            client.node.step(sensors, &frames); // panics here when the node has
+            client.node.step(sensors, &frames); // panics if the node has panicked
         }
         assert!(client.node.finish(), "{role}");
     }

@@ -1,5 +1,6 @@
-//! The PDO maps of the dictionaries are the codecs of `tautrack::bus::pdo`: what a node sends is what another reads. And
-//! the EDS files in docs/eds are what a running node holds.
+//! Tests that the PDO mappings in the object dictionaries match the codecs of `tautrack::bus::pdo`,
+//! so that each node reads what another one sends. Also tests that the EDS files in docs/eds match
+//! the objects of a running node.
 
 mod node;
 
@@ -16,12 +17,12 @@ use tautrack::link::Sensors;
 
 const NODE: u16 = 9;
 
-/// An object of up to four bytes, read from the running node.
+/// Reads an object of up to four bytes from the running node.
 fn read(node: &mut Node, index: u16, sub: u8) -> u32 {
     read_sized(node, index, sub).0
 }
 
-/// The same with its length in bytes.
+/// Reads an object of up to four bytes; returns its value and its length in bytes.
 fn read_sized(node: &mut Node, index: u16, sub: u8) -> (u32, usize) {
     let [low, high] = index.to_le_bytes();
     let request = Frame::new(0x600 + NODE, &[0x40, low, high, sub, 0, 0, 0, 0]).expect("a frame");
@@ -40,7 +41,7 @@ fn read_sized(node: &mut Node, index: u16, sub: u8) -> (u32, usize) {
     (value, usize::from(4 - (command >> 2 & 3)))
 }
 
-/// An object of an EDS file, for node [`NODE`].
+/// Object of an EDS file, for node [`NODE`].
 struct Entry {
     index: u16,
     sub: u8,
@@ -49,7 +50,7 @@ struct Entry {
     writable: bool,
 }
 
-/// Entries of an EDS file, strings left out.
+/// Returns the entries of an EDS file, without strings.
 fn entries(eds: &str) -> Vec<Entry> {
     let number = |text: &str| match text.strip_prefix("0x") {
         Some(digits) => i64::from_str_radix(digits, 16).expect("a number"),
@@ -104,7 +105,7 @@ fn started(role: &str) -> Node {
         .find(|(name, _)| *name == role)
         .expect("a role");
     let mut node = Node::native(program);
-    // A drive without a motor has no current samples, and its watchdog resets it.
+    // Without a motor, a drive gets no current samples, and its watchdog resets it.
     let motor = (role != "guard").then_some(MOTOR);
     assert_eq!(node.start(&settings(i32::from(NODE)), motor).refusal, "");
     node
@@ -125,7 +126,8 @@ fn nodes_hold_what_their_data_sheets_say() {
                 default,
                 writable,
             } = entry;
-            // What the stack or the node computes, or the settings give, is not the dictionary's default.
+            // Values that the stack or the node computes, or that the settings define, differ from
+            // the dictionary's default.
             let running = index >= 0x2000 && !writable
                 || matches!(index, 0x1001 | 0x1017)
                 || (role, index, sub) == ("screw", 0x1403, 1);

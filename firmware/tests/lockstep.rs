@@ -1,4 +1,4 @@
-//! The promises of the lockstep boards.
+//! Tests the guarantees of the lockstep boards.
 
 mod node;
 
@@ -17,7 +17,8 @@ fn frame(id: u16, data: &[u8]) -> Frame {
     Frame::new(id, data).expect("a CAN frame")
 }
 
-/// What the bus brings in step `step`: NMT start, SYNC, set-points, and a client that reads and writes objects.
+/// Returns the frames on the bus in step `step`: NMT start, SYNC, set-points, and a client's reads
+/// and writes of objects.
 fn script(step: u32) -> Vec<Frame> {
     let mut frames = Vec::new();
     if step == 5 {
@@ -38,7 +39,7 @@ fn script(step: u32) -> Vec<Frame> {
         30 => frames.push(frame(0x600 + NODE, &[0xa0, 0x08, 0x10, 0, 20, 0, 0, 0])),
         45 => frames.push(frame(
             0x600 + NODE,
-            // The guard's q1 to q8 in turn.
+            // Reads the guard's coordinates q1 to q8 in turn.
             &[0x40, 0x10, 0x40, (step / 50 % 8) as u8 + 1, 0, 0, 0, 0],
         )),
         40 => frames.push(frame(
@@ -65,7 +66,7 @@ fn sensors(step: u32) -> Sensors {
     }
 }
 
-/// A sentence of a GNSS receiver that moves north-west.
+/// Returns an NMEA sentence of a GNSS receiver that moves north-west.
 fn fix(step: u32) -> Vec<u8> {
     let away = step / 200;
     let body = format!(
@@ -77,7 +78,7 @@ fn fix(step: u32) -> Vec<u8> {
     format!("${body}*{sum:02X}\r\n").into_bytes()
 }
 
-/// Runs the script; the answers without their log bytes.
+/// Runs the script; returns the answers without their log bytes.
 fn run(mut node: Node) -> Vec<Stepped> {
     let ready = node.start(&settings(i32::from(NODE)), Some(MOTOR));
     assert_eq!(ready.refusal, "");

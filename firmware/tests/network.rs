@@ -1,4 +1,5 @@
-//! Five nodes on one bus, without a robot: the guard brings them up and the screw finds its place.
+//! Tests five nodes on one bus, without a robot: the guard starts the network, and the screw homes
+//! and takes up the belt.
 
 mod node;
 
@@ -13,7 +14,7 @@ use tautrack::node::guard::State;
 use tautrack::sensors::BodySensors;
 use tautrack::settings::Setting;
 
-/// Roles and node ids, as the settings' defaults expect them.
+/// Roles and node ids that match the defaults of the settings.
 const NODES: [(&str, i32); 5] = [
     ("guard", 1),
     ("axle", 2),
@@ -24,7 +25,8 @@ const NODES: [(&str, i32); 5] = [
 const GUARD: u8 = 1;
 const SCREW: u8 = 5;
 
-/// The nodes, and what they sent in the step before: node and frame, lowest identifier first.
+/// The nodes, and the frames that they sent in the previous step: index of the node and frame,
+/// lowest identifier first.
 struct Network {
     nodes: [Node; 5],
     sent: Vec<(usize, Frame)>,
@@ -37,7 +39,8 @@ impl Network {
             let mut settings = settings(id);
             match id {
                 4 => settings.push((Setting::PositionBits.description().key, 32)),
-                // A coarse screw, so that this slow motor takes the belt up in some seconds.
+                // A screw with a large lead, so that this slow motor takes the belt up in some
+                // seconds.
                 5 => settings.push((Setting::ScrewLead.description().key, 50_000)),
                 _ => {}
             }
@@ -63,7 +66,7 @@ impl Network {
         })
     }
 
-    /// One step; the operator asks to stop, and from a second on to arm.
+    /// Runs one step. The operator requests to stop, and to arm from 1 s on.
     fn advance(&mut self) -> &[(usize, Frame)] {
         let level = BodySensors {
             specific_force: [0.0, 0.0, 9.81],
@@ -131,7 +134,7 @@ fn guard_starts_the_network_and_arms_once_the_screw_is_in_place() {
         states,
         [State::Ready, State::Starting(3), State::Armed].map(State::code)
     );
-    // The robot's tabulated extension with the chassis straight, in m.
+    // Tabulated extension of the robot's screw with the chassis straight, in m.
     assert!((extension - 0.226).abs() < 1e-3, "{extension}");
 }
 

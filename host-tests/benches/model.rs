@@ -1,5 +1,8 @@
-//! Host times of what the control core computes, beside the same in double precision as one would write it without its tables and
-//! prepared sums. Ratios on one machine are what counts; what the target pays is in docs/cost.md.
+//! Measures how long the computations of the control core take on the host.
+//!
+//! Each is compared with a plain implementation in double precision, without tables and prepared
+//! sums. Only the ratios of times measured on one computer are meaningful. docs/cost.md has the
+//! cost on the target.
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use std::hint::black_box;
@@ -17,7 +20,7 @@ use tautrack::units::Angle;
 
 const SUPPORT: [[f64; 2]; 4] = [[0.0, -0.16], [0.77, -0.16], [0.77, 0.16], [0.0, 0.16]];
 
-/// Every body turned and weighed on its own.
+/// Computes the centre of gravity of B2P2 body by body, without prepared sums.
 fn centre_of_gravity(masses: &Masses, theta: f64, l3: f64) -> [f64; 3] {
     let (sin, cos) = theta.sin_cos();
     let front = |body: [f32; 3], slid: f64| {
@@ -110,7 +113,8 @@ fn model(criterion: &mut Criterion) {
     group.finish();
 }
 
-/// The same robot without its structure: products of 4 x 4 matrices down the table, full Jacobians, sums over all segments.
+/// Computes frames and inertia matrix of the same robot without using its structure: products of 4
+/// x 4 matrices down the table of links, full Jacobians, sums over all segments.
 mod naive {
     use tautrack::robots::b2p2::parameters::{LENGTHS, SEGMENTS};
 
@@ -127,6 +131,7 @@ mod naive {
         c
     }
 
+    /// Transformation from one link to the next:
     /// `Rot(x, alpha) Trans(x, d) Rot(z, theta) Trans(z, r)`.
     fn link(alpha: f64, d: f64, theta: f64, r: f64) -> Matrix4 {
         let ((sa, ca), (st, ct)) = (alpha.sin_cos(), theta.sin_cos());
@@ -138,7 +143,7 @@ mod naive {
         ]
     }
 
-    /// Frames R1 to R8 by the paper's table.
+    /// Frames R1 to R8, computed from the paper's table.
     pub fn frames(q: &[f64; 8]) -> [Matrix4; 8] {
         use std::f64::consts::FRAC_PI_2 as QUARTER;
         let table = [
@@ -171,7 +176,7 @@ mod naive {
         ]
     }
 
-    /// Eq. 7 as printed: `sum m Jv^T Jv + Jw^T R I R^T Jw`.
+    /// Inertia matrix, eq. 7 as printed: `sum m Jv^T Jv + Jw^T R I R^T Jw`.
     pub fn inertia_matrix(q: &[f64; 8]) -> [[f64; 8]; 8] {
         let frames = frames(q);
         let mut d = [[0.0; 8]; 8];
@@ -197,7 +202,7 @@ mod naive {
                 } else {
                     let arm = std::array::from_fn(|row| place[row] - frames[joint][row][3]);
                     linear[joint] = cross(axis, arm);
-                    // Along the segment's own axes.
+                    // In the segment's own frame, because its inertia is given there.
                     angular[joint] = std::array::from_fn(|column| {
                         (0..3).map(|row| frame[row][column] * axis[row]).sum()
                     });
@@ -218,7 +223,7 @@ mod naive {
     }
 }
 
-/// One precision's share of the dynamic model.
+/// Measures the dynamic model in one precision.
 macro_rules! dynamics {
     ($criterion:expr, $scalar:ty, $name:literal) => {{
         let parameters = Parameters::<$scalar>::paper();
@@ -269,12 +274,12 @@ macro_rules! dynamics {
     }};
 }
 
-/// A posture with nothing at zero.
+/// A posture in which no joint is at zero.
 const Q: [f64; 8] = [0.4, -0.2, 0.1, 0.6, 0.2, 0.3, 0.7, 0.1];
 
 fn dynamics(criterion: &mut Criterion) {
     let parameters = Parameters::<f64>::paper();
-    // What is compared must be the same.
+    // Both implementations must compute the same matrix.
     let structured = Posture::new(&parameters, &Q).inertia_matrix();
     let plain = naive::inertia_matrix(&Q);
     for (row, other) in structured.iter().zip(&plain) {
@@ -294,7 +299,7 @@ fn dynamics(criterion: &mut Criterion) {
     dynamics!(criterion, f32, "f32");
 }
 
-/// One step of the body controller on a slope.
+/// Measures one step of Hylos' body controller on a slope.
 macro_rules! hylos_control {
     ($criterion:expr, $scalar:ty, $name:literal) => {{
         let parameters = hylos::Parameters::<$scalar>::nominal();

@@ -1,29 +1,30 @@
-//! Bounds of values that a person writes, and what is said about a bad one.
+//! Checks values that a person writes against their bounds, and describes a value that is out of
+//! bounds.
 
 use std::fmt;
 
-/// Ways in which a scenario can be bad.
+/// Errors in a scenario file.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Problem {
     /// The file cannot be read.
     Unreadable(String),
-    /// There is nothing in it.
+    /// The file is empty.
     Empty,
-    /// It is not TOML, or a key is unknown, missing or of the wrong type.
+    /// The file is not TOML, or a key is unknown, missing or of the wrong type.
     Malformed {
-        /// The key whose value it is, if there is one.
+        /// The key that the message refers to, if there is one.
         key: Option<String>,
-        /// What the parser says.
+        /// Message of the parser.
         message: String,
     },
-    /// A NaN or an infinity.
+    /// The value is NaN or infinite.
     NotFinite {
         /// Path of the key.
         key: String,
         /// The value.
         got: f64,
     },
-    /// Below its lower bound.
+    /// The value is below its lower bound.
     BelowLeast {
         /// Path of the key.
         key: String,
@@ -31,10 +32,10 @@ pub enum Problem {
         got: f64,
         /// The bound.
         least: f64,
-        /// Unit, and the bound's reason where it is not plain.
+        /// Unit of the bound, with the reason for the bound if that is not obvious.
         unit: &'static str,
     },
-    /// Above its upper bound.
+    /// The value is above its upper bound.
     AboveMost {
         /// Path of the key.
         key: String,
@@ -42,14 +43,14 @@ pub enum Problem {
         got: f64,
         /// The bound.
         most: f64,
-        /// Unit, and the bound's reason where it is not plain.
+        /// Unit of the bound, with the reason for the bound if that is not obvious.
         unit: &'static str,
     },
-    /// At odds with another value, or without effect.
+    /// The value contradicts another value, or has no effect.
     Contradiction {
         /// Path of the key.
         key: String,
-        /// The rest of the sentence.
+        /// Text that completes the sentence after the key.
         why: &'static str,
     },
 }
@@ -99,14 +100,15 @@ impl fmt::Display for Problem {
     }
 }
 
-/// Rounded to a micro-unit, so that a computed bound does not show its binary fraction.
+/// Formats `value` with its unit. Rounds it to a millionth, so that a computed bound does not show
+/// its binary fraction.
 fn quantity(value: f64, unit: &str) -> String {
     let space = if unit.is_empty() { "" } else { " " };
     format!("{}{space}{unit}", (value * 1e6).round() / 1e6)
 }
 
 impl Problem {
-    /// Path of the key that is bad, if there is one.
+    /// Path of the invalid key, if the problem has one.
     pub fn key(&self) -> Option<&str> {
         match self {
             Self::NotFinite { key, .. }
@@ -119,11 +121,11 @@ impl Problem {
     }
 }
 
-/// Whether a value is within its bounds, which are allowed. A NaN or infinity is told apart, because
-/// its bound is not the point.
+/// Checks that a value is within its bounds, inclusive.
 ///
 /// # Errors
-/// Names key, value and bound.
+/// [`Problem`] with key, value and bound. NaN and infinity have their own variant, which names no
+/// bound.
 pub fn within(
     key: &str,
     got: f64,
@@ -153,10 +155,10 @@ pub fn within(
     }
 }
 
-/// What is wrong with a value beside its bounds.
+/// Reports that a value is invalid for another reason than its bounds.
 ///
 /// # Errors
-/// Always.
+/// Always returns [`Problem::Contradiction`].
 pub fn contradiction(key: &str, why: &'static str) -> Result<(), Problem> {
     Err(Problem::Contradiction {
         key: key.to_owned(),

@@ -1,7 +1,9 @@
-//! The simulator: robots in their world, the virtual bus and lockstep runner, scenarios, results, and the tools. No part of it runs on a robot.
+//! Simulator of tautrack: robots in their world, virtual bus, lockstep runner, scenarios, results
+//! and tools. No part of it runs on a robot.
 //!
-//! A module uses only modules to its left: [`bounds`], [`programs`], [`world`], [`robots`], [`scenario`], [`simulator`], [`results`],
-//! [`tools`]. `tests/tools/layers.rs` reads the `use` lines and checks it.
+//! A module uses only modules to its left: [`bounds`], [`programs`], [`world`], [`robots`],
+//! [`scenario`], [`simulator`], [`results`], [`tools`]. `tests/tools/layers.rs` reads the `use`
+//! lines and checks this.
 
 pub mod bounds;
 pub mod programs;

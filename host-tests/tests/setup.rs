@@ -1,4 +1,5 @@
-//! What a machine lacks is installed where that is allowed, else named in one line.
+//! Tests the setup of the host: what a computer lacks is installed if that is allowed, else one
+//! line names it.
 
 use proptest::prelude::*;
 use std::fs;
@@ -133,7 +134,7 @@ proptest! {
     }
 }
 
-/// A folder that looks like a checkout, with a default scenario that is bad in its own way.
+/// Makes a folder that looks like a checkout, whose default scenario is bad and contains `name`.
 fn checkout_in(parent: &Path, name: &str) -> PathBuf {
     let root = parent.join(name);
     fs::create_dir_all(root.join("firmware/dictionary")).unwrap();
@@ -166,7 +167,8 @@ fn the_checkout_is_the_first_at_or_above_the_places() {
     assert!(error.to_string().contains("/nowhere/at/all"), "{error}");
 }
 
-/// The demo's own error in `folder`, with cargo's variable for the package if given.
+/// Runs the demo in `folder`, with cargo's variable for the package if given, and returns its
+/// error.
 fn error_in(program: &Path, folder: &Path, package: Option<&Path>) -> String {
     let mut command = Command::new(program);
     command.current_dir(folder).env_remove("CARGO_MANIFEST_DIR");
@@ -187,7 +189,8 @@ fn a_copied_checkout_reads_its_own_scenarios() {
     let names = |error: &str, root: &Path| error.contains(&root.display().to_string());
     let error = error_in(demo, &mine, None);
     assert!(names(&error, &mine), "{error}");
-    // What cargo runs is where the package is, wherever the user stands.
+    // If cargo starts the program, the checkout is the one of the package, in any working
+    // directory.
     let error = error_in(demo, &mine, Some(&other.join("host-tests")));
     assert!(names(&error, &other), "{error}");
 }

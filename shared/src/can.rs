@@ -1,8 +1,8 @@
-//! One classic CAN frame with an 11-bit identifier: what every part of the bus code exchanges.
+//! One classic CAN frame with an 11-bit identifier. All bus code exchanges frames in this form.
 
 use serde::{Deserialize, Serialize};
 
-/// A CAN 2.0A data frame. Bytes behind `length` are zero, so equal frames are equal values.
+/// A CAN 2.0A data frame. Bytes beyond `length` are zero, so that equal frames are equal values.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize, Deserialize)]
 pub struct Frame {
     id: u16,
@@ -14,7 +14,8 @@ impl Frame {
     /// Largest identifier of a CAN 2.0A frame.
     pub const MAX_ID: u16 = 0x7ff;
 
-    /// Frame with identifier `id` and the bytes of `data`; `None` above [`Self::MAX_ID`] or for more than eight bytes.
+    /// Creates a frame with the identifier `id` and the bytes of `data`; `None` if `id` is above
+    /// [`Self::MAX_ID`] or if there are more than eight bytes.
     pub fn new(id: u16, data: &[u8]) -> Option<Self> {
         if id > Self::MAX_ID || data.len() > 8 {
             return None;
@@ -28,12 +29,12 @@ impl Frame {
         })
     }
 
-    /// The 11-bit identifier; the lowest wins arbitration.
+    /// Returns the 11-bit identifier. The lowest identifier wins arbitration.
     pub fn id(&self) -> u16 {
         self.id
     }
 
-    /// The payload, 0 to 8 bytes.
+    /// Returns the payload, 0 to 8 bytes.
     pub fn data(&self) -> &[u8] {
         &self.data[..usize::from(self.length.min(8))]
     }

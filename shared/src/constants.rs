@@ -1,10 +1,11 @@
-//! Numbers that every node shares.
+//! Constants that all nodes share.
 
 /// Period of every node's control tick, s.
 pub const CONTROL_PERIOD: f32 = 1e-3;
 
-/// Acceleration of gravity, m/s^2: the papers' figure. On Earth's surface it is off by at most 0.3 %.
+/// Acceleration of gravity, m/s^2: the value that the papers use. At sea level it is off by at most
+/// 0.3 %.
 pub const GRAVITY: f32 = GRAVITY_F64 as f32;
 
-/// The same for simulated physics and for the papers' models.
+/// Acceleration of gravity in double precision, for the simulated physics and the papers' models.
 pub const GRAVITY_F64: f64 = 9.81;

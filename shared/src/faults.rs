@@ -1,12 +1,13 @@
-//! The one table of faults: code on the bus, cause, reaction, how it clears and what the user does about it.
+//! The table of all faults: code on the bus, name, cause, reaction, what clears the fault, and the
+//! remedy. docs/faults.md is generated from it. [`Faults`] is a set of faults.
 
-/// What an axle does by itself when a fault is raised, weakest first. Of several faults the
-/// strongest reaction wins.
+/// What a drive does by itself when a fault is raised, weakest reaction first. Of several faults
+/// the strongest reaction counts.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
 pub enum Reaction {
     /// Ramps to standstill and holds the position there with the hold current.
     Hold,
-    /// Shorts the motor's windings: it resists motion without supply.
+    /// Shorts the motor's windings: the motor resists motion without a supply.
     Brake,
     /// Opens all transistors of the bridge: the motor turns freely.
     Off,
@@ -15,24 +16,25 @@ pub enum Reaction {
 /// One row of the table.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Description {
-    /// Error code in object 0x603F and in EMCY (`CiA` 301 and 402 where they have one, else 0xFFxx).
+    /// Error code in object 0x603F and in the emergency frame: the code of `CiA` 301 or 402 if
+    /// there is one, else 0xFFxx.
     pub code: u16,
-    /// Short name, as logs and reports show it.
+    /// Short name that logs and reports show.
     pub name: &'static str,
-    /// What happened.
+    /// Condition that raises the fault: one or two sentences.
     pub cause: &'static str,
-    /// What the axle does.
+    /// What the drive does.
     pub reaction: Reaction,
-    /// What clears it. Nothing re-enables an axle by itself.
+    /// What clears the fault. No drive enables itself again.
     pub clears: &'static str,
-    /// What the user does about it.
+    /// What the user can check and do.
     pub remedy: &'static str,
 }
 
 macro_rules! faults {
     ($($variant:ident = $code:literal, $name:literal, $reaction:ident, $cause:literal, $clears:literal, $remedy:literal;)*) => {
-        /// A fault; its row is [`Fault::description`].
-        #[allow(clippy::doc_markdown)] // the causes are sentences for people
+        /// A fault; [`Fault::description`] returns its row of the table.
+        #[allow(clippy::doc_markdown)] // the causes are sentences for readers of docs/faults.md
         #[derive(Clone, Copy, PartialEq, Eq, Debug)]
         pub enum Fault { $(#[doc = $cause] $variant,)* }
 
@@ -46,78 +48,85 @@ macro_rules! faults {
     };
 }
 
-// Strongest reaction first: `Faults` relies on it.
+// Strongest reaction first: `Faults` relies on this order.
 faults! {
     OverCurrent = 0x2310, "over-current", Off,
-        "The measured current stayed above 125 % of the limit for 5 ms.", "fault reset",
-        "Look for a blocked axle or a short circuit; check resistance and inductance in the settings.";
+        "The measured current stayed above 125 % of `current_limit` for 5 ms.",
+        "fault reset",
+        "Look for a blocked axle or a short circuit. Check resistance and inductance in the settings.";
     Overspeed = 0x7310, "overspeed", Off,
-        "The measured velocity stayed above 120 % of velocity_limit for 3 ms while the current loop was on.",
+        "The measured speed stayed above 120 % of `velocity_limit` for 3 ms while the current loop was on.",
         "fault reset",
-        "Check the order of the encoder's channels and of the motor's leads, then encoder_counts, gear_ratio and the gains.";
+        "Check the order of the encoder's channels and of the motor's leads. Then check `encoder_counts`, `gear_ratio` and the gains.";
     VelocityDeviation = 0x8400, "velocity deviation", Off,
-        "The axle gathered speed away from its set-point, against more than half of the largest current, for 3 ms.",
+        "For 25 ms the drive gathered speed away from its set-point, against a commanded current of more than half of `current_limit`.",
         "fault reset",
-        "Check the order of the encoder's channels and of the motor's leads: two are swapped.";
+        "Two channels of the encoder or two leads of the motor are swapped: check their order.";
     InvalidReading = 0x7300, "invalid sensor reading", Brake,
-        "For 3 ms a current or voltage reading was not a finite number, or the PWM interrupt took no current sample.",
-        "fault reset", "Check the analogue inputs and their wiring.";
+        "For 3 ms a current or voltage reading was not finite, or the PWM interrupt took no current sample.",
+        "fault reset",
+        "Check the analogue inputs and their wiring.";
     OverVoltage = 0x3210, "over-voltage", Brake,
-        "The supply stayed above 32 V for 5 ms.", "fault reset, once the supply is back",
-        "The supply cannot take the energy of braking: lower the deceleration or add a brake chopper.";
+        "The supply voltage stayed above 32 V for 5 ms.",
+        "fault reset, once the supply voltage is back within its limits",
+        "The supply cannot absorb the energy of braking: lower the deceleration or add a brake chopper.";
     UnderVoltage = 0x3220, "under-voltage", Brake,
-        "The supply stayed below 12 V for 5 ms.", "fault reset, once the supply is back",
-        "Charge the battery; check its wiring and connectors under load.";
+        "The supply voltage stayed below 12 V for 5 ms.",
+        "fault reset, once the supply voltage is back within its limits",
+        "Charge the battery. Check its wiring and connectors under load.";
     Blocked = 0x7121, "blocked or encoder frozen", Brake,
-        "Nearly the largest current was commanded for 60 ms while the encoder counted next to nothing.",
+        "For 60 ms more than 90 % of the current limit was commanded while the measured speed stayed below 1 % of the velocity limit.",
         "fault reset",
-        "Free the axle; if it moves freely, check the encoder and its cable.";
+        "Free the axle. If it moves freely, check the encoder and its cable.";
     FollowingError = 0x8611, "following error", Hold,
-        "The position stayed more than following_limit away from its set-point for 100 ms.",
+        "The position stayed farther than `following_limit` from its set-point for 100 ms.",
         "fault reset",
-        "The axle is too weak for its load or its gains are wrong.";
+        "The drive is too weak for its load, or its gains are wrong: check both.";
     GuardLost = 0x8130, "guard lost", Hold,
-        "The guard's heartbeat stayed out longer than heartbeat_timeout.",
+        "The drive was under power and received no heartbeat of the guard for longer than `heartbeat_timeout`.",
         "fault reset by the guard",
-        "Look at the guard's supply and at the bus; its heartbeat comes every heartbeat_period.";
+        "Check the guard's supply and the bus. The guard sends a heartbeat every `heartbeat_period`.";
     CommandLost = 0x8250, "command lost", Hold,
-        "No set-point came for longer than command_timeout.", "fault reset by the guard",
-        "Look at bus load and wiring; set-points come with every SYNC.";
+        "The drive was under power and received no set-point for longer than `command_timeout`.",
+        "fault reset by the guard",
+        "Check bus load and wiring. The guard sends set-points with every SYNC.";
     JointLost = 0xff01, "chassis joint lost", Hold,
-        "The chassis joint's state stayed out longer than joint_timeout, so that the belt's length is not known.",
-        "fault reset by the guard", "Look at the chassis joint's node.";
+        "The screw received no motion of the chassis joint for longer than `joint_timeout`, so it cannot compute the extension that keeps the belt taut.",
+        "fault reset by the guard",
+        "Check the chassis joint's node.";
     HomingFailed = 0x8613, "homing failed", Hold,
-        "The home switch was not found within 20 s.", "fault reset, then homing again",
-        "Check the switch, its wiring and homing_direction.";
-    HomingMismatch = 0xff06, "homing mismatch", Hold,
-        "The two approaches of homing found the home switch at places farther apart than homing_tolerance.",
+        "Homing did not find the home switch within 20 s.",
         "fault reset, then homing again",
-        "Check the switch for bouncing and its wiring for interference; object 0x2002 has the distance.";
+        "Check the switch, its wiring and `homing_direction`.";
+    HomingMismatch = 0xff06, "homing mismatch", Hold,
+        "The two approaches of homing found the home switch at positions farther apart than `homing_tolerance`.",
+        "fault reset, then homing again",
+        "Check the switch for bouncing and its wiring for interference. Object 0x2002 holds the distance.";
     NodeLost = 0xff02, "node lost", Hold,
-        "The guard no longer receives a drive: its heartbeat or its state stayed out.",
+        "The guard received no heartbeat of a drive for longer than `heartbeat_timeout`. Or, while the robot was under power, it received no motion or no status of a drive for longer than 60 ms (15 SYNC periods, if that is longer), or a drive restarted.",
         "the operator's reset",
-        "Look at that node's supply, its wiring, and its last log lines.";
+        "Check that node's supply, its wiring and its last log lines.";
     SecondMaster = 0xff03, "second master", Hold,
-        "A frame with an identifier that only the guard sends came from another node.",
+        "Another node sent a frame with an identifier that only the guard may use.",
         "the operator's reset",
-        "Disconnect the other program or guard; a client commands the robot through the guard's objects.";
+        "Disconnect the other program or guard. A client commands the robot through the guard's objects.";
     UnexpectedState = 0xff04, "drive left the commanded state", Hold,
-        "A drive did not reach the commanded state within 200 ms (25 SYNC periods, if longer), or left it.",
+        "A drive did not reach the commanded state within 200 ms (25 SYNC periods, if that is longer), or it left this state.",
         "the operator's reset",
-        "Look at that drive's statusword, at its log, and at who else writes its controlword.";
+        "Check that drive's statusword and its log. Find out which other client writes its controlword.";
     ScaleMismatch = 0xff05, "position scale differs", Hold,
-        "A drive's position scale (object 2010) is not the one of the guard; object 400A has both.",
+        "The position scale of a drive (object 0x2010) differs from the scale that the guard uses. Object 0x400A holds both.",
         "the same scale in both nodes, a restart of the drive, then the operator's reset",
-        "Set position_bits of that drive to the value that the guard expects.";
+        "Set `position_bits` of that drive to the value that the guard expects.";
 }
 
 impl Fault {
-    /// Its row of [`TABLE`].
+    /// Returns the row of this fault in [`TABLE`].
     pub fn description(self) -> &'static Description {
         &TABLE[self as usize]
     }
 
-    /// The fault with this error code.
+    /// Returns the fault with this error code.
     pub fn from_code(code: u16) -> Option<Self> {
         ALL.iter()
             .copied()
@@ -127,8 +136,8 @@ impl Fault {
 
 /// A set of faults.
 ///
-/// One bit for each, in the order of [`TABLE`], so that the lowest bit is a fault of the strongest
-/// reaction.
+/// It holds one bit for each fault, in the order of [`TABLE`]. So the lowest bit in the set is a
+/// fault with the strongest reaction.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct Faults(u32);
 
@@ -139,34 +148,34 @@ impl Faults {
     const OFF: u32 = with_reaction(Reaction::Off);
     const BRAKE: u32 = with_reaction(Reaction::Brake);
 
-    /// The set of one fault.
+    /// The set that contains only `fault`.
     pub const fn of(fault: Fault) -> Self {
         Self(1 << fault as u32)
     }
 
-    /// The set of the first faults of [`TABLE`] whose bits are given, lowest first.
+    /// The set of the faults whose bits are set; bit 0 is the first fault of [`TABLE`].
     pub(crate) const fn from_bits(bits: u32) -> Self {
         Self(bits & ((1 << TABLE.len()) - 1))
     }
 
-    /// Whether no fault is in the set.
+    /// Returns true if the set contains no fault.
     #[inline]
     pub const fn is_empty(self) -> bool {
         self.0 == 0
     }
 
-    /// Whether `fault` is in the set.
+    /// Returns true if the set contains `fault`.
     pub const fn contains(self, fault: Fault) -> bool {
         self.0 & Self::of(fault).0 != 0
     }
 
-    /// Adds `fault` if `present`.
+    /// Adds `fault` to the set if `present` is true.
     #[inline]
     pub fn insert_if(&mut self, fault: Fault, present: bool) {
         self.0 |= u32::from(present) << fault as u32;
     }
 
-    /// Faults that are in either set.
+    /// Faults that are in at least one of the two sets.
     #[inline]
     #[must_use]
     pub const fn or(self, other: Self) -> Self {
@@ -187,13 +196,13 @@ impl Faults {
         Self(self.0 & !other.0)
     }
 
-    /// A fault of the strongest reaction, the first one in [`TABLE`].
+    /// Returns the fault of the set that is first in [`TABLE`]; it has the strongest reaction.
     #[inline]
     pub fn strongest(self) -> Option<Fault> {
         ALL.get(self.0.trailing_zeros() as usize).copied()
     }
 
-    /// The strongest reaction.
+    /// Returns the strongest reaction of the faults in the set.
     #[inline]
     pub const fn reaction(self) -> Option<Reaction> {
         if self.0 & Self::OFF != 0 {
@@ -208,7 +217,7 @@ impl Faults {
     }
 }
 
-/// Bits of the faults with this reaction.
+/// Returns the bits of all faults with this reaction.
 const fn with_reaction(reaction: Reaction) -> u32 {
     let (mut bits, mut row) = (0, 0);
     while row < TABLE.len() {

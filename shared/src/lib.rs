@@ -1,9 +1,14 @@
-//! Control, kinematics and stability for robots that change their own shape: everything of tautrack that can be right
-//! or wrong, without hardware, clock, statics or allocation, so that the code that is flashed is the code that is tested.
+//! Control, kinematics and stability for robots that change their shape. This crate has all
+//! decisions and computations of tautrack, but no hardware, clock, statics or allocation. So the
+//! code that the tests run is the code that is flashed.
 //!
-//! Rooms, lower ones first; none uses a higher one: [`constants`], [`units`], [`sensors`], [`can`],
-//! [`settings`], [`faults`], [`math`] · [`bus`], [`motor`], [`screw`], [`stability`], [`estimate`] ·
-//! [`robots`] · [`node`] · [`link`] (feature `lockstep`).
+//! Modules, lower layers first; no module uses a higher layer:
+//!
+//! 1. [`constants`], [`units`], [`sensors`], [`can`], [`settings`], [`faults`], [`math`]
+//! 2. [`bus`], [`motor`], [`screw`], [`stability`], [`estimate`]
+//! 3. [`robots`]
+//! 4. [`node`]
+//! 5. [`link`] (feature `lockstep`)
 #![no_std]
 
 pub mod bus;

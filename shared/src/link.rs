@@ -1,78 +1,84 @@
-//! Messages between the simulator and one node that runs without a board: one each way per step.
+//! Messages between the simulator and one node that runs without a board. Each step exchanges one
+//! message in each direction.
 //!
-//! On the wire each message is its length as little-endian `u16`, then postcard bytes. The node's clock is the time in
-//! the message; between two messages the simulated board runs the PWM periods of one step, so that current loop and
-//! rotor live in the node while the rest of the physics lives in the simulator.
+//! On the wire, each message is its length as little-endian `u16`, followed by postcard bytes. The
+//! node's clock is the time in the message. Between two messages the simulated board runs the PWM
+//! periods of one step. So the current loop and the rotor run in the node, and the rest of the
+//! physics runs in the simulator.
 
 use crate::can::Frame;
 use crate::sensors::{BodySensors, Switches};
 use heapless::Vec;
 use serde::{Deserialize, Serialize};
 
-/// Version of these messages; both sides compare it before anything else.
+/// Version of these messages. Both sides compare it before anything else.
 pub const VERSION: u16 = 3;
 /// Length of a lockstep step in microseconds.
 pub const STEP_US: u64 = 1_000;
-/// Most frames that one step can deliver to, or take from, a node. A 1 Mbit/s bus carries at most 21 per step.
+/// Maximum number of frames that one step can deliver to a node, or take from it. A bus with 1
+/// Mbit/s carries at most 21 per step.
 pub const MAX_FRAMES: usize = 32;
-/// Most bytes that a serial line delivers in one step: 115200 baud are 11.5.
+/// Maximum number of bytes that a serial line delivers in one step; 115200 baud give 11.5.
 pub const MAX_SERIAL: usize = 16;
-/// Most log bytes that one step can carry; what does not fit waits for the next.
+/// Maximum number of log bytes that one step can carry. Further bytes wait for the next step.
 pub const MAX_LOG: usize = 512;
-/// Most settings that [`Start`] can carry.
+/// Maximum number of settings in [`Start`].
 pub const MAX_SETTINGS: usize = 64;
-/// Longest encoded message in bytes, without the length prefix.
+/// Maximum length of an encoded message in bytes, without the length prefix.
 pub const MAX_MESSAGE: usize = 1_400;
 
-/// From the simulator to the node.
+/// Message from the simulator to the node.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 #[allow(clippy::large_enum_variant)] // one of these exists at a time, and boxes need an allocator
 pub enum ToNode {
-    /// Message 0: what a real node reads from its flash, and what its motor is like. Answered by [`FromNode::Ready`].
+    /// Message 0: what a real node reads from its flash, and the parameters of its motor. The
+    /// answer is [`FromNode::Ready`].
     Start(Start),
-    /// One step. Answered by [`FromNode::Stepped`].
+    /// One step. The answer is [`FromNode::Stepped`].
     Step(Step),
 }
 
-/// What a node has before its first step.
+/// Data that a node gets before its first step.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 pub struct Start {
     /// The simulator's [`VERSION`].
     pub version: u16,
     /// Seed of the simulated sensors' noise.
     pub seed: u64,
-    /// Settings as key and value (`tautrack::settings`).
+    /// Settings as pairs of key and value (`tautrack::settings`).
     pub settings: Vec<(u16, i32), MAX_SETTINGS>,
-    /// The motor behind the bridge; `None` for a node without one.
+    /// The motor at the node's bridge; `None` for a node without a motor.
     pub motor: Option<MotorModel>,
 }
 
-/// A geared brushed DC motor with its bridge and sensors: truth, not what the firmware believes of it.
+/// A geared brushed DC motor with its bridge and sensors. These values are the simulator's ground
+/// truth; the firmware's settings may differ from them.
 #[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
 pub struct MotorModel {
     /// Winding resistance, ohm.
     pub resistance: f32,
     /// Winding inductance, henry.
     pub inductance: f32,
-    /// Torque constant, N m/A, equal to the back-EMF constant in V s/rad.
+    /// Torque constant, N m/A. It equals the back-EMF constant in V s/rad.
     pub torque_constant: f32,
     /// Inertia at the rotor, kg m^2.
     pub rotor_inertia: f32,
-    /// Turns of the rotor for one of the output shaft.
+    /// Turns of the rotor per turn of the output shaft.
     pub gear_ratio: f32,
     /// Coulomb friction at the output shaft, N m.
     pub friction_torque: f32,
-    /// What a spring-applied brake adds to it while the bridge drives no current, N m; 0 without a brake.
+    /// Friction torque that a spring-applied brake adds while the bridge drives no current, N m; 0
+    /// without a brake.
     pub brake_torque: f32,
     /// Encoder counts per turn of the rotor.
     pub encoder_counts: u32,
-    /// One standard deviation of the current sensor's noise, A.
+    /// Standard deviation of the current sensor's noise, A.
     pub current_noise: f32,
-    /// One step of the current sensor's converter, A.
+    /// Resolution of the current sensor's converter, A.
     pub current_quantum: f32,
 }
 
-/// What the world tells a node in one step.
+/// What a node receives in one step.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 pub struct Step {
     /// Virtual time at the end of this step, microseconds since power-up.
@@ -81,28 +87,29 @@ pub struct Step {
     pub sensors: Sensors,
     /// Frames that the bus delivered, in the order in which they won arbitration.
     pub frames: Vec<Frame, MAX_FRAMES>,
-    /// Bytes that came in on the board's serial line, in order: sentences of a GNSS receiver.
+    /// Bytes that the board's serial line received, in order: sentences of a GNSS receiver.
     pub serial: Vec<u8, MAX_SERIAL>,
 }
 
-/// What a board's sensors say, beside those that sit on the motor.
+/// Inputs of a simulated board, except the sensors on the motor.
 #[derive(Clone, Copy, PartialEq, Debug, Default, Serialize, Deserialize)]
 pub struct Sensors {
-    /// Torque with which the load resists a positive turn of the output shaft, N m. Acts on the rotor; no sensor sees it.
+    /// Torque with which the load resists a positive turn of the output shaft, N m. It acts on the
+    /// rotor; no sensor measures it.
     pub shaft_torque: f32,
     /// Supply voltage, V.
     pub supply_voltage: f32,
-    /// End and home switches of the axle.
+    /// Limit switches and home switch of the axle.
     pub switches: Switches,
-    /// The encoder keeps its last count whatever the rotor does: a fault of the experiment.
+    /// The encoder keeps its last count whatever the rotor does: an injected fault.
     pub encoder_frozen: bool,
     /// Sensors on the robot's body; `None` on a node that has none.
     pub body: Option<BodySensors>,
 }
 
-/// From the node to the simulator.
+/// Message from the node to the simulator.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
-#[allow(clippy::large_enum_variant)] // as above
+#[allow(clippy::large_enum_variant)] // as for `ToNode`
 pub enum FromNode {
     /// Answer to [`ToNode::Start`].
     Ready(Ready),
@@ -110,7 +117,7 @@ pub enum FromNode {
     Stepped(Stepped),
 }
 
-/// Who the node is, or why it refuses to be.
+/// What the node is, or why it cannot run with its settings.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 pub struct Ready {
     /// The node's [`VERSION`].
@@ -119,11 +126,11 @@ pub struct Ready {
     pub role: heapless::String<16>,
     /// Board of the program: `mps2` or `native`.
     pub board: heapless::String<16>,
-    /// Why the settings cannot be used: key, value, bounds; empty when they can.
+    /// Why the settings cannot be used: key, value, bounds. Empty if they can be used.
     pub refusal: heapless::String<160>,
 }
 
-/// What a node did in one step.
+/// Results of one step of a node.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 pub struct Stepped {
     /// Motion of the output shaft at the end of the step.
@@ -134,7 +141,7 @@ pub struct Stepped {
     pub log: Vec<u8, MAX_LOG>,
 }
 
-/// The output shaft behind the gear, which the load follows through a stiff coupling.
+/// Motion of the output shaft behind the gear. The load follows the shaft through a stiff coupling.
 #[derive(Clone, Copy, PartialEq, Debug, Default, Serialize, Deserialize)]
 pub struct Shaft {
     /// Position since power-up, 2^-32 turn.

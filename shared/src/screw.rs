@@ -1,10 +1,12 @@
-//! The driving screw of a variable-geometry track: which extension keeps the belt taut at a chassis angle, and how much
-//! slack another extension leaves.
+//! Geometry of the driving screw of a variable-geometry track: the extension that keeps the belt
+//! taut at a chassis angle, and the slack that another extension leaves.
 //!
-//! Axles 1 and 2 are `L1` apart, axle 3 is `r = L2 + L3` from axle 2; the tracks are taut when the sides of their triangle
-//! satisfy `L + (L2 + L3) = K`, `L` being the distance of axles 1 and 3 (Paillat et al., Variable Geometry Tracked Unmanned Grounded
-//! Vehicle, eq. 1). Axle 3 then runs on an ellipse around axles 1 and 2. Solved for the screw (eq. 2):
-//! `r = (K^2 - L1^2) / (2 (K + L1 cos theta))`. Cosine is even, so the sign of `theta` does not matter.
+//! Axles 1 and 2 are `L1` apart, and axle 3 is `r = L2 + L3` from axle 2. The tracks are taut when
+//! the sides of this triangle satisfy `L + (L2 + L3) = K`, where `L` is the distance of axles 1 and
+//! 3 (Paillat et al., Variable Geometry Tracked Unmanned Grounded Vehicle, eq. 1). Axle 3 then
+//! moves on an ellipse around axles 1 and 2. Solved for the screw (eq. 2):
+//! `r = (K^2 - L1^2) / (2 (K + L1 cos theta))`. Cosine is even, so the sign of `theta` does not
+//! matter.
 
 use crate::math::cubic::{NODES, fit, mul_high, mul_high_add, quantize, sine};
 use crate::math::{atan2, max, sin_cos, sqrt};
@@ -12,15 +14,18 @@ use crate::units::Angle;
 pub use crate::units::Length;
 use core::f64::consts::{FRAC_PI_2, PI};
 
-/// Pieces over half a turn. 128 rather than 64, so that the derivative of the same cubic serves as feed-forward.
+/// Number of pieces over half a turn. It is 128 and not 64, so that the derivative of the same
+/// cubic can serve as feed-forward.
 const PIECES: usize = 128;
-/// Bits of a folded angle (31 bits for half a turn) within a piece.
+/// Bits of an angle within a piece. A folded angle has 31 bits for half a turn.
 const PIECE_BITS: u32 = 24;
-/// The sums below the constant term have so many more fractional bits than a product's high word: the derivative's resolution.
+/// Fraction bits of the sums below the constant term in addition to those of a product's high word.
+/// They give the derivative its resolution.
 const EXTRA_BITS: u32 = 7;
 /// Fractional bits of a [`Length`].
 const Q: u32 = Length::FRAC_NBITS;
-/// What decimal lengths lose when they become fixed: a geometry exactly on a bound is accepted.
+/// Rounding error of decimal lengths in fixed point, 2^-28 m. It makes a geometry exactly on a
+/// bound acceptable.
 const ROUNDING: i32 = 2;
 
 /// Screw extension and its derivative with respect to the chassis angle.
@@ -32,60 +37,62 @@ pub struct Extension {
     pub derivative: Length,
 }
 
-/// Why lengths do not describe a screw that can be driven.
+/// Reason why lengths do not describe a screw that can be driven.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum GeometryError {
-    /// The distance of axles 1 and 2 is outside what the tables are scaled for.
+    /// The distance `L1` of axles 1 and 2 is outside of the range of the tables.
     L1OutOfRange {
-        /// Length asked for.
+        /// The given length.
         got: Length,
-        /// Least length, [`Geometry::MIN_L1`].
+        /// Minimum length, [`Geometry::MIN_L1`].
         minimum: Length,
-        /// Largest length, [`Geometry::MAX_L1`].
+        /// Maximum length, [`Geometry::MAX_L1`].
         maximum: Length,
     },
     /// The fixed part `L2` is negative.
     L2BelowMinimum {
-        /// Length asked for.
+        /// The given length.
         got: Length,
-        /// Zero.
+        /// Minimum length: zero.
         minimum: Length,
     },
-    /// The belt is shorter than `L1 + 2 L2`: with the front straight the screw would have to be shorter than nothing.
+    /// The belt constant `K` is below `L1 + 2 L2`. With the front straight, the screw would need a
+    /// negative extension.
     KBelowChain {
-        /// Length asked for.
+        /// The given length.
         got: Length,
-        /// `L1 + 2 L2`.
+        /// Minimum length: `L1 + 2 L2`.
         minimum: Length,
     },
-    /// The belt is shorter than `2.4 L1`: the extension bends too sharply for the stated errors.
+    /// The belt constant `K` is below `2.4 L1`. The extension would then curve too sharply for the
+    /// stated errors.
     KBelowRatio {
-        /// Length asked for.
+        /// The given length.
         got: Length,
-        /// `2.4 L1`.
+        /// Minimum length: `2.4 L1`.
         minimum: Length,
     },
-    /// The belt is longer than the tables are scaled for.
+    /// The belt constant `K` is above the range of the tables.
     KAboveMaximum {
-        /// Length asked for.
+        /// The given length.
         got: Length,
-        /// Largest length, [`Geometry::MAX_K`].
+        /// Maximum length, [`Geometry::MAX_K`].
         maximum: Length,
     },
 }
 
-/// No chassis angle makes the belt taut at this extension.
+/// Error: no chassis angle makes the belt taut at this extension.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct LengthOutOfRange {
-    /// Extension asked for.
+    /// The given extension.
     pub got: Length,
-    /// Extension at angle zero, the least of all: [`Geometry::released_length`].
+    /// Extension at angle zero, the minimum: [`Geometry::released_length`].
     pub minimum: Length,
-    /// Extension at half a turn, the largest of all.
+    /// Extension at half a turn, the maximum.
     pub maximum: Length,
 }
 
-/// A checked geometry, with the table that makes its extension cheap (2 KiB).
+/// A checked geometry, with the table (2 KiB) that makes its extension cheap to evaluate.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Geometry {
     l1: Length,
@@ -95,21 +102,24 @@ pub struct Geometry {
 }
 
 impl Geometry {
-    /// Least distance of axles 1 and 2: 10 mm.
+    /// Minimum distance of axles 1 and 2: 10 mm.
     pub const MIN_L1: Length = Length::lit("0.01");
-    /// Largest distance of axles 1 and 2: 1 m.
+    /// Maximum distance of axles 1 and 2: 1 m.
     pub const MAX_L1: Length = Length::lit("1");
-    /// Largest `K`: 4 m.
+    /// Maximum `K`: 4 m.
     pub const MAX_K: Length = Length::lit("4");
 
-    /// Geometry with axles 1 and 2 `l1` apart, fixed part `l2` of the front segment and belt constant `k`.
+    /// Creates a geometry with the distance `l1` of axles 1 and 2, the fixed part `l2` of the front
+    /// segment and the belt constant `k`.
     ///
-    /// Accepted: `l1` from 10 mm to 1 m, `l2 >= 0`, `k` up to 4 m, `k >= l1 + 2 l2` and `k >= 2.4 l1`, the last two to within
-    /// the rounding of decimal lengths. The table comes from IEEE sums, products and quotients alone: the same bits on any machine.
-    /// Cost: about 30 000 double-precision operations, in software on a Cortex-M4F; for start-up.
+    /// Accepted: `l1` from 10 mm to 1 m, `l2 >= 0`, `k` up to 4 m, `k >= l1 + 2 l2` and
+    /// `k >= 2.4 l1`, the last two to within the rounding of decimal lengths. The table is computed
+    /// from IEEE sums, products and quotients only, so it is bit-identical on every machine. Cost:
+    /// about 30 000 double-precision operations, in software on a Cortex-M4F; it is meant for
+    /// start-up.
     ///
     /// # Errors
-    /// The first bound that is broken, with what was asked for.
+    /// The first bound that is broken, with the given length.
     pub fn new(l1: Length, l2: Length, k: Length) -> Result<Self, GeometryError> {
         if l1 < Self::MIN_L1 || l1 > Self::MAX_L1 {
             let (minimum, maximum) = (Self::MIN_L1, Self::MAX_L1);
@@ -156,34 +166,37 @@ impl Geometry {
         })
     }
 
-    /// As [`Self::new`], from micrometres, as settings hold them; the nearest 2^-28 m each, saturated to 8 m.
+    /// Creates a geometry as [`Self::new`] does, from lengths in micrometres, as the settings have
+    /// them. Each length is rounded to the nearest 2^-28 m and saturates at 8 m.
     ///
     /// # Errors
-    /// As [`Self::new`].
+    /// Those of [`Self::new`].
     pub fn from_micrometres(l1_um: i32, l2_um: i32, k_um: i32) -> Result<Self, GeometryError> {
         Self::new(micrometres(l1_um), micrometres(l2_um), micrometres(k_um))
     }
 
-    /// Distance `L1` of axles 1 and 2.
+    /// Returns the distance `L1` of axles 1 and 2.
     pub fn l1(&self) -> Length {
         self.l1
     }
 
-    /// Fixed part `L2` of the front segment.
+    /// Returns the fixed part `L2` of the front segment.
     pub fn l2(&self) -> Length {
         self.l2
     }
 
-    /// Belt constant `K`.
+    /// Returns the belt constant `K`.
     pub fn k(&self) -> Length {
         self.k
     }
 
-    /// Extension `L3` that keeps the tracks taut at chassis angle `theta` (Paillat et al., eq. 2).
+    /// Returns the extension `L3` that keeps the tracks taut at chassis angle `theta` (Paillat et
+    /// al., eq. 2).
     ///
-    /// Domain: every `Angle`. Worst error: 0.068 of 2^-24 m over all 2^32 angles of the nominal geometry, 0.081 over
-    /// sampled ones (`shared/tests/screw.rs`, `extension_keeps_its_errors_*`). Cost on Cortex-M4: 16 instructions as a
-    /// function, 13 inlined.
+    /// Domain: every `Angle`. Worst error: 0.068 of 2^-24 m over all 2^32 angles of the nominal
+    /// geometry, 0.081 of 2^-24 m over sampled geometries (`shared/tests/screw.rs`,
+    /// `extension_keeps_its_errors_*`). Cost on Cortex-M4: 16 instructions as a function, 13
+    /// inlined.
     #[inline]
     pub fn length(&self, theta: Angle) -> Length {
         let (_, u, [c0, c1, c2, c3]) = self.piece(theta);
@@ -191,21 +204,24 @@ impl Geometry {
         Length::from_bits(c0.wrapping_add(mul_high(slope, u) >> EXTRA_BITS))
     }
 
-    /// Extension `L3` that keeps the tracks taut at chassis angle `theta` (Paillat et al., eq. 2), with its derivative, the
-    /// feed-forward of the screw: `dL3 / dtheta = r L1 sin(theta) / (K + L1 cos(theta))`.
+    /// Returns the extension `L3` that keeps the tracks taut at chassis angle `theta` (Paillat et
+    /// al., eq. 2), with its derivative, which is the feed-forward of the screw:
+    /// `dL3 / dtheta = r L1 sin(theta) / (K + L1 cos(theta))`.
     ///
-    /// Domain: every `Angle`. Worst error of the length as of [`Self::length`], of the derivative 1.4e-7 m/rad over all 2^32
-    /// angles of the nominal geometry, 1.0e-6 over sampled ones, at `L1` = 1 m (`shared/tests/screw.rs`). Cost on Cortex-M4: 24
+    /// Domain: every `Angle`. Worst error of the length: as for [`Self::length`]. Worst error of
+    /// the derivative: 1.4e-7 m/rad over all 2^32 angles of the nominal geometry, 1.0e-6 m/rad over
+    /// sampled geometries, at `L1` = 1 m (`shared/tests/screw.rs`). Cost on Cortex-M4: 24
     /// instructions as a function.
     #[inline]
     pub fn extension(&self, theta: Angle) -> Extension {
-        /// One radian is this many half pieces, less the scale of the coefficients: `2 PIECES / pi = 2^8 / pi`.
+        /// One radian in half pieces, without the scale of the coefficients:
+        /// `2 PIECES / pi = 2^8 / pi`.
         const PER_RADIAN: i32 = quantize(1.0 / PI, 32);
         let (sign, u, [c0, c1, c2, c3]) = self.piece(theta);
         let bend = mul_high_add(c2, u, c3);
         let slope = mul_high_add(c1, u, bend);
         let length = c0.wrapping_add(mul_high(slope, u) >> EXTRA_BITS);
-        // Horner's scheme once more over its own sums differentiates the cubic.
+        // Horner's scheme, applied once more to its own sums, differentiates the cubic.
         let tangent = mul_high_add(slope, u, mul_high_add(bend, u, c3));
         let derivative = mul_high_add(0, tangent, PER_RADIAN);
         Extension {
@@ -214,21 +230,26 @@ impl Geometry {
         }
     }
 
-    /// Sign mask of `theta`, its place in its piece (-1 to 1 in Q31), and the piece's coefficients.
+    /// Returns the sign mask of `theta`, its position within its piece (-1 to 1 in Q31), and the
+    /// coefficients of the piece.
     #[inline]
     fn piece(&self, theta: Angle) -> (i32, i32, [i32; 4]) {
         let sign = theta.to_bits() >> 31;
-        // The complement mirrors negative angles about minus half a bit, and so needs no exception for half a turn.
+        // The complement mirrors negative angles about minus half a bit. So half a turn needs no
+        // special case.
         let folded = theta.to_bits() ^ sign;
         let index = (folded as u32 >> PIECE_BITS) as usize % PIECES;
         let u = (folded << (32 - PIECE_BITS)) ^ i32::MIN;
         (sign, u, self.pieces[index])
     }
 
-    /// Chassis angle, from 0 to half a turn, at which the belt is taut at extension `length`; the sign of the angle is not in it.
+    /// Returns the chassis angle, from 0 to half a turn, at which the belt is taut at extension
+    /// `length`. The extension does not tell the sign of the angle.
     ///
-    /// `tan^2(theta / 2) = (K + L1)(2 r - (K - L1)) / ((K - L1)((K + L1) - 2 r))`, which follows from eq. 2 and keeps its precision at
-    /// both ends, where a cosine would lose it. Lengths beyond an end by less than 2^-24 m count as that end; others are refused.
+    /// The formula is `tan^2(theta / 2) = (K + L1)(2 r - (K - L1)) / ((K - L1)((K + L1) - 2 r))`.
+    /// It follows from eq. 2 and keeps its precision at both ends, where a cosine would lose it. A
+    /// length beyond an end by less than 2^-24 m counts as that end. Other lengths beyond an end
+    /// are refused.
     ///
     /// # Errors
     /// [`LengthOutOfRange`] if no angle makes the belt taut at `length`.
@@ -248,22 +269,27 @@ impl Geometry {
         let y = sqrt((k + l1) as f32 * above.max(0) as f32);
         let x = sqrt((k - l1) as f32 * below.max(0) as f32);
         let half_angle = atan2(y, x);
-        // The cast saturates: half a turn is the largest positive angle, not the most negative one.
+        // The cast saturates. So half a turn is the largest positive angle, not the most negative
+        // one.
         Ok(Angle::from_bits(
             (half_angle * (2.0 * 2_147_483_648.0 / PI) as f32) as i32,
         ))
     }
 
-    /// Extension at which the belt is slack, or just tight at angle zero, whatever the chassis angle: `(K - L1) / 2 - L2`.
+    /// Returns the largest extension that never tightens the belt: `(K - L1) / 2 - L2`. There the
+    /// belt is just tight at angle zero, and slack at every other chassis angle.
     pub fn released_length(&self) -> Length {
         // Both terms are at most 4 m.
         Length::from_bits(((self.k.to_bits() - self.l1.to_bits()) >> 1) - self.l2.to_bits())
     }
 
-    /// Slack of the belt at chassis angle `theta` and extension `length`: `K - r - L`; negative is strain.
+    /// Returns the slack of the belt at chassis angle `theta` and extension `length`: `K - r - L`.
+    /// Negative slack is strain.
     ///
-    /// With `r*` the taut side, `(K - r)^2 - L^2 = (K^2 - L1^2)(r* - r) / r*`, so slack is computed from the difference to the taut
-    /// extension: no cancellation, and exactly zero at [`Self::length`]. Defined for every input; saturates at the range of [`Length`].
+    /// With `r*` as the taut side, `(K - r)^2 - L^2 = (K^2 - L1^2)(r* - r) / r*`. So the slack is
+    /// computed from the difference to the taut extension: there is no cancellation, and the slack
+    /// is exactly zero at [`Self::length`]. It is defined for every input and saturates at the
+    /// range of [`Length`].
     pub fn slack(&self, theta: Angle, length: Length) -> Length {
         let taut = self.length(theta);
         let bits = |x: Length| i64::from(x.to_bits());
@@ -273,12 +299,14 @@ impl Geometry {
         let belt = float(k - bits(self.l2) - bits(length));
         let side = float(bits(taut) + bits(self.l2));
         let difference = float(k + l1) * float(k - l1) * loose / side;
-        // The law of cosines by the half angle: a sum of squares, precise even where axle 3 comes close to axle 1.
+        // The law of cosines with the half angle is a sum of squares. It is precise even where axle
+        // 3 comes close to axle 1.
         let r = bits(self.l2) + bits(length);
         let (_, half_cosine) = sin_cos(Angle::from_bits(theta.to_bits() >> 1));
         let chord = 4.0 * float(l1) * float(r) * half_cosine * half_cosine;
         let distance = sqrt(max(float(r - l1) * float(r - l1) + chord, 0.0));
-        // A screw longer than the whole belt has no triangle left to tighten; the definition still holds.
+        // A screw longer than the whole belt leaves no triangle to tighten. The definition still
+        // holds.
         let slack = if belt > 0.0 {
             difference / (belt + distance)
         } else {
@@ -288,7 +316,8 @@ impl Geometry {
     }
 }
 
-/// `length` in single precision, to nearest; the general conversion of its type costs ten times as much.
+/// Converts `length` to metres in single precision, rounded to nearest. The general conversion of
+/// its type costs ten times as much.
 #[inline]
 pub fn metres(length: Length) -> f32 {
     length.to_bits() as f32 * (1.0 / (1u64 << Q) as f32)
@@ -303,10 +332,11 @@ fn micrometres(um: i32) -> Length {
     Length::from_bits((bits + if bits < 0.0 { -0.5 } else { 0.5 }) as i32)
 }
 
-/// The extension over half a turn as cubics, coefficients scaled as [`crate::math::cubic`] wants them.
+/// Computes the extension over half a turn as cubics, with coefficients scaled as
+/// [`crate::math::cubic`] needs them.
 fn table(l1: f64, l2: f64, k: f64) -> [[i32; 4]; PIECES] {
     const HALF_WIDTH: f64 = PI / (2 * PIECES) as f64;
-    // A shift rounds down; half a bit in the constant term makes it round to nearest.
+    // A shift rounds down. With half a bit in the constant term it rounds to nearest.
     const HALF_BIT: f64 = 0.5 / (1u64 << Q) as f64;
     core::array::from_fn(|piece| {
         let centre = (2 * piece + 1) as f64 * HALF_WIDTH;

@@ -1,4 +1,4 @@
-//! Node program of the role `axle`.
+//! Program of an axle's node: runs the role `axle` on the selected board.
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
 use tautrack_firmware::boards::{Board, Selected};

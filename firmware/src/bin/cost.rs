@@ -1,4 +1,5 @@
-//! Counts the instructions of every kernel and tick: not a node, see [`tautrack_firmware::cost`].
+//! Counts the executed instructions of every kernel and tick. It is not a node program, see
+//! [`tautrack_firmware::cost`].
 #![no_std]
 #![no_main]
 

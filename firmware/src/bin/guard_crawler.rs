@@ -1,4 +1,4 @@
-//! Node program of the role `guard`, for the crawler.
+//! Program of the crawler's guard node: runs the role `guard` on the selected board.
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
 use tautrack_firmware::boards::{Board, Selected};

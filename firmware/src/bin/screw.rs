@@ -1,4 +1,4 @@
-//! Node program of the role `screw`.
+//! Program of the screw's node: runs the role `screw` on the selected board.
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
 use tautrack_firmware::boards::{Board, Selected};

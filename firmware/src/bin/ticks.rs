@@ -1,11 +1,14 @@
-//! Nothing but the control ticks, linked to be looked at and never started: what its symbols do not hold, no tick can reach.
+//! Links the control ticks and nothing else, so that a test can inspect the symbols of the program.
+//! A function that is not in this program cannot be called by a tick. The program is never started.
 //!
-//! Constructors may compute in double precision and refuse with text, so none is linked: the states are memory that whoever
-//! starts the program would have to fill.
+//! The constructors are not linked, because they may compute in double precision and may fail with
+//! a text. The states are therefore uninitialised memory, which a caller would have to fill before
+//! starting the program.
 #![no_std]
 #![no_main]
 
-// The file itself, because the library brings a panic handler and a fault handler that write text.
+// Includes the source file, because the library would add a panic handler and a fault handler that
+// write text.
 #[path = "../current_loop.rs"]
 mod current_loop;
 
@@ -13,7 +16,7 @@ use core::cell::UnsafeCell;
 use core::hint::black_box;
 use core::mem::MaybeUninit;
 use core::panic::PanicInfo;
-// The critical section.
+// Linked for its implementation of the critical section.
 use cortex_m as _;
 use tautrack::node::axle::{self, Axle, BridgeDemand};
 use tautrack::node::guard::{self, Guard};
@@ -25,7 +28,7 @@ use tautrack::robots::rt_mover::RtMover;
 
 struct Slot<T>(UnsafeCell<MaybeUninit<T>>);
 
-// SAFETY: one thread, and no interrupt touches a slot.
+// SAFETY: the program has one thread, and no interrupt accesses a slot.
 unsafe impl<T> Sync for Slot<T> {}
 
 impl<T> Slot<T> {
@@ -33,13 +36,13 @@ impl<T> Slot<T> {
         Self(UnsafeCell::new(MaybeUninit::uninit()))
     }
 
-    /// What is in the slot; opaque to the compiler.
+    /// Returns the value in the slot; the compiler cannot see through the access.
     ///
     /// # Safety
-    /// Whoever started the program has put a value there, and no other reference to it exists.
-    #[allow(clippy::mut_from_ref)] // the caller's promise
+    /// The caller has written a value into the slot, and no other reference to it exists.
+    #[allow(clippy::mut_from_ref)] // the caller guarantees uniqueness
     unsafe fn get(&self) -> &mut T {
-        // SAFETY: the pointer is that of a static, its value and uniqueness are the caller's promise.
+        // SAFETY: the pointer is that of a static; the caller guarantees the value and uniqueness.
         unsafe { (*black_box(self.0.get())).assume_init_mut() }
     }
 }
@@ -55,7 +58,7 @@ macro_rules! guards {
 
         /// Ticks the guard of every robot.
         fn tick_guards(received: &guard::Inputs<'_>) {
-            // SAFETY: the values are the starter's business; each slot is referred to once.
+            // SAFETY: whoever starts the program writes the values; each slot has one reference.
             $(black_box(unsafe { $name.get() }.tick(received));)*
         }
     };
@@ -70,7 +73,7 @@ guards! {
 
 #[cortex_m_rt::entry]
 fn main() -> ! {
-    // SAFETY: the values are the starter's business; each slot is referred to once.
+    // SAFETY: whoever starts the program writes the values; each slot has one reference.
     let (axle, screw, received, current) =
         unsafe { (AXLE.get(), SCREW.get(), HEARD.get(), CURRENT.get()) };
     loop {
@@ -83,7 +86,8 @@ fn main() -> ! {
     }
 }
 
-/// Linked only if something can panic; its name is what the test looks for.
+/// Panic handler, which is linked only if something can panic. The test searches for the name of
+/// the function that it calls.
 #[panic_handler]
 fn panic(_: &PanicInfo) -> ! {
     a_tick_can_panic()

@@ -1,8 +1,9 @@
-//! The boards that a node runs on, behind one contract.
+//! Boards that a node runs on, and the trait [`Board`] that hides them from the rest of the
+//! firmware.
 //!
 //! A new board is a new folder here with one type that implements [`Board`], a cargo feature that
-//! selects it, and a link script in `build.rs` (firmware/README.md, "Add a board"). Nothing else of
-//! the firmware knows which board it is on.
+//! selects it, and a link script in `build.rs` (firmware/README.md, "Add a board"). No other part
+//! of the firmware depends on the board.
 
 mod lockstep;
 
@@ -23,35 +24,41 @@ pub use crate::current_loop::Bridge;
 use crate::roles::Role;
 use tautrack::sensors::{BodySensors, Switches};
 
-/// The contract between a board and the rest of the firmware. A board is a singleton, so its methods take no `self`.
+/// Interface between a board and the rest of the firmware. A board is a singleton, so its methods
+/// take no `self`.
 ///
-/// What a board *does* by itself, besides answering these methods:
-/// * It calls [`crate::current_loop::pwm_period`] once in every PWM period, in its highest interrupt, and applies the
-///   returned [`Bridge`] from the next period on. Before the first call, and from a panic on, its bridge is off.
-/// * It puts every frame that the bus delivers into [`crate::bus::RECEIVED`], and sends those of
-///   [`crate::bus::TRANSMIT`] as the bus has room, oldest first; both are safe in an interrupt.
-/// * It puts every byte that its serial line delivers into [`crate::serial::RECEIVED`], where it has such a line.
+/// Besides implementing these methods, a board does the following by itself:
+/// * It calls [`crate::current_loop::pwm_period`] once in every PWM period, in its highest-priority
+///   interrupt, and applies the returned [`Bridge`] from the next period on. Before the first call,
+///   and after a panic, its bridge is off.
+/// * It puts every frame that it receives from the bus into [`crate::bus::RECEIVED`], and sends
+///   those of [`crate::bus::TRANSMIT`] as the bus has room, oldest first. Both queues may be used
+///   in an interrupt.
+/// * It puts every byte that it receives on its serial line into [`crate::serial::RECEIVED`], if it
+///   has such a line.
 /// * It drives the clock of `embassy-time` in microseconds since power-up, and polls the executor.
 /// * Its panic handler opens the bridge before anything else.
 pub trait Board {
-    /// The board's name, as in its folder.
+    /// Name of the board, equal to the name of its folder.
     const NAME: &'static str;
-    /// PWM periods per second, and so calls of [`crate::current_loop::pwm_period`].
+    /// PWM periods per second, Hz; also the rate at which the board calls
+    /// [`crate::current_loop::pwm_period`].
     const PWM_HZ: u32;
 
-    /// Starts the board, reads the settings, has `role` spawn its tasks, and runs them for ever.
+    /// Starts the board, reads the settings, calls `role` to spawn its tasks, and runs them for
+    /// ever.
     fn run(role: &'static Role) -> !;
     /// Counts of the rotor's encoder since power-up; wraps at both ends of `i32`.
     fn encoder() -> i32;
-    /// Supply voltage, V; 0 while unknown.
+    /// Supply voltage, V; 0 while it is not known.
     fn supply_voltage() -> f32;
-    /// Switches of the axle.
+    /// State of the axle's switches.
     fn switches() -> Switches;
-    /// Sensors on the robot's body, where the board has them.
+    /// Readings of the sensors on the robot's body; `None` if the board has none.
     fn body() -> Option<BodySensors>;
-    /// Feeds the board's watchdog, which resets the node [`crate::watchdog::PERIOD_US`] after it
-    /// was last fed. The firmware calls it when all of its parts have run since the call before,
-    /// and nobody else does.
+    /// Feeds the board's watchdog, which resets the node [`crate::watchdog::PERIOD_US`] after the
+    /// last feed. Only [`crate::watchdog`] calls this, when all required parts of the firmware have
+    /// run since the previous call.
     fn feed_watchdog();
 }
 

@@ -1,4 +1,4 @@
-//! What a node is told of its dictionary, its robot's identifiers and its guard.
+//! Configuration of a node's bus: its object dictionary, the robot's identifiers and its guard.
 
 use tautrack::bus::heartbeat::Monitor;
 use zencan_node::object_dict::ODEntry;
@@ -9,26 +9,26 @@ use zencan_node::{NodeMbox, NodeState};
 pub struct Dictionary {
     /// Frames in and out of the stack.
     pub mailbox: &'static NodeMbox,
-    /// State of NMT and PDOs.
+    /// State of NMT (network management) and PDOs.
     pub state: &'static NodeState<'static>,
-    /// The objects.
+    /// The objects of the dictionary.
     pub table: &'static [ODEntry<'static>],
 }
 
-/// COB-ID that a receive PDO has in this robot: its communication parameter and the identifier.
+/// COB-ID that a receive PDO has in this robot, with the PDO's communication parameter.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Listen {
     /// Index of the communication parameter, from 0x1400.
     pub parameter: u16,
-    /// The identifier to receive.
+    /// Identifier to receive.
     pub id: u16,
 }
 
-/// The guard that this node follows, as the bus sees it.
+/// Guard that this node follows, identified on the bus.
 #[derive(Clone, Copy, Debug)]
 pub struct Master {
-    /// Its node id.
+    /// Node id of the guard.
     pub node_id: u8,
-    /// Its heartbeat.
+    /// Monitor of the guard's heartbeat.
     pub heartbeat: Monitor,
 }

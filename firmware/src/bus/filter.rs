@@ -1,15 +1,18 @@
-//! What the CANopen stack must never see: frames that this version of it answers wrongly or panics
-//! on, and what a client may not do now.
+//! Keeps from the CANopen stack the frames that it answers wrongly or panics on, and the requests
+//! that a client may not make at the time.
 //!
-//! * Block transfers, either way. An abort in the middle of a block upload panics the stack, its end frame is wrong for
-//!   lengths that are a multiple of seven, and the segments of a block download cannot be told from other requests.
-//!   Segmented transfers carry anything of this dictionary.
-//! * Segmented writes to PDO mappings: an empty last segment panics the stack, and a count above eight is accepted.
-//! * LSS: node ids are settings of the node, and the stack would change its own id behind the filter's back.
-//! * Remote frames never get here: [`Frame`] cannot express them.
-//! * While the guard is alive, nobody writes an object that may move an axle, or that decides which
-//!   frames do: only the rest of the communication objects stays open.
-//! * While the control task stands, SYNC: the stack would send old positions.
+//! * Block transfers in both directions. An abort in the middle of a block upload panics the stack,
+//!   its end frame is wrong for lengths that are a multiple of seven, and the segments of a block
+//!   download cannot be distinguished from other requests. Segmented transfers are sufficient for
+//!   every object of this dictionary.
+//! * Segmented writes to PDO mappings. An empty last segment panics the stack, and the stack
+//!   accepts a count above eight.
+//! * LSS (layer setting services). Node ids are settings of the node, and the stack would change
+//!   its own id without this filter noticing it.
+//! * Remote frames do not reach this filter: [`Frame`] cannot represent them.
+//! * While the guard is alive: SDO writes to objects that may move an axle, or that decide which
+//!   frames do. Only the other communication objects can be written.
+//! * While the control task does not run: SYNC, because the stack would send old positions.
 
 use tautrack::can::Frame;
 
@@ -18,36 +21,36 @@ const SYNC: u16 = 0x080;
 const SDO_REQUEST: u16 = 0x600;
 const SDO_RESPONSE: u16 = 0x580;
 
-/// Abort codes of CiA 301.
+/// Abort codes of CiA 301, used by [`evaluate`].
 const COMMAND_SPECIFIER: u32 = 0x0504_0001;
 const PARAMETER_LENGTH: u32 = 0x0607_0010;
 const VALUE_TOO_HIGH: u32 = 0x0609_0031;
 const DEVICE_STATE: u32 = 0x0800_0022;
 
-/// Most objects in one PDO.
+/// Maximum number of objects in one PDO.
 const MAX_MAPPINGS: u8 = 8;
 
-/// What to do with a received frame.
+/// Decision about a received frame.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub enum Verdict {
-    /// Hand it to the stack.
+    /// Pass the frame to the stack.
     Pass,
-    /// Forget it.
+    /// Discard the frame.
     Drop,
-    /// Send this instead.
+    /// Discard the frame and send this one as the answer.
     Answer(Frame),
 }
 
-/// What the verdict depends on beside the frame.
+/// Conditions, besides the frame, that the verdict depends on.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Condition {
-    /// The heartbeat of a guard that is another node is alive.
+    /// The guard's heartbeat is alive, and the guard is another node.
     pub guard_alive: bool,
     /// The control task runs.
     pub control_runs: bool,
 }
 
-/// Evaluates `frame`, received by node `node_id`.
+/// Decides what to do with `frame`, which node `node_id` received.
 pub fn evaluate(frame: &Frame, node_id: u8, condition: Condition) -> Verdict {
     let node = u16::from(node_id);
     if frame.id() == LSS_REQUEST || frame.id() == SYNC && !condition.control_runs {
@@ -75,7 +78,8 @@ pub fn evaluate(frame: &Frame, node_id: u8, condition: Condition) -> Verdict {
         1 if condition.guard_alive && moves_an_axle(index) => abort(DEVICE_STATE),
         5 | 6 => abort(COMMAND_SPECIFIER),
         1 if is_mapping(index) => {
-            // Expedited, size given: bits 0 and 1; unused bytes: bits 2 and 3.
+            // Expedited transfer with its size given: bits 0 and 1; number of unused bytes: bits 2
+            // and 3.
             let size = if command & 0b11 == 0b11 {
                 4 - ((command >> 2) & 0b11)
             } else {
@@ -91,10 +95,12 @@ pub fn evaluate(frame: &Frame, node_id: u8, condition: Condition) -> Verdict {
     }
 }
 
-/// The object that `frame` addresses, if it is a request for node `node_id` that names one.
+/// Returns the index of the object that `frame` addresses, if it is an SDO request to node
+/// `node_id`. For a segment of a longer transfer, which has no index, it returns 0, which is no
+/// object.
 pub fn sdo_index(frame: &Frame, node_id: u8) -> Option<u16> {
     match frame.data() {
-        // The segment of a longer transfer names none: 0, which is no object.
+        // A download segment carries no index.
         [command, ..] if frame.id() == SDO_REQUEST + u16::from(node_id) && command >> 5 == 0 => {
             Some(0)
         }
@@ -105,7 +111,8 @@ pub fn sdo_index(frame: &Frame, node_id: u8) -> Option<u16> {
     }
 }
 
-/// All objects of the drive itself, and what its receive PDOs are made of.
+/// Whether writing the object may move an axle: all objects of the drive itself, and the parameters
+/// of its receive PDOs.
 fn moves_an_axle(index: u16) -> bool {
     matches!(index, 0x1400..=0x17ff | 0x2000..)
 }
@@ -137,7 +144,7 @@ mod tests {
             0x6040_u16, 0x6060, 0x607a, 0x60ff, 0x60b2, 0x2001, 0x2101, 0x1400, 0x1601,
         ] {
             let [low, high] = index.to_le_bytes();
-            // Expedited and segmented, each by its first request.
+            // The first request of an expedited and of a segmented transfer, in several sizes.
             for command in [0x23, 0x2b, 0x2f, 0x20, 0x21] {
                 let write = Frame::new(0x605, &[command, low, high, 1, 0, 0, 0, 0]).unwrap();
                 let code = aborted(evaluate(&write, 5, guarded));

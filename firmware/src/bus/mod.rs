@@ -1,10 +1,11 @@
-//! The node's end of the CANopen bus.
+//! A node's interface to the CANopen bus.
 //!
-//! `queue` holds frames, `traffic` is those between board and tasks, `filter` keeps from the stack
-//! what it cannot take, and `stack` is the stack itself with the heartbeat and boot-up messages
-//! that it does not send as CiA 301 asks. `configuration` says what a node is told, `service` is
-//! the task. Node ids and settings come from the board's store: 0x1010, 0x1011 and LSS are not
-//! offered.
+//! `queue` implements a frame queue and `traffic` holds the queues between board and tasks.
+//! `filter` keeps frames from the stack that it handles wrongly. `stack` contains the CANopen
+//! stack, and sends the heartbeat and boot-up messages, which the stack does not send as CiA 301
+//! requires. `configuration` describes the node's bus settings; `service` is the bus task. Node ids
+//! and settings come from the board's store, so storing and restoring parameters (objects 0x1010
+//! and 0x1011) and LSS are not supported.
 
 mod configuration;
 mod filter;

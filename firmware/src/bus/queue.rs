@@ -1,11 +1,12 @@
-//! A bounded queue of frames that both tasks and interrupts may use.
+//! Bounded queue of frames, usable in tasks and interrupts.
 
 use core::sync::atomic::{AtomicU32, Ordering};
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::channel::Channel;
 use tautrack::can::Frame;
 
-/// Frames, oldest first. What comes while it is full is dropped and counted: on a bus the newest is sent again.
+/// Queue of frames, oldest first. While it is full, new frames are dropped and counted; CANopen
+/// nodes repeat their current values.
 pub struct FrameQueue<const N: usize> {
     frames: Channel<CriticalSectionRawMutex, Frame, N>,
     dropped: AtomicU32,
@@ -26,19 +27,19 @@ impl<const N: usize> FrameQueue<N> {
         }
     }
 
-    /// Appends `frame`, or drops it.
+    /// Appends `frame`; drops it if the queue is full.
     pub fn push(&self, frame: Frame) {
         if self.frames.try_send(frame).is_err() {
             self.dropped.fetch_add(1, Ordering::Relaxed);
         }
     }
 
-    /// The oldest frame.
+    /// Removes and returns the oldest frame.
     pub fn pop(&self) -> Option<Frame> {
         self.frames.try_receive().ok()
     }
 
-    /// Waits for the oldest frame.
+    /// Waits for a frame; removes and returns the oldest one.
     pub async fn next(&self) -> Frame {
         self.frames.receive().await
     }

@@ -1,13 +1,15 @@
-//! The task that serves the bus.
+//! Task that serves the bus.
 
 use super::{Bus, RECEIVED, Received};
 use crate::watchdog::{self, Party};
 use embassy_time::{Duration, Instant, with_timeout};
 
-/// The stack wants to be called this often, to time out transfers that a client left.
+/// Maximum time between two calls of the stack, which it needs to time out transfers that a client
+/// abandoned.
 const IDLE: Duration = Duration::from_millis(5);
 
-/// Serves the bus for ever; `received` gets every received frame once the stack is done with it.
+/// Serves the bus for ever. Calls `received` for every received frame after the stack has processed
+/// it.
 #[embassy_executor::task]
 pub async fn task(mut bus: Bus, received: fn(Received)) -> ! {
     bus.process(Instant::now().as_micros());

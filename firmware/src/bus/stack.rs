@@ -1,5 +1,5 @@
-//! The CANopen stack, with the heartbeat and boot-up messages that it does not send as CiA 301
-//! asks.
+//! Wraps the CANopen stack, and sends the heartbeat and boot-up messages, which the stack does not
+//! send as CiA 301 requires.
 
 use super::filter::{self, Condition, Verdict};
 use super::{Dictionary, Listen, Master, TRANSMIT};
@@ -17,21 +17,21 @@ static OPERATIONAL: AtomicBool = AtomicBool::new(false);
 const HEARTBEAT: u16 = 0x700;
 const HEARTBEAT_PRODUCER_TIME: u16 = 0x1017;
 
-/// Whether NMT has this node operational: only then are process data exchanged.
+/// Whether NMT has set this node to "operational". Process data is exchanged only in this state.
 pub fn operational() -> bool {
     OPERATIONAL.load(Ordering::Relaxed)
 }
 
-/// A received frame, and what became of it.
+/// Received frame, and what the stack did with it.
 #[derive(Clone, Copy, Debug)]
 pub struct Received {
     /// The frame.
     pub frame: Frame,
-    /// It wrote objects: as process data, or as the end of a service data transfer.
+    /// The frame wrote objects: as process data, or as the end of an SDO (service data) transfer.
     pub wrote: bool,
-    /// The object that it addressed as service data.
+    /// Index of the object that the frame addressed by SDO.
     pub sdo_index: Option<u16>,
-    /// When it was taken, microseconds since power-up.
+    /// Time at which the bus task took the frame, microseconds since power-up.
     pub now_us: u64,
 }
 
@@ -46,8 +46,9 @@ pub struct Bus {
 }
 
 impl Bus {
-    /// Node `node_id` (1 to 127) with `dictionary`, and a heartbeat until a client sets another;
-    /// `None` outside. Called once: the dictionary is static.
+    /// Creates node `node_id` (1 to 127) with `dictionary`. `heartbeat_ms` is the heartbeat period
+    /// until a client writes another one. Returns `None` if the node id is out of range. Must be
+    /// called only once, because the dictionary is static.
     pub fn new(
         dictionary: Dictionary,
         node_id: u8,
@@ -57,7 +58,8 @@ impl Bus {
     ) -> Option<Self> {
         let id = NodeId::new(node_id).ok()?;
         let heartbeat = find_object(dictionary.table, HEARTBEAT_PRODUCER_TIME)?;
-        // The stack reads the period once, here, and would send heartbeats of its own with it.
+        // The stack reads the period once, here; a period other than 0 would make it send its own
+        // heartbeats.
         heartbeat.write(0, &0_u16.to_le_bytes()).ok()?;
         let node = Node::new(
             id,
@@ -77,15 +79,15 @@ impl Bus {
         })
     }
 
-    /// Takes one frame; what it causes is in [`TRANSMIT`] when this returns. One at a time, because
-    /// the stack's mailboxes hold one.
+    /// Processes one frame; when this returns, [`TRANSMIT`] holds the frames sent in answer. It
+    /// takes one frame at a time, because each of the stack's mailboxes holds one.
     pub fn receive(&mut self, frame: Frame, now_us: u64) -> Received {
         let mut wrote = false;
         let condition = self.condition(&frame, now_us);
         match filter::evaluate(&frame, self.node_id, condition) {
             Verdict::Pass => {
                 let message = CanMessage::new(CanId::std(frame.id()), frame.data());
-                // An error means that the frame is none of this node's.
+                // An error means that the frame is not addressed to this node.
                 if self.dictionary.mailbox.store_message(message).is_ok() {
                     wrote = self.process(now_us);
                 }
@@ -101,7 +103,8 @@ impl Bus {
         }
     }
 
-    /// Takes note of the guard's heartbeat, and gives what the verdict on `frame` depends on.
+    /// Updates the monitor of the guard's heartbeat, and returns the conditions for the verdict on
+    /// `frame`.
     fn condition(&mut self, frame: &Frame, now_us: u64) -> Condition {
         let guard_alive = self.master.as_mut().is_some_and(|master| {
             if network::as_heartbeat(frame).is_some_and(|(node, _)| node == master.node_id) {
@@ -115,8 +118,9 @@ impl Bus {
         }
     }
 
-    /// Runs the stack, and sends the heartbeat when it is due (0x1017, in milliseconds; 0 for
-    /// never) and the control task runs. Whether objects were written.
+    /// Runs the stack, and sends the heartbeat if it is due and the control task runs. Object
+    /// 0x1017 is its period in milliseconds, with 0 for no heartbeat. Returns whether objects were
+    /// written.
     pub fn process(&mut self, now_us: u64) -> bool {
         let mut wrote = false;
         loop {
@@ -128,8 +132,8 @@ impl Bus {
             wrote |= self.node.process(now_us);
             while let Some(message) = self.dictionary.mailbox.next_transmit_message() {
                 let id = message.id().raw() as u16;
-                // The stack's boot-up message carries the state after it, where CiA 301 wants 0:
-                // ours is sent instead.
+                // The stack's boot-up message carries the state after boot-up, where CiA 301
+                // requires 0: `send_heartbeat(0)` above sends the correct one.
                 if id != HEARTBEAT + u16::from(self.node_id)
                     && let Some(frame) = Frame::new(id, message.data())
                 {
@@ -153,7 +157,8 @@ impl Bus {
         wrote
     }
 
-    /// When the next heartbeat is due; a write to 0x1017 counts from the last one sent.
+    /// Returns when the next heartbeat is due, us since power-up; `None` if it is disabled. A new
+    /// period in 0x1017 counts from the last heartbeat sent.
     pub(super) fn heartbeat_due_us(&self) -> Option<u64> {
         let period = find_object(self.dictionary.table, HEARTBEAT_PRODUCER_TIME)?
             .read_u16(0)
@@ -168,13 +173,13 @@ impl Bus {
         }
     }
 
-    /// A reset of communication restores the generated COB-IDs, so this robot's is set in every
-    /// boot-up.
+    /// Writes this robot's COB-ID into the receive PDO. A reset of communication restores the
+    /// generated COB-IDs, so this is repeated in every boot-up.
     fn apply_listen(&self) {
         if let Some(listen) = self.listen
             && let Some(parameter) = find_object(self.dictionary.table, listen.parameter)
         {
-            // Cannot fail: four bytes, and the state is boot-up.
+            // Cannot fail: the value has four bytes, and the NMT state is boot-up.
             let _ = parameter.write(1, &u32::from(listen.id).to_le_bytes());
         }
     }
@@ -196,7 +201,7 @@ mod tests {
         let dictionary = crate::roles::axle::DICTIONARY;
         let mut bus = Bus::new(dictionary, 5, 50, None, None).expect("a node");
         let mut now_us = 0;
-        // One second, in which the control task runs or not.
+        // Simulates one second, with the control task running or not.
         let mut second = |runs: bool| {
             let mut sent = 0;
             for _ in 0..1_000 {
@@ -216,7 +221,7 @@ mod tests {
             (20, true),
             "one every 50 ms, boot-up included"
         );
-        // One may be due before the silence of the control task has lasted.
+        // One heartbeat may be due before the control task counts as stopped.
         let (sent, answered) = second(false);
         assert!(sent <= 1 && !answered, "{sent}");
         assert_eq!(second(true), (20, true));

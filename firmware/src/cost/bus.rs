@@ -1,4 +1,5 @@
-//! One frame through filter and CANopen stack, as the axle's node takes it.
+//! Counts the instructions that filter and CANopen stack take for one frame, with the axle's
+//! dictionary.
 
 use super::counter::Table;
 use super::inputs::settings;
@@ -15,7 +16,7 @@ const SDO_REQUEST: u16 = 0x600;
 pub fn count(table: &mut Table) {
     let node = settings().id(Setting::NodeId);
     let Some(mut bus) = Bus::new(DICTIONARY, node, 50, None, None) else {
-        return; // the nominal node id is a good one; without it the host misses the entries
+        return; // the nominal node id is valid; otherwise the host finds no entries
     };
     bus.process(0);
     bus.receive(nmt(NmtCommand::Start, 0), 1);
@@ -35,7 +36,7 @@ pub fn count(table: &mut Table) {
         }
         .frame(transmit(1), (call % 5) as u8 + 1)
     };
-    // Reads the position, as a client that polls it would.
+    // Reads the position (object 6064h), like a client that polls it.
     let read = move |_| {
         Frame::new(
             SDO_REQUEST + u16::from(node),
@@ -57,7 +58,7 @@ fn count_frames(table: &mut Table, bus: &mut Bus, name: &str, frame: impl Fn(u32
         |_, call, _| {
             while TRANSMIT.pop().is_some() {}
             now_us += 1_000;
-            // A node whose control task stands answers no SYNC.
+            // Without a running control task, the node does not answer a SYNC.
             watchdog::control_ran(now_us);
             (frame(call), now_us)
         },

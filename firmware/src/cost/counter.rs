@@ -1,8 +1,9 @@
 //! Counts the instructions of one call.
 //!
-//! With `-icount shift=8` an instruction takes 256 ns of virtual time and `SysTick` counts in steps of 40 ns: 6.4 ticks, so that one
-//! call is exact to the instruction. The same call site with a callee that only returns is subtracted, so what is left is the
-//! callee without its return.
+//! With `-icount shift=8` an instruction takes 256 ns of virtual time, and `SysTick` counts in
+//! steps of 40 ns. An instruction is therefore 6.4 ticks, so that the count of one call is exact to
+//! the instruction. The count of a callee that only returns, at the same call site, is subtracted;
+//! the result is the callee's instructions without its return.
 
 use super::inputs::Random;
 use crate::boards::mps2::semihosting::Stream;
@@ -12,12 +13,13 @@ use core::hint::black_box;
 use cortex_m::peripheral::syst::SystClkSource;
 use cortex_m::peripheral::{Peripherals, SYST};
 
-/// Types of which any bits are a value, so that a callee that only returns may stand for any function that gives one.
+/// Types for which every bit pattern is a value, so that a callee that only returns may replace any
+/// function that returns such a type.
 ///
 /// # Safety
 /// Every bit pattern of the type must be valid.
 pub unsafe trait Plain {}
-// SAFETY: numbers, and nothing, have no invalid bits.
+// SAFETY: numbers and `()` have no invalid bit patterns.
 unsafe impl Plain for () {}
 // SAFETY: as above.
 unsafe impl Plain for i32 {}
@@ -40,7 +42,7 @@ extern "C" fn ten_nops() {
     )
 }
 
-/// Counts of several calls.
+/// Minimum, maximum and sum of the counts of several calls.
 #[derive(Clone, Copy)]
 pub struct Count {
     calls: u32,
@@ -50,7 +52,7 @@ pub struct Count {
 }
 
 impl Count {
-    /// Counts of no calls.
+    /// The counts of no calls.
     pub const NONE: Self = Self {
         calls: 0,
         least: u32::MAX,
@@ -58,7 +60,7 @@ impl Count {
         sum: 0,
     };
 
-    /// Takes the count of one more call.
+    /// Adds the count of one call.
     pub fn take(&mut self, instructions: u32) {
         self.calls += 1;
         self.least = self.least.min(instructions);
@@ -67,14 +69,15 @@ impl Count {
     }
 }
 
-/// The counts on their way to the host.
+/// Writes the counts to the host.
 pub struct Table {
     calls: u32,
     output: Stream,
 }
 
 impl Table {
-    /// Table of so many calls per entry; `None` without a timer.
+    /// Creates a table with `calls` calls per entry and starts the timer. Returns `None` if the
+    /// core's peripherals are already taken.
     pub fn new(calls: u32, output: Stream) -> Option<Self> {
         let mut timer = Peripherals::take()?.SYST;
         timer.set_clock_source(SystClkSource::Core);
@@ -84,14 +87,15 @@ impl Table {
         Some(Self { calls, output })
     }
 
-    /// Calls per entry.
+    /// Number of calls per entry.
     pub fn calls(&self) -> u32 {
         self.calls
     }
 
-    /// Whether an empty call reads 0 and ten `nop`s read 10; both are written like any entry.
+    /// Checks the counter: returns whether an empty call reads 0 and ten `nop`s read 10. Both are
+    /// written like any entry.
     pub fn controls(&mut self) -> bool {
-        // SAFETY: both touch neither memory nor arguments.
+        // SAFETY: both functions access neither memory nor arguments.
         let [empty, nops] = [nothing as extern "C" fn(), ten_nops].map(|control| unsafe {
             core::mem::transmute::<extern "C" fn(), fn(&mut (), ())>(control)
         });
@@ -108,7 +112,8 @@ impl Table {
         right
     }
 
-    /// Counts `kernel` over the inputs that `inputs` makes from the number of the call.
+    /// Counts `kernel` over the inputs that `inputs` returns for each call number, and writes the
+    /// entry.
     pub fn kernel<S, I: Copy, O: Plain>(
         &mut self,
         name: &str,
@@ -124,7 +129,8 @@ impl Table {
         self.write(name, &count, kernel as usize);
     }
 
-    /// Writes one entry. The host has gone if that fails; the emulator then ends by itself.
+    /// Writes one entry. Ignores an error: it means that the host has gone, and then the emulator
+    /// ends by itself.
     pub fn write(&mut self, name: &str, count: &Count, address: usize) {
         let Count {
             calls,
@@ -140,29 +146,32 @@ impl Table {
     }
 }
 
-/// Instructions of `kernel(state, input)`, its return not counted.
+/// Counts the instructions of `kernel(state, input)` without its return.
 pub fn instructions<S, I: Copy, O: Plain>(
     state: &mut S,
     input: I,
     kernel: fn(&mut S, I) -> O,
 ) -> u32 {
-    // SAFETY: the callee only returns; it leaves the state as it is, and whatever the result's registers hold is a value.
+    // SAFETY: the callee only returns. It does not change the state, and any contents of the
+    // result's registers are a valid value.
     let empty = unsafe {
         core::mem::transmute::<extern "C" fn(), fn(&mut S, I) -> O>(nothing as extern "C" fn())
     };
     let overhead = ticks(state, input, black_box(empty));
     let whole = ticks(state, input, black_box(kernel));
-    // 6.4 ticks each, to nearest: an empty call may read a tick less than nothing.
+    // Divides by 6.4 ticks per instruction and rounds to nearest. A callee without instructions may
+    // read one tick less than `overhead`.
     (((whole as i32 - overhead as i32) * 5 + 16) >> 5) as u32
 }
 
-/// `SysTick` ticks between a reading before and one after the call: one call site for every callee of a type.
+/// Returns the `SysTick` ticks between a reading before and one after the call. All callees of a
+/// type share this one call site.
 #[inline(never)]
 fn ticks<S, I: Copy, O: Plain>(state: &mut S, input: I, callee: fn(&mut S, I) -> O) -> u32 {
     let before = SYST::get_current();
     let output = callee(state, input);
     let after = SYST::get_current();
     black_box(output);
-    // It counts down.
+    // The timer counts down.
     before.wrapping_sub(after) & 0x00ff_ffff
 }

@@ -1,4 +1,5 @@
-//! Guard ticks of the robots beside B2P2, all kinds of tick together, and what RT-Mover's computes once before a step.
+//! Counts the guard ticks of the crawler, RT-Mover and Hylos, with all kinds of tick in one count,
+//! and one moment of the prediction that RT-Mover's guard computes before it steps up.
 
 use super::counter::{Count, Table, instructions};
 use super::inputs::Random;
@@ -22,12 +23,12 @@ use tautrack::robots::rt_mover::{RtMover, Shape};
 use tautrack::sensors::BodySensors;
 use tautrack::settings::{Setting, Settings};
 
-/// Ticks before the counting begins, in which the robot is armed.
+/// Ticks before counting starts, in which the robot is armed.
 const WARM_UP: u32 = 2_000;
-/// Frames that a bus at 1 Mbit/s brings in one tick.
+/// Frames that a bus at 1 Mbit/s can carry in one tick.
 const FRAMES: usize = 8;
 
-/// Levels that all three can be armed with.
+/// Margin levels with which all three robots can be armed.
 const LEVELS: [(Setting, i32); 3] = [
     (Setting::CautionMargin, 16_000),
     (Setting::StopMargin, 6_000),
@@ -38,14 +39,14 @@ pub fn count(table: &mut Table) {
     let [hip, knee] = stance(&hylos::Parameters::<f32>::nominal(), 0.29);
     count_guard::<Crawler>(table, "guard tick of the crawler", 4, |_| 0.0);
     count_guard::<RtMover>(table, "guard tick of RT-Mover", 5, |_| 0.0);
-    // Four motors a leg: hip, knee, steering, wheel.
+    // Each leg has four motors: hip, knee, steering, wheel.
     count_guard::<Hylos>(table, "guard tick of Hylos", 8, |drive| {
         [hip, knee, 0.0, 0.0][drive & 3]
     });
     count_prediction(table);
 }
 
-/// The operator stops, and then arms.
+/// Returns the operator's request: first a stop, then to arm.
 pub fn request(tick: u32) -> Request {
     if tick < 100 {
         Request::Stop
@@ -54,7 +55,7 @@ pub fn request(tick: u32) -> Request {
     }
 }
 
-/// Drives are off until the robot is armed, and enabled then.
+/// Returns the state of the drives: off until the robot is armed, then enabled.
 pub fn drive_state(tick: u32) -> State {
     if tick < 140 {
         State::SwitchOnDisabled
@@ -63,14 +64,14 @@ pub fn drive_state(tick: u32) -> State {
     }
 }
 
-/// The drives answer the question for their position scales.
+/// Answers the guard's query for the position scale of every drive.
 pub fn answer_scales<B: Body>(guard: &mut Guard<B>, settings: &Settings) {
     let [low, high] = guard::POSITION_SCALE.to_le_bytes();
     let mut frames = Vec::<Frame, MAX_DRIVES>::new();
     for (drive, id) in B::drive_ids(settings).into_iter().enumerate() {
         let [a, b] = B::scale(drive).code().to_le_bytes();
         let answer = [0x4b, low, high, 0, a, b, 0, 0];
-        // As many as there is room for.
+        // Drives beyond the capacity of `frames` do not answer.
         let _ = frames.push(Frame::new(0x580 + u16::from(id), &answer).unwrap_or_default());
     }
     guard.tick(&guard::Inputs {
@@ -83,7 +84,8 @@ pub fn answer_scales<B: Body>(guard: &mut Guard<B>, settings: &Settings) {
     });
 }
 
-/// Answers of drives that stand at `angle` (rad) and are enabled: position and status of each, and the heartbeats of two after the other.
+/// Returns the frames of enabled drives at `angle` (rad) in answer to a SYNC: position and status
+/// of each drive, and the heartbeats of two drives in turn.
 fn answers(
     ids: &[u8],
     sync: u32,
@@ -98,7 +100,7 @@ fn answers(
         statusword: state.statusword() | status::HOMED,
         ..DriveStatus::default()
     };
-    // Two heartbeats a period: none is older than 64 ms.
+    // With two heartbeats per SYNC period, no heartbeat is older than 64 ms.
     let heartbeats = [0, 1].map(|n| {
         let id = ids[(2 * sync + n) as usize % ids.len()];
         Frame::new(0x700 + u16::from(id), &[5]).unwrap_or_default()
@@ -128,7 +130,7 @@ fn tick_of<B: Body>(guard: &mut Guard<B>, inputs: guard::Inputs<'_>) {
     guard.tick(&inputs);
 }
 
-/// Counts every tick of a guard that is SYNC master every `sync_ticks`.
+/// Counts every tick of a guard that sends SYNC every `sync_ticks` ticks.
 fn count_guard<B: Body>(
     table: &mut Table,
     name: &str,
@@ -138,12 +140,12 @@ fn count_guard<B: Body>(
     let mut settings = Settings::default();
     let period_us = sync_ticks as i32 * (CONTROL_PERIOD * 1e6) as i32;
     for (setting, value) in [(Setting::SyncPeriod, period_us)].into_iter().chain(LEVELS) {
-        let _ = settings.set(setting.description().key, value); // all are within their bounds
+        let _ = settings.set(setting.description().key, value); // cannot fail: within the bounds
     }
     let settings = black_box(settings);
     let ids = B::drive_ids(&settings);
     let Ok(mut guard) = Guard::<B>::new(&settings) else {
-        return; // without the nominal robot the host misses the entry
+        return; // the nominal robot is valid; otherwise the host finds no entry
     };
     answer_scales(&mut guard, &settings);
     let mut random = Random::new();
@@ -182,7 +184,8 @@ fn count_guard<B: Body>(
             armed &= guard.outputs().state.state == guard::State::Armed.code();
         }
     }
-    // Anything else would count another tick than the name says; the host then misses the entry.
+    // If the robot was not armed all the time, the counts are not those of the named tick. No entry
+    // is written then, and the host reports it missing.
     if armed {
         table.write(
             name,
@@ -208,7 +211,7 @@ fn count_prediction(table: &mut Table) {
         prediction: None,
         over: true,
     };
-    // From its beginning to its end, then another.
+    // Runs each prediction from its beginning to its end, then starts another one.
     let question = |mind: &mut Mind, call: u32, random: &mut Random| {
         if !mind.over {
             return;

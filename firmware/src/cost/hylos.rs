@@ -1,4 +1,4 @@
-//! The body controller of Hylos.
+//! Counts one step of the body controller of Hylos.
 
 use super::counter::Table;
 use super::inputs::Random;
@@ -12,7 +12,8 @@ struct State {
     desired: Desired<f32>,
 }
 
-/// A robot that stands on slopes of all directions, up to some that tip it.
+/// Sets the state of a robot that stands on a slope in any direction; some of these slopes would
+/// topple it.
 fn sensed(state: &mut State, _: u32, random: &mut Random) {
     let [x, y] = [random.within(0.6), random.within(0.6)];
     state.sensed.up = [x, y, tautrack::math::sqrt(1.0 - x * x - y * y)];

@@ -1,19 +1,20 @@
-//! Inputs of the counted calls: swept, random, and settings that the compiler cannot see through.
+//! Inputs of the counted calls: sweeps, random numbers, and settings that the compiler cannot see
+//! through.
 
 use core::hint::black_box;
 use tautrack::settings::Settings;
 use tautrack::units::Angle;
 
-/// Marsaglia's xorshift of 32 bits: the same numbers in every run.
+/// Marsaglia's 32-bit xorshift generator, which gives the same numbers in every run.
 pub struct Random(u32);
 
 impl Random {
-    /// The sequence from its start.
+    /// Creates the generator at the start of its sequence.
     pub fn new() -> Self {
         Self(0x2545_f491)
     }
 
-    /// Any bits.
+    /// Returns the next 32 random bits.
     pub fn bits(&mut self) -> i32 {
         self.0 ^= self.0 << 13;
         self.0 ^= self.0 >> 17;
@@ -21,13 +22,14 @@ impl Random {
         self.0 as i32
     }
 
-    /// A number from -`bound` to `bound`.
+    /// Returns a random number from -`bound` to `bound`.
     pub fn within(&mut self, bound: f32) -> f32 {
         self.bits() as f32 * (bound / 2_147_483_648.0)
     }
 }
 
-/// Angles of a sweep over the full circle that hits the quarter turns and then wanders by the golden section.
+/// Returns the angle for call number `call`. The sweep starts with the four quarter turns and then
+/// covers the full circle in steps of the golden section.
 pub fn angle(call: u32) -> Angle {
     Angle::from_bits(match call {
         0..4 => (call << 30) as i32,
@@ -35,7 +37,8 @@ pub fn angle(call: u32) -> Angle {
     })
 }
 
-/// Floating-point numbers of every size and sign, with those that are exceptions.
+/// Returns a floating-point number of any magnitude and sign; the first calls return special
+/// values.
 pub fn number(call: u32, random: &mut Random) -> f32 {
     match call {
         0 => 0.0,
@@ -47,7 +50,7 @@ pub fn number(call: u32, random: &mut Random) -> f32 {
     }
 }
 
-/// Nominal settings, unknown to the compiler.
+/// Returns the nominal settings, with values that the compiler cannot know.
 pub fn settings() -> Settings {
     black_box(Settings::default())
 }

@@ -1,4 +1,4 @@
-//! Elementary functions and the screw's geometry.
+//! Counts the elementary functions and the screw's geometry.
 
 use super::counter::Table;
 use super::inputs::{angle, number, settings};
@@ -44,7 +44,7 @@ pub fn count(table: &mut Table) {
     let [l1, l2, k] = [Setting::LengthL1, Setting::LengthL2, Setting::LengthK]
         .map(|setting| settings.get(setting));
     let Ok(geometry) = Geometry::from_micrometres(l1, l2, k) else {
-        return; // the nominal geometry is a good one; without it the host misses the entries
+        return; // the nominal geometry is valid; otherwise the host finds no entries
     };
     let mut geometry = black_box(geometry);
     table.kernel(

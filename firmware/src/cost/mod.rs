@@ -1,8 +1,10 @@
-//! What the control code costs on the core, in executed instructions, counted under QEMU's `-icount shift=8,sleep=off`.
+//! Program that counts what the control code costs on the core, in executed instructions, under
+//! QEMU's `-icount shift=8,sleep=off`.
 //!
-//! [`counter`] counts one call, [`inputs`] makes what the calls are fed with; the other files list what is counted, a file per
-//! room of the library. The host writes the number of calls per entry (`u32`, little-endian) to standard input and reads one line per
-//! entry: name, calls, least, most, sum, address of the function. `cargo cost` does that and makes a table of it.
+//! [`counter`] counts one call, [`inputs`] makes the inputs of the calls; the other files list what
+//! is counted, with one file per part of the library. The host writes the number of calls per entry
+//! (`u32`, little-endian) to standard input. It reads one line per entry: name, calls, minimum,
+//! maximum, sum, address of the function. `cargo cost` does both and writes a table.
 
 mod bus;
 mod counter;
@@ -18,7 +20,8 @@ mod stability;
 use crate::boards::mps2::semihosting::{Stream, exit};
 use counter::Table;
 
-/// Counts everything, writes the lines and ends the emulator; with failure if the controls do not read what they must.
+/// Counts everything, writes the lines and ends the emulator. Ends it with failure if the counter
+/// does not pass its own check ([`Table::controls`]).
 pub fn run() -> ! {
     let (Some(input), Some(output)) = (Stream::standard_input(), Stream::standard_output()) else {
         exit(false)

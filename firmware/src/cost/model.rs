@@ -1,4 +1,5 @@
-//! The dynamic model of B2P2 and its stability, in single precision, at postures and motions anywhere.
+//! Counts the dynamic model of B2P2 and its stability criteria, in single precision, at random
+//! postures and motions.
 
 use super::counter::Table;
 use super::inputs::{Random, settings};
@@ -54,13 +55,13 @@ fn motion(state: &mut State, _: u32, random: &mut Random) {
     state.plane.normal = near([0.0, 0.0, -1.0], 0.3);
 }
 
-/// The front part's load, at attitudes and motions anywhere.
+/// Counts the computation of the front part's load, at random attitudes and motions.
 fn count_front_part(table: &mut Table) {
     let settings = settings();
     let [l1, l2, k] = [Setting::LengthL1, Setting::LengthL2, Setting::LengthK]
         .map(|setting| settings.get(setting));
     let Ok(geometry) = Geometry::from_micrometres(l1, l2, k) else {
-        return; // the nominal geometry is a good one; without it the host misses the entry
+        return; // the nominal geometry is valid; otherwise the host finds no entry
     };
     let nothing = Load {
         joint: 0.0,
@@ -129,7 +130,7 @@ pub fn count(table: &mut Table) {
         angles: [0.0; 4],
         margin: 0.0,
     });
-    // Each from the joints' values, its sines included.
+    // Each of the next three starts from the joint values and includes their sines.
     table.kernel("B2P2 frames", &mut state, motion, |state, ()| {
         state.frames = Posture::new(&state.parameters, &state.q).frames();
     });
@@ -150,7 +151,7 @@ pub fn count(table: &mut Table) {
 
     motion(&mut state, 0, &mut Random::new());
     let Some(edges) = Edges::new(&state.contacts) else {
-        return; // the contacts lie apart; without edges the host misses the entry
+        return; // the contacts are distinct; otherwise the host finds no entry
     };
     let mut prepared = (edges, state);
     table.kernel(

@@ -1,4 +1,4 @@
-//! Loops of one motor, each over a state that goes on from call to call.
+//! Counts the control loops of one motor. Each loop keeps its state from call to call.
 
 use super::counter::Table;
 use super::inputs::{angle, number};
@@ -23,7 +23,7 @@ pub fn count(table: &mut Table) {
         "observer update",
         &mut observer,
         |_, call, random| {
-            // Speeds up to 200 counts a period, and jumps of any size.
+            // Speeds up to 200 counts per period, and jumps of any size.
             let step = if call % 50 == 49 {
                 random.bits()
             } else {
@@ -100,7 +100,7 @@ fn count_cascade(table: &mut Table) {
                 velocity: number(call, random),
                 acceleration: random.within(20.0),
             });
-            // Now and then farther away than the difference has digits.
+            // Some distances exceed the range in which the difference of positions is computed.
             let distance = if call % 50 == 49 { 1e6 } else { 0.5 };
             state.position = from_radians(random.within(distance));
             state.velocity = state.cascade.rate(random.within(5.0));
@@ -123,7 +123,7 @@ fn count_current_loop(table: &mut Table) {
         current_limit: 10.0,
     });
     let Ok(current_loop) = CurrentLoop::new(&winding, 4_000.0, Selected::PWM_HZ as f32) else {
-        return; // these values are good ones; without the loop the host misses the entries
+        return; // these values are valid; otherwise the host finds no entries
     };
     current_loop::install(current_loop.clone(), 20);
     let mut current_loop = black_box(current_loop);
@@ -168,7 +168,7 @@ fn count_foc(table: &mut Table) {
         period: 4_250,
     });
     let Ok(foc) = Foc::new(&config) else {
-        return; // these values are good ones; without the controller the host misses the entry
+        return; // these values are valid; otherwise the host finds no entry
     };
     let mut state = black_box(State {
         foc,

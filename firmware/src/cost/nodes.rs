@@ -1,4 +1,5 @@
-//! Whole ticks of the control core, each in closed loop with a small model of what it drives.
+//! Counts whole ticks of the axle, the screw and B2P2's guard. Axle and screw run in closed loop
+//! with a simple model of a shaft.
 
 use super::counter::{Count, Table, instructions};
 use super::inputs::{Random, settings};
@@ -18,7 +19,7 @@ use tautrack::sensors::{BodySensors, Switches};
 use tautrack::settings::{Setting, Settings};
 use tautrack::units::Angle;
 
-/// Ticks before the counting begins, in which a node comes to life.
+/// Ticks before counting starts, in which the node starts up.
 const WARM_UP: u32 = 400;
 /// Ticks from one SYNC to the next.
 const SYNC_TICKS: u32 = 4;
@@ -29,7 +30,8 @@ pub fn count(table: &mut Table) {
     count_guard(table);
 }
 
-/// Output shaft of 0.05 kg m^2 that 1 A drives with 2.4 N m, behind the encoder of the nominal settings.
+/// Model of an output shaft: inertia 0.05 kg m^2, torque 2.4 N m per ampere, encoder as in the
+/// nominal settings.
 #[derive(Default)]
 struct Shaft {
     angle: f32,
@@ -52,7 +54,7 @@ impl Shaft {
             now_us: u64::from(tick) * 1_000,
             encoder: (self.angle * (4_096.0 * 60.0 / TAU)) as i32,
             current: self.current + random.within(0.1),
-            // Now and then a bad sample, of which no dwell is made.
+            // Some samples are out of range, but never long enough for the dwell time of a fault.
             supply_voltage: if tick.is_multiple_of(37) {
                 40.0
             } else {
@@ -63,7 +65,7 @@ impl Shaft {
                 ..Switches::default()
             },
             set_point,
-            // Half a period behind a set-point.
+            // Comes half a SYNC period after a set-point.
             torque_offset: (tick % 16 == 2).then_some((random.bits() >> 16) as i16),
             guard_received: tick.is_multiple_of(50),
             bench_mode: false,
@@ -71,7 +73,8 @@ impl Shaft {
     }
 }
 
-/// The controlwords that switch on, one with each SYNC, then "enable operation".
+/// Returns the controlwords that enable a drive: "shutdown" and "switch on" for one SYNC period
+/// each, then "enable operation".
 fn word(tick: u32) -> u16 {
     match tick / SYNC_TICKS {
         0 => controlword::SHUTDOWN,
@@ -80,14 +83,15 @@ fn word(tick: u32) -> u16 {
     }
 }
 
-/// Nominal settings of an axle that needs no homing, fast enough for the screw.
+/// Returns the nominal settings with higher limits: those of an axle that needs no homing and is
+/// fast enough for the screw.
 fn drive_settings() -> Settings {
     let mut settings = settings();
     for (setting, value) in [
         (Setting::VelocityLimit, 60_000),
         (Setting::FollowingLimit, 100_000),
     ] {
-        let _ = settings.set(setting.description().key, value); // both are within their bounds
+        let _ = settings.set(setting.description().key, value); // cannot fail: within the bounds
     }
     settings
 }
@@ -114,7 +118,7 @@ fn count_axle(table: &mut Table) {
     let mut inputs = |rig: &mut Rig, random: &mut Random| {
         let mode = modes[(tick / SYNC_TICKS) as usize / 2 % modes.len()];
         let set_point = tick.is_multiple_of(SYNC_TICKS).then(|| SetPoint {
-            // Every second set-point starts a homing where the mode is that.
+            // In homing mode, every second set-point starts homing (bit 4).
             controlword: word(tick) | (((tick / SYNC_TICKS) & 1) as u16) << 4,
             mode,
             target: match mode {
@@ -154,7 +158,7 @@ fn count_screw(table: &mut Table) {
         bridge: BridgeDemand,
     }
     let Ok(screw) = Screw::new(&drive_settings()) else {
-        return; // the nominal geometry is a good one; without it the host misses the entry
+        return; // the nominal geometry is valid; otherwise the host finds no entry
     };
     let mut rig = Rig {
         screw,
@@ -192,7 +196,7 @@ fn count_screw(table: &mut Table) {
     );
 }
 
-/// The chassis joint at 0.5 rad/s, forth and back between -1 and 1 rad.
+/// Returns the chassis joint's motion: back and forth between -1 and 1 rad at 0.5 rad/s.
 fn joint(tick: u32) -> DriveMotion {
     let phase = (tick % 8_000) as f32 * 0.5e-3;
     let (angle, velocity) = if phase < 2.0 {
@@ -206,7 +210,7 @@ fn joint(tick: u32) -> DriveMotion {
     }
 }
 
-/// What the four drives of a robot that stands or drives put on the bus in answer to a SYNC.
+/// Returns the frames that the four drives of a standing or driving robot send in answer to a SYNC.
 fn answers(tick: u32, geometry: &Geometry, settings: &Settings) -> Vec<Frame, 12> {
     let joint = joint(tick);
     let taut = geometry.length(Angle::from_bits(joint.position)).to_bits() >> 4;
@@ -232,7 +236,7 @@ fn answers(tick: u32, geometry: &Geometry, settings: &Settings) -> Vec<Frame, 12
     for (id, motion) in drives {
         let id = settings.id(id);
         let heartbeat = Frame::new(0x700 + u16::from(id), &[5]).unwrap_or_default();
-        // Twelve frames are what there is room for.
+        // There is room for exactly these twelve frames.
         let _ = frames.push(motion.frame(transmit(1), id));
         let _ = frames.push(status.frame(transmit(2), id));
         let _ = frames.push(heartbeat);
@@ -240,7 +244,7 @@ fn answers(tick: u32, geometry: &Geometry, settings: &Settings) -> Vec<Frame, 12
     frames
 }
 
-/// A guard that receives four drives and an operator, none of which do more than answer.
+/// Guard in open loop: the frames of the four drives and the operator do not depend on its outputs.
 #[derive(Clone)]
 struct GuardRig {
     guard: Guard<B2p2>,
@@ -260,7 +264,7 @@ fn count_guard(table: &mut Table) {
         Guard::<B2p2>::new(&settings),
         Geometry::from_micrometres(l1, l2, k),
     ) else {
-        return; // the nominal geometry is a good one; without it the host misses the entries
+        return; // the nominal geometry is valid; otherwise the host finds no entries
     };
     guard.tick(&guard::Inputs {
         now_us: 0,
@@ -272,7 +276,7 @@ fn count_guard(table: &mut Table) {
     });
     let mut rig = GuardRig { guard };
     let mut random = Random::new();
-    // Runs one tick by `act`.
+    // Builds the inputs of one tick and passes them to `act`.
     let mut tick =
         |tick: u32, rig: &mut GuardRig, act: &mut dyn FnMut(&mut GuardRig, guard::Inputs<'_>)| {
             let frames = if tick % SYNC_TICKS == 1 {
@@ -311,7 +315,7 @@ fn count_guard(table: &mut Table) {
     for number in SYNC_TICKS..WARM_UP {
         tick(number, &mut rig, &mut |rig, inputs| rig.tick(inputs));
     }
-    // In the answers to SYNC come the most frames that a tick takes.
+    // The tick after a SYNC receives the most frames, because all drives answer then.
     for (name, phase) in [
         ("guard tick with SYNC", 0),
         ("guard tick with frames", 1),
@@ -330,7 +334,8 @@ fn count_guard(table: &mut Table) {
             armed &= rig.guard.outputs().state.state == guard::State::Armed.code();
             armed &= (rig.guard.outputs().frames.first() == Some(&sync())) == (phase == 0);
         }
-        // Anything else would count another tick than the name says; the host then misses the entry.
+        // If the robot was not armed all the time, or SYNC came in another tick, the counts are not
+        // those of the named tick. No entry is written then, and the host reports it missing.
         if armed {
             table.write(
                 name,

@@ -1,4 +1,5 @@
-//! Centre of gravity and margins of B2P2. Another model's functions are entries here: one `table.kernel` each.
+//! Counts the centre of gravity and the margins of B2P2. To count the functions of another model,
+//! add one `table.kernel` call per function here.
 
 use super::counter::Table;
 use super::inputs::{Random, angle, settings};
@@ -14,7 +15,8 @@ struct State {
     margins: [f32; 4],
 }
 
-/// Any chassis angle, an extension of the screw, and a support like the robot's with its corners anywhere near.
+/// Returns a chassis angle and an extension of the screw, and sets a support whose corners are near
+/// the robot's.
 fn shape(state: &mut State, call: u32, random: &mut Random) -> (Angle, f32) {
     state.support = [[0.0, -0.16], [0.77, -0.16], [0.77, 0.16], [0.0, 0.16]].map(|corner| {
         [

@@ -1,4 +1,4 @@
-//! An axle: one motor that follows the set-points of the bus.
+//! Role `axle`: the node of one motor that follows the set-points from the bus.
 
 use super::{Refusal, Role, dictionary, drive, start_bus};
 use crate::boards::CONTROL_HZ;
@@ -14,7 +14,7 @@ dictionary!(od, "axle.rs");
 pub(crate) use od::DICTIONARY;
 drive::drive_objects!(od);
 
-/// The role of this file.
+/// The role `axle`.
 pub static ROLE: Role = Role {
     name: "axle",
     start,

@@ -1,4 +1,5 @@
-//! What axle and screw share: settings of the motor, the set-point out of the objects, the state into them.
+//! Common parts of the roles axle and screw: reads set-points from the object dictionary, writes
+//! the state to it, and configures the current loop.
 
 use super::Refusal;
 use crate::boards::{Board, CONTROL_HZ, Selected};
@@ -16,7 +17,7 @@ use tautrack::motor::current::{CurrentLoop, Winding};
 use tautrack::node::axle::{Inputs, Outputs, SetPoint};
 use tautrack::settings::{Setting, Settings};
 
-/// What the bus task received since the control task last looked.
+/// Messages from the bus task that the control task has not read yet.
 pub static HEARD: Mailbox = Mailbox {
     set_point: AtomicBool::new(false),
     offset: AtomicBool::new(false),
@@ -25,10 +26,11 @@ pub static HEARD: Mailbox = Mailbox {
     sync_us: Mutex::new(Cell::new(0)),
 };
 
-/// Object that does not count as a set-point: it comes more seldom, and none begins with it.
+/// Index of the torque feed-forward (CiA 402 calls it "torque offset"). It is sent less often than
+/// set-points, and writing it does not count as a set-point.
 const TORQUE_OFFSET: u16 = 0x60b2;
 
-/// See [`HEARD`].
+/// Mailbox from the bus task to the control task, see [`HEARD`].
 pub struct Mailbox {
     set_point: AtomicBool,
     offset: AtomicBool,
@@ -38,8 +40,8 @@ pub struct Mailbox {
 }
 
 impl Mailbox {
-    /// Notes what a frame means to any drive with the master `guard`; frames of the joint with identifier `joint` are
-    /// not set-points.
+    /// Records the meaning of a received frame for a drive whose guard has the node id `guard`.
+    /// Frames with the identifier `joint` carry the joint's motion and do not count as set-points.
     pub fn note(&self, received: &Received, guard: u8, joint: Option<u16>) {
         if network::is_sync(&received.frame) {
             critical_section::with(|cs| self.sync_us.borrow(cs).set(received.now_us));
@@ -55,7 +57,8 @@ impl Mailbox {
             self.offset.store(true, Ordering::Relaxed);
             return;
         }
-        // Set-points come by process data, or from a client that writes objects of the drive profile one by one.
+        // Set-points come as process data, or from a client that writes single objects of the drive
+        // profile (from 0x6000 on).
         if received.wrote
             && received.sdo_index.is_none_or(|index| index >= 0x6000)
             && joint != Some(received.frame.id())
@@ -64,7 +67,8 @@ impl Mailbox {
         }
     }
 
-    /// Keeps the joint's motion. It was measured in the control period before the SYNC that every node received at once.
+    /// Stores the joint's motion with its time of measurement: one control period before the last
+    /// SYNC, which all nodes received at the same time.
     pub fn note_joint(&self, motion: DriveMotion) {
         critical_section::with(|cs| {
             let measured_us = self
@@ -76,13 +80,15 @@ impl Mailbox {
         });
     }
 
-    /// The joint's motion, if it came.
+    /// Removes and returns the joint's motion and its time of measurement (us since power-up), if a
+    /// new one was received.
     pub fn take_joint(&self) -> Option<(DriveMotion, u64)> {
         critical_section::with(|cs| self.joint.borrow(cs).take())
     }
 }
 
-/// Inputs of one tick; `set_point` and `torque_offset` read the objects, and are asked only when one of theirs was written.
+/// Collects the inputs of one tick. `set_point` and `torque_offset` read the objects; each is
+/// called only if one of its objects was written since the last tick.
 pub fn inputs(set_point: fn() -> SetPoint, torque_offset: fn() -> i16, bench_mode: bool) -> Inputs {
     let current = current_loop::take_mean();
     if current.is_some() {
@@ -91,7 +97,7 @@ pub fn inputs(set_point: fn() -> SetPoint, torque_offset: fn() -> i16, bench_mod
     Inputs {
         now_us: Instant::now().as_micros(),
         encoder: Selected::encoder(),
-        // Without a sample nothing is known of the current.
+        // NaN: without a sample the current is not known.
         current: current.unwrap_or(f32::NAN),
         supply_voltage: Selected::supply_voltage(),
         switches: Selected::switches(),
@@ -108,7 +114,7 @@ pub fn inputs(set_point: fn() -> SetPoint, torque_offset: fn() -> i16, bench_mod
     }
 }
 
-/// Hands the tick's demand to the PWM interrupt, and its emergency to the bus.
+/// Passes the tick's demand to the PWM interrupt, and sends its emergency message on the bus.
 pub fn act(outputs: &Outputs, node: u8) {
     current_loop::demand(outputs.bridge);
     watchdog::control_ran(Instant::now().as_micros());
@@ -118,7 +124,8 @@ pub fn act(outputs: &Outputs, node: u8) {
     }
 }
 
-/// Makes the current loop of the motor in the settings.
+/// Installs the current loop for the motor in the settings. Returns a [`Refusal`] if the loop
+/// cannot be computed from them.
 pub fn install_current_loop(settings: &Settings) -> Result<(), Refusal> {
     let winding = Winding {
         resistance: settings.scaled(Setting::Resistance, 1e-3),
@@ -133,10 +140,11 @@ pub fn install_current_loop(settings: &Settings) -> Result<(), Refusal> {
     Ok(())
 }
 
-/// `set_point` and `publish` for the objects of one drive's generated dictionary.
+/// Defines the functions between one drive's generated dictionary and its tick: `set_point`,
+/// `torque_offset`, `bench_mode` and `publish`.
 macro_rules! drive_objects {
     ($od:ident) => {
-        /// The set-point as the objects hold it.
+        /// Reads the set-point from the objects.
         fn set_point() -> tautrack::node::axle::SetPoint {
             use tautrack::bus::cia402::mode::{CYCLIC_VELOCITY, PROFILE_VELOCITY};
             let mode = $od::OBJECT6060.get_value();
@@ -152,18 +160,18 @@ macro_rules! drive_objects {
             }
         }
 
-        /// The torque offset as its object holds it.
+        /// Reads the torque feed-forward from its object.
         fn torque_offset() -> i16 {
             $od::OBJECT60B2.get_value()
         }
 
-        /// Whether a client asks for bench mode.
+        /// Whether a client requests bench mode.
         fn bench_mode() -> bool {
             $od::OBJECT2001.get_value() != 0
         }
 
-        /// The outputs of a tick as objects; the next SYNC sends them. `bench_mode`: what was asked
-        /// for in this tick.
+        /// Writes the outputs of a tick into the objects, which the next SYNC sends. `bench_mode`
+        /// is the request that this tick received.
         fn publish(outputs: &tautrack::node::axle::Outputs, bench_mode: bool) {
             if bench_mode && !outputs.bench_mode {
                 $od::OBJECT2001.set_value(0);

@@ -1,4 +1,5 @@
-//! The guard: body controller, stability filter, master of the network, and the inclinometer of CiA 410.
+//! Role `guard`: the robot's body controller and stability filter, master of the CANopen network,
+//! and inclinometer after CiA 410.
 
 use super::{Refusal, Role, dictionary, milli, refuse, start_bus};
 use crate::boards::{Board, CONTROL_HZ, Selected};
@@ -25,7 +26,7 @@ use tautrack::units::Angle;
 
 dictionary!(od, "guard.rs");
 
-/// One role per robot: the guard that is built for it.
+/// Defines one role per robot, with the guard for that robot.
 macro_rules! guards {
     ($($(#[doc = $doc:literal])* $role:ident: $body:ty;)*) => {$(
         $(#[doc = $doc])*
@@ -50,7 +51,7 @@ guards! {
     RT_MOVER: RtMover;
 }
 
-/// A guard whatever its robot.
+/// Guard of any robot.
 trait Tick {
     fn tick(&mut self, inputs: &Inputs<'_>);
     fn outputs(&self) -> &Outputs;
@@ -81,19 +82,19 @@ impl<B: Body> Tick for Guard<B> {
     }
 }
 
-/// The operator's command, and the sub-index of its sequence number.
+/// Object of the operator's command, and the sub-index of its sequence number.
 const COMMAND: u16 = 0x4000;
 const SEQUENCE: u8 = 5;
 
-/// Most frames between two ticks: a 1 Mbit/s bus carries fewer in 1 ms.
+/// Maximum number of frames between two ticks; a 1 Mbit/s bus carries fewer in 1 ms.
 const MAX_RECEIVED: usize = 32;
 
-/// Most bytes of the serial line that one tick takes: 115200 baud bring 12.
+/// Maximum number of bytes from the serial line in one tick; 115200 baud bring 12.
 const MAX_SERIAL: usize = 64;
 
-/// Frames for the next tick.
+/// Received frames for the next tick.
 static HEARD: FrameQueue<MAX_RECEIVED> = FrameQueue::new();
-/// The operator's objects were written since the tick before.
+/// Whether the operator's objects were written since the last tick.
 static OPERATOR: AtomicBool = AtomicBool::new(false);
 
 fn start<B: Body>(
@@ -111,8 +112,8 @@ fn start<B: Body>(
 
 fn received(received: Received) {
     HEARD.push(received.frame);
-    // By process data, or by a client that writes the command's objects one by one: the sequence
-    // number comes last and makes the command count.
+    // The command comes as process data, or from a client that writes its objects one by one. The
+    // client writes the sequence number last, which completes the command.
     let complete = match received.sdo_index {
         Some(index) => index == COMMAND && received.frame.data().get(3) == Some(&SEQUENCE),
         None => true,
@@ -131,9 +132,9 @@ async fn control(guard: &'static mut dyn Tick, node: u8) -> ! {
         ticker.next().await;
         frames.clear();
         while let Some(frame) = HEARD.pop() {
-            let _ = frames.push(frame); // as many as the queue holds
+            let _ = frames.push(frame); // cannot fail: same capacity as the queue
         }
-        // An error is an empty pipe.
+        // An error means that the pipe is empty.
         let count = serial::RECEIVED.try_read(&mut bytes).unwrap_or(0);
         guard.tick(&Inputs {
             now_us: Instant::now().as_micros(),
@@ -163,7 +164,7 @@ async fn control(guard: &'static mut dyn Tick, node: u8) -> ! {
     }
 }
 
-/// The command as the objects hold it.
+/// Reads the operator's command from the objects.
 fn operator_command() -> OperatorCommand {
     OperatorCommand {
         forward: od::OBJECT4000.get_forward_speed(),
@@ -174,13 +175,14 @@ fn operator_command() -> OperatorCommand {
     }
 }
 
-/// Writes the outputs of a tick into the objects. The SYNC that the same tick sends finds them there.
+/// Writes the outputs of a tick into the objects, before the SYNC of the same tick is sent.
 fn publish(outputs: &Outputs) {
     od::OBJECT1001.set_value(u8::from(outputs.state.fault_code != 0));
     od::publish_outputs(outputs);
 }
 
-/// Writes the drive whose position scale is not the guard's, or zeros.
+/// Writes the node whose position scale differs from the guard's into the objects; zeros if there
+/// is none.
 fn publish_mismatch(mismatch: Option<ScaleMismatch>) {
     od::publish_mismatch(&mismatch.unwrap_or_default());
     if let Some(mismatch) = mismatch {
@@ -193,7 +195,7 @@ fn publish_mismatch(mismatch: Option<ScaleMismatch>) {
     }
 }
 
-/// Writes what changes once per SYNC and is read through SDO.
+/// Writes the values that change once per SYNC and are read through SDO.
 fn publish_balance(balance: &Telemetry) {
     let trips = od::OBJECT4006.get_trips();
     od::publish_balance(balance);
@@ -207,16 +209,16 @@ fn publish_balance(balance: &Telemetry) {
     }
 }
 
-/// The robot's state, once per SYNC.
+/// Writes the robot's state into the objects, once per SYNC.
 fn publish_robot(state: &State, position: GuardPosition, estimator: &Estimator) {
     for (number, reading) in state.iter().enumerate() {
         let value = match number {
-            // North, east, up in mm, the screw in um.
+            // North, east and up in mm, the screw in um.
             0..=2 => to_i32(reading.value * 1e3),
             7 => to_i32(reading.value * 1e6),
             _ => Angle::from_radians(reading.value).to_bits(),
         };
-        // The arrays have as many elements as the state has coordinates.
+        // Cannot fail: the arrays have as many elements as the state has coordinates.
         let _ = od::OBJECT4010.set(number, value);
         let _ = od::OBJECT4011.set(number, reading.validity as u8);
         let _ = od::OBJECT4012.set(number, reading.age_ms);

@@ -1,4 +1,5 @@
-//! The tasks of each kind of node: objects in, one tick of the control core, objects out.
+//! Roles: the tasks of each kind of node. A tick reads the object dictionary, runs the control core
+//! once, and writes the results back.
 
 pub mod axle;
 mod drive;
@@ -14,18 +15,18 @@ use tautrack::bus::heartbeat::Monitor;
 use tautrack::math::to_i16;
 use tautrack::settings::{Setting, Settings};
 
-/// Why a node refuses its settings, for a person to read.
+/// Text that tells a person why a node refuses its settings.
 pub type Refusal = String<160>;
 
-/// One kind of node.
+/// Kind of node.
 pub struct Role {
-    /// Its name.
+    /// Name of the role.
     pub name: &'static str,
-    /// Checks the settings and spawns the tasks; called once, by the board.
+    /// Checks the settings and spawns the tasks. The board calls it once.
     pub start: fn(Spawner, &Settings) -> Result<(), Refusal>,
 }
 
-/// Makes a [`Refusal`]; what does not fit is cut off.
+/// Formats a [`Refusal`]; cuts off what exceeds its capacity.
 pub fn refuse(arguments: core::fmt::Arguments) -> Refusal {
     struct Cut(Refusal);
     impl Write for Cut {
@@ -39,7 +40,8 @@ pub fn refuse(arguments: core::fmt::Arguments) -> Refusal {
     text.0
 }
 
-/// Makes the bus of a role and spawns its task. Bus task and control task belong to every role.
+/// Creates the bus of a role and spawns its task. Requires the watchdog to monitor the bus task and
+/// the control task, which every role has.
 fn start_bus(
     spawner: Spawner,
     settings: &Settings,
@@ -66,17 +68,17 @@ fn spawn<S>(spawner: Spawner, task: Result<SpawnToken<S>, SpawnError>) -> Result
     Ok(())
 }
 
-/// Thousandths of `value`, as objects hold metres and metres per second.
+/// Converts `value` to thousandths, as objects hold metres and metres per second.
 fn milli(value: f32) -> i16 {
     to_i16(value * 1e3)
 }
 
-/// Hundredths of `value`, as objects hold degrees and m/s^2.
+/// Converts `value` to hundredths, as objects hold degrees and m/s^2.
 fn centi(value: f32) -> i16 {
     to_i16(value * 1e2)
 }
 
-/// The generated dictionary of one role, as a module with a `DICTIONARY`.
+/// Includes the generated dictionary of one role as a module with a `DICTIONARY`.
 macro_rules! dictionary {
     ($name:ident, $file:literal) => {
         #[allow(missing_docs, unused_imports, clippy::all, clippy::pedantic)]

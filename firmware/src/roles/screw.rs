@@ -1,4 +1,5 @@
-//! The driving screw: an axle that follows the chassis joint, which it receives on the bus without the guard between.
+//! Role `screw`: the node of the driving screw, an axle that follows the chassis joint. It receives
+//! the joint's motion directly from the joint's node, without the guard.
 
 use super::{Refusal, Role, dictionary, drive, refuse, start_bus};
 use crate::boards::CONTROL_HZ;
@@ -13,13 +14,13 @@ use tautrack::settings::{Setting, Settings};
 dictionary!(od, "screw.rs");
 drive::drive_objects!(od);
 
-/// The role of this file.
+/// The role `screw`.
 pub static ROLE: Role = Role {
     name: "screw",
     start,
 };
 
-/// Communication parameter of the receive PDO that takes the joint's motion.
+/// Communication parameter of the receive PDO for the joint's motion.
 const JOINT_PARAMETER: u16 = 0x1403;
 
 static GUARD: AtomicU8 = AtomicU8::new(0);

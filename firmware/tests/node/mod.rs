@@ -1,8 +1,8 @@
-//! Starts a node program, natively or in QEMU, and talks to it over the lockstep link.
+//! Starts a node program, natively or in QEMU, and communicates with it over the lockstep link.
 //!
-//! `programs`: which there are. `process`: one that runs. `settings`: what it is told.
+//! `programs` builds the programs, `process` runs one, and `settings` holds its settings.
 
-#![allow(dead_code, unused_imports)] // each test program uses a part of it
+#![allow(dead_code, unused_imports)] // each test program uses only a part
 
 mod process;
 mod programs;

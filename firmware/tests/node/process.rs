@@ -1,4 +1,4 @@
-//! A node program that runs.
+//! Runs a node program as a process.
 
 use super::elf;
 use std::io::{Read, Write};
@@ -19,18 +19,18 @@ pub struct Node {
 }
 
 impl Node {
-    /// The program `path` as a process of the host.
+    /// Starts the program `path` as a process of the host.
     pub fn native(path: &str) -> Self {
         Self::spawn(&mut Command::new(path))
     }
 
-    /// As [`Node::native`]; what it writes as errors is for [`Node::starve`].
+    /// Starts the program like [`Node::native`], and keeps its standard error for [`Node::starve`].
     pub fn native_with_errors(path: &str) -> Self {
         Self::spawn(Command::new(path).stderr(Stdio::piped()))
     }
 
-    /// Lets `us` pass without anything running, and waits for the node to end: whether it ended
-    /// well, and its errors.
+    /// Advances the time by `us` without running the node, and waits for it to end. Returns whether
+    /// it ended with success, and its standard error.
     pub fn starve(mut self, us: u64) -> (bool, String) {
         let step = Step {
             time_us: self.time_us + us,
@@ -52,7 +52,7 @@ impl Node {
         (status.success(), said)
     }
 
-    /// The program of `role` in QEMU.
+    /// Starts the program of `role` in QEMU.
     pub fn emulated(role: &str) -> Self {
         let mut command = Command::new("qemu-system-arm");
         command
@@ -102,7 +102,7 @@ impl Node {
         postcard::from_bytes(&body).expect("the answer is a message")
     }
 
-    /// Powers the node up.
+    /// Powers the node up with these settings.
     pub fn start(&mut self, settings: &[(u16, i32)], motor: Option<MotorModel>) -> Ready {
         let start = Start {
             version: VERSION,
@@ -116,12 +116,12 @@ impl Node {
         }
     }
 
-    /// Puts bytes on the node's serial line; each step takes as many as it can.
+    /// Queues bytes for the node's serial line; each step sends as many as one message can carry.
     pub fn say(&mut self, bytes: &[u8]) {
         self.serial.extend(bytes);
     }
 
-    /// One step with these frames and sensor values.
+    /// Runs one step with these frames and sensor values.
     pub fn step(&mut self, sensors: Sensors, frames: &[Frame]) -> Stepped {
         self.time_us += STEP_US;
         let step = Step {
@@ -139,7 +139,7 @@ impl Node {
         }
     }
 
-    /// Closes the link and waits; whether the program ended well.
+    /// Closes the link and waits for the program to end. Returns whether it ended with success.
     pub fn finish(self) -> bool {
         let Self {
             mut process,
@@ -148,7 +148,7 @@ impl Node {
             ..
         } = self;
         drop(input);
-        // Its last words need somebody to receive them.
+        // Reads to the end, because the program writes its stack depth last and must not block.
         let _ = std::io::copy(&mut output, &mut std::io::sink());
         process.wait().expect("the node ends").success()
     }

@@ -1,17 +1,18 @@
-//! The programs of the nodes.
+//! Paths of the node programs.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::OnceLock;
 
-/// The roles there are, with the native program of each.
+/// All roles, with the native program of each.
 pub const ROLES: [(&str, &str); 3] = [
     ("axle", env!("CARGO_BIN_EXE_axle")),
     ("screw", env!("CARGO_BIN_EXE_screw")),
     ("guard", env!("CARGO_BIN_EXE_guard")),
 ];
 
-/// The program of `role` for the emulated board; all are built once per run of a test program.
+/// Returns the program of `role` for the emulated board; builds all programs once per run of a test
+/// program.
 pub fn elf(role: &str) -> PathBuf {
     static DIRECTORY: OnceLock<PathBuf> = OnceLock::new();
     DIRECTORY

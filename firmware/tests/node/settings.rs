@@ -1,9 +1,9 @@
-//! A motor, and the settings of a node that drives it.
+//! Model of a motor, and the settings of a node that drives it.
 
 use tautrack::link::MotorModel;
 use tautrack::settings::Setting;
 
-/// A motor that is good for any test.
+/// Motor model that suits all tests.
 pub const MOTOR: MotorModel = MotorModel {
     resistance: 0.3,
     inductance: 2e-4,
@@ -17,7 +17,7 @@ pub const MOTOR: MotorModel = MotorModel {
     current_quantum: 0.01,
 };
 
-/// Settings of node `node_id` that tell it the truth about [`MOTOR`].
+/// Settings of node `node_id` that match [`MOTOR`].
 pub fn settings(node_id: i32) -> Vec<(u16, i32)> {
     [
         (Setting::NodeId, node_id),
@@ -28,8 +28,8 @@ pub fn settings(node_id: i32) -> Vec<(u16, i32)> {
         (Setting::Resistance, 300),
         (Setting::Inductance, 200),
         (Setting::CurrentLimit, 20_000),
-        // 10 A s/rad times 2.5 N m/A over 0.25 kg m^2: a velocity loop of 100 rad/s, five times the
-        // position loop's.
+        // 10 A s/rad times 2.5 N m/A over 0.25 kg m^2 gives a velocity loop of 100 rad/s, five
+        // times the bandwidth of the position loop.
         (Setting::VelocityGain, 10_000),
     ]
     .map(|(setting, value)| (setting.description().key, value))

@@ -1,5 +1,6 @@
-//! An axle program that answers every step with the same: standing still and silent. Tests exchange it for the real one
-//! to show that the nodes' programs matter.
+//! An axle program that answers every step with the same message: the axle stands still and sends
+//! nothing. Tests run it in place of the real program to show that a run depends on the nodes'
+//! programs.
 
 use std::io::{Read, Write, stdin, stdout};
 use tautrack::link::{FromNode, Ready, Shaft, Stepped, VERSION};

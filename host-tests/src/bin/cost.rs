@@ -1,4 +1,5 @@
-//! `cargo cost`: what the control code costs on the core.
+//! `cargo cost`: measures the instructions and memory that the control code needs on the target
+//! core.
 
 use std::process::ExitCode;
 use tautrack_host_tests::tools::cost;

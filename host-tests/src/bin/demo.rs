@@ -1,4 +1,4 @@
-//! `cargo demo`: builds the nodes, runs a scenario with them, and writes what came out.
+//! `cargo demo`: builds the nodes, runs a scenario with them, and writes the results.
 
 use std::process::ExitCode;
 use tautrack_host_tests::tools::demo;

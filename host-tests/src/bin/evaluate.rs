@@ -1,4 +1,5 @@
-//! `cargo evaluate`: computes model functions from JSON with the code that is flashed.
+//! `cargo evaluate`: evaluates model functions with inputs from a JSON file, using the code that
+//! the nodes run.
 
 use std::process::ExitCode;
 use tautrack_host_tests::tools::evaluate;

@@ -1,4 +1,4 @@
-//! `cargo generate`: writes the EDS files and the generated tables of docs/ anew.
+//! `cargo generate`: writes the EDS files and the generated tables in docs/ again.
 
 use std::process::ExitCode;
 use tautrack_host_tests::tools::generate;

@@ -1,4 +1,4 @@
-//! The call of cargo that builds programs.
+//! Calls cargo to build the node programs.
 
 use super::setup::checkout::root;
 use super::setup::machine::{DISTRIBUTION_CARGO, DISTRIBUTION_LINKER, DISTRIBUTION_RUSTC};
@@ -9,10 +9,10 @@ use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// Lines of cargo's output that an error shows.
+/// Maximum number of lines of cargo's output in an error.
 const SHOWN_LINES: usize = 30;
 
-/// Builds `programs` and returns the folder that they are in.
+/// Builds `programs` and returns the folder that contains them.
 pub(super) fn folder_of(board: Board, programs: &[&str]) -> Result<PathBuf, BuildError> {
     let root = root().map_err(BuildError::NoCheckout)?;
     let toolchain = match board {
@@ -61,8 +61,8 @@ fn command(board: Board, toolchain: Toolchain, programs: &[&str], target_folder:
         command.args(["--target", TARGET, "--features", "mps2"]);
     }
     if toolchain == Toolchain::Distribution {
-        // Its compiler is a stable one, which builds the library of another target only when told
-        // that it may.
+        // The distribution's compiler is a stable one. It builds the library of another target only
+        // with this variable.
         command
             .arg("-Zbuild-std=core")
             .env("RUSTC_BOOTSTRAP", "1")
@@ -75,9 +75,9 @@ fn command(board: Board, toolchain: Toolchain, programs: &[&str], target_folder:
     command
 }
 
-/// Whether an environment variable can make cargo build another program. `cargo run` and `cargo
-/// test` set many for what they start, and equal sources shall give equal nodes; where crates are
-/// fetched from is the user's business.
+/// Whether an environment variable can change the program that cargo builds. `cargo run` and
+/// `cargo test` set many such variables for the programs they start; without them, equal sources
+/// give equal nodes. Variables that only decide where crates are fetched from are not included.
 pub fn changes_a_build(name: &OsStr) -> bool {
     let name = name.to_string_lossy();
     let fetching = [

@@ -1,4 +1,4 @@
-//! Why there are no programs.
+//! Errors of building the node programs.
 
 use super::Board;
 use super::setup::Missing;
@@ -6,27 +6,27 @@ use super::setup::checkout::NoCheckout;
 use std::path::PathBuf;
 use std::{fmt, io};
 
-/// Why there are no programs.
+/// Reason why node programs could not be built.
 #[derive(Debug)]
 pub enum BuildError {
-    /// There are no sources.
+    /// No checkout with the sources was found.
     NoCheckout(NoCheckout),
-    /// Something needed is not installed.
+    /// A needed program is not installed.
     Missing(Missing),
     /// cargo does not start.
     Cargo(io::Error),
-    /// cargo fails.
+    /// cargo runs and fails.
     Failed {
-        /// The board that was built for.
+        /// The board that the programs were built for.
         board: Board,
-        /// The last lines that cargo wrote.
+        /// The last lines of cargo's output.
         output: String,
     },
-    /// cargo succeeds, but the program cannot be read.
+    /// cargo succeeds, but a program cannot be read.
     Unreadable {
-        /// The program.
+        /// Path of the program.
         path: PathBuf,
-        /// Why.
+        /// Error of the read.
         error: io::Error,
     },
 }

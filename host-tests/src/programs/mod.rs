@@ -1,8 +1,8 @@
-//! Builds the node programs, for the emulated board or for the host, and says exactly which
-//! programs they are.
+//! Builds the node programs, for the emulated board or for the host, and identifies them by their
+//! hashes.
 //!
-//! `program` is what they are, `cargo` calls cargo, `error` is why it fails. [`setup`] installs
-//! what that takes.
+//! `program` describes a program, `cargo` calls cargo, `error` lists the errors. [`setup`] installs
+//! what the build needs.
 
 mod cargo;
 mod error;
@@ -16,14 +16,14 @@ pub use program::{Board, Instruments, Program, Programs, hexadecimal};
 use cargo::folder_of;
 use program::program;
 
-/// Builds the nodes of the robot with this guard program for `board`; quick when nothing has
-/// changed. Installs what that takes, see [`setup`].
+/// Builds the nodes of the robot with this guard program for `board`. Returns quickly if nothing
+/// has changed. Installs what the build needs, see [`setup`].
 ///
 /// May be called from several threads and programs at once: cargo lets one of them build and the
 /// others wait.
 ///
 /// # Errors
-/// [`BuildError`], with cargo's last lines when the build fails.
+/// [`BuildError`], with cargo's last lines if the build fails.
 pub fn build(board: Board, guard: &str) -> Result<Programs, BuildError> {
     let folder = folder_of(board, &["axle", "screw", guard])?;
     Ok(Programs {
@@ -34,10 +34,11 @@ pub fn build(board: Board, guard: &str) -> Result<Programs, BuildError> {
     })
 }
 
-/// Builds what measures the control code on the emulated core, as [`build`] builds the nodes.
+/// Builds the programs that measure the control code on the emulated core, in the same way as
+/// [`build`].
 ///
 /// # Errors
-/// As [`build`].
+/// The same as [`build`].
 pub fn instruments() -> Result<Instruments, BuildError> {
     let folder = folder_of(Board::Qemu, &["cost", "ticks"])?;
     Ok(Instruments {

@@ -1,4 +1,4 @@
-//! The programs, and which they are exactly.
+//! Node programs and their SHA-256 hashes.
 
 use super::BuildError;
 use sha2::{Digest, Sha256};
@@ -6,43 +6,43 @@ use std::fmt::Write;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// What the nodes run on.
+/// Board that the nodes run on.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Board {
-    /// The Cortex-M4F that QEMU emulates; what a claim is made with.
+    /// The Cortex-M4F that QEMU emulates. All published results are obtained with it.
     Qemu,
-    /// The host itself; for sweeps, fuzzing and debuggers.
+    /// The host itself, for sweeps, fuzzing and debuggers.
     Native,
 }
 
-/// One node program.
+/// Node program.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Program {
-    /// The executable.
+    /// Path of the executable.
     pub path: PathBuf,
-    /// SHA-256 of its bytes, in hexadecimal.
+    /// SHA-256 of the executable, in hexadecimal.
     pub sha256: String,
 }
 
-/// The programs of all roles for one board.
+/// Programs of all roles for one board.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Programs {
-    /// What they run on.
+    /// Board that they run on.
     pub board: Board,
-    /// Closes the loops of one motor.
+    /// Program of an axle: the control loops of one motor.
     pub axle: Program,
-    /// An axle whose set-point follows the chassis joint.
+    /// Program of the screw: an axle whose set-point follows the chassis joint.
     pub screw: Program,
-    /// Proposes and filters set-points.
+    /// Program of the guard: computes set-points and filters them.
     pub guard: Program,
 }
 
-/// Programs for the emulated board that are no nodes.
+/// Measuring programs for the emulated board, which are not nodes.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Instruments {
     /// Counts the instructions of every kernel and tick.
     pub cost: Program,
-    /// Nothing but the control ticks.
+    /// Contains only the control ticks, for checks of its symbols.
     pub ticks: Program,
 }
 
@@ -57,7 +57,7 @@ pub(super) fn program(folder: &Path, role: &str) -> Result<Program, BuildError> 
     }
 }
 
-/// `bytes` in hexadecimal, as fingerprints are written.
+/// Formats `bytes` in hexadecimal, as in a program's hash.
 pub fn hexadecimal(bytes: &[u8]) -> String {
     bytes.iter().fold(String::new(), |mut text, byte| {
         // Writing to a string cannot fail.

@@ -1,22 +1,24 @@
-//! A robot's own channels by their names: `front_left_load_n` is the load in N at the front left.
+//! Splits the name of a robot-specific channel into title, place and unit: `front_left_load_n` is
+//! the load in N at the front left.
 //!
-//! The last word is the unit, words of place say where it is.
+//! The last word of a name is the unit. Words such as "front" and "left" say where on the robot the
+//! channel is measured.
 
-/// Words that say where on the robot a channel is.
+/// Words that say where on the robot a channel is measured.
 const PLACES: [&str; 5] = ["front", "rear", "middle", "left", "right"];
 
-/// A channel's name taken apart.
+/// Title, place and unit of a channel, taken from its name.
 pub struct Channel {
-    /// What it is.
+    /// What the channel measures.
     pub title: String,
-    /// Where it is; empty when it is of the whole robot.
+    /// Where on the robot it is measured; empty if it concerns the whole robot.
     pub place: String,
-    /// Its unit as written on a page.
+    /// Its unit, as reports print it; "1" for a pure number.
     pub unit: &'static str,
 }
 
 impl Channel {
-    /// Of a name in [`crate::world::truth::Truth::channels`].
+    /// Splits a name from [`crate::world::truth::Truth::channels`].
     pub fn new(name: &str) -> Self {
         let (words, suffix) = name.rsplit_once('_').unwrap_or((name, ""));
         let (places, words): (Vec<_>, Vec<_>) =
@@ -34,7 +36,7 @@ impl Channel {
 }
 
 impl Channel {
-    /// The unit as it follows a number; nothing for a pure number.
+    /// The unit with a space before it, to follow a number; empty for a pure number.
     pub fn suffix(&self) -> String {
         if self.unit == "1" {
             String::new()
@@ -43,7 +45,7 @@ impl Channel {
         }
     }
 
-    /// What and where in one.
+    /// Title and place in one text.
     pub fn name(&self) -> String {
         let comma = if self.place.is_empty() { "" } else { ", " };
         format!("{}{comma}{}", self.title, self.place)

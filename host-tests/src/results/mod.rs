@@ -1,5 +1,7 @@
-//! What is made of a run: the [`phases`] and the [`channel`]s in it, [`zmp`], the moments of balance, the [`summary`] of all, [`mcap`]
-//! for log viewers, and the [`report`] page.
+//! Evaluates and presents a run: [`phases`] finds climb and landing, [`channel`] names the
+//! robot-specific channels, [`zmp`] computes centre of gravity and zero moment point, [`summary`]
+//! computes the figures, [`mcap`] records everything for log viewers, [`report`] makes the HTML
+//! page.
 
 pub mod channel;
 pub mod mcap;

@@ -1,10 +1,14 @@
-//! Centre of gravity and zero moment point along the robot's heading, from the plant's truth: Fig. 8 of Paillat, Lucidarme and
-//! Hardouin (Variable Geometry Tracked Unmanned Grounded Vehicle).
+//! Computes centre of gravity and zero moment point along the robot's heading from the simulator's
+//! ground truth, as in Fig. 8 of Paillat, Lucidarme and Hardouin (Variable Geometry Tracked
+//! Unmanned Grounded Vehicle).
 //!
-//! Everything is the nodes' own model, in double precision: [`Posture`], its Newton-Euler pass and [`zero_moment_point`]. The truth gives
-//! the joints q of a sample; q' and q'' are central differences of the samples before and after it, so an acceleration is the mean
-//! over 20 ms. The paper has its accelerations from encoders, does not say how they were filtered, and does not say of what
-//! its difference is a percentage: here the [whole length](length) of the straight robot.
+//! The model is the one of the nodes, in double precision: [`Posture`], its Newton-Euler pass and
+//! [`zero_moment_point`]. The ground truth has the joints q of each sample. q' and q'' are central
+//! differences of the samples before and after it, so an acceleration is a mean over 20 ms.
+//!
+//! The paper computes accelerations from encoders and does not say how it filters them. It also
+//! does not say to which length its percentage refers. Here it is the [whole length](length) of the
+//! straight robot.
 
 use crate::results::phases;
 use crate::robots::b2p2::plant::B2p2Parameters;
@@ -24,22 +28,24 @@ use tautrack::stability::zmp::{Plane, ZeroMomentPoint, zero_moment_point};
 pub const PAPER_PERCENT: f64 = 0.21;
 /// Standard deviation of the Gaussian that smooths the difference, s.
 pub const SMOOTHING_S: f64 = 0.15;
-/// Two contacts span a plane from this horizontal distance on, m; nearer ones may lie above each other.
+/// Minimum horizontal distance of two contacts that define the slope of the plane, m. Closer
+/// contacts may lie above each other.
 const LEAST_SPAN: f64 = 0.10;
 
-/// Balance of a run.
+/// Centre of gravity and zero moment point over a run.
 #[derive(Clone, Debug, Default)]
 pub struct Balance {
-    /// One for each sample; absent for the first and the last one.
+    /// One moment for each sample; `None` for the first and the last one.
     pub moments: Vec<Option<Moment>>,
-    /// The areas of the figure, as ranges of samples: A1 from the first nose until the centre of gravity is past it, A2 on the stairs, A3
-    /// from the last nose but one to the landing. Empty where the run never came.
+    /// The areas of the figure, as ranges of samples. A1 lasts from the start of the climb until
+    /// the centre of gravity is past the first nose. A2 lasts until it is past the last nose but
+    /// one. A3 lasts until the landing. An area that the run never reached is empty.
     pub areas: [Range<usize>; 3],
-    /// Over the three areas; absent when the robot never climbed.
+    /// Figures over the three areas; `None` if the robot never climbed.
     pub figures: Option<Figures>,
 }
 
-/// One moment: coordinates along z5, the level heading, from axle 1, m.
+/// Positions at one sample: coordinates along z5, the level heading, from axle 1, m.
 #[derive(Clone, Copy, Debug)]
 pub struct Moment {
     /// Axles 1 to 3: the paper's P1, P2 and P3.
@@ -48,12 +54,12 @@ pub struct Moment {
     pub cog: f64,
     /// Zero moment point; absent in free flight.
     pub zmp: Option<f64>,
-    /// Zero moment point less centre of gravity, smoothed over [`SMOOTHING_S`].
+    /// Zero moment point minus centre of gravity, smoothed over [`SMOOTHING_S`].
     pub smoothed: Option<f64>,
 }
 
 impl Moment {
-    /// Zero moment point less centre of gravity.
+    /// Zero moment point minus centre of gravity, m.
     pub fn difference(&self) -> Option<f64> {
         self.zmp.map(|zmp| zmp - self.cog)
     }
@@ -62,18 +68,18 @@ impl Moment {
 /// `|ZMP - CoG|` in percent of the robot's length.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct Figures {
-    /// As computed from one sample to the next.
+    /// As computed at each sample, without smoothing.
     pub raw: MeanAndPeak,
     /// Smoothed over [`SMOOTHING_S`].
     pub smoothed: MeanAndPeak,
 }
 
-/// Of one series, %.
+/// Mean and peak of one series, %.
 #[derive(Clone, Copy, Debug, Default, Serialize)]
 pub struct MeanAndPeak {
     /// Mean.
     pub mean: f64,
-    /// Largest.
+    /// Maximum.
     pub peak: f64,
 }
 
@@ -83,7 +89,7 @@ pub fn length(parameters: &B2p2Parameters) -> f64 {
 }
 
 impl Balance {
-    /// Balance over the samples of a run.
+    /// Computes the balance over the samples of a run; empty for another robot than B2P2.
     pub fn new(scenario: &Scenario, samples: &[Sample]) -> Self {
         let Some(robot) = scenario.robot.b2p2() else {
             return Self::default();
@@ -117,7 +123,7 @@ impl Balance {
     }
 }
 
-/// Figures over the moments of a climb, `unit` times their differences in m.
+/// Figures over the moments of a climb. `unit` converts a difference in m to percent.
 fn figures(climb: &[Option<Moment>], unit: f64) -> Option<Figures> {
     let of = |difference: fn(&Moment) -> Option<f64>| {
         let values = || climb.iter().flatten().filter_map(difference).map(f64::abs);
@@ -133,7 +139,7 @@ fn figures(climb: &[Option<Moment>], unit: f64) -> Option<Figures> {
     })
 }
 
-/// The samples from the first nose to the landing, or to where the robot toppled.
+/// The samples from the start of the climb to the landing, or until the robot toppled.
 fn climb(scenario: &Scenario, samples: &[Sample]) -> Range<usize> {
     let climb = phases::climb(scenario, samples);
     let toppled = samples.iter().position(|sample| sample.truth.toppled);
@@ -141,12 +147,13 @@ fn climb(scenario: &Scenario, samples: &[Sample]) -> Range<usize> {
     climb.start.min(end)..end
 }
 
-/// The nodes' model with the plant's masses; `None` if there is no such robot.
+/// The nodes' model with the plant's masses; `None` if the parameters are no valid robot.
 fn model(plant: &B2p2Parameters, payload: Option<Load>) -> Option<Parameters<f64>> {
     let mut segments = SEGMENTS;
     let body = &mut segments[0];
     let [forward, _, right] = body.centre_of_mass;
-    // The height that the plant has instead of the tabulated one; the inertia about the centre of mass stays.
+    // The plant's height of the centre of mass replaces the tabulated one. The inertia about the
+    // centre of mass stays the same.
     let place = [forward, plant.body_1_com_height, right];
     let mut inertia = add_point(
         add_point(body.inertia_about_origin, -body.mass, body.centre_of_mass),
@@ -178,7 +185,7 @@ fn model(plant: &B2p2Parameters, payload: Option<Load>) -> Option<Parameters<f64
     Parameters::new(&lengths, &segments).ok()
 }
 
-/// An inertia with that of a point of mass added, all about the origin, kg m^2.
+/// Adds the inertia of a point mass to an inertia, both about the origin, kg m^2.
 fn add_point(inertia: [[f64; 3]; 3], mass: f64, place: [f64; 3]) -> [[f64; 3]; 3] {
     let Symmetric {
         diagonal: [xx, yy, zz],
@@ -188,7 +195,8 @@ fn add_point(inertia: [[f64; 3]; 3], mass: f64, place: [f64; 3]) -> [[f64; 3]; 3
     [0, 1, 2].map(|row| add(inertia[row], point[row]))
 }
 
-/// A point or direction of the world (x forward, y left, z up) in R0 (x right, y forward, z up).
+/// Converts a point or direction from world axes (x forward, y left, z up) to R0 (x right, y
+/// forward, z up).
 fn in_r0([x, y, z]: [f64; 3]) -> [f64; 3] {
     [-y, x, z]
 }
@@ -209,11 +217,11 @@ fn joints(sample: &Sample) -> Joints<f64> {
     ]
 }
 
-/// The moment of `sample`, whose joints are in the middle of three.
+/// Computes the moment of `sample`. `around` has the joints before, at and after it.
 fn moment(model: &Parameters<f64>, sample: &Sample, around: &[Joints<f64>]) -> Moment {
     let step = 1.0 / f64::from(SAMPLE_HZ);
     let [before, now, after] = [around[0], around[1], around[2]];
-    // A heading may jump by a turn.
+    // A heading may jump by a full turn.
     let turned = |joint: usize, angle: f64| match joint {
         3 => (angle + PI).rem_euclid(TAU) - PI,
         _ => angle,
@@ -247,8 +255,9 @@ fn moment(model: &Parameters<f64>, sample: &Sample, around: &[Joints<f64>]) -> M
     }
 }
 
-/// The plane on which the robot stands: through its rearmost and its foremost contact, not leaning sideways. At rest the zero moment
-/// point lies under the centre of gravity on any plane; only how far a motion moves it depends on this one.
+/// The plane on which the robot stands: it contains the rearmost and the foremost contact and does
+/// not tilt sideways. At rest the zero moment point is below the centre of gravity on any plane.
+/// The plane matters only for how far a motion moves the zero moment point.
 fn ground(sample: &Sample, heading: [f64; 3]) -> Option<Plane<f64>> {
     let along = |point: &[f64; 3]| dot(heading, *point);
     let contacts = || sample.truth.contacts.iter().map(|point| in_r0(*point));
@@ -266,7 +275,8 @@ fn ground(sample: &Sample, heading: [f64; 3]) -> Option<Plane<f64>> {
     })
 }
 
-/// Fills in the smoothed differences, from those that exist within three standard deviations.
+/// Computes the smoothed differences: a Gaussian mean of the differences within three standard
+/// deviations.
 fn smooth(samples: &[Sample], moments: &mut [Option<Moment>]) {
     let differences: Vec<_> = moments
         .iter()
@@ -289,7 +299,7 @@ fn smooth(samples: &[Sample], moments: &mut [Option<Moment>]) {
     }
 }
 
-/// The three areas of `climb`; `None` on ground without a nose.
+/// Splits the climb into the three areas; `None` on ground without a nose.
 fn areas(
     scenario: &Scenario,
     samples: &[Sample],

@@ -1,7 +1,8 @@
-//! The robots as a run sees them: which nodes there are, what each is told about itself, and which plant they move.
+//! Robots of the simulator: for each one, its nodes, their settings, and the plant that they move.
 //!
-//! One folder per robot: `section` is what a scenario says of it, `nodes` its nodes, `plant` its physics. [`registry`] has a line for
-//! each, [`section`] is what each has to say. [`node_name`] and [`payload`] are what all have.
+//! One folder per robot: `section` is its section of a scenario file, `nodes` its nodes, `plant`
+//! its simulated physics. [`registry`] lists the robots, [`section`] defines the interface that
+//! each of them implements. [`node_name`] and [`payload`] are shared by all.
 
 pub mod b2p2;
 pub mod crawler;

@@ -4,33 +4,34 @@ use serde::{Deserialize, Deserializer, Serialize};
 use std::borrow::Cow;
 use std::fmt;
 
-/// Name of a node. The table of a robot's nodes has its names; each robot has a guard.
+/// Name of a node. A name is valid if the node table of a robot contains it; each robot has a
+/// guard.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
 #[serde(transparent)]
 pub struct NodeName(&'static str);
 
 impl NodeName {
-    /// The guard.
+    /// Node of the guard.
     pub const GUARD: Self = Self("guard");
-    /// Left track.
+    /// Node of the left track.
     pub const LEFT_TRACK: Self = Self("left_track");
-    /// Right track.
+    /// Node of the right track.
     pub const RIGHT_TRACK: Self = Self("right_track");
-    /// Front left wheel.
+    /// Node of the front left wheel.
     pub const FRONT_LEFT_WHEEL: Self = Self("front_left_wheel");
-    /// Front right wheel.
+    /// Node of the front right wheel.
     pub const FRONT_RIGHT_WHEEL: Self = Self("front_right_wheel");
-    /// Rear left wheel.
+    /// Node of the rear left wheel.
     pub const REAR_LEFT_WHEEL: Self = Self("rear_left_wheel");
-    /// Rear right wheel.
+    /// Node of the rear right wheel.
     pub const REAR_RIGHT_WHEEL: Self = Self("rear_right_wheel");
 
-    /// The node of this name, as written in a scenario file.
+    /// Creates a name, spelled as in a scenario file.
     pub const fn new(name: &'static str) -> Self {
         Self(name)
     }
 
-    /// As written in a scenario file.
+    /// The name as spelled in a scenario file.
     pub fn as_str(self) -> &'static str {
         self.0
     }

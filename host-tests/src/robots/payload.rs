@@ -1,30 +1,31 @@
-//! A load in a scenario, as the plant takes it, and as the guard is told of it.
+//! Payload in a scenario, and its conversion for the plant and for the guard's settings.
 
 use crate::bounds::{Problem, within};
 use crate::world::load::Load;
 use serde::{Deserialize, Serialize};
 use tautrack::settings::Setting;
 
-/// A point mass fixed to the robot's body.
+/// Point mass fixed to the robot's body.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Payload {
     /// Mass.
     pub mass_kg: f64,
-    /// Place in the body's axes, x forward, y left, z up: from axle 1 of B2P2; the other robots' sections name their origins.
+    /// Place in the body's axes (x forward, y left, z up), relative to axle 1 of B2P2; the sections
+    /// of the other robots define their origins.
     pub place_m: [f64; 3],
-    /// Virtual time from which it is on board.
+    /// Virtual time from which the load is on board.
     #[serde(default)]
     pub from_s: f64,
-    /// Whether the guard's settings know of it.
+    /// Whether the guard's settings contain the load.
     pub declared: bool,
 }
 
 impl Payload {
-    /// Checks its values; `key` is the path of its table.
+    /// Checks the values; `key` is the path of the table in the scenario file.
     ///
     /// # Errors
-    /// Names key, value and bound.
+    /// [`Problem`] with key, value and bound.
     pub fn check(&self, key: &str, duration_s: f64) -> Result<(), Problem> {
         within(&format!("{key}.mass_kg"), self.mass_kg, 0.0, 50.0, "kg")?;
         for (index, coordinate) in self.place_m.iter().enumerate() {
@@ -39,7 +40,7 @@ impl Payload {
         within(&format!("{key}.from_s"), self.from_s, 0.0, duration_s, "s")
     }
 
-    /// As the plants take it.
+    /// Converts the load for the plants.
     pub fn load(&self) -> Load {
         Load {
             mass: self.mass_kg,
@@ -48,7 +49,7 @@ impl Payload {
         }
     }
 
-    /// What the guard is told of it: nothing of a load that is not declared.
+    /// Returns the guard's settings for the load; none if the load is not declared.
     pub fn settings(&self) -> Vec<(Setting, i32)> {
         if !self.declared {
             return Vec::new();

@@ -1,5 +1,5 @@
-//! The robots that there are: one line for each. A new one goes to the end, because the draws of
-//! `cargo demo --suite operators` depend on the place of a robot.
+//! List of the robots, with one line for each. A new robot goes to the end, because the random
+//! operators of `cargo demo --suite operators` depend on a robot's position in the list.
 
 use super::section::{Facts, Section};
 use super::{NodeName, b2p2};
@@ -9,14 +9,14 @@ use serde::{Deserialize, Serialize};
 
 macro_rules! robots {
     ($($(#[$about:meta])* $name:ident: $folder:ident,)*) => {
-        /// Which robot.
+        /// Robot of a scenario.
         #[derive(Clone, Copy, PartialEq, Eq, Debug, ValueEnum)]
         pub enum Kind {
             $($(#[$about])* $name,)*
         }
 
         impl Kind {
-            /// What is known of it without a scenario.
+            /// Facts about the robot that do not depend on a scenario.
             pub fn facts(self) -> &'static Facts {
                 match self {
                     $(Self::$name => &super::$folder::FACTS,)*
@@ -24,7 +24,7 @@ macro_rules! robots {
             }
         }
 
-        /// A robot's section of a scenario file, `[robot.NAME]`.
+        /// Robot's section of a scenario file, `[robot.NAME]`.
         #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
         #[serde(rename_all = "snake_case")]
         pub enum Robot {
@@ -32,14 +32,14 @@ macro_rules! robots {
         }
 
         impl Robot {
-            /// Which robot it is.
+            /// Returns which robot it is.
             pub fn kind(&self) -> Kind {
                 match self {
                     $(Self::$name(_) => Kind::$name,)*
                 }
             }
 
-            /// What it has to say to a run.
+            /// Returns the section of the robot.
             pub fn section(&self) -> &dyn Section {
                 match self {
                     $(Self::$name(section) => section,)*
@@ -61,16 +61,16 @@ robots! {
 }
 
 impl Kind {
-    /// Builds its node programs; see [`programs::build`].
+    /// Builds the robot's node programs; see [`programs::build`].
     ///
     /// # Errors
-    /// Of [`programs::build`].
+    /// Those of [`programs::build`].
     pub fn programs(self, board: Board) -> Result<Programs, BuildError> {
         programs::build(board, self.facts().guard_program)
     }
 }
 
-/// The node of any robot that has this name.
+/// Returns the node with this name, of any robot.
 pub(super) fn node_name(text: &str) -> Option<NodeName> {
     let mut nodes = Kind::value_variants()
         .iter()
@@ -81,14 +81,14 @@ pub(super) fn node_name(text: &str) -> Option<NodeName> {
 }
 
 impl Default for Robot {
-    /// B2P2's nominal stand-in.
+    /// B2P2 with its nominal values.
     fn default() -> Self {
         Self::B2p2(b2p2::section::B2p2::nominal())
     }
 }
 
 impl Robot {
-    /// B2P2's section, if it is B2P2.
+    /// Returns B2P2's section; `None` for another robot.
     pub fn b2p2(&self) -> Option<&b2p2::section::B2p2> {
         match self {
             Self::B2p2(section) => Some(section),
@@ -96,7 +96,7 @@ impl Robot {
         }
     }
 
-    /// B2P2's section. Another robot is replaced by B2P2's nominal stand-in.
+    /// Returns B2P2's section. Replaces another robot with B2P2 and its nominal values.
     pub fn b2p2_mut(&mut self) -> &mut b2p2::section::B2p2 {
         if self.b2p2().is_none() {
             *self = Self::default();

@@ -1,4 +1,4 @@
-//! What a robot has to say to a run: its section of a scenario, its nodes, its plant.
+//! Interface of a robot to a run: its section of a scenario file, its nodes and its plant.
 
 use super::NodeName;
 use crate::bounds::Problem;
@@ -7,114 +7,118 @@ use crate::world::terrain::Terrain;
 use tautrack::link::MotorModel;
 use tautrack::settings::Setting;
 
-/// What a run is made of beside the robot.
+/// Conditions of a run that do not belong to the robot.
 #[derive(Clone, Copy, Debug)]
 pub struct Conditions {
     /// Seed of all noise.
     pub seed: u64,
     /// Virtual time of the run, s.
     pub duration_s: f64,
-    /// Coefficient of friction; of soft ground, its strength over the one that the guard is told.
+    /// Coefficient of friction; on soft ground, the ratio of its strength to the one in the guard's
+    /// settings.
     pub friction: f64,
-    /// The ground.
+    /// Terrain of the run.
     pub terrain: Terrain,
-    /// The guard's filter limits the operator.
+    /// Whether the guard's filter limits the operator's commands.
     pub guard: bool,
-    /// The guard tells the drives the torques that it knows in advance.
+    /// Whether the guard sends torque feed-forward to the drives.
     pub feed_forward: bool,
 }
 
-/// A robot's section of a scenario, `[robot.NAME]`.
+/// Section of a robot in a scenario file, `[robot.NAME]`.
 pub trait Section {
-    /// Checks its values, and that its plant has this ground.
+    /// Checks the values, and that the robot's plant supports the terrain.
     ///
     /// # Errors
-    /// Names key, value and bound of the first bad one.
+    /// [`Problem`] of the first bad value, with its key and bound.
     fn check(&self, conditions: &Conditions) -> Result<(), Problem>;
 
-    /// Foremost point of the robot at the start, m ahead of the world's origin.
+    /// Position of the robot's foremost point at the start, m ahead of the world's origin.
     fn front_m(&self) -> f64;
 
-    /// What the operator's word of posture is.
+    /// Meaning of the posture in the operator's command.
     fn posture(&self) -> Posture;
 
-    /// Where a ground that only its plant has ends: x from and to, y from and to, m.
+    /// Area of a ground that only this robot's plant has, m: minimum and maximum of x, then of y;
+    /// `None` for other grounds.
     fn extent(&self, _: &Terrain) -> Option<[[f64; 2]; 2]> {
         None
     }
 
-    /// Its nodes: motors in the plant's order, then the guard.
+    /// Returns the robot's nodes: motors in the plant's order, then the guard.
     fn nodes(&self, conditions: &Conditions) -> Vec<NodeSpec>;
 
-    /// The robot in its world.
+    /// Creates the plant: the robot on its ground.
     fn plant(&self, conditions: &Conditions) -> Box<dyn Plant>;
 }
 
-/// What is known of a robot without a scenario.
+/// Facts about a robot that do not depend on a scenario.
 pub struct Facts {
-    /// Its name in a sentence.
+    /// Name of the robot, as used in sentences.
     pub name: &'static str,
-    /// Names and ids of its nodes, in the plant's order, the guard last.
+    /// Names and ids of the nodes, in the plant's order; the guard is last.
     pub nodes: &'static [(NodeName, u8)],
-    /// The node program of its guard.
+    /// Name of the guard's node program.
     pub guard_program: &'static str,
-    /// Its scenario when none is named, in `host-tests/scenarios`.
+    /// Default scenario file, relative to `host-tests/scenarios`.
     pub scenario_file: &'static str,
-    /// Names of the stages in which its drives come to life.
+    /// Names of the stages in which the guard starts the drives.
     pub stages: &'static [&'static str],
-    /// The channels of [`crate::world::truth::Truth::channels`] that a summary shows.
+    /// Channels of [`crate::world::truth::Truth::channels`] that a summary shows.
     pub headlines: &'static [&'static str],
-    /// It stands when all its wheels, which have channels of their own, carry load.
+    /// Whether the robot stands only if all its wheels carry load. Each wheel then has a load
+    /// channel.
     pub stands_on_wheels: bool,
-    /// What the report says beside the curves of those channels.
+    /// Text in the report beside the plots of the robot's channels.
     pub plots_note: &'static str,
-    /// What the simulated robot stands for, and what of it is assumed.
+    /// Text on the sources of the model, and on the values that are assumed.
     pub origin: &'static str,
 }
 
-/// What the operator's word of posture is, robot by robot.
+/// Meaning of the posture in the operator's command, which depends on the robot.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub enum Posture {
-    /// There is none.
+    /// The robot has no posture.
     None,
     /// Angle of the chassis joint, 2^-16 turns.
     ChassisAngle,
     /// Height of the hips above the wheels, mm.
     Clearance {
-        /// Asked for at first, m.
+        /// Height commanded at first, m.
         first_m: f64,
     },
-    /// Height of the step ahead, mm. The guard passes on no word of its own.
+    /// Height of the step ahead, mm. The guard publishes no limited value for it.
     Step,
 }
 
-/// Which program a node runs.
+/// Program that a node runs.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Role {
-    /// Closes the loops of one motor.
+    /// Control loops of one motor.
     Axle,
-    /// An axle that keeps the belt taut.
+    /// Axle that keeps the belt taut.
     Screw,
-    /// The robot's guard.
+    /// Guard of the robot.
     Guard,
 }
 
-/// One node of a robot.
+/// Specification of one node of a robot.
 #[derive(Clone, Debug)]
 pub struct NodeSpec {
-    /// Name in the robot.
+    /// Name of the node in the robot.
     pub name: NodeName,
-    /// Its program.
+    /// Program of the node.
     pub role: Role,
     /// `CANopen` node id.
     pub id: u8,
-    /// What differs from the settings' defaults, beside the id.
+    /// Settings that differ from the defaults, without the node id.
     pub settings: Vec<(Setting, i32)>,
-    /// Its motor; `None` for the guard.
+    /// Motor of the node; `None` for the guard.
     pub motor: Option<MotorModel>,
 }
 
-/// What a calibration left of the plants' declination and hard iron: off by up to 0.4 uT.
+/// Compass settings of the guards: declination and hard iron of the plants, as a calibration would
+/// find them, with errors of up to 0.4 uT.
 pub const SENSORS: &[(Setting, i32)] = &[
     (Setting::Declination, 1_000),
     (Setting::HardIronForward, 8_300),
@@ -122,7 +126,7 @@ pub const SENSORS: &[(Setting, i32)] = &[
     (Setting::HardIronUp, 12_400),
 ];
 
-/// Place of a node among `nodes`, which is also its number on the virtual bus.
+/// Index of a node in `nodes`, which is also its number on the virtual bus.
 pub fn index_of(nodes: &[NodeSpec], name: NodeName) -> Option<usize> {
     nodes.iter().position(|node| node.name == name)
 }

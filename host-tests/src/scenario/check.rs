@@ -1,4 +1,4 @@
-//! The bounds of a scenario, except those of the operator, the robots and the ground.
+//! Checks the bounds of a scenario, except those of the operator, the robots and the ground.
 
 use super::{Description, Fault, FaultKind, Scenario};
 use crate::bounds::{Problem, contradiction, within};
@@ -37,7 +37,8 @@ impl Description {
         Ok(Scenario(self))
     }
 
-    /// Each robot has its own word of posture, or none.
+    /// Checks that the operator commands only the posture that this robot has: chassis angle,
+    /// clearance, step height or none.
     fn check_postures(&self) -> Result<(), Problem> {
         let posture = self.robot.section().posture();
         let [chassis, step] = [Posture::ChassisAngle, Posture::Step].map(|of| of == posture);
@@ -67,7 +68,8 @@ impl Description {
         Ok(())
     }
 
-    /// That each node has room for its own and the robot's settings is checked too.
+    /// Checks that every setting belongs to a node of the robot, exists and is within its bounds,
+    /// and that the node takes as many settings as the scenario and the robot give it.
     fn check_settings(&self) -> Result<(), Problem> {
         let nodes = self.nodes();
         for (name, changes) in &self.settings {
@@ -193,7 +195,7 @@ impl Fault {
     }
 }
 
-/// Checks a chassis angle.
+/// Checks that a chassis angle is within the travel of B2P2's chassis joint.
 pub(super) fn chassis(key: &str, angle_deg: f64) -> Result<(), Problem> {
     let [least, most] = B2p2Parameters::nominal().joint_travel.map(f64::to_degrees);
     within(

@@ -1,4 +1,4 @@
-//! A scenario file as written.
+//! The content of a scenario file, before it is checked.
 
 use super::{Expect, Fault, Operator, driver};
 use crate::robots::{Conditions, Kind, NodeName, NodeSpec, Robot};
@@ -8,8 +8,8 @@ use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use tautrack::settings::Setting;
 
-/// A scenario file as written. Axes as in [`crate::world::truth::Truth`]; axle 1 starts at x = 0, y
-/// = 0, heading 0.
+/// The content of a scenario file, before it is checked. World axes are those of
+/// [`crate::world::truth::Truth`]; axle 1 starts at x = 0, y = 0, with heading 0.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Description {
@@ -21,31 +21,33 @@ pub struct Description {
     pub seed: u64,
     /// Virtual time to run, s.
     pub duration_s: f64,
-    /// Whether the guard's filter limits the operator. Off, it passes every command on.
+    /// Whether the guard's filter limits the operator's commands. Without it the guard passes every
+    /// command on.
     #[serde(default = "on")]
     pub guard: bool,
-    /// Whether the guard tells the drives the torques that it knows in advance.
+    /// Whether the guard sends the drives torque feed-forward.
     #[serde(default = "on")]
     pub feed_forward: bool,
-    /// Coefficient of friction between track and ground; of the crawler's soft ground, its strength
-    /// over the one that the guard is told.
+    /// Coefficient of friction between track and ground. On the crawler's soft ground: strength of
+    /// the simulated soil as a multiple of the one in the guard's settings.
     pub friction: f64,
     /// The ground.
     pub terrain: Terrain,
-    /// The robot, and what its paper leaves open; B2P2's nominal stand-in where none is named.
+    /// The robot, and the parameters that its paper does not give. By default B2P2 with nominal
+    /// parameters.
     #[serde(default)]
     pub robot: Robot,
-    /// Settings of nodes that differ from those of the robot: node, name, value in the setting's
-    /// unit. The plant does not know of them.
+    /// Settings of nodes that differ from those of the robot: node, setting's name, value in the
+    /// setting's unit. They change what the node assumes, not the plant.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub settings: BTreeMap<NodeName, BTreeMap<String, i32>>,
-    /// Who drives.
+    /// The operator: a script, or a client on the bus.
     #[serde(with = "driver")]
     pub operator: Operator,
-    /// What goes wrong.
+    /// Faults that the run injects.
     #[serde(default, rename = "fault")]
     pub faults: Vec<Fault>,
-    /// What must come out.
+    /// What the run must result in.
     #[serde(default)]
     pub expect: Expect,
 }
@@ -60,7 +62,7 @@ impl Description {
         self.robot.kind()
     }
 
-    /// What the run is made of beside the robot.
+    /// The conditions of the run apart from the robot.
     pub fn conditions(&self) -> Conditions {
         Conditions {
             seed: self.seed,
@@ -87,7 +89,7 @@ impl Description {
         nodes
     }
 
-    /// The robot in its world.
+    /// The simulated robot on its ground.
     pub fn plant(&self) -> Box<dyn Plant> {
         self.robot.section().plant(&self.conditions())
     }

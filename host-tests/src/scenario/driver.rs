@@ -1,4 +1,4 @@
-//! Who the operator is, as a scenario file says it: the table of a script, or the text `"client"`.
+//! Reads and writes the operator of a scenario file: the table of a script, or the text `"client"`.
 
 use super::operator::{Operator, chassis_rate};
 use serde::de::value::MapAccessDeserializer;
@@ -6,11 +6,11 @@ use serde::de::{Error, MapAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::fmt;
 
-/// The text that makes a client the operator.
+/// The text that makes a client on the bus the operator.
 const CLIENT: &str = "client";
 
 impl Operator {
-    /// A client on the bus is the operator.
+    /// The operator of a scenario in which a client on the bus commands the robot.
     pub fn client() -> Self {
         Self {
             client: true,

@@ -1,4 +1,4 @@
-//! What is wrong with a scenario file, and where.
+//! Errors in a scenario file, with file, line and column; and the parser that reports them.
 
 use super::Description;
 use crate::bounds::Problem;
@@ -6,12 +6,12 @@ use std::fmt;
 use std::ops::Range;
 use toml::de::{DeTable, DeValue};
 
-/// What is wrong with a scenario file; displays as one sentence.
+/// An error in a scenario file; displays as one sentence.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ScenarioError {
     /// Name of the file.
     pub file: String,
-    /// Line and column of the culprit, both from 1.
+    /// Line and column of the error, both counted from 1.
     pub place: Option<(usize, usize)>,
     /// What is wrong.
     pub problem: Problem,
@@ -39,7 +39,7 @@ impl fmt::Display for ScenarioError {
     }
 }
 
-/// From text to unchecked values.
+/// Parses the text to a description that is not checked yet.
 pub(super) fn parse(text: &str, file: &str) -> Result<Description, ScenarioError> {
     let is_void = |line: &str| line.trim().is_empty() || line.trim_start().starts_with('#');
     if text.lines().all(is_void) {
@@ -65,7 +65,8 @@ pub(super) fn parse(text: &str, file: &str) -> Result<Description, ScenarioError
     })
 }
 
-/// Adds the place of the problem's key. A key that is absent (its value is a default) takes the nearest table around it.
+/// Adds line and column of the problem's key. If the file does not contain the key, because its
+/// value is a default, they are those of the nearest table around it.
 pub(super) fn locate(problem: Problem, text: &str, file: &str) -> ScenarioError {
     let values = spans(text);
     let mut key = problem.key().unwrap_or_default();
@@ -85,7 +86,7 @@ pub(super) fn locate(problem: Problem, text: &str, file: &str) -> ScenarioError 
     }
 }
 
-/// Path and span of every value in the text, outer ones first; empty if the text is not TOML.
+/// Path and span of every value in the text, outer values first; empty if the text is not TOML.
 fn spans(text: &str) -> Vec<(String, Range<usize>)> {
     let mut found = Vec::new();
     if let Ok(table) = DeTable::parse(text) {

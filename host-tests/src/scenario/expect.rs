@@ -1,27 +1,27 @@
-//! What must come out of a run.
+//! The results that a scenario expects of its run.
 
 use serde::{Deserialize, Serialize};
 
-/// What must come out; what is absent is not asked.
+/// The expected results; what is absent is not checked.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Expect {
-    /// Stands level behind the last nose at some moment.
+    /// Whether the robot stands level behind the last nose at some time.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub landed: Option<bool>,
-    /// Turns over.
+    /// Whether the robot turns over.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub toppled: Option<bool>,
-    /// Earliest and latest landing, virtual time.
+    /// Earliest and latest virtual time of the landing.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub landing_between_s: Option<[f64; 2]>,
-    /// Stands still during the last second.
+    /// Whether the robot stands still during the last second.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub stopped: Option<bool>,
-    /// The guard holds back or refuses at least once.
+    /// Whether the guard scales or refuses a command at least once.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub guard_intervenes: Option<bool>,
-    /// Largest strain or slack of the belt during the climb.
+    /// Upper bound of the belt's strain or slack during the climb.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tension_error_below_m: Option<f64>,
 }

@@ -1,20 +1,20 @@
-//! What can befall the nodes and the bus.
+//! Faults of nodes and bus that a scenario can inject.
 
 use crate::robots::node_name::NodeName;
 use serde::{Deserialize, Serialize};
 
-/// Something that goes wrong.
+/// A fault that the run injects.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Fault {
-    /// What.
+    /// Kind of the fault.
     pub what: FaultKind,
-    /// Virtual time from which.
+    /// Virtual time at which it begins.
     pub at_s: f64,
-    /// Virtual time until which; for good when absent.
+    /// Virtual time at which it ends; absent if it stays.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub until_s: Option<f64>,
-    /// The guard, or the node itself, must say so on the bus within this time.
+    /// Time within which a node must report the fault on the bus.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub notice_within_ms: Option<f64>,
 }
@@ -23,31 +23,32 @@ pub struct Fault {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum FaultKind {
-    /// The node's power is gone: it sends nothing, and its motor is free.
+    /// The node loses its power: it sends nothing, and its motor is free.
     NodeDead(NodeName),
     /// The node's encoder keeps its last count.
     EncoderFrozen(NodeName),
-    /// The node neither sends nor receives, but runs on.
+    /// The node neither sends nor receives, but keeps running.
     BusCut(NodeName),
-    /// The node loses its power at `at_s` and starts again at `until_s`, or at once: a new process
-    /// with the same settings, whose clock begins at 0. The guard alone.
+    /// The node loses its power at `at_s` and starts again at `until_s`, or at once without it: a
+    /// new process with the same settings, whose clock begins at 0. Only the guard can restart.
     Restart(NodeName),
     /// Every frame on the bus is lost with this probability.
     FrameLoss {
-        /// 0 to 1.
+        /// Probability, 0 to 1.
         probability: f64,
     },
-    /// One data bit of one frame arrives flipped and unnoticed by the CRC.
+    /// One data bit of one frame is inverted, and the CRC does not detect it.
     FrameFlip {
-        /// Number of the frame, counted from `at_s`; a frame too short for the bit passes the flip on to the next.
+        /// Number of the frame, counted from `at_s`. If the frame is too short for the bit, the bit
+        /// of the next frame is inverted.
         frame: u64,
-        /// Bit of its data, 0 to 63.
+        /// Bit of the frame's data, 0 to 63.
         bit: u8,
     },
 }
 
 impl FaultKind {
-    /// The node that it befalls, if it is one.
+    /// The node that has the fault; `None` for a fault of the bus.
     pub fn node(&self) -> Option<NodeName> {
         match *self {
             Self::NodeDead(node)
@@ -58,7 +59,7 @@ impl FaultKind {
         }
     }
 
-    /// A few words for reports.
+    /// Describes the fault in a few words for reports.
     pub fn words(&self) -> String {
         match *self {
             Self::NodeDead(_) => "node dead".into(),

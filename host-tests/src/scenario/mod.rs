@@ -1,10 +1,10 @@
-//! Scenarios: one TOML file says what a run is made of and what must come out of it.
+//! Scenarios: one TOML file describes a run and the results that it must have.
 //!
-//! [`Description`] is the file as written; [`Scenario`] is a description that passed every check,
-//! so nothing checks again. `operator` is the section of that name with its bounds, `driver` reads
-//! who the operator is, `fault` is what can go wrong, `expect` what must come out, `check` holds
-//! the other bounds, `error` says what was bad and where, `script` plays the operator. The robots'
-//! sections are in [`crate::robots`], the ground's values in [`crate::world::terrain`].
+//! [`Description`] is the content of the file. [`Scenario`] is a description that passed every
+//! check, so no later code checks it again. `operator` is the operator's section with its bounds,
+//! `driver` reads it, `script` plays it during a run. `fault` lists the faults, `expect` the
+//! expected results. `check` checks the other bounds, `error` reports errors with their place. The
+//! robots' sections are in [`crate::robots`], the ground's values in [`crate::world::terrain`].
 
 mod check;
 mod description;
@@ -26,7 +26,7 @@ use crate::bounds::Problem;
 use serde::Serialize;
 use std::path::Path;
 
-/// A description that passed every check. Read-only; [`Description::check`] makes one.
+/// A description that passed every check. It is read-only; [`Description::check`] makes one.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(transparent)]
 pub struct Scenario(Description);
@@ -43,7 +43,7 @@ impl Scenario {
     /// Reads and checks a scenario file.
     ///
     /// # Errors
-    /// Says what is wrong with the first bad value, with file, line and column.
+    /// Describes the first bad value, with file, line and column.
     pub fn load(path: &Path) -> Result<Self, ScenarioError> {
         let file = path.display().to_string();
         match std::fs::read_to_string(path) {
@@ -65,7 +65,8 @@ impl Scenario {
             .map_err(|problem| error::locate(problem, text, file))
     }
 
-    /// Checks a description that no file holds; its errors show the scenario's name.
+    /// Checks a description that does not come from a file; errors show the scenario's name in
+    /// place of a file.
     ///
     /// # Errors
     /// As [`Scenario::load`].
@@ -76,7 +77,8 @@ impl Scenario {
             .map_err(|problem| ScenarioError::new(&name, problem))
     }
 
-    /// A copy to change and check again, for sweeps and command-line switches.
+    /// A copy of the description that can be changed and checked again, for sweeps and command-line
+    /// options.
     pub fn description(&self) -> Description {
         self.0.clone()
     }

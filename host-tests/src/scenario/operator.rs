@@ -1,42 +1,44 @@
-//! The operator in a scenario: what is commanded at first, the events that change it, and their bounds.
+//! The operator of a scenario: the first command, the events that change it, and their bounds.
 
 use super::check::chassis;
 use crate::bounds::{Problem, contradiction, within};
 use serde::{Deserialize, Serialize};
 use tautrack::bus::pdo::Request;
 
-/// Largest yaw rate that can be commanded, degrees/s. The guard's object ends at 32.767 rad/s.
+/// Maximum yaw rate that can be commanded, degrees/s. The object of the guard that takes it ends at
+/// 32.767 rad/s.
 const MAXIMUM_YAW_RATE_DEG_S: f64 = 1_800.0;
 
 pub(super) fn chassis_rate() -> f64 {
     28.6
 }
 
-/// The operator. A script says what is commanded from the moment at which the guard is armed, with a
-/// list of events that change it, each waiting for the one before. Or a client on the bus is the
-/// operator: then the simulator commands nothing. In a file the first is a table, the second
-/// `operator = "client"`.
+/// The operator of a scenario: a script, or a client on the bus.
+///
+/// A script begins when the guard is armed. It has a first command and a list of events that change
+/// it; each event waits for the one before. If a client is the operator, the simulator sends no
+/// commands. In a file a script is a table, and a client is `operator = "client"`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Operator {
-    /// Whether a client is the operator; then nothing else here counts.
+    /// Whether a client is the operator; then all other fields are ignored.
     #[serde(skip)]
     pub client: bool,
-    /// Forward speed commanded at first.
+    /// Forward speed commanded at first, m/s.
     pub speed_mps: f64,
-    /// Chassis angle commanded at first, front up positive.
+    /// Chassis angle commanded at first, front up positive, degrees.
     #[serde(default)]
     pub chassis_deg: f64,
-    /// Height of the step that RT-Mover is commanded to go up at first; 0 commands none.
+    /// Height of the step that RT-Mover is commanded to climb at first, m; 0 commands none.
     #[serde(default)]
     pub step_m: f64,
-    /// How fast the commanded chassis angle moves from one value to the next.
+    /// Rate at which the commanded chassis angle moves from one value to the next, degrees/s.
     #[serde(default = "chassis_rate")]
     pub chassis_rate_deg_s: f64,
-    /// Yaw rate commanded per radian of heading error, 1/s; 0 leaves the heading alone.
+    /// Yaw rate commanded per radian of heading error, 1/s; 0 commands none.
     #[serde(default)]
     pub heading_gain_per_s: f64,
-    /// What changes, in order.
+    /// Changes of the command, in order.
     #[serde(default, rename = "event")]
     pub events: Vec<Event>,
 }
@@ -57,54 +59,56 @@ impl Operator {
     }
 }
 
-/// One change of what is commanded; what it does not name stays.
+/// One change of the command; values that it does not contain stay as they are.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Event {
-    /// What it waits for.
+    /// Conditions for which the event waits.
     pub when: When,
-    /// Chassis angle commanded from then on.
+    /// Chassis angle commanded from then on, degrees.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub chassis_deg: Option<f64>,
-    /// Height of the step that RT-Mover is commanded to go up from then on.
+    /// Height of the step that RT-Mover is commanded to climb from then on, m.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub step_m: Option<f64>,
-    /// Clearance that Hylos is commanded from then on.
+    /// Clearance commanded to Hylos from then on, m.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub clearance_m: Option<f64>,
-    /// Forward speed commanded from then on.
+    /// Forward speed commanded from then on, m/s.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub speed_mps: Option<f64>,
-    /// Yaw rate commanded from then on, counter-clockwise positive; replaces the heading control.
+    /// Yaw rate commanded from then on, counter-clockwise positive, degrees/s; replaces the heading
+    /// control.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub yaw_rate_deg_s: Option<f64>,
-    /// Request from then on; `arm` before the first.
+    /// Request from then on; `arm` until the first one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub request: Option<OperatorRequest>,
 }
 
-/// What the operator requests beside motion. In every command until the next request.
+/// What the operator requests in addition to motion. Every command repeats it until the next
+/// request.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum OperatorRequest {
-    /// Motors off, at once.
+    /// Switch all motors off at once.
     Disarm,
-    /// Home what needs it, then drive.
+    /// Home the drives that need it, then drive.
     Arm,
-    /// Stop and hold.
+    /// Stop and hold the position.
     Stop,
     /// Clear latched faults and a trip.
     Reset,
-    /// Supervised override of a trip.
+    /// Supervised override of a trip: drive at crawl speed although the guard tripped.
     Override,
-    /// Back off from where the guard tripped.
+    /// Move back from where the guard tripped.
     BackOff,
     /// Emergency stop.
     EmergencyStop,
 }
 
 impl OperatorRequest {
-    /// As the guard's object has it.
+    /// The request's code on the bus.
     pub fn code(self) -> Request {
         match self {
             Self::Disarm => Request::Disarm,
@@ -117,7 +121,7 @@ impl OperatorRequest {
         }
     }
 
-    /// As written in a scenario file.
+    /// The request as written in a scenario file.
     pub fn as_str(self) -> &'static str {
         match self {
             Self::Disarm => "disarm",
@@ -131,20 +135,20 @@ impl OperatorRequest {
     }
 }
 
-/// Conditions on what the bus shows; all that are given must hold at once.
+/// Conditions on what the bus shows. All conditions that are given must hold at once.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct When {
     /// Virtual time since power-up is at least this.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub time_s: Option<f64>,
-    /// Time since the event before (since arming for the first) is at least this.
+    /// Time since the previous event (for the first: since arming) is at least this.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub after_s: Option<f64>,
     /// Odometry since arming is at least this.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub odometry_m: Option<f64>,
-    /// Odometry since the event before (since arming for the first) is at least this.
+    /// Odometry since the previous event (for the first: since arming) is at least this.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub after_m: Option<f64>,
     /// Pitch is above this.

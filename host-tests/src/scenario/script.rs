@@ -1,22 +1,22 @@
-//! The operator's script at work. It sees what the bus shows and nothing else.
+//! Plays the operator's script during a run. The script reads only what is on the bus.
 
 use super::{Operator, OperatorRequest, When};
 use std::f64::consts::PI;
 
-/// What the operator can see, decoded from frames.
+/// What the operator knows, decoded from frames.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct BusView {
     /// Virtual time since power-up, s.
     pub time_s: f64,
-    /// Distance by the belts' encoders, m.
+    /// Odometry that the guard publishes, m.
     pub odometry_m: f64,
-    /// Pitch by the guard, rad.
+    /// Pitch that the guard publishes, rad.
     pub pitch: f64,
-    /// Heading by the guard, rad.
+    /// Heading that the guard publishes, rad.
     pub heading: f64,
 }
 
-/// What the operator asks of the guard.
+/// The command that the operator sends to the guard.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ask {
     /// Forward speed, m/s.
@@ -25,15 +25,16 @@ pub struct Ask {
     pub yaw_rate: f64,
     /// Chassis angle, rad, front up positive.
     pub theta: f64,
-    /// Height of the step ahead, m; 0 asks for no gait.
+    /// Height of the step ahead, m; 0 commands no gait.
     pub step_m: f64,
-    /// Clearance of Hylos, m; the scenario's own when absent.
+    /// Clearance of Hylos, m; the scenario's own value if absent.
     pub clearance_m: Option<f64>,
-    /// Request beside the motion.
+    /// Request in addition to the motion.
     pub request: OperatorRequest,
 }
 
-/// A running script. Made at the moment the guard is armed; every reference ("since arming") is taken then.
+/// A running script. It is made when the guard is armed, and takes all reference values ("since
+/// arming") at that moment.
 #[derive(Clone, Debug)]
 pub struct Script {
     operator: Operator,
@@ -51,10 +52,11 @@ pub struct Script {
 }
 
 impl Script {
-    /// Largest yaw rate that the heading control asks, rad/s.
+    /// Maximum yaw rate that the heading control commands, rad/s.
     pub const MOST_YAW_RATE: f64 = 0.3;
 
-    /// Starts the script; `theta` is the chassis angle that the robot has now, rad, from which the asked angle sets out.
+    /// Starts the script. `theta` is the robot's present chassis angle, rad, from which the
+    /// commanded angle starts to move.
     pub fn new(operator: &Operator, now: BusView, theta: f64) -> Self {
         Self {
             operator: operator.clone(),
@@ -72,12 +74,13 @@ impl Script {
         }
     }
 
-    /// Number of events that have happened.
+    /// Number of events that have taken effect.
     pub fn events_done(&self) -> usize {
         self.next
     }
 
-    /// What is asked now. At most one event happens per call; call at a fixed rate of 20 Hz or more.
+    /// The command at this time. At most one event takes effect per call; call at a fixed rate of
+    /// 20 Hz or more.
     pub fn tick(&mut self, now: BusView) -> Ask {
         let holds = self
             .operator

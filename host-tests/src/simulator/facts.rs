@@ -1,31 +1,31 @@
-//! What only the runner knows of a run.
+//! Facts about a run that its samples do not contain.
 
 use crate::robots::NodeName;
 use serde::Serialize;
 
-/// What only the runner knows.
+/// Facts about a run, collected by the runner.
 #[derive(Clone, Debug, Default)]
 pub struct RunFacts {
     /// Wall-clock time from the first step to the last, s.
     pub wall_s: f64,
-    /// Lockstep steps done.
+    /// Number of lockstep steps.
     pub steps: u64,
     /// The nodes, in the order in which they were started.
     pub nodes: Vec<NodeFacts>,
-    /// Frames that the bus delivered.
+    /// Number of frames that the bus delivered.
     pub frames: u64,
-    /// Longest time that a frame waited for the bus, ms.
+    /// Maximum time that a frame waited for the bus, ms.
     pub worst_latency_ms: f64,
-    /// What became of the scenario's faults, in its order.
+    /// The scenario's faults in its order, each with its consequence.
     pub faults: Vec<FaultFacts>,
-    /// Hash over all truth bits and delivered frames of every step, hexadecimal.
+    /// Hash of all bits of the ground truth and all delivered frames of every step, hexadecimal.
     pub state_hash: String,
 }
 
-/// One node of a run.
+/// Facts about one node of a run.
 #[derive(Clone, Debug, Serialize)]
 pub struct NodeFacts {
-    /// Name in the robot.
+    /// Name of the node in the robot.
     pub name: NodeName,
     /// Role of the program: `axle`, `screw` or `guard`.
     pub role: String,
@@ -37,17 +37,17 @@ pub struct NodeFacts {
     pub program_sha256: String,
 }
 
-/// What became of one fault.
+/// Facts about one fault of a scenario.
 #[derive(Clone, Debug, Serialize)]
 pub struct FaultFacts {
-    /// Virtual time at which it began, s.
+    /// Virtual time at which the fault began, s.
     pub time_s: f64,
-    /// The node it befell, if it was one.
+    /// Node with the fault; `None` for a fault of the bus.
     pub node: Option<NodeName>,
-    /// What it was, a few words.
+    /// Short description of the fault.
     pub what: String,
-    /// Who said so on the bus first; absent when nobody did.
+    /// Node that reported the fault first on the bus; absent if none did.
     pub noticed_by: Option<String>,
-    /// How long that took, ms.
+    /// Time from the fault to this report, ms.
     pub after_ms: Option<f64>,
 }

@@ -1,7 +1,7 @@
-//! A run: firmware nodes on a virtual bus, in lockstep with a robot's plant.
+//! Runs firmware nodes on a virtual bus, in lockstep with a robot's plant.
 //!
-//! [`run`] holds them together, [`bus`] is the CAN bus between them, [`slcan`] lets programs on the host join that bus, [`record`]
-//! and [`facts`] are what a run leaves behind.
+//! [`run`] executes the run, [`bus`] is the CAN bus between the nodes, [`slcan`] lets programs on
+//! the host join that bus. [`record`] and [`facts`] hold the results.
 
 pub mod bus;
 pub mod facts;

@@ -1,4 +1,4 @@
-//! What one run leaves behind: samples of the plant's truth and of what the bus made public.
+//! Record of a run: samples of the plant's ground truth and of the values published on the bus.
 
 use crate::world::truth::{BodyPose, Truth};
 use serde::Serialize;
@@ -8,20 +8,20 @@ use std::fmt;
 use tautrack::can::Frame;
 use tautrack::link::Shaft;
 
-/// Samples per second of virtual time.
+/// Number of samples per second of virtual time.
 pub const SAMPLE_HZ: u32 = 100;
 
-/// One moment of a run.
+/// Sample of a run at one moment.
 #[derive(Clone, Debug, Default, Serialize)]
 pub struct Sample {
     /// Virtual time, s.
     pub time_s: f64,
-    /// What the physics knows; no node ever sees it.
+    /// Ground truth of the plant; no node sees it.
     pub truth: Truth,
-    /// What anybody on the bus could know.
+    /// Values that any participant can decode from the bus.
     pub received: Received,
-    /// Motion and load of each drive's output shaft, in the order of the nodes.
-    /// Absent while its node has no power.
+    /// Motion and load of each drive's output shaft, in the order of the nodes; absent while its
+    /// node has no power.
     pub drives: Vec<Option<DriveState>>,
     /// Poses of the robot's bodies, in the order of [`crate::world::Plant::bodies`].
     pub bodies: Vec<BodyPose>,
@@ -39,7 +39,7 @@ pub struct DriveState {
 }
 
 impl DriveState {
-    /// Of a shaft as its node reports it and the torque on it, N m.
+    /// Converts a shaft's motion, as its node reports it, and the torque on it, N m.
     pub fn new(shaft: &Shaft, torque_nm: f64) -> Self {
         Self {
             position_rad: shaft.position as f64 / 4_294_967_296.0 * TAU,
@@ -49,14 +49,14 @@ impl DriveState {
     }
 }
 
-/// One frame that the bus delivered.
+/// Frame that the bus delivered.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct BusFrame {
     /// Virtual time, us.
     pub time_us: u64,
-    /// Number of the participant that sent it: a node, then the operator, then a client.
+    /// Number of the participant that sent it: nodes first, then the operator, then a client.
     pub sender: usize,
-    /// What it carried.
+    /// The frame itself.
     pub frame: Frame,
 }
 
@@ -66,20 +66,20 @@ pub struct BusFrame {
 pub enum Level {
     /// The robot works as intended.
     Info,
-    /// The robot goes on, but something is wrong.
+    /// The robot continues, but something is wrong.
     Warning,
     /// A fault stops a drive or the robot.
     Error,
 }
 
-/// Something that became known during a run.
+/// Event that was reported or injected during a run.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Event {
     /// Severity.
     pub level: Level,
-    /// The runner injected this fault; nobody reported it on the bus.
+    /// The runner injected this fault; it was not reported on the bus.
     pub injected: bool,
-    /// One sentence.
+    /// Description, one sentence.
     pub text: String,
 }
 
@@ -89,46 +89,48 @@ impl fmt::Display for Event {
     }
 }
 
-/// What the bus made public, decoded from its frames.
+/// Values published on the bus, decoded from its frames.
 #[derive(Clone, Debug, Default, Serialize)]
 pub struct Received {
-    /// Forward speed that the operator asks for, m/s.
+    /// Forward speed that the operator commands, m/s.
     pub asked_speed: f64,
     /// Forward speed that the guard passes on, m/s.
     pub passed_speed: f64,
-    /// Chassis angle that the operator asks for, rad; 0 for a robot without a chassis joint.
+    /// Chassis angle that the operator commands, rad; 0 for a robot without a chassis joint.
     #[serde(skip)]
     pub asked_theta: f64,
     /// Chassis angle that the guard passes on, rad; 0 for a robot without a chassis joint.
     #[serde(skip)]
     pub passed_theta: f64,
-    /// Posture that the operator asks for and that the guard passes on, by names with the unit
-    /// ([`crate::robots::Section::posture`]); empty for a robot without one.
+    /// Posture that the operator commands and posture that the guard passes on, by names with the
+    /// unit ([`crate::robots::Section::posture`]); empty for a robot without posture.
     pub posture: BTreeMap<&'static str, f64>,
-    /// Distance by the belts' encoders, m.
+    /// Distance travelled according to the belts' encoders, m.
     pub odometry: f64,
-    /// Pitch by the guard's attitude filter, rad.
+    /// Pitch according to the guard's attitude filter, rad.
     pub pitch: f64,
-    /// Roll by the guard's attitude filter, rad.
+    /// Roll according to the guard's attitude filter, rad.
     pub roll: f64,
-    /// Heading by the guard, rad.
+    /// Heading according to the guard, rad.
     pub heading: f64,
-    /// Position by the guard, m in the world's axes, which begin where its origin is; absent until it believes a fix.
+    /// Position according to the guard, m in the world's axes, whose origin is the guard's origin;
+    /// absent until the guard accepts a GNSS fix.
     pub position: Option<[f64; 3]>,
-    /// Validity of that position and the heading: 0 invalid, 1 stale, 2 reckoned, 3 measured.
+    /// Validity of that position and of the heading: 0 invalid, 1 stale, 2 reckoned, 3 measured.
     pub validity: [u8; 4],
-    /// Age of the fix behind the position, s; 25.5 is older or none.
+    /// Age of the fix on which the position is based, s; 25.5 means older, or no fix.
     pub fix_age: f64,
     /// The guard's margins to the back, front, left and right edge, m; absent while it has none.
     pub margins: Option<[f64; 4]>,
     /// State of the guard: `homing`, `ready`, `armed`, `held` and so on.
     pub guard_state: String,
-    /// What the guard does with the command, and why: `passed`, `scaled: backward margin` and so on.
+    /// What the guard does with the command, and why: `passed`, `scaled: backward margin` and so
+    /// on.
     pub verdict: String,
-    /// Measured currents of the drives in the order of the nodes, A.
+    /// Measured currents of the drives, in the order of the nodes, A.
     pub currents: Vec<f64>,
-    /// Share of the last 100 ms during which the bus was busy, 0 to 1.
+    /// Load of the bus: the fraction of the last 100 ms during which it was busy, 0 to 1.
     pub bus_load: f64,
-    /// Faults and losses that became known since the sample before, one sentence each.
+    /// Faults and losses reported since the previous sample, one sentence each.
     pub events: Vec<Event>,
 }

@@ -1,4 +1,5 @@
-//! The commands: [`demo`], [`suite`], [`evaluate`], [`cost`], and [`generate`], which writes the reference pages.
+//! The commands: [`demo`], [`suite`], [`evaluate`], [`cost`], and [`generate`], which writes the
+//! reference pages.
 
 pub mod cost;
 pub mod demo;

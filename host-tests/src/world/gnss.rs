@@ -1,45 +1,50 @@
-//! A GNSS receiver on the robot: GGA and RMC sentences on a serial line, with errors that wander.
+//! GNSS receiver on the robot: sends GGA and RMC sentences on a serial line, with slowly varying
+//! errors.
 //!
-//! World axes here and in the plant: x north, y west, z up, from a place that the parameters name.
+//! World axes here and in the plant: x north, y west, z up. The parameters define the origin.
 
 use crate::world::noise::Noise;
 use std::collections::VecDeque;
 
-/// WGS 84: radius of the equator, m, and the square of the eccentricity.
+/// WGS 84 ellipsoid: radius of the equator, m, and the square of the eccentricity.
 const EQUATOR: f64 = 6_378_137.0;
 const ECCENTRICITY_SQUARED: f64 = 6.694_379_990_14e-3;
-/// Noise channels of a plant that are the receiver's.
+/// Noise channels of a plant that belong to the receiver.
 const WHITE: u64 = 16;
 const WANDER: u64 = 20;
 const SPEED: u64 = 24;
 
-/// Quality of the receiver.
+/// Properties of the receiver.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct ReceiverParameters {
-    /// Latitude and longitude of the world's origin, degrees, and its height above mean sea level, m.
+    /// Latitude and longitude of the world's origin, degrees, and its height above mean sea level,
+    /// m.
     pub site: [f64; 3],
-    /// Height of mean sea level above the ellipsoid there, m.
+    /// Height of mean sea level above the ellipsoid at the site, m.
     pub geoid: f64,
-    /// Place of the antenna from axle 1: forward, left, up, m.
+    /// Place of the antenna relative to axle 1: forward, left, up, m.
     pub antenna: [f64; 3],
-    /// Milliseconds between two fixes.
+    /// Time between two fixes, ms.
     pub period_ms: u64,
-    /// Baud of the line; a byte takes ten bits.
+    /// Baud rate of the line; a byte takes ten bits.
     pub baud: u32,
-    /// Noise from fix to fix, standard deviation along each horizontal axis, m; twice that in height.
+    /// Independent noise of each fix: standard deviation along each horizontal axis, m; twice that
+    /// in height.
     pub white: f64,
-    /// Noise of the speed from fix to fix, standard deviation along each horizontal axis, m/s.
+    /// Independent noise of the speed in each fix: standard deviation along each horizontal axis,
+    /// m/s.
     pub speed: f64,
-    /// Error that stays for a while: standard deviation along each horizontal axis, m, twice that in height.
+    /// Slowly varying error: standard deviation along each horizontal axis, m; twice that in
+    /// height.
     pub wander: f64,
-    /// Time after which it has become another one, s.
+    /// Correlation time of this error, s.
     pub wander_time: f64,
-    /// From when to when it sees too few satellites, s.
+    /// Start and end of the time in which the receiver sees too few satellites, s.
     pub outage_s: [f64; 2],
 }
 
 impl ReceiverParameters {
-    /// A plain receiver in the open, two seconds from its first fix.
+    /// A simple receiver under open sky, with its first fix after two seconds.
     pub const NOMINAL: Self = Self {
         site: [47.478_4, -0.563_2, 40.0],
         geoid: 48.0,
@@ -54,19 +59,19 @@ impl ReceiverParameters {
     };
 }
 
-/// The receiver and its line.
+/// Simulated receiver and its serial line.
 pub struct Receiver {
     parameters: ReceiverParameters,
     noise: Noise,
     wander: [f64; 3],
     waiting: VecDeque<u8>,
     sent: Vec<u8>,
-    /// Share of a byte that the line has had time for.
+    /// Fraction of a byte for which the line has had time.
     credit: f64,
 }
 
 impl Receiver {
-    /// A receiver that was just switched on.
+    /// Creates a receiver that was just switched on.
     pub fn new(parameters: ReceiverParameters, noise: Noise) -> Self {
         Self {
             wander: [0, 1, 2].map(|axis| parameters.wander * noise.normal(0, WANDER + axis)),
@@ -78,24 +83,25 @@ impl Receiver {
         }
     }
 
-    /// Error that does not average out now, m: along x, y and z.
+    /// Current slowly varying error along x, y and z, m.
     pub fn wander(&self) -> [f64; 3] {
         let [x, y, z] = self.wander;
         [x, y, 2.0 * z]
     }
 
-    /// Bytes that left in the last step.
+    /// Bytes sent in the last step.
     pub fn sent(&self) -> &[u8] {
         &self.sent
     }
 
-    /// Step number `step`, of one millisecond, with the antenna at `place` (m) moving at `velocity` (m/s).
+    /// Runs step number `step`, of one millisecond, with the antenna at `place` (m), moving at
+    /// `velocity` (m/s).
     pub fn update(&mut self, place: [f64; 3], velocity: [f64; 3], step: u64) {
         let p = self.parameters;
         if step.is_multiple_of(p.period_ms) {
             let share = p.period_ms as f64 * 1e-3 / p.wander_time;
             for (axis, wander) in (0..).zip(&mut self.wander) {
-                // Keeps its variance.
+                // Keeps the variance constant.
                 *wander += -share * *wander
                     + libm::sqrt(2.0 * share - share * share)
                         * p.wander
@@ -127,7 +133,7 @@ impl Receiver {
     }
 }
 
-/// GGA and RMC of one moment; noon at power-up.
+/// Formats the GGA and RMC sentences of one step. The time of day at power-up is noon.
 fn sentences(p: &ReceiverParameters, fix: Option<([f64; 3], [f64; 3])>, step: u64) -> String {
     let seconds = 12 * 3_600 + step / 1_000;
     let time = format!(
@@ -161,22 +167,22 @@ fn sentences(p: &ReceiverParameters, fix: Option<([f64; 3], [f64; 3])>, step: u6
     ))
 }
 
-/// Degrees, minutes and 1e-5 minutes: 19 mm of latitude.
+/// Formats an angle as degrees, minutes and 1e-5 minutes (19 mm of latitude).
 fn minutes(degrees: f64, wide: usize) -> String {
     let units = (degrees.abs() * 60.0 * 1e5).round() as u64;
     let (whole, rest) = (units / 6_000_000, units % 6_000_000);
     format!("{whole:0wide$}{:02}.{:05}", rest / 100_000, rest % 100_000)
 }
 
-/// With its checksum and the end of the line.
+/// Adds the checksum and the end of the line.
 fn framed(body: &str) -> String {
     let sum = body.bytes().fold(0, |sum, byte| sum ^ byte);
     format!("${body}*{sum:02X}\r\n")
 }
 
-/// Latitude and longitude, degrees, and height above the ellipsoid of a place in the world, m.
+/// Latitude and longitude, degrees, and height above the ellipsoid, m, of a place in the world.
 ///
-/// Through the earth-centred axes, and back by Bowring's iteration.
+/// It converts to earth-centred axes, and back by Bowring's iteration.
 pub fn geodetic(p: &ReceiverParameters, [north, west, up]: [f64; 3]) -> [f64; 3] {
     let [latitude, longitude, altitude] = p.site;
     let (latitude, longitude) = (latitude.to_radians(), longitude.to_radians());

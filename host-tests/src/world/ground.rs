@@ -1,17 +1,18 @@
-//! What the robot drives on, made of blocks that do not move. World axes: x forward, y left, z up; the robot starts at the origin.
+//! Ground of a run, built from fixed blocks. World axes: x forward, y left, z up; the robot starts
+//! at the origin.
 
 /// Ground of a run.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub enum Ground {
-    /// Level ground without end.
+    /// Level ground of unlimited extent.
     Flat,
-    /// A flight of stairs up to a landing.
+    /// Flight of stairs up to a landing.
     Stairs(Stairs),
-    /// One step up, `depth` long, then down again.
+    /// One step up, `depth` long, then one step down.
     Curb {
         /// Height, m.
         height: f64,
-        /// Distance of its front face from the origin, m.
+        /// Distance of the front face from the origin, m.
         front_x: f64,
         /// Length along x, m.
         depth: f64,
@@ -20,12 +21,12 @@ pub enum Ground {
     Ramp {
         /// Rise of the ramp, rad.
         pitch: f64,
-        /// Distance of its foot from the origin, m.
+        /// Distance of the ramp's foot from the origin, m.
         foot_x: f64,
         /// Length of the ramp along its face, m.
         length: f64,
     },
-    /// A plane through the origin, without end; the robot starts on it, aligned with it.
+    /// Plane through the origin, of unlimited extent; the robot starts on it, aligned with it.
     Incline {
         /// Rise along x, rad.
         pitch: f64,
@@ -34,12 +35,12 @@ pub enum Ground {
     },
 }
 
-/// A straight flight of stairs.
+/// Straight flight of stairs.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Stairs {
     /// Height of a step, m.
     pub riser: f64,
-    /// Distance from nose to nose, m.
+    /// Distance from one nose (front edge of a step) to the next, m.
     pub run: f64,
     /// Number of risers.
     pub count: usize,
@@ -47,14 +48,16 @@ pub struct Stairs {
     pub width: f64,
     /// Distance of the first nose from the origin, m.
     pub first_nose_x: f64,
-    /// Length of the landing behind the last nose, m; of a flight that leads down, before the first.
+    /// Length of the landing, m. It is behind the last nose, or in front of the first nose if the
+    /// flight leads down.
     pub landing: f64,
-    /// The robot starts on the landing, and the flight leads down from there.
+    /// Whether the robot starts on the landing and the flight leads down from there.
     pub down: bool,
 }
 
 impl Stairs {
-    /// The staircase of Paillat et al. (15 cm by 28 cm), five risers, two metres wide, its first nose 1.5 m ahead.
+    /// The staircase of Paillat et al. (15 cm by 28 cm), with five risers, two metres wide, and its
+    /// first nose 1.5 m ahead.
     pub const fn paper() -> Self {
         Self {
             riser: 0.15,
@@ -78,7 +81,7 @@ impl Stairs {
     }
 }
 
-/// A box that does not move: its top face is what matters.
+/// Fixed box. The robot drives on its top face.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Block {
     /// Centre, m.
@@ -91,13 +94,14 @@ pub struct Block {
 
 /// Half length of the ground, m.
 const GROUND: f64 = 100.0;
-/// How far blocks reach below the ground, m: no hidden edge lies at the level where the robot drives.
+/// Depth of the blocks below the ground, m. It keeps hidden edges away from the level at which the
+/// robot drives.
 const BELOW: f64 = 1.0;
 /// Length of the plateau behind a ramp, m.
 const PLATEAU: f64 = 20.0;
 
 impl Ground {
-    /// The blocks, the ground first. An incline's are given in its own axes.
+    /// Returns the blocks, the ground first. Those of an incline are in the incline's own axes.
     pub fn blocks(&self) -> Vec<Block> {
         let level = match *self {
             Self::Stairs(stairs) if stairs.down => -stairs.height(),
@@ -155,7 +159,7 @@ impl Ground {
         blocks
     }
 
-    /// Rise of the whole ground along x and to the left, rad; zero but on an incline.
+    /// Rise of the whole ground along x and to the left, rad; zero except for an incline.
     pub fn inclination(&self) -> [f64; 2] {
         match *self {
             Self::Incline { pitch, roll } => [pitch, roll],
@@ -163,7 +167,7 @@ impl Ground {
         }
     }
 
-    /// Height of the ground over a place, m; `up` is the normal of the whole ground.
+    /// Height of the ground at a place (x and y), m; `up` is the normal of the whole ground.
     pub fn height(&self, [x, y]: [f64; 2], up: [f64; 3]) -> f64 {
         if matches!(self, Self::Incline { .. }) {
             return -(up[0] * x + up[1] * y) / up[2];
@@ -199,7 +203,7 @@ impl Ground {
         edges
     }
 
-    /// Corners of the ground's section at y = 0 as (x, z) from `from_x` to `to_x`, for a drawing.
+    /// Corners (x, z) of the ground's section at y = 0 from `from_x` to `to_x`, for drawings.
     pub fn section(&self, from_x: f64, to_x: f64) -> Vec<[f64; 2]> {
         let mut corners = Vec::new();
         let mut end = f64::INFINITY;
@@ -272,7 +276,7 @@ mod tests {
         );
     }
 
-    /// Height of the highest block over each place, found from the blocks alone.
+    /// Height of the highest block at `x`, computed from the blocks alone.
     fn height(terrain: &Ground, x: f64) -> f64 {
         let tops = terrain.blocks().into_iter().filter_map(|block| {
             let (sine, cosine) = (libm::sin(block.pitch), libm::cos(block.pitch));

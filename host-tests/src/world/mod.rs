@@ -1,9 +1,11 @@
-//! The physical world that the nodes move and sense: one plant per robot, behind one trait.
+//! Physical world that the nodes move and measure. The trait [`Plant`] is the interface of one
+//! robot's simulated physics.
 //!
-//! A motor and its rotor live in the node that drives them; a plant begins at the output shaft of the gear.
-//! [`terrain`] is the ground in a scenario, [`ground`] the ground that it makes, [`load`] what a robot carries, [`physics`] the physics
-//! engine's settings, [`gear`] where a node's shaft meets the load, [`sensing`] the sensors on a body, [`gnss`] the satellite
-//! receiver, [`noise`] the seeded randomness, [`truth`] what the physics knows.
+//! A motor and its rotor are simulated in the node that drives them; a plant begins at the output
+//! shaft of the gear. [`terrain`] is the terrain in a scenario, [`ground`] the ground built from
+//! it, [`load`] a robot's payload, [`physics`] the settings of the physics engine, [`gear`] the
+//! connection of a node's shaft to its load, [`sensing`] the sensors on a body, [`gnss`] the GNSS
+//! receiver, [`noise`] the seeded noise, [`truth`] the ground truth.
 
 pub mod gear;
 pub mod gnss;
@@ -19,22 +21,26 @@ use crate::world::truth::{BodyPose, BodyShape, Sketch, Truth};
 use tautrack::link::{Sensors, Shaft};
 use tautrack::sensors::BodySensors;
 
-/// A robot and the world around it, advanced in steps of one millisecond ([`tautrack::link::STEP_US`]).
+/// A robot and its surroundings, advanced in steps of one millisecond
+/// ([`tautrack::link::STEP_US`]).
 ///
-/// Deterministic: the same construction and the same shafts give the same bits on every machine.
+/// It is deterministic: with the same construction and the same shaft motions, its state is
+/// bit-identical on every machine.
 pub trait Plant {
-    /// Advances by one millisecond; one shaft for each motor. `shafts[i]` is the motion of motor i's output shaft at the end of this step, as its
-    /// node reports it; `None` is a dead node, whose bridge is off and whose axle moves against its gear's friction alone.
-    /// A node that comes back may count from zero again: its axle continues from where it is.
+    /// Advances by one millisecond. `shafts` has one entry per motor: `shafts[i]` is the motion of
+    /// motor i's output shaft at the end of this step, as its node reports it. `None` means a dead
+    /// node, whose bridge is off and whose axle moves only against the friction of its gear. A node
+    /// that restarts may count from zero again; its axle continues from its current place.
     fn step(&mut self, shafts: &[Option<Shaft>]);
 
-    /// What the board of motor `motor` senses after the last step; `body` is `None`, it sits on the guard's board alone.
+    /// Sensor readings of the board of motor number `motor` after the last step. `body` is `None`,
+    /// because only the guard's board has the sensors on the body.
     ///
     /// # Panics
     /// If there is no such motor.
     fn sensors(&self, motor: usize) -> Sensors;
 
-    /// What the sensors on the robot's body say after the last step.
+    /// Readings of the sensors on the robot's body after the last step.
     fn body_sensors(&self) -> BodySensors;
 
     /// Bytes that the GNSS receiver put on the guard's serial line in the last step.
@@ -42,7 +48,7 @@ pub trait Plant {
         &[]
     }
 
-    /// How the robot is drawn; B2P2 has a picture of its own.
+    /// How to draw the robot; empty for B2P2, which has its own drawing.
     fn sketch(&self) -> Sketch {
         Sketch::default()
     }
@@ -53,7 +59,7 @@ pub trait Plant {
     /// Poses of the bodies in the world after the last step.
     fn poses(&self) -> Vec<BodyPose>;
 
-    /// Height of the ground over a place (x and y), m.
+    /// Height of the ground at a place (x and y), m.
     fn ground_height(&self, place: [f64; 2]) -> f64;
 
     /// Distances from a place along a direction at which the ground may have a step, m.
@@ -61,9 +67,9 @@ pub trait Plant {
         Vec::new()
     }
 
-    /// What the physics knows after the last step; no node may see it.
+    /// Ground truth after the last step; no node may see it.
     fn truth(&self) -> &Truth;
 
-    /// Hands over every bit of the physical state, in a fixed order, for the hash of a run.
+    /// Passes every bit of the physical state to `sink`, in a fixed order, for the hash of a run.
     fn truth_bits(&self, sink: &mut dyn FnMut(&[u8]));
 }

@@ -1,4 +1,4 @@
-//! The physics engine's settings that every plant in it shares.
+//! Settings of the physics engine that all plants share.
 
 use crate::world::truth::BodyPose;
 use rapier3d_f64::dynamics::SpringCoefficients;
@@ -6,12 +6,13 @@ use rapier3d_f64::math::{Rotation, Vector};
 use rapier3d_f64::prelude::*;
 use tautrack::constants::GRAVITY_F64;
 
-/// Length of a step, s, and the solver's substeps in it.
+/// Length of a step, s.
 pub const DT: f64 = 1.0e-3;
-/// Substeps of the solver in one step.
+/// Number of the solver's substeps in one step.
 pub const SUBSTEPS: usize = 4;
 
-/// An empty world with the settings under which belts neither sink into noses nor slip on them.
+/// Creates an empty world. Its settings prevent belts from sinking into the noses of steps and from
+/// slipping on them.
 pub fn world() -> PhysicsWorld {
     let mut world = PhysicsWorld::new();
     world.gravity = Vector::new(0.0, 0.0, -GRAVITY_F64);
@@ -20,11 +21,11 @@ pub fn world() -> PhysicsWorld {
     settings.num_solver_iterations = SUBSTEPS;
     settings.static_contact_softness = SpringCoefficients::new(200.0, 1.0);
     settings.friction_model = FrictionModel::Coulomb;
-    // With one iteration each a gear appears half as stiff as it is; with these it lacks 8 %.
+    // With one iteration each, a gear has only half its stiffness; with these numbers it lacks 8 %.
     settings.num_internal_pgs_iterations = 4;
     settings.num_internal_stabilization_iterations = 2;
     settings.warmstart_joints = true;
-    // Belt forces are read from the contacts themselves: no merging, no skipping.
+    // Belt forces are read from the contacts, so contacts must not be merged or skipped.
     settings.contact_clustering = false;
     settings.contact_recycling = false;
     settings.max_ccd_substeps = 0;
@@ -32,7 +33,7 @@ pub fn world() -> PhysicsWorld {
     world
 }
 
-/// Rotation by `angle` about the unit vector `axis`, the same bits on every machine.
+/// Rotation by `angle` (rad) about the unit vector `axis`, bit-identical on every machine.
 pub fn turn(axis: Vector, angle: f64) -> Rotation {
     let imaginary = axis * libm::sin(0.5 * angle);
     Rotation::from_xyzw(
@@ -43,7 +44,7 @@ pub fn turn(axis: Vector, angle: f64) -> Rotation {
     )
 }
 
-/// Pose of a body, for the record.
+/// Pose of a body, as recorded.
 pub fn pose(body: &RigidBody) -> BodyPose {
     let pose = body.position();
     BodyPose {

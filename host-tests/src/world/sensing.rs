@@ -1,4 +1,5 @@
-//! The sensors on a robot's body: inclinometer, accelerometer, gyroscope and magnetometer, each with its lag, noise and resolution.
+//! Sensors on a robot's body: inclinometer, accelerometer, gyroscope and magnetometer, each with
+//! lag, noise and resolution.
 
 use super::noise::Noise;
 use rapier3d_f64::dynamics::RigidBody;
@@ -6,10 +7,10 @@ use rapier3d_f64::math::{Rotation, Vector};
 use tautrack::constants::GRAVITY_F64;
 use tautrack::sensors::BodySensors;
 
-/// Steps between two readings of the magnetometer: ten a second.
+/// Number of steps between two readings of the magnetometer, which reads ten times per second.
 const MAGNETOMETER_PERIOD: u64 = 100;
 
-/// Noise (standard deviation) and resolution of the sensors on segment 1.
+/// Properties of the sensors on the body. Noise is a standard deviation.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct BodySensorParameters {
     /// Time constant of the inclinometer, s.
@@ -20,7 +21,7 @@ pub struct BodySensorParameters {
     pub inclination_offset: [f64; 2],
     /// Time constant of accelerometer and gyroscope, s.
     pub inertial_lag: f64,
-    /// Place of the accelerometer from the body's origin: forward, left, up, m.
+    /// Place of the accelerometer relative to the body's origin: forward, left, up, m.
     pub accelerometer_place: [f64; 3],
     /// Noise and resolution of the accelerometer, m/s^2.
     pub specific_force: [f64; 2],
@@ -30,14 +31,15 @@ pub struct BodySensorParameters {
     pub angular_rate_bias: [f64; 3],
     /// Noise and resolution of the magnetometer, uT.
     pub magnetic_field: [f64; 2],
-    /// Field of the robot's own magnets in body axes, uT.
+    /// Field of the robot's own magnets (hard iron) in body axes, uT.
     pub hard_iron: [f64; 3],
-    /// The earth's field: strength, uT, inclination below the horizon and declination east of true north, rad.
+    /// The earth's field: strength, uT; inclination below the horizon and declination east of true
+    /// north, rad.
     pub earth_field: [f64; 3],
 }
 
 impl BodySensorParameters {
-    /// Sensors of the size that such a robot carries.
+    /// Typical sensors for robots of this size.
     pub const NOMINAL: Self = Self {
         inclination_lag: 0.3,
         inclination: [0.001, 0.0005],
@@ -53,17 +55,17 @@ impl BodySensorParameters {
     };
 }
 
-/// How a body moves: x forward, y left, z up.
+/// Motion of a body. Body axes are x forward, y left, z up.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct BodyMotion {
-    /// From body axes to the world's.
+    /// Rotation from body axes to world axes.
     pub rotation: Rotation,
-    /// Velocity of the accelerometer's place, m/s, world axes.
+    /// Velocity of the accelerometer's place in world axes, m/s.
     pub velocity: Vector,
 }
 
 impl BodyMotion {
-    /// Of a rigid body whose axes are the robot's.
+    /// Motion of a rigid body whose axes are the robot's.
     pub fn of(body: &RigidBody, parameters: &BodySensorParameters) -> Self {
         let place = Vector::from_array(parameters.accelerometer_place);
         Self {
@@ -76,13 +78,15 @@ impl BodyMotion {
 /// Length of a step, s.
 const DT: f64 = 1e-3;
 
-/// Small turn from one attitude to the next, rad, body axes.
+/// Small rotation from one attitude to the next, rad, in body axes.
 ///
-/// The gyroscope senses this, not the solver's angular velocity: that one leaves out how the solver
-/// pushes bodies out of each other. A front pressed onto the ground turns the body by some 0.2 rad/s more.
+/// The gyroscope measures this rotation and not the solver's angular velocity, because the solver's
+/// position corrections, which push bodies out of each other, are not part of that velocity. A
+/// front pressed onto the ground turns the body by some 0.2 rad/s more.
 fn turned(from: Rotation, to: Rotation) -> Vector {
     let turn = from.inverse() * to;
-    // Half the angle is as small as its sine. A rotation and its negative are the same.
+    // Half the angle is small and therefore equal to its sine. A rotation and its negative are the
+    // same.
     let twice = if turn.w < 0.0 { -2.0 } else { 2.0 };
     Vector::new(turn.x, turn.y, turn.z) * twice
 }
@@ -90,19 +94,19 @@ fn turned(from: Rotation, to: Rotation) -> Vector {
 /// State of the sensors.
 pub struct BodySensing {
     noise: Noise,
-    /// Of the body, at the step before.
+    /// Rotation of the body in the previous step.
     rotation: Rotation,
     accelerometer_velocity: Vector,
-    /// Specific force and angular rate behind the inertial unit's low-pass, body axes.
+    /// Low-pass filtered specific force and angular rate of the inertial unit, in body axes.
     specific_force: Vector,
     angular_rate: Vector,
-    /// Specific force behind the inclinometer's low-pass, body axes.
+    /// Low-pass filtered specific force of the inclinometer, in body axes.
     inclination_force: Vector,
     reading: BodySensors,
 }
 
 impl BodySensing {
-    /// Sensors that have been at rest on a body in this attitude for long.
+    /// Creates sensors that have been at rest for long, on a body in this attitude.
     pub fn new(parameters: &BodySensorParameters, noise: Noise, rotation: Rotation) -> Self {
         let at_rest = rotation.inverse() * (Vector::Z * GRAVITY_F64);
         let mut sensing = Self {
@@ -125,12 +129,13 @@ impl BodySensing {
         sensing
     }
 
-    /// The last reading.
+    /// Returns the last reading.
     pub fn reading(&self) -> BodySensors {
         self.reading
     }
 
-    /// Every bit that the next reading depends on beside the body, and the reading, in a fixed order.
+    /// Passes the state of the sensors and the last reading to `put`, in a fixed order. The next
+    /// reading depends on this state and on the motion of the body.
     pub fn bits(&self, put: &mut dyn FnMut(f64)) {
         let rotation = self.rotation;
         [rotation.x, rotation.y, rotation.z, rotation.w]
@@ -155,7 +160,7 @@ impl BodySensing {
         }
     }
 
-    /// Senses the body after step number `step`.
+    /// Updates the readings after step number `step`.
     pub fn update(&mut self, parameters: &BodySensorParameters, motion: &BodyMotion, step: u64) {
         let p = parameters;
         let BodyMotion { rotation, velocity } = *motion;
@@ -196,7 +201,7 @@ impl BodySensing {
         if step.is_multiple_of(MAGNETOMETER_PERIOD) {
             let [strength, inclination, declination] = p.earth_field;
             let level = strength * libm::cos(inclination);
-            // x north, y west, z up.
+            // World axes: x north, y west, z up.
             let earth = Vector::new(
                 level * libm::cos(declination),
                 -level * libm::sin(declination),

@@ -1,14 +1,14 @@
-//! The ground in a scenario: its values, their bounds, and the ground that they make.
+//! Terrain of a scenario: its values, their bounds, and the ground built from them.
 
 use super::ground::{Ground, Stairs};
 use crate::bounds::{Problem, within};
 use serde::{Deserialize, Serialize};
 
-/// The ground; level where nothing is said.
+/// Terrain of a scenario; level ground by default.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum Terrain {
-    /// Level ground without end.
+    /// Level ground of unlimited extent.
     Flat,
     /// Stairs up to a landing.
     Stairs {
@@ -18,22 +18,22 @@ pub enum Terrain {
         run_m: f64,
         /// Number of risers; the last leads onto the landing.
         count: u32,
-        /// Width, centred on y = 0.
+        /// Width of the stairs, centred on y = 0.
         width_m: f64,
         /// x of the first nose.
         first_nose_m: f64,
         /// Length of the landing.
         #[serde(default = "landing")]
         landing_m: f64,
-        /// The robot starts on the landing, and the stairs lead down.
+        /// Whether the robot starts on the landing and the stairs lead down.
         #[serde(default)]
         down: bool,
     },
-    /// One step up and, behind it, down again.
+    /// One step up and, behind it, one step down.
     Curb {
         /// Height.
         height_m: f64,
-        /// x of its nose.
+        /// x of the nose (front edge).
         nose_m: f64,
         /// Length along x.
         #[serde(default = "landing")]
@@ -43,22 +43,23 @@ pub enum Terrain {
     Ramp {
         /// Rise.
         angle_deg: f64,
-        /// x of its foot.
+        /// x of the ramp's foot.
         foot_m: f64,
-        /// Length along its face.
+        /// Length of the ramp along its face.
         length_m: f64,
     },
-    /// Hylos' hill that rises to the left, with waves on all of it; the robot starts on the level before it.
+    /// Hill that rises to the left, with waves on all of it; only Hylos can drive on it. The robot
+    /// starts on the level ground before it.
     Hillside {
         /// Rise along y.
         slope_deg: f64,
-        /// y of the middle of its foot.
+        /// y of the middle of the hill's foot.
         foot_m: f64,
         /// Half the height between crest and trough of the waves.
         #[serde(default)]
         wave_height_m: f64,
     },
-    /// A plane without end, on which the robot starts.
+    /// Plane of unlimited extent, on which the robot starts.
     Slope {
         /// Rise along x.
         angle_deg: f64,
@@ -73,10 +74,10 @@ fn landing() -> f64 {
 }
 
 impl Terrain {
-    /// The ground as most plants take it.
+    /// Ground for all plants except those of the crawler and Hylos.
     pub fn ground(&self) -> Ground {
         match *self {
-            // Only Hylos has hillsides.
+            // Only Hylos' plant has hillsides.
             Self::Flat | Self::Hillside { .. } => Ground::Flat,
             Self::Stairs {
                 riser_m,
@@ -123,7 +124,8 @@ impl Terrain {
         }
     }
 
-    /// x of the last nose, beyond which the landing lies (of stairs that lead down, the ground); `None` on flat ground and slopes.
+    /// x of the last nose, behind which the landing lies (or the ground, if the stairs lead down);
+    /// `None` for terrains without noses.
     pub fn last_nose_m(&self) -> Option<f64> {
         match self.ground() {
             Ground::Stairs(stairs) => Some(stairs.last_nose_x()),
@@ -134,10 +136,10 @@ impl Terrain {
 }
 
 impl Terrain {
-    /// Checks its values; the robot's foremost point stands at `front_m` at the start.
+    /// Checks the values. `front_m` is the position of the robot's foremost point at the start.
     ///
     /// # Errors
-    /// Names key, value and bound.
+    /// [`Problem`] with key, value and bound.
     pub fn check(&self, front_m: f64) -> Result<(), Problem> {
         let ahead = |key: &str, x: f64| {
             let unit = "m (the least is where the robot's front stands at the start)";

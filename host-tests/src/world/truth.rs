@@ -1,18 +1,19 @@
-//! What the physics knows of a robot after a step, and how the robot is drawn.
+//! Ground truth of a robot after a step, and the description of its drawing.
 
 use serde::Serialize;
 use std::collections::BTreeMap;
 
-/// State of a plant; what a robot does not have is 0. World axes: x towards the stairs, y left, z up; metres and radians.
+/// Ground truth of a plant, in m and rad; values that a robot does not have are 0. World axes: x
+/// towards the stairs, y left, z up.
 #[derive(Clone, Debug, Default, Serialize)]
 pub struct Truth {
-    /// Centre of axle 1, the rear one.
+    /// Centre of axle 1, the rear axle.
     pub axle_1: [f64; 3],
     /// Pitch, nose up positive.
     pub pitch: f64,
     /// Roll, left side up positive.
     pub roll: f64,
-    /// Heading, counter-clockwise from above.
+    /// Heading, counter-clockwise seen from above.
     pub yaw: f64,
     /// Pitch rate, rad/s.
     pub pitch_rate: f64,
@@ -20,7 +21,7 @@ pub struct Truth {
     pub theta: f64,
     /// Extension `L3` of the screw.
     pub extension: f64,
-    /// `L + L2 + L3 - K`: positive strains the belt, negative leaves it slack.
+    /// `L + L2 + L3 - K`: positive if the belt is strained, negative if it is slack.
     pub tension_error: f64,
     /// Centre of gravity of the robot with its payload.
     pub cog: [f64; 3],
@@ -28,34 +29,36 @@ pub struct Truth {
     pub ground_speed: f64,
     /// Speed of the left and right belt, m/s.
     pub belt_speed: [f64; 2],
-    /// Path that the belts slipped since the start, mean of both sides.
+    /// Distance that the belts have slipped since the start, mean of both sides.
     pub slip: f64,
-    /// Points that carried force within the last 50 ms.
+    /// Contact points that carried force within the last 50 ms.
     pub contacts: Vec<[f64; 3]>,
-    /// Horizontal distance from the rearmost of these to the centre of gravity, along the heading; absent in free flight.
+    /// Horizontal distance from the rearmost contact point to the centre of gravity, along the
+    /// heading; absent in free flight.
     pub backward_margin: Option<f64>,
-    /// Horizontal distance from the centre of gravity to the foremost of these.
+    /// Horizontal distance from the centre of gravity to the foremost contact point; absent in free
+    /// flight.
     pub forward_margin: Option<f64>,
-    /// Turned over backward, forward or sideways; stays set.
+    /// Whether the robot has toppled backward, forward or sideways; stays set.
     pub toppled: bool,
-    /// What only this robot has, by name; the unit is in the name.
+    /// Values that only this robot has, by name; the name contains the unit.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub channels: BTreeMap<&'static str, f64>,
-    /// Places that its picture is drawn through ([`Sketch`]), in a fixed order.
+    /// Points through which the robot is drawn ([`Sketch`]), in a fixed order.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub points: Vec<[f64; 3]>,
 }
 
-/// How a robot is drawn through [`Truth::points`]; the numbers count those.
+/// Drawing of a robot through [`Truth::points`]; the numbers are indices of these points.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Sketch {
     /// Wheels: centre and radius, m.
     pub circles: Vec<(usize, f64)>,
-    /// Lines from point to point.
+    /// Lines, each through several points.
     pub lines: Vec<Vec<usize>>,
 }
 
-/// Pose of a body in the world.
+/// Pose of a body in world axes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct BodyPose {
     /// Origin, m.
@@ -64,32 +67,32 @@ pub struct BodyPose {
     pub rotation: [f64; 4],
 }
 
-/// Name and shape of a body, in its own axes: x forward, y left, z up; metres.
+/// Name and shape of a body in its own axes (x forward, y left, z up), m.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BodyShape {
-    /// Name of its coordinate frame.
+    /// Name of the body's coordinate frame.
     pub name: &'static str,
-    /// What it consists of.
+    /// Parts of the body.
     pub parts: Vec<Part>,
 }
 
 /// Part of a body.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Part {
-    /// A box along the body's axes.
+    /// Box along the body's axes.
     Box {
-        /// Its centre.
+        /// Centre of the box.
         centre: [f64; 3],
-        /// Its edges.
+        /// Lengths of the box along the axes.
         size: [f64; 3],
     },
-    /// A disc that turns about the body's y axis.
+    /// Wheel that turns about the body's y axis.
     Wheel {
-        /// Its centre.
+        /// Centre of the wheel.
         centre: [f64; 3],
-        /// Its radius.
+        /// Radius of the wheel.
         radius: f64,
-        /// Its width.
+        /// Width of the wheel.
         width: f64,
     },
 }

@@ -1,4 +1,4 @@
-//! A bench for one axle or screw: its tick of the firmware, an ideal current loop, and one rotor.
+//! Test bench for one axle or screw: the tick of its firmware, an ideal current loop, and a rotor.
 
 use std::f64::consts::TAU;
 use tautrack::bus::cia402::{State, controlword};
@@ -8,56 +8,57 @@ use tautrack::node::screw::{self, Screw};
 use tautrack::sensors::Switches;
 use tautrack::settings::{Setting, Settings};
 
-/// A tick, ms.
+/// Number of ticks, of 1 ms each, per SYNC period.
 pub const TICKS_PER_SYNC: u64 = 4;
 
-/// The firmware on the bench.
-#[allow(clippy::large_enum_variant)] // there is one of it
+/// Control core of the node on the bench.
+#[allow(clippy::large_enum_variant)] // only one exists
 pub enum Node {
     /// An axle.
     Axle(Axle),
-    /// A screw, with the joint's motion that it receives.
+    /// A screw; the bench also sends it the joint's motion.
     Screw(Screw),
 }
 
-/// The bench: firmware, motor, master.
+/// Test bench: control core, motor, and the master that sends set-points.
 pub struct Bench {
     pub node: Node,
     pub now_us: u64,
-    /// Output shaft: rad, rad/s, N m of load.
+    /// Output shaft: angle, rad, velocity, rad/s, and torque of the load, N m.
     pub angle: f64,
     pub velocity: f64,
     pub load: f64,
-    /// The rotor does not turn whatever happens.
+    /// Whether the rotor is blocked.
     pub stuck: bool,
-    /// What the master sends with every SYNC; `None` when it is silent.
+    /// Set-point that the master sends with every SYNC; `None` if it sends none.
     pub set_point: Option<SetPoint>,
-    /// The torque offset that it sends with every fourth SYNC.
+    /// Torque feed-forward that the master sends with every fourth SYNC.
     pub torque_offset: Option<i16>,
     pub guard_alive: bool,
-    /// A client asks for bench mode; ends with it, as the object does.
+    /// Whether a client requests bench mode. Becomes false when bench mode ends, like the object
+    /// 2001h.
     pub client: bool,
-    /// The joint's motion, sent with every SYNC to a screw.
+    /// Motion of the chassis joint, sent to a screw with every SYNC.
     pub joint: Option<DriveMotion>,
     /// Commanded slack of a screw, 2^-24 m.
     pub slack: i32,
-    /// 1, or -1 where the encoder's channels are swapped and it counts backward.
+    /// 1, or -1 if the channels of the encoder are swapped, so that it counts backward.
     pub encoder_sign: i32,
-    /// Switches at an angle, counted from `switch_at`.
+    /// State of the switches at an angle relative to `switch_at`.
     pub switches: fn(f64) -> Switches,
     pub switch_at: f64,
-    /// Replaces the current reading.
+    /// Replaces the current reading, if it is set.
     pub current_reading: Option<f32>,
     bridge: BridgeDemand,
     counts_per_radian: f64,
     torque_constant: f64,
-    /// At the output shaft, kg m^2.
+    /// Inertia at the output shaft, kg m^2.
     pub inertia: f64,
     resistance: f64,
     current_limit: f64,
 }
 
-/// The defaults of the table, with these changes.
+/// Default settings with these changes.
 pub fn settings(changes: &[(Setting, i32)]) -> Settings {
     let mut settings = Settings::default();
     for (setting, value) in changes {
@@ -69,8 +70,8 @@ pub fn settings(changes: &[(Setting, i32)]) -> Settings {
 }
 
 impl Bench {
-    /// A node at rest, with a guard that is alive and a master that is silent; the rotor and its load have `inertia` at
-    /// the output shaft, kg m^2.
+    /// Creates a node at rest, with a guard that is alive and a master that sends nothing. Rotor
+    /// and load have `inertia` at the output shaft, kg m^2.
     pub fn new(node: Node, settings: &Settings, inertia: f64) -> Self {
         let gear = f64::from(settings.get(Setting::GearRatio)) * 1e-3;
         Self {
@@ -99,13 +100,13 @@ impl Bench {
         }
     }
 
-    /// An axle with the default settings and these changes.
+    /// Creates an axle with the default settings and these changes.
     pub fn axle(changes: &[(Setting, i32)]) -> Self {
         let settings = settings(changes);
         Self::new(Node::Axle(Axle::new(&settings)), &settings, 0.05)
     }
 
-    /// One millisecond.
+    /// Runs one millisecond.
     pub fn tick(&mut self) -> Outputs {
         self.now_us += 1_000;
         let milliseconds = self.now_us / 1_000;
@@ -122,7 +123,7 @@ impl Bench {
             torque_offset: self
                 .torque_offset
                 .filter(|_| milliseconds.is_multiple_of(4 * TICKS_PER_SYNC)),
-            // The first one before the first set-point.
+            // The guard's first heartbeat comes before the first set-point.
             guard_received: self.guard_alive && milliseconds % 50 == 1,
             bench_mode: self.client,
         };
@@ -142,13 +143,13 @@ impl Bench {
         outputs
     }
 
-    /// Moves the rotor through one millisecond; the mean current of it.
+    /// Moves the rotor by one millisecond; returns its mean current.
     fn turn(&mut self) -> f64 {
         let back_emf = self.torque_constant * self.velocity;
         let current = match self.bridge {
             BridgeDemand::Off => 0.0,
             BridgeDemand::Current(demand) => f64::from(demand),
-            // The current interrupt opens the bridge wherever the current exceeds its limit.
+            // The PWM interrupt opens the bridge where the current exceeds its limit.
             BridgeDemand::Brake => {
                 let limit = self.current_limit;
                 (-back_emf / self.resistance).clamp(-limit, limit)
@@ -158,7 +159,7 @@ impl Bench {
             self.velocity = 0.0;
             return current;
         }
-        // Implicit in the brake, which is stiff: torque = -k^2 / R * velocity.
+        // The brake is stiff, so its torque `-k^2 / R * velocity` is solved implicitly.
         let drag = match self.bridge {
             BridgeDemand::Brake => self.torque_constant.powi(2) / self.resistance,
             _ => 0.0,
@@ -173,7 +174,7 @@ impl Bench {
         current
     }
 
-    /// So many milliseconds; the last outputs.
+    /// Runs this many milliseconds; returns the last outputs.
     pub fn run(&mut self, milliseconds: usize) -> Outputs {
         let mut last = None;
         for _ in 0..milliseconds {
@@ -182,13 +183,14 @@ impl Bench {
         last.expect("at least one tick")
     }
 
-    /// Enables the drive in `mode` with `target`, and lets 100 ms pass.
+    /// Enables the drive in `mode` with `target`, and runs until it has been enabled for 100 ms.
     pub fn enable(&mut self, mode: i8, target: i32) -> Outputs {
         self.enable_quietly(mode, target);
         self.run(108)
     }
 
-    /// Commands all that enables the drive; the last word has not been sent yet.
+    /// Sends the first controlwords that enable the drive and sets the last one, which is not sent
+    /// yet.
     pub fn enable_quietly(&mut self, mode: i8, target: i32) {
         for word in [controlword::SHUTDOWN, controlword::SWITCH_ON] {
             self.command(word, mode, target);
@@ -197,7 +199,7 @@ impl Bench {
         self.command(controlword::ENABLE_OPERATION, mode, target);
     }
 
-    /// What the master sends from now on.
+    /// Sets what the master sends from now on.
     pub fn command(&mut self, controlword: u16, mode: i8, target: i32) {
         self.set_point = Some(SetPoint {
             controlword,
@@ -207,7 +209,7 @@ impl Bench {
     }
 }
 
-/// State in the statusword.
+/// State of the drive in the statusword.
 pub fn state(outputs: &Outputs) -> Option<State> {
     State::from_statusword(outputs.status.statusword)
 }

@@ -1,4 +1,4 @@
-//! Who may command an axle: the guard, a client in bench mode, or nobody.
+//! Tests who may command an axle: the guard, a client in bench mode, or nobody.
 
 use super::bench::{Bench, state};
 use super::code;
@@ -7,7 +7,7 @@ use tautrack::faults::Fault;
 use tautrack::node::axle::BridgeDemand;
 use tautrack::settings::Setting;
 
-/// An axle without a guard, in bench mode and in operation.
+/// Creates an axle without a guard, in bench mode and in operation.
 fn on_the_bench(target: i32) -> Bench {
     let mut bench = Bench::axle(&[]);
     bench.guard_alive = false;
@@ -38,7 +38,7 @@ fn bench_mode_has_low_limits() {
         }
     }
     assert!((bench.velocity - 1.0).abs() < 0.05, "{}", bench.velocity);
-    // A position loop that is far behind asks for no more.
+    // A position loop with a large following error does not exceed the limits either.
     bench.command(
         controlword::ENABLE_OPERATION,
         mode::CYCLIC_POSITION,
@@ -57,7 +57,7 @@ fn bench_mode_ends_when_commands_stop() {
     let outputs = bench.run(70);
     assert_eq!(code(&outputs), Some(Fault::CommandLost));
     assert!(!outputs.bench_mode);
-    // The reset alone brings nothing back; a new request does.
+    // The reset alone does not restore bench mode; a new request does.
     bench.command(controlword::QUICK_STOP | CONTROL_FAULT_RESET, 0, 0);
     let outputs = bench.run(20);
     assert_eq!(code(&outputs), None);
@@ -70,7 +70,7 @@ fn bench_mode_ends_when_commands_stop() {
     assert_eq!(state(&outputs), Some(State::QuickStopActive));
     assert!(bench.velocity.abs() < 0.01, "{}", bench.velocity);
 
-    // The same for one who enables it and never commands anything.
+    // Bench mode also ends if the client enables it and never sends a command.
     let mut bench = Bench::axle(&[]);
     bench.guard_alive = false;
     bench.client = true;
@@ -87,7 +87,7 @@ fn bench_mode_ends_when_the_guards_heartbeat_comes_and_the_axle_holds() {
     assert!(!outputs.bench_mode);
     assert_eq!(state(&outputs), Some(State::QuickStopActive));
     assert!(bench.velocity.abs() < 0.01, "{}", bench.velocity);
-    // Under a living guard the request is refused.
+    // While the guard is alive, the request is refused.
     bench.client = true;
     assert!(!bench.tick().bench_mode);
 }

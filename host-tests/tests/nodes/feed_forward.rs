@@ -1,4 +1,5 @@
-//! Torques in advance: the front part's load against the whole dynamic model, and what axle and screw make of an offset.
+//! Tests of the torque feed-forward: the load of the front part against the complete dynamic model,
+//! and the effect of a torque offset (object 60B2h) on axle and screw.
 
 use crate::bench::{Bench, Node, settings, state};
 use crate::uniform::Random;
@@ -16,7 +17,7 @@ use tautrack::sensors::BodySensors;
 use tautrack::settings::{Setting, Settings};
 use tautrack::stability::attitude::Attitude;
 
-/// `D q'' + C q' - Q` in double precision, with the belt's law by the closed form.
+/// The reference is `D q'' + C q' - Q` in double precision, with the closed form of the belt's law.
 #[test]
 fn load_is_what_the_whole_model_asks_of_joints_7_and_8() {
     let geometry = Geometry::from_micrometres(320_000, 230_000, 1_232_000).unwrap();
@@ -77,7 +78,8 @@ fn current(outputs: &Outputs) -> f32 {
     }
 }
 
-/// A rotor that stands where it shall, so that all current is the offset's: 2.4 N m/A.
+/// Creates an axle whose rotor stands at its set-point, so that all current comes from the torque
+/// offset (2.4 N m/A).
 fn standing() -> Bench {
     let mut bench = Bench::axle(&[]);
     bench.stuck = true;
@@ -98,7 +100,7 @@ fn an_axle_adds_the_current_that_its_torque_offset_means() {
 
 #[test]
 fn a_screws_torque_offset_is_a_force() {
-    // Without a gain all current is the offset's, wherever the set-point goes.
+    // Without a velocity gain, all current comes from the torque offset, whatever the set-point is.
     let settings = settings(&[
         (Setting::GearRatio, 4_000),
         (Setting::VelocityGain, 0),
@@ -121,7 +123,7 @@ fn a_torque_offset_never_passes_the_current_limit() {
     let mut bench = standing();
     for torque in [i16::MAX, i16::MIN] {
         bench.torque_offset = Some(torque);
-        // Long before it counts as blocked.
+        // The time is too short for the axle to count as blocked.
         let outputs = bench.run(20);
         assert!(current(&outputs).abs() <= 10.0, "{outputs:?}");
         assert!(current(&outputs).abs() > 9.99, "{outputs:?}");
@@ -173,7 +175,7 @@ fn a_load_that_is_told_in_advance_moves_the_axle_less() {
     let moved = |torque_offset| {
         let mut bench = Bench::axle(&[]);
         bench.enable(mode::CYCLIC_POSITION, 0);
-        // Load and offset in one tick, by which the first offset has come.
+        // Load and offset start in the tick before which the first offset is received.
         while !(bench.now_us / 1_000 + 1).is_multiple_of(16) {
             bench.tick();
         }

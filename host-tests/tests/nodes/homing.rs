@@ -1,4 +1,4 @@
-//! Homing: both approaches, the debounced switch, and its own limits.
+//! Tests of homing: both approaches, the debounced switch, and the limits during homing.
 
 use super::bench::{Bench, state};
 use super::{code, turning};
@@ -9,7 +9,7 @@ use tautrack::node::axle::{ActiveLimit, BridgeDemand};
 use tautrack::sensors::Switches;
 use tautrack::settings::Setting;
 
-/// An axle whose home switch closes beyond 0.5 rad, a place that it shall call 0.35 rad.
+/// Creates an axle whose home switch closes beyond 0.5 rad; the home position is 0.35 rad.
 fn unhomed() -> Bench {
     let mut bench = Bench::axle(&[
         (Setting::HomingDirection, 1),
@@ -29,8 +29,8 @@ fn start(bench: &mut Bench) {
     bench.command(word, mode::HOMING, 0);
 }
 
-/// Where the axle believes the switch to be, minus where it should, rad: the switch of
-/// [`unhomed`] is at 0.5 rad and called 0.35 rad.
+/// Error of the axle's position after homing, rad. The switch of [`unhomed`] is at 0.5 rad, which
+/// is position 0.35 rad.
 fn error(bench: &mut Bench) -> f64 {
     let outputs = bench.tick();
     assert_ne!(outputs.status.statusword & status::HOMED, 0);
@@ -44,14 +44,15 @@ fn homing_ends_where_the_switch_closes_and_calls_it_the_home_position() {
     start(&mut bench);
     bench.run(6_000);
     let error = error(&mut bench);
-    // A tick of the second approach, at 0.06 rad/s, and a unit of the position on the bus.
+    // The tolerance is the travel of one tick of the second approach, at 0.06 rad/s, plus one unit
+    // of the position on the bus.
     assert!(error.abs() < 3e-4, "{error}");
     let outputs = bench.tick();
     assert!((bench.angle - 0.5).abs() < 0.01, "{}", bench.angle);
     assert!(outputs.homing_difference.abs() < (1e-3 / TAU * 4_294_967_296.0) as i32);
 }
 
-/// The screw's switch, approached at 25 rad/s and seen two ticks late, wherever the ticks fall.
+/// The screw's switch is approached at 25 rad/s and read two ticks late, at 25 phases of the ticks.
 #[test]
 fn a_switch_that_reacts_late_is_found_at_any_distance() {
     for distance in 0..25 {
@@ -99,7 +100,7 @@ fn homing_that_begins_on_the_switch_finds_the_same_place() {
 fn a_glitch_of_the_switch_is_no_home_position() {
     let mut bench = unhomed();
     bench.switches = |angle| Switches {
-        // Closed for 1 ms at 0.10 rad: 0.3 mrad at 0.3 rad/s.
+        // The switch closes for 1 ms at 0.10 rad, which is 0.3 mrad at 0.3 rad/s.
         home: angle >= 0.5 || (0.1..0.1003).contains(&angle),
         ..Switches::default()
     };
@@ -115,7 +116,7 @@ fn approaches_that_disagree_are_a_fault_with_their_distance() {
     start(&mut bench);
     bench.run(400);
     let glitch = bench.angle;
-    // Long enough to count as closed.
+    // The switch is closed long enough to be accepted.
     bench.switches = |_| Switches {
         home: true,
         ..Switches::default()
@@ -141,7 +142,8 @@ fn homing_keeps_its_own_current_and_speed() {
     bench.load = 0.5;
     for tick in 0..1_000 {
         let outputs = bench.tick();
-        // Pulled along half of the time: the loops then brake with no more current either.
+        // The load pulls in the direction of motion for half of the time. The loops then brake with
+        // no more current either.
         bench.load = if tick % 200 < 100 { 0.5 } else { -0.5 };
         match outputs.bridge {
             BridgeDemand::Current(current) => assert!(current.abs() <= 2.0, "{current} A"),

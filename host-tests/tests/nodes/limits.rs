@@ -1,5 +1,5 @@
-//! Commands, readings and frames of any content: the frames that leave the guard stay within the limits
-//! of its settings.
+//! Tests with commands, readings and frames of any content: the frames that the guard sends stay
+//! within the limits of its settings.
 
 use crate::network::{Network, level};
 use crate::random::Random;
@@ -17,14 +17,14 @@ use tautrack::settings::{Setting, Settings};
 const TRACKS: [u8; 2] = [2, 3];
 const JOINT: u8 = 4;
 
-/// What the settings allow B2P2, computed from them alone, and what was seen.
+/// Limits of B2P2, computed from the settings alone, and what the guard's frames contained.
 struct Limits {
     /// Speed of a pulley, rad/s.
     track: f64,
-    /// Way of the joint in one SYNC period, 2^-32 turn.
+    /// Travel of the joint in one SYNC period, 2^-32 turn.
     joint_step: f64,
     joint_before: Option<i32>,
-    /// SYNC periods in each state.
+    /// Number of SYNC periods in each state.
     states: BTreeMap<&'static str, u32>,
     fastest: f64,
 }
@@ -81,7 +81,7 @@ impl Limits {
     }
 }
 
-/// Level ground, a tilt, or bits of any kind.
+/// Random reading: level ground, a tilt, or any bits.
 fn reading(random: &mut Random) -> BodySensors {
     match random.below(8) {
         0..=3 => level(),
@@ -106,7 +106,7 @@ fn reading(random: &mut Random) -> BodySensors {
     }
 }
 
-/// A request: mostly what makes the robot drive.
+/// Random request; most of them let the robot drive.
 fn request(random: &mut Random) -> Request {
     match random.below(12) {
         0..=5 => Request::Arm,
@@ -141,7 +141,8 @@ fn no_command_reading_or_frame_gets_a_set_point_beyond_its_limit() {
             network.command.yaw_rate = (any >> 16) as i16 >> random.below(16);
             network.command.posture = (any >> 32) as i16;
             network.body = reading(&mut random);
-            // A foreign frame may hold the robot, which most sequences would not leave again.
+            // A foreign frame may put the robot into the state "held", which most sequences would
+            // not leave again.
             if random.below(16) == 0 {
                 network.foreign.extend(frame(&mut random));
             }

@@ -1,9 +1,10 @@
-//! What docs/nodes.md promises of axle and screw, each promise by itself on a bench: the very ticks
-//! that are flashed, with a rotor.
+//! Tests of the guarantees in docs/nodes.md for axle and screw, each on a bench with a rotor. They
+//! run the same ticks as the nodes' programs.
 //!
-//! Here: states, modes, stops and limits. `homing`, `command` (who may command an axle), `runaway`
-//! and `screw`: the rest of one drive. `network`: a guard with all drives of a robot; `stops` and
-//! `stop_sequences`: what the guard does when somebody stops; `limits`: what it sends whatever it gets.
+//! This file tests states, modes, stops and limits. `homing`, `command` (who may command an axle),
+//! `runaway` and `screw` test the other functions of one drive. `network` connects a guard and all
+//! drives of a robot. `stops` and `stop_sequences` test the stops of the guard, and `limits` the
+//! frames that it sends for any input.
 
 mod bench;
 mod command;
@@ -16,7 +17,7 @@ mod runaway;
 mod screw;
 mod stop_sequences;
 mod stops;
-#[allow(dead_code)] // joints are for the models in shared
+#[allow(dead_code)] // the models in shared need the joints
 #[path = "../../../shared/tests/support/random.rs"]
 mod uniform;
 
@@ -28,7 +29,7 @@ use tautrack::node::axle::{ActiveLimit, BridgeDemand, Outputs};
 use tautrack::sensors::Switches;
 use tautrack::settings::Setting;
 
-/// Bus units of an axle's position with 16 fraction bits.
+/// Converts an angle to bus units of an axle's position with 16 fraction bits.
 fn turning(radians: f64) -> i32 {
     (radians / TAU * 65_536.0).round() as i32
 }
@@ -37,7 +38,8 @@ fn code(outputs: &Outputs) -> Option<Fault> {
     Fault::from_code(outputs.status.error_code)
 }
 
-/// The axle ramps to standstill within `within_ms`, and holds there against 5 N m for two seconds.
+/// Asserts that the axle ramps to standstill within `within_ms`, and then holds against 5 N m for
+/// two seconds.
 fn assert_holds(bench: &mut Bench, fault: Fault, within_ms: usize) {
     let outputs = bench.run(within_ms);
     assert_eq!(code(&outputs), Some(fault));
@@ -55,7 +57,8 @@ fn assert_holds(bench: &mut Bench, fault: Fault, within_ms: usize) {
     assert!(moved < 0.01, "gave way by {moved} rad");
 }
 
-/// 3 rad/s down at 20 rad/s^2 takes 150 ms; the loops settle to 0.03 rad/s in another 150.
+/// Time to stop, ms: the ramp from 3 rad/s at 20 rad/s^2 takes 150 ms, and the loops settle to 0.03
+/// rad/s in another 150 ms.
 const RAMP_MS: usize = 300;
 
 fn running(speed: f64) -> Bench {
@@ -91,7 +94,8 @@ fn a_stop_is_a_ramp_and_no_jerk() {
     let mut last = bench.velocity;
     for _ in 0..RAMP_MS {
         bench.tick();
-        // The limit is 20 rad/s^2; the loop that follows it may need a little more for a moment.
+        // The ramp is limited to 20 rad/s^2; the loop that follows it may briefly exceed this a
+        // little.
         assert!(
             (bench.velocity - last).abs() < 0.04,
             "{last} {}",
@@ -108,12 +112,12 @@ fn a_fault_reset_needs_a_rising_edge_and_does_not_re_enable() {
     let target = 3_000_000;
     bench.set_point = None;
     bench.run(500);
-    // The master comes back and goes on as before: nothing moves.
+    // The master returns and sends the same commands as before: the axle must not move.
     bench.command(controlword::ENABLE_OPERATION, mode::CYCLIC_VELOCITY, target);
     let outputs = bench.run(500);
     assert_eq!(code(&outputs), Some(Fault::CommandLost));
     assert_eq!(state(&outputs), Some(State::QuickStopActive));
-    // A reset in the middle of it clears the fault, and nothing moves still.
+    // A reset during this clears the fault; the axle still must not move.
     for word in [
         controlword::ENABLE_OPERATION | CONTROL_FAULT_RESET,
         controlword::ENABLE_OPERATION,
@@ -124,13 +128,13 @@ fn a_fault_reset_needs_a_rising_edge_and_does_not_re_enable() {
         assert_eq!(state(&outputs), Some(State::QuickStopActive));
         assert!(bench.velocity.abs() < 0.01, "{}", bench.velocity);
     }
-    // Enabled anew on purpose, it runs.
+    // After it has been enabled again from "switch on disabled", it runs.
     bench.command(controlword::DISABLE_VOLTAGE, mode::CYCLIC_VELOCITY, target);
     bench.run(20);
     let outputs = bench.enable(mode::CYCLIC_VELOCITY, target);
     assert_eq!(state(&outputs), Some(State::OperationEnabled));
 
-    // With bit 7 high all along there is no edge, so the next fault stays.
+    // If bit 7 stays high, there is no rising edge, so the next fault stays.
     let word = controlword::ENABLE_OPERATION | CONTROL_FAULT_RESET;
     bench.command(word, mode::CYCLIC_VELOCITY, target);
     bench.run(20);
@@ -187,10 +191,10 @@ fn a_target_beyond_the_travel_ends_at_its_end() {
     }
 }
 
-/// The direction that leads to a limit switch, and what the switches say at an angle.
+/// Sign of the direction towards a limit switch, and the state of the switches at an angle.
 type End = (f64, fn(f64) -> Switches);
 
-/// A limit switch at each end. It closes where the bench has its switch.
+/// Limit switches, one for each end. Each closes at the bench's `switch_at`.
 const LIMITS: [End; 2] = [
     (1.0, |angle| Switches {
         positive_limit: angle > 0.0,
@@ -208,7 +212,7 @@ fn a_drive_holds_after_a_stop_with_the_hold_current_at_most() {
     bench.enable(mode::CYCLIC_VELOCITY, 3_000_000);
     bench.set_point = None;
     bench.run(100 + RAMP_MS);
-    // More than 4 A hold: 2.4 N m/A.
+    // The load requires more than 4 A (2.4 N m/A).
     bench.load = 12.0;
     let mut most = 0.0_f32;
     for _ in 0..200 {
@@ -263,7 +267,7 @@ fn an_unknown_mode_holds_the_position() {
 fn a_quick_stop_respects_the_limit_switch() {
     for (sign, switches) in LIMITS {
         let mut bench = running(sign * 3.0);
-        // 3 rad/s down at 20 rad/s^2 would go 0.22 rad.
+        // The ramp from 3 rad/s at 20 rad/s^2 would travel 0.22 rad.
         let switch = bench.angle + sign * 0.05;
         bench.switch_at = switch;
         bench.switches = switches;
@@ -273,7 +277,7 @@ fn a_quick_stop_respects_the_limit_switch() {
             bench.tick();
             furthest = furthest.max(sign * (bench.angle - switch));
         }
-        // 24 N m on 0.05 kg m^2 take 6 ms and 9 mrad, as long again for the loops.
+        // 24 N m on 0.05 kg m^2 take 6 ms and 9 mrad; the loops take as long again.
         assert!(furthest < 0.04, "{furthest} rad beyond the switch");
         let beyond = sign * (bench.angle - switch);
         assert!(beyond < 0.01, "{beyond}");
@@ -317,7 +321,7 @@ fn a_reset_with_quick_stop_clears_the_fault_and_goes_on_holding() {
     let mut bench = running(3.0);
     bench.guard_alive = false;
     bench.run(500);
-    // The cause persists: the fault stays.
+    // The fault stays while its cause persists.
     for word in [
         controlword::QUICK_STOP | CONTROL_FAULT_RESET,
         controlword::QUICK_STOP,
@@ -334,7 +338,7 @@ fn a_reset_with_quick_stop_clears_the_fault_and_goes_on_holding() {
     assert_eq!(code(&outputs), None);
     assert_eq!(state(&outputs), Some(State::QuickStopActive));
     assert!(matches!(outputs.bridge, BridgeDemand::Current(_)));
-    // Enabled anew, it takes the load over without letting go.
+    // When it is enabled again, it takes over the load without letting go.
     bench.command(controlword::ENABLE_OPERATION, mode::CYCLIC_VELOCITY, 0);
     let outputs = bench.run(200);
     assert_eq!(state(&outputs), Some(State::OperationEnabled));

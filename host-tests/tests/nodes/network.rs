@@ -1,5 +1,5 @@
-//! A guard and all drives of a robot on one bus in one process: the ticks that are flashed, a rotor at
-//! each drive, level ground, and no physics of the whole robot.
+//! Simulates a guard and all drives of a robot on one bus in one process: the same ticks as in the
+//! nodes' programs, a rotor at each drive, level ground, and no physics of the whole robot.
 
 use crate::bench::{self, Bench, Node};
 use std::path::Path;
@@ -19,14 +19,14 @@ use tautrack::settings::{Setting, Settings};
 use tautrack_host_tests::robots::{NodeSpec, Role};
 use tautrack_host_tests::scenario::Scenario;
 
-/// One drive with its rotor.
+/// Drive with its rotor.
 pub struct Drive {
     pub id: u8,
     pub bench: Bench,
     pub outputs: Option<Outputs>,
-    /// A set-point that somebody else gets through to the drive once.
+    /// Set-point from another sender that reaches the drive once.
     pub intruder: Option<SetPoint>,
-    /// NMT has started it: it takes set-points and sends process data.
+    /// Whether NMT has started the node: it then accepts set-points and sends process data.
     operational: bool,
     boots: bool,
     syncs: u32,
@@ -53,7 +53,7 @@ impl Drive {
             1 => |angle| at_home(angle > 0.0),
             _ => |angle| at_home(angle < 0.0),
         };
-        // A little way off the switch.
+        // The rotor starts at a small distance from the switch.
         bench.angle = -0.05 * f64::from(direction);
         Self {
             id: spec.id,
@@ -70,7 +70,7 @@ impl Drive {
         }
     }
 
-    /// The node starts anew; the rotor is where it was.
+    /// Restarts the node; the rotor keeps its angle.
     pub fn restart(&mut self) {
         self.bench.node = node(self.role, &self.settings);
         self.bench.set_point = None;
@@ -84,7 +84,7 @@ impl Drive {
         DriveState::from_statusword(outputs.status.statusword)
     }
 
-    /// The bridge carries current: the drive moves or holds.
+    /// Whether the bridge carries current, so that the drive moves or holds.
     pub fn under_power(&self) -> bool {
         matches!(
             self.outputs.as_ref().map(|outputs| outputs.bridge),
@@ -92,7 +92,7 @@ impl Drive {
         )
     }
 
-    /// Takes one frame; its answer, if it is a question.
+    /// Receives one frame; returns the answer if it is an SDO request.
     fn receive(&mut self, frame: &Frame) -> Option<Frame> {
         self.operational |= *frame == nmt(NmtCommand::Start, 0);
         if !self.operational && frame.id() < 0x580 {
@@ -152,23 +152,23 @@ pub struct Network<B> {
     pub drives: Vec<Drive>,
     pub now_us: u64,
     pub command: OperatorCommand,
-    /// The operator sends; false is silence.
+    /// Whether the operator sends commands.
     pub operator: bool,
-    /// Object 0x4008.
+    /// Value of object 0x4008, the emergency stop.
     pub emergency_stop: bool,
     pub body: BodySensors,
-    /// Frames that somebody else sends in the next millisecond.
+    /// Frames that another participant sends in the next millisecond.
     pub foreign: Vec<Frame>,
-    /// The guard's state as the bus shows it.
+    /// State of the guard as published on the bus.
     pub shown: GuardState,
-    /// What the guard sent in the last millisecond.
+    /// Frames that the guard sent in the last millisecond.
     pub sent: Vec<Frame>,
     to_guard: Vec<Frame>,
     to_drives: Vec<Frame>,
 }
 
 impl<B: Body> Network<B> {
-    /// The robot of a shipped scenario, `changes` made to its guard's settings.
+    /// Creates the robot of a shipped scenario, with `changes` to its guard's settings.
     pub fn new(scenario: &str, changes: &[(Setting, i32)]) -> Self {
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios");
         let scenario = Scenario::load(&folder.join(scenario)).expect("a shipped scenario");
@@ -202,13 +202,13 @@ impl<B: Body> Network<B> {
         }
     }
 
-    /// The guard's program ends; the drives receive nothing more of it.
+    /// Ends the guard's program; the drives receive no more frames from it.
     pub fn stop_guard(&mut self) {
         self.guard = None;
         self.to_drives.clear();
     }
 
-    /// The guard starts anew and knows nothing.
+    /// Restarts the guard without any stored state.
     pub fn start_guard(&mut self) {
         self.guard = Guard::new(&self.guard_settings).ok();
     }
@@ -221,7 +221,7 @@ impl<B: Body> Network<B> {
         self.command.request = request as u8;
     }
 
-    /// One millisecond.
+    /// Runs one millisecond.
     pub fn tick(&mut self) {
         self.now_us += 1_000;
         let milliseconds = self.now_us / 1_000;
@@ -238,7 +238,7 @@ impl<B: Body> Network<B> {
                     let motion = outputs.motion.frame(transmit(1), drive.id);
                     joined.push(motion);
                     to_guard.push(motion);
-                    // Transmission type 5: with every fifth SYNC.
+                    // Transmission type 5: the status is sent with every fifth SYNC.
                     drive.syncs += 1;
                     if drive.syncs.is_multiple_of(5) {
                         let status: DriveStatus = outputs.status;
@@ -283,7 +283,7 @@ impl<B: Body> Network<B> {
         let Some(guard) = &mut self.guard else {
             return;
         };
-        // Its own commands come back to the guard in the next tick.
+        // The guard receives its own NMT commands and SYNC in the next tick.
         let own = |frame: &&Frame| frame.id() == 0 || is_sync(frame);
         let outputs = guard.tick(&Inputs {
             now_us: self.now_us,
@@ -305,7 +305,7 @@ impl<B: Body> Network<B> {
         }
     }
 
-    /// Runs until the guard is in `state`.
+    /// Runs until the guard is in `state`; panics after 60 s.
     pub fn until(&mut self, state: State) {
         for _ in 0..60_000 {
             if self.state() == state {
@@ -316,7 +316,7 @@ impl<B: Body> Network<B> {
         panic!("{state:?} is not reached: {:?}", self.shown);
     }
 
-    /// A robot that the operator has armed.
+    /// Creates a robot and arms it.
     pub fn armed(scenario: &str, changes: &[(Setting, i32)]) -> Self {
         let mut network = Self::new(scenario, changes);
         network.until(State::Ready);
@@ -326,8 +326,8 @@ impl<B: Body> Network<B> {
         network
     }
 
-    /// Highest speed of an output shaft under power as a fraction of its limit. A drive that is off
-    /// coasts: these rotors have no friction.
+    /// Maximum speed of an output shaft under power, as a fraction of its limit. Drives that are
+    /// off are not included: their rotors have no friction and coast.
     pub fn fastest(&self) -> f64 {
         let speed = |drive: &Drive| {
             drive.bench.velocity.abs()
@@ -348,7 +348,7 @@ impl<B: Body> Network<B> {
     }
 }
 
-/// Level ground, at rest.
+/// Readings on level ground, at rest.
 pub fn level() -> BodySensors {
     BodySensors {
         specific_force: [0.0, 0.0, 9.81],
@@ -356,7 +356,7 @@ pub fn level() -> BodySensors {
     }
 }
 
-/// The same reading as a sensor gives it: its last digit dances.
+/// Adds small noise to a reading, because a real sensor's last digit changes all the time.
 fn noisy(mut reading: BodySensors, step: u64) -> BodySensors {
     let noise = |channel: u64| 1e-6 * ((step * 7 + channel * 3) % 5) as f32;
     for (channel, value) in (0..).zip(&mut reading.inclination) {

@@ -1,4 +1,4 @@
-//! Random numbers of one sequence of events.
+//! Random numbers for one sequence of events.
 
 use tautrack_host_tests::world::noise::mix;
 
@@ -9,7 +9,7 @@ impl Random {
         Self(mix(seed))
     }
 
-    /// Any bits.
+    /// Returns 64 random bits.
     pub fn bits(&mut self) -> u64 {
         self.0 = mix(self.0);
         self.0

@@ -1,4 +1,4 @@
-//! A motor that runs away is switched off before it is fast.
+//! Tests that a motor that runs away is switched off in time.
 
 use super::bench::{Bench, state};
 use super::code;
@@ -7,7 +7,8 @@ use tautrack::faults::Fault;
 use tautrack::node::axle::BridgeDemand;
 use tautrack::settings::Setting;
 
-/// Fastest speed, and the time from the first motion until the bridge is off, ms.
+/// Runs until the bridge is off. Returns the maximum speed, rad/s, and the time from the first
+/// motion until the bridge is off, ms.
 fn runs_away(bench: &mut Bench) -> (f64, u64) {
     let (mut fastest, mut moving_since) = (0.0_f64, None);
     for _ in 0..2_000 {
@@ -64,7 +65,7 @@ fn an_axle_that_is_dragged_beyond_its_speed_limit_is_switched_off() {
     assert!(fastest < 12.0, "{fastest}");
 }
 
-/// Hard use of a motor that does what its current says.
+/// Hard use of a motor that works correctly is no fault.
 #[test]
 fn no_hard_use_counts_as_a_runaway() {
     for inertia in [0.05, 0.3, 2.0] {
@@ -75,8 +76,8 @@ fn no_hard_use_counts_as_a_runaway() {
             let target = [6_000_000, -6_000_000, 0, 5_000_000, -300_000][second % 5];
             bench.command(0x0f, mode::CYCLIC_VELOCITY, target);
             for tick in 0..1_000 {
-                // Loads up to nearly the torque at the current limit, against and along, in jumps
-                // and as blows of 5 ms.
+                // Loads up to nearly the torque at the current limit, against and with the motion,
+                // in steps and as shocks of 5 ms.
                 bench.load = match (second / 5 % 4, tick % 100) {
                     (1, 0..50) => 15.0,
                     (2, 0..50) => -15.0,

@@ -1,5 +1,5 @@
-//! The screw: taut while the joint turns, holding when it falls silent, and never below the
-//! released length.
+//! Tests of the screw: it keeps the belt taut while the joint turns, holds if the joint's motion is
+//! not received, and never moves below the released length.
 
 use super::bench::{Bench, Node, settings, state};
 use super::code;
@@ -13,13 +13,13 @@ use tautrack::screw::Geometry;
 use tautrack::sensors::Switches;
 use tautrack::settings::Setting;
 
-/// B2P2's lengths, m.
+/// Lengths of B2P2, m.
 const L1: f64 = 0.32;
 const L2: f64 = 0.23;
 const K: f64 = 1.232;
 
-/// Extension at which `L + (L2 + L3) = K`, found by bisection of the triangle of the three axles,
-/// not by the firmware's formula.
+/// Extension at which `L + (L2 + L3) = K`, m. It is computed by bisection on the triangle of the
+/// three axles, independently of the firmware's formula.
 fn taut(theta: f64) -> f64 {
     let excess = |l3: f64| {
         let reach = L2 + l3;
@@ -38,7 +38,7 @@ fn taut(theta: f64) -> f64 {
     low
 }
 
-/// Metres that the screw says it is extended.
+/// Extension that the screw reports, m.
 fn extension(outputs: &Outputs) -> f64 {
     f64::from(outputs.motion.position) / 16_777_216.0
 }
@@ -50,7 +50,7 @@ fn joint(theta: f64, rate: f64) -> DriveMotion {
     }
 }
 
-/// B2P2's screw, homed by its switch and taut at joint angle 0.
+/// Creates B2P2's screw, homed, and taut at joint angle 0.
 fn engaged() -> Bench {
     let settings = settings(&[
         (Setting::GearRatio, 4_000),
@@ -87,7 +87,7 @@ fn screw_keeps_the_belt_taut_while_the_joint_turns() {
     let mut bench = engaged();
     let (mut theta, mut worst) = (0.0_f64, 0.0_f64);
     for tick in 0..3_000 {
-        // Up to 0.5 rad/s, from 0 to 1 rad and on its way back.
+        // Up to 0.5 rad/s, from 0 to 1 rad and partly back.
         let rate = 0.5 * (f64::from(tick) / 3_000.0 * 1.5 * TAU / 2.0).sin();
         theta += rate * 1e-3;
         bench.joint = Some(joint(theta, rate));
@@ -128,8 +128,8 @@ fn released() -> f64 {
     f64::from(geometry.released_length().to_bits()) / 268_435_456.0
 }
 
-/// Below the released length the screw dips by no more than this, m, the unit of its position being
-/// 0.06 um.
+/// Maximum distance by which the screw may move below the released length, m. One unit of its
+/// position is 0.06 um.
 const DIP: f64 = 20e-6;
 
 #[test]
@@ -140,7 +140,7 @@ fn a_slack_screw_never_dips_below_the_released_length() {
         bench.slack = (slack * 16_777_216.0) as i32;
         let (mut theta, mut lowest, mut highest) = (0.0_f64, f64::INFINITY, 0.0_f64);
         for tick in 0..12_000 {
-            // Forth and back between 1.2 and -0.4 rad, at 0.8 rad/s; stops are sudden.
+            // Back and forth between 1.2 and -0.4 rad at 0.8 rad/s, with sudden stops.
             let rate = match tick % 4_500 {
                 1_500..2_000 => 0.0,
                 2_000..4_000 => -0.8,
@@ -171,7 +171,7 @@ fn a_slack_that_is_commanded_is_approached_with_the_engage_speed() {
     let mut last = before;
     for _ in 0..1_500 {
         let now = extension(&bench.tick());
-        // 20 mm/s, and half as much again for the loops.
+        // The limit is 20 mm/s, plus half of it for the loops.
         assert!((now - last).abs() < 30e-6, "{} m/s", (now - last) * 1e3);
         last = now;
     }

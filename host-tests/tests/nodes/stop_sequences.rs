@@ -1,4 +1,4 @@
-//! Stops under random sequences of events.
+//! Tests of stops under random sequences of events.
 
 use crate::network::Network;
 use crate::random::Random;
@@ -10,15 +10,15 @@ use tautrack::robots::b2p2::B2p2;
 use tautrack::robots::hylos::Hylos;
 use tautrack::robots::rt_mover::RtMover;
 
-/// Time after which everything stands still when the robot is to stop, ms: the operator's timeout, and a
-/// stop from full speed at the comfortable deceleration.
+/// Time after which nothing moves once the robot must stop, ms: the operator's timeout, and a stop
+/// from full speed at the comfortable deceleration.
 const STANDSTILL_MS: u32 = 300 + 1_200;
 
-/// Follows one network and checks what must hold in every millisecond.
+/// Checks the conditions that must hold in every millisecond of one network.
 struct Watch {
     stopped_ms: u32,
     silent_ms: u32,
-    /// "Arm" is the first request since the guard started or held the robot.
+    /// Whether all requests since the guard started or held the robot were "arm".
     only_arm: bool,
     latched: bool,
     before: Vec<Option<DriveState>>,
@@ -64,7 +64,8 @@ impl Watch {
             let now = drive.state();
             let enabled = now == Some(DriveState::OperationEnabled)
                 && *before != Some(DriveState::OperationEnabled);
-            // One SYNC period and the way there and back, after the stop began.
+            // The limit of 320 ms after the stop began is the operator's timeout, one SYNC period,
+            // and the transmission of the frames both ways.
             assert!(
                 !enabled || self.stopped_ms <= 320,
                 "drive {} enabled in a stop; {events:#?}",
@@ -76,7 +77,7 @@ impl Watch {
     }
 }
 
-/// One sequence: an event, then some time, and so on.
+/// Runs one sequence of random events, each followed by a random time.
 fn sequence<B: Body>(scenario: &str, seed: u64) {
     let mut random = Random::new(seed);
     let mut network = Network::<B>::new(scenario, &[]);
@@ -88,7 +89,7 @@ fn sequence<B: Body>(scenario: &str, seed: u64) {
             0..=3 => network.request(Request::Arm),
             4 => network.request(Request::Stop),
             5 => {
-                // The latch goes with the request to reset, when nothing stops any more.
+                // The reset request clears the latch if no cause to stop is left.
                 network.request(Request::Reset);
                 watch.latched = false;
                 watch.only_arm = false;
@@ -103,12 +104,12 @@ fn sequence<B: Body>(scenario: &str, seed: u64) {
                 if network.guard.is_none() {
                     network.start_guard();
                     watch.only_arm = true;
-                    // The guard's latch is gone with it, and it arms by a new request only.
+                    // The restarted guard has no latch, and arms only on a new request.
                     watch.latched = false;
                 }
             }
             11 => {
-                // A drive starts anew, in whatever state.
+                // A drive restarts, in any state.
                 let drive = random.below(network.drives.len() as u64) as usize;
                 network.drives[drive].restart();
             }

@@ -1,4 +1,4 @@
-//! What the guard does when somebody stops: a guard and all drives of a robot on one bus.
+//! Tests of the guard's stops, with a guard and all drives of a robot on one bus.
 
 use crate::network::{Network, level};
 use tautrack::bus::cia402::{State as DriveState, controlword, mode};
@@ -28,7 +28,7 @@ fn a_restarted_guard_leaves_a_holding_drive_holding_and_arms_by_a_new_request_on
         network.stop_guard();
         network.run(silence_ms);
         network.start_guard();
-        // The operator's stream still says "arm".
+        // The operator keeps sending "arm".
         for _ in 0..2_000 {
             network.tick();
             assert!(
@@ -58,7 +58,7 @@ fn a_reset_in_held_leaves_the_drives_holding() {
     network.drive(JOINT).bench.load = 3.0;
     network.run(500);
     let angle = network.drive(JOINT).bench.angle;
-    // A track falls silent for 200 ms.
+    // The restart of a track makes it silent for 200 ms.
     network.drive(2).restart();
     network.until(State::Held);
     network.request(Request::Reset);
@@ -69,7 +69,7 @@ fn a_reset_in_held_leaves_the_drives_holding() {
     }
     let sagged = (network.drive(JOINT).bench.angle - angle).abs();
     assert!(sagged < 0.02, "{sagged} rad");
-    // "Motors off" lets go, and only that.
+    // Only "disarm" (motors off) releases the drives.
     network.request(Request::Disarm);
     network.run(40);
     assert!(!network.drive(JOINT).under_power());
@@ -129,7 +129,7 @@ fn an_emergency_stop_shorter_than_a_sync_period_latches() {
     );
 }
 
-/// What stops a robot that is on its way, beside a fault.
+/// Causes, other than faults, that stop a moving robot.
 #[derive(Clone, Copy, Debug)]
 enum Stop {
     EmergencyObject,
@@ -173,7 +173,7 @@ fn every_stop_stops_every_stage_of_the_start() {
             network.until(State::Starting(stage));
             network.run(60);
             stop.begin(&mut network);
-            // The operator's timeout is 300 ms; then a quick stop from the homing speed.
+            // The operator's timeout is 300 ms; a quick stop from the homing speed follows.
             network.run(600);
             let (places, state) = (network.angles(), network.state());
             for _ in 0..1_000 {
@@ -189,7 +189,7 @@ fn every_stop_stops_every_stage_of_the_start() {
                 let moved = (after - before).abs();
                 assert!(moved < 0.02, "stage {stage}, {stop:?}: {moved} rad");
             }
-            // It goes on where it was, as soon as it may.
+            // When it is allowed again, the start continues where it was.
             network.emergency_stop = false;
             network.operator = true;
             network.command.request = Request::Reset as u8 | DEAD_MAN_HELD;
@@ -227,7 +227,7 @@ fn only_a_reset_ends_an_emergency_stop() {
     assert!(network.drives[0].bench.velocity > 2.0);
 }
 
-/// Highest speed of hips and knees, rad/s.
+/// Maximum speed of hips and knees, rad/s.
 fn legs(network: &Network<Hylos>) -> f64 {
     let motors = network.drives.iter().enumerate();
     motors
@@ -240,7 +240,7 @@ fn legs(network: &Network<Hylos>) -> f64 {
 fn an_emergency_stop_stops_legs_within_300_ms_and_a_tenth_of_a_radian() {
     for request in [Request::EmergencyStop, Request::Stop] {
         let mut network = Network::<Hylos>::armed("hylos/loop.toml", &[]);
-        // A raise by 5 cm is under way.
+        // The robot is rising by 5 cm.
         network.command.posture = 250;
         network.run(600);
         assert!(legs(&network) > 0.05, "{} rad/s", legs(&network));
@@ -264,7 +264,7 @@ fn an_emergency_stop_stops_legs_within_300_ms_and_a_tenth_of_a_radian() {
 #[test]
 fn an_emergency_stop_stops_levelling_within_200_ms() {
     let mut network = Network::<RtMover>::armed("rt-mover/step-10.toml", &[]);
-    // The seat is tilted, and no motion of the shafts helps: levelling goes on and on.
+    // The seat stays tilted whatever the shafts do, so levelling never ends.
     network.body.inclination = [0.05, 0.05];
     network.run(1_000);
     assert!(network.fastest() > 0.02, "{}", network.fastest());

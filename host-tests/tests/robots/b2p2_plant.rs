@@ -1,6 +1,6 @@
-//! The plant against hand calculation, conservation laws and the climb that the paper shows.
+//! Tests of B2P2's plant against hand calculations, conservation laws and the climb in the paper.
 //!
-//! The motors here are ideal: a rotor with inertia under a stiff servo, in place of the nodes.
+//! Ideal motors replace the nodes: a rotor with inertia under a stiff servo.
 
 use core::f64::consts::TAU;
 use tautrack::link::Shaft;
@@ -9,17 +9,17 @@ use tautrack_host_tests::world::Plant;
 use tautrack_host_tests::world::ground::{Ground, Stairs};
 use tautrack_host_tests::world::load::Load;
 
-/// Motors of B2P2.
+/// Number of B2P2's motors.
 const MOTORS: usize = 4;
 
 const DT: f64 = 1.0e-3;
 const MASS: f64 = 6.356_067 + 0.897_066 + 1.062_15;
 const WEIGHT: f64 = MASS * 9.81;
 
-/// A rotor behind its gear, seen at the output shaft, under a position and velocity servo.
+/// Rotor with its gear, seen from the output shaft, under a position and velocity servo.
 struct Rotor {
     inertia: f64,
-    /// Natural frequency of the servo, rad/s; critically damped.
+    /// Natural frequency of the servo, rad/s; it is critically damped.
     frequency: f64,
     limit: f64,
     angle: f64,
@@ -37,7 +37,8 @@ impl Rotor {
         }
     }
 
-    /// One millisecond in ten parts under the load's torque, towards an angle (rad) and a rate.
+    /// Runs one millisecond in ten substeps towards an angle (rad) and a rate (rad/s), under the
+    /// torque of the load (N m).
     fn step(&mut self, angle: f64, rate: f64, load: f64) -> Shaft {
         for _ in 0..10 {
             let asked = self.inertia
@@ -54,7 +55,8 @@ impl Rotor {
     }
 }
 
-/// B2P2 with ideal motors, which keep the belts taut from the joint's own shaft.
+/// B2P2 with ideal motors. The screw keeps the belts taut, following the angle of the joint's
+/// shaft.
 struct Driven {
     plant: B2p2,
     parameters: B2p2Parameters,
@@ -84,7 +86,8 @@ impl Driven {
         }
     }
 
-    /// One millisecond with these belt speeds (m/s), turning the chassis joint towards `theta` at 0.5 rad/s.
+    /// Runs one millisecond with these belt speeds (m/s), turning the chassis joint towards `theta`
+    /// at 0.5 rad/s.
     fn step(&mut self, belts: [f64; 2], theta: f64) {
         let p = &self.parameters;
         let change = (theta - self.theta).clamp(-0.5 * DT, 0.5 * DT);
@@ -120,21 +123,21 @@ impl Driven {
         self.steps as f64 * DT
     }
 
-    /// Drives both belts at `speed` for `seconds`, the chassis joint as it is asked to be.
+    /// Drives both belts at `speed` for `seconds`, with the chassis joint at its commanded angle.
     fn drive(&mut self, speed: f64, seconds: f64) {
         for _ in 0..(seconds / DT).round() as u64 {
             self.step([speed; 2], self.theta);
         }
     }
 
-    /// Belt speeds that keep the robot on the x axis.
+    /// Belt speeds that keep the robot on the x axis, m/s.
     fn straight(&self, speed: f64) -> [f64; 2] {
         let truth = self.plant.truth();
         let turn = -1.5 * truth.yaw - 0.8 * truth.axle_1[1];
         [speed - 0.16 * turn, speed + 0.16 * turn]
     }
 
-    /// Mean of `value` while driving on at `speed` for `seconds`.
+    /// Drives at `speed` for `seconds` and returns the mean of `value`.
     fn mean(&mut self, speed: f64, seconds: f64, value: impl Fn(&Self) -> f64) -> f64 {
         let steps = (seconds / DT).round();
         let mut sum = 0.0;
@@ -150,7 +153,7 @@ impl Driven {
     }
 }
 
-/// Hash of everything physical, FNV-1a over 64 bits, continued from `state`.
+/// Hash of the whole physical state, FNV-1a with 64 bits, continued from `state`.
 fn hash(plant: &B2p2, mut state: u64) -> u64 {
     plant.truth_bits(&mut |bytes| {
         for byte in bytes {
@@ -160,7 +163,7 @@ fn hash(plant: &B2p2, mut state: u64) -> u64 {
     state
 }
 
-/// What a climb came to.
+/// Result of a climb.
 #[derive(Debug, Default, PartialEq)]
 struct Climb {
     landed_s: Option<f64>,
@@ -173,7 +176,8 @@ struct Climb {
     hash: u64,
 }
 
-/// The operator of these tests: front up on the approach, straight on the stairs, down over the last nose.
+/// Runs the operator of these tests: front up on the approach, straight on the stairs, down over
+/// the last nose (if `lower`).
 fn climb(parameters: &B2p2Parameters, lower: bool, seed: u64, at_most_s: f64) -> Climb {
     let stairs = Stairs::paper();
     let mut robot = Driven::new(parameters, Ground::Stairs(stairs), seed);
@@ -321,7 +325,7 @@ fn dead_tracks_roll_down_against_their_gears_friction() {
     let before = robot.plant.truth().ground_speed;
     robot.drive(0.0, 1.0);
     let acceleration = before - robot.plant.truth().ground_speed;
-    // Ground speed is horizontal; each rotor weighs J / r^2 at its belt.
+    // Ground speed is horizontal; each rotor adds the mass J / r^2 to its belt.
     let force = WEIGHT * pitch.sin() - 2.0 * 0.1 / 0.05;
     let expected = force / (MASS + 2.0 * 0.05 / (0.05 * 0.05)) * pitch.cos();
     assert!(
@@ -368,7 +372,7 @@ fn a_joint_continues_from_where_it_is_when_its_node_returns() {
     let fallen = robot.plant.truth().theta;
     assert!(fallen < 0.65, "{fallen} rad");
     robot.alive[2] = true;
-    // It counts from zero again, and is asked to stay there.
+    // The rotor counts from zero again and is commanded to stay there.
     robot.rotors[2] = Rotor::new(0.05, 200.0, 60.0);
     robot.drive(0.0, 0.3);
     let theta = robot.plant.truth().theta;
@@ -387,7 +391,8 @@ fn gear_and_rotor_exchange_torque_without_oscillating() {
     };
     let mut robot = Driven::new(&parameters, Ground::Flat, 1);
     robot.drive(0.0, 1.0);
-    // By hand, from the tables: segment 2 at 0.104 m along and 0.7 mm below its axis, segment 3 at r - 0.073 m.
+    // Calculated by hand from the paper's tables: segment 2 at 0.104 m along its axis and 0.7 mm
+    // below it, segment 3 at r - 0.073 m.
     let held = |theta: f64| {
         let arm = |along: f64, up: f64| along * theta.cos() - up * theta.sin();
         let r = parameters.taut_length(theta);
@@ -397,7 +402,8 @@ fn gear_and_rotor_exchange_torque_without_oscillating() {
     for step in 0..700 {
         robot.step([0.0; 2], if step < 300 { theta } else { 1.0 });
         let (torque, hand) = (robot.torque(2), held(robot.plant.truth().theta));
-        // Still at first; 0.2 s after the joint began to move, what the start excited must have died out.
+        // The robot stands still at first. 0.2 s after the joint starts to move, the vibration from
+        // its start must have died out.
         let bound = if step < 300 { 0.05 } else { 0.5 };
         let judged = !(300..500).contains(&step);
         assert!(
@@ -448,7 +454,7 @@ fn switches_and_sensors_say_what_the_robot_is() {
         ..B2p2Parameters::nominal()
     };
     let mut robot = Driven::new(&parameters, Ground::Incline { pitch, roll }, 1);
-    // A live screw would tauten the belts.
+    // With a live node, the screw would tauten the belts.
     robot.alive[3] = false;
     robot.drive(0.0, 2.0);
     for motor in [2, 3] {
@@ -476,7 +482,7 @@ fn switches_and_sensors_say_what_the_robot_is() {
         (length - 9.81).abs() < 0.1 && body.specific_force[0] > 0.0 && body.specific_force[1] > 0.0,
         "{body:?}"
     );
-    // Braking from a drive: the inclinometer takes it for a slope, downward.
+    // The robot brakes: the inclinometer shows this as a downward slope.
     let mut level = Driven::new(&B2p2Parameters::nominal(), Ground::Flat, 1);
     level.drive(0.3, 2.0);
     for step in 0..300 {
@@ -486,9 +492,9 @@ fn switches_and_sensors_say_what_the_robot_is() {
     assert!((-0.1..-0.03).contains(&lie), "{lie} rad");
 }
 
-/// The front presses on a curb while the robot drives up it: the solver pushes bodies out of each
-/// other, which turns the body, and the gyroscope must sense it. 0.01 rad is 2 s of its bias and the
-/// 5 ms that it is late.
+/// The front presses on a curb while the robot drives up it. The solver's position corrections,
+/// which push bodies out of each other, turn the body, and the gyroscope must measure this. 0.01
+/// rad corresponds to its bias over 2 s plus its delay of 5 ms.
 #[test]
 fn the_gyroscope_senses_every_turn_of_the_body() {
     let curb = Ground::Curb {

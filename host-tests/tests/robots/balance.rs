@@ -1,4 +1,5 @@
-//! Fig. 8 of the B2P2 paper: centre of gravity and zero moment point along the heading.
+//! Tests of the centre of gravity and the zero moment point along the heading, as in Fig. 8 of the
+//! B2P2 paper.
 
 use std::path::Path;
 use tautrack_host_tests::results::zmp::{Balance, length};
@@ -18,7 +19,7 @@ fn staircase(change: impl FnOnce(&mut Description)) -> Scenario {
     description.check().unwrap()
 }
 
-/// The robot without rotation, axle 1 wherever `path` puts it at a time.
+/// Samples of the robot without rotation, with axle 1 at `path(time)`.
 fn samples(seconds: u32, path: impl Fn(f64) -> [f64; 3]) -> Vec<Sample> {
     (0..seconds * 100)
         .map(|index| {
@@ -86,12 +87,13 @@ fn the_centre_of_gravity_is_the_plants_with_and_without_payload() {
 
 #[test]
 fn an_acceleration_moves_the_zero_moment_point_as_newton_says() {
-    // Forward with a, the ground pushes forward at height -h below the centre of gravity: it must push h a / g further behind.
+    // With a forward acceleration a, the ground pushes forward at the height -h below the centre of
+    // gravity, so its force must act h a / g further behind.
     let (acceleration, height) = (0.5, 0.08);
     let samples = samples(2, |time| [0.5 * acceleration * time * time, 0.0, height]);
     let balance = Balance::new(&staircase(|_| {}), &samples);
     let moment = balance.moments[100].unwrap();
-    // The front's centres of mass lie off its line, by no more than a millimetre in all.
+    // The front's centres of mass are off its line by at most a millimetre in all.
     let expected = -acceleration * height / 9.81;
     let got = moment.difference().unwrap();
     assert!((got - expected).abs() < 1e-4, "{got} against {expected} m");
@@ -108,7 +110,7 @@ fn an_acceleration_moves_the_zero_moment_point_as_newton_says() {
 #[test]
 fn figures_are_means_and_peaks_over_the_climb_in_percent_of_the_length() {
     let scenario = staircase(|_| {});
-    // A jolt at 7 s, where the front stops rising; level again at 30 s.
+    // A jolt at 7 s, when the front stops rising; level again at 30 s.
     let mut samples = samples(40, |time| [0.13 * time, 0.0, 0.05]);
     for sample in &mut samples {
         let rise = (0.1 * (sample.time_s - 5.0)).clamp(0.0, 0.2);
@@ -131,7 +133,8 @@ fn figures_are_means_and_peaks_over_the_climb_in_percent_of_the_length() {
     let mean = percent(climb.iter().sum::<f64>() / climb.len() as f64);
     let peak = percent(climb.iter().copied().fold(0.0, f64::max));
     assert!((figures.raw.mean - mean).abs() < 1e-9 && (figures.raw.peak - peak).abs() < 1e-9);
-    // One sample's jolt, spread over a Gaussian of 0.15 s: its middle weight is 0.01 / (0.15 sqrt(2 pi)).
+    // The jolt of one sample, spread over a Gaussian of 0.15 s: its middle weight is 0.01 / (0.15
+    // sqrt(2 pi)).
     let middle = peak * 0.01 / (0.15 * std::f64::consts::TAU.sqrt());
     assert!(
         (figures.smoothed.peak - middle).abs() < 0.05 * middle,

@@ -1,5 +1,5 @@
-//! Hylos' plant against hand calculation, and on its hillside: the loop of Besseron et al. (Fig. 7) with and without posture
-//! control. The motors here are ideal.
+//! Tests of Hylos' plant, against hand calculation and on its hillside: the loop of Besseron et al.
+//! (Fig. 7) with and without posture control. The motors are ideal.
 
 use crate::random::Random;
 use core::f64::consts::{FRAC_PI_2, PI, TAU};
@@ -15,13 +15,14 @@ use tautrack_host_tests::world::Plant;
 
 const DT: f64 = 1e-3;
 const WEIGHT: f64 = 25.0 * 9.81;
-/// Steps from one control step to the next: 125 Hz.
+/// Number of steps per control step: 125 Hz.
 const PERIOD: u32 = 8;
-/// Radius of the loop, m, and the speed on it, m/s.
+/// Radius of the loop, m, and speed on it, m/s.
 const RADIUS: f64 = 2.0;
 const SPEED: f64 = 0.3;
 
-/// A slope on which the robot as it stands tips over when it drives across; the loop goes up, across and down.
+/// Slope on which the robot, without posture control, topples when it drives across. The loop goes
+/// up, across and down.
 const HILLSIDE: Hillside = Hillside {
     slope: 41.0 * PI / 180.0,
     foot_y: 1.6,
@@ -29,7 +30,7 @@ const HILLSIDE: Hillside = Hillside {
     wave_length: [1.1, 1.3],
     extent: [[-4.0, 4.0], [-2.0, 6.0]],
 };
-/// The same waves on the level.
+/// The same waves on level ground.
 const WAVES: Hillside = Hillside {
     slope: 0.0,
     ..HILLSIDE
@@ -45,27 +46,28 @@ const REST: Desired<f32> = Desired {
     clearance: None,
 };
 
-/// What comes between plant and controller.
+/// Quality of the sensors between plant and controller.
 #[derive(Clone, Copy, PartialEq)]
 enum Sensors {
     Ideal,
-    /// The legs' torques are not known.
+    /// The torques of the legs are not known.
     NoLoads,
-    /// One control step late; a degree off and trembling; torques too small, with friction and noise in them.
+    /// Readings one control step late; inclination with an error of a degree and noise; torques too
+    /// small, with friction and noise.
     Coarse,
 }
 
-/// Plant and controller, joined by ideal motors.
+/// Plant and controller, connected by ideal motors.
 struct Driven {
     plant: Hylos,
     controller: Controller<f32>,
     assessment: Option<Assessment<f32>>,
     sensors: Sensors,
-    /// What the sensors said one control step ago.
+    /// Readings of the previous control step.
     late: Sensed<f32>,
     random: Random,
     origin: [[f64; 2]; LEGS],
-    /// Places of the shafts since power-up, rad.
+    /// Angles of the shafts since power-up, rad.
     places: [[f64; 4]; LEGS],
     steps: u32,
 }
@@ -88,7 +90,7 @@ impl Driven {
         }
     }
 
-    /// One millisecond.
+    /// Runs one millisecond.
     fn step(&mut self, desired: &Desired<f32>) {
         if self.steps.is_multiple_of(PERIOD) {
             let sensed = self.sense();
@@ -99,7 +101,7 @@ impl Driven {
         let mut shafts = [None; MOTORS];
         for leg in 0..LEGS {
             let [hip, knee, steering, wheel] = self.places[leg];
-            // Drives interpolate between the set-points of positions.
+            // Drives interpolate between the position set-points.
             let towards = |now: f64, point: f32, origin: f64| {
                 now + (f64::from(point) - origin - now) / f64::from(PERIOD)
             };
@@ -177,21 +179,21 @@ fn sensed(plant: &Hylos) -> Sensed<f32> {
     }
 }
 
-/// What a drive around the loop showed.
+/// Result of a drive around the loop.
 #[derive(Debug, Default)]
 struct Loop {
     toppled_at_s: Option<f64>,
     turned: f64,
     least_margin: f64,
-    /// Largest distance from the loop, m.
+    /// Maximum distance from the loop, m.
     astray: f64,
-    /// Largest distance of a wheel from the ground, m.
+    /// Maximum distance of a wheel from the ground, m.
     gap: f64,
-    /// Time with a potential, s.
+    /// Time during which the stability potential was not zero, s.
     corrected_s: f64,
-    /// Least margin while there was none.
+    /// Minimum margin while it was zero, rad.
     least_margin_uncorrected: f64,
-    /// Largest difference between the controller's margin and the true one.
+    /// Maximum difference between the controller's margin and the true one, rad.
     misjudged: f64,
 }
 
@@ -199,7 +201,8 @@ fn half_turn(angle: f64) -> f64 {
     (angle + PI).rem_euclid(TAU) - PI
 }
 
-/// Counter-clockwise around the loop from its lowest point, once or until it topples.
+/// Drives around the loop once, counter-clockwise from its lowest point, or until the robot
+/// topples.
 fn drive_loop(gain: f64, sensors: Sensors) -> Loop {
     let mut driven = Driven::new(&HILLSIDE, gain);
     driven.sensors = sensors;
@@ -262,7 +265,7 @@ fn posture_control_brings_the_robot_around_the_loop() {
     assert!(result.toppled_at_s.is_none() && result.turned >= TAU);
     assert!(result.least_margin > 0.05 && result.astray < 0.25);
     assert!(result.gap < 0.02);
-    // It is corrected where it must be, and nowhere else.
+    // The posture is corrected only where it is necessary.
     assert!(result.corrected_s > 3.0 && result.corrected_s < 25.0);
     assert!(result.least_margin_uncorrected >= MARGIN_LIMIT - 1e-6);
     assert!(result.misjudged < 0.08);
@@ -284,7 +287,8 @@ fn at_rest_the_wheels_carry_the_weight_and_the_legs_hold_it() {
     assert!((carried - WEIGHT).abs() < 0.5, "{carried}");
     let parameters = HylosParameters::nominal([0.0; 3]);
     for (leg, (angles, torques)) in truth.legs.iter().zip(truth.leg_torques).enumerate() {
-        // The centre of mass is in the middle: a quarter each, less what wheel and carrier weigh themselves.
+        // The centre of mass is in the middle, so each leg holds a quarter of the weight, minus the
+        // weight of its wheel and carrier.
         let load = WEIGHT / 4.0 - 2.0 * 9.81;
         assert!((truth.wheel_forces[leg] - WEIGHT / 4.0).abs() < 0.5);
         for joint in 0..2 {
@@ -365,7 +369,7 @@ fn a_robot_without_any_node_stands_on_its_locked_legs() {
     let after = driven.plant.detail().clone();
     assert!((after.place[2] - before.place[2]).abs() < 2e-3);
     assert_eq!(driven.plant.sensors(0).shaft_torque, 0.0);
-    // Nodes that come back count from zero; nothing jumps.
+    // Nodes that restart count from zero; the robot must not jump.
     let shaft = Some(Shaft::default());
     for _ in 0..500 {
         driven.plant.step(&[shaft; MOTORS]);

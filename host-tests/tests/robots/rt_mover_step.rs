@@ -1,4 +1,4 @@
-//! RT-Mover steps up in the physics: gait and plant, with ideal motors between them.
+//! Tests of RT-Mover stepping up in the physics: gait and plant, connected by ideal motors.
 
 use core::f64::consts::TAU;
 use tautrack::link::Shaft;
@@ -12,12 +12,13 @@ use tautrack_host_tests::world::Plant;
 use tautrack_host_tests::world::ground::Ground;
 
 const DT: f64 = 1.0e-3;
-/// Steps of the physics in one of the gait: 200 Hz.
+/// Steps of the physics per step of the gait, which runs at 200 Hz.
 const TICK: u32 = 5;
 const FRONT_X: f64 = 1.0;
 const LIMITS: [f64; 3] = [12.0, 120.0, 60.0];
 
-/// A rotor behind its gear, seen at the output shaft, under a velocity servo that catches up what it lost, as far as its torque goes.
+/// Rotor with its gear, seen from the output shaft. Its velocity servo also corrects the position
+/// error, as far as its torque allows.
 #[derive(Clone, Copy)]
 struct Rotor {
     inertia: f64,
@@ -56,7 +57,8 @@ impl Rotor {
                 * (self.frequency * (self.wanted - self.angle) + 2.0 * (rate - self.rate));
             let torque = asked.clamp(-self.limit, self.limit);
             if torque != asked {
-                // Saturated, it forgets what it cannot catch up.
+                // When the torque saturates, the servo drops the position error that it cannot
+                // correct.
                 self.wanted = self.angle
                     + (torque / (self.inertia * self.frequency) - 2.0 * (rate - self.rate))
                         / self.frequency;
@@ -72,32 +74,35 @@ impl Rotor {
     }
 }
 
-/// What a walk was like.
+/// Result of a walk.
 #[derive(Debug, Default)]
 struct Walk {
     stage: Stage,
     seconds: f64,
-    /// Largest error of the lifted wheel along the direction of travel while it goes up or down, by wheel, m.
+    /// Maximum error of the lifted wheel along the direction of travel while it moves up or down,
+    /// per wheel, m.
     column: [f64; 4],
-    /// Least margin while a wheel is in the air, by wheel, m.
+    /// Minimum margin while a wheel is in the air, per wheel, m.
     margin: [f64; 4],
-    /// Largest tilt of the seat outside and during touch-downs, rad.
+    /// Maximum tilt of the seat outside and during touch-downs, rad.
     tilt: [f64; 2],
     heights: [f64; 4],
     toppled: bool,
-    /// Times that a wheel began to leave the ground.
+    /// Number of times that a wheel began to leave the ground.
     lifts: u32,
 }
 
-/// Time after a wheel comes down that belongs to its touch-down, s.
+/// Time after a wheel comes down that counts as its touch-down, s.
 const TOUCH_DOWN: f64 = 0.5;
 
-/// One gait up a step of `height`, m, the gait's model and pace given, the seat's inclination felt with a lag of `lag`, s.
+/// Runs one gait up a step of `height` (m) with the given model and pace. The measured inclination
+/// of the seat has a lag of `lag` (s).
 fn walk(height: f64, model: Parameters<f32>, pace: Pace, lag: f64) -> Walk {
     walk_until(height, model, pace, lag, None)
 }
 
-/// The same, given up a second into a stage if one is named, and acknowledged a second later.
+/// Runs the same gait. If `given_up` is set, the gait is aborted a second after this stage begins,
+/// and this is acknowledged a second later.
 fn walk_until(
     height: f64,
     model: Parameters<f32>,
@@ -216,7 +221,7 @@ fn margin(plant: &RtMover, lifted: Wheel) -> f64 {
     static_margin(&supports, [cog[0], cog[1]])
 }
 
-/// What the gait is told: the rotors' angles and torques, the inclination, the true heading.
+/// Inputs of the gait: angles and torques of the rotors, the inclination, and the true heading.
 fn felt(plant: &RtMover, rotors: &[Rotor; MOTORS], inclination: [f64; 2]) -> Inputs {
     let angle = |motor: usize| rotors[motor].angle as f32;
     let torque = |motor: usize| rotors[motor].torque as f32;
@@ -259,7 +264,7 @@ fn the_robot_at_rest_weighs_what_it_weighs_and_stands_level() {
     assert!(plant.truth().pitch.abs() < 0.01 && plant.truth().roll.abs() < 0.01);
 }
 
-/// The goals of the gait: column within 5 mm, margin, seat within 2 degrees.
+/// Asserts the goals of the gait: column within 5 mm, positive margin, seat within 2 degrees.
 fn steps_up(height: f64, lag: f64) {
     let walk = walk(height, Parameters::nominal(), Pace::nominal(), lag);
     assert_eq!(walk.stage, Stage::Arrived);
@@ -294,7 +299,7 @@ fn a_late_inclination_spoils_no_step() {
 
 #[test]
 fn no_wheel_leaves_the_ground_when_the_margin_does_not_allow_it() {
-    // The controller is told of a load that leans out over the rear.
+    // The controller's model has a heavy load above the rear.
     let heavy = Masses {
         seat_forward: 0.0,
         seat: 20.0,
@@ -315,7 +320,8 @@ fn no_wheel_leaves_the_ground_when_the_margin_does_not_allow_it() {
 
 #[test]
 fn a_wheel_in_the_air_goes_down_again_when_the_margin_shrinks() {
-    // The prediction allows it; the limit in the air is above what the swing comes to.
+    // The prediction allows the step, but the minimum margin in the air is above the one reached in
+    // the swing.
     let pace = Pace {
         margins: [0.010, 0.048],
         ..Pace::nominal()
@@ -325,7 +331,7 @@ fn a_wheel_in_the_air_goes_down_again_when_the_margin_shrinks() {
         (walk.stage, walk.lifts, walk.toppled),
         (Stage::Stuck, 1, false)
     );
-    // It was in the air, and while it was the margin was never spent.
+    // The wheel was in the air, and the margin was always positive.
     assert!((0.030..0.060).contains(&walk.margin[0]), "{walk:?}");
 }
 
@@ -418,7 +424,7 @@ fn a_standing_robot_drives_and_turns_as_it_is_asked() {
     let seconds = 3.999;
     let turned = (plant.truth().yaw - yaw) / seconds;
     let now = plant.truth().points[6];
-    // The chord of the arc, made as long as the arc.
+    // Length of the arc, computed from its chord.
     let half = 0.5 * turned * seconds;
     let way = (now[0] - place[0]).hypot(now[1] - place[1]) * half / half.sin();
     println!("{turned} rad/s, {} m/s", way / seconds);

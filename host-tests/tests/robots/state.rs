@@ -1,4 +1,5 @@
-//! The state q on the plant: sensors and receiver as the guard has them, belts that drive as they are told.
+//! Tests of the state q on B2P2's plant, with the guard's sensors and GNSS receiver, and belts that
+//! move as commanded.
 
 use core::f64::consts::TAU;
 use tautrack::estimate::state::{Estimator, Joint, State, Validity};
@@ -9,7 +10,7 @@ use tautrack_host_tests::robots::b2p2::plant::{B2p2, B2p2Parameters};
 use tautrack_host_tests::world::Plant;
 use tautrack_host_tests::world::ground::Ground;
 
-/// B2P2 on flat ground, its chassis straight and its belts taut.
+/// B2P2 on flat ground, with its chassis straight and its belts taut.
 struct Ride {
     parameters: B2p2Parameters,
     plant: B2p2,
@@ -17,7 +18,7 @@ struct Ride {
     attitude: Attitude,
     turns: [f64; 2],
     step: u64,
-    /// True place of axle 1 when the position was first believed.
+    /// True place of axle 1 when the position was first accepted.
     origin: Option<[f64; 3]>,
     garbage: bool,
 }
@@ -51,7 +52,8 @@ impl Ride {
         }
     }
 
-    /// Drives with these belt speeds, m/s; the belts are received every 4 ms if they are `received`.
+    /// Drives with these belt speeds, m/s. If `received`, the estimator gets the belts' positions
+    /// every 4 ms.
     fn drive(&mut self, belts: [f64; 2], seconds: f64, received: bool) -> State {
         let radius = self.parameters.pulley_radius;
         for _ in 0..(seconds * 1e3) as u32 {
@@ -103,7 +105,7 @@ impl Ride {
         self.estimator.state(&self.attitude, self.step * 1_000)
     }
 
-    /// Distance on the ground between estimate and truth, m; both from the origin.
+    /// Horizontal distance between estimate and ground truth, m, both relative to the origin.
     fn error(&self) -> f64 {
         let [north, east, _] = self.estimator.position().metres().map(f64::from);
         let (truth, origin) = (self.plant.truth().axle_1, self.origin.expect("a position"));
@@ -142,7 +144,8 @@ fn nothing_is_valid_before_it_was_measured_and_everything_after() {
     );
     assert!(ride.estimator.sentences().all_refused() == 0);
     let (place, altitude_mm) = ride.estimator.position().origin().expect("a position");
-    // Within the receiver's error of 47.4784 N, 0.5632 W, 40 m; 1e-7 degree is 11 mm, and 7.5 mm of longitude.
+    // Within the receiver's error of 47.4784 N, 0.5632 W, 40 m; 1e-7 degree is 11 mm of latitude
+    // and 7.5 mm of longitude.
     assert!((place.latitude - 474_784_000).abs() < 400, "{place:?}");
     assert!((place.longitude + 5_632_000).abs() < 600, "{place:?}");
     assert!((altitude_mm.expect("an altitude") - 40_000).abs() < 9_000);

@@ -1,4 +1,4 @@
-//! The virtual bus keeps the rules of CAN, whatever is offered to it.
+//! Tests that the virtual bus keeps the rules of CAN for any traffic.
 
 use proptest::collection::vec;
 use proptest::prelude::*;
@@ -16,8 +16,9 @@ fn ids(delivered: &[Delivered]) -> Vec<u16> {
     delivered.iter().map(|d| d.frame.id()).collect()
 }
 
-/// Length of a frame on the wire by stuffing actual bits: after five equal bits, stuff bits included, comes an opposite
-/// one. `bits` is what is subject to stuffing: start of frame to CRC.
+/// Length of a frame on the wire, found by stuffing actual bits: after five equal bits, including
+/// stuff bits, one opposite bit is inserted. `bits` are the bits subject to stuffing, from start of
+/// frame to CRC.
 fn stuffed_length(bits: &[bool]) -> u32 {
     let (mut length, mut last, mut run) = (0, None, 0);
     for bit in bits {
@@ -38,7 +39,8 @@ fn stuffed_length(bits: &[bool]) -> u32 {
 fn worst_case_is_reached_by_the_worst_bits_and_by_no_other() {
     for length in 0..=8 {
         let stuffable = 34 + 8 * length;
-        // Five equal bits, then four of each other polarity: each run is completed by the stuff bit before it.
+        // Five equal bits, then groups of four with alternating polarity: the stuff bit before each
+        // group completes its run of five.
         let worst: Vec<bool> = (0..stuffable)
             .map(|i| i >= 1 && ((i - 1) / 4) % 2 == 1)
             .collect();
@@ -91,7 +93,7 @@ fn a_frame_that_has_begun_is_finished_before_a_better_identifier() {
     for _ in 0..8 {
         bus.offer(0, frame(0x300, &[0; 8])).unwrap();
     }
-    // 7 frames of 135 bits end within 1000 bits, the eighth has 55 of its bits sent.
+    // 7 frames of 135 bits end within 1000 bits; of the eighth frame, 55 bits are sent.
     assert_eq!(bus.step().len(), 7);
     bus.offer(1, frame(0x001, &[0; 8])).unwrap();
     let delivered = bus.step();
@@ -212,7 +214,7 @@ fn lost_frames_follow_from_the_seed_in_the_asked_share() {
     };
     let count = |lost: &[bool]| lost.iter().filter(|l| **l).count() as f64;
     let first = lost(0.1, 1);
-    // Binomial with 20000 trials: four standard deviations are 170.
+    // Binomial distribution with 20000 trials: four standard deviations are 170.
     assert!((count(&first) - 2_000.0).abs() < 170.0, "{}", count(&first));
     assert_eq!(first, lost(0.1, 1));
     let second = lost(0.1, 2);
@@ -252,7 +254,8 @@ fn one_bit_flips_in_the_first_frame_that_has_it() {
     assert_eq!(received, [sent[0], sent[1], frame(3, &[0, 0x10]), sent[3]]);
 }
 
-/// Traffic of four participants: what each offers in each step, as identifier and length.
+/// Traffic of four participants: the frames offered in each step, as participant, identifier and
+/// length.
 fn traffic() -> impl Strategy<Value = Vec<Vec<(usize, u16, usize)>>> {
     vec(vec((0_usize..4, 0_u16..0x200, 0_usize..=8), 0..12), 1..80)
 }
@@ -271,7 +274,7 @@ proptest! {
                 break;
             }
             for (participant, id, length) in offers.into_iter().flatten() {
-                // An identifier belongs to one participant, as in any plan of a bus.
+                // Each identifier belongs to one participant, as on a correctly planned bus.
                 let id = id * 4 + participant as u16;
                 let mut data = [0; 8];
                 data[..4].copy_from_slice(&number.to_le_bytes());
@@ -292,7 +295,8 @@ proptest! {
             bits_received += busy;
             now += 1;
             prop_assert!(bits_received <= now * u64::from(BITS_PER_STEP));
-            // No idle bit while something waits: what is left of a step's work is at most one unfinished frame.
+            // The bus is never idle while a frame waits: the rest of a step's work is at most one
+            // unfinished frame.
             prop_assert!(busy + 135 > backlog.min(u64::from(BITS_PER_STEP)));
             prop_assert!(bus.collisions().is_empty());
             prop_assert!(now < 1_000, "the bus does not drain");

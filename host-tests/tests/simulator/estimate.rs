@@ -1,4 +1,5 @@
-//! The state q against independent computations: sentences, compass, plane and dead reckoning.
+//! Tests of the state q against independent computations: NMEA sentences, compass, plane and dead
+//! reckoning.
 
 use proptest::collection::vec;
 use proptest::prelude::*;
@@ -15,13 +16,13 @@ use tautrack::stability::attitude::Attitude;
 use tautrack::units::Angle;
 use tautrack_host_tests::world::gnss::{ReceiverParameters, geodetic};
 
-/// With checksum and line end.
+/// Adds the checksum and the end of the line.
 fn framed(body: &str) -> Vec<u8> {
     let sum = body.bytes().fold(0, |sum, byte| sum ^ byte);
     format!("${body}*{sum:02X}\r\n").into_bytes()
 }
 
-/// What the reader makes of `bytes`.
+/// Returns what the reader reports for `bytes`.
 fn read(reader: &mut Reader, bytes: &[u8]) -> Vec<Result<Sentence, Refusal>> {
     bytes.iter().filter_map(|byte| reader.push(*byte)).collect()
 }
@@ -186,7 +187,8 @@ proptest! {
         };
         let good = found(&line);
         line[place] = byte;
-        // Ends of line are alike, and a checksum may have small letters.
+        // The change may have no effect: ends of line are equivalent, and a checksum may have
+        // lower-case letters.
         let changed = found(&line);
         prop_assert!(changed.is_empty() || changed == good, "{changed:?}");
     }
@@ -212,7 +214,7 @@ proptest! {
     fn places_are_read_to_the_nearest_unit(
         latitude in 0..900_000_000_i64, longitude in 0..1_800_000_000_i64, decimals in 4..8_usize,
     ) {
-        // Written by floats, read by integers.
+        // Written with floating-point arithmetic, read with integers.
         let text = |units: i64, wide: usize| {
             let (whole, minutes) = (units / 10_000_000, (units % 10_000_000) as f64 * 6e-6);
             let minutes = minutes.min(59.9999);
@@ -236,9 +238,11 @@ proptest! {
     }
 }
 
-/// The field (north, west, up; uT) in the axes of a body with this heading, roll and pitch (rad), in double precision.
+/// Converts a field (north, west, up; uT) to the axes of a body with this heading, roll and pitch
+/// (rad), in double precision.
 fn in_body([north, west, up]: [f64; 3], [heading, roll, pitch]: [f64; 3]) -> [f32; 3] {
-    // World to heading axes (about z), then roll about x (left side up), then pitch about y (nose up).
+    // World axes to heading axes (about z), then roll about x (left side up), then pitch about y
+    // (nose up).
     let (x, y) = (
         north * heading.cos() + west * heading.sin(),
         -north * heading.sin() + west * heading.cos(),
@@ -375,7 +379,8 @@ fn the_plane_keeps_its_error_against_the_ellipsoid() {
     }
 }
 
-/// A fix at so many metres from a site, five a second.
+/// Returns a fix at this distance (north, east, up; m) from a site, and its time, us. There are
+/// five fixes per second.
 fn fix(number: u32, [north, east, up]: [f64; 3]) -> (Fix, u64) {
     let site = ReceiverParameters {
         geoid: 0.0,
@@ -421,7 +426,7 @@ fn a_jump_is_believed_only_after_ten_fixes_that_agree_with_each_other() {
     for number in 1..=20 {
         take(number, 0.0);
     }
-    // Fixes here and there never agree.
+    // Fixes that alternate between two places never agree.
     for number in 21..=60 {
         let (verdict, north) = take(number, if number % 2 == 0 { 60.0 } else { -60.0 });
         assert!(verdict == Verdict::Doubted && north.abs() < 0.01, "{north}");
@@ -435,7 +440,7 @@ fn a_jump_is_believed_only_after_ten_fixes_that_agree_with_each_other() {
         verdict == Verdict::Believed && (north - 200.0).abs() < 0.05,
         "{north}"
     );
-    // Within the gate a fix moves the estimate by its gain and no more.
+    // Within the gate, a fix moves the estimate by no more than its gain.
     let (_, north) = take(62 + JUMP_FIXES, 200.0 + f64::from(GATE) - 1.0);
     assert!(
         (north - 204.5).abs() < 0.05,

@@ -1,4 +1,4 @@
-//! The simulator: bus, nodes and runs.
+//! Tests of the simulator: bus, nodes, runs and sessions.
 
 mod bus;
 mod estimate;

@@ -1,4 +1,4 @@
-//! What a node logs reads alike on every board.
+//! Tests that a node's log has the same text on every board.
 
 use tautrack::bus::cia402::mode::CYCLIC_POSITION;
 use tautrack::bus::network::{NmtCommand, nmt};
@@ -13,7 +13,8 @@ use tautrack_host_tests::simulator::run::process::Node;
 
 const NODE: u8 = 4;
 
-/// The guard's heartbeat until 0.3 s, set-points all the time, and a client who asks for an object that is not there.
+/// Frames to the node: the guard's heartbeat until 0.3 s, set-points all the time, and a client's
+/// request for an object that does not exist.
 fn frames(step: u64) -> heapless::Vec<Frame, 32> {
     let mut frames = heapless::Vec::new();
     let mut put = |frame| assert!(frames.push(frame).is_ok());

@@ -1,4 +1,4 @@
-//! Clients that speak SLCAN over TCP are participants of the bus.
+//! Tests of clients that use SLCAN over TCP to take part in the bus.
 
 use proptest::collection::vec;
 use proptest::prelude::*;
@@ -12,13 +12,13 @@ fn frame(id: u16, data: &[u8]) -> Frame {
     Frame::new(id, data).unwrap()
 }
 
-/// Frames of all clients, at most `room` of each.
+/// Polls the port; returns the frames of all clients, at most `room` of each.
 fn poll(port: &mut SlcanPort, room: usize) -> Vec<Frame> {
     let frames = port.poll(|_| room);
     frames.into_iter().map(|(_, frame)| frame).collect()
 }
 
-/// Polls until `done` holds of all frames received so far and of the port.
+/// Polls until `done` is true for the port and all frames received so far; returns the frames.
 fn poll_until(port: &mut SlcanPort, done: impl Fn(&SlcanPort, &[Frame]) -> bool) -> Vec<Frame> {
     let deadline = Instant::now() + Duration::from_secs(20);
     let mut frames = Vec::new();
@@ -38,7 +38,7 @@ fn client_of(port: &SlcanPort) -> TcpStream {
     client
 }
 
-/// Polls the port until the client has got exactly `expected`.
+/// Sends `request` and polls the port until the client has received exactly `expected`.
 fn assert_answer(port: &mut SlcanPort, client: &mut TcpStream, request: &str, expected: &str) {
     client.write_all(request.as_bytes()).unwrap();
     client.set_nonblocking(true).unwrap();
@@ -193,7 +193,7 @@ fn a_client_without_room_for_its_frames_is_answered_all_the_same() {
     let mut answer = [0; 7];
     client.read_exact(&mut answer).unwrap();
     assert_eq!(&answer, b"\rV0101\r");
-    // The frame, and the order of what follows it, is kept.
+    // The frame and the order of the lines after it are kept.
     let frames = poll_until(&mut port, |_, frames| !frames.is_empty());
     assert_eq!(frames, [frame(1, &[])]);
     let mut answer = [0; 8];
@@ -263,7 +263,7 @@ fn waiting_for_a_client_ends_at_its_time_limit_and_when_it_is_told_to() {
     assert!(!port.wait_for_client(None, &|| began.elapsed() > Duration::from_millis(500)));
 }
 
-/// Sends so many numbered frames, and waits for the readers after each.
+/// Sends this many numbered frames, and waits for the readers after each.
 fn flood(port: &mut SlcanPort, frames: u32) {
     for number in 0..frames {
         port.send(&frame(0x181, &number.to_le_bytes()), None);
@@ -307,7 +307,7 @@ fn a_client_that_reads_nothing_is_disconnected() {
     let mut dead = client_of(&port);
     assert_answer(&mut port, &mut dead, "O\r", "\r");
     let began = Instant::now();
-    // More than any socket takes before it has to be read.
+    // The limit is more than any socket accepts before it must be read.
     let mut number = 0;
     while port.attached() == 1 {
         port.send(&frame(0x181, &[0; 8]), None);

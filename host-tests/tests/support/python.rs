@@ -1,15 +1,17 @@
-//! A virtual environment of Python with packages from `PyPI`, below `target/`.
+//! Makes virtual environments of Python with packages from `PyPI`, below `target/`.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::{Mutex, PoisonError};
 
-/// Tests of one program run side by side; only one of them makes the environment.
+/// Tests of one program run in parallel; the lock lets only one of them make the environment.
 static MAKING: Mutex<()> = Mutex::new(());
 
-/// The interpreter of an environment with these packages (`name==version`), made when it is missing.
+/// Returns the interpreter of an environment with these packages (`name==version`), and makes the
+/// environment if it is missing.
 ///
-/// `None`, and a loud line, when this machine has no `python3` or the packages cannot be installed.
+/// If the computer has no `python3`, or the packages cannot be installed, it prints a line that
+/// begins with `SKIPPED` and returns `None`.
 pub fn python(environment: &str, packages: &[&str]) -> Option<PathBuf> {
     let _making = MAKING.lock().unwrap_or_else(PoisonError::into_inner);
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(environment);

@@ -1,7 +1,7 @@
-//! docs/adding-a-robot.md, followed to the letter: a cart joins a copy of the workspace and drives.
+//! Follows docs/adding-a-robot.md exactly: adds a cart to a copy of the workspace and runs it.
 //!
-//! `cart/new` holds its files as they lie in the workspace, `cart/lines.toml` its lines in existing
-//! files. Both are data here and compile only in the copy.
+//! `cart/new` has the cart's files at their places in the workspace, `cart/lines.toml` its lines in
+//! existing files. Both are data of this test and are compiled only in the copy.
 
 use serde::Deserialize;
 use serde_json::Value;
@@ -11,20 +11,20 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use tautrack_host_tests::programs::setup::checkout;
 
-/// Files by their paths from the root of a workspace.
+/// Contents of files by their paths from the root of a workspace.
 type Files = BTreeMap<String, Vec<u8>>;
 
-/// `cart/lines.toml`.
+/// The content of `cart/lines.toml`.
 #[derive(Deserialize)]
 struct Lines {
     line: Vec<Line>,
 }
 
-/// Text in an existing file.
+/// Text that is added to an existing file.
 #[derive(Deserialize)]
 struct Line {
     file: String,
-    /// The line before it; at the end without.
+    /// The line after which the text is added; without it the text is added at the end.
     after: Option<String>,
     text: String,
 }
@@ -33,7 +33,7 @@ fn root() -> &'static Path {
     checkout::root().unwrap_or_else(|error| panic!("{error}"))
 }
 
-/// All files below a folder, without hidden ones and what cargo has built.
+/// Reads all files below a folder, without hidden ones and cargo's output.
 fn files(folder: &Path, path: &str, found: &mut Files) {
     for entry in fs::read_dir(folder).expect("a folder") {
         let entry = entry.expect("an entry");
@@ -68,7 +68,7 @@ fn replace(files: &mut Files, path: &str, from: &str, to: &str) {
     *file = old.replacen(from, to, 1).into_bytes();
 }
 
-/// Adds the cart to a workspace; returns the files that it touches.
+/// Adds the cart to a workspace; returns the paths of the files that it adds or changes.
 fn add_cart(workspace: &mut Files) -> BTreeSet<String> {
     let data = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/tools/cart");
     let new = files_of(&data.join("new"));
@@ -82,7 +82,7 @@ fn add_cart(workspace: &mut Files) -> BTreeSet<String> {
     for Line { file, after, text } in lines.line {
         if let Some(after) = after {
             let (from, to) = (format!("\n{after}\n"), format!("\n{after}\n{text}\n"));
-            // The first line has none before it.
+            // The first line of a file has no line break before it.
             let content = self::text(workspace, &file);
             content.insert(0, b'\n');
             replace(workspace, &file, &from, &to);
@@ -95,7 +95,7 @@ fn add_cart(workspace: &mut Files) -> BTreeSet<String> {
     touched
 }
 
-/// The first column of the page's tables, with the cart in place of `<robot>`.
+/// The first column of the page's tables, with `cart` in place of `<robot>`.
 fn places() -> Vec<String> {
     let page = fs::read_to_string(root().join("docs/adding-a-robot.md")).expect("the page");
     let rows = page.lines().filter_map(|line| line.strip_prefix("| `"));
@@ -105,7 +105,7 @@ fn places() -> Vec<String> {
         .collect()
 }
 
-/// A folder stands for everything below it.
+/// Whether a place on the page covers a file; a folder covers everything below it.
 fn covers(place: &str, file: &str) -> bool {
     place == file || place.ends_with('/') && file.starts_with(place)
 }
@@ -129,11 +129,11 @@ fn a_cart_needs_the_places_on_the_page_and_no_other() {
 /// A copy of the workspace with the cart in it.
 struct Copy {
     root: PathBuf,
-    /// Folder of what cargo builds of this workspace.
+    /// Folder of cargo's output for this workspace.
     target: PathBuf,
 }
 
-/// Packages of the workspace.
+/// Names of the packages of the workspace.
 const PACKAGES: [&str; 3] = ["tautrack", "tautrack-firmware", "tautrack-host-tests"];
 
 impl Copy {
@@ -143,7 +143,8 @@ impl Copy {
         let (folder, root) = (target.join("cart"), target.join("cart/workspace"));
         let mut workspace = files_of(self::root());
         add_cart(&mut workspace);
-        // Cargo tells the packages of the copy from those of the workspace by their version.
+        // Another version lets cargo distinguish the packages of the copy from those of the
+        // workspace.
         let version = |version: &str| format!("version = \"{version}\"\n");
         let (old, new) = (version("0.1.0"), version("0.1.0-cart"));
         replace(&mut workspace, "Cargo.toml", &old, &new);
@@ -151,7 +152,7 @@ impl Copy {
             let entry = |version| format!("name = \"{name}\"\n{version}");
             replace(&mut workspace, "Cargo.lock", &entry(&old), &entry(&new));
         }
-        // What has not changed keeps its time, so that cargo builds nothing twice.
+        // Unchanged files keep their time stamps, so that cargo does not build them again.
         fs::create_dir_all(&root).expect("a folder");
         let before = files_of(&root);
         for path in before.keys().filter(|path| !workspace.contains_key(*path)) {
@@ -164,7 +165,7 @@ impl Copy {
                 fs::write(place, content).expect("written");
             }
         }
-        // The nodes' dependencies are built already, too.
+        // The nodes' dependencies are used from the workspace, where they are already built.
         let nodes = self::root().join("target/nodes");
         let config = format!("build.build-dir = {:?}\n", nodes.display().to_string());
         fs::create_dir_all(folder.join(".cargo")).expect("a folder");
@@ -175,7 +176,7 @@ impl Copy {
         }
     }
 
-    /// Runs a program of the copy, as its user does.
+    /// Runs a program of the copy as its user would.
     fn run(&self, program: &str, arguments: &[&str]) {
         let output = Command::new(env!("CARGO"))
             .args(["run", "--locked", "-p", "tautrack-host-tests", "--bin"])
@@ -190,7 +191,7 @@ impl Copy {
         assert!(output.status.success(), "{program} {arguments:?}:\n{text}");
     }
 
-    /// The summary of a scenario of the cart, with native nodes.
+    /// Runs a scenario of the cart with native nodes and returns the summary.
     fn demo(&self, scenario: &str, guard: &str) -> Value {
         let file = format!("host-tests/scenarios/cart/{scenario}.toml");
         let out = self.root.join("target/demo");
@@ -216,7 +217,7 @@ fn a_cart_from_the_page_drives_and_its_guard_keeps_it_upright() {
         .filter(|path| before.get(*path) != after.get(*path));
     assert!(written.eq(["docs/bus.md", "docs/settings.md"]));
 
-    // It speeds up as long as it slows down, so the distance is that of 0.3 m/s for 10 s.
+    // The speed ramps up and down equally long, so the distance is 0.3 m/s for 10 s.
     let flat = copy.demo("flat", "on");
     let driven = flat["driven_m"].as_f64().expect("a number");
     assert!((driven - 0.3 * 10.0).abs() < 0.01 * 3.0, "{driven}");

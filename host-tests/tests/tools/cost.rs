@@ -1,4 +1,5 @@
-//! What the control code may cost on the core, and what it must never reach there.
+//! Tests the cost of the control code on the core, and that the control ticks reach no forbidden
+//! functions.
 
 use std::fs;
 use std::sync::OnceLock;
@@ -36,7 +37,7 @@ fn the_page_is_what_a_run_gives() {
     );
 }
 
-/// Parts of the names of functions that no control tick may reach, and what they are.
+/// Parts of the names of functions that no control tick may reach, and what these functions are.
 const FORBIDDEN: [(&str, &str); 12] = [
     ("__aeabi_d", "double precision in software"),
     ("__aeabi_f2d", "double precision in software"),

@@ -1,4 +1,4 @@
-//! The command `cargo demo` as a user meets it.
+//! Tests the command `cargo demo` as a user runs it.
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};

@@ -1,5 +1,5 @@
-//! What README and docs name exists: links and their headings, files, commands with their options,
-//! and tests.
+//! Tests that everything that README and docs name exists: links and their headings, files,
+//! commands with their options, and tests.
 
 use pulldown_cmark::{CodeBlockKind, Event, Options, Parser, Tag, TagEnd};
 use std::collections::BTreeSet;
@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use tautrack_host_tests::programs::setup::checkout;
 
-/// Files that a run, a build or a reader makes.
+/// Files that exist only after a run or a build, or that a reader makes.
 const MADE: [&str; 5] = [
     "FILE",
     "target/",
@@ -16,7 +16,7 @@ const MADE: [&str; 5] = [
     "run.mcap",
     "summary.json",
 ];
-/// Folders of the checkout, with which a path begins.
+/// Folders of the checkout with which a path can begin.
 const FOLDERS: [&str; 7] = [
     ".cargo/",
     ".ci/",
@@ -31,7 +31,8 @@ fn root() -> &'static Path {
     checkout::root().unwrap_or_else(|error| panic!("{error}"))
 }
 
-/// Files below `folder` whose names end so, from the root; builds and hidden folders aside.
+/// Files below `folder` whose names have this ending, as paths from the root, without cargo's
+/// output and hidden folders.
 fn files(folder: &str, ending: &str) -> Vec<String> {
     let mut found = Vec::new();
     for entry in fs::read_dir(root().join(folder)).expect("a folder") {
@@ -49,7 +50,7 @@ fn files(folder: &str, ending: &str) -> Vec<String> {
     found
 }
 
-/// All pages; those below the tests are data of a test.
+/// All pages. Pages below the tests are data of a test and are left out.
 fn pages() -> Vec<PathBuf> {
     let pages = files("", ".md").into_iter().map(PathBuf::from);
     let pages: Vec<_> = pages
@@ -59,16 +60,16 @@ fn pages() -> Vec<PathBuf> {
     pages
 }
 
-/// What one page names.
+/// Links, headings and code of one page.
 #[derive(Default)]
 struct Page {
     links: Vec<String>,
     anchors: BTreeSet<String>,
-    /// Code within sentences, and lines of blocks without a language.
+    /// Code within sentences, and lines of code blocks without a language.
     code: Vec<String>,
 }
 
-/// The anchor that a heading gets: lower case, hyphens for spaces, no punctuation.
+/// The anchor of a heading: lower case, hyphens for spaces, no punctuation.
 fn anchor(heading: &str) -> String {
     let kept = |letter: &char| letter.is_alphanumeric() || "-_ ".contains(*letter);
     let text: String = heading.to_lowercase().chars().filter(kept).collect();
@@ -114,7 +115,7 @@ impl Page {
         page
     }
 
-    /// Words of its code, without the comment at the end of a line.
+    /// The words of each line of code, without the comment at its end.
     fn lines(&self) -> impl Iterator<Item = Vec<&str>> {
         self.code.iter().map(|line| {
             let command = line.split(" # ").next().unwrap_or_default();
@@ -126,7 +127,7 @@ impl Page {
     }
 }
 
-/// Every page with what it names.
+/// Calls `check` for every page and fails if any call finds something wrong.
 fn each(mut check: impl FnMut(&Path, &Page) -> Vec<String>) {
     let mut wrong = Vec::new();
     for path in pages() {
@@ -159,7 +160,7 @@ fn every_link_leads_to_a_file_and_its_heading() {
     });
 }
 
-/// A path with a placeholder such as `<robot>` stands for several.
+/// A path with a placeholder such as `<robot>` names several files and is not checked.
 #[test]
 fn every_path_exists() {
     each(|path, page| {
@@ -177,7 +178,7 @@ fn every_path_exists() {
     });
 }
 
-/// Options of one of our programs, from its help.
+/// The help text of one of our programs.
 fn help(program: &str) -> String {
     let output = Command::new(program).arg("--help").output();
     String::from_utf8(output.expect("it starts").stdout).expect("text")
@@ -240,7 +241,7 @@ fn tests_of(package: &str) -> Option<PathBuf> {
     Some(root().join(folder))
 }
 
-/// Source of a test program: one file, or all files of a folder and those inside it.
+/// Source code of a test program: one file, or all files below a folder.
 fn source(package: &str, test: &str) -> Option<String> {
     let tests = tests_of(package)?;
     if let Ok(text) = fs::read_to_string(tests.join(format!("{test}.rs"))) {
@@ -257,7 +258,7 @@ fn source(package: &str, test: &str) -> Option<String> {
     Some(texts.collect())
 }
 
-/// What is wrong with a `cargo test` line, or with `--test` and what follows it alone.
+/// What is wrong with the words of a `cargo test` line, or of `--test` with what follows it.
 fn check_tests(words: &[&str]) -> Vec<String> {
     let after = |option: &str| {
         let place = words.iter().position(|word| *word == option)?;
@@ -315,7 +316,7 @@ fn every_test_that_a_page_names_is_there() {
     assert!(named > 20, "{named}");
 }
 
-/// Every alias that a page uses is cargo's own or stands in .cargo/config.toml.
+/// Every command is one of cargo's own, or an alias in .cargo/config.toml.
 #[test]
 fn every_cargo_command_is_one() {
     let config = fs::read_to_string(root().join(".cargo/config.toml")).expect("the aliases");
@@ -330,7 +331,7 @@ fn every_cargo_command_is_one() {
     });
 }
 
-/// Hylos is the robot with the most special cases: where it is named, another one is needed too.
+/// Hylos has the most special cases, so a file that names Hylos needs a place for a new robot too.
 #[test]
 fn every_file_that_names_a_robot_is_on_the_page_about_adding_one() {
     let page = Page::read(Path::new("docs/adding-a-robot.md"));
@@ -353,8 +354,8 @@ fn every_file_that_names_a_robot_is_on_the_page_about_adding_one() {
     assert!(missing.is_empty(), "{missing:#?}");
 }
 
-/// By its own path, or by one with the robot's name left open; a file of the robot's own also by the
-/// `mod.rs` beside it.
+/// Whether the page lists the file: by its own path, by a path with `<robot>`, or, for a robot's
+/// own file, by the `mod.rs` beside it.
 fn is_listed(file: &str, listed: &BTreeSet<&str>) -> bool {
     let open = file.replace("hylos", "<robot>");
     let (folder, name) = open.rsplit_once('/').expect("a path");

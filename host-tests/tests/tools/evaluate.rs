@@ -1,4 +1,5 @@
-//! `cargo evaluate` as a program: it meets the vectors, and says what is wrong with a document.
+//! Tests the program `cargo evaluate`: its results match the vectors, and it reports errors in a
+//! document.
 
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
@@ -6,7 +7,7 @@ use std::io::Write;
 use std::process::{Command, Output, Stdio};
 use tautrack_host_tests::tools::evaluate::{Precision, evaluate};
 
-/// One step of 2^-24 m, the screw's resolution.
+/// One step of 2^-24 m, the resolution of the screw.
 const LSB: f64 = 1.0 / 16_777_216.0;
 
 fn vectors(group: &str) -> Value {
@@ -14,7 +15,8 @@ fn vectors(group: &str) -> Value {
     let mut document: Value =
         serde_json::from_str(&std::fs::read_to_string(path).unwrap()).unwrap();
     let functions = document["functions"].as_object_mut().unwrap();
-    // The file's own check of the driving force; `tests/robots/crawler/model.rs` has another one.
+    // The file contains its own check of the driving force; `tests/robots/crawler/model.rs` has
+    // another one.
     if let Some(Value::Array(cases)) = functions.get_mut("driving_force") {
         for case in cases {
             case["out"].as_object_mut().unwrap().remove("Pn_quadrature");
@@ -23,7 +25,8 @@ fn vectors(group: &str) -> Value {
     document
 }
 
-/// Error that is allowed in double precision, relative to one or to the number: outputs behind a pseudo-inverse inherit its condition.
+/// Error that is allowed in double precision, relative to the number, or absolute for numbers below
+/// 1. Results that use a pseudo-inverse are less accurate by its condition number.
 fn allowed_f64(component: &str) -> f64 {
     match component {
         "state.dU_dqa_total" | "control.xp_dot" | "control.omega" | "control.gamma_des"
@@ -43,7 +46,7 @@ fn run(arguments: &[&str], document: &str) -> Output {
     let mut stdin = child.stdin.take().unwrap();
     let text = document.to_owned();
     let writer = std::thread::spawn(move || {
-        // A program that refuses its arguments does not read.
+        // A program that does not accept its arguments does not read its input.
         let _ = stdin.write_all(text.as_bytes());
     });
     let output = child.wait_with_output().unwrap();
@@ -51,7 +54,8 @@ fn run(arguments: &[&str], document: &str) -> Output {
     output
 }
 
-/// Pairs (computed, expected) of all numbers in `got` and `want`, by the name of the output component.
+/// Collects pairs (computed, expected) of all numbers in `got` and `want`, by the name of the
+/// output component.
 fn collect(name: &str, got: &Value, want: &Value, into: &mut BTreeMap<String, Vec<[f64; 2]>>) {
     match (got, want) {
         (Value::Object(got), Value::Object(want)) => {
@@ -90,7 +94,7 @@ fn compare(computed: &Value, expected: &Value) -> BTreeMap<String, Vec<[f64; 2]>
     pairs
 }
 
-/// The document without any `out`, so that none can be handed through.
+/// The document without any `out`, so that the program cannot return the expected ones.
 fn without_outputs(document: &Value) -> Value {
     let mut stripped = document.clone();
     for cases in stripped["functions"].as_object_mut().unwrap().values_mut() {
@@ -178,7 +182,7 @@ fn single_precision_is_what_runs_unless_asked() {
     assert_ne!(evaluate(&document, Precision::F64).unwrap(), computed);
 }
 
-/// Standard error of a document that is refused, after checking how.
+/// Runs a document that is refused, checks exit status and output, and returns the standard error.
 fn refusal(document: &str) -> String {
     let output = run(&["-"], document);
     assert_eq!(output.status.code(), Some(2), "{output:?}");

@@ -1,4 +1,4 @@
-//! No module knows one that stands above it: the `use` lines and paths of `src` are read.
+//! Tests that no module uses one of a higher layer. It reads the `use` lines and paths in `src`.
 
 use proc_macro2::{Delimiter, TokenStream, TokenTree};
 use std::collections::BTreeSet;
@@ -23,7 +23,7 @@ const SHARED: &[&str] = &[
     "link",
 ];
 
-/// Those of the simulator.
+/// The modules of the simulator, lowest first.
 const SIMULATOR: &[&str] = &[
     "bounds",
     "programs",
@@ -46,19 +46,19 @@ fn sources(folder: &Path, found: &mut Vec<PathBuf>) {
     }
 }
 
-/// The modules of the crate that code names, read token by token.
+/// The modules of the crate that code names, found token by token.
 #[derive(Default)]
 struct Named(BTreeSet<String>);
 
 impl Named {
-    /// Reads the code of a module that stands `depth` modules below the root.
+    /// Reads the code of a module that is `depth` levels below the root of the crate.
     fn read(&mut self, code: TokenStream, depth: usize) {
         let tokens: Vec<TokenTree> = code.into_iter().collect();
         let mut rest = tokens.as_slice();
         while let [first, after @ ..] = rest {
             rest = after;
             match (first, after) {
-                // What only tests use does not shape the crate.
+                // Code for tests may use any module.
                 (_, [TokenTree::Group(attribute), item @ ..])
                     if is(first, "#") && attribute.to_string() == "[cfg (test)]" =>
                 {
@@ -92,11 +92,11 @@ impl Named {
         }
     }
 
-    /// Takes what is named after the root. A name other than a module's is kept, too: it may stand
-    /// for the whole crate, as in `crate as other` and `crate::*`.
+    /// Adds the name that follows the root of the crate. Other names than those of modules are
+    /// added too, because they may mean the whole crate, as in `crate as other` and `crate::*`.
     fn take_named(&mut self, after: &[TokenTree]) {
         match after {
-            // A visibility.
+            // A visibility such as `pub(crate)`.
             [] => {}
             [a, b, TokenTree::Group(group), ..] if is(a, ":") && is(b, ":") => {
                 let tokens: Vec<TokenTree> = group.stream().into_iter().collect();
@@ -125,7 +125,7 @@ fn ends_item(token: &TokenTree) -> bool {
     }
 }
 
-/// Each use of a module that stands above the user, as "user uses module (file)".
+/// Lists each use of a higher module, as "user uses module (file)".
 fn upward(src: &Path, order: &[&str]) -> Vec<String> {
     let mut files = Vec::new();
     sources(src, &mut files);

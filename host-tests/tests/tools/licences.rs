@@ -1,4 +1,5 @@
-//! Every dependency has a licence that deny.toml allows, and NOTICE names those that must be named.
+//! Tests that every dependency has a licence that deny.toml allows, and that NOTICE names the
+//! dependencies whose licences demand it.
 
 use serde_json::Value;
 use spdx::{Expression, ParseMode};

@@ -1,4 +1,4 @@
-//! The commands, what they read, and what they make.
+//! Tests of the commands, their input and their results.
 
 mod cart;
 mod cost;

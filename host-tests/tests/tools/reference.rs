@@ -1,4 +1,4 @@
-//! The generated parts of docs/ are what their sources give, and they leave nothing out.
+//! Tests that the generated parts of docs/ match their sources and are complete.
 
 use tautrack::stability::filter::Verdict;
 use tautrack::{faults, settings};
@@ -96,7 +96,8 @@ fn every_verdict_is_in_one_row_of_the_page_with_its_reason() {
     assert!(known > 40, "{known}");
 }
 
-/// The page's figure against the recorded run; its operator requests "arm" as soon as the guard is ready.
+/// Compares the time on the page with the recorded run, whose operator requests "arm" as soon as
+/// the guard is ready.
 #[test]
 fn the_page_says_how_long_arming_takes() {
     let root = checkout::root().unwrap_or_else(|error| panic!("{error}"));
@@ -117,8 +118,9 @@ fn the_page_says_how_long_arming_takes() {
 
 #[test]
 fn the_bit_budget_of_b2p2_is_a_third_of_the_bus() {
-    // By hand, bits a second: SYNC 55 x 250; set-points 4 x 125 x 250; motions 4 x 135 x 250; conditions 4 x 135 x 50;
-    // guard 4 x 135 x 50 and 135 x 10; operator 135 x 50; heartbeats 5 x 65 x 20; torques in advance 2 x 75 x 62.5.
+    // Computed by hand, bits per second: SYNC 55 x 250; set-points 4 x 125 x 250; motions 4 x 135 x
+    // 250; conditions 4 x 135 x 50; guard 4 x 135 x 50 and 135 x 10; operator 135 x 50; heartbeats
+    // 5 x 65 x 20; torque feed-forward 2 x 75 x 62.5.
     let sum = 13_750 + 125_000 + 135_000 + 27_000 + 28_350 + 6_750 + 6_500 + 9_375;
     let expected = format!("**{:.1} %** of 1 Mbit/s", f64::from(sum) / 1e4);
     assert!(page("docs/bus.md").contains(&expected), "{expected}");

@@ -1,4 +1,4 @@
-//! Summary, log and page of a made-up climb.
+//! Tests summary, recording and report page of a constructed climb.
 
 use mcap::read::LinearReader;
 use mcap::records::Record;
@@ -34,7 +34,8 @@ fn smooth(x: f64, from: f64, to: f64) -> f64 {
     s * s * (3.0 - 2.0 * s)
 }
 
-/// A robot drawn up the stairs by hand: not physics, but it touches the ground where it should.
+/// A constructed path of the robot up the stairs. It is not physics, but the contacts are on the
+/// ground.
 fn climb(scenario: &Scenario, seconds: u32) -> Vec<Sample> {
     let radius = scenario.robot.b2p2().unwrap().pulley_radius_m;
     let noses: Vec<[f64; 2]> = scenario
@@ -199,7 +200,7 @@ fn the_summary_of_a_good_climb_says_so() {
 fn the_belt_error_is_that_of_the_climb_alone_and_its_percentile_is_right() {
     let scenario = scenario("staircase.toml");
     let mut samples = climb(&scenario, 30);
-    // Far too slack before the climb and after the landing: neither counts.
+    // A large slack before the climb and strain after the landing, which must not count.
     samples[10].truth.tension_error = -0.5;
     samples[2990].truth.tension_error = 0.5;
     let summary = Summary::new(&scenario, &facts(), &samples);
@@ -214,7 +215,7 @@ fn the_belt_error_is_that_of_the_climb_alone_and_its_percentile_is_right() {
         .filter(|s| s.time_s >= begin && s.time_s < landing)
         .map(|s| s.truth.tension_error.abs())
         .collect();
-    // By counting, not by sorting: the least value that at least 99 % do not exceed.
+    // Computed by counting instead of sorting: the smallest value that at least 99 % do not exceed.
     let at_most = |value: f64| climbing.iter().filter(|other| **other <= value).count() * 100;
     let expected = climbing
         .iter()
@@ -388,7 +389,7 @@ fn the_log_holds_every_sample_and_event_and_says_what_its_fields_are() {
     assert_eq!(of_topic["/bus"][0].1["margins"], serde_json::Value::Null);
 }
 
-/// The JSON inside the page.
+/// The JSON data inside the page.
 fn embedded(page: &str) -> serde_json::Value {
     let begin = page.find("id=\"data\">").unwrap() + "id=\"data\">".len();
     let end = begin + page[begin..].find("</script>").unwrap();
@@ -407,7 +408,7 @@ fn the_page_needs_nothing_but_itself_and_holds_the_data() {
     if let Some(path) = std::env::var_os("TAUTRACK_SHOW_REPORT") {
         std::fs::write(path, &page).unwrap();
     }
-    // The one address in it is the name of SVG's namespace, which no browser loads.
+    // The only address in the page is the name of the SVG namespace, which no browser loads.
     let addresses =
         page.matches("http").count() - page.matches("\"http://www.w3.org/2000/svg\"").count();
     assert_eq!(addresses, 0);
@@ -443,7 +444,7 @@ fn the_page_needs_nothing_but_itself_and_holds_the_data() {
         ]
     );
     for said in [
-        "A simulation.",
+        "This is a simulation.",
         "pulley radius",
         "battery",
         "No figure here was measured on a real one",

@@ -1,4 +1,5 @@
-//! Scenario files: good ones survive a round trip, bad ones are refused with one sentence that names the culprit.
+//! Tests scenario files: a valid one is the same after writing and reading it; a bad one is refused
+//! with one sentence that names the bad key.
 
 use clap::ValueEnum;
 use std::path::{Path, PathBuf};
@@ -15,7 +16,7 @@ fn staircase_text() -> String {
     std::fs::read_to_string(scenarios().join("staircase.toml")).unwrap()
 }
 
-/// The refusal of staircase.toml with one piece of text replaced.
+/// The error for staircase.toml with `from` replaced by `to`.
 fn refusal(from: &str, to: &str) -> String {
     let text = staircase_text();
     assert!(text.contains(from), "staircase.toml has no {from:?}");
@@ -24,7 +25,7 @@ fn refusal(from: &str, to: &str) -> String {
         .to_string()
 }
 
-/// The scenario files of a folder, without those of the folders in it.
+/// The scenario files of a folder, without those of its subfolders.
 fn files(folder: &Path) -> Vec<PathBuf> {
     let mut files: Vec<PathBuf> = std::fs::read_dir(folder)
         .unwrap()
@@ -35,7 +36,7 @@ fn files(folder: &Path) -> Vec<PathBuf> {
     files
 }
 
-/// All shipped scenarios, those of the suites too.
+/// All shipped scenarios of the top folder and of the hazard suite.
 fn shipped() -> Vec<PathBuf> {
     ["", "hazards", "legitimate"]
         .into_iter()
@@ -426,7 +427,7 @@ fn the_plant_gets_what_the_file_says() {
         parameters.pulley_radius,
     ];
     assert_eq!(got, [0.9, -0.02, 0.7, 0.05]);
-    // L2 + L3 of the straight robot is (K - L1) / 2, which the screw's travel must reach.
+    // L2 + L3 of the straight robot is (K - L1) / 2, which must be within the screw's travel.
     let straight = (0.9 - 0.32) / 2.0 - 0.23;
     assert!(parameters.screw_travel[0] < straight && straight < parameters.screw_travel[1]);
     let section = scenario.terrain.ground().section(0.0, 4.0);

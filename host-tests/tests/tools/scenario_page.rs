@@ -1,4 +1,5 @@
-//! docs/scenarios.md knows every key of a scenario file, its examples are good, and its bounds are those of the check.
+//! Tests docs/scenarios.md: it has every key of a scenario file, its examples are valid, and its
+//! bounds are those of the check.
 
 use clap::ValueEnum;
 use std::collections::BTreeSet;
@@ -14,7 +15,8 @@ fn page() -> String {
     std::fs::read_to_string(path).expect("docs/scenarios.md")
 }
 
-/// The examples; those that show only a ground or faults are put into the first, which is whole.
+/// The examples of the page. Keys of a partial example replace those of the first one, which is
+/// complete.
 fn examples() -> Vec<String> {
     let page = page();
     let blocks: Vec<Table> = page
@@ -37,7 +39,7 @@ fn examples() -> Vec<String> {
         .collect()
 }
 
-/// Every key in `value`, lists of tables taken as one.
+/// Collects every key in `value`; a list of tables counts as one table.
 fn keys(value: &Value, into: &mut BTreeSet<String>) {
     match value {
         Value::Table(table) => {
@@ -70,7 +72,7 @@ fn every_example_is_a_good_scenario() {
 }
 
 #[test]
-// The parser is asked what keys there are: it lists them when it meets one that it does not know.
+// The parser lists the keys that it knows in its error for an unknown key.
 fn every_key_that_the_parser_knows_has_a_row_and_an_example() {
     let mut shown = BTreeSet::new();
     for text in examples() {
@@ -105,7 +107,8 @@ fn every_key_that_the_parser_knows_has_a_row_and_an_example() {
     ];
     let mut known = BTreeSet::new();
     for (example, from, to) in unknown_in {
-        // `toml` writes inline tables out as sections, so every key stands at the beginning of a line or a section.
+        // `toml` writes inline tables as sections, so every key is at the beginning of a line or a
+        // section.
         let text = examples[example].replacen(from, to, 1);
         let refusal = Scenario::parse(&text, "example")
             .expect_err(&text)
@@ -116,7 +119,7 @@ fn every_key_that_the_parser_knows_has_a_row_and_an_example() {
             .unwrap_or_else(|| panic!("{from}: {refusal}"));
         known.extend(list.split(", ").map(|key| key.trim_matches('`').to_owned()));
     }
-    // Of what each of the lists above has, one: none was misread.
+    // One key of each list above, to show that every list was read.
     for key in [
         "terrain",
         "riser_m",
@@ -143,7 +146,7 @@ fn every_key_that_the_parser_knows_has_a_row_and_an_example() {
     }
 }
 
-/// The section of every robot, in the robot's own scenario.
+/// Tests the section of every robot in the robot's own scenario.
 #[test]
 fn every_key_of_every_robot_has_a_row() {
     let documented = documented();
@@ -180,7 +183,8 @@ fn in_a_heading(key: &str) -> bool {
         .any(|line| line.starts_with("## `") && line.contains(key))
 }
 
-/// Rows whose key stands alone in the whole example and whose bound is a number are tried just outside of it.
+/// Tries values just outside the bounds, for rows whose key occurs once in the complete example and
+/// whose bound is a number.
 #[test]
 fn the_bounds_on_the_page_are_those_of_the_check() {
     let example = &examples()[1];

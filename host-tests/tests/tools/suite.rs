@@ -1,4 +1,5 @@
-//! Samples of the suites; `cargo demo --suite hazards` and `--suite operators` run them as a whole.
+//! Runs small samples of the suites. `cargo demo --suite hazards` and `--suite operators` run them
+//! completely.
 
 use std::path::Path;
 use tautrack_host_tests::programs::Board;
@@ -44,7 +45,7 @@ fn a_few_drawn_hazards_are_held_and_a_few_drawn_legitimate_runs_pass() {
     }
 }
 
-/// Steeper than what holds the robot while it homes: nobody commands anything before it rolls over.
+/// The slope is too steep for the robot while it homes, so it rolls over before any command.
 #[test]
 fn a_robot_that_topples_before_anything_is_commanded_is_no_hazard() {
     let programs = robots::Kind::B2p2
@@ -97,20 +98,20 @@ fn a_random_operator_never_topples_b2p2_on_fair_ground() {
             row.topple
         );
     }
-    // They are no idle runs.
+    // The operators really drive.
     let driven_m: f64 = rows.iter().map(|row| row.distance_m).sum();
     let armed = rows.iter().filter(|row| row.armed_share > 0.5).count();
     assert!(
         driven_m > 20.0 && armed >= 19,
         "{driven_m} m, {armed} armed"
     );
-    // What is known is not run again.
+    // Known results are not computed again.
     let none = |row: &Row, _: &Scenario| panic!("run {} again", row.number);
     let known = operators(&plan, &programs, &rows, &none).expect("nothing runs");
     assert_eq!(known, rows);
 }
 
-/// Drives without power let the robot go; the guard's drives hold it.
+/// Drives without power let the robot go; with the guard the drives hold it.
 #[test]
 fn on_stairs_a_restart_or_a_reset_is_a_hazard_and_the_drives_hold_the_robot() {
     let programs = robots::Kind::B2p2
@@ -131,7 +132,8 @@ fn on_stairs_a_restart_or_a_reset_is_a_hazard_and_the_drives_hold_the_robot() {
     }
 }
 
-/// Nose down, on stairs, backward and around; nose down the robot comes to rest on its raised front.
+/// Tests the manoeuvres nose down, on stairs, backward and turning. The nose-down robot comes to
+/// rest on its raised front.
 #[test]
 fn each_manoeuvre_topples_the_robot_after_the_operators_command_when_nothing_holds_it_back() {
     let programs = robots::Kind::B2p2

@@ -1,43 +1,44 @@
-//! The drive state machine of `CiA` 402 as a table of transitions.
+//! The drive state machine of CiA 402, as a table of transitions.
 
-/// State of the drive. "Not ready" and "fault reaction" last less than a tick here and do not appear.
+/// State of a drive. CiA 402 also has "not ready to switch on" and "fault reaction active". Here
+/// they would last less than a tick, so they are omitted.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum State {
-    /// Waiting for "shutdown".
+    /// The drive waits for the command "shutdown".
     SwitchOnDisabled,
-    /// Waiting for "switch on".
+    /// The drive waits for the command "switch on".
     ReadyToSwitchOn,
-    /// Waiting for "enable operation"; no torque yet.
+    /// The drive waits for the command "enable operation". There is no torque yet.
     SwitchedOn,
     /// The axle follows its set-points.
     OperationEnabled,
-    /// The axle ramps down and holds.
+    /// The axle ramps down and holds its position.
     QuickStopActive,
-    /// A fault has the windings shorted or the bridge open.
+    /// A fault is latched. The windings are shorted or the bridge is open.
     Fault,
 }
 
-/// Command in the low byte of the controlword (object 0x6040).
+/// Command that the low bits of the controlword (object 0x6040) give.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum DriveCommand {
-    /// Towards "ready to switch on".
+    /// Leads to "ready to switch on".
     Shutdown,
-    /// Towards "switched on".
+    /// Leads to "switched on".
     SwitchOn,
-    /// Towards "operation enabled".
+    /// Leads to "operation enabled".
     EnableOperation,
-    /// To "switch on disabled" at once.
+    /// Leads to "switch on disabled" at once, from every state but "fault".
     DisableVoltage,
-    /// Ramp down and hold.
+    /// The axle ramps down and holds its position.
     QuickStop,
 }
 
-/// Bit 4 of the controlword: starts homing, or a new profile target.
+/// Bit 4 of the controlword: a rising edge starts homing.
 pub const CONTROL_START: u16 = 1 << 4;
 /// Bit 7 of the controlword: a rising edge clears faults.
 pub const CONTROL_FAULT_RESET: u16 = 1 << 7;
 
-/// Controlwords that give the commands.
+/// Controlwords that give each command.
 pub mod controlword {
     /// [`super::DriveCommand::Shutdown`].
     pub const SHUTDOWN: u16 = 0x06;
@@ -51,13 +52,13 @@ pub mod controlword {
     pub const QUICK_STOP: u16 = 0x02;
 }
 
-/// Bits of the statusword (object 0x6041) beside the state.
+/// Bits of the statusword (object 0x6041) besides those of the state.
 pub mod status {
-    /// Target reached; homing finished.
+    /// Target reached. In homing mode: homing has finished.
     pub const TARGET_REACHED: u16 = 1 << 10;
-    /// A limit of the axle is at work.
+    /// A limit of the axle acts; object 0x2000 says which.
     pub const LIMIT_ACTIVE: u16 = 1 << 11;
-    /// Homing attained, or the drive follows its set-point.
+    /// In homing mode: homing is attained. In the other modes: the drive follows its set-point.
     pub const FOLLOWING: u16 = 1 << 12;
     /// Homing failed.
     pub const HOMING_ERROR: u16 = 1 << 13;
@@ -87,7 +88,8 @@ const TRANSITIONS: &[(State, DriveCommand, State)] = {
     ]
 };
 
-/// The table by state and command; where it has no transition the state stays.
+/// State after each command, by state and command. The state stays the same where the table has no
+/// transition.
 const AFTER: [[State; 5]; 6] = {
     use State::{
         Fault, OperationEnabled, QuickStopActive, ReadyToSwitchOn, SwitchOnDisabled, SwitchedOn,
@@ -110,13 +112,14 @@ const AFTER: [[State; 5]; 6] = {
 };
 
 impl DriveCommand {
-    /// The command that a controlword gives.
+    /// Returns the command that a controlword gives.
     pub fn from_controlword(word: u16) -> Self {
         BY_LOW_BITS[usize::from(word & 0x0f)]
     }
 }
 
-/// Commands by the four low bits of the controlword, that is enable operation, quick stop, enable voltage, switch on.
+/// Commands by the four low bits of the controlword: enable operation (bit 3), quick stop (bit 2),
+/// enable voltage (bit 1), switch on (bit 0).
 const BY_LOW_BITS: [DriveCommand; 16] = {
     let mut commands = [DriveCommand::DisableVoltage; 16];
     let mut word = 0;
@@ -135,18 +138,18 @@ const BY_LOW_BITS: [DriveCommand; 16] = {
 
 impl State {
     #[must_use]
-    /// The state after `command`; the same where the table has no such transition.
+    /// Returns the state after `command`: the same state if the table has no such transition.
     pub fn after(self, command: DriveCommand) -> Self {
         AFTER[self as usize][command as usize]
     }
 
-    /// Whether it is nearer to torque than `other`: the way into it needs somebody in command, and
-    /// no latched fault.
+    /// Returns whether this state is nearer to torque than `other`. To enter a nearer state,
+    /// somebody must be in command and no fault may be latched.
     pub fn is_above(self, other: Self) -> bool {
         self.height() > other.height()
     }
 
-    /// Order of the states by what they let the motor do.
+    /// Rank of the states by what they allow the motor to do.
     fn height(self) -> u8 {
         match self {
             Self::Fault | Self::SwitchOnDisabled => 0,
@@ -157,8 +160,8 @@ impl State {
         }
     }
 
-    /// Its bits in the statusword: bits 0 to 6, and "remote" (bit 9) because the node follows the
-    /// bus.
+    /// Returns the bits of this state in the statusword: bits 0 to 6, and "remote" (bit 9), which
+    /// is set because the node follows the bus.
     pub fn statusword(self) -> u16 {
         0x0200
             | match self {
@@ -171,7 +174,7 @@ impl State {
             }
     }
 
-    /// The state in a received statusword; `None` for a pattern that no state has.
+    /// Returns the state in a received statusword; `None` for a bit pattern that no state has.
     pub fn from_statusword(word: u16) -> Option<Self> {
         Some(match (word & 0x4f, word & 0x20) {
             (0x40, _) => Self::SwitchOnDisabled,
@@ -185,7 +188,8 @@ impl State {
     }
 }
 
-/// The controlword that brings a drive in `state` one transition nearer to "operation enabled".
+/// Returns the controlword that brings a drive in `state` one transition nearer to "operation
+/// enabled". In "fault", which only a fault reset ends, this is "disable voltage".
 pub fn toward_operation(state: State) -> u16 {
     match state {
         State::SwitchOnDisabled => controlword::SHUTDOWN,
@@ -197,19 +201,20 @@ pub fn toward_operation(state: State) -> u16 {
     }
 }
 
-/// Modes of operation (object 0x6060). Negative ones are tautrack's own.
+/// Modes of operation (object 0x6060). Negative modes are tautrack's own.
 pub mod mode {
-    /// The screw keeps the belt taut: its set-point is computed from the chassis joint.
+    /// Taut: the screw keeps the belt taut. The screw computes its set-point from the motion of the
+    /// chassis joint.
     pub const TAUT: i8 = -1;
-    /// Profile position: a trapezoid to the target.
+    /// Profile position: the set-point moves to the target with a trapezoidal velocity profile.
     pub const PROFILE_POSITION: i8 = 1;
-    /// Profile velocity: a ramp to the target.
+    /// Profile velocity: the velocity ramps to the target.
     pub const PROFILE_VELOCITY: i8 = 3;
-    /// Homing.
+    /// Homing: the axle finds its home switch.
     pub const HOMING: i8 = 6;
-    /// Cyclic synchronous position: the target is interpolated between two SYNCs.
+    /// Cyclic synchronous position: the axle interpolates between the targets of two SYNCs.
     pub const CYCLIC_POSITION: i8 = 8;
-    /// Cyclic synchronous velocity.
+    /// Cyclic synchronous velocity: the velocity ramps to the newest target.
     pub const CYCLIC_VELOCITY: i8 = 9;
 }
 

@@ -1,15 +1,16 @@
-//! Heartbeat consumer (`CiA` 301, object 0x1016): is another node still there?
+//! Heartbeat consumer (CiA 301, object 0x1016): detects that another node has fallen silent.
 
-/// Watches the heartbeat of one node.
+/// Monitors the heartbeat of one node.
 #[derive(Clone, Copy, Debug)]
 pub struct Monitor {
     timeout_us: u64,
-    /// Until when it is not lost; the end of time before it was received.
+    /// Last time, us, at which the node does not count as lost; `u64::MAX` before its first
+    /// heartbeat.
     until_us: u64,
 }
 
 impl Monitor {
-    /// Monitor that calls a node lost after `timeout_us` of silence.
+    /// Creates a monitor that reports the node as lost after `timeout_us` without a heartbeat.
     pub fn new(timeout_us: u64) -> Self {
         Self {
             timeout_us,
@@ -17,22 +18,23 @@ impl Monitor {
         }
     }
 
-    /// The node was received at `now_us`.
+    /// Records a heartbeat that was received at `now_us`.
     pub fn received(&mut self, now_us: u64) {
         self.until_us = now_us.saturating_add(self.timeout_us);
     }
 
-    /// Received at least once since the start.
+    /// Returns whether a heartbeat was received since the start.
     pub fn seen(&self) -> bool {
         self.until_us != u64::MAX
     }
 
-    /// Seen once, and silent for longer than the timeout. A node that was never seen is not lost: it was never there.
+    /// Returns whether the node was received at least once, and has then been silent for longer
+    /// than the timeout. A node that was never received is not lost.
     pub fn lost(&self, now_us: u64) -> bool {
         now_us > self.until_us
     }
 
-    /// Seen, and not lost.
+    /// Returns whether the node was received and is not lost.
     pub fn alive(&self, now_us: u64) -> bool {
         self.seen() && !self.lost(now_us)
     }

@@ -1,5 +1,11 @@
-//! What tautrack puts on a `CANopen` bus, as pure code: identifiers and payloads ([`pdo`]), network management and error
-//! frames ([`network`]), heartbeats ([`heartbeat`]). The object dictionaries map the same payloads.
+//! Defines what tautrack sends on a CANopen bus, as pure code without I/O.
+//!
+//! * [`pdo`]: payloads of the process data objects (PDOs); the object dictionaries map the same
+//!   payloads
+//! * [`network`]: identifiers, network management (NMT), SYNC and emergency frames
+//! * [`heartbeat`]: monitoring of another node's heartbeat
+//! * [`cia402`]: the drive state machine
+//! * [`scale`]: units of positions and velocities
 
 pub mod cia402;
 pub mod heartbeat;

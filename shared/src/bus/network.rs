@@ -1,58 +1,60 @@
-//! Network management, SYNC, heartbeat and emergency frames (`CiA` 301).
+//! Network management (NMT), SYNC, heartbeat and emergency frames (CiA 301).
 
 use crate::can::Frame;
 
-/// SYNCs from one torque in advance to the next: such torques change slowly. They are sent in the last quarter of a period, in a
-/// tick that has little else to do; with SYNC in every tick there is none.
+/// Number of SYNC periods between two torque feed-forward frames. Feed-forward torques change
+/// slowly. The guard sends them in the last quarter of a SYNC period, in a tick that has little
+/// other work. If every tick has a SYNC, the guard sends none.
 pub const OFFSET_SYNCS: u32 = 4;
 
-/// Function codes: the identifier of a frame is one of these plus the node id, 0x000 and 0x080 alone without.
+/// Function codes. The identifier of a frame is a function code plus the node id. NMT (0x000) and
+/// SYNC (0x080) are used without a node id.
 pub mod function {
-    /// Network management commands, from the master to all.
+    /// Network management commands, from the master to all nodes.
     pub const NMT: u16 = 0x000;
-    /// SYNC alone; with a node id behind it: that node's emergency frame.
+    /// SYNC. With a node id added: the emergency frame of that node.
     pub const SYNC_OR_EMERGENCY: u16 = 0x080;
-    /// First to fifth transmit PDO, as the node that sends it sees it. `CiA` 301 predefines four; the fifth has identifiers that
-    /// it leaves free, for nodes up to 95.
+    /// First to fifth transmit PDO, as seen from the node that sends it. CiA 301 predefines four.
+    /// The fifth uses identifiers that CiA 301 leaves free, for node ids up to 95.
     pub const TPDO: [u16; 5] = [0x180, 0x280, 0x380, 0x480, 0x680];
-    /// First to fourth receive PDO, as the node that obeys it sees it.
+    /// First to fourth receive PDO, as seen from the node that receives and follows it.
     pub const RPDO: [u16; 4] = [0x200, 0x300, 0x400, 0x500];
-    /// Boot-up and heartbeat.
+    /// Boot-up message and heartbeat.
     pub const HEARTBEAT: u16 = 0x700;
 }
 
-/// Command of the network's master to one node or to all.
+/// Network management command of the master to one node or to all nodes.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum NmtCommand {
-    /// To operational: process data flows.
+    /// To "operational": the node exchanges process data.
     Start = 1,
-    /// To stopped.
+    /// To "stopped".
     Stop = 2,
-    /// To pre-operational: only service data.
+    /// To "pre-operational": the node answers service data (SDO) only.
     EnterPreOperational = 128,
     /// Restarts the node.
     ResetNode = 129,
 }
 
-/// State in a heartbeat.
+/// Network management state in a heartbeat.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum NmtState {
-    /// The one frame after power-up.
+    /// Boot-up message: sent once, after power-up.
     BootUp,
     /// Stopped.
     Stopped,
-    /// Process data flows.
+    /// The node exchanges process data.
     Operational,
-    /// Waiting for the master.
+    /// The node waits for the master's start command.
     PreOperational,
 }
 
-/// An emergency frame's content that this project uses: error code and error register.
+/// Content of an emergency frame: its node and its error code.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Emergency {
     /// The node that sent it.
     pub node: u8,
-    /// Error code of [`crate::faults`]; 0 is "all clear".
+    /// Error code of [`crate::faults`]; 0 means "all clear".
     pub code: u16,
 }
 
@@ -60,22 +62,23 @@ fn frame(id: u16, data: &[u8]) -> Frame {
     Frame::new(id & Frame::MAX_ID, data).unwrap_or_default()
 }
 
-/// SYNC frame without counter.
+/// Creates a SYNC frame without counter.
 pub fn sync() -> Frame {
     frame(function::SYNC_OR_EMERGENCY, &[])
 }
 
-/// True for [`sync`].
+/// Returns whether a frame is a SYNC.
 pub fn is_sync(received: &Frame) -> bool {
     received.id() == function::SYNC_OR_EMERGENCY
 }
 
-/// NMT command to `node`, or to all for 0.
+/// Creates an NMT command to `node`, or to all nodes if `node` is 0.
 pub fn nmt(command: NmtCommand, node: u8) -> Frame {
     frame(function::NMT, &[command as u8, node])
 }
 
-/// Emergency frame of `node`; the error register's generic bit is set unless the code is "all clear".
+/// Creates an emergency frame. The generic bit of its error register is set unless the code is "all
+/// clear".
 pub fn emergency(emergency: Emergency) -> Frame {
     let code = emergency.code.to_le_bytes();
     let register = u8::from(emergency.code != 0);
@@ -85,7 +88,7 @@ pub fn emergency(emergency: Emergency) -> Frame {
     )
 }
 
-/// The emergency in a received frame, if it is one.
+/// Returns the emergency in a received frame; `None` for any other frame.
 pub fn as_emergency(received: &Frame) -> Option<Emergency> {
     let node = received.id().checked_sub(function::SYNC_OR_EMERGENCY)?;
     match (node, received.data()) {
@@ -97,7 +100,7 @@ pub fn as_emergency(received: &Frame) -> Option<Emergency> {
     }
 }
 
-/// Node and state of a received heartbeat or boot-up frame, if it is one.
+/// Returns node and state of a received heartbeat or boot-up message; `None` for any other frame.
 pub fn as_heartbeat(received: &Frame) -> Option<(u8, NmtState)> {
     let node = received.id().checked_sub(function::HEARTBEAT)?;
     let state = match received.data() {

@@ -1,19 +1,19 @@
-//! Payloads of the process data objects. Scales are fixed and stated per field; the object dictionaries map the same
-//! fields in the same order.
+//! Payloads of the process data objects (PDOs). Each field has a fixed scale, which its comment
+//! states. The object dictionaries map the same fields in the same order.
 
 use super::network::function;
 use crate::can::Frame;
 
-/// A payload with its place among a node's PDOs.
+/// A payload that a PDO carries.
 pub trait Payload: Sized {
     /// Length in bytes.
     const LENGTH: usize;
-    /// Reads the payload; at least [`Self::LENGTH`] bytes.
+    /// Reads the payload from at least [`Self::LENGTH`] bytes; `None` if there are fewer.
     fn read(bytes: &[u8]) -> Option<Self>;
-    /// The payload's bytes, zero behind [`Self::LENGTH`].
+    /// Returns the payload's bytes, followed by zeros.
     fn bytes(&self) -> [u8; 8];
 
-    /// Frame of this payload with identifier `function` + `node`.
+    /// Creates the frame of this payload, with the identifier `function` + `node`.
     fn frame(&self, function: u16, node: u8) -> Frame {
         Frame::new(
             (function + u16::from(node)) & Frame::MAX_ID,
@@ -22,7 +22,8 @@ pub trait Payload: Sized {
         .unwrap_or_default()
     }
 
-    /// The payload in `received`, if its identifier is `function` + `node` and it is long enough.
+    /// Returns the payload in `received`, if its identifier is `function` + `node` and it is long
+    /// enough.
     fn from_frame(received: &Frame, function: u16, node: u8) -> Option<Self> {
         (received.id() == function + u16::from(node))
             .then(|| Self::read(received.data()))
@@ -37,9 +38,10 @@ macro_rules! payload {
         pub struct $name { $($(#[doc = $field_doc])* pub $field: $type,)* }
 
         impl $name {
-            /// The mapped objects in order: index, sub-index and bits, as in the PDO mapping records.
+            /// The mapped objects in order: index, sub-index and number of bits, as in the PDO
+            /// mapping records.
             pub const MAPPING: &'static [u32] = &[$($object << 8 | 8 * size_of::<$type>() as u32,)*];
-            /// What each mapped object means, in the order of [`Self::MAPPING`].
+            /// The meaning of each mapped object, in the order of [`Self::MAPPING`].
             pub const MEANINGS: &'static [&'static str] = &[$(concat!($($field_doc),*),)*];
         }
 
@@ -78,7 +80,8 @@ payload! {
         controlword: u16 = 0x60_4000,
         /// Mode of operation.
         mode: i8 = 0x60_6000,
-        /// Target position; axle: 2^-`position_bits` turn of the output shaft, screw: 2^-24 m of extension.
+        /// Target position; axle: 2^-`position_bits` turn of the output shaft, screw: 2^-24 m of
+        /// extension.
         target: i32 = 0x60_7a00,
     }
 }
@@ -96,9 +99,10 @@ payload! {
 }
 
 payload! {
-    /// Torque in advance of any error: RPDO 3 of axle and screw.
+    /// Torque feed-forward (CiA 402: torque offset): RPDO 3 of axle and screw.
     TorqueOffset {
-        /// Torque added to that of the loops, 0.01 N m at the output shaft; screw: force, N.
+        /// Torque feed-forward, added to the torque of the loops: 0.01 N m at the output shaft;
+        /// screw: force, N.
         torque: i16 = 0x60_b200,
     }
 }
@@ -114,7 +118,7 @@ payload! {
 }
 
 payload! {
-    /// Condition of a drive: TPDO 2 of axle and screw.
+    /// Status of a drive: TPDO 2 of axle and screw.
     DriveStatus {
         /// Statusword of CiA 402; bit 14: homed.
         statusword: u16 = 0x60_4100,
@@ -128,17 +132,21 @@ payload! {
 }
 
 payload! {
-    /// What the operator wants: RPDO 1 of the guard. Eight bytes, at least every `operator_timeout`.
+    /// Command of the operator: RPDO 1 of the guard. Eight bytes, sent at least once every
+    /// `operator_timeout`.
     OperatorCommand {
-        /// Forward speed over ground, mm/s.
+        /// Commanded forward speed over ground, mm/s.
         forward: i16 = 0x40_0001,
-        /// Yaw rate, counter-clockwise from above, mrad/s.
+        /// Commanded yaw rate, counter-clockwise from above, mrad/s.
         yaw_rate: i16 = 0x40_0002,
-        /// Posture in the robot's own word; B2P2: chassis angle, front up positive, 2^-16 turn.
+        /// Commanded posture, as the robot's posture word; B2P2: chassis angle, front up positive,
+        /// 2^-16 turn.
         posture: i16 = 0x40_0003,
-        /// What is asked beside motion: a [`Request`], and 0x80 while the dead-man switch is held.
+        /// What the operator requests besides motion: a [`Request`], plus 0x80 while the dead-man
+        /// switch is held.
         request: u8 = 0x40_0004,
-        /// Any number other than in the command before: shows that the operator is still there.
+        /// Sequence number: any number that differs from the previous command's. It shows that the
+        /// operator is present.
         sequence: u8 = 0x40_0005,
     }
 }
@@ -146,27 +154,30 @@ payload! {
 /// Values of [`OperatorCommand::request`].
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Request {
-    /// Motors off, at once: a robot on a slope is free to roll.
+    /// Switch the motors off at once. A robot on a slope is then free to roll.
     Disarm = 0,
-    /// Reference what needs it, then drive.
+    /// Home the drives that are not homed, then drive.
     Arm = 1,
     /// Stop now and hold.
     Stop = 2,
-    /// Clear latched faults and a trip; a change to this value counts, not the value.
+    /// Clear latched faults and a trip. A change to this value counts, not the value itself.
     Reset = 3,
-    /// Supervised override: a tripped guard passes the command at crawl speed for as long as this is asked for.
+    /// Supervised override: a tripped guard passes the command at crawl speed while this request
+    /// lasts.
     Override = 4,
-    /// A tripped guard backs off at crawl speed for as long as this is asked for, if the settings allow it.
+    /// Back off: a tripped guard moves the robot back at crawl speed while this request lasts, if
+    /// the settings allow it.
     BackOff = 5,
-    /// Stop now, trip, and hold.
+    /// Stop now, trip the guard, and hold.
     EmergencyStop = 6,
 }
 
-/// Bit of [`OperatorCommand::request`] beside the [`Request`]: the dead-man switch is held.
+/// Bit of [`OperatorCommand::request`] that is added to the [`Request`] while the dead-man switch
+/// is held.
 pub const DEAD_MAN_HELD: u8 = 0x80;
 
 impl Request {
-    /// The request in a command; unknown values are [`Request::Stop`].
+    /// Returns the request in a command byte. Unknown values are [`Request::Stop`].
     pub fn from_byte(byte: u8) -> Self {
         match byte & !DEAD_MAN_HELD {
             0 => Self::Disarm,
@@ -181,9 +192,9 @@ impl Request {
 }
 
 payload! {
-    /// Where the robot is and how it stands: TPDO 1 of the guard.
+    /// Odometry and attitude of the robot: TPDO 1 of the guard.
     GuardMotion {
-        /// Distance by the belts' encoders, forward positive, 1e-6 m.
+        /// Distance travelled, from the encoders of the drives, forward positive, 1e-6 m.
         odometry: i32 = 0x40_0200,
         /// Pitch, nose up positive, 0.01 degree (CiA 410 slope long16).
         pitch: i16 = 0x60_1000,
@@ -193,17 +204,18 @@ payload! {
 }
 
 payload! {
-    /// What the guard does and why: TPDO 2 of the guard.
+    /// State of the guard and its reasons: TPDO 2 of the guard.
     GuardState {
         /// State of the guard (`tautrack::node::guard::State`).
         state: u8 = 0x40_0101,
-        /// What became of the newest command, and because of which edge or reason (`tautrack::stability::filter::Verdict`).
+        /// Verdict on the newest command, with the edge or the reason
+        /// (`tautrack::stability::filter::Verdict`).
         verdict: u8 = 0x40_0102,
-        /// Share of the asked speed that is passed on, percent.
+        /// Speed scale: what the guard leaves of the commanded speed, percent.
         scale: u8 = 0x40_0103,
-        /// The node whose fault or loss holds the robot, 0 for none.
+        /// Node whose fault or loss holds the robot; 0 for none.
         fault_node: u8 = 0x40_0104,
-        /// Its error code (`tautrack::faults`).
+        /// Error code of that node (`tautrack::faults`).
         fault_code: u16 = 0x40_0105,
         /// Heading, counter-clockwise from above, 2^-16 turn.
         heading: i16 = 0x40_0106,
@@ -211,55 +223,61 @@ payload! {
 }
 
 payload! {
-    /// Signed margins of the centre of gravity to the edges of the support: TPDO 3 of the guard; mm, negative is outside.
+    /// Signed margins of the centre of gravity to the edges of the support, mm, negative outside of
+    /// the support: TPDO 3 of the guard.
+    ///
+    /// A margin is the distance in the support plane from the projected centre of gravity to an
+    /// edge.
     GuardMargins {
-        /// To the rear edge.
+        /// Margin to the rear edge, mm.
         back: i16 = 0x40_0301,
-        /// To the front edge.
+        /// Margin to the front edge, mm.
         front: i16 = 0x40_0302,
-        /// To the left edge.
+        /// Margin to the left edge, mm.
         left: i16 = 0x40_0303,
-        /// To the right edge.
+        /// Margin to the right edge, mm.
         right: i16 = 0x40_0304,
     }
 }
 
 payload! {
-    /// Asked and passed command: TPDO 4 of the guard.
+    /// Commanded and passed speed and posture: TPDO 4 of the guard.
     GuardPassed {
-        /// Asked forward speed, mm/s.
+        /// Commanded forward speed, mm/s.
         asked_speed: i16 = 0x40_0401,
         /// Passed forward speed, mm/s.
         passed_speed: i16 = 0x40_0402,
-        /// Asked posture, in the robot's own word.
+        /// Commanded posture, as the robot's posture word.
         asked_posture: i16 = 0x40_0403,
-        /// Passed posture, in the robot's own word.
+        /// Passed posture, as the robot's posture word.
         passed_posture: i16 = 0x40_0404,
     }
 }
 
 payload! {
-    /// Where the robot is: TPDO 5 of the guard, ten times a second; objects 0x4010 to 0x4012 have it finer and without bounds.
+    /// Position of the robot: TPDO 5 of the guard, ten times a second. Objects 0x4010 to 0x4012
+    /// have it with a finer resolution, and do not saturate.
     GuardPosition {
-        /// North of the origin (q1), cm; saturates.
+        /// Distance north of the origin (q1), cm; saturates.
         north: i16 = 0x40_1401,
-        /// East of the origin (q2), cm; saturates.
+        /// Distance east of the origin (q2), cm; saturates.
         east: i16 = 0x40_1402,
-        /// Above the origin (q3), cm; saturates.
+        /// Height above the origin (q3), cm; saturates.
         up: i16 = 0x40_1403,
-        /// Validity (`tautrack::estimate::state::Validity`) of q1 in bits 0 and 1, of q2 to q4 in the next ones.
+        /// Validity (`tautrack::estimate::state::Validity`) of q1 in bits 0 and 1, of q2, q3 and q4
+        /// in the next pairs of bits.
         validity: u8 = 0x40_1404,
-        /// Age of the newest believed fix, 0.1 s; saturates, 255 without one.
+        /// Age of the newest believed fix, 0.1 s; saturates; 255 without a fix.
         age: u8 = 0x40_1405,
     }
 }
 
-/// Function code of the transmit PDO with this number, counted from 1.
+/// Returns the function code of the transmit PDO with this number, counted from 1.
 pub const fn transmit(number: usize) -> u16 {
     function::TPDO[number - 1]
 }
 
-/// Function code of the receive PDO with this number, counted from 1.
+/// Returns the function code of the receive PDO with this number, counted from 1.
 pub const fn receive(number: usize) -> u16 {
     function::RPDO[number - 1]
 }

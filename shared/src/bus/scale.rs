@@ -1,100 +1,103 @@
-//! How positions and velocities of the output shaft appear on the bus: one scale per kind of axle.
+//! Units of positions and velocities of the output shaft on the bus: one scale per kind of axle.
 
 use crate::math::{saturate, to_i32};
 use crate::units::{Angle, Length};
 
-/// Scale of objects 0x6064, 0x606C, 0x607A and 0x60FF.
+/// Scale of the objects for position and velocity: 0x6064, 0x606C, 0x607A and 0x60FF.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub enum Scale {
-    /// A turning axle: 2^-`bits` turn and 1e-6 rad/s.
+    /// A turning axle: positions in 2^-`bits` turn, velocities in 1e-6 rad/s.
     Turning {
-        /// Fraction bits of a turn, 8 to 32; the position wraps on the bus after 2^(32 - `bits`) turns.
+        /// Fraction bits of a turn, 8 to 32. The position wraps on the bus after 2^(32 - `bits`)
+        /// turns.
         bits: u32,
     },
-    /// A screw: 2^-24 m of extension and 1e-9 m/s. Made by [`Scale::linear`].
+    /// A screw: positions in 2^-24 m of extension, velocities in 1e-9 m/s. [`Scale::linear`]
+    /// creates it.
     Linear(Lead),
 }
 
-/// Travel of a screw per turn of the output shaft, prepared for use without division.
+/// Lead of a screw (its travel per turn of the output shaft), prepared for use without division.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Lead {
-    /// 2^-32 m per turn; below 2^31, because a lead is shorter than half a metre.
+    /// Travel per turn, 2^-32 m. It is below 2^31, because a lead is shorter than half a metre.
     metres_q32: i32,
-    /// 2^-32 turn per 2^-28 m, in 2^-16.
+    /// Turns per travel: 2^-32 turn per 2^-28 m, with 16 fraction bits.
     turns_q16: i64,
-    /// Longest length, 2^-28 m, whose turns can be expressed.
+    /// Largest length, 2^-28 m, whose number of turns fits into 64 bits.
     reach: i64,
-    /// rad/m.
+    /// Angle of the shaft per travel, rad/m.
     radians_per_metre: f32,
-    /// rad/s as 1e-9 m/s.
+    /// Bus units (1e-9 m/s) per rad/s of the shaft.
     velocity_units: f32,
 }
 
 /// Fraction bits of a metre in a screw's position on the bus.
 const LENGTH_BITS: u16 = 24;
 
-/// Velocity of a turning axle on the bus: rad/s as 1e-6 rad/s.
+/// Bus units (1e-6 rad/s) per rad/s of a turning axle.
 const TURNING_UNITS: f32 = 1e6;
 
-/// Position of an output shaft as the bus has it: exact, and comparable with an earlier one although
-/// it wraps.
+/// Position of an output shaft as the bus carries it. It is exact. Although it wraps, its distance
+/// from an earlier position can be computed.
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
 pub struct Position {
     wire: i32,
-    /// Turns or metres of one bit: a power of two.
+    /// Turns or metres per bit; a power of two.
     unit: f32,
 }
 
 impl Position {
-    /// rad, by the wrapped position; worst error half an ulp.
+    /// Returns the angle, rad, of the wrapped position. Worst error: half a unit in the last place.
     pub fn radians(self) -> f32 {
         self.wire as f32 * (self.unit * core::f32::consts::TAU)
     }
 
-    /// Length of a screw, m.
+    /// Returns the length of a screw, m.
     pub fn metres(self) -> f32 {
         self.wire as f32 * self.unit
     }
 
-    /// Angle of a shaft that counts in 2^-32 turn.
+    /// Returns the angle of a shaft whose position counts in 2^-32 turn.
     pub fn angle(self) -> Angle {
         Angle::from_bits(self.wire)
     }
 
-    /// Turns since `before`, exact up to 2^24 bits; right as long as they are less than half of those
-    /// after which the position wraps. 0 if `before` is the default, which was never received.
+    /// Returns the turns since `before`, exact up to 2^24 bits. The result is right while it is
+    /// below half of the turns after which the position wraps. It is 0 if `before` is the default,
+    /// which means that no position was received.
     pub fn turns_since(self, before: Self) -> f32 {
         self.wire.wrapping_sub(before.wire) as f32 * before.unit
     }
 }
 
-/// A position that a drive is sent to.
+/// Target position of a drive.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub enum Target {
-    /// Of a turning axle, exact.
+    /// Angle of a turning axle, exact.
     Angle(Angle),
-    /// Of a turning axle, rad.
+    /// Angle of a turning axle, rad.
     Radians(f32),
-    /// Of a screw, exact to 2^-24 m.
+    /// Length of a screw, exact to 2^-24 m.
     Length(Length),
 }
 
-/// Units of one drive on the bus, for those who count in radians and metres: a [`Scale`] that is
-/// prepared for use in every tick.
+/// Converts between the bus units of one drive and radians or metres: a [`Scale`] that is prepared
+/// for use in every tick.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct BusUnits {
     /// The axle is a screw.
     linear: bool,
     /// Fraction bits of a turn or a metre.
     bits: u32,
-    /// Turns or metres of one bit.
+    /// Turns or metres per bit.
     position: f32,
-    /// Bus units of 1 rad/s.
+    /// Bus units per rad/s.
     velocity: f32,
 }
 
 impl BusUnits {
-    /// A position in bus units.
+    /// Interprets `wire` as a position in bus units.
     #[inline]
     pub fn position(&self, wire: i32) -> Position {
         Position {
@@ -103,8 +106,8 @@ impl BusUnits {
         }
     }
 
-    /// A target in bus units; saturates, 0 for NaN. None if it is an angle for a screw or a length for
-    /// a turning axle.
+    /// Converts a target to bus units. Saturates; 0 for NaN. `None` for an angle of a screw and for
+    /// a length of a turning axle.
     #[inline]
     pub fn target(&self, target: Target) -> Option<i32> {
         match (target, self.linear) {
@@ -119,7 +122,7 @@ impl BusUnits {
         }
     }
 
-    /// A velocity of the output shaft (rad/s) in bus units; saturates, 0 for NaN.
+    /// Converts a velocity of the output shaft, rad/s, to bus units. Saturates; 0 for NaN.
     #[inline]
     pub fn velocity(&self, velocity: f32) -> i32 {
         to_i32(velocity * self.velocity)
@@ -135,19 +138,20 @@ impl Scale {
         }
     }
 
-    /// The same, prepared for use in every tick.
+    /// Returns this scale, prepared for use in every tick.
     pub fn units(&self) -> BusUnits {
         let bits = self.bits();
         BusUnits {
             linear: matches!(self, Self::Linear(_)),
             bits,
-            // 2^-bits, by the exponent of a float.
+            // 2^-bits, made from the exponent of a float.
             position: f32::from_bits((127 - bits) << 23),
             velocity: self.velocity_units(),
         }
     }
 
-    /// Scale of a screw with this lead in um per turn, above zero and below half a metre.
+    /// Creates the scale of a screw with this lead, um per turn. A lead outside of 1 um to 0.499999
+    /// m is limited to this range.
     pub fn linear(lead_um: i32) -> Self {
         let lead_um = i64::from(lead_um.clamp(1, 499_999));
         let metres = lead_um as f32 * 1e-6;
@@ -161,8 +165,8 @@ impl Scale {
         })
     }
 
-    /// Number of this position scale (object 0x2010): the fraction bits of a turn; for a screw, 0x100
-    /// and the fraction bits of a metre.
+    /// Returns the code of this position scale (object 0x2010): the fraction bits of a turn; for a
+    /// screw, 0x100 plus the fraction bits of a metre.
     pub fn code(self) -> u16 {
         match self {
             Self::Turning { bits } => bits as u16,
@@ -170,12 +174,13 @@ impl Scale {
         }
     }
 
-    /// Position of the output shaft (2^-32 turn) in bus units; wraps when turning, saturates when linear.
+    /// Converts a position of the output shaft, 2^-32 turn, to bus units. Wraps for a turning axle,
+    /// saturates for a screw.
     pub fn position_to_bus(self, position: i64) -> i32 {
         match self {
             Self::Turning { bits } => (position >> (32 - bits)) as i32,
             Self::Linear(lead) => {
-                // 2^-24 turn times 2^-32 m per turn, down to 2^-24 m.
+                // 2^-24 turn times 2^-32 m per turn, reduced to 2^-24 m.
                 let (turns, scale) = (position >> 8, i64::from(lead.metres_q32));
                 let metres = (turns >> 32) * scale + (((turns & 0xffff_ffff) * scale) >> 32);
                 saturate(metres)
@@ -183,7 +188,8 @@ impl Scale {
         }
     }
 
-    /// Bus units as a position of the output shaft near `near`: a wrapped position is taken as the nearest one.
+    /// Converts bus units to a position of the output shaft, 2^-32 turn. A wrapped position gives
+    /// the shaft position nearest to `near`.
     pub fn position_from_bus(self, wire: i32, near: i64) -> i64 {
         match self {
             Self::Turning { bits } => {
@@ -195,7 +201,8 @@ impl Scale {
         }
     }
 
-    /// Position of the output shaft for a length in 2^-28 m; 0 for a turning axle, which has no length.
+    /// Converts a length, 2^-28 m, to a position of the output shaft. 0 for a turning axle, which
+    /// has no length.
     pub fn shaft_from_length(self, length_q28: i64) -> i64 {
         match self {
             Self::Turning { .. } => 0,
@@ -212,7 +219,8 @@ impl Scale {
         }
     }
 
-    /// Velocity of the output shaft (rad/s) for a velocity of the nut in m/s; 0 for a turning axle.
+    /// Converts a velocity of the nut, m/s, to a velocity of the output shaft, rad/s. 0 for a
+    /// turning axle.
     pub fn shaft_velocity_from_linear(self, velocity: f32) -> f32 {
         match self {
             Self::Turning { .. } => 0.0,
@@ -220,17 +228,18 @@ impl Scale {
         }
     }
 
-    /// Velocity of the output shaft (rad/s) in bus units; saturates, 0 for NaN.
+    /// Converts a velocity of the output shaft, rad/s, to bus units. Saturates; 0 for NaN.
     pub fn velocity_to_bus(self, velocity: f32) -> i32 {
         to_i32(velocity * self.velocity_units())
     }
 
-    /// Bus units as a velocity of the output shaft, rad/s.
+    /// Converts bus units to a velocity of the output shaft, rad/s.
     pub fn velocity_from_bus(self, wire: i32) -> f32 {
         wire as f32 / self.velocity_units()
     }
 
-    /// Bus units per N m of the output shaft: of torque 0.01 N m, of the screw's force N.
+    /// Returns the bus units of torque per N m at the output shaft. The unit of a turning axle is
+    /// 0.01 N m of torque, that of a screw 1 N of force.
     pub fn torque_units(self) -> f32 {
         match self {
             Self::Turning { .. } => 100.0,

@@ -1,4 +1,4 @@
-//! Heading from a three-axis magnetometer on a body that is tilted.
+//! Computes the heading from a three-axis magnetometer on a tilted body.
 
 use crate::math::sqrt;
 use crate::settings::{Setting, Settings};
@@ -6,23 +6,27 @@ use crate::stability::attitude::LevelAxes;
 use crate::units::Angle;
 use micromath::F32;
 
-/// Field strengths that the earth has near its surface, with room for a poor calibration, uT.
+/// Range of the earth's field strength near its surface, with a tolerance for a poor calibration,
+/// uT.
 pub const STRENGTH: [f32; 2] = [15.0, 90.0];
-/// Least horizontal share of the field: an inclination of 80 degrees. Beyond it a degree of tilt turns the heading by six.
+/// Minimum horizontal fraction of the field. It corresponds to an inclination of 80 degrees. Beyond
+/// it, one degree of tilt turns the heading by six degrees.
 pub const HORIZONTAL_SHARE: f32 = 0.174;
 
-/// Why a reading gives no heading.
+/// Reason why a reading gives no heading.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub enum CompassError {
     /// A component is NaN or infinite.
     NotFinite,
-    /// The field, without the hard iron, is weaker or stronger than the earth's, uT.
+    /// The field, without the hard iron, is weaker or stronger than the earth's. The value is its
+    /// strength, uT.
     Strength(f32),
-    /// The horizontal share of the field is below [`HORIZONTAL_SHARE`].
+    /// The horizontal fraction of the field is below [`HORIZONTAL_SHARE`]. The value is this
+    /// fraction.
     Steep(f32),
 }
 
-/// Compass with its calibration.
+/// A compass with its calibration.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Compass {
     hard_iron: [f32; 3],
@@ -30,8 +34,8 @@ pub struct Compass {
 }
 
 impl Compass {
-    /// Compass that takes off `hard_iron`, the field of the robot's own magnets in body axes, uT, where the magnetic north
-    /// lies east of the true one by `declination`.
+    /// Creates a compass that subtracts `hard_iron`, the field of the robot's own magnets in body
+    /// axes, uT. Magnetic north lies east of true north by `declination`.
     pub fn new(hard_iron: [f32; 3], declination: Angle) -> Self {
         Self {
             hard_iron,
@@ -39,7 +43,7 @@ impl Compass {
         }
     }
 
-    /// As the settings say.
+    /// Creates a compass with the calibration in the settings.
     pub fn with_settings(settings: &Settings) -> Self {
         let microtesla = |setting| settings.scaled(setting, 1e-3);
         Self::new(
@@ -52,14 +56,17 @@ impl Compass {
         )
     }
 
-    /// The paper's q4: heading from true north, counter-clockwise seen from above.
+    /// Returns q4 of Paillat et al.: the heading from true north, counter-clockwise seen from
+    /// above.
     ///
-    /// `field` is the reading in body axes (x forward, y left, z up), uT, `axes` the body's tilt. Worst error of the
-    /// computation 0.163 degree, from the arc tangent of `micromath` (`host-tests/tests/simulator/estimate.rs` sweeps directions, tilts and
-    /// strengths against double precision); an error of the tilt adds itself times the tangent of the field's inclination.
+    /// `field` is the reading in body axes (x forward, y left, z up), uT, and `axes` is the tilt of
+    /// the body. Worst error of the computation: 0.163 degree, from the arc tangent of `micromath`.
+    /// `host-tests/tests/simulator/estimate.rs` compares it with double precision over directions,
+    /// tilts and strengths. An error of the tilt adds that error times the tangent of the field's
+    /// inclination.
     ///
     /// # Errors
-    /// [`CompassError`], for any reading that is no earth's field.
+    /// [`CompassError`] for any reading that cannot be the earth's field.
     pub fn heading(&self, field: [f32; 3], axes: &LevelAxes) -> Result<Angle, CompassError> {
         if !field.iter().all(|component| component.is_finite()) {
             return Err(CompassError::NotFinite);
@@ -69,7 +76,7 @@ impl Compass {
         }));
         let horizontal = sqrt(forward * forward + left * left);
         let strength = sqrt(horizontal * horizontal + up * up);
-        // An overflow is infinite, and so out of range.
+        // An overflow gives infinity, which is out of range.
         if !(STRENGTH[0]..=STRENGTH[1]).contains(&strength) {
             return Err(CompassError::Strength(strength));
         }
@@ -80,8 +87,8 @@ impl Compass {
     }
 }
 
-/// Direction of the point (`x`, `y`), which is finite, and neither the origin nor near an end of the number range: there
-/// `micromath` gives NaN or nonsense.
+/// Returns the direction of the point (`x`, `y`). The point must be finite, and neither the origin
+/// nor near an end of the number range, where `micromath` gives NaN or wrong values.
 fn direction(y: f32, x: f32) -> Angle {
     Angle::from_radians(F32(y).atan2(F32(x)).0)
 }

@@ -1,12 +1,22 @@
-//! Where the robot is, how it stands and how it is shaped: the paper's q1 to q8 as its sensors measure them.
+//! Estimates where the robot is, how it stands and which shape it has: the coordinates q1 to q8 of
+//! Paillat et al., as the sensors measure them.
 //!
-//! [`nmea`] reads the GNSS receiver, [`compass`] the magnetometer, [`position`] blends fixes with the way of the belts,
-//! [`state`] puts all eight together, each with validity and age. Attitude is [`crate::stability::attitude`].
+//! * [`nmea`] reads the GNSS receiver.
+//! * [`compass`] computes the heading from the magnetometer.
+//! * [`position`] combines position fixes with the distance that the belts travel.
+//! * [`state`] collects all eight coordinates, each with its validity and age.
 //!
-//! Axes of q are those of Paillat et al. (modified Denavit-Hartenberg, frame R0), laid on the ground so that the heading is 0
-//! towards true north: x0 east, y0 north, z0 up. So q1 is the way north, q2 east, q3 up (m, of axle 1, from where the first
-//! believed fix was); q4 the heading, counter-clockwise from true north; q5 the roll about the heading, left side up; q6 the
-//! pitch, nose up; q7 the chassis angle, front up (rad); q8 the extension `L3` minus its part inside of segment 3 (m).
+//! The attitude comes from [`crate::stability::attitude`].
+//!
+//! The axes of q are those of Paillat et al. (modified Denavit-Hartenberg, frame R0), laid on the
+//! ground so that the heading is 0 towards true north: x0 east, y0 north, z0 up.
+//!
+//! * q1, q2, q3: distance north, east and up, m, from the place of the first believed fix to axle 1
+//! * q4: heading, counter-clockwise from true north, rad
+//! * q5: roll about the heading, left side up, rad
+//! * q6: pitch, nose up, rad
+//! * q7: chassis angle, front up, rad
+//! * q8: extension `L3` without its part inside of segment 3, m
 
 pub mod compass;
 pub mod nmea;

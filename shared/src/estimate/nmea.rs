@@ -1,11 +1,13 @@
-//! GGA and RMC sentences of NMEA 0183, byte by byte: no allocation, no float.
+//! Reads GGA and RMC sentences of NMEA 0183 byte by byte, without allocation and without floats.
 //!
-//! A sentence counts only with its checksum. What is refused is counted by its reason; nothing here can panic.
+//! A sentence counts only if its checksum is right. Refused sentences are counted by reason. No
+//! input makes this module panic.
 
-/// Longest sentence between `$` and the end of the line. The standard allows 79 bytes; receivers with many decimals send more.
+/// Maximum number of bytes between `$` and the end of the line. The standard allows 79; receivers
+/// with many decimals send more.
 const LONGEST: usize = 100;
 
-/// A place on the WGS 84 ellipsoid, 1e-7 degree: 11 mm of latitude.
+/// A place on the WGS 84 ellipsoid, in units of 1e-7 degree (11 mm of latitude).
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct Place {
     /// Latitude, north positive, -9e8 to 9e8.
@@ -14,16 +16,17 @@ pub struct Place {
     pub longitude: i32,
 }
 
-/// Fix data.
+/// Content of a GGA sentence: fix data.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct Gga {
     /// UTC time of day, ms.
     pub time_ms: Option<u32>,
-    /// Absent while the receiver has no fix.
+    /// Place; `None` while the receiver has no fix.
     pub place: Option<Place>,
     /// Height above mean sea level, mm.
     pub altitude_mm: Option<i32>,
-    /// 0 no fix, 1 GPS, 2 differential, 3 PPS, 4 and 5 carrier phase, 6 extrapolated, 7 entered by hand, 8 simulated.
+    /// Quality of the fix: 0 no fix, 1 GPS, 2 differential, 3 PPS, 4 and 5 carrier phase, 6
+    /// extrapolated, 7 entered by hand, 8 simulated.
     pub quality: u8,
     /// Satellites in use.
     pub satellites: Option<u8>,
@@ -31,12 +34,12 @@ pub struct Gga {
     pub dilution: Option<u16>,
 }
 
-/// Recommended minimum data.
+/// Content of an RMC sentence: recommended minimum data.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct Rmc {
     /// UTC time of day, ms.
     pub time_ms: Option<u32>,
-    /// Absent while the receiver warns that its data are void.
+    /// Place; `None` while the receiver marks its data as void.
     pub place: Option<Place>,
     /// Speed over ground, mm/s.
     pub speed_mm_s: Option<u32>,
@@ -44,53 +47,54 @@ pub struct Rmc {
     pub course: Option<u16>,
 }
 
-/// What a good sentence says.
+/// Content of a valid sentence.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Sentence {
-    /// GGA, of any talker.
+    /// GGA, from any talker.
     Gga(Gga),
-    /// RMC, of any talker.
+    /// RMC, from any talker.
     Rmc(Rmc),
 }
 
-/// Why a sentence is refused.
+/// Reason why a sentence is refused.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Refusal {
-    /// Another one began before its end.
+    /// Another sentence began before its end.
     CutShort,
-    /// More bytes than the longest sentence has.
+    /// It has more bytes than the longest sentence.
     TooLong,
-    /// A byte that is no printable character.
+    /// It has this byte, which is no printable character.
     NotText(u8),
-    /// No `*` with two hexadecimal digits at its end.
+    /// It does not end in `*` and two hexadecimal digits.
     NoChecksum,
-    /// The checksum that it carries is not that of its bytes.
+    /// Its checksum is not that of its bytes.
     Checksum {
-        /// At its end.
+        /// Checksum at the end of the sentence.
         told: u8,
-        /// Of its bytes.
+        /// Checksum of its bytes.
         computed: u8,
     },
-    /// The field with this number, the address being 0, is missing or not what the sentence has there.
+    /// The field with this number is missing, or its content is invalid. The address is field 0.
     Field(u8),
 }
 
-/// Reasons of [`Refusal`].
+/// Number of reasons in [`Refusal`].
 pub const REASONS: usize = 6;
 
-/// Sentences since power-up; wrap.
+/// Counts of sentences since power-up; they wrap.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct Counts {
-    /// GGA and RMC that were taken.
+    /// GGA and RMC sentences that were used.
     pub taken: u32,
-    /// Good ones of other kinds.
+    /// Valid sentences of other kinds.
     pub others: u32,
-    /// Refused ones, in the order of [`Refusal`]: cut short, too long, not text, no checksum, checksum, field.
+    /// Refused sentences, in the order of [`Refusal`]: cut short, too long, not text, no checksum,
+    /// checksum, field.
     pub refused: [u32; REASONS],
 }
 
 impl Counts {
-    /// Refused ones of all reasons.
+    /// Returns the number of sentences that were refused for any reason.
     pub fn all_refused(&self) -> u32 {
         self.refused
             .iter()
@@ -119,9 +123,11 @@ impl Default for Reader {
 }
 
 impl Reader {
-    /// Takes the next byte; a sentence, or why there is none, when it is the last of one.
+    /// Takes the next byte. If it is the last one of a sentence, returns the sentence or why it is
+    /// refused.
     ///
-    /// Any bytes are welcome. Those between sentences are passed over, and so are good sentences of other kinds.
+    /// All bytes are allowed. Bytes between sentences are ignored, and so are valid sentences of
+    /// other kinds.
     pub fn push(&mut self, byte: u8) -> Option<Result<Sentence, Refusal>> {
         let found = match byte {
             b'$' => {
@@ -165,13 +171,14 @@ impl Reader {
         found.transpose()
     }
 
-    /// What came so far.
+    /// Returns the counts of sentences so far.
     pub fn counts(&self) -> &Counts {
         &self.counts
     }
 }
 
-/// `text` stands between `$` and the end of the line. Nothing for a good sentence of another kind.
+/// Parses `text`, which is what stands between `$` and the end of the line. `None` for a valid
+/// sentence of another kind.
 #[inline(never)]
 fn parse(text: &[u8]) -> Result<Option<Sentence>, Refusal> {
     let star = text.iter().rposition(|byte| *byte == b'*');
@@ -247,7 +254,7 @@ fn rmc(fields: &Fields) -> Result<Rmc, Refusal> {
     })
 }
 
-/// Fields between commas, numbered from the address.
+/// The fields of a sentence, which commas separate. Field 0 is the address.
 struct Fields<'a>(&'a [u8]);
 
 impl<'a> Fields<'a> {
@@ -274,7 +281,7 @@ impl<'a> Fields<'a> {
         self.required(number, read).map(Some)
     }
 
-    /// Latitude, its hemisphere, longitude, its hemisphere, from field `first` on.
+    /// Reads latitude, its hemisphere, longitude and its hemisphere from field `first` on.
     #[inline(never)]
     fn place(&self, first: u8) -> Result<Place, Refusal> {
         let side = |number, positive: u8, negative: u8| {
@@ -293,13 +300,14 @@ impl<'a> Fields<'a> {
     }
 }
 
-/// Value of a hexadecimal digit.
+/// Returns the value of a hexadecimal digit.
 #[inline(never)]
 fn hexadecimal(digit: u8) -> Option<u8> {
     (digit as char).to_digit(16).map(|value| value as u8)
 }
 
-/// Digits with an optional sign and fraction, in 10^-`places`; further decimals are rounded.
+/// Reads digits with an optional sign and fraction, in units of 10^-`places`. Further decimals are
+/// rounded.
 #[inline(never)]
 fn decimal(text: &[u8], places: u32) -> Option<i32> {
     let (negative, digits) = match text {
@@ -313,7 +321,7 @@ fn decimal(text: &[u8], places: u32) -> Option<i32> {
     }
     let mut value = 0_i64;
     for digit in whole {
-        // Bounded, so that the decimals behind it cannot overflow.
+        // Bounded, so that the decimals after it cannot overflow.
         value = (value * 10 + digit_value(*digit)?).min(1 << 40);
     }
     for place in 0..places as usize {
@@ -333,7 +341,8 @@ fn digit_value(digit: u8) -> Option<i64> {
     digit.is_ascii_digit().then(|| i64::from(digit - b'0'))
 }
 
-/// Degrees in `wide` digits, minutes in two, and the minutes' fraction: 1e-7 degree, rounded.
+/// Reads an angle as 1e-7 degree, rounded: degrees in `wide` digits, minutes in two digits, and the
+/// fraction of the minutes.
 #[inline(never)]
 fn degrees(text: &[u8], wide: usize, most: i32) -> Option<i32> {
     let (degrees, minutes) = text.split_at_checked(wide)?;
@@ -347,7 +356,7 @@ fn degrees(text: &[u8], wide: usize, most: i32) -> Option<i32> {
     (value <= most * 10_000_000).then_some(value)
 }
 
-/// `hhmmss` with an optional fraction as ms of the day.
+/// Reads `hhmmss` with an optional fraction, as ms of the day.
 #[inline(never)]
 fn time(text: &[u8]) -> Option<u32> {
     let (hours, rest) = text.split_at_checked(2)?;

@@ -1,35 +1,44 @@
-//! Position in a plane that touches the earth where the robot began: satellite fixes, and the way of the belts between them.
+//! Estimates the position in a plane that touches the earth where the robot began, from fixes of a
+//! GNSS receiver and from the distance that the belts travel between two fixes.
+//!
+//! A fix is "believed" when it is used for the estimate, and "doubted" when it is kept back because
+//! it is too far from the estimate.
 
 use super::nmea::{Place, Sentence};
 use crate::math::{sin_cos, sqrt, to_i32};
 use crate::stability::attitude::LevelAxes;
 use crate::units::Angle;
 
-/// Largest horizontal dilution of precision with which a fix is taken, 0.01.
+/// Largest horizontal dilution of precision with which a fix is used, in units of 0.01.
 pub const DILUTION_LIMIT: u16 = 500;
-/// A fix this far from the estimate, and the way that the robot can have gone since the last one, is not believed at once, m.
+/// Allowed distance between a fix and the estimate, m, in addition to the distance that the robot
+/// can have travelled since the last believed fix. A fix that is farther away is not believed at
+/// once.
 pub const GATE: f32 = 10.0;
-/// Fixes in a row that must agree with each other before the first position is believed.
+/// Number of fixes in a row that must agree with each other before the first position is believed.
 pub const FIRST_FIXES: u32 = 3;
-/// Fixes in a row that must agree with each other before a jump is believed: 2 s at five a second.
+/// Number of fixes in a row that must agree with each other before a jump is believed: 2 s at five
+/// fixes a second.
 pub const JUMP_FIXES: u32 = 10;
-/// The n-th believed fix pulls the estimate by 1/n of its distance, but never by less than one part in this: at five fixes a
-/// second, noise of the receiver is averaged over 20 s, and a wrong way of the belts is forgotten in as many.
+/// Largest divisor of a correction. The n-th believed fix pulls the estimate by 1/n of its
+/// distance, but at least by 1/`LEAST_GAIN`. At five fixes a second, noise of the receiver is
+/// averaged over 20 s, and a wrong distance of the belts is forgotten in the same time.
 pub const LEAST_GAIN: u32 = 100;
 
-/// A fix that a receiver stands behind.
+/// A fix that the receiver reports as good.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Fix {
-    /// UTC time of day, ms: sentences of one moment are one fix.
+    /// UTC time of day, ms. Sentences with the same time are one fix.
     pub time_ms: u32,
-    /// Where.
+    /// Place of the receiver.
     pub place: Place,
     /// Height above mean sea level, mm.
     pub altitude_mm: Option<i32>,
 }
 
 impl Fix {
-    /// The fix in `sentence`; none where the receiver has none, extrapolates or simulates it, or calls it poor.
+    /// Returns the fix in `sentence`; `None` if the receiver has none, extrapolates or simulates
+    /// it, or reports a poor precision.
     pub fn from_sentence(sentence: &Sentence) -> Option<Self> {
         let (time_ms, place, altitude_mm) = match sentence {
             Sentence::Gga(gga)
@@ -49,17 +58,17 @@ impl Fix {
     }
 }
 
-/// The plane that touches the ellipsoid at `origin`.
+/// Plane that touches the ellipsoid at `origin`.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Plane {
     origin: Place,
-    /// Metres per 1e-7 degree.
+    /// Metres per 1e-7 degree, to the north and to the east.
     north: f32,
     east: f32,
 }
 
 impl Plane {
-    /// The plane at `origin`, by the radii of curvature of the WGS 84 ellipsoid there.
+    /// Creates the plane at `origin`, from the radii of curvature of the WGS 84 ellipsoid there.
     pub fn new(origin: Place) -> Self {
         const EQUATOR: f32 = 6_378_137.0;
         const ECCENTRICITY_SQUARED: f32 = 0.006_694_38;
@@ -76,13 +85,14 @@ impl Plane {
         }
     }
 
-    /// Metres north and east of the origin.
+    /// Converts a place to metres north and east of the origin.
     ///
-    /// Worst error within 1 km and between the 65th parallels: 0.38 m at the corner, where the meridians have drawn together;
-    /// 15 mm within 100 m (`host-tests/tests/simulator/estimate.rs`, against the ellipsoid in double precision).
+    /// Worst error between the 65th parallels: 0.38 m within 1 km, at the corner, because the
+    /// meridians converge; 15 mm within 100 m (`host-tests/tests/simulator/estimate.rs`, against
+    /// the ellipsoid in double precision).
     pub fn metres(&self, place: Place) -> [f32; 2] {
         let north = place.latitude.wrapping_sub(self.origin.latitude);
-        // Across the date line 3.6e9 units are missing or too many.
+        // Across the date line the difference is wrong by 3.6e9 units.
         let east = i64::from(place.longitude) - i64::from(self.origin.longitude);
         let east = match east {
             1_800_000_000.. => east - 3_600_000_000,
@@ -93,18 +103,19 @@ impl Plane {
     }
 }
 
-/// What became of a fix.
+/// What happened to a fix.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Verdict {
-    /// Blended with the estimate.
+    /// It was blended with the estimate.
     Believed,
-    /// Kept back until more like it come.
+    /// It is kept back until more fixes agree with it.
     Doubted,
-    /// Of a moment that was blended already.
+    /// A fix with the same time was taken already.
     Known,
 }
 
-/// What the fixes say of one direction.
+/// The newest believed fix of one direction, horizontal or vertical, and the number of believed
+/// fixes.
 #[derive(Clone, Copy, Debug)]
 struct Trust {
     fixes: u32,
@@ -112,7 +123,8 @@ struct Trust {
     stamp_ms: u32,
 }
 
-/// A place where the robot would be if a run of doubted fixes were right.
+/// The place where the robot would be if the newest doubted fixes were right, and how many of them
+/// agree.
 #[derive(Clone, Copy, Debug)]
 struct Suspect {
     metres: [f32; 3],
@@ -121,13 +133,14 @@ struct Suspect {
     stamp_ms: u32,
 }
 
-/// Position of the robot.
+/// Estimate of the robot's position.
 #[derive(Clone, Debug)]
 pub struct Position {
     speed_limit: f32,
     plane: Option<Plane>,
     datum_mm: Option<i32>,
-    /// North, east and up, nm: steps of half a millimetre add up exactly, however far the origin.
+    /// Distance north, east and up, nm. Steps of half a millimetre add up exactly, however far the
+    /// origin is.
     nanometres: [i64; 3],
     horizontal: Option<Trust>,
     vertical: Option<Trust>,
@@ -137,7 +150,7 @@ pub struct Position {
 }
 
 impl Position {
-    /// Position of a robot that drives no faster than `speed_limit`, m/s.
+    /// Creates the estimate for a robot that drives no faster than `speed_limit`, m/s.
     pub fn new(speed_limit: f32) -> Self {
         Self {
             speed_limit,
@@ -152,7 +165,8 @@ impl Position {
         }
     }
 
-    /// Dead reckoning: the belts have gone `way_um` along the body's forward axis. A slip of the belts is not seen.
+    /// Dead reckoning: moves the estimate by the distance `way_um` of the belts along the body's
+    /// forward axis. Slip of the belts is not seen.
     pub fn advance(&mut self, way_um: i32, heading: Angle, axes: &LevelAxes) {
         let [forward, left, up] = axes.of([way_um as f32 * 1e3, 0.0, 0.0]);
         let (sine, cosine) = sin_cos(heading);
@@ -199,7 +213,8 @@ impl Position {
         Verdict::Believed
     }
 
-    /// Keeps a fix back; enough of them that agree with each other are where the robot is.
+    /// Keeps a fix back. If enough fixes in a row agree with each other, moves the estimate to
+    /// them.
     fn doubt(&mut self, fix: &Fix, there: [f32; 3], now_us: u64) -> Verdict {
         let agreeing = self
             .suspect
@@ -219,7 +234,7 @@ impl Position {
                 stamp_ms: fix.time_ms,
             });
             if agreeing.is_none() && self.horizontal.is_none() {
-                // Nothing was built on the plane yet: it begins where this fix is.
+                // Nothing depends on the plane yet, so it begins at this fix.
                 self.plane = Some(Plane::new(fix.place));
                 self.datum_mm = fix.altitude_mm;
                 if let Some(suspect) = &mut self.suspect {
@@ -238,14 +253,15 @@ impl Position {
         Verdict::Believed
     }
 
-    /// Whether a robot can be at both places within `elapsed_us`; heights count half, receivers are worse at them.
+    /// Returns whether a robot can be at both places within `elapsed_us`. Heights count half,
+    /// because receivers measure them less precisely.
     fn near(&self, a: [f32; 3], b: [f32; 3], elapsed_us: u64) -> bool {
         let reach = GATE + self.speed_limit * (elapsed_us as f32 * 1e-6);
         let [north, east, up] = [0, 1, 2].map(|axis| a[axis] - b[axis]);
         north * north + east * east + 0.25 * up * up <= reach * reach
     }
 
-    /// Pulls north and east, or the height, toward a believed fix.
+    /// Pulls north and east, or the height, towards a believed fix.
     fn blend(&mut self, vertical: bool, there: [f32; 3], fix: &Fix, now_us: u64) {
         let trust = if vertical {
             &mut self.vertical
@@ -266,23 +282,27 @@ impl Position {
         }
     }
 
-    /// Metres north, east and up of where the first believed fix was; resolution 0.1 mm within 1 km.
+    /// Returns the position: metres north, east and up from the place of the first believed fix.
+    /// The resolution is 0.1 mm within 1 km.
     pub fn metres(&self) -> [f32; 3] {
         self.nanometres.map(|place| place as f32 * 1e-9)
     }
 
-    /// When north and east, and when up, last had a believed fix; `None` before there was one.
+    /// Returns when north and east, and when up, last had a believed fix, us; `None` before the
+    /// first.
     pub fn fixed_us(&self) -> [Option<u64>; 2] {
         [self.horizontal, self.vertical].map(|trust| trust.map(|trust| trust.received_us))
     }
 
-    /// Where the plane touches the earth, and its height above mean sea level, mm; `None` before a position is believed.
+    /// Returns the place where the plane touches the earth, and its height above mean sea level,
+    /// mm. `None` before a position is believed.
     pub fn origin(&self) -> Option<(Place, Option<i32>)> {
         let plane = self.plane.filter(|_| self.horizontal.is_some())?;
         Some((plane.origin, self.datum_mm))
     }
 
-    /// Fixes that were believed, and fixes that were kept back, since power-up; wrap.
+    /// Returns the numbers of fixes that were believed and that were kept back since power-up; they
+    /// wrap.
     pub fn counts(&self) -> [u32; 2] {
         [self.believed, self.doubted]
     }

@@ -1,4 +1,4 @@
-//! The state q of the robot, each coordinate with its validity and age.
+//! The state q of the robot: each coordinate with its validity and age.
 
 use super::compass::Compass;
 use super::nmea::{Counts, Reader, Sentence};
@@ -8,44 +8,47 @@ use crate::settings::{Setting, Settings};
 use crate::stability::attitude::Attitude;
 use crate::units::Angle;
 
-/// Age of a fix up to which a position counts as measured, us.
+/// Largest age of a fix at which a position counts as measured, us.
 pub const FIX_TIMEOUT_US: u64 = 1_000_000;
-/// The same for the compass.
+/// Largest age of a compass reading at which the heading counts as measured, us.
 pub const COMPASS_TIMEOUT_US: u64 = 500_000;
-/// The same for encoders and attitude, without which there is no dead reckoning either.
+/// Largest age of readings of encoders and attitude at which they count as measured, us. Dead
+/// reckoning needs readings that are not older.
 pub const ENCODER_TIMEOUT_US: u64 = 60_000;
-/// Distance of compass and heading below which the heading counts as measured: 10 degrees.
+/// Largest difference of compass and heading at which the heading counts as measured: 10 degrees.
 const SETTLED: Angle = Angle::from_degrees(10.0);
-/// Most time that one reading of the compass stands for, s.
+/// Maximum time for which one reading of the compass counts, s.
 const COMPASS_PERIOD: f32 = 0.2;
 
-/// What a value is worth.
+/// Quality of a value.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub enum Validity {
-    /// There never was one; the value is 0.
+    /// It was never measured; the value is 0.
     #[default]
     Invalid = 0,
-    /// Neither measured nor reckoned any more: the last one.
+    /// It is neither measured nor reckoned any more; the value is the last one.
     Stale = 1,
-    /// Carried on from the last measurement by the way of the belts or by rates; grows worse with its age.
+    /// It is carried on from the last measurement, by the distance that the belts travel or by
+    /// angular rates. Its error grows with its age.
     Reckoned = 2,
-    /// Measured lately.
+    /// It was measured within the timeout.
     Measured = 3,
 }
 
-/// One coordinate.
+/// One coordinate of the state.
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
 pub struct Reading {
-    /// m or rad; 0 while invalid.
+    /// Value, m or rad; 0 while invalid.
     pub value: f32,
-    /// Time since the last measurement, ms; saturates after 71 minutes, 0 while invalid.
+    /// Time since the last measurement, ms. It saturates after 71 minutes and is 0 while invalid.
     pub age_ms: u32,
-    /// What it is worth.
+    /// Quality of the value.
     pub validity: Validity,
 }
 
 impl Reading {
-    /// `value`, last measured at `measured_us`; older than `timeout_us` it is reckoned or stale.
+    /// Creates a reading of `value`, last measured at `measured_us`. If this is longer ago than
+    /// `timeout_us`, the value is reckoned or stale.
     fn new(
         value: f32,
         measured_us: Option<u64>,
@@ -59,7 +62,7 @@ impl Reading {
         let age_us = now_us.saturating_sub(measured_us);
         Self {
             value,
-            // 32 bits of microseconds are more than an hour, and divide in one instruction.
+            // 32 bits of microseconds are more than an hour, and they divide in one instruction.
             age_ms: u32::try_from(age_us).unwrap_or(u32::MAX) / 1_000,
             validity: if age_us <= timeout_us {
                 Validity::Measured
@@ -72,19 +75,19 @@ impl Reading {
     }
 }
 
-/// The paper's q1 to q8 in order; axes and units in [`super`].
+/// q1 to q8 of Paillat et al. in order; [`super`] has axes and units.
 pub type State = [Reading; 8];
 
-/// An actuated joint as its encoder shows it.
+/// Position of an actuated joint by its encoder.
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
 pub struct Joint {
-    /// q7 or q8, rad or m.
+    /// q7, rad, or q8, m.
     pub value: f32,
-    /// When its drive was last received; `None` while its position is not homed.
+    /// When its drive was last received, us; `None` while its position is not homed.
     pub received_us: Option<u64>,
 }
 
-/// Everything between the sensors and q.
+/// Estimator of q: everything between the sensors and the state.
 #[derive(Clone, Debug)]
 pub struct Estimator {
     reader: Reader,
@@ -97,12 +100,12 @@ pub struct Estimator {
     odometry_um: Option<i32>,
     reckoned_us: Option<u64>,
     joints: [Joint; 2],
-    /// Speed over ground, m/s, and course; not yet asked for.
+    /// Speed over ground, m/s, and course, until `take_speed` takes them.
     velocity: Option<(f32, Angle)>,
 }
 
 impl Estimator {
-    /// Estimator of a robot with these settings.
+    /// Creates an estimator of a robot with these settings.
     pub fn new(settings: &Settings) -> Self {
         Self {
             reader: Reader::default(),
@@ -119,10 +122,11 @@ impl Estimator {
         }
     }
 
-    /// Takes the magnetometer's reading, uT in body axes, after `attitude` took the rest, and corrects its heading.
+    /// Takes the magnetometer's reading, uT in body axes, and corrects the heading of `attitude`.
+    /// Call it after `attitude` took the other sensors.
     ///
-    /// A reading that equals the one before is not a new one: a magnetometer is slower than the control tick, and a dead one
-    /// repeats itself.
+    /// A reading that equals the previous one is not a new one: a magnetometer is slower than the
+    /// control tick, and a defective one repeats its reading.
     pub fn sense(&mut self, field: [f32; 3], attitude: &mut Attitude, now_us: u64) {
         self.attitude_us = Some(now_us);
         if field == self.field {
@@ -145,7 +149,7 @@ impl Estimator {
         }
     }
 
-    /// Takes bytes of the GNSS receiver.
+    /// Takes bytes from the GNSS receiver.
     pub fn listen(&mut self, bytes: &[u8], now_us: u64) {
         for byte in bytes {
             let Some(Ok(sentence)) = self.reader.push(*byte) else {
@@ -164,15 +168,17 @@ impl Estimator {
         }
     }
 
-    /// Speed along the heading that the receiver measured, m/s, if it did since the last call. Signed, as the course tells backward from
-    /// forward, and without the bias that a noisy magnitude has.
+    /// Returns the speed along the heading, m/s, if the GNSS receiver has measured one since the
+    /// last call. It is signed, because the course tells backward from forward. It does not have
+    /// the bias of a noisy magnitude.
     pub fn take_speed(&mut self, attitude: &Attitude) -> Option<f32> {
         let (speed, course) = self.velocity.take()?;
         // The course turns clockwise, the heading counter-clockwise.
         Some(speed * sin_cos(course + attitude.heading()).1)
     }
 
-    /// Takes the encoders: the belts' way since power-up (wraps), when the older of both belts was received, and the joints.
+    /// Takes the encoders: the distance of the belts since power-up (it wraps), the time at which
+    /// the older of both belts was received, and the joints.
     pub fn advance(
         &mut self,
         odometry_um: i32,
@@ -192,7 +198,7 @@ impl Estimator {
         }
     }
 
-    /// The state at `now_us`.
+    /// Returns the state at `now_us`.
     pub fn state(&self, attitude: &Attitude, now_us: u64) -> State {
         let [level_us, up_us] = self.position.fixed_us();
         let [north, east, up] = self.position.metres();
@@ -236,12 +242,12 @@ impl Estimator {
         ]
     }
 
-    /// Where the position is counted from, and what became of the fixes.
+    /// Returns the estimate of the position, with its origin and the counts of fixes.
     pub fn position(&self) -> &Position {
         &self.position
     }
 
-    /// What became of the receiver's sentences.
+    /// Returns the counts of the receiver's sentences.
     pub fn sentences(&self) -> &Counts {
         self.reader.counts()
     }

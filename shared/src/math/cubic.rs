@@ -1,9 +1,12 @@
-//! Cubic pieces in fixed point: how a smooth function of an angle is stored and evaluated in a few instructions.
+//! Cubic polynomials in fixed point, which store a smooth function of an angle in pieces and
+//! evaluate it in a few instructions.
 //!
-//! A piece is `c0 + c1 u + c2 u^2 + c3 u^3` with `u` from -1 to 1 across the piece, held in Q31. Multiplying by `u` keeps the high
-//! word, that is one bit less, so each coefficient has one fractional bit more than the sum it is added to.
+//! A piece is `c0 + c1 u + c2 u^2 + c3 u^3`, where `u` runs from -1 to 1 across the piece and is
+//! held in Q31. A multiplication by `u` keeps the high word, which has one bit less. So each
+//! coefficient has one fraction bit more than the sum to which it is added.
 
-/// High word of the product: `a b / 2^32`, rounded down. SMMUL on ARM.
+/// Returns the high word of the product: `a b / 2^32`, rounded down. One instruction (SMMUL) on
+/// ARM.
 #[inline]
 pub fn mul_high(a: i32, b: i32) -> i32 {
     #[cfg(target_arch = "arm")]
@@ -20,7 +23,7 @@ pub fn mul_high(a: i32, b: i32) -> i32 {
     mul_high_plain(a, b)
 }
 
-/// `sum + a b / 2^32`, rounded to nearest, wrapping. SMMLAR on ARM.
+/// Returns `sum + a b / 2^32`, rounded to nearest, wrapping. One instruction (SMMLAR) on ARM.
 #[inline]
 pub fn mul_high_add(sum: i32, a: i32, b: i32) -> i32 {
     #[cfg(target_arch = "arm")]
@@ -37,25 +40,27 @@ pub fn mul_high_add(sum: i32, a: i32, b: i32) -> i32 {
     mul_high_add_plain(sum, a, b)
 }
 
-/// What [`mul_high`] computes, in plain Rust: the definition that the instruction is tested against.
+/// Computes [`mul_high`] in plain Rust: the definition against which the instruction is tested.
 pub const fn mul_high_plain(a: i32, b: i32) -> i32 {
     ((a as i64 * b as i64) >> 32) as i32
 }
 
-/// What [`mul_high_add`] computes, in plain Rust.
+/// Computes [`mul_high_add`] in plain Rust.
 pub const fn mul_high_add_plain(sum: i32, a: i32, b: i32) -> i32 {
     // A product is at most 2^62, so adding the rounding bit cannot overflow.
     sum.wrapping_add(((a as i64 * b as i64 + (1 << 31)) >> 32) as i32)
 }
 
-/// Where [`fit`] wants its samples: the roots of the Chebyshev polynomial `T4`, rising.
+/// Points at which [`fit`] needs its samples: the roots of the Chebyshev polynomial `T4`, in rising
+/// order.
 pub const NODES: [f64; 4] = [-OUTER, -INNER, INNER, OUTER];
 /// `cos(pi / 8)`.
 const OUTER: f64 = 0.923_879_532_511_286_7;
 /// `cos(3 pi / 8)`.
 const INNER: f64 = 0.382_683_432_365_089_8;
 
-/// The cubic through four samples at [`NODES`], as `[c0, c1, c2, c3]`; its error over the piece is within a few percent of the least.
+/// Returns the cubic through four samples at [`NODES`], as `[c0, c1, c2, c3]`. Its largest error
+/// over the piece is within a few percent of the minimum.
 pub const fn fit(samples: [f64; 4]) -> [f64; 4] {
     const INNER_SQUARED: f64 = INNER * INNER;
     const DIFFERENCE: f64 = core::f64::consts::FRAC_1_SQRT_2;
@@ -72,13 +77,14 @@ pub const fn fit(samples: [f64; 4]) -> [f64; 4] {
     ]
 }
 
-/// `value` with `fractional_bits`, rounded to nearest; saturates.
+/// Converts `value` to fixed point with `fractional_bits`, rounded to nearest; saturates.
 pub const fn quantize(value: f64, fractional_bits: u32) -> i32 {
     let scaled = value * (1u64 << fractional_bits) as f64;
     (scaled + if scaled < 0.0 { -0.5 } else { 0.5 }) as i32
 }
 
-/// Sine of `x`, for tables: `x` from -pi to pi, error below 1e-15. Only IEEE sums and products, so any machine gets the same bits.
+/// Computes the sine of `x`, for tables. Domain: -pi to pi; error below 1e-15. It uses only IEEE
+/// sums, products and quotients, so it is bit-identical on every machine.
 pub const fn sine(x: f64) -> f64 {
     use core::f64::consts::{FRAC_PI_2, PI};
     let x = if x > FRAC_PI_2 {
@@ -88,7 +94,7 @@ pub const fn sine(x: f64) -> f64 {
     } else {
         x
     };
-    // Taylor's series to x^21, from the inside out; the next term is below 2e-18.
+    // Taylor series to x^21, evaluated from the inside out. The next term is below 2e-18.
     let mut sum = 1.0;
     let mut n = 20;
     while n > 0 {

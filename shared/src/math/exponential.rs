@@ -1,8 +1,8 @@
-//! Decaying exponentials, for any [`Scalar`].
+//! Decaying exponentials for any [`Scalar`].
 
 use super::scalar::Scalar;
 
-/// `1 / (n + 1)`. A table, because no tick may divide in double precision.
+/// `1 / (n + 1)` for each index n. It is a table, because no tick may divide in double precision.
 pub(crate) const RECIPROCALS: [f64; 15] = {
     let mut table = [1.0; 15];
     let mut n = 1;
@@ -13,13 +13,13 @@ pub(crate) const RECIPROCALS: [f64; 15] = {
     table
 };
 
-/// `1 - e^-x`.
+/// Computes `1 - e^-x`.
 ///
-/// Domain: every `x` from 0 to infinity, 0 for any below; NaN for NaN. Worst error 2 units in the last place
-/// (`host-tests/tests/robots/crawler/model.rs`, `decays_are_those_of_the_host_s_library`). Cost: at
-/// most seven halvings, one series.
+/// Domain: every `x` from 0 to infinity; 0 below 0; NaN for NaN. Worst error: 2 units in the last
+/// place (`host-tests/tests/robots/crawler/model.rs`, `decays_are_those_of_the_host_s_library`).
+/// Cost: at most seven halvings and one series.
 pub fn rise<S: Scalar>(x: S) -> S {
-    // 1 in either precision.
+    // From this `x` on, the result is 1 in both precisions.
     const ALL: f64 = 40.0;
     let (half, all) = (S::from_f64(0.5), S::from_f64(ALL));
     if x <= S::ZERO {
@@ -37,13 +37,14 @@ pub fn rise<S: Scalar>(x: S) -> S {
     }
     let mut rise = rest * sum;
     for _ in 0..halvings {
-        // 1 - (1 - rise)^2 as a sum of products that are not negative.
+        // This is 1 - (1 - rise)^2 as a sum of products that are not negative.
         rise = rise + rise * (S::ONE - rise);
     }
     rise
 }
 
-/// Mean of `e^-t` for `t` from 0 to `x`: `(1 - e^-x) / x`, 1 at 0. Domain and error as [`rise`].
+/// Computes the mean of `e^-t` for `t` from 0 to `x`: `(1 - e^-x) / x`, and 1 at 0. Domain and
+/// error are those of [`rise`].
 pub fn mean_decay<S: Scalar>(x: S) -> S {
     if x <= S::ZERO { S::ONE } else { rise(x) / x }
 }

@@ -1,17 +1,21 @@
-//! Root, minimum, maximum and limiters for `f32`: defined for every input, with the same bits on every target.
+//! Square root, minimum, maximum and limiters for `f32`. They are defined for every input and
+//! bit-identical on every target.
 //!
-//! `f32::min`, `max` and `clamp` are not used because signed zeros and NaN come out differently on x86-64 and Cortex-M4F.
+//! `f32::min`, `max` and `clamp` are not used, because their results for signed zeros and NaN
+//! differ between x86-64 and Cortex-M4F.
 
 mod c {
     unsafe extern "C" {
-        // IEEE 754 defines this operation to the bit, and the compiler makes it one machine instruction (VSQRT, SQRTSS).
+        // IEEE 754 defines every bit of this operation. The compiler makes it one machine
+        // instruction (VSQRT, SQRTSS).
         pub safe fn sqrtf(x: f32) -> f32;
-        // The same in double precision (SQRTSD); the nodes compute in single precision and never ask for it.
+        // The same in double precision (SQRTSD). The nodes compute in single precision and never
+        // use it.
         pub safe fn sqrt(x: f64) -> f64;
     }
 }
 
-/// Square root, correctly rounded. NaN below zero and for NaN; -0 for -0.
+/// Returns the square root, correctly rounded. NaN below zero and for NaN; -0 for -0.
 #[inline]
 pub fn sqrt(value: f32) -> f32 {
     if value >= 0.0 {
@@ -21,7 +25,7 @@ pub fn sqrt(value: f32) -> f32 {
     }
 }
 
-/// Square root in double precision, as [`sqrt`].
+/// Returns the square root in double precision, as [`sqrt`] does.
 #[inline]
 pub(super) fn sqrt_f64(value: f64) -> f64 {
     if value >= 0.0 {
@@ -31,13 +35,15 @@ pub(super) fn sqrt_f64(value: f64) -> f64 {
     }
 }
 
-/// [`sqrt`] of a value that is a sum of squares, and so cannot be negative: NaN for NaN, cheaper by the comparison with zero.
+/// Computes [`sqrt`] of a sum of squares, which cannot be negative. NaN for NaN. It is cheaper than
+/// [`sqrt`], because it needs no comparison with zero.
 #[inline]
 pub(crate) fn root_of_sum(squares: f32) -> f32 {
     c::sqrtf(squares)
 }
 
-/// The smaller value; -0 is below +0. NaN if either is NaN (IEEE 754-2019 `minimum`): a lost value must not look like a good one.
+/// Returns the smaller value; -0 is below +0. NaN if either value is NaN (IEEE 754-2019 `minimum`),
+/// so that an invalid value never looks like a valid one.
 #[inline]
 pub fn min(a: f32, b: f32) -> f32 {
     if a < b {
@@ -52,7 +58,7 @@ pub fn min(a: f32, b: f32) -> f32 {
     }
 }
 
-/// The larger value; +0 is above -0. NaN if either is NaN (IEEE 754-2019 `maximum`).
+/// Returns the larger value; +0 is above -0. NaN if either value is NaN (IEEE 754-2019 `maximum`).
 #[inline]
 pub fn max(a: f32, b: f32) -> f32 {
     if a > b {
@@ -66,19 +72,20 @@ pub fn max(a: f32, b: f32) -> f32 {
     }
 }
 
-/// `value` raised to `low`, then lowered to `high` (which wins if they cross). NaN if any is NaN; see [`limit`] for an output that
-/// must always be a number.
+/// Raises `value` to `low`, then lowers it to `high`, which wins if the two cross. NaN if any of
+/// the three is NaN. Use [`limit`] for an output that must never be NaN.
 #[inline]
 pub fn clamp(value: f32, low: f32, high: f32) -> f32 {
     min(max(value, low), high)
 }
 
-/// `value` kept within `-bound..=bound`: the last gate before an actuator.
+/// Limits `value` to `-bound..=bound`: the last limiter before an actuator.
 ///
-/// Total: always a number, never beyond the bound. 0 if `value` is NaN, and 0 if `bound` is NaN, zero or negative.
+/// It is defined for every input. The result is never NaN and never beyond the bound. It is 0 if
+/// `value` is NaN, and 0 if `bound` is NaN, zero or negative.
 #[inline]
 pub fn limit(value: f32, bound: f32) -> f32 {
-    // The usual case first. Every comparison with NaN is false and ends in zero.
+    // The usual case comes first. Every comparison with NaN is false, so NaN ends in zero.
     if value.abs() <= bound {
         value
     } else if bound > 0.0 {
@@ -94,19 +101,19 @@ pub fn limit(value: f32, bound: f32) -> f32 {
     }
 }
 
-/// `value` without its fraction; saturates, 0 for NaN.
+/// Converts `value` to an integer without its fraction. Saturates; 0 for NaN.
 #[inline]
 pub fn to_i32(value: f32) -> i32 {
     value as i32
 }
 
-/// As [`to_i32`], saturating at the ends of `i16`.
+/// Converts as [`to_i32`], but saturates at the ends of `i16`.
 #[inline]
 pub fn to_i16(value: f32) -> i16 {
     to_i32(value).clamp(i16::MIN.into(), i16::MAX.into()) as i16
 }
 
-/// `value` as far as 32 bits go.
+/// Converts `value` to 32 bits; saturates.
 #[inline]
 pub fn saturate(value: i64) -> i32 {
     let low = value as i32;
@@ -117,16 +124,18 @@ pub fn saturate(value: i64) -> i32 {
     }
 }
 
-/// A limit of both signs in fixed point that is only known at run time. The core has no instruction for it (SSAT wants a power of two), but
-/// its sums that saturate (QADD, QSUB) do it in four, without a comparison.
+/// Symmetric limit in fixed point that is known only at run time.
+///
+/// The core has no instruction for it, because SSAT needs a power of two. Its saturating sums
+/// (QADD, QSUB) do it in four instructions, without a comparison.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Bound {
-    /// From the limit up to the end of the integers.
+    /// Distance from the limit to the largest integer.
     headroom: i32,
 }
 
 impl Bound {
-    /// Limits to `-bound - 1..=bound`; a negative bound counts as 0.
+    /// Creates a limit to `-bound - 1..=bound`. A negative bound counts as 0.
     #[inline]
     pub const fn new(bound: i32) -> Self {
         Self {
@@ -134,7 +143,7 @@ impl Bound {
         }
     }
 
-    /// `value` within the bound.
+    /// Limits `value` to the bound.
     #[inline]
     pub const fn limit(self, value: i32) -> i32 {
         let not_above = value

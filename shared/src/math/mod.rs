@@ -1,8 +1,12 @@
-//! Elementary functions that end in the same bits on every target: no platform libm, no `f32::min`, `max` or `clamp`.
+//! Elementary functions that are bit-identical on every target. They use no platform libm and no
+//! `f32::min`, `max` or `clamp`.
 //!
-//! [`trig`]: sine and cosine of binary angles, arc tangent. [`limits`]: root, minimum, maximum, limiters.
-//! [`cubic`]: tables of cubics in fixed point, which sines and screw share. [`scalar`]: `f32` or `f64`, for models that are
-//! written once for both; [`vector`]: places, directions and symmetric matrices in them; [`exponential`]: decays.
+//! * [`trig`]: sine and cosine of binary angles, arc tangent
+//! * [`limits`]: square root, minimum, maximum, limiters
+//! * [`cubic`]: tables of cubics in fixed point, for the sines and the screw
+//! * [`scalar`]: `f32` or `f64`, for models that have one source for both
+//! * [`vector`]: points, directions, frames and symmetric matrices of scalars
+//! * [`exponential`]: decaying exponentials
 
 pub mod cubic;
 pub mod exponential;

@@ -1,16 +1,19 @@
-//! Sine and cosine of an angle in radians, in either precision: whole quarter turns are taken off (Cody and Waite), and the
-//! rest, at most an eighth of a turn, goes into Taylor's series.
+//! Sine and cosine of an angle in radians, in single and double precision. Whole quarter turns are
+//! subtracted (method of Cody and Waite). The rest, at most an eighth of a turn, goes into a Taylor
+//! series.
 
 use super::scalar::Scalar;
 use core::f64::consts::{FRAC_2_PI, FRAC_PI_2};
 
-/// What a quarter turn is more than `FRAC_PI_2`.
+/// Difference between a quarter turn and `FRAC_PI_2`.
 const QUARTER_REST: f64 = 6.123_233_995_736_766e-17;
-/// Largest argument, rad. Up to it the count of quarter turns times each part below is exact.
+/// Largest argument, rad. Up to it, the number of quarter turns times each of the first two parts
+/// below is exact.
 const LARGEST_F32: f32 = 8192.0;
 const LARGEST_F64: f64 = 1e6;
 
-/// A quarter turn in three parts; the first two are short, so that their products with a count are exact.
+/// A quarter turn in three parts. The first two have few bits, so that their products with the
+/// number of quarter turns are exact.
 const PARTS_F64: [f64; 3] = {
     let high = leading_bits(FRAC_PI_2, 33);
     [high, FRAC_PI_2 - high, QUARTER_REST]
@@ -25,7 +28,7 @@ const PARTS_F32: [f32; 3] = {
     ]
 };
 
-/// `sin(x) / x` and `cos(x)` in powers of `x^2`.
+/// Coefficients of `sin(x) / x` and `cos(x)` in powers of `x^2`.
 const SINE_F64: [f64; 9] = taylor(1);
 const COSINE_F64: [f64; 9] = taylor(0);
 const SINE_F32: [f32; 5] = narrow(taylor(1));
@@ -35,7 +38,7 @@ const fn leading_bits(value: f64, bits: u32) -> f64 {
     f64::from_bits(value.to_bits() & (u64::MAX << (53 - bits)))
 }
 
-/// Coefficients of `x^(2 k)`: `(-1)^k / (2 k + first)!`.
+/// Computes the coefficients of `x^(2 k)`: `(-1)^k / (2 k + first)!`.
 const fn taylor<const N: usize>(first: u32) -> [f64; N] {
     let mut coefficients = [1.0; N];
     let mut k = 1;
@@ -65,7 +68,8 @@ fn evaluate<S: Scalar, const N: usize>(coefficients: &[S; N], square: S) -> S {
         .fold(S::ZERO, |sum, coefficient| sum * square + *coefficient)
 }
 
-/// Sine and cosine of `quarters` quarter turns plus the angle whose own they are.
+/// Returns sine and cosine of the sum of `quarters` quarter turns and the angle that has this
+/// `sine` and `cosine`.
 #[inline]
 fn turned<S: Scalar>(quarters: i32, sine: S, cosine: S) -> (S, S) {
     match quarters & 3 {
@@ -78,7 +82,7 @@ fn turned<S: Scalar>(quarters: i32, sine: S, cosine: S) -> (S, S) {
 
 #[inline]
 pub(super) fn sin_cos_f32(angle: f32) -> (f32, f32) {
-    // False for NaN.
+    // The comparison is false for NaN.
     if !(angle.abs() <= LARGEST_F32) {
         return (f32::NAN, f32::NAN);
     }

@@ -1,12 +1,14 @@
-//! The numbers that models are written in: `f32` on the robot, `f64` on the host, one source for both.
+//! The number type of the models: `f32` on the robot and `f64` on the host, with one source for
+//! both.
 
 use super::{limits, radians, trig};
 use core::fmt::Debug;
 use core::ops::{Add, AddAssign, Div, Mul, Neg, Sub};
 
-/// A real number. Its functions are defined for every input and end in the same bits on every target.
+/// A real number. Its functions are defined for every input and bit-identical on every target.
 ///
-/// In a crate with `std` the inherent methods of `f32` and `f64` hide those of this trait: call `Scalar::sqrt(x)` there.
+/// In a crate with `std`, the inherent methods of `f32` and `f64` hide those of this trait. Call
+/// `Scalar::sqrt(x)` there.
 pub trait Scalar:
     Copy
     + Debug
@@ -23,23 +25,25 @@ pub trait Scalar:
     /// One.
     const ONE: Self;
 
-    /// The nearest number to `value`. Free where `value` is a constant.
+    /// Returns the number nearest to `value`. It costs nothing if `value` is a constant.
     fn from_f64(value: f64) -> Self;
-    /// The same number in double precision.
+    /// Returns the same number in double precision.
     fn to_f64(self) -> f64;
-    /// Neither NaN nor infinite.
+    /// Returns whether the number is neither NaN nor infinite.
     fn is_finite(self) -> bool;
-    /// Square root, correctly rounded. NaN below zero and for NaN.
+    /// Returns the square root, correctly rounded. NaN below zero and for NaN.
     #[must_use]
     fn sqrt(self) -> Self;
-    /// Sine and cosine of an angle in radians.
+    /// Returns sine and cosine of an angle in radians.
     ///
-    /// `f32`: worst error 9e-8 within 8192 rad; `f64`: 2.3e-16 within 1e6 rad. Beyond, and for NaN, both are NaN.
-    /// (`shared/tests/math/scalar.rs`.)
+    /// Worst error of `f32`: 9e-8 up to 8192 rad. Worst error of `f64`: 2.3e-16 up to 1e6 rad.
+    /// Beyond these angles, and for NaN, both results are NaN (`shared/tests/math/scalar.rs`).
     fn sin_cos(self) -> (Self, Self);
-    /// Direction of the point (`x`, `self`) in radians, from -pi to pi, 0 at the origin.
+    /// Returns the direction of the point (`x`, `self`) in radians, from -pi to pi; 0 at the
+    /// origin.
     ///
-    /// Worst error 4e-7 rad for `f32` ([`trig::atan2`]), 9e-16 for `f64`; special values as in IEEE 754.
+    /// Worst error: 4e-7 rad for `f32` ([`trig::atan2`]), 9e-16 rad for `f64`. Special values are
+    /// as in IEEE 754.
     #[must_use]
     fn atan2(self, x: Self) -> Self;
 }

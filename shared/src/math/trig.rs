@@ -1,10 +1,12 @@
-//! Sine and cosine of a binary angle from one table of cubics, and the arc tangent of two coordinates.
+//! Sine and cosine of a binary angle from one table of cubics, and the arc tangent of two
+//! coordinates.
 
 use super::cubic::{NODES, fit, mul_high_add, quantize, sine};
 use crate::units::Angle;
 use core::f32::consts::{FRAC_PI_2, PI};
 
-/// Pieces over the full circle; each is centred on a multiple of its width, so that sine is exactly 0 at 0.
+/// Number of pieces over the full circle. Each piece is centred on a multiple of its width, so that
+/// sine is exactly 0 at 0.
 const PIECES: usize = 64;
 /// Bits of an angle within a piece.
 const PIECE_BITS: u32 = 26;
@@ -26,7 +28,7 @@ const fn sine_table() -> [[i32; 4]; PIECES] {
         let mut node = 0;
         while node < 4 {
             let x = centre + NODES[node] * HALF_WIDTH;
-            // The piece around half a turn reaches beyond it.
+            // The piece around half a turn extends beyond half a turn.
             let full = 2.0 * core::f64::consts::PI;
             samples[node] = sine(if x < -core::f64::consts::PI {
                 x + full
@@ -47,10 +49,11 @@ const fn sine_table() -> [[i32; 4]; PIECES] {
     table
 }
 
-/// Sine and cosine with 30 fractional bits (2^30 is one).
+/// Returns sine and cosine with 30 fraction bits: 2^30 is one.
 ///
-/// Domain: every `Angle`. Worst error over all of them 3.14e-8; never beyond one, and exact at zero crossings at 0 and a quarter turn
-/// (`shared/tests/math/functions.rs`, `sine_and_cosine_keep_their_errors_over_every_angle`). Cost on Cortex-M4: 30 instructions as a function.
+/// Domain: every `Angle`. Worst error over all angles: 3.14e-8 (`shared/tests/math/functions.rs`,
+/// `sine_and_cosine_keep_their_errors_over_every_angle`). No result exceeds one. The sine of 0 and
+/// the cosine of a quarter turn are exactly 0. Cost on Cortex-M4: 30 instructions as a function.
 #[inline]
 pub fn sin_cos_q30(angle: Angle) -> (i32, i32) {
     let bits = angle.to_bits();
@@ -59,16 +62,16 @@ pub fn sin_cos_q30(angle: Angle) -> (i32, i32) {
     let evaluate = |[c0, c1, c2, c3]: [i32; 4]| {
         mul_high_add(c0, u, mul_high_add(c1, u, mul_high_add(c2, u, c3)))
     };
-    // A quarter turn is a whole number of pieces: cosine is sine with the same `u`.
+    // A quarter turn is a whole number of pieces. So cosine is sine with the same `u`.
     (
         evaluate(SINE[piece % PIECES]),
         evaluate(SINE[(piece + PIECES / 4) % PIECES]),
     )
 }
 
-/// Sine and cosine.
+/// Returns sine and cosine in single precision.
 ///
-/// Domain: every `Angle`. Worst error over all of them 6.2e-8, same test as [`sin_cos_q30`].
+/// Domain: every `Angle`. Worst error over all angles: 6.2e-8, by the same test as [`sin_cos_q30`].
 #[inline]
 pub fn sin_cos(angle: Angle) -> (f32, f32) {
     const ONE: f32 = (1 << 30) as f32;
@@ -76,7 +79,8 @@ pub fn sin_cos(angle: Angle) -> (f32, f32) {
     (sin as f32 / ONE, cos as f32 / ONE)
 }
 
-/// `atan(t) / t` in powers of `t^2` for `t` from 0 to 1, interpolated at Chebyshev nodes: 1e-8 before rounding.
+/// Coefficients of `atan(t) / t` in powers of `t^2` for `t` from 0 to 1, interpolated at Chebyshev
+/// nodes. The error is 1e-8 before rounding.
 const ARC_TANGENT: [f32; 9] = [
     1.0,
     -0.333_330_36,
@@ -89,11 +93,12 @@ const ARC_TANGENT: [f32; 9] = [
     0.002_766_283_5,
 ];
 
-/// Direction of the point (`x`, `y`) in radians, from -pi to pi.
+/// Returns the direction of the point (`x`, `y`) in radians, from -pi to pi.
 ///
-/// Defined for every input as in IEEE 754: 0 for the origin (pi if `x` is -0, with the sign of `y`), an infinite coordinate
-/// wins over a finite one, two give a diagonal; NaN for NaN, always the same one.
-/// Worst error seen 2.1e-7 rad, bounded by 4e-7 (`shared/tests/math/functions.rs`, `arc_tangent_*`).
+/// It is defined for every input as in IEEE 754. The origin gives 0, or pi if `x` is -0, with the
+/// sign of `y`. An infinite coordinate wins over a finite one; two infinite coordinates give a
+/// diagonal. NaN gives NaN, always with the same bits. Worst error seen: 2.1e-7 rad; bound: 4e-7
+/// rad (`shared/tests/math/functions.rs`, `arc_tangent_*`).
 #[inline]
 pub fn atan2(y: f32, x: f32) -> f32 {
     if x.is_nan() || y.is_nan() {
@@ -128,12 +133,12 @@ pub fn atan2(y: f32, x: f32) -> f32 {
     half.copysign(y)
 }
 
-/// [`atan2`] in double precision: worst error 9e-16 rad (`shared/tests/math/scalar.rs`).
+/// Computes [`atan2`] in double precision. Worst error: 9e-16 rad (`shared/tests/math/scalar.rs`).
 pub(super) fn atan2_f64(y: f64, x: f64) -> f64 {
     use core::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI};
-    /// Tangent of a sixteenth of a turn; above it the distance to the diagonal is the smaller angle.
+    /// Tangent of a sixteenth of a turn. Above it, the angle to the diagonal is the smaller one.
     const TAN_PI_8: f64 = 0.414_213_562_373_095_05;
-    /// Terms of Taylor's series; the first one left out is below 1e-17 at `TAN_PI_8`.
+    /// Number of terms of the Taylor series. The first omitted term is below 1e-17 at `TAN_PI_8`.
     const TERMS: u32 = 21;
 
     if x.is_nan() || y.is_nan() {

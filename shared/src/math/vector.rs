@@ -1,41 +1,41 @@
-//! Places, directions, frames and symmetric matrices of three dimensions, for any [`Scalar`].
+//! Points, directions, frames and symmetric matrices in three dimensions, for any [`Scalar`].
 
 use super::scalar::Scalar;
 
 /// Three coordinates.
 pub type Vector<S> = [S; 3];
 
-/// Nothing in every direction.
+/// Returns the zero vector.
 #[inline]
 pub fn zero<S: Scalar>() -> Vector<S> {
     [S::ZERO; 3]
 }
 
-/// `a + b`.
+/// Returns `a + b`.
 #[inline]
 pub fn add<S: Scalar>(a: Vector<S>, b: Vector<S>) -> Vector<S> {
     [a[0] + b[0], a[1] + b[1], a[2] + b[2]]
 }
 
-/// `a - b`.
+/// Returns `a - b`.
 #[inline]
 pub fn sub<S: Scalar>(a: Vector<S>, b: Vector<S>) -> Vector<S> {
     [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
 }
 
-/// `factor a`.
+/// Returns `factor` times `a`.
 #[inline]
 pub fn scale<S: Scalar>(factor: S, a: Vector<S>) -> Vector<S> {
     [factor * a[0], factor * a[1], factor * a[2]]
 }
 
-/// Scalar product.
+/// Returns the scalar product.
 #[inline]
 pub fn dot<S: Scalar>(a: Vector<S>, b: Vector<S>) -> S {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
-/// Vector product `a x b`.
+/// Returns the vector product `a x b`.
 #[inline]
 pub fn cross<S: Scalar>(a: Vector<S>, b: Vector<S>) -> Vector<S> {
     [
@@ -45,29 +45,30 @@ pub fn cross<S: Scalar>(a: Vector<S>, b: Vector<S>) -> Vector<S> {
     ]
 }
 
-/// `z x a`: what turning about z does to `a`.
+/// Returns `z x a`: the rate at which `a` changes when it turns about z with unit rate.
 #[inline]
 pub fn about_z<S: Scalar>(a: Vector<S>) -> Vector<S> {
     [-a[1], a[0], S::ZERO]
 }
 
-/// `a x (length x)`: what turning by `a` does to a point on the x axis.
+/// Returns `a x (length x)`: the velocity of a point on the x axis, at distance `length`, that
+/// turns with the rate `a`.
 #[inline]
 pub fn to_point_on_x<S: Scalar>(a: Vector<S>, length: S) -> Vector<S> {
     [S::ZERO, a[2] * length, -(a[1] * length)]
 }
 
-/// A frame: its axes and its origin in the coordinates of another one.
+/// A coordinate frame: its axes and its origin in the coordinates of an outer frame.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct CoordinateFrame<S> {
     /// x, y and z axis: the columns of the rotation matrix.
     pub axes: [Vector<S>; 3],
-    /// Origin.
+    /// Origin of the frame.
     pub origin: Vector<S>,
 }
 
 impl<S: Scalar> CoordinateFrame<S> {
-    /// A direction given along the frame's axes, in the outer frame.
+    /// Converts a direction from the frame's axes to the outer frame.
     #[inline]
     pub fn direction(&self, local: Vector<S>) -> Vector<S> {
         let [x, y, z] = self.axes;
@@ -77,36 +78,37 @@ impl<S: Scalar> CoordinateFrame<S> {
         )
     }
 
-    /// A place given in the frame, in the outer frame.
+    /// Converts a point from the frame to the outer frame.
     #[inline]
     pub fn place(&self, local: Vector<S>) -> Vector<S> {
         add(self.origin, self.direction(local))
     }
 
-    /// A direction of the outer frame along the frame's axes: the inverse of [`Self::direction`].
+    /// Converts a direction from the outer frame to the frame's axes: the inverse of
+    /// [`Self::direction`].
     #[inline]
     pub fn along_axes(&self, direction: Vector<S>) -> Vector<S> {
         self.axes.map(|axis| dot(axis, direction))
     }
 
-    /// The transform `[R | p]`, row by row.
+    /// Returns the transform `[R | p]`, row by row.
     pub fn rows(&self) -> [[S; 4]; 3] {
         let [x, y, z] = self.axes;
         [0, 1, 2].map(|row| [x[row], y[row], z[row], self.origin[row]])
     }
 }
 
-/// A symmetric matrix, such as an inertia.
+/// A symmetric matrix, for example an inertia.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Symmetric<S> {
     /// Elements xx, yy, zz.
     pub diagonal: Vector<S>,
-    /// Elements yz, zx, xy: each opposite to its axis.
+    /// Elements yz, zx, xy. Each stands at the index of the axis that it does not contain.
     pub mixed: Vector<S>,
 }
 
 impl<S: Scalar> Symmetric<S> {
-    /// Inertia of a point of mass `mass` at `place` about the origin: `m (r.r 1 - r r^T)`.
+    /// Returns the inertia about the origin of a point mass `mass` at `place`: `m (r.r 1 - r r^T)`.
     #[inline]
     pub fn point_mass(mass: S, place: Vector<S>) -> Self {
         let [x, y, z] = place;
@@ -118,7 +120,7 @@ impl<S: Scalar> Symmetric<S> {
         }
     }
 
-    /// Sum.
+    /// Returns the sum.
     #[inline]
     #[must_use]
     pub fn plus(&self, other: &Self) -> Self {
@@ -128,7 +130,7 @@ impl<S: Scalar> Symmetric<S> {
         }
     }
 
-    /// Product with a vector.
+    /// Returns the product with a vector.
     #[inline]
     pub fn times(&self, v: Vector<S>) -> Vector<S> {
         let ([xx, yy, zz], [yz, zx, xy]) = (self.diagonal, self.mixed);
@@ -139,7 +141,8 @@ impl<S: Scalar> Symmetric<S> {
         ]
     }
 
-    /// The same matrix for axes that are turned back by an angle about z: `R A R^T`, the angle given by sine and cosine.
+    /// Returns the matrix for axes that are turned back about z by an angle: `R A R^T`. The angle
+    /// is given by its sine and cosine.
     #[inline]
     #[must_use]
     pub fn turned_about_z(&self, sine: S, cosine: S) -> Self {
@@ -156,7 +159,8 @@ impl<S: Scalar> Symmetric<S> {
         }
     }
 
-    /// Half the trace times one, less the matrix itself. Of an inertia this is the second moment of mass, `integral r r^T dm`.
+    /// Returns half the trace times the unit matrix, minus the matrix itself. For an inertia this
+    /// is the second moment of mass, `integral r r^T dm`.
     #[inline]
     #[must_use]
     pub fn complement(&self) -> Self {

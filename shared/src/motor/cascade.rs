@@ -1,77 +1,83 @@
-//! Position loop over velocity loop in fixed point: from a set-point and the measured motion to a motor current.
+//! Position loop around a velocity loop, in fixed point: computes a motor current from a set-point
+//! and the measured motion.
 //!
-//! A velocity is a share of the velocity limit, 2^28 being the limit, so that limiting is one instruction (SSAT). A current is a share of the
-//! current limit, whose unit follows from the gain so that no digit is lost; [`Cascade`] converts from and to SI units.
+//! Velocities count in fractions of the velocity limit, which is 2^28, so that one instruction
+//! (SSAT) limits them. Currents count in fractions of the current limit. Their unit follows from
+//! the gain, so that no digit is lost. [`Cascade`] converts from and to SI units.
 
 use super::UNITS_PER_RADIAN;
 use super::profile::Motion;
 use crate::math::cubic::mul_high_add;
 use crate::math::{Bound, saturate, to_i32};
 
-/// Gains at the output shaft, and what they are limited by.
+/// Gains of the loops at the output shaft, and the limits of the loops.
 #[derive(Clone, Copy, Debug)]
 pub struct Gains {
-    /// Position loop, 1/s.
+    /// Gain of the position loop, 1/s.
     pub position: f32,
-    /// Velocity loop, A s/rad.
+    /// Gain of the velocity loop, A s/rad.
     pub velocity: f32,
     /// Integral time of the velocity loop, s, above zero.
     pub integral_time: f32,
-    /// Current for acceleration, A s^2/rad.
+    /// Current per acceleration, for the feed-forward, A s^2/rad.
     pub acceleration: f32,
-    /// Largest velocity that the position loop may ask for, rad/s, above zero.
+    /// Largest velocity that the position loop may command, rad/s, above zero.
     pub velocity_limit: f32,
-    /// Largest current of all, A, above zero.
+    /// Largest current, A, above zero.
     pub current_limit: f32,
     /// Time from one call to the next, s.
     pub period: f32,
 }
 
-/// The velocity limit, as a power of two.
+/// The velocity limit is 2 to this power.
 const VELOCITY_BITS: u32 = 28;
-/// The current limit at most, as a power of two.
+/// The current limit is at most 2 to this power.
 const CURRENT_BITS: u32 = 25;
-/// Digits that the integral has more than a current.
+/// Fraction bits that the integral has in addition to those of a current.
 const INTEGRAL_BITS: u32 = 4;
-/// Velocities and currents from outside end here: at twice their limits or more.
+/// Velocities and currents from callers are limited to these values: twice their limits, or more.
 const OUTSIDE_VELOCITY: i32 = (2 << VELOCITY_BITS) - 1;
 const OUTSIDE_CURRENT: i32 = (2 << CURRENT_BITS) - 1;
 
-/// A set-point in the units of a [`Cascade`]; made by [`Cascade::reference`].
+/// Set-point in the units of a [`Cascade`]; [`Cascade::reference`] creates it.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct Reference {
-    /// 2^-32 turn.
+    /// Position, 2^-32 turn.
     pub position: i64,
-    /// Velocity to feed forward, up to 2^29.
+    /// Velocity feed-forward, up to 2^29.
     pub velocity: i32,
-    /// Current to feed forward, up to 2^27: that of the acceleration and one from outside.
+    /// Current feed-forward, up to 2^27: the sum of the current for the acceleration and one from
+    /// the caller.
     pub current: i32,
 }
 
-/// A current, and what the limits cut off it.
+/// Current that the loops demand, and what the limits cut off.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Demand {
-    /// Within the bound that was given.
+    /// Demanded current, within the given bound.
     pub current: i32,
-    /// Zero while neither the velocity nor the current limit is at work.
+    /// Zero while neither the velocity limit nor the current limit acts.
     pub cut: i32,
 }
 
-/// The loops and their one state, the integral of the velocity loop.
+/// Position loop and velocity loop. Their only state is the integral of the velocity loop.
 ///
-/// The integral stands still while the current is limited. It only grows while the error has its sign and the sum is within the bound, so it never
-/// asks for more than the bound and what is fed forward against it: nothing winds up, and no sum overflows.
+/// The integral does not change while the current is limited. It grows only while the velocity
+/// error has its sign and the sum is within the bound. So it never exceeds the bound plus the
+/// feed-forward that acts against it: it does not wind up, and no sum overflows.
 #[derive(Clone, Debug)]
 pub struct Cascade {
-    /// How often half a turn holds the largest error of position that counts: a power of two.
+    /// Half a turn, divided by the largest position error that counts; a power of two.
     error_scale: u32,
-    /// Velocity at the largest error, 2^29 being the limit.
+    /// Velocity at the largest position error; 2^29 is the velocity limit.
     position_gain: i32,
-    /// 2^-32 of the integral in one call, and of the current at once, per velocity.
+    /// Gains of the velocity loop per unit of velocity, with 32 fraction bits: change of the
+    /// integral in one call, and current.
     integral_gain: i32,
     velocity_gain: i32,
     integral: i32,
-    /// Units of velocity per rad/s, of current per rad/s^2 and per A; A per unit.
+    /// Units of velocity per rad/s, units of current per rad/s^2 and per A, and A per unit of
+    /// current.
     per_velocity: f32,
     per_acceleration: f32,
     per_ampere: f32,
@@ -79,10 +85,15 @@ pub struct Cascade {
 }
 
 impl Cascade {
-    /// Loops at rest.
+    /// Creates the loops with an integral of zero.
     ///
-    /// An error of position counts as at most half a turn, or less where twice the velocity limit is reached before. Gains so
-    /// large that an error of 2^-16 of that reaches the limit, or a velocity error of 2^-16 of its limit the current limit, are reduced to it.
+    /// A position error above half a turn counts as half a turn. If half a turn would command four
+    /// times the velocity limit or more, the largest error that counts is smaller. It still
+    /// commands at least twice the velocity limit.
+    ///
+    /// Very large gains may be reduced: a position gain with which 2^-16 of half a turn commands
+    /// more than the velocity limit, and a velocity gain with which a velocity error of 2^-16 of
+    /// the velocity limit demands more than the current limit.
     pub fn new(gains: &Gains) -> Self {
         let half_turn = 2_147_483_648.0 / UNITS_PER_RADIAN;
         let mut velocity = gains.position * half_turn / gains.velocity_limit;
@@ -115,19 +126,20 @@ impl Cascade {
         }
     }
 
-    /// Forgets the integral: before the bridge is switched on.
+    /// Clears the integral. Call it before the bridge is switched on.
     pub fn reset(&mut self) {
         self.integral = 0;
     }
 
-    /// Takes over the current that the integral of `other` asks for, as far as `bound`: for loops
-    /// with other limits.
+    /// Takes over the current in the integral of `other`, limited to `bound`. It is used when the
+    /// limits change.
     pub fn take_over(&mut self, other: &Self, bound: Bound) {
         let current = self.current(other.amperes(other.integral >> INTEGRAL_BITS));
         self.integral = bound.limit(current) << INTEGRAL_BITS;
     }
 
-    /// A set-point in the loops' units, with its velocity and acceleration to be fed forward.
+    /// Converts a set-point to the units of the loops. Its velocity and acceleration become the
+    /// feed-forward.
     #[inline]
     pub fn reference(&self, set_point: &Motion) -> Reference {
         Reference {
@@ -140,34 +152,36 @@ impl Cascade {
         }
     }
 
-    /// A velocity in rad/s in the loops' units.
+    /// Converts a velocity, rad/s, to the units of the loops.
     #[inline]
     pub fn rate(&self, velocity: f32) -> i32 {
         outside(velocity * self.per_velocity, OUTSIDE_VELOCITY)
     }
 
-    /// Bound of the current at this many A; 0 for NaN and below 0.
+    /// Creates a bound of the current from a current in A; 0 for NaN and for negative values.
     #[inline]
     pub fn bound(&self, amperes: f32) -> Bound {
         Bound::new(self.current(amperes))
     }
 
-    /// A current in A in the loops' units, up to 2^26; 0 for NaN.
+    /// Converts a current, A, to the units of the loops, up to 2^26; 0 for NaN.
     #[inline]
     pub fn current(&self, amperes: f32) -> i32 {
         outside(amperes * self.per_ampere, OUTSIDE_CURRENT)
     }
 
-    /// A current in A.
+    /// Converts a current from the units of the loops to A.
     #[inline]
     pub fn amperes(&self, current: i32) -> f32 {
         current as f32 * self.amperes
     }
 
-    /// Both loops: holds `reference` against the measured `position` and `velocity`. The result never exceeds `bound`, whatever the inputs.
+    /// Runs both loops: computes the current with which the measured `position` and `velocity`
+    /// follow `reference`. The result never exceeds `bound`, whatever the inputs are.
     ///
-    /// Domain: positions less than 2^14 turns apart, velocities up to 2^29. Worst error against double precision over
-    /// 100 000 calls: 8e-6 of the current limit, 1.4e-6 with nominal gains (`shared/tests/motor/cascade.rs`). Cost on Cortex-M4: see docs/cost.md.
+    /// Domain: positions less than 2^14 turns apart, velocities up to 2^29. Worst error against
+    /// double precision over 100 000 calls: 8e-6 of the current limit, 1.4e-6 with nominal gains
+    /// (`shared/tests/motor/cascade.rs`). Cost on Cortex-M4: see docs/cost.md.
     #[inline]
     pub fn position(
         &mut self,
@@ -178,7 +192,7 @@ impl Cascade {
     ) -> Demand {
         let difference = reference.position.wrapping_sub(position);
         let error = saturate(difference.wrapping_mul(i64::from(self.error_scale)));
-        // At most 2 + 4 limits: 2^31 is 8.
+        // The sum is at most 2 + 4 velocity limits, and 2^31 is 8 of them.
         let wanted = mul_high_add(reference.velocity, error, self.position_gain);
         let allowed = wanted.clamp(-(1 << VELOCITY_BITS), (1 << VELOCITY_BITS) - 1);
         let mut demand = self.velocity(allowed, reference.current, velocity, bound);
@@ -186,11 +200,11 @@ impl Cascade {
         demand
     }
 
-    /// Velocity loop alone, with a current to feed forward.
+    /// Runs the velocity loop alone, with a current feed-forward.
     #[inline]
     pub fn velocity(&mut self, wanted: i32, current: i32, velocity: i32, bound: Bound) -> Demand {
         let error = wanted.wrapping_sub(velocity);
-        // Rounded: a sum of truncated products would drift.
+        // Rounded, because a sum of truncated products would drift.
         let integral = mul_high_add(self.integral, error, self.integral_gain);
         let held = (integral >> INTEGRAL_BITS).wrapping_add(current);
         let asked = mul_high_add(held, error, self.velocity_gain);
@@ -203,7 +217,7 @@ impl Cascade {
     }
 }
 
-/// A value from outside in fixed point, as far as `end`; 0 for NaN.
+/// Converts a value from a caller to fixed point, limited to `end`; 0 for NaN.
 #[inline]
 fn outside(value: f32, end: i32) -> i32 {
     to_i32(value).clamp(-end - 1, end)
@@ -224,7 +238,8 @@ mod tests {
         period: 1e-3,
     };
 
-    /// Rotor of inertia 0.05 kg m^2 with 2.4 N m/A, against a constant load torque.
+    /// Simulates a rotor with an inertia of 0.05 kg m^2 and 2.4 N m/A against a constant load
+    /// torque. Returns its last position and velocity, and its largest angle, rad.
     fn settle(load: f32, target: i64) -> (i64, f32, f32) {
         let (mut cascade, mut position, mut velocity, mut peak) =
             (Cascade::new(&GAINS), 0_i64, 0.0_f32, 0.0_f32);

@@ -1,35 +1,35 @@
-//! Current loop of a brushed motor: what runs in the PWM interrupt.
+//! Current loop of a brushed motor. It runs in the PWM interrupt.
 
 use crate::math::limit;
 use core::fmt;
 
-/// What the loop must know of the winding and the bridge.
+/// Parameters of the winding and the bridge that the loop needs.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Winding {
     /// Resistance of winding and bridge, ohm; above zero.
     pub resistance: f32,
     /// Inductance, henry; above zero.
     pub inductance: f32,
-    /// Largest current that is ever demanded, A; above zero.
+    /// Largest current that the loop demands, A; above zero.
     pub current_limit: f32,
 }
 
-/// Why a loop cannot be made.
+/// Reason why a loop cannot be created.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub enum CurrentLoopError {
-    /// A value that must be finite and above zero is not.
+    /// A value is not finite, or not above zero.
     NotPositive {
-        /// Which value.
+        /// Name of the value.
         name: &'static str,
-        /// What it was.
+        /// The value.
         got: f32,
     },
-    /// The bandwidth leaves fewer than four periods per radian: a period and a half of delay would cost more than 22
-    /// degrees of phase margin.
+    /// The bandwidth leaves fewer than four PWM periods per radian. The delay of a period and a
+    /// half would then cost more than 21 degrees of phase margin.
     BandwidthTooHigh {
-        /// What was asked, rad/s.
+        /// The given bandwidth, rad/s.
         got: f32,
-        /// The most that this PWM rate allows, rad/s.
+        /// The largest bandwidth at this PWM rate, rad/s.
         maximum: f32,
     },
 }
@@ -48,29 +48,34 @@ impl fmt::Display for CurrentLoopError {
     }
 }
 
-/// Largest share of the supply that is ever applied. The rest keeps a low-side transistor closed long enough in every
-/// period to sample the current.
+/// Largest duty cycle. In the rest of each period a low-side transistor stays closed long enough to
+/// sample the current.
 pub const MAX_DUTY: f32 = 0.95;
-/// Below this supply, V, or with an unknown one, nothing is driven.
+/// Lowest supply voltage at which the bridge is driven, V. Below it, and if the supply voltage is
+/// unknown, the duty cycle is 0.
 pub const MIN_BUS_VOLTAGE: f32 = 5.0;
 
-/// Proportional-integral current loop, its zero on the winding's pole: `Kp = w L`, `Ki = w R` give a closed loop of
-/// first order with bandwidth `w`. While the voltage is limited, back-calculation with the time constant `L / R` (Astrom
-/// and Hagglund, "Advanced PID Control", section 3.5) keeps the integral at what the bridge could deliver.
+/// Proportional-integral (PI) current loop. Its zero cancels the pole of the winding: `Kp = w L`
+/// and `Ki = w R` give a closed loop of first order with the bandwidth `w`.
+///
+/// While the voltage is limited, back-calculation with the time constant `L / R` (Astrom and
+/// Hagglund, "Advanced PID Control", section 3.5) keeps the integral at what the bridge can
+/// deliver.
 #[derive(Clone, Debug)]
 pub struct CurrentLoop {
     proportional: f32,     // V/A
-    integral_gain: f32,    // V/A in one period
-    back_calculation: f32, // share of the excess that one period takes back
+    integral_gain: f32,    // V/A per period
+    back_calculation: f32, // fraction of the excess that one period removes
     current_limit: f32,    // A
     integral: f32,         // V
 }
 
 impl CurrentLoop {
-    /// Loop of `bandwidth` rad/s for `winding`, stepped `rate_hz` times a second.
+    /// Creates a loop of `bandwidth` rad/s for `winding`, which is called `rate_hz` times a second.
     ///
     /// # Errors
-    /// A value of `winding`, the bandwidth or the rate is not finite and positive, or the bandwidth is above `rate_hz / 4`.
+    /// A value of `winding`, the bandwidth or the rate is not finite and positive, or the bandwidth
+    /// is above `rate_hz / 4`.
     pub fn new(winding: &Winding, bandwidth: f32, rate_hz: f32) -> Result<Self, CurrentLoopError> {
         for (name, got) in [
             ("resistance", winding.resistance),
@@ -99,19 +104,20 @@ impl CurrentLoop {
         })
     }
 
-    /// Whether the windings may stay shorted with this current, A. Shorted at speed a motor drives
-    /// a current that only its resistance limits; beyond the limit the bridge opens until the next
-    /// sample. False for NaN.
+    /// Returns whether the windings may stay shorted at this current, A. A shorted motor that turns
+    /// drives a current that only its resistance limits. Beyond the current limit the bridge opens
+    /// until the next sample. False for NaN.
     #[inline]
     pub fn may_brake(&self, sample: f32) -> bool {
         sample.abs() <= self.current_limit
     }
 
-    /// Duty, in -[`MAX_DUTY`] to [`MAX_DUTY`], for the next PWM period, from the sampled current (A), the demanded
-    /// current (A) and the supply (V).
+    /// Computes the duty cycle of the next PWM period, from -[`MAX_DUTY`] to [`MAX_DUTY`], from the
+    /// sampled current (A), the demanded current (A) and the supply voltage (V).
     ///
-    /// Total: an infinite demand is limited; a demand or sample that is not a number, an infinite sample, or a supply
-    /// that is unknown or below [`MIN_BUS_VOLTAGE`] gives 0 and forgets the integral.
+    /// It is defined for every input. An infinite demand is limited. A demand that is NaN, a sample
+    /// that is not finite, and a supply voltage that is not finite or below [`MIN_BUS_VOLTAGE`]
+    /// give 0 and clear the integral.
     #[inline]
     pub fn step(&mut self, sample: f32, demand: f32, supply_voltage: f32) -> f32 {
         let usable = sample.is_finite()
@@ -128,12 +134,13 @@ impl CurrentLoop {
         let voltage = limit(wanted, available);
         let integral =
             self.integral + self.integral_gain * error + self.back_calculation * (voltage - wanted);
-        // A sample near the largest float can overflow the products; the loop then starts afresh from the limited voltage.
+        // A sample near the largest float can make the products overflow. The integral then starts
+        // again from 0; the voltage is limited in any case.
         self.integral = if integral.is_finite() { integral } else { 0.0 };
         limit(voltage / supply_voltage, MAX_DUTY)
     }
 
-    /// Forgets the past: for a bridge that was off.
+    /// Clears the integral. Call it after the bridge was off.
     pub fn reset(&mut self) {
         self.integral = 0.0;
     }
@@ -151,7 +158,8 @@ mod tests {
     const RATE: f32 = 20_000.0;
     const BANDWIDTH: f32 = 2_000.0;
 
-    /// Exact solution of `L di/dt = u - R i - e` over one period, in f64: independent of the loop's arithmetic.
+    /// Solves `L di/dt = u - R i - e` exactly over one period in `f64`, independently of the loop's
+    /// arithmetic.
     fn winding_after(current: f64, voltage: f64) -> f64 {
         let (r, l, t) = (
             f64::from(WINDING.resistance),
@@ -159,7 +167,7 @@ mod tests {
             1.0 / f64::from(RATE),
         );
         let settled = voltage / r;
-        // exp by its series: no_std tests have no libm, and the argument is 0.05
+        // exp from its series: `no_std` tests have no libm, and the argument is only -0.05.
         let x = -r * t / l;
         let decay = (1..12)
             .rev()
@@ -191,7 +199,7 @@ mod tests {
 
     #[test]
     fn step_rises_with_the_asked_bandwidth_and_settles_without_error() {
-        let (after_one_time_constant, _, _) = run(5.0, 0.0, 24.0, 12); // 1/2000 s is 10 periods, and 2 of delay
+        let (after_one_time_constant, _, _) = run(5.0, 0.0, 24.0, 12); // 10 periods + 2 of delay
         assert!(
             (after_one_time_constant - 5.0 * 0.632).abs() < 0.5,
             "{after_one_time_constant}"
@@ -210,7 +218,7 @@ mod tests {
 
     #[test]
     fn saturation_leaves_no_windup_behind() {
-        // 20 A need 8 V plus 10 V of back-EMF; 12 V cannot give them.
+        // 20 A need 8 V plus 10 V of back-EMF. A supply of 12 V cannot give that.
         let mut current_loop = run(20.0, 10.0, 12.0, 20_000).2;
         let mut current = 3.5;
         for _ in 0..60 {

@@ -1,8 +1,11 @@
-//! Field-oriented current control of a three-phase motor in fixed point: from two phase currents to the compare values of three half
-//! bridges. Integers alone, so that an interrupt that calls it stacks no floating-point registers.
+//! Field-oriented current control (FOC) of a three-phase motor in fixed point: computes the compare
+//! values of three half bridges from two phase currents. It uses integers only, so that an
+//! interrupt that calls it saves no floating-point registers on the stack.
 //!
-//! Currents are shares of [`Config::current_full_scale`]. Voltages are shares of `1 / sqrt 3` of the supply, the largest amplitude that three
-//! half bridges can give in every direction: 2^24 is that limit, so that limiting is one instruction (SSAT).
+//! Currents count in fractions of [`Config::current_full_scale`]. Voltages count in fractions of
+//! the voltage limit. This limit is `1 / sqrt 3` of the supply voltage, the largest amplitude that
+//! three half bridges can give in every direction. It is 2^24, so that one instruction (SSAT)
+//! limits a voltage.
 
 use crate::math::cubic::{mul_high, mul_high_add, quantize};
 use crate::math::sin_cos_q30;
@@ -12,71 +15,76 @@ const ROOT_3: f32 = 1.732_050_8;
 /// `2 / sqrt 3`, Q30.
 const TWO_BY_ROOT_3: i32 = quantize(1.154_700_538_379_251_5, 30);
 
-/// Electrical angle, which goes round once per pole pair: not to be mixed up with the rotor's mechanical one.
+/// Electrical angle. It makes one turn per pole pair and must not be confused with the mechanical
+/// angle of the rotor.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct ElectricalAngle(pub Angle);
 
-/// A vector in the rotor's axes, Q30: 2^30 is full scale, more is limited to it.
+/// Vector in the rotor's axes, Q30: 2^30 is full scale, and larger components are limited to it.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct Dq {
-    /// Along the magnet's flux.
+    /// Component along the magnet's flux.
     pub d: i32,
-    /// A quarter turn ahead: torque.
+    /// Component a quarter turn ahead of the flux, which makes the torque.
     pub q: i32,
 }
 
-/// What the controller must know of the motor, the bridge and the sensing; all finite and above zero.
+/// Parameters of the motor, the bridge and the current measurement. All must be finite and above
+/// zero.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Config {
     /// Resistance of one phase, ohm.
     pub resistance: f32,
     /// Inductance of one phase, henry.
     pub inductance: f32,
-    /// Supply that the gains are made for, V.
+    /// Supply voltage for which the gains are computed, V.
     pub supply_voltage: f32,
-    /// Current of 2^30, A.
+    /// Current at full scale (2^30), A.
     pub current_full_scale: f32,
     /// Bandwidth of the closed loop, rad/s; at most a quarter of the rate.
     pub bandwidth: f32,
     /// Calls of [`Foc::step`] per second.
     pub rate_hz: f32,
-    /// Compare value of a half bridge that is always on; at most 2^16.
+    /// Compare value of a half bridge that is always on; 2 to 2^16.
     pub period: u32,
 }
 
-/// Why there is no controller.
+/// Reason why a controller cannot be created.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub enum FocError {
-    /// A value of the configuration is outside of what it says, or no number.
+    /// A value of the configuration is outside of its stated range or not finite.
     OutOfRange,
-    /// A gain is beyond its fixed-point format: the loop would be too fast for this winding, supply and current scale.
+    /// A gain exceeds its fixed-point format. The loop would be too fast for this winding, supply
+    /// voltage and current scale.
     GainTooLarge {
-        /// Proportional gain, shares of the voltage limit per full-scale current; below 16.
+        /// Proportional gain, voltage limits per full-scale current; must be below 16.
         proportional: f32,
-        /// Integral gain in one period; below 0.25.
+        /// Integral gain per period; must be below 0.25.
         integral: f32,
     },
 }
 
-/// Current controllers of both axes. The integral of an axis stands still while that axis' voltage is limited; as the integral alone never
-/// exceeds the limit, an error of the other sign always frees it.
+/// Current controllers of both axes.
+///
+/// The integral of an axis does not change while the voltage of that axis is limited. The integral
+/// alone never exceeds the limit, so an error of the other sign always ends the limitation.
 #[derive(Clone, Debug)]
 pub struct Foc {
-    /// 2^27 is one.
+    /// Proportional gain; 2^27 is one.
     proportional: i32,
-    /// 2^33 is one.
+    /// Integral gain per period; 2^33 is one.
     integral_gain: i32,
-    /// 2^30 is the voltage limit; d, q.
+    /// Integrals of the axes d and q; 2^30 is the voltage limit.
     integral: [i32; 2],
-    /// Compare value of half the supply.
+    /// Compare value of half the supply voltage.
     half: i32,
 }
 
 impl Foc {
-    /// Controller whose zero cancels the winding's pole: `Kp = w L`, `Ki = w R`.
+    /// Creates a controller whose zero cancels the pole of the winding: `Kp = w L`, `Ki = w R`.
     ///
     /// # Errors
-    /// [`FocError`].
+    /// [`FocError`] if a value is out of range, or if a gain is too large.
     pub fn new(config: &Config) -> Result<Self, FocError> {
         let values = [
             config.resistance,
@@ -111,43 +119,46 @@ impl Foc {
         })
     }
 
-    /// Forgets the past: for a bridge that was off.
+    /// Clears the integrals. Call it after the bridge was off.
     pub fn reset(&mut self) {
         self.integral = [0; 2];
     }
 
-    /// Compare values of the three half bridges, each from 0 to the period, for the currents of phases a and b (Q30, the third is their
-    /// negative sum), the rotor's angle, and the demanded current.
+    /// Computes the compare values of the three half bridges, each from 0 to the period, from the
+    /// currents of phases a and b, the rotor's electrical angle and the demanded current. Currents
+    /// are Q30; the current of phase c is the negative sum of the other two.
     ///
-    /// Total: every input gives values in range. Worst error against double precision: one count of 4250
-    /// (`shared/tests/motor/foc.rs`). Cost on Cortex-M4: see docs/cost.md.
+    /// It is defined for every input: all results are in range. Worst error against double
+    /// precision: one count of 4250 (`shared/tests/motor/foc.rs`). Cost on Cortex-M4: see
+    /// docs/cost.md.
     #[inline]
     pub fn step(&mut self, angle: ElectricalAngle, currents: [i32; 2], demand: Dq) -> [u16; 3] {
         let (sin, cos) = sin_cos_q30(angle.0);
         let [a, b] = currents.map(full_scale);
 
-        // Clarke: 2^28 is full scale.
+        // Clarke transform: 2^28 is full scale.
         let (alpha, beta) = (a >> 2, mul_high((a >> 1) + b, TWO_BY_ROOT_3));
-        // Park: 2^26 is full scale; at most twice that.
+        // Park transform: 2^26 is full scale. The result is at most twice that.
         let d = mul_high_add(mul_high(alpha, cos), beta, sin);
         let q = mul_high_add(mul_high(beta, cos), alpha, -sin);
 
         let d = self.control::<0>(full_scale(demand.d), d);
         let q = self.control::<1>(full_scale(demand.q), q);
 
-        // Back to the stator's axes: 2^22 is the voltage limit.
+        // Inverse Park transform, back to the stator's axes: 2^22 is the voltage limit.
         let alpha = mul_high_add(mul_high(d, cos), q, -sin);
         let beta = mul_high_add(mul_high(d, sin), q, cos);
         self.modulate(alpha, beta)
     }
 
-    /// Voltage of one axis (2^24 is the limit) for a demand with 2^30 and a current with 2^26 at full scale.
+    /// Computes the voltage of one axis, whose limit is 2^24, from a demand (full scale 2^30) and a
+    /// current (full scale 2^26).
     #[inline]
     fn control<const AXIS: usize>(&mut self, demand: i32, current: i32) -> i32 {
-        // At most three times full scale: 2^29 each still fits.
+        // At most three times full scale. This fits with a full scale of 2^29.
         let error = ((demand >> 4) - current) << 3;
         let before = self.integral[AXIS];
-        // Rounded: a sum of truncated products would drift.
+        // Rounded, because a sum of truncated products would drift.
         let integral =
             mul_high_add(before, error, self.integral_gain).clamp(-(1 << 30), (1 << 30) - 1);
         let wanted = mul_high_add(integral >> 6, error, self.proportional);
@@ -156,10 +167,12 @@ impl Foc {
         voltage
     }
 
-    /// Space-vector modulation by shifting all phases alike until the highest and the lowest are as far from the middle.
+    /// Space-vector modulation: shifts all phases equally until the highest and the lowest phase
+    /// are equally far from the middle.
     #[inline]
     fn modulate(&self, alpha: i32, beta: i32) -> [u16; 3] {
-        // Phases in shares of half the supply, 2^22 being one: 2 / sqrt 3 times what they are in shares of the limit.
+        // Phases in fractions of half the supply voltage, with 2^22 as one. This is 2 / sqrt 3
+        // times their value in fractions of the voltage limit.
         let a = mul_high(alpha << 2, TWO_BY_ROOT_3);
         let (b, c) = (beta - (a >> 1), -beta - (a >> 1));
         let (low, high) = if a < b { (a, b) } else { (b, a) };
@@ -173,7 +186,7 @@ impl Foc {
     }
 }
 
-/// `value` within the scale.
+/// Limits `value` to full scale.
 #[inline]
 fn full_scale(value: i32) -> i32 {
     value.clamp(-(1 << 30), (1 << 30) - 1)

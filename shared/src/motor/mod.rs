@@ -1,6 +1,13 @@
-//! One motor: from encoder counts to a velocity ([`observer`]), from set-points to a current ([`profile`], [`cascade`]),
-//! from a current to a duty cycle ([`current`], or [`foc`] for three phases). Positions are `i64` in 2^-32 turn of the output shaft, so that neither
-//! precision nor range is lost with time; only differences become `f32`.
+//! Estimation and control of one motor.
+//!
+//! * [`observer`]: position and velocity from encoder counts
+//! * [`profile`]: motion of a set-point within its limits
+//! * [`cascade`]: current from a set-point
+//! * [`current`]: duty cycle of a brushed motor from a current
+//! * [`foc`]: compare values of a three-phase motor from a current
+//!
+//! Positions are `i64` in 2^-32 turn of the output shaft, so that they lose neither precision nor
+//! range over time. Only differences of positions become `f32`.
 
 pub mod cascade;
 pub mod current;
@@ -10,22 +17,24 @@ pub mod profile;
 
 use crate::math::to_i32;
 
-/// Radians in 2^-32 turn.
+/// Radians per position unit of 2^-32 turn.
 pub const RADIANS_PER_UNIT: f32 = core::f32::consts::TAU / 4_294_967_296.0;
-/// 2^-32 turns in one radian.
+/// Position units of 2^-32 turn per radian.
 pub const UNITS_PER_RADIAN: f32 = 4_294_967_296.0 / core::f32::consts::TAU;
 
-/// `position` as radians; exact to 24 bits, so meant for differences.
+/// Converts `position`, 2^-32 turn, to radians. The result is exact to 24 bits, so it is meant for
+/// differences.
 #[inline]
 pub fn to_radians(position: i64) -> f32 {
-    // Whole turns to nearest and the rest, each of 32 bits: the core converts those in one instruction, and a small difference of
-    // either sign has no whole turn in which its digits could be lost.
+    // The position is split into the nearest number of whole turns and the rest, each of 32 bits,
+    // because the core converts 32 bits in one instruction. A small difference of either sign has
+    // no whole turn, in which its digits could be lost.
     let rest = position as i32;
     let turns = (position.wrapping_sub(i64::from(rest)) >> 32) as i32;
     turns as f32 * core::f32::consts::TAU + rest as f32 * RADIANS_PER_UNIT
 }
 
-/// `angle` in radians as 2^-32 turns; saturates at 2^31 turns, 0 for NaN.
+/// Converts `angle`, rad, to 2^-32 turn. Saturates at 2^31 turns; 0 for NaN.
 #[inline]
 pub fn from_radians(angle: f32) -> i64 {
     const TURN: f32 = 4_294_967_296.0;

@@ -1,24 +1,27 @@
-//! Position and velocity of the output shaft from an incremental encoder on the rotor.
+//! Estimates position and velocity of the output shaft from an incremental encoder on the rotor.
 
 use super::to_radians;
 
-/// Tracking observer of second order: its velocity is smooth although the encoder's counts are not.
+/// Tracking observer of second order. Its velocity is smooth although the encoder's counts are not.
 ///
-/// The position it reports is the encoder's own, exact to a count; only the velocity is filtered. Bandwidth is that of
-/// a critically damped loop: a velocity step settles to 5 % within about `4.7 / bandwidth` seconds.
+/// The position that it returns is the encoder's own, exact to a count; only the velocity is
+/// filtered. The bandwidth is that of a critically damped loop: after a step of the velocity, the
+/// estimate settles to 5 % within about `4.7 / bandwidth` seconds.
 #[derive(Clone, Debug)]
 pub struct Observer {
     counts: i32,
-    /// 2^-32 turn of the output shaft per count, in 2^-16.
+    /// Turn of the output shaft per count, 2^-32 turn, with 16 fraction bits.
     unit_per_count: i64,
     measured: Fixed,
-    /// How far the estimated position lags behind the measured one, rad: a small number, so that single precision keeps it.
+    /// How far the estimated position lags behind the measured one, rad. It is a small number, for
+    /// which single precision is enough.
     lag: f32,
     velocity: f32,
     bandwidth: f32,
 }
 
-/// A position with 16 more fraction bits, so that a gear ratio that is no power of two leaves no error that grows.
+/// Position with 16 additional fraction bits. So a gear ratio that is no power of two causes no
+/// growing error.
 #[derive(Clone, Copy, Debug, Default)]
 struct Fixed {
     whole: i64,
@@ -26,11 +29,12 @@ struct Fixed {
 }
 
 impl Observer {
-    /// Observer of an encoder with `counts` per rotor turn behind a gear of `gear_milli` / 1000 rotor turns per output
-    /// turn, with a bandwidth in rad/s, started at the encoder reading `now`.
+    /// Creates an observer of an encoder with `counts` per rotor turn, behind a gear of
+    /// `gear_milli` / 1000 rotor turns per output turn. The bandwidth is in rad/s, and `now` is the
+    /// present reading of the encoder.
     pub fn new(counts: i32, gear_milli: i32, bandwidth: f32, now: i32) -> Self {
         let counts_per_turn_milli = i128::from(counts.max(1)) * i128::from(gear_milli.max(1));
-        // Once, at start: the only division.
+        // The only division. It runs once, at start.
         let unit_per_count =
             ((1_i128 << 48) * 1_000 + counts_per_turn_milli / 2) / counts_per_turn_milli;
         Self {
@@ -43,12 +47,13 @@ impl Observer {
         }
     }
 
-    /// Takes `counts` as the encoder's reading at the present position, as [`Self::new`] does.
+    /// Sets the encoder's reading at the present position to `counts`, as [`Self::new`] does.
     pub fn start(&mut self, counts: i32) {
         self.counts = counts;
     }
 
-    /// Takes the encoder's wrapping counter, `period` seconds after the call before.
+    /// Updates the estimate with the encoder's wrapping counter, `period` seconds after the
+    /// previous call.
     pub fn update(&mut self, counts: i32, period: f32) {
         let step = i64::from(counts.wrapping_sub(self.counts));
         self.counts = counts;
@@ -64,17 +69,17 @@ impl Observer {
         self.velocity += error * (self.bandwidth * self.bandwidth * period);
     }
 
-    /// Measured position, 2^-32 turn of the output shaft.
+    /// Returns the measured position, 2^-32 turn of the output shaft.
     pub fn position(&self) -> i64 {
         self.measured.whole
     }
 
-    /// Estimated velocity, rad/s of the output shaft.
+    /// Returns the estimated velocity, rad/s of the output shaft.
     pub fn velocity(&self) -> f32 {
         self.velocity
     }
 
-    /// Calls the present position `position`.
+    /// Defines the present position as `position`, 2^-32 turn of the output shaft.
     pub fn set_position(&mut self, position: i64) {
         self.measured.whole = position;
     }

@@ -1,4 +1,5 @@
-//! Trapezoidal profile: the quickest motion to a target within a velocity and an acceleration limit.
+//! Trapezoidal profile: the fastest motion to a target within a velocity limit and an acceleration
+//! limit.
 
 use super::{UNITS_PER_RADIAN, to_radians};
 use crate::math::{limit, sqrt, to_i32};
@@ -6,13 +7,13 @@ use crate::math::{limit, sqrt, to_i32};
 /// Limits of a motion, both positive.
 #[derive(Clone, Copy, Debug)]
 pub struct Limits {
-    /// rad/s.
+    /// Largest velocity, rad/s.
     pub velocity: f32,
-    /// rad/s^2.
+    /// Largest acceleration, rad/s^2.
     pub acceleration: f32,
 }
 
-/// A set-point on its way: position in 2^-32 turn, velocity in rad/s, acceleration in rad/s^2.
+/// A moving set-point: position in 2^-32 turn, velocity in rad/s, acceleration in rad/s^2.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Motion {
     /// Position.
@@ -24,7 +25,7 @@ pub struct Motion {
 }
 
 impl Motion {
-    /// At rest at `position`.
+    /// Creates a set-point at rest at `position`.
     pub fn at(position: i64) -> Self {
         Self {
             position,
@@ -33,15 +34,16 @@ impl Motion {
         }
     }
 
-    /// One step of `period` seconds towards resting at `target`. The braking distance is kept free at every step, so
-    /// the target is not overrun unless the set-point was already too fast for it.
+    /// Moves the set-point by one step of `period` seconds, so that it comes to rest at `target`.
+    /// Every step leaves enough distance to brake. So the set-point does not pass the target unless
+    /// it was already too fast.
     pub fn toward_position(&mut self, target: i64, limits: Limits, period: f32) {
         let distance = to_radians(target.wrapping_sub(self.position));
         let sign = if distance < 0.0 { -1.0 } else { 1.0 };
         let (way, speed) = (distance * sign, self.velocity * sign);
         let step = limits.acceleration * period;
-        // The next speed v' with which this step's way and a ramp to rest just fill the distance:
-        // (v + v') T / 2 + v'^2 / (2 a) = distance.
+        // v' is the next speed with which the travel of this step and a ramp to rest exactly cover
+        // the distance: (v + v') T / 2 + v'^2 / (2 a) = distance.
         let rest = way - 0.5 * speed * period;
         let rest = if rest > 0.0 { rest } else { 0.0 };
         let braking = sqrt(0.25 * step * step + 2.0 * limits.acceleration * rest) - 0.5 * step;
@@ -51,12 +53,12 @@ impl Motion {
             self.velocity = 0.0;
             self.position = target;
         } else {
-            // Within its limit by the other function.
+            // The other function limits the velocity.
             self.toward_velocity(sign * braking, limits, period);
         }
     }
 
-    /// One step of `period` seconds towards the velocity `target`.
+    /// Moves the set-point by one step of `period` seconds, towards the velocity `target`.
     pub fn toward_velocity(&mut self, target: f32, limits: Limits, period: f32) {
         let step = limits.acceleration * period;
         let target = limit(target, limits.velocity);
@@ -74,7 +76,8 @@ impl Motion {
         self.advance(mean * period);
     }
 
-    /// Moves the position by `way` in rad, at most half a turn: the way of one period is far below.
+    /// Moves the position by `way`, rad, at most half a turn. The travel of one period is far
+    /// smaller.
     #[inline]
     pub fn advance(&mut self, way: f32) {
         let units = to_i32(way * UNITS_PER_RADIAN);
@@ -111,7 +114,7 @@ mod tests {
             steps += 1;
             assert!(steps < 3_000);
         }
-        // distance / velocity + velocity / acceleration
+        // Expected time: distance / velocity + velocity / acceleration.
         assert!((i32::abs(steps - 1_725)) <= 5, "{steps}");
     }
 

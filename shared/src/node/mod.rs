@@ -1,4 +1,5 @@
-//! What each node does in one tick: inputs in, outputs out. No I/O, no waiting, no clock but the time in the inputs.
+//! Computes what each node does in one tick: outputs from inputs. There is no I/O, no waiting, and
+//! no clock other than the time in the inputs.
 
 pub mod axle;
 pub mod guard;

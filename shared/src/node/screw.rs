@@ -1,5 +1,6 @@
-//! The driving screw's node: an axle that computes its own set-point, so that `L + (L2 + L3) = K`
-//! holds for the chassis angle as it is now, not as it was when the joint's node sent it.
+//! The node of the driving screw: an axle that computes its own set-point. So `L + (L2 + L3) = K`
+//! holds for the present chassis angle, not for the angle at the time when the joint's node sent
+//! it.
 
 use super::axle::{Axle, Inputs as AxleInputs, Outputs};
 use crate::bus::cia402::mode;
@@ -14,15 +15,16 @@ use crate::screw::{Geometry, GeometryError, metres};
 use crate::settings::{Setting, Settings};
 use crate::units::Angle;
 
-/// What the node sensed and received since the tick before.
+/// Readings and messages since the previous tick.
 #[derive(Clone, Copy, Debug)]
 pub struct Inputs {
     /// The axle's own inputs.
     pub axle: AxleInputs,
-    /// The chassis joint's motion (2^-32 turn, 1e-6 rad/s), if a frame came, with the time at which it was measured, us.
+    /// Motion of the chassis joint (2^-32 turn, 1e-6 rad/s) and the time of its measurement, us, if
+    /// a frame came.
     pub joint: Option<(DriveMotion, u64)>,
-    /// Commanded slack of the belt, 2^-24 m; 0 is taut, negative counts as 0. It is approached with
-    /// the engage speed.
+    /// Commanded slack of the belt, 2^-24 m. 0 is taut; a negative value counts as 0. The slack is
+    /// approached with the engage speed.
     pub slack: i32,
 }
 
@@ -34,30 +36,32 @@ pub struct Screw {
     scale: Scale,
     joint: Option<(DriveMotion, u64)>,
     joint_timeout_us: u64,
-    /// Travel in one tick at the engage speed, 2^-32 turn, not negative.
+    /// Travel in one tick at the engage speed, 2^-32 turn; not negative.
     engage_step: i64,
-    /// The same in 2^-24 m of slack, at least 1, and the slack in force.
+    /// Travel in one tick at the engage speed, as slack in 2^-24 m, at least 1; and the present
+    /// slack.
     slack_step: i32,
     slack: i32,
     /// `L2`, m.
     l2: f32,
-    /// `2 K`, m, and `K^2 - L1^2`, m^2.
+    /// Terms of the slack: `2 K`, m, and `K^2 - L1^2`, m^2.
     slack_terms: (f32, f32),
-    /// Half of what lies between `K` and `L1`, 2^-24 m: more slack than any extension can give.
+    /// Half of `K - L1`, 2^-24 m. It is more slack than any extension can give.
     most_slack: i32,
-    /// Distance that is still to be taken up since the mode began, 2^-32 turn; towards zero at the engage speed.
+    /// Distance that is left to take up since the mode began, 2^-32 turn. It goes to zero at the
+    /// engage speed.
     remaining: i64,
 }
 
-/// Length in 2^-28 m by which a screw that stops from 1 m/s passes its set-point: 10 ms, three time
-/// constants of the velocity loop of a screw of the nominal settings.
+/// Overshoot of a screw that stops from 1 m/s, 2^-28 m. This is 10 ms: three time constants of the
+/// velocity loop of a screw with the nominal settings.
 const OVERSHOOT: f32 = 0.01 * 268_435_456.0;
 
 impl Screw {
-    /// Screw with these settings.
+    /// Creates a screw with these settings.
     ///
     /// # Errors
-    /// The geometry's, when L1, L2 and K make no robot whose belt length is known well enough.
+    /// [`GeometryError`] if the geometry is not accepted with L1, L2 and K.
     pub fn new(settings: &Settings) -> Result<Self, GeometryError> {
         let length = |setting| settings.get(setting);
         let geometry = Geometry::from_micrometres(
@@ -73,7 +77,8 @@ impl Screw {
         let released = i64::from(geometry.released_length().to_bits());
         let retreat = (i64::from(length(Setting::HomingRetreat)) << 28) / 1_000_000;
         let reference = scale.shaft_from_length(released - retreat);
-        // Half a turn of theta is the longest extension; beyond it and below the switch lies nothing to reach.
+        // The extension is longest at half a turn of theta. There is nothing to reach beyond it or
+        // below the switch.
         let longest = i64::from(geometry.length(Angle::from_bits(i32::MIN)).to_bits());
         let travel = (reference, scale.shaft_from_length(longest));
         let engage_metres = settings.scaled(Setting::EngageSpeed, 1e-6);
@@ -95,12 +100,12 @@ impl Screw {
         })
     }
 
-    /// Scale of its positions and velocities on the bus.
+    /// Returns the scale of its positions and velocities on the bus.
     pub fn scale(&self) -> Scale {
         self.scale
     }
 
-    /// One control period.
+    /// Runs one control period.
     pub fn tick(&mut self, inputs: &Inputs) -> Outputs {
         if inputs.joint.is_some() {
             self.joint = inputs.joint;
@@ -109,7 +114,8 @@ impl Screw {
         self.axle.tick_following(&inputs.axle, Some(taut))
     }
 
-    /// The set-point that keeps the belt at its slack, for the joint's motion extrapolated to now.
+    /// Computes the set-point that gives the belt its present slack, for the joint's motion
+    /// extrapolated to now.
     fn taut(&mut self, inputs: &Inputs) -> Result<Motion, Fault> {
         let (motion, measured_us) = self.joint.ok_or(Fault::JointLost)?;
         let age_us = inputs.axle.now_us.saturating_sub(measured_us);
@@ -117,7 +123,8 @@ impl Screw {
             return Err(Fault::JointLost);
         }
         let rate = motion.velocity as f32 * 1e-6;
-        // Below the time-out, which is a second at most; it ends at half a turn, beyond which no extrapolation is worth anything.
+        // The age is below the timeout, which is at most one second. The extrapolation ends at half
+        // a turn, beyond which it has no meaning.
         let moved = rate * (age_us as u32 as f32 * (1e-6 * UNITS_PER_RADIAN));
         let theta = Angle::from_bits(motion.position) + Angle::from_bits(to_i32(moved));
         let extension = self.geometry.extension(theta);
@@ -159,7 +166,8 @@ impl Screw {
         })
     }
 
-    /// Moves the slack towards the commanded one by what the engage speed allows in a tick.
+    /// Moves the present slack towards the commanded one, by at most what the engage speed allows
+    /// in a tick.
     fn update_slack(&mut self, commanded: i32) {
         let commanded = if commanded <= 0 {
             0
@@ -179,12 +187,13 @@ impl Screw {
         };
     }
 
-    /// How far the screw draws back from the extension `length`, 2^-28 m, so that the belt has the
-    /// slack in force.
+    /// Returns how far the screw draws back from the extension `length`, m, to give the belt its
+    /// present slack. The result is in 2^-28 m.
     ///
-    /// The front's length by eq. 2 is `r = (K^2 - L1^2) / (2 (K + L1 cos theta))`. Taken for `K` and for `K - s` the difference is
-    /// `s r (2 K - s - 2 r) / (K^2 - L1^2 - 2 s r)`, in which theta does not appear. Single precision: 0.2 um, far below what a slack belt
-    /// shows.
+    /// By eq. 2 of Paillat et al. the length of the front is
+    /// `r = (K^2 - L1^2) / (2 (K + L1 cos theta))`. The difference between this length for `K` and
+    /// for `K - s` is `s r (2 K - s - 2 r) / (K^2 - L1^2 - 2 s r)`, which does not contain theta.
+    /// The error of single precision is 0.2 um, which has no effect on a slack belt.
     fn retreat(&self, length: f32) -> i32 {
         if self.slack == 0 {
             return 0;
@@ -192,7 +201,7 @@ impl Screw {
         let (s, r) = (self.slack as f32 * (1.0 / 16_777_216.0), length + self.l2);
         let (two_k, squares) = self.slack_terms;
         let (sr, front) = (s * r, r + r);
-        // Less than 8 m.
+        // The result is below 8 m.
         let retreat = sr * (two_k - s - front) / (squares - (sr + sr));
         to_i32(retreat * 268_435_456.0)
     }

@@ -1,14 +1,15 @@
-//! Watches one axle's readings. Each watch has a dwell, so that no single sample raises a fault.
+//! Watches the readings of one axle for faults. Each watch has a dwell (the time for which its
+//! condition must last), so that no single sample raises a fault.
 
 use crate::faults::{Fault, Faults};
 
-/// One tick's readings.
+/// Readings of one tick.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Readings {
     /// Measured current, A; NaN if no sample was taken.
     pub current: f32,
-    /// Commanded current, A. A motor that runs away behind a frozen encoder takes less than it is
-    /// given.
+    /// Commanded current, A. A motor that runs away behind a frozen encoder draws less current than
+    /// commanded.
     pub demand: f32,
     /// Supply voltage, V.
     pub supply_voltage: f32,
@@ -16,18 +17,19 @@ pub(super) struct Readings {
     pub velocity: f32,
     /// Velocity of the set-point, rad/s.
     pub commanded_velocity: f32,
-    /// Distance of set-point and position, 2^-32 turn; 0 where the mode has no position.
+    /// Distance between set-point and position, 2^-32 turn; 0 if the mode has no position.
     pub following_error: i64,
     /// The current loop is on.
     pub powered: bool,
 }
 
-/// When a motor counts as blocked: it stands, although nearly all the current is commanded.
+/// Thresholds of a blocked motor, which does not turn although nearly the full current is
+/// commanded.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Stall {
     /// Commanded current above which a motor must turn, A.
     pub pushing: f32,
-    /// Speed below which it does not, rad/s.
+    /// Speed below which a motor counts as standing, rad/s.
     pub standing: f32,
 }
 
@@ -35,10 +37,11 @@ pub(super) struct Stall {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Bounds {
     over_current: f32,
-    /// Current that counts as a drive in one direction: half of the limit.
+    /// Commanded current above which the motor counts as driven in one direction, A: half of the
+    /// current limit.
     driving: f32,
     overspeed: f32,
-    /// Distance of two velocities that no control error explains.
+    /// Difference of two velocities that no control error explains, rad/s.
     deviation: f32,
     following: u64,
 }
@@ -46,8 +49,8 @@ pub(super) struct Bounds {
 const UNDER_VOLTAGE: f32 = 12.0;
 const OVER_VOLTAGE: f32 = 32.0;
 
-/// What is watched, and for how many ticks it must be bad, at most 127. The first faults of the
-/// table, in its order.
+/// The watched faults, and for how many ticks the condition of each must last, at most 127. They
+/// are the first faults of the table in [`crate::faults`], in its order.
 const WATCHES: [(Fault, u8); 8] = [
     (Fault::OverCurrent, 5),
     (Fault::Overspeed, 3),
@@ -59,13 +62,15 @@ const WATCHES: [(Fault, u8); 8] = [
     (Fault::FollowingError, 100),
 ];
 
-/// The top bit of every byte: a dwell is over.
+/// The top bit of every byte, which says that a dwell is over.
 const OVER: u32 = 0x8080_8080;
 const ONE_EACH: u32 = 0x0101_0101;
-/// Multiplied with a number whose bytes are 0 or 1, its top four bits are those bytes' bits.
+/// Factor that gathers bits. If it is multiplied by a number whose bytes are 0 or 1, the top four
+/// bits of the product are the bits of those bytes.
 const GATHER: u32 = 0x1020_4080;
 
-/// Where the counters start, a byte for each watch: as far below the top bit as the dwell is long.
+/// Start values of the counters, one byte for each watch: 0x80 minus the dwell, so that the top bit
+/// is set at its end.
 const START: [u32; 2] = {
     let mut start = [0; 2];
     let mut watch = 0;
@@ -76,7 +81,7 @@ const START: [u32; 2] = {
     start
 };
 
-/// The watches' dwell counters: bytes, of which four are counted at once.
+/// Dwell counters of the watches. Each is a byte, and four of them are counted at once.
 #[derive(Clone, Debug)]
 pub(super) struct Supervisor {
     counters: [u32; 2],
@@ -95,7 +100,8 @@ impl Default for Supervisor {
 }
 
 impl Bounds {
-    /// Bounds by the axle's limits: current, A; velocity, rad/s; distance of set-point and position, 2^-32 turn.
+    /// Creates the bounds from the axle's limits: current, A; velocity, rad/s; distance between
+    /// set-point and position, 2^-32 turn.
     pub fn new(current: f32, velocity: f32, following: i64) -> Self {
         Self {
             over_current: 1.25 * current,
@@ -108,11 +114,11 @@ impl Bounds {
 }
 
 impl Supervisor {
-    /// The faults whose condition has lasted its dwell and lasts still. Comparisons are written so
-    /// that NaN counts as bad.
+    /// Returns the faults whose condition has lasted for its dwell and still lasts. The comparisons
+    /// are written so that NaN counts as bad.
     pub fn check(&mut self, now: &Readings, bounds: &Bounds, stall: Stall) -> Faults {
         let (current, speed) = (now.current.abs(), now.velocity.abs());
-        // No reading is so large that the sum of two has no room.
+        // No reading is so large that the sum of two overflows.
         let finite = current + now.supply_voltage.abs() < f32::INFINITY;
         let blocked = now.powered && speed < stall.standing && !(now.demand.abs() <= stall.pushing);
         let deviating = self.deviates(now, bounds) && now.powered;
@@ -135,7 +141,7 @@ impl Supervisor {
         }
         for word in 0..2 {
             let counter = self.counters[word];
-            // One whose dwell is over stays where it is.
+            // A counter whose dwell is over does not change.
             let next = counter + (ONE_EACH & !(counter >> 7));
             self.counters[word] = next & counting[word] | START[word] & !counting[word];
         }
@@ -147,14 +153,14 @@ impl Supervisor {
         Faults::from_bits(high << 4 | low)
     }
 
-    /// Whether the axle has gathered speed away from its set-point, against a current that drives
-    /// it back.
+    /// Returns whether the axle has gathered speed away from its set-point, against a current that
+    /// drives it back.
     ///
-    /// A load that the motor brakes loses speed, an axle that lags behind its set-point moves with
-    /// its current, and one that a ramp carries along stays near the set-point. Only a motor whose
-    /// current acts against its meaning does this: encoder channels or motor leads are swapped. A
-    /// blow to the robot throws the rotor about through its gear for some 10 ms at a time; the dwell
-    /// is longer.
+    /// In normal use this does not happen. A load that the motor brakes loses speed. An axle that
+    /// lags behind its set-point moves in the direction of its current. An axle that follows a ramp
+    /// stays near its set-point. Only a motor whose current acts in the wrong direction does this:
+    /// encoder channels or motor leads are swapped. A blow to the robot swings the rotor within its
+    /// gear for some 10 ms at a time; the dwell is longer.
     fn deviates(&mut self, now: &Readings, bounds: &Bounds) -> bool {
         let speed = now.velocity.abs();
         let apart = now.velocity - now.commanded_velocity;
@@ -298,7 +304,8 @@ mod tests {
         assert_eq!(supervisor.check(&GOOD, &bounds, STALL), Faults::NONE);
     }
 
-    /// Velocities over time with the current that acts, and whether that is a deviation.
+    /// Returns whether these velocities over time, with the current that acts, are a velocity
+    /// deviation.
     fn deviates(commanded: f32, demand: f32, velocity: fn(f32) -> f32) -> bool {
         let (mut supervisor, bounds) = (Supervisor::default(), Bounds::new(10.0, 6.0, 400));
         (0..60).any(|tick| {

@@ -1,6 +1,8 @@
-//! What a robot is to the guard: a body that knows how it stands and turns a command into set-points of its drives.
+//! Defines the interface of a robot to the guard: a body that knows its stance and turns a command
+//! into set-points of its drives.
 //!
-//! A robot implements [`Body`] once, in its own folder. Network, sequence and filter are the guard's and the same for all.
+//! A robot implements [`Body`] once, in its own folder. Network, sequence and filter belong to the
+//! guard and are the same for all robots.
 
 use crate::bus::scale::{Position, Scale, Target};
 use crate::estimate::state::Joint;
@@ -13,46 +15,46 @@ use crate::stability::step_behind::StepBehind;
 use crate::stability::support::Stance;
 use heapless::Vec;
 
-/// Most drives that one guard commands.
+/// Maximum number of drives that one guard commands.
 pub const MAX_DRIVES: usize = 16;
-/// Most stages between "ready" and "armed".
+/// Maximum number of stages between the states "ready" and "armed".
 pub const MAX_STAGES: usize = 4;
-/// Most drives that are told a torque in advance.
+/// Maximum number of drives with a torque feed-forward.
 pub const MAX_OFFSETS: usize = 4;
 
-/// A drive as the guard knows it from the bus.
+/// State of a drive as the guard receives it from the bus.
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
 pub struct DriveState {
-    /// Position of the output shaft; 0 before the first was received.
+    /// Position of the output shaft; 0 before the first one is received.
     pub position: Position,
     /// When the position was last received, us since power-up.
     pub received_us: Option<u64>,
     /// Torque at the output shaft, N m.
     pub torque: f32,
-    /// The drive says that its position is homed.
+    /// Whether the drive reports that its position is homed.
     pub homed: bool,
-    /// The drive is in "operation enabled".
+    /// Whether the drive is in "operation enabled".
     pub enabled: bool,
 }
 
-/// The state of drive number `index`; one that is not there is at rest, unhomed and off.
+/// State of drive number `index`; a drive that does not exist is at rest, not homed and off.
 #[inline]
 pub fn drive_of(drives: &[DriveState], index: usize) -> DriveState {
     drives.get(index).copied().unwrap_or_default()
 }
 
-/// What a drive shall do.
+/// Goal that the guard sets for a drive.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub enum Goal {
-    /// Bridge off.
+    /// Switch the bridge off.
     Off,
     /// Ramp down and hold.
     Hold,
     /// Find the home switch.
     Home,
-    /// Follow this position.
+    /// Follow this position set-point.
     Position(Target),
-    /// Move to this position by itself.
+    /// Move to this position on a profile of the drive's own.
     MoveTo(Target),
     /// Run at this speed, rad/s.
     Velocity(f32),
@@ -60,36 +62,37 @@ pub enum Goal {
     Taut,
 }
 
-/// A torque that a drive shall have in advance of any error.
+/// Torque feed-forward of a drive: the expected load, which the drive applies before any position
+/// error arises.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Offset {
     /// Number of the drive.
     pub drive: usize,
-    /// Torque at the output shaft, 0.01 N m; screw: force, N.
+    /// Torque at the output shaft, 0.01 N m; for a screw: force, N.
     pub torque: i16,
 }
 
-/// What the robot is about to do, or does.
+/// Phase of a robot's operation.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Phase {
-    /// Coming to life: the number of the stage, below the length of [`Body::STAGES`].
+    /// Starting: the number of the stage, below the length of [`Body::STAGES`].
     Starting(u8),
-    /// The operator drives.
+    /// Armed: the operator drives.
     Armed,
-    /// A fault or a loss holds the robot.
+    /// A fault report holds the robot.
     Held,
 }
 
-/// A robot's commanded posture. On the bus it is a 16-bit word, whose meaning depends on the robot.
+/// A robot's commanded posture. On the bus it is a 16-bit word whose meaning depends on the robot.
 pub trait PostureCommand: Copy {
     /// Posture of a word on the bus.
     fn from_word(word: i16) -> Self;
 
-    /// The nearest word.
+    /// The nearest word on the bus.
     fn word(self) -> i16;
 }
 
-/// The posture of a robot that has only one. Its word is not read, and reports show 0.
+/// Posture of a robot that has only one. Its word is ignored, and reports show 0.
 impl PostureCommand for () {
     fn from_word(_: i16) -> Self {}
 
@@ -98,13 +101,13 @@ impl PostureCommand for () {
     }
 }
 
-/// The word of a height in m that counts millimetres: the nearest one.
+/// Converts a height in m to the nearest word in millimetres.
 pub fn millimetres(metres: f32) -> i16 {
     let word = metres * 1e3;
     to_i16(word + f32::copysign(0.5, word))
 }
 
-/// Motion that the operator asks for, of a robot with postures `P`.
+/// Motion that the operator commands, for a robot with postures `P`.
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
 pub struct Asked<P> {
     /// Forward speed over ground, m/s.
@@ -115,31 +118,34 @@ pub struct Asked<P> {
     pub posture: P,
 }
 
-/// Why nothing may move, and how hard the robot brakes.
+/// Reason for a stop, which decides how hard the robot brakes.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Stop {
-    /// The operator stops, is absent, or the sensors are not trusted: brakes comfortably.
+    /// The operator stops or is absent, or the sensors are not trusted: the robot brakes within its
+    /// own acceleration.
     Gentle,
-    /// The guard has tripped: brakes as hard as the limits bear.
+    /// The guard has tripped: the robot brakes as hard as the guard's limits allow.
     Hard,
 }
 
-/// What the filter leaves of it.
+/// The part of a command that the filter allows.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Allowed {
-    /// Share of the asked speeds, 0 to 1.
+    /// Scale of the commanded speeds, 0 to 1.
     pub speed_scale: f32,
-    /// The robot is to stand still: wheels, legs, arms and levelling brake to rest.
+    /// If set, the robot must stand still: wheels, legs, arms and levelling brake to rest.
     pub stop: Option<Stop>,
-    /// Whether the posture may move on.
+    /// Whether the posture may move.
     pub posture: bool,
-    /// Within which limits both.
+    /// Limits of both motions.
     pub limits: MotionLimits,
 }
 
 impl Allowed {
-    /// Moves the speed of `motion` toward `asked` (m/s) times the speed scale, within the robot's `own` limits and the accelerations that
-    /// are handed down. The guard's own stops know only the latter.
+    /// Moves the speed of `motion` toward `asked` (m/s) times the speed scale.
+    ///
+    /// The acceleration stays within the robot's `own` limits and the guard's limits; the guard's
+    /// own stops use only the latter.
     pub fn ramp(&self, motion: &mut Motion, asked: f32, own: profile::Limits, period: f32) {
         let target = limit(asked, own.velocity) * self.speed_scale;
         let handed_down = if target > motion.velocity {
@@ -160,8 +166,9 @@ impl Allowed {
         motion.toward_velocity(target, limits, period);
     }
 
-    /// Yaw rate, rad/s, with which a robot at `speed` (m/s) is on the curve that was asked for while it still speeds up; on the spot, the
-    /// the speed scale of what was asked. Never more than asked.
+    /// Yaw rate, rad/s, that keeps a robot at `speed` (m/s) on the commanded curve while it still
+    /// speeds up. On the spot, it is the commanded yaw rate times the speed scale. Its magnitude is
+    /// never above the commanded one.
     pub fn yaw_rate_on_the_curve<P>(&self, asked: &Asked<P>, speed: f32) -> f32 {
         if asked.forward == 0.0 {
             asked.yaw_rate * self.speed_scale
@@ -174,12 +181,12 @@ impl Allowed {
     }
 }
 
-/// Where a posture's motion leads.
+/// Predicted result of a posture's motion.
 #[derive(Clone, Copy, Debug)]
 pub struct Ahead {
-    /// How the robot will stand.
+    /// Stance that the robot will have.
     pub stance: Stance,
-    /// The motion folds down a front that the robot stands on. This lifts the body.
+    /// Whether the motion folds down a front that the robot stands on. This lifts the body.
     pub lifts: bool,
 }
 
@@ -192,24 +199,25 @@ impl From<Stance> for Ahead {
     }
 }
 
-/// One robot. The methods are called in the order `observe`, `stance`, `stance_ahead`, `advance`, `goal`, once per SYNC.
+/// Interface of one robot. The guard calls the methods in the order `observe`, `stance`,
+/// `stance_ahead`, `advance`, `goal`, once per SYNC.
 pub trait Body: Sized {
-    /// Why settings make no such robot.
+    /// Reason why settings describe no valid robot.
     type Refusal: core::fmt::Debug;
 
-    /// What the operator commands beside speed and yaw rate.
+    /// Posture that the operator commands, in addition to speed and yaw rate.
     type Posture: PostureCommand;
 
-    /// Names of the stages in which its drives come to life, in order; at most [`MAX_STAGES`].
+    /// Names of the stages in which the drives start, in order; at most [`MAX_STAGES`].
     const STAGES: &'static [&'static str];
 
-    /// The drives whose encoders [`Body::odometry_um`] comes from.
+    /// Drives whose encoders [`Body::odometry_um`] uses.
     const ODOMETRY: &'static [usize];
 
-    /// The robot of these settings.
+    /// Creates the robot of these settings.
     ///
     /// # Errors
-    /// The first setting that makes none.
+    /// The first setting that is not valid.
     fn new(settings: &Settings) -> Result<Self, Self::Refusal>;
 
     /// Mass of the robot without payload, kg.
@@ -217,35 +225,37 @@ pub trait Body: Sized {
         settings.scaled(Setting::RobotMass, 1e-3)
     }
 
-    /// Highest step off which it may fall backward; by default none.
+    /// Highest step off which the robot may fall backward; by default none.
     fn step_behind(_: &Settings) -> StepBehind {
         StepBehind::NONE
     }
 
-    /// Distance of its driving sides from its middle, m, if it turns by their different speeds; 0 of a
-    /// robot that steers.
+    /// Distance of the driving sides from the middle, m, for a robot that turns by the difference
+    /// of their speeds; 0 for a robot that steers.
     fn half_width(_: &Settings) -> f32 {
         0.0
     }
 
-    /// Node ids of its drives, in the order in which every `drives` below has them.
+    /// Node ids of the drives, in the order of every `drives` below.
     fn drive_ids(settings: &Settings) -> Vec<u8, MAX_DRIVES>;
 
-    /// Position scale of drive number `drive`: the one in which [`Body::observe`] and [`Body::goal`]
-    /// count. The guard compares it with the drive's own at start.
+    /// Position scale of drive number `drive`, in which [`Body::observe`] and [`Body::goal`] count.
+    /// The guard compares it with the drive's own scale at start.
     fn scale(drive: usize) -> Scale;
 
-    /// Takes the speed along its level heading that the GNSS receiver measured lately, m/s, before [`Body::observe`].
+    /// Takes the latest speed along the level heading from the GNSS receiver, m/s; called before
+    /// [`Body::observe`].
     fn receive_speed(&mut self, _along_heading: f32, _: &Attitude) {}
 
-    /// Takes what the drives and the attitude filter say, `period` s after the call before.
+    /// Updates the robot's state from its drives and the attitude filter, `period` s after the
+    /// previous call.
     fn observe(&mut self, drives: &[DriveState], attitude: &Attitude, period: f32);
 
-    /// How it stands now.
+    /// Present stance.
     fn stance(&self, attitude: &Attitude) -> Stance;
 
-    /// Where its posture will be `horizon` s from now if it goes where `asked` has it. None if its
-    /// posture stays at rest.
+    /// Predicted stance `horizon` s from now if the posture moves as `asked` commands. `None` if
+    /// the posture stays at rest.
     fn stance_ahead(
         &self,
         asked: &Asked<Self::Posture>,
@@ -254,20 +264,22 @@ pub trait Body: Sized {
         period: f32,
     ) -> Option<Ahead>;
 
-    /// How the robot would stand in this attitude with its shape of the observation before. What the
-    /// margins lose against it is the change of shape, and no decay ([`crate::stability::tracker`]).
-    /// None where the shape is how the robot follows the ground, so that every loss counts.
+    /// Stance in this attitude with the shape of the previous observation.
+    ///
+    /// The margins that the present stance loses against it are lost by the change of shape, which
+    /// is no decay ([`crate::stability::tracker`]). `None` if the shape is how the robot follows
+    /// the ground, so that every loss counts as decay.
     fn stance_with_kept_shape(&self, _: &Attitude) -> Option<Stance> {
         None
     }
 
-    /// Gives up every motion: set-points are where the robot is.
+    /// Stops all motion: sets every set-point to the measured position.
     fn rest(&mut self);
 
-    /// The operator acknowledges whatever the robot came to an end with.
+    /// Acknowledges, on the operator's request, the way in which a motion such as a gait ended.
     fn acknowledge(&mut self) {}
 
-    /// Moves its set-points toward `asked` as far as `allowed`, within its own limits.
+    /// Moves the set-points toward `asked`, as far as `allowed` and within the robot's own limits.
     fn advance(
         &mut self,
         asked: &Asked<Self::Posture>,
@@ -276,33 +288,33 @@ pub trait Body: Sized {
         period: f32,
     );
 
-    /// The stage with which coming to life begins.
+    /// Stage with which the robot starts.
     fn first_stage(&self, drives: &[DriveState]) -> u8;
 
-    /// Whether `stage` has come to its end.
+    /// Whether `stage` is complete.
     fn reached(&mut self, stage: u8, drives: &[DriveState], now_us: u64) -> bool;
 
-    /// What drive number `drive` shall do.
+    /// Goal of drive number `drive`.
     fn goal(&self, phase: Phase, drive: usize) -> Goal;
 
-    /// What the body knows in advance of the torques that its set-points take; a drive that is not named has none.
+    /// Torque feed-forward for the present set-points; a drive that is not listed has none.
     fn offsets(&self, _: Phase, _: &Attitude) -> Vec<Offset, MAX_OFFSETS> {
         Vec::new()
     }
 
-    /// Forward speed that its set-points have now, m/s.
+    /// Forward speed of the present set-points, m/s.
     fn speed(&self) -> f32;
 
-    /// Time in which it comes to rest from that speed, s.
+    /// Time in which the robot comes to rest from that speed, s.
     fn stopping_time(&self) -> f32;
 
-    /// Posture that its set-points have now.
+    /// Posture of the present set-points.
     fn posture(&self) -> Self::Posture;
 
-    /// Distance that it went by its encoders, forward positive, um; wraps.
+    /// Distance that the robot has travelled by its encoders, forward positive, um; wraps.
     fn odometry_um(&self) -> i32;
 
-    /// The paper's q7 and q8, of a robot that has them.
+    /// Joints q7 and q8 of Paillat et al., for a robot that has them.
     fn joints(&self, _: &[DriveState]) -> [Joint; 2] {
         [Joint::default(); 2]
     }
@@ -312,7 +324,8 @@ pub trait Body: Sized {
 mod tests {
     use super::*;
 
-    /// From 0.4 m/s, with 1.5 m/s^2 handed down and 0.4 m/s^2 of its own, for a tenth of a second.
+    /// Speed after 0.1 s from 0.4 m/s, with limits of 1.5 m/s^2 from the guard and 0.4 m/s^2 of the
+    /// robot.
     fn slowed(asked: f32, speed_scale: f32, stop: Option<Stop>) -> f32 {
         let allowed = Allowed {
             speed_scale,
@@ -346,7 +359,7 @@ mod tests {
             (0.0, 1.0, Some(Stop::Gentle), -0.4),
             (0.0, 1.0, None, -0.4),
             (0.5, 1.0, None, 0.4),
-            // Taken less of, it still speeds up gently.
+            // Although it is scaled down, it still speeds up with its own acceleration.
             (0.5, 0.9, None, 0.4),
         ] {
             let expected = 0.4 + 0.1 * rate;

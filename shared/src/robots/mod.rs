@@ -1,6 +1,7 @@
-//! The robots: masses, shapes and what their bodies do.
+//! The robots: their masses, shapes and controllers.
 //!
-//! [`body`] is what the guard wants of each; every robot has a folder of its own.
+//! [`body`] is the interface that the guard requires of each; every robot has a folder of its own.
+//! [`turn`] and [`odometry`] are shared parts.
 
 pub mod b2p2;
 pub mod body;

@@ -1,8 +1,8 @@
-//! The way that a robot went by its encoders, as a sum that never grows coarse.
+//! Sums the distance that a robot travels by its encoders, without losing resolution.
 
 use crate::math::to_i32;
 
-/// A way in whole micrometres, and what is not whole yet.
+/// Distance in whole micrometres, and the fraction that remains.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Odometry {
     whole: i32,
@@ -10,7 +10,7 @@ pub struct Odometry {
 }
 
 impl Odometry {
-    /// Adds a way in um: below 2 km at once.
+    /// Adds a distance in um, below 2 km in one call.
     #[inline]
     pub fn add(&mut self, way: f32) {
         self.rest += way;
@@ -19,7 +19,7 @@ impl Odometry {
         self.whole = self.whole.wrapping_add(whole);
     }
 
-    /// The sum, um; wraps.
+    /// Sum, um; wraps.
     pub fn um(&self) -> i32 {
         self.whole
     }
@@ -29,7 +29,7 @@ impl Odometry {
 mod tests {
     use super::*;
 
-    /// A millimetre an hour at 250 Hz, for ten hours.
+    /// One millimetre per hour at 250 Hz, for ten hours.
     #[test]
     fn the_smallest_ways_are_not_lost() {
         let mut odometry = Odometry::default();

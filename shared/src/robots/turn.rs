@@ -1,23 +1,23 @@
-//! Limits of the yaw of a robot that turns by different speeds of its two sides.
+//! Limits the yaw of a robot that turns by different speeds of its two sides.
 //!
 //! Each side stays within the speed limit of the robot, and the yaw rate changes with a limited
-//! acceleration. [`crate::stability::limits`] limits the yaw by the margins, which is apart.
+//! acceleration. [`crate::stability::limits`] limits the yaw by the margins, separately from this.
 
 use super::body::{Allowed, Asked, Stop};
 use crate::math::limit;
 use crate::settings::{Setting, Settings};
 
-/// Yaw rate of a robot with wheels or belts at both sides.
+/// Yaw rate of a robot with wheels or belts on both sides.
 #[derive(Clone, Copy, Debug)]
 pub struct Turn {
     /// Distance of a side from the middle, m.
     half_width: f32,
     /// Speed limit of a side, m/s.
     speed: f32,
-    /// Largest change of the speed of a side by yaw, m/s^2: on command, and in a stop of the guard.
+    /// Largest change of the speed of a side by yaw, m/s^2: on command, and in a stop by the guard.
     acceleration: f32,
     braking: f32,
-    /// rad/s.
+    /// Present yaw rate, rad/s.
     rate: f32,
 }
 
@@ -42,12 +42,12 @@ impl Turn {
         }
     }
 
-    /// Yaw rate now, rad/s.
+    /// Present yaw rate, rad/s.
     pub fn rate(&self) -> f32 {
         self.rate
     }
 
-    /// Stops at once.
+    /// Sets the yaw rate to zero at once.
     pub fn rest(&mut self) {
         self.rate = 0.0;
     }
@@ -61,7 +61,7 @@ impl Turn {
             return asked;
         }
         let scale = self.speed / fastest;
-        // Zero for an infinite sum; the comparison is false for NaN.
+        // The scale is zero for an infinite sum. The comparison is false for NaN.
         let scaled = |value: f32| if scale > 0.0 { value * scale } else { 0.0 };
         Asked {
             forward: scaled(asked.forward),
@@ -99,7 +99,7 @@ impl Turn {
         } else {
             self.rate + limit(change, step)
         };
-        // The yaw gives way to the speed.
+        // The speed has priority over the yaw.
         self.rate = limit(next, largest);
         self.rate
     }
@@ -154,14 +154,14 @@ mod tests {
         let mut turn = Turn::new(0.16, &Settings::default());
         for step in 1..=100 {
             let rate = turn.advance(32.767, 0.0, &allowed(1.0, None), PERIOD);
-            // 0.4 m/s^2 at 0.16 m.
+            // 0.4 m/s^2 at 0.16 m are 2.5 rad/s^2.
             assert!(rate <= 2.5 * PERIOD * step as f32 + 1e-5, "{step}: {rate}");
         }
         assert!((turn.rate() - 1.0).abs() < 1e-3);
         turn.advance(0.0, 0.0, &allowed(1.0, None), PERIOD);
         assert!((turn.rate() - 0.99).abs() < 1e-3);
         turn.advance(0.0, 0.0, &allowed(1.0, Some(Stop::Hard)), PERIOD);
-        // 1.5 m/s^2.
+        // 1.5 m/s^2 at 0.16 m.
         assert!((turn.rate() - 0.9525).abs() < 1e-3, "{}", turn.rate());
     }
 

@@ -1,20 +1,26 @@
-//! Pitch, roll and heading from rates that drift, an inclinometer that is late and a compass that is slow.
+//! Estimates pitch, roll and heading from the gyroscope, the inclinometer and the compass.
+//!
+//! The integrated rates drift, the inclinometer lags, and the compass is slow. A complementary
+//! filter combines the three.
 
 use crate::math::{limit, sin_cos};
 use crate::sensors::BodySensors;
 use crate::units::Angle;
 
-/// Time with which the inclinometer follows, s.
+/// Time constant of the inclinometer's lag, s.
 const INCLINOMETER_LAG: f32 = 0.3;
-/// Time in which the inclinometer's word outweighs the rates', s.
+/// Time constant with which the inclinometer corrects pitch and roll, s.
 const LEVEL_TIME: f32 = 2.0;
-/// Time in which the compass' word outweighs the rates', s.
+/// Time constant with which the compass corrects the heading, s.
 const HEADING_TIME: f32 = 2.0;
 
-/// Complementary filter. Angles as the paper's q6, q5 and q4: roll about the heading, then pitch about the robot's
-/// transverse axis; nose up, left side up and counter-clockwise are positive.
+/// Complementary filter for pitch, roll and heading.
 ///
-/// The inclinometer is compared with a copy of the estimate that is just as late, so a fast swing is not pulled back.
+/// The angles are q6, q5 and q4 of Paillat et al.: roll about the heading, then pitch about the
+/// robot's transverse axis. Nose up, left side up and counter-clockwise are positive.
+///
+/// The filter compares the inclinometer with a copy of the estimate that lags as much as the
+/// inclinometer does. So the lag does not pull the estimate back during a fast swing.
 #[derive(Clone, Debug, Default)]
 pub struct Attitude {
     tilt: Option<[Angle; 2]>,
@@ -25,7 +31,8 @@ pub struct Attitude {
 }
 
 impl Attitude {
-    /// Takes one set of readings, `period` s after the one before. False, and nothing is taken, when one is not finite.
+    /// Updates the estimate with one set of readings, `period` s after the previous one. If an
+    /// inclination or an angular rate is not finite, returns false and changes nothing.
     pub fn update(&mut self, sensors: &BodySensors, period: f32) -> bool {
         let [pitch_level, roll_level] = sensors.inclination;
         if !sensors
@@ -57,7 +64,7 @@ impl Attitude {
             let error = (level[axis] - tilt[axis]).radians() + self.late[axis];
             let step = (rates[axis] + error / LEVEL_TIME) * period;
             tilt[axis] += Angle::from_radians(step);
-            // `late` is how far the late copy lags behind the estimate.
+            // `late` is the estimate minus its lagging copy, rad.
             self.late[axis] += step - self.late[axis] * (period / INCLINOMETER_LAG);
         }
         self.tilt = Some(tilt);
@@ -65,10 +72,12 @@ impl Attitude {
         true
     }
 
-    /// Takes a heading of the compass that stands for `period` s, after [`Self::update`].
+    /// Corrects the heading with a compass heading that counts for `period` s. Call it after
+    /// [`Self::update`].
     ///
-    /// One that comes with the first readings is the heading; later ones pull it by at most 0.25 rad/s, so that a compass that
-    /// comes late, or lies, cannot make a robot that holds its heading turn on the spot.
+    /// A compass heading that comes with the first readings becomes the heading. Later ones change
+    /// it by at most 0.25 rad/s, so that a late or wrong compass cannot make a robot that holds its
+    /// heading turn on the spot.
     pub fn correct_heading(&mut self, compass: Angle, period: f32) {
         let error = compass - self.heading;
         self.heading += if self.began {
@@ -78,7 +87,7 @@ impl Attitude {
         };
     }
 
-    /// Readings came at least once.
+    /// Whether readings were received at least once.
     pub fn known(&self) -> bool {
         self.tilt.is_some()
     }
@@ -98,12 +107,13 @@ impl Attitude {
         self.pitch_rate
     }
 
-    /// Heading, counter-clockwise from above: from true north with a compass, else from the start.
+    /// Heading, counter-clockwise seen from above: from true north with a compass, otherwise from
+    /// the heading at the start.
     pub fn heading(&self) -> Angle {
         self.heading
     }
 
-    /// What turns body axes into level axes, for many vectors at once.
+    /// Transformation from body axes to level axes, for use with many vectors.
     #[inline]
     pub fn level_axes(&self) -> LevelAxes {
         LevelAxes {
@@ -112,13 +122,13 @@ impl Attitude {
         }
     }
 
-    /// Turns a vector in body axes into level axes: x along the heading, z up.
+    /// Transforms a vector from body axes to level axes: x along the heading, z up.
     pub fn level(&self, vector: [f32; 3]) -> [f32; 3] {
         self.level_axes().of(vector)
     }
 }
 
-/// Sines and cosines of pitch and roll.
+/// Transformation from body axes to level axes: sines and cosines of pitch and roll.
 #[derive(Clone, Copy, Debug)]
 pub struct LevelAxes {
     pitch: (f32, f32),
@@ -132,19 +142,20 @@ impl LevelAxes {
         self.pitch
     }
 
-    /// Turns a vector in body axes into level axes: x along the heading, z up.
+    /// Transforms a vector from body axes to level axes: x along the heading, z up.
     #[inline]
     pub fn of(&self, vector: [f32; 3]) -> [f32; 3] {
         self.lowest(vector, 0.0)
     }
 
-    /// The lowest place, in level axes, of a disc of `radius` around `centre` whose axle lies across the body.
+    /// Lowest point, in level axes, of a disc of `radius` around `centre` whose axle is transverse
+    /// to the body.
     #[inline]
     pub fn lowest(&self, centre: [f32; 3], radius: f32) -> [f32; 3] {
         let ((pitch_sine, pitch_cosine), (roll_sine, roll_cosine)) = (self.pitch, self.roll);
         let [x, y, z] = centre;
         let forward = x * pitch_cosine - z * pitch_sine;
-        // The pitch turns about the axle, the roll takes the disc with it.
+        // The pitch turns the disc about its own axle; the roll tilts the disc.
         let up = x * pitch_sine + z * pitch_cosine - radius;
         [
             forward,
@@ -158,7 +169,8 @@ impl LevelAxes {
 mod tests {
     use super::*;
 
-    /// A swing about the transverse axis as gyro and lagging inclinometer show it.
+    /// Simulates a swing about the transverse axis with an ideal gyroscope and a lagging
+    /// inclinometer.
     #[test]
     fn follows_a_fast_swing_although_the_inclinometer_is_late() {
         let (mut attitude, mut lagging, mut worst) = (Attitude::default(), 0.0_f64, 0.0_f64);
@@ -189,7 +201,7 @@ mod tests {
             1e-3,
         );
         let (pitch, roll) = (0.5_f64, -0.2_f64);
-        // What an accelerometer shows at that attitude: up in body axes.
+        // At this attitude an accelerometer at rest reads the up direction in body axes.
         let up = [
             libm::sin(pitch) * libm::cos(roll),
             libm::sin(roll),

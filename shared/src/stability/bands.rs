@@ -1,16 +1,21 @@
-//! How near to falling a robot is, in four bands: with hysteresis, a dwell time, and a fast path for large excursions.
+//! Classifies the narrowest margin into four bands of tip-over danger.
+//!
+//! A margin is the horizontal distance of the centre of gravity to an edge of the support, m,
+//! positive inside. A hysteresis and a dwell time keep the band from changing too often; large
+//! excursions change it faster.
 
 use super::parameters::Parameters;
 use super::support::narrowest;
 
-/// Band of the narrowest margin.
+/// Band of the narrowest margin, in the order of increasing danger.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, Default)]
 pub enum Band {
-    /// Above the caution margin: commands pass as asked.
+    /// Above the caution margin: commands pass unchanged.
     Free = 0,
-    /// Below it: commands are scaled.
+    /// Below the caution margin: commands are scaled.
     Caution = 1,
-    /// Below the stop margin, or nothing is known (also before the first margin): only what leads away from the edge passes.
+    /// Below the stop margin, or no margin is known (also before the first one): only motion away
+    /// from the edge passes.
     #[default]
     Limit = 2,
     /// Below the trip margin: the guard trips.
@@ -18,14 +23,14 @@ pub enum Band {
 }
 
 impl Band {
-    /// The band with this number (object 0x4006:1).
+    /// Returns the band with this number (object 0x4006:1).
     pub fn from_byte(byte: u8) -> Option<Self> {
         [Self::Free, Self::Caution, Self::Limit, Self::Stop]
             .into_iter()
             .find(|band| *band as u8 == byte)
     }
 
-    /// Its name, as logs and reports show it.
+    /// Name in logs and reports.
     pub fn name(self) -> &'static str {
         match self {
             Self::Free => "free",
@@ -35,7 +40,7 @@ impl Band {
         }
     }
 
-    /// Band of one margin by the levels alone; a margin that is no finite number is [`Band::Stop`].
+    /// Band of one margin by the levels alone; [`Band::Stop`] for a margin that is not finite.
     fn of(margin: f32, parameters: &Parameters) -> Self {
         if !margin.is_finite() || margin < parameters.trip {
             Self::Stop
@@ -49,21 +54,24 @@ impl Band {
     }
 }
 
-/// The present band.
+/// Tracks the current band.
 #[derive(Clone, Debug, Default)]
 pub struct Bands {
     band: Band,
-    /// How long samples have been on the worse or the better side of it, s.
+    /// How long the samples have been in a worse and in a better band than the current one, s.
     worse: f32,
     better: f32,
 }
 
 impl Bands {
-    /// Takes the margins `period` s after those before; the narrowest counts.
+    /// Updates the band with the margins, `period` s after the previous update. The narrowest
+    /// margin counts.
     ///
-    /// A worse band must last for the dwell time. Outside of the support ("large excursion": a margin below zero), two samples do; one never does.
-    /// A better band must last as long, with the hysteresis to spare. Margins that are no numbers count as the worst at once up to [`Band::Limit`], and
-    /// to [`Band::Stop`] after the dwell time.
+    /// A change to a worse band takes the dwell time. If the robot is outside the support (a margin
+    /// below zero, a "large excursion"), two samples are enough; a single one is not. A change to a
+    /// better band takes the dwell time, with the margin above the level by the hysteresis. If a
+    /// margin is not finite, the band becomes at least [`Band::Limit`] at once and [`Band::Stop`]
+    /// after the dwell time.
     pub fn update(&mut self, margins: &[f32; 4], period: f32, parameters: &Parameters) -> Band {
         let narrowest = margins[narrowest(margins) as usize];
         let known = margins.iter().all(|margin| margin.is_finite());
@@ -73,7 +81,7 @@ impl Bands {
         }
         let sample = Band::of(narrowest, parameters);
         let spared = Band::of(narrowest - parameters.hysteresis, parameters);
-        // A time of which nothing is known passes too.
+        // A period that is negative or NaN counts as zero.
         let period = if period > 0.0 { period } else { 0.0 };
         let outside = known && narrowest < 0.0;
         let enough = if outside {
@@ -110,7 +118,7 @@ mod tests {
     use super::*;
     use crate::settings::Settings;
 
-    /// Bands that have seen `margin` for a second.
+    /// Bands after one second with the margin `margin`.
     fn settled(margin: f32) -> Bands {
         let mut bands = Bands::default();
         run(&mut bands, margin, 250);
@@ -144,7 +152,7 @@ mod tests {
         assert_eq!(run(&mut bands, -0.3, 1), Band::Stop);
         let mut bands = settled(0.2);
         assert_eq!(run(&mut bands, 0.005, 2), Band::Free);
-        // 100 ms.
+        // With the two samples before, 24 samples of 4 ms exceed the dwell time of 100 ms.
         assert_eq!(run(&mut bands, 0.005, 24), Band::Stop);
     }
 

@@ -1,14 +1,16 @@
-//! Which margin counts: that of the centre of gravity while the robot is slow; that of the measured
-//! force as well when it is fast.
+//! Computes the margins that count: those of the centre of gravity for a slow robot, and also those
+//! with the measured force for a fast one.
 //!
-//! Slow means: even an instant stop cannot tip the robot over an edge from which its centre of
-//! gravity is as far as the stop margin ([`stopping_speed`]), and the measured acceleration eats
-//! less than half of that margin. Above either, the centre of gravity is projected along the
-//! measured specific force instead of straight down (the zero moment point of a robot whose parts
-//! do not turn), and the force-angle of Papadopoulos and Rey ([`super::tipover`]) is asked too:
-//! `|l| sin(nu)`, with `l` the perpendicular to the edge, is the arm of the force about it, so that
-//! an angle `nu` above its stop level is an arm above `|l| sin(nu_stop)`, and no arc tangent is
-//! needed.
+//! A robot is slow if two conditions hold. First, an instant stop cannot tip it over an edge whose
+//! distance to the centre of gravity is the stop margin ([`stopping_speed`]). Second, the measured
+//! acceleration shifts the margins by less than half of the stop margin.
+//!
+//! For a fast robot two more margins count. The first is that of the centre of gravity projected
+//! along the measured specific force instead of straight down (the zero moment point of a robot
+//! whose parts do not rotate). The second follows from the force-angle of Papadopoulos and Rey
+//! ([`super::tipover`]). With `l` the perpendicular to the edge, `|l| sin(nu)` is the lever arm of
+//! the force about the edge. So an angle `nu` above its stop level `nu_stop` is an arm above
+//! `|l| sin(nu_stop)`, and no arc tangent is needed.
 
 use super::edge_margin::weigh;
 use super::parameters::Parameters;
@@ -17,34 +19,34 @@ use super::support::Stance;
 use crate::math::vector::Vector;
 use crate::math::{max, root_of_sum};
 
-/// Margins of one moment.
+/// Margins at one evaluation, and which of them count.
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
 pub struct Evaluation {
-    /// What counts, m, indexed by [`super::support::Edge`], the uncertainty taken off. NaN if an
-    /// input is no number, and if the robot is fast and the ground would have to pull.
+    /// Margins that count, m, indexed by [`super::support::Edge`], the uncertainty subtracted. NaN
+    /// if an input is not finite, and if the robot is fast and the ground would have to pull.
     pub margins: [f32; 4],
-    /// Of the centre of gravity straight down, m, the uncertainty taken off.
+    /// Margins of the centre of gravity projected straight down, m, the uncertainty subtracted.
     pub gravity: [f32; 4],
-    /// What a margin gains with each `g` of acceleration forward and to the left, m.
+    /// Change of each margin per `g` of acceleration forward and to the left, m.
     pub levers: [[f32; 2]; 4],
-    /// The measured force counts.
+    /// Whether the robot is fast, so that the measured force counts.
     pub fast: bool,
-    /// Because of the speed: so fast that an instant stop could tip the robot.
+    /// Whether the robot is fast because of its speed: an instant stop could tip it.
     pub quick: bool,
 }
 
-/// Evaluates margins and remembers which of them count.
+/// Computes margins and decides with a hysteresis which of them count.
 #[derive(Clone, Debug, Default)]
 pub struct Criterion {
     fast: bool,
 }
 
 impl Criterion {
-    /// Margins of a `stance` with specific `force` in level axes (upward at rest), m/s^2, and
-    /// `speed` over ground, m/s.
+    /// Computes the margins of a `stance` with the specific `force` in level axes (upward at rest),
+    /// m/s^2, and the `speed` over ground, m/s.
     ///
-    /// Total. Every margin is always computed, whichever counts, so that the cost does not depend
-    /// on it. Edges that are not there have the margins of [`Stance::margins`].
+    /// Accepts any input, also NaN. Computes every margin whichever counts, so that the cost is
+    /// constant. Edges that do not exist have the margins of [`Stance::margins`].
     #[inline(never)]
     pub fn evaluate(
         &mut self,
@@ -79,7 +81,8 @@ impl Criterion {
             };
         }
         let critical = stopping_speed(parameters.stop, root_of_sum(height) + widening);
-        // A hysteresis of a tenth in speed and a half in shift; false for NaN.
+        // Hysteresis: a tenth of the speed and half of the shift. The comparisons are false for
+        // NaN.
         let (speed_share, shift_share) = if self.fast { (0.9, 0.25) } else { (1.0, 0.5) };
         found.quick = !(speed.abs() < critical * speed_share);
         let slow = !found.quick && shift < parameters.stop * shift_share;
@@ -113,7 +116,7 @@ mod tests {
     const COG: Vector<f32> = [0.3, 0.02, 0.25];
 
     fn judged(force: Vector<f32>, speed: f32) -> Evaluation {
-        // The force-angle has a test of its own.
+        // The force-angle has its own test and is switched off here.
         let parameters = Parameters {
             stop_sine: 0.0,
             ..Parameters::new(&Settings::default())
@@ -134,8 +137,8 @@ mod tests {
         assert_eq!(judged(LEVEL, 0.0).margins, judged(LEVEL, 0.0).gravity);
     }
 
-    /// The point where the line through the centre of gravity along the force meets the plane of
-    /// the support, in double precision.
+    /// The expected margin is that of the point where the line through the centre of gravity along
+    /// the force meets the plane of the support, in double precision.
     #[test]
     fn with_force_the_margin_is_that_of_the_projection_along_it() {
         let force = [-2.0_f32, 0.7, 9.0];
@@ -148,14 +151,14 @@ mod tests {
             found.margins[0] <= 0.3 + 1e-6,
             "never wider than without: {found:?}"
         );
-        // Over the front edge, at z = 0.1; the force moves the point forward.
+        // The front edge is at z = 0.1; the force moves the point forward.
         let forward = 0.3 + 0.15 * 2.0 / 9.0;
         let error = f64::from(found.margins[1]) - (0.8 - forward);
         assert!(error.abs() < 1e-5, "{found:?}");
     }
 
-    /// An edge at the stop angle is at the stop margin, one inside of it is above, by the angle of
-    /// Papadopoulos and Rey.
+    /// The margin is above the stop margin if and only if the angle of Papadopoulos and Rey is
+    /// above the stop angle.
     #[test]
     fn the_force_angle_at_its_stop_level_is_the_stop_margin() {
         let parameters = Parameters {

@@ -1,25 +1,26 @@
-//! What one edge of the support says: its margins with and without the measured force.
+//! Computes the margins to one edge of the support, with and without the measured force.
 
 use super::parameters::Parameters;
 use crate::math::vector::{Vector, dot, sub};
 use crate::math::{max, root_of_sum};
 
-/// An edge shorter than this has no direction, m.
+/// Minimum length of an edge, m; a shorter one has no direction.
 const MIN_LENGTH: f32 = 1e-3;
 
-/// What one edge says.
+/// Margins to one edge.
 pub(super) struct Weighed {
-    /// Margins without the uncertainty taken off, m.
+    /// Margins, m, before the caller subtracts the uncertainty of the masses.
     pub gravity: f32,
     pub with_force: f32,
     pub lever: [f32; 2],
-    /// How far the force shifts the margin, m.
+    /// Distance by which the measured force shifts the margin, m.
     pub shift: f32,
-    /// Square of the height over the edge, m^2.
+    /// Square of the height of the centre of gravity over the edge, m^2.
     pub height: f32,
 }
 
-/// Weighs one edge. Not inlined: four copies of it would not fit into the registers.
+/// Computes the margins to one edge. Not inlined, because four copies would not fit into the
+/// registers.
 #[inline(never)]
 pub(super) fn weigh(
     ends: [&Vector<f32>; 2],
@@ -33,7 +34,7 @@ pub(super) fn weigh(
     let across = lever[0] * tilt[0] + lever[1] * tilt[1];
     let height = lever[0] * lever[0] + lever[1] * lever[1];
     let distance = root_of_sum(height + margin * margin);
-    // A height that is no number leaves no margin either.
+    // A height that is not finite makes the margin NaN.
     let margin = if distance.is_finite() {
         margin
     } else {
@@ -43,7 +44,7 @@ pub(super) fn weigh(
     let by_angle = parameters.stop + arm(ends, force, along, distance * parameters.stop_sine);
     let narrow = if along < margin { along } else { margin };
     let narrow = if by_angle < narrow { by_angle } else { narrow };
-    // The sum is no number if any of the three is none.
+    // The sum is not finite if any of the three is not finite.
     let known = (margin + along + by_angle).is_finite();
     Weighed {
         gravity: margin,
@@ -54,12 +55,13 @@ pub(super) fn weigh(
     }
 }
 
-/// Signed distance of `cog` to an edge, m, and what it gains with each `g` forward and to the left:
-/// the height over the edge, across it.
+/// Signed horizontal distance of `cog` to an edge, m, and the change of this distance per `g` of
+/// acceleration forward and to the left, m. The latter is a vector across the edge, as long as the
+/// height over the edge.
 ///
-/// The moment of the specific force `s` about the edge over its upward part, `((cog - from) x s) .
-/// e / (s_z |e|)`, which is linear in `s_x / s_z` and `s_y / s_z`. An edge shorter than a
-/// millimetre has no direction; the margin is then minus the distance to it.
+/// Both follow from the moment of the specific force `s` about the edge over its upward part,
+/// `((cog - from) x s) . e / (s_z |e|)`, which is linear in `s_x / s_z` and `s_y / s_z`. An edge
+/// shorter than a millimetre has no direction; the result is then minus the distance to it.
 #[inline]
 fn straight_down([from, to]: [&Vector<f32>; 2], cog: Vector<f32>) -> (f32, [f32; 2]) {
     let (edge, offset) = (sub(*to, *from), sub(cog, *from));
@@ -79,12 +81,12 @@ fn straight_down([from, to]: [&Vector<f32>; 2], cog: Vector<f32>) -> (f32, [f32;
     (across * over, lever)
 }
 
-/// How far the arm `|l| sin(nu)` of the force about an edge is above the one that the force-angle
-/// must have, m.
+/// Excess of the arm `|l| sin(nu)` of the force about an edge over the minimum arm that the
+/// force-angle requires, m.
 ///
-/// `along` is the margin along the force, `least` what `|l| sin(nu_stop)` is on a level edge. On a
-/// sloping one, `|l|` is shorter by the cosine of the slope, and only the part `f*` of the force
-/// across the edge turns about it.
+/// `along` is the margin along the force, m. `least` is `|l| sin(nu_stop)` on a level edge, m. On a
+/// sloping edge, `|l|` is shorter by the cosine of the slope, and only the component `f*` of the
+/// force across the edge turns about it.
 #[inline]
 fn arm([from, to]: [&Vector<f32>; 2], force: Vector<f32>, along: f32, least: f32) -> f32 {
     let edge = sub(*to, *from);

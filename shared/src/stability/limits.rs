@@ -1,31 +1,33 @@
-//! Limits that the margins hand down: how hard the robot may speed up, brake and turn, so that the
-//! guard's own stop tips nothing.
+//! Computes limits of acceleration, braking and yaw from the margins, so that the guard's own stop
+//! does not tip the robot.
 
 use super::criterion::Evaluation;
 use super::parameters::Parameters;
 use crate::constants::GRAVITY;
 use crate::math::{limit, max, min};
 
-/// Share of the configured deceleration below which the limit never goes: a robot that may not brake at all drives on.
+/// Minimum of the limits along the heading, as a fraction of the configured acceleration. A robot
+/// that may not brake at all would drive on.
 pub const LEAST_SHARE: f32 = 0.25;
 
-/// Largest accelerations in each direction, m/s^2, and how fast the posture may change. Along, they go up to what the guard's own stops may use.
+/// Largest accelerations in each direction, m/s^2, and the speed scale of the posture. The limits
+/// along the heading go up to the deceleration that the guard's own stops may use.
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
 pub struct MotionLimits {
-    /// Forward: of a start ahead and of a stop from driving back.
+    /// Forward: when the robot speeds up ahead, or stops from driving back.
     pub forward: f32,
-    /// Backward: of a stop from driving ahead.
+    /// Backward: when the robot stops from driving ahead, or speeds up backward.
     pub backward: f32,
-    /// To the left: of a left turn ahead.
+    /// To the left: in a left turn while driving ahead.
     pub left: f32,
     /// To the right.
     pub right: f32,
-    /// Share of the posture's own speed, 0 to 1.
+    /// Scale of the posture's own speed, 0 to 1.
     pub posture: f32,
 }
 
 impl MotionLimits {
-    /// What the settings allow by themselves.
+    /// Limits by the settings alone.
     pub fn unlimited(parameters: &Parameters) -> Self {
         let (along, across) = (parameters.braking, parameters.acceleration);
         Self {
@@ -37,11 +39,15 @@ impl MotionLimits {
         }
     }
 
-    /// Limits that leave each margin of the centre of gravity at least the trip margin: `a = g (m - m_trip) / h`, at most the configured
-    /// braking along and acceleration across, at least [`LEAST_SHARE`] of the acceleration along and zero across.
+    /// Limits that leave each margin of the centre of gravity at least the trip margin:
+    /// `a = g (m - m_trip) / h`.
     ///
-    /// Margins of the centre of gravity, not those with the measured force: that already shows the acceleration which is to be limited.
-    /// A margin that is no number gives the least.
+    /// The maximum is the configured braking along the heading and the configured acceleration
+    /// across it. The minimum is [`LEAST_SHARE`] of the acceleration along and zero across. If a
+    /// margin is not finite, the limits are the minimum.
+    ///
+    /// The margins are those of the centre of gravity, because the margins with the measured force
+    /// already contain the acceleration that is to be limited.
     pub fn of(found: &Evaluation, parameters: &Parameters) -> Self {
         let widening = parameters.uncertainty.widening();
         let configured = parameters.acceleration;
@@ -53,7 +59,8 @@ impl MotionLimits {
         for (margin, levers) in found.gravity.iter().zip(&found.levers) {
             let room = max(*margin - parameters.trip, 0.0) * GRAVITY;
             for (most, lever) in most.iter_mut().zip(levers) {
-                // An acceleration presses on an edge that loses by it; the opposite one costs it nothing.
+                // An acceleration uses up the margin of the edge that it loads, and not that of the
+                // opposite edge.
                 let cost = lever.abs() + widening;
                 let most = &mut most[usize::from(*lever > 0.0)];
                 let bound = if *most * cost <= room {
@@ -68,7 +75,7 @@ impl MotionLimits {
                 };
             }
         }
-        // False for NaN.
+        // The comparison is false for NaN.
         let at_least = |most: f32, least: f32| if most > least { most } else { least };
         let least = LEAST_SHARE * configured;
         let [[forward, backward], [left, right]] = most;
@@ -81,7 +88,8 @@ impl MotionLimits {
         }
     }
 
-    /// `yaw_rate` as far as the centripetal acceleration at `speed` is bearable: `|w| <= a / |v|`. Never more than asked; 0 for NaN.
+    /// Limits `yaw_rate` so that the centripetal acceleration at `speed` stays within the limits:
+    /// `|w| <= a / |v|`. Never increases its magnitude; 0 for NaN.
     pub fn yaw_rate(&self, yaw_rate: f32, speed: f32) -> f32 {
         let inward = yaw_rate * speed;
         let bearable = if inward > 0.0 { self.left } else { self.right };
@@ -113,7 +121,8 @@ mod tests {
         }
     }
 
-    /// Braking at the limit moves the zero moment point of a mass at that height to the trip margin, by its definition.
+    /// By its definition, the zero moment point of a mass at that height is at the trip margin when
+    /// the robot brakes at the limit.
     #[test]
     fn braking_at_the_limit_leaves_the_trip_margin() {
         let limits = MotionLimits::of(&standing(0.1, 0.3), &parameters());
@@ -126,7 +135,7 @@ mod tests {
     fn at_the_edge_a_gentle_stop_is_left_and_no_turn() {
         let mut found = standing(0.0, 0.3);
         assert_eq!(MotionLimits::of(&found, &parameters()).backward, 1.0);
-        // A left turn presses on the right.
+        // A left turn loads the right edge.
         found.gravity[3] = 0.0;
         let limits = MotionLimits::of(&found, &parameters());
         assert_eq!(limits.yaw_rate(0.5, 0.3), 0.0);

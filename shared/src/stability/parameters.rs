@@ -1,4 +1,5 @@
-//! Numbers of the guard's supervision, from the settings, and the check that they and the robot's geometry make sense together.
+//! Reads the parameters of the guard's supervision from the settings, and checks that they fit each
+//! other and the robot's geometry.
 
 use super::filter::{Bounds, Ramp};
 use super::step_behind::StepBehind;
@@ -8,71 +9,72 @@ use crate::math::{max, sin_cos};
 use crate::settings::{Setting, Settings};
 use crate::units::Angle;
 
-/// An edge shorter than this has no direction, m.
+/// Minimum length of an edge, m; a shorter one has no direction.
 const MIN_LENGTH: f32 = 1e-3;
-/// How far a support may be from convex, m: rounding.
+/// Tolerance of the convexity check of the support, m, for rounding.
 const TOLERANCE: f32 = 1e-6;
 
-/// What is not known of the masses.
+/// Uncertainty of the robot's masses.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Uncertainty {
-    /// How far the centre of gravity may be from the model's, m.
+    /// Largest distance of the centre of gravity from the model's, m.
     pub cog: f32,
-    /// Largest undeclared load, kg.
+    /// Mass of the largest undeclared load, kg.
     pub mass: f32,
-    /// How far from the centre of gravity it may be, m.
+    /// Largest distance of that load from the centre of gravity, m.
     pub reach: f32,
     /// Mass of the robot, kg.
     pub robot_mass: f32,
 }
 
 impl Uncertainty {
-    /// What is taken off every margin, m: the centre of gravity's own uncertainty, and how far the load can pull it, `dm / (m + dm) reach`.
+    /// Distance that is subtracted from every margin, m: the uncertainty of the centre of gravity,
+    /// plus the distance `dm / (m + dm) reach` by which the load can shift it.
     #[inline]
     pub fn widening(&self) -> f32 {
         self.cog + self.mass / (self.robot_mass + self.mass) * self.reach
     }
 }
 
-/// Levels, times and limits; m, s, rad.
+/// Levels, times and limits of the supervision; m, s, rad.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Parameters {
     /// Margin below which commands are scaled.
     pub caution: f32,
-    /// Margin at which nothing passes that leads to the edge.
+    /// Margin at and below which no motion toward the edge passes.
     pub stop: f32,
     /// Margin below which the guard trips.
     pub trip: f32,
-    /// Sine of the force-angle that stands for the stop margin.
+    /// Sine of the force-angle that corresponds to the stop margin.
     pub stop_sine: f32,
-    /// How far above a level a margin must be to leave its band for the better.
+    /// Hysteresis: distance above a level that a margin must have before the band improves.
     pub hysteresis: f32,
-    /// How long it must be there.
+    /// Dwell time: how long a margin must be there before the band changes.
     pub dwell: f32,
-    /// How far ahead margins are judged, beside the time of a stop.
+    /// How far ahead margins are predicted, in addition to the time of a stop.
     pub horizon: f32,
     /// Acceleration and deceleration over ground, m/s^2.
     pub acceleration: f32,
-    /// Largest deceleration of the guard's own stops, m/s^2; at least the other.
+    /// Largest deceleration of the guard's own stops, m/s^2; never below `acceleration`.
     pub braking: f32,
-    /// Largest speed in doubt, m/s.
+    /// Largest speed while the sensors are in doubt, in the override and when backing off, m/s.
     pub crawl_speed: f32,
-    /// Highest step that may be behind the robot, which its body knows.
+    /// Highest step that may be behind the robot; its body provides it.
     pub step_behind: StepBehind,
-    /// Distance of its driving sides from its middle, m, which its body knows, too.
+    /// Distance of the robot's driving sides from its middle, m; its body provides it.
     pub half_width: f32,
-    /// Backing off is allowed.
+    /// Whether backing off is allowed.
     pub back_off: bool,
-    /// What is not known of the masses.
+    /// Uncertainty of the robot's masses.
     pub uncertainty: Uncertainty,
-    /// Equal readings after which a sensor counts as stuck; 0 is never.
+    /// Number of equal readings after which a sensor counts as stuck; 0 means never.
     pub stuck_readings: u32,
 }
 
-/// Why a robot is not armed: numbers in m and m/s^2.
+/// Reason why a robot is not armed; values in m and m/s^2.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub enum Refusal {
-    /// Not `0 <= trip < stop < caution`.
+    /// The levels do not satisfy `0 <= trip < stop < caution`.
     Levels {
         /// Trip margin.
         trip: f32,
@@ -81,42 +83,43 @@ pub enum Refusal {
         /// Caution margin.
         caution: f32,
     },
-    /// A coordinate of the support or of the centre of gravity is no number.
+    /// A coordinate of the support or of the centre of gravity is not finite.
     NotFinite,
-    /// Nothing stands on the ground.
+    /// No contact is on the ground.
     NoSupport,
     /// The edge is too short to have a direction.
     NoEdge {
-        /// Which.
+        /// The edge.
         edge: Edge,
         /// Its length.
         length: f32,
     },
-    /// A corner of the support is outside of the edge: not convex, or not counter-clockwise.
+    /// A corner of the support is outside an edge: the support is not convex, or not
+    /// counter-clockwise.
     NotConvex {
-        /// Which edge.
+        /// The edge.
         edge: Edge,
-        /// How far outside.
+        /// Distance of the corner outside the edge.
         outside: f32,
     },
     /// On level ground the centre of gravity is nearer to the edge than the stop margin.
     CogOutside {
-        /// Which edge.
+        /// The edge.
         edge: Edge,
-        /// Its margin, the uncertainty taken off.
+        /// Its margin, the uncertainty subtracted.
         margin: f32,
     },
     /// The configured deceleration would tip the robot on level ground.
     Deceleration {
-        /// As configured.
+        /// Configured deceleration.
         configured: f32,
-        /// The largest that leaves the trip margin.
+        /// Largest deceleration that leaves the trip margin.
         bearable: f32,
     },
 }
 
 impl Refusal {
-    /// Code in object 0x4006:6; 0 is none.
+    /// Code in object 0x4006:6; 0 means that there is no refusal.
     pub fn code(self) -> u8 {
         match self {
             Self::Levels { .. } => 1,
@@ -131,7 +134,7 @@ impl Refusal {
 }
 
 impl Parameters {
-    /// What the settings say.
+    /// Reads the parameters from the settings.
     pub fn new(settings: &Settings) -> Self {
         let metres = |setting| settings.scaled(setting, 1e-6);
         let thousandths = |setting| settings.scaled(setting, 1e-3);
@@ -162,7 +165,7 @@ impl Parameters {
         }
     }
 
-    /// Bounds of the filter that looks this far ahead, s.
+    /// Bounds of the filter that looks `horizon` s ahead.
     pub fn bounds(&self, horizon: f32) -> Bounds {
         let ramp = |none, all| Ramp { none, all };
         Bounds {
@@ -175,10 +178,10 @@ impl Parameters {
         }
     }
 
-    /// Whether a robot that stands on level ground like this may be armed.
+    /// Checks whether a robot with this stance on level ground may be armed.
     ///
     /// # Errors
-    /// [`Refusal`]: the first thing that makes no sense.
+    /// [`Refusal`]: the first check that fails.
     pub fn check(&self, stance: &Stance) -> Result<(), Refusal> {
         // Every comparison is false for NaN.
         if !(0.0 <= self.trip && self.trip < self.stop && self.stop < self.caution) {
@@ -219,7 +222,7 @@ impl Parameters {
             if !(margin >= self.stop) {
                 return Err(Refusal::CogOutside { edge, margin });
             }
-            // Braking presses on the edges that lie across the way.
+            // Braking loads the edges that lie across the direction of travel.
             let across = along[1].abs() / length;
             let height = max(stance.cog[2] - from[2], 0.0) * across + widening + 1e-6;
             bearable = crate::math::min(bearable, GRAVITY * (margin - self.trip) / height);
@@ -328,7 +331,7 @@ mod tests {
         ));
     }
 
-    /// The centre of gravity of robot and load, by their moments.
+    /// Compares with the centre of gravity of robot and load, computed by their moments.
     #[test]
     fn an_undeclared_load_widens_by_how_far_it_can_pull_the_centre_of_gravity() {
         let uncertainty = Uncertainty {

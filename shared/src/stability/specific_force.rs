@@ -1,17 +1,17 @@
-//! The measured specific force, averaged and low-passed in level axes.
+//! Averages the measured specific force and low-pass filters it in level axes.
 
 use super::attitude::LevelAxes;
 use crate::constants::GRAVITY;
 use crate::math::vector::{Vector, scale};
 
-/// Time with which the measured force follows, s: longer than the impact of a track on a nose,
-/// shorter than the fall of a robot 0.3 m high (`sqrt(h / g)` = 0.17 s).
+/// Time constant of the low-pass, s: longer than the impact of a track on the nose (front edge) of
+/// a step, shorter than the fall of a robot 0.3 m high (`sqrt(h / g)` = 0.17 s).
 const FORCE_TIME: f32 = 0.1;
 
-/// Specific force in level axes, low-passed.
+/// Low-pass filter of the specific force in level axes.
 ///
-/// Readings are averaged in body axes from one evaluation to the next and turned into level axes
-/// before the low-pass, so that a fast swing does not smear gravity over two axes.
+/// Averages the readings in body axes from one evaluation to the next, and transforms the mean to
+/// level axes before the low-pass. So a fast swing does not spread gravity over two axes.
 #[derive(Clone, Debug)]
 pub struct SpecificForce {
     sum: Vector<f32>,
@@ -30,7 +30,7 @@ impl Default for SpecificForce {
 }
 
 impl SpecificForce {
-    /// Takes one reading in body axes, m/s^2, that was found to be plausible.
+    /// Adds one reading in body axes, m/s^2, that was found plausible.
     #[inline]
     pub fn receive(&mut self, force: Vector<f32>) {
         for (sum, value) in self.sum.iter_mut().zip(force) {
@@ -39,8 +39,8 @@ impl SpecificForce {
         self.count += 1.0;
     }
 
-    /// The force in level axes, `period` s after the evaluation before. Without a reading since
-    /// then it stays as it was.
+    /// Returns the force in level axes, m/s^2, `period` s after the previous evaluation. Without a
+    /// new reading it does not change.
     #[inline]
     pub fn advance(&mut self, axes: &LevelAxes, period: f32) -> Vector<f32> {
         if self.count > 0.0 {
@@ -67,7 +67,7 @@ mod tests {
             attitude.level_axes()
         };
         let mut force = SpecificForce::default();
-        // 30 m/s^2 for 4 ms.
+        // An impact of 30 m/s^2 for 4 ms.
         force.receive([-30.0, 0.0, GRAVITY]);
         assert!(force.advance(&axes, 4e-3)[0] > -1.2);
         for _ in 0..200 {

@@ -1,29 +1,30 @@
-//! What a robot bears that falls off a step behind it.
+//! Computes the speed at which a robot may fall backward off a step without toppling.
 //!
-//! A robot that backs may have a nose behind it that it does not see: the one that it climbed. When
-//! its centre of gravity passes the nose, the robot turns about it until its rear meets the ground
-//! below. From then on it turns about its rear, and falls over if this lifts the centre of gravity
-//! above the rear.
+//! A robot that drives backward may have the nose (front edge) of a step behind it that it does not
+//! see: the one that it climbed. When its centre of gravity passes the nose, the robot turns about
+//! the nose until its rear meets the ground below. From then on it turns about its rear, and it
+//! topples if its centre of gravity passes the vertical over the rear.
 //!
-//! A front that is folded down makes it worse: it lifts the body, and after the fall the robot stands
-//! on its rear alone. So the robot backs only at the speed that it bears, and folds its front down
-//! only as far as it bears such a fall at all. Raising the front and turning on the spot can bring
-//! the centre of gravity over a nose, too. They are not limited here.
+//! A front that is folded down makes the fall worse: it lifts the body, and after the fall the
+//! robot stands on its rear alone. So the robot drives backward only at a speed at which the fall
+//! does not topple it. And it folds its front down only as far as there is such a speed. Raising
+//! the front and turning on the spot can also bring the centre of gravity over a nose. They are not
+//! limited here.
 
 use super::filter::{SMALLEST_SHARE, Verdict};
 use super::support::{Edge, Stance};
 use crate::constants::GRAVITY;
 use crate::math::{max, min, root_of_sum};
 
-/// A centre of gravity lower than this over the nose turns nothing, m.
+/// Height of the centre of gravity over the nose below which the nose does not turn the robot, m.
 const LOWEST: f32 = 1e-3;
 
-/// A step that may be behind a robot, and what the robot's body has to do with its fall.
+/// Step that may be behind a robot, and the robot's inertia in the fall.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct StepBehind {
-    /// Height, m; 0: there is none, or a fall does the robot no harm.
+    /// Height, m; 0 if there is no step, or if a fall does the robot no harm.
     pub height: f32,
-    /// Square of the robot's radius of gyration about an axis across it, m^2.
+    /// Square of the robot's radius of gyration about its transverse axis, m^2.
     pub gyration: f32,
 }
 
@@ -35,19 +36,21 @@ impl StepBehind {
     };
 }
 
-/// What a robot bears, as the height that its speed is worth: `v^2 / 2 g`, m, of the largest speed at
-/// which it may pass the nose of this step. Negative if it falls over however slowly it
-/// goes, infinite if nothing turns it. NaN for NaN.
+/// Largest speed `v` at which a robot may pass the nose of this step without toppling, expressed as
+/// the height `v^2 / 2 g`, m. Negative if the robot topples at any speed, infinite if nothing turns
+/// it. NaN for NaN.
 ///
 /// The nose is under the centre of gravity, on the line from the rear along the support. A support
-/// whose front is lower counts as level there. The bottom of the robot is straight. Lengths: the
-/// centre of gravity is `n` over the nose, `h` over the rear and `l` from the rear; the rear is `b`
-/// from the nose; the radius of gyration is `k`. Energies are heights, too. The robot turns by `d`,
-/// from the slope of the support to the angle whose sine is `height / b`. With its speed it has
-/// `e = n (1 - cos d) + v^2 / 2 g n^2 / (n^2 + k^2)` then. When the rear meets the ground, angular
-/// momentum about the rear is kept: `e (n h + k^2)^2 / ((n^2 + k^2) (l^2 + k^2))` is left. It must not
-/// lift the centre of gravity from `n cos d + height` to `l`. `widening` is the uncertainty of the
-/// masses, m.
+/// whose front is lower counts as level. The bottom of the robot is straight. The centre of gravity
+/// is `n` above the nose, `h` above the rear and `l` from the rear; the rear is `b` from the nose;
+/// the radius of gyration is `k`. Energies are expressed as heights, too.
+///
+/// The robot turns about the nose by `d`, from the slope of the support to the angle whose sine is
+/// `height / b`. With its speed it then has the energy
+/// `e = n (1 - cos d) + v^2 / 2 g n^2 / (n^2 + k^2)`. When the rear meets the ground, the angular
+/// momentum about the rear is preserved, and the energy
+/// `e (n h + k^2)^2 / ((n^2 + k^2) (l^2 + k^2))` is left. It must not lift the centre of gravity
+/// from `n cos d + height` to `l`. `widening` is the uncertainty of the masses, m.
 pub fn room(stance: &Stance, step: &StepBehind, widening: f32) -> f32 {
     let (step, gyration) = (step.height, step.gyration);
     let [rear_x, rear_z] = stance.middle(Edge::Back);
@@ -59,13 +62,13 @@ pub fn room(stance: &Stance, step: &StepBehind, widening: f32) -> f32 {
     } else {
         (cosine, sine)
     };
-    // Its centre of gravity is behind its rear: it falls without any step.
+    // The centre of gravity is behind the rear: the robot falls without any step.
     if ahead <= 0.0 && step > 0.0 {
         return -step;
     }
     let over_nose = height - ahead * sine / cosine;
     let steep = min(step * cosine / ahead, 1.0);
-    // False for NaN.
+    // The comparisons are false for NaN.
     if step <= 0.0 || steep <= sine || over_nose < LOWEST {
         return f32::INFINITY;
     }
@@ -78,7 +81,7 @@ pub fn room(stance: &Stance, step: &StepBehind, widening: f32) -> f32 {
     (borne - over_nose * (1.0 - turned)) * about_nose / (over_nose * over_nose)
 }
 
-/// Speed that is worth this height, m/s; zero for a height below zero and for NaN.
+/// Speed `v` of a height `v^2 / 2 g`, m/s; zero for a height below zero and for NaN.
 pub fn speed(room: f32) -> f32 {
     if room > 0.0 {
         root_of_sum(2.0 * GRAVITY * room)
@@ -87,17 +90,20 @@ pub fn speed(room: f32) -> f32 {
     }
 }
 
-/// Room below which a motion that lifts the front of the body is slow, m.
+/// Room below which a posture motion that lifts the front of the body slows down, m.
 const NARROW: f32 = 0.02;
 
-/// Lowers the scale of a posture's motion that lifts the front of the body, so that it slows down and
-/// ends with the room; `floor` of it passes however little room there is. NaN refuses.
+/// Lowers the scale of a posture motion that lifts the front of the body, so that the motion slows
+/// down and ends as the `room` (m, from [`room()`]) is used up.
+///
+/// `floor` is the scale that passes however little room there is. NaN refuses.
 pub fn within((scale, verdict): (f32, Verdict), room: f32, floor: f32) -> (f32, Verdict) {
     let left = max(room / NARROW, floor);
     if left >= scale {
         return (scale, verdict);
     }
-    // False for NaN. There is no step at the smallest scale, or the motion would stop and start.
+    // The comparison is false for NaN. Only the verdict changes at the smallest scale; a jump of
+    // the scale would make the motion stop and start.
     let verdict = if left > SMALLEST_SHARE {
         Verdict::PostureScaled(Edge::Back)
     } else {
@@ -122,8 +128,8 @@ mod tests {
         }
     }
 
-    /// A support with this slope (rad), and the centre of gravity at `ahead` of its rear edge and
-    /// `up` from it, m.
+    /// Stance on a support with this slope, rad. The centre of gravity is `ahead` in front of the
+    /// rear edge and `up` above it, m.
     fn stance(slope: f64, ahead: f64, up: f64) -> Stance {
         let front = [0.6 * libm::cos(slope), 0.6 * libm::sin(slope)].map(|value| value as f32);
         let contacts = [
@@ -135,8 +141,8 @@ mod tests {
         Stance::on(contacts, [ahead as f32, 0.0, up as f32])
     }
 
-    /// Whether a body that passes the nose with this speed falls over its rear. Both rotations are
-    /// integrated, about the nose and about the rear.
+    /// Whether a body that passes the nose with this speed topples over its rear. Integrates both
+    /// rotations, about the nose and about the rear.
     fn falls_over(slope: f64, [ahead, up]: [f64; 2], step: f64, speed: f64) -> bool {
         let gyration = f64::from(GYRATION);
         let base = ahead / libm::cos(slope);
@@ -145,7 +151,7 @@ mod tests {
         let radius = over_nose[1];
         let inertia = radius * radius + gyration;
         let (mut angle, mut rate) = (0.0_f64, speed * radius / inertia);
-        // The rear sinks until it meets the ground, or hangs straight down.
+        // The rear sinks until it meets the ground or hangs straight down.
         while rear[1] > -step && angle + slope < core::f64::consts::FRAC_PI_2 {
             rate += G * radius * libm::sin(angle) / inertia * TICK;
             angle += rate * TICK;
@@ -160,7 +166,7 @@ mod tests {
         let square = arm[0] * arm[0] + arm[1] * arm[1];
         let momentum = arm[0] * velocity[1] - arm[1] * velocity[0] + gyration * rate;
         let mut rate = momentum / (square + gyration);
-        // The angle of the centre of gravity before the vertical over the rear.
+        // Angle of the centre of gravity to the vertical over the rear.
         let mut left = libm::atan2(arm[0], arm[1]);
         let start = left;
         for _ in 0..500_000 {
@@ -192,7 +198,7 @@ mod tests {
                             continue;
                         }
                         if room <= 0.0 {
-                            // Whatever it has is too much: the fall begins at some speed.
+                            // Without room the robot topples even at a very low speed.
                             assert!(falls_over(slope, place, high, 0.02), "{case:?}");
                             not += 1;
                             continue;
@@ -242,7 +248,7 @@ mod tests {
         assert_eq!(speed(room), 0.0);
     }
 
-    /// Each of both, ahead and up, takes from it.
+    /// The uncertainty moves the centre of gravity both back and up, and both reduce the room.
     #[test]
     fn what_is_not_known_of_the_masses_takes_from_the_room() {
         let uncertain = room(&stance(0.0, 0.2, 0.2), &step(0.08), 0.02);
@@ -257,7 +263,7 @@ mod tests {
         assert_eq!(room(&stance(-0.3, 0.2, 0.2), &step(0.1), 0.0), level);
     }
 
-    /// Hanging straight down, the rear does not meet the ground before.
+    /// The rear hangs straight down before it meets the ground.
     #[test]
     fn a_step_that_is_deeper_than_the_rear_reaches_is_borne_as_little_as_one_that_it_just_reaches()
     {

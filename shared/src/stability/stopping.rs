@@ -1,10 +1,11 @@
-//! Speeds from which an instant stop tips a robot over an edge.
+//! Computes the speeds from which an instant stop tips a robot over an edge.
 //!
-//! An instant stop turns the motion into a rotation about the edge with the angular momentum of a
-//! point mass, the smallest inertia that a body can have. The robot falls over if this rotation
-//! lifts the centre of gravity above the edge: `v^2 = 2 g (l - h) l^2 / k^2`, with the distance
-//! `l` of the centre of gravity to the edge, its height `h` over the edge, and its distance `k` to
-//! the line on which the edge moves. On level ground `k = h`.
+//! An instant stop turns the motion into a rotation about the edge. The angular momentum is that of
+//! a point mass, because a point mass is the smallest inertia that a body can have. The robot
+//! topples if this rotation lifts the centre of gravity above the edge:
+//! `v^2 = 2 g (l - h) l^2 / k^2`. Here `l` is the distance of the centre of gravity to the edge,
+//! `h` its height over the edge, and `k` its distance to the line on which the edge moves. On level
+//! ground `k = h`.
 
 use super::criterion::Evaluation;
 use super::support::{Edge, Stance};
@@ -30,7 +31,7 @@ pub fn stopping_speed(margin: f32, height: f32) -> f32 {
 #[inline]
 fn stop_moment(margin: f32, height: f32) -> f32 {
     let square = margin * margin + height * height;
-    // l - h without cancellation.
+    // `l - h` without cancellation.
     let rise = margin * margin / (root_of_sum(square) + height);
     root_of_sum(2.0 * GRAVITY * rise * square)
 }
@@ -38,12 +39,13 @@ fn stop_moment(margin: f32, height: f32) -> f32 {
 /// Largest forward or backward speed, m/s, at which an instant stop does not tip a robot over the
 /// edge ahead, on the plane that it stands on now; and that edge.
 ///
-/// `found` has the margins of the centre of gravity and the levers of `stance`; `widening` is
-/// the uncertainty of the masses, m. The plane is that of the support's sides
-/// ([`Stance::along`]). A side slope tilts the edge; the lever is then longer than the height
-/// across the edge, and the limit lower than needed. So it is for a centre of gravity below the
-/// edge, which is taken to be as far above it. Zero if the centre of gravity is not inside
-/// the edge or a value is NaN; infinite if the stop does not turn the robot toward the edge.
+/// `found` has the margins of the centre of gravity and the levers of `stance`; `widening` is the
+/// uncertainty of the masses, m. The plane is that of the support's sides ([`Stance::along`]). A
+/// side slope tilts the edge; the lever is then longer than the height across the edge, and the
+/// limit is lower than necessary. The limit is also lower than necessary for a centre of gravity
+/// below the edge, which is treated as if it were as far above it. Zero if the centre of gravity is
+/// not inside the edge or a value is NaN; infinite if the stop does not turn the robot toward the
+/// edge.
 #[inline(never)]
 pub fn speed_limit(
     stance: &Stance,
@@ -64,7 +66,7 @@ pub fn speed_limit(
     let height = root_of_sum(ahead * ahead + aside * aside) + widening;
     let limit = stop_moment(max(margin, 0.0), height) / max(arm, MIN_ARM);
     let limit = if arm <= 0.0 { f32::INFINITY } else { limit };
-    // All false for NaN.
+    // All comparisons are false for NaN.
     let inside = margin > 0.0 && limit >= 0.0 && arm.is_finite();
     (if inside { limit } else { 0.0 }, edge)
 }
@@ -76,9 +78,9 @@ mod tests {
     use super::*;
     use crate::settings::Settings;
 
-    /// A point mass at `place` (forward and up from the edge, m) moves with `velocity`, m/s, when
-    /// the edge stops: does it turn over the edge, which lies in the `direction` of the motion?
-    /// The rigid rotation about the edge is integrated with steps of 50 us.
+    /// Whether a point mass turns over an edge that stops at once. The mass is at `place` (forward
+    /// and up from the edge, m) and moves with `velocity`, m/s; the edge lies in the `direction` of
+    /// the motion. Integrates the rigid rotation about the edge with steps of 50 us.
     fn tips(place: [f64; 2], velocity: [f64; 2], direction: f64) -> bool {
         const STEP: f64 = 5e-5;
         let [x, z] = place;
@@ -149,7 +151,8 @@ mod tests {
                         };
                         let limit = f64::from(limit);
                         assert!(!tips_at(0.99 * limit), "{pitch} {along} {up} {edge:?}");
-                        // A centre of gravity below the edge is taken to be as far above it.
+                        // A centre of gravity below the edge is treated as if it were as far above
+                        // it.
                         let exact = place[1] > 0.0;
                         assert!(
                             !exact || tips_at(1.01 * limit),

@@ -1,8 +1,8 @@
-//! Signed distances of the centre of gravity to the edges of a support polygon.
+//! Computes the signed distances of the centre of gravity to the edges of a support polygon.
 
 use crate::math::root_of_sum;
 
-/// A shorter edge has no direction, m.
+/// Minimum length of an edge, m; a shorter one has no direction.
 const MIN_LENGTH: f32 = 1e-3;
 
 /// Edges of a support of four points, in the order of their margins.
@@ -21,25 +21,27 @@ pub enum Edge {
 /// All edges, in order.
 pub const EDGES: [Edge; 4] = [Edge::Back, Edge::Front, Edge::Left, Edge::Right];
 
-/// How a robot stands, in level axes: x along its heading, y left, z up; m.
+/// Stance of a robot: its centre of gravity and the edges of its support, in level axes (x along
+/// its heading, y left, z up), m.
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
 pub struct Stance {
     /// Centre of gravity.
     pub cog: [f32; 3],
-    /// Where each edge begins and ends; in place of a wheel in the air stands the next one that is not.
+    /// Start and end of each edge. The next wheel on the ground replaces a wheel in the air.
     begins: [[f32; 3]; 4],
     ends: [[f32; 3]; 4],
     standing: [bool; 4],
 }
 
-/// Margin to an edge that is not there, m.
+/// Margin to an edge that does not exist, m.
 pub const NO_EDGE: f32 = 10.0;
 
-/// The edge that begins at each contact.
+/// Edge that starts at each contact.
 const FROM_CONTACT: [Edge; 4] = [Edge::Right, Edge::Front, Edge::Left, Edge::Back];
 
 impl Stance {
-    /// A stance on all four contacts, counter-clockwise from above: rear right, front right, front left, rear left.
+    /// Stance on all four contacts, counter-clockwise seen from above: rear right, front right,
+    /// front left, rear left.
     #[inline]
     pub fn on(contacts: [[f32; 3]; 4], cog: [f32; 3]) -> Self {
         let [rear_right, front_right, front_left, rear_left] = contacts;
@@ -51,14 +53,16 @@ impl Stance {
         }
     }
 
-    /// The same with sides that end elsewhere in front, right and left, for a front that supports only along.
+    /// Moves the front ends of the right and the left edge to these places, for a front that
+    /// supports the robot lengthwise but not sideways.
     #[must_use]
     pub fn with_sides(mut self, [right, left]: [[f32; 3]; 2]) -> Self {
         (self.ends[0], self.begins[2]) = (right, left);
         self
     }
 
-    /// A stance on some of the four contacts, in the order of [`Stance::on`]; `None` is a wheel in the air.
+    /// Stance on some of the four contacts, in the order of [`Stance::on`]; `None` is a wheel in
+    /// the air.
     pub fn on_some(contacts: [Option<[f32; 3]>; 4], cog: [f32; 3]) -> Self {
         let next = |start: usize| {
             let found = (0..4).find_map(|step| contacts[(start + step) & 3]);
@@ -72,23 +76,26 @@ impl Stance {
         }
     }
 
-    /// Which of the four contacts carry.
+    /// Which of the four contacts are on the ground.
     pub fn standing(&self) -> [bool; 4] {
         self.standing
     }
 
-    /// Places of the contacts that carry; where an edge ends short of the next, both of its ends.
+    /// Ends of all edges that exist. These are the contacts on the ground, and the ends of edges
+    /// that stop short of the next contact.
     pub fn contacts(&self) -> impl Iterator<Item = [f32; 3]> + '_ {
         self.edges()
             .filter(|(_, there, _)| *there)
             .flat_map(|(_, _, ends)| ends.map(|end| *end))
     }
 
-    /// Horizontal distance of the centre of gravity to each edge, m, positive inside; indexed by [`Edge`].
+    /// Horizontal distance of the centre of gravity to each edge, m, positive inside; indexed by
+    /// [`Edge`].
     ///
-    /// The edge of a contact that is missing is [`NO_EDGE`] away; the edge before it runs to the next one that is there. An edge
-    /// shorter than a millimetre has no direction; the margin is then minus the distance to it, never "inside". Without any contact
-    /// all margins are `-NO_EDGE`.
+    /// The edge that starts at a missing contact does not exist; its margin is [`NO_EDGE`]. The
+    /// edge before it runs to the next contact on the ground. An edge shorter than a millimetre has
+    /// no direction: its margin is minus the distance to it, so the centre of gravity is never
+    /// "inside". Without any contact all margins are `-NO_EDGE`.
     #[inline]
     pub fn margins(&self) -> [f32; 4] {
         let mut found = [self.missing(); 4];
@@ -100,8 +107,8 @@ impl Stance {
         found
     }
 
-    /// Direction along the plane of the support: cosine and sine of its rise along the heading, by
-    /// the mean of the right and the left edge. Level if they have no length.
+    /// Direction along the plane of the support: cosine and sine of its rise along the heading,
+    /// from the mean of the right and the left edge. Level if these have no length.
     #[inline]
     pub fn along(&self) -> [f32; 2] {
         let ends = |axis: usize| {
@@ -110,7 +117,7 @@ impl Stance {
         };
         let (ahead, up) = (ends(0), ends(2));
         let square = ahead * ahead + up * up;
-        // False for NaN, which the result then is.
+        // The comparison is false for NaN, and the result is then NaN.
         if square < 4.0 * MIN_LENGTH * MIN_LENGTH {
             return [1.0, 0.0];
         }
@@ -118,7 +125,7 @@ impl Stance {
         [ahead * over, up * over]
     }
 
-    /// Middle of an edge, forward and up, m.
+    /// Middle of an edge: forward and up, m.
     #[inline]
     pub fn middle(&self, edge: Edge) -> [f32; 2] {
         let start = FROM_CONTACT
@@ -129,7 +136,8 @@ impl Stance {
         [0, 2].map(|axis| 0.5 * (begin[axis] + end[axis]))
     }
 
-    /// Margin to an edge that is not there: wide, or, when there is none at all, to nothing.
+    /// Margin to an edge that does not exist: [`NO_EDGE`], or `-NO_EDGE` if no contact is on the
+    /// ground.
     #[inline]
     pub fn missing(&self) -> f32 {
         if self.standing == [false; 4] {
@@ -139,7 +147,7 @@ impl Stance {
         }
     }
 
-    /// The four edges, whether each is there, and its ends, counter-clockwise.
+    /// The four edges counter-clockwise: the edge, whether it exists, and its ends.
     #[inline]
     pub fn edges(&self) -> impl Iterator<Item = (Edge, bool, [&[f32; 3]; 2])> + '_ {
         (0..4).map(|start| {
@@ -149,7 +157,7 @@ impl Stance {
     }
 }
 
-/// The edge with the narrowest margin; a margin that is no number is narrower than any.
+/// Returns the edge with the narrowest margin; NaN is narrower than any number.
 pub fn narrowest(margins: &[f32; 4]) -> Edge {
     let mut edge = Edge::Back;
     for other in EDGES {
@@ -161,7 +169,7 @@ pub fn narrowest(margins: &[f32; 4]) -> Edge {
     edge
 }
 
-/// [`Stance::margins`] of four contacts that all carry.
+/// Margins of four contacts that are all on the ground, as by [`Stance::margins`].
 #[inline]
 pub fn margins(contacts: &[[f32; 3]; 4], cog: [f32; 3]) -> [f32; 4] {
     let [rear_right, front_right, front_left, rear_left] = *contacts;
@@ -179,7 +187,8 @@ fn margin(from: [f32; 3], to: [f32; 3], cog: [f32; 3]) -> f32 {
     let offset = [cog[0] - from[0], cog[1] - from[1]];
     let square = |vector: [f32; 2]| vector[0] * vector[0] + vector[1] * vector[1];
     let length = square(edge);
-    // Cross product over length, or minus the square of the distance over the distance: one root and one quotient either way.
+    // Cross product over length, or minus the square of the distance over the distance. Either case
+    // takes one root and one division.
     let (across, length) = if length < MIN_LENGTH * MIN_LENGTH {
         let distance = square(offset);
         (-distance, distance + f32::MIN_POSITIVE)
@@ -232,7 +241,8 @@ mod tests {
         let [back, front, left, right] = stance.margins();
         assert!((back - 0.3).abs() < 1e-6 && (right - 0.1).abs() < 1e-6);
         assert_eq!(left, NO_EDGE);
-        // The line from (0.8, -0.2) to (0, 0.2): x + 2 y = 0.4 / sqrt 5.
+        // The edge from (0.8, -0.2) to (0, 0.2) is the line x + 2 y = 0.4. The distance to it is
+        // (0.4 - x - 2 y) / sqrt 5.
         assert!((front - 0.3 / 5.0_f32.sqrt()).abs() < 1e-6, "{front}");
         assert_eq!(Stance::default().margins(), [-NO_EDGE; 4]);
     }

@@ -1,24 +1,30 @@
-//! Tip-over angles of Papadopoulos and Rey.
+//! Computes the tip-over angles of Papadopoulos and Rey (The Force-Angle Measure of Tipover
+//! Stability Margin).
 //!
-//! Contacts run counter-clockwise seen from above, as everywhere here; the papers have them clockwise.
+//! Contacts run counter-clockwise seen from above, as everywhere in this project; the papers have
+//! them clockwise.
 
 use crate::math::Scalar;
 use crate::math::vector::{Vector, cross, dot, scale, sub};
 
-/// Angle by which the net force on the centre of gravity is inside each edge of the support, rad, from -pi to pi: positive
-/// inside, zero when the robot is about to tip, negative when it tips. Element `k` is the edge from contact `k` to the next one.
+/// Angle by which the net force on the centre of gravity is inside each edge of the support, rad,
+/// from -pi to pi: positive inside, zero when the robot is about to tip, negative when it tips.
+/// Element `k` is the edge from contact `k` to the next one.
 ///
-/// `contacts` and `cog` in m, `force` in N and `moment` about `cog` in N m, all in one frame: gravity, inertia and other external forces, not
-/// the reaction of the ground. With `a` the direction of the edge, `l` the perpendicular from `cog` to it and
-/// `f* = (1 - a a^T) f + (l/|l| x a a^T m) / |l|` (Papadopoulos and Rey, The Force-Angle Measure of Tipover Stability Margin) the angle is the
-/// one from `f*` to `l` about `a`. Multiplied by `|a|` and `|l|` that is
-/// `atan2(|e| (d x f . e - e . m), |e|^2 d . f - (e . d)(e . f))`, `e` being the whole edge and `d` its start from `cog`: no division is left.
+/// `contacts` and `cog` are in m, `force` in N and `moment` about `cog` in N m, all in one frame.
+/// Force and moment are those of gravity, inertia and other external forces, without the reaction
+/// of the ground. Let `a` be the direction of the edge, `l` the perpendicular from `cog` to it, and
+/// `f* = (1 - a a^T) f + (l/|l| x a a^T m) / |l|` (Papadopoulos and Rey). The angle is the one from
+/// `f*` to `l` about `a`. Multiplied by `|a|` and `|l|` it is
+/// `atan2(|e| (d x f . e - e . m), |e|^2 d . f - (e . d)(e . f))`, where `e` is the whole edge and
+/// `d` its start from `cog`. This form needs no division.
 ///
-/// Besseron et al. (eq. 1) measure to the centre of the edge instead, which is right only where `cog` is opposite to it, and give the angle no sign,
-/// without which the margin cannot turn negative.
+/// Besseron et al. (eq. 1) measure to the centre of the edge instead, which is right only where
+/// `cog` is opposite to the centre. They also give the angle no sign, so that the margin cannot
+/// become negative.
 ///
-/// Domain: any. An edge without length, and no force at all, give 0: never "inside". NaN gives NaN. Cost: 51 operations an edge and
-/// an arc tangent.
+/// Domain: any. An edge without length and a force of zero give 0, never "inside". NaN gives NaN.
+/// Cost: 51 operations and an arc tangent per edge.
 pub fn angles<S: Scalar, const N: usize>(
     contacts: &[Vector<S>; N],
     cog: Vector<S>,
@@ -37,12 +43,14 @@ pub fn angles<S: Scalar, const N: usize>(
     angles
 }
 
-/// A support whose edges do not change for a while, so that their directions are found once: for the margin alone.
+/// Support whose edges do not change for a while, with their directions computed once; it gives the
+/// smallest angle only.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Edges<S, const N: usize>([(Vector<S>, Vector<S>); N]);
 
 impl<S: Scalar, const N: usize> Edges<S, N> {
-    /// Edges between contacts, counter-clockwise, m; `None` if one has no length or is no number. Cost: a root and a quotient each.
+    /// Prepares the edges between contacts, counter-clockwise, m. `None` if an edge has no length
+    /// or is not finite. Cost: a root and a division per edge.
     pub fn new(contacts: &[Vector<S>; N]) -> Option<Self> {
         let mut edges = [([S::ZERO; 3], [S::ZERO; 3]); N];
         let followers = contacts.iter().cycle().skip(1);
@@ -57,10 +65,12 @@ impl<S: Scalar, const N: usize> Edges<S, N> {
         Some(Self(edges))
     }
 
-    /// The least of [`angles`], with their inputs: the edges are compared by cross-multiplication, so that one arc tangent is enough.
+    /// Smallest of the angles that [`angles`] computes from the same inputs, rad. Compares the
+    /// edges by cross-multiplication, so that one arc tangent is enough.
     ///
-    /// Domain: finite inputs. NaN gives NaN, and so does no edge. Worst error in single precision 1.5e-6 rad for forces
-    /// above 30 N across robots of this size (`shared/tests/stability/tipover.rs`). Cost on Cortex-M4: see docs/cost.md.
+    /// Domain: finite inputs. NaN and a support without edges give NaN. Worst error in single
+    /// precision 1.5e-6 rad for forces above 30 N across robots of this size
+    /// (`shared/tests/stability/tipover.rs`). Cost on Cortex-M4: see docs/cost.md.
     #[inline]
     pub fn margin(&self, cog: Vector<S>, force: Vector<S>, moment: Vector<S>) -> S {
         let parts = |(from, direction): &(Vector<S>, Vector<S>)| {
@@ -72,12 +82,13 @@ impl<S: Scalar, const N: usize> Edges<S, N> {
         let Some((first, others)) = self.0.split_first() else {
             return S::from_f64(f64::NAN);
         };
-        // What is no number is so for every edge: the first stays, and says it.
+        // NaN in an input makes every edge NaN; then the first edge stays selected and the result
+        // is NaN.
         let (mut y, mut x) = parts(first);
         let mut tips = y < S::ZERO;
         for edge in others {
             let (turning, pressing) = parts(edge);
-            // Whether this angle is the smaller one, if both have one sign.
+            // Whether this angle is the smaller one, if both have the same sign.
             let smaller = pressing * y - turning * x > S::ZERO;
             if turning < S::ZERO {
                 if !tips || smaller {
@@ -91,8 +102,8 @@ impl<S: Scalar, const N: usize> Edges<S, N> {
     }
 }
 
-/// The least of the angles (Besseron et al., Decoupled control of the high mobility robot Hylos, eq. 1): the margin of the robot. NaN if any is
-/// NaN, or if there is none.
+/// Smallest of the angles (Besseron et al., Decoupled control of the high mobility robot Hylos,
+/// eq. 1): the stability margin of the robot, rad. NaN if any angle is NaN, or if there is none.
 pub fn margin<S: Scalar>(angles: &[S]) -> S {
     let Some((first, others)) = angles.split_first() else {
         return S::from_f64(f64::NAN);

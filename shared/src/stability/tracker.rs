@@ -4,39 +4,41 @@ use super::criterion::Evaluation;
 use super::support::Stance;
 use crate::math::max;
 
-/// Margins with their rates, and the speed with which they came about.
+/// Margins with their rates, and the forward speed at which these rates arose.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Margins {
-    /// m, indexed by [`Edge`].
+    /// Margins, m, indexed by [`super::support::Edge`].
     pub now: [f32; 4],
-    /// m/s, without the decay that the robot's own change of shape explains.
+    /// Rates of the margins, m/s, without the decay that the robot's own change of shape explains.
     pub rate: [f32; 4],
-    /// Forward speed, as late as the rates are, m/s.
+    /// Forward speed, low-pass filtered like the rates, m/s.
     pub speed: f32,
 }
 
 /// Tracks margins and their rates from one evaluation to the next.
 #[derive(Clone, Debug, Default)]
 pub struct Tracker {
-    /// Margins of the centre of gravity at the evaluation before, with rates and speed.
+    /// Margins of the centre of gravity at the previous evaluation, with rates and speed.
     before: Option<Margins>,
     standing: [bool; 4],
 }
 
 impl Tracker {
-    /// Time in which rates and speed follow, s: a single sample moves them little.
+    /// Time constant of the low-pass of rates and speed, s. A single sample changes them little.
     const RATE_TIME: f32 = 0.1;
 
-    /// Takes the margins of a stance `period` s after the evaluation before, and the forward speed that
-    /// was passed on, m/s. `kept` are the margins that the robot would have now with its shape of the
-    /// evaluation before, m.
+    /// Updates the rates with the margins of a stance, `period` s after the previous evaluation,
+    /// and the forward speed that was passed on, m/s. `kept` are the margins that the robot would
+    /// have now with its shape of the previous evaluation, m.
     ///
-    /// What the robot's own change of shape takes from a margin is no decay: the guard limits it where
-    /// it limits the posture. So a margin has fallen only as far as the one with the kept shape has.
+    /// A margin that the robot loses by its own change of shape does not count as decay, because
+    /// the guard limits it where it limits the posture. So each rate uses the larger of the present
+    /// margin and the margin with the kept shape.
     ///
-    /// Rates are those of the centre of gravity alone: the measured force counts by how far it has
-    /// moved a margin, but it comes and goes with every bump. Rates begin anew when other wheels
-    /// stand than before. A rate from or to a margin that is not finite is zero.
+    /// The rates are those of the centre of gravity alone. The measured force counts in the margin
+    /// itself, but it comes and goes with every bump, so it does not count in the rate. The rates
+    /// start again from zero when the set of wheels on the ground changes. A rate from or to a
+    /// margin that is not finite is zero.
     #[inline(never)]
     pub fn update(
         &mut self,
@@ -86,7 +88,7 @@ mod tests {
         }
     }
 
-    /// The next evaluation, with a shape that does not change.
+    /// Next evaluation, with a shape that does not change.
     fn next(tracker: &mut Tracker, stance: &Stance, found: &Evaluation) -> Margins {
         tracker.update(stance, found, &found.gravity, 0.1, 4e-3)
     }
@@ -106,8 +108,9 @@ mod tests {
         assert!(jump.rate[2] > -0.6, "{jump:?}");
     }
 
-    /// Behind, the shape takes 0.1 of 0.3 m/s; in front all of 0.4. On the left it gives 0.2 m/s, but
-    /// the margin falls with 0.1; on the right nothing but the shape happens, and widens it.
+    /// Rear edge: the change of shape takes 0.1 of the 0.3 m/s by which the margin falls. Front
+    /// edge: it takes all of 0.4 m/s. Left edge: it widens the margin by 0.2 m/s, but the margin
+    /// falls by 0.1 m/s. Right edge: only the shape changes, and it widens the margin.
     #[test]
     fn decay_is_what_the_change_of_shape_does_not_explain() {
         let mut tracker = Tracker::default();

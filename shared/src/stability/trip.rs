@@ -1,10 +1,10 @@
-//! The guard's trip: latches, remembers why, and is left on request only.
+//! Latches the guard's trip, stores its cause, and clears it on request only.
 //!
-//! While tripped nothing passes. A reset clears a trip when the margins are back and the sensors are
-//! trusted; it clears an emergency stop when that is released. Two named ways lead out of a trip by a
-//! margin, both only as long as the operator asks for them: the supervised override, in which the
-//! operator's own command passes at crawl speed, and backing off, in which the robot goes back the
-//! way that it came.
+//! While the guard is tripped, nothing passes. A reset clears a trip when the margins have
+//! recovered and the sensors are trusted. It clears an emergency stop when that is released. After
+//! a trip by a margin, two requests allow motion, each only as long as the operator makes it. In
+//! the supervised override, the operator's own command passes at crawl speed. In backing off, the
+//! robot drives back in the direction from which it came.
 
 use super::bands::Band;
 use super::filter::SpeedCommand;
@@ -16,22 +16,23 @@ use crate::sensors::BodySensors;
 
 /// Largest yaw rate at crawl speed, rad/s.
 const CRAWL_YAW_RATE: f32 = 0.1;
-/// How far the endangered margin may fall below where it was when backing off began, m: the sensors' noise, no more.
+/// Distance by which the endangered margin may fall below its value at the start of backing off, m:
+/// no more than the sensors' noise.
 const BACK_OFF_LOSS: f32 = 0.01;
 
-/// Why the guard tripped.
+/// Cause of a trip.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Cause {
-    /// The margin to this edge.
+    /// The margin to this edge is below the trip margin.
     Margin(Edge),
-    /// The sensors on the body are not believed.
+    /// The body sensors are not trusted.
     Sensors(Reason),
-    /// The emergency stop.
+    /// The emergency stop is actuated.
     EmergencyStop,
 }
 
 impl Cause {
-    /// Code in object 0x4007:1: 0x10 with the edge, 0x20 with the reason, 0x30; 0 is none.
+    /// Code in object 0x4007:1: 0x10 with the edge, 0x20 with the reason, or 0x30; 0 means no trip.
     pub fn code(self) -> u8 {
         match self {
             Self::Margin(edge) => 0x10 | edge as u8,
@@ -41,10 +42,10 @@ impl Cause {
     }
 }
 
-/// What the guard knew when it tripped.
+/// State of the guard when it tripped.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Snapshot {
-    /// Why.
+    /// Cause of the trip.
     pub cause: Cause,
     /// Time since power-up, us.
     pub time_us: u64,
@@ -52,57 +53,58 @@ pub struct Snapshot {
     pub margins: [f32; 4],
     /// The edge with the narrowest margin.
     pub edge: Edge,
-    /// What was asked for.
+    /// Commanded motion.
     pub asked: SpeedCommand,
     /// Forward speed that was passed on, m/s.
     pub speed: f32,
-    /// The newest reading of the sensors on the body.
+    /// Newest reading of the body sensors.
     pub sensors: BodySensors,
 }
 
-/// What is asked of a tripped guard, beside motion.
+/// Requests to a tripped guard, other than motion.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
-#[allow(clippy::struct_excessive_bools)] // independent wishes, not states
+#[allow(clippy::struct_excessive_bools)] // independent requests, not states
 pub struct Requests {
-    /// Clear the trip: a change counts, not the state.
+    /// Clear the trip. A change to true counts, not the state.
     pub reset: bool,
-    /// Supervised override, for as long as it is asked for.
+    /// Supervised override, for as long as it is true.
     pub override_trip: bool,
-    /// Back off, for as long as it is asked for.
+    /// Back off, for as long as it is true.
     pub back_off: bool,
     /// The emergency stop is actuated.
     pub emergency_stop: bool,
 }
 
-/// What the guard sees at one evaluation.
+/// Inputs of the latch at one evaluation.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Sight {
-    /// The guard is armed: only then it trips, apart from the emergency stop.
+    /// Whether the guard is armed. Only an armed guard trips, except for the emergency stop.
     pub armed: bool,
-    /// The present band.
+    /// Current band.
     pub band: Band,
-    /// How far the sensors are believed.
+    /// Trust in the body sensors.
     pub trust: Trust,
-    /// What would be remembered; its cause is replaced.
+    /// Snapshot to store if the guard trips; its cause is replaced.
     pub moment: Snapshot,
 }
 
-/// What may pass.
+/// What the latch lets pass.
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
 pub enum Mode {
-    /// What the filter leaves.
+    /// The part of the command that the filter allows.
     #[default]
     Open,
     /// Nothing.
     Tripped,
-    /// The operator's command at crawl speed, the filter's word notwithstanding.
+    /// The operator's command at crawl speed, without the filter.
     Overridden,
     /// Crawl speed in this direction: 1 forward, -1 back.
     BackingOff(f32),
 }
 
 impl Mode {
-    /// The command that the filter gets to see. Never more than asked, but for [`Mode::BackingOff`], which is its own command.
+    /// Command that the filter receives. It never exceeds `asked`, except for [`Mode::BackingOff`],
+    /// which sets its own command.
     pub fn admit(self, asked: SpeedCommand, parameters: &Parameters) -> SpeedCommand {
         match self {
             Self::Open => asked,
@@ -116,7 +118,7 @@ impl Mode {
     }
 }
 
-/// What is left of a command at crawl speed.
+/// Limits a command to crawl speed.
 pub fn crawl(asked: SpeedCommand, parameters: &Parameters) -> SpeedCommand {
     SpeedCommand {
         forward: limit(asked.forward, parameters.crawl_speed),
@@ -124,28 +126,30 @@ pub fn crawl(asked: SpeedCommand, parameters: &Parameters) -> SpeedCommand {
     }
 }
 
-/// The latch.
+/// Latch of the guard's trip.
 #[derive(Clone, Debug, Default)]
 pub struct Trip {
     latched: bool,
     snapshot: Option<Snapshot>,
-    /// The trip whose place an emergency stop has taken.
+    /// Trip that an emergency stop has replaced.
     covered: Option<Snapshot>,
     count: u16,
     reset_before: bool,
-    /// Margin when backing off began; it does not begin again until the request was withdrawn.
+    /// Margin when backing off began.
     back_off_from: Option<f32>,
+    /// Whether backing off has ended; it does not begin again until the request was withdrawn.
     back_off_over: bool,
 }
 
 impl Trip {
-    /// Takes one evaluation.
+    /// Updates the latch at one evaluation, and returns what may pass.
     pub fn update(&mut self, sight: &Sight, requests: Requests, parameters: &Parameters) -> Mode {
         let asked_to_reset = requests.reset && !self.reset_before;
         self.reset_before = requests.reset;
         let back = sight.band < Band::Limit && matches!(sight.trust, Trust::Full);
         let stopped = self.cause() == Some(Cause::EmergencyStop);
-        // A robot that is not armed stands still; what is still there trips it when it is armed.
+        // A robot that is not armed stands still, so any margin allows the reset. If the margin is
+        // still too small, it trips the guard once it is armed.
         let back = back || !sight.armed;
         if asked_to_reset && (back || stopped) && !requests.emergency_stop {
             self.latched = false;
@@ -153,7 +157,7 @@ impl Trip {
                 (self.latched, self.snapshot) = (true, Some(covered));
             }
         }
-        // An emergency stop takes the place of any other cause.
+        // An emergency stop replaces any other cause.
         let kept = self.latched && (stopped || !requests.emergency_stop);
         if let Some(cause) = Self::new_cause(sight, requests).filter(|_| !kept) {
             self.covered = self.snapshot.filter(|_| self.latched);
@@ -174,7 +178,7 @@ impl Trip {
         }
     }
 
-    /// Why the guard is tripped, if it is.
+    /// Cause of the present trip, if the guard is tripped.
     fn cause(&self) -> Option<Cause> {
         let snapshot = self.snapshot.as_ref().filter(|_| self.latched)?;
         Some(snapshot.cause)
@@ -191,8 +195,8 @@ impl Trip {
         }
     }
 
-    /// Direction of backing off: against the command that led here, while the endangered margin does not shrink, until it is back above the caution
-    /// margin.
+    /// Direction of backing off: opposite to the command that led to the trip. Ends when the
+    /// endangered margin shrinks, or when it is back above the caution margin.
     fn back_off(
         &mut self,
         sight: &Sight,
@@ -209,7 +213,7 @@ impl Trip {
         };
         let margin = *sight.moment.margins.get(edge as usize)?;
         let from = *self.back_off_from.get_or_insert(margin);
-        // Both false for NaN, which ends it.
+        // Both comparisons are false for NaN, which ends backing off.
         let on_the_way = margin < parameters.caution && margin > from - BACK_OFF_LOSS;
         self.back_off_over |= !on_the_way || !matches!(sight.trust, Trust::Full);
         let way = snapshot.asked.forward;
@@ -219,17 +223,17 @@ impl Trip {
         Some(if way > 0.0 { -1.0 } else { 1.0 })
     }
 
-    /// Tripped now.
+    /// Whether the guard is tripped.
     pub fn latched(&self) -> bool {
         self.latched
     }
 
-    /// What the guard knew at the last trip, also after it was cleared.
+    /// State at the last trip, also after it was cleared.
     pub fn snapshot(&self) -> Option<&Snapshot> {
         self.snapshot.as_ref()
     }
 
-    /// Trips since power-up.
+    /// Number of trips since power-up.
     pub fn count(&self) -> u16 {
         self.count
     }
@@ -314,7 +318,7 @@ mod tests {
         let parameters = parameters();
         let good = sight(0.2, Band::Free);
         assert_eq!(trip.update(&good, NONE, &parameters), Mode::Tripped);
-        // Too early, and then held: the request must come again.
+        // The first reset is too early and then held: the request must be made again.
         assert_eq!(
             trip.update(&sight(0.04, Band::Limit), RESET, &parameters),
             Mode::Tripped
@@ -332,11 +336,12 @@ mod tests {
         trip.update(&narrow, STOP, &parameters);
         let cause = |trip: &Trip| trip.snapshot().map(|kept| kept.cause);
         assert_eq!(cause(&trip), Some(Cause::EmergencyStop));
-        // Released, it is still latched: neither override nor backing off leads out.
+        // After its release it is still latched: neither override nor backing off allows motion.
         for requests in [OVERRIDE, BACK_OFF, NONE] {
             assert_eq!(trip.update(&narrow, requests, &parameters), Mode::Tripped);
         }
-        // The reset ends it, and the margin trips again in the same evaluation.
+        // The reset clears the emergency stop, and the trip by the margin is back in the same
+        // evaluation.
         assert_eq!(trip.update(&narrow, RESET, &parameters), Mode::Tripped);
         assert_eq!(cause(&trip), Some(Cause::Margin(Edge::Back)));
         assert_eq!(
@@ -393,7 +398,7 @@ mod tests {
                 trip.update(&sight(bad, Band::Stop), BACK_OFF, &parameters),
                 Mode::Tripped
             );
-            // Over until it is asked for again.
+            // It does not begin again until it is requested anew.
             assert_eq!(
                 trip.update(&sight(0.02, Band::Stop), BACK_OFF, &parameters),
                 Mode::Tripped

@@ -1,41 +1,46 @@
-//! How far the sensors on the body are to be believed: degrade to slower, then stop; never silently stable.
+//! Evaluates how far the body sensors can be trusted. Doubtful sensors first slow the robot down,
+//! then stop it; they never count as stable.
 
 use crate::constants::GRAVITY;
 use crate::math::vector::Vector;
 use crate::sensors::BodySensors;
 
-/// Largest readings that a sensor of this kind gives: rad (either way up and a little more), m/s^2 (16 g), rad/s (2000 degrees/s).
+/// Largest readings that such sensors give: inclination in rad (either way up and a little more),
+/// specific force in m/s^2 (16 g), angular rate in rad/s (2000 degrees/s).
 const RANGES: [f32; 8] = [3.2, 3.2, 160.0, 160.0, 160.0, 35.0, 35.0, 35.0];
-/// Age of the newest plausible reading from which it is doubted, and from which it is worth nothing, s.
+/// Age of the newest plausible reading from which the sensors are in doubt, and from which they are
+/// not trusted, s.
 const DOUBTED_AGE: f32 = 0.015;
 const LOST_AGE: f32 = 0.05;
-/// How long a contradiction lasts until it counts, and until the sensors are worth nothing, s. A fall onto the next nose lasts 0.5 s.
+/// Duration of a contradiction from which the sensors are in doubt, and from which they are not
+/// trusted, s. A fall onto the next nose (front edge of a step) lasts 0.5 s.
 const DOUBTED_AFTER: f32 = 0.75;
 const LOST_AFTER: f32 = 2.0;
-/// How far the specific force may be from 1 g, as a share of it, while the robot is slow.
+/// Largest deviation of the specific force from 1 g, as a fraction of 1 g, while the robot is slow.
 const OFF_GRAVITY: f32 = 0.15;
-/// Tangent of the largest angle between the force and the vertical of the attitude filter, while the robot is slow.
+/// Tangent of the largest angle between the specific force and the vertical of the attitude filter,
+/// while the robot is slow.
 const DISAGREEMENT: f32 = 0.15;
 
-/// What is wrong with the sensors on the body.
+/// Fault of the body sensors.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Reason {
-    /// No reading came in time.
+    /// No reading was received in time.
     Silent = 1,
-    /// Readings are no numbers.
+    /// Readings are not finite.
     NotFinite = 2,
-    /// Readings are beyond what such a sensor can give.
+    /// Readings are beyond the range of such a sensor.
     OutOfRange = 3,
-    /// A reading does not move by a bit, which no noisy sensor does.
+    /// A reading repeats bit-identically, which the reading of a noisy sensor does not do.
     Stuck = 4,
-    /// The specific force is too long off 1 g for a slow robot.
+    /// The specific force of a slow robot deviates from 1 g for too long.
     OffGravity = 5,
-    /// Accelerometer and attitude (gyroscope and inclinometer) do not agree on what is level.
+    /// Accelerometer and attitude filter (gyroscope and inclinometer) disagree on the vertical.
     Disagreement = 6,
 }
 
 impl Reason {
-    /// The reason with this number.
+    /// Returns the reason with this number.
     pub fn from_byte(byte: u8) -> Option<Self> {
         use Reason::{Disagreement, NotFinite, OffGravity, OutOfRange, Silent, Stuck};
         [
@@ -50,7 +55,7 @@ impl Reason {
         .find(|reason| *reason as u8 == byte)
     }
 
-    /// What it is, as logs and reports show it.
+    /// Text in logs and reports.
     pub fn words(self) -> &'static str {
         match self {
             Self::Silent => "sensors silent",
@@ -63,14 +68,14 @@ impl Reason {
     }
 }
 
-/// How far the sensors are believed.
+/// Trust in the body sensors.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Trust {
-    /// Nothing speaks against them.
+    /// The sensors are trusted.
     Full,
-    /// Enough to go on slowly.
+    /// The sensors are in doubt: the robot may go on slowly.
     Degraded(Reason),
-    /// Not at all: nothing passes.
+    /// The sensors are not trusted: nothing passes.
     None(Reason),
 }
 
@@ -84,7 +89,7 @@ impl Trust {
         }
     }
 
-    /// The trust with this code.
+    /// Returns the trust with this code, if there is one.
     pub fn from_code(code: u8) -> Option<Self> {
         if code == 0 {
             return Some(Self::Full);
@@ -97,7 +102,7 @@ impl Trust {
         }
     }
 
-    /// The worse of two: what says nothing before what says to slow down, the first of equals.
+    /// The worse of two: none is worse than degraded. The first if both are equally bad.
     fn or(self, other: Self) -> Self {
         if other.code() >> 4 > self.code() >> 4 {
             other
@@ -107,7 +112,8 @@ impl Trust {
     }
 }
 
-/// A contradiction that must last: grows while it is there, and shrinks as fast while it is not.
+/// Timer of a contradiction: counts up while the contradiction is present, and down as fast while
+/// it is not.
 #[derive(Clone, Copy, Debug, Default)]
 struct Lasting(f32);
 
@@ -122,7 +128,7 @@ impl Lasting {
     }
 
     fn trust(self, reason: Reason) -> Trust {
-        // NaN is not below.
+        // The comparison is false for NaN.
         if !(self.0 < LOST_AFTER) {
             Trust::None(reason)
         } else if self.0 < DOUBTED_AFTER {
@@ -133,7 +139,7 @@ impl Lasting {
     }
 }
 
-/// Watches the readings.
+/// Monitors the readings of the body sensors.
 #[derive(Clone, Debug)]
 pub struct Watch {
     stuck_readings: u32,
@@ -146,7 +152,7 @@ pub struct Watch {
 }
 
 impl Watch {
-    /// Watch for which a sensor is stuck after `stuck_readings` equal readings; with 0, never.
+    /// Monitor for which a sensor is stuck after `stuck_readings` equal readings; 0 means never.
     pub fn new(stuck_readings: u32) -> Self {
         Self {
             stuck_readings,
@@ -159,11 +165,12 @@ impl Watch {
         }
     }
 
-    /// Takes the reading of one control period, if one came; true when it may be used.
+    /// Takes the reading of one control period, if one was received. Returns whether it may be
+    /// used.
     ///
-    /// The magnetometer is left out: no balance depends on it.
+    /// The magnetometer is not checked, because balance does not depend on it.
     pub fn receive(&mut self, sensors: Option<&BodySensors>, period: f32) -> bool {
-        // Ages beyond the last threshold say no more.
+        // Ages beyond the last threshold make no difference.
         self.age = crate::math::clamp(self.age + period, 0.0, 1.0);
         let Some(sensors) = sensors else {
             self.complaint = Reason::Silent;
@@ -196,21 +203,21 @@ impl Watch {
         within
     }
 
-    /// Compares the specific force in level axes, low-passed, with gravity, once an evaluation; `slow`: the robot does not accelerate
-    /// enough to explain a difference.
+    /// Compares the low-passed specific force in level axes with gravity, once per evaluation.
+    /// `slow` means that the robot does not accelerate enough to explain a difference.
     pub fn compare(&mut self, force: Vector<f32>, slow: bool, period: f32) {
         let across = force[0] * force[0] + force[1] * force[1];
         let square = across + force[2] * force[2];
         let bound = |share: f32| GRAVITY * GRAVITY * share * share;
         let is_gravity = square > bound(1.0 - OFF_GRAVITY) && square < bound(1.0 + OFF_GRAVITY);
         let agrees = force[2] > 0.0 && across < DISAGREEMENT * DISAGREEMENT * force[2] * force[2];
-        // While it is fast, what was found so far stays: neither forgotten nor confirmed.
+        // While the robot is fast, the timers stand still.
         let period = if slow { period } else { 0.0 };
         self.off_gravity.update(!is_gravity, period);
         self.disagreement.update(!agrees, period);
     }
 
-    /// How far the sensors are believed now.
+    /// Current trust in the sensors.
     pub fn trust(&self) -> Trust {
         let age = if !(self.age < LOST_AGE) {
             Trust::None(self.complaint)
@@ -239,7 +246,7 @@ impl Watch {
 mod tests {
     use super::*;
 
-    /// A robot at rest; the last bit of every reading dances.
+    /// Readings of a robot at rest; the last digits of every reading are noise.
     fn reading(step: u32) -> BodySensors {
         let noise = |channel: u32| 1e-3 * ((step * 7 + channel) % 5) as f32;
         BodySensors {
@@ -331,7 +338,7 @@ mod tests {
 
     #[test]
     fn an_attitude_that_the_accelerometer_denies_counts_when_it_lasts() {
-        // In level axes a force that leans by 15 degrees.
+        // A force in level axes that is tilted by 15 degrees.
         let tilted = |sensors: &mut BodySensors| sensors.specific_force[0] += 0.26 * GRAVITY;
         assert_eq!(
             watched(1_500, tilted).trust(),

@@ -1,40 +1,44 @@
-//! What became of a command, with its code on the bus.
+//! The guard's decision on a command (its verdict), and the code of the verdict on the bus.
 
 use super::support::{EDGES, Edge};
 use super::trust::Reason;
 
-/// What became of a command, and because of which edge.
+/// What the guard did with the newest command, and because of which edge or sensor problem.
+///
+/// An edge is an edge of the support, the one whose margin decided.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub enum Verdict {
-    /// Passed as asked.
+    /// The command passed as commanded.
     #[default]
     Passed,
-    /// A share of the asked speed passed.
+    /// The speed was scaled down to protect the margin to this edge.
     Scaled(Edge),
-    /// Nothing of the asked speed passed.
+    /// No speed passed, to protect the margin to this edge.
     Refused(Edge),
-    /// The posture is held where it is.
+    /// The posture is held, to protect the margin to this edge.
     PostureRefused(Edge),
-    /// Nothing passed: how the robot stands is not known.
+    /// Nothing passed: the sensors on the body are not believed, or the guard has tripped because
+    /// of them.
     Blind(Reason),
-    /// Nothing passed: no operator was received in time, or the dead-man switch is not held.
+    /// Nothing passed: the operator's commands timed out, or the dead-man switch is not held.
     Unattended,
-    /// Nothing passed: the guard has tripped.
+    /// Nothing passed: the guard has tripped. The edge is the one with the narrowest margin then.
     Tripped(Edge),
-    /// The guard has tripped, and the operator's supervised override passes at crawl speed.
+    /// The guard has tripped; the operator's supervised override passes at crawl speed.
     Overridden(Edge),
-    /// The guard has tripped and backs off at crawl speed, as asked.
+    /// The guard has tripped; it backs off at crawl speed, as the operator requested.
     BackingOff(Edge),
-    /// Crawl speed passed: the sensors on the body are in doubt.
+    /// At most crawl speed passed: the sensors on the body are doubted.
     Doubted(Reason),
-    /// A share of the posture motion passed.
+    /// The posture motion was slowed down, to protect the margin to this edge.
     PostureScaled(Edge),
-    /// Nothing passed: the emergency stop was actuated and not reset.
+    /// Nothing passed: the emergency stop was actuated and has not been reset.
     EmergencyStopped,
 }
 
 impl Verdict {
-    /// Code in object 0x4001:2: kind in the high half, edge or reason in the low half.
+    /// Returns the code in object 0x4001:2. The high four bits are the kind of verdict, the low
+    /// four bits are the edge or the reason.
     pub fn code(self) -> u8 {
         match self {
             Self::Passed => 0x00,
@@ -52,7 +56,7 @@ impl Verdict {
         }
     }
 
-    /// The verdict with this code.
+    /// Returns the verdict with this code, if there is one.
     pub fn from_code(code: u8) -> Option<Self> {
         let low = code & 0x0f;
         if let (4 | 9, Some(reason)) = (code >> 4, Reason::from_byte(low)) {

@@ -1,4 +1,5 @@
-//! Elementary functions against double precision and against the definitions of IEEE 754.
+//! Tests of the elementary functions against double precision and against the definitions of IEEE
+//! 754.
 
 use crate::support::{RADIANS_PER_BIT, worst_over_all_angles};
 use proptest::prelude::*;
@@ -6,7 +7,7 @@ use tautrack::math::cubic::{mul_high, mul_high_add, mul_high_add_plain, mul_high
 use tautrack::math::{atan2, clamp, limit, max, min, sin_cos, sin_cos_q30, sqrt};
 use tautrack::units::Angle;
 
-/// Values where comparisons, roots and quotients have their exceptions.
+/// Values at which comparisons, roots and quotients have special cases.
 const EDGES: [f32; 17] = [
     0.0,
     -0.0,
@@ -97,7 +98,7 @@ fn square_root_is_correctly_rounded() {
     let every_exponent = (0..2_000_000u32).map(|i| f32::from_bits(i * 1069));
     for value in every_exponent.chain(EDGES) {
         let root = sqrt(value);
-        // A double root of a float, rounded again, is the correctly rounded float root.
+        // The root of a float in double precision, rounded to `f32`, is the correctly rounded root.
         let expected = f64::from(value).sqrt() as f32;
         if value < 0.0 || value.is_nan() {
             assert!(same(root, f32::NAN), "sqrt({value:e})");
@@ -110,7 +111,8 @@ fn square_root_is_correctly_rounded() {
     }
 }
 
-/// Order of IEEE 754-2019 `minimum`: zeros by their sign, and nothing for NaN.
+/// Returns the rank of a value in the order of IEEE 754-2019 `minimum`, in which -0 is below +0. It
+/// has no meaning for NaN.
 fn rank(value: f32) -> i32 {
     let bits = value.to_bits() as i32;
     if bits < 0 { !(bits & i32::MAX) } else { bits }

@@ -1,4 +1,4 @@
-//! Mathematics against double precision and brute force.
+//! Tests of the mathematics against double precision and brute force.
 
 mod functions;
 mod scalar;

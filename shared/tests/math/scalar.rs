@@ -1,8 +1,9 @@
-//! Elementary functions of the models' scalars against an independent library.
+//! Tests of the elementary functions of the models' scalars against an independent library.
 
 use tautrack::math::Scalar;
 
-/// Angles over many turns, near every multiple of a quarter turn, and tiny ones.
+/// Returns angles up to `largest`, rad: over many turns, near every multiple of a quarter turn, and
+/// tiny ones.
 fn arguments(largest: f64) -> impl Iterator<Item = f64> {
     let spread = (-200_000..=200_000).map(move |i| f64::from(i) / 200_000.0 * largest);
     let near_quarters = (-4000..=4000).flat_map(|k| {

@@ -1,4 +1,4 @@
-//! The fixed-point cascade against the same loops in double precision.
+//! Compares the fixed-point cascade with the same loops in double precision.
 
 use std::f64::consts::{PI, TAU};
 use tautrack::motor::cascade::{Cascade, Gains};
@@ -6,7 +6,7 @@ use tautrack::motor::profile::Motion;
 
 const TURN: f64 = 4_294_967_296.0;
 
-/// Axles as different as they come: the nominal one, a quick screw, a crawling joint, a stiff direct drive.
+/// Very different axles: the nominal one, a fast screw, a very slow joint, a stiff direct drive.
 const AXLES: [Gains; 4] = [
     gains(20.0, 3.0, 0.05, 6.0, 10.0),
     gains(20.0, 3.0, 0.05, 60.0, 10.0),
@@ -32,14 +32,15 @@ const fn gains(
     }
 }
 
-/// The loops as they stand in a textbook.
+/// The same loops in double precision, as in a textbook.
 struct Double {
     gains: Gains,
     integral: f64,
 }
 
 impl Double {
-    /// Current before its limit, A, and the integral that goes with it, for an error of position in rad.
+    /// Returns the current before its limit, A, and the integral that belongs to it, for a position
+    /// error in rad.
     fn asked(&self, error: f64, set_point: &Motion, velocity: f64) -> (f64, f64) {
         let value = |gain: f32| f64::from(gain);
         let limit = value(self.gains.velocity_limit);
@@ -52,7 +53,7 @@ impl Double {
     }
 }
 
-/// Numbers from -1 to 1.
+/// Generates random numbers from -1 to 1.
 struct Random(u64);
 
 impl Random {
@@ -65,8 +66,9 @@ impl Random {
     }
 }
 
-/// Runs both on the same motion for so many calls and returns the largest difference as a share of the current limit.
-/// `size` scales the motion: at 1 every limit is hit again and again.
+/// Runs both cascades on the same motion for `calls` calls. Returns the largest difference as a
+/// fraction of the current limit. `size` scales the motion: at 1 it reaches every limit again and
+/// again.
 fn worst_difference(gains: &Gains, size: f64, calls: u32) -> f64 {
     let mut cascade = Cascade::new(gains);
     let mut double = Double {
@@ -78,7 +80,7 @@ fn worst_difference(gains: &Gains, size: f64, calls: u32) -> f64 {
     let full = f64::from(gains.current_limit);
     let (mut worst, mut limited_calls) = (0.0_f64, 0);
     for call in 0..calls {
-        // Sometimes less than all, as for holding.
+        // Sometimes the bound is lower, as for holding.
         let bound_share = if call % 1_000 < 700 { 1.0 } else { 0.6 };
         let bound = cascade.bound((bound_share * full) as f32);
         let reach = 3.0 * speed / f64::from(gains.position);
@@ -95,12 +97,13 @@ fn worst_difference(gains: &Gains, size: f64, calls: u32) -> f64 {
         let demand = cascade.position(&reference, position, rate, bound);
         let current = f64::from(cascade.amperes(demand.current));
 
-        // More than half a turn counts as half a turn.
+        // An error of more than half a turn counts as half a turn.
         let error = (difference as f64 / TURN * TAU).clamp(-PI, PI);
         let (asked, integral) = double.asked(error, &set_point, f64::from(velocity));
         let limit = bound_share * full;
         worst = worst.max((current - asked.clamp(-limit, limit)).abs() / full);
-        // Whether the integral stands still hangs on the last digit where the sum just reaches the limit.
+        // Where the sum just reaches the limit, its last digit decides whether the integral
+        // changes.
         let near = (asked.abs() - limit).abs() < 1e-5 * full;
         let at_limit =
             demand.current == bound.limit(i32::MAX) || demand.current == bound.limit(i32::MIN);
@@ -148,7 +151,7 @@ fn an_integral_that_was_let_grow_frees_itself_when_the_bound_shrinks() {
     for _ in 0..200 {
         cascade.position(&reference, -1 << 26, 0, full);
     }
-    // Pushed over to the other side: the current must follow within the integral's own time.
+    // The error changes its sign. The current must follow within the integral's own time.
     let after = (0..2_000)
         .position(|_| cascade.position(&reference, 1 << 26, 0, hold).current < 0)
         .expect("the current turns");

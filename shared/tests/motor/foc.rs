@@ -1,4 +1,4 @@
-//! Field-oriented control against double precision and against a simulated motor.
+//! Compares field-oriented control with double precision and with a simulated motor.
 
 use proptest::prelude::*;
 use std::f64::consts::TAU;
@@ -31,7 +31,7 @@ fn bits(angle: f64) -> ElectricalAngle {
     ))
 }
 
-/// Currents of phases a and b in ampere for a vector in the rotor's axes.
+/// Returns the currents of phases a and b, A, for a vector in the rotor's axes.
 fn phases(dq: [f64; 2], angle: f64) -> [f64; 2] {
     let [alpha, beta] = turned(dq, angle);
     [alpha, -0.5 * alpha + 0.75_f64.sqrt() * beta]
@@ -41,7 +41,8 @@ fn q30(amperes: f64) -> i32 {
     (amperes / f64::from(CONFIG.current_full_scale) * ONE) as i32
 }
 
-/// Voltage vector in the rotor's axes that three compare values make at `angle`, and how far their range is off the middle, counts.
+/// Returns the voltage vector in the rotor's axes that three compare values make at `angle`, and
+/// how far their range is off the middle, counts.
 fn voltage(counts: [u16; 3], angle: f64) -> ([f64; 2], f64) {
     let [a, b, c] =
         counts.map(|count| f64::from(count) / f64::from(PERIOD) * f64::from(CONFIG.supply_voltage));
@@ -53,7 +54,7 @@ fn voltage(counts: [u16; 3], angle: f64) -> ([f64; 2], f64) {
     )
 }
 
-/// The same controller in double precision, on volts and amperes.
+/// Runs the same controller in double precision, in volts and amperes.
 fn reference(integral: &mut [f64; 2], current: [f64; 2], demand: [f64; 2]) -> [f64; 2] {
     let limit = f64::from(CONFIG.supply_voltage) / 3.0_f64.sqrt();
     let (kp, ki) = (
@@ -95,7 +96,8 @@ fn a_step_is_that_of_double_precision_to_one_count() {
             },
         );
         let (got, off) = voltage(counts, angle);
-        // Beyond the hexagon's inner circle the bridge cannot follow; the next test covers that.
+        // Beyond the inner circle of the hexagon the bridge cannot follow. The next test covers
+        // that.
         if expected[0].hypot(expected[1]) < f64::from(CONFIG.supply_voltage) / 3.0_f64.sqrt() {
             let error = (got[0] - expected[0]).hypot(got[1] - expected[1]) / count;
             worst = worst.max(error);
@@ -110,7 +112,8 @@ fn a_step_is_that_of_double_precision_to_one_count() {
     );
 }
 
-/// Currents of a surface-magnet motor (dq equations, Euler steps of a fiftieth of a period) under the controller, one period of delay.
+/// Simulates a surface-magnet motor with the controller and one period of delay (dq equations,
+/// Euler steps of a fiftieth of a period). Returns the currents of each period.
 fn run(
     foc: &mut Foc,
     demand: [f64; 2],
@@ -158,7 +161,8 @@ fn currents_settle_on_the_demand_at_any_speed() {
             "speed {speed}: {d} {q}"
         );
         let peak = history.iter().fold(0.0_f64, |peak, [_, q]| peak.max(*q));
-        // Switched on at speed, the back-EMF of 10 mV s alone drives a current until the integral stands against it.
+        // The motor is switched on at speed. Its back-EMF of 10 mV s alone drives a current until
+        // the integral compensates it.
         let own = 0.01 * speed.abs() / f64::from(CONFIG.bandwidth * CONFIG.inductance);
         assert!(peak < 5.0 * 1.25 + own, "speed {speed}: peak {peak}");
     }
@@ -171,7 +175,7 @@ fn saturation_leaves_no_windup_behind() {
     let stalled = run(&mut foc, [0.0, 15.0], 1_400.0, [0.0; 2], 20_000);
     assert!(stalled[19_999][1] < 14.0);
     let after = run(&mut foc, [0.0, 0.0], 0.0, [0.0; 2], 400);
-    // 5 ms, ten time constants of the loop.
+    // 100 periods are 5 ms: ten time constants of the loop.
     assert!(
         after[100..].iter().all(|[_, q]| q.abs() < 1.0),
         "{:?}",

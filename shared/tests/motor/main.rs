@@ -1,4 +1,4 @@
-//! The loops of a motor against its equations.
+//! Tests of the loops of a motor against its equations.
 
 mod cascade;
 mod foc;

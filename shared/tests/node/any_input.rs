@@ -1,4 +1,4 @@
-//! What no input may do to the ticks of axle and screw: exceed a limit, panic, or call bad data good.
+//! Tests that no input makes the ticks of axle and screw exceed the current limit or panic.
 
 use proptest::collection::vec;
 use proptest::prelude::*;
@@ -8,12 +8,12 @@ use tautrack::node::screw::{self, Screw};
 use tautrack::sensors::Switches;
 use tautrack::settings::{Setting, Settings};
 
-/// Any bit pattern: NaN, infinities, subnormals and all.
+/// Generates any bit pattern, including NaN, infinities and subnormals.
 fn any_f32() -> impl Strategy<Value = f32> {
     any::<u32>().prop_map(f32::from_bits)
 }
 
-/// Set-points that reach operation often, with any target and mode.
+/// Generates set-points with any target and mode that often lead to operation.
 fn set_point() -> impl Strategy<Value = Option<SetPoint>> {
     let word = prop_oneof![
         Just(0x06),
@@ -55,7 +55,7 @@ prop_compose! {
     ) -> Inputs {
         let [home, positive_limit, negative_limit] = switches;
         let switches = Switches { home, positive_limit, negative_limit };
-        // The caller adds the jumps up to a time.
+        // `now_us` is a step of time here. The caller adds the steps up.
         Inputs { now_us: jump_us, encoder, current, supply_voltage, switches, set_point, torque_offset, guard_received, bench_mode }
     }
 }

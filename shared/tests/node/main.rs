@@ -1,4 +1,4 @@
-//! What a node does in its ticks.
+//! Tests of the ticks of the nodes.
 
 mod any_input;
 mod drive_faults;

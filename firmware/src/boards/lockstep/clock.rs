@@ -1,4 +1,4 @@
-//! Virtual time for `embassy-time`, and the executor that runs until nothing is left to do.
+//! Virtual time for `embassy-time`, and the executor, which polls tasks until none is ready.
 
 use core::cell::RefCell;
 use core::sync::atomic::{AtomicBool, Ordering};
@@ -43,7 +43,8 @@ pub fn now() -> u64 {
     CLOCK.now()
 }
 
-/// Sets the clock; timers that it passes fire at the next [`fire_timers`]. Never turns back.
+/// Sets the clock; the next [`fire_timers`] fires the timers that expired. Ignores a time before
+/// the current one.
 pub fn set_now(now_us: u64) {
     critical_section::with(|cs| {
         let mut state = CLOCK.0.borrow(cs).borrow_mut();
@@ -53,7 +54,7 @@ pub fn set_now(now_us: u64) {
     });
 }
 
-/// Wakes every task whose time has come.
+/// Wakes every task whose timer has expired.
 pub fn fire_timers() {
     critical_section::with(|cs| {
         let mut state = CLOCK.0.borrow(cs).borrow_mut();
@@ -64,13 +65,14 @@ pub fn fire_timers() {
 
 static PENDING: AtomicBool = AtomicBool::new(false);
 
-// SAFETY: the executor declares exactly this function, and no other crate in the program defines it.
+// SAFETY: the executor declares exactly this function, and no other crate in the program defines
+// it.
 #[unsafe(export_name = "__pender")]
 fn pend(_context: *mut ()) {
     PENDING.store(true, Ordering::SeqCst);
 }
 
-/// The executor; called once.
+/// Creates the executor. Must be called only once.
 pub fn executor() -> &'static Executor {
     static EXECUTOR: StaticCell<Executor> = StaticCell::new();
     EXECUTOR.init(Executor::new(core::ptr::null_mut()))
@@ -79,7 +81,8 @@ pub fn executor() -> &'static Executor {
 /// Polls until no task is ready.
 pub fn run_until_idle(executor: &'static Executor) {
     while PENDING.swap(false, Ordering::SeqCst) {
-        // SAFETY: called from the one thread of the board and never from a task, so not re-entered.
+        // SAFETY: the board's only thread calls this, never from within a task, so it is not
+        // re-entered.
         unsafe { executor.poll() };
     }
 }

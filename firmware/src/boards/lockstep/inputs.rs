@@ -1,4 +1,4 @@
-//! What the sensors of the simulated robot read in the current step.
+//! Sensor readings of the simulated robot in the current step.
 
 use core::cell::RefCell;
 use critical_section::Mutex;
@@ -29,7 +29,7 @@ pub fn sensors() -> Sensors {
     critical_section::with(|cs| INPUTS.borrow(cs).borrow().sensors)
 }
 
-/// Encoder at the end of the current step.
+/// Encoder counts at the end of the current step.
 pub fn encoder() -> i32 {
     critical_section::with(|cs| INPUTS.borrow(cs).borrow().encoder)
 }

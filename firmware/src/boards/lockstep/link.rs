@@ -1,16 +1,17 @@
-//! Whole messages over a pipe of bytes.
+//! Sends and receives whole messages over a byte pipe.
 
 use tautrack::link::{FromNode, MAX_MESSAGE, ToNode};
 
-/// Bytes from and to the simulator.
+/// Byte pipe to and from the simulator.
 pub trait Pipe {
-    /// Fills `buffer`, waiting for as long as it takes; `false` when the simulator is gone.
+    /// Fills `buffer`; blocks as long as needed. Returns `false` if the simulator has closed the
+    /// pipe.
     fn read(&mut self, buffer: &mut [u8]) -> bool;
-    /// Writes all of `bytes`; `false` when the simulator is gone.
+    /// Writes all of `bytes`. Returns `false` if the simulator has closed the pipe.
     fn write(&mut self, bytes: &[u8]) -> bool;
 }
 
-/// Whole messages over a [`Pipe`].
+/// Sends and receives whole messages over a [`Pipe`]. A message has a length prefix of two bytes.
 pub(super) struct Link<'a, P> {
     pub pipe: &'a mut P,
     pub buffer: [u8; MAX_MESSAGE + 2],
@@ -31,7 +32,8 @@ impl<P: Pipe> Link<'_, P> {
         postcard::from_bytes(message).ok()
     }
 
-    /// Prefix and message leave in one write: each costs a trap into the emulator.
+    /// Sends `message`. Writes prefix and message at once, because each write costs a trap into the
+    /// emulator.
     pub fn send(&mut self, message: &FromNode) -> bool {
         let Some(body) = self.buffer.get_mut(2..) else {
             return false;

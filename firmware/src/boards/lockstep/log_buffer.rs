@@ -1,16 +1,18 @@
-//! Log records on their way into the answers: bounded, never blocking, whole records or none.
+//! Buffers log records until an answer to the simulator carries them. The buffer is bounded and
+//! never blocks; a record is stored whole or not at all.
 
 use core::cell::RefCell;
 use critical_section::Mutex;
 use heapless::{Deque, Vec};
 
-/// Log records that wait for an answer.
+/// Log records that wait for the next answer.
 pub static LOG: Mutex<RefCell<LogBuffer>> = Mutex::new(RefCell::new(LogBuffer::new()));
 
-/// Bytes that wait for the next answers; what comes while they are full is dropped and counted.
+/// Buffer for the log bytes of the next answers. While it is full, new records are dropped and
+/// counted.
 pub struct LogBuffer {
     bytes: Deque<u8, 4_096>,
-    record: usize, // bytes of the record that is being written
+    record: usize, // bytes of the record being written
     overflow: bool,
     dropped: u32,
 }
@@ -32,7 +34,7 @@ impl LogBuffer {
         self.overflow = false;
     }
 
-    /// Appends to the record.
+    /// Appends `bytes` to the record.
     pub fn write(&mut self, bytes: &[u8]) {
         for byte in bytes {
             if self.overflow || self.bytes.push_back(*byte).is_err() {
@@ -43,7 +45,7 @@ impl LogBuffer {
         }
     }
 
-    /// Ends the record; takes it back if it did not fit.
+    /// Ends the record; removes it again if it did not fit.
     pub fn end(&mut self) {
         if self.overflow {
             self.dropped = self.dropped.saturating_add(1);
@@ -53,19 +55,20 @@ impl LogBuffer {
         }
     }
 
-    /// The oldest bytes, as many as fit into one answer.
+    /// Removes and returns the oldest bytes, as many as fit into one answer.
     pub fn take<const N: usize>(&mut self) -> Vec<u8, N> {
         let mut taken = Vec::new();
         while !taken.is_full() {
             let Some(byte) = self.bytes.pop_front() else {
                 break;
             };
-            let _ = taken.push(byte); // there is room: the loop's condition
+            let _ = taken.push(byte); // cannot fail: see the loop's condition
         }
         taken
     }
 
-    /// Records lost since the last call; 0 while there is no room to say so.
+    /// Returns and clears the count of lost records. Returns 0 while the buffer holds bytes,
+    /// because the message about the loss might not fit.
     pub fn take_dropped(&mut self) -> u32 {
         if self.bytes.is_empty() {
             core::mem::take(&mut self.dropped)

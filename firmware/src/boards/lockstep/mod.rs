@@ -1,9 +1,10 @@
-//! What the boards without hardware share: messages in, one step of virtual time, messages out.
+//! Lockstep boards, which have no hardware: a message from the simulator starts one step of virtual
+//! time, and the answer carries the results.
 //!
-//! `link` carries the messages over a [`Pipe`], in which alone the two boards differ. `power_up`
-//! and `step` do what they ask for. `inputs` holds the sensors, `motor` models the hardware of the
-//! PWM interrupt, `clock` the timer and the executor, `log_buffer` the debug probe, `starvation`
-//! the watchdog.
+//! The two lockstep boards (`mps2`, `native`) differ only in their [`Pipe`]. `link` carries the
+//! messages over it, `power_up` handles the start message and `step` the step messages. `inputs`
+//! holds the sensor readings, `motor` models the hardware of the PWM interrupt, `clock` provides
+//! timer and executor, `log_buffer` replaces the debug probe and `starvation` the watchdog.
 
 pub mod clock;
 mod inputs;
@@ -30,11 +31,11 @@ use tautrack::link::{FromNode, MAX_MESSAGE, Ready, ToNode, VERSION};
 /// PWM rate of the simulated bridge, Hz.
 pub const PWM_HZ: u32 = 20_000;
 
-/// Why a node ends.
+/// Reason why a node ends.
 pub enum End {
-    /// The simulator is gone, or its messages make no sense.
+    /// The simulator has closed the pipe, or sent a message that cannot be decoded.
     Finished,
-    /// The watchdog was not fed: a board would reset here.
+    /// The watchdog was not fed in time; a real board would reset here.
     Starved(Starved),
 }
 

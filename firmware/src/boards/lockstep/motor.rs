@@ -1,13 +1,15 @@
-//! The simulated motor behind the lockstep boards: bridge, winding, rotor, gear, encoder and current sensor.
+//! Simulated motor of the lockstep boards: bridge, winding, rotor, gear, encoder and current
+//! sensor.
 //!
-//! Only basic `f32` operations, so that the emulated core and the host end in the same bits.
+//! Uses only basic `f32` operations, so that the results on the emulated core and on the host are
+//! bit-identical.
 
 use super::noise::Noise;
 use crate::boards::Bridge;
 use tautrack::link::{MotorModel, Shaft};
 
 const TURN: f32 = core::f32::consts::TAU;
-/// Nothing in the model grows beyond this, A and rad/s: far above any motor, far below overflow.
+/// Bound of every quantity in the model, A and rad/s: far above any motor and far below overflow.
 const BOUND: f32 = 1e6;
 
 /// One motor and its sensors, integrated once per PWM period.
@@ -19,13 +21,14 @@ pub struct Motor {
     current: f32,  // A
     velocity: f32, // rad/s, of the rotor
     position: i64, // 2^-32 turn, of the output shaft
-    residue: f32,  // the part of the position below one 2^-32 turn
+    residue: f32,  // fraction of the position below one 2^-32 turn
     position_per_radian: f32,
     counts_per_turn: i64, // of the output shaft, 2^-16 count
 }
 
 impl Motor {
-    /// Motor at rest; `None` if a value of `model` is not finite, or not positive where it must be.
+    /// Creates a motor at rest. Returns `None` unless every value of `model` is finite, the
+    /// friction, brake and sensor values are at least 0, and the others are positive.
     pub fn new(model: MotorModel, pwm_hz: u32, seed: u64) -> Option<Self> {
         let positive = [
             model.resistance,
@@ -60,10 +63,11 @@ impl Motor {
         })
     }
 
-    /// Moves on by one PWM period with the bridge as given.
+    /// Integrates one PWM period with the bridge as given.
     ///
-    /// Current and rotor are each solved implicitly in their own term (resistance; Coulomb friction), one after the
-    /// other: stable while the period is short against `sqrt(L J) / k`.
+    /// Solves current and rotor one after the other, each implicitly in its own damping term
+    /// (resistance; Coulomb friction). This is stable while the period is short compared with
+    /// `sqrt(L J) / k`.
     pub fn integrate(&mut self, bridge: Bridge, supply_voltage: f32, shaft_torque: f32) {
         let model = &self.model;
         let emf = model.torque_constant * self.velocity;
@@ -78,7 +82,8 @@ impl Motor {
         let per_torque = self.period / model.rotor_inertia;
         let free =
             bounded(self.velocity + per_torque * (model.torque_constant * self.current - load));
-        // Coulomb friction takes what it can, and never turns the rotor round: below its grip the rotor stands still.
+        // Coulomb friction reduces the speed, but never reverses it: below `grip` the rotor stands
+        // still.
         let friction = match bridge {
             Bridge::Drive(_) => model.friction_torque,
             Bridge::Brake | Bridge::Off => model.friction_torque + model.brake_torque,
@@ -98,14 +103,16 @@ impl Motor {
         self.position = self.position.wrapping_add(whole);
     }
 
-    /// Current after one period with `voltage` on resistance and inductance alone; backward Euler.
+    /// Returns the current after one period with `voltage` on resistance and inductance alone
+    /// (backward Euler).
     fn current_after(&self, voltage: f32) -> f32 {
         let rise = self.period / self.model.inductance;
         bounded((self.current + rise * voltage) / (1.0 + rise * self.model.resistance))
     }
 
-    /// All transistors open: the diodes hold the whole supply against the current until it is gone. Without a current
-    /// they conduct only where the back-EMF exceeds the supply.
+    /// Returns the current after one period with all transistors open. The diodes put the whole
+    /// supply voltage against the current until it is zero. If no current flows, they conduct only
+    /// where the back-EMF exceeds the supply.
     fn current_through_diodes(&self, supply: f32, emf: f32) -> f32 {
         let forward = if self.current == 0.0 {
             emf < 0.0
@@ -121,7 +128,8 @@ impl Motor {
         }
     }
 
-    /// What the current sensor says, A: truth, noise, and the steps of its converter.
+    /// Reading of the current sensor, A: the true current with noise, rounded to the steps of the
+    /// converter.
     pub fn sampled_current(&mut self) -> f32 {
         let noisy = self.current + self.model.current_noise * self.noise.sample();
         let quantum = self.model.current_quantum;
@@ -133,7 +141,7 @@ impl Motor {
         (steps + half) as i32 as f32 * quantum
     }
 
-    /// Counts of the rotor's encoder since power-up, rounded down as an edge counter does; wraps.
+    /// Counts of the rotor's encoder since power-up, rounded down like an edge counter; wraps.
     pub fn encoder(&self) -> i32 {
         ((i128::from(self.position) * i128::from(self.counts_per_turn)) >> 48) as i32
     }
@@ -147,7 +155,7 @@ impl Motor {
     }
 }
 
-/// `value` within the model's bound, 0 for what is not a number.
+/// Clamps `value` to the model's bound; returns 0 for NaN.
 fn bounded(value: f32) -> f32 {
     if value > BOUND {
         BOUND

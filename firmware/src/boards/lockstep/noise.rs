@@ -1,4 +1,5 @@
-//! Noise of simulated sensors: a counter-based generator, so that sample `n` of seed `s` is the same in every run.
+//! Noise of simulated sensors. A counter-based generator makes sample `n` of seed `s` the same in
+//! every run.
 
 /// Stream of samples with mean 0 and standard deviation 1.
 #[derive(Clone, Debug)]
@@ -13,18 +14,20 @@ impl Noise {
         Self { seed, counter: 0 }
     }
 
-    /// Next sample, nearly normal: the sum of four 16-bit uniforms, bounded by 3.47. The same bits on every machine.
+    /// Next sample, nearly normal: the sum of four 16-bit uniforms, bounded by 3.47. It is
+    /// bit-identical on every machine.
     pub fn sample(&mut self) -> f32 {
         self.counter = self.counter.wrapping_add(1);
         let bits = mix(self.seed ^ mix(self.counter));
         let sum = (0..4).fold(0_i32, |sum, lane| sum + (bits >> (16 * lane)) as u16 as i32);
-        // A uniform on 0..=65535 has variance (2^32 - 1) / 12; four of them a deviation of 37836.9.
+        // A uniform on 0..=65535 has variance (2^32 - 1) / 12; four of them have a deviation of
+        // 37836.9.
         (sum - 2 * 65_535) as f32 / 37_836.9
     }
 }
 
-/// Finalizer of SplitMix64 (Steele, Lea and Flood, "Fast Splittable Pseudorandom Number Generators"): every bit of the
-/// input changes about half the bits of the output.
+/// Finalizer of SplitMix64 (Steele, Lea and Flood, "Fast Splittable Pseudorandom Number
+/// Generators"): every bit of the input changes about half the bits of the output.
 fn mix(value: u64) -> u64 {
     let value = value.wrapping_add(0x9e37_79b9_7f4a_7c15);
     let value = (value ^ (value >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);

@@ -1,4 +1,4 @@
-//! From the start message to a node whose tasks wait.
+//! Handles the start message: creates the motor and starts the role's tasks.
 
 use super::motor::Motor;
 use super::{PWM_HZ, clock};
@@ -7,7 +7,9 @@ use embassy_executor::raw::Executor;
 use tautrack::link::{Start, VERSION};
 use tautrack::settings::Settings;
 
-/// Makes the motor and has the role spawn its tasks, which run up to their first wait.
+/// Creates the motor and calls the role's start function, which spawns the tasks. Runs them up to
+/// their first wait. Returns a [`Refusal`] if the link version, the motor model or a setting is not
+/// valid.
 pub(super) fn power_up(
     role: &'static Role,
     executor: &'static Executor,

@@ -1,4 +1,4 @@
-//! The watchdog of the lockstep boards, in virtual time.
+//! Watchdog of the lockstep boards, in virtual time.
 
 use super::clock;
 use crate::watchdog::PERIOD_US;
@@ -8,12 +8,12 @@ use critical_section::Mutex;
 
 static FED_US: Mutex<Cell<u64>> = Mutex::new(Cell::new(0));
 
-/// The watchdog was not fed in time.
+/// Error: the watchdog was not fed in time.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Starved {
-    /// When it was last fed, us since power-up.
+    /// Time of the last feed, us since power-up.
     pub fed_us: u64,
-    /// When that was found.
+    /// Time of the check that found it, us since power-up.
     pub now_us: u64,
 }
 
@@ -27,13 +27,13 @@ impl fmt::Display for Starved {
     }
 }
 
-/// Feeds it now.
+/// Feeds the watchdog at the current time.
 pub fn feed_watchdog() {
     let now_us = clock::now();
     critical_section::with(|cs| FED_US.borrow(cs).set(now_us));
 }
 
-/// What a reset would say if time went on to `now_us` without it being fed.
+/// Returns [`Starved`] if the last feed was more than [`PERIOD_US`] before `now_us`.
 pub fn check(now_us: u64) -> Option<Starved> {
     let fed_us = critical_section::with(|cs| FED_US.borrow(cs).get());
     (now_us.saturating_sub(fed_us) > PERIOD_US).then_some(Starved { fed_us, now_us })

@@ -1,4 +1,4 @@
-//! One step of virtual time.
+//! Advances a lockstep board by one step of virtual time.
 
 use super::inputs::INPUTS;
 use super::log_buffer::LOG;
@@ -10,7 +10,7 @@ use crate::current_loop;
 use embassy_executor::raw::Executor;
 use tautrack::link::{STEP_US, Shaft, Step, Stepped};
 
-/// One step: the PWM periods that lead up to its time, then the frames, then the timers.
+/// Runs the PWM periods up to the step's time, then delivers the frames, then fires the timers.
 pub(super) fn advance(
     step: &Step,
     executor: &'static Executor,
@@ -21,8 +21,8 @@ pub(super) fn advance(
     if let Some(motor) = motor {
         let (voltage, torque) = (step.sensors.supply_voltage, step.sensors.shaft_torque);
         for _ in 0..u64::from(PWM_HZ) * STEP_US / 1_000_000 {
-            // As with preloaded compare registers, what the interrupt decides holds from the next
-            // period on.
+            // As with preloaded compare registers, the interrupt's decision takes effect in the
+            // next period.
             let next = current_loop::pwm_period(motor.sampled_current(), voltage);
             motor.integrate(*bridge, voltage, torque);
             *bridge = next;
@@ -35,7 +35,7 @@ pub(super) fn advance(
     critical_section::with(|cs| INPUTS.borrow(cs).borrow_mut().sensors = step.sensors);
 
     clock::set_now(step.time_us);
-    // What a full pipe does not take is lost, as on a line without handshake.
+    // Bytes that do not fit into the pipe are lost, as on a line without handshake.
     let _ = crate::serial::RECEIVED.try_write(&step.serial);
     for frame in &step.frames {
         RECEIVED.push(*frame);
@@ -51,7 +51,7 @@ pub(super) fn advance(
     };
     while !stepped.frames.is_full() {
         let Some(frame) = TRANSMIT.pop() else { break };
-        let _ = stepped.frames.push(frame); // there is room: the loop's condition
+        let _ = stepped.frames.push(frame); // cannot fail: see the loop's condition
     }
     stepped
 }

@@ -1,4 +1,4 @@
-//! defmt records into the log bytes of the answers.
+//! Writes defmt records into the buffer of log bytes that the answers carry.
 
 use crate::boards::lockstep::log_buffer::{LOG, LogBuffer};
 use core::cell::RefCell;
@@ -20,8 +20,9 @@ fn with(body: impl FnOnce(&mut Encoder, &mut LogBuffer)) {
     });
 }
 
-// SAFETY: the board has no interrupts and one thread, and nothing logs between `acquire` and `release` of a record, so
-// records cannot interleave; each call borrows the state only for its own duration.
+// SAFETY: the board has no interrupts and one thread, and nothing logs between `acquire` and
+// `release` of a record, so records cannot interleave; each call borrows the state only for its own
+// duration.
 unsafe impl defmt::Logger for Logger {
     fn acquire() {
         with(|encoder, buffer| {

@@ -1,7 +1,9 @@
-//! QEMU's MPS2+ board with the AN386 image: a Cortex-M4F whose only hardware is the lockstep link over semihosting.
+//! QEMU's MPS2+ board with the AN386 image: a Cortex-M4F whose only hardware is the lockstep link
+//! over semihosting.
 //!
-//! `semihosting` is the pair of pipes and the way out, `log` the defmt logger, `stack` the mark of the deepest stack.
-//! When the simulator closes its pipe the node's last word on the other one is that mark, bytes in decimal.
+//! `semihosting` provides the standard streams and the exit, `log` the defmt logger, and `stack`
+//! measures the deepest stack use. When the simulator closes its pipe, the node writes that depth
+//! to its own pipe, in bytes and decimal, and ends.
 
 mod log;
 pub(crate) mod semihosting;
@@ -31,7 +33,7 @@ impl Board for Mps2 {
         let mut console = Console { input, output };
         if let End::Starved(starved) = lockstep::run(Self::NAME, role, &mut console) {
             if let Some(mut errors) = Stream::standard_error() {
-                let _ = writeln!(errors, "{starved}"); // nobody is left to tell
+                let _ = writeln!(errors, "{starved}"); // there is no other output to report to
             }
             exit(false)
         }
@@ -75,12 +77,12 @@ impl Pipe for Console {
     }
 }
 
-/// The bridge goes off first; here that is the simulated one, which ends with the emulator.
+/// Opens the bridge first. On this board it is the simulated bridge, which ends with the emulator.
 #[panic_handler]
 fn panic(info: &PanicInfo) -> ! {
     crate::current_loop::demand(tautrack::node::axle::BridgeDemand::Off);
     if let Some(mut errors) = Stream::standard_error() {
-        let _ = writeln!(errors, "{info}"); // nobody is left to tell
+        let _ = writeln!(errors, "{info}"); // there is no other output to report to
     }
     exit(false)
 }

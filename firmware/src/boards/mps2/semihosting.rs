@@ -1,4 +1,4 @@
-//! Semihosting: the emulator's standard streams and its exit.
+//! Semihosting calls: the emulator's standard streams and its exit.
 
 use core::fmt;
 use cortex_m_semihosting::{debug, nr, syscall};
@@ -22,7 +22,7 @@ impl Stream {
         Self::open(nr::open::W_APPEND_BINARY)
     }
 
-    /// The mode of the special name `:tt` says which stream is meant.
+    /// Opens the special file `:tt`, whose mode selects the stream.
     fn open(mode: usize) -> Option<Self> {
         let name = b":tt\0";
         let arguments = [name.as_ptr() as usize, mode, name.len() - 1];
@@ -31,11 +31,13 @@ impl Stream {
         (handle != usize::MAX).then_some(Self(handle))
     }
 
-    /// Fills `buffer`; the whole machine stands still until the host has written. `false` at the end of the stream.
+    /// Fills `buffer`; the whole emulated machine stops until the host has written enough bytes.
+    /// Returns `false` at the end of the stream.
     pub fn read_exact(&self, mut buffer: &mut [u8]) -> bool {
         while !buffer.is_empty() {
             let arguments = [self.0, buffer.as_mut_ptr() as usize, buffer.len()];
-            // SAFETY: the block is what SYS_READ reads: handle, address and size of memory that is ours to write.
+            // SAFETY: the block is what SYS_READ reads: handle, address and size of memory that
+            // this function may write.
             let missing = unsafe { syscall(nr::READ, &arguments) };
             if missing >= buffer.len() {
                 return false;
@@ -46,11 +48,12 @@ impl Stream {
         true
     }
 
-    /// Writes all of `bytes`; `false` if the stream is closed.
+    /// Writes all of `bytes`. Returns `false` if the stream is closed.
     pub fn write_all(&self, mut bytes: &[u8]) -> bool {
         while !bytes.is_empty() {
             let arguments = [self.0, bytes.as_ptr() as usize, bytes.len()];
-            // SAFETY: the block is what SYS_WRITE reads: handle, address and size of initialised memory.
+            // SAFETY: the block is what SYS_WRITE reads: handle, address and size of initialised
+            // memory.
             let missing = unsafe { syscall(nr::WRITE, &arguments) };
             if missing >= bytes.len() {
                 return false;
@@ -71,14 +74,15 @@ impl fmt::Write for Stream {
     }
 }
 
-/// Ends the emulator: exit code 0 or 1.
+/// Ends the emulator with exit code 0 for `success`, else 1.
 pub fn exit(success: bool) -> ! {
     debug::exit(if success {
         debug::EXIT_SUCCESS
     } else {
         debug::EXIT_FAILURE
     });
-    // Without an emulator the call above returns, or faults into the handler that called it.
+    // Without an emulator the call above returns, or faults into the handler that called this
+    // function.
     loop {
         cortex_m::asm::wfi();
     }

@@ -1,5 +1,5 @@
-//! The host as a board: the lockstep link on standard input and output. For sweeps, fuzzing,
-//! sanitizers and debuggers.
+//! Host process as a board: the lockstep link on standard input and output. It is used for
+//! parameter sweeps, fuzzing, sanitizers and debuggers.
 
 use crate::boards::Board;
 use crate::boards::lockstep::log_buffer::LOG;

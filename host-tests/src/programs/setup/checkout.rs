@@ -1,14 +1,14 @@
-//! Where the checkout is that a program works on, found at run time: a copied checkout works on
-//! itself.
+//! Finds the checkout that a program works on. It is found at run time, so that a copied checkout
+//! uses its own files.
 
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 use std::{env, fmt, io};
 
-/// What only the root folder of a checkout has.
+/// Files and folders that only the root folder of a checkout contains.
 const SIGNS: [&str; 3] = ["Cargo.toml", "firmware/dictionary", "host-tests/scenarios"];
 
-/// None of the folders, nor any above them, is a checkout.
+/// Error: none of the folders, nor any above them, is a checkout.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct NoCheckout(pub Vec<PathBuf>);
 
@@ -31,12 +31,12 @@ impl From<NoCheckout> for io::Error {
     }
 }
 
-/// The checkout's root folder, where rust-toolchain.toml says which toolchain is meant. It is
-/// looked for upward from the package that cargo runs, then from the working directory, then from
-/// this program's file. The first call decides for the whole process.
+/// Returns the root folder of the checkout, which contains rust-toolchain.toml. Searches upward
+/// from the package that cargo runs, then from the working directory, then from this program's
+/// file. The first call determines the result for the whole process.
 ///
 /// # Errors
-/// [`NoCheckout`], with the folders.
+/// [`NoCheckout`], with the folders searched.
 pub fn root() -> Result<&'static Path, NoCheckout> {
     static ROOT: OnceLock<Result<PathBuf, NoCheckout>> = OnceLock::new();
     let package = || env::var_os("CARGO_MANIFEST_DIR").map(PathBuf::from);
@@ -46,7 +46,7 @@ pub fn root() -> Result<&'static Path, NoCheckout> {
     found.as_deref().map_err(Clone::clone)
 }
 
-/// The first checkout at or above one of `places`, in their order.
+/// Returns the first checkout at or above one of `places`, in their order.
 ///
 /// # Errors
 /// [`NoCheckout`], with the places.

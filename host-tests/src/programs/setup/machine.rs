@@ -1,4 +1,4 @@
-//! The machine as it is: finds the facts of a plan and performs its steps.
+//! Reads from this computer the facts that a plan needs, and performs the plan's steps.
 
 use super::checkout::root;
 use super::plan::{Facts, Packages, Rights, Step};
@@ -12,10 +12,10 @@ use std::{env, fs};
 pub const DISTRIBUTION_RUSTC: &str = "/usr/bin/rustc";
 /// cargo of the Linux distribution.
 pub const DISTRIBUTION_CARGO: &str = "/usr/bin/cargo";
-/// Linker of the target in the distribution's packages; rustup brings its own.
+/// Linker for the target in the distribution's packages; rustup provides its own.
 pub const DISTRIBUTION_LINKER: &str = "ld.lld";
 
-/// Looks at this machine and its environment variables.
+/// Collects the facts about this computer and its environment variables.
 pub fn facts() -> Facts {
     let rustc = env::var_os("RUSTC").unwrap_or_else(|| "rustc".into());
     Facts {
@@ -31,21 +31,23 @@ pub fn facts() -> Facts {
     }
 }
 
-/// Runs the commands of `step`, whose output goes to standard error; whether all of them succeeded.
+/// Runs the commands of `step`, with their output on standard error. Returns whether all of them
+/// succeeded.
 pub fn perform(step: Step) -> bool {
     step.commands().iter().all(|command| {
         let status = self::command(command[0])
             .args(&command[1..])
             .env("DEBIAN_FRONTEND", "noninteractive")
             .stdin(Stdio::null())
-            // Standard output belongs to whoever asked for the set-up.
+            // Standard output is reserved for the program that requested the set-up.
             .stdout(std::io::stderr())
             .status();
         status.is_ok_and(|status| status.success())
     })
 }
 
-/// `program`, to be run where rust-toolchain.toml says which toolchain is meant.
+/// Creates a command for `program`. It runs in the checkout's root, so that rust-toolchain.toml
+/// selects the toolchain.
 fn command(program: impl AsRef<OsStr>) -> Command {
     let mut command = Command::new(program);
     if let Ok(root) = root() {
@@ -98,7 +100,7 @@ fn succeeds(command: &[&str]) -> bool {
     answer(command[0].as_ref(), &command[1..]).is_some()
 }
 
-/// Standard output of a program that succeeds, without the line's end.
+/// Runs a program; returns its standard output without the line's end, or `None` if it fails.
 fn answer(program: &OsStr, arguments: &[&str]) -> Option<String> {
     let output = command(program)
         .args(arguments)

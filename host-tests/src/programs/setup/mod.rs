@@ -1,9 +1,9 @@
-//! Sets up what building and running the nodes takes: a compiler for their target, and QEMU.
+//! Installs what building and running the nodes needs: a compiler for their target, and QEMU.
 //!
-//! [`plan`] decides from facts alone what is to be done; [`machine`] finds the facts and does it;
-//! [`checkout`] finds the sources. With
-//! `TAUTRACK_NO_SETUP=1` nothing is installed; `TAUTRACK_TOOLCHAIN=distribution` builds the nodes with the Rust of the
-//! Linux distribution, which is otherwise the way when rustup is absent or cannot fetch the target.
+//! [`plan`] decides from facts alone what to install; [`machine`] collects the facts and runs the
+//! installation; [`checkout`] finds the sources. With `TAUTRACK_NO_SETUP=1` nothing is installed.
+//! With `TAUTRACK_TOOLCHAIN=distribution` the Rust of the Linux distribution builds the nodes;
+//! without it, that Rust is used only if rustup is absent or cannot fetch the target.
 
 pub mod checkout;
 pub mod machine;
@@ -11,16 +11,17 @@ pub mod plan;
 
 pub use plan::{Facts, Missing, Rights, Step, Toolchain};
 
-/// The target of all boards: Cortex-M4 with its floating-point unit.
+/// Compiler target of all boards: Cortex-M4 with its floating-point unit.
 pub const TARGET: &str = "thumbv7em-none-eabihf";
-/// The emulator's program.
+/// Name of the emulator's program.
 pub const QEMU: &str = "qemu-system-arm";
 
-/// Makes sure that nodes can be built and run, installs what is missing where that is allowed, and says which compiler
-/// builds them. Every installation is announced on standard error before it begins.
+/// Makes sure that nodes can be built and run, and returns the toolchain that builds them. Installs
+/// what is missing if that is allowed; announces every installation on standard error before it
+/// starts.
 ///
 /// # Errors
-/// [`Missing`], whose text is one line that says what to type.
+/// [`Missing`], whose text is one line with the command to type.
 pub fn ensure() -> Result<Toolchain, Missing> {
     let mut facts = machine::facts();
     loop {

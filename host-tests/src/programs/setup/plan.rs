@@ -1,4 +1,4 @@
-//! What is to be done so that nodes can be built and run, decided from facts alone.
+//! Decides from given facts what to install so that nodes can be built and run.
 
 use super::{QEMU, TARGET};
 use std::fmt;
@@ -6,63 +6,63 @@ use std::fmt;
 /// Debian's packages that build the nodes without rustup: compiler, cargo, library sources, linker.
 pub const DISTRIBUTION_PACKAGES: [&str; 4] = ["rustc-web", "cargo-web", "rust-web-src", "lld"];
 
-/// Which compiler builds the nodes.
+/// Toolchain that builds the nodes.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Toolchain {
-    /// The one in use, which has the target's library.
+    /// The toolchain in use, which has the target's library.
     Current,
-    /// The Linux distribution's, which builds the target's library from its sources.
+    /// The Linux distribution's toolchain, which builds the target's library from its sources.
     Distribution,
 }
 
-/// A package manager that knows what is needed.
+/// Package manager that provides the needed packages.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Packages {
-    /// Debian and what descends from it.
+    /// apt-get of Debian and its derivatives.
     Apt,
-    /// Fedora and what descends from it.
+    /// dnf of Fedora and its derivatives.
     Dnf,
 }
 
-/// How packages can be installed without asking anybody.
+/// Right to install packages without a password.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Rights {
-    /// Running as root.
+    /// The process runs as root.
     Root,
     /// `sudo` asks for no password.
     Sudo,
 }
 
-/// What a machine has and allows.
+/// Facts about a computer and the user's choices.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-#[allow(clippy::struct_excessive_bools)] // facts, independent of each other
+#[allow(clippy::struct_excessive_bools)] // independent facts
 pub struct Facts {
     /// The compiler in use has the target's library.
     pub target_library: bool,
-    /// rustup is there and has not failed.
+    /// rustup is installed and has not failed.
     pub rustup: bool,
-    /// The distribution's compiler is there with library sources and linker.
+    /// The distribution's compiler is installed with library sources and linker.
     pub distribution_rust: bool,
-    /// The user asks for the distribution's compiler.
+    /// The user requests the distribution's compiler.
     pub distribution_wanted: bool,
-    /// The emulator is there.
+    /// The emulator is installed.
     pub qemu: bool,
     /// The package manager, unless it has failed.
     pub packages: Option<Packages>,
-    /// The right to use it.
+    /// The right to use the package manager, if there is one.
     pub rights: Option<Rights>,
-    /// The user does not forbid installations.
+    /// The user has not forbidden installations.
     pub setup_allowed: bool,
 }
 
-/// One installation.
+/// One installation step.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Step {
-    /// `rustup target add`.
+    /// Adds the target's library with `rustup target add`.
     AddTarget,
-    /// [`DISTRIBUTION_PACKAGES`].
+    /// Installs [`DISTRIBUTION_PACKAGES`].
     InstallDistributionRust(Rights),
-    /// The emulator.
+    /// Installs the emulator.
     InstallQemu(Packages, Rights),
 }
 
@@ -70,7 +70,7 @@ impl Step {
     /// The command lines of this step, to be run in order, each as program and arguments.
     pub fn commands(self) -> Vec<Vec<&'static str>> {
         let apt = |names: &[&'static str]| {
-            // Another installation may be going on: wait for it instead of failing.
+            // If another installation is running, wait for it instead of failing.
             let install = [
                 "apt-get",
                 "-o",
@@ -115,14 +115,14 @@ impl fmt::Display for Step {
     }
 }
 
-/// What is missing and cannot be, or may not be, installed from here.
+/// Error: a part that is missing and that cannot, or must not, be installed automatically.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Missing {
-    /// A compiler for the target.
+    /// A compiler for the target is missing.
     Target,
-    /// The distribution's compiler, which the user asked for.
+    /// The distribution's compiler is missing, and the user requested it.
     DistributionRust,
-    /// The emulator.
+    /// The emulator is missing.
     Qemu,
 }
 
@@ -151,10 +151,10 @@ impl fmt::Display for Missing {
 
 impl std::error::Error for Missing {}
 
-/// Which compiler builds the nodes, and what has to be installed before.
+/// Decides which toolchain builds the nodes, and which steps install what is missing.
 ///
 /// # Errors
-/// [`Missing`] when it takes an installation that is forbidden or impossible.
+/// [`Missing`] if a needed installation is forbidden or impossible.
 pub fn plan(facts: &Facts) -> Result<(Toolchain, Vec<Step>), Missing> {
     let rights = facts.rights.filter(|_| facts.setup_allowed);
     let install_rust = rights
@@ -184,7 +184,8 @@ pub fn plan(facts: &Facts) -> Result<(Toolchain, Vec<Step>), Missing> {
     Ok((toolchain, rust_step.into_iter().chain(qemu_step).collect()))
 }
 
-/// Nothing for what is there, its installation for what is not.
+/// Returns no step if the part is there, else the step that installs it; `missing` if there is no
+/// such step.
 fn needed(there: bool, install: Option<Step>, missing: Missing) -> Result<Option<Step>, Missing> {
     if there {
         return Ok(None);
@@ -192,8 +193,9 @@ fn needed(there: bool, install: Option<Step>, missing: Missing) -> Result<Option
     install.map(Some).ok_or(missing)
 }
 
-/// The facts to go on with after `step`, of which `done` says whether its commands succeeded: those `found` now, but
-/// a means that did not help, or had failed before, is not tried again.
+/// Updates the facts after `step`; `done` says whether its commands succeeded. The result is the
+/// facts `found` now, except that a method (rustup or package manager) which did not help, or had
+/// failed before, is not tried again.
 pub fn after(step: Step, done: bool, before: &Facts, found: &Facts) -> Facts {
     let helped = done
         && match step {

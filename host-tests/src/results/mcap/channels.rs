@@ -1,4 +1,4 @@
-//! The channels of the recording, each with the schema of its messages.
+//! Defines the channels of the recording, each with the JSON schema of its messages.
 
 use super::container::Container;
 use super::messages::{drives, log_message};
@@ -10,7 +10,7 @@ use crate::world::truth::Truth;
 use serde_json::{Value, json};
 use std::io::Write;
 
-/// Numbers of the channels.
+/// Numbers of the channels in the file.
 pub(super) struct Channels {
     pub truth: u16,
     pub bus: u16,

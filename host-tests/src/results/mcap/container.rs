@@ -1,7 +1,8 @@
-//! Writes an MCAP file (<https://mcap.dev/spec>) front to back: chunks of messages, compressed with LZ4, and a summary.
+//! Writes an MCAP file (<https://mcap.dev/spec>) from front to back: chunks of messages, compressed
+//! with LZ4, and a summary.
 //!
-//! The `mcap` crate compresses with C libraries only. This writer compresses in Rust, and the tests read its files
-//! with that crate and with the `mcap` package of Python.
+//! The `mcap` crate can compress only with C libraries. This writer compresses in Rust. The tests
+//! read its files with that crate and with the `mcap` package of Python.
 
 use lz4_flex::frame::{BlockSize, FrameEncoder, FrameInfo};
 use std::collections::BTreeMap;
@@ -9,7 +10,7 @@ use std::io::{self, Write};
 
 const MAGIC: &[u8] = b"\x89MCAP0\r\n";
 const COMPRESSION: &str = "lz4";
-/// A chunk ends when it is at least this long, bytes.
+/// A chunk ends as soon as it has this many bytes before compression.
 const CHUNK: usize = 1 << 20;
 
 /// Operation codes of records.
@@ -47,7 +48,7 @@ impl Content {
         self
     }
 
-    /// Bytes or text, with their length before them.
+    /// Adds bytes or text, preceded by their length.
     fn bytes(self, bytes: &[u8]) -> Self {
         let mut with_length = self.u32(bytes.len() as u32);
         with_length.0.extend_from_slice(bytes);
@@ -61,7 +62,7 @@ impl Content {
         self.bytes(&content.0)
     }
 
-    /// Numbers of channels, each with a value.
+    /// Adds a map from channel numbers to values.
     fn by_channel(self, values: &BTreeMap<u16, u64>) -> Self {
         let content = values
             .iter()
@@ -79,19 +80,19 @@ fn record(operation: u8, content: &Content) -> Vec<u8> {
     bytes
 }
 
-/// Messages that are not yet written.
+/// Messages that are not written yet.
 #[derive(Default)]
 struct Chunk {
     records: Vec<u8>,
     times: Option<[u64; 2]>,
-    /// Time and place of each message, by channel.
+    /// Time in ns and position in the chunk of each message, by channel.
     index: BTreeMap<u16, Vec<[u64; 2]>>,
 }
 
 /// An MCAP file that is being written.
 pub struct Container<W: Write> {
     out: W,
-    /// Bytes written.
+    /// Bytes written so far.
     length: u64,
     chunk: Chunk,
     schemas: Vec<Vec<u8>>,
@@ -103,7 +104,7 @@ pub struct Container<W: Write> {
 }
 
 impl<W: Write> Container<W> {
-    /// Begins a file.
+    /// Begins a file: writes magic bytes and header.
     ///
     /// # Errors
     /// When `out` cannot be written.
@@ -130,7 +131,7 @@ impl<W: Write> Container<W> {
         self.out.write_all(bytes)
     }
 
-    /// Adds a channel of JSON messages with a schema of its own; its number is the result.
+    /// Adds a channel of JSON messages with its own schema, and returns the channel's number.
     pub fn channel(&mut self, topic: &str, schema: &str, definition: &str) -> u16 {
         let id = self.channels.len() as u16 + 1;
         let schema = Content::default()
@@ -192,7 +193,7 @@ impl<W: Write> Container<W> {
         encoder.write_all(&chunk.records)?;
         let compressed = encoder.finish().map_err(io::Error::other)?;
         let size = chunk.records.len() as u64;
-        // The CRC is left out, which 0 says: LZ4's frame has a checksum of its own.
+        // A CRC of 0 means that there is none: the LZ4 frame has its own checksum.
         let mut content = Content::default()
             .u64(start)
             .u64(end)
@@ -230,7 +231,7 @@ impl<W: Write> Container<W> {
         Ok(())
     }
 
-    /// Adds a record of names and texts.
+    /// Adds a metadata record: a name with pairs of key and text.
     ///
     /// # Errors
     /// When the file cannot be written.
@@ -247,7 +248,7 @@ impl<W: Write> Container<W> {
         self.put(&bytes)
     }
 
-    /// Writes what is left, and the summary by which readers find everything.
+    /// Writes the messages that are left, and the summary through which readers find all records.
     ///
     /// # Errors
     /// When the file cannot be written.
@@ -296,7 +297,7 @@ impl<W: Write> Container<W> {
     }
 }
 
-/// A range of times that includes one more.
+/// Extends a range of times so that it includes `time`.
 fn include(range: Option<[u64; 2]>, time: u64) -> [u64; 2] {
     range.map_or([time; 2], |[start, end]| [start.min(time), end.max(time)])
 }

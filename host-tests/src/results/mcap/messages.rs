@@ -1,4 +1,4 @@
-//! The messages of a run and what they are made of.
+//! Converts the samples, frames and events of a run to JSON messages.
 
 use super::container::Container;
 use crate::scenario::Scenario;
@@ -9,7 +9,8 @@ use serde_json::{Map, Value, json};
 use std::collections::BTreeMap;
 use std::io::{self, Write};
 
-/// The scenario as it ran, with what the command line changed, and its seed.
+/// Metadata of the recording: name, seed, and the scenario as it ran, with changes from the command
+/// line.
 pub(super) fn metadata(scenario: &Scenario) -> io::Result<BTreeMap<String, String>> {
     let toml = toml::to_string(&scenario.description()).map_err(io::Error::other)?;
     Ok([
@@ -21,7 +22,7 @@ pub(super) fn metadata(scenario: &Scenario) -> io::Result<BTreeMap<String, Strin
     .into())
 }
 
-/// Names of the participants of the bus in their order.
+/// Names of the participants of the bus, by their number: nodes, operator, clients.
 pub(super) fn senders(nodes: &[NodeFacts]) -> Vec<String> {
     let nodes = nodes.iter().map(|node| node.name.to_string());
     let clients = (1..=MAX_CLIENTS).map(|client| format!("client_{client}"));
@@ -46,7 +47,7 @@ pub(super) fn put_frame<W: Write>(
     )
 }
 
-/// The drives by their nodes' names; one whose node has no power is absent.
+/// State of every drive by its node's name; a drive whose node has no power is left out.
 pub(super) fn drives(nodes: &[NodeFacts], sample: &Sample) -> Value {
     let named = nodes.iter().zip(&sample.drives);
     let states: Map<_, _> = named
@@ -59,13 +60,13 @@ pub(super) fn nanoseconds(time_s: f64) -> u64 {
     (time_s * 1e9).round() as u64
 }
 
-/// A time as Foxglove's messages have it.
+/// Converts a time in s to the form that Foxglove's messages use.
 pub(super) fn timestamp(time_s: f64) -> Value {
     let nanoseconds = nanoseconds(time_s);
     json!({ "sec": nanoseconds / 1_000_000_000, "nsec": nanoseconds % 1_000_000_000 })
 }
 
-/// The fields that Foxglove's log panel reads.
+/// A message with the fields that Foxglove's log panel reads.
 pub(super) fn log_message(time_s: f64, event: &Event) -> Value {
     let level = match event.level {
         Level::Info => 2,

@@ -1,9 +1,9 @@
-//! `run.mcap`: everything that a run left behind, as JSON messages that Foxglove and other log
-//! viewers open.
+//! Writes `run.mcap`: all data of a run as JSON messages, which Foxglove and other log viewers
+//! open.
 //!
-//! [`container`] writes the file, `channels` says which channels there are, `messages` makes what
-//! they carry, [`scene`] draws robot and ground, [`schema`] describes the messages. Here: the order
-//! in which they are written.
+//! This module orders the messages. [`container`] writes the file, `channels` defines the channels,
+//! `messages` makes the messages, [`scene`] draws robot and ground, [`schema`] derives the schemas
+//! of the messages.
 
 mod channels;
 pub mod container;
@@ -21,24 +21,26 @@ use scene::Picture;
 use serde_json::{Value, json};
 use std::io::{self, Write};
 
-/// Every so many samples the scene moves: 25 times a second.
+/// Samples from one update of the scene to the next: 25 updates a second.
 const SCENE_STRIDE: usize = 4;
 
-/// What a run left behind.
+/// All data of a run that the recording needs.
 pub struct Recording<'a> {
-    /// What was run.
+    /// The scenario of the run.
     pub scenario: &'a Scenario,
-    /// Its nodes in their order, the guard last.
+    /// The nodes in their order, the guard last.
     pub nodes: &'a [NodeFacts],
-    /// Its samples.
+    /// The samples in order of time.
     pub samples: &'a [Sample],
     /// The frames that the bus delivered, in order.
     pub frames: &'a [BusFrame],
 }
 
-/// Writes the channels `/truth`, `/bus` and `/drives`, one message a sample; `/can`, one message a
-/// frame; `/events`, one message an event; `/scene` and `/tf` with ground and robot. The scenario
-/// as it ran and its seed are metadata. Times are virtual nanoseconds since power-up.
+/// Writes the recording.
+///
+/// The channels `/truth`, `/bus` and `/drives` have one message per sample, `/can` has one per
+/// frame, `/events` has one per event. `/scene` and `/tf` show ground and robot. The scenario as it
+/// ran and its seed are metadata. Times are ns of virtual time since power-up.
 ///
 /// # Errors
 /// When `out` cannot be written.

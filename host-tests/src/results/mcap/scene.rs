@@ -1,6 +1,7 @@
-//! The robot and its ground as `foxglove.SceneUpdate` and `foxglove.FrameTransforms`.
+//! Draws the robot and its ground as `foxglove.SceneUpdate` and `foxglove.FrameTransforms`.
 //!
-//! Every body has a coordinate frame of its own, in which its shape is drawn once; the transforms move it.
+//! Every body has its own coordinate frame. The body's shape is drawn in that frame once, and the
+//! transforms move the frame.
 
 use super::messages::timestamp;
 use crate::simulator::record::Sample;
@@ -9,14 +10,14 @@ use crate::world::truth::{BodyPose, BodyShape, Part, Sketch};
 use serde_json::{Value, json};
 use std::f64::consts::FRAC_1_SQRT_2;
 
-/// The frame in which the ground lies.
+/// The coordinate frame of the ground.
 pub const WORLD: &str = "world";
-/// How far the ground reaches beyond the robot's path, m.
+/// Distance by which the drawn ground extends beyond the robot's path, m.
 const AROUND: f64 = 1.5;
-/// Edge of the ground's cells, m, and how many there are at most along each axis.
+/// Minimum edge length of the ground's cells, m, and maximum number of cells along each axis.
 const CELL: f64 = 0.1;
 const MOST_CELLS: f64 = 100.0;
-/// Half the thickness of a step's face in the picture, m.
+/// Half the distance between the two lines of vertices at a step's vertical face, m.
 const FACE: f64 = 1e-6;
 
 const EARTH: [f64; 4] = [0.72, 0.69, 0.62, 1.0];
@@ -24,7 +25,7 @@ const BODY: [f64; 4] = [0.45, 0.57, 0.66, 1.0];
 const WHEEL: [f64; 4] = [0.17, 0.20, 0.22, 1.0];
 const STRUT: [f64; 4] = [0.30, 0.34, 0.37, 1.0];
 
-/// How the robot is drawn.
+/// Shapes and lines through which the robot is drawn.
 pub(super) struct Picture {
     pub shapes: Vec<BodyShape>,
     pub sketch: Sketch,
@@ -43,7 +44,7 @@ fn color([r, g, b, a]: [f64; 4]) -> Value {
     json!({ "r": r, "g": g, "b": b, "a": a })
 }
 
-/// A hundredth of a millimetre is enough for a picture.
+/// Rounds to 0.01 mm, which is enough for a picture.
 fn rounded(value: f64) -> f64 {
     (value * 1e5).round() * 1e-5
 }
@@ -62,10 +63,10 @@ fn pose(place: [f64; 3], rotation: [f64; 4]) -> Value {
 }
 
 const UPRIGHT: [f64; 4] = [0.0, 0.0, 0.0, 1.0];
-/// Turns z, along which Foxglove's cylinders lie, to y.
+/// Rotation from the z axis, along which Foxglove draws cylinders, to the y axis.
 const LYING: [f64; 4] = [FRAC_1_SQRT_2, 0.0, 0.0, FRAC_1_SQRT_2];
 
-/// An entity without primitives.
+/// An entity of the scene that draws nothing yet.
 fn entity(time_s: f64, frame: &str, id: &str) -> Value {
     json!({
         "timestamp": timestamp(time_s), "frame_id": frame, "id": id,
@@ -103,7 +104,7 @@ fn body(time_s: f64, shape: &BodyShape) -> Value {
     entity
 }
 
-/// Ground and bodies, once at the beginning.
+/// Ground and bodies, drawn once at the beginning.
 pub fn still(plant: &dyn Plant, samples: &[Sample]) -> Value {
     let time_s = samples.first().map_or(0.0, |sample| sample.time_s);
     let shapes = plant.bodies();
@@ -112,7 +113,7 @@ pub fn still(plant: &dyn Plant, samples: &[Sample]) -> Value {
     update(&ground.chain(bodies).collect::<Vec<_>>())
 }
 
-/// What is drawn between moving places: legs and arms.
+/// Lines between moving points: legs and arms.
 pub fn struts(sketch: &Sketch, sample: &Sample) -> Value {
     let mut entity = entity(sample.time_s, WORLD, "struts");
     let points = &sample.truth.points;
@@ -128,7 +129,7 @@ pub fn struts(sketch: &Sketch, sample: &Sample) -> Value {
     update(&[entity])
 }
 
-/// Where every body is.
+/// Poses of all bodies.
 pub fn transforms(shapes: &[BodyShape], sample: &Sample) -> Value {
     let transform = |(shape, pose): (&BodyShape, &BodyPose)| {
         json!({
@@ -142,7 +143,7 @@ pub fn transforms(shapes: &[BodyShape], sample: &Sample) -> Value {
     json!({ "transforms": transforms.collect::<Vec<_>>() })
 }
 
-/// The ground around the robot's path as triangles.
+/// The ground around the robot's path, as triangles.
 fn ground(time_s: f64, plant: &dyn Plant, samples: &[Sample]) -> Value {
     let lines = [0, 1].map(|axis: usize| {
         let places = samples.iter().map(|sample| sample.truth.cog[axis]);
@@ -183,7 +184,7 @@ fn ground(time_s: f64, plant: &dyn Plant, samples: &[Sample]) -> Value {
     entity
 }
 
-/// A scene with one of everything that is drawn, for its schema.
+/// A scene that contains each kind of primitive once, from which its schema is derived.
 pub fn example() -> Value {
     let wheel = Part::Wheel {
         centre: [0.5; 3],
@@ -215,7 +216,7 @@ pub fn example() -> Value {
     update(&[full])
 }
 
-/// A transform, for the schema of all.
+/// A transform from which the schema of transforms is derived.
 pub fn transforms_example() -> Value {
     let shape = BodyShape {
         name: WORLD,

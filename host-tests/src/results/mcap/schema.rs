@@ -1,8 +1,9 @@
-//! JSON schemas of messages, derived from examples.
+//! Derives the JSON schemas of messages from examples.
 
 use serde_json::{Map, Value, json};
 
-/// JSON schema of a type. `full` is a value with everything present, `default` one in which whatever is null may be absent.
+/// Derives the JSON schema of a type from two values of it. In `full` every field is present. A
+/// field that is null in `default` may be null in a message.
 pub fn schema(full: &Value, default: &Value) -> Value {
     let name = match full {
         Value::Object(fields) => {

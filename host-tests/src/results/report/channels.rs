@@ -1,6 +1,8 @@
-//! A robot's own channels as plots: those that differ only in where on the robot they are share one.
+//! Makes the plots of a robot's own channels. Channels that differ only in their place on the robot
+//! share a plot.
 //!
-//! `front_left_load_n` is the curve "front left" of the plot "Load" in N: the last word is the unit, words of place name the curve.
+//! `front_left_load_n` is the curve "front left" of the plot "Load" in N: the last word is the
+//! unit, and the words of place name the curve.
 
 use crate::results::channel::Channel;
 use crate::results::summary::{ChannelFigures, Summary};
@@ -8,13 +10,14 @@ use crate::simulator::record::Sample;
 use serde_json::{Value, json};
 use std::collections::BTreeSet;
 
-/// A column of the page: name, value of one, values.
+/// A column of the page: name, value of one step, values. The page stores values as whole numbers
+/// of steps.
 pub type Column = (String, f64, Vec<Option<f64>>);
 
-/// Curves in one plot, at most: more cannot be told apart.
+/// Maximum number of curves in one plot: more cannot be told apart.
 const MOST_CURVES: usize = 8;
 
-/// Every name that occurs, in alphabetical order: a channel may be absent at first.
+/// Every name that occurs in any sample, in alphabetical order: a channel may be absent at first.
 fn names(samples: &[&Sample]) -> BTreeSet<&'static str> {
     let names = samples
         .iter()
@@ -22,7 +25,7 @@ fn names(samples: &[&Sample]) -> BTreeSet<&'static str> {
     names.copied().collect()
 }
 
-/// The channels and the currents of `drives` drives.
+/// The columns of all channels, and of the currents of `drives` drives.
 pub fn columns(samples: &[&Sample], drives: usize) -> Vec<Column> {
     let channels = names(samples).into_iter().map(|name| {
         let values = samples
@@ -33,7 +36,7 @@ pub fn columns(samples: &[&Sample], drives: usize) -> Vec<Column> {
             .iter()
             .flatten()
             .fold(1e-6, |most, value| f64::max(most, value.abs()));
-        // Four digits of the largest.
+        // The step is 10^-4 of the largest value's power of ten.
         let one = 10.0_f64.powf(largest.log10().floor() - 4.0);
         (name.to_owned(), one, values)
     });
@@ -46,7 +49,7 @@ pub fn columns(samples: &[&Sample], drives: usize) -> Vec<Column> {
     channels.chain(currents).collect()
 }
 
-/// The plots of a robot's channels and of its drives' currents, as the page takes them.
+/// The plots of a robot's channels and of its drives' currents, in the form that the page reads.
 pub fn plots(samples: &[&Sample], drives: &[&str]) -> Vec<Value> {
     let mut groups: Vec<(Channel, Vec<Value>)> = Vec::new();
     for name in names(samples) {
@@ -75,7 +78,8 @@ pub fn plots(samples: &[&Sample], drives: &[&str]) -> Vec<Value> {
     plots
 }
 
-/// All currents in one plot, or those of each kind of drive in one: the last word of a drive's name is its kind.
+/// The plots of the currents: one plot for up to [`MOST_CURVES`] drives, otherwise one for each
+/// kind of drive. The last word of a drive's name is its kind.
 fn currents(drives: &[&str]) -> Vec<Value> {
     let split = drives.len() > MOST_CURVES;
     let mut groups: Vec<(String, Vec<Value>)> = Vec::new();
@@ -104,7 +108,7 @@ fn current(drive: usize) -> String {
     format!("current{drive}")
 }
 
-/// The summary's headlines as name, value, unit and range.
+/// The summary's headline channels as name, settled value, unit and range.
 pub fn figures(summary: &Summary) -> Vec<Value> {
     let figure = |(channel, found): (Channel, ChannelFigures)| {
         let range = [found.min, found.max];

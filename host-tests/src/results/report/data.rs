@@ -1,4 +1,7 @@
-//! Samples as columns of integers, each with the value of one: about a quarter of the size of rounded decimals.
+//! Packs a run into the JSON data of the page.
+//!
+//! Samples become columns of integers, each with the value of one step. That takes about a quarter
+//! of the size of rounded decimals.
 
 use super::channels;
 use super::path::{Bounds, Camera, GROUND_ONE, Path};
@@ -13,20 +16,24 @@ use crate::world::truth::Sketch;
 use serde_json::{Map, Value, json};
 use tautrack::stability::support::NO_EDGE;
 
-/// The guard's margin to an edge that is there.
+/// The guard's margin to one edge of the support; `None` if it knows none or that edge does not
+/// exist.
 fn edge(sample: &Sample, edge: usize) -> Option<f64> {
     let margin = sample.received.margins.map(|margins| margins[edge]);
     margin.filter(|margin| *margin < f64::from(NO_EDGE))
 }
 
-/// A longer run shows every n-th sample, so that the page stays below 2 MB; `run.mcap` has them all.
+/// Maximum number of samples in the page. The page of a longer run shows every n-th sample, so that
+/// a browser can still open it (`an_hour_makes_no_bigger_page_than_a_browser_can_bear`); `run.mcap`
+/// has all samples.
 const MOST_SAMPLES: usize = 6_000;
-/// Marks beyond these are counted, not shown.
+/// Maximum number of marks of interventions and bus events in the page. Further ones are only
+/// counted.
 const MOST_MARKS: usize = 300;
 
 type Column = (&'static str, f64, fn(&Sample) -> Option<f64>);
 
-/// Name in the page, value of one, source. Angles become degrees.
+/// The columns of every robot: name in the page, value of one step, source. Angles become degrees.
 const COLUMNS: &[Column] = &[
     ("t", 1e-3, |s| Some(s.time_s)),
     ("pitch", 0.01, |s| Some(s.truth.pitch.to_degrees())),
@@ -44,7 +51,7 @@ const COLUMNS: &[Column] = &[
     ("busLoad", 0.1, |s| Some(s.received.bus_load * 100.0)),
 ];
 
-/// What only B2P2 has.
+/// The columns that only B2P2 has.
 const B2P2_COLUMNS: &[Column] = &[
     ("theta", 0.01, |s| Some(s.truth.theta.to_degrees())),
     ("extension", 1e-4, |s| Some(s.truth.extension)),
@@ -71,7 +78,7 @@ const B2P2_COLUMNS: &[Column] = &[
 
 type BalanceColumn = (&'static str, f64, fn(&Moment) -> Option<f64>);
 
-/// As [`COLUMNS`], of Fig. 8; `P1` is the zero of the others.
+/// The columns of B2P2's Fig. 8, as in [`COLUMNS`]. Distances are measured from `P1`, axle 1.
 const BALANCE_COLUMNS: &[BalanceColumn] = &[
     ("p1", 1e-3, |moment| Some(moment.axles[0])),
     ("p2", 1e-3, |moment| Some(moment.axles[1])),
@@ -82,7 +89,7 @@ const BALANCE_COLUMNS: &[BalanceColumn] = &[
     ("zmpOffSmoothed", 1e-5, |moment| moment.smoothed),
 ];
 
-/// Everything that the page draws from.
+/// Packs all data that the page draws.
 pub(super) fn pack(scenario: &Scenario, summary: &Summary, samples: &[Sample]) -> Value {
     let stride = samples.len().div_ceil(MOST_SAMPLES).max(1);
     let shown: Vec<&Sample> = samples.iter().step_by(stride).collect();
@@ -95,7 +102,7 @@ pub(super) fn pack(scenario: &Scenario, summary: &Summary, samples: &[Sample]) -
     };
     let mut columns: Map<_, _> = COLUMNS.iter().map(source).collect();
     let kind = scenario.kind();
-    // The page of another robot shows nothing of it.
+    // For another robot B2P2's nominal parameters fill these fields; its page shows none of them.
     let robot = scenario.robot.b2p2().cloned().unwrap_or_else(B2p2::nominal);
     let parameters = robot.parameters(scenario.friction);
     let plant = scenario.plant();
@@ -154,7 +161,7 @@ pub(super) fn pack(scenario: &Scenario, summary: &Summary, samples: &[Sample]) -
             Some(json!([name, samples[first].time_s, samples[last].time_s]))
         })
         .collect();
-    // A small robot's contacts are near each other.
+    // Finer steps for the other robots: the contacts of a small robot are close to each other.
     let contact_one = if drawn.is_some() { 1e-3 } else { 1e-2 };
     let contacts = |(index, sample): (usize, &&Sample)| {
         let places = sample.truth.contacts.iter();
@@ -188,7 +195,7 @@ pub(super) fn pack(scenario: &Scenario, summary: &Summary, samples: &[Sample]) -
     })
 }
 
-/// What the curves leave out; nothing of a short run.
+/// A sentence that says which samples the curves leave out; empty for a short run.
 fn resolution(stride: usize) -> String {
     if stride > 1 {
         format!("Curves show one sample in {stride}; run.mcap has all of them.")
@@ -197,12 +204,13 @@ fn resolution(stride: usize) -> String {
     }
 }
 
-/// The robot in its plane.
+/// The robot in the plane of the side view.
 struct SideView {
     /// Columns of the page.
     columns: Vec<(&'static str, f64, Vec<f64>)>,
     camera: Camera,
-    /// How far to the left and right of the centre of gravity the robot stands, m.
+    /// Distance to the left (positive) and to the right (negative) of the centre of gravity at
+    /// which the robot stands, m.
     sides: [f64; 2],
 }
 
@@ -274,14 +282,15 @@ fn side_view(
     }
 }
 
-/// In steps of `one`; what is not a number is absent.
+/// Converts a value to steps of `one`; `None` if it is absent or not finite.
 fn quantise(value: Option<f64>, one: f64) -> Option<i64> {
     value
         .filter(|value| value.is_finite())
         .map(|value| (value / one).round() as i64)
 }
 
-/// Contacts in the side view, in steps of `one` (m); left and right fall together.
+/// Contacts in the side view, in steps of `one` (m). Left and right contacts that coincide there
+/// become one.
 fn contacts(places: impl Iterator<Item = [f64; 2]>, one: f64) -> Vec<i64> {
     let places = flat(places, one);
     let mut points: Vec<_> = places.chunks_exact(2).collect();
@@ -290,13 +299,13 @@ fn contacts(places: impl Iterator<Item = [f64; 2]>, one: f64) -> Vec<i64> {
     points.concat()
 }
 
-/// Places of the plane one after the other, in steps of `one` (m).
+/// Coordinates of all places in one list, in steps of `one` (m).
 fn flat(places: impl Iterator<Item = [f64; 2]>, one: f64) -> Vec<i64> {
     let steps = |metres: f64| (metres / one).round() as i64;
     places.flat_map(|place| place.map(steps)).collect()
 }
 
-/// Index and new text wherever a text changes.
+/// Index and new text of every change in a series of texts.
 fn changes<'a>(texts: impl Iterator<Item = &'a str>) -> Vec<Value> {
     let mut before = None;
     let mut found = Vec::new();
@@ -309,8 +318,9 @@ fn changes<'a>(texts: impl Iterator<Item = &'a str>) -> Vec<Value> {
     found
 }
 
-/// Moments worth a line, in order of time: what the guard changed, what was broken, what became known, how it ended.
-/// Also how many were left out; what was broken and how it ended never is.
+/// Collects the marks of the time line, in order of time: interventions of the guard, events on the
+/// bus, injected faults, landing, toppling. Also returns how many marks were left out. Injected
+/// faults, landing and toppling are never left out.
 fn marks(scenario: &Scenario, summary: &Summary, samples: &[Sample]) -> (Vec<Value>, usize) {
     let mark = |time_s: f64, kind: &str, text: &str| {
         (time_s, json!({ "t": time_s, "kind": kind, "text": text }))
@@ -324,7 +334,7 @@ fn marks(scenario: &Scenario, summary: &Summary, samples: &[Sample]) -> (Vec<Val
                 found.push(mark(sample.time_s, "guard", verdict));
             }
         }
-        // What the scenario injects has a mark of its own.
+        // An injected fault gets its own mark below.
         for event in sample
             .received
             .events

@@ -1,6 +1,8 @@
-//! `report.html`: one page that shows a run, without network, on a laptop or a phone.
+//! Makes `report.html`: one page that shows a run, on a laptop or a phone, without network access.
 //!
-//! `data` packs the samples, [`channels`] those that only one robot has, `path` the side view; the page draws them: `robots.js` the robot, `scene.js` what is around it, `plots.js` the curves, `page.js` everything else.
+//! `data` packs the samples, [`channels`] the robot-specific channels, `path` the side view. In the
+//! page `robots.js` draws the robot, `scene.js` its surroundings, `plots.js` the curves, and
+//! `page.js` everything else.
 
 pub mod channels;
 mod data;
@@ -10,9 +12,10 @@ use crate::results::summary::Summary;
 use crate::scenario::Scenario;
 use crate::simulator::record::Sample;
 
-/// The page of one run as a whole.
+/// The complete page of one run.
 pub fn html(scenario: &Scenario, summary: &Summary, samples: &[Sample]) -> String {
-    // Inside a script element only the start of a tag can end or change the text; a JSON string may write it escaped.
+    // Inside a script element only `<` can begin a tag that ends or changes the script. JSON allows
+    // it to be escaped inside a string.
     let data = data::pack(scenario, summary, samples)
         .to_string()
         .replace('<', "\\u003c");
@@ -24,7 +27,7 @@ pub fn html(scenario: &Scenario, summary: &Summary, samples: &[Sample]) -> Strin
         ("{{scene}}", include_str!("scene.js")),
         ("{{plots}}", include_str!("plots.js")),
         ("{{page}}", include_str!("page.js")),
-        // Last, so that nothing inside the data is taken for a place to fill.
+        // The data come last, so that no text in them is replaced as a placeholder.
         ("{{data}}", data.as_str()),
     ];
     parts.iter().fold(

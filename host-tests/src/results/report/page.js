@@ -1,4 +1,4 @@
-// Unpacks the data, fills the page, and moves time.
+// Unpacks the data, fills the page, and plays the run.
 const run = JSON.parse(document.getElementById("data").textContent);
 run.series = {};
 for (const name in run.columns) {
@@ -6,20 +6,20 @@ for (const name in run.columns) {
   run.series[name] = values.map(value => value === null ? null : value * one);
 }
 const byId = id => document.getElementById(id);
-// The difference in percent of the robot's length.
+// ZMP minus CoG in percent of the robot's length.
 for (const name of ["zmpOff", "zmpOffSmoothed"]) if (run.series[name]) run.series[name] = run.series[name].map(value => value === null ? null : value / run.length * 100);
-// A zero has no sign.
+// Removes the sign of a zero, and writes other negative numbers with a minus sign.
 const minus = text => text.replace(/-(0(?:\.0+)?)(?![\d.])/, "$1").replace("-", "−");
 const summary = run.summary, count = run.series.t.length;
 
-// While the guard did anything but pass the command on.
+// Periods in which the guard changed the command.
 run.bands = run.verdict.flatMap(([from, text], i) => {
   if (["", "passed"].includes(text.split(":")[0].trim())) return [];
   const to = i + 1 < run.verdict.length ? run.verdict[i + 1][0] : count - 1;
   return [[run.series.t[from], run.series.t[to]]];
 });
 
-// What stands still.
+// The parts of the page that do not change with time.
 {
   const outcome = summary.toppled ? "Toppled" : summary.landed ? "Landed" : "Upright";
   byId("verdict").textContent = `${outcome} · ${summary.expectation_met ? "as expected" : "not as expected"}`;
@@ -38,22 +38,22 @@ run.bands = run.verdict.flatMap(([from, text], i) => {
   for (const sentence of summary.notes || []) byId("notes").appendChild(document.createElement("p")).textContent = sentence;
   const { guard, bus, tension_error_m: belt, pitch_deg: pitch } = summary;
   if (!run.sketch) figure("Landing", summary.landing_time_s === null ? "none" : summary.landing_time_s.toFixed(2), summary.landing_time_s === null ? "" : "s", `of ${summary.simulated_s.toFixed(1)} s simulated`);
-  if (belt) figure("Belt error, 99 %", (belt.p99 * 1e3).toFixed(2), "mm", `largest ${(belt.max * 1e3).toFixed(2)} mm`);
+  if (belt) figure("Belt error, 99th percentile", (belt.p99 * 1e3).toFixed(2), "mm", `maximum ${(belt.max * 1e3).toFixed(2)} mm`);
   for (const [name, settled, unit, range] of run.sketch ? run.sketch.figures : []) {
-    figure(name, minus(settled.toFixed(3)), unit === "1" ? "" : unit, "mean of the last 5 s; " + range.map(value => minus(value.toFixed(3))).join(" to ") + " in all");
+    figure(name, minus(settled.toFixed(3)), unit === "1" ? "" : unit, "mean of the last 5 s; " + range.map(value => minus(value.toFixed(3))).join(" to ") + " in the whole run");
   }
-  figure("Steepest pitch", minus(pitch.max.toFixed(1)), "°", `lowest ${minus(pitch.min.toFixed(1))}°`);
+  figure("Maximum pitch", minus(pitch.max.toFixed(1)), "°", `minimum ${minus(pitch.min.toFixed(1))}°`);
   const margin = summary.min_backward_margin_m;
-  if (margin !== null) figure("Least rear margin", minus((margin * 1e3).toFixed(0)), "mm", "centre of gravity to rear contact");
+  if (margin !== null) figure("Minimum rear margin", minus((margin * 1e3).toFixed(0)), "mm", "centre of gravity to the rearmost contact");
   figure("Guard", guard.interventions, guard.interventions === 1 ? "intervention" : "interventions", `${guard.scaled} scaled, ${guard.refused} refused`);
   const zmp = summary.zero_moment_point;
-  if (zmp) figure("|ZMP − CoG|", zmp.smoothed.mean.toFixed(2), "%", `of the length, mean; the paper's climb: ${run.paperZmpPercent} %`);
+  if (zmp) figure("|ZMP − CoG|", zmp.smoothed.mean.toFixed(2), "%", `of the length, mean; in the paper: ${run.paperZmpPercent} %`);
   figure("Bus load", (bus.load_mean * 100).toFixed(0), "%", `peak ${(bus.load_max * 100).toFixed(0)} %, worst wait ${bus.worst_latency_ms.toFixed(2)} ms`);
-  figure("Pace", summary.realtime_factor.toFixed(1), "× real time", `${summary.steps.toLocaleString("en")} steps in ${summary.wall_s.toFixed(1)} s`);
+  figure("Simulation speed", summary.realtime_factor.toFixed(1), "× real time", `${summary.steps.toLocaleString("en")} steps in ${summary.wall_s.toFixed(1)} s`);
 
   const robot = run.robot, height = robot.com_offset_m;
   const place = height === 0 ? "on the line of axles 1 and 2" : `${Math.abs(height * 1e3).toFixed(0)} mm ${height > 0 ? "above" : "below"} the line of axles 1 and 2`;
-  byId("assumed").textContent = `K = ${robot.k_m} m, pulleys of ${robot.pulley_radius_m} m radius, the centre of mass of body 1 ${place} (it stands for the battery), and a friction coefficient of ${run.friction}`
+  byId("assumed").textContent = `K = ${robot.k_m} m, pulleys of ${robot.pulley_radius_m} m radius, the centre of mass of body 1 ${place} (which models the battery), and a friction coefficient of ${run.friction}`
     + (robot.payload ? `, with a payload of ${robot.payload.mass_kg} kg` : "");
   if (run.sketch) {
     for (const part of document.querySelectorAll(".b2p2")) part.hidden = true;
@@ -67,7 +67,7 @@ run.bands = run.verdict.flatMap(([from, text], i) => {
     byId("balance").hidden = false;
     byId("balance-figures").textContent = `|ZMP − CoG| over A1 to A3, in percent of the straight robot's ${run.length.toFixed(3)} m. `
       + line("Raw", zmp.raw) + ". " + line("Smoothed with a Gaussian of 0.15 s", zmp.smoothed)
-      + `. The paper's climb: mean ${run.paperZmpPercent} %; it does not say of which length, nor how its accelerations were filtered.`;
+      + `. In the paper: mean ${run.paperZmpPercent} %. The paper does not say to which length this refers, or how it filters its accelerations.`;
   }
 
   const row = (cells, kind) => {
@@ -99,10 +99,10 @@ run.bands = run.verdict.flatMap(([from, text], i) => {
     tick.onclick = () => { tell(); seek(mark.t); };
   }
   if (run.marksLeftOut) byId("marks").appendChild(document.createElement("li")).textContent = `and ${run.marksLeftOut} more in run.mcap`;
-  if (!run.marks.length) byId("marks").appendChild(document.createElement("li")).textContent = "Nothing but the drive: the guard passed every command on, and nothing failed.";
+  if (!run.marks.length) byId("marks").appendChild(document.createElement("li")).textContent = "No events: the guard passed every command unchanged, and nothing failed.";
 }
 
-// What moves.
+// The parts of the page that show the current time of the run.
 let time = 0, playing = false, before = 0;
 const end = count ? run.series.t[count - 1] : 0;
 function indexAt(moment) {
@@ -126,12 +126,12 @@ function show() {
   scene.show(at);
   for (const group of plots) group.show(at);
   byId("scrub").value = time;
-  // Without a pointer on a tick: what happened last.
+  // If no tick is pointed at, the text is that of the last mark.
   const past = run.marks.filter(mark => mark.t <= time + 1e-9);
   if (playing || !byId("ticks").matches(":hover, :focus-within")) byId("tick-text").textContent = past.length ? `${past[past.length - 1].t.toFixed(2)} s: ${past[past.length - 1].text}` : "";
   byId("clock").textContent = `${time.toFixed(1)} / ${end.toFixed(1)} s`;
   const verdict = textAt(run.verdict, index), state = textAt(run.guardState, index);
-  byId("state").replaceChildren("Guard ", Object.assign(document.createElement("b"), { textContent: state || "silent" }), verdict ? `, command ${verdict}` : "");
+  byId("state").replaceChildren("Guard ", Object.assign(document.createElement("b"), { textContent: state || "not received yet" }), verdict ? `, command ${verdict}` : "");
   byId("now").textContent = minus(`pitch ${at("pitch").toFixed(1)}°`) + (run.sketch ? " · " + minus(`${at("speed").toFixed(3)} m/s`) : " · " + minus(`chassis ${at("theta").toFixed(1)}°`) + ` · screw ${(at("extension") * 1e3).toFixed(0)} mm`);
 }
 function play(on) {
@@ -161,5 +161,5 @@ document.onkeydown = event => {
   if (event.key === "ArrowLeft") seek(time - 0.1);
 };
 addEventListener("resize", () => { scene.resize(); for (const group of plots) group.draw(); show(); });
-// A page opened at #t=12.5 starts there.
+// A page opened with #t=12.5 starts at 12.5 s.
 seek(Number((location.hash.match(/^#t=([\d.]+)$/) || [])[1] || 0));

@@ -1,33 +1,38 @@
-//! The side view: the robot's path unrolled into a plane, the ground along it, and a camera that follows the robot.
+//! Computes the side view: the robot's path unrolled into a plane, the ground along it, and a
+//! camera that follows the robot.
 //!
-//! The plane stands on the robot's heading. Its horizontal axis is the distance that the centre of gravity went along the
-//! heading; its vertical axis is the world's z. So a robot that drives a loop stays in the picture, over the ground on
-//! which it stands.
+//! The plane is vertical and contains the robot's heading. Its horizontal axis is the distance that
+//! the centre of gravity moved along the heading; its vertical axis is the world's z. So a robot
+//! that drives a loop stays in the picture, above the ground on which it stands.
 
 use crate::simulator::record::Sample;
 use crate::world::Plant;
 use serde_json::{Value, json};
 
-/// Distance between the places at which the ground is taken, m.
+/// Distance between the points at which the ground's height is sampled, m.
 const GROUND_STEP: f64 = 0.04;
-/// Half the thickness of a step's face, m.
+/// Half the distance between the two points at a step's vertical face, m.
 const FACE: f64 = 1e-6;
-/// Places of the ground that are this close to the line between their neighbours are left out, m.
+/// A point of the ground that is at most this far from the line between its neighbours is left out,
+/// m.
 const STRAIGHT: f64 = 0.5e-3;
-/// A section of the ground serves until the robot is this far beside its line, m, or this far turned away from it, rad.
+/// A section of the ground is used until the robot is this far beside its line, m, or has turned
+/// this far away from it (sine of the angle).
 const BESIDE: f64 = 8e-3;
 const TURNED: f64 = 0.02;
-/// Width and height of the picture on a wide and on a narrow screen, as multiples of the robot's largest dimension.
+/// Width and height of the picture on a wide and on a narrow screen, as multiples of the robot's
+/// largest dimension.
 const WIDE: [f64; 2] = [3.8, 1.4];
 const NARROW: [f64; 2] = [2.0, 1.4];
-/// Least air around the robot in the picture, as a multiple of the same.
+/// Minimum empty space around the robot in the picture, as a multiple of the robot's largest
+/// dimension.
 const AIR: f64 = 0.1;
-/// Half the time over which the camera's motion is averaged, s.
+/// Half the time over which the camera's position is averaged, s.
 const CALM_S: f64 = 0.5;
-/// Steps of the ground's coordinates in the page, m.
+/// Step of the ground's coordinates in the page, m.
 pub const GROUND_ONE: f64 = 1e-3;
 
-/// The path of some samples.
+/// The unrolled path of a series of samples.
 pub struct Path<'a> {
     samples: Vec<&'a Sample>,
     /// Distance along the path of each sample's centre of gravity, m.
@@ -35,18 +40,18 @@ pub struct Path<'a> {
     headings: Vec<[f64; 2]>,
 }
 
-/// Rectangle in the plane: least and greatest of both axes, m.
+/// A rectangle in the plane: minimum and maximum along both axes, m.
 pub type Bounds = [[f64; 2]; 2];
 
 impl<'a> Path<'a> {
-    /// The path of `samples`, which are in order of time. It begins at the distance that a robot heading along x would
-    /// have as its x.
+    /// Unrolls the path of `samples`, which are in order of time. The path begins at the x that the
+    /// first sample has if its heading is along x.
     pub fn new(samples: Vec<&'a Sample>) -> Self {
         let mut along: Vec<f64> = Vec::with_capacity(samples.len());
         let mut headings: Vec<[f64; 2]> = Vec::with_capacity(samples.len());
         for (index, sample) in samples.iter().enumerate() {
             let before = index.checked_sub(1);
-            // A robot that lies on its side or on its back has no heading.
+            // A robot that lies on its side or on its back has no heading, so the last one is kept.
             let heading = match before {
                 Some(before) if sample.truth.toppled => headings[before],
                 _ => [sample.truth.yaw.cos(), sample.truth.yaw.sin()],
@@ -66,14 +71,14 @@ impl<'a> Path<'a> {
         }
     }
 
-    /// A place of the world in the plane of sample `index`.
+    /// Projects a point of the world into the plane of sample `index`.
     pub fn project(&self, index: usize, [x, y, z]: [f64; 3]) -> [f64; 2] {
         let [cog_x, cog_y, _] = self.samples[index].truth.cog;
         let offset = [x - cog_x, y - cog_y];
         [self.along[index] + dot(offset, self.headings[index]), z]
     }
 
-    /// The camera for a robot with these bounds at each sample.
+    /// Computes the camera for a robot with these bounds at each sample.
     pub fn camera(&self, bounds: &[Bounds]) -> Camera {
         let sizes = bounds.iter().flatten().map(|[from, to]| to - from);
         let scale = sizes.fold(0.1, f64::max);
@@ -82,7 +87,7 @@ impl<'a> Path<'a> {
         let calm = (CALM_S / period.unwrap_or(CALM_S).max(1e-3)) as usize;
         let centres = [0, 1].map(|axis| {
             let middle = |bounds: &Bounds| 0.5 * (bounds[axis][0] + bounds[axis][1]);
-            // Sums up to each sample: their differences are sums over windows.
+            // Cumulative sums: the difference of two is the sum over a window.
             let mut sums = vec![0.0];
             for bounds in bounds {
                 sums.push(sums[sums.len() - 1] + middle(bounds));
@@ -100,8 +105,9 @@ impl<'a> Path<'a> {
         Camera { scale, centres }
     }
 
-    /// The ground in the plane, for a picture that is `width` m wide: a list of sections, each from a sample on. A section
-    /// has the ground under the middle of the robot and, where they differ, at these offsets to its left and right.
+    /// The ground in the plane, for a picture that is `width` m wide: a list of sections, each with
+    /// the sample from which it is used. A section has the ground under the middle of the robot,
+    /// and also at the offsets `sides` to its left and right if the ground differs there.
     pub fn ground(&self, plant: &dyn Plant, width: f64, sides: [f64; 2]) -> Vec<Value> {
         let mut sections = Vec::new();
         let mut begin = 0;
@@ -126,7 +132,8 @@ impl<'a> Path<'a> {
         sections
     }
 
-    /// Whether the ground along the heading of sample `first` is that of sample `index` too.
+    /// Whether the section of ground along the heading of sample `first` can also be shown at
+    /// sample `index`.
     fn serves(&self, first: usize, index: usize) -> bool {
         let (from, to) = (self.headings[first], self.headings[index]);
         let went = self.along[index] - self.along[first];
@@ -167,21 +174,21 @@ impl<'a> Path<'a> {
     }
 }
 
-/// Where the picture is, sample by sample.
+/// Size and positions of the picture, sample by sample.
 pub struct Camera {
     /// The robot's largest dimension, m.
     pub scale: f64,
-    /// Centre of the picture along both axes, m.
+    /// Centre of the picture at each sample, along both axes, m.
     pub centres: [Vec<f64>; 2],
 }
 
 impl Camera {
-    /// Width and height on a wide screen, m.
+    /// Width and height of the picture on a wide screen, m.
     pub fn wide(&self) -> [f64; 2] {
         WIDE.map(|size| size * self.scale)
     }
 
-    /// Width and height on a narrow screen, m.
+    /// Width and height of the picture on a narrow screen, m.
     pub fn narrow(&self) -> [f64; 2] {
         NARROW.map(|size| size * self.scale)
     }
@@ -191,7 +198,8 @@ fn dot(a: [f64; 2], b: [f64; 2]) -> f64 {
     a[0] * b[0] + a[1] * b[1]
 }
 
-/// Adds the points after the first that a line through the kept ones needs (Douglas and Peucker).
+/// Simplifies a line of points (Douglas and Peucker): adds to `kept` the points after the first
+/// that a line within [`STRAIGHT`] of all points needs.
 fn simplify(points: &[[f64; 2]], kept: &mut Vec<[f64; 2]>) {
     let (Some([x0, z0]), Some([x1, z1])) = (points.first(), points.last()) else {
         return;
@@ -209,7 +217,7 @@ fn simplify(points: &[[f64; 2]], kept: &mut Vec<[f64; 2]>) {
     }
 }
 
-/// Whether two lines of ground are different things in a picture.
+/// Whether two lines of ground differ visibly in a picture.
 fn differ(a: &[[f64; 2]], b: &[[f64; 2]]) -> bool {
     let apart = |(a, b): (&[f64; 2], &[f64; 2])| {
         (a[0] - b[0]).abs() > 2.0 * GROUND_ONE || (a[1] - b[1]).abs() > 2.0 * GROUND_ONE
@@ -217,7 +225,7 @@ fn differ(a: &[[f64; 2]], b: &[[f64; 2]]) -> bool {
     a.len() != b.len() || a.iter().zip(b).any(apart)
 }
 
-/// Distance and height one after the other, in steps of [`GROUND_ONE`].
+/// Distance and height of all points in one list, in steps of [`GROUND_ONE`].
 fn packed(points: &[[f64; 2]]) -> Value {
     let steps = points.as_flattened().iter();
     steps

@@ -1,15 +1,17 @@
-// Curves over time with one shared cursor. A plot of which the robot has not every curve is left out. A curve is drawn with the least and largest value of each pixel column.
+// Draws curves over time with one shared cursor. A plot is left out if the robot lacks one of its
+// curves. Each curve is drawn with the minimum and maximum of each pixel column.
 const PLOTS = [
-  { title: "Pitch", unit: "°", curves: [["truth", "pitch"], ["guard's filter", "receivedPitch", "dashed"]] },
-  { title: "Centre of gravity to the edge of support", unit: "m", zero: true, curves: [["back, truth", "back"], ["back, guard", "guardBack", "dashed", 0], ["front, truth", "front", "", 1], ["front, guard", "guardFront", "dashed", 1]] },
-  { title: "Chassis angle", unit: "°", curves: [["truth", "theta", "", 0], ["passed on", "passedTheta", "", 1], ["asked", "askedTheta", "dashed", 2]] },
-  { title: "Forward speed", unit: "m/s", curves: [["truth", "speed", "", 0], ["passed on", "passedSpeed", "", 1], ["asked", "askedSpeed", "dashed", 2]] },
+  { title: "Pitch", unit: "°", curves: [["truth", "pitch"], ["guard's estimate", "receivedPitch", "dashed"]] },
+  { title: "Margin: centre of gravity to the edge of the support", unit: "m", zero: true, curves: [["rear, truth", "back"], ["rear, guard", "guardBack", "dashed", 0], ["front, truth", "front", "", 1], ["front, guard", "guardFront", "dashed", 1]] },
+  { title: "Chassis angle", unit: "°", curves: [["truth", "theta", "", 0], ["passed by the guard", "passedTheta", "", 1], ["commanded", "askedTheta", "dashed", 2]] },
+  { title: "Forward speed", unit: "m/s", curves: [["truth", "speed", "", 0], ["passed by the guard", "passedSpeed", "", 1], ["commanded", "askedSpeed", "dashed", 2]] },
   { title: "Screw extension L3", unit: "m", curves: [["truth", "extension", "", 2]] },
   { title: "Belt: L + L2 + L3 − K", unit: "mm", zero: true, curves: [["strain (+), slack (−)", "tension", "", 3]] },
   { title: "Motor currents", unit: "A", zero: true, curves: [["left", "leftCurrent"], ["right", "rightCurrent"], ["chassis", "chassisCurrent"], ["screw", "screwCurrent"]] },
   { title: "Bus load", unit: "%", zero: true, curves: [["last 100 ms", "busLoad", "", 2]] },
 ];
-// Fig. 8. A bump when a belt meets a nose lasts a sample or two and would leave nothing else to see: the curve leaves the plot there.
+// Fig. 8 of the paper. When a belt meets a nose, the ZMP peaks for one or two samples. The plot cuts
+// off these peaks, because they would make everything else too small to see.
 const BALANCE_PLOTS = [
   { title: "CoG and ZMP", unit: "m", zero: true, areas: true, curves: [["ZMP", "zmpAlong", "", 1], ["CoG", "cogAlong", "", 0], ["P1", "p1", "dashed", 3], ["P2", "p2", "dashed", 3], ["P3", "p3", "dashed", 2]], range: ["cogAlong", "p1", "p2", "p3"] },
   { title: "ZMP − CoG", unit: "% of length", zero: true, areas: true, limits: [-6, 6], curves: [["raw", "zmpOff", "", 1], ["smoothed, 0.15 s", "zmpOffSmoothed", "", 0]] },
@@ -44,7 +46,7 @@ function makePlots(host, wanted, run, seek) {
     const curves = plot.curves.map(([label, name, dash, colour], i) => {
       const key = caption.appendChild(document.createElement("span"));
       key.className = "key";
-      // More curves than the page has colours go around the circle.
+      // The page has four colours. More curves get hues around the colour circle.
       const paint = plot.curves.length > 4 ? `hsl(${i * 360 / plot.curves.length} 60% 48%)` : `var(--c${colour ?? i})`;
       key.style.setProperty("--key", paint);
       if (dash) key.style.setProperty("--dash", dash);
@@ -58,7 +60,7 @@ function makePlots(host, wanted, run, seek) {
     }
     if (plot.zero) { low = Math.min(low, 0); high = Math.max(high, 0); }
     if (!(low <= high)) { low = 0; high = 1; }
-    // What is too small for the key is no curve but noise.
+    // The range is at least ten steps of the last digit in the key, so that noise looks flat.
     const missing = 10 * 10 ** -digits(plot.unit) - (high - low);
     if (missing > 0) { low -= plot.zero ? 0 : missing / 2; high += plot.zero ? missing : missing / 2; }
     const pad = (high - low) * 0.06 || 0.5;
@@ -123,7 +125,7 @@ function makePlots(host, wanted, run, seek) {
         const made = element("line", { x1: x, x2: x, y1: space.top, y2: floor, stroke: `var(--mark-${mark.kind})`, "stroke-width": 1, opacity: ["event", "warning"].includes(mark.kind) ? 0.4 : 0.9 }, svg);
         element("title", {}, made).textContent = `${mark.t.toFixed(2)} s: ${mark.text}`;
       }
-      // An inner svg shows nothing outside its own bounds.
+      // An inner svg cuts off curves at its bounds.
       const window = element("svg", { x: space.left, y: space.top, width, height: floor - space.top, viewBox: `${space.left} ${space.top} ${width} ${floor - space.top}` }, svg);
       for (const curve of curves) {
         element("path", { d: path(curve.values, width, y), fill: "none", stroke: curve.paint, "stroke-width": 1.6, "stroke-linejoin": "round", "stroke-dasharray": curve.dash ? "5 3" : "none" }, window);

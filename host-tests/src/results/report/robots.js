@@ -1,8 +1,9 @@
-// The robots in the side view: B2P2 by its own shape, others as their plant sketches them.
+// Draws the robot in the side view. B2P2 has its own drawing; other robots are drawn from the
+// circles and lines of their plant's sketch.
 function makeB2p2(run, element, set, line) {
   const { robot, l1, l2 } = run;
   const radius = robot.pulley_radius_m;
-  // A thick line with round joins around the three axles is the hull of the three pulleys.
+  // The hull of the three pulleys: a triangle between the axles with a thick, rounded outline.
   const hull = (width, colour) => element("polygon", { fill: colour, stroke: colour, "stroke-width": width, "stroke-linejoin": "round" });
   const belt = 0.012;
   const outer = hull(2 * radius, "var(--belt)");

@@ -1,5 +1,6 @@
-// The side view: ground, robot, centre of gravity, contacts, all along the robot's path; the camera follows the robot.
-// Metres, z up; SVG y points down. Lines are drawn for a robot of about a metre, and for others by the view's `scale`.
+// Draws the side view along the robot's path: ground, robot, centre of gravity and contacts. The
+// camera follows the robot. Units are metres, z points up; SVG's y points down. Line widths suit a
+// robot of about one metre, and are multiplied by the view's `scale`.
 function makeScene(svg, run) {
   const { contacts, groundOne, view } = run;
   const element = (name, attributes, parent = svg) => {
@@ -10,7 +11,8 @@ function makeScene(svg, run) {
   const set = (node, attributes) => { for (const key in attributes) node.setAttribute(key, attributes[key]); };
   const line = points => points.map(([x, z]) => `${x.toFixed(4)},${(-z).toFixed(4)}`).join(" ");
 
-  // A section of the ground serves until the next one begins: [distance, height] under the middle of the robot and, on uneven ground, under its sides.
+  // A section of the ground is used until the next one begins. It has points [distance, height]
+  // under the middle of the robot and, where the ground differs there, under its sides.
   const unpack = values => values && Array.from({ length: values.length / 2 }, (_, i) => [values[2 * i] * groundOne, values[2 * i + 1] * groundOne]);
   const sections = run.ground.map(({ from, middle, left, right }) => ({ from, middle: unpack(middle), left: unpack(left), right: unpack(right) }));
   const solid = points => {
@@ -20,7 +22,7 @@ function makeScene(svg, run) {
   const ground = element("polygon", { fill: "var(--earth)" });
   const edge = element("polyline", { fill: "none", stroke: "var(--earth-edge)" });
   const robot = (run.sketch ? makeSketch : makeB2p2)(run, element, set, line), k = view.scale;
-  // The near side is in front of the robot.
+  // The ground on the near side hides part of the robot.
   const near = element("polygon", { fill: "var(--earth)", opacity: 0.7 });
   const nearEdge = element("polyline", { fill: "none", stroke: "var(--earth-edge)", "stroke-width": 0.006 * k });
   const posts = element("g", { stroke: "var(--earth-edge)", fill: "var(--earth-edge)" });
@@ -54,14 +56,14 @@ function makeScene(svg, run) {
     svg.style.aspectRatio = `${size[0]} / ${size[1]}`;
   }
 
-  // Posts at round distances show the motion on even ground.
+  // Posts at round distances make motion visible on level ground.
   const apart = k > 0.6 ? 0.5 : 0.1;
   function post(left) {
     posts.replaceChildren();
     for (let n = Math.ceil(left / apart); n * apart < left + size[0]; n++) {
       const x = n * apart, z = groundAt(x);
       element("line", { x1: x, x2: x, y1: -z, y2: -z + 0.05 * k, "stroke-width": 0.006 * k }, posts);
-      // A label that the edge of the view or a riser would cut is left out.
+      // A label is left out if the edge of the view or a riser would cut it.
       const bend = Math.abs(groundAt(x - 0.1 * k) + groundAt(x + 0.1 * k) - 2 * z);
       if (bend > 0.05 * k || Math.min(x - left, left + size[0] - x) < 0.12 * k) continue;
       element("text", { x, y: -z + 0.12 * k, "font-size": 0.055 * k, "text-anchor": "middle", stroke: "none" }, posts).textContent = `${x.toFixed(1).replace("-", "−")} m`;

@@ -1,14 +1,14 @@
-//! Strain and slack of B2P2's belt.
+//! Computes strain and slack of B2P2's belt.
 
 use crate::simulator::record::Sample;
 use serde::Serialize;
 
-/// Strain or slack of the belt; zero when the run never climbed.
+/// Strain or slack of the belt during the climb, m; zero if the robot never climbed.
 #[derive(Clone, Copy, Debug, Default, Serialize)]
 pub struct TensionError {
-    /// 99 % of the samples are at most this.
+    /// 99th percentile of the samples.
     pub p99: f64,
-    /// Largest.
+    /// Maximum.
     pub max: f64,
 }
 
@@ -24,9 +24,11 @@ pub(super) fn tension_error(climb: &[Sample]) -> TensionError {
     }
 }
 
-/// Nearest-rank percentile: the least value that at least `percent` % of the values do not exceed;
-/// 0 of nothing. `sorted` ascends; `percent` is 0 to 100, and whole, because 0.28 x 25 is above 7
-/// in binary.
+/// Nearest-rank percentile: the smallest of the values that at least `percent` % of the values do
+/// not exceed. Returns 0 for an empty list.
+///
+/// `sorted` is in ascending order. `percent` is a whole number from 0 to 100, because rounding
+/// errors of a fraction could select the next rank: in binary 0.28 x 25 is above 7.
 pub fn percentile(sorted: &[f64], percent: usize) -> f64 {
     let rank = (percent * sorted.len()).div_ceil(100).max(1);
     sorted

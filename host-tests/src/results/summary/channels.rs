@@ -1,29 +1,29 @@
-//! Figures of the channels that only one robot has.
+//! Computes the figures of robot-specific channels.
 
 use crate::simulator::record::{SAMPLE_HZ, Sample};
 use serde::Serialize;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// What a run comes to is its mean over the last so many seconds.
+/// Length of the period at the end of a run over which a channel's settled value is averaged, s.
 pub const SETTLED_S: u32 = 5;
 
-/// Least and largest value.
+/// Minimum and maximum of a series.
 #[derive(Clone, Copy, Debug, Default, Serialize)]
 pub struct Range {
-    /// Least.
+    /// Minimum.
     pub min: f64,
-    /// Largest.
+    /// Maximum.
     pub max: f64,
 }
 
-/// One channel of [`crate::world::truth::Truth::channels`].
+/// Figures of one channel of [`crate::world::truth::Truth::channels`].
 #[derive(Clone, Copy, Debug, Default, Serialize)]
 pub struct ChannelFigures {
-    /// Least.
+    /// Minimum.
     pub min: f64,
-    /// Largest.
+    /// Maximum.
     pub max: f64,
-    /// Mean over the last [`SETTLED_S`].
+    /// Mean over the last [`SETTLED_S`] seconds.
     pub settled: f64,
 }
 

@@ -15,8 +15,8 @@ use crate::simulator::record::{SAMPLE_HZ, Sample};
 use tautrack::link::STEP_US;
 
 impl Summary {
-    /// Computes all figures. Samples are in order of time, [`SAMPLE_HZ`] a second; none at all
-    /// gives a summary of zeros.
+    /// Computes all figures. Samples are in order of time, [`SAMPLE_HZ`] per second. Without
+    /// samples all figures are zero.
     pub fn new(scenario: &Scenario, facts: &RunFacts, samples: &[Sample]) -> Self {
         let landing = landing(scenario, samples);
         let climb = climb(scenario, samples);
@@ -77,14 +77,14 @@ impl Summary {
         summary
     }
 
-    /// Marks the run as one that ended before its time; what its scenario expects is then not met.
+    /// Marks the run as ended early, for the reason `why`. Its expectation then counts as not met.
     pub fn end_early(&mut self, why: &str) {
         self.unmet.push(format!("The run ended early: {why}."));
         self.expectation_met = false;
         self.ended_early = Some(why.to_owned());
     }
 
-    /// The channels that are worth a line, with what they are.
+    /// The channels that the terminal shows, with their figures.
     pub fn headlines(&self) -> impl Iterator<Item = (Channel, ChannelFigures)> {
         let found = |name: &&str| Some((Channel::new(name), *self.channels.get(*name)?));
         self.headlines.iter().filter_map(found)

@@ -1,11 +1,11 @@
-//! Whether a run is what its scenario expects.
+//! Compares a run with what its scenario expects.
 
 use super::Summary;
 use super::table::counted;
 use crate::scenario::Scenario;
 
 impl Summary {
-    /// What the scenario expects and did not come true, one sentence each.
+    /// Lists the expectations that the run did not meet, one sentence each.
     pub fn unmet_expectations(&self, scenario: &Scenario) -> Vec<String> {
         let expect = &scenario.expect;
         let mut unmet = Vec::new();

@@ -1,8 +1,9 @@
-//! What came out of a run, in figures.
+//! The figures of a run, as written to `summary.json` and printed on the terminal.
 //!
-//! `computation` makes them of the samples: `motion` how far the robot drove, `belt` how taut its
-//! belt was, `channels` what only this robot has, `verdicts` what the guard did. `expectation`
-//! compares them with what the scenario expects, `notes` explains them, `table` prints them.
+//! `computation` computes them from the samples. `motion` computes how far the robot drove, `belt`
+//! the belt's strain, `channels` the figures of robot-specific channels, `verdicts` counts the
+//! guard's interventions. `expectation` compares the figures with the scenario's expectation,
+//! `notes` explains them, `table` prints them.
 
 mod belt;
 mod channels;
@@ -31,77 +32,77 @@ pub struct Summary {
     pub scenario: String,
     /// Seed of all noise and random faults.
     pub seed: u64,
-    /// Whether everything that the scenario expects came true.
+    /// Whether the run met everything that the scenario expects.
     pub expectation_met: bool,
-    /// What did not, one sentence each.
+    /// The expectations that were not met, one sentence each.
     pub unmet: Vec<String>,
-    /// Why the run ended before its time; absent if it did not.
+    /// Why the run ended early; absent if it did not.
     pub ended_early: Option<String>,
     /// Number of CAN clients that took part.
     pub clients: usize,
-    /// Stood level behind the last nose.
+    /// Whether the robot landed: it stood level behind the last nose.
     pub landed: bool,
-    /// Turned over.
+    /// Whether the robot turned over.
     pub toppled: bool,
-    /// Virtual time from which it stood so, s.
+    /// Virtual time of the landing, s.
     pub landing_time_s: Option<f64>,
-    /// Stood still during the last second.
+    /// Whether the robot stood still during the last second.
     pub stopped: bool,
     /// Virtual time of the run, s.
     pub simulated_s: f64,
     /// Wall-clock time of the run, s.
     pub wall_s: f64,
-    /// Virtual over wall-clock time.
+    /// Ratio of virtual to wall-clock time.
     pub realtime_factor: f64,
-    /// Lockstep steps.
+    /// Number of lockstep steps.
     pub steps: u64,
-    /// `|L + L2 + L3 - K|` by the plant's truth, from the first pitch above 8 degrees to the
-    /// landing or the end; of B2P2 alone.
+    /// Strain or slack of the belt `|L + L2 + L3 - K|` in the simulator's ground truth, from the
+    /// first pitch above 8 degrees to the landing or the end, m; only of B2P2.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tension_error_m: Option<TensionError>,
-    /// Distance over ground, forward and backward added, by the plant's truth, m.
+    /// Distance driven over ground in the simulator's ground truth, forward and backward added, m.
     pub driven_m: f64,
-    /// Pitch by the plant's truth, degrees.
+    /// Pitch in the simulator's ground truth, degrees.
     pub pitch_deg: Range,
-    /// Least horizontal distance from the rearmost contact to the centre of gravity, by the plant's
-    /// truth, m; absent for a robot whose margin is a channel of its own.
+    /// Minimum horizontal distance from the rearmost contact to the centre of gravity in the
+    /// simulator's ground truth, m; absent for a robot whose margin is one of its channels.
     pub min_backward_margin_m: Option<f64>,
-    /// Least margin to any edge by the guard's estimate while it drives, m; absent when it had
-    /// none.
+    /// Minimum margin to any edge in the guard's estimate while it is armed, m; absent if it had no
+    /// estimate.
     pub min_guard_margin_m: Option<f64>,
-    /// How far the zero moment point went from the centre of gravity during the climb, as in Fig. 8
-    /// of Paillat et al.; absent without one.
+    /// Difference of zero moment point and centre of gravity during the climb, as in Fig. 8 of
+    /// Paillat et al.; absent without a climb, and for other robots than B2P2.
     pub zero_moment_point: Option<Figures>,
-    /// What only this robot has, by name; the unit is in the name.
+    /// Figures of the robot-specific channels by name; the last word of a name is the unit.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub channels: BTreeMap<&'static str, ChannelFigures>,
-    /// Those of them that are worth a line.
+    /// Names of the channels that the terminal shows.
     #[serde(skip)]
     pub headlines: &'static [&'static str],
-    /// What the guard did.
+    /// How often the guard intervened.
     pub guard: GuardFigures,
     /// Sentences about figures that need an explanation.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub notes: Vec<String>,
-    /// How the bus fared.
+    /// Load and latency of the bus.
     pub bus: BusFigures,
-    /// What went wrong on purpose.
+    /// The faults that the scenario injected, with what became of them.
     pub faults: Vec<FaultFacts>,
-    /// The nodes.
+    /// The nodes and their programs.
     pub nodes: Vec<NodeFacts>,
-    /// Hash over all truth bits and delivered frames of every step, hexadecimal.
+    /// Hash over all bits of the ground truth and all delivered frames of every step, hexadecimal.
     pub state_hash: String,
 }
 
-/// How the bus fared.
+/// Load and latency of the bus.
 #[derive(Clone, Copy, Debug, Default, Serialize)]
 pub struct BusFigures {
-    /// Largest load over 100 ms, 0 to 1.
+    /// Maximum load over 100 ms, 0 to 1.
     pub load_max: f64,
     /// Mean load, 0 to 1.
     pub load_mean: f64,
-    /// Frames delivered.
+    /// Number of frames delivered.
     pub frames: u64,
-    /// Longest time that a frame waited, ms.
+    /// Maximum time that a frame waited for the bus, ms.
     pub worst_latency_ms: f64,
 }

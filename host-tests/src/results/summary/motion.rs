@@ -1,8 +1,8 @@
-//! How far the robot drove, and whether it stands.
+//! Computes how far the robot drove, and whether it stands still at the end.
 
 use crate::simulator::record::{SAMPLE_HZ, Sample};
 
-/// Slower than this on average over the last second is standing still, m/s.
+/// A robot stands still if its mean speed over the last second is below this, m/s.
 const STANDING_MPS: f64 = 0.01;
 
 pub(super) fn stopped(samples: &[Sample]) -> bool {
@@ -10,7 +10,7 @@ pub(super) fn stopped(samples: &[Sample]) -> bool {
     !last.is_empty() && path(last) / (last.len() as f64) < STANDING_MPS
 }
 
-/// Sum of the speeds over ground.
+/// Sum of the speeds over ground of all samples, m/s; divided by the sample rate it is a distance.
 pub(super) fn path(samples: &[Sample]) -> f64 {
     let speeds = samples.iter().map(|sample| sample.truth.ground_speed.abs());
     speeds.sum()

@@ -1,14 +1,14 @@
-//! Explanations of figures that a reader may take for a contradiction.
+//! Explains figures that could look like contradictions.
 
 use super::Summary;
 use crate::scenario::Scenario;
 use crate::simulator::record::Sample;
 use tautrack::stability::support::NO_EDGE;
 
-/// Below this a margin asks for an explanation, m or rad.
+/// A smaller margin needs an explanation, m or rad.
 const NARROW: f64 = 0.01;
 
-/// The guard's least margin to an edge that is there, while it is armed, m.
+/// The guard's minimum margin to an existing edge while it is armed, m.
 pub(super) fn guard_margin(samples: &[Sample]) -> Option<f64> {
     let armed = samples
         .iter()
@@ -20,7 +20,7 @@ pub(super) fn guard_margin(samples: &[Sample]) -> Option<f64> {
 }
 
 impl Summary {
-    /// Least margin by the plant's truth: its name, value and unit.
+    /// Minimum margin in the simulator's ground truth: name, value and unit.
     fn true_margin(&self) -> Option<(String, f64, &'static str)> {
         let backward = self
             .min_backward_margin_m
@@ -35,7 +35,7 @@ impl Summary {
             .min_by(|a, b| a.1.total_cmp(&b.1))
     }
 
-    /// One sentence or more for each figure that needs it.
+    /// Explains each figure that needs it, in one sentence or more.
     pub(super) fn explanations(&self, scenario: &Scenario) -> Vec<String> {
         let mut notes = Vec::new();
         if let Some((name, margin, unit)) = self.true_margin()

@@ -1,4 +1,4 @@
-//! The summary as the few lines that a terminal shows.
+//! Prints the summary as a few lines for a terminal.
 
 use super::{SETTLED_S, Summary};
 use crate::results::zmp::{Figures, PAPER_PERCENT};
@@ -6,7 +6,7 @@ use crate::simulator::facts::NodeFacts;
 use std::fmt;
 
 impl Summary {
-    /// Name and value of each line; absent where the robot has no such thing.
+    /// Name and value of each line; the value is `None` if this robot or run has none.
     fn rows(&self) -> impl Iterator<Item = (&'static str, Option<String>)> {
         let outcome = match (self.toppled, self.landing_time_s) {
             (true, _) => "toppled".to_owned(),
@@ -30,7 +30,7 @@ impl Summary {
                 raw.mean, raw.peak, smoothed.mean, smoothed.peak
             )
         });
-        // Of B2P2 alone.
+        // Only B2P2 has this line.
         let zero_moment_point = zero_moment_point.or(belt.as_ref().map(|_| "none".to_owned()));
         [
             ("outcome", Some(outcome)),
@@ -78,7 +78,7 @@ impl Summary {
 }
 
 impl fmt::Display for Summary {
-    /// The few lines that a terminal shows.
+    /// Prints the summary as a few lines for a terminal.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(f, "{} (seed {})", self.scenario, self.seed)?;
         for (name, value) in self.rows() {
@@ -132,7 +132,7 @@ impl fmt::Display for Summary {
     }
 }
 
-/// Nodes on the same board in one group: in a plain run there is but one.
+/// Lists the nodes, grouped by board. A usual run has only one board.
 fn boards(nodes: &[NodeFacts]) -> String {
     let mut boards: Vec<(&str, Vec<&str>)> = Vec::new();
     for node in nodes {
@@ -147,7 +147,7 @@ fn boards(nodes: &[NodeFacts]) -> String {
     groups.collect::<Vec<_>>().join("; ")
 }
 
-/// A number of things, as a sentence has it: `1 intervention`, `2 interventions`.
+/// A count with its noun: `1 intervention`, `2 interventions`.
 pub(super) fn counted(count: usize, thing: &str) -> String {
     format!("{count} {thing}{}", if count == 1 { "" } else { "s" })
 }

@@ -1,24 +1,25 @@
-//! What the guard did, counted in the verdicts that it published.
+//! Counts the guard's interventions in the verdicts that it published.
 
 use serde::Serialize;
 
-/// What the guard did with the operator's commands.
+/// How often the guard changed the operator's commands.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct GuardFigures {
-    /// Times that it began to do anything but pass a command on as asked.
+    /// Number of times that the guard changed from passing commands unchanged to anything else, or
+    /// from one kind of intervention to another.
     pub interventions: usize,
-    /// Those in which it refused.
+    /// Number of these in which it refused the command.
     pub refused: usize,
-    /// Those in which it passed on less than asked.
+    /// Number of these in which it scaled the command down.
     pub scaled: usize,
 }
 
-/// What a verdict does, without its reason: `scaled` of `scaled: backward margin`.
+/// The kind of a verdict, without its reason: `scaled` for `scaled: backward margin`.
 fn verdict_kind(verdict: &str) -> &str {
     verdict.split(':').next().unwrap_or_default().trim()
 }
 
-/// Whether a verdict changes a command; before the guard speaks there is none.
+/// Whether a verdict changes a command. The verdict is empty until the guard publishes one.
 pub(crate) fn intervenes(verdict: &str) -> bool {
     !matches!(verdict_kind(verdict), "" | "passed")
 }

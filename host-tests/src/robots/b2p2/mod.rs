@@ -1,4 +1,5 @@
-//! B2P2 in the simulator: its section of a scenario, its nodes, its plant.
+//! B2P2 in the simulator: its section of a scenario file, its nodes, and its plant (the simulated
+//! physics).
 
 pub mod nodes;
 pub mod plant;
@@ -8,7 +9,7 @@ use super::section::Facts;
 use tautrack::robots::Body;
 use tautrack::robots::b2p2::B2p2;
 
-/// What is known of B2P2 without a scenario.
+/// Facts about B2P2 that do not depend on a scenario.
 pub const FACTS: Facts = Facts {
     name: "B2P2",
     nodes: &nodes::NODES,

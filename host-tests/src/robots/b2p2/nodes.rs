@@ -1,4 +1,4 @@
-//! B2P2's nodes: their ids, what each is told about itself, and what motor it has.
+//! B2P2's nodes: their ids, their settings and their motors.
 
 use super::section::B2p2;
 use crate::robots::payload::Payload;
@@ -8,13 +8,13 @@ use tautrack::link::MotorModel;
 use tautrack::settings::Setting;
 
 impl NodeName {
-    /// Chassis joint.
+    /// Node of the chassis joint.
     pub const CHASSIS_JOINT: Self = Self::new("chassis_joint");
-    /// Driving screw.
+    /// Node of the driving screw.
     pub const SCREW: Self = Self::new("screw");
 }
 
-/// The nodes in the order of the plant's motors, and the guard.
+/// Names and ids of the nodes, in the order of the plant's motors; the guard is last.
 pub const NODES: [(NodeName, u8); 5] = [
     (NodeName::LEFT_TRACK, 2),
     (NodeName::RIGHT_TRACK, 3),
@@ -23,7 +23,7 @@ pub const NODES: [(NodeName, u8); 5] = [
     (NodeName::GUARD, 1),
 ];
 
-/// What each is told and moves.
+/// Returns the specification of every node: role, id, settings and motor.
 pub fn nodes(robot: &B2p2, conditions: &Conditions) -> Vec<NodeSpec> {
     NODES
         .into_iter()
@@ -41,7 +41,7 @@ pub fn nodes(robot: &B2p2, conditions: &Conditions) -> Vec<NodeSpec> {
         .collect()
 }
 
-/// What a node is told. What a robot does not change stays at the table's default.
+/// Returns the settings of a node that differ from the defaults.
 fn settings(name: NodeName, robot: &B2p2, conditions: &Conditions) -> Vec<(Setting, i32)> {
     let micro = |metres: f64| (metres * 1e6).round() as i32;
     let mut values = vec![
@@ -66,10 +66,12 @@ fn settings(name: NodeName, robot: &B2p2, conditions: &Conditions) -> Vec<(Setti
     values
 }
 
-// Gains: with the inertia J at the output shaft and the torque T per ampere there, a velocity loop of bandwidth w needs
-// J w / T. The current loop is ten times faster than the fastest of them.
+// Gains: a velocity loop of bandwidth w needs the gain J w / T, where J is the inertia and T the
+// torque per ampere, both at the output shaft. The current loop is ten times faster than the
+// fastest velocity loop.
 
-/// J = 0.036 (rotor) + 0.010 (half the robot's mass at the pulley) kg m^2, T = 2.4 N m/A, w = 150 rad/s.
+/// Track: J = 0.036 (rotor) + 0.010 (half the robot's mass at the pulley) kg m^2, T = 2.4 N m/A, w
+/// = 150 rad/s.
 const TRACK: &[(Setting, i32)] = &[
     (Setting::VelocityLimit, 10_000),
     (Setting::AccelerationLimit, 20_000),
@@ -77,7 +79,7 @@ const TRACK: &[(Setting, i32)] = &[
     (Setting::PositionBits, 16),
 ];
 
-/// J = 0.225 (rotor) + 0.17 (front part) kg m^2, T = 6 N m/A, w = 150 rad/s.
+/// Chassis joint: J = 0.225 (rotor) + 0.17 (front part) kg m^2, T = 6 N m/A, w = 150 rad/s.
 const JOINT: &[(Setting, i32)] = &[
     (Setting::VelocityLimit, 2_500),
     (Setting::AccelerationLimit, 8_000),
@@ -91,7 +93,8 @@ const JOINT: &[(Setting, i32)] = &[
     (Setting::HomingSpeed, 300),
 ];
 
-/// J = 1.6e-4 kg m^2 (rotor; the nut adds next to nothing), T = 0.16 N m/A, w = 300 rad/s.
+/// Screw: J = 1.6e-4 kg m^2 (rotor; the nut adds a negligible amount), T = 0.16 N m/A, w = 300
+/// rad/s.
 const SCREW: &[(Setting, i32)] = &[
     (Setting::VelocityLimit, 140_000),
     (Setting::AccelerationLimit, 2_000_000),
@@ -113,8 +116,9 @@ fn gear_milli(name: NodeName) -> Option<i32> {
     }
 }
 
-/// The motor of a node. The paper names no motors: these are of the size that the robot's mass and speed ask for (24 V,
-/// stall torque at 10 A: track 24 N m, joint 60 N m; screw 2 kN), all with the same rotor.
+/// Returns the motor model of a node; `None` for the guard. The paper does not specify the motors.
+/// These have the size that the robot's mass and speed require (24 V; stall torque at 10 A: track
+/// 24 N m, joint 60 N m; screw 2 kN), all with the same rotor.
 pub fn motor(name: NodeName) -> Option<MotorModel> {
     let gear = gear_milli(name)?;
     Some(MotorModel {

@@ -1,4 +1,5 @@
-//! B2P2 in a scenario: what its paper leaves open, its bounds, and the plant's values.
+//! Section of a scenario file for B2P2: the values that its paper does not give, their bounds, and
+//! the parameters of the plant.
 
 use super::nodes;
 use super::plant::{self, B2p2Parameters};
@@ -13,7 +14,8 @@ fn usual() -> f64 {
     1.0
 }
 
-/// What the papers leave open about the robot; DESIGN.md section 6 has the nominal values and their reasons.
+/// Values that the paper does not give; docs/plant.md lists the nominal ones and the reasons for
+/// them.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct B2p2 {
@@ -21,19 +23,19 @@ pub struct B2p2 {
     pub k_m: f64,
     /// Radius of the three pulleys, belt included.
     pub pulley_radius_m: f64,
-    /// Height of body 1's centre of mass over the line through axles 1 and 2.
+    /// Height of body 1's centre of mass above the line through axles 1 and 2.
     #[serde(default)]
     pub com_offset_m: f64,
-    /// Noise of the sensors on the body, as a multiple of the usual.
+    /// Noise of the sensors on the body, as a multiple of the nominal noise.
     #[serde(default = "usual")]
     pub sensor_noise: f64,
-    /// Load beside the robot's own mass.
+    /// Load in addition to the robot's own mass.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub payload: Option<Payload>,
 }
 
 impl B2p2 {
-    /// The stand-in of DESIGN.md section 6.
+    /// The nominal values, as in docs/plant.md.
     pub fn nominal() -> Self {
         Self {
             k_m: 1.232,
@@ -44,7 +46,7 @@ impl B2p2 {
         }
     }
 
-    /// The robot alone, without load and ground.
+    /// Parameters of the robot itself, without payload and ground.
     fn alone(&self) -> B2p2Parameters {
         let mut parameters = B2p2Parameters {
             pulley_radius: self.pulley_radius_m,
@@ -63,11 +65,12 @@ impl B2p2 {
         parameters
     }
 
-    /// The robot as the plant takes it, on ground of this friction.
+    /// Parameters of the plant, on ground with this coefficient of friction.
     pub fn parameters(&self, friction: f64) -> B2p2Parameters {
         B2p2Parameters {
             friction,
-            // As after a night on the shelf: no node knows where its axle is, and the belt hangs a little.
+            // A robot that was moved while off: no node knows the position of its axle, and the
+            // belt is slightly slack.
             initial_theta: 0.1,
             initial_extension_error: -0.003,
             payload: self.payload.as_ref().map(Payload::load),
@@ -79,7 +82,8 @@ impl B2p2 {
 impl Section for B2p2 {
     fn check(&self, conditions: &Conditions) -> Result<(), Problem> {
         let B2p2Parameters { l1, l2, .. } = B2p2Parameters::nominal();
-        // From `L1 + 2 L2` on the extension is never negative; from `K / L1` = 2.4 on the screw's stated errors hold.
+        // From `L1 + 2 L2` on, the extension is never negative; from `K / L1` = 2.4 on, the screw's
+        // stated errors hold.
         let least_k = f64::max(l1 + 2.0 * l2, 2.4 * l1);
         within(
             "robot.b2p2.k_m",
@@ -108,7 +112,8 @@ impl Section for B2p2 {
         }
     }
 
-    /// Foremost point of the robot at the start, for any chassis angle: straight, axle 3 is at `(K + L1) / 2`.
+    /// Position of the robot's foremost point at the start, m, for any chassis angle: with a
+    /// straight chassis, axle 3 is at `(K + L1) / 2`.
     fn front_m(&self) -> f64 {
         f64::midpoint(self.k_m, self.alone().l1) + self.pulley_radius_m
     }

@@ -1,4 +1,5 @@
-//! The crawler in the simulator: its section of a scenario, its nodes, its plant.
+//! The crawler in the simulator: its section of a scenario file, its nodes, and its plant (the
+//! simulated physics).
 
 pub mod nodes;
 pub mod plant;
@@ -8,7 +9,7 @@ use super::section::Facts;
 use tautrack::robots::Body;
 use tautrack::robots::crawler::Crawler;
 
-/// What is known of the crawler without a scenario.
+/// Facts about the crawler that do not depend on a scenario.
 pub const FACTS: Facts = Facts {
     name: "crawler",
     nodes: &nodes::NODES,

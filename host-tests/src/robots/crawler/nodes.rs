@@ -1,4 +1,4 @@
-//! The crawler's nodes: two axles and the guard.
+//! The crawler's nodes, two axles and the guard: their ids, settings and motors.
 
 use super::plant::CrawlerParameters;
 use super::section::{Crawler, SlipCompensation};
@@ -8,14 +8,14 @@ use crate::robots::{Conditions, NodeName, NodeSpec, Role};
 use tautrack::link::MotorModel;
 use tautrack::settings::Setting;
 
-/// The nodes in the order of the plant's motors, and the guard.
+/// Names and ids of the nodes, in the order of the plant's motors; the guard is last.
 pub const NODES: [(NodeName, u8); 3] = [
     (NodeName::LEFT_TRACK, 2),
     (NodeName::RIGHT_TRACK, 3),
     (NodeName::GUARD, 1),
 ];
 
-/// What each is told and moves.
+/// Returns the specification of every node: role, id, settings and motor.
 pub fn nodes(robot: &Crawler, conditions: &Conditions) -> Vec<NodeSpec> {
     let p = robot.parameters(conditions.friction);
     NODES
@@ -45,11 +45,13 @@ fn milli(value: f64) -> i32 {
     (value * 1e3).round() as i32
 }
 
-/// Most that a sprocket turns, mrad/s: 0.56 m/s.
+/// Maximum speed of a sprocket, mrad/s; it gives 0.56 m/s.
 const SPROCKET_LIMIT: i32 = 20_000;
 
-/// J = 0.051 (rotor) + 0.002 (half the robot's mass at the sprocket) kg m^2, T = 1.07 N m/A, w = 150 rad/s. Slip and curves ask for more
-/// acceleration of a sprocket than of the robot: twice.
+/// Settings of a track's axle. J = 0.051 (rotor) + 0.002 (half the robot's mass at the sprocket) kg
+/// m^2, T = 1.07 N m/A, w = 150 rad/s (inertia, torque per ampere and bandwidth of the velocity
+/// loop, whose gain is J w / T). The acceleration limit is twice the robot's acceleration, because
+/// slip and curves require more of a sprocket.
 fn axle(robot: &Crawler, p: &CrawlerParameters) -> Vec<(Setting, i32)> {
     let acceleration = 2.0 * robot.acceleration_mps2 / p.sprocket_radius;
     vec![
@@ -97,7 +99,7 @@ fn guard(robot: &Crawler, p: &CrawlerParameters, filters: bool) -> Vec<(Setting,
     values
 }
 
-/// Margins of a robot whose tracks are 127 mm long and 145 mm apart.
+/// Margin levels for a robot whose tracks are 127 mm long and 145 mm apart.
 const LEVELS: &[(Setting, i32)] = &[
     (Setting::CautionMargin, 30_000),
     (Setting::StopMargin, 20_000),
@@ -105,7 +107,8 @@ const LEVELS: &[(Setting, i32)] = &[
     (Setting::BandHysteresis, 3_000),
 ];
 
-/// The paper names no motors: B2P2's, wound for the speed that the paper's gear asks for (22 rad/s of a sprocket at 24 V without load).
+/// Motor model of an axle. The paper does not specify the motors. This is B2P2's motor, wound for
+/// the speed that the paper's gear requires (22 rad/s of a sprocket at 24 V without load).
 fn motor(p: &CrawlerParameters) -> MotorModel {
     MotorModel {
         resistance: 0.6,

@@ -1,4 +1,5 @@
-//! The crawler in a scenario: what its paper leaves open, its bounds, and the plant's values.
+//! Section of a scenario file for the crawler: the values that its paper does not give, their
+//! bounds, and the parameters of the plant.
 
 use super::nodes;
 use super::plant::{self, CrawlerParameters, Profile, Soil as PlantSoil};
@@ -9,20 +10,22 @@ use crate::world::Plant;
 use crate::world::terrain::Terrain;
 use serde::{Deserialize, Serialize};
 
-/// What the paper of Kurc and Szybicki leaves open.
+/// Values that the paper of Kurc and Szybicki does not give.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Crawler {
-    /// The ground as the guard is told; the scenario's `friction` times cohesion and friction is what it is.
+    /// Soil in the guard's settings. Cohesion and friction of the simulated soil are these values
+    /// times the scenario's `friction`.
     #[serde(default)]
     pub soil: Soil,
-    /// What makes up for slip.
+    /// Method by which the guard compensates for slip.
     #[serde(default)]
     pub slip_compensation: SlipCompensation,
     /// Acceleration and deceleration over ground.
     #[serde(default = "acceleration")]
     pub acceleration_mps2: f64,
-    /// Load beside the robot's own mass; its place is from the middle between the tracks, on the ground.
+    /// Load in addition to the robot's own mass; its place is relative to the middle between the
+    /// tracks, on the ground.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub payload: Option<Payload>,
 }
@@ -31,7 +34,7 @@ fn acceleration() -> f64 {
     0.4
 }
 
-/// Ground that shears as Bekker and Kacigin describe it.
+/// Soil with the shear behaviour that Bekker and Kacigin describe.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Soil {
@@ -39,9 +42,9 @@ pub struct Soil {
     pub cohesion_pa: f64,
     /// Angle of internal friction.
     pub friction_deg: f64,
-    /// `K1`.
+    /// Parameter `K1` of the shear stress.
     pub k1_per_m: f64,
-    /// `K2`.
+    /// Parameter `K2` of the shear stress.
     pub k2: f64,
 }
 
@@ -57,21 +60,22 @@ impl Default for Soil {
     }
 }
 
-/// What makes up for slip.
+/// Method by which the guard compensates for slip.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum SlipCompensation {
-    /// Nothing.
+    /// No compensation.
     None,
-    /// The soil's model.
+    /// Compensation by the model of the soil.
     #[default]
     Soil,
-    /// The model, corrected by the GNSS receiver's speed.
+    /// Compensation by the model, corrected with the GNSS receiver's speed.
     Measured,
 }
 
 impl Crawler {
-    /// The robot as the plant takes it, on ground of `friction` times the strength that the guard is told.
+    /// Parameters of the plant. The ground has `friction` times the strength in the guard's
+    /// settings.
     pub fn parameters(&self, friction: f64) -> CrawlerParameters {
         let soil = PlantSoil {
             cohesion: self.soil.cohesion_pa,
@@ -158,7 +162,8 @@ impl Section for Crawler {
 }
 
 impl Terrain {
-    /// The ground as the crawler's plant takes it; level where it cannot.
+    /// Ground profile for the crawler's plant. A terrain that it cannot represent becomes level
+    /// ground.
     pub fn profile(&self) -> Profile {
         match *self {
             Self::Slope {

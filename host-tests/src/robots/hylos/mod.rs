@@ -1,4 +1,5 @@
-//! Hylos in the simulator: its section of a scenario, its nodes, its plant.
+//! Hylos in the simulator: its section of a scenario file, its nodes, and its plant (the simulated
+//! physics).
 
 pub mod nodes;
 pub mod plant;
@@ -8,7 +9,7 @@ use super::section::Facts;
 use tautrack::robots::Body;
 use tautrack::robots::hylos::Hylos;
 
-/// What is known of Hylos without a scenario.
+/// Facts about Hylos that do not depend on a scenario.
 pub const FACTS: Facts = Facts {
     name: "Hylos",
     nodes: &nodes::NODES,

@@ -1,4 +1,4 @@
-//! Hylos' nodes: sixteen axles, four on each leg, and the guard.
+//! Hylos' nodes, sixteen axles (four per leg) and the guard: their ids, settings and motors.
 
 use super::plant::HylosParameters;
 use super::section::Hylos;
@@ -36,7 +36,7 @@ impl NodeName {
     pub const REAR_RIGHT_STEERING: Self = Self::new("rear_right_steering");
 }
 
-/// The nodes in the order of the plant's motors, and the guard.
+/// Names and ids of the nodes, in the order of the plant's motors; the guard is last.
 pub const NODES: [(NodeName, u8); 17] = [
     (NodeName::FRONT_LEFT_HIP, 2),
     (NodeName::FRONT_LEFT_KNEE, 3),
@@ -56,10 +56,10 @@ pub const NODES: [(NodeName, u8); 17] = [
     (NodeName::REAR_RIGHT_WHEEL, 17),
     (NodeName::GUARD, 1),
 ];
-/// Seventeen nodes leave the bus a fifth of its time at this period of SYNC, us.
+/// Period of SYNC, us. With seventeen nodes it leaves a fifth of the bus time free.
 const SYNC_PERIOD: (Setting, i32) = (Setting::SyncPeriod, 8_000);
 
-/// What each is told and moves.
+/// Returns the specification of every node: role, id, settings and motor.
 pub fn nodes(robot: &Hylos, conditions: &Conditions) -> Vec<NodeSpec> {
     let parameters = robot.parameters(conditions.friction);
     let specs = NODES.into_iter().enumerate().map(|(number, (name, id))| {
@@ -84,7 +84,7 @@ pub fn nodes(robot: &Hylos, conditions: &Conditions) -> Vec<NodeSpec> {
     specs.collect()
 }
 
-/// What sets one kind of axle apart from the others.
+/// Properties in which the kinds of axle differ.
 struct Axle {
     gear_ratio: i32,
     friction_torque: f32,
@@ -93,14 +93,16 @@ struct Axle {
     acceleration_limit: i32,
     velocity_gain: i32,
     position_bits: i32,
-    /// Range, rad, and where the home switch opens, rad; a wheel has neither.
+    /// Range, rad, and angle at which the home switch opens, rad; `None` for a wheel.
     travel: Option<([f64; 2], f64)>,
 }
 
 impl Axle {
-    /// The axle of motor `number`, in the plant's order.
+    /// Returns the axle of motor `number`, in the plant's order.
     fn of(number: usize, p: &HylosParameters) -> Self {
-        // J = 0.225 (rotor) + 0.25 (a quarter of the robot) kg m^2, T = 6 N m/A, w = 130 rad/s.
+        // Hip or knee: J = 0.225 (rotor) + 0.25 (a quarter of the robot) kg m^2, T = 6 N m/A, w =
+        // 130 rad/s (inertia, torque per ampere and bandwidth of the velocity loop, whose gain is J
+        // w / T).
         let joint = |range, reference| Self {
             gear_ratio: 150_000,
             friction_torque: 1.0,
@@ -111,7 +113,8 @@ impl Axle {
             position_bits: 24,
             travel: Some((range, reference)),
         };
-        // J = 0.036 (rotor) + 0.035 (a quarter of the robot at the tyre) kg m^2, T = 2.4 N m/A, w = 100 rad/s.
+        // Wheel: J = 0.036 (rotor) + 0.035 (a quarter of the robot at the tyre) kg m^2, T = 2.4 N
+        // m/A, w = 100 rad/s.
         let wheel = Self {
             gear_ratio: 60_000,
             friction_torque: 0.3,
@@ -125,7 +128,7 @@ impl Axle {
         match number % 4 {
             0 => joint(HIP_RANGE, p.initial_leg[0]),
             1 => joint(KNEE_RANGE, p.initial_leg[1]),
-            // The same motor as the wheel's, which moves little more than its own rotor.
+            // Steering: the same motor as the wheel's. It moves little more than its own rotor.
             2 => Self {
                 velocity_limit: 2.0 * STEERING_RATE,
                 position_bits: 24,
@@ -153,16 +156,18 @@ impl Axle {
                 (Setting::HomingDirection, -1),
                 (Setting::HomePosition, milli(reference * 1e3)),
                 (Setting::HomingSpeed, 300),
-                // All legs are homed at once, standing: the weight on one of them shifts between its
-                // two approaches, and its gear bends by up to 13 mrad more or less.
+                // All legs are homed at the same time while the robot stands. The weight on a leg
+                // shifts between its two approaches to the home switch, and its gear bends by up to
+                // 13 mrad more or less.
                 (Setting::HomingTolerance, 50),
             ]);
         }
         settings
     }
 
-    /// Besseron et al. name no motors: these are of the size that 25 kg on legs of 0.4 m ask for (24 V, stall torque at 10 A: leg 60 N m,
-    /// steering and wheel 24 N m). Hips and knees have brakes, which hold the robot without power.
+    /// Returns the motor model. Besseron et al. do not specify the motors. These have the size that
+    /// 25 kg on legs of 0.4 m require (24 V; stall torque at 10 A: leg 60 N m, steering and wheel
+    /// 24 N m). Hips and knees have brakes, which hold the robot without power.
     fn motor(&self) -> MotorModel {
         MotorModel {
             resistance: 0.6,
@@ -195,7 +200,8 @@ fn guard(robot: &Hylos, p: &HylosParameters, filters: bool) -> Vec<(Setting, i32
     values
 }
 
-/// Margins below those at which posture control holds the robot on a steep slope.
+/// Margin levels. They are below the margins at which posture control holds the robot on a steep
+/// slope.
 const LEVELS: &[(Setting, i32)] = &[
     (Setting::CautionMargin, 45_000),
     (Setting::StopMargin, 30_000),

@@ -1,4 +1,5 @@
-//! Hylos in a scenario: how it is driven, its bounds, and the plant's values.
+//! Section of a scenario file for Hylos: how it is driven, the bounds of the values, and the
+//! parameters of the plant.
 
 use super::nodes;
 use super::plant::{self, Hillside, HylosParameters};
@@ -9,20 +10,20 @@ use crate::world::terrain::Terrain;
 use serde::{Deserialize, Serialize};
 use tautrack::robots::hylos::parameters::STANCE_HEIGHT;
 
-/// Half the side of the square that the ground covers, m, and where it begins on the y axis.
+/// Half the side of the square that the ground covers, m, and the minimum of its y, m.
 const EXTENT: f64 = 6.0;
 const NEAREST_Y: f64 = -4.0;
-/// Distance from crest to crest of the waves along x and y, m.
+/// Distance from crest to crest of the waves along x and along y, m.
 const WAVE_LENGTH: [f64; 2] = [1.1, 1.3];
 
-/// What of Hylos a run may change.
+/// Properties of Hylos that a scenario may change.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Hylos {
-    /// The legs move the body away from where it would tip over.
+    /// Whether the legs move the body away from where it would tip over.
     #[serde(default = "on")]
     pub posture_control: bool,
-    /// Height of the hips above the wheels' centres that the operator asks for.
+    /// Height of the hips above the wheels' centres that the operator commands.
     #[serde(default = "clearance")]
     pub clearance_m: f64,
     /// Acceleration and deceleration over ground.
@@ -46,7 +47,7 @@ fn acceleration() -> f64 {
 }
 
 impl Hylos {
-    /// The robot as the plant takes it.
+    /// Parameters of the plant, on ground with this coefficient of friction.
     pub fn parameters(&self, friction: f64) -> HylosParameters {
         HylosParameters {
             friction,
@@ -87,7 +88,7 @@ impl Section for Hylos {
     }
 
     fn front_m(&self) -> f64 {
-        // Its grounds have no edges ahead.
+        // Hylos' grounds have no edges ahead.
         0.0
     }
 
@@ -113,7 +114,7 @@ impl Section for Hylos {
 }
 
 impl Terrain {
-    /// The ground as Hylos' plant takes it; level where it cannot.
+    /// Ground for Hylos' plant. A terrain that it cannot represent becomes level ground.
     pub fn hillside(&self) -> Hillside {
         let [slope, foot_y, wave_height] = match *self {
             Self::Hillside {

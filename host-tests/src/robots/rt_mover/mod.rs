@@ -1,4 +1,5 @@
-//! RT-Mover in the simulator: its section of a scenario, its nodes, its plant.
+//! RT-Mover in the simulator: its section of a scenario file, its nodes, and its plant (the
+//! simulated physics).
 
 pub mod nodes;
 pub mod plant;
@@ -8,7 +9,7 @@ use super::section::Facts;
 use tautrack::robots::Body;
 use tautrack::robots::rt_mover::RtMover;
 
-/// What is known of RT-Mover without a scenario.
+/// Facts about RT-Mover that do not depend on a scenario.
 pub const FACTS: Facts = Facts {
     name: "RT-Mover",
     nodes: &nodes::NODES,

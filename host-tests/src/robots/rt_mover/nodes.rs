@@ -1,4 +1,4 @@
-//! RT-Mover's nodes: nine axles and the guard.
+//! RT-Mover's nodes, nine axles and the guard: their ids, settings and motors.
 
 use super::plant::SWITCH;
 use super::section::RtMover;
@@ -21,7 +21,7 @@ impl NodeName {
     pub const SEAT_PITCH: Self = Self::new("seat_pitch");
 }
 
-/// The nodes in the order of the plant's motors, and the guard.
+/// Names and ids of the nodes, in the order of the plant's motors; the guard is last.
 pub const NODES: [(NodeName, u8); 10] = [
     (NodeName::FRONT_LEFT_WHEEL, 2),
     (NodeName::FRONT_RIGHT_WHEEL, 3),
@@ -35,13 +35,14 @@ pub const NODES: [(NodeName, u8); 10] = [
     (NodeName::GUARD, 1),
 ];
 
-/// What each is told and moves.
+/// Returns the specification of every node: role, id, settings and motor.
 pub fn nodes(robot: &RtMover, conditions: &Conditions) -> Vec<NodeSpec> {
     NODES
         .into_iter()
         .map(|(name, id)| {
             let drive = Drive::of(name);
-            // Twenty-eight frames a period: at 4 ms they would take all of the bus.
+            // The nodes send twenty-eight frames per SYNC period; with a period of 4 ms these would
+            // take the whole bus.
             let mut settings = vec![(Setting::SyncPeriod, 5_000)];
             settings.extend(drive.map_or_else(|| guard(robot, conditions), Drive::settings));
             NodeSpec {
@@ -55,39 +56,43 @@ pub fn nodes(robot: &RtMover, conditions: &Conditions) -> Vec<NodeSpec> {
         .collect()
 }
 
-/// What a node moves.
+/// Kind of drive that a node moves.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Drive {
     Wheel,
-    /// Steering and pitch.
+    /// Steering shaft or pitch shaft.
     Shaft,
-    /// A roll shaft carries half of the robot on a lever of 0.3 m.
+    /// Roll shaft, which carries half of the robot on a lever of 0.3 m.
     Roll,
 }
 
-// Gains: with the inertia J at the output shaft and the torque T per ampere there, a velocity loop of bandwidth w needs J w / T.
+// Gains: a velocity loop of bandwidth w needs the gain J w / T, where J is the inertia and T the
+// torque per ampere, both at the output shaft.
 
-/// J = 0.036 (rotor) + 0.07 (a quarter of the robot) kg m^2, T = 2.4 N m/A, w = 100 rad/s. Gentle, so that no start feels like a step.
+/// Wheel: J = 0.036 (rotor) + 0.07 (a quarter of the robot) kg m^2, T = 2.4 N m/A, w = 100 rad/s.
+/// The acceleration limit is low, so that a start is not mistaken for contact with a step.
 const WHEEL: &[(Setting, i32)] = &[
     (Setting::VelocityLimit, 4_500),
     (Setting::AccelerationLimit, 5_000),
     (Setting::VelocityGain, 4_400),
     (Setting::PositionBits, 16),
 ];
-/// J = 0.225 (rotor) + 0.4 (arm with wheels, or seat) kg m^2, T = 6 N m/A, w = 60 rad/s.
+/// Steering and pitch: J = 0.225 (rotor) + 0.4 (arm with wheels, or seat) kg m^2, T = 6 N m/A, w =
+/// 60 rad/s.
 const SHAFT: &[(Setting, i32)] = &[(Setting::VelocityGain, 6_200)];
-/// J = 0.9 (rotor) + 1.3 (half of the robot) kg m^2, T = 12 N m/A, w = 60 rad/s.
+/// Roll: J = 0.9 (rotor) + 1.3 (half of the robot) kg m^2, T = 12 N m/A, w = 60 rad/s.
 const ROLL: &[(Setting, i32)] = &[(Setting::VelocityGain, 11_000)];
-/// What steering, pitch and roll have in common.
+/// Settings that steering, pitch and roll have in common.
 const GEARED: &[(Setting, i32)] = &[
-    // A heavy load aside moves arms and seat fast until their drives hold them.
+    // A heavy load off the centre line moves arms and seat fast until their drives hold them.
     (Setting::VelocityLimit, 3_000),
     (Setting::AccelerationLimit, 4_000),
     (Setting::PositionBits, 24),
     (Setting::HomingDirection, 1),
     (Setting::HomePosition, (SWITCH * 1e6) as i32),
     (Setting::HomingSpeed, 50),
-    // The wheels stand while their axle is steered: homing takes the whole current, and no creeping.
+    // The wheels stand still while their axle is steered, so homing needs the whole current and a
+    // higher approach speed.
     (Setting::HomingCurrent, 10_000),
     (Setting::HomingApproach, 500),
 ];
@@ -128,7 +133,8 @@ impl Drive {
         values
     }
 
-    /// The paper names no motors: B2P2's behind other gears (stall torque at 10 A: wheel 24 N m, shaft 60 N m, roll 120 N m).
+    /// Returns the motor model. The paper does not specify the motors. These are B2P2's motors with
+    /// other gears (stall torque at 10 A: wheel 24 N m, shaft 60 N m, roll 120 N m).
     fn motor(self) -> MotorModel {
         MotorModel {
             resistance: 0.6,
@@ -145,7 +151,8 @@ impl Drive {
     }
 }
 
-/// Levels of a robot that steps up with its centre of gravity 10 to 60 mm inside three wheels.
+/// Margin levels for a robot that steps up with its centre of gravity 10 to 60 mm inside the
+/// support of three wheels.
 const LEVELS: &[(Setting, i32)] = &[
     (Setting::CautionMargin, 16_000),
     (Setting::StopMargin, 6_000),

@@ -1,4 +1,5 @@
-//! RT-Mover in a scenario: what differs from the robot of the library, and its bounds.
+//! Section of a scenario file for RT-Mover: the values in which it differs from the robot of the
+//! library, and their bounds.
 
 use super::nodes;
 use super::plant::{self, RtMoverParameters};
@@ -10,17 +11,17 @@ use crate::world::terrain::Terrain;
 use serde::{Deserialize, Serialize};
 use tautrack::robots::rt_mover::parameters::{BODY_LENGTH, WHEEL_RADIUS};
 
-/// The leg-wheel robot; `[robot.rt_mover]` alone is the robot as the library has it.
+/// Section `[robot.rt_mover]` of the leg-wheel robot. An empty section is the robot of the library.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct RtMover {
-    /// Load on the seat; its place is from the body's middle.
+    /// Load on the seat; its place is relative to the middle of the body.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub payload: Option<Payload>,
 }
 
 impl RtMover {
-    /// The robot as the plant takes it, on ground of this friction.
+    /// Parameters of the plant, on ground with this coefficient of friction.
     pub fn parameters(&self, friction: f64) -> RtMoverParameters {
         RtMoverParameters {
             friction,

@@ -1,4 +1,5 @@
-//! Who sends when: the oldest frame of each participant competes, the lowest identifier wins, nobody interrupts a frame.
+//! Virtual CAN bus with arbitration: the oldest frame of each participant competes, the lowest
+//! identifier wins, and no frame is interrupted.
 
 use super::disturbance::Disturbance;
 use super::figures::Figures;
@@ -7,27 +8,31 @@ use std::collections::VecDeque;
 use std::fmt;
 use tautrack::can::Frame;
 
-/// Frames that one participant can have waiting: two steps' worth of what the link can carry.
+/// Maximum number of frames that one participant can have waiting: as many as the link carries in
+/// two steps.
 pub const QUEUE_CAPACITY: usize = 2 * tautrack::link::MAX_FRAMES;
 
-/// A frame that reached its listeners.
+/// Frame that was delivered to its receivers.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Delivered {
-    /// The frame as it was received.
+    /// The frame as received.
     pub frame: Frame,
-    /// Participant that sent it, and the only one connected that does not receive it.
+    /// Participant that sent it. All other connected participants receive it.
     pub sender: usize,
-    /// Steps from the one in which it was offered to the one in which it is received; at least 1.
+    /// Number of steps from the one in which the frame was offered to the one in which it is
+    /// received; at least 1.
     pub latency_steps: u64,
 }
 
-/// Two participants began to send the same identifier at once. A real bus would see their data bits clash and repeat
-/// both until one gives up; here they follow each other, lower participant first, and the mistake is reported.
+/// Error of the bus plan: two participants started to send the same identifier at the same time. On
+/// a real bus their data bits would collide, and both would repeat the frame until one gives up.
+/// Here both frames are sent one after the other, that of the lower participant first, and the
+/// collision is reported.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Collision {
-    /// The identifier that both used.
+    /// Identifier that both used.
     pub id: u16,
-    /// The participants, the one that went first first.
+    /// The two participants, in the order in which their frames are sent.
     pub participants: [usize; 2],
 }
 
@@ -42,12 +47,12 @@ impl fmt::Display for Collision {
     }
 }
 
-/// A participant offers more than the bus can take off it.
+/// Error: a participant offers more frames than the bus can carry.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Overflow {
-    /// The participant whose queue is full.
+    /// Participant whose queue is full.
     pub participant: usize,
-    /// Identifier of the frame that found no place and is not sent.
+    /// Identifier of the frame that did not fit into the queue and is not sent.
     pub id: u16,
 }
 
@@ -75,7 +80,7 @@ struct Participant {
     cut_off: bool,
 }
 
-/// A frame whose first bit is sent and whose last is not.
+/// Frame that is being sent and is not complete.
 #[derive(Clone, Copy, Debug)]
 struct InFlight {
     sender: usize,
@@ -83,9 +88,10 @@ struct InFlight {
     bits_left: u32,
 }
 
-/// A classic CAN bus at 1 Mbit/s whose participants offer frames between two steps and receive them after the next.
+/// Classic CAN bus at 1 Mbit/s. Participants offer frames between two steps and receive them after
+/// the next step.
 ///
-/// Participants are numbered from 0. A number outside the bus is a mistake of the caller and panics.
+/// Participants are numbered from 0. Methods panic if the number is not on the bus.
 #[derive(Debug)]
 pub struct Bus {
     participants: Vec<Participant>,
@@ -98,7 +104,7 @@ pub struct Bus {
 }
 
 impl Bus {
-    /// An idle bus with so many participants.
+    /// Creates an idle bus with `participants` participants.
     pub fn new(participants: usize) -> Self {
         Self {
             participants: vec![Participant::default(); participants],
@@ -111,10 +117,10 @@ impl Bus {
         }
     }
 
-    /// Queues `frame` behind those that `participant` already has waiting; the next step is the first that can carry it.
+    /// Appends `frame` to the queue of `participant`; it can be sent from the next step on.
     ///
     /// # Errors
-    /// [`Overflow`] when [`QUEUE_CAPACITY`] frames wait already; the frame is dropped.
+    /// [`Overflow`] if [`QUEUE_CAPACITY`] frames are already waiting; the frame is dropped.
     pub fn offer(&mut self, participant: usize, frame: Frame) -> Result<(), Overflow> {
         let Participant { queue, cut_off } = &mut self.participants[participant];
         if *cut_off {
@@ -133,9 +139,10 @@ impl Bus {
         Ok(())
     }
 
-    /// Lets one step pass and says what was received in it, in the order of the wire.
+    /// Runs one step and returns the frames received in it, in the order of the wire.
     ///
-    /// The bus carries exactly [`BITS_PER_STEP`]; a frame that began and did not end goes on in the next step.
+    /// The bus carries exactly [`BITS_PER_STEP`]; a frame that is not complete continues in the
+    /// next step.
     pub fn step(&mut self) -> &[Delivered] {
         self.delivered.clear();
         self.collisions.clear();
@@ -157,7 +164,8 @@ impl Bus {
         &self.delivered
     }
 
-    /// What `participant` received in the last step: all but its own frames; nothing while it is cut off.
+    /// Frames that `participant` received in the last step: all except its own; none while it is
+    /// cut off.
     pub fn received_by(&self, participant: usize) -> impl Iterator<Item = &Delivered> {
         let cut_off = self.participants[participant].cut_off;
         self.delivered
@@ -165,27 +173,28 @@ impl Bus {
             .filter(move |delivered| !cut_off && delivered.sender != participant)
     }
 
-    /// Identifiers that two participants used at once in the last step.
+    /// Collisions of the last step: identifiers that two participants used at the same time.
     pub fn collisions(&self) -> &[Collision] {
         &self.collisions
     }
 
-    /// Frames that `participant` has waiting, the one that is being sent not counted.
+    /// Number of frames that `participant` has waiting, without the one being sent.
     pub fn queue_depth(&self, participant: usize) -> usize {
         self.participants[participant].queue.len()
     }
 
-    /// Frames that `participant` can still offer without an [`Overflow`].
+    /// Number of frames that `participant` can still offer without an [`Overflow`].
     pub fn room(&self, participant: usize) -> usize {
         QUEUE_CAPACITY - self.queue_depth(participant)
     }
 
-    /// Load and latency since the start.
+    /// Load and latency since the start of the run.
     pub fn figures(&self) -> &Figures {
         &self.figures
     }
 
-    /// Unplugs `participant`: from now on it receives nothing, and what it has waiting or offers is lost.
+    /// Disconnects `participant`: from now on it receives nothing, and the frames that it has
+    /// waiting or offers are lost.
     pub fn cut_off(&mut self, participant: usize) {
         let Participant { queue, cut_off } = &mut self.participants[participant];
         *cut_off = true;
@@ -201,24 +210,25 @@ impl Bus {
         }
     }
 
-    /// Plugs `participant` in again.
+    /// Reconnects `participant`.
     pub fn reconnect(&mut self, participant: usize) {
         self.participants[participant].cut_off = false;
     }
 
-    /// Loses each frame with `probability` (0 to 1; 0 ends it) on the wire, where it still takes its time. Equal seeds
-    /// lose the same frames.
+    /// Loses each frame on the wire with `probability` (0 to 1; 0 ends the loss). A lost frame
+    /// still takes its time on the bus. Equal seeds lose the same frames.
     pub fn lose_frames(&mut self, probability: f64, seed: u64) {
         self.disturbance.lose(probability, seed);
     }
 
-    /// Flips data bit `bit` (0 is the lowest of byte 0) in the first frame that has it, counted from frame number
-    /// `from_number` of the run on (the first is 0).
+    /// Flips data bit `bit` (0 is the lowest of byte 0) in one frame: the first frame that has this
+    /// bit, from frame number `from_number` of the run on (counted from 0).
     pub fn flip_bit(&mut self, from_number: u64, bit: u8) {
         self.disturbance.flip(from_number, bit);
     }
 
-    /// The oldest frame of each participant competes; the lowest identifier is taken off its queue.
+    /// Selects the next frame: the oldest frame of each participant competes, and the one with the
+    /// lowest identifier is removed from its queue.
     fn arbitrate(&mut self) -> Option<InFlight> {
         let heads = self.participants.iter().enumerate();
         let mut heads = heads.filter_map(|(number, participant)| {
@@ -249,7 +259,7 @@ impl Bus {
         })
     }
 
-    /// Hands a frame whose last bit is number `end_bit` of this step to the listeners.
+    /// Delivers a frame whose last bit is number `end_bit` of this step.
     fn deliver(&mut self, sent: &InFlight, end_bit: u32) {
         let number = self.transferred;
         self.transferred += 1;

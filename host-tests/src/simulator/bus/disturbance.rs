@@ -1,8 +1,9 @@
-//! Faults of the bus, reproducible to the bit: every decision follows from a seed and the number of the frame.
+//! Faults of the bus. They are reproducible: each decision depends only on a seed and the number of
+//! the frame.
 
 use tautrack::can::Frame;
 
-/// What befalls frames on the wire, beside participants that are cut off.
+/// Faults that change or lose frames on the wire. Cut-off participants are handled elsewhere.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Disturbance {
     loss: Option<Loss>,
@@ -11,7 +12,7 @@ pub(super) struct Disturbance {
 
 #[derive(Clone, Copy, Debug)]
 struct Loss {
-    /// Frames are lost whose number hashes below this share of 2^64.
+    /// Frames whose number hashes below this value are lost: the probability times 2^64.
     threshold: u64,
     seed: u64,
 }
@@ -24,7 +25,8 @@ struct Flip {
 
 impl Disturbance {
     pub(super) fn lose(&mut self, probability: f64, seed: u64) {
-        // The cast saturates and turns NaN into zero: probability 1 loses every frame but one in 2^64.
+        // The cast saturates and turns NaN into zero. With probability 1, every frame is lost
+        // except one in 2^64.
         let threshold = (probability * 2_f64.powi(64)) as u64;
         self.loss = (threshold > 0).then_some(Loss { threshold, seed });
     }
@@ -33,7 +35,7 @@ impl Disturbance {
         self.flip = Some(Flip { from_number, bit });
     }
 
-    /// What the listeners get of frame number `number`; `None` is nothing.
+    /// Returns frame number `number` as it is received; `None` if it is lost.
     pub(super) fn apply(&mut self, frame: Frame, number: u64) -> Option<Frame> {
         if self
             .loss
@@ -62,8 +64,9 @@ fn with_flipped_bit(frame: &Frame, bit: u8) -> Option<Frame> {
     Frame::new(frame.id(), &data[..length])
 }
 
-/// Output function of `SplitMix64` (Steele, Lea, Flood, "Fast splittable pseudorandom number generators"): a bijection
-/// of 64 bits in which every input bit moves about half of the output bits.
+/// Output function of `SplitMix64` (Steele, Lea, Flood, "Fast splittable pseudorandom number
+/// generators"): a bijection of 64 bits in which every input bit changes about half of the output
+/// bits.
 fn mix(counter: u64) -> u64 {
     let mut z = counter.wrapping_add(0x9e37_79b9_7f4a_7c15);
     z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);

@@ -1,16 +1,17 @@
-//! What a run says of its bus: how busy it was and how long frames took.
+//! Statistics of the bus in a run: load and latency.
 
 use super::wire::BITS_PER_STEP;
 use std::collections::BTreeMap;
 use tautrack::link::STEP_US;
 
-/// Length of the window over which the load is averaged, in steps: 100 ms.
+/// Length of the window over which the load is averaged, in steps; equals 100 ms.
 pub const WINDOW_STEPS: usize = (100_000 / STEP_US) as usize;
 
-/// Load and latency since the start of a run. All bits are counted with worst-case stuffing, so a real bus is calmer.
+/// Load and latency since the start of a run. All bits are counted with worst-case stuffing, so the
+/// load of a real bus is lower.
 #[derive(Clone, Debug)]
 pub struct Figures {
-    /// Busy bits of the last [`WINDOW_STEPS`] steps; the bus was idle before the start.
+    /// Busy bits of the last [`WINDOW_STEPS`] steps; 0 for steps before the start.
     window: [u32; WINDOW_STEPS],
     window_bits: u64,
     busiest_window_bits: u64,
@@ -72,59 +73,64 @@ impl Figures {
         self.deepest_queue = self.deepest_queue.max(depth);
     }
 
-    /// Steps so far.
+    /// Number of steps so far.
     pub fn steps(&self) -> u64 {
         self.steps
     }
 
-    /// Frames that were delivered.
+    /// Number of frames that were delivered.
     pub fn frames(&self) -> u64 {
         self.frames
     }
 
-    /// Frames that were offered but never delivered: sent by a participant that was cut off, or lost on the wire.
+    /// Number of frames that were offered but not delivered: sent by a participant that was cut
+    /// off, or lost on the wire.
     pub fn lost(&self) -> u64 {
         self.lost
     }
 
-    /// How often two participants began to send the same identifier at once; each is a mistake in the bus plan.
+    /// Number of times that two participants started to send the same identifier at once; each is
+    /// an error of the bus plan.
     pub fn collisions(&self) -> u64 {
         self.collisions
     }
 
-    /// Most frames that one participant had waiting.
+    /// Maximum number of frames that one participant had waiting.
     pub fn deepest_queue(&self) -> usize {
         self.deepest_queue
     }
 
-    /// Share of the last step during which the bus was busy, 0 to 1.
+    /// Load of the bus in the last step: the fraction of the time during which it was busy, 0 to 1.
     pub fn step_load(&self) -> f64 {
         let last = (self.steps + WINDOW_STEPS as u64 - 1) % WINDOW_STEPS as u64;
         share(u64::from(self.window[last as usize]), 1)
     }
 
-    /// Share of the last 100 ms during which the bus was busy, 0 to 1.
+    /// Load of the bus in the last 100 ms: the fraction of the time during which it was busy, 0 to
+    /// 1.
     pub fn window_load(&self) -> f64 {
         share(self.window_bits, WINDOW_STEPS as u64)
     }
 
-    /// Largest [`Self::step_load`] so far.
+    /// Maximum of [`Self::step_load`] so far.
     pub fn busiest_step_load(&self) -> f64 {
         share(u64::from(self.busiest_step_bits), 1)
     }
 
-    /// Largest [`Self::window_load`] so far.
+    /// Maximum of [`Self::window_load`] so far.
     pub fn busiest_window_load(&self) -> f64 {
         share(self.busiest_window_bits, WINDOW_STEPS as u64)
     }
 
-    /// Share of the whole run during which the bus was busy, 0 to 1; 0 before the first step.
+    /// Load of the bus in the whole run: the fraction of the time during which it was busy, 0 to 1;
+    /// 0 before the first step.
     pub fn mean_load(&self) -> f64 {
         share(self.total_bits, self.steps.max(1))
     }
 
-    /// Longest time from the offer of a frame to its last bit, ms; 0 without frames. What a node sees is rounded up to
-    /// whole steps.
+    /// Maximum time from the offer of a frame to its last bit, ms; 0 without frames. A node
+    /// receives the frame at the end of the step, so the time that it sees is rounded up to whole
+    /// steps.
     pub fn worst_latency_ms(&self) -> f64 {
         milliseconds(self.worst_latency_us.values().copied().max().unwrap_or(0))
     }

@@ -1,8 +1,10 @@
-//! The virtual CAN bus: classic CAN at 1 Mbit/s between the nodes of a lockstep run, not a queue.
+//! Virtual CAN bus between the nodes of a lockstep run. It simulates classic CAN at 1 Mbit/s, with
+//! arbitration and transmission times.
 //!
-//! [`wire`]: how long a frame occupies the bus. [`arbitration`]: who sends when. [`figures`]: load and latency of a run.
-//! [`disturbance`]: what can be done to it. Not modelled: error frames, retransmission, bus-off; a disturbed frame is
-//! gone or wrong for every listener alike.
+//! [`wire`]: the time that a frame takes on the bus. [`arbitration`]: the order of the frames.
+//! [`figures`]: load and latency of a run. [`disturbance`]: faults of the bus. Error frames,
+//! retransmission and bus-off are not modelled; a disturbed frame is lost or wrong for all
+//! receivers.
 
 pub mod arbitration;
 pub mod disturbance;

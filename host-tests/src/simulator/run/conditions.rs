@@ -1,4 +1,4 @@
-//! What ends a run.
+//! Conditions that end a run.
 
 use super::Options;
 use crate::scenario::Scenario;
@@ -7,11 +7,11 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use tautrack::link::STEP_US;
 
-/// Slower than these is standing still.
+/// Speeds below which the robot counts as standing still, m/s and rad/s.
 const STILL_MPS: f64 = 0.005;
 const STILL_RADPS: f64 = 0.02;
 
-/// What ends a run.
+/// Conditions that end a run.
 pub(super) struct Conditions {
     pub steps: u64,
     pub toppled: bool,
@@ -37,7 +37,7 @@ impl Conditions {
     }
 }
 
-/// Whether an armed robot, its belts and its joint stood still from one sample to the next.
+/// Whether an armed robot, its belts and its joint stood still between two samples.
 pub(super) fn is_still(before: Option<&Sample>, now: &Sample) -> bool {
     let truth = &now.truth;
     let speeds = [truth.ground_speed, truth.belt_speed[0], truth.belt_speed[1]];

@@ -1,10 +1,10 @@
-//! Why a run ended before its time.
+//! Errors of a run.
 
 use super::process::NodeError;
 use crate::simulator::bus::Overflow;
 use std::fmt;
 
-/// Why a run ended before its time.
+/// Reason why a run ended before its planned end.
 #[derive(Debug)]
 pub enum RunError {
     /// A node could not be started, refused its settings, or did not answer.
@@ -13,7 +13,7 @@ pub enum RunError {
     Overflow(Overflow),
     /// The user ended the run.
     Interrupted,
-    /// A client is the operator, and none opened the channel in time.
+    /// The scenario's operator is a client, and no client opened the channel in time.
     NoClient,
 }
 

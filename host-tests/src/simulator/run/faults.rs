@@ -1,4 +1,4 @@
-//! Makes a scenario's faults happen, and keeps who noticed them, and when.
+//! Injects the faults of a scenario, and records which node reported each fault first, and when.
 
 use super::listener::{Listener, Notice};
 use super::process::Node;
@@ -14,7 +14,7 @@ struct Planned {
     notice: Option<Notice>,
 }
 
-/// The faults of one run.
+/// Faults of one run.
 pub struct Faults {
     planned: Vec<Planned>,
     nodes: Vec<NodeName>,
@@ -22,7 +22,7 @@ pub struct Faults {
 }
 
 impl Faults {
-    /// The faults of this scenario, none of them begun, on a robot with these nodes.
+    /// Creates the faults of this scenario, before their start, for a robot with these nodes.
     pub fn new(scenario: &Scenario, nodes: Vec<NodeName>) -> Self {
         let planned = |fault: &Fault| Planned {
             fault: fault.clone(),
@@ -37,7 +37,7 @@ impl Faults {
         }
     }
 
-    /// Begins and ends what is due; returns the numbers of the nodes that start again now.
+    /// Starts and ends the faults that are due. Returns the numbers of the nodes that restart now.
     pub fn apply(&mut self, time_us: u64, bus: &mut Bus, nodes: &mut [Option<Node>]) -> Vec<usize> {
         let mut starting = Vec::new();
         for planned in &mut self.planned {
@@ -59,7 +59,7 @@ impl Faults {
         starting
     }
 
-    /// Whether the encoder of this node keeps its last count now.
+    /// Whether a fault freezes the encoder of this node at its last count now.
     pub fn encoder_frozen(&self, node: usize) -> bool {
         self.planned.iter().any(|planned| {
             planned.begun
@@ -69,7 +69,7 @@ impl Faults {
         })
     }
 
-    /// Takes what was said on the bus, and tells the log what began.
+    /// Assigns the new fault reports from the bus to the faults, and logs the faults that started.
     pub fn notice(&mut self, time_us: u64, listener: &mut Listener) {
         let notices = listener.take_notices();
         for planned in &mut self.planned {
@@ -92,7 +92,7 @@ impl Faults {
         }
     }
 
-    /// What became of each.
+    /// Returns the facts about each fault.
     pub fn facts(&self) -> Vec<FaultFacts> {
         self.planned.iter().map(facts).collect()
     }
@@ -111,7 +111,7 @@ fn facts(planned: &Planned) -> FaultFacts {
     }
 }
 
-/// Number of the node that a fault befalls, if it is one of the robot's.
+/// Index of the node with the fault, if it is a node of the robot.
 fn place(nodes: &[NodeName], what: &FaultKind) -> Option<usize> {
     let befallen = what.node()?;
     nodes.iter().position(|name| *name == befallen)
@@ -148,7 +148,8 @@ fn end(what: &FaultKind, node: Option<usize>, seed: u64, bus: &mut Bus) {
     match (*what, node) {
         (FaultKind::BusCut(_) | FaultKind::Restart(_), Some(node)) => bus.reconnect(node),
         (FaultKind::FrameLoss { .. }, _) => bus.lose_frames(0.0, seed),
-        // A dead node stays dead, a flip is over at once, and a frozen encoder is asked about every step.
+        // A dead node stays dead, a flip affects one frame, and `encoder_frozen` reads the state of
+        // a frozen encoder.
         _ => {}
     }
 }

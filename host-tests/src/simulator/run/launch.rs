@@ -1,4 +1,5 @@
-//! What starts a node: its program, its board and its start message, kept so that it can start again.
+//! Launches a node from its program, board and start message. These are stored, so that the node
+//! can be restarted.
 
 use super::Options;
 use super::process::{Node, NodeError};
@@ -8,7 +9,7 @@ use std::time::Duration;
 use tautrack::link::{MAX_SETTINGS, Ready, Start, VERSION};
 use tautrack::settings::Setting;
 
-/// Everything that one node's process is started with.
+/// Everything needed to start the process of one node.
 pub struct Launch {
     name: NodeName,
     board: Board,
@@ -18,8 +19,8 @@ pub struct Launch {
 }
 
 impl Launch {
-    /// The launch of the node `spec`; `options` may replace its program and set its timeout, `seed`
-    /// is that of its noise.
+    /// Creates the launch of the node `spec`. `options` may replace its program and set its
+    /// timeout; `seed` is the seed of its noise.
     pub fn new(spec: &NodeSpec, programs: &Programs, options: &Options, seed: u64) -> Self {
         let (board, program) = program_of(spec, programs, &options.exchanged);
         Self {
@@ -36,7 +37,7 @@ impl Launch {
         }
     }
 
-    /// Starts a process, the same each time.
+    /// Starts the process; each start is the same.
     ///
     /// # Errors
     /// Those of [`Node::start`].
@@ -49,13 +50,13 @@ impl Launch {
         Ok((node, ready))
     }
 
-    /// SHA-256 of the program.
+    /// SHA-256 of the program, hexadecimal.
     pub fn program_sha256(&self) -> &str {
         &self.program.sha256
     }
 }
 
-/// A node's settings as key and value.
+/// Returns a node's settings as pairs of key and value.
 fn settings(spec: &NodeSpec) -> heapless::Vec<(u16, i32), MAX_SETTINGS> {
     let id = (Setting::NodeId, i32::from(spec.id));
     std::iter::once(&id)

@@ -1,4 +1,5 @@
-//! Decodes what the bus makes public, for the operator, the report and the notice of faults.
+//! Decodes the frames that nodes publish on the bus, for the operator, the report and the detection
+//! of fault reports.
 
 use crate::robots::{NodeName, NodeSpec, Posture, Robot};
 use crate::scenario::BusView;
@@ -16,50 +17,52 @@ use tautrack::node::guard::State;
 use tautrack::stability::filter::Verdict;
 use tautrack::stability::support::Edge;
 
-/// What the operator can see.
+/// Information that the operator can read from the bus.
 #[derive(Clone, Debug, Default)]
 pub struct View {
-    /// What a script's conditions are about.
+    /// Values that the conditions of a script use.
     pub bus: BusView,
-    /// State of the guard, once it spoke.
+    /// State of the guard; `None` before its first state frame.
     pub state: Option<State>,
     /// Chassis angle that the guard passes on, rad.
     pub passed_theta: f64,
 }
 
-/// Somebody said on the bus that something is wrong.
+/// Fault report that was sent on the bus.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Notice {
-    /// Who said so.
+    /// Node that sent the report.
     pub by: NodeName,
-    /// Whom the guard names, if it did.
+    /// Faulty node that the guard names, if it names one.
     pub about: Option<NodeName>,
-    /// When, us.
+    /// Time of the report, us.
     pub time_us: u64,
 }
 
-/// Hears every frame of the bus.
+/// Decodes every frame of the bus.
 #[derive(Debug)]
 pub struct Listener {
-    /// Names and ids, the guard last.
+    /// Names and ids of the nodes, the guard last.
     nodes: Vec<(NodeName, u8)>,
     stages: &'static [&'static str],
     view: View,
     received: Received,
     posture: Posture,
     fault_report: (u8, u16),
-    /// Faults in the log that are not yet over: node and code.
+    /// Faults in the log that have not ended: node and code.
     logged: BTreeSet<(u8, u16)>,
-    /// Codes of the guard's emergency frames whose node is not yet known, and the samples that they have waited.
+    /// Codes of the guard's emergency frames whose node is not known yet, and the number of samples
+    /// for which they have waited.
     unnamed: Vec<(u16, u8)>,
     notices: Vec<Notice>,
 }
 
-/// Samples after which a fault of the guard is logged without a node: its state should name one within a period of SYNC.
+/// Number of samples after which a fault of the guard is logged without a node. The guard's state
+/// frame should name the node within one SYNC period.
 const NAMED_WITHIN: u8 = 5;
 
 impl Listener {
-    /// Listens to this robot with these nodes, the guard last.
+    /// Creates the listener for this robot with these nodes, the guard last.
     pub fn new(nodes: &[NodeSpec], robot: &Robot) -> Self {
         Self {
             nodes: nodes.iter().map(|node| (node.name, node.id)).collect(),
@@ -91,7 +94,7 @@ impl Listener {
             .map_or_else(|| format!("node {id}"), |name| name.to_string())
     }
 
-    /// Takes one delivered frame.
+    /// Decodes one delivered frame.
     pub fn receive(&mut self, frame: &Frame, time_us: u64) {
         let guard = self.guard();
         if let Some(motion) = GuardMotion::from_frame(frame, transmit(1), guard) {
@@ -131,12 +134,12 @@ impl Listener {
         self.view.passed_theta = self.received.passed_theta;
     }
 
-    /// What the operator can see.
+    /// Information that the operator can read from the bus.
     pub fn view(&self) -> &View {
         &self.view
     }
 
-    /// What was received, for a sample; its events are handed over once.
+    /// Returns the received values for a sample. Each event is returned once.
     pub fn take(&mut self) -> Received {
         for (_, samples) in &mut self.unnamed {
             *samples += 1;
@@ -163,7 +166,7 @@ impl Listener {
         });
     }
 
-    /// Adds to the next sample that the runner injects a fault.
+    /// Adds an event to the next sample: the runner injects a fault.
     pub fn note_injected(&mut self, text: String) {
         self.received.events.push(Event {
             level: Level::Warning,
@@ -193,7 +196,7 @@ impl Listener {
         }
     }
 
-    /// Notices since the last call.
+    /// Returns the fault reports since the last call.
     pub fn take_notices(&mut self) -> Vec<Notice> {
         std::mem::take(&mut self.notices)
     }
@@ -219,7 +222,7 @@ impl Listener {
         let fault_report = (state.fault_node, state.fault_code);
         if fault_report != self.fault_report && fault_report.1 != 0 {
             let about = self.name_of(fault_report.0);
-            // The guard's emergency frame has the same code without the node.
+            // The guard's emergency frame has the same code, but not the node.
             self.unnamed.retain(|(code, _)| *code != fault_report.1);
             if self.logged.insert(fault_report) {
                 let words = fault_words(fault_report.1);
@@ -238,7 +241,7 @@ impl Listener {
         self.fault_report = fault_report;
     }
 
-    /// The world's x axis points north, its y axis west.
+    /// Decodes the position. The world's x axis points north, its y axis west.
     fn receive_position(&mut self, position: GuardPosition) {
         let GuardPosition {
             north,
@@ -276,7 +279,7 @@ impl Listener {
     }
 }
 
-/// An angle of 2^-16 turns in rad.
+/// Converts an angle of 2^-16 turns to rad.
 fn turn(binary: i16) -> f64 {
     f64::from(binary) / 65_536.0 * TAU
 }
@@ -286,7 +289,7 @@ fn fault_words(code: u16) -> String {
     format!("{name} ({code:#06x})")
 }
 
-/// A verdict as results and pages show it: what happens to the command, a colon, and the reason.
+/// Describes a verdict in results and pages: the effect on the command, a colon, and the reason.
 pub fn words(verdict: Verdict) -> String {
     let edge = |edge: Edge| match edge {
         Edge::Back => "backward margin",

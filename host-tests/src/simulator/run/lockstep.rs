@@ -1,5 +1,5 @@
-//! One step of a run: what each participant does within a millisecond of virtual time, and in which
-//! order.
+//! Runs one step of a run: the actions of each participant within a millisecond of virtual time,
+//! and their order.
 
 use super::faults::Faults;
 use super::launch::Launch;
@@ -19,13 +19,13 @@ use std::time::Duration;
 use tautrack::can::Frame;
 use tautrack::link::{MAX_FRAMES, MAX_SERIAL, STEP_US, Sensors, Shaft, Step};
 
-/// A robot on its bus, with everything around it.
+/// Running simulation: a robot's nodes on their bus, its plant, the operator and the faults.
 pub(super) struct Run {
-    /// In the order of the machine's, the guard last; their places are their numbers on the bus,
-    /// where the operator and the clients follow.
+    /// The nodes in the robot's order, the guard last; `None` for a dead node. Their indices are
+    /// their numbers on the bus, followed by those of the operator and the clients.
     nodes: Vec<Option<Node>>,
     launches: Vec<Launch>,
-    /// Virtual time at which each node was last powered up, us: its clock begins there.
+    /// Virtual time at which each node was last powered up, us; its clock starts there.
     powered_up_us: Vec<u64>,
     node_facts: Vec<NodeFacts>,
     bus: Bus,
@@ -37,12 +37,12 @@ pub(super) struct Run {
     hash: Sha256,
     pub log: Vec<String>,
     pub frames: Vec<BusFrame>,
-    /// Shafts of the last step.
+    /// Output shafts of the drives in the last step.
     shafts: Vec<Option<Shaft>>,
 }
 
 impl Run {
-    /// Starts all nodes.
+    /// Starts all nodes and creates the plant.
     pub fn start(
         scenario: &Scenario,
         programs: &Programs,
@@ -53,7 +53,7 @@ impl Run {
         let mut node_facts = Vec::new();
         let mut launches = Vec::new();
         for (index, spec) in specs.iter().enumerate() {
-            // Each node's noise is its own.
+            // Each node has its own noise.
             let seed = scenario
                 .seed
                 .wrapping_mul(0x1_0001)
@@ -89,7 +89,7 @@ impl Run {
         })
     }
 
-    /// One millisecond: what was offered is delivered, the nodes and the operator answer, the world
+    /// Runs one millisecond: the bus delivers frames, nodes and operator answer, and the plant
     /// moves.
     pub fn step(&mut self, step: u64) -> Result<(), RunError> {
         let time_us = step * STEP_US;
@@ -102,7 +102,7 @@ impl Run {
 
         let mut inboxes = vec![heapless::Vec::<Frame, MAX_FRAMES>::new(); self.nodes.len()];
         for (index, inbox) in inboxes.iter_mut().enumerate() {
-            // A bus at 1 Mbit/s cannot deliver more in one step than the inbox holds.
+            // A bus at 1 Mbit/s cannot deliver more frames in one step than the inbox holds.
             inbox.extend(
                 self.bus
                     .received_by(index)
@@ -114,7 +114,7 @@ impl Run {
             let sensors = self.sensors(index);
             let mut serial = heapless::Vec::new();
             if index == self.guard_number() {
-                // The line is slower than what a step can carry.
+                // The serial line is slower than what a step message can carry.
                 serial.extend(self.plant.serial().iter().copied().take(MAX_SERIAL));
             }
             if let Some(node) = &mut self.nodes[index] {
@@ -154,8 +154,8 @@ impl Run {
         self.nodes.len() + 1
     }
 
-    /// Lets the bus work for one step. Operator, report and hash receive every frame, a client all
-    /// but its own.
+    /// Runs the bus for one step. Operator, report and hash receive every frame; a client receives
+    /// all except its own.
     fn deliver(&mut self, time_us: u64) {
         let first = self.first_client_number();
         for delivered in self.bus.step() {
@@ -195,7 +195,7 @@ impl Run {
         }
     }
 
-    /// Takes the nodes' answers: shafts for the plant, frames for the bus.
+    /// Collects the nodes' answers: shafts for the plant, frames for the bus.
     fn collect(&mut self, time_us: u64) -> Result<Vec<Option<Shaft>>, RunError> {
         let mut shafts = vec![None; self.guard_number()];
         for (index, slot) in self.nodes.iter_mut().enumerate() {
@@ -216,7 +216,7 @@ impl Run {
         Ok(shafts)
     }
 
-    /// What is recorded of this step.
+    /// Returns the sample of this step.
     pub fn sample(&mut self, step: u64) -> Sample {
         let mut received = self.listener.take();
         received.bus_load = self.bus.figures().window_load();
@@ -233,13 +233,13 @@ impl Run {
         }
     }
 
-    /// Virtual times at which the operator's script changed what is commanded, its start included, s.
+    /// Virtual times at which the operator's script changed the command, including its start, s.
     pub fn commands_s(&self) -> Vec<f64> {
         let times = self.operator.commands_us().iter();
         times.map(|time_us| *time_us as f64 * 1e-6).collect()
     }
 
-    /// What is known at the end of a run of so many steps.
+    /// Returns the facts about a run of `steps` steps that took `wall` of wall-clock time.
     pub fn facts(&self, wall: Duration, steps: u64) -> RunFacts {
         let hash = self.hash.clone().finalize();
         RunFacts {

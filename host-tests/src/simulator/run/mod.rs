@@ -1,10 +1,10 @@
-//! The lockstep runner: node programs, one bus, one plant, one operator, a millisecond at a time.
+//! Lockstep runner: runs node programs, a bus, a plant and an operator, one millisecond at a time.
 //!
-//! [`process`] talks to one node program, `node_log` reads what it logs, `launch` starts it,
-//! [`operator`] drives, [`listener`] decodes what the bus makes public, [`faults`] makes things go
-//! wrong, `lockstep` is the order of one step, [`pace`] keeps to the wall clock, `recorder` goes
-//! from the first step to the last one, which `conditions` decides. `options`, `outcome` and
-//! `error` are what goes in and what comes out.
+//! [`process`] communicates with one node program, `node_log` decodes its log, and `launch` starts
+//! it. [`operator`] plays the operator's script, [`listener`] decodes the published frames,
+//! [`faults`] injects faults. `lockstep` runs one step, [`pace`] follows the wall clock, and
+//! `recorder` runs and records all steps until one of the `conditions` ends the run. `options` are
+//! the inputs, `outcome` and `error` the results.
 
 mod conditions;
 mod error;
@@ -31,7 +31,7 @@ use crate::scenario::Scenario;
 /// Runs `scenario` with the nodes of `programs` and calls `progress` at every sample.
 ///
 /// # Errors
-/// [`RunError`]; no node outlives the call.
+/// [`RunError`]. All node processes have ended when this returns.
 pub fn run(
     scenario: &Scenario,
     programs: &Programs,

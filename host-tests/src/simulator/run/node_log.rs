@@ -1,22 +1,23 @@
-//! Log bytes of a node as lines of text: the same lines on whatever board it runs.
+//! Decodes the log bytes of a node to lines of text. The lines are the same for every board.
 
 use crate::programs::Board;
 use defmt_decoder::{DecodeError, Table};
 use std::fs;
 use std::path::Path;
 
-/// Puts a node's log bytes together to records, which may be spread over several steps.
+/// Assembles a node's log bytes to records, which may be spread over several steps.
 pub struct LogReader {
-    /// The texts of an emulated node's records, which stay behind in its ELF file; a native node sends text.
+    /// Texts of an emulated node's records, read from its ELF file; `None` for a native node, which
+    /// sends text.
     texts: Option<Table>,
     pending: Vec<u8>,
 }
 
 impl LogReader {
-    /// Reader for the program at `path`.
+    /// Creates a reader for the program at `path`.
     ///
     /// # Errors
-    /// Says why the texts cannot be read from the program's file.
+    /// A text that says why the log texts cannot be read from the program's file.
     pub fn new(board: Board, path: &Path) -> Result<Self, String> {
         let texts = match board {
             Board::Native => None,
@@ -28,10 +29,11 @@ impl LogReader {
         })
     }
 
-    /// The records that end with these bytes, one line each: `WARN: what happened`.
+    /// Returns the records that are complete with these bytes, one line each:
+    /// `WARN: what happened`.
     pub fn lines(&mut self, bytes: &[u8]) -> Vec<String> {
         self.pending.extend_from_slice(bytes);
-        // Both kinds of records end with a byte that is nowhere else in them.
+        // Records of both kinds end with a byte that occurs nowhere else in them.
         let last = if self.texts.is_some() { 0 } else { b'\n' };
         let end = self.pending.iter().rposition(|byte| *byte == last);
         let records: Vec<u8> = self.pending.drain(..end.map_or(0, |at| at + 1)).collect();

@@ -1,4 +1,4 @@
-//! The operator: one more participant of the bus, who sees and uses nothing but the guard's public objects.
+//! Operator of a run: a participant of the bus that uses only the guard's public objects.
 
 use super::listener::View;
 use crate::robots::Posture;
@@ -11,7 +11,7 @@ use tautrack::node::guard::State;
 /// Time between two commands, us.
 pub const PERIOD_US: u64 = 20_000;
 
-/// Plays a scenario's script from the moment at which the guard is armed.
+/// Plays the script of a scenario, starting when the guard is armed.
 pub struct Operator {
     scenario: crate::scenario::Operator,
     script: Option<Script>,
@@ -20,8 +20,8 @@ pub struct Operator {
     commands_us: Vec<u64>,
     theta: f64,
     sequence: u8,
-    /// A request to stop went out while the guard was ready; from the next command on the request is
-    /// to arm, and stays so.
+    /// `stopped`: a stop request was sent while the guard was ready. `asks_to_arm`: from the next
+    /// command on, the request is to arm.
     stopped: bool,
     asks_to_arm: bool,
     guard: u8,
@@ -29,9 +29,9 @@ pub struct Operator {
 }
 
 impl Operator {
-    /// The operator of this scenario, who commands the guard with this id and arms it as soon as it
-    /// is ready. From `let_go_s` on no motion is commanded; from `disarm_s` on the request is to
-    /// disarm. Sends nothing where a client is the operator.
+    /// Creates the operator of this scenario, who commands the guard with node id `guard` and arms
+    /// it as soon as it is ready. From `let_go_s` on, no motion is commanded; from `disarm_s` on,
+    /// the request is to disarm. Sends nothing if a client is the operator.
     pub fn new(
         scenario: &Scenario,
         guard: u8,
@@ -54,12 +54,12 @@ impl Operator {
         }
     }
 
-    /// Times at which the script changed what is commanded, its start included, us.
+    /// Times at which the script changed the command, including its start, us.
     pub fn commands_us(&self) -> &[u64] {
         &self.commands_us
     }
 
-    /// The command to send at this time, if one is due.
+    /// Returns the command to send at this time, if one is due.
     pub fn tick(&mut self, time_us: u64, view: &View) -> Option<Frame> {
         if self.scenario.client || !time_us.is_multiple_of(PERIOD_US) {
             return None;

@@ -1,9 +1,9 @@
-//! What a run tells on its way and leaves behind.
+//! Progress and results of a run.
 
 use crate::simulator::facts::RunFacts;
 use crate::simulator::record::{BusFrame, Sample};
 
-/// How far a run has come.
+/// Progress of a run.
 pub struct Progress<'a> {
     /// Virtual time, s.
     pub time_s: f64,
@@ -13,18 +13,17 @@ pub struct Progress<'a> {
     pub state: &'a str,
 }
 
-/// What a run leaves behind.
+/// Results of a run.
 pub struct Outcome {
     /// Samples at [`crate::simulator::record::SAMPLE_HZ`].
     pub samples: Vec<Sample>,
     /// Every frame that the bus delivered, in order.
     pub frames: Vec<BusFrame>,
-    /// What only the runner knows.
+    /// Facts collected by the runner.
     pub facts: RunFacts,
     /// Log lines of the nodes, with time and node.
     pub log: Vec<String>,
-    /// Virtual times at which the operator's script changed what is commanded, its start included,
-    /// s.
+    /// Virtual times at which the operator's script changed the command, including its start, s.
     pub commands_s: Vec<f64>,
     /// Number of clients that took part.
     pub clients: usize,

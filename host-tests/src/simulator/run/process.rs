@@ -1,4 +1,4 @@
-//! One node program as a process: its start, its messages, its end.
+//! Runs one node program as a process: starts it, exchanges messages with it, ends it.
 
 use super::node_log::LogReader;
 use crate::programs::Board;
@@ -15,13 +15,13 @@ use std::thread::{self, JoinHandle, sleep};
 use std::time::{Duration, Instant};
 use tautrack::link::{FromNode, MAX_MESSAGE, Ready, Start, Step, Stepped, ToNode, VERSION};
 
-/// Maximum time of the wall clock that a node may take for an answer, if none is set. It allows for
-/// a heavily loaded computer, not for a slow node.
+/// Default maximum wall-clock time for an answer of a node. It is long enough for a heavily loaded
+/// computer.
 const TIMEOUT: Duration = Duration::from_secs(60);
-/// Time in which a process that closed its pipes ends, and what it wrote last is read.
+/// Time within which a process ends after it closed its pipes and its last output is read.
 const ENDING: Duration = Duration::from_secs(1);
 
-/// What went wrong with a node.
+/// Error of a node.
 #[derive(Debug)]
 pub struct NodeError {
     name: NodeName,
@@ -36,13 +36,14 @@ impl fmt::Display for NodeError {
 
 impl std::error::Error for NodeError {}
 
-/// A running node program; dropping it ends the process.
+/// Running node program; the process ends when this is dropped.
 pub struct Node {
     name: NodeName,
     process: Child,
     input: ChildStdin,
     output: ChildStdout,
-    /// Copies the standard error of the process to that of this program; whether there was any.
+    /// Thread that copies the standard error of the process to that of this program. It returns
+    /// whether there was any output.
     words: Option<JoinHandle<bool>>,
     log: LogReader,
     buffer: Vec<u8>,
@@ -50,10 +51,11 @@ pub struct Node {
 }
 
 impl Node {
-    /// Starts the program at `path` and hands it `start`.
+    /// Starts the program at `path` and sends it `start`.
     ///
     /// # Errors
-    /// When the program cannot be started, speaks another version, or refuses its settings; the text is the node's own.
+    /// If the program cannot be started, has another version of the link, or refuses its settings;
+    /// the error then contains the node's own text.
     pub fn start(
         name: NodeName,
         board: Board,
@@ -67,7 +69,7 @@ impl Node {
             .stdin(Stdio::piped())
             .stdout(Stdio::piped())
             .stderr(Stdio::piped())
-            // Ctrl-C in a terminal ends this program alone, which then ends its nodes.
+            // Ctrl-C in a terminal ends only this program, which then ends its nodes.
             .process_group(0)
             .spawn()
             .map_err(|error| fail(format!("{} does not start: {error}", path.display())))?;
@@ -102,25 +104,25 @@ impl Node {
         }
     }
 
-    /// Name in the robot.
+    /// Name of the node in the robot.
     pub fn name(&self) -> NodeName {
         self.name
     }
 
-    /// Sets the time of the wall clock that the node may take for an answer from now on.
+    /// Sets the maximum wall-clock time for an answer from now on.
     pub fn set_timeout(&mut self, timeout: Duration) {
         self.timeout = timeout;
     }
 
-    /// What the node logged, from the log bytes of its answers; each line is a whole record.
+    /// Returns the log lines in the node's answer; each line is a whole record.
     pub fn log_lines(&mut self, stepped: &Stepped) -> Vec<String> {
         self.log.lines(&stepped.log)
     }
 
-    /// Hands over one step; [`Node::receive`] must follow.
+    /// Sends one step; [`Node::receive`] must follow.
     ///
     /// # Errors
-    /// When the node is gone.
+    /// If the process has ended.
     pub fn send(&mut self, step: Step) -> Result<(), NodeError> {
         self.write(&ToNode::Step(step))
     }
@@ -128,7 +130,7 @@ impl Node {
     /// Waits for the answer to a step.
     ///
     /// # Errors
-    /// When the node is gone, does not answer within the timeout, or answers something else.
+    /// If the process has ended, does not answer within the timeout, or sends another message.
     pub fn receive(&mut self) -> Result<Stepped, NodeError> {
         match self.read()? {
             FromNode::Stepped(stepped) => Ok(stepped),
@@ -148,7 +150,7 @@ impl Node {
         written.map_err(|error| self.gone(&error))
     }
 
-    /// Takes the one answer that is due, with as few calls to the system as it comes in pieces.
+    /// Reads one answer, with as few system calls as its pieces allow.
     fn read(&mut self) -> Result<FromNode, NodeError> {
         let mut bytes = std::mem::take(&mut self.buffer);
         bytes.resize(MAX_MESSAGE + 2, 0);
@@ -161,7 +163,7 @@ impl Node {
         message
     }
 
-    /// Reads until a whole message stands in `bytes`; its length behind the prefix.
+    /// Reads until `bytes` holds a whole message. Returns its length without the prefix.
     fn fill(&mut self, bytes: &mut [u8]) -> io::Result<usize> {
         let deadline = Instant::now() + self.timeout;
         let mut have = 0;
@@ -197,7 +199,7 @@ impl Node {
                     ));
                 }
                 Ok(_) => return Ok(()),
-                // A signal to this program.
+                // A signal interrupted the call.
                 Err(Errno::INTR) => {}
                 Err(error) => return Err(error.into()),
             }
@@ -211,7 +213,7 @@ impl Node {
         }
     }
 
-    /// The error of a node whose pipes fail: how its program ended, if it did.
+    /// Returns the error of a node whose pipes fail. If its program has ended, the error says how.
     fn gone(&mut self, error: &io::Error) -> NodeError {
         if error.kind() == io::ErrorKind::TimedOut {
             return self.error(error);
@@ -232,7 +234,7 @@ impl Node {
         self.error(format!("its program ended ({status}); {words}"))
     }
 
-    /// Whether the process, which has ended, wrote anything to standard error; by then it is
+    /// Whether the process, which has ended, wrote anything to standard error. Waits until that is
     /// copied.
     fn spoke(&mut self, deadline: Instant) -> bool {
         let Some(words) = self.words.take() else {
@@ -248,14 +250,14 @@ impl Node {
     }
 }
 
-/// Copies a node's standard error to that of this program; whether there was any.
+/// Copies a node's standard error to that of this program. Returns whether there was any output.
 fn copy(mut from: ChildStderr) -> bool {
     io::copy(&mut from, &mut io::stderr()).is_ok_and(|count| count > 0)
 }
 
 impl Drop for Node {
     fn drop(&mut self) {
-        // It may be gone already; either way nothing is left to do about it.
+        // The process may have ended already; errors are ignored in both cases.
         let _ = self.process.kill();
         let _ = self.process.wait();
     }

@@ -1,4 +1,4 @@
-//! Makes the steps of a run until it ends, and records it.
+//! Runs the steps of a run until it ends, and records it.
 
 use super::conditions::{Conditions, is_still};
 use super::lockstep::Run;
@@ -10,17 +10,17 @@ use crate::simulator::record::{SAMPLE_HZ, Sample};
 use crate::simulator::slcan::SlcanPort;
 use std::time::{Duration, Instant};
 
-/// Steps that a run goes on after the robot turned over, when it ends for that.
+/// Number of steps for which a run continues after the robot has toppled, if toppling ends it.
 const AFTER_TOPPLING: u64 = 500;
-/// Steps that a run goes on after the last client has left, if a client is the operator: time to
-/// come back.
+/// Number of steps for which a run continues after the last client has left, if a client is the
+/// operator. In this time a client can reconnect.
 const AFTER_CLIENTS: u64 = 5_000;
 
-/// As [`super::run()`], but a run that breaks in the middle also returns what it recorded until
-/// then, with the reason.
+/// Runs a scenario like [`super::run()`]. If the run fails after its start, it also returns what
+/// was recorded until then, with the error.
 ///
 /// # Errors
-/// [`RunError`] of a run that did not begin.
+/// [`RunError`] of a run that did not start.
 pub fn record(
     scenario: &Scenario,
     programs: &Programs,
@@ -59,11 +59,11 @@ pub fn record(
     Ok((outcome, broken))
 }
 
-/// A run and what is recorded of it.
+/// A run and its record.
 struct Recorder {
     run: Run,
     samples: Vec<Sample>,
-    /// Steps done.
+    /// Number of steps done.
     step: u64,
     conditions: Conditions,
 }
@@ -78,7 +78,7 @@ impl Recorder {
         if conditions.interrupted() {
             return Err(RunError::Interrupted);
         }
-        // Without a wait a client may still join later.
+        // With a timeout of zero, a client may still join later.
         let may_join = joined || !conditions.client_operates || timeout == Some(Duration::ZERO);
         if may_join {
             Ok(())

@@ -1,4 +1,4 @@
-//! One connection of an SLCAN client: its lines in, its lines out.
+//! Connection of an SLCAN client: reads its lines and writes answers and frames.
 
 use super::Request;
 use std::collections::VecDeque;
@@ -7,14 +7,15 @@ use std::net::TcpStream;
 use std::time::{Duration, Instant};
 use tautrack::can::Frame;
 
-/// Longest line of the protocol: `T`, eight digits of identifier, one of length, 16 of data.
+/// Maximum length of a line of the protocol: `T`, eight digits of identifier, one of length, 16 of
+/// data.
 const MAX_LINE: usize = 26;
-/// Bytes that are taken from the connection before the lines in them are answered.
+/// Maximum number of bytes that are read from the connection before the lines in them are answered.
 const MAX_UNANSWERED: usize = 4096;
 const OK: &[u8] = b"\r";
 const REFUSED: &[u8] = b"\x07";
 
-/// A connected client.
+/// Connected client.
 #[derive(Debug)]
 pub struct Client {
     stream: TcpStream,
@@ -22,19 +23,19 @@ pub struct Client {
     joined: bool,
     incoming: Vec<u8>,
     outgoing: VecDeque<u8>,
-    /// When the connection last took bytes, or had none to take.
+    /// Time at which the connection last accepted bytes, or had none to accept.
     read_at: Instant,
 }
 
 impl Client {
-    /// A client whose channel is closed.
+    /// Creates a client whose channel is closed.
     ///
     /// # Errors
-    /// The operating system's.
+    /// Those of the operating system.
     pub fn new(stream: TcpStream) -> io::Result<Self> {
         stream.set_nonblocking(true)?;
-        // A client waits for each answer; collecting bytes into larger packets would take some 40
-        // ms.
+        // A client waits for each answer. Collecting bytes into larger packets would delay it by
+        // some 40 ms.
         stream.set_nodelay(true)?;
         Ok(Self {
             stream,
@@ -51,26 +52,26 @@ impl Client {
         self.open
     }
 
-    /// Whether the channel is open or was open before.
+    /// Whether the channel is open, or was open before.
     pub fn has_joined(&self) -> bool {
         self.joined
     }
 
-    /// Bytes that the connection has not taken yet.
+    /// Number of bytes that the connection has not accepted yet.
     pub fn unsent(&self) -> usize {
         self.outgoing.len()
     }
 
-    /// For how long the connection has taken none of the bytes that wait for it.
+    /// Time for which the connection has accepted none of the waiting bytes.
     pub fn silent_for(&self) -> Duration {
         self.read_at.elapsed()
     }
 
-    /// Answers what the client sent and takes at most `room` frames. A frame beyond that, and all
-    /// that follows it, waits.
+    /// Answers the client's lines and appends at most `room` of its frames to `frames`. Any further
+    /// frame, and all lines after it, wait.
     ///
     /// # Errors
-    /// The client is gone.
+    /// If the client has disconnected.
     pub fn exchange(&mut self, room: usize, frames: &mut Vec<Frame>) -> io::Result<()> {
         while self.answer_lines(room, frames) && self.incoming.len() < MAX_UNANSWERED {
             if self.incoming.len() > MAX_LINE {
@@ -89,19 +90,19 @@ impl Client {
         self.flush()
     }
 
-    /// Sends `bytes`, as far as the connection takes them now.
+    /// Sends `bytes`, as many as the connection accepts now; the rest waits.
     ///
     /// # Errors
-    /// The client is gone.
+    /// If the client has disconnected.
     pub fn send(&mut self, bytes: &[u8]) -> io::Result<()> {
         self.outgoing.extend(bytes);
         self.flush()
     }
 
-    /// Sends what waits, as far as the connection takes it now.
+    /// Sends the waiting bytes, as many as the connection accepts now.
     ///
     /// # Errors
-    /// The client is gone.
+    /// If the client has disconnected.
     pub fn flush(&mut self) -> io::Result<()> {
         while !self.outgoing.is_empty() {
             match self.stream.write(self.outgoing.as_slices().0) {
@@ -119,7 +120,7 @@ impl Client {
         Ok(())
     }
 
-    /// Answers all whole lines; false when a frame found no room.
+    /// Answers all complete lines. Returns `false` if there was no room for a frame.
     fn answer_lines(&mut self, room: usize, frames: &mut Vec<Frame>) -> bool {
         while let Some(end) = self.incoming.iter().position(|byte| *byte == b'\r') {
             let request = Request::parse(&self.incoming[..end]);

@@ -1,12 +1,12 @@
-//! A TCP port that speaks SLCAN. Each CAN client that connects is one more participant of the
-//! virtual bus.
+//! TCP port for SLCAN clients. Each CAN client that connects is one more participant of the virtual
+//! bus.
 //!
 //! SLCAN is the line protocol of serial CAN adapters (LAWICEL CAN232 manual): `t1232AABB\r` is a
-//! frame with identifier 0x123 and two bytes. Clients that take a serial port's URL connect to
-//! `socket://host:port`. Any bit rate is accepted and has no effect. Extended and remote frames are
-//! refused, because the virtual bus carries neither.
+//! frame with identifier 0x123 and two bytes. Clients that accept the URL of a serial port connect
+//! to `socket://host:port`. Any bit rate is accepted and has no effect. Extended and remote frames
+//! are refused, because the virtual bus does not support them.
 //!
-//! `protocol` has its lines, `port` is the port with its clients, `client` one connection.
+//! `protocol` defines the lines, `port` is the port with its clients, `client` one connection.
 
 mod client;
 mod port;

@@ -1,4 +1,4 @@
-//! The TCP port and its clients.
+//! TCP port for CAN clients, and its connected clients.
 
 use super::client::Client;
 use super::line_of;
@@ -9,20 +9,21 @@ use std::thread::sleep;
 use std::time::{Duration, Instant};
 use tautrack::can::Frame;
 
-/// Clients that can take part at once. One more is disconnected at once.
+/// Maximum number of clients at the same time. A further one is disconnected immediately.
 pub const MAX_CLIENTS: usize = 8;
 
-/// Unsent bytes that the system keeps per client. More would be frames that a slow client receives
-/// long after they were sent.
+/// Maximum number of unsent bytes that the operating system buffers per client. With a larger
+/// buffer, a slow client would receive frames long after they were sent.
 const SEND_BUFFER: usize = 4096;
-/// Unsent bytes of a client for which the run waits: a tenth of a second of a busy bus.
+/// Number of unsent bytes of a client above which the run waits: a tenth of a second of a busy bus.
 const BACKLOG: usize = 8192;
-/// A client that reads nothing for so long, while the run waits for it, is disconnected.
+/// Timeout for a client that reads nothing while the run waits for it; the client is then
+/// disconnected.
 const READ_TIMEOUT: Duration = Duration::from_secs(5);
-/// Time between two looks at a connection for which something waits.
+/// Interval at which the connections are polled while the run waits.
 const POLL_INTERVAL: Duration = Duration::from_millis(1);
 
-/// The port: up to [`MAX_CLIENTS`] clients, each with a number below that.
+/// Port with up to [`MAX_CLIENTS`] clients, each of which has a number below that.
 #[derive(Debug)]
 pub struct SlcanPort {
     listener: TcpListener,
@@ -31,14 +32,14 @@ pub struct SlcanPort {
 }
 
 impl SlcanPort {
-    /// Listens on `address`; port 0 takes a free one.
+    /// Listens on `address`; port 0 selects a free port.
     ///
     /// # Errors
-    /// The operating system's, if the address is none or is in use.
+    /// Those of the operating system, if the address is invalid or in use.
     pub fn bind(address: impl ToSocketAddrs) -> io::Result<Self> {
         let listener = TcpListener::bind(address)?;
         listener.set_nonblocking(true)?;
-        // The connections inherit it.
+        // The connections inherit this option.
         set_socket_send_buffer_size(&listener, SEND_BUFFER)?;
         Ok(Self {
             listener,
@@ -47,10 +48,10 @@ impl SlcanPort {
         })
     }
 
-    /// Where the port listens.
+    /// Returns the address on which the port listens.
     ///
     /// # Errors
-    /// The operating system's.
+    /// Those of the operating system.
     pub fn address(&self) -> io::Result<SocketAddr> {
         self.listener.local_addr()
     }
@@ -64,14 +65,14 @@ impl SlcanPort {
             .count()
     }
 
-    /// Number of connections that have opened the channel since the port was made.
+    /// Number of connections that have opened the channel since the port was created.
     pub fn joined(&self) -> usize {
         self.joined
     }
 
-    /// Waits until a client has opened the channel, for at most `timeout` (without limit if
-    /// absent), or until `stop` holds; whether one has. What the client sends after that waits in
-    /// its connection.
+    /// Waits until a client has opened the channel, or for at most `timeout` (unlimited if absent),
+    /// or until `stop` returns `true`. Returns whether a client has opened it. What the client
+    /// sends after that waits in its connection.
     pub fn wait_for_client(&mut self, timeout: Option<Duration>, stop: &dyn Fn() -> bool) -> bool {
         let began = Instant::now();
         loop {
@@ -86,8 +87,8 @@ impl SlcanPort {
         }
     }
 
-    /// Answers the clients and takes at most `room(number)` frames from each; each frame comes with
-    /// its client's number. What a client sends beyond that waits in its connection. Does not wait.
+    /// Answers the clients and returns at most `room(number)` frames from each, with the client's
+    /// number. Further frames of a client wait in its connection. This does not block.
     pub fn poll(&mut self, room: impl Fn(usize) -> usize) -> Vec<(usize, Frame)> {
         self.accept();
         let mut frames = Vec::new();
@@ -108,8 +109,8 @@ impl SlcanPort {
         frames
     }
 
-    /// Sends `frame` to every client with an open channel but `sender`, the number of the client
-    /// that it comes from. Does not wait.
+    /// Sends `frame` to every client with an open channel, except `sender`, the number of the
+    /// client that sent it. This does not block.
     pub fn send(&mut self, frame: &Frame, sender: Option<usize>) {
         let line = line_of(frame);
         for (number, place) in self.clients.iter_mut().enumerate() {
@@ -124,8 +125,8 @@ impl SlcanPort {
         }
     }
 
-    /// Waits until every client has read its frames up to a tenth of a second's worth. A client
-    /// that reads nothing for five seconds is disconnected, and standard error says so.
+    /// Waits until every client has at most a tenth of a second's frames unread. A client that
+    /// reads nothing for five seconds is disconnected, with a message on standard error.
     pub fn wait_for_readers(&mut self) {
         loop {
             let mut waiting = false;
@@ -156,8 +157,8 @@ impl SlcanPort {
         }
     }
 
-    /// Takes the connections that are waiting. One that fails now, for whatever reason, is tried
-    /// again at the next poll; one for which there is no place is closed.
+    /// Accepts the waiting connections. If one fails, for any reason, it is retried at the next
+    /// poll; if there is no place for it, it is closed.
     fn accept(&mut self) {
         while let Ok((stream, _)) = self.listener.accept() {
             let free = self.clients.iter_mut().find(|place| place.is_none());
@@ -174,7 +175,7 @@ impl SlcanPort {
     }
 }
 
-/// Empties the place of a client. One that never opened its channel was none.
+/// Removes a client. Prints a message if the client has opened its channel.
 fn leave(number: usize, place: &mut Option<Client>) {
     if place.take().is_some_and(|client| client.has_joined()) {
         eprintln!("tautrack: CAN client {} leaves", number + 1);

@@ -1,8 +1,8 @@
-//! The lines of the protocol: what a client asks for, and what carries a frame to it.
+//! Lines of the SLCAN protocol: parses a client's requests and formats frames for it.
 
 use tautrack::can::Frame;
 
-/// What one line of a client asks for.
+/// Request in one line of a client.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Request {
     /// `t`: send a frame.
@@ -19,13 +19,13 @@ pub enum Request {
     SerialNumber,
     /// `F`: status flags.
     Status,
-    /// Anything else, extended and remote frames included.
+    /// Any other request, including extended and remote frames.
     Unsupported,
 }
 
 impl Request {
-    /// Reads one line without its carriage return. An empty line, which clients send to
-    /// synchronise, is none.
+    /// Parses one line without its carriage return. Returns `None` for an empty line, which clients
+    /// send to synchronise.
     pub fn parse(line: &[u8]) -> Option<Self> {
         let (command, argument) = line.split_first()?;
         Some(match (command, argument) {
@@ -55,14 +55,14 @@ fn parse_frame(text: &[u8]) -> Option<Frame> {
     Frame::new(id, &bytes?)
 }
 
-/// A number of at most four hexadecimal digits.
+/// Parses a number of at most four hexadecimal digits.
 fn number(digits: &[u8]) -> Option<u16> {
     digits.iter().try_fold(0, |value, digit| {
         Some(value << 4 | char::from(*digit).to_digit(16)? as u16)
     })
 }
 
-/// The line, carriage return included, that carries `frame` to a client.
+/// Formats the line that carries `frame` to a client, including its carriage return.
 pub fn line_of(frame: &Frame) -> String {
     use std::fmt::Write;
     let mut line = format!("t{:03X}{}", frame.id(), frame.data().len());

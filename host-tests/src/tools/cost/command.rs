@@ -1,4 +1,4 @@
-//! The command line.
+//! The command line of `cargo cost`.
 
 use super::{CostError, Measurement, ledger, measure, page};
 use clap::Parser;
@@ -7,14 +7,15 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::{fmt, fs};
 
-/// Instructions, modelled cycles and sizes of the control code on the emulated Cortex-M4F.
+/// Counts instructions, models cycles and measures memory of the control code on the emulated
+/// Cortex-M4F.
 #[derive(Parser)]
 #[command(name = "cargo cost")]
 struct Arguments {
     /// Print the measurement as JSON.
     #[arg(long)]
     json: bool,
-    /// Show what changed since a measurement that --json printed into this file.
+    /// Show what changed since the measurement in FILE, which --json printed.
     #[arg(long, value_name = "FILE")]
     compare: Option<PathBuf>,
     /// Pin the counts in host-tests/cost.toml and write docs/cost.md.
@@ -22,7 +23,7 @@ struct Arguments {
     write: bool,
 }
 
-/// The command line; `arguments` with the program's name.
+/// Runs the command. The first of `arguments` is the program's name.
 pub fn main(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
     match command(&Arguments::parse_from(arguments)) {
         Ok(()) => ExitCode::SUCCESS,

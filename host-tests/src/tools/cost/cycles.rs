@@ -1,23 +1,26 @@
-//! A model of the cycles that an executed instruction takes on a Cortex-M4F without wait states, after the tables of its Technical
-//! Reference Manual (3.3.1 and 7.2.3). It is a model: nothing of it was compared with silicon.
+//! Models the cycles that an executed instruction takes on a Cortex-M4F without wait states, from
+//! the tables of its Technical Reference Manual (3.3.1 and 7.2.3). The model has not been compared
+//! with a real core.
 //!
-//! Two bounds: a taken branch refills the pipeline in one to three cycles, and a division takes two to twelve, depending on what
-//! neither trace nor manual tells. A load takes two cycles, one if a load or store came right before it; a store takes one.
+//! The model gives a minimum and a maximum. A taken branch refills the pipeline in one to three
+//! cycles, and an integer division takes two to twelve, depending on facts that neither trace nor
+//! manual contains. A load takes two cycles, or one directly after a load or store. A store takes
+//! one.
 
-/// An executed instruction.
+/// An executed instruction and what its cycles depend on.
 #[derive(Clone, Copy, Debug)]
 pub struct Executed<'a> {
-    /// Mnemonic with its suffixes, as the disassembler writes it.
+    /// Mnemonic with its suffixes, as the disassembler prints it.
     pub mnemonic: &'a str,
-    /// Operands.
+    /// Operands, as the disassembler prints them.
     pub operands: &'a str,
-    /// The next instruction was not the one behind it.
+    /// Whether the next executed instruction is not the one behind it in memory.
     pub branched: bool,
-    /// The instruction before it was a load or store of one word.
+    /// Whether the instruction before it was a load or store of one word.
     pub after_memory: bool,
 }
 
-/// Whether `mnemonic` loads or stores one word, which the next load or store overlaps.
+/// Whether `mnemonic` loads or stores one word. The next load or store overlaps with it.
 pub fn is_single_memory(mnemonic: &str) -> bool {
     let single = ["ldr", "str", "vldr", "vstr"];
     single.iter().any(|start| mnemonic.starts_with(start))
@@ -25,7 +28,7 @@ pub fn is_single_memory(mnemonic: &str) -> bool {
         && !mnemonic.starts_with("strd")
 }
 
-/// Least and most cycles.
+/// Minimum and maximum cycles of an instruction.
 pub fn cycles(instruction: Executed) -> [u32; 2] {
     let Executed {
         mnemonic,
@@ -58,7 +61,7 @@ pub fn cycles(instruction: Executed) -> [u32; 2] {
     [base[0] + refill[0], base[1] + refill[1]]
 }
 
-/// Words that a multiple load or store moves.
+/// Number of words that a multiple load or store transfers.
 fn registers(mnemonic: &str, operands: &str) -> u32 {
     if mnemonic.starts_with("ldrd") || mnemonic.starts_with("strd") {
         return 2;

@@ -1,4 +1,4 @@
-//! Runs the firmware's `cost` program in QEMU and reads its lines.
+//! Runs the firmware's `cost` program in QEMU and reads the counts that it prints.
 
 use super::CostError;
 use crate::programs::setup::QEMU;
@@ -6,24 +6,25 @@ use std::io::{Read, Write};
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
 
-/// One line of the program.
+/// The counts of one kernel or tick: one line that the program prints.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Count {
-    /// What was counted.
+    /// Name of the kernel or tick.
     pub name: String,
-    /// Counted calls.
+    /// Number of counted calls.
     pub calls: u32,
-    /// Least instructions of a call.
+    /// Minimum instructions of a call.
     pub least: u32,
-    /// Most instructions of a call.
+    /// Maximum instructions of a call.
     pub most: u32,
-    /// Instructions of all calls.
+    /// Sum of the instructions of all calls.
     pub sum: u64,
-    /// Address of the function.
+    /// Address of the counted function.
     pub address: u32,
 }
 
-/// Starts `program` with `arguments` more for QEMU, to make `calls` calls per entry.
+/// Starts `program` in QEMU with the additional QEMU options `arguments`. The program makes `calls`
+/// calls per entry.
 pub(super) fn start(program: &Path, calls: u32, arguments: &[&str]) -> Result<Child, CostError> {
     let mut child = Command::new(QEMU)
         .args([
@@ -35,7 +36,8 @@ pub(super) fn start(program: &Path, calls: u32, arguments: &[&str]) -> Result<Ch
             "-serial",
             "none",
         ])
-        // One instruction is 256 ns of virtual time, and the clock never waits for the host's.
+        // One instruction takes 256 ns of virtual time, and the virtual clock does not follow the
+        // host's clock.
         .args(["-icount", "shift=8,sleep=off"])
         .args(["-semihosting-config", "enable=on,target=native"])
         .args(arguments)
@@ -51,7 +53,7 @@ pub(super) fn start(program: &Path, calls: u32, arguments: &[&str]) -> Result<Ch
     Ok(child)
 }
 
-/// Reads what is left of the child's output, waits for its end and reads the lines.
+/// Reads the remaining output of the child, waits until it ends and parses the lines.
 pub(super) fn finish(mut child: Child) -> Result<Vec<Count>, CostError> {
     let (mut lines, mut errors) = (String::new(), String::new());
     if let Some(mut output) = child.stdout.take() {
@@ -74,10 +76,10 @@ pub(super) fn finish(mut child: Child) -> Result<Vec<Count>, CostError> {
         .collect()
 }
 
-/// Counts `calls` calls of everything.
+/// Counts the instructions of `calls` calls of every kernel and tick.
 ///
 /// # Errors
-/// The emulator does not run, or the program finds its controls wrong.
+/// QEMU does not run, or the program's control calls do not give the expected counts.
 pub fn count(program: &Path, calls: u32) -> Result<Vec<Count>, CostError> {
     finish(start(program, calls, &[])?)
 }

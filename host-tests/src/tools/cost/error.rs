@@ -1,16 +1,16 @@
-//! Why nothing could be measured.
+//! Errors that prevent a measurement.
 
 use crate::programs::BuildError;
 use std::{fmt, io};
 
-/// Why nothing could be measured.
+/// An error that prevents a measurement.
 #[derive(Debug)]
 pub enum CostError {
     /// The programs do not build.
     Build(BuildError),
     /// The emulator or a file cannot be used.
     Io(io::Error),
-    /// A program, a file or the emulator's output is not what it should be.
+    /// A program, a file or the emulator's output is not in the expected form.
     Malformed(String),
 }
 

@@ -1,39 +1,39 @@
-//! Sizes and symbols of a program for the target.
+//! Reads sizes and symbols from a program for the target.
 
 use super::CostError;
 use object::read::elf::ElfFile32;
 use object::{Endianness, Object, ObjectSection, ObjectSymbol, SymbolKind};
 use serde::{Deserialize, Serialize};
 
-/// Memory that a program takes.
+/// Memory that a program needs.
 #[derive(Clone, PartialEq, Eq, Debug, Serialize, Deserialize)]
 pub struct Image {
-    /// The program.
+    /// Name of the program.
     pub name: String,
     /// Vectors, code, constants and initial values, bytes.
     pub flash: u64,
-    /// Static variables, bytes; the stack not counted.
+    /// Static variables without the stack, bytes.
     pub ram: u64,
-    /// Deepest stack of a short life on the bus, bytes; `None` for a program that is never started.
+    /// Maximum stack during a short run on the bus, bytes; `None` for a program that is never run.
     pub stack: Option<u32>,
 }
 
-/// A function of a program.
+/// A function of a program, from its symbols.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Function {
-    /// Its symbol.
+    /// Name of its symbol.
     pub name: String,
-    /// Where it begins.
+    /// Address at which it begins.
     pub address: u64,
-    /// Its bytes.
+    /// Size of its code, bytes.
     pub size: u64,
 }
 
 impl Image {
-    /// Sizes of the program with these bytes.
+    /// Reads the sizes from the ELF file `elf`. `stack` stays `None`.
     ///
     /// # Errors
-    /// They are no ELF file.
+    /// The bytes are no ELF file.
     pub fn read(name: &str, elf: &[u8]) -> Result<Self, CostError> {
         let file = parse(elf)?;
         let sum = |names: &[&str]| {
@@ -69,10 +69,10 @@ pub fn functions(elf: &[u8]) -> Result<Vec<Function>, CostError> {
         .collect())
 }
 
-/// The compiler's signature in a program, without that of the linker.
+/// The version of the compiler that built a program, from its `.comment` section.
 ///
 /// # Errors
-/// The bytes are no ELF file, or it is not signed.
+/// The bytes are no ELF file, or do not name the compiler.
 pub fn compiler(elf: &[u8]) -> Result<String, CostError> {
     let file = parse(elf)?;
     let comment = file

@@ -1,4 +1,5 @@
-//! `cost.toml`: what each entry may cost, and what it cost when it was last pinned.
+//! Reads and writes `cost.toml`, the ledger of costs: the ceiling of each entry, and its pinned
+//! count, which is the count at the last `cargo cost --write`.
 
 use super::{CostError, Measurement};
 use crate::programs::setup::checkout::root;
@@ -7,36 +8,36 @@ use std::fmt::Write;
 use std::path::PathBuf;
 use std::{fs, io};
 
-/// The whole file.
+/// The content of `cost.toml`.
 #[derive(Clone, PartialEq, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Ledger {
-    /// The compiler that the pins hold for.
+    /// The compiler for which the pinned counts are valid.
     pub rustc: String,
-    /// Kernels and ticks.
+    /// Entries of kernels and ticks.
     pub kernel: Vec<Kernel>,
 }
 
-/// One entry.
+/// The entry of a kernel or tick.
 #[derive(Clone, PartialEq, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Kernel {
     /// Its name, as the firmware prints it.
     pub name: String,
-    /// Most instructions that it may ever take.
+    /// Maximum instructions of a call that are allowed.
     pub ceiling: Option<u32>,
-    /// Why the ceiling is not met; absent where it is.
+    /// Why the entry exceeds its ceiling; absent if it does not.
     pub excuse: Option<String>,
-    /// Most instructions of a call with the recorded compiler.
+    /// Maximum instructions of a call with the recorded compiler.
     pub pinned: u32,
     /// Worst error, as a test asserts it.
     pub error: Option<String>,
-    /// Calls a second in its loop.
+    /// Calls per second in its loop.
     pub rate_hz: Option<u32>,
 }
 
 impl Ledger {
-    /// The entry of this name.
+    /// The entry with this name.
     pub fn kernel(&self, name: &str) -> Option<&Kernel> {
         self.kernel.iter().find(|kernel| kernel.name == name)
     }
@@ -49,13 +50,14 @@ fn path() -> io::Result<PathBuf> {
 /// Reads `cost.toml`.
 ///
 /// # Errors
-/// The file's, with the line.
+/// The file cannot be read or parsed; the error names the line.
 pub fn read() -> Result<Ledger, CostError> {
     toml::from_str(&fs::read_to_string(path()?)?)
         .map_err(|error| CostError::Malformed(format!("cost.toml: {error}")))
 }
 
-/// Writes compiler and counts of `measurement` into the file; everything else in it stays.
+/// Writes compiler and counts of `measurement` into `cost.toml`. Everything else in it stays the
+/// same.
 ///
 /// # Errors
 /// The file cannot be read or written.
@@ -78,7 +80,8 @@ pub fn pin(measurement: &Measurement) -> Result<(), CostError> {
     Ok(fs::write(path()?, new)?)
 }
 
-/// Everything that is wrong with `measurement` by `ledger`, a line each. Pins count only for the compiler that they were made with.
+/// Lists the violations of `ledger` in `measurement`, one line each. Pinned counts are compared
+/// only if the compiler is the recorded one.
 pub fn violations(measurement: &Measurement, ledger: &Ledger) -> Vec<String> {
     let pins_hold = measurement.rustc == ledger.rustc;
     let mut found = Vec::new();

@@ -1,4 +1,4 @@
-//! Everything that is measured, and how.
+//! Measures counts, cycles, sizes and stacks of all entries and programs.
 
 use super::{CostError, emulator, image, stack, trace};
 use crate::programs;
@@ -7,47 +7,48 @@ use crate::robots::Kind;
 use serde::{Deserialize, Serialize};
 use std::fs;
 
-/// Counted calls of every entry.
+/// Number of counted calls of every entry.
 pub const CALLS: u32 = 1_000;
-/// Traced calls of every entry: the first ones of those that are counted.
+/// Number of traced calls of every entry: the first ones of the counted calls.
 const TRACED_CALLS: u32 = 16;
 
-/// What one kernel or tick costs.
+/// Cost of one kernel or tick.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 pub struct Entry {
     /// Its name, as in `cost.toml`.
     pub name: String,
-    /// Counted calls.
+    /// Number of counted calls.
     pub calls: u32,
-    /// Least instructions of a call.
+    /// Minimum instructions of a call.
     pub least: u32,
-    /// Most instructions of a call.
+    /// Maximum instructions of a call.
     pub most: u32,
-    /// Mean of all calls.
+    /// Mean instructions of a call.
     pub mean: f64,
-    /// Modelled cycles of the slowest traced call: least and most, see [`super::cycles`].
+    /// Minimum and maximum of the modelled cycles of the slowest traced call, see
+    /// [`super::cycles`].
     pub cycles: [u32; 2],
-    /// Bytes of code that the traced calls ran through.
+    /// Bytes of code that the traced calls executed.
     pub code_bytes: u32,
 }
 
-/// Everything that was measured.
+/// Results of a measurement.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 pub struct Measurement {
-    /// The compiler, as it signs its programs.
+    /// Version of the compiler that built the programs.
     pub rustc: String,
     /// Kernels and ticks.
     pub entries: Vec<Entry>,
-    /// Sizes of the nodes' programs.
+    /// Memory of the programs.
     pub images: Vec<image::Image>,
 }
 
-/// Builds the programs, counts, traces, and reads their sizes. The same to the digit in every run
-/// with the same compiler.
+/// Builds the programs, counts and traces their calls, and reads their sizes. With the same
+/// compiler every run gives identical results.
 ///
 /// # Errors
-/// [`CostError`]; also when the controls do not read what they must, or counts and trace do not
-/// agree.
+/// [`CostError`]; also if the control calls do not give the expected counts, or counts and trace
+/// disagree.
 pub fn measure() -> Result<Measurement, CostError> {
     let instruments = programs::instruments()?;
     let programs = Kind::B2p2.programs(Board::Qemu)?;

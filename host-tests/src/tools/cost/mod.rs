@@ -1,10 +1,11 @@
-//! `cargo cost`: what the control code costs on a Cortex-M4F, counted in the emulator, never timed.
+//! `cargo cost`: measures the cost of the control code on a Cortex-M4F. It counts instructions in
+//! the emulator and never measures time.
 //!
-//! [`emulator`] runs the firmware's `cost` program and reads its counts; [`trace`] runs it once
-//! more and sees every instruction, of which [`cycles`] makes a model of the time; [`image`] reads
-//! the sizes of programs, [`stack`] the depth of their stacks; `measurement` calls them all.
-//! [`ledger`] holds the ceilings and the pinned counts of `cost.toml`, and [`page`] writes
-//! docs/cost.md. `command` is the command line.
+//! [`emulator`] runs the firmware's `cost` program and reads its counts. [`trace`] runs it again
+//! and records every instruction, for which [`cycles`] models the time. [`image`] reads the sizes
+//! of programs, [`stack`] measures their stacks, and `measurement` combines all of these.
+//! [`ledger`] reads and writes ceilings and pinned counts in `cost.toml`, [`page`] writes
+//! docs/cost.md, and `command` is the command line.
 
 mod command;
 pub mod cycles;

@@ -1,4 +1,4 @@
-//! The tables of `cargo cost`, and docs/cost.md.
+//! Formats the tables of `cargo cost` and the page docs/cost.md.
 
 use super::ledger::{Kernel, Ledger};
 use super::{CORE_HZ, Entry, Measurement};
@@ -7,18 +7,18 @@ use std::fmt::Write;
 use std::io;
 use std::path::PathBuf;
 
-/// Text before and between the tables, kept apart from the code that fills them.
+/// Text of the page before and between the tables. Words in braces are replaced by the results.
 const PAGE: &str = include_str!("page.md");
 
-/// Where the page is.
+/// Path of docs/cost.md.
 ///
 /// # Errors
-/// There is no checkout.
+/// The program does not run in a checkout.
 pub fn path() -> io::Result<PathBuf> {
     Ok(root()?.join("docs/cost.md"))
 }
 
-/// The whole page.
+/// The complete text of docs/cost.md.
 pub fn page(measurement: &Measurement, ledger: &Ledger) -> String {
     let mut excuses = String::new();
     for Kernel {
@@ -43,7 +43,7 @@ pub fn page(measurement: &Measurement, ledger: &Ledger) -> String {
         .replace("{excuses}", &excuses)
 }
 
-/// Both tables, for a terminal.
+/// Both tables, to print on a terminal.
 pub fn tables(measurement: &Measurement, ledger: &Ledger) -> String {
     format!("{}\n{}", kernels(measurement, ledger), images(measurement))
 }
@@ -97,7 +97,7 @@ fn images(measurement: &Measurement) -> String {
     )
 }
 
-/// What changed from `before` to `after`, a line each.
+/// The counts that differ between `before` and `after`, one line each.
 pub fn changes(before: &Measurement, after: &Measurement) -> String {
     let mut text = String::new();
     for entry in &after.entries {
@@ -138,7 +138,8 @@ fn or_dash(value: Option<&impl ToString>) -> String {
     value.map_or_else(|| "-".to_owned(), ToString::to_string)
 }
 
-/// A Markdown table whose columns line up in plain text: names to the left, figures to the right.
+/// A Markdown table whose columns are also aligned in plain text: the first to the left, the others
+/// to the right.
 fn table<const N: usize>(heads: [&str; N], rows: &[[String; N]]) -> String {
     let widths: [usize; N] = std::array::from_fn(|column| {
         let cells = rows.iter().map(|row| row[column].chars().count());

@@ -1,6 +1,8 @@
-//! The deepest stack of a node's program in a short life on the bus: started, commanded, asked, and answered by all others.
+//! Measures the maximum stack of a node's program during a short run on the bus, in which it is
+//! started, receives commands and requests, and receives the answers of all other nodes.
 //!
-//! Measured, not proven: what this life does not reach is not in it, and an interrupt, of which the emulated board has none, would come on top.
+//! The result is measured, not proven. It does not include code that this run does not reach, nor
+//! interrupts, which the emulated board does not have.
 
 use super::CostError;
 use crate::programs::setup::QEMU;
@@ -18,15 +20,15 @@ use tautrack::link::{MotorModel, STEP_US, Sensors, Start, Step, ToNode, VERSION}
 use tautrack::sensors::BodySensors;
 use tautrack::settings::Setting;
 
-/// Steps of the life, 1 ms each.
+/// Steps of the run, 1 ms each.
 const STEPS: u64 = 2_000;
-/// The node's id in it.
+/// Id of the measured node, unless it is the guard.
 const NODE: u8 = 5;
-/// The guard's, among drives with the ids of the settings' defaults.
+/// Id of the guard. The drives have the default ids of the settings.
 const GUARD: u8 = 1;
-/// Position scales that these drives answer with.
+/// Position scales that the drives report to the guard: low and high byte.
 const SCALES: [(u8, u8); 4] = [(16, 0), (16, 0), (32, 0), (0x18, 1)];
-/// Extension of the screw that is taut at chassis angle 0, 2^-24 m.
+/// Extension of the screw with a taut belt at chassis angle 0, 2^-24 m.
 const TAUT: i32 = 3_791_650;
 
 const MOTOR: MotorModel = MotorModel {
@@ -42,10 +44,10 @@ const MOTOR: MotorModel = MotorModel {
     current_quantum: 0.01,
 };
 
-/// Bytes of stack that the node program at `path` used at most.
+/// Measures the maximum stack of the node program at `path`, bytes.
 ///
 /// # Errors
-/// The emulator does not run, or the program does not tell.
+/// QEMU does not run, or the program does not report its stack.
 pub fn deepest(path: &Path, with_motor: bool) -> Result<u32, CostError> {
     let mut child = Command::new(QEMU)
         .args([
@@ -102,7 +104,7 @@ pub fn deepest(path: &Path, with_motor: bool) -> Result<u32, CostError> {
 fn life(step: u64, is_guard: bool) -> Step {
     let mut frames = heapless::Vec::new();
     let mut deliver = |frame: Frame| {
-        let _ = frames.push(frame); // far fewer than there is room for
+        let _ = frames.push(frame); // there is room for many more
     };
     match step {
         10 => deliver(nmt(NmtCommand::Start, 0)),
@@ -156,7 +158,7 @@ fn life(step: u64, is_guard: bool) -> Step {
                 position: if node == 5 { TAUT } else { 1 << 20 },
                 velocity: 0,
             };
-            // Enabled once the guard has been asked to arm.
+            // The drives are enabled after the operator has requested to arm.
             let state = if is_guard && step < 240 {
                 State::SwitchOnDisabled
             } else {

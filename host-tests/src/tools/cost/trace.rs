@@ -1,4 +1,5 @@
-//! Sees every instruction of the counted calls: QEMU, one instruction at a time, writes what it translates and what it runs.
+//! Records every instruction of the counted calls: QEMU executes one instruction at a time and logs
+//! what it translates and executes.
 
 use super::cycles::{Executed, cycles, is_single_memory};
 use super::emulator::Count;
@@ -7,19 +8,20 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::io::{BufRead, BufReader};
 use std::path::Path;
 
-/// What the traced calls of one entry ran through.
+/// Results of the traced calls of one entry.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Trace {
-    /// The entry.
+    /// Name of the entry.
     pub name: String,
-    /// Modelled cycles of the slowest call, least and most, its return not counted.
+    /// Minimum and maximum of the modelled cycles of the slowest call, without its return.
     pub cycles: [u32; 2],
-    /// Bytes of code that the calls ran through.
+    /// Bytes of code that the calls executed.
     pub code_bytes: u32,
 }
 
-/// Functions whose trace nobody needs: double precision in software, which only constructors use. If a counted call used
-/// it, its trace would be shorter than its count, and [`trace`] would say so.
+/// Functions that are left out of the trace: double precision in software, which only constructors
+/// use. If a counted call used one of them, its trace would be shorter than its count, and
+/// [`trace`] would return an error.
 const HIDDEN: [&str; 3] = [
     "compiler_builtins5float",
     "__aeabi_d",
@@ -32,16 +34,17 @@ struct Instruction {
     size: u32,
 }
 
-/// One counted call: where it began, and what ran, the return included.
+/// One counted call: its address and the addresses of the instructions that it executed, the return
+/// included.
 struct Call {
     address: u32,
     executed: Vec<u32>,
 }
 
-/// Traces `calls` calls of every entry of `program`, whose bytes are `elf`.
+/// Traces `calls` calls of every entry of `program`, whose ELF file is `elf`.
 ///
 /// # Errors
-/// The emulator fails, or a call has not as many instructions in the trace as by the timer.
+/// QEMU fails, or the trace of a call has another number of instructions than the timer counted.
 pub fn trace(program: &Path, elf: &[u8], calls: u32) -> Result<Vec<Trace>, CostError> {
     let ranges: Vec<String> = image::functions(elf)?
         .into_iter()
@@ -56,7 +59,8 @@ pub fn trace(program: &Path, elf: &[u8], calls: u32) -> Result<Vec<Trace>, CostE
         "-dfilter",
         &filter,
     ];
-    // The controls come first, so what the counting run says of the addresses is needed before the trace is read.
+    // The addresses of the entries are needed to read the trace from its beginning, so a counting
+    // run comes first.
     let addresses: BTreeSet<u32> = emulator::count(program, calls)?
         .iter()
         .map(|count| count.address)
@@ -83,7 +87,7 @@ struct Reader {
     addresses: BTreeSet<u32>,
     instructions: BTreeMap<u32, Instruction>,
     before: u32,
-    /// The call that is going on, and where it returns to.
+    /// The call that is being executed, and its return address.
     call: Option<(Call, u32)>,
     calls: Vec<Call>,
 }
@@ -99,7 +103,8 @@ impl Reader {
                 self.executed(address);
             }
         } else if line.starts_with("Stopped execution") {
-            // The emulator broke off for a timer of its own before it ran what it had just announced.
+            // QEMU stopped for one of its own timers before it executed the instruction that it had
+            // already logged.
             if let Some((call, _)) = &mut self.call {
                 call.executed.pop();
             }
@@ -119,7 +124,7 @@ impl Reader {
                 call.executed.push(address);
                 self.call = Some((call, back));
             }
-        // Counted calls go through a function pointer.
+        // The program makes its counted calls through a function pointer.
         } else if let Some(caller) = caller
             && caller.mnemonic == "blx"
             && self.addresses.contains(&address)
@@ -130,11 +135,11 @@ impl Reader {
         self.before = address;
     }
 
-    /// Hands the calls, in order, to the entries, in order.
+    /// Assigns the calls to the entries; both are in the same order.
     fn attribute(&self, counts: &[Count]) -> Result<Vec<Trace>, CostError> {
         let malformed = |what: String| CostError::Malformed(what);
         let nothing = counts.first().map_or(0, |count| count.address);
-        // Each counted call comes with an empty one.
+        // The program also makes an empty call for each counted call.
         let mut calls = self.calls.iter().filter(|call| call.address != nothing);
         let mut traces = Vec::new();
         for count in counts {
@@ -183,7 +188,7 @@ impl Reader {
     fn cycles(&self, executed: &[u32]) -> [u32; 2] {
         let mut sum = [0, 0];
         let mut after_memory = false;
-        // The last one is the return.
+        // The last address is the one of the return.
         for pair in executed.windows(2) {
             let Some(instruction) = self.instructions.get(&pair[0]) else {
                 continue;
@@ -201,7 +206,7 @@ impl Reader {
     }
 }
 
-/// A line such as `0x00000400:  f001 f8be  bl       #0x1580`.
+/// Parses a line such as `0x00000400:  f001 f8be  bl       #0x1580`.
 fn instruction(line: &str) -> Option<(u32, Instruction)> {
     let (address, rest) = line.strip_prefix("0x")?.split_once(':')?;
     let address = u32::from_str_radix(address, 16).ok()?;

@@ -1,55 +1,56 @@
-//! The command line.
+//! The command line of `cargo demo`: options, their help texts and the checks of their values.
 
 use crate::robots::Kind;
 use clap::{Parser, ValueEnum};
 use std::path::PathBuf;
 use std::time::Duration;
 
-/// Runs the firmware nodes of a robot against simulated physics and reports what came out.
+/// Runs the firmware of a robot's nodes with simulated physics and writes the results.
 #[derive(Parser)]
 #[command(name = "cargo demo", version)]
 pub(super) struct Arguments {
-    /// Scenario file; the robot's own when absent, for B2P2 the staircase of its paper
+    /// Scenario file to run; by default that of the robot (for B2P2 the stairs of its paper)
     #[arg(long, value_name = "FILE")]
     pub scenario: Option<PathBuf>,
-    /// The robot whose scenario is run when none is named, or whose operators' suite is
+    /// Robot whose default scenario, or whose operators' suite, is run
     #[arg(long, value_enum, default_value = "b2p2", conflicts_with = "scenario")]
     pub robot: Kind,
-    /// Runs a whole suite with native nodes instead of one scenario, and writes its table
+    /// Runs a suite of scenarios with native nodes instead of one scenario, and writes its table
     #[arg(long, value_enum, conflicts_with_all = ["scenario", "speed", "slcan"])]
     pub suite: Option<Suite>,
-    /// Of the hazard suite: runs of each kind, hazardous and legitimate, to draw at random beside
-    /// the named ones
+    /// Hazard suite: number of hazards, and number of legitimate runs, to draw at random in
+    /// addition to the named ones
     #[arg(long, value_name = "N", requires = "suite", default_value_t = 200)]
     pub random: u64,
-    /// Of the operators' suite: runs
+    /// Operators' suite: number of runs
     #[arg(long, value_name = "N", requires = "suite", default_value_t = 100)]
     pub runs: u64,
-    /// What the nodes run on: the Cortex-M4F that QEMU emulates, or this computer
+    /// Processor of the nodes: a Cortex-M4F emulated by QEMU (qemu), or this computer (native)
     #[arg(long, value_enum, default_value_t = Nodes::Qemu)]
     pub nodes: Nodes,
-    /// Overrides the scenario: whether the guard's filter limits the operator
+    /// Switches the guard's filter on or off, whatever the scenario says
     #[arg(long, value_enum)]
     pub guard: Option<Switch>,
-    /// Folder for summary.json, run.mcap, report.html and nodes.log; target/demo of the checkout
-    /// when absent
+    /// Folder for the results: summary.json, run.mcap, report.html and nodes.log; by default
+    /// target/demo of the checkout
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
-    /// Overrides the scenario: seed of all noise; of the suite: seed of the drawn runs, 1 when
-    /// absent
+    /// Seed of all noise, instead of the scenario's; for a suite the seed of the runs drawn at
+    /// random, by default 1
     #[arg(long, value_name = "N")]
     pub seed: Option<u64>,
-    /// Maximum of virtual seconds per second; with --slcan 1 when absent
+    /// Maximum speed of the run, in virtual seconds per second; by default 1 with --slcan, else no
+    /// limit
     #[arg(long, value_name = "FACTOR", value_parser = positive)]
     pub speed: Option<f64>,
-    /// Lets CAN clients (python-can, slcan) take part through this TCP address; waits for the first
-    /// one
+    /// TCP address at which CAN clients (python-can with SLCAN) can join; the run waits for the
+    /// first client
     #[arg(long, value_name = "ADDR:PORT")]
     pub slcan: Option<String>,
-    /// Maximum time to wait for the first client, 0 to begin without one; no limit when absent
+    /// Maximum time to wait for the first client; 0 does not wait; by default no limit
     #[arg(long, value_name = "SECONDS", requires = "slcan", value_parser = seconds)]
     pub slcan_wait: Option<Duration>,
-    /// Time that a node may take for an answer before the run ends
+    /// Maximum time that a node may take to answer; then the run ends
     #[arg(long, value_name = "SECONDS", default_value = "60", value_parser = seconds)]
     pub node_timeout: Duration,
 }
@@ -68,9 +69,9 @@ pub(super) enum Switch {
 
 #[derive(Clone, Copy, ValueEnum)]
 pub(super) enum Suite {
-    /// What the guard saves, and what it must not hinder (B2P2)
+    /// Runs that topple B2P2 without the guard, and legitimate runs that the guard must not hinder
     Hazards,
-    /// Operators who command at random, whom the guard must keep from toppling the robot
+    /// Runs with operators who command at random; the guard must keep the robot from toppling
     Operators,
 }
 

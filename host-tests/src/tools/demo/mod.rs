@@ -1,7 +1,7 @@
-//! `cargo demo`: runs a scenario, or a whole suite, and says by its exit status what came of it.
+//! `cargo demo`: runs a scenario, or a whole suite, and reports the result as its exit status.
 //!
-//! `arguments`: the command line. `preparation`: scenario, port and folder. `run`: the run and its
-//! verdict. `output`: the files. `interrupt`: Ctrl-C.
+//! `arguments` is the command line. `preparation` opens scenario, port and folder. `run` runs the
+//! scenario and computes the exit status. `output` writes the files. `interrupt` handles Ctrl-C.
 
 mod arguments;
 mod interrupt;
@@ -19,12 +19,11 @@ use run::run;
 use std::ffi::OsString;
 use std::process::ExitCode;
 
-/// Exit status of bad arguments and bad scenario files, as of unmet expectations the failure status
-/// 1.
+/// Exit status for bad arguments and bad scenario files. Unmet expectations end with status 1.
 const USAGE: u8 = 2;
 
-/// Runs the command. Its exit status is 0 if the scenario's expectation holds, 1 if not or if the
-/// run broke or a result is not written, 2 for bad arguments and bad scenario files, 130 if the
+/// Runs the command. Its exit status is 0 if the scenario's expectation is met; 1 if it is not, the
+/// run fails or a result is not written; 2 for bad arguments and bad scenario files; 130 if the
 /// user interrupted it.
 pub fn main(arguments: impl Iterator<Item = OsString>) -> ExitCode {
     let name = std::iter::once(OsString::from("cargo demo"));

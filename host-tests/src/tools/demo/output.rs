@@ -1,4 +1,4 @@
-//! The folder with the results of a run: made and tried before the run, filled after it.
+//! Opens the folder for the results before a run, and writes the results into it after the run.
 
 use crate::results::summary::Summary;
 use crate::results::{mcap as log, report};
@@ -14,20 +14,21 @@ const LOG: &str = "run.mcap";
 const REPORT: &str = "report.html";
 const NODES_LOG: &str = "nodes.log";
 
-/// Space that is taken on the disk for `summary.json` before the run: more than any summary needs.
+/// Bytes on the disk that are reserved for `summary.json` before the run: more than any summary
+/// needs.
 const RESERVED: usize = 64 * 1024;
 
-/// Where results go.
+/// The folder for the results, with its open `summary.json`.
 pub struct Output {
     folder: PathBuf,
     summary: File,
 }
 
-/// A file that could not be written, and why.
+/// A file that could not be written, and the reason.
 pub struct Unwritten {
     /// Name of the file.
     pub file: &'static str,
-    /// Why.
+    /// The reason.
     pub error: Box<dyn Error>,
 }
 
@@ -35,7 +36,8 @@ impl Output {
     /// Makes `folder` and opens its `summary.json`. The results of an earlier run stay.
     ///
     /// # Errors
-    /// The operating system's, if there is no such folder or it takes no files.
+    /// An error of the operating system, if the folder cannot be made or no file can be opened in
+    /// it.
     pub fn open(folder: &Path) -> io::Result<Self> {
         fs::create_dir_all(folder)?;
         let mut options = OpenOptions::new();
@@ -46,11 +48,12 @@ impl Output {
         })
     }
 
-    /// Removes the results of an earlier run, and writes a preliminary `summary.json`. It keeps the
-    /// space for the final one, so that a disk that fills up during the run does not lose it.
+    /// Removes the results of an earlier run, and writes a preliminary `summary.json`. That file
+    /// reserves space for the final one, which can then be written even if the disk becomes full
+    /// during the run.
     ///
     /// # Errors
-    /// The operating system's.
+    /// An error of the operating system.
     pub fn begin(&mut self) -> io::Result<()> {
         for name in [LOG, REPORT, NODES_LOG] {
             match fs::remove_file(self.folder.join(name)) {
@@ -65,13 +68,13 @@ impl Output {
         self.summary.write_all(&text)
     }
 
-    /// The folder.
+    /// The folder's path.
     pub fn folder(&self) -> &Path {
         &self.folder
     }
 
-    /// Writes all files, the smallest first. A file that fails does not keep the others from being
-    /// written; what there is of it stays.
+    /// Writes all files, the smallest first. If a file fails, its incomplete content stays, and the
+    /// other files are still written. Returns the files that failed.
     pub fn write(
         mut self,
         scenario: &Scenario,

@@ -1,5 +1,5 @@
-//! What is made before anything is built, so that nothing runs in vain: the scenario, the port for
-//! CAN clients and the folder of the results.
+//! Prepares a run before anything is built, so that errors show at once: reads the scenario, opens
+//! the port for CAN clients and the folder of the results.
 
 use super::arguments::{Arguments, Switch};
 use super::output::Output;
@@ -8,7 +8,7 @@ use crate::scenario::Scenario;
 use crate::simulator::slcan::SlcanPort;
 use std::path::{Path, PathBuf};
 
-/// What a run needs, checked and open.
+/// Everything that a run needs, checked and opened.
 pub(super) struct Prepared {
     pub scenario: Scenario,
     pub slcan: Option<SlcanPort>,
@@ -39,7 +39,8 @@ fn root() -> Result<&'static Path, String> {
     checkout::root().map_err(|error| error.to_string())
 }
 
-/// The folder of the results, as short as the working directory allows.
+/// The folder of the results. The default is given relative to the working directory if it is below
+/// it.
 pub(super) fn folder(arguments: &Arguments) -> Result<PathBuf, String> {
     if let Some(out) = &arguments.out {
         return Ok(out.clone());
@@ -50,7 +51,7 @@ pub(super) fn folder(arguments: &Arguments) -> Result<PathBuf, String> {
     Ok(short.unwrap_or(folder))
 }
 
-/// The scenario's file. A path that the docs name, which begins at the checkout's root, is also
+/// The path of the scenario's file. A path from the checkout's root, as the docs give it, is also
 /// found from another directory.
 fn scenario_file(arguments: &Arguments) -> Result<PathBuf, String> {
     let Some(path) = &arguments.scenario else {
@@ -74,7 +75,7 @@ fn scenario(arguments: &Arguments) -> Result<Scenario, String> {
         description.guard = matches!(guard, Switch::On);
     }
     if !description.guard {
-        // What the guard does is not asked of a guard that is off.
+        // The expectation about interventions does not apply if the guard is off.
         description.expect.guard_intervenes = None;
     }
     description.seed = arguments.seed.unwrap_or(description.seed);

@@ -1,4 +1,4 @@
-//! Runs the scenario with its nodes, writes the results and gives the verdict.
+//! Runs the scenario with its nodes, writes the results and computes the exit status.
 
 use super::arguments::{Arguments, Nodes};
 use super::interrupt;
@@ -13,7 +13,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use std::path::Path;
 use std::time::Duration;
 
-/// Runs the scenario and writes what it gives; the exit status.
+/// Runs the scenario and writes its results. Returns the exit status.
 pub(super) fn run(arguments: &Arguments, prepared: Prepared) -> Result<u8, String> {
     let Prepared {
         scenario,
@@ -82,7 +82,7 @@ fn announce(port: &SlcanPort, wait: Option<Duration>) {
     println!("CAN clients can join at {address}; {then}");
 }
 
-/// Says where the results are and what is missing; the exit status.
+/// Prints where the results are and which are missing. Returns the exit status.
 fn report(
     folder: &Path,
     summary: &Summary,

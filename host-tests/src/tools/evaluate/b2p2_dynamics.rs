@@ -1,4 +1,4 @@
-//! Group `b2p2_dynamics`: the equations of motion.
+//! Functions of the group `b2p2_dynamics`: the equations of motion.
 
 use super::b2p2_parameters::parameters;
 use super::input::{Input, matrix, numbers};
@@ -11,7 +11,7 @@ pub fn functions<S: Scalar>() -> Functions {
     vec![("dynamics", dynamics::<S>)]
 }
 
-/// From `q`, `qd`, `qdd`. `T` comes from the recursion, not from the matrices beside it.
+/// Inputs `q`, `qd`, `qdd`. `T` is computed by the recursion, independently of the matrices.
 fn dynamics<S: Scalar>(params: &Input, case: &Input) -> Result<Value, EvaluateError> {
     let parameters = parameters::<S>(params)?;
     let posture = Posture::new(&parameters, &case.scalars("q")?);

@@ -1,4 +1,4 @@
-//! Group `b2p2_fk_com`: frames, centres of mass, Jacobians and axles.
+//! Functions of the group `b2p2_fk_com`: frames, centres of mass, Jacobians and axles.
 
 use super::b2p2_parameters::parameters;
 use super::input::{Input, matrix, number, numbers};
@@ -12,7 +12,7 @@ pub fn functions<S: Scalar>() -> Functions {
     vec![("fk_com", fk_com::<S>)]
 }
 
-/// From `q`.
+/// Input `q`.
 fn fk_com<S: Scalar>(params: &Input, case: &Input) -> Result<Value, EvaluateError> {
     let parameters = parameters::<S>(params)?;
     let posture = Posture::new(&parameters, &case.scalars("q")?);
@@ -30,7 +30,7 @@ fn fk_com<S: Scalar>(params: &Input, case: &Input) -> Result<Value, EvaluateErro
     }))
 }
 
-/// Columns as rows.
+/// Transposes a matrix that is given as columns to rows.
 fn rows<S: Scalar>(columns: &[Vector<S>; 8]) -> Value {
     matrix(&[0, 1, 2].map(|row| columns.map(|column| column[row])))
 }

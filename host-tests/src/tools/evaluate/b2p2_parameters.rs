@@ -1,4 +1,4 @@
-//! `params` of the groups about B2P2.
+//! Reads the `params` of the groups about B2P2.
 
 use super::EvaluateError;
 use super::input::Input;
@@ -6,7 +6,8 @@ use tautrack::math::Scalar;
 use tautrack::robots::b2p2::parameters::Lengths;
 use tautrack::robots::b2p2::{Parameters, Tabulated};
 
-/// `g`, `l1`, `l2`, `c3` (axle 3 from R8), and of the three segments `mass`, `com` and `inertia_origin`.
+/// Reads `g`, `l1`, `l2`, `c3` (distance of axle 3 from R8), and `mass`, `com` and `inertia_origin`
+/// of the three segments.
 pub fn parameters<S: Scalar>(params: &Input) -> Result<Parameters<S>, EvaluateError> {
     let lengths = Lengths {
         l1: params.number("l1")?,

@@ -1,4 +1,4 @@
-//! Group `b2p2_screw`: which extension keeps the tracks taut.
+//! Functions of the group `b2p2_screw`: the extension that keeps the tracks taut.
 
 use super::input::{Input, number};
 use super::{EvaluateError, Functions};
@@ -13,8 +13,10 @@ pub fn functions<S: Scalar>() -> Functions {
     vec![("screw", screw::<S>)]
 }
 
-/// From `theta`, `K`, `l1`, `l2`. All but the second derivative, which only the floating-point form has, comes from the fixed-point code
-/// that drives the screw: lengths to 2^-24 m, the angle of the inverse to about 2e-6 rad where the extension is not flat.
+/// Inputs `theta`, `K`, `l1`, `l2`. The results come from the fixed-point code that drives the
+/// screw, except the second derivative, which only the floating-point code has. Lengths are
+/// accurate to 2^-24 m. The angle of the inverse is accurate to about 2e-6 rad, except where the
+/// extension is flat.
 fn screw<S: Scalar>(_: &Input, case: &Input) -> Result<Value, EvaluateError> {
     let theta = case.number("theta")?;
     let [k, l1, l2] = [case.number("K")?, case.number("l1")?, case.number("l2")?];
@@ -27,7 +29,8 @@ fn screw<S: Scalar>(_: &Input, case: &Input) -> Result<Value, EvaluateError> {
     let extension = geometry.extension(Angle::from_bits(bits.round() as i64 as i32));
     let l3 = extension.length.to_num::<f64>();
     let reach = geometry.l2().to_num::<f64>() + l3;
-    // At the ends of its range an extension belongs to a whole range of angles, as far as its resolution goes.
+    // Near the ends of its range the extension is flat: within its resolution it belongs to a range
+    // of angles, so there is no inverse.
     let flat = extension.derivative.abs() < I4F28::lit("0.0001");
     let inverse = geometry
         .inverse(extension.length)

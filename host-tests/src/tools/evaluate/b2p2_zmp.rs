@@ -1,4 +1,4 @@
-//! Group `b2p2_zmp`: the ground's reaction and where it acts.
+//! Functions of the group `b2p2_zmp`: the ground's reaction and the zero moment point.
 
 use super::b2p2_parameters::parameters;
 use super::input::{Input, numbers};
@@ -12,7 +12,7 @@ pub fn functions<S: Scalar>() -> Functions {
     vec![("zmp", zmp::<S>)]
 }
 
-/// From `q`, `qd`, `qdd`, `plane_point`, `normal`; `zmp` is `null` where there is none.
+/// Inputs `q`, `qd`, `qdd`, `plane_point`, `normal`. `zmp` is `null` if there is none.
 fn zmp<S: Scalar>(params: &Input, case: &Input) -> Result<Value, EvaluateError> {
     let parameters = parameters::<S>(params)?;
     let posture = Posture::new(&parameters, &case.scalars("q")?);

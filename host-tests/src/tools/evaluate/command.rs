@@ -1,4 +1,4 @@
-//! The command line.
+//! The command line of `cargo evaluate`.
 
 use super::{EvaluateError, Precision, evaluate};
 use clap::Parser;
@@ -7,23 +7,23 @@ use std::io::{self, Read, Write};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-/// Exit status of bad arguments and bad documents.
+/// Exit status for bad arguments and bad documents.
 const USAGE: u8 = 2;
 
-/// Computes model functions from JSON in the format of host-tests/vectors.
+/// Evaluates model functions with inputs from a JSON file in the format of host-tests/vectors.
 #[derive(Parser)]
 #[command(name = "cargo evaluate", version)]
 struct Arguments {
     /// JSON document; - reads standard input
     #[arg(value_name = "FILE")]
     file: PathBuf,
-    /// Numbers to compute with; the nodes use f32. The screw is fixed-point in either
+    /// Number format of the computation; the nodes use f32. The screw always uses fixed point
     #[arg(long, value_enum, default_value_t = Precision::F32)]
     scalar: Precision,
 }
 
-/// Runs the command; its exit status is 0, 1 if the result cannot be written, 2 for bad arguments
-/// and bad documents.
+/// Runs the command. Its exit status is 0, or 1 if the result cannot be written, or 2 for bad
+/// arguments and bad documents.
 pub fn main(arguments: impl Iterator<Item = OsString>) -> ExitCode {
     let name = std::iter::once(OsString::from("cargo evaluate"));
     let arguments =
@@ -38,7 +38,7 @@ pub fn main(arguments: impl Iterator<Item = OsString>) -> ExitCode {
     };
     match writeln!(io::stdout().lock(), "{document:#}") {
         Ok(()) => ExitCode::SUCCESS,
-        // Who reads has had enough, as `head` has.
+        // The reader of the pipe has closed it, as `head` does.
         Err(error) if error.kind() == io::ErrorKind::BrokenPipe => ExitCode::SUCCESS,
         Err(error) => {
             eprintln!("error: cannot write the result: {error}");

@@ -1,4 +1,5 @@
-//! Group `crawler`: tracks that slip. Cohesion `c`, pressure `sigma` and stresses are in N/mm^2 here, as in the paper.
+//! Functions of the group `crawler`: tracks that slip. As in the paper, cohesion `c`, pressure
+//! `sigma` and stresses are in N/mm^2.
 
 use super::input::{Input, number};
 use super::{EvaluateError, Functions};
@@ -22,7 +23,7 @@ pub fn functions<S: Scalar>() -> Functions {
     ]
 }
 
-/// From `n`, `dl`, `L`.
+/// Inputs `n`, `dl`, `L`.
 fn grousers<S: Scalar>(_: &Input, case: &Input) -> Result<Value, EvaluateError> {
     let [deformation, length] = scalars::<S, 2>(case, ["dl", "L"])?;
     let count = case.number("n")?;
@@ -33,7 +34,7 @@ fn grousers<S: Scalar>(_: &Input, case: &Input) -> Result<Value, EvaluateError> 
     Ok(json!({ "s": number(slip) }))
 }
 
-/// From `Vu`, `Vt`, `phi`.
+/// Inputs `Vu`, `Vt`, `phi`.
 fn point<S: Scalar>(_: &Input, case: &Input) -> Result<Value, EvaluateError> {
     let [drift, relative, angle] = scalars::<S, 3>(case, ["Vu", "Vt", "phi"])?;
     let velocity = track_point_velocity(drift, relative, angle);
@@ -44,7 +45,7 @@ fn point<S: Scalar>(_: &Input, case: &Input) -> Result<Value, EvaluateError> {
     }))
 }
 
-/// From `a1`, `a2`, `s1`, `s2`, `beta`, `r`, `H`.
+/// Inputs `a1`, `a2`, `s1`, `s2`, `beta`, `r`, `H`.
 fn forward<S: Scalar>(_: &Input, case: &Input) -> Result<Value, EvaluateError> {
     let kinematics = kinematics::<S>(case, parameters::DIMENSIONS.gear_ratio)?;
     let [heading] = scalars(case, ["beta"])?;
@@ -53,7 +54,7 @@ fn forward<S: Scalar>(_: &Input, case: &Input) -> Result<Value, EvaluateError> {
     Ok(json!({ "x_dot": number(x), "y_dot": number(y), "beta_dot": number(yaw_rate) }))
 }
 
-/// From `v`, `bd`, `s1`, `s2`, `r`, `H`, `i`.
+/// Inputs `v`, `bd`, `s1`, `s2`, `r`, `H`, `i`.
 fn inverse<S: Scalar>(_: &Input, case: &Input) -> Result<Value, EvaluateError> {
     let kinematics = kinematics::<S>(case, case.number("i")?)?;
     let [forward, yaw_rate] = scalars(case, ["v", "bd"])?;
@@ -68,7 +69,7 @@ fn inverse<S: Scalar>(_: &Input, case: &Input) -> Result<Value, EvaluateError> {
     Ok(json!({ "a1": a1, "a2": a2, "m1": m1, "m2": m2, "skid1": skid1, "skid2": skid2 }))
 }
 
-/// From `dl`, `c`, `sigma`, `rho`, `K1`, `K2`; `ymax` is `null` where eq. 6 is 0 / 0.
+/// Inputs `dl`, `c`, `sigma`, `rho`, `K1`, `K2`. `ymax` is `null` where eq. 6 is 0 / 0.
 fn shear_stress<S: Scalar>(_: &Input, case: &Input) -> Result<Value, EvaluateError> {
     let soil = soil::<S>(case)?;
     let [deformation] = scalars(case, ["dl"])?;
@@ -81,7 +82,7 @@ fn shear_stress<S: Scalar>(_: &Input, case: &Input) -> Result<Value, EvaluateErr
     }))
 }
 
-/// From `sb`, `b`, `L`, `c`, `sigma`, `rho`, `K1`, `K2`.
+/// Inputs `sb`, `b`, `L`, `c`, `sigma`, `rho`, `K1`, `K2`.
 fn driving_force<S: Scalar>(_: &Input, case: &Input) -> Result<Value, EvaluateError> {
     let soil = soil::<S>(case)?;
     let [slip, width, length] = scalars(case, ["sb", "b", "L"])?;

@@ -1,54 +1,54 @@
-//! What is wrong with a document, and where.
+//! Errors in a document, with their place.
 
 use std::fmt;
 
-/// What is wrong with a document; displays as one sentence.
+/// An error in a document; displays as one sentence.
 #[derive(Clone, Debug, PartialEq)]
 pub enum EvaluateError {
-    /// It cannot be read.
+    /// The document cannot be read.
     Unreadable(String),
-    /// It is not JSON.
+    /// The document is not JSON.
     Malformed {
         /// Line, from 1.
         line: usize,
         /// Column, from 1.
         column: usize,
-        /// What the parser says, the place included.
+        /// The parser's message, with the place.
         message: String,
     },
     /// No group has this name.
     UnknownGroup {
-        /// The name.
+        /// The name in the document.
         got: String,
-        /// All names.
+        /// Names of all groups.
         known: Vec<&'static str>,
     },
     /// The group has no function of this name.
     UnknownFunction {
         /// The group.
         group: String,
-        /// The name.
+        /// The name in the document.
         got: String,
-        /// All names.
+        /// Names of all functions of the group.
         known: Vec<&'static str>,
     },
-    /// A value is not there.
+    /// A value is missing.
     Missing {
         /// Path of the value.
         path: String,
     },
-    /// A value is not what it must be.
+    /// A value has the wrong type or length.
     Unexpected {
         /// Path of the value.
         path: String,
-        /// What it must be.
+        /// The expected type or length.
         expected: String,
     },
-    /// The library refuses a value.
+    /// The library does not accept a value.
     Refused {
         /// Path of the values.
         path: String,
-        /// Why.
+        /// The reason.
         reason: String,
     },
 }

@@ -1,4 +1,5 @@
-//! Group `hylos_control`: the velocity model and the decoupled control of posture and trajectory.
+//! Functions of the group `hylos_control`: the velocity model and the decoupled control of posture
+//! and trajectory.
 
 use super::hylos_parameters::{attitude, legs, parameters, posture};
 use super::input::{Input, matrix, numbers};
@@ -12,7 +13,8 @@ pub fn functions<S: Scalar>() -> Functions {
     vec![("control", control::<S>), ("attitude", matrices::<S>)]
 }
 
-/// From the state, `xt_dot` (x, y, yaw), `grad` and the `sign` with which the legs follow it, `K_gamma`, and whether eq. 17 is `full`.
+/// Inputs: the state, `xt_dot` (x, y, yaw), `grad` and the `sign` with which the legs follow it,
+/// `K_gamma`, and whether eq. 17 is computed in its `full` form.
 fn control<S: Scalar>(params: &Input, case: &Input) -> Result<Value, EvaluateError> {
     let parameters = parameters::<S>(params)?;
     let posture = posture(&parameters, case)?;
@@ -46,7 +48,7 @@ fn control<S: Scalar>(params: &Input, case: &Input) -> Result<Value, EvaluateErr
     }))
 }
 
-/// From `phi`, `psi`, `theta`; the printed `T_phi` gives the angular velocity in the world's axes.
+/// Inputs `phi`, `psi`, `theta`. The printed `T_phi` gives the angular velocity in world axes.
 fn matrices<S: Scalar>(_: &Input, case: &Input) -> Result<Value, EvaluateError> {
     let attitude = attitude::<S>(case)?;
     let (rotation, rates) = (attitude.rotation(), attitude.rate_matrix());

@@ -1,4 +1,5 @@
-//! Group `hylos_margin`: tip-over angles, the potential made of them and its gradient. Contacts are clockwise here, as in the papers.
+//! Functions of the group `hylos_margin`: tip-over angles, the potential computed from them, and
+//! its gradient. As in the papers, contacts are clockwise.
 
 use super::hylos_parameters::{parameters, posture};
 use super::input::{Input, matrix, number, numbers};
@@ -17,7 +18,7 @@ pub fn functions<S: Scalar>() -> Functions {
     ]
 }
 
-/// From `contacts_cw` (3 or 4), `G`, `f`, `moment` at G.
+/// Inputs `contacts_cw` (3 or 4), `G`, `f`, `moment` at G.
 fn margins<S: Scalar>(_: &Input, case: &Input) -> Result<Value, EvaluateError> {
     let contacts = case.rows::<3>("contacts_cw")?;
     let nu = match contacts.len() {
@@ -31,7 +32,8 @@ fn margins<S: Scalar>(_: &Input, case: &Input) -> Result<Value, EvaluateError> {
     Ok(json!({ "nu": numbers(&nu), "m_s": number(margin(&nu)) }))
 }
 
-/// Backwards, the contacts are counter-clockwise; then the edge from contact `k` to `k + 1` is the one that ends at the old `k`.
+/// Tip-over angles for clockwise contacts. The contacts are reversed, so that they are
+/// counter-clockwise; the angles are then put into the order of the input.
 fn clockwise<S: Scalar, const N: usize>(
     contacts: &[[f64; 3]],
     case: &Input,
@@ -46,8 +48,8 @@ fn clockwise<S: Scalar, const N: usize>(
     Ok((0..N).map(|k| nu[(2 * N - 2 - k) % N]).collect())
 }
 
-/// From the state and what pulls beside the weight, `f0` and `m0` in the world, with the potential's constants. The tip-over axes of
-/// `nu` are front, right, rear, left.
+/// Inputs: the state, the additional force `f0` and moment `m0` in world axes, and the potential's
+/// constants. The tip-over axes of `nu` are front, right, rear, left.
 fn state<S: Scalar>(params: &Input, case: &Input) -> Result<Value, EvaluateError> {
     let parameters = parameters::<S>(params)?;
     let posture = posture(&parameters, case)?;
@@ -73,13 +75,13 @@ fn state<S: Scalar>(params: &Input, case: &Input) -> Result<Value, EvaluateError
     }))
 }
 
-/// From `k_stab`, `v_star`, `v_min`.
+/// Inputs `k_stab`, `v_star`, `v_min`.
 fn constants<S: Scalar>(case: &Input) -> Result<Potential<S>, EvaluateError> {
     let [gain, limit, floor] = ["k_stab", "v_star", "v_min"].map(|name| case.number(name));
     Potential::new(gain?, limit?, floor?).map_err(|error| case.refused(error))
 }
 
-/// From `nu` and the potential's constants.
+/// Inputs `nu` and the potential's constants.
 fn potential<S: Scalar>(_: &Input, case: &Input) -> Result<Value, EvaluateError> {
     let potential = constants::<S>(case)?;
     let nu: Vec<S> = case.list("nu")?.into_iter().map(S::from_f64).collect();

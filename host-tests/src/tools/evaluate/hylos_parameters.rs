@@ -1,11 +1,12 @@
-//! `params` of the groups about Hylos, and the state that their functions share.
+//! Reads the `params` of the groups about Hylos, and the state that is an input of several
+//! functions.
 
 use super::EvaluateError;
 use super::input::Input;
 use tautrack::math::Scalar;
 use tautrack::robots::hylos::{Attitude, LEGS, Legs, Measures, Parameters, Posture};
 
-/// `g`, `hip_x`, `hip_y`, `off_y`, `l1`, `l2`, `r`, `m_body`, `com_body`, `m_wheel`.
+/// Reads `g`, `hip_x`, `hip_y`, `off_y`, `l1`, `l2`, `r`, `m_body`, `com_body`, `m_wheel`.
 pub fn parameters<S: Scalar>(params: &Input) -> Result<Parameters<S>, EvaluateError> {
     let measures = Measures {
         hip: [params.number("hip_x")?, params.number("hip_y")?],
@@ -20,7 +21,7 @@ pub fn parameters<S: Scalar>(params: &Input) -> Result<Parameters<S>, EvaluateEr
     Parameters::new(&measures).map_err(|error| params.refused(error))
 }
 
-/// Eight numbers, hip and knee of each leg.
+/// Reads eight numbers: hip and knee of each leg.
 pub fn legs<S: Scalar>(case: &Input, name: &str) -> Result<Legs<S>, EvaluateError> {
     let values: [S; 2 * LEGS] = case.scalars(name)?;
     Ok(std::array::from_fn(|leg| {
@@ -28,7 +29,7 @@ pub fn legs<S: Scalar>(case: &Input, name: &str) -> Result<Legs<S>, EvaluateErro
     }))
 }
 
-/// From `phi`, `psi`, `theta`.
+/// Inputs `phi`, `psi`, `theta`.
 pub fn attitude<S: Scalar>(case: &Input) -> Result<Attitude<S>, EvaluateError> {
     let [roll, pitch, yaw] = ["phi", "psi", "theta"].map(|name| case.number(name));
     Ok(Attitude::from_angles(
@@ -36,7 +37,8 @@ pub fn attitude<S: Scalar>(case: &Input) -> Result<Attitude<S>, EvaluateError> {
     ))
 }
 
-/// From `qa`, `gamma`, the angles, and `normals0`, the ground's normals in the world.
+/// Inputs `qa`, `gamma`, the angles of the attitude, and `normals0`, the ground's normals in world
+/// axes.
 pub fn posture<'a, S: Scalar>(
     parameters: &'a Parameters<S>,
     case: &Input,

@@ -1,11 +1,11 @@
-//! A JSON value that knows its path, and numbers from it and back.
+//! Reads values from a JSON document, with their paths for errors, and converts results to JSON.
 
 use super::EvaluateError;
 use serde_json::Value;
 use std::fmt::Debug;
 use tautrack::math::Scalar;
 
-/// A value of the document with its path, for errors.
+/// A value of the document with its path, which errors name.
 pub struct Input<'a> {
     value: &'a Value,
     path: String,
@@ -19,7 +19,7 @@ impl<'a> Input<'a> {
         }
     }
 
-    /// The error of a value that is not what it must be.
+    /// The error for a value with the wrong type or length.
     pub fn unexpected<T>(&self, expected: impl Into<String>) -> Result<T, EvaluateError> {
         let path = if self.path.is_empty() {
             "the document".to_owned()
@@ -32,7 +32,7 @@ impl<'a> Input<'a> {
         })
     }
 
-    /// The error of a library function that refuses these values.
+    /// The error for values that a library function does not accept.
     pub fn refused(&self, reason: impl Debug) -> EvaluateError {
         EvaluateError::Refused {
             path: self.path.clone(),
@@ -87,7 +87,7 @@ impl<'a> Input<'a> {
         }
     }
 
-    /// True or false.
+    /// Reads a boolean.
     pub fn truth(&self, name: &str) -> Result<bool, EvaluateError> {
         let member = self.member(name)?;
         match member.value {
@@ -103,7 +103,7 @@ impl<'a> Input<'a> {
         }
     }
 
-    /// As many numbers as are asked for.
+    /// Reads exactly `N` numbers.
     pub fn as_numbers<const N: usize>(&self) -> Result<[f64; N], EvaluateError> {
         let mut numbers = [0.0; N];
         for (number, element) in numbers.iter_mut().zip(&self.array::<N>()?) {
@@ -112,12 +112,12 @@ impl<'a> Input<'a> {
         Ok(numbers)
     }
 
-    /// A number, in double precision.
+    /// Reads a number in double precision.
     pub fn number(&self, name: &str) -> Result<f64, EvaluateError> {
         self.member(name)?.as_number()
     }
 
-    /// True or false.
+    /// Reads a boolean.
     pub fn flag(&self, name: &str) -> Result<bool, EvaluateError> {
         let member = self.member(name)?;
         match member.value.as_bool() {
@@ -126,24 +126,24 @@ impl<'a> Input<'a> {
         }
     }
 
-    /// Numbers, in double precision.
+    /// Reads exactly `N` numbers in double precision.
     pub fn numbers<const N: usize>(&self, name: &str) -> Result<[f64; N], EvaluateError> {
         self.member(name)?.as_numbers()
     }
 
-    /// Rows of numbers, any number of them.
+    /// Reads any number of rows of `N` numbers.
     pub fn rows<const N: usize>(&self, name: &str) -> Result<Vec<[f64; N]>, EvaluateError> {
         let rows = self.member(name)?.elements()?;
         rows.iter().map(Self::as_numbers).collect()
     }
 
-    /// Numbers, any number of them.
+    /// Reads any number of numbers.
     pub fn list(&self, name: &str) -> Result<Vec<f64>, EvaluateError> {
         let elements = self.member(name)?.elements()?;
         elements.iter().map(Self::as_number).collect()
     }
 
-    /// As many elements as are asked for.
+    /// Reads an array of exactly `N` elements.
     pub fn array<const N: usize>(&self) -> Result<[Input<'a>; N], EvaluateError> {
         let elements = self.elements()?;
         let count = elements.len();
@@ -152,29 +152,29 @@ impl<'a> Input<'a> {
             .or_else(|_| self.unexpected(format!("an array of {N}, not of {count}")))
     }
 
-    /// Three rows of three numbers.
+    /// Reads a matrix: three rows of three numbers.
     pub fn matrix(&self) -> Result<[[f64; 3]; 3], EvaluateError> {
         let [x, y, z] = self.array()?;
         Ok([x.as_numbers()?, y.as_numbers()?, z.as_numbers()?])
     }
 
-    /// Numbers to compute with.
+    /// Reads exactly `N` numbers in the precision of the computation.
     pub fn scalars<S: Scalar, const N: usize>(&self, name: &str) -> Result<[S; N], EvaluateError> {
         Ok(self.numbers(name)?.map(S::from_f64))
     }
 }
 
-/// A number, as JSON; `null` if it is none.
+/// Converts a number to JSON; NaN and infinity become `null`.
 pub fn number<S: Scalar>(value: S) -> Value {
     value.to_f64().into()
 }
 
-/// Numbers, as JSON.
+/// Converts numbers to a JSON array.
 pub fn numbers<S: Scalar>(values: &[S]) -> Value {
     values.iter().map(|value| number(*value)).collect()
 }
 
-/// A matrix row by row, as JSON.
+/// Converts a matrix to JSON, row by row.
 pub fn matrix<S: Scalar, const N: usize>(rows: &[[S; N]]) -> Value {
     rows.iter().map(|row| numbers(row)).collect()
 }

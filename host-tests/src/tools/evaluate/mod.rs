@@ -1,9 +1,12 @@
-//! `cargo evaluate`: model functions on JSON, computed by the library's own code in either
-//! precision, so that another tool, or a person with MATLAB, can check what is flashed.
+//! `cargo evaluate`: evaluates model functions with inputs from a JSON document, in single or
+//! double precision.
 //!
-//! The format is that of host-tests/vectors: `group`, `params`, `functions: {name: [{in, out}]}`.
-//! What comes out is the same document with `out` computed in every case. A group is one file here
-//! and one line in `groups`.
+//! It runs the library's own code, so anybody with another program, such as MATLAB, can check the
+//! code that the nodes run.
+//!
+//! The format is the one of host-tests/vectors: `group`, `params`,
+//! `functions: {name: [{in, out}]}`. The result is the same document with `out` computed in every
+//! case. Each group is one file in this folder and one line in `groups`.
 
 mod b2p2_dynamics;
 mod b2p2_fk_com;
@@ -27,7 +30,7 @@ use input::Input;
 use serde_json::Value;
 use tautrack::math::Scalar;
 
-/// What a model computes with.
+/// Number format of the computation.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, ValueEnum)]
 pub enum Precision {
     /// Single precision, as on the robot.
@@ -36,12 +39,12 @@ pub enum Precision {
     F64,
 }
 
-/// A function of a group: from the document's `params` and a case's `in` to its `out`.
+/// A function of a group: computes `out` from the document's `params` and a case's `in`.
 type Function = fn(&Input, &Input) -> Result<Value, EvaluateError>;
-/// Functions by name.
+/// The functions of a group, by name.
 type Functions = Vec<(&'static str, Function)>;
 
-/// Functions of each group.
+/// All groups with their functions.
 fn groups<S: Scalar>() -> Vec<(&'static str, Functions)> {
     vec![
         ("b2p2_screw", b2p2_screw::functions::<S>()),
@@ -55,10 +58,10 @@ fn groups<S: Scalar>() -> Vec<(&'static str, Functions)> {
     ]
 }
 
-/// The document of `text` with every `out` computed.
+/// Parses the document `text` and computes every `out`.
 ///
 /// # Errors
-/// The first thing in it that cannot be understood or computed, with its place.
+/// Names the first part of the document that cannot be parsed or computed, with its place.
 pub fn evaluate(text: &str, precision: Precision) -> Result<Value, EvaluateError> {
     let document = serde_json::from_str(text).map_err(|error| EvaluateError::Malformed {
         line: error.line(),

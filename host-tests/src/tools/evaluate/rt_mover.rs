@@ -1,4 +1,5 @@
-//! Group `rt_mover`: the kinematics of the leg-wheel robot RT-Mover. Supports are counter-clockwise.
+//! Functions of the group `rt_mover`: the kinematics of the leg-wheel robot RT-Mover. Contacts of a
+//! support are counter-clockwise.
 
 use super::input::{Input, matrix, number, numbers};
 use super::{EvaluateError, Functions};
@@ -25,7 +26,7 @@ pub fn functions<S: Scalar>() -> Functions {
     ]
 }
 
-/// `LB`, `LA`, `Lr`, `R`, `steer_max`; the masses of the robot as simulated.
+/// Reads `LB`, `LA`, `Lr`, `R`, `steer_max`. The masses are the ones of the simulated robot.
 fn parameters<S: Scalar>(params: &Input) -> Result<Parameters<S>, EvaluateError> {
     let lengths = Lengths {
         body: params.number("LB")?,
@@ -41,7 +42,7 @@ fn scalar<S: Scalar>(case: &Input, name: &str) -> Result<S, EvaluateError> {
     Ok(S::from_f64(case.number(name)?))
 }
 
-/// Pitch, steering and roll of an arm.
+/// Reads pitch, steering and roll of an arm.
 fn arm<S: Scalar>(case: &Input, names: [&str; 3]) -> Result<ArmAngles<S>, EvaluateError> {
     let [pitch, steering, roll] = names;
     Ok(ArmAngles {
@@ -51,7 +52,7 @@ fn arm<S: Scalar>(case: &Input, names: [&str; 3]) -> Result<ArmAngles<S>, Evalua
     })
 }
 
-/// Both arms at the same angles.
+/// Reads one arm's angles and uses them for both arms.
 fn shape<S: Scalar>(case: &Input) -> Result<Shape<S>, EvaluateError> {
     let arm = arm(case, ["thp", "ths", "thr"])?;
     Ok(Shape {
@@ -61,7 +62,8 @@ fn shape<S: Scalar>(case: &Input) -> Result<Shape<S>, EvaluateError> {
     })
 }
 
-/// From `thp`, `ths`, `thr`, `thw`, `front`, `left`: eq. 2, and the lowest point of the wheel.
+/// Inputs `thp`, `ths`, `thr`, `thw`, `front`, `left`. Computes eq. 2 and the lowest point of the
+/// wheel.
 fn wheel<S: Scalar>(params: &Input, case: &Input) -> Result<Value, EvaluateError> {
     let parameters = parameters::<S>(params)?;
     let axle = if case.flag("front")? {
@@ -79,7 +81,8 @@ fn wheel<S: Scalar>(params: &Input, case: &Input) -> Result<Value, EvaluateError
     }))
 }
 
-/// From `thsf`, `thrf`, `thsr`, `support_left`: a front wheel is lifted, the other three stand on level ground.
+/// Inputs `thsf`, `thrf`, `thsr`, `support_left`. One front wheel is lifted; the other three wheels
+/// stand on level ground.
 fn projection<S: Scalar>(params: &Input, case: &Input) -> Result<Value, EvaluateError> {
     let parameters = parameters::<S>(params)?;
     let lifted = if case.flag("support_left")? {
@@ -113,7 +116,7 @@ fn projection<S: Scalar>(params: &Input, case: &Input) -> Result<Value, Evaluate
     }))
 }
 
-/// From `thp`, `ths`, `thr`.
+/// Inputs `thp`, `ths`, `thr`.
 fn leg_angle<S: Scalar>(params: &Input, case: &Input) -> Result<Value, EvaluateError> {
     let parameters = parameters::<S>(params)?;
     let shape = shape(case)?;
@@ -126,7 +129,7 @@ fn leg_angle<S: Scalar>(params: &Input, case: &Input) -> Result<Value, EvaluateE
     }))
 }
 
-/// From `thleg_dot`, `thrf_dot`, `thp_dot`, `ths`, `thr`, `thp`: eq. 8.
+/// Inputs `thleg_dot`, `thrf_dot`, `thp_dot`, `ths`, `thr`, `thp`. Computes eq. 8.
 fn steering_rate<S: Scalar>(_: &Input, case: &Input) -> Result<Value, EvaluateError> {
     let angles = arm(case, ["thp", "ths", "thr"])?;
     let rates = ArmAngles {
@@ -138,7 +141,8 @@ fn steering_rate<S: Scalar>(_: &Input, case: &Input) -> Result<Value, EvaluateEr
     Ok(json!({ "thsf_dot": number(rate) }))
 }
 
-/// From `Af0`, `Af1`, `phi`, `dt`, `support_left`: eq. 3 to 6; the turning of eq. 6 over `dt`.
+/// Inputs `Af0`, `Af1`, `phi`, `dt`, `support_left`. Computes eq. 3 to 6; the rotation of eq. 6 is
+/// over `dt`.
 fn lift_step<S: Scalar>(_: &Input, case: &Input) -> Result<Value, EvaluateError> {
     let period = scalar::<S>(case, "dt")?;
     let motion = lifting::lift_step(
@@ -155,7 +159,7 @@ fn lift_step<S: Scalar>(_: &Input, case: &Input) -> Result<Value, EvaluateError>
     }))
 }
 
-/// From `Af`, `thdot_o`, `phi`, `support_left`: eq. 12.
+/// Inputs `Af`, `thdot_o`, `phi`, `support_left`. Computes eq. 12.
 fn swing<S: Scalar>(_: &Input, case: &Input) -> Result<Value, EvaluateError> {
     let motion = lifting::swing::<S>(
         scalar(case, "Af")?,
@@ -166,7 +170,8 @@ fn swing<S: Scalar>(_: &Input, case: &Input) -> Result<Value, EvaluateError> {
     Ok(json!({ "V": numbers(&motion.velocity) }))
 }
 
-/// From `Vx`, `Vy`, `B`, `Bdot`, `off`, `off_dot`, `th_sup`, `thsup_dot`, `A_r`: eq. 9 to 11.
+/// Inputs `Vx`, `Vy`, `B`, `Bdot`, `off`, `off_dot`, `th_sup`, `thsup_dot`, `A_r`. Computes eq. 9
+/// to 11.
 fn rear_wheels<S: Scalar>(_: &Input, case: &Input) -> Result<Value, EvaluateError> {
     let body = ProjectedBody {
         length: scalar(case, "B")?,
@@ -188,7 +193,7 @@ fn rear_wheels<S: Scalar>(_: &Input, case: &Input) -> Result<Value, EvaluateErro
     }))
 }
 
-/// From `V_B`, `th_leg`, `th_sup`, `B`, `A_f`, `A_r`: eq. 13.
+/// Inputs `V_B`, `th_leg`, `th_sup`, `B`, `A_f`, `A_r`. Computes eq. 13.
 fn wheel_mode<S: Scalar>(_: &Input, case: &Input) -> Result<Value, EvaluateError> {
     let frame = Frame {
         headings: [scalar(case, "th_leg")?, scalar(case, "th_sup")?],
@@ -204,7 +209,7 @@ fn wheel_mode<S: Scalar>(_: &Input, case: &Input) -> Result<Value, EvaluateError
     }))
 }
 
-/// From `contacts_ccw`, `g`.
+/// Inputs `contacts_ccw`, `g`.
 fn static_margin<S: Scalar>(_: &Input, case: &Input) -> Result<Value, EvaluateError> {
     let rows = case.rows::<2>("contacts_ccw")?;
     let Ok(supports) = <[[f64; 2]; 3]>::try_from(rows) else {

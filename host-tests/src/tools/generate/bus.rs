@@ -1,4 +1,5 @@
-//! The buses as Markdown: every frame of B2P2 with its rate and its bits, sums for the other robots, what the payloads mean, and all objects.
+//! Writes the generated parts of docs/bus.md as Markdown: the cyclic frames of B2P2 with rate and
+//! load, the loads of the other robots, the payloads, and all objects.
 
 use super::tables::sentence;
 use super::{ReferenceError, Role, eds};
@@ -20,7 +21,7 @@ use zencan_common::device_config::{DataType, Object, PdoDefaultConfig};
 use zencan_common::objects::AccessType;
 use zencan_common::pdo::PdoMapping;
 
-/// A payload of `tautrack::bus::pdo`.
+/// A payload of `tautrack::bus::pdo` with its mapped objects and their meanings.
 struct Known {
     name: &'static str,
     mapping: &'static [u32],
@@ -47,7 +48,7 @@ const PAYLOADS: [Known; 11] = known!(
     GuardPosition
 );
 
-/// A frame that comes again and again.
+/// A cyclic frame: it is sent once in every period.
 struct Cyclic {
     id: u16,
     sender: String,
@@ -58,7 +59,7 @@ struct Cyclic {
 
 impl Cyclic {
     fn bits(&self) -> u32 {
-        // A frame's bits depend on its length alone, which is 0 to 8.
+        // The number of bits depends only on the length, which is 0 to 8 bytes.
         Frame::new(self.id, &[0; 8][..self.bytes]).map_or(0, |frame| worst_case_bits(&frame))
     }
 
@@ -67,7 +68,7 @@ impl Cyclic {
     }
 }
 
-/// The nodes of a robot as its own scenario has them.
+/// Returns the nodes of a robot in its default scenario.
 fn nodes(kind: Kind) -> Result<Vec<NodeSpec>, ReferenceError> {
     let path = root()?
         .join("host-tests/scenarios")
@@ -75,10 +76,10 @@ fn nodes(kind: Kind) -> Result<Vec<NodeSpec>, ReferenceError> {
     Ok(Scenario::load(&path)?.nodes())
 }
 
-/// What the other robots put on their buses, kind by kind, as shares.
+/// Returns the table of bus loads of the robots other than B2P2, by kind of frame.
 ///
 /// # Errors
-/// Of a shipped scenario, or that there is none.
+/// If the default scenario of a robot is missing or invalid.
 pub fn others(roles: &[Role]) -> Result<String, ReferenceError> {
     let mut text = "| Robot | Drives | SYNC | Set-points | Motion | Status, heartbeats, guard, operator | All |\n|---|---|---|---|---|---|---|\n".to_owned();
     for kind in &Kind::value_variants()[1..] {
@@ -105,10 +106,10 @@ pub fn others(roles: &[Role]) -> Result<String, ReferenceError> {
     Ok(text)
 }
 
-/// Every cyclic frame of B2P2 with its share of the bus, and the sum.
+/// Returns the table of the cyclic frames of B2P2 with the bus load of each, and the sum.
 ///
 /// # Errors
-/// Of its shipped scenario, or that there is none.
+/// If B2P2's default scenario is missing or invalid.
 pub fn frames(roles: &[Role]) -> Result<String, ReferenceError> {
     let mut text = "| Identifier | Sender | Frame | Bytes | Bits | Rate | Load |\n|---|---|---|---|---|---|---|\n".to_owned();
     let frames = cyclic(roles, Kind::B2p2, &nodes(Kind::B2p2)?);
@@ -134,7 +135,7 @@ pub fn frames(roles: &[Role]) -> Result<String, ReferenceError> {
     Ok(text)
 }
 
-/// Share of the bus that so many bits take, %.
+/// Bus load of so many bits per second, %.
 fn percent(bits_per_second: f64) -> f64 {
     bits_per_second / BIT_RATE as f64 * 100.0
 }
@@ -150,7 +151,7 @@ fn sync_period_us(nodes: &[NodeSpec]) -> u64 {
     }) as u64
 }
 
-/// Whether a drive is told rates; others are told positions.
+/// Returns true if the drive's set-points are velocities, false if they are positions.
 fn is_told_rates(kind: Kind, name: NodeName) -> bool {
     let ends = ["_track", "_wheel"];
     kind == Kind::RtMover || ends.iter().any(|end| name.as_str().ends_with(end))
@@ -233,7 +234,7 @@ fn payload_name(mappings: &[PdoMapping]) -> &'static str {
         .map_or("?", |payload| payload.name)
 }
 
-/// What each payload carries, field by field.
+/// Returns one table for each payload: its fields with bytes, object and meaning.
 pub fn payloads() -> String {
     let mut text = String::new();
     for payload in &PAYLOADS {
@@ -266,7 +267,8 @@ fn object_name(mapped: u32) -> String {
     format!("{:04X}:{:X}", mapped >> 16, mapped >> 8 & 0xff)
 }
 
-/// The objects of each role that are its own; those that every `CANopen` node has are in the EDS files alone.
+/// Returns one table of objects for each role. Objects that every `CANopen` node has are left out;
+/// the EDS files contain them.
 pub fn objects(roles: &[Role]) -> String {
     let mut text = String::new();
     for role in roles {
@@ -329,7 +331,7 @@ pub fn objects(roles: &[Role]) -> String {
     text
 }
 
-/// What an object means where it is process data.
+/// Returns the meaning of an object that is mapped into a payload; empty for other objects.
 fn process_data_meaning(key: u32) -> String {
     PAYLOADS
         .iter()

@@ -1,4 +1,5 @@
-//! A dictionary as an electronic data sheet (`CiA` 306), the file that `CANopen` tools configure themselves with.
+//! Writes an object dictionary as an electronic data sheet (EDS, `CiA` 306), the file format that
+//! `CANopen` tools read.
 
 use std::fmt::{Display, Write};
 use zencan_common::device_config::{
@@ -7,15 +8,16 @@ use zencan_common::device_config::{
 use zencan_common::objects::{AccessType, PdoMappable};
 use zencan_common::pdo::PdoMapping;
 
-/// Objects that one PDO can map; the stack's own list has room for 64, its nodes for these.
+/// Maximum number of objects that one PDO of a node maps. The lists of the `CANopen` stack have
+/// room for 64.
 const MAPPINGS: u8 = 8;
-/// Bit of a COB-ID that says that the PDO is not in use.
+/// Bit of a COB-ID that marks a PDO as not in use.
 const NOT_VALID: u32 = 1 << 31;
 
-/// Name of sub-index 0 in every collection.
+/// Name of sub-index 0 of every record and array.
 const HIGHEST: &str = "Highest sub-index supported";
 
-/// The whole file, to be called `file`.
+/// Returns the text of the EDS file with the name `file`.
 pub fn write(file: &str, config: &DeviceConfig) -> String {
     let mut objects: Vec<_> = config.objects.iter().collect();
     objects.sort_by_key(|object| object.index);
@@ -44,7 +46,7 @@ fn head(file: &str, config: &DeviceConfig) -> String {
         ..
     } = config;
     let mut text = section("FileInfo").trim_start().to_owned();
-    // No dates: the same dictionary shall give the same file.
+    // No dates, so that the same dictionary always gives the same file.
     entry(&mut text, "FileName", file);
     entry(&mut text, "FileVersion", 1);
     entry(&mut text, "FileRevision", 0);
@@ -93,7 +95,7 @@ fn list(text: &mut String, name: &str, objects: &[&ObjectDefinition], in_it: imp
     }
 }
 
-/// A variable, or one part of a record.
+/// A variable, or one element of a record or array.
 struct Variable<'a> {
     name: &'a str,
     data_type: DataType,
@@ -176,14 +178,14 @@ fn collection(text: &mut String, index: &str, name: &str, kind: &str, subs: &[Su
     }
 }
 
-/// One of the two parameters of a PDO.
+/// One of the two parameter records of a PDO: communication or mapping.
 struct PdoParameter<'a> {
     name: String,
     mapping: bool,
     defaults: Option<&'a PdoDefaultConfig>,
 }
 
-/// The PDO whose parameter the object with this index is.
+/// Returns the PDO parameter at this index, if the index belongs to one.
 fn pdo_parameter(index: u16, config: &DeviceConfig) -> Option<PdoParameter<'_>> {
     let (direction, defaults) = match index {
         0x1400..=0x17ff => ("RPDO", &config.pdos.rpdo_defaults),
@@ -276,7 +278,7 @@ fn type_code(data_type: DataType) -> u16 {
     }
 }
 
-/// Access as the file has it.
+/// Returns the access type as EDS files spell it.
 pub fn access_words(access: AccessType) -> &'static str {
     match access {
         AccessType::Ro => "ro",
@@ -286,7 +288,7 @@ pub fn access_words(access: AccessType) -> &'static str {
     }
 }
 
-/// A default value as the file has it; 0 where there is none.
+/// Returns a default value as EDS files spell it; 0 if there is none.
 pub fn default(value: Option<&DefaultValue>) -> String {
     match value {
         None => "0".into(),

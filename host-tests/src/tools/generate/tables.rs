@@ -1,12 +1,12 @@
-//! Faults and settings as Markdown.
+//! Writes the generated parts of docs/faults.md and docs/settings.md as Markdown.
 
 use std::fmt::Write;
 use tautrack::faults::{self, Reaction};
 use tautrack::settings;
 
-/// Overview and one section per fault.
+/// Returns the tables of docs/faults.md: an overview, and one section for each fault.
 pub fn faults() -> String {
-    let mut text = "| Code | Fault | The axle |\n|---|---|---|\n".to_owned();
+    let mut text = "| Code | Fault | Reaction of the drive |\n|---|---|---|\n".to_owned();
     let reaction = |reaction| match reaction {
         Reaction::Hold => "ramps to standstill and holds",
         Reaction::Brake => "shorts its windings",
@@ -19,7 +19,7 @@ pub fn faults() -> String {
     for row in faults::TABLE {
         let _ = write!(
             text,
-            "\n### {:#06x} {}\n\n{}\n\n* Reaction: the axle {}.\n* Clears by: {}.\n* What to do: {}\n",
+            "\n### {:#06x} {}\n\n{}\n\n* Reaction: the drive {}.\n* Cleared by: {}.\n* What to do: {}\n",
             row.code,
             row.name,
             row.cause,
@@ -31,20 +31,20 @@ pub fn faults() -> String {
     text
 }
 
-/// Groups of settings: the last key of each, and who reads them.
+/// Groups of settings: the last key of each group, and its title with the roles that read it.
 const GROUPS: &[(u16, &str)] = &[
     (0x000f, "Every node"),
-    (0x002f, "The motor and its axle: axle and screw"),
-    (0x003f, "The belt and its screw: screw and guard"),
-    (0x005f, "The robot: guard"),
-    (0x006f, "The sensors on the body: guard"),
-    (0x007f, "Balance, trip and trust: guard"),
-    (0x008f, "The crawler: guard"),
+    (0x002f, "Motor and output shaft: axle and screw"),
+    (0x003f, "Belt and screw: screw and guard"),
+    (0x005f, "Robot and operator: guard"),
+    (0x006f, "Compass: guard"),
+    (0x007f, "Margins, trip and trust in the sensors: guard"),
+    (0x008f, "Crawler: guard"),
     (0x009f, "Robots whose drives have consecutive ids: guard"),
     (0x00bf, "Masses of B2P2: guard"),
 ];
 
-/// One table per group.
+/// Returns the tables of docs/settings.md: one for each group of settings.
 pub fn settings() -> String {
     let mut text = String::new();
     let mut first = 0;
@@ -80,7 +80,7 @@ pub fn settings() -> String {
     text
 }
 
-/// A documentation comment outside of rustdoc: without the brackets of its links.
+/// Converts a doc comment to a sentence of a page: removes the brackets of rustdoc links.
 pub fn sentence(comment: &str) -> String {
     comment.trim().replace("[`", "`").replace("`]", "`")
 }

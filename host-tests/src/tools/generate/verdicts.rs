@@ -1,11 +1,11 @@
-//! The guard's verdicts as Markdown.
+//! Writes the table of the guard's verdicts in docs/bus.md as Markdown.
 
 use crate::simulator::run::listener::words;
 use std::fmt::Write;
 use tautrack::stability::filter::Verdict;
 
-/// One row per kind of verdict: its codes, what it is called in results, and what the low half
-/// names.
+/// Returns the table of verdicts: for each kind its codes, its name in results, and the edges or
+/// reasons in the low half of the code.
 pub fn table() -> String {
     let mut text = "| Code | In results | Low half |\n|---|---|---|\n".to_owned();
     for kind in 0..=0xf_u8 {
@@ -32,7 +32,8 @@ pub fn table() -> String {
     text
 }
 
-/// What happens to the command, and the reason, which stands behind the last colon or comma.
+/// Splits the words of a verdict at the last colon or comma: what happens to the command, and the
+/// reason.
 fn split(words: &str) -> (&str, &str) {
     let at = words.rfind([':', ',']).unwrap_or(words.len());
     (

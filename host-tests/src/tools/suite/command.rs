@@ -1,4 +1,4 @@
-//! The suites as `cargo demo --suite` runs them: programs, progress, files.
+//! Runs the suites for `cargo demo --suite`: builds the programs, prints progress, writes files.
 
 use super::evaluation::Row;
 use super::operators::Plan;
@@ -19,10 +19,10 @@ fn programs(kind: Kind) -> Result<Programs, String> {
         .map_err(|error| error.to_string())
 }
 
-/// Runs the hazard suite; whether every row holds.
+/// Runs the hazard suite. Returns whether every row holds.
 ///
 /// # Errors
-/// What kept it from running or from writing its files.
+/// The programs do not build, a scenario cannot be run, or a file cannot be written.
 pub fn hazards(random: u64, seed: u64, out: &Path) -> Result<bool, String> {
     let programs = programs(Kind::B2p2)?;
     let root = checkout::root().map_err(|error| error.to_string())?;
@@ -49,7 +49,7 @@ pub fn hazards(random: u64, seed: u64, out: &Path) -> Result<bool, String> {
     Ok(findings.all_hold())
 }
 
-/// The tables, and each drawn scenario that does not hold as a file for `--scenario`.
+/// Writes the tables, and each drawn scenario that does not hold as a file for `--scenario`.
 fn write_findings(
     folder: &Path,
     table: &str,
@@ -65,10 +65,11 @@ fn write_findings(
     Ok(())
 }
 
-/// Runs the operators' suite, or the rest of it; whether nothing toppled on fair ground.
+/// Runs the operators' suite, or the runs of it that have no result yet. Returns whether no robot
+/// toppled on fair ground.
 ///
 /// # Errors
-/// What kept it from running or from writing its files.
+/// The programs do not build, a run fails, or a file cannot be written.
 pub fn operators(plan: &Plan, out: &Path) -> Result<bool, String> {
     let programs = programs(plan.robot)?;
     let robot = plan.robot.to_possible_value();
@@ -101,7 +102,7 @@ pub fn operators(plan: &Plan, out: &Path) -> Result<bool, String> {
     Ok(!rows.iter().any(operated::Row::failed))
 }
 
-/// Writes the scenario of a run that toppled, with the command that repeats it.
+/// Writes the scenario of a run that toppled, with the command that repeats the run.
 fn keep(row: &operated::Row, scenario: &Scenario, folder: &Path) -> std::io::Result<()> {
     let Some(topple) = &row.topple else {
         return Ok(());

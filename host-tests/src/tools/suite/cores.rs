@@ -1,10 +1,10 @@
-//! Spreads jobs over all cores.
+//! Runs jobs in parallel on all cores.
 
 use super::SuiteError;
 use std::sync::Mutex;
 use std::thread;
 
-/// What `job` makes of each item, in their order.
+/// Runs `job` for each item. Returns the results in the order of the items, or the first error.
 pub(super) fn on_all_cores<T: Sync, R: Send>(
     work: &[T],
     job: impl Fn(&T) -> Result<R, SuiteError> + Sync,

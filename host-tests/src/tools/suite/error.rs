@@ -1,18 +1,18 @@
-//! Why a suite could not be run.
+//! Errors that keep a suite from running.
 
 use crate::scenario::ScenarioError;
 use crate::simulator::run::RunError;
 use std::fmt;
 use std::path::PathBuf;
 
-/// Why the suite could not be run.
+/// An error that keeps a suite from running.
 #[derive(Debug)]
 pub enum SuiteError {
     /// A folder cannot be read.
     Folder(PathBuf, std::io::Error),
-    /// A scenario is bad.
+    /// A scenario is not valid.
     Scenario(ScenarioError),
-    /// A run broke.
+    /// A run failed.
     Run(String, RunError),
 }
 

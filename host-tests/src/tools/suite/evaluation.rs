@@ -1,4 +1,4 @@
-//! One scenario, with the guard and without.
+//! Evaluates one scenario of the hazard suite from runs with and without the guard.
 
 use super::SuiteError;
 use super::interruption::{NOTHING_TO_HOLD, interruption, is_interruption};
@@ -9,30 +9,35 @@ use crate::simulator::record::Sample;
 use crate::simulator::run::{Options, Outcome, run};
 use std::cell::Cell;
 
-/// Farthest that the guard may act before the robot is beyond saving, m and s; one of the two must hold.
+/// Limits of how early the guard may act before the last moment at which letting go still saves the
+/// robot, m and s. It acts too early if it exceeds both.
 const EARLIEST_M: f64 = 0.25;
 const EARLIEST_S: f64 = 1.0;
-/// Way that the guard takes from a motion before the operator feels it, m.
+/// Distance that the guard must take from a motion before it counts as having acted, m. The
+/// operator would not notice less.
 const FELT_M: f64 = 0.005;
-/// Largest loss of way that a legitimate run may suffer.
+/// Maximum part of the distance that a legitimate run may lose with the guard.
 const LARGEST_LOSS: f64 = 0.05;
-/// A robot that has stood still for so long will not do anything any more, s; no script waits longer.
+/// A run ends when the robot has stood still for this time, s. No script waits longer, so nothing
+/// more would happen.
 const STILL_S: f64 = 3.0;
 
-/// How far the chassis angle that is passed on may stay behind the one asked while the guard holds nothing back, rad.
+/// The guard counts as having acted if the passed chassis angle stays behind the commanded one by
+/// more than this, rad.
 const CHASSIS_LAG: f64 = 5.0 * std::f64::consts::PI / 180.0;
 
 const NO_HAZARD: &str = "no hazard: it does not topple without the guard";
 const NOT_LEGITIMATE: &str = "topples without the guard";
 const BY_ITSELF: &str = "no hazard: it topples before the operator commands anything";
 
-/// How much is spent on a scenario.
+/// How many runs are made, and how fine the search is, for one scenario.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Thoroughness {
-    /// The last saving moment to 0.1 s; legitimate runs with and without the guard.
+    /// Finds the last saving moment to 0.1 s. Runs legitimate scenarios with and without the guard.
     Full,
-    /// The last saving moment to 0.3 s, taking for granted that letting go when the guard first acted saves if the guard did; a legitimate run in
-    /// which the guard did nothing is not repeated without it: nothing would differ.
+    /// Finds the last saving moment to 0.3 s. If the guard saved the robot, letting go when the
+    /// guard first acted is assumed to save it too. A legitimate run without interventions is not
+    /// repeated without the guard, because nothing would differ.
     Quick,
 }
 
@@ -49,63 +54,65 @@ impl Thoroughness {
 pub struct Row {
     /// The scenario.
     pub scenario: Scenario,
-    /// What came out.
+    /// The figures of its runs.
     pub finding: Finding,
-    /// What was asked for and did not come true; empty when all did.
+    /// Requirements that were not met; empty if all were.
     pub unmet: Vec<&'static str>,
-    /// Virtual time of all its runs, of those that were drawn again too, s.
+    /// Virtual time of all its runs, including runs of draws that were rejected, s.
     pub simulated_s: f64,
 }
 
 impl Row {
-    /// Whether a hazard is one, and a legitimate run is possible at all.
+    /// Whether the scenario is what its kind says: a hazard topples without the guard after the
+    /// operator commanded something, a legitimate run does not topple without the guard.
     pub fn is_of_its_kind(&self) -> bool {
         let not = [NO_HAZARD, NOT_LEGITIMATE, BY_ITSELF, NOTHING_TO_HOLD];
         !self.unmet.iter().any(|what| not.contains(what))
     }
 }
 
-/// What came out of one scenario.
+/// Figures of one scenario.
 #[derive(Clone, Copy, Debug)]
 pub enum Finding {
-    /// A hazard.
+    /// A run that topples without the guard.
     Hazard {
-        /// When it toppled without the guard, s.
+        /// When the robot toppled without the guard, s.
         toppled_s: Option<f64>,
-        /// Toppled with the guard as well.
+        /// Whether the robot also toppled with the guard.
         toppled_with_guard: bool,
-        /// When the guard had first held back [`FELT_M`] of way, or the chassis, s.
+        /// When the guard had first held back [`FELT_M`] of travel, or the chassis, s.
         acted_s: Option<f64>,
-        /// Last moment at which letting go saves the robot, s.
+        /// Last time at which letting go saves the robot, s.
         savable_until_s: f64,
-        /// Way of the belts between the two, m; negative when the guard acted later.
+        /// Travel of the belts between these two times in the run without the guard, m; negative if
+        /// the guard acted later.
         lead_m: f64,
     },
-    /// A restart of the guard or a reset, from which on the drives must hold the robot.
+    /// A restart of the guard or a reset, after which the drives must hold the robot.
     Interruption {
         /// When it happened, s.
         interrupted_s: f64,
-        /// How far the centre of gravity moved from then on with the drives switched off, m.
+        /// How far the centre of gravity moved afterwards with the drives switched off, m.
         moved_off_m: f64,
-        /// The robot toppled with the drives switched off.
+        /// Whether the robot toppled with the drives switched off.
         toppled_off: bool,
-        /// How far it moved with the guard, m.
+        /// How far the centre of gravity moved afterwards with the guard, m.
         moved_m: f64,
-        /// The robot toppled with the guard.
+        /// Whether the robot toppled with the guard.
         toppled_with_guard: bool,
     },
-    /// A legitimate run.
+    /// A run in which the guard must not hinder the operator.
     Legitimate {
-        /// Way of the belts without the guard, m.
+        /// Travel of the belts without the guard, m.
         way_m: f64,
-        /// Share of it that was lost with the guard.
+        /// Part of this travel that was lost with the guard, 0 to 1.
         loss: f64,
-        /// Times that the guard held back.
+        /// Number of interventions of the guard.
         interventions: usize,
     },
 }
 
-/// The runs of one scenario.
+/// Makes the runs of one scenario and adds up their virtual time.
 pub(super) struct Trials<'a> {
     pub(super) scenario: &'a Scenario,
     programs: &'a Programs,
@@ -121,7 +128,8 @@ impl<'a> Trials<'a> {
         }
     }
 
-    /// Samples with the guard on or off, and the operator letting go at a time, if at all.
+    /// Runs the scenario with the guard on or off, and returns its samples. From `let_go_s` on, if
+    /// given, the operator commands no motion.
     fn samples(&self, guard: bool, let_go_s: Option<f64>) -> Result<Vec<Sample>, SuiteError> {
         let mut description = self.scenario.description();
         description.guard = guard;
@@ -133,7 +141,7 @@ impl<'a> Trials<'a> {
         Ok(self.outcome(description, options)?.samples)
     }
 
-    /// A run of a changed scenario that ends when the robot topples.
+    /// Runs a changed scenario; the run ends when the robot topples.
     pub(super) fn outcome(
         &self,
         description: Description,
@@ -151,7 +159,8 @@ impl<'a> Trials<'a> {
         Ok(outcome)
     }
 
-    /// The row of this scenario with what of `findings` is bad.
+    /// Makes the row of this scenario. `findings` are pairs of a condition and a text; those whose
+    /// condition is true become unmet requirements.
     pub(super) fn row(&self, finding: Finding, findings: &[(bool, &'static str)]) -> Row {
         let unmet = findings.iter().filter(|(bad, _)| *bad);
         Row {
@@ -166,8 +175,8 @@ impl<'a> Trials<'a> {
         Ok(toppled_s(&self.samples(false, Some(let_go_s))?).is_none())
     }
 
-    /// The last moment before `toppled_s` at which the robot does not topple when the operator lets go, by bisection; `saves` is one that
-    /// is known to do.
+    /// Finds by bisection the last time before `toppled_s` at which letting go saves the robot.
+    /// `saves` is a time that is known to save it.
     fn savable_until(
         &self,
         toppled_s: f64,
@@ -176,7 +185,8 @@ impl<'a> Trials<'a> {
     ) -> Result<f64, SuiteError> {
         let (mut saves, mut fails) = (saves, toppled_s);
         while fails - saves.unwrap_or(0.0) > resolution_s {
-            // Letting go long before is the same as never having come: start near the end.
+            // Letting go very early is the same as not driving at all, so the search starts near
+            // the end.
             let probe = saves.map_or((fails - 2.0).max(0.0), |saves| 0.5 * (saves + fails));
             if self.saves(probe)? {
                 saves = Some(probe);
@@ -194,7 +204,7 @@ pub(super) fn toppled_s(samples: &[Sample]) -> Option<f64> {
     toppled.map(|sample| sample.time_s)
 }
 
-/// When the guard had first held back so much of a motion that the operator feels it, s.
+/// When the guard first held back enough of a motion that the operator notices it, s.
 fn acted_s(samples: &[Sample]) -> Option<f64> {
     let (mut before_s, mut lost_m) = (0.0, 0.0);
     let acted = samples.iter().find(|sample| {
@@ -214,7 +224,7 @@ fn acted_s(samples: &[Sample]) -> Option<f64> {
 /// Evaluates a hazard.
 ///
 /// # Errors
-/// [`SuiteError`] when it cannot be run.
+/// [`SuiteError`] if it cannot be run.
 pub fn hazard(
     scenario: &Scenario,
     thoroughness: Thoroughness,
@@ -283,7 +293,7 @@ pub fn hazard(
 /// Evaluates a legitimate run.
 ///
 /// # Errors
-/// [`SuiteError`] when it cannot be run.
+/// [`SuiteError`] if it cannot be run.
 pub fn legitimate(
     scenario: &Scenario,
     thoroughness: Thoroughness,
@@ -330,7 +340,7 @@ pub fn legitimate(
     Ok(trials.row(finding, &findings))
 }
 
-/// Times that the guard began to hold back.
+/// Number of times that the guard began to intervene.
 fn interventions(samples: &[Sample]) -> usize {
     let mut before = false;
     let mut count = 0;

@@ -1,4 +1,4 @@
-//! The hazard suite, on all cores.
+//! Runs the hazard suite on all cores.
 
 use super::cores::on_all_cores;
 use super::draw::{Kind, draw};
@@ -8,11 +8,12 @@ use crate::programs::Programs;
 use crate::scenario::Scenario;
 use std::path::Path;
 
-/// Draws after which a number is given up: its family has no such run.
+/// Maximum number of draws for one number. If none of them is of the kind, the last one is the
+/// result.
 const MOST_DRAWS: u64 = 20;
 
 /// Runs all scenarios of `folder`/hazards and `folder`/legitimate, then `random` drawn ones of each
-/// kind; `done` is told of each row as it comes.
+/// kind. Calls `done` with each row as soon as it is known.
 ///
 /// # Errors
 /// [`SuiteError`] of the first scenario that cannot be run.

@@ -1,12 +1,13 @@
-//! Hazards whose guard restarts, or whose operator resets, in the middle of a climb.
+//! Evaluates hazards in which the guard restarts, or the operator requests a reset, in the middle
+//! of a climb.
 //!
-//! Nothing is commanded too boldly here: what endangers the robot is that its drives let go. So the
-//! comparison is not the run without the filter, but the same run without the fault in which the
-//! operator disarms at the time of the fault, which switches all drives off. (A guard that holds the
-//! robot does not obey that request.) The scenario is a hazard if the robot then topples or its
-//! centre of gravity moves by more than [`LARGEST_MOVE_M`]. With the guard it must do neither
-//! until the end of the run. The operator requests nothing new after the reset or the restart, so
-//! that nothing may begin to drive either.
+//! In these runs the commands are harmless; the danger is that the drives let go. So the comparison
+//! is not the run without the filter. It is the same run without the fault, in which the operator
+//! disarms at the time of the fault, which switches all drives off. (A guard that holds the robot
+//! does not follow that request.) The scenario is a hazard if the robot then topples, or if its
+//! centre of gravity moves by more than [`LARGEST_MOVE_M`]. With the guard it must do neither until
+//! the end of the run. The operator requests nothing new after the reset or the restart, so nothing
+//! may start to drive either.
 
 use super::SuiteError;
 use super::evaluation::{Finding, Row, Trials, toppled_s};
@@ -14,14 +15,14 @@ use crate::scenario::{Description, FaultKind, OperatorRequest};
 use crate::simulator::record::Sample;
 use crate::simulator::run::Options;
 
-/// Largest distance that the centre of gravity may move from the interruption on, m: the way of a
-/// stop, and the robot settling from one nose onto the next contact.
+/// Maximum distance that the centre of gravity may move after the interruption, m: the distance of
+/// a stop, plus the settling of the robot from one nose onto the next contact.
 pub const LARGEST_MOVE_M: f64 = 0.1;
 
 pub(super) const NOTHING_TO_HOLD: &str =
     "no hazard: it neither topples nor moves with the drives switched off";
 
-/// Whether a scenario is one of these.
+/// Whether the scenario contains a restart of the guard or a reset.
 pub(super) fn is_interruption(scenario: &Description) -> bool {
     restart_s(scenario).is_some() || reset_event(scenario).is_some()
 }
@@ -39,12 +40,12 @@ fn reset_event(scenario: &Description) -> Option<usize> {
     events.position(|event| event.request == Some(OperatorRequest::Reset))
 }
 
-/// Evaluates one.
+/// Evaluates a scenario with an interruption.
 pub(super) fn interruption(trials: &Trials) -> Result<Row, SuiteError> {
     let scenario = trials.scenario.description();
     let with = trials.outcome(scenario.clone(), Options::default())?;
     let reset_s = || {
-        // The first command is the start of the script.
+        // The first of these times is the start of the script.
         let command = reset_event(&scenario)? + 1;
         with.commands_s.get(command).copied()
     };
@@ -83,7 +84,7 @@ pub(super) fn interruption(trials: &Trials) -> Result<Row, SuiteError> {
     Ok(trials.row(finding, &findings))
 }
 
-/// Largest distance of the centre of gravity from where it was at `from_s`, m.
+/// Maximum distance of the centre of gravity from where it was at `from_s`, m.
 fn moved_m(samples: &[Sample], from_s: f64) -> f64 {
     let mut later = samples.iter().filter(|sample| sample.time_s >= from_s);
     let Some(start) = later.next().map(|sample| sample.truth.cog) else {

@@ -1,14 +1,16 @@
-//! `cargo demo --suite hazards`: what the guard saves, and what it must not hinder.
+//! `cargo demo --suite hazards`: tests that the guard saves the robot from hazards and does not
+//! hinder legitimate runs.
 //!
-//! A hazard topples without the guard and must not with it, and the guard must leave the operator
-//! alone for as long as it can: by trial runs in which the operator lets go, the suite finds the
-//! last moment at which that still saves the robot, and says how far before it the guard first
-//! acted. A legitimate run must pass unhindered.
+//! A hazard topples the robot without the guard and must not topple it with the guard. The guard
+//! must also leave the operator alone for as long as possible. Trial runs, in which the operator
+//! lets go, find the last moment at which letting go still saves the robot. The suite reports how
+//! long before it the guard first acted. In a legitimate run the guard must not hinder the
+//! operator.
 //!
-//! `hazards` is this suite: [`evaluation`] evaluates one scenario, [`interruption`] one with a restart
-//! or a reset, [`draw`] draws scenarios, `findings` holds the results, [`table`] writes them.
-//! [`operators`] is the suite of operators who command at random. [`command`] runs both as the user
-//! commands, `cores` on all cores.
+//! `hazards` runs this suite: [`evaluation`] evaluates one scenario, [`interruption`] one with a
+//! restart or a reset, [`draw`] draws scenarios, `findings` holds the results, [`table`] writes
+//! them. [`operators`] is the suite of operators who command at random. [`command`] runs both
+//! suites for the command line, `cores` runs jobs on all cores.
 
 pub mod command;
 mod cores;

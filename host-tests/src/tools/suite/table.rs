@@ -1,11 +1,12 @@
-//! What came out of the suite, as Markdown.
+//! Formats the results of the hazard suite as Markdown.
 
 use super::draw::Kind;
 use super::evaluation::{Finding, Row};
 use super::{Drawn, Findings};
 use std::fmt::Write;
 
-/// Two tables with a line for each named scenario, and one of the drawn ones with a line for each kind and for each that does not hold.
+/// Tables of hazards, interruptions and legitimate runs with a line for each named scenario, then
+/// one of the drawn scenarios with a line for each kind, and one with those that do not hold.
 pub fn table(findings: &Findings) -> String {
     let mut text = hazards(&findings.named);
     text.push_str(&interruptions(&findings.named));
@@ -16,7 +17,7 @@ pub fn table(findings: &Findings) -> String {
     text
 }
 
-/// `holds`, or what does not.
+/// `holds`, or the unmet requirements.
 pub fn verdict(row: &Row) -> String {
     if row.unmet.is_empty() {
         "holds".into()
@@ -29,7 +30,7 @@ fn seconds(time_s: Option<f64>) -> String {
     time_s.map_or_else(|| "never".into(), |time_s| format!("{time_s:.1} s"))
 }
 
-// Writing to a string cannot fail.
+// Below, results of `writeln!` are ignored because writing to a string cannot fail.
 
 fn hazards(rows: &[Row]) -> String {
     let mut text = String::from(
@@ -54,7 +55,7 @@ fn hazards(rows: &[Row]) -> String {
                 text,
                 "| {} | {without} | {with} | {acted} | {savable_until_s:.1} s | {:.0} mm | {} |",
                 row.scenario.name,
-                // No negative zero.
+                // Adding 0 turns a negative zero into a positive one.
                 (lead_m * 1e3).round() + 0.0,
                 verdict(row)
             );
@@ -148,7 +149,7 @@ fn random(findings: &Findings) -> String {
     text
 }
 
-/// The line of one kind.
+/// The line of one kind of drawn scenarios.
 fn summary(drawn: &Drawn, kind: Kind) -> String {
     let held = drawn.rows.iter().filter(|row| row.unmet.is_empty()).count();
     let (mut lead, mut loss, mut touched) = (None, None, 0);

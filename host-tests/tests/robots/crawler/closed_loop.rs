@@ -1,4 +1,4 @@
-//! The body controller around the plant: speed on a slope, arcs, lines and stops.
+//! Tests of the crawler's body controller on the plant: speed on a slope, arcs, lines and stops.
 
 use crate::crawler::driven::{DT, Driven, slope};
 use core::f64::consts::{PI, TAU};
@@ -8,10 +8,11 @@ use tautrack::robots::crawler::{
 use tautrack_host_tests::robots::crawler::plant::{CrawlerParameters, Profile, Soil};
 use tautrack_host_tests::world::Plant;
 
-/// Period of SYNC, and so of the body controller, in milliseconds.
+/// Period of SYNC and of the body controller, ms.
 const SYNC: usize = 4;
 
-/// A controller around the plant, called at every SYNC; attitude by the plant's own noisy sensors, heading true.
+/// Controller on the plant, called at every SYNC. It gets the attitude from the plant's noisy
+/// sensors and the true heading.
 struct Controlled {
     driven: Driven,
     controller: Controller,
@@ -42,7 +43,7 @@ impl Controlled {
         }
     }
 
-    /// One millisecond with this motion asked for.
+    /// Runs one millisecond with this commanded motion.
     fn step(&mut self, forward: f32, yaw_rate: f32) {
         if self.milliseconds.is_multiple_of(SYNC) {
             let plant = &self.driven.plant;
@@ -67,7 +68,7 @@ impl Controlled {
             .step(self.sprockets.map(|rate| f64::from(rate) * radius));
     }
 
-    /// Mean error of the speed over the last 5 of 25 s at 0.15 m/s, as a share of it.
+    /// Mean error of the speed over the last 5 of 25 s at 0.15 m/s, as a fraction of this speed.
     fn speed_error(mut self) -> f64 {
         let (mut sum, mut count) = (0.0, 0);
         for millisecond in 0..25_000 {
@@ -95,7 +96,7 @@ fn compensation_keeps_the_speed_on_the_paper_s_slope() {
     assert!(error(1.0, false, false) > 0.08);
     assert!(error(1.0, true, false) < 0.005);
     assert!(error(1.0, true, true) < 0.005);
-    // Cohesion and friction other than configured.
+    // Cohesion and friction of the ground differ from the configured ones.
     for factor in [0.7, 1.3] {
         let without = error(factor, false, false);
         assert!(error(factor, true, false) < without);
@@ -106,7 +107,7 @@ fn compensation_keeps_the_speed_on_the_paper_s_slope() {
 #[test]
 fn an_arc_of_one_metre_closes() {
     let level = Profile::default();
-    // How far from its start the circle may end, and at least does.
+    // Bounds of the distance between start and end of the circle, m.
     for (profile, compensates, [least, most]) in [
         (level, true, [0.0, 0.005]),
         (level, false, [0.0, 0.005]),
@@ -139,7 +140,7 @@ fn an_arc_of_one_metre_closes() {
             1e3 * pose.y
         );
         assert!(closing >= least && closing < most);
-        // The ground's resistance to turning is not known at the start.
+        // The resistance of the ground to turning is not known at the start.
         assert!(profile != level || farthest < 0.03, "{farthest}");
     }
 }
@@ -150,7 +151,7 @@ fn a_stop_is_a_stop_and_a_straight_line_after_a_push_is_found_again() {
     for _ in 0..3_000 {
         robot.step(0.15, 0.0);
     }
-    // Somebody turns the robot by 0.3 rad on the way.
+    // An external force turns the robot by 0.3 rad while it drives.
     let heading = robot.driven.plant.truth().yaw;
     while robot.driven.plant.truth().yaw < heading + 0.3 {
         robot.driven.step([-0.05, 0.05]);

@@ -1,4 +1,5 @@
-//! The crawler's body controller by itself: what it must never do, and what it makes of slopes and measurements.
+//! Tests of the crawler's body controller alone: its limits for any input, and its reaction to
+//! slopes and measurements.
 
 use proptest::prelude::*;
 use tautrack::robots::crawler::parameters::{DIMENSIONS, GROUND, MASSES};
@@ -24,7 +25,7 @@ fn model() -> SlipModel {
     SlipModel::new(&DIMENSIONS, &MASSES, &GROUND).unwrap()
 }
 
-/// Any bits, ordinary values more often.
+/// Ordinary values, and less often any bits.
 fn any_number() -> impl Strategy<Value = f32> {
     prop_oneof![3 => -2.0f32..2.0, 1 => any::<u32>().prop_map(f32::from_bits)]
 }
@@ -146,7 +147,8 @@ fn too_fast_a_curve_is_driven_slower_but_as_tight() {
     );
 }
 
-/// A point robot without errors stays on the circle that its speeds describe, at half the speed as well.
+/// An ideal point robot stays on the circle that the commanded speeds describe, even at half the
+/// speed.
 #[test]
 fn the_path_is_geometry_whatever_share_of_the_speed_is_left() {
     let asked = BodyVelocity {
@@ -188,7 +190,7 @@ fn on_a_cross_slope_the_robot_is_known_to_drift_downhill() {
         }
         let pose = controller.pose();
         assert!((pose.x - forward * 4.0).abs() < 1e-3, "{pose:?}");
-        // The left side is up: downhill is to the right.
+        // The left side is up, so downhill is to the right.
         assert!(pose.y * roll < 0.0 && pose.y.abs() > 0.02, "{pose:?}");
     }
 }
@@ -212,7 +214,7 @@ fn a_load_moves_the_centre_of_gravity_and_the_edges_stay() {
     );
 }
 
-/// The track under the load is pressed harder, so the ground bears the same force with less slip.
+/// A track under more load can transmit the same force with less slip.
 #[test]
 fn the_track_that_carries_less_slips_more() {
     let body = MASSES.loaded(2.0, [0.0, 0.05, 0.05]);

@@ -1,4 +1,4 @@
-//! The plant with ideal motors: sprockets that turn as they are told.
+//! The crawler's plant with ideal motors: the sprockets turn as commanded.
 
 use core::f64::consts::TAU;
 use tautrack::link::Shaft;
@@ -9,13 +9,13 @@ use tautrack_host_tests::world::load::Load;
 /// Length of a step, s.
 pub const DT: f64 = 1e-3;
 
-/// Sprockets that turn as they are told, with a limit to their acceleration.
+/// Plant whose sprockets turn as commanded, with limited acceleration.
 pub struct Driven {
     pub plant: Crawler,
     pub radius: f64,
     pub speeds: [f64; 2],
     pub angles: [f64; 2],
-    /// Acceleration of the belts, m/s^2.
+    /// Maximum acceleration of the belts, m/s^2.
     pub acceleration: f64,
 }
 
@@ -30,7 +30,7 @@ impl Driven {
         }
     }
 
-    /// One millisecond towards these belt speeds, m/s.
+    /// Runs one millisecond towards these belt speeds, m/s.
     pub fn step(&mut self, belts: [f64; 2]) {
         let most = self.acceleration / self.radius * DT;
         let shafts = [0, 1].map(|side: usize| {
@@ -45,7 +45,7 @@ impl Driven {
         self.plant.advance([Some(&shafts[0]), Some(&shafts[1])]);
     }
 
-    /// Drives for `seconds` or until it has turned over.
+    /// Drives for `seconds`, or until the robot has toppled.
     pub fn drive(&mut self, belts: [f64; 2], seconds: f64) {
         for _ in 0..(seconds / DT).round() as usize {
             if !self.plant.truth().toppled {
@@ -62,7 +62,7 @@ pub fn slope(degrees: f64) -> Profile {
     }
 }
 
-/// A load high above the body.
+/// Parameters of a crawler with a load high above its body, on firm ground.
 pub fn loaded(mass: f64, up: f64) -> CrawlerParameters {
     CrawlerParameters {
         soil: Soil::firm(),

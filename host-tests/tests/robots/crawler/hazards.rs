@@ -1,15 +1,15 @@
-//! What turns the robot over, and what does not.
+//! Tests which manoeuvres topple the crawler.
 
 use crate::crawler::driven::{DT, Driven, loaded, slope};
 use tautrack_host_tests::robots::crawler::plant::{CrawlerParameters, Profile};
 use tautrack_host_tests::world::Plant;
 
-/// Belt speeds, m/s, the acceleration with which they are taken up, m/s^2, and for how long, s.
+/// Belt speeds, m/s, the acceleration towards them, m/s^2, and the duration, s.
 type Leg = ([f64; 2], f64, f64);
-/// A robot, its ground, and what it does there.
+/// Robot, its ground, and its manoeuvre.
 type Run = (CrawlerParameters, Profile, Vec<Leg>);
 
-/// Time at which the robot turns over on these legs, s.
+/// Time at which the robot topples during these legs, s.
 fn turns_over(parameters: &CrawlerParameters, profile: &Profile, legs: &[Leg]) -> Option<f64> {
     let mut driven = Driven::new(parameters, profile);
     let mut steps = 0;
@@ -26,8 +26,9 @@ fn turns_over(parameters: &CrawlerParameters, profile: &Profile, legs: &[Leg]) -
     None
 }
 
-/// A rigid robot on rigid ground turns over where its centre of gravity passes the end of the runs, or the middle of a track. The
-/// ground gives way under the lower edge, so the plant does some degrees before.
+/// On rigid ground, a rigid robot topples where its centre of gravity passes the end of the ground
+/// runs, or the centre line of a track. Here the ground yields under the lower edge, so the plant
+/// topples some degrees earlier.
 #[test]
 fn a_parked_robot_turns_over_where_its_centre_of_gravity_passes_the_edge() {
     let parked = [([0.0; 2], 0.5, 3.0)];
@@ -48,7 +49,8 @@ fn a_parked_robot_turns_over_where_its_centre_of_gravity_passes_the_edge() {
     }
 }
 
-/// What turns the robot over, and the same done gently, slowly or without the load, which does not.
+/// Each hazard topples the robot; the same manoeuvre done gently, slowly or without the load does
+/// not.
 #[test]
 fn hazards_turn_the_robot_over_and_their_milder_kin_do_not() {
     let ramp = |degrees: f64| Profile {

@@ -1,4 +1,5 @@
-//! The crawler: its model, its body controller, its plant, the two together, and what turns it over.
+//! Tests of the crawler: its model, its body controller, its plant, the controller on the plant,
+//! and hazards.
 
 mod closed_loop;
 mod controller;

@@ -1,4 +1,5 @@
-//! The crawler's model against quadrature, the printed forms of the equations and the paper's figures.
+//! Tests of the crawler's model against numerical integration, the printed equations and the
+//! figures of the paper.
 
 use tautrack::math::exponential::{mean_decay, rise};
 use tautrack::robots::crawler::kinematics::{slip_from_grousers, track_point_velocity};
@@ -7,7 +8,7 @@ use tautrack::robots::crawler::parameters::{
 };
 use tautrack::robots::crawler::{BodyVelocity, Footprint, Kinematics, ParametersError, Soil};
 
-/// Numbers from 0 to 1 without pattern.
+/// Returns a random number from 0 to 1.
 fn random(state: &mut u64) -> f64 {
     *state = state
         .wrapping_mul(6_364_136_223_846_793_005)
@@ -24,7 +25,7 @@ fn some_ground(state: &mut u64) -> Ground {
         cohesion: between(state, [0.0, 3e4]),
         friction_angle: between(state, [0.1, 0.8]),
         k1: between(state, [20.0, 400.0]),
-        // One in four at the limit, one in four hardly above it.
+        // A quarter of the values are at the limit, another quarter just above it.
         k2: match (random(state) * 4.0) as u32 {
             0 => 1.0,
             1 => 1.0 + 1e-6 * random(state),
@@ -33,7 +34,8 @@ fn some_ground(state: &mut u64) -> Ground {
     }
 }
 
-/// Eq. 6 without its strength as the paper prints it, the maximum of the numerator found by search.
+/// Eq. 6 as the paper prints it, without its strength; the maximum of the numerator is found by
+/// search.
 fn printed_share(k2: f64, u: f64) -> f64 {
     if k2 == 1.0 {
         return u * (1.0 - u).exp();
@@ -83,7 +85,7 @@ fn shear_stress_is_the_printed_equation_and_its_limit() {
         let strength = ground.cohesion + pressure * ground.friction_angle.tan();
         let want = strength * printed_share(ground.k2, ground.k1 * deformation);
         let got = soil.shear_stress(pressure, deformation);
-        // The printed numerator loses the digits that K2 has in common with 1.
+        // The printed numerator loses the digits in which K2 equals 1.
         let allowed = if ground.k2 < 1.001 { 1e-5 } else { 1e-9 };
         assert!(
             (got - want).abs() <= allowed * strength,
@@ -106,7 +108,8 @@ fn driving_force_is_the_integral_of_the_shear_stress() {
         };
         let pressure = between(&mut state, [0.0, 6e4]);
         let slip = between(&mut state, [1e-6, 0.9]);
-        // Gauss's rule of three points in 500 pieces, the finer the nearer to where the stress rises: x = L t^4.
+        // Gauss's rule with three points in 500 intervals; these are shorter where the stress
+        // rises: x = L t^4.
         let node = 0.6f64.sqrt();
         let (pieces, mut sum) = (500, 0.0);
         let half = 0.5 / f64::from(pieces);
@@ -275,7 +278,8 @@ fn figures_of_the_paper_come_out() {
     }
 }
 
-/// The rolling belt's point on the ground rests; the one above goes twice as fast, those at half height at the root of two.
+/// Without slip, the point of the belt on the ground rests. The point above moves at twice the
+/// robot's speed, those at half height at sqrt(2) times this speed.
 #[test]
 fn a_belt_without_slip_rests_on_the_ground() {
     let at = |angle: f64| track_point_velocity(0.15, 0.15, angle);
@@ -285,7 +289,8 @@ fn a_belt_without_slip_rests_on_the_ground() {
     assert!((side.speed - 0.15 * 2f64.sqrt()).abs() < 1e-16 && (side.across - 0.15).abs() < 1e-16);
 }
 
-/// Force of the slip that was found, summed over 20000 strips under a pressure that grows along the run.
+/// The force for the slip that was found is summed over 20000 strips, with a pressure that changes
+/// linearly along the run.
 #[test]
 fn slip_under_a_shifted_load_bears_the_force() {
     let mut state = 5;
@@ -320,7 +325,7 @@ fn slip_under_a_shifted_load_bears_the_force() {
     assert!(worst < 1e-5 && tried > 100, "{worst:e} {tried}");
 }
 
-/// The assumed soil and masses meet the paper's slip on the paper's slope.
+/// With the assumed soil and masses, the slip on the paper's slope is that of the paper.
 #[test]
 fn assumed_soil_makes_the_robot_slip_as_the_paper_s_grousers_do() {
     let soil = Soil::<f64>::new(&GROUND).unwrap();

@@ -1,4 +1,4 @@
-//! The plant against equilibrium and hand calculation.
+//! Tests of the crawler's plant against equilibrium and hand calculation.
 
 use crate::crawler::driven::{Driven, loaded, slope};
 use core::f64::consts::{PI, TAU};
@@ -8,8 +8,9 @@ use tautrack_host_tests::world::load::Load;
 
 const GRAVITY: f64 = 9.81;
 
-/// Slip at which a track bears half of the weight's part along a slope: pressure grows linearly towards the lower end, as the moments
-/// about the middle ask for; the force is summed over 20000 strips and the slip found by halving.
+/// Slip at which a track carries half of the weight's component along a slope. The pressure grows
+/// linearly towards the lower end, as the moments about the middle require. The force is summed
+/// over 20000 strips, and the slip is found by bisection.
 fn equilibrium(p: &CrawlerParameters, slope: f64) -> f64 {
     let (length, width) = (p.contact_length, p.track_width);
     let weight = p.mass * GRAVITY;
@@ -71,7 +72,7 @@ fn slip_on_a_slope_solves_the_equilibrium_of_the_track() {
         let mut driven = Driven::new(&p, &slope(degrees));
         driven.drive([speed; 2], 12.0);
         let slip = driven.plant.slip();
-        // Downhill the ground holds back, and the rear of the track is the lower end no more.
+        // Downhill, the ground brakes the robot, and the lower end of the track is its front.
         let want = if degrees > 0.0 {
             equilibrium(&p, degrees.to_radians())
         } else {
@@ -88,7 +89,7 @@ fn slip_on_a_slope_solves_the_equilibrium_of_the_track() {
     }
 }
 
-/// As [`equilibrium`], the lower end in front.
+/// Slip like that of [`equilibrium`], with the lower end in front.
 fn equilibrium_downhill(p: &CrawlerParameters, slope: f64) -> f64 {
     let mut mirrored = *p;
     mirrored.cog[0] = p.cog[0] + 2.0 * p.cog[2] * slope.tan();

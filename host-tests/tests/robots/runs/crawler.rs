@@ -1,4 +1,5 @@
-//! The crawler's nodes on its plant: slip made up for, an arc that closes, and five ways to turn over.
+//! Tests of the crawler's nodes on its plant: compensation of slip, an arc that closes, and five
+//! hazards.
 
 use super::{ends_in_the_same_bits, outcome, scenario};
 use std::path::Path;
@@ -9,7 +10,7 @@ use tautrack_host_tests::robots::Robot;
 
 const ASKED_MPS: f64 = 0.15;
 
-/// Speed over ground once the run has settled, as a share of what was asked for, less one.
+/// Speed over ground after the run has settled, relative to the commanded speed, minus one.
 fn speed_error(summary: &Summary) -> f64 {
     summary.channels["speed_over_ground_mps"].settled / ASKED_MPS - 1.0
 }
@@ -40,7 +41,7 @@ fn the_receiver_s_speed_makes_up_for_soil_that_is_30_percent_off() {
     for name in ["slope-weak-soil", "slope-strong-soil"] {
         let error = speed_error(&run(name));
         assert!(error.abs() < 0.05, "{name}: {error}");
-        // What the model alone would leave.
+        // Error that remains with the model alone.
         let modelled = scenario(&format!("crawler/{name}"), |description| {
             if let Robot::Crawler(crawler) = &mut description.robot {
                 crawler.slip_compensation =
@@ -66,7 +67,7 @@ fn a_circle_of_one_metre_closes() {
         turned +=
             (step + std::f64::consts::PI).rem_euclid(std::f64::consts::TAU) - std::f64::consts::PI;
         let [x, y] = place(pair[1].truth.cog);
-        // The circle begins where the robot stands and lies to its left.
+        // The circle begins at the robot and lies to its left.
         let radius = (x - start[0]).hypot(y - start[1] - 1.0);
         farthest = f64::max(farthest, (radius - 1.0_f64).abs());
         if turned >= std::f64::consts::TAU {

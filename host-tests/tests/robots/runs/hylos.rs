@@ -1,4 +1,5 @@
-//! Hylos' seventeen nodes on its hillside: the loop of Besseron et al. (Fig. 7) with and without posture control, and five ways to tip over.
+//! Tests of Hylos' seventeen nodes on its hillside: the loop of Besseron et al. (Fig. 7) with and
+//! without posture control, and five hazards.
 
 use super::{ends_in_the_same_bits, outcome, scenario};
 use std::f64::consts::{PI, TAU};
@@ -15,14 +16,14 @@ fn half_turn(angle: f64) -> f64 {
     (angle + PI).rem_euclid(TAU) - PI
 }
 
-/// Least tip-over angle by the plant's truth, rad.
+/// Minimum tip-over angle in the plant's ground truth, rad.
 fn least_margin(samples: &[Sample]) -> f64 {
     samples.iter().fold(f64::INFINITY, |least, sample| {
         least.min(sample.truth.channels["tip_over_margin_rad"])
     })
 }
 
-/// How far the robot went around the loop, rad.
+/// Angle that the robot has travelled around the loop, rad.
 fn turned(samples: &[Sample]) -> f64 {
     let around = |sample: &Sample| {
         let [x, y, _] = sample.truth.cog;
@@ -51,11 +52,11 @@ fn posture_control_brings_the_nodes_around_the_loop() {
     assert!(!steep.is_empty() && steep.iter().all(|potential| *potential > 0.0));
     assert!(!level.is_empty() && level.iter().all(|potential| *potential == 0.0));
     assert!((turned - TAU).abs() < 0.15, "{turned}");
-    // Seventeen nodes leave the bus a fifth of its time.
+    // Seventeen nodes leave a fifth of the bus time free.
     assert!(summary.bus.load_max < 0.8, "{summary}");
 }
 
-/// The weight shifts from leg to leg while they look for their switches.
+/// The weight shifts from leg to leg while they are homed.
 #[test]
 fn legs_that_stand_are_homed_on_any_ground() {
     let grounds = [

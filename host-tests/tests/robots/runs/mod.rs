@@ -1,4 +1,4 @@
-//! Whole runs of the other robots: node programs, bus, plant and operator together; one file per robot.
+//! Tests of whole runs, one file per robot other than B2P2: nodes, bus, plant and operator.
 
 mod crawler;
 mod hylos;
@@ -12,13 +12,13 @@ use tautrack_host_tests::scenario::{Description, Event, Expect, Scenario};
 use tautrack_host_tests::simulator::record::Sample;
 use tautrack_host_tests::simulator::run::{Options, run};
 
-/// The programs of `kind` for `board`; quick when they are built.
+/// Returns the programs of `kind` for `board`; quick if they are already built.
 fn programs(board: Board, kind: Kind) -> Programs {
     kind.programs(board)
         .unwrap_or_else(|error| panic!("{error}"))
 }
 
-/// A shipped scenario, changed.
+/// Loads a shipped scenario and changes it.
 fn scenario(name: &str, change: impl FnOnce(&mut Description)) -> Scenario {
     let path = Path::new(env!("CARGO_MANIFEST_DIR"))
         .join("scenarios")
@@ -31,7 +31,7 @@ fn scenario(name: &str, change: impl FnOnce(&mut Description)) -> Scenario {
     Scenario::checked(description).unwrap_or_else(|error| panic!("{error}"))
 }
 
-/// Runs `scenario` on `board` and prints what came out.
+/// Runs `scenario` on `board` and prints the summary.
 fn outcome(scenario: &Scenario, board: Board) -> (Summary, Vec<Sample>) {
     let options = Options {
         end_when_toppled: true,
@@ -45,11 +45,12 @@ fn outcome(scenario: &Scenario, board: Board) -> (Summary, Vec<Sample>) {
     (summary, outcome.samples)
 }
 
-/// Virtual time that emulated nodes are compared over: homing, arming, and each robot at its work, s.
+/// Virtual time over which emulated and native nodes are compared, s. It includes homing, arming
+/// and a part of each robot's task.
 const COMPARED_S: f64 = 25.0;
 
-/// The beginning of a shipped scenario: emulated cores and programs of this computer agree in every
-/// bit of the plant and of the frames.
+/// Runs the beginning of a shipped scenario with emulated and with native nodes, and asserts that
+/// plant and frames are bit-identical.
 fn ends_in_the_same_bits(name: &str) {
     let beginning = scenario(name, |description| {
         description.duration_s = COMPARED_S;

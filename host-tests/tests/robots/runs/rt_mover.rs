@@ -1,4 +1,5 @@
-//! RT-Mover's nodes on its plant: one wheel after the other goes onto the step, on three wheels, with a level seat.
+//! Tests of RT-Mover's nodes on its plant: it puts one wheel after the other onto the step,
+//! standing on the other three, with a level seat.
 
 use super::{ends_in_the_same_bits, outcome, scenario};
 use tautrack_host_tests::programs::Board;
@@ -6,22 +7,24 @@ use tautrack_host_tests::robots::Robot;
 use tautrack_host_tests::simulator::record::Sample;
 
 const WHEELS: [&str; 4] = ["front_left", "front_right", "rear_left", "rear_right"];
-/// Shorter than this off the ground is a tremble, s.
+/// Minimum time off the ground that counts as a flight, s; shorter ones are vibration.
 const HOP: f64 = 0.5;
-/// Time after a touch-down that belongs to it: the gait feels the ground, and the load spreads, s.
+/// Time after a wheel comes down that counts as its touch-down, s: the gait detects the ground, and
+/// the load spreads.
 const TOUCH_DOWN: f64 = 1.0;
 
-/// What a wheel did in the air.
+/// Motion of a wheel in the air.
 #[derive(Debug)]
 struct Flight {
     wheel: usize,
     from_s: f64,
     to_s: f64,
-    /// Largest distance along the way from where it left the ground, and from where it touches, while it rises and while it falls, m.
+    /// Maximum distance along the direction of travel from the point of lift-off while it rises,
+    /// and from the point of touch-down while it falls, m.
     column: [f64; 2],
-    /// Least margin of the other three, m.
+    /// Minimum support margin on the other three wheels, m.
     margin: f64,
-    /// Samples with less than three wheels on the ground.
+    /// Number of samples with less than three wheels on the ground.
     fewer: usize,
 }
 
@@ -29,7 +32,7 @@ fn channel(sample: &Sample, wheel: usize, what: &str) -> f64 {
     sample.truth.channels[format!("{}_{what}", WHEELS[wheel]).as_str()]
 }
 
-/// All flights over a step of `height`, in order.
+/// Returns all flights over a step of `height` (m), in order of time.
 fn flights(samples: &[Sample], height: f64) -> Vec<Flight> {
     let mut flights = Vec::new();
     for wheel in 0..4 {
@@ -76,8 +79,8 @@ fn flights(samples: &[Sample], height: f64) -> Vec<Flight> {
     flights
 }
 
-/// Largest tilt of the seat outside of and during touch-downs, degrees, from the moment the guard is
-/// armed. Before, the seat sags until its drive holds it, and moves to find its home switch.
+/// Maximum tilt of the seat outside and during touch-downs, degrees, after the guard has been
+/// armed. Before that, the seat sags until its drive holds it, and moves to find its home switch.
 fn tilts(samples: &[Sample], flights: &[Flight]) -> [f64; 2] {
     let armed = |sample: &Sample| sample.received.guard_state == "armed";
     let start = samples.iter().position(armed).expect("the guard is armed");
@@ -93,10 +96,11 @@ fn tilts(samples: &[Sample], flights: &[Flight]) -> [f64; 2] {
     tilts
 }
 
-/// Seconds that a lifted wheel is in the air at the least; a wheel that rides up the face of a step comes down sooner.
+/// Minimum time that a lifted wheel is in the air, s; a wheel that rides up the face of a step
+/// comes down sooner.
 const LIFTED: f64 = 2.0;
 
-/// The goals of the gait, with nodes, bus and sensors in between.
+/// Asserts the goals of the gait in a run with nodes, bus and sensors.
 fn steps_up(name: &str, height: f64, hops: usize) {
     let (summary, samples) = outcome(
         &scenario(&format!("rt-mover/{name}"), |_| {}),
@@ -140,7 +144,8 @@ fn the_nodes_step_up_fifteen_centimetres() {
 
 #[test]
 fn the_nodes_step_up_twenty_centimetres() {
-    // A step twice as high as the wheels' radius is all face: seeking it, a rear wheel rides up a little.
+    // A step twice as high as the wheels' radius has only a vertical face for them: while it seeks
+    // the step, a rear wheel rides up a little.
     steps_up("step-20", 0.20, 1);
 }
 
@@ -149,7 +154,8 @@ fn emulated_and_native_nodes_end_in_the_same_bits() {
     ends_in_the_same_bits("rt-mover/step-10");
 }
 
-/// Levelled, the seat never turns over; what happens is that the robot falls onto the wheel that it was to lift, and the one across goes up.
+/// A levelled seat never topples. In these hazards the robot falls onto the wheel that it should
+/// lift, and the diagonally opposite wheel rises.
 #[test]
 fn the_guard_keeps_on_its_wheels_a_robot_that_falls_over_a_diagonal_without_it() {
     const REAR_LEFT: usize = 2;
@@ -178,7 +184,8 @@ fn the_guard_keeps_on_its_wheels_a_robot_that_falls_over_a_diagonal_without_it()
     }
 }
 
-/// 14 kg on a mast make the seat sway, which relieves the lifted arm for moments on end. The wheel is on the step only when the step carries it.
+/// 14 kg on a mast make the seat sway, which repeatedly relieves the lifted arm for moments. The
+/// wheel counts as on the step only when the step carries it.
 #[test]
 fn an_arm_relieved_by_a_swaying_seat_does_not_pass_for_a_wheel_on_the_ground() {
     let swaying = scenario("rt-mover/hazards/load-aside", |description| {

@@ -1,4 +1,4 @@
-//! CAN clients from elsewhere, through the TCP port, talking to the real nodes.
+//! Tests of CAN clients that communicate with the nodes through the TCP port.
 
 use super::{programs, scenario, with};
 use std::io::{Read, Write};
@@ -10,16 +10,16 @@ use tautrack_host_tests::scenario::{Expect, Scenario};
 use tautrack_host_tests::simulator::run::{Options, RunError, record};
 use tautrack_host_tests::simulator::slcan::SlcanPort;
 
-/// A port, and where it is.
+/// Opens a port; returns it with its address.
 fn port() -> (SlcanPort, SocketAddr) {
-    // Building is not part of any client's time limit.
+    // The programs are built first, so that the time does not count for the clients' timeouts.
     programs(Board::Native);
     let port = SlcanPort::bind("127.0.0.1:0").expect("a free port");
     let address = port.address().expect("bound");
     (port, address)
 }
 
-/// A shipped scenario that ends earlier, without the operator's events.
+/// Returns a shipped scenario that ends earlier, without the operator's events.
 fn short(name: &str, duration_s: f64) -> Scenario {
     scenario(name, |description| {
         description.duration_s = duration_s;
@@ -28,8 +28,8 @@ fn short(name: &str, duration_s: f64) -> Scenario {
     })
 }
 
-/// A client that opens its channel after `delay` and reads until the port closes; what it received, and
-/// for how long.
+/// Starts a client that opens its channel after `delay` and reads until the port closes. Returns
+/// what it received, and for how long.
 fn listener(address: SocketAddr, delay: Duration) -> JoinHandle<(String, Duration)> {
     thread::spawn(move || {
         sleep(delay);
@@ -37,7 +37,7 @@ fn listener(address: SocketAddr, delay: Duration) -> JoinHandle<(String, Duratio
         client.write_all(b"O\r").expect("sent");
         let began = Instant::now();
         let mut bytes = Vec::new();
-        // A port that goes away with bytes unread resets the connection.
+        // If the port closes while bytes are unread, the connection is reset.
         let _ = client.read_to_end(&mut bytes);
         let text = String::from_utf8(bytes).expect("text");
         (text, began.elapsed())
@@ -58,10 +58,10 @@ fn a_run_waits_for_its_first_client_and_keeps_to_real_time() {
         text.contains("t701100"),
         "the guard's boot-up is not received"
     );
-    // The run lasts 2 s, of which 0.1 s may be caught up.
+    // The run lasts 2 s, of which 0.1 s may be made up.
     assert!(listened > Duration::from_millis(1_800), "{listened:?}");
     assert!(summary.wall_s > 1.8, "{} s", summary.wall_s);
-    // SYNC comes 250 times a second.
+    // SYNC is sent 250 times per second.
     let syncs = text.matches("t0800\r").count();
     assert!((450..=505).contains(&syncs), "{syncs} SYNCs");
 }
@@ -108,7 +108,8 @@ fn a_client_that_joins_a_run_that_did_not_wait_is_answered_at_once() {
     };
     with(&short("flat", 6.0), Board::Native, options);
     let took = asking.join().expect("the client is answered");
-    // Milliseconds, more on a loaded computer. A run ahead of the wall clock would sleep longer.
+    // The answer takes milliseconds, or longer on a loaded computer. If the run were ahead of the
+    // wall clock, it would sleep longer.
     assert!(took < Duration::from_secs(3), "{took:?}");
 }
 
@@ -170,7 +171,7 @@ fn a_run_whose_operator_never_comes_says_so_after_the_wait() {
 
 #[test]
 fn a_client_reads_the_device_type_of_the_chassis_joint_while_the_robot_runs() {
-    // Not within the client's time limit.
+    // Built first, so that the time does not count for the client's timeout.
     super::programs(Board::Native);
     let port = SlcanPort::bind("127.0.0.1:0").expect("a free port");
     let mut client = TcpStream::connect(port.address().expect("bound")).expect("the port listens");
@@ -178,7 +179,7 @@ fn a_client_reads_the_device_type_of_the_chassis_joint_while_the_robot_runs() {
         .set_read_timeout(Some(Duration::from_secs(60)))
         .expect("a time limit");
     let asking = std::thread::spawn(move || {
-        // Open the channel; upload object 0x1000:0 of node 4.
+        // Opens the channel and uploads object 0x1000:0 of node 4.
         client
             .write_all(b"O\rt60484000100000000000\r")
             .expect("sent");
@@ -207,7 +208,7 @@ fn a_client_reads_the_device_type_of_the_chassis_joint_while_the_robot_runs() {
         },
     );
     let (text, answer) = asking.join().expect("the client is done");
-    // 43: four bytes expedited; 0x00020192: servo drive of CiA 402.
+    // 43: expedited transfer of four bytes; 0x00020192: servo drive of CiA 402.
     assert!(answer.starts_with("4300100092010200"), "{answer}");
     assert!(
         text.contains("t701100"),

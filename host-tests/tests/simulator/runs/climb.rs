@@ -1,4 +1,4 @@
-//! The paper's staircase; `snapshot` has the other shipped scenarios.
+//! Tests of the climb of the paper's staircase; `snapshot` tests the other shipped scenarios.
 
 use super::{climb, outcome, scenario};
 use tautrack_host_tests::programs::Board;

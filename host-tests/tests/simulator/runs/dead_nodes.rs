@@ -1,4 +1,5 @@
-//! Nodes that die, go blind or fall off the bus in the middle of the climb.
+//! Tests with nodes that die, have a frozen encoder, or are cut off from the bus in the middle of
+//! the climb.
 
 use super::{outcome, scenario};
 use tautrack_host_tests::programs::Board;
@@ -8,7 +9,7 @@ use tautrack_host_tests::robots::b2p2::nodes::NODES;
 use tautrack_host_tests::scenario::{Fault, FaultKind};
 use tautrack_host_tests::simulator::record::Sample;
 
-/// Largest time until another node says so, ms.
+/// Maximum time until another node reports the fault, ms.
 const NOTICE_MS: f64 = 150.0;
 
 #[test]
@@ -84,7 +85,8 @@ fn with_fault(what: FaultKind) -> (Summary, Vec<Sample>) {
     outcome(&faulty, Board::Native)
 }
 
-/// From two seconds after the fault on, nothing moves, and the robot stands on its tracks.
+/// Asserts that from two seconds after the fault on, nothing moves and the robot stands on its
+/// tracks.
 fn holds(summary: &Summary, samples: &[Sample], fault_s: f64) {
     assert!(!summary.toppled, "{summary}");
     for sample in samples

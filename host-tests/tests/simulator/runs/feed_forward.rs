@@ -1,19 +1,20 @@
-//! What the torques that the guard tells in advance gain: how far the chassis joint is from its set-point.
+//! Tests of the effect of the guard's torque feed-forward: the distance of the chassis joint from
+//! its set-point.
 
 use super::{climb, outcome, scenario};
 use tautrack_host_tests::programs::Board;
 use tautrack_host_tests::simulator::record::{SAMPLE_HZ, Sample};
 
-/// Distance of the joint from the set-point that the guard passes on, rad.
+/// Distance of the chassis joint from the set-point that the guard passes on, rad.
 #[derive(Debug)]
 struct Tracking {
     rms: f64,
     worst: f64,
 }
 
-/// Over the samples from arming on at which the set-point is fresh, that is, has moved since the sample before, and those in the half second
-/// behind them. Between set-point and joint lie bus and interpolation, a delay that no torque changes: the one with which
-/// the difference is least is taken off.
+/// Computes the distance over the samples after arming at which the set-point has moved since the
+/// previous sample, and over those within half a second after that. Bus and interpolation delay the
+/// joint, which no torque can change; the delay with the smallest difference is therefore removed.
 fn tracking(samples: &[Sample]) -> Tracking {
     const AFTER: usize = SAMPLE_HZ as usize / 2;
     const MARGIN: usize = 20;
@@ -29,7 +30,7 @@ fn tracking(samples: &[Sample]) -> Tracking {
     };
     let passed = |index: usize| armed[index].received.passed_theta;
     let moved = |index: usize| passed(index) != passed(index - 1);
-    // The guard tells it with every fifth SYNC, which is every second sample.
+    // The guard publishes it with every fifth SYNC, which is every second sample.
     let counted: Vec<usize> = (AFTER..armed.len() - MARGIN)
         .filter(|&index| {
             let resting = !moved(index) && !moved(index - 1);
@@ -54,7 +55,7 @@ fn tracking(samples: &[Sample]) -> Tracking {
     }
 }
 
-/// The figures of one run, shown.
+/// Computes the figures of one run and prints them.
 fn figures(name: &str, samples: &[Sample]) -> Tracking {
     let tracking = tracking(samples);
     println!(
@@ -76,7 +77,7 @@ fn torques_told_in_advance_bring_the_joint_nearer_to_its_set_point() {
     assert!(with.rms < 0.95 * without.rms, "{with:?} {without:?}");
 }
 
-/// There the ground carries the front most of the time, which the guard does not know.
+/// On the staircase, the ground carries the front most of the time, which the guard does not know.
 #[test]
 fn torques_told_in_advance_do_no_harm_on_the_staircase() {
     let without = scenario("staircase", |description| description.feed_forward = false);

@@ -1,4 +1,4 @@
-//! The guard against an operator who keeps the front up at the first nose.
+//! Tests the guard with an operator who keeps the front up at the first nose.
 
 use super::{outcome, scenario};
 use tautrack_host_tests::programs::Board;
@@ -24,7 +24,7 @@ fn front_kept_up_is_held_back_and_no_earlier_than_its_margin_asks_for() {
         received.asked_speed > 0.0 && received.verdict != "passed"
     });
     let first = first.expect("the guard acts");
-    // Up to then the robot drives as fast as asked, but for the ramp after arming.
+    // Until then, the robot drives as fast as commanded, except for the ramp after arming.
     let start = (0..first).find(|index| {
         samples[*index].received.passed_speed >= samples[*index].received.asked_speed
             && samples[*index].received.asked_speed > 0.0
@@ -37,7 +37,7 @@ fn front_kept_up_is_held_back_and_no_earlier_than_its_margin_asks_for() {
             sample.time_s
         );
     }
-    // The margin that it then has is the caution band's plus what is lost within the horizon.
+    // The margin is then that of the caution band plus what is lost within the horizon.
     let back = samples[first]
         .received
         .margins

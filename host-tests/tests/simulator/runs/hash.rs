@@ -1,4 +1,4 @@
-//! Determinism: what the state hash shows, and what it does not let pass.
+//! Tests of determinism: what the state hash shows, and which changes it detects.
 
 use super::{climb, outcome, scenario, with};
 use std::path::PathBuf;
@@ -7,7 +7,7 @@ use tautrack_host_tests::robots::NodeName;
 use tautrack_host_tests::scenario::{Description, Fault, FaultKind};
 use tautrack_host_tests::simulator::run::Options;
 
-/// The staircase up to the first nose.
+/// State hash of the climb up to the first nose.
 fn start(change: impl FnOnce(&mut Description)) -> String {
     let short = scenario("staircase", |description| {
         description.duration_s = 12.5;

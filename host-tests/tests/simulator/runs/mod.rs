@@ -1,4 +1,4 @@
-//! Whole runs: node programs, bus, plant and operator together.
+//! Tests of whole runs: node programs, bus, plant and operator together.
 
 mod client;
 mod climb;
@@ -21,7 +21,7 @@ use tautrack_host_tests::scenario::{Description, Scenario};
 use tautrack_host_tests::simulator::record::Sample;
 use tautrack_host_tests::simulator::run::{Options, Outcome, run};
 
-/// The programs for `board`, built once.
+/// Returns the programs for `board`, which are built once.
 fn programs(board: Board) -> &'static Programs {
     static QEMU: OnceLock<Programs> = OnceLock::new();
     static NATIVE: OnceLock<Programs> = OnceLock::new();
@@ -36,7 +36,7 @@ fn programs(board: Board) -> &'static Programs {
     })
 }
 
-/// A shipped scenario, changed.
+/// Loads a shipped scenario and changes it.
 fn scenario(name: &str, change: impl FnOnce(&mut Description)) -> Scenario {
     let mut description = Scenario::load(&path(name))
         .expect("shipped scenarios are good")
@@ -47,7 +47,7 @@ fn scenario(name: &str, change: impl FnOnce(&mut Description)) -> Scenario {
         .unwrap_or_else(|problem| panic!("{problem}"))
 }
 
-/// The file of a shipped scenario.
+/// Path of a shipped scenario.
 fn path(name: &str) -> PathBuf {
     let root = checkout::root().unwrap_or_else(|error| panic!("{error}"));
     root.join("host-tests/scenarios")
@@ -55,7 +55,7 @@ fn path(name: &str) -> PathBuf {
         .with_extension("toml")
 }
 
-/// The nominal climb with `board`'s programs, run once for all tests that look at it.
+/// Returns the nominal climb with `board`'s programs, which runs once for all tests.
 fn climb(board: Board) -> &'static (Summary, Vec<Sample>) {
     static QEMU: OnceLock<(Summary, Vec<Sample>)> = OnceLock::new();
     static NATIVE: OnceLock<(Summary, Vec<Sample>)> = OnceLock::new();

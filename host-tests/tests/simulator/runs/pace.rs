@@ -1,9 +1,9 @@
-//! A run with a pace keeps to the wall clock and never sleeps for long.
+//! Tests that a run with a limited speed follows the wall clock and never sleeps for long.
 
 use std::time::{Duration, Instant};
 use tautrack_host_tests::simulator::run::pace::Pace;
 
-/// Plays steps that take `work(step)` each; the pauses, and the time that all took.
+/// Simulates steps that take `work(step)` each. Returns the pauses and the total time.
 fn play(speed: f64, steps: u32, work: impl Fn(u32) -> Duration) -> (Vec<Duration>, Duration) {
     let began = Instant::now();
     let mut now = began;
@@ -22,7 +22,7 @@ fn play(speed: f64, steps: u32, work: impl Fn(u32) -> Duration) -> (Vec<Duration
 fn no_pause_is_longer_than_a_step_whatever_the_run_did_before() {
     for (speed, step) in [(1.0, 1_000), (0.5, 2_000), (4.0, 250)] {
         let step = Duration::from_micros(step);
-        // Fast, then held up for two seconds, then fast again, with stutters.
+        // Fast steps, then one of two seconds, then fast steps again; every 97th step is slow.
         let (pauses, _) = play(speed, 5_000, |number| match number {
             1_000 => Duration::from_secs(2),
             number if number % 97 == 0 => 30 * step,
@@ -40,7 +40,7 @@ fn a_run_keeps_its_pace_and_does_not_race_after_it_was_held_up() {
     assert!((took.as_secs_f64() - 3.0).abs() < 0.002, "{took:?}");
     let (_, took) = play(0.25, 1_000, even);
     assert!((took.as_secs_f64() - 4.0).abs() < 0.005, "{took:?}");
-    // Held up for 2 s in the middle: 0.1 s of them is caught up.
+    // One step in the middle takes 2 s, of which 0.1 s is made up.
     let (_, took) = play(1.0, 3_000, |step| match step {
         1_500 => Duration::from_secs(2),
         _ => Duration::from_micros(100),

@@ -1,4 +1,4 @@
-//! A guard that loses its power and starts again in the middle of a run.
+//! Tests of a guard that loses its power and restarts in the middle of a run.
 
 use super::{outcome, scenario};
 use tautrack_host_tests::programs::Board;
@@ -41,12 +41,12 @@ fn a_guard_without_power_is_silent_until_it_starts_again() {
         let sample = samples.iter().find(|sample| sample.time_s >= time_s);
         sample.map_or("", |sample| sample.received.guard_state.as_str())
     };
-    // What was received last stays until the guard speaks again.
+    // The last received state stays until the guard sends again.
     assert_eq!(state_at(5.49), "armed");
     assert!(leaves_armed(&samples, 5.5));
 }
 
-/// Whether the guard says later than `from_s` that it is in another state than armed.
+/// Whether the guard reports another state than "armed" after `from_s`.
 fn leaves_armed(samples: &[Sample], from_s: f64) -> bool {
     let later = samples.iter().filter(|sample| sample.time_s > from_s);
     let mut events = later.flat_map(|sample| &sample.received.events);

@@ -1,5 +1,6 @@
-//! What each shipped scenario prints, beside the scenario: program and expected output. After a wanted change,
-//! `TAUTRACK_ACCEPT=1 cargo test -p tautrack-host-tests --test simulator snapshot` writes them anew.
+//! Compares the events and the summary of each shipped scenario with stored snapshots. After an
+//! intended change, `TAUTRACK_ACCEPT=1 cargo test -p tautrack-host-tests --test simulator snapshot`
+//! writes new ones.
 
 use super::{outcome, scenario};
 use std::fmt::Write;
@@ -26,7 +27,8 @@ fn shipped_scenarios_say_what_they_said_before() {
                 writeln!(text, "{:7.2} s  {event}", sample.time_s).expect("a string takes all");
             }
         }
-        // Wall-clock time and hashes differ from machine to machine and from build to build.
+        // Wall-clock time differs from computer to computer, and the hashes differ from build to
+        // build.
         for line in summary
             .to_string()
             .lines()

@@ -1,4 +1,5 @@
-//! The guard's idea of where the robot is, as it stands on the bus, against the plant's truth.
+//! Tests the guard's position and heading, as published on the bus, against the plant's ground
+//! truth.
 
 use super::climb;
 use tautrack::estimate::nmea::Place;
@@ -32,7 +33,8 @@ fn position_and_heading_on_the_bus_follow_the_truth_up_the_staircase() {
     }
     let worst_heading = worst_heading.to_degrees();
     println!("position within {worst:.2} m, heading within {worst_heading:.2} degrees");
-    // The receiver's own error wanders by 1.2 m along each axis, and more than two of that is seldom.
+    // The receiver's own error varies by 1.2 m (standard deviation) along each axis; more than two
+    // of these are rare.
     assert!(worst < 3.0, "{worst} m\n{summary}");
     assert!(worst_heading < 3.0, "{worst_heading} degrees\n{summary}");
 }

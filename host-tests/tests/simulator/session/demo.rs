@@ -1,4 +1,4 @@
-//! A running `cargo demo`, and what tests do to it.
+//! Runs `cargo demo` for tests, and sends signals to it.
 
 use std::fs;
 use std::io::{BufRead, BufReader, Read};
@@ -9,11 +9,11 @@ use std::thread::sleep;
 use std::time::{Duration, Instant};
 use tautrack_host_tests::programs::setup::checkout;
 
-/// Longest that anything is waited for; computers that build something else at the same time are
-/// slow.
+/// Maximum time to wait for anything. It is long, because a computer that builds something else at
+/// the same time is slow.
 const LIMIT: Duration = Duration::from_secs(300);
 
-/// The command with a folder of this name for its results, which is empty before.
+/// Returns the demo's command with an empty folder of this name for its results.
 pub fn command(name: &str, arguments: &[&str]) -> (Command, PathBuf) {
     let out = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
     let _ = fs::remove_dir_all(&out);
@@ -29,13 +29,13 @@ pub fn scenario(name: &str) -> String {
     path.with_extension("toml").display().to_string()
 }
 
-/// `summary.json` in `folder`.
+/// Reads `summary.json` in `folder`.
 pub fn summary(folder: &Path) -> serde_json::Value {
     let text = fs::read_to_string(folder.join("summary.json")).expect("summary.json");
     serde_json::from_str(&text).unwrap_or_else(|error| panic!("{error}\n{text}"))
 }
 
-/// A demo that runs, in a process group of its own as from a terminal; dropping it ends it.
+/// Running demo in its own process group, as if started from a terminal; dropping it ends it.
 pub struct Demo {
     child: Child,
     stdout: BufReader<ChildStdout>,
@@ -56,7 +56,7 @@ impl Demo {
         }
     }
 
-    /// The next line of standard output that contains `words`.
+    /// Reads until a line of standard output contains `words`; returns this line.
     pub fn line_with(&mut self, words: &str) -> String {
         loop {
             let mut line = String::new();
@@ -71,14 +71,14 @@ impl Demo {
         }
     }
 
-    /// Where clients can join; waits until they can.
+    /// Waits until clients can join; returns the address.
     pub fn address(&mut self) -> String {
         let line = self.line_with("CAN clients can join at ");
         let (_, address) = line.split_once(" join at ").expect("an address");
         address.split(';').next().unwrap_or_default().to_owned()
     }
 
-    /// Waits until the node with this program runs; its process.
+    /// Waits until the node with this program runs; returns the id of its process.
     #[cfg(target_os = "linux")]
     pub fn node(&self, program: &str) -> u32 {
         let began = Instant::now();
@@ -110,7 +110,7 @@ impl Demo {
         send(name, &format!("-{}", self.child.id()));
     }
 
-    /// Waits for the end; status, the rest of standard output, and standard error.
+    /// Waits for the end; returns the status, the rest of standard output, and standard error.
     pub fn end(&mut self) -> (ExitStatus, String, String) {
         let (mut output, mut error) = (String::new(), String::new());
         self.stdout.read_to_string(&mut output).expect("text");
@@ -126,7 +126,7 @@ impl Drop for Demo {
     }
 }
 
-/// Sends a signal to a process, or to a group if its number begins with `-`.
+/// Sends a signal to a process, or to a process group if its number begins with `-`.
 pub fn send(signal: &str, process: &str) {
     let status = Command::new("kill")
         .args(["-s", signal, "--", process])

@@ -1,4 +1,4 @@
-//! What becomes of a run that cannot begin, or does not come to its end.
+//! Tests of runs that cannot start, or that end early.
 
 use crate::session::demo::{Demo, command, scenario, send, summary};
 use std::fs;
@@ -12,7 +12,7 @@ use tautrack_host_tests::programs::Board;
 use tautrack_host_tests::robots::{Kind, NodeName};
 use tautrack_host_tests::simulator::run::process::Node;
 
-/// Whether `arguments` are refused with status 2 before anything is built; the error.
+/// Asserts that `arguments` are refused with status 2 before anything is built; returns the error.
 fn refusal(arguments: &[&str]) -> String {
     let output = Command::new(env!("CARGO_BIN_EXE_demo"))
         .args(arguments)
@@ -73,7 +73,7 @@ fn a_client_as_operator_without_a_port_is_refused_before_the_run() {
     assert!(error.contains("--slcan"), "{error}");
 }
 
-/// Builds the nodes; not part of what is tested here.
+/// Builds the nodes, so that the time is not part of the test.
 fn build(board: Board) {
     Kind::B2p2
         .programs(board)
@@ -139,7 +139,7 @@ fn a_file_that_cannot_be_written_is_named_and_the_others_are_kept() {
     build(Board::Native);
     let flat = scenario("flat");
     let (command, out) = command("too-large", &["--nodes", "native", "--scenario", &flat]);
-    // No file may become larger than 128 KiB (256 where the shell counts in KiB).
+    // No file may exceed 128 KiB (256 KiB if the shell counts in KiB).
     let mut limited = Command::new("sh");
     limited
         .args(["-c", "trap '' XFSZ; ulimit -f 256; exec \"$0\" \"$@\""])
@@ -154,7 +154,7 @@ fn a_file_that_cannot_be_written_is_named_and_the_others_are_kept() {
     assert_eq!(summary["expectation_met"], true);
 }
 
-/// The disk, a small one in memory, fills up during the run.
+/// The disk is a small one in memory and fills up during the run.
 #[test]
 fn a_disk_that_fills_up_during_the_run_does_not_lose_the_summary() {
     let in_memory = |script: &str| {
@@ -175,7 +175,8 @@ fn a_disk_that_fills_up_during_the_run_does_not_lose_the_summary() {
     let arguments = ["--nodes", "native", "--speed", "2", "--scenario", &flat];
     let (command, copied) = command("full-disk", &arguments);
     fs::create_dir_all(&copied).expect("made");
-    // Results go to the small disk, which something else fills; then the summary is copied from it.
+    // Results go to the small disk, which another process fills; then the summary is copied from
+    // it.
     let script = format!(
         "{mount} || exit 99; (sleep 4; cat /dev/zero > \"$0/filler\") 2>/dev/null & \
          \"$@\" --out \"$0/out\"; status=$?; cp \"$0/out/summary.json\" '{}'; exit $status",
@@ -264,7 +265,7 @@ fn last_words_are_announced_when_there_are_some() {
         let node = Node::start(NodeName::SCREW, Board::Native, Path::new(program), start);
         node.err().expect("it is no node").to_string()
     };
-    // Without arguments `cp` says on standard error what is missing; `false` says nothing.
+    // Without arguments, `cp` reports an error on standard error; `false` writes nothing.
     let spoken = end_of("cp");
     assert!(spoken.contains("exit status: 1"), "{spoken}");
     assert!(spoken.contains("last words are above"), "{spoken}");

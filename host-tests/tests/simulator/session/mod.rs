@@ -1,4 +1,4 @@
-//! Sessions with `cargo demo`: clients in Python that join, and runs that do not come to their end.
+//! Tests of sessions with `cargo demo`: Python clients that join, and runs that end early.
 
 mod demo;
 mod end;

@@ -1,4 +1,4 @@
-//! Programs in Python join the robot's bus, as docs/bus.md and examples/ show them.
+//! Tests of Python programs that join the robot's bus, as docs/bus.md and examples/ show them.
 
 use crate::session::demo::{Demo, command, scenario, summary};
 use std::fs;
@@ -9,14 +9,15 @@ use tautrack_host_tests::programs::Board;
 use tautrack_host_tests::programs::setup::checkout;
 use tautrack_host_tests::robots::Kind;
 
-/// What is installed, and what docs/bus.md and examples/README.md say.
+/// Packages to install; docs/bus.md and examples/README.md list the same.
 const PACKAGES: [&str; 2] = ["python-can[serial]==4.6.1", "canopen==2.4.1"];
 
 fn root() -> &'static Path {
     checkout::root().unwrap_or_else(|error| panic!("{error}"))
 }
 
-/// Python with [`PACKAGES`], in a virtual environment that is made once and kept in `target`.
+/// Returns Python with [`PACKAGES`], in a virtual environment that is created once and kept in
+/// `target`.
 fn python() -> &'static Path {
     static PYTHON: OnceLock<PathBuf> = OnceLock::new();
     PYTHON.get_or_init(|| {
@@ -34,8 +35,7 @@ fn python() -> &'static Path {
     })
 }
 
-/// Makes the environment with its own pip, or, where Python comes without ensurepip, with the
-/// system's.
+/// Creates the environment with its own pip, or with the system's pip if Python has no ensurepip.
 fn install(folder: &Path, python: &Path) {
     let succeeds = |command: &mut Command| {
         let output = command.output();
@@ -69,7 +69,7 @@ fn install(folder: &Path, python: &Path) {
     );
 }
 
-/// Runs a program of Python in the root of the checkout.
+/// Runs a Python program in the root of the checkout.
 fn run(arguments: &[&str]) -> Output {
     Command::new(python())
         .current_dir(root())
@@ -78,7 +78,7 @@ fn run(arguments: &[&str]) -> Output {
         .expect("python starts")
 }
 
-/// A demo with QEMU nodes that waits for its first client, and where that can join.
+/// Waits until a demo with QEMU nodes waits for its first client; returns the demo and its address.
 fn waiting(mut demo: Demo) -> (Demo, String) {
     let address = demo.address();
     (demo, address)
@@ -110,7 +110,7 @@ fn the_example_drives_the_robot_through_its_guard() {
     assert_eq!(summary["clients"], 1);
     assert_eq!(summary["toppled"], false);
     assert_eq!(summary["stopped"], true);
-    // One metre by the belts' encoders, a braking distance, and what homing moves.
+    // One metre according to the belts' encoders, a braking distance, and the motion during homing.
     let driven_m = summary["driven_m"].as_f64().expect("a number");
     assert!(driven_m > 0.9 && driven_m < 1.3, "{driven_m} m");
     for node in summary["nodes"].as_array().expect("a list") {
@@ -135,10 +135,11 @@ fn the_program_on_the_page_about_the_bus_reads_a_position() {
         &["--scenario", &scenario("flat"), "--slcan", "127.0.0.1:0"],
     );
     let (_demo, address) = waiting(Demo::start(command));
-    // The page's port may be in use by something else.
+    // The page's port may be in use.
     let program = program.replace("127.0.0.1:3333", &address);
     assert!(program.contains(&address), "{program}");
-    // The first request may be lost while the nodes start; they may be slow beside other tests.
+    // The first request may be lost while the nodes start, and the nodes may be slow while other
+    // tests run.
     let timeout = "from canopen.sdo import SdoClient\nSdoClient.RESPONSE_TIMEOUT = 5\n";
     let output = run(&["-c", &format!("{timeout}{program}")]);
     assert!(output.status.success(), "{output:?}");

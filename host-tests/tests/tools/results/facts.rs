@@ -1,4 +1,4 @@
-//! Sentences and figures of the summary, the log and the page are true.
+//! Tests that sentences and figures of summary, recording and page are true.
 
 use super::{facts, scenario};
 use std::path::{Path, PathBuf};
@@ -16,7 +16,8 @@ use tautrack_host_tests::world::truth::Truth;
 
 const WHEELS: [&str; 4] = ["front_left", "front_right", "rear_left", "rear_right"];
 
-/// RT-Mover level and still behind the step, its rear right wheel in the air until `down_s`.
+/// Samples of RT-Mover, level and still behind the step, with its rear right wheel raised until
+/// `down_s`.
 fn on_three_wheels(down_s: f64) -> Vec<Sample> {
     let name = |wheel: usize, ending: &str| -> &'static str {
         Box::leak(format!("{}{ending}", WHEELS[wheel]).into_boxed_str())
@@ -71,7 +72,8 @@ fn a_robot_without_support_has_no_margin_instead_of_minus_one() {
             least = least.min(margin);
         }
     }
-    // The wheels are 0.5 m apart or less: the centre of gravity is never farther than that from the wheels that stand.
+    // The wheels are at most 0.5 m apart, so the centre of gravity is never farther than that from
+    // the wheels that stand.
     assert!((-0.5..0.3).contains(&least), "{least}");
     assert!(margin(plant.truth()).unwrap() > 0.05);
 }
@@ -142,19 +144,19 @@ fn a_fault_is_listed_once_with_its_node() {
         faults.map(|event| event.text).collect::<Vec<_>>()
     };
     let lost = "guard: node lost (0xff02) of screw";
-    // The guard's emergency frame and its state, in either order.
+    // The guard's emergency frame and its state name the same fault, in either order.
     let frames = [emergency(guard, Fault::NodeLost), named(Fault::NodeLost)];
     assert_eq!(texts(&frames), [lost]);
     assert_eq!(texts(&[frames[1], frames[0]]), [lost]);
-    // The node's own frame and the guard's state.
+    // The node's own emergency frame and the guard's state name the same fault.
     let frames = [emergency(screw, Fault::NodeLost), named(Fault::NodeLost)];
     assert_eq!(texts(&frames), ["screw: node lost (0xff02)"]);
-    // A fault of the guard that names no node is not lost.
+    // A fault of the guard that names no node is also listed.
     assert_eq!(
         texts(&[emergency(guard, Fault::NodeLost)]),
         ["guard: node lost (0xff02)"]
     );
-    // A second loss after the first is over is a second line.
+    // A second loss after the end of the first one is a second line.
     let over = GuardState::default().frame(transmit(2), guard);
     let again = [named(Fault::NodeLost), over, named(Fault::NodeLost)];
     assert_eq!(texts(&again), [lost, lost]);

@@ -1,4 +1,4 @@
-//! What a run leaves behind: run.mcap, the facts in the summary, the side view of the report.
+//! Tests the results of a run: run.mcap, the facts in the summary, the side view of the report.
 
 mod facts;
 mod recording;
@@ -26,7 +26,7 @@ fn scenario(name: &str) -> Scenario {
     Scenario::load(&path).unwrap_or_else(|error| panic!("{error}"))
 }
 
-/// What the runner knows of a run with all of the scenario's nodes.
+/// The runner's facts about a run with all nodes of the scenario.
 fn facts(scenario: &Scenario) -> RunFacts {
     let nodes = scenario.nodes();
     RunFacts {
@@ -44,8 +44,8 @@ fn facts(scenario: &Scenario) -> RunFacts {
     }
 }
 
-/// A quarter turn to the left and some metres ahead, at 10 Hz: the plant's own shape at power-up, carried along the path
-/// and put on its ground, with the points on which it stands.
+/// Samples of a constructed path at 10 Hz: straight ahead, then around a circle to the left. The
+/// plant's shape at power-up is moved along the path and put on the ground, with its contacts.
 fn carried(scenario: &Scenario) -> Vec<Sample> {
     let plant = scenario.plant();
     let still = plant.truth();
@@ -55,7 +55,7 @@ fn carried(scenario: &Scenario) -> Vec<Sample> {
     (0..400)
         .map(|index| {
             let time_s = 0.1 * f64::from(index);
-            // Straight ahead for 15 s, then around a circle of 2 m.
+            // Straight ahead for 15 s, then around a circle with a radius of 2 m.
             let (ahead, yaw) = if time_s < 15.0 {
                 (0.1 * time_s, 0.0)
             } else {
@@ -77,7 +77,7 @@ fn carried(scenario: &Scenario) -> Vec<Sample> {
             } else {
                 still.points.clone()
             };
-            // Straight below the lowest points of the robot.
+            // The contacts are directly below the lowest points of the robot.
             let least = wheels
                 .iter()
                 .fold(f64::INFINITY, |least, p| least.min(p[2]));

@@ -1,4 +1,4 @@
-//! run.mcap, read by the `mcap` package of Python.
+//! Tests run.mcap by reading it with the `mcap` package of Python.
 
 use super::{SCENARIOS, carried, facts, scenario};
 use crate::python;
@@ -13,7 +13,8 @@ use tautrack_host_tests::results::mcap::Recording;
 use tautrack_host_tests::scenario::Scenario;
 use tautrack_host_tests::simulator::record::{BusFrame, DriveState, Event, Level, Sample};
 
-/// Prints the metadata, and of every topic its schema's name and all messages with their times, as one JSON object.
+/// A Python program that prints a JSON object with the metadata, and for every topic the name of
+/// its schema and all messages with their times.
 const READER: &str = r#"
 import json, sys
 from mcap.reader import make_reader
@@ -35,14 +36,14 @@ with open(sys.argv[1], "rb") as stream:
 json.dump(found, sys.stdout)
 "#;
 
-/// A carried robot with drives, frames and events of each level.
+/// A constructed path with states of drives, frames, and events of each level.
 fn recorded(scenario: &Scenario) -> (Vec<Sample>, Vec<BusFrame>) {
     let mut samples = carried(scenario);
     let drives = facts(scenario).nodes.len() - 1;
     for (index, sample) in samples.iter_mut().enumerate() {
         sample.drives = (0..drives)
             .map(|drive| {
-                // The last one loses its power.
+                // The last drive loses its power.
                 let alive = drive + 1 < drives || index < 200;
                 alive.then_some(DriveState {
                     position_rad: index as f64 + 0.25 * drive as f64,
@@ -69,7 +70,7 @@ fn recorded(scenario: &Scenario) -> (Vec<Sample>, Vec<BusFrame>) {
     (samples, frames)
 }
 
-/// What Python finds in the file; `None` without Python.
+/// Writes a recording and reads it with Python; `None` without Python.
 fn read(scenario: &Scenario, name: &str) -> Option<(Vec<Sample>, Vec<BusFrame>, Value)> {
     let interpreter = python::python("python-mcap", &["mcap==1.2.2"])?;
     let (samples, frames) = recorded(scenario);
@@ -146,7 +147,7 @@ fn python_finds_scenario_seed_frames_drives_and_event_levels_of_every_robot() {
         }
 
         let events = messages(&found, "/events", "foxglove.Log");
-        // Foxglove: 2 is information, 3 a warning, 4 an error.
+        // Levels of Foxglove: 2 is information, 3 a warning, 4 an error.
         let levels: Vec<_> = events.iter().map(|event| &event[1]["level"]).collect();
         assert_eq!(levels, [2, 3, 4]);
         assert_eq!(events[1][1]["name"], "scenario");
@@ -186,7 +187,7 @@ fn the_scene_has_the_ground_and_moves_every_body() {
             .map(vector)
             .collect();
         for [x, y, z] in &points {
-            // A corner on the face of a step is rounded to one side or the other of it.
+            // The rounded position of a corner may be on either side of a step's face.
             let sides = [-1e-4, 0.0, 1e-4];
             let off = |(dx, dy): (f64, f64)| (plant.ground_height([x + dx, y + dy]) - z).abs();
             let around = sides.iter().flat_map(|dx| sides.map(|dy| (*dx, dy)));

@@ -1,4 +1,4 @@
-//! The report's side view: the robot is in it, and stands on the real ground.
+//! Tests the report's side view: the robot is inside the picture and stands on the real ground.
 
 use super::{SCENARIOS, carried, facts, scenario};
 use serde_json::Value;
@@ -10,7 +10,7 @@ use tautrack_host_tests::scenario::Scenario;
 use tautrack_host_tests::simulator::record::Sample;
 use tautrack_host_tests::world::terrain::Terrain;
 
-/// The JSON inside the page of a run.
+/// The JSON data inside the page of a run.
 fn page(scenario: &Scenario, samples: &[Sample]) -> Value {
     let summary = Summary::new(scenario, &facts(scenario), samples);
     let page = report::html(scenario, &summary, samples);
@@ -26,7 +26,7 @@ fn column(page: &Value, name: &str) -> Vec<f64> {
     values.map(|value| value.as_f64().unwrap() * one).collect()
 }
 
-/// Pairs of numbers in steps of `one`.
+/// Converts numbers in steps of `one` to pairs.
 fn pairs(values: &Value, one: f64) -> Vec<[f64; 2]> {
     let values: Vec<f64> = values
         .as_array()
@@ -37,8 +37,8 @@ fn pairs(values: &Value, one: f64) -> Vec<[f64; 2]> {
     values.chunks(2).map(|pair| [pair[0], pair[1]]).collect()
 }
 
-/// How far a place is off the scenario's ground, found from the terrain's own equations, m. A point on the face of a step
-/// is on the ground.
+/// Distance of a place from the scenario's ground, computed from the terrain's own equations, m. A
+/// point on the face of a step is on the ground.
 fn off_ground(scenario: &Scenario, [x, y, z]: [f64; 3]) -> f64 {
     if scenario.kind() == Kind::Hylos {
         return (scenario.terrain.hillside().height([x, y]) - z).abs();
@@ -51,7 +51,7 @@ fn off_ground(scenario: &Scenario, [x, y, z]: [f64; 3]) -> f64 {
         Terrain::Stairs { width_m, .. } => y.abs() - 0.5 * width_m,
         _ => f64::NEG_INFINITY,
     };
-    // Beside the stairs the ground is level; on their side both heights are the ground.
+    // Beside the stairs the ground is level; at their side both heights are on the ground.
     if beyond > 1e-3 {
         return z.abs();
     }
@@ -113,7 +113,7 @@ fn every_robot_is_inside_the_view_at_every_sample() {
                 }
             }
         }
-        // The robot turns a circle of 2 m, so it does not stay where it was by accident.
+        // The robot drives around a circle with a radius of 2 m, so the view must have moved.
         assert!(centres[0].last().unwrap() - centres[0][0] > 2.0, "{name}");
     }
 }
@@ -174,7 +174,8 @@ fn the_wheels_stand_on_the_ground_of_the_view() {
                     _ => &section["middle"],
                 };
                 let points = pairs(line, one);
-                // To the nearest point of the line: a contact may be on the face of a step.
+                // The distance is to the nearest point of the line, because a contact may be on the
+                // face of a step.
                 let distance = |pair: &[[f64; 2]]| {
                     let [dx, dz] = [0, 1].map(|axis| pair[1][axis] - pair[0][axis]);
                     let [px, pz] = [place - pair[0][0], contact[2] - pair[0][1]];
@@ -186,7 +187,8 @@ fn the_wheels_stand_on_the_ground_of_the_view() {
                     .windows(2)
                     .map(distance)
                     .fold(f64::INFINITY, f64::min);
-                // A line serves until the robot is 8 mm beside it or turned by 0.02 rad; the steepest ground rises by 0.9.
+                // A line is used until the robot is 8 mm beside it or has turned by 0.02 rad; the
+                // steepest ground has a slope of 0.9.
                 assert!(
                     drawn < 0.03,
                     "{name}, sample {index}: {contact:?} is {drawn} m off the drawn ground"
@@ -203,7 +205,7 @@ fn no_plot_has_more_than_eight_curves_and_every_drive_has_one() {
         let samples = carried(&scenario);
         let page = page(&scenario, &samples);
         let Some(plots) = page["sketch"]["plots"].as_array() else {
-            continue; // B2P2's plots are written by hand, with four curves at the most.
+            continue; // B2P2's plots are in plots.js, with at most five curves.
         };
         let mut currents = Vec::new();
         for plot in plots {

@@ -1,10 +1,10 @@
-//! Who may command the axle: the guard while its heartbeat is alive, else a client in bench mode,
-//! else nobody.
+//! Decides who may command the axle: the guard while its heartbeat is alive, otherwise a client in
+//! bench mode, otherwise nobody.
 
 use crate::bus::heartbeat::Monitor;
 use crate::settings::{Setting, Settings};
 
-/// The guard's heartbeat, and bench mode.
+/// State of the guard's heartbeat, of the newest set-point and of bench mode.
 #[derive(Clone, Debug)]
 pub(super) struct Authority {
     guard: Monitor,
@@ -14,7 +14,7 @@ pub(super) struct Authority {
 }
 
 impl Authority {
-    /// Nobody was received yet.
+    /// Creates the state before anything was received.
     pub fn new(settings: &Settings) -> Self {
         Self {
             guard: Monitor::new(settings.milliseconds(Setting::HeartbeatTimeout)),
@@ -24,46 +24,47 @@ impl Authority {
         }
     }
 
-    /// The guard's heartbeat came.
+    /// Records a heartbeat of the guard.
     #[inline]
     pub fn guard_received(&mut self, now_us: u64) {
         self.guard.received(now_us);
     }
 
-    /// A set-point came.
+    /// Records a set-point.
     #[inline]
     pub fn command_received(&mut self, now_us: u64) {
-        // Microseconds in 64 bits do not wrap; if they did, the command would be old.
+        // Microseconds in 64 bits do not wrap. If they did, the command would count as old.
         self.command_until_us = now_us.wrapping_add(self.command_timeout_us);
     }
 
-    /// No set-point came for longer than the command timeout.
+    /// Returns whether no set-point came for longer than the command timeout.
     #[inline]
     pub fn command_lost(&self, now_us: u64) -> bool {
         now_us > self.command_until_us
     }
 
-    /// The guard was received once, is silent, and bench mode does not replace it.
+    /// Returns whether the guard was received once, is silent now, and bench mode does not replace
+    /// it.
     #[inline]
     pub fn guard_lost(&self, now_us: u64) -> bool {
         !self.bench && self.guard.lost(now_us)
     }
 
-    /// Bench mode is on.
+    /// Returns whether bench mode is on.
     #[inline]
     pub fn bench(&self) -> bool {
         self.bench
     }
 
-    /// Somebody may enable the axle.
+    /// Returns whether somebody may enable the axle.
     #[inline]
     pub fn any(&self, now_us: u64) -> bool {
         self.bench || self.guard.alive(now_us)
     }
 
-    /// Keeps bench mode as `requested`, unless something ends it: the guard's heartbeat, a latched
-    /// fault, or no set-point for longer than the command timeout, counted from its start. Whether
-    /// it has begun or ended.
+    /// Sets bench mode to `requested`, unless something ends it: the guard's heartbeat, a latched
+    /// fault, or no set-point for longer than the command timeout, counted from the start of bench
+    /// mode. Returns whether bench mode has begun or ended.
     #[inline]
     pub fn update_bench(&mut self, requested: bool, faultless: bool, now_us: u64) -> bool {
         if !requested && !self.bench {

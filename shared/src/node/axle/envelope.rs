@@ -1,8 +1,8 @@
-//! The limits in force: in operation, while homing, in bench mode, and both.
+//! The limits in force: in operation, while homing, in bench mode, and while homing in bench mode.
 //!
-//! Velocity and current are limited inside the loops, so each envelope has loops of its own. They
-//! are prepared at start; a change of the envelope hands the integral over, so that the motor's
-//! current does not jump.
+//! Velocity and current are limited inside the loops. So each envelope (a set of limits) has loops
+//! of its own, which are prepared at start. A change of the envelope hands over the integral, so
+//! that the motor's current does not jump.
 
 use super::Axle;
 use crate::bus::cia402::mode;
@@ -17,24 +17,25 @@ use crate::settings::{Setting, Settings};
 #[derive(Clone, Debug)]
 pub(super) struct Envelope {
     pub limits: Limits,
-    /// A.
+    /// Largest current, A.
     pub current_limit: f32,
-    /// When a motor counts as blocked.
+    /// Thresholds of a blocked motor.
     pub stall: Stall,
     pub cascade: Cascade,
-    /// Bounds of the cascade: the current limit, and the one for holding a position after a stop.
+    /// Bounds of the cascade: the current limit, and the limit for holding a position after a stop.
     pub full: Bound,
     pub hold: Bound,
 }
 
-/// All envelopes, and the one in force.
+/// All envelopes, and the index of the one in force.
 #[derive(Clone, Debug)]
 pub(super) struct Envelopes {
     prepared: [Envelope; 4],
     selected: usize,
 }
 
-/// The position loop corrects with a little more than the speed of homing.
+/// Velocity limit while homing, divided by the homing speed. The excess is for corrections by the
+/// position loop.
 const HOMING_MARGIN: f32 = 1.25;
 
 impl Envelope {
@@ -67,7 +68,8 @@ impl Envelope {
 }
 
 impl Envelopes {
-    /// Envelopes of these settings, and a copy of the one of operation, which is selected.
+    /// Creates the envelopes of these settings, and returns a copy of the selected one, that of
+    /// operation.
     pub fn new(settings: &Settings) -> (Self, Envelope) {
         let velocity = settings.scaled(Setting::VelocityLimit, 1e-3);
         let current = settings.scaled(Setting::CurrentLimit, 1e-3);
@@ -99,7 +101,7 @@ impl Envelopes {
             return;
         }
         let Some(prepared) = self.prepared.get(index) else {
-            return; // two bits are at most 3
+            return; // does not happen: two bits are at most 3
         };
         let mut next = prepared.clone();
         next.cascade.take_over(&in_force.cascade, next.full);
@@ -108,12 +110,12 @@ impl Envelopes {
     }
 }
 
-/// Bits of the index of an envelope.
+/// Bits of an envelope's index.
 const HOMING: usize = 1;
 const BENCH: usize = 2;
 
 impl Axle {
-    /// The envelope of mode and bench mode.
+    /// Selects the envelope by the mode and by bench mode.
     pub(super) fn select_envelope(&mut self) {
         let homing = self.mode == mode::HOMING;
         self.envelopes

@@ -1,10 +1,10 @@
-//! Homing: fast to the home switch, off it again, and slowly to it once more. Where it closes
-//! the second time, the position is known.
+//! Homing: moves fast to the home switch, off it again, and slowly to it once more. The position
+//! where the switch closes the second time becomes the home position.
 //!
 //! The switch is debounced: it counts as closed or open once it has been so for [`DEBOUNCE`] ticks
-//! in a row, and the position that counts is that of the first of them. Both approaches go in the
-//! same direction, so that the hysteresis of the switch cancels; if they find it at different
-//! places, one of them was none, and the position stays unknown.
+//! in a row. The position that counts is that of the first of them. Both approaches go in the same
+//! direction, so that the hysteresis of the switch cancels. If they find the switch at different
+//! places, one of them was wrong, and the axle stays unhomed.
 
 use super::Axle;
 use crate::constants::CONTROL_PERIOD;
@@ -16,23 +16,23 @@ use crate::settings::{Setting, Settings};
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) enum Stage {
     Idle,
-    /// Off the switch, on which homing has begun.
+    /// Moves off the switch, because homing began on it.
     Leave,
-    /// Towards the switch until it closes.
+    /// Moves towards the switch until it closes.
     Seek,
-    /// Away from it until it opens.
+    /// Moves away from the switch until it opens.
     BackOff,
-    /// Slowly towards it until it closes again.
+    /// Moves slowly towards the switch until it closes again.
     Approach,
     Done,
     /// The switch was not found in time.
     Failed,
-    /// The two approaches found it at different places.
+    /// The two approaches found the switch at different places.
     Mismatch,
 }
 
 impl Stage {
-    /// On its way.
+    /// Returns whether homing is under way.
     pub fn is_running(self) -> bool {
         matches!(
             self,
@@ -40,20 +40,21 @@ impl Stage {
         )
     }
 
-    /// Ended without a position.
+    /// Returns whether homing has ended without a position.
     pub fn is_failure(self) -> bool {
         matches!(self, Self::Failed | Self::Mismatch)
     }
 }
 
-/// Ticks in a row for which the switch must be closed, or open, to count as such.
+/// Number of ticks in a row for which the switch must be closed, or open, to count as such.
 const DEBOUNCE: u32 = 5;
 /// Ticks after which the switch counts as not found.
 const HOMING_TICKS: u32 = 20_000;
-/// Ticks by which the switch may be seen late: one because it is read once per tick, two for its own
-/// reaction and that of its input. On the way there the fast approach goes farther.
+/// Ticks by which the switch may be seen late: one because it is read once per tick, and two for
+/// its own reaction and that of its input. In these ticks the fast approach travels farther than
+/// the slow one.
 const REACTION_TICKS: f32 = 3.0;
-/// Speed on the way off the switch, as a fraction of that of the search.
+/// Speed off the switch, as a fraction of the search speed.
 const BACK_OFF: f32 = 0.5;
 
 /// Parameters and state of homing.
@@ -64,22 +65,22 @@ pub(super) struct Homing {
     search: f32,
     approach: f32,
     home_position: i64,
-    /// Largest distance of the places that the two approaches find, 2^-32 turn.
+    /// Largest allowed distance between the places that the two approaches find, 2^-32 turn.
     tolerance: u64,
     ticks: u32,
-    /// State of the switch, for how many ticks it has differed from that, and the position at the
-    /// first of them.
+    /// Debounced state of the switch, for how many ticks the switch has differed from it, and the
+    /// position at the first of these ticks.
     closed: bool,
     differing: u32,
     changed_at: i64,
-    /// Where the first approach found the switch.
+    /// Place where the first approach found the switch.
     first: i64,
-    /// Second place minus first, 2^-32 turn.
+    /// Second place minus first place, 2^-32 turn.
     pub difference: i64,
 }
 
 impl Homing {
-    /// Homing of an axle that calls the switch's place `home_position`.
+    /// Creates the homing of an axle whose switch is at `home_position`.
     pub fn new(settings: &Settings, home_position: i64) -> Self {
         let speed = settings.scaled(Setting::HomingSpeed, 1e-3);
         let search = speed * settings.get(Setting::HomingDirection) as f32;
@@ -100,7 +101,7 @@ impl Homing {
         }
     }
 
-    /// Begins anew.
+    /// Starts homing from the beginning.
     pub fn start(&mut self, closed: bool) {
         self.stage = if closed { Stage::Leave } else { Stage::Seek };
         self.ticks = 0;
@@ -108,14 +109,14 @@ impl Homing {
         self.differing = 0;
     }
 
-    /// Ends a run that is not done.
+    /// Ends homing unless it is done.
     pub fn abort(&mut self) {
         if self.stage != Stage::Done {
             self.stage = Stage::Idle;
         }
     }
 
-    /// Reads the switch at `position`; whether its debounced state changes in this tick.
+    /// Reads the switch at `position`. Returns whether its debounced state changes in this tick.
     fn changes(&mut self, closed: bool, position: i64) -> bool {
         if closed == self.closed {
             self.differing = 0;
@@ -133,8 +134,8 @@ impl Homing {
         changes
     }
 
-    /// One tick at `position`: the velocity to go with, rad/s, and whether the switch's place is
-    /// known from now on.
+    /// Runs one tick at `position`. Returns the velocity with which to move, rad/s, and whether the
+    /// place of the switch was found in this tick.
     fn tick(&mut self, closed: bool, position: i64) -> (f32, bool) {
         if !self.stage.is_running() {
             return (0.0, false);
@@ -171,7 +172,7 @@ impl Homing {
 }
 
 impl Axle {
-    /// One tick of homing.
+    /// Runs one tick of homing.
     pub(super) fn home(&mut self, switches: Switches) {
         let position = self.position();
         let (velocity, found) = self.homing.tick(switches.home, position);
@@ -179,7 +180,7 @@ impl Axle {
             let since = position.wrapping_sub(self.homing.changed_at);
             let moved = self.homing.home_position.wrapping_add(since);
             self.observer.set_position(moved);
-            // They are positions of before.
+            // These are positions from before homing.
             self.stops = [None; 2];
             self.anchor();
             self.homed = true;

@@ -1,11 +1,11 @@
-//! What goes into the tick of an axle and what comes out of it.
+//! Inputs and outputs of an axle's tick.
 
 use super::SetPoint;
 use crate::bus::pdo::{DriveMotion, DriveStatus};
 use crate::faults::Faults;
 use crate::sensors::Switches;
 
-/// What the node sensed and received since the tick before.
+/// Readings and messages since the previous tick.
 #[derive(Clone, Copy, Debug)]
 pub struct Inputs {
     /// Time since power-up, us.
@@ -16,30 +16,30 @@ pub struct Inputs {
     pub current: f32,
     /// Supply voltage, V.
     pub supply_voltage: f32,
-    /// End and home switches.
+    /// Limit switches and home switch.
     pub switches: Switches,
     /// The newest set-point, if one came.
     pub set_point: Option<SetPoint>,
-    /// The newest torque offset (object 0x60B2), if one came: 0.01 N m, screw: N.
+    /// The newest torque feed-forward (object 0x60B2), if one came: 0.01 N m; screw: N.
     pub torque_offset: Option<i16>,
-    /// The guard's heartbeat came.
+    /// A heartbeat of the guard came.
     pub guard_received: bool,
-    /// A client asks for bench mode (object 0x2001).
+    /// A client requests bench mode (object 0x2001).
     pub bench_mode: bool,
 }
 
-/// What the bridge shall do until the next tick.
+/// What the bridge does until the next tick.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub enum BridgeDemand {
-    /// All switches open: the motor turns freely.
+    /// All transistors are open: the motor turns freely.
     Off,
-    /// Windings shorted: the motor resists.
+    /// The windings are shorted: the motor resists motion.
     Brake,
-    /// Current loop on, with this demand in A.
+    /// The current loop is on, with this demand in A.
     Current(f32),
 }
 
-/// What the node does and tells.
+/// Outputs of an axle's tick.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Outputs {
     /// Demand to the bridge; its current never exceeds the current limit.
@@ -50,27 +50,27 @@ pub struct Outputs {
     pub status: DriveStatus,
     /// Mode in force (object 0x6061).
     pub mode: i8,
-    /// What limits the axle now (object 0x2000).
+    /// Limit that acts now (object 0x2000).
     pub active_limit: ActiveLimit,
     /// Code of an emergency frame to send now; 0 is "all clear".
     pub emergency: Option<u16>,
     /// Bench mode is on (object 0x2001).
     pub bench_mode: bool,
-    /// Distance of the places at which the two approaches of homing found the switch, 2^-32 turn
-    /// (object 0x2002).
+    /// Distance between the places at which the two approaches of homing found the switch, 2^-32
+    /// turn (object 0x2002).
     pub homing_difference: i32,
     /// The latched faults.
     pub faults: Faults,
 }
 
-/// What keeps the axle from following its set-point exactly (object 0x2000).
+/// Limit that keeps the axle from following its set-point exactly (object 0x2000).
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum ActiveLimit {
-    /// Nothing.
+    /// No limit.
     None = 0,
-    /// The velocity or the current limit.
+    /// The velocity limit or the current limit.
     VelocityOrCurrent = 1,
-    /// The ends of travel in the settings.
+    /// An end of the travel in the settings.
     Travel = 2,
     /// A limit switch.
     Switch = 3,

@@ -1,14 +1,14 @@
-//! Latched faults, and the emergency frames that report them.
+//! Latches faults, and reports them in emergency frames.
 
 use crate::faults::Faults;
 
-/// Faults from when they are raised until a reset clears them.
+/// Faults that were raised and that no reset has cleared.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Latch {
     latched: Faults,
-    /// Raised, and not sent as an emergency frame yet.
+    /// Faults that were raised, but not sent in an emergency frame yet.
     unreported: Faults,
-    /// The bus has received of a fault since the last "all clear".
+    /// An emergency frame has reported a fault since the last "all clear".
     reported: bool,
 }
 
@@ -20,26 +20,26 @@ impl Latch {
         self.latched = self.latched.or(present);
     }
 
-    /// Clears every fault that is not present any more.
+    /// Clears every fault that is no longer present.
     pub fn reset(&mut self, present: Faults) {
         self.latched = self.latched.and(present);
     }
 
-    /// The latched faults.
+    /// Returns the latched faults.
     #[inline]
     pub fn faults(&self) -> Faults {
         self.latched
     }
 
-    /// Error code of the strongest latched fault; 0 without one.
+    /// Returns the error code of the strongest latched fault; 0 if there is none.
     #[inline]
     pub fn code(&self) -> u16 {
         let fault = self.latched.strongest();
         fault.map_or(0, |fault| fault.description().code)
     }
 
-    /// Code of the emergency frame that is due in this tick: each raised fault once, the strongest
-    /// first, and 0 when none is latched any more.
+    /// Returns the code of the emergency frame that is due in this tick. Each raised fault is due
+    /// once, the strongest first; 0 ("all clear") is due when no fault is latched any more.
     #[inline]
     pub fn emergency(&mut self) -> Option<u16> {
         if let Some(fault) = self.unreported.strongest() {
@@ -72,7 +72,7 @@ mod tests {
         assert_eq!(latch.emergency(), None);
         latch.raise(set([CommandLost, OverCurrent]));
         latch.raise(set([CommandLost, Blocked]));
-        // Cleared before they were reported: they are reported still.
+        // Faults that are cleared before they were reported are still reported.
         latch.reset(Faults::NONE);
         let sent: [_; 5] = core::array::from_fn(|_| latch.emergency());
         assert_eq!(

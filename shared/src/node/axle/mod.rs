@@ -1,11 +1,18 @@
-//! One motor's node: sense, estimate, supervise, follow, limit. It knows nothing of the robot but
-//! its own axle.
+//! The node of one motor. In each tick it senses, estimates, supervises, follows its set-point, and
+//! limits the current. It knows only its own axle, not the robot.
 //!
-//! `interface`: what goes in and comes out. `setup`: from the settings to an axle. `supervision`:
-//! from readings to faults. `authority`: who may command the axle. `latch`: its latched faults.
-//! `envelope`: the limits in force. `set_points`: from a set-point to a current. `offset`: the
-//! torque feed-forward. `homing`: how the position becomes known. `output`: what the node tells,
-//! and its last limiter. Here is the tick around them.
+//! * `interface`: inputs and outputs of the tick
+//! * `setup`: creates an axle from the settings
+//! * `supervision`: raises faults from readings
+//! * `authority`: decides who may command the axle
+//! * `latch`: keeps and reports the latched faults
+//! * `envelope`: the limits in force
+//! * `set_points`: computes a current from a set-point
+//! * `offset`: torque feed-forward
+//! * `homing`: finds the home switch
+//! * `output`: published payloads, and the last limiter
+//!
+//! This file has the tick, which calls them.
 
 mod authority;
 mod envelope;
@@ -40,7 +47,7 @@ pub struct Axle {
     scale: Scale,
     bounds: Bounds,
     envelopes: Envelopes,
-    /// The envelope in force.
+    /// The envelope (limits and loops) in force.
     force: Envelope,
     /// Bus units of torque per A.
     torque_per_ampere: f32,
@@ -49,7 +56,7 @@ pub struct Axle {
     syncs_per_second: f32,
 
     observer: Observer,
-    /// The observer has started at a reading of the encoder.
+    /// The observer was started at a reading of the encoder.
     sensed: bool,
     supervisor: Supervisor,
     authority: Authority,
@@ -68,21 +75,21 @@ pub struct Axle {
     interpolation_ticks: u32,
     homing: Homing,
     homed: bool,
-    /// Where the positive and the negative limit switch closed, while they are closed.
+    /// Positions at which the positive and the negative limit switch closed, while they are closed.
     stops: [Option<i64>; 2],
     active_limit: ActiveLimit,
-    /// Current commanded in the tick before, A.
+    /// Current that was commanded in the previous tick, A.
     demand: f32,
 }
 
 impl Axle {
-    /// One control period: sense, estimate, supervise, control, last limiter.
+    /// Runs one control period: sense, estimate, supervise, control, last limiter.
     pub fn tick(&mut self, inputs: &Inputs) -> Outputs {
         self.tick_following(inputs, None)
     }
 
-    /// As [`Axle::tick`], with the set-point of mode [`crate::bus::cia402::mode::TAUT`], or the
-    /// fault that keeps it from being known.
+    /// Runs [`Axle::tick`] with the set-point of mode [`crate::bus::cia402::mode::TAUT`], or with
+    /// the fault because of which this set-point is unknown.
     pub(super) fn tick_following(
         &mut self,
         inputs: &Inputs,
@@ -95,32 +102,32 @@ impl Axle {
         self.outputs(inputs, demand)
     }
 
-    /// Scale of its positions and velocities on the bus.
+    /// Returns the scale of its positions and velocities on the bus.
     pub fn scale(&self) -> Scale {
         self.scale
     }
 
-    /// True once the position is known.
+    /// Returns whether the axle is homed.
     pub fn homed(&self) -> bool {
         self.homed
     }
 
-    /// The bridge was on in the last tick, in `mode`.
+    /// Returns whether the current loop is on, in `mode`.
     pub(super) fn drives_in(&self, mode: i8) -> bool {
         self.powered() && self.mode == mode
     }
 
-    /// The current loop is on.
+    /// Returns whether the current loop is on.
     fn powered(&self) -> bool {
         matches!(self.state, State::OperationEnabled | State::QuickStopActive)
     }
 
-    /// Measured position of the output shaft, 2^-32 turn.
+    /// Returns the measured position of the output shaft, 2^-32 turn.
     pub fn position(&self) -> i64 {
         self.observer.position()
     }
 
-    /// Estimated velocity of the output shaft, rad/s.
+    /// Returns the estimated velocity of the output shaft, rad/s.
     pub fn velocity(&self) -> f32 {
         self.observer.velocity()
     }

@@ -1,25 +1,29 @@
-//! Torque feed-forward of the guard (object 0x60B2), as a current beside that of the loops.
+//! Torque feed-forward of the guard (object 0x60B2), as a current that is added to the current of
+//! the loops.
 
 use crate::bus::network::OFFSET_SYNCS;
 use crate::constants::CONTROL_PERIOD;
 use crate::motor::cascade::Cascade;
 use crate::settings::{Setting, Settings};
 
-/// A torque offset and its age. It is taken in operation only, and forgotten when the mode or the state changes.
+/// A torque feed-forward and its age. It acts in operation only, and ends when the mode or the
+/// state changes.
 #[derive(Clone, Debug)]
 pub(super) struct Offset {
     /// A per unit of 0x60B2.
     amperes: f32,
-    /// In units of the cascade, up to 2^26.
+    /// Current, in units of the cascade, up to 2^26.
     current: i32,
-    /// How many ticks a new one counts, and how many this one still does.
+    /// Lifetime of a new feed-forward, and what is left of the present one, in ticks.
     life: i32,
     left: i32,
 }
 
 impl Offset {
-    /// None yet; `amperes` make one unit of 0x60B2. One that is older than the command timeout is none any more, but two that the guard sends may
-    /// lie farther apart than that.
+    /// Creates an empty feed-forward. `amperes` is the current, A, of one unit of 0x60B2.
+    ///
+    /// A feed-forward ends when it is older than the command timeout. It lasts for at least two
+    /// periods of the guard's feed-forward frames, even if these are longer.
     pub fn new(settings: &Settings, amperes: f32) -> Self {
         let tick_us = (CONTROL_PERIOD * 1e6) as u64;
         let apart = settings.get(Setting::SyncPeriod) as u64 * u64::from(OFFSET_SYNCS);
@@ -37,10 +41,10 @@ impl Offset {
         }
     }
 
-    /// Takes one control period, and the newest offset if one came.
+    /// Advances by one control period, and takes the newest feed-forward if one came.
     #[inline]
     pub fn update(&mut self, newest: Option<i16>, cascade: &Cascade) {
-        // Below zero it may wrap: what it ended stays ended.
+        // The counter may wrap below zero. The current is 0 by then and stays 0.
         self.left = self.left.wrapping_sub(1);
         if self.left < 0 {
             self.current = 0;
@@ -51,13 +55,13 @@ impl Offset {
         }
     }
 
-    /// Forgets it.
+    /// Ends the feed-forward.
     #[inline]
     pub fn clear(&mut self) {
         self.current = 0;
     }
 
-    /// Current to add, in units of the cascade.
+    /// Returns the current to add, in units of the cascade.
     #[inline]
     pub fn current(&self) -> i32 {
         self.current

@@ -1,4 +1,5 @@
-//! From a demand to the bridge and the messages of the node, behind the last limiter.
+//! Converts a demanded current to outputs: the bridge's command, after the last limiter, and the
+//! node's messages.
 
 use super::homing::Stage;
 use super::{ActiveLimit, Axle, BridgeDemand, Inputs, Outputs};
@@ -9,12 +10,12 @@ use crate::math::{limit, saturate, to_i16};
 use crate::motor::cascade::Demand;
 
 impl Axle {
-    /// The outputs of a tick.
+    /// Returns the outputs of a tick.
     pub(super) fn outputs(&mut self, inputs: &Inputs, demand: Option<Demand>) -> Outputs {
         if demand.is_some_and(|demand| demand.cut != 0) && self.active_limit == ActiveLimit::None {
             self.active_limit = ActiveLimit::VelocityOrCurrent;
         }
-        // The last limiter: total, and behind everything else.
+        // The last limiter. It is defined for every input, and nothing acts after it.
         let current = demand.map_or(0.0, |demand| {
             let amperes = self.force.cascade.amperes(demand.current);
             limit(amperes, self.force.current_limit)

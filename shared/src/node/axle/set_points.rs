@@ -1,4 +1,4 @@
-//! From a set-point over the mode of operation to a current.
+//! Computes a current from a set-point, by the mode of operation.
 
 use super::{ActiveLimit, Axle, Inputs};
 use crate::bus::cia402::{CONTROL_FAULT_RESET, CONTROL_START, DriveCommand, State, mode};
@@ -10,27 +10,27 @@ use crate::motor::profile::Motion;
 use crate::motor::to_radians;
 use crate::sensors::Switches;
 
-/// Set-point of one RPDO.
+/// Set-point that one RPDO carries.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct SetPoint {
-    /// Controlword of `CiA` 402.
+    /// Controlword of CiA 402.
     pub controlword: u16,
-    /// One of [`mode`]; an unknown mode holds the position.
+    /// Mode of operation, one of [`mode`]. An unknown mode holds the position.
     pub mode: i8,
-    /// Target in bus units: of velocity in the velocity modes, else of position.
+    /// Target in bus units: a velocity in the velocity modes, otherwise a position.
     pub target: i32,
 }
 
 impl Axle {
-    /// Takes a set-point and runs the state machine.
+    /// Takes a set-point, and runs the state machine.
     pub(super) fn take_commands(&mut self, inputs: &Inputs) {
         let Some(set_point) = inputs.set_point else {
             return;
         };
         let risen = set_point.controlword & !self.controlword;
         let command = DriveCommand::from_controlword(set_point.controlword);
-        // A master that goes on commanding "enable" through a stop does not mean the axle to start
-        // again by itself.
+        // A master that keeps commanding "enable" through a stop does not mean that the axle shall
+        // start again by itself.
         let stale = command == self.asked;
         self.asked = command;
         self.controlword = set_point.controlword;
@@ -77,7 +77,8 @@ impl Axle {
         self.state = state;
     }
 
-    /// Set-point onto the measured motion: nothing jumps after a change of mode or a stop.
+    /// Sets the set-point to the measured motion, so that nothing jumps after a change of mode or a
+    /// stop.
     pub(super) fn anchor(&mut self) {
         self.motion = Motion {
             position: self.position(),
@@ -88,7 +89,7 @@ impl Axle {
         self.offset.clear();
     }
 
-    /// Velocity that carries the set-point to the new target within one SYNC period.
+    /// Computes the velocity that carries the set-point to the new target within one SYNC period.
     fn interpolate(&mut self) {
         let follows = self.mode == mode::CYCLIC_POSITION && self.homed;
         if follows && self.state == State::OperationEnabled {
@@ -97,7 +98,7 @@ impl Axle {
             let wanted = distance * self.syncs_per_second;
             self.motion.velocity = limit(wanted, self.force.limits.velocity);
             self.motion.acceleration = 0.0;
-            // One period more, so that a late set-point does not stop the axle between two.
+            // One more period, so that a late set-point does not stop the axle between two.
             self.interpolation_ticks = 2 * self.sync_ticks;
         }
     }
@@ -201,7 +202,7 @@ impl Axle {
             .position(&reference, position, velocity, bound)
     }
 
-    /// Keeps the set-point from going farther outward than where a limit switch closed.
+    /// Prevents the set-point from moving farther outward than where a limit switch closed.
     fn stop_at_switch(&mut self, switches: Switches, in_position: bool) {
         if !(switches.positive_limit || switches.negative_limit) {
             self.stops = [None; 2];

@@ -1,4 +1,4 @@
-//! From the settings to an axle at power-up.
+//! Creates an axle from the settings, at power-up.
 
 use super::authority::Authority;
 use super::envelope::Envelopes;
@@ -19,7 +19,8 @@ use crate::settings::{Setting, Settings};
 const OBSERVER_BANDWIDTH: f32 = 600.0;
 
 impl Axle {
-    /// Axle with these settings, its bridge off, knowing nothing of its position.
+    /// Creates an axle with these settings. Its bridge is off, and it is not homed unless it needs
+    /// no homing.
     pub fn new(settings: &Settings) -> Self {
         let scale = Scale::Turning {
             bits: settings.get(Setting::PositionBits) as u32,
@@ -37,7 +38,7 @@ impl Axle {
         )
     }
 
-    /// Axle whose positions on the bus have another scale: for the screw.
+    /// Creates an axle whose positions on the bus have another scale. The screw uses it.
     pub(in crate::node) fn with_scale(
         settings: &Settings,
         scale: Scale,

@@ -1,4 +1,4 @@
-//! From the readings to the faults of the axle and their reaction.
+//! Raises the faults of the axle from its readings, and applies their reaction.
 
 use super::homing::Stage;
 use super::{Axle, Inputs};
@@ -7,12 +7,12 @@ use crate::faults::{Fault, Faults, Reaction};
 use crate::motor::profile::Motion;
 use crate::node::supervisor::Readings;
 
-/// What a reset clears although homing has not been repeated yet.
+/// Faults that a reset clears although homing has not been repeated yet.
 const HOMING_FAULTS: Faults = Faults::of(Fault::HomingFailed).or(Faults::of(Fault::HomingMismatch));
 
 impl Axle {
-    /// Raises the faults whose conditions are met, whatever is latched already, and applies the
-    /// strongest reaction.
+    /// Raises the faults whose conditions are met, even if other faults are latched already, and
+    /// applies the strongest reaction.
     pub(super) fn supervise(&mut self, inputs: &Inputs, taut: Option<Result<Motion, Fault>>) {
         let (enabled, powered) = (self.state == State::OperationEnabled, self.powered());
         let in_position =
@@ -64,7 +64,7 @@ impl Axle {
         }
     }
 
-    /// Enters the state that the strongest reaction of the latched faults asks for.
+    /// Enters the state that the strongest reaction of the latched faults requires.
     fn react(&mut self) {
         match self.latch.faults().reaction() {
             Some(Reaction::Brake | Reaction::Off) => self.state = State::Fault,
@@ -75,8 +75,8 @@ impl Axle {
         }
     }
 
-    /// Clears the faults whose cause is gone. Leads out of the state "fault" if no fault is left
-    /// that needs it.
+    /// Clears the faults whose cause is gone. Leaves the state "fault" if no remaining fault
+    /// requires it.
     pub(super) fn reset_faults(&mut self) {
         let mut present = self.present;
         if self.homing.stage.is_failure() {

@@ -1,4 +1,4 @@
-//! The operator's command on its way to the body: supervision and filter decide what passes.
+//! Passes the operator's command to the body, as far as supervision and filter allow.
 
 use super::interface::Inputs;
 use super::supervision::Moment;
@@ -9,7 +9,7 @@ use crate::stability::trip::Requests;
 use crate::stability::verdict::Verdict;
 
 impl<B: Body> Guard<B> {
-    /// Passes the operator's command on to the body, as far as supervision and margins allow.
+    /// Passes the operator's command to the body, as far as supervision and margins allow.
     pub(super) fn pass_command(&mut self, inputs: &Inputs<'_>) {
         let (now_us, period) = (inputs.now_us, self.schedule.period());
         let request = self.operator.request();
@@ -24,7 +24,7 @@ impl<B: Body> Guard<B> {
             requests: Requests {
                 override_trip: request == Request::Override && present,
                 back_off: request == Request::BackOff && present,
-                // However short they were since the SYNC before.
+                // These count however short they were since the previous SYNC.
                 reset: seen.reset,
                 emergency_stop: seen.emergency_stop || request == Request::EmergencyStop,
             },

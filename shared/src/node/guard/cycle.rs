@@ -1,4 +1,4 @@
-//! What the guard does once per SYNC: state, command, gate, set-points.
+//! Work of the guard once per SYNC: state, command, gate, set-points.
 
 use super::gate::Gate;
 use super::interface::Inputs;
@@ -10,14 +10,15 @@ use crate::robots::{Body, DriveState, Goal};
 use crate::stability::attitude::Attitude;
 
 impl<B: Body> Guard<B> {
-    /// What happens once per SYNC: state, filter, body, gate, set-points.
+    /// Runs the work of one SYNC period: state, filter, body, gate, set-points.
     pub(super) fn cycle(&mut self, inputs: &Inputs<'_>) {
         let now_us = inputs.now_us;
         let before = self.state;
         self.drives.check_restarts(before.driving());
         self.advance_state(now_us);
         self.pass_command(inputs);
-        // Behind the filter: a trip or an emergency stop counts in the period in which it comes.
+        // This comes after the filter, so that a trip or an emergency stop counts in the period in
+        // which it comes.
         let drives = self.operator.request() == Request::Arm
             && self.operator.attends(now_us)
             && !self.supervision.tripped();
@@ -26,13 +27,13 @@ impl<B: Body> Guard<B> {
         if self.state != State::Armed && !starting {
             self.body.rest();
         }
-        // A drive that has started anew waits for it in "held", too: its reset needs its status.
+        // A restarted drive waits for the start command in "held", too: its reset needs its status.
         let joined = before == State::Waiting && self.state == State::Ready;
         let waits = matches!(self.state, State::Ready | State::Held) && self.drives.take_start();
         self.send(joined || waits, now_us);
     }
 
-    /// Takes the state that follows from fault reports, drives and the operator's request.
+    /// Enters the state that follows from fault reports, drives and the operator's request.
     fn advance_state(&mut self, now_us: u64) {
         let before = self.state;
         let complete = self.drives.complete();
@@ -71,10 +72,11 @@ impl<B: Body> Guard<B> {
         }
     }
 
-    /// The frames of one SYNC period; `starts` begins the exchange of process data.
+    /// Sends the frames of one SYNC period. With `starts`, the nodes also get the command to
+    /// exchange process data.
     fn send(&mut self, starts: bool, now_us: u64) {
         self.drives.note_sent(starts);
-        // Room for all of them: MAX_SENT.
+        // There is room for all of them (`MAX_SENT`).
         let frames = &mut self.outputs.frames;
         let _ = frames.push(sync());
         if starts {

@@ -1,4 +1,4 @@
-//! One drive as the guard knows it: what it publishes, whether it does what it was commanded, and
+//! One drive as the guard knows it: what it publishes, whether it is in the commanded state, and
 //! the set-point frame that it gets next.
 
 use super::FaultReport;
@@ -16,24 +16,25 @@ use crate::faults::Fault;
 use crate::robots::{DriveState, Goal};
 use crate::settings::{Setting, Settings};
 
-/// Torque of a drive on the bus, N m.
+/// Unit of a drive's torque on the bus, N m.
 const NEWTON_METRES: f32 = 0.01;
 
-/// Motion comes with every SYNC, status with every fifth; older ones are no longer a drive's state.
-/// Two statuses in a row may be lost on the way.
+/// Timeout of a drive's motion and status. Motion comes with every SYNC, status with every fifth,
+/// and two statuses in a row may be lost.
 const MIN_STATE_TIMEOUT_US: u64 = 60_000;
 const STATE_TIMEOUT_SYNCS: u64 = 15;
-/// Time in which a drive reaches the state that a new goal commands: three transitions, each with a
-/// status of its own.
+/// Time in which a drive must reach the state that a new goal commands: three transitions, each
+/// with its own status.
 const MIN_SETTLE_US: u64 = 200_000;
 const SETTLE_SYNCS: u64 = 25;
 
-/// Commands of one fault reset: low, so that the next is an edge; high; low until the drive has
-/// answered. A reset ends after all of them, whatever the drive says.
+/// Commands of one fault reset. The reset bit is low first, so that an edge follows; then high;
+/// then low until the drive has answered. A reset ends after all of these commands, whatever the
+/// drive reports.
 const RESET_COMMANDS: u8 = 12;
 const RESET_HIGH: core::ops::Range<u8> = 7..11;
 
-/// State of a drive's state machine that a goal commands.
+/// State of the drive's state machine that a goal requires.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 enum Duty {
     Off,
@@ -59,7 +60,7 @@ impl Duty {
     }
 }
 
-/// See the module.
+/// One drive as the guard knows it; see the module.
 #[derive(Clone, Debug)]
 pub(super) struct Drive {
     pub id: u8,
@@ -70,14 +71,14 @@ pub(super) struct Drive {
     status: DriveStatus,
     status_us: Option<u64>,
     emergency: u16,
-    /// Commands left of the present fault reset.
+    /// Number of commands that are left of the present fault reset.
     reset: u8,
     duty: Duty,
-    /// The drive has reached the commanded state since it was commanded.
+    /// The drive has been in the commanded state since it was commanded.
     met: bool,
-    /// When the commanded state was commanded.
+    /// When the commanded state was first commanded, us.
     duty_since_us: u64,
-    /// The drive has started anew: it has lost its state.
+    /// The drive has restarted and lost its state.
     restarted: bool,
     /// Its heartbeat says that it exchanges no process data.
     waits_for_start: bool,
@@ -134,35 +135,36 @@ impl Drive {
         }
     }
 
-    /// State in the newest statusword; `None` before the first, and for a word that no state has.
+    /// Returns the state in the newest statusword; `None` before the first one, and for a word that
+    /// no state has.
     fn state(&self) -> Option<State> {
         self.status_us?;
         State::from_statusword(self.status.statusword)
     }
 
-    /// The drive was received since the guard started.
+    /// Returns whether the drive was received since the guard started.
     pub fn seen(&self) -> bool {
         self.heartbeat.seen()
     }
 
-    /// The drive has sent its status since it started.
+    /// Returns whether the drive has sent its status since it started.
     pub fn has_status(&self) -> bool {
         self.status_us.is_some()
     }
 
-    /// Whether the drive has started anew; forgets it unless the robot is `driving`.
+    /// Returns whether the drive has restarted. Forgets it unless the robot is `driving`.
     pub fn check_restart(&mut self, driving: bool) -> bool {
         let restarted = self.restarted;
         self.restarted &= driving;
         restarted
     }
 
-    /// Whether the drive waits for the network's start, which is sent now.
+    /// Returns whether the drive waits for the network's start command, which the guard sends now.
     pub fn take_start(&mut self) -> bool {
         core::mem::take(&mut self.waits_for_start)
     }
 
-    /// Error code of the drive, 0 for none. A code that a reset may clear still counts.
+    /// Returns the error code of the drive; 0 for none. A code that a reset may clear still counts.
     pub fn error_code(&self) -> u16 {
         if self.emergency != 0 {
             self.emergency
@@ -171,7 +173,8 @@ impl Drive {
         }
     }
 
-    /// What is wrong with the drive, if anything; `driving` while the robot is or was under power.
+    /// Returns the fault report of the drive, if it has a fault. `driving` is true while the robot
+    /// is or was under power.
     pub fn fault(&self, state: &DriveState, now_us: u64, driving: bool) -> Option<FaultReport> {
         let older = |received: Option<u64>| {
             received.is_some_and(|received| now_us.saturating_sub(received) > self.state_timeout_us)
@@ -183,7 +186,7 @@ impl Drive {
         } else if self.heartbeat.lost(now_us) || silent {
             Fault::NodeLost.description().code
         } else if self.resets() {
-            // The status of a drive that is being reset still shows what was.
+            // The status of a drive that is being reset still shows the old fault.
             return None;
         } else if self.status.error_code != 0 {
             self.status.error_code
@@ -198,7 +201,8 @@ impl Drive {
         })
     }
 
-    /// The newest status is not as commanded, although the drive had the time or was there before.
+    /// Returns whether the newest status is not as commanded, although the drive had the time to
+    /// reach the commanded state or was in it before.
     fn deviates(&self, now_us: u64) -> bool {
         let meets = match self.state() {
             Some(state) => self.duty.is_met_by(state),
@@ -218,13 +222,13 @@ impl Drive {
         }
     }
 
-    /// A fault reset is under way.
+    /// Returns whether a fault reset is under way.
     pub fn resets(&self) -> bool {
         self.reset != 0
     }
 
-    /// The set-point frame that brings the drive one step nearer to `goal`. A target of another kind
-    /// of axle holds the drive.
+    /// Creates the set-point frame that brings the drive one step nearer to `goal`. A target for
+    /// another kind of axle holds the drive.
     pub fn command(&mut self, goal: Goal, homed: bool, now_us: u64) -> Frame {
         let wire = match goal {
             Goal::Position(target) | Goal::MoveTo(target) => self.units.target(target),
@@ -240,9 +244,9 @@ impl Drive {
         let state = self.state();
         let mut word = match (duty, state) {
             (Duty::Off, _) => controlword::DISABLE_VOLTAGE,
-            // In every state "quick stop" holds what is under power and enables nothing.
+            // In every state, "quick stop" holds what is under power and enables nothing.
             (Duty::Hold, _) | (Duty::Operate, None) => controlword::QUICK_STOP,
-            // The drive was in operation and left it by itself or by another's command.
+            // The drive was in operation, and left it by itself or by another node's command.
             (Duty::Operate, Some(state)) if self.met && state != State::OperationEnabled => {
                 controlword::QUICK_STOP
             }

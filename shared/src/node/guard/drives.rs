@@ -1,4 +1,4 @@
-//! The robot's drives together: their frames, their fault reports, their commands.
+//! All drives of the robot: their frames, their fault reports, their commands.
 
 use super::FaultReport;
 use super::drive::Drive;
@@ -11,7 +11,7 @@ use crate::robots::{Body, DriveState, Goal, MAX_DRIVES, Offset};
 use crate::settings::{Setting, Settings};
 use heapless::Vec;
 
-/// A drive's position scale and the one that the robot's equations use (object 0x400A).
+/// Position scale of a drive, and the one that the robot's equations use (object 0x400A).
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct ScaleMismatch {
     /// Node id of the drive.
@@ -33,9 +33,9 @@ pub(super) struct Drives {
     mismatch: Option<ScaleMismatch>,
     /// Node id of the guard itself.
     own_id: u8,
-    /// The node whose identifier somebody else used.
+    /// Node id in a frame of another node, whose identifier only the guard may use.
     foreign: Option<u8>,
-    /// SYNC and network management frames of the guard that have not come back to it yet.
+    /// Numbers of the guard's own NMT and SYNC frames that have not come back to it yet.
     own_frames: [u8; 2],
 }
 
@@ -61,7 +61,8 @@ impl Drives {
         &self.states
     }
 
-    /// When the oldest of the drives that odometry comes from was received; none before each was.
+    /// Returns when the oldest of the drives that odometry uses was received, us; `None` before
+    /// each of them was.
     pub fn odometry_us<B: Body>(&self) -> Option<u64> {
         let mut oldest = u64::MAX;
         for index in B::ODOMETRY {
@@ -73,19 +74,19 @@ impl Drives {
         Some(oldest)
     }
 
-    /// Every drive was received since the start, and its scale is known.
+    /// Returns whether every drive was received since the start, and its scale is known.
     pub fn complete(&self) -> bool {
         self.nodes.iter().all(Drive::seen)
             && self.scales.iter().all(|scale| scale.found().is_some())
     }
 
-    /// Every drive has sent its status since it started.
+    /// Returns whether every drive has sent its status since it started.
     pub fn have_status(&self) -> bool {
         self.nodes.iter().all(Drive::has_status)
     }
 
     pub fn receive(&mut self, frame: &Frame, now_us: u64) {
-        // The low seven bits of an identifier are a node id, the others the function.
+        // The low seven bits of an identifier are the node id, the others are the function code.
         let (node, function) = ((frame.id() & 0x7f) as u8, frame.id() & !0x7f);
         self.watch_identifiers(node, function);
         let mut answered = false;
@@ -101,10 +102,10 @@ impl Drives {
         }
     }
 
-    /// Notes a frame with an identifier that belongs to the guard alone.
+    /// Records a frame of another node whose identifier only the guard may use.
     fn watch_identifiers(&mut self, node: u8, function: u16) {
         let foreign = match (function, node) {
-            // Its own SYNC and NMT commands come back to the guard once.
+            // The guard's own SYNC and NMT frames come back to it once.
             (function::NMT | function::SYNC_OR_EMERGENCY, 0) => {
                 let sent = &mut self.own_frames[usize::from(function != function::NMT)];
                 let own = *sent > 0;
@@ -123,16 +124,17 @@ impl Drives {
         }
     }
 
-    /// The guard sends one SYNC, and a network management command or none.
+    /// Records that the guard sends one SYNC, and a network management command if `network_command`
+    /// is true.
     pub fn note_sent(&mut self, network_command: bool) {
         for (sent, more) in self.own_frames.iter_mut().zip([network_command, true]) {
-            // One may still be on its way back.
+            // A frame from before may still be on its way back.
             let count = *sent + u8::from(more);
             *sent = if count < 2 { count } else { 2 };
         }
     }
 
-    /// The first fault report; `driving` while the robot is or was under power.
+    /// Returns the first fault report. `driving` is true while the robot is or was under power.
     pub fn fault(&self, now_us: u64, driving: bool) -> Option<FaultReport> {
         if let Some(node) = self.foreign {
             let code = Fault::SecondMaster.description().code;
@@ -147,12 +149,12 @@ impl Drives {
         })
     }
 
-    /// The first drive whose scale differs from the one that the robot's equations use.
+    /// Returns the first drive whose scale differs from the one that the robot's equations use.
     pub fn mismatch(&self) -> Option<ScaleMismatch> {
         self.mismatch
     }
 
-    /// Compares what is known of the scales.
+    /// Compares the scales that are known so far.
     fn compare_scales(&mut self) {
         let scales = self.scales.iter().zip(&self.expected_scales);
         let mut drives = self.nodes.iter().zip(scales);
@@ -166,13 +168,14 @@ impl Drives {
         });
     }
 
-    /// The drives that have a fault, a bit for each in their order.
+    /// Returns the drives that have a fault, one bit for each, in their order.
     pub fn faulty(&self) -> u16 {
         let bit = |(index, drive): (usize, &Drive)| u16::from(drive.error_code() != 0) << index;
         self.nodes.iter().enumerate().map(bit).sum()
     }
 
-    /// Clears what the operator acknowledges, and begins a fault reset of each drive that needs one.
+    /// Clears what the operator acknowledges, and begins a fault reset of each drive that needs
+    /// one.
     pub fn begin_reset(&mut self) {
         self.foreign = None;
         let scales = self.scales.iter_mut().zip(&self.expected_scales);
@@ -187,12 +190,12 @@ impl Drives {
         self.compare_scales();
     }
 
-    /// A fault reset is under way.
+    /// Returns whether a fault reset is under way.
     pub fn reset_under_way(&self) -> bool {
         self.nodes.iter().any(Drive::resets)
     }
 
-    /// Looks for drives that have started anew: their scale is read again.
+    /// Looks for drives that have restarted. Their scales must be read again.
     pub fn check_restarts(&mut self, driving: bool) {
         let mut forgotten = false;
         for (drive, scale) in self.nodes.iter_mut().zip(&mut self.scales) {
@@ -206,19 +209,19 @@ impl Drives {
         }
     }
 
-    /// Whether a drive waits for the network's start, which is sent now.
+    /// Returns whether a drive waits for the network's start command, which the guard sends now.
     pub fn take_start(&mut self) -> bool {
         let waiting = self.nodes.iter_mut().map(Drive::take_start);
         waiting.fold(false, |any, waits| any | waits)
     }
 
-    /// The requests that are due for scales that are not known yet.
+    /// Creates the requests that are due for scales that are not known yet.
     pub fn scale_requests(&mut self, now_us: u64) -> impl Iterator<Item = Frame> {
         let drives = self.nodes.iter().zip(&mut self.scales);
         drives.filter_map(move |(drive, scale)| scale.request(drive.id, now_us))
     }
 
-    /// The set-point frames that bring the drives nearer to their goals.
+    /// Creates the set-point frames that bring the drives nearer to their goals.
     pub fn commands(
         &mut self,
         now_us: u64,
@@ -230,7 +233,7 @@ impl Drives {
         })
     }
 
-    /// The frames with the drives' torque offsets.
+    /// Creates the frames with the drives' torque feed-forward.
     pub fn offsets(&self, offsets: &[Offset]) -> impl Iterator<Item = Frame> {
         offsets.iter().filter_map(|offset| {
             let drive = self.nodes.get(offset.drive)?;

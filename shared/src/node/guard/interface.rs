@@ -1,4 +1,4 @@
-//! What goes into a tick of the guard, and what comes out.
+//! Inputs and outputs of the guard's tick.
 
 use crate::bus::pdo::{
     GuardMargins, GuardMotion, GuardPassed, GuardPosition, GuardState, OperatorCommand,
@@ -9,31 +9,32 @@ use crate::robots::MAX_DRIVES;
 use crate::sensors::BodySensors;
 use heapless::Vec;
 
-/// Largest number of frames that one tick sends: SYNC, network management, and for each drive a
-/// set-point or a request for its scale.
+/// Maximum number of frames that one tick sends: SYNC, network management, and for each drive a
+/// set-point and a request for its scale.
 pub const MAX_SENT: usize = 2 * MAX_DRIVES + 2;
 
-/// What the guard sensed and received since the tick before.
+/// Readings and messages since the previous tick.
 #[derive(Clone, Copy, Debug)]
 pub struct Inputs<'a> {
     /// Time since power-up, us.
     pub now_us: u64,
-    /// Sensors on the body.
+    /// Readings of the sensors on the robot's body, if there are any.
     pub body: Option<BodySensors>,
-    /// Bytes of the GNSS receiver.
+    /// Bytes from the GNSS receiver.
     pub serial: &'a [u8],
     /// The operator's newest command, if one came.
     pub operator: Option<OperatorCommand>,
-    /// The emergency stop is actuated, whoever did it.
+    /// The emergency stop is actuated, by whatever source.
     pub emergency_stop: bool,
-    /// Every frame that was received, in order.
+    /// All frames that were received, in order.
     pub frames: &'a [Frame],
 }
 
-/// What the guard sends and tells.
+/// Outputs of the guard's tick.
 #[derive(Clone, PartialEq, Debug, Default)]
 pub struct Outputs {
-    /// Frames to send in this order: SYNC, network management, set-points; or torques in advance.
+    /// Frames to send, in this order: SYNC, network management, requests for scales, set-points; or
+    /// else the torque feed-forward.
     pub frames: Vec<Frame, MAX_SENT>,
     /// Payload of TPDO 1.
     pub motion: GuardMotion,
@@ -45,18 +46,18 @@ pub struct Outputs {
     pub passed: GuardPassed,
     /// The robot's state and payload of TPDO 5, once in a SYNC period.
     pub robot: Option<(RobotState, GuardPosition)>,
-    /// Times that a command was refused (object 0x4005:1).
+    /// Number of refused commands (object 0x4005:1).
     pub refused: u32,
-    /// Times that a command was scaled (object 0x4005:2).
+    /// Number of scaled commands (object 0x4005:2).
     pub scaled: u32,
     /// Code of an emergency frame to send now; 0 is "all clear".
     pub emergency: Option<u16>,
-    /// The drives that have a fault, a bit for each in the order of `Body::drive_ids` (object 0x4009);
-    /// brought up to date once in a SYNC period and with every emergency frame.
+    /// The drives that have a fault, one bit for each in the order of `Body::drive_ids` (object
+    /// 0x4009). Updated once in a SYNC period and with every emergency frame.
     pub faulty_drives: u16,
 }
 
-/// A node's fault or loss that holds the robot.
+/// Fault or loss of a node, which holds the robot.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) struct FaultReport {
     pub node: u8,

@@ -1,14 +1,22 @@
-//! The guard: master of the network, body controller of the robot that it is built for
-//! ([`crate::robots::Body`]) and, above both, the filter that passes a command only as far as the margins
-//! allow.
+//! The guard: the master of the network, the controller of the robot's body
+//! ([`crate::robots::Body`]), and a filter that passes a command only as far as the margins allow.
+//! A margin is the distance in the support plane from the projected centre of gravity to an edge of
+//! the support.
 //!
-//! This file is the tick. [`sensing`] holds what happens between two SYNCs, [`cycle`] what happens once
-//! per SYNC, and [`command`] how much of the operator's command passes.
+//! This file has the tick. The other modules:
 //!
-//! [`drives`] and [`drive`] hold what the guard knows of the other nodes, and [`scales`] compares their
-//! units. [`operator`] holds the newest command, [`schedule`] says what is due, [`sequence`] holds the
-//! states, [`gate`] what the drives may do in each of them, [`supervision`] the robot's balance,
-//! [`publish`] the payloads of the guard's process data, and [`interface`] inputs and outputs.
+//! * [`sensing`]: what happens between two SYNCs
+//! * [`cycle`]: what happens once per SYNC
+//! * [`command`]: how much of the operator's command passes
+//! * [`drives`] and [`drive`]: what the guard knows of the other nodes
+//! * [`scales`]: comparison of the nodes' position scales
+//! * [`operator`]: the newest command
+//! * [`schedule`]: which work is due in a tick
+//! * [`sequence`]: the states of the guard
+//! * [`gate`]: what the drives may do in each state
+//! * [`supervision`]: the robot's balance
+//! * [`publish`]: payloads of the guard's process data
+//! * [`interface`]: inputs and outputs
 
 mod command;
 mod cycle;
@@ -45,7 +53,7 @@ use publish::Tally;
 use schedule::Schedule;
 use supervision::Supervision;
 
-/// State of the guard.
+/// The guard of a robot with this body.
 #[derive(Clone, Debug)]
 pub struct Guard<B> {
     schedule: Schedule,
@@ -59,7 +67,7 @@ pub struct Guard<B> {
     attitude: Attitude,
     estimator: Estimator,
     operator: Operator,
-    /// Reset and emergency stop since the last SYNC.
+    /// Requests for a reset and for an emergency stop since the last SYNC.
     requests: Requests,
     fault: Option<FaultReport>,
     tally: Tally,
@@ -67,10 +75,10 @@ pub struct Guard<B> {
 }
 
 impl<B: Body> Guard<B> {
-    /// Guard with these settings.
+    /// Creates a guard with these settings.
     ///
     /// # Errors
-    /// The robot's, when the settings make none.
+    /// The refusal of the robot's body, if the settings describe no such robot.
     pub fn new(settings: &Settings) -> Result<Self, B::Refusal> {
         Ok(Self {
             schedule: Schedule::new(settings),
@@ -91,8 +99,8 @@ impl<B: Body> Guard<B> {
         })
     }
 
-    /// One control period. The outputs stay in place until the next one: copying the frames would take
-    /// longer than making them.
+    /// Runs one control period. The outputs stay in place until the next one, because copying the
+    /// frames would take longer than creating them.
     pub fn tick(&mut self, inputs: &Inputs<'_>) -> &Outputs {
         let fault_before = self.fault;
         if self.supervision.receive(inputs.body.as_ref())
@@ -133,23 +141,23 @@ impl<B: Body> Guard<B> {
         &self.outputs
     }
 
-    /// What came out of the last tick.
+    /// Returns the outputs of the last tick.
     pub fn outputs(&self) -> &Outputs {
         &self.outputs
     }
 
-    /// Where the robot's position is counted from, and what became of the GNSS receiver's
-    /// sentences.
+    /// Returns the estimator, which has the origin of the robot's position and the counts of the
+    /// GNSS receiver's sentences.
     pub fn estimator(&self) -> &Estimator {
         &self.estimator
     }
 
-    /// What the guard knows of the robot's balance.
+    /// Returns what the guard knows of the robot's balance.
     pub fn telemetry(&self) -> Telemetry {
         self.supervision.telemetry(self.refusal)
     }
 
-    /// The first drive whose scale differs from the one that the robot's equations use.
+    /// Returns the first drive whose scale differs from the one that the robot's equations use.
     pub fn scale_mismatch(&self) -> Option<ScaleMismatch> {
         self.drives.mismatch()
     }

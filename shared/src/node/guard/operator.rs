@@ -1,22 +1,24 @@
-//! The operator as the guard receives it: the newest command, its age, and the edges of its requests.
+//! The operator as the guard receives it: the newest command, its age, and the edges of its
+//! requests.
 
 use crate::bus::pdo::{DEAD_MAN_HELD, OperatorCommand, Request};
 use crate::settings::{Setting, Settings};
 
-/// The newest command, and whether somebody still stands behind it.
+/// The newest command, and whether the operator is still present.
 #[derive(Clone, Debug)]
 pub(super) struct Operator {
     command: OperatorCommand,
-    /// When the sequence number last changed.
+    /// When the sequence number last changed, us.
     received_us: Option<u64>,
     timeout_us: u64,
     dead_man: bool,
-    /// A request other than "arm" came since the guard started, was armed, or last held the robot.
+    /// A request other than "arm" came since the guard started, began to arm, or last held the
+    /// robot.
     released: bool,
 }
 
 impl Operator {
-    /// No command received yet: the request is [`Request::Stop`].
+    /// Creates the state before the first command. The request is [`Request::Stop`].
     pub fn new(settings: &Settings) -> Self {
         Self {
             command: OperatorCommand {
@@ -52,29 +54,30 @@ impl Operator {
         Request::from_byte(self.command.request)
     }
 
-    /// A fresh command came within `operator_timeout`.
+    /// Returns whether a command with a new sequence number came within `operator_timeout`.
     pub fn present(&self, now_us: u64) -> bool {
         self.received_us
             .is_some_and(|received| now_us.saturating_sub(received) <= self.timeout_us)
     }
 
-    /// The operator is present, and holds the dead-man switch where the settings ask for one.
+    /// Returns whether the operator is present, and holds the dead-man switch if the settings
+    /// require one.
     pub fn attends(&self, now_us: u64) -> bool {
         let held = !self.dead_man || self.command.request & DEAD_MAN_HELD != 0;
         self.present(now_us) && held
     }
 
-    /// The operator asks for motors off.
+    /// Returns whether a present operator requests motors off.
     pub fn disarms(&self, now_us: u64) -> bool {
         self.request() == Request::Disarm && self.present(now_us)
     }
 
-    /// The operator asks to arm, attends, and asked for something else before.
+    /// Returns whether the operator requests to arm, attends, and made another request before.
     pub fn arms(&self, now_us: u64) -> bool {
         self.request() == Request::Arm && self.released && self.attends(now_us)
     }
 
-    /// The request to arm is used up: the next one needs another request before it.
+    /// Uses up the request to arm: the next one needs another request before it.
     pub fn require_new_request(&mut self) {
         self.released = false;
     }

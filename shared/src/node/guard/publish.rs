@@ -1,4 +1,4 @@
-//! What the guard tells of itself: the payloads of its TPDOs and the count of its interventions.
+//! Publishes the guard's state: the payloads of its TPDOs, and the counts of its interventions.
 
 use super::Guard;
 use super::interface::FaultReport;
@@ -8,7 +8,7 @@ use crate::math::to_i16;
 use crate::robots::{Body, PostureCommand};
 use crate::stability::verdict::Verdict;
 
-/// The newest verdict, and how often commands were held back.
+/// The newest verdict, and how often commands were refused and scaled.
 #[derive(Clone, Debug)]
 pub(super) struct Tally {
     verdict: Verdict,
@@ -27,7 +27,7 @@ impl Default for Tally {
 }
 
 impl Tally {
-    /// Takes the verdict of a SYNC period. An intervention counts when its kind begins.
+    /// Takes the verdict of a SYNC period. An intervention counts once, when its kind begins.
     pub fn count(&mut self, verdict: Verdict) {
         let kind = |verdict: Verdict| verdict.code() >> 4;
         if kind(verdict) != kind(self.verdict) {
@@ -53,7 +53,7 @@ impl Tally {
 }
 
 impl<B: Body> Guard<B> {
-    /// Fills in what every tick tells.
+    /// Updates the payloads that every tick publishes.
     pub(super) fn publish(&mut self) {
         let centidegrees = |radians: f32| to_i16(radians.to_degrees() * 100.0);
         let millimetres = |metres: f32| to_i16(metres * 1e3);
@@ -91,7 +91,7 @@ impl<B: Body> Guard<B> {
     }
 }
 
-/// Payload of TPDO 5.
+/// Creates the payload of TPDO 5 from the robot's state.
 pub(super) fn position(state: &State) -> GuardPosition {
     let centimetres = |axis: usize| to_i16(state[axis].value * 100.0);
     let invalid = state[0].validity == Validity::Invalid;

@@ -1,5 +1,5 @@
-//! The comparison of units at start: the guard reads each drive's position scale (object 0x2010) by
-//! SDO and compares it with the one that the robot's equations use.
+//! Compares the units of the nodes at start: the guard reads each drive's position scale (object
+//! 0x2010) by SDO and compares it with the one that the robot's equations use.
 
 use crate::can::Frame;
 
@@ -11,7 +11,7 @@ const RETRY_US: u64 = 100_000;
 const SDO_REQUEST: u16 = 0x600;
 const SDO_RESPONSE: u16 = 0x580;
 
-/// What is known of one drive's scale.
+/// What the guard knows of one drive's position scale.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub(super) struct ScaleReader {
     asked_us: Option<u64>,
@@ -19,7 +19,7 @@ pub(super) struct ScaleReader {
 }
 
 impl ScaleReader {
-    /// The request to send to drive `id` now, if one is due.
+    /// Returns the request to send to drive `id` now, if one is due.
     pub fn request(&mut self, id: u8, now_us: u64) -> Option<Frame> {
         let waits = self
             .asked_us
@@ -35,8 +35,8 @@ impl ScaleReader {
         )
     }
 
-    /// Takes a frame of drive `id`, and returns whether it is the answer. A drive without the object
-    /// counts as the scale 0, which none has.
+    /// Takes a frame of drive `id`, and returns whether it is the answer. For a drive without the
+    /// object the scale is 0, which no drive has.
     pub fn receive(&mut self, frame: &Frame, id: u8) -> bool {
         let [low, high] = POSITION_SCALE.to_le_bytes();
         if frame.id() != SDO_RESPONSE + u16::from(id) {
@@ -48,7 +48,7 @@ impl ScaleReader {
                 self.found = Some(u16::from_le_bytes([a, b]));
                 true
             }
-            // An answer of another size, or "no such object". After any other refusal the request is
+            // An answer of another size, or "no such object". After any other abort the request is
             // repeated.
             [0x40..=0x5f, l, h, 0, ..] | [0x80, l, h, 0, 0, 0, 2, 6] if (l, h) == (low, high) => {
                 self.found = Some(0);
@@ -58,12 +58,12 @@ impl ScaleReader {
         }
     }
 
-    /// The scale that the drive has; `None` before it answered.
+    /// Returns the scale of the drive; `None` before it answered.
     pub fn found(&self) -> Option<u16> {
         self.found
     }
 
-    /// Forgets the answer: the drive has started anew.
+    /// Forgets the answer, because the drive has restarted.
     pub fn forget(&mut self) {
         *self = Self::default();
     }

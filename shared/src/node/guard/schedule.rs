@@ -1,23 +1,23 @@
-//! What the guard does when in a SYNC period, so that no tick has to do it all.
+//! Distributes the guard's work over a SYNC period, so that no tick has to do all of it.
 
 use crate::bus::network::OFFSET_SYNCS;
 use crate::settings::{Setting, Settings};
 
-/// What a tick has to do, in this order.
+/// Work that is due in a tick, in this order.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[allow(clippy::struct_excessive_bools)] // four duties
 pub(super) struct Due {
-    /// Evaluate how the robot stands: the drives have answered the SYNC before.
+    /// Evaluate how the robot stands. The drives have answered the last SYNC by now.
     pub evaluation: bool,
-    /// Bring the robot's position up to date.
+    /// Update the robot's position.
     pub position: bool,
-    /// Tell the drives the torques that they will need.
+    /// Send the drives their torque feed-forward.
     pub offsets: bool,
     /// Send SYNC and set-points.
     pub sync: bool,
 }
 
-/// Where in the SYNC period the guard is.
+/// Place of the guard within the SYNC period.
 #[derive(Clone, Debug)]
 #[allow(clippy::struct_excessive_bools)] // a setting, and what is still due in this period
 pub(super) struct Schedule {
@@ -43,13 +43,14 @@ impl Schedule {
         }
     }
 
-    /// Period of SYNC, s; at most 100 ms.
+    /// Returns the SYNC period, s; at most 0.1 s.
     pub fn period(&self) -> f32 {
         self.period_us as u32 as f32 * 1e-6
     }
 
-    /// What is due at `now_us`, and from now on done. The evaluation is due in the second half of a
-    /// period, the position in the last quarter, and neither later than the next SYNC.
+    /// Returns the work that is due at `now_us`, and marks it as done. The evaluation is due in the
+    /// second half of a period, the position in the last quarter. Both are due at the next SYNC at
+    /// the latest.
     pub fn due(&mut self, now_us: u64) -> Due {
         let half = self.period_us / 2;
         let sync = now_us >= self.next_sync_us;
@@ -68,7 +69,8 @@ impl Schedule {
         due
     }
 
-    /// A late tick does not move the next SYNC, unless it is a whole period late.
+    /// Begins a new period. A late tick does not move the next SYNC, unless it is late by a whole
+    /// period.
     fn begin(&mut self, now_us: u64) {
         self.next_sync_us += self.period_us;
         if self.next_sync_us <= now_us {
@@ -84,7 +86,8 @@ impl Schedule {
 mod tests {
     use super::*;
 
-    /// Duties of `ticks` ticks of a millisecond with SYNC each 4 ms: evaluation, position, offsets, SYNC.
+    /// Counts the work in `ticks` ticks of a millisecond, with a SYNC every 4 ms: evaluation,
+    /// position, torque feed-forward, SYNC.
     fn duties(ticks: u64, start_us: u64) -> [usize; 4] {
         let mut schedule = Schedule::new(&Settings::default());
         assert_eq!(schedule.period_us, 4_000);

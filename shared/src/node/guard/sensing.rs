@@ -1,5 +1,5 @@
-//! What the guard receives and computes between two SYNCs: the operator, faults of the drives, how the robot
-//! stands and where it is.
+//! What the guard receives and computes between two SYNCs: the operator's command, faults of the
+//! drives, how the robot stands and where it is.
 
 use super::interface::Inputs;
 use super::{Guard, State, publish};
@@ -8,7 +8,7 @@ use crate::estimate::state::State as RobotState;
 use crate::robots::Body;
 
 impl<B: Body> Guard<B> {
-    /// Takes the operator's command; a request that has changed to "reset" acknowledges everything.
+    /// Takes the operator's command. A request that has changed to "reset" acknowledges everything.
     pub(super) fn listen(&mut self, inputs: &Inputs<'_>) {
         self.requests.emergency_stop |= inputs.emergency_stop;
         let Some(command) = inputs.operator else {
@@ -24,15 +24,16 @@ impl<B: Body> Guard<B> {
         }
     }
 
-    /// The first fault report latches until the operator's reset.
+    /// Latches the first fault report until the operator's reset.
     pub(super) fn supervise(&mut self, now_us: u64) {
         if self.fault.is_none() && self.state != State::Waiting {
             self.fault = self.drives.fault(now_us, self.state.driving());
         }
     }
 
-    /// What happens once between two SYNCs, when the drives have answered the first: how the robot stands and what that means. Apart from
-    /// [`Self::cycle`], so that no tick has to do it all.
+    /// Evaluates how the robot stands, and what that means for its balance. This happens once
+    /// between two SYNCs, when the drives have answered the first one. It is separate from
+    /// [`Self::cycle`], so that no tick has to do both.
     #[inline(never)]
     pub(super) fn evaluate(&mut self) {
         let period = self.schedule.period();
@@ -48,7 +49,7 @@ impl<B: Body> Guard<B> {
             .evaluate(&stance, kept_shape.as_ref(), &self.attitude, speed, period);
     }
 
-    /// Torques that the drives will need.
+    /// Sends the drives their torque feed-forward.
     pub(super) fn send_feed_forward(&mut self) {
         if let Some(phase) = self.state.phase() {
             let offsets = self.body.offsets(phase, &self.attitude);
@@ -58,7 +59,7 @@ impl<B: Body> Guard<B> {
         }
     }
 
-    /// Brings the robot's state up to date with the drives.
+    /// Updates the estimate of the robot's state from the drives.
     pub(super) fn update_estimate(&mut self, now_us: u64) -> (RobotState, GuardPosition) {
         self.estimator.advance(
             self.body.odometry_um(),

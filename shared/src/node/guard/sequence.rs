@@ -1,4 +1,4 @@
-//! The states of the guard. The stages between "ready" and "armed" are the robot's own.
+//! The states of the guard. The stages between "ready" and "armed" depend on the robot.
 
 use crate::robots::{Body, DriveState, MAX_STAGES, Phase};
 
@@ -8,11 +8,11 @@ pub enum State {
     /// Not every drive has answered yet.
     #[default]
     Waiting,
-    /// Disarmed. A drive that holds goes on holding unless the operator asks for motors off.
+    /// Disarmed. A drive that holds keeps holding unless the operator requests motors off.
     Ready,
-    /// The drives are homed and enabled; the number of the stage.
+    /// The drives are being homed and enabled. The value is the number of the stage.
     Starting(u8),
-    /// The operator drives.
+    /// The operator drives the robot.
     Armed,
     /// A fault report holds the robot until the operator's reset.
     Held,
@@ -23,7 +23,7 @@ const ARMED: u8 = FIRST_STAGE + MAX_STAGES as u8;
 const HELD: u8 = ARMED + 1;
 
 impl State {
-    /// The state with this number.
+    /// Returns the state with this code.
     pub fn from_code(code: u8) -> Option<Self> {
         Some(match code {
             0 => Self::Waiting,
@@ -35,7 +35,8 @@ impl State {
         })
     }
 
-    /// Its number: 0 waiting, 1 ready, 2 to 5 the robot's stages, 6 armed, 7 held.
+    /// Returns the code of the state: 0 waiting, 1 ready, 2 to 5 the robot's stages, 6 armed, 7
+    /// held.
     pub fn code(self) -> u8 {
         match self {
             Self::Waiting => 0,
@@ -46,7 +47,8 @@ impl State {
         }
     }
 
-    /// Its name, as logs and reports show it, on a robot with these [`Body::STAGES`].
+    /// Returns the name of the state, as in logs and reports, for a robot with these
+    /// [`Body::STAGES`].
     pub fn name(self, stages: &[&'static str]) -> &'static str {
         match self {
             Self::Waiting => "waiting for nodes",
@@ -57,12 +59,12 @@ impl State {
         }
     }
 
-    /// The drives are under power, or were when a fault was reported.
+    /// Returns whether the drives are under power, or were when a fault was reported.
     pub fn driving(self) -> bool {
         !matches!(self, Self::Waiting | Self::Ready)
     }
 
-    /// What the robot is about to do; `None` while it is disarmed.
+    /// Returns what the robot is about to do; `None` while it is disarmed.
     pub fn phase(self) -> Option<Phase> {
         match self {
             Self::Waiting | Self::Ready => None,
@@ -73,23 +75,23 @@ impl State {
     }
 }
 
-/// What decides about the next state.
+/// Conditions that decide the next state.
 #[derive(Clone, Copy, Debug)]
 #[allow(clippy::struct_excessive_bools)] // independent facts, not states
 pub(super) struct Conditions {
-    /// Every drive has answered, and its units are known.
+    /// Every drive has answered, and its position scale is known.
     pub complete: bool,
     /// A fault report is latched, or a reset of the drives is under way.
     pub fault: bool,
-    /// The operator asks for motors off.
+    /// The operator requests motors off.
     pub disarms: bool,
     /// The operator makes a new request to arm.
     pub arms: bool,
-    /// The gate is open: a stage makes progress.
+    /// The gate is open, so that a stage makes progress.
     pub open: bool,
 }
 
-/// The state after one SYNC period.
+/// Returns the state after one SYNC period.
 pub(super) fn next<B: Body>(
     state: State,
     conditions: Conditions,

@@ -1,4 +1,4 @@
-//! The crawler under the guard: how it stands, what the operator's command becomes, and the rates of its sprockets.
+//! Implements [`Body`] for the crawler: its stance, and the rates of its sprockets for a command.
 
 use super::controller::{Configuration, Controller, Observation, STANDING};
 use super::kinematics::BodyVelocity;
@@ -17,10 +17,11 @@ use crate::stability::attitude::Attitude;
 use crate::stability::support::Stance;
 use heapless::Vec;
 
-/// Steeper than this a speed along the level heading says nothing about the one along the robot.
+/// Minimum cosine of the pitch at which the speed along the level heading determines the speed
+/// along the robot.
 const LEAST_COSINE: f32 = 0.3;
 
-/// The tracked robot on soft ground under the guard.
+/// The crawler, a tracked robot on soft ground, under the guard.
 #[derive(Clone, Debug)]
 pub struct Crawler {
     shape: Shape,
@@ -31,7 +32,7 @@ pub struct Crawler {
     positions: Option<[Position; 2]>,
     measured_speed: Option<f32>,
     odometry: Odometry,
-    /// Forward speed that is passed on; its position is not used.
+    /// Forward speed that is passed on; the position of this motion is not used.
     forward: Motion,
     turn: Turn,
     sprockets: [f32; 2],
@@ -65,7 +66,8 @@ impl Body for Crawler {
         ];
         let masses = masses.loaded(scaled(Setting::PayloadMass, 1e-3), payload.map(metres));
         let compensation = settings.get(Setting::SlipCompensation);
-        // Belts that make up for slip run faster than the ground, by an amount that is not known here.
+        // Belts that compensate slip run faster than the robot moves over ground, by an unknown
+        // amount.
         let sprocket_limit = scaled(Setting::VelocityLimit, 1e-3);
         let over_ground = metres(Setting::SpeedLimit) / dimensions.sprocket_radius;
         let controller = Controller::new(&Configuration {
@@ -125,7 +127,7 @@ impl Body for Crawler {
     fn observe(&mut self, drives: &[DriveState], attitude: &Attitude, period: f32) {
         let positions = [0, 1].map(|side| drive_of(drives, side).position);
         let before = self.positions.replace(positions).unwrap_or(positions);
-        // From positions, not rates: their sum is exact.
+        // From positions instead of rates, because the sum of position differences is exact.
         let sprockets = [0, 1].map(|side: usize| {
             positions[side].turns_since(before[side]) * (core::f32::consts::TAU / period)
         });
@@ -156,7 +158,7 @@ impl Body for Crawler {
     fn rest(&mut self) {
         self.forward = Motion::default();
         self.turn.rest();
-        // A path begins where the robot is.
+        // A new path begins where the robot is.
         self.sprockets = self.controller.command(STANDING, 0.0).sprockets;
     }
 

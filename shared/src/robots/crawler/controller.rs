@@ -1,4 +1,5 @@
-//! The crawler's body controller: odometry with slip, the path, and the speeds of the two sprockets.
+//! Controls the crawler's body: computes odometry with slip, follows a path, and commands the rates
+//! of the two sprockets.
 
 use super::kinematics::{BodyVelocity, Kinematics};
 use super::parameters::{Dimensions, Ground, Masses, ParametersError, within};
@@ -6,46 +7,46 @@ use super::path::{PathFollower, Pose, wrapped};
 use super::slip::{Slip, SlipModel};
 use crate::math::{Scalar, limit, max, min};
 
-/// What the controller is told about its robot.
+/// Configuration of the controller for its robot.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Configuration {
     /// Lengths and gear.
     pub dimensions: Dimensions,
     /// Masses, with the payload.
     pub body: Masses,
-    /// The soil that slip is computed from.
+    /// Soil from which the slip is computed.
     pub ground: Ground,
-    /// Make up for slip; else commands and odometry go without.
+    /// Whether commands and odometry compensate slip; otherwise both ignore it.
     pub compensates_slip: bool,
-    /// Most that a sprocket may turn, rad/s.
+    /// Largest rate of a sprocket, rad/s.
     pub sprocket_limit: f64,
 }
 
-/// What is known about the robot's motion.
+/// Measurements of the robot's motion.
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
 pub struct Observation {
-    /// Rates of left and right sprocket, rad/s.
+    /// Rates of the left and the right sprocket, rad/s.
     pub sprockets: [f32; 2],
-    /// Heading, rad, counter-clockwise; less than 8000.
+    /// Heading, rad, counter-clockwise; its magnitude is below 8000.
     pub heading: f32,
-    /// Pitch of the body (nose up) and roll (left side up), rad.
+    /// Pitch of the body (nose up), rad.
     pub pitch: f32,
-    /// See `pitch`.
+    /// Roll of the body (left side up), rad.
     pub roll: f32,
-    /// Forward speed over the ground, m/s, where something measured it since the observation before.
+    /// Forward speed over ground, m/s, if one was measured since the previous observation.
     pub measured_speed: Option<f32>,
 }
 
-/// What the sprockets shall do.
+/// Command for the sprockets.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct SprocketCommand {
-    /// Rates of left and right sprocket, rad/s.
+    /// Rates of the left and the right sprocket, rad/s.
     pub sprockets: [f32; 2],
-    /// The configured soil does not bear the robot on this slope.
+    /// Whether the configured soil cannot carry the robot on this slope.
     pub beyond_traction: bool,
 }
 
-/// Body controller.
+/// Body controller of the crawler.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Controller {
     kinematics: Kinematics<f32>,
@@ -53,7 +54,7 @@ pub struct Controller {
     compensates_slip: bool,
     sprocket_limit: f32,
     slip: Slip,
-    /// Time since a speed was measured, s, and way of the belts in it, m.
+    /// Time since the last measured speed, s, and distance that each belt has travelled in it, m.
     unmeasured: f32,
     way: [f32; 2],
     pose: Pose,
@@ -62,10 +63,11 @@ pub struct Controller {
 }
 
 impl Controller {
-    /// A controller for this robot, at the origin.
+    /// Creates a controller for this robot, at the origin.
     ///
     /// # Errors
-    /// The first value out of range: those of [`Kinematics::new`] and [`SlipModel::new`], and a sprocket limit outside 0.01 to 1000 rad/s.
+    /// The first value out of range: those of [`Kinematics::new`] and [`SlipModel::new`], and a
+    /// sprocket limit outside 0.01 to 1000 rad/s.
     pub fn new(configuration: &Configuration) -> Result<Self, ParametersError> {
         let Configuration {
             dimensions,
@@ -88,7 +90,8 @@ impl Controller {
         })
     }
 
-    /// Takes in what the last `period` seconds brought: slip, then the way made with it. An observation that cannot be true is left out.
+    /// Updates slip, velocity and pose with the motion of the last `period` s. Ignores an
+    /// observation with a value that is NaN or above 1000.
     pub fn observe(&mut self, observation: &Observation, period: f32) {
         let Observation {
             sprockets: [left, right],
@@ -120,7 +123,8 @@ impl Controller {
         self.velocity = self
             .kinematics
             .body_velocity([left, right], self.slip.along(belts));
-        // The way made is that along the heading, and what the robot drifts beside it.
+        // The forward speed is the component along the heading; the distance also contains the
+        // drift across it.
         let drift = self.slip.drift(self.velocity.forward);
         let (_, along) = Scalar::sin_cos(drift);
         let turn = wrapped(heading - self.pose.heading);
@@ -131,8 +135,10 @@ impl Controller {
         };
     }
 
-    /// Sprocket rates that move the robot as `asked` along its path. Where one would be beyond its limit, both are taken back in
-    /// proportion: slower, on the same path. What is asked for in no number is a stop.
+    /// Sprocket rates that move the robot as `asked` along its path.
+    ///
+    /// If a rate exceeds its limit, both are reduced in proportion: the robot is slower, on the
+    /// same path. A command that is NaN or above 1000 is a stop.
     pub fn command(&mut self, asked: BodyVelocity<f32>, period: f32) -> SprocketCommand {
         let asked = if believable(asked.forward) && believable(asked.yaw_rate) {
             asked
@@ -143,7 +149,7 @@ impl Controller {
             .path
             .follow(asked, &self.pose, self.slip.drift(asked.forward), period);
         let level = self.kinematics.drive(velocity, [0.0; 2]);
-        // Which way a track goes says which way its slip counts.
+        // The direction in which a track runs gives the sign of its slip.
         let slip = self.slip.along(level.sprockets);
         let drive = self
             .kinematics
@@ -164,12 +170,12 @@ impl Controller {
         }
     }
 
-    /// Where the robot is by its odometry.
+    /// Pose by odometry.
     pub fn pose(&self) -> Pose {
         self.pose
     }
 
-    /// How the robot moves by its encoders and the estimated slip.
+    /// Velocity from the encoders and the estimated slip.
     pub fn velocity(&self) -> BodyVelocity<f32> {
         self.velocity
     }
@@ -182,7 +188,7 @@ impl Controller {
 
 const MOST_SLIP: f32 = Kinematics::<f32>::MAXIMUM_SLIP as f32;
 
-/// A measured speed stands for no more time than this, s.
+/// Longest time for which one measured speed counts, s.
 const LONGEST_UNMEASURED: f32 = 0.5;
 
 /// No motion.
@@ -191,7 +197,7 @@ pub const STANDING: BodyVelocity<f32> = BodyVelocity {
     yaw_rate: 0.0,
 };
 
-/// A value (rad, rad/s or m/s) that a crawler can have.
+/// Whether the crawler can have this value (rad, rad/s or m/s).
 fn believable(value: f32) -> bool {
     value.abs() <= 1_000.0
 }

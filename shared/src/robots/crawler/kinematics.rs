@@ -1,39 +1,43 @@
-//! From the turning of the sprockets to the robot's motion and back, each track with its own slip.
+//! Computes the robot's motion from the rates of the sprockets, and back, with a separate slip of
+//! each track.
 
 use super::parameters::{Dimensions, ParametersError, within};
 use crate::math::Scalar;
 
-/// Velocity of a point of the belt seen from the ground, m/s.
+/// Velocity of a point of the belt over ground, m/s.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct PointVelocity<S> {
     /// Along the drift, `V_by`.
     pub along: S,
     /// Across it, `V_bz`.
     pub across: S,
-    /// Its magnitude, `V_b`.
+    /// Its magnitude `V_b`.
     pub speed: S,
 }
 
-/// Velocity of a point of a belt that runs at `relative` (`V_t`) around a track that drifts at `drift` (`V_u`), m/s, with `angle`
-/// (`phi`, rad) between the two (eq. 1 to 3).
+/// Velocity of a point of a belt (Kurc and Szybicki, eq. 1 to 3). The belt runs at `relative`
+/// (`V_t`) around a track that drifts at `drift` (`V_u`), m/s, with `angle` (`phi`, rad) between
+/// the two.
 ///
-/// On the run that lies on the ground the angle is half a turn: without slip the two speeds are equal and the point rests.
+/// On the run that lies on the ground the angle is half a turn: without slip the two speeds are
+/// equal, and the point is at rest.
 pub fn track_point_velocity<S: Scalar>(drift: S, relative: S, angle: S) -> PointVelocity<S> {
     let (sine, cosine) = angle.sin_cos();
     let (along, across) = (drift + relative * cosine, relative * sine);
     PointVelocity {
         along,
         across,
-        // The paper's V_u^2 + V_t^2 + 2 V_u V_t cos phi, in a form that no rounding makes negative.
+        // The paper's V_u^2 + V_t^2 + 2 V_u V_t cos phi, in a form that rounding cannot make
+        // negative.
         speed: (along * along + across * across).sqrt(),
     }
 }
 
-/// Slip `s_b = (n - 1) dl' / L` of a run of length `contact_length` (m, above zero) on which `grousers` grousers each shear the ground
-/// by `deformation`, m.
+/// Slip `s_b = (n - 1) dl' / L` of a run of length `contact_length` (m, above zero) on which each
+/// of `grousers` grousers shears the ground by `deformation`, m.
 ///
-/// The paper writes the formula into eq. 12, and has eq. 7 refer to others by mistake: the deformation sums up to
-/// `(n - 1) dl'` at the end of the run.
+/// The paper writes this formula into eq. 12; its eq. 7 refers to others by mistake. The
+/// deformation adds up to `(n - 1) dl'` at the end of the run.
 pub fn slip_from_grousers<S: Scalar>(grousers: u32, deformation: S, contact_length: S) -> S {
     S::from_f64(f64::from(grousers) - 1.0) * deformation / contact_length
 }
@@ -47,7 +51,7 @@ pub struct BodyVelocity<S> {
     pub yaw_rate: S,
 }
 
-/// What moves the robot as asked. Left, then right.
+/// Rates that move the robot as commanded; left, then right.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Drive<S> {
     /// Rates of the sprockets, rad/s.
@@ -58,7 +62,7 @@ pub struct Drive<S> {
     pub skid: [S; 2],
 }
 
-/// The lengths that kinematics need.
+/// Kinematics of the crawler.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Kinematics<S> {
     radius: S,
@@ -67,10 +71,10 @@ pub struct Kinematics<S> {
 }
 
 impl<S: Scalar> Kinematics<S> {
-    /// Most slip that [`Self::inverse`] makes up for: beyond, the belt does hardly more than dig.
+    /// Largest slip that [`Self::inverse`] compensates. Beyond it, the belt mainly digs.
     pub const MAXIMUM_SLIP: f64 = 0.95;
 
-    /// For a robot of these dimensions.
+    /// Kinematics of a robot with these dimensions.
     ///
     /// # Errors
     /// A radius or spacing outside 1 mm to 10 m, a gear ratio outside 0.001 to 100000.
@@ -89,7 +93,8 @@ impl<S: Scalar> Kinematics<S> {
         self.radius
     }
 
-    /// Motion from the rates of the sprockets (rad/s) and the slips of the tracks: eq. 8 to 10 along the robot's own axes.
+    /// Motion from the rates of the sprockets (rad/s) and the slips of the tracks: eq. 8 to 10
+    /// along the robot's own axes.
     pub fn body_velocity(&self, sprockets: [S; 2], slip: [S; 2]) -> BodyVelocity<S> {
         let [left, right] =
             [0, 1].map(|side: usize| self.radius * sprockets[side] * (S::ONE - slip[side]));
@@ -99,20 +104,23 @@ impl<S: Scalar> Kinematics<S> {
         }
     }
 
-    /// Velocity of point C over the ground, x and y, m/s, at heading `heading` (`beta`, rad), and yaw rate, rad/s (eq. 8 to 10).
+    /// Velocity of point C over the ground, x and y, m/s, at heading `heading` (`beta`, rad), and
+    /// yaw rate, rad/s (eq. 8 to 10).
     pub fn forward(&self, sprockets: [S; 2], slip: [S; 2], heading: S) -> ([S; 2], S) {
         let body = self.body_velocity(sprockets, slip);
         let (sine, cosine) = heading.sin_cos();
         ([body.forward * cosine, body.forward * sine], body.yaw_rate)
     }
 
-    /// The drive that moves the robot at `velocity` with the slips `slip` of left and right track (eq. 11 to 15).
+    /// Rates that move the robot at `velocity` with the slips `slip` of the left and the right
+    /// track (eq. 11 to 15).
     ///
-    /// Corrected: eq. 11 takes the magnitude of the speed and so could never drive backward; here it is signed. Eq. 12 and 13 equate the
-    /// sprocket's rate with the motor's; here each is itself, and each track has its own slip in both.
+    /// Corrections to the paper: eq. 11 takes the magnitude of the speed and so could never drive
+    /// backward; here the speed is signed. Eq. 12 and 13 equate the sprocket's rate with the
+    /// motor's; here the two differ by the gear ratio, and each track has its own slip in both.
     ///
     /// # Errors
-    /// A slip that is no number or beyond +-[`Self::MAXIMUM_SLIP`].
+    /// A slip that is NaN or beyond +-[`Self::MAXIMUM_SLIP`].
     pub fn inverse(
         &self,
         velocity: BodyVelocity<S>,
@@ -125,7 +133,7 @@ impl<S: Scalar> Kinematics<S> {
         Ok(self.drive(velocity, slip))
     }
 
-    /// [`Self::inverse`] for slips that are known to be within its bounds.
+    /// Computes [`Self::inverse`] for slips that are known to be within its bounds.
     pub fn drive(&self, velocity: BodyVelocity<S>, slip: [S; 2]) -> Drive<S> {
         let half = velocity.yaw_rate * self.spacing * S::from_f64(0.5);
         let ground = [velocity.forward - half, velocity.forward + half];

@@ -1,29 +1,30 @@
-//! Numbers of the crawler and its ground: the paper's, and those that it does not give, each named as assumed.
+//! Parameters of the crawler and its ground: the paper's values, and values that the paper does not
+//! give, each marked as assumed.
 
-/// What a value must not be.
+/// Why values do not describe a robot or its ground.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub enum ParametersError {
-    /// A value is outside its range, or no number.
+    /// A value is outside its range or NaN.
     OutOfRange {
-        /// Which one.
+        /// Name of the value.
         name: &'static str,
-        /// What was given.
+        /// Value that was given.
         got: f64,
-        /// Smallest that is taken.
+        /// Smallest value that is accepted.
         minimum: f64,
-        /// Largest that is taken.
+        /// Largest value that is accepted.
         maximum: f64,
     },
-    /// The ground cannot bear a force at any slip.
+    /// The ground cannot carry the force at any slip.
     BeyondTraction {
         /// The force, N.
         got: f64,
-        /// The most it bears, N.
+        /// Largest force that the ground carries, N.
         maximum: f64,
     },
 }
 
-/// Checks that `minimum <= got <= maximum`.
+/// Checks that `minimum <= got <= maximum`; NaN is out of range.
 pub(super) fn within(
     name: &'static str,
     got: f64,
@@ -41,7 +42,7 @@ pub(super) fn within(
     }
 }
 
-/// Lengths of the robot, m, and its gear.
+/// Lengths of the robot, m, and its gear ratio.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Dimensions {
     /// Radius `r` of the driving wheel, belt included.
@@ -52,11 +53,12 @@ pub struct Dimensions {
     pub contact_length: f64,
     /// Width `b` of a track. Assumed: the paper's eq. 4 names it without a value.
     pub track_width: f64,
-    /// Turns of the motor for one of the driving wheel: bevel gear 25:8, planetary gear 16:1, reduction gear 10:7, together 500:7.
+    /// Turns of the motor per turn of the driving wheel: bevel gear 25:8, planetary gear 16:1,
+    /// reduction gear 10:7, together 500:7.
     pub gear_ratio: f64,
 }
 
-/// The paper's robot (section 3).
+/// Dimensions of the paper's robot (section 3).
 pub const DIMENSIONS: Dimensions = Dimensions {
     sprocket_radius: 0.027_94,
     track_spacing: 0.145,
@@ -65,16 +67,16 @@ pub const DIMENSIONS: Dimensions = Dimensions {
     gear_ratio: 25.0 / 8.0 * 16.0 * 10.0 / 7.0,
 };
 
-/// Grousers (the paper's "clutches") of the run on the ground, and how far each shears the ground, m: the paper's case.
+/// Number of grousers (the paper's "clutches") of the run on the ground in the paper's example.
 pub const GROUSERS: u32 = 8;
-/// See [`GROUSERS`].
+/// Distance by which each grouser shears the ground in the paper's example, m.
 pub const GROUSER_DEFORMATION: f64 = 0.002;
 /// Slope of the paper's simulation, rad.
 pub const SLOPE: f64 = 20.0 * core::f64::consts::PI / 180.0;
 /// Speed of the paper's simulation, m/s.
 pub const SPEED: f64 = 0.15;
 
-/// Mass of the robot and where it is.
+/// Mass of the robot and its centre of gravity.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Masses {
     /// Mass, kg.
@@ -83,14 +85,15 @@ pub struct Masses {
     pub cog: [f64; 3],
 }
 
-/// A compact robot with its batteries between the tracks. All assumed: the paper has no masses.
+/// Masses of a compact robot with its batteries between the tracks. All assumed: the paper has no
+/// masses.
 pub const MASSES: Masses = Masses {
     mass: 5.0,
     cog: [0.0, 0.0, 0.045],
 };
 
 impl Masses {
-    /// The body with a load on it; its mass (kg) and place (as [`Masses::cog`]).
+    /// Masses of the robot with a load of `mass` (kg) at `place` (as [`Masses::cog`]).
     #[must_use]
     pub fn loaded(&self, mass: f64, place: [f64; 3]) -> Self {
         let sum = self.mass + mass;
@@ -100,6 +103,8 @@ impl Masses {
         }
     }
 
+    /// Checks the ranges, and converts mass and centre of gravity to single precision.
+    ///
     /// # Errors
     /// A mass outside 10 g to 1 t, a coordinate beyond 10 m.
     pub(super) fn checked(&self) -> Result<(f32, [f32; 3]), ParametersError> {
@@ -118,13 +123,14 @@ pub struct Ground {
     pub cohesion: f64,
     /// Angle `rho` of internal friction, rad.
     pub friction_angle: f64,
-    /// `K1`: how fast stress rises with deformation, 1/m.
+    /// `K1`: how fast the stress rises with the deformation, 1/m.
     pub k1: f64,
-    /// `K2`: shape of the curve; the larger, the flatter after its peak.
+    /// `K2`: shape of the curve; the larger, the flatter it is after its peak.
     pub k2: f64,
 }
 
-/// Loose soil. Assumed, with `K1` such that [`MASSES`] on the paper's slope slips as the paper's grousers do, by 0.110.
+/// Loose soil. Assumed, with a `K1` at which [`MASSES`] on the paper's slope slips by 0.110, as the
+/// paper's grousers do.
 pub const GROUND: Ground = Ground {
     cohesion: 1_000.0,
     friction_angle: 25.0 * core::f64::consts::PI / 180.0,

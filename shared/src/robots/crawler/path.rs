@@ -1,21 +1,22 @@
-//! Where the robot is by its odometry, and the path that it keeps to: straight, an arc, or a stop.
+//! Keeps the robot on the commanded path (a straight line, an arc, or a stop) by odometry.
 
 use super::kinematics::BodyVelocity;
 use crate::math::{Scalar, clamp, limit};
 
-/// Place, m, and heading, rad, from where the robot was switched on.
+/// Position, m, and heading, rad, relative to where the robot was switched on.
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
 pub struct Pose {
-    /// Forward at the start.
+    /// Position along the direction that was forward at the start.
     pub x: f32,
-    /// Left at the start.
+    /// Position along the direction that was left at the start.
     pub y: f32,
-    /// Counter-clockwise from above.
+    /// Heading, counter-clockwise seen from above.
     pub heading: f32,
 }
 
 impl Pose {
-    /// The pose after `distance` in a direction `drift` beside the heading (rad, counter-clockwise), while the heading turns by `turn`.
+    /// Pose after a motion of `distance` at an angle of `drift` (rad, counter-clockwise) to the
+    /// heading, while the heading turns by `turn`.
     #[must_use]
     pub fn moved(&self, distance: f32, drift: f32, turn: f32) -> Self {
         let (sine, cosine) = Scalar::sin_cos(self.heading + drift + 0.5 * turn);
@@ -27,7 +28,7 @@ impl Pose {
     }
 }
 
-/// An angle of less than 8000 rad as one from -pi to pi.
+/// Wraps an angle of less than 8000 rad to -pi to pi.
 pub(super) fn wrapped(angle: f32) -> f32 {
     let (sine, cosine) = Scalar::sin_cos(angle);
     Scalar::atan2(sine, cosine)
@@ -35,32 +36,35 @@ pub(super) fn wrapped(angle: f32) -> f32 {
 
 /// Yaw rate per error of the direction of travel, 1/s.
 const HEADING_GAIN: f32 = 1.5;
-/// Yaw rate per distance from the path and per speed along it, rad/m^2: with the other gain, damped well up to 0.4 m/s.
+/// Yaw rate per distance from the path and per speed along it, rad/m^2. With the other gain, the
+/// control is damped well up to 0.4 m/s.
 const DISTANCE_GAIN: f32 = 8.0;
-/// Distance from the path that counts, m: from farther away the robot comes back at an angle that does not grow.
+/// Largest distance from the path that counts, m. From farther away the robot comes back at an
+/// angle that does not grow.
 const FARTHEST: f32 = 0.1;
-/// How fast a lasting correction is taken as the ground's resistance to turning, 1/s.
+/// Rate at which a lasting correction is attributed to the ground's resistance to turning, 1/s.
 const INTEGRAL_GAIN: f32 = 0.3;
-/// Most yaw rate that keeping to the path may add, rad/s, in all and by what it has learnt of the ground.
+/// Largest yaw rate that path following may add in all, rad/s.
 const MOST_CORRECTION: f32 = 0.6;
-/// See above.
+/// Largest yaw rate that it may add for the learnt resistance of the ground, rad/s.
 const MOST_LEARNT: f32 = 0.3;
 
-/// Keeps the robot on the path that its operator's speeds describe.
+/// Keeps the robot on the path that the operator's speeds describe.
 ///
-/// The path is geometry: it goes on with the distance that the robot makes, not with time. So a speed that is taken back does not
-/// bend it.
+/// The path is geometric: it advances with the distance that the robot travels, not with time. So a
+/// reduced speed does not bend it.
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
 pub struct PathFollower {
-    /// The point of the path beside the robot; `None` at a stop, after which a path begins where the robot is.
+    /// Point of the path beside the robot; `None` at a stop, after which a path begins where the
+    /// robot is.
     beside: Option<Pose>,
-    /// Yaw rate that the ground takes away, rad/s.
+    /// Yaw rate that the ground's resistance takes away, rad/s.
     learnt: f32,
 }
 
 impl PathFollower {
-    /// The motion that keeps to the path of `asked` from `pose`, after `period` seconds, while the robot drifts in a direction `drift` beside
-    /// its heading.
+    /// Motion that keeps to the path of `asked` from `pose`, `period` s after the previous call,
+    /// while the robot drifts at an angle of `drift` (rad) to its heading.
     pub fn follow(
         &mut self,
         asked: BodyVelocity<f32>,

@@ -1,21 +1,24 @@
-//! Where the robot's centre of gravity is, and the edges that it turns over.
+//! Defines the crawler's centre of gravity and the corners of its support.
 
 use super::parameters::{Dimensions, Masses, ParametersError, within};
 
-/// Centre of gravity and the ends of the runs, from the middle between the runs: x forward, y left, z up, m.
+/// Centre of gravity and ends of the runs on the ground, from the middle between the runs: x
+/// forward, y left, z up, m.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Shape {
     /// Centre of gravity.
     pub cog: [f32; 3],
-    /// Ends of the runs in the middle of each track, counter-clockwise from above from the rear right.
+    /// Ends of the runs in the middle of each track, counter-clockwise seen from above, starting at
+    /// the rear right.
     pub contacts: [[f32; 3]; 4],
 }
 
 impl Shape {
-    /// Shape of a robot with these masses.
+    /// Shape of a robot with these dimensions and masses.
     ///
     /// # Errors
-    /// The first value out of range: that of the body, contact length or track spacing outside 1 mm to 10 m.
+    /// The first value out of range: that of the masses, or a contact length or track spacing
+    /// outside 1 mm to 10 m.
     pub fn new(dimensions: &Dimensions, body: &Masses) -> Result<Self, ParametersError> {
         const LENGTH: [f64; 2] = [1e-3, 10.0];
         let (_, cog) = body.checked()?;
@@ -32,7 +35,7 @@ impl Shape {
         })
     }
 
-    /// The same in level axes, into which `level` turns those of the body.
+    /// The same shape in level axes; `level` transforms a vector from body axes to level axes.
     #[must_use]
     pub fn turned(&self, level: impl Fn([f32; 3]) -> [f32; 3]) -> Self {
         Self {

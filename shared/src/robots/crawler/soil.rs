@@ -1,10 +1,11 @@
-//! What the ground bears: shear stress over deformation, a track's driving force over slip, and the slip that a force takes.
+//! Models the ground: shear stress over deformation, driving force of a track over slip, and the
+//! slip that a force needs.
 
 use super::parameters::{Ground, ParametersError, within};
 use crate::math::Scalar;
 use crate::math::exponential::{RECIPROCALS, mean_decay, rise};
 
-/// The part of a track that lies on the ground, m.
+/// Part of a track that lies on the ground, m.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Footprint<S> {
     /// Width `b`.
@@ -13,12 +14,15 @@ pub struct Footprint<S> {
     pub length: S,
 }
 
-/// Ground that shears as Bekker and Kacigin have it (eq. 5 and 6), in a form without singularity: with `s = sqrt(K2^2 - 1)`,
-/// `u = K1 dl` and the mean decay `m(x) = (1 - e^-x) / x`,
+/// Ground that shears by the law of Bekker and Kacigin (Kurc and Szybicki, eq. 5 and 6), in a form
+/// without singularity: with `s = sqrt(K2^2 - 1)`, `u = K1 dl` and the mean decay
+/// `m(x) = (1 - e^-x) / x`,
 ///
-/// `(e^((-K2 + s) u) - e^((-K2 - s) u)) / Y_max  =  p u m(2 s u) e^-(u (K2 - s))`,  `p = e^(K2 acosh(K2) / s)`.
+/// `(e^((-K2 + s) u) - e^((-K2 - s) u)) / Y_max  =  p u m(2 s u) e^-(u (K2 - s))`,
+/// `p = e^(K2 acosh(K2) / s)`.
 ///
-/// At `K2 = 1` this is its limit `u e^(1 - u)`. Below, the root is imaginary; the paper does not cover it, and [`Self::new`] refuses it.
+/// At `K2 = 1` this is its limit `u e^(1 - u)`. Below 1 the root is imaginary. The paper does not
+/// cover this case, and [`Self::new`] refuses it.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Soil<S> {
     cohesion: S,
@@ -27,18 +31,20 @@ pub struct Soil<S> {
     /// `K2 - s` and `K2 + s`.
     slow: S,
     fast: S,
-    /// `p` above.
+    /// The factor `p` of the form above.
     peak: S,
-    /// `u` at the end of a run at which its mean is largest: with more slip it bears less.
+    /// `u` at the end of a run at which the mean over the run is largest; with more slip the ground
+    /// carries less.
     utmost: S,
 }
 
 impl<S: Scalar> Soil<S> {
-    /// For a ground with these coefficients. Cost: some thousand operations in double precision; for start-up.
+    /// Soil with the coefficients of this ground. Cost: some thousand operations in double
+    /// precision, for start-up only.
     ///
     /// # Errors
-    /// The first value out of range: cohesion 0 to 10^7 Pa, friction angle 0 to 80 degrees (1.4 rad), `K1` 0.1 to 100000 per metre,
-    /// `K2` 1 to 100.
+    /// The first value out of range: cohesion 0 to 10^7 Pa, friction angle 0 to 80 degrees
+    /// (1.4 rad), `K1` 0.1 to 100000 per metre, `K2` 1 to 100.
     pub fn new(ground: &Ground) -> Result<Self, ParametersError> {
         let cohesion = within("cohesion", ground.cohesion, [0.0, 1e7])?;
         let angle = within("friction angle", ground.friction_angle, [0.0, 1.4])?;
@@ -46,7 +52,8 @@ impl<S: Scalar> Soil<S> {
         let k2 = within("K2", ground.k2, [1.0, 100.0])?;
         let (sine, cosine) = Scalar::sin_cos(angle);
         let root = Scalar::sqrt((k2 - 1.0) * (k2 + 1.0));
-        // The slow rate as a quotient: the difference K2 - s would lose its digits.
+        // The slow rate is computed as a quotient, because the difference K2 - s would lose its
+        // digits.
         let fast = k2 + root;
         let slow = 1.0 / fast;
         // p = e^(K2 a / s) with a = acosh(K2) = ln(K2 + s).
@@ -74,31 +81,35 @@ impl<S: Scalar> Soil<S> {
         })
     }
 
-    /// Greatest shear stress `tau_max = c + sigma tan rho` under `pressure` (`sigma`), all in Pa (eq. 5).
+    /// Shear strength `tau_max = c + sigma tan rho` under `pressure` (`sigma`), all in Pa (eq. 5).
     pub fn strength(&self, pressure: S) -> S {
         self.cohesion + self.friction * pressure
     }
 
-    /// `Y_max`, the greatest value of the numerator of eq. 6; 0 at `K2 = 1`, where numerator and denominator vanish together.
+    /// Largest value `Y_max` of the numerator of eq. 6; 0 at `K2 = 1`, where numerator and
+    /// denominator vanish together.
     pub fn numerator_maximum(&self) -> S {
         (self.fast - self.slow) / self.peak
     }
 
-    /// Share of the strength that a deformation `K1 dl = u`, not below zero, calls up.
+    /// Fraction of the strength that a deformation `K1 dl = u`, not below zero, mobilises.
     fn mobilised(&self, u: S) -> S {
         let decay = S::ONE - rise(self.slow * u);
         self.peak * u * mean_decay((self.fast - self.slow) * u) * decay
     }
 
-    /// Mean of [`Self::mobilised`] from 0 to `u`, not below zero: the integral of eq. 4 in closed form.
+    /// Mean of [`Self::mobilised`] from 0 to `u`, not below zero: the integral of eq. 4 in closed
+    /// form.
     fn mean_mobilised(&self, u: S) -> S {
         self.moments_mobilised(u)[0]
     }
 
-    /// Means of [`Self::mobilised`] from 0 to `u`, not below zero: by itself, and times the share of the way from 0 to `u`.
+    /// Means of [`Self::mobilised`] from 0 to `u`, not below zero: by itself, and weighted by the
+    /// fraction of the distance from 0 to `u`.
     fn moments_mobilised(&self, u: S) -> [S; 2] {
         let (a, b) = (self.slow * u, self.fast * u);
-        // Divided differences of e^-x: at 0, a and b, and minus the sum of those at 0, a, a, b and 0, a, b, b.
+        // Divided differences of e^-x: the one at 0, a and b, and minus the sum of those at 0, a,
+        // a, b and at 0, a, b, b.
         let differences = if b < S::from_f64(0.25) {
             series(a, b)
         } else {
@@ -109,17 +120,20 @@ impl<S: Scalar> Soil<S> {
         differences.map(|difference| self.peak * u * difference)
     }
 
-    /// Shear stress `tau_x`, Pa, under `pressure` (Pa) at `deformation` (`dl_x`, m); has the deformation's sign (eq. 6).
+    /// Shear stress `tau_x`, Pa, under `pressure` (Pa) at `deformation` (`dl_x`, m), with the sign
+    /// of the deformation (eq. 6).
     pub fn shear_stress(&self, pressure: S, deformation: S) -> S {
         odd(deformation, |size| {
             self.strength(pressure) * self.mobilised(self.k1 * size)
         })
     }
 
-    /// Driving force `P_n` of one track, N, under `pressure` (Pa) at `slip` (`s_b`); has the slip's sign (eq. 4 with 6 and 7).
+    /// Driving force `P_n` of one track, N, under `pressure` (Pa) at `slip` (`s_b`), with the sign
+    /// of the slip (eq. 4 with 6 and 7).
     ///
-    /// The deformation grows in proportion to the distance from where the ground meets the track, to `slip` times the length. The factor
-    /// 10^6 of eq. 4 is for stresses in N/mm^2 and not needed here. Worst error in `f64` 1e-14 of the force
+    /// The deformation grows in proportion to the distance from where the ground meets the track,
+    /// up to `slip` times the length. The factor 10^6 of eq. 4 is for stresses in N/mm^2 and is not
+    /// needed here. Worst error in `f64`: 1e-14 of the force
     /// (`host-tests/tests/robots/crawler/model.rs`).
     pub fn driving_force(&self, footprint: &Footprint<S>, pressure: S, slip: S) -> S {
         let bears = footprint.width * footprint.length * self.strength(pressure);
@@ -128,20 +142,23 @@ impl<S: Scalar> Soil<S> {
         })
     }
 
-    /// Slip at which one track bears most, whatever it is pressed with. Above 1 if the ground yields so far that none does.
+    /// Slip at which one track carries most, at any pressure. Above 1 if the ground yields so much
+    /// that the track never reaches this maximum.
     pub fn utmost_slip(&self, footprint: &Footprint<S>) -> S {
         self.utmost / (self.k1 * footprint.length)
     }
 
-    /// Slip at which one track bears `force` (N, either sign): the inverse of [`Self::driving_force`] up to its maximum, for a pressure that
-    /// grows along the run, from `1 - shift` times its mean `pressure` where the ground meets the track to `1 + shift` times it at the
-    /// other end; `shift` is within +-1.
+    /// Slip at which one track carries `force` (N, either sign): the inverse of
+    /// [`Self::driving_force`] up to its maximum.
     ///
-    /// Worst error in `f32` 2e-6 of [`Self::utmost_slip`]. With a shift the ground bears a little more at another slip than that, which is
-    /// not used. Cost: 24 evaluations of the force.
+    /// The pressure grows along the run, from `1 - shift` times its mean `pressure` where the
+    /// ground meets the track to `1 + shift` times it at the other end; `shift` is within +-1.
+    /// Worst error in `f32`: 2e-6 of [`Self::utmost_slip`]. With a shift the ground carries a
+    /// little more at a slip other than that one, which this function does not use. Cost: 24
+    /// evaluations of the force.
     ///
     /// # Errors
-    /// [`ParametersError::BeyondTraction`] if the ground bears less, or `force` is no number.
+    /// [`ParametersError::BeyondTraction`] if the ground carries less, or `force` is NaN.
     pub fn slip_for(
         &self,
         footprint: &Footprint<S>,
@@ -156,7 +173,8 @@ impl<S: Scalar> Soil<S> {
             })
     }
 
-    /// [`Self::slip_for`] with the bare maximum as its error: no control tick computes in double precision.
+    /// Computes [`Self::slip_for`] with only the largest force as its error, because a control tick
+    /// must not compute in double precision.
     pub(super) fn slip_bearing(
         &self,
         footprint: &Footprint<S>,
@@ -182,7 +200,7 @@ impl<S: Scalar> Soil<S> {
     }
 }
 
-/// `function` of the magnitude, with the sign of `value`.
+/// Applies `function` to the magnitude of `value`, and gives the result the sign of `value`.
 fn odd<S: Scalar>(value: S, function: impl Fn(S) -> S) -> S {
     if value < S::ZERO {
         -function(-value)
@@ -191,7 +209,7 @@ fn odd<S: Scalar>(value: S, function: impl Fn(S) -> S) -> S {
     }
 }
 
-/// Where `below` stops being true, in 24 halvings (2^-24 of the range).
+/// Finds where `below` stops being true, in 24 halvings (2^-24 of the range).
 fn bisect<S: Scalar>([mut low, mut high]: [S; 2], below: impl Fn(S) -> bool) -> S {
     for _ in 0..24 {
         let middle = (low + high) * S::from_f64(0.5);
@@ -204,10 +222,11 @@ fn bisect<S: Scalar>([mut low, mut high]: [S; 2], below: impl Fn(S) -> bool) -> 
     (low + high) * S::from_f64(0.5)
 }
 
-/// Terms of the series below.
+/// Number of terms of the series below.
 const TERMS: usize = 10;
 
-/// `(-1)^n / (n + 2)!`, and the same times `(n + 2) / (n + 3)`. A table, because no tick may divide in double precision.
+/// `(-1)^n / (n + 2)!`, and the same times `(n + 2) / (n + 3)`. A table, because a control tick
+/// must not divide in double precision.
 const FACTORS: [[f64; 2]; TERMS] = {
     let mut table = [[0.0; 2]; TERMS];
     let (mut n, mut factor) = (0, 0.5);
@@ -230,8 +249,9 @@ fn decaying_distance<S: Scalar>(a: S) -> S {
     })
 }
 
-/// The two divided differences of [`Soil::moments_mobilised`] (0 <= a <= b < 0.25): `sum over n of (-1)^n h_n(a, b) / (n + 2)!`, in
-/// the second times `(n + 2) / (n + 3)`, with `h_n` the sum of all products of `n` factors `a` or `b`.
+/// The two divided differences of [`Soil::moments_mobilised`] for `0 <= a <= b < 0.25`. They are
+/// `sum over n of (-1)^n h_n(a, b) / (n + 2)!`, in the second times `(n + 2) / (n + 3)`, with `h_n`
+/// the sum of all products of `n` factors `a` or `b`.
 fn series<S: Scalar>(a: S, b: S) -> [S; 2] {
     let (mut products, mut power) = (S::ONE, S::ONE);
     let (mut mean, mut moment) = (S::ZERO, S::ZERO);
@@ -244,11 +264,14 @@ fn series<S: Scalar>(a: S, b: S) -> [S; 2] {
     [mean, moment]
 }
 
-/// `acosh(x) / sqrt(x^2 - 1)` for `x` from 1 on, 1 at 1: the argument is halved until a short series of the inverse hyperbolic tangent
-/// does, `a = 2 atanh(sqrt((x - 1) / (x + 1)))`.
+/// `acosh(x) / sqrt(x^2 - 1)` for `x` from 1 on; 1 at `x = 1`.
+///
+/// Halves the argument until a short series of the inverse hyperbolic tangent is exact enough:
+/// `a = 2 atanh(sqrt((x - 1) / (x + 1)))`.
 fn arc_hyperbolic_cosine_over_root(x: f64) -> f64 {
     let mut excess = x - 1.0;
-    // Hyperbolic sines shrink by twice the cosine of the half; the product keeps the quotient free of 0 / 0.
+    // `sinh(2 a) = 2 sinh(a) cosh(a)`: each halving divides the quotient by a hyperbolic cosine.
+    // The product keeps the quotient free of 0 / 0.
     let mut quotient = 1.0;
     while excess > 1e-2 {
         let cosine = Scalar::sqrt(1.0 + 0.5 * excess);

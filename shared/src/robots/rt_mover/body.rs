@@ -1,7 +1,9 @@
-//! RT-Mover under the guard: nine drives in a row, the operator's posture word is the height of the step ahead in mm.
+//! Implements [`Body`] for RT-Mover: nine drives with consecutive node ids; the operator's posture
+//! word is the height of the step ahead in mm.
 //!
-//! A word that rises from zero asks for the gait, zero freezes it (a wheel in the air stays there), and after it ended the operator's reset makes the robot
-//! obey speeds again. The guard's boards sit on the seat, so its attitude is the seat's.
+//! A word that rises from zero starts the step-up gait. Zero freezes the gait; a wheel in the air
+//! stays there. After the gait has ended, the robot follows speed commands again only after the
+//! operator's reset. The guard's boards sit on the seat, so its attitude is that of the seat.
 
 use super::gait::Stage;
 use super::parameters::{LENGTHS, MASSES, Masses, Parameters, ParametersError};
@@ -24,16 +26,18 @@ use crate::stability::support::Stance;
 use crate::units::Angle;
 use heapless::Vec;
 
-/// The drives' order: four wheels as [`Wheel`], front and rear steering, front and rear roll, pitch.
+/// Order of the drives: four wheels as [`Wheel`], front and rear steering, front and rear roll,
+/// pitch.
 const DRIVES: usize = 9;
 const STEERING: usize = 4;
 const ROLL: usize = 6;
 const PITCH: usize = 8;
 
-/// Steering shafts closer to straight than this count as straight, rad (0.3 degree).
+/// Angle below which a steering shaft counts as straight, rad (0.3 degree).
 const STRAIGHT: f32 = 5.236e-3;
 
-/// The stages of [`Body::STAGES`]: all shafts look for their reference at once, which lies where they stand on level ground.
+/// First of the stages of [`Body::STAGES`]: all shafts are homed at once. Their home position is
+/// where they stand on level ground.
 const HOME: u8 = 0;
 
 /// Commanded height of the step ahead, m; its word counts millimetres.
@@ -43,7 +47,7 @@ const HOME: u8 = 0;
 pub struct StepHeight(pub f32);
 
 impl StepHeight {
-    /// The robot is to drive; a gait that has begun stands still.
+    /// No step: the robot drives; a gait that has begun stands still.
     pub const NONE: Self = Self(0.0);
 }
 
@@ -57,22 +61,23 @@ impl PostureCommand for StepHeight {
     }
 }
 
-/// The leg-wheel robot under the guard.
+/// RT-Mover, the leg-wheel robot, under the guard.
 #[derive(Clone, Debug)]
 pub struct RtMover {
     parameters: Parameters<f32>,
-    /// How far a declared load moves the centre of gravity to the left, m. The gait knows of it by the guard's margins only.
+    /// Distance by which a declared load moves the centre of gravity to the left, m. The gait knows
+    /// it through the guard's margins only.
     cog_left: f32,
     speed: Limits,
     gait: Gait,
     inputs: Inputs,
     outputs: Outputs,
     known: [bool; DRIVES],
-    /// Heading that the step is straight at.
+    /// Heading at which the robot faces the step straight.
     straight: Angle,
-    /// Step height of the command before.
+    /// Step height of the previous command.
     step_height: StepHeight,
-    /// Forward speed that is passed on; its position is not used.
+    /// Forward speed that is passed on; the position of this motion is not used.
     forward: Motion,
     wheels: Option<[Position; 4]>,
     odometry: Odometry,
@@ -81,7 +86,8 @@ pub struct RtMover {
 impl RtMover {
     fn stance_of(&self, shape: &Shape<f32>, attitude: &Attitude) -> Stance {
         let (sine, cosine) = crate::math::sin_cos(attitude.roll());
-        // From right, forward, up to forward, left, up; then the body's roll about the heading, which the model has not.
+        // Transforms right, forward, up to forward, left, up. Then applies the body's roll about
+        // the heading, which the model does not have.
         let level = |[right, forward, up]: Vector3<f32>, left: f32| {
             let left = left - right;
             [
@@ -103,7 +109,8 @@ impl RtMover {
         Stance::on_some(standing, level(cog(&self.parameters, shape), self.cog_left))
     }
 
-    /// Part of the gait's motion that is let through. A wheel that goes down is not held up by a margin that it is about to widen.
+    /// Speed scale of the gait's motion. A small margin does not hold up a wheel that goes down,
+    /// because the margin widens when it lands.
     fn speed_scale(&self, asked: &Asked<StepHeight>, allowed: &Allowed) -> f32 {
         let posture = if allowed.posture {
             allowed.limits.posture
@@ -111,7 +118,7 @@ impl RtMover {
             0.0
         };
         match self.gait.stage() {
-            // The forward speed has it already.
+            // The forward speed is already scaled.
             Stage::Standing | Stage::Arrived | Stage::Stuck | Stage::Stranded => 1.0,
             _ if asked.posture == StepHeight::NONE || allowed.stop.is_some() => 0.0,
             Stage::Landing => 1.0,
@@ -121,7 +128,8 @@ impl RtMover {
     }
 }
 
-/// Masses with the declared load, fixed to the seat, and how far it moves the centre of gravity to the left, m.
+/// Masses with the declared load, which is fixed to the seat, and the distance by which the load
+/// moves the centre of gravity to the left, m.
 fn loaded(settings: &Settings) -> (Masses, f32) {
     let metres = |setting| f64::from(settings.get(setting)) * 1e-6;
     let load = f64::from(settings.get(Setting::PayloadMass)) * 1e-3;
@@ -138,7 +146,8 @@ fn loaded(settings: &Settings) -> (Masses, f32) {
 }
 
 impl Body for RtMover {
-    /// What no robot has like this. A name: digits of numbers would take 20 KiB of flash.
+    /// The value that no robot can have. Only its name, because formatting numbers would take 20
+    /// KiB of flash.
     type Refusal = &'static str;
     type Posture = StepHeight;
 
@@ -214,7 +223,7 @@ impl Body for RtMover {
         horizon: f32,
         _: f32,
     ) -> Option<Ahead> {
-        // The shafts go on as they were told last.
+        // The shafts continue at the rates of the last command.
         let mut shape = self.inputs.shape();
         for axle in 0..2 {
             shape.steering[axle] += self.outputs.steering[axle] * horizon;
@@ -242,7 +251,7 @@ impl Body for RtMover {
         period: f32,
     ) {
         let standing = self.gait.stage() == Stage::Standing;
-        // It stops before a gait.
+        // The robot stops before a gait begins.
         let forward = if standing && asked.posture == StepHeight::NONE {
             asked.forward
         } else {
@@ -258,7 +267,7 @@ impl Body for RtMover {
             }
         }
         let speed = self.forward.velocity;
-        // On the curve that was asked for at any speed.
+        // At any speed the robot is on the commanded curve.
         let yaw_rate = if asked.forward == 0.0 {
             0.0
         } else {
@@ -274,7 +283,7 @@ impl Body for RtMover {
         self.outputs = if allowed.stop.is_none() {
             outputs
         } else {
-            // Levelling and a wheel in the air stop too; a robot that drives brakes by its ramp.
+            // Levelling and a wheel in the air stop too; a driving robot brakes by its ramp.
             Outputs {
                 wheels: if standing { outputs.wheels } else { [0.0; 4] },
                 ..Outputs::default()
@@ -331,7 +340,7 @@ impl Body for RtMover {
         self.speed().abs() / self.speed.acceleration
     }
 
-    /// No step: this command leaves the gait where it is.
+    /// Always no step. As a command, this leaves the gait where it is.
     fn posture(&self) -> StepHeight {
         StepHeight::NONE
     }

@@ -1,4 +1,5 @@
-//! One entry to the laws that lift, swing and land a wheel: the paper's as printed, corrected, and what it approximates.
+//! Computes the motor rates that lift, swing and land a wheel, by a choice of three laws: the
+//! paper's as printed, the paper's corrected, and the exact one that the paper approximates.
 
 use super::exact::exact;
 use super::lifting::{
@@ -10,43 +11,47 @@ use super::projection::Projection;
 use super::wheel::{Arm, Shape, Wheel};
 use crate::math::Scalar;
 
-/// Which law.
+/// Law of the lifted wheel's motion.
 ///
-/// Worst error of the lifted wheel's y in the paper's example (Fig. 7, for which the paper states 7 mm), the supporting wheel pinned, no side slip of the
-/// rear axle, steps of 10 ms: lifting and landing, m (`shared/tests/robots/rt_mover.rs`).
+/// Each law states its worst error of the lifted wheel's y in the paper's example, m: in lifting,
+/// and in landing (`shared/tests/robots/rt_mover.rs`). The example is that of Fig. 7, for which the
+/// paper states 7 mm. Here the supporting wheel is pinned, the rear axle does not slip sideways,
+/// and the steps take 10 ms.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Law {
-    /// Eq. 3 to 12 with the two errors of eq. 11. The sum in eq. 6 is corrected even here: it would turn the arm by twice its angle in every step.
-    /// 0.014 and 0.031.
+    /// Eq. 3 to 12 with the two errors of eq. 11: 0.014 and 0.031 m. The sum in eq. 6 is corrected
+    /// even here, because it would turn the arm by twice its angle in every step.
     Printed,
-    /// Eq. 3 to 12 corrected. 0.0005 and 0.0007.
+    /// Eq. 3 to 12 corrected: 0.0005 and 0.0007 m.
     Corrected,
-    /// No approximation. 0.00001 and 0.00004.
+    /// No approximation: 0.00001 and 0.00004 m.
     Exact,
 }
 
-/// How the robot stands with one wheel lifted.
+/// State of the robot with one wheel lifted.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Situation<S> {
     /// Measured angles.
     pub shape: Shape<S>,
-    /// Measured rates, of which the exact law needs only that of the supporting steering shaft.
+    /// Measured rates, of which the exact law needs only that of the supporting axle's steering
+    /// shaft.
     pub rates: Shape<S>,
-    /// Direction of the body against that of travel, `theta_B`, counter-clockwise, rad.
+    /// Direction of the body relative to the direction of travel, `theta_B`, counter-clockwise,
+    /// rad.
     pub heading: S,
     /// The wheel in the air.
     pub lifted: Wheel,
 }
 
-/// What the lifted wheel shall do.
+/// Task of the lifted wheel.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub enum Task<S> {
-    /// Straight up or down.
+    /// Move straight up or down.
     Vertical {
         /// Rate of the leg arm's roll shaft, rad/s: positive lifts the left wheel.
         roll_rate: S,
     },
-    /// Round its partner.
+    /// Swing about its partner, the other wheel of the same arm.
     Swing {
         /// Rate, counter-clockwise, `theta_o`, rad/s.
         turning: S,
@@ -63,20 +68,21 @@ impl<S: Scalar> Task<S> {
     }
 }
 
-/// What the motors shall do.
+/// Command for the motors.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct MotorCommand<S> {
-    /// Rates of the shafts, rad/s. The leg arm's are commands. Pitch and supporting roll are what posture control will find itself doing; the
-    /// paper's laws do not know them.
+    /// Rates of the shafts, rad/s. Only those of the leg arm are commands. Those of pitch and
+    /// supporting roll are what posture control will produce by itself; the paper's laws do not
+    /// contain them.
     pub rates: Shape<S>,
     /// Speed of each wheel forward along its heading, m/s.
     pub wheels: [S; 4],
-    /// Rate of the body's turning, rad/s.
+    /// Rate of rotation of the body, rad/s.
     pub turning: S,
 }
 
 impl<S: Scalar> MotorCommand<S> {
-    /// Everything at rest.
+    /// All motors at rest.
     pub const STOPPED: Self = Self {
         rates: Shape::ZERO,
         wheels: [S::ZERO; 4],
@@ -84,9 +90,11 @@ impl<S: Scalar> MotorCommand<S> {
     };
 }
 
-/// What `law` asks for in `situation` so that the lifted wheel does `task`; `period` is that of the control, s.
+/// Command by `law` in `situation` that makes the lifted wheel do `task`; `period` is that of the
+/// control, s.
 ///
-/// Shapes out of any robot's reach, such as an arm along the body, get [`MotorCommand::STOPPED`] or a motion that stays finite.
+/// A shape that no robot can take, such as an arm along the body, gives [`MotorCommand::STOPPED`]
+/// or a motion that stays finite.
 pub fn command<S: Scalar>(
     parameters: &Parameters<S>,
     law: Law,
@@ -105,7 +113,7 @@ pub fn command<S: Scalar>(
     let phi = frame.headings[leg as usize] + situation.heading;
     let motion = match *task {
         Task::Vertical { roll_rate } => {
-            // Steering as it is: the paper's approximation.
+            // The paper's approximation: the steering stays as it is.
             let mut next = *shape;
             next.roll[leg as usize] += roll_rate * period;
             next.pitch += situation.rates.pitch * period;

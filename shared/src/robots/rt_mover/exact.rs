@@ -1,11 +1,13 @@
-//! What the paper's laws approximate, solved: rates at which the supporting wheels roll without slipping and the lifted one does as it is told.
+//! Solves the motion of a lifted wheel without the approximations of the paper's laws: the
+//! supporting wheels roll without slipping, and the lifted wheel does its task.
 
 use super::command::{MotorCommand, Situation, Task};
 use super::parameters::Parameters;
 use super::wheel::{Arm, Axle, Shape, WHEELS, Wheel, WheelMotion};
 use crate::math::Scalar;
 
-/// Smallest determinant of the two systems, m^2: the robot in its range has 0.05 and more.
+/// Smallest determinant of the two linear systems that is accepted, m^2. In its range the robot has
+/// at least 0.05.
 const LEAST: f64 = 1e-4;
 
 /// Solves `p a + q b = r` for `(p, q)`.
@@ -41,12 +43,12 @@ fn dot<S: Scalar>(a: [S; 2], b: [S; 2]) -> S {
     a[0] * b[0] + a[1] * b[1]
 }
 
-/// The value of one wheel; the mask tells the compiler what its number cannot be.
+/// Value of one wheel. The mask tells the compiler that the index is in range.
 fn of<T: Copy>(values: &[T; 4], wheel: Wheel) -> T {
     values[wheel as usize & 3]
 }
 
-/// The three supports of a robot of this shape.
+/// Robot of this shape, standing on three wheels.
 struct Standing<'a, S> {
     parameters: &'a Parameters<S>,
     arms: [Arm<S>; 2],
@@ -61,12 +63,19 @@ impl<S: Scalar> Standing<'_, S> {
     }
 }
 
-/// Rates of the leg's steering shaft and of the wheels, with those of pitch and supporting roll that come of them; `None` for shapes that no
-/// robot takes, such as an arm along the body.
+/// Rates of the leg arm's steering shaft and of the wheels, with the resulting rates of pitch and
+/// supporting roll. `None` for shapes that no robot takes, such as an arm along the body.
 ///
-/// Unknown are the rates of pitch and supporting roll, of the leg's steering and of the body's turning. The three supports keep their heights,
-/// whatever these are (two equations, by which the first two follow from the others); the lifted wheel keeps its y or its turning about the partner, which stands
-/// still; the supporting axle's middle does not slip sideways. Then each supporting wheel rolls as its contact asks, the arm's own twist taken off.
+/// The unknowns are the rates of pitch, of the supporting roll shaft, of the leg arm's steering
+/// shaft, and of the body's rotation. These conditions determine them:
+///
+/// * The three supporting wheels keep their heights. These two equations give the first two
+///   unknowns from the others.
+/// * The lifted wheel keeps its y, or turns about its partner at the rate of the task; the partner
+///   stands still.
+/// * The middle of the supporting axle does not slip sideways.
+///
+/// Each supporting wheel then rolls as its contact requires, with the arm's own twist taken off.
 /// Cost: five times the motion of four wheels, about 2500 operations.
 pub fn exact<S: Scalar>(
     parameters: &Parameters<S>,
@@ -112,7 +121,8 @@ pub fn exact<S: Scalar>(
         let (one, other) = (at(left), at(right));
         [half * (one[0] + other[0]), half * (one[1] + other[1])]
     };
-    // From the supporting wheel of the leg arm, which stands still: places, and velocities along the body's axes.
+    // Positions relative to the leg arm's supporting wheel, which stands still, and velocities,
+    // along the body's axes.
     let reach = minus(of(&contacts, lifted), of(&contacts, support));
     let axle = minus(
         middle(&|wheel| of(&contacts, wheel)),

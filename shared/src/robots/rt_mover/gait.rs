@@ -1,44 +1,47 @@
-//! The step-up gait (Nakajima, Fig. 3) as a table: one wheel after the other goes onto the step. What its stages do is [`super::walk`].
+//! Defines the step-up gait (Nakajima, Fig. 3) as a table of stages: one wheel after the other goes
+//! onto the step. [`super::walk`] carries the stages out.
 
 use super::wheel::{WHEELS, Wheel};
 
-/// The order of the steps: front left, front right, rear left, rear right.
+/// Order in which the wheels step up: front left, front right, rear left, rear right.
 pub const ORDER: [Wheel; 4] = WHEELS;
 
-/// What the robot is doing.
+/// Stage of the gait.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub enum Stage {
-    /// Standing or driving as the operator asks; posture is held.
+    /// Standing or driving as the operator commands; the posture is held.
     #[default]
     Standing,
-    /// Turning the body askew, by which all four steps keep a margin alike.
+    /// Turning the body askew, so that all four steps have similar margins.
     Skewing,
-    /// Driving straight at the step, the next axle parallel to it, until its wheels feel it.
+    /// Driving straight at the step, with the next axle parallel to it, until the wheels of this
+    /// axle touch it.
     Seeking,
-    /// Driving back to where a wheel has room to rise.
+    /// Driving back until the wheel has room to rise.
     Backing,
     /// Steering the other axle to its limit, which widens the support.
     Widening,
     /// Lifting a wheel.
     Lifting,
-    /// Swinging it over the step.
+    /// Swinging the wheel over the step.
     Swinging,
-    /// Letting it down until it feels the ground.
+    /// Lowering the wheel until it touches the ground.
     Landing,
-    /// Letting the load spread over four wheels.
+    /// Waiting until the load has spread over four wheels.
     Settling,
     /// Steering straight again.
     Straightening,
     /// All four wheels are on the step.
     Arrived,
-    /// Something did not go as it should; all four wheels are on the ground.
+    /// The gait failed; all four wheels are on the ground.
     Stuck,
-    /// As that, with a wheel that may be in the air and stays where it is.
+    /// The gait failed; one wheel may be in the air and stays where it is.
     Stranded,
 }
 
 impl Stage {
-    /// Whether a wheel may be in the air: from its lift until the ground has carried it for a while.
+    /// Whether a wheel may be in the air: from its lift until the ground has carried it for a
+    /// while.
     pub fn lifts(self) -> bool {
         matches!(
             self,
@@ -47,36 +50,38 @@ impl Stage {
     }
 }
 
-/// What ends a stage.
+/// Event that ends a stage.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Event {
-    /// The operator asks for the step.
+    /// The operator commands a step.
     Asked,
-    /// The operator acknowledges how it ended.
+    /// The operator acknowledges how the gait ended.
     Acknowledged,
     /// The stage's goal is reached.
     Reached,
-    /// As that, and the margin allows the step that follows.
+    /// The stage's goal is reached, and the predicted margin allows the next step.
     Allowed,
-    /// As that, and the margin does not.
+    /// The stage's goal is reached, but the next step is not allowed: the prediction refuses it, or
+    /// a step was broken off before.
     Refused,
-    /// With a wheel in the air, the margin has become too small.
+    /// The margin has become too small while a wheel is in the air.
     Unsafe,
-    /// The wheel that seemed to touch carries nothing.
+    /// The wheel that seemed to touch carries no load.
     Airborne,
-    /// The gait is given up.
+    /// The gait is aborted.
     GivenUp,
-    /// The axle's second wheel is next.
+    /// The second wheel of the axle is next.
     Partner,
     /// The other axle is next.
     OtherAxle,
     /// No wheel is left.
     Last,
-    /// The stage takes too long.
+    /// The stage has exceeded its timeout.
     Late,
 }
 
-/// From a stage, on an event, to the next stage. No other way leads anywhere; in particular only [`Event::Allowed`] lifts a wheel.
+/// Transitions from a stage, on an event, to the next stage. There are no others; in particular,
+/// only [`Event::Allowed`] leads to the lifting of a wheel.
 pub const TABLE: [(Stage, Event, Stage); 37] = [
     (Stage::Standing, Event::Asked, Stage::Skewing),
     (Stage::Skewing, Event::Reached, Stage::Seeking),
@@ -117,7 +122,7 @@ pub const TABLE: [(Stage, Event, Stage); 37] = [
     (Stage::Straightening, Event::GivenUp, Stage::Stuck),
 ];
 
-/// Where `stage` goes on `event`; itself if the table has nothing.
+/// Next stage after `stage` on `event`; `stage` itself if the table has no such transition.
 pub fn next(stage: Stage, event: Event) -> Stage {
     TABLE
         .iter()

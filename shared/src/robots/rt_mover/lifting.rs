@@ -1,35 +1,40 @@
-//! The paper's laws of lifting, landing and swinging a wheel (Nakajima, eq. 3 to 12), signed and corrected.
+//! Implements the paper's laws of lifting, landing and swinging a wheel (Nakajima, eq. 3 to 12),
+//! with signs and corrections.
 //!
-//! All are seen from above. `leg` is the arm of the lifted wheel, `sup` the other one; `phi = theta_leg + theta_B` is the leg arm's direction against the
-//! axes in which the robot travels along y. The other wheel of the leg arm stays where it is.
+//! All quantities are seen from above. `leg` is the arm of the lifted wheel, `sup` the other one.
+//! `phi = theta_leg + theta_B` is the direction of the leg arm relative to the axes of travel; the
+//! robot travels along y. The other wheel of the leg arm stays where it is.
 
 use crate::math::Scalar;
 
-/// Smallest cosine and length that anything is divided by.
+/// Smallest cosine and length by which anything is divided.
 const LEAST: f64 = 1e-3;
 
 fn sign<S: Scalar>(support_left: bool) -> S {
     if support_left { S::ONE } else { -S::ONE }
 }
 
-/// Direction of an arm to first order, rad (eq. 7). Exact is [`super::wheel::Arm::heading`]; in the robot's range this is 0.06 to 0.4 degrees off.
+/// Direction of an arm to first order, rad (eq. 7). The exact one is
+/// [`super::wheel::Arm::heading`]; in the robot's range, the first order deviates by 0.06 to
+/// 0.4 degrees.
 pub fn leg_angle<S: Scalar>(pitch: S, steering: S, roll: S) -> S {
     let (sine, cosine) = pitch.sin_cos();
     steering * cosine + roll * sine
 }
 
-/// An arm's angles, rad, or rates, rad/s, with those of the body's pitch.
+/// Angles of an arm with the pitch of the body, rad, or their rates, rad/s.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct ArmAngles<S> {
     /// Pitch of the body.
     pub pitch: S,
-    /// Steering shaft; of rates, ignored.
+    /// Steering shaft; ignored in rates.
     pub steering: S,
     /// Roll shaft.
     pub roll: S,
 }
 
-/// Rate of the steering shaft at which the arm's direction from above changes at `leg_rate`, rad/s (eq. 8). Zero for an upright body.
+/// Rate of the steering shaft at which the arm's direction seen from above changes at `leg_rate`,
+/// rad/s (eq. 8). Zero for an upright body.
 pub fn steering_rate<S: Scalar>(leg_rate: S, angles: &ArmAngles<S>, rates: &ArmAngles<S>) -> S {
     let (sine, cosine) = angles.pitch.sin_cos();
     if !(cosine > S::from_f64(LEAST)) {
@@ -39,7 +44,7 @@ pub fn steering_rate<S: Scalar>(leg_rate: S, angles: &ArmAngles<S>, rates: &ArmA
     (leg_rate - rates.roll * sine + rates.pitch * turned) / cosine
 }
 
-/// What the leg arm's middle `P_P` does.
+/// Motion of the leg arm's middle `P_P`.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct LegMotion<S> {
     /// Velocity of `P_P` along the axes of travel, m/s.
@@ -48,10 +53,13 @@ pub struct LegMotion<S> {
     pub turning: S,
 }
 
-/// Lifting and landing: the wheel keeps its y while the arm's half width goes from `before` to `after` within `period`, m and s (eq. 3 to 6).
+/// Motion in lifting and landing: the wheel keeps its y while the arm's half width changes from
+/// `before` to `after` (m) within `period`, s (eq. 3 to 6).
 ///
-/// Eq. 6 is printed as a sum of the two angles; it is their difference. If the arm grows shorter than the wheel is ahead, the wheel cannot keep its y: it
-/// goes as near as it can. No period, or an arm a quarter turn and more from across: no motion.
+/// Eq. 6 is printed as a sum of the two angles, but it is their difference. If the arm becomes
+/// shorter than the distance by which the wheel is ahead, the wheel cannot keep its y, and it comes
+/// as near as it can. Without a period, or with an arm that is turned by a quarter turn or more,
+/// there is no motion.
 pub fn lift_step<S: Scalar>(
     before: S,
     after: S,
@@ -65,7 +73,8 @@ pub fn lift_step<S: Scalar>(
         velocity: [S::ZERO; 2],
         turning: S::ZERO,
     };
-    // Both ends with the supporting wheel at the origin, mirrored so that the lifted wheel is to its right.
+    // Position of the lifted wheel with the supporting wheel at the origin, mirrored so that the
+    // lifted wheel is to the right.
     let (x, y) = (two * before * cosine, two * before * sine);
     if !(period > S::ZERO && x > S::from_f64(LEAST)) {
         return stopped;
@@ -73,7 +82,8 @@ pub fn lift_step<S: Scalar>(
     let square = S::from_f64(4.0) * after * after - y * y;
     let (next, way) = if square > S::ZERO {
         let next = square.sqrt();
-        // The difference of the squares is that of the half widths': what small steps change does not drown in rounding.
+        // The difference of the squares follows from that of the half widths, so that the effect of
+        // a small step is not lost in rounding.
         let squares = S::from_f64(4.0) * (after - before) * (after + before);
         (next, squares / (next + x))
     } else {
@@ -85,7 +95,8 @@ pub fn lift_step<S: Scalar>(
     }
 }
 
-/// Swinging: `P_P` goes round the supporting wheel at `turning`, rad/s, counter-clockwise (eq. 12, which is printed for that direction only).
+/// Motion in swinging: `P_P` circles the supporting wheel at `turning`, rad/s, counter-clockwise
+/// (eq. 12, which is printed for that direction only).
 pub fn swing<S: Scalar>(half_width: S, phi: S, turning: S, support_left: bool) -> LegMotion<S> {
     let (sine, cosine) = phi.sin_cos();
     let speed = sign::<S>(support_left) * half_width * turning;
@@ -95,46 +106,54 @@ pub fn swing<S: Scalar>(half_width: S, phi: S, turning: S, support_left: bool) -
     }
 }
 
-/// The projected body between the supporting axle's middle `P_Q` and `P_P`, in body axes.
+/// Projected body from the supporting axle's middle `P_Q` to `P_P`, in body axes.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct ProjectedBody<S> {
-    /// `P_P` from `P_Q` along the body, `B`, m; negative if the leg arm is the rear one.
+    /// Position of `P_P` relative to `P_Q` along the body, `B`, m; negative if the leg arm is the
+    /// rear one.
     pub length: S,
-    /// Its rate, m/s.
+    /// Rate of `length`, m/s.
     pub length_rate: S,
-    /// `P_P` from `P_Q` to the right, m.
+    /// Position of `P_P` relative to `P_Q` to the right, m.
     pub offset: S,
-    /// Its rate, m/s.
+    /// Rate of `offset`, m/s.
     pub offset_rate: S,
 }
 
-/// The supporting axle.
+/// Supporting axle.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct SupportAxle<S> {
-    /// Its direction from above against the body, `theta_sup`, rad.
+    /// Direction of the axle relative to the body, seen from above, `theta_sup`, rad.
     pub heading: S,
-    /// Rate of that, rad/s.
+    /// Rate of `heading`, rad/s.
     pub heading_rate: S,
     /// Half width `A_r`, m.
     pub half_width: S,
 }
 
-/// What the supporting axle's wheels do.
+/// Motion of the supporting axle's wheels and of the body.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct AxleMotion<S> {
-    /// Speeds of its left and right wheel, m/s.
+    /// Speeds of the left and the right wheel of the axle, m/s.
     pub wheels: [S; 2],
-    /// Rate of the body's turning, `theta_B`, rad/s.
+    /// Rate of rotation of the body, `theta_B`, rad/s.
     pub turning: S,
 }
 
-/// Speeds with which the supporting axle's wheels give `P_P` the velocity `velocity`, m/s in body axes (eq. 9 to 11).
+/// Speeds of the supporting axle's wheels that give `P_P` the velocity `velocity`, m/s in body axes
+/// (eq. 9 to 11).
 ///
-/// Printed are magnitudes, which lose the direction; a rate of `B` that is added to the wheels' speeds instead of being taken from what they have to do; and nothing
-/// of how `P_P` moves sideways on the body when the arm rolls, by about `(Lr + R) sin(roll)`: the largest error of the paper's law. Here
-/// `V_P - (offset_rate, B_rate)` is what the rigid body has to do, with the supporting axle's middle rolling along its heading.
+/// The printed equations have three errors:
 ///
-/// Nothing moves where the body has no length or the axle lies along it.
+/// * They use magnitudes, which lose the direction.
+/// * They add the rate of `B` to the wheels' speeds. It must be subtracted from the motion that the
+///   wheels produce.
+/// * They omit the sideways motion of `P_P` on the body when the arm rolls, about
+///   `(Lr + R) sin(roll)`. This is the largest error of the paper's law.
+///
+/// Here `V_P - (offset_rate, B_rate)` is the motion that the rigid body must have, with the
+/// supporting axle's middle rolling along its heading. Nothing moves if the body has no length or
+/// the axle lies along it.
 pub fn support_axle<S: Scalar>(
     velocity: [S; 2],
     body: &ProjectedBody<S>,
@@ -164,7 +183,8 @@ pub fn support_axle<S: Scalar>(
     }
 }
 
-/// Eq. 9 to 11 with the rate of `B` as printed and no sideways motion of `P_P`: for comparison.
+/// Eq. 9 to 11 with the rate of `B` as printed and without the sideways motion of `P_P`, for
+/// comparison.
 pub fn support_axle_as_printed<S: Scalar>(
     velocity: [S; 2],
     body: &ProjectedBody<S>,
@@ -182,7 +202,7 @@ pub fn support_axle_as_printed<S: Scalar>(
         return moved;
     }
     let half = S::from_f64(0.5);
-    // The sign for a leg arm in front; behind, the body lengthens the other way.
+    // The sign holds for a leg arm in front; behind, the body lengthens in the other direction.
     let growth = if body.length < S::ZERO {
         -body.length_rate
     } else {

@@ -1,16 +1,29 @@
-//! RT-Mover, the leg-wheel robot of Nakajima (Kinematics for a Rough Terrain Mobile Robot to Climb up a Step): four wheels on
-//! two arms, each arm steered and rolled, under a seat that a pitch shaft keeps level.
+//! RT-Mover: model and controller of the leg-wheel robot of Nakajima (Kinematics for a Rough
+//! Terrain Mobile Robot to Climb up a Step). It has four wheels on two arms. Each arm is steered
+//! and rolled, and a pitch shaft keeps the seat above them level.
 //!
-//! [`parameters`]: lengths and masses, and which of them are assumed. [`wheel`]: from shaft angles to wheels and the ground (eq. 2).
-//! [`projection`]: how the robot stands on three wheels. [`lifting`]: the paper's laws of lifting, landing and swinging (eq. 3 to 12).
-//! [`exact`]: what these approximate, solved. [`command`]: one entry to either. [`wheel_mode`]: all four on the ground (eq. 13).
-//! [`support`]: centre of gravity and margin. [`prediction`]: a step gone through before it is taken. [`posture`]: the seat (eq. 1). All of these are
-//! generic over [`crate::math::Scalar`]. [`gait`]: the step-up gait, a table of stages;
-//! [`walk`]: what they do, in single precision, from shafts to shafts. [`body`]: the robot under the guard.
+//! These modules are generic over [`crate::math::Scalar`]:
 //!
-//! Axes are the paper's: x to the right, y forward, z up, angles counter-clockwise about them. Origin is the middle of the body, between the two
-//! steering shafts. A positive roll lifts the left wheel, a positive steering angle sends the left wheel back, a positive pitch lifts the front.
-//! The body does not roll: posture control sees to that. Wheels are in the order front left, front right, rear left, rear right.
+//! * [`parameters`]: lengths and masses, and which of them are assumed.
+//! * [`wheel`]: from shaft angles to wheels and the ground (eq. 2).
+//! * [`projection`]: how the robot stands on three wheels.
+//! * [`lifting`]: the paper's laws of lifting, landing and swinging (eq. 3 to 12).
+//! * [`exact`]: the motion that these laws approximate.
+//! * [`command`]: one entry to either.
+//! * [`wheel_mode`]: motion with all four wheels on the ground (eq. 13).
+//! * [`support`]: centre of gravity and margin.
+//! * [`prediction`]: computes a step in advance.
+//! * [`posture`]: keeps the seat level (eq. 1).
+//!
+//! These compute in single precision: [`gait`], the step-up gait as a table of stages; [`walk`],
+//! which carries the stages out, from shaft angles to shaft rates; and [`body`], the interface to
+//! the guard.
+//!
+//! Axes are the paper's: x to the right, y forward, z up, angles counter-clockwise about them. The
+//! origin is the middle of the body, between the two steering shafts. A positive roll lifts the
+//! left wheel, a positive steering angle moves the left wheel back, a positive pitch lifts the
+//! front. The body does not roll, because posture control prevents it. Wheels are in the order
+//! front left, front right, rear left, rear right.
 
 pub mod body;
 pub mod command;

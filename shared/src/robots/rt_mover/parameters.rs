@@ -1,18 +1,22 @@
-//! Lengths and masses. Nakajima's paper on the step-up gait gives none of them: every one is named here, with where it is from.
+//! Defines lengths and masses of RT-Mover. Nakajima's paper on the step-up gait gives none of them,
+//! so each one has its source here.
 
 use crate::math::Scalar;
 
-/// Distance `LB` of the two steering shafts, m. From the smallest turning radius of 0.52 m at 30 degrees that Nakajima publishes elsewhere.
+/// Distance `LB` between the two steering shafts, m. From the smallest turning radius of 0.52 m at
+/// 30 degrees that Nakajima publishes elsewhere.
 pub const BODY_LENGTH: f64 = 0.60;
-/// Distance `LA` of a wheel's middle from its steering shaft, m. From the published overall size, 0.80 m by 0.63 m.
+/// Distance `LA` from a wheel's middle to its steering shaft, m. From the published overall size,
+/// 0.80 m by 0.63 m.
 pub const HALF_ARM: f64 = 0.30;
-/// Distance `Lr` from an arm's roll axis down to the wheels' axle, m. Assumed.
+/// Distance `Lr` from an arm's roll axis down to the axle of the wheels, m. Assumed.
 pub const ARM_DROP: f64 = 0.05;
 /// Radius `R` of a wheel, m. From the same overall size.
 pub const WHEEL_RADIUS: f64 = 0.10;
-/// Limit of either steering shaft, rad: the paper's 30 degrees.
+/// Limit of both steering shafts, rad: the paper's 30 degrees.
 pub const STEERING_LIMIT: f64 = core::f64::consts::FRAC_PI_6;
-/// Share of each part in the published 28 kg, kg, and where the seat is from the pitch shaft, m. All assumed.
+/// Masses of the parts, which add up to the published 28 kg, and position of the seat relative to
+/// the pitch shaft, m. All assumed.
 pub const MASSES: Masses = Masses {
     body: 8.0,
     seat: 8.0,
@@ -22,17 +26,19 @@ pub const MASSES: Masses = Masses {
     wheel: 2.0,
 };
 
-/// Where the mass is: body at its middle, seat over the pitch shaft, an arm at its roll shaft, a wheel at its hub.
+/// Masses and their positions: the body's mass is at its middle, the seat's above the pitch shaft,
+/// an arm's at its roll shaft, a wheel's at its hub.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Masses {
     /// Body without arms and wheels, kg.
     pub body: f64,
     /// Seat with its load, kg.
     pub seat: f64,
-    /// Height of the seat's centre of mass over the pitch shaft, m.
+    /// Height of the seat's centre of mass above the pitch shaft, m.
     pub seat_height: f64,
-    /// Distance of the same in front of the pitch shaft, m. The rear wheels step up with the front higher than they are, which moves the centre of
-    /// gravity back over its supports; this gives it back.
+    /// Distance of the seat's centre of mass in front of the pitch shaft, m. When the rear wheels
+    /// step up, the front stands higher, which moves the centre of gravity back relative to its
+    /// supports. This distance compensates that.
     pub seat_forward: f64,
     /// One arm without its wheels, kg.
     pub arm: f64,
@@ -62,7 +68,7 @@ pub struct Lengths {
     pub steering_limit: f64,
 }
 
-/// The values above.
+/// Lengths with the values above.
 pub const LENGTHS: Lengths = Lengths {
     body: BODY_LENGTH,
     half_arm: HALF_ARM,
@@ -76,19 +82,20 @@ pub const LENGTHS: Lengths = Lengths {
 pub enum ParametersError {
     /// A length or mass is not above zero (arm drop, seat: is negative), or not finite.
     OutOfRange {
-        /// Which one.
+        /// Name of the value.
         name: &'static str,
-        /// What was given.
+        /// Value that was given.
         got: f64,
     },
-    /// The steering limit is not above zero and below 80 degrees, where a turn's centre still lies outside the arms' reach.
+    /// The steering limit is not between zero and 80 degrees. Below 80 degrees the centre of a turn
+    /// lies outside the arms' reach.
     SteeringLimit {
-        /// What was given, rad.
+        /// Value that was given, rad.
         got: f64,
     },
 }
 
-/// The constant model: checked once, so that nothing that follows checks again.
+/// Constants of the model, checked once at creation, so that no other code has to check them.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Parameters<S> {
     /// `LB`, m.
@@ -101,19 +108,21 @@ pub struct Parameters<S> {
     pub wheel_radius: S,
     /// Limit of the steering shafts, rad.
     pub steering_limit: S,
-    /// Share of one axle's two wheels in the whole mass: what the centre of gravity follows them by.
+    /// Mass of one axle's two wheels over the total mass: the part of their motion that the centre
+    /// of gravity follows.
     pub(super) wheel_share: S,
-    /// Centre of gravity without what hangs below the roll shafts: in front of and over the body's middle, m.
+    /// Part of the centre of gravity without what hangs below the roll shafts: in front of and
+    /// above the body's middle, m.
     pub(super) cog: [S; 2],
 }
 
 impl<S: Scalar> Parameters<S> {
-    /// The robot of this file.
+    /// Robot with the values of this file.
     pub fn nominal() -> Self {
         Self::prepare(&LENGTHS, &MASSES)
     }
 
-    /// A robot of this kind with other values.
+    /// Creates a robot of this kind with other values.
     ///
     /// # Errors
     /// The first value that no robot can have.

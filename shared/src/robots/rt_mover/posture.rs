@@ -1,8 +1,8 @@
-//! The seat's posture (Nakajima, eq. 1).
+//! Controls the posture of the seat (Nakajima, eq. 1).
 
 use crate::math::Scalar;
 
-/// `T_d = -K theta - D theta_dot`: what keeps the seat level.
+/// Control law `T_d = -K theta - D theta_dot`, which keeps the seat level.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct PostureControl<S> {
     /// `K`, N m/rad.
@@ -12,16 +12,17 @@ pub struct PostureControl<S> {
 }
 
 impl<S: Scalar> PostureControl<S> {
-    /// Torque to put on the posture, N m, at an angle from level and its rate, rad and rad/s.
+    /// Torque that corrects the posture, N m, at an angle from level, rad, and its rate, rad/s.
     #[inline]
     pub fn torque(&self, angle: S, rate: S) -> S {
         -(self.gain * angle) - self.damping * rate
     }
 
-    /// The same for a drive that takes a rate, rad/s: the rate at which torque over `D` vanishes. Such a drive holds any load by itself, so a
-    /// level seat needs no torque from the gain, and there is no error left.
+    /// Rate for a drive that is commanded by rate, rad/s: the one at which [`Self::torque`]
+    /// vanishes.
     ///
-    /// Zero without damping.
+    /// Such a drive holds any load by itself. So a level seat needs no torque from the gain, and no
+    /// error remains. Zero without damping.
     #[inline]
     pub fn rate(&self, angle: S) -> S {
         if self.damping > S::ZERO {
@@ -32,7 +33,8 @@ impl<S: Scalar> PostureControl<S> {
     }
 }
 
-/// Makes a drive that takes a rate push with a torque: the rate is what the torque lacks over `compliance`, N m s/rad, so that a load can turn it.
+/// Rate that makes a drive, which is commanded by rate, apply a torque: the missing torque over
+/// `compliance`, N m s/rad. So a load can turn the drive.
 ///
 /// Zero without compliance.
 #[inline]

@@ -1,4 +1,4 @@
-//! A step of one wheel gone through in mind before any wheel leaves the ground.
+//! Predicts the step of one wheel, with its margins, before any wheel leaves the ground.
 
 use super::command::{Situation, Task};
 use super::exact::exact;
@@ -8,48 +8,50 @@ use super::support::margin_without;
 use super::wheel::{Shape, Wheel};
 use crate::math::Scalar;
 
-/// Roll of the leg arm, rad, and turning round the partner, rad, from one moment to the next.
+/// Increments from one moment of the prediction to the next: roll of the leg arm, rad, and rotation
+/// about the partner, rad.
 const ROLL: f64 = 0.04;
 const TURN: f64 = 0.04;
-/// More moments than any step takes: half a turn up, across and down.
+/// Maximum number of moments. It is more than any step takes: up, across and down by half a turn
+/// together.
 const MOMENTS: usize = 80;
 
-/// A wheel's way onto a step.
+/// Path of a wheel onto a step.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Way<S> {
     /// Height by which it is lifted, m.
     pub rise: S,
     /// Distance by which it is swung forward, m.
     pub travel: S,
-    /// Height by which it is let down again, m.
+    /// Height by which it is lowered again, m.
     pub fall: S,
 }
 
-/// What a step will be like.
+/// Predicted result of a step.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Predicted<S> {
-    /// Least static margin, m.
+    /// Smallest static margin, m.
     pub margin: S,
-    /// Largest angle of the leg's steering shaft either way, rad.
+    /// Largest angle of the leg arm's steering shaft in either direction, rad.
     pub steering: S,
-    /// The robot after it.
+    /// Shape of the robot after the step.
     pub shape: Shape<S>,
-    /// Direction of its body against that of travel after it, rad.
+    /// Direction of the body relative to the direction of travel after the step, rad.
     pub heading: S,
 }
 
-/// How far a prediction is.
+/// Progress of a prediction.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub enum Progress<S> {
-    /// There is more of it.
+    /// The step is not complete yet.
     Unfinished,
-    /// The step comes to its end.
+    /// The step is complete.
     Done(Predicted<S>),
-    /// It does not.
+    /// The step does not end.
     Endless,
 }
 
-/// Height of `wheel` over its partner and distance ahead of it along the direction of travel, m.
+/// Height of `wheel` above its partner, and distance ahead of it along the direction of travel, m.
 pub fn reach<S: Scalar>(
     parameters: &Parameters<S>,
     shape: &Shape<S>,
@@ -63,20 +65,21 @@ pub fn reach<S: Scalar>(
     [frame.height(wheel), ahead]
 }
 
-/// A step being gone through by the exact law, moment by moment.
+/// Prediction of a step by the exact law, moment by moment.
 #[derive(Clone, Debug)]
 pub struct Prediction<S> {
     lifted: Wheel,
-    /// Height that the wheel rises to, distance ahead that it goes across to, and height that it comes down to, m.
+    /// Height to which the wheel rises, distance ahead to which it swings, and height to which it
+    /// is lowered, m.
     goals: [S; 3],
-    /// Up, across, down.
+    /// 0 for up, 1 for across, 2 for down.
     phase: usize,
     moments: usize,
     end: Predicted<S>,
 }
 
 impl<S: Scalar> Prediction<S> {
-    /// The step of `lifted` from `shape` and `heading`.
+    /// Starts the prediction of a step of `lifted` from `shape` and `heading`.
     pub fn new(
         parameters: &Parameters<S>,
         shape: &Shape<S>,
@@ -100,7 +103,8 @@ impl<S: Scalar> Prediction<S> {
         }
     }
 
-    /// Goes on by one moment. Cost: that of [`exact`] and two projections (`cargo cost`); a step takes 40 to 80, so they are spread over as many ticks.
+    /// Advances the prediction by one moment. Cost: that of [`exact`] and two projections
+    /// (`cargo cost`). A step takes 40 to 80 moments, so they are spread over as many ticks.
     pub fn moment(&mut self, parameters: &Parameters<S>) -> Progress<S> {
         let (lifted, end) = (self.lifted, &mut self.end);
         let up = -lifted.side::<S>();

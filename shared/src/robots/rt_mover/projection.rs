@@ -1,19 +1,23 @@
-//! The projection frame: how the robot stands, seen from above (Nakajima, section 4, Fig. 4).
+//! Computes the projection frame: how the robot stands, seen from above (Nakajima, section 4, Fig.
+//! 4).
 
 use super::parameters::Parameters;
 use super::wheel::{Arm, Axle, Shape, WHEELS, Wheel};
 use crate::math::Scalar;
 use crate::math::vector::{Vector, add, scale, sub};
 
-/// Steps of Newton's method to a standing pitch: each doubles the digits, and the first gives two.
+/// Steps of Newton's method for the pitch of a standing robot. Each doubles the number of correct
+/// digits, and the first gives two.
 const STEPS: usize = 6;
 
-/// Contacts and what follows from them, in body-centred level axes with y along the body.
+/// Contacts of the wheels and quantities derived from them, in body-centred level axes with y along
+/// the body.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Projection<S> {
     /// Lowest points of the wheels, m.
     pub contacts: [Vector<S>; 4],
-    /// Directions of front and rear arm, `theta_leg` and `theta_sup` when a front wheel is lifted, rad.
+    /// Directions of front and rear arm, `theta_leg` and `theta_sup` when a front wheel is lifted,
+    /// rad.
     pub headings: [S; 2],
     /// Half widths of front and rear arm, `A_f` and `A_r`, m.
     pub half_widths: [S; 2],
@@ -22,7 +26,7 @@ pub struct Projection<S> {
 }
 
 impl<S: Scalar> Projection<S> {
-    /// The frame of a robot of this shape.
+    /// Projection frame of a robot of this shape.
     pub fn new(parameters: &Parameters<S>, shape: &Shape<S>) -> Self {
         let arms = [Axle::Front, Axle::Rear].map(|axle| Arm::new(parameters, shape, axle));
         let contacts = WHEELS.map(|wheel| arms[wheel.axle() as usize].contact(parameters, wheel));
@@ -44,7 +48,8 @@ impl<S: Scalar> Projection<S> {
         }
     }
 
-    /// From the middle of the other axle's contacts to that of `axle`, m: sideways and along the body. The second is `B`, negative for the rear.
+    /// Position of the middle of `axle`'s contacts relative to that of the other axle's, m:
+    /// sideways and along the body. The second is `B`, negative for the rear.
     pub fn body(&self, axle: Axle) -> [S; 2] {
         let [x, y, _] = sub(
             self.middles[axle as usize],
@@ -59,17 +64,18 @@ impl<S: Scalar> Projection<S> {
         (x * x + y * y).sqrt()
     }
 
-    /// Height of `wheel` over its partner, m.
+    /// Height of `wheel` above its partner, m.
     pub fn height(&self, wheel: Wheel) -> S {
         self.contacts[wheel as usize][2] - self.contacts[wheel.partner() as usize][2]
     }
 }
 
-/// Pitch and roll with which the robot stands on level ground on the other three wheels, the body itself not rolled: `shape` with its pitch
-/// and the roll of the supporting axle replaced.
+/// Shape in which the robot stands on level ground on the wheels other than `lifted`, with the body
+/// itself not rolled: `shape` with its pitch and the roll of the supporting axle replaced.
 ///
-/// The supporting arm is level if `tan roll = tan pitch sin steering`; the pitch, at which the third wheel is as low, comes from Newton's method.
-/// Cost: about 1000 operations; for tests and plans, the robot itself measures its pitch.
+/// The supporting arm is level if `tan roll = tan pitch sin steering`. Newton's method gives the
+/// pitch at which the third wheel is equally low. Cost: about 1000 operations. For tests and
+/// planning only, because the robot itself measures its pitch.
 pub fn stand<S: Scalar>(parameters: &Parameters<S>, shape: &Shape<S>, lifted: Wheel) -> Shape<S> {
     let (leg, support) = (lifted.axle(), lifted.partner());
     let sup = leg.other();

@@ -1,16 +1,18 @@
-//! Centre of gravity, and its distance from the edges of three supports.
+//! Computes the centre of gravity and its distance to the edges of a support on three wheels.
 
 use super::parameters::Parameters;
 use super::wheel::{Arm, Axle, Shape, Wheel};
 use crate::math::Scalar;
 use crate::math::vector::{Vector, add, scale};
 
-/// A shorter edge has no direction, m.
+/// Minimum length of an edge, m; a shorter one has no direction.
 const MIN_LENGTH: f64 = 1e-3;
 
-/// Least signed distance of `cog` to the edges of three supports, from above, m: positive inside. Supports run counter-clockwise.
+/// Smallest signed distance of `cog` to the edges of a triangle of supports, seen from above, m;
+/// positive inside. The supports run counter-clockwise.
 ///
-/// An edge shorter than a millimetre has no direction; the margin is then at most minus the distance to it, never "inside". NaN gives NaN.
+/// An edge shorter than a millimetre has no direction. The margin is then at most minus the
+/// distance to it, so the centre of gravity is never "inside". NaN gives NaN.
 pub fn static_margin<S: Scalar>(supports: &[[S; 2]; 3], cog: [S; 2]) -> S {
     let margin = |from: [S; 2], to: [S; 2]| {
         let edge = [to[0] - from[0], to[1] - from[1]];
@@ -35,7 +37,7 @@ pub fn static_margin<S: Scalar>(supports: &[[S; 2]; 3], cog: [S; 2]) -> S {
     least(least(margin(a, b), margin(b, c)), margin(c, a))
 }
 
-/// Centre of gravity in body-centred level axes, the seat level, m.
+/// Centre of gravity in body-centred level axes, with the seat level, m.
 pub fn cog<S: Scalar>(parameters: &Parameters<S>, shape: &Shape<S>) -> Vector<S> {
     // Body and shafts are symmetric about the middle; only the axles hang below, across their arms.
     let down = [Axle::Front, Axle::Rear].map(|axle| {
@@ -51,7 +53,7 @@ pub fn cog<S: Scalar>(parameters: &Parameters<S>, shape: &Shape<S>) -> Vector<S>
 
 /// Margin with `lifted` in the air, m: [`static_margin`] of the other three wheels where they are.
 pub fn margin_without<S: Scalar>(parameters: &Parameters<S>, shape: &Shape<S>, lifted: Wheel) -> S {
-    // Counter-clockwise, beginning with the wheel after the lifted one.
+    // Counter-clockwise, starting with the wheel after the lifted one.
     let supports = match lifted {
         Wheel::RearRight => [Wheel::FrontRight, Wheel::FrontLeft, Wheel::RearLeft],
         Wheel::FrontRight => [Wheel::FrontLeft, Wheel::RearLeft, Wheel::RearRight],

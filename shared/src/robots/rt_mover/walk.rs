@@ -1,6 +1,8 @@
-//! The step-up gait walked: nine shafts, two arms' torques and an inclination in, nine rates out.
+//! Carries out the step-up gait: computes nine motor rates from nine shaft angles, the torques of
+//! wheels and arms, and an inclination.
 //!
-//! What follows what is [`super::gait::TABLE`]; what a stage does is one arm of `act`, when it is over one of `event`.
+//! [`super::gait::TABLE`] decides which stage follows. Each stage has one arm of `act`, which
+//! drives the motors, and one arm of `event`, which decides when it is over.
 
 use super::command::{Law, MotorCommand, Situation, Task, command};
 use super::gait::{Event, ORDER, Stage, next};
@@ -13,33 +15,35 @@ use super::wheel::{Arm, Axle, Shape, WHEELS, Wheel};
 use super::wheel_mode::{Frame, wheel_mode};
 use crate::math::{atan2, clamp, limit, min};
 
-/// What the shafts and the seat say, once per tick. Arrays by [`Wheel`] or [`Axle`].
+/// Measurements of one tick. Arrays are indexed by [`Wheel`] or [`Axle`].
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
 pub struct Inputs {
-    /// Angles of the wheels, forward, rad; any zero, and they may wrap at 2^16 rad or never.
+    /// Angles of the wheels, forward, rad, from any zero. The gait uses their changes only and does
+    /// not unwrap them.
     pub wheels: [f32; 4],
     /// Angles of the steering shafts, rad.
     pub steering: [f32; 2],
     /// Angles of the roll shafts, rad.
     pub roll: [f32; 2],
-    /// Angle of the pitch shaft: the seat against the body, front up, rad.
+    /// Angle of the pitch shaft: the seat relative to the body, front up, rad.
     pub pitch_shaft: f32,
     /// Torques of the wheels, forward, N m.
     pub wheel_torques: [f32; 4],
     /// Torques of the roll shafts on their arms, N m.
     pub roll_torques: [f32; 2],
-    /// Inclination of the seat: pitch, front up, and roll, left up, rad.
+    /// Inclination of the seat: pitch (front up) and roll (left up), rad.
     pub inclination: [f32; 2],
     /// Heading, counter-clockwise, rad.
     pub heading: f32,
-    /// Speed forward, m/s, and turning, rad/s, that the operator asks for; obeyed while standing.
+    /// Commanded forward speed, m/s, and yaw rate, rad/s; followed while the robot stands or drives
+    /// ([`Stage::Standing`]).
     pub asked: [f32; 2],
-    /// Part of all motion but posture that is let through, 0 to 1.
+    /// Speed scale of all motion except posture control, 0 to 1.
     pub speed_scale: f32,
 }
 
 impl Inputs {
-    /// The robot's shape.
+    /// Shape of the robot.
     pub fn shape(&self) -> Shape<f32> {
         Shape {
             pitch: self.inclination[0] - self.pitch_shaft,
@@ -62,37 +66,40 @@ pub struct Outputs {
     pub pitch_shaft: f32,
 }
 
-/// How the gait is walked.
+/// Parameters of the gait.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Pace {
-    /// Law of the lifted wheel.
+    /// Law of the lifted wheel's motion.
     pub law: Law,
-    /// Speed of driving, m/s.
+    /// Driving speed, m/s.
     pub speed: f32,
     /// Rates of steering on the spot, of lifting, of swinging and of landing, rad/s.
     pub rates: [f32; 4],
-    /// Angle askew, rad.
+    /// Angle of the body askew, rad.
     pub skew: f32,
-    /// Room between wheel and step when it rises, between wheel and edge when it stands on it, and over it in between, m.
+    /// Clearance between wheel and step when the wheel rises, between wheel and edge when it stands
+    /// on the step, and above the step in between, m.
     pub clearance: [f32; 3],
-    /// Torque of the wheels at which the step is felt, N m.
+    /// Torque of the wheels at which they count as touching the step, N m.
     pub blocked_torque: f32,
-    /// Part of the airborne torque below which a landing wheel has touched.
+    /// Fraction of the airborne torque below which a landing wheel counts as touching.
     pub touched_share: f32,
-    /// Least margin that a step may come to in prediction, and at which a wheel in the air goes down, m.
+    /// Smallest margin that a predicted step may have, and margin below which a wheel in the air is
+    /// lowered, m.
     pub margins: [f32; 2],
     /// Posture control.
     pub posture: PostureControl<f32>,
-    /// Torque difference of the roll shafts that turns them against each other at 1 rad/s, N m s/rad.
+    /// Torque difference of the roll shafts that turns them against each other at 1 rad/s, N m
+    /// s/rad.
     pub compliance: f32,
-    /// Longest time of a stage, s.
+    /// Timeout of a stage, s.
     pub patience: f32,
-    /// Highest rates of wheels and of shafts, rad/s: the last gate.
+    /// Largest rates of wheels and of shafts, rad/s. The outputs are limited to them last.
     pub highest: [f32; 2],
 }
 
 impl Pace {
-    /// A careful walk.
+    /// Parameters of a careful gait.
     pub fn nominal() -> Self {
         Self {
             law: Law::Exact,
@@ -114,26 +121,28 @@ impl Pace {
     }
 }
 
-/// A steered shaft is where it should be within this, rad.
+/// Tolerance within which a steering shaft counts as steered, rad.
 const STEERED: f32 = 0.01;
-/// Gain towards a steering angle, 1/s.
+/// Gain from the error of a steering angle to its rate, 1/s.
 const STEERING_GAIN: f32 = 5.0;
-/// Time for which a torque must be felt, and for which the load spreads, s.
+/// Time for which a torque must be measured to count, and time in which the load spreads, s.
 const FELT: f32 = 0.03;
 const SETTLED: f32 = 0.6;
-/// Steering with which the body is turned askew, rad.
+/// Steering angle with which the body is turned askew, rad.
 const TURNING: f32 = 0.35;
 /// Longest period that counts, s.
 const LONGEST_PERIOD: f32 = 0.1;
-/// Share of a roll rate that the soft start leaves in its first tick; the rest comes within a tenth of a second.
+/// Fraction of a roll rate that the soft start allows in its first tick; the rest follows within a
+/// tenth of a second.
 const SOFT: f32 = 0.1;
 
-/// Torque by which an arm leans on the partner of `lifted`, N m: all that the arm carries while that wheel is in the air.
+/// Torque with which an arm presses on the partner of `lifted`, N m: the whole load of the arm
+/// while that wheel is in the air.
 fn torque_to_partner(inputs: &Inputs, lifted: Wheel) -> f32 {
     -lifted.side::<f32>() * inputs.roll_torques[lifted.axle() as usize]
 }
 
-/// The gait's state.
+/// State of the gait.
 #[derive(Clone, Debug)]
 pub struct Gait {
     parameters: Parameters<f32>,
@@ -146,21 +155,22 @@ pub struct Gait {
     felt: f32,
     way: f32,
     aborted: bool,
-    /// Height over its partner and distance ahead of it from which the wheel began, and its roll shaft's torque in the air.
+    /// Height above its partner and distance ahead of it at which the wheel started, m.
     begun: [f32; 2],
+    /// Torque of its roll shaft while it was in the air, N m.
     airborne_torque: f32,
-    /// Sum of that torque over the present stage, N m s.
+    /// Integral of that torque over the present stage, N m s.
     carried: f32,
-    /// The step that is next, while it is gone through.
+    /// Prediction of the next step, while it is in progress.
     prediction: Option<Prediction<f32>>,
-    /// Where the supporting steering shaft is held meanwhile, rad.
+    /// Angle at which the supporting axle's steering shaft is held during the step, rad.
     held: f32,
     before: Option<(Shape<f32>, [f32; 4])>,
     margin: f32,
 }
 
 impl Gait {
-    /// A robot that stands.
+    /// Gait of a robot that stands.
     pub fn new(parameters: Parameters<f32>, pace: Pace) -> Self {
         Self {
             parameters,
@@ -183,7 +193,8 @@ impl Gait {
         }
     }
 
-    /// Starts the gait up a step of `height`, m, that `heading`, rad, is straight at. Ignored unless the robot stands.
+    /// Starts the gait up a step of `height`, m, which the robot faces straight at `heading`, rad.
+    /// Ignored unless the robot stands.
     pub fn ask(&mut self, height: f32, heading: f32) {
         let stage = next(self.stage, Event::Asked);
         if stage != self.stage && height > 0.0 {
@@ -193,12 +204,13 @@ impl Gait {
         }
     }
 
-    /// Acknowledges how a gait ended: the robot stands again and can be driven; a stranded wheel goes down first.
+    /// Acknowledges how a gait ended: the robot stands again and can be driven. A stranded wheel is
+    /// lowered first.
     pub fn acknowledge(&mut self) {
         self.follow(Event::Acknowledged);
     }
 
-    /// Gives a gait up where it is; whatever is in the air stays there.
+    /// Aborts the gait where it is. A wheel in the air stays there.
     pub fn hold(&mut self) {
         self.aborted |= self.stage.lifts();
         self.follow(Event::GivenUp);
@@ -211,17 +223,17 @@ impl Gait {
         }
     }
 
-    /// What the robot is doing.
+    /// Present stage.
     pub fn stage(&self) -> Stage {
         self.stage
     }
 
-    /// The wheel whose turn it is.
+    /// Wheel whose turn it is.
     pub fn wheel(&self) -> Wheel {
         ORDER[if self.step < 4 { self.step } else { 3 }]
     }
 
-    /// The wheel that may be in the air by command, if any.
+    /// Wheel that the gait may have in the air, if any.
     pub fn lifted(&self) -> Option<Wheel> {
         self.stage.lifts().then(|| self.wheel())
     }
@@ -232,7 +244,7 @@ impl Gait {
     }
 
     fn enter(&mut self, stage: Stage) {
-        // However the stage ends, the wheel has to be felt when it comes down.
+        // However the stage ends, landing needs this torque to detect the ground.
         if matches!(self.stage, Stage::Lifting | Stage::Swinging) {
             self.airborne_torque = self.mean_torque();
         }
@@ -241,9 +253,9 @@ impl Gait {
         (self.since, self.felt, self.way, self.carried) = (0.0, 0.0, 0.0, 0.0);
     }
 
-    /// One tick of `period`, s.
+    /// Runs one tick of `period`, s.
     pub fn tick(&mut self, inputs: &Inputs, period: f32) -> Outputs {
-        // Total, so that a bad period stops no clock.
+        // Limited, so that a bad period does not stop the timers.
         let period = limit(period, LONGEST_PERIOD);
         let shape = inputs.shape();
         let (last, wheels) = self.before.unwrap_or((shape, inputs.wheels));
@@ -281,7 +293,7 @@ impl Gait {
         self.act(&situation, inputs, period)
     }
 
-    /// What has to be remembered when a stage ends.
+    /// Stores what later stages need when a stage ends.
     fn leave(&mut self, event: Event, situation: &Situation<f32>) {
         match (self.stage, event) {
             (Stage::Widening, _) => {
@@ -304,7 +316,7 @@ impl Gait {
         }
     }
 
-    /// Torque of the leg's roll shaft over the present stage, N m.
+    /// Mean torque of the leg arm's roll shaft over the present stage, N m.
     fn mean_torque(&self) -> f32 {
         if self.since > 0.0 {
             self.carried / self.since
@@ -388,22 +400,24 @@ impl Gait {
         }
     }
 
-    /// Whether the wheel that seemed to touch has carried nothing since: a seat that sways relieves an arm for a moment, the ground for good.
+    /// Whether the wheel that seemed to touch has carried no load since. A seat that sways relieves
+    /// an arm only for a moment; the ground relieves it for good.
     fn airborne(&self) -> bool {
         !(self.mean_torque() < self.pace.touched_share * self.airborne_torque)
     }
 
-    /// How far a wheel goes forward in a step, m.
+    /// Distance by which a wheel moves forward in a step, m.
     fn travel(&self) -> f32 {
         self.parameters.wheel_radius + self.pace.clearance[0] + self.pace.clearance[1]
     }
 
-    /// Where the steering shafts shall be in this stage, rad.
+    /// Target angles of the steering shafts in this stage, rad.
     fn steering(&self, situation: &Situation<f32>, asked: [f32; 2]) -> [f32; 2] {
         let (leg, bound) = (situation.lifted.axle(), self.parameters.steering_limit);
         match self.stage {
             Stage::Standing if asked[0] != 0.0 => {
-                // Both axles alike turn the tightest; from eq. 13, tan(theta) = B omega / (2 V).
+                // Equal and opposite angles of both axles give the tightest turn; from eq. 13,
+                // tan(theta) = B omega / (2 V).
                 let way = asked[1] * asked[0].signum() * self.parameters.body_length;
                 let turn = limit(atan2(way, 2.0 * asked[0].abs()), bound);
                 [turn, -turn]
@@ -412,11 +426,12 @@ impl Gait {
                 let turn = self.pace.skew.signum() * TURNING;
                 [turn, -turn]
             }
-            // Both axles across the direction of travel: the body goes crabwise, the axles are parallel to the step.
+            // Both axles lie across the direction of travel: the body moves crabwise, and the axles
+            // are parallel to the step.
             Stage::Seeking | Stage::Backing => [limit(-situation.heading, bound); 2],
             Stage::Widening => {
                 let mut targets = situation.shape.steering;
-                // The supporting axle's wheel opposite the lifted one comes nearer to it.
+                // The supporting wheel on the side of the lifted one moves nearer to it.
                 let ahead = match leg {
                     Axle::Front => situation.lifted.side::<f32>(),
                     Axle::Rear => -situation.lifted.side::<f32>(),
@@ -471,7 +486,7 @@ impl Gait {
         }
     }
 
-    /// All four wheels on the ground: drives and steers, the arms equally loaded.
+    /// Drives and steers with all four wheels on the ground and both arms equally loaded.
     fn drive(&self, situation: &Situation<f32>, inputs: &Inputs, level: f32) -> MotorCommand<f32> {
         let (p, pace, shape) = (&self.parameters, &self.pace, &situation.shape);
         let speed_scale = clamp(inputs.speed_scale, 0.0, 1.0);
@@ -488,7 +503,7 @@ impl Gait {
             let wanted = STEERING_GAIN * (targets[i] - shape.steering[i]);
             limit(wanted, speed_scale * pace.rates[0])
         });
-        // Both arms together level the body; against each other they share its weight.
+        // Both arms together level the body; against each other they share its weight equally.
         let [front, rear] = inputs.roll_torques;
         let twist = yielding(0.0, 0.5 * (front - rear), pace.compliance);
         rates.roll = match self.stage {

@@ -1,10 +1,11 @@
-//! From shaft angles to wheels and the places where they touch the ground, and how fast these move.
+//! Computes from the shaft angles where the wheels are and touch the ground, and how fast these
+//! places move.
 
 use super::parameters::Parameters;
 use crate::math::Scalar;
 use crate::math::vector::{CoordinateFrame, Vector, add, cross, dot, scale, sub};
 
-/// A wheel; its number is its place in arrays.
+/// Wheel; its number is its index in arrays.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Wheel {
     /// Front left.
@@ -17,7 +18,7 @@ pub enum Wheel {
     RearRight = 3,
 }
 
-/// All wheels in order.
+/// All wheels, in order.
 pub const WHEELS: [Wheel; 4] = [
     Wheel::FrontLeft,
     Wheel::FrontRight,
@@ -25,12 +26,12 @@ pub const WHEELS: [Wheel; 4] = [
     Wheel::RearRight,
 ];
 
-/// An arm with its two wheels; its number is its place in arrays.
+/// Arm with its two wheels; its number is its index in arrays.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Axle {
-    /// In front.
+    /// Front arm.
     Front = 0,
-    /// Behind.
+    /// Rear arm.
     Rear = 1,
 }
 
@@ -43,7 +44,7 @@ impl Axle {
         }
     }
 
-    /// The other one.
+    /// The other arm.
     #[must_use]
     pub fn other(self) -> Self {
         match self {
@@ -61,7 +62,7 @@ impl Axle {
 }
 
 impl Wheel {
-    /// The arm that it is on.
+    /// Arm that carries the wheel.
     pub fn axle(self) -> Axle {
         match self {
             Self::FrontLeft | Self::FrontRight => Axle::Front,
@@ -69,28 +70,29 @@ impl Wheel {
         }
     }
 
-    /// Left of the body.
+    /// Whether the wheel is on the left of the body.
     pub fn is_left(self) -> bool {
         matches!(self, Self::FrontLeft | Self::RearLeft)
     }
 
-    /// The other wheel of its arm.
+    /// The other wheel of the same arm.
     #[must_use]
     pub fn partner(self) -> Self {
         let [left, right] = self.axle().wheels();
         if self.is_left() { right } else { left }
     }
 
-    /// -1 on the left, 1 on the right: its direction along x.
+    /// Direction of the wheel along x: -1 on the left, 1 on the right.
     pub fn side<S: Scalar>(self) -> S {
         if self.is_left() { -S::ONE } else { S::ONE }
     }
 }
 
-/// Angles that shape the robot, or their rates: rad or rad/s; arrays by [`Axle`].
+/// Angles that determine the robot's shape, rad, or their rates, rad/s. Arrays are indexed by
+/// [`Axle`].
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Shape<S> {
-    /// Pitch of the body against the level, front up.
+    /// Pitch of the body from level, front up.
     pub pitch: S,
     /// Steering shafts.
     pub steering: [S; 2],
@@ -99,7 +101,7 @@ pub struct Shape<S> {
 }
 
 impl<S: Scalar> Shape<S> {
-    /// Nothing of all.
+    /// All angles zero.
     pub const ZERO: Self = Self {
         pitch: S::ZERO,
         steering: [S::ZERO; 2],
@@ -115,7 +117,7 @@ impl Shape<f32> {
     }
 }
 
-/// About x by an angle given as sine and cosine.
+/// Rotates a vector about x by an angle that is given as sine and cosine.
 fn pitched<S: Scalar>([sine, cosine]: [S; 2], v: Vector<S>) -> Vector<S> {
     [
         v[0],
@@ -124,17 +126,19 @@ fn pitched<S: Scalar>([sine, cosine]: [S; 2], v: Vector<S>) -> Vector<S> {
     ]
 }
 
-/// An arm: its steering and roll shafts meet at `pivot`; x of `frame` runs along it to the right, z up and across.
+/// Arm: x of `frame` runs along it to the right, z up and across it. The origin of `frame` is the
+/// point where the steering and roll shafts meet.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Arm<S> {
-    /// Axes of the arm and the place that steering and roll turn about, in body-centred level axes.
+    /// Axes of the arm, and the point about which steering and roll turn, in body-centred level
+    /// axes.
     pub frame: CoordinateFrame<S>,
-    /// Direction of the steering shaft, up.
+    /// Direction of the steering shaft, upward.
     steering_axis: Vector<S>,
 }
 
 impl<S: Scalar> Arm<S> {
-    /// The first five factors of Nakajima's eq. 2, for either arm.
+    /// Computes the arm by the first five factors of Nakajima's eq. 2, for either arm.
     pub fn new(parameters: &Parameters<S>, shape: &Shape<S>, axle: Axle) -> Self {
         let (sine, cosine) = shape.pitch.sin_cos();
         let pitch = [sine, cosine];
@@ -163,25 +167,27 @@ impl<S: Scalar> Arm<S> {
         }
     }
 
-    /// Direction of the arm from above, to the right: exactly `theta_leg` or `theta_sup`, rad.
+    /// Direction of the arm to the right, seen from above, rad: the exact `theta_leg` or
+    /// `theta_sup`.
     pub fn heading(&self) -> S {
         let [x, y, _] = self.frame.axes[0];
         y.atan2(x)
     }
 
-    /// `A`: half the distance of the arm's contacts from above, m.
+    /// Half width `A`: half the distance between the arm's contacts, seen from above, m.
     pub fn half_width(&self, parameters: &Parameters<S>) -> S {
         let [x, y, _] = self.frame.axes[0];
         parameters.half_arm * (x * x + y * y).sqrt()
     }
 
-    /// A wheel's middle, m.
+    /// Centre of a wheel, m.
     pub fn hub(&self, parameters: &Parameters<S>, wheel: Wheel) -> Vector<S> {
         let along = wheel.side::<S>() * parameters.half_arm;
         self.frame.place([along, S::ZERO, -parameters.arm_drop])
     }
 
-    /// Eq. 2 as a whole: the frame at the rim point that is below the hub when the wheel's angle is zero.
+    /// Frame at the rim point that is below the hub when the wheel's angle is zero: eq. 2 as a
+    /// whole.
     pub fn rim(&self, parameters: &Parameters<S>, wheel: Wheel, angle: S) -> CoordinateFrame<S> {
         let (sine, cosine) = angle.sin_cos();
         let [x, y, z] = self.frame.axes;
@@ -195,8 +201,8 @@ impl<S: Scalar> Arm<S> {
         }
     }
 
-    /// Direction from the contact to the hub, and forward along the ground; both unit, across the arm. An arm that stands upright has
-    /// none: then the arm's own.
+    /// Unit vectors across the arm: from the contact to the hub, and forward along the ground. An
+    /// arm that stands upright has neither; then the arm's own axes.
     fn rolling_axes(&self) -> [Vector<S>; 2] {
         let [along, across, up] = self.frame.axes;
         let square = along[0] * along[0] + along[1] * along[1];
@@ -211,8 +217,11 @@ impl<S: Scalar> Arm<S> {
         ]
     }
 
-    /// Lowest point of a wheel: where it touches level ground. Not the last point of eq. 2, which is lowest for one wheel angle only:
-    /// the hub, less `R (z - (z.e) e) / |z - (z.e) e|` with `e` along the arm. The wheel is thin.
+    /// Lowest point of a wheel, where it touches level ground, m: the hub, less
+    /// `R (z - (z.e) e) / |z - (z.e) e|` with `e` along the arm.
+    ///
+    /// The last point of eq. 2 is not used, because it is the lowest for one wheel angle only. The
+    /// wheel is taken to be thin.
     pub fn contact(&self, parameters: &Parameters<S>, wheel: Wheel) -> Vector<S> {
         let [to_hub, _] = self.rolling_axes();
         sub(
@@ -221,7 +230,7 @@ impl<S: Scalar> Arm<S> {
         )
     }
 
-    /// How a wheel moves when the angles change at `rates`, the body's middle at rest.
+    /// Motion of a wheel when the angles change at `rates`, with the body's middle at rest.
     pub fn motion(
         &self,
         parameters: &Parameters<S>,
@@ -239,8 +248,9 @@ impl<S: Scalar> Arm<S> {
         );
         let turning = add(pitch, arm);
         let hub_velocity = add(cross(pitch, hub), cross(arm, sub(hub, self.frame.origin)));
-        // The unit vector from contact to hub stays across the arm and in its vertical plane: it turns as the arm does, without the
-        // arm's own twist, which rolls the wheel instead.
+        // The unit vector from contact to hub stays across the arm and in the arm's vertical plane.
+        // So it turns as the arm does, but without the arm's own twist, which rolls the wheel
+        // instead.
         let along_rate = cross(turning, along);
         let tilt = along[2];
         let square = S::ONE - tilt * tilt;
@@ -270,12 +280,13 @@ impl<S: Scalar> Arm<S> {
     }
 }
 
-/// How a wheel moves against the body's middle.
+/// Motion of a wheel relative to the body's middle.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct WheelMotion<S> {
-    /// Velocity of the lowest point as a place, m/s.
+    /// Velocity of the place that is the lowest point, m/s.
     pub contact: Vector<S>,
-    /// Speed forward of the rim where it touches, the wheel's motor at rest, m/s: what the motor has to roll for the rim to stand still. It differs
-    /// from the contact's by what the arm's own twist rolls.
+    /// Forward speed of the rim at the contact while the wheel's motor is at rest, m/s. The motor
+    /// has to roll at this speed for the rim to stand still. It differs from the contact's velocity
+    /// by what the arm's own twist rolls.
     pub rolling: S,
 }

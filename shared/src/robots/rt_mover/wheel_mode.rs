@@ -1,23 +1,24 @@
-//! All four wheels on the ground (Nakajima, section 4.3).
+//! Computes the motion of the robot with all four wheels on the ground (Nakajima, section 4.3).
 
 use super::wheel::Wheel;
 use crate::math::Scalar;
 
-/// How steering makes the robot go.
+/// Motion that results from the steering angles.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct WheelMode<S> {
     /// Speed of each wheel forward along its own heading, m/s.
     pub wheels: [S; 4],
-    /// Rate of turning, counter-clockwise, rad/s.
+    /// Yaw rate, counter-clockwise, rad/s.
     pub turning: S,
-    /// Centre of the turn from the body's middle, m; `None` where the axles are parallel.
+    /// Centre of the turn relative to the body's middle, m; `None` if the axles are parallel.
     pub centre: Option<[S; 2]>,
 }
 
-/// The projection frame that wheel mode needs.
+/// Part of the projection frame that [`wheel_mode`] needs.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Frame<S> {
-    /// Directions of front and rear arm from above, `theta_leg` and `theta_sup`, rad; below a quarter turn.
+    /// Directions of front and rear arm seen from above, `theta_leg` and `theta_sup`, rad; below a
+    /// quarter turn.
     pub headings: [S; 2],
     /// Half widths of front and rear arm, `A`, m.
     pub half_widths: [S; 2],
@@ -27,13 +28,17 @@ pub struct Frame<S> {
 
 /// Wheel speeds without slip at the body's speed `speed`, m/s (eq. 13 and what follows it).
 ///
-/// The fractions of eq. 13 are `(B / d, (B / 2) (t_sup + t_leg) / d)` with `t` the tangents and `d = t_sup - t_leg`. The paper excludes
-/// `|theta_leg| = |theta_sup|` as the straight course; but opposite angles are the tightest turn, and only equal ones, sign included, are straight. It leaves open
-/// the signs: `omega = -sgn(x_t) V / R_t`, and a wheel goes `omega (P_x - x_t) / cos theta`, an inner one backward if the centre is within its arm. Here `d` is
-/// multiplied out, so that nothing is divided by it and the straight course needs no case of its own: with `m = (t_sup + t_leg) / 2`,
-/// `omega = -V d / (B sqrt(1 + m^2))`.
+/// The fractions of eq. 13 are `(B / d, (B / 2) (t_sup + t_leg) / d)` with `t` the tangents and
+/// `d = t_sup - t_leg`. The paper excludes `|theta_leg| = |theta_sup|` as the straight course. But
+/// opposite angles are the tightest turn, and only equal ones, sign included, are straight. The
+/// paper leaves the signs open: `omega = -sgn(x_t) V / R_t`, and a wheel goes at
+/// `omega (P_x - x_t) / cos theta`, an inner one backward if the centre is within its arm.
 ///
-/// An arm along the body, or a body without length, cannot be driven: all is zero.
+/// Here `d` is multiplied out: with `m = (t_sup + t_leg) / 2`, `omega = -V d / (B sqrt(1 + m^2))`.
+/// So nothing is divided by `d`, and the straight course needs no case of its own.
+///
+/// With an arm along the body, or a body without length, the robot cannot be driven, and everything
+/// is zero.
 pub fn wheel_mode<S: Scalar>(frame: &Frame<S>, speed: S) -> WheelMode<S> {
     let [leg, sup] = frame.headings.map(Scalar::sin_cos);
     let least = S::from_f64(1e-3);

@@ -1,27 +1,28 @@
-//! The margins between which a command is scaled down, and what is kept of them.
+//! Defines the margins between which a command is scaled down, and the reserves that the filter
+//! keeps.
 
 use super::SpeedCommand;
 use crate::math::clamp;
 use crate::stability::support::Edge;
 
-/// Margins between which the scale that passes grows from nothing to all, m.
+/// Margins between which the speed scale grows from 0 to 1, m.
 #[derive(Clone, Copy, Debug)]
 pub struct Ramp {
     /// At and below this margin nothing passes.
     pub none: f32,
-    /// At and above this margin, while it does not decay, all passes.
+    /// At and above this margin everything passes, while the margin does not decay.
     pub all: f32,
 }
 
 impl Ramp {
-    /// Distance of the two, m, above zero. Margins are tens of millimetres; the least keeps divisions
-    /// away from zero.
+    /// Difference of the two margins, m. It is at least 1 mm, which keeps divisions away from zero;
+    /// margins are tens of millimetres.
     pub fn width(self) -> f32 {
         let width = self.all - self.none;
         if width > 1e-3 { width } else { 1e-3 }
     }
 
-    /// The same at margins that are wider by `reserve`, m.
+    /// The same ramp at margins that are wider by `reserve`, m.
     #[must_use]
     pub fn moved(self, reserve: f32) -> Self {
         Self {
@@ -30,7 +31,7 @@ impl Ramp {
         }
     }
 
-    /// Share that a margin leaves, 0 to 1; 0 for NaN.
+    /// Scale that a margin allows, 0 to 1; 0 for NaN.
     pub fn scale(self, margin: f32) -> f32 {
         scale((margin - self.none) / self.width())
     }
@@ -39,39 +40,40 @@ impl Ramp {
 /// Bounds of the filter.
 #[derive(Clone, Copy, Debug)]
 pub struct Bounds {
-    /// Of an edge that a motion leads to.
+    /// Ramp of an edge that a motion leads to.
     pub towards: Ramp,
-    /// Of an edge from which it leads away.
+    /// Ramp of an edge that a motion leads away from.
     pub away: Ramp,
-    /// How far ahead decay counts, s: `1 / gamma`.
+    /// Time ahead for which the decay of a margin counts, s: `1 / gamma`.
     pub horizon: f32,
-    /// The same for posture motions: how far ahead the shape is that they lead to, s.
+    /// Time ahead at which the shape of a posture motion is predicted, s.
     pub foresight: f32,
-    /// What driving keeps at the rear edge for the sway of a body that is lifted, m.
+    /// Margin that driving keeps at the rear edge for the sway of a lifted body, m.
     pub reserve: f32,
-    /// Distance of the driving sides from the middle, m, of a robot that turns by their speeds.
+    /// Distance of the driving sides from the middle, m, for a robot that turns by the difference
+    /// of their speeds.
     pub half_width: f32,
 }
 
-/// Speed, m/s, and pitch nose up, rad, from which on the outer side of a turning robot counts as one
-/// that drives forward and lifts the front.
+/// Speed, m/s, and pitch nose up, rad, from which the outer side of a turning robot fully counts as
+/// driving forward and lifting the front.
 const LIFTING_SPEED: f32 = 0.02;
 const LIFTING_PITCH: f32 = 0.1;
 
 impl Bounds {
     /// How much the outer side of a turning robot lifts the front of the robot by driving forward:
-    /// from 0 to 1 at [`LIFTING_SPEED`] and [`LIFTING_PITCH`].
+    /// 0 to 1, which it reaches at [`LIFTING_SPEED`] and [`LIFTING_PITCH`].
     pub(super) fn lifts(&self, command: SpeedCommand, pitch: f32) -> f32 {
         let outer = command.forward + self.half_width * command.yaw_rate.abs();
         scale(outer / LIFTING_SPEED) * scale(pitch / LIFTING_PITCH)
     }
 }
 
-/// Pitch from which on the whole caution band is kept for sway, rad.
+/// Pitch from which the whole caution band is kept for sway, rad.
 const STEEP: f32 = 0.5;
 
-/// Share of the caution band that is kept for sway toward an edge at this pitch: nose up to the back,
-/// nose down to the front. NaN for NaN.
+/// Fraction of the caution band that is kept for sway toward an edge at this pitch: nose up for the
+/// rear edge, nose down for the front edge. NaN for NaN.
 pub fn sway(edge: Edge, pitch: f32) -> f32 {
     match edge {
         Edge::Back => clamp(pitch / STEEP, 0.0, 1.0),
@@ -80,7 +82,7 @@ pub fn sway(edge: Edge, pitch: f32) -> f32 {
     }
 }
 
-/// Limited to 0 to 1. Zero for NaN.
+/// Limits a quotient to 0 to 1. Zero for NaN.
 pub(super) fn scale(quotient: f32) -> f32 {
     let scale = clamp(quotient, 0.0, 1.0);
     if scale >= 0.0 { scale } else { 0.0 }

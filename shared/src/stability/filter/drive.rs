@@ -1,14 +1,15 @@
-//! The scale of a commanded speed.
+//! Computes the scale of a commanded speed.
 
 use super::bounds::{Bounds, Ramp, scale};
 use super::{Margins, Verdict};
 use crate::math::min;
 use crate::stability::support::{EDGES, Edge};
 
-/// Speed at which half of a margin's rate is put down to the command, m/s; below, noise is most of it.
+/// Speed at which half of a margin's rate is attributed to the command, m/s. Below this speed, most
+/// of the rate is noise.
 const ATTRIBUTION_SPEED: f32 = 0.02;
 
-/// Motion over ground that is asked for or passed.
+/// Motion over ground, commanded or passed on.
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
 pub struct SpeedCommand {
     /// Forward speed, m/s.
@@ -18,13 +19,19 @@ pub struct SpeedCommand {
 }
 
 /// Whether a command with this forward speed, at this pitch, can use up the margin to an edge by
-/// itself. Every edge for NaN.
+/// itself.
 ///
-/// Back: driving forward nose up (what lifts the front goes on doing so), and driving backward on
-/// level ground or nose down. Front: driving forward or backward on level ground or nose down. Left
-/// and right: always. The other motions lead away from the edge. They can still use up its margin
-/// when the ground ends or when they stop: the decay of the margin and the speed limit of
-/// [`super::stopping`] are watched then.
+/// These motions can:
+///
+/// * Rear edge: driving forward nose up (the motion that lifted the front continues to lift it),
+///   and driving backward on level ground or nose down.
+/// * Front edge: driving forward or backward on level ground or nose down.
+/// * Left and right edge: every motion.
+///
+/// Other motions lead away from the edge. They can still use up its margin when the ground ends or
+/// when they stop; the decay of the margin and the speed limit of [`crate::stability::stopping`]
+/// cover these cases. At a NaN pitch a motion leads to every edge, except to the rear edge at
+/// forward speed zero.
 fn leads_to(edge: Edge, forward: f32, pitch: f32) -> bool {
     match edge {
         Edge::Back if forward > 0.0 => !(pitch <= 0.0),
@@ -34,10 +41,11 @@ fn leads_to(edge: Edge, forward: f32, pitch: f32) -> bool {
     }
 }
 
-/// Scale of the commanded speed, 0 to 1, and the verdict. What is not finite refuses.
+/// Scale of the commanded speed, 0 to 1, and the verdict. Refuses a command that is not finite.
 ///
-/// Nose up, an outer side that drives forward in a turn lifts the front on a nose. Then the rear edge
-/// counts as in driving forward ([`Bounds::lifts`]). A lifted body keeps [`Bounds::reserve`] there.
+/// Nose up on the front edge of a step, an outer side that drives forward in a turn lifts the front
+/// further. Then the rear edge counts as in driving forward ([`Bounds::lifts`]). A lifted body
+/// keeps [`Bounds::reserve`] at the rear edge.
 pub fn drive(
     command: SpeedCommand,
     pitch: f32,
@@ -96,7 +104,7 @@ pub fn within_speed(
         return (scale, verdict);
     }
     let left = limit / speed;
-    // The first is false for NaN.
+    // The comparison is false for NaN.
     match left > 0.0 {
         true if left < scale => (left, Verdict::Scaled(edge)),
         true => (scale, verdict),
@@ -104,9 +112,9 @@ pub fn within_speed(
     }
 }
 
-/// Scale that one edge leaves, always 0 to 1.
+/// Scale that one edge allows, always 0 to 1.
 fn passable(forward: f32, index: usize, margins: &Margins, ramp: Ramp, horizon: f32) -> f32 {
-    // Growth is not counted on.
+    // The growth of a margin does not count.
     let rate = min(margins.rate[index], 0.0);
     // Speed in the direction of the command.
     let along = if forward < 0.0 {
@@ -115,7 +123,8 @@ fn passable(forward: f32, index: usize, margins: &Margins, ramp: Ramp, horizon: 
         margins.speed
     };
     let along = if along > 0.0 { along } else { 0.0 };
-    // Least squares for rate = k speed, leaning to zero where the speed says nothing.
+    // Least squares for `rate = k speed`, biased to zero where the speed is too low to determine
+    // `k`.
     let per_speed = -rate * along / (along * along + ATTRIBUTION_SPEED * ATTRIBUTION_SPEED);
     let rest = rate + per_speed * along;
     let room = margins.now[index] - ramp.none + rest * horizon;
@@ -155,14 +164,14 @@ mod tests {
             rate: [-0.4, 0.0, 0.0, 0.0],
             ..standing(0.14)
         };
-        // 140 mm - 0.4 m/s for 0.25 s: below the stop margin.
+        // 140 mm minus 0.4 m/s for 0.25 s is below the stop margin.
         assert_eq!(
             drive(along(0.13), 0.5, &falling, &BOUNDS),
             (0.0, Verdict::Refused(Edge::Back))
         );
     }
 
-    /// Forward speed and pitch of every kind of motion.
+    /// Forward speed, m/s, and pitch, rad, of every kind of motion.
     const MOTIONS: [(f32, f32); 7] = [
         (0.3, 0.5),
         (0.3, 0.0),
@@ -173,10 +182,10 @@ mod tests {
         (0.0, 0.5),
     ];
 
-    /// Follows the margin of an edge in double precision, in steps of 0.1 ms, while the robot drives
-    /// with the speed `scale u`: the margin falls by 1 m per metre driven, beside a decay of its
-    /// own. What may be used up within the horizon is the room above the stop margin and the part
-    /// of the caution band that belongs to the scale.
+    /// Margin of an edge at the horizon, in double precision and steps of 0.1 ms, while the robot
+    /// drives with the speed `scale u`. The margin falls by 1 m per metre driven, and by a decay of
+    /// its own. The margin without the part of the caution band that belongs to the scale must not
+    /// fall below the stop margin within the horizon.
     fn left_at_the_horizon(margin: f64, own_decay: f64, speed: f64, scale: f64) -> f64 {
         const STEP: f64 = 1e-4;
         let mut margin = margin - scale * f64::from(BOUNDS.towards.all - BOUNDS.towards.none);
@@ -188,8 +197,8 @@ mod tests {
         margin
     }
 
-    /// The scale is found by brute force as well: the largest of 1000 with which the margin is not
-    /// below the stop margin at the horizon.
+    /// Compares the scale with that of a brute-force search: the largest in steps of 0.001 with
+    /// which the margin is not below the stop margin at the horizon.
     #[test]
     fn what_passes_is_the_most_that_does_not_cross_the_stop_margin_within_the_horizon() {
         for (margin, asked, driven, own_decay) in [
@@ -198,10 +207,10 @@ mod tests {
             (0.08, 0.1, 0.1, 0.0),
             (0.07, 0.45, 0.2, 0.0),
             (0.09, 0.45, 0.45, 0.0),
-            // At rest nothing of it is caused by the command, whose own effect is not known yet.
+            // At rest the command causes none of the decay, and its own effect is not known yet.
             (0.09, 1e-6, 0.0, 0.1),
         ] {
-            // The measured decay is that of a robot that drove at `driven`.
+            // The measured decay is that of a robot that drives at `driven`.
             let moving = Margins {
                 rate: [-(driven + own_decay) as f32, 0.0, 0.0, 0.0],
                 speed: driven as f32,
@@ -216,8 +225,8 @@ mod tests {
                 .map(|step| f64::from(step) * 1e-3)
                 .find(|scale| keeps(*scale))
                 .expect("nothing passed keeps the margin");
-            // A hundredth of the decay counts as not caused by the command at the slowest of these
-            // speeds: 4 % of it at 0.1 m/s.
+            // Of the decay that the command causes, the attribution misses 1 % at 0.2 m/s and 4 %
+            // at 0.1 m/s, the slowest of these speeds.
             assert!(
                 (scale - most).abs() < 0.02 * most + 2e-3,
                 "{scale} of {most}"
@@ -229,7 +238,7 @@ mod tests {
         }
     }
 
-    /// One edge at a time is narrow and decays as if it were used up within 50 ms.
+    /// One edge at a time is narrow, and its decay would use it up within 50 ms.
     #[test]
     fn a_decaying_margin_refuses_every_motion_whichever_edge_it_is() {
         for edge in EDGES {
@@ -249,7 +258,7 @@ mod tests {
         }
     }
 
-    /// The case of a review: -0.45 m/s, 11 mm behind, shrinking with 0.5 m/s.
+    /// Backs at -0.45 m/s with 11 mm to the rear edge, which shrink by 0.5 m/s.
     #[test]
     fn driving_backward_over_the_rear_edge_is_stopped() {
         let backing = Margins {
@@ -317,10 +326,11 @@ mod tests {
         assert_eq!(scale(0.009), 0.0);
     }
 
-    /// Backing down from 81 degrees, a track slips: the margin falls with 0.6 m per metre driven, from
-    /// 50 mm on. The passed speed follows the scale with 0.4 m/s^2, as a track does. The margin that
-    /// is left bears the momentum: `w^2 = 2 g (l - h) / l^2` for a mass point at the height `h`,
-    /// `l^2 = m^2 + h^2`, is the rate of turn that tips the robot.
+    /// While the robot backs down from a pitch of 81 degrees, a track slips. From 50 mm on, the
+    /// margin falls by 0.2 to 1.5 m per metre driven. The passed speed follows the scale with
+    /// 0.4 m/s^2, as a track does. The remaining margin must be enough for the momentum:
+    /// `w^2 = 2 g (l - h) / l^2`, for a point mass at the height `h` and `l^2 = m^2 + h^2`, is the
+    /// angular rate that tips the robot.
     #[test]
     fn a_retreat_that_goes_wrong_ends_with_little_momentum() {
         const STEP: f64 = 4e-3;
@@ -338,7 +348,7 @@ mod tests {
                 speed += (goal - speed).clamp(-0.4 * STEP, 0.4 * STEP);
                 let decay = per_metre * speed;
                 margin -= decay * STEP;
-                // The guard's rates are smoothed over 100 ms.
+                // The guard smooths its rates over 100 ms.
                 rate += (-decay - rate) * STEP / (0.1 + STEP);
                 let reach = margin.hypot(height);
                 let tips = (2.0 * 9.81 * (reach - height)).sqrt() / reach;
@@ -369,7 +379,7 @@ mod tests {
         }
     }
 
-    /// Nose up at 70 mm from the rear edge, with sides 0.15 m from the middle.
+    /// Nose up, 70 mm from the rear edge, with driving sides 0.15 m from the middle.
     #[test]
     fn turning_nose_up_is_held_back_at_the_rear_edge_like_driving_forward() {
         let turning = |forward: f32, yaw_rate: f32, pitch: f32| {
@@ -380,7 +390,7 @@ mod tests {
             assert!((turning(forward, yaw_rate, 0.9) - 0.5).abs() < 1e-5);
             assert_eq!(turning(forward, yaw_rate, -0.1) < 1.0, forward < 0.0);
         }
-        // The outer side goes forward with 10 mm/s; it stands; it goes backward, too.
+        // The outer side drives forward at 10 mm/s, then stands, then drives backward.
         assert!((turning(-0.065, 0.5, 0.9) - 0.75).abs() < 1e-4);
         assert_eq!(turning(-0.076, 0.5, 0.9), 1.0);
         assert_eq!(turning(-0.2, 0.5, 0.9), 1.0);
@@ -404,8 +414,8 @@ mod tests {
         assert!((before - 0.125).abs() < 1e-5, "{before}");
     }
 
-    /// 100 mm are beyond the caution band, and 10 of 40 mm into the band that ends at 90 mm. The front
-    /// edge has no reserve.
+    /// 100 mm are beyond the caution band, which ends at 90 mm. With a reserve of 40 mm they are
+    /// 10 mm inside this band of 40 mm. The front edge has no reserve.
     #[test]
     fn a_reserve_is_kept_at_the_rear_edge_while_driving() {
         let reserved = Bounds {

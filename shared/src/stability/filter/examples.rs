@@ -1,4 +1,4 @@
-//! Bounds and margins of the tests.
+//! Defines bounds and margins for the tests of the filter.
 
 use super::{Bounds, Margins, Ramp};
 

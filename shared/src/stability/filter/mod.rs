@@ -1,20 +1,20 @@
-//! Scales a command down, between the operator's value and zero, so that every margin's decay
+//! Scales a command down, between the operator's value and zero, so that the decay of every margin
 //! stays within bounds (a control-barrier filter). It never adds motion of its own.
 //!
-//! The barrier is `m - m_stop` for the margin `m` of each edge. With the scale `s` of the
-//! commanded speed `u`, the margin decays with `dm/dt = r_0 + k s u`: `k u` is the part of the
-//! measured rate that the command causes, `r_0` the rest. Within the stopping horizon `T` (the
-//! time until a stop begins, and the time that it takes) this must hold:
+//! The barrier is `m - m_stop` for the margin `m` of each edge. With the scale `s` of the commanded
+//! speed `u`, the margin decays with `dm/dt = r_0 + k s u`: `k u` is the part of the measured rate
+//! that the command causes, `r_0` the rest. Within the stopping horizon `T` (the time until a stop
+//! begins, and the time that it takes) this must hold:
 //!
 //! `dm/dt >= -gamma (m - m_stop - s w)`, `gamma = 1/T`,
 //!
-//! `w` being the caution band `m_caution - m_stop`: the more of a command passes, the earlier a
+//! where `w` is the caution band `m_caution - m_stop`: the more of a command passes, the earlier a
 //! margin counts as used up. Hence `s = (m - m_stop + r_0 T) / (w + |k u| T)`, limited to 0 to 1.
 //!
-//! All four edges are watched in every motion. A motion that leads away from an edge,
-//! such as backing down from a nose, has no caution band there. It gets slower between the stop margin
-//! and the trip margin, and it ends while the margin decays so that the trip margin would be reached
-//! within the horizon: when a track slips or the ground ends, little momentum may be left.
+//! All four edges are watched in every motion. A motion that leads away from an edge, such as
+//! backing down from the nose (front edge) of a step, has no caution band there. It slows down from
+//! the stop margin to the trip margin, and it stops if the margin would decay to the trip margin
+//! within the horizon. So the robot has little momentum if a track slips or the ground ends.
 //!
 //! [`drive`] scales a speed, [`posture`] a change of shape, within [`Bounds`].
 

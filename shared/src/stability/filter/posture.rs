@@ -1,28 +1,29 @@
-//! The scale of a posture's speed.
+//! Computes the scale of a posture's speed.
 
 use super::bounds::{Bounds, sway};
 use super::{Margins, Verdict};
 use crate::math::{max, min};
 use crate::stability::support::EDGES;
 
-/// A smaller scale of a posture's speed is called none.
+/// Scale of a posture's speed below which the motion counts as refused.
 pub(in crate::stability) const SMALLEST_SHARE: f32 = 0.05;
 
-/// Slower decay is noise, m/s.
+/// Decay below which a rate is noise, m/s.
 const STEADY: f32 = 0.01;
 
-/// Share that a posture motion keeps at an edge whose margin it widens, however narrow it is: it may
-/// lead out of danger.
+/// Minimum scale of a posture motion at an edge whose margin it widens, however narrow the margin
+/// is: the motion may lead out of danger.
 const RESCUE: f32 = 0.1;
 
-/// Scale of a posture's speed, 0 to 1, and the verdict. `ahead` are the margins of the shape that
-/// the motion leads to within the horizon, at the present pitch.
+/// Scale of a posture's speed, 0 to 1, and the verdict. `ahead` are the margins, m, of the shape
+/// that the motion reaches within the horizon, at the present pitch.
 ///
-/// The pitch does not stay: a front that meets the ground lifts the body. So the measured decay is
-/// added to what the shape says. A motion that narrows a margin by this account slows down through the
-/// caution band and ends at the stop margin. A steep robot on a nose also sways when its centre of
-/// gravity moves, and keeps the whole caution band for that. A motion that widens a margin is slow only
-/// below the stop margin, and it never ends: [`RESCUE`]. NaN refuses.
+/// The pitch does not stay constant: a front that meets the ground lifts the body. So the measured
+/// decay is added to the margins that the shape predicts. A motion that narrows a margin by this
+/// sum slows down through the caution band and ends at the stop margin. A steep robot on the nose
+/// of a step also sways when its centre of gravity moves; the whole caution band is kept for that.
+/// A motion that widens a margin is slow only below the stop margin, and it always passes at
+/// [`RESCUE`] or more. NaN refuses.
 pub fn posture(pitch: f32, margins: &Margins, ahead: [f32; 4], bounds: &Bounds) -> (f32, Verdict) {
     let (mut least, mut verdict) = (1.0, Verdict::Passed);
     for edge in EDGES {
@@ -38,7 +39,7 @@ pub fn posture(pitch: f32, margins: &Margins, ahead: [f32; 4], bounds: &Bounds) 
             bounds.away.scale(now)
         } else {
             let reserve = sway(edge, pitch) * bounds.towards.width();
-            // Below the present margin anyway, unless that is NaN.
+            // This is below the present margin anyway; the minimum only passes on a NaN.
             bounds.towards.scale(min(then + decay - reserve, now))
         };
         if then >= now {
@@ -81,7 +82,7 @@ mod tests {
         assert_eq!(posture(f32::NAN, &level, narrower, &BOUNDS).0, 0.0);
     }
 
-    /// Margins where the back is `back` m wide.
+    /// Margins with `back` m at the rear edge.
     fn ahead(back: f32) -> [f32; 4] {
         [back, 0.3, 0.15, 0.15]
     }
@@ -99,7 +100,8 @@ mod tests {
         assert_eq!(posture(f32::NAN), refused);
     }
 
-    /// At half a radian the motion ends where the caution band begins; half as steep, in its middle.
+    /// At 0.5 rad of pitch the motion ends at the caution margin; at 0.25 rad, in the middle of the
+    /// caution band.
     #[test]
     fn a_steep_robot_keeps_the_caution_band_for_its_sway() {
         let now = Margins {
@@ -144,7 +146,8 @@ mod tests {
         assert!((scale(-0.01) - RESCUE).abs() < 1e-6);
     }
 
-    /// The margin falls with 0.2 m/s: 30 mm until the horizon, beside the change that the shape foresees.
+    /// The margin falls by 0.2 m/s: 30 mm within the horizon, in addition to the change that the
+    /// shape predicts.
     #[test]
     fn decay_adds_to_what_the_shape_does_to_a_margin_whichever_edge_it_is() {
         for edge in EDGES {

@@ -1,4 +1,4 @@
-//! A drive, its rotor and its surroundings, all chosen at random, event by event.
+//! Generates random events for a drive, its rotor and its surroundings.
 
 use tautrack::bus::cia402::{State, toward_operation};
 use tautrack::bus::pdo::DriveMotion;
@@ -7,12 +7,12 @@ use tautrack::node::screw::{self, Screw};
 use tautrack::sensors::Switches;
 use tautrack::settings::{Setting, Settings};
 
-/// `SplitMix64`: fast, and every seed gives another sequence.
+/// `SplitMix64`: a fast random generator. Every seed gives another sequence.
 pub struct Random(u64);
 
 impl Random {
     pub fn new(seed: u64) -> Self {
-        // Far apart, so that no sequence is the rest of another one.
+        // The states are far apart, so that no sequence is the rest of another one.
         let state = Self(seed).bits();
         Self(state)
     }
@@ -28,7 +28,7 @@ impl Random {
         self.bits() % end
     }
 
-    /// True once in `times`.
+    /// Returns true once in `times` calls, on average.
     pub fn once_in(&mut self, times: u64) -> bool {
         self.below(times) == 0
     }
@@ -38,14 +38,14 @@ impl Random {
     }
 }
 
-/// What a sequence is about, beside being random.
+/// What a sequence tests, besides random events.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
     Axle,
     Screw,
     /// An axle that homes, with a switch that is never found.
     NoSwitch,
-    /// An axle that homes, with a switch that seems to close where it is not.
+    /// An axle that homes, with a switch that seems to close at a wrong place.
     FalseSwitch,
 }
 
@@ -66,24 +66,24 @@ enum Node {
     Screw(Screw),
 }
 
-/// How the rotor answers a current.
+/// How the rotor responds to a current.
 #[derive(Clone, Copy, PartialEq)]
 enum Rotor {
-    /// As it should.
+    /// Normally.
     Turns,
-    /// With the encoder's channels swapped, and this inertia, kg m^2.
+    /// With swapped encoder channels, and with this inertia, kg m^2.
     Swapped(f64),
     Stuck,
-    /// Turns with this speed whatever happens, rad/s.
+    /// Turns at this speed, rad/s, whatever the current is.
     Dragged(f32),
     /// Its encoder jumps.
     Jumps,
 }
 
-/// Current limit of every drive, A: the default of the table.
+/// Current limit of every drive, A: the default in the table of settings.
 pub const CURRENT_LIMIT: f32 = 10.0;
 
-/// Who is there in an event.
+/// Which other nodes are present in an event.
 #[derive(Clone, Copy)]
 struct Present {
     guard: bool,
@@ -106,7 +106,7 @@ pub struct Generator {
     switches: Switches,
     present: Present,
     bench: bool,
-    /// A controlword for the whole event, or the way to operation.
+    /// Controlword for the whole event; `None` for the controlwords that lead to operation.
     word: Option<u16>,
     resets: bool,
     state: State,
@@ -115,7 +115,7 @@ pub struct Generator {
     target: i32,
 }
 
-/// Of the rotor and its load, kg m^2.
+/// Inertia of the rotor and its load, kg m^2.
 const INERTIA: f64 = 0.05;
 const COUNTS_PER_RADIAN: f64 = 4_096.0 * 60.0 / std::f64::consts::TAU;
 
@@ -159,7 +159,8 @@ impl Generator {
         }
     }
 
-    /// rad/s of the output shaft; a screw of 5 mm per turn publishes 1e-9 m/s.
+    /// Returns the rad/s of the output shaft per unit of velocity on the bus. A screw of 5 mm per
+    /// turn publishes 1e-9 m/s.
     pub fn velocity_unit(&self) -> f32 {
         match self.node {
             Node::Axle(_) => 1e-6,
@@ -167,13 +168,14 @@ impl Generator {
         }
     }
 
-    /// Chooses what event number `event` changes; gives its length in ticks.
+    /// Chooses what event number `event` changes. Returns the length of the event in ticks.
     pub fn next_event(&mut self, event: usize) -> u64 {
         if event < 12 && matches!(self.kind, Kind::NoSwitch | Kind::FalseSwitch) {
             return self.homing_event(event);
         }
         let random = &mut self.random;
-        // Mostly everything is well, so that operation is reached; then one or two things are not.
+        // Most of the time everything is normal, so that operation is reached. Sometimes one or two
+        // things are not.
         self.rotor = match random.below(24) {
             0 => Rotor::Stuck,
             1 => Rotor::Swapped(INERTIA),
@@ -236,7 +238,7 @@ impl Generator {
                 self.now_us += random.below(1_000_000);
                 1
             }
-            // Long enough for the longest dwell.
+            // These events last long enough for the longest dwell.
             2..=4 => {
                 self.rotor = random.pick(&[
                     Rotor::Stuck,
@@ -253,7 +255,8 @@ impl Generator {
         }
     }
 
-    /// Homing from power-up, with a switch that is not found, or seems to be where it is not.
+    /// Homing from power-up, with a switch that is not found, or that seems to close at a wrong
+    /// place.
     fn homing_event(&mut self, event: usize) -> u64 {
         self.mode = 6;
         self.rotor = Rotor::Turns;
@@ -264,7 +267,7 @@ impl Generator {
         match (event, false_switch) {
             (0..=3, _) => 8,
             (4, _) => 40 + self.random.below(40),
-            // Closed long enough to count, then open until the drive is back again.
+            // The switch is closed long enough to count, then open until the drive is back again.
             (5, true) => 12,
             (7, true) => 600,
             (8, true) => 20,
@@ -275,13 +278,14 @@ impl Generator {
 
     fn word(&mut self) -> u16 {
         if self.faulty && self.resets && self.word.is_none() {
-            // A pulse: the edge needs a set-point without it before.
+            // The reset is a pulse: its edge needs a set-point without the bit before.
             return if self.random.once_in(2) { 0x82 } else { 0x02 };
         }
         self.word.unwrap_or_else(|| toward_operation(self.state))
     }
 
-    /// Inputs of the next tick, and when the newest motion of the joint was measured.
+    /// Returns the inputs of the next tick, and when the newest motion of the joint was measured,
+    /// us.
     pub fn inputs(&mut self) -> (Inputs, Option<u64>) {
         self.now_us += 1_000;
         self.ticks += 1;
@@ -316,7 +320,7 @@ impl Generator {
         (inputs, joint_us)
     }
 
-    /// One tick of the drive.
+    /// Runs one tick of the drive.
     pub fn tick(&mut self, inputs: &Inputs) -> Outputs {
         let outputs = match &mut self.node {
             Node::Axle(axle) => axle.tick(inputs),
@@ -338,7 +342,7 @@ impl Generator {
         outputs
     }
 
-    /// 2.4 N m/A, with friction.
+    /// Turns the rotor, with 2.4 N m/A and friction.
     fn turn(&mut self) {
         let torque = match self.bridge {
             BridgeDemand::Current(current) => 2.4 * f64::from(current),

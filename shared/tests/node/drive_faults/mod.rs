@@ -1,9 +1,9 @@
-//! Whatever a drive has latched, every fault condition gets at least its reaction within its dwell
-//! time.
+//! Tests that every fault condition gets at least its reaction within its dwell time, whatever a
+//! drive has latched.
 //!
-//! 100 000 random sequences of controlwords, set-points, readings, heartbeats, switches, rotors and
-//! times. The oracle follows the conditions from inputs and published outputs alone, with the dwell
-//! times of docs/faults.md. `DRIVE_FAULTS_SEED` repeats one sequence.
+//! The test runs 100 000 random sequences of controlwords, set-points, readings, heartbeats,
+//! switches, rotors and times. The oracle derives the conditions from inputs and published outputs
+//! alone, with the dwell times of docs/faults.md. `DRIVE_FAULTS_SEED` repeats one sequence.
 
 mod generator;
 mod oracle;
@@ -16,7 +16,7 @@ const SEQUENCES: u64 = 100_000;
 const EVENTS: usize = 200;
 const AT_LEAST: u64 = 1_000;
 
-/// Runs one sequence; the error says what broke the promise, and when.
+/// Runs one sequence. The error says which guarantee was broken, and when.
 fn run(seed: u64, tally: &mut Tally) -> Result<(), String> {
     let mut generator = Generator::new(Random::new(seed), Kind::of(seed));
     let mut oracle = Oracle::new(CURRENT_LIMIT, generator.velocity_unit());

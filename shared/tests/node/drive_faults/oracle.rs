@@ -1,4 +1,5 @@
-//! What must be true of a drive after every tick, from its inputs and its published outputs alone.
+//! Checks what must be true of a drive after every tick, from its inputs and its published outputs
+//! alone.
 
 use tautrack::bus::cia402::State;
 use tautrack::faults::{ALL, Fault, Faults, Reaction};
@@ -18,7 +19,7 @@ const STATES: [State; 6] = [
 pub struct Tally {
     states: [u64; 6],
     faults: [u64; ALL.len()],
-    /// Conditions that met a fault that was latched already.
+    /// Conditions that were raised while another fault was latched already.
     behind_another: u64,
 }
 
@@ -37,7 +38,7 @@ impl Tally {
     pub fn counts(&self) -> impl Iterator<Item = (String, u64)> {
         let states = STATES.iter().zip(self.states);
         let states = states.map(|(state, count)| (format!("{state:?}"), count));
-        // No drive raises the faults that the guard reports.
+        // Drives do not raise the faults that the guard reports.
         let drive = ALL
             .iter()
             .zip(self.faults)
@@ -56,7 +57,7 @@ const BY_THE_GUARD: [Fault; 4] = [
     Fault::ScaleMismatch,
 ];
 
-/// The conditions that a reading can meet, with their dwell in ticks.
+/// Conditions that readings can meet, with their dwell in ticks.
 const DWELLS: [(Fault, u32); 7] = [
     (Fault::InvalidReading, 3),
     (Fault::OverCurrent, 5),
@@ -83,14 +84,15 @@ pub struct Oracle {
     bench: bool,
     unreported: Faults,
     was_reported: bool,
-    /// Velocity of the set-point where it is a ramp, rad/s, and the speed at which the drive began
-    /// to move against its current.
+    /// Velocity of the set-point while it is a ramp, rad/s, and the lowest speed since the drive
+    /// began to move against its current.
     ramp: Option<f32>,
     slowest: Option<f32>,
 }
 
 impl Oracle {
-    /// Oracle of a drive with this current limit, A, and this unit of velocities on the bus, rad/s.
+    /// Creates the oracle of a drive with this current limit, A, and this unit of velocities on the
+    /// bus, rad/s.
     pub fn new(current_limit: f32, velocity_unit: f32) -> Self {
         Self {
             current_limit,
@@ -166,7 +168,7 @@ impl Oracle {
         Ok(())
     }
 
-    /// Every condition that has lasted its dwell is in the set of faults.
+    /// Checks that every condition that has lasted for its dwell is in the set of faults.
     fn conditions(
         &mut self,
         inputs: &Inputs,
@@ -175,7 +177,7 @@ impl Oracle {
     ) -> Result<(), String> {
         let powered = matches!(self.state, State::OperationEnabled | State::QuickStopActive);
         let (current, voltage) = (inputs.current, inputs.supply_voltage);
-        // A little beyond each bound, because the published velocity is rounded.
+        // The bounds are a little wider, because the published velocity is rounded.
         let met = [
             !(current.is_finite() && voltage.is_finite()),
             current.is_nan() || current.abs() > 1.2501 * self.current_limit,
@@ -218,7 +220,7 @@ impl Oracle {
         Ok(())
     }
 
-    /// The bridge does at least what the strongest latched fault asks for.
+    /// Checks that the bridge does at least what the strongest latched fault requires.
     fn reactions(&self, state: State, outputs: &Outputs) -> Result<(), String> {
         let faults = ALL.iter().filter(|fault| outputs.faults.contains(**fault));
         let reaction = faults.map(|fault| fault.description().reaction).max();
@@ -247,7 +249,8 @@ impl Oracle {
         Ok(())
     }
 
-    /// Only a reset clears, and only somebody in command of a faultless drive brings it up.
+    /// Checks that only a reset clears faults, and that only somebody in command enables a drive,
+    /// which must have no faults.
     fn transitions(&self, inputs: &Inputs, state: State, outputs: &Outputs) -> Result<(), String> {
         let edge = inputs
             .set_point
@@ -287,11 +290,12 @@ impl Oracle {
         Ok(())
     }
 
-    /// Every fault is reported once, and the end of the last one.
+    /// Checks that every fault is reported once, and also the end of the last one.
     fn reports(&mut self, inputs: &Inputs, outputs: &Outputs) -> Result<(), String> {
         let raised = outputs.faults.without(self.faults);
         self.unreported = self.unreported.or(raised);
-        // Homing that fails in the very tick of a reset: its end has no cause that lasts.
+        // Homing may fail in the same tick as a reset. The reset clears the fault at once, because
+        // its cause does not last.
         let resets = inputs
             .set_point
             .is_some_and(|new| new.controlword & 0x80 != 0);
@@ -324,8 +328,8 @@ impl Oracle {
         Ok(())
     }
 
-    /// The drive has gathered speed away from a ramp, against a current of more than half of the
-    /// limit.
+    /// Returns whether the drive has gathered speed away from a ramp, against a current of more
+    /// than half of the limit.
     fn deviates(&mut self, velocity: f32) -> bool {
         let Some(ramp) = self.ramp else {
             self.slowest = None;
@@ -346,8 +350,9 @@ impl Oracle {
         velocity.abs() > *slowest + 1.25
     }
 
-    /// The set-point of a velocity mode and of a stop is a ramp of 20 rad/s^2 from the velocity at
-    /// which it began. Elsewhere, and at a limit switch, nothing is said of it.
+    /// Follows the set-point of a velocity mode and of a stop: a ramp of 20 rad/s^2 from the
+    /// velocity at which it began. In other modes, and at a limit switch, the set-point is not
+    /// checked.
     fn follow_ramp(&mut self, inputs: &Inputs, state: State, velocity: f32) {
         let stopping = state == State::QuickStopActive;
         let mode = inputs.set_point.map_or(self.mode, |new| new.mode);
@@ -369,7 +374,8 @@ impl Oracle {
         } else {
             self.ramp.unwrap_or(velocity)
         };
-        // A ramp that began elsewhere is known only from where it begins.
+        // After an interruption, the ramp is known again only from the next change of state or
+        // mode.
         let known = !begins || state != self.state || mode != self.mode;
         self.ramp = known.then(|| from + (goal - from).clamp(-0.02, 0.02));
     }

@@ -1,4 +1,4 @@
-//! A guard among perfect drives.
+//! Test bench: a guard with ideal drives.
 
 use tautrack::bus::cia402::{DriveCommand, State as DriveState, status};
 use tautrack::bus::network::sync;
@@ -14,14 +14,14 @@ use tautrack::settings::{Setting, Settings};
 use tautrack::stability::filter::Verdict;
 
 pub const DRIVES: [u8; 4] = [2, 3, 4, 5];
-/// What the drives answer when the guard asks for their position scales.
+/// Answers of the drives when the guard asks for their position scales.
 pub const SCALES: [u16; 4] = [16, 16, 32, 0x118];
 pub const JOINT: u8 = 4;
 pub const SCREW: u8 = 5;
 /// Extension at chassis angle 0, 2^-24 m.
 pub const TAUT: i32 = (0.226 * 16_777_216.0) as i32;
 
-/// A guard among perfect drives, with an operator and level ground unless a test says otherwise.
+/// A guard with ideal drives, an operator and level ground, unless a test changes them.
 pub struct Bench {
     pub guard: Guard<B2p2>,
     pub now_us: u64,
@@ -29,7 +29,7 @@ pub struct Bench {
     pub body: Option<BodySensors>,
     pub extra: Vec<Frame>,
     pub silent: Option<u8>,
-    /// Where the chassis joint is: where the guard sent it.
+    /// Position of the chassis joint: the one that the guard commanded last.
     pub joint: i32,
     pub states: [DriveState; 4],
     pub scales: [u16; 4],
@@ -142,7 +142,7 @@ impl Bench {
         outputs
     }
 
-    /// Every drive takes its controlword, and answers a request for its scale.
+    /// Makes every drive follow its controlword, and answer a request for its scale.
     pub fn follow(&mut self) {
         let joint = |frame| PositionSetPoint::from_frame(frame, receive(1), JOINT);
         if let Some(set_point) = self.sent.iter().find_map(joint) {
@@ -166,7 +166,7 @@ impl Bench {
         }
     }
 
-    /// The controlword that the guard sent last to drive `id`.
+    /// Returns the controlword that the guard sent last to drive `id`.
     pub fn controlword(&self, id: u8) -> Option<u16> {
         self.sent.iter().find_map(|frame| {
             let position = PositionSetPoint::from_frame(frame, receive(1), id);
@@ -177,7 +177,8 @@ impl Bench {
         })
     }
 
-    /// Turns the robot nose up within twelve seconds, as all its sensors show it, and holds it there.
+    /// Turns the robot nose up within twelve seconds, as all its sensors show it, and holds it
+    /// there.
     pub fn tilt(&mut self, pitch: f32) {
         for step in 0..12_000 {
             let turning = standing(pitch * step as f32 / 12_000.0);
@@ -216,13 +217,13 @@ impl Bench {
 pub fn standing(pitch: f32) -> BodySensors {
     BodySensors {
         inclination: [pitch, 0.0],
-        // What an accelerometer shows there.
+        // Reading of an accelerometer at this pitch.
         specific_force: [9.81 * pitch.sin(), 0.0, 9.81 * pitch.cos()],
         ..BodySensors::default()
     }
 }
 
-/// The same reading as a sensor gives it: its last digit dances.
+/// Returns the same reading with noise in its last digit, as a sensor has it.
 pub fn noisy(reading: BodySensors, step: u64) -> BodySensors {
     let noise = |channel: u64| 1e-6 * ((step * 7 + channel * 3) % 5) as f32;
     let [pitch, roll] = reading.inclination;

@@ -1,4 +1,4 @@
-//! Drives that fail, fall silent, start anew or count in other units.
+//! Tests with drives that fail, fall silent, restart or count in other units.
 
 use super::bench::{Bench, JOINT};
 use tautrack::bus::cia402::{CONTROL_FAULT_RESET, State as DriveState, controlword};
@@ -62,7 +62,7 @@ fn a_drive_that_falls_silent_is_named_within_the_deadline() {
 #[test]
 fn a_reset_is_a_pulse_and_each_reset_has_its_edge() {
     let mut bench = Bench::armed();
-    // The supply is too low, and stays so for two seconds.
+    // The supply voltage is too low, and stays so for two seconds.
     bench.errors[1] = Fault::UnderVoltage.description().code;
     bench.states[1] = DriveState::Fault;
     assert_eq!(
@@ -96,7 +96,7 @@ fn a_reset_is_a_pulse_and_each_reset_has_its_edge() {
         );
     }
     assert_eq!(edges, 6);
-    // The supply is back: the next reset clears the fault.
+    // The supply voltage is back. The next reset clears the fault.
     bench.errors[1] = 0;
     bench.states[1] = DriveState::SwitchOnDisabled;
     bench.request(Request::Stop);
@@ -110,7 +110,7 @@ fn a_reset_is_a_pulse_and_each_reset_has_its_edge() {
 #[test]
 fn a_drive_that_counts_in_another_scale_is_named_with_both_values() {
     let mut bench = Bench::new(&Settings::default());
-    // position_bits of the joint, changed at the axle only.
+    // `position_bits` of the joint, changed at the axle only.
     bench.scales[2] = 24;
     bench.run(200);
     bench.request(Request::Arm);
@@ -128,7 +128,7 @@ fn a_drive_that_counts_in_another_scale_is_named_with_both_values() {
     );
 }
 
-/// At each phase of the SYNC period.
+/// The restart comes at each phase of the SYNC period.
 #[test]
 fn a_reset_does_not_hide_that_a_drive_has_started_anew() {
     for phase in 0..4 {
@@ -153,7 +153,7 @@ fn a_drive_whose_motion_or_status_stays_out_is_lost() {
         let mut bench = Bench::armed();
         bench.silent = Some(3);
         for _ in 0..100 {
-            // The rest of what it sends still comes.
+            // The other frames of the drive still come.
             bench.extra.extend(Frame::new(0x703, &[5]));
             let statusword = DriveState::OperationEnabled.statusword();
             bench.extra.push(if missing == "motion" {

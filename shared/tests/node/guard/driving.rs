@@ -1,4 +1,4 @@
-//! What passes of the operator's speed.
+//! Tests of how much of the operator's speed passes.
 
 use super::bench::{Bench, verdict};
 use tautrack::bus::pdo::{DEAD_MAN_HELD, Request};
@@ -16,7 +16,7 @@ fn level_ground_passes_the_command_to_both_tracks() {
         (outputs.passed.passed_speed, verdict(&outputs)),
         (130, Some(Verdict::Passed))
     );
-    // 0.13 m/s on a pulley of 0.05 m.
+    // 0.13 m/s on a pulley with a radius of 0.05 m.
     for speed in bench.track_speeds() {
         assert!((speed - 2_600_000).abs() < 2_000, "{speed}");
     }
@@ -25,7 +25,8 @@ fn level_ground_passes_the_command_to_both_tracks() {
 #[test]
 fn a_margin_below_the_stop_margin_refuses_forward_and_lets_the_robot_back_out_slowly() {
     let mut bench = Bench::armed();
-    // Turned so far that the centre of gravity, 0.258 m before axle 1, stands 23 mm before it.
+    // At this pitch the centre of gravity, 0.258 m in front of axle 1 along the body, is only 23 mm
+    // in front of it.
     bench.tilt(1.48);
     bench.ask(130);
     let outputs = bench.run(1_000);
@@ -36,7 +37,7 @@ fn a_margin_below_the_stop_margin_refuses_forward_and_lets_the_robot_back_out_sl
         "{:?}",
         outputs.margins
     );
-    // 13 of the 40 mm between trip and stop margin are left.
+    // 13 of the 40 mm between trip margin and stop margin are left.
     bench.ask(-50);
     let outputs = bench.run(1_000);
     let expected = -16 - 2..=-16 + 2;
@@ -68,7 +69,7 @@ fn the_stop_keeps_to_the_deceleration_in_the_settings() {
     let mut before = bench.tick().passed.passed_speed;
     while before > 0 {
         let now = bench.run(4).passed.passed_speed;
-        // 0.4 m/s^2 over 4 ms, in whole millimetres a second.
+        // 0.4 m/s^2 over 4 ms, in whole mm/s.
         assert!(before - now <= 3, "{before} to {now} mm/s");
         before = now;
     }
@@ -79,10 +80,11 @@ fn a_command_beyond_the_speed_limit_is_the_limit() {
     let mut bench = Bench::armed();
     bench.ask(i16::MAX);
     let outputs = bench.run(3_000);
-    // The yaw that holds the heading takes a little of it: each belt stays within the limit.
+    // The yaw rate that holds the heading takes a little of the speed. Each belt stays within the
+    // limit.
     assert!((420..=450).contains(&outputs.passed.passed_speed));
     for speed in bench.track_speeds() {
-        // 0.45 m/s on a pulley of 0.05 m.
+        // 0.45 m/s on a pulley with a radius of 0.05 m.
         assert!(speed <= 9_000_000, "{speed}");
     }
 }

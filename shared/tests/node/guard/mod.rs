@@ -1,4 +1,4 @@
-//! The guard's tick among drives that follow every controlword at once.
+//! Tests of the guard's tick with drives that follow every controlword at once.
 
 mod bench;
 mod drives;

@@ -1,4 +1,4 @@
-//! What passes of a change of shape.
+//! Tests of how much of a change of shape passes.
 
 use super::bench::{Bench, verdict};
 use tautrack::settings::Setting;
@@ -8,7 +8,8 @@ use tautrack::stability::support::Edge;
 #[test]
 fn a_chassis_motion_that_would_tip_the_robot_is_refused() {
     let mut bench = Bench::armed();
-    // Standing on its rear pulleys at 75 degrees; folding the front up would carry the centre of gravity behind them.
+    // The robot stands on its rear pulleys at 75 degrees. Folding the front up would move the
+    // centre of gravity behind them.
     bench.tilt(1.31);
     bench.command.as_mut().expect("an operator").posture = 16_384;
     let outputs = bench.run(2_000);
@@ -19,8 +20,8 @@ fn a_chassis_motion_that_would_tip_the_robot_is_refused() {
     assert!(outputs.passed.passed_posture < 8_192, "{outputs:?}");
 }
 
-/// On level ground the front, folded down by 60 degrees, lifts the body by 36. From there a fall off a
-/// step of 100 mm is borne, and one of 150 mm is not.
+/// On level ground a front that is folded down by 60 degrees lifts the body by 36 degrees. From
+/// there the robot bears a fall off a step of 100 mm, but not off one of 150 mm.
 #[test]
 fn a_step_that_may_be_behind_limits_backing_and_how_far_the_front_is_folded_down() {
     let fold = |step: i32| {
@@ -31,7 +32,7 @@ fn a_step_that_may_be_behind_limits_backing_and_how_far_the_front_is_folded_down
         let folded = bench.run(5_000);
         bench.ask(-300);
         let backed = bench.run(3_000);
-        // Forward and unfolding are free.
+        // Driving forward and unfolding are not limited.
         bench.ask(100);
         bench.command.as_mut().expect("an operator").posture = 0;
         let freed = bench.run(5_000);
@@ -53,7 +54,7 @@ fn a_step_that_may_be_behind_limits_backing_and_how_far_the_front_is_folded_down
     assert!(verdict(&backed).is_some_and(|verdict| held_back.contains(&verdict)));
 }
 
-/// A set-point that the joint reaches within one SYNC period has no velocity afterwards.
+/// The joint reaches a small step within one SYNC period. Its set-point has no velocity after that.
 #[test]
 fn small_steps_fold_the_front_no_farther_than_a_large_one() {
     let fold = |step: i16| {
@@ -74,11 +75,11 @@ fn small_steps_fold_the_front_no_farther_than_a_large_one() {
     let at_once = fold(10_923);
     assert!(at_once > -10_500, "{at_once}");
     let in_steps = fold(12);
-    // 1.6 degrees.
+    // 300 units are 1.6 degrees.
     assert!((in_steps - at_once).abs() < 300, "{in_steps} {at_once}");
 }
 
-/// The way out of a posture in which backing is refused.
+/// Lowering the front is the way out of a posture in which backing is refused.
 #[test]
 fn a_raised_front_is_lowered_to_straight_whatever_may_be_behind() {
     let mut bench = Bench::with(&[(Setting::StepBehind, 500_000)]);
@@ -98,7 +99,7 @@ fn the_chassis_turns_no_faster_than_its_limit() {
     let mut before = 0;
     for _ in 0..500 {
         let now = bench.run(4).passed.passed_posture;
-        // 0.5 rad/s over 4 ms is 20.9 of 2^-16 turns.
+        // 0.5 rad/s over 4 ms is 20.9 units of 2^-16 turn.
         assert!((now - before).abs() <= 21, "{before} to {now}");
         before = now;
     }

@@ -1,4 +1,4 @@
-//! What the guard believes of the sensors and of its settings.
+//! Tests of how far the guard believes its sensors and its settings.
 
 use super::bench::{Bench, standing, verdict};
 use tautrack::node::guard::State;
@@ -62,7 +62,7 @@ fn settings_that_make_no_sense_are_not_armed() {
         bench.guard.telemetry().refusal,
         Some(Refusal::Levels { .. })
     ));
-    // A load that would put the centre of gravity behind the rear edge.
+    // A payload that would put the centre of gravity behind the rear edge.
     let mut bench = Bench::with(&[
         (Setting::PayloadMass, 20_000),
         (Setting::PayloadForward, -200_000),
@@ -83,7 +83,7 @@ fn an_undeclared_load_narrows_every_margin_by_what_it_can_do() {
         bench.run(100).margins
     };
     let (without, with) = (margins(0), margins(1_000));
-    // 1 kg of 9.315 kg, 0.3 m away: 32 mm.
+    // 1 kg, 0.3 m away, of then 9.315 kg shifts the centre of gravity by 32 mm.
     for (before, after) in [(without.back, with.back), (without.left, with.left)] {
         assert!((before - after - 32).abs() <= 1, "{without:?} {with:?}");
     }

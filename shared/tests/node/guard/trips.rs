@@ -1,4 +1,4 @@
-//! The latch: trips, emergency stops, and the ways out of them.
+//! Tests of the guard's latch: trips, emergency stops, and the ways out of them.
 
 use super::bench::{Bench, verdict};
 use tautrack::bus::pdo::Request;
@@ -8,7 +8,8 @@ use tautrack::stability::filter::Verdict;
 use tautrack::stability::support::Edge;
 use tautrack::stability::trip::Cause;
 
-/// Stands on its rear pulleys with its centre of gravity 5 mm before them.
+/// Pitch, rad, at which the robot stands on its rear pulleys, with its centre of gravity 5 mm in
+/// front of them.
 const TRIPPING: f32 = 1.551;
 
 #[test]
@@ -27,7 +28,7 @@ fn a_trip_latches_and_the_override_leaves_it_at_crawl_speed() {
         "{kept:?}"
     );
 
-    // Not even backward, and no reset while the margin is gone.
+    // Nothing passes, not even backward. A reset has no effect while the margin is too narrow.
     bench.ask(-130);
     assert_eq!(bench.run(500).passed.passed_speed, 0);
     bench.request(Request::Reset);

@@ -1,4 +1,5 @@
-//! Belts and ground: the belts' surface speed goes in, the forces of the ground come out.
+//! Contact of the belts with the ground: applies the surface speed of the belts and reads the
+//! forces of the ground.
 
 use super::robot::MARKS;
 use crate::world::physics::DT;
@@ -6,23 +7,27 @@ use rapier3d_f64::geometry::NEW_CONTACT_BIT;
 use rapier3d_f64::math::Vector;
 use rapier3d_f64::prelude::*;
 
-/// How long a contact that carried force counts as support, steps: single contacts flicker.
+/// Number of steps for which a contact that carried force counts as support. Single contacts
+/// flicker from step to step.
 pub const WINDOW: u64 = 50;
-/// Below this a contact supports nothing, N.
+/// Minimum force of a contact that counts as support, N.
 const LEAST_SUPPORT: f64 = 0.1;
-/// Contacts within one cell of this size are one, m.
+/// Size of a cell, m. Contacts within one cell count as one.
 const CELL: f64 = 0.01;
-/// Faces whose normal is closer to the pulleys' axis than this (sine) are the belt's flanks and do not run.
+/// Sine of the angle between a face's normal and the pulleys' axis below which the face is a flank
+/// of the belt. Flanks do not run.
 const FLANK: f64 = 0.3;
 
-/// Direction in which a belt that runs forward moves where its outward normal is `outward`; `None` on its flank.
+/// Returns the direction in which the surface of a belt running forward moves where its outward
+/// normal is `outward`; `None` on the belt's flank.
 fn running_direction(left: Vector, outward: Vector) -> Option<Vector> {
     let direction = left.cross(outward);
     let length = direction.length();
     (length > FLANK).then(|| direction / length)
 }
 
-/// Side (0 left, 1 right) of the belt in a pair of colliders, and whether it is the first one.
+/// Returns the side (0 left, 1 right) of the belt in a pair of colliders, and whether the belt is
+/// the first collider.
 fn belt_of(
     colliders: &ColliderSet,
     first: ColliderHandle,
@@ -40,11 +45,11 @@ fn belt_of(
         .or_else(|| side(second).map(|side| (side, false)))
 }
 
-/// Makes the surfaces of the belts run.
+/// Physics hook that makes the surfaces of the belts run.
 pub struct RunningBelts {
     /// Speed of the surface of the left and the right belt, m/s.
     pub speed: [f64; 2],
-    /// The pulleys' axes, to the left.
+    /// Direction of the pulleys' axes, to the left.
     pub left: Vector,
 }
 
@@ -67,18 +72,19 @@ impl PhysicsHooks for RunningBelts {
     }
 }
 
-/// What the ground did in one step.
+/// Forces of the ground on the belts in one step.
 #[derive(Clone, Debug, Default)]
 pub struct GroundForces {
     /// Force of the ground along the belts, forward positive, left and right, N.
     pub traction: [f64; 2],
     /// Sum of the normal forces' upward parts, N.
     pub lift: f64,
-    /// Speed of the belts' surface over the ground where they touch it, against the direction of travel: positive spins, negative skids; weighted by force, left and right, m/s.
+    /// Sliding speed of the belts' surface on the ground, left and right, m/s: positive if a belt
+    /// spins, negative if it skids. Mean over the contacts, weighted by force.
     pub slip: [f64; 2],
 }
 
-/// Places that carried force within the last [`WINDOW`] steps.
+/// Support points: places that carried force within the last [`WINDOW`] steps.
 #[derive(Clone, Debug, Default)]
 pub struct Support {
     entries: Vec<Entry>,
@@ -92,7 +98,7 @@ struct Entry {
 }
 
 impl Support {
-    /// The places.
+    /// The support points.
     pub fn points(&self) -> impl Iterator<Item = Vector> + '_ {
         self.entries.iter().map(|entry| entry.point)
     }
@@ -108,10 +114,11 @@ impl Support {
     }
 }
 
-/// Friction impulse of a whole step on the first collider, N s, in world axes.
+/// Returns the friction impulse of a whole step on the first collider, N s, in world axes.
 ///
-/// The engine gives it in a tangent basis of its own, but the last substep's in both that basis and world axes: the
-/// rotation between the two components turns one into the other. `normal` is the basis' third axis.
+/// The engine gives the impulse of the whole step in its own tangent basis, and that of the last
+/// substep both in this basis and in world axes. The rotation from the last substep's impulse to
+/// the whole one is the same in both. `normal` is the third axis of the basis.
 fn friction_impulse(data: &ContactData, normal: Vector) -> Vector {
     let (whole, last) = (data.tangent_impulse, data.warmstart_tangent_impulse);
     let square = last.x * last.x + last.y * last.y;
@@ -123,7 +130,8 @@ fn friction_impulse(data: &ContactData, normal: Vector) -> Vector {
     data.warmstart_tangent_world * along + normal.cross(data.warmstart_tangent_world) * across
 }
 
-/// Reads the contacts that the step number `step` left behind.
+/// Reads the ground forces from the contacts after step number `step`, and updates the support
+/// points.
 pub fn read(
     world: &PhysicsWorld,
     belts: &RunningBelts,
@@ -164,7 +172,7 @@ pub fn read(
                 let Some(direction) = direction else { continue };
                 let friction = friction_impulse(&point.data, -manifold.data.normal) * (sign / DT);
                 forces.lift += friction.z;
-                // A belt that runs forward moves backward where it touches.
+                // Where it touches the ground, a belt running forward moves backward.
                 forces.traction[side] -= friction.dot(direction);
                 let sliding = body.velocity_at_point(place).dot(direction) + belts.speed[side];
                 forces.slip[side] += force * sliding;

@@ -1,4 +1,4 @@
-//! The robot as the simulator uses it.
+//! Implements the simulator's [`Plant`] interface for B2P2.
 
 use super::B2p2;
 use crate::world::truth::{BodyPose, BodyShape, Part, Truth};

@@ -1,10 +1,10 @@
-//! The tracked robot of Paillat et al.: three segments, a chassis joint, a driving screw and a pair
-//! of belts.
+//! Plant of B2P2, the tracked robot of Paillat et al.: three segments, a chassis joint, a driving
+//! screw and a pair of belts.
 //!
 //! [`parameters`]: the constant model. `robot`: bodies and joints in the physics engine. `contact`:
-//! belts and ground. `start`: how both get into the engine. `step`: the order of one step.
-//! `sensing`: what the motors' sensors read. `truth`: what the physics knows. `interface`: the
-//! robot as a [`crate::world::Plant`].
+//! contact of belts and ground. `start`: puts both into the engine. `step`: the order of one step.
+//! `sensing`: the readings of the motors' sensors. `truth`: the ground truth. `interface`: the
+//! implementation of [`crate::world::Plant`].
 
 mod contact;
 mod interface;
@@ -27,7 +27,7 @@ use contact::{GroundForces, Support};
 use rapier3d_f64::prelude::PhysicsWorld;
 use robot::Robot;
 
-/// B2P2 on its ground.
+/// Simulated B2P2 with its ground.
 pub struct B2p2 {
     parameters: B2p2Parameters,
     world: PhysicsWorld,
@@ -44,7 +44,7 @@ pub struct B2p2 {
     step: u64,
     payload: Option<Load>,
     terrain: Ground,
-    /// Normal of the whole ground.
+    /// Normal of the whole terrain, which may be inclined.
     up: [f64; 3],
     truth: Truth,
 }

@@ -1,10 +1,11 @@
-//! The constant model of B2P2: what Paillat et al. tabulate, and what had to be assumed.
+//! Constant model of B2P2: the values that Paillat et al. tabulate, and assumed ones.
 
 use crate::world::gnss::ReceiverParameters;
 use crate::world::load::Load;
 use crate::world::sensing::BodySensorParameters;
 
-/// One rigid segment as the paper tabulates it, in the axes of its D-H frame.
+/// Rigid segment with the values that the paper tabulates, in the axes of its D-H
+/// (Denavit-Hartenberg) frame.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Segment {
     /// Mass, kg.
@@ -15,7 +16,7 @@ pub struct Segment {
     pub inertia_about_origin: [[f64; 3]; 3],
 }
 
-/// Tabulated segments 1 to 3, in the frames R6, R7 and R8 (Paillat et al., appendix: mechanical constants).
+/// Segments 1 to 3 in the frames R6, R7 and R8 (Paillat et al., appendix: mechanical constants).
 pub const SEGMENTS: [Segment; 3] = [
     Segment {
         mass: 6.356_067,
@@ -46,7 +47,8 @@ pub const SEGMENTS: [Segment; 3] = [
     },
 ];
 
-/// The robot as simulated; docs/plant.md says what of it is the paper's and what is assumed.
+/// Parameters of the simulated B2P2. docs/plant.md lists which values are from the paper and which
+/// are assumed.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct B2p2Parameters {
     /// Length of segment 1, axle 1 to axle 2, m.
@@ -67,7 +69,8 @@ pub struct B2p2Parameters {
     pub body_1_com_height: f64,
     /// Coefficient of friction between belt and ground.
     pub friction: f64,
-    /// Force along a belt under which its rubber creeps over the ground at 1 m/s, N s/m.
+    /// Creep coefficient, N s/m: the force along a belt under which its rubber creeps over the
+    /// ground at 1 m/s.
     pub belt_creep: f64,
     /// Extension of the screw for one turn of its output shaft, m.
     pub screw_lead: f64,
@@ -75,7 +78,8 @@ pub struct B2p2Parameters {
     pub joint_gear: [f64; 2],
     /// Stiffness, N/m, and damping, N s/m, of the screw.
     pub screw_gear: [f64; 2],
-    /// Inertia of a track's rotor at its output shaft, kg m^2: what a belt has to carry along when its node is dead.
+    /// Inertia of a track's rotor at its output shaft, kg m^2. The belt must move it if the node is
+    /// dead.
     pub track_inertia: f64,
     /// Friction of a dead track's gear at the sprocket, N m.
     pub dead_track_friction: f64,
@@ -89,17 +93,18 @@ pub struct B2p2Parameters {
     pub screw_travel: [f64; 2],
     /// Extension below which the screw's home switch is actuated, m.
     pub screw_home: f64,
-    /// Chassis angle at power-up, rad; taken as far as the travel allows.
+    /// Chassis angle at power-up, rad; limited to the travel.
     pub initial_theta: f64,
-    /// Extension at power-up minus the one that keeps the belts taut, m; negative is slack. Taken as far as the travel allows.
+    /// Extension at power-up minus the one that keeps the belts taut, m; negative means slack. The
+    /// resulting extension is limited to the travel.
     pub initial_extension_error: f64,
     /// Heading at the start, rad, and distance to the left of the x axis, m.
     pub initial_heading_and_y: [f64; 2],
     /// Height of the lowest point above the ground at the start, m.
     pub initial_clearance: f64,
-    /// A load that is put on segment 1.
+    /// Load that is put on segment 1 during the run.
     pub payload: Option<Load>,
-    /// Supply voltage, V. Constant: the plant does not know the currents.
+    /// Supply voltage, V. It is constant, because the plant does not know the currents.
     pub supply_voltage: f64,
     /// Quality of the sensors on the body.
     pub body_sensors: BodySensorParameters,
@@ -108,12 +113,13 @@ pub struct B2p2Parameters {
 }
 
 impl B2p2Parameters {
-    /// The stand-in for B2P2 that results are shown with.
+    /// The model of B2P2 that the published results use.
     pub fn nominal() -> Self {
         Self::with_track_constant(1.232)
     }
 
-    /// The short variant: K = 0.80 m, and a centre of mass 35 mm below the axles, without which it could not climb.
+    /// The short variant: K = 0.80 m, and a centre of mass 35 mm below the axles, without which it
+    /// could not climb.
     pub fn short() -> Self {
         Self {
             body_1_com_height: -0.035,
@@ -121,11 +127,12 @@ impl B2p2Parameters {
         }
     }
 
-    /// The nominal robot with another track constant K, m, and the screw's travel that goes with it.
+    /// The nominal robot with another track constant `k`, m, and the matching travel of the screw.
     pub fn with_track_constant(k: f64) -> Self {
         let (l1, l2) = (0.32, 0.23);
         let extension = |theta: f64| taut_length(k, l1, theta) - l2;
-        // The belt is released where it can lie along the chain of axles; eq. 2 gives the same length at theta = 0.
+        // The belt is released where it can lie along the line of axles; at theta = 0, eq. 2 gives
+        // the same length.
         let released = extension(0.0);
         let joint_travel = [(-60.0_f64).to_radians(), 100.0_f64.to_radians()];
         Self {
@@ -160,18 +167,19 @@ impl B2p2Parameters {
         }
     }
 
-    /// Length L2 + L3 that keeps the belts taut at chassis angle `theta`, m (eq. 2, solved for the triangle of the axles).
+    /// Length L2 + L3 that keeps the belts taut at chassis angle `theta` (rad), m (eq. 2, solved
+    /// for the triangle of the axles).
     pub fn taut_length(&self, theta: f64) -> f64 {
         taut_length(self.k, self.l1, theta)
     }
 
-    /// Chassis angle at power-up within the travel, rad.
+    /// Chassis angle at power-up, limited to the travel, rad.
     pub fn initial_theta(&self) -> f64 {
         self.initial_theta
             .clamp(self.joint_travel[0], self.joint_travel[1])
     }
 
-    /// Extension at power-up within the travel, m.
+    /// Extension at power-up, limited to the travel, m.
     pub fn initial_extension(&self) -> f64 {
         let wanted =
             self.taut_length(self.initial_theta()) - self.l2 + self.initial_extension_error;

@@ -1,4 +1,4 @@
-//! Bodies, belts and joints of B2P2 in the physics engine, and the engine's settings.
+//! Bodies, belts and joints of B2P2 in the physics engine.
 //!
 //! Body axes are x forward, y left, z up; the origins are axle 1, axle 2 and axle 3.
 
@@ -9,12 +9,13 @@ use crate::world::physics::turn;
 use rapier3d_f64::math::{Matrix, Pose, Vector};
 use rapier3d_f64::prelude::*;
 
-/// Marks of colliders: what is not a belt, the left belt, the right belt.
+/// Marks of colliders: anything that is not a belt, the left belt, the right belt.
 pub const MARKS: [u128; 3] = [0, 1, 2];
-/// How far the chord boxes of one belt reach over the middle of the longest chord, m.
+/// Length by which the two chord boxes of a belt extend past the middle of the longest chord, m. A
+/// chord is the run of a belt between axle 1 and axle 3.
 const CHORD_OVERLAP: f64 = 0.04;
 
-/// Handles into the world.
+/// Handles to the robot's parts in the physics world.
 pub struct Robot {
     /// Segments 1 to 3.
     pub bodies: [RigidBodyHandle; 3],
@@ -22,12 +23,12 @@ pub struct Robot {
     pub joint: ImpulseJointHandle,
     /// The screw, sliding along x.
     pub screw: ImpulseJointHandle,
-    /// Per side, the half of the chord on segment 1 and the half on segment 3.
+    /// Per side: the half of the chord on segment 1 and the half on segment 3.
     chords: [[ColliderHandle; 2]; 2],
     half_chord: f64,
 }
 
-/// Puts the ground into the world and returns the pose in which the robot starts on it.
+/// Adds the ground to the world and returns the pose in which the robot starts on it.
 pub fn lay_ground(world: &mut PhysicsWorld, terrain: &Ground, parameters: &B2p2Parameters) -> Pose {
     let [pitch, roll] = terrain.inclination();
     let tilt = Pose::from_rotation(turn(Vector::X, roll) * turn(Vector::NEG_Y, pitch));
@@ -47,7 +48,7 @@ pub fn lay_ground(world: &mut PhysicsWorld, terrain: &Ground, parameters: &B2p2P
         );
     }
     let [heading, y] = parameters.initial_heading_and_y;
-    // Axle 3 may be the lowest one.
+    // Axle 3 may be lower than axle 1.
     let drop =
         -(parameters.l2 + parameters.initial_extension()) * libm::sin(parameters.initial_theta());
     let height = parameters.pulley_radius
@@ -56,14 +57,16 @@ pub fn lay_ground(world: &mut PhysicsWorld, terrain: &Ground, parameters: &B2p2P
     tilt * Pose::from_parts(Vector::new(0.0, y, height), turn(Vector::Z, heading))
 }
 
-/// Mass, centre of mass and inertia of segment `index` (0 to 2) in body axes, with the payload if it is on.
+/// Mass, centre of mass and inertia of segment `index` (0 to 2) in body axes, with the payload if
+/// one is given.
 pub fn mass_properties(
     parameters: &B2p2Parameters,
     index: usize,
     payload: Option<Load>,
 ) -> MassProperties {
     let segment = &SEGMENTS[index];
-    // Columns: the D-H frame's axes in body axes (R6: forward, up, right; R7: up, backward, right; R8: up, right, forward).
+    // Columns: the D-H frame's axes in body axes (R6: forward, up, right; R7: up, backward, right;
+    // R8: up, right, forward).
     let axes = match index {
         0 => Matrix::from_cols(Vector::X, Vector::Z, Vector::NEG_Y),
         1 => Matrix::from_cols(Vector::Z, Vector::NEG_X, Vector::NEG_Y),
@@ -93,7 +96,7 @@ pub fn mass_properties(
 }
 
 impl Robot {
-    /// Builds the robot with axle 1 at `start`, shaped as the parameters' power-up says.
+    /// Builds the robot with axle 1 at `start`, and chassis angle and extension as at power-up.
     pub fn build(world: &mut PhysicsWorld, parameters: &B2p2Parameters, start: Pose) -> Self {
         let p = parameters;
         let theta = p.initial_theta();
@@ -146,7 +149,7 @@ impl Robot {
         robot
     }
 
-    /// Lays both belts' runs between axle 1 and axle 3 along the line that joins them.
+    /// Places both belts' chords along the line from axle 1 to axle 3.
     pub fn lay_chords(
         &self,
         world: &mut PhysicsWorld,
@@ -155,7 +158,7 @@ impl Robot {
         extension: f64,
     ) {
         let r = p.l2 + extension;
-        // Direction from axle 1 to axle 3 against segment 1, nose up positive.
+        // Angle of the line from axle 1 to axle 3 against segment 1, nose up positive.
         let rise = libm::atan2(r * libm::sin(theta), p.l1 + r * libm::cos(theta));
         let along = |angle: f64, x: f64| {
             let rotation = turn(Vector::NEG_Y, angle);
@@ -174,7 +177,7 @@ impl Robot {
         }
     }
 
-    /// Chassis angle and its rate, rad and rad/s.
+    /// Chassis angle, rad, and its rate, rad/s.
     pub fn chassis_joint(&self, world: &PhysicsWorld) -> [f64; 2] {
         let [rear, front, _] = self.bodies.map(|handle| &world.bodies[handle]);
         let relative = rear.position().rotation.inverse() * front.position().rotation;
@@ -185,7 +188,7 @@ impl Robot {
         ]
     }
 
-    /// Extension of the screw and its rate, m and m/s.
+    /// Extension of the screw, m, and its rate, m/s.
     pub fn extension(&self, world: &PhysicsWorld, p: &B2p2Parameters) -> [f64; 2] {
         let [_, inner, outer] = self.bodies.map(|handle| &world.bodies[handle]);
         let axis = inner.position().rotation * Vector::X;
@@ -196,13 +199,14 @@ impl Robot {
     }
 }
 
-/// Distance of a belt's middle from the robot's, positive to the left, m.
+/// Lateral position of a belt's middle, positive to the left, m.
 fn lateral(p: &B2p2Parameters, side: usize) -> f64 {
     0.5 * (p.width - p.belt_width) * if side == 0 { 1.0 } else { -1.0 }
 }
 
-/// The colliders of one belt: a disc at each axle, a bar along each segment, and the two halves of the chord.
-/// Together they cover the convex hull of the discs at every shape of the robot, and no shape is ever rebuilt.
+/// Creates the colliders of one belt: a disc at each axle, a bar along each segment, and the two
+/// halves of the chord. Together they cover the convex hull of the discs in every posture of the
+/// robot, so that no collider has to be rebuilt. Returns the halves of the chord.
 fn belt(
     world: &mut PhysicsWorld,
     p: &B2p2Parameters,
@@ -222,7 +226,7 @@ fn belt(
                 .density(0.0)
                 .friction(p.friction)
                 .friction_combine_rule(CoefficientCombineRule::Min)
-                // The robot touches the ground, never itself.
+                // The robot touches the ground, but not itself.
                 .collision_groups(InteractionGroups::new(
                     Group::GROUP_2,
                     Group::GROUP_1,
@@ -239,7 +243,7 @@ fn belt(
     add(0, p.l1, disc());
     add(2, 0.0, disc());
     add(0, 0.5 * p.l1, bar(p.l1));
-    // Each as long as it can be without its end showing at the shortest front part.
+    // Each bar is as long as possible without protruding when the front part is shortest.
     let front = p.taut_length(0.0) - 0.02;
     add(1, 0.5 * front, bar(front));
     add(2, -0.5 * front, bar(front));
@@ -266,11 +270,13 @@ mod tests {
                 x + y >= z && y + z >= x && z + x >= y,
                 "segment {index}: {x} {y} {z}"
             );
-            // Nothing of the robot is farther from its centre of mass than half its largest dimension.
+            // No part of the robot is farther from its centre of mass than half its largest
+            // dimension.
             assert!((x / properties.mass()).sqrt() < 0.3);
         }
         assert!((mass - 8.315_283).abs() < 1e-9);
-        // The shift of body 3's inertia across its axis, by hand: 0.02964 - 1.06215 * 0.15268^2 = 0.00488.
+        // The shift of body 3's inertia across its axis, calculated by hand: 0.02964 - 1.06215 *
+        // 0.15268^2 = 0.00488.
         let front = mass_properties(&parameters, 2, None).reconstruct_inertia_matrix();
         assert!((front.y_axis.y - 0.00488).abs() < 1e-5, "{front}");
     }

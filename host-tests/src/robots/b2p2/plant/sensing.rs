@@ -1,4 +1,4 @@
-//! What the sensors of the four motors read.
+//! Readings of the sensors of B2P2's four motors.
 
 use super::B2p2;
 use crate::world::physics::{DT, SUBSTEPS};
@@ -7,7 +7,7 @@ use tautrack::link::Sensors;
 use tautrack::sensors::Switches;
 
 impl B2p2 {
-    /// Torque at the shaft and the switches of a motor.
+    /// Returns the load torque at the shaft and the switches of motor number `motor`.
     pub(super) fn shaft_sensors(&self, motor: usize) -> Sensors {
         let p = &self.parameters;
         let [theta, _] = self.robot.chassis_joint(&self.world);
@@ -53,10 +53,10 @@ impl B2p2 {
         }
     }
 
-    /// Force or torque that a gear passed on to its joint in the last substep, N or N m.
+    /// Force or torque that a gear transmitted to its joint in the last substep, N or N m.
     ///
-    /// The engine's impulse, not the spring law: after the engine's few iterations only the impulse
-    /// balances the load.
+    /// It is computed from the engine's impulse, not from the spring law: the engine iterates only
+    /// a few times, after which only the impulse balances the load.
     fn passed_on(&self, handle: ImpulseJointHandle, axis: JointAxis) -> f64 {
         let motor = self
             .world

@@ -1,4 +1,4 @@
-//! Puts the robot and its ground into the physics engine.
+//! Puts B2P2 and its ground into the physics engine.
 
 use super::contact::{GroundForces, Support};
 use super::robot::{self, Robot};
@@ -14,8 +14,8 @@ use core::f64::consts::TAU;
 use rapier3d_f64::math::Vector;
 
 impl B2p2 {
-    /// The robot at the origin of `terrain`, shaped and placed as the parameters say; `seed` is
-    /// that of the sensors' noise.
+    /// Creates the robot at the origin of `terrain`, with the posture and place of the parameters;
+    /// `seed` is the seed of the sensor noise.
     pub fn new(parameters: &B2p2Parameters, terrain: &Ground, seed: u64) -> Self {
         let p = *parameters;
         let mut world = physics::world();

@@ -1,4 +1,5 @@
-//! One step: the gears drive, the engine integrates, and contacts and sensors are read.
+//! Runs one step of the plant: moves the gears, integrates the physics, and reads contacts and
+//! sensors.
 
 use super::contact::RunningBelts;
 use super::{B2p2, contact, robot};
@@ -10,7 +11,8 @@ use rapier3d_f64::prelude::*;
 use tautrack::link::Shaft;
 
 impl B2p2 {
-    /// Advances by one millisecond under the motion of the four shafts; `None` is a dead node.
+    /// Advances by one millisecond under the motion of the four shafts; `None` means that the node
+    /// is dead.
     pub(super) fn advance(&mut self, shafts: &[Option<Shaft>]) {
         let p = self.parameters;
         let [left, right, joint, screw] =
@@ -84,7 +86,7 @@ impl B2p2 {
     }
 
     fn drive_joint(&mut self, handle: ImpulseJointHandle, axis: JointAxis, drive: Drive) {
-        // The handle lives as long as the world does.
+        // Always present: the handle is valid as long as the world exists.
         if let Some(joint) = self.world.impulse_joints.get_mut(handle, false) {
             let [stiffness, damping] = drive.stiffness;
             joint

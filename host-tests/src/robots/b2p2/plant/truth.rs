@@ -1,18 +1,19 @@
-//! What the physics knows of the robot, in the terms of a run's record.
+//! Ground truth of B2P2, as recorded in a run.
 
 use super::{B2p2, robot};
 use crate::world::physics::DT;
 use rapier3d_f64::math::Vector;
 use tautrack::constants::GRAVITY_F64;
 
-/// Roll from which the robot lies on its side, rad.
+/// Absolute roll from which the robot lies on its side, rad.
 const ON_ITS_SIDE: f64 = 80.0 * core::f64::consts::PI / 180.0;
 
-/// Pitch of body 1 from which the robot lies upside down whatever its chassis angle is, rad.
+/// Absolute pitch of body 1 from which the robot lies upside down at any chassis angle, rad.
 const UPSIDE_DOWN: f64 = 110.0 * core::f64::consts::PI / 180.0;
 
 impl B2p2 {
-    /// Sum of the ground's upward forces in the last step, N; the robot's weight when it is at rest.
+    /// Sum of the ground's upward forces in the last step, N. It is the robot's weight when the
+    /// robot is at rest.
     pub fn lift(&self) -> f64 {
         self.ground.lift
     }
@@ -26,7 +27,7 @@ impl B2p2 {
             .sum()
     }
 
-    /// Brings the truth up to date after a step.
+    /// Updates the ground truth after a step.
     pub(super) fn observe(&mut self) {
         let p = &self.parameters;
         let bodies = self.robot.bodies.map(|handle| &self.world.bodies[handle]);
@@ -42,7 +43,8 @@ impl B2p2 {
         let cog = moment / mass;
         let rear = bodies[0];
         let [forward, left] = [Vector::X, Vector::Y].map(|axis| rear.position().rotation * axis);
-        // Yaw, roll and pitch in the order of the paper's joints 4, 5 and 6: the pitch turns about the leaning axle.
+        // Yaw, roll and pitch in the order of the paper's joints 4, 5 and 6: the pitch is the
+        // rotation about the rolled axle.
         let heading = left.cross(Vector::Z).normalize_or_zero();
         let pitch = libm::atan2(forward.dot(heading.cross(left)), forward.dot(heading));
         let roll = libm::atan2(left.z, libm::sqrt(left.x * left.x + left.y * left.y));
@@ -90,7 +92,8 @@ impl B2p2 {
         truth.toppled |= roll.abs() > ON_ITS_SIDE
             || pitch.abs() > UPSIDE_DOWN
             || (pitch > upright && along(axle_1) > 0.0)
-            // With the front raised it may come to rest on the front's upper side, axle 3 ahead.
+            // With the front raised, the robot may come to rest on the front's upper side, with
+            // axle 3 ahead.
             || pitch < -upright;
     }
 }

@@ -1,11 +1,12 @@
-//! The robot as one rigid body, and its steps in time.
+//! The crawler as one rigid body, and its integration in time.
 
 use super::parameters::CrawlerParameters;
 use crate::world::load::Load;
 use rapier3d_f64::math::{Matrix, Rotation, Vector};
 use tautrack::constants::GRAVITY_F64;
 
-/// Mass, centre of gravity and inertia about it, in body axes (x forward, y left, z up) from the middle between the runs.
+/// Mass (kg), centre of gravity (m) and inertia about it (kg m^2), in body axes (x forward, y left,
+/// z up) from the middle between the belts' ground runs.
 #[derive(Clone, Copy, Debug)]
 pub struct MassProperties {
     pub mass: f64,
@@ -14,7 +15,7 @@ pub struct MassProperties {
 }
 
 impl MassProperties {
-    /// A box of even density with a compact load on it.
+    /// Mass properties of a box of uniform density with a compact load on it.
     pub fn new(parameters: &CrawlerParameters, payload: Option<Load>) -> Self {
         let p = parameters;
         let [xx, yy, zz] = p.extent.map(|edge| p.mass * edge * edge / 12.0);
@@ -33,17 +34,17 @@ impl MassProperties {
     }
 }
 
-/// Inertia of a point of mass about the origin.
+/// Inertia of a point mass about the origin.
 fn point(mass: f64, place: Vector) -> Matrix {
     let outer = Matrix::from_cols(place * place.x, place * place.y, place * place.z);
     (Matrix::from_diagonal(Vector::splat(place.dot(place))) - outer) * mass
 }
 
-/// State of motion, in world axes.
+/// State of motion in world axes.
 #[derive(Clone, Copy, Debug)]
 pub struct Body {
     pub properties: MassProperties,
-    /// Centre of gravity, m, and its velocity, m/s.
+    /// Position of the centre of gravity, m.
     pub cog: Vector,
     pub velocity: Vector,
     pub rotation: Rotation,
@@ -52,7 +53,7 @@ pub struct Body {
 }
 
 impl Body {
-    /// A body at rest whose middle between the runs is at `origin`.
+    /// A body at rest, with the middle between the belts' ground runs at `origin`.
     pub fn at_rest(properties: MassProperties, origin: Vector, rotation: Rotation) -> Self {
         Self {
             properties,
@@ -63,7 +64,7 @@ impl Body {
         }
     }
 
-    /// Changes the masses while the body moves on.
+    /// Replaces the mass properties while the body moves, without changing its motion.
     pub fn load(&mut self, properties: MassProperties) {
         let shift = self.rotation * (properties.cog - self.properties.cog);
         self.cog += shift;
@@ -71,17 +72,18 @@ impl Body {
         self.properties = properties;
     }
 
-    /// A place on the body, in the world.
+    /// Converts a place on the body from body to world axes.
     pub fn place(&self, local: Vector) -> Vector {
         self.cog + self.rotation * (local - self.properties.cog)
     }
 
-    /// Velocity of the body at a place in the world.
+    /// Velocity of the body at `place`, in world axes.
     pub fn velocity_at(&self, place: Vector) -> Vector {
         self.velocity + self.spin.cross(place - self.cog)
     }
 
-    /// Advances by `dt` under a force and its moment about the centre of gravity, gravity added.
+    /// Advances by `dt` (s) under a force (N) and its moment about the centre of gravity (N m).
+    /// Gravity is added here.
     pub fn step(&mut self, force: Vector, moment: Vector, dt: f64) {
         let properties = &self.properties;
         let turned = Matrix::from_quat(self.rotation);

@@ -1,22 +1,24 @@
-//! The ground's shape: a plane, and from some line on another one. World axes: x forward, y left, z up.
+//! Shape of the crawler's ground: a plane that may turn into another plane along a line. World
+//! axes: x forward, y left, z up.
 
 use crate::world::physics::turn;
 use rapier3d_f64::math::{Rotation, Vector};
 
-/// What the crawler drives on: ground that may rise to the left everywhere, and forward from some place on.
+/// Profile of the ground: it may rise to the left everywhere, and forward from some place on.
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
 pub struct Profile {
     /// Rise to the left, rad.
     pub cross: f64,
     /// Rise forward, rad; negative is downhill.
     pub slope: f64,
-    /// Distance ahead of the origin at which it begins to rise forward, m; `None`: it does everywhere.
+    /// Distance ahead of the origin from which the ground rises forward, m; `None` if it rises
+    /// everywhere.
     pub from_x: Option<f64>,
-    /// Height above the origin at which a rise ends on a level plateau, m.
+    /// Height above the origin at which the rise ends in a level plateau, m.
     pub plateau: Option<f64>,
 }
 
-/// A plane, the ground below it.
+/// Plane, with the ground below it.
 #[derive(Clone, Copy, Debug)]
 struct Plane {
     normal: Vector,
@@ -24,18 +26,18 @@ struct Plane {
     offset: f64,
 }
 
-/// One or two planes, and a plateau.
+/// Ground of one or two planes, and a plateau.
 #[derive(Clone, Copy, Debug)]
 pub struct Ground {
     planes: [Plane; 2],
-    /// They meet in a valley, not on a ridge.
+    /// Whether the two planes meet in a valley, not on a ridge.
     valley: bool,
     plateau: Option<Plane>,
     start: Rotation,
 }
 
 impl Ground {
-    /// The ground of a profile.
+    /// Creates the ground of a profile.
     pub fn new(profile: &Profile) -> Self {
         let across = turn(Vector::X, profile.cross);
         let rising = across * turn(Vector::NEG_Y, profile.slope);
@@ -68,7 +70,7 @@ impl Ground {
         }
     }
 
-    /// Attitude of a robot that stands on the origin and heads along x.
+    /// Attitude of a robot that stands at the origin and faces along x.
     pub fn start(&self) -> Rotation {
         self.start
     }
@@ -88,7 +90,7 @@ impl Ground {
         }
     }
 
-    /// Height of the surface over a place (x and y), m.
+    /// Height of the surface at a place (x and y), m.
     pub fn surface(&self, [x, y]: [f64; 2]) -> f64 {
         let on = |plane: &Plane| {
             (plane.offset - plane.normal.x * x - plane.normal.y * y) / plane.normal.z

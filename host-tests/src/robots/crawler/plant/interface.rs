@@ -1,4 +1,4 @@
-//! The robot as the simulator uses it.
+//! Implements the simulator's [`Plant`] interface for the crawler.
 
 use super::Crawler;
 use crate::world::Plant;

@@ -1,9 +1,11 @@
-//! The crawler of Kurc and Szybicki: one rigid body on two tracks that shear the ground under them.
+//! Plant of the crawler of Kurc and Szybicki: one rigid body on two tracks that shear the ground
+//! under them.
 //!
 //! [`parameters`]: the constant model. [`ground`]: the ground's shape. `track`: belts, cells and
-//! ground. `body`: the rigid body. `start`: how it comes to rest. `step`: the order of one step.
-//! `slip`: the slip of the tracks, which is nowhere given: it comes out of the forces. `truth`:
-//! what the physics knows. `interface`: the robot as a [`crate::world::Plant`].
+//! their contact with the ground. `body`: the rigid body. `start`: lets the robot settle. `step`:
+//! the order of one step. `slip`: the slip of the tracks, which results from the forces and is not
+//! prescribed. `truth`: the ground truth. `interface`: the implementation of
+//! [`crate::world::Plant`].
 
 mod body;
 pub mod ground;
@@ -26,7 +28,7 @@ use body::Body;
 use ground::Ground;
 use track::Track;
 
-/// The crawler on its ground.
+/// Simulated crawler with its ground.
 pub struct Crawler {
     parameters: CrawlerParameters,
     ground: Ground,

@@ -1,43 +1,47 @@
-//! The constant model of the crawler: what Kurc and Szybicki give, and what had to be assumed.
+//! Constant model of the crawler: the values that Kurc and Szybicki give, and assumed ones.
 
 use crate::world::gnss::ReceiverParameters;
 use crate::world::load::Load;
 use crate::world::sensing::BodySensorParameters;
 
-/// The robot as simulated.
+/// Parameters of the simulated crawler.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct CrawlerParameters {
     /// Radius of the sprockets with their belt, m (the paper's r).
     pub sprocket_radius: f64,
-    /// Turns of a motor for one of its sprocket (the paper's 500:7).
+    /// Turns of a motor per turn of its sprocket (the paper's 500:7).
     pub gear_ratio: f64,
-    /// Distance between the middles of the tracks, m (the paper's H).
+    /// Distance between the centre lines of the tracks, m (the paper's H).
     pub track_spacing: f64,
-    /// Length of the run on the ground, m (the paper's L).
+    /// Length of a belt's run on the ground, m (the paper's L).
     pub contact_length: f64,
     /// Width of a track, m; assumed.
     pub track_width: f64,
     /// Mass without payload, kg; assumed.
     pub mass: f64,
-    /// Centre of gravity from the middle between the runs: forward, left, up, m; assumed.
+    /// Centre of gravity from the middle between the belts' ground runs: forward, left, up, m;
+    /// assumed.
     pub cog: [f64; 3],
-    /// Length, width and height of the box whose inertia the body has, m; assumed.
+    /// Length, width and height of the box that has the body's inertia, m; assumed.
     pub extent: [f64; 3],
     /// The ground's shear behaviour.
     pub soil: Soil,
-    /// Stiffness, N/m, and damping, N s/m, with which the ground carries all of both runs; assumed.
+    /// Stiffness, N/m, and damping, N s/m, of the ground under both ground runs together; assumed.
     pub bearing: [f64; 2],
-    /// Damping of the ground's shear over all of both runs, N s/m; nothing once a track runs steadily. Assumed.
+    /// Damping of the ground's shear over both ground runs together, N s/m; no effect on a track
+    /// that runs steadily. Assumed.
     pub shear_damping: f64,
-    /// Inertia of a track's rotor at its sprocket, kg m^2: what a belt has to carry along when its node is dead.
+    /// Inertia of a track's rotor at its sprocket, kg m^2. The belt must move it if the node is
+    /// dead.
     pub track_inertia: f64,
     /// Friction of a dead track's gear at the sprocket, N m.
     pub dead_track_friction: f64,
-    /// A load that is put on the body; its place is from the middle between the runs.
+    /// Load that is put on the body during the run; its place is relative to the middle between the
+    /// belts' ground runs.
     pub payload: Option<Load>,
     /// Heading at the start, rad, and distance to the left of the x axis, m.
     pub initial_heading_and_y: [f64; 2],
-    /// Supply voltage, V. Constant: the plant does not know the currents.
+    /// Supply voltage, V. It is constant, because the plant does not know the currents.
     pub supply_voltage: f64,
     /// Quality of the sensors on the body.
     pub body_sensors: BodySensorParameters,
@@ -45,16 +49,16 @@ pub struct CrawlerParameters {
     pub receiver: ReceiverParameters,
 }
 
-/// Ground that shears as Bekker and Kacigin describe it (the paper's eq. 5 and 6).
+/// Soil with the shear behaviour that Bekker and Kacigin describe (the paper's eq. 5 and 6).
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Soil {
     /// Cohesion, Pa.
     pub cohesion: f64,
     /// Angle of internal friction, rad.
     pub friction_angle: f64,
-    /// `K1`, 1/m.
+    /// Parameter `K1` of eq. 6, 1/m.
     pub k1: f64,
-    /// `K2`, at least 1.
+    /// Parameter `K2` of eq. 6, at least 1.
     pub k2: f64,
 }
 
@@ -69,7 +73,7 @@ impl Soil {
         }
     }
 
-    /// Ground that grips: stiff, and strong enough that the robot tips over before it slides.
+    /// Firm ground: stiff, and strong enough that the robot tips over before it slides.
     pub fn firm() -> Self {
         Self {
             cohesion: 10_000.0,
@@ -79,7 +83,7 @@ impl Soil {
         }
     }
 
-    /// The same with cohesion and friction (its coefficient) times `factor`.
+    /// Returns the soil with its cohesion and friction coefficient multiplied by `factor`.
     #[must_use]
     pub fn scaled(&self, factor: f64) -> Self {
         Self {
@@ -89,12 +93,13 @@ impl Soil {
         }
     }
 
-    /// Shear stress under `pressure` (Pa) at a deformation (m, not negative), Pa: eq. 6 as printed, and its limit at `K2 = 1`.
+    /// Shear stress, Pa, under `pressure` (Pa) at a deformation (m, not negative): eq. 6 as
+    /// printed, and its limit at `K2 = 1`.
     pub fn shear_stress(&self, pressure: f64, deformation: f64) -> f64 {
         let strength = self.cohesion + pressure * libm::tan(self.friction_angle);
         let u = self.k1 * deformation;
         let root = libm::sqrt(self.k2 * self.k2 - 1.0);
-        // Nearer to 1 the quotient has fewer digits than its limit.
+        // Closer to `K2 = 1`, rounding makes the quotient less accurate than its limit.
         if !(root > 1e-4) {
             return strength * u * libm::exp(1.0 - u);
         }
@@ -105,7 +110,7 @@ impl Soil {
 }
 
 impl CrawlerParameters {
-    /// The stand-in for the paper's robot that results are shown with.
+    /// The model of the paper's robot that the published results use.
     pub fn nominal() -> Self {
         Self {
             sprocket_radius: 0.027_94,

@@ -1,23 +1,23 @@
-//! Slip of the tracks, by the speeds of belts and body.
+//! Slip of the crawler's tracks, computed from the speeds of belts and body.
 
 use super::Crawler;
 use super::track::CELLS;
 use rapier3d_f64::math::Vector;
 
-/// Speed of a belt below which it has no slip worth the name, m/s.
+/// Belt speed below which the slip is set to 0, m/s.
 const SLOWEST: f64 = 0.01;
 
 impl Crawler {
-    /// Speed of the middle between the runs along the robot's own forward axis, m/s: what a sensor
-    /// under the belly would see.
+    /// Speed of the middle between the belts' ground runs along the robot's forward axis, m/s, as a
+    /// sensor under the belly would measure it.
     pub fn speed_over_ground(&self) -> f64 {
         let middle = self.body.place(Vector::ZERO);
         let forward = self.body.rotation * Vector::X;
         self.body.velocity_at(middle).dot(forward)
     }
 
-    /// Slip of left and right track by speeds, `1 - v / (r alpha)`; 0 for a belt slower than 10
-    /// mm/s.
+    /// Slip of the left and right track from speeds, `1 - v / (r alpha)`; 0 for a belt slower than
+    /// 10 mm/s.
     pub fn slip(&self) -> [f64; 2] {
         let forward = self.body.rotation * Vector::X;
         [0, 1].map(|side: usize| {

@@ -1,4 +1,4 @@
-//! Lets the robot come to rest on its ground before a run.
+//! Creates the crawler and lets it settle on its ground before a run.
 
 use super::body::{Body, MassProperties};
 use super::ground::Ground;
@@ -12,12 +12,13 @@ use crate::world::sensing::BodySensing;
 use crate::world::truth::Truth;
 use rapier3d_f64::math::Vector;
 
-/// Substeps in which the robot comes to rest before a run, and the share of its speed that each
-/// leaves it.
+/// Number of substeps in which the robot settles before a run, and the factor by which each reduces
+/// its speed.
 const SETTLING: (usize, f64) = (8_000, 0.98);
 
 impl Crawler {
-    /// The robot at the origin of the ground; `seed` is that of the sensors' noise.
+    /// Creates the robot at rest at the origin of the ground; `seed` is the seed of the sensor
+    /// noise.
     pub fn new(parameters: &CrawlerParameters, profile: &Profile, seed: u64) -> Self {
         let p = *parameters;
         let ground = Ground::new(profile);

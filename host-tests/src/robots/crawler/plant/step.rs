@@ -1,4 +1,4 @@
-//! One step: belts, body and ground move, and the sensors are read.
+//! Runs one step of the plant: moves belts, body and ground, and reads the sensors.
 
 use super::body::{Body, MassProperties};
 use super::ground::Ground;
@@ -10,12 +10,12 @@ use tautrack::link::Shaft;
 
 /// Length of a step, s.
 pub(super) const DT: f64 = 1e-3;
-/// Parts of a step in which body and ground are integrated: the ground is stiff.
+/// Number of substeps in which body and ground are integrated, because the ground is stiff.
 const SUBSTEPS: usize = 4;
 
 impl Crawler {
-    /// Advances by one millisecond under the motion of the two sprockets, left and right; `None` is
-    /// a dead node.
+    /// Advances by one millisecond under the motion of the two sprockets, left and right; `None`
+    /// means that the node is dead.
     pub fn advance(&mut self, sprockets: [Option<&Shaft>; 2]) {
         let p = &self.parameters;
         let due = p
@@ -29,7 +29,7 @@ impl Crawler {
         for (track, shaft) in self.tracks.iter_mut().zip(sprockets) {
             track.drive(shaft, p, DT);
         }
-        // Once it has turned over it lies there: nothing of what follows is worth knowing.
+        // A robot that has toppled stays where it is; its further motion is not simulated.
         if !self.truth.toppled {
             let mut traction = [0.0; 2];
             for _ in 0..SUBSTEPS {
@@ -67,7 +67,7 @@ impl Crawler {
     }
 }
 
-/// Advances body and ground by one substep; hands back the tractions of the tracks, N.
+/// Advances body and ground by one substep. Returns the traction of each track, N.
 pub(super) fn integrate(
     parameters: &CrawlerParameters,
     ground: &Ground,

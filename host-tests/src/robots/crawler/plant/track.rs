@@ -1,8 +1,10 @@
-//! A track on the ground: cells along its run that press on the ground and shear it.
+//! Track of the crawler on the ground: cells along its ground run press on the ground and shear it.
 //!
-//! Each cell knows how far the ground under it has been sheared since the belt met it. The belt carries that deformation along,
-//! so in steady motion it grows in proportion to the distance from where the ground meets the track, which is the paper's eq. 7;
-//! at rest it stays, and the robot stands on a slope. Stress acts against the deformation, along the track and across it.
+//! Each cell stores how far the ground under it has been sheared since the belt touched it. The
+//! belt carries that deformation along. In steady motion it therefore grows in proportion to the
+//! distance from the point where the ground meets the track, which is the paper's eq. 7. At rest it
+//! stays, so that the robot can stand on a slope. The stress acts against the deformation, along
+//! the track and across it.
 
 use super::body::Body;
 use super::ground::Ground;
@@ -10,28 +12,31 @@ use super::parameters::CrawlerParameters;
 use rapier3d_f64::math::Vector;
 use tautrack::link::Shaft;
 
-/// Cells of one run. Those at its ends are half as long, and press where the run ends: there the robot turns over.
+/// Number of cells of one ground run. The two end cells are half as long and press at the ends of
+/// the run, because the robot tips over there.
 pub const CELLS: usize = 17;
-/// Time constant of the force that a sprocket feels, s: the belt's elasticity.
+/// Time constant of the force on a sprocket, s. It models the belt's elasticity.
 const BELT_LAG: f64 = 0.010;
 
-/// One track.
+/// Track of the crawler.
 #[derive(Clone, Copy, Debug)]
 pub struct Track {
-    /// Distance of its middle line to the left of the robot's, m.
+    /// Distance of the track's centre line from the robot's, positive to the left, m.
     left: f64,
     /// Speed of the belt around its pulleys, m/s; forward positive.
     pub speed: f64,
     /// Force of the ground along the belt, forward positive, low-passed, N.
     pub traction: f64,
     driven: bool,
-    /// Deformation of the ground under each cell by belt and robot, forward and left, m; rear cell first.
+    /// Deformation of the ground under each cell by belt and robot, forward and left, m; rear cell
+    /// first.
     pub shear: [[f64; 2]; CELLS],
-    /// Which cells press on the ground.
+    /// Whether each cell presses on the ground.
     pub loaded: [bool; CELLS],
 }
 
-/// What the ground does to the robot through a track: a force, its moment about the centre of gravity, and its part along the belt.
+/// Action of the ground on the robot through a track: the force, its moment about the centre of
+/// gravity, and its component along the belt.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Action {
     pub force: Vector,
@@ -40,7 +45,7 @@ pub struct Action {
 }
 
 impl Track {
-    /// A track at rest.
+    /// Creates a track at rest.
     pub fn new(left: f64) -> Self {
         Self {
             left,
@@ -52,7 +57,8 @@ impl Track {
         }
     }
 
-    /// Takes the shaft's motion: the belt moves with its sprocket, or freely against the friction of a dead gear.
+    /// Sets the belt's speed from the motion of the sprocket's shaft. If the node is dead, the belt
+    /// moves freely against the friction of the gear.
     pub fn drive(&mut self, shaft: Option<&Shaft>, parameters: &CrawlerParameters, dt: f64) {
         let radius = parameters.sprocket_radius;
         self.driven = shaft.is_some();
@@ -70,12 +76,13 @@ impl Track {
         };
     }
 
-    /// Takes the mean force of the ground along the belt in a step.
+    /// Filters the mean force of the ground along the belt in a step (N) into the traction.
     pub fn pull(&mut self, traction: f64, dt: f64) {
         self.traction += (traction - self.traction) * (dt / (BELT_LAG + dt));
     }
 
-    /// Torque with which the ground resists a positive turn of the sprocket, N m. Zero without a node.
+    /// Torque with which the ground resists a positive turn of the sprocket, N m; 0 if the node is
+    /// dead.
     pub fn shaft_torque(&self, radius: f64) -> f64 {
         if self.driven {
             self.traction * radius
@@ -84,13 +91,14 @@ impl Track {
         }
     }
 
-    /// Where cell `cell` presses on the ground, in body axes.
+    /// Point at which cell number `cell` presses on the ground, in body axes, m.
     pub fn cell(&self, cell: usize, length: f64) -> Vector {
         let along = cell as f64 / (CELLS - 1) as f64 - 0.5;
         Vector::new(along * length, self.left, 0.0)
     }
 
-    /// Lets the cells press and shear for `dt`.
+    /// Advances all cells by `dt` (s): computes their pressure and shear, and returns the sum of
+    /// their actions.
     pub fn act(
         &mut self,
         parameters: &CrawlerParameters,
@@ -122,8 +130,9 @@ impl Track {
             let left = normal.cross(forward).normalize_or_zero();
             let ahead = left.cross(normal);
 
-            // What the belt brings: from the cell that met the ground before, or into the run's first cell, whose middle is a quarter
-            // of a cell from where the ground meets the track, nothing.
+            // The belt carries the deformation of the neighbouring cell, which touched the ground
+            // earlier, into this cell. The first cell of the run receives undeformed ground; its
+            // middle is a quarter of a cell from the point where the ground meets the track.
             let entered = if self.speed > 0.0 {
                 CELLS - 1 - cell
             } else {
@@ -134,7 +143,7 @@ impl Track {
                 _ if self.speed > 0.0 => (before[cell + 1], 1.0),
                 _ => (before[cell - 1], 1.0),
             };
-            // The second cell's neighbour is that first one.
+            // The neighbour of the second cell is that half cell.
             let distance = if entered == 1 { 0.75 } else { distance } * pitch;
             let carry = self.speed.abs() / distance;
             let turning = body.spin.dot(normal);

@@ -1,14 +1,14 @@
-//! What the physics knows of the robot, in the terms of a run's record.
+//! Ground truth of the crawler, as recorded in a run.
 
 use super::Crawler;
 use super::step::DT;
 use super::track::CELLS;
 use rapier3d_f64::math::Vector;
 
-/// Inclination from the ground from which the robot has turned over, rad: no centre of gravity is
-/// above an edge there any more.
+/// Inclination against the ground above which the robot counts as toppled, rad. The centre of
+/// gravity is then no longer above any edge of the support.
 const TURNED_OVER: f64 = 75.0 * core::f64::consts::PI / 180.0;
-/// Names of what each track shows: rates of sprocket and motor, speed and share of its slip.
+/// Channel names of each track: rates of sprocket and motor, speed of its slip, and slip ratio.
 const CHANNELS: [[&str; 4]; 2] = [
     [
         "left_sprocket_radps",
@@ -25,7 +25,7 @@ const CHANNELS: [[&str; 4]; 2] = [
 ];
 
 impl Crawler {
-    /// Brings the truth up to date.
+    /// Updates the ground truth after a step.
     pub(super) fn observe(&mut self) {
         let (p, body) = (&self.parameters, &self.body);
         let [forward, left, up] =
@@ -68,7 +68,7 @@ impl Crawler {
         self.name_channels();
     }
 
-    /// What the paper's Figs. 7 and 8 show, and the sketch's places.
+    /// Writes the channels that the paper's Figs. 7 and 8 show, and the points of the sketch.
     fn name_channels(&mut self) {
         let p = &self.parameters;
         let (slip, over_ground) = (self.slip(), self.speed_over_ground());

@@ -1,30 +1,31 @@
-//! Uneven ground as a mesh of triangles: a level place that goes over into a hillside, with waves on all of it.
+//! Uneven ground as a mesh of triangles: level ground that passes into a hillside, with waves on
+//! all of it.
 
 use rapier3d_f64::math::Vector;
 use rapier3d_f64::prelude::*;
 
-/// Edge of the mesh's cells, m.
+/// Edge length of the mesh's cells, m.
 const CELL: f64 = 0.08;
-/// Length over which the level goes over into the slope, m.
+/// Length over which the level ground passes into the slope, m.
 const FOOT: f64 = 0.6;
 
-/// A hill that rises along y.
+/// Hill that rises along y.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Hillside {
-    /// Slope, rad.
+    /// Angle of the slope, rad.
     pub slope: f64,
-    /// Where the slope begins: the middle of its foot, m.
+    /// Place where the slope begins: the middle of its foot, m.
     pub foot_y: f64,
     /// Half the height between crest and trough of the waves, m.
     pub wave_height: f64,
     /// Distance from crest to crest along x and along y, m.
     pub wave_length: [f64; 2],
-    /// What the mesh covers: least and greatest x and y, m.
+    /// Area of the mesh: minimum and maximum of x, then of y, m.
     pub extent: [[f64; 2]; 2],
 }
 
 impl Hillside {
-    /// Height of the ground, m.
+    /// Height of the ground at a place (x and y, m), m.
     pub fn height(&self, [x, y]: [f64; 2]) -> f64 {
         let from = y - self.foot_y;
         let risen = 0.5 * (from + libm::sqrt(from * from + FOOT * FOOT));
@@ -33,7 +34,7 @@ impl Hillside {
         libm::tan(self.slope) * risen + self.wave_height * phase_x * phase_y
     }
 
-    /// Upward unit normal of the ground, by differences.
+    /// Upward unit normal of the ground at a place, computed by central differences.
     pub fn normal(&self, [x, y]: [f64; 2]) -> [f64; 3] {
         let step = 1e-4;
         let along_x = (self.height([x + step, y]) - self.height([x - step, y])) / (2.0 * step);
@@ -42,10 +43,10 @@ impl Hillside {
         [-along_x / length, -along_y / length, 1.0 / length]
     }
 
-    /// The mesh.
+    /// Creates the collider: the mesh, with this coefficient of friction.
     ///
     /// # Panics
-    /// If its extent is empty.
+    /// If `extent` is empty.
     pub fn collider(&self, friction: f64) -> ColliderBuilder {
         let [counts_x, counts_y] = self
             .extent
@@ -67,7 +68,7 @@ impl Hillside {
                 }
             }
         }
-        // Without this a wheel would feel the edges between triangles.
+        // Without this flag, a wheel would collide with the edges between the triangles.
         ColliderBuilder::trimesh_with_flags(points, triangles, TriMeshFlags::FIX_INTERNAL_EDGES)
             .expect("a grid has cells")
             .friction(friction)

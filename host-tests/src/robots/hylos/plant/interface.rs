@@ -1,4 +1,4 @@
-//! The robot as the simulator uses it.
+//! Implements the simulator's [`Plant`] interface for Hylos.
 
 use super::{Hylos, LEGS, MOTORS};
 use crate::world::Plant;
@@ -8,7 +8,7 @@ use crate::world::truth::{BodyPose, BodyShape, Part, Sketch, Truth};
 use tautrack::link::{Sensors, Shaft};
 use tautrack::sensors::BodySensors;
 
-/// Names of the bodies that a picture shows: the platform, and the wheels in the order of the legs.
+/// Names of the bodies in pictures: the platform, and the wheels in the order of the legs.
 const BODIES: [&str; 1 + LEGS] = [
     "platform",
     "front_left_wheel",
@@ -16,7 +16,7 @@ const BODIES: [&str; 1 + LEGS] = [
     "rear_left_wheel",
     "rear_right_wheel",
 ];
-/// Height of the platform and width of the tyres in a picture, m: the paper gives neither.
+/// Height of the platform and width of the tyres in pictures, m. The paper gives neither.
 const PLATFORM_HEIGHT: f64 = 0.06;
 const TYRE_WIDTH: f64 = 0.05;
 
@@ -50,7 +50,7 @@ impl Plant for Hylos {
         self.body_sensing.reading()
     }
 
-    /// Wheels, legs, and the platform as the line through its hips.
+    /// Draws wheels and legs, and the platform as the line through its hips.
     fn sketch(&self) -> Sketch {
         let p = &self.parameters;
         let mut lines: Vec<_> = (0..LEGS)

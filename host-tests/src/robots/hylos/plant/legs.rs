@@ -1,4 +1,5 @@
-//! From the gears of a leg to its joint in the physics engine, and back to their torques.
+//! Couples the gears of a leg to its joint in the physics engine, and computes the load torques of
+//! the gears.
 
 use super::robot::{self, Robot};
 use super::{HIP, Hylos, HylosParameters, KNEE, STEERING, WHEEL};
@@ -7,7 +8,7 @@ use rapier3d_f64::prelude::*;
 use tautrack::link::Shaft;
 
 impl Hylos {
-    /// Drives the joints of a leg with its four shafts; `None` is a dead node.
+    /// Drives the joints of a leg with its four shafts; `None` means that the node is dead.
     pub(super) fn drive_leg(&mut self, leg: usize, shafts: &[Option<Shaft>; 4]) {
         let p = &self.parameters;
         let joints = p.joints(self.robot.reach(&self.world, p, leg));
@@ -45,7 +46,7 @@ impl Hylos {
             (self.robot.legs[leg], JointAxis::AngX, steer),
             (self.robot.axles[leg], JointAxis::AngX, roll),
         ] {
-            // The handle lives as long as the world does.
+            // Always present: the handle is valid as long as the world exists.
             if let Some(joint) = self.world.impulse_joints.get_mut(joint, false) {
                 let [stiffness, damping] = drive.stiffness;
                 joint
@@ -56,7 +57,7 @@ impl Hylos {
         }
     }
 
-    /// Torques of hip and knee that hold the force at the wheel: its work is theirs.
+    /// Load torques of hip and knee, N m, computed from the force at the wheel by virtual work.
     pub(super) fn torques(&self, leg: usize) -> [f64; 2] {
         let joint = self.robot.legs[leg];
         let upward = Robot::passed_on(&self.world, joint, JointAxis::LinX);
@@ -67,7 +68,8 @@ impl Hylos {
     }
 }
 
-/// What hip and knee do to the wheel's centre: forward (backward at the rear) and up.
+/// Columns of the leg's Jacobian: velocity of the wheel's centre per rate of the hip and per rate
+/// of the knee, forward (backward at the rear) and up, m.
 fn columns(p: &HylosParameters, [hip, knee]: [f64; 2]) -> [[f64; 2]; 2] {
     let [thigh, shank] = p.measures.leg;
     let (sine, cosine) = (libm::sin(hip + knee), libm::cos(hip + knee));

@@ -1,10 +1,10 @@
-//! The wheel-legged robot of Besseron et al.: a platform on four legs, each with a steered and
-//! driven wheel, sixteen motors in all.
+//! Plant of Hylos, the wheel-legged robot of Besseron et al.: a platform on four legs, each with a
+//! steered and driven wheel, and sixteen motors.
 //!
 //! [`parameters`]: the constant model. [`hillside`]: the ground. `robot`: bodies and joints in the
-//! physics engine. `start`: how both get into the engine. `legs`: gears and joints of a leg.
-//! `sensing`: what the motors' sensors read. `truth`: what the physics knows. `interface`: the
-//! robot as a [`crate::world::Plant`], with the order of one step.
+//! physics engine. `start`: puts both into the engine. `legs`: gears and joints of a leg.
+//! `sensing`: the readings of the motors' sensors. `truth`: the ground truth. `interface`: the
+//! implementation of [`crate::world::Plant`], with the order of one step.
 
 pub mod hillside;
 mod interface;
@@ -26,26 +26,26 @@ use rapier3d_f64::prelude::PhysicsWorld;
 use robot::Robot;
 use tautrack::robots::hylos::LEGS;
 
-/// Motors in the order of their nodes: hip, knee, steering and wheel of the front left leg, then
-/// front right, rear left, rear right.
+/// Number of motors. Their order is that of their nodes: hip, knee, steering and wheel of the front
+/// left leg, then front right, rear left, rear right.
 pub const MOTORS: usize = 4 * LEGS;
-/// Hip, knee, steering and wheel within a leg.
+/// Indices of hip, knee, steering and wheel within a leg.
 const HIP: usize = 0;
 const KNEE: usize = 1;
 const STEERING: usize = 2;
 const WHEEL: usize = 3;
 
-/// Hylos on its ground.
+/// Simulated Hylos with its ground.
 pub struct Hylos {
     parameters: HylosParameters,
     hillside: Hillside,
     world: PhysicsWorld,
     robot: Robot,
-    /// Hip, knee and steering of each leg.
+    /// Gears of hip, knee and steering of each leg.
     gears: [[Gear; 3]; LEGS],
-    /// Wheels whose node is alive.
+    /// Whether the node of each wheel is alive.
     driven: [bool; LEGS],
-    /// Torques that the gears of hips and knees passed on in the last step, N m.
+    /// Torques that the gears of hips and knees transmitted in the last step, N m.
     leg_torques: [[f64; 2]; LEGS],
     standing_until: [u64; LEGS],
     body_sensing: BodySensing,

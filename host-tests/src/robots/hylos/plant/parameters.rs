@@ -1,41 +1,43 @@
-//! The constant model of the simulated Hylos: its measures, which the library names and calls assumed, and what only a plant needs.
+//! Constant model of the simulated Hylos: the robot's measures, which the library defines and
+//! documents as assumed, and the values that only the plant needs.
 
 use crate::world::sensing::BodySensorParameters;
 use tautrack::robots::hylos::parameters::{MEASURES, Measures};
 
-/// Constant model of the plant. All of it is assumed, but for the mass.
+/// Parameters of the plant. All of them are assumed, except the mass.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct HylosParameters {
-    /// Measures of the robot. The wheels carry the mass of their massless legs.
+    /// Measures of the robot. The legs have no mass; their mass is added to the wheels.
     pub measures: Measures,
-    /// Gyration radii of the platform about its axes, m.
+    /// Radii of gyration of the platform about its axes, m.
     pub platform_gyration: [f64; 3],
     /// Mass of a wheel without its carrier, kg.
     pub tyre_mass: f64,
     /// Radius of the tyre's rounded shoulders, m.
     pub tyre_shoulder: f64,
-    /// Friction of tyres on the ground.
+    /// Coefficient of friction between tyres and ground.
     pub friction: f64,
     /// Stiffness and damping of a leg at its wheel, N/m and N s/m.
     pub leg_gear: [f64; 2],
     /// Stiffness and damping of the steering's gear, N m/rad and N m s/rad.
     pub steering_gear: [f64; 2],
-    /// Damping of the wheel's gear, N m s/rad: so stiff that the wheel does what its shaft does.
+    /// Damping of the wheel's gear, N m s/rad. It is so high that the wheel follows its shaft.
     pub wheel_gear: f64,
-    /// Coulomb friction of a dead steering and of a dead wheel, N m. A dead leg locks itself: its joints are moved by screws.
+    /// Coulomb friction of a dead steering and of a dead wheel, N m. A dead leg locks itself,
+    /// because screws move its joints.
     pub dead_friction: [f64; 2],
-    /// Hip and knee of every leg at power-up, rad.
+    /// Angles of hip and knee of every leg at power-up, rad.
     pub initial_leg: [f64; 2],
-    /// Place at power-up, m, and heading, rad.
+    /// Place at power-up (x and y), m, and heading, rad.
     pub start: [f64; 3],
     /// Supply voltage, V.
     pub supply_voltage: f64,
-    /// Sensors on the platform.
+    /// Parameters of the sensors on the platform.
     pub body_sensors: BodySensorParameters,
 }
 
 impl HylosParameters {
-    /// The stand-in for Hylos that results are shown with, at this place (m) and heading (rad).
+    /// The model of Hylos that the published results use, at this place (m) and heading (rad).
     pub fn nominal(start: [f64; 3]) -> Self {
         Self {
             measures: MEASURES,
@@ -57,7 +59,8 @@ impl HylosParameters {
         }
     }
 
-    /// Centre of a wheel before its hip and below it, m, at these angles of hip and knee.
+    /// Position of a wheel's centre relative to its hip, forward and down, m, at these angles of
+    /// hip and knee (rad).
     pub fn reach(&self, [hip, knee]: [f64; 2]) -> [f64; 2] {
         let [thigh, shank] = self.measures.leg;
         [
@@ -66,7 +69,8 @@ impl HylosParameters {
         ]
     }
 
-    /// Hip and knee that put a wheel's centre there: the inverse of [`Self::reach`] for knees that bend downward.
+    /// Angles of hip and knee (rad) for a position of a wheel's centre: the inverse of
+    /// [`Self::reach`] for knees that bend downward.
     pub fn joints(&self, [forward, down]: [f64; 2]) -> [f64; 2] {
         let [thigh, shank] = self.measures.leg;
         let square = forward * forward + down * down;

@@ -1,8 +1,11 @@
-//! Bodies and joints of Hylos in the physics engine: a platform, and four carriers with a wheel.
+//! Bodies and joints of Hylos in the physics engine: a platform, and four carriers with one wheel
+//! each.
 //!
-//! The legs have no mass of their own, and their parallelograms keep the carriers parallel to the platform. So a leg is one joint that
-//! lets its carrier slide forward and up and turn about the steering axis: what hip and knee do to that place, and what force there does
-//! to their shafts, is the leg's kinematics. The axes of this joint are x up, y forward, z to the left.
+//! The legs have no mass of their own, and their parallelograms keep the carriers parallel to the
+//! platform. A leg is therefore one joint, in which the carrier slides forward and up and turns
+//! about the steering axis. The leg's kinematics convert the angles of hip and knee to the
+//! carrier's place, and the force there to torques on their shafts. The axes of this joint are x
+//! up, y forward, z to the left.
 
 use super::parameters::HylosParameters;
 use crate::world::physics::{DT, SUBSTEPS, turn};
@@ -10,34 +13,34 @@ use rapier3d_f64::math::{Matrix, Pose, Rotation, Vector};
 use rapier3d_f64::prelude::*;
 use tautrack::robots::hylos::LEGS;
 
-/// Height above the ground at power-up, m.
+/// Height of the wheels above the ground at power-up, m.
 const CLEARANCE: f64 = 0.002;
-/// Moment of inertia of a carrier about any axis, kg m^2: a lump of 5 cm.
+/// Moment of inertia of a carrier about any axis, kg m^2: that of a compact mass of 5 cm.
 const CARRIER_INERTIA: f64 = 0.004;
 
-/// Handles into the world.
+/// Handles to the robot's parts in the physics world.
 pub struct Robot {
     pub platform: RigidBodyHandle,
     pub carriers: [RigidBodyHandle; LEGS],
     pub wheels: [RigidBodyHandle; LEGS],
     pub tyres: [ColliderHandle; LEGS],
-    /// Platform and carrier.
+    /// Joints between platform and carriers.
     pub legs: [ImpulseJointHandle; LEGS],
-    /// Carrier and wheel, turning about the axle to the left.
+    /// Joints between carriers and wheels; they turn about the axle, which points to the left.
     pub axles: [ImpulseJointHandle; LEGS],
 }
 
-/// The frame of a leg's joint along the platform's axes.
+/// Orientation of the frame of a leg's joint in the platform's axes.
 fn leg_frame() -> Rotation {
     Rotation::from_mat3(&Matrix::from_cols(Vector::Z, Vector::X, Vector::Y))
 }
 
-/// 1 for the front legs, -1 for the rear ones.
+/// Returns 1 for the front legs, -1 for the rear ones.
 pub fn forward(leg: usize) -> f64 {
     if leg < 2 { 1.0 } else { -1.0 }
 }
 
-/// Hip of a leg, brought out to the plane of its wheel.
+/// Hip of a leg, moved outward to the plane of its wheel, in the platform's axes, m.
 fn hip(p: &HylosParameters, leg: usize) -> Vector {
     let m = &p.measures;
     let left = if leg.is_multiple_of(2) { 1.0 } else { -1.0 };
@@ -48,7 +51,8 @@ fn hip(p: &HylosParameters, leg: usize) -> Vector {
     )
 }
 
-/// Hip, knee and wheel centre of a leg in the platform, m: what it is drawn through.
+/// Hip, knee and wheel centre of a leg in the platform's axes, m. Pictures draw the leg through
+/// these points.
 pub fn leg_places(p: &HylosParameters, leg: usize, [angle, bend]: [f64; 2]) -> [Vector; 3] {
     let from_hip =
         |[forth, down]: [f64; 2]| hip(p, leg) + Vector::new(forward(leg) * forth, 0.0, -down);
@@ -61,7 +65,7 @@ pub fn leg_places(p: &HylosParameters, leg: usize, [angle, bend]: [f64; 2]) -> [
 }
 
 impl Robot {
-    /// Builds the robot on ground of this height and normal below its middle.
+    /// Builds the robot on ground with this height and normal below its middle.
     pub fn build(world: &mut PhysicsWorld, p: &HylosParameters, height: f64, up: Vector) -> Self {
         let m = &p.measures;
         let [reach, below] = p.reach(p.initial_leg);
@@ -141,7 +145,8 @@ impl Robot {
         }
     }
 
-    /// Centre of a wheel before its hip (behind it at the rear) and below it, m.
+    /// Position of a wheel's centre relative to its hip, m: forward (backward at the rear) and
+    /// down.
     pub fn reach(&self, world: &PhysicsWorld, p: &HylosParameters, leg: usize) -> [f64; 2] {
         let platform = world.bodies[self.platform].position();
         let hub = world.bodies[self.carriers[leg]].position().translation;
@@ -149,7 +154,7 @@ impl Robot {
         [forward(leg) * from_hip.x, -from_hip.z]
     }
 
-    /// Steering angle, rad, counter-clockwise from above.
+    /// Steering angle, rad, counter-clockwise seen from above.
     pub fn steering(&self, world: &PhysicsWorld, leg: usize) -> f64 {
         let [platform, carrier] = [self.platform, self.carriers[leg]]
             .map(|handle| world.bodies[handle].position().rotation);
@@ -157,7 +162,8 @@ impl Robot {
         2.0 * libm::atan2(relative.z, relative.w)
     }
 
-    /// Force or torque that a motor passed on to its joint in the last substep, N or N m, positive along the joint.
+    /// Force or torque that a motor transmitted to its joint in the last substep, N or N m,
+    /// positive along the joint.
     pub fn passed_on(world: &PhysicsWorld, joint: ImpulseJointHandle, axis: JointAxis) -> f64 {
         let motor = world
             .impulse_joints

@@ -1,4 +1,4 @@
-//! What the sensors of the sixteen motors read.
+//! Readings of the sensors of Hylos' sixteen motors.
 
 use super::robot::Robot;
 use super::{HIP, Hylos, KNEE, MOTORS, STEERING, WHEEL};
@@ -8,8 +8,8 @@ use tautrack::robots::hylos::parameters::{HIP_RANGE, KNEE_RANGE, STEERING_RANGE}
 use tautrack::sensors::Switches;
 
 impl Hylos {
-    /// Torque at the shaft and the switches of a motor. The home switch of a joint is at its
-    /// edge when the robot just stands.
+    /// Returns the load torque at the shaft and the switches of motor number `motor`. The home
+    /// switch of a joint changes at the joint's angle at power-up.
     pub(super) fn shaft_sensors(&self, motor: usize) -> Sensors {
         assert!(
             motor < MOTORS,

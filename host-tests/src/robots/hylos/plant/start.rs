@@ -1,4 +1,4 @@
-//! Puts the robot and its ground into the physics engine.
+//! Puts Hylos and its ground into the physics engine.
 
 use super::robot::Robot;
 use super::{Detail, Hillside, Hylos, HylosParameters, LEGS};
@@ -11,7 +11,7 @@ use core::f64::consts::TAU;
 use rapier3d_f64::math::Vector;
 
 impl Hylos {
-    /// The robot where its parameters put it; `seed` is that of the sensors' noise.
+    /// Creates the robot at the place in its parameters; `seed` is the seed of the sensor noise.
     pub fn new(parameters: &HylosParameters, hillside: &Hillside, seed: u64) -> Self {
         let p = *parameters;
         let mut world = world();
@@ -23,7 +23,7 @@ impl Hylos {
             hillside.height(below),
             Vector::from_array(hillside.normal(below)),
         );
-        // The gear's own stiffness is the leg's, which acts at the wheel.
+        // The stiffness of hip and knee is zero here, because `leg_gear` models it at the wheel.
         let leg = |place| Gear::new([0.0; 2], TAU, None, place);
         let steering = || Gear::new(p.steering_gear, TAU, Some(p.dead_friction[0]), 0.0);
         let body_sensing = BodySensing::new(

@@ -1,4 +1,4 @@
-//! What the physics knows of the robot.
+//! Ground truth of Hylos.
 
 use super::{Hylos, robot};
 use rapier3d_f64::math::Vector;
@@ -8,14 +8,15 @@ use tautrack::robots::hylos::stability::AROUND;
 use tautrack::robots::hylos::{LEGS, Potential};
 use tautrack::stability::tipover::{angles, margin};
 
-/// How long a wheel that carried force counts as standing, steps: single contacts flicker.
+/// Number of steps for which a wheel that carried force counts as standing. Single contacts flicker
+/// from step to step.
 const WINDOW: u64 = 50;
-/// Least force of a wheel that stands, N.
+/// Minimum force of a wheel that stands, N.
 const LEAST_SUPPORT: f64 = 0.5;
-/// Cosine of the angle between platform and ground from which the robot has tipped over.
+/// Cosine of the angle between platform and ground above which the robot counts as toppled.
 const TIPPED: f64 = 0.5;
 
-/// Names of a leg's channels: hip, knee, steering, and the force of the ground on its wheel.
+/// Channel names of each leg: hip, knee, steering, and the force of the ground on its wheel.
 const CHANNELS: [[&str; 4]; LEGS] = [
     [
         "front_left_hip_rad",
@@ -43,36 +44,37 @@ const CHANNELS: [[&str; 4]; LEGS] = [
     ],
 ];
 
-/// State of the legs: metres, radians and newtons; x forward, y left, z up.
+/// State of the legs in m, rad and N; x forward, y left, z up.
 #[derive(Clone, Debug, Default)]
 pub struct Detail {
-    /// Middle of the platform in the world.
+    /// Middle of the platform in world axes.
     pub place: [f64; 3],
-    /// What is up, in the platform's axes.
+    /// Upward direction in the platform's axes.
     pub up: [f64; 3],
-    /// Hips and knees.
+    /// Angles of hips and knees.
     pub legs: [[f64; 2]; LEGS],
     /// Steering angles.
     pub steering: [f64; LEGS],
-    /// Torques of the hips' and knees' gears, positive the way their joints count, N m.
+    /// Torques of the gears of hips and knees, N m; the signs are those of the joints.
     pub leg_torques: [[f64; 2]; LEGS],
     /// Force of the ground on each wheel along its normal.
     pub wheel_forces: [f64; LEGS],
     /// Whether each wheel carried force within the last 50 ms.
     pub standing: [bool; LEGS],
-    /// Lowest point of each wheel over the ground, whether it stands or not.
+    /// Lowest point of each wheel above the ground, whether the wheel stands or not.
     pub contacts: [[f64; 3]; LEGS],
-    /// Least tip-over angle of the weight about the lines between neighbouring wheels' contacts, negative once it tips.
+    /// Minimum tip-over angle of the weight about the lines between the contacts of neighbouring
+    /// wheels; negative once the robot topples.
     pub margin: f64,
 }
 
 impl Hylos {
-    /// What the physics knows of the legs after the last step; no node may see it.
+    /// Ground truth of the legs after the last step; no node may see it.
     pub fn detail(&self) -> &Detail {
         &self.detail
     }
 
-    /// Brings the truth up to date after a step.
+    /// Updates the ground truth after a step.
     pub(super) fn observe(&mut self) {
         let (p, world, robot) = (&self.parameters, &self.world, &self.robot);
         let platform = &world.bodies[robot.platform];
@@ -109,7 +111,7 @@ impl Hylos {
         let weight = [0.0, 0.0, -mass * GRAVITY_F64];
         let tip_over = angles(&around, cog.to_array(), weight, [0.0; 3]);
         detail.margin = margin(&tip_over);
-        // The controller's own potential, of the true angles.
+        // Stability potential as in the controller, of the true angles.
         let potential = Potential::new(POTENTIAL_GAIN, MARGIN_LIMIT, MARGIN_FLOOR)
             .map_or(f64::NAN, |potential| potential.total(&tip_over));
 

@@ -1,4 +1,4 @@
-//! The robot as the simulator uses it.
+//! Implements the simulator's [`Plant`] interface for RT-Mover.
 
 use super::{RtMover, robot};
 use crate::world::Plant;

@@ -1,10 +1,10 @@
-//! Margin of the centre of gravity over the wheels that stand.
+//! Computes the margin of the centre of gravity over the wheels that stand.
 
 use rapier3d_f64::math::Vector;
 
-/// Least horizontal distance of `cog` to the edges of a support that runs counter-clockwise,
-/// positive inside, m. Two corners support a line and one a point, on which nothing is inside;
-/// without any there is no support.
+/// Minimum horizontal distance of `cog` from the edges of a support whose corners run
+/// counter-clockwise, m; positive inside. Two corners support a line and one a point, so that
+/// nothing is inside. Returns `None` without corners, because there is no support.
 pub(super) fn margin(corners: &[Vector], cog: Vector) -> Option<f64> {
     let level = |vector: Vector| Vector::new(vector.x, vector.y, 0.0);
     let pairs = corners.iter().zip(corners.iter().cycle().skip(1));

@@ -1,10 +1,10 @@
-//! RT-Mover of Nakajima: body, seat on its pitch shaft, two arms that steer and roll, four wheels;
-//! nine motors.
+//! Plant of Nakajima's RT-Mover: body, seat on its pitch shaft, two arms that steer and roll, four
+//! wheels, nine motors.
 //!
 //! [`parameters`]: the constant model. `robot`: bodies and joints in the physics engine. `start`:
-//! how they get there with the ground. `step`: the order of one step. `sensing`: what the motors'
-//! sensors read. `margin`: the support by the wheels. `truth`: what the physics knows. `interface`:
-//! the robot as a [`crate::world::Plant`].
+//! puts them and the ground into the engine. `step`: the order of one step. `sensing`: the readings
+//! of the motors' sensors. `margin`: the support by the wheels. `truth`: the ground truth.
+//! `interface`: the implementation of [`crate::world::Plant`].
 
 mod interface;
 mod margin;
@@ -28,7 +28,7 @@ use rapier3d_f64::math::Vector;
 use rapier3d_f64::prelude::PhysicsWorld;
 use robot::Robot;
 
-/// RT-Mover on its ground.
+/// Simulated RT-Mover with its ground.
 pub struct RtMover {
     parameters: RtMoverParameters,
     world: PhysicsWorld,
@@ -38,7 +38,7 @@ pub struct RtMover {
     sensing: BodySensing,
     step: u64,
     terrain: Ground,
-    /// Normal of the whole ground.
+    /// Normal of the whole terrain, which may be inclined.
     up: [f64; 3],
     lowest: [Vector; 4],
     loads: [f64; 4],

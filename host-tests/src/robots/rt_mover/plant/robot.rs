@@ -1,4 +1,5 @@
-//! Bodies and joints of RT-Mover in the physics engine. Body axes are x forward, y left, z up, all parallel at the start.
+//! Bodies and joints of RT-Mover in the physics engine. Body axes are x forward, y left, z up;
+//! those of all bodies are parallel at the start.
 
 use super::parameters::RtMoverParameters;
 use crate::world::physics::{DT, turn};
@@ -6,24 +7,26 @@ use crate::world::truth::{BodyShape, Part};
 use rapier3d_f64::math::{Pose, Vector};
 use rapier3d_f64::prelude::*;
 
-/// Motors, in the order of their nodes: four wheels, front and rear steering, front and rear roll, pitch.
+/// Number of motors. Their order is that of their nodes: four wheels, front and rear steering,
+/// front and rear roll, pitch.
 pub const MOTORS: usize = 9;
-/// Part of an arm's mass that only steers and does not roll.
+/// Fraction of an arm's mass that only steers and does not roll.
 const YOKE: f64 = 0.5;
-/// Smallest moment of inertia of an arm and its yoke, kg m^2: they are built of struts, and lighter ones make the solver's joints soft.
+/// Moment of inertia added to that of an arm and of its yoke, kg m^2, for their struts. With
+/// smaller inertias the solver's joints would be soft.
 const STRUT: f64 = 0.02;
 
-/// A motor's joint: from one body to the next, positive about `axis`.
+/// Joint of a motor: from one body to the next, positive about `axis`.
 #[derive(Clone, Copy, Debug)]
 pub struct Shafted {
-    /// The engine's joint.
+    /// Handle of the joint in the engine.
     pub handle: ImpulseJointHandle,
     bodies: [RigidBodyHandle; 2],
     axis: Vector,
 }
 
 impl Shafted {
-    /// Angle, rad, from -pi to pi.
+    /// Angle of the joint, rad, from -pi to pi.
     pub fn angle(&self, world: &PhysicsWorld) -> f64 {
         let [from, to] = self
             .bodies
@@ -35,7 +38,7 @@ impl Shafted {
         angle - turn * libm::round(angle / turn)
     }
 
-    /// Rate, rad/s.
+    /// Rate of the joint, rad/s.
     pub fn rate(&self, world: &PhysicsWorld) -> f64 {
         let [from, to] = self.bodies.map(|handle| &world.bodies[handle]);
         let axis = from.position().rotation * self.axis;
@@ -43,17 +46,18 @@ impl Shafted {
     }
 }
 
-/// Handles into the world.
+/// Handles to the robot's parts in the physics world.
 pub struct Robot {
-    /// All bodies, in a fixed order: body, seat, front and rear yoke, front and rear arm, four wheels.
+    /// All bodies in a fixed order: body, seat, front and rear yoke, front and rear arm, four
+    /// wheels.
     pub bodies: [RigidBodyHandle; 10],
-    /// Joints of the motors in their order.
+    /// Joints of the motors, in the motors' order.
     pub shafts: [Shafted; MOTORS],
-    /// The wheels' colliders.
+    /// Colliders of the wheels.
     pub wheels: [ColliderHandle; 4],
 }
 
-/// Place of the body that holds the seat, and of the first wheel, in [`Robot::bodies`].
+/// Indices of the seat and of the first wheel in [`Robot::bodies`].
 pub const SEAT: usize = 1;
 const WHEELS: usize = 6;
 
@@ -61,7 +65,7 @@ fn box_inertia(mass: f64, x: f64, y: f64, z: f64) -> Vector {
     Vector::new(y * y + z * z, x * x + z * z, x * x + y * y) * (mass / 12.0)
 }
 
-/// The seat without load.
+/// Mass properties of the seat without load.
 pub fn seat(p: &RtMoverParameters) -> MassProperties {
     let m = &p.masses;
     let centre = Vector::new(m.seat_forward, 0.0, m.seat_height);
@@ -100,7 +104,8 @@ pub fn shapes(p: &RtMoverParameters) -> Vec<BodyShape> {
 }
 
 impl Robot {
-    /// Builds the robot on the ground through the origin that `tilt` lays, its middle over the origin.
+    /// Builds the robot with its middle above the origin, on ground through the origin with the
+    /// orientation of `tilt`.
     pub fn build(world: &mut PhysicsWorld, p: &RtMoverParameters, tilt: Pose) -> Self {
         let (l, m) = (&p.lengths, &p.masses);
         let start = tilt
@@ -166,7 +171,7 @@ impl Robot {
                     .density(0.0)
                     .friction(p.friction)
                     .friction_combine_rule(CoefficientCombineRule::Min)
-                    // The robot touches the ground, never itself.
+                    // The robot touches the ground, but not itself.
                     .collision_groups(InteractionGroups::new(
                         Group::GROUP_2,
                         Group::GROUP_1,
@@ -195,7 +200,8 @@ impl Robot {
         }
     }
 
-    /// Places that a picture is drawn through: the four hubs, both ends of the body, its middle, the seat's centre of mass.
+    /// Points through which pictures draw the robot: the four hubs, both ends of the body, its
+    /// middle, and the seat's centre of mass.
     pub fn points(&self, world: &PhysicsWorld, p: &RtMoverParameters) -> [Vector; 8] {
         let at = |body: usize, local: Vector| {
             world.bodies[self.bodies[body]]
@@ -217,7 +223,7 @@ impl Robot {
         ]
     }
 
-    /// Lowest points of the wheels' middle planes.
+    /// Lowest point of each wheel's middle plane, m.
     pub fn lowest_points(&self, world: &PhysicsWorld, p: &RtMoverParameters) -> [Vector; 4] {
         core::array::from_fn(|wheel| {
             let pose = world.bodies[self.bodies[WHEELS + wheel]].position();

@@ -1,4 +1,4 @@
-//! What the sensors of the nine motors read.
+//! Readings of the sensors of RT-Mover's nine motors.
 
 use super::RtMover;
 use crate::world::physics::{DT, SUBSTEPS};
@@ -6,14 +6,14 @@ use rapier3d_f64::prelude::JointAxis;
 use tautrack::link::Sensors;
 use tautrack::sensors::Switches;
 
-/// Motors before this one turn wheels.
+/// Number of wheel motors; they come first.
 const WHEELS: usize = 4;
-/// Angle from which a shaft's home switch is closed, rad: close to where it stands on level
-/// ground, so that no wheel leaves it for that.
+/// Angle from which a shaft's home switch is closed, rad. It is close to the angle on level ground,
+/// so that homing lifts no wheel off the ground.
 pub const SWITCH: f64 = 0.01;
 
 impl RtMover {
-    /// Torque at the shaft and the home switch of a motor.
+    /// Returns the load torque at the shaft and the home switch of motor number `motor`.
     pub(super) fn shaft_sensors(&self, motor: usize) -> Sensors {
         let joint = self
             .world

@@ -1,4 +1,4 @@
-//! Puts the robot and its ground into the physics engine.
+//! Puts RT-Mover and its ground into the physics engine.
 
 use super::robot::{Robot, SEAT};
 use super::{MOTORS, RtMover, RtMoverParameters};
@@ -13,7 +13,7 @@ use rapier3d_f64::math::{Pose, Vector};
 use rapier3d_f64::prelude::*;
 
 impl RtMover {
-    /// The robot at the origin of `terrain`; `seed` is that of the sensors' noise.
+    /// Creates the robot at the origin of `terrain`; `seed` is the seed of the sensor noise.
     pub fn new(parameters: &RtMoverParameters, terrain: &Ground, seed: u64) -> Self {
         let p = *parameters;
         let mut world = world();

@@ -1,4 +1,4 @@
-//! One step: the gears drive, the engine integrates, and the sensors are read.
+//! Runs one step of the plant: moves the gears, integrates the physics, and reads the sensors.
 
 use super::robot::SEAT;
 use super::{RtMover, robot};
@@ -10,7 +10,8 @@ use rapier3d_f64::prelude::*;
 use tautrack::link::Shaft;
 
 impl RtMover {
-    /// Advances by one millisecond under the motion of the nine shafts; `None` is a dead node.
+    /// Advances by one millisecond under the motion of the nine shafts; `None` means that the node
+    /// is dead.
     pub(super) fn advance(&mut self, shafts: &[Option<Shaft>]) {
         self.put_payload_on();
         let before = self.robot.shafts.map(|shaft| shaft.angle(&self.world));
@@ -47,7 +48,7 @@ impl RtMover {
     }
 
     fn drive(&mut self, handle: ImpulseJointHandle, drive: Drive) {
-        // The handle lives as long as the world does.
+        // Always present: the handle is valid as long as the world exists.
         if let Some(joint) = self.world.impulse_joints.get_mut(handle, false) {
             let [stiffness, damping] = drive.stiffness;
             let axis = JointAxis::AngX;

@@ -1,4 +1,4 @@
-//! What the physics knows of the robot, in the terms of a run's record.
+//! Ground truth of RT-Mover, as recorded in a run.
 
 use super::margin::margin;
 use super::robot::SEAT;
@@ -7,8 +7,8 @@ use rapier3d_f64::math::Vector;
 use rapier3d_f64::prelude::RigidBody;
 use tautrack::constants::GRAVITY_F64;
 
-/// Channels of [`crate::world::truth::Truth`] that only this robot has, wheel by wheel: force of
-/// the ground upward, and height of the lowest point.
+/// Names of channels of [`crate::world::truth::Truth`] that only this robot has, one per wheel:
+/// upward force of the ground, and height of the wheel's lowest point.
 const LOADS: [&str; 4] = [
     "front_left_load_n",
     "front_right_load_n",
@@ -21,14 +21,14 @@ const HEIGHTS: [&str; 4] = [
     "rear_left_height_m",
     "rear_right_height_m",
 ];
-/// How far ahead of the robot's start that point is.
+/// Channel names of the distance of each wheel's lowest point ahead of the robot's start.
 const PLACES: [&str; 4] = [
     "front_left_x_m",
     "front_right_x_m",
     "rear_left_x_m",
     "rear_right_x_m",
 ];
-/// Angles of the shafts behind the wheels' motors.
+/// Channel names of the shaft angles; their motors follow those of the wheels.
 const SHAFTS: [&str; 5] = [
     "front_steering_rad",
     "rear_steering_rad",
@@ -36,21 +36,22 @@ const SHAFTS: [&str; 5] = [
     "rear_roll_rad",
     "pitch_shaft_rad",
 ];
-/// Least distance of the centre of gravity to the edges between the wheels that carry load; absent
-/// in free flight.
+/// Channel name of the support margin: the minimum distance of the centre of gravity from the edges
+/// between the wheels that carry load. It is absent in free flight.
 const MARGIN: &str = "support_margin_m";
-/// Around the robot from above, counter-clockwise.
+/// Order of the wheels around the robot, counter-clockwise seen from above.
 const AROUND: [usize; 4] = [3, 1, 0, 2];
 
-/// Tilt of the seat from which the robot counts as turned over, rad.
+/// Tilt of the seat from which the robot counts as toppled, rad.
 const TURNED_OVER: f64 = 1.0;
-/// How long a wheel that carried force counts as standing, steps: single contacts flicker.
+/// Number of steps for which a wheel that carried force counts as standing. Single contacts flicker
+/// from step to step.
 const WINDOW: u64 = 50;
-/// Below this a wheel supports nothing, N.
+/// Minimum force of a wheel that supports the robot, N.
 const LEAST_LOAD: f64 = 0.1;
 
 impl RtMover {
-    /// Lowest points of the wheels, m.
+    /// Lowest points of the wheels in world axes, m.
     pub fn wheels(&self) -> [[f64; 3]; 4] {
         self.lowest.map(|point| point.to_array())
     }
@@ -60,18 +61,18 @@ impl RtMover {
         self.loads
     }
 
-    /// Angles of all joints, in the order of the motors, rad; the wheels' from -pi to pi.
+    /// Angles of all joints, in the order of the motors, rad; those of the wheels from -pi to pi.
     pub fn joints(&self) -> [f64; MOTORS] {
         self.robot.shafts.map(|shaft| shaft.angle(&self.world))
     }
 
-    /// Weight, N.
+    /// Weight of the robot with its load, N.
     pub fn weight(&self) -> f64 {
         let load = self.payload.map_or(0.0, |load| load.mass);
         (self.parameters.masses.total() + load) * GRAVITY_F64
     }
 
-    /// Brings the truth up to date after a step.
+    /// Updates the ground truth after a step.
     pub(super) fn observe(&mut self) {
         let bodies = self.robot.bodies.map(|handle| &self.world.bodies[handle]);
         let m = &self.parameters.masses;

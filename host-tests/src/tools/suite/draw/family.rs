@@ -1,4 +1,5 @@
-//! What the families of the hazard suite share.
+//! Parts that the families of the hazard suite share. A family draws scenarios of one kind, such as
+//! "too fast".
 
 use super::generator::Random;
 use crate::robots::Robot;
@@ -8,10 +9,11 @@ use crate::scenario::{Description, Event, Expect, Operator, When};
 use crate::world::terrain::Terrain;
 use std::collections::BTreeMap;
 
-/// Name of a family, and what it changes of the common beginning.
+/// Name of a family, and the function that changes the common description to one of this family.
 pub(super) type Family = (&'static str, fn(&mut Random, &mut Description));
 
-/// What all have in common: the nominal robot on good ground, front up, driving slowly.
+/// The description that all families start from: the nominal robot on good ground, front raised,
+/// driving slowly.
 pub(super) fn beginning(random: &mut Random) -> Description {
     Description {
         feed_forward: true,
@@ -41,12 +43,12 @@ pub(super) fn beginning(random: &mut Random) -> Description {
     }
 }
 
-/// Where a nose is, close to the front of the straight robot, m.
+/// Draws the x of a nose, close to the front of the straight robot, m.
 pub(super) fn near(random: &mut Random) -> f64 {
     random.between(0.83, 0.93)
 }
 
-/// Stairs near the robot.
+/// Stairs close to the robot.
 pub(super) fn stairs(random: &mut Random, riser_m: f64, count: u32, down: bool) -> Terrain {
     Terrain::Stairs {
         riser_m,
@@ -59,14 +61,14 @@ pub(super) fn stairs(random: &mut Random, riser_m: f64, count: u32, down: bool) 
     }
 }
 
-/// Conditions, all absent but what `change` sets.
+/// Conditions of an event: all absent except those that `change` sets.
 pub(super) fn when(change: impl FnOnce(&mut When)) -> When {
     let mut when = When::default();
     change(&mut when);
     when
 }
 
-/// The chassis to an angle when the first nose has lifted the robot.
+/// Event that moves the chassis to an angle as soon as the first nose has lifted the robot.
 pub(super) fn straighten_to(chassis_deg: f64) -> Event {
     Event {
         when: when(|when| when.pitch_above_deg = Some(8.0)),
@@ -75,7 +77,7 @@ pub(super) fn straighten_to(chassis_deg: f64) -> Event {
     }
 }
 
-/// Stops the robot after this distance.
+/// Event that stops the robot after this distance.
 pub(super) fn stop_after(way_m: f64) -> Event {
     Event {
         when: when(|when| when.after_m = Some(way_m)),
@@ -84,10 +86,11 @@ pub(super) fn stop_after(way_m: f64) -> Event {
     }
 }
 
-/// Folds the front down, by the belts' way since the first nose, where the centre of gravity is
-/// past the last of `count` noses by `late_m`; then straightens and stops.
+/// Events that fold the front down when the centre of gravity is `late_m` past the last of `count`
+/// noses, then straighten the robot and stop it. The place is given as the belts' travel since the
+/// first nose.
 pub(super) fn fold_behind(riser_m: f64, count: u32, late_m: f64, chassis_deg: f64) -> [Event; 3] {
-    // The nominal climb folds 1.6 m after the first nose: 0.33 m and four steps.
+    // The nominal climb folds 1.6 m after the first nose: 0.33 m plus four steps.
     let steps = f64::from(count - 1) * libm::hypot(riser_m, 0.28);
     [
         Event {
@@ -110,12 +113,12 @@ pub(super) fn fold_behind(riser_m: f64, count: u32, late_m: f64, chassis_deg: f6
     ]
 }
 
-/// Mass of the robot's load, kg.
+/// Mass of the robot's load, kg; 0 without a load.
 pub(super) fn mass(robot: &B2p2) -> f64 {
     robot.payload.as_ref().map_or(0.0, |load| load.mass_kg)
 }
 
-/// A declared load high above axle 1.
+/// Draws a declared load high above axle 1.
 pub(super) fn load(random: &mut Random, minimum_kg: f64, maximum_kg: f64) -> Payload {
     Payload {
         mass_kg: random.between(minimum_kg, maximum_kg),

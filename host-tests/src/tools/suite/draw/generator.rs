@@ -1,12 +1,12 @@
-//! The generator behind every draw: a counter through a mixing function.
+//! The random number generator of all draws: a counter whose values pass through a mixing function.
 
 use crate::world::noise::mix;
 
-/// A stream of numbers that depends on its start alone.
+/// A stream of random numbers, determined by its initial value.
 pub struct Random(u64);
 
 impl Random {
-    /// The stream of the keys, in this order.
+    /// The stream that belongs to `keys` in this order.
     pub fn new(keys: &[u64]) -> Self {
         Self(keys.iter().fold(0, |state, key| mix(state ^ key)))
     }
@@ -17,12 +17,13 @@ impl Random {
         mix(self.0)
     }
 
-    /// Uniform between the bounds, in steps of a thousandth so that a file shows the value as it is.
+    /// A number, uniform between the bounds, in steps of 0.001, so that a scenario file shows its
+    /// exact value.
     pub fn between(&mut self, least: f64, most: f64) -> f64 {
         (1e3 * (least + (most - least) * self.share())).round() / 1e3
     }
 
-    /// Uniform between 0 and 1.
+    /// A number, uniform between 0 and 1.
     fn share(&mut self) -> f64 {
         (self.bits() >> 11) as f64 / (1u64 << 53) as f64
     }
@@ -42,12 +43,12 @@ impl Random {
         if self.coin() { 1.0 } else { -1.0 }
     }
 
-    /// A whole number below `count`; 0 if there is none.
+    /// A whole number from 0 to `count` - 1, or 0 if `count` is 0.
     pub fn below(&mut self, count: u64) -> u64 {
         self.bits().checked_rem(count).unwrap_or(0)
     }
 
-    /// One of the items, each as likely as its weight.
+    /// One of the items, with a probability in proportion to its weight; `None` without items.
     pub fn weighted<T: Copy>(&mut self, items: &[(T, f64)]) -> Option<T> {
         let total: f64 = items.iter().map(|(_, weight)| weight).sum();
         let mut left = total * self.share();

@@ -1,4 +1,4 @@
-//! Families of hazards: what topples B2P2 if nobody holds the operator back.
+//! Families of hazards: runs in which B2P2 topples unless the guard intervenes.
 
 use super::family::{Family, fold_behind, load, mass, near, stairs, straighten_to};
 use super::generator::Random;
@@ -6,7 +6,7 @@ use super::manoeuvres;
 use crate::scenario::Description;
 use crate::world::terrain::Terrain;
 
-/// In the order of the numbers.
+/// The families; a run's number selects one of them by its position.
 pub(super) const FAMILIES: &[Family] = &[
     ("front kept up at the first nose", front_kept_up),
     ("payload", payload),
@@ -83,7 +83,8 @@ fn curb_front_up(random: &mut Random, drawn: &mut Description) {
     let height_m = random.between(0.15, 0.3);
     drawn.terrain = Terrain::Curb {
         height_m,
-        // Far enough for the front to rise without touching the face: caught by it, the rear rises instead.
+        // Far enough away that the front can rise without touching the face. If the face catches
+        // the front, the rear rises instead.
         nose_m: near(random) + 0.1,
         depth_m: 6.0,
     };

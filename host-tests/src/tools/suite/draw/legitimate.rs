@@ -1,11 +1,11 @@
-//! Families of legitimate runs: what the guard must not hinder.
+//! Families of legitimate runs, in which the guard must not hinder the operator.
 
 use super::family::{Family, fold_behind, load, near, stairs, stop_after, straighten_to, when};
 use super::generator::Random;
 use crate::scenario::{Description, Event};
 use crate::world::terrain::Terrain;
 
-/// In the order of the numbers.
+/// The families; a run's number selects one of them by its position.
 pub(super) const FAMILIES: &[Family] = &[
     ("two steps", two_steps),
     ("low curb", low_curb),
@@ -59,7 +59,7 @@ fn flat_ground(random: &mut Random, drawn: &mut Description) {
 
 fn side_slope(random: &mut Random, drawn: &mut Description) {
     drawn.duration_s = 8.0;
-    // The higher the front, the gentler the slope.
+    // The higher the front, the smaller the slope.
     let chassis = random.between(0.0, 60.0);
     let side = random.sign() * random.between(5.0, 30.0 - 0.25 * chassis);
     drawn.terrain = Terrain::Slope {

@@ -1,5 +1,5 @@
-//! Families of hazards in directions that driving up an obstacle does not endanger: backward, nose
-//! down, around, and in which the guard restarts or is reset in the middle of a climb.
+//! Families of hazards other than driving up an obstacle: driving backward, standing nose down,
+//! turning, and a restart of the guard or a reset in the middle of a climb.
 
 use super::family::{load, near, stairs, straighten_to, when};
 use super::generator::Random;
@@ -8,7 +8,7 @@ use crate::robots::payload::Payload;
 use crate::scenario::{Description, Event, Fault, FaultKind, OperatorRequest};
 use crate::world::terrain::Terrain;
 
-/// Backward down a slope with the front raised, and a stop, which throws the robot over its rear.
+/// Backs down a slope with the front raised, and stops, which topples the robot over its rear.
 pub(super) fn backward(random: &mut Random, drawn: &mut Description) {
     let loaded = random.coin();
     let angle = if loaded {
@@ -42,7 +42,7 @@ pub(super) fn backward(random: &mut Random, drawn: &mut Description) {
         format!("{speed} m/s down {angle} degrees, loaded {loaded}, front at {chassis} degrees");
 }
 
-/// The front raised on a slope on which the robot stands nose down.
+/// Raises the front on a slope on which the robot stands nose down.
 pub(super) fn nose_down(random: &mut Random, drawn: &mut Description) {
     let angle = random.between(46.0, 52.0);
     let mut payload = load(random, 3.0, 4.5);
@@ -67,7 +67,7 @@ pub(super) fn nose_down(random: &mut Random, drawn: &mut Description) {
     drawn.robot.b2p2_mut().payload = Some(payload);
 }
 
-/// The front folded down while the robot climbs, so that it lifts itself.
+/// Folds the front down while the robot climbs, so that it lifts itself.
 pub(super) fn folded_on_stairs(random: &mut Random, drawn: &mut Description) {
     let riser = random.between(0.13, 0.15);
     drawn.terrain = Terrain::Stairs {
@@ -109,7 +109,8 @@ pub(super) fn folded_on_stairs(random: &mut Random, drawn: &mut Description) {
     );
 }
 
-/// A turn on the spot, the front raised, on a slope that the robot bears nose up and not across.
+/// Turns on the spot with the front raised, on a slope on which the robot stands safely nose up,
+/// but not across.
 pub(super) fn spinning(random: &mut Random, drawn: &mut Description) {
     let loaded = random.coin();
     let angle = if loaded {
@@ -125,7 +126,7 @@ pub(super) fn spinning(random: &mut Random, drawn: &mut Description) {
     };
     drawn.operator.speed_mps = 0.0;
     drawn.operator.heading_gain_per_s = 0.0;
-    // On the short run of the raised front it can turn.
+    // With the front raised, the track's contact is short, so the robot can turn.
     let chassis = random.between(65.0, 85.0);
     drawn.operator.chassis_deg = chassis;
     let fast = random.coin();
@@ -145,7 +146,7 @@ pub(super) fn spinning(random: &mut Random, drawn: &mut Description) {
     );
 }
 
-/// A climb that has got onto the stairs at the time that it returns, s.
+/// Draws a climb, and returns a time at which the robot is on the stairs, s.
 fn climb(random: &mut Random, drawn: &mut Description) -> f64 {
     let riser = random.between(0.13, 0.16);
     drawn.terrain = stairs(random, riser, 5, false);
@@ -160,7 +161,8 @@ fn climb(random: &mut Random, drawn: &mut Description) -> f64 {
     time_s
 }
 
-/// The guard restarts at once, or after a moment without power; the operator's request stays "arm".
+/// The guard restarts at once, or after a short time without power. The operator's request stays
+/// "arm".
 pub(super) fn guard_restart(random: &mut Random, drawn: &mut Description) {
     let at_s = climb(random, drawn);
     let off_s = random.between(0.05, 0.5);
@@ -172,7 +174,8 @@ pub(super) fn guard_restart(random: &mut Random, drawn: &mut Description) {
     }];
 }
 
-/// A track's node falls off the bus for a moment, the guard holds the robot, and the operator resets.
+/// A track's node is cut from the bus for a short time, the guard holds the robot, and the operator
+/// requests a reset.
 pub(super) fn reset_on_stairs(random: &mut Random, drawn: &mut Description) {
     let at_s = climb(random, drawn);
     let left = random.coin();

@@ -1,10 +1,10 @@
-//! Scenarios drawn at random.
+//! Draws scenarios at random.
 //!
-//! A scenario depends on its kind, the seed, its number and how often it was drawn again, and on
-//! nothing else. [`generator`] makes the numbers, `hazards`, `manoeuvres` and `legitimate` hold the
-//! families of the hazard suite, `family` what these share, [`operators`] the operator who commands
-//! at random. The robot begins near what it drives at, so that a run of a family takes 5 to 12 s of
-//! virtual time.
+//! A scenario is determined by its kind, the seed, its number, and how often it was drawn again.
+//! [`generator`] makes the random numbers. `hazards`, `manoeuvres` and `legitimate` have the
+//! families of the hazard suite, and `family` what these share. [`operators`] draws operators who
+//! command at random. In the families the robot starts close to its obstacle, so that a run takes 5
+//! to 12 s of virtual time.
 
 mod family;
 pub mod generator;
@@ -17,20 +17,20 @@ use crate::scenario::{Scenario, ScenarioError};
 use family::{Family, beginning};
 use generator::Random;
 
-/// What a scenario is for.
+/// Purpose of a scenario in the hazard suite.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Kind {
-    /// Topples without the guard.
+    /// A run in which the robot topples without the guard.
     Hazard,
-    /// Must not be hindered.
+    /// A run in which the guard must not hinder the operator.
     Legitimate,
 }
 
 impl Kind {
-    /// Both, in the order of the suite.
+    /// Both kinds, in the order of the suite.
     pub const ALL: [Self; 2] = [Self::Hazard, Self::Legitimate];
 
-    /// Name of the folder with the named scenarios of this kind.
+    /// Name of the folder with the scenario files of this kind.
     pub fn folder(self) -> &'static str {
         match self {
             Self::Hazard => "hazards",
@@ -39,11 +39,11 @@ impl Kind {
     }
 }
 
-/// The scenario of this kind with this number; `again` counts the draws before that were none of
-/// the kind.
+/// Draws the scenario of this kind with this number. `again` counts earlier draws that were not of
+/// this kind.
 ///
 /// # Errors
-/// When a drawn value is out of a scenario's bounds: a mistake in a family.
+/// A drawn value is out of a scenario's bounds, which is a mistake in a family.
 pub fn draw(kind: Kind, seed: u64, number: u64, again: u64) -> Result<Scenario, ScenarioError> {
     let mut random = Random::new(&[seed, number, (again << 1) | kind as u64]);
     let families: &[Family] = match kind {

@@ -1,45 +1,47 @@
-//! Edges that are no fair ground, and the rule by which a fall over one is told from other topples.
+//! Decides whether a robot that topples fell over an edge, or toppled on fair ground. Fair ground
+//! is ground on which the guard must keep the robot upright.
 //!
 //! The rule, in the simulator's ground truth:
-//! * Every place where the ground drops is an edge with a higher and a lower side. The noses of stairs
-//!   and the front of a curb can be climbed. Side edges, the far end of a landing and the border of
-//!   the ground cannot.
-//! * The robot climbs an edge when its centre of gravity crosses it upward where it can be climbed. From
-//!   then on the edge is fair ground.
-//! * The robot falls when its centre of gravity crosses an edge downward that it has not climbed. The
-//!   fall ends when the centre of gravity comes back over that edge, or when all contacts with the
-//!   ground have been on the lower side, farther than 2 cm from the edge, for one second.
-//! * Behind the border of the ground there is nothing, and a wheel that leaves it tips a robot before
-//!   its centre of gravity is there. So a contact that touches the border is a fall, too, until a second
-//!   after the last such touch.
-//! * A robot that turns over during a fall toppled over an edge. Every other topple is on fair ground.
+//! * Every place where the ground drops is an edge with a higher and a lower side. The noses of
+//!   stairs and the front of a curb can be climbed. Side edges, the far end of a landing and the
+//!   border of the ground cannot.
+//! * The robot climbs an edge when its centre of gravity crosses it upward where it can be climbed.
+//!   From then on the edge is fair ground.
+//! * The robot falls when its centre of gravity crosses an edge downward that it has not climbed.
+//!   The fall ends when the centre of gravity comes back over that edge, or when all contacts with
+//!   the ground have been on the lower side, farther than 2 cm from the edge, for one second.
+//! * Beyond the border of the ground there is nothing, and a wheel that leaves it tips the robot
+//!   before the centre of gravity reaches the border. So a contact that touches the border also
+//!   counts as a fall, until one second after the last touch.
+//! * A robot that turns over during a fall toppled over an edge. Every other topple is on fair
+//!   ground.
 //!
-//! A robot that climbs a side edge from below and topples there topples on fair ground: nothing led it
-//! down.
+//! A robot that climbs a side edge from below and topples there topples on fair ground, because it
+//! crossed no edge downward.
 
 use crate::scenario::Description;
 use crate::world::ground::Ground;
 use crate::world::truth::Truth;
 
-/// Contacts nearer to an edge than this still touch it, m.
+/// A contact closer to an edge than this touches it, m.
 const TOUCHES: f64 = 0.02;
-/// Time on the lower side after which a fall is over, s.
+/// Time on the lower side after which a fall ends, s.
 const FALL_ENDS_S: f64 = 1.0;
 
 /// A straight edge along one of the ground's axes.
 #[derive(Clone, Copy, PartialEq, Debug)]
 struct Edge {
-    /// Axis that crosses the edge: 0 is x, 1 is y.
+    /// Axis that is perpendicular to the edge: 0 is x, 1 is y.
     across: usize,
-    /// Its coordinate on that axis, m.
+    /// Coordinate of the edge on that axis, m.
     at: f64,
-    /// From where to where it reaches on the other axis, m.
+    /// Beginning and end of the edge on the other axis, m.
     reach: [f64; 2],
-    /// 1 where the higher side has the larger coordinate, else -1.
+    /// 1 if the higher side has the larger coordinate, else -1.
     high: f64,
-    /// The robot can climb it.
+    /// Whether the robot can climb it.
     climbable: bool,
-    /// The ground ends here.
+    /// Whether the ground ends here.
     border: bool,
 }
 
@@ -49,7 +51,8 @@ impl Edge {
         (place[self.across] - self.at) * self.high
     }
 
-    /// Whether the way between two places crosses it: 1 upward, -1 downward, 0 not at all.
+    /// Whether the straight line between two places crosses the edge: 1 upward, -1 downward, 0 not
+    /// at all.
     fn crossing(&self, from: [f64; 2], to: [f64; 2]) -> i32 {
         let (before, after) = (self.height_side(from), self.height_side(to));
         if (before >= 0.0) == (after >= 0.0) {
@@ -72,18 +75,18 @@ impl Edge {
 #[derive(Clone, Copy, Debug)]
 struct Fall {
     edge: usize,
-    /// Since when all contacts have been below, s.
+    /// Time since which all contacts have been on the lower side, s.
     below_since_s: Option<f64>,
 }
 
-/// Follows a run and knows whether the robot is falling over an edge that it did not climb.
+/// Follows a run and tracks whether the robot is falling over an edge that it did not climb.
 #[derive(Clone, Debug)]
 pub struct Edges {
     ground: Vec<Edge>,
     climbed: Vec<bool>,
     place: Option<[f64; 2]>,
     fall: Option<Fall>,
-    /// Until when a touch of the border counts, s.
+    /// Time until which the last touch of the border counts as a fall, s.
     at_border_until_s: f64,
     now_s: f64,
 }
@@ -103,7 +106,7 @@ impl Edges {
         }
     }
 
-    /// Takes the next moment of the run; the samples must come in their order.
+    /// Processes the next sample of the run. Samples must be in order of time.
     pub fn follow(&mut self, time_s: f64, truth: &Truth) {
         let now = [truth.cog[0], truth.cog[1]];
         let before = self.place.replace(now).unwrap_or(now);
@@ -141,7 +144,7 @@ impl Edges {
         }
     }
 
-    /// Whether the robot is falling over an edge that is no fair ground.
+    /// Whether the robot is falling over an edge that is not fair ground.
     pub fn falling(&self) -> bool {
         self.fall.is_some() || self.now_s < self.at_border_until_s
     }
@@ -187,12 +190,12 @@ fn edges(ground: &Ground) -> Vec<Edge> {
             across_x(front_x, f64::INFINITY, 1.0, true),
             across_x(front_x + depth, f64::INFINITY, -1.0, false),
         ],
-        // The plateau behind a ramp ends 20 m away, which nobody reaches in a run of the suite.
+        // The plateau behind a ramp ends after 20 m, which no run of the suite reaches.
         Ground::Flat | Ground::Ramp { .. } | Ground::Incline { .. } => Vec::new(),
     }
 }
 
-/// The border of a piece of ground from x to x and from y to y, behind which there is nothing.
+/// The border of a piece of ground, given as ranges of x and y. Beyond it there is nothing.
 fn border(extent: [[f64; 2]; 2]) -> Vec<Edge> {
     let side = |across: usize, end: usize| Edge {
         across,
@@ -210,7 +213,7 @@ mod tests {
     use super::*;
     use crate::world::ground::Stairs;
 
-    /// Two metres wide, noses at 1.5, 1.78 and 2.06 m, the landing's end at 5.06 m.
+    /// Stairs two metres wide, with noses at 1.5, 1.78 and 2.06 m; the landing ends at 5.06 m.
     fn stairs(down: bool) -> Edges {
         let stairs = Stairs {
             count: 3,
@@ -232,7 +235,8 @@ mod tests {
         }
     }
 
-    /// Whether the robot falls at the end of a way, its contacts 0.1 m around its centre of gravity.
+    /// Whether the robot falls at the end of a path, with contacts 0.1 m in front of and behind its
+    /// centre of gravity.
     fn falls(edges: &mut Edges, way: &[[f64; 2]]) -> bool {
         for (index, [x, y]) in way.iter().enumerate() {
             follow(
@@ -275,7 +279,7 @@ mod tests {
             way.push(last);
             assert!(falls(&mut stairs(false), &way), "to {last:?}");
         }
-        // Beside the stairs nothing drops.
+        // Beside the stairs the ground does not drop.
         assert!(!falls(
             &mut stairs(false),
             &[[1.0, 0.0], [1.0, 1.5], [3.0, 1.5]]
@@ -291,7 +295,7 @@ mod tests {
 
     #[test]
     fn a_topple_on_the_stairs_is_no_fall() {
-        // Over backward, within the stairs, and rearing up against their side from below.
+        // The robot topples backward on the stairs, or rears up against their side from below.
         let back = [[1.0, 0.0], [1.6, 0.0], [1.9, 0.0], [1.7, 0.0]];
         assert!(!falls(&mut stairs(false), &back));
         assert!(!falls(

@@ -1,5 +1,5 @@
-//! Keeps each result of the operators' suite as one line of JSON as soon as it is there, so that an
-//! interrupted suite loses nothing and goes on where it was.
+//! Writes each result of the operators' suite as a line of JSON as soon as it is known. An
+//! interrupted suite therefore keeps its results and can continue.
 
 use super::Row;
 use std::fs::{File, OpenOptions};
@@ -13,11 +13,11 @@ pub struct Journal {
 }
 
 impl Journal {
-    /// Opens `path` for more results; also the results that it has. A line that cannot be read, as
-    /// an interrupted one, is left out.
+    /// Opens `path` to append results, and returns the results that it already has. A line that
+    /// cannot be parsed, such as an incomplete one, is skipped.
     ///
     /// # Errors
-    /// When the file can neither be read nor made.
+    /// The file can neither be read nor made.
     pub fn open(path: &Path) -> io::Result<(Self, Vec<Row>)> {
         let text = match std::fs::read_to_string(path) {
             Ok(text) => text,
@@ -39,7 +39,7 @@ impl Journal {
     /// Appends a result.
     ///
     /// # Errors
-    /// When it cannot be written.
+    /// The file cannot be written.
     pub fn append(&self, row: &Row) -> io::Result<()> {
         let line = serde_json::to_string(row)? + "\n";
         let mut file = self

@@ -1,4 +1,4 @@
-//! Recognises a result of an earlier call by the fingerprints of scenario and programs.
+//! Finds results of earlier calls that can be used again, by the SHA-256 of scenario and programs.
 
 use super::{Plan, Row, drawn};
 use crate::programs::{Programs, hexadecimal};
@@ -6,7 +6,8 @@ use crate::scenario::Scenario;
 use crate::tools::suite::SuiteError;
 use sha2::{Digest, Sha256};
 
-/// A known result of this very run with these very programs.
+/// The known result of the run with this number, if it was made with the same scenario and
+/// programs.
 pub(super) fn reusable(
     plan: &Plan,
     number: u64,
@@ -23,9 +24,9 @@ pub(super) fn reusable(
     Ok(None)
 }
 
-/// A scenario as a file.
+/// The content of a scenario as the text of a file.
 pub fn text(scenario: &Scenario) -> String {
-    // A description consists of tables, numbers and texts: all of it can be written.
+    // A description consists of tables, numbers and texts, which can all be written.
     toml::to_string(scenario).unwrap_or_default()
 }
 

@@ -1,10 +1,10 @@
-//! `cargo demo --suite operators`: an operator who commands at random must not topple the robot on
-//! fair ground.
+//! `cargo demo --suite operators`: tests that an operator who commands at random cannot topple the
+//! robot on fair ground.
 //!
-//! `plan` says what is run, `operate` makes one run, `row` is its result, and `known` recognises a
-//! result of an earlier call. [`edges`] decides what is fair ground, [`journal`] keeps each result
-//! as soon as it is there, and [`table`] writes the table. `suite::draw::operators` draws the runs.
-//! Here: all runs on all cores.
+//! This module makes all runs on all cores. `plan` describes the runs, `operate` makes one of them,
+//! `row` is its result, `known` finds results of earlier calls. [`edges`] decides what is fair
+//! ground, [`journal`] writes each result as soon as it is known, [`table`] writes the table.
+//! `suite::draw::operators` draws the runs.
 
 pub mod edges;
 pub mod journal;
@@ -25,15 +25,15 @@ use crate::programs::Programs;
 use crate::scenario::Scenario;
 use known::reusable;
 
-/// Draws after which a number is given up: every one toppled before the operator commanded
-/// anything.
+/// Maximum number of draws for one number. If all of them topple before the operator commands
+/// anything, the last one is the result.
 const MAXIMUM_DRAWS: u64 = 20;
 
-/// Makes the runs of `plan` that are not among `known`; `done` receives each with its scenario. The
-/// result has all of them by number.
+/// Makes the runs of `plan` that are not among `known`, and calls `done` with each result and its
+/// scenario. Returns all results by number.
 ///
 /// # Errors
-/// [`SuiteError`] of the first run that breaks.
+/// [`SuiteError`] of the first run that fails.
 pub fn operators(
     plan: &Plan,
     programs: &Programs,

@@ -1,4 +1,4 @@
-//! Runs one scenario and reads its result from the samples.
+//! Runs one scenario and computes its result from the samples.
 
 use super::edges::Edges;
 use super::known::{fingerprint, of_programs, text};
@@ -9,10 +9,11 @@ use crate::simulator::record::{SAMPLE_HZ, Sample};
 use crate::simulator::run::{Options, Outcome, run};
 use crate::tools::suite::SuiteError;
 
-/// Runs one scenario; also whether the operator commanded anything.
+/// Runs one scenario. Also returns whether the operator commanded anything before the robot
+/// toppled.
 ///
 /// # Errors
-/// [`SuiteError::Run`] when the run breaks.
+/// [`SuiteError::Run`] if the run fails.
 pub fn operate(scenario: &Scenario, programs: &Programs) -> Result<(Row, bool), SuiteError> {
     let options = Options {
         end_when_toppled: true,
@@ -86,7 +87,7 @@ fn topple(scenario: &Scenario, samples: &[Sample]) -> Option<Topple> {
     None
 }
 
-/// What became of each command until the next one.
+/// Counts the commands by what the guard did with them until the next command.
 fn commands(outcome: &Outcome) -> Commands {
     let mut commands = Commands::default();
     let times = &outcome.commands_s;

@@ -1,11 +1,11 @@
-//! What is run.
+//! Describes the runs of the operators' suite.
 
 use crate::robots::Kind;
 use crate::scenario::Scenario;
 use crate::tools::suite::SuiteError;
 use crate::tools::suite::draw::operators::draw;
 
-/// What is run.
+/// Which runs the suite makes.
 #[derive(Clone, Copy, Debug)]
 pub struct Plan {
     /// The robot.
@@ -14,14 +14,14 @@ pub struct Plan {
     pub guard: bool,
     /// Number of runs.
     pub runs: u64,
-    /// Seed of all of them.
+    /// Seed of all runs.
     pub seed: u64,
 }
 
-/// The scenario of a run.
+/// The scenario of one run.
 ///
 /// # Errors
-/// [`SuiteError::Scenario`] when it is out of bounds.
+/// [`SuiteError::Scenario`] if it is out of bounds.
 pub fn drawn(plan: &Plan, number: u64, again: u64) -> Result<Scenario, SuiteError> {
     draw(plan.robot, plan.guard, plan.seed, number, again).map_err(SuiteError::Scenario)
 }

@@ -1,10 +1,10 @@
-//! The operators' suite as Markdown.
+//! Formats the results of the operators' suite as Markdown.
 
 use super::{Plan, Row};
 use clap::ValueEnum;
 use std::fmt::Write;
 
-/// Head of the table: what the columns of [`line`] are.
+/// Head of the table, with the names of the columns of [`line`].
 pub const HEAD: &str = "| robot | guard | seed | runs | toppled on fair ground | toppled over an edge \
                         | drawn again | never armed | armed | driven | commands passed | scaled | refused |\n\
                         |---|---|---|---|---|---|---|---|---|---|---|---|---|\n";

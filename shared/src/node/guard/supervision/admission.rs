@@ -1,4 +1,4 @@
-//! What may be asked of the body at all: the trip, the trust in the sensors, and the operator.
+//! Decides what may be commanded at all, from the trip, the trust in the sensors, and the operator.
 
 use super::Supervision;
 use crate::robots::{Asked, Stop};
@@ -7,20 +7,22 @@ use crate::stability::support::narrowest;
 use crate::stability::trip::{Cause, Mode, Requests, Sight, Snapshot, crawl};
 use crate::stability::trust::Trust;
 
-/// Who asks, when, and for what beside motion.
+/// Time, operator and requests of one SYNC period.
 #[derive(Clone, Copy, Debug)]
 pub struct Moment {
     pub now_us: u64,
     pub armed: bool,
-    /// An operator is there, asks for motion, and holds the dead-man switch if there is one.
+    /// The operator is present, and holds the dead-man switch if the settings require one.
     pub attended: bool,
-    /// The operator asks for ordinary driving.
+    /// The operator requests ordinary driving.
     pub drives: bool,
     pub requests: Requests,
 }
 
 impl Supervision {
-    /// What may be asked of the body: the operator's command, as far as there is one, sensors are believed and no trip is in the way.
+    /// Returns the command that the body may get, and the verdict on it. It is the operator's
+    /// command if an operator attends, the sensors are believed and no trip prevents it. Otherwise
+    /// the robot stops, crawls or backs off.
     pub fn admit<P: Copy>(
         &mut self,
         asked: Asked<P>,

@@ -1,8 +1,9 @@
-//! What the guard knows of the robot's balance, and what of a command it lets through to the body.
+//! Supervises the robot's balance, and decides how much of a command reaches the body.
 //!
-//! Every control period the sensors are received ([`Supervision::receive`]). Once per SYNC the stance is
-//! evaluated ([`Supervision::evaluate`]), the trip's latch says what may be asked for at all
-//! (`admission`), and the filter how much of that passes (`passing`). [`Telemetry`] tells of it.
+//! In every control period, [`Supervision::receive`] takes the sensors. Once per SYNC, three steps
+//! follow: [`Supervision::evaluate`] evaluates the stance, `admission` decides by the trip's latch
+//! what may be commanded at all, and in `passing` the filter decides how much of that passes.
+//! [`Telemetry`] publishes the result.
 
 mod admission;
 mod passing;
@@ -47,12 +48,12 @@ pub(super) struct Supervision {
     margins: Margins,
     limits: MotionLimits,
     mode: Mode,
-    /// What keeps the robot from moving at all.
+    /// How the robot must stop, if it must not move at all.
     stop: Option<Stop>,
 }
 
 impl Supervision {
-    /// Supervision of this robot.
+    /// Creates the supervision of a robot with body `B`.
     pub fn new<B: Body>(settings: &Settings) -> Self {
         let mut parameters = Parameters::new(settings);
         parameters.uncertainty.robot_mass = B::mass(settings);
@@ -79,7 +80,7 @@ impl Supervision {
         }
     }
 
-    /// Takes the sensors of one control period; true when the attitude filter may have them.
+    /// Takes the sensors of one control period. Returns whether the attitude filter may use them.
     pub fn receive(&mut self, sensors: Option<&BodySensors>) -> bool {
         let usable = self.watch.receive(sensors, CONTROL_PERIOD);
         if let Some(sensors) = sensors.filter(|_| usable) {
@@ -89,8 +90,9 @@ impl Supervision {
         usable
     }
 
-    /// Evaluates how the robot stands, `period` s after the time before. `kept_shape` is how it would stand
-    /// now with its shape of then, if that is known. Margins are worth nothing when the sensors are not.
+    /// Evaluates how the robot stands, `period` s after the previous call. `kept_shape` is how it
+    /// would stand now with its shape at the previous call, if that is known. If the sensors are
+    /// not believed, the margins are NaN.
     pub fn evaluate(
         &mut self,
         stance: &Stance,
@@ -122,7 +124,7 @@ impl Supervision {
             .update(&self.found.margins, period, &self.parameters);
     }
 
-    /// Whether a robot with this stance on level ground may be armed.
+    /// Checks whether a robot with this stance on level ground may be armed.
     pub fn check(&self, level: &Stance) -> Result<(), Refusal> {
         self.parameters.check(level)
     }
@@ -135,7 +137,7 @@ impl Supervision {
         &self.margins
     }
 
-    /// A trip or an emergency stop is latched.
+    /// Returns whether a trip or an emergency stop is latched.
     pub fn tripped(&self) -> bool {
         self.trip.latched()
     }

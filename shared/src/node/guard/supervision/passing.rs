@@ -1,4 +1,4 @@
-//! What the margins leave of what was admitted.
+//! Limits an admitted command to what the margins allow.
 
 use super::Supervision;
 use crate::math::{max, min, sin_cos};
@@ -10,13 +10,13 @@ use crate::stability::trip::Mode;
 use crate::stability::{filter, step_behind, stopping};
 use crate::units::Angle;
 
-/// Share of the posture's speed in a supervised override.
+/// Speed scale of the posture in a supervised override.
 const OVERRIDE_POSTURE: f32 = 0.25;
 
 impl Supervision {
-    /// What the margins leave of what was admitted. `ahead` is where the posture's motion leads within
-    /// [`Self::horizon`], none while it is at rest. `stopping` is the time of a stop at the configured
-    /// deceleration, s.
+    /// Limits an admitted command to what the margins allow. `ahead` is where the posture's motion
+    /// leads within [`Self::horizon`]; `None` while the posture is at rest. `stopping` is the time
+    /// of a stop at the configured deceleration, s.
     pub fn filter<P>(
         &self,
         asked: &Asked<P>,
@@ -30,7 +30,7 @@ impl Supervision {
         } else {
             self.limits.backward
         };
-        // Harder braking is kept for what nobody foresaw.
+        // Harder braking is a reserve for the unforeseen.
         let brake = min(bearable, parameters.acceleration);
         let backs_off = matches!(self.mode, Mode::BackingOff(_));
         let horizon = parameters.horizon + stopping * (parameters.acceleration / brake);
@@ -44,8 +44,8 @@ impl Supervision {
         }
         bounds.reserve =
             self.lifted(pitch) * filter::sway(Edge::Back, pitch) * bounds.towards.width();
-        // A robot that is about to fall over its rear needs every way out: as driving forward ends,
-        // backing and folding begin to pass whatever may be behind.
+        // A robot that is about to fall over its rear needs every way out. As driving forward ends,
+        // backing and folding begin to pass, whatever may be behind the robot.
         let kept = bounds.towards.moved(bounds.reserve);
         let wide = kept.scale(self.margins.now[Edge::Back as usize]);
         let (posture_scale, posture) = ahead.map_or((1.0, Verdict::Passed), |ahead| {
@@ -105,8 +105,8 @@ impl Supervision {
         (allowed, verdict)
     }
 
-    /// Margins of another shape, m, less what uncertainty and measured force take from the present
-    /// ones.
+    /// Returns the margins of another shape, m, reduced by what uncertainty and measured force take
+    /// from the present margins.
     fn as_now(&self, margins: [f32; 4]) -> [f32; 4] {
         let widening = self.parameters.uncertainty.widening();
         core::array::from_fn(|index| {
@@ -115,8 +115,9 @@ impl Supervision {
         })
     }
 
-    /// How much the body counts as lifted, 0 to 1: it stands on its rear and on a front that lifts it,
-    /// and sways when either moves. Its sine exceeds that of its support by 0.05 to 0.15. 0 for NaN.
+    /// Returns how much the body counts as lifted, 0 to 1. A lifted body stands on its rear and on
+    /// a front that lifts it, and it sways when either moves. The result rises from 0 to 1 while
+    /// the sine of the body's pitch exceeds that of its support by 0.05 to 0.15. 0 for NaN.
     fn lifted(&self, pitch: f32) -> f32 {
         const LIFTED: Ramp = Ramp {
             none: 0.05,
@@ -126,16 +127,17 @@ impl Supervision {
         LIFTED.scale(sin_cos(Angle::from_radians(pitch)).0 - support)
     }
 
-    /// What a fall off a step behind leaves of the present stance, m.
+    /// Returns what the robot bears of a fall off a step behind it, as [`step_behind::room`]
+    /// defines it, m.
     fn room(&self) -> f32 {
         let parameters = &self.parameters;
         let widening = parameters.uncertainty.widening();
         step_behind::room(&self.stance, &parameters.step_behind, widening)
     }
 
-    /// Largest speed in the direction of a command at which neither an instant stop nor the fall off
-    /// a step behind tips the robot. Crawling back stays free as far as the rear margin is not `wide`
-    /// (0 to 1).
+    /// Returns the largest speed in the direction of a command at which neither an instant stop nor
+    /// a fall off a step behind topples the robot, and the edge that limits it. Backing at crawl
+    /// speed stays free as far as the rear margin is not `wide` (0 to 1).
     fn speed_limit(&self, forward: f32, wide: f32) -> (f32, Edge) {
         let widening = self.parameters.uncertainty.widening();
         let (limit, edge) = stopping::speed_limit(&self.stance, &self.found, forward, widening);

@@ -1,4 +1,4 @@
-//! What the guard tells of the balance.
+//! What the guard publishes of the robot's balance.
 
 use super::Supervision;
 use crate::stability::bands::Band;
@@ -14,15 +14,15 @@ pub struct Telemetry {
     pub band: Band,
     /// How far the sensors on the body are believed.
     pub trust: Trust,
-    /// The measured force counts, beside the centre of gravity.
+    /// The measured force counts besides the centre of gravity.
     pub with_force: bool,
     /// The guard has tripped.
     pub tripped: bool,
     /// Trips since power-up.
     pub trips: u16,
-    /// Limits that the margins hand down.
+    /// Limits of motion that follow from the margins.
     pub limits: MotionLimits,
-    /// What was known at the last trip.
+    /// What the guard knew at the last trip.
     pub snapshot: Option<Snapshot>,
     /// Why the robot is not armed.
     pub refusal: Option<Refusal>,

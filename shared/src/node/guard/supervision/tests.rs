@@ -1,4 +1,4 @@
-//! Supervision of B2P2 on its own.
+//! Tests of the supervision alone, with B2P2.
 
 use super::Supervision;
 use crate::constants::CONTROL_PERIOD;
@@ -21,7 +21,8 @@ fn settings(changes: &[(Setting, i32)]) -> Settings {
     settings
 }
 
-/// A support 0.8 m long and 0.6 m wide, with the centre of gravity `ahead` of the rear edge.
+/// Creates a stance on a support 0.8 m long and 0.6 m wide. The centre of gravity is `ahead` m in
+/// front of the rear edge.
 fn stance(ahead: f32) -> Stance {
     let contacts = [
         [0.0, -0.3, 0.0],
@@ -32,7 +33,7 @@ fn stance(ahead: f32) -> Stance {
     Stance::on(contacts, [ahead, 0.0, 0.2])
 }
 
-/// Supervision of a robot at rest on level ground, with good sensors.
+/// Creates the supervision of a robot on level ground with good sensors.
 fn standing(settings: &Settings, ahead: f32, speed: f32) -> Supervision {
     let mut supervision = Supervision::new::<B2p2>(settings);
     let level = BodySensors {
@@ -41,7 +42,7 @@ fn standing(settings: &Settings, ahead: f32, speed: f32) -> Supervision {
     };
     let mut attitude = Attitude::default();
     for step in 0..100 {
-        // Readings that never change would be those of a stuck sensor.
+        // Readings that never change would count as those of a stuck sensor.
         let noise = 1e-5 * (step % 3) as f32;
         let reading = BodySensors {
             inclination: [noise, -noise],
@@ -54,7 +55,8 @@ fn standing(settings: &Settings, ahead: f32, speed: f32) -> Supervision {
     supervision
 }
 
-/// The shape ahead has 65 mm behind, which a certain robot may use slowly; 20 mm less, it may not.
+/// The shape ahead has a rear margin of 65 mm. Without uncertainty the robot may move there slowly.
+/// With an uncertainty of 20 mm it may not.
 #[test]
 fn the_uncertainty_is_taken_off_the_margin_ahead() {
     for (uncertainty, passes) in [(0, true), (20_000, false)] {
@@ -75,7 +77,8 @@ fn the_uncertainty_is_taken_off_the_margin_ahead() {
     }
 }
 
-/// The shape ahead has 80 mm behind: enough on level ground, too little for a steep robot's sway.
+/// The shape ahead has a rear margin of 80 mm. This is enough on level ground, and too little for
+/// the sway of a steep robot.
 #[test]
 fn a_steep_robot_keeps_room_for_its_sway() {
     let supervision = standing(&Settings::default(), 0.3, 0.0);
@@ -90,8 +93,8 @@ fn a_steep_robot_keeps_room_for_its_sway() {
     }
 }
 
-/// The margin behind falls with 0.3 m/s to 0.2 m: because the shape changes, or because the robot
-/// rears up, which it does after the change of shape as well.
+/// The rear margin falls at 0.3 m/s, because the shape changes or because the robot rears up. The
+/// change of shape holds nothing back, and rearing up is found equally fast after it as after rest.
 #[test]
 fn a_change_of_shape_is_no_decay_but_rearing_up_is_from_its_first_moment() {
     let asked = Asked {
@@ -100,7 +103,8 @@ fn a_change_of_shape_is_no_decay_but_rearing_up_is_from_its_first_moment() {
     };
     let attitude = Attitude::default();
     let fall = 0.3 * CONTROL_PERIOD;
-    // Steps of rearing up until something is held back, after a change of shape to 0.2 m from `start`.
+    // Returns the number of steps of rearing up until something is held back, after a change of
+    // shape from the margin `start` to 0.2 m.
     let held_back = |start: f32| {
         let mut supervision = standing(&Settings::default(), start, 0.1);
         let mut evaluate = |margin: f32, kept: f32| {
@@ -126,8 +130,8 @@ fn a_change_of_shape_is_no_decay_but_rearing_up_is_from_its_first_moment() {
     assert_eq!(after_rest, after_change);
 }
 
-/// 2 kg undeclared within 0.3 m, on robots of 8.315 kg and 40 kg: the pull on the centre of
-/// gravity by its moments.
+/// An undeclared load of 2 kg within 0.3 m, on robots of 8.315 kg and 40 kg. The expected pull on
+/// the centre of gravity follows from the moments.
 #[test]
 fn a_heavier_robot_is_less_uncertain() {
     for (body_1, total) in [(6_356_067, 8.315_283), (38_040_784, 40.0)] {
@@ -141,16 +145,16 @@ fn a_heavier_robot_is_less_uncertain() {
     }
 }
 
-/// The centre of gravity is 0.2 m high on level ground: no fall off a step of 150 mm is borne. Where
-/// the margin is wide, nothing passes backward, and the front is not folded down. Where it is
-/// narrow, these may be the ways out.
+/// The centre of gravity is 0.2 m high on level ground, so the robot does not bear a fall off a
+/// step of 150 mm. Where the margin is wide, nothing passes backward, and the front is not folded
+/// down. Where it is narrow, these motions may be the ways out.
 #[test]
 fn a_narrow_margin_leaves_the_ways_out_though_a_step_may_be_behind() {
     let backward = Asked {
         forward: -0.45,
         ..Asked::<()>::default()
     };
-    // A lifted body keeps 40 mm for its sway, and so its ways out open earlier.
+    // A lifted body keeps 40 mm for its sway. So its ways out open earlier.
     for (pitch, reserve) in [(0.04, 0.0), (0.5, 0.04)] {
         let evaluate = |margin: f32| {
             let margin = margin + reserve;
@@ -173,8 +177,8 @@ fn a_narrow_margin_leaves_the_ways_out_though_a_step_may_be_behind() {
     }
 }
 
-/// A support that rises along the heading with this sine, and the centre of gravity `ahead` of its
-/// rear edge.
+/// Creates a stance on a support that rises along the heading by `sine` m per metre. The centre of
+/// gravity is `ahead` m in front of its rear edge.
 fn sloped(sine: f32, ahead: f32) -> Stance {
     let up = 0.8 * sine;
     let contacts = [
@@ -186,7 +190,7 @@ fn sloped(sine: f32, ahead: f32) -> Stance {
     Stance::on(contacts, [ahead, 0.0, 0.2])
 }
 
-/// 100 mm from the rear edge at a pitch of 35 degrees.
+/// The rear margin is 100 mm, at a pitch of 0.6 rad.
 #[test]
 fn a_body_that_is_steeper_than_its_support_keeps_the_band_for_its_sway_while_it_drives() {
     let asked = Asked {
@@ -208,7 +212,7 @@ fn a_body_that_is_steeper_than_its_support_keeps_the_band_for_its_sway_while_it_
     }
 }
 
-/// Nose up at 70 mm from the rear edge.
+/// The robot stands nose up, with a rear margin of 70 mm.
 #[test]
 fn the_guard_holds_back_a_turn_nose_up() {
     let turn = Asked {
@@ -226,7 +230,8 @@ fn the_guard_holds_back_a_turn_nose_up() {
     assert_eq!(speed_scale(-0.05), 1.0);
 }
 
-/// Whatever margin is left, and however steep the robot is, one of the motions is not slow.
+/// Whatever margin is left, and however steep the robot is, at least one motion passes with more
+/// than 9 % of its speed.
 #[test]
 fn some_motion_always_passes_above_the_trip_margin() {
     let supervision = |margin: f32| standing(&Settings::default(), margin, 0.0);
@@ -255,8 +260,8 @@ fn some_motion_always_passes_above_the_trip_margin() {
     }
 }
 
-/// The centre of gravity is 0.2 m high and 30 mm ahead of the rear edge: an instant stop bears
-/// 0.21 m/s there.
+/// The centre of gravity is 0.2 m high and 30 mm in front of the rear edge. The robot bears an
+/// instant stop from 0.21 m/s there.
 #[test]
 fn backing_down_close_to_the_rear_edge_is_slow() {
     let mut settings = Settings::default();

@@ -1,4 +1,5 @@
-//! B2P2: stairs up, curbs, ramps, side slopes and flat ground; any belt, declared loads.
+//! Draws B2P2's runs: stairs up, curbs, ramps, side slopes and flat ground; belts of different
+//! lengths, declared loads.
 
 use super::commands::{Controls, commands};
 use super::{OPERATED_S, standing_deg};
@@ -8,7 +9,7 @@ use crate::tools::suite::draw::family::{beginning, mass};
 use crate::tools::suite::draw::generator::Random;
 use crate::world::terrain::Terrain;
 
-/// Time until the robot is armed, s, and a little more.
+/// Upper bound of the time until the robot is armed, s.
 const HOMING_S: f64 = 4.5;
 
 const CONTROLS: Controls = Controls {
@@ -27,7 +28,7 @@ enum Ground {
     Flat,
 }
 
-/// Any angle of the chassis joint, one in four at an end of its travel.
+/// Draws an angle of the chassis joint; one in four is at an end of its travel.
 fn chassis(random: &mut Random, event: &mut Event) {
     let drawn = random.between(-59.5, 99.5);
     let exact = [(Some(-59.5), 1.0), (Some(99.5), 1.0), (None, 6.0)];
@@ -49,7 +50,7 @@ pub(super) fn draw(random: &mut Random) -> Description {
     operator.chassis_deg = 0.0;
     operator.chassis_rate_deg_s = random.between(15.0, 180.0);
     operator.heading_gain_per_s = 0.0;
-    // Half of the operators begin as somebody does who wants to get up there.
+    // Half of the operators begin by driving at the obstacle with the front raised.
     if random.coin() {
         operator.speed_mps = random.between(0.1, 0.4);
         operator.chassis_deg = random.between(20.0, 60.0);
@@ -121,7 +122,8 @@ fn ground(random: &mut Random, front: f64, steepest: f64) -> (Terrain, String) {
             (ramp, format!("ramp of {angle_deg} degrees"))
         }
         Ground::Slope => {
-            // The rise of the whole plane stays below the sum of both.
+            // The slopes in both directions add up to `rise`, so the plane is not steeper than
+            // that.
             let rise = random.between(5.0, steepest);
             let aside = random.between(0.0, 1.0);
             let angle_deg = (random.sign() * rise * (1.0 - aside) * 1e3).round() / 1e3;

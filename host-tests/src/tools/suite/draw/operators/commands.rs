@@ -1,26 +1,26 @@
-//! What a random operator commands: one change after the other, each after a random time.
+//! Draws the commands of a random operator: one change after the other, each after a random time.
 
 use super::OPERATED_S;
 use crate::scenario::{Event, OperatorRequest as Request, When};
 use crate::tools::suite::draw::generator::Random;
 
-/// Time from one command to the next, s.
+/// Minimum and maximum time from one command to the next, s.
 const PAUSE_S: [f64; 2] = [0.2, 3.0];
-/// The same while the operator presses everything, s.
+/// The same during a burst of fast commands, s.
 const BURST_PAUSE_S: [f64; 2] = [0.02, 0.15];
-/// Share of commands that begin a burst, and number of commands in one.
+/// Probability that a command begins a burst, and minimum and maximum number of commands in one.
 const BURST: (f64, [f64; 2]) = (0.06, [5.0, 12.0]);
 
-/// What one robot's operator can command.
+/// What the operator of one robot can command.
 #[derive(Clone, Copy)]
 pub struct Controls {
-    /// Forward speed, m/s.
+    /// Minimum and maximum forward speed, m/s.
     pub speed_mps: [f64; 2],
-    /// Yaw rate, degrees/s.
+    /// Maximum yaw rate in both directions, degrees/s.
     pub yaw_deg_s: f64,
-    /// The robot's posture, in an event; nothing for a robot without.
+    /// Draws a posture and sets it in an event; `None` for a robot without posture.
     pub posture: Option<fn(&mut Random, &mut Event)>,
-    /// Weights of speed, yaw, posture and request.
+    /// Weights with which speed, yaw rate, posture and request are drawn.
     pub weights: [f64; 4],
 }
 
@@ -32,7 +32,7 @@ enum Control {
     Request,
 }
 
-/// The commands of a whole run.
+/// Draws the commands of a whole run.
 pub fn commands(random: &mut Random, controls: &Controls) -> Vec<Event> {
     let (mut events, mut time_s, mut burst) = (Vec::new(), 0.0, 0.0);
     let mut request = Request::Arm;
@@ -59,7 +59,8 @@ pub fn commands(random: &mut Random, controls: &Controls) -> Vec<Event> {
     }
 }
 
-/// Sets what one command changes: one thing, in one of five cases several at once.
+/// Draws the changes of one command: one change, or in one of five cases three, of which a later
+/// one may replace an earlier one.
 fn command(random: &mut Random, controls: &Controls, request: &mut Request, event: &mut Event) {
     let [speed, yaw, posture, requests] = controls.weights;
     let weights = [
@@ -70,7 +71,7 @@ fn command(random: &mut Random, controls: &Controls, request: &mut Request, even
     ];
     let changes = if random.chance(0.2) { 3 } else { 1 };
     for _ in 0..changes {
-        // An operator whose robot stands soon tries to drive on.
+        // An operator whose robot is stopped soon tries to drive on.
         let stopped = *request != Request::Arm && random.chance(0.4);
         let control = if stopped {
             Some(Control::Request)
@@ -89,7 +90,7 @@ fn command(random: &mut Random, controls: &Controls, request: &mut Request, even
     }
 }
 
-/// Any speed, one in four at an end of the range, one in eight zero.
+/// Draws a speed: one in eight is the minimum, one the maximum and one zero.
 fn speed_mps(random: &mut Random, controls: &Controls) -> f64 {
     let [least, most] = controls.speed_mps;
     let exact = [
@@ -102,13 +103,14 @@ fn speed_mps(random: &mut Random, controls: &Controls) -> f64 {
     random.weighted(&exact).flatten().unwrap_or(drawn)
 }
 
-/// Any yaw rate, one in three zero.
+/// Draws a yaw rate; one in three is zero.
 fn yaw_rate(random: &mut Random, controls: &Controls) -> f64 {
     let drawn = random.between(-controls.yaw_deg_s, controls.yaw_deg_s);
     if random.chance(0.33) { 0.0 } else { drawn }
 }
 
-/// Mostly what leads back to driving: a reset after an emergency stop, arming after all others.
+/// Draws the next request. Mostly it leads back to driving: a reset after an emergency stop, arming
+/// after a stop or a reset.
 fn next_request(random: &mut Random, before: Request) -> Request {
     let [stop, reset, arm, emergency_stop] = match before {
         Request::Arm => [0.45, 0.2, 0.1, 0.25],

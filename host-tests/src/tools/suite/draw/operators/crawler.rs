@@ -1,4 +1,5 @@
-//! The crawler: slopes, ramps and flat ground of any soil that carries it, declared loads.
+//! Draws the crawler's runs: slopes, ramps and flat ground, any soil that carries the robot,
+//! declared loads.
 
 use super::commands::{Controls, commands};
 use super::{OPERATED_S, standing_deg};
@@ -10,7 +11,7 @@ use crate::tools::suite::draw::family::beginning;
 use crate::tools::suite::draw::generator::Random;
 use crate::world::terrain::Terrain;
 
-/// Time until the robot is armed, s, and a little more.
+/// Upper bound of the time until the robot is armed, s.
 const ARMING_S: f64 = 1.0;
 
 const CONTROLS: Controls = Controls {
@@ -44,7 +45,7 @@ pub(super) fn draw(random: &mut Random) -> Description {
         acceleration_mps2: random.between(0.2, 4.0),
         payload: load,
     });
-    // Cohesion holds a light robot beyond the angle of friction; it is not counted on.
+    // On steeper slopes cohesion may still hold a light robot, but the draw does not rely on it.
     let steepest = standing_deg(drawn.friction * friction_deg.to_radians().tan());
     let (terrain, about) = ground(random, steepest);
     drawn.terrain = terrain;

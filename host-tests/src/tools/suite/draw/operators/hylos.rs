@@ -1,4 +1,5 @@
-//! Hylos: hillsides with waves, any heading and clearance, with and without posture control.
+//! Draws Hylos' runs: hillsides with waves, any heading and clearance, with and without posture
+//! control.
 
 use super::OPERATED_S;
 use super::commands::{Controls, commands};
@@ -9,7 +10,7 @@ use crate::tools::suite::draw::family::beginning;
 use crate::tools::suite::draw::generator::Random;
 use crate::world::terrain::Terrain;
 
-/// Time until the robot is armed, s, and a little more.
+/// Upper bound of the time until the robot is armed, s.
 const HOMING_S: f64 = 4.0;
 
 const CONTROLS: Controls = Controls {
@@ -27,7 +28,8 @@ pub(super) fn draw(random: &mut Random) -> Description {
     let mut drawn = beginning(random);
     drawn.duration_s = HOMING_S + OPERATED_S;
     drawn.friction = random.between(0.9, 1.5);
-    // Posture control holds the robot on up to 50 degrees, legs that stay as they are on up to 40.
+    // The robot stays upright on slopes of up to 50 degrees with posture control, and up to 40
+    // degrees without. The drawn slopes stay below both.
     let posture_control = random.chance(0.7);
     let steepest =
         super::standing_deg(drawn.friction).min(if posture_control { 42.0 } else { 38.0 });

@@ -1,8 +1,8 @@
-//! An operator who commands at random, on random ground.
+//! Draws an operator who commands at random, on random ground.
 //!
-//! `commands` draws what the operator does, the other files the ground and the load of one robot each.
-//! No request is to override or to back off: these are for a robot that is watched. None is to
-//! disarm: that lets a robot roll down its slope.
+//! `commands` draws the operator's commands, the other files the ground and the load of one robot
+//! each. Three requests are never drawn: override and back off, which need somebody who watches the
+//! robot, and disarm, which lets a robot roll down a slope.
 
 mod b2p2;
 mod commands;
@@ -14,13 +14,14 @@ use super::generator::Random;
 use crate::robots::Kind;
 use crate::scenario::{Description, Scenario, ScenarioError};
 
-/// Time that the operator commands, from arming on, s.
+/// Time from arming for which the operator commands, s.
 pub const OPERATED_S: f64 = 30.0;
 
-/// The run with this number; `again` counts the draws before that toppled by themselves.
+/// Draws the run with this number. `again` counts earlier draws that toppled before the operator
+/// commanded anything.
 ///
 /// # Errors
-/// When a drawn value is out of a scenario's bounds: a mistake in a draw.
+/// A drawn value is out of a scenario's bounds, which is a mistake in a draw.
 pub fn draw(
     robot: Kind,
     guard: bool,
@@ -28,7 +29,7 @@ pub fn draw(
     number: u64,
     again: u64,
 ) -> Result<Scenario, ScenarioError> {
-    // Far from the keys of the hazard suite.
+    // These keys do not occur in the hazard suite.
     let mut random = Random::new(&[seed, number, (again << 4) | (8 + robot as u64)]);
     let mut drawn: Description = match robot {
         Kind::B2p2 => b2p2::draw(&mut random),
@@ -41,7 +42,7 @@ pub fn draw(
     Scenario::checked(drawn)
 }
 
-/// Largest rise on which friction holds a robot, degrees, and a little less.
+/// Slope on which friction holds a robot, with a reserve of 15 %, degrees.
 fn standing_deg(friction: f64) -> f64 {
     (0.85 * friction).atan().to_degrees()
 }

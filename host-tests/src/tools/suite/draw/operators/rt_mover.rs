@@ -1,4 +1,4 @@
-//! RT-Mover: steps up, slopes and flat ground for its level seat, declared loads.
+//! Draws RT-Mover's runs: steps up, slopes and flat ground, and declared loads.
 
 use super::commands::{Controls, commands};
 use super::{OPERATED_S, standing_deg};
@@ -10,7 +10,7 @@ use crate::tools::suite::draw::family::beginning;
 use crate::tools::suite::draw::generator::Random;
 use crate::world::terrain::Terrain;
 
-/// Time until the robot is armed, s, and a little more.
+/// Upper bound of the time until the robot is armed, s.
 const HOMING_S: f64 = 6.0;
 /// Foremost point of the robot at the start, m.
 const FRONT_M: f64 = 0.4;
@@ -22,7 +22,8 @@ const CONTROLS: Controls = Controls {
     weights: [0.36, 0.2, 0.32, 0.12],
 };
 
-/// Asks for the gait, mostly at a height of a step that there is, or ends it.
+/// Draws a command for the gait with a random step height, or in one of four cases the end of the
+/// gait.
 fn step(random: &mut Random, event: &mut Event) {
     let height = random.between(0.02, 0.2);
     event.step_m = Some(if random.chance(0.25) { 0.0 } else { height });

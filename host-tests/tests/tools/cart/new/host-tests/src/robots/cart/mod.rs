@@ -8,7 +8,7 @@ use super::section::Facts;
 use tautrack::robots::Body;
 use tautrack::robots::cart::Cart;
 
-/// What is known of the cart without a scenario.
+/// Facts about the cart that need no scenario.
 pub const FACTS: Facts = Facts {
     name: "cart",
     nodes: &nodes::NODES,

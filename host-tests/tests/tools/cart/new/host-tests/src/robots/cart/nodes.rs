@@ -7,14 +7,14 @@ use tautrack::link::MotorModel;
 use tautrack::robots::cart::parameters::CART;
 use tautrack::settings::Setting;
 
-/// The nodes in the order of the plant's motors, and the guard.
+/// Names and ids of the nodes: those of the plant's motors in their order, then the guard.
 pub const NODES: [(NodeName, u8); 3] = [
     (NodeName::new("left_wheel"), 2),
     (NodeName::new("right_wheel"), 3),
     (NodeName::GUARD, 1),
 ];
 
-/// What each is told and moves.
+/// Settings and motor of each node.
 pub fn nodes(robot: &Cart, conditions: &Conditions) -> Vec<NodeSpec> {
     NODES
         .into_iter()
@@ -43,8 +43,8 @@ fn micro(metres: f64) -> i32 {
     milli(metres * 1e3)
 }
 
-/// J = 0.016 (rotor) + 0.027 (half of the cart) kg m^2, T = 1.6 N m/A, w = 150 rad/s. Curves ask
-/// a wheel for more acceleration than the cart: twice.
+/// Settings of an axle: J = 0.016 (rotor) + 0.027 (half of the cart) kg m^2, T = 1.6 N m/A, w = 150
+/// rad/s. The acceleration is doubled, because on a curve a wheel accelerates more than the cart.
 fn axle(robot: &Cart) -> Vec<(Setting, i32)> {
     let acceleration = 2.0 * robot.acceleration_mps2 / CART.wheel_radius;
     vec![
@@ -81,7 +81,7 @@ const LEVELS: &[(Setting, i32)] = &[
     (Setting::BandHysteresis, 2_000),
 ];
 
-/// B2P2's motor behind another gear.
+/// B2P2's motor with another gear.
 const MOTOR: MotorModel = MotorModel {
     resistance: 0.6,
     inductance: 0.3e-3,

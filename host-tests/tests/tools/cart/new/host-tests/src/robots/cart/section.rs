@@ -1,4 +1,4 @@
-//! The cart in a scenario: its mast, its acceleration, and their bounds.
+//! The cart's section of a scenario: its mast, its acceleration, and their bounds.
 
 use super::{nodes, plant};
 use crate::bounds::{Problem, contradiction, within};
@@ -8,7 +8,7 @@ use crate::world::terrain::Terrain;
 use serde::{Deserialize, Serialize};
 use tautrack::robots::cart::parameters::CART;
 
-/// What a scenario says of the cart.
+/// The cart's section of a scenario.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Cart {

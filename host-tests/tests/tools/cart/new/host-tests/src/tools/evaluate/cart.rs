@@ -1,4 +1,4 @@
-//! Group `cart`: rates of the wheels.
+//! Functions of the group `cart`: rates of the wheels.
 
 use super::input::{Input, number};
 use super::{EvaluateError, Functions};
@@ -10,7 +10,7 @@ pub fn functions<S: Scalar>() -> Functions {
     vec![("wheel_rates", wheel_rates::<S>)]
 }
 
-/// From `r`, `b`, `v`, `w`.
+/// Inputs `r`, `b`, `v`, `w`.
 fn wheel_rates<S: Scalar>(_: &Input, case: &Input) -> Result<Value, EvaluateError> {
     let scalar = |name| case.number(name).map(S::from_f64);
     let [left, right] = model::wheel_rates(scalar("r")?, scalar("b")?, scalar("v")?, scalar("w")?);

@@ -1,4 +1,4 @@
-//! The cart's nodes on its plant: it arrives, and a stop that turns it over.
+//! Runs the cart's nodes with its plant: a drive that arrives, and a stop that turns the cart over.
 
 use super::{ends_in_the_same_bits, outcome, scenario};
 use tautrack_host_tests::programs::Board;

@@ -1,4 +1,4 @@
-//! The cart under the guard.
+//! Implements the guard's interface to a robot for the cart.
 
 use super::model::{Shape, Unsupported, wheel_rates};
 use crate::bus::scale::{Position, Scale};
@@ -13,7 +13,7 @@ use crate::stability::attitude::Attitude;
 use crate::stability::support::Stance;
 use heapless::Vec;
 
-/// The cart: drives are the left and the right wheel.
+/// State of the cart in the guard. The drives are the left and the right wheel.
 #[derive(Clone, Debug)]
 pub struct Cart {
     shape: Shape,
@@ -23,7 +23,7 @@ pub struct Cart {
 
     positions: Option<[Position; 2]>,
     odometry: Odometry,
-    /// Forward speed that is passed on; its position is not used.
+    /// Forward speed that the guard passes; its position is not used.
     forward: Motion,
     turn: Turn,
     wheels: [f32; 2],
@@ -77,7 +77,7 @@ impl Body for Cart {
     fn stance(&self, attitude: &Attitude) -> Stance {
         let axes = attitude.level_axes();
         let [caster, right, left] = self.shape.contacts.map(|place| axes.of(place));
-        // The caster is the only contact behind.
+        // The caster is the only rear contact.
         Stance::on_some(
             [Some(caster), Some(right), Some(left), None],
             axes.of(self.shape.cog),

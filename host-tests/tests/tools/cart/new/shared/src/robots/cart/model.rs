@@ -1,4 +1,4 @@
-//! Rates of the wheels, and how the cart stands.
+//! Computes the rates of the wheels, and the contacts and centre of gravity of the cart.
 
 use crate::math::Scalar;
 use crate::settings::{Setting, Settings};
@@ -11,16 +11,16 @@ pub fn wheel_rates<S: Scalar>(radius: S, gauge: S, forward: S, yaw_rate: S) -> [
     [(forward - half) / radius, (forward + half) / radius]
 }
 
-/// The centre of gravity is not between axle and caster.
+/// Error: the centre of gravity is not between axle and caster.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Unsupported {
-    /// Its distance behind the axle, m.
+    /// Distance of the centre of gravity behind the axle, m.
     pub behind: f32,
     /// Distance of the caster behind the axle, m.
     pub caster: f32,
 }
 
-/// Where the cart touches the ground, and its centre of gravity.
+/// Contacts of the cart with the ground, and its centre of gravity.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Shape {
     /// Caster, right wheel, left wheel: counter-clockwise from above.
@@ -30,7 +30,7 @@ pub struct Shape {
 }
 
 impl Shape {
-    /// The shape that the settings describe.
+    /// Computes the shape from the settings.
     ///
     /// # Errors
     /// The cart would fall over at rest.

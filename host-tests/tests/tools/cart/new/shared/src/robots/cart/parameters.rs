@@ -1,11 +1,11 @@
-//! Measures and masses of the cart. All are assumed: nobody has built it.
+//! Dimensions and masses of the cart. All are assumed: nobody has built it.
 
-/// Measures, m, and masses, kg. Heights are above the ground.
+/// Dimensions, m, and masses, kg. Heights are above the ground.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Parameters {
     /// Radius of a wheel.
     pub wheel_radius: f64,
-    /// Distance of the wheels.
+    /// Distance between the wheels.
     pub gauge: f64,
     /// Distance of the caster behind the axle.
     pub caster: f64,
@@ -19,7 +19,7 @@ pub struct Parameters {
     pub chassis_height: f64,
     /// Distance of chassis and mast behind the axle.
     pub behind: f64,
-    /// Mass of the head of the mast; the mast itself has none.
+    /// Mass of the head of the mast. The mast itself has no mass.
     pub head_mass: f64,
 }
 
@@ -42,7 +42,8 @@ impl Parameters {
         self.chassis_mass + self.head_mass + 2.0 * self.wheel_mass
     }
 
-    /// Centre of gravity with the head at height `mast` (m): behind the axle and above the ground.
+    /// Centre of gravity with the mast's head at height `mast` (m): distance behind the axle and
+    /// height above the ground, m.
     pub fn cog(&self, mast: f64) -> [f64; 2] {
         let behind = self.behind * (self.chassis_mass + self.head_mass);
         let up = self.chassis_height * self.chassis_mass

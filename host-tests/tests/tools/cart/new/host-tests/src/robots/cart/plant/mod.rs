@@ -1,6 +1,7 @@
-//! The cart on flat ground and slopes.
+//! Simulates the cart on flat ground and slopes.
 //!
-//! `robot`: bodies and joints in the physics engine. Here: the order of one step, and the truth.
+//! `robot` has bodies and joints in the physics engine. This module has the order of one step, and
+//! the ground truth.
 
 mod robot;
 
@@ -19,20 +20,20 @@ use tautrack::link::{Sensors, Shaft};
 use tautrack::sensors::BodySensors;
 use tautrack::robots::cart::parameters::CART;
 
-/// Damping of a wheel's gear, N m s/rad, and friction of a dead one, N m; assumed.
+/// Damping of a wheel's gear, N m s/rad, and friction of a wheel without power, N m; assumed.
 const GEAR: f64 = 2.0e3;
 const DEAD_FRICTION: f64 = 1.0;
 /// Supply voltage, V.
 const BUS_VOLTAGE: f32 = 24.0;
-/// How long a contact that carried force counts, steps: single contacts flicker.
+/// Steps for which a contact counts after it last carried force, because single contacts flicker.
 const WINDOW: u64 = 50;
-/// Cosine of the angle to the ground from which the cart has turned over.
+/// The cart has turned over when the cosine of its angle to the ground is below this.
 const TURNED_OVER: f64 = 0.5;
 const SENSORS: BodySensorParameters = BodySensorParameters {
     accelerometer_place: [0.0, 0.0, 0.1],
     ..BodySensorParameters::NOMINAL
 };
-/// Names of the wheels' channels and bodies.
+/// Names of the wheels' channels, and of the bodies.
 const RATES: [&str; 2] = ["left_wheel_radps", "right_wheel_radps"];
 const BODIES: [&str; 3] = ["chassis", "left_wheel", "right_wheel"];
 
@@ -52,7 +53,8 @@ pub struct Cart {
 }
 
 impl Cart {
-    /// The cart at the origin with the head at height `mast`, m; `seed` is that of the sensors.
+    /// Puts the cart at the origin, with the head of the mast at height `mast`, m. `seed` is the
+    /// one of the sensors.
     pub fn new(mast: f64, friction: f64, ground: &Ground, seed: u64) -> Self {
         let mut world = world();
         let [pitch, roll] = ground.inclination();
@@ -84,7 +86,7 @@ impl Cart {
         plant
     }
 
-    /// Brings the truth up to date.
+    /// Updates the ground truth.
     fn observe(&mut self) {
         let (world, robot) = (&self.world, &self.robot);
         let chassis = &world.bodies[robot.chassis];
@@ -135,7 +137,7 @@ impl Plant for Cart {
     fn step(&mut self, shafts: &[Option<Shaft>]) {
         for (side, gear) in self.gears.iter_mut().enumerate() {
             let shaft = shafts.get(side).and_then(Option::as_ref);
-            // A gear without stiffness needs no place.
+            // A gear without stiffness does not use the position.
             let drive = gear.drive(shaft, 0.0);
             self.robot.drive(&mut self.world, side, drive);
         }
@@ -160,7 +162,7 @@ impl Plant for Cart {
         self.sensing.reading()
     }
 
-    /// The wheels, the triangle that the cart stands on, and the mast.
+    /// The wheels, the triangle of contacts, and the mast.
     fn sketch(&self) -> Sketch {
         Sketch {
             circles: vec![

@@ -1,4 +1,4 @@
-//! Bodies and joints of the cart in the physics engine.
+//! Makes bodies and joints of the cart in the physics engine.
 
 use crate::world::gear::Drive;
 use crate::world::physics::{DT, SUBSTEPS};
@@ -6,28 +6,28 @@ use rapier3d_f64::math::{Pose, Vector};
 use rapier3d_f64::prelude::*;
 use tautrack::robots::cart::parameters::CART;
 
-/// Half of the width of a wheel, and the radius of the caster and of the head, m.
+/// Half the width of a wheel, radius of the caster and radius of the mast's head, m.
 pub const HALF_WIDTH: f64 = 0.005;
 pub const CASTER_RADIUS: f64 = 0.03;
 pub const HEAD_RADIUS: f64 = 0.05;
 
-/// Handles into the world.
+/// Handles of the cart's parts in the physics engine.
 pub struct Robot {
     /// Chassis with caster and mast.
     pub chassis: RigidBodyHandle,
     /// Left and right wheel.
     pub wheels: [RigidBodyHandle; 2],
     axles: [ImpulseJointHandle; 2],
-    /// Left wheel, right wheel, caster.
+    /// Colliders of left wheel, right wheel and caster.
     touching: [ColliderHandle; 3],
 }
 
-/// A box of even density.
+/// Principal inertia of a box of even density.
 fn cuboid(mass: f64, [x, y, z]: [f64; 3]) -> Vector {
     Vector::new(y * y + z * z, x * x + z * z, x * x + y * y) * (mass / 12.0)
 }
 
-/// The chassis, and a head of the mast at height `mast`, m.
+/// Mass and inertia of the chassis with the mast's head at height `mast`, m.
 fn properties(mast: f64) -> MassProperties {
     let chassis = Vector::new(-CART.behind, 0.0, CART.chassis_height);
     let head = Vector::new(-CART.behind, 0.0, mast);
@@ -40,7 +40,8 @@ fn properties(mast: f64) -> MassProperties {
 }
 
 impl Robot {
-    /// The cart on the plane through the origin that `tilt` lays, its axle above the origin.
+    /// Builds the cart with its axle above the origin, on the plane through the origin with
+    /// inclination `tilt`.
     pub fn build(world: &mut PhysicsWorld, mast: f64, friction: f64, tilt: Pose) -> Self {
         let mut body = |place: Vector, properties: MassProperties| {
             world.insert_body(
@@ -77,7 +78,7 @@ impl Robot {
                     .density(0.0)
                     .friction(friction)
                     .friction_combine_rule(CoefficientCombineRule::Min)
-                    // The cart touches the ground, never itself.
+                    // The cart touches the ground, but not itself.
                     .collision_groups(InteractionGroups::new(
                         Group::GROUP_2,
                         Group::GROUP_1,
@@ -107,7 +108,7 @@ impl Robot {
 
     /// Sets the motor of a wheel for the next step.
     pub fn drive(&self, world: &mut PhysicsWorld, side: usize, drive: Drive) {
-        // The handle lives as long as the world does.
+        // The handle is valid as long as the world exists.
         if let Some(joint) = world.impulse_joints.get_mut(self.axles[side], false) {
             let [stiffness, damping] = drive.stiffness;
             let axis = JointAxis::AngX;
@@ -118,20 +119,20 @@ impl Robot {
         }
     }
 
-    /// Torque that the gear of a wheel passed on in the last substep, N m.
+    /// Torque that the gear of a wheel transmitted in the last substep, N m.
     pub fn passed_on(&self, world: &PhysicsWorld, side: usize) -> f64 {
         let joint = world.impulse_joints.get(self.axles[side]);
         let motor = joint.and_then(|joint| joint.data.motor(JointAxis::AngX));
         motor.map_or(0.0, |motor| -motor.impulse * SUBSTEPS as f64 / DT)
     }
 
-    /// Rate of a wheel in the chassis, rad/s.
+    /// Rate of a wheel relative to the chassis, rad/s.
     pub fn rate(&self, world: &PhysicsWorld, side: usize) -> f64 {
         let [chassis, wheel] = [self.chassis, self.wheels[side]].map(|body| &world.bodies[body]);
         (wheel.angvel() - chassis.angvel()).dot(chassis.position().rotation * Vector::Y)
     }
 
-    /// Lowest points of left wheel, right wheel and caster; `up` is the normal of the ground.
+    /// Lowest points of left wheel, right wheel and caster. `up` is the normal of the ground.
     pub fn lowest(&self, world: &PhysicsWorld, up: Vector) -> [Vector; 3] {
         let [left, right] = self.wheels.map(|wheel| {
             let pose = world.bodies[wheel].position();

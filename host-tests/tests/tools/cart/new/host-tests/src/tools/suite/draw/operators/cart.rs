@@ -1,4 +1,4 @@
-//! The cart: slopes and flat ground, any height of the mast.
+//! Draws the cart's runs: slopes and flat ground, any height of the mast.
 
 use super::commands::{Controls, commands};
 use super::{OPERATED_S, standing_deg};
@@ -9,9 +9,9 @@ use crate::tools::suite::draw::beginning;
 use crate::tools::suite::draw::generator::Random;
 use crate::world::terrain::Terrain;
 
-/// Time until the robot is armed, s, and a little more.
+/// Upper bound of the time until the robot is armed, s.
 const ARMING_S: f64 = 1.0;
-/// The cart falls over on steeper slopes at rest, degrees.
+/// Maximum slope, degrees; on steeper ones the cart falls over at rest.
 const STEEPEST_DEG: f64 = 12.0;
 
 const CONTROLS: Controls = Controls {
