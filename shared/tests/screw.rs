@@ -1,4 +1,4 @@
-//! The screw's geometry against double precision, the vectors and itself.
+//! Tests the screw's geometry against double precision, the reference vectors and itself.
 
 mod support;
 
@@ -9,7 +9,7 @@ use serde_json::Value;
 use tautrack::screw::{Geometry, GeometryError};
 use tautrack::units::Angle;
 
-/// One step of 2^-24 m, the resolution that is promised.
+/// One step of 2^-24 m, the guaranteed resolution.
 const LSB: f64 = 1.0 / 16_777_216.0;
 
 fn geometry(l1: f64, l2: f64, k: f64) -> Result<Geometry, GeometryError> {
@@ -29,7 +29,7 @@ fn reference(geometry: &Geometry, sin: f64, cos: f64) -> (f64, f64) {
     (r - l2, r * l1 * sin * per_u)
 }
 
-/// Metres of a length; the library's own conversion is general, and slow in a sweep.
+/// Converts a length to metres. The library's own conversion is general, and slow in a sweep.
 fn metres(length: I4F28) -> f64 {
     f64::from(length.to_bits()) / 268_435_456.0
 }
@@ -48,7 +48,7 @@ fn radians(theta: Angle) -> f64 {
     f64::from(theta.to_bits()) * RADIANS_PER_BIT
 }
 
-/// Belt slack from the distances of the axles, in double precision.
+/// Belt slack from the distances between the axles, in double precision.
 fn slack_reference(geometry: &Geometry, theta: Angle, length: f64) -> f64 {
     let (l1, k) = (geometry.l1().to_num::<f64>(), geometry.k().to_num::<f64>());
     let r = geometry.l2().to_num::<f64>() + length;
@@ -56,7 +56,7 @@ fn slack_reference(geometry: &Geometry, theta: Angle, length: f64) -> f64 {
     k - r - (l1 + r * cos).hypot(r * sin)
 }
 
-/// A reproducible sequence of numbers from 0 to 1.
+/// Reproducible sequence of numbers from 0 to 1.
 fn random(state: &mut u64) -> f64 {
     *state = state
         .wrapping_mul(6_364_136_223_846_793_005)
@@ -64,7 +64,7 @@ fn random(state: &mut u64) -> f64 {
     (*state >> 11) as f64 / (1u64 << 53) as f64
 }
 
-/// Corners of the accepted domain, then random geometries within it.
+/// Corners of the accepted domain, and then random geometries within it.
 fn sampled_geometries() -> Vec<Geometry> {
     const SEED: u64 = 20_090_100;
     println!("seed {SEED}");
@@ -102,7 +102,7 @@ fn extension_keeps_its_errors_over_accepted_geometries() {
     let mut worst = [0.0f64; 2];
     for geometry in sampled_geometries() {
         let mut own = [0.0f64; 2];
-        // An odd stride meets every place within a piece; the ends are visited by themselves.
+        // An odd stride reaches every position within a piece; the ends are tested separately.
         let strided = (0..200_000).map(|i: i32| i.wrapping_mul(104_729 * 17 + 2));
         for bits in strided.chain([0, -1, 1, i32::MAX, i32::MIN, i32::MIN + 1]) {
             let theta = Angle::from_bits(bits);
@@ -152,7 +152,7 @@ fn vectors_are_met() {
         );
         let inverse = radians(geometry.inverse(extension.length).unwrap());
         if let Some(expected) = case["out"]["inverse_abs_theta"].as_f64() {
-            // Flat at both ends: there one step of length is a wide angle.
+            // The length is flat at both ends, where one step of length is a wide range of angles.
             let steep = number("out", "dl3_dtheta").abs().max(1e-4);
             assert!(
                 (inverse - expected).abs() <= 2e-6 + 0.3 * LSB / steep,
@@ -192,7 +192,7 @@ fn geometries_beyond_a_bound_are_refused_with_the_bound() {
         um(320_000, 0, 4_000_001),
         Err(E::KAboveMaximum { .. })
     ));
-    // On the bound, although neither 0.32 nor 0.768 is a fixed-point number.
+    // Values on the bound, although neither 0.32 nor 0.768 is a fixed-point number.
     assert!(um(320_000, 0, 768_000).is_ok());
     assert!(um(320_000, 230_000, 780_000).is_ok());
 }
@@ -205,7 +205,8 @@ fn inverse_returns_the_angle_of_every_extension() {
             let extension = geometry.extension(theta);
             let found = geometry.inverse(extension.length).unwrap();
             assert!(found.to_bits() >= 0);
-            // Compared as lengths plus angles: near both ends the length hardly depends on the angle.
+            // Compared as lengths, with a tolerance for the angle: near both ends the length hardly
+            // depends on the angle.
             let (sin, cos) = radians(found).sin_cos();
             let back = reference(&geometry, sin, cos).0 - extension.length.to_num::<f64>();
             assert!(
@@ -255,8 +256,9 @@ fn slack_is_belt_minus_triangle() {
                 );
                 let slack = geometry.slack(theta, length).to_num::<f64>();
                 let expected = slack_reference(&geometry, theta, length.to_num());
-                // Two steps of the table's resolution: the taut side is known no better than the table, and near a folded triangle
-                // the distance of the axles magnifies it.
+                // The tolerance is two steps of the table's resolution: the taut side is known no
+                // better than the table, and near a folded triangle the distance between the axles
+                // magnifies its error.
                 assert!(
                     (slack - expected).abs() <= 2.0 * LSB + 1e-6 * expected.abs(),
                     "{:?} {theta:?} {slack} {expected}",
@@ -274,7 +276,7 @@ proptest! {
     fn no_input_panics(l1: i32, l2: i32, k: i32, theta: i32, length: i32, um: [i32; 3]) {
         let _ = Geometry::from_micrometres(um[0], um[1], um[2]);
         let _ = Geometry::new(I4F28::from_bits(l1), I4F28::from_bits(l2), I4F28::from_bits(k));
-        // Folded into the domain, so that the rest is exercised as well.
+        // Mapped into the domain, so that the rest is exercised as well.
         let within = |bits: i32, low: f64, high: f64| low + (high - low) * (f64::from(bits) / 4_294_967_296.0 + 0.5);
         let l1 = within(l1, 0.01, 1.0);
         let k = within(k, 2.4 * l1, 4.0);

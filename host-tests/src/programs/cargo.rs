@@ -62,7 +62,7 @@ fn command(board: Board, toolchain: Toolchain, programs: &[&str], target_folder:
     }
     if toolchain == Toolchain::Distribution {
         // The distribution's compiler is a stable one. It builds the library of another target only
-        // with this variable.
+        // if RUSTC_BOOTSTRAP is set.
         command
             .arg("-Zbuild-std=core")
             .env("RUSTC_BOOTSTRAP", "1")

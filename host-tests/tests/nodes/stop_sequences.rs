@@ -18,7 +18,7 @@ const STANDSTILL_MS: u32 = 300 + 1_200;
 struct Watch {
     stopped_ms: u32,
     silent_ms: u32,
-    /// Whether all requests since the guard started or held the robot were "arm".
+    /// Whether every request since the guard started was "arm".
     only_arm: bool,
     latched: bool,
     before: Vec<Option<DriveState>>,

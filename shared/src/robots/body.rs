@@ -122,7 +122,7 @@ pub struct Asked<P> {
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Stop {
     /// The operator stops or is absent, or the sensors are not trusted: the robot brakes within its
-    /// own acceleration.
+    /// own acceleration limit.
     Gentle,
     /// The guard has tripped: the robot brakes as hard as the guard's limits allow.
     Hard,

@@ -1,4 +1,4 @@
-//! Margins and their rates from one evaluation to the next.
+//! Tracks margins and their rates from one evaluation to the next.
 
 use super::criterion::Evaluation;
 use super::support::Stance;
@@ -15,7 +15,7 @@ pub struct Margins {
     pub speed: f32,
 }
 
-/// Tracks margins and their rates from one evaluation to the next.
+/// Tracker of margins and their rates.
 #[derive(Clone, Debug, Default)]
 pub struct Tracker {
     /// Margins of the centre of gravity at the previous evaluation, with rates and speed.

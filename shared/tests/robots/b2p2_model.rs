@@ -1,4 +1,5 @@
-//! B2P2's model against the vectors, against itself by other routes, and against physics.
+//! Tests B2P2's model against the reference vectors, against other ways to compute the same values,
+//! and against physics.
 
 use crate::counted::{Counted, operations};
 use crate::random::Random;
@@ -28,7 +29,7 @@ fn times(matrix: &Matrix, vector: &Joints) -> Joints {
     matrix.map(|row| row.iter().zip(vector).map(|(a, b)| a * b).sum())
 }
 
-/// Lower triangle `L` of `A = L L^T`, if `A` is positive definite.
+/// Lower triangle `L` of `A = L L^T`; `None` if `A` is not positive definite.
 fn cholesky(matrix: &Matrix) -> Option<Matrix> {
     let mut lower = [[0.0; 8]; 8];
     for row in 0..8 {
@@ -62,7 +63,7 @@ fn solve(matrix: &Matrix, right: &Joints) -> Joints {
     x
 }
 
-/// `d D / d q_joint` by central differences.
+/// Derivative `d D / d q_joint` by central differences.
 fn slope(parameters: &Parameters<f64>, q: &Joints, joint: usize) -> Matrix {
     const STEP: f64 = 1e-5;
     let at = |offset: f64| {
@@ -106,7 +107,7 @@ fn inertia_matrix_is_the_sum_of_equation_7_and_positive_definite() {
     let parameters = Parameters::paper();
     let text = include_str!("../../../host-tests/vectors/b2p2_dynamics.json");
     let document: Value = serde_json::from_str(text).unwrap();
-    // Inertias about the centres of mass as the reference shifted them.
+    // Inertias about the centres of mass as the reference computed them.
     let about_com = |segment: usize, row: usize, column: usize| {
         document["params"]["inertia_com"][segment][row][column]
             .as_f64()
@@ -199,7 +200,7 @@ fn coriolis_matrix_has_the_christoffel_symbols_of_equation_12() {
                 near(c[j][m], symbols, 2e-8, "eq. 12");
             }
         }
-        // Skewness follows, and is what conserves energy.
+        // From this follows that `D' - 2 C` is skew-symmetric, which conserves energy.
         for j in 0..8 {
             for k in 0..8 {
                 let rate: f64 = (0..8).map(|n| slopes[n][j][k] * qd[n]).sum();
@@ -252,7 +253,7 @@ fn a_free_robot_keeps_its_energy_and_momentum() {
     let mut q = [0.0, 0.0, 0.0, 0.3, 0.2, -0.1, 0.4, -0.05];
     let mut qd = [0.5, -0.3, 3.0, 0.6, -0.4, 0.5, 0.8, 0.1];
     let (before, h) = (energy(&q, &qd), 1e-3);
-    // Runge and Kutta's fourth order.
+    // Runge-Kutta method of fourth order.
     for _ in 0..500 {
         let (v1, a1) = (qd, acceleration(&q, &qd));
         let v2 = step(&qd, &a1, h / 2.0);
@@ -267,7 +268,7 @@ fn a_free_robot_keeps_its_energy_and_momentum() {
         }
         let posture = Posture::new(&parameters, &q);
         let reaction = posture.newton_euler(&qd, &acceleration(&q, &qd)).reaction;
-        // Nothing holds it: the ground neither pushes nor turns.
+        // The robot is free: the ground neither pushes nor turns it.
         for value in reaction.force.into_iter().chain(reaction.moment) {
             near(value, 0.0, 1e-11, "reaction");
         }
@@ -338,7 +339,7 @@ fn motors_do_the_work_that_the_generalized_forces_do() {
             screw,
         };
         let forces = actuation.generalized_forces(q[3], &torques);
-        // The heading of a robot that yaws counter-clockwise from y0, and the belts' speeds along it.
+        // Speed along the heading, which yaws counter-clockwise from y0.
         let speed = -q[3].sin() * qd[1] + q[3].cos() * qd[0];
         let power = left * (speed - 0.5 * gauge * qd[3]) / radius
             + right * (speed + 0.5 * gauge * qd[3]) / radius
@@ -408,7 +409,7 @@ fn impossible_robots_are_refused() {
     assert!(matches!(error, E::NotFinite { name: "l2", .. }));
 }
 
-/// The figures stand in the functions' documentation.
+/// The functions' documentation states these costs.
 #[test]
 fn functions_cost_what_they_are_said_to() {
     let parameters = Parameters::<Counted>::paper();

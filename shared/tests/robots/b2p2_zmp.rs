@@ -1,4 +1,5 @@
-//! B2P2's zero moment point against statics, against the paper's printed form, and where there is none.
+//! Tests B2P2's zero moment point against statics and against the paper's printed form, and where
+//! there is none.
 
 use crate::random::Random;
 use tautrack::math::vector::dot;
@@ -51,7 +52,7 @@ fn the_printed_zero_moment_point_misses_sideways_acceleration() {
     };
     let cog = posture.cog();
     let flat = printed(&reaction, parameters.mass(), parameters.gravity(), cog).unwrap();
-    // Against the acceleration by height over gravity.
+    // The point moves against the acceleration by height over gravity.
     near(full[0] - cog[0], -cog[2] / 9.81, 1e-12, "full");
     near(full[0] - cog[0], -0.0129, 5e-5, "12.9 mm");
     near(flat[0], cog[0], 1e-12, "printed");

@@ -1,4 +1,5 @@
-//! Hylos' body controller without physics: on a plane that tilts, with loads that are uneven, and with anything that may come in.
+//! Tests Hylos' body controller without physics: on a plane that tilts, with uneven loads, and with
+//! any input.
 
 use crate::counted::{Counted, operations};
 use proptest::prelude::*;
@@ -13,7 +14,8 @@ use tautrack::robots::hylos::{
     Attitude, Controller, Desired, LEGS, Legs, Parameters, Posture, Potential, Sensed,
 };
 
-/// The controller on a plane, its legs ideal: the platform stands where the mean plane of its wheels puts it.
+/// Controller on a plane with ideal legs: the mean plane of the wheels determines the platform's
+/// attitude.
 struct OnPlane<S> {
     parameters: Parameters<S>,
     controller: Controller<S>,
@@ -46,7 +48,8 @@ impl<S: Scalar> OnPlane<S> {
         }
     }
 
-    /// One control step on a plane that rises by `slope` to the left; the margin, and how far a wheel is off the mean plane, m.
+    /// Runs one control step on a plane that rises by `slope` to the left. Returns the margin, rad,
+    /// and the distance of a wheel from the mean plane, m.
     fn step(&mut self, slope: f64, desired: &Desired<S>) -> [f64; 2] {
         let [a, b, c, d] = wheel_centres(&self.parameters, &self.sensed.legs);
         let across = cross(sub(a, d), sub(c, b));
@@ -64,7 +67,8 @@ impl<S: Scalar> OnPlane<S> {
         [assessment.margin.to_f64(), off.abs()]
     }
 
-    /// A slope that rises from level to 41 degrees in 20 s and stays for 10 s: least margin and worst distance.
+    /// Runs a slope that rises from level to 41 degrees in 20 s and stays for 10 s. Returns the
+    /// smallest margin and the largest distance.
     fn tilt(&mut self, desired: &Desired<S>) -> [f64; 2] {
         (0..3750).fold([f64::INFINITY, 0.0], |[least, worst], step| {
             let slope = 41f64.to_radians() * (f64::from(step) / 2500.0).min(1.0);
@@ -146,7 +150,7 @@ fn the_commanded_clearance_is_taken_when_there_is_margin_to_spare() {
     for centre in wheel_centres(&robot.parameters, &robot.sensed.legs) {
         assert!((centre[2] + 0.2).abs() < 1e-3, "{centre:?}");
     }
-    // And left again where it does not hold.
+    // On a slope the legs leave a commanded posture that would not hold.
     let [least, _] = robot.tilt(&Desired {
         clearance: Some(0.32),
         ..nothing_desired()
@@ -158,7 +162,8 @@ fn the_commanded_clearance_is_taken_when_there_is_margin_to_spare() {
 fn a_wheel_without_load_is_lowered_and_its_neighbours_raised() {
     let mut robot = OnPlane::<f32>::new(POTENTIAL_GAIN);
     let legs = robot.sensed.legs;
-    // Weight on the diagonal from front right to rear left, as knee and hip torques: tau = -J^T F.
+    // The diagonal from front right to rear left carries the weight, given as knee and hip torques:
+    // tau = -J^T F.
     let centres = wheel_centres(&robot.parameters, &legs);
     for leg in 0..LEGS {
         let load = if leg == 1 || leg == 2 { 122.0 } else { 0.0 };

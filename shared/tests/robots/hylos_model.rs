@@ -1,4 +1,4 @@
-//! Hylos' model against finite differences and hand calculation.
+//! Tests Hylos' model against finite differences and hand calculations.
 
 use crate::random::Random;
 use tautrack::math::vector::{Vector, add, cross, dot, scale};
@@ -18,7 +18,8 @@ const AT_REST: Trajectory<f64> = Trajectory {
 };
 const STILL: Legs<f64> = [[0.0; 2]; LEGS];
 
-/// What a posture is made of, with everything that the world keeps in the world's axes.
+/// State from which a posture is made. Normals, force and moment are in the world's axes, because
+/// they stay constant in the world.
 #[derive(Clone, Copy)]
 struct State {
     legs: Legs<f64>,
@@ -69,7 +70,7 @@ impl State {
         self.posture(parameters).tip_over_angles(&self.pull())
     }
 
-    /// The state after a small motion of the legs, the platform following on the ground.
+    /// State after a small motion of the legs, with the platform following on the ground.
     fn followed(&self, parameters: &Parameters<f64>, change: &Legs<f64>) -> Self {
         let [_, roll, pitch] = self
             .posture(parameters)
@@ -99,7 +100,7 @@ fn assert_near(what: &str, got: f64, want: f64, tolerance: f64) {
 #[test]
 fn the_gradient_is_that_of_finite_differences() {
     let parameters = Parameters::nominal();
-    // So high a limit that all four angles count.
+    // The limit is so high that all four angles count.
     let potential = Potential::new(0.004, 1.6, 0.02).unwrap();
     let mut random = Random(1);
     let step = 1e-6;
@@ -205,7 +206,7 @@ fn above_the_limit_the_gradient_is_zero() {
     }
 }
 
-/// The robot standing on a plane that rises to its left by `slope`, the legs in their stance.
+/// Robot in its nominal stance with this attitude, on a plane parallel to its platform.
 fn standing(parameters: &Parameters<f64>, attitude: Attitude<f64>) -> Posture<'_, f64> {
     let legs = [stance(parameters, STANCE_HEIGHT); LEGS];
     let normals = [[0.0, 0.0, 1.0]; LEGS];
@@ -228,7 +229,7 @@ fn wheels_turn_and_steer_around_one_centre() {
         let (forward, left) = (speed - yaw_rate * y, yaw_rate * x);
         let angle = motion.steering[leg].unwrap();
         assert_near("steering", angle, left.atan2(forward), 1e-12);
-        // The wheels still point ahead.
+        // The rolling speeds are those of wheels that still point ahead.
         assert_near("rolling", motion.wheels[leg], forward / 0.075, 1e-10);
     }
     let backwards = Trajectory {
@@ -270,12 +271,13 @@ fn attitude_from_up_is_that_of_the_angles_along_the_heading() {
         for (got, want) in z.iter().zip(&up) {
             assert_near("up", *got, *want, 1e-12);
         }
-        // Its left has no part along the heading, and the heading is ahead.
+        // The platform's left has no component along the heading, and it points to the left of the
+        // heading.
         assert_near("left", x[1], 0.0, 1e-12);
         assert!(y[1] > 0.0);
         assert_near("handed", dot(cross(x, y), z), 1.0, 1e-12);
     }
-    // Nose straight up: no heading, but a rotation.
+    // With the nose straight up there is no heading, but the result is still a rotation.
     let upright = Attitude::from_up([1.0, 0.0, 0.0]).rotation();
     let [x, y, z] = upright;
     assert_near("handed", dot(cross(x, y), z), 1.0, 1e-12);
@@ -327,7 +329,7 @@ fn up_by_the_guards_attitude_is_up() {
         for (got, want) in attitude.level(up).iter().zip([0.0, 0.0, 1.0]) {
             assert!((got - want).abs() < 1e-6, "{inclination:?}: {up:?}");
         }
-        // And its level axes are those of the posture.
+        // The level axes of both attitudes are the same.
         let frame = Attitude::from_up(up);
         for place in [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]] {
             for (row, want) in frame.rotation().iter().zip(attitude.level(place)) {

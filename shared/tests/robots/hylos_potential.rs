@@ -1,4 +1,5 @@
-//! Hylos' stability potential: smooth, and refused where it would divide by zero.
+//! Tests Hylos' stability potential: it is smooth, and constants that would divide by zero are
+//! refused.
 
 use tautrack::robots::hylos::{Potential, PotentialError};
 

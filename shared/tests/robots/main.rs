@@ -1,4 +1,4 @@
-//! The robots' models and controllers against independent computations.
+//! Tests the robots' models and controllers against independent computations.
 
 mod b2p2_model;
 mod b2p2_zmp;

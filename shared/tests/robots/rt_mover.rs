@@ -1,4 +1,5 @@
-//! RT-Mover's kinematics against motion: the paper's example is driven step by step, and the wheel is where it should be.
+//! Tests RT-Mover's kinematics against motion: drives the paper's example step by step and checks
+//! where the wheel is.
 
 use proptest::prelude::*;
 use tautrack::math::Scalar;
@@ -24,8 +25,9 @@ fn turned([x, y]: [f64; 2], angle: f64) -> [f64; 2] {
     [cosine * x - sine * y, sine * x + cosine * y]
 }
 
-/// The robot on three wheels on level ground: the lifted wheel's partner is pinned to the ground, and the other axle's middle
-/// moves along that axle's heading. Positions come from the shape alone, never from the law's own rates.
+/// Robot on three wheels on level ground. The lifted wheel's partner is pinned to the ground, and
+/// the other axle's middle moves along that axle's heading. Positions come from the shape alone,
+/// never from the law's own rates.
 struct Pinned {
     parameters: Parameters<f64>,
     lifted: Wheel,
@@ -50,7 +52,8 @@ impl Pinned {
         }
     }
 
-    /// Lifted wheel (with its height) and the other axle's middle from the pinned contact, along the axes of travel.
+    /// Positions of the lifted wheel (with its height) and of the other axle's middle from the
+    /// pinned contact, along the axes of travel.
     fn places(&self, shape: &Shape<f64>, heading: f64) -> ([f64; 3], [f64; 2]) {
         let frame = Projection::new(&self.parameters, shape);
         let [x, y, z] = frame.contacts[self.lifted.partner() as usize];
@@ -92,7 +95,7 @@ impl Pinned {
         next.steering[leg] += done.rates.steering[leg].to_f64() * DT;
         next.roll[leg] += done.rates.roll[leg].to_f64() * DT;
         let next = stand(&self.parameters, &next, self.lifted);
-        // The heading at which the middle has not slipped sideways, by secants.
+        // Finds the heading at which the middle has not slipped sideways, by the secant method.
         let sup = self.lifted.axle().other() as usize;
         let (_, before) = self.places(&self.shape, self.heading);
         let axle = |shape: &Shape<f64>| Projection::new(&self.parameters, shape).headings[sup];
@@ -120,14 +123,14 @@ impl Pinned {
     }
 }
 
-/// Largest errors of y while the wheel is lifted by 0.15 m and landed again, after a swing of 0.15 m: Fig. 7's example, m. Mirrored or not,
-/// in front or behind.
+/// Largest errors of y in the example of Fig. 7, m: while the wheel is lifted by 0.15 m, and while
+/// it is landed after a swing of 0.15 m. For a wheel on either side, in front or behind.
 fn figure_7<S: Scalar>(law: Law, lifted: Wheel) -> [f64; 2] {
     let mut robot = Pinned::new(lifted, [0.0; 2]);
     let mirror = if lifted.is_left() { 1.0 } else { -1.0 };
     let leg = lifted.axle() as usize;
     robot.shape.steering[leg] = 20.0_f64.to_radians() * mirror;
-    // Behind, the supporting wheels must lie across the other way.
+    // For a rear wheel, the supporting wheels must lie across in the other direction.
     let across = if lifted.axle() == Axle::Front {
         -30.0_f64
     } else {
@@ -230,7 +233,8 @@ proptest! {
 
     #[test]
     fn the_rim_rolls_as_its_own_points_move(at in angles(), rates in angles()) {
-        // The rim point at the ground, carried along by the arm with its wheel at rest: eq. 2 with that point's wheel angle.
+        // The arm carries the rim point at the ground along with the wheel at rest: eq. 2 with that
+        // point's wheel angle.
         let parameters = Parameters::<f64>::nominal();
         let (at, rates) = (shape(at), shape(rates));
         let axle = Axle::Front;
@@ -265,7 +269,8 @@ proptest! {
     ) {
         let frame = Frame { headings: [leg, sup], half_widths: widths, length: 0.6 };
         let motion = wheel_mode(&frame, speed);
-        // The middle goes at the asked speed towards the middle of the headings' tangents; a rigid body's points follow.
+        // The middle moves at the commanded speed along the mean of the headings' tangents; the
+        // other points follow as those of a rigid body.
         let mean = 0.5 * (leg.tan() + sup.tan());
         let scale = speed / (1.0 + mean * mean).sqrt();
         for wheel in WHEELS {
@@ -340,7 +345,8 @@ fn degenerate_cases_stand_still() {
 
     let still = lift_step(0.3, 0.29, 0.3, 0.0, true);
     assert_eq!((still.velocity, still.turning), ([0.0; 2], 0.0));
-    // The arm has grown shorter than the wheel is ahead: it ends across the travel.
+    // The arm has become shorter than the distance by which the wheel is ahead, so the wheel comes
+    // as near as it can.
     assert!(lift_step(0.3, 0.1, 1.2, 0.01, true).turning.is_finite());
     let upright = ArmAngles {
         pitch: core::f64::consts::FRAC_PI_2,
@@ -419,7 +425,8 @@ fn widening_the_support_is_what_makes_room_for_a_lifted_wheel() {
         margin_without(&parameters, &at, Wheel::FrontLeft)
     };
     let limit = LENGTHS.steering_limit;
-    // Straight, three wheels of a square carry a middle on the edge; the load in front of it tips the robot.
+    // With straight steering, three wheels of a square have the middle on an edge, and the load in
+    // front of it tips the robot.
     assert!(margin(0.0) < 0.0 && margin(limit) < margin(0.0) && margin(-limit) > 0.03);
 }
 
@@ -429,7 +436,8 @@ fn only_an_allowed_step_lifts_a_wheel_and_every_moving_stage_ends() {
         assert_eq!(next(from, event), to);
         assert_eq!(to == Stage::Lifting, event == Event::Allowed);
         assert!(to != Stage::Swinging || from == Stage::Lifting);
-        // Out of the air there is only the way down; a wheel given up stays known as one that may hang; and only the ground ends that.
+        // From a stage with a wheel in the air, every transition leads to another such stage, until
+        // the ground carries the wheel. Aborting a gait keeps whether a wheel may be in the air.
         if from.lifts() && from != Stage::Settling {
             assert!(to.lifts(), "{from:?} {event:?} {to:?}");
         }

@@ -1,5 +1,5 @@
-//! Yaw as the bodies and the guard pass it on: within the belts' speed limit, an acceleration, and
-//! what the margins allow.
+//! Tests the yaw that the bodies and the guard pass on: it stays within the belts' speed limit, an
+//! acceleration, and what the margins allow.
 
 use tautrack::bus::cia402::{State as DriveState, status};
 use tautrack::bus::pdo::{
@@ -35,7 +35,7 @@ fn settings(changes: &[(Setting, i32)]) -> Settings {
     settings
 }
 
-/// Everything that a robot is allowed far from every edge.
+/// Permission without restrictions, as far away from every edge.
 fn free() -> Allowed {
     Allowed {
         speed_scale: 1.0,
@@ -58,8 +58,8 @@ fn speed_of<B: Body>(body: &B, drive: usize, radius: f32) -> f32 {
     }
 }
 
-/// Any command for some seconds, the wildest first; no belt is faster than the speed limit, or
-/// changes its speed faster than `acceleration`, m/s^2.
+/// Runs several commands for some seconds, the largest first. Checks that no belt is faster than
+/// the speed limit, or changes its speed faster than `acceleration`, m/s^2.
 fn assert_within_the_belts<B: Body>(settings: &Settings, radius: f32, acceleration: f32) {
     let mut body = B::new(settings).unwrap_or_else(|refusal| panic!("{refusal:?}"));
     let mut attitude = Attitude::default();
@@ -105,13 +105,13 @@ fn assert_within_the_belts<B: Body>(settings: &Settings, radius: f32, accelerati
     }
     assert!(fastest <= SPEED_LIMIT + 1e-5, "{fastest} m/s");
     assert!(fastest > 0.99 * SPEED_LIMIT, "{fastest} m/s");
-    // Micrometres per second in one period are 0.25 mm/s^2.
+    // Tolerance: a micrometre per second in one period is 0.25 mm/s^2.
     assert!(quickest <= acceleration + 1e-3, "{quickest} m/s^2");
 }
 
 #[test]
 fn no_command_drives_a_belt_of_b2p2_beyond_speed_limit_and_acceleration() {
-    // Forward and yaw each have their own.
+    // Forward speed and yaw each have an acceleration limit of their own.
     assert_within_the_belts::<B2p2>(&Settings::default(), 0.05, 2.0 * ACCELERATION);
 }
 
@@ -121,7 +121,7 @@ fn no_command_drives_a_belt_of_the_crawler_beyond_speed_limit_and_acceleration()
         (Setting::VelocityLimit, 1_000_000),
         (Setting::SlipCompensation, 0),
     ]);
-    // The correction of the path adds to forward and yaw.
+    // The correction of the path adds to those of forward speed and yaw.
     assert_within_the_belts::<Crawler>(&settings, 0.05, 3.0 * ACCELERATION);
 }
 
@@ -142,13 +142,14 @@ fn no_command_spins_hylos_beyond_its_speed_limit_or_at_once() {
         for leg in 0..4 {
             fastest = fastest.max(speed_of(&body, 4 * leg + 3, 0.1).abs());
         }
-        // 0.1 m/s is a bound of the wheel's radius and of the wheels' distance beyond the hips.
+        // The bound has room for the radius of 0.1 m, which is above the wheel's, and for the
+        // distance of the wheels beyond the hips.
         assert!(fastest <= 0.02 + 0.01 * step as f32, "{step}: {fastest}");
     }
     assert!(fastest <= 2.0 * SPEED_LIMIT, "{fastest}");
 }
 
-/// The robot after 3 s of a command of which the guard passes a quarter.
+/// Robot after 3 s of a command of which the guard passes a quarter.
 fn at_a_quarter<B: Body>(settings: &Settings, forward: f32, yaw_rate: f32) -> B {
     let mut body = B::new(settings).unwrap_or_else(|refusal| panic!("{refusal:?}"));
     let allowed = Allowed {
@@ -167,7 +168,7 @@ fn at_a_quarter<B: Body>(settings: &Settings, forward: f32, yaw_rate: f32) -> B 
     body
 }
 
-/// A command beyond what the robot can do is no way around the scale of the guard.
+/// A command beyond what the robot can do must not bypass the scale of the guard.
 #[test]
 fn a_quarter_of_too_fast_a_command_is_a_quarter_of_the_speed_limit() {
     let settings = Settings::default();
@@ -188,7 +189,7 @@ fn a_quarter_of_too_fast_a_command_is_a_quarter_of_the_speed_limit() {
     }
 }
 
-/// A guard of B2P2 among drives that do as they are told, on level ground.
+/// Guard of B2P2 with drives that follow their commands, on level ground.
 struct Bench {
     guard: Guard<B2p2>,
     now_us: u64,
@@ -236,7 +237,7 @@ impl Bench {
                 position,
                 velocity: 0,
             };
-            // Drives follow at once when the guard enables them, and answer what their scale is.
+            // Drives follow at once when the guard enables them, and report their position scale.
             let guard = State::from_code(self.guard.outputs().state.state);
             let state = if guard.is_some_and(State::driving) {
                 DriveState::OperationEnabled
@@ -258,7 +259,7 @@ impl Bench {
                 frames.push(status.frame(transmit(2), id));
             }
         }
-        // The last digit of every reading moves.
+        // The last digits of every reading are noise.
         let noise = |channel: u64| 1e-6 * ((self.now_us / 1_000 * 7 + channel * 3) % 5) as f32;
         let body = BodySensors {
             inclination: [noise(0), noise(1)],
@@ -290,14 +291,15 @@ impl Bench {
     }
 }
 
-/// 32.767 rad/s commanded on the spot: 104.9 rad/s on the sprockets within 5 ms before.
+/// Commands 32.767 rad/s on the spot. Without the limits, the sprockets would turn at 104.9 rad/s
+/// within 5 ms.
 #[test]
 fn the_guard_ramps_a_spin_and_keeps_it_within_the_speed_limit() {
     let mut bench = Bench::armed(&Settings::default());
     bench.command.yaw_rate = i16::MAX;
     bench.run(100);
     let [_, slow] = bench.motion();
-    // 2.5 rad/s^2.
+    // The limit is 2.5 rad/s^2.
     assert!(slow > 0.1 && slow < 0.3, "{slow} rad/s after 0.1 s");
     bench.run(3_000);
     let [forward, fast] = bench.motion();
@@ -307,8 +309,8 @@ fn the_guard_ramps_a_spin_and_keeps_it_within_the_speed_limit() {
     );
 }
 
-/// On a curve the centripetal acceleration stays within what the margins to the sides bear: at most
-/// the configured 0.4 m/s^2.
+/// On a curve the centripetal acceleration stays within what the margins to the sides allow: at
+/// most the configured 0.4 m/s^2.
 #[test]
 fn the_guard_limits_yaw_by_the_margins_to_the_sides() {
     let mut bench = Bench::armed(&settings(&[(Setting::SpeedLimit, 2_000_000)]));

@@ -1,4 +1,4 @@
-//! Margins and filter against falls that are integrated, and against any input.
+//! Tests margins and filter against integrated falls and against any input.
 
 mod supervision;
 mod tipover;

@@ -1,4 +1,4 @@
-//! The guard's supervision against physics, and what no input may do to it.
+//! Tests the guard's supervision against integrated falls and against any input.
 
 use proptest::prelude::*;
 use tautrack::sensors::BodySensors;
@@ -19,16 +19,17 @@ use tautrack::stability::trust::{Trust, Watch};
 
 const G: f64 = 9.81;
 
-/// A point mass on a massless robot that pivots about its front edge, `margin` m before it and `height` m over it: does it fall over when
-/// the robot brakes from `speed` with `deceleration`? Integrated with steps of 10 us; no formula of the library is used.
+/// Whether a point mass on a massless robot, which pivots about its front edge, falls over when the
+/// robot brakes from `speed` with `deceleration`. The mass is `margin` m behind the edge and
+/// `height` m above it. Integrates with steps of 10 us and uses no formula of the library.
 fn falls(margin: f64, height: f64, speed: f64, deceleration: f64) -> bool {
     const STEP: f64 = 1e-5;
     let lever = margin.hypot(height);
     let standing = margin.atan2(height);
-    // Angle of the lever before the vertical over the edge; falls below zero.
+    // Angle of the lever to the vertical over the edge; the robot falls over when it is below zero.
     let (mut angle, mut rate, mut braking) = (standing, 0.0, speed);
     if deceleration.is_infinite() {
-        // Angular momentum about the edge.
+        // The stop preserves the angular momentum about the edge.
         (rate, braking) = (-speed * height / (lever * lever), 0.0);
     }
     for _ in 0..500_000 {
@@ -49,7 +50,7 @@ fn falls(margin: f64, height: f64, speed: f64, deceleration: f64) -> bool {
     false
 }
 
-/// Largest deceleration that such a robot bears from this speed, by bisection.
+/// Largest deceleration from this speed that does not tip such a robot, by bisection.
 fn bearable(margin: f64, height: f64, speed: f64) -> f64 {
     if !falls(margin, height, speed, f64::INFINITY) {
         return f64::INFINITY;
@@ -66,7 +67,8 @@ fn bearable(margin: f64, height: f64, speed: f64) -> f64 {
     bears
 }
 
-/// From which speed the centre of gravity alone is no criterion: there an instant stop begins to tip a robot whose margin is the stop margin.
+/// From this speed on, the margin of the centre of gravity alone is not a sufficient criterion: an
+/// instant stop begins to tip a robot that has exactly this margin.
 #[test]
 fn below_the_stopping_speed_no_deceleration_tips_the_robot() {
     for (margin, height) in [
@@ -89,12 +91,13 @@ fn below_the_stopping_speed_no_deceleration_tips_the_robot() {
     }
 }
 
-/// What B2P2 bears at its stop margin with its centre of gravity as high as on the staircase, against what it is configured to do.
+/// Compares two decelerations of B2P2 at its stop margin, with its centre of gravity as high as on
+/// the staircase: the one that it withstands, and the configured one.
 #[test]
 fn the_deceleration_handed_down_is_borne_at_any_speed_and_the_configured_one_at_the_stop_margin() {
     let parameters = Parameters::new(&Settings::default());
     let (margin, height) = (f64::from(parameters.stop), 0.35);
-    // The bound that the limits are made of, for as long a stop as may be.
+    // The bound from which the limits are computed, for a stop of any duration.
     let lasting = G * margin / height;
     assert!(f64::from(parameters.acceleration) < lasting);
     for speed in [0.1, 0.2, 0.3, 0.5, 1.0, 2.0] {
@@ -177,7 +180,7 @@ proptest! {
         let (mut watch, mut attitude) = (Watch::new(3), Attitude::default());
         let (mut force, mut criterion) = (SpecificForce::default(), Criterion::default());
         let (mut bands, mut trip, mut tracker) = (Bands::default(), Trip::default(), Tracker::default());
-        // Repeated and in reverse order as well.
+        // Half of the cases also repeat the steps in reverse order.
         let order: Vec<_> = if again {
             steps.iter().chain(steps.iter().rev()).collect()
         } else {

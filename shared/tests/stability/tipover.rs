@@ -1,11 +1,11 @@
-//! Tip-over angles against the papers' own forms and physics.
+//! Tests the tip-over angles against the papers' own forms and against physics.
 
 use tautrack::math::vector::{add, cross, dot, scale, sub};
 use tautrack::stability::tipover::{Edges, angles, margin};
 
 type Vector = [f64; 3];
 
-/// Counter-clockwise, not level.
+/// Contacts counter-clockwise, not level.
 const CONTACTS: [Vector; 4] = [
     [-0.3, -0.2, 0.02],
     [0.35, -0.25, -0.03],
@@ -18,7 +18,8 @@ fn unit(vector: Vector) -> Vector {
     scale(1.0 / dot(vector, vector).sqrt(), vector)
 }
 
-/// Papadopoulos and Rey's definition, with its unit vectors and its contacts clockwise.
+/// Angle by the definition of Papadopoulos and Rey, with its unit vectors and its contacts
+/// clockwise.
 fn defined(from: Vector, to: Vector, force: Vector, moment: Vector) -> f64 {
     let a = unit(sub(to, from));
     let across = |v: Vector| sub(v, scale(dot(a, v), a));
@@ -44,7 +45,7 @@ fn angles_are_those_of_the_definition() {
         let moment = [9.0 * (2.3 * turn).cos(), 12.0 * turn.cos(), 5.0];
         let found = angles(&CONTACTS, COG, force, moment);
         for (edge, got) in found.into_iter().enumerate() {
-            // The same edge, walked clockwise.
+            // The same edge in clockwise order.
             let want = defined(CONTACTS[(edge + 1) % 4], CONTACTS[edge], force, moment);
             assert!((got - want).abs() < 1e-7, "{step} {edge}: {got} {want}");
         }
@@ -59,7 +60,7 @@ fn one_arc_tangent_gives_the_least_angle() {
     let mut worst = 0.0_f64;
     for step in 0..20_000 {
         let turn = f64::from(step) * 0.37;
-        // Pulled up as well, and far out of the support.
+        // The force also points upward, and the centre of gravity leaves the support.
         let force = [
             90.0 * turn.sin(),
             70.0 * (1.7 * turn).cos(),
@@ -74,7 +75,8 @@ fn one_arc_tangent_gives_the_least_angle() {
         let got = prepared.margin(cog, force, moment);
         assert!((got - want).abs() < 1e-9, "{step}: {got} {want}");
         let got = f64::from(single.margin(narrow(cog), narrow(force), narrow(moment)));
-        // Where a force all but vanishes across the edge, or points all but away from it, the angle is anything.
+        // Where a force almost vanishes across the edge, or points almost away from it, the angle
+        // is ill-conditioned.
         let net = dot(force, force).sqrt();
         if want.abs() < 3.0 && net > 30.0 {
             worst = worst.max((got - want).abs());

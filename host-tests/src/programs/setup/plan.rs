@@ -184,8 +184,8 @@ pub fn plan(facts: &Facts) -> Result<(Toolchain, Vec<Step>), Missing> {
     Ok((toolchain, rust_step.into_iter().chain(qemu_step).collect()))
 }
 
-/// Returns no step if the part is there, else the step that installs it; `missing` if there is no
-/// such step.
+/// Returns no step if the part is there, else the step that installs it. The error is `missing` if
+/// there is no such step.
 fn needed(there: bool, install: Option<Step>, missing: Missing) -> Result<Option<Step>, Missing> {
     if there {
         return Ok(None);

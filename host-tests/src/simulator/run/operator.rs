@@ -20,9 +20,9 @@ pub struct Operator {
     commands_us: Vec<u64>,
     theta: f64,
     sequence: u8,
-    /// `stopped`: a stop request was sent while the guard was ready. `asks_to_arm`: from the next
-    /// command on, the request is to arm.
+    /// Whether a stop request was sent while the guard was ready.
     stopped: bool,
+    /// Whether the request is to arm; it stays so from then on.
     asks_to_arm: bool,
     guard: u8,
     posture: Posture,

@@ -1,4 +1,4 @@
-//! B2P2 under the guard: how it stands, what the operator's command becomes, and the set-points that follow from it.
+//! Implements [`Body`] for B2P2: its stance, and the set-points of its drives for a command.
 
 use super::shape::AXLE_3_FROM_BODY_3;
 use super::{FrontPart, Masses, Model};
@@ -20,35 +20,39 @@ use crate::stability::support::Stance;
 use crate::units::{Angle, Length};
 use heapless::Vec;
 
-/// Gain with which the heading is held while no yaw is asked for, 1/s, and the largest yaw rate that it asks for, rad/s.
+/// Gain with which the heading is held while no yaw is commanded, 1/s, and the largest yaw rate for
+/// this, rad/s.
 const HEADING_GAIN: f32 = 1.5;
 const HEADING_RATE: f32 = 0.3;
 /// Acceleration of the chassis joint, rad/s^2.
 const CHASSIS_ACCELERATION: f32 = 4.0;
-/// Square of the radius of gyration about an axis across the robot, straight and without payload, m^2:
-/// 0.23 m, from the paper's inertias. With its front folded or a payload it is 0.2 m.
+/// Square of the radius of gyration about the robot's transverse axis, straight and without
+/// payload, m^2. The radius is 0.23 m, from the paper's inertias. With the front folded or a
+/// payload it is 0.2 m.
 const GYRATION: f32 = 0.053;
 
-/// Largest distance from a target that counts as there: joint 2^-32 turn (0.5 degree), screw m.
+/// Largest distance from a target at which it counts as reached: joint 2^-32 turn (0.5 degree),
+/// screw m.
 const JOINT_THERE: u32 = 5_965_232;
 const SCREW_THERE: f32 = 0.5e-3;
 /// Time for which the belt must be taut before the robot is armed, us.
 const TAUT_DWELL_US: u64 = 100_000;
 
-/// What a drive moves: its number among the robot's drives.
+/// Number of each drive among the robot's drives.
 const LEFT: usize = 0;
 const RIGHT: usize = 1;
 const JOINT: usize = 2;
 const SCREW: usize = 3;
 
-/// The stages of [`Body::STAGES`]. The belt cannot be torn: the screw first draws back to where the belt is slack at any
-/// chassis angle, only then does the joint look for its reference, and the screw takes the belt up again last.
+/// Stages of [`Body::STAGES`]. Their order keeps the belt from tearing: the screw first retracts to
+/// where the belt is slack at any chassis angle, only then is the joint homed, and the screw
+/// tightens the belt last.
 const HOME_SCREW: u8 = 0;
 const HOME_JOINT: u8 = 1;
 const STRAIGHTEN: u8 = 2;
 const TIGHTEN: u8 = 3;
 
-/// The tracked robot under the guard.
+/// The tracked robot B2P2 under the guard.
 #[derive(Clone, Debug)]
 pub struct B2p2 {
     model: Model,
@@ -58,23 +62,23 @@ pub struct B2p2 {
     chassis_limits: Limits,
     gauge: f32,
     pulley_radius: f32,
-    /// Length of the screw at which the belt is slack at any chassis angle, m.
+    /// Extension of the screw at which the belt is slack at any chassis angle, m.
     released: Length,
 
     joint_known: bool,
     screw_known: bool,
     theta: Angle,
     extension: f32,
-    /// Both at the observation before.
+    /// Chassis angle and extension at the previous observation.
     kept_shape: (Angle, f32),
     tracks: Option<[Position; 2]>,
     odometry: Odometry,
     taut_since_us: Option<u64>,
-    /// The screw keeps the belt taut: the robot was armed.
+    /// Whether the screw keeps the belt taut, because the robot was armed.
     keeps_taut: bool,
     /// Set-point of the chassis joint, 2^-32 turn.
     chassis: Motion,
-    /// Forward speed that is passed on; its position is not used.
+    /// Forward speed that is passed on; the position of this motion is not used.
     forward: Motion,
     turn: Turn,
     heading: Option<Angle>,
@@ -106,7 +110,7 @@ impl B2p2 {
         speed_scale: f32,
         period: f32,
     ) -> Motion {
-        // The joint turns less than half a turn each way, so that a wrapped angle is the angle.
+        // The joint turns less than half a turn each way, so the wrapped angle is the angle.
         let target = i64::from(asked.to_bits());
         let mut next = self.chassis;
         let limits = Limits {
@@ -124,7 +128,7 @@ impl B2p2 {
             return asked;
         }
         let wanted = *self.heading.get_or_insert(attitude.heading());
-        // No side turns against the way of the robot.
+        // Neither side turns against the direction of travel.
         let most = min(
             HEADING_RATE,
             self.forward.velocity.abs() / (0.5 * self.gauge),
@@ -132,7 +136,7 @@ impl B2p2 {
         limit(HEADING_GAIN * (wanted - attitude.heading()).radians(), most)
     }
 
-    /// Set-point of a track whose centre line is `left` m from the middle, rad/s.
+    /// Set-point of a track whose centre line is `left` m to the left of the middle, rad/s.
     fn track_speed(&self, left: f32) -> f32 {
         (self.forward.velocity - left * self.turn.rate()) / self.pulley_radius
     }
@@ -142,7 +146,7 @@ impl B2p2 {
         metres(self.geometry.length(self.theta))
     }
 
-    /// All drives enabled and the screw on the law of the belt for [`TAUT_DWELL_US`].
+    /// Whether all drives are enabled and the screw has held the belt taut for [`TAUT_DWELL_US`].
     fn tight(&mut self, drives: &[DriveState], now_us: u64) -> bool {
         let enabled = drives.iter().all(|drive| drive.enabled);
         let slack = drive_of(drives, SCREW).position.metres() - self.taut();
@@ -174,7 +178,7 @@ impl Body for B2p2 {
             settings.get(Setting::LengthL2),
             settings.get(Setting::LengthK),
         )?;
-        // In whole bits of the bus, 2^-24 m.
+        // In whole units of the bus, 2^-24 m.
         let retreat = (i64::from(settings.get(Setting::HomingRetreat)) << 24) / 1_000_000;
         let released = (geometry.released_length().to_bits() >> 4) - retreat as i32;
         let released = Length::from_bits(released << 4);
@@ -284,7 +288,8 @@ impl Body for B2p2 {
         if !moves && next.velocity == 0.0 && self.chassis.velocity == 0.0 {
             return None;
         }
-        // From the set-point, not from the joint: what was let through already will be reached.
+        // From the set-point, not from the measured angle, because the joint will still reach what
+        // already passed.
         let ahead =
             Angle::from_bits(next.position as i32) + Angle::from_radians(next.velocity * horizon);
         let extension = metres(self.geometry.length(ahead));
@@ -309,7 +314,7 @@ impl Body for B2p2 {
         period: f32,
     ) {
         self.keeps_taut = true;
-        // What is scaled down is what the belts would do, however much was asked for.
+        // The speed scale applies to what the belts can do, not to a larger command.
         let bounded = self.turn.within(*asked);
         let yaw_rate = self.yaw(bounded.yaw_rate * allowed.speed_scale, attitude);
         let driven = self.turn.within(Asked {
@@ -375,7 +380,8 @@ impl Body for B2p2 {
         }
     }
 
-    /// The front part's load, where the joint follows its set-point and the belt is taut.
+    /// Torque feed-forward for the front part's load, while the joint follows its set-point and the
+    /// belt is taut.
     fn offsets(&self, phase: Phase, attitude: &Attitude) -> Vec<Offset, MAX_OFFSETS> {
         if !matches!(phase, Phase::Armed | Phase::Starting(TIGHTEN)) {
             return Vec::new();
@@ -398,7 +404,8 @@ impl Body for B2p2 {
         self.forward.velocity.abs() / self.speed.acceleration
     }
 
-    /// Rounded to the resolution of the bus: what is reported is what a stop holds.
+    /// Rounded to the resolution of the bus, so that the reported posture is the one that a stop
+    /// holds.
     fn posture(&self) -> ChassisAngle {
         let angle = Angle::from_bits(self.chassis.position as i32);
         ChassisAngle::from_word(ChassisAngle(angle).word())

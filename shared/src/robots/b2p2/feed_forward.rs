@@ -1,5 +1,5 @@
-//! What the chassis joint and the screw have to push for the front part to move as it shall: torques that are known
-//! before any error is.
+//! Computes the torque of the chassis joint and the force of the screw that move the front part as
+//! commanded. As torque feed-forward they act before any position error arises.
 
 use super::masses::Masses;
 use super::parameters::LENGTHS;
@@ -20,17 +20,19 @@ pub struct Load {
     pub screw: f32,
 }
 
-/// The front part about axle 2, its sums prepared: body 2 turns, body 3 turns and slides.
+/// Front part about axle 2, with prepared sums: body 2 turns, body 3 turns and slides.
 #[derive(Clone, Copy, Debug)]
 pub struct FrontPart {
     gravity: f32,
-    /// Mass of body 3, kg, and how far its centre of mass lies behind axle 3, m.
+    /// Mass of body 3, kg, and distance of its centre of mass behind axle 3, m.
     mass: f32,
     behind: f32,
-    /// First moments about axle 2, kg m: of body 2 along the front part, and of both bodies across it.
+    /// First moments about axle 2, kg m: of body 2 along the front part, and of both bodies across
+    /// it.
     along: f32,
     across: f32,
-    /// Moment of inertia about axle 2 with body 3's centre of mass there, kg m^2.
+    /// Moment of inertia about axle 2, as if body 3's centre of mass were at axle 2 along the front
+    /// part, kg m^2.
     inertia: f32,
     /// `L2`, m, and `2 K / (K^2 - L1^2)`, 1/m.
     l2: f32,
@@ -58,7 +60,8 @@ impl FrontPart {
             behind: AXLE_3_FROM_BODY_3 - forward,
             along: body_2.mass * along,
             across: body_2.mass * up + body_3.mass * across,
-            // Parallel axes; the distance along the front part of body 3 changes and is added later.
+            // Parallel axes. The distance of body 3 along the front part changes and is added
+            // later.
             inertia: inertia_2
                 + body_2.mass * (along * along + up * up)
                 + inertia_3
@@ -68,11 +71,15 @@ impl FrontPart {
         }
     }
 
-    /// Load while the joint moves as `chassis` has it, with the belt taut, and the body stands still in `attitude`.
+    /// Load while the joint moves as `chassis`, with the belt taut and the body at rest in
+    /// `attitude`.
     ///
-    /// Rows 7 and 8 of `D q'' + C q' - Q` (Paillat et al., eq. 13) with joints 7 and 8 alone in motion; the screw's rates follow from
-    /// eq. 2: with `r = L2 + L3`, `r'' = 2 r'^2 / r + r - 2 K r^2 / (K^2 - L1^2)`, the primes being by theta. Left out: the coupling
-    /// through body 3's 0.09 mm across the front part. Ground under the front and strain in the belt are not known here.
+    /// These are rows 7 and 8 of `D q'' + C q' - Q` (Paillat et al., eq. 13), with motion of
+    /// joints 7 and 8 only. The screw's rates follow from eq. 2: with `r = L2 + L3`,
+    /// `r'' = 2 r'^2 / r + r - 2 K r^2 / (K^2 - L1^2)`, where the primes are derivatives by theta.
+    /// The coupling through body 3's 0.09 mm across the front part is left out. Ground under the
+    /// front and strain in the belt are not known here.
+    ///
     /// Domain: any. Worst error 1.4e-4 N m and 7.7e-4 N up to 2 rad/s and 8 rad/s^2
     /// (`host-tests/tests/nodes/feed_forward.rs`). Cost on Cortex-M4: see docs/cost.md.
     #[inline]
@@ -88,7 +95,7 @@ impl FrontPart {
         let curve = 2.0 * slope * slope / reach + reach - self.bend * reach * reach;
         let sliding = curve * square + slope * acceleration;
 
-        // Body 3's centre of mass from axle 2, along the front part.
+        // Distance of body 3's centre of mass from axle 2 along the front part.
         let arm = reach - self.behind;
         let moment = self.mass * arm;
         let (sine, cosine) = sin_cos(theta + attitude.pitch());

@@ -1,19 +1,19 @@
-//! Masses of B2P2's bodies and of its payload, and their places, as the settings have them.
+//! Reads the masses of B2P2's bodies and of its payload, and their positions, from the settings.
 //!
 //! The defaults are the paper's ([`super::parameters::SEGMENTS`]), except for the height of body 1.
 
 use crate::settings::{Setting, Settings};
 
-/// A mass and its place, kg and m.
+/// A mass and its position, kg and m.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct PointMass {
     /// Mass, kg.
     pub mass: f32,
-    /// Place forward, left and up, m.
+    /// Position forward, left and up, m.
     pub place: [f32; 3],
 }
 
-/// Everything on the robot that has a mass.
+/// Masses of the robot's bodies and of its payload.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Masses {
     /// Body 1, from axle 1 along its own axes. It carries the batteries, whose place the paper does
@@ -31,11 +31,11 @@ pub struct Masses {
 }
 
 impl Masses {
-    /// Masses of these settings. Every body has at least 1 g.
+    /// Reads the masses from these settings. Every body has at least 1 g.
     ///
-    /// A setting is divided by a power of ten that is exact in single precision, so that the
-    /// result is the nearest `f32` to the decimal number. The payload is scaled like every other
-    /// setting of the guard.
+    /// A setting is divided by a power of ten that is exact in single precision, so that the result
+    /// is the nearest `f32` to the decimal number. The payload is scaled like every other setting
+    /// of the guard.
     pub fn new(settings: &Settings) -> Self {
         let millionths = |setting| settings.get(setting) as f32 / 1e6;
         let body = |mass, place: [Setting; 3]| PointMass {
@@ -80,8 +80,8 @@ mod tests {
     use super::super::parameters::SEGMENTS;
     use super::*;
 
-    /// The table's columns in the axes of its frames: R6 is forward, up, right; R7 is up, backward,
-    /// right; R8 is up, right, forward.
+    /// Converts the table's columns from the axes of its frames: R6 is forward, up, right; R7 is
+    /// up, backward, right; R8 is up, right, forward.
     #[test]
     fn the_default_masses_are_the_papers() {
         let found = Masses::new(&Settings::default());

@@ -1,10 +1,11 @@
-//! Masses, inertias and lengths: the paper's tables, checked and brought to the form that the dynamics need.
+//! Defines masses, inertias and lengths of B2P2: the paper's tables, checked and converted to the
+//! form that the dynamics need.
 
 use crate::constants::GRAVITY_F64;
 use crate::math::Scalar;
 use crate::math::vector::{Symmetric, Vector, sub};
 
-/// A segment as the paper's appendix tabulates it, in the axes of its Denavit-Hartenberg frame.
+/// Segment as the paper's appendix tabulates it, in the axes of its Denavit-Hartenberg frame.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Tabulated {
     /// Mass, kg.
@@ -13,9 +14,11 @@ pub struct Tabulated {
     pub centre_of_mass: [f64; 3],
     /// Inertia matrix about the ORIGIN of the frame, kg m^2.
     ///
-    /// The paper's eq. 4 needs it about the centre of mass, and says no more than "defined in the frame". Read about the centre of
-    /// mass, the matrices would be impossible (body 3 would have a gyration radius of 0.167 m at a length of 0.226 m), and their
-    /// mixed elements are `-m x y` of the tabulated centres within a few per cent: they are about the origins.
+    /// The paper's eq. 4 needs it about the centre of mass, and the paper says no more than
+    /// "defined in the frame". But about the centre of mass the matrices would be impossible:
+    /// body 3 would have a gyration radius of 0.167 m at a length of 0.226 m. And their mixed
+    /// elements agree with `-m x y` of the tabulated centres within a few per cent. So they are
+    /// about the origins.
     pub inertia_about_origin: [[f64; 3]; 3],
 }
 
@@ -57,10 +60,11 @@ pub struct Lengths {
     pub l1: f64,
     /// Fixed part `L2` of the front.
     pub l2: f64,
-    /// Distance of axle 3 from the origin of R8, along z8.
+    /// Distance of axle 3 from the origin of R8, along z8. Assumed.
     ///
-    /// The paper's eq. 2 has `r = L2 + L3`, its table `r8 = L2 + q8`. With `q8 = L3` the centre of mass of body 3 would lie 0.153 m in
-    /// front of axle 3. So R8 is taken to be at the rear end of body 3 and the axle at its tabulated length: `q8 = L3 - axle_3`. Assumed.
+    /// The paper's eq. 2 has `r = L2 + L3`, its table `r8 = L2 + q8`. With `q8 = L3` the centre of
+    /// mass of body 3 would lie 0.153 m in front of axle 3. So R8 is taken to be at the rear end of
+    /// body 3, and the axle at the tabulated length of the body: `q8 = L3 - axle_3`.
     pub axle_3: f64,
     /// Gravity, along -z0.
     pub gravity: f64,
@@ -77,18 +81,18 @@ pub const LENGTHS: Lengths = Lengths {
 /// Why values do not describe a robot.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub enum ParametersError {
-    /// A length or gravity is no finite number.
+    /// A length or gravity is not finite.
     NotFinite {
-        /// Which one.
+        /// Name of the value.
         name: &'static str,
-        /// What was given.
+        /// Value that was given.
         got: f64,
     },
     /// A mass is not above zero, or not finite.
     Mass {
         /// Segment, 1 to 3.
         segment: usize,
-        /// What was given, kg.
+        /// Value that was given, kg.
         got: f64,
     },
     /// An inertia matrix is not symmetric.
@@ -96,24 +100,25 @@ pub enum ParametersError {
         /// Segment, 1 to 3.
         segment: usize,
     },
-    /// No body has this mass, centre of mass and inertia: about the centre of mass, one moment exceeds the sum of the other two.
+    /// No body has this mass, centre of mass and inertia: about the centre of mass, one moment
+    /// exceeds the sum of the other two.
     InertiaImpossible {
         /// Segment, 1 to 3.
         segment: usize,
     },
 }
 
-/// A segment, ready for use.
+/// Segment in the form that the dynamics need.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(super) struct Segment<S> {
     pub mass: S,
     pub com: Vector<S>,
-    /// About the centre of mass.
+    /// Inertia about the centre of mass.
     pub inertia: Symmetric<S>,
     pub inertia_about_origin: Symmetric<S>,
 }
 
-/// The constant model: checked once, so that nothing that follows checks again.
+/// Constants of the model, checked once at creation, so that no other code has to check them.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Parameters<S> {
     pub(super) l1: S,
@@ -121,7 +126,8 @@ pub struct Parameters<S> {
     pub(super) axle_3: S,
     pub(super) gravity: S,
     pub(super) mass: S,
-    /// Segment 1 along R6, 2 along R7; 3 with the origin of R8 but along R7 as well, so that the front needs one rotation.
+    /// Segment 1 along R6, segment 2 along R7. Segment 3 has the origin of R8 but lies along R7 as
+    /// well, so that the front needs one rotation.
     pub(super) segments: [Segment<S>; 3],
 }
 
@@ -131,7 +137,8 @@ impl<S: Scalar> Parameters<S> {
         Self::prepare(&LENGTHS, &SEGMENTS)
     }
 
-    /// A robot of this kind with other values. Cost: about 300 operations in double precision; for start-up.
+    /// Creates a robot of this kind with other values. Cost: about 300 operations in double
+    /// precision; for start-up.
     ///
     /// # Errors
     /// The first value that no robot can have.
@@ -199,7 +206,7 @@ fn about_origin(segment: &Tabulated) -> Symmetric<f64> {
     }
 }
 
-/// Parallel axes: `I_c = I_o - m (c.c 1 - c c^T)`.
+/// Inertia about the centre of mass, by parallel axes: `I_c = I_o - m (c.c 1 - c c^T)`.
 fn about_com(segment: &Tabulated) -> Symmetric<f64> {
     let shift = Symmetric::point_mass(segment.mass, segment.centre_of_mass);
     let origin = about_origin(segment);
@@ -209,7 +216,8 @@ fn about_com(segment: &Tabulated) -> Symmetric<f64> {
     }
 }
 
-/// From the axes of R8 to those of R7: `x7 = x8`, `y7 = -z8`, `z7 = y8` (row 8 of the table, without the translation).
+/// Transforms a segment from the axes of R8 to those of R7: `x7 = x8`, `y7 = -z8`, `z7 = y8` (row 8
+/// of the table, without the translation).
 fn along_r7(segment: &Tabulated) -> Tabulated {
     let [x, y, z] = segment.centre_of_mass;
     let [[xx, xy, xz], [_, yy, yz], [_, _, zz]] = segment.inertia_about_origin;
@@ -220,7 +228,7 @@ fn along_r7(segment: &Tabulated) -> Tabulated {
     }
 }
 
-/// By its leading minors; false if any element is NaN.
+/// Whether the matrix is positive definite, by its leading minors; false if any element is NaN.
 fn is_positive_definite(matrix: &Symmetric<f64>) -> bool {
     let ([xx, yy, zz], [yz, zx, xy]) = (matrix.diagonal, matrix.mixed);
     let second = xx * yy - xy * xy;

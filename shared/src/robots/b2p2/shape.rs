@@ -1,6 +1,8 @@
-//! Where B2P2's masses and axles are along its own axes: the cheap part of the model, which the guard needs at every tick.
+//! Computes where B2P2's masses and axles are along its own axes: the cheap part of the model,
+//! which the guard needs at every tick.
 //!
-//! Axes of body 1, origin in the middle of axle 1 (the rear one): x forward to axle 2, y left, z up.
+//! Axes of body 1, origin in the middle of axle 1 (the rear one): x forward to axle 2, y left, z
+//! up.
 
 use super::masses::Masses;
 use super::parameters::LENGTHS;
@@ -13,11 +15,11 @@ use crate::units::Angle;
 /// Distance from the rear end of body 3 to axle 3, m ([`super::parameters::Lengths::axle_3`]).
 pub const AXLE_3_FROM_BODY_3: f32 = LENGTHS.axle_3 as f32;
 
-/// Chassis angles between which a raised front ceases to stand on the plane of axles 1 and 2: sines
-/// of 3 and 8 degrees.
+/// Sines of the chassis angles (3 and 8 degrees) between which a raised front ceases to stand on
+/// the plane of axles 1 and 2.
 const RAISED: [f32; 2] = [0.052, 0.139];
-/// Pitch between which a fall forward onto the front ceases to be harmless: cosines of -55 and
-/// -70 degrees.
+/// Cosines of the pitches (-55 and -70 degrees) between which a fall forward onto the front ceases
+/// to be harmless.
 const NOSE_DOWN: [f32; 2] = [0.574, 0.342];
 
 /// Masses and lengths that do not change while the robot moves.
@@ -27,15 +29,16 @@ pub struct Model {
     l2: f32,
     half_gauge: f32,
     pulley_radius: f32,
-    /// Centre of gravity with the front part's own share left out, m.
+    /// Part of the centre of gravity that does not depend on chassis angle and extension, m.
     rigid_cog: [f32; 3],
-    /// What the front part adds to it, along and across its own axis, m: at extension 0, and per metre of extension.
+    /// Part that the front adds, m: along and across its own axis at extension 0, and along it per
+    /// metre of extension.
     front_along: f32,
     front_up: f32,
     front_share: f32,
 }
 
-/// The robot's shape at one chassis angle and extension.
+/// Shape of the robot at one chassis angle and extension.
 #[derive(Clone, Copy, Debug)]
 pub struct Shape {
     /// Centre of gravity, m.
@@ -65,7 +68,7 @@ impl Model {
         let total_mass = mass + body_2.mass + body_3.mass;
         let (l1, l2) = (metres(Setting::LengthL1), metres(Setting::LengthL2));
         let (share_2, share_3) = (body_2.mass / total_mass, body_3.mass / total_mass);
-        // From axle 2 along the front part to body 3's centre of gravity, at extension 0.
+        // Distance from axle 2 along the front part to body 3's centre of gravity, at extension 0.
         let third = l2 - AXLE_3_FROM_BODY_3 + body_3.place[0];
         Self {
             l1,
@@ -85,9 +88,11 @@ impl Model {
         }
     }
 
-    /// Centre of gravity and axles at chassis angle `theta` and extension `l3` in m (sum of eq. 1 of the paper's appendix).
+    /// Centre of gravity and axles at chassis angle `theta` and extension `l3` in m (sum of eq. 1
+    /// of the paper's appendix).
     ///
-    /// What does not change while the robot moves is summed up in [`Self::new`]: only the front part turns, and only body 3 slides.
+    /// [`Self::new`] sums up what does not change while the robot moves: only the front part turns,
+    /// and only body 3 slides.
     #[inline]
     pub fn shape(&self, theta: Angle, l3: f32) -> Shape {
         let (sine, cosine) = sin_cos(theta);
@@ -106,13 +111,14 @@ impl Model {
         }
     }
 
-    /// How the belts stand, as far as that is known without knowing the ground.
+    /// Stance of the belts, as far as it is known without knowing the ground.
     ///
-    /// Behind, the support ends on the lowest line of the rear pulleys, about which the robot falls
-    /// backward whatever nose or floor it stands on. In front it ends on the pulley that reaches
-    /// farthest, as far as the robot can stand on it ([`Self::front`]). The sides end where the belt
-    /// may lie: at axle 2 with the front raised, at axle 3 with it lowered. A raised front is no
-    /// support across: on a side slope it hangs over the lower edge.
+    /// The support ends behind on the lowest line of the rear pulleys. The robot falls backward
+    /// about this line, whatever nose or floor it stands on. In front the support ends on the
+    /// pulley that reaches farthest, as far as the robot can stand on it ([`Self::front`]). The
+    /// sides end where the belt may lie: at axle 2 with the front raised, at axle 3 with it
+    /// lowered. A raised front is no support sideways, because on a side slope it hangs over the
+    /// lower edge.
     pub fn stance(&self, shape: &Shape, axes: &LevelAxes) -> Stance {
         let under = |axle: [f32; 3], left: f32| {
             axes.lowest([axle[0], axle[1] + left, axle[2]], self.pulley_radius)
@@ -132,14 +138,14 @@ impl Model {
         Stance::on(contacts, cog).with_sides(sides)
     }
 
-    /// Axle, in body axes, that ends the support in front; `cog` is in level axes.
+    /// Point of the front, in body axes, where the support ends; `cog` is in level axes.
     ///
     /// The plane that the robot stands on is that of axles 1 and 2. A raised axle 3 is in the air
-    /// over it. It is a support only because a fall forward about axle 2 ends on it, and only if the
-    /// body is not too steep then: the fall turns it by the chassis angle, or has done so already
-    /// if the centre of gravity is in front of axle 2. The line of support moves from axle 3 to
-    /// axle 2 while the pitch at the end of the fall goes from -55 to -70 degrees. With the front
-    /// lowered or straight (up to 3 degrees) the robot stands on axle 3 itself.
+    /// over it. It is a support only because a fall forward about axle 2 ends on it, and only if
+    /// the body is not too steep then. The fall turns the body by the chassis angle; if the centre
+    /// of gravity is in front of axle 2, it has turned it already. The end of the support moves
+    /// from axle 3 to axle 2 while the pitch at the end of the fall goes from -55 to -70 degrees.
+    /// With the front lowered or straight (up to 3 degrees) the robot stands on axle 3 itself.
     fn front(shape: &Shape, cog: [f32; 3], axes: &LevelAxes) -> [f32; 3] {
         let (second, third) = (axes.of(shape.axle_2), axes.of(shape.axle_3));
         if !(third[0] > second[0]) {
@@ -180,7 +186,8 @@ mod tests {
     use crate::stability::attitude::Attitude;
     use crate::stability::step_behind;
 
-    /// Sum of the three bodies' moments in double precision, the front part turned body by body.
+    /// Compares with the sum of the three bodies' moments in double precision, with the front part
+    /// turned body by body.
     #[test]
     fn cog_is_that_of_the_three_bodies_at_any_angle_and_extension() {
         let mut settings = Settings::default();
@@ -226,8 +233,9 @@ mod tests {
         );
     }
 
-    /// A robot of these settings, with a payload of 3 kg at (-0.04, 0.02, 0.15) m, against its
-    /// bodies: mass, and place forward, left and up.
+    /// Compares the centre of gravity of a robot with these settings and a payload of 3 kg at
+    /// (-0.04, 0.02, 0.15) m with that of its bodies, given by mass and position forward, left and
+    /// up.
     fn assert_cog(settings: &Settings, [body_1, body_2, body_3]: [(f64, [f64; 3]); 3]) {
         let model = Model::new(settings);
         for step in 0..1_000 {
@@ -262,7 +270,8 @@ mod tests {
     fn straight_robot_has_its_cog_where_a_hand_calculation_has_it() {
         let model = Model::new(&Settings::default());
         let shape = model.shape(Angle::ZERO, 0.226);
-        // (6.356067*0.160894 + 0.897066*(0.32+0.104083) + 1.06215*(0.32+0.456-0.226+0.15268)) / 8.315283
+        // (6.356067*0.160894 + 0.897066*(0.32+0.104083) + 1.06215*(0.32+0.456-0.226+0.15268)) /
+        // 8.315283
         assert!((shape.cog[0] - 0.258_49).abs() < 1e-4, "{:?}", shape.cog);
         assert!(shape.cog[2].abs() < 1e-3);
         assert!((shape.axle_3[0] - 0.776).abs() < 1e-6);
@@ -291,7 +300,8 @@ mod tests {
         attitude
     }
 
-    /// Payloads in g and um. With its front lowered the robot stands on axles 1 and 3.
+    /// Payloads: mass in g, position forward and up in um. With its front lowered the robot stands
+    /// on axles 1 and 3.
     #[test]
     fn what_b2p2_bears_behind_it() {
         let room = |payload: [i32; 3], slope: f64, theta: f64| {
@@ -317,7 +327,7 @@ mod tests {
             let stance = model.stance(&shape, &tilted(pitch).level_axes());
             step_behind::room(&stance, &step, 0.0)
         };
-        // 1 m is worth 4.4 m/s.
+        // A room of 1 m corresponds to 4.4 m/s.
         assert!(room([0, 0, 0], 0.0, 0.0) > 1.0);
         assert!(room([0, 0, 0], 0.0, -45.0) > 0.02);
         assert!(room([0, 0, 0], 0.0, -50.0) < 0.0);
@@ -333,7 +343,8 @@ mod tests {
         model.stance(&shape, &tilted(pitch).level_axes()).margins()[1]
     }
 
-    /// Sum of the moments about axle 2 in double precision: how far the centre of gravity is behind it.
+    /// Distance of the centre of gravity behind axle 2, by the sum of the moments in double
+    /// precision.
     fn behind_axle_2(pitch: f64, theta: f64, (load, [x, up]): (f64, [f64; 2])) -> f64 {
         let place = |angle: f64, [along, up]: [f64; 2]| {
             let angle = angle.to_radians();
@@ -349,7 +360,8 @@ mod tests {
         -bodies.iter().map(|(mass, x)| mass * x).sum::<f64>() / mass
     }
 
-    /// A slope of -50 degrees: the fall onto the raised front would turn the body to -95 degrees or more.
+    /// On a slope of -50 degrees, the fall onto the raised front would turn the body to -95 degrees
+    /// or more.
     #[test]
     fn a_front_raised_on_a_steep_descent_is_no_support() {
         let model = Model::new(&Settings::default());
@@ -367,12 +379,13 @@ mod tests {
         }
         // On level ground a fall onto a front at 45 degrees does no harm.
         assert!(front_margin(&model, 0.0, 45.0) > 0.35);
-        // And a straight front lies on the slope.
+        // A straight front lies on the slope.
         assert!(front_margin(&model, -50.0, 0.0) > 0.25);
     }
 
-    /// With 4 kg at 25 cm the body follows the front that is raised, because its centre of gravity
-    /// is over axle 2: the front stays on the slope and the body turns. Seen to go to -92 degrees.
+    /// With 4 kg at a height of 25 cm, the centre of gravity is over axle 2. So the body follows
+    /// the front that is raised: the front stays on the slope and the body turns. Such a robot was
+    /// seen to turn to -92 degrees.
     #[test]
     fn a_body_that_tips_over_axle_2_runs_out_of_front_margin() {
         let mut settings = Settings::default();
@@ -397,7 +410,8 @@ mod tests {
         assert!(before < 0.0);
     }
 
-    /// On a side slope the robot turns over the lower line between axles 1 and 2, where its belt lies: a plane figure in the section across.
+    /// On a side slope the robot turns over the lower line between axles 1 and 2, where its belt
+    /// lies. The expected margins come from a plane figure in the cross section.
     #[test]
     fn a_front_raised_on_a_side_slope_is_no_support_across() {
         let model = Model::new(&Settings::default());

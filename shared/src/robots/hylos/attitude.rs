@@ -1,39 +1,44 @@
-//! How the platform lies in the world.
+//! Describes the attitude of Hylos' platform in the world.
 
 use crate::math::Scalar;
 use crate::math::vector::{CoordinateFrame, Vector, zero};
 
-/// Below this square of its cosine the pitch is taken to be a quarter turn, and the roll to be none: they turn about the same line.
+/// Square of the pitch's cosine below which the pitch counts as a quarter turn, and the roll as
+/// zero. Both turn about the same line there.
 const UPRIGHT: f64 = 1e-6;
 
-/// Attitude by the paper's angles `(phi, psi, theta)`, roll, pitch (nose DOWN positive) and yaw: `R0P = Rz(theta) Ry(psi) Rx(phi)`.
+/// Attitude by the paper's angles `(phi, psi, theta)`: roll, pitch (nose DOWN positive) and yaw,
+/// with `R0P = Rz(theta) Ry(psi) Rx(phi)`.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Attitude<S> {
     /// Sines and cosines of roll and pitch.
     pub(super) roll: (S, S),
     pub(super) pitch: (S, S),
-    /// The platform's axes in the world: `R0P`; the origin is not used.
+    /// Axes of the platform in the world, `R0P`; the origin is not used.
     pub(super) frame: CoordinateFrame<S>,
 }
 
-/// What is up in the platform's axes, from sines and cosines of an inclination as [`crate::stability::attitude::Attitude`] gives it: roll about
-/// the heading (left side up positive), then pitch about the transverse axis (nose UP positive).
+/// Up direction in the platform's axes, from sines and cosines of an inclination as
+/// [`crate::stability::attitude::Attitude`] gives it: roll about the heading (left side up
+/// positive), then pitch about the transverse axis (nose UP positive).
 pub fn up_from_tilt<S: Scalar>((sp, cp): (S, S), (sr, cr): (S, S)) -> Vector<S> {
     [cr * sp, sr, cr * cp]
 }
 
 impl<S: Scalar> Attitude<S> {
-    /// Attitude of `(phi, psi, theta)`, rad. Domain: that of [`Scalar::sin_cos`]; NaN beyond.
+    /// Attitude with the angles `(phi, psi, theta)`, rad. Domain: that of [`Scalar::sin_cos`]; NaN
+    /// beyond.
     pub fn from_angles(angles: [S; 3]) -> Self {
         let [roll, pitch, yaw] = angles.map(Scalar::sin_cos);
         Self::from_directions(roll, pitch, yaw)
     }
 
-    /// Attitude of a platform in whose axes `up` (a unit vector) is up, in the world whose x axis is its heading: level, and square to
-    /// the platform's transverse axis, as in [`crate::stability::attitude`].
+    /// Attitude of a platform in whose axes `up` (a unit vector) is up. The world's x axis is the
+    /// platform's heading: level, and perpendicular to the platform's transverse axis, as in
+    /// [`crate::stability::attitude`].
     ///
-    /// Where the nose points straight up or down the roll is taken to be none; where it lies on its side there is no heading, and
-    /// x is the platform's own.
+    /// If the nose points straight up or down, the roll is zero. If the platform lies on its side,
+    /// there is no heading, and x is the platform's own.
     pub fn from_up(up: Vector<S>) -> Self {
         let [x, y, z] = up;
         let square = y * y + z * z;
@@ -43,7 +48,7 @@ impl<S: Scalar> Attitude<S> {
         } else {
             ((S::ZERO, S::ONE), S::ZERO)
         };
-        // The yaw between the nose's shadow and the heading.
+        // Yaw between the nose's projection on level ground and the heading.
         let (across, along) = (-(x * roll.0), roll.1);
         let square = across * across + along * along;
         let yaw = if square > S::from_f64(UPRIGHT) {
@@ -71,27 +76,29 @@ impl<S: Scalar> Attitude<S> {
         }
     }
 
-    /// Rows of `R0P`, from the platform's axes to the world's.
+    /// Rows of `R0P`, which transforms from the platform's axes to the world's.
     pub fn rotation(&self) -> [Vector<S>; 3] {
         self.frame.rows().map(|[x, y, z, _]| [x, y, z])
     }
 
-    /// What is up, in the platform's axes.
+    /// Up direction in the platform's axes.
     #[inline]
     pub fn up(&self) -> Vector<S> {
         let ((sr, cr), (sp, cp)) = (self.roll, self.pitch);
         [-sp, cp * sr, cp * cr]
     }
 
-    /// A direction of the world in the platform's axes.
+    /// Transforms a direction from the world's axes to the platform's.
     #[inline]
     pub fn into_platform(&self, direction: Vector<S>) -> Vector<S> {
         self.frame.along_axes(direction)
     }
 
-    /// `T_phi` of eq. 8: from the rates of the three angles to the angular velocity in the PLATFORM's axes.
+    /// Matrix `T_phi` of eq. 8: from the rates of the three angles to the angular velocity in the
+    /// PLATFORM's axes.
     ///
-    /// The matrix in the paper's appendix gives it in the world's axes, where eq. 6 and 8 need the platform's: this is `R0P^T` times it.
+    /// The matrix in the paper's appendix gives it in the world's axes, but eq. 6 and 8 need it in
+    /// the platform's. This matrix is `R0P^T` times the paper's.
     pub fn rate_matrix(&self) -> [Vector<S>; 3] {
         let (sr, cr) = self.roll;
         let [ux, uy, uz] = self.up();
@@ -99,7 +106,7 @@ impl<S: Scalar> Attitude<S> {
         [[l, o, ux], [o, cr, uy], [o, -sr, uz]]
     }
 
-    /// `T_phi` times the rates of roll, pitch and yaw.
+    /// Angular velocity in the platform's axes: `T_phi` times the rates of roll, pitch and yaw.
     #[inline]
     pub(super) fn angular_velocity(&self, [roll, pitch, yaw]: [S; 3]) -> Vector<S> {
         let (sr, cr) = self.roll;
@@ -111,7 +118,8 @@ impl<S: Scalar> Attitude<S> {
         ]
     }
 
-    /// The first two elements of `T_phi^T moment`: what roll and pitch do to something that `moment` measures for every turn.
+    /// First two elements of `T_phi^T moment`: the derivatives by roll and pitch of a quantity
+    /// whose derivative by rotation is `moment`.
     #[inline]
     pub(super) fn about_roll_and_pitch(&self, moment: Vector<S>) -> [S; 2] {
         let (sr, cr) = self.roll;

@@ -1,4 +1,5 @@
-//! Hylos under the guard: what the bus shows of sixteen drives, what the operator's command becomes, and the set-points that follow from it.
+//! Implements [`Body`] for Hylos: reads its sixteen drives, and computes their set-points for a
+//! command.
 
 use super::parameters::{MARGIN_FLOOR, MARGIN_LIMIT, POTENTIAL_GAIN, STANCE_HEIGHT};
 use super::{
@@ -19,17 +20,19 @@ use crate::stability::attitude::Attitude;
 use crate::stability::support::Stance;
 use heapless::Vec;
 
-/// Motors of a leg, in the order of their nodes; the legs count front left, front right, rear left, rear right.
+/// Motors of a leg, in the order of their nodes; the legs count front left, front right, rear left,
+/// rear right.
 const HIP: usize = 0;
 const KNEE: usize = 1;
 const STEERING: usize = 2;
 const WHEEL: usize = 3;
 const PER_LEG: usize = 4;
 
-/// The stages of [`Body::STAGES`]. While hips and knees look for their references the wheels roll freely, as the legs move them.
+/// First of the stages of [`Body::STAGES`]. While hips and knees are homed, the wheels roll freely
+/// as the legs move them.
 const HOME: u8 = 0;
 
-/// The wheel-legged robot under the guard.
+/// Hylos, the wheel-legged robot, under the guard.
 #[derive(Clone, Debug)]
 pub struct Hylos {
     parameters: Parameters<f32>,
@@ -40,7 +43,7 @@ pub struct Hylos {
     sensed: Sensed<f32>,
     wheels: Option<[Position; LEGS]>,
     odometry: Odometry,
-    /// Forward speed that is passed on; its position is not used.
+    /// Forward speed that is passed on; the position of this motion is not used.
     forward: Motion,
     turn: Turn,
     clearance: Clearance,
@@ -53,7 +56,7 @@ impl Hylos {
     }
 }
 
-/// Commanded height of the platform above the ground, m.
+/// Commanded height of the platform's hips above the wheels' centres, m.
 ///
 /// Its word counts millimetres; 0 or less commands the height of the robot's nominal stance.
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -138,7 +141,7 @@ impl Body for Hylos {
         let (legs, _) = drives.as_chunks::<PER_LEG>();
         let mut wheels = [Position::default(); LEGS];
         for (leg, drives) in legs.iter().enumerate().take(LEGS) {
-            // A joint without reference is taken to be where it is when the robot just stands.
+            // A joint that is not homed is taken to be where it is in the nominal stance.
             let angle = |motor: usize, before: f32| {
                 let drive = drive_of(drives, motor);
                 if drive.homed {
@@ -186,7 +189,8 @@ impl Body for Hylos {
         self.controller = Controller::new(self.parameters, self.potential, &self.sensed);
     }
 
-    /// The legs' way out of danger counts as motion of the posture: it passes while it raises the margins.
+    /// Moves the set-points. When the legs correct a small margin, this counts as motion of the
+    /// posture: it passes while it raises the margins.
     fn advance(&mut self, asked: &Asked<Clearance>, allowed: Allowed, _: &Attitude, period: f32) {
         let driven = self.turn.within(*asked);
         allowed.ramp(&mut self.forward, driven.forward, self.speed, period);
@@ -206,7 +210,7 @@ impl Body for Hylos {
     }
 
     fn first_stage(&self, drives: &[DriveState]) -> u8 {
-        // Wheels that hold go on holding where nothing is to be homed.
+        // If every drive is homed already, wheels that hold keep holding.
         HOME + u8::from(drives.iter().all(|drive| drive.homed))
     }
 
@@ -245,7 +249,7 @@ impl Body for Hylos {
         self.clearance
     }
 
-    /// Mean of the four wheels, along their own ways.
+    /// Mean travel of the four wheels, each along its own path.
     fn odometry_um(&self) -> i32 {
         self.odometry.um()
     }

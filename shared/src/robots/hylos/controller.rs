@@ -1,9 +1,14 @@
-//! The body controller: from what the sensors say and the operator wishes to the set-points of all sixteen motors.
+//! Controls Hylos' body: computes the set-points of all sixteen motors from the sensors and the
+//! operator's command.
 //!
-//! Three things move the legs, and what they ask for is added: the stability potential, while the margin is below its limit; the desired
-//! for a clearance, while it is above; and the ground, always: four wheels are one more than a platform needs to stand on, and what
-//! would lift one of them is taken out of the motion (`nL_p` cannot follow it), while the loads, felt in the torques of the legs, are spread
-//! so that every wheel carries some: that closes gaps.
+//! The rates of the legs are the sum of three parts:
+//!
+//! * The descent of the stability potential, while the margin is below its limit.
+//! * The return to the commanded clearance, while the margin is above its limit.
+//! * The contact with the ground, always. A platform needs only three wheels to stand. So what
+//!   would lift one of the four is removed from the motion (it is the part that `nL_p` cannot
+//!   follow). And the loads, measured by the torques of the legs, are spread so that every wheel
+//!   carries some, which closes gaps.
 
 use super::least_squares::LeastSquares;
 use super::parameters::{HIP_RANGE, KNEE_RANGE, MARGIN_LIMIT, STANCE_REACH, STEERING_RANGE};
@@ -13,55 +18,58 @@ use crate::math::Scalar;
 use crate::math::vector::{Vector, cross, dot, scale, sub, zero};
 use crate::stability::tipover::margin;
 
-/// Most that a hip or knee turns, rad/s. Assumed.
+/// Largest rate of a hip or knee, rad/s. Assumed.
 pub const LEG_RATE: f64 = 0.8;
-/// Most that a wheel is steered, rad/s. Assumed.
+/// Largest rate of the steering, rad/s. Assumed.
 pub const STEERING_RATE: f64 = 1.5;
-/// Most that a wheel turns, rad/s. Assumed: 0.6 m/s.
+/// Largest rate of a wheel, rad/s. Assumed; it corresponds to 0.6 m/s.
 pub const WHEEL_RATE: f64 = 8.0;
 /// Gain `K_gamma` of eq. 22, 1/s. Assumed.
 const STEERING_GAIN: f64 = 5.0;
-/// Speed over the ground below which a wheel is not steered, m/s: it would turn for nothing.
+/// Speed over ground below which a wheel is not steered, m/s, because it would turn for nothing.
 const STEERING_SPEED: f64 = 0.02;
-/// How far above its limit the margin must be for the commanded clearance to have its full say, rad.
+/// Excess of the margin over its limit at which the commanded clearance has its full weight, rad.
 const EASE: f64 = 0.1;
-/// Rate with which the commanded clearance is approached, 1/s, and the most that it asks of a joint, rad/s.
+/// Gain of the return to the commanded clearance, 1/s, and the largest rate of a joint for this,
+/// rad/s.
 const RETURN_GAIN: f64 = 0.8;
 const RETURN_RATE: f64 = 0.25;
-/// Speed with which a wheel follows the ground for each newton that it carries too little or too much, m/(s N), and the most.
+/// Speed with which a wheel follows the ground per newton of missing or excess load, m/(s N), and
+/// its maximum, m/s.
 const LOAD_GAIN: f64 = 8e-4;
 const LOAD_SPEED: f64 = 0.12;
-/// Least load of a wheel that is aimed at, N.
+/// Smallest load of a wheel that the controller aims at, N.
 const LEAST_LOAD: f64 = 10.0;
-/// Time over which loads are averaged, s: gears pass on every jolt.
+/// Time constant of the low-pass of the loads, s; the gears transmit every jolt.
 const LOAD_TIME: f64 = 0.03;
-/// How far a set-point may be ahead of its joint, rad: a blocked leg does not wind up.
+/// Largest lead of a set-point over its joint, rad, so that a blocked leg does not wind up.
 const LEAD: f64 = 0.15;
 
-/// What the sensors say.
+/// Measurements of the sensors.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Sensed<S> {
     /// Hips and knees, rad.
     pub legs: Legs<S>,
-    /// Torques of their motors, positive the way their joints count, N m. Zeros where they are not known: then gaps stay open.
+    /// Torques of the hip and knee motors, N m, positive in the positive direction of their joints.
+    /// Zero if they are not known; gaps then stay open.
     pub torques: Legs<S>,
-    /// Steering angles, rad, counter-clockwise from above.
+    /// Steering angles, rad, counter-clockwise seen from above.
     pub steering: [S; LEGS],
-    /// What is up, a unit vector in the platform's axes ([`Attitude::from_up`]).
+    /// Up direction, a unit vector in the platform's axes ([`Attitude::from_up`]).
     pub up: Vector<S>,
-    /// Acceleration of the platform along its axes without gravity, m/s^2; zeros where it is not known.
+    /// Acceleration of the platform along its axes without gravity, m/s^2; zero if it is not known.
     pub acceleration: Vector<S>,
 }
 
-/// What the operator wishes.
+/// Motion that the operator commands.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Desired<S> {
-    /// Speed along the heading, m/s, on the map: on a slope the wheels turn faster.
+    /// Speed along the heading, m/s, in the horizontal plane: on a slope the wheels turn faster.
     pub forward: S,
     /// Yaw rate, rad/s.
     pub yaw_rate: S,
-    /// Height of the hips above the wheels' centres in the posture to which the legs return when nothing else moves them, m.
-    /// `None` leaves the legs where they are.
+    /// Height of the hips above the wheels' centres, m, in the posture to which the legs return
+    /// when nothing else moves them. `None` leaves the legs where they are.
     pub clearance: Option<S>,
 }
 
@@ -70,22 +78,22 @@ pub struct Desired<S> {
 pub struct SetPoints<S> {
     /// Hips and knees, rad.
     pub legs: Legs<S>,
-    /// Their rates, rad/s.
+    /// Rates of hips and knees, rad/s.
     pub leg_rates: Legs<S>,
     /// Steering angles, rad.
     pub steering: [S; LEGS],
-    /// Their rates, rad/s.
+    /// Rates of the steering, rad/s.
     pub steering_rates: [S; LEGS],
     /// Wheel speeds, rad/s, forward positive.
     pub wheel_rates: [S; LEGS],
 }
 
-/// What the controller knows of the robot's stability.
+/// Stability of the robot as the controller evaluates it.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Assessment<S> {
     /// Tip-over angles about the axes right, front, left and rear, rad.
     pub tip_over: [S; LEGS],
-    /// The least of them.
+    /// Smallest of them, rad.
     pub margin: S,
     /// Stability potential; zero while the margin is above its limit.
     pub potential: S,
@@ -99,15 +107,16 @@ pub struct Controller<S> {
     set_points: SetPoints<S>,
     /// Force of the ground on each wheel along the platform's z axis, low-passed, N.
     loads: [S; LEGS],
-    /// Angular velocity of the platform that goes with the rates of the legs, along its axes, rad/s.
+    /// Angular velocity of the platform that results from the rates of the legs, along its axes,
+    /// rad/s.
     turning: Vector<S>,
-    /// Rates that the legs would have if nobody held them.
+    /// Rates that the legs would have if they were not held, rad/s.
     proposed: Legs<S>,
     held: bool,
 }
 
 impl<S: Scalar> Controller<S> {
-    /// A controller of a robot whose joints are where `sensed` says; nothing moves yet.
+    /// Creates the controller of a robot whose joints are where `sensed` says; nothing moves yet.
     pub fn new(parameters: Parameters<S>, potential: Potential<S>, sensed: &Sensed<S>) -> Self {
         Self {
             parameters,
@@ -126,17 +135,19 @@ impl<S: Scalar> Controller<S> {
         }
     }
 
-    /// From the next step on the legs stay where they are, or may move again. What they would do is still computed ([`Self::ahead`]).
+    /// Holds the legs from the next step on, or releases them. The controller still computes how
+    /// they would move ([`Self::ahead`]).
     pub fn hold_legs(&mut self, held: bool) {
         self.held = held;
     }
 
-    /// The last set-points.
+    /// Latest set-points.
     pub fn set_points(&self) -> &SetPoints<S> {
         &self.set_points
     }
 
-    /// The posture that is sensed. No sensor sees the ground, so its normal is taken to be that of the mean plane of the wheels.
+    /// Posture that the sensors measure. No sensor measures the ground, so its normal is taken to
+    /// be that of the mean plane of the wheels.
     pub fn posture(&self, sensed: &Sensed<S>) -> Posture<'_, S> {
         let normal = ground_normal(&self.parameters, &sensed.legs);
         Posture::new(
@@ -148,7 +159,7 @@ impl<S: Scalar> Controller<S> {
         )
     }
 
-    /// What will be sensed `horizon` s from now if the legs move as the last step proposed.
+    /// Predicted measurements `horizon` s from now if the legs move as the last step proposed.
     pub fn ahead(&self, sensed: &Sensed<S>, horizon: S) -> Sensed<S> {
         let mut next = *sensed;
         for (leg, rates) in next.legs.iter_mut().zip(&self.proposed) {
@@ -159,7 +170,7 @@ impl<S: Scalar> Controller<S> {
                 *place = within(moved, S::from_f64(low), S::from_f64(high));
             }
         }
-        // Seen from the platform the world turns back.
+        // Seen from the platform, the world turns the other way.
         let up = sub(sensed.up, scale(horizon, cross(self.turning, sensed.up)));
         let length = dot(up, up).sqrt();
         if length > S::ZERO {
@@ -170,8 +181,9 @@ impl<S: Scalar> Controller<S> {
 
     /// Moves the set-points by one `period`, s.
     ///
-    /// Total: whatever comes in, set-points are numbers within their ranges and do not move faster than their limits; a joint
-    /// whose motion cannot be computed holds. Cost: 2600 operations beside sines at most, 9300 instructions of a Cortex-M4F.
+    /// Accepts any input: set-points are always finite, within their ranges, and not faster than
+    /// their limits. A joint whose motion cannot be computed holds. Cost: at most 2600 operations
+    /// in addition to sines, 9300 instructions of a Cortex-M4F.
     pub fn step(&mut self, sensed: &Sensed<S>, desired: &Desired<S>, period: S) -> Assessment<S> {
         self.feel(sensed, period);
         let posture = self.posture(sensed);
@@ -191,7 +203,7 @@ impl<S: Scalar> Controller<S> {
             potential: self.potential.total(&tip_over),
         };
 
-        // Eq. 20 with the total gradient: downhill.
+        // Eq. 20 with the total gradient, downhill.
         let mut rates = if assessment.potential > S::ZERO {
             let descent = posture.descent(slopes, &pull, &follower);
             slowed(&descent.total.map(|leg| leg.map(|value| -value)))
@@ -220,7 +232,7 @@ impl<S: Scalar> Controller<S> {
         assessment
     }
 
-    /// Takes the loads from the leg motors' torques: a leg at rest is in balance, `tau = -J^T F`.
+    /// Updates the loads from the leg motors' torques. A leg at rest is in balance: `tau = -J^T F`.
     fn feel(&mut self, sensed: &Sensed<S>, period: S) {
         let share = period / (S::from_f64(LOAD_TIME) + period);
         for (leg, load) in self.loads.iter_mut().enumerate() {
@@ -228,7 +240,7 @@ impl<S: Scalar> Controller<S> {
                 super::posture::leg_kinematics(&self.parameters, leg, sensed.legs[leg]);
             let [hip, knee] = sensed.torques[leg];
             let area = ax * bz - az * bx;
-            // A leg that is nearly straight tells little: damped.
+            // A leg that is nearly straight gives little information, so the result is damped.
             let felt = (bx * hip - ax * knee) * area / (area * area + S::from_f64(1e-6));
             let change = share * (felt - *load);
             if change.is_finite() {
@@ -237,7 +249,7 @@ impl<S: Scalar> Controller<S> {
         }
     }
 
-    /// Adds the way back to the posture with this clearance, weighed.
+    /// Adds the rates of the return to the posture with this clearance, weighted by `say`.
     fn return_to(&self, clearance: S, say: S, rates: &mut Legs<S>) {
         let stance = stance(&self.parameters, clearance);
         for (leg, rates) in self.set_points.legs.iter().zip(rates) {
@@ -248,7 +260,7 @@ impl<S: Scalar> Controller<S> {
         }
     }
 
-    /// The same rates, bounded, without what would leave a joint's range.
+    /// Bounds the rates, and removes those that would leave a joint's range.
     fn within_ranges(&self, rates: &Legs<S>) -> Legs<S> {
         let mut rates = slowed(rates);
         for (leg, rates) in self.set_points.legs.iter().zip(&mut rates) {
@@ -280,7 +292,8 @@ impl<S: Scalar> Controller<S> {
         }
         for leg in 0..LEGS {
             let measured = sensed.steering[leg];
-            // Rolling is seen in the wheel's own speed: without it the direction of the rest is chance.
+            // The wheel's own speed shows whether it rolls. Without rolling, the direction of the
+            // remaining velocity is random.
             let rolling = motion.wheels[leg] * self.parameters.wheel_radius;
             let fast = rolling * rolling > S::from_f64(STEERING_SPEED * STEERING_SPEED);
             let wanted = match motion.steering[leg] {
@@ -299,7 +312,7 @@ impl<S: Scalar> Controller<S> {
     }
 }
 
-/// Motion of platform, wheels and steering that goes with the desired and these rates of the legs.
+/// Motion of platform, wheels and steering for the desired motion and these rates of the legs.
 fn motion<S: Scalar>(
     posture: &Posture<S>,
     follower: &LeastSquares<S>,
@@ -313,7 +326,8 @@ fn motion<S: Scalar>(
     posture.follow(follower, &trajectory, rates, Form::Full)
 }
 
-/// Normal of the mean plane of the wheels' centres, in the platform's axes: their diagonals are parallel to it.
+/// Normal of the mean plane of the wheels' centres, in the platform's axes. The diagonals of the
+/// centres are parallel to this plane.
 fn ground_normal<S: Scalar>(parameters: &Parameters<S>, legs: &Legs<S>) -> Vector<S> {
     let [a, b, c, d] =
         core::array::from_fn(|leg| super::posture::leg_kinematics(parameters, leg, legs[leg]).0);
@@ -326,7 +340,8 @@ fn ground_normal<S: Scalar>(parameters: &Parameters<S>, legs: &Legs<S>) -> Vecto
     }
 }
 
-/// Hip and knee that put a wheel's centre [`STANCE_REACH`] outside its hip and `clearance` below it, or as near as the leg comes.
+/// Hip and knee angles that put a wheel's centre [`STANCE_REACH`] outside its hip and `clearance`
+/// below it, or as near to that as the leg reaches.
 pub fn stance<S: Scalar>(parameters: &Parameters<S>, clearance: S) -> [S; 2] {
     let [thigh, shank] = parameters.leg;
     let reach = S::from_f64(STANCE_REACH);
@@ -345,7 +360,7 @@ pub fn stance<S: Scalar>(parameters: &Parameters<S>, clearance: S) -> [S; 2] {
     ]
 }
 
-/// Takes out of `rates` what would lift a wheel, and adds what spreads the loads as they should be.
+/// Removes from `rates` what would lift a wheel, and adds what spreads the loads as desired.
 fn keep_on_ground<S: Scalar>(
     posture: &Posture<S>,
     follower: &LeastSquares<S>,
@@ -361,18 +376,21 @@ fn keep_on_ground<S: Scalar>(
         );
         let wanted = follow - lifting[leg];
         let [hip, knee] = wheel.along(wheel.normal);
-        // The least motion of the leg that does it; damped where the leg cannot.
+        // Smallest motion of the leg that gives this speed; damped where the leg cannot give it.
         let factor = wanted / (hip * hip + knee * knee + S::from_f64(1e-3));
         rates[leg][0] += factor * hip;
         rates[leg][1] += factor * knee;
     }
 }
 
-/// What each wheel carries too much, N. Balance leaves one pattern of loads free, more on one diagonal and less on the other. There
-/// should be none of it, but for what gives every wheel its least load: near the edge of the support equal shares would ask a
-/// wheel to pull, and it would be lifted instead.
+/// Excess load of each wheel, N.
+///
+/// Balance leaves one pattern of loads free: more on one diagonal and less on the other. The
+/// desired amount of this pattern is zero, except for what gives every wheel its smallest load.
+/// Near the edge of the support, equal shares would require a wheel to pull, and it would be lifted
+/// instead.
 fn surplus<S: Scalar>(follower: &LeastSquares<S>, loads: &[S; LEGS]) -> [S; LEGS] {
-    // Loads that are not known are all zero.
+    // Unknown loads are all zero.
     if loads.iter().all(|load| *load == S::ZERO) {
         return [S::ZERO; LEGS];
     }
@@ -380,10 +398,10 @@ fn surplus<S: Scalar>(follower: &LeastSquares<S>, loads: &[S; LEGS]) -> [S; LEGS
     let pattern = follower.residual([one, -one, -one, one]);
     let square = product(&pattern, &pattern);
     let free = product(&pattern, loads) / (square + S::from_f64(1e-6));
-    // How much of the pattern may be there.
+    // Bounds of the desired amount of the pattern.
     let (mut low, mut high) = (S::from_f64(-1e30), S::from_f64(1e30));
     for (share, load) in pattern.into_iter().zip(loads) {
-        // So much of the pattern leaves this wheel its least load.
+        // Amount of the pattern that leaves this wheel its smallest load.
         let bound = (least - (*load - free * share)) / share;
         if share > S::ZERO && bound > low {
             low = bound;
@@ -403,8 +421,9 @@ fn product<S: Scalar>(a: &[S; LEGS], b: &[S; LEGS]) -> S {
     a.iter().zip(b).fold(S::ZERO, |sum, (a, b)| sum + *a * *b)
 }
 
-/// Speed of the platform to its left, m/s, that goes with these rates of the legs: the wheels roll forward, but nothing lets them slide
-/// sideways, so when the platform rolls over them it is the platform that moves. Least squares over the four wheels.
+/// Speed of the platform to its left, m/s, that results from these rates of the legs. The wheels
+/// roll forward but cannot slide sideways. So when the legs roll the platform over the wheels, the
+/// platform moves sideways. Least squares over the four wheels.
 fn sideways<S: Scalar>(posture: &Posture<S>, follower: &LeastSquares<S>, rates: &Legs<S>) -> S {
     let slide = |path: [Vector<S>; 2], legs: &Legs<S>| -> [S; LEGS] {
         let rising = posture.normal_speeds(path, legs);
@@ -428,7 +447,8 @@ fn sideways<S: Scalar>(posture: &Posture<S>, follower: &LeastSquares<S>, rates: 
     -(product(&unit, &forced) / (product(&unit, &unit) + S::from_f64(1e-3)))
 }
 
-/// All rates times one factor, so that none is above [`LEG_RATE`]: the direction stays.
+/// Scales all rates by one factor so that none is above [`LEG_RATE`]. Their direction stays the
+/// same.
 fn slowed<S: Scalar>(rates: &Legs<S>) -> Legs<S> {
     let limit = S::from_f64(LEG_RATE);
     let mut largest = limit;
@@ -442,7 +462,7 @@ fn slowed<S: Scalar>(rates: &Legs<S>) -> Legs<S> {
     rates.map(|leg| leg.map(|rate| bounded(rate * factor, limit)))
 }
 
-/// `place` moved at `rate`, not far from where the joint is, and within its range.
+/// Moves `place` at `rate`, within [`LEAD`] of the measured joint and within its range.
 fn moved<S: Scalar>(place: S, rate: S, period: S, measured: S, [low, high]: [f64; 2]) -> S {
     let lead = S::from_f64(LEAD);
     let next = within(place + rate * period, measured - lead, measured + lead);
@@ -450,7 +470,7 @@ fn moved<S: Scalar>(place: S, rate: S, period: S, measured: S, [low, high]: [f64
     if next.is_finite() { next } else { place }
 }
 
-/// `value` kept within `low..=high`; a bound that is no number does not bind.
+/// Limits `value` to `low..=high`; a NaN bound has no effect.
 fn within<S: Scalar>(value: S, low: S, high: S) -> S {
     if value < low {
         low
@@ -461,7 +481,7 @@ fn within<S: Scalar>(value: S, low: S, high: S) -> S {
     }
 }
 
-/// `value` kept within `-bound..=bound`; 0 for NaN.
+/// Limits `value` to `-bound..=bound`; 0 for NaN.
 fn bounded<S: Scalar>(value: S, bound: S) -> S {
     if value > bound {
         bound

@@ -1,20 +1,23 @@
-//! The pseudo-inverse of the paper's `nL_p`: four equations, one for each wheel, in three unknowns.
+//! Computes the pseudo-inverse of the paper's `nL_p`: four equations, one for each wheel, in three
+//! unknowns.
 
 use crate::math::Scalar;
 use crate::math::vector::{Symmetric, Vector, add, dot, scale};
 
-/// Determinant of `A^T A` over the cube of its mean diagonal element below which the solution is damped. A robot that
-/// stands on its wheels is above 0.01; 0 is contacts in one line, or a platform on end.
+/// Determinant of `A^T A` over the cube of its mean diagonal element, below which the solution is
+/// damped. It is above 0.01 for a robot that stands on its wheels, and 0 for contacts in one line
+/// or a platform on end.
 const CLEAR: f64 = 1e-3;
 /// Largest damping, over the mean diagonal element.
 const DAMPING: f64 = 1e-2;
-/// Keeps an empty matrix from dividing by zero.
+/// Added to the diagonal, so that an empty matrix does not cause a division by zero.
 const LEAST: f64 = 1e-12;
 
 /// Least squares with a fixed matrix `A`, by its normal equations.
 ///
-/// Away from singularities this is the pseudo-inverse itself. Where the matrix comes close to losing rank, a damping grows
-/// from zero (Nakamura and Hanafusa, Inverse kinematic solutions with singularity robustness), so the solution stays bounded.
+/// Away from singularities this is the pseudo-inverse itself. Where the matrix comes close to
+/// losing rank, a damping grows from zero (Nakamura and Hanafusa, Inverse kinematic solutions with
+/// singularity robustness), so that the solution stays bounded.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(super) struct LeastSquares<S> {
     rows: [Vector<S>; 4],
@@ -22,7 +25,7 @@ pub(super) struct LeastSquares<S> {
 }
 
 impl<S: Scalar> LeastSquares<S> {
-    /// Prepares for the matrix with these rows.
+    /// Prepares the solution for the matrix with these rows.
     pub fn new(rows: [Vector<S>; 4]) -> Self {
         let mut diagonal = [S::from_f64(LEAST); 3];
         let mut mixed = [S::ZERO; 3];
@@ -49,7 +52,7 @@ impl<S: Scalar> LeastSquares<S> {
         }
     }
 
-    /// `A^+ right`.
+    /// Solution for the right-hand side `right`: `A^+ right`.
     pub fn solve(&self, right: [S; 4]) -> Vector<S> {
         let [a, b, c, d] = self.rows;
         let sum = add(
@@ -59,17 +62,17 @@ impl<S: Scalar> LeastSquares<S> {
         self.inverse.times(sum)
     }
 
-    /// `(A^+)^T left`.
+    /// Product with the transposed pseudo-inverse: `(A^+)^T left`.
     pub fn solve_transposed(&self, left: Vector<S>) -> [S; 4] {
         self.times(self.inverse.times(left))
     }
 
-    /// `A solution`.
+    /// Product `A solution`.
     pub fn times(&self, solution: Vector<S>) -> [S; 4] {
         self.rows.map(|row| dot(row, solution))
     }
 
-    /// What of `right` no solution meets: `(1 - A A^+) right`.
+    /// Part of `right` that no solution meets: `(1 - A A^+) right`.
     pub fn residual(&self, right: [S; 4]) -> [S; 4] {
         let met = self.times(self.solve(right));
         core::array::from_fn(|row| right[row] - met[row])

@@ -1,13 +1,18 @@
-//! Hylos, the wheel-legged robot of Besseron, Grand, Ben Amar and Bidaud (Decoupled control of the high mobility robot Hylos based
-//! on a dynamic stability margin): four legs of two joints, each with a steered and driven wheel.
+//! Hylos: model and controller of the wheel-legged robot of Besseron, Grand, Ben Amar and Bidaud
+//! (Decoupled control of the high mobility robot Hylos based on a dynamic stability margin). It has
+//! four legs of two joints, each with a steered and driven wheel.
 //!
-//! [`parameters`]: measures, all of the assumptions. [`attitude`]: how the platform lies.
-//! [`posture`]: wheels and contacts, the velocity model (eq. 6 to 12). [`potential`] of the tip-over
-//! angles, and [`stability`]: its gradient. [`velocity`]: the decoupled control (eq. 13 to 22).
-//! [`controller`]: from the operator's command to sixteen set-points. All of these are generic over
-//! [`crate::math::Scalar`]. [`body`]: what the guard drives.
+//! These modules are generic over [`crate::math::Scalar`]:
 //!
-//! Legs count front left, front right, rear left, rear right. Axes are x forward, y left, z up.
+//! * [`parameters`]: dimensions, masses and ranges, with all assumptions.
+//! * [`attitude`]: attitude of the platform.
+//! * [`posture`]: wheels and contacts, and the velocity model (eq. 6 to 12).
+//! * [`potential`]: stability potential of the tip-over angles. [`stability`]: its gradient.
+//! * [`velocity`]: the decoupled control (eq. 13 to 22).
+//! * [`controller`]: from the operator's command to sixteen set-points.
+//!
+//! [`body`] is the interface to the guard. Legs count front left, front right, rear left, rear
+//! right. Axes are x forward, y left, z up.
 
 pub mod attitude;
 pub mod body;

@@ -1,23 +1,23 @@
-//! Masses, lengths and ranges of Hylos. Besseron et al. give 25 kg, sixteen motors and the limit of the margin; everything else is
-//! assumed, here and nowhere else.
+//! Defines masses, lengths and ranges of Hylos. Besseron et al. give 25 kg, sixteen motors and the
+//! limit of the margin. Everything else is assumed, in this file only.
 
 use crate::constants::GRAVITY_F64;
 use crate::math::Scalar;
 use crate::math::vector::Vector;
 use core::f64::consts::FRAC_PI_2;
 
-/// Measures of the robot in SI units.
+/// Dimensions and masses of the robot in SI units.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Measures {
-    /// Distance of the hips from the middle of the platform, forward and to the side, m. Assumed.
+    /// Distances of the hips from the middle of the platform, forward and to the side, m. Assumed.
     pub hip: [f64; 2],
-    /// How far a wheel stands outside its hip, m. Assumed.
+    /// Distance of a wheel outside its hip, m. Assumed.
     pub wheel_offset: f64,
     /// Lengths of thigh and shank, m. Assumed.
     pub leg: [f64; 2],
     /// Radius of the wheels, m. Assumed.
     pub wheel_radius: f64,
-    /// Mass of the platform, kg. Assumed: what the wheels leave of the paper's 25 kg.
+    /// Mass of the platform, kg. Assumed: the paper's 25 kg without the wheels.
     pub platform_mass: f64,
     /// Centre of mass of the platform, m from the middle of its hips. Assumed.
     pub platform_com: [f64; 3],
@@ -27,7 +27,7 @@ pub struct Measures {
     pub gravity: f64,
 }
 
-/// The robot that is simulated.
+/// Values of the simulated robot.
 pub const MEASURES: Measures = Measures {
     hip: [0.20, 0.15],
     wheel_offset: 0.10,
@@ -39,21 +39,26 @@ pub const MEASURES: Measures = Measures {
     gravity: GRAVITY_F64,
 };
 
-/// Range of the hips, rad: from the thigh a little above the platform's plane to almost straight down. Assumed.
+/// Range of the hips, rad: from the thigh a little above the platform's plane to almost straight
+/// down. Assumed.
 pub const HIP_RANGE: [f64; 2] = [-0.3, 1.4];
-/// Range of the knees, rad. Assumed; it leaves out the straight and the folded leg, which can push in one direction only.
+/// Range of the knees, rad. Assumed. It excludes the straight and the folded leg, which can push in
+/// one direction only.
 pub const KNEE_RANGE: [f64; 2] = [0.35, 2.4];
-/// Range of the steering, rad. Assumed: a wheel can stand across the robot, for turning on the spot.
+/// Range of the steering, rad. Assumed: a wheel can stand across the robot, to turn it on the spot.
 pub const STEERING_RANGE: [f64; 2] = [-FRAC_PI_2, FRAC_PI_2];
-/// How far the wheels' centres stand before (behind) their hips when the robot just stands, m. Assumed.
+/// Distance of the wheels' centres in front of (or behind) their hips in the nominal stance, m.
+/// Assumed.
 pub const STANCE_REACH: f64 = 0.17;
-/// How far they are below their hips when the robot just stands, m. Assumed.
+/// Distance of the wheels' centres below their hips in the nominal stance, m. Assumed.
 pub const STANCE_HEIGHT: f64 = 0.29;
 /// Tip-over angle `nu*` below which the posture is corrected, rad (Besseron et al., section V).
 pub const MARGIN_LIMIT: f64 = 0.35;
-/// Gain `k_stab` of the potential, rad^2/s. Assumed: at half the limit the legs move at about 0.3 rad/s.
+/// Gain `k_stab` of the potential, rad^2/s. Assumed: at half the limit the legs move at about
+/// 0.3 rad/s.
 pub const POTENTIAL_GAIN: f64 = 0.004;
-/// Tip-over angle below which the potential goes on as a straight line, rad. Assumed; printed, it is infinite at zero.
+/// Tip-over angle below which the potential continues as a straight line, rad. Assumed. The printed
+/// potential is infinite at zero.
 pub const MARGIN_FLOOR: f64 = 0.02;
 
 /// Why values do not describe a robot.
@@ -61,41 +66,42 @@ pub const MARGIN_FLOOR: f64 = 0.02;
 pub enum ParametersError {
     /// A length, mass or gravity is not above zero, or not finite.
     NotPositive {
-        /// Which one.
+        /// Name of the value.
         name: &'static str,
-        /// What was given.
+        /// Value that was given.
         got: f64,
     },
-    /// The centre of mass is no place.
+    /// The centre of mass is not finite.
     NotFinite {
-        /// What was given, m.
+        /// Value that was given, m.
         platform_com: [f64; 3],
     },
 }
 
-/// The constant model: checked once, so that nothing that follows checks again.
+/// Constants of the model, checked once at creation, so that no other code has to check them.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Parameters<S> {
     pub(super) hip_x: S,
-    /// Wheels from the middle of the robot to the side.
+    /// Distance of the wheels from the middle of the robot to the side.
     pub(super) half_track: S,
     pub(super) leg: [S; 2],
     pub(super) wheel_radius: S,
     pub(super) mass: S,
     pub(super) gravity: S,
-    /// Part of the centre of gravity that the platform makes: its first moment over the whole mass.
+    /// Part of the centre of gravity that comes from the platform: its first moment over the total
+    /// mass.
     pub(super) platform_part: Vector<S>,
-    /// Mass of a wheel over the whole mass.
+    /// Mass of a wheel over the total mass.
     pub(super) wheel_share: S,
 }
 
 impl<S: Scalar> Parameters<S> {
-    /// The robot that is simulated: [`MEASURES`].
+    /// The simulated robot: [`MEASURES`].
     pub fn nominal() -> Self {
         Self::prepare(&MEASURES)
     }
 
-    /// A robot of this kind with other measures. For start-up.
+    /// Creates a robot of this kind with other measures. For start-up.
     ///
     /// # Errors
     /// The first value that no robot can have.
@@ -128,7 +134,7 @@ impl<S: Scalar> Parameters<S> {
         self.mass
     }
 
-    /// Distance of a wheel from the middle of the robot while its hip is above it, m.
+    /// Distance of a wheel from the middle of the robot when the wheel is below its hip, m.
     pub fn reach(&self) -> S {
         (self.hip_x * self.hip_x + self.half_track * self.half_track).sqrt()
     }

@@ -1,9 +1,12 @@
-//! Where the wheels are and touch the ground, and the velocity model of eq. 6 to 12: the locomotion matrix `L` and the Jacobian `J`.
+//! Computes where the wheels are and touch the ground, and the velocity model of eq. 6 to 12: the
+//! locomotion matrix `L` and the Jacobian `J`.
 //!
-//! Everything is in the platform's axes: x forward, y left, z up, the origin in the middle of the hips. The contact frame of a wheel is
-//! `t` (the way it rolls), `l` (to its left) and `n` (the normal of the ground). `L` and `J` are mostly zeros and the sorting
-//! and projection matrices of the appendix only choose rows and columns, so nothing below multiplies them: a row of `L` in the
-//! direction `d` is `[R0P d, T_phi^T (p x d)]`, one of `J` is `d` times the two columns of the leg.
+//! Everything is in the platform's axes: x forward, y left, z up, the origin in the middle of the
+//! hips. The contact frame of a wheel is `t` (the direction in which it rolls), `l` (to its left)
+//! and `n` (the normal of the ground). `L` and `J` are mostly zeros, and the sorting and projection
+//! matrices of the appendix only select rows and columns, so no code multiplies them. A row of `L`
+//! in the direction `d` is `[R0P d, T_phi^T (p x d)]`; a row of `J` is `d` times the two columns of
+//! the leg.
 
 use super::attitude::Attitude;
 use super::parameters::Parameters;
@@ -11,38 +14,40 @@ use super::{LEGS, Legs};
 use crate::math::Scalar;
 use crate::math::vector::{Vector, add, cross, dot, scale, sub};
 
-/// A wheel whose axle is closer than this (sine) to the ground's normal lies on its side: from there on its contact frame shrinks.
+/// Sine of the angle between axle and ground normal below which a wheel lies on its side. Below it,
+/// the wheel's contact frame shrinks.
 const ON_ITS_SIDE: f64 = 1e-3;
 
-/// A wheel on its leg.
+/// Wheel on its leg.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Wheel<S> {
     /// Centre, m.
     pub hub: Vector<S>,
     /// Lowest point of the rim, seen along the ground's normal, m.
     pub contact: Vector<S>,
-    /// Contact frame: the way the wheel rolls, its left, and the normal of the ground.
+    /// Direction in which the wheel rolls; with `lateral` and `normal` the contact frame.
     pub tangent: Vector<S>,
-    /// To the left.
+    /// Direction to the wheel's left.
     pub lateral: Vector<S>,
-    /// Away from the ground.
+    /// Normal of the ground, away from it.
     pub normal: Vector<S>,
     /// Radius over the sine of the angle between axle and normal, m.
     pub(super) stretch: S,
-    /// What hip and knee do to the centre: x and z; the leg moves in a plane.
+    /// Derivatives of the centre by hip and knee: x and z, because the leg moves in a plane.
     pub(super) columns: [[S; 2]; 2],
 }
 
 impl<S: Scalar> Wheel<S> {
-    /// Speed in the direction `direction` that each leg joint gives to the wheel.
+    /// Speed of the wheel in the direction `direction` per unit rate of each leg joint.
     #[inline]
     pub(super) fn along(&self, direction: Vector<S>) -> [S; 2] {
         self.columns
             .map(|[x, z]| direction[0] * x + direction[2] * z)
     }
 
-    /// Velocity of the contact point if the wheel did not turn: `v_x + v_p` of eq. 10. `twist` is the velocity and the
-    /// angular velocity of the platform, `rates` those of the leg (eq. 9).
+    /// Velocity that the contact point would have if the wheel did not turn: `v_x + v_p` of eq. 10.
+    /// `twist` is the velocity and the angular velocity of the platform, `rates` are those of the
+    /// leg (eq. 9).
     #[inline]
     pub(super) fn velocity(&self, twist: [Vector<S>; 2], [hip, knee]: [S; 2]) -> Vector<S> {
         let [velocity, turning] = twist;
@@ -56,8 +61,10 @@ impl<S: Scalar> Wheel<S> {
     }
 }
 
-/// Centre of wheel `leg` (0 to 3) and the columns of its leg's Jacobian (eq. 7): thigh and shank turn in a plane, `q1` forward (backward at
-/// the rear) and down from level, `q2` from the thigh. The carrier of the wheel is kept parallel to the platform.
+/// Centre of wheel `leg` (0 to 3), and the columns of its leg's Jacobian (eq. 7).
+///
+/// Thigh and shank turn in a plane: `q1` forward (backward at the rear) and down from level, `q2`
+/// from the thigh. The carrier of the wheel stays parallel to the platform.
 pub(super) fn leg_kinematics<S: Scalar>(
     parameters: &Parameters<S>,
     leg: usize,
@@ -84,7 +91,7 @@ pub(super) fn leg_kinematics<S: Scalar>(
     }
 }
 
-/// The robot at one moment.
+/// Posture of the robot at one moment.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Posture<'a, S> {
     pub(super) parameters: &'a Parameters<S>,
@@ -94,10 +101,11 @@ pub struct Posture<'a, S> {
 }
 
 impl<'a, S: Scalar> Posture<'a, S> {
-    /// The posture of these leg and steering angles, rad, on ground with these unit normals, which are in the platform's axes.
+    /// Posture with these leg and steering angles, rad, on ground with these unit normals in the
+    /// platform's axes.
     ///
-    /// Domain: any; NaN and angles beyond that of [`Scalar::sin_cos`] give NaN. A wheel that lies on its side has no contact: its
-    /// contact frame and what is made of it shrink to nothing.
+    /// Domain: any; NaN and angles beyond the domain of [`Scalar::sin_cos`] give NaN. A wheel that
+    /// lies on its side has no contact: its contact frame, and what depends on it, shrink to zero.
     pub fn new(
         parameters: &'a Parameters<S>,
         legs: &Legs<S>,
@@ -110,7 +118,8 @@ impl<'a, S: Scalar> Posture<'a, S> {
             let (hub, columns) = leg_kinematics(parameters, leg, legs[leg]);
             let (sine, cosine) = steering[leg].sin_cos();
             let (axle, normal) = ([-sine, cosine, S::ZERO], normals[leg]);
-            // Across axle and normal; as long as the part of the normal that is across the axle.
+            // Perpendicular to axle and normal. Its length is that of the normal's component across
+            // the axle.
             let across = cross(axle, normal);
             let length = dot(across, across).sqrt();
             let per_length = S::ONE / if length < least { least } else { length };
@@ -145,13 +154,13 @@ impl<'a, S: Scalar> Posture<'a, S> {
         self.cog
     }
 
-    /// How the platform lies.
+    /// Attitude of the platform.
     pub fn attitude(&self) -> &Attitude<S> {
         &self.attitude
     }
 
-    /// The locomotion matrix `L` (eq. 12): rows `t`, `l`, `n` of each wheel; columns x, y, z, roll, pitch, yaw. For comparison; the
-    /// control never forms it.
+    /// Locomotion matrix `L` (eq. 12): rows `t`, `l`, `n` of each wheel; columns x, y, z, roll,
+    /// pitch, yaw. For comparison only; the control never forms it.
     pub fn locomotion(&self) -> [[S; 6]; 3 * LEGS] {
         core::array::from_fn(|row| {
             let wheel = &self.wheels[row / 3];
@@ -163,7 +172,8 @@ impl<'a, S: Scalar> Posture<'a, S> {
         })
     }
 
-    /// The Jacobian `J` (eq. 12): rows as in [`Self::locomotion`]; columns hip, knee, steering and rolling of each wheel. For comparison.
+    /// Jacobian `J` (eq. 12): rows as in [`Self::locomotion`]; columns hip, knee, steering and
+    /// rolling of each wheel. For comparison only.
     pub fn jacobian(&self) -> [[S; 4 * LEGS]; 3 * LEGS] {
         core::array::from_fn(|row| {
             let (leg, axis) = (row / 3, row % 3);

@@ -1,24 +1,26 @@
-//! Stability potential of Besseron et al., made of the tip-over angles.
+//! Computes the stability potential of Besseron et al. from the tip-over angles.
 
 use crate::math::Scalar;
 
-/// Why constants make no potential.
+/// Why constants give no valid potential.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub enum PotentialError {
-    /// The gain is negative or no finite number.
+    /// The gain is negative or not finite.
     Gain(f64),
-    /// Not `1e-6 <= floor <= limit`, both finite.
+    /// The angles do not satisfy `1e-6 <= floor <= limit`, or are not finite.
     Angles {
-        /// Angle below which the potential goes on as a straight line, rad.
+        /// Angle below which the potential continues as a straight line, rad.
         floor: f64,
         /// Angle above which the potential is zero, rad.
         limit: f64,
     },
 }
 
-/// Potential that pushes the tip-over angles up (Besseron et al., eq. 4 and 5): `k/2 (1/nu - 1/nu*)^2` of each angle below the limit `nu*`.
+/// Potential that raises the tip-over angles (Besseron et al., eq. 4 and 5): `k/2 (1/nu - 1/nu*)^2`
+/// of each angle below the limit `nu*`.
 ///
-/// The printed form is infinite at `nu = 0` and pushes the robot over below; here it goes on below a floor as its own tangent.
+/// The printed form is infinite at `nu = 0`, and below zero it pushes the robot over. Here the
+/// potential continues below a floor as its own tangent.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Potential<S> {
     gain: S,
@@ -33,12 +35,13 @@ impl<S: Scalar> Potential<S> {
     /// Potential with gain `k_stab`, limit `nu*` and floor `nu_min`, rad.
     ///
     /// # Errors
-    /// If the gain is negative, or not `1e-6 <= floor <= limit`, or a value is no finite number.
+    /// If the gain is negative, or not `1e-6 <= floor <= limit`, or a value is not finite.
     pub fn new(gain: f64, limit: f64, floor: f64) -> Result<Self, PotentialError> {
         if !(gain >= 0.0 && gain.is_finite()) {
             return Err(PotentialError::Gain(gain));
         }
-        // Below a millionth of a radian the square of the reciprocal leaves the range of an `f32` sum.
+        // Below a millionth of a radian the square of the reciprocal leaves the range of an `f32`
+        // sum.
         if !(floor >= 1e-6 && floor <= limit && limit.is_finite()) {
             return Err(PotentialError::Angles { floor, limit });
         }

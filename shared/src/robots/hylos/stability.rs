@@ -1,4 +1,4 @@
-//! Tip-over angles of the robot and the total gradient of its stability potential.
+//! Computes the tip-over angles of Hylos and the total gradient of its stability potential.
 
 use super::least_squares::LeastSquares;
 use super::posture::Posture;
@@ -7,10 +7,12 @@ use crate::math::Scalar;
 use crate::math::vector::{Vector, add, cross, dot, scale, sub, zero};
 use crate::stability::tipover::angles;
 
-/// Wheels counter-clockwise from above, from the rear right one. Tip-over axis `k` runs from `AROUND[k]` to the next.
+/// Wheels counter-clockwise seen from above, starting with the rear right one. Tip-over axis `k`
+/// runs from `AROUND[k]` to the next.
 pub const AROUND: [usize; LEGS] = [3, 1, 0, 2];
 
-/// What pulls at the centre of gravity, in the platform's axes: gravity, inertia and other external forces, not the ground.
+/// Force and moment on the centre of gravity, in the platform's axes: gravity, inertia and other
+/// external forces, without the reaction of the ground.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Pull<S> {
     /// Force, N.
@@ -22,17 +24,20 @@ pub struct Pull<S> {
 /// Derivatives of the stability potential.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Gradient<S> {
-    /// By the leg joints while the platform keeps its attitude and the wheels leave the ground, 1/rad.
+    /// By the leg joints while the platform keeps its attitude and the wheels leave the ground,
+    /// 1/rad.
     pub partial: Legs<S>,
     /// By the platform's height, roll and pitch; the first is always zero.
     pub attitude: Vector<S>,
-    /// By the leg joints while the wheels stay on the ground, so that the platform follows eq. 17, 1/rad.
+    /// By the leg joints while the wheels stay on the ground, so that the platform follows eq. 17,
+    /// 1/rad.
     pub total: Legs<S>,
 }
 
 impl<S: Scalar> Posture<'_, S> {
-    /// Centre of gravity and contacts along level axes (x along the heading, z up) from the platform's middle, m; the contacts
-    /// counter-clockwise from the rear right one. For a posture that was made with [`super::Attitude::from_up`].
+    /// Centre of gravity and contacts along level axes (x along the heading, z up) from the
+    /// platform's middle, m. The contacts run counter-clockwise from the rear right one. Requires a
+    /// posture that was made with [`super::Attitude::from_up`].
     pub fn level(&self) -> (Vector<S>, [Vector<S>; LEGS]) {
         let turned = |place| self.attitude.frame.direction(place);
         (
@@ -41,7 +46,7 @@ impl<S: Scalar> Posture<'_, S> {
         )
     }
 
-    /// Gravity alone.
+    /// Force of gravity alone.
     pub fn weight(&self) -> Pull<S> {
         let weight = self.parameters.mass * self.parameters.gravity;
         Pull {
@@ -50,17 +55,20 @@ impl<S: Scalar> Posture<'_, S> {
         }
     }
 
-    /// Tip-over angles (eq. 1, signed) about the axes right, front, left and rear, rad ([`angles`]).
+    /// Tip-over angles (eq. 1, signed) about the axes right, front, left and rear, rad
+    /// ([`angles`]).
     pub fn tip_over_angles(&self, pull: &Pull<S>) -> [S; LEGS] {
         let contacts = AROUND.map(|leg| self.wheels[leg].contact);
         angles(&contacts, self.cog, pull.force, pull.moment)
     }
 
-    /// Derivatives of `potential` at these tip-over angles. The margin rises along MINUS the total one.
+    /// Derivatives of `potential` at these tip-over angles. The margin rises along MINUS the total
+    /// one.
     ///
-    /// Besseron et al. (eq. 20) move the legs along plus the gradient. That suits the partial one, where wheels are moved under
-    /// a platform that keeps its attitude, and then only in most cases; on the ground the platform moves against its legs. With the
-    /// total derivative minus raises the margin always. Axes above the limit cost nothing.
+    /// Besseron et al. (eq. 20) move the legs along plus the gradient. That suits the partial
+    /// gradient, where wheels move under a platform that keeps its attitude, and even then only in
+    /// most cases. On the ground the platform moves against its legs. With the total gradient,
+    /// minus always raises the margin. Axes above the limit are skipped.
     pub fn gradient(
         &self,
         potential: &Potential<S>,
@@ -71,7 +79,8 @@ impl<S: Scalar> Posture<'_, S> {
         self.descent(slopes, pull, &self.follower())
     }
 
-    /// The equations by which the platform's height, roll and pitch follow the wheels: `nL_p` of eq. 17.
+    /// Equations by which the platform's height, roll and pitch follow the wheels: `nL_p` of
+    /// eq. 17.
     pub(super) fn follower(&self) -> LeastSquares<S> {
         let up = self.attitude.up();
         LeastSquares::new(self.wheels.map(|wheel| {
@@ -81,8 +90,9 @@ impl<S: Scalar> Posture<'_, S> {
         }))
     }
 
-    /// [`Self::gradient`] of a potential with these slopes over the tip-over angles, backwards through the chain of derivatives: from
-    /// the angles to places and forces, from there to legs and attitude.
+    /// Computes [`Self::gradient`] of a potential with these slopes over the tip-over angles, by
+    /// the chain rule backward: from the angles to positions and forces, and from these to legs and
+    /// attitude.
     pub(super) fn descent(
         &self,
         slopes: [S; LEGS],
@@ -106,7 +116,8 @@ impl<S: Scalar> Posture<'_, S> {
             by_moment = add(by_moment, by.moment);
         }
 
-        // Turning the platform turns what pulls backwards in its axes, and lets the contacts roll around their wheels.
+        // When the platform turns, the pull turns backward in its axes, and the contacts roll
+        // around their wheels.
         let mut by_turning = add(cross(by_force, pull.force), cross(by_moment, pull.moment));
         for (wheel, by) in self.wheels.iter().zip(by_contact) {
             let around = wheel.stretch * dot(by, wheel.tangent);
@@ -131,7 +142,8 @@ impl<S: Scalar> Posture<'_, S> {
     }
 }
 
-/// Derivatives of one tip-over angle, times a slope, by what [`angles`] makes it of.
+/// Derivatives of one tip-over angle, times a slope, by the inputs from which [`angles`] computes
+/// it.
 struct AngleDerivatives<S> {
     edge: Vector<S>,
     start: Vector<S>,
@@ -140,7 +152,8 @@ struct AngleDerivatives<S> {
 }
 
 impl<S: Scalar> AngleDerivatives<S> {
-    /// The angle is `atan2(|e| turning, pressing)`. An edge without length, or no force, has none: all zero.
+    /// The angle is `atan2(|e| turning, pressing)`. An edge without length, or a force of zero, has
+    /// no angle: all derivatives are zero.
     fn new(edge: Vector<S>, start: Vector<S>, pull: &Pull<S>, slope: S) -> Self {
         let (force, moment) = (pull.force, pull.moment);
         let square = dot(edge, edge);
@@ -161,7 +174,7 @@ impl<S: Scalar> AngleDerivatives<S> {
             };
         }
         let factor = slope / whole;
-        // Of `turning`, and of `pressing` through each of its scalar products.
+        // Derivatives by `turning`, and by `pressing` through each of its scalar products.
         let by_turning = factor * pressing * length;
         let by_pressing = -(factor * rising);
         let along_edge =

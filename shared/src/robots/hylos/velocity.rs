@@ -1,4 +1,4 @@
-//! The decoupled control of posture and trajectory: eq. 13 to 22.
+//! Computes the decoupled control of posture and trajectory (Besseron et al., eq. 13 to 22).
 
 use super::least_squares::LeastSquares;
 use super::posture::Posture;
@@ -7,7 +7,7 @@ use crate::math::Scalar;
 use crate::math::vector::{Vector, add, dot, scale, sub};
 use core::f64::consts::{FRAC_PI_2, PI};
 
-/// Speed of a contact point below which it says nothing about where its wheel shall point, m/s.
+/// Speed of a contact point below which it gives its wheel no direction, m/s.
 const LEAST_SPEED: f64 = 1e-9;
 
 /// Velocity of the platform along the path: `x_t` of eq. 13.
@@ -19,30 +19,33 @@ pub struct Trajectory<S> {
     pub yaw_rate: S,
 }
 
-/// Whether eq. 17 keeps what the path itself does to height, roll and pitch.
+/// Whether eq. 17 contains the effect of the path itself on height, roll and pitch.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Form {
-    /// With `nL_t x_t`: right on any slope.
+    /// With `nL_t x_t`: valid on any slope.
     Full,
-    /// As printed, without it: right on ground that is nearly level.
+    /// As printed, without it: valid on ground that is nearly level.
     Printed,
 }
 
-/// What the motors shall do.
+/// Goals of the motors, and the motion of the platform that results.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct MotorGoals<S> {
     /// Height, m/s, roll and pitch, rad/s: `x_p` of eq. 20.
     pub posture: Vector<S>,
     /// Wheel speeds, rad/s (eq. 21).
     pub wheels: [S; LEGS],
-    /// Steering angles that the rolling allows (eq. 19), rad, in (-pi/2, pi/2]; a wheel that stands still keeps `None`.
+    /// Steering angles at which the wheels roll (eq. 19), rad, in `(-pi/2, pi/2]`; `None` for a
+    /// wheel that stands still.
     pub steering: [Option<S>; LEGS],
 }
 
 impl<S: Scalar> Posture<'_, S> {
-    /// Height, roll and pitch rate (eq. 20), wheel speeds (eq. 21) and steering angles (from eq. 19) for a path and the rates of the legs.
+    /// Height, roll and pitch rate (eq. 20), wheel speeds (eq. 21) and steering angles (from
+    /// eq. 19) for a path and the rates of the legs.
     ///
-    /// Singularities: contacts in one line and a platform on end are damped, so all outputs stay finite.
+    /// Singularities (contacts in one line, a platform on end) are damped, so all outputs stay
+    /// finite.
     pub fn motion(&self, trajectory: &Trajectory<S>, legs: &Legs<S>, form: Form) -> MotorGoals<S> {
         self.follow(&self.follower(), trajectory, legs, form)
     }
@@ -73,7 +76,8 @@ impl<S: Scalar> Posture<'_, S> {
         for (leg, wheel) in self.wheels.iter().enumerate() {
             let velocity = wheel.velocity(twist, legs[leg]);
             motion.wheels[leg] = per_radius * dot(wheel.tangent, velocity);
-            // What is left in the ground's plane; a wheel may roll either way along it.
+            // The velocity in the plane of the ground remains. A wheel may roll either way along
+            // it.
             let [x, y, _] = sub(velocity, scale(dot(wheel.normal, velocity), wheel.normal));
             let least = S::from_f64(LEAST_SPEED);
             if x * x + y * y > least * least {
@@ -91,7 +95,8 @@ impl<S: Scalar> Posture<'_, S> {
         })
     }
 
-    /// Velocity and angular velocity of the platform on its path, in its own axes: `L_t x_t` without the wheels.
+    /// Velocity and angular velocity of the platform on its path, in its own axes: `L_t x_t`
+    /// without the wheels.
     pub(super) fn path_twist(&self, trajectory: &Trajectory<S>) -> [Vector<S>; 2] {
         let [x, y] = trajectory.velocity;
         [
@@ -100,7 +105,7 @@ impl<S: Scalar> Posture<'_, S> {
         ]
     }
 
-    /// `twist` and the rates of height, roll and pitch in addition.
+    /// Adds the rates of height, roll and pitch to `twist`.
     pub(super) fn with_posture(
         &self,
         [velocity, turning]: [Vector<S>; 2],
@@ -116,7 +121,8 @@ impl<S: Scalar> Posture<'_, S> {
     }
 }
 
-/// An angle from -pi to pi, or the one half a turn away from it, whichever is in (-pi/2, pi/2].
+/// Returns an angle from -pi to pi, or the one half a turn away from it, whichever is in
+/// `(-pi/2, pi/2]`.
 fn within_half_turn<S: Scalar>(angle: S) -> S {
     let (quarter, half) = (S::from_f64(FRAC_PI_2), S::from_f64(PI));
     if angle > quarter {
@@ -128,7 +134,8 @@ fn within_half_turn<S: Scalar>(angle: S) -> S {
     }
 }
 
-/// Steering rate towards an angle (eq. 22), rad/s. The error counts from the measured angle to the one that is wanted.
+/// Steering rate towards an angle (eq. 22), rad/s. The error is the desired angle minus the
+/// measured one.
 pub fn steering_rate<S: Scalar>(gain: S, wanted: S, measured: S) -> S {
     gain * (wanted - measured)
 }

@@ -65,8 +65,8 @@ impl PostureCommand for StepHeight {
 #[derive(Clone, Debug)]
 pub struct RtMover {
     parameters: Parameters<f32>,
-    /// Distance by which a declared load moves the centre of gravity to the left, m. The gait knows
-    /// it through the guard's margins only.
+    /// Distance by which a declared load moves the centre of gravity to the left, m. It affects the
+    /// gait through the guard's margins only.
     cog_left: f32,
     speed: Limits,
     gait: Gait,
@@ -146,8 +146,8 @@ fn loaded(settings: &Settings) -> (Masses, f32) {
 }
 
 impl Body for RtMover {
-    /// The value that no robot can have. Only its name, because formatting numbers would take 20
-    /// KiB of flash.
+    /// The value that no robot can have. Only its name, because formatting numbers would take
+    /// 20 KiB of flash.
     type Refusal = &'static str;
     type Posture = StepHeight;
 

@@ -75,7 +75,7 @@ impl<S: Scalar> Standing<'_, S> {
 ///   stands still.
 /// * The middle of the supporting axle does not slip sideways.
 ///
-/// Each supporting wheel then rolls as its contact requires, with the arm's own twist taken off.
+/// Each supporting wheel then rolls as its contact requires, corrected for the arm's own twist.
 /// Cost: five times the motion of four wheels, about 2500 operations.
 pub fn exact<S: Scalar>(
     parameters: &Parameters<S>,

@@ -9,10 +9,10 @@
 //! * [`projection`]: how the robot stands on three wheels.
 //! * [`lifting`]: the paper's laws of lifting, landing and swinging (eq. 3 to 12).
 //! * [`exact`]: the motion that these laws approximate.
-//! * [`command`]: one entry to either.
+//! * [`command`]: one entry point to all these laws.
 //! * [`wheel_mode`]: motion with all four wheels on the ground (eq. 13).
 //! * [`support`]: centre of gravity and margin.
-//! * [`prediction`]: computes a step in advance.
+//! * [`prediction`]: predicts a step and its margins.
 //! * [`posture`]: keeps the seat level (eq. 1).
 //!
 //! These compute in single precision: [`gait`], the step-up gait as a table of stages; [`walk`],

@@ -1,5 +1,5 @@
-//! Computes the projection frame: how the robot stands, seen from above (Nakajima, section 4, Fig.
-//! 4).
+//! Computes the projection frame: how the robot stands, seen from above (Nakajima, section 4,
+//! Fig. 4).
 
 use super::parameters::Parameters;
 use super::wheel::{Arm, Axle, Shape, WHEELS, Wheel};

@@ -89,8 +89,8 @@ pub struct Pace {
     pub margins: [f32; 2],
     /// Posture control.
     pub posture: PostureControl<f32>,
-    /// Torque difference of the roll shafts that turns them against each other at 1 rad/s, N m
-    /// s/rad.
+    /// Torque difference of the roll shafts that turns them against each other at 1 rad/s,
+    /// N m s/rad.
     pub compliance: f32,
     /// Timeout of a stage, s.
     pub patience: f32,

@@ -46,6 +46,7 @@ pub struct Body {
     pub properties: MassProperties,
     /// Position of the centre of gravity, m.
     pub cog: Vector,
+    /// Velocity of the centre of gravity, m/s.
     pub velocity: Vector,
     pub rotation: Rotation,
     /// Angular velocity, rad/s.

@@ -1,4 +1,4 @@
-//! From the torques of the four motors to the generalized forces `T`.
+//! Converts the torques of the four motors to the generalized forces `T`.
 
 use super::super::{JOINTS, Joints};
 use crate::math::Scalar;
@@ -16,16 +16,16 @@ pub struct MotorTorques<S> {
     pub screw: S,
 }
 
-/// A length that must be above zero is not.
+/// A length that must be above zero and finite is not.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct NotPositive {
-    /// Which one.
+    /// Name of the length.
     pub name: &'static str,
-    /// What was given, m.
+    /// Value that was given, m.
     pub got: f64,
 }
 
-/// The lengths through which torques become forces.
+/// Lengths that convert torques to forces.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Actuation<S> {
     per_radius: S,
@@ -34,10 +34,11 @@ pub struct Actuation<S> {
 }
 
 impl<S: Scalar> Actuation<S> {
-    /// Tracks `gauge` apart on sprockets of `pulley_radius` (belt included), and a screw that advances by `lead` a turn; all in m.
+    /// Actuation by tracks `gauge` apart on sprockets of `pulley_radius` (belt included), and by a
+    /// screw that advances by `lead` per turn; all in m.
     ///
     /// # Errors
-    /// The first length that is not above zero.
+    /// The first length that is not above zero and finite.
     pub fn new(pulley_radius: f64, gauge: f64, lead: f64) -> Result<Self, NotPositive> {
         for (name, got) in [
             ("pulley radius", pulley_radius),
@@ -55,12 +56,14 @@ impl<S: Scalar> Actuation<S> {
         })
     }
 
-    /// Generalized forces `T` at yaw `q4` (rad), N and N m, if no track slips and nothing is lost in the gears.
+    /// Generalized forces `T` at yaw `q4` (rad), N and N m, without slip of the tracks and losses
+    /// in the gears.
     ///
-    /// The tracks give a traction `F` along the heading and a moment `N` about the vertical: `T1 = F cos q4`, `T2 = -F sin q4`, `T4 = N`. The
-    /// paper says that joints 1, 4, 7 and 8 are motorized, which for joint 1 is true at `q4 = 0` alone: elsewhere joint 2 takes its share. As in
-    /// the paper the traction acts at axle 1 along the level heading; the moment `F` times the pulley radius that lifts the nose is part of the
-    /// ground's action, not of `T`.
+    /// The tracks give a traction `F` along the heading and a moment `N` about the vertical:
+    /// `T1 = F cos q4`, `T2 = -F sin q4`, `T4 = N`. The paper says that joints 1, 4, 7 and 8 are
+    /// motorized. For joint 1 this is true only at `q4 = 0`; elsewhere joint 2 takes its part. As
+    /// in the paper, the traction acts at axle 1 along the level heading. The moment that lifts the
+    /// nose, `F` times the pulley radius, is part of the ground's action, not of `T`.
     pub fn generalized_forces(&self, yaw: S, torques: &MotorTorques<S>) -> Joints<S> {
         let (sine, cosine) = yaw.sin_cos();
         let traction = (torques.left + torques.right) * self.per_radius;

@@ -1,7 +1,8 @@
-//! The equations of motion `D(q) q'' + C(q, q') q' = Q + T` (Paillat et al., eq. 13).
+//! Computes the terms of the equations of motion `D(q) q'' + C(q, q') q' = Q + T` (Paillat et al.,
+//! eq. 13).
 //!
-//! Lagrange's equation (3) holds with the kinetic energy as `L` and gravity in `Q`; the paper's reason ("rigid segments, so there is no
-//! potential energy") is not one.
+//! Lagrange's equation (3) holds with the kinetic energy as `L` and gravity in `Q`. The reason that
+//! the paper gives ("rigid segments, so there is no potential energy") is not valid.
 
 use super::super::{JOINTS, JointMatrix, Joints};
 use super::posture::Posture;
@@ -11,14 +12,16 @@ use crate::math::vector::{Symmetric, Vector, about_z, cross, dot, scale, sub};
 impl<S: Scalar> Posture<'_, S> {
     /// Inertia matrix `D` (eq. 7 to 9), kg, kg m and kg m^2: symmetric and positive definite.
     ///
-    /// Eq. 7, `sum m_i Jv^T Jv + Jw^T R I R^T Jw` with `I` about the centre of mass, is summed by composite bodies instead of by
-    /// Jacobians: the front as one body about axle 2, the whole robot as one about axle 1, both along R6. Cost: 279 operations.
+    /// Eq. 7 is `sum m_i Jv^T Jv + Jw^T R I R^T Jw` with `I` about the centre of mass. It is summed
+    /// by composite bodies instead of by Jacobians: the front as one body about axle 2, the whole
+    /// robot as one about axle 1, both along R6. Cost: 279 operations.
     pub fn inertia_matrix(&self) -> JointMatrix<S> {
         let [first, second, third] = &self.parameters.segments;
         let [_, arm_3] = self.front_coms();
         let [moment, front_moment] = self.moments();
 
-        // The front about axle 2, first along R7, then along R6; x7 is turned by joint 7 and a quarter turn.
+        // The front about axle 2, first along R7, then along R6; x7 is turned by joint 7 and a
+        // quarter turn.
         let (sine, cosine) = self.chassis;
         let front = second
             .inertia_about_origin
@@ -70,14 +73,14 @@ impl<S: Scalar> Posture<'_, S> {
             set(5, column, momentum[2]);
         }
         set(6, 6, front.diagonal[2]);
-        // Across the front, from axle 2: y7 of the arm plays no part.
+        // Across the front, from axle 2. The component y7 of the arm has no effect.
         set(6, 7, -(third.mass * arm_3[0]));
         set(7, 7, third.mass);
         d
     }
 
-    /// Momentum of the robot for unit rates of joints 4 to 8, along R6, from the first moments of mass of the whole about axle 1 and of
-    /// the front about axle 2, kg m.
+    /// Momentum of the robot for unit rates of joints 4 to 8, along R6, from the first moments of
+    /// mass of the whole robot about axle 1 and of the front about axle 2, kg m.
     fn momenta(&self, moment: Vector<S>, front_moment: Vector<S>) -> [Vector<S>; 5] {
         [
             cross(self.yaw_axis, moment),
@@ -88,12 +91,13 @@ impl<S: Scalar> Posture<'_, S> {
         ]
     }
 
-    /// Gravity's generalized forces `Q_j = -sum_i g m_i dz_i / dq_j`, N and N m.
+    /// Generalized forces of gravity `Q_j = -sum_i g m_i dz_i / dq_j`, N and N m.
     ///
-    /// Eq. 10 is printed without the minus sign, which is right only for `g = -9.81` with z0 pointing up. Cost: 81 operations.
+    /// Eq. 10 is printed without the minus sign. That is right only for `g = -9.81` with z0
+    /// pointing up. Cost: 81 operations.
     pub fn gravity_forces(&self) -> Joints<S> {
         let [moment, front_moment] = self.moments();
-        // The weight of a unit mass along the axes of R6: a row of R06.
+        // Weight of a unit mass along the axes of R6: a row of R06.
         let [x6, y6, z6] = self.segment_1.axes;
         let weight = scale(-self.parameters.gravity, [x6[2], y6[2], z6[2]]);
         let [yaw, roll, pitch, chassis, screw] = self.momenta(moment, front_moment);
@@ -109,13 +113,15 @@ impl<S: Scalar> Posture<'_, S> {
         ]
     }
 
-    /// Coriolis and centrifugal matrix `C` at `rates` (m/s, rad/s), its elements `X_jm = sum_n c_nmj q'_n` with the Christoffel symbols of
-    /// eq. 12, so that `D' - 2 C` is skew. Cost: 1752 operations.
+    /// Coriolis and centrifugal matrix `C` at `rates` (m/s, rad/s). Its elements are
+    /// `X_jm = sum_n c_nmj q'_n` with the Christoffel symbols of eq. 12, so that `D' - 2 C` is
+    /// skew-symmetric. Columns 1 to 3 are zero. Cost: 1752 operations.
     ///
     /// No derivative of `D` is formed. For a rigid segment the symbols of eq. 12 sum to
-    /// `X_jm = Jv_j . m Jv'_m + Jw_j . (I Jw'_m - w x (E Jw_m))`, `E = tr(I) / 2 - I` being its second moment of mass: in the general
-    /// identity for a chain, `dJw_m/dq_n - dJw_n/dq_m = Jw_n x Jw_m` leaves `(w x I - I w x - (I w) x) / 2` beside `I Jw'`, and that is
-    /// `-w x E`. Columns 1 to 3 are zero.
+    /// `X_jm = Jv_j . m Jv'_m + Jw_j . (I Jw'_m - w x (E Jw_m))`, where `E = tr(I) / 2 - I` is its
+    /// second moment of mass. This is because in the general identity for a chain,
+    /// `dJw_m/dq_n - dJw_n/dq_m = Jw_n x Jw_m` leaves `(w x I - I w x - (I w) x) / 2` beside
+    /// `I Jw'`, and that equals `-w x E`.
     pub fn coriolis_matrix(&self, rates: &Joints<S>) -> JointMatrix<S> {
         let spin = self.spin(rates);
         let (columns, column_rates) = (self.columns(), self.column_rates(rates, &spin));
@@ -152,9 +158,10 @@ impl<S: Scalar> Posture<'_, S> {
         c
     }
 
-    /// Generalized forces `T = D q'' + C q' - Q` (eq. 13) for these rates and accelerations (m/s, rad/s; m/s^2, rad/s^2), N and N m.
+    /// Generalized forces `T = D q'' + C q' - Q` (eq. 13) for these rates and accelerations (m/s,
+    /// rad/s; m/s^2, rad/s^2), N and N m.
     ///
-    /// By the matrices, in 2368 operations; [`Self::newton_euler`] gives the same in 438.
+    /// Computed by the matrices, in 2368 operations; [`Self::newton_euler`] gives the same in 438.
     pub fn lagrange(&self, rates: &Joints<S>, accelerations: &Joints<S>) -> Joints<S> {
         let (d, c) = (self.inertia_matrix(), self.coriolis_matrix(rates));
         let mut forces = self.gravity_forces().map(|force| -force);

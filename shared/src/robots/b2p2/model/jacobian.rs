@@ -1,11 +1,13 @@
-//! Jacobians of the segments (Paillat et al., eq. 14 to 18), in the axes of R6 for the dynamics and in R0 for everyone.
+//! Computes the Jacobians of the segments (Paillat et al., eq. 14 to 18): along the axes of R6 for
+//! the dynamics, and in R0 for other users.
 
 use super::super::{JOINTS, Joints};
 use super::posture::Posture;
 use crate::math::Scalar;
 use crate::math::vector::{Vector, about_z, add, cross, scale, to_point_on_x, zero};
 
-/// What one unit of a joint's rate does to a segment: velocity of its centre of mass, m/s, and angular velocity, rad/s.
+/// Effect of a unit rate of one joint on a segment: velocity of its centre of mass, m/s, and
+/// angular velocity, rad/s.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(super) struct Column<S> {
     pub linear: Vector<S>,
@@ -15,16 +17,18 @@ pub(super) struct Column<S> {
 /// Columns of joints 4 to 8; those of joints 1 to 3 are the axes y0, x0 and z0 for every segment.
 pub(super) type Columns<S> = [Column<S>; 5];
 
-/// Jacobian of a segment in R0, column by column: `v = sum linear[j] q'_j` of its centre of mass, `w = sum angular[j] q'_j`.
+/// Jacobian of a segment in R0, column by column: the velocity of its centre of mass is
+/// `v = sum linear[j] q'_j`, its angular velocity `w = sum angular[j] q'_j`.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Jacobian<S> {
-    /// m/s for each joint, eq. 15 (revolute) and 17 (prismatic). In eq. 15 the factor is the joint's rate: `q'_j`, not `q_j` as printed.
+    /// Velocity for each joint, m/s: eq. 15 (revolute) and 17 (prismatic). In eq. 15 the factor is
+    /// the joint's rate `q'_j`, not `q_j` as printed.
     pub linear: [Vector<S>; JOINTS],
-    /// rad/s for each joint, eq. 14 and 16.
+    /// Angular velocity for each joint, rad/s: eq. 14 and 16.
     pub angular: [Vector<S>; JOINTS],
 }
 
-/// Angular velocities in R6 axes, rad/s, of what carries each axis.
+/// Angular velocities of the frames that carry the joint axes, along R6, rad/s.
 pub(super) struct Spin<S> {
     /// Of R4, R5, R6 and R7.
     pub yaw: Vector<S>,
@@ -34,7 +38,8 @@ pub(super) struct Spin<S> {
 }
 
 impl<S: Scalar> Posture<'_, S> {
-    /// Jacobians of segments 1 to 3 in R0. Columns 7 and 8 of segment 1 and column 8 of segment 2 are zero.
+    /// Jacobians of segments 1 to 3 in R0. Columns 7 and 8 of segment 1 and column 8 of segment 2
+    /// are zero.
     pub fn jacobians(&self) -> [Jacobian<S>; 3] {
         let (o, l) = (S::ZERO, S::ONE);
         self.columns().map(|columns| {
@@ -89,7 +94,7 @@ impl<S: Scalar> Posture<'_, S> {
         ]
     }
 
-    /// Angular velocities at these joint rates.
+    /// Angular velocities of the frames at these joint rates.
     pub(super) fn spin(&self, rates: &Joints<S>) -> Spin<S> {
         let [.., d4, d5, d6, d7, _] = *rates;
         let yaw = scale(d4, self.yaw_axis);
@@ -103,11 +108,12 @@ impl<S: Scalar> Posture<'_, S> {
         }
     }
 
-    /// Time derivatives of [`Self::columns`] as seen from R0, given along the axes of R6.
+    /// Time derivatives of [`Self::columns`] as seen from R0, along the axes of R6.
     pub(super) fn column_rates(&self, rates: &Joints<S>, spin: &Spin<S>) -> [Columns<S>; 3] {
         let [first, second, third] = self.local_coms();
         let [arm_2, arm_3] = self.arms();
-        // The axes of joints 6 and 7 are both z, and so is what their carriers do to it.
+        // The axes of joints 6 and 7 are both z. So both rates have the same form, each with the
+        // angular velocity of the frame that carries the axis.
         let z_rate = |carrier: Vector<S>| [carrier[1], -carrier[0], S::ZERO];
         let (roll_rate, pitch_rate) = (cross(spin.yaw, self.roll_axis), z_rate(spin.roll));
         let along_rate = cross(spin.front, self.along);

@@ -1,4 +1,4 @@
-//! The paper's equations that no node runs: kinematics, dynamics, and reactions for any scalar.
+//! The paper's equations that no node runs: kinematics, dynamics and reactions for any scalar type.
 
 pub mod actuation;
 pub mod belt;

@@ -1,4 +1,5 @@
-//! Joint forces and ground reaction by one pass out and one pass back (Newton-Euler), without any matrix.
+//! Computes joint forces and ground reaction by one pass outward and one pass back (Newton-Euler),
+//! without any matrix.
 
 use super::super::Joints;
 use super::posture::Posture;
@@ -6,10 +7,11 @@ use crate::math::Scalar;
 use crate::math::vector::{Vector, add, cross, dot, scale, to_point_on_x};
 use crate::stability::zmp::Wrench;
 
-/// What a motion takes.
+/// Forces that a motion requires.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Effort<S> {
-    /// Generalized forces `T` of the joints, N and N m: those of `D q'' + C q' = Q + T` (Paillat et al., eq. 13).
+    /// Generalized forces `T` of the joints, N and N m: those of `D q'' + C q' = Q + T` (Paillat et
+    /// al., eq. 13).
     pub forces: Joints<S>,
     /// Reaction of the ground about the origin of R0, along its axes: `F = sum m_i (a_i - g)`,
     /// `M_O = sum (r_i x m_i (a_i - g) + I_i w'_i + w_i x I_i w_i)`.
@@ -17,9 +19,11 @@ pub struct Effort<S> {
 }
 
 impl<S: Scalar> Posture<'_, S> {
-    /// Forces for these rates and accelerations (m/s, rad/s; m/s^2, rad/s^2), with the ground reaction of the same motion.
+    /// Forces for these rates and accelerations (m/s, rad/s; m/s^2, rad/s^2), with the ground
+    /// reaction of the same motion.
     ///
-    /// Computed along R6 about axle 1, whose acceleration less gravity is the reading of an accelerometer there. Cost: 438 operations.
+    /// Computed along R6 about axle 1. The acceleration of axle 1 minus gravity is what an
+    /// accelerometer there reads. Cost: 438 operations.
     pub fn newton_euler(&self, rates: &Joints<S>, accelerations: &Joints<S>) -> Effort<S> {
         let parameters = self.parameters;
         let [.., d5, d6, d7, d8] = *rates;
@@ -28,7 +32,8 @@ impl<S: Scalar> Posture<'_, S> {
         let [first, second, third] = &parameters.segments;
 
         let spin = self.spin(rates);
-        // An axis that is carried along with `carrier` while it turns at `rate`: `carrier x rate z`.
+        // Angular acceleration of a joint about z that turns at `rate` on a part with the angular
+        // velocity `carrier`: `carrier x rate z`, plus the joint's own acceleration.
         let carried =
             |[x, y, _]: Vector<S>, rate, acceleration| [y * rate, -(x * rate), acceleration];
         let yaw_and_roll = add(scale(a4, self.yaw_axis), scale(a5, self.roll_axis));
@@ -36,7 +41,7 @@ impl<S: Scalar> Posture<'_, S> {
         turn = add(turn, carried(spin.roll, d6, a6));
         let swing = add(turn, carried(spin.segment_1, d7, a7));
 
-        // Accelerations less gravity.
+        // Accelerations minus gravity.
         let base = self.segment_1.along_axes([a2, a1, a3 + parameters.gravity]);
         let of_point = |turn, spin, arm| add(cross(turn, arm), cross(spin, cross(spin, arm)));
         let centripetal = cross(spin.segment_1, to_point_on_x(spin.segment_1, l1));
@@ -50,7 +55,7 @@ impl<S: Scalar> Posture<'_, S> {
         let force_2 = scale(second.mass, point_2);
         let force_3 = scale(third.mass, point_3);
 
-        // Both segments of the front turn alike: one inertia serves them.
+        // Both segments of the front turn alike, so one inertia is enough.
         let moment_1 = add(
             first.inertia.times(turn),
             cross(spin.segment_1, first.inertia.times(spin.segment_1)),
@@ -68,7 +73,7 @@ impl<S: Scalar> Posture<'_, S> {
         );
         let force_front = add(force_2, force_3);
         let force = add(force_1, force_front);
-        // `L1 x` times the force on axle 2.
+        // Moment about axle 1 of the force on axle 2: `L1 x` that force.
         let lever = to_point_on_x(force_front, -l1);
         let moment = add(
             add(moment_1, cross(first.com, force_1)),

@@ -1,20 +1,23 @@
-//! Where everything is at one `q`: the Denavit-Hartenberg chain of Paillat et al. (appendix, table 1), in Khalil's convention
+//! Computes the position of every frame at one `q`: the Denavit-Hartenberg chain of Paillat et al.
+//! (appendix, table 1), in Khalil's convention
 //! `T(j-1, j) = Rot(x, alpha) Trans(x, d) Rot(z, theta) Trans(z, r)`.
 //!
-//! Most of the table is zeros and right angles, so the products of its matrices are written out: joints 1 to 3 only add, R3 has the
-//! axes of R0, joints 4 to 6 turn about one point, and the front (R7, R8) lies in the plane of x6 and y6. What the dynamics need is kept in
-//! the axes of R6, those of segment 1: there the axes of joints 6 and 7 are z, and segment 1 stands still.
+//! Most of the table is zeros and right angles, so the products of its matrices are written out.
+//! Joints 1 to 3 only add, R3 has the axes of R0, joints 4 to 6 turn about one point, and the front
+//! (R7, R8) lies in the plane of x6 and y6. Values for the dynamics are kept along the axes of R6,
+//! those of segment 1: there the axes of joints 6 and 7 are z, and segment 1 stands still.
 
 use super::super::parameters::Parameters;
 use super::super::{JOINTS, Joints};
 use crate::math::Scalar;
 use crate::math::vector::{CoordinateFrame, Vector, add, dot, scale, zero};
 
-/// The robot at one `q`.
+/// Posture of the robot at one `q`.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Posture<'a, S> {
     pub(super) parameters: &'a Parameters<S>,
-    /// R6 in R0: x forward along segment 1, y up, z to the right; the origin is the middle of axle 1.
+    /// R6 in R0: x forward along segment 1, y up, z to the right; the origin is the middle of
+    /// axle 1.
     pub(super) segment_1: CoordinateFrame<S>,
     /// Axes of joints 4 (z4) and 5 (z5) in R6.
     pub(super) yaw_axis: Vector<S>,
@@ -32,15 +35,18 @@ pub struct Posture<'a, S> {
 }
 
 impl<'a, S: Scalar> Posture<'a, S> {
-    /// The posture at `q` (m, rad). Domain: any; angles beyond the domain of [`Scalar::sin_cos`] and NaN give NaN.
+    /// Posture at `q` (m, rad). Domain: any; angles beyond the domain of [`Scalar::sin_cos`] and
+    /// NaN give NaN.
     pub fn new(parameters: &'a Parameters<S>, q: &Joints<S>) -> Self {
         let [q1, q2, q3, q4, q5, q6, q7, q8] = *q;
         let directions = [q4, q5, q6, q7].map(Scalar::sin_cos);
         Self::from_directions(parameters, [q1, q2, q3], directions, q8)
     }
 
-    /// As [`Self::new`], from sines and cosines of joints 4 to 7, such as those of [`crate::math::sin_cos`]. Cost: 25 operations
-    /// beside the sines. Operations of all functions here are counted by `shared/tests/robots/b2p2_model.rs`.
+    /// Same as [`Self::new`], from sines and cosines of joints 4 to 7, such as those of
+    /// [`crate::math::sin_cos`]. Cost: 25 operations in addition to the sines.
+    ///
+    /// `shared/tests/robots/b2p2_model.rs` counts the operations of all functions here.
     pub fn from_directions(
         parameters: &'a Parameters<S>,
         [q1, q2, q3]: [S; 3],
@@ -98,20 +104,20 @@ impl<'a, S: Scalar> Posture<'a, S> {
         ]
     }
 
-    /// A place on the line of the front, `distance` from axle 2, in R6.
+    /// Point on the line of the front at `distance` from axle 2, in R6.
     fn on_front(&self, distance: S) -> Vector<S> {
         let [x, y, z] = scale(distance, self.along);
         [self.parameters.l1 + x, y, z]
     }
 
-    /// A direction along the axes of R7 (x up across the front, y backward along it, z to the right), along R6. T67 has
-    /// the rows `[-s7 -c7 0]` and `[c7 -s7 0]`.
+    /// Transforms a direction from the axes of R7 (x up across the front, y backward along it, z to
+    /// the right) to those of R6. T67 has the rows `[-s7 -c7 0]` and `[c7 -s7 0]`.
     pub(super) fn along_r6(&self, [x, y, z]: Vector<S>) -> Vector<S> {
         let (s7, c7) = self.chassis;
         [-(s7 * x + c7 * y), c7 * x - s7 * y, z]
     }
 
-    /// The inverse of [`Self::along_r6`].
+    /// Inverse of [`Self::along_r6`].
     pub(super) fn along_r7(&self, [x, y, z]: Vector<S>) -> Vector<S> {
         let (s7, c7) = self.chassis;
         [c7 * y - s7 * x, -(c7 * x + s7 * y), z]
@@ -124,7 +130,7 @@ impl<'a, S: Scalar> Posture<'a, S> {
         [second.com, [x, y - self.reach, z]]
     }
 
-    /// The same along R6.
+    /// Centres of mass of segments 2 and 3 from axle 2, along R6.
     pub(super) fn arms(&self) -> [Vector<S>; 2] {
         self.front_coms().map(|com| self.along_r6(com))
     }
@@ -136,7 +142,8 @@ impl<'a, S: Scalar> Posture<'a, S> {
         [self.parameters.segments[0].com, second, third]
     }
 
-    /// First moments of mass along R6, kg m: of the whole about axle 1, and of the front about axle 2.
+    /// First moments of mass along R6, kg m: of the whole robot about axle 1, and of the front
+    /// about axle 2.
     pub(super) fn moments(&self) -> [Vector<S>; 2] {
         let [first, second, third] = &self.parameters.segments;
         let [arm_2, arm_3] = self.arms();
@@ -157,12 +164,14 @@ impl<'a, S: Scalar> Posture<'a, S> {
         self.local_coms().map(|com| self.segment_1.place(com))
     }
 
-    /// Centre of gravity in R0, m: `G = sum m_i T_j(i) [x_i y_i z_i 1]^T / sum m_i` (appendix, eq. 1).
+    /// Centre of gravity in R0, m: `G = sum m_i T_j(i) [x_i y_i z_i 1]^T / sum m_i` (appendix,
+    /// eq. 1).
     pub fn cog(&self) -> Vector<S> {
         self.segment_1.place(self.local_cog())
     }
 
-    /// Axles 1 to 3 from the origin of R6, in its axes; axle 3 is `axle_3` in front of the origin of R8.
+    /// Axles 1 to 3 from the origin of R6, in its axes; axle 3 is `axle_3` in front of the origin
+    /// of R8.
     fn local_axles(&self) -> [Vector<S>; 3] {
         let third = self.on_front(self.reach + self.parameters.axle_3);
         [zero(), self.on_front(S::ZERO), third]
@@ -173,8 +182,10 @@ impl<'a, S: Scalar> Posture<'a, S> {
         self.local_axles().map(|axle| self.segment_1.place(axle))
     }
 
-    /// Where axles 1 to 3 (the points P1, P2 and P3 of the paper's Fig. 8) and the centre of gravity are along the heading, m from axle 1:
-    /// their coordinates along z5, which stays level. `P2 = L1 cos q6`, `P3 = L1 cos q6 + r cos(q6 + q7)`.
+    /// Positions of axles 1 to 3 (the points P1, P2 and P3 of the paper's Fig. 8) and of the centre
+    /// of gravity along the heading, m from axle 1: their coordinates along z5, which stays level.
+    ///
+    /// `P2 = L1 cos q6`, `P3 = L1 cos q6 + r cos(q6 + q7)`.
     pub fn along_heading(&self) -> ([S; 3], S) {
         let coordinate = |place| dot(self.roll_axis, place);
         (
