@@ -27,13 +27,13 @@ const FOLDERS: [&str; 7] = [
     "shared/",
 ];
 
-fn root() -> &'static Path {
+pub fn root() -> &'static Path {
     checkout::root().unwrap_or_else(|error| panic!("{error}"))
 }
 
 /// Files below `folder` whose names have this ending, as paths from the root, without cargo's
 /// output and hidden folders.
-fn files(folder: &str, ending: &str) -> Vec<String> {
+pub fn files(folder: &str, ending: &str) -> Vec<String> {
     let mut found = Vec::new();
     for entry in fs::read_dir(root().join(folder)).expect("a folder") {
         let entry = entry.expect("an entry");

@@ -15,3 +15,4 @@ mod results;
 mod scenario;
 mod scenario_page;
 mod suite;
+mod words;

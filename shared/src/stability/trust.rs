@@ -59,7 +59,7 @@ impl Reason {
     pub fn words(self) -> &'static str {
         match self {
             Self::Silent => "sensors silent",
-            Self::NotFinite => "sensors give no numbers",
+            Self::NotFinite => "sensors not finite",
             Self::OutOfRange => "sensors out of range",
             Self::Stuck => "sensor stuck",
             Self::OffGravity => "force is not gravity",

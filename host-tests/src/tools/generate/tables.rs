@@ -17,18 +17,35 @@ pub fn faults() -> String {
         let _ = writeln!(text, "| `{code:#06x}` | {name} | {does} |");
     }
     for row in faults::TABLE {
-        let _ = write!(
-            text,
-            "\n### {:#06x} {}\n\n{}\n\n* Reaction: the drive {}.\n* Cleared by: {}.\n* What to do: {}\n",
-            row.code,
-            row.name,
-            row.cause,
-            reaction(row.reaction),
-            row.clears,
-            row.remedy
-        );
+        let points = [
+            format!("* Reaction: the drive {}.", reaction(row.reaction)),
+            format!("* Cleared by: {}.", row.clears),
+            format!("* What to do: {}", row.remedy),
+        ];
+        let points = points.map(|point| wrapped(&point, "  ")).join("\n");
+        let (code, name, cause) = (row.code, row.name, wrapped(row.cause, ""));
+        let _ = write!(text, "\n### {code:#06x} {name}\n\n{cause}\n\n{points}\n");
     }
     text
+}
+
+/// Breaks `text` into lines of at most 100 columns; those after the first begin with `indent`.
+fn wrapped(text: &str, indent: &str) -> String {
+    let (mut wrapped, mut columns) = (String::new(), 0);
+    for word in text.split_whitespace() {
+        let length = word.chars().count();
+        if columns > 0 && columns + 1 + length > 100 {
+            wrapped.push('\n');
+            wrapped.push_str(indent);
+            columns = indent.len();
+        } else if columns > 0 {
+            wrapped.push(' ');
+            columns += 1;
+        }
+        wrapped.push_str(word);
+        columns += length;
+    }
+    wrapped
 }
 
 /// Groups of settings: the last key of each group, and its title with the roles that read it.

@@ -93,7 +93,7 @@ pub struct Pace {
     /// N m s/rad.
     pub compliance: f32,
     /// Timeout of a stage, s.
-    pub patience: f32,
+    pub timeout: f32,
     /// Largest rates of wheels and of shafts, rad/s. The outputs are limited to them last.
     pub highest: [f32; 2],
 }
@@ -115,7 +115,7 @@ impl Pace {
                 damping: 80.0,
             },
             compliance: 800.0,
-            patience: 30.0,
+            timeout: 30.0,
             highest: [4.0, 0.6],
         }
     }
@@ -330,7 +330,7 @@ impl Gait {
         let (leg, lifted) = (situation.lifted.axle(), situation.lifted);
         let reached = |reached: bool| reached.then_some(Event::Reached);
         let steered = |targets: [f32; 2]| situation.shape.is_steered(targets, STEERED);
-        if self.since > pace.patience {
+        if self.since > pace.timeout {
             return Some(Event::Late);
         }
         match self.stage {
