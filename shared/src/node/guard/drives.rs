@@ -2,7 +2,7 @@
 
 use super::FaultReport;
 use super::drive::Drive;
-use super::scales::ScaleReader;
+use super::scales::{SDO_RESPONSE, ScaleReader};
 use crate::bus::network::function;
 use crate::bus::pdo::{Payload, TorqueOffset, receive};
 use crate::can::Frame;
@@ -94,7 +94,7 @@ impl Drives {
         for ((drive, state), scale) in drives.zip(&mut self.scales) {
             if drive.id == node {
                 drive.receive(frame, state, now_us);
-                answered |= scale.receive(frame, node);
+                answered |= function == SDO_RESPONSE && scale.receive(frame, node);
             }
         }
         if answered {

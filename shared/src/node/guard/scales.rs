@@ -9,7 +9,7 @@ pub const POSITION_SCALE: u16 = 0x2010;
 const RETRY_US: u64 = 100_000;
 
 const SDO_REQUEST: u16 = 0x600;
-const SDO_RESPONSE: u16 = 0x580;
+pub(super) const SDO_RESPONSE: u16 = 0x580;
 
 /// What the guard knows of one drive's position scale.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
@@ -36,7 +36,10 @@ impl ScaleReader {
     }
 
     /// Takes a frame of drive `id`, and returns whether it is the answer. For a drive without the
-    /// object the scale is 0, which no drive has.
+    /// object the scale is 0, which no drive has. Not inlined: it is rare, and the compiler would then
+    /// not inline what every frame needs.
+    #[cold]
+    #[inline(never)]
     pub fn receive(&mut self, frame: &Frame, id: u8) -> bool {
         let [low, high] = POSITION_SCALE.to_le_bytes();
         if frame.id() != SDO_RESPONSE + u16::from(id) {
