@@ -24,7 +24,7 @@ pub enum Bridge {
 /// Number of control periods after which a demand expires.
 pub const DEMAND_CONTROL_PERIODS: u32 = 3;
 
-/// Current demand, and the number of PWM periods for which it is still valid.
+/// Latest demand, and the number of PWM periods for which it is still valid.
 static DEMAND: Mutex<Cell<(BridgeDemand, u32)>> = Mutex::new(Cell::new((BridgeDemand::Off, 0)));
 /// Sum of the current samples since the control task last read them, A, and their number.
 static SAMPLES: Mutex<Cell<(f32, u32)>> = Mutex::new(Cell::new((0.0, 0)));
@@ -33,7 +33,7 @@ static LOOP: Mutex<RefCell<Option<(CurrentLoop, u32)>>> = Mutex::new(RefCell::ne
 
 /// Installs the current loop. `pwm_per_control` is the number of PWM periods in a control period.
 /// Before this call, the bridge stays off whatever the demand is.
-#[allow(dead_code)] // the program `ticks` includes this file without the constructors
+#[allow(dead_code)] // `bin/ticks.rs` includes this file but never calls `install`
 pub fn install(current_loop: CurrentLoop, pwm_per_control: u32) {
     let life = DEMAND_CONTROL_PERIODS.saturating_mul(pwm_per_control);
     critical_section::with(|cs| LOOP.borrow(cs).replace(Some((current_loop, life))));

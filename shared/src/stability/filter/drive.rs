@@ -43,9 +43,9 @@ fn leads_to(edge: Edge, forward: f32, pitch: f32) -> bool {
 
 /// Scale of the commanded speed, 0 to 1, and the verdict. Refuses a command that is not finite.
 ///
-/// Nose up on the front edge of a step, an outer side that drives forward in a turn lifts the front
-/// further. Then the rear edge counts as in driving forward ([`Bounds::lifts`]). A lifted body
-/// keeps [`Bounds::reserve`] at the rear edge.
+/// If the robot is pitched up at the nose of a step and turns, an outer side that drives forward
+/// lifts the front further. Then the rear edge counts as in driving forward ([`Bounds::lifts`]). A
+/// lifted body keeps [`Bounds::reserve`] at the rear edge.
 pub fn drive(
     command: SpeedCommand,
     pitch: f32,
