@@ -18,12 +18,12 @@ const RESCUE: f32 = 0.1;
 /// Scale of a posture's speed, 0 to 1, and the verdict. `ahead` are the margins, m, of the shape
 /// that the motion reaches after [`Bounds::foresight`], at the present pitch.
 ///
-/// The pitch does not stay constant: a front that meets the ground lifts the body. So the measured
-/// decay is added to the margins that the shape predicts. If this sum is below the present margin,
-/// the motion slows down through the caution band and ends at the stop margin. A steep robot on the
-/// nose of a step also sways when its centre of gravity moves; the whole caution band is kept for
-/// that. A motion that widens a margin is slow only below the stop margin, and it always passes at
-/// [`RESCUE`] or more. NaN refuses.
+/// The pitch does not stay constant: a front that meets the ground lifts the body. So the margin
+/// that the measured decay uses up is subtracted from the margins that the shape predicts. If the
+/// difference is below the present margin, the motion slows down through the caution band and ends
+/// at the stop margin. A steep robot on the nose of a step also sways when its centre of gravity
+/// moves; the whole caution band is kept for that. A motion that widens a margin is slow only below
+/// the stop margin, and it always passes at [`RESCUE`] or more. NaN refuses.
 pub fn posture(pitch: f32, margins: &Margins, ahead: [f32; 4], bounds: &Bounds) -> (f32, Verdict) {
     let (mut least, mut verdict) = (1.0, Verdict::Passed);
     for edge in EDGES {
@@ -39,8 +39,7 @@ pub fn posture(pitch: f32, margins: &Margins, ahead: [f32; 4], bounds: &Bounds) 
             bounds.away.scale(now)
         } else {
             let reserve = sway(edge, pitch) * bounds.towards.width();
-            // The first value is below `now` in any case. `min` returns NaN if `now` is NaN, and
-            // NaN refuses.
+            // `min` is here only for NaN: if `now` is NaN, the result is NaN, which refuses.
             bounds.towards.scale(min(then + decay - reserve, now))
         };
         if then >= now {
