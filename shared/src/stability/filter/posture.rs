@@ -11,8 +11,8 @@ pub(in crate::stability) const SMALLEST_SHARE: f32 = 0.05;
 /// Decay below which a rate is noise, m/s.
 const STEADY: f32 = 0.01;
 
-/// Minimum scale of a posture motion at an edge whose margin the shape alone does not narrow,
-/// however narrow the margin is: the motion may lead out of danger.
+/// Minimum scale of a posture motion at an edge whose margin does not shrink by the change of shape
+/// alone. It holds even at the narrowest margin, because the motion may lead out of danger.
 const RESCUE: f32 = 0.1;
 
 /// Scale of a posture's speed, 0 to 1, and the verdict. `ahead` are the margins, m, of the shape
