@@ -1,4 +1,4 @@
-//! PWM interrupt, and the cell through which the control task sends it demands.
+//! The PWM interrupt, and the cell through which it receives demands from the control task.
 //!
 //! A demand is valid for [`DEMAND_CONTROL_PERIODS`] control periods. If the control task sets no
 //! new demand in this time, the bridge opens.

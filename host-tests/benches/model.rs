@@ -267,7 +267,7 @@ macro_rules! dynamics {
         group.bench_function(concat!("four tip-over angles, ", $name), |bench| {
             bench.iter(|| angles(black_box(&contacts), cog, black_box(force), [0.0; 3]));
         });
-        group.bench_function(concat!("least tip-over angle, ", $name), |bench| {
+        group.bench_function(concat!("minimum tip-over angle, ", $name), |bench| {
             bench.iter(|| black_box(&edges).margin(cog, black_box(force), [0.0; 3]));
         });
         group.finish();

@@ -63,7 +63,7 @@ impl fmt::Display for Problem {
             Self::Unreadable(why) => write!(f, "cannot be read: {why}"),
             Self::Empty => write!(
                 f,
-                "is empty; scenarios/flat.toml shows the least that a scenario needs"
+                "is empty; scenarios/flat.toml shows the minimum that a scenario needs"
             ),
             Self::Malformed {
                 key: Some(key),

@@ -155,7 +155,7 @@ pub fn count(table: &mut Table) {
     };
     let mut prepared = (edges, state);
     table.kernel(
-        "least of four tip-over angles",
+        "minimum of four tip-over angles",
         &mut prepared,
         |(edges, state), call, random| {
             motion(state, call, random);

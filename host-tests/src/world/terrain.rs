@@ -142,7 +142,7 @@ impl Terrain {
     /// [`Problem`] with key, value and bound.
     pub fn check(&self, front_m: f64) -> Result<(), Problem> {
         let ahead = |key: &str, x: f64| {
-            let unit = "m (the least is where the robot's front stands at the start)";
+            let unit = "m (the minimum is where the robot's front stands at the start)";
             within(key, x, front_m, 50.0, unit)
         };
         match *self {

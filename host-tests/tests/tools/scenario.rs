@@ -116,12 +116,12 @@ fn an_impossible_value_is_refused_with_key_value_and_bound() {
         (
             "first_nose_m = 1.6",
             "first_nose_m = 0.5",
-            "bad.toml:13:16: terrain.stairs.first_nose_m is 0.5; it must be at least 0.826 m (the least is where the robot's front stands at the start)",
+            "bad.toml:13:16: terrain.stairs.first_nose_m is 0.5; it must be at least 0.826 m (the minimum is where the robot's front stands at the start)",
         ),
         (
             "k_m = 1.232",
             "k_m = 0.7799",
-            "bad.toml:17:7: robot.b2p2.k_m is 0.7799; it must be at least 0.78 m (the least is L1 + 2 L2 and 2.4 L1 of the robot)",
+            "bad.toml:17:7: robot.b2p2.k_m is 0.7799; it must be at least 0.78 m (the minimum is L1 + 2 L2 and 2.4 L1 of the robot)",
         ),
         (
             "speed_mps = 0.13",
@@ -402,7 +402,7 @@ fn an_empty_or_absent_file_is_refused() {
         let got = Scenario::parse(text, "empty.toml").unwrap_err().to_string();
         assert_eq!(
             got,
-            "empty.toml: is empty; scenarios/flat.toml shows the least that a scenario needs"
+            "empty.toml: is empty; scenarios/flat.toml shows the minimum that a scenario needs"
         );
     }
     let got = Scenario::load(Path::new("no-such.toml"))

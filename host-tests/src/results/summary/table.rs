@@ -15,7 +15,7 @@ impl Summary {
         };
         let margin = self
             .min_backward_margin_m
-            .map(|margin| format!("{:.0} mm to the back", margin * 1e3));
+            .map(|margin| format!("at least {:.0} mm to the back", margin * 1e3));
         let belt = self.tension_error_m.map(|error| {
             format!(
                 "p99 {:.2} mm, max {:.2} mm",
@@ -50,7 +50,7 @@ impl Summary {
                     self.pitch_deg.min, self.pitch_deg.max
                 )),
             ),
-            ("least margin", margin),
+            ("margin", margin),
             ("|ZMP - CoG|", zero_moment_point),
             (
                 "guard",

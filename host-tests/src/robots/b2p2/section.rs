@@ -90,7 +90,7 @@ impl Section for B2p2 {
             self.k_m,
             least_k,
             2.0,
-            "m (the least is L1 + 2 L2 and 2.4 L1 of the robot)",
+            "m (the minimum is L1 + 2 L2 and 2.4 L1 of the robot)",
         )?;
         within(
             "robot.b2p2.pulley_radius_m",

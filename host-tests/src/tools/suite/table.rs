@@ -98,7 +98,7 @@ fn interruptions(rows: &[Row]) -> String {
 
 fn legitimate(rows: &[Row]) -> String {
     let mut text = String::from(
-        "\n| legitimate run | way | lost with the guard | interventions | |\n|---|---|---|---|---|\n",
+        "\n| legitimate run | travel | lost with the guard | interventions | |\n|---|---|---|---|---|\n",
     );
     for row in rows {
         if let Finding::Legitimate {

@@ -69,11 +69,11 @@ impl Bounds {
     }
 }
 
-/// Pitch from which the whole caution band is kept for sway, rad.
+/// Pitch from which the caution band is moved up by its whole width, rad.
 const STEEP: f32 = 0.5;
 
-/// Fraction of the caution band that is kept for sway toward an edge at this pitch: nose up for the
-/// rear edge, nose down for the front edge. NaN for NaN.
+/// Distance by which the caution band moves up to allow for sway, as a fraction of its width. At
+/// the rear edge it grows with pitch up, at the front edge with pitch down. NaN for NaN.
 pub fn sway(edge: Edge, pitch: f32) -> f32 {
     match edge {
         Edge::Back => clamp(pitch / STEEP, 0.0, 1.0),

@@ -23,9 +23,9 @@ pub struct SpeedCommand {
 ///
 /// These motions can:
 ///
-/// * Rear edge: driving forward nose up (the motion that lifted the front continues to lift it),
-///   and driving backward on level ground or nose down.
-/// * Front edge: driving forward or backward on level ground or nose down.
+/// * Rear edge: driving forward while pitched up (the motion that lifted the front continues to lift it),
+///   and driving backward on level ground or pitched down.
+/// * Front edge: driving forward or backward on level ground or pitched down.
 /// * Left and right edge: every motion.
 ///
 /// Other motions lead away from the edge. They can still use up its margin when the ground ends or
@@ -159,7 +159,7 @@ mod tests {
     }
 
     #[test]
-    fn a_decay_that_the_command_does_not_answer_for_counts_as_what_it_leaves() {
+    fn a_decay_that_the_command_does_not_cause_is_subtracted_from_the_margin() {
         let falling = Margins {
             rate: [-0.4, 0.0, 0.0, 0.0],
             ..standing(0.14)

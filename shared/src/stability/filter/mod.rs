@@ -11,9 +11,9 @@
 //! where `w` is the caution band `m_caution - m_stop`: the more of a command passes, the earlier a
 //! margin counts as used up. Hence `s = (m - m_stop + r_0 T) / (w + |k u| T)`, limited to 0 to 1.
 //!
-//! All four edges are watched in every motion. A motion that leads away from an edge, such as
-//! backing down from the nose (the upper edge) of a step for the rear edge, has no caution band at
-//! that edge. It slows down from the stop margin to the trip margin, and it stops if the margin
+//! All four edges are watched in every motion. A motion that leads away from an edge has no caution
+//! band there. Example: backing down from the upper edge of a step leads away from the rear edge of
+//! the support. It slows down from the stop margin to the trip margin, and it stops if the margin
 //! would decay to the trip margin within the horizon. So the robot has little momentum if a track
 //! slips or the ground ends.
 //!

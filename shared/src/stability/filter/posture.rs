@@ -11,19 +11,21 @@ pub(in crate::stability) const SMALLEST_SHARE: f32 = 0.05;
 /// Decay below which a rate is noise, m/s.
 const STEADY: f32 = 0.01;
 
-/// Minimum scale of a posture motion at an edge whose margin it widens, however narrow the margin
-/// is: the motion may lead out of danger.
+/// Minimum scale of a posture motion at an edge whose margin does not shrink by the change of shape
+/// alone. It holds even at the narrowest margin, because the motion may lead out of danger.
 const RESCUE: f32 = 0.1;
 
 /// Scale of a posture's speed, 0 to 1, and the verdict. `ahead` are the margins, m, of the shape
 /// that the motion reaches after [`Bounds::foresight`], at the present pitch.
 ///
-/// The pitch does not stay constant: a front that meets the ground lifts the body. So the measured
-/// decay is added to the margins that the shape predicts. If this sum is below the present margin,
-/// the motion slows down through the caution band and ends at the stop margin. A steep robot on the
-/// nose of a step also sways when its centre of gravity moves; the whole caution band is kept for
-/// that. A motion that widens a margin is slow only below the stop margin, and it always passes at
-/// [`RESCUE`] or more. NaN refuses.
+/// The pitch does not stay constant: a front that meets the ground lifts the body. So the
+/// prediction for each edge is the margin in `ahead`, less what the measured decay takes away
+/// within [`Bounds::foresight`]. If the prediction is narrower than the present margin, the motion
+/// slows down through the caution band and ends at the stop margin. A steep robot on the nose of a
+/// step also sways when its centre of gravity moves. To allow for that, the caution band moves up
+/// with the pitch ([`sway`]). If the prediction is not narrower than the present margin, the motion
+/// slows down only below the stop margin. If the shape alone, without the decay, does not narrow
+/// the margin, the scale never falls below [`RESCUE`]. NaN refuses.
 pub fn posture(pitch: f32, margins: &Margins, ahead: [f32; 4], bounds: &Bounds) -> (f32, Verdict) {
     let (mut least, mut verdict) = (1.0, Verdict::Passed);
     for edge in EDGES {
@@ -39,8 +41,7 @@ pub fn posture(pitch: f32, margins: &Margins, ahead: [f32; 4], bounds: &Bounds) 
             bounds.away.scale(now)
         } else {
             let reserve = sway(edge, pitch) * bounds.towards.width();
-            // The first value is below `now` in any case. `min` returns NaN if `now` is NaN, and
-            // NaN refuses.
+            // `min` is here only for NaN: if `now` is NaN, the result is NaN, which refuses.
             bounds.towards.scale(min(then + decay - reserve, now))
         };
         if then >= now {
