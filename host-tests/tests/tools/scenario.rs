@@ -291,7 +291,7 @@ fn every_terrain_fault_and_load_can_be_written() {
     let stairs = staircase_text();
     let (begin, end) = (
         stairs.find("[terrain.stairs]").unwrap(),
-        stairs.find("# The paper gives").unwrap(),
+        stairs.find("# Assumed, because").unwrap(),
     );
     let landing = "landed = true\ntoppled = false\nlanding_between_s = [20.0, 28.0]";
     for (terrain, last_nose) in [

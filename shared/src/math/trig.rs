@@ -97,8 +97,8 @@ const ARC_TANGENT: [f32; 9] = [
 ///
 /// It is defined for every input as in IEEE 754. The origin gives 0, or pi if `x` is -0, with the
 /// sign of `y`. An infinite coordinate wins over a finite one; two infinite coordinates give a
-/// diagonal. NaN gives NaN, and it is always the same NaN. Worst error seen: 2.1e-7 rad; bound: 4e-7
-/// rad (`shared/tests/math/functions.rs`, `arc_tangent_*`).
+/// diagonal. NaN gives NaN, and it is always the same NaN. Worst error seen: 2.1e-7 rad; bound:
+/// 4e-7 rad (`shared/tests/math/functions.rs`, `arc_tangent_*`).
 #[inline]
 pub fn atan2(y: f32, x: f32) -> f32 {
     if x.is_nan() || y.is_nan() {

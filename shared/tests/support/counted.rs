@@ -8,7 +8,8 @@ thread_local! {
     static OPERATIONS: Cell<u32> = const { Cell::new(0) };
 }
 
-/// Double precision that counts sums, differences, products, quotients and roots; signs are free, and sines are for the caller.
+/// Double precision that counts sums, differences, products, quotients and roots; signs are free,
+/// and sines are for the caller.
 #[derive(Clone, Copy, PartialEq, PartialOrd, Debug)]
 pub struct Counted(f64);
 

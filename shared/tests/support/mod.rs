@@ -8,8 +8,8 @@ pub const RADIANS_PER_BIT: f64 = std::f64::consts::PI / 2_147_483_648.0;
 
 /// Largest absolute value of each of `errors(angle, sin, cos)` over all 2^32 angles.
 ///
-/// The reference sines come from the platform's library for 2^16 coarse and 2^16 fine angles, added by the addition theorem
-/// (a few 1e-16 off), on two threads.
+/// The reference sines come from the platform's library for 2^16 coarse and 2^16 fine angles, added
+/// by the addition theorem (a few 1e-16 off), on two threads.
 pub fn worst_over_all_angles<const N: usize>(
     errors: impl Fn(Angle, f64, f64) -> [f64; N] + Sync,
 ) -> [f64; N] {

@@ -36,8 +36,8 @@ impl ScaleReader {
     }
 
     /// Takes a frame of drive `id`, and returns whether it is the answer. For a drive without the
-    /// object the scale is 0, which no drive has. Not inlined: it is rare, and the compiler would then
-    /// not inline what every frame needs.
+    /// object the scale is 0, which no drive has. Not inlined: it is rare, and the compiler would
+    /// then not inline what every frame needs.
     #[cold]
     #[inline(never)]
     pub fn receive(&mut self, frame: &Frame, id: u8) -> bool {
