@@ -23,8 +23,8 @@ pub struct SpeedCommand {
 ///
 /// These motions can:
 ///
-/// * Rear edge: driving forward while pitched up (the motion that lifted the front continues to lift it),
-///   and driving backward on level ground or pitched down.
+/// * Rear edge: driving forward while pitched up (the motion that lifted the front continues to
+///   lift it), and driving backward on level ground or pitched down.
 /// * Front edge: driving forward or backward on level ground or pitched down.
 /// * Left and right edge: every motion.
 ///
