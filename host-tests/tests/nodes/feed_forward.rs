@@ -171,7 +171,7 @@ fn a_torque_offset_ages_though_set_points_go_on() {
 }
 
 #[test]
-fn a_load_that_is_told_in_advance_moves_the_axle_less() {
+fn a_load_with_feed_forward_moves_the_axle_less() {
     let moved = |torque_offset| {
         let mut bench = Bench::axle(&[]);
         bench.enable(mode::CYCLIC_POSITION, 0);

@@ -4,7 +4,7 @@ use super::docs::{files, root};
 use std::fs;
 
 /// Terms that were replaced, in lower case.
-const OLD_TERMS: [&str; 15] = [
+const OLD_TERMS: [&str; 17] = [
     "at the most",
     "bus voltage",
     "coming to life",
@@ -19,6 +19,8 @@ const OLD_TERMS: [&str; 15] = [
     "satellite receiver",
     "torque in advance",
     "to the bit",
+    "told in advance",
+    "told_in_advance",
     "unsure",
 ];
 

@@ -67,7 +67,7 @@ fn figures(name: &str, samples: &[Sample]) -> Tracking {
 }
 
 #[test]
-fn torques_told_in_advance_bring_the_joint_nearer_to_its_set_point() {
+fn feed_forward_torques_bring_the_joint_nearer_to_its_set_point() {
     let [with, without] = [("flat", true), ("flat without", false)].map(|(name, feed_forward)| {
         let flat = scenario("flat", |description| {
             description.feed_forward = feed_forward;
@@ -79,7 +79,7 @@ fn torques_told_in_advance_bring_the_joint_nearer_to_its_set_point() {
 
 /// On the staircase, the ground carries the front most of the time, which the guard does not know.
 #[test]
-fn torques_told_in_advance_do_no_harm_on_the_staircase() {
+fn feed_forward_torques_do_no_harm_on_the_staircase() {
     let without = scenario("staircase", |description| description.feed_forward = false);
     let without = figures("staircase without", &outcome(&without, Board::Native).1);
     let with = figures("staircase", &climb(Board::Native).1);

@@ -12,10 +12,10 @@
 //! margin counts as used up. Hence `s = (m - m_stop + r_0 T) / (w + |k u| T)`, limited to 0 to 1.
 //!
 //! All four edges are watched in every motion. A motion that leads away from an edge has no caution
-//! band there. Example: backing down from the upper edge of a step leads away from the rear edge of
-//! the support. It slows down from the stop margin to the trip margin, and it stops if the margin
-//! would decay to the trip margin within the horizon. So the robot has little momentum if a track
-//! slips or the ground ends.
+//! band there. Example: a robot that is pitched up at the nose of a step backs down. Its front
+//! sinks, so the motion leads away from the rear edge of the support. The motion slows down from
+//! the stop margin to the trip margin, and it stops if the margin would decay to the trip margin
+//! within the horizon. So the robot has little momentum if a track slips or the ground ends.
 //!
 //! [`drive`] scales a speed, [`posture`] a change of shape, within [`Bounds`].
 
