@@ -93,11 +93,12 @@ settings! {
     GearRatio = 0x0010, "gear_ratio", "1e-3", 100..=2_000_000, 60_000;
     /// Encoder counts for one turn of the rotor.
     EncoderCounts = 0x0011, "encoder_counts", "1", 4..=1_048_576, 4_096;
-    /// Torque constant of the motor, at the rotor.
+    /// Torque constant of the motor, at the rotor. The current of a three-phase motor is the
+    /// amplitude of its phase currents.
     TorqueConstant = 0x0012, "torque_constant", "uN m/A", 100..=10_000_000, 40_000;
-    /// Resistance of the motor's winding.
+    /// Resistance of the motor's winding; of a three-phase motor, that of one phase.
     Resistance = 0x0013, "resistance", "mOhm", 1..=100_000, 600;
-    /// Inductance of the motor's winding.
+    /// Inductance of the motor's winding; of a three-phase motor, that of one phase in the axis d.
     Inductance = 0x0014, "inductance", "uH", 1..=100_000, 300;
     /// Maximum motor current.
     CurrentLimit = 0x0015, "current_limit", "mA", 10..=100_000, 10_000;
@@ -147,6 +148,22 @@ settings! {
     BenchCurrent = 0x0028, "bench_current", "mA", 10..=100_000, 2_000;
     /// Maximum speed of the output shaft in bench mode.
     BenchSpeed = 0x0029, "bench_speed", "mrad/s", 1..=2_000_000, 1_000;
+
+    /// Kind of the motor: 0 brushed, between half bridges a and b; 1 three-phase, with permanent
+    /// magnets. The rotor sensor of a three-phase motor must be absolute within a turn.
+    MotorKind = 0x00c0, "motor_kind", "1", 0..=1, 0;
+    /// Pole pairs of a three-phase motor.
+    PolePairs = 0x00c1, "pole_pairs", "1", 1..=64, 7;
+    /// Inductance of one phase of a three-phase motor in the axis q; 0: equal to `inductance`.
+    InductanceQ = 0x00c2, "inductance_q", "uH", 0..=100_000, 0;
+    /// Electrical angle of the rotor where its sensor reads 0.
+    ElectricalOffset = 0x00c3, "electrical_offset", "1e-3 degree", -180_000..=180_000, 0;
+    /// 1: the electrical angle rises with the counts of the rotor sensor. -1: it falls, because two
+    /// leads of the motor are swapped.
+    PhaseOrder = 0x00c4, "phase_order", "1", -1..=1, 1;
+    /// Time for which both transistors of a half bridge are off at each edge. The current control
+    /// compensates it.
+    DeadTime = 0x00c5, "dead_time", "ns", 0..=2_000, 600;
 
     /// Travel of the screw's nut for one turn of the output shaft.
     ScrewLead = 0x0030, "screw_lead", "um", 100..=100_000, 5_000;

@@ -18,6 +18,7 @@ use core::mem::MaybeUninit;
 use core::panic::PanicInfo;
 // Linked for its implementation of the critical section.
 use cortex_m as _;
+use tautrack::motor::bridge::Readings;
 use tautrack::node::axle::{self, Axle, BridgeDemand};
 use tautrack::node::guard::{self, Guard};
 use tautrack::node::screw::{self, Screw};
@@ -50,7 +51,7 @@ impl<T> Slot<T> {
 static AXLE: Slot<(Axle, axle::Inputs)> = Slot::new();
 static SCREW: Slot<(Screw, screw::Inputs)> = Slot::new();
 static HEARD: Slot<guard::Inputs<'static>> = Slot::new();
-static CURRENT: Slot<(f32, f32)> = Slot::new();
+static CURRENT: Slot<Readings> = Slot::new();
 
 macro_rules! guards {
     ($($name:ident: $body:ty,)*) => {
@@ -80,9 +81,9 @@ fn main() -> ! {
         black_box(axle.0.tick(&axle.1));
         black_box(screw.0.tick(&screw.1));
         tick_guards(received);
-        black_box(current_loop::pwm_period(current.0, current.1));
+        black_box(current_loop::pwm_period(current));
         black_box(current_loop::take_mean());
-        current_loop::demand(black_box(BridgeDemand::Off));
+        current_loop::demand(black_box(BridgeDemand::Off), black_box(0.0), black_box(0.0));
     }
 }
 

@@ -20,8 +20,8 @@ pub use native::Native as Selected;
 #[cfg(all(target_os = "none", not(feature = "mps2")))]
 compile_error!("choose a board, for instance --features mps2");
 
-pub use crate::current_loop::Bridge;
 use crate::roles::Role;
+use tautrack::motor::bridge::Ratings;
 use tautrack::sensors::{BodySensors, Switches};
 
 /// Interface between a board and the rest of the firmware. A board is a singleton, so its methods
@@ -29,7 +29,7 @@ use tautrack::sensors::{BodySensors, Switches};
 ///
 /// Besides implementing these methods, a board does the following by itself:
 /// * It calls [`crate::current_loop::pwm_period`] once in every PWM period, in its highest-priority
-///   interrupt, and applies the returned [`Bridge`] from the next period on. Before the first call,
+///   interrupt, and applies the returned [`PowerStage`](tautrack::motor::bridge::PowerStage) from the next period on. Before the first call,
 ///   and after a panic, its bridge is off.
 /// * It puts every frame that it receives from the bus into [`crate::bus::RECEIVED`], and sends
 ///   those of [`crate::bus::TRANSMIT`] as the bus has room, oldest first. Both queues may be used
@@ -41,9 +41,9 @@ use tautrack::sensors::{BodySensors, Switches};
 pub trait Board {
     /// Name of the board, equal to the name of its folder.
     const NAME: &'static str;
-    /// PWM periods per second, Hz; also the rate at which the board calls
+    /// Power stage. Its PWM rate is also the rate at which the board calls
     /// [`crate::current_loop::pwm_period`].
-    const PWM_HZ: u32;
+    const POWER_STAGE: Ratings;
 
     /// Starts the board, reads the settings, calls `role` to spawn its tasks, and runs them for
     /// ever.

@@ -8,12 +8,13 @@ use core::hint::black_box;
 use core::mem::MaybeUninit;
 use tautrack::constants::CONTROL_PERIOD;
 use tautrack::math::Bound;
+use tautrack::motor::bridge::Readings;
 use tautrack::motor::cascade::{Cascade, Demand, Gains, Reference};
-use tautrack::motor::current::{CurrentLoop, Winding};
-use tautrack::motor::foc::{Config, Dq, ElectricalAngle, Foc};
+use tautrack::motor::current::{Config, CurrentLoop, MotorKind};
 use tautrack::motor::from_radians;
 use tautrack::motor::observer::Observer;
 use tautrack::motor::profile::{Limits, Motion};
+use tautrack::motor::rotor::{ElectricalAngle, Mounting};
 use tautrack::node::axle::BridgeDemand;
 
 pub fn count(table: &mut Table) {
@@ -60,8 +61,7 @@ pub fn count(table: &mut Table) {
     );
 
     count_cascade(table);
-    count_current_loop(table);
-    count_foc(table);
+    count_current_interrupt(table);
 }
 
 fn count_cascade(table: &mut Table) {
@@ -116,80 +116,83 @@ fn count_cascade(table: &mut Table) {
     );
 }
 
-fn count_current_loop(table: &mut Table) {
-    let winding = black_box(Winding {
+/// A brushed motor and a three-phase motor with the same numbers.
+const KINDS: [(&str, MotorKind); 2] = [
+    ("current interrupt, brushed motor", MotorKind::Brushed),
+    ("current interrupt, three phases", MotorKind::ThreePhase),
+];
+
+fn config(kind: MotorKind) -> Config {
+    black_box(Config {
+        kind,
         resistance: 0.6,
-        inductance: 3e-4,
+        inductance: [3e-4, 3.6e-4],
+        torque_constant: 0.04,
         current_limit: 10.0,
-    });
-    let Ok(current_loop) = CurrentLoop::new(&winding, 4_000.0, Selected::PWM_HZ as f32) else {
-        return; // these values are valid; otherwise the host finds no entries
-    };
-    current_loop::install(current_loop.clone(), 20);
-    let mut current_loop = black_box(current_loop);
-    table.kernel(
-        "current loop step",
-        &mut current_loop,
-        |_, call, random| (number(call, random), number(call / 7, random)),
-        |current_loop, (sample, demand)| current_loop.step(sample, demand, 24.0),
-    );
-    table.kernel(
-        "current interrupt",
-        &mut (),
-        |(), call, random| {
-            current_loop::demand(match call % 16 {
-                14 => BridgeDemand::Off,
-                15 => BridgeDemand::Brake,
-                _ => BridgeDemand::Current(random.within(12.0)),
-            });
-            (random.within(12.0), 24.0 + random.within(1.0))
+        bandwidth: 4_000.0,
+        gear_ratio: 60.0,
+        mounting: Mounting {
+            counts_per_turn: 4_096,
+            pole_pairs: 7,
+            offset: ElectricalAngle::from_milli_degrees(40_000),
+            reversed: false,
         },
-        |(), (sample, supply_voltage)| {
-            black_box(current_loop::pwm_period(sample, supply_voltage));
-        },
-    );
+        dead_time: 0.6e-6,
+        periods_per_control: 20,
+    })
+}
+
+/// Counts the whole interrupt except its entry: with the cell that it shares with the control task.
+fn count_current_interrupt(table: &mut Table) {
+    for (name, kind) in KINDS {
+        let Ok(current_loop) = CurrentLoop::new(&config(kind), &Selected::POWER_STAGE) else {
+            return; // these values are valid; otherwise the host finds no entries
+        };
+        current_loop::install(current_loop);
+        table.kernel(
+            name,
+            &mut (),
+            |(), call, random| {
+                let demand = match call % 16 {
+                    14 => BridgeDemand::Off,
+                    15 => BridgeDemand::Brake,
+                    _ => BridgeDemand::Current(random.within(12.0)),
+                };
+                current_loop::demand(demand, 24.0 + random.within(1.0), random.within(8.0));
+                // Some samples exceed the current limit.
+                let code = |bits: i32| (32_768 + (bits >> 20)) as u16;
+                Readings {
+                    currents: [code(random.bits()), code(random.bits())],
+                    rotor: random.bits() as u32 >> 20,
+                }
+            },
+            |(), readings| {
+                black_box(current_loop::pwm_period(&readings));
+            },
+        );
+    }
 }
 
 fn count_foc(table: &mut Table) {
-    struct State {
-        foc: Foc,
-        angle: ElectricalAngle,
-        currents: [i32; 2],
-        demand: Dq,
-        compare: [u16; 3],
-    }
-    let config = black_box(Config {
-        resistance: 0.4,
-        inductance: 3e-4,
-        supply_voltage: 24.0,
-        current_full_scale: 20.0,
-        bandwidth: 2_000.0,
-        rate_hz: 20_000.0,
-        period: 4_250,
-    });
-    let Ok(foc) = Foc::new(&config) else {
+    let motor = config(MotorKind::ThreePhase);
+    let Ok(current_loop) = CurrentLoop::new(&motor, &Selected::POWER_STAGE) else {
         return; // these values are valid; otherwise the host finds no entry
     };
-    let mut state = black_box(State {
-        foc,
-        angle: ElectricalAngle::default(),
-        currents: [0; 2],
-        demand: Dq::default(),
-        compare: [0; 3],
-    });
+    let mut current_loop = black_box(current_loop);
     table.kernel(
         "FOC step",
-        &mut state,
-        |state, call, random| {
-            state.angle = ElectricalAngle(angle(call));
-            state.currents = [random.bits(), random.bits()];
-            state.demand = Dq {
-                d: random.bits() >> 1,
-                q: random.bits() >> 1,
-            };
+        &mut current_loop,
+        |current_loop, call, random| {
+            let demand = BridgeDemand::Current(random.within(12.0));
+            current_loop.demand(demand, 24.0 + random.within(1.0), random.within(8.0));
+            let code = |bits: i32| (32_768 + (bits >> 22)) as u16;
+            Readings {
+                currents: [code(random.bits()), code(random.bits())],
+                rotor: call as u32 * 3 % 4_096,
+            }
         },
-        |state, ()| {
-            state.compare = state.foc.step(state.angle, state.currents, state.demand);
+        |current_loop, readings| {
+            black_box(current_loop.period(&readings));
         },
     );
 }

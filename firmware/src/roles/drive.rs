@@ -13,9 +13,9 @@ use embassy_time::Instant;
 use tautrack::bus::network::{self, Emergency};
 use tautrack::bus::pdo::{DriveMotion, receive};
 use tautrack::constants::CONTROL_PERIOD;
-use tautrack::motor::current::{CurrentLoop, Winding};
+use tautrack::motor::current::{Config, CurrentLoop};
 use tautrack::node::axle::{Inputs, Outputs, SetPoint};
-use tautrack::settings::{Setting, Settings};
+use tautrack::settings::Settings;
 
 /// Messages from the bus task that the control task has not read yet.
 pub static HEARD: Mailbox = Mailbox {
@@ -116,7 +116,7 @@ pub fn inputs(set_point: fn() -> SetPoint, torque_offset: fn() -> i16, bench_mod
 
 /// Passes the tick's demand to the PWM interrupt, and sends its emergency message on the bus.
 pub fn act(outputs: &Outputs, node: u8) {
-    current_loop::demand(outputs.bridge);
+    current_loop::demand(outputs.bridge, Selected::supply_voltage(), outputs.velocity);
     watchdog::control_ran(Instant::now().as_micros());
     if let Some(code) = outputs.emergency {
         crate::logger::warn!("fault {:#06x}", code);
@@ -127,15 +127,11 @@ pub fn act(outputs: &Outputs, node: u8) {
 /// Installs the current loop for the motor in the settings. Returns a [`Refusal`] if the loop
 /// cannot be computed from them.
 pub fn install_current_loop(settings: &Settings) -> Result<(), Refusal> {
-    let winding = Winding {
-        resistance: settings.scaled(Setting::Resistance, 1e-3),
-        inductance: settings.scaled(Setting::Inductance, 1e-6),
-        current_limit: settings.scaled(Setting::CurrentLimit, 1e-3),
-    };
-    let bandwidth = settings.scaled(Setting::CurrentBandwidth, 1.0);
-    let current_loop = CurrentLoop::new(&winding, bandwidth, Selected::PWM_HZ as f32)
+    let stage = Selected::POWER_STAGE;
+    let config = Config::from_settings(settings, stage.pwm_hz / CONTROL_HZ);
+    let current_loop = CurrentLoop::new(&config, &stage)
         .map_err(|error| super::refuse(format_args!("current loop: {error}")))?;
-    current_loop::install(current_loop, Selected::PWM_HZ / CONTROL_HZ);
+    current_loop::install(current_loop);
     watchdog::require(Party::Pwm);
     Ok(())
 }

@@ -1,13 +1,15 @@
 //! Model of a motor, and the settings of a node that drives it.
 
-use tautrack::link::MotorModel;
+use tautrack::link::{MotorModel, WindingModel};
 use tautrack::settings::Setting;
 
 /// Motor model that suits all tests.
 pub const MOTOR: MotorModel = MotorModel {
-    resistance: 0.3,
-    inductance: 2e-4,
-    torque_constant: 0.05,
+    winding: WindingModel::Brushed {
+        resistance: 0.3,
+        inductance: 2e-4,
+        torque_constant: 0.05,
+    },
     rotor_inertia: 1e-4,
     gear_ratio: 50.0,
     friction_torque: 1.0,
@@ -15,6 +17,7 @@ pub const MOTOR: MotorModel = MotorModel {
     encoder_counts: 4096,
     current_noise: 0.02,
     current_quantum: 0.01,
+    dead_time: 0.0,
 };
 
 /// Settings of node `node_id` that match [`MOTOR`].

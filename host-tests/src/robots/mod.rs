@@ -2,11 +2,12 @@
 //!
 //! One folder per robot: `section` is its section of a scenario file, `nodes` its nodes, `plant`
 //! its simulated physics. [`registry`] lists the robots, [`section`] defines the interface that
-//! each of them implements. [`node_name`] and [`payload`] are shared by all.
+//! each of them implements. [`node_name`], [`motors`] and [`payload`] are shared by all.
 
 pub mod b2p2;
 pub mod crawler;
 pub mod hylos;
+pub mod motors;
 pub mod node_name;
 pub mod payload;
 pub mod registry;

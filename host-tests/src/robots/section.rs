@@ -1,6 +1,6 @@
 //! Interface of a robot to a run: its section of a scenario file, its nodes and its plant.
 
-use super::NodeName;
+use super::{NodeName, motors};
 use crate::bounds::Problem;
 use crate::world::Plant;
 use crate::world::terrain::Terrain;
@@ -113,8 +113,27 @@ pub struct NodeSpec {
     pub id: u8,
     /// Settings that differ from the defaults, without the node id.
     pub settings: Vec<(Setting, i32)>,
-    /// Motor of the node; `None` for the guard.
+    /// Motor of the node; `None` for the guard. [`NodeSpec::set_motor`] sets it.
     pub motor: Option<MotorModel>,
+}
+
+impl NodeSpec {
+    /// Returns the node with this motor, as [`Self::set_motor`] sets it.
+    #[must_use]
+    pub fn with_motor(mut self, motor: Option<MotorModel>) -> Self {
+        self.set_motor(motor);
+        self
+    }
+
+    /// Sets the motor, and those settings with which the node drives it.
+    pub fn set_motor(&mut self, motor: Option<MotorModel>) {
+        self.motor = motor;
+        let Some(motor) = motor else { return };
+        let derived = motors::settings(&motor);
+        self.settings
+            .retain(|(known, _)| derived.iter().all(|(setting, _)| setting != known));
+        self.settings.splice(0..0, derived);
+    }
 }
 
 /// Compass settings of the guards: declination and hard iron of the plants, as a calibration would

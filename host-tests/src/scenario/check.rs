@@ -32,6 +32,7 @@ impl Description {
             }
         }
         self.check_postures()?;
+        self.check_motors()?;
         self.check_settings()?;
         self.check_expectations()?;
         Ok(Scenario(self))
@@ -63,6 +64,23 @@ impl Description {
                     let key = format!("operator.event[{index}].{key}");
                     return contradiction(&key, "is no posture of this robot");
                 }
+            }
+        }
+        Ok(())
+    }
+
+    /// Checks that every motor belongs to a drive of the robot, and that its values are within their
+    /// bounds.
+    fn check_motors(&self) -> Result<(), Problem> {
+        let nodes = self.robot.section().nodes(&self.conditions());
+        for (name, motor) in &self.motors {
+            let table = format!("motor.{name}");
+            let Some(node) = nodes.iter().find(|node| node.name == *name) else {
+                return contradiction(&table, "is a node that this robot does not have");
+            };
+            match &node.motor {
+                Some(model) => motor.check(&table, model)?,
+                None => return contradiction(&table, "is the guard, which has no motor"),
             }
         }
         Ok(())

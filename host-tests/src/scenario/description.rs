@@ -1,6 +1,6 @@
 //! The content of a scenario file, before it is checked.
 
-use super::{Expect, Fault, Operator, driver};
+use super::{Expect, Fault, Motor, Operator, driver};
 use crate::robots::{Conditions, Kind, NodeName, NodeSpec, Robot};
 use crate::world::Plant;
 use crate::world::terrain::Terrain;
@@ -37,6 +37,9 @@ pub struct Description {
     /// parameters.
     #[serde(default)]
     pub robot: Robot,
+    /// Motors that differ from those of the robot.
+    #[serde(default, rename = "motor", skip_serializing_if = "BTreeMap::is_empty")]
+    pub motors: BTreeMap<NodeName, Motor>,
     /// Settings of nodes that differ from those of the robot: node, setting's name, value in the
     /// setting's unit. They change what the node assumes, not the plant.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
@@ -78,6 +81,9 @@ impl Description {
     pub fn nodes(&self) -> Vec<NodeSpec> {
         let mut nodes = self.robot.section().nodes(&self.conditions());
         for node in &mut nodes {
+            if let Some(motor) = self.motors.get(&node.name) {
+                node.set_motor(node.motor.map(|model| motor.apply(&model)));
+            }
             for (name, value) in self.settings.get(&node.name).into_iter().flatten() {
                 let Some(setting) = Setting::from_name(name) else {
                     continue;

@@ -3,7 +3,7 @@
 //! [`Description`] is the content of the file. [`Scenario`] is a description that passed every
 //! check, so no later code checks it again. `operator` is the operator's section with its bounds,
 //! `driver` reads it, `script` plays it during a run. `fault` lists the faults, `expect` the
-//! expected results. `check` checks the other bounds, `error` reports errors with their place. The
+//! expected results, `motor` the motors that differ from those of the robot. `check` checks the other bounds, `error` reports errors with their place. The
 //! robots' sections are in [`crate::robots`], the ground's values in [`crate::world::terrain`].
 
 mod check;
@@ -12,6 +12,7 @@ mod driver;
 mod error;
 mod expect;
 mod fault;
+mod motor;
 mod operator;
 mod script;
 
@@ -19,6 +20,7 @@ pub use description::Description;
 pub use error::ScenarioError;
 pub use expect::Expect;
 pub use fault::{Fault, FaultKind};
+pub use motor::Motor;
 pub use operator::{Event, Operator, OperatorRequest, When};
 pub use script::{Ask, BusView, Script};
 

@@ -3,9 +3,10 @@
 
 use clap::ValueEnum;
 use std::path::{Path, PathBuf};
+use tautrack::link::WindingModel;
 use tautrack::settings::Setting;
 use tautrack_host_tests::programs::setup::checkout;
-use tautrack_host_tests::robots::{Kind, NodeName};
+use tautrack_host_tests::robots::{Kind, NodeName, NodeSpec};
 use tautrack_host_tests::scenario::{BusView, OperatorRequest, Scenario, Script};
 
 fn scenarios() -> PathBuf {
@@ -229,6 +230,55 @@ fn an_impossible_fault_or_payload_is_refused() {
             got.ends_with(expected),
             "{text}\n  got      {got}\n  expected {expected}"
         );
+    }
+}
+
+#[test]
+fn a_motor_of_the_scenario_is_simulated_and_known_to_its_node() {
+    let text = staircase_text();
+    let track = |changes: &str| {
+        let text = text.replace("[expect]", &format!("{changes}\n[expect]"));
+        Scenario::parse(&text, "bad.toml").map(|scenario| scenario.nodes().swap_remove(0))
+    };
+    let of = |node: &NodeSpec, wanted: Setting| {
+        let found = node.settings.iter().find(|(setting, _)| *setting == wanted);
+        found.map(|(_, value)| *value)
+    };
+    let node = track("[motor.left_track]\nkind = \"pmsm\"\nflux_wb = 0.004\ngear = 50.0").unwrap();
+    let motor = node.motor.unwrap();
+    let WindingModel::ThreePhase(winding) = motor.winding else {
+        panic!("{motor:?}");
+    };
+    assert_eq!((winding.flux, winding.resistance), (0.004, 0.6));
+    assert_eq!((motor.gear_ratio, motor.friction_torque), (50.0, 0.3));
+    assert_eq!(of(&node, Setting::MotorKind), Some(1));
+    assert_eq!(of(&node, Setting::TorqueConstant), Some(42_000));
+    assert_eq!(of(&node, Setting::GearRatio), Some(50_000));
+    let node =
+        track("[motor.left_track]\nflux_wb = 0.05\n[settings.left_track]\ntorque_constant = 40000");
+    let node = node.unwrap();
+    assert_eq!(node.motor.unwrap().winding.torque_constant(), 0.05);
+    assert_eq!(of(&node, Setting::TorqueConstant), Some(40_000));
+    for (changes, expected) in [
+        (
+            "[motor.left_track]\nflux_wb = 0.0",
+            "motor.left_track.flux_wb is 0; it must be at least 0.00001 Wb",
+        ),
+        (
+            "[motor.left_track]\npole_pairs = 7",
+            "motor.left_track.pole_pairs has no effect on a motor of the kind \"dc\"",
+        ),
+        (
+            "[motor.guard]\ngear = 50.0",
+            "motor.guard is the guard, which has no motor",
+        ),
+        (
+            "[motor.seat_pitch]\ngear = 50.0",
+            "motor.seat_pitch is a node that this robot does not have",
+        ),
+    ] {
+        let got = track(changes).unwrap_err().to_string();
+        assert!(got.ends_with(expected), "{got}");
     }
 }
 

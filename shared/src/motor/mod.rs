@@ -3,17 +3,22 @@
 //! * [`observer`]: position and velocity from encoder counts
 //! * [`profile`]: motion of a set-point within its limits
 //! * [`cascade`]: current from a set-point
-//! * [`current`]: duty cycle of a brushed motor from a current
-//! * [`foc`]: compare values of a three-phase motor from a current
+//! * [`current`]: compare values of the half bridges from a current, in the PWM interrupt
+//! * [`bridge`]: readings and commands of the power stage
+//! * `model`: simulated motors, for boards without hardware (feature `lockstep`)
+//! * [`rotor`]: electrical angle of a three-phase motor
 //!
 //! Positions are `i64` in 2^-32 turn of the output shaft, so that they lose neither precision nor
 //! range over time. Only differences of positions become `f32`.
 
+pub mod bridge;
 pub mod cascade;
 pub mod current;
-pub mod foc;
+#[cfg(feature = "lockstep")]
+pub mod model;
 pub mod observer;
 pub mod profile;
+pub mod rotor;
 
 use crate::math::to_i32;
 

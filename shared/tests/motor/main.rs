@@ -1,4 +1,6 @@
 //! Tests of the loops of a motor against its equations.
 
 mod cascade;
-mod foc;
+mod current;
+#[cfg(feature = "lockstep")]
+mod model;

@@ -3,15 +3,12 @@
 //!
 //! The two lockstep boards (`mps2`, `native`) differ only in their [`Pipe`]. `link` carries the
 //! messages over it, `power_up` handles the start message and `step` the step messages. `inputs`
-//! holds the sensor readings, `motor` models the hardware of the PWM interrupt, `clock` provides
-//! timer and executor, `log_buffer` replaces the debug probe and `starvation` the watchdog.
+//! holds the sensor readings, `clock` provides timer and executor, `log_buffer` replaces the debug probe and `starvation` the watchdog.
 
 pub mod clock;
 mod inputs;
 mod link;
 pub mod log_buffer;
-mod motor;
-mod noise;
 mod power_up;
 mod starvation;
 mod step;
@@ -20,16 +17,21 @@ pub use inputs::{encoder, sensors};
 pub use link::Pipe;
 pub use starvation::{Starved, feed_watchdog};
 
-use super::Bridge;
 use crate::roles::Role;
 use heapless::String;
 use link::Link;
 use power_up::power_up;
 use step::advance;
 use tautrack::link::{FromNode, MAX_MESSAGE, Ready, ToNode, VERSION};
+use tautrack::motor::bridge::{PowerStage, Ratings};
 
-/// PWM rate of the simulated bridge, Hz.
-pub const PWM_HZ: u32 = 20_000;
+/// The simulated power stage: 20 kHz, compare values as on a timer with 170 MHz that counts up and
+/// down, and a current range that suits every motor of the simulated robots.
+pub const POWER_STAGE: Ratings = Ratings {
+    pwm_hz: 20_000,
+    period: 4_250,
+    full_scale: 160.0,
+};
 
 /// Reason why a node ends.
 pub enum End {
@@ -63,7 +65,7 @@ pub fn run(board: &'static str, role: &'static Role, pipe: &mut impl Pipe) -> En
     if !link.send(&FromNode::Ready(ready)) || refused {
         return End::Finished;
     }
-    let mut bridge = Bridge::Off;
+    let mut stage = PowerStage::Off;
     while let Some(ToNode::Step(step)) = link.receive() {
         if let Some(starved) = starvation::check(step.time_us) {
             return End::Starved(starved);
@@ -72,7 +74,7 @@ pub fn run(board: &'static str, role: &'static Role, pipe: &mut impl Pipe) -> En
             &step,
             executor,
             motor.as_mut(),
-            &mut bridge,
+            &mut stage,
         ))) {
             break;
         }

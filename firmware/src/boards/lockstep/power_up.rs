@@ -1,10 +1,10 @@
 //! Handles the start message: creates the motor and starts the role's tasks.
 
-use super::motor::Motor;
-use super::{PWM_HZ, clock};
+use super::{POWER_STAGE, clock};
 use crate::roles::{Refusal, Role, refuse};
 use embassy_executor::raw::Executor;
 use tautrack::link::{Start, VERSION};
+use tautrack::motor::model::Motor;
 use tautrack::settings::Settings;
 
 /// Creates the motor and calls the role's start function, which spawns the tasks. Runs them up to
@@ -23,7 +23,7 @@ pub(super) fn power_up(
     }
     if let Some(model) = start.motor {
         *motor = Some(
-            Motor::new(model, PWM_HZ, start.seed)
+            Motor::new(model, POWER_STAGE, start.seed)
                 .ok_or_else(|| refuse(format_args!("the motor model cannot be simulated")))?,
         );
     }

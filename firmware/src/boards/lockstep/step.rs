@@ -2,35 +2,34 @@
 
 use super::inputs::INPUTS;
 use super::log_buffer::LOG;
-use super::motor::Motor;
-use super::{PWM_HZ, clock};
-use crate::boards::Bridge;
+use super::{POWER_STAGE, clock};
 use crate::bus::{RECEIVED, TRANSMIT};
 use crate::current_loop;
 use embassy_executor::raw::Executor;
 use tautrack::link::{STEP_US, Shaft, Step, Stepped};
+use tautrack::motor::bridge::PowerStage;
+use tautrack::motor::model::Motor;
 
 /// Runs the PWM periods up to the step's time, then delivers the frames, then fires the timers.
 pub(super) fn advance(
     step: &Step,
     executor: &'static Executor,
     motor: Option<&mut Motor>,
-    bridge: &mut Bridge,
+    stage: &mut PowerStage,
 ) -> Stepped {
     let mut shaft = Shaft::default();
     if let Some(motor) = motor {
-        let (voltage, torque) = (step.sensors.supply_voltage, step.sensors.shaft_torque);
-        for _ in 0..u64::from(PWM_HZ) * STEP_US / 1_000_000 {
+        motor.set_load(step.sensors.supply_voltage, step.sensors.shaft_torque);
+        motor.freeze_sensor(step.sensors.encoder_frozen);
+        for _ in 0..u64::from(POWER_STAGE.pwm_hz) * STEP_US / 1_000_000 {
             // As with preloaded compare registers, the interrupt's decision takes effect in the
             // next period.
-            let next = current_loop::pwm_period(motor.sampled_current(), voltage);
-            motor.integrate(*bridge, voltage, torque);
-            *bridge = next;
+            let next = current_loop::pwm_period(&motor.readings());
+            motor.integrate(*stage);
+            *stage = next;
         }
         shaft = motor.shaft();
-        if !step.sensors.encoder_frozen {
-            critical_section::with(|cs| INPUTS.borrow(cs).borrow_mut().encoder = motor.encoder());
-        }
+        critical_section::with(|cs| INPUTS.borrow(cs).borrow_mut().encoder = motor.encoder());
     }
     critical_section::with(|cs| INPUTS.borrow(cs).borrow_mut().sensors = step.sensors);
 

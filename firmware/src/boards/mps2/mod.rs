@@ -15,6 +15,7 @@ use crate::roles::Role;
 use core::fmt::Write;
 use core::panic::PanicInfo;
 use semihosting::{Stream, exit};
+use tautrack::motor::bridge::Ratings;
 use tautrack::sensors::{BodySensors, Switches};
 
 /// The emulated board.
@@ -22,7 +23,7 @@ pub struct Mps2;
 
 impl Board for Mps2 {
     const NAME: &'static str = "mps2";
-    const PWM_HZ: u32 = lockstep::PWM_HZ;
+    const POWER_STAGE: Ratings = lockstep::POWER_STAGE;
 
     fn run(role: &'static Role) -> ! {
         let (Some(input), Some(output)) = (Stream::standard_input(), Stream::standard_output())
@@ -80,7 +81,7 @@ impl Pipe for Console {
 /// Opens the bridge first. On this board it is the simulated bridge, which ends with the emulator.
 #[panic_handler]
 fn panic(info: &PanicInfo) -> ! {
-    crate::current_loop::demand(tautrack::node::axle::BridgeDemand::Off);
+    crate::current_loop::demand(tautrack::node::axle::BridgeDemand::Off, 0.0, 0.0);
     if let Some(mut errors) = Stream::standard_error() {
         let _ = writeln!(errors, "{info}"); // there is no other output to report to
     }

@@ -7,6 +7,7 @@ use crate::boards::lockstep::{self, End, Pipe};
 use crate::roles::Role;
 use std::format;
 use std::io::{Read, Write};
+use tautrack::motor::bridge::Ratings;
 use tautrack::sensors::{BodySensors, Switches};
 
 /// A process of the host.
@@ -14,7 +15,7 @@ pub struct Native;
 
 impl Board for Native {
     const NAME: &'static str = "native";
-    const PWM_HZ: u32 = lockstep::PWM_HZ;
+    const POWER_STAGE: Ratings = lockstep::POWER_STAGE;
 
     fn run(role: &'static Role) -> ! {
         // Fails only if a logger is set already, and nothing else sets one.

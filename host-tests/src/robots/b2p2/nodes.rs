@@ -1,6 +1,7 @@
 //! B2P2's nodes: their ids, their settings and their motors.
 
 use super::section::B2p2;
+use crate::robots::motors::brushed;
 use crate::robots::payload::Payload;
 use crate::robots::section::SENSORS;
 use crate::robots::{Conditions, NodeName, NodeSpec, Role};
@@ -27,16 +28,19 @@ pub const NODES: [(NodeName, u8); 5] = [
 pub fn nodes(robot: &B2p2, conditions: &Conditions) -> Vec<NodeSpec> {
     NODES
         .into_iter()
-        .map(|(name, id)| NodeSpec {
-            name,
-            role: match name {
-                NodeName::SCREW => Role::Screw,
-                NodeName::GUARD => Role::Guard,
-                _ => Role::Axle,
-            },
-            id,
-            settings: settings(name, robot, conditions),
-            motor: motor(name),
+        .map(|(name, id)| {
+            let node = NodeSpec {
+                name,
+                role: match name {
+                    NodeName::SCREW => Role::Screw,
+                    NodeName::GUARD => Role::Guard,
+                    _ => Role::Axle,
+                },
+                id,
+                settings: settings(name, robot, conditions),
+                motor: None,
+            };
+            node.with_motor(motor(name))
         })
         .collect()
 }
@@ -48,9 +52,6 @@ fn settings(name: NodeName, robot: &B2p2, conditions: &Conditions) -> Vec<(Setti
         (Setting::PulleyRadius, micro(robot.pulley_radius_m)),
         (Setting::LengthK, micro(robot.k_m)),
     ];
-    if let Some(gear) = gear_milli(name) {
-        values.push((Setting::GearRatio, gear));
-    }
     values.extend_from_slice(match name {
         NodeName::LEFT_TRACK | NodeName::RIGHT_TRACK => TRACK,
         NodeName::CHASSIS_JOINT => JOINT,
@@ -106,35 +107,14 @@ const SCREW: &[(Setting, i32)] = &[
     (Setting::HomingSpeed, 25_000),
 ];
 
-/// Rotor turns per thousand turns of the output shaft; `None` for the guard.
-fn gear_milli(name: NodeName) -> Option<i32> {
-    match name {
-        NodeName::LEFT_TRACK | NodeName::RIGHT_TRACK => Some(60_000),
-        NodeName::CHASSIS_JOINT => Some(150_000),
-        NodeName::SCREW => Some(4_000),
-        _ => None,
-    }
-}
-
 /// Returns the motor model of a node; `None` for the guard. The paper does not specify the motors.
 /// These have the size that the robot's mass and speed require (24 V; stall torque at 10 A: track
 /// 24 N m, joint 60 N m; screw 2 kN), all with the same rotor.
 pub fn motor(name: NodeName) -> Option<MotorModel> {
-    let gear = gear_milli(name)?;
-    Some(MotorModel {
-        resistance: 0.6,
-        inductance: 0.3e-3,
-        torque_constant: 0.04,
-        rotor_inertia: 1e-5,
-        gear_ratio: gear as f32 * 1e-3,
-        friction_torque: match name {
-            NodeName::CHASSIS_JOINT => 1.0,
-            NodeName::SCREW => 0.02,
-            _ => 0.3,
-        },
-        brake_torque: 0.0,
-        encoder_counts: 4_096,
-        current_noise: 0.02,
-        current_quantum: 0.01,
-    })
+    match name {
+        NodeName::LEFT_TRACK | NodeName::RIGHT_TRACK => Some(brushed(0.04, 60_000, 0.3)),
+        NodeName::CHASSIS_JOINT => Some(brushed(0.04, 150_000, 1.0)),
+        NodeName::SCREW => Some(brushed(0.04, 4_000, 0.02)),
+        _ => None,
+    }
 }

@@ -2,6 +2,7 @@
 
 use super::plant::CrawlerParameters;
 use super::section::{Crawler, SlipCompensation};
+use crate::robots::motors::brushed;
 use crate::robots::payload::Payload;
 use crate::robots::section::SENSORS;
 use crate::robots::{Conditions, NodeName, NodeSpec, Role};
@@ -31,8 +32,9 @@ pub fn nodes(robot: &Crawler, conditions: &Conditions) -> Vec<NodeSpec> {
                 } else {
                     axle(robot, &p)
                 },
-                motor: (!is_guard).then(|| motor(&p)),
+                motor: None,
             }
+            .with_motor((!is_guard).then(|| motor(&p)))
         })
         .collect()
 }
@@ -55,11 +57,9 @@ const SPROCKET_LIMIT: i32 = 20_000;
 fn axle(robot: &Crawler, p: &CrawlerParameters) -> Vec<(Setting, i32)> {
     let acceleration = 2.0 * robot.acceleration_mps2 / p.sprocket_radius;
     vec![
-        (Setting::GearRatio, milli(p.gear_ratio)),
         (Setting::VelocityLimit, SPROCKET_LIMIT),
         (Setting::AccelerationLimit, milli(acceleration)),
         (Setting::VelocityGain, 7_400),
-        (Setting::TorqueConstant, 15_000),
         (Setting::PositionBits, 16),
     ]
 }
@@ -110,16 +110,5 @@ const LEVELS: &[(Setting, i32)] = &[
 /// Motor model of an axle. The paper does not specify the motors. This is B2P2's motor, wound for
 /// the speed that the paper's gear requires (22 rad/s of a sprocket at 24 V without load).
 fn motor(p: &CrawlerParameters) -> MotorModel {
-    MotorModel {
-        resistance: 0.6,
-        inductance: 0.3e-3,
-        torque_constant: 0.015,
-        rotor_inertia: 1e-5,
-        gear_ratio: p.gear_ratio as f32,
-        friction_torque: 0.1,
-        brake_torque: 0.0,
-        encoder_counts: 4_096,
-        current_noise: 0.02,
-        current_quantum: 0.01,
-    }
+    brushed(0.015, milli(p.gear_ratio), 0.1)
 }

@@ -2,6 +2,7 @@
 
 use super::plant::HylosParameters;
 use super::section::Hylos;
+use crate::robots::motors::three_phase;
 use crate::robots::section::SENSORS;
 use crate::robots::{Conditions, NodeName, NodeSpec, Role};
 use tautrack::link::MotorModel;
@@ -78,8 +79,9 @@ pub fn nodes(robot: &Hylos, conditions: &Conditions) -> Vec<NodeSpec> {
             role: Role::Axle,
             id,
             settings: axle.settings(),
-            motor: Some(axle.motor()),
+            motor: None,
         }
+        .with_motor(Some(axle.motor()))
     });
     specs.collect()
 }
@@ -143,7 +145,6 @@ impl Axle {
         let milli = |value: f64| (value * 1e3).round() as i32;
         let mut settings = vec![
             SYNC_PERIOD,
-            (Setting::GearRatio, self.gear_ratio),
             (Setting::VelocityLimit, milli(self.velocity_limit)),
             (Setting::AccelerationLimit, self.acceleration_limit),
             (Setting::VelocityGain, self.velocity_gain),
@@ -165,21 +166,13 @@ impl Axle {
         settings
     }
 
-    /// Returns the motor model. Besseron et al. do not specify the motors. These have the size that
+    /// Returns the motor model. Besseron et al. do not specify the motors. These have three phases, and the size that
     /// 25 kg on legs of 0.4 m require (24 V; stall torque at 10 A: leg 60 N m, steering and wheel
     /// 24 N m). Hips and knees have brakes, which hold the robot without power.
     fn motor(&self) -> MotorModel {
         MotorModel {
-            resistance: 0.6,
-            inductance: 0.3e-3,
-            torque_constant: 0.04,
-            rotor_inertia: 1e-5,
-            gear_ratio: self.gear_ratio as f32 * 1e-3,
-            friction_torque: self.friction_torque,
             brake_torque: self.brake_torque,
-            encoder_counts: 4_096,
-            current_noise: 0.02,
-            current_quantum: 0.01,
+            ..three_phase(self.gear_ratio, self.friction_torque)
         }
     }
 }

@@ -2,6 +2,7 @@
 
 use super::plant::SWITCH;
 use super::section::RtMover;
+use crate::robots::motors::three_phase;
 use crate::robots::payload::Payload;
 use crate::robots::section::SENSORS;
 use crate::robots::{Conditions, NodeName, NodeSpec, Role};
@@ -50,8 +51,9 @@ pub fn nodes(robot: &RtMover, conditions: &Conditions) -> Vec<NodeSpec> {
                 role: drive.map_or(Role::Guard, |_| Role::Axle),
                 id,
                 settings,
-                motor: drive.map(Drive::motor),
+                motor: None,
             }
+            .with_motor(drive.map(Drive::motor))
         })
         .collect()
 }
@@ -121,8 +123,7 @@ impl Drive {
     }
 
     fn settings(self) -> Vec<(Setting, i32)> {
-        let mut values = vec![(Setting::GearRatio, self.gear_milli())];
-        values.extend_from_slice(match self {
+        let mut values = Vec::from(match self {
             Self::Wheel => WHEEL,
             Self::Shaft => SHAFT,
             Self::Roll => ROLL,
@@ -133,21 +134,11 @@ impl Drive {
         values
     }
 
-    /// Returns the motor model. The paper does not specify the motors. These are B2P2's motors with
-    /// other gears (stall torque at 10 A: wheel 24 N m, shaft 60 N m, roll 120 N m).
+    /// Returns the motor model. The paper does not specify the motors. These have
+    /// three phases (stall torque at 10 A: wheel 24 N m, shaft 60 N m, roll 120 N m).
     fn motor(self) -> MotorModel {
-        MotorModel {
-            resistance: 0.6,
-            inductance: 0.3e-3,
-            torque_constant: 0.04,
-            rotor_inertia: 1e-5,
-            gear_ratio: self.gear_milli() as f32 * 1e-3,
-            friction_torque: if self == Self::Wheel { 0.3 } else { 1.0 },
-            brake_torque: 0.0,
-            encoder_counts: 4_096,
-            current_noise: 0.02,
-            current_quantum: 0.01,
-        }
+        let friction_torque = if self == Self::Wheel { 0.3 } else { 1.0 };
+        three_phase(self.gear_milli(), friction_torque)
     }
 }
 

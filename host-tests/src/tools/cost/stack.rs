@@ -16,7 +16,7 @@ use tautrack::bus::pdo::{
     transmit,
 };
 use tautrack::can::Frame;
-use tautrack::link::{MotorModel, STEP_US, Sensors, Start, Step, ToNode, VERSION};
+use tautrack::link::{MotorModel, STEP_US, Sensors, Start, Step, ToNode, VERSION, WindingModel};
 use tautrack::sensors::BodySensors;
 use tautrack::settings::Setting;
 
@@ -32,9 +32,11 @@ const SCALES: [(u8, u8); 4] = [(16, 0), (16, 0), (32, 0), (0x18, 1)];
 const TAUT: i32 = 3_791_650;
 
 const MOTOR: MotorModel = MotorModel {
-    resistance: 0.6,
-    inductance: 3e-4,
-    torque_constant: 0.04,
+    winding: WindingModel::Brushed {
+        resistance: 0.6,
+        inductance: 3e-4,
+        torque_constant: 0.04,
+    },
     rotor_inertia: 1e-5,
     gear_ratio: 60.0,
     friction_torque: 0.1,
@@ -42,6 +44,7 @@ const MOTOR: MotorModel = MotorModel {
     encoder_counts: 4_096,
     current_noise: 0.01,
     current_quantum: 0.01,
+    dead_time: 0.0,
 };
 
 /// Measures the maximum stack of the node program at `path`, bytes.

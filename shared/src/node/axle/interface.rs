@@ -3,6 +3,7 @@
 use super::SetPoint;
 use crate::bus::pdo::{DriveMotion, DriveStatus};
 use crate::faults::Faults;
+pub use crate::motor::current::BridgeDemand;
 use crate::sensors::Switches;
 
 /// Readings and messages since the previous tick.
@@ -28,22 +29,13 @@ pub struct Inputs {
     pub bench_mode: bool,
 }
 
-/// What the bridge does until the next tick.
-#[derive(Clone, Copy, PartialEq, Debug)]
-pub enum BridgeDemand {
-    /// All transistors are open: the motor turns freely.
-    Off,
-    /// The windings are shorted: the motor resists motion.
-    Brake,
-    /// The current loop is on, with this demand in A.
-    Current(f32),
-}
-
 /// Outputs of an axle's tick.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Outputs {
     /// Demand to the bridge; its current never exceeds the current limit.
     pub bridge: BridgeDemand,
+    /// Estimated velocity of the output shaft, rad/s.
+    pub velocity: f32,
     /// Payload of TPDO 1.
     pub motion: DriveMotion,
     /// Payload of TPDO 2.

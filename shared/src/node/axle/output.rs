@@ -30,6 +30,7 @@ impl Axle {
         };
         Outputs {
             bridge,
+            velocity: self.velocity(),
             motion: DriveMotion {
                 position: self.scale.position_to_bus(self.position()),
                 velocity: self.scale.velocity_to_bus(self.velocity()),

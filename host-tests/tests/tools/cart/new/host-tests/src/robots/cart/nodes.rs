@@ -1,6 +1,7 @@
 //! The cart's nodes: two axles and the guard.
 
 use super::section::Cart;
+use crate::robots::motors::brushed;
 use crate::robots::section::SENSORS;
 use crate::robots::{Conditions, NodeName, NodeSpec, Role};
 use tautrack::link::MotorModel;
@@ -29,8 +30,9 @@ pub fn nodes(robot: &Cart, conditions: &Conditions) -> Vec<NodeSpec> {
                 } else {
                     axle(robot)
                 },
-                motor: (!is_guard).then_some(MOTOR),
+                motor: None,
             }
+            .with_motor((!is_guard).then_some(MOTOR))
         })
         .collect()
 }
@@ -48,7 +50,6 @@ fn micro(metres: f64) -> i32 {
 fn axle(robot: &Cart) -> Vec<(Setting, i32)> {
     let acceleration = 2.0 * robot.acceleration_mps2 / CART.wheel_radius;
     vec![
-        (Setting::GearRatio, 40_000),
         (Setting::VelocityLimit, 10_000),
         (Setting::AccelerationLimit, milli(acceleration)),
         (Setting::VelocityGain, 4_000),
@@ -82,15 +83,4 @@ const LEVELS: &[(Setting, i32)] = &[
 ];
 
 /// B2P2's motor with another gear.
-const MOTOR: MotorModel = MotorModel {
-    resistance: 0.6,
-    inductance: 0.3e-3,
-    torque_constant: 0.04,
-    rotor_inertia: 1e-5,
-    gear_ratio: 40.0,
-    friction_torque: 0.1,
-    brake_torque: 0.0,
-    encoder_counts: 4_096,
-    current_noise: 0.02,
-    current_quantum: 0.01,
-};
+const MOTOR: MotorModel = brushed(0.04, 40_000, 0.1);

@@ -14,11 +14,16 @@ impl Noise {
         Self { seed, counter: 0 }
     }
 
+    /// Next 64 uniform bits.
+    pub fn bits(&mut self) -> u64 {
+        self.counter = self.counter.wrapping_add(1);
+        mix(self.seed ^ mix(self.counter))
+    }
+
     /// Next sample, nearly normal: the sum of four 16-bit uniforms, bounded by 3.47. It is
     /// bit-identical on every machine.
     pub fn sample(&mut self) -> f32 {
-        self.counter = self.counter.wrapping_add(1);
-        let bits = mix(self.seed ^ mix(self.counter));
+        let bits = self.bits();
         let sum = (0..4).fold(0_i32, |sum, lane| sum + (bits >> (16 * lane)) as u16 as i32);
         // A uniform on 0..=65535 has variance (2^32 - 1) / 12; four of them have a deviation of
         // 37836.9.

@@ -1,0 +1,81 @@
+//! Interface between the current control and the power stage of a board: readings and commands of
+//! one PWM period.
+//!
+//! A board converts nothing: it passes the codes of its converter and the counts of its rotor
+//! sensor, and writes the compare values to its timer. [`Ratings`] says what a code and a compare
+//! value mean on this board.
+
+use crate::math::cubic::mul_high;
+
+/// What the current control must know of a power stage.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Ratings {
+    /// PWM periods per second, Hz; also the rate of the current samples.
+    pub pwm_hz: u32,
+    /// Compare value of a half bridge whose high side is always on; 64 to 2^15.
+    pub period: u16,
+    /// Current that the code 0 or 2^16 - 1 means, A.
+    pub full_scale: f32,
+}
+
+/// Part of the period for which a half bridge may be on at most. In the rest, its low side conducts
+/// long enough to sample the current and to charge the supply of the high side's driver.
+pub const MAX_DUTY: f32 = 0.95;
+
+/// Readings of one PWM period.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Readings {
+    /// Codes of the currents out of half bridges a and b, 16 bits, left-aligned. About 2^15 is no
+    /// current; larger codes are currents into the motor.
+    pub currents: [u16; 2],
+    /// Count of an absolute rotor sensor within a turn of the rotor. A brushed motor needs none.
+    pub rotor: u32,
+}
+
+/// Command to the power stage for one PWM period.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub enum PowerStage {
+    /// All transistors open: the currents decay through the diodes, and the rotor turns freely.
+    #[default]
+    Off,
+    /// All low sides on: the windings are shorted, and the back-EMF brakes the rotor.
+    Brake,
+    /// Compare values of half bridges a, b and c, from 0 to [`Ratings::period`]. A brushed motor is
+    /// connected to a and b.
+    Drive([u16; 3]),
+}
+
+/// Offset and gain of the current measurement.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct CurrentSensing {
+    /// Codes at which no current flows.
+    pub zero: [i32; 2],
+    /// True current divided by the current that the code means; 2^30 is one. Domain: 2^29 to
+    /// 15/8 of 2^30.
+    pub gain: [i32; 2],
+}
+
+impl Default for CurrentSensing {
+    fn default() -> Self {
+        Self {
+            zero: [1 << 15; 2],
+            gain: [1 << 30; 2],
+        }
+    }
+}
+
+impl CurrentSensing {
+    /// Converts codes to currents; 2^30 is the full scale of the board.
+    #[inline]
+    pub fn currents(&self, codes: [u16; 2]) -> [i32; 2] {
+        let current = |phase: usize| {
+            // At most 2^16 codes from zero, so the shift does not overflow.
+            let difference = i32::from(codes[phase]) - self.zero[phase];
+            mul_high(
+                difference.clamp(-(1 << 15), 1 << 15) << 15,
+                self.gain[phase],
+            ) << 2
+        };
+        [current(0), current(1)]
+    }
+}

@@ -1,0 +1,86 @@
+//! Proportional-integral (PI) controller of one current in fixed point.
+//!
+//! Its zero cancels the pole of the winding: `Kp = w L` and `Ki = w R` give a closed loop of first
+//! order with the bandwidth `w`.
+
+use super::{CurrentLoopError, VOLTAGE_FULL_SCALE};
+use crate::math::cubic::mul_high_add;
+
+/// Gains of a controller.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(super) struct Gains {
+    /// 2^27 is one full-scale voltage per full-scale current.
+    proportional: i32,
+    /// The same per period; 2^33 is one.
+    integral: i32,
+}
+
+/// Winding and sampling of one axis.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub(super) struct Winding {
+    /// Resistance, ohm.
+    pub resistance: f32,
+    /// Inductance, henry.
+    pub inductance: f32,
+    /// Bandwidth of the closed loop, rad/s.
+    pub bandwidth: f32,
+    /// Full scale of the current, A.
+    pub full_scale: f32,
+    /// Calls per second.
+    pub rate_hz: f32,
+}
+
+impl Gains {
+    /// Computes the gains.
+    ///
+    /// # Errors
+    /// [`CurrentLoopError::GainTooLarge`] if a gain exceeds its fixed-point format.
+    pub fn new(winding: &Winding) -> Result<Self, CurrentLoopError> {
+        let per_ampere = winding.bandwidth * winding.full_scale / VOLTAGE_FULL_SCALE;
+        let proportional = per_ampere * winding.inductance;
+        let integral = per_ampere * winding.resistance / winding.rate_hz;
+        if !(proportional < 16.0 && integral < 0.25) {
+            return Err(CurrentLoopError::GainTooLarge {
+                proportional: winding.bandwidth * winding.inductance,
+                maximum: 16.0 * VOLTAGE_FULL_SCALE / winding.full_scale,
+            });
+        }
+        Ok(Self {
+            proportional: (proportional * (1_u64 << 27) as f32) as i32,
+            integral: (integral * (1_u64 << 33) as f32) as i32,
+        })
+    }
+}
+
+/// State of a controller: the integral of the error. 2^30 is the full-scale voltage.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Axis {
+    integral: i32,
+}
+
+impl Axis {
+    /// Clears the integral.
+    #[inline]
+    pub fn reset(&mut self) {
+        self.integral = 0;
+    }
+
+    /// Computes the voltage, within `-limit..=limit`; 2^24 is the full scale. `error` is the missing
+    /// current (2^29 is the full scale, at most three times that). `feed_forward` is a
+    /// voltage below 2^30.
+    ///
+    /// While the voltage is limited, the integral changes only in the direction that ends the
+    /// limitation. So it does not wind up.
+    #[inline]
+    pub fn step(&mut self, gains: &Gains, error: i32, feed_forward: i32, limit: i32) -> i32 {
+        // Rounded, because a sum of truncated products would drift.
+        let integral =
+            mul_high_add(self.integral, error, gains.integral).clamp(-(1 << 30), (1 << 30) - 1);
+        let wanted = mul_high_add((integral >> 6) + feed_forward, error, gains.proportional);
+        let voltage = wanted.clamp(-limit, limit);
+        if voltage == wanted || (wanted ^ error) < 0 {
+            self.integral = integral;
+        }
+        voltage
+    }
+}

@@ -1,0 +1,84 @@
+//! What the current control needs to know of supply and speed. The control task computes it once
+//! per control period, in SI units, so that the PWM interrupt divides nothing.
+
+use super::{MIN_SUPPLY_VOLTAGE, VOLTAGE_FULL_SCALE};
+use crate::math::{sin_cos_q30, to_i32};
+use crate::motor::bridge::{MAX_DUTY, Ratings};
+use crate::units::Angle;
+
+const ROOT_3: f32 = 1.732_050_8;
+
+/// Parameters that do not change while the node runs.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub(super) struct Fixed {
+    pub ratings: Ratings,
+    /// Electrical turns per turn of the output shaft, with the sign of the rotor's direction; 0 for
+    /// a brushed motor.
+    pub electrical_per_shaft: f32,
+    /// Inductances of the axes d and q, henry.
+    pub inductance: [f32; 2],
+    /// Flux linkage of the magnets, V s.
+    pub flux: f32,
+}
+
+/// Supply voltage and speed, prepared for the PWM interrupt. 2^24 is [`VOLTAGE_FULL_SCALE`].
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub(super) struct OperatingPoint {
+    /// Largest voltage: of the winding of a brushed motor, or the length of the voltage vector. 0
+    /// while the supply voltage is not known or too low.
+    pub voltage_limit: i32,
+    /// Compare value of half the supply voltage.
+    pub half: i32,
+    /// Compare counts per full-scale voltage, times 2^8.
+    pub counts_per_volt: i32,
+    /// Cosine and sine of the electrical angle by which the rotor turns on until the middle of the
+    /// period in which the voltage acts; 2^30 is one.
+    pub lead: [i32; 2],
+    /// Voltages by which currents in d and q couple into the other axis; 2^27 is one full-scale
+    /// voltage per full-scale current.
+    pub coupling: [i32; 2],
+    /// Back-EMF.
+    pub back_emf: i32,
+}
+
+impl OperatingPoint {
+    /// Prepares the supply voltage, V, and the velocity of the output shaft, rad/s. Values that are
+    /// not finite count as a supply that is off, and as standstill.
+    pub fn new(fixed: &Fixed, supply_voltage: f32, shaft_velocity: f32) -> Self {
+        let usable = supply_voltage >= MIN_SUPPLY_VOLTAGE && supply_voltage.is_finite();
+        let period = f32::from(fixed.ratings.period);
+        let three_phase = fixed.electrical_per_shaft != 0.0;
+        let reach = if three_phase {
+            MAX_DUTY / ROOT_3
+        } else {
+            MAX_DUTY
+        };
+        let volts = (1 << 24) as f32 / VOLTAGE_FULL_SCALE;
+        let speed = shaft_velocity * fixed.electrical_per_shaft; // rad/s
+        let coupling = |inductance: f32| {
+            let per_ampere = speed * inductance * fixed.ratings.full_scale / VOLTAGE_FULL_SCALE;
+            to_i32(per_ampere * (1 << 27) as f32)
+        };
+        // The voltage acts from the next period on, on average one and a half periods after the
+        // sample.
+        let lead = Angle::from_radians(1.5 * speed / fixed.ratings.pwm_hz as f32);
+        let (sin, cos) = sin_cos_q30(lead);
+        let emf = to_i32(speed * fixed.flux * volts);
+        Self {
+            voltage_limit: if usable {
+                to_i32(supply_voltage * reach * volts).clamp(0, (1 << 24) - 1)
+            } else {
+                0
+            },
+            half: i32::from(fixed.ratings.period / 2),
+            counts_per_volt: if usable {
+                to_i32(period / supply_voltage * (VOLTAGE_FULL_SCALE * 256.0))
+            } else {
+                0
+            },
+            lead: [cos, sin],
+            coupling: [coupling(fixed.inductance[0]), coupling(fixed.inductance[1])],
+            back_emf: emf.clamp(-(1 << 25), 1 << 25),
+        }
+    }
+}

@@ -1,0 +1,248 @@
+//! Creates the current loop of a motor from the settings, and refuses what it cannot control.
+
+use super::axis::{Gains, Winding};
+use super::brushed::Brushed;
+use super::foc::Foc;
+use super::operating_point::Fixed;
+use super::{CurrentLoop, DEMAND_CONTROL_PERIODS, Demand, Motor};
+use crate::motor::bridge::{CurrentSensing, Ratings};
+use crate::motor::rotor::{ElectricalAngle, Mounting, Rotor};
+use crate::settings::{Setting, Settings};
+use core::fmt;
+
+/// Kind of motor at the bridge.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum MotorKind {
+    /// Brushed motor between half bridges a and b.
+    Brushed,
+    /// Permanent-magnet motor with three phases.
+    ThreePhase,
+}
+
+/// Parameters of a current loop.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Config {
+    /// Kind of the motor.
+    pub kind: MotorKind,
+    /// Resistance of winding and bridge, ohm; of one phase, if there are three. Above zero.
+    pub resistance: f32,
+    /// Inductances of the axes d and q, henry, above zero. A brushed motor has the first one.
+    pub inductance: [f32; 2],
+    /// Torque per current at the rotor, N m/A. The current of a three-phase motor is its amplitude.
+    pub torque_constant: f32,
+    /// Largest current that the loop demands, A; above zero.
+    pub current_limit: f32,
+    /// Bandwidth of the closed loop, rad/s; at most a quarter of the PWM rate.
+    pub bandwidth: f32,
+    /// Rotor turns per turn of the output shaft.
+    pub gear_ratio: f32,
+    /// Rotor sensor of a three-phase motor.
+    pub mounting: Mounting,
+    /// Time for which both transistors of a half bridge are off at each edge, s; at most 2 % of the
+    /// PWM period. The loop compensates it.
+    pub dead_time: f32,
+    /// PWM periods per control period.
+    pub periods_per_control: u32,
+}
+
+/// Reason why a loop cannot be created.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub enum CurrentLoopError {
+    /// A value is not finite, or not above zero.
+    NotPositive {
+        /// Name of the value.
+        name: &'static str,
+        /// The value.
+        got: f32,
+    },
+    /// The bandwidth leaves fewer than four PWM periods per radian. The delay of a period and a
+    /// half would then cost more than 21 degrees of phase margin.
+    BandwidthTooHigh {
+        /// The given bandwidth, rad/s.
+        got: f32,
+        /// The largest bandwidth at this PWM rate, rad/s.
+        maximum: f32,
+    },
+    /// The board cannot measure 150 % of the current limit.
+    CurrentTooHigh {
+        /// The given limit, A.
+        got: f32,
+        /// The largest limit on this board, A.
+        maximum: f32,
+    },
+    /// The bandwidth is too high for this inductance and resistance.
+    GainTooLarge {
+        /// Bandwidth times inductance, V/A.
+        proportional: f32,
+        /// The largest product on this board, V/A.
+        maximum: f32,
+    },
+    /// The dead time is above 2 % of the PWM period.
+    DeadTimeTooLong {
+        /// The given dead time, s.
+        got: f32,
+        /// The longest dead time, s.
+        maximum: f32,
+    },
+}
+
+impl fmt::Display for CurrentLoopError {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::NotPositive { name, got } => write!(out, "{name} = {got} must be above zero"),
+            Self::BandwidthTooHigh { got, maximum } => write!(
+                out,
+                "bandwidth = {got} rad/s, at most {maximum} at this PWM rate"
+            ),
+            Self::CurrentTooHigh { got, maximum } => write!(
+                out,
+                "current limit = {got} A, at most {maximum} A on this board"
+            ),
+            Self::GainTooLarge {
+                proportional,
+                maximum,
+            } => write!(
+                out,
+                "bandwidth times inductance = {proportional} V/A, at most {maximum} on this board"
+            ),
+            Self::DeadTimeTooLong { got, maximum } => {
+                write!(out, "dead time = {got} s, at most {maximum} s")
+            }
+        }
+    }
+}
+
+/// Current at which the bridge opens at once, in current limits.
+const OVER_CURRENT: f32 = 1.5;
+
+impl Config {
+    /// Reads the parameters of the motor from the settings. `periods_per_control` is the number of
+    /// PWM periods in a control period.
+    pub fn from_settings(settings: &Settings, periods_per_control: u32) -> Self {
+        let inductance = settings.scaled(Setting::Inductance, 1e-6);
+        let inductance_q = match settings.get(Setting::InductanceQ) {
+            0 => inductance,
+            value => value as f32 * 1e-6,
+        };
+        let three_phase = settings.get(Setting::MotorKind) != 0;
+        Self {
+            kind: if three_phase {
+                MotorKind::ThreePhase
+            } else {
+                MotorKind::Brushed
+            },
+            resistance: settings.scaled(Setting::Resistance, 1e-3),
+            inductance: [inductance, inductance_q],
+            torque_constant: settings.scaled(Setting::TorqueConstant, 1e-6),
+            current_limit: settings.scaled(Setting::CurrentLimit, 1e-3),
+            bandwidth: settings.scaled(Setting::CurrentBandwidth, 1.0),
+            gear_ratio: settings.scaled(Setting::GearRatio, 1e-3),
+            mounting: Mounting {
+                counts_per_turn: settings.get(Setting::EncoderCounts),
+                pole_pairs: settings.get(Setting::PolePairs),
+                offset: ElectricalAngle::from_milli_degrees(
+                    settings.get(Setting::ElectricalOffset),
+                ),
+                reversed: settings.get(Setting::PhaseOrder) < 0,
+            },
+            dead_time: settings.scaled(Setting::DeadTime, 1e-9),
+            periods_per_control,
+        }
+    }
+
+    fn check(&self, ratings: &Ratings) -> Result<(), CurrentLoopError> {
+        for (name, got) in [
+            ("resistance", self.resistance),
+            ("inductance", self.inductance[0]),
+            ("inductance of the axis q", self.inductance[1]),
+            ("torque constant", self.torque_constant),
+            ("current limit", self.current_limit),
+            ("bandwidth", self.bandwidth),
+            ("gear ratio", self.gear_ratio),
+        ] {
+            if !(got > 0.0 && got.is_finite()) {
+                return Err(CurrentLoopError::NotPositive { name, got });
+            }
+        }
+        let maximum = ratings.pwm_hz as f32 / 4.0;
+        if self.bandwidth > maximum {
+            return Err(CurrentLoopError::BandwidthTooHigh {
+                got: self.bandwidth,
+                maximum,
+            });
+        }
+        let maximum = ratings.full_scale / OVER_CURRENT;
+        if self.current_limit > maximum {
+            return Err(CurrentLoopError::CurrentTooHigh {
+                got: self.current_limit,
+                maximum,
+            });
+        }
+        let maximum = 0.02 / ratings.pwm_hz as f32;
+        if !(0.0..=maximum).contains(&self.dead_time) {
+            return Err(CurrentLoopError::DeadTimeTooLong {
+                got: self.dead_time,
+                maximum,
+            });
+        }
+        Ok(())
+    }
+}
+
+impl CurrentLoop {
+    /// Creates the loop of a motor at a power stage. The bridge is off until the first demand.
+    ///
+    /// # Errors
+    /// [`CurrentLoopError`] with the value that is out of its bounds, and the bound.
+    pub fn new(config: &Config, ratings: &Ratings) -> Result<Self, CurrentLoopError> {
+        config.check(ratings)?;
+        let gains = |inductance| {
+            Gains::new(&Winding {
+                resistance: config.resistance,
+                inductance,
+                bandwidth: config.bandwidth,
+                full_scale: ratings.full_scale,
+                rate_hz: ratings.pwm_hz as f32,
+            })
+        };
+        let pole_pairs = config.mounting.pole_pairs as f32;
+        let dead = config.dead_time * ratings.pwm_hz as f32 * f32::from(ratings.period);
+        let dead = (dead + 0.5) as i32;
+        let (motor, electrical_per_rotor, flux) = match config.kind {
+            MotorKind::Brushed => (
+                Motor::Brushed(Brushed::new(gains(config.inductance[0])?, dead)),
+                0.0,
+                0.0,
+            ),
+            MotorKind::ThreePhase => {
+                let rotor = Rotor::new(config.mounting);
+                let gains = [gains(config.inductance[0])?, gains(config.inductance[1])?];
+                (
+                    Motor::ThreePhase(Foc::new(gains, dead), rotor),
+                    pole_pairs * rotor.direction() as f32,
+                    config.torque_constant / (1.5 * pole_pairs),
+                )
+            }
+        };
+        let per_ampere = (1 << 30) as f32 / ratings.full_scale;
+        Ok(Self {
+            motor,
+            sensing: CurrentSensing::default(),
+            fixed: Fixed {
+                ratings: *ratings,
+                electrical_per_shaft: electrical_per_rotor * config.gear_ratio,
+                inductance: config.inductance,
+                flux,
+            },
+            current_limit: (config.current_limit * per_ampere) as i32,
+            // The largest code is one below full scale.
+            over_current: ((OVER_CURRENT * config.current_limit * per_ampere) as i32)
+                .min((1 << 30) - (1 << 16)),
+            demand: Demand::default(),
+            left: 0,
+            life: DEMAND_CONTROL_PERIODS.saturating_mul(config.periods_per_control),
+            sum: 0,
+            samples: 0,
+        })
+    }
+}
