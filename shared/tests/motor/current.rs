@@ -540,7 +540,7 @@ fn refuses_what_it_cannot_control() {
         ),
         (
             slow_winding,
-            "bandwidth times inductance = 200 V/A, at most 32 on this board",
+            "bandwidth times inductance = 200, at most 32 on this board",
         ),
         (
             strong,

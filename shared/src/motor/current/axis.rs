@@ -11,7 +11,7 @@ use crate::math::cubic::mul_high_add;
 pub(super) struct Gains {
     /// 2^27 is one full-scale voltage per full-scale current.
     proportional: i32,
-    /// The same per period; 2^33 is one.
+    /// The same per period; 2^29 is one.
     integral: i32,
 }
 
@@ -39,20 +39,35 @@ impl Gains {
         let per_ampere = winding.bandwidth * winding.full_scale / VOLTAGE_FULL_SCALE;
         let proportional = per_ampere * winding.inductance;
         let integral = per_ampere * winding.resistance / winding.rate_hz;
-        if !(proportional < 16.0 && integral < 0.25) {
-            return Err(CurrentLoopError::GainTooLarge {
-                proportional: winding.bandwidth * winding.inductance,
-                maximum: 16.0 * VOLTAGE_FULL_SCALE / winding.full_scale,
-            });
+        let maximum = VOLTAGE_FULL_SCALE / winding.full_scale;
+        for (name, gain, largest, got, maximum) in [
+            (
+                "inductance",
+                proportional,
+                16.0,
+                winding.bandwidth * winding.inductance,
+                16.0 * maximum,
+            ),
+            (
+                "resistance",
+                integral,
+                4.0,
+                winding.bandwidth * winding.resistance,
+                4.0 * maximum * winding.rate_hz,
+            ),
+        ] {
+            if !(gain < largest) {
+                return Err(CurrentLoopError::GainTooLarge { name, got, maximum });
+            }
         }
         Ok(Self {
-            proportional: (proportional * (1_u64 << 27) as f32) as i32,
-            integral: (integral * (1_u64 << 33) as f32) as i32,
+            proportional: (proportional * (1 << 27) as f32) as i32,
+            integral: (integral * (1 << 29) as f32) as i32,
         })
     }
 }
 
-/// State of a controller: the integral of the error. 2^30 is the full-scale voltage.
+/// State of a controller: the integral of the error. 2^26 is the full-scale voltage.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Axis {
     integral: i32,
@@ -75,8 +90,8 @@ impl Axis {
     pub fn step(&mut self, gains: &Gains, error: i32, feed_forward: i32, limit: i32) -> i32 {
         // Rounded, because a sum of truncated products would drift.
         let integral =
-            mul_high_add(self.integral, error, gains.integral).clamp(-(1 << 30), (1 << 30) - 1);
-        let wanted = mul_high_add((integral >> 6) + feed_forward, error, gains.proportional);
+            mul_high_add(self.integral, error, gains.integral).clamp(-(1 << 26), (1 << 26) - 1);
+        let wanted = mul_high_add((integral >> 2) + feed_forward, error, gains.proportional);
         let voltage = wanted.clamp(-limit, limit);
         if voltage == wanted || (wanted ^ error) < 0 {
             self.integral = integral;

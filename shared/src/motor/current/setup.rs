@@ -70,11 +70,13 @@ pub enum CurrentLoopError {
         /// The largest limit on this board, A.
         maximum: f32,
     },
-    /// The bandwidth is too high for this inductance and resistance.
+    /// The bandwidth is too high for this inductance or resistance.
     GainTooLarge {
-        /// Bandwidth times inductance, V/A.
-        proportional: f32,
-        /// The largest product on this board, V/A.
+        /// `inductance` or `resistance`.
+        name: &'static str,
+        /// Bandwidth times this value, in SI units.
+        got: f32,
+        /// The largest product on this board.
         maximum: f32,
     },
     /// The dead time is above 2 % of the PWM period.
@@ -98,12 +100,9 @@ impl fmt::Display for CurrentLoopError {
                 out,
                 "current limit = {got} A, at most {maximum} A on this board"
             ),
-            Self::GainTooLarge {
-                proportional,
-                maximum,
-            } => write!(
+            Self::GainTooLarge { name, got, maximum } => write!(
                 out,
-                "bandwidth times inductance = {proportional} V/A, at most {maximum} on this board"
+                "bandwidth times {name} = {got}, at most {maximum} on this board"
             ),
             Self::DeadTimeTooLong { got, maximum } => {
                 write!(out, "dead time = {got} s, at most {maximum} s")

@@ -37,6 +37,7 @@ pub(super) fn beginning(random: &mut Random) -> Description {
             heading_gain_per_s: 1.0,
             events: Vec::new(),
         },
+        motors: BTreeMap::new(),
         settings: BTreeMap::new(),
         faults: Vec::new(),
         expect: Expect::default(),
