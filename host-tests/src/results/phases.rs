@@ -72,9 +72,7 @@ impl Phases {
         if sample.truth.pitch > CLIMBING {
             self.climb = self.climb.or(Some(here));
         }
-        self.standing = self
-            .stands(sample)
-            .then(|| self.standing.unwrap_or(here));
+        self.standing = self.stands(sample).then(|| self.standing.unwrap_or(here));
         let landed = |since: &Boundary| self.end.index - since.index >= LEVEL_SAMPLES;
         self.landing = self.standing.filter(landed);
     }

@@ -97,7 +97,11 @@ impl Column {
     }
 
     /// A curve of intervals with `length` samples each.
-    pub(super) fn curve(one: f64, length: usize, spans: impl Iterator<Item = Span> + Clone) -> Self {
+    pub(super) fn curve(
+        one: f64,
+        length: usize,
+        spans: impl Iterator<Item = Span> + Clone,
+    ) -> Self {
         let first = |span: Span| (!span.first.is_nan()).then(|| steps(span.first, one));
         let beyond = |end: fn(Span) -> f64| {
             let distance = |span: Span| steps(end(span), one).abs_diff(steps(span.first, one));

@@ -146,7 +146,11 @@ fn columns(page: &Page, camera: &Camera) -> BTreeMap<String, Column> {
         let curves = shown.iter().map(|shown| &shown.curves);
         curves.map(move |curves| curves.get(index).copied().unwrap_or(absent))
     };
-    let own = if page.sketch.is_some() { &[] } else { B2P2_CURVES };
+    let own = if page.sketch.is_some() {
+        &[]
+    } else {
+        B2P2_CURVES
+    };
     for (index, (name, one, _)) in CURVES.iter().chain(own).enumerate() {
         let column = Column::curve(*one, length, curve(index));
         columns.insert((*name).to_owned(), column);
@@ -169,7 +173,10 @@ fn balance_columns(moments: &Decimated<Vec<Span>>) -> impl Iterator<Item = (Stri
     let curves = BALANCE_CURVES.iter().enumerate();
     curves.map(|(index, (name, one, _))| {
         let spans = moments.intervals().iter().map(move |spans| spans[index]);
-        ((*name).to_owned(), Column::curve(*one, moments.length(), spans))
+        (
+            (*name).to_owned(),
+            Column::curve(*one, moments.length(), spans),
+        )
     })
 }
 

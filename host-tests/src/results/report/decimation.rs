@@ -1,8 +1,10 @@
 //! Keeps a series of any length in bounded memory, without losing a peak.
 
-/// Maximum number of intervals. A browser still draws a page with so many
-/// (`a_page_stays_small_however_long_the_run`).
-const MOST: usize = 6_000;
+/// Maximum number of intervals of one sample: the page of a run of up to a minute has all samples.
+const MOST_SINGLE: usize = 6_000;
+/// Maximum number of intervals of several samples, for which the page has three numbers instead of
+/// one. A plot is narrower than half of this, in pixels.
+const MOST: usize = 3_000;
 
 /// An item that can be merged with the following one.
 pub trait Merge {
@@ -33,7 +35,7 @@ impl<T: Merge> Decimated<T> {
     /// Adds the next sample.
     pub fn add(&mut self, item: T) {
         if self.samples.is_multiple_of(self.length) {
-            if self.intervals.len() == MOST {
+            while self.intervals.len() == self.most() {
                 self.halve();
             }
             self.intervals.push(item);
@@ -41,6 +43,10 @@ impl<T: Merge> Decimated<T> {
             last.merge(item);
         }
         self.samples += 1;
+    }
+
+    fn most(&self) -> usize {
+        if self.length == 1 { MOST_SINGLE } else { MOST }
     }
 
     fn halve(&mut self) {

@@ -15,8 +15,7 @@ use crate::world::truth::{Sketch, Truth};
 
 /// The page of a run that goes on.
 ///
-/// Memory: at most 6 000 intervals, whatever the length of the run; about 1 kB each for B2P2 and
-/// 3 kB for Hylos.
+/// Memory: that of 6 000 samples at most, whatever the length of the run.
 pub struct Page {
     /// B2P2's parameters. For another robot the nominal ones; its page shows none of them.
     pub(super) parameters: B2p2Parameters,

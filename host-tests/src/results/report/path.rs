@@ -92,12 +92,7 @@ impl Pose {
     }
 
     /// The ground along this heading, `side` m to its left, between two distances.
-    fn section(
-        &self,
-        plant: &dyn Plant,
-        side: f64,
-        [least, most]: [f64; 2],
-    ) -> Vec<[f64; 2]> {
+    fn section(&self, plant: &dyn Plant, side: f64, [least, most]: [f64; 2]) -> Vec<[f64; 2]> {
         let heading = self.heading;
         let [x, y, _] = self.cog;
         let from = [x - side * heading[1], y + side * heading[0]];
@@ -148,7 +143,9 @@ pub(super) fn ground(
     let mut sections = Vec::new();
     let mut begin = 0;
     while let Some(first) = poses.get(begin) {
-        let served = poses[begin + 1..].iter().take_while(|pose| first.serves(pose));
+        let served = poses[begin + 1..]
+            .iter()
+            .take_while(|pose| first.serves(pose));
         let end = begin + 1 + served.count();
         let places = || poses[begin..end].iter().map(|pose| pose.along);
         let least = places().fold(f64::INFINITY, f64::min);

@@ -129,11 +129,10 @@ pub(super) fn moment(
     let reaction = posture.newton_euler(&rates, &accelerations).reaction;
     let origin = in_r0(truth.axle_1);
     let heading = in_r0([libm::cos(truth.yaw), libm::sin(truth.yaw), 0.0]);
-    let zmp =
-        ground(truth, heading).and_then(|plane| match zero_moment_point(&reaction, &plane) {
-            ZeroMomentPoint::At(point) => Some(dot(heading, sub(point, origin))),
-            ZeroMomentPoint::None => None,
-        });
+    let zmp = ground(truth, heading).and_then(|plane| match zero_moment_point(&reaction, &plane) {
+        ZeroMomentPoint::At(point) => Some(dot(heading, sub(point, origin))),
+        ZeroMomentPoint::None => None,
+    });
     Moment {
         axles,
         cog,

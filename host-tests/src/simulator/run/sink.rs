@@ -1,8 +1,7 @@
 //! Receiver of the record of a run.
 
 use crate::simulator::record::{BusFrame, Sample};
-use std::fmt;
-use std::io;
+use std::{fmt, io};
 
 /// Receives the record of a run in order of time, while the run goes on. The runner keeps nothing
 /// of it, so its memory does not grow with the length of a run.

@@ -55,10 +55,13 @@ pub(super) fn run(arguments: &Arguments, prepared: Prepared) -> Result<u8, Strin
         .map_err(|error| error.to_string())?;
     watched.bar.finish_and_clear();
     let (summary, unwritten) = watched.results.finish(&scenario, &ending);
-    if summary.steps > 0 {
-        say(&format!("\n{summary}"))?;
-    }
-    report(&folder, &summary, ending.error.as_ref(), &unwritten)
+    let said = if summary.steps > 0 {
+        say(&format!("\n{summary}"))
+    } else {
+        Ok(())
+    };
+    let status = report(&folder, &summary, ending.error.as_ref(), &unwritten)?;
+    said.map(|()| status)
 }
 
 /// The results, with a bar that shows the progress of the run.
@@ -111,12 +114,14 @@ fn report(
     unwritten: &[Unwritten],
 ) -> Result<u8, String> {
     let folder = folder.display();
-    let recorded = unwritten.is_empty() && !matches!(broken, Some(RunError::Unwritten(_)));
-    if recorded {
+    let complete = unwritten.is_empty() && !matches!(broken, Some(RunError::Unwritten(_)));
+    let said = if complete {
         say(&format!(
             "\n{folder} has summary.json, run.mcap, report.html and nodes.log"
-        ))?;
-    }
+        ))
+    } else {
+        Ok(())
+    };
     if let Some(why) = broken {
         let end = summary.simulated_s;
         eprintln!("error: {why}; the results end at {end:.2} s");
@@ -124,7 +129,7 @@ fn report(
     for unwritten in unwritten {
         eprintln!("error: {folder}/{unwritten}");
     }
-    Ok(match broken {
+    said.map(|()| match broken {
         Some(RunError::Interrupted) => interrupt::STATUS,
         Some(_) => 1,
         None => u8::from(!summary.expectation_met || !unwritten.is_empty()),

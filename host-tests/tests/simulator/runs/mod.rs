@@ -72,7 +72,7 @@ fn outcome(scenario: &Scenario, board: Board) -> (Summary, Vec<Sample>) {
 }
 
 fn with(scenario: &Scenario, board: Board, options: Options) -> (Summary, Vec<Sample>) {
-    let Outcome { samples, facts, .. } = run(scenario, programs(board), options, &mut |_| {})
-        .unwrap_or_else(|error| panic!("{error}"));
+    let Outcome { samples, facts, .. } =
+        run(scenario, programs(board), options).unwrap_or_else(|error| panic!("{error}"));
     (Summary::new(scenario, &facts, &samples), samples)
 }
