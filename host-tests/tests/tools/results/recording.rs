@@ -40,6 +40,8 @@ fn recorded(scenario: &Scenario) -> (Vec<Sample>, Vec<BusFrame>) {
     let mut samples = carried(scenario);
     let drives = facts(scenario).nodes.len() - 1;
     for (index, sample) in samples.iter_mut().enumerate() {
+        // The first sample of a run is not at power-up.
+        sample.time_s += 0.1;
         sample.drives = (0..drives)
             .map(|drive| {
                 // The last drive loses its power.
