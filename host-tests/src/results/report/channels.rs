@@ -14,18 +14,14 @@ use serde_json::{Value, json};
 const MOST_CURVES: usize = 8;
 
 /// The column of a channel. One step is 10^-4 of the largest value's power of ten.
-pub(super) fn column(length: usize, spans: impl Iterator<Item = Span> + Clone) -> Column {
-    let ends = spans.clone().flat_map(|span| [span.least, span.most]);
+pub(super) fn column(length: usize, spans: &[Span]) -> Column {
+    let ends = spans.iter().flat_map(|span| [span.least, span.most]);
     let largest = ends.fold(1e-6, |most, value| f64::max(most, value.abs()));
     Column::curve(10.0_f64.powf(largest.log10().floor() - 4.0), length, spans)
 }
 
 /// The column of a drive's current, with its name.
-pub(super) fn current_column(
-    drive: usize,
-    length: usize,
-    spans: impl Iterator<Item = Span> + Clone,
-) -> (String, Column) {
+pub(super) fn current_column(drive: usize, length: usize, spans: &[Span]) -> (String, Column) {
     (current(drive), Column::curve(0.01, length, spans))
 }
 

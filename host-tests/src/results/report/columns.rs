@@ -97,20 +97,15 @@ impl Column {
     }
 
     /// A curve of intervals with `length` samples each.
-    pub(super) fn curve(
-        one: f64,
-        length: usize,
-        spans: impl Iterator<Item = Span> + Clone,
-    ) -> Self {
-        let first = |span: Span| (!span.first.is_nan()).then(|| steps(span.first, one));
-        let beyond = |end: fn(Span) -> f64| {
-            let distance = |span: Span| steps(end(span), one).abs_diff(steps(span.first, one));
-            let distances = spans.clone().map(distance);
-            (length > 1).then(|| distances.collect())
+    pub(super) fn curve(one: f64, length: usize, spans: &[Span]) -> Self {
+        let first = |span: &Span| (!span.first.is_nan()).then(|| steps(span.first, one));
+        let beyond = |end: fn(&Span) -> f64| {
+            let distance = |span: &Span| steps(end(span), one).abs_diff(steps(span.first, one));
+            (length > 1).then(|| spans.iter().map(distance).collect())
         };
         Self {
             one,
-            values: spans.clone().map(first).collect(),
+            values: spans.iter().map(first).collect(),
             below: beyond(|span| span.least),
             above: beyond(|span| span.most),
         }

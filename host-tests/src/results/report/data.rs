@@ -142,9 +142,9 @@ fn columns(page: &Page, camera: &Camera) -> BTreeMap<String, Column> {
     }
     // An interval before the first occurrence of a channel does not have it.
     let absent = Span::new(None);
-    let curve = |index: usize| {
-        let curves = shown.iter().map(|shown| &shown.curves);
-        curves.map(move |curves| curves.get(index).copied().unwrap_or(absent))
+    let curve = |index: usize| -> Vec<Span> {
+        let curves = shown.iter().map(|shown| shown.curves.get(index));
+        curves.map(|span| *span.unwrap_or(&absent)).collect()
     };
     let own = if page.sketch.is_some() {
         &[]
@@ -152,16 +152,16 @@ fn columns(page: &Page, camera: &Camera) -> BTreeMap<String, Column> {
         B2P2_CURVES
     };
     for (index, (name, one, _)) in CURVES.iter().chain(own).enumerate() {
-        let column = Column::curve(*one, length, curve(index));
+        let column = Column::curve(*one, length, &curve(index));
         columns.insert((*name).to_owned(), column);
     }
     for drive in 0..page.drives {
         let spans = curve(CURVES.len() + drive);
-        columns.extend([channels::current_column(drive, length, spans)]);
+        columns.extend([channels::current_column(drive, length, &spans)]);
     }
     for (index, name) in page.channels.iter().enumerate() {
         let spans = curve(CURVES.len() + page.drives + index);
-        columns.insert((*name).to_owned(), channels::column(length, spans));
+        columns.insert((*name).to_owned(), channels::column(length, &spans));
     }
     if page.sketch.is_none() {
         columns.extend(balance_columns(&page.moments));
@@ -172,11 +172,10 @@ fn columns(page: &Page, camera: &Camera) -> BTreeMap<String, Column> {
 fn balance_columns(moments: &Decimated<Vec<Span>>) -> impl Iterator<Item = (String, Column)> {
     let curves = BALANCE_CURVES.iter().enumerate();
     curves.map(|(index, (name, one, _))| {
-        let spans = moments.intervals().iter().map(move |spans| spans[index]);
-        (
-            (*name).to_owned(),
-            Column::curve(*one, moments.length(), spans),
-        )
+        let intervals = moments.intervals().iter();
+        let spans: Vec<Span> = intervals.map(|spans| spans[index]).collect();
+        let column = Column::curve(*one, moments.length(), &spans);
+        ((*name).to_owned(), column)
     })
 }
 

@@ -113,10 +113,10 @@ impl Page {
             pose,
         };
         self.shown.add(shown);
-        if let Some(balance) = &mut self.balance
-            && let Some(moment) = balance.add(sample)
-        {
-            self.moments.add(balance_curves(moment));
+        if let Some(balance) = &mut self.balance {
+            for moment in balance.add(sample) {
+                self.moments.add(balance_curves(moment));
+            }
         }
         self.marks.add(sample);
     }
@@ -206,8 +206,7 @@ impl Page {
 }
 
 fn balance_curves(moment: Option<Moment>) -> Vec<Span> {
-    let span =
-        |(_, _, source): &Source<Moment>| Span::new(moment.as_ref().and_then(|it| source(it)));
+    let span = |(_, _, source): &Source<Moment>| Span::new(moment.as_ref().and_then(source));
     BALANCE_CURVES.iter().map(span).collect()
 }
 

@@ -94,37 +94,38 @@ impl Balance {
         let Some(mut balance) = Self::new(scenario) else {
             return BalanceOfRun::default();
         };
-        let mut moments: Vec<_> = samples.iter().filter_map(|it| balance.add(it)).collect();
+        let mut moments: Vec<_> = samples.iter().flat_map(|it| balance.add(it)).collect();
         let mut run = balance.finish();
         moments.append(&mut run.moments);
         BalanceOfRun { moments, ..run }
     }
 
-    /// Adds the next sample. Returns the moment of an earlier one: those of all samples follow each
-    /// other, about half a second late. The first and the last sample have none.
-    pub fn add(&mut self, sample: &Sample) -> Option<Option<Moment>> {
+    /// Adds the next sample. Returns the moments that are due, at most one: those of all samples
+    /// follow each other, about half a second late. The first and the last sample have none.
+    pub fn add(&mut self, sample: &Sample) -> Vec<Option<Moment>> {
         self.follow(sample);
-        let (time_s, last) = self.last.replace((sample.time_s, sample.truth.clone()))?;
+        let here = (sample.time_s, sample.truth.clone());
+        let Some((time_s, last)) = self.last.replace(here) else {
+            return Vec::new();
+        };
         let now = joints(&last);
         let before = self.before.replace(now);
         let model = &self.models[usize::from(time_s >= self.loaded_from_s)];
         let around = before.map(|before| [before, now, joints(&sample.truth)]);
         let found = model.as_ref().zip(around);
         let found = found.map(|(model, around)| moment(model, &last, around));
-        let smoothed = self.smoothing.add(time_s, found)?;
-        self.count(smoothed);
-        Some(smoothed)
+        let smoothed = self.smoothing.add(time_s, found);
+        self.count(&smoothed);
+        smoothed
     }
 
     /// Ends the run.
     pub fn finish(mut self) -> BalanceOfRun {
         let mut smoothing = std::mem::take(&mut self.smoothing);
         let last = self.last.take();
-        let due = last.and_then(|(time_s, _)| smoothing.add(time_s, None));
-        let moments: Vec<_> = due.into_iter().chain(smoothing.finish()).collect();
-        for moment in &moments {
-            self.count(*moment);
-        }
+        let mut moments = last.map_or_else(Vec::new, |(time_s, _)| smoothing.add(time_s, None));
+        moments.extend(smoothing.finish());
+        self.count(&moments);
         self.add_decided(usize::MAX);
         let areas = self.areas();
         BalanceOfRun {
@@ -153,11 +154,13 @@ impl Balance {
         }
     }
 
-    fn count(&mut self, smoothed: Option<Moment>) {
-        if let Some(moment) = smoothed {
-            self.undecided.add(self.smoothed, moment);
+    fn count(&mut self, smoothed: &[Option<Moment>]) {
+        for moment in smoothed {
+            if let Some(moment) = moment {
+                self.undecided.add(self.smoothed, *moment);
+            }
+            self.smoothed += 1;
         }
-        self.smoothed += 1;
         self.add_decided(self.phases.decided());
     }
 

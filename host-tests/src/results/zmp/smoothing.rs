@@ -20,10 +20,11 @@ pub(super) struct Smoothing {
 }
 
 impl Smoothing {
-    /// Adds a moment. Returns the next smoothed one, in the same order.
-    pub fn add(&mut self, time_s: f64, moment: Option<Moment>) -> Option<Option<Moment>> {
+    /// Adds a moment. Returns the smoothed ones that are due, in the same order: at most one.
+    pub fn add(&mut self, time_s: f64, moment: Option<Moment>) -> Vec<Option<Moment>> {
         self.window.push_back((time_s, moment));
-        (self.window.len() > self.next + REACH).then(|| self.smooth())
+        let due = self.window.len() > self.next + REACH;
+        due.then(|| self.smooth()).into_iter().collect()
     }
 
     /// Returns the smoothed moments that are left at the end of the run.
