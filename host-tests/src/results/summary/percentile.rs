@@ -36,9 +36,9 @@ impl Largest {
     /// `percent` is a whole number from 0 to 100, because rounding errors of a fraction could
     /// select the next rank: in binary 0.28 x 25 is above 7.
     ///
-    /// Exact for any percentile of up to 65 536 values, and for the 99th of up to 6.5 million, which
-    /// are 18 hours of samples. Of a longer series it is the smallest value that was kept, which is
-    /// too large.
+    /// Exact for any percentile of up to 65 536 values, and for the 99th of up to 6.5 million: 18
+    /// hours of samples. Of a longer series it is the smallest value that was kept, which is too
+    /// large.
     pub fn percentile(&self, percent: usize) -> f64 {
         let rank = (percent * self.count).div_ceil(100).max(1);
         let larger = self.count.saturating_sub(rank);
