@@ -37,7 +37,7 @@ pub fn columns(samples: &[&Sample], drives: usize) -> Vec<Column> {
             .flatten()
             .fold(1e-6, |most, value| f64::max(most, value.abs()));
         // The step is 10^-4 of the largest value's power of ten.
-        let one = 10.0_f64.powf(largest.log10().floor() - 4.0);
+        let one = libm::exp10(libm::floor(libm::log10(largest)) - 4.0);
         (name.to_owned(), one, values)
     });
     let currents = (0..drives).map(|drive| {

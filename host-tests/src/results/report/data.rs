@@ -227,7 +227,7 @@ fn side_view(
             return points.map(|place| path.project(index, *place)).collect();
         }
         let along = |[x, z]: [f64; 2], length: f64, angle: f64| {
-            [x + length * angle.cos(), z + length * angle.sin()]
+            [x + length * libm::cos(angle), z + length * libm::sin(angle)]
         };
         let axle_1 = path.project(index, truth.axle_1);
         let axle_2 = along(axle_1, p.l1, truth.pitch);
@@ -261,7 +261,7 @@ fn side_view(
     let half = 0.5 * (p.width - p.belt_width);
     let sides = shown.first().filter(|_| sketch.is_some()).map(|sample| {
         let truth = &sample.truth;
-        let (sine, cosine) = truth.yaw.sin_cos();
+        let (sine, cosine) = libm::sincos(truth.yaw);
         let to_left = |place: &[f64; 3]| {
             (place[1] - truth.cog[1]) * cosine - (place[0] - truth.cog[0]) * sine
         };

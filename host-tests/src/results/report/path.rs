@@ -54,7 +54,7 @@ impl<'a> Path<'a> {
             // A robot that lies on its side or on its back has no heading, so the last one is kept.
             let heading = match before {
                 Some(before) if sample.truth.toppled => headings[before],
-                _ => [sample.truth.yaw.cos(), sample.truth.yaw.sin()],
+                _ => [libm::cos(sample.truth.yaw), libm::sin(sample.truth.yaw)],
             };
             let [x, y, _] = sample.truth.cog;
             let (from, begin) = before.map_or(([0.0; 2], 0.0), |before| {
