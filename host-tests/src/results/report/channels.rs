@@ -17,7 +17,7 @@ const MOST_CURVES: usize = 8;
 pub(super) fn column(length: usize, spans: &[Span]) -> Column {
     let ends = spans.iter().flat_map(|span| [span.least, span.most]);
     let largest = ends.fold(1e-6, |most, value| f64::max(most, value.abs()));
-    Column::curve(10.0_f64.powf(largest.log10().floor() - 4.0), length, spans)
+    Column::curve(libm::exp10(libm::floor(libm::log10(largest)) - 4.0), length, spans)
 }
 
 /// The column of a drive's current, with its name.

@@ -167,7 +167,7 @@ impl Page {
             (places, radii.fold(0.0, f64::max))
         } else {
             let along = |[x, z]: [f64; 2], length: f64, angle: f64| {
-                [x + length * angle.cos(), z + length * angle.sin()]
+                [x + length * libm::cos(angle), z + length * libm::sin(angle)]
             };
             let axle_1 = pose.project(truth.axle_1);
             let axle_2 = along(axle_1, p.l1, truth.pitch);
@@ -196,7 +196,7 @@ impl Page {
             let half = 0.5 * (self.parameters.width - self.parameters.belt_width);
             return [half, -half];
         }
-        let (sine, cosine) = truth.yaw.sin_cos();
+        let (sine, cosine) = libm::sincos(truth.yaw);
         let to_left = |place: &[f64; 3]| {
             (place[1] - truth.cog[1]) * cosine - (place[0] - truth.cog[0]) * sine
         };

@@ -58,7 +58,7 @@ impl Path {
         // A robot that lies on its side or on its back has no heading, so the last one is kept.
         let heading = match self.last {
             Some(last) if truth.toppled => last.heading,
-            _ => [truth.yaw.cos(), truth.yaw.sin()],
+            _ => [libm::cos(truth.yaw), libm::sin(truth.yaw)],
         };
         let [x, y, _] = truth.cog;
         let (from, begin) = self.last.map_or(([0.0; 2], 0.0), |last| {
