@@ -12,8 +12,12 @@ use std::process::Command;
 /// Maximum number of lines of cargo's output in an error.
 const SHOWN_LINES: usize = 30;
 
-/// Builds `programs` and returns the folder that contains them.
-pub(super) fn folder_of(board: Board, programs: &[&str]) -> Result<PathBuf, BuildError> {
+/// Builds `programs` with `features` and returns the folder that contains them.
+pub(super) fn folder_of(
+    board: Board,
+    features: &str,
+    programs: &[&str],
+) -> Result<PathBuf, BuildError> {
     let root = root().map_err(BuildError::NoCheckout)?;
     let toolchain = match board {
         Board::Qemu => setup::ensure().map_err(BuildError::Missing)?,
@@ -23,7 +27,9 @@ pub(super) fn folder_of(board: Board, programs: &[&str]) -> Result<PathBuf, Buil
         Toolchain::Current => "nodes",
         Toolchain::Distribution => "nodes-distribution",
     });
-    let output = command(board, toolchain, programs, &folder)
+    let output = command(board, toolchain, &folder)
+        .args(["--features", features])
+        .args(programs.iter().flat_map(|program| ["--bin", program]))
         .current_dir(root)
         .output()
         .map_err(BuildError::Cargo)?;
@@ -38,7 +44,7 @@ pub(super) fn folder_of(board: Board, programs: &[&str]) -> Result<PathBuf, Buil
     Ok(folder)
 }
 
-fn command(board: Board, toolchain: Toolchain, programs: &[&str], target_folder: &Path) -> Command {
+fn command(board: Board, toolchain: Toolchain, target_folder: &Path) -> Command {
     let cargo = match toolchain {
         Toolchain::Current => env::var_os("CARGO").unwrap_or_else(|| "cargo".into()),
         Toolchain::Distribution => DISTRIBUTION_CARGO.into(),
@@ -51,14 +57,11 @@ fn command(board: Board, toolchain: Toolchain, programs: &[&str], target_folder:
     }
     command.arg("build");
     command.args(["--package", "tautrack-firmware"]);
-    for program in programs {
-        command.args(["--bin", program]);
-    }
     command
         .args(["--locked", "--profile", "firmware", "--target-dir"])
         .arg(target_folder);
     if board == Board::Qemu {
-        command.args(["--target", TARGET, "--features", "mps2"]);
+        command.args(["--target", TARGET]);
     }
     if toolchain == Toolchain::Distribution {
         // The distribution's compiler is a stable one. It builds the library of another target only

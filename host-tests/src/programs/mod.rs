@@ -25,7 +25,7 @@ use program::program;
 /// # Errors
 /// [`BuildError`], with cargo's last lines if the build fails.
 pub fn build(board: Board, guard: &str) -> Result<Programs, BuildError> {
-    let folder = folder_of(board, &["axle", "screw", guard])?;
+    let folder = folder_of(board, board.feature(), &["axle", "screw", guard])?;
     Ok(Programs {
         board,
         axle: program(&folder, "axle")?,
@@ -40,7 +40,7 @@ pub fn build(board: Board, guard: &str) -> Result<Programs, BuildError> {
 /// # Errors
 /// The same as [`build`].
 pub fn instruments() -> Result<Instruments, BuildError> {
-    let folder = folder_of(Board::Qemu, &["cost", "ticks"])?;
+    let folder = folder_of(Board::Qemu, "cost", &["cost", "ticks"])?;
     Ok(Instruments {
         cost: program(&folder, "cost")?,
         ticks: program(&folder, "ticks")?,

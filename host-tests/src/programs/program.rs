@@ -15,6 +15,16 @@ pub enum Board {
     Native,
 }
 
+impl Board {
+    /// Feature of the firmware that selects the board; empty for the host, which needs none.
+    pub(super) fn feature(self) -> &'static str {
+        match self {
+            Self::Qemu => "mps2",
+            Self::Native => "",
+        }
+    }
+}
+
 /// Node program.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Program {
