@@ -19,12 +19,13 @@ pub(super) fn advance(
 ) -> Stepped {
     let mut shaft = Shaft::default();
     if let Some(motor) = motor {
-        let (voltage, torque) = (step.sensors.supply_voltage, step.sensors.shaft_torque);
+        let voltage = step.sensors.supply_voltage;
+        motor.set_load(voltage, step.sensors.shaft_torque);
         for _ in 0..u64::from(PWM_HZ) * STEP_US / 1_000_000 {
             // As with preloaded compare registers, the interrupt's decision takes effect in the
             // next period.
             let next = current_loop::pwm_period(motor.sampled_current(), voltage);
-            motor.integrate(*bridge, voltage, torque);
+            motor.integrate(*bridge);
             *bridge = next;
         }
         shaft = motor.shaft();
