@@ -21,7 +21,7 @@ pub(super) fn folder_of(
     let root = root().map_err(BuildError::NoCheckout)?;
     let toolchain = match board {
         Board::Qemu => setup::ensure().map_err(BuildError::Missing)?,
-        Board::Native => Toolchain::Current,
+        Board::Native | Board::Wasm => Toolchain::Current,
     };
     let mut folder = root.join("target").join(match toolchain {
         Toolchain::Current => "nodes",
@@ -37,11 +37,18 @@ pub(super) fn folder_of(
         let output = last_lines(&String::from_utf8_lossy(&output.stderr));
         return Err(BuildError::Failed { board, output });
     }
-    if board == Board::Qemu {
-        folder.push(TARGET);
-    }
+    folder.extend(target(board));
     folder.push("firmware");
     Ok(folder)
+}
+
+/// Compiler target of the board's programs; `None` for the host.
+fn target(board: Board) -> Option<&'static str> {
+    match board {
+        Board::Qemu => Some(TARGET),
+        Board::Native => None,
+        Board::Wasm => Some("wasm32-unknown-unknown"),
+    }
 }
 
 fn command(board: Board, toolchain: Toolchain, target_folder: &Path) -> Command {
@@ -60,8 +67,8 @@ fn command(board: Board, toolchain: Toolchain, target_folder: &Path) -> Command 
     command
         .args(["--locked", "--profile", "firmware", "--target-dir"])
         .arg(target_folder);
-    if board == Board::Qemu {
-        command.args(["--target", TARGET]);
+    if let Some(target) = target(board) {
+        command.args(["--target", target]);
     }
     if toolchain == Toolchain::Distribution {
         // The distribution's compiler is a stable one. It builds the library of another target only

@@ -1,13 +1,10 @@
 //! QEMU's MPS2+ board with the AN386 image: a Cortex-M4F whose only hardware is the lockstep link
 //! over semihosting.
 //!
-//! `semihosting` provides the standard streams and the exit, `log` the defmt logger,
-//! `critical_section` the critical section of a core without interrupts, and `stack` measures the
-//! deepest stack use. When the simulator closes its pipe, the node writes that depth
+//! `semihosting` provides the standard streams and the exit, `log` the defmt logger, and `stack`
+//! measures the deepest stack use. When the simulator closes its pipe, the node writes that depth
 //! to its own pipe, in bytes and decimal, and ends.
 
-#[cfg(not(feature = "cost"))]
-mod critical_section;
 mod log;
 pub(crate) mod semihosting;
 mod stack;

@@ -1,6 +1,6 @@
 //! Errors of a run.
 
-use super::process::NodeError;
+use super::node::NodeError;
 use crate::simulator::bus::Overflow;
 use std::fmt;
 

@@ -1,10 +1,9 @@
 //! Runs the scenario with its nodes, writes the results and computes the exit status.
 
-use super::arguments::{Arguments, Nodes};
+use super::arguments::Arguments;
 use super::interrupt;
 use super::output::Unwritten;
 use super::preparation::Prepared;
-use crate::programs::Board;
 use crate::results::summary::Summary;
 use crate::simulator::run;
 use crate::simulator::run::{Options, Progress, RunError};
@@ -20,10 +19,7 @@ pub(super) fn run(arguments: &Arguments, prepared: Prepared) -> Result<u8, Strin
         slcan,
         mut output,
     } = prepared;
-    let board = match arguments.nodes {
-        Nodes::Qemu => Board::Qemu,
-        Nodes::Native => Board::Native,
-    };
+    let board = arguments.nodes.board();
     println!("building the nodes (a minute or two the first time) ...");
     let programs = scenario
         .kind()
