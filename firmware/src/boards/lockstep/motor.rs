@@ -2,7 +2,9 @@
 //! sensor.
 //!
 //! Uses only basic `f32` operations, so that the results on the emulated core and on the host are
-//! bit-identical.
+//! bit-identical. The emulator computes each of them in a function of its own, and the model runs
+//! 20 times in a step. Therefore [`Motor::new`] and [`Motor::set_load`] compute what does not change
+//! between two PWM periods.
 
 use super::noise::Noise;
 use crate::boards::Bridge;
@@ -18,12 +20,19 @@ pub struct Motor {
     model: MotorModel,
     period: f32,
     noise: Noise,
+    supply: f32,   // V
+    load: f32,     // N m, at the rotor
     current: f32,  // A
     velocity: f32, // rad/s, of the rotor
     position: i64, // 2^-32 turn, of the output shaft
     residue: f32,  // fraction of the position below one 2^-32 turn
     position_per_radian: f32,
     counts_per_turn: i64, // of the output shaft, 2^-16 count
+    current_rise: f32,    // A/V in one period
+    current_damping: f32, // 1 + resistance times `current_rise`
+    velocity_rise: f32,   // rad/s per N m in one period
+    grip_driven: f32,     // speed that friction stops in one period, rad/s
+    grip_with_brake: f32, // the same with the spring-applied brake
 }
 
 impl Motor {
@@ -50,17 +59,34 @@ impl Motor {
                 .iter()
                 .all(|value| value.is_finite() && *value >= 0.0)
             && model.encoder_counts > 0;
+        let period = 1.0 / pwm_hz as f32;
+        let current_rise = period / model.inductance;
+        let velocity_rise = period / model.rotor_inertia;
+        let grip = |friction: f32| velocity_rise * friction / model.gear_ratio;
         good.then(|| Self {
             model,
-            period: 1.0 / pwm_hz as f32,
+            period,
             noise: Noise::new(seed),
+            supply: 0.0,
+            load: 0.0,
             current: 0.0,
             velocity: 0.0,
             position: 0,
             residue: 0.0,
             position_per_radian: 4_294_967_296.0 / (TURN * model.gear_ratio),
             counts_per_turn: (model.gear_ratio * model.encoder_counts as f32 * 65_536.0) as i64,
+            current_rise,
+            current_damping: 1.0 + current_rise * model.resistance,
+            velocity_rise,
+            grip_driven: grip(model.friction_torque),
+            grip_with_brake: grip(model.friction_torque + model.brake_torque),
         })
+    }
+
+    /// Sets the supply voltage (V) and the torque at the output shaft (N m) for the next periods.
+    pub fn set_load(&mut self, supply_voltage: f32, shaft_torque: f32) {
+        self.supply = bounded(supply_voltage);
+        self.load = bounded(shaft_torque) / self.model.gear_ratio;
     }
 
     /// Integrates one PWM period with the bridge as given.
@@ -68,27 +94,23 @@ impl Motor {
     /// Solves current and rotor one after the other, each implicitly in its own damping term
     /// (resistance; Coulomb friction). This is stable while the period is short compared with
     /// `sqrt(L J) / k`.
-    pub fn integrate(&mut self, bridge: Bridge, supply_voltage: f32, shaft_torque: f32) {
+    pub fn integrate(&mut self, bridge: Bridge) {
         let model = &self.model;
         let emf = model.torque_constant * self.velocity;
-        let supply = bounded(supply_voltage);
         self.current = match bridge {
-            Bridge::Drive(duty) => self.current_after(duty * supply - emf),
+            Bridge::Drive(duty) => self.current_after(duty * self.supply - emf),
             Bridge::Brake => self.current_after(-emf),
-            Bridge::Off => self.current_through_diodes(supply, emf),
+            Bridge::Off => self.current_through_diodes(emf),
         };
 
-        let load = (bounded(shaft_torque)) / model.gear_ratio;
-        let per_torque = self.period / model.rotor_inertia;
-        let free =
-            bounded(self.velocity + per_torque * (model.torque_constant * self.current - load));
+        let torque = model.torque_constant * self.current - self.load;
+        let free = bounded(self.velocity + self.velocity_rise * torque);
         // Coulomb friction reduces the speed, but never reverses it: below `grip` the rotor stands
         // still.
-        let friction = match bridge {
-            Bridge::Drive(_) => model.friction_torque,
-            Bridge::Brake | Bridge::Off => model.friction_torque + model.brake_torque,
+        let grip = match bridge {
+            Bridge::Drive(_) => self.grip_driven,
+            Bridge::Brake | Bridge::Off => self.grip_with_brake,
         };
-        let grip = per_torque * friction / model.gear_ratio;
         self.velocity = if free > grip {
             free - grip
         } else if free < -grip {
@@ -98,28 +120,35 @@ impl Motor {
         };
 
         let moved = self.velocity * self.period * self.position_per_radian + self.residue;
-        let whole = moved as i64;
-        self.residue = moved - whole as f32;
+        // The core converts 32 bits in one instruction, and calls a function for 64.
+        let whole = if moved.abs() < 2_147_483_648.0 {
+            let whole = moved as i32;
+            self.residue = moved - whole as f32;
+            i64::from(whole)
+        } else {
+            let whole = moved as i64;
+            self.residue = moved - whole as f32;
+            whole
+        };
         self.position = self.position.wrapping_add(whole);
     }
 
     /// Returns the current after one period with `voltage` on resistance and inductance alone
     /// (backward Euler).
     fn current_after(&self, voltage: f32) -> f32 {
-        let rise = self.period / self.model.inductance;
-        bounded((self.current + rise * voltage) / (1.0 + rise * self.model.resistance))
+        bounded((self.current + self.current_rise * voltage) / self.current_damping)
     }
 
     /// Returns the current after one period with all transistors open. The diodes put the whole
     /// supply voltage against the current until it is zero. If no current flows, they conduct only
     /// where the back-EMF exceeds the supply.
-    fn current_through_diodes(&self, supply: f32, emf: f32) -> f32 {
+    fn current_through_diodes(&self, emf: f32) -> f32 {
         let forward = if self.current == 0.0 {
             emf < 0.0
         } else {
             self.current > 0.0
         };
-        let clamp = if forward { -supply } else { supply };
+        let clamp = if forward { -self.supply } else { self.supply };
         let current = self.current_after(clamp - emf);
         if (current > 0.0) == forward {
             current
@@ -157,14 +186,12 @@ impl Motor {
 
 /// Clamps `value` to the model's bound; returns 0 for NaN.
 fn bounded(value: f32) -> f32 {
-    if value > BOUND {
-        BOUND
-    } else if value < -BOUND {
-        -BOUND
+    if value.abs() <= BOUND {
+        value
     } else if value.is_nan() {
         0.0
     } else {
-        value
+        BOUND.copysign(value)
     }
 }
 
@@ -193,7 +220,8 @@ mod tests {
     fn settles_where_the_motor_equation_says() {
         let mut motor = motor(MODEL);
         for _ in 0..40_000 {
-            motor.integrate(Bridge::Drive(0.5), 24.0, 10.0);
+            motor.set_load(24.0, 10.0);
+            motor.integrate(Bridge::Drive(0.5));
         }
         // 12 V = R i + k w with k i N = load + friction
         let current = 11.0 / 50.0 / 0.05;
@@ -210,10 +238,12 @@ mod tests {
     fn friction_holds_a_load_below_it_and_yields_above() {
         let mut motor = motor(MODEL);
         for _ in 0..2_000 {
-            motor.integrate(Bridge::Off, 24.0, 0.99);
+            motor.set_load(24.0, 0.99);
+            motor.integrate(Bridge::Off);
         }
         assert_eq!(motor.shaft(), Shaft::default());
-        motor.integrate(Bridge::Off, 24.0, 1.01);
+        motor.set_load(24.0, 1.01);
+        motor.integrate(Bridge::Off);
         assert!(motor.shaft().velocity < 0.0);
     }
 
@@ -222,7 +252,8 @@ mod tests {
         let mut motor = motor(MODEL);
         let mut angle = 0.0_f64;
         for _ in 0..200_000 {
-            motor.integrate(Bridge::Drive(0.3), 24.0, 0.0);
+            motor.set_load(24.0, 0.0);
+            motor.integrate(Bridge::Drive(0.3));
             angle += f64::from(motor.velocity) / 20_000.0;
         }
         let turns = angle / core::f64::consts::TAU;
@@ -236,11 +267,13 @@ mod tests {
     fn open_bridge_ends_the_current_and_never_reverses_it() {
         let mut motor = motor(MODEL);
         for _ in 0..100 {
-            motor.integrate(Bridge::Drive(0.9), 24.0, 0.0);
+            motor.set_load(24.0, 0.0);
+            motor.integrate(Bridge::Drive(0.9));
         }
         assert!(motor.current > 1.0);
         for _ in 0..100 {
-            motor.integrate(Bridge::Off, 24.0, 0.0);
+            motor.set_load(24.0, 0.0);
+            motor.integrate(Bridge::Off);
             assert!(motor.current >= 0.0);
         }
         assert_eq!(motor.current, 0.0);
@@ -250,7 +283,8 @@ mod tests {
     fn driven_faster_than_the_supply_an_open_bridge_brakes() {
         let mut motor = motor(MODEL);
         motor.velocity = 1_000.0; // 50 V of back-EMF on 24 V
-        motor.integrate(Bridge::Off, 24.0, 0.0);
+        motor.set_load(24.0, 0.0);
+        motor.integrate(Bridge::Off);
         assert!(motor.current < 0.0);
     }
 
@@ -275,7 +309,8 @@ mod tests {
             for voltage in values {
                 for torque in values {
                     for bridge in [Bridge::Drive(duty), Bridge::Brake, Bridge::Off] {
-                        motor.integrate(bridge, voltage, torque);
+                        motor.set_load(voltage, torque);
+                        motor.integrate(bridge);
                         assert!(
                             motor.shaft().velocity.is_finite()
                                 && motor.sampled_current().is_finite()

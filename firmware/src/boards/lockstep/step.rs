@@ -19,12 +19,13 @@ pub(super) fn advance(
 ) -> Stepped {
     let mut shaft = Shaft::default();
     if let Some(motor) = motor {
-        let (voltage, torque) = (step.sensors.supply_voltage, step.sensors.shaft_torque);
+        let voltage = step.sensors.supply_voltage;
+        motor.set_load(voltage, step.sensors.shaft_torque);
         for _ in 0..u64::from(PWM_HZ) * STEP_US / 1_000_000 {
             // As with preloaded compare registers, the interrupt's decision takes effect in the
             // next period.
             let next = current_loop::pwm_period(motor.sampled_current(), voltage);
-            motor.integrate(*bridge, voltage, torque);
+            motor.integrate(*bridge);
             *bridge = next;
         }
         shaft = motor.shaft();
@@ -47,8 +48,9 @@ pub(super) fn advance(
     let mut stepped = Stepped {
         shaft,
         frames: heapless::Vec::new(),
-        log: take_log(),
+        log: heapless::Vec::new(),
     };
+    take_log(&mut stepped.log);
     while !stepped.frames.is_full() {
         let Some(frame) = TRANSMIT.pop() else { break };
         let _ = stepped.frames.push(frame); // cannot fail: see the loop's condition
@@ -56,13 +58,13 @@ pub(super) fn advance(
     stepped
 }
 
-fn take_log<const N: usize>() -> heapless::Vec<u8, N> {
-    let (bytes, dropped) = critical_section::with(|cs| {
+fn take_log<const N: usize>(bytes: &mut heapless::Vec<u8, N>) {
+    let dropped = critical_section::with(|cs| {
         let mut log = LOG.borrow(cs).borrow_mut();
-        (log.take(), log.take_dropped())
+        log.take(bytes);
+        log.take_dropped()
     });
     if dropped > 0 {
         crate::logger::warn!("{} log records were lost", dropped);
     }
-    bytes
 }

@@ -1,7 +1,7 @@
 //! Errors of a run.
 
 use super::Unwritten;
-use super::process::NodeError;
+use super::node::NodeError;
 use crate::simulator::bus::Overflow;
 use std::fmt;
 

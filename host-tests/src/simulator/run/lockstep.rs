@@ -4,8 +4,8 @@
 use super::faults::Faults;
 use super::launch::Launch;
 use super::listener::Listener;
+use super::node::Node;
 use super::operator::Operator;
-use super::process::Node;
 use super::{Options, RunError, Sink};
 use crate::programs::{Programs, hexadecimal};
 use crate::scenario::Scenario;

@@ -1,8 +1,8 @@
 //! Lockstep runner: runs node programs, a bus, a plant and an operator, one millisecond at a time.
 //!
-//! [`process`] communicates with one node program, `node_log` decodes its log, and `launch` starts
-//! it. [`operator`] plays the operator's script, [`listener`] decodes the published frames,
-//! [`faults`] injects faults. `lockstep` runs one step, [`pace`] follows the wall clock, and
+//! [`node`] communicates with one node over a `link`, `node_log` decodes its log, and `launch`
+//! starts it. The link is a `process` with pipes, or an instance of a `wasm` module. [`operator`]
+//! plays the operator's script, [`listener`] decodes the published frames, [`faults`] injects faults. `lockstep` runs one step, [`pace`] follows the wall clock, and
 //! `recorder` runs all steps until one of the `conditions` ends the run, and passes the record to a
 //! `sink`. `options` are the inputs, `outcome` and `error` the results.
 
@@ -10,16 +10,20 @@ mod conditions;
 mod error;
 pub mod faults;
 mod launch;
+mod link;
 pub mod listener;
 mod lockstep;
+pub mod node;
 mod node_log;
 pub mod operator;
 mod options;
 mod outcome;
 pub mod pace;
-pub mod process;
+mod process;
 mod recorder;
 mod sink;
+#[cfg(feature = "wasm")]
+mod wasm;
 
 pub use error::RunError;
 pub use options::Options;

@@ -1,10 +1,9 @@
 //! Runs the scenario with its nodes, writes the results and computes the exit status.
 
-use super::arguments::{Arguments, Nodes};
+use super::arguments::Arguments;
 use super::interrupt;
 use super::output::Results;
 use super::preparation::Prepared;
-use crate::programs::Board;
 use crate::results::summary::Summary;
 use crate::simulator::record::{BusFrame, Sample};
 use crate::simulator::run::{self, Options, RunError, Sink, Unwritten};
@@ -21,10 +20,7 @@ pub(super) fn run(arguments: &Arguments, prepared: Prepared) -> Result<u8, Strin
         slcan,
         output,
     } = prepared;
-    let board = match arguments.nodes {
-        Nodes::Qemu => Board::Qemu,
-        Nodes::Native => Board::Native,
-    };
+    let board = arguments.nodes.board();
     say("building the nodes (a minute or two the first time) ...")?;
     let programs = scenario
         .kind()

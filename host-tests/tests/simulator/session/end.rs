@@ -11,7 +11,7 @@ use std::time::{Duration, Instant};
 use tautrack::link::{Start, VERSION};
 use tautrack_host_tests::programs::Board;
 use tautrack_host_tests::robots::{Kind, NodeName};
-use tautrack_host_tests::simulator::run::process::Node;
+use tautrack_host_tests::simulator::run::node::Node;
 
 /// Asserts that `arguments` are refused with status 2 before anything is built; returns the error.
 fn refusal(arguments: &[&str]) -> String {
