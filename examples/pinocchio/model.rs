@@ -19,7 +19,10 @@ pub extern "C" fn b2p2_constants(constants: &mut [f64; 42]) {
             .chain(segment.centre_of_mass)
             .chain(inertia)
     });
-    for (to, from) in constants.iter_mut().zip(lengths.into_iter().chain(segments)) {
+    for (to, from) in constants
+        .iter_mut()
+        .zip(lengths.into_iter().chain(segments))
+    {
         *to = from;
     }
 }

@@ -168,7 +168,12 @@ fn count_guard<B: Body>(
         };
         // Frames of others fill the bus where the drives leave room.
         let others = source.frames(settings.id(Setting::NodeId), &ids);
-        let frames: Vec<Frame, FRAMES> = answered.iter().chain(&others).take(FRAMES).copied().collect();
+        let frames: Vec<Frame, FRAMES> = answered
+            .iter()
+            .chain(&others)
+            .take(FRAMES)
+            .copied()
+            .collect();
         let serial = source.bytes();
         let operator = (tick % 20 == 3).then(|| OperatorCommand {
             forward: (random.bits() >> 24) as i16,

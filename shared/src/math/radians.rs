@@ -18,7 +18,12 @@ const LARGEST_F64: f64 = 1e6;
 const PARTS_F64: [f64; 4] = {
     let high = leading_bits(FRAC_PI_2, 33);
     let rest = leading_bits(QUARTER_REST, 33);
-    [high, FRAC_PI_2 - high, rest, (QUARTER_REST - rest) - QUARTER_LAST]
+    [
+        high,
+        FRAC_PI_2 - high,
+        rest,
+        (QUARTER_REST - rest) - QUARTER_LAST,
+    ]
 };
 const PARTS_F32: [f32; 3] = {
     let high = leading_bits(FRAC_PI_2, 11);
