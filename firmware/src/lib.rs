@@ -14,7 +14,7 @@ extern crate std;
 
 pub mod boards;
 pub mod bus;
-#[cfg(all(target_os = "none", feature = "mps2"))]
+#[cfg(all(target_os = "none", feature = "cost"))]
 pub mod cost;
 pub mod current_loop;
 pub mod roles;

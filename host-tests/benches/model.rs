@@ -15,7 +15,7 @@ use tautrack::screw::Geometry;
 use tautrack::settings::Settings;
 use tautrack::stability::support::margins;
 use tautrack::stability::tipover::{Edges, angles};
-use tautrack::stability::zmp::{Plane, Wrench, zero_moment_point};
+use tautrack::stability::zmp::{Plane, zero_moment_point};
 use tautrack::units::Angle;
 
 const SUPPORT: [[f64; 2]; 4] = [[0.0, -0.16], [0.77, -0.16], [0.77, 0.16], [0.0, 0.16]];
@@ -223,20 +223,40 @@ mod naive {
     }
 }
 
-/// Measures the dynamic model in one precision.
+/// Number of postures and motions over which the dynamic model is measured.
+const MOTIONS: usize = 1024;
+
+/// Random joint positions (m, rad), rates and accelerations: far beyond what the robot reaches. A
+/// processor that has learnt one posture would compute it faster.
+fn motions() -> Vec<[[f64; 8]; 3]> {
+    let mut state = 1_u64;
+    let mut random = || {
+        // Constants of Knuth's 64-bit generator.
+        state = state
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1_442_695_040_888_963_407);
+        (state >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
+    };
+    let range = [2.0, 2.0, 2.0, 3.1, 1.5, 1.5, 2.5, 0.3];
+    (0..MOTIONS)
+        .map(|_| [range, [2.0; 8], [5.0; 8]].map(|range| range.map(|most| most * random())))
+        .collect()
+}
+
+/// Measures the dynamic model in one precision, over random motions.
 macro_rules! dynamics {
     ($criterion:expr, $scalar:ty, $name:literal) => {{
         let parameters = Parameters::<$scalar>::paper();
-        let q = Q.map(|value| value as $scalar);
-        let rates: [$scalar; 8] = q.map(|value| 0.5 - value);
+        let motions: Vec<[[$scalar; 8]; 3]> = motions()
+            .into_iter()
+            .map(|motion| motion.map(|joints| joints.map(|value| value as $scalar)))
+            .collect();
+        let mut motions = motions.iter().cycle();
+        let mut motion = || black_box(motions.next().expect("there are motions"));
         let contacts: [[$scalar; 3]; 4] = SUPPORT.map(|[x, y]| [x as $scalar, y as $scalar, -0.05]);
         let plane = Plane::<$scalar> {
             point: [0.0, 0.0, -0.05],
             normal: [0.0, 0.0, 1.0],
-        };
-        let wrench = Wrench::<$scalar> {
-            force: [3.0, 1.0, 81.0],
-            moment: [2.0, -20.0, 0.5],
         };
         let edges = Edges::new(&contacts).expect("the support has edges");
         let posture = |q: &[$scalar; 8]| Posture::new(&parameters, q);
@@ -244,25 +264,41 @@ macro_rules! dynamics {
         let force: [$scalar; 3] = [3.0, 1.0, -81.0];
         let mut group = $criterion.benchmark_group("dynamics of B2P2");
         group.bench_function(concat!("frames, ", $name), |bench| {
-            bench.iter(|| Posture::new(&parameters, black_box(&q)).frames());
+            bench.iter(|| posture(&motion()[0]).frames());
+        });
+        group.bench_function(concat!("CoG, ", $name), |bench| {
+            bench.iter(|| posture(&motion()[0]).cog());
         });
         group.bench_function(concat!("D, ", $name), |bench| {
-            bench.iter(|| posture(black_box(&q)).inertia_matrix());
+            bench.iter(|| posture(&motion()[0]).inertia_matrix());
         });
         group.bench_function(concat!("C, ", $name), |bench| {
-            bench.iter(|| posture(black_box(&q)).coriolis_matrix(black_box(&rates)));
+            bench.iter(|| {
+                let [q, rates, _] = motion();
+                posture(q).coriolis_matrix(rates)
+            });
         });
         group.bench_function(concat!("inverse dynamics, ", $name), |bench| {
-            bench.iter(|| posture(black_box(&q)).newton_euler(black_box(&rates), &rates));
+            bench.iter(|| {
+                let [q, rates, accelerations] = motion();
+                posture(q).newton_euler(rates, accelerations).forces
+            });
         });
         group.bench_function(
             concat!("inverse dynamics by the matrices, ", $name),
             |bench| {
-                bench.iter(|| posture(black_box(&q)).lagrange(black_box(&rates), &rates));
+                bench.iter(|| {
+                    let [q, rates, accelerations] = motion();
+                    posture(q).lagrange(rates, accelerations)
+                });
             },
         );
-        group.bench_function(concat!("ZMP, ", $name), |bench| {
-            bench.iter(|| zero_moment_point(black_box(&wrench), &plane));
+        group.bench_function(concat!("ZMP from q, v and a, ", $name), |bench| {
+            bench.iter(|| {
+                let [q, rates, accelerations] = motion();
+                let effort = posture(q).newton_euler(rates, accelerations);
+                zero_moment_point(&effort.reaction, &plane)
+            });
         });
         group.bench_function(concat!("four tip-over angles, ", $name), |bench| {
             bench.iter(|| angles(black_box(&contacts), cog, black_box(force), [0.0; 3]));
@@ -274,25 +310,27 @@ macro_rules! dynamics {
     }};
 }
 
-/// A posture in which no joint is at zero.
-const Q: [f64; 8] = [0.4, -0.2, 0.1, 0.6, 0.2, 0.3, 0.7, 0.1];
-
 fn dynamics(criterion: &mut Criterion) {
     let parameters = Parameters::<f64>::paper();
+    let motions = motions();
     // Both implementations must compute the same matrix.
-    let structured = Posture::new(&parameters, &Q).inertia_matrix();
-    let plain = naive::inertia_matrix(&Q);
-    for (row, other) in structured.iter().zip(&plain) {
-        for (value, other) in row.iter().zip(other) {
-            assert!((value - other).abs() < 1e-12, "{structured:?} {plain:?}");
+    for [q, ..] in &motions {
+        let structured = Posture::new(&parameters, q).inertia_matrix();
+        let plain = naive::inertia_matrix(q);
+        for (row, other) in structured.iter().zip(&plain) {
+            for (value, other) in row.iter().zip(other) {
+                assert!((value - other).abs() < 1e-12, "{structured:?} {plain:?}");
+            }
         }
     }
+    let mut motions = motions.iter().cycle();
+    let mut posture = || black_box(&motions.next().expect("there are motions")[0]);
     let mut group = criterion.benchmark_group("dynamics of B2P2, naive");
     group.bench_function("frames, f64", |bench| {
-        bench.iter(|| naive::frames(black_box(&Q)));
+        bench.iter(|| naive::frames(posture()));
     });
     group.bench_function("D, f64", |bench| {
-        bench.iter(|| naive::inertia_matrix(black_box(&Q)));
+        bench.iter(|| naive::inertia_matrix(posture()));
     });
     group.finish();
     dynamics!(criterion, f64, "f64");

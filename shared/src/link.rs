@@ -170,7 +170,7 @@ pub struct Ready {
     pub version: u16,
     /// Role of the program: `axle`, `screw` or `guard`.
     pub role: heapless::String<16>,
-    /// Board of the program: `mps2` or `native`.
+    /// Board of the program: `mps2`, `native` or `wasm`.
     pub board: heapless::String<16>,
     /// Why the settings cannot be used: key, value, bounds. Empty if they can be used.
     pub refusal: heapless::String<160>,

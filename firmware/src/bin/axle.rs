@@ -1,10 +1,7 @@
 //! Program of an axle's node: runs the role `axle` on the selected board.
-#![cfg_attr(target_os = "none", no_std, no_main)]
+#![cfg_attr(target_os = "none", no_std)]
+#![cfg_attr(any(target_os = "none", target_family = "wasm"), no_main)]
 
-use tautrack_firmware::boards::{Board, Selected};
 use tautrack_firmware::roles::axle;
 
-#[cfg_attr(target_os = "none", cortex_m_rt::entry)]
-fn main() -> ! {
-    Selected::run(&axle::ROLE)
-}
+tautrack_firmware::program!(axle::ROLE);

@@ -1,10 +1,7 @@
 //! Program of RT-Mover's guard node: runs the role `guard` on the selected board.
-#![cfg_attr(target_os = "none", no_std, no_main)]
+#![cfg_attr(target_os = "none", no_std)]
+#![cfg_attr(any(target_os = "none", target_family = "wasm"), no_main)]
 
-use tautrack_firmware::boards::{Board, Selected};
 use tautrack_firmware::roles::guard;
 
-#[cfg_attr(target_os = "none", cortex_m_rt::entry)]
-fn main() -> ! {
-    Selected::run(&guard::RT_MOVER)
-}
+tautrack_firmware::program!(guard::RT_MOVER);

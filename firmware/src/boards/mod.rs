@@ -12,14 +12,20 @@ pub(crate) mod mps2;
 #[cfg(all(target_os = "none", feature = "mps2"))]
 pub use mps2::Mps2 as Selected;
 
-#[cfg(not(target_os = "none"))]
+#[cfg(not(any(target_os = "none", target_family = "wasm")))]
 mod native;
-#[cfg(not(target_os = "none"))]
+#[cfg(not(any(target_os = "none", target_family = "wasm")))]
 pub use native::Native as Selected;
+
+#[cfg(target_family = "wasm")]
+pub mod wasm;
+#[cfg(target_family = "wasm")]
+pub use wasm::Wasm as Selected;
 
 #[cfg(all(target_os = "none", not(feature = "mps2")))]
 compile_error!("choose a board, for instance --features mps2");
 
+#[cfg(not(target_family = "wasm"))]
 use crate::roles::Role;
 use tautrack::motor::bridge::Ratings;
 use tautrack::sensors::{BodySensors, Switches};
@@ -47,6 +53,8 @@ pub trait Board {
 
     /// Starts the board, reads the settings, calls `role` to spawn its tasks, and runs them for
     /// ever.
+    /// `wasm` has no such method, because its program is called instead of running.
+    #[cfg(not(target_family = "wasm"))]
     fn run(role: &'static Role) -> !;
     /// Counts of the rotor's encoder since power-up; wraps at both ends of `i32`.
     fn encoder() -> i32;
@@ -64,3 +72,15 @@ pub trait Board {
 
 /// Rate of the control task, Hz, on every board.
 pub const CONTROL_HZ: u32 = 1_000;
+
+/// Makes a program that runs one role on the selected board.
+#[cfg(not(target_family = "wasm"))]
+#[macro_export]
+macro_rules! program {
+    ($role:expr) => {
+        #[cfg_attr(target_os = "none", cortex_m_rt::entry)]
+        fn main() -> ! {
+            <$crate::boards::Selected as $crate::boards::Board>::run(&$role)
+        }
+    };
+}

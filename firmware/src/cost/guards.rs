@@ -3,6 +3,7 @@
 
 use super::counter::{Count, Table, instructions};
 use super::inputs::Random;
+use super::traffic::{FRAMES, Source, Traffic};
 use core::f32::consts::TAU;
 use core::hint::black_box;
 use heapless::Vec;
@@ -25,8 +26,6 @@ use tautrack::settings::{Setting, Settings};
 
 /// Ticks before counting starts, in which the robot is armed.
 const WARM_UP: u32 = 2_000;
-/// Frames that a bus at 1 Mbit/s can carry in one tick.
-const FRAMES: usize = 8;
 
 /// Margin levels with which all three robots can be armed.
 const LEVELS: [(Setting, i32); 3] = [
@@ -37,12 +36,16 @@ const LEVELS: [(Setting, i32); 3] = [
 
 pub fn count(table: &mut Table) {
     let [hip, knee] = stance(&hylos::Parameters::<f32>::nominal(), 0.29);
-    count_guard::<Crawler>(table, "guard tick of the crawler", 4, |_| 0.0);
-    count_guard::<RtMover>(table, "guard tick of RT-Mover", 5, |_| 0.0);
-    // Each leg has four motors: hip, knee, steering, wheel.
-    count_guard::<Hylos>(table, "guard tick of Hylos", 8, |drive| {
-        [hip, knee, 0.0, 0.0][drive & 3]
-    });
+    // Each leg of Hylos has four motors: hip, knee, steering, wheel.
+    let leg = |drive: usize| [hip, knee, 0.0, 0.0][drive & 3];
+    let quiet = Traffic::Quiet;
+    count_guard::<Crawler>(table, "guard tick of the crawler", quiet, 4, |_| 0.0);
+    count_guard::<RtMover>(table, "guard tick of RT-Mover", quiet, 5, |_| 0.0);
+    count_guard::<Hylos>(table, "guard tick of Hylos", quiet, 8, leg);
+    let busy = Traffic::Busy;
+    count_guard::<Crawler>(table, "guard tick of the crawler, busy", busy, 4, |_| 0.0);
+    count_guard::<RtMover>(table, "guard tick of RT-Mover, busy", busy, 5, |_| 0.0);
+    count_guard::<Hylos>(table, "guard tick of Hylos, busy", busy, 8, leg);
     count_prediction(table);
 }
 
@@ -134,6 +137,7 @@ fn tick_of<B: Body>(guard: &mut Guard<B>, inputs: guard::Inputs<'_>) {
 fn count_guard<B: Body>(
     table: &mut Table,
     name: &str,
+    traffic: Traffic,
     sync_ticks: u32,
     angle: impl Fn(usize) -> f32,
 ) {
@@ -148,7 +152,7 @@ fn count_guard<B: Body>(
         return; // the nominal robot is valid; otherwise the host finds no entry
     };
     answer_scales(&mut guard, &settings);
-    let mut random = Random::new();
+    let (mut random, mut source) = (Random::new(), Source::new(traffic));
     let (mut count, mut armed) = (Count::NONE, true);
     let mut received = Vec::new();
     for tick in 0..WARM_UP + sync_ticks * table.calls() {
@@ -157,11 +161,20 @@ fn count_guard<B: Body>(
             received = answers(&ids, tick / sync_ticks, drive_state(tick), &angle);
         }
         let mut packets = received.chunks(FRAMES);
-        let frames = if phase == 0 {
+        let answered = if phase == 0 {
             &[]
         } else {
             packets.nth(phase as usize - 1).unwrap_or_default()
         };
+        // Frames of others fill the bus where the drives leave room.
+        let others = source.frames(settings.id(Setting::NodeId), &ids);
+        let frames: Vec<Frame, FRAMES> = answered
+            .iter()
+            .chain(&others)
+            .take(FRAMES)
+            .copied()
+            .collect();
+        let serial = source.bytes();
         let operator = (tick % 20 == 3).then(|| OperatorCommand {
             forward: (random.bits() >> 24) as i16,
             yaw_rate: (random.bits() >> 26) as i16,
@@ -174,8 +187,8 @@ fn count_guard<B: Body>(
             body: Some(body(&mut random)),
             operator,
             emergency_stop: false,
-            frames,
-            serial: &[],
+            frames: &frames,
+            serial: &serial,
         };
         if tick < WARM_UP {
             tick_of(&mut guard, inputs);

@@ -16,6 +16,7 @@ mod model;
 mod motor;
 mod nodes;
 mod stability;
+mod traffic;
 
 use crate::boards::mps2::semihosting::{Stream, exit};
 use counter::Table;

@@ -3,6 +3,7 @@
 
 use super::counter::{Count, Table, instructions};
 use super::inputs::{Random, settings};
+use super::traffic::{Source, Traffic};
 use core::f32::consts::TAU;
 use core::hint::black_box;
 use heapless::Vec;
@@ -13,6 +14,7 @@ use tautrack::can::Frame;
 use tautrack::node::axle::{self, Axle, BridgeDemand, SetPoint};
 use tautrack::node::guard::{self, Guard};
 use tautrack::node::screw::{self, Screw};
+use tautrack::robots::Body;
 use tautrack::robots::b2p2::B2p2;
 use tautrack::screw::Geometry;
 use tautrack::sensors::{BodySensors, Switches};
@@ -27,7 +29,8 @@ const SYNC_TICKS: u32 = 4;
 pub fn count(table: &mut Table) {
     count_axle(table);
     count_screw(table);
-    count_guard(table);
+    count_guard(table, Traffic::Quiet);
+    count_guard(table, Traffic::Busy);
 }
 
 /// Model of an output shaft: inertia 0.05 kg m^2, torque 2.4 N m per ampere, encoder as in the
@@ -256,8 +259,9 @@ impl GuardRig {
     }
 }
 
-fn count_guard(table: &mut Table) {
+fn count_guard(table: &mut Table, traffic: Traffic) {
     let settings = settings();
+    let ids = B2p2::drive_ids(&settings);
     let [l1, l2, k] = [Setting::LengthL1, Setting::LengthL2, Setting::LengthK]
         .map(|setting| settings.get(setting));
     let (Ok(mut guard), Ok(geometry)) = (
@@ -275,15 +279,18 @@ fn count_guard(table: &mut Table) {
         serial: &[],
     });
     let mut rig = GuardRig { guard };
-    let mut random = Random::new();
+    let (mut random, mut source) = (Random::new(), Source::new(traffic));
     // Builds the inputs of one tick and passes them to `act`.
     let mut tick =
         |tick: u32, rig: &mut GuardRig, act: &mut dyn FnMut(&mut GuardRig, guard::Inputs<'_>)| {
-            let frames = if tick % SYNC_TICKS == 1 {
+            // The answers of the drives fill the bus in their tick.
+            let frames: Vec<Frame, 12> = if tick % SYNC_TICKS == 1 {
                 answers(tick, &geometry, &settings)
             } else {
-                Vec::new()
+                let others = source.frames(settings.id(Setting::NodeId), &ids);
+                others.into_iter().collect()
             };
+            let serial = source.bytes();
             let operator = (tick % 20 == 3).then(|| OperatorCommand {
                 forward: (random.bits() >> 23) as i16,
                 yaw_rate: if tick % 40 == 3 {
@@ -307,7 +314,7 @@ fn count_guard(table: &mut Table) {
                 operator,
                 emergency_stop: false,
                 frames: &frames,
-                serial: &[],
+                serial: &serial,
             };
             act(rig, inputs);
         };
@@ -316,12 +323,21 @@ fn count_guard(table: &mut Table) {
         tick(number, &mut rig, &mut |rig, inputs| rig.tick(inputs));
     }
     // The tick after a SYNC receives the most frames, because all drives answer then.
-    for (name, phase) in [
-        ("guard tick with SYNC", 0),
-        ("guard tick with frames", 1),
-        ("guard tick that evaluates", 2),
-        ("guard tick that updates the estimate", 3),
-    ] {
+    let names = match traffic {
+        Traffic::Quiet => [
+            "guard tick with SYNC",
+            "guard tick with frames",
+            "guard tick that evaluates",
+            "guard tick that updates the estimate",
+        ],
+        Traffic::Busy => [
+            "guard tick with SYNC, busy",
+            "guard tick with frames, busy",
+            "guard tick that evaluates, busy",
+            "guard tick that updates the estimate, busy",
+        ],
+    };
+    for (name, phase) in names.into_iter().zip(0..) {
         let (mut rig, mut count, mut armed) = (rig.clone(), Count::NONE, true);
         for number in WARM_UP..WARM_UP + SYNC_TICKS * table.calls() {
             if number % SYNC_TICKS != phase {

@@ -10,7 +10,7 @@ use tautrack::node::axle::Axle;
 use tautrack::settings::{Setting, Settings};
 
 dictionary!(od, "axle.rs");
-#[cfg(any(test, all(target_os = "none", feature = "mps2")))]
+#[cfg(any(test, all(target_os = "none", feature = "cost")))]
 pub(crate) use od::DICTIONARY;
 drive::drive_objects!(od);
 

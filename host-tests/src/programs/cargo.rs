@@ -12,18 +12,24 @@ use std::process::Command;
 /// Maximum number of lines of cargo's output in an error.
 const SHOWN_LINES: usize = 30;
 
-/// Builds `programs` and returns the folder that contains them.
-pub(super) fn folder_of(board: Board, programs: &[&str]) -> Result<PathBuf, BuildError> {
+/// Builds `programs` with `features` and returns the folder that contains them.
+pub(super) fn folder_of(
+    board: Board,
+    features: &str,
+    programs: &[&str],
+) -> Result<PathBuf, BuildError> {
     let root = root().map_err(BuildError::NoCheckout)?;
     let toolchain = match board {
         Board::Qemu => setup::ensure().map_err(BuildError::Missing)?,
-        Board::Native => Toolchain::Current,
+        Board::Native | Board::Wasm => Toolchain::Current,
     };
     let mut folder = root.join("target").join(match toolchain {
         Toolchain::Current => "nodes",
         Toolchain::Distribution => "nodes-distribution",
     });
-    let output = command(board, toolchain, programs, &folder)
+    let output = command(board, toolchain, &folder)
+        .args(["--features", features])
+        .args(programs.iter().flat_map(|program| ["--bin", program]))
         .current_dir(root)
         .output()
         .map_err(BuildError::Cargo)?;
@@ -31,14 +37,21 @@ pub(super) fn folder_of(board: Board, programs: &[&str]) -> Result<PathBuf, Buil
         let output = last_lines(&String::from_utf8_lossy(&output.stderr));
         return Err(BuildError::Failed { board, output });
     }
-    if board == Board::Qemu {
-        folder.push(TARGET);
-    }
+    folder.extend(target(board));
     folder.push("firmware");
     Ok(folder)
 }
 
-fn command(board: Board, toolchain: Toolchain, programs: &[&str], target_folder: &Path) -> Command {
+/// Compiler target of the board's programs; `None` for the host.
+fn target(board: Board) -> Option<&'static str> {
+    match board {
+        Board::Qemu => Some(TARGET),
+        Board::Native => None,
+        Board::Wasm => Some("wasm32-unknown-unknown"),
+    }
+}
+
+fn command(board: Board, toolchain: Toolchain, target_folder: &Path) -> Command {
     let cargo = match toolchain {
         Toolchain::Current => env::var_os("CARGO").unwrap_or_else(|| "cargo".into()),
         Toolchain::Distribution => DISTRIBUTION_CARGO.into(),
@@ -51,14 +64,11 @@ fn command(board: Board, toolchain: Toolchain, programs: &[&str], target_folder:
     }
     command.arg("build");
     command.args(["--package", "tautrack-firmware"]);
-    for program in programs {
-        command.args(["--bin", program]);
-    }
     command
         .args(["--locked", "--profile", "firmware", "--target-dir"])
         .arg(target_folder);
-    if board == Board::Qemu {
-        command.args(["--target", TARGET, "--features", "mps2"]);
+    if let Some(target) = target(board) {
+        command.args(["--target", target]);
     }
     if toolchain == Toolchain::Distribution {
         // The distribution's compiler is a stable one. It builds the library of another target only

@@ -1,5 +1,5 @@
-//! Builds the node programs, for the emulated board or for the host, and identifies them by their
-//! hashes.
+//! Builds the node programs, for the emulated board, the host or WebAssembly, and identifies
+//! them by their hashes.
 //!
 //! `program` describes a program, `cargo` calls cargo, `error` lists the errors. [`setup`] installs
 //! what the build needs.
@@ -25,12 +25,12 @@ use program::program;
 /// # Errors
 /// [`BuildError`], with cargo's last lines if the build fails.
 pub fn build(board: Board, guard: &str) -> Result<Programs, BuildError> {
-    let folder = folder_of(board, &["axle", "screw", guard])?;
+    let folder = folder_of(board, board.feature(), &["axle", "screw", guard])?;
     Ok(Programs {
         board,
-        axle: program(&folder, "axle")?,
-        screw: program(&folder, "screw")?,
-        guard: program(&folder, guard)?,
+        axle: program(board, &folder, "axle")?,
+        screw: program(board, &folder, "screw")?,
+        guard: program(board, &folder, guard)?,
     })
 }
 
@@ -40,9 +40,9 @@ pub fn build(board: Board, guard: &str) -> Result<Programs, BuildError> {
 /// # Errors
 /// The same as [`build`].
 pub fn instruments() -> Result<Instruments, BuildError> {
-    let folder = folder_of(Board::Qemu, &["cost", "ticks"])?;
+    let folder = folder_of(Board::Qemu, "cost", &["cost", "ticks"])?;
     Ok(Instruments {
-        cost: program(&folder, "cost")?,
-        ticks: program(&folder, "ticks")?,
+        cost: program(Board::Qemu, &folder, "cost")?,
+        ticks: program(Board::Qemu, &folder, "ticks")?,
     })
 }

@@ -11,8 +11,20 @@ use std::path::{Path, PathBuf};
 pub enum Board {
     /// The Cortex-M4F that QEMU emulates. All published results are obtained with it.
     Qemu,
-    /// The host itself, for sweeps, fuzzing and debuggers.
+    /// The host itself, for fuzzing and debuggers: a process for each node.
     Native,
+    /// WebAssembly modules in the simulator's process, for sweeps: the fastest nodes.
+    Wasm,
+}
+
+impl Board {
+    /// Feature of the firmware that selects the board; empty if the target selects it.
+    pub(super) fn feature(self) -> &'static str {
+        match self {
+            Self::Qemu => "mps2",
+            Self::Native | Self::Wasm => "",
+        }
+    }
 }
 
 /// Node program.
@@ -46,8 +58,11 @@ pub struct Instruments {
     pub ticks: Program,
 }
 
-pub(super) fn program(folder: &Path, role: &str) -> Result<Program, BuildError> {
-    let path = folder.join(role);
+pub(super) fn program(board: Board, folder: &Path, role: &str) -> Result<Program, BuildError> {
+    let mut path = folder.join(role);
+    if board == Board::Wasm {
+        path.set_extension("wasm");
+    }
     match fs::read(&path) {
         Ok(bytes) => Ok(Program {
             path,

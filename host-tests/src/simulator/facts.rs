@@ -29,7 +29,7 @@ pub struct NodeFacts {
     pub name: NodeName,
     /// Role of the program: `axle`, `screw` or `guard`.
     pub role: String,
-    /// Board of the program: `mps2` or `native`.
+    /// Board of the program: `mps2`, `native` or `wasm`.
     pub board: String,
     /// `CANopen` node id.
     pub node_id: u8,

@@ -67,7 +67,7 @@ fn the_centre_of_gravity_is_the_plants_with_and_without_payload() {
                 }
             })
             .collect();
-        let balance = Balance::new(&scenario, &samples);
+        let balance = Balance::over(&scenario, &samples);
         for (sample, moment) in samples.iter().zip(&balance.moments).skip(1).take(48) {
             let truth = &sample.truth;
             let along = |point: [f64; 3]| {
@@ -91,7 +91,7 @@ fn an_acceleration_moves_the_zero_moment_point_as_newton_says() {
     // gravity, so its force must act h a / g further behind.
     let (acceleration, height) = (0.5, 0.08);
     let samples = samples(2, |time| [0.5 * acceleration * time * time, 0.0, height]);
-    let balance = Balance::new(&staircase(|_| {}), &samples);
+    let balance = Balance::over(&staircase(|_| {}), &samples);
     let moment = balance.moments[100].unwrap();
     // The front's centres of mass are off its line by at most a millimetre in all.
     let expected = -acceleration * height / 9.81;
@@ -118,9 +118,9 @@ fn figures_are_means_and_peaks_over_the_climb_in_percent_of_the_length() {
         sample.truth.pitch = rise - fall;
         sample.truth.cog = [sample.truth.axle_1[0] + 0.26, 0.0, 0.1];
     }
-    let balance = Balance::new(&scenario, &samples);
+    let balance = Balance::over(&scenario, &samples);
     let figures = balance.figures.unwrap();
-    let [first, middle, last] = &balance.areas;
+    let [first, middle, last] = balance.areas.map(|area| area.samples);
     assert_eq!((first.end, middle.end), (middle.start, last.start));
     let at = |index: usize| samples[index].truth.cog[0];
     assert!((at(first.end) - 1.6).abs() < 2e-3 && (at(middle.end) - 2.44).abs() < 2e-3);
@@ -150,9 +150,9 @@ fn level_ground_and_no_samples_have_no_figures() {
         description.expect = tautrack_host_tests::scenario::Expect::default();
     });
     assert!(
-        Balance::new(&flat, &samples(1, |time| [time, 0.0, 0.05]))
+        Balance::over(&flat, &samples(1, |time| [time, 0.0, 0.05]))
             .figures
             .is_none()
     );
-    assert!(Balance::new(&staircase(|_| {}), &[]).figures.is_none());
+    assert!(Balance::over(&staircase(|_| {}), &[]).figures.is_none());
 }

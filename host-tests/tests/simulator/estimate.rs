@@ -9,7 +9,7 @@ use tautrack::estimate::nmea::{Gga, Place, Reader, Refusal, Rmc, Sentence};
 use tautrack::estimate::position::{
     FIRST_FIXES, Fix, GATE, JUMP_FIXES, LEAST_GAIN, Plane, Position, Verdict,
 };
-use tautrack::estimate::state::{Estimator, Validity};
+use tautrack::estimate::state::{Estimator, Joint, Validity};
 use tautrack::sensors::BodySensors;
 use tautrack::settings::Settings;
 use tautrack::stability::attitude::Attitude;
@@ -503,7 +503,10 @@ proptest! {
         for (step, bytes) in (0..).zip(&chunks) {
             estimator.listen(bytes, step * 1_000);
         }
-        let state = estimator.state(&Attitude::default(), chunks.len() as u64 * 1_000);
+        let end_us = chunks.len() as u64 * 1_000;
+        let attitude = Attitude::default();
+        estimator.advance(0, None, [Joint::default(); 2], &attitude, end_us);
+        let state = estimator.state(&attitude, end_us);
         prop_assert!(state.iter().all(|reading| reading.validity == Validity::Invalid && reading.value == 0.0));
     }
 
@@ -522,7 +525,9 @@ proptest! {
             bytes[place] = byte;
         }
         estimator.listen(&bytes, 10_000_000);
-        let state = estimator.state(&Attitude::default(), 10_000_000);
+        let attitude = Attitude::default();
+        estimator.advance(0, None, [Joint::default(); 2], &attitude, 10_000_000);
+        let state = estimator.state(&attitude, 10_000_000);
         prop_assert!(state[..3].iter().all(|reading| reading.value.abs() <= GATE), "{state:?}");
     }
 }

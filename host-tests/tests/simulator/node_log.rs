@@ -9,7 +9,7 @@ use tautrack::settings::Setting;
 use tautrack_host_tests::programs::Board;
 use tautrack_host_tests::robots::b2p2::nodes as b2p2;
 use tautrack_host_tests::robots::{Kind, NodeName};
-use tautrack_host_tests::simulator::run::process::Node;
+use tautrack_host_tests::simulator::run::node::Node;
 
 const NODE: u8 = 4;
 

@@ -1,7 +1,8 @@
 //! Reads GGA and RMC sentences of NMEA 0183 byte by byte, without allocation and without floats.
 //!
 //! A sentence counts only if its checksum is right. Refused sentences are counted by reason. No
-//! input makes this module panic.
+//! input makes this module panic. Each field is read when it ends, so that the work is spread over
+//! the time in which the sentence arrives.
 
 /// Maximum number of bytes between `$` and the end of the line. The standard allows 79; receivers
 /// with many decimals send more.
@@ -102,12 +103,44 @@ impl Counts {
     }
 }
 
+/// Number of fields that are used, with the address: GGA has the most.
+const FIELDS: usize = 11;
+
+/// Kind of a sentence, from its address.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+enum Kind {
+    Gga,
+    Rmc,
+    Other,
+    /// The address does not begin with a talker.
+    Invalid,
+}
+
+/// A field of a sentence.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+enum Field {
+    Missing,
+    Empty,
+    Invalid,
+    /// Its value in the unit of [`Gga`] or [`Rmc`].
+    Value(i32),
+}
+
 /// Finds sentences in the bytes of a serial line.
 #[derive(Clone, Debug)]
 pub struct Reader {
     text: [u8; LONGEST],
     length: usize,
     inside: bool,
+    kind: Kind,
+    fields: Fields,
+    /// Number and first byte of the field that is arriving. The address is field 0.
+    number: usize,
+    start: usize,
+    /// Checksum of the bytes so far.
+    sum: u8,
+    /// Place of the last `*`, and the checksum of the bytes before it.
+    star: Option<(usize, u8)>,
     counts: Counts,
 }
 
@@ -117,6 +150,12 @@ impl Default for Reader {
             text: [0; LONGEST],
             length: 0,
             inside: false,
+            kind: Kind::Invalid,
+            fields: Fields([Field::Missing; FIELDS]),
+            number: 0,
+            start: 0,
+            sum: 0,
+            star: None,
             counts: Counts::default(),
         }
     }
@@ -128,11 +167,42 @@ impl Reader {
     ///
     /// All bytes are allowed. Bytes between sentences are ignored, and so are valid sentences of
     /// other kinds.
+    #[inline]
     pub fn push(&mut self, byte: u8) -> Option<Result<Sentence, Refusal>> {
+        // Most bytes are letters, digits and points, which end neither a field nor a sentence.
+        if matches!(byte, b'-'..=b'~') && (!self.inside || self.store(byte)) {
+            return None;
+        }
+        if byte == b',' && self.inside && self.length < LONGEST {
+            self.end_field();
+            self.number += 1;
+            self.start = self.length + 1;
+            self.store(byte);
+            return None;
+        }
+        self.push_end(byte)
+    }
+
+    /// Adds a byte to the sentence; returns whether there is room.
+    #[inline]
+    fn store(&mut self, byte: u8) -> bool {
+        let place = self.text.get_mut(self.length);
+        let room = place.is_some();
+        if let Some(place) = place {
+            *place = byte;
+            self.sum ^= byte;
+            self.length += 1;
+        }
+        room
+    }
+
+    /// Takes a byte that may begin or end a sentence, or that has no room.
+    #[inline(never)]
+    fn push_end(&mut self, byte: u8) -> Option<Result<Sentence, Refusal>> {
         let found = match byte {
             b'$' => {
                 let cut_short = core::mem::replace(&mut self.inside, true);
-                self.length = 0;
+                self.begin();
                 if !cut_short {
                     return None;
                 }
@@ -141,12 +211,15 @@ impl Reader {
             _ if !self.inside => return None,
             b'\r' | b'\n' => {
                 self.inside = false;
-                parse(self.text.get(..self.length)?)
+                self.end()
             }
             b' '..=b'~' => {
-                if let Some(place) = self.text.get_mut(self.length) {
-                    *place = byte;
-                    self.length += 1;
+                if byte == b'*' {
+                    // If another one follows, this one is part of the field, which is read again.
+                    self.end_field();
+                    self.star = Some((self.length, self.sum));
+                }
+                if self.store(byte) {
                     return None;
                 }
                 self.inside = false;
@@ -177,168 +250,215 @@ impl Reader {
     }
 }
 
-/// Parses `text`, which is what stands between `$` and the end of the line. `None` for a valid
-/// sentence of another kind.
-#[inline(never)]
-fn parse(text: &[u8]) -> Result<Option<Sentence>, Refusal> {
-    let star = text.iter().rposition(|byte| *byte == b'*');
-    let parts = star.and_then(|star| text.split_at_checked(star));
-    let Some((body, &[_, high, low])) = parts else {
-        return Err(Refusal::NoChecksum);
-    };
-    let digits = hexadecimal(high).zip(hexadecimal(low));
-    let told = digits.map(|(high, low)| high << 4 | low);
-    let told = told.ok_or(Refusal::NoChecksum)?;
-    let computed = body.iter().fold(0, |sum, byte| sum ^ byte);
-    if told != computed {
-        return Err(Refusal::Checksum { told, computed });
+impl Reader {
+    fn begin(&mut self) {
+        (self.length, self.number, self.start) = (0, 0, 0);
+        (self.sum, self.star) = (0, None);
+        self.kind = Kind::Invalid;
+        self.fields = Fields([Field::Missing; FIELDS]);
     }
-    let fields = Fields(body);
-    let &[first, second, ref kind @ ..] = fields.text(0)? else {
-        return Err(Refusal::Field(0));
-    };
-    let talker = |byte: u8| byte.is_ascii_uppercase() || byte.is_ascii_digit();
-    if !talker(first) || !talker(second) {
-        return Err(Refusal::Field(0));
-    }
-    match kind {
-        b"GGA" => gga(&fields).map(|gga| Some(Sentence::Gga(gga))),
-        b"RMC" => rmc(&fields).map(|rmc| Some(Sentence::Rmc(rmc))),
-        _ => Ok(None),
-    }
-}
 
-#[inline(never)]
-fn gga(fields: &Fields) -> Result<Gga, Refusal> {
-    let quality = fields.required(6, |text| match text {
-        [digit @ b'0'..=b'8'] => Some(digit - b'0'),
-        _ => None,
-    })?;
-    let altitude_mm = fields.optional(9, |text| decimal(text, 3))?;
-    if altitude_mm.is_some() && fields.text(10)? != b"M" {
-        return Err(Refusal::Field(10));
-    }
-    Ok(Gga {
-        time_ms: fields.optional(1, time)?,
-        place: if quality == 0 {
-            None
-        } else {
-            Some(fields.place(2)?)
-        },
-        altitude_mm,
-        quality,
-        satellites: fields.optional(7, |text| decimal(text, 0)?.try_into().ok())?,
-        dilution: fields.optional(8, |text| decimal(text, 2)?.try_into().ok())?,
-    })
-}
-
-#[inline(never)]
-fn rmc(fields: &Fields) -> Result<Rmc, Refusal> {
-    let valid = fields.required(2, |text| match text {
-        b"A" => Some(true),
-        b"V" => Some(false),
-        _ => None,
-    })?;
-    Ok(Rmc {
-        time_ms: fields.optional(1, time)?,
-        place: if valid { Some(fields.place(3)?) } else { None },
-        speed_mm_s: fields.optional(7, |text| {
-            // A knot is 1852 m/h.
-            let knots_e3 = u32::try_from(decimal(text, 3)?).ok()?;
-            Some(knots_e3.checked_mul(463)? / 900)
-        })?,
-        course: fields.optional(8, |text| {
-            let course = u16::try_from(decimal(text, 2)?).ok()?;
-            (course <= 36_000).then_some(course)
-        })?,
-    })
-}
-
-/// The fields of a sentence, which commas separate. Field 0 is the address.
-struct Fields<'a>(&'a [u8]);
-
-impl<'a> Fields<'a> {
+    /// Reads the field that has arrived.
     #[inline(never)]
-    fn text(&self, number: u8) -> Result<&'a [u8], Refusal> {
-        let mut fields = self.0.split(|byte| *byte == b',');
-        fields
-            .nth(usize::from(number))
-            .ok_or(Refusal::Field(number))
-    }
-
-    fn required<T>(&self, number: u8, read: impl FnOnce(&[u8]) -> Option<T>) -> Result<T, Refusal> {
-        read(self.text(number)?).ok_or(Refusal::Field(number))
-    }
-
-    fn optional<T>(
-        &self,
-        number: u8,
-        read: impl FnOnce(&[u8]) -> Option<T>,
-    ) -> Result<Option<T>, Refusal> {
-        if self.text(number)?.is_empty() {
-            return Ok(None);
+    fn end_field(&mut self) {
+        let text = self.text.get(self.start..self.length).unwrap_or_default();
+        if self.number == 0 {
+            self.kind = Kind::of(text);
+        } else if let Some(field) = self.fields.0.get_mut(self.number) {
+            *field = self.kind.read(self.number, text);
         }
-        self.required(number, read).map(Some)
     }
 
-    /// Reads latitude, its hemisphere, longitude and its hemisphere from field `first` on.
+    /// Returns the sentence that has ended; `None` if it is valid and of another kind.
     #[inline(never)]
-    fn place(&self, first: u8) -> Result<Place, Refusal> {
-        let side = |number, positive: u8, negative: u8| {
-            self.required(number, |text| match text {
-                [letter] if *letter == positive => Some(1),
-                [letter] if *letter == negative => Some(-1),
-                _ => None,
-            })
+    fn end(&self) -> Result<Option<Sentence>, Refusal> {
+        let (star, computed) = self.star.ok_or(Refusal::NoChecksum)?;
+        let Some(&[_, high, low]) = self.text.get(star..self.length) else {
+            return Err(Refusal::NoChecksum);
         };
-        let latitude = self.required(first, |text| degrees(text, 2, 90))?;
-        let longitude = self.required(first + 2, |text| degrees(text, 3, 180))?;
-        Ok(Place {
-            latitude: latitude * side(first + 1, b'N', b'S')?,
-            longitude: longitude * side(first + 3, b'E', b'W')?,
+        let digits = hexadecimal(high).zip(hexadecimal(low));
+        let told = digits.map(|(high, low)| high << 4 | low);
+        let told = told.ok_or(Refusal::NoChecksum)?;
+        if told != computed {
+            return Err(Refusal::Checksum { told, computed });
+        }
+        match self.kind {
+            Kind::Gga => self.fields.gga().map(|gga| Some(Sentence::Gga(gga))),
+            Kind::Rmc => self.fields.rmc().map(|rmc| Some(Sentence::Rmc(rmc))),
+            Kind::Other => Ok(None),
+            Kind::Invalid => Err(Refusal::Field(0)),
+        }
+    }
+}
+
+impl Kind {
+    fn of(address: &[u8]) -> Self {
+        let talker = |byte: &u8| byte.is_ascii_uppercase() || byte.is_ascii_digit();
+        match address {
+            [first, second, kind @ ..] if talker(first) && talker(second) => match kind {
+                b"GGA" => Self::Gga,
+                b"RMC" => Self::Rmc,
+                _ => Self::Other,
+            },
+            _ => Self::Invalid,
+        }
+    }
+
+    /// Reads the text of a field.
+    fn read(self, number: usize, text: &[u8]) -> Field {
+        if text.is_empty() {
+            return Field::Empty;
+        }
+        let value = match (self, number) {
+            (Self::Gga | Self::Rmc, 1) => time(text),
+            (Self::Gga, 2) | (Self::Rmc, 3) => degrees(text, 2, 90),
+            (Self::Gga, 4) | (Self::Rmc, 5) => degrees(text, 3, 180),
+            (Self::Gga, 3) | (Self::Rmc, 4) => sign(text, b"N", b"S"),
+            (Self::Gga, 5) | (Self::Rmc, 6) => sign(text, b"E", b"W"),
+            (Self::Gga, 6) => match text {
+                [digit @ b'0'..=b'8'] => Some(i32::from(digit - b'0')),
+                _ => None,
+            },
+            (Self::Gga, 7) => decimal(text, 0).filter(|count| (0..=0xff).contains(count)),
+            (Self::Gga, 8) => decimal(text, 2).filter(|dilution| (0..=0xffff).contains(dilution)),
+            (Self::Gga, 9) => decimal(text, 3),
+            (Self::Gga, 10) => (text == b"M").then_some(1),
+            (Self::Rmc, 2) => sign(text, b"A", b"V"),
+            (Self::Rmc, 7) => decimal(text, 3).and_then(speed),
+            (Self::Rmc, 8) => decimal(text, 2).filter(|course| (0..=36_000).contains(course)),
+            _ => return Field::Missing,
+        };
+        value.map_or(Field::Invalid, Field::Value)
+    }
+}
+
+/// The fields of a sentence. Field 0, the address, is not among them.
+#[derive(Clone, Copy, Debug)]
+struct Fields([Field; FIELDS]);
+
+impl Fields {
+    fn gga(&self) -> Result<Gga, Refusal> {
+        let quality = self.required(6)? as u8;
+        let altitude_mm = self.optional(9)?;
+        if altitude_mm.is_some() {
+            self.required(10)?;
+        }
+        Ok(Gga {
+            time_ms: self.optional(1)?.map(|time| time as u32),
+            place: if quality == 0 {
+                None
+            } else {
+                Some(self.place(2)?)
+            },
+            altitude_mm,
+            quality,
+            satellites: self.optional(7)?.map(|count| count as u8),
+            dilution: self.optional(8)?.map(|dilution| dilution as u16),
         })
+    }
+
+    fn rmc(&self) -> Result<Rmc, Refusal> {
+        let valid = self.required(2)? > 0;
+        Ok(Rmc {
+            time_ms: self.optional(1)?.map(|time| time as u32),
+            place: if valid { Some(self.place(3)?) } else { None },
+            speed_mm_s: self.optional(7)?.map(|speed| speed as u32),
+            course: self.optional(8)?.map(|course| course as u16),
+        })
+    }
+
+    /// Latitude, its hemisphere, longitude and its hemisphere from field `first` on.
+    fn place(&self, first: u8) -> Result<Place, Refusal> {
+        let (latitude, longitude) = (self.required(first)?, self.required(first + 2)?);
+        Ok(Place {
+            latitude: latitude * self.required(first + 1)?,
+            longitude: longitude * self.required(first + 3)?,
+        })
+    }
+
+    fn required(&self, number: u8) -> Result<i32, Refusal> {
+        match self.0.get(usize::from(number)) {
+            Some(Field::Value(value)) => Ok(*value),
+            _ => Err(Refusal::Field(number)),
+        }
+    }
+
+    fn optional(&self, number: u8) -> Result<Option<i32>, Refusal> {
+        match self.0.get(usize::from(number)) {
+            Some(Field::Empty) => Ok(None),
+            _ => self.required(number).map(Some),
+        }
     }
 }
 
 /// Returns the value of a hexadecimal digit.
-#[inline(never)]
 fn hexadecimal(digit: u8) -> Option<u8> {
     (digit as char).to_digit(16).map(|value| value as u8)
 }
 
-/// Reads digits with an optional sign and fraction, in units of 10^-`places`. Further decimals are
-/// rounded.
+/// Returns 1 or -1.
+fn sign(text: &[u8], positive: &[u8; 1], negative: &[u8; 1]) -> Option<i32> {
+    if text == positive {
+        Some(1)
+    } else {
+        (text == negative).then_some(-1)
+    }
+}
+
+/// Converts 0.001 knots to mm/s. A knot is 1852 m/h.
+fn speed(knots_e3: i32) -> Option<i32> {
+    let scaled = u32::try_from(knots_e3).ok()?.checked_mul(463)?;
+    Some((scaled / 900) as i32)
+}
+
+/// Powers of ten, by their exponent.
+const POWERS: [u32; 8] = [1, 10, 100, 1_000, 10_000, 100_000, 1_000_000, 10_000_000];
+
+/// Reads digits with an optional sign and fraction, in units of 10^-`places`, at most seven. Further
+/// decimals are rounded.
 #[inline(never)]
-fn decimal(text: &[u8], places: u32) -> Option<i32> {
-    let (negative, digits) = match text {
+fn decimal(text: &[u8], places: usize) -> Option<i32> {
+    let (negative, text) = match text {
         [b'-', rest @ ..] => (true, rest),
         _ => (false, text),
     };
-    let mut parts = digits.split(|byte| *byte == b'.');
-    let (whole, fraction) = (parts.next()?, parts.next().unwrap_or(b""));
-    if parts.next().is_some() || whole.len() + fraction.len() == 0 {
+    let (whole, fraction) = leading_digits(0, text)?;
+    let decimals = match fraction {
+        [] => fraction,
+        [b'.', decimals @ ..] => decimals,
+        _ => return None,
+    };
+    if text.len() == fraction.len() && decimals.is_empty() {
         return None;
     }
-    let mut value = 0_i64;
-    for digit in whole {
-        // Bounded, so that the decimals after it cannot overflow.
-        value = (value * 10 + digit_value(*digit)?).min(1 << 40);
+    let (kept, rest) = decimals.split_at_checked(places).unwrap_or((decimals, &[]));
+    let (value, other) = leading_digits(whole, kept)?;
+    if !other.is_empty() || !rest.iter().all(u8::is_ascii_digit) {
+        return None;
     }
-    for place in 0..places as usize {
-        let digit = fraction.get(place).map_or(Some(0), |d| digit_value(*d))?;
-        value = (value * 10 + digit).min(1 << 40);
+    let missing = POWERS.get(places - kept.len())?;
+    let rounded = u32::from(rest.first().is_some_and(|digit| *digit >= b'5'));
+    let value = value.checked_mul(*missing)?.checked_add(rounded)?;
+    if negative {
+        0_i32.checked_sub_unsigned(value)
+    } else {
+        i32::try_from(value).ok()
     }
-    let rest = fraction.get(places as usize..).unwrap_or(b"");
-    for (place, digit) in rest.iter().enumerate() {
-        let digit = digit_value(*digit)?;
-        value += i64::from(place == 0 && digit >= 5);
-    }
-    i32::try_from(if negative { -value } else { value }).ok()
 }
 
-#[inline(never)]
-fn digit_value(digit: u8) -> Option<i64> {
-    digit.is_ascii_digit().then(|| i64::from(digit - b'0'))
+/// Appends the digits at the beginning of `text` to `value`; returns the rest of the text, too.
+#[inline]
+fn leading_digits(mut value: u32, text: &[u8]) -> Option<(u32, &[u8])> {
+    let mut rest = text;
+    while let [byte, tail @ ..] = rest {
+        let digit = byte.wrapping_sub(b'0');
+        if digit > 9 {
+            break;
+        }
+        value = value.checked_mul(10)?.checked_add(u32::from(digit))?;
+        rest = tail;
+    }
+    Some((value, rest))
 }
 
 /// Reads an angle as 1e-7 degree, rounded: degrees in `wide` digits, minutes in two digits, and the
@@ -352,17 +472,20 @@ fn degrees(text: &[u8], wide: usize, most: i32) -> Option<i32> {
     if !matches!(fraction, [] | [b'.', ..]) || degrees.first() == Some(&b'-') {
         return None;
     }
-    let value = decimal(degrees, 0)? * 10_000_000 + (decimal(minutes, 7)? + 30) / 60;
+    let degrees = decimal(degrees, 0).filter(|degrees| *degrees <= most)?;
+    let value = degrees * 10_000_000 + (decimal(minutes, 7)? + 30) / 60;
     (value <= most * 10_000_000).then_some(value)
 }
 
 /// Reads `hhmmss` with an optional fraction, as ms of the day.
 #[inline(never)]
-fn time(text: &[u8]) -> Option<u32> {
+fn time(text: &[u8]) -> Option<i32> {
     let (hours, rest) = text.split_at_checked(2)?;
     let (minutes, seconds) = rest.split_at_checked(2)?;
     let two = |text: &[u8]| match text {
-        [b'0'..=b'9', b'0'..=b'9'] => u32::try_from(decimal(text, 0)?).ok(),
+        [tens @ b'0'..=b'9', ones @ b'0'..=b'9'] => {
+            Some(10 * i32::from(tens - b'0') + i32::from(ones - b'0'))
+        }
         _ => None,
     };
     let &[b'0'..=b'9', b'0'..=b'9', ref fraction @ ..] = seconds else {
@@ -371,8 +494,7 @@ fn time(text: &[u8]) -> Option<u32> {
     if !matches!(fraction, [] | [b'.', ..]) {
         return None;
     }
-    let (hours, minutes) = (two(hours)?, two(minutes)?);
-    let milliseconds = u32::try_from(decimal(seconds, 3)?).ok()?;
+    let (hours, minutes, milliseconds) = (two(hours)?, two(minutes)?, decimal(seconds, 3)?);
     // A leap second is second 60.
     (hours < 24 && minutes < 60 && milliseconds < 61_000)
         .then(|| (hours * 60 + minutes) * 60_000 + milliseconds)

@@ -100,6 +100,8 @@ pub struct Estimator {
     odometry_um: Option<i32>,
     reckoned_us: Option<u64>,
     joints: [Joint; 2],
+    /// Newest fix and when it was received, us, until the position is updated.
+    fix: Option<(Fix, u64)>,
     /// Speed over ground, m/s, and course, until `take_speed` takes them.
     velocity: Option<(f32, Angle)>,
 }
@@ -118,6 +120,7 @@ impl Estimator {
             odometry_um: None,
             reckoned_us: None,
             joints: [Joint::default(); 2],
+            fix: None,
             velocity: None,
         }
     }
@@ -149,14 +152,16 @@ impl Estimator {
         }
     }
 
-    /// Takes bytes from the GNSS receiver.
+    /// Takes bytes from the GNSS receiver. A fix changes the position at the next
+    /// [`Self::advance`], or when the next fix comes, so that no other tick has this work.
     pub fn listen(&mut self, bytes: &[u8], now_us: u64) {
         for byte in bytes {
             let Some(Ok(sentence)) = self.reader.push(*byte) else {
                 continue;
             };
             if let Some(fix) = Fix::from_sentence(&sentence) {
-                self.position.fix(&fix, now_us);
+                self.take_fix();
+                self.fix = Some((fix, now_us));
             }
             if let Sentence::Rmc(rmc) = sentence
                 && let (Some(_), Some(speed), Some(course)) =
@@ -165,6 +170,13 @@ impl Estimator {
                 let course = Angle::from_degrees(f32::from(course) * 0.01);
                 self.velocity = Some((speed as f32 * 1e-3, course));
             }
+        }
+    }
+
+    /// Corrects the position by the fix that waits.
+    fn take_fix(&mut self) {
+        if let Some((fix, received_us)) = self.fix.take() {
+            self.position.fix(&fix, received_us);
         }
     }
 
@@ -187,6 +199,7 @@ impl Estimator {
         attitude: &Attitude,
         now_us: u64,
     ) {
+        self.take_fix();
         self.joints = joints;
         let before = self.odometry_um.replace(odometry_um);
         let way = odometry_um.wrapping_sub(before.unwrap_or(odometry_um));

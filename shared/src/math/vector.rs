@@ -58,7 +58,9 @@ pub fn to_point_on_x<S: Scalar>(a: Vector<S>, length: S) -> Vector<S> {
     [S::ZERO, a[2] * length, -(a[1] * length)]
 }
 
-/// A coordinate frame: its axes and its origin in the coordinates of an outer frame.
+/// A coordinate frame: its axes and its origin in the coordinates of an outer frame. A C program
+/// finds them in memory in this order.
+#[repr(C)]
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct CoordinateFrame<S> {
     /// x, y and z axis: the columns of the rotation matrix.

@@ -1,6 +1,11 @@
-//! Sends and receives whole messages over a byte pipe.
+//! Carries messages between a [`Machine`] and a byte pipe.
 
-use tautrack::link::{FromNode, MAX_MESSAGE, ToNode};
+use super::machine::{End, Machine};
+use crate::roles::Role;
+use tautrack::link::MAX_MESSAGE;
+
+/// Bytes of the length in front of each message.
+const PREFIX: usize = 2;
 
 /// Byte pipe to and from the simulator.
 pub trait Pipe {
@@ -11,37 +16,28 @@ pub trait Pipe {
     fn write(&mut self, bytes: &[u8]) -> bool;
 }
 
-/// Sends and receives whole messages over a [`Pipe`]. A message has a length prefix of two bytes.
-pub(super) struct Link<'a, P> {
-    pub pipe: &'a mut P,
-    pub buffer: [u8; MAX_MESSAGE + 2],
-}
-
-impl<P: Pipe> Link<'_, P> {
-    pub fn receive(&mut self) -> Option<ToNode> {
-        let mut length = [0; 2];
-        if !self.pipe.read(&mut length) {
-            return None;
+/// Answers the messages of `pipe` until the node ends.
+pub fn run(board: &'static str, role: &'static Role, pipe: &mut impl Pipe) -> End {
+    let mut machine = Machine::new(board, role);
+    let mut buffer = [0; PREFIX + MAX_MESSAGE];
+    loop {
+        let (prefix, body) = buffer.split_at_mut(PREFIX);
+        if !pipe.read(prefix) {
+            return End::Finished;
         }
-        let message = self
-            .buffer
-            .get_mut(..usize::from(u16::from_le_bytes(length)))?;
-        if !self.pipe.read(message) {
-            return None;
+        let length = usize::from(u16::from_le_bytes([prefix[0], prefix[1]]));
+        let message = body.get_mut(..length);
+        if !message.is_some_and(|message| pipe.read(message)) {
+            return End::Finished;
         }
-        postcard::from_bytes(message).ok()
-    }
-
-    /// Sends `message`. Writes prefix and message at once, because each write costs a trap into the
-    /// emulator.
-    pub fn send(&mut self, message: &FromNode) -> bool {
-        let Some(body) = self.buffer.get_mut(2..) else {
-            return false;
+        let length = match machine.answer(body, length) {
+            Ok(length) => length,
+            Err(end) => return end,
         };
-        let Ok(length) = postcard::to_slice(message, body).map(|used| used.len()) else {
-            return false;
-        };
-        self.buffer[..2].copy_from_slice(&(length as u16).to_le_bytes());
-        self.pipe.write(&self.buffer[..length + 2])
+        prefix.copy_from_slice(&(length as u16).to_le_bytes());
+        // One write for prefix and message, because each costs a trap into the emulator.
+        if !pipe.write(&buffer[..PREFIX + length]) {
+            return End::Finished;
+        }
     }
 }

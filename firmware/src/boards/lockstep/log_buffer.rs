@@ -55,16 +55,14 @@ impl LogBuffer {
         }
     }
 
-    /// Removes and returns the oldest bytes, as many as fit into one answer.
-    pub fn take<const N: usize>(&mut self) -> Vec<u8, N> {
-        let mut taken = Vec::new();
+    /// Moves the oldest bytes to `taken`, as many as fit.
+    pub fn take<const N: usize>(&mut self, taken: &mut Vec<u8, N>) {
         while !taken.is_full() {
             let Some(byte) = self.bytes.pop_front() else {
                 break;
             };
             let _ = taken.push(byte); // cannot fail: see the loop's condition
         }
-        taken
     }
 
     /// Returns and clears the count of lost records. Returns 0 while the buffer holds bytes,
@@ -90,12 +88,11 @@ mod tests {
             buffer.write(&[7; 1_000]);
             buffer.end();
         }
-        assert_eq!(
-            (0..5)
-                .map(|_| buffer.take::<1_000>().len())
-                .collect::<std::vec::Vec<_>>(),
-            [1_000, 1_000, 1_000, 1_000, 0]
-        );
+        for length in [1_000, 1_000, 1_000, 1_000, 0] {
+            let mut taken = Vec::<u8, 1_000>::new();
+            buffer.take(&mut taken);
+            assert_eq!(taken.len(), length);
+        }
         assert_eq!(buffer.take_dropped(), 1);
         assert_eq!(buffer.take_dropped(), 0);
     }

@@ -46,8 +46,9 @@ pub(super) fn advance(
     let mut stepped = Stepped {
         shaft,
         frames: heapless::Vec::new(),
-        log: take_log(),
+        log: heapless::Vec::new(),
     };
+    take_log(&mut stepped.log);
     while !stepped.frames.is_full() {
         let Some(frame) = TRANSMIT.pop() else { break };
         let _ = stepped.frames.push(frame); // cannot fail: see the loop's condition
@@ -55,13 +56,13 @@ pub(super) fn advance(
     stepped
 }
 
-fn take_log<const N: usize>() -> heapless::Vec<u8, N> {
-    let (bytes, dropped) = critical_section::with(|cs| {
+fn take_log<const N: usize>(bytes: &mut heapless::Vec<u8, N>) {
+    let dropped = critical_section::with(|cs| {
         let mut log = LOG.borrow(cs).borrow_mut();
-        (log.take(), log.take_dropped())
+        log.take(bytes);
+        log.take_dropped()
     });
     if dropped > 0 {
         crate::logger::warn!("{} log records were lost", dropped);
     }
-    bytes
 }

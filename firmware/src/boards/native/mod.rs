@@ -2,10 +2,8 @@
 //! parameter sweeps, fuzzing, sanitizers and debuggers.
 
 use crate::boards::Board;
-use crate::boards::lockstep::log_buffer::LOG;
-use crate::boards::lockstep::{self, End, Pipe};
+use crate::boards::lockstep::{self, End, Pipe, text_log};
 use crate::roles::Role;
-use std::format;
 use std::io::{Read, Write};
 use tautrack::motor::bridge::Ratings;
 use tautrack::sensors::{BodySensors, Switches};
@@ -18,9 +16,7 @@ impl Board for Native {
     const POWER_STAGE: Ratings = lockstep::POWER_STAGE;
 
     fn run(role: &'static Role) -> ! {
-        // Fails only if a logger is set already, and nothing else sets one.
-        let _ = log::set_logger(&BufferedLogger);
-        log::set_max_level(log::LevelFilter::Info);
+        text_log::install();
         match lockstep::run(Self::NAME, role, &mut StandardStreams) {
             End::Finished => std::process::exit(0),
             End::Starved(starved) => {
@@ -62,24 +58,4 @@ impl Pipe for StandardStreams {
         let mut output = std::io::stdout().lock();
         output.write_all(bytes).is_ok() && output.flush().is_ok()
     }
-}
-
-struct BufferedLogger;
-
-impl log::Log for BufferedLogger {
-    fn enabled(&self, _: &log::Metadata) -> bool {
-        true
-    }
-
-    fn log(&self, record: &log::Record) {
-        let line = format!("{}: {}\n", record.level(), record.args());
-        critical_section::with(|cs| {
-            let mut buffer = LOG.borrow(cs).borrow_mut();
-            buffer.begin();
-            buffer.write(line.as_bytes());
-            buffer.end();
-        });
-    }
-
-    fn flush(&self) {}
 }

@@ -4,7 +4,7 @@ use super::container::Container;
 use super::messages::{drives, log_message};
 use super::scene;
 use super::schema::schema;
-use crate::simulator::facts::NodeFacts;
+use crate::robots::NodeName;
 use crate::simulator::record::{DriveState, Event, Level, Received, Sample};
 use crate::world::truth::Truth;
 use serde_json::{Value, json};
@@ -22,7 +22,7 @@ pub(super) struct Channels {
 }
 
 impl Channels {
-    pub fn new<W: Write>(log: &mut Container<W>, nodes: &[NodeFacts]) -> Self {
+    pub fn new<W: Write>(log: &mut Container<W>, nodes: &[NodeName]) -> Self {
         let mut channel = |topic: &str, name: &str, full: &Value, default: &Value| {
             log.channel(topic, name, &schema(full, default).to_string())
         };

@@ -177,7 +177,11 @@ impl<W: Write> Container<W> {
         Ok(())
     }
 
-    fn end_chunk(&mut self) -> io::Result<()> {
+    /// Writes the messages so far as a chunk. The next message begins a new one.
+    ///
+    /// # Errors
+    /// When the file cannot be written.
+    pub fn end_chunk(&mut self) -> io::Result<()> {
         let chunk = std::mem::take(&mut self.chunk);
         if chunk.records.is_empty() {
             return Ok(());

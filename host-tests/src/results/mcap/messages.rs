@@ -1,13 +1,13 @@
 //! Converts the samples, frames and events of a run to JSON messages.
 
-use super::container::Container;
+use crate::robots::NodeName;
 use crate::scenario::Scenario;
-use crate::simulator::facts::NodeFacts;
 use crate::simulator::record::{BusFrame, Event, Level, Sample};
 use crate::simulator::slcan::MAX_CLIENTS;
+use serde::Serialize;
 use serde_json::{Map, Value, json};
 use std::collections::BTreeMap;
-use std::io::{self, Write};
+use std::io;
 
 /// Metadata of the recording: name, seed, and the scenario as it ran, with changes from the command
 /// line.
@@ -23,8 +23,8 @@ pub(super) fn metadata(scenario: &Scenario) -> io::Result<BTreeMap<String, Strin
 }
 
 /// Names of the participants of the bus, by their number: nodes, operator, clients.
-pub(super) fn senders(nodes: &[NodeFacts]) -> Vec<String> {
-    let nodes = nodes.iter().map(|node| node.name.to_string());
+pub(super) fn senders(nodes: &[NodeName]) -> Vec<String> {
+    let nodes = nodes.iter().map(NodeName::to_string);
     let clients = (1..=MAX_CLIENTS).map(|client| format!("client_{client}"));
     nodes
         .chain(["operator".to_owned()])
@@ -32,26 +32,27 @@ pub(super) fn senders(nodes: &[NodeFacts]) -> Vec<String> {
         .collect()
 }
 
-pub(super) fn put_frame<W: Write>(
-    log: &mut Container<W>,
-    channel: u16,
-    sent: &BusFrame,
-    senders: &[String],
-) -> io::Result<()> {
-    let sender = senders.get(sent.sender).map_or("unknown", String::as_str);
-    let message = json!({ "sender": sender, "id": sent.frame.id(), "data": sent.frame.data() });
-    log.message(
-        channel,
-        sent.time_us * 1_000,
-        message.to_string().as_bytes(),
-    )
+/// A frame that the bus delivered.
+#[derive(Serialize)]
+pub(super) struct FrameMessage<'a> {
+    sender: &'a str,
+    id: u16,
+    data: &'a [u8],
+}
+
+pub(super) fn frame_message<'a>(sent: &'a BusFrame, senders: &'a [String]) -> FrameMessage<'a> {
+    FrameMessage {
+        sender: senders.get(sent.sender).map_or("unknown", String::as_str),
+        id: sent.frame.id(),
+        data: sent.frame.data(),
+    }
 }
 
 /// State of every drive by its node's name; a drive whose node has no power is left out.
-pub(super) fn drives(nodes: &[NodeFacts], sample: &Sample) -> Value {
+pub(super) fn drives(nodes: &[NodeName], sample: &Sample) -> Value {
     let named = nodes.iter().zip(&sample.drives);
     let states: Map<_, _> = named
-        .filter_map(|(node, state)| Some((node.name.to_string(), json!((*state)?))))
+        .filter_map(|(node, state)| Some((node.to_string(), json!((*state)?))))
         .collect();
     states.into()
 }

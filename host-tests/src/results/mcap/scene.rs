@@ -104,12 +104,25 @@ fn body(time_s: f64, shape: &BodyShape) -> Value {
     entity
 }
 
-/// Ground and bodies, drawn once at the beginning.
-pub fn still(plant: &dyn Plant, samples: &[Sample]) -> Value {
-    let time_s = samples.first().map_or(0.0, |sample| sample.time_s);
+/// Extent of a robot's path, m.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Extent([[f64; 2]; 2]);
+
+impl Extent {
+    /// Extends it to a place.
+    pub fn include(&mut self, place: [f64; 3]) {
+        for ([from, to], place) in self.0.iter_mut().zip(place) {
+            *from = f64::min(*from, place);
+            *to = f64::max(*to, place);
+        }
+    }
+}
+
+/// Ground and bodies, which are drawn once.
+pub fn still(plant: &dyn Plant, extent: &Extent) -> Value {
     let shapes = plant.bodies();
-    let bodies = shapes.iter().map(|shape| body(time_s, shape));
-    let ground = std::iter::once(ground(time_s, plant, samples));
+    let bodies = shapes.iter().map(|shape| body(0.0, shape));
+    let ground = std::iter::once(ground(plant, extent));
     update(&ground.chain(bodies).collect::<Vec<_>>())
 }
 
@@ -144,12 +157,9 @@ pub fn transforms(shapes: &[BodyShape], sample: &Sample) -> Value {
 }
 
 /// The ground around the robot's path, as triangles.
-fn ground(time_s: f64, plant: &dyn Plant, samples: &[Sample]) -> Value {
+fn ground(plant: &dyn Plant, extent: &Extent) -> Value {
     let lines = [0, 1].map(|axis: usize| {
-        let places = samples.iter().map(|sample| sample.truth.cog[axis]);
-        let [from, to] = places.fold([0.0, 0.0], |[from, to], place| {
-            [f64::min(from, place), f64::max(to, place)]
-        });
+        let [from, to] = extent.0[axis];
         let [from, to] = [from - AROUND, to + AROUND];
         let cell = f64::max(CELL, (to - from) / MOST_CELLS);
         let cells = ((to - from) / cell).ceil() as u32;
@@ -176,7 +186,7 @@ fn ground(time_s: f64, plant: &dyn Plant, samples: &[Sample]) -> Value {
             }
         }
     }
-    let mut entity = entity(time_s, WORLD, "ground");
+    let mut entity = entity(0.0, WORLD, "ground");
     entity["triangles"] = json!([{
         "pose": pose([0.0; 3], UPRIGHT), "points": points, "color": color(EARTH),
         "colors": [], "indices": indices,

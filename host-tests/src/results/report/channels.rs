@@ -4,55 +4,36 @@
 //! `front_left_load_n` is the curve "front left" of the plot "Load" in N: the last word is the
 //! unit, and the words of place name the curve.
 
+use super::columns::Column;
+use super::decimation::Span;
 use crate::results::channel::Channel;
 use crate::results::summary::{ChannelFigures, Summary};
-use crate::simulator::record::Sample;
 use serde_json::{Value, json};
-use std::collections::BTreeSet;
-
-/// A column of the page: name, value of one step, values. The page stores values as whole numbers
-/// of steps.
-pub type Column = (String, f64, Vec<Option<f64>>);
 
 /// Maximum number of curves in one plot: more cannot be told apart.
 const MOST_CURVES: usize = 8;
 
-/// Every name that occurs in any sample, in alphabetical order: a channel may be absent at first.
-fn names(samples: &[&Sample]) -> BTreeSet<&'static str> {
-    let names = samples
-        .iter()
-        .flat_map(|sample| sample.truth.channels.keys());
-    names.copied().collect()
+/// The column of a channel. One step is 10^-4 of the largest value's power of ten.
+pub(super) fn column(length: usize, spans: &[Span]) -> Column {
+    let ends = spans.iter().flat_map(|span| [span.least, span.most]);
+    let largest = ends.fold(1e-6, |most, value| f64::max(most, value.abs()));
+    Column::curve(
+        libm::exp10(libm::floor(libm::log10(largest)) - 4.0),
+        length,
+        spans,
+    )
 }
 
-/// The columns of all channels, and of the currents of `drives` drives.
-pub fn columns(samples: &[&Sample], drives: usize) -> Vec<Column> {
-    let channels = names(samples).into_iter().map(|name| {
-        let values = samples
-            .iter()
-            .map(|sample| sample.truth.channels.get(name).copied());
-        let values: Vec<_> = values.collect();
-        let largest = values
-            .iter()
-            .flatten()
-            .fold(1e-6, |most, value| f64::max(most, value.abs()));
-        // The step is 10^-4 of the largest value's power of ten.
-        let one = 10.0_f64.powf(largest.log10().floor() - 4.0);
-        (name.to_owned(), one, values)
-    });
-    let currents = (0..drives).map(|drive| {
-        let values = samples
-            .iter()
-            .map(|sample| sample.received.currents.get(drive).copied());
-        (current(drive), 0.01, values.collect())
-    });
-    channels.chain(currents).collect()
+/// The column of a drive's current, with its name.
+pub(super) fn current_column(drive: usize, length: usize, spans: &[Span]) -> (String, Column) {
+    (current(drive), Column::curve(0.01, length, spans))
 }
 
-/// The plots of a robot's channels and of its drives' currents, in the form that the page reads.
-pub fn plots(samples: &[&Sample], drives: &[&str]) -> Vec<Value> {
+/// The plots of a robot's channels, in alphabetical order, and of its drives' currents, in the form
+/// that the page reads.
+pub(super) fn plots<'a>(names: impl Iterator<Item = &'a str>, drives: &[&str]) -> Vec<Value> {
     let mut groups: Vec<(Channel, Vec<Value>)> = Vec::new();
-    for name in names(samples) {
+    for name in names {
         let channel = Channel::new(name);
         let label = if channel.place.is_empty() {
             "truth"

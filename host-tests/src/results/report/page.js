@@ -1,13 +1,22 @@
 // Unpacks the data, fills the page, and plays the run.
 const run = JSON.parse(document.getElementById("data").textContent);
+// A series has the first value of each interval of samples. Where an interval has several samples,
+// `least` and `most` have the minimum and the maximum of all their values.
 run.series = {};
+run.least = {};
+run.most = {};
 for (const name in run.columns) {
-  const { one, values } = run.columns[name];
-  run.series[name] = values.map(value => value === null ? null : value * one);
+  const { one, values, below, above } = run.columns[name];
+  const scaled = offset => values.map((value, i) => value === null ? null : (value + offset(i)) * one);
+  run.series[name] = scaled(() => 0);
+  run.least[name] = below ? scaled(i => -below[i]) : run.series[name];
+  run.most[name] = above ? scaled(i => above[i]) : run.series[name];
 }
 const byId = id => document.getElementById(id);
 // ZMP minus CoG in percent of the robot's length.
-for (const name of ["zmpOff", "zmpOffSmoothed"]) if (run.series[name]) run.series[name] = run.series[name].map(value => value === null ? null : value / run.length * 100);
+for (const name of ["zmpOff", "zmpOffSmoothed"]) for (const series of [run.series, run.least, run.most]) {
+  if (series[name]) series[name] = series[name].map(value => value === null ? null : value / run.length * 100);
+}
 // Removes the sign of a zero, and writes other negative numbers with a minus sign.
 const minus = text => text.replace(/-(0(?:\.0+)?)(?![\d.])/, "$1").replace("-", "−");
 const summary = run.summary, count = run.series.t.length;

@@ -5,9 +5,10 @@
 //! the centre of gravity moved along the heading; its vertical axis is the world's z. So a robot
 //! that drives a loop stays in the picture, above the ground on which it stands.
 
-use crate::simulator::record::Sample;
+use super::columns::steps;
 use crate::world::Plant;
-use serde_json::{Value, json};
+use crate::world::truth::Truth;
+use serde::Serialize;
 
 /// Distance between the points at which the ground's height is sampled, m.
 const GROUND_STEP: f64 = 0.04;
@@ -32,128 +33,70 @@ const CALM_S: f64 = 0.5;
 /// Step of the ground's coordinates in the page, m.
 pub const GROUND_ONE: f64 = 1e-3;
 
-/// The unrolled path of a series of samples.
-pub struct Path<'a> {
-    samples: Vec<&'a Sample>,
-    /// Distance along the path of each sample's centre of gravity, m.
-    along: Vec<f64>,
-    headings: Vec<[f64; 2]>,
+/// A rectangle in the plane: minimum and maximum along both axes, m.
+pub(super) type Bounds = [[f64; 2]; 2];
+
+/// The unrolled path of a run that goes on.
+#[derive(Default)]
+pub(super) struct Path {
+    last: Option<Pose>,
 }
 
-/// A rectangle in the plane: minimum and maximum along both axes, m.
-pub type Bounds = [[f64; 2]; 2];
+/// Place of the plane at one sample.
+#[derive(Clone, Copy)]
+pub(super) struct Pose {
+    cog: [f64; 3],
+    heading: [f64; 2],
+    /// Distance along the path of the centre of gravity, m.
+    along: f64,
+}
 
-impl<'a> Path<'a> {
-    /// Unrolls the path of `samples`, which are in order of time. The path begins at the x that the
-    /// first sample has if its heading is along x.
-    pub fn new(samples: Vec<&'a Sample>) -> Self {
-        let mut along: Vec<f64> = Vec::with_capacity(samples.len());
-        let mut headings: Vec<[f64; 2]> = Vec::with_capacity(samples.len());
-        for (index, sample) in samples.iter().enumerate() {
-            let before = index.checked_sub(1);
-            // A robot that lies on its side or on its back has no heading, so the last one is kept.
-            let heading = match before {
-                Some(before) if sample.truth.toppled => headings[before],
-                _ => [sample.truth.yaw.cos(), sample.truth.yaw.sin()],
-            };
-            let [x, y, _] = sample.truth.cog;
-            let (from, begin) = before.map_or(([0.0; 2], 0.0), |before| {
-                let [x, y, _] = samples[before].truth.cog;
-                ([x, y], along[before])
-            });
-            along.push(begin + dot([x - from[0], y - from[1]], heading));
-            headings.push(heading);
-        }
-        Self {
-            samples,
-            along,
-            headings,
-        }
-    }
-
-    /// Projects a point of the world into the plane of sample `index`.
-    pub fn project(&self, index: usize, [x, y, z]: [f64; 3]) -> [f64; 2] {
-        let [cog_x, cog_y, _] = self.samples[index].truth.cog;
-        let offset = [x - cog_x, y - cog_y];
-        [self.along[index] + dot(offset, self.headings[index]), z]
-    }
-
-    /// Computes the camera for a robot with these bounds at each sample.
-    pub fn camera(&self, bounds: &[Bounds]) -> Camera {
-        let sizes = bounds.iter().flatten().map(|[from, to]| to - from);
-        let scale = sizes.fold(0.1, f64::max);
-        let pairs = self.samples.windows(2);
-        let period = pairs.map(|pair| pair[1].time_s - pair[0].time_s).next();
-        let calm = (CALM_S / period.unwrap_or(CALM_S).max(1e-3)) as usize;
-        let centres = [0, 1].map(|axis| {
-            let middle = |bounds: &Bounds| 0.5 * (bounds[axis][0] + bounds[axis][1]);
-            // Cumulative sums: the difference of two is the sum over a window.
-            let mut sums = vec![0.0];
-            for bounds in bounds {
-                sums.push(sums[sums.len() - 1] + middle(bounds));
-            }
-            let room = (0.5 * NARROW[axis] - AIR) * scale;
-            let centre = |(index, bounds): (usize, &Bounds)| {
-                let from = index.saturating_sub(calm);
-                let to = (index + calm + 1).min(sums.len() - 1);
-                let mean = (sums[to] - sums[from]) / (to - from) as f64;
-                let [least, greatest] = bounds[axis];
-                mean.max(greatest - room).min(least + room)
-            };
-            bounds.iter().enumerate().map(centre).collect()
+impl Path {
+    /// Adds the next sample. The path begins at the x that the first sample has if its heading is
+    /// along x.
+    pub fn add(&mut self, truth: &Truth) -> Pose {
+        // A robot that lies on its side or on its back has no heading, so the last one is kept.
+        let heading = match self.last {
+            Some(last) if truth.toppled => last.heading,
+            _ => [libm::cos(truth.yaw), libm::sin(truth.yaw)],
+        };
+        let [x, y, _] = truth.cog;
+        let (from, begin) = self.last.map_or(([0.0; 2], 0.0), |last| {
+            let [x, y, _] = last.cog;
+            ([x, y], last.along)
         });
-        Camera { scale, centres }
+        let pose = Pose {
+            cog: truth.cog,
+            heading,
+            along: begin + dot([x - from[0], y - from[1]], heading),
+        };
+        self.last = Some(pose);
+        pose
+    }
+}
+
+impl Pose {
+    /// Projects a point of the world into the plane.
+    pub fn project(&self, [x, y, z]: [f64; 3]) -> [f64; 2] {
+        let [cog_x, cog_y, _] = self.cog;
+        let offset = [x - cog_x, y - cog_y];
+        [self.along + dot(offset, self.heading), z]
     }
 
-    /// The ground in the plane, for a picture that is `width` m wide: a list of sections, each with
-    /// the sample from which it is used. A section has the ground under the middle of the robot,
-    /// and also at the offsets `sides` to its left and right if the ground differs there.
-    pub fn ground(&self, plant: &dyn Plant, width: f64, sides: [f64; 2]) -> Vec<Value> {
-        let mut sections = Vec::new();
-        let mut begin = 0;
-        while begin < self.samples.len() {
-            let end = (begin + 1..self.samples.len())
-                .find(|index| !self.serves(begin, *index))
-                .unwrap_or(self.samples.len());
-            let places = &self.along[begin..end];
-            let least = places.iter().copied().fold(f64::INFINITY, f64::min);
-            let most = places.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-            let range = [least - 0.6 * width, most + 0.6 * width];
-            let [middle, left, right] =
-                [0.0, sides[0], sides[1]].map(|side| self.section(plant, begin, side, range));
-            let mut section = json!({ "from": begin, "middle": packed(&middle) });
-            if differ(&middle, &left) || differ(&middle, &right) {
-                section["left"] = packed(&left);
-                section["right"] = packed(&right);
-            }
-            sections.push(section);
-            begin = end;
-        }
-        sections
-    }
-
-    /// Whether the section of ground along the heading of sample `first` can also be shown at
-    /// sample `index`.
-    fn serves(&self, first: usize, index: usize) -> bool {
-        let (from, to) = (self.headings[first], self.headings[index]);
-        let went = self.along[index] - self.along[first];
-        let [a, b] = [first, index].map(|index| self.samples[index].truth.cog);
-        let beside = [0, 1].map(|axis| b[axis] - a[axis] - went * from[axis]);
+    /// Whether the section of ground along this heading can also be shown at `other`.
+    fn serves(&self, other: &Self) -> bool {
+        let (from, to) = (self.heading, other.heading);
+        let went = other.along - self.along;
+        let beside = [0, 1].map(|axis| other.cog[axis] - self.cog[axis] - went * from[axis]);
         dot(beside, beside).sqrt() < BESIDE && (from[0] * to[1] - from[1] * to[0]).abs() < TURNED
     }
 
-    /// The ground along the heading of sample `index`, `side` m to its left, between two distances.
-    fn section(
-        &self,
-        plant: &dyn Plant,
-        index: usize,
-        side: f64,
-        [least, most]: [f64; 2],
-    ) -> Vec<[f64; 2]> {
-        let heading = self.headings[index];
-        let [x, y, _] = self.samples[index].truth.cog;
+    /// The ground along this heading, `side` m to its left, between two distances.
+    fn section(&self, plant: &dyn Plant, side: f64, [least, most]: [f64; 2]) -> Vec<[f64; 2]> {
+        let heading = self.heading;
+        let [x, y, _] = self.cog;
         let from = [x - side * heading[1], y + side * heading[0]];
-        let zero = self.along[index];
+        let zero = self.along;
         let steps = ((most - least) / GROUND_STEP).ceil() as u32;
         let mut places: Vec<f64> = (0..=steps)
             .map(|step| least + (most - least) * f64::from(step) / f64::from(steps))
@@ -174,8 +117,81 @@ impl<'a> Path<'a> {
     }
 }
 
+/// The ground in the plane, as long as the robot is at one of the poses.
+#[derive(Serialize)]
+pub(super) struct Section {
+    /// Index of the first of these poses.
+    from: usize,
+    /// The ground under the middle of the robot: distance and height of all points in one list, in
+    /// steps of [`GROUND_ONE`].
+    middle: Vec<i32>,
+    /// The ground under the left and the right side, if it differs there.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    left: Option<Vec<i32>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    right: Option<Vec<i32>>,
+}
+
+/// The ground in the plane, for a picture that is `width` m wide. The offsets `sides` are those of
+/// the robot's left and right side.
+pub(super) fn ground(
+    poses: &[Pose],
+    plant: &dyn Plant,
+    width: f64,
+    sides: [f64; 2],
+) -> Vec<Section> {
+    let mut sections = Vec::new();
+    let mut begin = 0;
+    while let Some(first) = poses.get(begin) {
+        let served = poses[begin + 1..]
+            .iter()
+            .take_while(|pose| first.serves(pose));
+        let end = begin + 1 + served.count();
+        let places = || poses[begin..end].iter().map(|pose| pose.along);
+        let least = places().fold(f64::INFINITY, f64::min);
+        let most = places().fold(f64::NEG_INFINITY, f64::max);
+        let range = [least - 0.6 * width, most + 0.6 * width];
+        let [middle, left, right] =
+            [0.0, sides[0], sides[1]].map(|side| first.section(plant, side, range));
+        let differs = differ(&middle, &left) || differ(&middle, &right);
+        sections.push(Section {
+            from: begin,
+            middle: packed(&middle),
+            left: differs.then(|| packed(&left)),
+            right: differs.then(|| packed(&right)),
+        });
+        begin = end;
+    }
+    sections
+}
+
+/// Computes the camera for a robot with these bounds, `period_s` apart.
+pub(super) fn camera(bounds: &[Bounds], period_s: f64) -> Camera {
+    let sizes = bounds.iter().flatten().map(|[from, to]| to - from);
+    let scale = sizes.fold(0.1, f64::max);
+    let calm = (CALM_S / period_s.max(1e-3)) as usize;
+    let centres = [0, 1].map(|axis| {
+        let middle = |bounds: &Bounds| 0.5 * (bounds[axis][0] + bounds[axis][1]);
+        // Cumulative sums: the difference of two is the sum over a window.
+        let mut sums = vec![0.0];
+        for bounds in bounds {
+            sums.push(sums[sums.len() - 1] + middle(bounds));
+        }
+        let room = (0.5 * NARROW[axis] - AIR) * scale;
+        let centre = |(index, bounds): (usize, &Bounds)| {
+            let from = index.saturating_sub(calm);
+            let to = (index + calm + 1).min(sums.len() - 1);
+            let mean = (sums[to] - sums[from]) / (to - from) as f64;
+            let [least, greatest] = bounds[axis];
+            mean.max(greatest - room).min(least + room)
+        };
+        bounds.iter().enumerate().map(centre).collect()
+    });
+    Camera { scale, centres }
+}
+
 /// Size and positions of the picture, sample by sample.
-pub struct Camera {
+pub(super) struct Camera {
     /// The robot's largest dimension, m.
     pub scale: f64,
     /// Centre of the picture at each sample, along both axes, m.
@@ -225,10 +241,7 @@ fn differ(a: &[[f64; 2]], b: &[[f64; 2]]) -> bool {
     a.len() != b.len() || a.iter().zip(b).any(apart)
 }
 
-/// Distance and height of all points in one list, in steps of [`GROUND_ONE`].
-fn packed(points: &[[f64; 2]]) -> Value {
-    let steps = points.as_flattened().iter();
-    steps
-        .map(|value| (value / GROUND_ONE).round() as i64)
-        .collect()
+fn packed(points: &[[f64; 2]]) -> Vec<i32> {
+    let values = points.as_flattened().iter();
+    values.map(|value| steps(*value, GROUND_ONE)).collect()
 }

@@ -1,5 +1,6 @@
 // Draws curves over time with one shared cursor. A plot is left out if the robot lacks one of its
-// curves. Each curve is drawn with the minimum and maximum of each pixel column.
+// curves. Each curve is drawn with the minimum and maximum of each pixel column, which include those
+// of all samples that the page leaves out.
 const PLOTS = [
   { title: "Pitch", unit: "°", curves: [["truth", "pitch"], ["guard's estimate", "receivedPitch", "dashed"]] },
   { title: "Margin: centre of gravity to the edge of the support", unit: "m", zero: true, curves: [["rear, truth", "back"], ["rear, guard", "guardBack", "dashed", 0], ["front, truth", "front", "", 1], ["front, guard", "guardFront", "dashed", 1]] },
@@ -51,12 +52,13 @@ function makePlots(host, wanted, run, seek) {
       key.style.setProperty("--key", paint);
       if (dash) key.style.setProperty("--dash", dash);
       key.append(label + " ");
-      return { values: run.series[name], dash, paint, value: key.appendChild(document.createElement("b")) };
+      return { values: run.series[name], least: run.least[name], most: run.most[name], dash, paint, value: key.appendChild(document.createElement("b")) };
     });
     let low = Infinity, high = -Infinity;
-    for (const values of plot.range ? plot.range.map(name => run.series[name]) : curves.map(curve => curve.values)) for (const value of values) if (value !== null) {
-      if (value < low) low = value;
-      if (value > high) high = value;
+    const within = plot.range ? plot.range.map(name => ({ least: run.least[name], most: run.most[name] })) : curves;
+    for (const { least, most } of within) for (let i = 0; i < least.length; i++) if (least[i] !== null) {
+      if (least[i] < low) low = least[i];
+      if (most[i] > high) high = most[i];
     }
     if (plot.zero) { low = Math.min(low, 0); high = Math.max(high, 0); }
     if (!(low <= high)) { low = 0; high = 1; }
@@ -75,7 +77,7 @@ function makePlots(host, wanted, run, seek) {
     return { plot, svg, curves, low, high };
   });
 
-  function path(values, width, y) {
+  function path({ values, least: minima, most: maxima }, width, y) {
     let text = "", pen = false, column = -1, least, most, end;
     const x = time => space.left + (time - start) / span * width;
     const flush = () => {
@@ -90,7 +92,7 @@ function makePlots(host, wanted, run, seek) {
       if (value === null) { flush(); pen = false; continue; }
       const next = Math.floor(x(times[i]) - space.left);
       if (next !== column) { flush(); column = next; least = most = value; }
-      least = Math.min(least, value); most = Math.max(most, value); end = value;
+      least = Math.min(least, minima[i]); most = Math.max(most, maxima[i]); end = value;
     }
     flush();
     return text;
@@ -128,7 +130,7 @@ function makePlots(host, wanted, run, seek) {
       // An inner svg cuts off curves at its bounds.
       const window = element("svg", { x: space.left, y: space.top, width, height: floor - space.top, viewBox: `${space.left} ${space.top} ${width} ${floor - space.top}` }, svg);
       for (const curve of curves) {
-        element("path", { d: path(curve.values, width, y), fill: "none", stroke: curve.paint, "stroke-width": 1.6, "stroke-linejoin": "round", "stroke-dasharray": curve.dash ? "5 3" : "none" }, window);
+        element("path", { d: path(curve, width, y), fill: "none", stroke: curve.paint, "stroke-width": 1.6, "stroke-linejoin": "round", "stroke-dasharray": curve.dash ? "5 3" : "none" }, window);
       }
       if (plot.areas) for (const [name, ...times] of run.areas) {
         const ends = times.map(time => space.left + (time - start) / span * width);

@@ -1,5 +1,7 @@
 //! Computes strain and slack of B2P2's belt.
 
+use super::percentile::Largest;
+use crate::results::phases::{Phases, Undecided};
 use crate::simulator::record::Sample;
 use serde::Serialize;
 
@@ -12,28 +14,33 @@ pub struct TensionError {
     pub max: f64,
 }
 
-pub(super) fn tension_error(climb: &[Sample]) -> TensionError {
-    let mut errors: Vec<f64> = climb
-        .iter()
-        .map(|sample| sample.truth.tension_error.abs())
-        .collect();
-    errors.sort_by(f64::total_cmp);
-    TensionError {
-        p99: percentile(&errors, 99),
-        max: errors.last().copied().unwrap_or_default(),
-    }
+/// Strain and slack of the belt so far.
+#[derive(Default)]
+pub(super) struct Belt {
+    undecided: Undecided<f64>,
+    errors: Largest,
 }
 
-/// Nearest-rank percentile: the smallest of the values that at least `percent` % of the values do
-/// not exceed. Returns 0 for an empty list.
-///
-/// `sorted` is in ascending order. `percent` is a whole number from 0 to 100, because rounding
-/// errors of a fraction could select the next rank: in binary 0.28 x 25 is above 7.
-pub fn percentile(sorted: &[f64], percent: usize) -> f64 {
-    let rank = (percent * sorted.len()).div_ceil(100).max(1);
-    sorted
-        .get(rank - 1)
-        .or(sorted.last())
-        .copied()
-        .unwrap_or_default()
+impl Belt {
+    /// Adds the sample that `phases` has last.
+    pub fn add(&mut self, sample: &Sample, phases: &Phases) {
+        let index = phases.end().index - 1;
+        self.undecided.add(index, sample.truth.tension_error);
+        self.add_decided(phases, phases.decided());
+    }
+
+    fn add_decided(&mut self, phases: &Phases, until: usize) {
+        for error in self.undecided.take(phases, until) {
+            self.errors.add(error);
+        }
+    }
+
+    /// The figures of a run that ends now.
+    pub fn figures(mut self, phases: &Phases) -> TensionError {
+        self.add_decided(phases, usize::MAX);
+        TensionError {
+            p99: self.errors.percentile(99),
+            max: self.errors.percentile(100),
+        }
+    }
 }

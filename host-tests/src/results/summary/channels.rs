@@ -2,7 +2,7 @@
 
 use crate::simulator::record::{SAMPLE_HZ, Sample};
 use serde::Serialize;
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::{BTreeMap, VecDeque};
 
 /// Length of the period at the end of a run over which a channel's settled value is averaged, s.
 pub const SETTLED_S: u32 = 5;
@@ -27,36 +27,48 @@ pub struct ChannelFigures {
     pub settled: f64,
 }
 
-pub(super) fn channels(samples: &[Sample]) -> BTreeMap<&'static str, ChannelFigures> {
-    let last = samples
-        .len()
-        .saturating_sub((SETTLED_S * SAMPLE_HZ) as usize);
-    let keys = samples
-        .iter()
-        .flat_map(|sample| sample.truth.channels.keys());
-    let names: BTreeSet<&'static str> = keys.copied().collect();
-    let of = |name: &'static str| {
-        let values = |from: usize| {
-            samples[from..]
-                .iter()
-                .filter_map(move |sample| sample.truth.channels.get(name).copied())
-        };
-        let Range { min, max } = range(values(0));
-        let settled = values(last).sum::<f64>() / values(last).count().max(1) as f64;
-        (name, ChannelFigures { min, max, settled })
-    };
-    names.into_iter().map(of).collect()
-}
-
-pub(super) fn range(values: impl Iterator<Item = f64>) -> Range {
-    values
-        .map(|value| Range {
+impl Range {
+    /// Extends the range of `before`, if there is one, to a value.
+    pub(super) fn with(before: Option<Self>, value: f64) -> Self {
+        let Self { min, max } = before.unwrap_or(Self {
             min: value,
             max: value,
-        })
-        .reduce(|a, b| Range {
-            min: a.min.min(b.min),
-            max: a.max.max(b.max),
-        })
-        .unwrap_or_default()
+        });
+        Self {
+            min: min.min(value),
+            max: max.max(value),
+        }
+    }
+}
+
+/// The channels so far.
+#[derive(Default)]
+pub(super) struct Channels {
+    ranges: BTreeMap<&'static str, Range>,
+    /// The channels of the last [`SETTLED_S`] seconds.
+    last: VecDeque<BTreeMap<&'static str, f64>>,
+}
+
+impl Channels {
+    pub fn add(&mut self, sample: &Sample) {
+        let channels = &sample.truth.channels;
+        for (name, value) in channels {
+            let before = self.ranges.get(name).copied();
+            self.ranges.insert(name, Range::with(before, *value));
+        }
+        if self.last.len() == (SETTLED_S * SAMPLE_HZ) as usize {
+            self.last.pop_front();
+        }
+        self.last.push_back(channels.clone());
+    }
+
+    pub fn figures(&self) -> BTreeMap<&'static str, ChannelFigures> {
+        let of = |(name, range): (&&'static str, &Range)| {
+            let values = || self.last.iter().filter_map(|channels| channels.get(name));
+            let settled = values().sum::<f64>() / values().count().max(1) as f64;
+            let Range { min, max } = *range;
+            (*name, ChannelFigures { min, max, settled })
+        };
+        self.ranges.iter().map(of).collect()
+    }
 }

@@ -1,29 +1,81 @@
-//! Computes the summary from the samples of a run.
+//! Computes the summary sample by sample.
 
-use super::belt::tension_error;
-use super::channels::{channels, range};
-use super::motion::{path, stopped};
-use super::verdicts::guard_figures;
+use super::belt::Belt;
+use super::channels::{Channels, Range};
+use super::motion::Motion;
+use super::verdicts::Interventions;
 use super::{BusFigures, ChannelFigures, Summary, notes};
 use crate::results::channel::Channel;
-use crate::results::phases::{climb, landing};
+use crate::results::phases::Phases;
 use crate::results::zmp::Balance;
 use crate::robots::Kind;
 use crate::scenario::Scenario;
 use crate::simulator::facts::RunFacts;
-use crate::simulator::record::{SAMPLE_HZ, Sample};
+use crate::simulator::record::Sample;
 use tautrack::link::STEP_US;
 
-impl Summary {
-    /// Computes all figures. Samples are in order of time, [`SAMPLE_HZ`] per second. Without
-    /// samples all figures are zero.
-    pub fn new(scenario: &Scenario, facts: &RunFacts, samples: &[Sample]) -> Self {
-        let landing = landing(scenario, samples);
-        let climb = climb(scenario, samples);
-        let is_b2p2 = scenario.kind() == Kind::B2p2;
+/// Figures of a run that goes on. Its memory does not grow with the length of the run.
+pub struct Statistics {
+    phases: Phases,
+    toppled: bool,
+    belt: Option<Belt>,
+    motion: Motion,
+    pitch_deg: Option<Range>,
+    backward_margin_m: Option<f64>,
+    guard_margin_m: Option<f64>,
+    balance: Option<Balance>,
+    channels: Channels,
+    interventions: Interventions,
+    load_max: f64,
+    load_sum: f64,
+}
+
+impl Statistics {
+    /// Begins a run of this scenario.
+    pub fn new(scenario: &Scenario) -> Self {
+        Self {
+            phases: Phases::new(scenario),
+            toppled: false,
+            belt: (scenario.kind() == Kind::B2p2).then(Belt::default),
+            motion: Motion::default(),
+            pitch_deg: None,
+            backward_margin_m: None,
+            guard_margin_m: None,
+            balance: Balance::new(scenario),
+            channels: Channels::default(),
+            interventions: Interventions::default(),
+            load_max: 0.0,
+            load_sum: 0.0,
+        }
+    }
+
+    /// Adds the next sample; there are [`crate::simulator::record::SAMPLE_HZ`] per second.
+    pub fn add(&mut self, sample: &Sample) {
+        let truth = &sample.truth;
+        let received = &sample.received;
+        self.phases.add(sample);
+        self.toppled |= truth.toppled;
+        if let Some(belt) = &mut self.belt {
+            belt.add(sample, &self.phases);
+        }
+        self.motion.add(sample);
+        self.pitch_deg = Some(Range::with(self.pitch_deg, truth.pitch.to_degrees()));
+        self.backward_margin_m = least(self.backward_margin_m, truth.backward_margin);
+        self.guard_margin_m = least(self.guard_margin_m, notes::guard_margin(sample));
+        if let Some(balance) = &mut self.balance {
+            balance.add(sample);
+        }
+        self.channels.add(sample);
+        self.interventions.add(&received.verdict);
+        self.load_max = self.load_max.max(received.bus_load);
+        self.load_sum += received.bus_load;
+    }
+
+    /// The summary of a run that ends now. Without samples all figures are zero.
+    pub fn summary(self, scenario: &Scenario, facts: &RunFacts) -> Summary {
+        let phases = &self.phases;
         let simulated_s = (facts.steps * STEP_US) as f64 / 1e6;
-        let loads = || samples.iter().map(|sample| sample.received.bus_load);
-        let mut summary = Self {
+        let mut summary = Summary {
             scenario: scenario.name.clone(),
             seed: scenario.seed,
             expectation_met: false,
@@ -31,10 +83,10 @@ impl Summary {
             ended_early: None,
             clients: 0,
             notes: Vec::new(),
-            landed: landing.is_some(),
-            toppled: samples.iter().any(|sample| sample.truth.toppled),
-            landing_time_s: landing.map(|index| samples[index].time_s),
-            stopped: stopped(samples),
+            landed: phases.landing().is_some(),
+            toppled: self.toppled,
+            landing_time_s: phases.landing().map(|landing| landing.time_s),
+            stopped: self.motion.stopped(),
             simulated_s,
             wall_s: facts.wall_s,
             realtime_factor: if facts.wall_s > 0.0 {
@@ -43,27 +95,18 @@ impl Summary {
                 0.0
             },
             steps: facts.steps,
-            tension_error_m: is_b2p2.then(|| tension_error(&samples[climb])),
-            driven_m: path(samples) / f64::from(SAMPLE_HZ),
-            pitch_deg: range(samples.iter().map(|sample| sample.truth.pitch.to_degrees())),
-            min_backward_margin_m: samples
-                .iter()
-                .filter_map(|sample| sample.truth.backward_margin)
-                .reduce(f64::min),
-            min_guard_margin_m: notes::guard_margin(samples),
-            zero_moment_point: is_b2p2
-                .then(|| Balance::new(scenario, samples).figures)
-                .flatten(),
-            channels: channels(samples),
+            tension_error_m: self.belt.map(|belt| belt.figures(phases)),
+            driven_m: self.motion.driven_m(),
+            pitch_deg: self.pitch_deg.unwrap_or_default(),
+            min_backward_margin_m: self.backward_margin_m,
+            min_guard_margin_m: self.guard_margin_m,
+            zero_moment_point: self.balance.and_then(|balance| balance.finish().figures),
+            channels: self.channels.figures(),
             headlines: scenario.kind().facts().headlines,
-            guard: guard_figures(
-                samples
-                    .iter()
-                    .map(|sample| sample.received.verdict.as_str()),
-            ),
+            guard: self.interventions.figures,
             bus: BusFigures {
-                load_max: loads().fold(0.0, f64::max),
-                load_mean: loads().sum::<f64>() / samples.len().max(1) as f64,
+                load_max: self.load_max,
+                load_mean: self.load_sum / phases.end().index.max(1) as f64,
                 frames: facts.frames,
                 worst_latency_ms: facts.worst_latency_ms,
             },
@@ -75,6 +118,22 @@ impl Summary {
         summary.notes = summary.explanations(scenario);
         summary.expectation_met = summary.unmet.is_empty();
         summary
+    }
+}
+
+/// The smaller of two values, of which either may be absent.
+fn least(a: Option<f64>, b: Option<f64>) -> Option<f64> {
+    a.into_iter().chain(b).reduce(f64::min)
+}
+
+impl Summary {
+    /// Computes all figures of the samples, which are in order of time.
+    pub fn new(scenario: &Scenario, facts: &RunFacts, samples: &[Sample]) -> Self {
+        let mut statistics = Statistics::new(scenario);
+        for sample in samples {
+            statistics.add(sample);
+        }
+        statistics.summary(scenario, facts)
     }
 
     /// Marks the run as ended early, for the reason `why`. Its expectation then counts as not met.

@@ -1,9 +1,9 @@
 //! The figures of a run, as written to `summary.json` and printed on the terminal.
 //!
-//! `computation` computes them from the samples. `motion` computes how far the robot drove, `belt`
-//! the belt's strain, `channels` the figures of robot-specific channels, `verdicts` counts the
-//! guard's interventions. `expectation` compares the figures with the scenario's expectation,
-//! `notes` explains them, `table` prints them.
+//! `computation` computes them sample by sample. `motion` computes how far the robot drove, `belt`
+//! the belt's strain, `percentile` its percentiles, `channels` the figures of robot-specific
+//! channels, `verdicts` counts the guard's interventions. `expectation` compares the figures with
+//! the scenario's expectation, `notes` explains them, `table` prints them.
 
 mod belt;
 mod channels;
@@ -11,11 +11,14 @@ mod computation;
 mod expectation;
 mod motion;
 mod notes;
+mod percentile;
 mod table;
 mod verdicts;
 
-pub use belt::{TensionError, percentile};
+pub use belt::TensionError;
 pub use channels::{ChannelFigures, Range, SETTLED_S};
+pub use computation::Statistics;
+pub use percentile::Largest;
 pub use verdicts::GuardFigures;
 pub(crate) use verdicts::intervenes;
 

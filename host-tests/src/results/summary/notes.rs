@@ -8,13 +8,13 @@ use tautrack::stability::support::NO_EDGE;
 /// A smaller margin needs an explanation, m or rad.
 const NARROW: f64 = 0.01;
 
-/// The guard's minimum margin to an existing edge while it is armed, m.
-pub(super) fn guard_margin(samples: &[Sample]) -> Option<f64> {
-    let armed = samples
-        .iter()
-        .filter(|sample| sample.received.guard_state == "armed");
-    let margins = armed.filter_map(|sample| sample.received.margins).flatten();
+/// The guard's minimum margin to an existing edge, m; `None` if the guard is not armed or has none.
+pub(super) fn guard_margin(sample: &Sample) -> Option<f64> {
+    let received = &sample.received;
+    let margins = received.margins.filter(|_| received.guard_state == "armed");
     margins
+        .into_iter()
+        .flatten()
         .filter(|margin| *margin < f64::from(NO_EDGE))
         .reduce(f64::min)
 }

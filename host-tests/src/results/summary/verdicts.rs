@@ -24,16 +24,25 @@ pub(crate) fn intervenes(verdict: &str) -> bool {
     !matches!(verdict_kind(verdict), "" | "passed")
 }
 
-pub(super) fn guard_figures<'a>(verdicts: impl Iterator<Item = &'a str>) -> GuardFigures {
-    let mut figures = GuardFigures::default();
-    let mut before = "";
-    for kind in verdicts.map(verdict_kind) {
-        if kind != before && intervenes(kind) {
-            figures.interventions += 1;
-            figures.refused += usize::from(kind == "refused");
-            figures.scaled += usize::from(kind == "scaled");
+/// Interventions so far.
+#[derive(Default)]
+pub(super) struct Interventions {
+    pub figures: GuardFigures,
+    /// Kind of the last verdict.
+    kind: String,
+}
+
+impl Interventions {
+    pub fn add(&mut self, verdict: &str) {
+        let kind = verdict_kind(verdict);
+        if kind == self.kind {
+            return;
         }
-        before = kind;
+        if intervenes(kind) {
+            self.figures.interventions += 1;
+            self.figures.refused += usize::from(kind == "refused");
+            self.figures.scaled += usize::from(kind == "scaled");
+        }
+        kind.clone_into(&mut self.kind);
     }
-    figures
 }

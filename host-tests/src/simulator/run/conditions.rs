@@ -37,11 +37,12 @@ impl Conditions {
     }
 }
 
-/// Whether an armed robot, its belts and its joint stood still between two samples.
-pub(super) fn is_still(before: Option<&Sample>, now: &Sample) -> bool {
+/// Whether an armed robot, its belts and its joint stood still since the sample before, which had
+/// the chassis angle `theta_before`, rad.
+pub(super) fn is_still(theta_before: Option<f64>, now: &Sample) -> bool {
     let truth = &now.truth;
     let speeds = [truth.ground_speed, truth.belt_speed[0], truth.belt_speed[1]];
-    let turned = before.map_or(f64::INFINITY, |before| truth.theta - before.truth.theta);
+    let turned = theta_before.map_or(f64::INFINITY, |before| truth.theta - before);
     now.received.guard_state == "armed"
         && speeds.iter().all(|speed| speed.abs() < STILL_MPS)
         && truth.pitch_rate.abs() < STILL_RADPS

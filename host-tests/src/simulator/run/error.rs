@@ -1,6 +1,7 @@
 //! Errors of a run.
 
-use super::process::NodeError;
+use super::Unwritten;
+use super::node::NodeError;
 use crate::simulator::bus::Overflow;
 use std::fmt;
 
@@ -15,6 +16,8 @@ pub enum RunError {
     Interrupted,
     /// The scenario's operator is a client, and no client opened the channel in time.
     NoClient,
+    /// A file of the results cannot be written.
+    Unwritten(Unwritten),
 }
 
 impl fmt::Display for RunError {
@@ -22,6 +25,7 @@ impl fmt::Display for RunError {
         match self {
             Self::Node(error) => write!(f, "{error}"),
             Self::Overflow(error) => write!(f, "the bus is overloaded: {error}"),
+            Self::Unwritten(error) => write!(f, "{error}"),
             Self::Interrupted => write!(f, "interrupted by the user"),
             Self::NoClient => write!(
                 f,
@@ -42,5 +46,11 @@ impl From<NodeError> for RunError {
 impl From<Overflow> for RunError {
     fn from(error: Overflow) -> Self {
         Self::Overflow(error)
+    }
+}
+
+impl From<Unwritten> for RunError {
+    fn from(error: Unwritten) -> Self {
+        Self::Unwritten(error)
     }
 }

@@ -1,7 +1,7 @@
 //! Injects the faults of a scenario, and records which node reported each fault first, and when.
 
 use super::listener::{Listener, Notice};
-use super::process::Node;
+use super::node::Node;
 use crate::robots::NodeName;
 use crate::scenario::{Fault, FaultKind, Scenario};
 use crate::simulator::bus::Bus;

@@ -2,7 +2,7 @@
 //! can be restarted.
 
 use super::Options;
-use super::process::{Node, NodeError};
+use super::node::{Node, NodeError};
 use crate::programs::{Board, Program, Programs};
 use crate::robots::{NodeName, NodeSpec, Role};
 use std::time::Duration;

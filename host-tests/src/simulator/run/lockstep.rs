@@ -4,9 +4,9 @@
 use super::faults::Faults;
 use super::launch::Launch;
 use super::listener::Listener;
+use super::node::Node;
 use super::operator::Operator;
-use super::process::Node;
-use super::{Options, RunError};
+use super::{Options, RunError, Sink};
 use crate::programs::{Programs, hexadecimal};
 use crate::scenario::Scenario;
 use crate::simulator::bus::Bus;
@@ -35,8 +35,6 @@ pub(super) struct Run {
     faults: Faults,
     pub slcan: Option<SlcanPort>,
     hash: Sha256,
-    pub log: Vec<String>,
-    pub frames: Vec<BusFrame>,
     /// Output shafts of the drives in the last step.
     shafts: Vec<Option<Shaft>>,
 }
@@ -83,22 +81,20 @@ impl Run {
             faults: Faults::new(scenario, specs.iter().map(|spec| spec.name).collect()),
             slcan: options.slcan,
             hash: Sha256::new(),
-            log: Vec::new(),
-            frames: Vec::new(),
             shafts: Vec::new(),
         })
     }
 
     /// Runs one millisecond: the bus delivers frames, nodes and operator answer, and the plant
-    /// moves.
-    pub fn step(&mut self, step: u64) -> Result<(), RunError> {
+    /// moves. Frames and log lines go to `sink`.
+    pub fn step(&mut self, step: u64, sink: &mut dyn Sink) -> Result<(), RunError> {
         let time_us = step * STEP_US;
         for index in self.faults.apply(time_us, &mut self.bus, &mut self.nodes) {
             let (node, _) = self.launches[index].start()?;
             self.nodes[index] = Some(node);
             self.powered_up_us[index] = time_us - STEP_US;
         }
-        self.deliver(time_us);
+        self.deliver(time_us, sink)?;
 
         let mut inboxes = vec![heapless::Vec::<Frame, MAX_FRAMES>::new(); self.nodes.len()];
         for (index, inbox) in inboxes.iter_mut().enumerate() {
@@ -135,7 +131,7 @@ impl Run {
                 self.bus.offer(first + client, frame)?;
             }
         }
-        self.shafts = self.collect(time_us)?;
+        self.shafts = self.collect(time_us, sink)?;
         self.plant.step(&self.shafts);
         let hash = &mut self.hash;
         self.plant.truth_bits(&mut |bytes| hash.update(bytes));
@@ -156,7 +152,7 @@ impl Run {
 
     /// Runs the bus for one step. Operator, report and hash receive every frame; a client receives
     /// all except its own.
-    fn deliver(&mut self, time_us: u64) {
+    fn deliver(&mut self, time_us: u64, sink: &mut dyn Sink) -> Result<(), RunError> {
         let first = self.first_client_number();
         for delivered in self.bus.step() {
             let frame = &delivered.frame;
@@ -165,11 +161,11 @@ impl Run {
             self.hash.update(frame.id().to_le_bytes());
             self.hash.update(frame.data());
             self.listener.receive(frame, time_us);
-            self.frames.push(BusFrame {
+            sink.frame(&BusFrame {
                 time_us,
                 sender: delivered.sender,
                 frame: *frame,
-            });
+            })?;
             if let Some(port) = &mut self.slcan {
                 port.send(frame, delivered.sender.checked_sub(first));
             }
@@ -178,6 +174,7 @@ impl Run {
             port.wait_for_readers();
         }
         self.faults.notice(time_us, &mut self.listener);
+        Ok(())
     }
 
     fn sensors(&self, node: usize) -> Sensors {
@@ -196,7 +193,11 @@ impl Run {
     }
 
     /// Collects the nodes' answers: shafts for the plant, frames for the bus.
-    fn collect(&mut self, time_us: u64) -> Result<Vec<Option<Shaft>>, RunError> {
+    fn collect(
+        &mut self,
+        time_us: u64,
+        sink: &mut dyn Sink,
+    ) -> Result<Vec<Option<Shaft>>, RunError> {
         let mut shafts = vec![None; self.guard_number()];
         for (index, slot) in self.nodes.iter_mut().enumerate() {
             let Some(node) = slot else { continue };
@@ -206,8 +207,7 @@ impl Run {
             }
             for line in node.log_lines(&stepped) {
                 let time_s = time_us as f64 * 1e-6;
-                self.log
-                    .push(format!("{time_s:.3} {}: {line}", node.name()));
+                sink.log(&format!("{time_s:.3} {}: {line}", node.name()))?;
             }
             for frame in stepped.frames {
                 self.bus.offer(index, frame)?;

@@ -1,34 +1,40 @@
 //! Lockstep runner: runs node programs, a bus, a plant and an operator, one millisecond at a time.
 //!
-//! [`process`] communicates with one node program, `node_log` decodes its log, and `launch` starts
-//! it. [`operator`] plays the operator's script, [`listener`] decodes the published frames,
-//! [`faults`] injects faults. `lockstep` runs one step, [`pace`] follows the wall clock, and
-//! `recorder` runs and records all steps until one of the `conditions` ends the run. `options` are
-//! the inputs, `outcome` and `error` the results.
+//! [`node`] communicates with one node over a `link`, `node_log` decodes its log, and `launch`
+//! starts it. The link is a `process` with pipes, or an instance of a `wasm` module. [`operator`]
+//! plays the operator's script, [`listener`] decodes the published frames, [`faults`] injects faults. `lockstep` runs one step, [`pace`] follows the wall clock, and
+//! `recorder` runs all steps until one of the `conditions` ends the run, and passes the record to a
+//! `sink`. `options` are the inputs, `outcome` and `error` the results.
 
 mod conditions;
 mod error;
 pub mod faults;
 mod launch;
+mod link;
 pub mod listener;
 mod lockstep;
+pub mod node;
 mod node_log;
 pub mod operator;
 mod options;
 mod outcome;
 pub mod pace;
-pub mod process;
+mod process;
 mod recorder;
+mod sink;
+#[cfg(feature = "wasm")]
+mod wasm;
 
 pub use error::RunError;
 pub use options::Options;
-pub use outcome::{Outcome, Progress};
+pub use outcome::{Ending, Outcome};
 pub use recorder::record;
+pub use sink::{Sink, Unwritten};
 
 use crate::programs::Programs;
 use crate::scenario::Scenario;
 
-/// Runs `scenario` with the nodes of `programs` and calls `progress` at every sample.
+/// Runs `scenario` with the nodes of `programs` and keeps all samples in memory.
 ///
 /// # Errors
 /// [`RunError`]. All node processes have ended when this returns.
@@ -36,8 +42,13 @@ pub fn run(
     scenario: &Scenario,
     programs: &Programs,
     options: Options,
-    progress: &mut dyn FnMut(&Progress),
 ) -> Result<Outcome, RunError> {
-    let (outcome, broken) = record(scenario, programs, options, progress)?;
-    broken.map_or(Ok(outcome), Err)
+    let mut samples = Vec::new();
+    let ending = record(scenario, programs, options, &mut samples)?;
+    let outcome = Outcome {
+        samples,
+        facts: ending.facts,
+        commands_s: ending.commands_s,
+    };
+    ending.error.map_or(Ok(outcome), Err)
 }

@@ -7,8 +7,8 @@ use std::path::Path;
 
 /// Assembles a node's log bytes to records, which may be spread over several steps.
 pub struct LogReader {
-    /// Texts of an emulated node's records, read from its ELF file; `None` for a native node, which
-    /// sends text.
+    /// Texts of an emulated node's records, read from its ELF file; `None` for the other
+    /// nodes, which send text.
     texts: Option<Table>,
     pending: Vec<u8>,
 }
@@ -20,7 +20,7 @@ impl LogReader {
     /// A text that says why the log texts cannot be read from the program's file.
     pub fn new(board: Board, path: &Path) -> Result<Self, String> {
         let texts = match board {
-            Board::Native => None,
+            Board::Native | Board::Wasm => None,
             Board::Qemu => Some(texts(path)?),
         };
         Ok(Self {

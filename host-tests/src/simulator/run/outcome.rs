@@ -1,30 +1,27 @@
-//! Progress and results of a run.
+//! Results of a run.
 
+use super::RunError;
 use crate::simulator::facts::RunFacts;
-use crate::simulator::record::{BusFrame, Sample};
+use crate::simulator::record::Sample;
 
-/// Progress of a run.
-pub struct Progress<'a> {
-    /// Virtual time, s.
-    pub time_s: f64,
-    /// Forward speed that the guard passes on, m/s.
-    pub speed: f64,
-    /// State of the guard.
-    pub state: &'a str,
-}
-
-/// Results of a run.
+/// Results of a run whose samples are kept in memory.
 pub struct Outcome {
     /// Samples at [`crate::simulator::record::SAMPLE_HZ`].
     pub samples: Vec<Sample>,
-    /// Every frame that the bus delivered, in order.
-    pub frames: Vec<BusFrame>,
     /// Facts collected by the runner.
     pub facts: RunFacts,
-    /// Log lines of the nodes, with time and node.
-    pub log: Vec<String>,
+    /// Virtual times at which the operator's script changed the command, including its start, s.
+    pub commands_s: Vec<f64>,
+}
+
+/// End of a run, whose record went into a [`super::Sink`].
+pub struct Ending {
+    /// Facts collected by the runner.
+    pub facts: RunFacts,
     /// Virtual times at which the operator's script changed the command, including its start, s.
     pub commands_s: Vec<f64>,
     /// Number of clients that took part.
     pub clients: usize,
+    /// Why the run ended early; absent if it did not.
+    pub error: Option<RunError>,
 }

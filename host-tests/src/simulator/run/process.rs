@@ -1,70 +1,42 @@
-//! Runs one node program as a process: starts it, exchanges messages with it, ends it.
+//! Runs one node program as a process: starts it, exchanges messages over its standard streams, and
+//! ends it. On the pipes, each message has a length prefix of two bytes.
 
-use super::node_log::LogReader;
+use super::link::{Link, TIMEOUT, late};
 use crate::programs::Board;
-use crate::robots::NodeName;
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::io::Errno;
-use serde::Serialize;
-use std::fmt::{self, Display};
 use std::io::{self, Read, Write};
 use std::os::unix::process::CommandExt;
 use std::path::Path;
 use std::process::{Child, ChildStderr, ChildStdin, ChildStdout, Command, Stdio};
 use std::thread::{self, JoinHandle, sleep};
 use std::time::{Duration, Instant};
-use tautrack::link::{FromNode, MAX_MESSAGE, Ready, Start, Step, Stepped, ToNode, VERSION};
+use tautrack::link::MAX_MESSAGE;
 
-/// Default maximum wall-clock time for an answer of a node. It is long enough for a heavily loaded
-/// computer.
-const TIMEOUT: Duration = Duration::from_secs(60);
+/// Bytes of the length in front of each message.
+const PREFIX: usize = 2;
 /// Time within which a process ends after it closed its pipes and its last output is read.
 const ENDING: Duration = Duration::from_secs(1);
 
-/// Error of a node.
-#[derive(Debug)]
-pub struct NodeError {
-    name: NodeName,
-    what: String,
-}
-
-impl fmt::Display for NodeError {
-    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        write!(f, "node {}: {}", self.name, self.what)
-    }
-}
-
-impl std::error::Error for NodeError {}
-
 /// Running node program; the process ends when this is dropped.
-pub struct Node {
-    name: NodeName,
+pub(super) struct Process {
     process: Child,
     input: ChildStdin,
     output: ChildStdout,
     /// Thread that copies the standard error of the process to that of this program. It returns
     /// whether there was any output.
     words: Option<JoinHandle<bool>>,
-    log: LogReader,
+    /// Message with its prefix.
     buffer: Vec<u8>,
     timeout: Duration,
 }
 
-impl Node {
-    /// Starts the program at `path` and sends it `start`.
+impl Process {
+    /// Starts the program at `path`.
     ///
     /// # Errors
-    /// If the program cannot be started, has another version of the link, or refuses its settings;
-    /// the error then contains the node's own text.
-    pub fn start(
-        name: NodeName,
-        board: Board,
-        path: &Path,
-        start: Start,
-    ) -> Result<(Self, Ready), NodeError> {
-        let fail = |what: String| NodeError { name, what };
-        let log = LogReader::new(board, path)
-            .map_err(|error| fail(format!("the log of {} is lost: {error}", path.display())))?;
+    /// The reason in words, if the program cannot be started.
+    pub fn start(board: Board, path: &Path) -> Result<Self, String> {
         let mut process = command(board, path)
             .stdin(Stdio::piped())
             .stdout(Stdio::piped())
@@ -72,108 +44,36 @@ impl Node {
             // Ctrl-C in a terminal ends only this program, which then ends its nodes.
             .process_group(0)
             .spawn()
-            .map_err(|error| fail(format!("{} does not start: {error}", path.display())))?;
+            .map_err(|error| format!("{} does not start: {error}", path.display()))?;
         let pipes = process.stdin.take().zip(process.stdout.take());
-        let (input, output) = pipes.ok_or_else(|| fail("has no pipes".into()))?;
+        let (input, output) = pipes.ok_or("has no pipes")?;
         let words = process
             .stderr
             .take()
             .map(|from| thread::spawn(|| copy(from)));
-        let mut node = Self {
-            name,
+        Ok(Self {
             process,
             input,
             output,
             words,
-            log,
-            buffer: Vec::with_capacity(MAX_MESSAGE + 2),
+            buffer: Vec::with_capacity(PREFIX + MAX_MESSAGE),
             timeout: TIMEOUT,
-        };
-        node.write(&ToNode::Start(start))?;
-        match node.read()? {
-            FromNode::Ready(ready) if ready.version != VERSION => Err(node.error(format!(
-                "{} speaks version {} of the link, this runner version {VERSION}; build both from the same sources",
-                path.display(),
-                ready.version
-            ))),
-            FromNode::Ready(ready) if !ready.refusal.is_empty() => {
-                Err(node.error(format!("refuses its settings: {}", ready.refusal)))
-            }
-            FromNode::Ready(ready) => Ok((node, ready)),
-            FromNode::Stepped(_) => Err(node.error("answers a step before its first")),
-        }
+        })
     }
 
-    /// Name of the node in the robot.
-    pub fn name(&self) -> NodeName {
-        self.name
-    }
-
-    /// Sets the maximum wall-clock time for an answer from now on.
-    pub fn set_timeout(&mut self, timeout: Duration) {
-        self.timeout = timeout;
-    }
-
-    /// Returns the log lines in the node's answer; each line is a whole record.
-    pub fn log_lines(&mut self, stepped: &Stepped) -> Vec<String> {
-        self.log.lines(&stepped.log)
-    }
-
-    /// Sends one step; [`Node::receive`] must follow.
-    ///
-    /// # Errors
-    /// If the process has ended.
-    pub fn send(&mut self, step: Step) -> Result<(), NodeError> {
-        self.write(&ToNode::Step(step))
-    }
-
-    /// Waits for the answer to a step.
-    ///
-    /// # Errors
-    /// If the process has ended, does not answer within the timeout, or sends another message.
-    pub fn receive(&mut self) -> Result<Stepped, NodeError> {
-        match self.read()? {
-            FromNode::Stepped(stepped) => Ok(stepped),
-            FromNode::Ready(_) => Err(self.error("started anew in the middle of a run")),
-        }
-    }
-
-    fn write(&mut self, message: &impl Serialize) -> Result<(), NodeError> {
-        self.buffer.clear();
-        self.buffer.extend([0, 0]);
-        let buffer = std::mem::take(&mut self.buffer);
-        let mut bytes = postcard::to_extend(message, buffer).map_err(|error| self.error(error))?;
-        let length = (bytes.len() - 2) as u16;
-        bytes[..2].copy_from_slice(&length.to_le_bytes());
-        let written = self.input.write_all(&bytes);
-        self.buffer = bytes;
-        written.map_err(|error| self.gone(&error))
-    }
-
-    /// Reads one answer, with as few system calls as its pieces allow.
-    fn read(&mut self) -> Result<FromNode, NodeError> {
-        let mut bytes = std::mem::take(&mut self.buffer);
-        bytes.resize(MAX_MESSAGE + 2, 0);
-        let filled = self.fill(&mut bytes).map_err(|error| self.gone(&error));
-        let message = filled.and_then(|length| {
-            postcard::from_bytes(&bytes[2..2 + length])
-                .map_err(|error| self.error(format!("answers nonsense: {error}")))
-        });
-        self.buffer = bytes;
-        message
-    }
-
-    /// Reads until `bytes` holds a whole message. Returns its length without the prefix.
-    fn fill(&mut self, bytes: &mut [u8]) -> io::Result<usize> {
+    /// Reads until the buffer holds a whole message, with as few system calls as its pieces allow.
+    /// Returns its length without the prefix.
+    fn fill(&mut self) -> io::Result<usize> {
         let deadline = Instant::now() + self.timeout;
+        self.buffer.resize(PREFIX + MAX_MESSAGE, 0);
         let mut have = 0;
         loop {
-            let length = usize::from(u16::from_le_bytes([bytes[0], bytes[1]]));
-            if have >= 2 && have >= 2 + length {
+            let length = usize::from(u16::from_le_bytes([self.buffer[0], self.buffer[1]]));
+            if have >= PREFIX && have >= PREFIX + length {
                 return Ok(length);
             }
             self.wait_for_bytes(deadline)?;
-            let room = bytes.get_mut(have..).filter(|room| !room.is_empty());
+            let room = self.buffer.get_mut(have..).filter(|room| !room.is_empty());
             let room =
                 room.ok_or_else(|| io::Error::other("its message is longer than any can be"))?;
             match self.output.read(room)? {
@@ -190,13 +90,7 @@ impl Node {
             let mut ready = [PollFd::new(&self.output, PollFlags::IN)];
             match poll(&mut ready, Some(&left)) {
                 Ok(0) => {
-                    let timeout = self.timeout.as_secs_f64();
-                    return Err(io::Error::new(
-                        io::ErrorKind::TimedOut,
-                        format!(
-                            "no answer for {timeout} s; its program runs, but hangs or is stopped"
-                        ),
-                    ));
+                    return Err(io::Error::new(io::ErrorKind::TimedOut, late(self.timeout)));
                 }
                 Ok(_) => return Ok(()),
                 // A signal interrupted the call.
@@ -206,24 +100,17 @@ impl Node {
         }
     }
 
-    fn error(&self, what: impl Display) -> NodeError {
-        NodeError {
-            name: self.name,
-            what: what.to_string(),
-        }
-    }
-
     /// Returns the error of a node whose pipes fail. If its program has ended, the error says how.
-    fn gone(&mut self, error: &io::Error) -> NodeError {
+    fn gone(&mut self, error: &io::Error) -> String {
         if error.kind() == io::ErrorKind::TimedOut {
-            return self.error(error);
+            return error.to_string();
         }
         let deadline = Instant::now() + ENDING;
         let status = loop {
             match self.process.try_wait() {
                 Ok(Some(status)) => break status,
                 Ok(None) if Instant::now() < deadline => sleep(Duration::from_millis(5)),
-                _ => return self.error(error),
+                _ => return error.to_string(),
             }
         };
         let words = if self.spoke(deadline) {
@@ -231,7 +118,7 @@ impl Node {
         } else {
             "it wrote nothing about it"
         };
-        self.error(format!("its program ended ({status}); {words}"))
+        format!("its program ended ({status}); {words}")
     }
 
     /// Whether the process, which has ended, wrote anything to standard error. Waits until that is
@@ -250,12 +137,34 @@ impl Node {
     }
 }
 
+impl Link for Process {
+    fn send(&mut self, message: &[u8]) -> Result<(), String> {
+        let length = u16::try_from(message.len()).map_err(|error| error.to_string())?;
+        self.buffer.clear();
+        self.buffer.extend(length.to_le_bytes());
+        self.buffer.extend(message);
+        let written = self.input.write_all(&self.buffer);
+        written.map_err(|error| self.gone(&error))
+    }
+
+    fn receive(&mut self, answer: &mut Vec<u8>) -> Result<(), String> {
+        let length = self.fill().map_err(|error| self.gone(&error))?;
+        answer.clear();
+        answer.extend(&self.buffer[PREFIX..PREFIX + length]);
+        Ok(())
+    }
+
+    fn set_timeout(&mut self, timeout: Duration) {
+        self.timeout = timeout;
+    }
+}
+
 /// Copies a node's standard error to that of this program. Returns whether there was any output.
 fn copy(mut from: ChildStderr) -> bool {
     io::copy(&mut from, &mut io::stderr()).is_ok_and(|count| count > 0)
 }
 
-impl Drop for Node {
+impl Drop for Process {
     fn drop(&mut self) {
         // The process may have ended already; errors are ignored in both cases.
         let _ = self.process.kill();
@@ -265,7 +174,7 @@ impl Drop for Node {
 
 fn command(board: Board, path: &Path) -> Command {
     match board {
-        Board::Native => Command::new(path),
+        Board::Native | Board::Wasm => Command::new(path),
         Board::Qemu => {
             let mut command = Command::new(crate::programs::setup::QEMU);
             command

@@ -1,12 +1,12 @@
-//! Runs the steps of a run until it ends, and records it.
+//! Runs the steps of a run until it ends, and passes its record on.
 
 use super::conditions::{Conditions, is_still};
 use super::lockstep::Run;
 use super::pace::Pace;
-use super::{Options, Outcome, Progress, RunError};
+use super::{Ending, Options, RunError, Sink};
 use crate::programs::Programs;
 use crate::scenario::Scenario;
-use crate::simulator::record::{SAMPLE_HZ, Sample};
+use crate::simulator::record::SAMPLE_HZ;
 use crate::simulator::slcan::SlcanPort;
 use std::time::{Duration, Instant};
 
@@ -16,8 +16,8 @@ const AFTER_TOPPLING: u64 = 500;
 /// operator. In this time a client can reconnect.
 const AFTER_CLIENTS: u64 = 5_000;
 
-/// Runs a scenario like [`super::run()`]. If the run fails after its start, it also returns what
-/// was recorded until then, with the error.
+/// Runs a scenario like [`super::run()`], with the record in `sink`. If the run fails after its
+/// start, the record until then is in `sink`, and the ending has the error.
 ///
 /// # Errors
 /// [`RunError`] of a run that did not start.
@@ -25,44 +25,32 @@ pub fn record(
     scenario: &Scenario,
     programs: &Programs,
     options: Options,
-    progress: &mut dyn FnMut(&Progress),
-) -> Result<(Outcome, Option<RunError>), RunError> {
+    sink: &mut dyn Sink,
+) -> Result<Ending, RunError> {
     let conditions = Conditions::of(scenario, &options);
     let (speed, slcan_wait) = (options.speed, options.slcan_wait);
     let run = Run::start(scenario, programs, options)?;
     let mut recorder = Recorder {
         run,
-        samples: Vec::new(),
         step: 0,
         conditions,
     };
-    let broken = recorder.wait_for_client(slcan_wait).err();
+    let waited = recorder.wait_for_client(slcan_wait);
     let speed = speed.or(recorder.run.slcan.as_ref().map(|_| 1.0));
     let began = Instant::now();
-    let broken = match broken {
-        None => recorder
-            .run_to_the_end(Pace::new(speed, began), progress)
-            .err(),
-        broken => broken,
-    };
-    let Recorder {
-        run, samples, step, ..
-    } = recorder;
-    let outcome = Outcome {
-        samples,
+    let ended = waited.and_then(|()| recorder.run_to_the_end(Pace::new(speed, began), sink));
+    let Recorder { run, step, .. } = recorder;
+    Ok(Ending {
         facts: run.facts(began.elapsed(), step),
         commands_s: run.commands_s(),
         clients: run.slcan.as_ref().map_or(0, SlcanPort::joined),
-        frames: run.frames,
-        log: run.log,
-    };
-    Ok((outcome, broken))
+        error: ended.err(),
+    })
 }
 
-/// A run and its record.
+/// A run and its end.
 struct Recorder {
     run: Run,
-    samples: Vec<Sample>,
     /// Number of steps done.
     step: u64,
     conditions: Conditions,
@@ -87,35 +75,28 @@ impl Recorder {
         }
     }
 
-    fn run_to_the_end(
-        &mut self,
-        mut pace: Pace,
-        progress: &mut dyn FnMut(&Progress),
-    ) -> Result<(), RunError> {
+    fn run_to_the_end(&mut self, mut pace: Pace, sink: &mut dyn Sink) -> Result<(), RunError> {
         let mut end = self.conditions.steps;
         let mut still_since_s = 0.0;
+        let mut theta_before = None;
         let mut attached_at = 0;
         while self.step < end {
             if self.conditions.interrupted() {
                 return Err(RunError::Interrupted);
             }
-            self.run.step(self.step + 1)?;
+            self.run.step(self.step + 1, sink)?;
             self.step += 1;
             let step = self.step;
             if step.is_multiple_of(1_000 / u64::from(SAMPLE_HZ)) {
                 let sample = self.run.sample(step);
-                progress(&Progress {
-                    time_s: sample.time_s,
-                    speed: sample.received.passed_speed,
-                    state: &sample.received.guard_state,
-                });
-                if !is_still(self.samples.last(), &sample) {
+                if !is_still(theta_before, &sample) {
                     still_since_s = sample.time_s;
                 }
                 if sample.time_s - still_since_s >= self.conditions.still_s {
                     end = step;
                 }
-                self.samples.push(sample);
+                theta_before = Some(sample.truth.theta);
+                sink.sample(sample)?;
             }
             std::thread::sleep(pace.pause(Instant::now()));
             if self.conditions.toppled && self.run.plant.truth().toppled {

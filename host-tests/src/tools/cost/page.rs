@@ -39,6 +39,7 @@ pub fn page(measurement: &Measurement, ledger: &Ledger) -> String {
     }
     PAGE.replace("{rustc}", &measurement.rustc)
         .replace("{kernels}", &kernels(measurement, ledger))
+        .replace("{periods}", &periods(measurement))
         .replace("{images}", &images(measurement))
         .replace("{excuses}", &excuses)
 }
@@ -74,6 +75,42 @@ fn kernels(measurement: &Measurement, ledger: &Ledger) -> String {
         ]
     });
     table(heads, &rows.collect::<Vec<_>>())
+}
+
+/// Guards: the robot, the ticks of its SYNC period, and the entries that count them.
+const GUARDS: [(&str, u32, &[&str]); 4] = [
+    (
+        "B2P2",
+        4,
+        &[
+            "guard tick with SYNC",
+            "guard tick with frames",
+            "guard tick that evaluates",
+            "guard tick that updates the estimate",
+        ],
+    ),
+    ("crawler", 4, &["guard tick of the crawler"]),
+    ("RT-Mover", 5, &["guard tick of RT-Mover"]),
+    ("Hylos", 8, &["guard tick of Hylos"]),
+];
+
+/// Instructions of all ticks of a SYNC period, quiet and busy.
+fn periods(measurement: &Measurement) -> String {
+    let rows = GUARDS.map(|(robot, ticks, names)| {
+        let sum = |suffix: &str| {
+            let of_entry = |name: &&str| {
+                let name = format!("{name}{suffix}");
+                let entry = measurement.entries.iter().find(|entry| entry.name == name);
+                entry.map(|entry| entry.mean)
+            };
+            let sum: Option<f64> = names.iter().map(of_entry).sum();
+            // An entry with every tick of the period has their mean.
+            let per_entry = f64::from(ticks) / names.len() as f64;
+            or_dash(sum.map(|sum| format!("{:.0}", sum * per_entry)).as_ref())
+        };
+        [robot.to_owned(), ticks.to_string(), sum(""), sum(", busy")]
+    });
+    table(["guard of", "ticks", "quiet", "busy"], &rows)
 }
 
 fn images(measurement: &Measurement) -> String {

@@ -1,5 +1,6 @@
 //! The command line of `cargo demo`: options, their help texts and the checks of their values.
 
+use crate::programs::Board;
 use crate::robots::Kind;
 use clap::{Parser, ValueEnum};
 use std::path::PathBuf;
@@ -15,7 +16,8 @@ pub(super) struct Arguments {
     /// Robot whose default scenario, or whose operators' suite, is run
     #[arg(long, value_enum, default_value = "b2p2", conflicts_with = "scenario")]
     pub robot: Kind,
-    /// Runs a suite of scenarios with native nodes instead of one scenario, and writes its table
+    /// Runs a suite of scenarios instead of one, with native nodes or those of --nodes wasm, and
+    /// writes its table
     #[arg(long, value_enum, conflicts_with_all = ["scenario", "speed", "slcan"])]
     pub suite: Option<Suite>,
     /// Hazard suite: number of hazards, and number of legitimate runs, to draw at random in
@@ -25,7 +27,8 @@ pub(super) struct Arguments {
     /// Operators' suite: number of runs
     #[arg(long, value_name = "N", requires = "suite", default_value_t = 100)]
     pub runs: u64,
-    /// Processor of the nodes: a Cortex-M4F emulated by QEMU (qemu), or this computer (native)
+    /// Processor of the nodes: a Cortex-M4F emulated by QEMU (qemu), or this computer, with a process
+    /// for each node (native) or WebAssembly modules in one process (wasm, only with `cargo demo-wasm`)
     #[arg(long, value_enum, default_value_t = Nodes::Qemu)]
     pub nodes: Nodes,
     /// Switches the guard's filter on or off, whatever the scenario says
@@ -59,6 +62,17 @@ pub(super) struct Arguments {
 pub(super) enum Nodes {
     Qemu,
     Native,
+    Wasm,
+}
+
+impl Nodes {
+    pub fn board(self) -> Board {
+        match self {
+            Self::Qemu => Board::Qemu,
+            Self::Native => Board::Native,
+            Self::Wasm => Board::Wasm,
+        }
+    }
 }
 
 #[derive(Clone, Copy, ValueEnum)]

@@ -9,6 +9,7 @@ mod output;
 mod preparation;
 mod run;
 
+use crate::programs::Board;
 use crate::robots::Kind;
 use crate::tools::suite::command;
 use crate::tools::suite::operators::Plan;
@@ -36,8 +37,15 @@ pub fn main(arguments: impl Iterator<Item = OsString>) -> ExitCode {
     if let Some(suite) = arguments.suite {
         let seed = arguments.seed.unwrap_or(1);
         let b2p2_with_guard = arguments.robot == Kind::B2p2 && arguments.guard.is_none();
+        // Emulated nodes take too long for a suite.
+        let board = match arguments.nodes.board() {
+            Board::Wasm => Board::Wasm,
+            Board::Qemu | Board::Native => Board::Native,
+        };
         let holds = match suite {
-            Suite::Hazards if b2p2_with_guard => command::hazards(arguments.random, seed, &out),
+            Suite::Hazards if b2p2_with_guard => {
+                command::hazards(board, arguments.random, seed, &out)
+            }
             Suite::Hazards => {
                 return fail("--suite hazards takes neither --robot nor --guard", USAGE);
             }
@@ -48,7 +56,7 @@ pub fn main(arguments: impl Iterator<Item = OsString>) -> ExitCode {
                     runs: arguments.runs,
                     seed,
                 };
-                command::operators(&plan, &out)
+                command::operators(board, &plan, &out)
             }
         };
         return match holds {

@@ -13,18 +13,17 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-fn programs(kind: Kind) -> Result<Programs, String> {
+fn programs(board: Board, kind: Kind) -> Result<Programs, String> {
     println!("building the nodes (a minute or two the first time) ...");
-    kind.programs(Board::Native)
-        .map_err(|error| error.to_string())
+    kind.programs(board).map_err(|error| error.to_string())
 }
 
-/// Runs the hazard suite. Returns whether every row holds.
+/// Runs the hazard suite with nodes on `board`. Returns whether every row holds.
 ///
 /// # Errors
 /// The programs do not build, a scenario cannot be run, or a file cannot be written.
-pub fn hazards(random: u64, seed: u64, out: &Path) -> Result<bool, String> {
-    let programs = programs(Kind::B2p2)?;
+pub fn hazards(board: Board, random: u64, seed: u64, out: &Path) -> Result<bool, String> {
+    let programs = programs(board, Kind::B2p2)?;
     let root = checkout::root().map_err(|error| error.to_string())?;
     let scenarios = root.join("host-tests/scenarios");
     let done = |row: &Row| {
@@ -70,8 +69,8 @@ fn write_findings(
 ///
 /// # Errors
 /// The programs do not build, a run fails, or a file cannot be written.
-pub fn operators(plan: &Plan, out: &Path) -> Result<bool, String> {
-    let programs = programs(plan.robot)?;
+pub fn operators(board: Board, plan: &Plan, out: &Path) -> Result<bool, String> {
+    let programs = programs(board, plan.robot)?;
     let robot = plan.robot.to_possible_value();
     let robot = robot.as_ref().map_or("", |value| value.get_name());
     let guard = if plan.guard { "on" } else { "off" };

@@ -152,7 +152,7 @@ impl<'a> Trials<'a> {
             end_when_toppled: true,
             ..options
         };
-        let outcome = run(&checked, self.programs, options, &mut |_| {})
+        let outcome = run(&checked, self.programs, options)
             .map_err(|error| SuiteError::Run(self.scenario.name.clone(), error))?;
         let simulated_s = outcome.samples.last().map_or(0.0, |sample| sample.time_s);
         self.simulated_s.set(self.simulated_s.get() + simulated_s);

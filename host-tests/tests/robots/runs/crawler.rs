@@ -119,7 +119,7 @@ fn the_page_shows_the_crawler_and_nothing_of_b2p2() {
         description.duration_s = 2.0;
     });
     let (summary, samples) = outcome(&short, Board::Native);
-    let page = report::html(&short, &summary, &samples);
+    let page = report::html(&short, &summary, &samples).unwrap();
     if let Some(path) = std::env::var_os("TAUTRACK_SHOW_REPORT") {
         std::fs::write(Path::new(&path), &page).unwrap();
     }

@@ -38,8 +38,7 @@ fn outcome(scenario: &Scenario, board: Board) -> (Summary, Vec<Sample>) {
         ..Options::default()
     };
     let programs = programs(board, scenario.kind());
-    let outcome =
-        run(scenario, &programs, options, &mut |_| {}).unwrap_or_else(|error| panic!("{error}"));
+    let outcome = run(scenario, &programs, options).unwrap_or_else(|error| panic!("{error}"));
     let summary = Summary::new(scenario, &outcome.facts, &outcome.samples);
     println!("{summary}");
     (summary, outcome.samples)

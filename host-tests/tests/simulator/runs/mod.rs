@@ -23,13 +23,8 @@ use tautrack_host_tests::simulator::run::{Options, Outcome, run};
 
 /// Returns the programs for `board`, which are built once.
 fn programs(board: Board) -> &'static Programs {
-    static QEMU: OnceLock<Programs> = OnceLock::new();
-    static NATIVE: OnceLock<Programs> = OnceLock::new();
-    let cell = match board {
-        Board::Qemu => &QEMU,
-        Board::Native => &NATIVE,
-    };
-    cell.get_or_init(|| {
+    static OF_BOARDS: [OnceLock<Programs>; 3] = [const { OnceLock::new() }; 3];
+    OF_BOARDS[board as usize].get_or_init(|| {
         Kind::B2p2
             .programs(board)
             .unwrap_or_else(|error| panic!("{error}"))
@@ -57,13 +52,8 @@ fn path(name: &str) -> PathBuf {
 
 /// Returns the nominal climb with `board`'s programs, which runs once for all tests.
 fn climb(board: Board) -> &'static (Summary, Vec<Sample>) {
-    static QEMU: OnceLock<(Summary, Vec<Sample>)> = OnceLock::new();
-    static NATIVE: OnceLock<(Summary, Vec<Sample>)> = OnceLock::new();
-    let cell = match board {
-        Board::Qemu => &QEMU,
-        Board::Native => &NATIVE,
-    };
-    cell.get_or_init(|| outcome(&scenario("staircase", |_| {}), board))
+    static OF_BOARDS: [OnceLock<(Summary, Vec<Sample>)>; 3] = [const { OnceLock::new() }; 3];
+    OF_BOARDS[board as usize].get_or_init(|| outcome(&scenario("staircase", |_| {}), board))
 }
 
 /// Runs `scenario` with `board`'s programs.
@@ -72,7 +62,7 @@ fn outcome(scenario: &Scenario, board: Board) -> (Summary, Vec<Sample>) {
 }
 
 fn with(scenario: &Scenario, board: Board, options: Options) -> (Summary, Vec<Sample>) {
-    let Outcome { samples, facts, .. } = run(scenario, programs(board), options, &mut |_| {})
-        .unwrap_or_else(|error| panic!("{error}"));
+    let Outcome { samples, facts, .. } =
+        run(scenario, programs(board), options).unwrap_or_else(|error| panic!("{error}"));
     (Summary::new(scenario, &facts, &samples), samples)
 }

@@ -2,15 +2,16 @@
 
 use crate::session::demo::{Demo, command, scenario, send, summary};
 use std::fs;
+use std::io::{BufRead, BufReader};
 use std::net::TcpListener;
 use std::path::Path;
-use std::process::Command;
+use std::process::{Command, Stdio};
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 use tautrack::link::{Start, VERSION};
 use tautrack_host_tests::programs::Board;
 use tautrack_host_tests::robots::{Kind, NodeName};
-use tautrack_host_tests::simulator::run::process::Node;
+use tautrack_host_tests::simulator::run::node::Node;
 
 /// Asserts that `arguments` are refused with status 2 before anything is built; returns the error.
 fn refusal(arguments: &[&str]) -> String {
@@ -109,6 +110,12 @@ fn an_interrupted_run_keeps_what_it_recorded() {
     let log = fs::read(out.join("run.mcap")).expect("run.mcap");
     let magic = b"\x89MCAP0\r\n";
     assert!(log.starts_with(magic) && log.ends_with(magic));
+    let index = mcap::Summary::read(&log).expect("readable");
+    let statistics = index.and_then(|index| index.stats).expect("statistics");
+    let topics = statistics.channel_message_counts.values();
+    // Truth, bus and drives have one message each per sample, and there is one of /tf in four.
+    let samples = (simulated_s * 100.0 + 1e-6).floor() as u64;
+    assert_eq!(topics.filter(|count| **count == samples).count(), 3);
     let report = fs::read_to_string(out.join("report.html")).expect("report.html");
     assert!(report.contains("</html>"));
 }
@@ -135,7 +142,7 @@ fn an_interrupt_ends_the_wait_for_a_client() {
 }
 
 #[test]
-fn a_file_that_cannot_be_written_is_named_and_the_others_are_kept() {
+fn a_recording_that_cannot_be_written_ends_the_run_and_the_summary_says_so() {
     build(Board::Native);
     let flat = scenario("flat");
     let (command, out) = command("too-large", &["--nodes", "native", "--scenario", &flat]);
@@ -150,13 +157,83 @@ fn a_file_that_cannot_be_written_is_named_and_the_others_are_kept() {
     assert!(error.contains("run.mcap is not complete"), "{error}");
     assert!(output.contains("state hash"), "no table: {output}");
     let summary = summary(&out);
-    assert_eq!(summary["simulated_s"], 12.0);
-    assert_eq!(summary["expectation_met"], true);
+    let why = summary["ended_early"].as_str().unwrap_or_default();
+    assert!(
+        why.contains("run.mcap is not complete: File too large"),
+        "{why}"
+    );
+    let simulated_s = summary["simulated_s"].as_f64().expect("a number");
+    assert!(simulated_s > 0.0 && simulated_s < 12.0, "{simulated_s} s");
+}
+
+#[test]
+fn a_standard_output_that_closes_does_not_lose_the_results() {
+    build(Board::Native);
+    let flat = scenario("flat");
+    let (mut command, out) = command("closed", &["--nodes", "native", "--scenario", &flat]);
+    command.stdout(Stdio::piped()).stderr(Stdio::piped());
+    let mut demo = command.spawn().expect("the demo starts");
+    let output = BufReader::new(demo.stdout.take().expect("piped"));
+    let begun = |line: &Result<String, _>| line.as_ref().is_ok_and(|it| it.starts_with("flat:"));
+    assert!(output.lines().any(|line| begun(&line)), "no line");
+    // The reader of the output is gone now.
+    let ended = demo.wait_with_output().expect("it ends");
+    let error = String::from_utf8_lossy(&ended.stderr);
+    assert_eq!(ended.status.code(), Some(1), "{error}");
+    assert!(
+        error.contains("cannot write to the standard output: Broken pipe"),
+        "{error}"
+    );
+    assert_eq!(summary(&out)["simulated_s"], 12.0);
+    assert!(out.join("report.html").exists());
+}
+
+/// The flat scenario with another duration.
+#[cfg(target_os = "linux")]
+fn lasting(duration_s: u32) -> String {
+    let text = fs::read_to_string(scenario("flat")).expect("shipped");
+    let text = text.replace("duration_s = 12.0", &format!("duration_s = {duration_s}.0"));
+    let name = format!("flat-{duration_s}.toml");
+    let file = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
+    fs::write(&file, text).expect("written");
+    file.display().to_string()
+}
+
+/// Maximum of the memory of the demo in a run of this duration, kB.
+#[cfg(target_os = "linux")]
+fn peak_memory_kb(duration_s: u32) -> u64 {
+    let scenario = lasting(duration_s);
+    let arguments = ["--nodes", "native", "--scenario", &scenario];
+    let (mut command, out) = command("memory", &arguments);
+    let mut demo = command.stdout(Stdio::null()).spawn().expect("it starts");
+    let status = format!("/proc/{}/status", demo.id());
+    let mut peak = 0;
+    while demo.try_wait().expect("it runs").is_none() {
+        let text = fs::read_to_string(&status).unwrap_or_default();
+        let figure = text.lines().find_map(|line| line.strip_prefix("VmHWM:"));
+        let figure = figure.and_then(|it| it.trim().trim_end_matches(" kB").parse().ok());
+        peak = figure.unwrap_or(peak);
+        sleep(Duration::from_millis(5));
+    }
+    assert_eq!(summary(&out)["simulated_s"], f64::from(duration_s));
+    fs::remove_dir_all(&out).expect("removed");
+    peak
+}
+
+#[test]
+#[cfg(target_os = "linux")]
+fn a_demo_of_twice_the_length_needs_no_more_memory() {
+    build(Board::Native);
+    // The page has the size of a minute from then on.
+    let [shorter, longer] = [70, 140].map(peak_memory_kb);
+    // A minute of samples and frames in memory would be 7 MB.
+    assert!(longer < shorter + 2_000, "{shorter} and {longer} kB");
+    assert!(longer < 60 * 1024, "{longer} kB");
 }
 
 /// The disk is a small one in memory and fills up during the run.
 #[test]
-fn a_disk_that_fills_up_during_the_run_does_not_lose_the_summary() {
+fn a_disk_that_fills_up_ends_the_run_and_does_not_lose_the_summary() {
     let in_memory = |script: &str| {
         let mut command = Command::new("unshare");
         command.args(["--user", "--map-root-user", "--mount", "sh", "-c", script]);
@@ -196,7 +273,12 @@ fn a_disk_that_fills_up_during_the_run_does_not_lose_the_summary() {
         );
     }
     assert!(error.contains("No space left on device"), "{error}");
-    assert_eq!(summary(&copied)["simulated_s"], 12.0);
+    let why = summary(&copied)["ended_early"].clone();
+    assert!(
+        why.as_str()
+            .is_some_and(|why| why.contains("No space left on device")),
+        "{why}"
+    );
 }
 
 #[test]

@@ -1,6 +1,8 @@
-//! Tests the results of a run: run.mcap, the facts in the summary, the side view of the report.
+//! Tests the results of a run: run.mcap, the facts in the summary, the side view of the report,
+//! and long runs.
 
 mod facts;
+mod long;
 mod recording;
 mod side_view;
 

@@ -8,7 +8,6 @@ use std::io::BufWriter;
 use std::path::Path;
 use std::process::Command;
 use tautrack::can::Frame;
-use tautrack_host_tests::results::mcap;
 use tautrack_host_tests::results::mcap::Recording;
 use tautrack_host_tests::scenario::Scenario;
 use tautrack_host_tests::simulator::record::{BusFrame, DriveState, Event, Level, Sample};
@@ -41,6 +40,8 @@ fn recorded(scenario: &Scenario) -> (Vec<Sample>, Vec<BusFrame>) {
     let mut samples = carried(scenario);
     let drives = facts(scenario).nodes.len() - 1;
     for (index, sample) in samples.iter_mut().enumerate() {
+        // The first sample of a run is not at power-up.
+        sample.time_s += 0.1;
         sample.drives = (0..drives)
             .map(|drive| {
                 // The last drive loses its power.
@@ -75,13 +76,15 @@ fn read(scenario: &Scenario, name: &str) -> Option<(Vec<Sample>, Vec<BusFrame>, 
     let interpreter = python::python("python-mcap", &["mcap==1.2.2"])?;
     let (samples, frames) = recorded(scenario);
     let file = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("{name}.mcap"));
-    let recording = Recording {
-        scenario,
-        nodes: &facts(scenario).nodes,
-        samples: &samples,
-        frames: &frames,
-    };
-    mcap::write(&recording, BufWriter::new(File::create(&file).unwrap())).unwrap();
+    let out = BufWriter::new(File::create(&file).unwrap());
+    let mut recording = Recording::new(scenario, out).unwrap();
+    for frame in &frames {
+        recording.frame(frame).unwrap();
+    }
+    for sample in &samples {
+        recording.sample(sample).unwrap();
+    }
+    recording.finish().unwrap();
     let output = Command::new(interpreter)
         .args(["-c", READER])
         .arg(&file)

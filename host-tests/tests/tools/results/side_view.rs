@@ -13,7 +13,7 @@ use tautrack_host_tests::world::terrain::Terrain;
 /// The JSON data inside the page of a run.
 fn page(scenario: &Scenario, samples: &[Sample]) -> Value {
     let summary = Summary::new(scenario, &facts(scenario), samples);
-    let page = report::html(scenario, &summary, samples);
+    let page = report::html(scenario, &summary, samples).unwrap();
     let begin = page.find("id=\"data\">").unwrap() + "id=\"data\">".len();
     let end = begin + page[begin..].find("</script>").unwrap();
     serde_json::from_str(&page[begin..end]).unwrap()
@@ -224,7 +224,7 @@ fn no_plot_has_more_than_eight_curves_and_every_drive_has_one() {
 fn play_is_above_the_figures_and_every_tick_has_a_text() {
     let scenario = scenario("flat");
     let summary = Summary::new(&scenario, &facts(&scenario), &[]);
-    let page = report::html(&scenario, &summary, &[]);
+    let page = report::html(&scenario, &summary, &[]).unwrap();
     let place = |text: &str| page.find(text).unwrap_or_else(|| panic!("no {text}"));
     assert!(place("id=\"play\"") < place("id=\"figures\""));
     assert!(place("id=\"tick-text\" role=\"status\"") < place("id=\"figures\""));

@@ -33,6 +33,8 @@ pub(super) struct Drives {
     mismatch: Option<ScaleMismatch>,
     /// Node id of the guard itself.
     own_id: u8,
+    /// One bit for each node id whose frames concern the guard.
+    concerned: [u32; 4],
     /// Node id in a frame of another node, whose identifier only the guard may use.
     foreign: Option<u8>,
     /// Numbers of the guard's own NMT and SYNC frames that have not come back to it yet.
@@ -42,6 +44,11 @@ pub(super) struct Drives {
 impl Drives {
     pub fn new<B: Body>(settings: &Settings) -> Self {
         let ids = B::drive_ids(settings);
+        let own_id = settings.id(Setting::NodeId);
+        let mut concerned = [0; 4];
+        for id in ids.iter().chain(&[0, own_id]) {
+            concerned[usize::from(id >> 5 & 3)] |= 1 << (id & 31);
+        }
         Self {
             nodes: (0..)
                 .zip(&ids)
@@ -51,7 +58,8 @@ impl Drives {
             scales: ids.iter().map(|_| ScaleReader::default()).collect(),
             expected_scales: (0..ids.len()).map(|drive| B::scale(drive).code()).collect(),
             mismatch: None,
-            own_id: settings.id(Setting::NodeId),
+            own_id,
+            concerned,
             foreign: None,
             own_frames: [0; 2],
         }
@@ -88,6 +96,9 @@ impl Drives {
     pub fn receive(&mut self, frame: &Frame, now_us: u64) {
         // The low seven bits of an identifier are the node id, the others are the function code.
         let (node, function) = ((frame.id() & 0x7f) as u8, frame.id() & !0x7f);
+        if !self.concerns(node) {
+            return;
+        }
         self.watch_identifiers(node, function);
         let mut answered = false;
         let drives = self.nodes.iter_mut().zip(&mut self.states);
@@ -100,6 +111,14 @@ impl Drives {
         if answered {
             self.compare_scales();
         }
+    }
+
+    /// Returns whether frames of this node id concern the guard: those of a drive, those that all
+    /// nodes follow (id 0), and those with its own id. A full bus brings mostly others.
+    #[inline]
+    fn concerns(&self, node: u8) -> bool {
+        let word = self.concerned.get(usize::from(node >> 5));
+        word.is_some_and(|word| word >> (node & 31) & 1 != 0)
     }
 
     /// Records a frame of another node whose identifier only the guard may use.

@@ -1,7 +1,7 @@
 //! Contact of the belts with the ground: applies the surface speed of the belts and reads the
 //! forces of the ground.
 
-use super::robot::MARKS;
+use super::robot::{MARKS, Robot};
 use crate::world::physics::DT;
 use rapier3d_f64::geometry::NEW_CONTACT_BIT;
 use rapier3d_f64::math::Vector;
@@ -134,6 +134,7 @@ fn friction_impulse(data: &ContactData, normal: Vector) -> Vector {
 /// points.
 pub fn read(
     world: &PhysicsWorld,
+    robot: &Robot,
     belts: &RunningBelts,
     step: u64,
     support: &mut Support,
@@ -145,12 +146,16 @@ pub fn read(
             continue;
         };
         let sign = if first { 1.0 } else { -1.0 };
-        let belt = &world.colliders[if first {
+        let belt = if first {
             pair.collider1
         } else {
             pair.collider2
-        }];
-        let Some(body) = belt.parent().and_then(|handle| world.bodies.get(handle)) else {
+        };
+        let body = world.colliders.get(belt).and_then(Collider::parent);
+        let Some(body) = body.and_then(|handle| world.bodies.get(handle)) else {
+            continue;
+        };
+        let Some(pose) = robot.pose(world, belt) else {
             continue;
         };
         for manifold in pair.solver_manifolds() {
@@ -164,7 +169,7 @@ pub fn read(
                 } else {
                     point.local_p2
                 };
-                let place = belt.position().transform_point(local);
+                let place = pose.transform_point(local);
                 if force > LEAST_SUPPORT {
                     support.add(place, step + WINDOW);
                 }

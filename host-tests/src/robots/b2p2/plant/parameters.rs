@@ -179,6 +179,11 @@ impl B2p2Parameters {
             .clamp(self.joint_travel[0], self.joint_travel[1])
     }
 
+    /// Chassis angle in the middle of the travel, rad.
+    pub fn joint_middle(&self) -> f64 {
+        0.5 * (self.joint_travel[0] + self.joint_travel[1])
+    }
+
     /// Extension at power-up, limited to the travel, m.
     pub fn initial_extension(&self) -> f64 {
         let wanted =

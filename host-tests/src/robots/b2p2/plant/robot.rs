@@ -4,6 +4,7 @@
 
 use super::parameters::{B2p2Parameters, SEGMENTS};
 use crate::world::ground::Ground;
+use crate::world::inertia::{Inertia, of_point};
 use crate::world::load::Load;
 use crate::world::physics::turn;
 use rapier3d_f64::math::{Matrix, Pose, Vector};
@@ -19,12 +20,14 @@ const CHORD_OVERLAP: f64 = 0.04;
 pub struct Robot {
     /// Segments 1 to 3.
     pub bodies: [RigidBodyHandle; 3],
+    /// Mass properties of the segments; those of segment 1 include the payload.
+    pub masses: [MassProperties; 3],
     /// The chassis joint, turning about -y: front up is positive.
     pub joint: ImpulseJointHandle,
     /// The screw, sliding along x.
     pub screw: ImpulseJointHandle,
     /// Per side: the half of the chord on segment 1 and the half on segment 3.
-    chords: [[ColliderHandle; 2]; 2],
+    chords: [[Chord; 2]; 2],
     half_chord: f64,
 }
 
@@ -57,8 +60,7 @@ pub fn lay_ground(world: &mut PhysicsWorld, terrain: &Ground, parameters: &B2p2P
     tilt * Pose::from_parts(Vector::new(0.0, y, height), turn(Vector::Z, heading))
 }
 
-/// Mass, centre of mass and inertia of segment `index` (0 to 2) in body axes, with the payload if
-/// one is given.
+/// Mass properties of segment `index` (0 to 2) in body axes, with the payload if one is given.
 pub fn mass_properties(
     parameters: &B2p2Parameters,
     index: usize,
@@ -75,24 +77,30 @@ pub fn mass_properties(
     let com = Vector::from_array(segment.centre_of_mass);
     // Symmetric, so rows and columns are the same.
     let about_origin = Matrix::from_cols_array_2d(&segment.inertia_about_origin);
-    let outer = Matrix::from_cols(com * com.x, com * com.y, com * com.z);
-    let steiner =
-        (Matrix::from_diagonal(Vector::splat(com.length_squared())) - outer) * segment.mass;
-    let inertia = axes * (about_origin - steiner) * axes.transpose();
-    let mut place = axes * com;
+    let about_com = about_origin - of_point(segment.mass, com);
+    let mut centre = axes * com;
     match index {
-        0 => place.z = parameters.body_1_com_height,
-        2 => place.x -= parameters.axle_3_from_r8,
+        0 => centre.z = parameters.body_1_com_height,
+        2 => centre.x -= parameters.axle_3_from_r8,
         _ => {}
     }
-    let bare = MassProperties::with_inertia_matrix(place, segment.mass, inertia);
-    payload.map_or(bare, |payload| {
-        bare + MassProperties::new(
-            Vector::from_array(payload.place),
-            payload.mass,
-            Vector::splat(payload.own_inertia()),
-        )
-    })
+    let bare = Inertia {
+        mass: segment.mass,
+        centre,
+        about_centre: axes * about_com * axes.transpose(),
+    };
+    payload
+        .map_or(bare, |payload| bare.with_load(&payload))
+        .properties()
+}
+
+/// Half of a chord.
+struct Chord {
+    collider: ColliderHandle,
+    /// Segment to which it belongs.
+    body: RigidBodyHandle,
+    /// Pose on the segment.
+    pose: Pose,
 }
 
 impl Robot {
@@ -107,26 +115,16 @@ impl Robot {
             front,
             front * Pose::from_translation(Vector::X * (p.l2 + extension)),
         ];
+        let masses = [0, 1, 2].map(|index| mass_properties(p, index, None));
         let bodies = core::array::from_fn(|i| {
             world.insert_body(
                 RigidBodyBuilder::dynamic()
                     .pose(poses[i])
-                    .additional_mass_properties(mass_properties(p, i, None))
+                    .additional_mass_properties(masses[i])
                     .can_sleep(false),
             )
         });
-        let joint = world.insert_impulse_joint(
-            bodies[0],
-            bodies[1],
-            RevoluteJointBuilder::new(Vector::NEG_Y)
-                .local_anchor1(Vector::X * p.l1)
-                .local_anchor2(Vector::ZERO)
-                .limits([
-                    p.joint_travel[0] - 5.0_f64.to_radians(),
-                    p.joint_travel[1] + 5.0_f64.to_radians(),
-                ])
-                .motor_model(MotorModel::ForceBased),
-        );
+        let joint = world.insert_impulse_joint(bodies[0], bodies[1], chassis_joint(p));
         let screw = world.insert_impulse_joint(
             bodies[1],
             bodies[2],
@@ -138,20 +136,23 @@ impl Robot {
         );
         let half_chord = 0.25 * (p.k + p.l1) + CHORD_OVERLAP;
         let chords = [0, 1].map(|side| belt(world, p, bodies, side, half_chord));
-        let robot = Self {
+        Self {
             bodies,
+            masses,
             joint,
             screw,
             chords,
             half_chord,
-        };
-        robot.lay_chords(world, p, theta, extension);
-        robot
+        }
     }
 
-    /// Places both belts' chords along the line from axle 1 to axle 3.
+    /// Places both belts' chords along the line from axle 1 to axle 3, for the next step alone.
+    ///
+    /// It moves the colliders in the world. If it moved them on their bodies, the engine would
+    /// compute the bodies' masses and its list of contacts anew in each step. In its first step the
+    /// engine puts all colliders to their places on the bodies: call this from the second step on.
     pub fn lay_chords(
-        &self,
+        &mut self,
         world: &mut PhysicsWorld,
         p: &B2p2Parameters,
         theta: f64,
@@ -164,16 +165,35 @@ impl Robot {
             let rotation = turn(Vector::NEG_Y, angle);
             (rotation * (Vector::X * x), rotation)
         };
-        for (side, handles) in self.chords.iter().enumerate() {
+        for (side, chords) in self.chords.iter_mut().enumerate() {
             let y = Vector::Y * lateral(p, side);
             let halves = [
                 along(rise, 0.5 * self.half_chord),
                 along(rise - theta, -0.5 * self.half_chord),
             ];
-            for (handle, (centre, rotation)) in handles.iter().zip(halves) {
-                world.colliders[*handle]
-                    .set_position_wrt_parent(Pose::from_parts(centre + y, rotation));
+            for (chord, (centre, rotation)) in chords.iter_mut().zip(halves) {
+                chord.pose = Pose::from_parts(centre + y, rotation);
+                let pose = world.bodies[chord.body].position() * chord.pose;
+                let collider = &mut world.colliders[chord.collider];
+                collider.set_position(pose);
+                collider.set_enabled(true);
             }
+        }
+    }
+
+    /// Pose of one of the robot's colliders in the world; `None` if it is not one of them.
+    pub fn pose(&self, world: &PhysicsWorld, collider: ColliderHandle) -> Option<Pose> {
+        let chord = self
+            .chords
+            .as_flattened()
+            .iter()
+            .find(|chord| chord.collider == collider);
+        match chord {
+            Some(chord) => Some(world.bodies[chord.body].position() * chord.pose),
+            None => world
+                .colliders
+                .get(collider)
+                .map(|collider| *collider.position()),
         }
     }
 
@@ -199,6 +219,23 @@ impl Robot {
     }
 }
 
+/// Creates the chassis joint; its zero is the middle of the travel.
+///
+/// With stops that are symmetric about zero, the engine needs the sine and cosine of zero alone. It
+/// takes them from the platform, which has these two exactly and others only nearly.
+fn chassis_joint(p: &B2p2Parameters) -> GenericJoint {
+    let middle = p.joint_middle();
+    let stop = p.joint_travel[1] + 5.0_f64.to_radians() - middle;
+    let mut joint: GenericJoint = RevoluteJointBuilder::new(Vector::NEG_Y)
+        .local_anchor1(Vector::X * p.l1)
+        .local_anchor2(Vector::ZERO)
+        .limits([-stop, stop])
+        .motor_model(MotorModel::ForceBased)
+        .into();
+    joint.local_frame1.rotation = turn(Vector::NEG_Y, middle) * joint.local_frame1.rotation;
+    joint
+}
+
 /// Lateral position of a belt's middle, positive to the left, m.
 fn lateral(p: &B2p2Parameters, side: usize) -> f64 {
     0.5 * (p.width - p.belt_width) * if side == 0 { 1.0 } else { -1.0 }
@@ -213,17 +250,17 @@ fn belt(
     bodies: [RigidBodyHandle; 3],
     side: usize,
     half_chord: f64,
-) -> [ColliderHandle; 2] {
+) -> [Chord; 2] {
     let (radius, half_width) = (p.pulley_radius, 0.5 * p.belt_width);
     let mut add = |body: usize, x: f64, shape: ColliderBuilder| {
+        let place = Vector::new(x, lateral(p, side), 0.0);
         world.insert_collider(
             shape
-                .position(Pose::from_translation(Vector::new(
-                    x,
-                    lateral(p, side),
-                    0.0,
-                )))
-                .density(0.0)
+                .position(Pose::from_translation(place))
+                // No mass, and the centre of it at the body's origin: then the engine's sum of
+                // masses stays exactly that of the segment, and it does not look for the
+                // principal axes of the sum, for which it would call the platform's functions.
+                .mass_properties(MassProperties::new(-place, 0.0, Vector::ZERO))
                 .friction(p.friction)
                 .friction_combine_rule(CoefficientCombineRule::Min)
                 // The robot touches the ground, but not itself.
@@ -247,7 +284,11 @@ fn belt(
     let front = p.taut_length(0.0) - 0.02;
     add(1, 0.5 * front, bar(front));
     add(2, -0.5 * front, bar(front));
-    [add(0, 0.0, bar(half_chord)), add(2, 0.0, bar(half_chord))]
+    [0, 2].map(|body| Chord {
+        collider: add(body, 0.0, bar(half_chord).enabled(false)),
+        body: bodies[body],
+        pose: Pose::IDENTITY,
+    })
 }
 
 #[cfg(test)]

@@ -28,11 +28,13 @@ impl B2p2 {
                 p.dead_track_friction,
             );
         }
-        self.robot.lay_chords(&mut self.world, &p, theta, extension);
-        let (joint, screw) = (
-            self.joint.drive(joint, theta),
-            self.screw.drive(screw, extension),
-        );
+        if self.step > 0 {
+            self.robot.lay_chords(&mut self.world, &p, theta, extension);
+        }
+        let mut joint = self.joint.drive(joint, theta);
+        // The engine counts from the middle of the travel.
+        joint.place -= p.joint_middle();
+        let screw = self.screw.drive(screw, extension);
         self.drive_joint(self.robot.joint, JointAxis::AngX, joint);
         self.drive_joint(self.robot.screw, JointAxis::LinX, screw);
 
@@ -47,7 +49,13 @@ impl B2p2 {
         let [length, _] = self.robot.extension(&self.world, &p);
         self.rates = [(now - theta) / DT, (length - extension) / DT];
 
-        self.ground = contact::read(&self.world, &running, self.step, &mut self.support);
+        self.ground = contact::read(
+            &self.world,
+            &self.robot,
+            &running,
+            self.step,
+            &mut self.support,
+        );
         for (side, belt) in self.belts.iter_mut().enumerate() {
             belt.load(
                 self.ground.traction[side],
@@ -77,11 +85,10 @@ impl B2p2 {
             .filter(|payload| self.step as f64 * DT >= payload.from_time_s);
         if self.payload.is_none() && due.is_some() {
             self.payload = due;
+            let loaded = robot::mass_properties(&self.parameters, 0, due);
+            self.robot.masses[0] = loaded;
             let body = &mut self.world.bodies[self.robot.bodies[0]];
-            body.set_additional_mass_properties(
-                robot::mass_properties(&self.parameters, 0, due),
-                true,
-            );
+            body.set_additional_mass_properties(loaded, true);
         }
     }
 

@@ -1,6 +1,6 @@
 //! Ground truth of B2P2, as recorded in a run.
 
-use super::{B2p2, robot};
+use super::B2p2;
 use crate::world::physics::DT;
 use rapier3d_f64::math::Vector;
 use tautrack::constants::GRAVITY_F64;
@@ -32,9 +32,8 @@ impl B2p2 {
         let p = &self.parameters;
         let bodies = self.robot.bodies.map(|handle| &self.world.bodies[handle]);
         let (mut mass, mut moment, mut momentum) = (0.0, Vector::ZERO, Vector::ZERO);
-        for (index, body) in bodies.iter().enumerate() {
-            // The engine's own sums exist only after its first step.
-            let properties = robot::mass_properties(p, index, self.payload.filter(|_| index == 0));
+        // The engine's own sums exist only after its first step.
+        for (body, properties) in bodies.iter().zip(&self.robot.masses) {
             let centre = body.position().transform_point(properties.local_com);
             mass += properties.mass();
             moment += centre * properties.mass();

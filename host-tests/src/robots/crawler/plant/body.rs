@@ -1,6 +1,7 @@
 //! The crawler as one rigid body, and its integration in time.
 
 use super::parameters::CrawlerParameters;
+use crate::world::inertia::of_point;
 use crate::world::load::Load;
 use rapier3d_f64::math::{Matrix, Rotation, Vector};
 use tautrack::constants::GRAVITY_F64;
@@ -29,15 +30,9 @@ impl MassProperties {
         Self {
             mass,
             cog,
-            inertia: own + point(p.mass, own_cog - cog) + point(load, place - cog),
+            inertia: own + of_point(p.mass, own_cog - cog) + of_point(load, place - cog),
         }
     }
-}
-
-/// Inertia of a point mass about the origin.
-fn point(mass: f64, place: Vector) -> Matrix {
-    let outer = Matrix::from_cols(place * place.x, place * place.y, place * place.z);
-    (Matrix::from_diagonal(Vector::splat(place.dot(place))) - outer) * mass
 }
 
 /// State of motion in world axes.

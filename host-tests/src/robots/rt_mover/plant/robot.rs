@@ -2,9 +2,10 @@
 //! those of all bodies are parallel at the start.
 
 use super::parameters::RtMoverParameters;
+use crate::world::inertia::Inertia;
 use crate::world::physics::{DT, turn};
 use crate::world::truth::{BodyShape, Part};
-use rapier3d_f64::math::{Pose, Vector};
+use rapier3d_f64::math::{Matrix, Pose, Vector};
 use rapier3d_f64::prelude::*;
 
 /// Number of motors. Their order is that of their nodes: four wheels, front and rear steering,
@@ -65,11 +66,14 @@ fn box_inertia(mass: f64, x: f64, y: f64, z: f64) -> Vector {
     Vector::new(y * y + z * z, x * x + z * z, x * x + y * y) * (mass / 12.0)
 }
 
-/// Mass properties of the seat without load.
-pub fn seat(p: &RtMoverParameters) -> MassProperties {
+/// Mass and inertia of the seat without load.
+pub fn seat(p: &RtMoverParameters) -> Inertia {
     let m = &p.masses;
-    let centre = Vector::new(m.seat_forward, 0.0, m.seat_height);
-    MassProperties::new(centre, m.seat, box_inertia(m.seat, 0.3, 0.3, 0.2))
+    Inertia {
+        mass: m.seat,
+        centre: Vector::new(m.seat_forward, 0.0, m.seat_height),
+        about_centre: Matrix::from_diagonal(box_inertia(m.seat, 0.3, 0.3, 0.2)),
+    }
 }
 
 /// Names and shapes of [`Robot::bodies`].
@@ -131,7 +135,7 @@ impl Robot {
             Vector::ZERO,
             centred(m.body, box_inertia(m.body, 0.5, 0.3, 0.1)),
         );
-        let seat = body(Vector::ZERO, seat(p));
+        let seat = body(Vector::ZERO, seat(p).properties());
         let struts = |mass: f64| {
             let [x, y, z] = box_inertia(mass, 0.05, 2.0 * l.half_arm, 0.05).to_array();
             Vector::new(x + STRUT, y + STRUT, z + STRUT)

@@ -5,7 +5,6 @@ use super::{RtMover, robot};
 use crate::world::gear::Drive;
 use crate::world::physics::DT;
 use crate::world::sensing::BodyMotion;
-use rapier3d_f64::math::Vector;
 use rapier3d_f64::prelude::*;
 use tautrack::link::Shaft;
 
@@ -36,14 +35,9 @@ impl RtMover {
             .filter(|payload| self.step as f64 * DT >= payload.from_time_s);
         if let (None, Some(load)) = (self.payload, due) {
             self.payload = due;
-            let properties = robot::seat(&self.parameters)
-                + MassProperties::new(
-                    Vector::from_array(load.place),
-                    load.mass,
-                    Vector::splat(load.own_inertia()),
-                );
+            let loaded = robot::seat(&self.parameters).with_load(&load);
             let seat = &mut self.world.bodies[self.robot.bodies[SEAT]];
-            seat.set_additional_mass_properties(properties, true);
+            seat.set_additional_mass_properties(loaded.properties(), true);
         }
     }
 

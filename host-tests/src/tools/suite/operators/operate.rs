@@ -19,7 +19,7 @@ pub fn operate(scenario: &Scenario, programs: &Programs) -> Result<(Row, bool), 
         end_when_toppled: true,
         ..Options::default()
     };
-    let outcome = run(scenario, programs, options, &mut |_| {})
+    let outcome = run(scenario, programs, options)
         .map_err(|error| SuiteError::Run(scenario.name.clone(), error))?;
     let samples = &outcome.samples;
     let armed_s = outcome.commands_s.first().copied();

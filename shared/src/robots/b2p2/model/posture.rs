@@ -10,7 +10,7 @@
 use super::super::parameters::Parameters;
 use super::super::{JOINTS, Joints};
 use crate::math::Scalar;
-use crate::math::vector::{CoordinateFrame, Vector, add, dot, scale, zero};
+use crate::math::vector::{CoordinateFrame, Vector, add, dot, scale, sub, zero};
 
 /// Posture of the robot at one `q`.
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -37,9 +37,10 @@ pub struct Posture<'a, S> {
 impl<'a, S: Scalar> Posture<'a, S> {
     /// Posture at `q` (m, rad). Domain: any; angles beyond the domain of [`Scalar::sin_cos`] and
     /// NaN give NaN.
+    #[inline]
     pub fn new(parameters: &'a Parameters<S>, q: &Joints<S>) -> Self {
         let [q1, q2, q3, q4, q5, q6, q7, q8] = *q;
-        let directions = [q4, q5, q6, q7].map(Scalar::sin_cos);
+        let directions = [q4.sin_cos(), q5.sin_cos(), q6.sin_cos(), q7.sin_cos()];
         Self::from_directions(parameters, [q1, q2, q3], directions, q8)
     }
 
@@ -47,6 +48,7 @@ impl<'a, S: Scalar> Posture<'a, S> {
     /// [`crate::math::sin_cos`]. Cost: 25 operations in addition to the sines.
     ///
     /// `shared/tests/robots/b2p2_model.rs` counts the operations of all functions here.
+    #[inline]
     pub fn from_directions(
         parameters: &'a Parameters<S>,
         [q1, q2, q3]: [S; 3],
@@ -78,6 +80,7 @@ impl<'a, S: Scalar> Posture<'a, S> {
     }
 
     /// Frames R1 to R8 in R0.
+    #[inline]
     pub fn frames(&self) -> [CoordinateFrame<S>; JOINTS] {
         let (o, l) = (S::ZERO, S::ONE);
         let (q2, q1) = (self.segment_1.origin[0], self.segment_1.origin[1]);
@@ -87,10 +90,11 @@ impl<'a, S: Scalar> Posture<'a, S> {
         };
         let base = self.segment_1.origin;
         let [x4, y4] = self.level;
-        let z6 = self.segment_1.axes[2];
+        let [x6, y6, z6] = self.segment_1.axes;
         let (s7, c7) = self.chassis;
-        let x7 = self.segment_1.direction([-s7, c7, o]);
-        let z8 = self.segment_1.direction(self.along);
+        let x7 = sub(scale(c7, y6), scale(s7, x6));
+        let z8 = add(scale(c7, x6), scale(s7, y6));
+        let axle_2 = add(base, scale(self.parameters.l1, x6));
         let y7 = z8.map(|value| -value);
         [
             at([o, o, -l], [-l, o, o], [o, l, o], [o, q1, o]),
@@ -99,12 +103,13 @@ impl<'a, S: Scalar> Posture<'a, S> {
             at(x4, y4, [o, o, l], base),
             at(self.upright, z6, y4, base),
             self.segment_1,
-            at(x7, y7, z6, self.segment_1.place(self.on_front(o))),
-            at(x7, z6, z8, self.segment_1.place(self.on_front(self.reach))),
+            at(x7, y7, z6, axle_2),
+            at(x7, z6, z8, add(axle_2, scale(self.reach, z8))),
         ]
     }
 
     /// Point on the line of the front at `distance` from axle 2, in R6.
+    #[inline]
     fn on_front(&self, distance: S) -> Vector<S> {
         let [x, y, z] = scale(distance, self.along);
         [self.parameters.l1 + x, y, z]
@@ -166,6 +171,7 @@ impl<'a, S: Scalar> Posture<'a, S> {
 
     /// Centre of gravity in R0, m: `G = sum m_i T_j(i) [x_i y_i z_i 1]^T / sum m_i` (appendix,
     /// eq. 1).
+    #[inline]
     pub fn cog(&self) -> Vector<S> {
         self.segment_1.place(self.local_cog())
     }

@@ -46,7 +46,7 @@ pub(super) fn draw(random: &mut Random) -> Description {
         payload: load,
     });
     // On steeper slopes cohesion may still hold a light robot, but the draw does not rely on it.
-    let steepest = standing_deg(drawn.friction * friction_deg.to_radians().tan());
+    let steepest = standing_deg(drawn.friction * libm::tan(friction_deg.to_radians()));
     let (terrain, about) = ground(random, steepest);
     drawn.terrain = terrain;
     drawn.operator.speed_mps = 0.0;

@@ -44,7 +44,7 @@ pub fn draw(
 
 /// Slope on which friction holds a robot, with a reserve of 15 %, degrees.
 fn standing_deg(friction: f64) -> f64 {
-    (0.85 * friction).atan().to_degrees()
+    libm::atan(0.85 * friction).to_degrees()
 }
 
 #[cfg(test)]

@@ -1,10 +1,7 @@
 //! Node program of the role `guard`, for the cart.
-#![cfg_attr(target_os = "none", no_std, no_main)]
+#![cfg_attr(target_os = "none", no_std)]
+#![cfg_attr(any(target_os = "none", target_family = "wasm"), no_main)]
 
-use tautrack_firmware::boards::{Board, Selected};
 use tautrack_firmware::roles::guard;
 
-#[cfg_attr(target_os = "none", cortex_m_rt::entry)]
-fn main() -> ! {
-    Selected::run(&guard::CART)
-}
+tautrack_firmware::program!(guard::CART);
