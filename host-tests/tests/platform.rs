@@ -93,7 +93,7 @@ fn hash(kind: Kind, file: &str) -> String {
     let programs = kind
         .programs(Board::Native)
         .unwrap_or_else(|error| panic!("{error}"));
-    run(&beginning, &programs, Options::default(), &mut |_| {})
+    run(&beginning, &programs, Options::default())
         .unwrap_or_else(|error| panic!("{error}"))
         .facts
         .state_hash

@@ -313,8 +313,8 @@ impl Kind {
             (Self::Gga | Self::Rmc, 1) => time(text),
             (Self::Gga, 2) | (Self::Rmc, 3) => degrees(text, 2, 90),
             (Self::Gga, 4) | (Self::Rmc, 5) => degrees(text, 3, 180),
-            (Self::Gga, 3) | (Self::Rmc, 4) => sign(text, b"N", b"S"),
-            (Self::Gga, 5) | (Self::Rmc, 6) => sign(text, b"E", b"W"),
+            (Self::Gga, 3) | (Self::Rmc, 4) => sign(text, b'N', b'S'),
+            (Self::Gga, 5) | (Self::Rmc, 6) => sign(text, b'E', b'W'),
             (Self::Gga, 6) => match text {
                 [digit @ b'0'..=b'8'] => Some(i32::from(digit - b'0')),
                 _ => None,
@@ -323,7 +323,7 @@ impl Kind {
             (Self::Gga, 8) => decimal(text, 2).filter(|dilution| (0..=0xffff).contains(dilution)),
             (Self::Gga, 9) => decimal(text, 3),
             (Self::Gga, 10) => (text == b"M").then_some(1),
-            (Self::Rmc, 2) => sign(text, b"A", b"V"),
+            (Self::Rmc, 2) => sign(text, b'A', b'V'),
             (Self::Rmc, 7) => decimal(text, 3).and_then(speed),
             (Self::Rmc, 8) => decimal(text, 2).filter(|course| (0..=36_000).contains(course)),
             _ => return Field::Missing,
@@ -397,11 +397,11 @@ fn hexadecimal(digit: u8) -> Option<u8> {
 }
 
 /// Returns 1 or -1.
-fn sign(text: &[u8], positive: &[u8; 1], negative: &[u8; 1]) -> Option<i32> {
-    if text == positive {
+fn sign(text: &[u8], positive: u8, negative: u8) -> Option<i32> {
+    if text == [positive] {
         Some(1)
     } else {
-        (text == negative).then_some(-1)
+        (text == [negative]).then_some(-1)
     }
 }
 

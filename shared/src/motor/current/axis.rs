@@ -87,7 +87,7 @@ impl Axis {
     /// While the voltage is limited, the integral changes only in the direction that ends the
     /// limitation. So it does not wind up.
     #[inline]
-    pub fn step(&mut self, gains: &Gains, error: i32, feed_forward: i32, limit: i32) -> i32 {
+    pub fn step(&mut self, gains: Gains, error: i32, feed_forward: i32, limit: i32) -> i32 {
         // Rounded, because a sum of truncated products would drift.
         let integral =
             mul_high_add(self.integral, error, gains.integral).clamp(-(1 << 26), (1 << 26) - 1);

@@ -36,7 +36,7 @@ impl Brushed {
     #[inline]
     pub fn step(&mut self, current: i32, demand: i32, point: &OperatingPoint) -> [u16; 3] {
         let error = (demand >> 1) - (current >> 1);
-        let voltage = self.axis.step(&self.gains, error, 0, point.voltage_limit);
+        let voltage = self.axis.step(self.gains, error, 0, point.voltage_limit);
         let half = point.half;
         let counts = |voltage, current| {
             let ideal = mul_high_add(half, voltage, point.counts_per_volt >> 1);

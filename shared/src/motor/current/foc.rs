@@ -82,11 +82,11 @@ impl Foc {
         let limit = point.voltage_limit;
         let error = ((full_scale(demand.d) >> 4) - d) << 3;
         let coupled = -mul_high(q << 3, point.coupling[1]);
-        let voltage_d = self.d.step(&self.gains[0], error, coupled, limit);
+        let voltage_d = self.d.step(self.gains[0], error, coupled, limit);
         let error = ((full_scale(demand.q) >> 4) - q) << 3;
         let coupled = mul_high_add(point.back_emf, d << 3, point.coupling[0]);
         let left = leg_of_circle(limit, voltage_d);
-        let voltage_q = self.q.step(&self.gains[1], error, coupled, left);
+        let voltage_q = self.q.step(self.gains[1], error, coupled, left);
 
         // Inverse Park transform at the angle at which the voltage acts: 2^22 is the full-scale
         // voltage.
@@ -167,7 +167,7 @@ fn leg_of_circle(radius: i32, leg: i32) -> i32 {
     let fraction = square >> (30 - PIECE_BITS - 15) & 0x7fff;
     let (near, far) = (u32::from(LEG[piece]), u32::from(LEG[piece + 1]));
     let root = near - ((near - far) * fraction).div_ceil(1 << 15);
-    ((radius as u32 >> 9) * root >> 6) as i32
+    (((radius as u32 >> 9) * root) >> 6) as i32
 }
 
 /// Limits `value` to full scale.
