@@ -125,9 +125,8 @@ fn three_phases_follow_their_equations_in_their_own_axes() {
         motor.integrate(PowerStage::Drive(compare));
         phases.integrate(compare, 24.0, 200);
         let readings = motor.readings().currents;
-        for phase in 0..2 {
-            let got = (f64::from(readings[phase]) - 32_768.0) * 160.0 / 32_768.0;
-            let expected = phases.currents[phase];
+        for (code, expected) in readings.into_iter().zip(phases.currents) {
+            let got = (f64::from(code) - 32_768.0) * 160.0 / 32_768.0;
             assert!((got - expected).abs() < 0.15, "{step}: {got} {expected}");
         }
     }
