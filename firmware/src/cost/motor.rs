@@ -62,6 +62,7 @@ pub fn count(table: &mut Table) {
 
     count_cascade(table);
     count_current_interrupt(table);
+    count_foc(table);
 }
 
 fn count_cascade(table: &mut Table) {

@@ -60,7 +60,7 @@ impl Foc {
     ///
     /// It is defined for every input: larger currents count as full scale, and no compare value
     /// leaves the period. Worst error against double precision: 2 counts of 4250
-    /// (`shared/tests/motor/foc.rs`). Cost on Cortex-M4: see docs/cost.md.
+    /// (`shared/tests/motor/current.rs`). Cost on Cortex-M4: see docs/cost.md.
     #[inline]
     pub fn step(
         &mut self,
