@@ -24,6 +24,7 @@ pub struct Inertia {
 
 impl Inertia {
     /// Returns the inertia of this body with `load` on it.
+    #[must_use]
     pub fn with_load(&self, load: &Load) -> Self {
         let place = Vector::from_array(load.place);
         let mass = self.mass + load.mass;

@@ -15,7 +15,9 @@ impl Summary {
         };
         let margin = self
             .min_backward_margin_m
-            .map(|margin| format!("at least {:.0} mm to the back", margin * 1e3));
+            // The sum turns -0 into 0.
+            .map(|margin| libm::round(margin * 1e3) + 0.0)
+            .map(|margin| format!("at least {margin} mm to the back"));
         let belt = self.tension_error_m.map(|error| {
             format!(
                 "p99 {:.2} mm, max {:.2} mm",
