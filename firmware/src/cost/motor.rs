@@ -62,7 +62,6 @@ pub fn count(table: &mut Table) {
 
     count_cascade(table);
     count_current_interrupt(table);
-    count_foc(table);
 }
 
 fn count_cascade(table: &mut Table) {
@@ -172,28 +171,4 @@ fn count_current_interrupt(table: &mut Table) {
             },
         );
     }
-}
-
-fn count_foc(table: &mut Table) {
-    let motor = config(MotorKind::ThreePhase);
-    let Ok(current_loop) = CurrentLoop::new(&motor, &Selected::POWER_STAGE) else {
-        return; // these values are valid; otherwise the host finds no entry
-    };
-    let mut current_loop = black_box(current_loop);
-    table.kernel(
-        "FOC step",
-        &mut current_loop,
-        |current_loop, call, random| {
-            let demand = BridgeDemand::Current(random.within(12.0));
-            current_loop.demand(demand, 24.0 + random.within(1.0), random.within(8.0));
-            let code = |bits: i32| (32_768 + (bits >> 22)) as u16;
-            Readings {
-                currents: [code(random.bits()), code(random.bits())],
-                rotor: call as u32 * 3 % 4_096,
-            }
-        },
-        |current_loop, readings| {
-            black_box(current_loop.period(&readings));
-        },
-    );
 }

@@ -23,12 +23,13 @@ pub const fn brushed(torque_constant: f32, gear_milli: i32, friction_torque: f32
     }
 }
 
-/// Permanent-magnet motor with three phases and 0.04 N m/A; otherwise as [`brushed`].
+/// Permanent-magnet motor with three phases and 0.04 N m/A; otherwise as [`brushed`]. Two of its
+/// phases in series have the resistance of the brushed motor.
 pub const fn three_phase(gear_milli: i32, friction_torque: f32) -> MotorModel {
     MotorModel {
         winding: WindingModel::ThreePhase(ThreePhaseModel {
-            resistance: 0.6,
-            inductance: [0.3e-3, 0.36e-3],
+            resistance: 0.3,
+            inductance: [0.15e-3, 0.18e-3],
             flux: 0.04 / (1.5 * 7.0),
             pole_pairs: 7,
             offset_degrees: 40.0,

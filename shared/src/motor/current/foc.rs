@@ -12,6 +12,7 @@ use super::operating_point::OperatingPoint;
 use crate::math::cubic::{mul_high, mul_high_add, quantize};
 use crate::math::sin_cos_q30;
 use crate::motor::rotor::ElectricalAngle;
+use core::num::NonZeroU32;
 
 /// `2 / sqrt 3`, Q30.
 const TWO_BY_ROOT_3: i32 = quantize(1.154_700_538_379_251_5, 30);
@@ -154,18 +155,18 @@ static LEG: [u16; (1 << PIECE_BITS) + 1] = {
 /// leg is shorter than half of the radius.
 #[inline]
 fn leg_of_circle(radius: i32, leg: i32) -> i32 {
-    if radius < 1 << 8 {
+    let Some(unit) = NonZeroU32::new(radius as u32 >> 8) else {
         return 0;
-    }
+    };
     // Ratio of the legs, 2^15 is one; rounded up, so that the result is not too large.
-    let ratio = (leg.unsigned_abs() << 7).div_ceil(radius as u32 >> 8);
+    let ratio = (leg.unsigned_abs() << 7) / unit + 1;
     let square = (ratio * ratio).min(1 << 30);
     let piece = (square >> (30 - PIECE_BITS)) as usize;
-    if piece >= 1 << PIECE_BITS {
-        return 0;
-    }
     let fraction = square >> (30 - PIECE_BITS - 15) & 0x7fff;
-    let (near, far) = (u32::from(LEG[piece]), u32::from(LEG[piece + 1]));
+    let (Some(near), Some(far)) = (LEG.get(piece), LEG.get(piece + 1)) else {
+        return 0; // the other leg takes the whole radius
+    };
+    let (near, far) = (u32::from(*near), u32::from(*far));
     let root = near - ((near - far) * fraction).div_ceil(1 << 15);
     (((radius as u32 >> 9) * root) >> 6) as i32
 }
