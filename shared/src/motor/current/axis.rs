@@ -4,6 +4,7 @@
 //! order with the bandwidth `w`.
 
 use super::{CurrentLoopError, VOLTAGE_FULL_SCALE};
+use crate::math::Bound;
 use crate::math::cubic::mul_high_add;
 
 /// Gains of a controller.
@@ -80,7 +81,7 @@ impl Axis {
         self.integral = 0;
     }
 
-    /// Computes the voltage, within `-limit..=limit`; 2^24 is the full scale. `error` is the missing
+    /// Computes the voltage, within `-limit - 1..=limit`; 2^24 is the full scale. `error` is the missing
     /// current (2^29 is the full scale, at most three times that). `feed_forward` is a
     /// voltage below 2^30.
     ///
@@ -92,7 +93,7 @@ impl Axis {
         let integral =
             mul_high_add(self.integral, error, gains.integral).clamp(-(1 << 26), (1 << 26) - 1);
         let wanted = mul_high_add((integral >> 2) + feed_forward, error, gains.proportional);
-        let voltage = wanted.clamp(-limit, limit);
+        let voltage = Bound::new(limit).limit(wanted);
         if voltage == wanted || (wanted ^ error) < 0 {
             self.integral = integral;
         }

@@ -22,7 +22,7 @@ pub use setup::{Config, CurrentLoopError, MotorKind};
 
 use super::bridge::{CurrentSensing, PowerStage, Readings};
 use super::rotor::Rotor;
-use crate::math::to_i32;
+use crate::math::{Bound, to_i32};
 use brushed::Brushed;
 use foc::{Dq, Foc};
 use operating_point::{Fixed, OperatingPoint};
@@ -105,7 +105,7 @@ impl CurrentLoop {
             BridgeDemand::Current(amperes) => {
                 let scale = (1 << 30) as f32 / self.fixed.ratings.full_scale;
                 let current = to_i32(amperes * scale);
-                Action::Current(current.clamp(-self.current_limit, self.current_limit))
+                Action::Current(Bound::new(self.current_limit - 1).limit(current))
             }
         };
         self.demand = Demand {
