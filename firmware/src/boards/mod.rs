@@ -35,8 +35,8 @@ use tautrack::sensors::{BodySensors, Switches};
 ///
 /// Besides implementing these methods, a board does the following by itself:
 /// * It calls [`crate::current_loop::pwm_period`] once in every PWM period, in its highest-priority
-///   interrupt, and applies the returned [`PowerStage`](tautrack::motor::bridge::PowerStage) from the next period on. Before the first call,
-///   and after a panic, its bridge is off.
+///   interrupt, and applies the returned [`PowerStage`](tautrack::motor::bridge::PowerStage) from
+///   the next period on. Before the first call, and after a panic, its bridge is off.
 /// * It puts every frame that it receives from the bus into [`crate::bus::RECEIVED`], and sends
 ///   those of [`crate::bus::TRANSMIT`] as the bus has room, oldest first. Both queues may be used
 ///   in an interrupt.

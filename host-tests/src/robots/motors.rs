@@ -3,8 +3,9 @@
 use tautrack::link::{MotorModel, ThreePhaseModel, WindingModel};
 use tautrack::settings::Setting;
 
-/// Brushed motor of 24 V and 10 A with `torque_constant` N m/A, behind a gear of `gear_milli` / 1000
-/// rotor turns per turn of the output shaft, with the friction `friction_torque` N m at this shaft.
+/// Brushed motor of 24 V and 10 A with `torque_constant` N m/A, behind a gear of `gear_milli` /
+/// 1000 rotor turns per turn of the output shaft, with the friction `friction_torque` N m at this
+/// shaft.
 pub const fn brushed(torque_constant: f32, gear_milli: i32, friction_torque: f32) -> MotorModel {
     MotorModel {
         winding: WindingModel::Brushed {

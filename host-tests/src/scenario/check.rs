@@ -69,8 +69,8 @@ impl Description {
         Ok(())
     }
 
-    /// Checks that every motor belongs to a drive of the robot, and that its values are within their
-    /// bounds.
+    /// Checks that every motor belongs to a drive of the robot, and that its values are within
+    /// their bounds.
     fn check_motors(&self) -> Result<(), Problem> {
         let nodes = self.robot.section().nodes(&self.conditions());
         for (name, motor) in &self.motors {

@@ -3,8 +3,9 @@
 //! [`Description`] is the content of the file. [`Scenario`] is a description that passed every
 //! check, so no later code checks it again. `operator` is the operator's section with its bounds,
 //! `driver` reads it, `script` plays it during a run. `fault` lists the faults, `expect` the
-//! expected results, `motor` the motors that differ from those of the robot. `check` checks the other bounds, `error` reports errors with their place. The
-//! robots' sections are in [`crate::robots`], the ground's values in [`crate::world::terrain`].
+//! expected results, `motor` the motors that differ from those of the robot. `check` checks the
+//! other bounds, `error` reports errors with their place. The robots' sections are in
+//! [`crate::robots`], the ground's values in [`crate::world::terrain`].
 
 mod check;
 mod description;

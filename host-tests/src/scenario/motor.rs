@@ -1,5 +1,5 @@
-//! Section `[motor.NODE]` of a scenario file: the motor of a node, where it differs from that of the
-//! simulated robot.
+//! Section `[motor.NODE]` of a scenario file: the motor of a node, where it differs from that of
+//! the simulated robot.
 
 use crate::bounds::{Problem, contradiction, within};
 use serde::{Deserialize, Serialize};

@@ -65,7 +65,7 @@ fn documented() -> BTreeSet<String> {
 #[test]
 fn every_example_is_a_good_scenario() {
     let examples = examples();
-    assert_eq!(examples.len(), 10);
+    assert_eq!(examples.len(), 11);
     for text in examples {
         Scenario::parse(&text, "example").unwrap_or_else(|error| panic!("{error}\n{text}"));
     }

@@ -414,8 +414,8 @@ fn speed(knots_e3: i32) -> Option<i32> {
 /// Powers of ten, by their exponent.
 const POWERS: [u32; 8] = [1, 10, 100, 1_000, 10_000, 100_000, 1_000_000, 10_000_000];
 
-/// Reads digits with an optional sign and fraction, in units of 10^-`places`, at most seven. Further
-/// decimals are rounded.
+/// Reads digits with an optional sign and fraction, in units of 10^-`places`, at most seven.
+/// Further decimals are rounded.
 #[inline(never)]
 fn decimal(text: &[u8], places: usize) -> Option<i32> {
     let (negative, text) = match text {

@@ -36,8 +36,8 @@ pub trait Scalar:
     fn sqrt(self) -> Self;
     /// Returns sine and cosine of an angle in radians.
     ///
-    /// Worst error of `f32`: 9e-8 up to 8192 rad. Worst error of `f64`: 1.2e-16 and two units in the
-    /// last place, up to 1e6 rad. Beyond these angles, and for NaN, both results are NaN
+    /// Worst error of `f32`: 9e-8 up to 8192 rad. Worst error of `f64`: 1.2e-16 and two units in
+    /// the last place, up to 1e6 rad. Beyond these angles, and for NaN, both results are NaN
     /// (`shared/tests/math/scalar.rs`).
     fn sin_cos(self) -> (Self, Self);
     /// Returns the direction of the point (`x`, `self`) in radians, from -pi to pi; 0 at the

@@ -166,9 +166,9 @@ impl Axle {
         settings
     }
 
-    /// Returns the motor model. Besseron et al. do not specify the motors. These have three phases, and the size that
-    /// 25 kg on legs of 0.4 m require (24 V; stall torque at 10 A: leg 60 N m, steering and wheel
-    /// 24 N m). Hips and knees have brakes, which hold the robot without power.
+    /// Returns the motor model. Besseron et al. do not specify the motors. These have three phases,
+    /// and the size that 25 kg on legs of 0.4 m require (24 V; stall torque at 10 A: leg 60 N m,
+    /// steering and wheel 24 N m). Hips and knees have brakes, which hold the robot without power.
     fn motor(&self) -> MotorModel {
         MotorModel {
             brake_torque: self.brake_torque,

@@ -2,7 +2,8 @@
 //!
 //! [`node`] communicates with one node over a `link`, `node_log` decodes its log, and `launch`
 //! starts it. The link is a `process` with pipes, or an instance of a `wasm` module. [`operator`]
-//! plays the operator's script, [`listener`] decodes the published frames, [`faults`] injects faults. `lockstep` runs one step, [`pace`] follows the wall clock, and
+//! plays the operator's script, [`listener`] decodes the published frames, [`faults`] injects
+//! faults. `lockstep` runs one step, [`pace`] follows the wall clock, and
 //! `recorder` runs all steps until one of the `conditions` ends the run, and passes the record to a
 //! `sink`. `options` are the inputs, `outcome` and `error` the results.
 

@@ -27,8 +27,9 @@ pub(super) struct Arguments {
     /// Operators' suite: number of runs
     #[arg(long, value_name = "N", requires = "suite", default_value_t = 100)]
     pub runs: u64,
-    /// Processor of the nodes: a Cortex-M4F emulated by QEMU (qemu), or this computer, with a process
-    /// for each node (native) or WebAssembly modules in one process (wasm, only with `cargo demo-wasm`)
+    /// Processor of the nodes: a Cortex-M4F emulated by QEMU (qemu), or this computer, with a
+    /// process for each node (native) or WebAssembly modules in one process (wasm, only with `cargo
+    /// demo-wasm`)
     #[arg(long, value_enum, default_value_t = Nodes::Qemu)]
     pub nodes: Nodes,
     /// Switches the guard's filter on or off, whatever the scenario says

@@ -81,8 +81,8 @@ impl Axis {
         self.integral = 0;
     }
 
-    /// Computes the voltage, within `-limit - 1..=limit`; 2^24 is the full scale. `error` is the missing
-    /// current (2^29 is the full scale, at most three times that). `feed_forward` is a
+    /// Computes the voltage, within `-limit - 1..=limit`; 2^24 is the full scale. `error` is the
+    /// missing current (2^29 is the full scale, at most three times that). `feed_forward` is a
     /// voltage below 2^30.
     ///
     /// While the voltage is limited, the integral changes only in the direction that ends the

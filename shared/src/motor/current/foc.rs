@@ -151,8 +151,8 @@ static LEG: [u16; (1 << PIECE_BITS) + 1] = {
 /// rounded down: a vector of the two legs never leaves the circle.
 ///
 /// Domain: `0 <= radius < 2^24` and `-radius <= leg <= radius`. It interpolates the root with
-/// chords, which lie inside the circle: the result is at most 4.5 % of the radius too small, and 0.02 % while the
-/// leg is shorter than half of the radius.
+/// chords, which lie inside the circle: the result is at most 4.5 % of the radius too small, and
+/// 0.02 % while the leg is shorter than half of the radius.
 #[inline]
 fn leg_of_circle(radius: i32, leg: i32) -> i32 {
     let Some(unit) = NonZeroU32::new(radius as u32 >> 8) else {

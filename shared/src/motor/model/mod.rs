@@ -1,15 +1,17 @@
 //! Models of motors and of their sensors, for boards that have no hardware.
 //!
-//! [`Motor`] is what the PWM interrupt meets: bridge, winding, rotor, gear, rotor sensor and current
-//! converter. `winding` has the electrical part, `noise` the noise of the converter.
+//! [`Motor`] is what the PWM interrupt meets: bridge, winding, rotor, gear, rotor sensor and
+//! current converter. `winding` has the electrical part, `noise` the noise of the converter.
 //!
 //! The models use only basic `f32` operations and the sines of this crate, so that the results on
 //! the emulated core and on the host are bit-identical.
 
 mod noise;
+mod parameters;
 mod winding;
 
-use crate::link::{MotorModel, Shaft, WindingModel};
+pub use parameters::{MotorModel, Shaft, ThreePhaseModel, WindingModel};
+
 use crate::math::trig::sin_cos;
 use crate::motor::bridge::{PowerStage, Ratings, Readings};
 use crate::units::Angle;

@@ -1,7 +1,6 @@
 //! Electrical part of a motor: bridge and winding.
 
-use super::bounded;
-use crate::link::{ThreePhaseModel, WindingModel};
+use super::{ThreePhaseModel, WindingModel, bounded};
 use crate::math::trig::sin_cos;
 use crate::motor::bridge::{PowerStage, Ratings};
 use crate::units::Angle;
