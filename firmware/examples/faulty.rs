@@ -13,6 +13,7 @@ static FAULTY: Role = Role {
     start,
 };
 
+#[expect(clippy::unnecessary_wraps, reason = "the type of a role's start")]
 fn start(spawner: Spawner, settings: &Settings) -> Result<(), Refusal> {
     if let Ok(task) = fail(settings.id(Setting::NodeId) == 1) {
         spawner.spawn(task);

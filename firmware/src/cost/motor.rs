@@ -1,7 +1,7 @@
 //! Counts the control loops of one motor. Each loop keeps its state from call to call.
 
 use super::counter::Table;
-use super::inputs::{angle, number};
+use super::inputs::number;
 use crate::boards::{Board, Selected};
 use crate::current_loop;
 use core::hint::black_box;

@@ -20,7 +20,7 @@ const ENDING: Duration = Duration::from_secs(1);
 
 /// Running node program; the process ends when this is dropped.
 pub(super) struct Process {
-    process: Child,
+    child: Child,
     input: ChildStdin,
     output: ChildStdout,
     /// Thread that copies the standard error of the process to that of this program. It returns
@@ -52,7 +52,7 @@ impl Process {
             .take()
             .map(|from| thread::spawn(|| copy(from)));
         Ok(Self {
-            process,
+            child: process,
             input,
             output,
             words,
@@ -107,7 +107,7 @@ impl Process {
         }
         let deadline = Instant::now() + ENDING;
         let status = loop {
-            match self.process.try_wait() {
+            match self.child.try_wait() {
                 Ok(Some(status)) => break status,
                 Ok(None) if Instant::now() < deadline => sleep(Duration::from_millis(5)),
                 _ => return error.to_string(),
@@ -167,8 +167,8 @@ fn copy(mut from: ChildStderr) -> bool {
 impl Drop for Process {
     fn drop(&mut self) {
         // The process may have ended already; errors are ignored in both cases.
-        let _ = self.process.kill();
-        let _ = self.process.wait();
+        let _ = self.child.kill();
+        let _ = self.child.wait();
     }
 }
 
