@@ -78,7 +78,7 @@ fn kernels(measurement: &Measurement, ledger: &Ledger) -> String {
 }
 
 /// Guards: the robot, the ticks of its SYNC period, and the entries that count them.
-const GUARDS: [(&str, u32, &[&str]); 4] = [
+const GUARDS: &[(&str, u32, &[&str])] = &[
     (
         "B2P2",
         4,
@@ -96,7 +96,7 @@ const GUARDS: [(&str, u32, &[&str]); 4] = [
 
 /// Instructions of all ticks of a SYNC period, quiet and busy.
 fn periods(measurement: &Measurement) -> String {
-    let rows = GUARDS.map(|(robot, ticks, names)| {
+    let rows = GUARDS.iter().map(|&(robot, ticks, names)| {
         let sum = |suffix: &str| {
             let of_entry = |name: &&str| {
                 let name = format!("{name}{suffix}");
@@ -110,7 +110,10 @@ fn periods(measurement: &Measurement) -> String {
         };
         [robot.to_owned(), ticks.to_string(), sum(""), sum(", busy")]
     });
-    table(["guard of", "ticks", "quiet", "busy"], &rows)
+    table(
+        ["guard of", "ticks", "quiet", "busy"],
+        &rows.collect::<Vec<_>>(),
+    )
 }
 
 fn images(measurement: &Measurement) -> String {
