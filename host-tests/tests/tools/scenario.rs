@@ -60,6 +60,7 @@ fn every_shipped_scenario_is_good_and_named_like_its_file() {
         names,
         [
             "client",
+            "curb-turned-and-folded",
             "flat",
             "node-dies-mid-climb",
             "staircase",

@@ -184,7 +184,7 @@ impl Allowed {
 /// Predicted result of a posture's motion.
 #[derive(Clone, Copy, Debug)]
 pub struct Ahead {
-    /// Stance that the robot will have.
+    /// Stance that the robot will have. A motion that lifts the body also pitches it up.
     pub stance: Stance,
     /// Whether the motion folds down a front that the robot stands on. This lifts the body.
     pub lifts: bool,

@@ -142,6 +142,19 @@ impl LevelAxes {
         self.pitch
     }
 
+    /// Axes of a body that is pitched up further, by an angle with this sine and cosine.
+    #[must_use]
+    pub fn pitched(self, (sine, cosine): (f32, f32)) -> Self {
+        let (pitch_sine, pitch_cosine) = self.pitch;
+        Self {
+            pitch: (
+                pitch_sine * cosine + pitch_cosine * sine,
+                pitch_cosine * cosine - pitch_sine * sine,
+            ),
+            ..self
+        }
+    }
+
     /// Transforms a vector from body axes to level axes: x along the heading, z up.
     #[inline]
     pub fn of(&self, vector: [f32; 3]) -> [f32; 3] {

@@ -53,15 +53,10 @@ impl StepBehind {
 /// from `n cos d + height` to `l`. `widening` is the uncertainty of the masses, m.
 pub fn room(stance: &Stance, step: &StepBehind, widening: f32) -> f32 {
     let (step, gyration) = (step.height, step.gyration);
-    let [rear_x, rear_z] = stance.middle(Edge::Back);
+    let [rear_x, rear_z] = stance.rear();
     let ahead = stance.cog[0] - rear_x - widening;
     let height = stance.cog[2] - rear_z + widening;
-    let [cosine, sine] = stance.along();
-    let (cosine, sine) = if sine < 0.0 {
-        (1.0, 0.0)
-    } else {
-        (cosine, sine)
-    };
+    let [cosine, sine] = stance.rising();
     // The centre of gravity is behind the rear: the robot falls without any step.
     if ahead <= 0.0 && step > 0.0 {
         return -step;

@@ -61,6 +61,14 @@ impl Stance {
         self
     }
 
+    /// Moves the rear edge forward by `distance`, m. The other edges stay.
+    #[must_use]
+    pub fn with_back_moved(mut self, distance: f32) -> Self {
+        self.begins[3][0] += distance;
+        self.ends[3][0] += distance;
+        self
+    }
+
     /// Stance on some of the four contacts, in the order of [`Stance::on`]; `None` is a wheel in
     /// the air.
     pub fn on_some(contacts: [Option<[f32; 3]>; 4], cog: [f32; 3]) -> Self {
@@ -125,15 +133,32 @@ impl Stance {
         [ahead * over, up * over]
     }
 
-    /// Middle of an edge: forward and up, m.
+    /// [`Self::along`] for a support that rises along the heading; level for one that falls.
     #[inline]
-    pub fn middle(&self, edge: Edge) -> [f32; 2] {
+    pub fn rising(&self) -> [f32; 2] {
+        let [cosine, sine] = self.along();
+        if sine < 0.0 {
+            [1.0, 0.0]
+        } else {
+            [cosine, sine]
+        }
+    }
+
+    /// Start and end of an edge.
+    #[inline]
+    pub fn ends(&self, edge: Edge) -> [[f32; 3]; 2] {
         let start = FROM_CONTACT
             .iter()
             .position(|other| *other == edge)
             .unwrap_or(0);
-        let (begin, end) = (self.begins[start], self.ends[start]);
-        [0, 2].map(|axis| 0.5 * (begin[axis] + end[axis]))
+        [self.begins[start], self.ends[start]]
+    }
+
+    /// Middle of the rear ends of the right and the left edge: forward and up, m. These stay where
+    /// they are if the rear edge is moved.
+    #[inline]
+    pub fn rear(&self) -> [f32; 2] {
+        [0, 2].map(|axis| 0.5 * (self.begins[0][axis] + self.ends[2][axis]))
     }
 
     /// Margin to an edge that does not exist: [`NO_EDGE`], or `-NO_EDGE` if no contact is on the

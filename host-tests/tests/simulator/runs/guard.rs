@@ -1,4 +1,4 @@
-//! Tests the guard with an operator who keeps the front up at the first nose.
+//! Tests the guard with operators who command too much on a nose.
 
 use super::{outcome, scenario};
 use tautrack_host_tests::programs::Board;
@@ -45,4 +45,15 @@ fn front_kept_up_is_held_back_and_no_earlier_than_its_margin_asks_for() {
     assert!(back < 0.15, "the guard acts at {back} m");
     let pitch = samples[first].truth.pitch.to_degrees();
     assert!(pitch > 44.0, "the guard acts at {pitch} degrees");
+}
+
+/// The guard must count both the rear pulley in the air and the lift of the fold. With a guard that
+/// counts neither, this robot topples at 15.7 s.
+#[test]
+fn a_robot_on_one_rear_pulley_neither_drives_nor_folds_itself_over_its_diagonal() {
+    let (summary, samples) = outcome(&scenario("curb-turned-and-folded", |_| {}), Board::Native);
+    assert!(!summary.toppled && summary.expectation_met, "{summary}");
+    let steepest = samples.iter().map(|sample| sample.truth.pitch);
+    let steepest = steepest.fold(0.0, f64::max).to_degrees();
+    assert!(steepest < 58.0, "{steepest} degrees");
 }

@@ -292,10 +292,18 @@ impl Body for B2p2 {
         // already passed.
         let ahead =
             Angle::from_bits(next.position as i32) + Angle::from_radians(next.velocity * horizon);
-        let extension = metres(self.geometry.length(ahead));
+        let shape = self.model.shape(ahead, metres(self.geometry.length(ahead)));
+        let lifts = next.position < self.chassis.position && next.position < 0;
+        let axes = attitude.level_axes();
+        let axes = if lifts {
+            let present = self.model.shape(self.theta, self.extension);
+            axes.pitched(present.lift(&shape))
+        } else {
+            axes
+        };
         Some(Ahead {
-            stance: self.stance_at(ahead, extension, attitude),
-            lifts: next.position < self.chassis.position && next.position < 0,
+            stance: self.model.stance(&shape, &axes),
+            lifts,
         })
     }
 

@@ -16,10 +16,10 @@ const STEADY: f32 = 0.01;
 const RESCUE: f32 = 0.1;
 
 /// Scale of a posture's speed, 0 to 1, and the verdict. `ahead` are the margins, m, of the shape
-/// that the motion reaches after [`Bounds::foresight`], at the present pitch.
+/// that the motion reaches after [`Bounds::foresight`].
 ///
-/// The pitch does not stay constant: a front that meets the ground lifts the body. So the
-/// prediction for each edge is the margin in `ahead`, less what the measured decay takes away
+/// The shape does not determine the pitch alone: a front that meets the ground lifts the body. So
+/// the prediction for each edge is the margin in `ahead`, less what the measured decay takes away
 /// within [`Bounds::foresight`]. If the prediction is narrower than the present margin, the motion
 /// slows down through the caution band and ends at the stop margin. A steep robot on the nose of a
 /// step also sways when its centre of gravity moves. To allow for that, the caution band moves up

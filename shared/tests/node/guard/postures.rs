@@ -54,6 +54,26 @@ fn a_step_that_may_be_behind_limits_backing_and_how_far_the_front_is_folded_down
     assert!(verdict(&backed).is_some_and(|verdict| held_back.contains(&verdict)));
 }
 
+/// The robot leans on a nose at 59 degrees with 3.06 kg, and 60 mm are left of its rear margin. If
+/// the pitch stayed constant, folding the front down would widen the margin. But the belt lies on
+/// the nose, and the fold turns the body up.
+#[test]
+fn a_robot_that_leans_on_a_nose_does_not_fold_its_front_down() {
+    let mut bench = Bench::with(&[
+        (Setting::PayloadMass, 3_058),
+        (Setting::PayloadForward, 172_000),
+        (Setting::PayloadUp, 288_000),
+    ]);
+    bench.tilt(1.03);
+    // -31.6 degrees.
+    bench.command.as_mut().expect("an operator").posture = -5_761;
+    let outputs = bench.run(2_000);
+    assert!((40..80).contains(&outputs.margins.back), "{outputs:?}");
+    let refused = Some(Verdict::PostureRefused(Edge::Back));
+    assert_eq!(verdict(&outputs), refused, "{outputs:?}");
+    assert!(outputs.passed.passed_posture > -200, "{outputs:?}");
+}
+
 /// The joint reaches a small step within one SYNC period. Its set-point has no velocity after that.
 #[test]
 fn small_steps_fold_the_front_no_farther_than_a_large_one() {
