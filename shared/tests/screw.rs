@@ -2,12 +2,24 @@
 
 mod support;
 
+use crate::support::sweep::unless_unchanged;
 use crate::support::{RADIANS_PER_BIT, worst_over_all_angles};
 use fixed::types::I4F28;
 use proptest::prelude::*;
 use serde_json::Value;
 use tautrack::screw::{Geometry, GeometryError};
 use tautrack::units::Angle;
+
+/// What the error over every angle depends on.
+const SOURCES: [&str; 7] = [
+    "src/screw.rs",
+    "src/math/trig.rs",
+    "src/math/cubic.rs",
+    "src/math/mod.rs",
+    "src/units.rs",
+    "tests/screw.rs",
+    "tests/support/mod.rs",
+];
 
 /// One step of 2^-24 m, the guaranteed resolution.
 const LSB: f64 = 1.0 / 16_777_216.0;
@@ -85,6 +97,10 @@ fn sampled_geometries() -> Vec<Geometry> {
 
 #[test]
 fn extension_keeps_its_errors_over_every_angle() {
+    unless_unchanged("screw", &SOURCES, every_angle);
+}
+
+fn every_angle() {
     let nominal = nominal();
     let [length, derivative, disagreement] =
         worst_over_all_angles(|theta, sin, cos| errors(&nominal, theta, sin, cos));

@@ -1,5 +1,7 @@
 //! Sweeps over all binary angles against double precision.
 
+pub mod sweep;
+
 use std::thread;
 use tautrack::units::Angle;
 
