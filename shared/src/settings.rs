@@ -389,6 +389,11 @@ impl Settings {
         self.values[setting as usize]
     }
 
+    /// Returns the value of the setting with this key.
+    pub fn of_key(&self, key: u16) -> Option<i32> {
+        Setting::from_key(key).map(|setting| self.get(setting))
+    }
+
     /// Returns the value times `scale`: `scaled(Setting::CurrentLimit, 1e-3)` is in ampere.
     pub fn scaled(&self, setting: Setting, scale: f32) -> f32 {
         self.get(setting) as f32 * scale
