@@ -7,6 +7,10 @@
 
 use core::fmt;
 
+/// Index of the bus object of the setting with key 0. A key is at most 0xff, so that each setting
+/// has the object `FIRST_OBJECT` + key.
+pub const FIRST_OBJECT: u16 = 0x2200;
+
 /// One row of the table.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Description {
@@ -420,6 +424,11 @@ mod tests {
             assert!(
                 row.minimum <= row.default && row.default <= row.maximum,
                 "{}",
+                row.name
+            );
+            assert!(
+                (1..=0xff).contains(&row.key),
+                "{} has no object",
                 row.name
             );
             for other in &TABLE[..index] {
