@@ -96,8 +96,16 @@ impl Dictionary {
 /// # Errors
 /// If the file cannot be read or is not a valid dictionary.
 pub fn load(folder: &Path, role: &str, device_type: u32) -> Result<Dictionary, Box<dyn Error>> {
-    let text = std::fs::read_to_string(folder.join(role).with_extension("toml"))?;
-    let mut file: Table = text.parse()?;
+    let read = |name: &str| -> Result<Table, Box<dyn Error>> {
+        let text = std::fs::read_to_string(folder.join(name).with_extension("toml"))?;
+        Ok(text.parse()?)
+    };
+    let mut file = read(role)?;
+    if let (Some(Value::Array(objects)), Some(Value::Array(common))) =
+        (file.get_mut("objects"), read("common")?.remove("objects"))
+    {
+        objects.extend(common);
+    }
     let meanings = take(&mut file, "meaning");
     let values = take(&mut file, "value");
     let sources = file.remove("publish").unwrap_or(Value::Table(Table::new()));

@@ -3,7 +3,7 @@
 //!
 //! [`boards`] is the hardware interface and its implementations · [`current_loop`] the PWM
 //! interrupt · [`bus`] CANopen · [`serial`] the serial line · [`watchdog`] checks that all parts
-//! still run · [`roles`] the tasks of each kind of node · `cost` counts the instructions of the
+//! still run · [`storage`] settings in flash · [`roles`] the tasks of each kind of node · `cost` counts the instructions of the
 //! control code. A binary picks one role and runs it on the selected board.
 #![no_std]
 // The logging macros of the target (defmt) do not support inline arguments.
@@ -19,6 +19,7 @@ pub mod cost;
 pub mod current_loop;
 pub mod roles;
 pub mod serial;
+pub mod storage;
 pub mod watchdog;
 
 // One set of logging macros: defmt on the target (records of a few bytes, which need an ELF file),

@@ -361,7 +361,7 @@ fn a_node_whose_tasks_stop_is_reset_by_its_watchdog() {
 fn objects_that_do_not_exist_or_cannot_be_written_say_so() {
     let mut client = Client::new("axle");
     assert_eq!(
-        Client::abort_code(client.sdo([0x40, 0x10, 0x10, 1, 0, 0, 0, 0])),
+        Client::abort_code(client.sdo([0x40, 0x0a, 0x20, 1, 0, 0, 0, 0])),
         0x0602_0000
     );
     assert_eq!(

@@ -260,6 +260,7 @@ fn nodes_are_built_and_answer_in_qemu() {
         let start = Start {
             version: VERSION,
             seed: 1,
+            flash: heapless::String::new(),
             settings: heapless::Vec::new(),
             motor: None,
         };

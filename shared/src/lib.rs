@@ -8,7 +8,7 @@
 //! 2. [`bus`], [`motor`], [`screw`], [`stability`], [`estimate`]
 //! 3. [`robots`]
 //! 4. [`node`]
-//! 5. [`link`] (feature `lockstep`)
+//! 5. [`link`] (feature `lockstep`), [`store`]
 #![no_std]
 
 pub mod bus;
@@ -26,4 +26,5 @@ pub mod screw;
 pub mod sensors;
 pub mod settings;
 pub mod stability;
+pub mod store;
 pub mod units;

@@ -13,7 +13,7 @@ use heapless::Vec;
 use serde::{Deserialize, Serialize};
 
 /// Version of these messages. Both sides compare it before anything else.
-pub const VERSION: u16 = 4;
+pub const VERSION: u16 = 5;
 /// Length of a lockstep step in microseconds.
 pub const STEP_US: u64 = 1_000;
 /// Maximum number of frames that one step can deliver to a node, or take from it. A bus with 1
@@ -25,6 +25,8 @@ pub const MAX_SERIAL: usize = 16;
 pub const MAX_LOG: usize = 512;
 /// Maximum number of settings in [`Start`].
 pub const MAX_SETTINGS: usize = 64;
+/// Maximum length of [`Start::flash`] in bytes.
+pub const MAX_PATH: usize = 200;
 /// Maximum length of an encoded message in bytes, without the length prefix.
 pub const MAX_MESSAGE: usize = 1_400;
 
@@ -32,8 +34,8 @@ pub const MAX_MESSAGE: usize = 1_400;
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 #[allow(clippy::large_enum_variant)] // one of these exists at a time, and boxes need an allocator
 pub enum ToNode {
-    /// Message 0: what a real node reads from its flash, and the parameters of its motor. The
-    /// answer is [`FromNode::Ready`].
+    /// Message 0: the settings that fill a blank flash, and the parameters of the motor. The answer
+    /// is [`FromNode::Ready`].
     Start(Start),
     /// One step. The answer is [`FromNode::Stepped`].
     Step(Step),
@@ -46,7 +48,11 @@ pub struct Start {
     pub version: u16,
     /// Seed of the simulated sensors' noise.
     pub seed: u64,
-    /// Settings as pairs of key and value (`tautrack::settings`).
+    /// File with the contents of the node's flash, which the node writes; a missing file is blank
+    /// flash. Empty: the flash is in memory, and blank.
+    pub flash: heapless::String<MAX_PATH>,
+    /// Settings as pairs of key and value (`tautrack::settings`). They fill a blank flash; the node
+    /// does not use them if its flash is not blank. Without any, a blank node stays blank.
     pub settings: Vec<(u16, i32), MAX_SETTINGS>,
     /// The motor at the node's bridge; `None` for a node without a motor.
     pub motor: Option<MotorModel>,

@@ -7,6 +7,10 @@
 
 use core::fmt;
 
+/// Index of the bus object of the setting with key 0. A key is at most 0xff, so that each setting
+/// has the object `FIRST_OBJECT` + key.
+pub const FIRST_OBJECT: u16 = 0x2200;
+
 /// One row of the table.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Description {
@@ -389,6 +393,11 @@ impl Settings {
         self.values[setting as usize]
     }
 
+    /// Returns the value of the setting with this key.
+    pub fn of_key(&self, key: u16) -> Option<i32> {
+        Setting::from_key(key).map(|setting| self.get(setting))
+    }
+
     /// Returns the value times `scale`: `scaled(Setting::CurrentLimit, 1e-3)` is in ampere.
     pub fn scaled(&self, setting: Setting, scale: f32) -> f32 {
         self.get(setting) as f32 * scale
@@ -415,6 +424,11 @@ mod tests {
             assert!(
                 row.minimum <= row.default && row.default <= row.maximum,
                 "{}",
+                row.name
+            );
+            assert!(
+                (1..=0xff).contains(&row.key),
+                "{} has no object",
                 row.name
             );
             for other in &TABLE[..index] {

@@ -27,6 +27,7 @@ compile_error!("choose a board, for instance --features mps2");
 
 #[cfg(not(target_family = "wasm"))]
 use crate::roles::Role;
+use embedded_storage::nor_flash::NorFlash;
 use tautrack::motor::bridge::Ratings;
 use tautrack::sensors::{BodySensors, Switches};
 
@@ -51,6 +52,9 @@ pub trait Board {
     /// [`crate::current_loop::pwm_period`].
     const POWER_STAGE: Ratings;
 
+    /// Flash for the settings: whole pages, at least two, that nothing else uses.
+    type Storage: NorFlash;
+
     /// Starts the board, reads the settings, calls `role` to spawn its tasks, and runs them for
     /// ever.
     /// `wasm` has no such method, because its program is called instead of running.
@@ -64,6 +68,10 @@ pub trait Board {
     fn switches() -> Switches;
     /// Readings of the sensors on the robot's body; `None` if the board has none.
     fn body() -> Option<BodySensors>;
+    /// Flash for the settings. Erasing a page may take longer than [`crate::watchdog::PERIOD_US`],
+    /// so the flash feeds the board's watchdog meanwhile. Reading a word that a power cut tore
+    /// returns any bytes, but no error. The firmware writes only while the motor has no current.
+    fn storage() -> Self::Storage;
     /// Feeds the board's watchdog, which resets the node [`crate::watchdog::PERIOD_US`] after the
     /// last feed. Only [`crate::watchdog`] calls this, when all required parts of the firmware have
     /// run since the previous call.

@@ -18,14 +18,14 @@ use tautrack::can::Frame;
 
 const LSS_REQUEST: u16 = 0x7e5;
 const SYNC: u16 = 0x080;
-const SDO_REQUEST: u16 = 0x600;
-const SDO_RESPONSE: u16 = 0x580;
+pub(super) const SDO_REQUEST: u16 = 0x600;
+pub(super) const SDO_RESPONSE: u16 = 0x580;
 
-/// Abort codes of CiA 301, used by [`evaluate`].
+/// Abort codes of CiA 301.
 const COMMAND_SPECIFIER: u32 = 0x0504_0001;
-const PARAMETER_LENGTH: u32 = 0x0607_0010;
-const VALUE_TOO_HIGH: u32 = 0x0609_0031;
-const DEVICE_STATE: u32 = 0x0800_0022;
+pub(super) const PARAMETER_LENGTH: u32 = 0x0607_0010;
+pub(super) const VALUE_TOO_HIGH: u32 = 0x0609_0031;
+pub(super) const DEVICE_STATE: u32 = 0x0800_0022;
 
 /// Maximum number of objects in one PDO.
 const MAX_MAPPINGS: u8 = 8;

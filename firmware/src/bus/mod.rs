@@ -3,12 +3,12 @@
 //! `queue` implements a frame queue and `traffic` holds the queues between board and tasks.
 //! `filter` keeps frames from the stack that it handles wrongly. `stack` contains the CANopen
 //! stack, and sends the heartbeat and boot-up messages, which the stack does not send as CiA 301
-//! requires. `configuration` describes the node's bus settings; `service` is the bus task. Node ids
-//! and settings come from the board's store, so storing and restoring parameters (objects 0x1010
-//! and 0x1011) and LSS are not supported.
+//! requires. `parameters` serves the objects of the settings. `configuration` describes the node's
+//! bus settings; `service` is the bus task.
 
 mod configuration;
 mod filter;
+mod parameters;
 mod queue;
 mod service;
 mod stack;

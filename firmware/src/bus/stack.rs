@@ -2,7 +2,7 @@
 //! send as CiA 301 requires.
 
 use super::filter::{self, Condition, Verdict};
-use super::{Dictionary, Listen, Master, TRANSMIT};
+use super::{Dictionary, Listen, Master, TRANSMIT, parameters};
 use crate::watchdog;
 use core::sync::atomic::{AtomicBool, Ordering};
 use tautrack::bus::network;
@@ -84,7 +84,12 @@ impl Bus {
     pub fn receive(&mut self, frame: Frame, now_us: u64) -> Received {
         let mut wrote = false;
         let condition = self.condition(&frame, now_us);
+        let answer = parameters::answer(&frame, self.node_id);
+        if let Some(answer) = answer {
+            TRANSMIT.push(answer);
+        }
         match filter::evaluate(&frame, self.node_id, condition) {
+            _ if answer.is_some() => {}
             Verdict::Pass => {
                 let message = CanMessage::new(CanId::std(frame.id()), frame.data());
                 // An error means that the frame is not addressed to this node.

@@ -5,6 +5,7 @@ use super::Refusal;
 use crate::boards::{Board, CONTROL_HZ, Selected};
 use crate::bus::{self, Received};
 use crate::current_loop;
+use crate::storage;
 use crate::watchdog::{self, Party};
 use core::cell::Cell;
 use core::sync::atomic::{AtomicBool, Ordering};
@@ -14,7 +15,7 @@ use tautrack::bus::network::{self, Emergency};
 use tautrack::bus::pdo::{DriveMotion, receive};
 use tautrack::constants::CONTROL_PERIOD;
 use tautrack::motor::current::{Config, CurrentLoop};
-use tautrack::node::axle::{Inputs, Outputs, SetPoint};
+use tautrack::node::axle::{BridgeDemand, Inputs, Outputs, SetPoint};
 use tautrack::settings::Settings;
 
 /// Messages from the bus task that the control task has not read yet.
@@ -117,6 +118,7 @@ pub fn inputs(set_point: fn() -> SetPoint, torque_offset: fn() -> i16, bench_mod
 /// Passes the tick's demand to the PWM interrupt, and sends its emergency message on the bus.
 pub fn act(outputs: &Outputs, node: u8) {
     current_loop::demand(outputs.bridge, Selected::supply_voltage(), outputs.velocity);
+    storage::set_armed(outputs.bridge != BridgeDemand::Off);
     watchdog::control_ran(Instant::now().as_micros());
     if let Some(code) = outputs.emergency {
         crate::logger::warn!("fault {:#06x}", code);

@@ -4,7 +4,7 @@
 use super::{Refusal, Role, dictionary, milli, refuse, start_bus};
 use crate::boards::{Board, CONTROL_HZ, Selected};
 use crate::bus::{self, FrameQueue, Received};
-use crate::serial;
+use crate::{serial, storage};
 use core::sync::atomic::{AtomicBool, Ordering};
 use embassy_executor::Spawner;
 use embassy_time::{Duration, Instant, Ticker};
@@ -82,6 +82,9 @@ impl<B: Body> Tick for Guard<B> {
     }
 }
 
+/// Code of the guard's highest state in which no drive is led up or holds for it.
+const READY: u8 = 1;
+
 /// Object of the operator's command, and the sub-index of its sequence number.
 const COMMAND: u16 = 0x4000;
 const SEQUENCE: u8 = 5;
@@ -148,6 +151,7 @@ async fn control(guard: &'static mut dyn Tick, node: u8) -> ! {
         });
         crate::watchdog::control_ran(Instant::now().as_micros());
         let outputs = guard.outputs();
+        storage::set_armed(outputs.state.state > READY);
         publish(outputs);
         if !outputs.frames.is_empty() {
             publish_balance(&guard.telemetry());

@@ -104,9 +104,21 @@ impl Node {
 
     /// Powers the node up with these settings.
     pub fn start(&mut self, settings: &[(u16, i32)], motor: Option<MotorModel>) -> Ready {
+        self.start_with_flash("", settings, motor)
+    }
+
+    /// Powers the node up with the flash in the file `flash`, which these settings fill if it is
+    /// blank.
+    pub fn start_with_flash(
+        &mut self,
+        flash: &str,
+        settings: &[(u16, i32)],
+        motor: Option<MotorModel>,
+    ) -> Ready {
         let start = Start {
             version: VERSION,
             seed: 11,
+            flash: flash.try_into().expect("a short path"),
             settings: settings.iter().copied().collect(),
             motor,
         };

@@ -48,6 +48,7 @@ fn log(board: Board) -> Vec<String> {
     let start = Start {
         version: VERSION,
         seed: 1,
+        flash: heapless::String::new(),
         settings: [(key, i32::from(NODE))].into_iter().collect(),
         motor: b2p2::motor(name),
     };

@@ -21,6 +21,7 @@ const SHARED: &[&str] = &[
     "robots",
     "node",
     "link",
+    "store",
 ];
 
 /// The modules of the simulator, lowest first.

@@ -1,5 +1,6 @@
 //! Carries messages between a [`Machine`] and a byte pipe.
 
+use super::flash::Files;
 use super::machine::{End, Machine};
 use crate::roles::Role;
 use tautrack::link::MAX_MESSAGE;
@@ -16,9 +17,14 @@ pub trait Pipe {
     fn write(&mut self, bytes: &[u8]) -> bool;
 }
 
-/// Answers the messages of `pipe` until the node ends.
-pub fn run(board: &'static str, role: &'static Role, pipe: &mut impl Pipe) -> End {
-    let mut machine = Machine::new(board, role);
+/// Answers the messages of `pipe` until the node ends. The flash may be in one of `files`.
+pub fn run(
+    board: &'static str,
+    role: &'static Role,
+    files: Files,
+    pipe: &mut impl Pipe,
+) -> End {
+    let mut machine = Machine::new(board, role, Some(files));
     let mut buffer = [0; PREFIX + MAX_MESSAGE];
     loop {
         let (prefix, body) = buffer.split_at_mut(PREFIX);

@@ -1,6 +1,7 @@
 //! Answers the simulator's messages, one at a time.
 
 use super::clock;
+use super::flash::Files;
 use super::power_up::power_up;
 use super::starvation::{self, Starved};
 use super::step::advance;
@@ -24,6 +25,7 @@ pub enum End {
 pub struct Machine {
     board: &'static str,
     role: &'static Role,
+    files: Option<Files>,
     executor: &'static Executor,
     power: Power,
     motor: Option<Motor>,
@@ -41,10 +43,11 @@ enum Power {
 impl Machine {
     /// Creates the board before its power-up. Must be called only once, because the executor, the
     /// tasks and the object dictionary are statics.
-    pub fn new(board: &'static str, role: &'static Role) -> Self {
+    pub fn new(board: &'static str, role: &'static Role, files: Option<Files>) -> Self {
         Self {
             board,
             role,
+            files,
             executor: clock::executor(),
             power: Power::Off,
             motor: None,
@@ -78,7 +81,7 @@ impl Machine {
     }
 
     fn start(&mut self, start: &Start) -> Ready {
-        let powered = power_up(self.role, self.executor, start, &mut self.motor);
+        let powered = power_up(self.role, self.executor, self.files, start, &mut self.motor);
         self.power = if powered.is_ok() {
             Power::On
         } else {

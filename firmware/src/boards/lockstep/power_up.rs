@@ -1,11 +1,23 @@
 //! Handles the start message: creates the motor and starts the role's tasks.
 
+use super::flash::{self, Files};
 use super::{POWER_STAGE, clock};
 use crate::roles::{Refusal, Role, refuse};
+use crate::storage::{self, Found};
 use embassy_executor::raw::Executor;
 use tautrack::link::{Start, VERSION};
 use tautrack::motor::model::Motor;
 use tautrack::settings::Settings;
+
+/// Fills blank flash with the settings of the start message.
+fn fill(settings: &mut Settings, start: &Start) -> Result<(), Refusal> {
+    for (key, value) in &start.settings {
+        settings
+            .set(*key, *value)
+            .map_err(|error| refuse(format_args!("{error}")))?;
+    }
+    storage::write(settings).map_err(|error| refuse(format_args!("{error}")))
+}
 
 /// Creates the motor and calls the role's start function, which spawns the tasks. Runs them up to
 /// their first wait. Returns a [`Refusal`] if the link version, the motor model or a setting is not
@@ -13,6 +25,7 @@ use tautrack::settings::Settings;
 pub(super) fn power_up(
     role: &'static Role,
     executor: &'static Executor,
+    files: Option<Files>,
     start: &Start,
     motor: &mut Option<Motor>,
 ) -> Result<(), Refusal> {
@@ -27,12 +40,12 @@ pub(super) fn power_up(
                 .ok_or_else(|| refuse(format_args!("the motor model cannot be simulated")))?,
         );
     }
-    let mut settings = Settings::default();
-    for (key, value) in &start.settings {
-        settings
-            .set(*key, *value)
-            .map_err(|error| refuse(format_args!("{error}")))?;
+    flash::insert(&start.flash, files);
+    let (mut settings, found) = storage::load();
+    if found == Found::default() && !start.settings.is_empty() {
+        fill(&mut settings, start)?;
     }
+    storage::publish(&settings, found);
     (role.start)(executor.spawner(), &settings)?;
     clock::run_until_idle(executor);
     Ok(())

@@ -10,7 +10,7 @@ pub(crate) mod semihosting;
 mod stack;
 
 use crate::boards::Board;
-use crate::boards::lockstep::{self, End, Pipe};
+use crate::boards::lockstep::{self, End, Files, Pipe};
 use crate::roles::Role;
 use core::fmt::Write;
 use core::panic::PanicInfo;
@@ -24,6 +24,7 @@ pub struct Mps2;
 impl Board for Mps2 {
     const NAME: &'static str = "mps2";
     const POWER_STAGE: Ratings = lockstep::POWER_STAGE;
+    type Storage = lockstep::Flash;
 
     fn run(role: &'static Role) -> ! {
         let (Some(input), Some(output)) = (Stream::standard_input(), Stream::standard_output())
@@ -32,7 +33,7 @@ impl Board for Mps2 {
         };
         stack::paint();
         let mut console = Console { input, output };
-        if let End::Starved(starved) = lockstep::run(Self::NAME, role, &mut console) {
+        if let End::Starved(starved) = lockstep::run(Self::NAME, role, FILES, &mut console) {
             if let Some(mut errors) = Stream::standard_error() {
                 let _ = writeln!(errors, "{starved}"); // there is no other output to report to
             }
@@ -58,10 +59,31 @@ impl Board for Mps2 {
         lockstep::sensors().body
     }
 
+    fn storage() -> lockstep::Flash {
+        lockstep::Flash
+    }
+
     fn feed_watchdog() {
         lockstep::feed_watchdog();
     }
 }
+
+const FILES: Files = Files {
+    read: |path, bytes| {
+        Stream::read_file(path).map_or(0, |file| {
+            let whole = file.read_exact(bytes);
+            file.close();
+            if whole { bytes.len() } else { 0 }
+        })
+    },
+    write: |path, bytes| {
+        Stream::write_file(path).is_some_and(|file| {
+            let whole = file.write_all(bytes);
+            file.close();
+            whole
+        })
+    },
+};
 
 struct Console {
     input: Stream,

@@ -1,34 +1,57 @@
-//! Semihosting calls: the emulator's standard streams and its exit.
+//! Semihosting calls: the emulator's standard streams, the host's files, and the exit.
 
 use core::fmt;
 use cortex_m_semihosting::{debug, nr, syscall};
+use tautrack::link::MAX_PATH;
 
-/// One of the emulator's standard streams.
+/// Path of the standard streams.
+const STANDARD: &str = ":tt";
+
+/// One of the emulator's standard streams, or a file of the host.
 pub struct Stream(usize);
 
 impl Stream {
     /// Standard input.
     pub fn standard_input() -> Option<Self> {
-        Self::open(nr::open::R_BINARY)
+        Self::open(STANDARD, nr::open::R_BINARY)
     }
 
     /// Standard output.
     pub fn standard_output() -> Option<Self> {
-        Self::open(nr::open::W_TRUNC_BINARY)
+        Self::open(STANDARD, nr::open::W_TRUNC_BINARY)
     }
 
     /// Standard error.
     pub fn standard_error() -> Option<Self> {
-        Self::open(nr::open::W_APPEND_BINARY)
+        Self::open(STANDARD, nr::open::W_APPEND_BINARY)
     }
 
-    /// Opens the special file `:tt`, whose mode selects the stream.
-    fn open(mode: usize) -> Option<Self> {
-        let name = b":tt\0";
-        let arguments = [name.as_ptr() as usize, mode, name.len() - 1];
+    /// File of the host, for reading; `None` if it does not exist.
+    pub fn read_file(path: &str) -> Option<Self> {
+        Self::open(path, nr::open::R_BINARY)
+    }
+
+    /// New, empty file of the host; `None` if it cannot be written.
+    pub fn write_file(path: &str) -> Option<Self> {
+        Self::open(path, nr::open::W_TRUNC_BINARY)
+    }
+
+    /// Opens a file. For [`STANDARD`], the mode selects the stream.
+    fn open(path: &str, mode: usize) -> Option<Self> {
+        let mut name = [0; MAX_PATH + 1]; // ends with a zero
+        name.get_mut(..path.len())
+            .filter(|_| path.len() <= MAX_PATH)?
+            .copy_from_slice(path.as_bytes());
+        let arguments = [name.as_ptr() as usize, mode, path.len()];
         // SAFETY: the block is what SYS_OPEN reads: name, mode, length of the name.
         let handle = unsafe { syscall(nr::OPEN, &arguments) };
         (handle != usize::MAX).then_some(Self(handle))
+    }
+
+    /// Closes the stream.
+    pub fn close(self) {
+        // SAFETY: the block is what SYS_CLOSE reads: the handle.
+        unsafe { syscall(nr::CLOSE, &[self.0]) };
     }
 
     /// Fills `buffer`; the whole emulated machine stops until the host has written enough bytes.

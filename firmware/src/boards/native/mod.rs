@@ -2,7 +2,7 @@
 //! parameter sweeps, fuzzing, sanitizers and debuggers.
 
 use crate::boards::Board;
-use crate::boards::lockstep::{self, End, Pipe, text_log};
+use crate::boards::lockstep::{self, End, Files, Pipe, text_log};
 use crate::roles::Role;
 use std::io::{Read, Write};
 use tautrack::motor::bridge::Ratings;
@@ -14,10 +14,11 @@ pub struct Native;
 impl Board for Native {
     const NAME: &'static str = "native";
     const POWER_STAGE: Ratings = lockstep::POWER_STAGE;
+    type Storage = lockstep::Flash;
 
     fn run(role: &'static Role) -> ! {
         text_log::install();
-        match lockstep::run(Self::NAME, role, &mut StandardStreams) {
+        match lockstep::run(Self::NAME, role, FILES, &mut StandardStreams) {
             End::Finished => std::process::exit(0),
             End::Starved(starved) => {
                 std::eprintln!("{starved}");
@@ -42,9 +43,27 @@ impl Board for Native {
         lockstep::sensors().body
     }
 
+    fn storage() -> lockstep::Flash {
+        lockstep::Flash
+    }
+
     fn feed_watchdog() {
         lockstep::feed_watchdog();
     }
+}
+
+const FILES: Files = Files {
+    read: |path, bytes| std::fs::File::open(path).map_or(0, |mut file| fill(&mut file, bytes)),
+    write: |path, bytes| std::fs::write(path, bytes).is_ok(),
+};
+
+/// Reads until `bytes` are full or the file ends; returns how many were read.
+fn fill(file: &mut std::fs::File, mut bytes: &mut [u8]) -> usize {
+    let room = bytes.len();
+    while let Ok(count @ 1..) = file.read(bytes) {
+        bytes = &mut bytes[count..];
+    }
+    room - bytes.len()
 }
 
 struct StandardStreams;

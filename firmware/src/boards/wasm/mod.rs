@@ -23,6 +23,7 @@ pub struct Wasm;
 impl Board for Wasm {
     const NAME: &'static str = "wasm";
     const POWER_STAGE: Ratings = lockstep::POWER_STAGE;
+    type Storage = lockstep::Flash;
 
     fn encoder() -> i32 {
         lockstep::encoder()
@@ -38,6 +39,10 @@ impl Board for Wasm {
 
     fn body() -> Option<BodySensors> {
         lockstep::sensors().body
+    }
+
+    fn storage() -> lockstep::Flash {
+        lockstep::Flash
     }
 
     fn feed_watchdog() {
@@ -78,7 +83,7 @@ pub fn answer(role: &'static Role, length: usize) -> usize {
         let machine = node.machine.get_or_insert_with(|| {
             text_log::install();
             std::panic::set_hook(Box::new(|panic| end_with(panic.to_string())));
-            Machine::new(Wasm::NAME, role)
+            Machine::new(Wasm::NAME, role, None)
         });
         match machine.answer(&mut node.buffer[..], length) {
             Ok(length) => length,

@@ -30,6 +30,7 @@ impl Launch {
             start: Start {
                 version: VERSION,
                 seed,
+                flash: options.flash_file(spec.name),
                 settings: settings(spec),
                 motor: spec.motor,
             },

@@ -6,6 +6,7 @@ use crate::simulator::slcan::SlcanPort;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::time::Duration;
+use tautrack::link::MAX_PATH;
 
 /// Options of a run.
 #[derive(Default)]
@@ -30,6 +31,19 @@ pub struct Options {
     pub slcan_wait: Option<Duration>,
     /// Maximum wall-clock time for an answer of a node; a minute if absent.
     pub node_timeout: Option<Duration>,
+    /// Folder with a file for the flash of each node, as an absolute path of at most
+    /// [`MAX_PATH`](tautrack::link::MAX_PATH) - 24 bytes. If absent, the flash is in memory, and
+    /// blank.
+    pub flash: Option<String>,
     /// Flag that ends the run once it is set.
     pub interrupt: Option<Arc<AtomicBool>>,
+}
+
+impl Options {
+    /// Path of the file with the flash of this node; empty without a folder.
+    pub(super) fn flash_file(&self, node: NodeName) -> heapless::String<MAX_PATH> {
+        let path = self.flash.as_ref().map(|folder| format!("{folder}/{node}.flash"));
+        path.and_then(|path| path.as_str().try_into().ok())
+            .unwrap_or_default()
+    }
 }

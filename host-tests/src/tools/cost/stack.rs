@@ -74,6 +74,7 @@ pub fn deepest(path: &Path, with_motor: bool) -> Result<u32, CostError> {
     let start = Start {
         version: VERSION,
         seed: 1,
+        flash: heapless::String::new(),
         settings: heapless::Vec::from_iter([(
             Setting::NodeId.description().key,
             i32::from(if with_motor { NODE } else { GUARD }),

@@ -341,6 +341,7 @@ fn last_words_are_announced_when_there_are_some() {
         let start = Start {
             version: VERSION,
             seed: 1,
+            flash: heapless::String::new(),
             settings: heapless::Vec::new(),
             motor: None,
         };

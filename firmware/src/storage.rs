@@ -1,0 +1,204 @@
+//! The node's settings: those in flash, and those that clients read and change.
+//!
+//! The tasks get the settings once, at start. A change by a client takes effect after a save and a
+//! restart.
+
+use crate::boards::{Board, Selected};
+use core::cell::RefCell;
+use core::sync::atomic::{AtomicBool, Ordering};
+use critical_section::Mutex;
+use static_cell::StaticCell;
+use tautrack::settings::{SettingError, Settings};
+use tautrack::store::{Refused, Report, SCHEMA, State, Store, StoreError};
+
+/// Code of object 0x2020:1 for flash that cannot be read.
+const UNREADABLE: u8 = 5;
+
+/// What the node found in flash at start, as object 0x2020 has it.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub struct Found {
+    /// Code of the [`State`]; 5 if the flash cannot be read.
+    pub state: u8,
+    /// Schema version in flash; 0 if nothing was stored.
+    pub schema: u16,
+    /// Number of refused values.
+    pub refusals: u16,
+    /// The first refused value.
+    pub refused: Option<Refused>,
+}
+
+/// Why settings were not saved.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum SaveError {
+    /// The motor has current, or the robot is armed. Writing flash stops the processor for longer
+    /// than the current loop may pause.
+    Armed,
+    /// The store failed.
+    Store(StoreError),
+}
+
+struct Shared {
+    /// The settings with the changes of clients.
+    edited: &'static mut Settings,
+    found: Found,
+    changed: bool,
+}
+
+static SHARED: Mutex<RefCell<Option<Shared>>> = Mutex::new(RefCell::new(None));
+static ARMED: AtomicBool = AtomicBool::new(false);
+
+/// Loads the settings from flash. Returns them with what was found. The board calls it once, at
+/// start.
+pub fn load() -> (Settings, Found) {
+    let mut settings = Settings::default();
+    let report = Store::open(Selected::storage()).and_then(|mut store| {
+        store.load(&SCHEMA, &mut |key, value| {
+            // Cannot fail: the store has checked the bounds.
+            let _ = settings.set(key, value);
+        })
+    });
+    let found = match report {
+        Ok(report) => found(&report),
+        Err(error) => {
+            crate::logger::error!("settings in flash cannot be read: {}", code(error));
+            Found {
+                state: UNREADABLE,
+                ..Found::default()
+            }
+        }
+    };
+    (settings, found)
+}
+
+fn found(report: &Report) -> Found {
+    let state = report.state();
+    if state != State::Blank {
+        crate::logger::info!(
+            "settings from flash: state {}, schema {}",
+            state as u8,
+            report.stored.unwrap_or_default()
+        );
+    }
+    for refused in &report.refused {
+        crate::logger::warn!(
+            "setting {:#06x} = {} in flash is refused, allowed {} to {}",
+            refused.key,
+            refused.got,
+            refused.minimum,
+            refused.maximum
+        );
+    }
+    Found {
+        state: state as u8,
+        schema: report.stored.unwrap_or_default(),
+        refusals: report.refusals as u16,
+        refused: report.refused.first().copied(),
+    }
+}
+
+/// Makes `settings`, with which the node starts, those that clients read and change.
+pub fn publish(settings: &Settings, found: Found) {
+    static EDITED: StaticCell<Settings> = StaticCell::new();
+    if let Some(edited) = EDITED.try_init_with(|| settings.clone()) {
+        critical_section::with(|cs| {
+            SHARED.borrow(cs).replace(Some(Shared {
+                edited,
+                found,
+                changed: false,
+            }));
+        });
+    }
+}
+
+fn with<R>(body: impl FnOnce(&mut Shared) -> R) -> Option<R> {
+    critical_section::with(|cs| SHARED.borrow(cs).borrow_mut().as_mut().map(body))
+}
+
+/// What was found in flash at start.
+pub fn found_at_start() -> Found {
+    with(|shared| shared.found).unwrap_or_default()
+}
+
+/// Whether a setting was changed since the start.
+pub fn restart_needed() -> bool {
+    with(|shared| shared.changed).unwrap_or_default()
+}
+
+/// Returns the value of the setting with this key.
+pub fn value(key: u16) -> Option<i32> {
+    with(|shared| shared.edited.of_key(key)).flatten()
+}
+
+/// Changes a setting, for the next save.
+///
+/// # Errors
+/// [`SettingError`]; nothing is changed.
+pub fn set(key: u16, value: i32) -> Result<(), SettingError> {
+    with(|shared| {
+        let old = shared.edited.of_key(key);
+        shared.edited.set(key, value)?;
+        shared.changed |= old != Some(value);
+        Ok(())
+    })
+    .unwrap_or(Err(SettingError::UnknownKey(key)))
+}
+
+/// Records whether flash must not be written now. The control task calls it in each tick.
+pub fn set_armed(armed: bool) {
+    ARMED.store(armed, Ordering::Relaxed);
+}
+
+/// Saves the settings, with the changes of clients, and verifies them.
+///
+/// # Errors
+/// [`SaveError`]; each setting in flash has its old or its new value.
+pub fn save() -> Result<(), SaveError> {
+    disarmed()?;
+    let edited = with(|shared| shared.edited.clone()).unwrap_or_default();
+    write(&edited).map_err(SaveError::Store)
+}
+
+/// Makes the node blank from its next start on.
+///
+/// # Errors
+/// [`SaveError`].
+pub fn clear() -> Result<(), SaveError> {
+    disarmed()?;
+    let cleared = Store::open(Selected::storage()).and_then(|mut store| store.clear());
+    with(|shared| shared.changed = true);
+    cleared.map_err(SaveError::Store)
+}
+
+/// Writes `settings` to flash and verifies them.
+///
+/// # Errors
+/// [`StoreError`].
+pub fn write(settings: &Settings) -> Result<(), StoreError> {
+    let mut store = Store::open(Selected::storage())?;
+    let value = |key| settings.of_key(key).unwrap_or_default();
+    let saved = store.save(&SCHEMA, &value).map(|_| ());
+    if let Err(error) = saved {
+        crate::logger::error!("settings were not saved: {}", code(error));
+    }
+    saved
+}
+
+fn disarmed() -> Result<(), SaveError> {
+    if ARMED.load(Ordering::Relaxed) {
+        Err(SaveError::Armed)
+    } else {
+        Ok(())
+    }
+}
+
+/// Word for the log.
+fn code(error: StoreError) -> &'static str {
+    match error {
+        StoreError::UnsuitableFlash => "unsuitable flash",
+        StoreError::Flash(_) => "the flash refused an access",
+        StoreError::Full => "the flash is full",
+        StoreError::Damaged => "the flash is damaged",
+        StoreError::NotVerified { .. } => "a value was not written",
+        StoreError::TooManyKeys { .. } => "too many keys",
+    }
+}

@@ -1,0 +1,270 @@
+//! Tests of the settings as a client finds them: on the bus, in flash, and after a restart.
+
+mod node;
+
+use node::{MOTOR, Node, ROLES, settings};
+use std::path::PathBuf;
+use tautrack::can::Frame;
+use tautrack::link::Sensors;
+use tautrack::settings::{FIRST_OBJECT, Setting, Settings, TABLE};
+
+const NODE: u16 = 5;
+const DEVICE_STATE: u32 = 0x0800_0022;
+const SAVE: [u8; 4] = *b"save";
+const LOAD: [u8; 4] = *b"load";
+
+/// A node whose flash is a file.
+struct Client {
+    node: Node,
+    steps: u32,
+}
+
+/// A path for a flash that does not exist yet.
+fn blank(name: &str) -> String {
+    let path = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(format!("{name}.flash"));
+    let _ = std::fs::remove_file(&path);
+    path.into_os_string().into_string().expect("UTF-8")
+}
+
+impl Client {
+    fn with(mut node: Node, flash: &str, settings: &[(u16, i32)]) -> Self {
+        let ready = node.start_with_flash(flash, settings, Some(MOTOR));
+        assert_eq!(ready.refusal, "");
+        Self { node, steps: 0 }
+    }
+
+    /// Powers an axle up.
+    fn new(flash: &str, settings: &[(u16, i32)]) -> Self {
+        Self::with(Node::native(ROLES[0].1), flash, settings)
+    }
+
+    fn send(&mut self, frames: &[Frame]) -> Vec<Frame> {
+        self.steps += 1;
+        let sensors = Sensors {
+            supply_voltage: 24.0,
+            ..Sensors::default()
+        };
+        self.node.step(sensors, frames).frames.to_vec()
+    }
+
+    /// Sends an SDO request; returns the answer's command and its last four bytes.
+    fn sdo(&mut self, command: u8, index: u16, sub: u8, data: [u8; 4]) -> (u8, u32) {
+        let [low, high] = index.to_le_bytes();
+        let [a, b, c, d] = data;
+        let request = Frame::new(0x600 + NODE, &[command, low, high, sub, a, b, c, d]);
+        let answers = self.send(&[request.expect("a frame")]);
+        let mut answers = answers.iter().filter(|frame| frame.id() == 0x580 + NODE);
+        let data = answers.next().expect("an answer").data();
+        assert_eq!(&data[1..4], [low, high, sub]);
+        (data[0], u32::from_le_bytes(data[4..].try_into().expect("four")))
+    }
+
+    fn read(&mut self, setting: Setting) -> i32 {
+        let (command, value) = self.sdo(0x40, object(setting), 0, [0; 4]);
+        assert_eq!(command, 0x43, "{value:#x}");
+        value as i32
+    }
+
+    /// Writes an object; returns the abort code.
+    fn write(&mut self, index: u16, sub: u8, data: [u8; 4]) -> Option<u32> {
+        match self.sdo(0x23, index, sub, data) {
+            (0x60, _) => None,
+            (0x80, code) => Some(code),
+            other => panic!("{other:x?}"),
+        }
+    }
+
+    fn set(&mut self, setting: Setting, value: i32) -> Option<u32> {
+        self.write(object(setting), 0, value.to_le_bytes())
+    }
+
+    /// Object 2020.
+    fn in_flash(&mut self, sub: u8) -> u32 {
+        self.sdo(0x40, 0x2020, sub, [0; 4]).1
+    }
+}
+
+fn object(setting: Setting) -> u16 {
+    FIRST_OBJECT + setting.description().key
+}
+
+#[test]
+fn every_setting_is_an_object_with_the_bounds_of_its_row() {
+    let mut client = Client::new("", &settings(NODE.into()));
+    let mut expected = Settings::default();
+    for (key, value) in settings(NODE.into()) {
+        expected.set(key, value).expect("a setting");
+    }
+    for row in TABLE {
+        let setting = Setting::from_key(row.key).expect("a setting");
+        assert_eq!(client.read(setting), expected.get(setting), "{}", row.name);
+        for (value, code) in [
+            (Some(row.minimum), None),
+            (Some(row.maximum), None),
+            (row.minimum.checked_sub(1), Some(0x0609_0032)),
+            (row.maximum.checked_add(1), Some(0x0609_0031)),
+        ] {
+            if let Some(value) = value {
+                assert_eq!(client.set(setting, value), code, "{} = {value}", row.name);
+            }
+        }
+        assert_eq!(client.read(setting), row.maximum);
+    }
+    let unused = FIRST_OBJECT + 0xff;
+    assert_eq!(client.sdo(0x40, unused, 0, [0; 4]), (0x80, 0x0602_0000));
+    assert_eq!(client.write(unused, 0, [0; 4]), Some(0x0602_0000));
+    // A setting has four bytes.
+    let current_limit = object(Setting::CurrentLimit);
+    assert_eq!(client.sdo(0x2b, current_limit, 0, [0; 4]), (0x80, 0x0607_0010));
+}
+
+#[test]
+fn a_saved_setting_survives_a_power_cycle_and_an_unsaved_one_does_not() {
+    for board in ["native", "mps2"] {
+        let flash = blank(&format!("power-cycle-{board}"));
+        let start = |settings: &[(u16, i32)]| {
+            let node = match board {
+                "native" => Node::native(ROLES[0].1),
+                _ => Node::emulated("axle"),
+            };
+            Client::with(node, &flash, settings)
+        };
+        let mut client = start(&settings(NODE.into()));
+        assert_eq!(client.in_flash(1), 0, "blank at start");
+        assert_eq!(client.in_flash(7), 0, "no restart is needed");
+        assert_eq!(client.set(Setting::VelocityGain, 1_234), None);
+        assert_eq!(client.in_flash(7), 1, "a restart is needed");
+        assert_eq!(client.write(0x1010, 1, SAVE), None);
+        assert_eq!(client.set(Setting::PositionGain, 4_321), None);
+        drop(client);
+        // The start message fills blank flash alone: this one has another gear and another id.
+        let mut other = settings(77);
+        other.push((Setting::GearRatio.description().key, 1_000));
+        let mut client = start(&other);
+        assert_eq!(client.in_flash(1), 1, "loaded");
+        assert_eq!(client.read(Setting::VelocityGain), 1_234);
+        assert_eq!(client.read(Setting::PositionGain), 20_000);
+        assert_eq!(client.read(Setting::GearRatio), 50_000);
+    }
+}
+
+#[test]
+fn a_save_is_refused_while_the_motor_has_current() {
+    let flash = blank("armed");
+    let mut client = Client::new(&flash, &settings(NODE.into()));
+    client.send(&[Frame::new(0x000, &[1, 0]).expect("a frame")]);
+    // Up to "operation enabled", with a guard's heartbeat.
+    for step in 0..150 {
+        let control = [0x06, 0x07, 0x0f][(step / 40).min(2)];
+        let set_point = Frame::new(0x300 + NODE, &[control, 0, 9, 0, 0, 0, 0]).expect("a frame");
+        let heartbeat = Frame::new(0x701, &[5]).expect("a frame");
+        client.send(&[heartbeat, set_point]);
+    }
+    assert_eq!(client.sdo(0x40, 0x6041, 0, [0; 4]).1 & 0x6f, 0x27, "enabled");
+    // A setting may be changed: it has no effect before the next start.
+    assert_eq!(client.set(Setting::VelocityGain, 1_234), None);
+    let before = std::fs::read(&flash).expect("the flash");
+    assert_eq!(client.write(0x1010, 1, SAVE), Some(DEVICE_STATE));
+    assert_eq!(client.write(0x1011, 1, LOAD), Some(DEVICE_STATE));
+    assert_eq!(std::fs::read(&flash).expect("the flash"), before);
+    for _ in 0..150 {
+        let off = Frame::new(0x300 + NODE, &[0, 0, 9, 0, 0, 0, 0]).expect("a frame");
+        client.send(&[off]);
+    }
+    assert_eq!(client.write(0x1010, 1, *b"evas"), Some(0x0800_0020));
+    assert_eq!(client.write(0x1010, 1, SAVE), None);
+    assert_ne!(std::fs::read(&flash).expect("the flash"), before);
+}
+
+#[test]
+fn a_flash_that_cannot_be_written_refuses_the_save() {
+    let folder = blank("no-folder");
+    let mut client = Client::new("", &settings(NODE.into()));
+    assert_eq!(client.write(0x1010, 1, SAVE), None);
+    let mut node = Node::native(ROLES[0].1);
+    let path = format!("{folder}/missing/axle.flash");
+    let ready = node.start_with_flash(&path, &settings(NODE.into()), Some(MOTOR));
+    assert!(ready.refusal.contains("flash refused"), "{}", ready.refusal);
+}
+
+#[test]
+fn a_value_out_of_bounds_in_flash_is_refused_alone_and_named() {
+    let flash = blank("refused");
+    drop(Client::new(&flash, &settings(NODE.into())));
+    // Writes the value as a later program with wider bounds would.
+    let row = Setting::PositionBits.description();
+    assert!(row.maximum < 99);
+    let bytes = std::fs::read(&flash).expect("the flash");
+    std::fs::write(&flash, with_value(&bytes, row.key, 99)).expect("written");
+    let mut client = Client::new(&flash, &[]);
+    assert_eq!(client.in_flash(1), 4, "partly refused");
+    assert_eq!(client.in_flash(4), 1);
+    assert_eq!(client.in_flash(5), u32::from(row.key));
+    assert_eq!(client.in_flash(6), 99);
+    assert_eq!(client.read(Setting::PositionBits), row.default);
+    assert_eq!(client.read(Setting::GearRatio), 50_000, "the others load");
+}
+
+/// Saves one more value in a flash, without bounds.
+fn with_value(bytes: &[u8], key: u16, value: i32) -> Vec<u8> {
+    use tautrack::settings::Description;
+    use tautrack::store::{SCHEMA, Schema, Store};
+    let row = Description {
+        key,
+        name: "wider",
+        unit: "1",
+        minimum: i32::MIN,
+        maximum: i32::MAX,
+        default: 0,
+    };
+    let schema = Schema {
+        rows: &[row],
+        records: &[],
+        ..SCHEMA
+    };
+    let mut flash = memory::Flash(bytes.to_vec());
+    let mut store = Store::open(&mut flash).expect("a store");
+    store.save(&schema, &|_| value).expect("saved");
+    drop(store);
+    flash.0
+}
+
+mod memory {
+    //! Flash in memory.
+
+    use embedded_storage::nor_flash::{ErrorType, NorFlash, NorFlashErrorKind, ReadNorFlash};
+
+    pub struct Flash(pub Vec<u8>);
+
+    impl ErrorType for Flash {
+        type Error = NorFlashErrorKind;
+    }
+
+    impl ReadNorFlash for Flash {
+        const READ_SIZE: usize = 1;
+
+        fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), NorFlashErrorKind> {
+            bytes.copy_from_slice(&self.0[offset as usize..][..bytes.len()]);
+            Ok(())
+        }
+
+        fn capacity(&self) -> usize {
+            self.0.len()
+        }
+    }
+
+    impl NorFlash for Flash {
+        const WRITE_SIZE: usize = 8;
+        const ERASE_SIZE: usize = 2_048;
+
+        fn erase(&mut self, from: u32, to: u32) -> Result<(), NorFlashErrorKind> {
+            self.0[from as usize..to as usize].fill(0xff);
+            Ok(())
+        }
+
+        fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), NorFlashErrorKind> {
+            self.0[offset as usize..][..bytes.len()].copy_from_slice(bytes);
+            Ok(())
+        }
+    }
+}
