@@ -169,6 +169,16 @@ settings! {
     /// compensates it.
     DeadTime = 0x00c5, "dead_time", "ns", 0..=2_000, 600;
 
+    /// Deceleration of a quick stop; 0: equal to `acceleration_limit`.
+    QuickStopDeceleration = 0x00e0, "quick_stop_deceleration", "mrad/s^2", 0..=100_000_000, 0;
+    /// Maximum change of the current in torque mode (start value of object 0x6087).
+    CurrentSlope = 0x00e1, "current_slope", "A/s", 1..=1_000_000, 1_000;
+    /// Distance to the target within which the target counts as reached (start value of object
+    /// 0x6067).
+    PositionWindow = 0x00e2, "position_window", "mrad", 0..=100_000, 10;
+    /// Time for which the position must be within `position_window` (start value of object 0x6068).
+    PositionWindowTime = 0x00e3, "position_window_time", "ms", 0..=60_000, 20;
+
     /// Travel of the screw's nut for one turn of the output shaft.
     ScrewLead = 0x0030, "screw_lead", "um", 100..=100_000, 5_000;
     /// Distance between axles 1 and 2 of B2P2, `L1`.

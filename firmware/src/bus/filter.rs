@@ -7,6 +7,7 @@
 //!   every object of this dictionary.
 //! * Segmented writes to PDO mappings. An empty last segment panics the stack, and the stack
 //!   accepts a count above eight.
+//! * Writes of values that a drive does not support: modes, option codes and homing methods.
 //! * LSS (layer setting services). Node ids are settings of the node, and the stack would change
 //!   its own id without this filter noticing it.
 //! * Remote frames do not reach this filter: [`Frame`] cannot represent them.
@@ -14,6 +15,7 @@
 //!   frames do. Only the other communication objects can be written.
 //! * While the control task does not run: SYNC, because the stack would send old positions.
 
+use tautrack::bus::drive_parameters;
 use tautrack::can::Frame;
 
 const LSS_REQUEST: u16 = 0x7e5;
@@ -24,6 +26,7 @@ pub(super) const SDO_RESPONSE: u16 = 0x580;
 /// Abort codes of CiA 301.
 const COMMAND_SPECIFIER: u32 = 0x0504_0001;
 pub(super) const PARAMETER_LENGTH: u32 = 0x0607_0010;
+const VALUE_RANGE: u32 = 0x0609_0030;
 pub(super) const VALUE_TOO_HIGH: u32 = 0x0609_0031;
 pub(super) const DEVICE_STATE: u32 = 0x0800_0022;
 
@@ -74,24 +77,42 @@ pub fn evaluate(frame: &Frame, node_id: u8, condition: Condition) -> Verdict {
         .map_or(Verdict::Drop, Verdict::Answer)
     };
     let index = u16::from_le_bytes([index_low, index_high]);
+    // Expedited transfer with its size given: bits 0 and 1; number of unused bytes: bits 2 and 3.
+    let size = if command & 0b11 == 0b11 {
+        4 - ((command >> 2) & 0b11)
+    } else {
+        0
+    };
     match command >> 5 {
         1 if condition.guard_alive && moves_an_axle(index) => abort(DEVICE_STATE),
         5 | 6 => abort(COMMAND_SPECIFIER),
         1 if is_mapping(index) => {
-            // Expedited transfer with its size given: bits 0 and 1; number of unused bytes: bits 2
-            // and 3.
-            let size = if command & 0b11 == 0b11 {
-                4 - ((command >> 2) & 0b11)
-            } else {
-                0
-            };
             match (sub, size) {
                 (0, 1) if value > MAX_MAPPINGS => abort(VALUE_TOO_HIGH),
                 (0, 1) | (1.., 4) => Verdict::Pass,
                 _ => abort(PARAMETER_LENGTH),
             }
         }
+        1 if drive_parameters::is_restricted(index) => {
+            if size == 0 {
+                abort(PARAMETER_LENGTH)
+            } else if drive_parameters::supports(index, signed(frame.data(), size)) {
+                Verdict::Pass
+            } else {
+                abort(VALUE_RANGE)
+            }
+        }
         _ => Verdict::Pass,
+    }
+}
+
+/// Returns the value of an expedited transfer with `size` bytes, which has a sign.
+fn signed(data: &[u8], size: u8) -> i32 {
+    match (data, size) {
+        (&[.., value, _, _, _], 1) => i32::from(value as i8),
+        (&[.., low, high, _, _], 2) => i32::from(i16::from_le_bytes([low, high])),
+        (&[.., a, b, c, d], _) => i32::from_le_bytes([a, b, c, d]),
+        _ => 0,
     }
 }
 
@@ -217,6 +238,35 @@ mod tests {
         assert_eq!(
             request([0x23, 0x03, 0x1a, 1, 0x20, 0, 0x40, 0x60]),
             Verdict::Pass
+        );
+    }
+
+    #[test]
+    fn unsupported_values_are_refused_in_every_size() {
+        // Index, size, value, and whether a drive supports it.
+        for (index, size, value, supported) in [
+            (0x6060_u16, 1_u8, 10_i32, true),
+            (0x6060, 1, -1, true),
+            (0x6060, 1, 4, false),
+            (0x6060, 1, -3, false),
+            (0x605a, 2, 6, true),
+            (0x605a, 2, 3, false),
+            (0x605a, 2, 0x106, false),
+            (0x605e, 2, -1, false),
+            (0x6098, 1, 24, true),
+            (0x6098, 1, 35, false),
+            (0x6087, 4, 0, false),
+            (0x6087, 4, -1, true),
+            (0x6065, 4, -1, true),
+        ] {
+            let ([low, high], [a, b, c, d]) = (index.to_le_bytes(), value.to_le_bytes());
+            let command = 0x23 | (4 - size) << 2;
+            let code = aborted(request([command, low, high, 0, a, b, c, d]));
+            assert_eq!(code, (!supported).then_some(VALUE_RANGE), "{index:#x} {value}");
+        }
+        assert_eq!(
+            aborted(request([0x21, 0x5a, 0x60, 0, 2, 0, 0, 0])),
+            Some(PARAMETER_LENGTH)
         );
     }
 

@@ -39,10 +39,14 @@ fn received(received: Received) {
 #[embassy_executor::task]
 async fn control(mut axle: Axle, node: u8) -> ! {
     od::OBJECT2010.set_value(axle.scale().code());
+    od::publish_parameters(&axle.parameters());
     let mut ticker = Ticker::every(Duration::from_hz(u64::from(CONTROL_HZ)));
     loop {
         ticker.next().await;
         let bench_mode = bench_mode();
+        if let Some(parameters) = new_parameters() {
+            axle.configure(&parameters);
+        }
         let outputs = axle.tick(&drive::inputs(set_point, torque_offset, bench_mode));
         drive::act(&outputs, node);
         publish(&outputs, bench_mode);

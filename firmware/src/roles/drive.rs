@@ -11,6 +11,7 @@ use core::cell::Cell;
 use core::sync::atomic::{AtomicBool, Ordering};
 use critical_section::Mutex;
 use embassy_time::Instant;
+use tautrack::bus::drive_parameters::is_parameter;
 use tautrack::bus::network::{self, Emergency};
 use tautrack::bus::pdo::{DriveMotion, receive};
 use tautrack::constants::CONTROL_PERIOD;
@@ -22,6 +23,7 @@ use tautrack::settings::Settings;
 pub static HEARD: Mailbox = Mailbox {
     set_point: AtomicBool::new(false),
     offset: AtomicBool::new(false),
+    parameters: AtomicBool::new(false),
     guard: AtomicBool::new(false),
     joint: Mutex::new(Cell::new(None)),
     sync_us: Mutex::new(Cell::new(0)),
@@ -35,6 +37,7 @@ const TORQUE_OFFSET: u16 = 0x60b2;
 pub struct Mailbox {
     set_point: AtomicBool,
     offset: AtomicBool,
+    parameters: AtomicBool,
     guard: AtomicBool,
     joint: Mutex<Cell<Option<(DriveMotion, u64)>>>,
     sync_us: Mutex<Cell<u64>>,
@@ -58,6 +61,10 @@ impl Mailbox {
             self.offset.store(true, Ordering::Relaxed);
             return;
         }
+        if received.wrote && received.sdo_index.is_some_and(is_parameter) {
+            self.parameters.store(true, Ordering::Relaxed);
+            return;
+        }
         // Set-points come as process data, or from a client that writes single objects of the drive
         // profile (from 0x6000 on).
         if received.wrote
@@ -66,6 +73,11 @@ impl Mailbox {
         {
             self.set_point.store(true, Ordering::Relaxed);
         }
+    }
+
+    /// Returns whether a client has written a parameter since the last call.
+    pub fn take_parameters(&self) -> bool {
+        self.parameters.swap(false, Ordering::Relaxed)
     }
 
     /// Stores the joint's motion with its time of measurement: one control period before the last
@@ -139,21 +151,20 @@ pub fn install_current_loop(settings: &Settings) -> Result<(), Refusal> {
 }
 
 /// Defines the functions between one drive's generated dictionary and its tick: `set_point`,
-/// `torque_offset`, `bench_mode` and `publish`.
+/// `torque_offset`, `bench_mode`, `new_parameters` and `publish`.
 macro_rules! drive_objects {
     ($od:ident) => {
         /// Reads the set-point from the objects.
         fn set_point() -> tautrack::node::axle::SetPoint {
-            use tautrack::bus::cia402::mode::{CYCLIC_VELOCITY, PROFILE_VELOCITY};
+            use tautrack::bus::cia402::mode;
             let mode = $od::OBJECT6060.get_value();
-            let in_velocity = matches!(mode, CYCLIC_VELOCITY | PROFILE_VELOCITY);
             tautrack::node::axle::SetPoint {
                 controlword: $od::OBJECT6040.get_value(),
                 mode,
-                target: if in_velocity {
-                    $od::OBJECT60FF.get_value()
-                } else {
-                    $od::OBJECT607A.get_value()
+                target: match mode {
+                    mode::CYCLIC_VELOCITY | mode::PROFILE_VELOCITY => $od::OBJECT60FF.get_value(),
+                    mode::CYCLIC_TORQUE => $od::OBJECT6071.get_value().into(),
+                    _ => $od::OBJECT607A.get_value(),
                 },
             }
         }
@@ -161,6 +172,29 @@ macro_rules! drive_objects {
         /// Reads the torque feed-forward from its object.
         fn torque_offset() -> i16 {
             $od::OBJECT60B2.get_value()
+        }
+
+        /// Reads the parameters from their objects, if a client has written one.
+        fn new_parameters() -> Option<tautrack::bus::drive_parameters::DriveParameters> {
+            drive::HEARD.take_parameters().then(|| {
+                tautrack::bus::drive_parameters::DriveParameters {
+                    quick_stop: $od::OBJECT605A.get_value(),
+                    shutdown: $od::OBJECT605B.get_value(),
+                    disable_operation: $od::OBJECT605C.get_value(),
+                    halt: $od::OBJECT605D.get_value(),
+                    fault_reaction: $od::OBJECT605E.get_value(),
+                    following_window: $od::OBJECT6065.get_value(),
+                    following_time: $od::OBJECT6066.get_value(),
+                    position_window: $od::OBJECT6067.get_value(),
+                    position_time: $od::OBJECT6068.get_value(),
+                    position_limits: [
+                        $od::OBJECT607D.get_minimum(),
+                        $od::OBJECT607D.get_maximum(),
+                    ],
+                    torque_slope: $od::OBJECT6087.get_value(),
+                    homing_method: $od::OBJECT6098.get_value(),
+                }
+            })
         }
 
         /// Whether a client requests bench mode.

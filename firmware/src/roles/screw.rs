@@ -54,10 +54,14 @@ fn received(received: Received) {
 #[embassy_executor::task]
 async fn control(mut screw: Screw, node: u8) -> ! {
     od::OBJECT2010.set_value(screw.scale().code());
+    od::publish_parameters(&screw.axle().parameters());
     let mut ticker = Ticker::every(Duration::from_hz(u64::from(CONTROL_HZ)));
     loop {
         ticker.next().await;
         let bench_mode = bench_mode();
+        if let Some(parameters) = new_parameters() {
+            screw.configure(&parameters);
+        }
         let outputs = screw.tick(&Inputs {
             axle: drive::inputs(set_point, torque_offset, bench_mode),
             joint: drive::HEARD.take_joint(),

@@ -33,10 +33,17 @@ pub enum DriveCommand {
     QuickStop,
 }
 
-/// Bit 4 of the controlword: a rising edge starts homing.
+/// Bit 4 of the controlword: a rising edge starts homing. In profile position mode it hands over a
+/// new set-point.
 pub const CONTROL_START: u16 = 1 << 4;
+/// Bit 5 of the controlword: a new set-point replaces the present one at once.
+pub const CHANGE_IMMEDIATELY: u16 = 1 << 5;
+/// Bit 6 of the controlword: a new set-point is relative to the one before.
+pub const RELATIVE: u16 = 1 << 6;
 /// Bit 7 of the controlword: a rising edge clears faults.
 pub const CONTROL_FAULT_RESET: u16 = 1 << 7;
+/// Bit 8 of the controlword: the axle ramps to standstill and stays in operation.
+pub const CONTROL_HALT: u16 = 1 << 8;
 
 /// Controlwords that give each command.
 pub mod controlword {
@@ -54,14 +61,16 @@ pub mod controlword {
 
 /// Bits of the statusword (object 0x6041) besides those of the state.
 pub mod status {
-    /// Target reached. In homing mode: homing has finished.
+    /// Target reached. In homing mode: homing has finished. During a halt: the axle stands.
     pub const TARGET_REACHED: u16 = 1 << 10;
     /// A limit of the axle acts; object 0x2000 says which.
     pub const LIMIT_ACTIVE: u16 = 1 << 11;
-    /// In homing mode: homing is attained. In the other modes: the drive follows its set-point.
+    /// In homing mode: homing is attained. In profile position mode with handshake: set-point
+    /// acknowledge. In profile velocity mode: the axle stands. Otherwise: the drive follows its
+    /// set-point.
     pub const FOLLOWING: u16 = 1 << 12;
-    /// Homing failed.
-    pub const HOMING_ERROR: u16 = 1 << 13;
+    /// In homing mode: homing failed. In the modes with a target position: following error.
+    pub const ERROR_OF_MODE: u16 = 1 << 13;
     /// The position is homed.
     pub const HOMED: u16 = 1 << 14;
 }
@@ -216,6 +225,21 @@ pub mod mode {
     pub const CYCLIC_POSITION: i8 = 8;
     /// Cyclic synchronous velocity: the velocity ramps to the newest target.
     pub const CYCLIC_VELOCITY: i8 = 9;
+    /// Cyclic synchronous torque: the torque approaches the newest target with the torque slope.
+    pub const CYCLIC_TORQUE: i8 = 10;
+
+    /// Returns whether a drive has this mode; 0 is no mode. An axle holds its position in the mode
+    /// of the screw.
+    pub fn is_supported(mode: i8) -> bool {
+        matches!(mode, TAUT | 0 | PROFILE_POSITION | PROFILE_VELOCITY | HOMING)
+            || matches!(mode, CYCLIC_POSITION | CYCLIC_VELOCITY | CYCLIC_TORQUE)
+    }
+
+    /// Returns whether the set-point of a drive in this mode is a position.
+    #[inline]
+    pub fn controls_position(mode: i8) -> bool {
+        !matches!(mode, CYCLIC_VELOCITY | PROFILE_VELOCITY | CYCLIC_TORQUE)
+    }
 }
 
 #[cfg(test)]

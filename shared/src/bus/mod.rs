@@ -5,9 +5,11 @@
 //! * [`network`]: identifiers, network management (NMT), SYNC and emergency frames
 //! * [`heartbeat`]: monitoring of another node's heartbeat
 //! * [`cia402`]: the drive state machine
+//! * [`drive_parameters`]: option codes, windows and limits of a drive
 //! * [`scale`]: units of positions and velocities
 
 pub mod cia402;
+pub mod drive_parameters;
 pub mod heartbeat;
 pub mod network;
 pub mod pdo;

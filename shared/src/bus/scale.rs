@@ -179,12 +179,7 @@ impl Scale {
     pub fn position_to_bus(self, position: i64) -> i32 {
         match self {
             Self::Turning { bits } => (position >> (32 - bits)) as i32,
-            Self::Linear(lead) => {
-                // 2^-24 turn times 2^-32 m per turn, reduced to 2^-24 m.
-                let (turns, scale) = (position >> 8, i64::from(lead.metres_q32));
-                let metres = (turns >> 32) * scale + (((turns & 0xffff_ffff) * scale) >> 32);
-                saturate(metres)
-            }
+            Self::Linear(_) => saturate(self.distance_to_bus(position)),
         }
     }
 
@@ -198,6 +193,27 @@ impl Scale {
                 ((near >> shift).wrapping_add(i64::from(difference))) << shift
             }
             Self::Linear(_) => self.shaft_from_length(i64::from(wire) << 4),
+        }
+    }
+
+    /// Converts a distance on the output shaft, 2^-32 turn, to bus units. It does not wrap.
+    pub fn distance_to_bus(self, distance: i64) -> i64 {
+        match self {
+            Self::Turning { bits } => distance >> (32 - bits),
+            Self::Linear(lead) => {
+                // 2^-24 turn times 2^-32 m per turn, reduced to 2^-24 m.
+                let (turns, scale) = (distance >> 8, i64::from(lead.metres_q32));
+                (turns >> 32) * scale + (((turns & 0xffff_ffff) * scale) >> 32)
+            }
+        }
+    }
+
+    /// Converts a distance of at most 2^32 bus units to 2^-32 turn of the output shaft. It does
+    /// not wrap.
+    pub fn distance_from_bus(self, distance: i64) -> i64 {
+        match self {
+            Self::Turning { bits } => distance << (32 - bits),
+            Self::Linear(_) => self.shaft_from_length(distance << 4),
         }
     }
 

@@ -7,7 +7,7 @@
 
 use super::UNITS_PER_RADIAN;
 use super::profile::Motion;
-use crate::math::cubic::mul_high_add;
+use crate::math::cubic::{mul_high, mul_high_add};
 use crate::math::{Bound, saturate, to_i32};
 
 /// Gains of the loops at the output shaft, and the limits of the loops.
@@ -198,6 +198,28 @@ impl Cascade {
         let mut demand = self.velocity(allowed, reference.current, velocity, bound);
         demand.cut |= wanted.wrapping_sub(allowed);
         demand
+    }
+
+    /// Limits a demanded current, up to 2^27, so that it does not drive the axle beyond the
+    /// velocity limit. In each direction the current is at most what the velocity loop without its
+    /// integral demands at the velocity limit.
+    #[inline]
+    pub fn torque(&self, current: i32, velocity: i32, bound: Bound) -> Demand {
+        // Velocities are at most twice the limit, so nothing overflows.
+        let most = mul_high((1 << VELOCITY_BITS) - velocity, self.velocity_gain);
+        let least = mul_high(-(1 << VELOCITY_BITS) - velocity, self.velocity_gain);
+        let slowed = if current > most {
+            most
+        } else if current < least {
+            least
+        } else {
+            current
+        };
+        let limited = bound.limit(slowed);
+        Demand {
+            current: limited,
+            cut: current.wrapping_sub(limited),
+        }
     }
 
     /// Runs the velocity loop alone, with a current feed-forward.

@@ -4,6 +4,7 @@
 
 use super::axle::{Axle, Inputs as AxleInputs, Outputs};
 use crate::bus::cia402::mode;
+use crate::bus::drive_parameters::DriveParameters;
 use crate::bus::pdo::DriveMotion;
 use crate::bus::scale::Scale;
 use crate::constants::CONTROL_PERIOD;
@@ -103,6 +104,16 @@ impl Screw {
     /// Returns the scale of its positions and velocities on the bus.
     pub fn scale(&self) -> Scale {
         self.scale
+    }
+
+    /// Returns the axle that turns the screw.
+    pub fn axle(&self) -> &Axle {
+        &self.axle
+    }
+
+    /// Puts parameters in force that a client has written.
+    pub fn configure(&mut self, parameters: &DriveParameters) {
+        self.axle.configure(parameters);
     }
 
     /// Runs one control period.

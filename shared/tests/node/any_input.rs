@@ -20,6 +20,7 @@ fn set_point() -> impl Strategy<Value = Option<SetPoint>> {
         Just(0x07),
         Just(0x0f),
         Just(0x1f),
+        Just(0x10f),
         Just(0x80),
         any::<u16>()
     ];
@@ -30,6 +31,7 @@ fn set_point() -> impl Strategy<Value = Option<SetPoint>> {
         Just(6),
         Just(8),
         Just(9),
+        Just(10),
         any::<i8>()
     ];
     proptest::option::of(

@@ -1,5 +1,9 @@
 //! Tests of the ticks of the nodes.
 
 mod any_input;
+#[cfg(feature = "lockstep")]
+mod drive_bench;
 mod drive_faults;
+#[cfg(feature = "lockstep")]
+mod drive_options;
 mod guard;

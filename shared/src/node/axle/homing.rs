@@ -1,12 +1,16 @@
 //! Homing: moves fast to the home switch, off it again, and slowly to it once more. The position
 //! where the switch closes the second time becomes the home position.
 //!
+//! Object 0x6098 selects the method (`homing_method`). Methods that look for the edge at which a
+//! switch opens are the same motion with the inverse of the switch as its signal.
+//!
 //! The switch is debounced: it counts as closed or open once it has been so for [`DEBOUNCE`] ticks
 //! in a row. The position that counts is that of the first of them. Both approaches go in the same
 //! direction, so that the hysteresis of the switch cancels. If they find the switch at different
 //! places, one of them was wrong, and the axle stays unhomed.
 
 use super::Axle;
+use super::homing_method::{Method, PRESENT_POSITION, default_method};
 use crate::constants::CONTROL_PERIOD;
 use crate::motor::from_radians;
 use crate::sensors::Switches;
@@ -16,6 +20,8 @@ use crate::settings::{Setting, Settings};
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) enum Stage {
     Idle,
+    /// Moves back from the positive limit switch to the switch that it has missed.
+    Return,
     /// Moves off the switch, because homing began on it.
     Leave,
     /// Moves towards the switch until it closes.
@@ -36,7 +42,7 @@ impl Stage {
     pub fn is_running(self) -> bool {
         matches!(
             self,
-            Self::Leave | Self::Seek | Self::BackOff | Self::Approach
+            Self::Return | Self::Leave | Self::Seek | Self::BackOff | Self::Approach
         )
     }
 
@@ -61,8 +67,11 @@ const BACK_OFF: f32 = 0.5;
 #[derive(Clone, Debug)]
 pub(super) struct Homing {
     pub stage: Stage,
-    /// Speeds with the sign of the direction in which the switch lies, rad/s.
-    search: f32,
+    /// Code of the method with which homing starts next.
+    pub code: i8,
+    method: Method,
+    /// Speed of the search, rad/s, and that of the second approach as a fraction of it.
+    speed: f32,
     approach: f32,
     home_position: i64,
     /// Largest allowed distance between the places that the two approaches find, 2^-32 turn.
@@ -83,13 +92,15 @@ impl Homing {
     /// Creates the homing of an axle whose switch is at `home_position`.
     pub fn new(settings: &Settings, home_position: i64) -> Self {
         let speed = settings.scaled(Setting::HomingSpeed, 1e-3);
-        let search = speed * settings.get(Setting::HomingDirection) as f32;
+        let code = default_method(settings);
         let late = speed * REACTION_TICKS * CONTROL_PERIOD;
         let tolerance = settings.scaled(Setting::HomingTolerance, 1e-3) + late;
         Self {
             stage: Stage::Idle,
-            search,
-            approach: search * settings.scaled(Setting::HomingApproach, 1e-3),
+            code,
+            method: Method::of(code),
+            speed,
+            approach: settings.scaled(Setting::HomingApproach, 1e-3),
             home_position,
             tolerance: from_radians(tolerance).unsigned_abs(),
             ticks: 0,
@@ -102,7 +113,9 @@ impl Homing {
     }
 
     /// Starts homing from the beginning.
-    pub fn start(&mut self, closed: bool) {
+    pub fn start(&mut self, switches: Switches) {
+        self.method = Method::of(self.code);
+        let closed = self.method.signal(switches);
         self.stage = if closed { Stage::Leave } else { Stage::Seek };
         self.ticks = 0;
         self.closed = closed;
@@ -134,9 +147,21 @@ impl Homing {
         changes
     }
 
+    /// Returns the velocity with which the axle moves in the present stage, rad/s.
+    fn velocity(&self) -> f32 {
+        let search = self.speed * f32::from(self.method.direction);
+        match self.stage {
+            Stage::Leave | Stage::BackOff => -BACK_OFF * search,
+            Stage::Seek => search,
+            Stage::Approach => search * self.approach,
+            Stage::Return => -self.speed,
+            _ => 0.0,
+        }
+    }
+
     /// Runs one tick at `position`. Returns the velocity with which to move, rad/s, and whether the
     /// place of the switch was found in this tick.
-    fn tick(&mut self, closed: bool, position: i64) -> (f32, bool) {
+    fn tick(&mut self, switches: Switches, position: i64) -> (f32, bool) {
         if !self.stage.is_running() {
             return (0.0, false);
         }
@@ -146,8 +171,11 @@ impl Homing {
             return (0.0, false);
         }
         let mut found = false;
-        if self.changes(closed, position) {
+        if self.changes(self.method.signal(switches), position) {
             self.stage = match self.stage {
+                // The axle comes to the switch from its far side.
+                Stage::Return if !self.method.opens => Stage::Leave,
+                Stage::Return => Stage::Seek,
                 Stage::Leave => Stage::Seek,
                 Stage::Seek => {
                     self.first = self.changed_at;
@@ -161,29 +189,44 @@ impl Homing {
                 }
             };
         }
-        let velocity = match self.stage {
-            Stage::Leave | Stage::BackOff => -BACK_OFF * self.search,
-            Stage::Seek => self.search,
-            Stage::Approach => self.approach,
-            _ => 0.0,
-        };
+        let mut velocity = self.velocity();
+        if matches!(self.stage, Stage::Leave | Stage::Seek)
+            && self.method.turns_round(switches, velocity)
+        {
+            self.stage = Stage::Return;
+            velocity = self.velocity();
+        }
         (velocity, found)
     }
 }
 
 impl Axle {
+    /// Starts homing with the method that is selected.
+    pub(super) fn start_homing(&mut self, switches: Switches) {
+        if self.homing.code == PRESENT_POSITION {
+            self.homing.stage = Stage::Done;
+            self.found_home(self.homing.home_position);
+        } else {
+            self.homing.start(switches);
+        }
+    }
+
+    /// Sets the present position to `position`, and counts as homed.
+    fn found_home(&mut self, position: i64) {
+        self.observer.set_position(position);
+        // These are positions from before homing.
+        self.stops = [None; 2];
+        self.anchor();
+        self.homed = true;
+    }
+
     /// Runs one tick of homing.
     pub(super) fn home(&mut self, switches: Switches) {
         let position = self.position();
-        let (velocity, found) = self.homing.tick(switches.home, position);
+        let (velocity, found) = self.homing.tick(switches, position);
         if found {
             let since = position.wrapping_sub(self.homing.changed_at);
-            let moved = self.homing.home_position.wrapping_add(since);
-            self.observer.set_position(moved);
-            // These are positions from before homing.
-            self.stops = [None; 2];
-            self.anchor();
-            self.homed = true;
+            self.found_home(self.homing.home_position.wrapping_add(since));
         }
         self.motion
             .toward_velocity(velocity, self.force.limits, CONTROL_PERIOD);

@@ -9,21 +9,32 @@
 //! * `envelope`: the limits in force
 //! * `set_points`: computes a current from a set-point
 //! * `offset`: torque feed-forward
-//! * `homing`: finds the home switch
+//! * `options`: the parameters that a client writes
+//! * `handshake`: set-points of profile position mode
+//! * `torque`: torque mode
+//! * `stopping`: halt, quick stop, and ramps before the bridge goes off
+//! * `windows`: following error and target reached
+//! * `homing`: finds the home switch; `homing_method` says which switch and which edge
 //! * `output`: published payloads, and the last limiter
 //!
 //! This file has the tick, which calls them.
 
 mod authority;
 mod envelope;
+mod handshake;
 mod homing;
+mod homing_method;
 mod interface;
 mod latch;
 mod offset;
+mod options;
 mod output;
 mod set_points;
 mod setup;
+mod stopping;
 mod supervision;
+mod torque;
+mod windows;
 
 pub use interface::{ActiveLimit, BridgeDemand, Inputs, Outputs};
 pub use set_points::SetPoint;
@@ -37,9 +48,13 @@ use crate::motor::observer::Observer;
 use crate::motor::profile::Motion;
 use authority::Authority;
 use envelope::{Envelope, Envelopes};
+use handshake::Handshake;
 use homing::Homing;
 use latch::Latch;
 use offset::Offset;
+use options::{Options, Ramp};
+use stopping::Exit;
+use torque::Barrier;
 
 /// State of one axle.
 #[derive(Clone, Debug)]
@@ -73,6 +88,20 @@ pub struct Axle {
     motion: Motion,
     offset: Offset,
     interpolation_ticks: u32,
+    options: Options,
+    handshake: Handshake,
+    /// Demanded current of torque mode, A.
+    torque_current: f32,
+    barrier: Option<Barrier>,
+    /// Ramp of the present stop.
+    ramp: Ramp,
+    /// The controlword halts the axle.
+    halted: bool,
+    exit: Option<Exit>,
+    /// Ticks for which the position has been outside of the following error window, and within the
+    /// position window.
+    following_ticks: u32,
+    in_window: u32,
     homing: Homing,
     homed: bool,
     /// Positions at which the positive and the negative limit switch closed, while they are closed.

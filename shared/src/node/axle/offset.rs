@@ -61,6 +61,12 @@ impl Offset {
         self.current = 0;
     }
 
+    /// Returns the current, A, of one unit of torque on the bus.
+    #[inline]
+    pub fn amperes(&self) -> f32 {
+        self.amperes
+    }
+
     /// Returns the current to add, in units of the cascade.
     #[inline]
     pub fn current(&self) -> i32 {

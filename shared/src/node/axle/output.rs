@@ -23,7 +23,7 @@ impl Axle {
         self.demand = current;
         let bridge = match (demand, self.state) {
             (Some(_), _) => BridgeDemand::Current(current),
-            (None, State::Fault) if self.latch.faults().reaction() != Some(Reaction::Off) => {
+            (None, State::Fault) if self.reaction() != Some(Reaction::Off) => {
                 BridgeDemand::Brake
             }
             (None, _) => BridgeDemand::Off,
@@ -52,14 +52,14 @@ impl Axle {
 
     fn statusword(&self) -> u16 {
         let mut word = self.state.statusword();
-        if self.mode == mode::HOMING {
+        if self.mode == mode::HOMING && !self.halted {
             match self.homing.stage {
                 Stage::Done => word |= status::TARGET_REACHED | status::FOLLOWING,
-                Stage::Failed | Stage::Mismatch => word |= status::HOMING_ERROR,
+                Stage::Failed | Stage::Mismatch => word |= status::ERROR_OF_MODE,
                 _ => {}
             }
-        } else if self.state == State::OperationEnabled {
-            word |= status::FOLLOWING;
+        } else {
+            word |= self.status_of_mode();
         }
         if self.active_limit != ActiveLimit::None {
             word |= status::LIMIT_ACTIVE;

@@ -1,5 +1,6 @@
 //! Computes a current from a set-point, by the mode of operation.
 
+use super::handshake::Handshake;
 use super::{ActiveLimit, Axle, Inputs};
 use crate::bus::cia402::{CONTROL_FAULT_RESET, CONTROL_START, DriveCommand, State, mode};
 use crate::constants::CONTROL_PERIOD;
@@ -17,7 +18,8 @@ pub struct SetPoint {
     pub controlword: u16,
     /// Mode of operation, one of [`mode`]. An unknown mode holds the position.
     pub mode: i8,
-    /// Target in bus units: a velocity in the velocity modes, otherwise a position.
+    /// Target in bus units: a velocity in the velocity modes, a torque in torque mode, otherwise a
+    /// position.
     pub target: i32,
 }
 
@@ -45,23 +47,48 @@ impl Axle {
                     && self.latch.faults().is_empty()
                     && self.authority.any(inputs.now_us);
             if allowed {
-                self.enter(after);
+                self.pass(after, command);
             }
+        } else if command == DriveCommand::EnableOperation
+            && self.exit.is_some()
+            && !(stale || resets)
+            && self.authority.any(inputs.now_us)
+        {
+            // A new "enable operation" in operation cancels an exit. A fault would have ended
+            // operation.
+            self.enter(after);
         }
         if set_point.mode != self.mode {
             self.mode = set_point.mode;
             self.select_envelope();
             self.anchor();
             self.homing.abort();
+            self.handshake = Handshake::default();
         }
         if self.state == State::OperationEnabled
             && self.mode == mode::HOMING
             && risen & CONTROL_START != 0
         {
-            self.homing.start(inputs.switches.home);
+            self.start_homing(inputs.switches);
         }
+        self.take_target(&set_point, risen);
         self.command = set_point;
         self.interpolate();
+    }
+
+    /// Passes to the state `after` by `command`.
+    fn pass(&mut self, after: State, command: DriveCommand) {
+        match (self.state, command) {
+            (State::OperationEnabled, DriveCommand::QuickStop) => self.quick_stop(),
+            // The quick stop ends in "switch on disabled".
+            (State::QuickStopActive, DriveCommand::EnableOperation) if self.exit.is_some() => {}
+            (State::OperationEnabled | State::QuickStopActive, _)
+                if after != State::OperationEnabled =>
+            {
+                self.leave(after, command);
+            }
+            _ => self.enter(after),
+        }
     }
 
     pub(super) fn enter(&mut self, state: State) {
@@ -75,6 +102,9 @@ impl Axle {
             self.anchor();
         }
         self.state = state;
+        self.exit = None;
+        self.halted = false;
+        self.handshake = Handshake::default();
     }
 
     /// Sets the set-point to the measured motion, so that nothing jumps after a change of mode or a
@@ -86,6 +116,8 @@ impl Axle {
             acceleration: 0.0,
         };
         self.interpolation_ticks = 0;
+        self.torque_current = self.demand;
+        self.barrier = None;
         self.offset.clear();
     }
 
@@ -107,17 +139,7 @@ impl Axle {
         let target = self
             .scale
             .position_from_bus(self.command.target, self.position());
-        match self.travel {
-            Some((low, _)) if self.homed && target < low => {
-                self.active_limit = ActiveLimit::Travel;
-                low
-            }
-            Some((_, high)) if self.homed && target > high => {
-                self.active_limit = ActiveLimit::Travel;
-                high
-            }
-            _ => target,
-        }
+        self.within_travel(target)
     }
 
     pub(super) fn control(
@@ -126,21 +148,17 @@ impl Axle {
         taut: Option<Result<Motion, Fault>>,
     ) -> Option<Demand> {
         self.active_limit = ActiveLimit::None;
-        match self.state {
-            State::OperationEnabled => Some(self.operate(inputs, taut)),
-            State::QuickStopActive => {
-                self.motion
-                    .toward_velocity(0.0, self.force.limits, CONTROL_PERIOD);
-                self.stop_at_switch(inputs.switches, true);
-                let standing = self.motion.velocity == 0.0;
-                Some(self.follow(if standing {
-                    self.force.hold
-                } else {
-                    self.force.full
-                }))
-            }
-            _ => None,
+        self.finish_exit();
+        if !self.powered() {
+            return None;
         }
+        let stops =
+            self.halts() || self.exit.is_some() || self.state == State::QuickStopActive;
+        Some(if stops {
+            self.stop(inputs)
+        } else {
+            self.operate(inputs, taut)
+        })
     }
 
     fn operate(&mut self, inputs: &Inputs, taut: Option<Result<Motion, Fault>>) -> Demand {
@@ -164,12 +182,14 @@ impl Axle {
                 }
                 self.motion.advance(self.motion.velocity * CONTROL_PERIOD);
             }
+            (mode::PROFILE_POSITION, _) if self.shakes_hands() => self.move_to_target(),
             (mode::PROFILE_POSITION, _) => {
                 let target = self.target_position();
                 self.motion
                     .toward_position(target, self.force.limits, CONTROL_PERIOD);
             }
             (mode::HOMING, _) => self.home(inputs.switches),
+            (mode::CYCLIC_TORQUE, _) => return self.control_torque(inputs),
             (mode::CYCLIC_VELOCITY | mode::PROFILE_VELOCITY, _) => {
                 let target = self.scale.velocity_from_bus(self.command.target);
                 self.motion
@@ -190,10 +210,13 @@ impl Axle {
                 .toward_velocity(0.0, self.force.limits, CONTROL_PERIOD),
         }
         self.stop_at_switch(inputs.switches, true);
+        if matches!(self.mode, mode::CYCLIC_POSITION | mode::PROFILE_POSITION) {
+            self.watch_windows();
+        }
         self.follow(self.force.full)
     }
 
-    fn follow(&mut self, bound: Bound) -> Demand {
+    pub(super) fn follow(&mut self, bound: Bound) -> Demand {
         let (position, velocity) = (self.position(), self.force.cascade.rate(self.velocity()));
         let mut reference = self.force.cascade.reference(&self.motion);
         reference.current += self.offset.current();
@@ -203,7 +226,7 @@ impl Axle {
     }
 
     /// Prevents the set-point from moving farther outward than where a limit switch closed.
-    fn stop_at_switch(&mut self, switches: Switches, in_position: bool) {
+    pub(super) fn stop_at_switch(&mut self, switches: Switches, in_position: bool) {
         if !(switches.positive_limit || switches.negative_limit) {
             self.stops = [None; 2];
             return;

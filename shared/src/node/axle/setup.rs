@@ -2,9 +2,11 @@
 
 use super::authority::Authority;
 use super::envelope::Envelopes;
+use super::handshake::Handshake;
 use super::homing::Homing;
 use super::latch::Latch;
 use super::offset::Offset;
+use super::options::{Options, Ramp};
 use super::{ActiveLimit, Axle, SetPoint};
 use crate::bus::cia402::{DriveCommand, State};
 use crate::bus::scale::Scale;
@@ -88,6 +90,15 @@ impl Axle {
             motion: Motion::default(),
             offset: Offset::new(settings, 1.0 / torque_per_ampere),
             interpolation_ticks: 0,
+            options: Options::new(settings, scale, torque_per_ampere, travel),
+            handshake: Handshake::default(),
+            torque_current: 0.0,
+            barrier: None,
+            ramp: Ramp::Quick,
+            halted: false,
+            exit: None,
+            following_ticks: 0,
+            in_window: 0,
             homing: Homing::new(settings, home_position),
             homed: settings.get(Setting::HomingDirection) == 0,
             stops: [None; 2],

@@ -2,6 +2,7 @@
 
 use super::homing::Stage;
 use super::{Axle, Inputs};
+use super::options::Ramp;
 use crate::bus::cia402::{State, mode};
 use crate::faults::{Fault, Faults, Reaction};
 use crate::motor::profile::Motion;
@@ -15,8 +16,7 @@ impl Axle {
     /// applies the strongest reaction.
     pub(super) fn supervise(&mut self, inputs: &Inputs, taut: Option<Result<Motion, Fault>>) {
         let (enabled, powered) = (self.state == State::OperationEnabled, self.powered());
-        let in_position =
-            enabled && !matches!(self.mode, mode::CYCLIC_VELOCITY | mode::PROFILE_VELOCITY);
+        let in_position = enabled && mode::controls_position(self.mode);
         let readings = Readings {
             current: inputs.current,
             demand: self.demand,
@@ -59,18 +59,16 @@ impl Axle {
         if bench_changes {
             self.select_envelope();
             if !self.authority.bench() && self.state == State::OperationEnabled {
-                self.enter(State::QuickStopActive);
+                self.hold(Ramp::Quick);
             }
         }
     }
 
     /// Enters the state that the strongest reaction of the latched faults requires.
     fn react(&mut self) {
-        match self.latch.faults().reaction() {
-            Some(Reaction::Brake | Reaction::Off) => self.state = State::Fault,
-            Some(Reaction::Hold) if self.state == State::OperationEnabled => {
-                self.enter(State::QuickStopActive);
-            }
+        match self.reaction() {
+            Some(Reaction::Brake | Reaction::Off) => self.enter(State::Fault),
+            Some(Reaction::Hold) if self.state == State::OperationEnabled => self.hold_in_fault(),
             Some(Reaction::Hold) | None => {}
         }
     }
@@ -84,9 +82,9 @@ impl Axle {
             present = present.without(HOMING_FAULTS);
         }
         self.latch.reset(present);
-        let reaction = self.latch.faults().reaction();
+        let reaction = self.reaction();
         if self.state == State::Fault && reaction <= Some(Reaction::Hold) {
-            self.state = State::SwitchOnDisabled;
+            self.enter(State::SwitchOnDisabled);
         }
     }
 }

@@ -1,6 +1,7 @@
 //! Generates random events for a drive, its rotor and its surroundings.
 
 use tautrack::bus::cia402::{State, toward_operation};
+use tautrack::bus::drive_parameters::DriveParameters;
 use tautrack::bus::pdo::DriveMotion;
 use tautrack::node::axle::{Axle, BridgeDemand, Inputs, Outputs, SetPoint};
 use tautrack::node::screw::{self, Screw};
@@ -216,7 +217,7 @@ impl Generator {
         self.present.joint = !random.once_in(10);
         self.bench = random.once_in(if self.present.guard { 30 } else { 3 });
         self.word = match random.below(8) {
-            0 => Some(random.pick(&[0x00, 0x02, 0x06, 0x07, 0x80, 0x82, 0x8f, 0x86])),
+            0 => Some(random.pick(&[0x00, 0x02, 0x06, 0x07, 0x10f, 0x80, 0x82, 0x8f, 0x86])),
             1 => Some(random.pick(&[0x0f, 0x1f, 0x8f])),
             2 if random.once_in(3) => Some(random.bits() as u16),
             _ => None,
@@ -224,7 +225,25 @@ impl Generator {
         self.resets = !random.once_in(3);
         if random.once_in(4) {
             let taut = if self.kind == Kind::Screw { -1 } else { 9 };
-            self.mode = random.pick(&[9, 9, 3, 8, 1, 6, taut, taut, 77]);
+            self.mode = random.pick(&[9, 9, 3, 8, 1, 6, 10, taut, taut, 77]);
+        }
+        if random.once_in(12)
+            && let Node::Axle(axle) = &mut self.node
+        {
+            axle.configure(&DriveParameters {
+                quick_stop: random.pick(&[0, 1, 2, 5, 6, 6, 6]),
+                shutdown: random.pick(&[0, 1]),
+                disable_operation: random.pick(&[0, 1]),
+                halt: random.pick(&[1, 2]),
+                fault_reaction: random.pick(&[0, 1, 2, 2, 2, 2]),
+                following_window: random.bits() as u32,
+                following_time: random.bits() as u16,
+                position_window: random.bits() as u32,
+                position_time: random.bits() as u16,
+                position_limits: [random.bits() as i32, random.bits() as i32],
+                torque_slope: random.pick(&[1, 24_000, u32::MAX]),
+                homing_method: axle.parameters().homing_method,
+            });
         }
         if random.once_in(3) {
             self.target = match random.below(4) {

@@ -358,7 +358,9 @@ impl Oracle {
         let mode = inputs.set_point.map_or(self.mode, |new| new.mode);
         let target = inputs.set_point.map_or(self.target, |new| new.target);
         let switches = inputs.switches.positive_limit || inputs.switches.negative_limit;
-        let in_velocity = state == State::OperationEnabled && matches!(mode, 3 | 9);
+        // A halt, and a ramp before the bridge goes off, are stops within "operation enabled".
+        let runs = inputs.set_point.map_or(self.word, |new| new.controlword) & 0x10f == 0x0f;
+        let in_velocity = state == State::OperationEnabled && runs && matches!(mode, 3 | 9);
         if switches || self.bench || !(stopping || in_velocity) {
             self.ramp = None;
             return;

@@ -1,0 +1,183 @@
+//! The parameters of a drive ([`DriveParameters`]), prepared for the tick.
+
+use super::Axle;
+use super::homing_method::default_method;
+use crate::bus::drive_parameters::DriveParameters;
+use crate::bus::scale::Scale;
+use crate::constants::CONTROL_PERIOD;
+use crate::math::saturate;
+use crate::motor::from_radians;
+use crate::motor::profile::Limits;
+use crate::settings::{Setting, Settings};
+
+/// Following error time out at start, ms: the dwell of the fault "following error".
+const FOLLOWING_TIME: u16 = 100;
+
+/// Ramp of a stop.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(super) enum Ramp {
+    /// With `acceleration_limit`.
+    Slow,
+    /// With `quick_stop_deceleration`.
+    Quick,
+}
+
+/// Parameters in force.
+#[derive(Clone, Debug)]
+pub(super) struct Options {
+    pub codes: DriveParameters,
+    /// Deceleration of a quick stop, rad/s^2.
+    quick_deceleration: f32,
+    /// Windows, 2^-32 turn, and their times, ticks.
+    pub following: Window,
+    pub position: Window,
+    /// Change of the torque in one tick, units of torque.
+    pub torque_step: f32,
+    /// Travel of the settings; `None` if it is not limited.
+    travel: Option<(i64, i64)>,
+}
+
+/// Largest distance between two positions, and the time for which a watch on it must last.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Window {
+    pub distance: u64,
+    pub ticks: u32,
+}
+
+impl Options {
+    /// Creates the parameters that follow from the settings. `per_ampere` is the torque in bus
+    /// units per A.
+    pub fn new(
+        settings: &Settings,
+        scale: Scale,
+        per_ampere: f32,
+        travel: Option<(i64, i64)>,
+    ) -> Self {
+        let window = |setting, unit| {
+            let distance = from_radians(settings.scaled(setting, unit));
+            saturate_unsigned(scale.distance_to_bus(distance))
+        };
+        let end = |position: i64| saturate(scale.distance_to_bus(position));
+        let slope = settings.scaled(Setting::CurrentSlope, 1.0) * per_ampere;
+        let codes = DriveParameters {
+            quick_stop: 6,
+            shutdown: 0,
+            disable_operation: 0,
+            halt: 1,
+            fault_reaction: 2,
+            following_window: window(Setting::FollowingLimit, 1e-3),
+            following_time: FOLLOWING_TIME,
+            position_window: window(Setting::PositionWindow, 1e-3),
+            position_time: settings.get(Setting::PositionWindowTime) as u16,
+            position_limits: travel.map_or([0; 2], |(low, high)| [end(low), end(high)]),
+            torque_slope: if slope > 1.0 { slope as u32 } else { 1 },
+            homing_method: default_method(settings),
+        };
+        let deceleration = match settings.get(Setting::QuickStopDeceleration) {
+            0 => settings.get(Setting::AccelerationLimit),
+            deceleration => deceleration,
+        };
+        let mut options = Self {
+            codes,
+            quick_deceleration: deceleration as f32 * 1e-3,
+            following: Window::OFF,
+            position: Window::OFF,
+            torque_step: 0.0,
+            travel,
+        };
+        options.prepare(codes, scale);
+        options
+    }
+
+    /// Puts `codes` in force.
+    fn prepare(&mut self, codes: DriveParameters, scale: Scale) {
+        self.codes = codes;
+        self.following = Window::new(codes.following_window, codes.following_time, scale);
+        self.position = Window::new(codes.position_window, codes.position_time, scale);
+        self.torque_step = codes.torque_slope as f32 * CONTROL_PERIOD;
+    }
+
+    /// Returns the travel that targets may use: that of the settings, narrowed by the software
+    /// position limits.
+    fn travel(&self, scale: Scale) -> Option<(i64, i64)> {
+        let [low, high] = self.codes.position_limits;
+        if low >= high {
+            return self.travel;
+        }
+        // The ends of the range replace ends of travel that the bus cannot represent.
+        let end = |end: i32| match end {
+            i32::MIN => i64::MIN,
+            i32::MAX => i64::MAX,
+            _ => scale.distance_from_bus(i64::from(end)),
+        };
+        let (low, high) = (end(low), end(high));
+        let Some((lowest, highest)) = self.travel else {
+            return Some((low, high));
+        };
+        let within = |position: i64| {
+            if position < lowest {
+                lowest
+            } else if position > highest {
+                highest
+            } else {
+                position
+            }
+        };
+        Some((within(low), within(high)))
+    }
+
+    /// Returns the limits of a stop with this ramp, within `limits`.
+    pub fn stop(&self, ramp: Ramp, limits: Limits) -> Limits {
+        Limits {
+            acceleration: match ramp {
+                Ramp::Slow => limits.acceleration,
+                Ramp::Quick => self.quick_deceleration,
+            },
+            ..limits
+        }
+    }
+}
+
+impl Window {
+    const OFF: Self = Self {
+        distance: u64::MAX,
+        ticks: 0,
+    };
+
+    fn new(distance: u32, milliseconds: u16, scale: Scale) -> Self {
+        Self {
+            distance: if distance == u32::MAX {
+                u64::MAX
+            } else {
+                scale
+                    .distance_from_bus(i64::from(distance))
+                    .unsigned_abs()
+            },
+            ticks: u32::from(milliseconds),
+        }
+    }
+}
+
+/// Converts a distance to an object of 32 bits without sign.
+fn saturate_unsigned(distance: i64) -> u32 {
+    let distance = distance.unsigned_abs();
+    if distance < u64::from(u32::MAX) {
+        distance as u32
+    } else {
+        u32::MAX
+    }
+}
+
+impl Axle {
+    /// Returns the parameters in force. At start they follow from the settings.
+    pub fn parameters(&self) -> DriveParameters {
+        self.options.codes
+    }
+
+    /// Puts parameters in force that a client has written.
+    pub fn configure(&mut self, parameters: &DriveParameters) {
+        self.options.prepare(*parameters, self.scale);
+        self.travel = self.options.travel(self.scale);
+        self.homing.code = parameters.homing_method;
+    }
+}

@@ -1,0 +1,150 @@
+//! Stops: quick stop, halt, and ramps to standstill before the bridge goes off. The option codes of
+//! CiA 402 select the ramps.
+
+use super::options::Ramp;
+use super::{Axle, DriveCommand, Inputs};
+use crate::bus::cia402::{CONTROL_HALT, State};
+use crate::constants::CONTROL_PERIOD;
+use crate::faults::Reaction;
+use crate::motor::cascade::Demand;
+
+/// Exit from power that waits for standstill.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Exit {
+    /// State after it.
+    to: State,
+    /// The axle ramps to standstill first.
+    ramps: bool,
+    /// Ticks since the ramp ended.
+    waited: u32,
+}
+
+/// Ticks after the end of the ramp at which a shaft counts as standing, whatever its speed is.
+const SETTLING_TICKS: u32 = 500;
+
+impl Axle {
+    /// Follows a command that leads from a state under power to `to`, which is not under power.
+    pub(super) fn leave(&mut self, to: State, command: DriveCommand) {
+        let codes = &self.options.codes;
+        let ramps = match (self.state, command) {
+            (State::OperationEnabled, DriveCommand::Shutdown) => codes.shutdown == 1,
+            (State::OperationEnabled, DriveCommand::SwitchOn) => codes.disable_operation == 1,
+            _ => false,
+        };
+        if !ramps {
+            self.enter(to);
+        } else if self.exit.is_none() {
+            self.ramp = Ramp::Slow;
+            self.anchor();
+            self.exit_to(to);
+        }
+    }
+
+    /// Follows the command "quick stop" in operation.
+    pub(super) fn quick_stop(&mut self) {
+        let code = self.options.codes.quick_stop;
+        if code == 0 {
+            self.enter(State::SwitchOnDisabled);
+            return;
+        }
+        self.hold(if matches!(code, 1 | 5) {
+            Ramp::Slow
+        } else {
+            Ramp::Quick
+        });
+        if code <= 2 {
+            self.exit_to(State::SwitchOnDisabled);
+        }
+    }
+
+    /// Ramps to standstill and holds.
+    pub(super) fn hold(&mut self, ramp: Ramp) {
+        self.ramp = ramp;
+        self.enter(State::QuickStopActive);
+    }
+
+    /// Follows a fault whose reaction is to hold. An exit that has begun goes on.
+    pub(super) fn hold_in_fault(&mut self) {
+        let exit = self.exit;
+        self.hold(if self.options.codes.fault_reaction == 1 {
+            Ramp::Slow
+        } else {
+            Ramp::Quick
+        });
+        self.exit = exit;
+    }
+
+    /// Returns the reaction to the latched faults: that of the table of faults, or the stronger one
+    /// of the fault reaction option code.
+    pub(super) fn reaction(&self) -> Option<Reaction> {
+        match self.latch.faults().reaction() {
+            Some(Reaction::Hold) if self.options.codes.fault_reaction == 0 => Some(Reaction::Off),
+            reaction => reaction,
+        }
+    }
+
+    fn exit_to(&mut self, to: State) {
+        self.exit = Some(Exit {
+            to,
+            ramps: true,
+            waited: 0,
+        });
+    }
+
+    /// Ends an exit once the axle stands.
+    pub(super) fn finish_exit(&mut self) {
+        let (standing, stopped) = (self.stands(), self.motion.velocity == 0.0);
+        let Some(exit) = &mut self.exit else {
+            return;
+        };
+        if exit.ramps {
+            if !stopped {
+                return;
+            }
+            exit.waited += 1;
+            if !standing && exit.waited < SETTLING_TICKS {
+                return;
+            }
+        }
+        let to = exit.to;
+        self.enter(to);
+    }
+
+    /// Returns whether the shaft stands: it turns with less than 1 % of the velocity limit.
+    pub(super) fn stands(&self) -> bool {
+        self.velocity().abs() < self.force.stall.standing
+    }
+
+    /// Returns whether the controlword halts the axle. The set-point starts at the measured motion
+    /// when a halt begins and when it ends.
+    pub(super) fn halts(&mut self) -> bool {
+        let halts = self.state == State::OperationEnabled && self.controlword & CONTROL_HALT != 0;
+        if halts != self.halted {
+            self.halted = halts;
+            if halts {
+                self.ramp = if self.options.codes.halt == 1 {
+                    Ramp::Slow
+                } else {
+                    Ramp::Quick
+                };
+                self.homing.abort();
+            }
+            self.anchor();
+        }
+        halts
+    }
+
+    /// Ramps to standstill, and holds there. In operation it holds with the full current, otherwise
+    /// with the hold current.
+    pub(super) fn stop(&mut self, inputs: &Inputs) -> Demand {
+        let limits = self.options.stop(self.ramp, self.force.limits);
+        self.motion.toward_velocity(0.0, limits, CONTROL_PERIOD);
+        self.stop_at_switch(inputs.switches, true);
+        let holding = self.motion.velocity == 0.0 && self.state == State::QuickStopActive;
+        self.follow(if holding {
+            self.force.hold
+        } else {
+            self.force.full
+        })
+    }
+}

@@ -1,0 +1,77 @@
+//! Cyclic synchronous torque mode.
+
+use super::{ActiveLimit, Axle, Inputs};
+use crate::math::limit;
+use crate::motor::cascade::Demand;
+use crate::motor::profile::Motion;
+
+/// End of motion in one direction, at which torque mode holds the position.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Barrier {
+    position: i64,
+    /// 1 or -1.
+    direction: f32,
+    limit: ActiveLimit,
+}
+
+impl Axle {
+    /// Runs one tick of torque mode. The torque approaches its target with the torque slope. The
+    /// velocity limit reduces it, and a closed limit switch or an end of travel ends it: there the
+    /// axle holds its position.
+    pub(super) fn control_torque(&mut self, inputs: &Inputs) -> Demand {
+        let target = self.command.target as f32 * self.offset.amperes();
+        let target = limit(target, self.force.current_limit);
+        let step = self.options.torque_step * self.offset.amperes();
+        self.torque_current += limit(target - self.torque_current, step);
+        // This updates where the switches closed. Its set-point is of no use here.
+        self.stop_at_switch(inputs.switches, true);
+        if let Some(barrier) = self.barrier(target) {
+            self.barrier = Some(barrier);
+            self.motion = Motion::at(barrier.position);
+            self.active_limit = barrier.limit;
+            self.torque_current = 0.0;
+            return self.follow(self.force.full);
+        }
+        self.barrier = None;
+        self.active_limit = ActiveLimit::None;
+        let velocity = self.velocity();
+        self.motion = Motion {
+            position: self.position(),
+            velocity,
+            acceleration: 0.0,
+        };
+        let cascade = &self.force.cascade;
+        let current = cascade.current(self.torque_current) + self.offset.current();
+        cascade.torque(current, cascade.rate(velocity), self.force.full)
+    }
+
+    /// Returns what a torque of this sign, or the motion, is directed against. A barrier stays
+    /// until the torque turns away from it.
+    fn barrier(&self, torque: f32) -> Option<Barrier> {
+        if let Some(barrier) = self.barrier
+            && torque * barrier.direction > 0.0
+        {
+            return Some(barrier);
+        }
+        let (position, velocity) = (self.position(), self.velocity());
+        let travel = self.travel.filter(|_| self.homed);
+        let ends = [
+            travel.and_then(|(_, high)| (position >= high).then_some(high)),
+            travel.and_then(|(low, _)| (position <= low).then_some(low)),
+        ];
+        let mut sides = self.stops.iter().zip(ends).zip([1.0, -1.0]);
+        sides.find_map(|((switch, end), direction)| {
+            let outward = torque * direction > 0.0 || velocity * direction > 0.0;
+            let (position, limit) = match (switch, end) {
+                (Some(stop), _) => (*stop, ActiveLimit::Switch),
+                (None, Some(end)) => (end, ActiveLimit::Travel),
+                (None, None) => return None,
+            };
+            outward.then_some(Barrier {
+                position,
+                direction,
+                limit,
+            })
+        })
+    }
+}
