@@ -4,11 +4,13 @@
 //!   payloads
 //! * [`network`]: identifiers, network management (NMT), SYNC and emergency frames
 //! * [`heartbeat`]: monitoring of another node's heartbeat
+//! * [`lss`]: layer setting services, which give a new node its id
 //! * [`cia402`]: the drive state machine
 //! * [`scale`]: units of positions and velocities
 
 pub mod cia402;
 pub mod heartbeat;
+pub mod lss;
 pub mod network;
 pub mod pdo;
 pub mod scale;
