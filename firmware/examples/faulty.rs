@@ -6,10 +6,11 @@
 use embassy_executor::Spawner;
 use embassy_time::Timer;
 use tautrack::settings::{Setting, Settings};
-use tautrack_firmware::roles::{Refusal, Role};
+use tautrack_firmware::roles::{Refusal, Role, axle};
 
 static FAULTY: Role = Role {
     name: "faulty",
+    dictionary: axle::ROLE.dictionary,
     start,
 };
 

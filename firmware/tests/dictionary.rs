@@ -14,6 +14,7 @@ use tautrack::bus::pdo::{
 };
 use tautrack::can::Frame;
 use tautrack::link::Sensors;
+use tautrack::settings::FIRST_OBJECT;
 
 const NODE: u16 = 9;
 
@@ -126,10 +127,13 @@ fn nodes_hold_what_their_data_sheets_say() {
                 default,
                 writable,
             } = entry;
+            let given = settings(i32::from(NODE));
+            let mut given = given.iter().filter(|(key, _)| FIRST_OBJECT + key == index);
+            let default = given.next().map_or(default, |(_, value)| *value as u32);
             // Values that the stack or the node computes, or that the settings define, differ from
             // the dictionary's default.
             let running = index >= 0x2000 && !writable
-                || matches!(index, 0x1001 | 0x1017)
+                || matches!((index, sub), (0x1001 | 0x1017, _) | (0x1018, 4))
                 || (role, index, sub) == ("screw", 0x1403, 1);
             let size = [0, 1, 1, 2, 4, 1, 2, 4][usize::from(data_type)];
             let (value, answered) = read_sized(&mut node, index, sub);

@@ -56,7 +56,10 @@ impl Client {
         let mut answers = answers.iter().filter(|frame| frame.id() == 0x580 + NODE);
         let data = answers.next().expect("an answer").data();
         assert_eq!(&data[1..4], [low, high, sub]);
-        (data[0], u32::from_le_bytes(data[4..].try_into().expect("four")))
+        (
+            data[0],
+            u32::from_le_bytes(data[4..].try_into().expect("four")),
+        )
     }
 
     fn read(&mut self, setting: Setting) -> i32 {
@@ -115,7 +118,10 @@ fn every_setting_is_an_object_with_the_bounds_of_its_row() {
     assert_eq!(client.write(unused, 0, [0; 4]), Some(0x0602_0000));
     // A setting has four bytes.
     let current_limit = object(Setting::CurrentLimit);
-    assert_eq!(client.sdo(0x2b, current_limit, 0, [0; 4]), (0x80, 0x0607_0010));
+    assert_eq!(
+        client.sdo(0x2b, current_limit, 0, [0; 4]),
+        (0x80, 0x0607_0010)
+    );
 }
 
 #[test]
@@ -160,7 +166,11 @@ fn a_save_is_refused_while_the_motor_has_current() {
         let heartbeat = Frame::new(0x701, &[5]).expect("a frame");
         client.send(&[heartbeat, set_point]);
     }
-    assert_eq!(client.sdo(0x40, 0x6041, 0, [0; 4]).1 & 0x6f, 0x27, "enabled");
+    assert_eq!(
+        client.sdo(0x40, 0x6041, 0, [0; 4]).1 & 0x6f,
+        0x27,
+        "enabled"
+    );
     // A setting may be changed: it has no effect before the next start.
     assert_eq!(client.set(Setting::VelocityGain, 1_234), None);
     let before = std::fs::read(&flash).expect("the flash");
@@ -267,4 +277,57 @@ mod memory {
             Ok(())
         }
     }
+}
+
+#[test]
+fn a_blank_node_is_mute_until_lss_gives_it_an_id_which_survives() {
+    let flash = blank("unconfigured");
+    let mut client = Client::new(&flash, &[]);
+    let lss = |data: [u8; 8]| Frame::new(0x7e5, &data).expect("a frame");
+    // Neither a heartbeat, nor process data, nor an answer to node 127 or any other.
+    for step in 0..300_u16 {
+        let read = Frame::new(0x601 + step % 127, &[0x40, 0, 0x10, 0, 0, 0, 0, 0]);
+        let others = [(0x000, &[1, 0][..]), (0x080, &[]), (0x701, &[5])]
+            .map(|(id, data)| Frame::new(id, data).expect("a frame"));
+        let mut frames = others.to_vec();
+        frames.push(read.expect("a frame"));
+        assert_eq!(client.send(&frames), []);
+    }
+    let answer = |client: &mut Client, data| {
+        let frames = client.send(&[lss(data)]);
+        frames
+            .first()
+            .map(|frame| (frame.id(), frame.data()[0], frame.data()[1]))
+    };
+    // Another node is selected: this one stays mute. Its serial number is 11, the seed.
+    let product = 1;
+    for serial in [12, 11] {
+        for (command, number) in [(0x40, 0), (0x41, product), (0x42, 1)] {
+            assert_eq!(
+                answer(&mut client, [command, number, 0, 0, 0, 0, 0, 0]),
+                None
+            );
+        }
+        let selected = answer(&mut client, [0x43, serial, 0, 0, 0, 0, 0, 0]);
+        assert_eq!(selected, (serial == 11).then_some((0x7e4, 0x44, 0)));
+    }
+    let configured = answer(&mut client, [0x11, NODE as u8, 0, 0, 0, 0, 0, 0]);
+    assert_eq!(configured, Some((0x7e4, 0x11, 0)));
+    let stored = answer(&mut client, [0x17, 0, 0, 0, 0, 0, 0, 0]);
+    assert_eq!(stored, Some((0x7e4, 0x17, 0)));
+    client.send(&[lss([4, 0, 0, 0, 0, 0, 0, 0])]);
+    let boot_up = client.send(&[]);
+    let id = |client: &mut Client| client.read(Setting::NodeId);
+    assert_eq!(id(&mut client), i32::from(NODE), "{boot_up:?}");
+    let serial = client.sdo(0x40, 0x1018, 4, [0; 4]);
+    assert_eq!(serial, (0x43, 11));
+    drop(client);
+    let mut client = Client::new(&flash, &[]);
+    assert_eq!(id(&mut client), i32::from(NODE));
+    assert_eq!(client.in_flash(1), 1, "loaded");
+    // Restoring the defaults makes it blank again.
+    assert_eq!(client.write(0x1011, 1, LOAD), None);
+    drop(client);
+    let mut client = Client::new(&flash, &[]);
+    assert_eq!((0..200).find(|_| !client.send(&[]).is_empty()), None);
 }

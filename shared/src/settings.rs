@@ -436,11 +436,7 @@ mod tests {
                 "{}",
                 row.name
             );
-            assert!(
-                (1..=0xff).contains(&row.key),
-                "{} has no object",
-                row.name
-            );
+            assert!((1..=0xff).contains(&row.key), "{} has no object", row.name);
             for other in &TABLE[..index] {
                 assert!(
                     row.key != other.key && row.name != other.name,

@@ -68,6 +68,8 @@ pub trait Board {
     fn switches() -> Switches;
     /// Readings of the sensors on the robot's body; `None` if the board has none.
     fn body() -> Option<BodySensors>;
+    /// Serial number of the board: differs between all boards of one bus.
+    fn serial_number() -> u32;
     /// Flash for the settings. Erasing a page may take longer than [`crate::watchdog::PERIOD_US`],
     /// so the flash feeds the board's watchdog meanwhile. Reading a word that a power cut tore
     /// returns any bytes, but no error. The firmware writes only while the motor has no current.

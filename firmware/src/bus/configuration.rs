@@ -13,6 +13,8 @@ pub struct Dictionary {
     pub state: &'static NodeState<'static>,
     /// The objects of the dictionary.
     pub table: &'static [ODEntry<'static>],
+    /// Sets the serial number in the identity (object 0x1018).
+    pub set_serial_number: fn(u32),
 }
 
 /// COB-ID that a receive PDO has in this robot, with the PDO's communication parameter.

@@ -4,7 +4,7 @@
 //! `filter` keeps frames from the stack that it handles wrongly. `stack` contains the CANopen
 //! stack, and sends the heartbeat and boot-up messages, which the stack does not send as CiA 301
 //! requires. `parameters` serves the objects of the settings. `configuration` describes the node's
-//! bus settings; `service` is the bus task.
+//! bus settings; `service` is the bus task, and `unconfigured` that of a node without an id.
 
 mod configuration;
 mod filter;
@@ -13,9 +13,11 @@ mod queue;
 mod service;
 mod stack;
 mod traffic;
+mod unconfigured;
 
 pub use configuration::{Dictionary, Listen, Master};
 pub use queue::FrameQueue;
 pub use service::task;
 pub use stack::{Bus, Received, operational};
 pub use traffic::{RECEIVED, TRANSMIT, send};
+pub use unconfigured::wait_for_id;

@@ -17,6 +17,7 @@ drive::drive_objects!(od);
 /// The role `axle`.
 pub static ROLE: Role = Role {
     name: "axle",
+    dictionary: od::DICTIONARY,
     start,
 };
 

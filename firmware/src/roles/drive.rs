@@ -4,9 +4,8 @@
 use super::Refusal;
 use crate::boards::{Board, CONTROL_HZ, Selected};
 use crate::bus::{self, Received};
-use crate::current_loop;
-use crate::storage;
 use crate::watchdog::{self, Party};
+use crate::{current_loop, storage};
 use core::cell::Cell;
 use core::sync::atomic::{AtomicBool, Ordering};
 use critical_section::Mutex;

@@ -32,6 +32,7 @@ macro_rules! guards {
         $(#[doc = $doc])*
         pub static $role: Role = Role {
             name: "guard",
+            dictionary: od::DICTIONARY,
             start: {
                 static GUARD: StaticCell<Guard<$body>> = StaticCell::new();
                 |spawner, settings| start(spawner, settings, &GUARD)

@@ -6,6 +6,7 @@ mod drive;
 pub mod guard;
 pub mod screw;
 
+use crate::boards::{Board, Selected};
 use crate::bus::{self, Bus, Dictionary, Listen, Master, Received};
 use crate::watchdog::{self, Party};
 use core::fmt::Write;
@@ -22,6 +23,8 @@ pub type Refusal = String<160>;
 pub struct Role {
     /// Name of the role.
     pub name: &'static str,
+    /// Its object dictionary.
+    pub dictionary: Dictionary,
     /// Checks the settings and spawns the tasks. The board calls it once.
     pub start: fn(Spawner, &Settings) -> Result<(), Refusal>,
 }
@@ -56,11 +59,21 @@ fn start_bus(
         node_id: guard_id,
         heartbeat: Monitor::new(settings.milliseconds(Setting::HeartbeatTimeout)),
     });
+    (dictionary.set_serial_number)(Selected::serial_number());
     watchdog::require(Party::Control);
     watchdog::require(Party::Bus);
     let bus = Bus::new(dictionary, node_id, heartbeat_ms, listen, master)
         .ok_or_else(|| refuse(format_args!("the bus cannot be made for node id {node_id}")))?;
     spawn(spawner, bus::task(bus, received))
+}
+
+/// Starts a node that has no settings: its bus is mute until a master gives it a node id by LSS.
+///
+/// # Errors
+/// A task cannot start.
+pub fn start_blank(spawner: Spawner, role: &'static Role) -> Result<(), Refusal> {
+    watchdog::require(Party::Bus);
+    spawn(spawner, bus::wait_for_id(spawner, role))
 }
 
 fn spawn<S>(spawner: Spawner, task: Result<SpawnToken<S>, SpawnError>) -> Result<(), Refusal> {
@@ -89,6 +102,7 @@ macro_rules! dictionary {
                 mailbox: &NODE_MBOX,
                 state: &NODE_STATE,
                 table: &OD_TABLE,
+                set_serial_number: |number| OBJECT1018.set_serial(number),
             };
         }
     };

@@ -17,6 +17,7 @@ drive::drive_objects!(od);
 /// The role `screw`.
 pub static ROLE: Role = Role {
     name: "screw",
+    dictionary: od::DICTIONARY,
     start,
 };
 

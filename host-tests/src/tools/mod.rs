@@ -1,8 +1,9 @@
-//! The commands: [`demo`], [`suite`], [`evaluate`], [`cost`], and [`generate`], which writes the
-//! reference pages.
+//! The commands: [`demo`], [`suite`], [`evaluate`], [`cost`], [`settings`] of the nodes on a bus,
+//! and [`generate`], which writes the reference pages.
 
 pub mod cost;
 pub mod demo;
 pub mod evaluate;
 pub mod generate;
+pub mod settings;
 pub mod suite;

@@ -4,6 +4,7 @@
 //!   payloads
 //! * [`network`]: identifiers, network management (NMT), SYNC and emergency frames
 //! * [`heartbeat`]: monitoring of another node's heartbeat
+//! * [`lss`]: layer setting services, which give a new node its id
 //! * [`cia402`]: the drive state machine
 //! * [`drive_parameters`]: option codes, windows and limits of a drive
 //! * [`scale`]: units of positions and velocities
@@ -11,6 +12,7 @@
 pub mod cia402;
 pub mod drive_parameters;
 pub mod heartbeat;
+pub mod lss;
 pub mod network;
 pub mod pdo;
 pub mod scale;

@@ -77,7 +77,10 @@ impl ReadNorFlash for Flash {
         critical_section::with(|cs| {
             let contents = CONTENTS.borrow(cs).borrow();
             let from = contents.bytes.iter().skip(offset as usize);
-            bytes.iter_mut().zip(from).for_each(|(to, from)| *to = *from);
+            bytes
+                .iter_mut()
+                .zip(from)
+                .for_each(|(to, from)| *to = *from);
         });
         Ok(())
     }

@@ -18,12 +18,7 @@ pub trait Pipe {
 }
 
 /// Answers the messages of `pipe` until the node ends. The flash may be in one of `files`.
-pub fn run(
-    board: &'static str,
-    role: &'static Role,
-    files: Files,
-    pipe: &mut impl Pipe,
-) -> End {
+pub fn run(board: &'static str, role: &'static Role, files: Files, pipe: &mut impl Pipe) -> End {
     let mut machine = Machine::new(board, role, Some(files));
     let mut buffer = [0; PREFIX + MAX_MESSAGE];
     loop {

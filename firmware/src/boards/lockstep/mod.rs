@@ -30,6 +30,7 @@ pub use link::{Pipe, run};
 pub use machine::End;
 #[cfg(target_family = "wasm")]
 pub use machine::Machine;
+pub use power_up::serial_number;
 pub use starvation::feed_watchdog;
 
 use tautrack::motor::bridge::Ratings;

@@ -2,12 +2,21 @@
 
 use super::flash::{self, Files};
 use super::{POWER_STAGE, clock};
-use crate::roles::{Refusal, Role, refuse};
-use crate::storage::{self, Found};
+use crate::roles::{self, Refusal, Role, refuse};
+use crate::storage;
+use core::sync::atomic::{AtomicU32, Ordering};
 use embassy_executor::raw::Executor;
 use tautrack::link::{Start, VERSION};
 use tautrack::motor::model::Motor;
 use tautrack::settings::Settings;
+use tautrack::store::State;
+
+static SERIAL_NUMBER: AtomicU32 = AtomicU32::new(0);
+
+/// Serial number of the simulated board.
+pub fn serial_number() -> u32 {
+    SERIAL_NUMBER.load(Ordering::Relaxed)
+}
 
 /// Fills blank flash with the settings of the start message.
 fn fill(settings: &mut Settings, start: &Start) -> Result<(), Refusal> {
@@ -40,13 +49,19 @@ pub(super) fn power_up(
                 .ok_or_else(|| refuse(format_args!("the motor model cannot be simulated")))?,
         );
     }
+    // The simulator gives every node another seed.
+    SERIAL_NUMBER.store(start.seed as u32, Ordering::Relaxed);
     flash::insert(&start.flash, files);
     let (mut settings, found) = storage::load();
-    if found == Found::default() && !start.settings.is_empty() {
+    if found.state == State::Blank as u8 && !start.settings.is_empty() {
         fill(&mut settings, start)?;
     }
-    storage::publish(&settings, found);
-    (role.start)(executor.spawner(), &settings)?;
+    if found.state == State::Blank as u8 && start.settings.is_empty() {
+        roles::start_blank(executor.spawner(), role)?;
+    } else {
+        storage::publish(&settings, found);
+        (role.start)(executor.spawner(), &settings)?;
+    }
     clock::run_until_idle(executor);
     Ok(())
 }

@@ -59,6 +59,10 @@ impl Board for Mps2 {
         lockstep::sensors().body
     }
 
+    fn serial_number() -> u32 {
+        lockstep::serial_number()
+    }
+
     fn storage() -> lockstep::Flash {
         lockstep::Flash
     }

@@ -43,6 +43,10 @@ impl Board for Native {
         lockstep::sensors().body
     }
 
+    fn serial_number() -> u32 {
+        lockstep::serial_number()
+    }
+
     fn storage() -> lockstep::Flash {
         lockstep::Flash
     }

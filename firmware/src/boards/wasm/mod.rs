@@ -41,6 +41,10 @@ impl Board for Wasm {
         lockstep::sensors().body
     }
 
+    fn serial_number() -> u32 {
+        lockstep::serial_number()
+    }
+
     fn storage() -> lockstep::Flash {
         lockstep::Flash
     }

@@ -31,7 +31,11 @@ impl Launch {
                 version: VERSION,
                 seed,
                 flash: options.flash_file(spec.name),
-                settings: settings(spec),
+                settings: if options.blank {
+                    heapless::Vec::new()
+                } else {
+                    settings(spec)
+                },
                 motor: spec.motor,
             },
             timeout: options.node_timeout,

@@ -47,6 +47,14 @@ pub(super) struct Arguments {
     /// limit
     #[arg(long, value_name = "FACTOR", value_parser = positive)]
     pub speed: Option<f64>,
+    /// Folder with the flash of each node, created if missing: settings that a client saves are
+    /// there in the next run. The scenario's settings fill blank flash alone. By default every run
+    /// begins with blank flash
+    #[arg(long, value_name = "DIR", conflicts_with = "suite")]
+    pub flash: Option<PathBuf>,
+    /// Gives blank nodes no settings: they are mute until a client gives them a node id by LSS
+    #[arg(long, requires = "flash")]
+    pub blank: bool,
     /// TCP address at which CAN clients (python-can with SLCAN) can join; the run waits for the
     /// first client
     #[arg(long, value_name = "ADDR:PORT")]

@@ -7,12 +7,18 @@ use crate::programs::setup::checkout;
 use crate::scenario::Scenario;
 use crate::simulator::slcan::SlcanPort;
 use std::path::{Path, PathBuf};
+use tautrack::link::MAX_PATH;
+
+/// Bytes of the longest name of a file in the folder of the flash, with the separator.
+const FILE_NAME: usize = 32;
 
 /// Everything that a run needs, checked and opened.
 pub(super) struct Prepared {
     pub scenario: Scenario,
     pub slcan: Option<SlcanPort>,
     pub output: Output,
+    /// Absolute path of the folder with the nodes' flash.
+    pub flash: Option<String>,
 }
 
 impl Prepared {
@@ -29,9 +35,26 @@ impl Prepared {
         Ok(Self {
             scenario,
             slcan: slcan.transpose()?,
+            flash: arguments.flash.as_deref().map(flash).transpose()?,
             output: Output::open(out)
                 .map_err(|error| format!("cannot write to --out {}: {error}", out.display()))?,
         })
+    }
+}
+
+/// Creates the folder for the nodes' flash; returns its absolute path.
+fn flash(folder: &Path) -> Result<String, String> {
+    let fail = |why: String| format!("cannot use --flash {}: {why}", folder.display());
+    std::fs::create_dir_all(folder).map_err(|error| fail(error.to_string()))?;
+    let path = folder
+        .canonicalize()
+        .map_err(|error| fail(error.to_string()))?;
+    let longest = MAX_PATH - FILE_NAME;
+    match path.to_str() {
+        Some(path) if path.len() <= longest => Ok(path.to_owned()),
+        _ => Err(fail(format!(
+            "its path must be UTF-8 of at most {longest} bytes"
+        ))),
     }
 }
 

@@ -19,6 +19,7 @@ pub(super) fn run(arguments: &Arguments, prepared: Prepared) -> Result<u8, Strin
         scenario,
         slcan,
         output,
+        flash,
     } = prepared;
     let board = arguments.nodes.board();
     say("building the nodes (a minute or two the first time) ...")?;
@@ -44,6 +45,8 @@ pub(super) fn run(arguments: &Arguments, prepared: Prepared) -> Result<u8, Strin
         slcan,
         slcan_wait: arguments.slcan_wait,
         node_timeout: Some(arguments.node_timeout),
+        flash,
+        blank: arguments.blank,
         interrupt: Some(interrupt),
         ..Options::default()
     };

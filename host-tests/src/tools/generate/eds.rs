@@ -1,6 +1,7 @@
 //! Writes an object dictionary as an electronic data sheet (EDS, `CiA` 306), the file format that
 //! `CANopen` tools read.
 
+use super::setting_objects;
 use std::fmt::{Display, Write};
 use zencan_common::device_config::{
     DataType, DefaultValue, DeviceConfig, Object, ObjectDefinition, PdoDefaultConfig, SubDefinition,
@@ -24,17 +25,28 @@ pub fn write(file: &str, config: &DeviceConfig) -> String {
     let mut text = head(file, config);
     let mandatory = |index: u16| matches!(index, 0x1000 | 0x1001 | 0x1018);
     let manufacturer = |index: u16| (0x2000..=0x5fff).contains(&index);
-    list(&mut text, "MandatoryObjects", &objects, mandatory);
-    list(&mut text, "OptionalObjects", &objects, |index| {
-        !mandatory(index) && !manufacturer(index)
-    });
-    list(&mut text, "ManufacturerObjects", &objects, manufacturer);
+    let indices = || objects.iter().map(|object| object.index);
+    list(
+        &mut text,
+        "MandatoryObjects",
+        indices().filter(|index| mandatory(*index)),
+    );
+    list(
+        &mut text,
+        "OptionalObjects",
+        indices().filter(|index| !mandatory(*index) && !manufacturer(*index)),
+    );
+    let own = indices().filter(|index| manufacturer(*index));
+    let mut own: Vec<u16> = own.chain(setting_objects::indices()).collect();
+    own.sort_unstable();
+    list(&mut text, "ManufacturerObjects", own.into_iter());
     for object in objects {
         match pdo_parameter(object.index, config) {
             Some(pdo) => pdo_object(&mut text, object.index, &pdo),
             None => plain_object(&mut text, object),
         }
     }
+    setting_objects::write(&mut text);
     text
 }
 
@@ -74,7 +86,7 @@ fn head(file: &str, config: &DeviceConfig) -> String {
     entry(&mut text, "GroupMessaging", 0);
     entry(&mut text, "NrOfRXPDO", pdos.num_rpdo);
     entry(&mut text, "NrOfTXPDO", pdos.num_tpdo);
-    entry(&mut text, "LSS_Supported", 0);
+    entry(&mut text, "LSS_Supported", 1);
     text += &section("DummyUsage");
     for data_type in 1..=7 {
         entry(&mut text, &format!("Dummy{data_type:04X}"), 0);
@@ -82,12 +94,8 @@ fn head(file: &str, config: &DeviceConfig) -> String {
     text
 }
 
-fn list(text: &mut String, name: &str, objects: &[&ObjectDefinition], in_it: impl Fn(u16) -> bool) {
-    let indices: Vec<u16> = objects
-        .iter()
-        .map(|object| object.index)
-        .filter(|index| in_it(*index))
-        .collect();
+fn list(text: &mut String, name: &str, indices: impl Iterator<Item = u16>) {
+    let indices: Vec<u16> = indices.collect();
     *text += &section(name);
     entry(text, "SupportedObjects", indices.len());
     for (number, index) in (1..).zip(indices) {
@@ -302,10 +310,10 @@ fn hex(value: impl Into<u32>) -> String {
     format!("0x{:X}", value.into())
 }
 
-fn section(name: &str) -> String {
+pub(super) fn section(name: &str) -> String {
     format!("\n[{name}]\n")
 }
 
-fn entry(text: &mut String, name: &str, value: impl Display) {
+pub(super) fn entry(text: &mut String, name: &str, value: impl Display) {
     let _ = writeln!(text, "{name}={value}"); // writing to a string cannot fail
 }

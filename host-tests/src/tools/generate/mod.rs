@@ -1,7 +1,8 @@
 //! `cargo generate`: makes the EDS files and the tables inside the pages of docs/ from the sources
 //! that the nodes are built from.
 //!
-//! [`eds`] writes the object dictionary of one role as an electronic data sheet. `bus` writes the
+//! [`eds`] writes the object dictionary of one role as an electronic data sheet, with the objects
+//! of the settings from `setting_objects`. `bus` writes the
 //! cyclic frames with their load, the payloads and the objects, `verdicts` the guard's verdicts,
 //! `tables` faults and settings. [`files`] returns all generated files.
 
@@ -9,6 +10,7 @@ mod bus;
 #[path = "../../../../firmware/dictionary/load.rs"]
 mod dictionary;
 pub mod eds;
+mod setting_objects;
 mod tables;
 mod verdicts;
 

@@ -1,0 +1,63 @@
+//! Bus task of a node whose flash is blank: it sends nothing until a master gives it a node id.
+
+use super::{Dictionary, RECEIVED, TRANSMIT};
+use crate::boards::{Board, Selected};
+use crate::roles::Role;
+use crate::storage;
+use crate::watchdog::{self, Party};
+use embassy_executor::Spawner;
+use embassy_time::{Duration, with_timeout};
+use tautrack::bus::lss::{self, Action, Slave};
+use tautrack::settings::{Setting, Settings};
+use zencan_node::object_dict::find_object;
+
+/// Maximum time between two feeds of the watchdog.
+const IDLE: Duration = Duration::from_millis(5);
+
+const IDENTITY: u16 = 0x1018;
+
+/// Answers the layer setting services. Once the node has an id, starts `role` with it and with the
+/// defaults of all other settings.
+#[embassy_executor::task]
+pub async fn wait_for_id(spawner: Spawner, role: &'static Role) {
+    let mut slave = Slave::new(identity(role.dictionary));
+    loop {
+        let frame = with_timeout(IDLE, RECEIVED.next()).await;
+        watchdog::ran(Party::Bus);
+        let Ok(frame) = frame else { continue };
+        match slave.receive(&frame) {
+            None => {}
+            Some(Action::Answer(answer)) => TRANSMIT.push(answer),
+            Some(Action::Store(id)) => {
+                let saved = storage::write(&with_id(id)).is_ok();
+                if let Some(answer) = lss::stored(saved) {
+                    TRANSMIT.push(answer);
+                }
+            }
+            Some(Action::Start(id)) => {
+                let settings = with_id(id);
+                storage::publish(&settings, storage::Found::default());
+                if let Err(refusal) = (role.start)(spawner, &settings) {
+                    crate::logger::error!("the node cannot start: {}", refusal.as_str());
+                }
+                return;
+            }
+        }
+    }
+}
+
+/// The defaults, with this node id.
+fn with_id(id: u8) -> Settings {
+    let mut settings = Settings::default();
+    // Cannot fail: the master's request was checked.
+    let _ = settings.set(Setting::NodeId.description().key, id.into());
+    settings
+}
+
+/// Vendor, product code and revision of the dictionary, and the serial number of the board.
+fn identity(dictionary: Dictionary) -> [u32; 4] {
+    let object = find_object(dictionary.table, IDENTITY);
+    let number = |sub| object.and_then(|object| object.read_u32(sub).ok());
+    let [vendor, product, revision] = [1, 2, 3].map(|sub| number(sub).unwrap_or_default());
+    [vendor, product, revision, Selected::serial_number()]
+}

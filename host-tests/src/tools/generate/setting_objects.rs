@@ -1,0 +1,33 @@
+//! Writes the objects of the settings as parts of an electronic data sheet. Every role has all of
+//! them.
+
+use super::eds::{entry, section};
+use tautrack::settings::{FIRST_OBJECT, MEANINGS, TABLE};
+
+/// Code of the type "integer of 32 bits" (CiA 301).
+const INTEGER32: &str = "0x0004";
+
+/// Indices of the objects.
+pub fn indices() -> impl Iterator<Item = u16> {
+    TABLE.iter().map(|row| FIRST_OBJECT + row.key)
+}
+
+/// Writes one section for each setting. `CiA` 306 has no entries for units and meanings; python-canopen
+/// reads them from these.
+pub fn write(text: &mut String) {
+    let mut rows: Vec<_> = TABLE.iter().zip(MEANINGS).collect();
+    rows.sort_by_key(|(row, _)| row.key);
+    for (row, meaning) in rows {
+        *text += &section(&format!("{:X}", FIRST_OBJECT + row.key));
+        entry(text, "ParameterName", row.name);
+        entry(text, "ObjectType", "0x7");
+        entry(text, "DataType", INTEGER32);
+        entry(text, "AccessType", "rw");
+        entry(text, "LowLimit", row.minimum);
+        entry(text, "HighLimit", row.maximum);
+        entry(text, "DefaultValue", row.default);
+        entry(text, "PDOMapping", 0);
+        entry(text, "Unit", row.unit);
+        entry(text, "Description", meaning);
+    }
+}

@@ -1,0 +1,76 @@
+//! The command line of `cargo tool`.
+
+use clap::{Args, Parser, Subcommand};
+use std::path::PathBuf;
+
+/// Works on the nodes of a CAN bus.
+#[derive(Parser)]
+#[command(name = "cargo tool", version)]
+pub(super) struct Arguments {
+    #[command(subcommand)]
+    pub tool: Tool,
+}
+
+#[derive(Subcommand)]
+pub(super) enum Tool {
+    /// Reads and writes the settings of the nodes
+    #[command(subcommand)]
+    Settings(Settings),
+}
+
+#[derive(Subcommand)]
+pub(super) enum Settings {
+    /// Lists every setting with unit, bounds, default and meaning; needs no bus
+    List,
+    /// Prints the value of a setting
+    Get {
+        #[command(flatten)]
+        node: Node,
+        /// Name of the setting
+        name: String,
+    },
+    /// Changes a setting; the node uses it after a save and a restart
+    Set {
+        #[command(flatten)]
+        node: Node,
+        /// Name of the setting
+        name: String,
+        /// Value in the unit of the setting
+        #[arg(allow_negative_numbers = true)]
+        value: i32,
+        /// Saves all settings of the node in its flash
+        #[arg(long)]
+        save: bool,
+    },
+    /// Writes the settings of all nodes into one file
+    Dump {
+        #[command(flatten)]
+        bus: Bus,
+        /// File to write (TOML)
+        file: PathBuf,
+    },
+    /// Writes the settings of a file into the nodes and saves them. A blank node with the serial
+    /// number in the file gets its node id first
+    Restore {
+        #[command(flatten)]
+        bus: Bus,
+        /// File to read (TOML)
+        file: PathBuf,
+    },
+}
+
+#[derive(Args)]
+pub(super) struct Bus {
+    /// TCP address of an SLCAN adapter, or of `cargo demo --slcan`
+    #[arg(long, value_name = "ADDR:PORT")]
+    pub slcan: String,
+}
+
+#[derive(Args)]
+pub(super) struct Node {
+    #[command(flatten)]
+    pub bus: Bus,
+    /// Node id
+    #[arg(long, value_name = "ID", value_parser = clap::value_parser!(u8).range(1..=127))]
+    pub node: u8,
+}

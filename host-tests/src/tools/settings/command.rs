@@ -1,0 +1,126 @@
+//! Lists, gets, sets, dumps and restores settings.
+
+use super::arguments::{Arguments, Settings, Tool};
+use super::backup::{Backup, Node};
+use super::client::Client;
+use super::error::ToolError;
+use std::io::{self, Write};
+use tautrack::settings::{FIRST_OBJECT, MEANINGS, Setting, TABLE};
+
+const SAVE: u16 = 0x1010;
+
+pub(super) fn run(arguments: Arguments) -> Result<(), ToolError> {
+    let Tool::Settings(command) = arguments.tool;
+    match command {
+        Settings::List => list(),
+        Settings::Get { node, name } => {
+            let setting = find(&name)?;
+            let value = read(&mut Client::open(&node.bus.slcan)?, node.node, setting)?;
+            say(&with_unit(setting, value));
+        }
+        Settings::Set {
+            node,
+            name,
+            value,
+            save,
+        } => {
+            let setting = find(&name)?;
+            let mut client = Client::open(&node.bus.slcan)?;
+            write(&mut client, node.node, setting, value)?;
+            say(&with_unit(setting, read(&mut client, node.node, setting)?));
+            if save {
+                self::save(&mut client, node.node)?;
+                say("saved; the node uses it after a restart");
+            }
+        }
+        Settings::Dump { bus, file } => {
+            let backup = dump(&mut Client::open(&bus.slcan)?)?;
+            std::fs::write(&file, backup.text()).map_err(|error| ToolError::File(file, error))?;
+            say(&format!("read {} nodes", backup.node.len()));
+        }
+        Settings::Restore { bus, file } => {
+            let backup = Backup::read(&file)?;
+            restore(&mut Client::open(&bus.slcan)?, &backup)?;
+            say(&format!(
+                "restored {} nodes; they use the settings after a restart",
+                backup.node.len()
+            ));
+        }
+    }
+    Ok(())
+}
+
+/// Prints a line. The standard output may be a pipe that its reader has closed.
+fn say(line: &str) {
+    let _ = writeln!(io::stdout(), "{line}");
+}
+
+fn list() {
+    for (row, meaning) in TABLE.iter().zip(MEANINGS) {
+        say(&format!(
+            "{} [{}] {} to {}, default {}\n    {meaning}",
+            row.name, row.unit, row.minimum, row.maximum, row.default
+        ));
+    }
+}
+
+fn dump(client: &mut Client) -> Result<Backup, ToolError> {
+    let mut backup = Backup { node: Vec::new() };
+    for id in client.nodes()? {
+        let identity = client.identity(id)?;
+        let mut settings = std::collections::BTreeMap::new();
+        for row in TABLE {
+            let setting = find(row.name)?;
+            settings.insert(row.name.to_owned(), read(client, id, setting)?);
+        }
+        backup.node.push(Node {
+            id,
+            identity,
+            settings,
+        });
+    }
+    if backup.node.is_empty() {
+        return Err(ToolError::NoNodes);
+    }
+    Ok(backup)
+}
+
+fn restore(client: &mut Client, backup: &Backup) -> Result<(), ToolError> {
+    let present = client.nodes()?;
+    for node in &backup.node {
+        if !present.contains(&node.id) {
+            client.configure(node.id, node.identity)?;
+        }
+        for (name, value) in &node.settings {
+            write(client, node.id, find(name)?, *value)?;
+        }
+        save(client, node.id)?;
+    }
+    Ok(())
+}
+
+fn save(client: &mut Client, node: u8) -> Result<(), ToolError> {
+    client.write(node, SAVE, 1, u32::from_le_bytes(*b"save"))
+}
+
+fn read(client: &mut Client, node: u8, setting: Setting) -> Result<i32, ToolError> {
+    let value = client.read(node, object(setting), 0)?;
+    Ok(value as i32)
+}
+
+fn write(client: &mut Client, node: u8, setting: Setting, value: i32) -> Result<(), ToolError> {
+    client.write(node, object(setting), 0, value as u32)
+}
+
+fn object(setting: Setting) -> u16 {
+    FIRST_OBJECT + setting.description().key
+}
+
+fn find(name: &str) -> Result<Setting, ToolError> {
+    Setting::from_name(name).ok_or_else(|| ToolError::UnknownSetting(name.to_owned()))
+}
+
+fn with_unit(setting: Setting, value: i32) -> String {
+    let row = setting.description();
+    format!("{} = {value} {}", row.name, row.unit)
+}
