@@ -129,6 +129,7 @@ pub fn inputs(set_point: fn() -> SetPoint, torque_offset: fn() -> i16, bench_mod
 /// Passes the tick's demand to the PWM interrupt, and sends its emergency message on the bus.
 pub fn act(outputs: &Outputs, node: u8) {
     current_loop::demand(outputs.bridge, Selected::supply_voltage(), outputs.velocity);
+    Selected::set_brake(outputs.brake_released);
     watchdog::control_ran(Instant::now().as_micros());
     if let Some(code) = outputs.emergency {
         crate::logger::warn!("fault {:#06x}", code);

@@ -4,10 +4,11 @@
 //! The lockstep boards (`mps2`, `native`, `wasm`) differ only in how the messages reach their
 //! `machine`, which answers them: `link` carries them over a [`Pipe`], and a `wasm` node is called.
 //! `power_up` handles the start message and `step` the step messages. `inputs` holds the sensor
-//! readings, `clock` provides timer and executor,
+//! readings and `brake` the output to the brake, `clock` provides timer and executor,
 //! `critical_section` is that of a core without interrupts, `log_buffer` replaces the debug probe
 //! (with `text_log` where the records are text) and `starvation` the watchdog.
 
+mod brake;
 pub mod clock;
 #[cfg(any(all(target_os = "none", not(feature = "cost")), target_family = "wasm"))]
 mod critical_section;
@@ -22,6 +23,7 @@ mod step;
 #[cfg(not(target_os = "none"))]
 pub mod text_log;
 
+pub use brake::set_brake;
 pub use inputs::{encoder, sensors};
 #[cfg(not(target_family = "wasm"))]
 pub use link::{Pipe, run};
