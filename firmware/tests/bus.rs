@@ -447,3 +447,63 @@ fn no_frame_panics_a_node() {
         assert!(client.node.finish(), "{role}");
     }
 }
+
+#[test]
+fn a_client_writes_the_parameters_of_a_drive_and_no_unsupported_value() {
+    for role in ["axle", "screw"] {
+        let mut client = Client::new(role);
+        client.idle(5);
+        let started = [
+            (0x605a, 6),
+            (0x605b, 0),
+            (0x605d, 1),
+            (0x605e, 2),
+            (0x6066, 100),
+            (0x6068, 20),
+            (0x6502, 933),
+        ];
+        for (index, value) in started {
+            assert_eq!(client.read(index, 0), value, "{index:#x} of a {role}");
+        }
+        assert_ne!(client.read(0x6065, 0), 0, "following_limit");
+        let written = client.sdo([0x2b, 0x5a, 0x60, 0, 5, 0, 0, 0]);
+        assert_eq!(written[0], 0x60);
+        assert_eq!(client.read(0x605a, 0), 5);
+        let refused = [
+            [0x2b, 0x5a, 0x60, 0, 3, 0, 0, 0],
+            [0x2f, 0x98, 0x60, 0, 35, 0, 0, 0],
+            [0x2f, 0x60, 0x60, 0, 4, 0, 0, 0],
+        ];
+        for request in refused {
+            let answer = client.sdo(request);
+            assert_eq!(Client::abort_code(answer), 0x0609_0030, "{request:x?}");
+        }
+        assert_eq!(client.read(0x605a, 0), 5);
+    }
+}
+
+#[test]
+fn a_client_stops_an_axle_with_the_option_code_that_it_wrote() {
+    let mut client = Client::new("axle");
+    client.send(&[(0x000, &[1, 0])]);
+    // 0x605B: ramp to standstill, then switch off.
+    assert_eq!(client.sdo([0x2b, 0x5b, 0x60, 0, 1, 0, 0, 0])[0], 0x60);
+    client.sdo([0x2f, 0x01, 0x20, 0, 1, 0, 0, 0]);
+    let command = |client: &mut Client, word: u8, torque: i16, milliseconds: usize| {
+        let [low, high] = torque.to_le_bytes();
+        for _ in 0..milliseconds / 4 {
+            client.send(&[(0x500 + NODE, &[word, 0, 10, low, high])]);
+            client.idle(3);
+        }
+    };
+    for word in [6, 7, 15] {
+        command(&mut client, word, 0, 8);
+    }
+    assert_eq!(client.read(0x6061, 0), 10);
+    command(&mut client, 15, 300, 800);
+    assert!(client.speed > 0.3, "{} rad/s by torque", client.speed);
+    command(&mut client, 6, 0, 8);
+    assert_eq!(client.read(0x6041, 0) & 0x6f, 0x27, "it ramps in operation");
+    command(&mut client, 6, 0, 600);
+    assert_eq!(client.read(0x6041, 0) & 0x6f, 0x21, "ready to switch on");
+}

@@ -179,6 +179,13 @@ settings! {
     /// Time for which the position must be within `position_window` (start value of object 0x6068).
     PositionWindowTime = 0x00e3, "position_window_time", "ms", 0..=60_000, 20;
 
+    /// Time in which the holding brake releases; 0 for a drive without a brake. The drive holds its
+    /// position meanwhile.
+    BrakeReleaseTime = 0x00e8, "brake_release_time", "ms", 0..=150, 0;
+    /// Time in which the holding brake engages; 0 for a drive without a brake. A drive that stands
+    /// holds its position meanwhile, before its bridge goes off.
+    BrakeEngageTime = 0x00e9, "brake_engage_time", "ms", 0..=150, 0;
+
     /// Travel of the screw's nut for one turn of the output shaft.
     ScrewLead = 0x0030, "screw_lead", "um", 100..=100_000, 5_000;
     /// Distance between axles 1 and 2 of B2P2, `L1`.

@@ -37,7 +37,8 @@ use tautrack::sensors::{BodySensors, Switches};
 /// Besides implementing these methods, a board does the following by itself:
 /// * It calls [`crate::current_loop::pwm_period`] once in every PWM period, in its highest-priority
 ///   interrupt, and applies the returned [`PowerStage`](tautrack::motor::bridge::PowerStage) from
-///   the next period on. Before the first call, and after a panic, its bridge is off.
+///   the next period on. Before the first call, and after a panic, its bridge is off and its brake
+///   is engaged.
 /// * It puts every frame that it receives from the bus into [`crate::bus::RECEIVED`], and sends
 ///   those of [`crate::bus::TRANSMIT`] as the bus has room, oldest first. Both queues may be used
 ///   in an interrupt.
@@ -66,6 +67,10 @@ pub trait Board {
     fn supply_voltage() -> f32;
     /// State of the axle's switches.
     fn switches() -> Switches;
+    /// Energizes the coil of the motor's holding brake, which releases it, or lets the brake engage.
+    /// A board without a brake output ignores it. The brake is engaged before the first call and
+    /// after a reset.
+    fn set_brake(released: bool);
     /// Readings of the sensors on the robot's body; `None` if the board has none.
     fn body() -> Option<BodySensors>;
     /// Serial number of the board: differs between all boards of one bus.

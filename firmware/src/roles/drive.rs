@@ -130,6 +130,7 @@ pub fn inputs(set_point: fn() -> SetPoint, torque_offset: fn() -> i16, bench_mod
 pub fn act(outputs: &Outputs, node: u8) {
     current_loop::demand(outputs.bridge, Selected::supply_voltage(), outputs.velocity);
     storage::set_armed(outputs.bridge != BridgeDemand::Off);
+    Selected::set_brake(outputs.brake_released);
     watchdog::control_ran(Instant::now().as_micros());
     if let Some(code) = outputs.emergency {
         crate::logger::warn!("fault {:#06x}", code);

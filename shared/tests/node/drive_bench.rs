@@ -33,6 +33,12 @@ pub struct Bench {
     pub guard: bool,
     /// Torque of the load at the output shaft, N m.
     pub load: f32,
+    /// Torque feed-forward that the master sends.
+    pub torque_offset: Option<i16>,
+    /// Times in which a brake releases and engages, ms; `None` if it takes none.
+    pub brake_ms: Option<[usize; 2]>,
+    /// For how long the output to the brake has had its state, ms.
+    brake_since: usize,
     pub switches: fn(f64) -> Switches,
 }
 
@@ -75,6 +81,9 @@ impl Bench {
             target: 0,
             guard: false,
             load: 0.0,
+            torque_offset: None,
+            brake_ms: None,
+            brake_since: usize::MAX / 2,
             switches: |_| Switches::default(),
         };
         bench.tick();
@@ -94,6 +103,12 @@ impl Bench {
     pub fn tick(&mut self) {
         self.now_us += 1_000;
         self.motor.set_load(SUPPLY, self.load);
+        let [release, engage] = self.brake_ms.unwrap_or_default();
+        self.motor.release_brake(if self.outputs.brake_released {
+            self.brake_since >= release
+        } else {
+            self.brake_since < engage
+        });
         for _ in 0..20 {
             let next = self.current_loop.period(&self.motor.readings());
             self.motor.integrate(self.stage);
@@ -111,11 +126,16 @@ impl Bench {
                 mode: self.mode,
                 target: self.target,
             }),
-            torque_offset: None,
+            torque_offset: self.torque_offset.filter(|_| tick.is_multiple_of(16)),
             guard_received: self.guard && tick % 50 == 1,
             bench_mode: !self.guard,
         };
-        self.outputs = self.axle.tick(&inputs);
+        let outputs = self.axle.tick(&inputs);
+        self.brake_since += 1;
+        if outputs.brake_released != self.outputs.brake_released {
+            self.brake_since = 0;
+        }
+        self.outputs = outputs;
         let velocity = self.outputs.velocity;
         self.current_loop
             .demand(self.outputs.bridge, SUPPLY, velocity);

@@ -3,6 +3,8 @@
 mod any_input;
 #[cfg(feature = "lockstep")]
 mod drive_bench;
+#[cfg(feature = "lockstep")]
+mod drive_brake;
 mod drive_faults;
 #[cfg(feature = "lockstep")]
 mod drive_options;

@@ -2,7 +2,7 @@
 
 use super::inputs::INPUTS;
 use super::log_buffer::LOG;
-use super::{POWER_STAGE, clock};
+use super::{POWER_STAGE, brake, clock};
 use crate::bus::{RECEIVED, TRANSMIT};
 use crate::current_loop;
 use embassy_executor::raw::Executor;
@@ -21,6 +21,7 @@ pub(super) fn advance(
     if let Some(motor) = motor {
         motor.set_load(step.sensors.supply_voltage, step.sensors.shaft_torque);
         motor.freeze_sensor(step.sensors.encoder_frozen);
+        motor.release_brake(brake::is_released());
         for _ in 0..u64::from(POWER_STAGE.pwm_hz) * STEP_US / 1_000_000 {
             // As with preloaded compare registers, the interrupt's decision takes effect in the
             // next period.

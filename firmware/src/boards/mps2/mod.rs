@@ -55,6 +55,10 @@ impl Board for Mps2 {
         lockstep::sensors().switches
     }
 
+    fn set_brake(released: bool) {
+        lockstep::set_brake(released);
+    }
+
     fn body() -> Option<BodySensors> {
         lockstep::sensors().body
     }

@@ -39,6 +39,10 @@ impl Board for Native {
         lockstep::sensors().switches
     }
 
+    fn set_brake(released: bool) {
+        lockstep::set_brake(released);
+    }
+
     fn body() -> Option<BodySensors> {
         lockstep::sensors().body
     }

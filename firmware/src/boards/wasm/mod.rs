@@ -37,6 +37,10 @@ impl Board for Wasm {
         lockstep::sensors().switches
     }
 
+    fn set_brake(released: bool) {
+        lockstep::set_brake(released);
+    }
+
     fn body() -> Option<BodySensors> {
         lockstep::sensors().body
     }

@@ -150,6 +150,12 @@ impl Axle {
             (Setting::VelocityGain, self.velocity_gain),
             (Setting::PositionBits, self.position_bits),
         ];
+        if self.brake_torque > 0.0 {
+            settings.extend([
+                (Setting::BrakeReleaseTime, 40),
+                (Setting::BrakeEngageTime, 30),
+            ]);
+        }
         if let Some(([least, most], reference)) = self.travel {
             settings.extend([
                 (Setting::PositionMinimum, milli(least)),

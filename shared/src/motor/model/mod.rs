@@ -40,6 +40,7 @@ pub struct Motor {
     /// Position that the rotor sensor shows.
     sensed: i64,
     sensor_frozen: bool,
+    brake_released: bool,
     moved_per_velocity: f32, // 2^-32 turn of the output shaft, in one period, per rad/s
     velocity_rise: f32,      // rad/s per N m, in one period
     grip_driven: f32,        // speed that friction stops in one period, rad/s
@@ -93,6 +94,7 @@ impl Motor {
             residue: 0.0,
             sensed: 0,
             sensor_frozen: false,
+            brake_released: false,
             moved_per_velocity: period * 4_294_967_296.0 / (TURN * model.gear_ratio),
             velocity_rise,
             grip_driven: grip(model.friction_torque),
@@ -115,6 +117,11 @@ impl Motor {
         self.sensor_frozen = frozen;
     }
 
+    /// Releases the spring-applied brake, or lets it engage. It is engaged at power-up.
+    pub fn release_brake(&mut self, released: bool) {
+        self.brake_released = released;
+    }
+
     /// Integrates one PWM period with this command to the power stage.
     ///
     /// Solves currents and rotor one after the other, each implicitly in its own damping term
@@ -127,9 +134,10 @@ impl Motor {
         let free = bounded(self.velocity + self.velocity_rise * (torque - self.load));
         // Coulomb friction reduces the speed, but never reverses it: below `grip` the rotor stands
         // still.
-        let grip = match stage {
-            PowerStage::Drive(_) => self.grip_driven,
-            PowerStage::Brake | PowerStage::Off => self.grip_with_brake,
+        let grip = if self.brake_released {
+            self.grip_driven
+        } else {
+            self.grip_with_brake
         };
         self.velocity = if free > grip {
             free - grip

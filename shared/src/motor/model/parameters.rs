@@ -14,8 +14,8 @@ pub struct MotorModel {
     pub gear_ratio: f32,
     /// Coulomb friction at the output shaft, N m.
     pub friction_torque: f32,
-    /// Friction torque that a spring-applied brake adds while the bridge drives no current, N m; 0
-    /// without a brake.
+    /// Friction torque that a spring-applied brake adds while it is not released, N m; 0 without a
+    /// brake.
     pub brake_torque: f32,
     /// Counts of the rotor sensor per turn of the rotor.
     pub encoder_counts: u32,

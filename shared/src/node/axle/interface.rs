@@ -53,6 +53,8 @@ pub struct Outputs {
     pub homing_difference: i32,
     /// The latched faults.
     pub faults: Faults,
+    /// Output to the brake. A brake whose output is false engages.
+    pub brake_released: bool,
 }
 
 /// Limit that keeps the axle from following its set-point exactly (object 0x2000).

@@ -13,6 +13,7 @@
 //! * `handshake`: set-points of profile position mode
 //! * `torque`: torque mode
 //! * `stopping`: halt, quick stop, and ramps before the bridge goes off
+//! * `brake`: releases and engages the holding brake
 //! * `windows`: following error and target reached
 //! * `homing`: finds the home switch; `homing_method` says which switch and which edge
 //! * `output`: published payloads, and the last limiter
@@ -20,6 +21,7 @@
 //! This file has the tick, which calls them.
 
 mod authority;
+mod brake;
 mod envelope;
 mod handshake;
 mod homing;
@@ -47,6 +49,7 @@ use crate::faults::{Fault, Faults};
 use crate::motor::observer::Observer;
 use crate::motor::profile::Motion;
 use authority::Authority;
+use brake::Brake;
 use envelope::{Envelope, Envelopes};
 use handshake::Handshake;
 use homing::Homing;
@@ -98,6 +101,7 @@ pub struct Axle {
     /// The controlword halts the axle.
     halted: bool,
     exit: Option<Exit>,
+    brake: Brake,
     /// Ticks for which the position has been outside of the following error window, and within the
     /// position window.
     following_ticks: u32,

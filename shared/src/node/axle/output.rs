@@ -47,6 +47,7 @@ impl Axle {
             bench_mode: self.authority.bench(),
             homing_difference: saturate(self.homing.difference),
             faults: self.latch.faults(),
+            brake_released: self.brake.is_energized(),
         }
     }
 

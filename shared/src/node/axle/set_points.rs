@@ -150,12 +150,16 @@ impl Axle {
         self.active_limit = ActiveLimit::None;
         self.finish_exit();
         if !self.powered() {
+            self.brake.drop_in();
             return None;
         }
+        let released = self.exit.is_some() || self.brake.release();
         let stops =
             self.halts() || self.exit.is_some() || self.state == State::QuickStopActive;
         Some(if stops {
             self.stop(inputs)
+        } else if !released {
+            self.hold_on_brake(inputs)
         } else {
             self.operate(inputs, taut)
         })

@@ -1,6 +1,7 @@
 //! Creates an axle from the settings, at power-up.
 
 use super::authority::Authority;
+use super::brake::Brake;
 use super::envelope::Envelopes;
 use super::handshake::Handshake;
 use super::homing::Homing;
@@ -97,6 +98,7 @@ impl Axle {
             ramp: Ramp::Quick,
             halted: false,
             exit: None,
+            brake: Brake::new(settings),
             following_ticks: 0,
             in_window: 0,
             homing: Homing::new(settings, home_position),

@@ -31,12 +31,22 @@ impl Axle {
             (State::OperationEnabled, DriveCommand::SwitchOn) => codes.disable_operation == 1,
             _ => false,
         };
-        if !ramps {
+        // A turning axle has no time to engage its brake before the bridge goes off.
+        let brakes = self.brake.takes_time() && self.stands();
+        if !(ramps || brakes) {
             self.enter(to);
-        } else if self.exit.is_none() {
-            self.ramp = Ramp::Slow;
-            self.anchor();
+            return;
+        }
+        if self.exit.is_none() {
+            // Without a ramp, the feed-forward carries the load on.
+            if ramps {
+                self.ramp = Ramp::Slow;
+                self.anchor();
+            }
             self.exit_to(to);
+        }
+        if let Some(exit) = &mut self.exit {
+            (exit.to, exit.ramps) = (to, exit.ramps && ramps);
         }
     }
 
@@ -44,7 +54,7 @@ impl Axle {
     pub(super) fn quick_stop(&mut self) {
         let code = self.options.codes.quick_stop;
         if code == 0 {
-            self.enter(State::SwitchOnDisabled);
+            self.leave(State::SwitchOnDisabled, DriveCommand::QuickStop);
             return;
         }
         self.hold(if matches!(code, 1 | 5) {
@@ -91,7 +101,7 @@ impl Axle {
         });
     }
 
-    /// Ends an exit once the axle stands.
+    /// Engages the brake once the axle stands, and then ends the exit.
     pub(super) fn finish_exit(&mut self) {
         let (standing, stopped) = (self.stands(), self.motion.velocity == 0.0);
         let Some(exit) = &mut self.exit else {
@@ -106,8 +116,11 @@ impl Axle {
                 return;
             }
         }
+        exit.ramps = false;
         let to = exit.to;
-        self.enter(to);
+        if self.brake.engage() {
+            self.enter(to);
+        }
     }
 
     /// Returns whether the shaft stands: it turns with less than 1 % of the velocity limit.

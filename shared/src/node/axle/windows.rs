@@ -39,7 +39,7 @@ impl Axle {
             };
         }
         let bit = |bit: u16, set: bool| if set { bit } else { 0 };
-        let following = self.exit.is_none();
+        let following = self.exit.is_none() && self.brake.is_released();
         let ticks = self.following_ticks;
         let error = bit(
             status::ERROR_OF_MODE,

@@ -44,6 +44,8 @@ impl Random {
 pub enum Kind {
     Axle,
     Screw,
+    /// An axle with a holding brake.
+    Braked,
     /// An axle that homes, with a switch that is never found.
     NoSwitch,
     /// An axle that homes, with a switch that seems to close at a wrong place.
@@ -56,6 +58,7 @@ impl Kind {
             0 => Self::NoSwitch,
             1 | 2 => Self::FalseSwitch,
             3..=12 => Self::Screw,
+            13..=16 => Self::Braked,
             _ => Self::Axle,
         }
     }
@@ -66,6 +69,9 @@ enum Node {
     Axle(Axle),
     Screw(Screw),
 }
+
+/// Time in which the brake of [`Kind::Braked`] engages.
+pub const BRAKE_ENGAGE_MS: i32 = 30;
 
 /// How the rotor responds to a current.
 #[derive(Clone, Copy, PartialEq)]
@@ -126,6 +132,15 @@ impl Generator {
         if matches!(kind, Kind::NoSwitch | Kind::FalseSwitch) {
             let key = Setting::HomingDirection.description().key;
             settings.set(key, 1).expect("within its bounds");
+        }
+        if kind == Kind::Braked {
+            for (setting, time) in [
+                (Setting::BrakeReleaseTime, 20),
+                (Setting::BrakeEngageTime, BRAKE_ENGAGE_MS),
+            ] {
+                let key = setting.description().key;
+                settings.set(key, time).expect("within its bounds");
+            }
         }
         let node = if kind == Kind::Screw {
             Node::Screw(Screw::new(&settings).expect("the nominal geometry"))

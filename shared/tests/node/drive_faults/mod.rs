@@ -8,7 +8,7 @@
 mod generator;
 mod oracle;
 
-use generator::{CURRENT_LIMIT, Generator, Kind, Random};
+use generator::{BRAKE_ENGAGE_MS, CURRENT_LIMIT, Generator, Kind, Random};
 use oracle::{Oracle, Tally};
 use std::thread;
 
@@ -19,7 +19,11 @@ const AT_LEAST: u64 = 1_000;
 /// Runs one sequence. The error says which guarantee was broken, and when.
 fn run(seed: u64, tally: &mut Tally) -> Result<(), String> {
     let mut generator = Generator::new(Random::new(seed), Kind::of(seed));
-    let mut oracle = Oracle::new(CURRENT_LIMIT, generator.velocity_unit());
+    let engage_ticks = match Kind::of(seed) {
+        Kind::Braked => BRAKE_ENGAGE_MS as u32 + 2,
+        _ => 0,
+    };
+    let mut oracle = Oracle::new(CURRENT_LIMIT, generator.velocity_unit(), engage_ticks);
     for event in 0..EVENTS {
         for _ in 0..generator.next_event(event) {
             let (inputs, joint_us) = generator.inputs();

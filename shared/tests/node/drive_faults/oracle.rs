@@ -88,12 +88,15 @@ pub struct Oracle {
     /// began to move against its current.
     ramp: Option<f32>,
     slowest: Option<f32>,
+    /// Ticks in which the brake engages, and for which "disable voltage" has been commanded.
+    engage_ticks: u32,
+    disabled_for: u32,
 }
 
 impl Oracle {
     /// Creates the oracle of a drive with this current limit, A, and this unit of velocities on the
-    /// bus, rad/s.
-    pub fn new(current_limit: f32, velocity_unit: f32) -> Self {
+    /// bus, rad/s, whose brake engages in this time.
+    pub fn new(current_limit: f32, velocity_unit: f32, engage_ticks: u32) -> Self {
         Self {
             current_limit,
             velocity_unit,
@@ -112,6 +115,8 @@ impl Oracle {
             was_reported: false,
             ramp: None,
             slowest: None,
+            engage_ticks,
+            disabled_for: 0,
         }
     }
 
@@ -251,7 +256,7 @@ impl Oracle {
 
     /// Checks that only a reset clears faults, and that only somebody in command enables a drive,
     /// which must have no faults.
-    fn transitions(&self, inputs: &Inputs, state: State, outputs: &Outputs) -> Result<(), String> {
+    fn transitions(&mut self, inputs: &Inputs, state: State, outputs: &Outputs) -> Result<(), String> {
         let edge = inputs
             .set_point
             .is_some_and(|new| new.controlword & 0x80 != 0 && self.word & 0x80 == 0);
@@ -284,8 +289,18 @@ impl Oracle {
         }
         let disabled = inputs.set_point.is_some_and(|new| new.controlword & 2 == 0);
         let down = matches!(state, State::SwitchOnDisabled | State::Fault);
-        if disabled && !down {
+        let disabled = disabled || inputs.set_point.is_none() && self.word & 2 == 0;
+        self.disabled_for = if disabled && !down {
+            self.disabled_for + 1
+        } else {
+            0
+        };
+        if self.disabled_for > self.engage_ticks {
             return Err(format!("disable voltage leads to {state:?}"));
+        }
+        let driven = matches!(outputs.bridge, BridgeDemand::Current(_));
+        if outputs.brake_released && !driven {
+            return Err("the brake is released without a current".to_owned());
         }
         Ok(())
     }
@@ -361,7 +376,9 @@ impl Oracle {
         // A halt, and a ramp before the bridge goes off, are stops within "operation enabled".
         let runs = inputs.set_point.map_or(self.word, |new| new.controlword) & 0x10f == 0x0f;
         let in_velocity = state == State::OperationEnabled && runs && matches!(mode, 3 | 9);
-        if switches || self.bench || !(stopping || in_velocity) {
+        // While a brake is engaged, and before it is, the set-point stands.
+        let braked = self.engage_ticks > 0;
+        if switches || braked || self.bench || !(stopping || in_velocity) {
             self.ramp = None;
             return;
         }
