@@ -14,12 +14,12 @@ use crate::units::Angle;
 /// Electrical turns per second.
 const SPEED: u32 = 4;
 /// Time in which the speed changes from one direction to the other, s.
-const TURN_ROUND: f32 = 0.6;
+const TURN_ROUND: f32 = 1.0;
 const MAXIMUM_POLE_PAIRS: f32 = 64.0;
 /// Largest distance of the measured pole pairs from a whole number.
 const LARGEST_FRACTION: f32 = 0.25;
 /// Fewest counts per electrical turn with which a motor can be commutated.
-const FEWEST_COUNTS: f32 = 16.0;
+const FEWEST_COUNTS: f32 = 24.0;
 /// Largest lag, rad. Beyond it, the rotor moves in jumps.
 const LARGEST_LAG: f32 = 1.0;
 /// Part of the allowed travel that the first run uses.

@@ -11,17 +11,17 @@ use crate::motor::current::{Excitation, Frame};
 use core::num::NonZeroU32;
 
 /// Half of the peak-to-peak current, as a fraction of the largest current.
-const LEVELS: [f32; 2] = [0.4, 0.9];
+const LEVELS: [f32; 2] = [0.35, 0.7];
 /// First and largest amplitude of the voltage, as a fraction of the bridge's.
 const FIRST: f32 = 0.01;
 const LARGEST: f32 = 0.6;
 /// Longest half of the ripple, PWM periods.
-const LONGEST: u32 = 64;
+const LONGEST: u32 = 128;
 /// Ticks in which a new amplitude settles, and ticks for which it is then measured: briefly to
 /// adjust it, and longer for the result.
 const SETTLE: u32 = 4;
-const BRIEF: u32 = 8;
-const LONG: u32 = 200;
+const BRIEF: u32 = 16;
+const LONG: u32 = 300;
 /// Largest `tanh` with which the inductance can be told from the resistance.
 const LARGEST_TANH: f32 = 0.9;
 
@@ -125,10 +125,6 @@ impl Inductance {
             sensing: tick.sensing,
             ..Excitation::default()
         }))
-    }
-
-    fn wanted(&self, tick: &Tick) -> f32 {
-        LEVELS.get(self.level).copied().unwrap_or_default() * tick.plan.current
     }
 
     /// Collects samples, and evaluates them when there are enough.

@@ -76,7 +76,10 @@ impl Record {
         for (setting, value) in self.settings().into_iter().flatten() {
             settings
                 .set(setting.description().key, value)
-                .map_err(|_| Refusal::NoSetting { setting, got: value })?;
+                .map_err(|_| Refusal::NoSetting {
+                    setting,
+                    got: value,
+                })?;
         }
         Ok(())
     }

@@ -15,7 +15,11 @@ const FIRST: f32 = 1e-3;
 const GROWTH: f32 = 1.02;
 /// Ticks in which the current turns to the next direction.
 const TURN: u32 = 1_000;
-const SETTLE: u32 = 500;
+/// Ticks in which the rotor is watched, and the longest time to wait until it stands.
+const SETTLE: u32 = 300;
+const LONGEST: u32 = 3_000;
+/// Turn of the rotor with which it counts as standing.
+const STANDING: f32 = 5e-4;
 const TICKS: u32 = 200;
 /// Directions of the current, and levels in each.
 const DIRECTIONS: [f32; 3] = [0.0, 120.0, 240.0];
@@ -33,6 +37,9 @@ pub(super) struct Resistance {
     flows: bool,
     place: usize,
     turned: u32,
+    stands: bool,
+    /// Lowest and highest position while it is watched, counts.
+    range: Option<(i64, i64)>,
     ticks: u32,
     mean: Mean,
     /// Voltage and current at the lower level.
@@ -59,10 +66,18 @@ impl Resistance {
         let current = tick.measured.current;
         if !self.flows {
             let volts = self.hold.voltage[0] * GROWTH;
-            self.hold.voltage[0] = if volts > 0.0 { volts } else { FIRST * tick.limit };
+            self.hold.voltage[0] = if volts > 0.0 {
+                volts
+            } else {
+                FIRST * tick.limit
+            };
             let largest = 0.9 * tick.limit;
             let resistance = self.hold.voltage[0] / tick.plan.current;
-            tick.check_at_most(Quantity::Resistance, resistance, largest / tick.plan.current)?;
+            tick.check_at_most(
+                Quantity::Resistance,
+                resistance,
+                largest / tick.plan.current,
+            )?;
             self.flows = current[0] >= tick.plan.current;
             self.hold.gain = 0.03 * resistance;
             return Ok(self.excite(tick));
@@ -74,10 +89,12 @@ impl Resistance {
             return Ok(self.excite(tick));
         }
         self.ticks += 1;
-        if self.ticks > SETTLE {
-            self.mean.add(tick);
+        if !self.stands {
+            self.watch(tick);
+            return Ok(self.excite(tick));
         }
-        if self.ticks == SETTLE + TICKS {
+        self.mean.add(tick);
+        if self.ticks == TICKS {
             let mean = core::mem::take(&mut self.mean).result();
             let point = [mean.voltage[0], mean.current[0]];
             if level < 1.0 {
@@ -87,12 +104,30 @@ impl Resistance {
             }
             self.ticks = 0;
             self.turned = 0;
+            self.stands = false;
             self.place += 1;
             if self.place == 2 * DIRECTIONS.len() {
                 return self.finish(tick).map(Next::Done);
             }
         }
         Ok(self.excite(tick))
+    }
+
+    /// Waits until the rotor stands: while it swings, it induces a voltage.
+    fn watch(&mut self, tick: &Tick) {
+        let (low, high) = self.range.unwrap_or((tick.travel, tick.travel));
+        let range = (low.min(tick.travel), high.max(tick.travel));
+        self.range = Some(range);
+        if self.ticks % SETTLE != 0 {
+            return;
+        }
+        self.range = None;
+        // Two counts are the noise of the sensor.
+        let swings = tick.plan.turns(range.1 - range.0 - 2) > STANDING;
+        if self.ticks > SETTLE && !swings || self.ticks >= LONGEST {
+            self.stands = true;
+            self.ticks = 0;
+        }
     }
 
     fn excite(&self, tick: &Tick) -> Next<Found> {

@@ -1,5 +1,6 @@
 //! The state machine of a calibration. It runs one step after the other and keeps what they find.
 
+use super::Plan;
 use super::drag::{self, Drag};
 use super::inductance::{Inductance, Response};
 use super::record::{Quantity, Record, Refusal, Residuals};
@@ -7,7 +8,6 @@ use super::resistance::{self, Resistance};
 use super::spin::{self, Known, Spin};
 use super::swing::{self, Swing};
 use super::zero::Zero;
-use super::Plan;
 use crate::motor::bridge::{CurrentSensing, MAX_DUTY};
 use crate::motor::current::{
     Excitation, Frame, MIN_SUPPLY_VOLTAGE, Measurement, MotorKind, VOLTAGE_FULL_SCALE,
@@ -197,7 +197,11 @@ impl Calibration {
         if step != Step::Zero {
             let [d, q] = measured.current;
             let current = crate::math::sqrt(d * d + q * q);
-            tick.check_at_most(Quantity::Current, current, 1.5 * plan.current + noise(&plan))?;
+            tick.check_at_most(
+                Quantity::Current,
+                current,
+                1.5 * plan.current + noise(&plan),
+            )?;
         }
         self.ticks += 1;
         if self.ticks > TIMEOUT_S * plan.control_hz {

@@ -13,7 +13,9 @@ use crate::units::Angle;
 const LARGEST: f32 = 0.6;
 /// Time in which the voltage would rise to the bridge's, s.
 const RISE: f32 = 3.0;
-const SETTLE: u32 = 500;
+/// Ticks in which the speed is compared, and its largest change meanwhile, as a fraction.
+const SETTLE: u32 = 250;
+const STEADY: f32 = 1e-3;
 const TICKS: u32 = 500;
 /// Ticks after which a level must have been reached.
 const TIMEOUT: u32 = 20_000;
@@ -47,6 +49,9 @@ pub(super) struct Spin {
     level: usize,
     reached: bool,
     ticks: u32,
+    /// Counts in the last ticks, and in those before.
+    moved: [i32; 2],
+    steady: bool,
     /// Electrical speed, rad/s, smoothed.
     speed: f32,
     mean: Mean,
@@ -81,6 +86,8 @@ impl Spin {
             level: 0,
             reached: false,
             ticks: 0,
+            moved: [0; 2],
+            steady: false,
             speed: 0.0,
             mean: Mean::default(),
             high: Point::default(),
@@ -102,13 +109,13 @@ impl Spin {
         let speed = self.speed.abs() / pole_pairs;
         tick.check_at_most(Quantity::Speed, speed, EXCESS * bound)?;
         self.ticks += 1;
-        if self.reached {
-            if self.ticks > SETTLE {
-                self.mean.add(tick);
-            }
-            if self.ticks == SETTLE + TICKS {
+        if self.steady {
+            self.mean.add(tick);
+            if self.ticks == TICKS {
                 self.end_level(tick, per_count)?;
             }
+        } else if self.reached {
+            self.settle(tick)?;
         } else {
             self.approach(tick, speed >= bound)?;
         }
@@ -122,7 +129,10 @@ impl Spin {
                 lead: Angle::from_radians(lead),
             },
             // Cancels the coupling, so that the current in d stays small.
-            voltage: [-self.speed * self.known.inductance[1] * tick.measured.current[1], self.voltage],
+            voltage: [
+                -self.speed * self.known.inductance[1] * tick.measured.current[1],
+                self.voltage,
+            ],
             sensing: tick.sensing,
             ..Excitation::default()
         }))
@@ -156,6 +166,26 @@ impl Spin {
         Ok(())
     }
 
+    /// Waits until the speed is steady: only then friction needs the same current at both speeds.
+    fn settle(&mut self, tick: &Tick) -> Result<(), Refusal> {
+        let [now, before] = &mut self.moved;
+        *now += tick.moved;
+        if self.ticks % SETTLE != 0 {
+            return Ok(());
+        }
+        let change = (*now - *before).abs() as f32;
+        // Two counts are the noise of the sensor.
+        let steady = change <= STEADY * now.abs() as f32 + 2.0;
+        self.moved = [0, *now];
+        if steady && self.ticks > SETTLE {
+            self.steady = true;
+            self.ticks = 0;
+        } else if self.ticks > TIMEOUT {
+            return Err(tick.timeout(TIMEOUT));
+        }
+        Ok(())
+    }
+
     fn end_level(&mut self, tick: &Tick, per_count: f32) -> Result<(), Refusal> {
         let mean = core::mem::take(&mut self.mean).result();
         let point = Point {
@@ -165,6 +195,7 @@ impl Spin {
         };
         self.ticks = 0;
         self.reached = false;
+        self.steady = false;
         self.level += 1;
         if self.level % 2 == 1 {
             self.high = point;

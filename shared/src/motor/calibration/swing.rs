@@ -76,8 +76,8 @@ impl Swing {
     pub fn tick(&mut self, tick: &Tick) -> Result<Next<Found>, Refusal> {
         let plan = tick.plan;
         let current = tick.measured.current[0];
-        let speed = plan.turns(i64::from(tick.moved)) * core::f32::consts::TAU
-            / plan.control_period();
+        let speed =
+            plan.turns(i64::from(tick.moved)) * core::f32::consts::TAU / plan.control_period();
         if self.amplitude == 0.0 {
             self.amplitude = FIRST * tick.limit;
         }

@@ -6,7 +6,8 @@ use crate::motor::current::Excitation;
 
 /// Largest distance of the zero from the middle of the converter's range, codes of 2^16.
 const LARGEST: f32 = 2_000.0;
-const SETTLE: u32 = 50;
+/// Ticks in which the rotor comes to rest.
+const SETTLE: u32 = 300;
 const TICKS: u32 = 300;
 
 /// State of the step.

@@ -129,12 +129,13 @@ impl CurrentLoop {
 
     /// Excites the motor with a voltage from the next PWM period on, instead of controlling its
     /// current. As a demand, it is valid for [`DEMAND_CONTROL_PERIODS`] control periods, and the
-    /// bridge opens beyond 150 % of the current limit.
+    /// bridge opens beyond 150 % of the current limit. The sensing of the excitation stays in force.
     pub fn excite(&mut self, excitation: &Excitation, supply_voltage: f32) {
         self.demand = Demand {
             action: Action::Excite,
             point: OperatingPoint::new(&self.fixed, supply_voltage, 0.0),
         };
+        self.sensing = excitation.sensing;
         self.probe.excite(excitation, &self.demand.point);
         self.left = self.life;
     }
@@ -179,7 +180,7 @@ impl CurrentLoop {
             }
             Action::Excite if largest <= self.over_current => {
                 let point = &self.demand.point;
-                let compare = self.probe.step(&self.motor, readings, point);
+                let compare = self.probe.step(&self.motor, readings, currents, point);
                 (
                     PowerStage::Drive(compare),
                     self.motor.without_control(currents),

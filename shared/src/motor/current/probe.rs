@@ -120,9 +120,8 @@ impl Probe {
     /// shortened. NaN counts as 0 V.
     pub fn excite(&mut self, excitation: &Excitation, point: &OperatingPoint) {
         let volts = (1 << 24) as f32 / VOLTAGE_FULL_SCALE;
-        let longest = [0, 1].map(|axis| {
-            excitation.voltage[axis].abs() + excitation.ripple[axis].abs()
-        });
+        let longest =
+            [0, 1].map(|axis| excitation.voltage[axis].abs() + excitation.ripple[axis].abs());
         let length = sqrt(longest[0] * longest[0] + longest[1] * longest[1]) * volts;
         let limit = point.voltage_limit as f32;
         let scale = if length <= limit {
@@ -151,7 +150,11 @@ impl Probe {
             return None;
         }
         let samples = sums.samples as f32;
-        let responses = if sums.responses == 0 { 1 } else { sums.responses };
+        let responses = if sums.responses == 0 {
+            1
+        } else {
+            sums.responses
+        };
         let ampere = ratings.full_scale / (1 << 26) as f32;
         let volt = supply_voltage / f32::from(ratings.period) / (1 << COUNT_BITS) as f32;
         Some(Measurement {
@@ -167,9 +170,14 @@ impl Probe {
         })
     }
 
-    /// Runs one period: computes the compare values.
-    pub fn step(&mut self, motor: &Motor, readings: &Readings, point: &OperatingPoint) -> [u16; 3] {
-        let currents = self.excitation.sensing.currents(readings.currents);
+    /// Runs one period: computes the compare values. 2^30 is the full scale of the currents.
+    pub fn step(
+        &mut self,
+        motor: &Motor,
+        readings: &Readings,
+        currents: [i32; 2],
+        point: &OperatingPoint,
+    ) -> [u16; 3] {
         let (angle, lead) = match &self.excitation.frame {
             Frame::Stator { step, .. } => {
                 self.angle += *step;
@@ -180,9 +188,8 @@ impl Probe {
         let [d, q] = [0, 1].map(|axis| self.voltage[axis] + self.sign * self.ripple[axis]);
         let (current, compare, voltage) = match motor {
             Motor::Brushed(_) => {
-                let part = |voltage| {
-                    mul_high_add(point.half, voltage, point.counts_per_volt >> 1) as u16
-                };
+                let part =
+                    |voltage| mul_high_add(point.half, voltage, point.counts_per_volt >> 1) as u16;
                 let (a, b) = (part(d), part(-d));
                 let voltage = [(i32::from(a) - i32::from(b)) << COUNT_BITS, 0];
                 ([currents[0] >> 4, 0], [a, b, point.half as u16], voltage)
