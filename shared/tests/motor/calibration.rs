@@ -1,4 +1,4 @@
-//! Calibrates simulated motors. The motors are integrated eight times per PWM period, so that the
+//! Calibrates simulated motors. The motors are integrated four times per PWM period, so that the
 //! results do not depend on the model's steps.
 
 use crate::random::Random;
@@ -16,7 +16,7 @@ const STAGE: Ratings = Ratings {
 };
 const SUPPLY: f32 = 24.0;
 /// Steps of the model per PWM period.
-const STEPS: u32 = 8;
+const STEPS: u32 = 4;
 const PERIODS: u32 = 20;
 
 /// A motor with everything that its node does not know.
@@ -207,6 +207,7 @@ fn plan(truth: &Truth) -> Plan {
         current: truth.calibration_current,
         speed: 300.0,
         travel: 12.0,
+        torque_constant: 0.9 * truth.model.winding.torque_constant(),
         free_shaft: true,
     }
 }

@@ -6,8 +6,8 @@
 //! * `resistance`: resistance of the phases of a three-phase motor
 //! * `drag`: pole pairs, direction and electrical offset
 //! * `inductance`: inductances from the ripple that a square wave causes
-//! * `spin`: flux linkage of a three-phase motor from its back-EMF
-//! * `swing`: resistance and torque constant of a brushed motor
+//! * `spin`: flux linkage, or torque constant of a brushed motor, from the back-EMF
+//! * `swing`: resistance of a brushed motor
 //! * `record`: the results, and why a result is refused
 //!
 //! The calibration controls no current in the PWM interrupt. It excites the motor with voltages

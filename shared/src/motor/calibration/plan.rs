@@ -24,6 +24,9 @@ pub struct Plan {
     /// Largest distance from the position at the start while the torque constant is not measured,
     /// turns of the rotor.
     pub travel: f32,
+    /// Torque constant in the settings, N m/A. The resistance of a brushed motor whose shaft is not
+    /// free is measured with it.
+    pub torque_constant: f32,
     /// The shaft is free to turn, as far as it likes: the torque constant is measured too.
     pub free_shaft: bool,
 }
@@ -52,6 +55,7 @@ impl Plan {
             current: crate::math::limit(current, settings.scaled(Setting::CurrentLimit, 1e-3)),
             speed: settings.scaled(Setting::CalibrationSpeed, 1e-3) * gear_ratio,
             travel: travel * gear_ratio / core::f32::consts::TAU,
+            torque_constant: settings.scaled(Setting::TorqueConstant, 1e-6),
             free_shaft,
         }
     }

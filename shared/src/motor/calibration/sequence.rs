@@ -5,7 +5,7 @@ use super::drag::{self, Drag};
 use super::inductance::{Inductance, Response};
 use super::record::{Quantity, Record, Refusal, Residuals};
 use super::resistance::{self, Resistance};
-use super::spin::{self, Known, Spin};
+use super::spin::{self, Axes, Known, Spin};
 use super::swing::{self, Swing};
 use super::zero::Zero;
 use crate::motor::bridge::{CurrentSensing, MAX_DUTY};
@@ -89,6 +89,8 @@ pub struct Calibration {
     record: Record,
     rotor: Rotor,
     responses: [Response; 2],
+    /// Back-EMF of a brushed motor, which needs the resistance to be evaluated.
+    spun: Option<spin::Found>,
 }
 
 /// What a step needs in one tick.
@@ -131,6 +133,7 @@ impl Calibration {
                 reversed: false,
             }),
             responses: [Response::default(); 2],
+            spun: None,
         }
     }
 
@@ -273,43 +276,74 @@ impl Calibration {
 
     fn after_inductance(&mut self, responses: [Response; 2]) -> Result<(), Refusal> {
         self.responses = responses;
-        let [d, q] = responses;
+        let free = self.plan.free_shaft;
         if self.plan.kind == MotorKind::Brushed {
-            self.state = State::Swing(Swing::new(d.rough()));
+            self.state = if free {
+                State::Spin(Spin::new(Known {
+                    axes: Axes::Winding,
+                    electrical_per_rotor: 1.0,
+                    inductance: [0.0; 2],
+                }))
+            } else {
+                self.swing(self.plan.torque_constant)
+            };
             return Ok(());
         }
         let resistance = self.record.resistance;
-        self.record.inductance = [d.inductance(resistance)?, q.inductance(resistance)?];
-        let record = &self.record;
-        self.state = if self.plan.free_shaft {
-            let pole_pairs = record.pole_pairs as f32;
+        for (found, response) in self.record.inductance.iter_mut().zip(responses) {
+            *found = response.inductance(resistance)?;
+        }
+        let direction = self.rotor.direction();
+        self.state = if free {
             State::Spin(Spin::new(Known {
-                rotor: self.rotor,
-                electrical_per_rotor: pole_pairs * self.rotor.direction() as f32,
-                resistance,
-                inductance: record.inductance,
+                axes: Axes::Rotor(self.rotor),
+                electrical_per_rotor: (self.record.pole_pairs * direction) as f32,
+                inductance: self.record.inductance,
             }))
         } else {
-            State::Ended(Ok(*record))
+            State::Ended(Ok(self.record))
         };
         Ok(())
     }
 
-    #[allow(clippy::unnecessary_wraps)]
+    fn swing(&self, torque_constant: f32) -> State {
+        State::Swing(Swing::new(self.responses[0].rough(), torque_constant))
+    }
+
     fn after_spin(&mut self, found: spin::Found) -> Result<(), Refusal> {
-        let pole_pairs = self.record.pole_pairs as f32;
-        self.record.torque_constant = Some(1.5 * pole_pairs * found.flux);
-        self.record.residuals.torque_constant = found.residual;
-        self.state = State::Ended(Ok(self.record));
-        Ok(())
+        if self.plan.kind == MotorKind::Brushed {
+            self.spun = Some(found);
+            // The travel of the next step counts from here.
+            self.travel = 0;
+            // The resistance is not known yet; friction needs nearly the same current.
+            let (torque_constant, _) = found.flux(0.0)?;
+            self.state = self.swing(torque_constant);
+            return Ok(());
+        }
+        let (flux, residual) = found.flux(self.record.resistance)?;
+        let torque_constant = 1.5 * self.record.pole_pairs as f32 * flux;
+        self.end(Some((torque_constant, residual)))
     }
 
     fn after_swing(&mut self, found: swing::Found) -> Result<(), Refusal> {
         let inductance = self.responses[0].inductance(found.resistance)?;
         self.record.resistance = found.resistance;
         self.record.inductance = [inductance; 2];
-        self.record.torque_constant = found.torque_constant;
         self.record.residuals.resistance = found.residual;
+        let torque_constant = match self.spun {
+            Some(spun) => Some(spun.flux(found.resistance)?),
+            None => None,
+        };
+        self.end(torque_constant)
+    }
+
+    /// Ends with the torque constant and its residual, if they were measured.
+    fn end(&mut self, torque_constant: Option<(f32, f32)>) -> Result<(), Refusal> {
+        if let Some((value, residual)) = torque_constant {
+            check(value > 0.0, Quantity::BackEmf, value, 0.0)?;
+            self.record.torque_constant = Some(value);
+            self.record.residuals.torque_constant = residual;
+        }
         self.state = State::Ended(Ok(self.record));
         Ok(())
     }
@@ -328,7 +362,7 @@ impl Tick<'_> {
 
     /// Refuses a value above `bound`, and NaN.
     pub fn check_at_most(&self, quantity: Quantity, got: f32, bound: f32) -> Result<(), Refusal> {
-        check(got <= bound, quantity, got, bound)
+        check_at_most(quantity, got, bound)
     }
 
     /// Refuses a value below `bound`, and NaN.
@@ -350,6 +384,11 @@ impl Tick<'_> {
             bound: ticks as f32 * self.plan.control_period(),
         }
     }
+}
+
+/// Refuses a value above `bound`, and NaN.
+pub(super) fn check_at_most(quantity: Quantity, got: f32, bound: f32) -> Result<(), Refusal> {
+    check(got <= bound, quantity, got, bound)
 }
 
 fn check(good: bool, quantity: Quantity, got: f32, bound: f32) -> Result<(), Refusal> {

@@ -1,10 +1,10 @@
-//! Measures the flux linkage of a three-phase motor: the shaft turns freely at two speeds in each
-//! direction, and the voltage in q rises with the speed by the flux linkage.
+//! Measures the back-EMF: the shaft turns freely at two speeds in each direction, and the voltage
+//! rises with the speed by the flux linkage (brushed: by the torque constant).
 //!
 //! Friction needs the same current at both speeds, so resistance and dead time cancel.
 
 use super::record::{Quantity, Refusal};
-use super::sequence::{Mean, Next, Tick};
+use super::sequence::{Mean, Next, Tick, check_at_most};
 use crate::motor::current::{Excitation, Frame};
 use crate::motor::rotor::Rotor;
 use crate::units::Angle;
@@ -25,18 +25,27 @@ const LARGEST_STEP: f32 = 0.1;
 const EXCESS: f32 = 1.3;
 /// Largest difference of both directions, divided by the mean.
 const LARGEST_DIFFERENCE: f32 = 0.05;
-/// Part of the voltage that the back-EMF must have.
-const LEAST_BACK_EMF: f32 = 0.3;
+/// Smallest change of the speed between the levels, as a fraction of the largest speed.
+const SLOWEST: f32 = 0.05;
 
 /// What the step must know.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Known {
-    pub rotor: Rotor,
-    /// Pole pairs, with the sign of the direction.
+    /// Axes in which the motor is driven.
+    pub axes: Axes,
+    /// Pole pairs, with the sign of the direction; 1 for a brushed motor.
     pub electrical_per_rotor: f32,
-    pub resistance: f32,
-    /// Inductances of the axes d and q, henry.
+    /// Inductances of the axes d and q, henry; 0 for a brushed motor, whose axes do not couple.
     pub inductance: [f32; 2],
+}
+
+/// Axes in which the motor is driven.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Axes {
+    /// Winding of a brushed motor, which is the component d.
+    Winding,
+    /// Axis q of a three-phase motor.
+    Rotor(Rotor),
 }
 
 /// State of the step.
@@ -55,26 +64,38 @@ pub(super) struct Spin {
     /// Electrical speed, rad/s, smoothed.
     speed: f32,
     mean: Mean,
-    /// Means at the high speed.
+    /// Means at the high speed, and differences between both speeds in each direction.
     high: Point,
-    found: [f32; 2],
+    found: [Point; 2],
 }
 
-/// Means at one speed.
+/// Means at one speed, or their differences.
 #[derive(Clone, Copy, Debug, Default)]
 struct Point {
+    /// Voltage without that of the axes' coupling, V.
     voltage: f32,
-    current: [f32; 2],
+    /// Current that makes the torque, A.
+    current: f32,
+    /// Electrical speed, rad/s.
     speed: f32,
 }
 
-/// Result of the step.
+/// Result of the step: what changes between the speeds, in each direction.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Found {
-    /// Flux linkage, V s.
-    pub flux: f32,
-    /// Difference of both directions, divided by their mean.
-    pub residual: f32,
+pub(super) struct Found([Point; 2]);
+
+impl Found {
+    /// Returns the flux linkage, V s (brushed: torque constant, N m/A), and the difference of both
+    /// directions divided by their mean. The resistance is in ohm.
+    pub fn flux(&self, resistance: f32) -> Result<(f32, f32), Refusal> {
+        let [forward, backward] = self
+            .0
+            .map(|change| (change.voltage - resistance * change.current) / change.speed);
+        let flux = 0.5 * (forward + backward);
+        let residual = (forward - backward).abs() / flux.abs();
+        check_at_most(Quantity::TorqueConstant, residual, LARGEST_DIFFERENCE)?;
+        Ok((flux, residual))
+    }
 }
 
 impl Spin {
@@ -91,7 +112,7 @@ impl Spin {
             speed: 0.0,
             mean: Mean::default(),
             high: Point::default(),
-            found: [0.0; 2],
+            found: [Point::default(); 2],
         }
     }
 
@@ -120,22 +141,36 @@ impl Spin {
             self.approach(tick, speed >= bound)?;
         }
         if self.level == 5 && self.reached {
-            return self.finish(tick).map(Next::Done);
+            return Ok(Next::Done(Found(self.found)));
         }
-        let lead = 1.5 * self.speed / plan.ratings.pwm_hz as f32;
-        Ok(Next::Excite(Excitation {
-            frame: Frame::Rotor {
-                rotor: self.known.rotor,
-                lead: Angle::from_radians(lead),
-            },
-            // Cancels the coupling, so that the current in d stays small.
-            voltage: [
-                -self.speed * self.known.inductance[1] * tick.measured.current[1],
-                self.voltage,
-            ],
+        Ok(Next::Excite(self.excitation(tick)))
+    }
+
+    fn excitation(&self, tick: &Tick) -> Excitation {
+        let (frame, voltage) = match self.known.axes {
+            Axes::Winding => (Excitation::default().frame, [self.voltage, 0.0]),
+            Axes::Rotor(rotor) => {
+                let lead = 1.5 * self.speed / tick.plan.ratings.pwm_hz as f32;
+                let lead = Angle::from_radians(lead);
+                // Cancels the coupling, so that the current in d stays small.
+                let coupled = -self.speed * self.known.inductance[1] * tick.measured.current[1];
+                (Frame::Rotor { rotor, lead }, [coupled, self.voltage])
+            }
+        };
+        Excitation {
+            frame,
+            voltage,
             sensing: tick.sensing,
             ..Excitation::default()
-        }))
+        }
+    }
+
+    /// Returns the driven component and the other one.
+    fn driven(&self, [d, q]: [f32; 2]) -> [f32; 2] {
+        match self.known.axes {
+            Axes::Winding => [d, q],
+            Axes::Rotor(_) => [q, d],
+        }
     }
 
     /// Changes the voltage towards that of the level while the current allows it. A high level
@@ -149,7 +184,7 @@ impl Spin {
             2 => -LARGEST * tick.limit,
             _ => self.goal,
         };
-        let [d, q] = tick.measured.current;
+        let [q, d] = self.driven(tick.measured.current);
         let step = tick.limit * tick.plan.control_period() / RISE;
         let change = crate::math::limit(goal - self.voltage, step);
         // A change that reduces the current is always allowed.
@@ -188,10 +223,12 @@ impl Spin {
 
     fn end_level(&mut self, tick: &Tick, per_count: f32) -> Result<(), Refusal> {
         let mean = core::mem::take(&mut self.mean).result();
+        let [current, across] = self.driven(mean.current);
+        let speed = mean.moved * per_count;
         let point = Point {
-            voltage: mean.voltage[1],
-            current: mean.current,
-            speed: mean.moved * per_count,
+            voltage: self.driven(mean.voltage)[0] - speed * self.known.inductance[0] * across,
+            current,
+            speed,
         };
         self.ticks = 0;
         self.reached = false;
@@ -203,24 +240,14 @@ impl Spin {
             return Ok(());
         }
         let high = self.high;
-        let volts = high.voltage
-            - point.voltage
-            - self.known.resistance * (high.current[1] - point.current[1])
-            - self.known.inductance[0]
-                * (high.speed * high.current[0] - point.speed * point.current[0]);
-        let faster = high.speed - point.speed;
-        let pole_pairs = self.known.electrical_per_rotor.abs();
-        let slowest = LEAST_BACK_EMF * (high.voltage - point.voltage).abs();
-        // In volts, so that the bound needs no flux.
-        if !(volts.abs() >= slowest && faster * volts > 0.0) {
-            return Err(Refusal::OutOfBounds {
-                quantity: Quantity::Speed,
-                got: high.speed.abs() / pole_pairs,
-                bound: tick.plan.speed,
-            });
-        }
+        let change = Point {
+            voltage: high.voltage - point.voltage,
+            current: high.current - point.current,
+            speed: high.speed - point.speed,
+        };
+        self.check_turning(tick, &change)?;
         if let Some(found) = self.found.get_mut(self.level / 2 - 1) {
-            *found = volts / faster;
+            *found = change;
         }
         self.goal = 0.0;
         if self.level == 4 {
@@ -230,11 +257,12 @@ impl Spin {
         Ok(())
     }
 
-    fn finish(&self, tick: &Tick) -> Result<Found, Refusal> {
-        let [forward, backward] = self.found;
-        let flux = 0.5 * (forward + backward);
-        let residual = (forward - backward).abs() / flux;
-        tick.check_at_most(Quantity::TorqueConstant, residual, LARGEST_DIFFERENCE)?;
-        Ok(Found { flux, residual })
+    /// Refuses a shaft that does not turn as the voltage says: a blocked one, or one that turns the
+    /// other way.
+    fn check_turning(&self, tick: &Tick, change: &Point) -> Result<(), Refusal> {
+        let pole_pairs = self.known.electrical_per_rotor.abs();
+        let slowest = SLOWEST * tick.plan.speed;
+        let speed = change.speed * f32::copysign(1.0, change.voltage) / pole_pairs;
+        tick.check_at_least(Quantity::Speed, speed, slowest)
     }
 }
