@@ -19,7 +19,7 @@ const MAXIMUM_POLE_PAIRS: f32 = 64.0;
 /// Largest distance of the measured pole pairs from a whole number.
 const LARGEST_FRACTION: f32 = 0.25;
 /// Fewest counts per electrical turn with which a motor can be commutated.
-const FEWEST_COUNTS: f32 = 24.0;
+const FEWEST_COUNTS: f32 = 36.0;
 /// Largest lag, rad. Beyond it, the rotor moves in jumps.
 const LARGEST_LAG: f32 = 1.0;
 /// Part of the allowed travel that the first run uses.

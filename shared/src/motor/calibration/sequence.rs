@@ -62,6 +62,9 @@ pub(super) enum Next<T> {
     Done(T),
 }
 
+/// Smallest current of a calibration, as a fraction of the board's full scale. Below it, noise and
+/// the steps of the converter count.
+const SMALLEST_CURRENT: f32 = 0.01;
 /// Longest time of a step, s. Only faulty sensors keep a step longer.
 const TIMEOUT_S: u32 = 120;
 
@@ -196,6 +199,8 @@ impl Calibration {
         let supply = inputs.supply_voltage;
         tick.check_at_least(Quantity::SupplyVoltage, supply, MIN_SUPPLY_VOLTAGE)?;
         tick.check_at_most(Quantity::SupplyVoltage, supply, VOLTAGE_FULL_SCALE)?;
+        let least = SMALLEST_CURRENT * plan.ratings.full_scale;
+        tick.check_at_least(Quantity::Current, plan.current, least)?;
         // Half as much again as the steps use. The first step does not know the zero yet.
         if step != Step::Zero {
             let [d, q] = measured.current;

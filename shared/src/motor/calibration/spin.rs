@@ -14,7 +14,7 @@ const LARGEST: f32 = 0.6;
 /// Time in which the voltage would rise to the bridge's, s.
 const RISE: f32 = 3.0;
 /// Ticks in which the speed is compared, and its largest change meanwhile, as a fraction.
-const SETTLE: u32 = 250;
+const SETTLE: u32 = 400;
 const STEADY: f32 = 1e-3;
 const TICKS: u32 = 500;
 /// Ticks after which a level must have been reached.
@@ -25,8 +25,8 @@ const LARGEST_STEP: f32 = 0.1;
 const EXCESS: f32 = 1.3;
 /// Largest difference of both directions, divided by the mean.
 const LARGEST_DIFFERENCE: f32 = 0.05;
-/// Smallest change of the speed between the levels, as a fraction of the largest speed.
-const SLOWEST: f32 = 0.05;
+/// Smallest difference of the counts at both speeds. It bounds what the steps of the encoder cost.
+const FEWEST_COUNTS: f32 = 400.0;
 
 /// What the step must know.
 #[derive(Clone, Copy, Debug)]
@@ -209,8 +209,8 @@ impl Spin {
             return Ok(());
         }
         let change = (*now - *before).abs() as f32;
-        // Two counts are the noise of the sensor.
-        let steady = change <= STEADY * now.abs() as f32 + 2.0;
+        // A count is the noise of the sensor.
+        let steady = change <= STEADY * now.abs() as f32 + 1.0;
         self.moved = [0, *now];
         if steady && self.ticks > SETTLE {
             self.steady = true;
@@ -261,7 +261,9 @@ impl Spin {
     /// other way.
     fn check_turning(&self, tick: &Tick, change: &Point) -> Result<(), Refusal> {
         let pole_pairs = self.known.electrical_per_rotor.abs();
-        let slowest = SLOWEST * tick.plan.speed;
+        let turns = FEWEST_COUNTS / tick.plan.counts_per_turn as f32;
+        let seconds = TICKS as f32 * tick.plan.control_period();
+        let slowest = turns * core::f32::consts::TAU / seconds;
         let speed = change.speed * f32::copysign(1.0, change.voltage) / pole_pairs;
         tick.check_at_least(Quantity::Speed, speed, slowest)
     }

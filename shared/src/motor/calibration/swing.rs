@@ -18,19 +18,24 @@ const GROWTH: f32 = 1.08;
 const LARGEST: f32 = 0.9;
 /// Current that ends the growth, as a fraction of the largest.
 const ENOUGH: f32 = 0.8;
-/// Parts of the amplitude that are measured, and halves with each. With a single amplitude, the fit
-/// could not tell its terms apart.
-const PARTS: [f32; 4] = [1.0, 0.5, 0.85, 0.7];
-const HALVES: usize = 24;
+/// The measured halves have amplitudes from this part to the whole. They are spread by the golden
+/// ratio, so that the steps of a coarse encoder fall differently each time.
+const SMALLEST_PART: f32 = 0.3;
+const GOLDEN_RATIO: f32 = 0.618_034;
+/// Fewest and most measured halves, and the standard error of the resistance that ends the
+/// measurement between them.
+const FEWEST_HALVES: u32 = 100;
+const MOST_HALVES: u32 = 800;
+const ENOUGH_KNOWN: f32 = 0.008;
 /// Ticks after each change of the voltage that are not used, and smallest number that is.
-const SKIPPED: u32 = 2;
+const SKIPPED: u32 = 3;
 const FEWEST: u32 = 3;
 /// Smallest current that is used, as a fraction of the largest. Below it, the dead time acts partly.
-const SMALLEST: f32 = 0.1;
+const SMALLEST: f32 = 0.25;
 /// How far the speed may exceed its bound before the calibration ends.
 const EXCESS: f32 = 1.3;
-/// Largest part of the voltage that the fit may leave.
-const LARGEST_RESIDUAL: f32 = 0.2;
+/// Largest standard error of the resistance, as a fraction.
+const LARGEST_ERROR: f32 = 0.02;
 
 /// State of the step.
 #[derive(Clone, Debug)]
@@ -42,7 +47,8 @@ pub(super) struct Swing {
     negative: bool,
     ticks: u32,
     /// Halves since the amplitude was found.
-    measured: Option<usize>,
+    measured: Option<u32>,
+    part: f32,
     largest: f32,
     window: Window,
     fit: Fit,
@@ -53,7 +59,7 @@ pub(super) struct Swing {
 pub(super) struct Found {
     /// Resistance, ohm.
     pub resistance: f32,
-    /// Voltage that the fit does not explain, divided by the voltage.
+    /// Standard error of the resistance, as a fraction.
     pub residual: f32,
 }
 
@@ -68,6 +74,7 @@ impl Swing {
             // The first half is short, so that the rotor swings about its place.
             ticks: 5,
             measured: None,
+            part: 1.0,
             largest: 0.0,
             window: Window::default(),
             fit: Fit::default(),
@@ -95,19 +102,22 @@ impl Swing {
             self.ticks = 0;
             self.evaluate(tick);
             self.negative = !self.negative;
-            match &mut self.measured {
-                Some(halves) => *halves += 1,
+            match self.measured {
+                Some(halves) => {
+                    self.measured = Some(halves + 1);
+                    let known = halves >= FEWEST_HALVES && self.fit.solve().1 <= ENOUGH_KNOWN;
+                    if known || halves >= MOST_HALVES {
+                        return self.finish(tick).map(Next::Done);
+                    }
+                    // Both directions have the same amplitude, so that the rotor stays.
+                    let place = GOLDEN_RATIO * (halves / 2) as f32;
+                    let fraction = place - crate::math::to_i32(place) as f32;
+                    self.part = SMALLEST_PART + (1.0 - SMALLEST_PART) * fraction;
+                }
                 None => self.grow(tick)?,
             }
         }
-        let part = match self.measured {
-            None => 1.0,
-            Some(halves) => match PARTS.get(halves / HALVES) {
-                Some(part) => *part,
-                None => return self.finish(tick).map(Next::Done),
-            },
-        };
-        let voltage = part * self.amplitude;
+        let voltage = self.part * self.amplitude;
         Ok(Next::Excite(Excitation {
             voltage: [if self.negative { -voltage } else { voltage }, 0.0],
             sensing: tick.sensing,
@@ -135,10 +145,12 @@ impl Swing {
             return;
         }
         let window = &mut self.window;
-        if window.ticks == 0 {
-            window.first = current;
+        match window.ticks {
+            0 => window.first[0] = current,
+            1 => window.first[1] = current,
+            _ => {}
         }
-        window.last = current;
+        window.last = [window.last[1], current];
         window.ticks += 1;
         window.current += current;
         window.voltage += tick.measured.voltage[0];
@@ -155,7 +167,9 @@ impl Swing {
         let (ticks, period) = (window.ticks as f32, tick.plan.control_period());
         let turns = tick.plan.turns(i64::from(window.moved));
         let speed = turns * core::f32::consts::TAU / (ticks * period);
-        let rise = (window.last - window.first) / ((ticks - 1.0) * period);
+        // From the beginning of the first tick to the end of the last one.
+        let ([first, second], [before, last]) = (window.first, window.last);
+        let rise = (1.5 * last - 0.5 * before - 1.5 * first + 0.5 * second) / (ticks * period);
         let induced = self.inductance * rise + self.back_emf * speed;
         self.fit
             .add(window.current / ticks, window.voltage / ticks - induced);
@@ -163,7 +177,7 @@ impl Swing {
 
     fn finish(&self, tick: &Tick) -> Result<Found, Refusal> {
         let (resistance, residual) = self.fit.solve();
-        tick.check_at_most(Quantity::Fit, residual, LARGEST_RESIDUAL)?;
+        tick.check_at_most(Quantity::Fit, residual, LARGEST_ERROR)?;
         tick.check_at_least(Quantity::Resistance, resistance, 1e-3)?;
         Ok(Found {
             resistance,
@@ -176,8 +190,9 @@ impl Swing {
 #[derive(Clone, Debug, Default)]
 struct Window {
     ticks: u32,
-    first: f32,
-    last: f32,
+    /// Currents of the first two ticks and of the last two.
+    first: [f32; 2],
+    last: [f32; 2],
     current: f32,
     voltage: f32,
     moved: i32,
@@ -207,15 +222,15 @@ impl Fit {
         self.voltage_squared += voltage * voltage;
     }
 
-    /// Returns the resistance, and the root of the mean square that the line leaves, divided by
-    /// that of the voltage. NaN without samples, which every check refuses.
+    /// Returns the resistance and its standard error, as a fraction. NaN without samples, which
+    /// every check refuses.
     fn solve(&self) -> (f32, f32) {
         let mean = self.current / self.samples;
         let spread = self.current_squared - mean * self.current;
         let resistance = (self.product - mean * self.voltage) / spread;
         let offset = self.voltage / self.samples - resistance * mean;
-        let explained = resistance * self.product + offset * self.voltage;
-        let left = max(1.0 - explained / self.voltage_squared, 0.0);
-        (resistance, sqrt(left))
+        let left = self.voltage_squared - resistance * self.product - offset * self.voltage;
+        let variance = max(left, 0.0) / (self.samples - 2.0) / spread;
+        (resistance, sqrt(variance) / resistance.abs())
     }
 }
