@@ -235,7 +235,7 @@ fn draw(random: &mut Random, brushed: bool) -> Truth {
         1.5 * f64::from(pole_pairs) * flux
     };
     let current_limit = (5.0 / resistance).clamp(1.5, 40.0);
-    let calibration_current = (between(random, 0.2, 0.6) * current_limit).max(0.7);
+    let calibration_current = (between(random, 0.2, 0.6) * current_limit).max(1.0);
     let torque = torque_constant * calibration_current;
     let gear_ratio = scaled(random, 1.0, 100.0);
     // Below 0.15 A the model's dead time is too stiff for its steps.

@@ -11,7 +11,7 @@ use crate::motor::current::{Excitation, Frame};
 use core::num::NonZeroU32;
 
 /// Half of the peak-to-peak current, as a fraction of the largest current.
-const LEVELS: [f32; 2] = [0.35, 0.7];
+const LEVELS: [f32; 2] = [0.5, 1.0];
 /// First and largest amplitude of the voltage, as a fraction of the bridge's.
 const FIRST: f32 = 0.01;
 const LARGEST: f32 = 0.6;
