@@ -3,7 +3,7 @@
 use core::cell::RefCell;
 use critical_section::Mutex;
 use tautrack::motor::bridge::{PowerStage, Readings};
-use tautrack::motor::current::{BridgeDemand, CurrentLoop};
+use tautrack::motor::current::{BridgeDemand, CurrentLoop, Excitation, Measurement};
 
 static LOOP: Mutex<RefCell<Option<CurrentLoop>>> = Mutex::new(RefCell::new(None));
 
@@ -27,6 +27,18 @@ fn with<R>(use_it: impl FnOnce(&mut CurrentLoop) -> R) -> Option<R> {
 /// and the velocity of the output shaft, rad/s ([`CurrentLoop::demand`]).
 pub fn demand(demand: BridgeDemand, supply_voltage: f32, shaft_velocity: f32) {
     with(|current_loop| current_loop.demand(demand, supply_voltage, shaft_velocity));
+}
+
+/// Excites the motor from the next PWM period on ([`CurrentLoop::excite`]).
+#[allow(dead_code)] // only the role `axle` calibrates, and `bin/ticks.rs` does not
+pub fn excite(excitation: &Excitation, supply_voltage: f32) {
+    with(|current_loop| current_loop.excite(excitation, supply_voltage));
+}
+
+/// Returns what the excitation has measured since the last call; `None` without a sample.
+#[allow(dead_code)]
+pub fn take_measurement(supply_voltage: f32) -> Option<Measurement> {
+    with(|current_loop| current_loop.take_measurement(supply_voltage)).flatten()
 }
 
 /// Returns the mean of the motor's current since the last call, A; `None` if no sample was taken.

@@ -168,6 +168,21 @@ settings! {
     /// Time for which both transistors of a half bridge are off at each edge. The current control
     /// compensates it.
     DeadTime = 0x00c5, "dead_time", "ns", 0..=2_000, 600;
+    /// Code of the current converter at which no current flows out of half bridge a.
+    CurrentZeroA = 0x00c6, "current_zero_a", "2^-16", 30_768..=34_768, 32_768;
+    /// Code of the current converter at which no current flows out of half bridge b.
+    CurrentZeroB = 0x00c7, "current_zero_b", "2^-16", 30_768..=34_768, 32_768;
+    /// Correction of the current in half bridge a minus that in half bridge b, as a fraction of the
+    /// current. It makes both converters measure alike.
+    CurrentBalance = 0x00c8, "current_balance", "1e-4", -1_000..=1_000, 0;
+    /// Maximum motor current during a calibration. `current_limit` limits it, too.
+    CalibrationCurrent = 0x00c9, "calibration_current", "mA", 10..=100_000, 2_000;
+    /// Maximum speed of the output shaft during a calibration.
+    CalibrationSpeed = 0x00ca, "calibration_speed", "mrad/s", 1..=2_000_000, 3_000;
+    /// Maximum distance of the output shaft from its position at the start of a calibration. The
+    /// measurement of the torque constant of a three-phase motor, whose shaft must be free, has no
+    /// such bound.
+    CalibrationTravel = 0x00cb, "calibration_travel", "mrad", 1..=1_000_000, 15_000;
 
     /// Deceleration of a quick stop; 0: equal to `acceleration_limit`.
     QuickStopDeceleration = 0x00e0, "quick_stop_deceleration", "mrad/s^2", 0..=100_000_000, 0;

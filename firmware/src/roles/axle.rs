@@ -1,12 +1,16 @@
 //! Role `axle`: the node of one motor that follows the set-points from the bus.
 
 use super::{Refusal, Role, dictionary, drive, start_bus};
-use crate::boards::CONTROL_HZ;
+use crate::boards::{Board, CONTROL_HZ, Selected};
 use crate::bus::Received;
+use crate::current_loop;
 use core::sync::atomic::{AtomicU8, Ordering};
 use embassy_executor::Spawner;
 use embassy_time::{Duration, Ticker};
-use tautrack::node::axle::Axle;
+use tautrack::bus::cia402::State;
+use tautrack::motor::current::Excitation;
+use tautrack::node::axle::{Axle, Inputs, Outputs};
+use tautrack::node::calibration::{self, Action, Calibrator};
 use tautrack::settings::{Setting, Settings};
 
 dictionary!(od, "axle.rs");
@@ -29,7 +33,11 @@ fn start(spawner: Spawner, settings: &Settings) -> Result<(), Refusal> {
     start_bus(spawner, settings, od::DICTIONARY, None, received)?;
     super::spawn(
         spawner,
-        control(Axle::new(settings), settings.id(Setting::NodeId)),
+        control(
+            Axle::new(settings),
+            Calibrator::new(settings, &Selected::POWER_STAGE, CONTROL_HZ),
+            settings.id(Setting::NodeId),
+        ),
     )
 }
 
@@ -38,7 +46,7 @@ fn received(received: Received) {
 }
 
 #[embassy_executor::task]
-async fn control(mut axle: Axle, node: u8) -> ! {
+async fn control(mut axle: Axle, mut calibrator: Calibrator, node: u8) -> ! {
     od::OBJECT2010.set_value(axle.scale().code());
     od::publish_parameters(&axle.parameters());
     let mut ticker = Ticker::every(Duration::from_hz(u64::from(CONTROL_HZ)));
@@ -48,8 +56,47 @@ async fn control(mut axle: Axle, node: u8) -> ! {
         if let Some(parameters) = new_parameters() {
             axle.configure(&parameters);
         }
-        let outputs = axle.tick(&drive::inputs(set_point, torque_offset, bench_mode));
-        drive::act(&outputs, node);
+        let inputs = drive::inputs(set_point, torque_offset, bench_mode);
+        let outputs = axle.tick(&inputs);
+        let excitation = calibrate(&mut calibrator, &mut axle, &inputs, &outputs);
+        drive::act(&outputs, node, excitation.as_ref());
         publish(&outputs, bench_mode);
     }
+}
+
+/// Runs a tick of the calibration, if one is under way or requested. Returns how it excites the
+/// motor.
+fn calibrate(
+    calibrator: &mut Calibrator,
+    axle: &mut Axle,
+    inputs: &Inputs,
+    outputs: &Outputs,
+) -> Option<Excitation> {
+    let request = od::OBJECT2050.get_value();
+    if request == calibration::request::NONE && !calibrator.is_running() {
+        return None;
+    }
+    let disarmed =
+        State::from_statusword(outputs.status.statusword) == Some(State::SwitchOnDisabled);
+    let allowed = outputs.bench_mode && disarmed && outputs.faults.is_empty();
+    let action = calibrator.tick(
+        request,
+        allowed,
+        &calibration::Inputs {
+            encoder: inputs.encoder,
+            supply_voltage: inputs.supply_voltage,
+            measured: current_loop::take_measurement(inputs.supply_voltage),
+        },
+    );
+    od::publish_calibration(calibrator.report());
+    match action {
+        Action::Excite(excitation) => return Some(excitation),
+        Action::Install(current_loop) => {
+            current_loop::install(current_loop);
+            axle.use_torque_constant(calibrator.settings());
+        }
+        Action::None => {}
+    }
+    od::OBJECT2050.set_value(calibration::request::NONE);
+    None
 }

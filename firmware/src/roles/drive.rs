@@ -14,7 +14,8 @@ use tautrack::bus::drive_parameters::is_parameter;
 use tautrack::bus::network::{self, Emergency};
 use tautrack::bus::pdo::{DriveMotion, receive};
 use tautrack::constants::CONTROL_PERIOD;
-use tautrack::motor::current::{Config, CurrentLoop};
+use tautrack::motor::calibration;
+use tautrack::motor::current::{Config, CurrentLoop, Excitation};
 use tautrack::node::axle::{BridgeDemand, Inputs, Outputs, SetPoint};
 use tautrack::settings::Settings;
 
@@ -126,11 +127,17 @@ pub fn inputs(set_point: fn() -> SetPoint, torque_offset: fn() -> i16, bench_mod
     }
 }
 
-/// Passes the tick's demand to the PWM interrupt, and sends its emergency message on the bus.
-pub fn act(outputs: &Outputs, node: u8) {
-    current_loop::demand(outputs.bridge, Selected::supply_voltage(), outputs.velocity);
-    storage::set_armed(outputs.bridge != BridgeDemand::Off);
-    Selected::set_brake(outputs.brake_released);
+/// Passes the tick's demand to the PWM interrupt, or the excitation of a calibration, and sends the
+/// tick's emergency message on the bus. A calibration turns the motor, so it releases the brake.
+pub fn act(outputs: &Outputs, node: u8, excitation: Option<&Excitation>) {
+    let supply_voltage = Selected::supply_voltage();
+    match excitation {
+        Some(excitation) => current_loop::excite(excitation, supply_voltage),
+        None => current_loop::demand(outputs.bridge, supply_voltage, outputs.velocity),
+    }
+    let calibrates = excitation.is_some();
+    storage::set_armed(calibrates || outputs.bridge != BridgeDemand::Off);
+    Selected::set_brake(calibrates || outputs.brake_released);
     watchdog::control_ran(Instant::now().as_micros());
     if let Some(code) = outputs.emergency {
         crate::logger::warn!("fault {:#06x}", code);
@@ -143,8 +150,9 @@ pub fn act(outputs: &Outputs, node: u8) {
 pub fn install_current_loop(settings: &Settings) -> Result<(), Refusal> {
     let stage = Selected::POWER_STAGE;
     let config = Config::from_settings(settings, stage.pwm_hz / CONTROL_HZ);
-    let current_loop = CurrentLoop::new(&config, &stage)
+    let mut current_loop = CurrentLoop::new(&config, &stage)
         .map_err(|error| super::refuse(format_args!("current loop: {error}")))?;
+    current_loop.set_sensing(calibration::sensing(settings));
     current_loop::install(current_loop);
     watchdog::require(Party::Pwm);
     Ok(())

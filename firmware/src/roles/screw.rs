@@ -68,7 +68,7 @@ async fn control(mut screw: Screw, node: u8) -> ! {
             joint: drive::HEARD.take_joint(),
             slack: od::OBJECT2101.get_value(),
         });
-        drive::act(&outputs, node);
+        drive::act(&outputs, node, None);
         publish(&outputs, bench_mode);
     }
 }

@@ -4,6 +4,7 @@
 //! * [`profile`]: motion of a set-point within its limits
 //! * [`cascade`]: current from a set-point
 //! * [`current`]: compare values of the half bridges from a current, in the PWM interrupt
+//! * [`calibration`]: measures the motor and its sensors on request
 //! * [`bridge`]: readings and commands of the power stage
 //! * `model`: simulated motors, for boards without hardware (feature `lockstep`)
 //! * [`rotor`]: electrical angle of a three-phase motor
@@ -12,6 +13,7 @@
 //! range over time. Only differences of positions become `f32`.
 
 pub mod bridge;
+pub mod calibration;
 pub mod cascade;
 pub mod current;
 #[cfg(feature = "lockstep")]

@@ -2,6 +2,7 @@
 //! no clock other than the time in the inputs.
 
 pub mod axle;
+pub mod calibration;
 pub mod guard;
 pub mod screw;
 mod supervisor;

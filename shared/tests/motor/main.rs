@@ -1,6 +1,12 @@
 //! Tests of the loops of a motor against its equations.
 
+#[cfg(feature = "lockstep")]
+mod calibration;
 mod cascade;
 mod current;
 #[cfg(feature = "lockstep")]
 mod model;
+#[allow(dead_code)] // the models need the joints
+#[cfg(feature = "lockstep")]
+#[path = "../support/random.rs"]
+mod random;

@@ -5,8 +5,8 @@
 //! `machine`, which answers them: `link` carries them over a [`Pipe`], and a `wasm` node is called.
 //! `power_up` handles the start message and `step` the step messages. `inputs` holds the sensor
 //! readings, `brake` the output to the brake, `flash` the settings in flash, `clock` provides timer
-//! and executor,
-//! `critical_section` is that of a core without interrupts, `log_buffer` replaces the debug probe
+//! and executor, `critical_section` is that of a core without interrupts, `log_buffer` replaces the
+//! debug probe
 //! (with `text_log` where the records are text) and `starvation` the watchdog.
 
 mod brake;

@@ -73,11 +73,7 @@ impl Foc {
         let (sin, cos) = sin_cos_q30(angle.0);
         let [a, b] = currents.map(full_scale);
 
-        // Clarke transform: 2^28 is full scale.
-        let (alpha, beta) = (a >> 2, mul_high((a >> 1) + b, TWO_BY_ROOT_3));
-        // Park transform: 2^26 is full scale. The result is at most twice that.
-        let d = mul_high_add(mul_high(alpha, cos), beta, sin);
-        let q = mul_high_add(mul_high(beta, cos), alpha, -sin);
+        let [d, q] = park([a, b], (sin, cos));
 
         // Axis d, then axis q within what d leaves of the circle.
         let limit = point.voltage_limit;
@@ -94,11 +90,21 @@ impl Foc {
         let [lead_cos, lead_sin] = point.lead;
         let ahead_cos = mul_high_add(mul_high(cos, lead_cos), sin, -lead_sin) << 2;
         let ahead_sin = mul_high_add(mul_high(sin, lead_cos), cos, lead_sin) << 2;
-        let alpha = mul_high_add(mul_high(voltage_d, ahead_cos), voltage_q, -ahead_sin);
-        let beta = mul_high_add(mul_high(voltage_d, ahead_sin), voltage_q, ahead_cos);
-        let compare = self.modulate(alpha, beta, [a, b], point);
+        let stator = unpark([voltage_d, voltage_q], (ahead_sin, ahead_cos));
+        let compare = self.modulate(stator, [a, b], point);
         let [d, q] = [d, q].map(|current| current.clamp(-(1 << 26), (1 << 26) - 1) << 4);
         (compare, Dq { d, q })
+    }
+
+    /// Computes the compare values that give a voltage (2^24 is full scale) in the axes whose angle
+    /// has this sine and cosine, without control and without dead-time compensation.
+    pub fn open_loop(
+        &self,
+        voltage: [i32; 2],
+        axes: (i32, i32),
+        point: &OperatingPoint,
+    ) -> [u16; 3] {
+        self.modulate(unpark(voltage, axes), [0; 2], point)
     }
 
     /// Space-vector modulation with dead-time compensation. It shifts all phases equally until the
@@ -106,8 +112,7 @@ impl Foc {
     #[inline]
     fn modulate(
         &self,
-        alpha: i32,
-        beta: i32,
+        [alpha, beta]: [i32; 2],
         [current_a, current_b]: [i32; 2],
         point: &OperatingPoint,
     ) -> [u16; 3] {
@@ -129,6 +134,26 @@ impl Foc {
             counts(c, current_c << 1),
         ]
     }
+}
+
+/// Clarke and Park transforms of the phases a and b, into the axes whose angle has this sine and
+/// cosine. 2^30 becomes 2^26; the result is at most twice as long.
+#[inline]
+pub(super) fn park([a, b]: [i32; 2], (sin, cos): (i32, i32)) -> [i32; 2] {
+    let (alpha, beta) = (a >> 2, mul_high((a >> 1) + b, TWO_BY_ROOT_3));
+    [
+        mul_high_add(mul_high(alpha, cos), beta, sin),
+        mul_high_add(mul_high(beta, cos), alpha, -sin),
+    ]
+}
+
+/// Inverse Park transform. 2^24 becomes 2^22.
+#[inline]
+fn unpark([d, q]: [i32; 2], (sin, cos): (i32, i32)) -> [i32; 2] {
+    [
+        mul_high_add(mul_high(d, cos), q, -sin),
+        mul_high_add(mul_high(d, sin), q, cos),
+    ]
 }
 
 /// Pieces of the table of [`leg_of_circle`], as a power of two.

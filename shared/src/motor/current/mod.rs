@@ -5,6 +5,7 @@
 //! * `dead_time`: compensation of the dead time
 //! * `brushed`: a brushed motor between two half bridges
 //! * [`foc`]: field-oriented control of a three-phase motor
+//! * `probe`: voltages instead of currents, for the calibration
 //! * `operating_point`: supply voltage and speed, prepared by the control task
 //! * `setup`: creates the loop from the settings
 //!
@@ -16,8 +17,10 @@ mod brushed;
 mod dead_time;
 pub mod foc;
 mod operating_point;
+mod probe;
 mod setup;
 
+pub use probe::{Excitation, Frame, Measurement};
 pub use setup::{Config, CurrentLoopError, MotorKind};
 
 use super::bridge::{CurrentSensing, PowerStage, Readings};
@@ -26,6 +29,7 @@ use crate::math::{Bound, to_i32};
 use brushed::Brushed;
 use foc::{Dq, Foc};
 use operating_point::{Fixed, OperatingPoint};
+use probe::Probe;
 
 /// Voltage that counts as full scale, V. It bounds the supply voltage that the loop uses.
 pub const VOLTAGE_FULL_SCALE: f32 = 64.0;
@@ -73,6 +77,7 @@ pub struct CurrentLoop {
     /// Sum of the measured currents since the last call of [`Self::take_mean`], and their number.
     sum: i64,
     samples: u32,
+    probe: Probe,
 }
 
 /// Prepared demand.
@@ -89,6 +94,8 @@ enum Action {
     Brake,
     /// The current; 2^30 is full scale.
     Current(i32),
+    /// The excitation of the probe.
+    Excite,
 }
 
 impl CurrentLoop {
@@ -113,6 +120,29 @@ impl CurrentLoop {
             point: OperatingPoint::new(&self.fixed, supply_voltage, shaft_velocity),
         };
         self.left = self.life;
+    }
+
+    /// Sets the offset and the gain of the current measurement.
+    pub fn set_sensing(&mut self, sensing: CurrentSensing) {
+        self.sensing = sensing;
+    }
+
+    /// Excites the motor with a voltage from the next PWM period on, instead of controlling its
+    /// current. As a demand, it is valid for [`DEMAND_CONTROL_PERIODS`] control periods, and the
+    /// bridge opens beyond 150 % of the current limit. The sensing of the excitation stays in force.
+    pub fn excite(&mut self, excitation: &Excitation, supply_voltage: f32) {
+        self.demand = Demand {
+            action: Action::Excite,
+            point: OperatingPoint::new(&self.fixed, supply_voltage, 0.0),
+        };
+        self.sensing = excitation.sensing;
+        self.probe.excite(excitation, &self.demand.point);
+        self.left = self.life;
+    }
+
+    /// Returns what the excitation has measured since the last call; `None` without a sample.
+    pub fn take_measurement(&mut self, supply_voltage: f32) -> Option<Measurement> {
+        self.probe.take(&self.fixed.ratings, supply_voltage)
     }
 
     /// Returns the mean of the measured current since the last call, A; `None` if no sample was
@@ -147,6 +177,14 @@ impl CurrentLoop {
                     self.motor.reset();
                 }
                 (PowerStage::Drive(compare), current)
+            }
+            Action::Excite if largest <= self.over_current => {
+                let point = &self.demand.point;
+                let compare = self.probe.step(&self.motor, readings, currents, point);
+                (
+                    PowerStage::Drive(compare),
+                    self.motor.without_control(currents),
+                )
             }
             action => {
                 self.motor.reset();

@@ -242,6 +242,7 @@ impl CurrentLoop {
             life: DEMAND_CONTROL_PERIODS.saturating_mul(config.periods_per_control),
             sum: 0,
             samples: 0,
+            probe: super::probe::Probe::default(),
         })
     }
 }

@@ -50,9 +50,7 @@ impl Axle {
     ) -> Self {
         let velocity_limit = settings.scaled(Setting::VelocityLimit, 1e-3);
         let current_limit = settings.scaled(Setting::CurrentLimit, 1e-3);
-        let gear = settings.scaled(Setting::GearRatio, 1e-3);
-        let torque_constant = settings.scaled(Setting::TorqueConstant, 1e-6) * gear;
-        let torque_per_ampere = torque_constant * scale.torque_units();
+        let torque_per_ampere = torque_per_ampere(settings, scale);
         let sync_ticks = (settings.get(Setting::SyncPeriod) as u32 / 1_000).max(1);
         let (envelopes, force) = Envelopes::new(settings);
         Self {
@@ -108,4 +106,17 @@ impl Axle {
             demand: 0.0,
         }
     }
+
+    /// Takes over the torque constant of these settings, after a calibration.
+    pub fn use_torque_constant(&mut self, settings: &Settings) {
+        self.torque_per_ampere = torque_per_ampere(settings, self.scale);
+        self.offset = Offset::new(settings, 1.0 / self.torque_per_ampere);
+    }
+}
+
+/// Torque at the output shaft per current, in bus units per ampere.
+fn torque_per_ampere(settings: &Settings, scale: Scale) -> f32 {
+    let gear = settings.scaled(Setting::GearRatio, 1e-3);
+    let torque_constant = settings.scaled(Setting::TorqueConstant, 1e-6) * gear;
+    torque_constant * scale.torque_units()
 }

@@ -1,0 +1,215 @@
+//! Calibrates the motors of native nodes over the bus, as a CANopen client does.
+
+mod node;
+
+use node::{MOTOR, Node, ROLES, settings};
+use tautrack::can::Frame;
+use tautrack::link::{MotorModel, Sensors, ThreePhaseModel, WindingModel};
+use tautrack::settings::Setting;
+
+const NODE: u16 = 5;
+
+struct Client {
+    node: Node,
+    steps: u32,
+    /// Whether the client sends set-points that keep bench mode alive.
+    attends: bool,
+}
+
+impl Client {
+    /// Starts an axle whose settings differ from those of [`settings`] in these values.
+    fn new(motor: MotorModel, changes: &[(Setting, i32)]) -> Self {
+        let (_, program) = ROLES
+            .into_iter()
+            .find(|(name, _)| *name == "axle")
+            .expect("the role");
+        let mut values = settings(i32::from(NODE));
+        values.extend(
+            [
+                (Setting::CalibrationCurrent, 6_000),
+                (Setting::CalibrationSpeed, 6_000),
+            ]
+            .iter()
+            .chain(changes)
+            .map(|(setting, value)| (setting.description().key, *value)),
+        );
+        let mut node = Node::native(program);
+        assert_eq!(node.start(&values, Some(motor)).refusal, "");
+        let mut client = Self {
+            node,
+            steps: 0,
+            attends: true,
+        };
+        client.send(&[(0x000, &[1, 0])]);
+        client
+    }
+
+    fn send(&mut self, frames: &[(u16, &[u8])]) -> Vec<Frame> {
+        self.steps += 1;
+        // "Disable voltage", which keeps the drive disarmed.
+        let attends = (self.attends && self.steps.is_multiple_of(20))
+            .then_some((0x300 + NODE, [0; 7].as_slice()));
+        let frames: Vec<_> = attends
+            .iter()
+            .chain(frames)
+            .map(|(id, data)| Frame::new(*id, data).expect("a frame"))
+            .collect();
+        let sensors = Sensors {
+            supply_voltage: 24.0,
+            ..Sensors::default()
+        };
+        self.node.step(sensors, &frames).frames.to_vec()
+    }
+
+    fn sdo(&mut self, request: [u8; 8]) -> [u8; 8] {
+        let mut frames = self.send(&[(0x600 + NODE, &request)]);
+        for _ in 0..5 {
+            frames.extend(self.send(&[]));
+        }
+        let answer = frames.iter().find(|frame| frame.id() == 0x580 + NODE);
+        let data = answer.expect("an answer within 5 ms").data();
+        data.try_into().expect("eight bytes")
+    }
+
+    fn read(&mut self, index: u16) -> i32 {
+        let [low, high] = index.to_le_bytes();
+        let answer = self.sdo([0x40, low, high, 0, 0, 0, 0, 0]);
+        i32::from_le_bytes([answer[4], answer[5], answer[6], answer[7]])
+    }
+
+    fn write(&mut self, index: u16, value: u8) {
+        let [low, high] = index.to_le_bytes();
+        assert_eq!(
+            self.sdo([0x2f, low, high, 0, value, 0, 0, 0])[0],
+            0x60,
+            "{index:#x}"
+        );
+    }
+
+    /// Waits for the end of the calibration; returns its progress and the reason of a refusal.
+    fn end(&mut self) -> (i32, i32) {
+        for _ in 0..1_000 {
+            for _ in 0..100 {
+                self.send(&[]);
+            }
+            let progress = self.read(0x2051) & 0xff;
+            if progress >= 100 {
+                assert_eq!(self.read(0x2050) & 0xff, 0, "the request ends");
+                return (progress, self.read(0x2052) & 0xff);
+            }
+        }
+        panic!("the calibration does not end");
+    }
+
+    /// Asserts that the values of these objects are within a part of the expected ones.
+    fn assert_near(&mut self, expected: &[(u16, f64, f64)]) {
+        for (index, value, part) in expected {
+            let got = f64::from(self.read(*index));
+            let off = (got - value).abs();
+            assert!(
+                off <= part * value.abs(),
+                "{index:#x}: {got}, expected {value}"
+            );
+        }
+    }
+}
+
+#[test]
+fn a_client_calibrates_a_brushed_motor() {
+    let mut client = Client::new(
+        MotorModel {
+            dead_time: 0.6e-6,
+            ..MOTOR
+        },
+        // R +40 %, torque constant -10 %.
+        &[(Setting::Resistance, 420), (Setting::TorqueConstant, 45_000)],
+    );
+    client.write(0x2001, 1);
+    client.write(0x2050, 2);
+    let end = client.end();
+    let refused = [client.read(0x2053), client.read(0x2054)];
+    assert_eq!(end, (100, 0), "{refused:?}");
+    client.assert_near(&[
+        (0x2058, 300.0, 0.05),
+        (0x2059, 200.0, 0.10),
+        (0x205e, 50_000.0, 0.03),
+    ]);
+}
+
+#[test]
+fn a_client_calibrates_a_three_phase_motor_and_then_drives_it() {
+    let winding = ThreePhaseModel {
+        resistance: 0.3,
+        inductance: [4e-4, 5e-4],
+        flux: 0.006,
+        pole_pairs: 7,
+        offset_degrees: 71.0,
+        cogging_torque: 0.005,
+        cogging_periods: 42,
+    };
+    let mut client = Client::new(
+        MotorModel {
+            winding: WindingModel::ThreePhase(winding),
+            dead_time: 0.6e-6,
+            ..MOTOR
+        },
+        // With these pole pairs and this offset the motor would not turn as commanded.
+        &[
+            (Setting::MotorKind, 1),
+            (Setting::PolePairs, 4),
+            (Setting::ElectricalOffset, -30_000),
+            (Setting::Resistance, 420),
+        ],
+    );
+    client.write(0x2001, 1);
+    client.write(0x2050, 2);
+    let end = client.end();
+    let refused = [client.read(0x2053), client.read(0x2054)];
+    assert_eq!(end, (100, 0), "{refused:?}");
+    client.assert_near(&[
+        (0x2058, 300.0, 0.05),
+        (0x2059, 400.0, 0.10),
+        (0x205a, 500.0, 0.10),
+        (0x205b, 7.0, 0.0),
+        (0x205c, 1.0, 0.0),
+        // Half a count is 0.3 degrees.
+        (0x205d, 71_300.0, 2.0 / 71.3),
+        (0x205e, 63_000.0, 0.03),
+    ]);
+    // The values are in use: in bench mode the motor turns with the commanded speed.
+    client.attends = false;
+    let velocity = |controlword: u8| [controlword, 0, 9, 0x20, 0xa1, 7, 0]; // 0.5 rad/s
+    for controlword in [6, 7, 15] {
+        client.send(&[(0x300 + NODE, &velocity(controlword))]);
+    }
+    for _ in 0..500 {
+        client.send(&[(0x300 + NODE, &velocity(15))]);
+    }
+    client.assert_near(&[(0x606c, 500_000.0, 0.05)]);
+}
+
+#[test]
+fn a_calibration_needs_bench_mode_and_ends_with_it() {
+    const ENDED: (i32, i32) = (101, 122);
+    let mut client = Client::new(MOTOR, &[]);
+    client.write(0x2050, 1);
+    assert_eq!(client.end(), ENDED, "without bench mode");
+    client.write(0x2001, 1);
+    client.write(0x2050, 1);
+    for _ in 0..1_000 {
+        client.send(&[]);
+    }
+    assert!(client.read(0x2051) & 0xff < 100, "it is under way");
+    // The client falls silent, so bench mode ends.
+    client.attends = false;
+    assert_eq!(client.end(), ENDED, "after bench mode");
+    // The client withdraws its request.
+    client.attends = true;
+    for _ in 0..40 {
+        client.send(&[]);
+    }
+    client.write(0x2001, 1);
+    client.write(0x2050, 1);
+    client.write(0x2050, 0);
+    assert_eq!(client.end(), ENDED, "after the request");
+}

@@ -1,0 +1,463 @@
+//! The state machine of a calibration. It runs one step after the other and keeps what they find.
+
+use super::Plan;
+use super::drag::{self, Drag};
+use super::inductance::{Inductance, Response};
+use super::record::{Quantity, Record, Refusal, Residuals};
+use super::resistance::{self, Resistance};
+use super::spin::{self, Axes, Known, Spin};
+use super::swing::{self, Swing};
+use super::zero::Zero;
+use crate::motor::bridge::{CurrentSensing, MAX_DUTY};
+use crate::motor::current::{
+    Excitation, Frame, MIN_SUPPLY_VOLTAGE, Measurement, MotorKind, VOLTAGE_FULL_SCALE,
+};
+use crate::motor::rotor::{ElectricalAngle, Mounting, Rotor};
+use crate::units::Angle;
+
+/// Readings of one control period.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Inputs {
+    /// Wrapping counter of the rotor's encoder.
+    pub encoder: i32,
+    /// Supply voltage, V.
+    pub supply_voltage: f32,
+    /// Measurement of the excitation; `None` if no sample was taken.
+    pub measured: Option<Measurement>,
+}
+
+/// Step under way. Object 0x2051 shows its number.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[repr(u8)]
+pub enum Step {
+    /// Offsets of the current converter.
+    Zero = 1,
+    /// Resistance of a three-phase motor.
+    Resistance = 2,
+    /// Pole pairs, direction and electrical offset.
+    Drag = 3,
+    /// Inductances.
+    Inductance = 4,
+    /// Flux linkage of a three-phase motor.
+    Spin = 5,
+    /// Resistance and torque constant of a brushed motor.
+    Swing = 6,
+}
+
+/// Result of a tick.
+#[derive(Clone, Copy, Debug)]
+pub enum Progress {
+    /// Excite the motor in this way until the next tick.
+    Excite(Excitation),
+    /// All values were found. The bridge must be off from now on.
+    Done(Record),
+    /// The calibration has ended without a result. The bridge must be off from now on.
+    Refused(Refusal),
+}
+
+/// Result of a tick of one step.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Next<T> {
+    Excite(Excitation),
+    Done(T),
+}
+
+/// Smallest current of a calibration, as a fraction of the board's full scale. Below it, noise and
+/// the steps of the converter count.
+const SMALLEST_CURRENT: f32 = 0.01;
+/// Longest time of a step, s. Only faulty sensors keep a step longer.
+const TIMEOUT_S: u32 = 120;
+
+#[derive(Clone, Debug)]
+enum State {
+    Zero(Zero),
+    Resistance(Resistance),
+    Drag(Drag),
+    Inductance(Inductance),
+    Spin(Spin),
+    Swing(Swing),
+    Ended(Result<Record, Refusal>),
+}
+
+/// A calibration under way.
+#[derive(Clone, Debug)]
+pub struct Calibration {
+    plan: Plan,
+    state: State,
+    /// Ticks of the present step.
+    ticks: u32,
+    /// Encoder at the last tick, and counts since the start.
+    encoder: Option<i32>,
+    travel: i64,
+    record: Record,
+    rotor: Rotor,
+    responses: [Response; 2],
+    /// Back-EMF of a brushed motor, which needs the resistance to be evaluated.
+    spun: Option<spin::Found>,
+}
+
+/// What a step needs in one tick.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Tick<'a> {
+    pub plan: &'a Plan,
+    pub step: Step,
+    /// Largest voltage of the bridge in every direction, V.
+    pub limit: f32,
+    pub measured: Measurement,
+    /// Counts since the last tick, and since the start.
+    pub moved: i32,
+    pub travel: i64,
+    pub sensing: CurrentSensing,
+}
+
+impl Calibration {
+    /// Begins a calibration. The drive must be disarmed.
+    pub fn new(plan: &Plan) -> Self {
+        Self {
+            plan: *plan,
+            state: State::Zero(Zero::default()),
+            ticks: 0,
+            encoder: None,
+            travel: 0,
+            record: Record {
+                sensing: CurrentSensing::default(),
+                resistance: 0.0,
+                inductance: [0.0; 2],
+                pole_pairs: 0,
+                reversed: false,
+                offset: ElectricalAngle::default(),
+                torque_constant: None,
+                residuals: Residuals::default(),
+            },
+            rotor: Rotor::new(Mounting {
+                counts_per_turn: plan.counts_per_turn,
+                pole_pairs: 1,
+                offset: ElectricalAngle::default(),
+                reversed: false,
+            }),
+            responses: [Response::default(); 2],
+            spun: None,
+        }
+    }
+
+    /// Returns the step under way; `None` after the end.
+    pub fn step(&self) -> Option<Step> {
+        match self.state {
+            State::Zero(_) => Some(Step::Zero),
+            State::Resistance(_) => Some(Step::Resistance),
+            State::Drag(_) => Some(Step::Drag),
+            State::Inductance(_) => Some(Step::Inductance),
+            State::Spin(_) => Some(Step::Spin),
+            State::Swing(_) => Some(Step::Swing),
+            State::Ended(_) => None,
+        }
+    }
+
+    /// Runs one control period.
+    pub fn tick(&mut self, inputs: &Inputs) -> Progress {
+        match self.advance(inputs) {
+            Ok(Some(excitation)) => return Progress::Excite(excitation),
+            Ok(None) => {}
+            Err(refusal) => self.state = State::Ended(Err(refusal)),
+        }
+        match self.state {
+            State::Ended(Ok(record)) => Progress::Done(record),
+            State::Ended(Err(refusal)) => Progress::Refused(refusal),
+            // A step has just begun; it excites the motor from the next tick on.
+            _ => Progress::Excite(Excitation {
+                sensing: self.record.sensing,
+                ..Excitation::default()
+            }),
+        }
+    }
+
+    /// Runs one tick of the present step; `None` if it is over.
+    fn advance(&mut self, inputs: &Inputs) -> Result<Option<Excitation>, Refusal> {
+        let Some(step) = self.step() else {
+            return Ok(None);
+        };
+        let moved = inputs
+            .encoder
+            .wrapping_sub(self.encoder.unwrap_or(inputs.encoder));
+        self.encoder = Some(inputs.encoder);
+        self.travel += i64::from(moved);
+        let measured = inputs.measured.unwrap_or_default();
+        let plan = self.plan;
+        let reach = match plan.kind {
+            MotorKind::Brushed => MAX_DUTY,
+            MotorKind::ThreePhase => MAX_DUTY / 1.732_050_8,
+        };
+        let tick = Tick {
+            plan: &plan,
+            step,
+            limit: 0.95 * reach * inputs.supply_voltage,
+            measured,
+            moved,
+            travel: self.travel,
+            sensing: self.record.sensing,
+        };
+        let supply = inputs.supply_voltage;
+        tick.check_at_least(Quantity::SupplyVoltage, supply, MIN_SUPPLY_VOLTAGE)?;
+        tick.check_at_most(Quantity::SupplyVoltage, supply, VOLTAGE_FULL_SCALE)?;
+        let least = SMALLEST_CURRENT * plan.ratings.full_scale;
+        tick.check_at_least(Quantity::Current, plan.current, least)?;
+        // Half as much again as the steps use. The first step does not know the zero yet.
+        if step != Step::Zero {
+            let [d, q] = measured.current;
+            let current = crate::math::sqrt(d * d + q * q);
+            tick.check_at_most(
+                Quantity::Current,
+                current,
+                1.5 * plan.current + noise(&plan),
+            )?;
+        }
+        self.ticks += 1;
+        if self.ticks > TIMEOUT_S * plan.control_hz {
+            return Err(tick.timeout(TIMEOUT_S * plan.control_hz));
+        }
+        if inputs.measured.is_none() {
+            return Ok(None);
+        }
+        macro_rules! run {
+            ($step:expr, $finish:ident) => {
+                match $step.tick(&tick)? {
+                    Next::Excite(excitation) => return Ok(Some(excitation)),
+                    Next::Done(found) => self.$finish(found)?,
+                }
+            };
+        }
+        match &mut self.state {
+            State::Zero(step) => run!(step, after_zero),
+            State::Resistance(step) => run!(step, after_resistance),
+            State::Drag(step) => run!(step, after_drag),
+            State::Inductance(step) => run!(step, after_inductance),
+            State::Spin(step) => run!(step, after_spin),
+            State::Swing(step) => run!(step, after_swing),
+            State::Ended(_) => {}
+        }
+        self.ticks = 0;
+        Ok(None)
+    }
+
+    #[allow(clippy::unnecessary_wraps)] // every step ends with such a function
+    fn after_zero(&mut self, zero: [i32; 2]) -> Result<(), Refusal> {
+        self.record.sensing.zero = zero;
+        self.state = match self.plan.kind {
+            MotorKind::ThreePhase => State::Resistance(Resistance::default()),
+            MotorKind::Brushed => {
+                let frame = Frame::Stator {
+                    angle: Angle::ZERO,
+                    step: Angle::ZERO,
+                };
+                State::Inductance(Inductance::new(frame, 1))
+            }
+        };
+        Ok(())
+    }
+
+    #[allow(clippy::unnecessary_wraps)]
+    fn after_resistance(&mut self, found: resistance::Found) -> Result<(), Refusal> {
+        self.record.sensing.gain = found.gain;
+        self.record.resistance = found.resistance;
+        self.record.residuals.resistance = found.residual;
+        self.state = State::Drag(Drag::new(found.hold, Angle::from_degrees(-120.0)));
+        Ok(())
+    }
+
+    #[allow(clippy::unnecessary_wraps)]
+    fn after_drag(&mut self, found: drag::Found) -> Result<(), Refusal> {
+        self.record.pole_pairs = found.pole_pairs;
+        self.record.reversed = found.reversed;
+        self.record.offset = found.offset;
+        self.record.residuals.lag = found.lag.abs();
+        self.rotor = found.rotor;
+        let frame = Frame::Rotor {
+            rotor: found.rotor,
+            lead: Angle::ZERO,
+        };
+        self.state = State::Inductance(Inductance::new(frame, 2));
+        Ok(())
+    }
+
+    fn after_inductance(&mut self, responses: [Response; 2]) -> Result<(), Refusal> {
+        self.responses = responses;
+        let free = self.plan.free_shaft;
+        if self.plan.kind == MotorKind::Brushed {
+            self.state = if free {
+                State::Spin(Spin::new(Known {
+                    axes: Axes::Winding,
+                    electrical_per_rotor: 1.0,
+                    inductance: [0.0; 2],
+                }))
+            } else {
+                self.swing(self.plan.torque_constant)
+            };
+            return Ok(());
+        }
+        let resistance = self.record.resistance;
+        for (found, response) in self.record.inductance.iter_mut().zip(responses) {
+            *found = response.inductance(resistance)?;
+        }
+        let direction = self.rotor.direction();
+        self.state = if free {
+            State::Spin(Spin::new(Known {
+                axes: Axes::Rotor(self.rotor),
+                electrical_per_rotor: (self.record.pole_pairs * direction) as f32,
+                inductance: self.record.inductance,
+            }))
+        } else {
+            State::Ended(Ok(self.record))
+        };
+        Ok(())
+    }
+
+    fn swing(&self, torque_constant: f32) -> State {
+        State::Swing(Swing::new(self.responses[0].rough(), torque_constant))
+    }
+
+    fn after_spin(&mut self, found: spin::Found) -> Result<(), Refusal> {
+        if self.plan.kind == MotorKind::Brushed {
+            self.spun = Some(found);
+            // The travel of the next step counts from here.
+            self.travel = 0;
+            // The resistance is not known yet; friction needs nearly the same current.
+            let (torque_constant, _) = found.flux(0.0)?;
+            self.state = self.swing(torque_constant);
+            return Ok(());
+        }
+        let (flux, residual) = found.flux(self.record.resistance)?;
+        let torque_constant = 1.5 * self.record.pole_pairs as f32 * flux;
+        self.end(Some((torque_constant, residual)))
+    }
+
+    fn after_swing(&mut self, found: swing::Found) -> Result<(), Refusal> {
+        let inductance = self.responses[0].inductance(found.resistance)?;
+        self.record.resistance = found.resistance;
+        self.record.inductance = [inductance; 2];
+        self.record.residuals.resistance = found.residual;
+        let torque_constant = match self.spun {
+            Some(spun) => Some(spun.flux(found.resistance)?),
+            None => None,
+        };
+        self.end(torque_constant)
+    }
+
+    /// Ends with the torque constant and its residual, if they were measured.
+    fn end(&mut self, torque_constant: Option<(f32, f32)>) -> Result<(), Refusal> {
+        if let Some((value, residual)) = torque_constant {
+            check(value > 0.0, Quantity::BackEmf, value, 0.0)?;
+            self.record.torque_constant = Some(value);
+            self.record.residuals.torque_constant = residual;
+        }
+        self.state = State::Ended(Ok(self.record));
+        Ok(())
+    }
+}
+
+/// Current that is not told from noise: half a percent of the converter's range, A.
+fn noise(plan: &Plan) -> f32 {
+    5e-3 * plan.ratings.full_scale
+}
+
+impl Tick<'_> {
+    /// Length of a PWM period, s.
+    pub fn pwm_period(&self) -> f32 {
+        1.0 / self.plan.ratings.pwm_hz as f32
+    }
+
+    /// Refuses a value above `bound`, and NaN.
+    pub fn check_at_most(&self, quantity: Quantity, got: f32, bound: f32) -> Result<(), Refusal> {
+        check_at_most(quantity, got, bound)
+    }
+
+    /// Refuses a value below `bound`, and NaN.
+    pub fn check_at_least(&self, quantity: Quantity, got: f32, bound: f32) -> Result<(), Refusal> {
+        check(got >= bound, quantity, got, bound)
+    }
+
+    /// Refuses a position too far from the start.
+    pub fn check_travel(&self) -> Result<(), Refusal> {
+        let per_turn = core::f32::consts::TAU / self.plan.gear_ratio;
+        let travel = self.plan.turns(self.travel).abs() * per_turn;
+        self.check_at_most(Quantity::Travel, travel, self.plan.travel * per_turn)
+    }
+
+    /// The step has taken longer than this many ticks.
+    pub fn timeout(&self, ticks: u32) -> Refusal {
+        Refusal::Timeout {
+            step: self.step,
+            bound: ticks as f32 * self.plan.control_period(),
+        }
+    }
+}
+
+/// Refuses a value above `bound`, and NaN.
+pub(super) fn check_at_most(quantity: Quantity, got: f32, bound: f32) -> Result<(), Refusal> {
+    check(got <= bound, quantity, got, bound)
+}
+
+fn check(good: bool, quantity: Quantity, got: f32, bound: f32) -> Result<(), Refusal> {
+    if good {
+        return Ok(());
+    }
+    Err(Refusal::OutOfBounds {
+        quantity,
+        got,
+        bound,
+    })
+}
+
+/// Slow control of the current in d and q by the voltage.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Hold {
+    /// Voltage in d and q, V.
+    pub voltage: [f32; 2],
+    /// Change of the voltage per missing current and tick, ohm.
+    pub gain: f32,
+}
+
+impl Hold {
+    /// Corrects the voltage by the missing current, A.
+    pub fn update(&mut self, current: [f32; 2], wanted: [f32; 2]) {
+        for axis in 0..2 {
+            self.voltage[axis] += self.gain * (wanted[axis] - current[axis]);
+        }
+    }
+}
+
+/// Means over several ticks.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Mean {
+    ticks: u32,
+    sums: Means,
+}
+
+/// Voltage, V, and current, A, in d and q; counts of the encoder per tick.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Means {
+    pub voltage: [f32; 2],
+    pub current: [f32; 2],
+    pub moved: f32,
+}
+
+impl Mean {
+    /// Adds the values of a tick.
+    pub fn add(&mut self, tick: &Tick) {
+        self.ticks += 1;
+        for axis in 0..2 {
+            self.sums.voltage[axis] += tick.measured.voltage[axis];
+            self.sums.current[axis] += tick.measured.current[axis];
+        }
+        self.sums.moved += tick.moved as f32;
+    }
+
+    /// Returns the means of the added ticks.
+    pub fn result(&self) -> Means {
+        let ticks = self.ticks as f32;
+        Means {
+            voltage: self.sums.voltage.map(|sum| sum / ticks),
+            current: self.sums.current.map(|sum| sum / ticks),
+            moved: self.sums.moved / ticks,
+        }
+    }
+}

@@ -1,0 +1,455 @@
+//! Calibrates simulated motors. The motors are integrated eight times per PWM period, so that the
+//! results do not depend on the model's steps.
+
+use crate::random::Random;
+use tautrack::link::{MotorModel, ThreePhaseModel, WindingModel};
+use tautrack::motor::bridge::{PowerStage, Ratings};
+use tautrack::motor::calibration::{Calibration, Inputs, Plan, Progress, Record, Refusal};
+use tautrack::motor::current::{BridgeDemand, Config, CurrentLoop, MotorKind};
+use tautrack::motor::model::Motor;
+use tautrack::motor::rotor::{ElectricalAngle, Mounting};
+
+const STAGE: Ratings = Ratings {
+    pwm_hz: 20_000,
+    period: 4_250,
+    full_scale: 64.0,
+};
+const SUPPLY: f32 = 24.0;
+/// Steps of the model per PWM period.
+const STEPS: u32 = 8;
+const PERIODS: u32 = 20;
+
+/// A motor with everything that its node does not know.
+#[derive(Clone, Copy, Debug)]
+struct Truth {
+    model: MotorModel,
+    /// Leads b and c are swapped.
+    swapped: bool,
+    /// Codes at no current, less 2^15, and true gains of the converters.
+    zero: [i32; 2],
+    gain: [f64; 2],
+    /// The rotor sensor reads up to one count too much.
+    sensor_noise: bool,
+    current_limit: f32,
+    calibration_current: f32,
+}
+
+struct Bench {
+    truth: Truth,
+    motor: Motor,
+    current_loop: CurrentLoop,
+    stage: PowerStage,
+    random: Random,
+    jitter: u32,
+    largest_current: f64,
+}
+
+impl Truth {
+    fn three_phase(&self) -> ThreePhaseModel {
+        match self.model.winding {
+            WindingModel::ThreePhase(winding) => winding,
+            WindingModel::Brushed { .. } => unreachable!("a three-phase motor"),
+        }
+    }
+
+    /// What the settings say before the calibration: R +40 %, flux -10 %, offset 2 degrees off.
+    fn config(&self, record: Option<&Record>) -> Config {
+        let offset = self.offset_degrees() + 2.0;
+        let (kind, resistance, inductance) = match self.model.winding {
+            WindingModel::Brushed {
+                resistance,
+                inductance,
+                ..
+            } => (MotorKind::Brushed, resistance, [inductance; 2]),
+            WindingModel::ThreePhase(winding) => (
+                MotorKind::ThreePhase,
+                winding.resistance,
+                winding.inductance,
+            ),
+        };
+        let before = Config {
+            kind,
+            resistance: 1.4 * resistance,
+            inductance,
+            torque_constant: 0.9 * self.model.winding.torque_constant(),
+            current_limit: self.current_limit,
+            bandwidth: 1_000.0,
+            gear_ratio: self.model.gear_ratio,
+            mounting: Mounting {
+                counts_per_turn: self.model.encoder_counts as i32,
+                pole_pairs: match self.model.winding {
+                    WindingModel::ThreePhase(winding) => winding.pole_pairs.into(),
+                    WindingModel::Brushed { .. } => 1,
+                },
+                offset: ElectricalAngle::from_milli_degrees((offset * 1e3) as i32),
+                reversed: self.swapped,
+            },
+            dead_time: 0.0,
+            periods_per_control: PERIODS,
+        };
+        match record {
+            None => before,
+            Some(record) => Config {
+                resistance: record.resistance,
+                inductance: record.inductance,
+                torque_constant: record.torque_constant.expect("the shaft was free"),
+                mounting: Mounting {
+                    pole_pairs: record.pole_pairs.max(1),
+                    offset: record.offset,
+                    reversed: record.reversed,
+                    ..before.mounting
+                },
+                ..before
+            },
+        }
+    }
+
+    /// Electrical angle in the middle of the sensor's count 0, as the node sees it.
+    fn offset_degrees(&self) -> f64 {
+        let WindingModel::ThreePhase(winding) = self.model.winding else {
+            return 0.0;
+        };
+        // The mean of the noise is half a count.
+        let middle = if self.sensor_noise { 0.0 } else { 180.0 };
+        let half_count =
+            middle * f64::from(winding.pole_pairs) / f64::from(self.model.encoder_counts);
+        let offset = f64::from(winding.offset_degrees) + half_count;
+        if self.swapped { -offset } else { offset }
+    }
+}
+
+impl Bench {
+    fn new(truth: &Truth, config: &Config, seed: u64) -> Self {
+        let stage = Ratings {
+            pwm_hz: STEPS * STAGE.pwm_hz,
+            ..STAGE
+        };
+        let model = MotorModel {
+            dead_time: truth.model.dead_time / STEPS as f32,
+            ..truth.model
+        };
+        let mut motor = Motor::new(model, stage, seed).expect("a good model");
+        motor.set_load(SUPPLY, 0.0);
+        Self {
+            truth: *truth,
+            motor,
+            current_loop: CurrentLoop::new(config, &STAGE).expect("a good configuration"),
+            stage: PowerStage::Off,
+            random: Random(seed),
+            jitter: 0,
+            largest_current: 0.0,
+        }
+    }
+
+    fn period(&mut self) {
+        let truth = &self.truth;
+        let mut readings = self.motor.readings();
+        let [a, b] = readings.currents.map(|code| f64::from(code) - 32_768.0);
+        let second = if truth.swapped { -a - b } else { b };
+        let measured = [a, second];
+        self.largest_current = measured
+            .into_iter()
+            .fold(self.largest_current, |largest, code| {
+                largest.max(code.abs() / 32_768.0 * f64::from(STAGE.full_scale))
+            });
+        readings.currents = core::array::from_fn(|phase| {
+            let code = measured[phase] * truth.gain[phase] + f64::from(truth.zero[phase]);
+            (code.round() + 32_768.0).clamp(0.0, 65_535.0) as u16
+        });
+        if truth.sensor_noise {
+            self.jitter = u32::from(self.random.next() > 0.0);
+        }
+        readings.rotor = (readings.rotor + self.jitter) % truth.model.encoder_counts;
+        let next = self.current_loop.period(&readings);
+        let applied = match self.stage {
+            PowerStage::Drive([a, b, c]) if truth.swapped => PowerStage::Drive([a, c, b]),
+            stage => stage,
+        };
+        for _ in 0..STEPS {
+            self.motor.integrate(applied);
+        }
+        self.stage = next;
+    }
+
+    /// Runs a calibration to its end; returns its result and its duration, s.
+    fn calibrate(&mut self, plan: &Plan) -> (Result<Record, Refusal>, f64) {
+        let mut calibration = Calibration::new(plan);
+        for tick in 0..200_000 {
+            let inputs = Inputs {
+                encoder: self.motor.encoder() + self.jitter as i32,
+                supply_voltage: SUPPLY,
+                measured: self.current_loop.take_measurement(SUPPLY),
+            };
+            match calibration.tick(&inputs) {
+                Progress::Excite(excitation) => self.current_loop.excite(&excitation, SUPPLY),
+                Progress::Done(record) => return (Ok(record), f64::from(tick) * 1e-3),
+                Progress::Refused(refusal) => return (Err(refusal), f64::from(tick) * 1e-3),
+            }
+            for _ in 0..PERIODS {
+                self.period();
+            }
+        }
+        panic!("the calibration does not end");
+    }
+}
+
+fn plan(truth: &Truth) -> Plan {
+    let gear_ratio = truth.model.gear_ratio;
+    Plan {
+        kind: match truth.model.winding {
+            WindingModel::Brushed { .. } => MotorKind::Brushed,
+            WindingModel::ThreePhase(_) => MotorKind::ThreePhase,
+        },
+        ratings: STAGE,
+        control_hz: 1_000,
+        counts_per_turn: truth.model.encoder_counts as i32,
+        gear_ratio,
+        current: truth.calibration_current,
+        speed: 300.0,
+        travel: 12.0,
+        torque_constant: 0.9 * truth.model.winding.torque_constant(),
+        free_shaft: true,
+    }
+}
+
+fn between(random: &mut Random, low: f64, high: f64) -> f64 {
+    low + 0.5 * (random.next() + 1.0) * (high - low)
+}
+
+/// Drawn so that its logarithm is uniform.
+fn scaled(random: &mut Random, low: f64, high: f64) -> f64 {
+    between(random, low.ln(), high.ln()).exp()
+}
+
+/// A random motor. Its numbers are drawn from the time constants and speeds of real motors.
+fn draw(random: &mut Random, brushed: bool) -> Truth {
+    let resistance = scaled(random, 0.03, 5.0);
+    let inductance = (resistance * scaled(random, 1.5e-4, 5e-3)).clamp(2e-5, 8e-3);
+    let saliency = between(random, 1.0, 1.6);
+    let pole_pairs = between(random, 1.0, 24.99) as u8;
+    // Electrical no-load speed at the largest voltage.
+    let flux = 13.0 / scaled(random, 400.0, 6_000.0);
+    let torque_constant = if brushed {
+        22.0 / scaled(random, 200.0, 1_000.0)
+    } else {
+        1.5 * f64::from(pole_pairs) * flux
+    };
+    let current_limit = (5.0 / resistance).clamp(1.5, 40.0);
+    let calibration_current = (between(random, 0.2, 0.6) * current_limit).max(1.0);
+    let torque = torque_constant * calibration_current;
+    let gear_ratio = scaled(random, 1.0, 100.0);
+    // Below 0.15 A the model's dead time is too stiff for its steps.
+    let friction = scaled(random, 0.01, 0.6).max(0.15 / calibration_current) * torque;
+    // Mechanical time constant of the shorted motor.
+    let time_constant = scaled(random, 5e-3, 0.2);
+    let counts = scaled(random, 38.0, 600.0) * f64::from(pole_pairs.max(8));
+    let winding = if brushed {
+        WindingModel::Brushed {
+            resistance: resistance as f32,
+            inductance: inductance as f32,
+            torque_constant: torque_constant as f32,
+        }
+    } else {
+        WindingModel::ThreePhase(ThreePhaseModel {
+            resistance: resistance as f32,
+            inductance: [inductance as f32, (saliency * inductance) as f32],
+            flux: flux as f32,
+            pole_pairs,
+            offset_degrees: between(random, -180.0, 180.0) as f32,
+            cogging_torque: (between(random, 0.0, 0.2) * torque) as f32,
+            cogging_periods: 6 * u16::from(pole_pairs),
+        })
+    };
+    Truth {
+        model: MotorModel {
+            winding,
+            rotor_inertia: (time_constant * torque_constant.powi(2) / resistance) as f32,
+            gear_ratio: gear_ratio as f32,
+            friction_torque: (friction * gear_ratio) as f32,
+            brake_torque: 0.0,
+            encoder_counts: counts as u32,
+            current_noise: between(random, 0.0, 0.1) as f32,
+            current_quantum: 64.0 / 2_048.0,
+            dead_time: between(random, 0.0, 1e-6) as f32,
+        },
+        swapped: !brushed && random.next() > 0.0,
+        zero: [0; 2].map(|_| between(random, -600.0, 600.0) as i32),
+        gain: [0.0; 2].map(|_| between(random, 0.98, 1.02)),
+        sensor_noise: random.next() > 0.0,
+        current_limit: current_limit as f32,
+        calibration_current: calibration_current as f32,
+    }
+}
+
+fn off(got: f32, truth: f32) -> f64 {
+    (f64::from(got) / f64::from(truth) - 1.0).abs()
+}
+
+/// Largest errors of a set of calibrations.
+#[derive(Debug, Default)]
+struct Worst {
+    resistance: f64,
+    inductance: f64,
+    torque_constant: f64,
+    offset_degrees: f64,
+    seconds: f64,
+    current: f64,
+    torque_before: f64,
+    torque_after: f64,
+}
+
+#[test]
+fn fifty_three_phase_motors_are_measured_or_refused_with_the_reason() {
+    let mut random = Random(20_261_123);
+    let (mut worst, mut refused) = (Worst::default(), 0);
+    for number in 0..50 {
+        let truth = draw(&mut random, false);
+        let winding = truth.three_phase();
+        let mut bench = Bench::new(&truth, &truth.config(None), number);
+        let (result, seconds) = bench.calibrate(&plan(&truth));
+        worst.current = worst
+            .current
+            .max(bench.largest_current / f64::from(truth.calibration_current));
+        worst.seconds = worst.seconds.max(seconds);
+        let record = match result {
+            Ok(record) => record,
+            Err(refusal) => {
+                println!("motor {number} refused after {seconds} s: {refusal}\n  {truth:?}");
+                refused += 1;
+                continue;
+            }
+        };
+        let about = format!("motor {number}: {record:?}\n{truth:?}");
+        assert_eq!(record.pole_pairs, i32::from(winding.pole_pairs), "{about}");
+        assert_eq!(record.reversed, truth.swapped, "{about}");
+        let resistance = off(record.resistance, winding.resistance);
+        let inductance = [0, 1]
+            .map(|axis| off(record.inductance[axis], winding.inductance[axis]))
+            .into_iter()
+            .fold(0.0, f64::max);
+        let torque_constant = off(
+            record.torque_constant.expect("the shaft was free"),
+            truth.model.winding.torque_constant(),
+        );
+        let degrees = f64::from(record.offset.0.to_bits()) / 4_294_967_296.0 * 360.0;
+        let apart = (degrees - truth.offset_degrees() + 540.0).rem_euclid(360.0) - 180.0;
+        worst.resistance = worst.resistance.max(resistance);
+        worst.inductance = worst.inductance.max(inductance);
+        worst.torque_constant = worst.torque_constant.max(torque_constant);
+        worst.offset_degrees = worst.offset_degrees.max(apart.abs());
+        assert!(resistance <= 0.05, "{about}");
+        assert!(inductance <= 0.10, "{about}");
+        assert!(torque_constant <= 0.03, "{about}");
+        assert!(apart.abs() <= 2.0, "{apart} {about}");
+        let after = torque_error(&truth, Some(&record));
+        assert!(after <= 0.03, "{after} {about}");
+        worst.torque_before = worst.torque_before.max(torque_error(&truth, None));
+        worst.torque_after = worst.torque_after.max(after);
+    }
+    println!("{refused} of 50 three-phase motors refused; {worst:?}");
+    assert!(refused <= 5, "{refused}");
+    assert!(worst.torque_before > 0.08, "{worst:?}");
+    // Steps and noise of the converter, and the swing of the rotor.
+    assert!(worst.current <= 2.0, "{}", worst.current);
+}
+
+/// Largest error of the mean torque from 10 to 100 % of the current limit, as a fraction. The rotor
+/// is so heavy that it stands at random angles.
+fn torque_error(truth: &Truth, record: Option<&Record>) -> f64 {
+    let winding = match truth.model.winding {
+        WindingModel::ThreePhase(winding) => WindingModel::ThreePhase(ThreePhaseModel {
+            cogging_torque: 0.0,
+            ..winding
+        }),
+        brushed @ WindingModel::Brushed { .. } => brushed,
+    };
+    let inertia = 10.0;
+    let heavy = Truth {
+        model: MotorModel {
+            winding,
+            rotor_inertia: inertia,
+            gear_ratio: 1.0,
+            friction_torque: 0.0,
+            ..truth.model
+        },
+        ..*truth
+    };
+    let config = Config {
+        gear_ratio: 1.0,
+        ..heavy.config(record)
+    };
+    let constant = f64::from(truth.model.winding.torque_constant());
+    let error = |part: f64| {
+        let wanted = part * constant * f64::from(truth.current_limit);
+        let angles = 4;
+        let torques = (0..angles).map(|seed| {
+            let mut bench = Bench::new(&heavy, &config, 77 + seed);
+            bench
+                .current_loop
+                .set_sensing(record.map(|record| record.sensing).unwrap_or_default());
+            let amperes = wanted / f64::from(config.torque_constant);
+            let mut run = |periods: u32| {
+                for period in 0..periods {
+                    if period % PERIODS == 0 {
+                        let demand = BridgeDemand::Current(amperes as f32);
+                        bench.current_loop.demand(demand, SUPPLY, 0.0);
+                    }
+                    bench.period();
+                }
+                f64::from(bench.motor.shaft().velocity)
+            };
+            let before = run(1_000);
+            let after = run(1_000);
+            inertia as f64 * (after - before) / 0.05 / wanted
+        });
+        (torques.sum::<f64>() / angles as f64 - 1.0).abs()
+    };
+    // Beyond 99 % the settings of a wrong torque constant would meet the current limit.
+    [0.1, 0.3, 0.85].into_iter().map(error).fold(0.0, f64::max)
+}
+
+#[test]
+fn fifty_brushed_motors_are_measured_or_refused_with_the_reason() {
+    let mut random = Random(20_261_124);
+    let (mut worst, mut refused) = (Worst::default(), 0);
+    for number in 0..50 {
+        let truth = draw(&mut random, true);
+        let WindingModel::Brushed {
+            resistance,
+            inductance,
+            torque_constant,
+        } = truth.model.winding
+        else {
+            unreachable!("a brushed motor")
+        };
+        let mut bench = Bench::new(&truth, &truth.config(None), number);
+        let (result, seconds) = bench.calibrate(&plan(&truth));
+        worst.current = worst
+            .current
+            .max(bench.largest_current / f64::from(truth.calibration_current));
+        worst.seconds = worst.seconds.max(seconds);
+        let record = match result {
+            Ok(record) => record,
+            Err(refusal) => {
+                println!("motor {number} refused after {seconds} s: {refusal}\n  {truth:?}");
+                refused += 1;
+                continue;
+            }
+        };
+        let about = format!("motor {number}: {record:?}\n{truth:?}");
+        let resistance = off(record.resistance, resistance);
+        let inductance = off(record.inductance[0], inductance);
+        let found = record.torque_constant.expect("the shaft was free");
+        let torque_constant = off(found, torque_constant);
+        worst.resistance = worst.resistance.max(resistance);
+        worst.inductance = worst.inductance.max(inductance);
+        worst.torque_constant = worst.torque_constant.max(torque_constant);
+        assert!(resistance <= 0.05, "{about}");
+        assert!(inductance <= 0.10, "{about}");
+        assert!(torque_constant <= 0.03, "{about}");
+    }
+    println!("{refused} of 50 brushed motors refused; {worst:?}");
+    // Coarse encoders and heavy rotors, whose resistance has too large a standard error.
+    assert!(refused <= 8, "{refused}");
+    assert!(worst.current <= 2.0, "{}", worst.current);
+}
