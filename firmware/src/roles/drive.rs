@@ -129,8 +129,8 @@ pub fn act(outputs: &Outputs, node: u8) {
 pub fn install_current_loop(settings: &Settings) -> Result<(), Refusal> {
     let stage = Selected::POWER_STAGE;
     let config = Config::from_settings(settings, stage.pwm_hz / CONTROL_HZ);
-    let current_loop = CurrentLoop::new(&config, &stage)
-        .map_err(|error| super::refuse(format_args!("current loop: {error}")))?;
+    let current_loop =
+        CurrentLoop::new(&config, &stage).map_err(|error| super::refuse("current loop", error))?;
     current_loop::install(current_loop);
     watchdog::require(Party::Pwm);
     Ok(())
