@@ -5,7 +5,13 @@
 //! selects it, and a link script in `build.rs` (firmware/README.md, "Add a board"). No other part
 //! of the firmware depends on the board.
 
+#[cfg(any(not(target_os = "none"), feature = "mps2"))]
 mod lockstep;
+
+#[cfg(all(target_os = "none", feature = "esc1"))]
+pub mod esc1;
+#[cfg(all(target_os = "none", feature = "esc1"))]
+pub use esc1::Esc1 as Selected;
 
 #[cfg(all(target_os = "none", feature = "mps2"))]
 pub(crate) mod mps2;
@@ -22,8 +28,10 @@ pub mod wasm;
 #[cfg(target_family = "wasm")]
 pub use wasm::Wasm as Selected;
 
-#[cfg(all(target_os = "none", not(feature = "mps2")))]
+#[cfg(all(target_os = "none", not(any(feature = "mps2", feature = "esc1"))))]
 compile_error!("choose a board, for instance --features mps2");
+#[cfg(all(feature = "mps2", feature = "esc1"))]
+compile_error!("choose one board");
 
 #[cfg(not(target_family = "wasm"))]
 use crate::roles::Role;

@@ -2,10 +2,9 @@
 
 use super::{Dictionary, RECEIVED, TRANSMIT};
 use crate::boards::{Board, Selected};
-use crate::roles::Role;
+use crate::roles::{Role, Spawners};
 use crate::storage;
 use crate::watchdog::{self, Party};
-use embassy_executor::Spawner;
 use embassy_time::{Duration, with_timeout};
 use tautrack::bus::lss::{self, Action, Slave};
 use tautrack::settings::{Setting, Settings};
@@ -19,7 +18,7 @@ const IDENTITY: u16 = 0x1018;
 /// Answers the layer setting services. Once the node has an id, starts `role` with it and with the
 /// defaults of all other settings.
 #[embassy_executor::task]
-pub async fn wait_for_id(spawner: Spawner, role: &'static Role) {
+pub async fn wait_for_id(spawners: Spawners, role: &'static Role) {
     let mut slave = Slave::new(identity(role.dictionary));
     loop {
         let frame = with_timeout(IDLE, RECEIVED.next()).await;
@@ -37,7 +36,7 @@ pub async fn wait_for_id(spawner: Spawner, role: &'static Role) {
             Some(Action::Start(id)) => {
                 let settings = with_id(id);
                 storage::publish(&settings, storage::Found::default());
-                if let Err(refusal) = (role.start)(spawner, &settings) {
+                if let Err(refusal) = (role.start)(spawners, &settings) {
                     crate::logger::error!("the node cannot start: {}", refusal.as_str());
                 }
                 return;

@@ -1,11 +1,10 @@
 //! Role `axle`: the node of one motor that follows the set-points from the bus.
 
-use super::{Refusal, Role, dictionary, drive, start_bus};
+use super::{Refusal, Role, Spawners, dictionary, drive, start_bus, startable};
 use crate::boards::{Board, CONTROL_HZ, Selected};
 use crate::bus::Received;
 use crate::current_loop;
 use core::sync::atomic::{AtomicU8, Ordering};
-use embassy_executor::Spawner;
 use embassy_time::{Duration, Ticker};
 use tautrack::bus::cia402::State;
 use tautrack::motor::current::Excitation;
@@ -27,18 +26,17 @@ pub static ROLE: Role = Role {
 
 static GUARD: AtomicU8 = AtomicU8::new(0);
 
-fn start(spawner: Spawner, settings: &Settings) -> Result<(), Refusal> {
+fn start(spawners: Spawners, settings: &Settings) -> Result<(), Refusal> {
     drive::install_current_loop(settings)?;
     GUARD.store(settings.id(Setting::GuardId), Ordering::Relaxed);
-    start_bus(spawner, settings, od::DICTIONARY, None, received)?;
-    super::spawn(
-        spawner,
-        control(
-            Axle::new(settings),
-            Calibrator::new(settings, &Selected::POWER_STAGE, CONTROL_HZ),
-            settings.id(Setting::NodeId),
-        ),
-    )
+    start_bus(spawners.bus, settings, od::DICTIONARY, None, received)?;
+    let control = control(
+        Axle::new(settings),
+        Calibrator::new(settings, &Selected::POWER_STAGE, CONTROL_HZ),
+        settings.id(Setting::NodeId),
+    );
+    spawners.control.spawn(startable(control)?);
+    Ok(())
 }
 
 fn received(received: Received) {

@@ -150,8 +150,8 @@ pub fn act(outputs: &Outputs, node: u8, excitation: Option<&Excitation>) {
 pub fn install_current_loop(settings: &Settings) -> Result<(), Refusal> {
     let stage = Selected::POWER_STAGE;
     let config = Config::from_settings(settings, stage.pwm_hz / CONTROL_HZ);
-    let mut current_loop = CurrentLoop::new(&config, &stage)
-        .map_err(|error| super::refuse(format_args!("current loop: {error}")))?;
+    let mut current_loop =
+        CurrentLoop::new(&config, &stage).map_err(|error| super::refuse("current loop", error))?;
     current_loop.set_sensing(calibration::sensing(settings));
     current_loop::install(current_loop);
     watchdog::require(Party::Pwm);

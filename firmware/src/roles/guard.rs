@@ -1,12 +1,11 @@
 //! Role `guard`: the robot's body controller and stability filter, master of the CANopen network,
 //! and inclinometer after CiA 410.
 
-use super::{Refusal, Role, dictionary, milli, refuse, start_bus};
+use super::{Refusal, Role, Spawners, dictionary, milli, refuse, start_bus, startable};
 use crate::boards::{Board, CONTROL_HZ, Selected};
 use crate::bus::{self, FrameQueue, Received};
 use crate::{serial, storage};
 use core::sync::atomic::{AtomicBool, Ordering};
-use embassy_executor::Spawner;
 use embassy_time::{Duration, Instant, Ticker};
 use heapless::Vec;
 use static_cell::StaticCell;
@@ -35,7 +34,7 @@ macro_rules! guards {
             dictionary: od::DICTIONARY,
             start: {
                 static GUARD: StaticCell<Guard<$body>> = StaticCell::new();
-                |spawner, settings| start(spawner, settings, &GUARD)
+                |spawners, settings| start(spawners, settings, &GUARD)
             },
         };
     )*};
@@ -52,8 +51,8 @@ guards! {
     RT_MOVER: RtMover;
 }
 
-/// Guard of any robot.
-trait Tick {
+/// Guard of any robot. The control task may run on an executor of its own.
+trait Tick: Send {
     fn tick(&mut self, inputs: &Inputs<'_>);
     fn outputs(&self) -> &Outputs;
     fn telemetry(&self) -> Telemetry;
@@ -61,7 +60,10 @@ trait Tick {
     fn scale_mismatch(&self) -> Option<ScaleMismatch>;
 }
 
-impl<B: Body> Tick for Guard<B> {
+impl<B: Body> Tick for Guard<B>
+where
+    Self: Send,
+{
     fn tick(&mut self, inputs: &Inputs<'_>) {
         Guard::tick(self, inputs);
     }
@@ -102,16 +104,21 @@ static HEARD: FrameQueue<MAX_RECEIVED> = FrameQueue::new();
 static OPERATOR: AtomicBool = AtomicBool::new(false);
 
 fn start<B: Body>(
-    spawner: Spawner,
+    spawners: Spawners,
     settings: &Settings,
     cell: &'static StaticCell<Guard<B>>,
-) -> Result<(), Refusal> {
-    let guard = Guard::new(settings).map_err(|error| refuse(format_args!("robot: {error:?}")))?;
+) -> Result<(), Refusal>
+where
+    Guard<B>: Send,
+{
+    let guard = Guard::new(settings).map_err(|error| refuse("robot", format_args!("{error:?}")))?;
     let guard = cell
         .try_init(guard)
-        .ok_or_else(|| refuse(format_args!("the guard was started before")))?;
-    start_bus(spawner, settings, od::DICTIONARY, None, received)?;
-    super::spawn(spawner, control(guard, settings.id(Setting::NodeId)))
+        .ok_or_else(|| refuse("guard", "it was started before"))?;
+    start_bus(spawners.bus, settings, od::DICTIONARY, None, received)?;
+    let control = control(guard, settings.id(Setting::NodeId));
+    spawners.control.spawn(startable(control)?);
+    Ok(())
 }
 
 fn received(received: Received) {

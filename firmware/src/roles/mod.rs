@@ -9,8 +9,8 @@ pub mod screw;
 use crate::boards::{Board, Selected};
 use crate::bus::{self, Bus, Dictionary, Listen, Master, Received};
 use crate::watchdog::{self, Party};
-use core::fmt::Write;
-use embassy_executor::{SpawnError, SpawnToken, Spawner};
+use core::fmt::Display;
+use embassy_executor::{SendSpawner, SpawnError, SpawnToken, Spawner};
 use heapless::String;
 use tautrack::bus::heartbeat::Monitor;
 use tautrack::math::to_i16;
@@ -26,11 +26,24 @@ pub struct Role {
     /// Its object dictionary.
     pub dictionary: Dictionary,
     /// Checks the settings and spawns the tasks. The board calls it once.
-    pub start: fn(Spawner, &Settings) -> Result<(), Refusal>,
+    pub start: fn(Spawners, &Settings) -> Result<(), Refusal>,
 }
 
-/// Formats a [`Refusal`]; cuts off what exceeds its capacity.
-pub fn refuse(arguments: core::fmt::Arguments) -> Refusal {
+/// Executors of a node. A board may use the same one for both.
+#[derive(Clone, Copy)]
+pub struct Spawners {
+    /// Runs the control task, and interrupts the tasks of [`Self::bus`].
+    pub control: SendSpawner,
+    /// Runs all other tasks.
+    pub bus: Spawner,
+}
+
+/// Makes a [`Refusal`] of `what` is refused and the reason `why`; cuts off what exceeds its
+/// capacity. A board without the simulator's link has nobody to read the text, so its program
+/// contains no code that formats the reason.
+#[cfg(any(not(target_os = "none"), feature = "mps2"))]
+pub fn refuse(what: &'static str, why: impl Display) -> Refusal {
+    use core::fmt::Write;
     struct Cut(Refusal);
     impl Write for Cut {
         fn write_str(&mut self, text: &str) -> core::fmt::Result {
@@ -39,8 +52,14 @@ pub fn refuse(arguments: core::fmt::Arguments) -> Refusal {
         }
     }
     let mut text = Cut(Refusal::new());
-    let _ = text.write_fmt(arguments); // the only error is a full text
+    let _ = write!(text, "{what}: {why}"); // the only error is a full text
     text.0
+}
+
+/// Makes a [`Refusal`] of `what` is refused, without the reason.
+#[cfg(not(any(not(target_os = "none"), feature = "mps2")))]
+pub fn refuse(what: &'static str, _: impl Display) -> Refusal {
+    Refusal::try_from(what).unwrap_or_default()
 }
 
 /// Creates the bus of a role and spawns its task. Requires the watchdog to monitor the bus task and
@@ -63,22 +82,25 @@ fn start_bus(
     watchdog::require(Party::Control);
     watchdog::require(Party::Bus);
     let bus = Bus::new(dictionary, node_id, heartbeat_ms, listen, master)
-        .ok_or_else(|| refuse(format_args!("the bus cannot be made for node id {node_id}")))?;
-    spawn(spawner, bus::task(bus, received))
+        .ok_or_else(|| refuse("the bus cannot be made for node id", node_id))?;
+    spawner.spawn(startable(bus::task(bus, received))?);
+    Ok(())
 }
 
 /// Starts a node that has no settings: its bus is mute until a master gives it a node id by LSS.
 ///
 /// # Errors
 /// A task cannot start.
-pub fn start_blank(spawner: Spawner, role: &'static Role) -> Result<(), Refusal> {
+pub fn start_blank(spawners: Spawners, role: &'static Role) -> Result<(), Refusal> {
     watchdog::require(Party::Bus);
-    spawn(spawner, bus::wait_for_id(spawner, role))
+    let waiting = bus::wait_for_id(spawners, role);
+    spawners.bus.spawn(startable(waiting)?);
+    Ok(())
 }
 
-fn spawn<S>(spawner: Spawner, task: Result<SpawnToken<S>, SpawnError>) -> Result<(), Refusal> {
-    spawner.spawn(task.map_err(|error| refuse(format_args!("a task cannot start: {error:?}")))?);
-    Ok(())
+/// Returns the token of a task, or a [`Refusal`] if the task runs already.
+fn startable<S>(task: Result<SpawnToken<S>, SpawnError>) -> Result<SpawnToken<S>, Refusal> {
+    task.map_err(|error| refuse("a task cannot start", error))
 }
 
 /// Converts `value` to thousandths, as objects hold metres and metres per second.

@@ -1,11 +1,10 @@
 //! Role `screw`: the node of the driving screw, an axle that follows the chassis joint. It receives
 //! the joint's motion directly from the joint's node, without the guard.
 
-use super::{Refusal, Role, dictionary, drive, refuse, start_bus};
+use super::{Refusal, Role, Spawners, dictionary, drive, refuse, start_bus, startable};
 use crate::boards::CONTROL_HZ;
 use crate::bus::{Listen, Received};
 use core::sync::atomic::{AtomicU8, AtomicU16, Ordering};
-use embassy_executor::Spawner;
 use embassy_time::{Duration, Ticker};
 use tautrack::bus::pdo::{DriveMotion, transmit};
 use tautrack::node::screw::{Inputs, Screw};
@@ -27,9 +26,9 @@ const JOINT_PARAMETER: u16 = 0x1403;
 static GUARD: AtomicU8 = AtomicU8::new(0);
 static JOINT: AtomicU16 = AtomicU16::new(0);
 
-fn start(spawner: Spawner, settings: &Settings) -> Result<(), Refusal> {
+fn start(spawners: Spawners, settings: &Settings) -> Result<(), Refusal> {
     let screw =
-        Screw::new(settings).map_err(|error| refuse(format_args!("geometry: {error:?}")))?;
+        Screw::new(settings).map_err(|error| refuse("geometry", format_args!("{error:?}")))?;
     drive::install_current_loop(settings)?;
     let listen = Listen {
         parameter: JOINT_PARAMETER,
@@ -37,8 +36,16 @@ fn start(spawner: Spawner, settings: &Settings) -> Result<(), Refusal> {
     };
     GUARD.store(settings.id(Setting::GuardId), Ordering::Relaxed);
     JOINT.store(listen.id, Ordering::Relaxed);
-    start_bus(spawner, settings, od::DICTIONARY, Some(listen), received)?;
-    super::spawn(spawner, control(screw, settings.id(Setting::NodeId)))
+    start_bus(
+        spawners.bus,
+        settings,
+        od::DICTIONARY,
+        Some(listen),
+        received,
+    )?;
+    let control = control(screw, settings.id(Setting::NodeId));
+    spawners.control.spawn(startable(control)?);
+    Ok(())
 }
 
 fn received(received: Received) {

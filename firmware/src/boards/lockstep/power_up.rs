@@ -2,7 +2,7 @@
 
 use super::flash::{self, Files};
 use super::{POWER_STAGE, clock};
-use crate::roles::{self, Refusal, Role, refuse};
+use crate::roles::{self, Refusal, Role, Spawners, refuse};
 use crate::storage;
 use core::sync::atomic::{AtomicU32, Ordering};
 use embassy_executor::raw::Executor;
@@ -23,9 +23,9 @@ fn fill(settings: &mut Settings, start: &Start) -> Result<(), Refusal> {
     for (key, value) in &start.settings {
         settings
             .set(*key, *value)
-            .map_err(|error| refuse(format_args!("{error}")))?;
+            .map_err(|error| refuse("setting", error))?;
     }
-    storage::write(settings).map_err(|error| refuse(format_args!("{error}")))
+    storage::write(settings).map_err(|error| refuse("flash", error))
 }
 
 /// Creates the motor and calls the role's start function, which spawns the tasks. Runs them up to
@@ -39,14 +39,15 @@ pub(super) fn power_up(
     motor: &mut Option<Motor>,
 ) -> Result<(), Refusal> {
     if start.version != VERSION {
-        return Err(refuse(format_args!(
-            "the simulator speaks another version of the link"
-        )));
+        return Err(refuse(
+            "the simulator speaks another version of the link",
+            start.version,
+        ));
     }
     if let Some(model) = start.motor {
         *motor = Some(
             Motor::new(model, POWER_STAGE, start.seed)
-                .ok_or_else(|| refuse(format_args!("the motor model cannot be simulated")))?,
+                .ok_or_else(|| refuse("the motor model cannot be simulated", "see its bounds"))?,
         );
     }
     // The simulator gives every node another seed.
@@ -56,11 +57,16 @@ pub(super) fn power_up(
     if found.state == State::Blank as u8 && !start.settings.is_empty() {
         fill(&mut settings, start)?;
     }
+    let bus = executor.spawner();
+    let spawners = Spawners {
+        control: bus.make_send(),
+        bus,
+    };
     if found.state == State::Blank as u8 && start.settings.is_empty() {
-        roles::start_blank(executor.spawner(), role)?;
+        roles::start_blank(spawners, role)?;
     } else {
         storage::publish(&settings, found);
-        (role.start)(executor.spawner(), &settings)?;
+        (role.start)(spawners, &settings)?;
     }
     clock::run_until_idle(executor);
     Ok(())

@@ -1,0 +1,54 @@
+//! TIM4 counts the edges of an incremental encoder; software extends its 16 bits.
+
+use core::sync::atomic::{AtomicU32, Ordering};
+use embassy_stm32::gpio::Pull;
+use embassy_stm32::peripherals::{PB6, PB7, TIM4};
+use embassy_stm32::timer::qei::{Config, Qei};
+use embassy_stm32::timer::{Ch1, Ch2};
+use embassy_stm32::{Peri, pac};
+use static_cell::StaticCell;
+
+/// Counts since power-up; wraps.
+static COUNT: AtomicU32 = AtomicU32::new(0);
+/// Longest pulse that the inputs ignore: 8 samples at 85 MHz, 94 ns.
+const FILTER: pac::timer::vals::FilterValue = pac::timer::vals::FilterValue::FDTS_DIV2_N8;
+
+/// Starts the counter.
+pub fn start(timer: Peri<'static, TIM4>, a: Peri<'static, PB6>, b: Peri<'static, PB7>) {
+    static ENCODER: StaticCell<Qei<'static, TIM4>> = StaticCell::new();
+    let config = Config {
+        ch1_pull: Pull::Up,
+        ch2_pull: Pull::Up,
+        ..Config::default()
+    };
+    ENCODER.init(Qei::new::<Ch1, Ch2>(timer, a, b, config));
+    // The library starts the counter without input filters, which can be set only while the
+    // channels are disabled.
+    let timer = pac::TIM4;
+    timer
+        .ccer()
+        .modify(|w| (0..2).for_each(|n| w.set_cce(n, false)));
+    timer
+        .ccmr_input(0)
+        .modify(|w| (0..2).for_each(|n| w.set_icf(n, FILTER)));
+    timer
+        .ccer()
+        .modify(|w| (0..2).for_each(|n| w.set_cce(n, true)));
+}
+
+/// Adds the counts since the last call, and returns the sum. Called in every PWM period, in which an
+/// encoder makes fewer than 2^15 counts.
+#[inline]
+pub fn update() -> u32 {
+    let counted = pac::TIM4.cnt().read().cnt();
+    let last = COUNT.load(Ordering::Relaxed);
+    let moved = counted.wrapping_sub(last as u16) as i16;
+    let count = last.wrapping_add_signed(i32::from(moved));
+    COUNT.store(count, Ordering::Relaxed);
+    count
+}
+
+/// Counts since power-up, as of the last PWM period; wraps at both ends of `i32`.
+pub fn count() -> i32 {
+    COUNT.load(Ordering::Relaxed).cast_signed()
+}

@@ -1,0 +1,171 @@
+//! ST's B-G431B-ESC1: STM32G431CB, three half bridges with shunts, CAN transceiver, connector for an
+//! encoder. docs/hardware.md has its wiring, and what was never tried.
+//!
+//! * `clock`: 170 MHz from the crystal
+//! * `bridge`: TIM1, its outputs and what opens them
+//! * `over_current`: comparators that open the bridge without software
+//! * `sampling`: op-amps and converters, and the current interrupt
+//! * `encoder`: TIM4 counts the encoder
+//! * `can`: FDCAN and the frame queues
+//! * `switches`: home and limit switches
+//! * `storage`: the settings pages
+//! * `image`: header of the program
+//! * `crc`: checksum of images
+//! * `thermistor`: converts the temperature
+//! * `reset`: watchdog, cause of the last reset, panic and `HardFault`
+//! * `led`: what the LED shows
+//!
+//! Interrupts, most urgent first: current loop, clock, bus, control task. All other tasks run in
+//! the thread.
+
+mod bridge;
+mod can;
+mod clock;
+mod crc;
+mod encoder;
+mod image;
+mod led;
+mod over_current;
+mod reset;
+mod sampling;
+mod storage;
+mod switches;
+mod thermistor;
+
+use crate::boards::Board;
+use crate::roles::{self, Role, Spawners, refuse};
+use defmt_rtt as _;
+use embassy_executor::{Executor, InterruptExecutor};
+use embassy_stm32::interrupt::{InterruptExt, Priority};
+use embassy_stm32::{bind_interrupts, interrupt, peripherals};
+use static_cell::StaticCell;
+use tautrack::motor::bridge::Ratings;
+use tautrack::sensors::{BodySensors, Switches};
+use tautrack::settings::Setting;
+use tautrack::store::State;
+
+/// The motor board.
+pub struct Esc1;
+
+impl Esc1 {
+    /// Temperature between the transistors, degrees Celsius; NaN if the sensor is broken.
+    pub fn bridge_temperature() -> f32 {
+        sampling::temperature()
+    }
+}
+
+bind_interrupts!(struct Interrupts {
+    FDCAN1_IT0 => embassy_stm32::can::IT0InterruptHandler<peripherals::FDCAN1>;
+    FDCAN1_IT1 => embassy_stm32::can::IT1InterruptHandler<peripherals::FDCAN1>;
+});
+
+/// Header of the image, to which `cargo flash-node` adds length and checksum.
+#[used]
+#[unsafe(link_section = ".image_header")]
+static HEADER: [u32; 4] = [image::MAGIC, 0, 0, 0];
+
+/// Executor of the control task. It runs in the interrupt of a peripheral that the board does not
+/// use.
+static CONTROL: InterruptExecutor = InterruptExecutor::new();
+
+#[interrupt]
+unsafe fn USART3() {
+    // SAFETY: only this interrupt, with which the executor was started, calls this.
+    unsafe { CONTROL.on_interrupt() }
+}
+
+impl Board for Esc1 {
+    const NAME: &'static str = "esc1";
+    const POWER_STAGE: Ratings = Ratings {
+        pwm_hz: bridge::PWM_HZ,
+        period: bridge::PERIOD,
+        full_scale: sampling::FULL_SCALE_AMPERES,
+    };
+
+    type Storage = storage::Storage;
+
+    fn run(role: &'static Role) -> ! {
+        static EXECUTOR: StaticCell<Executor> = StaticCell::new();
+        bridge::open();
+        reset::start_watchdog();
+        let p = clock::start();
+        reset::report_cause();
+        interrupt::TIM2.set_priority(Priority::P1);
+        interrupt::FDCAN1_IT0.set_priority(Priority::P2);
+        interrupt::FDCAN1_IT1.set_priority(Priority::P2);
+        interrupt::USART3.set_priority(Priority::P3);
+
+        storage::start(p.FLASH);
+        let (settings, found) = crate::storage::load();
+        encoder::start(p.TIM4, p.PB6, p.PB7);
+        switches::start(p.PB8, p.PB3, p.PB4);
+        bridge::start(bridge::Pins {
+            timer: p.TIM1,
+            high: (p.PA8, p.PA9, p.PA10),
+            low: (p.PC13, p.PA12, p.PB15),
+            safe_torque_off: p.PA15,
+            dead_time_ns: settings.get(Setting::DeadTime),
+        });
+        over_current::start();
+        sampling::start(sampling::Pins {
+            amplifiers: (p.OPAMP1, p.OPAMP2),
+            a: (p.PA1, p.PA3, p.PA2),
+            b: (p.PA7, p.PA5, p.PA6),
+            converters: (p.ADC1, p.ADC2),
+            supply: p.PA0,
+            temperature: p.PB14,
+        });
+        let can = can::start(p.FDCAN1, p.PA11, p.PB9, Interrupts);
+
+        let control = CONTROL.start(interrupt::USART3);
+        EXECUTOR.init(Executor::new()).run(|bus| {
+            can.spawn(bus);
+            let spawners = Spawners { control, bus };
+            let started = if found.state == State::Blank as u8 {
+                roles::start_blank(spawners, role)
+            } else if settings.get(Setting::MotorKind) != 0 {
+                Err(refuse(
+                    "motor_kind",
+                    "the board has no absolute rotor sensor",
+                ))
+            } else {
+                crate::storage::publish(&settings, found);
+                (role.start)(spawners, &settings)
+            };
+            if let Err(refusal) = &started {
+                defmt::error!("refused: {=str}", refusal.as_str());
+            }
+            led::spawn(bus, p.PC6, started.is_ok());
+        })
+    }
+
+    fn encoder() -> i32 {
+        encoder::count()
+    }
+
+    fn supply_voltage() -> f32 {
+        sampling::supply_voltage()
+    }
+
+    fn switches() -> Switches {
+        switches::read()
+    }
+
+    fn set_brake(_released: bool) {}
+
+    fn serial_number() -> u32 {
+        crc::crc32(&[embassy_stm32::uid::uid()])
+    }
+
+    fn storage() -> Self::Storage {
+        storage::Storage
+    }
+
+    fn body() -> Option<BodySensors> {
+        None
+    }
+
+    fn feed_watchdog() {
+        reset::feed_watchdog();
+    }
+}

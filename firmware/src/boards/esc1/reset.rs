@@ -1,0 +1,76 @@
+//! Watchdog, cause of the last reset, and what happens after a panic or a fault of the core: the
+//! bridge opens, and the watchdog resets the chip.
+
+use super::bridge;
+use crate::watchdog::PERIOD_US;
+use core::panic::PanicInfo;
+use embassy_stm32::pac;
+use embassy_stm32::pac::iwdg::vals::{Key, Pr};
+
+/// Rate at which the watchdog counts, Hz: its oscillator of 32 kHz, divided by 4. The oscillator is
+/// accurate to 6 % (data sheet of the chip).
+const WATCHDOG_HZ: u64 = 8_000;
+
+/// Starts the watchdog. It cannot be stopped again.
+pub fn start_watchdog() {
+    let watchdog = pac::IWDG;
+    watchdog.kr().write(|w| w.set_key(Key::START));
+    watchdog.kr().write(|w| w.set_key(Key::ENABLE));
+    watchdog.pr().write(|w| w.set_pr(Pr::DIVIDE_BY4));
+    watchdog
+        .rlr()
+        .write(|w| w.set_rl((PERIOD_US * WATCHDOG_HZ / 1_000_000 - 1) as u16));
+    while watchdog.sr().read().0 != 0 {}
+    feed_watchdog();
+}
+
+/// Restarts the watchdog's period.
+pub fn feed_watchdog() {
+    pac::IWDG.kr().write(|w| w.set_key(Key::RESET));
+}
+
+/// Writes the cause of the last reset to the log.
+pub fn report_cause() {
+    let cause = pac::RCC.csr().read();
+    let text = if cause.iwdgrstf() || cause.wwdgrstf() {
+        "watchdog"
+    } else if cause.sftrstf() {
+        "software"
+    } else if cause.borrstf() {
+        "power-up or brown-out"
+    } else if cause.oblrstf() || cause.lpwrrstf() {
+        "option bytes or low power"
+    } else {
+        "reset pin"
+    };
+    defmt::info!("reset by {=str}", text);
+    pac::RCC.csr().modify(|w| w.set_rmvf(true));
+}
+
+/// It ignores the message, so that the program contains neither the messages nor the code that
+/// formats them.
+#[panic_handler]
+fn panic(_: &PanicInfo) -> ! {
+    stop();
+    defmt::error!("panic");
+    wait_for_watchdog()
+}
+
+#[cortex_m_rt::exception]
+unsafe fn HardFault(frame: &cortex_m_rt::ExceptionFrame) -> ! {
+    stop();
+    defmt::error!("hard fault at {=u32:#x}", frame.pc());
+    wait_for_watchdog()
+}
+
+/// Opens the bridge, and stops the current interrupt from closing it again.
+fn stop() {
+    cortex_m::interrupt::disable();
+    bridge::open();
+}
+
+fn wait_for_watchdog() -> ! {
+    loop {
+        cortex_m::asm::nop();
+    }
+}

@@ -1,0 +1,123 @@
+//! Current, supply voltage and temperature, and the interrupt of the current loop.
+//!
+//! Each shunt has an op-amp in the chip. TIM1 triggers two converters at the same moment: ADC1
+//! converts phase a, then supply voltage and temperature; ADC2 converts phase b and raises the
+//! interrupt. So the interrupt does not wait for the two slow inputs.
+
+use super::{bridge, encoder};
+use crate::current_loop;
+use embassy_stm32::adc::{Adc, AdcChannel, AdcConfig, Exten, InjectedAdc, SampleTime};
+use embassy_stm32::interrupt::{InterruptExt, Priority};
+use embassy_stm32::opamp::{OpAmp, OpAmpGain, OpAmpOutput, OpAmpSpeed};
+use embassy_stm32::peripherals::{
+    ADC1, ADC2, OPAMP1, OPAMP2, PA0, PA1, PA2, PA3, PA5, PA6, PA7, PB14,
+};
+use embassy_stm32::{Peri, interrupt, pac, triggers};
+use static_cell::StaticCell;
+use tautrack::motor::bridge::Readings;
+
+/// Reference of the converters, V.
+const REFERENCE: f32 = 3.3;
+/// Shunt of a half bridge, ohm.
+const SHUNT: f32 = 0.003;
+/// Voltage at the converter per voltage at the shunt: op-amp with gain 16 behind a divider.
+const AMPLIFICATION: f32 = 64.0 / 7.0;
+/// Current that moves the converter's code from the middle to its end, A.
+pub const FULL_SCALE_AMPERES: f32 = REFERENCE / 2.0 / (SHUNT * AMPLIFICATION);
+/// Supply voltage per voltage at the converter: divider of 169 and 18 kiloohm.
+const SUPPLY_DIVIDER: f32 = (169.0 + 18.0) / 18.0;
+/// Largest code of a converter.
+const FULL_CODE: f32 = 4095.0;
+
+/// Pins of the analogue inputs.
+pub struct Pins {
+    /// Op-amps of phases a and b.
+    pub amplifiers: (Peri<'static, OPAMP1>, Peri<'static, OPAMP2>),
+    /// Positive input, bias and output of the op-amp of phase a.
+    pub a: (Peri<'static, PA1>, Peri<'static, PA3>, Peri<'static, PA2>),
+    /// The same of phase b.
+    pub b: (Peri<'static, PA7>, Peri<'static, PA5>, Peri<'static, PA6>),
+    /// Converters of phases a and b.
+    pub converters: (Peri<'static, ADC1>, Peri<'static, ADC2>),
+    /// Divided supply voltage.
+    pub supply: Peri<'static, PA0>,
+    /// Divider with the thermistor between the transistors.
+    pub temperature: Peri<'static, PB14>,
+}
+
+/// Starts op-amps and converters, and enables the current interrupt at the highest priority.
+pub fn start(pins: Pins) {
+    static AMPLIFIER_A: StaticCell<OpAmp<'static, OPAMP1>> = StaticCell::new();
+    static AMPLIFIER_B: StaticCell<OpAmp<'static, OPAMP2>> = StaticCell::new();
+    static A: StaticCell<InjectedAdc<'static, ADC1, 3>> = StaticCell::new();
+    static B: StaticCell<InjectedAdc<'static, ADC2, 1>> = StaticCell::new();
+    let high_speed = OpAmpSpeed::HighSpeed;
+    let a: OpAmpOutput<'static, OPAMP1> = AMPLIFIER_A
+        .init(OpAmp::new(pins.amplifiers.0, high_speed))
+        .pga_biased_ext(pins.a.0, pins.a.1, pins.a.2, OpAmpGain::Mul16);
+    let b: OpAmpOutput<'static, OPAMP2> = AMPLIFIER_B
+        .init(OpAmp::new(pins.amplifiers.1, high_speed))
+        .pga_biased_ext(pins.b.0, pins.b.1, pins.b.2, OpAmpGain::Mul16);
+
+    let fast = SampleTime::CYCLES6_5;
+    let slow = SampleTime::CYCLES47_5;
+    let (adc1, adc2) = pins.converters;
+    B.init(
+        Adc::new(adc2, AdcConfig::default()).setup_injected_conversions(
+            [(b.degrade_adc(), fast)],
+            triggers::TIM1_TRGO2,
+            Exten::RISING_EDGE,
+            true,
+        ),
+    );
+    A.init(
+        Adc::new(adc1, AdcConfig::default()).setup_injected_conversions(
+            [
+                (a.degrade_adc(), fast),
+                (pins.supply.degrade_adc(), slow),
+                (pins.temperature.degrade_adc(), slow),
+            ],
+            triggers::TIM1_TRGO2,
+            Exten::RISING_EDGE,
+            false,
+        ),
+    );
+    interrupt::ADC1_2.set_priority(Priority::P0);
+    // SAFETY: the handler is below, and everything that it uses has been started.
+    unsafe { interrupt::ADC1_2.enable() };
+}
+
+/// The current interrupt.
+#[interrupt]
+fn ADC1_2() {
+    pac::ADC2.isr().write(|w| {
+        w.set_jeos(true);
+        w.set_jeoc(true);
+    });
+    let readings = Readings {
+        currents: [
+            current(pac::ADC1.jdr(0).read().jdata()),
+            current(pac::ADC2.jdr(0).read().jdata()),
+        ],
+        rotor: encoder::update(),
+    };
+    bridge::apply(current_loop::pwm_period(&readings));
+}
+
+/// Converts a right-aligned code of 12 bits to [`Readings::currents`]. A current into the motor
+/// flows up through the shunt, so it lowers the code.
+#[inline]
+fn current(code: u16) -> u16 {
+    !(code << 4)
+}
+
+/// Supply voltage, V; 0 before its first conversion.
+pub fn supply_voltage() -> f32 {
+    let code = f32::from(pac::ADC1.jdr(1).read().jdata());
+    code * (REFERENCE * SUPPLY_DIVIDER / FULL_CODE)
+}
+
+/// Temperature between the transistors, degrees Celsius ([`super::thermistor::celsius`]).
+pub fn temperature() -> f32 {
+    super::thermistor::celsius(pac::ADC1.jdr(2).read().jdata())
+}
