@@ -324,6 +324,9 @@ fn a_blank_node_is_mute_until_lss_gives_it_an_id_which_survives() {
     drop(client);
     let mut client = Client::new(&flash, &[]);
     assert_eq!(id(&mut client), i32::from(NODE));
+    // Its motor is unknown: low current and speed.
+    assert_eq!(client.read(Setting::CurrentLimit), 1_000);
+    assert_eq!(client.read(Setting::VelocityLimit), 500);
     assert_eq!(client.in_flash(1), 1, "loaded");
     // Restoring the defaults makes it blank again.
     assert_eq!(client.write(0x1011, 1, LOAD), None);

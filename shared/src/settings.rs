@@ -332,6 +332,19 @@ settings! {
     StuckReadings = 0x007b, "stuck_readings", "1", 0..=60_000, 200;
 }
 
+/// Limits of a node that has got nothing but a node id: safe for an unknown motor. The defaults
+/// suit the simulated robots.
+pub const UNKNOWN_MOTOR: &[(Setting, i32)] = &[
+    (Setting::CurrentLimit, 1_000),
+    (Setting::HoldCurrent, 500),
+    (Setting::HomingCurrent, 500),
+    (Setting::BenchCurrent, 500),
+    (Setting::VelocityLimit, 500),
+    (Setting::HomingSpeed, 100),
+    (Setting::BenchSpeed, 200),
+    (Setting::AccelerationLimit, 1_000),
+];
+
 impl Setting {
     /// Returns the setting with this key.
     pub fn from_key(key: u16) -> Option<Self> {
