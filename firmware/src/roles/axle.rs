@@ -3,6 +3,7 @@
 use super::{Refusal, Role, dictionary, drive, start_bus};
 use crate::boards::CONTROL_HZ;
 use crate::bus::Received;
+use crate::storage;
 use core::sync::atomic::{AtomicU8, Ordering};
 use embassy_executor::Spawner;
 use embassy_time::{Duration, Ticker};
@@ -39,7 +40,7 @@ fn received(received: Received) {
 
 #[embassy_executor::task]
 async fn control(mut axle: Axle, node: u8) -> ! {
-    od::OBJECT2010.set_value(axle.scale().code());
+    od::OBJECT2010.set_value(axle.scale().code() | storage::unconfigured_mark());
     let mut ticker = Ticker::every(Duration::from_hz(u64::from(CONTROL_HZ)));
     loop {
         ticker.next().await;
