@@ -8,6 +8,7 @@ use core::cell::RefCell;
 use core::sync::atomic::{AtomicBool, Ordering};
 use critical_section::Mutex;
 use static_cell::StaticCell;
+use tautrack::bus::scale::UNCONFIGURED;
 use tautrack::settings::{SettingError, Settings};
 use tautrack::store::{Refused, Report, SCHEMA, State, Store, StoreError};
 
@@ -41,6 +42,7 @@ struct Shared {
     /// The settings with the changes of clients.
     edited: &'static mut Settings,
     found: Found,
+    unconfigured: bool,
     changed: bool,
 }
 
@@ -104,6 +106,7 @@ pub fn publish(settings: &Settings, found: Found) {
             SHARED.borrow(cs).replace(Some(Shared {
                 edited,
                 found,
+                unconfigured: settings.is_unconfigured(),
                 changed: false,
             }));
         });
@@ -122,6 +125,14 @@ pub fn found_at_start() -> Found {
 /// Whether a setting was changed since the start.
 pub fn restart_needed() -> bool {
     with(|shared| shared.changed).unwrap_or_default()
+}
+
+/// Bit of object 0x2010 if the node started with no settings besides its node id, else 0.
+pub fn unconfigured_mark() -> u16 {
+    match with(|shared| shared.unconfigured) {
+        Some(true) => UNCONFIGURED,
+        _ => 0,
+    }
 }
 
 /// Returns the value of the setting with this key.

@@ -324,7 +324,16 @@ fn a_blank_node_is_mute_until_lss_gives_it_an_id_which_survives() {
     drop(client);
     let mut client = Client::new(&flash, &[]);
     assert_eq!(id(&mut client), i32::from(NODE));
+    // Its motor is unknown: low current and speed. The guard does not arm with its scale.
+    assert_eq!(client.sdo(0x40, 0x2010, 0, [0; 4]).1, 0x8000 | 16);
+    assert_eq!(client.read(Setting::CurrentLimit), 1_000);
+    assert_eq!(client.read(Setting::VelocityLimit), 500);
     assert_eq!(client.in_flash(1), 1, "loaded");
+    assert_eq!(client.set(Setting::GearRatio, 1_000), None);
+    assert_eq!(client.write(0x1010, 1, SAVE), None);
+    drop(client);
+    let mut client = Client::new(&flash, &[]);
+    assert_eq!(client.sdo(0x40, 0x2010, 0, [0; 4]).1, 16);
     // Restoring the defaults makes it blank again.
     assert_eq!(client.write(0x1011, 1, LOAD), None);
     drop(client);

@@ -11,6 +11,9 @@ use core::fmt;
 /// has the object `FIRST_OBJECT` + key.
 pub const FIRST_OBJECT: u16 = 0x2200;
 
+/// Version of the table. It rises if a setting gets another key (`store::Move`).
+pub const SCHEMA_VERSION: u16 = 1;
+
 /// One row of the table.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Description {
@@ -364,6 +367,19 @@ settings! {
     StuckReadings = 0x007b, "stuck_readings", "1", 0..=60_000, 200;
 }
 
+/// Limits of a node that has got nothing but a node id: safe for an unknown motor. The defaults
+/// suit the simulated robots.
+pub const UNKNOWN_MOTOR: &[(Setting, i32)] = &[
+    (Setting::CurrentLimit, 1_000),
+    (Setting::HoldCurrent, 500),
+    (Setting::HomingCurrent, 500),
+    (Setting::BenchCurrent, 500),
+    (Setting::VelocityLimit, 500),
+    (Setting::HomingSpeed, 100),
+    (Setting::BenchSpeed, 200),
+    (Setting::AccelerationLimit, 1_000),
+];
+
 impl Setting {
     /// Returns the setting with this key.
     pub fn from_key(key: u16) -> Option<Self> {
@@ -420,6 +436,18 @@ impl Settings {
         Ok(())
     }
 
+    /// Whether these are the settings of a node that has got nothing but a node id: the defaults,
+    /// with the limits of [`UNKNOWN_MOTOR`].
+    pub fn is_unconfigured(&self) -> bool {
+        ALL.iter().zip(self.values).all(|(setting, value)| {
+            let mut limits = UNKNOWN_MOTOR
+                .iter()
+                .filter(|(limited, _)| limited == setting);
+            let default = setting.description().default;
+            *setting == Setting::NodeId || value == limits.next().map_or(default, |limit| limit.1)
+        })
+    }
+
     /// Returns the value in the unit of its row.
     pub fn get(&self, setting: Setting) -> i32 {
         self.values[setting as usize]
@@ -468,6 +496,21 @@ mod tests {
                 );
             }
         }
+    }
+
+    #[test]
+    fn a_node_is_unconfigured_until_a_setting_besides_its_id_is_set() {
+        let mut settings = Settings::default();
+        assert!(!settings.is_unconfigured());
+        let id = (Setting::NodeId, 9);
+        for (setting, value) in core::iter::once(&id).chain(UNKNOWN_MOTOR) {
+            settings.set(setting.description().key, *value).unwrap();
+        }
+        assert!(settings.is_unconfigured());
+        settings
+            .set(Setting::GearRatio.description().key, 1_000)
+            .unwrap();
+        assert!(!settings.is_unconfigured());
     }
 
     #[test]

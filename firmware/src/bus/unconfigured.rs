@@ -7,7 +7,7 @@ use crate::storage;
 use crate::watchdog::{self, Party};
 use embassy_time::{Duration, with_timeout};
 use tautrack::bus::lss::{self, Action, Slave};
-use tautrack::settings::{Setting, Settings};
+use tautrack::settings::{Setting, Settings, UNKNOWN_MOTOR};
 use zencan_node::object_dict::find_object;
 
 /// Maximum time between two feeds of the watchdog.
@@ -45,11 +45,14 @@ pub async fn wait_for_id(spawners: Spawners, role: &'static Role) {
     }
 }
 
-/// The defaults, with this node id.
+/// The defaults with this node id, and with limits that suit an unknown motor.
 fn with_id(id: u8) -> Settings {
     let mut settings = Settings::default();
-    // Cannot fail: the master's request was checked.
-    let _ = settings.set(Setting::NodeId.description().key, id.into());
+    let id = (Setting::NodeId, id.into());
+    for (setting, value) in core::iter::once(&id).chain(UNKNOWN_MOTOR) {
+        // Cannot fail: the master's request was checked, and the limits are within their bounds.
+        let _ = settings.set(setting.description().key, *value);
+    }
     settings
 }
 

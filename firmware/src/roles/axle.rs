@@ -4,6 +4,7 @@ use super::{Refusal, Role, Spawners, dictionary, drive, start_bus, startable};
 use crate::boards::{Board, CONTROL_HZ, Selected};
 use crate::bus::Received;
 use crate::current_loop;
+use crate::storage;
 use core::sync::atomic::{AtomicU8, Ordering};
 use embassy_time::{Duration, Ticker};
 use tautrack::bus::cia402::State;
@@ -45,7 +46,7 @@ fn received(received: Received) {
 
 #[embassy_executor::task]
 async fn control(mut axle: Axle, mut calibrator: Calibrator, node: u8) -> ! {
-    od::OBJECT2010.set_value(axle.scale().code());
+    od::OBJECT2010.set_value(axle.scale().code() | storage::unconfigured_mark());
     od::publish_parameters(&axle.parameters());
     let mut ticker = Ticker::every(Duration::from_hz(u64::from(CONTROL_HZ)));
     loop {

@@ -4,6 +4,7 @@
 use super::{Refusal, Role, Spawners, dictionary, drive, refuse, start_bus, startable};
 use crate::boards::CONTROL_HZ;
 use crate::bus::{Listen, Received};
+use crate::storage;
 use core::sync::atomic::{AtomicU8, AtomicU16, Ordering};
 use embassy_time::{Duration, Ticker};
 use tautrack::bus::pdo::{DriveMotion, transmit};
@@ -61,7 +62,7 @@ fn received(received: Received) {
 
 #[embassy_executor::task]
 async fn control(mut screw: Screw, node: u8) -> ! {
-    od::OBJECT2010.set_value(screw.scale().code());
+    od::OBJECT2010.set_value(screw.scale().code() | storage::unconfigured_mark());
     od::publish_parameters(&screw.axle().parameters());
     let mut ticker = Ticker::every(Duration::from_hz(u64::from(CONTROL_HZ)));
     loop {

@@ -184,12 +184,25 @@ fn help(program: &str) -> String {
     String::from_utf8(output.expect("it starts").stdout).expect("text")
 }
 
+/// The help texts of all commands of `cargo tool settings`.
+fn help_of_settings() -> String {
+    let command = |name: &str| {
+        let mut program = Command::new(env!("CARGO_BIN_EXE_tool"));
+        let output = program.args(["settings", name, "--help"]).output();
+        String::from_utf8(output.expect("it starts").stdout).expect("text")
+    };
+    ["list", "get", "set", "dump", "restore"]
+        .map(command)
+        .concat()
+}
+
 #[test]
 fn every_option_of_our_commands_is_one() {
     let programs = [
         ("demo", help(env!("CARGO_BIN_EXE_demo"))),
         ("cost", help(env!("CARGO_BIN_EXE_cost"))),
         ("evaluate", help(env!("CARGO_BIN_EXE_evaluate"))),
+        ("tool", help_of_settings()),
     ];
     each(|_, page| {
         let mut wrong = Vec::new();
@@ -386,7 +399,7 @@ fn the_page_names_every_group_of_functions() {
 
 #[test]
 fn every_alias_starts_its_program_from_any_folder() {
-    for alias in ["demo", "evaluate", "cost"] {
+    for alias in ["demo", "evaluate", "cost", "tool"] {
         let output = Command::new(env!("CARGO"))
             .args([alias, "--help"])
             .current_dir(root().join("docs"))

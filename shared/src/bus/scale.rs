@@ -1,6 +1,7 @@
 //! Units of positions and velocities of the output shaft on the bus: one scale per kind of axle.
 
 use crate::math::{saturate, to_i32};
+use crate::settings::SCHEMA_VERSION;
 use crate::units::{Angle, Length};
 
 /// Scale of the objects for position and velocity: 0x6064, 0x606C, 0x607A and 0x60FF.
@@ -129,6 +130,9 @@ impl BusUnits {
     }
 }
 
+/// Bit of object 0x2010 of a drive that has no settings besides its node id.
+pub const UNCONFIGURED: u16 = 1 << 15;
+
 impl Scale {
     /// Fraction bits of a turn or a metre.
     fn bits(&self) -> u32 {
@@ -166,12 +170,14 @@ impl Scale {
     }
 
     /// Returns the code of this position scale (object 0x2010): the fraction bits of a turn; for a
-    /// screw, 0x100 plus the fraction bits of a metre.
+    /// screw, 0x100 plus the fraction bits of a metre. Bits 12 to 14 are the version of the table of
+    /// settings, minus 1: a drive with another table does not mean the same by its settings.
     pub fn code(self) -> u16 {
-        match self {
+        let scale = match self {
             Self::Turning { bits } => bits as u16,
             Self::Linear(_) => 0x100 | LENGTH_BITS,
-        }
+        };
+        scale | ((SCHEMA_VERSION - 1) & 7) << 12
     }
 
     /// Converts a position of the output shaft, 2^-32 turn, to bus units. Wraps for a turning axle,

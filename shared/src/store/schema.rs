@@ -1,6 +1,6 @@
 //! What a program knows of the settings in flash.
 
-use crate::settings::{Description, Setting, TABLE};
+use crate::settings::{Description, SCHEMA_VERSION, Setting, TABLE};
 
 /// The settings that a program knows.
 ///
@@ -20,7 +20,7 @@ pub struct Schema<'a> {
 
 /// The schema of this program.
 pub const SCHEMA: Schema<'static> = Schema {
-    version: 1,
+    version: SCHEMA_VERSION,
     rows: TABLE,
     records: RECORDS,
     moves: &[],

@@ -70,7 +70,7 @@ fn install(folder: &Path, python: &Path) {
 }
 
 /// Runs a Python program in the root of the checkout.
-fn run(arguments: &[&str]) -> Output {
+pub fn run(arguments: &[&str]) -> Output {
     Command::new(python())
         .current_dir(root())
         .args(arguments)
