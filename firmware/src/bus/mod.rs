@@ -15,6 +15,7 @@ mod stack;
 mod traffic;
 
 pub use configuration::{Dictionary, Listen, Master};
+pub use filter::is_capture;
 pub use queue::FrameQueue;
 pub use service::task;
 pub use stack::{Bus, Received, operational};

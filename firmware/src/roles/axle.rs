@@ -40,6 +40,7 @@ fn received(received: Received) {
 async fn control(mut axle: Axle, node: u8) -> ! {
     od::OBJECT2010.set_value(axle.scale().code());
     od::publish_parameters(&axle.parameters());
+    publish_ratings();
     let mut ticker = Ticker::every(Duration::from_hz(u64::from(CONTROL_HZ)));
     loop {
         ticker.next().await;
@@ -50,5 +51,6 @@ async fn control(mut axle: Axle, node: u8) -> ! {
         let outputs = axle.tick(&drive::inputs(set_point, torque_offset, bench_mode));
         drive::act(&outputs, node);
         publish(&outputs, bench_mode);
+        serve_capture();
     }
 }

@@ -5,6 +5,7 @@
 //! * [`cascade`]: current from a set-point
 //! * [`current`]: compare values of the half bridges from a current, in the PWM interrupt
 //! * [`bridge`]: readings and commands of the power stage
+//! * [`capture`]: records signals of the PWM interrupt
 //! * `model`: simulated motors, for boards without hardware (feature `lockstep`)
 //! * [`rotor`]: electrical angle of a three-phase motor
 //!
@@ -12,6 +13,7 @@
 //! range over time. Only differences of positions become `f32`.
 
 pub mod bridge;
+pub mod capture;
 pub mod cascade;
 pub mod current;
 #[cfg(feature = "lockstep")]

@@ -2,7 +2,7 @@
 
 use super::axis::{Gains, Winding};
 use super::brushed::Brushed;
-use super::foc::Foc;
+use super::foc::{Dq, Foc};
 use super::operating_point::Fixed;
 use super::{CurrentLoop, DEMAND_CONTROL_PERIODS, Demand, Motor};
 use crate::motor::bridge::{CurrentSensing, Ratings};
@@ -242,6 +242,7 @@ impl CurrentLoop {
             life: DEMAND_CONTROL_PERIODS.saturating_mul(config.periods_per_control),
             sum: 0,
             samples: 0,
+            measured: Dq::default(),
         })
     }
 }

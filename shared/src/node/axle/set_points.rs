@@ -154,8 +154,7 @@ impl Axle {
             return None;
         }
         let released = self.exit.is_some() || self.brake.release();
-        let stops =
-            self.halts() || self.exit.is_some() || self.state == State::QuickStopActive;
+        let stops = self.halts() || self.exit.is_some() || self.state == State::QuickStopActive;
         Some(if stops {
             self.stop(inputs)
         } else if !released {
