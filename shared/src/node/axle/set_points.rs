@@ -71,7 +71,7 @@ impl Axle {
         {
             self.start_homing(inputs.switches);
         }
-        self.take_target(&set_point, risen);
+        self.take_target(set_point, risen);
         self.command = set_point;
         self.interpolate();
     }
