@@ -1,11 +1,35 @@
-//! The PWM interrupt, and the cell in which it shares the current loop with the control task.
+//! The PWM interrupt, and the cells in which it shares the current loop and the recording of its
+//! signals with the control task.
 
 use core::cell::RefCell;
+use core::sync::atomic::{AtomicBool, Ordering};
 use critical_section::Mutex;
 use tautrack::motor::bridge::{PowerStage, Readings};
+use tautrack::motor::capture::{Capture, Signals};
 use tautrack::motor::current::{BridgeDemand, CurrentLoop, Excitation, Measurement};
 
 static LOOP: Mutex<RefCell<Option<CurrentLoop>>> = Mutex::new(RefCell::new(None));
+
+static CAPTURE: Mutex<RefCell<Capture>> = Mutex::new(RefCell::new(Capture::new()));
+/// The recording needs samples. It is all that the interrupt reads of a recording that is off.
+static CAPTURING: AtomicBool = AtomicBool::new(false);
+
+/// Calls `use_it` with the recording.
+pub fn capture<R>(use_it: impl FnOnce(&mut Capture) -> R) -> Option<R> {
+    critical_section::with(|cs| {
+        // Cannot fail: the critical section excludes any other borrow.
+        let mut capture = CAPTURE.borrow(cs).try_borrow_mut().ok()?;
+        let result = use_it(&mut capture);
+        CAPTURING.store(capture.is_active(), Ordering::Relaxed);
+        Some(result)
+    })
+}
+
+/// Records one PWM period.
+#[cold]
+fn record(signals: &Signals) {
+    capture(|capture| capture.record(signals));
+}
 
 /// Installs the current loop. Before this call, the bridge stays off whatever the demand is.
 #[allow(dead_code)] // `bin/ticks.rs` includes this file but never calls `install`
@@ -49,5 +73,12 @@ pub fn take_mean() -> Option<f32> {
 /// Runs one PWM period: computes the command of the next period from the readings of this one.
 #[inline]
 pub fn pwm_period(readings: &Readings) -> PowerStage {
-    with(|current_loop| current_loop.period(readings)).unwrap_or_default()
+    with(|current_loop| {
+        let stage = current_loop.period(readings);
+        if CAPTURING.load(Ordering::Relaxed) {
+            record(&current_loop.signals(readings, stage));
+        }
+        stage
+    })
+    .unwrap_or_default()
 }

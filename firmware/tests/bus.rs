@@ -507,3 +507,76 @@ fn a_client_stops_an_axle_with_the_option_code_that_it_wrote() {
     command(&mut client, 6, 0, 600);
     assert_eq!(client.read(0x6041, 0) & 0x6f, 0x21, "ready to switch on");
 }
+
+/// Reads an object of any length in segments.
+fn upload(client: &mut Client, index: u16) -> Vec<u8> {
+    let [low, high] = index.to_le_bytes();
+    let first = client.sdo([0x40, low, high, 0, 0, 0, 0, 0]);
+    assert_eq!(first[0] & 0xf2, 0x40, "{first:x?} is no segmented upload");
+    let (mut bytes, mut toggle) = (Vec::new(), 0);
+    loop {
+        let segment = client.sdo([0x60 | toggle, 0, 0, 0, 0, 0, 0, 0]);
+        let unused = usize::from(segment[0] >> 1 & 7);
+        bytes.extend(&segment[1..8 - unused]);
+        toggle ^= 0x10;
+        if segment[0] & 1 != 0 {
+            return bytes;
+        }
+    }
+}
+
+/// Reads all samples of a recording.
+fn samples(client: &mut Client) -> Vec<[i16; 4]> {
+    (0..8_u8)
+        .flat_map(|window| {
+            client.sdo([0x2b, 0x62, 0x20, 0, window, 0, 0, 0]);
+            let bytes = upload(client, 0x2063);
+            assert_eq!((bytes.len(), bytes[0]), (514, window));
+            let values = bytes[2..].chunks_exact(2);
+            let values: Vec<_> = values
+                .map(|value| i16::from_le_bytes([value[0], value[1]]))
+                .collect();
+            let samples: Vec<[i16; 4]> = values
+                .chunks_exact(4)
+                .map(|sample| sample.try_into().expect("four values"))
+                .collect();
+            samples
+        })
+        .collect()
+}
+
+#[test]
+fn a_client_records_a_current_step_and_a_fault() {
+    let mut client = Client::guarded("axle");
+    client.idle(60);
+    // Current q, demand, compare a, velocity; every sample; 100 before a fault.
+    client.sdo([0x23, 0x60, 0x20, 2, 4, 5, 6, 10]);
+    client.sdo([0x2b, 0x60, 0x20, 4, 100, 0, 0, 0]);
+    // Recording works although the guard is alive. It arms for a fault.
+    assert_eq!(client.sdo([0x2f, 0x60, 0x20, 1, 2, 0, 0, 0])[0], 0x60);
+    assert_eq!(client.read(0x2061, 1), 1, "armed");
+    for word in [6, 7, 15, 15] {
+        client.send(&[(0x300 + NODE, &velocity(word, 0.5))]);
+        client.idle(4);
+    }
+    // Set-points end: fault "command lost".
+    client.idle(150);
+    assert_eq!(client.read(0x2061, 1), 3, "done");
+    assert_eq!(client.read(0x2061, 2), 100);
+    assert_eq!(client.read(0x2061, 3), 20_000);
+    let samples = samples(&mut client);
+    assert_eq!(samples.len(), 512);
+    let full_scale = client.read(0x2061, 4) as f32 * 1e-3;
+    let amperes = |value: i16| f32::from(value) / 32_768.0 * full_scale;
+    for [current, demand, compare, _] in &samples {
+        // A model with noise follows its demand.
+        let error = amperes(*current) - amperes(*demand);
+        assert!(error.abs() < 0.6, "{error} A");
+        assert!((1..4_250).contains(compare), "{compare}");
+    }
+    let [first, last] = [samples[0][3], samples[511][3]];
+    assert!(
+        first > 20 && last < first,
+        "{first} to {last}: it slows down"
+    );
+}

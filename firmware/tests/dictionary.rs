@@ -10,7 +10,7 @@ use node::{MOTOR, Node, ROLES, settings};
 use tautrack::bus::network::function::{RPDO, TPDO};
 use tautrack::bus::pdo::{
     DriveMotion, DriveStatus, GuardMargins, GuardMotion, GuardPassed, GuardPosition, GuardState,
-    OperatorCommand, PositionSetPoint, TorqueOffset, VelocitySetPoint,
+    OperatorCommand, PositionSetPoint, TorqueOffset, TorqueSetPoint, VelocitySetPoint,
 };
 use tautrack::can::Frame;
 use tautrack::link::Sensors;
@@ -74,7 +74,8 @@ fn entries(eds: &str) -> Vec<Entry> {
             Some(rest) => (i64::from(NODE), rest),
             None => (0, default),
         };
-        if data_type != 9 {
+        // Strings are no numbers.
+        if !matches!(data_type, 9 | 10) {
             entries.push(Entry {
                 index,
                 sub,
@@ -134,6 +135,7 @@ fn nodes_hold_what_their_data_sheets_say() {
             // the dictionary's default.
             let running = index >= 0x2000 && !writable
                 || matches!((index, sub), (0x1001 | 0x1017, _) | (0x1018, 4))
+                || matches!(index, 0x6065 | 0x6067 | 0x6068 | 0x607d | 0x6087 | 0x6098)
                 || (role, index, sub) == ("screw", 0x1403, 1);
             let size = [0, 1, 1, 2, 4, 1, 2, 4][usize::from(data_type)];
             let (value, answered) = read_sized(&mut node, index, sub);
@@ -154,6 +156,9 @@ fn drives_map_what_the_codecs_say() {
         assert_map(&mut node, 0x1400, RPDO[0] + NODE, PositionSetPoint::MAPPING);
         assert_map(&mut node, 0x1401, RPDO[1] + NODE, VelocitySetPoint::MAPPING);
         assert_map(&mut node, 0x1402, RPDO[2] + NODE, TorqueOffset::MAPPING);
+        if role == "axle" {
+            assert_map(&mut node, 0x1403, RPDO[3] + NODE, TorqueSetPoint::MAPPING);
+        }
         assert_map(&mut node, 0x1800, TPDO[0] + NODE, DriveMotion::MAPPING);
         assert_map(&mut node, 0x1801, TPDO[1] + NODE, DriveStatus::MAPPING);
     }

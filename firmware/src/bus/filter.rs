@@ -12,7 +12,7 @@
 //!   its own id without this filter noticing it.
 //! * Remote frames do not reach this filter: [`Frame`] cannot represent them.
 //! * While the guard is alive: SDO writes to objects that may move an axle, or that decide which
-//!   frames do. Only the other communication objects can be written.
+//!   frames do. Only the other communication objects, and those of the recording, can be written.
 //! * While the control task does not run: SYNC, because the stack would send old positions.
 
 use tautrack::bus::drive_parameters;
@@ -86,13 +86,11 @@ pub fn evaluate(frame: &Frame, node_id: u8, condition: Condition) -> Verdict {
     match command >> 5 {
         1 if condition.guard_alive && moves_an_axle(index) => abort(DEVICE_STATE),
         5 | 6 => abort(COMMAND_SPECIFIER),
-        1 if is_mapping(index) => {
-            match (sub, size) {
-                (0, 1) if value > MAX_MAPPINGS => abort(VALUE_TOO_HIGH),
-                (0, 1) | (1.., 4) => Verdict::Pass,
-                _ => abort(PARAMETER_LENGTH),
-            }
-        }
+        1 if is_mapping(index) => match (sub, size) {
+            (0, 1) if value > MAX_MAPPINGS => abort(VALUE_TOO_HIGH),
+            (0, 1) | (1.., 4) => Verdict::Pass,
+            _ => abort(PARAMETER_LENGTH),
+        },
         1 if drive_parameters::is_restricted(index) => {
             if size == 0 {
                 abort(PARAMETER_LENGTH)
@@ -135,7 +133,12 @@ pub fn sdo_index(frame: &Frame, node_id: u8) -> Option<u16> {
 /// Whether writing the object may move an axle: all objects of the drive itself, and the parameters
 /// of its receive PDOs.
 fn moves_an_axle(index: u16) -> bool {
-    matches!(index, 0x1400..=0x17ff | 0x2000..)
+    matches!(index, 0x1400..=0x17ff | 0x2000..) && !is_capture(index)
+}
+
+/// Whether the object belongs to the recording of signals, which moves nothing.
+pub fn is_capture(index: u16) -> bool {
+    matches!(index, 0x2060..=0x2063)
 }
 
 fn is_mapping(index: u16) -> bool {
@@ -174,6 +177,8 @@ mod tests {
             let read = Frame::new(0x605, &[0x40, low, high, 0, 0, 0, 0, 0]).unwrap();
             assert_eq!(evaluate(&read, 5, guarded), Verdict::Pass, "{index:#x}");
         }
+        let capture = Frame::new(0x605, &[0x2f, 0x60, 0x20, 1, 1, 0, 0, 0]).unwrap();
+        assert_eq!(evaluate(&capture, 5, guarded), Verdict::Pass);
         let heartbeat = Frame::new(0x605, &[0x2b, 0x17, 0x10, 0, 50, 0, 0, 0]).unwrap();
         assert_eq!(evaluate(&heartbeat, 5, guarded), Verdict::Pass);
         assert_eq!(request([0x2b, 0x40, 0x60, 0, 6, 0, 0, 0]), Verdict::Pass);
@@ -262,7 +267,11 @@ mod tests {
             let ([low, high], [a, b, c, d]) = (index.to_le_bytes(), value.to_le_bytes());
             let command = 0x23 | (4 - size) << 2;
             let code = aborted(request([command, low, high, 0, a, b, c, d]));
-            assert_eq!(code, (!supported).then_some(VALUE_RANGE), "{index:#x} {value}");
+            assert_eq!(
+                code,
+                (!supported).then_some(VALUE_RANGE),
+                "{index:#x} {value}"
+            );
         }
         assert_eq!(
             aborted(request([0x21, 0x5a, 0x60, 0, 2, 0, 0, 0])),

@@ -16,6 +16,7 @@ mod traffic;
 mod unconfigured;
 
 pub use configuration::{Dictionary, Listen, Master};
+pub use filter::is_capture;
 pub use queue::FrameQueue;
 pub use service::task;
 pub use stack::{Bus, Received, operational};

@@ -48,6 +48,7 @@ fn received(received: Received) {
 async fn control(mut axle: Axle, mut calibrator: Calibrator, node: u8) -> ! {
     od::OBJECT2010.set_value(axle.scale().code() | storage::unconfigured_mark());
     od::publish_parameters(&axle.parameters());
+    publish_ratings();
     let mut ticker = Ticker::every(Duration::from_hz(u64::from(CONTROL_HZ)));
     loop {
         ticker.next().await;
@@ -60,6 +61,7 @@ async fn control(mut axle: Axle, mut calibrator: Calibrator, node: u8) -> ! {
         let excitation = calibrate(&mut calibrator, &mut axle, &inputs, &outputs);
         drive::act(&outputs, node, excitation.as_ref());
         publish(&outputs, bench_mode);
+        serve_capture();
     }
 }
 

@@ -15,6 +15,7 @@ use tautrack::bus::network::{self, Emergency};
 use tautrack::bus::pdo::{DriveMotion, receive};
 use tautrack::constants::CONTROL_PERIOD;
 use tautrack::motor::calibration;
+use tautrack::motor::capture::{CHANNELS, Capture, WINDOW};
 use tautrack::motor::current::{Config, CurrentLoop, Excitation};
 use tautrack::node::axle::{BridgeDemand, Inputs, Outputs, SetPoint};
 use tautrack::settings::Settings;
@@ -24,6 +25,7 @@ pub static HEARD: Mailbox = Mailbox {
     set_point: AtomicBool::new(false),
     offset: AtomicBool::new(false),
     parameters: AtomicBool::new(false),
+    capture: AtomicBool::new(false),
     guard: AtomicBool::new(false),
     joint: Mutex::new(Cell::new(None)),
     sync_us: Mutex::new(Cell::new(0)),
@@ -38,6 +40,7 @@ pub struct Mailbox {
     set_point: AtomicBool,
     offset: AtomicBool,
     parameters: AtomicBool,
+    capture: AtomicBool,
     guard: AtomicBool,
     joint: Mutex<Cell<Option<(DriveMotion, u64)>>>,
     sync_us: Mutex<Cell<u64>>,
@@ -65,6 +68,10 @@ impl Mailbox {
             self.parameters.store(true, Ordering::Relaxed);
             return;
         }
+        if received.wrote && received.sdo_index.is_some_and(bus::is_capture) {
+            self.capture.store(true, Ordering::Relaxed);
+            return;
+        }
         // Set-points come as process data, or from a client that writes single objects of the drive
         // profile (from 0x6000 on).
         if received.wrote
@@ -78,6 +85,11 @@ impl Mailbox {
     /// Returns whether a client has written a parameter since the last call.
     pub fn take_parameters(&self) -> bool {
         self.parameters.swap(false, Ordering::Relaxed)
+    }
+
+    /// Returns whether a client has written an object of the recording since the last call.
+    pub fn take_capture(&self) -> bool {
+        self.capture.swap(false, Ordering::Relaxed)
     }
 
     /// Stores the joint's motion with its time of measurement: one control period before the last
@@ -142,6 +154,9 @@ pub fn act(outputs: &Outputs, node: u8, excitation: Option<&Excitation>) {
     if let Some(code) = outputs.emergency {
         crate::logger::warn!("fault {:#06x}", code);
         bus::send(network::emergency(Emergency { node, code }));
+        if code != 0 {
+            current_loop::capture(Capture::fault);
+        }
     }
 }
 
@@ -158,8 +173,24 @@ pub fn install_current_loop(settings: &Settings) -> Result<(), Refusal> {
     Ok(())
 }
 
+/// Number of bytes in object 0x2063: the number of the window, and its samples.
+const WINDOW_BYTES: usize = 2 + WINDOW * CHANNELS * 2;
+
+/// Returns a window of the recording as object 0x2063 holds it.
+pub fn window(number: u16) -> [u8; WINDOW_BYTES] {
+    let mut bytes = [0; WINDOW_BYTES];
+    let samples = current_loop::capture(|capture| capture.window(number));
+    let values = samples.iter().flatten().flatten();
+    let values = values.map(|value| value.to_le_bytes());
+    let places = bytes.chunks_exact_mut(2);
+    for (place, value) in places.zip([number.to_le_bytes()].into_iter().chain(values)) {
+        place.copy_from_slice(&value);
+    }
+    bytes
+}
+
 /// Defines the functions between one drive's generated dictionary and its tick: `set_point`,
-/// `torque_offset`, `bench_mode`, `new_parameters` and `publish`.
+/// `torque_offset`, `bench_mode`, `new_parameters`, `serve_capture` and `publish`.
 macro_rules! drive_objects {
     ($od:ident) => {
         /// Reads the set-point from the objects.
@@ -195,14 +226,47 @@ macro_rules! drive_objects {
                     following_time: $od::OBJECT6066.get_value(),
                     position_window: $od::OBJECT6067.get_value(),
                     position_time: $od::OBJECT6068.get_value(),
-                    position_limits: [
-                        $od::OBJECT607D.get_minimum(),
-                        $od::OBJECT607D.get_maximum(),
-                    ],
+                    position_limits: [$od::OBJECT607D.get_minimum(), $od::OBJECT607D.get_maximum()],
                     torque_slope: $od::OBJECT6087.get_value(),
                     homing_method: $od::OBJECT6098.get_value(),
                 }
             })
+        }
+
+        /// Follows what a client has written to the objects of the recording, and publishes its
+        /// state.
+        fn serve_capture() {
+            use crate::current_loop;
+            use tautrack::motor::capture::Request;
+            if drive::HEARD.take_capture() {
+                let command = $od::OBJECT2060.get_command();
+                if command != 0 {
+                    $od::OBJECT2060.set_command(0);
+                    current_loop::capture(|capture| {
+                        capture.request(Request {
+                            command,
+                            signals: $od::OBJECT2060.get_signals(),
+                            decimation: $od::OBJECT2060.get_decimation(),
+                            pre_trigger: $od::OBJECT2060.get_pre_trigger(),
+                        });
+                    });
+                }
+                $od::OBJECT2063.set_value(drive::window($od::OBJECT2062.get_value()));
+            }
+            let state = current_loop::capture(|capture| (capture.state(), capture.before()));
+            if let Some((state, before)) = state {
+                $od::OBJECT2061.set_state(state as u8);
+                $od::OBJECT2061.set_before(before);
+            }
+        }
+
+        /// Writes what does not change into the objects.
+        fn publish_ratings() {
+            use crate::boards::{Board, Selected};
+            let ratings = Selected::POWER_STAGE;
+            $od::OBJECT2061.set_rate(ratings.pwm_hz);
+            $od::OBJECT2061.set_full_scale((ratings.full_scale * 1e3) as u32);
+            $od::OBJECT2061.set_period(ratings.period);
         }
 
         /// Whether a client requests bench mode.

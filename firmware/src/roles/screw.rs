@@ -64,6 +64,7 @@ fn received(received: Received) {
 async fn control(mut screw: Screw, node: u8) -> ! {
     od::OBJECT2010.set_value(screw.scale().code() | storage::unconfigured_mark());
     od::publish_parameters(&screw.axle().parameters());
+    publish_ratings();
     let mut ticker = Ticker::every(Duration::from_hz(u64::from(CONTROL_HZ)));
     loop {
         ticker.next().await;
@@ -78,5 +79,6 @@ async fn control(mut screw: Screw, node: u8) -> ! {
         });
         drive::act(&outputs, node, None);
         publish(&outputs, bench_mode);
+        serve_capture();
     }
 }

@@ -231,8 +231,10 @@ pub mod mode {
     /// Returns whether a drive has this mode; 0 is no mode. An axle holds its position in the mode
     /// of the screw.
     pub fn is_supported(mode: i8) -> bool {
-        matches!(mode, TAUT | 0 | PROFILE_POSITION | PROFILE_VELOCITY | HOMING)
-            || matches!(mode, CYCLIC_POSITION | CYCLIC_VELOCITY | CYCLIC_TORQUE)
+        matches!(
+            mode,
+            TAUT | 0 | PROFILE_POSITION | PROFILE_VELOCITY | HOMING
+        ) || matches!(mode, CYCLIC_POSITION | CYCLIC_VELOCITY | CYCLIC_TORQUE)
     }
 
     /// Returns whether the set-point of a drive in this mode is a position.

@@ -99,6 +99,18 @@ payload! {
 }
 
 payload! {
+    /// Set-point of torque mode: RPDO 4 of the axle. A screw has no such PDO.
+    TorqueSetPoint {
+        /// Controlword of CiA 402.
+        controlword: u16 = 0x60_4000,
+        /// Mode of operation.
+        mode: i8 = 0x60_6000,
+        /// Target torque: 0.01 N m at the output shaft; screw: force, N.
+        target: i16 = 0x60_7100,
+    }
+}
+
+payload! {
     /// Torque feed-forward (CiA 402: torque offset): RPDO 3 of axle and screw.
     TorqueOffset {
         /// Torque feed-forward, added to the torque of the loops: 0.01 N m at the output shaft;

@@ -202,9 +202,10 @@ impl Cascade {
 
     /// Limits a demanded current, up to 2^27, so that it does not drive the axle beyond the
     /// velocity limit. In each direction the current is at most what the velocity loop without its
-    /// integral demands at the velocity limit.
+    /// integral demands at the velocity limit. The integral follows the current, so that the loops
+    /// take over without a jump.
     #[inline]
-    pub fn torque(&self, current: i32, velocity: i32, bound: Bound) -> Demand {
+    pub fn torque(&mut self, current: i32, velocity: i32, bound: Bound) -> Demand {
         // Velocities are at most twice the limit, so nothing overflows.
         let most = mul_high((1 << VELOCITY_BITS) - velocity, self.velocity_gain);
         let least = mul_high(-(1 << VELOCITY_BITS) - velocity, self.velocity_gain);
@@ -216,6 +217,7 @@ impl Cascade {
             current
         };
         let limited = bound.limit(slowed);
+        self.integral = limited << INTEGRAL_BITS;
         Demand {
             current: limited,
             cut: current.wrapping_sub(limited),

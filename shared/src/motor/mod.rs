@@ -6,6 +6,7 @@
 //! * [`current`]: compare values of the half bridges from a current, in the PWM interrupt
 //! * [`calibration`]: measures the motor and its sensors on request
 //! * [`bridge`]: readings and commands of the power stage
+//! * [`capture`]: records signals of the PWM interrupt
 //! * `model`: simulated motors, for boards without hardware (feature `lockstep`)
 //! * [`rotor`]: electrical angle of a three-phase motor
 //!
@@ -14,6 +15,7 @@
 
 pub mod bridge;
 pub mod calibration;
+pub mod capture;
 pub mod cascade;
 pub mod current;
 #[cfg(feature = "lockstep")]

@@ -64,7 +64,10 @@ impl Bench {
     /// limits of bench mode are those of operation, unless they are changed.
     pub fn new(changes: &[(Setting, i32)], model: MotorModel) -> Self {
         let mut settings = Settings::default();
-        let bench = [(Setting::BenchCurrent, 10_000), (Setting::BenchSpeed, 6_000)];
+        let bench = [
+            (Setting::BenchCurrent, 10_000),
+            (Setting::BenchSpeed, 6_000),
+        ];
         for (setting, value) in bench.iter().chain(changes) {
             settings.set(setting.description().key, *value).unwrap();
         }
@@ -181,7 +184,10 @@ impl Bench {
     }
 
     /// Writes one parameter as a client does.
-    pub fn set(&mut self, write: impl FnOnce(&mut tautrack::bus::drive_parameters::DriveParameters)) {
+    pub fn set(
+        &mut self,
+        write: impl FnOnce(&mut tautrack::bus::drive_parameters::DriveParameters),
+    ) {
         let mut parameters = self.axle.parameters();
         write(&mut parameters);
         self.axle.configure(&parameters);

@@ -48,7 +48,10 @@ fn a_load_does_not_drop_when_a_drive_is_armed_and_disarmed() {
     let disarming = travel(&mut bench, 500);
     assert_eq!(bench.state(), State::SwitchOnDisabled);
     assert_eq!(bench.outputs.bridge, BridgeDemand::Off);
-    assert!(arming < 3e-3 && disarming < 3e-3, "{arming} {disarming} rad");
+    assert!(
+        arming < 3e-3 && disarming < 3e-3,
+        "{arming} {disarming} rad"
+    );
 
     // Without the times the load drops while the brake engages.
     let mut bench = braked(false);

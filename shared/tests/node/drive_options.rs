@@ -53,16 +53,36 @@ fn every_option_code_stops_the_axle_as_cia_402_says() {
     let cases: &[(u16, Write, Then)] = &[
         (0x02, |p| p.quick_stop = 0, Off(SwitchOnDisabled)),
         (0x02, |p| p.quick_stop = 1, RampsOff(SLOW, SwitchOnDisabled)),
-        (0x02, |p| p.quick_stop = 2, RampsOff(QUICK, SwitchOnDisabled)),
-        (0x02, |p| p.quick_stop = 5, RampsAndHolds(SLOW, QuickStopActive)),
-        (0x02, |p| p.quick_stop = 6, RampsAndHolds(QUICK, QuickStopActive)),
+        (
+            0x02,
+            |p| p.quick_stop = 2,
+            RampsOff(QUICK, SwitchOnDisabled),
+        ),
+        (
+            0x02,
+            |p| p.quick_stop = 5,
+            RampsAndHolds(SLOW, QuickStopActive),
+        ),
+        (
+            0x02,
+            |p| p.quick_stop = 6,
+            RampsAndHolds(QUICK, QuickStopActive),
+        ),
         (0x06, |p| p.shutdown = 0, Off(ReadyToSwitchOn)),
         (0x06, |p| p.shutdown = 1, RampsOff(SLOW, ReadyToSwitchOn)),
         (0x07, |p| p.disable_operation = 0, Off(SwitchedOn)),
-        (0x07, |p| p.disable_operation = 1, RampsOff(SLOW, SwitchedOn)),
+        (
+            0x07,
+            |p| p.disable_operation = 1,
+            RampsOff(SLOW, SwitchedOn),
+        ),
         (halt, |p| p.halt = 1, RampsAndHolds(SLOW, OperationEnabled)),
         (halt, |p| p.halt = 2, RampsAndHolds(QUICK, OperationEnabled)),
-        (0x00, |p| (p.quick_stop, p.shutdown) = (1, 1), Off(SwitchOnDisabled)),
+        (
+            0x00,
+            |p| (p.quick_stop, p.shutdown) = (1, 1),
+            Off(SwitchOnDisabled),
+        ),
     ];
     for (row, &(word, write, then)) in cases.iter().enumerate() {
         let mut bench = running();
@@ -96,7 +116,10 @@ fn every_option_code_stops_the_axle_as_cia_402_says() {
         bench.load = 5.0;
         bench.run(500);
         assert!((bench.angle() - held).abs() < 0.02, "row {row}");
-        assert!(matches!(bench.outputs.bridge, BridgeDemand::Current(_)), "row {row}");
+        assert!(
+            matches!(bench.outputs.bridge, BridgeDemand::Current(_)),
+            "row {row}"
+        );
     }
 }
 
@@ -133,8 +156,16 @@ fn the_fault_reaction_code_never_weakens_the_table_of_faults() {
         bench.guard = false;
         bench.run(200);
         assert_ne!(bench.outputs.status.error_code, 0);
-        assert_eq!(matches!(bench.outputs.bridge, BridgeDemand::Current(_)), holds, "{code}");
-        let state = if holds { State::QuickStopActive } else { State::Fault };
+        assert_eq!(
+            matches!(bench.outputs.bridge, BridgeDemand::Current(_)),
+            holds,
+            "{code}"
+        );
+        let state = if holds {
+            State::QuickStopActive
+        } else {
+            State::Fault
+        };
         assert_eq!(bench.state(), state);
     }
     // A fault that opens the bridge, or shorts the windings, does so with every code.
@@ -145,7 +176,10 @@ fn the_fault_reaction_code_never_weakens_the_table_of_faults() {
         bench.load = 24.0;
         bench.run(200);
         assert_eq!(bench.state(), State::Fault, "{code}");
-        assert!(!matches!(bench.outputs.bridge, BridgeDemand::Current(_)), "{code}");
+        assert!(
+            !matches!(bench.outputs.bridge, BridgeDemand::Current(_)),
+            "{code}"
+        );
     }
 }
 
@@ -162,7 +196,11 @@ fn a_halt_lasts_until_its_bit_falls_in_every_mode() {
         bench.send(OPERATION | CONTROL_START, 250);
         assert!(bench.velocity() > 1.0, "{mode}: {}", bench.velocity());
         bench.send(OPERATION | CONTROL_HALT, 600);
-        assert!(bench.velocity().abs() < 0.05, "{mode}: {}", bench.velocity());
+        assert!(
+            bench.velocity().abs() < 0.05,
+            "{mode}: {}",
+            bench.velocity()
+        );
         assert_ne!(bench.status() & status::TARGET_REACHED, 0, "{mode}");
         bench.send(OPERATION, 300);
         assert!(bench.velocity() > 1.0, "{mode}: {}", bench.velocity());
@@ -182,7 +220,10 @@ fn a_torque_is_that_of_the_target_and_rises_with_the_slope() {
         let BridgeDemand::Current(current) = bench.outputs.bridge else {
             panic!("off");
         };
-        assert!((0.0..0.0201).contains(&(current - last)), "{last} {current}");
+        assert!(
+            (0.0..0.0201).contains(&(current - last)),
+            "{last} {current}"
+        );
         last = current;
     }
     assert!((last - 2.0).abs() < 0.1, "{last} A after 100 ms");
@@ -290,7 +331,10 @@ fn the_guards_targets_need_no_edge() {
 
 #[test]
 fn a_target_ends_at_the_software_position_limits_within_the_travel() {
-    let travel = [(Setting::PositionMinimum, -2_000), (Setting::PositionMaximum, 2_000)];
+    let travel = [
+        (Setting::PositionMinimum, -2_000),
+        (Setting::PositionMaximum, 2_000),
+    ];
     // Limits, target, and where the axle ends, rad.
     for (limits, target, end) in [
         ([-1.0, 1.0], 1.5, 1.0),
@@ -303,7 +347,11 @@ fn a_target_ends_at_the_software_position_limits_within_the_travel() {
         bench.enable(mode::PROFILE_POSITION, 0);
         hand_over(&mut bench, target, 0);
         bench.send(OPERATION, 1_500);
-        assert!((bench.angle() - end).abs() < 0.01, "{limits:?} {target}: {}", bench.angle());
+        assert!(
+            (bench.angle() - end).abs() < 0.01,
+            "{limits:?} {target}: {}",
+            bench.angle()
+        );
     }
 }
 
@@ -321,7 +369,11 @@ fn the_windows_report_what_is_outside_for_their_time() {
     let mut within = 0;
     while bits(&bench) & status::TARGET_REACHED == 0 {
         bench.tick();
-        within = if (bench.angle() - 1.0).abs() < 0.02 { within + 1 } else { 0 };
+        within = if (bench.angle() - 1.0).abs() < 0.02 {
+            within + 1
+        } else {
+            0
+        };
         assert!(within < 200);
     }
     assert!(within >= 99, "{within} ms within the window");
@@ -388,7 +440,10 @@ fn every_homing_method_finds_its_edge_from_every_start() {
 
 #[test]
 fn method_37_takes_the_present_position() {
-    let changes = [(Setting::HomingDirection, 1), (Setting::HomePosition, 250_000)];
+    let changes = [
+        (Setting::HomingDirection, 1),
+        (Setting::HomePosition, 250_000),
+    ];
     let mut bench = Bench::new(&changes, MOTOR);
     bench.set(|p| p.homing_method = 37);
     bench.enable(mode::HOMING, 0);

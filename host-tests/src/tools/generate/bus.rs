@@ -13,7 +13,7 @@ use std::fmt::Write;
 use tautrack::bus::network::{self, OFFSET_SYNCS, function};
 use tautrack::bus::pdo::{
     DriveMotion, DriveStatus, GuardMargins, GuardMotion, GuardPassed, GuardPosition, GuardState,
-    OperatorCommand, PositionSetPoint, TorqueOffset, VelocitySetPoint,
+    OperatorCommand, PositionSetPoint, TorqueOffset, TorqueSetPoint, VelocitySetPoint,
 };
 use tautrack::can::Frame;
 use tautrack::settings::Setting;
@@ -34,9 +34,10 @@ macro_rules! known {
     };
 }
 
-const PAYLOADS: [Known; 11] = known!(
+const PAYLOADS: [Known; 12] = known!(
     PositionSetPoint,
     VelocitySetPoint,
+    TorqueSetPoint,
     TorqueOffset,
     DriveMotion,
     DriveStatus,

@@ -24,8 +24,9 @@ pub use probe::{Excitation, Frame, Measurement};
 pub use setup::{Config, CurrentLoopError, MotorKind};
 
 use super::bridge::{CurrentSensing, PowerStage, Readings};
+use super::capture::Signals;
 use super::rotor::Rotor;
-use crate::math::{Bound, to_i32};
+use crate::math::{Bound, to_i16, to_i32};
 use brushed::Brushed;
 use foc::{Dq, Foc};
 use operating_point::{Fixed, OperatingPoint};
@@ -78,6 +79,8 @@ pub struct CurrentLoop {
     sum: i64,
     samples: u32,
     probe: Probe,
+    /// Currents in the rotor's axes in the newest period.
+    measured: Dq,
 }
 
 /// Prepared demand.
@@ -85,6 +88,8 @@ pub struct CurrentLoop {
 struct Demand {
     action: Action,
     point: OperatingPoint,
+    /// Velocity of the output shaft, 0.01 rad/s.
+    velocity: i16,
 }
 
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
@@ -118,6 +123,7 @@ impl CurrentLoop {
         self.demand = Demand {
             action,
             point: OperatingPoint::new(&self.fixed, supply_voltage, shaft_velocity),
+            velocity: to_i16(shaft_velocity * 100.0),
         };
         self.left = self.life;
     }
@@ -154,6 +160,22 @@ impl CurrentLoop {
         (samples > 0).then(|| sum as f32 * unit / samples as f32)
     }
 
+    /// Returns the signals of the PWM period that had these `readings` and led to `stage`, for a
+    /// recording.
+    pub fn signals(&self, readings: &Readings, stage: PowerStage) -> Signals {
+        let [a, b] = self.sensing.currents(readings.currents);
+        let demand = match self.demand.action {
+            Action::Current(current) => current,
+            Action::Off | Action::Brake => 0,
+        };
+        Signals {
+            readings: *readings,
+            stage,
+            currents: [a, b, self.measured.d, self.measured.q, demand],
+            velocity: self.demand.velocity,
+        }
+    }
+
     /// Runs one PWM period: computes the command for the next period.
     ///
     /// It is defined for every input. The bridge is off while a phase current exceeds 150 % of the
@@ -176,7 +198,8 @@ impl CurrentLoop {
                 if point.voltage_limit == 0 {
                     self.motor.reset();
                 }
-                (PowerStage::Drive(compare), current)
+                self.measured = current;
+                (PowerStage::Drive(compare), current.q)
             }
             Action::Excite if largest <= self.over_current => {
                 let point = &self.demand.point;
@@ -194,7 +217,9 @@ impl CurrentLoop {
                 } else {
                     PowerStage::Off
                 };
-                (stage, self.motor.without_control(currents))
+                let current = self.motor.without_control(currents);
+                self.measured = Dq { d: 0, q: current };
+                (stage, current)
             }
         };
         self.sum += i64::from(current);
@@ -228,7 +253,7 @@ impl Motor {
         }
     }
 
-    /// Computes compare values, and the measured current in the direction of the demand.
+    /// Computes compare values, and the measured currents, with q in the direction of the demand.
     #[inline]
     fn step(
         &mut self,
@@ -236,14 +261,18 @@ impl Motor {
         currents: [i32; 2],
         demand: i32,
         point: &OperatingPoint,
-    ) -> ([u16; 3], i32) {
+    ) -> ([u16; 3], Dq) {
         match self {
-            Self::Brushed(brushed) => (brushed.step(currents[0], demand, point), currents[0]),
+            Self::Brushed(brushed) => {
+                let q = currents[0];
+                (brushed.step(q, demand, point), Dq { d: 0, q })
+            }
             Self::ThreePhase(foc, rotor) => {
                 let angle = rotor.angle(count);
                 let q = demand * rotor.direction();
-                let (compare, measured) = foc.step(angle, currents, Dq { d: 0, q }, point);
-                (compare, measured.q * rotor.direction())
+                let (compare, mut measured) = foc.step(angle, currents, Dq { d: 0, q }, point);
+                measured.q *= rotor.direction();
+                (compare, measured)
             }
         }
     }

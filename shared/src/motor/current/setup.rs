@@ -2,7 +2,7 @@
 
 use super::axis::{Gains, Winding};
 use super::brushed::Brushed;
-use super::foc::Foc;
+use super::foc::{Dq, Foc};
 use super::operating_point::Fixed;
 use super::{CurrentLoop, DEMAND_CONTROL_PERIODS, Demand, Motor};
 use crate::motor::bridge::{CurrentSensing, Ratings};
@@ -243,6 +243,7 @@ impl CurrentLoop {
             sum: 0,
             samples: 0,
             probe: super::probe::Probe::default(),
+            measured: Dq::default(),
         })
     }
 }

@@ -53,7 +53,7 @@ impl Axle {
     }
 
     /// Takes the bits of a controlword that hand over a target. `risen` are the bits that rose.
-    pub(super) fn take_target(&mut self, set_point: &SetPoint, risen: u16) {
+    pub(super) fn take_target(&mut self, set_point: SetPoint, risen: u16) {
         let word = set_point.controlword;
         if word & CONTROL_START == 0 {
             self.handshake.accepted = false;

@@ -149,9 +149,7 @@ impl Window {
             distance: if distance == u32::MAX {
                 u64::MAX
             } else {
-                scale
-                    .distance_from_bus(i64::from(distance))
-                    .unsigned_abs()
+                scale.distance_from_bus(i64::from(distance)).unsigned_abs()
             },
             ticks: u32::from(milliseconds),
         }

@@ -23,9 +23,7 @@ impl Axle {
         self.demand = current;
         let bridge = match (demand, self.state) {
             (Some(_), _) => BridgeDemand::Current(current),
-            (None, State::Fault) if self.reaction() != Some(Reaction::Off) => {
-                BridgeDemand::Brake
-            }
+            (None, State::Fault) if self.reaction() != Some(Reaction::Off) => BridgeDemand::Brake,
             (None, _) => BridgeDemand::Off,
         };
         Outputs {

@@ -71,7 +71,7 @@ impl Axle {
         {
             self.start_homing(inputs.switches);
         }
-        self.take_target(&set_point, risen);
+        self.take_target(set_point, risen);
         self.command = set_point;
         self.interpolate();
     }
@@ -154,8 +154,7 @@ impl Axle {
             return None;
         }
         let released = self.exit.is_some() || self.brake.release();
-        let stops =
-            self.halts() || self.exit.is_some() || self.state == State::QuickStopActive;
+        let stops = self.halts() || self.exit.is_some() || self.state == State::QuickStopActive;
         Some(if stops {
             self.stop(inputs)
         } else if !released {

@@ -1,8 +1,8 @@
 //! Raises the faults of the axle from its readings, and applies their reaction.
 
 use super::homing::Stage;
-use super::{Axle, Inputs};
 use super::options::Ramp;
+use super::{Axle, Inputs};
 use crate::bus::cia402::{State, mode};
 use crate::faults::{Fault, Faults, Reaction};
 use crate::motor::profile::Motion;

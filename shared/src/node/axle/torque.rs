@@ -26,6 +26,10 @@ impl Axle {
         // This updates where the switches closed. Its set-point is of no use here.
         self.stop_at_switch(inputs.switches, true);
         if let Some(barrier) = self.barrier(target) {
+            if self.barrier.is_none() {
+                // The torque was directed outward.
+                self.force.cascade.reset();
+            }
             self.barrier = Some(barrier);
             self.motion = Motion::at(barrier.position);
             self.active_limit = barrier.limit;
@@ -40,7 +44,7 @@ impl Axle {
             velocity,
             acceleration: 0.0,
         };
-        let cascade = &self.force.cascade;
+        let cascade = &mut self.force.cascade;
         let current = cascade.current(self.torque_current) + self.offset.current();
         cascade.torque(current, cascade.rate(velocity), self.force.full)
     }

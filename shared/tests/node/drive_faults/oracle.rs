@@ -256,7 +256,12 @@ impl Oracle {
 
     /// Checks that only a reset clears faults, and that only somebody in command enables a drive,
     /// which must have no faults.
-    fn transitions(&mut self, inputs: &Inputs, state: State, outputs: &Outputs) -> Result<(), String> {
+    fn transitions(
+        &mut self,
+        inputs: &Inputs,
+        state: State,
+        outputs: &Outputs,
+    ) -> Result<(), String> {
         let edge = inputs
             .set_point
             .is_some_and(|new| new.controlword & 0x80 != 0 && self.word & 0x80 == 0);
