@@ -179,6 +179,9 @@ settings! {
     /// measurement of the torque constant of a three-phase motor, whose shaft must be free, has no
     /// such bound.
     CalibrationTravel = 0x00cb, "calibration_travel", "mrad", 1..=1_000_000, 15_000;
+    /// 1: between two counts of the encoder, the velocity is at most one count per elapsed time. So
+    /// it is right down to one count in ten seconds. 0: the velocity has a pulse at each count.
+    CountTiming = 0x00cc, "count_timing", "1", 0..=1, 0;
 
     /// Travel of the screw's nut for one turn of the output shaft.
     ScrewLead = 0x0030, "screw_lead", "um", 100..=100_000, 5_000;

@@ -34,7 +34,7 @@ fn start(spawner: Spawner, settings: &Settings) -> Result<(), Refusal> {
         spawner,
         control(
             Axle::new(settings),
-            Calibrator::new(settings, &Selected::POWER_STAGE, CONTROL_HZ),
+            Calibrator::new(settings, &Selected::POWER_STAGE),
             settings.id(Setting::NodeId),
         ),
     )

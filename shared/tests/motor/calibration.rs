@@ -201,7 +201,6 @@ fn plan(truth: &Truth) -> Plan {
             WindingModel::ThreePhase(_) => MotorKind::ThreePhase,
         },
         ratings: STAGE,
-        control_hz: 1_000,
         counts_per_turn: truth.model.encoder_counts as i32,
         gear_ratio,
         current: truth.calibration_current,

@@ -4,12 +4,14 @@
 //! pairs. Friction makes the rotor lag, so the offset is the mean of the last two runs. Each run
 //! begins with one electrical turn that is not counted.
 
+use super::plan::CONTROL_HZ;
 use super::record::{Quantity, Refusal};
 use super::sequence::{Hold, Next, Tick};
 use crate::math::trig::atan2;
 use crate::motor::current::{Excitation, Frame};
 use crate::motor::rotor::{ElectricalAngle, Mounting, Rotor};
 use crate::units::Angle;
+use core::num::NonZeroU32;
 
 /// Electrical turns per second.
 const SPEED: u32 = 4;
@@ -43,8 +45,8 @@ pub(super) struct Drag {
     rotor: Rotor,
     /// Angle of the current minus that of the rotor: first sample, and sum of the differences.
     first: Option<Angle>,
-    sum: i64,
-    samples: i64,
+    sum: f32,
+    samples: f32,
     backward: Angle,
 }
 
@@ -74,8 +76,8 @@ impl Drag {
             pole_pairs: 1,
             rotor: Rotor::new(mounting(1, 1, false, Angle::ZERO)),
             first: None,
-            sum: 0,
-            samples: 0,
+            sum: 0.0,
+            samples: 0.0,
             backward: Angle::ZERO,
         }
     }
@@ -105,19 +107,19 @@ impl Drag {
             sensing: tick.sensing,
             ..Excitation::default()
         };
-        let periods = (plan.ratings.pwm_hz / plan.control_hz) as i32;
+        let periods = plan.periods_per_control() as i32;
         self.angle += Angle::from_bits(step.wrapping_mul(periods));
         Ok(Next::Excite(excitation))
     }
 
     /// Counts the ticks at full speed, and takes the samples.
     fn measure(&mut self, tick: &Tick) -> Result<Option<Found>, Refusal> {
-        let turn = tick.plan.control_hz / SPEED;
+        let turn = const { NonZeroU32::new(CONTROL_HZ / SPEED).unwrap() };
         self.ticks += 1;
-        if self.ticks == turn {
+        if self.ticks == turn.get() {
             self.start = tick.travel;
         }
-        if self.ticks > turn {
+        if self.ticks > turn.get() {
             self.sample(tick);
         }
         let (turns, rest) = (self.ticks / turn, self.ticks % turn);
@@ -132,15 +134,11 @@ impl Drag {
         if !over {
             return Ok(None);
         }
-        let mean = match (self.first, self.samples) {
-            (Some(first), samples) if samples > 0 => {
-                first + Angle::from_bits((self.sum / samples) as i32)
-            }
-            _ => Angle::ZERO,
-        };
+        let first = self.first.unwrap_or_default();
+        let mean = first + Angle::from_bits(crate::math::to_i32(self.sum / self.samples));
         self.ticks = 0;
         self.run += 1;
-        (self.first, self.sum, self.samples) = (None, 0, 0);
+        (self.first, self.sum, self.samples) = (None, 0.0, 0.0);
         if self.run == 1 {
             self.moved = moved;
             self.identify(tick, turns - 1)?;
@@ -174,8 +172,8 @@ impl Drag {
         let current = tick.measured.angle + Angle::from_radians(atan2(q, d));
         let ahead = current - self.rotor.angle(tick.measured.rotor).0;
         let first = *self.first.get_or_insert(ahead);
-        self.sum += i64::from((ahead - first).to_bits());
-        self.samples += 1;
+        self.sum += (ahead - first).to_bits() as f32;
+        self.samples += 1.0;
     }
 
     /// Computes pole pairs and direction from the first run.

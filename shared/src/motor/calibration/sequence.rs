@@ -3,6 +3,7 @@
 use super::Plan;
 use super::drag::{self, Drag};
 use super::inductance::{Inductance, Response};
+use super::plan::CONTROL_HZ;
 use super::record::{Quantity, Record, Refusal, Residuals};
 use super::resistance::{self, Resistance};
 use super::spin::{self, Axes, Known, Spin};
@@ -212,8 +213,8 @@ impl Calibration {
             )?;
         }
         self.ticks += 1;
-        if self.ticks > TIMEOUT_S * plan.control_hz {
-            return Err(tick.timeout(TIMEOUT_S * plan.control_hz));
+        if self.ticks > TIMEOUT_S * CONTROL_HZ {
+            return Err(tick.timeout(TIMEOUT_S * CONTROL_HZ));
         }
         if inputs.measured.is_none() {
             return Ok(None);
