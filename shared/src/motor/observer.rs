@@ -68,6 +68,7 @@ impl Observer {
     /// Times the counts of a shaft that turns slowly: between two counts, the velocity is at most
     /// one count per elapsed time. So it is right down to one count in ten seconds, and has no
     /// pulses. A count forth and back, as noise makes it, is a velocity of 0.
+    #[must_use]
     pub fn timing_counts(mut self) -> Self {
         self.between = Some(BetweenCounts::default());
         self

@@ -6,7 +6,8 @@
 
 use super::plan::CONTROL_HZ;
 use super::record::{Quantity, Refusal};
-use super::sequence::{Hold, Next, Tick};
+use super::tick::{Hold, Next, Tick, check_at_least, check_at_most};
+use crate::constants::CONTROL_PERIOD;
 use crate::math::trig::atan2;
 use crate::motor::current::{Excitation, Frame};
 use crate::motor::rotor::{ElectricalAngle, Mounting, Rotor};
@@ -88,7 +89,7 @@ impl Drag {
         tick.check_travel()?;
         self.hold.update(tick.measured.current, [plan.current, 0.0]);
         let direction = if self.run == 1 { -1.0 } else { 1.0 };
-        let rise = 2.0 * plan.control_period() / TURN_ROUND;
+        let rise = 2.0 * CONTROL_PERIOD / TURN_ROUND;
         let before = self.speed;
         self.speed += crate::math::limit(direction - self.speed, rise);
         if before == direction
@@ -128,7 +129,7 @@ impl Drag {
         }
         let moved = tick.travel - self.start;
         let over = match self.run {
-            0 => self.first_run_is_over(tick, turns - 1, moved)?,
+            0 => Self::first_run_is_over(tick, turns - 1, moved)?,
             _ => turns > self.turns,
         };
         if !over {
@@ -147,7 +148,7 @@ impl Drag {
         // Forward and backward, the rotor turns equally far.
         let missed = tick.plan.turns(moved.abs() - self.moved.abs()).abs();
         let fraction = missed * self.pole_pairs as f32 / self.turns as f32;
-        tick.check_at_most(Quantity::PolePairs, fraction, LARGEST_FRACTION)?;
+        check_at_most(Quantity::PolePairs, fraction, LARGEST_FRACTION)?;
         if self.run == 2 {
             self.backward = mean;
             return Ok(None);
@@ -156,12 +157,12 @@ impl Drag {
     }
 
     /// Whether the rotor has turned once, or as far as it may.
-    fn first_run_is_over(&self, tick: &Tick, turns: u32, moved: i64) -> Result<bool, Refusal> {
+    fn first_run_is_over(tick: &Tick, turns: u32, moved: i64) -> Result<bool, Refusal> {
         let plan = tick.plan;
         let turned = plan.turns(moved).abs();
         let slowest = 0.5 * turns as f32 / MAXIMUM_POLE_PAIRS;
         if turns >= 2 {
-            tick.check_at_least(Quantity::RotorPerElectrical, turned, slowest)?;
+            check_at_least(Quantity::RotorPerElectrical, turned, slowest)?;
         }
         let goal = crate::math::min(0.98, PART_OF_TRAVEL * plan.travel);
         Ok(turned >= goal || turns as f32 >= 2.0 * MAXIMUM_POLE_PAIRS)
@@ -182,9 +183,9 @@ impl Drag {
         let ratio = turns as f32 / tick.plan.turns(self.moved).abs();
         let pole_pairs = crate::math::to_i32(ratio + 0.5);
         let fraction = (ratio - pole_pairs as f32).abs();
-        tick.check_at_most(Quantity::PolePairs, fraction, LARGEST_FRACTION)?;
+        check_at_most(Quantity::PolePairs, fraction, LARGEST_FRACTION)?;
         let per_turn = counts as f32 / ratio;
-        tick.check_at_least(Quantity::SensorCounts, per_turn, FEWEST_COUNTS)?;
+        check_at_least(Quantity::SensorCounts, per_turn, FEWEST_COUNTS)?;
         self.turns = turns;
         self.pole_pairs = pole_pairs;
         self.rotor = Rotor::new(mounting(counts, pole_pairs, self.moved < 0, Angle::ZERO));
@@ -194,7 +195,7 @@ impl Drag {
     fn finish(&self, tick: &Tick, forward: Angle) -> Result<Found, Refusal> {
         let apart = (forward - self.backward).to_bits();
         let lag = apart as f32 * (0.5 * core::f32::consts::TAU / 4_294_967_296.0);
-        tick.check_at_most(Quantity::Lag, lag.abs(), LARGEST_LAG)?;
+        check_at_most(Quantity::Lag, lag.abs(), LARGEST_LAG)?;
         let offset = self.backward + Angle::from_bits(apart / 2);
         let reversed = self.moved < 0;
         let counts = tick.plan.counts_per_turn;

@@ -6,7 +6,7 @@
 //! cancels. The mean current is 0, so the rotor stands.
 
 use super::record::{Quantity, Refusal};
-use super::sequence::{Next, Tick};
+use super::tick::{Next, Tick};
 use crate::motor::current::{Excitation, Frame};
 use core::num::NonZeroU32;
 
@@ -36,7 +36,7 @@ pub(super) struct Response {
 
 impl Response {
     /// Computes the inductance, henry, with the resistance, ohm.
-    pub fn inductance(&self, resistance: f32) -> Result<f32, Refusal> {
+    pub fn inductance(self, resistance: f32) -> Result<f32, Refusal> {
         let tanh = self.admittance * resistance;
         if !(tanh <= LARGEST_TANH && tanh > 0.0) {
             return Err(Refusal::OutOfBounds {
@@ -50,7 +50,7 @@ impl Response {
     }
 
     /// Inductance, henry, without regard to the resistance.
-    pub fn rough(&self) -> f32 {
+    pub fn rough(self) -> f32 {
         0.5 * self.half_period / self.admittance
     }
 }

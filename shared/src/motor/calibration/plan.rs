@@ -65,9 +65,4 @@ impl Plan {
     pub fn periods_per_control(&self) -> u32 {
         self.ratings.pwm_hz / CONTROL_HZ
     }
-
-    /// Length of a control period, s.
-    pub(super) fn control_period(&self) -> f32 {
-        CONTROL_PERIOD
-    }
 }
