@@ -54,13 +54,11 @@ pub fn demand(demand: BridgeDemand, supply_voltage: f32, shaft_velocity: f32) {
 }
 
 /// Excites the motor from the next PWM period on ([`CurrentLoop::excite`]).
-#[allow(dead_code)] // only the role `axle` calibrates, and `bin/ticks.rs` does not
 pub fn excite(excitation: &Excitation, supply_voltage: f32) {
     with(|current_loop| current_loop.excite(excitation, supply_voltage));
 }
 
 /// Returns what the excitation has measured since the last call; `None` without a sample.
-#[allow(dead_code)]
 pub fn take_measurement(supply_voltage: f32) -> Option<Measurement> {
     with(|current_loop| current_loop.take_measurement(supply_voltage)).flatten()
 }

@@ -122,7 +122,10 @@ fn a_client_calibrates_a_brushed_motor() {
             ..MOTOR
         },
         // R +40 %, torque constant -10 %.
-        &[(Setting::Resistance, 420), (Setting::TorqueConstant, 45_000)],
+        &[
+            (Setting::Resistance, 420),
+            (Setting::TorqueConstant, 45_000),
+        ],
     );
     client.write(0x2001, 1);
     client.write(0x2050, 2);

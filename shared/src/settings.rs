@@ -186,6 +186,9 @@ settings! {
     /// measurement of the torque constant of a three-phase motor, whose shaft must be free, has no
     /// such bound.
     CalibrationTravel = 0x00cb, "calibration_travel", "mrad", 1..=1_000_000, 15_000;
+    /// 1: between two counts of the encoder, the velocity is at most one count per elapsed time. So
+    /// it is right down to one count in ten seconds. 0: the velocity has a pulse at each count.
+    CountTiming = 0x00cc, "count_timing", "1", 0..=1, 0;
 
     /// Deceleration of a quick stop; 0: equal to `acceleration_limit`.
     QuickStopDeceleration = 0x00e0, "quick_stop_deceleration", "mrad/s^2", 0..=100_000_000, 0;

@@ -19,7 +19,9 @@ use core::panic::PanicInfo;
 // Linked for its implementation of the critical section.
 use cortex_m as _;
 use tautrack::motor::bridge::Readings;
+use tautrack::motor::current::Excitation;
 use tautrack::node::axle::{self, Axle, BridgeDemand};
+use tautrack::node::calibration::{self, Calibrator};
 use tautrack::node::guard::{self, Guard};
 use tautrack::node::screw::{self, Screw};
 use tautrack::robots::b2p2::B2p2;
@@ -52,6 +54,7 @@ static AXLE: Slot<(Axle, axle::Inputs)> = Slot::new();
 static SCREW: Slot<(Screw, screw::Inputs)> = Slot::new();
 static HEARD: Slot<guard::Inputs<'static>> = Slot::new();
 static CURRENT: Slot<Readings> = Slot::new();
+static CALIBRATION: Slot<(Calibrator, calibration::Inputs)> = Slot::new();
 
 macro_rules! guards {
     ($($name:ident: $body:ty,)*) => {
@@ -75,8 +78,15 @@ guards! {
 #[cortex_m_rt::entry]
 fn main() -> ! {
     // SAFETY: whoever starts the program writes the values; each slot has one reference.
-    let (axle, screw, received, current) =
-        unsafe { (AXLE.get(), SCREW.get(), HEARD.get(), CURRENT.get()) };
+    let (axle, screw, received, current, calibrator) = unsafe {
+        (
+            AXLE.get(),
+            SCREW.get(),
+            HEARD.get(),
+            CURRENT.get(),
+            CALIBRATION.get(),
+        )
+    };
     loop {
         black_box(axle.0.tick(&axle.1));
         black_box(screw.0.tick(&screw.1));
@@ -84,6 +94,13 @@ fn main() -> ! {
         black_box(current_loop::pwm_period(current));
         black_box(current_loop::take_mean());
         current_loop::demand(black_box(BridgeDemand::Off), black_box(0.0), black_box(0.0));
+        black_box(
+            calibrator
+                .0
+                .tick(black_box(1), black_box(true), &calibrator.1),
+        );
+        current_loop::excite(&black_box(Excitation::default()), black_box(0.0));
+        black_box(current_loop::take_measurement(black_box(0.0)));
     }
 }
 

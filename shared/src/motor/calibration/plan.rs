@@ -1,8 +1,12 @@
 //! What a calibration is allowed to do, and what it must know beforehand.
 
+use crate::constants::CONTROL_PERIOD;
 use crate::motor::bridge::Ratings;
 use crate::motor::current::MotorKind;
 use crate::settings::{Setting, Settings};
+
+/// Control periods per second.
+pub(super) const CONTROL_HZ: u32 = (1.0 / CONTROL_PERIOD + 0.5) as u32;
 
 /// Bounds and known values of a calibration.
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -11,8 +15,6 @@ pub struct Plan {
     pub kind: MotorKind,
     /// Power stage of the board.
     pub ratings: Ratings,
-    /// Control periods per second, Hz.
-    pub control_hz: u32,
     /// Counts of the rotor sensor per turn of the rotor.
     pub counts_per_turn: i32,
     /// Rotor turns per turn of the output shaft.
@@ -33,12 +35,7 @@ pub struct Plan {
 
 impl Plan {
     /// Reads the plan from the settings.
-    pub fn from_settings(
-        settings: &Settings,
-        ratings: &Ratings,
-        control_hz: u32,
-        free_shaft: bool,
-    ) -> Self {
+    pub fn from_settings(settings: &Settings, ratings: &Ratings, free_shaft: bool) -> Self {
         let gear_ratio = settings.scaled(Setting::GearRatio, 1e-3);
         let current = settings.scaled(Setting::CalibrationCurrent, 1e-3);
         let travel = settings.scaled(Setting::CalibrationTravel, 1e-3);
@@ -49,7 +46,6 @@ impl Plan {
                 MotorKind::ThreePhase
             },
             ratings: *ratings,
-            control_hz,
             counts_per_turn: settings.get(Setting::EncoderCounts),
             gear_ratio,
             current: crate::math::limit(current, settings.scaled(Setting::CurrentLimit, 1e-3)),
@@ -65,8 +61,8 @@ impl Plan {
         counts as f32 / self.counts_per_turn as f32
     }
 
-    /// Length of a control period, s.
-    pub(super) fn control_period(&self) -> f32 {
-        1.0 / self.control_hz as f32
+    /// PWM periods per control period.
+    pub fn periods_per_control(&self) -> u32 {
+        self.ratings.pwm_hz / CONTROL_HZ
     }
 }

@@ -92,14 +92,15 @@ fn balance_setting(a: i32, b: i32) -> i32 {
 
 /// Creates the sensing from the settings.
 pub fn sensing(settings: &Settings) -> CurrentSensing {
-    let half = i64::from(settings.get(Setting::CurrentBalance)) * (1 << 29) / 10_000;
+    // 2^29 / 10^4, half of the balance for each converter.
+    let half = settings.get(Setting::CurrentBalance) * 53_687;
     let one = 1 << 30;
     CurrentSensing {
         zero: [
             settings.get(Setting::CurrentZeroA),
             settings.get(Setting::CurrentZeroB),
         ],
-        gain: [one + half as i32, one - half as i32],
+        gain: [one + half, one - half],
     }
 }
 

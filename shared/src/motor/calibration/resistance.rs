@@ -6,7 +6,7 @@
 //! common gain cannot be seen: all resistances change with it.
 
 use super::record::{Quantity, Refusal};
-use super::sequence::{Hold, Mean, Next, Tick};
+use super::tick::{Hold, Mean, Next, Tick, check_at_least, check_at_most};
 use crate::motor::current::{Excitation, Frame};
 use crate::units::Angle;
 
@@ -73,7 +73,7 @@ impl Resistance {
             };
             let largest = 0.9 * tick.limit;
             let resistance = self.hold.voltage[0] / tick.plan.current;
-            tick.check_at_most(
+            check_at_most(
                 Quantity::Resistance,
                 resistance,
                 largest / tick.plan.current,
@@ -107,7 +107,7 @@ impl Resistance {
             self.stands = false;
             self.place += 1;
             if self.place == 2 * DIRECTIONS.len() {
-                return self.finish(tick).map(Next::Done);
+                return self.finish().map(Next::Done);
             }
         }
         Ok(self.excite(tick))
@@ -118,7 +118,7 @@ impl Resistance {
         let (low, high) = self.range.unwrap_or((tick.travel, tick.travel));
         let range = (low.min(tick.travel), high.max(tick.travel));
         self.range = Some(range);
-        if self.ticks % SETTLE != 0 {
+        if !self.ticks.is_multiple_of(SETTLE) {
             return;
         }
         self.range = None;
@@ -133,7 +133,7 @@ impl Resistance {
     fn excite(&self, tick: &Tick) -> Next<Found> {
         let direction = DIRECTIONS.get(self.place / 2).copied().unwrap_or_default();
         // The first direction is reached from the start, the others from the one before.
-        let still = if self.place % 2 == 0 && self.place > 0 {
+        let still = if self.place.is_multiple_of(2) && self.place > 0 {
             1.0 - self.turned as f32 / TURN as f32
         } else {
             0.0
@@ -150,15 +150,15 @@ impl Resistance {
         })
     }
 
-    fn finish(&self, tick: &Tick) -> Result<Found, Refusal> {
+    fn finish(&self) -> Result<Found, Refusal> {
         let [a, b, c] = self.found;
         let mean = 0.5 * (a + b);
-        tick.check_at_least(Quantity::Resistance, mean, BOUNDS.0)?;
-        tick.check_at_most(Quantity::Resistance, mean, BOUNDS.1)?;
+        check_at_least(Quantity::Resistance, mean, BOUNDS.0)?;
+        check_at_most(Quantity::Resistance, mean, BOUNDS.1)?;
         let balance = (a - b) / mean;
         let residual = (c / mean - 1.0).abs();
-        tick.check_at_most(Quantity::Balance, balance.abs(), LARGEST_DIFFERENCE)?;
-        tick.check_at_most(Quantity::Balance, residual, LARGEST_DIFFERENCE)?;
+        check_at_most(Quantity::Balance, balance.abs(), LARGEST_DIFFERENCE)?;
+        check_at_most(Quantity::Balance, residual, LARGEST_DIFFERENCE)?;
         let one = (1 << 30) as f32;
         Ok(Found {
             resistance: mean,

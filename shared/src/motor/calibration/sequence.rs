@@ -3,10 +3,12 @@
 use super::Plan;
 use super::drag::{self, Drag};
 use super::inductance::{Inductance, Response};
+use super::plan::CONTROL_HZ;
 use super::record::{Quantity, Record, Refusal, Residuals};
 use super::resistance::{self, Resistance};
 use super::spin::{self, Axes, Known, Spin};
 use super::swing::{self, Swing};
+use super::tick::{Next, Tick, check, check_at_least, check_at_most};
 use super::zero::Zero;
 use crate::motor::bridge::{CurrentSensing, MAX_DUTY};
 use crate::motor::current::{
@@ -55,13 +57,6 @@ pub enum Progress {
     Refused(Refusal),
 }
 
-/// Result of a tick of one step.
-#[derive(Clone, Copy, Debug)]
-pub(super) enum Next<T> {
-    Excite(Excitation),
-    Done(T),
-}
-
 /// Smallest current of a calibration, as a fraction of the board's full scale. Below it, noise and
 /// the steps of the converter count.
 const SMALLEST_CURRENT: f32 = 0.01;
@@ -94,20 +89,6 @@ pub struct Calibration {
     responses: [Response; 2],
     /// Back-EMF of a brushed motor, which needs the resistance to be evaluated.
     spun: Option<spin::Found>,
-}
-
-/// What a step needs in one tick.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Tick<'a> {
-    pub plan: &'a Plan,
-    pub step: Step,
-    /// Largest voltage of the bridge in every direction, V.
-    pub limit: f32,
-    pub measured: Measurement,
-    /// Counts since the last tick, and since the start.
-    pub moved: i32,
-    pub travel: i64,
-    pub sensing: CurrentSensing,
 }
 
 impl Calibration {
@@ -197,23 +178,23 @@ impl Calibration {
             sensing: self.record.sensing,
         };
         let supply = inputs.supply_voltage;
-        tick.check_at_least(Quantity::SupplyVoltage, supply, MIN_SUPPLY_VOLTAGE)?;
-        tick.check_at_most(Quantity::SupplyVoltage, supply, VOLTAGE_FULL_SCALE)?;
+        check_at_least(Quantity::SupplyVoltage, supply, MIN_SUPPLY_VOLTAGE)?;
+        check_at_most(Quantity::SupplyVoltage, supply, VOLTAGE_FULL_SCALE)?;
         let least = SMALLEST_CURRENT * plan.ratings.full_scale;
-        tick.check_at_least(Quantity::Current, plan.current, least)?;
+        check_at_least(Quantity::Current, plan.current, least)?;
         // Half as much again as the steps use. The first step does not know the zero yet.
         if step != Step::Zero {
             let [d, q] = measured.current;
             let current = crate::math::sqrt(d * d + q * q);
-            tick.check_at_most(
+            check_at_most(
                 Quantity::Current,
                 current,
                 1.5 * plan.current + noise(&plan),
             )?;
         }
         self.ticks += 1;
-        if self.ticks > TIMEOUT_S * plan.control_hz {
-            return Err(tick.timeout(TIMEOUT_S * plan.control_hz));
+        if self.ticks > TIMEOUT_S * CONTROL_HZ {
+            return Err(tick.timeout(TIMEOUT_S * CONTROL_HZ));
         }
         if inputs.measured.is_none() {
             return Ok(None);
@@ -357,107 +338,4 @@ impl Calibration {
 /// Current that is not told from noise: half a percent of the converter's range, A.
 fn noise(plan: &Plan) -> f32 {
     5e-3 * plan.ratings.full_scale
-}
-
-impl Tick<'_> {
-    /// Length of a PWM period, s.
-    pub fn pwm_period(&self) -> f32 {
-        1.0 / self.plan.ratings.pwm_hz as f32
-    }
-
-    /// Refuses a value above `bound`, and NaN.
-    pub fn check_at_most(&self, quantity: Quantity, got: f32, bound: f32) -> Result<(), Refusal> {
-        check_at_most(quantity, got, bound)
-    }
-
-    /// Refuses a value below `bound`, and NaN.
-    pub fn check_at_least(&self, quantity: Quantity, got: f32, bound: f32) -> Result<(), Refusal> {
-        check(got >= bound, quantity, got, bound)
-    }
-
-    /// Refuses a position too far from the start.
-    pub fn check_travel(&self) -> Result<(), Refusal> {
-        let per_turn = core::f32::consts::TAU / self.plan.gear_ratio;
-        let travel = self.plan.turns(self.travel).abs() * per_turn;
-        self.check_at_most(Quantity::Travel, travel, self.plan.travel * per_turn)
-    }
-
-    /// The step has taken longer than this many ticks.
-    pub fn timeout(&self, ticks: u32) -> Refusal {
-        Refusal::Timeout {
-            step: self.step,
-            bound: ticks as f32 * self.plan.control_period(),
-        }
-    }
-}
-
-/// Refuses a value above `bound`, and NaN.
-pub(super) fn check_at_most(quantity: Quantity, got: f32, bound: f32) -> Result<(), Refusal> {
-    check(got <= bound, quantity, got, bound)
-}
-
-fn check(good: bool, quantity: Quantity, got: f32, bound: f32) -> Result<(), Refusal> {
-    if good {
-        return Ok(());
-    }
-    Err(Refusal::OutOfBounds {
-        quantity,
-        got,
-        bound,
-    })
-}
-
-/// Slow control of the current in d and q by the voltage.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Hold {
-    /// Voltage in d and q, V.
-    pub voltage: [f32; 2],
-    /// Change of the voltage per missing current and tick, ohm.
-    pub gain: f32,
-}
-
-impl Hold {
-    /// Corrects the voltage by the missing current, A.
-    pub fn update(&mut self, current: [f32; 2], wanted: [f32; 2]) {
-        for axis in 0..2 {
-            self.voltage[axis] += self.gain * (wanted[axis] - current[axis]);
-        }
-    }
-}
-
-/// Means over several ticks.
-#[derive(Clone, Debug, Default)]
-pub(super) struct Mean {
-    ticks: u32,
-    sums: Means,
-}
-
-/// Voltage, V, and current, A, in d and q; counts of the encoder per tick.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Means {
-    pub voltage: [f32; 2],
-    pub current: [f32; 2],
-    pub moved: f32,
-}
-
-impl Mean {
-    /// Adds the values of a tick.
-    pub fn add(&mut self, tick: &Tick) {
-        self.ticks += 1;
-        for axis in 0..2 {
-            self.sums.voltage[axis] += tick.measured.voltage[axis];
-            self.sums.current[axis] += tick.measured.current[axis];
-        }
-        self.sums.moved += tick.moved as f32;
-    }
-
-    /// Returns the means of the added ticks.
-    pub fn result(&self) -> Means {
-        let ticks = self.ticks as f32;
-        Means {
-            voltage: self.sums.voltage.map(|sum| sum / ticks),
-            current: self.sums.current.map(|sum| sum / ticks),
-            moved: self.sums.moved / ticks,
-        }
-    }
 }

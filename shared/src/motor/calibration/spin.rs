@@ -4,7 +4,8 @@
 //! Friction needs the same current at both speeds, so resistance and dead time cancel.
 
 use super::record::{Quantity, Refusal};
-use super::sequence::{Mean, Next, Tick, check_at_most};
+use super::tick::{Mean, Next, Tick, check_at_least, check_at_most};
+use crate::constants::CONTROL_PERIOD;
 use crate::motor::current::{Excitation, Frame};
 use crate::motor::rotor::Rotor;
 use crate::units::Angle;
@@ -120,7 +121,7 @@ impl Spin {
     pub fn tick(&mut self, tick: &Tick) -> Result<Next<Found>, Refusal> {
         let plan = tick.plan;
         let per_count = self.known.electrical_per_rotor * core::f32::consts::TAU
-            / (plan.counts_per_turn as f32 * plan.control_period());
+            / (plan.counts_per_turn as f32 * CONTROL_PERIOD);
         self.speed += (tick.moved as f32 * per_count - self.speed) * (1.0 / 16.0);
         let pole_pairs = self.known.electrical_per_rotor.abs();
         let bound = crate::math::min(
@@ -128,7 +129,7 @@ impl Spin {
             LARGEST_STEP * plan.ratings.pwm_hz as f32 / pole_pairs,
         );
         let speed = self.speed.abs() / pole_pairs;
-        tick.check_at_most(Quantity::Speed, speed, EXCESS * bound)?;
+        check_at_most(Quantity::Speed, speed, EXCESS * bound)?;
         self.ticks += 1;
         if self.steady {
             self.mean.add(tick);
@@ -185,7 +186,7 @@ impl Spin {
             _ => self.goal,
         };
         let [q, d] = self.driven(tick.measured.current);
-        let step = tick.limit * tick.plan.control_period() / RISE;
+        let step = tick.limit * CONTROL_PERIOD / RISE;
         let change = crate::math::limit(goal - self.voltage, step);
         // A change that reduces the current is always allowed.
         let allowed = d * d + q * q < tick.plan.current * tick.plan.current || q * change < 0.0;
@@ -205,7 +206,7 @@ impl Spin {
     fn settle(&mut self, tick: &Tick) -> Result<(), Refusal> {
         let [now, before] = &mut self.moved;
         *now += tick.moved;
-        if self.ticks % SETTLE != 0 {
+        if !self.ticks.is_multiple_of(SETTLE) {
             return Ok(());
         }
         let change = (*now - *before).abs() as f32;
@@ -262,9 +263,9 @@ impl Spin {
     fn check_turning(&self, tick: &Tick, change: &Point) -> Result<(), Refusal> {
         let pole_pairs = self.known.electrical_per_rotor.abs();
         let turns = FEWEST_COUNTS / tick.plan.counts_per_turn as f32;
-        let seconds = TICKS as f32 * tick.plan.control_period();
+        let seconds = TICKS as f32 * CONTROL_PERIOD;
         let slowest = turns * core::f32::consts::TAU / seconds;
         let speed = change.speed * f32::copysign(1.0, change.voltage) / pole_pairs;
-        tick.check_at_least(Quantity::Speed, speed, slowest)
+        check_at_least(Quantity::Speed, speed, slowest)
     }
 }

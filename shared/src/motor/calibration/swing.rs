@@ -5,7 +5,8 @@
 //! its direction. The second term is the voltage that dead time and brushes take.
 
 use super::record::{Quantity, Refusal};
-use super::sequence::{Next, Tick};
+use super::tick::{Next, Tick, check_at_least, check_at_most};
+use crate::constants::CONTROL_PERIOD;
 use crate::math::{max, sqrt};
 use crate::motor::current::Excitation;
 
@@ -86,19 +87,19 @@ impl Swing {
         let plan = tick.plan;
         let current = tick.measured.current[0];
         let turns = plan.turns(i64::from(tick.moved));
-        let speed = turns * core::f32::consts::TAU / plan.control_period();
+        let speed = turns * core::f32::consts::TAU / CONTROL_PERIOD;
         if self.amplitude == 0.0 {
             self.amplitude = FIRST * tick.limit;
         }
         self.largest = max(self.largest, current.abs());
         // Two counts are the noise of the sensor.
-        let count = core::f32::consts::TAU / (plan.counts_per_turn as f32 * plan.control_period());
+        let count = core::f32::consts::TAU / (plan.counts_per_turn as f32 * CONTROL_PERIOD);
         let bound = EXCESS * plan.speed + 2.0 * count;
-        tick.check_at_most(Quantity::Speed, speed.abs(), bound)?;
+        check_at_most(Quantity::Speed, speed.abs(), bound)?;
         tick.check_travel()?;
         self.collect(tick, current);
         self.ticks += 1;
-        if self.ticks as f32 * plan.control_period() >= HALF {
+        if self.ticks as f32 * CONTROL_PERIOD >= HALF {
             self.ticks = 0;
             self.evaluate(tick);
             self.negative = !self.negative;
@@ -107,7 +108,7 @@ impl Swing {
                     self.measured = Some(halves + 1);
                     let known = halves >= FEWEST_HALVES && self.fit.solve().1 <= ENOUGH_KNOWN;
                     if known || halves >= MOST_HALVES {
-                        return self.finish(tick).map(Next::Done);
+                        return self.finish().map(Next::Done);
                     }
                     // Both directions have the same amplitude, so that the rotor stays.
                     let place = GOLDEN_RATIO * (halves / 2) as f32;
@@ -135,7 +136,7 @@ impl Swing {
         self.amplitude *= GROWTH;
         let resistance = self.amplitude / current;
         let bound = LARGEST * tick.limit / current;
-        tick.check_at_most(Quantity::Resistance, resistance, bound)
+        check_at_most(Quantity::Resistance, resistance, bound)
     }
 
     /// Adds a tick to the window, if the current flows as the voltage says.
@@ -164,7 +165,7 @@ impl Swing {
         if window.ticks < FEWEST {
             return;
         }
-        let (ticks, period) = (window.ticks as f32, tick.plan.control_period());
+        let (ticks, period) = (window.ticks as f32, CONTROL_PERIOD);
         let turns = tick.plan.turns(i64::from(window.moved));
         let speed = turns * core::f32::consts::TAU / (ticks * period);
         // From the beginning of the first tick to the end of the last one.
@@ -175,10 +176,10 @@ impl Swing {
             .add(window.current / ticks, window.voltage / ticks - induced);
     }
 
-    fn finish(&self, tick: &Tick) -> Result<Found, Refusal> {
+    fn finish(&self) -> Result<Found, Refusal> {
         let (resistance, residual) = self.fit.solve();
-        tick.check_at_most(Quantity::Fit, residual, LARGEST_ERROR)?;
-        tick.check_at_least(Quantity::Resistance, resistance, 1e-3)?;
+        check_at_most(Quantity::Fit, residual, LARGEST_ERROR)?;
+        check_at_least(Quantity::Resistance, resistance, 1e-3)?;
         Ok(Found {
             resistance,
             residual,

@@ -1,7 +1,8 @@
 //! Measures the codes at which no current flows. All half bridges give the same voltage meanwhile.
 
 use super::record::{Quantity, Refusal};
-use super::sequence::{Next, Tick};
+use super::tick::{Next, Tick, check_at_most};
+use crate::constants::CONTROL_PERIOD;
 use crate::motor::current::Excitation;
 
 /// Largest distance of the zero from the middle of the converter's range, codes of 2^16.
@@ -33,11 +34,11 @@ impl Zero {
         }
         // A rotor that turns induces a current. Two counts are the noise of the sensor.
         let speed = tick.plan.turns(i64::from(self.moved.abs() - 2)) * core::f32::consts::TAU
-            / (TICKS as f32 * tick.plan.control_period());
-        tick.check_at_most(Quantity::SpeedAtStart, speed, 1.0)?;
+            / (TICKS as f32 * CONTROL_PERIOD);
+        check_at_most(Quantity::SpeedAtStart, speed, 1.0)?;
         let zero = self.codes.map(|sum| sum / TICKS as f32);
         for code in zero {
-            tick.check_at_most(Quantity::CurrentZero, code.abs(), LARGEST)?;
+            check_at_most(Quantity::CurrentZero, code.abs(), LARGEST)?;
         }
         Ok(Next::Done(zero.map(|code| {
             32_768 + crate::math::to_i32(code + f32::copysign(0.5, code))

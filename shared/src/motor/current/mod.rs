@@ -203,7 +203,7 @@ impl CurrentLoop {
             }
             Action::Excite if largest <= self.over_current => {
                 let point = &self.demand.point;
-                let compare = self.probe.step(&self.motor, readings, currents, point);
+                let compare = self.probe.step(&self.motor, *readings, currents, point);
                 (
                     PowerStage::Drive(compare),
                     self.motor.without_control(currents),

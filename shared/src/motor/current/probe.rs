@@ -174,7 +174,7 @@ impl Probe {
     pub fn step(
         &mut self,
         motor: &Motor,
-        readings: &Readings,
+        readings: Readings,
         currents: [i32; 2],
         point: &OperatingPoint,
     ) -> [u16; 3] {
@@ -208,7 +208,7 @@ impl Probe {
         compare
     }
 
-    fn sum(&mut self, readings: &Readings, current: [i32; 2], voltage: [i32; 2], angle: Angle) {
+    fn sum(&mut self, readings: Readings, current: [i32; 2], voltage: [i32; 2], angle: Angle) {
         let sums = &mut self.sums;
         sums.samples += 1;
         (sums.angle, sums.rotor) = (angle, readings.rotor);
@@ -217,7 +217,7 @@ impl Probe {
         let since_end = half.get() + DELAY - 1 - self.since;
         let ended = since_end % half == 0;
         let halves_ago = since_end / half;
-        let sign = if halves_ago % 2 == 0 {
+        let sign = if halves_ago.is_multiple_of(2) {
             self.sign
         } else {
             -self.sign

@@ -53,6 +53,15 @@ impl Axle {
         let torque_per_ampere = torque_per_ampere(settings, scale);
         let sync_ticks = (settings.get(Setting::SyncPeriod) as u32 / 1_000).max(1);
         let (envelopes, force) = Envelopes::new(settings);
+        let mut observer = Observer::new(
+            settings.get(Setting::EncoderCounts),
+            settings.get(Setting::GearRatio),
+            OBSERVER_BANDWIDTH,
+            0,
+        );
+        if settings.get(Setting::CountTiming) != 0 {
+            observer = observer.timing_counts();
+        }
         Self {
             scale,
             bounds: Bounds::new(
@@ -66,12 +75,7 @@ impl Axle {
             travel,
             sync_ticks,
             syncs_per_second: 1.0 / (sync_ticks as f32 * CONTROL_PERIOD),
-            observer: Observer::new(
-                settings.get(Setting::EncoderCounts),
-                settings.get(Setting::GearRatio),
-                OBSERVER_BANDWIDTH,
-                0,
-            ),
+            observer,
             sensed: false,
             supervisor: Supervisor::default(),
             authority: Authority::new(settings),

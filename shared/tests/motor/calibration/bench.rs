@@ -1,51 +1,52 @@
-//! Calibrates simulated motors. The motors are integrated eight times per PWM period, so that the
-//! results do not depend on the model's steps.
+//! Simulated motors for calibrations: random ones, with everything that a node does not know. They
+//! are integrated eight times per PWM period, so that the results do not depend on the model's
+//! steps.
 
 use crate::random::Random;
 use tautrack::link::{MotorModel, ThreePhaseModel, WindingModel};
 use tautrack::motor::bridge::{PowerStage, Ratings};
 use tautrack::motor::calibration::{Calibration, Inputs, Plan, Progress, Record, Refusal};
-use tautrack::motor::current::{BridgeDemand, Config, CurrentLoop, MotorKind};
+use tautrack::motor::current::{Config, CurrentLoop, MotorKind};
 use tautrack::motor::model::Motor;
 use tautrack::motor::rotor::{ElectricalAngle, Mounting};
 
-const STAGE: Ratings = Ratings {
+pub const STAGE: Ratings = Ratings {
     pwm_hz: 20_000,
     period: 4_250,
     full_scale: 64.0,
 };
-const SUPPLY: f32 = 24.0;
+pub const SUPPLY: f32 = 24.0;
 /// Steps of the model per PWM period.
-const STEPS: u32 = 8;
-const PERIODS: u32 = 20;
+pub const STEPS: u32 = 8;
+pub const PERIODS: u32 = 20;
 
 /// A motor with everything that its node does not know.
 #[derive(Clone, Copy, Debug)]
-struct Truth {
-    model: MotorModel,
+pub struct Truth {
+    pub model: MotorModel,
     /// Leads b and c are swapped.
-    swapped: bool,
+    pub swapped: bool,
     /// Codes at no current, less 2^15, and true gains of the converters.
-    zero: [i32; 2],
-    gain: [f64; 2],
+    pub zero: [i32; 2],
+    pub gain: [f64; 2],
     /// The rotor sensor reads up to one count too much.
-    sensor_noise: bool,
-    current_limit: f32,
-    calibration_current: f32,
+    pub sensor_noise: bool,
+    pub current_limit: f32,
+    pub calibration_current: f32,
 }
 
-struct Bench {
-    truth: Truth,
-    motor: Motor,
-    current_loop: CurrentLoop,
-    stage: PowerStage,
-    random: Random,
-    jitter: u32,
-    largest_current: f64,
+pub struct Bench {
+    pub truth: Truth,
+    pub motor: Motor,
+    pub current_loop: CurrentLoop,
+    pub stage: PowerStage,
+    pub random: Random,
+    pub jitter: u32,
+    pub largest_current: f64,
 }
 
 impl Truth {
-    fn three_phase(&self) -> ThreePhaseModel {
+    pub fn three_phase(&self) -> ThreePhaseModel {
         match self.model.winding {
             WindingModel::ThreePhase(winding) => winding,
             WindingModel::Brushed { .. } => unreachable!("a three-phase motor"),
@@ -53,7 +54,7 @@ impl Truth {
     }
 
     /// What the settings say before the calibration: R +40 %, flux -10 %, offset 2 degrees off.
-    fn config(&self, record: Option<&Record>) -> Config {
+    pub fn config(&self, record: Option<&Record>) -> Config {
         let offset = self.offset_degrees() + 2.0;
         let (kind, resistance, inductance) = match self.model.winding {
             WindingModel::Brushed {
@@ -105,7 +106,7 @@ impl Truth {
     }
 
     /// Electrical angle in the middle of the sensor's count 0, as the node sees it.
-    fn offset_degrees(&self) -> f64 {
+    pub fn offset_degrees(&self) -> f64 {
         let WindingModel::ThreePhase(winding) = self.model.winding else {
             return 0.0;
         };
@@ -119,7 +120,7 @@ impl Truth {
 }
 
 impl Bench {
-    fn new(truth: &Truth, config: &Config, seed: u64) -> Self {
+    pub fn new(truth: &Truth, config: &Config, seed: u64) -> Self {
         let stage = Ratings {
             pwm_hz: STEPS * STAGE.pwm_hz,
             ..STAGE
@@ -141,7 +142,7 @@ impl Bench {
         }
     }
 
-    fn period(&mut self) {
+    pub fn period(&mut self) {
         let truth = &self.truth;
         let mut readings = self.motor.readings();
         let [a, b] = readings.currents.map(|code| f64::from(code) - 32_768.0);
@@ -172,7 +173,7 @@ impl Bench {
     }
 
     /// Runs a calibration to its end; returns its result and its duration, s.
-    fn calibrate(&mut self, plan: &Plan) -> (Result<Record, Refusal>, f64) {
+    pub fn calibrate(&mut self, plan: &Plan) -> (Result<Record, Refusal>, f64) {
         let mut calibration = Calibration::new(plan);
         for tick in 0..200_000 {
             let inputs = Inputs {
@@ -193,7 +194,7 @@ impl Bench {
     }
 }
 
-fn plan(truth: &Truth) -> Plan {
+pub fn plan(truth: &Truth) -> Plan {
     let gear_ratio = truth.model.gear_ratio;
     Plan {
         kind: match truth.model.winding {
@@ -201,7 +202,6 @@ fn plan(truth: &Truth) -> Plan {
             WindingModel::ThreePhase(_) => MotorKind::ThreePhase,
         },
         ratings: STAGE,
-        control_hz: 1_000,
         counts_per_turn: truth.model.encoder_counts as i32,
         gear_ratio,
         current: truth.calibration_current,
@@ -212,17 +212,17 @@ fn plan(truth: &Truth) -> Plan {
     }
 }
 
-fn between(random: &mut Random, low: f64, high: f64) -> f64 {
+pub fn between(random: &mut Random, low: f64, high: f64) -> f64 {
     low + 0.5 * (random.next() + 1.0) * (high - low)
 }
 
 /// Drawn so that its logarithm is uniform.
-fn scaled(random: &mut Random, low: f64, high: f64) -> f64 {
+pub fn scaled(random: &mut Random, low: f64, high: f64) -> f64 {
     between(random, low.ln(), high.ln()).exp()
 }
 
 /// A random motor. Its numbers are drawn from the time constants and speeds of real motors.
-fn draw(random: &mut Random, brushed: bool) -> Truth {
+pub fn draw(random: &mut Random, brushed: bool) -> Truth {
     let resistance = scaled(random, 0.03, 5.0);
     let inductance = (resistance * scaled(random, 1.5e-4, 5e-3)).clamp(2e-5, 8e-3);
     let saliency = between(random, 1.0, 1.6);
@@ -279,177 +279,4 @@ fn draw(random: &mut Random, brushed: bool) -> Truth {
         current_limit: current_limit as f32,
         calibration_current: calibration_current as f32,
     }
-}
-
-fn off(got: f32, truth: f32) -> f64 {
-    (f64::from(got) / f64::from(truth) - 1.0).abs()
-}
-
-/// Largest errors of a set of calibrations.
-#[derive(Debug, Default)]
-struct Worst {
-    resistance: f64,
-    inductance: f64,
-    torque_constant: f64,
-    offset_degrees: f64,
-    seconds: f64,
-    current: f64,
-    torque_before: f64,
-    torque_after: f64,
-}
-
-#[test]
-fn fifty_three_phase_motors_are_measured_or_refused_with_the_reason() {
-    let mut random = Random(20_261_123);
-    let (mut worst, mut refused) = (Worst::default(), 0);
-    for number in 0..50 {
-        let truth = draw(&mut random, false);
-        let winding = truth.three_phase();
-        let mut bench = Bench::new(&truth, &truth.config(None), number);
-        let (result, seconds) = bench.calibrate(&plan(&truth));
-        worst.current = worst
-            .current
-            .max(bench.largest_current / f64::from(truth.calibration_current));
-        worst.seconds = worst.seconds.max(seconds);
-        let record = match result {
-            Ok(record) => record,
-            Err(refusal) => {
-                println!("motor {number} refused after {seconds} s: {refusal}\n  {truth:?}");
-                refused += 1;
-                continue;
-            }
-        };
-        let about = format!("motor {number}: {record:?}\n{truth:?}");
-        assert_eq!(record.pole_pairs, i32::from(winding.pole_pairs), "{about}");
-        assert_eq!(record.reversed, truth.swapped, "{about}");
-        let resistance = off(record.resistance, winding.resistance);
-        let inductance = [0, 1]
-            .map(|axis| off(record.inductance[axis], winding.inductance[axis]))
-            .into_iter()
-            .fold(0.0, f64::max);
-        let torque_constant = off(
-            record.torque_constant.expect("the shaft was free"),
-            truth.model.winding.torque_constant(),
-        );
-        let degrees = f64::from(record.offset.0.to_bits()) / 4_294_967_296.0 * 360.0;
-        let apart = (degrees - truth.offset_degrees() + 540.0).rem_euclid(360.0) - 180.0;
-        worst.resistance = worst.resistance.max(resistance);
-        worst.inductance = worst.inductance.max(inductance);
-        worst.torque_constant = worst.torque_constant.max(torque_constant);
-        worst.offset_degrees = worst.offset_degrees.max(apart.abs());
-        assert!(resistance <= 0.05, "{about}");
-        assert!(inductance <= 0.10, "{about}");
-        assert!(torque_constant <= 0.03, "{about}");
-        assert!(apart.abs() <= 2.0, "{apart} {about}");
-        let after = torque_error(&truth, Some(&record));
-        assert!(after <= 0.03, "{after} {about}");
-        worst.torque_before = worst.torque_before.max(torque_error(&truth, None));
-        worst.torque_after = worst.torque_after.max(after);
-    }
-    println!("{refused} of 50 three-phase motors refused; {worst:?}");
-    assert!(refused <= 5, "{refused}");
-    assert!(worst.torque_before > 0.08, "{worst:?}");
-    // Steps and noise of the converter, and the swing of the rotor.
-    assert!(worst.current <= 2.0, "{}", worst.current);
-}
-
-/// Largest error of the mean torque from 10 to 100 % of the current limit, as a fraction. The rotor
-/// is so heavy that it stands at random angles.
-fn torque_error(truth: &Truth, record: Option<&Record>) -> f64 {
-    let winding = match truth.model.winding {
-        WindingModel::ThreePhase(winding) => WindingModel::ThreePhase(ThreePhaseModel {
-            cogging_torque: 0.0,
-            ..winding
-        }),
-        brushed @ WindingModel::Brushed { .. } => brushed,
-    };
-    let inertia = 10.0;
-    let heavy = Truth {
-        model: MotorModel {
-            winding,
-            rotor_inertia: inertia,
-            gear_ratio: 1.0,
-            friction_torque: 0.0,
-            ..truth.model
-        },
-        ..*truth
-    };
-    let config = Config {
-        gear_ratio: 1.0,
-        ..heavy.config(record)
-    };
-    let constant = f64::from(truth.model.winding.torque_constant());
-    let error = |part: f64| {
-        let wanted = part * constant * f64::from(truth.current_limit);
-        let angles = 4;
-        let torques = (0..angles).map(|seed| {
-            let mut bench = Bench::new(&heavy, &config, 77 + seed);
-            bench
-                .current_loop
-                .set_sensing(record.map(|record| record.sensing).unwrap_or_default());
-            let amperes = wanted / f64::from(config.torque_constant);
-            let mut run = |periods: u32| {
-                for period in 0..periods {
-                    if period % PERIODS == 0 {
-                        let demand = BridgeDemand::Current(amperes as f32);
-                        bench.current_loop.demand(demand, SUPPLY, 0.0);
-                    }
-                    bench.period();
-                }
-                f64::from(bench.motor.shaft().velocity)
-            };
-            let before = run(1_000);
-            let after = run(1_000);
-            inertia as f64 * (after - before) / 0.05 / wanted
-        });
-        (torques.sum::<f64>() / angles as f64 - 1.0).abs()
-    };
-    // Beyond 99 % the settings of a wrong torque constant would meet the current limit.
-    [0.1, 0.3, 0.85].into_iter().map(error).fold(0.0, f64::max)
-}
-
-#[test]
-fn fifty_brushed_motors_are_measured_or_refused_with_the_reason() {
-    let mut random = Random(20_261_124);
-    let (mut worst, mut refused) = (Worst::default(), 0);
-    for number in 0..50 {
-        let truth = draw(&mut random, true);
-        let WindingModel::Brushed {
-            resistance,
-            inductance,
-            torque_constant,
-        } = truth.model.winding
-        else {
-            unreachable!("a brushed motor")
-        };
-        let mut bench = Bench::new(&truth, &truth.config(None), number);
-        let (result, seconds) = bench.calibrate(&plan(&truth));
-        worst.current = worst
-            .current
-            .max(bench.largest_current / f64::from(truth.calibration_current));
-        worst.seconds = worst.seconds.max(seconds);
-        let record = match result {
-            Ok(record) => record,
-            Err(refusal) => {
-                println!("motor {number} refused after {seconds} s: {refusal}\n  {truth:?}");
-                refused += 1;
-                continue;
-            }
-        };
-        let about = format!("motor {number}: {record:?}\n{truth:?}");
-        let resistance = off(record.resistance, resistance);
-        let inductance = off(record.inductance[0], inductance);
-        let found = record.torque_constant.expect("the shaft was free");
-        let torque_constant = off(found, torque_constant);
-        worst.resistance = worst.resistance.max(resistance);
-        worst.inductance = worst.inductance.max(inductance);
-        worst.torque_constant = worst.torque_constant.max(torque_constant);
-        assert!(resistance <= 0.05, "{about}");
-        assert!(inductance <= 0.10, "{about}");
-        assert!(torque_constant <= 0.03, "{about}");
-    }
-    println!("{refused} of 50 brushed motors refused; {worst:?}");
-    // Coarse encoders and heavy rotors, whose resistance has too large a standard error.
-    assert!(refused <= 8, "{refused}");
-    assert!(worst.current <= 2.0, "{}", worst.current);
 }

@@ -1,0 +1,182 @@
+//! Calibrates simulated motors that are drawn at random.
+
+mod bench;
+
+use crate::random::Random;
+use bench::{Bench, PERIODS, SUPPLY, Truth, draw, plan};
+use tautrack::link::{MotorModel, ThreePhaseModel, WindingModel};
+use tautrack::motor::calibration::Record;
+use tautrack::motor::current::{BridgeDemand, Config};
+
+fn off(got: f32, truth: f32) -> f64 {
+    (f64::from(got) / f64::from(truth) - 1.0).abs()
+}
+
+/// Largest errors of a set of calibrations.
+#[derive(Debug, Default)]
+struct Worst {
+    resistance: f64,
+    inductance: f64,
+    torque_constant: f64,
+    offset_degrees: f64,
+    seconds: f64,
+    current: f64,
+    torque_before: f64,
+    torque_after: f64,
+}
+
+#[test]
+fn fifty_three_phase_motors_are_measured_or_refused_with_the_reason() {
+    let mut random = Random(20_261_123);
+    let (mut worst, mut refused) = (Worst::default(), 0);
+    for number in 0..50 {
+        let truth = draw(&mut random, false);
+        let winding = truth.three_phase();
+        let mut bench = Bench::new(&truth, &truth.config(None), number);
+        let (result, seconds) = bench.calibrate(&plan(&truth));
+        worst.current = worst
+            .current
+            .max(bench.largest_current / f64::from(truth.calibration_current));
+        worst.seconds = worst.seconds.max(seconds);
+        let record = match result {
+            Ok(record) => record,
+            Err(refusal) => {
+                println!("motor {number} refused after {seconds} s: {refusal}\n  {truth:?}");
+                refused += 1;
+                continue;
+            }
+        };
+        let about = format!("motor {number}: {record:?}\n{truth:?}");
+        assert_eq!(record.pole_pairs, i32::from(winding.pole_pairs), "{about}");
+        assert_eq!(record.reversed, truth.swapped, "{about}");
+        let resistance = off(record.resistance, winding.resistance);
+        let inductance = [0, 1]
+            .map(|axis| off(record.inductance[axis], winding.inductance[axis]))
+            .into_iter()
+            .fold(0.0, f64::max);
+        let torque_constant = off(
+            record.torque_constant.expect("the shaft was free"),
+            truth.model.winding.torque_constant(),
+        );
+        let degrees = f64::from(record.offset.0.to_bits()) / 4_294_967_296.0 * 360.0;
+        let apart = (degrees - truth.offset_degrees() + 540.0).rem_euclid(360.0) - 180.0;
+        worst.resistance = worst.resistance.max(resistance);
+        worst.inductance = worst.inductance.max(inductance);
+        worst.torque_constant = worst.torque_constant.max(torque_constant);
+        worst.offset_degrees = worst.offset_degrees.max(apart.abs());
+        assert!(resistance <= 0.05, "{about}");
+        assert!(inductance <= 0.10, "{about}");
+        assert!(torque_constant <= 0.03, "{about}");
+        assert!(apart.abs() <= 2.0, "{apart} {about}");
+        let after = torque_error(&truth, Some(&record));
+        assert!(after <= 0.03, "{after} {about}");
+        worst.torque_before = worst.torque_before.max(torque_error(&truth, None));
+        worst.torque_after = worst.torque_after.max(after);
+    }
+    println!("{refused} of 50 three-phase motors refused; {worst:?}");
+    assert!(refused <= 5, "{refused}");
+    assert!(worst.torque_before > 0.08, "{worst:?}");
+    // Steps and noise of the converter, and the swing of the rotor.
+    assert!(worst.current <= 2.0, "{}", worst.current);
+}
+
+/// Largest error of the mean torque from 10 to 100 % of the current limit, as a fraction. The rotor
+/// is so heavy that it stands at random angles.
+fn torque_error(truth: &Truth, record: Option<&Record>) -> f64 {
+    let winding = match truth.model.winding {
+        WindingModel::ThreePhase(winding) => WindingModel::ThreePhase(ThreePhaseModel {
+            cogging_torque: 0.0,
+            ..winding
+        }),
+        brushed @ WindingModel::Brushed { .. } => brushed,
+    };
+    let inertia = 10.0;
+    let heavy = Truth {
+        model: MotorModel {
+            winding,
+            rotor_inertia: inertia,
+            gear_ratio: 1.0,
+            friction_torque: 0.0,
+            ..truth.model
+        },
+        ..*truth
+    };
+    let config = Config {
+        gear_ratio: 1.0,
+        ..heavy.config(record)
+    };
+    let constant = f64::from(truth.model.winding.torque_constant());
+    let error = |part: f64| {
+        let wanted = part * constant * f64::from(truth.current_limit);
+        let angles = 4;
+        let torques = (0..angles).map(|seed| {
+            let mut bench = Bench::new(&heavy, &config, 77 + seed);
+            bench
+                .current_loop
+                .set_sensing(record.map(|record| record.sensing).unwrap_or_default());
+            let amperes = wanted / f64::from(config.torque_constant);
+            let mut run = |periods: u32| {
+                for period in 0..periods {
+                    if period % PERIODS == 0 {
+                        let demand = BridgeDemand::Current(amperes as f32);
+                        bench.current_loop.demand(demand, SUPPLY, 0.0);
+                    }
+                    bench.period();
+                }
+                f64::from(bench.motor.shaft().velocity)
+            };
+            let before = run(1_000);
+            let after = run(1_000);
+            inertia as f64 * (after - before) / 0.05 / wanted
+        });
+        (torques.sum::<f64>() / angles as f64 - 1.0).abs()
+    };
+    // Beyond 99 % the settings of a wrong torque constant would meet the current limit.
+    [0.1, 0.3, 0.85].into_iter().map(error).fold(0.0, f64::max)
+}
+
+#[test]
+fn fifty_brushed_motors_are_measured_or_refused_with_the_reason() {
+    let mut random = Random(20_261_124);
+    let (mut worst, mut refused) = (Worst::default(), 0);
+    for number in 0..50 {
+        let truth = draw(&mut random, true);
+        let WindingModel::Brushed {
+            resistance,
+            inductance,
+            torque_constant,
+        } = truth.model.winding
+        else {
+            unreachable!("a brushed motor")
+        };
+        let mut bench = Bench::new(&truth, &truth.config(None), number);
+        let (result, seconds) = bench.calibrate(&plan(&truth));
+        worst.current = worst
+            .current
+            .max(bench.largest_current / f64::from(truth.calibration_current));
+        worst.seconds = worst.seconds.max(seconds);
+        let record = match result {
+            Ok(record) => record,
+            Err(refusal) => {
+                println!("motor {number} refused after {seconds} s: {refusal}\n  {truth:?}");
+                refused += 1;
+                continue;
+            }
+        };
+        let about = format!("motor {number}: {record:?}\n{truth:?}");
+        let resistance = off(record.resistance, resistance);
+        let inductance = off(record.inductance[0], inductance);
+        let found = record.torque_constant.expect("the shaft was free");
+        let torque_constant = off(found, torque_constant);
+        worst.resistance = worst.resistance.max(resistance);
+        worst.inductance = worst.inductance.max(inductance);
+        worst.torque_constant = worst.torque_constant.max(torque_constant);
+        assert!(resistance <= 0.05, "{about}");
+        assert!(inductance <= 0.10, "{about}");
+        assert!(torque_constant <= 0.03, "{about}");
+    }
+    println!("{refused} of 50 brushed motors refused; {worst:?}");
+    // Coarse encoders and heavy rotors, whose resistance has too large a standard error.
+    assert!(refused <= 8, "{refused}");
+    assert!(worst.current <= 2.0, "{}", worst.current);
+}
