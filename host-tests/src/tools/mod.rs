@@ -1,8 +1,9 @@
-//! The commands: [`demo`], [`suite`], [`evaluate`], [`cost`], and [`generate`], which writes the
-//! reference pages.
+//! The commands: [`demo`], [`suite`], [`evaluate`], [`cost`], [`flash_node`], and
+//! [`generate`], which writes the reference pages.
 
 pub mod cost;
 pub mod demo;
 pub mod evaluate;
+pub mod flash_node;
 pub mod generate;
 pub mod suite;
