@@ -21,6 +21,9 @@ use tautrack_host_tests::programs::flash::Segment;
 pub const CORE_HZ: u64 = 170_000_000;
 const FLASH: u32 = 0x0800_0000;
 const FLASH_LENGTH: usize = 128 * 1024;
+const RAM_LENGTH: u64 = 32 * 1024;
+/// Contents of RAM that nothing was written to.
+const PAINT: u8 = 0x5a;
 
 pub const RCC: u32 = 0x4002_1000;
 pub const PWR: u32 = 0x4000_7000;
@@ -427,7 +430,8 @@ impl Chip {
         }
         let flash = Arc::new(RamStore::new(FLASH_LENGTH as u64));
         flash.write_at(0, &image).expect("a flash memory");
-        let ram = Arc::new(RamStore::new(32 * 1024));
+        let ram = Arc::new(RamStore::new(RAM_LENGTH));
+        ram.write_at(0, &[PAINT; RAM_LENGTH as usize]).expect("RAM");
         let other = Arc::new(RamStore::new(0x400));
         let state = Arc::new(Mutex::new(State {
             pins: Some(Pins {
@@ -590,6 +594,15 @@ impl Chip {
             .write_at(0x6000, &[0xfe, 0xe7, 0xfe, 0xe7])
             .expect("RAM");
         self.cpu.set_pc(0x2000_6000);
+    }
+
+    /// Bytes of RAM that were ever written.
+    pub fn used_ram(&self) -> usize {
+        let mut bytes = [0; RAM_LENGTH as usize];
+        self.ram.read_at(0, &mut bytes).expect("RAM");
+        // The longest run of untouched bytes is between the static variables and the stack.
+        let runs = bytes.split(|byte| *byte != PAINT);
+        bytes.len() - runs.map(<[u8]>::len).max().unwrap_or(0)
     }
 
     /// Priority of an interrupt; 0 is the most urgent.

@@ -25,6 +25,8 @@ const LOADER: u32 = 0x0800_0000;
 const SCENARIO: &str = "host-tests/scenarios/staircase.toml";
 /// Node id of the chip.
 const NODE: u16 = 5;
+/// RAM that static variables and stack may take, bytes.
+const MAX_RAM: usize = 24 * 1024;
 /// Time in which a node starts, us; less than the watchdog's period.
 const BOOT_US: u64 = 45_000;
 /// Largest number of instructions of the current interrupt, entry and library included.
@@ -300,6 +302,21 @@ pub fn the_current_interrupt_takes_at_most_480_instructions() {
         "{}",
         chip.current_interrupt
     );
+}
+
+#[test]
+fn static_variables_and_stack_take_at_most_24_kib() {
+    let mut axle = armed_axle();
+    axle.run(100_000);
+    let mut screw = application(&programs().screw, Role::Screw);
+    screw.run(BOOT_US);
+    read(&mut screw, 0x6041);
+    screw.run(100_000);
+    for (name, chip) in [("axle", axle), ("screw", screw)] {
+        let used = chip.used_ram();
+        println!("{name}: {used} bytes of RAM");
+        assert!((4_000..=MAX_RAM).contains(&used), "{name}: {used}");
+    }
 }
 
 #[test]
