@@ -1,8 +1,8 @@
 //! Builds the node programs, for the emulated board, the host or WebAssembly, and identifies
 //! them by their hashes.
 //!
-//! `program` describes a program, `motor_board` builds what is flashed, `cargo` calls cargo, `error` lists the errors. [`setup`] installs
-//! what the build needs.
+//! `program` describes a program, `motor_board` builds what is flashed, `cargo` calls cargo,
+//! `error` lists the errors. [`setup`] installs what the build needs.
 
 mod cargo;
 mod error;

@@ -1,4 +1,5 @@
-//! The pin table of docs/hardware.md, compared with what the manufacturer's data say about the chip.
+//! The pin table of docs/hardware.md, compared with what the manufacturer's data say about the
+//! chip.
 
 use std::collections::BTreeSet;
 use std::fs;
