@@ -7,6 +7,7 @@ use crate::bus::{Listen, Received};
 use crate::storage;
 use core::sync::atomic::{AtomicU8, AtomicU16, Ordering};
 use embassy_time::{Duration, Ticker};
+use static_cell::StaticCell;
 use tautrack::bus::pdo::{DriveMotion, transmit};
 use tautrack::node::screw::{Inputs, Screw};
 use tautrack::settings::{Setting, Settings};
@@ -28,8 +29,14 @@ static GUARD: AtomicU8 = AtomicU8::new(0);
 static JOINT: AtomicU16 = AtomicU16::new(0);
 
 fn start(spawners: Spawners, settings: &Settings) -> Result<(), Refusal> {
+    // Its table is large. In a static variable it is neither copied into the task nor through the
+    // stack.
+    static SCREW: StaticCell<Screw> = StaticCell::new();
     let screw =
         Screw::new(settings).map_err(|error| refuse("geometry", format_args!("{error:?}")))?;
+    let screw = SCREW
+        .try_init(screw)
+        .ok_or_else(|| refuse("screw", "it was started before"))?;
     drive::install_current_loop(settings)?;
     let listen = Listen {
         parameter: JOINT_PARAMETER,
@@ -61,7 +68,7 @@ fn received(received: Received) {
 }
 
 #[embassy_executor::task]
-async fn control(mut screw: Screw, node: u8) -> ! {
+async fn control(screw: &'static mut Screw, node: u8) -> ! {
     od::OBJECT2010.set_value(screw.scale().code() | storage::unconfigured_mark());
     od::publish_parameters(&screw.axle().parameters());
     publish_ratings();

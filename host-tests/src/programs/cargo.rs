@@ -12,33 +12,56 @@ use std::process::Command;
 /// Maximum number of lines of cargo's output in an error.
 const SHOWN_LINES: usize = 30;
 
-/// Builds `programs` with `features` and returns the folder that contains them.
-pub(super) fn folder_of(
-    board: Board,
-    features: &str,
-    programs: &[&str],
-) -> Result<PathBuf, BuildError> {
+/// What cargo builds.
+pub(super) struct Recipe<'a> {
+    /// Name of the board, for errors.
+    pub board: &'a str,
+    /// Compiler target; `None` for the host.
+    pub target: Option<&'static str>,
+    /// Features of the firmware.
+    pub features: &'a str,
+    /// Profile of the workspace.
+    pub profile: &'a str,
+}
+
+impl Recipe<'_> {
+    /// Programs that run on the board of the simulator.
+    pub(super) fn simulated(board: Board, features: &str) -> Recipe<'_> {
+        Recipe {
+            board: board.name(),
+            target: target(board),
+            features,
+            profile: "firmware",
+        }
+    }
+}
+
+/// Builds `programs` and returns the folder that contains them.
+pub(super) fn folder_of(recipe: &Recipe, programs: &[&str]) -> Result<PathBuf, BuildError> {
     let root = root().map_err(BuildError::NoCheckout)?;
-    let toolchain = match board {
-        Board::Qemu => setup::ensure().map_err(BuildError::Missing)?,
-        Board::Native | Board::Wasm => Toolchain::Current,
+    let toolchain = match recipe.target {
+        Some(TARGET) => setup::ensure().map_err(BuildError::Missing)?,
+        _ => Toolchain::Current,
     };
     let mut folder = root.join("target").join(match toolchain {
         Toolchain::Current => "nodes",
         Toolchain::Distribution => "nodes-distribution",
     });
-    let output = command(board, toolchain, &folder)
-        .args(["--features", features])
+    let output = command(recipe, toolchain, &folder)
+        .args(["--features", recipe.features])
         .args(programs.iter().flat_map(|program| ["--bin", program]))
         .current_dir(root)
         .output()
         .map_err(BuildError::Cargo)?;
     if !output.status.success() {
         let output = last_lines(&String::from_utf8_lossy(&output.stderr));
-        return Err(BuildError::Failed { board, output });
+        return Err(BuildError::Failed {
+            board: recipe.board.to_owned(),
+            output,
+        });
     }
-    folder.extend(target(board));
-    folder.push("firmware");
+    folder.extend(recipe.target);
+    folder.push(recipe.profile);
     Ok(folder)
 }
 
@@ -51,7 +74,7 @@ fn target(board: Board) -> Option<&'static str> {
     }
 }
 
-fn command(board: Board, toolchain: Toolchain, target_folder: &Path) -> Command {
+fn command(recipe: &Recipe, toolchain: Toolchain, target_folder: &Path) -> Command {
     let cargo = match toolchain {
         Toolchain::Current => env::var_os("CARGO").unwrap_or_else(|| "cargo".into()),
         Toolchain::Distribution => DISTRIBUTION_CARGO.into(),
@@ -65,9 +88,9 @@ fn command(board: Board, toolchain: Toolchain, target_folder: &Path) -> Command 
     command.arg("build");
     command.args(["--package", "tautrack-firmware"]);
     command
-        .args(["--locked", "--profile", "firmware", "--target-dir"])
+        .args(["--locked", "--profile", recipe.profile, "--target-dir"])
         .arg(target_folder);
-    if let Some(target) = target(board) {
+    if let Some(target) = recipe.target {
         command.args(["--target", target]);
     }
     if toolchain == Toolchain::Distribution {

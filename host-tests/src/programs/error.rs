@@ -1,6 +1,5 @@
 //! Errors of building the node programs.
 
-use super::Board;
 use super::setup::Missing;
 use super::setup::checkout::NoCheckout;
 use std::path::PathBuf;
@@ -17,8 +16,8 @@ pub enum BuildError {
     Cargo(io::Error),
     /// cargo runs and fails.
     Failed {
-        /// The board that the programs were built for.
-        board: Board,
+        /// Name of the board that the programs were built for.
+        board: String,
         /// The last lines of cargo's output.
         output: String,
     },
@@ -38,7 +37,7 @@ impl fmt::Display for BuildError {
             Self::Missing(missing) => write!(f, "{missing}"),
             Self::Cargo(error) => write!(f, "cargo does not start: {error}"),
             Self::Failed { board, output } => {
-                write!(f, "the nodes for {board:?} do not build:\n{output}")
+                write!(f, "the nodes for {board} do not build:\n{output}")
             }
             Self::Unreadable { path, error } => {
                 write!(f, "cannot read {}: {error}", path.display())

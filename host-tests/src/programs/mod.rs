@@ -1,19 +1,22 @@
 //! Builds the node programs, for the emulated board, the host or WebAssembly, and identifies
 //! them by their hashes.
 //!
-//! `program` describes a program, `cargo` calls cargo, `error` lists the errors. [`setup`] installs
-//! what the build needs.
+//! `program` describes a program, `motor_board` builds what is flashed, `cargo` calls cargo,
+//! `error` lists the errors. [`setup`] installs what the build needs.
 
 mod cargo;
 mod error;
+pub mod flash;
+mod motor_board;
 mod program;
 pub mod setup;
 
 pub use cargo::changes_a_build;
 pub use error::BuildError;
+pub use motor_board::{MotorBoard, motor_board};
 pub use program::{Board, Instruments, Program, Programs, hexadecimal};
 
-use cargo::folder_of;
+use cargo::{Recipe, folder_of};
 use program::program;
 
 /// Builds the nodes of the robot with this guard program for `board`. Returns quickly if nothing
@@ -25,7 +28,8 @@ use program::program;
 /// # Errors
 /// [`BuildError`], with cargo's last lines if the build fails.
 pub fn build(board: Board, guard: &str) -> Result<Programs, BuildError> {
-    let folder = folder_of(board, board.feature(), &["axle", "screw", guard])?;
+    let recipe = Recipe::simulated(board, board.feature());
+    let folder = folder_of(&recipe, &["axle", "screw", guard])?;
     Ok(Programs {
         board,
         axle: program(board, &folder, "axle")?,
@@ -40,7 +44,8 @@ pub fn build(board: Board, guard: &str) -> Result<Programs, BuildError> {
 /// # Errors
 /// The same as [`build`].
 pub fn instruments() -> Result<Instruments, BuildError> {
-    let folder = folder_of(Board::Qemu, "cost", &["cost", "ticks"])?;
+    let recipe = Recipe::simulated(Board::Qemu, "cost");
+    let folder = folder_of(&recipe, &["cost", "ticks"])?;
     Ok(Instruments {
         cost: program(Board::Qemu, &folder, "cost")?,
         ticks: program(Board::Qemu, &folder, "ticks")?,

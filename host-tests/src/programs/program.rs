@@ -25,6 +25,15 @@ impl Board {
             Self::Native | Self::Wasm => "",
         }
     }
+
+    /// Name for people.
+    pub(super) fn name(self) -> &'static str {
+        match self {
+            Self::Qemu => "mps2",
+            Self::Native => "native",
+            Self::Wasm => "wasm",
+        }
+    }
 }
 
 /// Node program.
@@ -63,6 +72,11 @@ pub(super) fn program(board: Board, folder: &Path, role: &str) -> Result<Program
     if board == Board::Wasm {
         path.set_extension("wasm");
     }
+    identify(path)
+}
+
+/// Computes the hash of the program at `path`.
+pub(super) fn identify(path: PathBuf) -> Result<Program, BuildError> {
     match fs::read(&path) {
         Ok(bytes) => Ok(Program {
             path,

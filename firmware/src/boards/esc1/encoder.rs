@@ -36,8 +36,8 @@ pub fn start(timer: Peri<'static, TIM4>, a: Peri<'static, PB6>, b: Peri<'static,
         .modify(|w| (0..2).for_each(|n| w.set_cce(n, true)));
 }
 
-/// Adds the counts since the last call, and returns the sum. Called in every PWM period, in which an
-/// encoder makes fewer than 2^15 counts.
+/// Adds the counts since the last call, and returns the sum. Called in every PWM period, in which
+/// an encoder makes fewer than 2^15 counts.
 #[inline]
 pub fn update() -> u32 {
     let counted = pac::TIM4.cnt().read().cnt();

@@ -1,5 +1,5 @@
-//! ST's B-G431B-ESC1: STM32G431CB, three half bridges with shunts, CAN transceiver, connector for an
-//! encoder. docs/hardware.md has its wiring, and what was never tried.
+//! ST's B-G431B-ESC1: STM32G431CB, three half bridges with shunts, CAN transceiver, connector for
+//! an encoder. docs/hardware.md has its wiring, and what was never tried.
 //!
 //! * `clock`: 170 MHz from the crystal
 //! * `bridge`: TIM1, its outputs and what opens them

@@ -1,9 +1,9 @@
 //! Comparators that open the bridge when the current of a low side is too high, without software.
 //!
 //! A comparator sees its shunt through the same divider as the op-amp, so 4/7 of the shunt's
-//! voltage, on top of the voltage that makes the op-amp's output half the reference. The comparators
-//! notice currents from the motor into a low side, and shorts between high and low side. The current
-//! loop limits the currents of both directions (`tautrack::motor::current`).
+//! voltage, on top of the voltage that makes the op-amp's output half the reference. The
+//! comparators notice currents from the motor into a low side, and shorts between high and low
+//! side. The current loop limits the currents of both directions (`tautrack::motor::current`).
 
 use embassy_stm32::pac;
 use embassy_stm32::pac::comp::vals::Inm;

@@ -51,20 +51,29 @@ pub fn start(pins: Pins) {
     static AMPLIFIER_B: StaticCell<OpAmp<'static, OPAMP2>> = StaticCell::new();
     static A: StaticCell<InjectedAdc<'static, ADC1, 3>> = StaticCell::new();
     static B: StaticCell<InjectedAdc<'static, ADC2, 1>> = StaticCell::new();
+    static OUTPUT_A: StaticCell<OpAmpOutput<'static, OPAMP1>> = StaticCell::new();
+    static OUTPUT_B: StaticCell<OpAmpOutput<'static, OPAMP2>> = StaticCell::new();
     let high_speed = OpAmpSpeed::HighSpeed;
-    let a: OpAmpOutput<'static, OPAMP1> = AMPLIFIER_A
-        .init(OpAmp::new(pins.amplifiers.0, high_speed))
-        .pga_biased_ext(pins.a.0, pins.a.1, pins.a.2, OpAmpGain::Mul16);
-    let b: OpAmpOutput<'static, OPAMP2> = AMPLIFIER_B
-        .init(OpAmp::new(pins.amplifiers.1, high_speed))
-        .pga_biased_ext(pins.b.0, pins.b.1, pins.b.2, OpAmpGain::Mul16);
+    let (mut output_a, mut output_b) = (pins.a.2, pins.b.2);
+    // Dropping an output switches its op-amp off, so it stays in a static variable, and the
+    // converter gets the pin.
+    OUTPUT_A.init(
+        AMPLIFIER_A
+            .init(OpAmp::new(pins.amplifiers.0, high_speed))
+            .pga_biased_ext(pins.a.0, pins.a.1, output_a.reborrow(), OpAmpGain::Mul16),
+    );
+    OUTPUT_B.init(
+        AMPLIFIER_B
+            .init(OpAmp::new(pins.amplifiers.1, high_speed))
+            .pga_biased_ext(pins.b.0, pins.b.1, output_b.reborrow(), OpAmpGain::Mul16),
+    );
 
     let fast = SampleTime::CYCLES6_5;
     let slow = SampleTime::CYCLES47_5;
     let (adc1, adc2) = pins.converters;
     B.init(
         Adc::new(adc2, AdcConfig::default()).setup_injected_conversions(
-            [(b.degrade_adc(), fast)],
+            [(output_b.degrade_adc(), fast)],
             triggers::TIM1_TRGO2,
             Exten::RISING_EDGE,
             true,
@@ -73,7 +82,7 @@ pub fn start(pins: Pins) {
     A.init(
         Adc::new(adc1, AdcConfig::default()).setup_injected_conversions(
             [
-                (a.degrade_adc(), fast),
+                (output_a.degrade_adc(), fast),
                 (pins.supply.degrade_adc(), slow),
                 (pins.temperature.degrade_adc(), slow),
             ],

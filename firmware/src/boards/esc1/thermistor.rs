@@ -20,7 +20,7 @@ const TABLE: [(u16, f32); 13] = [
     (3822, 150.0),
 ];
 
-/// Converts a code of 12 bits to degrees Celsius. Worst error from -30 to 140 degrees: 1.0 degree.
+/// Converts a code of 12 bits to degrees Celsius. Worst error from -30 to 140 degrees: 1.3 degrees.
 /// NaN for codes outside the table, which mean a broken or shorted thermistor.
 pub fn celsius(code: u16) -> f32 {
     TABLE

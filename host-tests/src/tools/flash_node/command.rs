@@ -1,0 +1,110 @@
+//! The command line of `cargo flash-node`.
+
+use super::probe::{self, Part};
+use super::settings;
+use crate::programs::flash::{self, SETTINGS_ADDRESS, Segment};
+use crate::programs::motor_board;
+use crate::robots::Kind;
+use clap::{Parser, ValueEnum};
+use std::ffi::OsString;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+/// Program of a node.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, ValueEnum)]
+pub(super) enum Role {
+    /// A node that follows set-points from the bus.
+    Axle,
+    /// The node of the driving screw.
+    Screw,
+}
+
+/// Builds the program of a motor board and flashes it: loader, application and, if any are given,
+/// settings.
+#[derive(Parser)]
+#[command(name = "cargo flash-node")]
+pub(super) struct Arguments {
+    /// Program of the node.
+    pub role: Role,
+    /// Write the settings that this robot's node has, which --node-id names.
+    #[arg(long, requires = "node_id")]
+    pub robot: Option<Kind>,
+    /// Write this node id.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(1..=127))]
+    pub node_id: Option<u8>,
+    /// Write the settings in FILE, one `name = value` a line. They replace those of the robot.
+    #[arg(long, value_name = "FILE")]
+    pub settings: Option<PathBuf>,
+    /// Print what would be flashed, and the commands, without a probe.
+    #[arg(long)]
+    pub dry_run: bool,
+}
+
+/// Runs the command. The first of `arguments` is the program's name.
+pub fn main(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
+    match command(&Arguments::parse_from(arguments)) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("cargo flash-node: {error}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn command(arguments: &Arguments) -> Result<(), String> {
+    let settings = settings::collect(arguments)?;
+    if !arguments.dry_run {
+        probe::check()?;
+    }
+    let programs = motor_board().map_err(|error| error.to_string())?;
+    let application = match arguments.role {
+        Role::Axle => &programs.axle,
+        Role::Screw => &programs.screw,
+    };
+    let loader = read(&programs.loader.path)?;
+    let sealed = read(&application.path)
+        .and_then(|elf| flash::sealed(elf).map_err(|error| error.to_string()))?;
+    let sealed_path = application.path.with_extension("sealed.elf");
+    write(&sealed_path, &sealed)?;
+
+    print("loader", &programs.loader.path, &segments(&loader)?);
+    print("application", &sealed_path, &segments(&sealed)?);
+    let mut parts = vec![Part::Elf(programs.loader.path), Part::Elf(sealed_path)];
+    if !settings.is_empty() {
+        let pages = flash::settings_pages(&settings);
+        let path = application.path.with_extension("settings.bin");
+        write(&path, &pages)?;
+        println!("settings: {}", path.display());
+        println!("  {SETTINGS_ADDRESS:#010x} {:>6} bytes", pages.len());
+        for (setting, value) in &settings {
+            let row = setting.description();
+            println!("  {} = {value} {}", row.name, row.unit);
+        }
+        parts.push(Part::Bytes(path, SETTINGS_ADDRESS));
+    }
+    probe::flash(&parts, arguments.dry_run)
+}
+
+fn read(path: &Path) -> Result<Vec<u8>, String> {
+    fs::read(path).map_err(|error| format!("{}: {error}", path.display()))
+}
+
+fn write(path: &Path, bytes: &[u8]) -> Result<(), String> {
+    fs::write(path, bytes).map_err(|error| format!("{}: {error}", path.display()))
+}
+
+fn segments(elf: &[u8]) -> Result<Vec<Segment>, String> {
+    flash::segments(elf).map_err(|error| error.to_string())
+}
+
+fn print(what: &str, path: &Path, segments: &[Segment]) {
+    println!("{what}: {}", path.display());
+    for segment in segments {
+        println!(
+            "  {:#010x} {:>6} bytes",
+            segment.address,
+            segment.bytes.len()
+        );
+    }
+}

@@ -1,0 +1,88 @@
+//! Calls probe-rs, which talks to the debug probe.
+
+use std::ffi::OsString;
+use std::io;
+use std::path::PathBuf;
+use std::process::Command;
+
+const PROBE_RS: &str = "probe-rs";
+/// Name of the motor board's chip in probe-rs.
+const CHIP: &str = "STM32G431CBTx";
+
+/// Something that is written to the flash memory.
+pub(super) enum Part {
+    /// Program whose addresses are in its file.
+    Elf(PathBuf),
+    /// Bytes, and their address.
+    Bytes(PathBuf, u32),
+}
+
+impl Part {
+    fn arguments(&self) -> Vec<OsString> {
+        let mut arguments: Vec<OsString> = ["download", "--chip", CHIP].map(Into::into).into();
+        match self {
+            Self::Elf(path) => {
+                arguments.extend(["--binary-format", "elf"].map(Into::into));
+                arguments.push(path.into());
+            }
+            Self::Bytes(path, address) => {
+                let address = format!("{address:#010x}");
+                arguments.extend(["--binary-format", "bin", "--base-address"].map(Into::into));
+                arguments.extend([address.into(), path.into()]);
+            }
+        }
+        arguments
+    }
+}
+
+/// Checks that probe-rs is installed and finds a probe.
+///
+/// # Errors
+/// One line that says what is missing and what to do.
+pub(super) fn check() -> Result<(), String> {
+    let output = Command::new(PROBE_RS)
+        .arg("list")
+        .output()
+        .map_err(|error| not_started(&error))?;
+    if String::from_utf8_lossy(&output.stdout).contains("[0]") {
+        Ok(())
+    } else {
+        Err("no debug probe is connected: connect the USB cable of the board's ST-LINK".to_owned())
+    }
+}
+
+/// Writes all parts and starts the program; only prints the commands if `dry_run`.
+///
+/// # Errors
+/// One line with the command that failed.
+pub(super) fn flash(parts: &[Part], dry_run: bool) -> Result<(), String> {
+    let reset = ["reset", "--chip", CHIP].map(Into::into).into();
+    let commands = parts.iter().map(Part::arguments).chain([reset]);
+    for arguments in commands {
+        let line: Vec<_> = arguments
+            .iter()
+            .map(|word| word.to_string_lossy())
+            .collect();
+        let line = format!("{PROBE_RS} {}", line.join(" "));
+        println!("{line}");
+        if dry_run {
+            continue;
+        }
+        let status = Command::new(PROBE_RS)
+            .args(&arguments)
+            .status()
+            .map_err(|error| not_started(&error))?;
+        if !status.success() {
+            return Err(format!("failed: {line}"));
+        }
+    }
+    Ok(())
+}
+
+fn not_started(error: &io::Error) -> String {
+    if error.kind() == io::ErrorKind::NotFound {
+        "probe-rs is not installed: cargo install probe-rs-tools --locked".to_owned()
+    } else {
+        format!("probe-rs does not start: {error}")
+    }
+}

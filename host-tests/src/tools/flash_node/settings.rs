@@ -1,0 +1,82 @@
+//! Collects the settings that a node gets: those of the robot's node, then those of a file, then
+//! the node id.
+
+use super::command::{Arguments, Role};
+use crate::programs::setup::checkout;
+use crate::robots::{self, Kind};
+use crate::scenario::Scenario;
+use std::path::Path;
+use std::{fs, io};
+use tautrack::settings::{Setting, Settings};
+
+/// Settings to write, each once. Empty if the arguments name none: the pages then stay as they are.
+///
+/// # Errors
+/// A text for the user, which names the bad setting or file.
+pub(super) fn collect(arguments: &Arguments) -> Result<Vec<(Setting, i32)>, String> {
+    let mut settings = Vec::new();
+    if let (Some(robot), Some(id)) = (arguments.robot, arguments.node_id) {
+        settings = of_robot(robot, id, arguments.role)?;
+    }
+    if let Some(path) = &arguments.settings {
+        for (setting, value) in of_file(path)? {
+            set(&mut settings, setting, value);
+        }
+    }
+    if let Some(id) = arguments.node_id {
+        set(&mut settings, Setting::NodeId, id.into());
+    }
+    let mut checked = Settings::default();
+    for (setting, value) in &settings {
+        checked
+            .set(setting.description().key, *value)
+            .map_err(|error| error.to_string())?;
+    }
+    Ok(settings)
+}
+
+fn set(settings: &mut Vec<(Setting, i32)>, setting: Setting, value: i32) {
+    settings.retain(|(known, _)| *known != setting);
+    settings.push((setting, value));
+}
+
+/// Settings of node `id` of the robot in its default scenario.
+fn of_robot(robot: Kind, id: u8, role: Role) -> Result<Vec<(Setting, i32)>, String> {
+    let facts = robot.facts();
+    let path = checkout::root()
+        .map_err(|error| error.to_string())?
+        .join("host-tests/scenarios")
+        .join(facts.scenario_file);
+    let scenario = Scenario::load(&path).map_err(|error| error.to_string())?;
+    let node = scenario
+        .nodes()
+        .into_iter()
+        .find(|node| node.id == id)
+        .ok_or_else(|| format!("{} has no node with the id {id}", facts.name))?;
+    let wanted = match role {
+        Role::Axle => robots::Role::Axle,
+        Role::Screw => robots::Role::Screw,
+    };
+    if node.role != wanted {
+        return Err(format!("node {id} of {} has another role", facts.name));
+    }
+    Ok(node.settings)
+}
+
+fn of_file(path: &Path) -> Result<Vec<(Setting, i32)>, String> {
+    let at = |error: &dyn std::fmt::Display| format!("{}: {error}", path.display());
+    let text = fs::read_to_string(path).map_err(|error: io::Error| at(&error))?;
+    let table: toml::Table = text.parse().map_err(|error: toml::de::Error| at(&error))?;
+    table
+        .into_iter()
+        .map(|(name, value)| {
+            let setting = Setting::from_name(&name)
+                .ok_or_else(|| at(&format!("no setting has the name {name}")))?;
+            let value = value
+                .as_integer()
+                .and_then(|value| i32::try_from(value).ok())
+                .ok_or_else(|| at(&format!("{name} must be an integer of 32 bits")))?;
+            Ok((setting, value))
+        })
+        .collect()
+}

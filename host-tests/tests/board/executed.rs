@@ -1,0 +1,424 @@
+//! What the images do on the model of the chip: what they write to the registers, when the bridge
+//! is live, what is on the bus.
+
+use crate::chip::{
+    ADC1_2, BDTR, CONTROL, CORE_HZ, Chip, FDCAN, FDCAN1_IT0, FLASH_CONTROL, GPIO, IWDG, MOE, PWR,
+    Patch, RCC, TIM1, TIM2_IRQ,
+};
+use crate::images::programs;
+use crate::pins;
+use object::read::elf::ElfFile32;
+use object::{Endianness, Object, ObjectSymbol};
+use std::cell::Cell;
+use std::fs;
+use tautrack::can::Frame;
+use tautrack::settings::Setting;
+use tautrack_host_tests::programs::Program;
+use tautrack_host_tests::programs::flash::{self, SETTINGS_ADDRESS};
+use tautrack_host_tests::programs::setup::checkout;
+use tautrack_host_tests::robots::Role;
+use tautrack_host_tests::scenario::Scenario;
+
+const APPLICATION: u32 = 0x0800_6000;
+const LOADER: u32 = 0x0800_0000;
+/// Scenario that has the settings of the nodes.
+const SCENARIO: &str = "host-tests/scenarios/staircase.toml";
+/// Node id of the chip.
+const NODE: u16 = 5;
+/// RAM that static variables and stack may take, bytes.
+const MAX_RAM: usize = 24 * 1024;
+/// Time in which a node starts, us; less than the watchdog's period.
+const BOOT_US: u64 = 45_000;
+/// Largest number of instructions of the current interrupt, entry and library included.
+const MAX_CURRENT_INTERRUPT: u32 = 480;
+
+thread_local! {
+    /// Defect of the images that this thread's tests execute.
+    pub static DEFECT: Cell<Option<Patch>> = const { Cell::new(None) };
+}
+
+/// Chip that runs an application as node [`NODE`] of B2P2, without the loader.
+fn application(program: &Program, role: Role) -> Chip {
+    let elf = fs::read(&program.path).expect("a program");
+    let mut chip = Chip::new(&flash::segments(&elf).expect("an image"), APPLICATION);
+    let mut settings = Scenario::load(&checkout::root().expect("a checkout").join(SCENARIO))
+        .expect("a scenario")
+        .nodes()
+        .into_iter()
+        .find(|node| node.role == role)
+        .expect("a node")
+        .settings;
+    settings.push((Setting::NodeId, NODE.into()));
+    chip.patch(SETTINGS_ADDRESS, &flash::settings_pages(&settings));
+    chip.set_defect(DEFECT.get());
+    chip
+}
+
+fn axle() -> Chip {
+    application(&programs().axle, Role::Axle)
+}
+
+/// An axle that has run for 20 ms.
+fn running_axle() -> Chip {
+    let mut chip = axle();
+    chip.run(20_000);
+    chip
+}
+
+fn field(word: u32, low: u32, bits: u32) -> u32 {
+    word >> low & ((1 << bits) - 1)
+}
+
+fn frame(id: u16, data: &[u8]) -> Frame {
+    Frame::new(id, data).expect("a frame")
+}
+
+/// Writes an object by SDO, and waits for the answer.
+fn write(chip: &mut Chip, object: u16, sub: u8, value: &[u8]) {
+    let [low, high] = object.to_le_bytes();
+    let mut data = [0; 8];
+    data[..4].copy_from_slice(&[0x23 | (4 - value.len() as u8) << 2, low, high, sub]);
+    data[4..4 + value.len()].copy_from_slice(value);
+    chip.take_sent();
+    chip.send(frame(0x600 + NODE, &data));
+    chip.run(3_000);
+    let sent = chip.take_sent();
+    let answered = sent
+        .iter()
+        .any(|(_, frame)| frame.id() == 0x580 + NODE && frame.data()[0] == 0x60);
+    assert!(answered, "{object:#x}: {sent:x?}");
+}
+
+/// Reads an object of up to four bytes by SDO.
+fn read(chip: &mut Chip, object: u16) -> u32 {
+    let [low, high] = object.to_le_bytes();
+    chip.take_sent();
+    chip.send(frame(0x600 + NODE, &[0x40, low, high, 0, 0, 0, 0, 0]));
+    chip.run(3_000);
+    let sent = chip.take_sent();
+    let answer = sent.iter().find(|(_, frame)| frame.id() == 0x580 + NODE);
+    let (_, answer) = answer.unwrap_or_else(|| panic!("{object:#x}: {sent:x?}"));
+    u32::from_le_bytes(answer.data()[4..8].try_into().expect("four bytes"))
+}
+
+/// Enables the drive in bench mode, with a standing motor.
+fn armed_axle() -> Chip {
+    let mut chip = running_axle();
+    write(&mut chip, 0x2001, 0, &[1]);
+    write(&mut chip, 0x6060, 0, &[9]);
+    for control in [0x06_u8, 0x07, 0x0f] {
+        write(&mut chip, 0x6040, 0, &[control, 0]);
+        chip.run(3_000);
+    }
+    let (status, error) = (read(&mut chip, 0x6041), read(&mut chip, 0x603f));
+    assert!(
+        chip.is_live(),
+        "statusword {status:#06x}, error {error:#06x}"
+    );
+    chip
+}
+
+/// Address of a function of the axle's image.
+fn function(part: &str) -> u32 {
+    let elf = fs::read(&programs().axle.path).expect("a program");
+    let file = ElfFile32::<Endianness>::parse(&*elf).expect("an ELF file");
+    file.symbols()
+        .find(|symbol| symbol.name().is_ok_and(|name| name.contains(part)))
+        .unwrap_or_else(|| panic!("no symbol with {part}"))
+        .address() as u32
+}
+
+#[test]
+pub fn the_core_runs_at_170_mhz_from_the_crystal_with_boost_and_four_wait_states() {
+    let chip = running_axle();
+    let pll = chip.register(RCC + 0x0c);
+    // Crystal of 8 MHz, divided by 2, times 85, divided by 2.
+    assert_eq!(field(pll, 0, 2), 3, "source");
+    assert_eq!(field(pll, 4, 4) + 1, 2, "M");
+    assert_eq!(field(pll, 8, 7), 85, "N");
+    assert_eq!(2 * (field(pll, 25, 2) + 1), 2, "R");
+    assert_eq!(field(pll, 24, 1), 1, "output R");
+    assert_eq!(field(chip.register(RCC + 0x08), 2, 2), 3, "system clock");
+    assert_eq!(field(chip.register(FLASH_CONTROL), 0, 4), 4, "wait states");
+    assert_eq!(field(chip.register(PWR + 0x80), 8, 1), 0, "R1MODE");
+    // Boost and wait states come before the switch to the fast clock.
+    let writes = chip.writes();
+    let at = |address: u32, holds: fn(u32) -> bool| {
+        writes
+            .iter()
+            .position(|write| write.address == address && holds(write.value))
+            .unwrap_or_else(|| panic!("{address:#x} is never written"))
+    };
+    let switched = at(RCC + 0x08, |value| value & 3 == 3);
+    assert!(at(PWR + 0x80, |value| value & 1 << 8 == 0) < switched);
+    assert!(at(FLASH_CONTROL, |value| value & 15 == 4) < switched);
+}
+
+#[test]
+pub fn the_bridge_is_centre_aligned_at_20_khz_with_dead_time_and_break() {
+    let chip = running_axle();
+    let timer = |offset: u32| chip.register(TIM1 + offset);
+    assert_eq!(field(timer(0), 0, 1), 1, "counter enabled");
+    assert_ne!(field(timer(0), 5, 2), 0, "centre-aligned");
+    let period = 2 * u64::from(timer(0x2c)) * (u64::from(timer(0x28)) + 1);
+    assert_eq!(CORE_HZ / period, 20_000);
+    assert_eq!(CORE_HZ % period, 0);
+    assert_eq!(timer(0x30), 1, "one update in a period");
+    let bdtr = timer(0x44);
+    // The default dead time of 600 ns is 102 core clocks.
+    assert_eq!(field(bdtr, 0, 8), 102);
+    assert_eq!(field(bdtr, 8, 2), 2, "lock level");
+    assert_eq!(field(bdtr, 10, 2), 3, "idle levels are driven");
+    assert_eq!(
+        field(bdtr, 12, 3),
+        0b011,
+        "break is enabled, active high, latched"
+    );
+    // Pin and comparators 1, 2 and 4; the pin is inverted.
+    assert_eq!(timer(0x60) & 0x3ff, 1 | 0b1011 << 1 | 1 << 9);
+    for (register, shift) in [(0x18, 0), (0x18, 8), (0x1c, 0), (0x1c, 8)] {
+        let mode = field(timer(register), shift, 8);
+        assert_eq!(mode & 0x7b, 0x68, "PWM mode 1 with preload");
+    }
+    assert_eq!(
+        field(timer(0x20), 0, 12),
+        0x555,
+        "all six outputs, not inverted"
+    );
+    assert_eq!(field(timer(4), 8, 6), 0, "idle level low");
+    assert_eq!(field(timer(4), 20, 4), 7, "TRGO2 is channel 4");
+}
+
+#[test]
+pub fn every_gate_is_off_until_the_drive_is_armed() {
+    let mut chip = axle();
+    chip.run(200_000);
+    let live: Vec<_> = chip
+        .writes()
+        .into_iter()
+        .filter(|write| write.address == BDTR && write.value & MOE != 0)
+        .collect();
+    // The constructor of the library sets the bit while no output is enabled.
+    let enabled = chip
+        .writes()
+        .iter()
+        .find(|write| write.address == TIM1 + 0x20 && write.value & 0x555 != 0)
+        .map(|write| write.clock)
+        .expect("outputs are enabled");
+    assert!(live.iter().all(|write| write.clock < enabled), "{live:x?}");
+    assert!(!chip.is_live());
+    // This checks that an armed drive is live.
+    armed_axle();
+}
+
+#[test]
+pub fn a_panic_opens_the_bridge_and_the_watchdog_resets_the_chip() {
+    let mut chip = armed_axle();
+    chip.jump(function("rust_begin_unwind"));
+    chip.run(20);
+    assert!(!chip.is_live());
+    assert_eq!(chip.resets(), 0);
+    chip.run(80_000);
+    assert_eq!(chip.resets(), 1);
+    assert!(!chip.is_live());
+}
+
+#[test]
+fn a_hard_fault_opens_the_bridge_and_the_watchdog_resets_the_chip() {
+    let mut chip = armed_axle();
+    chip.jump(0xf000_0000);
+    chip.run(20);
+    assert!(!chip.is_live());
+    chip.run(80_000);
+    assert_eq!(chip.resets(), 1);
+    assert!(!chip.is_live());
+}
+
+#[test]
+pub fn a_bus_task_that_hangs_is_reset_within_the_period_of_the_watchdog() {
+    let mut chip = armed_axle();
+    chip.hang();
+    // The interrupts still run, so the control task and the current loop do.
+    chip.run(30_000);
+    assert_eq!(chip.resets(), 0);
+    chip.run(30_000);
+    assert_eq!(chip.resets(), 1);
+    assert!(!chip.is_live());
+}
+
+#[test]
+pub fn the_watchdog_is_started_first_and_bites_after_50_ms() {
+    let chip = running_axle();
+    assert_eq!(chip.register(IWDG + 4), 0, "divided by 4");
+    assert_eq!(chip.register(IWDG + 8), 399, "50 ms at 8 kHz");
+    let writes = chip.writes();
+    let started = writes
+        .iter()
+        .position(|write| (write.address, write.value) == (IWDG, 0xcccc))
+        .expect("the watchdog is started");
+    let clocks = writes
+        .iter()
+        .position(|write| write.address == RCC)
+        .expect("the clocks are set");
+    assert!(started < clocks);
+    let fed = writes
+        .iter()
+        .filter(|write| (write.address, write.value) == (IWDG, 0xaaaa));
+    assert!(fed.count() > 2);
+}
+
+#[test]
+pub fn a_break_opens_the_bridge_until_the_drive_is_disabled() {
+    let mut chip = armed_axle();
+    chip.pins(|pins| pins.over_current = true);
+    chip.run(2);
+    assert!(!chip.is_live());
+    chip.pins(|pins| pins.over_current = false);
+    chip.run(50_000);
+    assert!(!chip.is_live(), "the bridge has closed by itself");
+
+    let mut chip = armed_axle();
+    chip.pins(|pins| pins.safe_torque_off = false);
+    chip.run(2);
+    assert!(!chip.is_live());
+    chip.run(50_000);
+    assert!(!chip.is_live());
+}
+
+#[test]
+fn the_current_interrupt_is_the_most_urgent_one() {
+    let chip = running_axle();
+    let urgency = [ADC1_2, TIM2_IRQ, FDCAN1_IT0, CONTROL].map(|line| chip.priority(line));
+    assert_eq!(urgency, [0, 1, 2, 3]);
+}
+
+#[test]
+pub fn the_current_interrupt_takes_at_most_480_instructions() {
+    let chip = armed_axle();
+    println!("current interrupt: {} instructions", chip.current_interrupt);
+    assert!(chip.current_interrupt > 100);
+    assert!(
+        chip.current_interrupt <= MAX_CURRENT_INTERRUPT,
+        "{}",
+        chip.current_interrupt
+    );
+}
+
+#[test]
+fn static_variables_and_stack_take_at_most_24_kib() {
+    let mut axle = armed_axle();
+    axle.run(100_000);
+    let mut screw = application(&programs().screw, Role::Screw);
+    screw.run(BOOT_US);
+    read(&mut screw, 0x6041);
+    screw.run(100_000);
+    for (name, chip) in [("axle", axle), ("screw", screw)] {
+        let used = chip.used_ram();
+        println!("{name}: {used} bytes of RAM");
+        assert!((4_000..=MAX_RAM).contains(&used), "{name}: {used}");
+    }
+}
+
+#[test]
+pub fn a_bit_on_the_bus_has_170_clocks_and_is_sampled_at_80_percent() {
+    let chip = running_axle();
+    let timing = chip.register(FDCAN + 0x1c);
+    let before = field(timing, 8, 8) + 2;
+    let after = field(timing, 0, 7) + 1;
+    assert_eq!(field(timing, 16, 9), 0, "prescaler");
+    assert_eq!(before + after, 170);
+    assert_eq!(before * 10, 170 * 8);
+    assert_eq!(
+        field(chip.register(FDCAN + 0x18), 0, 1),
+        0,
+        "takes part in the bus"
+    );
+}
+
+#[test]
+pub fn frames_pass_both_ways() {
+    let screw = || application(&programs().screw, Role::Screw);
+    for (name, mut chip) in [("axle", axle()), ("screw", screw())] {
+        chip.run(BOOT_US);
+        assert_eq!(
+            chip.resets(),
+            0,
+            "{name}: the watchdog bites during the start"
+        );
+        let sent = chip.take_sent();
+        let boot_up = frame(0x700 + NODE, &[0]);
+        assert!(
+            sent.iter().any(|(_, frame)| *frame == boot_up),
+            "{name}: {sent:x?}"
+        );
+        // Device type: a servo drive after CiA 402.
+        chip.send(frame(0x600 + NODE, &[0x40, 0x00, 0x10, 0, 0, 0, 0, 0]));
+        chip.run(5_000);
+        let sent = chip.take_sent();
+        let answer = sent
+            .iter()
+            .find(|(_, frame)| frame.id() == 0x580 + NODE)
+            .unwrap_or_else(|| panic!("{name} does not answer: {sent:x?}"));
+        assert_eq!(answer.1.data()[..4], [0x43, 0x00, 0x10, 0], "{name}");
+        assert_eq!(answer.1.data()[4..6], 402_u16.to_le_bytes(), "{name}");
+    }
+}
+
+#[test]
+fn damaged_settings_count_as_none() {
+    let mut chip = axle();
+    chip.patch(SETTINGS_ADDRESS + 12, &[9]);
+    chip.run(20_000);
+    let sent = chip.take_sent();
+    assert!(
+        sent.iter().any(|(_, sent)| *sent == frame(0x77f, &[0])),
+        "{sent:x?}"
+    );
+}
+
+#[test]
+pub fn every_pin_has_the_function_of_the_page() {
+    let chip = running_axle();
+    let rows = pins::rows();
+    assert_eq!(rows.len(), 24);
+    for (pin, function) in rows {
+        let port = GPIO + 0x400 * u32::from(pin.as_bytes()[1] - b'A');
+        let number: u32 = pin[2..].parse().expect("a number");
+        let alternate = pins::alternate(&function);
+        let mode = match &*function {
+            "input" => 0,
+            "output" => 1,
+            "analogue" => 3,
+            _ => 2,
+        };
+        let got = field(chip.register(port), 2 * number, 2);
+        assert_eq!(got, mode, "{pin}: mode");
+        if let Some((_, wanted)) = alternate {
+            let register = port + 0x20 + 4 * (number / 8);
+            let got = field(chip.register(register), 4 * (number % 8), 4);
+            assert_eq!(got, wanted, "{pin}: alternate function");
+        }
+    }
+}
+
+#[test]
+fn the_loader_starts_a_complete_image_and_no_other() {
+    let loader = fs::read(&programs().loader.path).expect("the loader");
+    let elf = fs::read(&programs().axle.path).expect("the axle");
+    let sealed = flash::sealed(elf).expect("an image");
+    let mut segments = flash::segments(&loader).expect("an image");
+    segments.extend(flash::segments(&sealed).expect("an image"));
+    let boots = |damage: Option<(u32, u8)>| {
+        let mut chip = Chip::new(&segments, LOADER);
+        if let Some((address, value)) = damage {
+            chip.patch(address, &[value]);
+        }
+        chip.run(60_000);
+        chip.take_sent()
+            .iter()
+            .any(|(_, frame)| frame.id() == 0x77f)
+    };
+    assert!(boots(None));
+    assert!(!boots(Some((APPLICATION + 0x1_0000, 0x5a))));
+    assert!(!boots(Some((APPLICATION + 0x1e0, 0))));
+}

@@ -1,0 +1,91 @@
+//! The pin table of docs/hardware.md, compared with what the manufacturer's data say about the
+//! chip.
+
+use std::collections::BTreeSet;
+use std::fs;
+use stm32_metapac::metadata::METADATA;
+use tautrack_host_tests::programs::setup::checkout;
+
+/// Rows of the table: pin, and the column with its alternate function.
+pub fn rows() -> Vec<(String, String)> {
+    let path = checkout::root()
+        .expect("a checkout")
+        .join("docs/hardware.md");
+    let page = fs::read_to_string(path).expect("the page");
+    let cell = |line: &str, index: usize| {
+        line.split('|')
+            .nth(index)
+            .map(|text| text.trim().to_owned())
+    };
+    page.lines()
+        .filter(|line| {
+            line.starts_with("| P") && !line.starts_with("| Pin") && !line.starts_with("| Part")
+        })
+        .map(|line| {
+            (
+                cell(line, 1).expect("a pin"),
+                cell(line, 3).expect("a function"),
+            )
+        })
+        .collect()
+}
+
+/// Signal and number of an alternate function, `TIM1_CH1 (6)`; `None` for other functions.
+pub fn alternate(function: &str) -> Option<(&str, u32)> {
+    let (signal, number) = function.strip_suffix(')')?.split_once(" (")?;
+    Some((signal, number.parse().expect("a number")))
+}
+
+#[test]
+fn every_pin_of_the_page_has_this_alternate_function_on_the_chip() {
+    let mut checked = 0;
+    for (pin, function) in rows() {
+        let Some((signal, number)) = alternate(&function) else {
+            assert!(
+                ["analogue", "input", "output"].contains(&&*function),
+                "{pin}: {function}"
+            );
+            continue;
+        };
+        let (peripheral, signal) = signal.split_once('_').expect("peripheral and signal");
+        let found = METADATA
+            .peripherals
+            .iter()
+            .filter(|known| known.name == peripheral)
+            .flat_map(|known| known.pins)
+            .find(|known| known.pin == pin && known.signal == signal)
+            .and_then(|known| known.af);
+        assert_eq!(found.map(u32::from), Some(number), "{pin}: {function}");
+        checked += 1;
+    }
+    assert_eq!(checked, 11, "pins with an alternate function");
+}
+
+#[test]
+fn the_analogue_pins_reach_the_converters_that_the_page_names() {
+    for (peripheral, signal, pin) in [
+        ("OPAMP1", "VINP0", "PA1"),
+        ("OPAMP1", "VINM0", "PA3"),
+        ("OPAMP1", "VOUT", "PA2"),
+        ("OPAMP2", "VINP0", "PA7"),
+        ("OPAMP2", "VINM0", "PA5"),
+        ("OPAMP2", "VOUT", "PA6"),
+        ("ADC1", "IN3", "PA2"),
+        ("ADC2", "IN3", "PA6"),
+        ("ADC1", "IN1", "PA0"),
+        ("ADC1", "IN5", "PB14"),
+        ("COMP1", "INP", "PA1"),
+        ("COMP2", "INP", "PA7"),
+        ("COMP4", "INP", "PB0"),
+    ] {
+        let pins: BTreeSet<_> = METADATA
+            .peripherals
+            .iter()
+            .filter(|known| known.name == peripheral)
+            .flat_map(|known| known.pins)
+            .filter(|known| known.signal == signal)
+            .map(|known| known.pin)
+            .collect();
+        assert!(pins.contains(pin), "{peripheral} {signal}: {pins:?}");
+    }
+}
