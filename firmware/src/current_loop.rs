@@ -3,7 +3,7 @@
 use core::cell::RefCell;
 use critical_section::Mutex;
 use tautrack::motor::bridge::{PowerStage, Readings};
-use tautrack::motor::current::{BridgeDemand, CurrentLoop};
+use tautrack::motor::current::{BridgeDemand, CurrentLoop, Means};
 
 static LOOP: Mutex<RefCell<Option<CurrentLoop>>> = Mutex::new(RefCell::new(None));
 
@@ -29,9 +29,9 @@ pub fn demand(demand: BridgeDemand, supply_voltage: f32, shaft_velocity: f32) {
     with(|current_loop| current_loop.demand(demand, supply_voltage, shaft_velocity));
 }
 
-/// Returns the mean of the motor's current since the last call, A; `None` if no sample was taken.
-pub fn take_mean() -> Option<f32> {
-    with(CurrentLoop::take_mean).flatten()
+/// Returns what was measured since the last call; `None` if no sample was taken.
+pub fn take_means() -> Option<Means> {
+    with(CurrentLoop::take_means).flatten()
 }
 
 /// Runs one PWM period: computes the command of the next period from the readings of this one.

@@ -28,7 +28,7 @@ compile_error!("choose a board, for instance --features mps2");
 #[cfg(not(target_family = "wasm"))]
 use crate::roles::Role;
 use tautrack::motor::bridge::Ratings;
-use tautrack::sensors::{BodySensors, Switches};
+use tautrack::sensors::{BodySensors, Switches, Temperatures};
 
 /// Interface between a board and the rest of the firmware. A board is a singleton, so its methods
 /// take no `self`.
@@ -60,6 +60,10 @@ pub trait Board {
     fn encoder() -> i32;
     /// Supply voltage, V; 0 while it is not known.
     fn supply_voltage() -> f32;
+    /// Temperatures of bridge and motor. A board without sensors keeps this method.
+    fn temperatures() -> Temperatures {
+        Temperatures::default()
+    }
     /// State of the axle's switches.
     fn switches() -> Switches;
     /// Readings of the sensors on the robot's body; `None` if the board has none.

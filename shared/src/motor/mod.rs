@@ -4,6 +4,9 @@
 //! * [`profile`]: motion of a set-point within its limits
 //! * [`cascade`]: current from a set-point
 //! * [`current`]: compare values of the half bridges from a current, in the PWM interrupt
+//! * [`limits`]: what a motor, a bridge and a supply can carry; the last limiter of the current
+//! * [`back_emf`]: compares the voltage of the bridge with the speed of the encoder
+//! * [`encoder_steps`]: finds a noisy encoder
 //! * [`bridge`]: readings and commands of the power stage
 //! * `model`: simulated motors, for boards without hardware (feature `lockstep`)
 //! * [`rotor`]: electrical angle of a three-phase motor
@@ -11,9 +14,12 @@
 //! Positions are `i64` in 2^-32 turn of the output shaft, so that they lose neither precision nor
 //! range over time. Only differences of positions become `f32`.
 
+pub mod back_emf;
 pub mod bridge;
 pub mod cascade;
 pub mod current;
+pub mod encoder_steps;
+pub mod limits;
 #[cfg(feature = "lockstep")]
 pub mod model;
 pub mod observer;

@@ -11,6 +11,7 @@
 //! * `offset`: torque feed-forward
 //! * `homing`: finds the home switch
 //! * `output`: published payloads, and the last limiter
+//! * `snapshot`: readings at the first fault
 //!
 //! This file has the tick, which calls them.
 
@@ -23,16 +24,21 @@ mod offset;
 mod output;
 mod set_points;
 mod setup;
+mod snapshot;
 mod supervision;
 
 pub use interface::{ActiveLimit, BridgeDemand, Inputs, Outputs};
 pub use set_points::SetPoint;
+pub use snapshot::{NO_SENSOR, Snapshot};
 
 use super::supervisor::{Bounds, Supervisor};
 use crate::bus::cia402::{DriveCommand, State};
 use crate::bus::scale::Scale;
 use crate::constants::CONTROL_PERIOD;
 use crate::faults::{Fault, Faults};
+use crate::motor::back_emf::BackEmf;
+use crate::motor::encoder_steps::EncoderSteps;
+use crate::motor::limits::Limiter;
 use crate::motor::observer::Observer;
 use crate::motor::profile::Motion;
 use authority::Authority;
@@ -59,6 +65,11 @@ pub struct Axle {
     /// The observer was started at a reading of the encoder.
     sensed: bool,
     supervisor: Supervisor,
+    back_emf: BackEmf,
+    encoder_steps: EncoderSteps,
+    noisy: bool,
+    limiter: Limiter,
+    snapshot: Option<Snapshot>,
     authority: Authority,
     latch: Latch,
     /// Faults whose condition is met in this tick.
@@ -135,9 +146,11 @@ impl Axle {
     fn sense(&mut self, inputs: &Inputs) {
         if !self.sensed {
             self.observer.start(inputs.encoder);
+            self.encoder_steps.start(inputs.encoder);
             self.sensed = true;
         }
         self.observer.update(inputs.encoder, CONTROL_PERIOD);
+        self.noisy = self.encoder_steps.update(inputs.encoder);
         if inputs.guard_received {
             self.authority.guard_received(inputs.now_us);
         }

@@ -19,7 +19,11 @@ const AT_LEAST: u64 = 1_000;
 /// Runs one sequence. The error says which guarantee was broken, and when.
 fn run(seed: u64, tally: &mut Tally) -> Result<(), String> {
     let mut generator = Generator::new(Random::new(seed), Kind::of(seed));
-    let mut oracle = Oracle::new(CURRENT_LIMIT, generator.velocity_unit());
+    let mut oracle = Oracle::new(
+        CURRENT_LIMIT,
+        generator.velocity_unit(),
+        Kind::of(seed) == Kind::ThreePhase,
+    );
     for event in 0..EVENTS {
         for _ in 0..generator.next_event(event) {
             let (inputs, joint_us) = generator.inputs();
