@@ -2,5 +2,6 @@
 
 mod cascade;
 mod current;
+mod limits;
 #[cfg(feature = "lockstep")]
 mod model;

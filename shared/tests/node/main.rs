@@ -3,3 +3,5 @@
 mod any_input;
 mod drive_faults;
 mod guard;
+#[cfg(feature = "lockstep")]
+mod motor_faults;
