@@ -1,5 +1,5 @@
-//! Readings that a board takes for a node: the switches of an axle, temperatures, and the sensors on
-//! the robot's body.
+//! Readings that a board takes for a node: the switches of an axle, temperatures, and the sensors
+//! on the robot's body.
 
 use serde::{Deserialize, Serialize};
 

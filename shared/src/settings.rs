@@ -165,16 +165,16 @@ settings! {
     /// compensates it.
     DeadTime = 0x00c5, "dead_time", "ns", 0..=2_000, 600;
 
-    /// Supply voltage at which the fault "under-voltage" begins. No current is left there that draws
-    /// power from the supply.
+    /// Supply voltage at which the fault "under-voltage" begins. No current is left there that
+    /// draws power from the supply.
     UnderVoltage = 0x00d0, "under_voltage", "mV", 5_000..=60_000, 12_000;
-    /// Supply voltage below which the power that a drive takes from the supply is reduced. After three
-    /// quarters of the way to `under_voltage` it is 0. If it is not above `under_voltage`, nothing is reduced before the
-    /// fault.
+    /// Supply voltage below which the power that a drive takes from the supply is reduced. After
+    /// three quarters of the way to `under_voltage` it is 0. If it is not above `under_voltage`,
+    /// nothing is reduced before the fault.
     MotoringVoltage = 0x00d1, "motoring_voltage", "mV", 5_000..=60_000, 14_000;
     /// Supply voltage above which the power that a braking drive returns to the supply is reduced.
-    /// After three quarters of the way to `over_voltage` it is 0. If it is not below `over_voltage`, nothing is reduced before the
-    /// fault.
+    /// After three quarters of the way to `over_voltage` it is 0. If it is not below
+    /// `over_voltage`, nothing is reduced before the fault.
     RegenerationVoltage = 0x00d2, "regeneration_voltage", "mV", 5_000..=60_000, 30_000;
     /// Supply voltage at which the fault "over-voltage" begins.
     OverVoltage = 0x00d3, "over_voltage", "mV", 6_000..=60_000, 32_000;
@@ -184,8 +184,8 @@ settings! {
     RegenerationCurrentLimit = 0x00d5, "regeneration_current_limit", "mA", 0..=200_000, 200_000;
     /// Maximum electrical power of the motor: mechanical power plus the losses of the winding.
     PowerLimit = 0x00d6, "power_limit", "W", 1..=20_000, 20_000;
-    /// Speed, as a fraction of `velocity_limit`, above which the current that accelerates the axle is
-    /// reduced. At 120 % of `velocity_limit`, where the fault "overspeed" begins, it is 0. The
+    /// Speed, as a fraction of `velocity_limit`, above which the current that accelerates the axle
+    /// is reduced. At 120 % of `velocity_limit`, where the fault "overspeed" begins, it is 0. The
     /// current that brakes is not reduced.
     VelocityDerating = 0x00d7, "velocity_derating", "1e-3", 1_000..=1_190, 1_100;
     /// Maximum change of the motor current, and so of the torque, per time.

@@ -16,7 +16,8 @@ const FILTER: f32 = 0.3;
 /// Error that no healthy motor has, as a fraction of the back-EMF at the velocity limit. The
 /// settings may be wrong by 10 % in flux.
 const LARGE: f32 = 0.25;
-/// Part of the resistive voltage that may be missing or excessive: the settings may be wrong by 40 %.
+/// Part of the resistive voltage that may be missing or excessive. The resistance in the settings
+/// may be wrong by 40 %.
 const RESISTIVE: f32 = 0.6;
 /// Voltages that are never explained, as a fraction of the supply voltage: dead time, diodes.
 const UNEXPLAINED: f32 = 0.02;
@@ -50,8 +51,8 @@ pub struct Observed {
 /// What one control period shows.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct Findings {
-    /// The voltage drives less than half of the demanded current, or a current in d as large as that
-    /// flows: a lead of the motor is open.
+    /// The voltage drives less than half of the demanded current, or a current in d as large as
+    /// that flows: a lead of the motor is open.
     pub open_phase: bool,
     /// The voltage does not fit to the speed of the encoder.
     pub disagrees: bool,
@@ -72,8 +73,9 @@ pub struct BackEmf {
     velocity_limit: f32,
     /// Demanded current above which a lack of current counts, A.
     driving: f32,
-    /// Filtered voltage in d that nothing explains, V, and filtered square of the whole voltage that
-    /// nothing explains, V^2. The square remains if the voltage turns in the axes of a wrong angle.
+    /// Filtered voltage in d that nothing explains, V, and filtered square of the whole voltage
+    /// that nothing explains, V^2. The square remains if the voltage turns in the axes of a wrong
+    /// angle.
     direct: f32,
     square: f32,
     slipped: u32,

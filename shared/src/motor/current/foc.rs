@@ -66,9 +66,9 @@ impl Foc {
         self.q.reset();
     }
 
-    /// Computes the compare values, the measured current and the voltage from the currents of phases
-    /// a and b (2^30 is full scale; the three add up to zero), the rotor's angle at their sample and the
-    /// demanded current.
+    /// Computes the compare values, the measured current and the voltage from the currents of
+    /// phases a and b (2^30 is full scale; the three add up to zero), the rotor's angle at their
+    /// sample and the demanded current.
     ///
     /// It is defined for every input: larger currents count as full scale, and no compare value
     /// leaves the period. Worst error against double precision: 2 counts of 4250

@@ -12,7 +12,8 @@ const MAX_SAMPLES: u32 = 64;
 /// What was measured in a control period.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Means {
-    /// Mean current, A: of the winding, or the current of a three-phase motor that makes the torque.
+    /// Mean current, A: of the winding, or the current of a three-phase motor that makes the
+    /// torque.
     pub current: f32,
     /// Further measurements.
     pub electrical: Electrical,
@@ -22,8 +23,8 @@ pub struct Means {
 /// wrong".
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
 pub struct Electrical {
-    /// Mean voltages in d and q, V; the voltage of a brushed winding is that in q. `None` unless the
-    /// current loop was on in every period.
+    /// Mean voltages in d and q, V; the voltage of a brushed winding is that in q. `None` unless
+    /// the current loop was on in every period.
     pub voltage: Option<[f32; 2]>,
     /// Mean current in d, A.
     pub direct: f32,

@@ -50,8 +50,8 @@ pub enum BridgeDemand {
     /// The current loop is on, with this demand in A: the current of a brushed motor's winding, or
     /// the current that makes the torque of a three-phase motor (its amplitude).
     Current(f32),
-    /// As [`Self::Current`], with a second current in the axis d of a three-phase motor, A. It makes
-    /// no torque and turns braking power into heat.
+    /// As [`Self::Current`], with a second current in the axis d of a three-phase motor, A. It
+    /// makes no torque and turns braking power into heat.
     Braking {
         /// The current that makes the torque, A.
         current: f32,

@@ -23,8 +23,8 @@ pub(super) struct Heat {
 }
 
 impl Heat {
-    /// Creates the model of a part that carries `continuous` A for ever, with this time constant, s.
-    /// No current is larger than twice `peak`, A.
+    /// Creates the model of a part that carries `continuous` A for ever, with this time constant,
+    /// s. No current is larger than twice `peak`, A.
     ///
     /// It starts with the full heat, because nothing is known of the time before the power-up. A
     /// tenth of the time constant later, the peak current is allowed.
@@ -39,8 +39,8 @@ impl Heat {
         }
     }
 
-    /// Advances by one control period with the square of the current, A^2. NaN counts as the largest
-    /// current.
+    /// Advances by one control period with the square of the current, A^2. NaN counts as the
+    /// largest current.
     ///
     /// Worst error: 0.6 % of the heat for the longest time constant, 100 s.
     #[inline]

@@ -236,8 +236,8 @@ impl Limiter {
         }
     }
 
-    /// Returns the current in d, A, that turns the braking power into heat which the supply does not
-    /// take back.
+    /// Returns the current in d, A, that turns the braking power into heat which the supply does
+    /// not take back.
     #[inline]
     fn burn(&self, current: f32, emf: f32, carried: f32, voltage: f32) -> f32 {
         let Supply { loss, .. } = self.supply;

@@ -101,8 +101,8 @@ pub struct Oracle {
 }
 
 impl Oracle {
-    /// Creates the oracle of a drive with this current limit, A, this unit of velocities on the bus,
-    /// rad/s, and this kind of motor.
+    /// Creates the oracle of a drive with this current limit, A, this unit of velocities on the
+    /// bus, rad/s, and this kind of motor.
     pub fn new(current_limit: f32, velocity_unit: f32, three_phase: bool) -> Self {
         Self {
             current_limit,
@@ -250,16 +250,16 @@ impl Oracle {
         Ok(())
     }
 
-    /// Returns whether the encoder has moved by more than 13 rad/s in this tick. The screw's gear and
-    /// encoder are the same.
+    /// Returns whether the encoder has moved by more than 13 rad/s in this tick. The screw's gear
+    /// and encoder are the same.
     fn jumps(&mut self, encoder: i32) -> bool {
         let step = encoder.wrapping_sub(self.encoder);
         self.encoder = encoder;
         f64::from(step).abs() > 13.0e-3 * 4_096.0 * 60.0 / std::f64::consts::TAU
     }
 
-    /// Returns whether much more voltage is at the motor than current and speed explain: 2.4 V s/rad
-    /// and 0.6 ohm, or less.
+    /// Returns whether much more voltage is at the motor than current and speed explain: 2.4 V
+    /// s/rad and 0.6 ohm, or less.
     fn unexplained(inputs: &Inputs, velocity: f32) -> bool {
         inputs.electrical.voltage.is_some_and(|[_, q]| {
             let explained = 2.4 * velocity.abs() + 2.0 * 0.6 * inputs.current.abs();
