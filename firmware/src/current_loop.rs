@@ -6,7 +6,7 @@ use core::sync::atomic::{AtomicBool, Ordering};
 use critical_section::Mutex;
 use tautrack::motor::bridge::{PowerStage, Readings};
 use tautrack::motor::capture::{Capture, Signals};
-use tautrack::motor::current::{BridgeDemand, CurrentLoop, Excitation, Measurement};
+use tautrack::motor::current::{BridgeDemand, CurrentLoop, Excitation, Means, Measurement};
 
 static LOOP: Mutex<RefCell<Option<CurrentLoop>>> = Mutex::new(RefCell::new(None));
 
@@ -63,9 +63,9 @@ pub fn take_measurement(supply_voltage: f32) -> Option<Measurement> {
     with(|current_loop| current_loop.take_measurement(supply_voltage)).flatten()
 }
 
-/// Returns the mean of the motor's current since the last call, A; `None` if no sample was taken.
-pub fn take_mean() -> Option<f32> {
-    with(CurrentLoop::take_mean).flatten()
+/// Returns what was measured since the last call; `None` if no sample was taken.
+pub fn take_means() -> Option<Means> {
+    with(CurrentLoop::take_means).flatten()
 }
 
 /// Runs one PWM period: computes the command of the next period from the readings of this one.

@@ -51,7 +51,7 @@ macro_rules! faults {
 // Strongest reaction first: `Faults` relies on this order.
 faults! {
     OverCurrent = 0x2310, "over-current", Off,
-        "The measured current stayed above 125 % of `current_limit` for 5 ms.",
+        "The measured current stayed above 125 % of `current_limit` for 5 ms, or a phase current exceeded 150 % of it in two PWM periods of one millisecond. In the second case the PWM interrupt opens the bridge at once.",
         "fault reset",
         "Look for a blocked axle or a short circuit. Check resistance and inductance in the settings.";
     Overspeed = 0x7310, "overspeed", Off,
@@ -62,20 +62,44 @@ faults! {
         "For 25 ms the drive gathered speed away from its set-point, against a commanded current of more than half of `current_limit`.",
         "fault reset",
         "Two channels of the encoder or two leads of the motor are swapped: check their order.";
+    OpenPhase = 0x3130, "motor lead open", Off,
+        "For 8 ms the bridge gave a voltage that should drive the demanded current, and less than half of this current flowed, or a current in d as large as that flowed.",
+        "fault reset",
+        "Check the leads of the motor, its connector and the bridge.";
+    EncoderMismatch = 0x7320, "encoder disagrees with back-EMF", Off,
+        "For 8 ms the voltage of the motor did not fit to the speed of the encoder, by more than a quarter of the back-EMF at `velocity_limit`, 60 % of the resistive voltage and 2 % of the supply voltage.",
+        "fault reset",
+        "The encoder stands still, counts backwards or slips, or a lead of the motor is open, or `electrical_offset` or `phase_order` is wrong. If the motor runs well, check `torque_constant` and `resistance`.";
+    RotorAngle = 0x7122, "rotor angle slipped", Off,
+        "Above 8 % of `velocity_limit`, the back-EMF of a three-phase motor pointed more than 17 degrees away from the rotor's angle for 200 ms, or more than 37 degrees for 40 ms.",
+        "fault reset",
+        "The rotor sensor or its magnet has turned on the shaft, or `electrical_offset` is wrong: measure it anew.";
+    EncoderNoise = 0x7305, "encoder noise", Off,
+        "The encoder made three steps within a few milliseconds that exceed twice `velocity_limit`.",
+        "fault reset",
+        "Check the cable and the shield of the encoder, and `encoder_counts`.";
     InvalidReading = 0x7300, "invalid sensor reading", Brake,
-        "For 3 ms a current or voltage reading was not finite, or the PWM interrupt took no current sample.",
+        "For 3 ms a current or voltage reading was not finite, or the PWM interrupt took no current sample, or a temperature sensor that the settings require gave no reading.",
         "fault reset",
         "Check the analogue inputs and their wiring.";
     OverVoltage = 0x3210, "over-voltage", Brake,
-        "The supply voltage stayed above 32 V for 5 ms.",
+        "The supply voltage stayed above `over_voltage` for 5 ms.",
         "fault reset, once the supply voltage is back within its limits",
         "The supply cannot absorb the energy of braking: lower the deceleration or add a brake chopper.";
     UnderVoltage = 0x3220, "under-voltage", Brake,
-        "The supply voltage stayed below 12 V for 5 ms.",
+        "The supply voltage stayed below `under_voltage` for 5 ms.",
         "fault reset, once the supply voltage is back within its limits",
         "Charge the battery. Check its wiring and connectors under load.";
+    OverTemperature = 0x4310, "over-temperature", Brake,
+        "The temperature of the bridge stayed above `bridge_temperature`, or that of the motor above `motor_temperature`, for 20 ms.",
+        "fault reset, once the temperature is below its limit",
+        "Let it cool down. Then lower the load, `winding_current` or `bridge_current`, or improve the cooling.";
+    ControlOverrun = 0x6100, "control overrun", Brake,
+        "For 3 ms the PWM interrupt ran less than half as often, or more than twice as often, as it must in a control period.",
+        "fault reset",
+        "The node is overloaded, or its firmware is wrong: look for other interrupts, and report it.";
     Blocked = 0x7121, "blocked or encoder frozen", Brake,
-        "For 60 ms more than 90 % of the current limit was commanded while the measured speed stayed below 1 % of the velocity limit.",
+        "For 40 ms more than 90 % of the current limit was commanded while the measured speed stayed below 1 % of the velocity limit.",
         "fault reset",
         "Free the axle. If it moves freely, check the encoder and its cable.";
     FollowingError = 0x8611, "following error", Hold,

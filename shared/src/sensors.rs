@@ -1,5 +1,5 @@
-//! Readings that a board takes for a node: the switches of an axle and the sensors on the robot's
-//! body.
+//! Readings that a board takes for a node: the switches of an axle, temperatures, and the sensors
+//! on the robot's body.
 
 use serde::{Deserialize, Serialize};
 
@@ -12,6 +12,15 @@ pub struct Switches {
     pub positive_limit: bool,
     /// Limit switch at the negative end of travel.
     pub negative_limit: bool,
+}
+
+/// Temperatures that a board measures, degree Celsius; `None` where it has no sensor.
+#[derive(Clone, Copy, PartialEq, Debug, Default)]
+pub struct Temperatures {
+    /// The transistors of the bridge, or the board next to them.
+    pub bridge: Option<f32>,
+    /// The winding of the motor.
+    pub motor: Option<f32>,
 }
 
 /// Readings of inclinometer, inertial unit and magnetometer on body 1. Axes: x forward, y left, z

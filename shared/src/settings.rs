@@ -193,7 +193,7 @@ settings! {
     /// Deceleration of a quick stop; 0: equal to `acceleration_limit`.
     QuickStopDeceleration = 0x00e0, "quick_stop_deceleration", "mrad/s^2", 0..=100_000_000, 0;
     /// Maximum change of the current in torque mode (start value of object 0x6087).
-    CurrentSlope = 0x00e1, "current_slope", "A/s", 1..=1_000_000, 1_000;
+    TorqueModeSlope = 0x00e1, "torque_mode_slope", "A/s", 1..=1_000_000, 1_000;
     /// Distance to the target within which the target counts as reached (start value of object
     /// 0x6067).
     PositionWindow = 0x00e2, "position_window", "mrad", 0..=100_000, 10;
@@ -206,6 +206,49 @@ settings! {
     /// Time in which the holding brake engages; 0 for a drive without a brake. A drive that stands
     /// holds its position meanwhile, before its bridge goes off.
     BrakeEngageTime = 0x00e9, "brake_engage_time", "ms", 0..=150, 0;
+
+    /// Supply voltage at which the fault "under-voltage" begins. No current is left there that
+    /// draws power from the supply.
+    UnderVoltage = 0x00d0, "under_voltage", "mV", 5_000..=60_000, 12_000;
+    /// Supply voltage below which the power that a drive takes from the supply is reduced. After
+    /// three quarters of the way to `under_voltage` it is 0. If it is not above `under_voltage`,
+    /// nothing is reduced before the fault.
+    MotoringVoltage = 0x00d1, "motoring_voltage", "mV", 5_000..=60_000, 14_000;
+    /// Supply voltage above which the power that a braking drive returns to the supply is reduced.
+    /// After three quarters of the way to `over_voltage` it is 0. If it is not below
+    /// `over_voltage`, nothing is reduced before the fault.
+    RegenerationVoltage = 0x00d2, "regeneration_voltage", "mV", 5_000..=60_000, 30_000;
+    /// Supply voltage at which the fault "over-voltage" begins.
+    OverVoltage = 0x00d3, "over_voltage", "mV", 6_000..=60_000, 32_000;
+    /// Maximum current that a drive takes from the supply.
+    SupplyCurrentLimit = 0x00d4, "supply_current_limit", "mA", 100..=200_000, 200_000;
+    /// Maximum current that a braking drive returns to the supply.
+    RegenerationCurrentLimit = 0x00d5, "regeneration_current_limit", "mA", 0..=200_000, 200_000;
+    /// Maximum electrical power of the motor: mechanical power plus the losses of the winding.
+    PowerLimit = 0x00d6, "power_limit", "W", 1..=20_000, 20_000;
+    /// Speed, as a fraction of `velocity_limit`, above which the current that accelerates the axle
+    /// is reduced. At 120 % of `velocity_limit`, where the fault "overspeed" begins, it is 0. The
+    /// current that brakes is not reduced.
+    VelocityDerating = 0x00d7, "velocity_derating", "1e-3", 1_000..=1_190, 1_100;
+    /// Maximum change of the motor current, and so of the torque, per time.
+    CurrentSlope = 0x00d8, "current_slope", "A/s", 1..=200_000, 200_000;
+    /// Current that the motor's winding carries for ever. 0: every current up to `current_limit`.
+    WindingCurrent = 0x00d9, "winding_current", "mA", 0..=100_000, 0;
+    /// Thermal time constant of the motor's winding.
+    WindingTime = 0x00da, "winding_time", "ms", 10..=100_000, 30_000;
+    /// Current that the bridge carries for ever. 0: every current up to `current_limit`.
+    BridgeCurrent = 0x00db, "bridge_current", "mA", 0..=100_000, 0;
+    /// Thermal time constant of the bridge.
+    BridgeTime = 0x00dc, "bridge_time", "ms", 10..=100_000, 2_000;
+    /// Temperature of the bridge at which the fault "over-temperature" begins. 0: the board has no
+    /// sensor for it.
+    BridgeTemperature = 0x00dd, "bridge_temperature", "0.1 degree C", 0..=2_000, 0;
+    /// Temperature of the motor at which the fault "over-temperature" begins. 0: the motor has no
+    /// sensor.
+    MotorTemperature = 0x00de, "motor_temperature", "0.1 degree C", 0..=2_000, 0;
+    /// How far below these temperatures the current begins to be reduced. At the temperature of the
+    /// fault it is 0.
+    TemperatureDerating = 0x00df, "temperature_derating", "0.1 K", 1..=1_000, 200;
 
     /// Travel of the screw's nut for one turn of the output shaft.
     ScrewLead = 0x0030, "screw_lead", "um", 100..=100_000, 5_000;

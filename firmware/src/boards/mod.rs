@@ -37,7 +37,7 @@ compile_error!("choose one board");
 use crate::roles::Role;
 use embedded_storage::nor_flash::NorFlash;
 use tautrack::motor::bridge::Ratings;
-use tautrack::sensors::{BodySensors, Switches};
+use tautrack::sensors::{BodySensors, Switches, Temperatures};
 
 /// Interface between a board and the rest of the firmware. A board is a singleton, so its methods
 /// take no `self`.
@@ -73,6 +73,10 @@ pub trait Board {
     fn encoder() -> i32;
     /// Supply voltage, V; 0 while it is not known.
     fn supply_voltage() -> f32;
+    /// Temperatures of bridge and motor. A board without sensors keeps this method.
+    fn temperatures() -> Temperatures {
+        Temperatures::default()
+    }
     /// State of the axle's switches.
     fn switches() -> Switches;
     /// Energizes the coil of the motor's holding brake, which releases it, or lets the brake engage.

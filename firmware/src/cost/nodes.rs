@@ -11,13 +11,14 @@ use tautrack::bus::cia402::{controlword, mode, status};
 use tautrack::bus::network::sync;
 use tautrack::bus::pdo::{DriveMotion, DriveStatus, OperatorCommand, Payload, transmit};
 use tautrack::can::Frame;
+use tautrack::motor::current::Electrical;
 use tautrack::node::axle::{self, Axle, BridgeDemand, SetPoint};
 use tautrack::node::guard::{self, Guard};
 use tautrack::node::screw::{self, Screw};
 use tautrack::robots::Body;
 use tautrack::robots::b2p2::B2p2;
 use tautrack::screw::Geometry;
-use tautrack::sensors::{BodySensors, Switches};
+use tautrack::sensors::{BodySensors, Switches, Temperatures};
 use tautrack::settings::{Setting, Settings};
 use tautrack::units::Angle;
 
@@ -45,7 +46,7 @@ struct Shaft {
 impl Shaft {
     fn step(&mut self, bridge: BridgeDemand) {
         self.current = match bridge {
-            BridgeDemand::Current(current) => current,
+            BridgeDemand::Current(current) | BridgeDemand::Braking { current, .. } => current,
             BridgeDemand::Brake | BridgeDemand::Off => 0.0,
         };
         self.velocity += (2.4 * self.current - 0.5 * self.velocity) / 0.05 * 1e-3;
@@ -63,6 +64,11 @@ impl Shaft {
             } else {
                 24.0 + random.within(1.0)
             },
+            electrical: Electrical {
+                voltage: Some([0.0, 2.4 * self.velocity + 0.6 * self.current]),
+                ..Electrical::default()
+            },
+            temperatures: Temperatures::default(),
             switches: Switches {
                 home: tick % 64 < 32,
                 ..Switches::default()

@@ -3,8 +3,7 @@
 use super::{Refusal, Role, Spawners, dictionary, drive, start_bus, startable};
 use crate::boards::{Board, CONTROL_HZ, Selected};
 use crate::bus::Received;
-use crate::current_loop;
-use crate::storage;
+use crate::{current_loop, storage};
 use core::sync::atomic::{AtomicU8, Ordering};
 use embassy_time::{Duration, Ticker};
 use tautrack::bus::cia402::State;

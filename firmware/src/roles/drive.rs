@@ -16,7 +16,7 @@ use tautrack::bus::pdo::{DriveMotion, receive};
 use tautrack::constants::CONTROL_PERIOD;
 use tautrack::motor::calibration;
 use tautrack::motor::capture::{CHANNELS, Capture, WINDOW};
-use tautrack::motor::current::{Config, CurrentLoop, Excitation};
+use tautrack::motor::current::{Config, CurrentLoop, Electrical, Excitation};
 use tautrack::node::axle::{BridgeDemand, Inputs, Outputs, SetPoint};
 use tautrack::settings::Settings;
 
@@ -115,16 +115,18 @@ impl Mailbox {
 /// Collects the inputs of one tick. `set_point` and `torque_offset` read the objects; each is
 /// called only if one of its objects was written since the last tick.
 pub fn inputs(set_point: fn() -> SetPoint, torque_offset: fn() -> i16, bench_mode: bool) -> Inputs {
-    let current = current_loop::take_mean();
-    if current.is_some() {
+    let means = current_loop::take_means();
+    if means.is_some() {
         watchdog::ran(Party::Pwm);
     }
     Inputs {
         now_us: Instant::now().as_micros(),
         encoder: Selected::encoder(),
         // NaN: without a sample the current is not known.
-        current: current.unwrap_or(f32::NAN),
+        current: means.map_or(f32::NAN, |means| means.current),
+        electrical: means.map_or_else(Electrical::default, |means| means.electrical),
         supply_voltage: Selected::supply_voltage(),
+        temperatures: Selected::temperatures(),
         switches: Selected::switches(),
         set_point: HEARD
             .set_point
@@ -281,6 +283,9 @@ macro_rules! drive_objects {
                 $od::OBJECT2001.set_value(0);
             }
             $od::OBJECT1001.set_value(u8::from(outputs.status.error_code != 0));
+            if let Some(snapshot) = &outputs.snapshot {
+                $od::publish_snapshot(snapshot);
+            }
             $od::publish_outputs(outputs);
         }
     };

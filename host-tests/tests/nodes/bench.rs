@@ -3,9 +3,10 @@
 use std::f64::consts::TAU;
 use tautrack::bus::cia402::{State, controlword};
 use tautrack::bus::pdo::DriveMotion;
+use tautrack::motor::current::Electrical;
 use tautrack::node::axle::{Axle, BridgeDemand, Inputs, Outputs, SetPoint};
 use tautrack::node::screw::{self, Screw};
-use tautrack::sensors::Switches;
+use tautrack::sensors::{Switches, Temperatures};
 use tautrack::settings::{Setting, Settings};
 
 /// Number of ticks, of 1 ms each, per SYNC period.
@@ -117,7 +118,9 @@ impl Bench {
             now_us: self.now_us,
             encoder: self.encoder_sign * counts,
             current: self.current_reading.unwrap_or(current as f32),
+            electrical: Electrical::default(),
             supply_voltage: 24.0,
+            temperatures: Temperatures::default(),
             switches: (self.switches)(self.angle - self.switch_at),
             set_point: self.set_point.filter(|_| sync),
             torque_offset: self
@@ -148,7 +151,9 @@ impl Bench {
         let back_emf = self.torque_constant * self.velocity;
         let current = match self.bridge {
             BridgeDemand::Off => 0.0,
-            BridgeDemand::Current(demand) => f64::from(demand),
+            BridgeDemand::Current(current) | BridgeDemand::Braking { current, .. } => {
+                f64::from(current)
+            }
             // The PWM interrupt opens the bridge where the current exceeds its limit.
             BridgeDemand::Brake => {
                 let limit = self.current_limit;
@@ -165,7 +170,9 @@ impl Bench {
             _ => 0.0,
         };
         let driving = match self.bridge {
-            BridgeDemand::Current(_) => self.torque_constant * current,
+            BridgeDemand::Current(_) | BridgeDemand::Braking { .. } => {
+                self.torque_constant * current
+            }
             _ => 0.0,
         };
         let push = (driving - self.load) / self.inertia;

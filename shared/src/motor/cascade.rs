@@ -76,6 +76,8 @@ pub struct Cascade {
     integral_gain: i32,
     velocity_gain: i32,
     integral: i32,
+    /// The integral before the last call.
+    before: i32,
     /// Units of velocity per rad/s, units of current per rad/s^2 and per A, and A per unit of
     /// current.
     per_velocity: f32,
@@ -119,6 +121,7 @@ impl Cascade {
             integral_gain: to_i32(current * in_one_call * one),
             velocity_gain: to_i32(current * one),
             integral: 0,
+            before: 0,
             per_velocity: (1_u32 << VELOCITY_BITS) as f32 / gains.velocity_limit,
             per_acceleration: gains.acceleration * per_ampere,
             per_ampere,
@@ -129,6 +132,13 @@ impl Cascade {
     /// Clears the integral. Call it before the bridge is switched on.
     pub fn reset(&mut self) {
         self.integral = 0;
+    }
+
+    /// Sets the integral to its value before the last call. It is used when a limit after the loops
+    /// acts, so that the integral does not wind up.
+    #[inline]
+    pub fn undo(&mut self) {
+        self.integral = self.before;
     }
 
     /// Takes over the current in the integral of `other`, limited to `bound`. It is used when the
@@ -234,6 +244,7 @@ impl Cascade {
         let asked = mul_high_add(held, error, self.velocity_gain);
         let current = bound.limit(asked);
         let cut = asked.wrapping_sub(current);
+        self.before = self.integral;
         if cut == 0 {
             self.integral = integral;
         }

@@ -5,6 +5,9 @@
 //! * [`cascade`]: current from a set-point
 //! * [`current`]: compare values of the half bridges from a current, in the PWM interrupt
 //! * [`calibration`]: measures the motor and its sensors on request
+//! * [`limits`]: what a motor, a bridge and a supply can carry; the last limiter of the current
+//! * [`back_emf`]: compares the voltage of the bridge with the speed of the encoder
+//! * [`encoder_steps`]: finds a noisy encoder
 //! * [`bridge`]: readings and commands of the power stage
 //! * [`capture`]: records signals of the PWM interrupt
 //! * `model`: simulated motors, for boards without hardware (feature `lockstep`)
@@ -13,11 +16,14 @@
 //! Positions are `i64` in 2^-32 turn of the output shaft, so that they lose neither precision nor
 //! range over time. Only differences of positions become `f32`.
 
+pub mod back_emf;
 pub mod bridge;
 pub mod calibration;
 pub mod capture;
 pub mod cascade;
 pub mod current;
+pub mod encoder_steps;
+pub mod limits;
 #[cfg(feature = "lockstep")]
 pub mod model;
 pub mod observer;

@@ -2,6 +2,12 @@
 //! condition must last), so that no single sample raises a fault.
 
 use crate::faults::{Fault, Faults};
+use crate::motor::back_emf::Findings;
+use crate::motor::current::Electrical;
+use crate::motor::from_radians;
+use crate::motor::limits::OVERSPEED;
+use crate::sensors::Temperatures;
+use crate::settings::{Setting, Settings};
 
 /// Readings of one tick.
 #[derive(Clone, Copy, Debug)]
@@ -21,6 +27,14 @@ pub(super) struct Readings {
     pub following_error: i64,
     /// The current loop is on.
     pub powered: bool,
+    /// What the voltage of the bridge shows.
+    pub motor: Findings,
+    /// The encoder made impossible steps.
+    pub noisy: bool,
+    /// Temperatures of bridge and motor.
+    pub temperatures: Temperatures,
+    /// Further measurements of the bridge.
+    pub electrical: Electrical,
 }
 
 /// Thresholds of a blocked motor, which does not turn although nearly the full current is
@@ -44,21 +58,28 @@ pub(super) struct Bounds {
     /// Difference of two velocities that no control error explains, rad/s.
     deviation: f32,
     following: u64,
+    under_voltage: f32,
+    over_voltage: f32,
+    /// Temperatures of bridge and motor, degree Celsius; 0 without a sensor.
+    temperatures: [f32; 2],
 }
-
-const UNDER_VOLTAGE: f32 = 12.0;
-const OVER_VOLTAGE: f32 = 32.0;
 
 /// The watched faults, and for how many ticks the condition of each must last, at most 127. They
 /// are the first faults of the table in [`crate::faults`], in its order.
-const WATCHES: [(Fault, u8); 8] = [
+const WATCHES: [(Fault, u8); 14] = [
     (Fault::OverCurrent, 5),
     (Fault::Overspeed, 3),
     (Fault::VelocityDeviation, 25),
+    (Fault::OpenPhase, 8),
+    (Fault::EncoderMismatch, 8),
+    (Fault::RotorAngle, 1),
+    (Fault::EncoderNoise, 1),
     (Fault::InvalidReading, 3),
     (Fault::OverVoltage, 5),
     (Fault::UnderVoltage, 5),
-    (Fault::Blocked, 60),
+    (Fault::OverTemperature, 20),
+    (Fault::ControlOverrun, 3),
+    (Fault::Blocked, 40),
     (Fault::FollowingError, 100),
 ];
 
@@ -69,10 +90,13 @@ const ONE_EACH: u32 = 0x0101_0101;
 /// bits of the product are the bits of those bytes.
 const GATHER: u32 = 0x1020_4080;
 
+/// Words that hold a byte for each watch.
+const WORDS: usize = WATCHES.len().div_ceil(4);
+
 /// Start values of the counters, one byte for each watch: 0x80 minus the dwell, so that the top bit
 /// is set at its end.
-const START: [u32; 2] = {
-    let mut start = [0; 2];
+const START: [u32; WORDS] = {
+    let mut start = [0; WORDS];
     let mut watch = 0;
     while watch < WATCHES.len() {
         start[watch / 4] |= (0x80 - WATCHES[watch].1 as u32) << (8 * (watch % 4));
@@ -84,7 +108,7 @@ const START: [u32; 2] = {
 /// Dwell counters of the watches. Each is a byte, and four of them are counted at once.
 #[derive(Clone, Debug)]
 pub(super) struct Supervisor {
-    counters: [u32; 2],
+    counters: [u32; WORDS],
     /// Lowest speed since the axle began to move away from its set-point against its current,
     /// rad/s.
     slowest: f32,
@@ -100,16 +124,36 @@ impl Default for Supervisor {
 }
 
 impl Bounds {
-    /// Creates the bounds from the axle's limits: current, A; velocity, rad/s; distance between
-    /// set-point and position, 2^-32 turn.
-    pub fn new(current: f32, velocity: f32, following: i64) -> Self {
+    /// Reads the bounds from the axle's settings.
+    pub fn new(settings: &Settings) -> Self {
+        let current = settings.scaled(Setting::CurrentLimit, 1e-3);
+        let velocity = settings.scaled(Setting::VelocityLimit, 1e-3);
+        let following = from_radians(settings.scaled(Setting::FollowingLimit, 1e-3));
         Self {
             over_current: 1.25 * current,
             driving: 0.5 * current,
-            overspeed: 1.2 * velocity,
+            overspeed: OVERSPEED * velocity,
             deviation: 0.2 * velocity,
             following: following.unsigned_abs(),
+            under_voltage: settings.scaled(Setting::UnderVoltage, 1e-3),
+            over_voltage: settings.scaled(Setting::OverVoltage, 1e-3),
+            temperatures: [Setting::BridgeTemperature, Setting::MotorTemperature]
+                .map(|setting| settings.scaled(setting, 0.1)),
         }
+    }
+
+    /// Returns whether a temperature is above its bound, and whether a sensor that must be there
+    /// gives no reading.
+    fn temperatures(&self, now: Temperatures) -> (bool, bool) {
+        let (mut above, mut missing) = (false, false);
+        for (bound, reading) in self.temperatures.into_iter().zip([now.bridge, now.motor]) {
+            if bound > 0.0 {
+                let reading = reading.unwrap_or(f32::NAN);
+                above |= reading > bound;
+                missing |= !(reading.abs() < f32::INFINITY);
+            }
+        }
+        (above, missing)
     }
 }
 
@@ -122,35 +166,41 @@ impl Supervisor {
         let finite = current + now.supply_voltage.abs() < f32::INFINITY;
         let blocked = now.powered && speed < stall.standing && !(now.demand.abs() <= stall.pushing);
         let deviating = self.deviates(now, bounds) && now.powered;
+        let (hot, missing) = bounds.temperatures(now.temperatures);
         // In the order of `WATCHES`.
         let bad = [
             !(current <= bounds.over_current),
             now.powered && !(speed <= bounds.overspeed),
             deviating,
-            !finite,
-            !(now.supply_voltage <= OVER_VOLTAGE),
-            !(now.supply_voltage >= UNDER_VOLTAGE),
+            now.motor.open_phase && now.powered,
+            now.motor.disagrees && now.powered,
+            now.motor.slipped && now.powered,
+            now.noisy && now.powered,
+            !finite || missing,
+            !(now.supply_voltage <= bounds.over_voltage),
+            !(now.supply_voltage >= bounds.under_voltage),
+            hot,
+            now.electrical.overrun,
             blocked,
             now.following_error.unsigned_abs() > bounds.following,
         ];
-        let mut counting = [0; 2];
+        let mut counting = [0; WORDS];
         for (watch, bad) in bad.into_iter().enumerate() {
             if bad {
                 counting[watch / 4] |= 0xff << (8 * (watch % 4));
             }
         }
-        for word in 0..2 {
-            let counter = self.counters[word];
+        let mut over = 0;
+        for (word, counter) in self.counters.iter_mut().enumerate() {
             // A counter whose dwell is over does not change.
-            let next = counter + (ONE_EACH & !(counter >> 7));
-            self.counters[word] = next & counting[word] | START[word] & !counting[word];
+            let next = *counter + (ONE_EACH & !(*counter >> 7));
+            *counter = next & counting[word] | START[word] & !counting[word];
+            let ends = (*counter & OVER) >> 7;
+            over |= (ends.wrapping_mul(GATHER) >> 28) << (4 * word);
         }
-        let [first, second] = self.counters.map(|counters| counters & OVER);
-        if first | second == 0 {
-            return Faults::NONE;
-        }
-        let [low, high] = [first, second].map(|over| (over >> 7).wrapping_mul(GATHER) >> 28);
-        Faults::from_bits(high << 4 | low)
+        let mut faults = Faults::from_bits(over);
+        faults.insert_if(Fault::OverCurrent, now.electrical.over_current);
+        faults
     }
 
     /// Returns whether the axle has gathered speed away from its set-point, against a current that
@@ -176,189 +226,4 @@ impl Supervisor {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    const STALL: Stall = Stall {
-        pushing: 9.0,
-        standing: 0.06,
-    };
-
-    const GOOD: Readings = Readings {
-        current: 1.0,
-        demand: 1.0,
-        supply_voltage: 24.0,
-        velocity: 1.0,
-        commanded_velocity: 1.0,
-        following_error: 0,
-        powered: true,
-    };
-
-    fn ticks_until_fault(readings: Readings) -> Option<(usize, Faults)> {
-        let (mut supervisor, bounds) = (Supervisor::default(), Bounds::new(10.0, 6.0, 400));
-        (1..500).find_map(|tick| {
-            let faults = supervisor.check(&readings, &bounds, STALL);
-            (!faults.is_empty()).then_some((tick, faults))
-        })
-    }
-
-    #[test]
-    fn the_watches_are_the_first_faults_of_the_table() {
-        for ((fault, _), other) in WATCHES.iter().zip(crate::faults::ALL) {
-            assert_eq!(fault, other);
-        }
-    }
-
-    #[test]
-    fn each_bad_reading_raises_its_fault_after_its_dwell() {
-        assert_eq!(ticks_until_fault(GOOD), None);
-        let cases = [
-            (
-                Readings {
-                    current: f32::NAN,
-                    ..GOOD
-                },
-                3,
-                Fault::InvalidReading,
-            ),
-            (
-                Readings {
-                    current: -13.0,
-                    ..GOOD
-                },
-                5,
-                Fault::OverCurrent,
-            ),
-            (
-                Readings {
-                    velocity: -7.3,
-                    commanded_velocity: -7.3,
-                    ..GOOD
-                },
-                3,
-                Fault::Overspeed,
-            ),
-            (
-                Readings {
-                    supply_voltage: 33.0,
-                    ..GOOD
-                },
-                5,
-                Fault::OverVoltage,
-            ),
-            (
-                Readings {
-                    supply_voltage: 11.0,
-                    ..GOOD
-                },
-                5,
-                Fault::UnderVoltage,
-            ),
-            (
-                Readings {
-                    demand: -9.5,
-                    velocity: 0.0,
-                    ..GOOD
-                },
-                60,
-                Fault::Blocked,
-            ),
-            (
-                Readings {
-                    following_error: -401,
-                    ..GOOD
-                },
-                100,
-                Fault::FollowingError,
-            ),
-        ];
-        for (readings, tick, fault) in cases {
-            let expected = Some((tick, Faults::of(fault)));
-            assert_eq!(ticks_until_fault(readings), expected);
-        }
-    }
-
-    #[test]
-    fn a_condition_is_reported_beside_every_other_one() {
-        let (mut supervisor, bounds) = (Supervisor::default(), Bounds::new(10.0, 6.0, 400));
-        let bad = Readings {
-            current: 20.0,
-            supply_voltage: 40.0,
-            velocity: 0.0,
-            demand: 10.0,
-            following_error: 1_000,
-            ..GOOD
-        };
-        let mut faults = Faults::NONE;
-        for _ in 0..100 {
-            faults = supervisor.check(&bad, &bounds, STALL);
-        }
-        for fault in [
-            Fault::OverCurrent,
-            Fault::OverVoltage,
-            Fault::Blocked,
-            Fault::FollowingError,
-        ] {
-            assert!(faults.contains(fault), "{fault:?} in {faults:?}");
-        }
-        assert_eq!(supervisor.check(&GOOD, &bounds, STALL), Faults::NONE);
-    }
-
-    /// Returns whether these velocities over time, with the current that acts, are a velocity
-    /// deviation.
-    fn deviates(commanded: f32, demand: f32, velocity: fn(f32) -> f32) -> bool {
-        let (mut supervisor, bounds) = (Supervisor::default(), Bounds::new(10.0, 6.0, 400));
-        (0..60).any(|tick| {
-            let now = Readings {
-                velocity: velocity(tick as f32),
-                commanded_velocity: commanded,
-                demand,
-                ..GOOD
-            };
-            supervisor
-                .check(
-                    &now,
-                    &bounds,
-                    Stall {
-                        pushing: 99.0,
-                        ..STALL
-                    },
-                )
-                .contains(Fault::VelocityDeviation)
-        })
-    }
-
-    #[test]
-    fn only_speed_gathered_against_the_current_is_a_deviation() {
-        assert!(deviates(0.5, 10.0, |ms| -0.1 * ms), "a runaway");
-        assert!(!deviates(0.0, -10.0, |ms| 6.0 - 0.1 * ms), "braking");
-        assert!(
-            !deviates(0.0, -10.0, |ms| 4.0 + 0.1 * (ms % 2.0)),
-            "overpowered"
-        );
-        assert!(
-            !deviates(0.0, 10.0, |ms| -2.0 - 1.5 * (0.3 * ms).sin()),
-            "a blow, and the gear swings"
-        );
-        assert!(
-            !deviates(6.0, 10.0, |ms| 0.1 * ms),
-            "a start at the current limit"
-        );
-        assert!(!deviates(-6.0, -10.0, |ms| 3.0 - 0.1 * ms), "a reversal");
-        assert!(!deviates(3.0, 10.0, |_| 0.0), "blocked");
-        assert!(!deviates(3.0, -2.0, |ms| 0.1 * ms), "weakly braked");
-    }
-
-    #[test]
-    fn one_good_sample_starts_the_dwell_anew() {
-        let (mut supervisor, bounds) = (Supervisor::default(), Bounds::new(10.0, 6.0, 400));
-        let bad = Readings {
-            supply_voltage: 40.0,
-            ..GOOD
-        };
-        for tick in 0..100 {
-            let now = if tick % 4 == 3 { GOOD } else { bad };
-            assert_eq!(supervisor.check(&now, &bounds, STALL), Faults::NONE);
-        }
-    }
-}
+mod tests;

@@ -324,7 +324,7 @@ fn a_reversed_phase_order_and_an_offset_give_the_same_torque() {
             (toward_larger_counts - 5.0).abs() < 0.05,
             "{reversed} {offset}: {q}"
         );
-        assert!((bench.current_loop.take_mean().unwrap() - 5.0).abs() < 0.2);
+        assert!((bench.current_loop.take_means().unwrap().current - 5.0).abs() < 0.2);
     }
 }
 
@@ -449,15 +449,15 @@ fn a_demand_expires_after_three_control_periods() {
 #[test]
 fn no_sample_is_not_a_current_of_zero() {
     let mut current_loop = CurrentLoop::new(&BRUSHED, &STAGE).unwrap();
-    assert_eq!(current_loop.take_mean(), None);
+    assert_eq!(current_loop.take_means(), None);
     for amperes in [2.0, 4.0] {
         current_loop.period(&Readings {
             currents: [code(amperes), code(-amperes)],
             rotor: 0,
         });
     }
-    assert!((current_loop.take_mean().unwrap() - 3.0).abs() < 1e-3);
-    assert_eq!(current_loop.take_mean(), None);
+    assert!((current_loop.take_means().unwrap().current - 3.0).abs() < 1e-3);
+    assert_eq!(current_loop.take_means(), None);
 }
 
 #[test]
@@ -465,6 +465,7 @@ fn the_bridge_opens_beyond_its_currents() {
     for config in [BRUSHED, THREE_PHASE] {
         let mut current_loop = CurrentLoop::new(&config, &STAGE).unwrap();
         let mut stage = |demand, a: f64| {
+            current_loop.demand(BridgeDemand::Off, 24.0, 0.0); // ends a trip
             current_loop.demand(demand, 24.0, 0.0);
             current_loop.period(&Readings {
                 currents: [code(a), code(0.0)],
@@ -484,6 +485,82 @@ fn the_bridge_opens_beyond_its_currents() {
             assert_eq!(stage(BridgeDemand::Current(0.0), a), PowerStage::Off, "{a}");
         }
     }
+}
+
+#[test]
+fn two_over_currents_in_a_control_period_keep_the_bridge_open_until_it_is_switched_off() {
+    for config in [BRUSHED, THREE_PHASE] {
+        let mut current_loop = CurrentLoop::new(&config, &STAGE).unwrap();
+        let on = BridgeDemand::Current(5.0);
+        let mut run = |demand, currents: &[f64]| -> (PowerStage, bool) {
+            current_loop.demand(demand, 24.0, 0.0);
+            let mut stage = PowerStage::Off;
+            for a in currents {
+                let currents = [code(*a), code(-a)];
+                stage = current_loop.period(&Readings { currents, rotor: 0 });
+            }
+            let means = current_loop.take_means().unwrap();
+            (stage, means.electrical.over_current)
+        };
+        let mut bad = [0.0; 20];
+        bad[7] = 31.0;
+        // One sample may be disturbed.
+        for _ in 0..5 {
+            let (stage, tripped) = run(on, &bad);
+            assert!(stage != PowerStage::Off && !tripped);
+        }
+        bad[9] = -31.0;
+        assert_eq!(run(on, &bad), (PowerStage::Off, true));
+        assert_eq!(run(on, &[0.0; 20]), (PowerStage::Off, true));
+        assert_eq!(
+            run(BridgeDemand::Brake, &[0.0; 20]),
+            (PowerStage::Off, true)
+        );
+        assert_eq!(run(BridgeDemand::Off, &[0.0; 20]), (PowerStage::Off, false));
+        let (stage, tripped) = run(on, &[0.0; 20]);
+        assert!(stage != PowerStage::Off && !tripped);
+    }
+}
+
+#[test]
+fn means_hold_the_voltage_and_say_when_periods_are_missing() {
+    let mut bench = Bench::new(&THREE_PHASE, &THREE_PHASE, 500.0);
+    bench.run(6.0, 2_000);
+    bench.current_loop.take_means();
+    bench.run(6.0, 20);
+    let means = bench.current_loop.take_means().unwrap();
+    let [d, q] = means.electrical.voltage.unwrap();
+    // V = R i + w L i, and the back-EMF.
+    let expected_d = -500.0 * f64::from(THREE_PHASE.inductance[1]) * 6.0;
+    let expected_q = f64::from(THREE_PHASE.resistance) * 6.0 + 500.0 * flux(&THREE_PHASE);
+    assert!((f64::from(d) - expected_d).abs() < 0.05, "{d} {expected_d}");
+    assert!((f64::from(q) - expected_q).abs() < 0.05, "{q} {expected_q}");
+    assert!((means.current - 6.0).abs() < 0.05 && means.electrical.direct.abs() < 0.05);
+    for (periods, overrun) in [(9, true), (10, false), (20, false), (40, false), (41, true)] {
+        bench.run(6.0, periods);
+        let means = bench.current_loop.take_means().unwrap();
+        assert_eq!(means.electrical.overrun, overrun, "{periods} periods");
+    }
+}
+
+#[test]
+fn a_current_in_d_burns_power_and_leaves_the_torque() {
+    let mut bench = Bench::new(&THREE_PHASE, &THREE_PHASE, 300.0);
+    for period in 0..2_000 {
+        if period % 20 == 0 {
+            let demand = BridgeDemand::Braking {
+                current: -5.0,
+                direct: -30.0,
+            };
+            let shaft = bench.speed / f64::from(MOUNTING.pole_pairs);
+            bench.current_loop.demand(demand, 24.0, shaft as f32);
+        }
+        bench.period();
+    }
+    let [d, q] = bench.current;
+    assert!((q + 5.0).abs() < 0.15, "{q}");
+    // What the current in q leaves of 20 A.
+    assert!((d + (400.0_f64 - 25.0).sqrt()).abs() < 0.15, "{d}");
 }
 
 #[test]
@@ -576,7 +653,7 @@ proptest! {
                 }
                 stage => prop_assert_eq!(stage, PowerStage::Off),
             }
-            prop_assert!(current_loop.take_mean().unwrap().is_finite());
+            prop_assert!(current_loop.take_means().unwrap().current.is_finite());
         }
     }
 }

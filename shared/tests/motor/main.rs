@@ -4,6 +4,7 @@
 mod calibration;
 mod cascade;
 mod current;
+mod limits;
 #[cfg(feature = "lockstep")]
 mod model;
 #[allow(dead_code)] // the models need the joints

@@ -3,9 +3,10 @@
 use proptest::collection::vec;
 use proptest::prelude::*;
 use tautrack::bus::pdo::DriveMotion;
+use tautrack::motor::current::Electrical;
 use tautrack::node::axle::{Axle, BridgeDemand, Inputs, Outputs, SetPoint};
 use tautrack::node::screw::{self, Screw};
-use tautrack::sensors::Switches;
+use tautrack::sensors::{Switches, Temperatures};
 use tautrack::settings::{Setting, Settings};
 
 /// Generates any bit pattern, including NaN, infinities and subnormals.
@@ -44,11 +45,23 @@ fn set_point() -> impl Strategy<Value = Option<SetPoint>> {
 }
 
 prop_compose! {
+    fn electrical()(
+        voltage in proptest::option::of((any_f32(), any_f32())),
+        [direct, direct_size] in [any_f32(), any_f32()],
+        [over_current, overrun] in prop_oneof![9 => Just([false; 2]), 1 => any::<[bool; 2]>()],
+    ) -> Electrical {
+        Electrical { voltage: voltage.map(|(d, q)| [d, q]), direct, direct_size, over_current, overrun }
+    }
+}
+
+prop_compose! {
     fn inputs()(
         jump_us in prop_oneof![Just(1_000_u64), 0..1_000_000_u64],
         encoder in any::<i32>(),
         current in prop_oneof![-12.0..12.0_f32, any_f32()],
-        supply_voltage in prop_oneof![Just(24.0_f32), any_f32()],
+        supply_voltage in prop_oneof![Just(24.0_f32), 10.0..34.0_f32, any_f32()],
+        electrical in electrical(),
+        temperatures in proptest::option::of((-50.0..150.0_f32, any_f32())),
         switches in any::<[bool; 3]>(),
         set_point in set_point(),
         torque_offset in any::<Option<i16>>(),
@@ -58,13 +71,26 @@ prop_compose! {
         let [home, positive_limit, negative_limit] = switches;
         let switches = Switches { home, positive_limit, negative_limit };
         // `now_us` is a step of time here. The caller adds the steps up.
-        Inputs { now_us: jump_us, encoder, current, supply_voltage, switches, set_point, torque_offset, guard_received, bench_mode }
+        Inputs {
+            now_us: jump_us,
+            encoder,
+            current,
+            electrical,
+            supply_voltage,
+            temperatures: Temperatures { bridge: temperatures.map(|(bridge, _)| bridge), motor: temperatures.map(|(_, motor)| motor) },
+            switches,
+            set_point,
+            torque_offset,
+            guard_received,
+            bench_mode,
+        }
     }
 }
 
 fn within_limit(outputs: &Outputs, limit: f32) -> bool {
     match outputs.bridge {
         BridgeDemand::Current(current) => current.abs() <= limit,
+        BridgeDemand::Braking { current, direct } => current.hypot(direct) <= limit * 1.000_001,
         BridgeDemand::Off | BridgeDemand::Brake => true,
     }
 }

@@ -4,10 +4,10 @@
 use std::f64::consts::TAU;
 use tautrack::bus::cia402::{State, controlword};
 use tautrack::motor::bridge::{PowerStage, Ratings};
-use tautrack::motor::current::{Config, CurrentLoop};
+use tautrack::motor::current::{Config, CurrentLoop, Electrical};
 use tautrack::motor::model::{Motor, MotorModel, WindingModel};
 use tautrack::node::axle::{Axle, Inputs, Outputs, SetPoint};
-use tautrack::sensors::Switches;
+use tautrack::sensors::{Switches, Temperatures};
 use tautrack::settings::{Setting, Settings};
 
 const STAGE: Ratings = Ratings {
@@ -118,10 +118,13 @@ impl Bench {
             self.stage = next;
         }
         let tick = self.now_us / 1_000;
+        let means = self.current_loop.take_means();
         let inputs = Inputs {
             now_us: self.now_us,
             encoder: self.motor.encoder(),
-            current: self.current_loop.take_mean().unwrap_or(f32::NAN),
+            current: means.map_or(f32::NAN, |means| means.current),
+            electrical: means.map(|means| means.electrical).unwrap_or_default(),
+            temperatures: Temperatures::default(),
             supply_voltage: SUPPLY,
             switches: (self.switches)(self.angle()),
             set_point: tick.is_multiple_of(4).then_some(SetPoint {
@@ -199,6 +202,8 @@ fn inputs_at_rest() -> Inputs {
         now_us: 0,
         encoder: 0,
         current: 0.0,
+        electrical: Electrical::default(),
+        temperatures: Temperatures::default(),
         supply_voltage: SUPPLY,
         switches: Switches::default(),
         set_point: None,

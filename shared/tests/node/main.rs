@@ -9,3 +9,5 @@ mod drive_faults;
 #[cfg(feature = "lockstep")]
 mod drive_options;
 mod guard;
+#[cfg(feature = "lockstep")]
+mod motor_faults;

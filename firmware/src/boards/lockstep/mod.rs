@@ -25,8 +25,8 @@ mod step;
 #[cfg(not(target_os = "none"))]
 pub mod text_log;
 
-pub use flash::{Files, Flash};
 pub use brake::set_brake;
+pub use flash::{Files, Flash};
 pub use inputs::{encoder, sensors};
 #[cfg(not(target_family = "wasm"))]
 pub use link::{Pipe, run};

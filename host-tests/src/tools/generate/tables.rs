@@ -60,6 +60,7 @@ const GROUPS: &[(u16, &str)] = &[
     (0x009f, "Robots whose drives have consecutive ids: guard"),
     (0x00bf, "Masses of B2P2: guard"),
     (0x00cf, "Motor with three phases: axle and screw"),
+    (0x00df, "Limits of a drive: axle and screw"),
     (
         0x00ef,
         "Stops, windows and brake of a drive: axle and screw",

@@ -31,10 +31,11 @@ impl Brushed {
         self.axis.reset();
     }
 
-    /// Computes the compare values of half bridges a and b from the measured and the demanded
-    /// current; 2^30 is full scale. Half bridge c gives half the supply voltage.
+    /// Computes the compare values of half bridges a and b, and the voltage between them (2^24 is
+    /// full scale), from the measured and the demanded current; 2^30 is full scale. Half bridge c
+    /// gives half the supply voltage.
     #[inline]
-    pub fn step(&mut self, current: i32, demand: i32, point: &OperatingPoint) -> [u16; 3] {
+    pub fn step(&mut self, current: i32, demand: i32, point: &OperatingPoint) -> ([u16; 3], i32) {
         let error = (demand >> 1) - (current >> 1);
         let voltage = self.axis.step(self.gains, error, 0, point.voltage_limit);
         let half = point.half;
@@ -42,10 +43,11 @@ impl Brushed {
             let ideal = mul_high_add(half, voltage, point.counts_per_volt >> 1);
             mul_high_add(ideal, sign(current), self.dead_time) as u16
         };
-        [
+        let compare = [
             counts(voltage, current),
             counts(-voltage, -current),
             half as u16,
-        ]
+        ];
+        (compare, voltage)
     }
 }

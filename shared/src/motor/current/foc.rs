@@ -26,6 +26,17 @@ pub struct Dq {
     pub q: i32,
 }
 
+/// Results of one PWM period.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(super) struct Step {
+    /// Compare values of the half bridges.
+    pub compare: [u16; 3],
+    /// Measured current.
+    pub current: Dq,
+    /// Voltage for the next period; 2^24 is full scale.
+    pub voltage: Dq,
+}
+
 /// Current controllers of both axes.
 #[derive(Clone, Debug)]
 pub(super) struct Foc {
@@ -55,9 +66,9 @@ impl Foc {
         self.q.reset();
     }
 
-    /// Computes the compare values and the measured current from the currents of phases a and b
-    /// (2^30 is full scale; the three add up to zero), the rotor's angle at their sample and the
-    /// demanded current.
+    /// Computes the compare values, the measured current and the voltage from the currents of
+    /// phases a and b (2^30 is full scale; the three add up to zero), the rotor's angle at their
+    /// sample and the demanded current.
     ///
     /// It is defined for every input: larger currents count as full scale, and no compare value
     /// leaves the period. Worst error against double precision: 2 counts of 4250
@@ -69,7 +80,7 @@ impl Foc {
         currents: [i32; 2],
         demand: Dq,
         point: &OperatingPoint,
-    ) -> ([u16; 3], Dq) {
+    ) -> Step {
         let (sin, cos) = sin_cos_q30(angle.0);
         let [a, b] = currents.map(full_scale);
 
@@ -93,7 +104,14 @@ impl Foc {
         let stator = unpark([voltage_d, voltage_q], (ahead_sin, ahead_cos));
         let compare = self.modulate(stator, [a, b], point);
         let [d, q] = [d, q].map(|current| current.clamp(-(1 << 26), (1 << 26) - 1) << 4);
-        (compare, Dq { d, q })
+        Step {
+            compare,
+            current: Dq { d, q },
+            voltage: Dq {
+                d: voltage_d,
+                q: voltage_q,
+            },
+        }
     }
 
     /// Computes the compare values that give a voltage (2^24 is full scale) in the axes whose angle

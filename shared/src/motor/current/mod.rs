@@ -1,6 +1,7 @@
 //! Current control: everything that the PWM interrupt of a drive does.
 //!
 //! * [`CurrentLoop`]: follows demands of the control task, one PWM period at a time
+//! * `means`: what was measured since the last control period
 //! * `axis`: PI controller of one current
 //! * `dead_time`: compensation of the dead time
 //! * `brushed`: a brushed motor between two half bridges
@@ -16,19 +17,22 @@ mod axis;
 mod brushed;
 mod dead_time;
 pub mod foc;
+mod means;
 mod operating_point;
 mod probe;
 mod setup;
 
+pub use means::{Electrical, Means};
 pub use probe::{Excitation, Frame, Measurement};
 pub use setup::{Config, CurrentLoopError, MotorKind};
 
 use super::bridge::{CurrentSensing, PowerStage, Readings};
 use super::capture::Signals;
 use super::rotor::Rotor;
-use crate::math::{Bound, to_i16, to_i32};
+use crate::math::{Bound, root_of_sum, to_i16, to_i32};
 use brushed::Brushed;
 use foc::{Dq, Foc};
+use means::Sums;
 use operating_point::{Fixed, OperatingPoint};
 use probe::Probe;
 
@@ -51,7 +55,19 @@ pub enum BridgeDemand {
     /// The current loop is on, with this demand in A: the current of a brushed motor's winding, or
     /// the current that makes the torque of a three-phase motor (its amplitude).
     Current(f32),
+    /// As [`Self::Current`], with a second current in the axis d of a three-phase motor, A. It
+    /// makes no torque and turns braking power into heat.
+    Braking {
+        /// The current that makes the torque, A.
+        current: f32,
+        /// The current in d, A. It is limited to what `current` leaves of the current limit.
+        direct: f32,
+    },
 }
+
+/// Number of PWM periods with an over-current in one control period after which the bridge stays
+/// open. One alone may be a disturbed sample.
+const TRIP_PERIODS: u32 = 2;
 
 /// Controller of the motor's kind.
 #[derive(Clone, Debug)]
@@ -75,9 +91,11 @@ pub struct CurrentLoop {
     /// PWM periods for which the demand is still valid, and for which a new one is.
     left: u32,
     life: u32,
-    /// Sum of the measured currents since the last call of [`Self::take_mean`], and their number.
-    sum: i64,
-    samples: u32,
+    /// PWM periods with an over-current in this control period. From [`TRIP_PERIODS`] on, the
+    /// bridge stays open.
+    excess: u32,
+    /// Measurements since the last call of [`Self::take_means`].
+    sums: Sums,
     probe: Probe,
     /// Currents in the rotor's axes in the newest period.
     measured: Dq,
@@ -97,8 +115,8 @@ enum Action {
     #[default]
     Off,
     Brake,
-    /// The current; 2^30 is full scale.
-    Current(i32),
+    /// The currents in q and d; 2^30 is full scale.
+    Current(i32, i32),
     /// The excitation of the probe.
     Excite,
 }
@@ -110,14 +128,23 @@ impl CurrentLoop {
     ///
     /// A demand beyond the current limit counts as the limit, and NaN as 0 A. Without a usable
     /// supply voltage the voltage is 0.
+    ///
+    /// After an over-current the bridge stays open whatever is demanded, until the demand is
+    /// [`BridgeDemand::Off`] once.
     pub fn demand(&mut self, demand: BridgeDemand, supply_voltage: f32, shaft_velocity: f32) {
         let action = match demand {
-            BridgeDemand::Off => Action::Off,
+            BridgeDemand::Off => {
+                self.excess = 0;
+                Action::Off
+            }
+            _ if self.excess >= TRIP_PERIODS => Action::Off,
             BridgeDemand::Brake => Action::Brake,
-            BridgeDemand::Current(amperes) => {
-                let scale = (1 << 30) as f32 / self.fixed.ratings.full_scale;
-                let current = to_i32(amperes * scale);
-                Action::Current(Bound::new(self.current_limit - 1).limit(current))
+            BridgeDemand::Current(amperes) => Action::Current(self.limited(amperes), 0),
+            BridgeDemand::Braking { current, direct } => {
+                let q = self.limited(current);
+                let (limit, used) = (self.current_limit as f32, q as f32);
+                let left = to_i32(root_of_sum(limit * limit - used * used));
+                Action::Current(q, Bound::new(left - 1).limit(self.limited(direct)))
             }
         };
         self.demand = Demand {
@@ -137,9 +164,15 @@ impl CurrentLoop {
     /// current. As a demand, it is valid for [`DEMAND_CONTROL_PERIODS`] control periods, and the
     /// bridge opens beyond 150 % of the current limit. The sensing of the excitation stays in force.
     pub fn excite(&mut self, excitation: &Excitation, supply_voltage: f32) {
+        let action = if self.excess >= TRIP_PERIODS {
+            Action::Off
+        } else {
+            Action::Excite
+        };
         self.demand = Demand {
-            action: Action::Excite,
+            action,
             point: OperatingPoint::new(&self.fixed, supply_voltage, 0.0),
+            velocity: 0,
         };
         self.sensing = excitation.sensing;
         self.probe.excite(excitation, &self.demand.point);
@@ -151,13 +184,20 @@ impl CurrentLoop {
         self.probe.take(&self.fixed.ratings, supply_voltage)
     }
 
-    /// Returns the mean of the measured current since the last call, A; `None` if no sample was
-    /// taken.
-    pub fn take_mean(&mut self) -> Option<f32> {
-        let (sum, samples) = (self.sum, self.samples);
-        (self.sum, self.samples) = (0, 0);
-        let unit = self.fixed.ratings.full_scale / (1 << 30) as f32;
-        (samples > 0).then(|| sum as f32 * unit / samples as f32)
+    /// Converts a current, A, to the scale of the loop, limited to the current limit.
+    fn limited(&self, amperes: f32) -> i32 {
+        let scale = (1 << 30) as f32 / self.fixed.ratings.full_scale;
+        Bound::new(self.current_limit - 1).limit(to_i32(amperes * scale))
+    }
+
+    /// Returns what was measured since the last call; `None` if no sample was taken.
+    pub fn take_means(&mut self) -> Option<Means> {
+        let sums = core::mem::take(&mut self.sums);
+        let tripped = self.excess >= TRIP_PERIODS;
+        if !tripped {
+            self.excess = 0;
+        }
+        sums.means(&self.fixed, self.life / DEMAND_CONTROL_PERIODS, tripped)
     }
 
     /// Returns the signals of the PWM period that had these `readings` and led to `stage`, for a
@@ -165,8 +205,8 @@ impl CurrentLoop {
     pub fn signals(&self, readings: &Readings, stage: PowerStage) -> Signals {
         let [a, b] = self.sensing.currents(readings.currents);
         let demand = match self.demand.action {
-            Action::Current(current) => current,
-            Action::Off | Action::Brake => 0,
+            Action::Current(q, _) => q,
+            Action::Off | Action::Brake | Action::Excite => 0,
         };
         Signals {
             readings: *readings,
@@ -192,9 +232,12 @@ impl CurrentLoop {
             self.demand.action
         };
         let (stage, current) = match action {
-            Action::Current(demand) if largest <= self.over_current => {
-                let point = &self.demand.point;
-                let (compare, current) = self.motor.step(readings.rotor, currents, demand, point);
+            Action::Current(q, d) if largest <= self.over_current => {
+                let (point, demand) = (&self.demand.point, Dq { d, q });
+                let sums = &mut self.sums;
+                let (compare, current) =
+                    self.motor
+                        .step(readings.rotor, currents, demand, point, sums);
                 if point.voltage_limit == 0 {
                     self.motor.reset();
                 }
@@ -211,6 +254,12 @@ impl CurrentLoop {
             }
             action => {
                 self.motor.reset();
+                if action != Action::Off && largest > self.over_current {
+                    self.excess = self.excess.saturating_add(1);
+                    if self.excess >= TRIP_PERIODS {
+                        self.left = 0;
+                    }
+                }
                 let brakes = action == Action::Brake && largest <= self.current_limit;
                 let stage = if brakes {
                     PowerStage::Brake
@@ -222,8 +271,7 @@ impl CurrentLoop {
                 (stage, current)
             }
         };
-        self.sum += i64::from(current);
-        self.samples = self.samples.saturating_add(1);
+        self.sums.add_current(current);
         stage
     }
 }
@@ -254,25 +302,40 @@ impl Motor {
     }
 
     /// Computes compare values, and the measured currents, with q in the direction of the demand.
+    /// Adds the voltages to `sums`.
     #[inline]
     fn step(
         &mut self,
         count: u32,
         currents: [i32; 2],
-        demand: i32,
+        demand: Dq,
         point: &OperatingPoint,
+        sums: &mut Sums,
     ) -> ([u16; 3], Dq) {
         match self {
             Self::Brushed(brushed) => {
                 let q = currents[0];
-                (brushed.step(q, demand, point), Dq { d: 0, q })
+                let (compare, voltage) = brushed.step(q, demand.q, point);
+                sums.add_voltage(Dq { d: 0, q: voltage }, 0);
+                (compare, Dq { d: 0, q })
             }
             Self::ThreePhase(foc, rotor) => {
-                let angle = rotor.angle(count);
-                let q = demand * rotor.direction();
-                let (compare, mut measured) = foc.step(angle, currents, Dq { d: 0, q }, point);
-                measured.q *= rotor.direction();
-                (compare, measured)
+                let (angle, direction) = (rotor.angle(count), rotor.direction());
+                let q = demand.q * direction;
+                let step = foc.step(angle, currents, Dq { q, ..demand }, point);
+                let Dq { d, q } = step.voltage;
+                sums.add_voltage(
+                    Dq {
+                        d,
+                        q: q * direction,
+                    },
+                    step.current.d,
+                );
+                let measured = Dq {
+                    q: step.current.q * direction,
+                    ..step.current
+                };
+                (step.compare, measured)
             }
         }
     }

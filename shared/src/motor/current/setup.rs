@@ -3,6 +3,7 @@
 use super::axis::{Gains, Winding};
 use super::brushed::Brushed;
 use super::foc::{Dq, Foc};
+use super::means::Sums;
 use super::operating_point::Fixed;
 use super::{CurrentLoop, DEMAND_CONTROL_PERIODS, Demand, Motor};
 use crate::motor::bridge::{CurrentSensing, Ratings};
@@ -240,8 +241,8 @@ impl CurrentLoop {
             demand: Demand::default(),
             left: 0,
             life: DEMAND_CONTROL_PERIODS.saturating_mul(config.periods_per_control),
-            sum: 0,
-            samples: 0,
+            excess: 0,
+            sums: Sums::default(),
             probe: super::probe::Probe::default(),
             measured: Dq::default(),
         })

@@ -41,6 +41,7 @@ pub struct Motor {
     sensed: i64,
     sensor_frozen: bool,
     brake_released: bool,
+    open_lead: Option<usize>,
     moved_per_velocity: f32, // 2^-32 turn of the output shaft, in one period, per rad/s
     velocity_rise: f32,      // rad/s per N m, in one period
     grip_driven: f32,        // speed that friction stops in one period, rad/s
@@ -95,6 +96,7 @@ impl Motor {
             sensed: 0,
             sensor_frozen: false,
             brake_released: false,
+            open_lead: None,
             moved_per_velocity: period * 4_294_967_296.0 / (TURN * model.gear_ratio),
             velocity_rise,
             grip_driven: grip(model.friction_torque),
@@ -122,6 +124,11 @@ impl Motor {
         self.brake_released = released;
     }
 
+    /// Opens the lead of half bridge a, b or c (0, 1 or 2), or closes all again.
+    pub fn open_lead(&mut self, lead: Option<usize>) {
+        self.open_lead = lead;
+    }
+
     /// Integrates one PWM period with this command to the power stage.
     ///
     /// Solves currents and rotor one after the other, each implicitly in its own damping term
@@ -130,6 +137,9 @@ impl Motor {
     pub fn integrate(&mut self, stage: PowerStage) {
         let rotor = self.rotor_angle(self.position);
         let driving = self.winding.integrate(stage, &self.supply, self.velocity);
+        if let Some(lead) = self.open_lead {
+            self.winding.open_lead(lead);
+        }
         let torque = driving - self.cogging_torque(rotor);
         let free = bounded(self.velocity + self.velocity_rise * (torque - self.load));
         // Coulomb friction reduces the speed, but never reverses it: below `grip` the rotor stands

@@ -148,6 +148,34 @@ impl Winding {
         }
     }
 
+    /// Ends the current of the lead 0 (a), 1 (b) or 2 (c), which is open. The terminal takes the
+    /// voltage at which no current flows.
+    pub fn open_lead(&mut self, lead: usize) {
+        match self {
+            Self::Brushed(winding) => {
+                if lead < 2 {
+                    winding.current = 0.0;
+                }
+            }
+            Self::ThreePhase(winding) => {
+                // Axis of the phase in the rotor's axes: the currents d and q of 1 A in alpha and
+                // beta of this phase.
+                let (sin, cos) = winding.axes;
+                let (alpha, beta) = match lead {
+                    0 => (1.0, 0.0),
+                    1 => (-0.5, HALF_ROOT_3),
+                    _ => (-0.5, -HALF_ROOT_3),
+                };
+                let axis = [alpha * cos + beta * sin, beta * cos - alpha * sin];
+                let along = winding.dq[0] * axis[0] + winding.dq[1] * axis[1];
+                winding.dq = [
+                    winding.dq[0] - along * axis[0],
+                    winding.dq[1] - along * axis[1],
+                ];
+            }
+        }
+    }
+
     /// Currents out of half bridges a and b, A.
     pub fn phase_currents(&self) -> [f32; 2] {
         match self {

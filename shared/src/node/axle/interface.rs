@@ -1,10 +1,12 @@
 //! Inputs and outputs of an axle's tick.
 
-use super::SetPoint;
+use super::{SetPoint, Snapshot};
 use crate::bus::pdo::{DriveMotion, DriveStatus};
 use crate::faults::Faults;
 pub use crate::motor::current::BridgeDemand;
-use crate::sensors::Switches;
+use crate::motor::current::Electrical;
+pub use crate::motor::limits::ActiveLimit;
+use crate::sensors::{Switches, Temperatures};
 
 /// Readings and messages since the previous tick.
 #[derive(Clone, Copy, Debug)]
@@ -15,8 +17,12 @@ pub struct Inputs {
     pub encoder: i32,
     /// Motor current, A, mean over the tick; NaN if no sample was taken.
     pub current: f32,
+    /// Further measurements of the bridge.
+    pub electrical: Electrical,
     /// Supply voltage, V.
     pub supply_voltage: f32,
+    /// Temperatures that the board measures.
+    pub temperatures: Temperatures,
     /// Limit switches and home switch.
     pub switches: Switches,
     /// The newest set-point, if one came.
@@ -55,19 +61,9 @@ pub struct Outputs {
     pub faults: Faults,
     /// Output to the brake. A brake whose output is false engages.
     pub brake_released: bool,
-}
-
-/// Limit that keeps the axle from following its set-point exactly (object 0x2000).
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub enum ActiveLimit {
-    /// No limit.
-    None = 0,
-    /// The velocity limit or the current limit.
-    VelocityOrCurrent = 1,
-    /// An end of the travel in the settings.
-    Travel = 2,
-    /// A limit switch.
-    Switch = 3,
-    /// The axle is not homed yet.
-    NotHomed = 4,
+    /// Readings at the first fault, in the tick in which it is raised (object 0x2040).
+    pub snapshot: Option<Snapshot>,
+    /// Heat of winding and bridge, in thousandths of what their continuous currents leave in them
+    /// (objects 0x2041 and 0x2042).
+    pub heat: [u16; 2],
 }

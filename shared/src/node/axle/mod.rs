@@ -17,6 +17,7 @@
 //! * `windows`: following error and target reached
 //! * `homing`: finds the home switch; `homing_method` says which switch and which edge
 //! * `output`: published payloads, and the last limiter
+//! * `snapshot`: readings at the first fault
 //!
 //! This file has the tick, which calls them.
 
@@ -33,6 +34,7 @@ mod options;
 mod output;
 mod set_points;
 mod setup;
+mod snapshot;
 mod stopping;
 mod supervision;
 mod torque;
@@ -40,12 +42,16 @@ mod windows;
 
 pub use interface::{ActiveLimit, BridgeDemand, Inputs, Outputs};
 pub use set_points::SetPoint;
+pub use snapshot::{NO_SENSOR, Snapshot};
 
 use super::supervisor::{Bounds, Supervisor};
 use crate::bus::cia402::{DriveCommand, State};
 use crate::bus::scale::Scale;
 use crate::constants::CONTROL_PERIOD;
 use crate::faults::{Fault, Faults};
+use crate::motor::back_emf::BackEmf;
+use crate::motor::encoder_steps::EncoderSteps;
+use crate::motor::limits::Limiter;
 use crate::motor::observer::Observer;
 use crate::motor::profile::Motion;
 use authority::Authority;
@@ -77,6 +83,11 @@ pub struct Axle {
     /// The observer was started at a reading of the encoder.
     sensed: bool,
     supervisor: Supervisor,
+    back_emf: BackEmf,
+    encoder_steps: EncoderSteps,
+    noisy: bool,
+    limiter: Limiter,
+    snapshot: Option<Snapshot>,
     authority: Authority,
     latch: Latch,
     /// Faults whose condition is met in this tick.
@@ -168,9 +179,11 @@ impl Axle {
     fn sense(&mut self, inputs: &Inputs) {
         if !self.sensed {
             self.observer.start(inputs.encoder);
+            self.encoder_steps.start(inputs.encoder);
             self.sensed = true;
         }
         self.observer.update(inputs.encoder, CONTROL_PERIOD);
+        self.noisy = self.encoder_steps.update(inputs.encoder);
         if inputs.guard_received {
             self.authority.guard_received(inputs.now_us);
         }

@@ -58,7 +58,7 @@ impl Options {
             saturate_unsigned(scale.distance_to_bus(distance))
         };
         let end = |position: i64| saturate(scale.distance_to_bus(position));
-        let slope = settings.scaled(Setting::CurrentSlope, 1.0) * per_ampere;
+        let slope = settings.scaled(Setting::TorqueModeSlope, 1.0) * per_ampere;
         let codes = DriveParameters {
             quick_stop: 6,
             shutdown: 0,

@@ -6,8 +6,18 @@ use super::{ActiveLimit, Axle, BridgeDemand, Inputs, Outputs};
 use crate::bus::cia402::{State, mode, status};
 use crate::bus::pdo::{DriveMotion, DriveStatus};
 use crate::faults::Reaction;
-use crate::math::{limit, saturate, to_i16};
+use crate::math::{saturate, to_i16};
 use crate::motor::cascade::Demand;
+use crate::motor::limits::{Conditions, Limited};
+
+fn conditions(inputs: &Inputs, velocity: f32) -> Conditions {
+    Conditions {
+        current: inputs.current,
+        supply_voltage: inputs.supply_voltage,
+        velocity,
+        temperatures: inputs.temperatures,
+    }
+}
 
 impl Axle {
     /// Returns the outputs of a tick.
@@ -15,14 +25,19 @@ impl Axle {
         if demand.is_some_and(|demand| demand.cut != 0) && self.active_limit == ActiveLimit::None {
             self.active_limit = ActiveLimit::VelocityOrCurrent;
         }
-        // The last limiter. It is defined for every input, and nothing acts after it.
-        let current = demand.map_or(0.0, |demand| {
-            let amperes = self.force.cascade.amperes(demand.current);
-            limit(amperes, self.force.current_limit)
-        });
-        self.demand = current;
-        let bridge = match (demand, self.state) {
-            (Some(_), _) => BridgeDemand::Current(current),
+        let limited = demand.map(|demand| self.limit(inputs, demand));
+        if limited.is_none() {
+            self.limiter.idle(inputs.current);
+        }
+        self.demand = limited.map_or(0.0, |limited| limited.current);
+        let bridge = match (limited, self.state) {
+            (
+                Some(Limited {
+                    current, direct, ..
+                }),
+                _,
+            ) if direct != 0.0 => BridgeDemand::Braking { current, direct },
+            (Some(Limited { current, .. }), _) => BridgeDemand::Current(current),
             (None, State::Fault) if self.reaction() != Some(Reaction::Off) => BridgeDemand::Brake,
             (None, _) => BridgeDemand::Off,
         };
@@ -46,7 +61,23 @@ impl Axle {
             homing_difference: saturate(self.homing.difference),
             faults: self.latch.faults(),
             brake_released: self.brake.is_energized(),
+            snapshot: self.snapshot.take(),
+            heat: self.limiter.heat(),
         }
+    }
+
+    /// The last limiter. It is defined for every input, and nothing acts after it.
+    fn limit(&mut self, inputs: &Inputs, demand: Demand) -> Limited {
+        let amperes = self.force.cascade.amperes(demand.current);
+        let conditions = conditions(inputs, self.velocity());
+        let limited = self
+            .limiter
+            .limit(amperes, self.force.current_limit, &conditions);
+        if limited.cause != ActiveLimit::None {
+            self.active_limit = limited.cause;
+            self.force.cascade.undo();
+        }
+        limited
     }
 
     fn statusword(&self) -> u16 {

@@ -13,13 +13,18 @@ use crate::bus::cia402::{DriveCommand, State};
 use crate::bus::scale::Scale;
 use crate::constants::CONTROL_PERIOD;
 use crate::faults::Faults;
+use crate::motor::back_emf::BackEmf;
+use crate::motor::encoder_steps::EncoderSteps;
 use crate::motor::from_radians;
+use crate::motor::limits::Limiter;
 use crate::motor::observer::Observer;
 use crate::motor::profile::Motion;
 use crate::node::supervisor::{Bounds, Supervisor};
 use crate::settings::{Setting, Settings};
 
 const OBSERVER_BANDWIDTH: f32 = 600.0;
+/// Travel in a control period that no shaft makes, as time at the velocity limit, s.
+const IMPOSSIBLE_SPEED: f32 = 2.0 * CONTROL_PERIOD;
 
 impl Axle {
     /// Creates an axle with these settings. Its bridge is off, and it is not homed unless it needs
@@ -49,8 +54,10 @@ impl Axle {
         travel: Option<(i64, i64)>,
     ) -> Self {
         let velocity_limit = settings.scaled(Setting::VelocityLimit, 1e-3);
-        let current_limit = settings.scaled(Setting::CurrentLimit, 1e-3);
+        let gear = settings.scaled(Setting::GearRatio, 1e-3);
         let torque_per_ampere = torque_per_ampere(settings, scale);
+        let counts = settings.get(Setting::EncoderCounts) as f32;
+        let counts_per_radian = counts * gear / core::f32::consts::TAU;
         let sync_ticks = (settings.get(Setting::SyncPeriod) as u32 / 1_000).max(1);
         let (envelopes, force) = Envelopes::new(settings);
         let mut observer = Observer::new(
@@ -64,11 +71,7 @@ impl Axle {
         }
         Self {
             scale,
-            bounds: Bounds::new(
-                current_limit,
-                velocity_limit,
-                from_radians(settings.scaled(Setting::FollowingLimit, 1e-3)),
-            ),
+            bounds: Bounds::new(settings),
             envelopes,
             force,
             torque_per_ampere,
@@ -78,6 +81,11 @@ impl Axle {
             observer,
             sensed: false,
             supervisor: Supervisor::default(),
+            back_emf: BackEmf::new(settings),
+            encoder_steps: EncoderSteps::new(IMPOSSIBLE_SPEED * velocity_limit * counts_per_radian),
+            noisy: false,
+            limiter: Limiter::new(settings),
+            snapshot: None,
             authority: Authority::new(settings),
             latch: Latch::default(),
             present: Faults::NONE,

@@ -5,6 +5,7 @@ use super::options::Ramp;
 use super::{Axle, Inputs};
 use crate::bus::cia402::{State, mode};
 use crate::faults::{Fault, Faults, Reaction};
+use crate::motor::back_emf::Observed;
 use crate::motor::profile::Motion;
 use crate::node::supervisor::Readings;
 
@@ -17,6 +18,13 @@ impl Axle {
     pub(super) fn supervise(&mut self, inputs: &Inputs, taut: Option<Result<Motion, Fault>>) {
         let (enabled, powered) = (self.state == State::OperationEnabled, self.powered());
         let in_position = enabled && mode::controls_position(self.mode);
+        let observed = Observed {
+            current: inputs.current,
+            demand: self.limiter.demand(),
+            velocity: self.velocity(),
+            supply_voltage: inputs.supply_voltage,
+            electrical: inputs.electrical,
+        };
         let readings = Readings {
             current: inputs.current,
             demand: self.demand,
@@ -29,6 +37,10 @@ impl Axle {
                 0
             },
             powered,
+            motor: self.back_emf.check(&observed),
+            noisy: self.noisy,
+            temperatures: inputs.temperatures,
+            electrical: inputs.electrical,
         };
         let mut present = self
             .supervisor
@@ -50,6 +62,9 @@ impl Axle {
             present.insert_if(fault, true);
         }
         self.present = present;
+        if self.snapshot.is_none() {
+            self.snapshot = self.take_snapshot(present, inputs);
+        }
         self.latch.raise(present);
         self.react();
         let faultless = self.latch.faults().is_empty();

@@ -3,9 +3,10 @@
 use tautrack::bus::cia402::{State, toward_operation};
 use tautrack::bus::drive_parameters::DriveParameters;
 use tautrack::bus::pdo::DriveMotion;
+use tautrack::motor::current::Electrical;
 use tautrack::node::axle::{Axle, BridgeDemand, Inputs, Outputs, SetPoint};
 use tautrack::node::screw::{self, Screw};
-use tautrack::sensors::Switches;
+use tautrack::sensors::{Switches, Temperatures};
 use tautrack::settings::{Setting, Settings};
 
 /// `SplitMix64`: a fast random generator. Every seed gives another sequence.
@@ -46,6 +47,8 @@ pub enum Kind {
     Screw,
     /// An axle with a holding brake.
     Braked,
+    /// An axle with a three-phase motor.
+    ThreePhase,
     /// An axle that homes, with a switch that is never found.
     NoSwitch,
     /// An axle that homes, with a switch that seems to close at a wrong place.
@@ -59,6 +62,7 @@ impl Kind {
             1 | 2 => Self::FalseSwitch,
             3..=12 => Self::Screw,
             13..=16 => Self::Braked,
+            17..=36 => Self::ThreePhase,
             _ => Self::Axle,
         }
     }
@@ -87,6 +91,26 @@ enum Rotor {
     Jumps,
 }
 
+/// What the readings of the motor hide or show, besides its current.
+#[derive(Clone, Copy, PartialEq)]
+enum Trouble {
+    None,
+    /// A voltage of this many V that nothing explains, in q.
+    Voltage(f32),
+    /// The same, and no current flows.
+    OpenLead(f32),
+    /// The rotor's angle is wrong by this angle, rad.
+    Angle(f32),
+    /// The PWM interrupt has opened the bridge.
+    OverCurrent,
+    Overrun,
+    /// The bridge has this temperature, degree Celsius.
+    Temperature(Option<f32>),
+}
+
+/// Temperature at which every drive raises "over-temperature", degree Celsius.
+pub const TEMPERATURE_LIMIT: f32 = 80.0;
+
 /// Current limit of every drive, A: the default in the table of settings.
 pub const CURRENT_LIMIT: f32 = 10.0;
 
@@ -105,6 +129,7 @@ pub struct Generator {
     now_us: u64,
     ticks: u64,
     rotor: Rotor,
+    trouble: Trouble,
     angle: f64,
     velocity: f64,
     bridge: BridgeDemand,
@@ -142,6 +167,14 @@ impl Generator {
                 settings.set(key, time).expect("within its bounds");
             }
         }
+        let temperature = Setting::BridgeTemperature.description().key;
+        settings
+            .set(temperature, 10 * TEMPERATURE_LIMIT as i32)
+            .expect("within its bounds");
+        if kind == Kind::ThreePhase {
+            let key = Setting::MotorKind.description().key;
+            settings.set(key, 1).expect("within its bounds");
+        }
         let node = if kind == Kind::Screw {
             Node::Screw(Screw::new(&settings).expect("the nominal geometry"))
         } else {
@@ -154,6 +187,7 @@ impl Generator {
             now_us: 0,
             ticks: 0,
             rotor: Rotor::Turns,
+            trouble: Trouble::None,
             angle: 0.0,
             velocity: 0.0,
             bridge: BridgeDemand::Off,
@@ -185,6 +219,7 @@ impl Generator {
     }
 
     /// Chooses what event number `event` changes. Returns the length of the event in ticks.
+    #[allow(clippy::too_many_lines)] // one case for each kind of event
     pub fn next_event(&mut self, event: usize) -> u64 {
         if event < 12 && matches!(self.kind, Kind::NoSwitch | Kind::FalseSwitch) {
             return self.homing_event(event);
@@ -210,6 +245,13 @@ impl Generator {
             1 => random.pick(&[33.0, 60.0]),
             2 => f32::from_bits(random.bits() as u32),
             _ => 24.0,
+        };
+        self.trouble = match random.below(150) {
+            0 => Trouble::OverCurrent,
+            1 => Trouble::Overrun,
+            2 => Trouble::Temperature(random.pick(&[None, Some(f32::NAN), Some(81.0)])),
+            3 => Trouble::Voltage(f32::from_bits(random.bits() as u32)),
+            _ => Trouble::None,
         };
         let bits = random.bits();
         if bits.is_multiple_of(8) {
@@ -285,6 +327,29 @@ impl Generator {
                 (self.present.guard, self.present.master) = (true, true);
                 110 + random.below(30)
             }
+            5 | 6 => {
+                (self.current, self.supply_voltage) = (None, 24.0);
+                (self.present.guard, self.present.master) = (true, true);
+                self.rotor = Rotor::Turns;
+                self.trouble = match random.below(4) {
+                    0 => Trouble::Voltage(random.pick(&[30.0, -30.0])),
+                    1 => {
+                        self.rotor = Rotor::Dragged(3.0);
+                        self.current = Some(0.0);
+                        Trouble::OpenLead(random.pick(&[30.0, -30.0]))
+                    }
+                    2 => {
+                        self.rotor = Rotor::Dragged(random.pick(&[2.0, -3.0, 4.0]));
+                        Trouble::Angle(random.pick(&[0.7, -0.7, 1.1]))
+                    }
+                    _ => Trouble::Temperature(random.pick(&[None, Some(81.0), Some(200.0)])),
+                };
+                if matches!(self.trouble, Trouble::Angle(_)) {
+                    330
+                } else {
+                    110
+                }
+            }
             _ => 1 + random.below(4),
         }
     }
@@ -328,7 +393,7 @@ impl Generator {
         let glitch = self.random.once_in(200);
         let word = self.word();
         let commanded = match self.bridge {
-            BridgeDemand::Current(current) => current,
+            BridgeDemand::Current(current) | BridgeDemand::Braking { current, .. } => current,
             BridgeDemand::Off | BridgeDemand::Brake => 0.0,
         };
         let inputs = Inputs {
@@ -339,7 +404,15 @@ impl Generator {
             } else {
                 self.current.unwrap_or(commanded)
             },
+            electrical: self.electrical(commanded),
             supply_voltage: self.supply_voltage,
+            temperatures: Temperatures {
+                bridge: match self.trouble {
+                    Trouble::Temperature(temperature) => temperature,
+                    _ => Some(25.0),
+                },
+                motor: None,
+            },
             switches: self.switches,
             set_point: (sync && self.present.master).then_some(SetPoint {
                 controlword: word,
@@ -352,6 +425,37 @@ impl Generator {
         };
         let joint_us = (sync && self.present.joint).then_some(self.now_us);
         (inputs, joint_us)
+    }
+
+    /// Returns the readings of the bridge for this current, A.
+    fn electrical(&mut self, current: f32) -> Electrical {
+        let driven = matches!(
+            self.bridge,
+            BridgeDemand::Current(_) | BridgeDemand::Braking { .. }
+        );
+        let (mut d, mut q) = (0.0, 0.6 * current);
+        let emf = if self.kind == Kind::ThreePhase {
+            1.6
+        } else {
+            2.4
+        } * self.velocity as f32;
+        match self.trouble {
+            Trouble::Angle(error) => {
+                d += emf * error.sin();
+                q += emf * error.cos();
+            }
+            Trouble::Voltage(more) | Trouble::OpenLead(more) => q += emf + more,
+            _ => q += emf,
+        }
+        if self.kind == Kind::ThreePhase {
+            d -= 60.0 * 7.0 * 3e-4 * self.velocity as f32 * current;
+        }
+        Electrical {
+            voltage: driven.then_some([d, q]),
+            over_current: self.trouble == Trouble::OverCurrent,
+            overrun: self.trouble == Trouble::Overrun,
+            ..Electrical::default()
+        }
     }
 
     /// Runs one tick of the drive.
@@ -379,7 +483,9 @@ impl Generator {
     /// Turns the rotor, with 2.4 N m/A and friction.
     fn turn(&mut self) {
         let torque = match self.bridge {
-            BridgeDemand::Current(current) => 2.4 * f64::from(current),
+            BridgeDemand::Current(current) | BridgeDemand::Braking { current, .. } => {
+                2.4 * f64::from(current)
+            }
             BridgeDemand::Off => 0.0,
             BridgeDemand::Brake => -9.6 * self.velocity.clamp(-3.0, 3.0),
         };

@@ -23,7 +23,12 @@ fn run(seed: u64, tally: &mut Tally) -> Result<(), String> {
         Kind::Braked => BRAKE_ENGAGE_MS as u32 + 2,
         _ => 0,
     };
-    let mut oracle = Oracle::new(CURRENT_LIMIT, generator.velocity_unit(), engage_ticks);
+    let mut oracle = Oracle::new(
+        CURRENT_LIMIT,
+        generator.velocity_unit(),
+        engage_ticks,
+        Kind::of(seed) == Kind::ThreePhase,
+    );
     for event in 0..EVENTS {
         for _ in 0..generator.next_event(event) {
             let (inputs, joint_us) = generator.inputs();

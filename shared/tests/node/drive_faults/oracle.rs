@@ -1,6 +1,7 @@
 //! Checks what must be true of a drive after every tick, from its inputs and its published outputs
 //! alone.
 
+use super::generator::TEMPERATURE_LIMIT;
 use tautrack::bus::cia402::State;
 use tautrack::faults::{ALL, Fault, Faults, Reaction};
 use tautrack::node::axle::{BridgeDemand, Inputs, Outputs};
@@ -58,19 +59,28 @@ const BY_THE_GUARD: [Fault; 4] = [
 ];
 
 /// Conditions that readings can meet, with their dwell in ticks.
-const DWELLS: [(Fault, u32); 7] = [
+const DWELLS: [(Fault, u32); 13] = [
     (Fault::InvalidReading, 3),
     (Fault::OverCurrent, 5),
     (Fault::OverVoltage, 5),
     (Fault::UnderVoltage, 5),
     (Fault::Overspeed, 3),
     (Fault::VelocityDeviation, 25),
-    (Fault::Blocked, 60),
+    (Fault::Blocked, 40),
+    (Fault::ControlOverrun, 3),
+    (Fault::OverTemperature, 20),
+    (Fault::EncoderNoise, 3),
+    // With the time in which the filter of the voltage forgets a jump of the encoder.
+    (Fault::OpenPhase, 8 + 40),
+    (Fault::EncoderMismatch, 8 + 40),
+    (Fault::RotorAngle, 200 + 40),
 ];
 
 pub struct Oracle {
     current_limit: f32,
     velocity_unit: f32,
+    three_phase: bool,
+    encoder: i32,
     state: State,
     faults: Faults,
     demand: f32,
@@ -88,17 +98,26 @@ pub struct Oracle {
     /// began to move against its current.
     ramp: Option<f32>,
     slowest: Option<f32>,
+    /// A controlword has ended the operation, and the drive may still ramp to standstill.
+    leaves: bool,
     /// Ticks in which the brake engages, and for which "disable voltage" has been commanded.
     engage_ticks: u32,
     disabled_for: u32,
 }
 
 impl Oracle {
-    /// Creates the oracle of a drive with this current limit, A, and this unit of velocities on the
-    /// bus, rad/s, whose brake engages in this time.
-    pub fn new(current_limit: f32, velocity_unit: f32, engage_ticks: u32) -> Self {
+    /// Creates the oracle of a drive with this current limit, A, this unit of velocities on the
+    /// bus, rad/s, whose brake engages in this time, and with this kind of motor.
+    pub fn new(
+        current_limit: f32,
+        velocity_unit: f32,
+        engage_ticks: u32,
+        three_phase: bool,
+    ) -> Self {
         Self {
             current_limit,
+            three_phase,
+            encoder: 0,
             velocity_unit,
             state: State::SwitchOnDisabled,
             faults: Faults::NONE,
@@ -115,6 +134,7 @@ impl Oracle {
             was_reported: false,
             ramp: None,
             slowest: None,
+            leaves: false,
             engage_ticks,
             disabled_for: 0,
         }
@@ -162,7 +182,7 @@ impl Oracle {
         self.faults = outputs.faults;
         self.bench = outputs.bench_mode;
         self.demand = match outputs.bridge {
-            BridgeDemand::Current(current) => current,
+            BridgeDemand::Current(current) | BridgeDemand::Braking { current, .. } => current,
             BridgeDemand::Off | BridgeDemand::Brake => 0.0,
         };
         if let Some(set_point) = inputs.set_point {
@@ -182,16 +202,34 @@ impl Oracle {
     ) -> Result<(), String> {
         let powered = matches!(self.state, State::OperationEnabled | State::QuickStopActive);
         let (current, voltage) = (inputs.current, inputs.supply_voltage);
+        let lacking = (current - self.demand).abs() > 0.51 * self.demand.abs()
+            && self.demand.abs() > 0.11 * self.current_limit;
+        let jumps = self.jumps(inputs.encoder);
         // The bounds are a little wider, because the published velocity is rounded.
         let met = [
-            !(current.is_finite() && voltage.is_finite()),
+            !(current.is_finite()
+                && voltage.is_finite()
+                && inputs.temperatures.bridge.is_some_and(f32::is_finite)),
             current.is_nan() || current.abs() > 1.2501 * self.current_limit,
             voltage.is_nan() || voltage > 32.001,
             voltage.is_nan() || voltage < 11.999,
             powered && velocity.abs() > 7.201,
             powered && self.deviates(velocity),
             powered && velocity.abs() < 0.0599 && self.demand.abs() > 0.9001 * self.current_limit,
+            inputs.electrical.overrun,
+            inputs
+                .temperatures
+                .bridge
+                .is_some_and(|celsius| celsius > TEMPERATURE_LIMIT),
+            jumps && powered,
+            powered && Self::unexplained(inputs, velocity) && lacking,
+            powered && Self::unexplained(inputs, velocity) && !lacking,
+            powered && self.turned(inputs, velocity),
         ];
+        let at_once = inputs.electrical.over_current;
+        if at_once && !outputs.faults.contains(Fault::OverCurrent) {
+            return Err("the over-current of the bridge is not raised".to_owned());
+        }
         for (((fault, dwell), lasted), met) in DWELLS.iter().zip(&mut self.lasted).zip(met) {
             *lasted = if met { *lasted + 1 } else { 0 };
             if *lasted >= *dwell && !outputs.faults.contains(*fault) {
@@ -225,15 +263,49 @@ impl Oracle {
         Ok(())
     }
 
+    /// Returns whether the encoder has moved by more than 13 rad/s in this tick. The screw's gear
+    /// and encoder are the same.
+    fn jumps(&mut self, encoder: i32) -> bool {
+        let step = encoder.wrapping_sub(self.encoder);
+        self.encoder = encoder;
+        f64::from(step).abs() > 13.0e-3 * 4_096.0 * 60.0 / std::f64::consts::TAU
+    }
+
+    /// Returns whether much more voltage is at the motor than current and speed explain: 2.4 V
+    /// s/rad and 0.6 ohm, or less.
+    fn unexplained(inputs: &Inputs, velocity: f32) -> bool {
+        inputs.electrical.voltage.is_some_and(|[_, q]| {
+            let explained = 2.4 * velocity.abs() + 2.0 * 0.6 * inputs.current.abs();
+            q.abs() > explained + 0.3 * 14.4 + 0.6 && q.is_finite()
+        })
+    }
+
+    /// Returns whether a back-EMF of 1.6 V s/rad stands more than 30 degrees away from q.
+    fn turned(&self, inputs: &Inputs, velocity: f32) -> bool {
+        self.three_phase
+            && velocity.abs() > 0.6
+            // A disturbed sample delays the finding.
+            && inputs.current.abs() < 1.25 * self.current_limit
+            && inputs.electrical.voltage.is_some_and(|[d, _]| {
+                let coupled = 60.0 * 7.0 * 3e-4 * velocity * inputs.current;
+                let emf = 1.6 * velocity.abs();
+                (d + coupled).abs() > 0.5 * emf + 0.2 * coupled.abs() + 0.2
+            })
+    }
+
     /// Checks that the bridge does at least what the strongest latched fault requires.
     fn reactions(&self, state: State, outputs: &Outputs) -> Result<(), String> {
         let faults = ALL.iter().filter(|fault| outputs.faults.contains(**fault));
         let reaction = faults.map(|fault| fault.description().reaction).max();
         let good = match (reaction, outputs.bridge) {
             (Some(Reaction::Off), bridge) => bridge == BridgeDemand::Off,
-            (Some(Reaction::Brake), bridge) => !matches!(bridge, BridgeDemand::Current(_)),
-            (Some(Reaction::Hold), BridgeDemand::Current(_)) => state == State::QuickStopActive,
-            (_, BridgeDemand::Current(current)) => {
+            (Some(Reaction::Brake), bridge) => {
+                matches!(bridge, BridgeDemand::Off | BridgeDemand::Brake)
+            }
+            (Some(Reaction::Hold), BridgeDemand::Current(_) | BridgeDemand::Braking { .. }) => {
+                state == State::QuickStopActive
+            }
+            (_, BridgeDemand::Current(current) | BridgeDemand::Braking { current, .. }) => {
                 matches!(state, State::OperationEnabled | State::QuickStopActive)
                     && current.abs()
                         <= if outputs.bench_mode {
@@ -303,7 +375,10 @@ impl Oracle {
         if self.disabled_for > self.engage_ticks {
             return Err(format!("disable voltage leads to {state:?}"));
         }
-        let driven = matches!(outputs.bridge, BridgeDemand::Current(_));
+        let driven = matches!(
+            outputs.bridge,
+            BridgeDemand::Current(_) | BridgeDemand::Braking { .. }
+        );
         if outputs.brake_released && !driven {
             return Err("the brake is released without a current".to_owned());
         }
@@ -379,7 +454,9 @@ impl Oracle {
         let target = inputs.set_point.map_or(self.target, |new| new.target);
         let switches = inputs.switches.positive_limit || inputs.switches.negative_limit;
         // A halt, and a ramp before the bridge goes off, are stops within "operation enabled".
-        let runs = inputs.set_point.map_or(self.word, |new| new.controlword) & 0x10f == 0x0f;
+        let word = inputs.set_point.map_or(self.word, |new| new.controlword);
+        self.leaves = state == self.state && (self.leaves || word & 0x0f != 0x0f);
+        let runs = word & 0x10f == 0x0f && !self.leaves;
         let in_velocity = state == State::OperationEnabled && runs && matches!(mode, 3 | 9);
         // While a brake is engaged, and before it is, the set-point stands.
         let braked = self.engage_ticks > 0;

@@ -1,0 +1,167 @@
+//! Compares the voltage of the bridge with the voltage that current and speed explain. What is left
+//! over shows that the rotor sensor, the phases or the rotor's angle are not what the settings say.
+//!
+//! A winding takes `V = R i + e` on average, with the back-EMF `e`. A healthy three-phase motor has
+//! no back-EMF in d. The back-EMF of a rotor whose angle is wrong by `a` leaves `e sin a` in d, and
+//! `e (cos a - 1)` in q. So electrical power goes in, and less mechanical power comes out. A sensor
+//! that stands still or counts backwards leaves the whole back-EMF, or twice the back-EMF.
+
+use super::current::{Electrical, VOLTAGE_FULL_SCALE};
+use crate::math::limit;
+use crate::settings::{Setting, Settings};
+
+/// Part of the difference to a new error that the filter covers in a control period. It averages
+/// over the voltages of changing currents, which are zero on average.
+const FILTER: f32 = 0.3;
+/// Error that no healthy motor has, as a fraction of the back-EMF at the velocity limit. The
+/// settings may be wrong by 10 % in flux.
+const LARGE: f32 = 0.25;
+/// Part of the resistive voltage that may be missing or excessive. The resistance in the settings
+/// may be wrong by 40 %.
+const RESISTIVE: f32 = 0.6;
+/// Voltages that are never explained, as a fraction of the supply voltage: dead time, diodes.
+const UNEXPLAINED: f32 = 0.02;
+/// Largest error that the filter takes, as a multiple of the bound without current. So a single
+/// disturbed sample is forgotten before it counts as a disagreement.
+const OUTLIER: f32 = 5.0;
+/// Part of the speed limit above which the angle is observed.
+const OBSERVED: f32 = 0.08;
+/// Back-EMF in d that a healthy motor does not have: the sine of 17 degrees.
+const SLIPPED: f32 = 0.3;
+/// Part of the voltage of the coupled axes that may be missing or excessive.
+const COUPLED: f32 = 0.15;
+/// Back-EMF in d beyond that, and how much faster it counts: the angle is wrong by 40 degrees.
+const FAR: f32 = 0.3;
+const FAST: u32 = 5;
+/// Control periods, more with the finding than without, after which the angle has slipped.
+const SLIPPED_PERIODS: u32 = 200;
+
+/// Readings of one control period.
+#[derive(Clone, Copy, Debug)]
+pub struct Observed {
+    /// Measured current that makes the torque, A.
+    pub current: f32,
+    /// The demanded currents that make the torque, and in d, A.
+    pub demand: [f32; 2],
+    /// Velocity by the encoder, rad/s of the output shaft.
+    pub velocity: f32,
+    /// Supply voltage, V.
+    pub supply_voltage: f32,
+    /// Voltages of the bridge.
+    pub electrical: Electrical,
+}
+
+/// What one control period shows.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub struct Findings {
+    /// The voltage drives less than half of the demanded current, or a current in d as large as
+    /// that flows: a lead of the motor is open.
+    pub open_phase: bool,
+    /// The voltage does not fit to the speed of the encoder.
+    pub disagrees: bool,
+    /// The rotor's angle is wrong.
+    pub slipped: bool,
+}
+
+/// Parameters of the motor, and the filtered error.
+#[derive(Clone, Debug)]
+pub struct BackEmf {
+    /// Back-EMF, V s/rad of the output shaft.
+    constant: f32,
+    resistance: f32,
+    /// Electrical rad per rad of the output shaft, times the inductances of d and q; 0 for a
+    /// brushed motor.
+    coupling: [f32; 2],
+    three_phase: bool,
+    velocity_limit: f32,
+    /// Demanded current above which a lack of current counts, A.
+    driving: f32,
+    /// Filtered voltage in d that nothing explains, V, and filtered square of the whole voltage
+    /// that nothing explains, V^2. The square remains if the voltage turns in the axes of a wrong
+    /// angle.
+    direct: f32,
+    square: f32,
+    slipped: u32,
+}
+
+impl BackEmf {
+    /// Reads the motor's parameters from the settings.
+    pub fn new(settings: &Settings) -> Self {
+        let three_phase = settings.get(Setting::MotorKind) != 0;
+        let gear = settings.scaled(Setting::GearRatio, 1e-3);
+        let inductance = settings.scaled(Setting::Inductance, 1e-6);
+        let inductance_q = match settings.get(Setting::InductanceQ) {
+            0 => inductance,
+            value => value as f32 * 1e-6,
+        };
+        let electrical = if three_phase {
+            gear * settings.get(Setting::PolePairs) as f32
+        } else {
+            0.0
+        };
+        let torque_constant = settings.scaled(Setting::TorqueConstant, 1e-6) * gear;
+        Self {
+            // The amplitude of three phases makes 3/2 of a phase's power.
+            constant: if three_phase {
+                torque_constant / 1.5
+            } else {
+                torque_constant
+            },
+            resistance: settings.scaled(Setting::Resistance, 1e-3),
+            coupling: [electrical * inductance, electrical * inductance_q],
+            three_phase,
+            velocity_limit: settings.scaled(Setting::VelocityLimit, 1e-3),
+            driving: settings.scaled(Setting::CurrentLimit, 0.1e-3),
+            direct: 0.0,
+            square: 0.0,
+            slipped: 0,
+        }
+    }
+
+    /// Evaluates one control period. Nothing is found while the voltage is not known.
+    #[inline]
+    pub fn check(&mut self, now: &Observed) -> Findings {
+        let Some([voltage_d, voltage_q]) = now.electrical.voltage else {
+            (self.direct, self.square, self.slipped) = (0.0, 0.0, 0);
+            return Findings::default();
+        };
+        let (current, direct, velocity) = (now.current, now.electrical.direct, now.velocity);
+        let [coupling_d, coupling_q] = self.coupling;
+        let coupled = velocity * current * coupling_q;
+        let emf = velocity * self.constant;
+        let raw = [
+            voltage_d - self.resistance * direct + coupled,
+            voltage_q - self.resistance * current - velocity * direct * coupling_d - emf,
+        ];
+        // No bridge gives more; NaN counts as no error.
+        let [d, q] = raw.map(|raw| limit(raw, VOLTAGE_FULL_SCALE));
+        let unexplained = UNEXPLAINED * now.supply_voltage;
+        let at_rest = LARGE * self.constant * self.velocity_limit + unexplained;
+        self.direct += (d - self.direct) * FILTER;
+        let most = OUTLIER * at_rest;
+        self.square += (limit(d * d + q * q, most * most) - self.square) * FILTER;
+        let direct_error = self.direct.abs();
+        let resistive = RESISTIVE * self.resistance * (current.abs() + direct.abs());
+        let bound = at_rest + resistive;
+        let large = self.square > bound * bound;
+        let [demand, demand_d] = now.demand;
+        let half = 0.5 * demand.abs();
+        let lacks = (current - demand).abs() > half;
+        let oscillates = now.electrical.direct_size - demand_d.abs() > half;
+        let open = demand.abs() > self.driving && (lacks && large || oscillates);
+
+        let threshold = SLIPPED * emf.abs() + COUPLED * coupled.abs() + 0.25 * unexplained;
+        let fast = velocity.abs() > OBSERVED * self.velocity_limit;
+        if self.three_phase && fast && direct_error > threshold {
+            let far = direct_error > threshold + FAR * emf.abs();
+            self.slipped = self.slipped.saturating_add(if far { FAST } else { 1 });
+        } else {
+            self.slipped = self.slipped.saturating_sub(1);
+        }
+        Findings {
+            open_phase: open,
+            disagrees: large && !open,
+            slipped: self.slipped >= SLIPPED_PERIODS,
+        }
+    }
+}

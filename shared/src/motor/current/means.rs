@@ -1,0 +1,95 @@
+//! Measurements of the PWM interrupt for the control task: sums over the PWM periods of a control
+//! period.
+
+use super::VOLTAGE_FULL_SCALE;
+use super::foc::Dq;
+use super::operating_point::Fixed;
+
+/// Largest number of periods whose sums do not overflow. More of them in a control period are an
+/// overrun.
+const MAX_SAMPLES: u32 = 64;
+
+/// What was measured in a control period.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Means {
+    /// Mean current, A: of the winding, or the current of a three-phase motor that makes the
+    /// torque.
+    pub current: f32,
+    /// Further measurements.
+    pub electrical: Electrical,
+}
+
+/// Measurements of the bridge that supervise the motor. The default is "nothing known, nothing
+/// wrong".
+#[derive(Clone, Copy, PartialEq, Debug, Default)]
+pub struct Electrical {
+    /// Mean voltages in d and q, V; the voltage of a brushed winding is that in q. `None` unless
+    /// the current loop was on in every period.
+    pub voltage: Option<[f32; 2]>,
+    /// Mean current in d, A.
+    pub direct: f32,
+    /// Mean of the size of the current in d, A. It is larger than [`Self::direct`] if the current
+    /// oscillates within the control period.
+    pub direct_size: f32,
+    /// Bridge currents exceeded 150 % of the current limit. The bridge is open and stays open.
+    pub over_current: bool,
+    /// The PWM interrupt ran less than half as often, or more than twice as often, as it must in a
+    /// control period.
+    pub overrun: bool,
+}
+
+/// Sums of one control period.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Sums {
+    current: i64,
+    samples: u32,
+    /// Sums of the voltages, 2^24 is full scale, and of the current in d, 2^24 is full scale. They
+    /// are right for up to [`MAX_SAMPLES`] periods.
+    voltage: Dq,
+    direct: i32,
+    direct_size: i32,
+    driven: u32,
+}
+
+impl Sums {
+    /// Adds a current; 2^30 is full scale.
+    #[inline]
+    pub fn add_current(&mut self, current: i32) {
+        self.current += i64::from(current);
+        self.samples = self.samples.saturating_add(1);
+    }
+
+    /// Adds the voltages of a period, 2^24 is full scale, and its current in d, 2^30 is full scale.
+    #[inline]
+    pub fn add_voltage(&mut self, voltage: Dq, direct: i32) {
+        self.voltage.d = self.voltage.d.wrapping_add(voltage.d);
+        self.voltage.q = self.voltage.q.wrapping_add(voltage.q);
+        let direct = direct >> 6;
+        self.direct = self.direct.wrapping_add(direct);
+        self.direct_size = self.direct_size.wrapping_add(direct.wrapping_abs());
+        self.driven = self.driven.wrapping_add(1);
+    }
+
+    /// Computes the means; `None` without a sample. A control period has `expected` PWM periods.
+    pub fn means(&self, fixed: &Fixed, expected: u32, over_current: bool) -> Option<Means> {
+        let samples = self.samples;
+        if samples == 0 {
+            return None;
+        }
+        let (full_scale, part) = (fixed.ratings.full_scale, 1.0 / samples as f32);
+        let driven = self.driven == samples && samples <= MAX_SAMPLES;
+        let direct = part * (full_scale / (1 << 24) as f32);
+        let volts = part * (VOLTAGE_FULL_SCALE / (1 << 24) as f32);
+        Some(Means {
+            current: self.current as f32 * (full_scale / (1 << 30) as f32) * part,
+            electrical: Electrical {
+                voltage: driven
+                    .then_some([self.voltage.d as f32 * volts, self.voltage.q as f32 * volts]),
+                direct: self.direct as f32 * direct,
+                direct_size: self.direct_size as f32 * direct,
+                over_current,
+                overrun: samples < expected / 2 || samples > expected.saturating_mul(2),
+            },
+        })
+    }
+}

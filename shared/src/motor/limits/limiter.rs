@@ -1,0 +1,260 @@
+//! The last limiter of the demanded current. Nothing acts on a demand after it.
+
+use super::ActiveLimit;
+use super::heat::Heat;
+use super::supply::Supply;
+use crate::constants::CONTROL_PERIOD;
+use crate::math::{limit, root_of_sum};
+use crate::sensors::Temperatures;
+use crate::settings::{Setting, Settings};
+
+/// Speed at which the fault "overspeed" begins, in velocity limits.
+pub const OVERSPEED: f32 = 1.2;
+
+/// Readings of one control period.
+#[derive(Clone, Copy, Debug)]
+pub struct Conditions {
+    /// Measured motor current, A.
+    pub current: f32,
+    /// Supply voltage, V.
+    pub supply_voltage: f32,
+    /// Velocity of the output shaft, rad/s.
+    pub velocity: f32,
+    /// Temperatures of bridge and motor.
+    pub temperatures: Temperatures,
+}
+
+/// Demand that all limits allow.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Limited {
+    /// Current that makes the torque, A. It is never NaN.
+    pub current: f32,
+    /// Current in the axis d of a three-phase motor, A. It turns braking power into heat.
+    pub direct: f32,
+    /// The limit that acts now.
+    pub cause: ActiveLimit,
+}
+
+/// Largest current in one direction, A, and the limit that sets it.
+#[derive(Clone, Copy, Debug)]
+struct Side {
+    bound: f32,
+    cause: ActiveLimit,
+}
+
+impl Side {
+    /// Lowers the bound to `bound`; to 0 if that is negative or NaN.
+    #[inline]
+    fn reduce(&mut self, bound: f32, cause: ActiveLimit) {
+        if !(bound >= self.bound) {
+            self.bound = if bound > 0.0 { bound } else { 0.0 };
+            self.cause = cause;
+        }
+    }
+}
+
+/// A temperature above which the current is reduced.
+#[derive(Clone, Copy, Debug)]
+struct Derating {
+    /// Temperature at which no current is left, degree Celsius; 0 without a sensor.
+    end: f32,
+    /// A/K
+    slope: f32,
+}
+
+impl Derating {
+    fn allowed(self, temperature: Option<f32>) -> f32 {
+        if self.end == 0.0 {
+            return f32::INFINITY;
+        }
+        (self.end - temperature.unwrap_or(f32::NAN)) * self.slope
+    }
+}
+
+/// Limits the current by everything that motor, bridge and supply can carry, and keeps the thermal
+/// models.
+///
+/// A limit is never above another one's: each lowers the largest current in the direction of motion
+/// or against it. So no demand exceeds any limit, whatever the inputs are. Two currents are always
+/// allowed against the motion, apart from the thermal limits: the one that the losses of the
+/// winding absorb, and that of a shorted winding.
+#[derive(Clone, Debug)]
+pub struct Limiter {
+    supply: Supply,
+    current_limit: f32,
+    /// Velocity at which no current accelerates the axle any more, rad/s, and A s/rad.
+    fastest: f32,
+    velocity_slope: f32,
+    /// Largest change of the current in a control period, A.
+    step: f32,
+    winding: Heat,
+    bridge: Heat,
+    bridge_temperature: Derating,
+    motor_temperature: Derating,
+    /// The demand of the previous period, A.
+    current: f32,
+    direct: f32,
+}
+
+impl Limiter {
+    /// Reads the limits from the settings.
+    pub fn new(settings: &Settings) -> Self {
+        let current_limit = settings.scaled(Setting::CurrentLimit, 1e-3);
+        let velocity_limit = settings.scaled(Setting::VelocityLimit, 1e-3);
+        let band = OVERSPEED - settings.scaled(Setting::VelocityDerating, 1e-3);
+        let heat = |current, time| {
+            let continuous = match settings.get(current) {
+                0 => current_limit,
+                milliamperes => milliamperes as f32 * 1e-3,
+            };
+            Heat::new(continuous, current_limit, settings.scaled(time, 1e-3))
+        };
+        let slope = current_limit / settings.scaled(Setting::TemperatureDerating, 0.1);
+        let derating = |end| Derating {
+            end: settings.scaled(end, 0.1),
+            slope,
+        };
+        Self {
+            supply: Supply::new(settings),
+            current_limit,
+            fastest: OVERSPEED * velocity_limit,
+            velocity_slope: current_limit / (band * velocity_limit),
+            step: settings.scaled(Setting::CurrentSlope, CONTROL_PERIOD),
+            winding: heat(Setting::WindingCurrent, Setting::WindingTime),
+            bridge: heat(Setting::BridgeCurrent, Setting::BridgeTime),
+            bridge_temperature: derating(Setting::BridgeTemperature),
+            motor_temperature: derating(Setting::MotorTemperature),
+            current: 0.0,
+            direct: 0.0,
+        }
+    }
+
+    /// Returns the heat of winding and bridge in thousandths of what their continuous currents
+    /// leave in them.
+    pub fn heat(&self) -> [u16; 2] {
+        [self.winding.thousandths(), self.bridge.thousandths()]
+    }
+
+    /// Returns the demanded currents of the previous control period, A: the one that makes the
+    /// torque, and the one in d.
+    pub fn demand(&self) -> [f32; 2] {
+        [self.current, self.direct]
+    }
+
+    /// Advances the thermal models by one control period in which the bridge is off or shorts the
+    /// winding, with the measured current, A.
+    #[inline]
+    pub fn idle(&mut self, current: f32) {
+        self.heat_up(current);
+        (self.current, self.direct) = (0.0, 0.0);
+    }
+
+    /// Limits the current `demand`, A, and advances the thermal models by one control period.
+    /// `bound` is the current limit of the present operation, A.
+    ///
+    /// It is defined for every input. NaN as demand or bound gives 0 A.
+    #[inline]
+    pub fn limit(&mut self, demand: f32, bound: f32, now: &Conditions) -> Limited {
+        self.heat_up(now.current);
+        let mut cause = ActiveLimit::None;
+        let mut demand = limit(demand, bound);
+        let change = limit(demand - self.current, self.step);
+        if change != demand - self.current {
+            demand = self.current + change;
+            cause = ActiveLimit::CurrentSlope;
+        }
+
+        let mut side = self.thermal(bound, now);
+        let carried = side.bound;
+        let (forward, speed) = (now.velocity >= 0.0, now.velocity.abs());
+        let (along, emf) = (forward == (demand >= 0.0), self.supply.emf(speed));
+        self.reduce_by_supply(&mut side, along, emf, now.supply_voltage);
+        if along {
+            let bound = (self.fastest - speed) * self.velocity_slope;
+            side.reduce(bound, ActiveLimit::Speed);
+        }
+        let current = limit(demand, side.bound);
+        if current != demand {
+            cause = side.cause;
+        }
+        self.current = current;
+        self.direct = if along || !self.supply.burns {
+            0.0
+        } else {
+            self.burn(current.abs(), emf, carried, now.supply_voltage)
+        };
+        Limited {
+            current,
+            direct: self.direct,
+            cause,
+        }
+    }
+
+    #[inline]
+    fn heat_up(&mut self, measured: f32) {
+        let square = measured * measured + self.direct * self.direct;
+        self.winding.update(square);
+        self.bridge.update(square);
+    }
+
+    /// Returns what bridge and winding carry, in both directions.
+    #[inline]
+    fn thermal(&self, bound: f32, now: &Conditions) -> Side {
+        let mut side = Side {
+            bound,
+            cause: ActiveLimit::VelocityOrCurrent,
+        };
+        let winding = self.winding.allowed(self.current_limit);
+        side.reduce(winding, ActiveLimit::WindingHeat);
+        let bridge = self.bridge.allowed(self.current_limit);
+        side.reduce(bridge, ActiveLimit::BridgeHeat);
+        let bridge = self.bridge_temperature.allowed(now.temperatures.bridge);
+        side.reduce(bridge, ActiveLimit::BridgeTemperature);
+        let motor = self.motor_temperature.allowed(now.temperatures.motor);
+        side.reduce(motor, ActiveLimit::MotorTemperature);
+        side
+    }
+
+    /// Lowers the bound of a current along the motion, or against it, to what the supply gives and
+    /// takes.
+    #[inline]
+    fn reduce_by_supply(&self, side: &mut Side, along: bool, emf: f32, voltage: f32) {
+        let (supply, bound) = (&self.supply, side.bound);
+        let taken = (supply.loss * bound + if along { emf } else { -emf }) * bound;
+        let power = supply.motoring(voltage, taken);
+        if !(taken <= power.watts) {
+            let [accelerating, braking] = supply.currents(emf, power.watts);
+            side.reduce(if along { accelerating } else { braking }, power.cause);
+        }
+        if !along {
+            let most = emf * bound;
+            let power = supply.regenerating(voltage, most);
+            let converted = supply.braking(power.watts, bound);
+            if !(most <= converted) {
+                side.reduce(converted / emf, power.cause);
+            }
+        }
+    }
+
+    /// Returns the current in d, A, that turns the braking power into heat which the supply does
+    /// not take back.
+    #[inline]
+    fn burn(&self, current: f32, emf: f32, carried: f32, voltage: f32) -> f32 {
+        let Supply { loss, .. } = self.supply;
+        let square = current * current;
+        let returned = self.supply.regenerating(voltage, emf * carried).watts;
+        let surplus = emf * current - loss * square - returned;
+        if !(surplus > 0.0) {
+            return 0.0;
+        }
+        let left = carried * carried - square;
+        let burnt = surplus / loss;
+        // A negative current in d weakens the field, so that it needs no additional voltage.
+        let burnt = if burnt < left { burnt } else { left };
+        if burnt > 0.0 {
+            -root_of_sum(burnt)
+        } else {
+            0.0
+        }
+    }
+}

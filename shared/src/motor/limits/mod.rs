@@ -1,0 +1,14 @@
+//! Limits of the current: what a motor, a bridge and a supply can carry.
+//!
+//! * [`Limiter`]: the last limiter of the demanded current
+//! * [`ActiveLimit`]: which limit acts
+//! * `heat`: thermal models of winding and bridge
+//! * `supply`: power, supply current and supply voltage
+
+mod active;
+mod heat;
+mod limiter;
+mod supply;
+
+pub use active::ActiveLimit;
+pub use limiter::{Conditions, Limited, Limiter, OVERSPEED};

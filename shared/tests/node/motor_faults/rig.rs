@@ -1,0 +1,280 @@
+//! A drive on a simulated motor: the node's tick, its PWM interrupt, bridge, winding, rotor and
+//! sensors. Its leads and its sensor can be changed while it runs.
+
+use std::f64::consts::TAU;
+use tautrack::bus::cia402::{State, toward_operation};
+use tautrack::motor::bridge::{PowerStage, Ratings};
+use tautrack::motor::current::{Config, CurrentLoop};
+use tautrack::motor::model::{Motor, MotorModel, ThreePhaseModel, WindingModel};
+use tautrack::node::axle::{Axle, BridgeDemand, Inputs, Outputs, SetPoint};
+use tautrack::sensors::{Switches, Temperatures};
+use tautrack::settings::{Setting, Settings};
+
+pub const STAGE: Ratings = Ratings {
+    pwm_hz: 20_000,
+    period: 4_250,
+    full_scale: 160.0,
+};
+const PERIODS: u32 = 20;
+const ENCODER_COUNTS: i32 = 4_096;
+const POLE_PAIRS: i32 = 7;
+pub const GEAR: f64 = 60.0;
+
+/// Motors of the simulated robots: 24 V, 10 A, 0.04 N m/A, with a load of 0.05 kg m^2 at the output
+/// shaft.
+pub fn model(three_phase: bool) -> MotorModel {
+    MotorModel {
+        winding: if three_phase {
+            WindingModel::ThreePhase(ThreePhaseModel {
+                resistance: 0.3,
+                inductance: [0.15e-3, 0.18e-3],
+                flux: 0.04 / (1.5 * 7.0),
+                pole_pairs: 7,
+                offset_degrees: 40.0,
+                cogging_torque: 0.0,
+                cogging_periods: 42,
+            })
+        } else {
+            WindingModel::Brushed {
+                resistance: 0.6,
+                inductance: 0.3e-3,
+                torque_constant: 0.04,
+            }
+        },
+        rotor_inertia: 1e-5 + 0.05 / (GEAR * GEAR) as f32,
+        gear_ratio: GEAR as f32,
+        friction_torque: 0.5,
+        brake_torque: 0.0,
+        encoder_counts: ENCODER_COUNTS as u32,
+        current_noise: 0.02,
+        current_quantum: 0.01,
+        dead_time: 0.6e-6,
+    }
+}
+
+/// Settings that fit to [`model`].
+pub fn settings(three_phase: bool, changes: &[(Setting, i32)]) -> Settings {
+    let motor: &[_] = if three_phase {
+        &[
+            (Setting::MotorKind, 1),
+            (Setting::Resistance, 300),
+            (Setting::Inductance, 150),
+            (Setting::InductanceQ, 180),
+            (Setting::ElectricalOffset, 40_000),
+        ]
+    } else {
+        &[]
+    };
+    let mut settings = Settings::default();
+    for (setting, value) in motor.iter().chain(changes) {
+        settings.set(setting.description().key, *value).unwrap();
+    }
+    settings
+}
+
+/// What is wrong with a motor or its sensor.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub enum Trouble {
+    None,
+    /// The channels of the encoder are swapped.
+    ReversedEncoder,
+    /// Two leads of the motor are swapped.
+    ReversedPhase,
+    FrozenEncoder,
+    /// The encoder jumps by up to this many counts in either direction.
+    NoisyEncoder(i32),
+    /// The rotor sensor has turned on the shaft by this electrical angle, degrees.
+    Slipped(f64),
+    /// The lead of this half bridge is open.
+    OpenLead(usize),
+    /// The current of half bridge a reads this code.
+    CurrentCode(u16),
+    /// The PWM interrupt runs in one of three periods only.
+    MissedInterrupts,
+}
+
+pub struct Rig {
+    pub axle: Axle,
+    pub current_loop: CurrentLoop,
+    pub motor: Motor,
+    stage: PowerStage,
+    pub now_us: u64,
+    pub trouble: Trouble,
+    pub supply_voltage: f32,
+    /// Torque that the load resists with, N m.
+    pub load: f32,
+    pub temperatures: Temperatures,
+    /// Mode and target of the set-point.
+    pub mode: i8,
+    pub target: i32,
+    pub guard_alive: bool,
+    pub reset: bool,
+    state: State,
+    random: u64,
+    encoder_at_trouble: Option<i32>,
+    /// Largest current in the motor, A.
+    pub largest_current: f64,
+}
+
+impl Rig {
+    pub fn new(three_phase: bool, changes: &[(Setting, i32)]) -> Self {
+        Self::with_model(model(three_phase), &settings(three_phase, changes))
+    }
+
+    pub fn with_model(model: MotorModel, settings: &Settings) -> Self {
+        let config = Config::from_settings(settings, PERIODS);
+        Self {
+            axle: Axle::new(settings),
+            current_loop: CurrentLoop::new(&config, &STAGE).unwrap(),
+            motor: Motor::new(model, STAGE, 7).unwrap(),
+            stage: PowerStage::Off,
+            now_us: 0,
+            trouble: Trouble::None,
+            supply_voltage: 24.0,
+            load: 0.0,
+            temperatures: Temperatures::default(),
+            mode: 3,
+            target: 0,
+            guard_alive: true,
+            reset: false,
+            state: State::SwitchOnDisabled,
+            random: 1,
+            encoder_at_trouble: None,
+            largest_current: 0.0,
+        }
+    }
+
+    fn random(&mut self, bound: i32) -> i32 {
+        self.random = self
+            .random
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1);
+        let span = 2 * i64::from(bound) + 1;
+        ((self.random >> 33) as i64 % span) as i32 - bound
+    }
+
+    /// Turn of the output shaft since the start, rad.
+    pub fn angle(&self) -> f64 {
+        self.motor.shaft().position as f64 / 4_294_967_296.0 * TAU
+    }
+
+    fn pwm_period(&mut self, index: u32) {
+        let mut readings = self.motor.readings();
+        for code in readings.currents {
+            let amperes = (f64::from(code) - 32_768.0) / 32_768.0 * f64::from(STAGE.full_scale);
+            self.largest_current = self.largest_current.max(amperes.abs());
+        }
+        let swapped = self.trouble == Trouble::ReversedPhase;
+        if swapped {
+            readings.currents.swap(0, 1);
+        }
+        let turn = ENCODER_COUNTS as u32;
+        match self.trouble {
+            Trouble::Slipped(degrees) => {
+                let counts = degrees / 360.0 * f64::from(ENCODER_COUNTS / POLE_PAIRS);
+                readings.rotor =
+                    (readings.rotor + (counts as i32).rem_euclid(ENCODER_COUNTS) as u32) % turn;
+            }
+            Trouble::ReversedEncoder => readings.rotor = (turn - readings.rotor) % turn,
+            Trouble::NoisyEncoder(bound) => {
+                let noise = self.random(bound).rem_euclid(ENCODER_COUNTS) as u32;
+                readings.rotor = (readings.rotor + noise) % turn;
+            }
+            Trouble::CurrentCode(code) => readings.currents[0] = code,
+            _ => {}
+        }
+        self.motor.integrate(match self.stage {
+            PowerStage::Drive([a, b, c]) if swapped => PowerStage::Drive([b, a, c]),
+            stage => stage,
+        });
+        if self.trouble != Trouble::MissedInterrupts || index.is_multiple_of(3) {
+            self.stage = self.current_loop.period(&readings);
+        }
+    }
+
+    fn encoder(&mut self) -> i32 {
+        let count = self.motor.encoder();
+        match self.trouble {
+            Trouble::ReversedEncoder => {
+                let origin = *self.encoder_at_trouble.get_or_insert(count);
+                origin.wrapping_sub(count.wrapping_sub(origin))
+            }
+            Trouble::NoisyEncoder(bound) => count.wrapping_add(self.random(bound)),
+            _ => count,
+        }
+    }
+
+    /// Runs one control period.
+    pub fn tick(&mut self) -> Outputs {
+        self.now_us += 1_000;
+        self.motor.set_load(self.supply_voltage, self.load);
+        self.motor
+            .freeze_sensor(self.trouble == Trouble::FrozenEncoder);
+        self.motor.open_lead(match self.trouble {
+            Trouble::OpenLead(lead) => Some(lead),
+            _ => None,
+        });
+        for index in 0..PERIODS {
+            self.pwm_period(index);
+        }
+        let means = self.current_loop.take_means().unwrap();
+        let ticks = self.now_us / 1_000;
+        let controlword = if self.reset {
+            0x80 * u16::from(ticks.is_multiple_of(8))
+        } else {
+            toward_operation(self.state)
+        };
+        let inputs = Inputs {
+            now_us: self.now_us,
+            encoder: self.encoder(),
+            current: means.current,
+            electrical: means.electrical,
+            supply_voltage: self.supply_voltage,
+            temperatures: self.temperatures,
+            switches: Switches::default(),
+            set_point: ticks.is_multiple_of(4).then_some(SetPoint {
+                controlword,
+                mode: self.mode,
+                target: self.target,
+            }),
+            torque_offset: None,
+            guard_received: self.guard_alive && ticks % 50 == 1,
+            bench_mode: false,
+        };
+        let outputs = self.axle.tick(&inputs);
+        self.state = State::from_statusword(outputs.status.statusword).unwrap();
+        self.current_loop
+            .demand(outputs.bridge, self.supply_voltage, outputs.velocity);
+        outputs
+    }
+
+    /// Runs this many milliseconds without a fault.
+    pub fn run(&mut self, milliseconds: usize) -> Outputs {
+        let mut last = None;
+        for millisecond in 0..milliseconds {
+            let outputs = self.tick();
+            assert!(
+                outputs.faults.is_empty(),
+                "{:?} after {millisecond} ms",
+                outputs.faults
+            );
+            last = Some(outputs);
+        }
+        last.expect("at least one millisecond")
+    }
+
+    /// Runs until a fault opens or shorts the bridge. Returns the outputs of that tick, the
+    /// milliseconds and the travel of the output shaft, rad, until then.
+    pub fn until_fault(&mut self, within: usize) -> Option<(Outputs, usize, f64)> {
+        let start = self.angle();
+        (1..=within).find_map(|milliseconds| {
+            let outputs = self.tick();
+            let stopped = matches!(outputs.bridge, BridgeDemand::Off | BridgeDemand::Brake);
+            (stopped && !outputs.faults.is_empty())
+                .then(|| (outputs, milliseconds, (self.angle() - start).abs()))
+        })
+    }
+}
+
+/// Units of the velocity target per rad/s.
+pub const PER_RADIAN: f64 = 1e6;
