@@ -12,8 +12,8 @@
 //! * `record`: the results, and why a result is refused
 //!
 //! The calibration controls no current in the PWM interrupt. It excites the motor with voltages
-//! ([`super::current::Excitation`]) and changes them slowly, so that it needs to know nothing of the
-//! motor. The interrupt opens the bridge at 150 % of the current limit as always, and the
+//! ([`super::current::Excitation`]) and changes them slowly, so that it needs to know nothing of
+//! the motor. The interrupt opens the bridge at 150 % of the current limit as always, and the
 //! excitation expires as a demand does.
 
 mod drag;

@@ -1,5 +1,5 @@
-//! Measures the resistance of a brushed motor: a voltage of changing sign swings the rotor forth and
-//! back, so that much current flows at little speed.
+//! Measures the resistance of a brushed motor: a voltage of changing sign swings the rotor forth
+//! and back, so that much current flows at little speed.
 //!
 //! A least-squares fit explains the voltage, less back-EMF and self-induction, by the current and
 //! its direction. The second term is the voltage that dead time and brushes take.
@@ -31,7 +31,8 @@ const ENOUGH_KNOWN: f32 = 0.008;
 /// Ticks after each change of the voltage that are not used, and smallest number that is.
 const SKIPPED: u32 = 3;
 const FEWEST: u32 = 3;
-/// Smallest current that is used, as a fraction of the largest. Below it, the dead time acts partly.
+/// Smallest current that is used, as a fraction of the largest. Below it, the dead time acts only
+/// partly.
 const SMALLEST: f32 = 0.25;
 /// How far the speed may exceed its bound before the calibration ends.
 const EXCESS: f32 = 1.3;

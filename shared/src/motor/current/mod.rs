@@ -162,7 +162,8 @@ impl CurrentLoop {
 
     /// Excites the motor with a voltage from the next PWM period on, instead of controlling its
     /// current. As a demand, it is valid for [`DEMAND_CONTROL_PERIODS`] control periods, and the
-    /// bridge opens beyond 150 % of the current limit. The sensing of the excitation stays in force.
+    /// bridge opens beyond 150 % of the current limit. The sensing of the excitation stays in
+    /// force.
     pub fn excite(&mut self, excitation: &Excitation, supply_voltage: f32) {
         let action = if self.excess >= TRIP_PERIODS {
             Action::Off
