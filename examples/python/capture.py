@@ -6,6 +6,7 @@ It records at once. With --fault it arms the recording, and waits for the drive'
 docs/motor.md explains the signals.
 """
 import argparse
+import socket
 import struct
 import sys
 import time
@@ -32,6 +33,19 @@ def read(sdo, index, sub, layout):
     return struct.unpack("<" + layout, sdo.upload(index, sub))[0]
 
 
+def read_window(sdo, window):
+    """Reads 64 samples. A node gives a segment up after 25 ms, so a slow client tries again."""
+    for _ in range(50):
+        try:
+            data = sdo.upload(0x2063, 0)
+        except (canopen.SdoAbortedError, canopen.SdoCommunicationError):
+            time.sleep(0.1)  # an answer that comes late must not meet the next request
+            continue
+        if data[:2] == struct.pack("<H", window):
+            return data[2:]
+    sys.exit(f"window {window} cannot be read: this computer is too slow for the bus")
+
+
 def record(sdo):
     """Arms the recording, waits until it is done, and returns its samples."""
     codes = sum(SIGNALS[name] << 8 * channel for channel, name in enumerate(names))
@@ -44,9 +58,7 @@ def record(sdo):
     samples = []
     for window in range(SAMPLES // WINDOW):
         sdo.download(0x2062, 0, struct.pack("<H", window))
-        while (data := sdo.upload(0x2063, 0))[:2] != struct.pack("<H", window):
-            pass
-        samples += struct.iter_unpack("<4h", data[2:])
+        samples += struct.iter_unpack("<4h", read_window(sdo, window))
     return samples
 
 
@@ -60,15 +72,22 @@ def scaled(sdo, samples):
 
 
 bus = can.Bus(interface="slcan", channel=f"socket://{options.address}", bitrate=1_000_000)
+# A request must not wait for more bytes: a node gives a segment up after 25 ms.
+bus.serialPortOrig._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
 network = canopen.Network(bus)
 network.connect()
 try:
-    sdo = network.add_node(options.node, canopen.ObjectDictionary()).sdo
+    node = network.add_node(options.node, canopen.ObjectDictionary())
+    # Until the network is operational, the guard is the only SDO client.
+    while node.nmt.wait_for_heartbeat(10) != "OPERATIONAL":
+        pass
+    sdo = node.sdo
     sdo.RESPONSE_TIMEOUT = 5
     samples = scaled(sdo, record(sdo))
     period_ms = 1e3 * options.decimation / read(sdo, 0x2061, 3, "I")
     trigger = read(sdo, 0x2061, 2, "H")
-except (can.CanError, canopen.SdoError, OSError) as error:
+except (can.CanError, canopen.SdoAbortedError, canopen.SdoCommunicationError,
+        canopen.nmt.NmtError, OSError) as error:
     sys.exit(f"no recording: {error}")
 finally:
     network.disconnect()

@@ -74,7 +74,7 @@ fn entries(eds: &str) -> Vec<Entry> {
             Some(rest) => (i64::from(NODE), rest),
             None => (0, default),
         };
-        // Strings are no numbers.
+        // Strings are compared nowhere.
         if !matches!(data_type, 9 | 10) {
             entries.push(Entry {
                 index,

@@ -79,9 +79,9 @@ pub trait Board {
     }
     /// State of the axle's switches.
     fn switches() -> Switches;
-    /// Energizes the coil of the motor's holding brake, which releases it, or lets the brake engage.
-    /// A board without a brake output ignores it. The brake is engaged before the first call and
-    /// after a reset.
+    /// Energizes the coil of the motor's holding brake, which releases it, or lets the brake
+    /// engage. A board without a brake output ignores it. The brake is engaged before the first
+    /// call and after a reset.
     fn set_brake(released: bool);
     /// Readings of the sensors on the robot's body; `None` if the board has none.
     fn body() -> Option<BodySensors>;

@@ -1,5 +1,5 @@
-//! Tests of the option codes, windows and handshakes of CiA 402, and of torque mode, on an axle with
-//! the motor model.
+//! Tests of the option codes, windows and handshakes of CiA 402, and of torque mode, on an axle
+//! with the motor model.
 
 use super::drive_bench::{Bench, MOTOR};
 use std::f64::consts::TAU;

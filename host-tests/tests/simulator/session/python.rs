@@ -146,20 +146,3 @@ fn the_program_on_the_page_about_the_bus_reads_a_position() {
     let printed = String::from_utf8_lossy(&output.stdout);
     assert!(printed.trim().parse::<i32>().is_ok(), "{printed}");
 }
-
-#[test]
-fn the_example_records_signals_of_a_drive() {
-    build();
-    let (command, _) = command(
-        "recorded",
-        &["--scenario", &scenario("flat"), "--slcan", "127.0.0.1:0"],
-    );
-    let (_demo, address) = waiting(Demo::start(command));
-    let example = run(&["examples/python/capture.py", &address, "--node", "3"]);
-    let printed = String::from_utf8_lossy(&example.stdout);
-    assert!(example.status.success(), "{example:?}");
-    assert!(
-        printed.contains("current q") && printed.contains("512 samples, one every 0.20 ms"),
-        "{printed}"
-    );
-}
