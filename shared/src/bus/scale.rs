@@ -170,8 +170,8 @@ impl Scale {
     }
 
     /// Returns the code of this position scale (object 0x2010): the fraction bits of a turn; for a
-    /// screw, 0x100 plus the fraction bits of a metre. Bits 12 to 14 are the version of the table of
-    /// settings, minus 1: a drive with another table does not mean the same by its settings.
+    /// screw, 0x100 plus the fraction bits of a metre. Bits 12 to 14 are the version of the table
+    /// of settings, minus 1: a drive with another table does not mean the same by its settings.
     pub fn code(self) -> u16 {
         let scale = match self {
             Self::Turning { bits } => bits as u16,

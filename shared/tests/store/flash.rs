@@ -144,7 +144,7 @@ impl NorFlash for Flash {
             let tear = self.operate()?;
             self.erases[page] += 1;
             let bytes = &mut self.bytes[page * PAGE..(page + 1) * PAGE];
-            let ends = |at: usize| at < WORD || at >= PAGE - 3 * WORD;
+            let ends = |at: usize| !(WORD..PAGE - 3 * WORD).contains(&at);
             match tear {
                 None | Some(Tear::All) => bytes.fill(0xff),
                 Some(Tear::Nothing) => {}

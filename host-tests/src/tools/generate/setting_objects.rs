@@ -12,8 +12,8 @@ pub fn indices() -> impl Iterator<Item = u16> {
     TABLE.iter().map(|row| FIRST_OBJECT + row.key)
 }
 
-/// Writes one section for each setting. `CiA` 306 has no entries for units and meanings; python-canopen
-/// reads them from these.
+/// Writes one section for each setting. `CiA` 306 has no entries for units and meanings;
+/// python-canopen reads them from these.
 pub fn write(text: &mut String) {
     let mut rows: Vec<_> = TABLE.iter().zip(MEANINGS).collect();
     rows.sort_by_key(|(row, _)| row.key);

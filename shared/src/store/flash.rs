@@ -273,6 +273,9 @@ fn migrate(image: &mut Image, schema: &Schema) -> Result<(), StoreError> {
     Ok(())
 }
 
+/// Writes the bytes of the item with this key.
+type Write<'a> = dyn FnMut(u16, &[u8]) -> Result<(), StoreError> + 'a;
+
 /// The settings that differ from those in flash.
 struct Changes<'a> {
     stored: &'a Image,
@@ -282,10 +285,7 @@ struct Changes<'a> {
 
 impl Changes<'_> {
     /// Calls `write` with key and bytes of each item to write.
-    fn each(
-        &self,
-        write: &mut dyn FnMut(u16, &[u8]) -> Result<(), StoreError>,
-    ) -> Result<(), StoreError> {
+    fn each(&self, write: &mut Write) -> Result<(), StoreError> {
         let grouped = |key: u16| {
             let mut records = self.schema.records.iter();
             records.any(|record| {
