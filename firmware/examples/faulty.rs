@@ -3,10 +3,9 @@
 #![cfg_attr(target_os = "none", no_std)]
 #![cfg_attr(any(target_os = "none", target_family = "wasm"), no_main)]
 
-use embassy_executor::Spawner;
 use embassy_time::Timer;
 use tautrack::settings::{Setting, Settings};
-use tautrack_firmware::roles::{Refusal, Role, axle};
+use tautrack_firmware::roles::{Refusal, Role, Spawners, axle};
 
 static FAULTY: Role = Role {
     name: "faulty",
@@ -15,9 +14,9 @@ static FAULTY: Role = Role {
 };
 
 #[expect(clippy::unnecessary_wraps, reason = "the type of a role's start")]
-fn start(spawner: Spawner, settings: &Settings) -> Result<(), Refusal> {
+fn start(spawners: Spawners, settings: &Settings) -> Result<(), Refusal> {
     if let Ok(task) = fail(settings.id(Setting::NodeId) == 1) {
-        spawner.spawn(task);
+        spawners.bus.spawn(task);
     }
     Ok(())
 }

@@ -272,7 +272,7 @@ impl State {
     }
 
     fn acknowledge(&mut self, index: u32) {
-        self.set(FDCAN + 0x90, (index + 1) % 3 << 8);
+        self.set(FDCAN + 0x90, ((index + 1) % 3) << 8);
     }
 
     /// Period of TIM1 and the time in it at which TRGO2 rises: channel 4 counting down.
@@ -431,7 +431,8 @@ impl Chip {
         let flash = Arc::new(RamStore::new(FLASH_LENGTH as u64));
         flash.write_at(0, &image).expect("a flash memory");
         let ram = Arc::new(RamStore::new(RAM_LENGTH));
-        ram.write_at(0, &[PAINT; RAM_LENGTH as usize]).expect("RAM");
+        ram.write_at(0, &vec![PAINT; RAM_LENGTH as usize])
+            .expect("RAM");
         let other = Arc::new(RamStore::new(0x400));
         let state = Arc::new(Mutex::new(State {
             pins: Some(Pins {
@@ -598,7 +599,7 @@ impl Chip {
 
     /// Bytes of RAM that were ever written.
     pub fn used_ram(&self) -> usize {
-        let mut bytes = [0; RAM_LENGTH as usize];
+        let mut bytes = vec![0; RAM_LENGTH as usize];
         self.ram.read_at(0, &mut bytes).expect("RAM");
         // The longest run of untouched bytes is between the static variables and the stack.
         let runs = bytes.split(|byte| *byte != PAINT);

@@ -18,9 +18,8 @@ pub fn rows() -> Vec<(String, String)> {
             .map(|text| text.trim().to_owned())
     };
     page.lines()
-        .filter(|line| {
-            line.starts_with("| P") && !line.starts_with("| Pin") && !line.starts_with("| Part")
-        })
+        // A pin is a port and a number.
+        .filter(|line| line.starts_with("| P") && line.as_bytes()[4].is_ascii_digit())
         .map(|line| {
             (
                 cell(line, 1).expect("a pin"),

@@ -30,7 +30,7 @@ pub trait Link {
 
 /// Default maximum wall-clock time for an answer of a node. It is long enough for a heavily loaded
 /// computer.
-pub(super) const TIMEOUT: Duration = Duration::from_secs(60);
+pub(super) const TIMEOUT: Duration = Duration::from_mins(1);
 
 /// Starts the program at `path`, which is built for `board`.
 ///

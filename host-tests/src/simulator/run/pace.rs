@@ -21,7 +21,7 @@ impl Pace {
         let step_s = |speed: f64| STEP_US as f64 * 1e-6 / speed;
         // If a step is longer than `Duration` can hold, the run practically stands still.
         let step = speed.map(|speed| {
-            Duration::try_from_secs_f64(step_s(speed)).unwrap_or(Duration::from_secs(86_400))
+            Duration::try_from_secs_f64(step_s(speed)).unwrap_or(Duration::from_hours(24))
         });
         Self { step, due: now }
     }

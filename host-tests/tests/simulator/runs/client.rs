@@ -178,7 +178,7 @@ fn a_client_reads_the_device_type_of_the_chassis_joint_while_the_robot_runs() {
     let port = SlcanPort::bind("127.0.0.1:0").expect("a free port");
     let mut client = TcpStream::connect(port.address().expect("bound")).expect("the port listens");
     client
-        .set_read_timeout(Some(Duration::from_secs(60)))
+        .set_read_timeout(Some(Duration::from_mins(1)))
         .expect("a time limit");
     let asking = std::thread::spawn(move || {
         // Opens the channel and uploads object 0x1000:0 of node 4.

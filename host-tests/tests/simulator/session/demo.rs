@@ -11,7 +11,7 @@ use tautrack_host_tests::programs::setup::checkout;
 
 /// Maximum time to wait for anything. It is long, because a computer that builds something else at
 /// the same time is slow.
-const LIMIT: Duration = Duration::from_secs(300);
+const LIMIT: Duration = Duration::from_mins(5);
 
 /// Returns the demo's command with an empty folder of this name for its results.
 pub fn command(name: &str, arguments: &[&str]) -> (Command, PathBuf) {
