@@ -133,11 +133,16 @@ impl BackEmf {
         // No bridge gives more; NaN counts as no error.
         let [d, q] = raw.map(|raw| limit(raw, VOLTAGE_FULL_SCALE));
         self.direct += (d - self.direct) * FILTER;
-        self.square += (d * d + q * q - self.square) * FILTER;
+        let unexplained = UNEXPLAINED * limit(now.supply_voltage, VOLTAGE_FULL_SCALE);
+        let fixed = LARGE * self.constant * self.velocity_limit + unexplained;
+        let largest = 9.0 * fixed * fixed;
+        // So one disturbed sample is forgotten before it is a finding.
+        let square = d * d + q * q;
+        let square = if square < largest { square } else { largest };
+        self.square += (square - self.square) * FILTER;
         let direct_error = self.direct.abs();
         let resistive = RESISTIVE * self.resistance * (current.abs() + direct.abs());
-        let unexplained = UNEXPLAINED * now.supply_voltage;
-        let bound = LARGE * self.constant * self.velocity_limit + resistive + unexplained;
+        let bound = fixed + resistive;
         let large = self.square > bound * bound;
         let [demand, demand_d] = now.demand;
         let half = 0.5 * demand.abs();
