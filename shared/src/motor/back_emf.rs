@@ -21,9 +21,6 @@ const LARGE: f32 = 0.25;
 const RESISTIVE: f32 = 0.6;
 /// Voltages that are never explained, as a fraction of the supply voltage: dead time, diodes.
 const UNEXPLAINED: f32 = 0.02;
-/// Largest error that the filter takes, as a multiple of the bound without current. So a single
-/// disturbed sample is forgotten before it counts as a disagreement.
-const OUTLIER: f32 = 5.0;
 /// Part of the speed limit above which the angle is observed.
 const OBSERVED: f32 = 0.08;
 /// Back-EMF in d that a healthy motor does not have: the sine of 17 degrees.
@@ -135,14 +132,17 @@ impl BackEmf {
         ];
         // No bridge gives more; NaN counts as no error.
         let [d, q] = raw.map(|raw| limit(raw, VOLTAGE_FULL_SCALE));
-        let unexplained = UNEXPLAINED * now.supply_voltage;
-        let at_rest = LARGE * self.constant * self.velocity_limit + unexplained;
         self.direct += (d - self.direct) * FILTER;
-        let most = OUTLIER * at_rest;
-        self.square += (limit(d * d + q * q, most * most) - self.square) * FILTER;
+        let unexplained = UNEXPLAINED * limit(now.supply_voltage, VOLTAGE_FULL_SCALE);
+        let fixed = LARGE * self.constant * self.velocity_limit + unexplained;
+        let largest = 9.0 * fixed * fixed;
+        // So one disturbed sample is forgotten before it is a finding.
+        let square = d * d + q * q;
+        let square = if square < largest { square } else { largest };
+        self.square += (square - self.square) * FILTER;
         let direct_error = self.direct.abs();
         let resistive = RESISTIVE * self.resistance * (current.abs() + direct.abs());
-        let bound = at_rest + resistive;
+        let bound = fixed + resistive;
         let large = self.square > bound * bound;
         let [demand, demand_d] = now.demand;
         let half = 0.5 * demand.abs();

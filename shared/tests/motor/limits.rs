@@ -62,6 +62,9 @@ fn nothing_is_limited_with_the_default_settings() {
     }
 }
 
+/// Settings, demand, readings, and the limit that must act.
+type Case<'a> = (&'a [(Setting, i32)], f32, Conditions, ActiveLimit);
+
 #[test]
 fn each_limit_is_reported_by_its_name() {
     let fast = Conditions {
@@ -80,7 +83,6 @@ fn each_limit_is_reported_by_its_name() {
         (Setting::BridgeTemperature, 900),
         (Setting::MotorTemperature, 1_200),
     ];
-    type Case<'a> = (&'a [(Setting, i32)], f32, Conditions, ActiveLimit);
     let cases: &[Case] = &[
         (
             &[(Setting::SupplyCurrentLimit, 2_000)],

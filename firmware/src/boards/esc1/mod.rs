@@ -40,19 +40,12 @@ use embassy_stm32::interrupt::{InterruptExt, Priority};
 use embassy_stm32::{bind_interrupts, interrupt, peripherals};
 use static_cell::StaticCell;
 use tautrack::motor::bridge::Ratings;
-use tautrack::sensors::{BodySensors, Switches};
+use tautrack::sensors::{BodySensors, Switches, Temperatures};
 use tautrack::settings::Setting;
 use tautrack::store::State;
 
 /// The motor board.
 pub struct Esc1;
-
-impl Esc1 {
-    /// Temperature between the transistors, degrees Celsius; NaN if the sensor is broken.
-    pub fn bridge_temperature() -> f32 {
-        sampling::temperature()
-    }
-}
 
 bind_interrupts!(struct Interrupts {
     FDCAN1_IT0 => embassy_stm32::can::IT0InterruptHandler<peripherals::FDCAN1>;
@@ -145,6 +138,13 @@ impl Board for Esc1 {
 
     fn supply_voltage() -> f32 {
         sampling::supply_voltage()
+    }
+
+    fn temperatures() -> Temperatures {
+        Temperatures {
+            bridge: Some(sampling::temperature()),
+            motor: None,
+        }
     }
 
     fn switches() -> Switches {
