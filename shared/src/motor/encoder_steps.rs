@@ -30,9 +30,9 @@ impl EncoderSteps {
         self.last = counts;
     }
 
-    /// Takes the next reading. Returns whether the encoder is noisy.
+    /// Takes the next reading.
     #[inline]
-    pub fn update(&mut self, counts: i32) -> bool {
+    pub fn update(&mut self, counts: i32) {
         let step = counts.wrapping_sub(self.last);
         self.last = counts;
         self.score = if step.unsigned_abs() > self.largest {
@@ -40,6 +40,10 @@ impl EncoderSteps {
         } else {
             self.score.saturating_sub(1)
         };
+    }
+
+    /// Returns whether the encoder is noisy.
+    pub fn is_noisy(&self) -> bool {
         self.score >= NOISY
     }
 }

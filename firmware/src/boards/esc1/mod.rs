@@ -154,7 +154,7 @@ impl Board for Esc1 {
     fn set_brake(_released: bool) {}
 
     fn serial_number() -> u32 {
-        crc::crc32(&[embassy_stm32::uid::uid()])
+        crc::crc32(&[&embassy_stm32::uid::uid()])
     }
 
     fn storage() -> Self::Storage {

@@ -85,7 +85,6 @@ pub struct Axle {
     supervisor: Supervisor,
     back_emf: BackEmf,
     encoder_steps: EncoderSteps,
-    noisy: bool,
     limiter: Limiter,
     snapshot: Option<Snapshot>,
     authority: Authority,
@@ -183,7 +182,7 @@ impl Axle {
             self.sensed = true;
         }
         self.observer.update(inputs.encoder, CONTROL_PERIOD);
-        self.noisy = self.encoder_steps.update(inputs.encoder);
+        self.encoder_steps.update(inputs.encoder);
         if inputs.guard_received {
             self.authority.guard_received(inputs.now_us);
         }

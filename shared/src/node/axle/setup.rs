@@ -83,7 +83,6 @@ impl Axle {
             supervisor: Supervisor::default(),
             back_emf: BackEmf::new(settings),
             encoder_steps: EncoderSteps::new(IMPOSSIBLE_SPEED * velocity_limit * counts_per_radian),
-            noisy: false,
             limiter: Limiter::new(settings),
             snapshot: None,
             authority: Authority::new(settings),

@@ -38,7 +38,7 @@ impl Axle {
             },
             powered,
             motor: self.back_emf.check(&observed),
-            noisy: self.noisy,
+            noisy: self.encoder_steps.is_noisy(),
             temperatures: inputs.temperatures,
             electrical: inputs.electrical,
         };

@@ -76,6 +76,7 @@ const DWELLS: [(Fault, u32); 13] = [
     (Fault::RotorAngle, 200 + 40),
 ];
 
+#[allow(clippy::struct_excessive_bools)] // each is a fact about the drive, and all are independent
 pub struct Oracle {
     current_limit: f32,
     velocity_unit: f32,
