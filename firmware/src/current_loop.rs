@@ -1,6 +1,7 @@
 //! The PWM interrupt, and the cells in which it shares the current loop and the recording of its
 //! signals with the control task.
 
+use crate::boards::{Board, Selected};
 use core::cell::RefCell;
 use core::sync::atomic::{AtomicBool, Ordering};
 use critical_section::Mutex;
@@ -16,6 +17,9 @@ static CAPTURING: AtomicBool = AtomicBool::new(false);
 
 /// Calls `use_it` with the recording.
 pub fn capture<R>(use_it: impl FnOnce(&mut Capture) -> R) -> Option<R> {
+    if !Selected::COMMISSIONS {
+        return None;
+    }
     critical_section::with(|cs| {
         // Cannot fail: the critical section excludes any other borrow.
         let mut capture = CAPTURE.borrow(cs).try_borrow_mut().ok()?;
@@ -73,7 +77,7 @@ pub fn take_means() -> Option<Means> {
 pub fn pwm_period(readings: &Readings) -> PowerStage {
     with(|current_loop| {
         let stage = current_loop.period(readings);
-        if CAPTURING.load(Ordering::Relaxed) {
+        if Selected::COMMISSIONS && CAPTURING.load(Ordering::Relaxed) {
             record(&current_loop.signals(readings, stage));
         }
         stage

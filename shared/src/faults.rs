@@ -41,6 +41,9 @@ macro_rules! faults {
         /// All faults, in the order of [`TABLE`].
         pub const ALL: &[Fault] = &[$(Fault::$variant,)*];
 
+        /// The codes alone, so that the program of a node does not contain the texts.
+        const CODES: &[u16] = &[$($code),*];
+
         /// All rows.
         pub const TABLE: &[Description] = &[$(Description {
             code: $code, name: $name, cause: $cause, reaction: Reaction::$reaction, clears: $clears, remedy: $remedy,
@@ -150,11 +153,14 @@ impl Fault {
         &TABLE[self as usize]
     }
 
+    /// Returns its error code.
+    pub fn code(self) -> u16 {
+        CODES[self as usize]
+    }
+
     /// Returns the fault with this error code.
     pub fn from_code(code: u16) -> Option<Self> {
-        ALL.iter()
-            .copied()
-            .find(|fault| fault.description().code == code)
+        ALL.iter().copied().find(|fault| fault.code() == code)
     }
 }
 

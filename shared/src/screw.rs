@@ -120,6 +120,7 @@ impl Geometry {
     ///
     /// # Errors
     /// The first bound that is broken, with the given length.
+    #[inline(never)] // its table is large, and each inlined copy takes stack
     pub fn new(l1: Length, l2: Length, k: Length) -> Result<Self, GeometryError> {
         if l1 < Self::MIN_L1 || l1 > Self::MAX_L1 {
             let (minimum, maximum) = (Self::MIN_L1, Self::MAX_L1);

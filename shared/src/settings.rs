@@ -31,6 +31,19 @@ pub struct Description {
     pub default: i32,
 }
 
+/// Numbers of a row of [`TABLE`].
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Bounds {
+    /// Key on the link and in flash.
+    pub key: u16,
+    /// Smallest value.
+    pub minimum: i32,
+    /// Largest value.
+    pub maximum: i32,
+    /// Value that a node uses if the setting was never set.
+    pub default: i32,
+}
+
 /// Error of [`Settings::set`]: why a value was not stored.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum SettingError {
@@ -74,6 +87,13 @@ macro_rules! settings {
         },)*];
 
         const ALL: &[Setting] = &[$(Setting::$variant,)*];
+
+        /// The numbers of each row, in the order of [`TABLE`]. They are a table of their own, so
+        /// that the program of a node does not contain the names.
+        const BOUNDS: &[Bounds] = &[$({
+            let range: core::ops::RangeInclusive<i32> = $range;
+            Bounds { key: $key, minimum: *range.start(), maximum: *range.end(), default: $default }
+        },)*];
 
         /// Meaning of each row, in the order of [`TABLE`]. It is a table of its own, so that the
         /// program of a node does not contain these texts.
@@ -431,7 +451,7 @@ impl Setting {
     pub fn from_key(key: u16) -> Option<Self> {
         ALL.iter()
             .copied()
-            .find(|setting| setting.description().key == key)
+            .find(|setting| setting.bounds().key == key)
     }
 
     /// Returns the setting with this name.
@@ -439,6 +459,11 @@ impl Setting {
         ALL.iter()
             .copied()
             .find(|setting| setting.description().name == name)
+    }
+
+    /// Returns the numbers of this setting.
+    pub fn bounds(self) -> &'static Bounds {
+        &BOUNDS[self as usize]
     }
 
     /// Returns the row of this setting in [`TABLE`].
@@ -456,7 +481,7 @@ pub struct Settings {
 impl Default for Settings {
     fn default() -> Self {
         let mut values = [0; TABLE.len()];
-        for (value, row) in values.iter_mut().zip(TABLE) {
+        for (value, row) in values.iter_mut().zip(BOUNDS) {
             *value = row.default;
         }
         Self { values }
@@ -471,7 +496,7 @@ impl Settings {
     /// bounds. In both cases nothing is stored.
     pub fn set(&mut self, key: u16, value: i32) -> Result<(), SettingError> {
         let setting = Setting::from_key(key).ok_or(SettingError::UnknownKey(key))?;
-        let row = setting.description();
+        let row = setting.bounds();
         if value < row.minimum || value > row.maximum {
             return Err(SettingError::OutOfRange {
                 setting,
@@ -489,7 +514,7 @@ impl Settings {
             let mut limits = UNKNOWN_MOTOR
                 .iter()
                 .filter(|(limited, _)| limited == setting);
-            let default = setting.description().default;
+            let default = setting.bounds().default;
             *setting == Setting::NodeId || value == limits.next().map_or(default, |limit| limit.1)
         })
     }

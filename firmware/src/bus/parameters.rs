@@ -107,7 +107,7 @@ fn write(index: u16, sub: u8, value: u32) -> Result<(), u32> {
         (SAVE | RESTORE, _) => Err(NO_SUB_INDEX),
         (_, 0) => storage::set(index - FIRST_OBJECT, value as i32).map_err(|error| match error {
             SettingError::UnknownKey(_) => NO_OBJECT,
-            SettingError::OutOfRange { setting, got } if got < setting.description().minimum => {
+            SettingError::OutOfRange { setting, got } if got < setting.bounds().minimum => {
                 VALUE_TOO_LOW
             }
             SettingError::OutOfRange { .. } => VALUE_TOO_HIGH,

@@ -51,7 +51,7 @@ fn with_id(id: u8) -> Settings {
     let id = (Setting::NodeId, id.into());
     for (setting, value) in core::iter::once(&id).chain(UNKNOWN_MOTOR) {
         // Cannot fail: the master's request was checked, and the limits are within their bounds.
-        let _ = settings.set(setting.description().key, *value);
+        let _ = settings.set(setting.bounds().key, *value);
     }
     settings
 }

@@ -73,7 +73,8 @@ fn calibrate(
     outputs: &Outputs,
 ) -> Option<Excitation> {
     let request = od::OBJECT2050.get_value();
-    if request == calibration::request::NONE && !calibrator.is_running() {
+    let idle = request == calibration::request::NONE && !calibrator.is_running();
+    if idle || !Selected::COMMISSIONS {
         return None;
     }
     let disarmed =

@@ -10,6 +10,7 @@ use embassy_time::{Duration, Ticker};
 use static_cell::StaticCell;
 use tautrack::bus::pdo::{DriveMotion, transmit};
 use tautrack::node::screw::{Inputs, Screw};
+use tautrack::screw::GeometryError;
 use tautrack::settings::{Setting, Settings};
 
 dictionary!(od, "screw.rs");
@@ -29,14 +30,7 @@ static GUARD: AtomicU8 = AtomicU8::new(0);
 static JOINT: AtomicU16 = AtomicU16::new(0);
 
 fn start(spawners: Spawners, settings: &Settings) -> Result<(), Refusal> {
-    // Its table is large. In a static variable it is neither copied into the task nor through the
-    // stack.
-    static SCREW: StaticCell<Screw> = StaticCell::new();
-    let screw =
-        Screw::new(settings).map_err(|error| refuse("geometry", format_args!("{error:?}")))?;
-    let screw = SCREW
-        .try_init(screw)
-        .ok_or_else(|| refuse("screw", "it was started before"))?;
+    let screw = create(settings)?;
     drive::install_current_loop(settings)?;
     let listen = Listen {
         parameter: JOINT_PARAMETER,
@@ -54,6 +48,17 @@ fn start(spawners: Spawners, settings: &Settings) -> Result<(), Refusal> {
     let control = control(screw, settings.id(Setting::NodeId));
     spawners.control.spawn(startable(control)?);
     Ok(())
+}
+
+/// Creates the screw in a static variable. Its table is large: so it is neither copied into the task
+/// nor through the stack.
+fn create(settings: &Settings) -> Result<&'static mut Screw, Refusal> {
+    static SCREW: StaticCell<Result<Screw, GeometryError>> = StaticCell::new();
+    SCREW
+        .try_init_with(|| Screw::new(settings))
+        .ok_or_else(|| refuse("screw", "it was started before"))?
+        .as_mut()
+        .map_err(|error| refuse("geometry", format_args!("{error:?}")))
 }
 
 fn received(received: Received) {

@@ -194,7 +194,7 @@ impl Calibrator {
             } => (quantity as u8, [got, bound]),
             Refusal::Timeout { step, bound } => (TIMEOUT + step as u8, [bound, bound]),
             Refusal::NoSetting { setting, got } => {
-                self.report.refused = [got, i32::from(setting.description().key)];
+                self.report.refused = [got, i32::from(setting.bounds().key)];
                 self.report.reason = NO_SETTING;
                 return;
             }

@@ -63,6 +63,7 @@ impl Screw {
     ///
     /// # Errors
     /// [`GeometryError`] if the geometry is not accepted with L1, L2 and K.
+    #[inline(never)] // its table is large, and each inlined copy takes stack
     pub fn new(settings: &Settings) -> Result<Self, GeometryError> {
         let length = |setting| settings.get(setting);
         let geometry = Geometry::from_micrometres(

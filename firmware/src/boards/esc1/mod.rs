@@ -8,7 +8,7 @@
 //! * `encoder`: TIM4 counts the encoder
 //! * `can`: FDCAN and the frame queues
 //! * `switches`: home and limit switches
-//! * `storage`: the settings pages
+//! * `settings`: reads the settings pages
 //! * `image`: header of the program
 //! * `crc`: checksum of images
 //! * `thermistor`: converts the temperature
@@ -28,12 +28,13 @@ mod led;
 mod over_current;
 mod reset;
 mod sampling;
-mod storage;
+mod settings;
 mod switches;
 mod thermistor;
 
 use crate::boards::Board;
 use crate::roles::{self, Role, Spawners, refuse};
+use crate::storage::{self, Found, NoStorage};
 use defmt_rtt as _;
 use embassy_executor::{Executor, InterruptExecutor};
 use embassy_stm32::interrupt::{InterruptExt, Priority};
@@ -41,7 +42,7 @@ use embassy_stm32::{bind_interrupts, interrupt, peripherals};
 use static_cell::StaticCell;
 use tautrack::motor::bridge::Ratings;
 use tautrack::sensors::{BodySensors, Switches, Temperatures};
-use tautrack::settings::Setting;
+use tautrack::settings::{SCHEMA_VERSION, Setting};
 use tautrack::store::State;
 
 /// The motor board.
@@ -75,7 +76,8 @@ impl Board for Esc1 {
         full_scale: sampling::FULL_SCALE_AMPERES,
     };
 
-    type Storage = storage::Storage;
+    const COMMISSIONS: bool = false;
+    type Storage = NoStorage;
 
     fn run(role: &'static Role) -> ! {
         static EXECUTOR: StaticCell<Executor> = StaticCell::new();
@@ -88,8 +90,7 @@ impl Board for Esc1 {
         interrupt::FDCAN1_IT1.set_priority(Priority::P2);
         interrupt::USART3.set_priority(Priority::P3);
 
-        storage::start(p.FLASH);
-        let (settings, found) = crate::storage::load();
+        let stored = settings::settings();
         encoder::start(p.TIM4, p.PB6, p.PB7);
         switches::start(p.PB8, p.PB3, p.PB4);
         bridge::start(bridge::Pins {
@@ -97,7 +98,10 @@ impl Board for Esc1 {
             high: (p.PA8, p.PA9, p.PA10),
             low: (p.PC13, p.PA12, p.PB15),
             safe_torque_off: p.PA15,
-            dead_time_ns: settings.get(Setting::DeadTime),
+            dead_time_ns: match &stored {
+                Ok(Some(settings)) => settings.get(Setting::DeadTime),
+                _ => Setting::DeadTime.bounds().default,
+            },
         });
         over_current::start();
         sampling::start(sampling::Pins {
@@ -114,16 +118,22 @@ impl Board for Esc1 {
         EXECUTOR.init(Executor::new()).run(|bus| {
             can.spawn(bus);
             let spawners = Spawners { control, bus };
-            let started = if found.state == State::Blank as u8 {
-                roles::start_blank(spawners, role)
-            } else if settings.get(Setting::MotorKind) != 0 {
-                Err(refuse(
+            let started = match &stored {
+                Err(refusal) => Err(refusal.clone()),
+                Ok(None) => roles::start_blank(spawners, role),
+                Ok(Some(settings)) if settings.get(Setting::MotorKind) == 0 => {
+                    let found = Found {
+                        state: State::Loaded as u8,
+                        schema: SCHEMA_VERSION,
+                        ..Found::default()
+                    };
+                    storage::publish(settings, found);
+                    (role.start)(spawners, settings)
+                }
+                Ok(Some(_)) => Err(refuse(
                     "motor_kind",
                     "the board has no absolute rotor sensor",
-                ))
-            } else {
-                crate::storage::publish(&settings, found);
-                (role.start)(spawners, &settings)
+                )),
             };
             if let Err(refusal) = &started {
                 defmt::error!("refused: {=str}", refusal.as_str());
@@ -158,7 +168,7 @@ impl Board for Esc1 {
     }
 
     fn storage() -> Self::Storage {
-        storage::Storage
+        NoStorage
     }
 
     fn body() -> Option<BodySensors> {

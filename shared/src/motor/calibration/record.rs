@@ -75,7 +75,7 @@ impl Record {
     pub fn store(&self, settings: &mut Settings) -> Result<(), Refusal> {
         for (setting, value) in self.settings().into_iter().flatten() {
             settings
-                .set(setting.description().key, value)
+                .set(setting.bounds().key, value)
                 .map_err(|_| Refusal::NoSetting {
                     setting,
                     got: value,

@@ -35,7 +35,7 @@ impl Latch {
     #[inline]
     pub fn code(&self) -> u16 {
         let fault = self.latched.strongest();
-        fault.map_or(0, |fault| fault.description().code)
+        fault.map_or(0, |fault| fault.code())
     }
 
     /// Returns the code of the emergency frame that is due in this tick. Each raised fault is due
@@ -45,7 +45,7 @@ impl Latch {
         if let Some(fault) = self.unreported.strongest() {
             self.unreported = self.unreported.without(Faults::of(fault));
             self.reported = true;
-            return Some(fault.description().code);
+            return Some(fault.code());
         }
         let clear = self.reported && self.latched.is_empty();
         if clear {

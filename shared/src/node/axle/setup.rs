@@ -47,6 +47,7 @@ impl Axle {
     }
 
     /// Creates an axle whose positions on the bus have another scale. The screw uses it.
+    #[inline(never)] // each inlined copy takes stack
     pub(in crate::node) fn with_scale(
         settings: &Settings,
         scale: Scale,

@@ -40,7 +40,7 @@ impl Axle {
             _ => NO_SENSOR,
         };
         Some(Snapshot {
-            code: fault.description().code,
+            code: fault.code(),
             current: to_i16(inputs.current * 1e3),
             demand: to_i16(self.demand * 1e3),
             supply_voltage: to_i32(inputs.supply_voltage * 1e3),

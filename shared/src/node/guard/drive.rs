@@ -184,14 +184,14 @@ impl Drive {
         let code = if self.emergency != 0 {
             self.emergency
         } else if self.heartbeat.lost(now_us) || silent {
-            Fault::NodeLost.description().code
+            Fault::NodeLost.code()
         } else if self.resets() {
             // The status of a drive that is being reset still shows the old fault.
             return None;
         } else if self.status.error_code != 0 {
             self.status.error_code
         } else if self.deviates(now_us) {
-            Fault::UnexpectedState.description().code
+            Fault::UnexpectedState.code()
         } else {
             return None;
         };

@@ -156,14 +156,14 @@ impl Drives {
     /// Returns the first fault report. `driving` is true while the robot is or was under power.
     pub fn fault(&self, now_us: u64, driving: bool) -> Option<FaultReport> {
         if let Some(node) = self.foreign {
-            let code = Fault::SecondMaster.description().code;
+            let code = Fault::SecondMaster.code();
             return Some(FaultReport { node, code });
         }
         let mut drives = self.nodes.iter().zip(&self.states);
         let fault = drives.find_map(|(drive, state)| drive.fault(state, now_us, driving));
         fault.or_else(|| {
             let ScaleMismatch { node, .. } = self.mismatch()?;
-            let code = Fault::ScaleMismatch.description().code;
+            let code = Fault::ScaleMismatch.code();
             Some(FaultReport { node, code })
         })
     }
