@@ -35,7 +35,7 @@ impl Latch {
     #[inline]
     pub fn code(&self) -> u16 {
         let fault = self.latched.strongest();
-        fault.map_or(0, |fault| fault.code())
+        fault.map_or(0, Fault::code)
     }
 
     /// Returns the code of the emergency frame that is due in this tick. Each raised fault is due
