@@ -1,6 +1,6 @@
 //! Latches faults, and reports them in emergency frames.
 
-use crate::faults::Faults;
+use crate::faults::{Fault, Faults};
 
 /// Faults that were raised and that no reset has cleared.
 #[derive(Clone, Copy, Debug, Default)]
