@@ -26,7 +26,9 @@ mod step;
 pub mod text_log;
 
 pub use brake::set_brake;
-pub use flash::{Files, Flash};
+#[cfg(not(target_family = "wasm"))]
+pub use flash::Files;
+pub use flash::Flash;
 pub use inputs::{encoder, sensors};
 #[cfg(not(target_family = "wasm"))]
 pub use link::{Pipe, run};
