@@ -4,7 +4,8 @@
 //! [`boards`] is the hardware interface and its implementations · [`current_loop`] the PWM
 //! interrupt · [`bus`] CANopen · [`serial`] the serial line · [`watchdog`] checks that all parts
 //! still run · [`storage`] settings in flash · [`roles`] the tasks of each kind of node · `cost`
-//! counts the instructions of the control code. A binary picks one role and runs it on the selected board.
+//! counts the instructions of the control code. A binary picks one role and runs it on the selected
+//! board.
 #![no_std]
 // The logging macros of the target (defmt) do not support inline arguments.
 #![allow(clippy::uninlined_format_args)]

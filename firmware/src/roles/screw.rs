@@ -50,8 +50,8 @@ fn start(spawners: Spawners, settings: &Settings) -> Result<(), Refusal> {
     Ok(())
 }
 
-/// Creates the screw in a static variable. Its table is large: so it is neither copied into the task
-/// nor through the stack.
+/// Creates the screw in a static variable. Its table is large: so it is neither copied into the
+/// task nor through the stack.
 fn create(settings: &Settings) -> Result<&'static mut Screw, Refusal> {
     static SCREW: StaticCell<Result<Screw, GeometryError>> = StaticCell::new();
     SCREW

@@ -212,10 +212,20 @@ fn a_cart_from_the_page_drives_and_its_guard_keeps_it_upright() {
     let before = files_of(&copy.root);
     copy.run("generate", &[]);
     let after = files_of(&copy.root);
-    let written = after
+    let written: Vec<_> = after
         .keys()
-        .filter(|path| before.get(*path) != after.get(*path));
-    assert!(written.eq(["docs/bus.md", "docs/settings.md"]));
+        .filter(|path| before.get(*path) != after.get(*path))
+        .collect();
+    assert_eq!(
+        written,
+        [
+            "docs/bus.md",
+            "docs/eds/axle.eds",
+            "docs/eds/guard.eds",
+            "docs/eds/screw.eds",
+            "docs/settings.md"
+        ]
+    );
 
     // The speed ramps up and down equally long, so the distance is 0.3 m/s for 10 s.
     let flat = copy.demo("flat", "on");
