@@ -89,7 +89,7 @@ fn a_node_restarts_as_a_process_does() {
     let restarting = beginning("flat.toml", |description| {
         description.duration_s = 8.0;
         description.faults = vec![Fault {
-            what: FaultKind::Restart(NodeName::RIGHT_TRACK),
+            what: FaultKind::Restart(NodeName::GUARD),
             at_s: 6.0,
             until_s: Some(6.5),
             notice_within_ms: None,

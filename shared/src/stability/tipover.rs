@@ -5,7 +5,7 @@
 //! them clockwise.
 
 use crate::math::Scalar;
-use crate::math::vector::{Vector, cross, dot, scale, sub};
+use crate::math::vector::{Vector, add, cross, dot, scale, sub, zero};
 
 /// Angle by which the net force on the centre of gravity is inside each edge of the support, rad,
 /// from -pi to pi: positive inside, zero when the robot is about to tip, negative when it tips.
@@ -43,40 +43,65 @@ pub fn angles<S: Scalar, const N: usize>(
     angles
 }
 
-/// Support whose edges do not change for a while, with their directions computed once; it gives the
-/// smallest angle only.
+/// One edge of a support, as seen from the origin of the frame.
 #[derive(Clone, Copy, PartialEq, Debug)]
-pub struct Edges<S, const N: usize>([(Vector<S>, Vector<S>); N]);
+struct Edge<S> {
+    /// Direction, of unit length.
+    direction: Vector<S>,
+    /// Point of the edge's line that is nearest to the origin, m.
+    foot: Vector<S>,
+    /// `direction x foot`: times a force in the origin, its moment about the edge, m.
+    lever: Vector<S>,
+}
+
+/// Support whose edges do not change for a while, prepared once; it gives the smallest angle only.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Edges<S, const N: usize>([Edge<S>; N]);
 
 impl<S: Scalar, const N: usize> Edges<S, N> {
     /// Prepares the edges between contacts, counter-clockwise, m. `None` if an edge has no length
     /// or is not finite. Cost: a root and a division per edge.
     pub fn new(contacts: &[Vector<S>; N]) -> Option<Self> {
-        let mut edges = [([S::ZERO; 3], [S::ZERO; 3]); N];
+        let none = Edge {
+            direction: zero(),
+            foot: zero(),
+            lever: zero(),
+        };
+        let mut edges = [none; N];
         let followers = contacts.iter().cycle().skip(1);
-        for (((start, direction), from), to) in edges.iter_mut().zip(contacts).zip(followers) {
+        for ((prepared, from), to) in edges.iter_mut().zip(contacts).zip(followers) {
             let edge = sub(*to, *from);
             let length = dot(edge, edge).sqrt();
             if !(length > S::ZERO && length.is_finite()) {
                 return None;
             }
-            (*start, *direction) = (*from, scale(S::ONE / length, edge));
+            let direction = scale(S::ONE / length, edge);
+            let foot = sub(*from, scale(dot(*from, direction), direction));
+            *prepared = Edge {
+                direction,
+                foot,
+                lever: cross(direction, foot),
+            };
         }
         Some(Self(edges))
     }
 
-    /// Smallest of the angles that [`angles`] computes from the same inputs, rad. Compares the
-    /// edges by cross-multiplication, so that one arc tangent is enough.
+    /// Smallest of the angles that [`angles`] computes from the same inputs, rad. Moves force and
+    /// moment to the origin once, and compares the edges by cross-multiplication, so that one arc
+    /// tangent is enough.
     ///
-    /// Domain: finite inputs. NaN and a support without edges give NaN. Worst error in single
-    /// precision 1.5e-6 rad for forces above 30 N across robots of this size
-    /// (`shared/tests/stability/tipover.rs`). Cost on Cortex-M4: see docs/cost.md.
+    /// Domain: finite inputs in a frame whose origin is in or near the robot. NaN and a support
+    /// without edges give NaN. Worst error in single precision 1.5e-6 rad for forces above 30 N
+    /// across robots of this size (`shared/tests/stability/tipover.rs`). Cost on Cortex-M4: see
+    /// docs/cost.md.
     #[inline]
     pub fn margin(&self, cog: Vector<S>, force: Vector<S>, moment: Vector<S>) -> S {
-        let parts = |(from, direction): &(Vector<S>, Vector<S>)| {
-            let start = sub(*from, cog);
-            let turning = dot(sub(cross(start, force), moment), *direction);
-            let pressing = dot(start, force) - dot(*direction, start) * dot(*direction, force);
+        let about_origin = add(moment, cross(cog, force));
+        let at_cog = dot(cog, force);
+        let parts = |edge: &Edge<S>| {
+            let turning = dot(edge.lever, force) - dot(edge.direction, about_origin);
+            let lengthwise = dot(edge.direction, cog);
+            let pressing = dot(edge.foot, force) - at_cog + lengthwise * dot(edge.direction, force);
             (turning, pressing)
         };
         let Some((first, others)) = self.0.split_first() else {
