@@ -234,7 +234,7 @@ fn with_value(bytes: &[u8], key: u16, value: i32) -> Vec<u8> {
     };
     let mut flash = memory::Flash(bytes.to_vec());
     let mut store = Store::open(&mut flash).expect("a store");
-    store.save(&schema, &|_| value).expect("saved");
+    store.save(&schema, &|_| value, &|_| true).expect("saved");
     flash.0
 }
 
