@@ -4,6 +4,7 @@
 //! restart.
 
 use crate::boards::{Board, Selected};
+use crate::roles::Refusal;
 use core::cell::RefCell;
 use core::sync::atomic::{AtomicBool, Ordering};
 use critical_section::Mutex;
@@ -15,6 +16,9 @@ use tautrack::store::{Refused, Report, SCHEMA, State, Store, StoreError};
 
 /// Code of object 0x2020:1 for flash that cannot be read.
 const UNREADABLE: u8 = 5;
+
+/// Returns a [`Refusal`] if the node would not start with these settings.
+pub type Check = fn(&Settings) -> Result<(), Refusal>;
 
 /// What the node found in flash at start, as object 0x2020 has it.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
@@ -29,12 +33,23 @@ pub struct Found {
     pub refused: Option<Refused>,
 }
 
+impl Found {
+    /// Whether there are no settings: the flash is blank or cannot be read.
+    pub fn is_nothing(self) -> bool {
+        self.state == State::Blank as u8 || self.state == UNREADABLE
+    }
+}
+
 /// Why settings were not saved.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum SaveError {
     /// The motor has current, or the robot is armed. Writing flash stops the processor for longer
     /// than the current loop may pause.
     Armed,
+    /// The program does not contain the store.
+    NoStore,
+    /// The node would not start with these settings.
+    Unusable,
     /// The store failed.
     Store(StoreError),
 }
@@ -45,6 +60,9 @@ struct Shared {
     found: Found,
     unconfigured: bool,
     changed: bool,
+    /// Bits of the keys that clients have set.
+    set: [u32; 8],
+    check: Check,
 }
 
 static SHARED: Mutex<RefCell<Option<Shared>>> = Mutex::new(RefCell::new(None));
@@ -101,16 +119,19 @@ fn found(report: &Report) -> Found {
     }
 }
 
-/// Makes `settings`, with which the node starts, those that clients read and change.
-pub fn publish(settings: &Settings, found: Found) {
+/// Makes `settings`, with which the node starts, those that clients read and change. They are saved
+/// only if `check` accepts them.
+pub fn publish(settings: &Settings, found: Found, check: Check) {
     static EDITED: StaticCell<Settings> = StaticCell::new();
     if let Some(edited) = EDITED.try_init_with(|| settings.clone()) {
         critical_section::with(|cs| {
             SHARED.borrow(cs).replace(Some(Shared {
                 edited,
                 found,
-                unconfigured: settings.is_unconfigured(),
+                unconfigured: settings.is_unconfigured() || found.refusals > 0,
                 changed: false,
+                set: [0; 8],
+                check,
             }));
         });
     }
@@ -130,7 +151,8 @@ pub fn restart_needed() -> bool {
     with(|shared| shared.changed).unwrap_or_default()
 }
 
-/// Bit of object 0x2010 if the node started with no settings besides its node id, else 0.
+/// Bit of object 0x2010 if the node started with no settings besides its node id, or without
+/// refused ones; else 0.
 pub fn unconfigured_mark() -> u16 {
     match with(|shared| shared.unconfigured) {
         Some(true) => UNCONFIGURED,
@@ -152,6 +174,9 @@ pub fn set(key: u16, value: i32) -> Result<(), SettingError> {
         let old = shared.edited.of_key(key);
         shared.edited.set(key, value)?;
         shared.changed |= old != Some(value);
+        if let Some(word) = shared.set.get_mut(usize::from(key / 32)) {
+            *word |= 1 << (key % 32);
+        }
         Ok(())
     })
     .unwrap_or(Err(SettingError::UnknownKey(key)))
@@ -167,9 +192,18 @@ pub fn set_armed(armed: bool) {
 /// # Errors
 /// [`SaveError`]; each setting in flash has its old or its new value.
 pub fn save() -> Result<(), SaveError> {
-    disarmed()?;
-    let edited = with(|shared| shared.edited.clone()).unwrap_or_default();
-    write(&edited).map_err(SaveError::Store)
+    may_write()?;
+    let shared = with(|shared| (shared.edited.clone(), shared.set, shared.check));
+    let (edited, set, check) = shared.ok_or(SaveError::NoStore)?;
+    if let Err(refusal) = check(&edited) {
+        crate::logger::error!("settings are not saved: {}", refusal.as_str());
+        return Err(SaveError::Unusable);
+    }
+    let is_set = |key: u16| {
+        let word = set.get(usize::from(key / 32)).copied();
+        word.unwrap_or_default() >> (key % 32) & 1 != 0
+    };
+    write(&edited, &is_set).map_err(SaveError::Store)
 }
 
 /// Makes the node blank from its next start on.
@@ -177,39 +211,44 @@ pub fn save() -> Result<(), SaveError> {
 /// # Errors
 /// [`SaveError`].
 pub fn clear() -> Result<(), SaveError> {
-    disarmed()?;
-    available().map_err(SaveError::Store)?;
+    may_write()?;
     let cleared = Store::open(Selected::storage()).and_then(|mut store| store.clear());
     with(|shared| shared.changed = true);
     cleared.map_err(SaveError::Store)
 }
 
-/// Writes `settings` to flash and verifies them.
+/// Writes the first settings of a node to flash and verifies them. Erases flash that cannot be
+/// read.
 ///
 /// # Errors
 /// [`StoreError`].
-pub fn write(settings: &Settings) -> Result<(), StoreError> {
-    available()?;
+pub fn create(settings: &Settings) -> Result<(), StoreError> {
+    if !Selected::COMMISSIONS {
+        return Err(StoreError::UnsuitableFlash);
+    }
+    match write(settings, &|_| true) {
+        Err(StoreError::Damaged | StoreError::TooManyKeys { .. }) => {
+            Store::open(Selected::storage())?.clear()?;
+            write(settings, &|_| true)
+        }
+        written => written,
+    }
+}
+
+fn write(settings: &Settings, is_set: &dyn Fn(u16) -> bool) -> Result<(), StoreError> {
     let mut store = Store::open(Selected::storage())?;
     let value = |key| settings.of_key(key).unwrap_or_default();
-    let saved = store.save(&SCHEMA, &value).map(|_| ());
+    let saved = store.save(&SCHEMA, &value, is_set).map(|_| ());
     if let Err(error) = saved {
         crate::logger::error!("settings were not saved: {}", code(error));
     }
     saved
 }
 
-/// Whether the program contains the store.
-fn available() -> Result<(), StoreError> {
-    if Selected::COMMISSIONS {
-        Ok(())
-    } else {
-        Err(StoreError::UnsuitableFlash)
-    }
-}
-
-fn disarmed() -> Result<(), SaveError> {
-    if ARMED.load(Ordering::Relaxed) {
+fn may_write() -> Result<(), SaveError> {
+    if !Selected::COMMISSIONS {
+        Err(SaveError::NoStore)
+    } else if ARMED.load(Ordering::Relaxed) {
         Err(SaveError::Armed)
     } else {
         Ok(())

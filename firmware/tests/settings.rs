@@ -213,6 +213,113 @@ fn a_value_out_of_bounds_in_flash_is_refused_alone_and_named() {
     assert_eq!(client.in_flash(6), 99);
     assert_eq!(client.read(Setting::PositionBits), row.default);
     assert_eq!(client.read(Setting::GearRatio), 50_000, "the others load");
+    // The guard does not arm with it, until the setting is set: to its default, too.
+    assert_eq!(scale(&mut client), 0x8000 | 16);
+    assert_eq!(client.write(0x1010, 1, SAVE), None);
+    drop(client);
+    let mut client = Client::new(&flash, &[]);
+    assert_eq!(client.in_flash(1), 4, "the value stays in flash");
+    assert_eq!(client.set(Setting::PositionBits, row.default), None);
+    assert_eq!(client.write(0x1010, 1, SAVE), None);
+    drop(client);
+    let mut client = Client::new(&flash, &[]);
+    assert_eq!((client.in_flash(1), scale(&mut client)), (1, 16));
+}
+
+/// Object 2010.
+fn scale(client: &mut Client) -> u32 {
+    client.sdo(0x40, 0x2010, 0, [0; 4]).1
+}
+
+/// Bandwidth of the current loop within its bounds, but too high for the PWM of the board.
+const UNUSABLE: i32 = 20_000;
+
+#[test]
+fn settings_with_which_the_node_would_not_start_are_not_saved() {
+    let flash = blank("unusable");
+    let mut client = Client::new(&flash, &settings(NODE.into()));
+    let before = std::fs::read(&flash).expect("the flash");
+    assert_eq!(client.set(Setting::CurrentBandwidth, UNUSABLE), None);
+    assert_eq!(client.write(0x1010, 1, SAVE), Some(0x0604_0043));
+    assert_eq!(std::fs::read(&flash).expect("the flash"), before);
+    assert_eq!(client.set(Setting::CurrentBandwidth, 3_000), None);
+    assert_eq!(client.write(0x1010, 1, SAVE), None);
+    drop(client);
+    let mut client = Client::new(&flash, &[]);
+    assert_eq!(client.read(Setting::CurrentBandwidth), 3_000);
+}
+
+#[test]
+fn refused_settings_of_a_scenario_do_not_fill_the_flash() {
+    let flash = blank("refused-scenario");
+    let mut refused = settings(NODE.into());
+    refused.push((Setting::CurrentBandwidth.description().key, UNUSABLE));
+    let mut node = Node::native(ROLES[0].1);
+    let ready = node.start_with_flash(&flash, &refused, Some(MOTOR));
+    assert!(ready.refusal.contains("current loop"), "{}", ready.refusal);
+    // The scenario is corrected.
+    let mut client = Client::new(&flash, &settings(NODE.into()));
+    assert_eq!(client.read(Setting::CurrentBandwidth), 4_000);
+}
+
+#[test]
+fn a_file_that_is_no_flash_is_refused_and_stays() {
+    for board in ["native", "mps2"] {
+        for length in [0, 100, 8_191, 8_193] {
+            let path = blank(&format!("no-flash-{board}"));
+            let bytes = vec![0xff; length];
+            std::fs::write(&path, &bytes).expect("written");
+            let mut node = match board {
+                "native" => Node::native(ROLES[0].1),
+                _ => Node::emulated("axle"),
+            };
+            let ready = node.start_with_flash(&path, &settings(NODE.into()), Some(MOTOR));
+            assert!(ready.refusal.contains("length"), "{}", ready.refusal);
+            assert_eq!(std::fs::read(&path).expect("the file"), bytes);
+        }
+    }
+}
+
+#[test]
+fn a_node_whose_flash_cannot_be_read_waits_for_an_id_like_a_blank_one() {
+    let flash = blank("unreadable");
+    let mut state = 1_u32;
+    let mut random = || {
+        state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        (state >> 24) as u8
+    };
+    // Some random bytes are taken for blank flash.
+    let unreadable = |bytes: &Vec<u8>| {
+        let mut memory = memory::Flash(bytes.clone());
+        let store = tautrack::store::Store::open(&mut memory);
+        let load = |mut store: tautrack::store::Store<_>| {
+            store.load(&tautrack::store::SCHEMA, &mut |_, _| {})
+        };
+        store.and_then(load).is_err()
+    };
+    let bytes = std::iter::repeat_with(|| (0..8_192).map(|_| random()).collect())
+        .find(unreadable)
+        .expect("bytes");
+    std::fs::write(&flash, bytes).expect("written");
+    let mut client = Client::new(&flash, &settings(NODE.into()));
+    assert_eq!((0..300).find(|_| !client.send(&[]).is_empty()), None);
+    let requests = [
+        [4, 1, 0, 0, 0, 0, 0, 0],
+        [0x11, NODE as u8, 0, 0, 0, 0, 0, 0],
+        [0x17, 0, 0, 0, 0, 0, 0, 0],
+        [4, 0, 0, 0, 0, 0, 0, 0],
+    ];
+    for request in requests {
+        let frames = client.send(&[Frame::new(0x7e5, &request).expect("a frame")]);
+        let mut answers = frames.iter().filter(|frame| frame.id() == 0x7e4);
+        assert!(answers.all(|frame| frame.data()[1] == 0), "{frames:?}");
+    }
+    client.send(&[]);
+    assert_eq!(client.in_flash(1), 5, "it tells why");
+    drop(client);
+    let mut client = Client::new(&flash, &[]);
+    assert_eq!((client.in_flash(1), scale(&mut client)), (1, 0x8010));
+    assert_eq!(client.read(Setting::NodeId), i32::from(NODE));
 }
 
 /// Saves one more value in a flash, without bounds.
@@ -234,7 +341,7 @@ fn with_value(bytes: &[u8], key: u16, value: i32) -> Vec<u8> {
     };
     let mut flash = memory::Flash(bytes.to_vec());
     let mut store = Store::open(&mut flash).expect("a store");
-    store.save(&schema, &|_| value).expect("saved");
+    store.save(&schema, &|_| value, &|_| true).expect("saved");
     flash.0
 }
 

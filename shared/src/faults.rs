@@ -142,9 +142,9 @@ faults! {
         "the operator's reset",
         "Check that drive's statusword and its log. Find out which other client writes its controlword.";
     ScaleMismatch = 0xff05, "position scale differs", Hold,
-        "The position scale of a drive (object 0x2010) differs from the scale that the guard uses, the drive has another version of the table of settings, or it has no settings besides its node id. Object 0x400A holds both codes.",
+        "The position scale of a drive (object 0x2010) differs from the scale that the guard uses, the drive has another version of the table of settings, it has no settings besides its node id, or it refused values in flash. Object 0x400A holds both codes.",
         "the same scale and table in both nodes, a restart of the drive, then the operator's reset",
-        "If bit 15 of the code found is set, write the settings of that drive and save them. If bits 12 to 14 differ, install the same version of the program in both nodes. Else set `position_bits` of that drive to the value that the guard expects.";
+        "If bit 15 of the code found is set, write the settings of that drive (object 0x2020 has the first refused one) and save them. If bits 12 to 14 differ, install the same version of the program in both nodes. Else set `position_bits` of that drive to the value that the guard expects.";
 }
 
 impl Fault {

@@ -5,6 +5,7 @@
 //! it cannot check bounds, and it acknowledges a save before it happens.
 
 use super::filter::{DEVICE_STATE, PARAMETER_LENGTH, SDO_REQUEST, SDO_RESPONSE, VALUE_TOO_HIGH};
+use crate::boards::{Board, Selected};
 use crate::storage::{self, SaveError};
 use tautrack::can::Frame;
 use tautrack::settings::{FIRST_OBJECT, SettingError};
@@ -16,8 +17,8 @@ const IN_FLASH: u16 = 0x2020;
 /// The letters "save" and "load", as values of an object.
 const SAVE_SIGNATURE: u32 = u32::from_le_bytes(*b"save");
 const LOAD_SIGNATURE: u32 = u32::from_le_bytes(*b"load");
-/// The node saves on command, not by itself.
-const ON_COMMAND: u32 = 1;
+/// Bit 0: the node saves on command, not by itself.
+const ON_COMMAND: u32 = Selected::COMMISSIONS as u32;
 
 /// Abort codes of CiA 301.
 const HARDWARE: u32 = 0x0606_0000;
@@ -26,6 +27,7 @@ const NO_SUB_INDEX: u32 = 0x0609_0011;
 const VALUE_TOO_LOW: u32 = 0x0609_0032;
 const READ_ONLY: u32 = 0x0601_0002;
 const NOT_STORED: u32 = 0x0800_0020;
+const INCOMPATIBLE: u32 = 0x0604_0043;
 
 /// Value that an SDO transfers, with its number of bytes.
 type Value = (u32, u8);
@@ -119,6 +121,8 @@ fn write(index: u16, sub: u8, value: u32) -> Result<(), u32> {
 fn save_abort(error: SaveError) -> u32 {
     match error {
         SaveError::Armed => DEVICE_STATE,
+        SaveError::NoStore => NOT_STORED,
+        SaveError::Unusable => INCOMPATIBLE,
         SaveError::Store(_) => HARDWARE,
     }
 }

@@ -3,7 +3,7 @@
 use super::{Dictionary, RECEIVED, TRANSMIT};
 use crate::boards::{Board, Selected};
 use crate::roles::{Role, Spawners};
-use crate::storage;
+use crate::storage::{self, Found};
 use crate::watchdog::{self, Party};
 use embassy_time::{Duration, with_timeout};
 use tautrack::bus::lss::{self, Action, Slave};
@@ -16,9 +16,9 @@ const IDLE: Duration = Duration::from_millis(5);
 const IDENTITY: u16 = 0x1018;
 
 /// Answers the layer setting services. Once the node has an id, starts `role` with it and with the
-/// defaults of all other settings.
+/// defaults of all other settings. `found` is what was found in flash.
 #[embassy_executor::task]
-pub async fn wait_for_id(spawners: Spawners, role: &'static Role) {
+pub async fn wait_for_id(spawners: Spawners, role: &'static Role, found: Found) {
     let mut slave = Slave::new(identity(role.dictionary));
     loop {
         let frame = with_timeout(IDLE, RECEIVED.next()).await;
@@ -28,14 +28,14 @@ pub async fn wait_for_id(spawners: Spawners, role: &'static Role) {
             None => {}
             Some(Action::Answer(answer)) => TRANSMIT.push(answer),
             Some(Action::Store(id)) => {
-                let saved = storage::write(&with_id(id)).is_ok();
+                let saved = storage::create(&with_id(id)).is_ok();
                 if let Some(answer) = lss::stored(saved) {
                     TRANSMIT.push(answer);
                 }
             }
             Some(Action::Start(id)) => {
                 let settings = with_id(id);
-                storage::publish(&settings, storage::Found::default());
+                storage::publish(&settings, found, role.check);
                 if let Err(refusal) = (role.start)(spawners, &settings) {
                     crate::logger::error!("the node cannot start: {}", refusal.as_str());
                 }

@@ -21,6 +21,7 @@ drive::drive_objects!(od);
 pub static ROLE: Role = Role {
     name: "axle",
     dictionary: od::DICTIONARY,
+    check: |settings| drive::current_loop(settings).map(|_| ()),
     start,
 };
 

@@ -162,13 +162,18 @@ pub fn act(outputs: &Outputs, node: u8, excitation: Option<&Excitation>) {
     }
 }
 
+/// Computes the current loop for the motor in the settings. Returns a [`Refusal`] if that cannot
+/// be done.
+pub fn current_loop(settings: &Settings) -> Result<CurrentLoop, Refusal> {
+    let stage = Selected::POWER_STAGE;
+    let config = Config::from_settings(settings, stage.pwm_hz / CONTROL_HZ);
+    CurrentLoop::new(&config, &stage).map_err(|error| super::refuse("current loop", error))
+}
+
 /// Installs the current loop for the motor in the settings. Returns a [`Refusal`] if the loop
 /// cannot be computed from them.
 pub fn install_current_loop(settings: &Settings) -> Result<(), Refusal> {
-    let stage = Selected::POWER_STAGE;
-    let config = Config::from_settings(settings, stage.pwm_hz / CONTROL_HZ);
-    let mut current_loop =
-        CurrentLoop::new(&config, &stage).map_err(|error| super::refuse("current loop", error))?;
+    let mut current_loop = current_loop(settings)?;
     current_loop.set_sensing(calibration::sensing(settings));
     current_loop::install(current_loop);
     watchdog::require(Party::Pwm);

@@ -32,6 +32,7 @@ macro_rules! guards {
         pub static $role: Role = Role {
             name: "guard",
             dictionary: od::DICTIONARY,
+            check: check::<$body>,
             start: {
                 static GUARD: StaticCell<Guard<$body>> = StaticCell::new();
                 |spawners, settings| start(spawners, settings, &GUARD)
@@ -102,6 +103,13 @@ const MAX_SERIAL: usize = 64;
 static HEARD: FrameQueue<MAX_RECEIVED> = FrameQueue::new();
 /// Whether the operator's objects were written since the last tick.
 static OPERATOR: AtomicBool = AtomicBool::new(false);
+
+/// Inlined nowhere: a robot's model takes much stack.
+#[inline(never)]
+fn check<B: Body>(settings: &Settings) -> Result<(), Refusal> {
+    let body = B::new(settings).map(|_| ());
+    body.map_err(|error| refuse("robot", format_args!("{error:?}")))
+}
 
 fn start<B: Body>(
     spawners: Spawners,

@@ -8,6 +8,7 @@ pub mod screw;
 
 use crate::boards::{Board, Selected};
 use crate::bus::{self, Bus, Dictionary, Listen, Master, Received};
+use crate::storage::{Check, Found};
 use crate::watchdog::{self, Party};
 use core::fmt::Display;
 use embassy_executor::{SendSpawner, SpawnError, SpawnToken, Spawner};
@@ -25,6 +26,8 @@ pub struct Role {
     pub name: &'static str,
     /// Its object dictionary.
     pub dictionary: Dictionary,
+    /// Returns a [`Refusal`] if [`Self::start`] would refuse these settings.
+    pub check: Check,
     /// Checks the settings and spawns the tasks. The board calls it once.
     pub start: fn(Spawners, &Settings) -> Result<(), Refusal>,
 }
@@ -88,12 +91,13 @@ fn start_bus(
 }
 
 /// Starts a node that has no settings: its bus is mute until a master gives it a node id by LSS.
+/// `found` is what was found in flash.
 ///
 /// # Errors
 /// A task cannot start.
-pub fn start_blank(spawners: Spawners, role: &'static Role) -> Result<(), Refusal> {
+pub fn start_blank(spawners: Spawners, role: &'static Role, found: Found) -> Result<(), Refusal> {
     watchdog::require(Party::Bus);
-    let waiting = bus::wait_for_id(spawners, role);
+    let waiting = bus::wait_for_id(spawners, role, found);
     spawners.bus.spawn(startable(waiting)?);
     Ok(())
 }

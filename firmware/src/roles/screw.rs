@@ -10,7 +10,7 @@ use embassy_time::{Duration, Ticker};
 use static_cell::StaticCell;
 use tautrack::bus::pdo::{DriveMotion, transmit};
 use tautrack::node::screw::{Inputs, Screw};
-use tautrack::screw::GeometryError;
+use tautrack::screw::{Geometry, GeometryError};
 use tautrack::settings::{Setting, Settings};
 
 dictionary!(od, "screw.rs");
@@ -20,6 +20,7 @@ drive::drive_objects!(od);
 pub static ROLE: Role = Role {
     name: "screw",
     dictionary: od::DICTIONARY,
+    check,
     start,
 };
 
@@ -28,6 +29,14 @@ const JOINT_PARAMETER: u16 = 0x1403;
 
 static GUARD: AtomicU8 = AtomicU8::new(0);
 static JOINT: AtomicU16 = AtomicU16::new(0);
+
+fn check(settings: &Settings) -> Result<(), Refusal> {
+    let length = |setting| settings.get(setting);
+    let (l1, l2) = (length(Setting::LengthL1), length(Setting::LengthL2));
+    Geometry::from_micrometres(l1, l2, length(Setting::LengthK))
+        .map_err(|error| refuse("geometry", format_args!("{error:?}")))?;
+    drive::current_loop(settings).map(|_| ())
+}
 
 fn start(spawners: Spawners, settings: &Settings) -> Result<(), Refusal> {
     let screw = create(settings)?;

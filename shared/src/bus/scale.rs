@@ -130,7 +130,7 @@ impl BusUnits {
     }
 }
 
-/// Bit of object 0x2010 of a drive that has no settings besides its node id.
+/// Bit of object 0x2010 of a drive that has no settings besides its node id, or that refused some.
 pub const UNCONFIGURED: u16 = 1 << 15;
 
 impl Scale {

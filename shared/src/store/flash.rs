@@ -157,18 +157,23 @@ impl<F: NorFlash> Store<F> {
     /// Saves the settings whose values, returned by `value` for each key, differ from those in
     /// flash. Reads them back afterwards. A setting that is not in flash counts as its default.
     ///
+    /// A value in flash that is out of bounds stays if the setting has its default, because another
+    /// program may accept it. If `is_set` returns true for the key, the default replaces it.
+    ///
     /// # Errors
     /// [`StoreError`]; each setting has its old or its new value.
     pub fn save(
         &mut self,
         schema: &Schema,
         value: &dyn Fn(u16) -> i32,
+        is_set: &dyn Fn(u16) -> bool,
     ) -> Result<Saved, StoreError> {
         let stored = self.read()?;
         let changes = Changes {
             stored: &stored,
             schema,
             value,
+            is_set,
         };
         let changed = changes.count();
         let at_rest = i32::from(schema.version);
@@ -186,6 +191,7 @@ impl<F: NorFlash> Store<F> {
             self.write(SCHEMA_KEY, &before.to_le_bytes())?;
         }
         changes.each(&mut |key, bytes| self.write(key, bytes))?;
+        self.update_unknown_records(&changes)?;
         if changed > 1 || !complete {
             self.write(SCHEMA_KEY, &at_rest.to_le_bytes())?;
         }
@@ -195,6 +201,7 @@ impl<F: NorFlash> Store<F> {
             stored: &written,
             schema,
             value,
+            is_set,
         };
         match check.first() {
             Some(key) => Err(StoreError::NotVerified { key }),
@@ -205,16 +212,48 @@ impl<F: NorFlash> Store<F> {
         }
     }
 
-    /// Makes the node blank: from now on, no value in flash counts. Flash that cannot be read is
-    /// erased.
+    /// Makes the node blank: from now on, no value in flash counts. Flash that is full or cannot be
+    /// read is erased.
     ///
     /// # Errors
-    /// [`StoreError`]; the settings are the old ones or none.
+    /// [`StoreError`]; the settings are the old ones or none. If the flash had to be erased, they
+    /// may also be a part of the old ones.
     pub fn clear(&mut self) -> Result<(), StoreError> {
-        match self.write(SCHEMA_KEY, &BLANK.to_le_bytes()) {
-            Err(StoreError::Damaged) => Ok(block_on(self.map.erase_all())?),
+        let cleared = self.read();
+        match cleared.and_then(|_| self.write(SCHEMA_KEY, &BLANK.to_le_bytes())) {
+            Err(StoreError::Damaged | StoreError::Full | StoreError::TooManyKeys { .. }) => {
+                Ok(block_on(self.map.erase_all())?)
+            }
             written => written,
         }
+    }
+
+    /// Writes the changes into the records that only another program knows. They would count more
+    /// than the single items.
+    fn update_unknown_records(&mut self, changes: &Changes) -> Result<(), StoreError> {
+        for key in changes.stored.records() {
+            if changes
+                .schema
+                .records
+                .iter()
+                .any(|record| record.key == *key)
+            {
+                continue;
+            }
+            let mut buffer = [0; BUFFER];
+            let mut bytes = [0; PAIR * Record::MAX_SETTINGS];
+            let item = block_on(self.map.fetch_item::<&[u8]>(&mut buffer, key))?;
+            let Some((item, bytes)) =
+                item.and_then(|item| Some((item, bytes.get_mut(..item.len())?)))
+            else {
+                continue;
+            };
+            bytes.copy_from_slice(item);
+            if changes.apply(bytes) {
+                self.write(*key, bytes)?;
+            }
+        }
+        Ok(())
     }
 
     fn write(&mut self, key: u16, bytes: &[u8]) -> Result<(), StoreError> {
@@ -242,6 +281,7 @@ impl<F: NorFlash> Store<F> {
             if let Ok(value) = bytes.try_into() {
                 image.set(key, i32::from_le_bytes(value))?;
             } else if records {
+                image.note_record(key)?;
                 for pair in bytes.chunks_exact(PAIR) {
                     let (key, value) = pair.split_at(2);
                     if let (Ok(key), Ok(value)) = (key.try_into(), value.try_into()) {
@@ -281,6 +321,7 @@ struct Changes<'a> {
     stored: &'a Image,
     schema: &'a Schema<'a>,
     value: &'a dyn Fn(u16) -> i32,
+    is_set: &'a dyn Fn(u16) -> bool,
 }
 
 impl Changes<'_> {
@@ -321,6 +362,21 @@ impl Changes<'_> {
         Ok(())
     }
 
+    /// Replaces the values in a record by those that differ. Returns whether there are any.
+    fn apply(&self, record: &mut [u8]) -> bool {
+        let mut replaced = false;
+        for pair in record.chunks_exact_mut(PAIR) {
+            let (key, bytes) = pair.split_at_mut(2);
+            for (row, value) in self.rows() {
+                if *key == row.to_le_bytes() {
+                    bytes.copy_from_slice(&value.to_le_bytes());
+                    replaced = true;
+                }
+            }
+        }
+        replaced
+    }
+
     fn count(&self) -> usize {
         self.rows().count() + self.old_keys().count()
     }
@@ -329,14 +385,17 @@ impl Changes<'_> {
         self.rows().chain(self.old_keys()).next().map(|one| one.0)
     }
 
-    /// Rows that differ, with their new values. A refused value stays until its setting is set.
+    /// Rows that differ, with their new values. A refused value stays until its setting is set or
+    /// the store is cleared.
     fn rows(&self) -> impl Iterator<Item = (u16, i32)> {
-        self.schema.rows.iter().filter_map(|row| {
+        let cleared = i32::from(version(self.stored).0) == BLANK;
+        self.schema.rows.iter().filter_map(move |row| {
             let value = (self.value)(row.key);
             let stored = self.stored.get(row.key);
             let refused = stored.is_some_and(|stored| stored < row.minimum || stored > row.maximum);
+            let stays = refused && value == row.default && !cleared && !(self.is_set)(row.key);
             let differs = stored.unwrap_or(row.default) != value;
-            (differs && !(refused && value == row.default)).then_some((row.key, value))
+            (differs && !stays).then_some((row.key, value))
         })
     }
 

@@ -5,11 +5,14 @@ use heapless::Vec;
 
 /// Maximum number of keys in flash, unknown ones included.
 const MAX_KEYS: usize = 320;
+/// Maximum number of records in flash, unknown ones included.
+const MAX_RECORDS: usize = 16;
 
 /// Values by key.
 #[derive(Clone, Default)]
 pub(super) struct Image {
     items: Vec<(u16, i32), MAX_KEYS>,
+    records: Vec<u16, MAX_RECORDS>,
 }
 
 impl Image {
@@ -32,6 +35,25 @@ impl Image {
                 .map_err(|_| StoreError::TooManyKeys { maximum: MAX_KEYS })?,
         }
         Ok(())
+    }
+
+    /// Notes that flash has the record `key`.
+    ///
+    /// # Errors
+    /// [`StoreError::TooManyKeys`].
+    pub fn note_record(&mut self, key: u16) -> Result<(), StoreError> {
+        if self.records.contains(&key) {
+            return Ok(());
+        }
+        let maximum = MAX_RECORDS;
+        self.records
+            .push(key)
+            .map_err(|_| StoreError::TooManyKeys { maximum })
+    }
+
+    /// Keys of the records in flash.
+    pub fn records(&self) -> &[u16] {
+        &self.records
     }
 
     /// Whether nothing is stored.

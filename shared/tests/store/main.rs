@@ -25,7 +25,8 @@ fn load(store: &mut Store<Flash>) -> Result<(Settings, Report), StoreError> {
 }
 
 fn save(store: &mut Store<Flash>, settings: &Settings) -> Result<Saved, StoreError> {
-    store.save(&SCHEMA, &|key| settings.of_key(key).expect("a setting"))
+    let value = |key| settings.of_key(key).expect("a setting");
+    store.save(&SCHEMA, &value, &|_| false)
 }
 
 fn set(settings: &mut Settings, setting: Setting, value: i32) {

@@ -1,9 +1,11 @@
 //! Changes of the schema, up and down.
 
-use crate::flash::{Flash, PAGE, TEARS};
+use crate::flash::{Flash, PAGE, Random, TEARS};
+use crate::{restart, saved, set, values};
+use embedded_storage::nor_flash::NorFlash;
 use std::collections::BTreeMap;
-use tautrack::settings::Description;
-use tautrack::store::{Move, Report, Schema, State, Store, StoreError};
+use tautrack::settings::{Description, Setting, Settings, TABLE};
+use tautrack::store::{Move, RECORDS, Report, SCHEMA, Schema, State, Store, StoreError};
 
 type Values = BTreeMap<u16, i32>;
 
@@ -90,7 +92,9 @@ fn load(flash: Flash, schema: &Schema) -> (Flash, Values, Report) {
 
 fn try_save(flash: Flash, schema: &Schema, values: &Values) -> (Flash, Result<(), StoreError>) {
     let mut store = Store::open(flash).expect("a store");
-    let result = store.save(schema, &|key| values[&key]).map(|_| ());
+    let result = store
+        .save(schema, &|key| values[&key], &|_| false)
+        .map(|_| ());
     (store.into_inner(), result)
 }
 
@@ -217,5 +221,118 @@ fn a_migration_survives_a_cut_at_every_operation() {
                 assert_eq!((found, report.state()), (values.clone(), State::Loaded));
             }
         }
+    }
+}
+
+/// Flash of a later program, in which `limit` is 150: out of the bounds of [`FIRST`].
+fn refused() -> Flash {
+    let later = Values::from([(1, 6), (2, 150), (13, 1_000), (20, 4)]);
+    let flash = save(first(), &SECOND, &later);
+    let (flash, _, report) = load(flash, &FIRST);
+    assert_eq!(report.state(), State::PartlyRefused);
+    flash
+}
+
+#[test]
+fn a_refused_value_whose_setting_is_set_to_its_default_is_replaced() {
+    let (flash, values, _) = load(refused(), &FIRST);
+    let mut store = Store::open(flash).expect("a store");
+    store
+        .save(&FIRST, &|key| values[&key], &|key| key == 2)
+        .expect("saved");
+    let (_, again, report) = load(store.into_inner(), &FIRST);
+    assert_eq!((again, report.state()), (values, State::Loaded));
+}
+
+#[test]
+fn a_refused_value_does_not_outlive_a_restore() {
+    let mut store = Store::open(refused()).expect("a store");
+    store.clear().expect("cleared");
+    let new = Values::from([(1, 9), (2, 10), (3, 50)]);
+    let (_, found, report) = load(save(store.into_inner(), &FIRST, &new), &FIRST);
+    assert_eq!((found, report.state()), (new, State::Loaded));
+}
+
+#[test]
+fn settings_in_a_record_that_the_program_does_not_know_can_be_changed() {
+    // An earlier program, whose settings are not grouped yet.
+    let earlier = Schema {
+        records: &[],
+        ..SCHEMA
+    };
+    let mut old = Settings::default();
+    set(&mut old, Setting::PolePairs, 9);
+    set(&mut old, Setting::ElectricalOffset, 90);
+    let mut new = old.clone();
+    set(&mut new, Setting::PolePairs, 11);
+    set(&mut new, Setting::CurrentLimit, 1_234);
+    let flash = saved(Flash::new(2), &old);
+    let save = |flash: Flash| {
+        let mut store = Store::open(flash).expect("a store");
+        let value = |key| new.of_key(key).expect("a setting");
+        let result = store.save(&earlier, &value, &|_| false);
+        (store.into_inner(), result)
+    };
+    let (whole, result) = save(flash.clone());
+    assert_eq!(result.expect("saved").changed, 2);
+    for at in 0..=whole.operations - flash.operations {
+        for tear in TEARS {
+            let mut cut = flash.clone();
+            cut.cut = Some((at, tear));
+            let (cut, result) = save(cut);
+            let (_, found, _) = restart(cut);
+            for (row, found) in TABLE.iter().zip(values(&found)) {
+                let [old, new] = [&old, &new].map(|settings| settings.of_key(row.key));
+                assert!(Some(found) == new || result.is_err() && Some(found) == old);
+            }
+        }
+    }
+    assert!(
+        RECORDS
+            .iter()
+            .any(|record| record.settings.contains(&Setting::PolePairs))
+    );
+}
+
+/// Clears a store and expects that it can be used again.
+fn recover(flash: Flash) {
+    let mut store = Store::open(flash).expect("a store");
+    store.clear().expect("cleared");
+    let (flash, _, report) = load(store.into_inner(), &FIRST);
+    assert_eq!(report.state(), State::Blank);
+    let new = Values::from([(1, 9), (2, 20), (3, 40)]);
+    let (_, found, report) = load(save(flash, &FIRST, &new), &FIRST);
+    assert_eq!((found, report.state()), (new, State::Loaded));
+}
+
+#[test]
+fn a_store_that_cannot_be_read_or_is_full_works_again_once_it_is_cleared() {
+    // Any bytes.
+    let mut damaged = 0;
+    for seed in 0..100 {
+        let mut random = Random::new(seed);
+        let mut flash = Flash::new(4);
+        for word in 0..flash.erases.len() * PAGE / 8 {
+            let bytes = [0; 8].map(|_: u8| random.below(256) as u8);
+            flash.write(word as u32 * 8, &bytes).expect("written");
+        }
+        let mut store = Store::open(flash).expect("a store");
+        damaged += u32::from(store.load(&FIRST, &mut |_, _| {}).is_err());
+        recover(store.into_inner());
+    }
+    assert!(damaged > 20, "{damaged}");
+    // More keys than fit in memory, and more than fit in flash.
+    for (pages, error) in [
+        (8, StoreError::TooManyKeys { maximum: 320 }),
+        (2, StoreError::Full),
+    ] {
+        let rows: Vec<_> = (1..=400).map(|key| row(key, "row", 9, 0)).collect();
+        let mut store = Store::open(Flash::new(pages)).expect("a store");
+        let results = rows.chunks(80).map(|rows| {
+            let schema = Schema { rows, ..FIRST };
+            store.save(&schema, &|_| 9, &|_| false).map(|_| ())
+        });
+        assert_eq!(results.collect::<Result<(), _>>(), Err(error));
+        recover(store.into_inner());
     }
 }

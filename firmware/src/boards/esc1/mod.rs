@@ -120,14 +120,14 @@ impl Board for Esc1 {
             let spawners = Spawners { control, bus };
             let started = match &stored {
                 Err(refusal) => Err(refusal.clone()),
-                Ok(None) => roles::start_blank(spawners, role),
+                Ok(None) => roles::start_blank(spawners, role, Found::default()),
                 Ok(Some(settings)) if settings.get(Setting::MotorKind) == 0 => {
                     let found = Found {
                         state: State::Loaded as u8,
                         schema: SCHEMA_VERSION,
                         ..Found::default()
                     };
-                    storage::publish(settings, found);
+                    storage::publish(settings, found, role.check);
                     (role.start)(spawners, settings)
                 }
                 Ok(Some(_)) => Err(refuse(

@@ -19,47 +19,59 @@ const WORD: usize = 8;
 /// Access of a board to the host's files.
 #[derive(Clone, Copy)]
 pub struct Files {
-    /// Reads the file with this path into the buffer. Returns the number of bytes, 0 without a
-    /// file.
-    pub read: fn(&str, &mut [u8]) -> usize,
-    /// Writes the file with this path. Returns whether it succeeded.
+    /// Reads the file with this path into the buffer. Returns whether the file has the length of
+    /// the buffer; `None` if there is no file.
+    pub read: fn(&str, &mut [u8]) -> Option<bool>,
+    /// Writes the file with this path, without making it shorter meanwhile. Returns whether it
+    /// succeeded.
     pub write: fn(&str, &[u8]) -> bool,
 }
 
 struct Contents {
     bytes: [u8; PAGES * PAGE],
     file: Option<(String<MAX_PATH>, Files)>,
+    /// Whether the file is older than the bytes, because it could not be written.
+    outdated: bool,
 }
 
 impl Contents {
-    fn write_back(&self) -> Result<(), NorFlashErrorKind> {
-        match &self.file {
-            Some((path, files)) if !(files.write)(path, &self.bytes) => {
-                Err(NorFlashErrorKind::Other)
-            }
-            _ => Ok(()),
+    fn write_back(&mut self) -> Result<(), NorFlashErrorKind> {
+        self.outdated = match &self.file {
+            Some((path, files)) => !(files.write)(path, &self.bytes),
+            None => false,
+        };
+        if self.outdated {
+            return Err(NorFlashErrorKind::Other);
         }
+        Ok(())
     }
 }
 
 static CONTENTS: Mutex<RefCell<Contents>> = Mutex::new(RefCell::new(Contents {
     bytes: [0xff; PAGES * PAGE],
     file: None,
+    outdated: false,
 }));
 
 /// Reads the flash from the file `path`; an empty path leaves it blank. A board without `files` has
 /// its flash in memory.
-pub(super) fn insert(path: &String<MAX_PATH>, files: Option<Files>) {
+///
+/// # Errors
+/// The file is no flash of this board. It is left as it is.
+pub(super) fn insert(path: &String<MAX_PATH>, files: Option<Files>) -> Result<(), ()> {
     let Some(files) = files.filter(|_| !path.is_empty()) else {
-        return;
+        return Ok(());
     };
     critical_section::with(|cs| {
         let mut contents = CONTENTS.borrow(cs).borrow_mut();
-        if (files.read)(path, &mut contents.bytes) != PAGES * PAGE {
-            contents.bytes.fill(0xff);
+        match (files.read)(path, &mut contents.bytes) {
+            Some(true) => {}
+            Some(false) => return Err(()),
+            None => contents.bytes.fill(0xff),
         }
         contents.file = Some((path.clone(), files));
-    });
+        Ok(())
+    })
 }
 
 /// Flash of a lockstep board.
@@ -75,14 +87,18 @@ impl ReadNorFlash for Flash {
     fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), NorFlashErrorKind> {
         check_read(self, offset, bytes.len())?;
         critical_section::with(|cs| {
-            let contents = CONTENTS.borrow(cs).borrow();
+            let mut contents = CONTENTS.borrow(cs).borrow_mut();
+            // What a reader finds must be in the file.
+            if contents.outdated {
+                contents.write_back()?;
+            }
             let from = contents.bytes.iter().skip(offset as usize);
             bytes
                 .iter_mut()
                 .zip(from)
                 .for_each(|(to, from)| *to = *from);
-        });
-        Ok(())
+            Ok(())
+        })
     }
 
     fn capacity(&self) -> usize {

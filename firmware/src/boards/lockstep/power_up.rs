@@ -8,7 +8,6 @@ use core::sync::atomic::{AtomicU32, Ordering};
 use embassy_executor::raw::Executor;
 use tautrack::link::{Start, VERSION};
 use tautrack::motor::model::Motor;
-use tautrack::settings::Settings;
 use tautrack::store::State;
 
 static SERIAL_NUMBER: AtomicU32 = AtomicU32::new(0);
@@ -16,16 +15,6 @@ static SERIAL_NUMBER: AtomicU32 = AtomicU32::new(0);
 /// Serial number of the simulated board.
 pub fn serial_number() -> u32 {
     SERIAL_NUMBER.load(Ordering::Relaxed)
-}
-
-/// Fills blank flash with the settings of the start message.
-fn fill(settings: &mut Settings, start: &Start) -> Result<(), Refusal> {
-    for (key, value) in &start.settings {
-        settings
-            .set(*key, *value)
-            .map_err(|error| refuse("setting", error))?;
-    }
-    storage::write(settings).map_err(|error| refuse("flash", error))
 }
 
 /// Creates the motor and calls the role's start function, which spawns the tasks. Runs them up to
@@ -52,20 +41,29 @@ pub(super) fn power_up(
     }
     // The simulator gives every node another seed.
     SERIAL_NUMBER.store(start.seed as u32, Ordering::Relaxed);
-    flash::insert(&start.flash, files);
+    flash::insert(&start.flash, files)
+        .map_err(|()| refuse("flash", "its file cannot be read or has another length"))?;
     let (mut settings, found) = storage::load();
-    if found.state == State::Blank as u8 && !start.settings.is_empty() {
-        fill(&mut settings, start)?;
-    }
+    let fills = found.state == State::Blank as u8 && !start.settings.is_empty();
     let bus = executor.spawner();
     let spawners = Spawners {
         control: bus.make_send(),
         bus,
     };
-    if found.state == State::Blank as u8 && start.settings.is_empty() {
-        roles::start_blank(spawners, role)?;
+    if fills {
+        for (key, value) in &start.settings {
+            settings
+                .set(*key, *value)
+                .map_err(|error| refuse("setting", error))?;
+        }
+        // Settings with which the node does not start must not stay in flash.
+        (role.check)(&settings)?;
+        storage::create(&settings).map_err(|error| refuse("flash", error))?;
+    }
+    if found.is_nothing() && !fills {
+        roles::start_blank(spawners, role, found)?;
     } else {
-        storage::publish(&settings, found);
+        storage::publish(&settings, found, role.check);
         (role.start)(spawners, &settings)?;
     }
     clock::run_until_idle(executor);

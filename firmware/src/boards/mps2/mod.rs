@@ -78,10 +78,10 @@ impl Board for Mps2 {
 
 const FILES: Files = Files {
     read: |path, bytes| {
-        Stream::read_file(path).map_or(0, |file| {
-            let whole = file.read_exact(bytes);
+        Stream::read_file(path).map(|file| {
+            let whole = file.read_exact(bytes) && !file.read_exact(&mut [0]);
             file.close();
-            if whole { bytes.len() } else { 0 }
+            whole
         })
     },
     write: |path, bytes| {

@@ -31,9 +31,9 @@ impl Stream {
         Self::open(path, nr::open::R_BINARY)
     }
 
-    /// New, empty file of the host; `None` if it cannot be written.
+    /// File of the host, for writing; created if it does not exist. `None` if it cannot be written.
     pub fn write_file(path: &str) -> Option<Self> {
-        Self::open(path, nr::open::W_TRUNC_BINARY)
+        Self::open(path, nr::open::RW_BINARY).or_else(|| Self::open(path, nr::open::W_TRUNC_BINARY))
     }
 
     /// Opens a file. For [`STANDARD`], the mode selects the stream.

@@ -4,7 +4,8 @@
 use crate::boards::Board;
 use crate::boards::lockstep::{self, End, Files, Pipe, text_log};
 use crate::roles::Role;
-use std::io::{Read, Write};
+use std::fs::{File, OpenOptions};
+use std::io::{ErrorKind, Read, Write};
 use tautrack::motor::bridge::Ratings;
 use tautrack::sensors::{BodySensors, Switches};
 
@@ -61,17 +62,28 @@ impl Board for Native {
 }
 
 const FILES: Files = Files {
-    read: |path, bytes| std::fs::File::open(path).map_or(0, |mut file| fill(&mut file, bytes)),
-    write: |path, bytes| std::fs::write(path, bytes).is_ok(),
+    read: |path, bytes| match File::open(path) {
+        Ok(mut file) => Some(fill(&mut file, bytes)),
+        Err(error) if error.kind() == ErrorKind::NotFound => None,
+        Err(_) => Some(false),
+    },
+    write: |path, bytes| overwrite(path, bytes).is_ok(),
 };
 
-/// Reads until `bytes` are full or the file ends; returns how many were read.
-fn fill(file: &mut std::fs::File, mut bytes: &mut [u8]) -> usize {
-    let room = bytes.len();
-    while let Ok(count @ 1..) = file.read(bytes) {
-        bytes = &mut bytes[count..];
-    }
-    room - bytes.len()
+/// Fills `bytes`; returns whether the file has their length.
+fn fill(file: &mut File, bytes: &mut [u8]) -> bool {
+    file.read_exact(bytes).is_ok() && matches!(file.read(&mut [0]), Ok(0))
+}
+
+/// Writes the file with a single write in place: so it stays whole if the process is killed.
+fn overwrite(path: &str, bytes: &[u8]) -> std::io::Result<()> {
+    let mut options = OpenOptions::new();
+    let mut file = options
+        .write(true)
+        .create(true)
+        .truncate(false)
+        .open(path)?;
+    file.write_all(bytes)
 }
 
 struct StandardStreams;

@@ -3,7 +3,7 @@
 use super::client::Identity;
 use super::error::ToolError;
 use serde::Deserialize;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
 use std::path::Path;
 use tautrack::settings::Setting;
@@ -30,6 +30,38 @@ impl Backup {
         toml::from_str(&text).map_err(|error| ToolError::NoBackup(path.to_owned(), error))
     }
 
+    /// Checks every entry, so that a file with a mistake changes no node.
+    ///
+    /// # Errors
+    /// [`ToolError::BadEntry`] or [`ToolError::UnknownSetting`].
+    pub fn check(&self, path: &Path) -> Result<(), ToolError> {
+        let bad = |why: String| Err(ToolError::BadEntry(path.to_owned(), why));
+        let (mut now, mut later) = (BTreeSet::new(), BTreeSet::new());
+        for node in &self.node {
+            let id = node.id;
+            if !(1..=127).contains(&id) {
+                return bad(format!("no node has id {id}"));
+            }
+            // The id of now, and that after a restart.
+            let next = node.settings.get("node_id").map_or(id.into(), |id| *id);
+            if !now.insert(id) || !later.insert(next) {
+                return bad(format!("two nodes have id {id} or node_id {next}"));
+            }
+            for (name, value) in &node.settings {
+                let setting = Setting::from_name(name)
+                    .ok_or_else(|| ToolError::UnknownSetting(name.clone()))?;
+                let row = setting.description();
+                if !(row.minimum..=row.maximum).contains(value) {
+                    let (minimum, maximum) = (row.minimum, row.maximum);
+                    return bad(format!(
+                        "node {id}, {name} = {value}: allowed {minimum} to {maximum}"
+                    ));
+                }
+            }
+        }
+        Ok(())
+    }
+
     /// The text of the file, with the unit behind each value.
     pub fn text(&self) -> String {
         let mut text =
@@ -48,5 +80,46 @@ impl Backup {
             }
         }
         text
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Why a backup with these nodes is refused: id and settings of each.
+    fn refusal(nodes: &[(u8, &str)]) -> String {
+        let mut text = String::new();
+        for (id, settings) in nodes {
+            let _ = write!(
+                text,
+                "[[node]]\r\nid = {id}\r\nidentity = [0, 1, 1, {id}]\r\n[node.settings]\r\n{settings}\r\n"
+            );
+        }
+        let backup: Backup = toml::from_str(&text).expect("TOML");
+        let result = backup.check(Path::new("backup.toml"));
+        result.map_or_else(|error| error.to_string(), |()| String::new())
+    }
+
+    #[test]
+    fn a_backup_with_a_mistake_is_refused_as_a_whole() {
+        assert_eq!(
+            refusal(&[(2, "node_id = 2"), (3, "velocity_gain = 5 # mA s/rad")]),
+            ""
+        );
+        for (nodes, why) in [
+            (&[(2, ""), (2, "")][..], "two nodes have id 2"),
+            (&[(2, "node_id = 3"), (3, "")], "node_id 3"),
+            (&[(0, "")], "no node has id 0"),
+            (&[(128, "")], "no node has id 128"),
+            (&[(2, ""), (3, "velocity_gian = 5")], "velocity_gian"),
+            (
+                &[(2, ""), (3, "velocity_gain = -1")],
+                "allowed 0 to 1000000",
+            ),
+        ] {
+            let refusal = refusal(nodes);
+            assert!(refusal.contains(why), "{refusal}");
+        }
     }
 }

@@ -38,6 +38,12 @@ impl Client {
         Ok(nodes)
     }
 
+    /// Ends the configuration of blank nodes that another run began: two nodes in configuration
+    /// would take the same id.
+    pub fn end_configuration(&mut self) -> Result<(), ToolError> {
+        self.send(lss::REQUEST, [4, 0, 0, 0, 0, 0, 0, 0])
+    }
+
     /// Reads an object of four bytes.
     pub fn read(&mut self, node: u8, index: u16, sub: u8) -> Result<u32, ToolError> {
         self.transfer(node, 0x40, index, sub, 0)
@@ -109,7 +115,7 @@ impl Client {
                 return Err(ToolError::NotConfigured { node, error });
             }
         }
-        self.send(lss::REQUEST, [4, 0, 0, 0, 0, 0, 0, 0])
+        self.end_configuration()
     }
 
     fn send(&mut self, id: u16, data: [u8; 8]) -> Result<(), ToolError> {

@@ -40,6 +40,7 @@ pub(super) fn run(arguments: Arguments) -> Result<(), ToolError> {
         }
         Settings::Restore { bus, file } => {
             let backup = Backup::read(&file)?;
+            backup.check(&file)?;
             restore(&mut Client::open(&bus.slcan)?, &backup)?;
             say(&format!(
                 "restored {} nodes; they use the settings after a restart",
@@ -86,11 +87,33 @@ fn dump(client: &mut Client) -> Result<Backup, ToolError> {
 }
 
 fn restore(client: &mut Client, backup: &Backup) -> Result<(), ToolError> {
+    client.end_configuration()?;
     let present = client.nodes()?;
-    for node in &backup.node {
-        if !present.contains(&node.id) {
-            client.configure(node.id, node.identity)?;
+    let (nodes, missing): (Vec<_>, Vec<_>) = backup
+        .node
+        .iter()
+        .partition(|node| present.contains(&node.id));
+    // Before anything is written.
+    for node in nodes {
+        let found = client.identity(node.id)?;
+        if found[..2] != node.identity[..2] {
+            return Err(ToolError::OtherProduct {
+                node: node.id,
+                found: found[1],
+                expected: node.identity[1],
+            });
         }
+        if found[3] != node.identity[3] {
+            say(&format!(
+                "node {} has serial number {}, not {}: another board",
+                node.id, found[3], node.identity[3]
+            ));
+        }
+    }
+    for node in missing {
+        client.configure(node.id, node.identity)?;
+    }
+    for node in &backup.node {
         for (name, value) in &node.settings {
             write(client, node.id, find(name)?, *value)?;
         }

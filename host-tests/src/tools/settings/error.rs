@@ -27,6 +27,10 @@ pub(super) enum ToolError {
     File(PathBuf, io::Error),
     /// The file is no backup of settings.
     NoBackup(PathBuf, toml::de::Error),
+    /// The file has an entry that no restore can write.
+    BadEntry(PathBuf, String),
+    /// The node in the file has another role than that on the bus.
+    OtherProduct { node: u8, found: u32, expected: u32 },
     /// No node sends a heartbeat.
     NoNodes,
 }
@@ -64,6 +68,18 @@ impl fmt::Display for ToolError {
             ),
             Self::File(path, error) => write!(f, "{}: {error}", path.display()),
             Self::NoBackup(path, error) => write!(f, "{}: {error}", path.display()),
+            Self::BadEntry(path, why) => {
+                write!(f, "{}: {why}; nothing was written", path.display())
+            }
+            Self::OtherProduct {
+                node,
+                found,
+                expected,
+            } => write!(
+                f,
+                "node {node} has product code {found}, and in the file {expected}; \
+                 nothing was written"
+            ),
             Self::NoNodes => write!(f, "no node sends a heartbeat"),
         }
     }
@@ -76,7 +92,9 @@ fn abort_words(code: u32) -> &'static str {
         0x0609_0031 => "the value is above the maximum",
         0x0609_0032 => "the value is below the minimum",
         0x0800_0022 => "its motor has current, or the robot is armed; disarm first",
+        0x0604_0043 => "it would not start with these settings",
         0x0606_0000 => "its flash failed",
+        0x0800_0020 => "its program cannot save settings",
         _ => "SDO abort",
     }
 }
