@@ -217,12 +217,10 @@ fn a_value_out_of_bounds_in_flash_is_refused_alone_and_named() {
 
 /// Saves one more value in a flash, without bounds.
 fn with_value(bytes: &[u8], key: u16, value: i32) -> Vec<u8> {
-    use tautrack::settings::Description;
+    use tautrack::settings::Bounds;
     use tautrack::store::{SCHEMA, Schema, Store};
-    let row = Description {
+    let row = Bounds {
         key,
-        name: "wider",
-        unit: "1",
         minimum: i32::MIN,
         maximum: i32::MAX,
         default: 0,

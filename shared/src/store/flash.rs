@@ -288,12 +288,7 @@ impl Changes<'_> {
     fn each(&self, write: &mut Write) -> Result<(), StoreError> {
         let grouped = |key: u16| {
             let mut records = self.schema.records.iter();
-            records.any(|record| {
-                record
-                    .settings
-                    .iter()
-                    .any(|one| one.description().key == key)
-            })
+            records.any(|record| record.settings.iter().any(|one| one.bounds().key == key))
         };
         for (row, value) in self.rows() {
             if !grouped(row) {
@@ -301,7 +296,7 @@ impl Changes<'_> {
             }
         }
         for record in self.schema.records {
-            let keys = || record.settings.iter().map(|one| one.description().key);
+            let keys = || record.settings.iter().map(|one| one.bounds().key);
             if !self.rows().any(|(row, _)| keys().any(|key| key == row)) {
                 continue;
             }

@@ -2,16 +2,15 @@
 
 use crate::flash::{Flash, PAGE, TEARS};
 use std::collections::BTreeMap;
-use tautrack::settings::Description;
+use tautrack::settings::Bounds;
 use tautrack::store::{Move, Report, Schema, State, Store, StoreError};
 
 type Values = BTreeMap<u16, i32>;
 
-const fn row(key: u16, name: &'static str, maximum: i32, default: i32) -> Description {
-    Description {
+/// A setting whose name is a comment for the reader.
+const fn row(key: u16, _name: &'static str, maximum: i32, default: i32) -> Bounds {
+    Bounds {
         key,
-        name,
-        unit: "1",
         minimum: 0,
         maximum,
         default,
