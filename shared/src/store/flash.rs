@@ -119,7 +119,8 @@ impl<F: NorFlash> Store<F> {
         schema: &Schema,
         apply: &mut dyn FnMut(u16, i32),
     ) -> Result<Report, StoreError> {
-        let mut image = self.read()?;
+        let mut image = Image::default();
+        self.read(&mut image)?;
         let mut report = Report {
             repaired: self.completed_erase,
             ..Report::default()
@@ -164,7 +165,8 @@ impl<F: NorFlash> Store<F> {
         schema: &Schema,
         value: &dyn Fn(u16) -> i32,
     ) -> Result<Saved, StoreError> {
-        let stored = self.read()?;
+        let mut stored = Image::default();
+        self.read(&mut stored)?;
         let changes = Changes {
             stored: &stored,
             schema,
@@ -190,15 +192,15 @@ impl<F: NorFlash> Store<F> {
             self.write(SCHEMA_KEY, &at_rest.to_le_bytes())?;
         }
         self.completed_erase = false;
-        let written = self.read()?;
+        self.read(&mut stored)?;
         let check = Changes {
-            stored: &written,
+            stored: &stored,
             schema,
             value,
         };
         match check.first() {
             Some(key) => Err(StoreError::NotVerified { key }),
-            None if written.get(SCHEMA_KEY) != Some(at_rest) => {
+            None if stored.get(SCHEMA_KEY) != Some(at_rest) => {
                 Err(StoreError::NotVerified { key: SCHEMA_KEY })
             }
             None => Ok(Saved { changed }),
@@ -222,13 +224,13 @@ impl<F: NorFlash> Store<F> {
         Ok(block_on(self.map.store_item(&mut buffer, &key, &bytes))?)
     }
 
-    /// Reads all items. Values in records count more than single ones of the same key.
-    fn read(&mut self) -> Result<Image, StoreError> {
-        let mut image = Image::default();
+    /// Reads all items into `image`. Values in records count more than single ones of the same key.
+    fn read(&mut self, image: &mut Image) -> Result<(), StoreError> {
+        image.clear();
         for records in [false, true] {
-            block_on(self.read_into(&mut image, records))?;
+            block_on(self.read_into(image, records))?;
         }
-        Ok(image)
+        Ok(())
     }
 
     async fn read_into(&mut self, image: &mut Image, records: bool) -> Result<(), StoreError> {

@@ -6,8 +6,8 @@ use heapless::Vec;
 /// Maximum number of keys in flash, unknown ones included.
 const MAX_KEYS: usize = 320;
 
-/// Values by key.
-#[derive(Clone, Default)]
+/// Values by key. It takes 2.5 KiB, so there is only one at a time.
+#[derive(Default)]
 pub(super) struct Image {
     items: Vec<(u16, i32), MAX_KEYS>,
 }
@@ -32,6 +32,11 @@ impl Image {
                 .map_err(|_| StoreError::TooManyKeys { maximum: MAX_KEYS })?,
         }
         Ok(())
+    }
+
+    /// Removes all values.
+    pub fn clear(&mut self) {
+        self.items.clear();
     }
 
     /// Whether nothing is stored.
