@@ -40,6 +40,8 @@ fn main() -> Result<(), Box<dyn Error>> {
             // The script of the run-time crate includes memory.x of the repository's root.
             println!("cargo:rustc-link-arg-bin={role}=-Tlink.x");
             println!("cargo:rustc-link-arg-bin={role}=-Tdefmt.x");
+            // Functions with equal instructions become one.
+            println!("cargo:rustc-link-arg-bin={role}=--icf=all");
         }
         println!("cargo:rustc-link-arg-bins=--nmagic");
     }
