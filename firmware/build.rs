@@ -1,6 +1,8 @@
 //! Generates the code of one object dictionary for each role, and passes the board's linker script
 //! to the linker.
 
+#[path = "dictionary/code.rs"]
+mod code;
 #[path = "dictionary/load.rs"]
 mod dictionary;
 
@@ -12,11 +14,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     let out = env::var("OUT_DIR")?;
     println!("cargo:rerun-if-changed=dictionary");
     for (role, device_type) in dictionary::ROLES {
-        let mut dictionary = dictionary::load(Path::new("dictionary"), role, device_type)?;
-        // `bus::parameters` serves this object: the stack's own does not save when CiA 301 says so.
-        let objects = &mut dictionary.config.objects;
-        objects.retain(|object| object.index != 0x1010);
-        let mut code = zencan_build::device_config_to_string(&dictionary.config, false)?;
+        let dictionary = dictionary::load(Path::new("dictionary"), role, device_type)?;
+        let mut code = code::generate(&dictionary.config)?;
         code.push_str(&dictionary.publish_functions());
         fs::write(Path::new(&out).join(format!("{role}.rs")), code)?;
     }
@@ -41,6 +40,8 @@ fn main() -> Result<(), Box<dyn Error>> {
             // The script of the run-time crate includes memory.x of the repository's root.
             println!("cargo:rustc-link-arg-bin={role}=-Tlink.x");
             println!("cargo:rustc-link-arg-bin={role}=-Tdefmt.x");
+            // Functions with equal instructions become one.
+            println!("cargo:rustc-link-arg-bin={role}=--icf=all");
         }
         println!("cargo:rustc-link-arg-bins=--nmagic");
     }

@@ -324,12 +324,10 @@ fn a_node_whose_flash_cannot_be_read_waits_for_an_id_like_a_blank_one() {
 
 /// Saves one more value in a flash, without bounds.
 fn with_value(bytes: &[u8], key: u16, value: i32) -> Vec<u8> {
-    use tautrack::settings::Description;
+    use tautrack::settings::Bounds;
     use tautrack::store::{SCHEMA, Schema, Store};
-    let row = Description {
+    let row = Bounds {
         key,
-        name: "wider",
-        unit: "1",
         minimum: i32::MIN,
         maximum: i32::MAX,
         default: 0,

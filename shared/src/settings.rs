@@ -90,7 +90,7 @@ macro_rules! settings {
 
         /// The numbers of each row, in the order of [`TABLE`]. They are a table of their own, so
         /// that the program of a node does not contain the names.
-        const BOUNDS: &[Bounds] = &[$({
+        pub const BOUNDS: &[Bounds] = &[$({
             let range: core::ops::RangeInclusive<i32> = $range;
             Bounds { key: $key, minimum: *range.start(), maximum: *range.end(), default: $default }
         },)*];

@@ -1,11 +1,12 @@
 //! Role `axle`: the node of one motor that follows the set-points from the bus.
 
-use super::{Refusal, Role, Spawners, dictionary, drive, start_bus, startable};
+use super::{Refusal, Role, Spawners, dictionary, drive, refuse, start_bus, startable};
 use crate::boards::{Board, CONTROL_HZ, Selected};
 use crate::bus::Received;
 use crate::{current_loop, storage};
 use core::sync::atomic::{AtomicU8, Ordering};
 use embassy_time::{Duration, Ticker};
+use static_cell::StaticCell;
 use tautrack::bus::cia402::State;
 use tautrack::motor::current::Excitation;
 use tautrack::node::axle::{Axle, Inputs, Outputs};
@@ -31,13 +32,22 @@ fn start(spawners: Spawners, settings: &Settings) -> Result<(), Refusal> {
     drive::install_current_loop(settings)?;
     GUARD.store(settings.id(Setting::GuardId), Ordering::Relaxed);
     start_bus(spawners.bus, settings, od::DICTIONARY, None, received)?;
-    let control = control(
-        Axle::new(settings),
-        Calibrator::new(settings, &Selected::POWER_STAGE),
-        settings.id(Setting::NodeId),
-    );
+    let (axle, calibrator) = create(settings)?;
+    let control = control(axle, calibrator, settings.id(Setting::NodeId));
     spawners.control.spawn(startable(control)?);
     Ok(())
+}
+
+/// Creates axle and calibrator in static variables: so they are neither copied into the task nor
+/// through the stack.
+fn create(settings: &Settings) -> Result<(&'static mut Axle, &'static mut Calibrator), Refusal> {
+    static AXLE: StaticCell<Axle> = StaticCell::new();
+    static CALIBRATOR: StaticCell<Calibrator> = StaticCell::new();
+    let stage = &Selected::POWER_STAGE;
+    let axle = AXLE.try_init_with(|| Axle::new(settings));
+    let calibrator = CALIBRATOR.try_init_with(|| Calibrator::new(settings, stage));
+    axle.zip(calibrator)
+        .ok_or_else(|| refuse("axle", "it was started before"))
 }
 
 fn received(received: Received) {
@@ -45,7 +55,7 @@ fn received(received: Received) {
 }
 
 #[embassy_executor::task]
-async fn control(mut axle: Axle, mut calibrator: Calibrator, node: u8) -> ! {
+async fn control(axle: &'static mut Axle, calibrator: &'static mut Calibrator, node: u8) -> ! {
     od::OBJECT2010.set_value(axle.scale().code() | storage::unconfigured_mark());
     od::publish_parameters(&axle.parameters());
     publish_ratings();
@@ -58,7 +68,7 @@ async fn control(mut axle: Axle, mut calibrator: Calibrator, node: u8) -> ! {
         }
         let inputs = drive::inputs(set_point, torque_offset, bench_mode);
         let outputs = axle.tick(&inputs);
-        let excitation = calibrate(&mut calibrator, &mut axle, &inputs, &outputs);
+        let excitation = calibrate(calibrator, axle, &inputs, &outputs);
         drive::act(&outputs, node, excitation.as_ref());
         publish(&outputs, bench_mode);
         serve_capture();

@@ -238,10 +238,10 @@ fn publish_robot(state: &State, position: GuardPosition, estimator: &Estimator) 
             7 => to_i32(reading.value * 1e6),
             _ => Angle::from_radians(reading.value).to_bits(),
         };
-        // Cannot fail: the arrays have as many elements as the state has coordinates.
-        let _ = od::OBJECT4010.set(number, value);
-        let _ = od::OBJECT4011.set(number, reading.validity as u8);
-        let _ = od::OBJECT4012.set(number, reading.age_ms);
+        // The arrays have as many elements as the state has coordinates.
+        od::OBJECT4010.set(number, value);
+        od::OBJECT4011.set(number, reading.validity as u8);
+        od::OBJECT4012.set(number, reading.age_ms);
     }
     od::publish_estimator(estimator);
     od::publish_position(&position);

@@ -120,7 +120,7 @@ fn centi(value: f32) -> i16 {
 /// Includes the generated dictionary of one role as a module with a `DICTIONARY`.
 macro_rules! dictionary {
     ($name:ident, $file:literal) => {
-        #[allow(missing_docs, unused_imports, clippy::all, clippy::pedantic)]
+        #[allow(missing_docs, dead_code, unused_imports, clippy::all, clippy::pedantic)]
         mod $name {
             use crate::roles::{centi, milli};
             include!(concat!(env!("OUT_DIR"), "/", $file));

@@ -22,6 +22,8 @@ pub(super) struct Recipe<'a> {
     pub features: &'a str,
     /// Profile of the workspace.
     pub profile: &'a str,
+    /// Whether the program contains no paths of this computer.
+    pub without_paths: bool,
 }
 
 impl Recipe<'_> {
@@ -32,6 +34,7 @@ impl Recipe<'_> {
             target: target(board),
             features,
             profile: "firmware",
+            without_paths: false,
         }
     }
 }
@@ -92,6 +95,13 @@ fn command(recipe: &Recipe, toolchain: Toolchain, target_folder: &Path) -> Comma
         .arg(target_folder);
     if let Some(target) = recipe.target {
         command.args(["--target", target]);
+        if recipe.without_paths {
+            let prefix = packages().display().to_string();
+            command.arg("--config");
+            command.arg(format!(
+                "target.{target}.rustflags = ['--remap-path-prefix={prefix}=']"
+            ));
+        }
     }
     if toolchain == Toolchain::Distribution {
         // The distribution's compiler is a stable one. It builds the library of another target only
@@ -106,6 +116,17 @@ fn command(recipe: &Recipe, toolchain: Toolchain, target_folder: &Path) -> Comma
         );
     }
     command
+}
+
+/// Folder with the sources of the packages of crates.io. Every panic in them contains the path of
+/// its file.
+fn packages() -> PathBuf {
+    let home = env::var_os("CARGO_HOME").map(PathBuf::from);
+    let home = home.or_else(|| env::home_dir().map(|home| home.join(".cargo")));
+    // Cargo computes the number from the address of crates.io. The last part makes a final slash.
+    home.unwrap_or_default()
+        .join("registry/src/index.crates.io-1949cf8c6b5b557f")
+        .join("")
 }
 
 /// Whether an environment variable can change the program that cargo builds. `cargo run` and

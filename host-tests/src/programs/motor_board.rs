@@ -26,6 +26,7 @@ pub fn motor_board() -> Result<MotorBoard, BuildError> {
         target: Some(TARGET),
         features: "esc1",
         profile: "board",
+        without_paths: true,
     };
     let folder = folder_of(&recipe, &["loader", "axle", "screw"])?;
     Ok(MotorBoard {

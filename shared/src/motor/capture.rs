@@ -147,7 +147,8 @@ pub struct Capture {
     samples: [Sample; SAMPLES],
     signals: [Signal; CHANNELS],
     state: State,
-    decimation: u16,
+    /// PWM periods between two samples.
+    skipped: u16,
     /// PWM periods until the next sample.
     wait: u16,
     /// Place of the next sample, and samples that are stored.
@@ -161,13 +162,13 @@ pub struct Capture {
 }
 
 impl Capture {
-    /// Creates an empty recording.
+    /// Creates an empty recording. It is all zeros, so that a static one takes no program memory.
     pub const fn new() -> Self {
         Self {
             samples: [[0; CHANNELS]; SAMPLES],
             signals: [Signal::None; CHANNELS],
             state: State::Idle,
-            decimation: 1,
+            skipped: 0,
             wait: 0,
             next: 0,
             stored: 0,
@@ -180,11 +181,7 @@ impl Capture {
     /// Follows a client's request. The samples of the recording before are lost.
     pub fn request(&mut self, request: Request) {
         self.signals = request.signals.to_le_bytes().map(Signal::from_code);
-        self.decimation = if request.decimation == 0 {
-            1
-        } else {
-            request.decimation
-        };
+        self.skipped = request.decimation.saturating_sub(1);
         self.pre_trigger = if usize::from(request.pre_trigger) < SAMPLES {
             request.pre_trigger
         } else {
@@ -224,7 +221,7 @@ impl Capture {
             self.wait -= 1;
             return;
         }
-        self.wait = self.decimation - 1;
+        self.wait = self.skipped;
         if !self.is_active() {
             return;
         }

@@ -119,7 +119,8 @@ impl<F: NorFlash> Store<F> {
         schema: &Schema,
         apply: &mut dyn FnMut(u16, i32),
     ) -> Result<Report, StoreError> {
-        let mut image = self.read()?;
+        let mut image = Image::default();
+        self.read(&mut image)?;
         let mut report = Report {
             repaired: self.completed_erase,
             ..Report::default()
@@ -168,7 +169,8 @@ impl<F: NorFlash> Store<F> {
         value: &dyn Fn(u16) -> i32,
         is_set: &dyn Fn(u16) -> bool,
     ) -> Result<Saved, StoreError> {
-        let stored = self.read()?;
+        let mut stored = Image::default();
+        self.read(&mut stored)?;
         let changes = Changes {
             stored: &stored,
             schema,
@@ -196,16 +198,16 @@ impl<F: NorFlash> Store<F> {
             self.write(SCHEMA_KEY, &at_rest.to_le_bytes())?;
         }
         self.completed_erase = false;
-        let written = self.read()?;
+        self.read(&mut stored)?;
         let check = Changes {
-            stored: &written,
+            stored: &stored,
             schema,
             value,
             is_set,
         };
         match check.first() {
             Some(key) => Err(StoreError::NotVerified { key }),
-            None if written.get(SCHEMA_KEY) != Some(at_rest) => {
+            None if stored.get(SCHEMA_KEY) != Some(at_rest) => {
                 Err(StoreError::NotVerified { key: SCHEMA_KEY })
             }
             None => Ok(Saved { changed }),
@@ -219,8 +221,8 @@ impl<F: NorFlash> Store<F> {
     /// [`StoreError`]; the settings are the old ones or none. If the flash had to be erased, they
     /// may also be a part of the old ones.
     pub fn clear(&mut self) -> Result<(), StoreError> {
-        let cleared = self.read();
-        match cleared.and_then(|_| self.write(SCHEMA_KEY, &BLANK.to_le_bytes())) {
+        let readable = self.read(&mut Image::default());
+        match readable.and_then(|()| self.write(SCHEMA_KEY, &BLANK.to_le_bytes())) {
             Err(StoreError::Damaged | StoreError::Full | StoreError::TooManyKeys { .. }) => {
                 Ok(block_on(self.map.erase_all())?)
             }
@@ -261,13 +263,13 @@ impl<F: NorFlash> Store<F> {
         Ok(block_on(self.map.store_item(&mut buffer, &key, &bytes))?)
     }
 
-    /// Reads all items. Values in records count more than single ones of the same key.
-    fn read(&mut self) -> Result<Image, StoreError> {
-        let mut image = Image::default();
+    /// Reads all items into `image`. Values in records count more than single ones of the same key.
+    fn read(&mut self, image: &mut Image) -> Result<(), StoreError> {
+        image.clear();
         for records in [false, true] {
-            block_on(self.read_into(&mut image, records))?;
+            block_on(self.read_into(image, records))?;
         }
-        Ok(image)
+        Ok(())
     }
 
     async fn read_into(&mut self, image: &mut Image, records: bool) -> Result<(), StoreError> {
@@ -329,12 +331,7 @@ impl Changes<'_> {
     fn each(&self, write: &mut Write) -> Result<(), StoreError> {
         let grouped = |key: u16| {
             let mut records = self.schema.records.iter();
-            records.any(|record| {
-                record
-                    .settings
-                    .iter()
-                    .any(|one| one.description().key == key)
-            })
+            records.any(|record| record.settings.iter().any(|one| one.bounds().key == key))
         };
         for (row, value) in self.rows() {
             if !grouped(row) {
@@ -342,7 +339,7 @@ impl Changes<'_> {
             }
         }
         for record in self.schema.records {
-            let keys = || record.settings.iter().map(|one| one.description().key);
+            let keys = || record.settings.iter().map(|one| one.bounds().key);
             if !self.rows().any(|(row, _)| keys().any(|key| key == row)) {
                 continue;
             }

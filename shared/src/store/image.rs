@@ -8,8 +8,8 @@ const MAX_KEYS: usize = 320;
 /// Maximum number of records in flash, unknown ones included.
 const MAX_RECORDS: usize = 16;
 
-/// Values by key.
-#[derive(Clone, Default)]
+/// Values by key. It takes 2.5 KiB, so there is only one at a time.
+#[derive(Default)]
 pub(super) struct Image {
     items: Vec<(u16, i32), MAX_KEYS>,
     records: Vec<u16, MAX_RECORDS>,
@@ -54,6 +54,12 @@ impl Image {
     /// Keys of the records in flash.
     pub fn records(&self) -> &[u16] {
         &self.records
+    }
+
+    /// Removes all values and the keys of the records.
+    pub fn clear(&mut self) {
+        self.items.clear();
+        self.records.clear();
     }
 
     /// Whether nothing is stored.

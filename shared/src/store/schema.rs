@@ -1,6 +1,6 @@
 //! What a program knows of the settings in flash.
 
-use crate::settings::{Description, SCHEMA_VERSION, Setting, TABLE};
+use crate::settings::{BOUNDS, Bounds, SCHEMA_VERSION, Setting};
 
 /// The settings that a program knows.
 ///
@@ -11,7 +11,7 @@ pub struct Schema<'a> {
     /// Version, from 1.
     pub version: u16,
     /// The settings; keys below [`Record::FIRST_KEY`], and not 0.
-    pub rows: &'a [Description],
+    pub rows: &'a [Bounds],
     /// Groups of settings that change together.
     pub records: &'a [Record],
     /// Settings that replace others, oldest first. None belongs to a record.
@@ -21,7 +21,7 @@ pub struct Schema<'a> {
 /// The schema of this program.
 pub const SCHEMA: Schema<'static> = Schema {
     version: SCHEMA_VERSION,
-    rows: TABLE,
+    rows: BOUNDS,
     records: RECORDS,
     moves: &[],
 };
@@ -43,7 +43,7 @@ impl Record {
     pub const MAX_SETTINGS: usize = 8;
 }
 
-/// The groups of the settings in [`TABLE`].
+/// The groups of the settings in [`BOUNDS`].
 pub const RECORDS: &[Record] = &[
     // Alignment of the rotor sensor with the windings.
     Record {

@@ -4,16 +4,15 @@ use crate::flash::{Flash, PAGE, Random, TEARS};
 use crate::{restart, saved, set, values};
 use embedded_storage::nor_flash::NorFlash;
 use std::collections::BTreeMap;
-use tautrack::settings::{Description, Setting, Settings, TABLE};
+use tautrack::settings::{Bounds, Setting, Settings, TABLE};
 use tautrack::store::{Move, RECORDS, Report, SCHEMA, Schema, State, Store, StoreError};
 
 type Values = BTreeMap<u16, i32>;
 
-const fn row(key: u16, name: &'static str, maximum: i32, default: i32) -> Description {
-    Description {
+/// A setting whose name is a comment for the reader.
+const fn row(key: u16, _name: &'static str, maximum: i32, default: i32) -> Bounds {
+    Bounds {
         key,
-        name,
-        unit: "1",
         minimum: 0,
         maximum,
         default,

@@ -11,6 +11,7 @@
 //! * `settings`: reads the settings pages
 //! * `image`: header of the program
 //! * `crc`: checksum of images
+//! * `critical_section`, `square_root`: functions of libraries, smaller than theirs
 //! * `thermistor`: converts the temperature
 //! * `reset`: watchdog, cause of the last reset, panic and `HardFault`
 //! * `led`: what the LED shows
@@ -22,6 +23,7 @@ mod bridge;
 mod can;
 mod clock;
 mod crc;
+mod critical_section;
 mod encoder;
 mod image;
 mod led;
@@ -29,6 +31,7 @@ mod over_current;
 mod reset;
 mod sampling;
 mod settings;
+mod square_root;
 mod switches;
 mod thermistor;
 
