@@ -6,6 +6,7 @@
 //! its section 44.4. Not modelled: wait states, bus contention, CAN errors and arbitration, DMA and
 //! everything analogue.
 
+use crate::programs::flash::Segment;
 use rsemu::core::space::{
     AccessConstraints, AddressSpace, MemAttrs, MemOps, MemResult, Perms, RamStore, Region,
 };
@@ -15,7 +16,6 @@ use std::collections::{HashMap, VecDeque};
 use std::fmt;
 use std::sync::{Arc, Mutex, MutexGuard};
 use tautrack::can::Frame;
-use tautrack_host_tests::programs::flash::Segment;
 
 /// Core clock after the start, Hz. The model's time counts these clocks.
 pub const CORE_HZ: u64 = 170_000_000;
@@ -25,43 +25,61 @@ const RAM_LENGTH: u64 = 32 * 1024;
 /// Contents of RAM that nothing was written to.
 const PAINT: u8 = 0x5a;
 
+/// Reset and clock control.
 pub const RCC: u32 = 0x4002_1000;
+/// Power control.
 pub const PWR: u32 = 0x4000_7000;
+/// Registers of the flash memory.
 pub const FLASH_CONTROL: u32 = 0x4002_2000;
+/// Timer of the bridge.
 pub const TIM1: u32 = 0x4001_2c00;
+/// Timer of the clock.
 pub const TIM2: u32 = 0x4000_0000;
+/// Watchdog.
 pub const IWDG: u32 = 0x4000_3000;
+/// CAN controller.
 pub const FDCAN: u32 = 0x4000_6400;
 const MESSAGES: u32 = 0x4000_a400;
 const ADC: [u32; 2] = [0x5000_0000, 0x5000_0100];
+/// Ports, 0x400 bytes each.
 pub const GPIO: u32 = 0x4800_0000;
 
+/// Break and dead time register of [`TIM1`].
 pub const BDTR: u32 = TIM1 + 0x44;
 /// Main output enable in [`BDTR`].
 pub const MOE: u32 = 1 << 15;
 const BREAK_FLAG: u32 = 1 << 7;
 
-/// Interrupt numbers.
+/// Number of the current interrupt.
 pub const ADC1_2: u16 = 18;
+/// Number of the CAN interrupt.
 pub const FDCAN1_IT0: u16 = 21;
+/// Number of the clock's interrupt.
 pub const TIM2_IRQ: u16 = 28;
+/// Number of the control task's interrupt.
 pub const CONTROL: u16 = 39;
 
 /// Register write of the image.
 #[derive(Clone, Copy, Debug)]
 pub struct Write {
+    /// Time, core clocks.
     pub clock: u64,
+    /// Address of the register.
     pub address: u32,
+    /// The word.
     pub value: u32,
 }
 
 /// Voltages and levels at the chip's pins.
 #[derive(Clone, Copy, Debug)]
 pub struct Pins {
-    /// Codes of the converters: phase a, phase b, supply, temperature.
+    /// Code of the current of phase a.
     pub phase_a: u16,
+    /// Code of the current of phase b.
     pub phase_b: u16,
+    /// Code of the supply voltage.
     pub supply: u16,
+    /// Code of the temperature.
     pub temperature: u16,
     /// Level of the input "safe torque off".
     pub safe_torque_off: bool,
@@ -93,9 +111,11 @@ struct State {
 /// Change of all writes to one register: it makes the image one that has a defect.
 #[derive(Clone, Copy, Debug)]
 pub struct Patch {
+    /// Address of the register.
     pub address: u32,
     /// Bits of the register that get the bits of `value`.
     pub mask: u32,
+    /// Their new values.
     pub value: u32,
 }
 
