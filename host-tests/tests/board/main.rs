@@ -2,13 +2,13 @@
 //! chip that executes them.
 //!
 //! * `images`: sizes, sections and symbols
-//! * `chip`: the model of the STM32G431
 //! * `pins`: the pin table of docs/hardware.md
 //! * `executed`: what the images do
 //! * `defects`: images with one defect each are found
 
-mod chip;
 mod defects;
 mod executed;
 mod images;
 mod pins;
+
+use tautrack_host_tests::simulator::chip;

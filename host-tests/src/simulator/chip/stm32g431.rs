@@ -3,9 +3,18 @@
 //!
 //! Registers without a behaviour below keep what is written. Reset values are by hand: those of
 //! `RCC`, `PWR` and `FLASH` from the reference manual RM0440 (7.4, 6.4, 5.7), those of `FDCAN` from
-//! its section 44.4. Not modelled: wait states, bus contention, CAN errors and arbitration, DMA and
+//! its section 44.4. Not modelled: wait states, bus contention, errors of received frames, DMA and
 //! everything analogue.
+//!
+//! `fdcan` is the CAN controller. `observe` shows what tests measure, and provokes what they need.
 
+mod fdcan;
+mod observe;
+
+pub use fdcan::{BUS_OFF, CAN_ERRORS, CAN_STATUS, PASSIVE, Wiring};
+pub use observe::Executed;
+
+use crate::programs::flash::Segment;
 use rsemu::core::space::{
     AccessConstraints, AddressSpace, MemAttrs, MemOps, MemResult, Perms, RamStore, Region,
 };
@@ -15,7 +24,6 @@ use std::collections::{HashMap, VecDeque};
 use std::fmt;
 use std::sync::{Arc, Mutex, MutexGuard};
 use tautrack::can::Frame;
-use tautrack_host_tests::programs::flash::Segment;
 
 /// Core clock after the start, Hz. The model's time counts these clocks.
 pub const CORE_HZ: u64 = 170_000_000;
@@ -25,43 +33,61 @@ const RAM_LENGTH: u64 = 32 * 1024;
 /// Contents of RAM that nothing was written to.
 const PAINT: u8 = 0x5a;
 
+/// Reset and clock control.
 pub const RCC: u32 = 0x4002_1000;
+/// Power control.
 pub const PWR: u32 = 0x4000_7000;
+/// Registers of the flash memory.
 pub const FLASH_CONTROL: u32 = 0x4002_2000;
+/// Timer of the bridge.
 pub const TIM1: u32 = 0x4001_2c00;
+/// Timer of the clock.
 pub const TIM2: u32 = 0x4000_0000;
+/// Watchdog.
 pub const IWDG: u32 = 0x4000_3000;
+/// CAN controller.
 pub const FDCAN: u32 = 0x4000_6400;
 const MESSAGES: u32 = 0x4000_a400;
 const ADC: [u32; 2] = [0x5000_0000, 0x5000_0100];
+/// Ports, 0x400 bytes each.
 pub const GPIO: u32 = 0x4800_0000;
 
+/// Break and dead time register of [`TIM1`].
 pub const BDTR: u32 = TIM1 + 0x44;
 /// Main output enable in [`BDTR`].
 pub const MOE: u32 = 1 << 15;
 const BREAK_FLAG: u32 = 1 << 7;
 
-/// Interrupt numbers.
+/// Number of the current interrupt.
 pub const ADC1_2: u16 = 18;
+/// Number of the CAN interrupt.
 pub const FDCAN1_IT0: u16 = 21;
+/// Number of the clock's interrupt.
 pub const TIM2_IRQ: u16 = 28;
+/// Number of the control task's interrupt.
 pub const CONTROL: u16 = 39;
 
 /// Register write of the image.
 #[derive(Clone, Copy, Debug)]
 pub struct Write {
+    /// Time, core clocks.
     pub clock: u64,
+    /// Address of the register.
     pub address: u32,
+    /// The word.
     pub value: u32,
 }
 
 /// Voltages and levels at the chip's pins.
 #[derive(Clone, Copy, Debug)]
 pub struct Pins {
-    /// Codes of the converters: phase a, phase b, supply, temperature.
+    /// Code of the current of phase a.
     pub phase_a: u16,
+    /// Code of the current of phase b.
     pub phase_b: u16,
+    /// Code of the supply voltage.
     pub supply: u16,
+    /// Code of the temperature.
     pub temperature: u16,
     /// Level of the input "safe torque off".
     pub safe_torque_off: bool,
@@ -88,14 +114,17 @@ struct State {
     advanced: u64,
     resets: u32,
     patch: Option<Patch>,
+    can: fdcan::Controller,
 }
 
 /// Change of all writes to one register: it makes the image one that has a defect.
 #[derive(Clone, Copy, Debug)]
 pub struct Patch {
+    /// Address of the register.
     pub address: u32,
     /// Bits of the register that get the bits of `value`.
     pub mask: u32,
+    /// Their new values.
     pub value: u32,
 }
 
@@ -118,6 +147,7 @@ impl State {
         ]
         .into();
         self.watchdog = None;
+        self.can = self.can.after_reset();
         self.received.clear();
         self.changed = true;
     }
@@ -150,6 +180,8 @@ impl State {
                 (self.tim2_ticks(self.clock) & 0xffff) as u32
             }
             a if a == FDCAN + 0x18 => value & !8 | (value & 0x10) >> 1,
+            CAN_STATUS => self.can_status(),
+            a if a == FDCAN + 0xc4 => self.queue_status(),
             a if a == GPIO + 0x410 => u32::from(self.pins().port_b),
             _ => value,
         }
@@ -209,13 +241,21 @@ impl State {
                 // Calibration is over at once, and stop bits clear themselves.
                 value & !0x8000_0032
             }
+            a if a == FDCAN + 0x18 => {
+                self.control_can(value);
+                value
+            }
             a if a == FDCAN + 0x50 => old & !value,
             a if a == FDCAN + 0x94 => {
                 self.acknowledge(value);
                 value
             }
             a if a == FDCAN + 0xcc => {
-                self.transmit(value);
+                self.request(value);
+                0
+            }
+            a if a == FDCAN + 0xd0 => {
+                self.cancel(value);
                 0
             }
             a if (GPIO..GPIO + 0x2000).contains(&a) && a & 0x3ff == 0x18 => {
@@ -227,52 +267,6 @@ impl State {
             _ => value,
         };
         self.set(address, value);
-    }
-
-    fn transmit(&mut self, requests: u32) {
-        for buffer in (0..3).filter(|buffer| requests & 1 << buffer != 0) {
-            let element = MESSAGES + 0x278 + 72 * buffer;
-            let length = (self.get(element + 4) >> 16 & 15) as usize;
-            let data: Vec<u8> = (0..2)
-                .flat_map(|word| self.get(element + 8 + 4 * word).to_le_bytes())
-                .take(length)
-                .collect();
-            let id = (self.get(element) >> 18 & 0x7ff) as u16;
-            let frame = Frame::new(id, &data).expect("a classic frame");
-            self.sent.push((self.clock, frame));
-            let done = self.get(FDCAN + 0xd4) | 1 << buffer;
-            self.set(FDCAN + 0xd4, done);
-            let flags = self.get(FDCAN + 0x50) | 1 << 7;
-            self.set(FDCAN + 0x50, flags);
-        }
-    }
-
-    /// Puts the oldest received frame into an empty FIFO 0.
-    fn receive(&mut self) {
-        let status = self.get(FDCAN + 0x90);
-        if status & 15 != 0 || self.get(FDCAN + 0x18) & 1 != 0 {
-            return;
-        }
-        let Some(frame) = self.received.pop_front() else {
-            return;
-        };
-        let index = status >> 8 & 3;
-        let element = MESSAGES + 0xb0 + 72 * index;
-        let mut data = [0; 8];
-        data[..frame.data().len()].copy_from_slice(frame.data());
-        self.set(element, u32::from(frame.id()) << 18);
-        self.set(element + 4, (frame.data().len() as u32) << 16);
-        for word in 0..2 {
-            let bytes = data[4 * word..4 * word + 4].try_into().expect("a word");
-            self.set(element + 8 + 4 * word as u32, u32::from_le_bytes(bytes));
-        }
-        self.set(FDCAN + 0x90, status & !15 | 1);
-        let flags = self.get(FDCAN + 0x50) | 1;
-        self.set(FDCAN + 0x50, flags);
-    }
-
-    fn acknowledge(&mut self, index: u32) {
-        self.set(FDCAN + 0x90, ((index + 1) % 3) << 8);
     }
 
     /// Period of TIM1 and the time in it at which TRGO2 rises: channel 4 counting down.
@@ -344,7 +338,7 @@ impl State {
             }
             self.set(TIM2 + 0x10, flags);
         }
-        self.receive();
+        next = next.min(self.advance_can());
         let bdtr = self.get(BDTR);
         let af1 = self.get(TIM1 + 0x60);
         let pin = af1 & 1 != 0
@@ -416,6 +410,7 @@ pub struct Chip {
     flash: Arc<RamStore>,
     ram: Arc<RamStore>,
     next: u64,
+    watcher: Option<observe::Watcher>,
     /// Largest number of instructions of one current interrupt so far.
     pub current_interrupt: u32,
 }
@@ -486,6 +481,7 @@ impl Chip {
             flash,
             ram,
             next: 0,
+            watcher: None,
             current_interrupt: 0,
         }
     }
@@ -522,6 +518,7 @@ impl Chip {
                 }
             }
             clock += self.cpu.step();
+            self.observe(clock);
             if self.cpu.current_exception() == Exception(16 + ADC1_2) {
                 instructions += 1;
                 self.current_interrupt = self.current_interrupt.max(instructions);
