@@ -39,7 +39,7 @@ fn an_interrupt_within_a_conditional_block_does_not_make_its_rest_unconditional(
     chip.patch(PROGRAM, &code);
     chip.run(100_000);
     let word = |address| {
-        let bytes = chip.ram(address, 4).try_into().expect("a word");
+        let bytes = chip.memory(address, 4).try_into().expect("a word");
         u32::from_le_bytes(bytes)
     };
     // The timer overflows every 65536 clocks, which no number of loops takes.

@@ -3,8 +3,16 @@
 //!
 //! Registers without a behaviour below keep what is written. Reset values are by hand: those of
 //! `RCC`, `PWR` and `FLASH` from the reference manual RM0440 (7.4, 6.4, 5.7), those of `FDCAN` from
-//! its section 44.4. Not modelled: wait states, bus contention, CAN errors and arbitration, DMA and
+//! its section 44.4. Not modelled: wait states, bus contention, errors of received frames, DMA and
 //! everything analogue.
+//!
+//! `fdcan` is the CAN controller. `observe` shows what tests measure, and provokes what they need.
+
+mod fdcan;
+mod observe;
+
+pub use fdcan::{BUS_OFF, CAN_ERRORS, CAN_STATUS, PASSIVE, Wiring};
+pub use observe::Executed;
 
 use super::motor::{AttachedMotor, Bridge, supply_code};
 use super::registers::Registers;
@@ -117,6 +125,7 @@ struct State {
     /// Register writes are not kept.
     forgets_writes: bool,
     motor: Option<AttachedMotor>,
+    can: fdcan::Controller,
 }
 
 /// Change of all writes to one register: it makes the image one that has a defect.
@@ -148,6 +157,7 @@ impl State {
             (GPIO + 0x400, 0xffff_febf),
         ]);
         self.watchdog = None;
+        self.can = self.can.after_reset();
         self.received.clear();
         self.changed = true;
     }
@@ -184,6 +194,8 @@ impl State {
                 .as_ref()
                 .map_or(value, AttachedMotor::encoder_counter),
             a if a == FDCAN + 0x18 => value & !8 | (value & 0x10) >> 1,
+            CAN_STATUS => self.can_status(),
+            a if a == FDCAN + 0xc4 => self.queue_status(),
             a if a == GPIO + 0x410 => u32::from(self.pins().port_b),
             _ => value,
         }
@@ -256,13 +268,21 @@ impl State {
                 // Calibration is over at once, and stop bits clear themselves.
                 value & !0x8000_0032
             }
+            a if a == FDCAN + 0x18 => {
+                self.control_can(value);
+                value
+            }
             a if a == FDCAN + 0x50 => old & !value,
             a if a == FDCAN + 0x94 => {
                 self.acknowledge(value);
                 value
             }
             a if a == FDCAN + 0xcc => {
-                self.transmit(value);
+                self.request(value);
+                0
+            }
+            a if a == FDCAN + 0xd0 => {
+                self.cancel(value);
                 0
             }
             a if (GPIO..GPIO + 0x2000).contains(&a) && a & 0x3ff == 0x18 => {
@@ -274,52 +294,6 @@ impl State {
             _ => value,
         };
         self.set(address, value);
-    }
-
-    fn transmit(&mut self, requests: u32) {
-        for buffer in (0..3).filter(|buffer| requests & 1 << buffer != 0) {
-            let element = MESSAGES + 0x278 + 72 * buffer;
-            let length = (self.get(element + 4) >> 16 & 15) as usize;
-            let data: Vec<u8> = (0..2)
-                .flat_map(|word| self.get(element + 8 + 4 * word).to_le_bytes())
-                .take(length)
-                .collect();
-            let id = (self.get(element) >> 18 & 0x7ff) as u16;
-            let frame = Frame::new(id, &data).expect("a classic frame");
-            self.sent.push((self.clock, frame));
-            let done = self.get(FDCAN + 0xd4) | 1 << buffer;
-            self.set(FDCAN + 0xd4, done);
-            let flags = self.get(FDCAN + 0x50) | 1 << 7;
-            self.set(FDCAN + 0x50, flags);
-        }
-    }
-
-    /// Puts the oldest received frame into an empty FIFO 0.
-    fn receive(&mut self) {
-        let status = self.get(FDCAN + 0x90);
-        if status & 15 != 0 || self.get(FDCAN + 0x18) & 1 != 0 {
-            return;
-        }
-        let Some(frame) = self.received.pop_front() else {
-            return;
-        };
-        let index = status >> 8 & 3;
-        let element = MESSAGES + 0xb0 + 72 * index;
-        let mut data = [0; 8];
-        data[..frame.data().len()].copy_from_slice(frame.data());
-        self.set(element, u32::from(frame.id()) << 18);
-        self.set(element + 4, (frame.data().len() as u32) << 16);
-        for word in 0..2 {
-            let bytes = data[4 * word..4 * word + 4].try_into().expect("a word");
-            self.set(element + 8 + 4 * word as u32, u32::from_le_bytes(bytes));
-        }
-        self.set(FDCAN + 0x90, status & !15 | 1);
-        let flags = self.get(FDCAN + 0x50) | 1;
-        self.set(FDCAN + 0x50, flags);
-    }
-
-    fn acknowledge(&mut self, index: u32) {
-        self.set(FDCAN + 0x90, ((index + 1) % 3) << 8);
     }
 
     /// Period of TIM1 and the time in it at which TRGO2 rises: channel 4 counting down.
@@ -425,7 +399,7 @@ impl State {
             }
             self.set(TIM2 + 0x10, flags);
         }
-        self.receive();
+        next = next.min(self.advance_can());
         let bdtr = self.get(BDTR);
         let af1 = self.get(TIM1 + 0x60);
         let pin = af1 & 1 != 0
@@ -500,6 +474,7 @@ pub struct Chip {
     next: u64,
     /// Number of instructions that the core has executed.
     pub instructions: u64,
+    watcher: Option<observe::Watcher>,
     /// Largest number of instructions of one current interrupt so far.
     pub current_interrupt: u32,
 }
@@ -572,6 +547,7 @@ impl Chip {
             other,
             next: 0,
             instructions: 0,
+            watcher: None,
             current_interrupt: 0,
         }
     }
@@ -622,6 +598,7 @@ impl Chip {
             }
             clock += self.cpu.step();
             self.instructions += 1;
+            self.observe(clock);
             if observed && self.cpu.current_exception() == Exception(16 + ADC1_2) {
                 instructions += 1;
                 self.current_interrupt = self.current_interrupt.max(instructions);
@@ -695,16 +672,6 @@ impl Chip {
         self.other
             .write_at(0x190, &number.to_le_bytes())
             .expect("the place of the identity");
-    }
-
-    /// Bytes of RAM.
-    pub fn ram(&self, address: u32, length: usize) -> Vec<u8> {
-        let mut bytes = vec![0; length];
-        let offset = u64::from(address.wrapping_sub(RAM));
-        match self.ram.read_at(offset, &mut bytes) {
-            Ok(()) => bytes,
-            Err(_) => Vec::new(),
-        }
     }
 
     /// Changes bytes of RAM; ignores other addresses.

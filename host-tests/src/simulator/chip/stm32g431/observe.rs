@@ -1,0 +1,93 @@
+//! What tests measure on a running chip, and what they do to it.
+
+use super::{Chip, PAINT, RAM_LENGTH, State, Wiring};
+use std::sync::MutexGuard;
+use tautrack::can::Frame;
+
+const RAM: u32 = 0x2000_0000;
+/// Cause of a reset in the register of the causes: brown-out.
+const BROWN_OUT: u32 = 1 << 27;
+
+/// State of the core after an instruction, or after an exception entry.
+#[derive(Clone, Copy, Debug)]
+pub struct Executed {
+    /// Time, core clocks.
+    pub clock: u64,
+    /// Address of the next instruction.
+    pub next: u32,
+    /// Number of the exception that runs; 0 in the thread.
+    pub exception: u16,
+    /// The main stack pointer.
+    pub stack_pointer: u32,
+    /// Whether all interrupts are masked (PRIMASK).
+    pub masked: bool,
+}
+
+/// Function that is called after every instruction.
+pub type Watcher = Box<dyn FnMut(Executed) + Send>;
+
+impl Chip {
+    /// Calls `watcher` after every instruction from now on.
+    pub fn watch(&mut self, watcher: impl FnMut(Executed) + Send + 'static) {
+        self.watcher = Some(Box::new(watcher));
+    }
+
+    pub(super) fn observe(&mut self, clock: u64) {
+        if let Some(watcher) = &mut self.watcher {
+            let registers = self.cpu.regs();
+            watcher(Executed {
+                clock,
+                next: registers.r[15],
+                exception: (registers.xpsr & 0x1ff) as u16,
+                stack_pointer: registers.msp,
+                masked: registers.primask,
+            });
+        }
+    }
+
+    /// Largest number of bytes that the stack has taken, if static variables end at `static_end`.
+    pub fn deepest_stack(&self, static_end: u32) -> u32 {
+        let mut bytes = vec![0; RAM_LENGTH as usize];
+        self.ram.read_at(0, &mut bytes).expect("RAM");
+        let free = &bytes[(static_end - RAM) as usize..];
+        let unused = free.iter().take_while(|byte| **byte == PAINT).count();
+        (free.len() - unused) as u32
+    }
+
+    /// Connects the CAN transceiver.
+    pub fn wire(&mut self, wiring: Wiring) {
+        self.locked().wire(wiring);
+    }
+
+    /// Sends frames to the chip back to back, as fast as the bus can.
+    pub fn burst(&mut self, frames: impl IntoIterator<Item = Frame>) {
+        self.locked().burst(frames);
+    }
+
+    /// Number of frames that came while the receive FIFO was full.
+    pub fn lost_frames(&self) -> u32 {
+        self.locked().lost()
+    }
+
+    /// Resets the chip as a short drop of its supply does. RAM keeps its contents.
+    pub fn brown_out(&mut self) {
+        let mut state = self.locked();
+        state.reset(false);
+        state.set(super::RCC + 0x94, BROWN_OUT);
+        drop(state);
+        self.cpu.request_reset();
+    }
+
+    /// Bytes of RAM from `address`.
+    pub fn memory(&self, address: u32, length: usize) -> Vec<u8> {
+        let mut bytes = vec![0; length];
+        self.ram
+            .read_at((address - RAM).into(), &mut bytes)
+            .expect("RAM");
+        bytes
+    }
+
+    fn locked(&self) -> MutexGuard<'_, State> {
+        self.state.lock().expect("a state")
+    }
+}
