@@ -71,7 +71,7 @@ pub(super) fn folder_of(recipe: &Recipe, programs: &[&str]) -> Result<PathBuf, B
 /// Compiler target of the board's programs; `None` for the host.
 fn target(board: Board) -> Option<&'static str> {
     match board {
-        Board::Qemu => Some(TARGET),
+        Board::Qemu | Board::Image => Some(TARGET),
         Board::Native => None,
         Board::Wasm => Some("wasm32-unknown-unknown"),
     }

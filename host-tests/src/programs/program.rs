@@ -15,6 +15,9 @@ pub enum Board {
     Native,
     /// WebAssembly modules in the simulator's process, for sweeps: the fastest nodes.
     Wasm,
+    /// The flash image of the motor board, on a model of its chip. It replaces single nodes of the
+    /// other kinds, because there is none for the guard: see [`super::motor_board`].
+    Image,
 }
 
 impl Board {
@@ -23,6 +26,7 @@ impl Board {
         match self {
             Self::Qemu => "mps2",
             Self::Native | Self::Wasm => "",
+            Self::Image => "esc1",
         }
     }
 
@@ -32,6 +36,7 @@ impl Board {
             Self::Qemu => "mps2",
             Self::Native => "native",
             Self::Wasm => "wasm",
+            Self::Image => "esc1",
         }
     }
 }

@@ -5,10 +5,12 @@
 //! * `pins`: the pin table of docs/hardware.md
 //! * `executed`: what the images do
 //! * `defects`: images with one defect each are found
+//! * `processor`: interrupts within conditional blocks
 
 mod defects;
 mod executed;
 mod images;
 mod pins;
+mod processor;
 
 use tautrack_host_tests::simulator::chip;

@@ -1,7 +1,14 @@
-//! Model of the motor board's chip, which executes flash images.
+//! Model of the motor board, which executes flash images.
 //!
-//! `stm32g431` has core, memories and peripherals.
+//! `stm32g431` has the chip: core, memories and peripherals; `registers` are the words of the
+//! latter. `motor` is the motor at its bridge,
+//! with the analogue circuits between them. `log` reads the log of an image. [`board`] answers the
+//! steps of a run.
 
+pub mod board;
+mod log;
+mod motor;
+mod registers;
 #[allow(clippy::missing_panics_doc)] // each of its panics is a mistake in the model
 mod stm32g431;
 

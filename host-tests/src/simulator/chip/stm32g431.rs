@@ -14,22 +14,28 @@ mod observe;
 pub use fdcan::{BUS_OFF, CAN_ERRORS, CAN_STATUS, PASSIVE, Wiring};
 pub use observe::Executed;
 
+use super::motor::{AttachedMotor, Bridge, supply_code};
+use super::registers::Registers;
 use crate::programs::flash::Segment;
 use rsemu::core::space::{
     AccessConstraints, AddressSpace, MemAttrs, MemOps, MemResult, Perms, RamStore, Region,
 };
 use rsemu::cpu::arm::v7m::sys::Exception;
 use rsemu::cpu::arm::v7m::{ArmV7m, Config};
-use std::collections::{HashMap, VecDeque};
+use std::collections::VecDeque;
 use std::fmt;
 use std::sync::{Arc, Mutex, MutexGuard};
 use tautrack::can::Frame;
+use tautrack::link::{MotorModel, Sensors, Shaft};
 
 /// Core clock after the start, Hz. The model's time counts these clocks.
 pub const CORE_HZ: u64 = 170_000_000;
 const FLASH: u32 = 0x0800_0000;
 const FLASH_LENGTH: usize = 128 * 1024;
+const RAM: u32 = 0x2000_0000;
 const RAM_LENGTH: u64 = 32 * 1024;
+/// Bits of the program status register that hold the state of an IT block.
+const IT_STATE: u32 = 0x0600_fc00;
 /// Contents of RAM that nothing was written to.
 const PAINT: u8 = 0x5a;
 
@@ -47,6 +53,8 @@ pub const TIM2: u32 = 0x4000_0000;
 pub const IWDG: u32 = 0x4000_3000;
 /// CAN controller.
 pub const FDCAN: u32 = 0x4000_6400;
+/// Timer of the encoder.
+const TIM4: u32 = 0x4000_0800;
 const MESSAGES: u32 = 0x4000_a400;
 const ADC: [u32; 2] = [0x5000_0000, 0x5000_0100];
 /// Ports, 0x400 bytes each.
@@ -99,7 +107,7 @@ pub struct Pins {
 
 #[derive(Default)]
 struct State {
-    registers: HashMap<u32, u32>,
+    registers: Registers,
     writes: Vec<Write>,
     clock: u64,
     changed: bool,
@@ -114,6 +122,9 @@ struct State {
     advanced: u64,
     resets: u32,
     patch: Option<Patch>,
+    /// Register writes are not kept.
+    forgets_writes: bool,
+    motor: Option<AttachedMotor>,
     can: fdcan::Controller,
 }
 
@@ -130,7 +141,7 @@ pub struct Patch {
 
 impl State {
     fn reset(&mut self, watchdog: bool) {
-        self.registers = [
+        self.registers = Registers::new(&[
             (RCC, 0x0000_0500),
             // The cause of the reset: the watchdog, or power-up (brown-out and pin).
             (RCC + 0x94, if watchdog { 0x2400_0000 } else { 0x0c00_0000 }),
@@ -144,8 +155,7 @@ impl State {
             (FDCAN + 0xc4, 0x0000_0003),
             (GPIO, 0xabff_ffff),
             (GPIO + 0x400, 0xffff_febf),
-        ]
-        .into();
+        ]);
         self.watchdog = None;
         self.can = self.can.after_reset();
         self.received.clear();
@@ -153,11 +163,11 @@ impl State {
     }
 
     fn get(&self, address: u32) -> u32 {
-        self.registers.get(&address).copied().unwrap_or(0)
+        self.registers.get(address)
     }
 
     fn set(&mut self, address: u32, value: u32) {
-        self.registers.insert(address, value);
+        self.registers.set(address, value);
     }
 
     fn pins(&self) -> Pins {
@@ -179,6 +189,10 @@ impl State {
             a if a == TIM2 + 0x24 && self.get(TIM2) & 1 != 0 => {
                 (self.tim2_ticks(self.clock) & 0xffff) as u32
             }
+            a if a == TIM4 + 0x24 && self.counts_encoder() => self
+                .motor
+                .as_ref()
+                .map_or(value, AttachedMotor::encoder_counter),
             a if a == FDCAN + 0x18 => value & !8 | (value & 0x10) >> 1,
             CAN_STATUS => self.can_status(),
             a if a == FDCAN + 0xc4 => self.queue_status(),
@@ -193,11 +207,13 @@ impl State {
             Some(patch) if patch.address == address => value & !patch.mask | patch.value,
             _ => value,
         };
-        self.writes.push(Write {
-            clock,
-            address,
-            value,
-        });
+        if !self.forgets_writes {
+            self.writes.push(Write {
+                clock,
+                address,
+                value,
+            });
+        }
         self.changed = true;
         // A timer without clock ignores writes.
         if (TIM1..TIM1 + 0x400).contains(&address) && self.get(RCC + 0x60) & 1 << 11 == 0 {
@@ -207,6 +223,17 @@ impl State {
         let value = match address {
             TIM1 if value & !old & 1 != 0 => {
                 self.tim1_start = clock;
+                let bridge = self.bridge();
+                if let Some(motor) = &mut self.motor {
+                    motor.start_period(clock, &bridge);
+                }
+                value
+            }
+            TIM4 if value & !old & 1 != 0 => {
+                let count = self.get(TIM4 + 0x24);
+                if let Some(motor) = &mut self.motor {
+                    motor.start_encoder(count);
+                }
                 value
             }
             TIM2 if value & !old & 1 != 0 => {
@@ -280,7 +307,41 @@ impl State {
             .then(|| (2 * reload, 2 * reload - compare))
     }
 
+    /// The encoder's timer counts the edges of both inputs.
+    fn counts_encoder(&self) -> bool {
+        let mode = self.get(TIM4 + 0x08);
+        self.get(TIM4) & 1 != 0 && mode & 7 == 3 && mode & 1 << 16 == 0
+    }
+
+    /// What the bridge does with the motor.
+    fn bridge(&self) -> Bridge {
+        // Outputs of phases a and b, high and low side.
+        let enabled = self.get(TIM1 + 0x20) & 0x55 == 0x55;
+        let counting = self.get(TIM1) & 1 != 0;
+        Bridge {
+            live: self.get(BDTR) & MOE != 0 && enabled && counting,
+            compares: [0x34, 0x38, 0x3c].map(|compare| self.get(TIM1 + compare)),
+            reload: self.get(TIM1 + 0x2c),
+        }
+    }
+
+    /// Turns the motor up to the present clock. Returns the clock at which it must be turned again.
+    fn turn_motor(&mut self) -> u64 {
+        let bridge = self.bridge();
+        let clock = self.clock;
+        let Some(motor) = &mut self.motor else {
+            return u64::MAX;
+        };
+        while motor.next() <= clock {
+            motor.half_period(&bridge);
+        }
+        motor.next()
+    }
+
     fn convert(&mut self) {
+        if let (Some(motor), Some(pins)) = (&mut self.motor, &mut self.pins) {
+            [pins.phase_a, pins.phase_b] = motor.current_codes();
+        }
         for (number, adc) in ADC.into_iter().enumerate() {
             let sequence = self.get(adc + 0x4c);
             let started = self.get(adc + 0x08) & 9 == 9;
@@ -310,7 +371,7 @@ impl State {
         let (from, to) = (self.advanced, self.clock);
         self.advanced = to;
         self.changed = false;
-        let mut next = to + CORE_HZ / 1_000;
+        let mut next = self.turn_motor().min(to + CORE_HZ / 1_000);
         if let Some((period, moment)) = self.trigger() {
             let start = self.tim1_start;
             let count = |clock: u64| (clock.saturating_sub(start) + period - moment) / period;
@@ -409,7 +470,10 @@ pub struct Chip {
     state: Arc<Mutex<State>>,
     flash: Arc<RamStore>,
     ram: Arc<RamStore>,
+    other: Arc<RamStore>,
     next: u64,
+    /// Number of instructions that the core has executed.
+    pub instructions: u64,
     watcher: Option<observe::Watcher>,
     /// Largest number of instructions of one current interrupt so far.
     pub current_interrupt: u32,
@@ -449,7 +513,7 @@ impl Chip {
             let flash = Region::ram("flash", Arc::clone(&flash));
             map.map_with_perms(flash, FLASH.into(), Perms::RX)
                 .expect("flash memory");
-            map.map(Region::ram("ram", Arc::clone(&ram)), 0x2000_0000)
+            map.map(Region::ram("ram", Arc::clone(&ram)), RAM.into())
                 .expect("RAM");
             // Calibration values and the debug unit, which the library reads or writes.
             for address in [0x1fff_7400, 0xe004_2000] {
@@ -480,7 +544,9 @@ impl Chip {
             state,
             flash,
             ram,
+            other,
             next: 0,
+            instructions: 0,
             watcher: None,
             current_interrupt: 0,
         }
@@ -492,13 +558,26 @@ impl Chip {
 
     /// Runs for `microseconds`.
     pub fn run(&mut self, microseconds: u64) {
-        let mut clock = self.state().clock;
-        let end = clock + microseconds * CORE_HZ / 1_000_000;
+        self.run_until(self.clock() + microseconds * CORE_HZ / 1_000_000);
+    }
+
+    /// Time since the chip was switched on, core clocks.
+    pub fn clock(&self) -> u64 {
+        self.state().clock
+    }
+
+    /// Runs up to this clock.
+    pub fn run_until(&mut self, end: u64) {
+        let mut clock = self.clock();
         let mut instructions = 0;
+        let observed = !self.state().forgets_writes;
         while clock < end {
             let mut state = self.state.lock().expect("a state");
             state.clock = clock;
-            if clock >= self.next || state.changed {
+            // An exception loses the state of the IT block that it interrupts in this version of
+            // rsemu, so an interrupt waits for the end of the block. The silicon saves the state.
+            let due = clock >= self.next || state.changed;
+            if due && self.cpu.xpsr() & IT_STATE == 0 {
                 self.next = state.advance();
                 for (line, level) in state.lines() {
                     self.cpu.set_irq(line, level);
@@ -518,8 +597,9 @@ impl Chip {
                 }
             }
             clock += self.cpu.step();
+            self.instructions += 1;
             self.observe(clock);
-            if self.cpu.current_exception() == Exception(16 + ADC1_2) {
+            if observed && self.cpu.current_exception() == Exception(16 + ADC1_2) {
                 instructions += 1;
                 self.current_interrupt = self.current_interrupt.max(instructions);
             } else {
@@ -538,6 +618,66 @@ impl Chip {
     /// Value of a register.
     pub fn register(&self, address: u32) -> u32 {
         self.state().read(address)
+    }
+
+    /// Keeps no register writes and counts no instructions of the current interrupt from now on.
+    /// This is faster.
+    pub fn forget_writes(&mut self) {
+        self.state().forgets_writes = true;
+    }
+
+    /// Connects a motor at rest to phases a and b and to the encoder inputs; `None` if the model's
+    /// values are out of their bounds.
+    #[must_use]
+    pub fn attach_motor(&mut self, model: MotorModel, seed: u64) -> Option<()> {
+        let motor = AttachedMotor::new(model, seed)?;
+        self.state().motor = Some(motor);
+        Some(())
+    }
+
+    /// Sets supply, load and switches.
+    pub fn set_sensors(&mut self, sensors: &Sensors) {
+        let mut state = self.state();
+        if let Some(motor) = &mut state.motor {
+            motor.set_load(
+                sensors.supply_voltage,
+                sensors.shaft_torque,
+                sensors.encoder_frozen,
+            );
+        }
+        drop(state);
+        let switches = sensors.switches;
+        self.pins(|pins| {
+            pins.supply = supply_code(sensors.supply_voltage);
+            // The home switch closes to ground, the limit switches open. The encoder inputs are
+            // pulled up.
+            pins.port_b = u16::from(!switches.home) << 8
+                | u16::from(switches.positive_limit) << 3
+                | u16::from(switches.negative_limit) << 4
+                | 3 << 6;
+        });
+    }
+
+    /// Motion of the motor's output shaft; at rest without a motor.
+    pub fn shaft(&self) -> Shaft {
+        let state = self.state();
+        state
+            .motor
+            .as_ref()
+            .map_or_else(Shaft::default, AttachedMotor::shaft)
+    }
+
+    /// Gives the chip an identity of its own (RM0440, 47.1).
+    pub fn set_serial_number(&mut self, number: u64) {
+        self.other
+            .write_at(0x190, &number.to_le_bytes())
+            .expect("the place of the identity");
+    }
+
+    /// Changes bytes of RAM; ignores other addresses.
+    pub fn set_ram(&mut self, address: u32, bytes: &[u8]) {
+        let offset = u64::from(address.wrapping_sub(RAM));
+        let _ = self.ram.write_at(offset, bytes);
     }
 
     /// All register writes since the start.

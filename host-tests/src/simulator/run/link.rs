@@ -1,5 +1,7 @@
 //! Carries encoded messages between the runner and one node.
 
+#[cfg(feature = "image")]
+use super::image::Image;
 use super::process::Process;
 #[cfg(feature = "wasm")]
 use super::wasm::Instance;
@@ -32,6 +34,10 @@ pub trait Link {
 /// computer.
 pub(super) const TIMEOUT: Duration = Duration::from_mins(1);
 
+/// Error text of a program that cannot execute flash images.
+pub const WITHOUT_IMAGES: &str =
+    "this program was built without the feature `image`; type: cargo demo-image --image NODES";
+
 /// Starts the program at `path`, which is built for `board`.
 ///
 /// # Errors
@@ -46,6 +52,10 @@ pub(super) fn open(board: Board, path: &Path) -> Result<Box<dyn Link>, String> {
         Board::Wasm => Err(
             "this program was built without the feature `wasm`; type: cargo demo-wasm".to_owned(),
         ),
+        #[cfg(feature = "image")]
+        Board::Image => Ok(Box::new(Image::start(path)?)),
+        #[cfg(not(feature = "image"))]
+        Board::Image => Err(WITHOUT_IMAGES.to_owned()),
     }
 }
 

@@ -1,15 +1,17 @@
 //! Lockstep runner: runs node programs, a bus, a plant and an operator, one millisecond at a time.
 //!
 //! [`node`] communicates with one node over a `link`, `node_log` decodes its log, and `launch`
-//! starts it. The link is a `process` with pipes, or an instance of a `wasm` module. [`operator`]
-//! plays the operator's script, [`listener`] decodes the published frames, [`faults`] injects
-//! faults. `lockstep` runs one step, [`pace`] follows the wall clock, and
-//! `recorder` runs all steps until one of the `conditions` ends the run, and passes the record to a
-//! `sink`. `options` are the inputs, `outcome` and `error` the results.
+//! starts it. The link is a `process` with pipes, an instance of a `wasm` module, or a flash
+//! `image` on the model of its chip. [`operator`] plays the operator's script, [`listener`] decodes
+//! the published frames, [`faults`] injects faults. `lockstep` runs one step, [`pace`] follows the
+//! wall clock, and `recorder` runs all steps until one of the `conditions` ends the run, and passes
+//! the record to a `sink`. `options` are the inputs, `outcome` and `error` the results.
 
 mod conditions;
 mod error;
 pub mod faults;
+#[cfg(feature = "image")]
+mod image;
 mod launch;
 mod link;
 pub mod listener;
@@ -27,6 +29,7 @@ mod sink;
 mod wasm;
 
 pub use error::RunError;
+pub use link::WITHOUT_IMAGES;
 pub use options::Options;
 pub use outcome::{Ending, Outcome};
 pub use recorder::record;

@@ -7,7 +7,7 @@ use std::path::Path;
 
 /// Assembles a node's log bytes to records, which may be spread over several steps.
 pub struct LogReader {
-    /// Texts of an emulated node's records, read from its ELF file; `None` for the other
+    /// Texts of the records of an emulated node or a flash image, read from its ELF file; `None` for the other
     /// nodes, which send text.
     texts: Option<Table>,
     pending: Vec<u8>,
@@ -21,7 +21,7 @@ impl LogReader {
     pub fn new(board: Board, path: &Path) -> Result<Self, String> {
         let texts = match board {
             Board::Native | Board::Wasm => None,
-            Board::Qemu => Some(texts(path)?),
+            Board::Qemu | Board::Image => Some(texts(path)?),
         };
         Ok(Self {
             texts,

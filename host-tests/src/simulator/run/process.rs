@@ -174,7 +174,7 @@ impl Drop for Process {
 
 fn command(board: Board, path: &Path) -> Command {
     match board {
-        Board::Native | Board::Wasm => Command::new(path),
+        Board::Native | Board::Wasm | Board::Image => Command::new(path),
         Board::Qemu => {
             let mut command = Command::new(crate::programs::setup::QEMU);
             command

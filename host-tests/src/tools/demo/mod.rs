@@ -1,9 +1,11 @@
 //! `cargo demo`: runs a scenario, or a whole suite, and reports the result as its exit status.
 //!
 //! `arguments` is the command line. `preparation` opens scenario, port and folder. `run` runs the
-//! scenario and computes the exit status. `output` writes the files. `interrupt` handles Ctrl-C.
+//! scenario and computes the exit status. `images` chooses the nodes that run a flash image.
+//! `output` writes the files. `interrupt` handles Ctrl-C.
 
 mod arguments;
+mod images;
 mod interrupt;
 mod output;
 mod preparation;
@@ -40,7 +42,7 @@ pub fn main(arguments: impl Iterator<Item = OsString>) -> ExitCode {
         // Emulated nodes take too long for a suite.
         let board = match arguments.nodes.board() {
             Board::Wasm => Board::Wasm,
-            Board::Qemu | Board::Native => Board::Native,
+            Board::Qemu | Board::Native | Board::Image => Board::Native,
         };
         let holds = match suite {
             Suite::Hazards if b2p2_with_guard => {

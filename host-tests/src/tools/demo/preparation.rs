@@ -2,8 +2,10 @@
 //! the port for CAN clients and the folder of the results.
 
 use super::arguments::{Arguments, Switch};
+use super::images;
 use super::output::Output;
 use crate::programs::setup::checkout;
+use crate::robots::{NodeName, Role};
 use crate::scenario::Scenario;
 use crate::simulator::slcan::SlcanPort;
 use std::path::{Path, PathBuf};
@@ -19,6 +21,8 @@ pub(super) struct Prepared {
     pub output: Output,
     /// Absolute path of the folder with the nodes' flash.
     pub flash: Option<String>,
+    /// Nodes that run a flash image.
+    pub images: Vec<(NodeName, Role)>,
 }
 
 impl Prepared {
@@ -32,7 +36,9 @@ impl Prepared {
             SlcanPort::bind(address)
                 .map_err(|error| format!("cannot listen on --slcan {address} (ADDR:PORT): {error}"))
         });
+        let images = images::nodes(&arguments.image, &scenario.nodes())?;
         Ok(Self {
+            images,
             scenario,
             slcan: slcan.transpose()?,
             flash: arguments.flash.as_deref().map(flash).transpose()?,

@@ -1,9 +1,9 @@
 //! Runs the scenario with its nodes, writes the results and computes the exit status.
 
 use super::arguments::Arguments;
-use super::interrupt;
 use super::output::Results;
 use super::preparation::Prepared;
+use super::{images, interrupt};
 use crate::results::summary::Summary;
 use crate::simulator::record::{BusFrame, Sample};
 use crate::simulator::run::{self, Options, RunError, Sink, Unwritten};
@@ -20,6 +20,7 @@ pub(super) fn run(arguments: &Arguments, prepared: Prepared) -> Result<u8, Strin
         slcan,
         output,
         flash,
+        images,
     } = prepared;
     let board = arguments.nodes.board();
     say("building the nodes (a minute or two the first time) ...")?;
@@ -27,6 +28,7 @@ pub(super) fn run(arguments: &Arguments, prepared: Prepared) -> Result<u8, Strin
         .kind()
         .programs(board)
         .map_err(|error| error.to_string())?;
+    let exchanged = images::programs(&images)?;
     let interrupt = interrupt::flag().map_err(|error| format!("cannot catch Ctrl-C: {error}"))?;
     let folder = output.folder().to_owned();
     say(&format!("{}: {}", scenario.name, scenario.about))?;
@@ -41,6 +43,7 @@ pub(super) fn run(arguments: &Arguments, prepared: Prepared) -> Result<u8, Strin
         bar: bar(scenario.duration_s),
     };
     let options = Options {
+        exchanged,
         speed: arguments.speed,
         slcan,
         slcan_wait: arguments.slcan_wait,

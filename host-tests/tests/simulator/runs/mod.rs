@@ -6,6 +6,7 @@ mod dead_nodes;
 mod feed_forward;
 mod guard;
 mod hash;
+mod image;
 mod pace;
 mod restart;
 mod snapshot;

@@ -1,7 +1,6 @@
 //! What tests measure on a running chip, and what they do to it.
 
-use super::{Chip, RAM_LENGTH, Wiring};
-use super::{PAINT, State};
+use super::{Chip, PAINT, RAM_LENGTH, State, Wiring};
 use std::sync::MutexGuard;
 use tautrack::can::Frame;
 

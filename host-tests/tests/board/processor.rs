@@ -1,0 +1,48 @@
+//! The processor under the images: a property that the version of rsemu lacks, and that the model
+//! of the chip must add.
+
+use crate::chip::Chip;
+
+const FLASH: u32 = 0x0800_0000;
+const RAM: u32 = 0x2000_0000;
+/// Offset of the clock's interrupt in the vector table.
+const TIMER_VECTOR: u32 = 4 * (16 + 28);
+/// Address of the program and of its handler.
+const PROGRAM: u32 = FLASH + 0x100;
+const HANDLER: u32 = PROGRAM + 0x2c;
+/// Clears two words of RAM, enables the interrupt of TIM2 at its overflow, and loops for ever:
+///
+/// ```text
+/// cmp r0, #0      @ r0 is 1
+/// itttt eq
+/// addeq r1, #1    @ four times
+/// ```
+///
+/// The handler stores r1 and counts its calls.
+const CODE: [u16; 36] = [
+    0xf04f, 0x5300, 0x2100, 0x6019, 0x6059, 0x4a0e, 0x2301, 0x071b, 0x6013, 0xf04f, 0x4280, 0x2301,
+    0x60d3, 0x6013, 0x2001, 0x2800, 0xbf01, 0x3101, 0x3101, 0x3101, 0x3101, 0xe7f8, 0xf04f, 0x4280,
+    0x2300, 0x6113, 0xf04f, 0x5300, 0x6019, 0x685a, 0x3201, 0x605a, 0x4770, 0x0000, 0xe100, 0xe000,
+];
+
+#[test]
+fn an_interrupt_within_a_conditional_block_does_not_make_its_rest_unconditional() {
+    let mut chip = Chip::new(&[], FLASH);
+    for (address, word) in [
+        (FLASH, RAM + 0x1000),
+        (FLASH + 4, PROGRAM + 1),
+        (FLASH + TIMER_VECTOR, HANDLER + 1),
+    ] {
+        chip.patch(address, &word.to_le_bytes());
+    }
+    let code: Vec<u8> = CODE.into_iter().flat_map(u16::to_le_bytes).collect();
+    chip.patch(PROGRAM, &code);
+    chip.run(100_000);
+    let word = |address| {
+        let bytes = chip.memory(address, 4).try_into().expect("a word");
+        u32::from_le_bytes(bytes)
+    };
+    // The timer overflows every 65536 clocks, which no number of loops takes.
+    assert!(word(RAM + 4) > 200, "{} interrupts", word(RAM + 4));
+    assert_eq!(word(RAM), 0, "conditional additions");
+}
