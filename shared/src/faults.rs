@@ -81,6 +81,10 @@ faults! {
         "The encoder made three steps within a few milliseconds that exceed twice `velocity_limit`.",
         "fault reset",
         "Check the cable and the shield of the encoder, and `encoder_counts`.";
+    Misaligned = 0x7120, "rotor not aligned", Off,
+        "At arming, the rotor did not follow the turning current of the alignment, followed it in the wrong direction, or moved farther than `alignment_travel`.",
+        "fault reset; the next arming aligns the rotor again",
+        "Free the shaft. Check the order of the encoder's channels and of the motor's leads, `phase_order`, `pole_pairs` and `encoder_counts`. Raise `alignment_current`, or `alignment_travel`.";
     InvalidReading = 0x7300, "invalid sensor reading", Brake,
         "For 3 ms a current or voltage reading was not finite, or the PWM interrupt took no current sample, or a temperature sensor that the settings require gave no reading.",
         "fault reset",

@@ -60,6 +60,18 @@ pub struct Findings {
     pub slipped: bool,
 }
 
+impl Findings {
+    /// Returns what also counts while the field turns the rotor: then the voltage has no axes of
+    /// the rotor.
+    #[must_use]
+    pub fn of_turning_field(self) -> Self {
+        Self {
+            open_phase: self.open_phase,
+            ..Self::default()
+        }
+    }
+}
+
 /// Parameters of the motor, and the filtered error.
 #[derive(Clone, Debug)]
 pub struct BackEmf {

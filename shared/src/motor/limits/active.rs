@@ -35,4 +35,6 @@ pub enum ActiveLimit {
     BridgeTemperature = 14,
     /// The measured temperature of the motor.
     MotorTemperature = 15,
+    /// The rotor is being aligned before operation is enabled.
+    Alignment = 16,
 }

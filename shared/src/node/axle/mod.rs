@@ -14,6 +14,7 @@
 //! * `torque`: torque mode
 //! * `stopping`: halt, quick stop, and ramps before the bridge goes off
 //! * `brake`: releases and engages the holding brake
+//! * `commutation`: aligns the rotor before operation is enabled
 //! * `windows`: following error and target reached
 //! * `homing`: finds the home switch; `homing_method` says which switch and which edge
 //! * `output`: published payloads, and the last limiter
@@ -23,6 +24,7 @@
 
 mod authority;
 mod brake;
+mod commutation;
 mod envelope;
 mod handshake;
 mod homing;
@@ -40,6 +42,7 @@ mod supervision;
 mod torque;
 mod windows;
 
+pub use commutation::AlignmentState;
 pub use interface::{ActiveLimit, BridgeDemand, Inputs, Outputs};
 pub use set_points::SetPoint;
 pub use snapshot::{NO_SENSOR, Snapshot};
@@ -56,6 +59,7 @@ use crate::motor::observer::Observer;
 use crate::motor::profile::Motion;
 use authority::Authority;
 use brake::Brake;
+use commutation::Commutation;
 use envelope::{Envelope, Envelopes};
 use handshake::Handshake;
 use homing::Homing;
@@ -112,6 +116,7 @@ pub struct Axle {
     halted: bool,
     exit: Option<Exit>,
     brake: Brake,
+    commutation: Commutation,
     /// Ticks for which the position has been outside of the following error window, and within the
     /// position window.
     following_ticks: u32,

@@ -87,6 +87,7 @@ impl Axle {
             {
                 self.leave(after, command);
             }
+            (State::SwitchedOn, DriveCommand::EnableOperation) if self.commutation.start() => {}
             _ => self.enter(after),
         }
     }
@@ -101,6 +102,7 @@ impl Axle {
             }
             self.anchor();
         }
+        self.commutation.abort();
         self.state = state;
         self.exit = None;
         self.halted = false;
@@ -149,8 +151,11 @@ impl Axle {
     ) -> Option<Demand> {
         self.active_limit = ActiveLimit::None;
         self.finish_exit();
+        self.align(inputs);
         if !self.powered() {
-            self.brake.drop_in();
+            if !self.commutation.aligns() {
+                self.brake.drop_in();
+            }
             return None;
         }
         let released = self.exit.is_some() || self.brake.release();

@@ -2,6 +2,7 @@
 
 use super::authority::Authority;
 use super::brake::Brake;
+use super::commutation::Commutation;
 use super::envelope::Envelopes;
 use super::handshake::Handshake;
 use super::homing::Homing;
@@ -109,6 +110,7 @@ impl Axle {
             halted: false,
             exit: None,
             brake: Brake::new(settings),
+            commutation: Commutation::new(settings),
             following_ticks: 0,
             in_window: 0,
             homing: Homing::new(settings, home_position),
@@ -119,8 +121,10 @@ impl Axle {
         }
     }
 
-    /// Takes over the torque constant of these settings, after a calibration.
+    /// Takes over the torque constant of these settings, after a calibration has replaced the
+    /// current loop.
     pub fn use_torque_constant(&mut self, settings: &Settings) {
+        self.forget_rotor_angle();
         self.torque_per_ampere = torque_per_ampere(settings, self.scale);
         self.offset = Offset::new(settings, 1.0 / self.torque_per_ampere);
     }

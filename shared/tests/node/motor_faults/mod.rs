@@ -2,7 +2,7 @@
 //! snapshot. Motors: 24 V, 10 A, 0.04 N m/A, gear 60, 0.05 kg m^2 at the output shaft, speed limit
 //! 6 rad/s.
 
-mod rig;
+pub mod rig;
 mod supply;
 
 use rig::{PER_RADIAN, Rig, Trouble};
