@@ -70,7 +70,7 @@ faults! {
         "fault reset",
         "Check the leads of the motor, its connector and the bridge.";
     EncoderMismatch = 0x7320, "encoder disagrees with back-EMF", Off,
-        "For 8 ms the voltage of the motor did not fit to the speed of the encoder, by more than a quarter of the back-EMF at `velocity_limit`, 60 % of the resistive voltage and 2 % of the supply voltage.",
+        "For 8 ms the voltage of the motor did not fit to the speed of the encoder, by more than a quarter of the back-EMF at `velocity_limit` (6 % while the encoder shows less than 1 % of `velocity_limit`), 60 % of the resistive voltage and 2 % of the supply voltage.",
         "fault reset",
         "The encoder stands still, counts backwards or slips, or a lead of the motor is open, or `electrical_offset` or `phase_order` is wrong. If the motor runs well, check `torque_constant` and `resistance`.";
     RotorAngle = 0x7122, "rotor angle slipped", Off,
