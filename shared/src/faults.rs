@@ -82,7 +82,7 @@ faults! {
         "fault reset",
         "Check the cable and the shield of the encoder, and `encoder_counts`.";
     Misaligned = 0x7120, "rotor not aligned", Off,
-        "At arming, the rotor did not follow the turning current of the alignment, followed it in the wrong direction, or moved farther than `alignment_travel`.",
+        "At arming, the rotor did not follow the turning current of the alignment, followed it in the wrong direction, or moved farther than `alignment_travel`. Or the shaft turned against its torque while `probe_current` limited it.",
         "fault reset; the next arming aligns the rotor again",
         "Free the shaft. Check the order of the encoder's channels and of the motor's leads, `phase_order`, `pole_pairs` and `encoder_counts`. Raise `alignment_current`, or `alignment_travel`.";
     InvalidReading = 0x7300, "invalid sensor reading", Brake,
@@ -106,7 +106,7 @@ faults! {
         "fault reset",
         "The node is overloaded, or its firmware is wrong: look for other interrupts, and report it.";
     Blocked = 0x7121, "blocked or encoder frozen", Brake,
-        "For 40 ms more than 90 % of the current limit was commanded while the measured speed stayed below 1 % of the velocity limit.",
+        "For 40 ms more than 90 % of the current limit (half of `probe_current` while it limits) was commanded while the measured speed stayed below 1 % of the velocity limit.",
         "fault reset",
         "Free the axle. If it moves freely, check the encoder and its cable.";
     FollowingError = 0x8611, "following error", Hold,

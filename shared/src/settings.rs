@@ -238,6 +238,11 @@ settings! {
     /// holds its position meanwhile, before its bridge goes off.
     BrakeEngageTime = 0x00e9, "brake_engage_time", "ms", 0..=150, 0;
 
+    /// Maximum motor current after power is enabled, until the shaft has turned the way of its
+    /// torque. 0: `current_limit` from the beginning, as a drive needs it that carries a load at
+    /// once.
+    ProbeCurrent = 0x00ea, "probe_current", "mA", 0..=100_000, 0;
+
     /// Supply voltage at which the fault "under-voltage" begins. No current is left there that
     /// draws power from the supply.
     UnderVoltage = 0x00d0, "under_voltage", "mV", 5_000..=60_000, 12_000;

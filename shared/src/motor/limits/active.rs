@@ -37,4 +37,7 @@ pub enum ActiveLimit {
     MotorTemperature = 15,
     /// The rotor is being aligned before operation is enabled.
     Alignment = 16,
+    /// The shaft has not yet turned the way of its torque since power was enabled
+    /// (`probe_current`).
+    SignProbe = 17,
 }

@@ -15,6 +15,7 @@
 //! * `stopping`: halt, quick stop, and ramps before the bridge goes off
 //! * `brake`: releases and engages the holding brake
 //! * `commutation`: aligns the rotor before operation is enabled
+//! * `sign_probe`: limits the first current until the shaft has turned the way of its torque
 //! * `windows`: following error and target reached
 //! * `homing`: finds the home switch; `homing_method` says which switch and which edge
 //! * `output`: published payloads, and the last limiter
@@ -36,6 +37,7 @@ mod options;
 mod output;
 mod set_points;
 mod setup;
+mod sign_probe;
 mod snapshot;
 mod stopping;
 mod supervision;
@@ -66,6 +68,7 @@ use homing::Homing;
 use latch::Latch;
 use offset::Offset;
 use options::{Options, Ramp};
+use sign_probe::SignProbe;
 use stopping::Exit;
 use torque::Barrier;
 
@@ -117,6 +120,7 @@ pub struct Axle {
     exit: Option<Exit>,
     brake: Brake,
     commutation: Commutation,
+    sign_probe: SignProbe,
     /// Ticks for which the position has been outside of the following error window, and within the
     /// position window.
     following_ticks: u32,

@@ -75,9 +75,11 @@ impl Axle {
     fn limit(&mut self, inputs: &Inputs, demand: Demand) -> Limited {
         let amperes = self.force.cascade.amperes(demand.current);
         let conditions = conditions(inputs, self.velocity());
-        let limited = self
-            .limiter
-            .limit(amperes, self.force.current_limit, &conditions);
+        let bound = self.sign_probe.bound(self.force.current_limit);
+        let mut limited = self.limiter.limit(amperes, bound, &conditions);
+        if limited.cause == ActiveLimit::None && amperes.abs() > bound {
+            limited.cause = ActiveLimit::SignProbe;
+        }
         if limited.cause != ActiveLimit::None {
             self.active_limit = limited.cause;
             self.force.cascade.undo();

@@ -96,6 +96,7 @@ impl Axle {
         if state == State::OperationEnabled || state == State::QuickStopActive {
             if !self.powered() {
                 self.force.cascade.reset();
+                self.sign_probe.start();
             }
             if self.homing.stage.is_running() {
                 self.homing.abort();

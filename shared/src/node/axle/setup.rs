@@ -9,6 +9,7 @@ use super::homing::Homing;
 use super::latch::Latch;
 use super::offset::Offset;
 use super::options::{Options, Ramp};
+use super::sign_probe::SignProbe;
 use super::{ActiveLimit, Axle, SetPoint};
 use crate::bus::cia402::{DriveCommand, State};
 use crate::bus::scale::Scale;
@@ -111,6 +112,7 @@ impl Axle {
             exit: None,
             brake: Brake::new(settings),
             commutation: Commutation::new(settings),
+            sign_probe: SignProbe::new(settings),
             following_ticks: 0,
             in_window: 0,
             homing: Homing::new(settings, home_position),

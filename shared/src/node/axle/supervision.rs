@@ -26,6 +26,7 @@ impl Axle {
             supply_voltage: inputs.supply_voltage,
             electrical: inputs.electrical,
         };
+        let turns_back = self.powered() && self.sign_probe.tick(self.position(), self.demand);
         let motor = self.back_emf.check(&observed);
         let readings = Readings {
             current: inputs.current,
@@ -44,14 +45,14 @@ impl Axle {
             } else {
                 motor
             },
-            misaligned: self.commutation.take_failure(),
+            misaligned: self.commutation.take_failure() || turns_back,
             noisy: self.encoder_steps.is_noisy(),
             temperatures: inputs.temperatures,
             electrical: inputs.electrical,
         };
-        let mut present = self
-            .supervisor
-            .check(&readings, &self.bounds, self.force.stall);
+        let pushing = self.sign_probe.pushing();
+        let stall = self.force.stall.pushed_by(pushing);
+        let mut present = self.supervisor.check(&readings, &self.bounds, stall);
         if powered {
             let now_us = inputs.now_us;
             present.insert_if(Fault::GuardLost, self.authority.guard_lost(now_us));

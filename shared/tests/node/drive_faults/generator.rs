@@ -177,6 +177,7 @@ impl Generator {
             for (setting, time) in [
                 (Setting::BrakeReleaseTime, 20),
                 (Setting::BrakeEngageTime, BRAKE_ENGAGE_MS),
+                (Setting::ProbeCurrent, 1_000),
             ] {
                 let key = setting.description().key;
                 settings.set(key, time).expect("within its bounds");
