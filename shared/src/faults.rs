@@ -70,7 +70,7 @@ faults! {
         "fault reset",
         "Check the leads of the motor, its connector and the bridge.";
     EncoderMismatch = 0x7320, "encoder disagrees with back-EMF", Off,
-        "For 8 ms the voltage of the motor did not fit to the speed of the encoder, by more than a quarter of the back-EMF at `velocity_limit`, 60 % of the resistive voltage and 2 % of the supply voltage.",
+        "For 8 ms the voltage of the motor did not fit to the speed of the encoder, by more than a quarter of the back-EMF at `velocity_limit` (6 % while the encoder shows less than 1 % of `velocity_limit`), 60 % of the resistive voltage and 2 % of the supply voltage.",
         "fault reset",
         "The encoder stands still, counts backwards or slips, or a lead of the motor is open, or `electrical_offset` or `phase_order` is wrong. If the motor runs well, check `torque_constant` and `resistance`.";
     RotorAngle = 0x7122, "rotor angle slipped", Off,
@@ -81,6 +81,10 @@ faults! {
         "The encoder made three steps within a few milliseconds that exceed twice `velocity_limit`.",
         "fault reset",
         "Check the cable and the shield of the encoder, and `encoder_counts`.";
+    Misaligned = 0x7120, "rotor not aligned", Off,
+        "At arming, the rotor did not follow the turning current of the alignment, followed it in the wrong direction, or moved farther than `alignment_travel`. Or the shaft turned against its torque while `probe_current` limited it.",
+        "fault reset; the next arming aligns the rotor again",
+        "Free the shaft. Check the order of the encoder's channels and of the motor's leads, `phase_order`, `pole_pairs` and `encoder_counts`. Raise `alignment_current`, or `alignment_travel`.";
     InvalidReading = 0x7300, "invalid sensor reading", Brake,
         "For 3 ms a current or voltage reading was not finite, or the PWM interrupt took no current sample, or a temperature sensor that the settings require gave no reading.",
         "fault reset",
@@ -102,7 +106,7 @@ faults! {
         "fault reset",
         "The node is overloaded, or its firmware is wrong: look for other interrupts, and report it.";
     Blocked = 0x7121, "blocked or encoder frozen", Brake,
-        "For 40 ms more than 90 % of the current limit was commanded while the measured speed stayed below 1 % of the velocity limit.",
+        "For 40 ms more than 90 % of the current limit (half of `probe_current` while it limits) was commanded while the measured speed stayed below 1 % of the velocity limit.",
         "fault reset",
         "Free the axle. If it moves freely, check the encoder and its cable.";
     FollowingError = 0x8611, "following error", Hold,

@@ -177,7 +177,7 @@ settings! {
     BenchSpeed = 0x0029, "bench_speed", "mrad/s", 1..=2_000_000, 1_000;
 
     /// Kind of the motor: 0 brushed, between half bridges a and b; 1 three-phase, with permanent
-    /// magnets. The rotor sensor of a three-phase motor must be absolute within a turn.
+    /// magnets.
     MotorKind = 0x00c0, "motor_kind", "1", 0..=1, 0;
     /// Pole pairs of a three-phase motor.
     PolePairs = 0x00c1, "pole_pairs", "1", 1..=64, 7;
@@ -210,6 +210,17 @@ settings! {
     /// it is right down to one count in ten seconds. 0: the velocity has a pulse at each count.
     CountTiming = 0x00cc, "count_timing", "1", 0..=1, 0;
 
+    /// Rotor sensor of a three-phase motor: 0 absolute within a turn; 1 incremental encoder. With an
+    /// incremental encoder, arming aligns the rotor once after power-up, and `electrical_offset`
+    /// does not count.
+    RotorSensor = 0x00cd, "rotor_sensor", "1", 0..=1, 0;
+    /// Maximum motor current of an alignment. `current_limit` limits it, too. It must turn the
+    /// shaft against its friction and its load.
+    AlignmentCurrent = 0x00ce, "alignment_current", "mA", 10..=100_000, 3_000;
+    /// Maximum distance of the output shaft from its position at the start of an alignment. The
+    /// alignment turns the rotor by up to three quarters of an electrical turn in each direction.
+    AlignmentTravel = 0x00cf, "alignment_travel", "mrad", 1..=100_000, 200;
+
     /// Deceleration of a quick stop; 0: equal to `acceleration_limit`.
     QuickStopDeceleration = 0x00e0, "quick_stop_deceleration", "mrad/s^2", 0..=100_000_000, 0;
     /// Maximum change of the current in torque mode (start value of object 0x6087).
@@ -226,6 +237,11 @@ settings! {
     /// Time in which the holding brake engages; 0 for a drive without a brake. A drive that stands
     /// holds its position meanwhile, before its bridge goes off.
     BrakeEngageTime = 0x00e9, "brake_engage_time", "ms", 0..=150, 0;
+
+    /// Maximum motor current after power is enabled, until the shaft has turned the way of its
+    /// torque. 0: `current_limit` from the beginning, as a drive needs it that carries a load at
+    /// once.
+    ProbeCurrent = 0x00ea, "probe_current", "mA", 0..=100_000, 0;
 
     /// Supply voltage at which the fault "under-voltage" begins. No current is left there that
     /// draws power from the supply.

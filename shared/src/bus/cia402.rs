@@ -73,6 +73,8 @@ pub mod status {
     pub const ERROR_OF_MODE: u16 = 1 << 13;
     /// The position is homed.
     pub const HOMED: u16 = 1 << 14;
+    /// The rotor is being aligned. Operation is enabled afterwards.
+    pub const ALIGNING: u16 = 1 << 15;
 }
 
 const TRANSITIONS: &[(State, DriveCommand, State)] = {

@@ -132,7 +132,7 @@ payload! {
 payload! {
     /// Status of a drive: TPDO 2 of axle and screw.
     DriveStatus {
-        /// Statusword of CiA 402; bit 14: homed.
+        /// Statusword of CiA 402; bit 14: homed; bit 15: the rotor is being aligned.
         statusword: u16 = 0x60_4100,
         /// Error code (`tautrack::faults`); 0 is none.
         error_code: u16 = 0x60_3f00,

@@ -16,6 +16,10 @@ const FILTER: f32 = 0.3;
 /// Error that no healthy motor has, as a fraction of the back-EMF at the velocity limit. The
 /// settings may be wrong by 10 % in flux.
 const LARGE: f32 = 0.25;
+/// The same while the encoder shows no motion. Then the flux explains nothing.
+const LARGE_STANDING: f32 = 0.06;
+/// Part of the velocity limit below which the encoder shows no motion.
+const STANDING: f32 = 0.01;
 /// Part of the resistive voltage that may be missing or excessive. The resistance in the settings
 /// may be wrong by 40 %.
 const RESISTIVE: f32 = 0.6;
@@ -58,6 +62,18 @@ pub struct Findings {
     pub disagrees: bool,
     /// The rotor's angle is wrong.
     pub slipped: bool,
+}
+
+impl Findings {
+    /// Returns what also counts while the field turns the rotor: then the voltage has no axes of
+    /// the rotor.
+    #[must_use]
+    pub fn of_turning_field(self) -> Self {
+        Self {
+            open_phase: self.open_phase,
+            ..Self::default()
+        }
+    }
 }
 
 /// Parameters of the motor, and the filtered error.
@@ -134,8 +150,12 @@ impl BackEmf {
         let [d, q] = raw.map(|raw| limit(raw, VOLTAGE_FULL_SCALE));
         self.direct += (d - self.direct) * FILTER;
         let unexplained = UNEXPLAINED * limit(now.supply_voltage, VOLTAGE_FULL_SCALE);
-        let fixed = LARGE * self.constant * self.velocity_limit + unexplained;
-        let largest = 9.0 * fixed * fixed;
+        let stands = velocity.abs() < STANDING * self.velocity_limit;
+        let part = if stands { LARGE_STANDING } else { LARGE };
+        let full_emf = self.constant * self.velocity_limit;
+        let fixed = part * full_emf + unexplained;
+        let most = 3.0 * (LARGE * full_emf + unexplained);
+        let largest = most * most;
         // So one disturbed sample is forgotten before it is a finding.
         let square = d * d + q * q;
         let square = if square < largest { square } else { largest };

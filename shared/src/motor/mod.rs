@@ -5,6 +5,7 @@
 //! * [`cascade`]: current from a set-point
 //! * [`current`]: compare values of the half bridges from a current, in the PWM interrupt
 //! * [`calibration`]: measures the motor and its sensors on request
+//! * [`alignment`]: finds the angle of a rotor whose sensor only counts
 //! * [`limits`]: what a motor, a bridge and a supply can carry; the last limiter of the current
 //! * [`back_emf`]: compares the voltage of the bridge with the speed of the encoder
 //! * [`encoder_steps`]: finds a noisy encoder
@@ -16,6 +17,7 @@
 //! Positions are `i64` in 2^-32 turn of the output shaft, so that they lose neither precision nor
 //! range over time. Only differences of positions become `f32`.
 
+pub mod alignment;
 pub mod back_emf;
 pub mod bridge;
 pub mod calibration;

@@ -52,10 +52,73 @@ impl Rotor {
         ElectricalAngle(self.offset + Angle::from_bits(turned))
     }
 
+    /// Returns the angle of the axes in which a positive current in q, turned by
+    /// [`Self::direction`], points along `field`.
+    pub fn axes_of_field(&self, field: ElectricalAngle) -> ElectricalAngle {
+        ElectricalAngle(field.0 - self.quarter())
+    }
+
+    /// Returns the field to which these axes belong ([`Self::axes_of_field`]).
+    pub fn field_of_axes(&self, axes: ElectricalAngle) -> ElectricalAngle {
+        ElectricalAngle(axes.0 + self.quarter())
+    }
+
+    fn quarter(&self) -> Angle {
+        Angle::from_bits(self.direction << 30)
+    }
+
+    /// Adds `error` to the angle of every count.
+    pub fn correct(&mut self, error: ElectricalAngle) {
+        self.offset += error.0;
+    }
+
     /// Returns the sign with which a current in q turns the rotor towards larger counts.
     #[inline]
     pub fn direction(&self) -> i32 {
         self.direction
+    }
+}
+
+/// Follows the count of a rotor sensor within a turn. So the rounding of [`Rotor::angle`] does not
+/// add up over the turns of an incremental encoder, whose count goes on from turn to turn.
+#[derive(Clone, Copy, Debug)]
+pub struct Turn {
+    counts_per_turn: i32,
+    within: i32,
+    last: u32,
+}
+
+impl Turn {
+    /// Creates a turn that begins at count 0.
+    pub fn new(mounting: Mounting) -> Self {
+        Self {
+            counts_per_turn: mounting.counts_per_turn,
+            within: 0,
+            last: 0,
+        }
+    }
+
+    /// Returns the count within a turn for this reading of the sensor. A reading that is within a
+    /// turn already is returned as it is. The sensor moves by less than a turn between two calls;
+    /// after a longer pause, the next calls return to the turn one by one.
+    #[inline]
+    pub fn update(&mut self, reading: u32) -> u32 {
+        let moved = reading.wrapping_sub(self.last) as i32;
+        self.last = reading;
+        let count = self.within.wrapping_add(moved);
+        self.within = if count >= self.counts_per_turn {
+            count - self.counts_per_turn
+        } else if count < 0 {
+            count + self.counts_per_turn
+        } else {
+            count
+        };
+        self.within as u32
+    }
+
+    /// Returns the count of the last reading within a turn.
+    pub fn count(&self) -> u32 {
+        self.within as u32
     }
 }
 
@@ -108,5 +171,26 @@ mod tests {
             let angle = ElectricalAngle::from_milli_degrees(milli_degrees);
             assert_eq!(angle.0.to_bits(), expected as i32, "{milli_degrees}");
         }
+    }
+
+    #[test]
+    fn a_turn_loses_no_angle_in_a_hundred_million_counts() {
+        // 2^32 * 7 / 2000 is no whole number.
+        let mounting = Mounting {
+            counts_per_turn: 2_000,
+            pole_pairs: 7,
+            offset: ElectricalAngle::default(),
+            reversed: false,
+        };
+        let (rotor, mut turn) = (Rotor::new(mounting), Turn::new(mounting));
+        let (mut count, mut worst) = (0_i64, 0);
+        for step in 0..2_000_000_i64 {
+            count += if step < 1_200_000 { 97 } else { -150 };
+            let angle = rotor.angle(turn.update(count as u32)).0;
+            let exact = (i128::from(count) * 7 * (1 << 32)).div_euclid(2_000) as i32;
+            worst = worst.max(angle.to_bits().wrapping_sub(exact).unsigned_abs());
+            assert!(i64::from(turn.count()) == count.rem_euclid(2_000));
+        }
+        assert!(worst <= 1_000, "{worst} units of 2^-32 turn");
     }
 }

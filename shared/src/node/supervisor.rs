@@ -29,6 +29,8 @@ pub(super) struct Readings {
     pub powered: bool,
     /// What the voltage of the bridge shows.
     pub motor: Findings,
+    /// The rotor could not be aligned.
+    pub misaligned: bool,
     /// The encoder made impossible steps.
     pub noisy: bool,
     /// Temperatures of bridge and motor.
@@ -45,6 +47,19 @@ pub(super) struct Stall {
     pub pushing: f32,
     /// Speed below which a motor counts as standing, rad/s.
     pub standing: f32,
+}
+
+impl Stall {
+    /// Returns the thresholds of a motor that must turn from the current `pushing` on, A, if that
+    /// is less.
+    #[inline]
+    pub fn pushed_by(self, pushing: f32) -> Self {
+        if pushing < self.pushing {
+            Self { pushing, ..self }
+        } else {
+            self
+        }
+    }
 }
 
 /// Bounds of the watches.
@@ -66,7 +81,7 @@ pub(super) struct Bounds {
 
 /// The watched faults, and for how many ticks the condition of each must last, at most 127. They
 /// are the first faults of the table in [`crate::faults`], in its order.
-const WATCHES: [(Fault, u8); 14] = [
+const WATCHES: [(Fault, u8); 15] = [
     (Fault::OverCurrent, 5),
     (Fault::Overspeed, 3),
     (Fault::VelocityDeviation, 25),
@@ -74,6 +89,7 @@ const WATCHES: [(Fault, u8); 14] = [
     (Fault::EncoderMismatch, 8),
     (Fault::RotorAngle, 1),
     (Fault::EncoderNoise, 1),
+    (Fault::Misaligned, 1),
     (Fault::InvalidReading, 3),
     (Fault::OverVoltage, 5),
     (Fault::UnderVoltage, 5),
@@ -176,6 +192,7 @@ impl Supervisor {
             now.motor.disagrees && now.powered,
             now.motor.slipped && now.powered,
             now.noisy && now.powered,
+            now.misaligned,
             !finite || missing,
             !(now.supply_voltage <= bounds.over_voltage),
             !(now.supply_voltage >= bounds.under_voltage),

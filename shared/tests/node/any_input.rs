@@ -4,10 +4,12 @@ use proptest::collection::vec;
 use proptest::prelude::*;
 use tautrack::bus::pdo::DriveMotion;
 use tautrack::motor::current::Electrical;
+use tautrack::motor::rotor::ElectricalAngle;
 use tautrack::node::axle::{Axle, BridgeDemand, Inputs, Outputs, SetPoint};
 use tautrack::node::screw::{self, Screw};
 use tautrack::sensors::{Switches, Temperatures};
 use tautrack::settings::{Setting, Settings};
+use tautrack::units::Angle;
 
 /// Generates any bit pattern, including NaN, infinities and subnormals.
 fn any_f32() -> impl Strategy<Value = f32> {
@@ -48,9 +50,11 @@ prop_compose! {
     fn electrical()(
         voltage in proptest::option::of((any_f32(), any_f32())),
         [direct, direct_size] in [any_f32(), any_f32()],
+        ahead in any::<Option<i32>>(),
         [over_current, overrun] in prop_oneof![9 => Just([false; 2]), 1 => any::<[bool; 2]>()],
     ) -> Electrical {
-        Electrical { voltage: voltage.map(|(d, q)| [d, q]), direct, direct_size, over_current, overrun }
+        let ahead = ahead.map(|bits| ElectricalAngle(Angle::from_bits(bits)));
+        Electrical { voltage: voltage.map(|(d, q)| [d, q]), direct, direct_size, ahead, over_current, overrun }
     }
 }
 
@@ -89,16 +93,25 @@ prop_compose! {
 
 fn within_limit(outputs: &Outputs, limit: f32) -> bool {
     match outputs.bridge {
-        BridgeDemand::Current(current) => current.abs() <= limit,
+        BridgeDemand::Current(current) | BridgeDemand::Align { current, .. } => {
+            current.abs() <= limit
+        }
         BridgeDemand::Braking { current, direct } => current.hypot(direct) <= limit * 1.000_001,
-        BridgeDemand::Off | BridgeDemand::Brake => true,
+        BridgeDemand::Off | BridgeDemand::Brake | BridgeDemand::Aligned(_) => true,
     }
 }
 
 proptest! {
     #[test]
-    fn no_input_makes_an_axle_ask_for_more_than_its_current_limit(steps in vec(inputs(), 1..200), homed in any::<bool>()) {
+    fn no_input_makes_an_axle_ask_for_more_than_its_current_limit(
+        steps in vec(inputs(), 1..200),
+        homed in any::<bool>(),
+        incremental in any::<bool>(),
+    ) {
         let mut settings = Settings::default();
+        for setting in [Setting::MotorKind, Setting::RotorSensor] {
+            settings.set(setting.description().key, incremental.into()).unwrap();
+        }
         let direction = i32::from(!homed);
         settings.set(Setting::HomingDirection.description().key, direction).unwrap();
         let mut axle = Axle::new(&settings);

@@ -1,5 +1,7 @@
 //! Tests of the ticks of the nodes.
 
+#[cfg(feature = "lockstep")]
+mod alignment;
 mod any_input;
 #[cfg(feature = "lockstep")]
 mod drive_bench;

@@ -45,7 +45,7 @@ use embassy_stm32::{bind_interrupts, interrupt, peripherals};
 use static_cell::StaticCell;
 use tautrack::motor::bridge::Ratings;
 use tautrack::sensors::{BodySensors, Switches, Temperatures};
-use tautrack::settings::{SCHEMA_VERSION, Setting};
+use tautrack::settings::{SCHEMA_VERSION, Setting, Settings};
 use tautrack::store::State;
 
 /// The motor board.
@@ -69,6 +69,11 @@ static CONTROL: InterruptExecutor = InterruptExecutor::new();
 unsafe fn USART3() {
     // SAFETY: only this interrupt, with which the executor was started, calls this.
     unsafe { CONTROL.on_interrupt() }
+}
+
+/// Whether the board has the rotor sensor of these settings: it counts an incremental encoder.
+fn has_sensor(settings: &Settings) -> bool {
+    settings.get(Setting::MotorKind) == 0 || settings.get(Setting::RotorSensor) == 1
 }
 
 impl Board for Esc1 {
@@ -124,7 +129,7 @@ impl Board for Esc1 {
             let started = match &stored {
                 Err(refusal) => Err(refusal.clone()),
                 Ok(None) => roles::start_blank(spawners, role, Found::default()),
-                Ok(Some(settings)) if settings.get(Setting::MotorKind) == 0 => {
+                Ok(Some(settings)) if has_sensor(settings) => {
                     let found = Found {
                         state: State::Loaded as u8,
                         schema: SCHEMA_VERSION,
@@ -134,7 +139,7 @@ impl Board for Esc1 {
                     (role.start)(spawners, settings)
                 }
                 Ok(Some(_)) => Err(refuse(
-                    "motor_kind",
+                    "rotor_sensor",
                     "the board has no absolute rotor sensor",
                 )),
             };

@@ -4,6 +4,7 @@
 use super::VOLTAGE_FULL_SCALE;
 use super::foc::Dq;
 use super::operating_point::Fixed;
+use crate::motor::rotor::ElectricalAngle;
 
 /// Largest number of periods whose sums do not overflow. More of them in a control period are an
 /// overrun.
@@ -31,6 +32,9 @@ pub struct Electrical {
     /// Mean of the size of the current in d, A. It is larger than [`Self::direct`] if the current
     /// oscillates within the control period.
     pub direct_size: f32,
+    /// How far the field of an alignment is ahead of the rotor where its sensor shows it; `None`
+    /// while the rotor is not aligned.
+    pub ahead: Option<ElectricalAngle>,
     /// Bridge currents exceeded 150 % of the current limit. The bridge is open and stays open.
     pub over_current: bool,
     /// The PWM interrupt ran less than half as often, or more than twice as often, as it must in a
@@ -87,6 +91,7 @@ impl Sums {
                     .then_some([self.voltage.d as f32 * volts, self.voltage.q as f32 * volts]),
                 direct: self.direct as f32 * direct,
                 direct_size: self.direct_size as f32 * direct,
+                ahead: None,
                 over_current,
                 overrun: samples < expected / 2 || samples > expected.saturating_mul(2),
             },

@@ -28,7 +28,7 @@ pub use setup::{Config, CurrentLoopError, MotorKind};
 
 use super::bridge::{CurrentSensing, PowerStage, Readings};
 use super::capture::Signals;
-use super::rotor::Rotor;
+use super::rotor::{ElectricalAngle, Rotor, Turn};
 use crate::math::{Bound, root_of_sum, to_i16, to_i32};
 use brushed::Brushed;
 use foc::{Dq, Foc};
@@ -63,6 +63,17 @@ pub enum BridgeDemand {
         /// The current in d, A. It is limited to what `current` leaves of the current limit.
         direct: f32,
     },
+    /// As [`Self::Current`], along the magnets' flux of a rotor that stands at the angle `field`,
+    /// wherever the rotor is. It turns the rotor there. A brushed motor's bridge opens.
+    Align {
+        /// The current, A.
+        current: f32,
+        /// Where it points.
+        field: ElectricalAngle,
+    },
+    /// The rotor is this angle ahead of where its sensor shows it. Corrects the angle for good, and
+    /// demands no current.
+    Aligned(ElectricalAngle),
 }
 
 /// Number of PWM periods with an over-current in one control period after which the bridge stays
@@ -73,7 +84,7 @@ const TRIP_PERIODS: u32 = 2;
 #[derive(Clone, Debug)]
 enum Motor {
     Brushed(Brushed),
-    ThreePhase(Foc, Rotor),
+    ThreePhase(Foc, Rotor, Turn),
 }
 
 /// State of the PWM interrupt.
@@ -106,6 +117,8 @@ pub struct CurrentLoop {
 struct Demand {
     action: Action,
     point: OperatingPoint,
+    /// Angle of the rotor's axes that replaces the angle of the rotor.
+    axes: Option<ElectricalAngle>,
     /// Velocity of the output shaft, 0.01 rad/s.
     velocity: i16,
 }
@@ -132,6 +145,7 @@ impl CurrentLoop {
     /// After an over-current the bridge stays open whatever is demanded, until the demand is
     /// [`BridgeDemand::Off`] once.
     pub fn demand(&mut self, demand: BridgeDemand, supply_voltage: f32, shaft_velocity: f32) {
+        let (mut axes, mut shaft_velocity) = (None, shaft_velocity);
         let action = match demand {
             BridgeDemand::Off => {
                 self.excess = 0;
@@ -146,10 +160,28 @@ impl CurrentLoop {
                 let left = to_i32(root_of_sum(limit * limit - used * used));
                 Action::Current(q, Bound::new(left - 1).limit(self.limited(direct)))
             }
+            BridgeDemand::Align { current, field } => match &self.motor {
+                Motor::Brushed(_) => Action::Off,
+                Motor::ThreePhase(_, rotor, _) => {
+                    axes = Some(rotor.axes_of_field(field));
+                    shaft_velocity = 0.0;
+                    Action::Current(self.limited(current), 0)
+                }
+            },
+            BridgeDemand::Aligned(error) => match &mut self.motor {
+                Motor::Brushed(_) => Action::Off,
+                Motor::ThreePhase(foc, rotor, _) => {
+                    rotor.correct(error);
+                    // The integrals belong to the axes of the field.
+                    foc.reset();
+                    Action::Current(0, 0)
+                }
+            },
         };
         self.demand = Demand {
             action,
             point: OperatingPoint::new(&self.fixed, supply_voltage, shaft_velocity),
+            axes,
             velocity: to_i16(shaft_velocity * 100.0),
         };
         self.left = self.life;
@@ -173,6 +205,7 @@ impl CurrentLoop {
         self.demand = Demand {
             action,
             point: OperatingPoint::new(&self.fixed, supply_voltage, 0.0),
+            axes: None,
             velocity: 0,
         };
         self.sensing = excitation.sensing;
@@ -198,7 +231,12 @@ impl CurrentLoop {
         if !tripped {
             self.excess = 0;
         }
-        sums.means(&self.fixed, self.life / DEMAND_CONTROL_PERIODS, tripped)
+        let mut means = sums.means(&self.fixed, self.life / DEMAND_CONTROL_PERIODS, tripped)?;
+        if let (Motor::ThreePhase(_, rotor, turn), Some(axes)) = (&self.motor, self.demand.axes) {
+            let ahead = rotor.field_of_axes(axes).0 - rotor.angle(turn.count()).0;
+            means.electrical.ahead = Some(ElectricalAngle(ahead));
+        }
+        Some(means)
     }
 
     /// Returns the signals of the PWM period that had these `readings` and led to `stage`, for a
@@ -234,11 +272,11 @@ impl CurrentLoop {
         };
         let (stage, current) = match action {
             Action::Current(q, d) if largest <= self.over_current => {
-                let (point, demand) = (&self.demand.point, Dq { d, q });
+                let (point, axes, demand) = (&self.demand.point, self.demand.axes, Dq { d, q });
                 let sums = &mut self.sums;
                 let (compare, current) =
                     self.motor
-                        .step(readings.rotor, currents, demand, point, sums);
+                        .step(readings.rotor, axes, currents, demand, point, sums);
                 if point.voltage_limit == 0 {
                     self.motor.reset();
                 }
@@ -307,7 +345,8 @@ impl Motor {
     #[inline]
     fn step(
         &mut self,
-        count: u32,
+        reading: u32,
+        axes: Option<ElectricalAngle>,
         currents: [i32; 2],
         demand: Dq,
         point: &OperatingPoint,
@@ -320,8 +359,9 @@ impl Motor {
                 sums.add_voltage(Dq { d: 0, q: voltage }, 0);
                 (compare, Dq { d: 0, q })
             }
-            Self::ThreePhase(foc, rotor) => {
-                let (angle, direction) = (rotor.angle(count), rotor.direction());
+            Self::ThreePhase(foc, rotor, turn) => {
+                let (measured, direction) = (rotor.angle(turn.update(reading)), rotor.direction());
+                let angle = axes.unwrap_or(measured);
                 let q = demand.q * direction;
                 let step = foc.step(angle, currents, Dq { q, ..demand }, point);
                 let Dq { d, q } = step.voltage;
@@ -345,7 +385,7 @@ impl Motor {
     fn reset(&mut self) {
         match self {
             Self::Brushed(brushed) => brushed.reset(),
-            Self::ThreePhase(foc, _) => foc.reset(),
+            Self::ThreePhase(foc, ..) => foc.reset(),
         }
     }
 }

@@ -194,7 +194,7 @@ impl Probe {
                 let voltage = [(i32::from(a) - i32::from(b)) << COUNT_BITS, 0];
                 ([currents[0] >> 4, 0], [a, b, point.half as u16], voltage)
             }
-            Motor::ThreePhase(foc, _) => {
+            Motor::ThreePhase(foc, ..) => {
                 let axes = sin_cos_q30(angle);
                 let ahead = sin_cos_q30(angle + lead);
                 let compare = foc.open_loop([d, q], ahead, point);

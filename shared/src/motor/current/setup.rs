@@ -7,7 +7,7 @@ use super::means::Sums;
 use super::operating_point::Fixed;
 use super::{CurrentLoop, DEMAND_CONTROL_PERIODS, Demand, Motor};
 use crate::motor::bridge::{CurrentSensing, Ratings};
-use crate::motor::rotor::{ElectricalAngle, Mounting, Rotor};
+use crate::motor::rotor::{ElectricalAngle, Mounting, Rotor, Turn};
 use crate::settings::{Setting, Settings};
 use core::fmt;
 
@@ -218,7 +218,7 @@ impl CurrentLoop {
                 let rotor = Rotor::new(config.mounting);
                 let gains = [gains(config.inductance[0])?, gains(config.inductance[1])?];
                 (
-                    Motor::ThreePhase(Foc::new(gains, dead), rotor),
+                    Motor::ThreePhase(Foc::new(gains, dead), rotor, Turn::new(config.mounting)),
                     pole_pairs * rotor.direction() as f32,
                     config.torque_constant / (1.5 * pole_pairs),
                 )

@@ -35,4 +35,9 @@ pub enum ActiveLimit {
     BridgeTemperature = 14,
     /// The measured temperature of the motor.
     MotorTemperature = 15,
+    /// The rotor is being aligned before operation is enabled.
+    Alignment = 16,
+    /// The shaft has not yet turned the way of its torque since power was enabled
+    /// (`probe_current`).
+    SignProbe = 17,
 }

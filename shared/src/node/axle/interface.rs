@@ -1,6 +1,6 @@
 //! Inputs and outputs of an axle's tick.
 
-use super::{SetPoint, Snapshot};
+use super::{AlignmentState, SetPoint, Snapshot};
 use crate::bus::pdo::{DriveMotion, DriveStatus};
 use crate::faults::Faults;
 pub use crate::motor::current::BridgeDemand;
@@ -66,4 +66,6 @@ pub struct Outputs {
     /// Heat of winding and bridge, in thousandths of what their continuous currents leave in them
     /// (objects 0x2041 and 0x2042).
     pub heat: [u16; 2],
+    /// State of the rotor's alignment (object 0x2064).
+    pub alignment: AlignmentState,
 }

@@ -14,6 +14,8 @@
 //! * `torque`: torque mode
 //! * `stopping`: halt, quick stop, and ramps before the bridge goes off
 //! * `brake`: releases and engages the holding brake
+//! * `commutation`: aligns the rotor before operation is enabled
+//! * `sign_probe`: limits the first current until the shaft has turned the way of its torque
 //! * `windows`: following error and target reached
 //! * `homing`: finds the home switch; `homing_method` says which switch and which edge
 //! * `output`: published payloads, and the last limiter
@@ -23,6 +25,7 @@
 
 mod authority;
 mod brake;
+mod commutation;
 mod envelope;
 mod handshake;
 mod homing;
@@ -34,12 +37,14 @@ mod options;
 mod output;
 mod set_points;
 mod setup;
+mod sign_probe;
 mod snapshot;
 mod stopping;
 mod supervision;
 mod torque;
 mod windows;
 
+pub use commutation::AlignmentState;
 pub use interface::{ActiveLimit, BridgeDemand, Inputs, Outputs};
 pub use set_points::SetPoint;
 pub use snapshot::{NO_SENSOR, Snapshot};
@@ -56,12 +61,14 @@ use crate::motor::observer::Observer;
 use crate::motor::profile::Motion;
 use authority::Authority;
 use brake::Brake;
+use commutation::Commutation;
 use envelope::{Envelope, Envelopes};
 use handshake::Handshake;
 use homing::Homing;
 use latch::Latch;
 use offset::Offset;
 use options::{Options, Ramp};
+use sign_probe::SignProbe;
 use stopping::Exit;
 use torque::Barrier;
 
@@ -112,6 +119,8 @@ pub struct Axle {
     halted: bool,
     exit: Option<Exit>,
     brake: Brake,
+    commutation: Commutation,
+    sign_probe: SignProbe,
     /// Ticks for which the position has been outside of the following error window, and within the
     /// position window.
     following_ticks: u32,

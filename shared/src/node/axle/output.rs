@@ -7,6 +7,7 @@ use crate::bus::cia402::{State, mode, status};
 use crate::bus::pdo::{DriveMotion, DriveStatus};
 use crate::faults::Reaction;
 use crate::math::{saturate, to_i16};
+use crate::motor::alignment::Progress;
 use crate::motor::cascade::Demand;
 use crate::motor::limits::{Conditions, Limited};
 
@@ -26,11 +27,14 @@ impl Axle {
             self.active_limit = ActiveLimit::VelocityOrCurrent;
         }
         let limited = demand.map(|demand| self.limit(inputs, demand));
-        if limited.is_none() {
+        let aligning = self.commutation.demand();
+        let aligning = aligning.map(|progress| self.limit_alignment(inputs, progress));
+        if limited.is_none() && aligning.is_none() {
             self.limiter.idle(inputs.current);
         }
         self.demand = limited.map_or(0.0, |limited| limited.current);
         let bridge = match (limited, self.state) {
+            _ if let Some(bridge) = aligning => bridge,
             (
                 Some(Limited {
                     current, direct, ..
@@ -63,6 +67,7 @@ impl Axle {
             brake_released: self.brake.is_energized(),
             snapshot: self.snapshot.take(),
             heat: self.limiter.heat(),
+            alignment: self.commutation.state(),
         }
     }
 
@@ -70,14 +75,37 @@ impl Axle {
     fn limit(&mut self, inputs: &Inputs, demand: Demand) -> Limited {
         let amperes = self.force.cascade.amperes(demand.current);
         let conditions = conditions(inputs, self.velocity());
-        let limited = self
-            .limiter
-            .limit(amperes, self.force.current_limit, &conditions);
+        let bound = self.sign_probe.bound(self.force.current_limit);
+        let mut limited = self.limiter.limit(amperes, bound, &conditions);
+        if limited.cause == ActiveLimit::None && amperes.abs() > bound {
+            limited.cause = ActiveLimit::SignProbe;
+        }
         if limited.cause != ActiveLimit::None {
             self.active_limit = limited.cause;
             self.force.cascade.undo();
         }
         limited
+    }
+
+    /// Limits the current of an alignment as any other.
+    fn limit_alignment(&mut self, inputs: &Inputs, progress: Progress) -> BridgeDemand {
+        let conditions = conditions(inputs, self.velocity());
+        let mut limit = |current| {
+            let bound = self.force.current_limit;
+            self.limiter.limit(current, bound, &conditions).current
+        };
+        self.active_limit = ActiveLimit::Alignment;
+        match progress {
+            Progress::Drive(current, field) => BridgeDemand::Align {
+                current: limit(current),
+                field,
+            },
+            Progress::Done(error) => {
+                limit(0.0);
+                BridgeDemand::Aligned(error)
+            }
+            Progress::Failed => BridgeDemand::Off,
+        }
     }
 
     fn statusword(&self) -> u16 {
@@ -93,6 +121,9 @@ impl Axle {
         }
         if self.active_limit != ActiveLimit::None {
             word |= status::LIMIT_ACTIVE;
+        }
+        if self.commutation.aligns() {
+            word |= status::ALIGNING;
         }
         if self.homed {
             word |= status::HOMED;

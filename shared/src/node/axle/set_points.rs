@@ -87,6 +87,7 @@ impl Axle {
             {
                 self.leave(after, command);
             }
+            (State::SwitchedOn, DriveCommand::EnableOperation) if self.commutation.start() => {}
             _ => self.enter(after),
         }
     }
@@ -95,12 +96,14 @@ impl Axle {
         if state == State::OperationEnabled || state == State::QuickStopActive {
             if !self.powered() {
                 self.force.cascade.reset();
+                self.sign_probe.start();
             }
             if self.homing.stage.is_running() {
                 self.homing.abort();
             }
             self.anchor();
         }
+        self.commutation.abort();
         self.state = state;
         self.exit = None;
         self.halted = false;
@@ -149,8 +152,11 @@ impl Axle {
     ) -> Option<Demand> {
         self.active_limit = ActiveLimit::None;
         self.finish_exit();
+        self.align(inputs);
         if !self.powered() {
-            self.brake.drop_in();
+            if !self.commutation.aligns() {
+                self.brake.drop_in();
+            }
             return None;
         }
         let released = self.exit.is_some() || self.brake.release();

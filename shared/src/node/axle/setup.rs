@@ -2,12 +2,14 @@
 
 use super::authority::Authority;
 use super::brake::Brake;
+use super::commutation::Commutation;
 use super::envelope::Envelopes;
 use super::handshake::Handshake;
 use super::homing::Homing;
 use super::latch::Latch;
 use super::offset::Offset;
 use super::options::{Options, Ramp};
+use super::sign_probe::SignProbe;
 use super::{ActiveLimit, Axle, SetPoint};
 use crate::bus::cia402::{DriveCommand, State};
 use crate::bus::scale::Scale;
@@ -109,6 +111,8 @@ impl Axle {
             halted: false,
             exit: None,
             brake: Brake::new(settings),
+            commutation: Commutation::new(settings),
+            sign_probe: SignProbe::new(settings),
             following_ticks: 0,
             in_window: 0,
             homing: Homing::new(settings, home_position),
@@ -119,8 +123,10 @@ impl Axle {
         }
     }
 
-    /// Takes over the torque constant of these settings, after a calibration.
+    /// Takes over the torque constant of these settings, after a calibration has replaced the
+    /// current loop.
     pub fn use_torque_constant(&mut self, settings: &Settings) {
+        self.forget_rotor_angle();
         self.torque_per_ampere = torque_per_ampere(settings, self.scale);
         self.offset = Offset::new(settings, 1.0 / self.torque_per_ampere);
     }

@@ -16,7 +16,8 @@ impl Axle {
     /// Raises the faults whose conditions are met, even if other faults are latched already, and
     /// applies the strongest reaction.
     pub(super) fn supervise(&mut self, inputs: &Inputs, taut: Option<Result<Motion, Fault>>) {
-        let (enabled, powered) = (self.state == State::OperationEnabled, self.powered());
+        let (enabled, powered) = (self.state == State::OperationEnabled, self.energized());
+        let aligns = self.commutation.aligns();
         let in_position = enabled && mode::controls_position(self.mode);
         let observed = Observed {
             current: inputs.current,
@@ -25,6 +26,8 @@ impl Axle {
             supply_voltage: inputs.supply_voltage,
             electrical: inputs.electrical,
         };
+        let turns_back = self.powered() && self.sign_probe.tick(self.position(), self.demand);
+        let motor = self.back_emf.check(&observed);
         let readings = Readings {
             current: inputs.current,
             demand: self.demand,
@@ -37,14 +40,19 @@ impl Axle {
                 0
             },
             powered,
-            motor: self.back_emf.check(&observed),
+            motor: if aligns {
+                motor.of_turning_field()
+            } else {
+                motor
+            },
+            misaligned: self.commutation.take_failure() || turns_back,
             noisy: self.encoder_steps.is_noisy(),
             temperatures: inputs.temperatures,
             electrical: inputs.electrical,
         };
-        let mut present = self
-            .supervisor
-            .check(&readings, &self.bounds, self.force.stall);
+        let pushing = self.sign_probe.pushing();
+        let stall = self.force.stall.pushed_by(pushing);
+        let mut present = self.supervisor.check(&readings, &self.bounds, stall);
         if powered {
             let now_us = inputs.now_us;
             present.insert_if(Fault::GuardLost, self.authority.guard_lost(now_us));
@@ -66,6 +74,7 @@ impl Axle {
             self.snapshot = self.take_snapshot(present, inputs);
         }
         self.latch.raise(present);
+        self.commutation.doubt(present);
         self.react();
         let faultless = self.latch.faults().is_empty();
         let bench_changes =

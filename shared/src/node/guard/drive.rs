@@ -118,6 +118,10 @@ impl Drive {
             state.torque = f32::from(status.torque) * NEWTON_METRES;
             state.homed = status.statusword & status::HOMED != 0;
             state.enabled = self.state() == Some(State::OperationEnabled);
+            if status.statusword & status::ALIGNING != 0 {
+                // The drive bounds the time of the alignment.
+                self.duty_since_us = now_us;
+            }
             if self.state().is_some_and(|state| self.duty.is_met_by(state)) {
                 self.met = true;
             }

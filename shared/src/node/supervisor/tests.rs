@@ -20,6 +20,7 @@ const GOOD: Readings = Readings {
         disagrees: false,
         slipped: false,
     },
+    misaligned: false,
     noisy: false,
     temperatures: Temperatures {
         bridge: None,
@@ -29,6 +30,7 @@ const GOOD: Readings = Readings {
         voltage: None,
         direct: 0.0,
         direct_size: 0.0,
+        ahead: None,
         over_current: false,
         overrun: false,
     },
@@ -141,6 +143,14 @@ fn each_bad_reading_raises_its_fault_after_its_dwell() {
             },
             1,
             Fault::EncoderNoise,
+        ),
+        (
+            Readings {
+                misaligned: true,
+                ..GOOD
+            },
+            1,
+            Fault::Misaligned,
         ),
         (
             Readings {

@@ -4,10 +4,12 @@ use tautrack::bus::cia402::{State, toward_operation};
 use tautrack::bus::drive_parameters::DriveParameters;
 use tautrack::bus::pdo::DriveMotion;
 use tautrack::motor::current::Electrical;
+use tautrack::motor::rotor::ElectricalAngle;
 use tautrack::node::axle::{Axle, BridgeDemand, Inputs, Outputs, SetPoint};
 use tautrack::node::screw::{self, Screw};
 use tautrack::sensors::{Switches, Temperatures};
 use tautrack::settings::{Setting, Settings};
+use tautrack::units::Angle;
 
 /// `SplitMix64`: a fast random generator. Every seed gives another sequence.
 pub struct Random(u64);
@@ -49,6 +51,8 @@ pub enum Kind {
     Braked,
     /// An axle with a three-phase motor.
     ThreePhase,
+    /// An axle with a three-phase motor whose encoder only counts, and with a holding brake.
+    Incremental,
     /// An axle that homes, with a switch that is never found.
     NoSwitch,
     /// An axle that homes, with a switch that seems to close at a wrong place.
@@ -62,9 +66,18 @@ impl Kind {
             1 | 2 => Self::FalseSwitch,
             3..=12 => Self::Screw,
             13..=16 => Self::Braked,
-            17..=36 => Self::ThreePhase,
+            17..=19 => Self::Incremental,
+            20..=36 => Self::ThreePhase,
             _ => Self::Axle,
         }
+    }
+
+    pub fn has_brake(self) -> bool {
+        matches!(self, Self::Braked | Self::Incremental)
+    }
+
+    pub fn is_three_phase(self) -> bool {
+        matches!(self, Self::ThreePhase | Self::Incremental)
     }
 }
 
@@ -149,6 +162,8 @@ pub struct Generator {
 
 /// Inertia of the rotor and its load, kg m^2.
 const INERTIA: f64 = 0.05;
+/// Electrical turns per turn of the output shaft.
+const ELECTRICAL: f64 = 7.0 * 60.0;
 const COUNTS_PER_RADIAN: f64 = 4_096.0 * 60.0 / std::f64::consts::TAU;
 
 impl Generator {
@@ -158,10 +173,11 @@ impl Generator {
             let key = Setting::HomingDirection.description().key;
             settings.set(key, 1).expect("within its bounds");
         }
-        if kind == Kind::Braked {
+        if kind.has_brake() {
             for (setting, time) in [
                 (Setting::BrakeReleaseTime, 20),
                 (Setting::BrakeEngageTime, BRAKE_ENGAGE_MS),
+                (Setting::ProbeCurrent, 1_000),
             ] {
                 let key = setting.description().key;
                 settings.set(key, time).expect("within its bounds");
@@ -171,9 +187,12 @@ impl Generator {
         settings
             .set(temperature, 10 * TEMPERATURE_LIMIT as i32)
             .expect("within its bounds");
-        if kind == Kind::ThreePhase {
-            let key = Setting::MotorKind.description().key;
-            settings.set(key, 1).expect("within its bounds");
+        for (setting, set) in [
+            (Setting::MotorKind, kind.is_three_phase()),
+            (Setting::RotorSensor, kind == Kind::Incremental),
+        ] {
+            let key = setting.description().key;
+            settings.set(key, set.into()).expect("within its bounds");
         }
         let node = if kind == Kind::Screw {
             Node::Screw(Screw::new(&settings).expect("the nominal geometry"))
@@ -223,6 +242,9 @@ impl Generator {
     pub fn next_event(&mut self, event: usize) -> u64 {
         if event < 12 && matches!(self.kind, Kind::NoSwitch | Kind::FalseSwitch) {
             return self.homing_event(event);
+        }
+        if self.kind == Kind::Incremental && (event == 0 || self.random.once_in(30)) {
+            return self.alignment_event();
         }
         let random = &mut self.random;
         // Most of the time everything is normal, so that operation is reached. Sometimes one or two
@@ -354,6 +376,22 @@ impl Generator {
         }
     }
 
+    /// Time in which an alignment may end, with a rotor that follows or not.
+    fn alignment_event(&mut self) -> u64 {
+        let random = &mut self.random;
+        self.rotor = match random.below(6) {
+            0 => Rotor::Stuck,
+            1 => Rotor::Swapped(INERTIA),
+            2 => Rotor::Dragged(random.pick(&[0.05, -1.0])),
+            _ => Rotor::Turns,
+        };
+        (self.current, self.supply_voltage, self.trouble) = (None, 24.0, Trouble::None);
+        (self.present.guard, self.present.master) = (true, true);
+        (self.bench, self.word, self.resets) = (false, None, true);
+        self.switches = Switches::default();
+        1_200 + random.below(200)
+    }
+
     /// Homing from power-up, with a switch that is not found, or that seems to close at a wrong
     /// place.
     fn homing_event(&mut self, event: usize) -> u64 {
@@ -393,8 +431,10 @@ impl Generator {
         let glitch = self.random.once_in(200);
         let word = self.word();
         let commanded = match self.bridge {
-            BridgeDemand::Current(current) | BridgeDemand::Braking { current, .. } => current,
-            BridgeDemand::Off | BridgeDemand::Brake => 0.0,
+            BridgeDemand::Current(current)
+            | BridgeDemand::Braking { current, .. }
+            | BridgeDemand::Align { current, .. } => current,
+            BridgeDemand::Off | BridgeDemand::Brake | BridgeDemand::Aligned(_) => 0.0,
         };
         let inputs = Inputs {
             now_us: self.now_us,
@@ -431,14 +471,10 @@ impl Generator {
     fn electrical(&mut self, current: f32) -> Electrical {
         let driven = matches!(
             self.bridge,
-            BridgeDemand::Current(_) | BridgeDemand::Braking { .. }
+            BridgeDemand::Current(_) | BridgeDemand::Braking { .. } | BridgeDemand::Align { .. }
         );
         let (mut d, mut q) = (0.0, 0.6 * current);
-        let emf = if self.kind == Kind::ThreePhase {
-            1.6
-        } else {
-            2.4
-        } * self.velocity as f32;
+        let emf = if self.kind.is_three_phase() { 1.6 } else { 2.4 } * self.velocity as f32;
         match self.trouble {
             Trouble::Angle(error) => {
                 d += emf * error.sin();
@@ -447,15 +483,32 @@ impl Generator {
             Trouble::Voltage(more) | Trouble::OpenLead(more) => q += emf + more,
             _ => q += emf,
         }
-        if self.kind == Kind::ThreePhase {
+        if self.kind.is_three_phase() {
             d -= 60.0 * 7.0 * 3e-4 * self.velocity as f32 * current;
         }
         Electrical {
             voltage: driven.then_some([d, q]),
+            ahead: self.ahead(),
             over_current: self.trouble == Trouble::OverCurrent,
             overrun: self.trouble == Trouble::Overrun,
             ..Electrical::default()
         }
+    }
+
+    /// Returns how far the field of an alignment is ahead of the rotor's sensor. A rotor that turns
+    /// follows the field.
+    fn ahead(&mut self) -> Option<ElectricalAngle> {
+        let BridgeDemand::Align { field, .. } = self.bridge else {
+            return None;
+        };
+        let turned = Angle::from_radians((self.angle * ELECTRICAL) as f32);
+        let sensed = match self.rotor {
+            Rotor::Turns => field.0,
+            Rotor::Swapped(_) => -field.0,
+            Rotor::Jumps => Angle::from_bits(self.random.bits() as i32),
+            Rotor::Stuck | Rotor::Dragged(_) => turned,
+        };
+        Some(ElectricalAngle(field.0 - sensed + Angle::QUARTER_TURN))
     }
 
     /// Runs one tick of the drive.
@@ -486,7 +539,7 @@ impl Generator {
             BridgeDemand::Current(current) | BridgeDemand::Braking { current, .. } => {
                 2.4 * f64::from(current)
             }
-            BridgeDemand::Off => 0.0,
+            BridgeDemand::Off | BridgeDemand::Align { .. } | BridgeDemand::Aligned(_) => 0.0,
             BridgeDemand::Brake => -9.6 * self.velocity.clamp(-3.0, 3.0),
         };
         match self.rotor {

@@ -19,15 +19,16 @@ const AT_LEAST: u64 = 1_000;
 /// Runs one sequence. The error says which guarantee was broken, and when.
 fn run(seed: u64, tally: &mut Tally) -> Result<(), String> {
     let mut generator = Generator::new(Random::new(seed), Kind::of(seed));
-    let engage_ticks = match Kind::of(seed) {
-        Kind::Braked => BRAKE_ENGAGE_MS as u32 + 2,
-        _ => 0,
+    let engage_ticks = if Kind::of(seed).has_brake() {
+        BRAKE_ENGAGE_MS as u32 + 2
+    } else {
+        0
     };
     let mut oracle = Oracle::new(
         CURRENT_LIMIT,
         generator.velocity_unit(),
         engage_ticks,
-        Kind::of(seed) == Kind::ThreePhase,
+        Kind::of(seed).is_three_phase(),
     );
     for event in 0..EVENTS {
         for _ in 0..generator.next_event(event) {

@@ -4,7 +4,7 @@
 use super::generator::TEMPERATURE_LIMIT;
 use tautrack::bus::cia402::State;
 use tautrack::faults::{ALL, Fault, Faults, Reaction};
-use tautrack::node::axle::{BridgeDemand, Inputs, Outputs};
+use tautrack::node::axle::{AlignmentState, BridgeDemand, Inputs, Outputs};
 
 const STATES: [State; 6] = [
     State::SwitchOnDisabled,
@@ -22,6 +22,8 @@ pub struct Tally {
     faults: [u64; ALL.len()],
     /// Conditions that were raised while another fault was latched already.
     behind_another: u64,
+    alignments: u64,
+    aborted_alignments: u64,
 }
 
 impl Tally {
@@ -33,6 +35,8 @@ impl Tally {
             *sum += more;
         }
         self.behind_another += other.behind_another;
+        self.alignments += other.alignments;
+        self.aborted_alignments += other.aborted_alignments;
         self
     }
 
@@ -45,9 +49,11 @@ impl Tally {
             .zip(self.faults)
             .filter(|(fault, _)| !BY_THE_GUARD.contains(fault));
         let faults = drive.map(|(fault, count)| (format!("{fault:?}"), count));
-        states
-            .chain(faults)
-            .chain([("a second fault".to_owned(), self.behind_another)])
+        states.chain(faults).chain([
+            ("a second fault".to_owned(), self.behind_another),
+            ("an alignment".to_owned(), self.alignments),
+            ("an aborted alignment".to_owned(), self.aborted_alignments),
+        ])
     }
 }
 
@@ -104,6 +110,9 @@ pub struct Oracle {
     /// Ticks in which the brake engages, and for which "disable voltage" has been commanded.
     engage_ticks: u32,
     disabled_for: u32,
+    /// An alignment is under way, and the rotor's angle is known.
+    aligning: bool,
+    aligned: bool,
 }
 
 impl Oracle {
@@ -138,6 +147,8 @@ impl Oracle {
             leaves: false,
             engage_ticks,
             disabled_for: 0,
+            aligning: false,
+            aligned: false,
         }
     }
 
@@ -164,6 +175,7 @@ impl Oracle {
         self.reactions(state, outputs)?;
         self.transitions(inputs, state, outputs)?;
         self.reports(inputs, outputs)?;
+        self.alignment(inputs, outputs, tally)?;
 
         let raised = outputs.faults.without(self.faults);
         for (count, fault) in tally.faults.iter_mut().zip(ALL) {
@@ -184,7 +196,7 @@ impl Oracle {
         self.bench = outputs.bench_mode;
         self.demand = match outputs.bridge {
             BridgeDemand::Current(current) | BridgeDemand::Braking { current, .. } => current,
-            BridgeDemand::Off | BridgeDemand::Brake => 0.0,
+            _ => 0.0,
         };
         if let Some(set_point) = inputs.set_point {
             self.word = set_point.controlword;
@@ -202,6 +214,7 @@ impl Oracle {
         outputs: &Outputs,
     ) -> Result<(), String> {
         let powered = matches!(self.state, State::OperationEnabled | State::QuickStopActive);
+        let energized = powered || self.aligning;
         let (current, voltage) = (inputs.current, inputs.supply_voltage);
         let lacking = (current - self.demand).abs() > 0.51 * self.demand.abs()
             && self.demand.abs() > 0.11 * self.current_limit;
@@ -214,7 +227,7 @@ impl Oracle {
             current.is_nan() || current.abs() > 1.2501 * self.current_limit,
             voltage.is_nan() || voltage > 32.001,
             voltage.is_nan() || voltage < 11.999,
-            powered && velocity.abs() > 7.201,
+            energized && velocity.abs() > 7.201,
             powered && self.deviates(velocity),
             powered && velocity.abs() < 0.0599 && self.demand.abs() > 0.9001 * self.current_limit,
             inputs.electrical.overrun,
@@ -222,7 +235,7 @@ impl Oracle {
                 .temperatures
                 .bridge
                 .is_some_and(|celsius| celsius > TEMPERATURE_LIMIT),
-            jumps && powered,
+            jumps && energized,
             powered && Self::unexplained(inputs, velocity) && lacking,
             powered && Self::unexplained(inputs, velocity) && !lacking,
             powered && self.turned(inputs, velocity),
@@ -245,11 +258,11 @@ impl Oracle {
         let losses = [
             (
                 Fault::GuardLost,
-                powered && !self.bench && self.guard_us.is_some_and(|at| silent(at, 120_000)),
+                energized && !self.bench && self.guard_us.is_some_and(|at| silent(at, 120_000)),
             ),
             (
                 Fault::CommandLost,
-                powered && silent(self.command_us, 60_000),
+                energized && silent(self.command_us, 60_000),
             ),
             (
                 Fault::JointLost,
@@ -315,6 +328,12 @@ impl Oracle {
                             self.current_limit
                         }
             }
+            (Some(Reaction::Hold), BridgeDemand::Align { .. } | BridgeDemand::Aligned(_)) => false,
+            (_, BridgeDemand::Align { current, .. }) => {
+                let most = if outputs.bench_mode { 2.0 } else { 3.000_001 };
+                state == State::SwitchedOn && (0.0..=most).contains(&current)
+            }
+            (_, BridgeDemand::Aligned(_)) => state == State::SwitchedOn,
             (_, BridgeDemand::Off | BridgeDemand::Brake) => true,
         };
         if !good {
@@ -378,10 +397,47 @@ impl Oracle {
         }
         let driven = matches!(
             outputs.bridge,
-            BridgeDemand::Current(_) | BridgeDemand::Braking { .. }
+            BridgeDemand::Current(_)
+                | BridgeDemand::Braking { .. }
+                | BridgeDemand::Align { .. }
+                | BridgeDemand::Aligned(_)
         );
         if outputs.brake_released && !driven {
             return Err("the brake is released without a current".to_owned());
+        }
+        Ok(())
+    }
+
+    /// Checks that a rotor is aligned only while operation is requested, by somebody who may, and
+    /// that no other current flows before its end.
+    fn alignment(
+        &mut self,
+        inputs: &Inputs,
+        outputs: &Outputs,
+        tally: &mut Tally,
+    ) -> Result<(), String> {
+        let word = inputs.set_point.map_or(self.word, |new| new.controlword);
+        match outputs.bridge {
+            BridgeDemand::Align { .. } | BridgeDemand::Aligned(_) if word & 0x8f != 0x0f => {
+                return Err("aligns without a request".to_owned());
+            }
+            BridgeDemand::Aligned(_) => {
+                self.aligned = true;
+                tally.alignments += 1;
+            }
+            BridgeDemand::Current(_) | BridgeDemand::Braking { .. } => {
+                let known = self.aligned || outputs.alignment == AlignmentState::NotNeeded;
+                if !known {
+                    return Err("a current although the rotor's angle is unknown".to_owned());
+                }
+            }
+            _ => {}
+        }
+        self.aligned &= outputs.alignment != AlignmentState::Needed;
+        let was_aligning = self.aligning;
+        self.aligning = outputs.alignment == AlignmentState::UnderWay;
+        if was_aligning && !self.aligning && !self.aligned {
+            tally.aborted_alignments += 1;
         }
         Ok(())
     }

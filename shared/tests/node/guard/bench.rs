@@ -37,6 +37,10 @@ pub struct Bench {
     pub errors: [u16; 4],
     pub sent: Vec<Frame>,
     pub emergency_stop: bool,
+    /// Until when the drives stay in "switched on" instead of "operation enabled", us, and the bits
+    /// that their statuswords show meanwhile.
+    pub aligns_until_us: u64,
+    pub aligning: u16,
 }
 
 impl Bench {
@@ -78,6 +82,8 @@ impl Bench {
             errors: [0; 4],
             sent: Vec::new(),
             emergency_stop: false,
+            aligns_until_us: 0,
+            aligning: status::ALIGNING,
         }
     }
 
@@ -111,7 +117,11 @@ impl Bench {
                     }
                     .frame(transmit(1), id),
                 );
-                let statusword = self.states[index].statusword() | status::HOMED;
+                let mut statusword = self.states[index].statusword() | status::HOMED;
+                let waits = self.states[index] == DriveState::SwitchedOn;
+                if waits && self.now_us < self.aligns_until_us {
+                    statusword |= self.aligning;
+                }
                 frames.push(
                     DriveStatus {
                         statusword,
@@ -151,7 +161,10 @@ impl Bench {
         for (index, id) in DRIVES.into_iter().enumerate() {
             if let Some(word) = self.controlword(id) {
                 let state = &mut self.states[index];
-                *state = state.after(DriveCommand::from_controlword(word));
+                let after = state.after(DriveCommand::from_controlword(word));
+                if after != DriveState::OperationEnabled || self.now_us >= self.aligns_until_us {
+                    *state = after;
+                }
             }
             let request = 0x600 + u16::from(id);
             if self.sent.iter().any(|frame| frame.id() == request) {

@@ -60,6 +60,29 @@ fn a_drive_that_falls_silent_is_named_within_the_deadline() {
 }
 
 #[test]
+fn the_guard_waits_for_drives_that_show_an_alignment() {
+    for shown in [true, false] {
+        let mut bench = Bench::new(&Settings::default());
+        bench.run(200);
+        bench.aligns_until_us = bench.now_us + 1_500_000;
+        if !shown {
+            bench.aligning = 0;
+        }
+        bench.request(Request::Arm);
+        let outputs = bench.run(1_400);
+        let state = State::from_code(outputs.state.state);
+        if shown {
+            assert!(matches!(state, Some(State::Starting(_))), "{state:?}");
+            let outputs = bench.run(1_000);
+            assert_eq!(State::from_code(outputs.state.state), Some(State::Armed));
+        } else {
+            assert_eq!(state, Some(State::Held));
+            assert_eq!(outputs.state.fault_code, Fault::UnexpectedState.code());
+        }
+    }
+}
+
+#[test]
 fn a_reset_is_a_pulse_and_each_reset_has_its_edge() {
     let mut bench = Bench::armed();
     // The supply voltage is too low, and stays so for two seconds.

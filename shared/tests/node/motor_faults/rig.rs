@@ -89,6 +89,8 @@ pub enum Trouble {
     OpenLead(usize),
     /// The current of half bridge a reads this code.
     CurrentCode(u16),
+    /// The input "safe torque off" keeps the bridge open.
+    NoTorque,
     /// The PWM interrupt runs in one of three periods only.
     MissedInterrupts,
 }
@@ -112,6 +114,13 @@ pub struct Rig {
     state: State,
     random: u64,
     encoder_at_trouble: Option<i32>,
+    /// The rotor sensor only counts from power-up on.
+    pub incremental: bool,
+    /// Controlword that the master sends instead of those that lead to operation.
+    pub word: Option<u16>,
+    /// The motor has a brake, which follows its output at once.
+    pub braked: bool,
+    brake_released: bool,
     /// Largest current in the motor, A.
     pub largest_current: f64,
 }
@@ -140,6 +149,10 @@ impl Rig {
             state: State::SwitchOnDisabled,
             random: 1,
             encoder_at_trouble: None,
+            incremental: settings.get(Setting::RotorSensor) == 1,
+            word: None,
+            braked: false,
+            brake_released: false,
             largest_current: 0.0,
         }
     }
@@ -183,7 +196,11 @@ impl Rig {
             Trouble::CurrentCode(code) => readings.currents[0] = code,
             _ => {}
         }
+        if self.incremental {
+            readings.rotor = self.encoder() as u32;
+        }
         self.motor.integrate(match self.stage {
+            _ if self.trouble == Trouble::NoTorque => PowerStage::Off,
             PowerStage::Drive([a, b, c]) if swapped => PowerStage::Drive([b, a, c]),
             stage => stage,
         });
@@ -214,6 +231,8 @@ impl Rig {
             Trouble::OpenLead(lead) => Some(lead),
             _ => None,
         });
+        self.motor
+            .release_brake(self.brake_released || !self.braked);
         for index in 0..PERIODS {
             self.pwm_period(index);
         }
@@ -222,7 +241,7 @@ impl Rig {
         let controlword = if self.reset {
             0x80 * u16::from(ticks.is_multiple_of(8))
         } else {
-            toward_operation(self.state)
+            self.word.unwrap_or_else(|| toward_operation(self.state))
         };
         let inputs = Inputs {
             now_us: self.now_us,
@@ -242,6 +261,7 @@ impl Rig {
             bench_mode: false,
         };
         let outputs = self.axle.tick(&inputs);
+        self.brake_released = outputs.brake_released;
         self.state = State::from_statusword(outputs.status.statusword).unwrap();
         self.current_loop
             .demand(outputs.bridge, self.supply_voltage, outputs.velocity);

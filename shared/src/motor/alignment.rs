@@ -1,0 +1,211 @@
+//! Finds the electrical angle of a three-phase rotor whose sensor only counts: a current that
+//! stands, and then turns slowly, drags the rotor along.
+//!
+//! The field first stands at 90 degrees and then goes to 0, so that the rotor follows it wherever
+//! it stood. Then the field turns by 180 degrees and back. Friction makes the rotor lag, so the
+//! angle is the mean of both directions. A rotor that does not follow, or whose sensor counts the
+//! wrong way, does not stay at the same distance from the field: the alignment fails.
+//!
+//! The field is set back by a part of the rotor's speed, because nothing else damps a rotor that
+//! swings in a constant current.
+
+use super::rotor::ElectricalAngle;
+use crate::constants::CONTROL_PERIOD;
+use crate::math::Bound;
+use crate::motor::from_radians;
+use crate::settings::{Setting, Settings};
+use crate::units::Angle;
+
+/// Control periods of the stages: the current rises at 90 degrees, the rotor settles, the field
+/// goes to 0, the rotor settles, the field turns by 180 degrees, and back.
+const RISE: i32 = ticks(0.1);
+const SETTLE: i32 = ticks(0.15);
+const TURN: i32 = ticks(0.3);
+const AT_ZERO: i32 = RISE + SETTLE + TURN / 2;
+const FORWARD: i32 = AT_ZERO + SETTLE;
+const BACKWARD: i32 = FORWARD + TURN;
+const END: i32 = BACKWARD + TURN;
+/// Part of each turn, at its end, in which the rotor's angle is measured: 120 degrees. It holds
+/// whole periods of the cogging torque of most motors.
+const MEASURED: i32 = TURN * 2 / 3;
+
+/// Angle by which the field turns in a control period.
+const STEP: i32 = (1 << 30) / (TURN / 2);
+/// Largest change of the distance from the field to the rotor while it is measured in one
+/// direction: 45 degrees. A rotor that stands changes it by 120 degrees.
+const SPREAD: u32 = 1 << 29;
+/// Angle that no rotor which follows turns: 360 degrees; 2^-30 turn. It ends a swing that a sensor
+/// with swapped channels excites.
+const FARTHEST: u32 = 1 << 30;
+/// Largest lag: 40 degrees. A rotor that stands has 45 degrees.
+const LAG: u32 = (1 << 30) / 9 * 4;
+
+/// Control periods of motion by which the field is set back, the part of a new motion that counts
+/// at once, and the largest setback, 60 degrees.
+const DAMPING: i32 = 6;
+const FILTER_BITS: u32 = 2;
+const LARGEST_SETBACK: i32 = (1 << 30) / 3 * 2;
+
+const fn ticks(seconds: f32) -> i32 {
+    (seconds / CONTROL_PERIOD + 0.5) as i32
+}
+
+/// Bounds of an alignment.
+#[derive(Clone, Copy, Debug)]
+pub struct Bounds {
+    /// Current, A.
+    current: f32,
+    /// Largest distance from the start, 2^-32 turn of the output shaft.
+    travel: u64,
+}
+
+impl Bounds {
+    /// Reads the bounds from the settings.
+    pub fn new(settings: &Settings) -> Self {
+        let travel = from_radians(settings.scaled(Setting::AlignmentTravel, 1e-3));
+        Self {
+            current: settings.scaled(Setting::AlignmentCurrent, 1e-3),
+            travel: travel.unsigned_abs(),
+        }
+    }
+}
+
+/// What to do in a control period.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub enum Progress {
+    /// Drive this current, A, along this field.
+    Drive(f32, ElectricalAngle),
+    /// The rotor is this angle ahead of where its sensor shows it.
+    Done(ElectricalAngle),
+    /// The rotor has moved too far, or did not follow.
+    Failed,
+}
+
+/// An alignment under way.
+#[derive(Clone, Debug)]
+pub struct Alignment {
+    bounds: Bounds,
+    /// Control periods since the start.
+    ticks: i32,
+    start: Option<i64>,
+    /// Field of the previous period, and where the sensor showed the rotor then.
+    field: Angle,
+    sensed: Option<Angle>,
+    /// Angle by which the rotor has turned since the start, 2^-30 turn.
+    turned: i32,
+    /// Filtered motion of the rotor in a control period, 2^-32 turn.
+    motion: i32,
+    /// In both directions: the first distance from the field to the rotor, and the mean of the
+    /// others less the first, 2^-32 turn.
+    distances: [(Option<Angle>, i32); 2],
+}
+
+impl Alignment {
+    /// Creates an alignment that has not begun.
+    pub fn new(bounds: Bounds) -> Self {
+        Self {
+            bounds,
+            ticks: 0,
+            start: None,
+            field: Angle::QUARTER_TURN,
+            sensed: None,
+            turned: 0,
+            motion: 0,
+            distances: [(None, 0); 2],
+        }
+    }
+
+    /// Runs one control period at this position of the output shaft, 2^-32 turn. `ahead` is the
+    /// distance from the field of the previous period to the sensor's angle, once it is known.
+    /// `free` says that no brake holds the rotor: while one does, the alignment waits after the
+    /// rise of the current.
+    ///
+    /// It is defined for every input and ends after 1.15 s without a brake.
+    pub fn tick(&mut self, position: i64, ahead: Option<ElectricalAngle>, free: bool) -> Progress {
+        let start = *self.start.get_or_insert(position);
+        if position.wrapping_sub(start).unsigned_abs() > self.bounds.travel {
+            return Progress::Failed;
+        }
+        if let Some(ElectricalAngle(ahead)) = ahead {
+            self.follow(ahead);
+            if self.turned.unsigned_abs() > FARTHEST || !self.measure(ahead) {
+                return Progress::Failed;
+            }
+        }
+        if self.ticks >= END {
+            return self.result();
+        }
+        if free || self.ticks < RISE {
+            self.ticks += 1;
+        }
+        self.field = self.next_field();
+        let rise = if self.ticks < RISE { self.ticks } else { RISE };
+        let current = self.bounds.current * (rise as f32 / RISE as f32);
+        Progress::Drive(current, ElectricalAngle(self.field))
+    }
+
+    /// Returns whether the current has risen, so that a brake may be released.
+    pub fn has_risen(&self) -> bool {
+        self.ticks >= RISE
+    }
+
+    /// Measures the motion of the rotor.
+    fn follow(&mut self, ahead: Angle) {
+        let sensed = self.field - ahead;
+        let last = self.sensed.replace(sensed).unwrap_or(sensed);
+        let moved = (sensed - last).to_bits() >> FILTER_BITS;
+        self.turned = self.turned.saturating_add(moved);
+        self.motion += moved - (self.motion >> FILTER_BITS);
+    }
+
+    /// Adds the distance from the field to the rotor to the mean of its direction. Returns whether
+    /// the rotor follows.
+    fn measure(&mut self, ahead: Angle) -> bool {
+        let direction = match self.ticks {
+            ticks if ticks > BACKWARD - MEASURED && ticks <= BACKWARD => 0,
+            ticks if ticks > END - MEASURED && ticks <= END => 1,
+            _ => return true,
+        };
+        let (first, mean) = &mut self.distances[direction];
+        let apart = (ahead - *first.get_or_insert(ahead)).to_bits();
+        *mean += apart / MEASURED;
+        apart.unsigned_abs() <= SPREAD
+    }
+
+    fn result(&self) -> Progress {
+        let [
+            (Some(forward), more_forward),
+            (Some(backward), more_backward),
+        ] = self.distances
+        else {
+            return Progress::Failed;
+        };
+        let backward = backward + Angle::from_bits(more_backward);
+        let forward = forward + Angle::from_bits(more_forward);
+        let lag = Angle::from_bits((forward - backward).to_bits() / 2);
+        if lag.to_bits().unsigned_abs() > LAG {
+            return Progress::Failed;
+        }
+        Progress::Done(ElectricalAngle(backward + lag))
+    }
+
+    fn next_field(&self) -> Angle {
+        let ticks = self.ticks;
+        let undamped = match ticks {
+            ..=AT_ZERO => {
+                let turned = if ticks < RISE + SETTLE {
+                    0
+                } else {
+                    ticks - RISE - SETTLE
+                };
+                (1 << 30) - STEP * turned
+            }
+            ..=FORWARD => 0,
+            // 180 degrees are the smallest number.
+            ..=BACKWARD => STEP.wrapping_mul(ticks - FORWARD),
+            _ => STEP.wrapping_mul(END - ticks),
+        };
+        let setback = const { Bound::new(LARGEST_SETBACK / DAMPING) }.limit(self.motion) * DAMPING;
+        Angle::from_bits(undamped.wrapping_sub(setback))
+    }
+}
