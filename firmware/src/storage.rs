@@ -102,14 +102,17 @@ fn found(report: &Report) -> Found {
 }
 
 /// Makes `settings`, with which the node starts, those that clients read and change.
+#[inline(never)] // its stack is free again when the tasks start
 pub fn publish(settings: &Settings, found: Found) {
     static EDITED: StaticCell<Settings> = StaticCell::new();
+    // Compares all settings, so it is done before interrupts are masked.
+    let unconfigured = settings.is_unconfigured();
     if let Some(edited) = EDITED.try_init_with(|| settings.clone()) {
         critical_section::with(|cs| {
             SHARED.borrow(cs).replace(Some(Shared {
                 edited,
                 found,
-                unconfigured: settings.is_unconfigured(),
+                unconfigured,
                 changed: false,
             }));
         });

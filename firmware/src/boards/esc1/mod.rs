@@ -11,6 +11,7 @@
 //! * `settings`: reads the settings pages
 //! * `image`: header of the program
 //! * `crc`: checksum of images
+//! * `defect`: defects of a program that tests the tests
 //! * `thermistor`: converts the temperature
 //! * `reset`: watchdog, cause of the last reset, panic and `HardFault`
 //! * `led`: what the LED shows
@@ -22,6 +23,7 @@ mod bridge;
 mod can;
 mod clock;
 mod crc;
+mod defect;
 mod encoder;
 mod image;
 mod led;
@@ -35,6 +37,7 @@ mod thermistor;
 use crate::boards::Board;
 use crate::roles::{self, Role, Spawners, refuse};
 use crate::storage::{self, Found, NoStorage};
+use defect::{Defect, has};
 use defmt_rtt as _;
 use embassy_executor::{Executor, InterruptExecutor};
 use embassy_stm32::interrupt::{InterruptExt, Priority};
@@ -112,6 +115,9 @@ impl Board for Esc1 {
             supply: p.PA0,
             temperature: p.PB14,
         });
+        if has(Defect::LowPriority) {
+            interrupt::ADC1_2.set_priority(Priority::P3);
+        }
         let can = can::start(p.FDCAN1, p.PA11, p.PB9, Interrupts);
 
         let control = CONTROL.start(interrupt::USART3);
@@ -143,6 +149,9 @@ impl Board for Esc1 {
     }
 
     fn encoder() -> i32 {
+        if has(Defect::MaskedLong) {
+            cortex_m::interrupt::free(|_| cortex_m::asm::delay(clock::CORE_HZ / 50_000));
+        }
         encoder::count()
     }
 
