@@ -121,14 +121,17 @@ fn found(report: &Report) -> Found {
 
 /// Makes `settings`, with which the node starts, those that clients read and change. They are saved
 /// only if `check` accepts them.
+#[inline(never)] // its stack is free again when the tasks start
 pub fn publish(settings: &Settings, found: Found, check: Check) {
     static EDITED: StaticCell<Settings> = StaticCell::new();
+    // Compares all settings, so it is done before interrupts are masked.
+    let unconfigured = settings.is_unconfigured() || found.refusals > 0;
     if let Some(edited) = EDITED.try_init_with(|| settings.clone()) {
         critical_section::with(|cs| {
             SHARED.borrow(cs).replace(Some(Shared {
                 edited,
                 found,
-                unconfigured: settings.is_unconfigured() || found.refusals > 0,
+                unconfigured,
                 changed: false,
                 set: [0; 8],
                 check,

@@ -7,6 +7,8 @@
 
 #[cfg(any(not(target_os = "none"), feature = "mps2"))]
 mod lockstep;
+#[cfg(any(test, feature = "esc1"))]
+mod portable;
 
 #[cfg(all(target_os = "none", feature = "esc1"))]
 pub mod esc1;

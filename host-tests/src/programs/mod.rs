@@ -13,7 +13,7 @@ pub mod setup;
 
 pub use cargo::changes_a_build;
 pub use error::BuildError;
-pub use motor_board::{MotorBoard, motor_board};
+pub use motor_board::{MotorBoard, defective_axle, motor_board};
 pub use program::{Board, Instruments, Program, Programs, hexadecimal};
 
 use cargo::{Recipe, folder_of};

@@ -35,3 +35,18 @@ pub fn motor_board() -> Result<MotorBoard, BuildError> {
         screw: identify(folder.join("screw"))?,
     })
 }
+
+/// Builds the axle that has a defect on purpose, which its static variable `DEFECT` selects.
+///
+/// # Errors
+/// The same as [`motor_board`].
+pub fn defective_axle() -> Result<Program, BuildError> {
+    let recipe = Recipe {
+        board: "esc1",
+        target: Some(TARGET),
+        features: "defects",
+        profile: "board",
+    };
+    let folder = folder_of(&recipe, &["defective_axle"])?;
+    identify(folder.join("defective_axle"))
+}

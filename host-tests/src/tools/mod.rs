@@ -1,10 +1,13 @@
 //! The commands: [`demo`], [`suite`], [`evaluate`], [`cost`], [`settings`] of the nodes on a bus,
-//! [`flash_node`], and [`generate`], which writes the reference pages.
+//! [`flash_node`], and [`generate`], which writes the reference pages. With the feature `image`,
+//! `footprint` measures the memory of the motor board's programs.
 
 pub mod cost;
 pub mod demo;
 pub mod evaluate;
 pub mod flash_node;
+#[cfg(feature = "image")]
+pub mod footprint;
 pub mod generate;
 pub mod settings;
 pub mod suite;

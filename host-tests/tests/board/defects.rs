@@ -1,5 +1,5 @@
-//! Images with one defect each: the model changes the writes to one register, as if the image wrote
-//! another value. A test of `executed` must find every one of them.
+//! Images that write another value to one register: the model changes the writes. A test must find
+//! every one of them.
 
 use crate::chip::{BDTR, FDCAN, GPIO, IWDG, MOE, PWR, Patch, RCC, TIM1};
 use crate::executed as test;

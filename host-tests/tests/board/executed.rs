@@ -2,9 +2,10 @@
 //! is live, what is on the bus.
 
 use crate::chip::{
-    ADC1_2, BDTR, CONTROL, CORE_HZ, Chip, FDCAN, FDCAN1_IT0, FLASH_CONTROL, GPIO, IWDG, MOE, PWR,
-    Patch, RCC, TIM1, TIM2_IRQ,
+    ADC1_2, BDTR, CONTROL, CORE_HZ, Chip, Executed, FDCAN, FDCAN1_IT0, FLASH_CONTROL, GPIO, IWDG,
+    MOE, PWR, Patch, RCC, TIM1, TIM2_IRQ,
 };
+use crate::defective::{self, Defect};
 use crate::images::programs;
 use crate::pins;
 use object::read::elf::ElfFile32;
@@ -24,7 +25,7 @@ const LOADER: u32 = 0x0800_0000;
 /// Scenario that has the settings of the nodes.
 const SCENARIO: &str = "host-tests/scenarios/staircase.toml";
 /// Node id of the chip.
-const NODE: u16 = 5;
+pub const NODE: u16 = 5;
 /// RAM that static variables and stack may take, bytes.
 const MAX_RAM: usize = 24 * 1024;
 /// Time in which a node starts, us; less than the watchdog's period.
@@ -35,6 +36,17 @@ const MAX_CURRENT_INTERRUPT: u32 = 480;
 thread_local! {
     /// Defect of the images that this thread's tests execute.
     pub static DEFECT: Cell<Option<Patch>> = const { Cell::new(None) };
+    /// Defect that the axle's program has itself.
+    pub static BUILT_IN: Cell<Option<Defect>> = const { Cell::new(None) };
+}
+
+/// The axle's program.
+pub fn axle_program() -> &'static Program {
+    if BUILT_IN.get().is_some() {
+        defective::program()
+    } else {
+        &programs().axle
+    }
 }
 
 /// Chip that runs an application as node [`NODE`] of B2P2, without the loader.
@@ -54,12 +66,16 @@ fn application(program: &Program, role: Role) -> Chip {
     chip
 }
 
-fn axle() -> Chip {
-    application(&programs().axle, Role::Axle)
+pub fn axle() -> Chip {
+    let mut chip = application(axle_program(), Role::Axle);
+    if let Some(defect) = BUILT_IN.get() {
+        chip.patch(symbol("DEFECT"), &[defect as u8]);
+    }
+    chip
 }
 
 /// An axle that has run for 20 ms.
-fn running_axle() -> Chip {
+pub fn running_axle() -> Chip {
     let mut chip = axle();
     chip.run(20_000);
     chip
@@ -69,12 +85,12 @@ fn field(word: u32, low: u32, bits: u32) -> u32 {
     word >> low & ((1 << bits) - 1)
 }
 
-fn frame(id: u16, data: &[u8]) -> Frame {
+pub fn frame(id: u16, data: &[u8]) -> Frame {
     Frame::new(id, data).expect("a frame")
 }
 
 /// Writes an object by SDO, and waits for the answer.
-fn write(chip: &mut Chip, object: u16, sub: u8, value: &[u8]) {
+pub fn write(chip: &mut Chip, object: u16, sub: u8, value: &[u8]) {
     let [low, high] = object.to_le_bytes();
     let mut data = [0; 8];
     data[..4].copy_from_slice(&[0x23 | (4 - value.len() as u8) << 2, low, high, sub]);
@@ -90,7 +106,7 @@ fn write(chip: &mut Chip, object: u16, sub: u8, value: &[u8]) {
 }
 
 /// Reads an object of up to four bytes by SDO.
-fn read(chip: &mut Chip, object: u16) -> u32 {
+pub fn read(chip: &mut Chip, object: u16) -> u32 {
     let [low, high] = object.to_le_bytes();
     chip.take_sent();
     chip.send(frame(0x600 + NODE, &[0x40, low, high, 0, 0, 0, 0, 0]));
@@ -101,26 +117,47 @@ fn read(chip: &mut Chip, object: u16) -> u32 {
     u32::from_le_bytes(answer.data()[4..8].try_into().expect("four bytes"))
 }
 
-/// Enables the drive in bench mode, with a standing motor.
-fn armed_axle() -> Chip {
+/// A screw that has started.
+pub fn running_screw() -> Chip {
+    let mut chip = application(&programs().screw, Role::Screw);
+    chip.run(BOOT_US);
+    chip
+}
+
+/// An axle that is enabled in bench mode, with a standing motor.
+pub fn armed_axle() -> Chip {
     let mut chip = running_axle();
-    write(&mut chip, 0x2001, 0, &[1]);
-    write(&mut chip, 0x6060, 0, &[9]);
+    arm(&mut chip);
+    chip
+}
+
+/// The same; calls `watcher` after every instruction from power-up on.
+pub fn armed_axle_watched(watcher: impl FnMut(Executed) + Send + 'static) -> Chip {
+    let mut chip = axle();
+    chip.watch(watcher);
+    chip.run(20_000);
+    arm(&mut chip);
+    chip
+}
+
+/// Enables the drive in bench mode.
+fn arm(chip: &mut Chip) {
+    write(chip, 0x2001, 0, &[1]);
+    write(chip, 0x6060, 0, &[9]);
     for control in [0x06_u8, 0x07, 0x0f] {
-        write(&mut chip, 0x6040, 0, &[control, 0]);
+        write(chip, 0x6040, 0, &[control, 0]);
         chip.run(3_000);
     }
-    let (status, error) = (read(&mut chip, 0x6041), read(&mut chip, 0x603f));
+    let (status, error) = (read(chip, 0x6041), read(chip, 0x603f));
     assert!(
         chip.is_live(),
         "statusword {status:#06x}, error {error:#06x}"
     );
-    chip
 }
 
-/// Address of a function of the axle's image.
-fn function(part: &str) -> u32 {
-    let elf = fs::read(&programs().axle.path).expect("a program");
+/// Address of a function or variable of the axle's image.
+pub fn symbol(part: &str) -> u32 {
+    let elf = fs::read(&axle_program().path).expect("a program");
     let file = ElfFile32::<Endianness>::parse(&*elf).expect("an ELF file");
     file.symbols()
         .find(|symbol| symbol.name().is_ok_and(|name| name.contains(part)))
@@ -214,7 +251,7 @@ pub fn every_gate_is_off_until_the_drive_is_armed() {
 #[test]
 pub fn a_panic_opens_the_bridge_and_the_watchdog_resets_the_chip() {
     let mut chip = armed_axle();
-    chip.jump(function("rust_begin_unwind"));
+    chip.jump(symbol("rust_begin_unwind"));
     chip.run(20);
     assert!(!chip.is_live());
     assert_eq!(chip.resets(), 0);
@@ -286,7 +323,7 @@ pub fn a_break_opens_the_bridge_until_the_drive_is_disabled() {
 }
 
 #[test]
-fn the_current_interrupt_is_the_most_urgent_one() {
+pub fn the_current_interrupt_is_the_most_urgent_one() {
     let chip = running_axle();
     let urgency = [ADC1_2, TIM2_IRQ, FDCAN1_IT0, CONTROL].map(|line| chip.priority(line));
     assert_eq!(urgency, [0, 1, 2, 3]);

@@ -4,13 +4,27 @@
 //! * `images`: sizes, sections and symbols
 //! * `pins`: the pin table of docs/hardware.md
 //! * `executed`: what the images do
-//! * `defects`: images with one defect each are found
+//! * `bus_errors`: what they do when the bus fails
+//! * `gates`: the gates are off after every failure
+//! * `masked`: how long interrupts are masked
+//! * `reserved`: which reserved bits are written
+//! * `connected`: a connected board, if there is one, against the model
+//! * `footprint`: the figures of `cargo footprint`
+//! * `defects`: images that write other values to one register are found
+//! * `defective`: images with one defect each in their program are found
 //! * `processor`: interrupts within conditional blocks
 
+mod bus_errors;
+mod connected;
+mod defective;
 mod defects;
 mod executed;
+mod footprint;
+mod gates;
 mod images;
+mod masked;
 mod pins;
 mod processor;
+mod reserved;
 
 use tautrack_host_tests::simulator::chip;

@@ -8,6 +8,7 @@
 //! currents are sampled at the overflow, when all low sides conduct.
 
 use super::clock::CORE_HZ;
+use super::defect::{Defect, has};
 use core::sync::atomic::{AtomicU32, Ordering};
 use embassy_stm32::gpio::{Flex, OutputType, Pull};
 use embassy_stm32::pac::timer::vals;
@@ -79,11 +80,11 @@ pub fn start(pins: Pins) {
         CountingMode::CenterAlignedBothInterrupts,
     ));
     // The library's constructor sets MOE. No channel is enabled yet.
-    pwm.set_master_output_enable(false);
+    pwm.set_master_output_enable(has(Defect::LiveAtStart));
     SAFE_TORQUE_OFF
         .init(Flex::new(pins.safe_torque_off))
         .set_as_af_unchecked(
-            BREAK_FUNCTION,
+            BREAK_FUNCTION - u8::from(has(Defect::WrongFunction)),
             embassy_stm32::gpio::AfType::input(Pull::Down),
         );
 
@@ -91,26 +92,37 @@ pub fn start(pins: Pins) {
     // While MOE is 0, the timer drives the gates low instead of releasing its pins.
     pwm.set_off_state_selection_idle(Ossi::IDLE_LEVEL);
     pwm.set_off_state_selection_run(Ossr::IDLE_LEVEL);
-    timer.bdtr().modify(|w| {
-        w.set_dtg(dead_time(pins.dead_time_ns));
-        w.set_bkp(0, vals::Bkp::ACTIVE_HIGH);
-        w.set_bkf(0, vals::FilterValue::FCK_INT_N8);
-        w.set_bke(0, true);
-    });
+    // Before the break is enabled: the pin's reset polarity would open the bridge at once.
     timer.af1().modify(|w| {
         w.set_bkine(true);
         // The pin opens the bridge when it is low.
-        w.set_bkinp(vals::Bkinp::INVERTED);
+        w.set_bkinp(if has(Defect::InvertedBreak) {
+            vals::Bkinp::NOT_INVERTED
+        } else {
+            vals::Bkinp::INVERTED
+        });
         for comparator in super::over_current::COMPARATORS {
             w.set_bkcmpe(comparator - 1, true);
         }
+    });
+    timer.bdtr().modify(|w| {
+        w.set_dtg(if has(Defect::NoDeadTime) {
+            0
+        } else {
+            dead_time(pins.dead_time_ns)
+        });
+        w.set_bkp(0, vals::Bkp::ACTIVE_HIGH);
+        w.set_bkf(0, vals::FilterValue::FCK_INT_N8);
+        w.set_bke(0, true);
     });
     // The library rounds the period; with this value it is exact. The counter is stopped for it,
     // because a repetition counter written before the start makes the updates fall on the underflow
     // (RM0440, 29.3.3).
     timer.cr1().modify(|w| w.set_cen(false));
     timer.cnt().write(|w| w.set_cnt(0));
-    timer.arr().write(|w| w.set_arr(PERIOD));
+    timer
+        .arr()
+        .write(|w| w.set_arr(PERIOD - u16::from(has(Defect::OtherPeriod))));
     pwm.set_repetition_counter(1);
     timer.ccr(3).write(|w| w.set_ccr(SAMPLE_AT));
     pwm.set_mms2(Mms2::COMPARE_OC4);

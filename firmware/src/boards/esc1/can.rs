@@ -1,18 +1,22 @@
 //! FDCAN with classic frames at 1 Mbit/s. After a bus-off, the controller waits for 128 idle
-//! sequences as ISO 11898-1 requires, and takes part again.
+//! sequences as ISO 11898-1 requires, and takes part again. Frames that wait for the bus for too long
+//! are dropped ([`MAX_WAIT`]).
 
 use super::Interrupts;
 use super::clock::CORE_HZ;
+use super::defect::{Defect, has};
+use crate::boards::portable;
 use crate::bus::{RECEIVED, TRANSMIT};
 use core::num::{NonZeroU8, NonZeroU16};
 use embassy_executor::Spawner;
-use embassy_stm32::Peri;
 use embassy_stm32::can::config::NominalBitTiming;
 use embassy_stm32::can::{self, CanConfigurator, CanRx, CanTx};
 use embassy_stm32::peripherals::{FDCAN1, PA11, PB9};
-use embedded_can::{Id, StandardId};
-use tautrack::can::Frame;
+use embassy_stm32::{Peri, pac};
+use embassy_time::{Duration, with_timeout};
 
+/// Buffers of the controller's queue.
+const BUFFERS: usize = 3;
 /// Bit rate, bit/s.
 const BIT_RATE: u32 = 1_000_000;
 /// Core clocks of a bit.
@@ -22,6 +26,11 @@ const BIT_CLOCKS: u32 = CORE_HZ / BIT_RATE;
 const AFTER_SAMPLE: u8 = (BIT_CLOCKS / 5) as u8;
 /// Core clocks from the synchronisation segment (one clock) to the sample point.
 const BEFORE_SAMPLE: u8 = BIT_CLOCKS as u8 - 1 - AFTER_SAMPLE;
+
+/// Time after which the frames that wait are out of date, if the bus has taken none: nobody
+/// acknowledges, or a bus-off. The controller holds three frames, so a frame is at most four times
+/// as old when it is sent. It is longer than a full bus delays the least urgent frame.
+const MAX_WAIT: Duration = Duration::from_millis(20);
 
 /// Controller that takes part in the bus.
 pub struct Bus {
@@ -38,7 +47,7 @@ pub fn start(
 ) -> Bus {
     let mut configurator = CanConfigurator::new(controller, receive, transmit, interrupts);
     let timing = NominalBitTiming {
-        prescaler: NonZeroU16::MIN,
+        prescaler: NonZeroU16::MIN.saturating_add(u16::from(has(Defect::SlowBus))),
         seg1: non_zero(BEFORE_SAMPLE),
         seg2: non_zero(AFTER_SAMPLE),
         sync_jump_width: non_zero(AFTER_SAMPLE),
@@ -47,7 +56,7 @@ pub fn start(
         configurator
             .config()
             .set_nominal_bit_timing(timing)
-            .set_automatic_bus_off_recovery(true),
+            .set_automatic_bus_off_recovery(!has(Defect::NoRecovery)),
     );
     let (transmitter, receiver, _) = configurator.into_normal_mode().split();
     Bus {
@@ -78,8 +87,7 @@ async fn receive(mut receiver: CanRx<'static>) -> ! {
     loop {
         // An error is one of the bus. The controller recovers from it by itself.
         if let Ok(envelope) = receiver.read().await
-            && let Id::Standard(id) = envelope.frame.id()
-            && let Some(frame) = Frame::new(id.as_raw(), envelope.frame.data())
+            && let Some(frame) = portable::received(&envelope.frame)
         {
             RECEIVED.push(frame);
         }
@@ -89,14 +97,28 @@ async fn receive(mut receiver: CanRx<'static>) -> ! {
 #[embassy_executor::task]
 async fn transmit(mut transmitter: CanTx<'static>) -> ! {
     loop {
-        let frame = TRANSMIT.next().await;
-        let id = StandardId::new(frame.id());
-        if let Some(frame) = id.and_then(|id| can::Frame::new_data(id, frame.data()).ok()) {
-            // Returns a waiting frame of lower priority, which the new one has replaced.
-            let mut waiting = transmitter.write(&frame).await;
-            while let Some(replaced) = waiting {
-                waiting = transmitter.write(&replaced).await;
+        let mut waits = false;
+        let next = async {
+            let frame = TRANSMIT.next().await;
+            waits = true;
+            if let Some(frame) = portable::to_send(&frame) {
+                write(&mut transmitter, frame).await;
             }
+        };
+        if with_timeout(MAX_WAIT, next).await.is_err() && !has(Defect::OldFrames) {
+            pac::FDCAN1.txbcr().write(|w| {
+                (0..BUFFERS).for_each(|buffer| w.set_cr(buffer, true));
+            });
+            while waits && TRANSMIT.pop().is_some() {}
         }
+    }
+}
+
+/// Puts a frame into the controller's queue.
+async fn write(transmitter: &mut CanTx<'static>, frame: can::Frame) {
+    // Returns a waiting frame of lower priority, which the new one has replaced.
+    let mut waiting = transmitter.write(&frame).await;
+    while let Some(replaced) = waiting {
+        waiting = transmitter.write(&replaced).await;
     }
 }

@@ -1,5 +1,6 @@
 //! Clocks: 170 MHz from the crystal, with the core's boost mode.
 
+use super::defect::{Defect, has};
 use embassy_stm32::rcc::{Hse, HseMode, Pll, PllMul, PllPreDiv, PllRDiv, PllSource, Sysclk, mux};
 use embassy_stm32::time::Hertz;
 use embassy_stm32::{Config, Peripherals, pac};
@@ -16,7 +17,9 @@ const R1MODE: u32 = 1 << 8;
 pub fn start() -> Peripherals {
     // Above 150 MHz the core needs boost mode.
     pac::RCC.apb1enr1().modify(|w| w.set_pwren(true));
-    pac::PWR.cr5().modify(|w| w.0 &= !R1MODE);
+    if !has(Defect::NoBoost) {
+        pac::PWR.cr5().modify(|w| w.0 &= !R1MODE);
+    }
 
     let mut config = Config::default();
     config.rcc.hsi = false;

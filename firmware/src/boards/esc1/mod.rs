@@ -12,6 +12,7 @@
 //! * `image`: header of the program
 //! * `crc`: checksum of images
 //! * `critical_section`, `square_root`: functions of libraries, smaller than theirs
+//! * `defect`: defects of a program that tests the tests
 //! * `thermistor`: converts the temperature
 //! * `reset`: watchdog, cause of the last reset, panic and `HardFault`
 //! * `led`: what the LED shows
@@ -24,6 +25,7 @@ mod can;
 mod clock;
 mod crc;
 mod critical_section;
+mod defect;
 mod encoder;
 mod image;
 mod led;
@@ -38,6 +40,7 @@ mod thermistor;
 use crate::boards::Board;
 use crate::roles::{self, Role, Spawners, refuse};
 use crate::storage::{self, Found, NoStorage};
+use defect::{Defect, has};
 use defmt_rtt as _;
 use embassy_executor::{Executor, InterruptExecutor};
 use embassy_stm32::interrupt::{InterruptExt, Priority};
@@ -120,6 +123,9 @@ impl Board for Esc1 {
             supply: p.PA0,
             temperature: p.PB14,
         });
+        if has(Defect::LowPriority) {
+            interrupt::ADC1_2.set_priority(Priority::P3);
+        }
         let can = can::start(p.FDCAN1, p.PA11, p.PB9, Interrupts);
 
         let control = CONTROL.start(interrupt::USART3);
@@ -151,6 +157,9 @@ impl Board for Esc1 {
     }
 
     fn encoder() -> i32 {
+        if has(Defect::MaskedLong) {
+            cortex_m::interrupt::free(|_| cortex_m::asm::delay(clock::CORE_HZ / 50_000));
+        }
         encoder::count()
     }
 

@@ -2,6 +2,7 @@
 //! bridge opens, and the watchdog resets the chip.
 
 use super::bridge;
+use super::defect::{Defect, has};
 use crate::watchdog::PERIOD_US;
 use core::panic::PanicInfo;
 use embassy_stm32::pac;
@@ -16,7 +17,13 @@ pub fn start_watchdog() {
     let watchdog = pac::IWDG;
     watchdog.kr().write(|w| w.set_key(Key::START));
     watchdog.kr().write(|w| w.set_key(Key::ENABLE));
-    watchdog.pr().write(|w| w.set_pr(Pr::DIVIDE_BY4));
+    watchdog.pr().write(|w| {
+        w.set_pr(if has(Defect::SlowWatchdog) {
+            Pr::DIVIDE_BY64
+        } else {
+            Pr::DIVIDE_BY4
+        });
+    });
     watchdog
         .rlr()
         .write(|w| w.set_rl((PERIOD_US * WATCHDOG_HZ / 1_000_000 - 1) as u16));
@@ -66,7 +73,9 @@ unsafe fn HardFault(frame: &cortex_m_rt::ExceptionFrame) -> ! {
 /// Opens the bridge, and stops the current interrupt from closing it again.
 fn stop() {
     cortex_m::interrupt::disable();
-    bridge::open();
+    if !has(Defect::LiveInFault) {
+        bridge::open();
+    }
 }
 
 fn wait_for_watchdog() -> ! {

@@ -1,18 +1,17 @@
-//! Home and limit switches, between an input and ground.
-//!
-//! A limit switch is closed in the range of travel, so a broken wire counts as actuated. An axle
-//! without limit switches has both inputs wired to ground. The home switch closes when it is
-//! actuated.
+//! Home and limit switches: see [`SwitchInputs`]. An axle without limit switches has both inputs
+//! wired to ground.
 
+use crate::boards::portable::SwitchInputs;
+use core::cell::RefCell;
+use critical_section::Mutex;
+use embassy_stm32::Peri;
 use embassy_stm32::gpio::{Input, Pull};
-use embassy_stm32::pac::gpio::vals::Idr;
 use embassy_stm32::peripherals::{PB3, PB4, PB8};
-use embassy_stm32::{Peri, pac};
-use static_cell::StaticCell;
 use tautrack::sensors::Switches;
 
-/// Inputs of the home, the positive limit and the negative limit switch.
-static INPUTS: StaticCell<[Input<'static>; 3]> = StaticCell::new();
+type Inputs = SwitchInputs<Input<'static>, Input<'static>, Input<'static>>;
+
+static INPUTS: Mutex<RefCell<Option<Inputs>>> = Mutex::new(RefCell::new(None));
 
 /// Connects the pull-up resistors.
 pub fn start(
@@ -20,19 +19,20 @@ pub fn start(
     positive_limit: Peri<'static, PB3>,
     negative_limit: Peri<'static, PB4>,
 ) {
-    INPUTS.init([
-        Input::new(home, Pull::Up),
-        Input::new(positive_limit, Pull::Up),
-        Input::new(negative_limit, Pull::Up),
-    ]);
+    let inputs = SwitchInputs {
+        home: Input::new(home, Pull::Up),
+        positive_limit: Input::new(positive_limit, Pull::Up),
+        negative_limit: Input::new(negative_limit, Pull::Up),
+    };
+    critical_section::with(|cs| INPUTS.borrow(cs).replace(Some(inputs)));
 }
 
 /// State of the switches.
 pub fn read() -> Switches {
-    let levels = pac::GPIOB.idr().read();
-    Switches {
-        home: levels.idr(8) == Idr::LOW,
-        positive_limit: levels.idr(3) == Idr::HIGH,
-        negative_limit: levels.idr(4) == Idr::HIGH,
-    }
+    critical_section::with(|cs| {
+        // Cannot fail: the critical section excludes any other borrow.
+        let mut inputs = INPUTS.borrow(cs).try_borrow_mut().ok()?;
+        inputs.as_mut().map(SwitchInputs::read)
+    })
+    .unwrap_or_default()
 }

@@ -18,14 +18,14 @@ pub(super) struct Registers {
 
 impl Registers {
     /// Registers with these values.
-    pub fn new(values: &[(u32, u32)]) -> Self {
+    pub fn new(values: impl IntoIterator<Item = (u32, u32)>) -> Self {
         let length: u32 = USED.iter().map(|(_, length)| length).sum();
         let mut registers = Self {
             used: vec![0; length as usize / 4],
             others: HashMap::new(),
         };
         for (address, value) in values {
-            registers.set(*address, *value);
+            registers.set(address, value);
         }
         registers
     }

@@ -1,18 +1,19 @@
 //! A model of the STM32G431 around rsemu's Cortex-M4F: as much of it as the images of the motor
 //! board use.
 //!
-//! Registers without a behaviour below keep what is written. Reset values are by hand: those of
-//! `RCC`, `PWR` and `FLASH` from the reference manual RM0440 (7.4, 6.4, 5.7), those of `FDCAN` from
-//! its section 44.4. Not modelled: wait states, bus contention, errors of received frames, DMA and
-//! everything analogue.
+//! Registers without a behaviour below keep what is written. Not modelled: wait states, bus
+//! contention, errors of received frames, DMA and everything analogue.
 //!
-//! `fdcan` is the CAN controller. `observe` shows what tests measure, and provokes what they need.
+//! `reset_values` has the registers after a reset. `fdcan` is the CAN controller. `observe` shows
+//! what tests measure, and provokes what they need.
 
 mod fdcan;
 mod observe;
+mod reset_values;
 
 pub use fdcan::{BUS_OFF, CAN_ERRORS, CAN_STATUS, PASSIVE, Wiring};
 pub use observe::Executed;
+pub use reset_values::RESET_VALUES;
 
 use super::motor::{AttachedMotor, Bridge, supply_code};
 use super::registers::Registers;
@@ -141,21 +142,10 @@ pub struct Patch {
 
 impl State {
     fn reset(&mut self, watchdog: bool) {
-        self.registers = Registers::new(&[
-            (RCC, 0x0000_0500),
-            // The cause of the reset: the watchdog, or power-up (brown-out and pin).
-            (RCC + 0x94, if watchdog { 0x2400_0000 } else { 0x0c00_0000 }),
-            (PWR, 0x0000_0200),
-            (PWR + 0x80, 0x0000_0100),
-            (FLASH_CONTROL, 0x0004_0600),
-            (FDCAN, 0x3214_1218),
-            (FDCAN + 0x04, 0x8765_4321),
-            (FDCAN + 0x18, 0x0000_0001),
-            (FDCAN + 0x1c, 0x0600_0a03),
-            (FDCAN + 0xc4, 0x0000_0003),
-            (GPIO, 0xabff_ffff),
-            (GPIO + 0x400, 0xffff_febf),
-        ]);
+        self.registers = Registers::new(RESET_VALUES.map(|(_, address, value)| (address, value)));
+        // The cause of the reset: the watchdog, or power-up (brown-out and pin).
+        let cause = if watchdog { 0x2400_0000 } else { 0x0c00_0000 };
+        self.set(RCC + 0x94, cause);
         self.watchdog = None;
         self.can = self.can.after_reset();
         self.received.clear();
@@ -585,7 +575,7 @@ impl Chip {
                 if state.watchdog.is_some_and(|deadline| clock >= deadline) {
                     state.reset(true);
                     state.resets += 1;
-                    self.cpu.request_reset();
+                    self.cpu = observe::new_core(&self.cpu);
                 }
             }
             drop(state);

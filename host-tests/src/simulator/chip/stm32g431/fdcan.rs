@@ -236,7 +236,8 @@ impl State {
 
     /// Puts the oldest frame that waits on the bus into an empty FIFO 0.
     pub(super) fn receive(&mut self) {
-        if self.get(FIFO_STATUS) & 15 == 0
+        let fill = self.get(FIFO_STATUS) & 15;
+        if fill == 0
             && self.takes_part()
             && let Some(frame) = self.received.pop_front()
         {

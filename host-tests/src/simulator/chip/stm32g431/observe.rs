@@ -1,6 +1,7 @@
 //! What tests measure on a running chip, and what they do to it.
 
 use super::{Chip, PAINT, RAM_LENGTH, State, Wiring};
+use rsemu::cpu::arm::v7m::ArmV7m;
 use std::sync::MutexGuard;
 use tautrack::can::Frame;
 
@@ -21,6 +22,16 @@ pub struct Executed {
     pub stack_pointer: u32,
     /// Whether all interrupts are masked (PRIMASK).
     pub masked: bool,
+}
+
+/// The core after a reset. A reset of rsemu's core keeps what the chip's does not: which interrupts
+/// are enabled, and a floating-point context that waits to be stored.
+pub(super) fn new_core(core: &ArmV7m) -> ArmV7m {
+    let new = ArmV7m::new(core.config());
+    if let Some(space) = core.space() {
+        new.attach_space(space);
+    }
+    new
 }
 
 /// Function that is called after every instruction.
@@ -75,7 +86,14 @@ impl Chip {
         state.reset(false);
         state.set(super::RCC + 0x94, BROWN_OUT);
         drop(state);
-        self.cpu.request_reset();
+        self.cpu = new_core(&self.cpu);
+    }
+
+    /// Stops the timer of the bridge, so that no current is converted any more.
+    pub fn stop_trigger(&mut self) {
+        let mut state = self.locked();
+        let control = state.get(super::TIM1);
+        state.set(super::TIM1, control & !1);
     }
 
     /// Bytes of RAM from `address`.

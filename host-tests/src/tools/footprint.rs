@@ -1,0 +1,322 @@
+//! `cargo footprint`: flash memory, static variables and stack of the motor board's programs,
+//! beside their limits.
+//!
+//! The stack is measured while the program runs on the model of the chip: it starts, is configured
+//! and enabled over the bus, and drives. Its deepest place was seen on painted RAM. The nested
+//! stack adds the deepest stacks of the thread and of each interrupt priority, as if all interrupts
+//! came at the worst moments. Code that this run does not reach is in neither. The frames of all
+//! functions are not summed: a stable compiler does not emit their sizes.
+
+use crate::programs::flash::{self, SETTINGS_ADDRESS};
+use crate::programs::setup::checkout;
+use crate::programs::{MotorBoard, Program, motor_board};
+use crate::robots::Role;
+use crate::scenario::Scenario;
+use crate::simulator::chip::{Chip, Executed};
+use clap::Parser;
+use object::read::elf::ElfFile32;
+use object::{Endianness, Object, ObjectSection, ObjectSymbol};
+use serde::Serialize;
+use std::collections::BTreeMap;
+use std::ffi::OsString;
+use std::fs;
+use std::process::ExitCode;
+use std::sync::{Arc, Mutex};
+use tautrack::can::Frame;
+use tautrack::settings::Setting;
+
+const FLASH: u32 = 0x0800_0000;
+const RAM: std::ops::Range<u64> = 0x2000_0000..0x2000_8000;
+/// Static variables and stack of an application, bytes. The rest of the 32 KiB is a reserve.
+const RAM_LIMIT: u32 = 24 * 1024;
+/// Scenario that has the settings of the nodes.
+const SCENARIO: &str = "host-tests/scenarios/staircase.toml";
+/// Node id of the chip.
+const NODE: u16 = 5;
+
+/// Prints flash memory, static variables and stack of the motor board's programs, beside their
+/// limits. Fails above a limit.
+#[derive(Parser)]
+#[command(name = "cargo footprint")]
+struct Arguments {
+    /// Print JSON.
+    #[arg(long)]
+    json: bool,
+}
+
+/// Memory that a program needs, bytes.
+#[derive(Clone, PartialEq, Eq, Debug, Serialize)]
+pub struct Footprint {
+    /// Name of the board.
+    pub board: &'static str,
+    /// Name of the program.
+    pub program: &'static str,
+    /// Vectors, code, constants and initial values.
+    pub flash: u32,
+    /// Flash memory that the program has.
+    pub flash_limit: u32,
+    /// Static variables.
+    pub static_ram: u32,
+    /// Deepest stack that was seen.
+    pub stack: u32,
+    /// Sum of the deepest stacks of the thread and of each interrupt priority.
+    pub nested_stack: u32,
+    /// Limit of static variables and [`stack`](Self::stack).
+    pub ram_limit: u32,
+}
+
+impl Footprint {
+    /// One line for each limit that is exceeded.
+    pub fn excesses(&self) -> Vec<String> {
+        let ram = self.static_ram + self.stack;
+        let all = (RAM.end - RAM.start) as u32;
+        [
+            ("flash memory", self.flash, self.flash_limit),
+            ("RAM", ram, self.ram_limit),
+            ("RAM, nested", self.static_ram + self.nested_stack, all),
+        ]
+        .into_iter()
+        .filter(|(_, used, limit)| used > limit)
+        .map(|(what, used, limit)| format!("{}: {what}: {used} of {limit} bytes", self.program))
+        .collect()
+    }
+}
+
+/// Runs the command. The first of `arguments` is the program's name.
+pub fn main(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
+    match command(&Arguments::parse_from(arguments)) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("cargo footprint: {error}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn command(arguments: &Arguments) -> Result<(), String> {
+    let programs = motor_board().map_err(|error| error.to_string())?;
+    let footprints = measure(&programs)?;
+    if arguments.json {
+        let text = serde_json::to_string_pretty(&footprints).map_err(|error| error.to_string())?;
+        println!("{text}");
+    } else {
+        print!("{}", table(&footprints));
+    }
+    let excesses: Vec<_> = footprints.iter().flat_map(Footprint::excesses).collect();
+    if excesses.is_empty() {
+        Ok(())
+    } else {
+        Err(excesses.join("\n"))
+    }
+}
+
+fn table(footprints: &[Footprint]) -> String {
+    let line = |cells: [&str; 7]| {
+        let [board, program, flash, variables, stack, nested, sum] = cells;
+        format!(
+            "{board:<6} {program:<7} {flash:>14} {variables:>7} {stack:>6} {nested:>7} {sum:>13}\n"
+        )
+    };
+    let heading = line([
+        "board",
+        "program",
+        "flash",
+        "static",
+        "stack",
+        "nested",
+        "static+stack",
+    ]);
+    let rows = footprints.iter().map(|row| {
+        line([
+            row.board,
+            row.program,
+            &format!("{}/{}", row.flash, row.flash_limit),
+            &row.static_ram.to_string(),
+            &row.stack.to_string(),
+            &row.nested_stack.to_string(),
+            &format!("{}/{}", row.static_ram + row.stack, row.ram_limit),
+        ])
+    });
+    let rows: String = rows.collect();
+    heading + &rows + "bytes; the stacks were measured on a model of the chip\n"
+}
+
+/// Measures the programs.
+///
+/// # Errors
+/// A program is not readable, or a section or symbol is missing; the text names it.
+pub fn measure(programs: &MotorBoard) -> Result<[Footprint; 3], String> {
+    Ok([
+        application("axle", &programs.axle, Role::Axle)?,
+        application("screw", &programs.screw, Role::Screw)?,
+        loader(programs)?,
+    ])
+}
+
+fn application(name: &'static str, program: &Program, role: Role) -> Result<Footprint, String> {
+    let image = Image::read(program)?;
+    let mut chip = Chip::new(&image.segments, image.start);
+    chip.patch(SETTINGS_ADDRESS, &flash::settings_pages(&settings(role)?));
+    let nested_stack = exercise(&mut chip, drive);
+    Ok(Footprint {
+        board: "esc1",
+        program: name,
+        flash: image.flash,
+        flash_limit: image.symbol("_settings_start")? - image.start,
+        static_ram: image.static_ram,
+        stack: chip.deepest_stack(RAM.start as u32 + image.static_ram),
+        nested_stack,
+        ram_limit: RAM_LIMIT,
+    })
+}
+
+fn loader(programs: &MotorBoard) -> Result<Footprint, String> {
+    let image = Image::read(&programs.loader)?;
+    let mut chip = Chip::new(&image.segments, image.start);
+    // Without an application, it stays in the loader.
+    let nested_stack = exercise(&mut chip, |chip| chip.run(100_000));
+    Ok(Footprint {
+        board: "esc1",
+        program: "loader",
+        flash: image.flash,
+        flash_limit: image.symbol("_application")? - FLASH,
+        static_ram: image.static_ram,
+        stack: chip.deepest_stack(RAM.start as u32 + image.static_ram),
+        nested_stack,
+        ram_limit: RAM_LIMIT,
+    })
+}
+
+/// Settings of the first node with this role.
+fn settings(role: Role) -> Result<Vec<(Setting, i32)>, String> {
+    let root = checkout::root().map_err(|error| error.to_string())?;
+    let scenario = Scenario::load(&root.join(SCENARIO)).map_err(|error| error.to_string())?;
+    let node = scenario.nodes().into_iter().find(|node| node.role == role);
+    let mut settings = node.ok_or("the scenario has no such node")?.settings;
+    settings.push((Setting::NodeId, NODE.into()));
+    Ok(settings)
+}
+
+/// Program as the linker made it.
+struct Image {
+    elf: Vec<u8>,
+    segments: Vec<flash::Segment>,
+    start: u32,
+    flash: u32,
+    static_ram: u32,
+}
+
+impl Image {
+    fn read(program: &Program) -> Result<Self, String> {
+        let path = program.path.display();
+        let elf = fs::read(&program.path).map_err(|error| format!("{path}: {error}"))?;
+        let segments = flash::segments(&elf).map_err(|error| format!("{path}: {error}"))?;
+        let file = parse(&elf)?;
+        let static_end = file
+            .sections()
+            .filter(|section| RAM.contains(&section.address()))
+            .map(|section| section.address() + section.size())
+            .max();
+        Ok(Self {
+            start: segments.first().map_or(FLASH, |first| first.address),
+            flash: segments.iter().map(|part| part.bytes.len() as u32).sum(),
+            static_ram: static_end.map_or(0, |end| (end - RAM.start) as u32),
+            segments,
+            elf,
+        })
+    }
+
+    fn symbol(&self, name: &str) -> Result<u32, String> {
+        parse(&self.elf)?
+            .symbols()
+            .find(|symbol| symbol.name() == Ok(name))
+            .map(|symbol| symbol.address() as u32)
+            .ok_or_else(|| format!("the program has no symbol {name}"))
+    }
+}
+
+fn parse(elf: &[u8]) -> Result<ElfFile32<'_, Endianness>, String> {
+    ElfFile32::parse(elf).map_err(|error| error.to_string())
+}
+
+/// Starts a node, configures and enables it over the bus, lets it drive, and lets it fail.
+fn drive(chip: &mut Chip) {
+    chip.run(50_000);
+    let mut send = |id: u16, data: &[u8]| {
+        chip.send(Frame::new(id, data).unwrap_or_default());
+        chip.run(5_000);
+    };
+    send(0x000, &[1, 0]);
+    send(0x600 + NODE, &[0x40, 0x41, 0x60, 0, 0, 0, 0, 0]);
+    send(0x600 + NODE, &[0x2f, 0x01, 0x20, 0, 1, 0, 0, 0]);
+    send(0x600 + NODE, &[0x2f, 0x60, 0x60, 0, 9, 0, 0, 0]);
+    for control in [0x06, 0x07, 0x0f] {
+        send(0x600 + NODE, &[0x2b, 0x40, 0x60, 0, control, 0, 0, 0]);
+    }
+    for _ in 0..20 {
+        send(0x080, &[]);
+        send(0x600 + NODE, &[0x23, 0xff, 0x60, 0, 100, 0, 0, 0]);
+    }
+    // Without set-points, the drive stops with a fault.
+    chip.run(100_000);
+}
+
+/// Runs the program. Returns its nested stack.
+fn exercise(chip: &mut Chip, run: impl FnOnce(&mut Chip)) -> u32 {
+    let nesting = Arc::new(Mutex::new(Nesting::default()));
+    let watcher = Arc::clone(&nesting);
+    chip.watch(move |executed| {
+        if let Ok(mut nesting) = watcher.lock() {
+            nesting.note(executed);
+        }
+    });
+    run(chip);
+    let mut by_priority = BTreeMap::new();
+    if let Ok(nesting) = nesting.lock() {
+        for (exception, depth) in &nesting.deepest {
+            let priority = exception.checked_sub(16).map(|line| chip.priority(line));
+            let deepest: &mut u32 = by_priority.entry(priority).or_default();
+            *deepest = Ord::max(*deepest, *depth);
+        }
+    }
+    by_priority.values().sum()
+}
+
+/// Depth of the stack of the thread and of each exception, with its entry frame.
+struct Nesting {
+    /// Exceptions that are running, each with the stack pointer before it.
+    running: Vec<(u16, u32)>,
+    stack_pointer: u32,
+    deepest: BTreeMap<u16, u32>,
+}
+
+impl Default for Nesting {
+    fn default() -> Self {
+        Self {
+            running: vec![(0, RAM.end as u32)],
+            stack_pointer: RAM.end as u32,
+            deepest: BTreeMap::new(),
+        }
+    }
+}
+
+impl Nesting {
+    fn note(&mut self, now: Executed) {
+        let known = self.running.iter().position(|(it, _)| *it == now.exception);
+        if let Some(level) = known {
+            self.running.truncate(level + 1);
+        } else if now.stack_pointer < self.stack_pointer {
+            self.running.push((now.exception, self.stack_pointer));
+        } else if let Some(last) = self.running.last_mut() {
+            // It follows another one directly, whose entry frame it uses.
+            last.0 = now.exception;
+        }
+        self.stack_pointer = now.stack_pointer;
+        if let Some((_, before)) = self.running.last()
+            && RAM.contains(&u64::from(now.stack_pointer))
+        {
+            let deepest = self.deepest.entry(now.exception).or_default();
+            *deepest = Ord::max(*deepest, before.saturating_sub(now.stack_pointer));
+        }
+    }
+}

@@ -1,0 +1,103 @@
+//! The gates are off after every kind of failure, and the node reports the cause of its reset.
+
+use crate::chip::Chip;
+use crate::executed::{armed_axle, axle_program, symbol, write};
+use defmt_decoder::Table;
+use object::read::elf::ElfFile32;
+use object::{Endianness, Object, ObjectSymbol};
+use std::fs;
+
+/// Lines that the axle has written to its log since the chip has this RAM.
+fn log(chip: &Chip) -> Vec<String> {
+    let elf = fs::read(&axle_program().path).expect("a program");
+    let file = ElfFile32::<Endianness>::parse(&*elf).expect("an ELF file");
+    let block = file
+        .symbols()
+        .find(|symbol| symbol.name() == Ok("_SEGGER_RTT"))
+        .expect("a block that a probe finds")
+        .address() as u32;
+    // Behind identification and counts: name, buffer, its size, and where the next byte goes.
+    let word = |offset: u32| {
+        let bytes = chip.memory(block + offset, 4);
+        u32::from_le_bytes(bytes.try_into().expect("a word"))
+    };
+    let (buffer, written) = (word(28), word(36));
+    let table = Table::parse(&elf).expect("log texts").expect("log texts");
+    let mut decoder = table.new_stream_decoder();
+    decoder.received(&chip.memory(buffer, written as usize));
+    let mut lines = Vec::new();
+    while let Ok(record) = decoder.decode() {
+        lines.push(record.display_message().to_string());
+    }
+    lines
+}
+
+/// Checks that the bridge stays open for a second, though a client commands the enabled state.
+fn stays_open(chip: &mut Chip, what: &str) {
+    for _ in 0..10 {
+        chip.run(50_000);
+        assert!(!chip.is_live(), "{what}: the bridge is live");
+        write(chip, 0x6040, 0, &[0x0f, 0]);
+        assert!(!chip.is_live(), "{what}: the bridge is live");
+    }
+}
+
+fn resets_and_stays_open(what: &str, fail: impl FnOnce(&mut Chip), cause: &str) {
+    let mut chip = armed_axle();
+    fail(&mut chip);
+    chip.run(20);
+    assert!(!chip.is_live(), "{what}: the bridge is live");
+    chip.run(110_000);
+    assert!(!chip.is_live(), "{what}: the bridge is live");
+    let lines = log(&chip);
+    assert!(lines.iter().any(|line| line == cause), "{what}: {lines:?}");
+    stays_open(&mut chip, what);
+}
+
+#[test]
+pub fn after_a_panic_the_gates_stay_off_and_the_watchdog_is_named() {
+    let panic = symbol("rust_begin_unwind");
+    let fail = |chip: &mut Chip| chip.jump(panic);
+    resets_and_stays_open("panic", fail, "reset by watchdog");
+}
+
+#[test]
+pub fn after_a_hard_fault_the_gates_stay_off_and_the_watchdog_is_named() {
+    let fail = |chip: &mut Chip| chip.jump(0xf000_0000);
+    resets_and_stays_open("hard fault", fail, "reset by watchdog");
+}
+
+#[test]
+pub fn after_a_brown_out_the_gates_stay_off_and_it_is_named() {
+    resets_and_stays_open(
+        "brown-out",
+        Chip::brown_out,
+        "reset by power-up or brown-out",
+    );
+}
+
+#[test]
+pub fn after_a_reset_by_the_watchdog_the_gates_stay_off_and_it_is_named() {
+    let mut chip = armed_axle();
+    chip.hang();
+    chip.run(60_000);
+    assert_eq!(chip.resets(), 1);
+    assert!(!chip.is_live());
+    chip.run(60_000);
+    let lines = log(&chip);
+    assert!(
+        lines.iter().any(|line| line == "reset by watchdog"),
+        "{lines:?}"
+    );
+    stays_open(&mut chip, "watchdog");
+}
+
+#[test]
+pub fn a_current_interrupt_that_stops_is_a_reset() {
+    let mut chip = armed_axle();
+    // Without the trigger there is no current interrupt; the other two parties go on.
+    chip.stop_trigger();
+    chip.run(60_000);
+    assert_eq!(chip.resets(), 1);
+    assert!(!chip.is_live());
+}
