@@ -42,7 +42,7 @@ fn an_interrupt_within_a_conditional_block_does_not_make_its_rest_unconditional(
         let bytes = chip.memory(address, 4).try_into().expect("a word");
         u32::from_le_bytes(bytes)
     };
-    // The timer overflows every 65536 clocks, which no number of loops takes.
+    // The timer overflows every 65536 clocks, each time at another place of the loop.
     assert!(word(RAM + 4) > 200, "{} interrupts", word(RAM + 4));
     assert_eq!(word(RAM), 0, "conditional additions");
 }

@@ -7,8 +7,8 @@ use std::path::Path;
 
 /// Assembles a node's log bytes to records, which may be spread over several steps.
 pub struct LogReader {
-    /// Texts of the records of an emulated node or a flash image, read from its ELF file; `None` for the other
-    /// nodes, which send text.
+    /// Texts of the records of an emulated node or a flash image, read from its ELF file; `None`
+    /// for the other nodes, which send text.
     texts: Option<Table>,
     pending: Vec<u8>,
 }

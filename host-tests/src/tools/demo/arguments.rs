@@ -35,7 +35,12 @@ pub(super) struct Arguments {
     /// Nodes, separated by commas, that run the flash image of the motor board on a model of its
     /// chip, instead of --nodes; `all` means every node that has one. Slower than real time; only
     /// with `cargo demo-image`
-    #[arg(long, value_name = "NODES", value_delimiter = ',', conflicts_with_all = ["suite", "flash"])]
+    #[arg(
+        long,
+        value_name = "NODES",
+        value_delimiter = ',',
+        conflicts_with_all = ["suite", "flash"]
+    )]
     pub image: Vec<String>,
     /// Switches the guard's filter on or off, whatever the scenario says
     #[arg(long, value_enum)]
