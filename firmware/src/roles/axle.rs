@@ -10,6 +10,7 @@ use tautrack::bus::cia402::State;
 use tautrack::motor::current::Excitation;
 use tautrack::node::axle::{Axle, Inputs, Outputs};
 use tautrack::node::calibration::{self, Action, Calibrator};
+use tautrack::node::cogging::CoggingSearch;
 use tautrack::settings::{Setting, Settings};
 
 dictionary!(od, "axle.rs");
@@ -33,6 +34,7 @@ fn start(spawners: Spawners, settings: &Settings) -> Result<(), Refusal> {
     let control = control(
         Axle::new(settings),
         Calibrator::new(settings, &Selected::POWER_STAGE),
+        CoggingSearch::new(settings),
         settings.id(Setting::NodeId),
     );
     spawners.control.spawn(startable(control)?);
@@ -44,7 +46,12 @@ fn received(received: Received) {
 }
 
 #[embassy_executor::task]
-async fn control(mut axle: Axle, mut calibrator: Calibrator, node: u8) -> ! {
+async fn control(
+    mut axle: Axle,
+    mut calibrator: Calibrator,
+    mut cogging: CoggingSearch,
+    node: u8,
+) -> ! {
     od::OBJECT2010.set_value(axle.scale().code() | storage::unconfigured_mark());
     od::publish_parameters(&axle.parameters());
     publish_ratings();
@@ -58,9 +65,26 @@ async fn control(mut axle: Axle, mut calibrator: Calibrator, node: u8) -> ! {
         let inputs = drive::inputs(set_point, torque_offset, bench_mode);
         let outputs = axle.tick(&inputs);
         let excitation = calibrate(&mut calibrator, &mut axle, &inputs, &outputs);
+        compensate(&mut cogging, &axle, &inputs, &outputs);
         drive::act(&outputs, node, excitation.as_ref());
         publish(&outputs, bench_mode);
         serve_capture();
+    }
+}
+
+/// Runs a tick of the search for the current that cancels the cogging torque, if one is under way
+/// or requested.
+fn compensate(search: &mut CoggingSearch, axle: &Axle, inputs: &Inputs, outputs: &Outputs) {
+    let requested = od::OBJECT2065.get_value() != 0;
+    if !(requested || search.is_running()) || !Selected::COMMISSIONS {
+        return;
+    }
+    if let Some((periods, wave)) = search.tick(requested, inputs, outputs, axle.position()) {
+        current_loop::set_cogging(periods, wave);
+    }
+    od::publish_cogging(search.report());
+    if !search.is_running() {
+        od::OBJECT2065.set_value(0);
     }
 }
 
