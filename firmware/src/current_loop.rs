@@ -6,6 +6,7 @@ use core::sync::atomic::{AtomicBool, Ordering};
 use critical_section::Mutex;
 use tautrack::motor::bridge::{PowerStage, Readings};
 use tautrack::motor::capture::{Capture, Signals};
+use tautrack::motor::cogging::Wave;
 use tautrack::motor::current::{BridgeDemand, CurrentLoop, Excitation, Means, Measurement};
 
 static LOOP: Mutex<RefCell<Option<CurrentLoop>>> = Mutex::new(RefCell::new(None));
@@ -52,6 +53,12 @@ fn with<R>(use_it: impl FnOnce(&mut CurrentLoop) -> R) -> Option<R> {
         let mut current_loop = LOOP.borrow(cs).try_borrow_mut().ok()?;
         current_loop.as_mut().map(use_it)
     })
+}
+
+/// Sets the current that cancels the cogging torque ([`CurrentLoop::set_cogging`]).
+#[allow(dead_code)] // `bin/ticks.rs` includes this file but has no such search
+pub fn set_cogging(periods: i32, wave: Wave) {
+    with(|current_loop| current_loop.set_cogging(periods, wave));
 }
 
 /// Sets the demand that the bridge follows from the next PWM period on, with the supply voltage, V,

@@ -243,6 +243,15 @@ settings! {
     /// once.
     ProbeCurrent = 0x00ea, "probe_current", "mA", 0..=100_000, 0;
 
+    /// Periods of the cogging torque in an electrical turn: the least common multiple of slots and
+    /// poles, divided by the pole pairs. 0: the cogging torque is not compensated.
+    CoggingPeriods = 0x00eb, "cogging_periods", "1", 0..=64, 0;
+    /// Current that cancels the cogging torque, as an amplitude of the cosine of the cogging's
+    /// angle, which is `cogging_periods` times the electrical angle.
+    CoggingCosine = 0x00ec, "cogging_cosine", "mA", -20_000..=20_000, 0;
+    /// The same for the sine.
+    CoggingSine = 0x00ed, "cogging_sine", "mA", -20_000..=20_000, 0;
+
     /// Supply voltage at which the fault "under-voltage" begins. No current is left there that
     /// draws power from the supply.
     UnderVoltage = 0x00d0, "under_voltage", "mV", 5_000..=60_000, 12_000;

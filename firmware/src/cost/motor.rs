@@ -10,6 +10,7 @@ use tautrack::constants::CONTROL_PERIOD;
 use tautrack::math::Bound;
 use tautrack::motor::bridge::Readings;
 use tautrack::motor::cascade::{Cascade, Demand, Gains, Reference};
+use tautrack::motor::cogging::Wave;
 use tautrack::motor::current::{Config, CurrentLoop, MotorKind};
 use tautrack::motor::from_radians;
 use tautrack::motor::observer::Observer;
@@ -145,9 +146,14 @@ fn config(kind: MotorKind) -> Config {
 /// Counts the whole interrupt except its entry: with the cell that it shares with the control task.
 fn count_current_interrupt(table: &mut Table) {
     for (name, kind) in KINDS {
-        let Ok(current_loop) = CurrentLoop::new(&config(kind), &Selected::POWER_STAGE) else {
+        let Ok(mut current_loop) = CurrentLoop::new(&config(kind), &Selected::POWER_STAGE) else {
             return; // these values are valid; otherwise the host finds no entries
         };
+        let wave = Wave {
+            cosine: 0.3,
+            sine: -0.4,
+        };
+        current_loop.set_cogging(6, wave);
         current_loop::install(current_loop);
         table.kernel(
             name,

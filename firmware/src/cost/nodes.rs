@@ -47,7 +47,7 @@ impl Shaft {
     fn step(&mut self, bridge: BridgeDemand) {
         self.current = match bridge {
             BridgeDemand::Current(current) | BridgeDemand::Braking { current, .. } => current,
-            BridgeDemand::Brake | BridgeDemand::Off => 0.0,
+            _ => 0.0,
         };
         self.velocity += (2.4 * self.current - 0.5 * self.velocity) / 0.05 * 1e-3;
         self.angle += self.velocity * 1e-3;

@@ -11,6 +11,7 @@ use tautrack::bus::cia402::State;
 use tautrack::motor::current::Excitation;
 use tautrack::node::axle::{Axle, Inputs, Outputs};
 use tautrack::node::calibration::{self, Action, Calibrator};
+use tautrack::node::cogging::CoggingSearch;
 use tautrack::settings::{Setting, Settings};
 
 dictionary!(od, "axle.rs");
@@ -32,22 +33,36 @@ fn start(spawners: Spawners, settings: &Settings) -> Result<(), Refusal> {
     drive::install_current_loop(settings)?;
     GUARD.store(settings.id(Setting::GuardId), Ordering::Relaxed);
     start_bus(spawners.bus, settings, od::DICTIONARY, None, received)?;
-    let (axle, calibrator) = create(settings)?;
-    let control = control(axle, calibrator, settings.id(Setting::NodeId));
+    let parts = create(settings)?;
+    let control = control(parts, settings.id(Setting::NodeId));
     spawners.control.spawn(startable(control)?);
     Ok(())
 }
 
-/// Creates axle and calibrator in static variables: so they are neither copied into the task nor
-/// through the stack.
-fn create(settings: &Settings) -> Result<(&'static mut Axle, &'static mut Calibrator), Refusal> {
+/// What the control task owns.
+struct Parts {
+    axle: &'static mut Axle,
+    calibrator: &'static mut Calibrator,
+    cogging: &'static mut CoggingSearch,
+}
+
+/// Creates the parts in static variables: so they are neither copied into the task nor through the
+/// stack.
+fn create(settings: &Settings) -> Result<Parts, Refusal> {
     static AXLE: StaticCell<Axle> = StaticCell::new();
     static CALIBRATOR: StaticCell<Calibrator> = StaticCell::new();
+    static COGGING: StaticCell<CoggingSearch> = StaticCell::new();
     let stage = &Selected::POWER_STAGE;
-    let axle = AXLE.try_init_with(|| Axle::new(settings));
-    let calibrator = CALIBRATOR.try_init_with(|| Calibrator::new(settings, stage));
-    axle.zip(calibrator)
-        .ok_or_else(|| refuse("axle", "it was started before"))
+    let refused = || refuse("axle", "it was started before");
+    Ok(Parts {
+        axle: AXLE.try_init_with(|| Axle::new(settings)).ok_or_else(refused)?,
+        calibrator: CALIBRATOR
+            .try_init_with(|| Calibrator::new(settings, stage))
+            .ok_or_else(refused)?,
+        cogging: COGGING
+            .try_init_with(|| CoggingSearch::new(settings))
+            .ok_or_else(refused)?,
+    })
 }
 
 fn received(received: Received) {
@@ -55,7 +70,12 @@ fn received(received: Received) {
 }
 
 #[embassy_executor::task]
-async fn control(axle: &'static mut Axle, calibrator: &'static mut Calibrator, node: u8) -> ! {
+async fn control(parts: Parts, node: u8) -> ! {
+    let Parts {
+        axle,
+        calibrator,
+        cogging,
+    } = parts;
     od::OBJECT2010.set_value(axle.scale().code() | storage::unconfigured_mark());
     od::publish_parameters(&axle.parameters());
     publish_ratings();
@@ -69,9 +89,26 @@ async fn control(axle: &'static mut Axle, calibrator: &'static mut Calibrator, n
         let inputs = drive::inputs(set_point, torque_offset, bench_mode);
         let outputs = axle.tick(&inputs);
         let excitation = calibrate(calibrator, axle, &inputs, &outputs);
+        compensate(cogging, axle, &inputs, &outputs);
         drive::act(&outputs, node, excitation.as_ref());
         publish(&outputs, bench_mode);
         serve_capture();
+    }
+}
+
+/// Runs a tick of the search for the current that cancels the cogging torque, if one is under way
+/// or requested.
+fn compensate(search: &mut CoggingSearch, axle: &Axle, inputs: &Inputs, outputs: &Outputs) {
+    let requested = od::OBJECT2065.get_value() != 0;
+    if !(requested || search.is_running()) || !Selected::COMMISSIONS {
+        return;
+    }
+    if let Some((periods, wave)) = search.tick(requested, inputs, outputs, axle.position()) {
+        current_loop::set_cogging(periods, wave);
+    }
+    od::publish_cogging(search.report());
+    if !search.is_running() {
+        od::OBJECT2065.set_value(0);
     }
 }
 

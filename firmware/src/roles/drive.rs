@@ -18,6 +18,7 @@ use tautrack::motor::calibration;
 use tautrack::motor::capture::{CHANNELS, Capture, WINDOW};
 use tautrack::motor::current::{Config, CurrentLoop, Electrical, Excitation};
 use tautrack::node::axle::{BridgeDemand, Inputs, Outputs, SetPoint};
+use tautrack::node::cogging;
 use tautrack::settings::Settings;
 
 /// Messages from the bus task that the control task has not read yet.
@@ -175,6 +176,8 @@ pub fn current_loop(settings: &Settings) -> Result<CurrentLoop, Refusal> {
 pub fn install_current_loop(settings: &Settings) -> Result<(), Refusal> {
     let mut current_loop = current_loop(settings)?;
     current_loop.set_sensing(calibration::sensing(settings));
+    let (periods, wave) = cogging::stored(settings);
+    current_loop.set_cogging(periods, wave);
     current_loop::install(current_loop);
     watchdog::require(Party::Pwm);
     Ok(())

@@ -150,7 +150,8 @@ impl Bench {
     fn turn(&mut self) -> f64 {
         let back_emf = self.torque_constant * self.velocity;
         let current = match self.bridge {
-            BridgeDemand::Off => 0.0,
+            // This motor needs no alignment.
+            BridgeDemand::Off | BridgeDemand::Align { .. } | BridgeDemand::Aligned(_) => 0.0,
             BridgeDemand::Current(current) | BridgeDemand::Braking { current, .. } => {
                 f64::from(current)
             }

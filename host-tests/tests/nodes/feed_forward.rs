@@ -74,7 +74,7 @@ fn load_is_what_the_whole_model_asks_of_joints_7_and_8() {
 fn current(outputs: &Outputs) -> f32 {
     match outputs.bridge {
         BridgeDemand::Current(current) | BridgeDemand::Braking { current, .. } => current,
-        BridgeDemand::Off | BridgeDemand::Brake => f32::NAN,
+        _ => f32::NAN,
     }
 }
 

@@ -192,7 +192,7 @@ impl Alignment {
     fn next_field(&self) -> Angle {
         let ticks = self.ticks;
         let undamped = match ticks {
-            ..=AT_ZERO => {
+            ..AT_ZERO => {
                 let turned = if ticks < RISE + SETTLE {
                     0
                 } else {
@@ -200,9 +200,9 @@ impl Alignment {
                 };
                 (1 << 30) - STEP * turned
             }
-            ..=FORWARD => 0,
+            AT_ZERO..FORWARD => 0,
             // 180 degrees are the smallest number.
-            ..=BACKWARD => STEP.wrapping_mul(ticks - FORWARD),
+            FORWARD..BACKWARD => STEP.wrapping_mul(ticks - FORWARD),
             _ => STEP.wrapping_mul(END - ticks),
         };
         let setback = const { Bound::new(LARGEST_SETBACK / DAMPING) }.limit(self.motion) * DAMPING;

@@ -3,6 +3,7 @@
 //! * [`observer`]: position and velocity from encoder counts
 //! * [`profile`]: motion of a set-point within its limits
 //! * [`cascade`]: current from a set-point
+//! * [`cogging`]: finds the current that cancels the cogging torque
 //! * [`current`]: compare values of the half bridges from a current, in the PWM interrupt
 //! * [`calibration`]: measures the motor and its sensors on request
 //! * [`alignment`]: finds the angle of a rotor whose sensor only counts
@@ -23,6 +24,7 @@ pub mod bridge;
 pub mod calibration;
 pub mod capture;
 pub mod cascade;
+pub mod cogging;
 pub mod current;
 pub mod encoder_steps;
 pub mod limits;

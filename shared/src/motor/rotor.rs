@@ -83,7 +83,7 @@ impl Rotor {
 /// add up over the turns of an incremental encoder, whose count goes on from turn to turn.
 #[derive(Clone, Copy, Debug)]
 pub struct Turn {
-    counts_per_turn: i32,
+    counts: i32,
     within: i32,
     last: u32,
 }
@@ -92,7 +92,7 @@ impl Turn {
     /// Creates a turn that begins at count 0.
     pub fn new(mounting: Mounting) -> Self {
         Self {
-            counts_per_turn: mounting.counts_per_turn,
+            counts: mounting.counts_per_turn,
             within: 0,
             last: 0,
         }
@@ -106,10 +106,10 @@ impl Turn {
         let moved = reading.wrapping_sub(self.last) as i32;
         self.last = reading;
         let count = self.within.wrapping_add(moved);
-        self.within = if count >= self.counts_per_turn {
-            count - self.counts_per_turn
+        self.within = if count >= self.counts {
+            count - self.counts
         } else if count < 0 {
-            count + self.counts_per_turn
+            count + self.counts
         } else {
             count
         };

@@ -3,6 +3,7 @@
 
 pub mod axle;
 pub mod calibration;
+pub mod cogging;
 pub mod guard;
 pub mod screw;
 mod supervisor;

@@ -54,7 +54,7 @@ prop_compose! {
         [over_current, overrun] in prop_oneof![9 => Just([false; 2]), 1 => any::<[bool; 2]>()],
     ) -> Electrical {
         let ahead = ahead.map(|bits| ElectricalAngle(Angle::from_bits(bits)));
-        Electrical { voltage: voltage.map(|(d, q)| [d, q]), direct, direct_size, ahead, over_current, overrun }
+        Electrical { voltage: voltage.map(|(d, q)| [d, q]), direct, direct_size, angle: ahead, ahead, over_current, overrun }
     }
 }
 

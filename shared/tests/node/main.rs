@@ -4,6 +4,8 @@
 mod alignment;
 mod any_input;
 #[cfg(feature = "lockstep")]
+mod cogging;
+#[cfg(feature = "lockstep")]
 mod drive_bench;
 #[cfg(feature = "lockstep")]
 mod drive_brake;

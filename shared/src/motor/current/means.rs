@@ -32,6 +32,8 @@ pub struct Electrical {
     /// Mean of the size of the current in d, A. It is larger than [`Self::direct`] if the current
     /// oscillates within the control period.
     pub direct_size: f32,
+    /// Electrical angle of a three-phase rotor at the last sample of the current loop.
+    pub angle: Option<ElectricalAngle>,
     /// How far the field of an alignment is ahead of the rotor where its sensor shows it; `None`
     /// while the rotor is not aligned.
     pub ahead: Option<ElectricalAngle>,
@@ -91,6 +93,7 @@ impl Sums {
                     .then_some([self.voltage.d as f32 * volts, self.voltage.q as f32 * volts]),
                 direct: self.direct as f32 * direct,
                 direct_size: self.direct_size as f32 * direct,
+                angle: None,
                 ahead: None,
                 over_current,
                 overrun: samples < expected / 2 || samples > expected.saturating_mul(2),

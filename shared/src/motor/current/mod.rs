@@ -4,6 +4,7 @@
 //! * `means`: what was measured since the last control period
 //! * `axis`: PI controller of one current
 //! * `dead_time`: compensation of the dead time
+//! * `cogging`: adds the current that cancels the cogging torque
 //! * `brushed`: a brushed motor between two half bridges
 //! * [`foc`]: field-oriented control of a three-phase motor
 //! * `probe`: voltages instead of currents, for the calibration
@@ -15,6 +16,7 @@
 
 mod axis;
 mod brushed;
+mod cogging;
 mod dead_time;
 pub mod foc;
 mod means;
@@ -28,9 +30,11 @@ pub use setup::{Config, CurrentLoopError, MotorKind};
 
 use super::bridge::{CurrentSensing, PowerStage, Readings};
 use super::capture::Signals;
+use super::cogging::Wave;
 use super::rotor::{ElectricalAngle, Rotor, Turn};
 use crate::math::{Bound, root_of_sum, to_i16, to_i32};
 use brushed::Brushed;
+use cogging::Cogging;
 use foc::{Dq, Foc};
 use means::Sums;
 use operating_point::{Fixed, OperatingPoint};
@@ -87,6 +91,13 @@ enum Motor {
     ThreePhase(Foc, Rotor, Turn),
 }
 
+/// Current against the cogging torque, and what it leaves of the current limit; 2^30 is full scale.
+#[derive(Clone, Debug)]
+struct Compensation {
+    cogging: Cogging,
+    left: i32,
+}
+
 /// State of the PWM interrupt.
 #[derive(Clone, Debug)]
 pub struct CurrentLoop {
@@ -110,6 +121,7 @@ pub struct CurrentLoop {
     probe: Probe,
     /// Currents in the rotor's axes in the newest period.
     measured: Dq,
+    compensation: Option<Compensation>,
 }
 
 /// Prepared demand.
@@ -121,6 +133,15 @@ struct Demand {
     axes: Option<ElectricalAngle>,
     /// Velocity of the output shaft, 0.01 rad/s.
     velocity: i16,
+}
+
+/// What the controllers of the currents follow in one PWM period.
+#[derive(Clone, Copy, Debug)]
+struct Wanted<'a> {
+    current: Dq,
+    /// As in [`Demand`].
+    axes: Option<ElectricalAngle>,
+    compensation: Option<&'a Compensation>,
 }
 
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
@@ -192,6 +213,19 @@ impl CurrentLoop {
         self.sensing = sensing;
     }
 
+    /// Adds a current that cancels the cogging torque to every demand from now on. It has this
+    /// number of periods in an electrical turn. What it leaves of the current limit is left for
+    /// demands. A brushed motor ignores it. 0 periods end it.
+    pub fn set_cogging(&mut self, periods: i32, wave: Wave) {
+        let full_scale = self.fixed.ratings.full_scale;
+        self.compensation = (periods != 0).then(|| Compensation {
+            cogging: Cogging::new(periods, wave, full_scale),
+            left: self
+                .current_limit
+                .saturating_sub(cogging::amplitude(wave, full_scale)),
+        });
+    }
+
     /// Excites the motor with a voltage from the next PWM period on, instead of controlling its
     /// current. As a demand, it is valid for [`DEMAND_CONTROL_PERIODS`] control periods, and the
     /// bridge opens beyond 150 % of the current limit. The sensing of the excitation stays in
@@ -232,9 +266,13 @@ impl CurrentLoop {
             self.excess = 0;
         }
         let mut means = sums.means(&self.fixed, self.life / DEMAND_CONTROL_PERIODS, tripped)?;
-        if let (Motor::ThreePhase(_, rotor, turn), Some(axes)) = (&self.motor, self.demand.axes) {
-            let ahead = rotor.field_of_axes(axes).0 - rotor.angle(turn.count()).0;
-            means.electrical.ahead = Some(ElectricalAngle(ahead));
+        if let Motor::ThreePhase(_, rotor, turn) = &self.motor {
+            let angle = rotor.angle(turn.count());
+            means.electrical.angle = Some(angle);
+            if let Some(axes) = self.demand.axes {
+                let ahead = rotor.field_of_axes(axes).0 - angle.0;
+                means.electrical.ahead = Some(ElectricalAngle(ahead));
+            }
         }
         Some(means)
     }
@@ -272,11 +310,16 @@ impl CurrentLoop {
         };
         let (stage, current) = match action {
             Action::Current(q, d) if largest <= self.over_current => {
-                let (point, axes, demand) = (&self.demand.point, self.demand.axes, Dq { d, q });
+                let point = &self.demand.point;
+                let wanted = Wanted {
+                    current: Dq { d, q },
+                    axes: self.demand.axes,
+                    compensation: self.compensation.as_ref(),
+                };
                 let sums = &mut self.sums;
                 let (compare, current) =
                     self.motor
-                        .step(readings.rotor, axes, currents, demand, point, sums);
+                        .step(readings.rotor, currents, &wanted, point, sums);
                 if point.voltage_limit == 0 {
                     self.motor.reset();
                 }
@@ -346,23 +389,28 @@ impl Motor {
     fn step(
         &mut self,
         reading: u32,
-        axes: Option<ElectricalAngle>,
         currents: [i32; 2],
-        demand: Dq,
+        wanted: &Wanted,
         point: &OperatingPoint,
         sums: &mut Sums,
     ) -> ([u16; 3], Dq) {
         match self {
             Self::Brushed(brushed) => {
                 let q = currents[0];
-                let (compare, voltage) = brushed.step(q, demand.q, point);
+                let (compare, voltage) = brushed.step(q, wanted.current.q, point);
                 sums.add_voltage(Dq { d: 0, q: voltage }, 0);
                 (compare, Dq { d: 0, q })
             }
             Self::ThreePhase(foc, rotor, turn) => {
                 let (measured, direction) = (rotor.angle(turn.update(reading)), rotor.direction());
-                let angle = axes.unwrap_or(measured);
-                let q = demand.q * direction;
+                let (angle, demand) = (wanted.axes.unwrap_or(measured), wanted.current);
+                let q = match wanted.compensation {
+                    Some(Compensation { cogging, left }) if wanted.axes.is_none() => {
+                        Bound::new(*left).limit(demand.q) + cogging.current(angle)
+                    }
+                    _ => demand.q,
+                };
+                let q = q * direction;
                 let step = foc.step(angle, currents, Dq { q, ..demand }, point);
                 let Dq { d, q } = step.voltage;
                 sums.add_voltage(

@@ -245,6 +245,7 @@ impl CurrentLoop {
             sums: Sums::default(),
             probe: super::probe::Probe::default(),
             measured: Dq::default(),
+            compensation: None,
         })
     }
 }

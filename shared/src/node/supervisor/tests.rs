@@ -30,6 +30,7 @@ const GOOD: Readings = Readings {
         voltage: None,
         direct: 0.0,
         direct_size: 0.0,
+        angle: None,
         ahead: None,
         over_current: false,
         overrun: false,

@@ -95,6 +95,7 @@ pub enum Trouble {
     MissedInterrupts,
 }
 
+#[allow(clippy::struct_excessive_bools)] // each is a fact about the drive, and all are independent
 pub struct Rig {
     pub axle: Axle,
     pub current_loop: CurrentLoop,
@@ -121,6 +122,10 @@ pub struct Rig {
     /// The motor has a brake, which follows its output at once.
     pub braked: bool,
     brake_released: bool,
+    /// A client in bench mode commands the drive instead of a guard.
+    pub bench: bool,
+    /// Inputs of the last tick.
+    pub inputs: Option<Inputs>,
     /// Largest current in the motor, A.
     pub largest_current: f64,
 }
@@ -153,6 +158,8 @@ impl Rig {
             word: None,
             braked: false,
             brake_released: false,
+            bench: false,
+            inputs: None,
             largest_current: 0.0,
         }
     }
@@ -257,9 +264,10 @@ impl Rig {
                 target: self.target,
             }),
             torque_offset: None,
-            guard_received: self.guard_alive && ticks % 50 == 1,
-            bench_mode: false,
+            guard_received: self.guard_alive && !self.bench && ticks % 50 == 1,
+            bench_mode: self.bench,
         };
+        self.inputs = Some(inputs);
         let outputs = self.axle.tick(&inputs);
         self.brake_released = outputs.brake_released;
         self.state = State::from_statusword(outputs.status.statusword).unwrap();
