@@ -4,7 +4,7 @@
 use super::arguments::{Arguments, Switch};
 use super::output::Output;
 use crate::programs::setup::checkout;
-use crate::scenario::Scenario;
+use crate::scenario::{Scenario, Sensors};
 use crate::simulator::slcan::SlcanPort;
 use std::path::{Path, PathBuf};
 use tautrack::link::MAX_PATH;
@@ -100,6 +100,9 @@ fn scenario(arguments: &Arguments) -> Result<Scenario, String> {
     if !description.guard {
         // The expectation about interventions does not apply if the guard is off.
         description.expect.guard_intervenes = None;
+    }
+    if let Some(hz) = arguments.sensor_hz {
+        description.sensors = Sensors::at(hz);
     }
     description.seed = arguments.seed.unwrap_or(description.seed);
     description
