@@ -453,9 +453,20 @@ settings! {
     /// 1: commands pass only while the operator reports that the dead-man switch is held. 0: no
     /// switch is needed.
     DeadMan = 0x007a, "dead_man", "1", 0..=1, 0;
-    /// Number of equal readings in a row after which a sensor on the body is doubted; after twice
-    /// as many it is not believed. 0: never.
+    /// Number of equal readings in a row after which an axis of the accelerometer or of the gyroscope
+    /// is doubted; after twice as many it is not believed. 0: never, for a sensor whose noise is
+    /// below its resolution.
     StuckReadings = 0x007b, "stuck_readings", "1", 0..=60_000, 200;
+
+    /// Rate at which the inertial unit (accelerometer and gyroscope) measures. The guard derives from
+    /// it when a reading is late, and how much the margins shrink between two readings.
+    InertialRate = 0x00a0, "inertial_rate", "Hz", 20..=1_000, 1_000;
+    /// Rate at which the inclinometer measures.
+    InclinometerRate = 0x00a1, "inclinometer_rate", "Hz", 10..=1_000, 1_000;
+    /// Rate at which the magnetometer measures.
+    CompassRate = 0x00a2, "compass_rate", "Hz", 5..=1_000, 10;
+    /// Rate at which the GNSS receiver sends fixes.
+    FixRate = 0x00a3, "fix_rate", "Hz", 1..=20, 5;
 }
 
 /// Limits of a node that has got nothing but a node id: safe for an unknown motor. The defaults

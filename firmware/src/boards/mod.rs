@@ -90,7 +90,8 @@ pub trait Board {
     /// engage. A board without a brake output ignores it. The brake is engaged before the first
     /// call and after a reset.
     fn set_brake(released: bool);
-    /// Readings of the sensors on the robot's body; `None` if the board has none.
+    /// Newest readings of the sensors on the robot's body, those fresh that came since the previous
+    /// call; `None` if the board has none. It does not wait.
     fn body() -> Option<BodySensors>;
     /// Serial number of the board: differs between all boards of one bus.
     fn serial_number() -> u32;

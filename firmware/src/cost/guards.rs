@@ -126,6 +126,7 @@ fn body(random: &mut Random) -> BodySensors {
         specific_force: [random.within(0.5), random.within(0.5), 9.81],
         angular_rate: [random.within(0.2), random.within(0.2), random.within(0.2)],
         magnetic_field: [random.within(20.0), random.within(20.0), -42.0],
+        ..BodySensors::default()
     }
 }
 

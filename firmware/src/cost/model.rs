@@ -81,9 +81,7 @@ fn count_front_part(table: &mut Table) {
             attitude.update(
                 &BodySensors {
                     inclination: [random.within(1.2), random.within(0.8)],
-                    specific_force: [0.0; 3],
-                    angular_rate: [0.0; 3],
-                    magnetic_field: [0.0; 3],
+                    ..BodySensors::default()
                 },
                 1e-3,
             );

@@ -313,6 +313,7 @@ fn count_guard(table: &mut Table, traffic: Traffic) {
                 specific_force: [random.within(2.0), random.within(2.0), 9.81],
                 angular_rate: [random.within(1.0), random.within(1.0), random.within(1.0)],
                 magnetic_field: [random.within(20.0), random.within(20.0), -42.0],
+                ..BodySensors::default()
             };
             let inputs = guard::Inputs {
                 now_us: u64::from(tick) * 1_000,

@@ -20,7 +20,10 @@ use tautrack::robots::b2p2::B2p2;
 use tautrack::robots::crawler::Crawler;
 use tautrack::robots::hylos::Hylos;
 use tautrack::robots::rt_mover::RtMover;
+use tautrack::sensors::Sensor;
 use tautrack::settings::{Setting, Settings};
+use tautrack::stability::sensor_watch::SensorState;
+use tautrack::stability::trust::Trust;
 use tautrack::units::Angle;
 
 dictionary!(od, "guard.rs");
@@ -59,6 +62,7 @@ trait Tick: Send {
     fn telemetry(&self) -> Telemetry;
     fn estimator(&self) -> &Estimator;
     fn scale_mismatch(&self) -> Option<ScaleMismatch>;
+    fn sensor(&self, sensor: Sensor) -> SensorState;
 }
 
 impl<B: Body> Tick for Guard<B>
@@ -83,6 +87,10 @@ where
 
     fn scale_mismatch(&self) -> Option<ScaleMismatch> {
         Guard::scale_mismatch(self)
+    }
+
+    fn sensor(&self, sensor: Sensor) -> SensorState {
+        Guard::sensor(self, sensor)
     }
 }
 
@@ -147,6 +155,7 @@ async fn control(guard: &'static mut dyn Tick, node: u8) -> ! {
     let mut ticker = Ticker::every(Duration::from_hz(u64::from(CONTROL_HZ)));
     let mut frames = Vec::<Frame, MAX_RECEIVED>::new();
     let mut bytes = [0; MAX_SERIAL];
+    let mut sensors = Sensor::ALL.into_iter().cycle();
     loop {
         ticker.next().await;
         frames.clear();
@@ -171,6 +180,9 @@ async fn control(guard: &'static mut dyn Tick, node: u8) -> ! {
         publish(outputs);
         if !outputs.frames.is_empty() {
             publish_balance(&guard.telemetry());
+            if let Some(sensor) = sensors.next() {
+                publish_sensor(sensor, guard.sensor(sensor));
+            }
         }
         if let Some((state, position)) = &outputs.robot {
             publish_robot(state, *position, guard.estimator());
@@ -227,6 +239,26 @@ fn publish_balance(balance: &Telemetry) {
             milli(trip.margins[trip.edge as usize])
         );
     }
+}
+
+/// Writes health, rate and age of one sensor into the objects. One sensor's turn comes in each
+/// SYNC period.
+fn publish_sensor(sensor: Sensor, state: SensorState) {
+    let place = sensor as usize;
+    let before = od::OBJECT2100.get(place).unwrap_or_default();
+    if before != state.health {
+        let name = sensor.name();
+        match Trust::from_code(state.health) {
+            Some(Trust::Degraded(reason) | Trust::None(reason)) => {
+                crate::logger::warn!("{}: {}", name, reason.words());
+            }
+            _ => crate::logger::info!("{}: believed", name),
+        }
+    }
+    // Cannot fail: the arrays have an element for each sensor.
+    let _ = od::OBJECT2100.set(place, state.health);
+    let _ = od::OBJECT2101.set(place, state.rate);
+    let _ = od::OBJECT2102.set(place, state.age_ms);
 }
 
 /// Writes the robot's state into the objects, once per SYNC.

@@ -31,6 +31,7 @@ impl Description {
                 contradiction(&format!("{key}.what"), why)?;
             }
         }
+        self.sensors.check()?;
         self.check_postures()?;
         self.check_motors()?;
         self.check_settings()?;

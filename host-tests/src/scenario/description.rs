@@ -1,6 +1,6 @@
 //! The content of a scenario file, before it is checked.
 
-use super::{Expect, Fault, Motor, Operator, driver};
+use super::{Expect, Fault, Motor, Operator, Sensors, driver};
 use crate::robots::{Conditions, Kind, NodeName, NodeSpec, Robot};
 use crate::world::Plant;
 use crate::world::terrain::Terrain;
@@ -40,6 +40,9 @@ pub struct Description {
     /// Motors that differ from those of the robot.
     #[serde(default, rename = "motor", skip_serializing_if = "BTreeMap::is_empty")]
     pub motors: BTreeMap<NodeName, Motor>,
+    /// Rates of the sensors on the body.
+    #[serde(default, skip_serializing_if = "Sensors::usual")]
+    pub sensors: Sensors,
     /// Settings of nodes that differ from those of the robot: node, setting's name, value in the
     /// setting's unit. They change what the node assumes, not the plant.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
@@ -83,6 +86,9 @@ impl Description {
         for node in &mut nodes {
             if let Some(motor) = self.motors.get(&node.name) {
                 node.set_motor(node.motor.map(|model| motor.apply(&model)));
+            }
+            if node.name == NodeName::GUARD && !self.sensors.usual() {
+                node.settings.extend(self.sensors.settings());
             }
             for (name, value) in self.settings.get(&node.name).into_iter().flatten() {
                 let Some(setting) = Setting::from_name(name) else {

@@ -3,7 +3,8 @@
 //! [`Description`] is the content of the file. [`Scenario`] is a description that passed every
 //! check, so no later code checks it again. `operator` is the operator's section with its bounds,
 //! `driver` reads it, `script` plays it during a run. `fault` lists the faults, `expect` the
-//! expected results, `motor` the motors that differ from those of the robot. `check` checks the
+//! expected results, `motor` the motors that differ from those of the robot,
+//! `sensors` the rates of the sensors on the body. `check` checks the
 //! other bounds, `error` reports errors with their place. The robots' sections are in
 //! [`crate::robots`], the ground's values in [`crate::world::terrain`].
 
@@ -16,6 +17,7 @@ mod fault;
 mod motor;
 mod operator;
 mod script;
+mod sensors;
 
 pub use description::Description;
 pub use error::ScenarioError;
@@ -24,6 +26,7 @@ pub use fault::{Fault, FaultKind};
 pub use motor::Motor;
 pub use operator::{Event, Operator, OperatorRequest, When};
 pub use script::{Ask, BusView, Script};
+pub use sensors::Sensors;
 
 use crate::bounds::Problem;
 use serde::Serialize;
@@ -78,6 +81,17 @@ impl Scenario {
         description
             .check()
             .map_err(|problem| ScenarioError::new(&name, problem))
+    }
+
+    /// The same scenario with sensors at these rates.
+    ///
+    /// # Errors
+    /// As [`Scenario::load`].
+    pub fn with_sensors(&self, sensors: Sensors) -> Result<Self, ScenarioError> {
+        Self::checked(Description {
+            sensors,
+            ..self.description()
+        })
     }
 
     /// A copy of the description that can be changed and checked again, for sweeps and command-line

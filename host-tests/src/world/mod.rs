@@ -5,7 +5,7 @@
 //! shaft of the gear. [`terrain`] is the terrain in a scenario, [`ground`] the ground built from
 //! it, [`load`] a robot's payload, [`inertia`] the mass and inertia of a body, [`physics`] the
 //! settings of the physics engine, [`gear`] the connection of a node's shaft to its load,
-//! [`sensing`] the sensors on a body, [`gnss`] the GNSS receiver, [`noise`] the seeded noise,
+//! [`sensing`] the sensors on a body, [`sampling`] their rates, [`gnss`] the GNSS receiver, [`noise`] the seeded noise,
 //! [`truth`] the ground truth.
 
 pub mod gear;
@@ -15,6 +15,7 @@ pub mod inertia;
 pub mod load;
 pub mod noise;
 pub mod physics;
+pub mod sampling;
 pub mod sensing;
 pub mod terrain;
 pub mod truth;

@@ -37,9 +37,7 @@ fn load_is_what_the_whole_model_asks_of_joints_7_and_8() {
         assert!(attitude.update(
             &BodySensors {
                 inclination: [pitch, roll],
-                specific_force: [0.0; 3],
-                angular_rate: [0.0; 3],
-                magnetic_field: [0.0; 3],
+                ..BodySensors::default()
             },
             1e-3,
         ));

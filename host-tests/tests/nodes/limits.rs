@@ -101,6 +101,7 @@ fn reading(random: &mut Random) -> BodySensors {
                 specific_force: [any(), any(), any()],
                 angular_rate: [any(), any(), any()],
                 magnetic_field: [any(), any(), any()],
+                ..level()
             }
         }
     }

@@ -70,8 +70,7 @@ impl Ride {
             self.plant.step(&[shafts[0], shafts[1], still, still]);
             let sensors = self.plant.body_sensors();
             assert!(self.attitude.update(&sensors, 1e-3));
-            self.estimator
-                .sense(sensors.magnetic_field, &mut self.attitude, now_us);
+            self.estimator.sense(&sensors, &mut self.attitude, now_us);
             if self.garbage {
                 let noise: Vec<u8> = (0..4)
                     .map(|byte| (self.step * 89 + byte * 7) as u8)
@@ -231,8 +230,7 @@ fn a_magnetometer_that_repeats_itself_is_no_compass_for_long() {
         let now_us = ride.step * 1_000;
         let sensors = ride.plant.body_sensors();
         ride.attitude.update(&sensors, 1e-3);
-        ride.estimator
-            .sense(sensors.magnetic_field, &mut ride.attitude, now_us);
+        ride.estimator.sense(&sensors, &mut ride.attitude, now_us);
     }
     let heading = ride.state()[3];
     assert_eq!(heading.validity, Reckoned);

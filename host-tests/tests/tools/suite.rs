@@ -5,7 +5,7 @@ use std::path::Path;
 use tautrack_host_tests::programs::Board;
 use tautrack_host_tests::robots;
 use tautrack_host_tests::robots::payload::Payload;
-use tautrack_host_tests::scenario::Scenario;
+use tautrack_host_tests::scenario::{Scenario, Sensors};
 use tautrack_host_tests::tools::suite::draw::Kind;
 use tautrack_host_tests::tools::suite::drawn_runs;
 use tautrack_host_tests::tools::suite::evaluation::{Finding, Thoroughness, hazard};
@@ -18,7 +18,8 @@ fn a_few_drawn_hazards_are_held_and_a_few_drawn_legitimate_runs_pass() {
         .programs(Board::Native)
         .unwrap_or_else(|error| panic!("{error}"));
     for kind in Kind::ALL {
-        let drawn = drawn_runs(kind, 3, 1, &programs, &|_| {}).expect("they run");
+        let drawn =
+            drawn_runs(kind, 3, 1, Sensors::default(), &programs, &|_| {}).expect("they run");
         assert_eq!(drawn.rows.len(), 3);
         for row in &drawn.rows {
             assert!(
@@ -86,6 +87,7 @@ fn a_random_operator_never_topples_b2p2_on_fair_ground() {
         guard: true,
         runs: 20,
         seed: 3,
+        sensors: Sensors::default(),
     };
     let rows = operators(&plan, &programs, &[], &|_, _| {}).expect("they run");
     assert_eq!(rows.len(), 20);

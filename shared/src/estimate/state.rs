@@ -4,6 +4,7 @@ use super::compass::Compass;
 use super::nmea::{Counts, Reader, Sentence};
 use super::position::{Fix, Position};
 use crate::math::sin_cos;
+use crate::sensors::BodySensors;
 use crate::settings::{Setting, Settings};
 use crate::stability::attitude::Attitude;
 use crate::units::Angle;
@@ -125,14 +126,17 @@ impl Estimator {
         }
     }
 
-    /// Takes the magnetometer's reading, uT in body axes, and corrects the heading of `attitude`.
-    /// Call it after `attitude` took the other sensors.
+    /// Takes the magnetometer's reading and corrects the heading of `attitude`. Call it after
+    /// `attitude` took the other sensors.
     ///
-    /// A reading that equals the previous one is not a new one: a magnetometer is slower than the
-    /// control tick, and a defective one repeats its reading.
-    pub fn sense(&mut self, field: [f32; 3], attitude: &mut Attitude, now_us: u64) {
-        self.attitude_us = Some(now_us);
-        if field == self.field {
+    /// A reading that equals the previous one is not a new one, even if it says so: a defective
+    /// magnetometer repeats its reading.
+    pub fn sense(&mut self, sensors: &BodySensors, attitude: &mut Attitude, now_us: u64) {
+        if sensors.fresh.gyroscope {
+            self.attitude_us = Some(now_us);
+        }
+        let field = sensors.magnetic_field;
+        if !sensors.fresh.magnetometer || field == self.field {
             return;
         }
         let elapsed = now_us.saturating_sub(self.sensed_us) as f32 * 1e-6;
@@ -153,8 +157,10 @@ impl Estimator {
     }
 
     /// Takes bytes from the GNSS receiver. A fix changes the position at the next
-    /// [`Self::advance`], or when the next fix comes, so that no other tick has this work.
-    pub fn listen(&mut self, bytes: &[u8], now_us: u64) {
+    /// [`Self::advance`], or when the next fix comes, so that no other tick has this work. Returns
+    /// whether a fix came.
+    pub fn listen(&mut self, bytes: &[u8], now_us: u64) -> bool {
+        let mut fixed = false;
         for byte in bytes {
             let Some(Ok(sentence)) = self.reader.push(*byte) else {
                 continue;
@@ -162,6 +168,7 @@ impl Estimator {
             if let Some(fix) = Fix::from_sentence(&sentence) {
                 self.take_fix();
                 self.fix = Some((fix, now_us));
+                fixed = true;
             }
             if let Sentence::Rmc(rmc) = sentence
                 && let (Some(_), Some(speed), Some(course)) =
@@ -171,6 +178,7 @@ impl Estimator {
                 self.velocity = Some((speed as f32 * 1e-3, course));
             }
         }
+        fixed
     }
 
     /// Corrects the position by the fix that waits.

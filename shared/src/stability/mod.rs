@@ -1,7 +1,8 @@
 //! Computes tip-over margins and limits commands accordingly.
 //!
-//! [`attitude`]: pitch, roll and heading. [`trust`]: whether the sensors are believed. [`support`]:
-//! distances of the centre of gravity to the edges of the support. [`specific_force`]: the measured
+//! [`attitude`]: pitch, roll and heading. [`watch`]: whether the sensors are believed, with
+//! [`sensor_watch`] (age and rate of one sensor), `stuck` (repeated readings) and [`trust`] (the
+//! result). [`support`]: distances of the centre of gravity to the edges of the support. [`specific_force`]: the measured
 //! force. `edge_margin`: the margins of one edge. [`criterion`]: which of them counts. [`bands`]:
 //! the band of the narrowest margin. [`tracker`]: margins with their rates. [`filter`]: the scale
 //! of a command, with its [`verdict`]. [`stopping`]: the speed limit of a posture. [`step_behind`]
@@ -18,13 +19,16 @@ mod edge_margin;
 pub mod filter;
 pub mod limits;
 pub mod parameters;
+pub mod sensor_watch;
 pub mod specific_force;
 pub mod step_behind;
 pub mod stopping;
+mod stuck;
 pub mod support;
 pub mod tipover;
 pub mod tracker;
 pub mod trip;
 pub mod trust;
 pub mod verdict;
+pub mod watch;
 pub mod zmp;

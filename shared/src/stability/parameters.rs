@@ -14,7 +14,7 @@ const MIN_LENGTH: f32 = 1e-3;
 /// Tolerance of the convexity check of the support, m, for rounding.
 const TOLERANCE: f32 = 1e-6;
 
-/// Uncertainty of the robot's masses.
+/// Uncertainty of the robot's masses and of its attitude.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Uncertainty {
     /// Largest distance of the centre of gravity from the model's, m.
@@ -25,14 +25,19 @@ pub struct Uncertainty {
     pub reach: f32,
     /// Mass of the robot, kg.
     pub robot_mass: f32,
+    /// Largest horizontal distance by which the robot can have turned its centre of gravity since
+    /// the newest reading of its gyroscope, m. It changes with the age of that reading.
+    pub attitude: f32,
 }
 
 impl Uncertainty {
     /// Distance that is subtracted from every margin, m: the uncertainty of the centre of gravity,
-    /// plus the distance `dm / (m + dm) reach` by which the load can shift it.
+    /// plus the distance `dm / (m + dm) reach` by which the load can shift it, plus the
+    /// distance by which an unseen rotation can.
     #[inline]
     pub fn widening(&self) -> f32 {
-        self.cog + self.mass / (self.robot_mass + self.mass) * self.reach
+        let load = self.mass / (self.robot_mass + self.mass) * self.reach;
+        self.cog + load + self.attitude
     }
 }
 
@@ -65,10 +70,8 @@ pub struct Parameters {
     pub half_width: f32,
     /// Whether backing off is allowed.
     pub back_off: bool,
-    /// Uncertainty of the robot's masses.
+    /// Uncertainty of the robot's masses and of its attitude.
     pub uncertainty: Uncertainty,
-    /// Number of equal readings after which a sensor counts as stuck; 0 means never.
-    pub stuck_readings: u32,
 }
 
 /// Reason why a robot is not armed; values in m and m/s^2.
@@ -160,8 +163,8 @@ impl Parameters {
                 mass: thousandths(Setting::MassUncertainty),
                 reach: metres(Setting::MassUncertaintyReach),
                 robot_mass: thousandths(Setting::RobotMass),
+                attitude: 0.0,
             },
-            stuck_readings: settings.get(Setting::StuckReadings) as u32,
         }
     }
 
@@ -339,6 +342,7 @@ mod tests {
             mass: 2.0,
             reach: 0.25,
             robot_mass: 8.0,
+            attitude: 0.0,
         };
         let pulled = (8.0 * 0.0 + 2.0 * 0.25) / 10.0;
         assert!((uncertainty.widening() - 0.005 - pulled).abs() < 1e-6);

@@ -1,6 +1,6 @@
 //! Computes the signed distances of the centre of gravity to the edges of a support polygon.
 
-use crate::math::root_of_sum;
+use crate::math::{max, root_of_sum};
 
 /// Minimum length of an edge, m; a shorter one has no direction.
 const MIN_LENGTH: f32 = 1e-3;
@@ -95,6 +95,13 @@ impl Stance {
         self.edges()
             .filter(|(_, there, _)| *there)
             .flat_map(|(_, _, ends)| ends.map(|end| *end))
+    }
+
+    /// Height of the centre of gravity above the lowest end of an edge, m; 0 if it is below, or
+    /// without any edge.
+    pub fn height(&self) -> f32 {
+        self.contacts()
+            .fold(0.0, |most, [_, _, up]| max(most, self.cog[2] - up))
     }
 
     /// Horizontal distance of the centre of gravity to each edge, m, positive inside; indexed by

@@ -15,7 +15,8 @@ use tautrack::stability::specific_force::SpecificForce;
 use tautrack::stability::stopping::{speed_limit, stopping_speed};
 use tautrack::stability::support::{Stance, narrowest};
 use tautrack::stability::trip::{Cause, Mode, Requests, Sight, Snapshot, Trip};
-use tautrack::stability::trust::{Trust, Watch};
+use tautrack::stability::trust::Trust;
+use tautrack::stability::watch::{Expectations, Watch};
 
 const G: f64 = 9.81;
 
@@ -135,6 +136,7 @@ fn sensors() -> impl Strategy<Value = BodySensors> {
             specific_force,
             angular_rate,
             magnetic_field,
+            ..BodySensors::default()
         },
     )
 }
@@ -177,7 +179,7 @@ proptest! {
         again in any::<bool>(),
     ) {
         let parameters = Parameters::new(&Settings::default());
-        let (mut watch, mut attitude) = (Watch::new(3), Attitude::default());
+        let (mut watch, mut attitude) = (Watch::new(&Expectations { stuck_readings: 3, rates: [1_000.0; 4] }), Attitude::default());
         let (mut force, mut criterion) = (SpecificForce::default(), Criterion::default());
         let (mut bands, mut trip, mut tracker) = (Bands::default(), Trip::default(), Tracker::default());
         // Half of the cases also repeat the steps in reverse order.
@@ -187,15 +189,15 @@ proptest! {
             steps.iter().collect()
         };
         for ((stance, reading, period), ([forward, yaw_rate], flags, armed)) in order {
-            if watch.receive(reading.as_ref(), *period)
-                && let Some(reading) = reading
-            {
-                attitude.update(reading, *period);
-                force.receive(reading.specific_force);
+            let fresh = watch.receive(reading.as_ref(), *period);
+            let usable = BodySensors { fresh, ..reading.unwrap_or_default() };
+            attitude.update(&usable, *period);
+            if fresh.accelerometer {
+                force.receive(usable.specific_force);
             }
             let level = force.advance(&attitude.level_axes(), *period);
             let found = criterion.evaluate(stance, level, *forward, &parameters);
-            watch.compare(level, !found.quick, *period);
+            watch.compare(level, &attitude, !found.quick, *period);
             let margins = if matches!(watch.trust(), Trust::None(_)) { [f32::NAN; 4] } else { found.margins };
             let limits = MotionLimits::of(&found, &parameters);
             let (along, across) = (0.1 - 1e-6..=parameters.braking, -1e-6..=parameters.acceleration);

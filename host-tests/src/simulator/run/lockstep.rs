@@ -14,10 +14,12 @@ use crate::simulator::facts::{NodeFacts, RunFacts};
 use crate::simulator::record::{BusFrame, DriveState, Sample};
 use crate::simulator::slcan::{MAX_CLIENTS, SlcanPort};
 use crate::world::Plant;
+use crate::world::sampling::Sampling;
 use sha2::{Digest, Sha256};
 use std::time::Duration;
 use tautrack::can::Frame;
 use tautrack::link::{MAX_FRAMES, MAX_SERIAL, STEP_US, Sensors, Shaft, Step};
+use tautrack::sensors::BodySensors;
 
 /// Running simulation: a robot's nodes on their bus, its plant, the operator and the faults.
 pub(super) struct Run {
@@ -30,6 +32,9 @@ pub(super) struct Run {
     node_facts: Vec<NodeFacts>,
     bus: Bus,
     pub plant: Box<dyn Plant>,
+    sampling: Sampling,
+    /// What the sensors on the body show in this step.
+    body: BodySensors,
     operator: Operator,
     listener: Listener,
     faults: Faults,
@@ -76,6 +81,8 @@ impl Run {
             node_facts,
             bus: Bus::new(specs.len() + 1 + MAX_CLIENTS),
             plant: scenario.plant(),
+            sampling: scenario.sensors.sampling(),
+            body: BodySensors::default(),
             operator: Operator::new(scenario, guard, options.let_go_s, options.disarm_s),
             listener: Listener::new(&specs, &scenario.robot),
             faults: Faults::new(scenario, specs.iter().map(|spec| spec.name).collect()),
@@ -96,6 +103,7 @@ impl Run {
         }
         self.deliver(time_us, sink)?;
 
+        self.body = self.sampling.sample(step, self.plant.body_sensors());
         let mut inboxes = vec![heapless::Vec::<Frame, MAX_FRAMES>::new(); self.nodes.len()];
         for (index, inbox) in inboxes.iter_mut().enumerate() {
             // A bus at 1 Mbit/s cannot deliver more frames in one step than the inbox holds.
@@ -179,7 +187,7 @@ impl Run {
 
     fn sensors(&self, node: usize) -> Sensors {
         if node == self.guard_number() {
-            let body = Some(self.plant.body_sensors());
+            let body = Some(self.body);
             return Sensors {
                 supply_voltage: self.plant.sensors(0).supply_voltage,
                 body,

@@ -45,6 +45,9 @@ pub(super) struct Arguments {
     /// Switches the guard's filter on or off, whatever the scenario says
     #[arg(long, value_enum)]
     pub guard: Option<Switch>,
+    /// Rate of inertial unit and inclinometer in Hz, whatever the scenario says
+    #[arg(long, value_name = "HZ", value_parser = clap::value_parser!(i32).range(20..=1_000))]
+    pub sensor_hz: Option<i32>,
     /// Folder for the results: summary.json, run.mcap, report.html and nodes.log; by default
     /// target/demo of the checkout
     #[arg(long, value_name = "DIR")]

@@ -13,6 +13,7 @@ mod run;
 
 use crate::programs::Board;
 use crate::robots::Kind;
+use crate::scenario::Sensors;
 use crate::tools::suite::command;
 use crate::tools::suite::operators::Plan;
 use arguments::{Arguments, Suite, Switch};
@@ -44,9 +45,12 @@ pub fn main(arguments: impl Iterator<Item = OsString>) -> ExitCode {
             Board::Wasm => Board::Wasm,
             Board::Qemu | Board::Native | Board::Image => Board::Native,
         };
+        let sensors = arguments
+            .sensor_hz
+            .map_or_else(Sensors::default, Sensors::at);
         let holds = match suite {
             Suite::Hazards if b2p2_with_guard => {
-                command::hazards(board, arguments.random, seed, &out)
+                command::hazards(board, arguments.random, seed, sensors, &out)
             }
             Suite::Hazards => {
                 return fail("--suite hazards takes neither --robot nor --guard", USAGE);
@@ -57,6 +61,7 @@ pub fn main(arguments: impl Iterator<Item = OsString>) -> ExitCode {
                     guard: !matches!(arguments.guard, Some(Switch::Off)),
                     runs: arguments.runs,
                     seed,
+                    sensors,
                 };
                 command::operators(board, &plan, &out)
             }

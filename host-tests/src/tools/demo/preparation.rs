@@ -6,7 +6,7 @@ use super::images;
 use super::output::Output;
 use crate::programs::setup::checkout;
 use crate::robots::{NodeName, Role};
-use crate::scenario::Scenario;
+use crate::scenario::{Scenario, Sensors};
 use crate::simulator::slcan::SlcanPort;
 use std::path::{Path, PathBuf};
 use tautrack::link::MAX_PATH;
@@ -106,6 +106,9 @@ fn scenario(arguments: &Arguments) -> Result<Scenario, String> {
     if !description.guard {
         // The expectation about interventions does not apply if the guard is off.
         description.expect.guard_intervenes = None;
+    }
+    if let Some(hz) = arguments.sensor_hz {
+        description.sensors = Sensors::at(hz);
     }
     description.seed = arguments.seed.unwrap_or(description.seed);
     description

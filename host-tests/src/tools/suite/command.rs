@@ -7,7 +7,7 @@ use super::{Findings, operators as operated, suite, table};
 use crate::programs::setup::checkout;
 use crate::programs::{Board, Programs};
 use crate::robots::Kind;
-use crate::scenario::Scenario;
+use crate::scenario::{Scenario, Sensors};
 use clap::ValueEnum;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -22,7 +22,13 @@ fn programs(board: Board, kind: Kind) -> Result<Programs, String> {
 ///
 /// # Errors
 /// The programs do not build, a scenario cannot be run, or a file cannot be written.
-pub fn hazards(board: Board, random: u64, seed: u64, out: &Path) -> Result<bool, String> {
+pub fn hazards(
+    board: Board,
+    random: u64,
+    seed: u64,
+    sensors: Sensors,
+    out: &Path,
+) -> Result<bool, String> {
     let programs = programs(board, Kind::B2p2)?;
     let root = checkout::root().map_err(|error| error.to_string())?;
     let scenarios = root.join("host-tests/scenarios");
@@ -35,8 +41,8 @@ pub fn hazards(board: Board, random: u64, seed: u64, out: &Path) -> Result<bool,
         );
     };
     let began = Instant::now();
-    let findings =
-        suite(&scenarios, random, seed, &programs, &done).map_err(|error| error.to_string())?;
+    let findings = suite(&scenarios, random, seed, sensors, &programs, &done)
+        .map_err(|error| error.to_string())?;
     let table = table::table(&findings);
     let simulated_s: f64 = findings.rows().map(|row| row.simulated_s).sum();
     println!(

@@ -5,7 +5,7 @@ use super::draw::{Kind, draw};
 use super::evaluation::{Row, Thoroughness, hazard, legitimate};
 use super::{Drawn, Findings, SuiteError};
 use crate::programs::Programs;
-use crate::scenario::Scenario;
+use crate::scenario::{Scenario, Sensors};
 use std::path::Path;
 
 /// Maximum number of draws for one number. If none of them is of the kind, the last one is the
@@ -13,7 +13,7 @@ use std::path::Path;
 const MOST_DRAWS: u64 = 20;
 
 /// Runs all scenarios of `folder`/hazards and `folder`/legitimate, then `random` drawn ones of each
-/// kind. Calls `done` with each row as soon as it is known.
+/// kind, with `sensors` at these rates. Calls `done` with each row as soon as it is known.
 ///
 /// # Errors
 /// [`SuiteError`] of the first scenario that cannot be run.
@@ -21,6 +21,7 @@ pub fn suite(
     folder: &Path,
     random: u64,
     seed: u64,
+    sensors: Sensors,
     programs: &Programs,
     done: &(dyn Fn(&Row) + Sync),
 ) -> Result<Findings, SuiteError> {
@@ -29,14 +30,15 @@ pub fn suite(
         let scenarios = scenarios(&folder.join(kind.folder()))?;
         work.extend(scenarios.into_iter().map(|scenario| (kind, scenario)));
     }
+    let with = |scenario: &Scenario| scenario.with_sensors(sensors).map_err(SuiteError::Scenario);
     let named = on_all_cores(&work, |(kind, scenario)| {
-        let row = judged(*kind, scenario, Thoroughness::Full, programs)?;
+        let row = judged(*kind, &with(scenario)?, Thoroughness::Full, programs)?;
         done(&row);
         Ok(row)
     })?;
     let mut drawn = [const { None }; 2];
     for (place, kind) in drawn.iter_mut().zip(Kind::ALL) {
-        *place = Some(drawn_runs(kind, random, seed, programs, done)?);
+        *place = Some(drawn_runs(kind, random, seed, sensors, programs, done)?);
     }
     Ok(Findings {
         named,
@@ -53,6 +55,7 @@ pub fn drawn_runs(
     kind: Kind,
     count: u64,
     seed: u64,
+    sensors: Sensors,
     programs: &Programs,
     done: &(dyn Fn(&Row) + Sync),
 ) -> Result<Drawn, SuiteError> {
@@ -60,7 +63,9 @@ pub fn drawn_runs(
     let rows = on_all_cores(&numbers, |number| {
         let (mut again, mut simulated_s) = (0, 0.0);
         loop {
-            let scenario = draw(kind, seed, *number, again).map_err(SuiteError::Scenario)?;
+            let scenario = draw(kind, seed, *number, again)
+                .and_then(|scenario| scenario.with_sensors(sensors))
+                .map_err(SuiteError::Scenario)?;
             let mut row = judged(kind, &scenario, Thoroughness::Quick, programs)?;
             simulated_s += row.simulated_s;
             row.simulated_s = simulated_s;

@@ -41,9 +41,11 @@ pub use supervision::Telemetry;
 use crate::constants::CONTROL_PERIOD;
 use crate::estimate::state::Estimator;
 use crate::robots::Body;
-use crate::settings::Settings;
+use crate::sensors::Sensor;
+use crate::settings::{Setting, Settings};
 use crate::stability::attitude::Attitude;
 use crate::stability::parameters::Refusal;
+use crate::stability::sensor_watch::{SensorState, SensorWatch};
 use crate::stability::trip::Requests;
 use drives::Drives;
 use gate::Gate;
@@ -66,6 +68,8 @@ pub struct Guard<B> {
     speed_scale: f32,
     attitude: Attitude,
     estimator: Estimator,
+    /// Monitor of the GNSS receiver.
+    fixes: SensorWatch,
     operator: Operator,
     /// Requests for a reset and for an emergency stop since the last SYNC.
     requests: Requests,
@@ -91,6 +95,7 @@ impl<B: Body> Guard<B> {
             speed_scale: 1.0,
             attitude: Attitude::default(),
             estimator: Estimator::new(settings),
+            fixes: SensorWatch::new(settings.get(Setting::FixRate) as f32),
             operator: Operator::new(settings),
             requests: Requests::default(),
             fault: None,
@@ -103,14 +108,12 @@ impl<B: Body> Guard<B> {
     /// frames would take longer than creating them.
     pub fn tick(&mut self, inputs: &Inputs<'_>) -> &Outputs {
         let fault_before = self.fault;
-        if self.supervision.receive(inputs.body.as_ref())
-            && let Some(sensors) = &inputs.body
-        {
-            self.attitude.update(sensors, CONTROL_PERIOD);
-            self.estimator
-                .sense(sensors.magnetic_field, &mut self.attitude, inputs.now_us);
-        }
-        self.estimator.listen(inputs.serial, inputs.now_us);
+        let sensors = self.supervision.receive(inputs.body.as_ref());
+        self.attitude.update(sensors, CONTROL_PERIOD);
+        self.estimator
+            .sense(sensors, &mut self.attitude, inputs.now_us);
+        let fix = self.estimator.listen(inputs.serial, inputs.now_us);
+        self.fixes.advance(fix.then_some(Ok(())), CONTROL_PERIOD);
         for frame in inputs.frames {
             self.drives.receive(frame, inputs.now_us);
         }
@@ -155,6 +158,15 @@ impl<B: Body> Guard<B> {
     /// Returns what the guard knows of the robot's balance.
     pub fn telemetry(&self) -> Telemetry {
         self.supervision.telemetry(self.refusal)
+    }
+
+    /// Returns age, rate and health of a sensor.
+    pub fn sensor(&self, sensor: Sensor) -> SensorState {
+        let watch = self.supervision.watch();
+        match watch.sensor(sensor) {
+            Some(found) => SensorState::new(found, watch.trust_in(sensor)),
+            None => SensorState::new(&self.fixes, self.fixes.trust()),
+        }
     }
 
     /// Returns the first drive whose scale differs from the one that the robot's equations use.

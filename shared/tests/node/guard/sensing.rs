@@ -2,7 +2,7 @@
 
 use super::bench::{Bench, standing, verdict};
 use tautrack::node::guard::State;
-use tautrack::sensors::BodySensors;
+use tautrack::sensors::{BodySensors, Fresh, Sensor};
 use tautrack::settings::Setting;
 use tautrack::stability::filter::Verdict;
 use tautrack::stability::parameters::Refusal;
@@ -87,4 +87,96 @@ fn an_undeclared_load_narrows_every_margin_by_what_it_can_do() {
     for (before, after) in [(without.back, with.back), (without.left, with.left)] {
         assert!((before - after - 32).abs() <= 1, "{without:?} {with:?}");
     }
+}
+
+/// Settings of sensors that measure 50 times per second.
+const SLOW_SENSORS: &[(Setting, i32)] =
+    &[(Setting::InertialRate, 50), (Setting::InclinometerRate, 50)];
+
+/// Runs `ticks` with a new reading in every `period` ms.
+fn measure(bench: &mut Bench, period: u64, ticks: u64) -> tautrack::node::guard::Outputs {
+    for _ in 0..ticks {
+        let step = bench.now_us / 1_000;
+        // Noise that differs between two readings in a row.
+        let noise = 1e-4 * ((step / period) % 3) as f32;
+        let [x, y, z] = standing(0.0).specific_force;
+        bench.body = Some(BodySensors {
+            specific_force: [x + noise, y + noise, z + noise],
+            angular_rate: [noise; 3],
+            fresh: if step.is_multiple_of(period) {
+                Fresh::ALL
+            } else {
+                Fresh::NONE
+            },
+            ..standing(0.0)
+        });
+        bench.tick();
+    }
+    bench.guard.outputs().clone()
+}
+
+#[test]
+fn a_robot_whose_sensors_measure_at_50_hz_drives_as_commanded() {
+    let mut bench = Bench::with(SLOW_SENSORS);
+    bench.ask(130);
+    let outputs = measure(&mut bench, 20, 5_000);
+    assert_eq!(bench.guard.telemetry().trust, Trust::Full);
+    assert_eq!(outputs.passed.passed_speed, 130);
+    for sensor in [
+        Sensor::Inclinometer,
+        Sensor::Accelerometer,
+        Sensor::Gyroscope,
+    ] {
+        let state = bench.guard.sensor(sensor);
+        assert!(
+            state.health == 0 && state.rate.abs_diff(500) <= 5,
+            "{sensor:?}: {state:?}"
+        );
+    }
+}
+
+#[test]
+fn sensors_at_half_of_their_rate_are_doubted_and_the_robot_crawls() {
+    let mut bench = Bench::with(SLOW_SENSORS);
+    bench.ask(130);
+    measure(&mut bench, 20, 2_000);
+    let outputs = measure(&mut bench, 40, 1_000);
+    assert_eq!(bench.guard.telemetry().trust, Trust::Degraded(Reason::Slow));
+    assert_eq!(
+        (outputs.passed.passed_speed, verdict(&outputs)),
+        (50, Some(Verdict::Doubted(Reason::Slow)))
+    );
+}
+
+#[test]
+fn silent_sensors_of_50_hz_stop_the_robot_within_150_ms() {
+    let mut bench = Bench::with(SLOW_SENSORS);
+    bench.ask(130);
+    measure(&mut bench, 20, 2_000);
+    bench.body = None;
+    let outputs = bench.run(150);
+    assert_eq!(verdict(&outputs), Some(Verdict::Blind(Reason::Silent)));
+}
+
+/// At 20 Hz, a rotation of half of 20 rad/s^2 times the square of 49 ms is unseen: 24 mrad. The
+/// centre of gravity is 0.13 m to 0.3 m high.
+#[test]
+fn slower_sensors_leave_narrower_margins() {
+    let margins = |hz: i32| {
+        let mut bench = Bench::with(&[
+            (Setting::InertialRate, hz),
+            (Setting::PayloadMass, 4_000),
+            (Setting::PayloadUp, 400_000),
+        ]);
+        measure(&mut bench, 1_000 / hz as u64, 1_000).margins
+    };
+    let (quick, slow) = (margins(1_000), margins(20));
+    let lost = |quick: i16, slow: i16| quick - slow;
+    let all = [
+        lost(quick.back, slow.back),
+        lost(quick.left, slow.left),
+        lost(quick.right, slow.right),
+    ];
+    assert!(all.iter().all(|lost| (3..=8).contains(lost)), "{all:?}");
+    assert!(all[0].abs_diff(all[1]) <= 1, "{all:?}");
 }

@@ -5,7 +5,7 @@ use super::generator::Random;
 use crate::robots::Robot;
 use crate::robots::b2p2::section::B2p2;
 use crate::robots::payload::Payload;
-use crate::scenario::{Description, Event, Expect, Operator, When};
+use crate::scenario::{Description, Event, Expect, Operator, Sensors, When};
 use crate::world::terrain::Terrain;
 use std::collections::BTreeMap;
 
@@ -38,6 +38,7 @@ pub(super) fn beginning(random: &mut Random) -> Description {
             events: Vec::new(),
         },
         motors: BTreeMap::new(),
+        sensors: Sensors::default(),
         settings: BTreeMap::new(),
         faults: Vec::new(),
         expect: Expect::default(),

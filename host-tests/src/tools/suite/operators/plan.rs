@@ -1,7 +1,7 @@
 //! Describes the runs of the operators' suite.
 
 use crate::robots::Kind;
-use crate::scenario::Scenario;
+use crate::scenario::{Scenario, Sensors};
 use crate::tools::suite::SuiteError;
 use crate::tools::suite::draw::operators::draw;
 
@@ -16,6 +16,8 @@ pub struct Plan {
     pub runs: u64,
     /// Seed of all runs.
     pub seed: u64,
+    /// Rates of the sensors on the body.
+    pub sensors: Sensors,
 }
 
 /// The scenario of one run.
@@ -23,5 +25,7 @@ pub struct Plan {
 /// # Errors
 /// [`SuiteError::Scenario`] if it is out of bounds.
 pub fn drawn(plan: &Plan, number: u64, again: u64) -> Result<Scenario, SuiteError> {
-    draw(plan.robot, plan.guard, plan.seed, number, again).map_err(SuiteError::Scenario)
+    draw(plan.robot, plan.guard, plan.seed, number, again)
+        .and_then(|scenario| scenario.with_sensors(plan.sensors))
+        .map_err(SuiteError::Scenario)
 }

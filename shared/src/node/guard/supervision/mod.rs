@@ -28,7 +28,8 @@ use crate::stability::parameters::{Parameters, Refusal};
 use crate::stability::specific_force::SpecificForce;
 use crate::stability::support::Stance;
 use crate::stability::trip::{Mode, Trip};
-use crate::stability::trust::{Reason, Trust, Watch};
+use crate::stability::trust::{Reason, Trust};
+use crate::stability::watch::{Expectations, Watch};
 
 #[derive(Clone, Debug)]
 pub(super) struct Supervision {
@@ -62,7 +63,7 @@ impl Supervision {
         Self {
             parameters,
             filter_active: settings.get(Setting::FilterActive) == 1,
-            watch: Watch::new(parameters.stuck_readings),
+            watch: Watch::new(&Expectations::new(settings)),
             trust: Trust::None(Reason::Silent),
             force: SpecificForce::default(),
             level_force: [0.0; 3],
@@ -80,14 +81,28 @@ impl Supervision {
         }
     }
 
-    /// Takes the sensors of one control period. Returns whether the attitude filter may use them.
-    pub fn receive(&mut self, sensors: Option<&BodySensors>) -> bool {
-        let usable = self.watch.receive(sensors, CONTROL_PERIOD);
-        if let Some(sensors) = sensors.filter(|_| usable) {
-            self.force.receive(sensors.specific_force);
-            self.sensors = *sensors;
+    /// Takes the sensors of one control period. Returns the newest readings; those of this period
+    /// that can be used are fresh.
+    pub fn receive(&mut self, sensors: Option<&BodySensors>) -> &BodySensors {
+        let fresh = self.watch.receive(sensors, CONTROL_PERIOD);
+        if let Some(sensors) = sensors {
+            let kept = &mut self.sensors;
+            if fresh.inclinometer {
+                kept.inclination = sensors.inclination;
+            }
+            if fresh.accelerometer {
+                kept.specific_force = sensors.specific_force;
+                self.force.receive(sensors.specific_force);
+            }
+            if fresh.gyroscope {
+                kept.angular_rate = sensors.angular_rate;
+            }
+            if fresh.magnetometer {
+                kept.magnetic_field = sensors.magnetic_field;
+            }
         }
-        usable
+        self.sensors.fresh = fresh;
+        &self.sensors
     }
 
     /// Evaluates how the robot stands, `period` s after the previous call. `kept_shape` is how it
@@ -101,12 +116,18 @@ impl Supervision {
         speed: f32,
         period: f32,
     ) {
+        let rotation = self.watch.unseen_rotation();
+        self.parameters.uncertainty.attitude = if rotation > 0.0 {
+            rotation * stance.height()
+        } else {
+            0.0
+        };
         self.level_force = self.force.advance(&attitude.level_axes(), period);
         self.found = self
             .criterion
             .evaluate(stance, self.level_force, speed, &self.parameters);
         self.watch
-            .compare(self.level_force, !self.found.quick, period);
+            .compare(self.level_force, attitude, !self.found.quick, period);
         self.trust = self.watch.trust();
         if matches!(self.trust, Trust::None(_)) {
             self.found.margins = [f32::NAN; 4];
@@ -127,6 +148,11 @@ impl Supervision {
     /// Checks whether a robot with this stance on level ground may be armed.
     pub fn check(&self, level: &Stance) -> Result<(), Refusal> {
         self.parameters.check(level)
+    }
+
+    /// Returns the monitor of the sensors.
+    pub fn watch(&self) -> &Watch {
+        &self.watch
     }
 
     pub fn horizon(&self) -> f32 {

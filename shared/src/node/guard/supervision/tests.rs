@@ -48,8 +48,9 @@ fn standing(settings: &Settings, ahead: f32, speed: f32) -> Supervision {
             inclination: [noise, -noise],
             ..level
         };
-        assert!(supervision.receive(Some(&reading)));
-        attitude.update(&reading, CONTROL_PERIOD);
+        let usable = supervision.receive(Some(&reading));
+        assert_eq!(usable, &reading);
+        attitude.update(usable, CONTROL_PERIOD);
         supervision.evaluate(&stance(ahead), None, &attitude, speed, 4e-3);
     }
     supervision
