@@ -78,7 +78,7 @@ pub fn a_drive_holds_when_its_bus_is_gone_and_reports_it_afterwards() {
     let status = read(&mut chip, 0x6041);
     println!("statusword {status:#06x}, live {}", chip.is_live());
     assert_eq!(chip.resets(), 0);
-    // It obeys again after a reset of the fault.
+    // A fault reset clears it.
     write(&mut chip, 0x6040, 0, &[0x80, 0]);
     chip.run(5_000);
     assert_eq!(read(&mut chip, 0x603f) & 0xffff, 0);

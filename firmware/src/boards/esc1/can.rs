@@ -1,6 +1,6 @@
 //! FDCAN with classic frames at 1 Mbit/s. After a bus-off, the controller waits for 128 idle
-//! sequences as ISO 11898-1 requires, and takes part again. Frames that wait for the bus for too long
-//! are dropped ([`MAX_WAIT`]).
+//! sequences as ISO 11898-1 requires, and takes part again. Frames that wait for the bus for too
+//! long are dropped ([`MAX_WAIT`]).
 
 use super::Interrupts;
 use super::clock::CORE_HZ;
