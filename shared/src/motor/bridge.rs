@@ -28,8 +28,8 @@ pub struct Readings {
     /// Codes of the currents out of half bridges a and b, 16 bits, left-aligned. About 2^15 is no
     /// current; larger codes are currents into the motor.
     pub currents: [u16; 2],
-    /// Count of the rotor sensor of a three-phase motor: within a turn of the rotor, or from turn to
-    /// turn, wrapping at 2^32. A brushed motor needs none.
+    /// Count of the rotor sensor of a three-phase motor: within a turn of the rotor, or from turn
+    /// to turn, wrapping at 2^32. A brushed motor needs none.
     pub rotor: u32,
 }
 

@@ -110,7 +110,8 @@ impl Search {
         }
     }
 
-    /// Runs one control period: the rotor's angle, and the position of the output shaft, 2^-32 turn.
+    /// Runs one control period at this angle of the rotor and this position of the output shaft,
+    /// 2^-32 turn.
     pub fn tick(&mut self, angle: ElectricalAngle, position: i64) -> Progress {
         let last = self.last.replace(position).unwrap_or(position);
         self.ticks += 1;
