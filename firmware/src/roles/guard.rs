@@ -260,11 +260,11 @@ fn publish_sensor(sensor: Sensor, state: SensorState) {
     let before = od::OBJECT2100.get(place).unwrap_or_default();
     if before != state.health {
         let name = sensor.name();
-        match Trust::from_code(state.health) {
-            Some(Trust::Degraded(reason) | Trust::None(reason)) => {
-                crate::logger::warn!("{}: {}", name, reason.words());
-            }
-            _ => crate::logger::info!("{}: believed", name),
+        if let Some(Trust::Degraded(reason) | Trust::None(reason)) = Trust::from_code(state.health)
+        {
+            crate::logger::warn!("{}: {}", name, reason.words());
+        } else {
+            crate::logger::info!("{}: believed", name);
         }
     }
     // Cannot fail: the arrays have an element for each sensor.
