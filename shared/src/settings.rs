@@ -419,6 +419,13 @@ settings! {
     HardIronLeft = 0x0062, "hard_iron_left", "nT", -500_000..=500_000, 0;
     /// Magnetic field of the robot itself (hard iron) at the magnetometer, upward component.
     HardIronUp = 0x0063, "hard_iron_up", "nT", -500_000..=500_000, 0;
+    /// Correction of the magnetometer for iron of the robot that the earth magnetizes (soft iron):
+    /// factor from the forward component to itself.
+    SoftIronForward = 0x0064, "soft_iron_forward", "1e-4", 3_000..=30_000, 10_000;
+    /// Correction for soft iron: factor from the component to the left to itself.
+    SoftIronLeft = 0x0065, "soft_iron_left", "1e-4", 3_000..=30_000, 10_000;
+    /// Correction for soft iron: factor from each horizontal component to the other.
+    SoftIronCross = 0x0066, "soft_iron_cross", "1e-4", -20_000..=20_000, 0;
 
     /// Margin below which the guard trips. It must be below `stop_margin`.
     TripMargin = 0x0070, "trip_margin", "um", 0..=1_000_000, 10_000;
@@ -453,13 +460,13 @@ settings! {
     /// 1: commands pass only while the operator reports that the dead-man switch is held. 0: no
     /// switch is needed.
     DeadMan = 0x007a, "dead_man", "1", 0..=1, 0;
-    /// Number of equal readings in a row after which an axis of the accelerometer or of the gyroscope
-    /// is doubted; after twice as many it is not believed. 0: never, for a sensor whose noise is
+    /// Number of equal readings in a row after which an axis of the accelerometer or of the
+    /// gyroscope is doubted; after twice as many it is not believed. 0: never, for a sensor whose noise is
     /// below its resolution.
     StuckReadings = 0x007b, "stuck_readings", "1", 0..=60_000, 200;
 
-    /// Rate at which the inertial unit (accelerometer and gyroscope) measures. The guard derives from
-    /// it when a reading is late, and how much the margins shrink between two readings.
+    /// Rate at which the inertial unit (accelerometer and gyroscope) measures. The guard derives
+    /// from it when a reading is late, and how much the margins shrink between two readings.
     InertialRate = 0x00a0, "inertial_rate", "Hz", 20..=1_000, 1_000;
     /// Rate at which the inclinometer measures.
     InclinometerRate = 0x00a1, "inclinometer_rate", "Hz", 10..=1_000, 1_000;
@@ -467,6 +474,26 @@ settings! {
     CompassRate = 0x00a2, "compass_rate", "Hz", 5..=1_000, 10;
     /// Rate at which the GNSS receiver sends fixes.
     FixRate = 0x00a3, "fix_rate", "Hz", 1..=20, 5;
+    /// Mounting of the sensor board: angle of its rotation about the forward axis of the body. The
+    /// board is turned about x, then about y, then about z of the body.
+    MountingX = 0x00a4, "mounting_x", "1e-3 degree", -180_000..=180_000, 0;
+    /// Mounting of the sensor board: angle of its rotation about the axis of the body to the left.
+    MountingY = 0x00a5, "mounting_y", "1e-3 degree", -90_000..=90_000, 0;
+    /// Mounting of the sensor board: angle of its rotation about the upward axis of the body.
+    MountingZ = 0x00a6, "mounting_z", "1e-3 degree", -180_000..=180_000, 0;
+    /// Reading of the gyroscope at rest about the forward axis of the body.
+    RateAtRestX = 0x00a7, "rate_at_rest_x", "1e-3 degree/s", -20_000..=20_000, 0;
+    /// Reading of the gyroscope at rest about the axis of the body to the left.
+    RateAtRestY = 0x00a8, "rate_at_rest_y", "1e-3 degree/s", -20_000..=20_000, 0;
+    /// Reading of the gyroscope at rest about the upward axis of the body.
+    RateAtRestZ = 0x00a9, "rate_at_rest_z", "1e-3 degree/s", -20_000..=20_000, 0;
+    /// Pitch that the inclinometer shows on level ground, after the mounting is accounted for.
+    LevelPitch = 0x00aa, "level_pitch", "1e-3 degree", -45_000..=45_000, 0;
+    /// Roll that the inclinometer shows on level ground, after the mounting is accounted for.
+    LevelRoll = 0x00ab, "level_roll", "1e-3 degree", -45_000..=45_000, 0;
+    /// Axes of the sensors whose signs are checked: 1 about x, 2 about y, 4 about z. The guard arms
+    /// the robot only if all are (7). Set it to 0 when a sensor board is mounted.
+    SensorAxes = 0x00ac, "sensor_axes", "1", 0..=7, 7;
 }
 
 /// Limits of a node that has got nothing but a node id: safe for an unknown motor. The defaults

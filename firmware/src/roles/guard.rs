@@ -14,6 +14,7 @@ use tautrack::bus::pdo::{GuardPosition, OperatorCommand};
 use tautrack::can::Frame;
 use tautrack::estimate::state::{Estimator, State};
 use tautrack::math::to_i32;
+use tautrack::node::guard::commissioning::{self, Report};
 use tautrack::node::guard::{Guard, Inputs, Outputs, ScaleMismatch, Telemetry};
 use tautrack::robots::Body;
 use tautrack::robots::b2p2::B2p2;
@@ -63,6 +64,8 @@ trait Tick: Send {
     fn estimator(&self) -> &Estimator;
     fn scale_mismatch(&self) -> Option<ScaleMismatch>;
     fn sensor(&self, sensor: Sensor) -> SensorState;
+    fn commission(&mut self, request: u8);
+    fn commissioning(&self) -> &Report;
 }
 
 impl<B: Body> Tick for Guard<B>
@@ -91,6 +94,14 @@ where
 
     fn sensor(&self, sensor: Sensor) -> SensorState {
         Guard::sensor(self, sensor)
+    }
+
+    fn commission(&mut self, request: u8) {
+        Guard::commission(self, request);
+    }
+
+    fn commissioning(&self) -> &Report {
+        Guard::commissioning(self)
     }
 }
 
@@ -156,6 +167,7 @@ async fn control(guard: &'static mut dyn Tick, node: u8) -> ! {
     let mut frames = Vec::<Frame, MAX_RECEIVED>::new();
     let mut bytes = [0; MAX_SERIAL];
     let mut sensors = Sensor::ALL.into_iter().cycle();
+    let mut step = commissioning::request::NONE;
     loop {
         ticker.next().await;
         frames.clear();
@@ -175,6 +187,14 @@ async fn control(guard: &'static mut dyn Tick, node: u8) -> ! {
             serial: bytes.get(..count).unwrap_or(&[]),
         });
         crate::watchdog::control_ran(Instant::now().as_micros());
+        let requested = od::OBJECT2110.get_value();
+        if requested != step {
+            guard.commission(requested);
+            step = requested;
+        }
+        if step != commissioning::request::NONE {
+            od::publish_commissioning(guard.commissioning());
+        }
         let outputs = guard.outputs();
         storage::set_armed(outputs.state.state > READY);
         publish(outputs);
@@ -248,11 +268,11 @@ fn publish_sensor(sensor: Sensor, state: SensorState) {
     let before = od::OBJECT2100.get(place).unwrap_or_default();
     if before != state.health {
         let name = sensor.name();
-        match Trust::from_code(state.health) {
-            Some(Trust::Degraded(reason) | Trust::None(reason)) => {
-                crate::logger::warn!("{}: {}", name, reason.words());
-            }
-            _ => crate::logger::info!("{}: believed", name),
+        if let Some(Trust::Degraded(reason) | Trust::None(reason)) = Trust::from_code(state.health)
+        {
+            crate::logger::warn!("{}: {}", name, reason.words());
+        } else {
+            crate::logger::info!("{}: believed", name);
         }
     }
     // Cannot fail: the arrays have an element for each sensor.

@@ -27,10 +27,19 @@ pub enum CompassError {
 }
 
 /// A compass with its calibration.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug)]
 pub struct Compass {
     hard_iron: [f32; 3],
+    /// Symmetric matrix that corrects the horizontal components: xx, yy, xy.
+    soft_iron: [f32; 3],
     declination: Angle,
+}
+
+/// A compass without iron around it, where magnetic north is true north.
+impl Default for Compass {
+    fn default() -> Self {
+        Self::new([0.0; 3], Angle::ZERO)
+    }
 }
 
 impl Compass {
@@ -39,8 +48,16 @@ impl Compass {
     pub fn new(hard_iron: [f32; 3], declination: Angle) -> Self {
         Self {
             hard_iron,
+            soft_iron: [1.0, 1.0, 0.0],
             declination,
         }
+    }
+
+    /// The compass with this correction for soft iron: a symmetric matrix (xx, yy, xy) for the
+    /// horizontal components in body axes.
+    #[must_use]
+    pub fn with_soft_iron(self, soft_iron: [f32; 3]) -> Self {
+        Self { soft_iron, ..self }
     }
 
     /// Creates a compass with the calibration in the settings.
@@ -53,6 +70,14 @@ impl Compass {
                 microtesla(Setting::HardIronUp),
             ],
             Angle::from_degrees(settings.scaled(Setting::Declination, 1e-3)),
+        )
+        .with_soft_iron(
+            [
+                Setting::SoftIronForward,
+                Setting::SoftIronLeft,
+                Setting::SoftIronCross,
+            ]
+            .map(|setting| settings.scaled(setting, 1e-4)),
         )
     }
 
@@ -71,9 +96,9 @@ impl Compass {
         if !field.iter().all(|component| component.is_finite()) {
             return Err(CompassError::NotFinite);
         }
-        let [forward, left, up] = axes.of(core::array::from_fn(|axis| {
-            field[axis] - self.hard_iron[axis]
-        }));
+        let [x, y, z] = core::array::from_fn(|axis| field[axis] - self.hard_iron[axis]);
+        let [xx, yy, xy] = self.soft_iron;
+        let [forward, left, up] = axes.of([xx * x + xy * y, xy * x + yy * y, z]);
         let horizontal = sqrt(forward * forward + left * left);
         let strength = sqrt(horizontal * horizontal + up * up);
         // An overflow gives infinity, which is out of range.

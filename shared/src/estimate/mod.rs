@@ -19,6 +19,8 @@
 //! * q8: extension `L3` without its part inside of segment 3, m
 
 pub mod compass;
+pub mod ellipse;
+pub mod mounting;
 pub mod nmea;
 pub mod position;
 pub mod state;

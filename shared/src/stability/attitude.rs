@@ -13,8 +13,8 @@ const INCLINOMETER_LAG: f32 = 0.3;
 const LEVEL_TIME: f32 = 2.0;
 /// Time constant with which the compass corrects the heading, s.
 const HEADING_TIME: f32 = 2.0;
-/// Longest time for which the estimate goes on with one reading of the gyroscope, s: five periods at
-/// 20 Hz. Long before, the guard stops the robot.
+/// Longest time for which the estimate goes on with one reading of the gyroscope, s: five periods
+/// at 20 Hz. Long before, the guard stops the robot.
 const HOLD_LIMIT: f32 = 0.25;
 /// Time after the first inclination in which the first compass heading sets the heading, s: longer
 /// than the period of a compass with 5 Hz, shorter than a robot needs to start to drive.
@@ -129,8 +129,8 @@ impl Attitude {
     /// [`Self::update`].
     ///
     /// The first compass heading becomes the heading if it comes within [`HEADING_WAIT`] of the
-    /// first inclination. Later ones change it by at most 0.25 rad/s, so that a late or wrong compass cannot make a robot that holds its
-    /// heading turn on the spot.
+    /// first inclination. Later ones change it by at most 0.25 rad/s, so that a late or wrong
+    /// compass cannot make a robot that holds its heading turn on the spot.
     pub fn correct_heading(&mut self, compass: Angle, period: f32) {
         let error = compass - self.heading;
         let first = !self.headed && self.running < HEADING_WAIT;

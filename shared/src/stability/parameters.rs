@@ -119,6 +119,11 @@ pub enum Refusal {
         /// Largest deceleration that leaves the trip margin.
         bearable: f32,
     },
+    /// The signs of some axes of the sensors are not checked.
+    SensorAxes {
+        /// The axes that are checked: 1 about x, 2 about y, 4 about z.
+        checked: u8,
+    },
 }
 
 impl Refusal {
@@ -132,6 +137,7 @@ impl Refusal {
             Self::CogOutside { .. } => 5,
             Self::Deceleration { .. } => 6,
             Self::NoSupport => 7,
+            Self::SensorAxes { .. } => 8,
         }
     }
 }

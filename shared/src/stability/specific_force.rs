@@ -44,8 +44,8 @@ impl SpecificForce {
     }
 
     /// Returns the force in level axes, m/s^2, `period` s after the previous evaluation. Without a
-    /// new reading it does not change; the next reading counts for the time since the one before, up
-    /// to the time constant.
+    /// new reading it does not change. The next reading counts for the time since the one before,
+    /// up to the time constant.
     #[inline]
     pub fn advance(&mut self, axes: &LevelAxes, period: f32) -> Vector<f32> {
         self.elapsed = min(self.elapsed + period, max(FORCE_TIME, period));

@@ -8,6 +8,7 @@
 //! * [`sensing`]: what happens between two SYNCs
 //! * [`cycle`]: what happens once per SYNC
 //! * [`command`]: how much of the operator's command passes
+//! * [`commissioning`]: mounting and constant errors of the sensors
 //! * [`drives`] and [`drive`]: what the guard knows of the other nodes
 //! * [`scales`]: comparison of the nodes' position scales
 //! * [`operator`]: the newest command
@@ -19,6 +20,7 @@
 //! * [`interface`]: inputs and outputs
 
 mod command;
+pub mod commissioning;
 mod cycle;
 mod drive;
 mod drives;
@@ -47,6 +49,7 @@ use crate::stability::attitude::Attitude;
 use crate::stability::parameters::Refusal;
 use crate::stability::sensor_watch::{SensorState, SensorWatch};
 use crate::stability::trip::Requests;
+use commissioning::Commissioning;
 use drives::Drives;
 use gate::Gate;
 use interface::FaultReport;
@@ -68,6 +71,7 @@ pub struct Guard<B> {
     speed_scale: f32,
     attitude: Attitude,
     estimator: Estimator,
+    commissioning: Commissioning,
     /// Monitor of the GNSS receiver.
     fixes: SensorWatch,
     operator: Operator,
@@ -95,6 +99,7 @@ impl<B: Body> Guard<B> {
             speed_scale: 1.0,
             attitude: Attitude::default(),
             estimator: Estimator::new(settings),
+            commissioning: Commissioning::default(),
             fixes: SensorWatch::new(settings.get(Setting::FixRate) as f32),
             operator: Operator::new(settings),
             requests: Requests::default(),
@@ -112,6 +117,8 @@ impl<B: Body> Guard<B> {
         self.attitude.update(sensors, CONTROL_PERIOD);
         self.estimator
             .sense(sensors, &mut self.attitude, inputs.now_us);
+        self.commissioning
+            .sense(self.supervision.raw(), CONTROL_PERIOD);
         let fix = self.estimator.listen(inputs.serial, inputs.now_us);
         self.fixes.advance(fix.then_some(Ok(())), CONTROL_PERIOD);
         for frame in inputs.frames {
@@ -158,6 +165,17 @@ impl<B: Body> Guard<B> {
     /// Returns what the guard knows of the robot's balance.
     pub fn telemetry(&self) -> Telemetry {
         self.supervision.telemetry(self.refusal)
+    }
+
+    /// Starts a step of the commissioning of the sensors
+    /// ([`commissioning::request`]).
+    pub fn commission(&mut self, request: u8) {
+        self.commissioning.request(request, !self.state.driving());
+    }
+
+    /// Returns progress and results of the commissioning.
+    pub fn commissioning(&self) -> &commissioning::Report {
+        self.commissioning.report()
     }
 
     /// Returns age, rate and health of a sensor.

@@ -1,6 +1,7 @@
 //! Tests of the guard's tick with drives that follow every controlword at once.
 
 mod bench;
+mod commissioning;
 mod drives;
 mod driving;
 mod postures;

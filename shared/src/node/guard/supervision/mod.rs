@@ -15,6 +15,7 @@ pub(super) use admission::Moment;
 pub use telemetry::Telemetry;
 
 use crate::constants::CONTROL_PERIOD;
+use crate::estimate::mounting::Mounting;
 use crate::math::vector::Vector;
 use crate::robots::{Body, Stop};
 use crate::sensors::BodySensors;
@@ -31,6 +32,9 @@ use crate::stability::trip::{Mode, Trip};
 use crate::stability::trust::{Reason, Trust};
 use crate::stability::watch::{Expectations, Watch};
 
+/// Axes whose signs must be checked before the robot is armed, as in `Setting::SensorAxes`.
+const ALL_AXES: u8 = 7;
+
 #[derive(Clone, Debug)]
 pub(super) struct Supervision {
     parameters: Parameters,
@@ -43,7 +47,11 @@ pub(super) struct Supervision {
     bands: Bands,
     trip: Trip,
     tracker: Tracker,
+    mounting: Mounting,
+    /// Newest readings in the axes of the sensor board, and those in body axes.
+    raw: BodySensors,
     sensors: BodySensors,
+    axes: u8,
     found: Evaluation,
     stance: Stance,
     margins: Margins,
@@ -71,7 +79,10 @@ impl Supervision {
             bands: Bands::default(),
             trip: Trip::default(),
             tracker: Tracker::default(),
+            mounting: Mounting::with_settings(settings),
+            raw: BodySensors::default(),
             sensors: BodySensors::default(),
+            axes: settings.get(Setting::SensorAxes) as u8,
             found: Evaluation::default(),
             stance: Stance::default(),
             margins: Margins::default(),
@@ -81,18 +92,20 @@ impl Supervision {
         }
     }
 
-    /// Takes the sensors of one control period. Returns the newest readings; those of this period
-    /// that can be used are fresh.
+    /// Takes the sensors of one control period, in the axes of the sensor board. Returns the newest
+    /// readings in body axes, without the constant errors of the sensors; those of this period that
+    /// can be used are fresh.
     pub fn receive(&mut self, sensors: Option<&BodySensors>) -> &BodySensors {
         let fresh = self.watch.receive(sensors, CONTROL_PERIOD);
         if let Some(sensors) = sensors {
-            let kept = &mut self.sensors;
+            let kept = &mut self.raw;
             if fresh.inclinometer {
                 kept.inclination = sensors.inclination;
             }
             if fresh.accelerometer {
                 kept.specific_force = sensors.specific_force;
-                self.force.receive(sensors.specific_force);
+                self.force
+                    .receive(self.mounting.turn(sensors.specific_force));
             }
             if fresh.gyroscope {
                 kept.angular_rate = sensors.angular_rate;
@@ -101,8 +114,14 @@ impl Supervision {
                 kept.magnetic_field = sensors.magnetic_field;
             }
         }
-        self.sensors.fresh = fresh;
+        self.raw.fresh = fresh;
+        self.sensors = self.mounting.apply(&self.raw);
         &self.sensors
+    }
+
+    /// Returns the newest readings in the axes of the sensor board.
+    pub fn raw(&self) -> &BodySensors {
+        &self.raw
     }
 
     /// Evaluates how the robot stands, `period` s after the previous call. `kept_shape` is how it
@@ -147,6 +166,9 @@ impl Supervision {
 
     /// Checks whether a robot with this stance on level ground may be armed.
     pub fn check(&self, level: &Stance) -> Result<(), Refusal> {
+        if self.axes != ALL_AXES {
+            return Err(Refusal::SensorAxes { checked: self.axes });
+        }
         self.parameters.check(level)
     }
 
