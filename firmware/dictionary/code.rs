@@ -179,7 +179,7 @@ fn storage(sub: &SubDefinition, path: &str) -> Result<(Option<Variable>, String)
         DataType::OctetString(length) => {
             let kind = format!("[u8; {length}]");
             let holder = format!("Bytes<{length}>");
-            let start = "Bytes::new()".to_owned();
+            let start = "Bytes::zeros()".to_owned();
             return Ok((
                 Some((kind, holder, start)),
                 format!("Value::Bytes(&{path})"),

@@ -56,7 +56,7 @@ pub struct Bytes<const N: usize>(Mutex<RefCell<[u8; N]>>);
 
 impl<const N: usize> Bytes<N> {
     /// Creates bytes of value 0.
-    pub const fn new() -> Self {
+    pub const fn zeros() -> Self {
         Self(Mutex::new(RefCell::new([0; N])))
     }
 

@@ -55,7 +55,9 @@ fn create(settings: &Settings) -> Result<Parts, Refusal> {
     let stage = &Selected::POWER_STAGE;
     let refused = || refuse("axle", "it was started before");
     Ok(Parts {
-        axle: AXLE.try_init_with(|| Axle::new(settings)).ok_or_else(refused)?,
+        axle: AXLE
+            .try_init_with(|| Axle::new(settings))
+            .ok_or_else(refused)?,
         calibrator: CALIBRATOR
             .try_init_with(|| Calibrator::new(settings, stage))
             .ok_or_else(refused)?,

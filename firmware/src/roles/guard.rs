@@ -265,8 +265,8 @@ fn publish_balance(balance: &Telemetry) {
 /// SYNC period.
 fn publish_sensor(sensor: Sensor, state: SensorState) {
     let place = sensor as usize;
-    let before = od::OBJECT2100.get(place).unwrap_or_default();
-    if before != state.health {
+    let health = od::OBJECT2100.array.get(place);
+    if health.is_some_and(|before| before.load() != state.health) {
         let name = sensor.name();
         if let Some(Trust::Degraded(reason) | Trust::None(reason)) = Trust::from_code(state.health)
         {
@@ -275,10 +275,10 @@ fn publish_sensor(sensor: Sensor, state: SensorState) {
             crate::logger::info!("{}: believed", name);
         }
     }
-    // Cannot fail: the arrays have an element for each sensor.
-    let _ = od::OBJECT2100.set(place, state.health);
-    let _ = od::OBJECT2101.set(place, state.rate);
-    let _ = od::OBJECT2102.set(place, state.age_ms);
+    // The arrays have an element for each sensor.
+    od::OBJECT2100.set(place, state.health);
+    od::OBJECT2101.set(place, state.rate);
+    od::OBJECT2102.set(place, state.age_ms);
 }
 
 /// Writes the robot's state into the objects, once per SYNC.

@@ -46,6 +46,7 @@ pub fn defective_axle() -> Result<Program, BuildError> {
         target: Some(TARGET),
         features: "defects",
         profile: "board",
+        without_paths: true,
     };
     let folder = folder_of(&recipe, &["defective_axle"])?;
     identify(folder.join("defective_axle"))
