@@ -7,7 +7,6 @@ use crate::boards::{Board, Selected};
 use core::cell::RefCell;
 use core::sync::atomic::{AtomicBool, Ordering};
 use critical_section::Mutex;
-use embedded_storage::nor_flash::{ErrorType, NorFlash, NorFlashErrorKind, ReadNorFlash};
 use static_cell::StaticCell;
 use tautrack::bus::scale::UNCONFIGURED;
 use tautrack::settings::{SettingError, Settings};
@@ -27,6 +26,13 @@ pub struct Found {
     pub refusals: u16,
     /// The first refused value.
     pub refused: Option<Refused>,
+}
+
+impl Found {
+    /// Whether the flash holds settings with which a node may start.
+    pub fn has_settings(&self) -> bool {
+        self.state != State::Blank as u8 && self.state != UNREADABLE
+    }
 }
 
 /// Why settings were not saved.
@@ -52,8 +58,6 @@ static ARMED: AtomicBool = AtomicBool::new(false);
 
 /// Loads the settings from flash. Returns them with what was found. The board calls it once, at
 /// start.
-///
-/// A board without room for the store does not call it.
 pub fn load() -> (Settings, Found) {
     let mut settings = Settings::default();
     let report = Store::open(Selected::storage()).and_then(|mut store| {
@@ -168,8 +172,7 @@ pub fn set_armed(armed: bool) {
 /// [`SaveError`]; each setting in flash has its old or its new value.
 pub fn save() -> Result<(), SaveError> {
     disarmed()?;
-    let edited = with(|shared| shared.edited.clone()).unwrap_or_default();
-    write(&edited).map_err(SaveError::Store)
+    write_values(&|key| value(key).unwrap_or_default()).map_err(SaveError::Store)
 }
 
 /// Makes the node blank from its next start on.
@@ -178,7 +181,6 @@ pub fn save() -> Result<(), SaveError> {
 /// [`SaveError`].
 pub fn clear() -> Result<(), SaveError> {
     disarmed()?;
-    available().map_err(SaveError::Store)?;
     let cleared = Store::open(Selected::storage()).and_then(|mut store| store.clear());
     with(|shared| shared.changed = true);
     cleared.map_err(SaveError::Store)
@@ -189,23 +191,17 @@ pub fn clear() -> Result<(), SaveError> {
 /// # Errors
 /// [`StoreError`].
 pub fn write(settings: &Settings) -> Result<(), StoreError> {
-    available()?;
+    write_values(&|key| settings.of_key(key).unwrap_or_default())
+}
+
+/// Writes the value of each key to flash and verifies all.
+fn write_values(value: &dyn Fn(u16) -> i32) -> Result<(), StoreError> {
     let mut store = Store::open(Selected::storage())?;
-    let value = |key| settings.of_key(key).unwrap_or_default();
-    let saved = store.save(&SCHEMA, &value).map(|_| ());
+    let saved = store.save(&SCHEMA, value).map(|_| ());
     if let Err(error) = saved {
         crate::logger::error!("settings were not saved: {}", code(error));
     }
     saved
-}
-
-/// Whether the program contains the store.
-fn available() -> Result<(), StoreError> {
-    if Selected::COMMISSIONS {
-        Ok(())
-    } else {
-        Err(StoreError::UnsuitableFlash)
-    }
 }
 
 fn disarmed() -> Result<(), SaveError> {
@@ -225,37 +221,5 @@ fn code(error: StoreError) -> &'static str {
         StoreError::Damaged => "the flash is damaged",
         StoreError::NotVerified { .. } => "a value was not written",
         StoreError::TooManyKeys { .. } => "too many keys",
-    }
-}
-
-/// Flash of a board whose program has no room for the store ([`Board::COMMISSIONS`]).
-pub struct NoStorage;
-
-impl ErrorType for NoStorage {
-    type Error = NorFlashErrorKind;
-}
-
-impl ReadNorFlash for NoStorage {
-    const READ_SIZE: usize = 1;
-
-    fn read(&mut self, _offset: u32, _bytes: &mut [u8]) -> Result<(), Self::Error> {
-        Err(NorFlashErrorKind::Other)
-    }
-
-    fn capacity(&self) -> usize {
-        0
-    }
-}
-
-impl NorFlash for NoStorage {
-    const WRITE_SIZE: usize = 8;
-    const ERASE_SIZE: usize = 2_048;
-
-    fn erase(&mut self, _from: u32, _to: u32) -> Result<(), Self::Error> {
-        Err(NorFlashErrorKind::Other)
-    }
-
-    fn write(&mut self, _offset: u32, _bytes: &[u8]) -> Result<(), Self::Error> {
-        Err(NorFlashErrorKind::Other)
     }
 }

@@ -83,8 +83,7 @@ fn calibrate(
     outputs: &Outputs,
 ) -> Option<Excitation> {
     let request = od::OBJECT2050.get_value();
-    let idle = request == calibration::request::NONE && !calibrator.is_running();
-    if idle || !Selected::COMMISSIONS {
+    if request == calibration::request::NONE && !calibrator.is_running() {
         return None;
     }
     let disarmed =

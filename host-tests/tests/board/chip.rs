@@ -6,8 +6,9 @@
 //! its section 44.4. Not modelled: wait states, bus contention, CAN errors and arbitration, DMA and
 //! everything analogue.
 
+use crate::flash_memory::{FlashMemory, LOCK};
 use rsemu::core::space::{
-    AccessConstraints, AddressSpace, MemAttrs, MemOps, MemResult, Perms, RamStore, Region,
+    AccessConstraints, AddressSpace, Mapping, MemAttrs, MemOps, MemResult, Perms, RamStore, Region,
 };
 use rsemu::cpu::arm::v7m::sys::Exception;
 use rsemu::cpu::arm::v7m::{ArmV7m, Config};
@@ -19,7 +20,7 @@ use tautrack_host_tests::programs::flash::Segment;
 
 /// Core clock after the start, Hz. The model's time counts these clocks.
 pub const CORE_HZ: u64 = 170_000_000;
-const FLASH: u32 = 0x0800_0000;
+pub const FLASH: u32 = 0x0800_0000;
 const FLASH_LENGTH: usize = 128 * 1024;
 const RAM_LENGTH: u64 = 32 * 1024;
 /// Contents of RAM that nothing was written to.
@@ -40,6 +41,9 @@ pub const BDTR: u32 = TIM1 + 0x44;
 /// Main output enable in [`BDTR`].
 pub const MOE: u32 = 1 << 15;
 const BREAK_FLAG: u32 = 1 << 7;
+
+/// Bits of the core's program status register that are 0 outside IT blocks.
+const IT_BLOCK: u32 = 0x0600_fc00;
 
 /// Interrupt numbers.
 pub const ADC1_2: u16 = 18;
@@ -88,6 +92,7 @@ struct State {
     advanced: u64,
     resets: u32,
     patch: Option<Patch>,
+    flash: Option<FlashMemory>,
 }
 
 /// Change of all writes to one register: it makes the image one that has a defect.
@@ -118,8 +123,16 @@ impl State {
         ]
         .into();
         self.watchdog = None;
+        if let Some(flash) = &mut self.flash {
+            flash.control = LOCK;
+        }
         self.received.clear();
         self.changed = true;
+    }
+
+    /// The flash memory.
+    pub fn flash(&mut self) -> &mut FlashMemory {
+        self.flash.as_mut().expect("the chip has flash memory")
     }
 
     fn get(&self, address: u32) -> u32 {
@@ -145,6 +158,8 @@ impl State {
             RCC => value | (value & 0x0101_0100) << 1 | (value & 1 << 8) << 2,
             a if a == RCC + 0x08 => value & !0xc | (value & 3) << 2,
             a if a == RCC + 0x94 || a == RCC + 0x98 => value | (value & 1) << 1,
+            a if a == FLASH_CONTROL + 0x10 => self.flash().status,
+            a if a == FLASH_CONTROL + 0x14 => self.flash().control,
             a if a == IWDG + 0x0c => 0,
             a if a == TIM2 + 0x24 && self.get(TIM2) & 1 != 0 => {
                 (self.tim2_ticks(self.clock) & 0xffff) as u32
@@ -188,6 +203,18 @@ impl State {
             // An event generation bit reads as 0.
             a if a == TIM1 + 0x14 || a == TIM2 + 0x14 => 0,
             a if a == RCC + 0x94 && value & 1 << 23 != 0 => value & 1,
+            a if a == FLASH_CONTROL + 0x08 => {
+                self.flash().unlock(value);
+                0
+            }
+            a if a == FLASH_CONTROL + 0x10 => {
+                self.flash().status &= !value;
+                0
+            }
+            a if a == FLASH_CONTROL + 0x14 => {
+                self.flash().set_control(value);
+                0
+            }
             IWDG => {
                 let reload = u64::from(self.get(IWDG + 8)) + 1;
                 let prescaler = 4_u64 << self.get(IWDG + 4);
@@ -409,6 +436,32 @@ impl MemOps for Peripherals {
     }
 }
 
+/// Stores to the flash memory, which program it.
+struct Programming(Arc<Mutex<State>>);
+
+impl fmt::Debug for Programming {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        write!(f, "programming")
+    }
+}
+
+impl MemOps for Programming {
+    fn read(&self, _: u64, _: &mut [u8], _: MemAttrs) -> MemResult {
+        unreachable!("only stores come here")
+    }
+
+    fn write(&self, offset: u64, bytes: &[u8], _: MemAttrs) -> MemResult {
+        let word = bytes.try_into().expect("flash memory is written by words");
+        let mut state = self.0.lock().expect("a state");
+        state.flash().program(offset, u32::from_le_bytes(word));
+        Ok(())
+    }
+
+    fn constraints(&self) -> AccessConstraints {
+        AccessConstraints::ANY
+    }
+}
+
 /// A chip that executes a flash image.
 pub struct Chip {
     cpu: ArmV7m,
@@ -445,6 +498,7 @@ impl Chip {
                 // Home switch open, limit switches closed, encoder inputs pulled up.
                 port_b: 1 << 8 | 3 << 6,
             }),
+            flash: Some(FlashMemory::new(Arc::clone(&flash))),
             ..State::default()
         }));
         state.lock().expect("a state").reset(false);
@@ -454,6 +508,11 @@ impl Chip {
             let flash = Region::ram("flash", Arc::clone(&flash));
             map.map_with_perms(flash, FLASH.into(), Perms::RX)
                 .expect("flash memory");
+            let length = FLASH_LENGTH as u64;
+            let programming = Arc::new(Programming(Arc::clone(&state)));
+            let programming = Region::io("programming", length, programming);
+            let stores = Mapping::new(programming, FLASH.into()).with_perms(Perms::WRITE);
+            map.map_with(stores.with_priority(1)).expect("stores");
             map.map(Region::ram("ram", Arc::clone(&ram)), 0x2000_0000)
                 .expect("RAM");
             // Calibration values and the debug unit, which the library reads or writes.
@@ -502,7 +561,13 @@ impl Chip {
         while clock < end {
             let mut state = self.state.lock().expect("a state");
             state.clock = clock;
-            if clock >= self.next || state.changed {
+            if state.flash().is_dead() {
+                return;
+            }
+            // The core's model forgets the rest of an IT block if an interrupt comes inside it, and
+            // then executes instructions that it must skip. So interrupts wait until its end.
+            let due = clock >= self.next || state.changed;
+            if due && self.cpu.xpsr() & IT_BLOCK == 0 {
                 self.next = state.advance();
                 for (line, level) in state.lines() {
                     self.cpu.set_irq(line, level);
@@ -611,6 +676,21 @@ impl Chip {
         self.cpu
             .with_sys(|system| system.priority_of(Exception(16 + interrupt)))
             >> 4
+    }
+
+    /// Uses the flash memory.
+    pub fn flash<R>(&mut self, use_it: impl FnOnce(&mut FlashMemory) -> R) -> R {
+        use_it(self.state().flash())
+    }
+
+    /// Bytes of the flash memory from `address` on.
+    pub fn memory(&self, address: u32, length: usize) -> Vec<u8> {
+        let mut bytes = vec![0; length];
+        let offset = FlashMemory::offset(address);
+        self.flash
+            .read_at(offset, &mut bytes)
+            .expect("flash memory");
+        bytes
     }
 
     /// Changes bytes of the flash memory.

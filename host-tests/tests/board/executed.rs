@@ -13,9 +13,9 @@ use std::cell::Cell;
 use std::fs;
 use tautrack::can::Frame;
 use tautrack::settings::Setting;
-use tautrack_host_tests::programs::Program;
-use tautrack_host_tests::programs::flash::{self, SETTINGS_ADDRESS};
+use tautrack_host_tests::programs::settings_pages::{ADDRESS, LENGTH, Pages};
 use tautrack_host_tests::programs::setup::checkout;
+use tautrack_host_tests::programs::{Program, flash};
 use tautrack_host_tests::robots::Role;
 use tautrack_host_tests::scenario::Scenario;
 
@@ -24,7 +24,7 @@ const LOADER: u32 = 0x0800_0000;
 /// Scenario that has the settings of the nodes.
 const SCENARIO: &str = "host-tests/scenarios/staircase.toml";
 /// Node id of the chip.
-const NODE: u16 = 5;
+pub const NODE: u16 = 5;
 /// RAM that static variables and stack may take, bytes.
 const MAX_RAM: usize = 24 * 1024;
 /// Time in which a node starts, us; less than the watchdog's period.
@@ -38,9 +38,7 @@ thread_local! {
 }
 
 /// Chip that runs an application as node [`NODE`] of B2P2, without the loader.
-fn application(program: &Program, role: Role) -> Chip {
-    let elf = fs::read(&program.path).expect("a program");
-    let mut chip = Chip::new(&flash::segments(&elf).expect("an image"), APPLICATION);
+pub fn application(program: &Program, role: Role) -> Chip {
     let mut settings = Scenario::load(&checkout::root().expect("a checkout").join(SCENARIO))
         .expect("a scenario")
         .nodes()
@@ -49,12 +47,21 @@ fn application(program: &Program, role: Role) -> Chip {
         .expect("a node")
         .settings;
     settings.push((Setting::NodeId, NODE.into()));
-    chip.patch(SETTINGS_ADDRESS, &flash::settings_pages(&settings));
+    let mut pages = Pages::erased();
+    pages.save(&settings).expect("settings of a node");
+    with_pages(program, &pages.0)
+}
+
+/// Chip that runs an application with this contents of its settings pages, without the loader.
+pub fn with_pages(program: &Program, pages: &[u8]) -> Chip {
+    let elf = fs::read(&program.path).expect("a program");
+    let mut chip = Chip::new(&flash::segments(&elf).expect("an image"), APPLICATION);
+    chip.patch(ADDRESS, pages);
     chip.set_defect(DEFECT.get());
     chip
 }
 
-fn axle() -> Chip {
+pub fn axle() -> Chip {
     application(&programs().axle, Role::Axle)
 }
 
@@ -69,12 +76,12 @@ fn field(word: u32, low: u32, bits: u32) -> u32 {
     word >> low & ((1 << bits) - 1)
 }
 
-fn frame(id: u16, data: &[u8]) -> Frame {
+pub fn frame(id: u16, data: &[u8]) -> Frame {
     Frame::new(id, data).expect("a frame")
 }
 
 /// Writes an object by SDO, and waits for the answer.
-fn write(chip: &mut Chip, object: u16, sub: u8, value: &[u8]) {
+pub fn write(chip: &mut Chip, object: u16, sub: u8, value: &[u8]) {
     let [low, high] = object.to_le_bytes();
     let mut data = [0; 8];
     data[..4].copy_from_slice(&[0x23 | (4 - value.len() as u8) << 2, low, high, sub]);
@@ -90,7 +97,7 @@ fn write(chip: &mut Chip, object: u16, sub: u8, value: &[u8]) {
 }
 
 /// Reads an object of up to four bytes by SDO.
-fn read(chip: &mut Chip, object: u16) -> u32 {
+pub fn read(chip: &mut Chip, object: u16) -> u32 {
     let [low, high] = object.to_le_bytes();
     chip.take_sent();
     chip.send(frame(0x600 + NODE, &[0x40, low, high, 0, 0, 0, 0, 0]));
@@ -102,7 +109,7 @@ fn read(chip: &mut Chip, object: u16) -> u32 {
 }
 
 /// Enables the drive in bench mode, with a standing motor.
-fn armed_axle() -> Chip {
+pub fn armed_axle() -> Chip {
     let mut chip = running_axle();
     write(&mut chip, 0x2001, 0, &[1]);
     write(&mut chip, 0x6060, 0, &[9]);
@@ -366,7 +373,7 @@ pub fn frames_pass_both_ways() {
 
 /// Whether a node without settings runs: it sends nothing by itself, and says by LSS that it has no
 /// node id.
-fn waits_for_an_id(chip: &mut Chip) -> bool {
+pub fn waits_for_an_id(chip: &mut Chip) -> bool {
     let silent = chip.take_sent().is_empty();
     for request in [[0x04, 1, 0, 0, 0, 0, 0, 0], [0x5e, 0, 0, 0, 0, 0, 0, 0]] {
         chip.send(frame(0x7e5, &request));
@@ -379,7 +386,7 @@ fn waits_for_an_id(chip: &mut Chip) -> bool {
 #[test]
 fn damaged_settings_count_as_none() {
     let mut chip = axle();
-    chip.patch(SETTINGS_ADDRESS + 12, &[9]);
+    chip.patch(ADDRESS, &[0x5a; LENGTH]);
     chip.run(20_000);
     assert!(waits_for_an_id(&mut chip));
 }

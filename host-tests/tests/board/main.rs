@@ -3,12 +3,16 @@
 //!
 //! * `images`: sizes, sections and symbols
 //! * `chip`: the model of the STM32G431
+//! * `flash_memory`: its flash memory, and power cuts
 //! * `pins`: the pin table of docs/hardware.md
 //! * `executed`: what the images do
+//! * `settings`: what the settings pages hold after resets and power cuts
 //! * `defects`: images with one defect each are found
 
 mod chip;
 mod defects;
 mod executed;
+mod flash_memory;
 mod images;
 mod pins;
+mod settings;
