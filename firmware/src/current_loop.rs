@@ -11,19 +11,12 @@ use tautrack::motor::current::{BridgeDemand, CurrentLoop, Excitation, Means, Mea
 
 static LOOP: Mutex<RefCell<Option<CurrentLoop>>> = Mutex::new(RefCell::new(None));
 
-/// Whether signals can be recorded: `COMMISSIONS` of the board. `bin/ticks.rs`, which includes this
-/// file, has no board.
-const RECORDS: bool = !cfg!(feature = "esc1");
-
 static CAPTURE: Mutex<RefCell<Capture>> = Mutex::new(RefCell::new(Capture::new()));
 /// The recording needs samples. It is all that the interrupt reads of a recording that is off.
 static CAPTURING: AtomicBool = AtomicBool::new(false);
 
 /// Calls `use_it` with the recording.
 pub fn capture<R>(use_it: impl FnOnce(&mut Capture) -> R) -> Option<R> {
-    if !RECORDS {
-        return None;
-    }
     critical_section::with(|cs| {
         // Cannot fail: the critical section excludes any other borrow.
         let mut capture = CAPTURE.borrow(cs).try_borrow_mut().ok()?;
@@ -87,7 +80,7 @@ pub fn take_means() -> Option<Means> {
 pub fn pwm_period(readings: &Readings) -> PowerStage {
     with(|current_loop| {
         let stage = current_loop.period(readings);
-        if RECORDS && CAPTURING.load(Ordering::Relaxed) {
+        if CAPTURING.load(Ordering::Relaxed) {
             record(&current_loop.signals(readings, stage));
         }
         stage

@@ -8,7 +8,6 @@ use crate::roles::Refusal;
 use core::cell::RefCell;
 use core::sync::atomic::{AtomicBool, Ordering};
 use critical_section::Mutex;
-use embedded_storage::nor_flash::{ErrorType, NorFlash, NorFlashErrorKind, ReadNorFlash};
 use static_cell::StaticCell;
 use tautrack::bus::scale::UNCONFIGURED;
 use tautrack::settings::{SettingError, Settings};
@@ -34,9 +33,9 @@ pub struct Found {
 }
 
 impl Found {
-    /// Whether there are no settings: the flash is blank or cannot be read.
-    pub fn is_nothing(self) -> bool {
-        self.state == State::Blank as u8 || self.state == UNREADABLE
+    /// Whether the flash holds settings with which a node may start.
+    pub fn has_settings(&self) -> bool {
+        self.state != State::Blank as u8 && self.state != UNREADABLE
     }
 }
 
@@ -46,9 +45,7 @@ pub enum SaveError {
     /// The motor has current, or the robot is armed. Writing flash stops the processor for longer
     /// than the current loop may pause.
     Armed,
-    /// The program does not contain the store.
-    NoStore,
-    /// The node would not start with these settings.
+    /// The node would not start with these settings, or it has not started.
     Unusable,
     /// The store failed.
     Store(StoreError),
@@ -70,8 +67,6 @@ static ARMED: AtomicBool = AtomicBool::new(false);
 
 /// Loads the settings from flash. Returns them with what was found. The board calls it once, at
 /// start.
-///
-/// A board without room for the store does not call it.
 pub fn load() -> (Settings, Found) {
     let mut settings = Settings::default();
     let report = Store::open(Selected::storage()).and_then(|mut store| {
@@ -195,9 +190,11 @@ pub fn set_armed(armed: bool) {
 /// # Errors
 /// [`SaveError`]; each setting in flash has its old or its new value.
 pub fn save() -> Result<(), SaveError> {
-    may_write()?;
+    disarmed()?;
     let shared = with(|shared| (shared.edited.clone(), shared.set, shared.check));
-    let (edited, set, check) = shared.ok_or(SaveError::NoStore)?;
+    let Some((edited, set, check)) = shared else {
+        return Err(SaveError::Unusable);
+    };
     if let Err(refusal) = check(&edited) {
         crate::logger::error!("settings are not saved: {}", refusal.as_str());
         return Err(SaveError::Unusable);
@@ -214,7 +211,7 @@ pub fn save() -> Result<(), SaveError> {
 /// # Errors
 /// [`SaveError`].
 pub fn clear() -> Result<(), SaveError> {
-    may_write()?;
+    disarmed()?;
     let cleared = Store::open(Selected::storage()).and_then(|mut store| store.clear());
     with(|shared| shared.changed = true);
     cleared.map_err(SaveError::Store)
@@ -226,9 +223,6 @@ pub fn clear() -> Result<(), SaveError> {
 /// # Errors
 /// [`StoreError`].
 pub fn create(settings: &Settings) -> Result<(), StoreError> {
-    if !Selected::COMMISSIONS {
-        return Err(StoreError::UnsuitableFlash);
-    }
     match write(settings, &|_| true) {
         Err(StoreError::Damaged | StoreError::TooManyKeys { .. }) => {
             Store::open(Selected::storage())?.clear()?;
@@ -248,10 +242,8 @@ fn write(settings: &Settings, is_set: &dyn Fn(u16) -> bool) -> Result<(), StoreE
     saved
 }
 
-fn may_write() -> Result<(), SaveError> {
-    if !Selected::COMMISSIONS {
-        Err(SaveError::NoStore)
-    } else if ARMED.load(Ordering::Relaxed) {
+fn disarmed() -> Result<(), SaveError> {
+    if ARMED.load(Ordering::Relaxed) {
         Err(SaveError::Armed)
     } else {
         Ok(())
@@ -267,37 +259,5 @@ fn code(error: StoreError) -> &'static str {
         StoreError::Damaged => "the flash is damaged",
         StoreError::NotVerified { .. } => "a value was not written",
         StoreError::TooManyKeys { .. } => "too many keys",
-    }
-}
-
-/// Flash of a board whose program has no room for the store ([`Board::COMMISSIONS`]).
-pub struct NoStorage;
-
-impl ErrorType for NoStorage {
-    type Error = NorFlashErrorKind;
-}
-
-impl ReadNorFlash for NoStorage {
-    const READ_SIZE: usize = 1;
-
-    fn read(&mut self, _offset: u32, _bytes: &mut [u8]) -> Result<(), Self::Error> {
-        Err(NorFlashErrorKind::Other)
-    }
-
-    fn capacity(&self) -> usize {
-        0
-    }
-}
-
-impl NorFlash for NoStorage {
-    const WRITE_SIZE: usize = 8;
-    const ERASE_SIZE: usize = 2_048;
-
-    fn erase(&mut self, _from: u32, _to: u32) -> Result<(), Self::Error> {
-        Err(NorFlashErrorKind::Other)
-    }
-
-    fn write(&mut self, _offset: u32, _bytes: &[u8]) -> Result<(), Self::Error> {
-        Err(NorFlashErrorKind::Other)
     }
 }

@@ -122,6 +122,21 @@ impl Geometry {
     /// The first bound that is broken, with the given length.
     #[inline(never)] // its table is large, and each inlined copy takes stack
     pub fn new(l1: Length, l2: Length, k: Length) -> Result<Self, GeometryError> {
+        Self::check(l1, l2, k)?;
+        let (a, b, c) = (metres_f64(l1), metres_f64(l2), metres_f64(k));
+        Ok(Self {
+            l1,
+            l2,
+            k,
+            pieces: table(a, b, c),
+        })
+    }
+
+    /// Checks the lengths as [`Self::new`] does, without its cost.
+    ///
+    /// # Errors
+    /// The first bound that is broken, with the given length.
+    pub fn check(l1: Length, l2: Length, k: Length) -> Result<(), GeometryError> {
         if l1 < Self::MIN_L1 || l1 > Self::MAX_L1 {
             let (minimum, maximum) = (Self::MIN_L1, Self::MAX_L1);
             return Err(GeometryError::L1OutOfRange {
@@ -158,13 +173,7 @@ impl Geometry {
                 minimum: ratio,
             });
         }
-        let (a, b, c) = (metres_f64(l1), metres_f64(l2), metres_f64(k));
-        Ok(Self {
-            l1,
-            l2,
-            k,
-            pieces: table(a, b, c),
-        })
+        Ok(())
     }
 
     /// Creates a geometry as [`Self::new`] does, from lengths in micrometres, as the settings have
@@ -174,6 +183,14 @@ impl Geometry {
     /// Those of [`Self::new`].
     pub fn from_micrometres(l1_um: i32, l2_um: i32, k_um: i32) -> Result<Self, GeometryError> {
         Self::new(micrometres(l1_um), micrometres(l2_um), micrometres(k_um))
+    }
+
+    /// Checks lengths in micrometres as [`Self::from_micrometres`] does, without its cost.
+    ///
+    /// # Errors
+    /// Those of [`Self::new`].
+    pub fn check_micrometres(l1_um: i32, l2_um: i32, k_um: i32) -> Result<(), GeometryError> {
+        Self::check(micrometres(l1_um), micrometres(l2_um), micrometres(k_um))
     }
 
     /// Returns the distance `L1` of axles 1 and 2.

@@ -63,11 +63,6 @@ pub trait Board {
     /// [`crate::current_loop::pwm_period`].
     const POWER_STAGE: Ratings;
 
-    /// Whether the program memory has room for the calibration, the recording of signals and the
-    /// store of the settings. Without them a board reads its settings from an image that was
-    /// flashed, and no client can save settings.
-    const COMMISSIONS: bool = true;
-
     /// Flash for the settings: whole pages, at least two, that nothing else uses.
     type Storage: NorFlash;
 

@@ -18,7 +18,7 @@ const IN_FLASH: u16 = 0x2020;
 const SAVE_SIGNATURE: u32 = u32::from_le_bytes(*b"save");
 const LOAD_SIGNATURE: u32 = u32::from_le_bytes(*b"load");
 /// Bit 0: the node saves on command, not by itself.
-const ON_COMMAND: u32 = Selected::COMMISSIONS as u32;
+const ON_COMMAND: u32 = 1;
 
 /// Abort codes of CiA 301.
 const HARDWARE: u32 = 0x0606_0000;
@@ -121,7 +121,6 @@ fn write(index: u16, sub: u8, value: u32) -> Result<(), u32> {
 fn save_abort(error: SaveError) -> u32 {
     match error {
         SaveError::Armed => DEVICE_STATE,
-        SaveError::NoStore => NOT_STORED,
         SaveError::Unusable => INCOMPATIBLE,
         SaveError::Store(_) => HARDWARE,
     }

@@ -102,7 +102,7 @@ async fn control(parts: Parts, node: u8) -> ! {
 /// or requested.
 fn compensate(search: &mut CoggingSearch, axle: &Axle, inputs: &Inputs, outputs: &Outputs) {
     let requested = od::OBJECT2065.get_value() != 0;
-    if !(requested || search.is_running()) || !Selected::COMMISSIONS {
+    if !(requested || search.is_running()) {
         return;
     }
     if let Some((periods, wave)) = search.tick(requested, inputs, outputs, axle.position()) {
@@ -123,8 +123,7 @@ fn calibrate(
     outputs: &Outputs,
 ) -> Option<Excitation> {
     let request = od::OBJECT2050.get_value();
-    let idle = request == calibration::request::NONE && !calibrator.is_running();
-    if idle || !Selected::COMMISSIONS {
+    if request == calibration::request::NONE && !calibrator.is_running() {
         return None;
     }
     let disarmed =

@@ -9,7 +9,7 @@ use core::sync::atomic::{AtomicU8, AtomicU16, Ordering};
 use embassy_time::{Duration, Ticker};
 use static_cell::StaticCell;
 use tautrack::bus::pdo::{DriveMotion, transmit};
-use tautrack::node::screw::{Inputs, Screw};
+use tautrack::node::screw::{self, Inputs};
 use tautrack::screw::{Geometry, GeometryError};
 use tautrack::settings::{Setting, Settings};
 
@@ -33,13 +33,13 @@ static JOINT: AtomicU16 = AtomicU16::new(0);
 fn check(settings: &Settings) -> Result<(), Refusal> {
     let length = |setting| settings.get(setting);
     let (l1, l2) = (length(Setting::LengthL1), length(Setting::LengthL2));
-    Geometry::from_micrometres(l1, l2, length(Setting::LengthK))
+    Geometry::check_micrometres(l1, l2, length(Setting::LengthK))
         .map_err(|error| refuse("geometry", format_args!("{error:?}")))?;
     drive::current_loop(settings).map(|_| ())
 }
 
 fn start(spawners: Spawners, settings: &Settings) -> Result<(), Refusal> {
-    let screw = create(settings)?;
+    let screw = create(settings, create_geometry(settings)?)?;
     drive::install_current_loop(settings)?;
     let listen = Listen {
         parameter: JOINT_PARAMETER,
@@ -59,15 +59,28 @@ fn start(spawners: Spawners, settings: &Settings) -> Result<(), Refusal> {
     Ok(())
 }
 
-/// Creates the screw in a static variable. Its table is large: so it is neither copied into the
-/// task nor through the stack.
-fn create(settings: &Settings) -> Result<&'static mut Screw, Refusal> {
-    static SCREW: StaticCell<Result<Screw, GeometryError>> = StaticCell::new();
+/// A screw whose geometry, with a large table, is in a static variable.
+type Screw = tautrack::node::screw::Screw<&'static Geometry>;
+
+/// Creates the geometry in a static variable: so it is not copied through the stack.
+#[inline(never)]
+fn create_geometry(settings: &Settings) -> Result<&'static Geometry, Refusal> {
+    static GEOMETRY: StaticCell<Result<Geometry, GeometryError>> = StaticCell::new();
+    let created = GEOMETRY.try_init_with(|| screw::geometry(settings));
+    match created {
+        Some(Ok(geometry)) => Ok(geometry),
+        Some(Err(error)) => Err(refuse("geometry", format_args!("{error:?}"))),
+        None => Err(refuse("screw", "it was started before")),
+    }
+}
+
+/// Creates the screw in a static variable: so it is not copied into the task.
+#[inline(never)]
+fn create(settings: &Settings, geometry: &'static Geometry) -> Result<&'static mut Screw, Refusal> {
+    static SCREW: StaticCell<Screw> = StaticCell::new();
     SCREW
-        .try_init_with(|| Screw::new(settings))
-        .ok_or_else(|| refuse("screw", "it was started before"))?
-        .as_mut()
-        .map_err(|error| refuse("geometry", format_args!("{error:?}")))
+        .try_init_with(|| Screw::with_geometry(settings, geometry))
+        .ok_or_else(|| refuse("screw", "it was started before"))
 }
 
 fn received(received: Received) {

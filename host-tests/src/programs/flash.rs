@@ -1,13 +1,10 @@
-//! Flash images of the motor board: their segments, the header that the loader checks, and the
-//! settings pages.
+//! Flash images of the motor board: their segments, and the header that the loader checks.
+//! [`settings_pages`](super::settings_pages) makes the other part of the flash memory.
 
 use object::read::elf::{ElfFile32, FileHeader, ProgramHeader};
 use object::{Endianness, Object, ObjectSection};
 use std::fmt;
-use tautrack::settings::Setting;
 
-/// Address of the settings pages.
-pub const SETTINGS_ADDRESS: u32 = 0x0801_e000;
 /// Bytes of the header that are checked: magic, length, checksum, 0.
 const HEADER_LENGTH: usize = 16;
 
@@ -101,19 +98,6 @@ pub fn sealed(mut elf: Vec<u8>) -> Result<Vec<u8>, ImageError> {
         elf[place..place + 4].copy_from_slice(&word.to_le_bytes());
     }
     Ok(elf)
-}
-
-/// Returns the contents of the settings pages for these settings.
-pub fn settings_pages(settings: &[(Setting, i32)]) -> Vec<u8> {
-    let mut pages = b"TTSE".to_vec();
-    pages.extend((settings.len() as u32).to_le_bytes());
-    for (setting, value) in settings {
-        pages.extend(u32::from(setting.description().key).to_le_bytes());
-        pages.extend(value.to_le_bytes());
-    }
-    let checksum = crc32(&pages);
-    pages.extend(checksum.to_le_bytes());
-    pages
 }
 
 /// Computes the CRC-32 of Ethernet and ZIP, bit by bit.

@@ -2,13 +2,15 @@
 //! them by their hashes.
 //!
 //! `program` describes a program, `motor_board` builds what is flashed, `cargo` calls cargo,
-//! `error` lists the errors. [`setup`] installs what the build needs.
+//! `error` lists the errors. [`flash`] and [`settings_pages`] make the bytes that are flashed.
+//! [`setup`] installs what the build needs.
 
 mod cargo;
 mod error;
 pub mod flash;
 mod motor_board;
 mod program;
+pub mod settings_pages;
 pub mod setup;
 
 pub use cargo::changes_a_build;

@@ -14,9 +14,9 @@ use std::cell::Cell;
 use std::fs;
 use tautrack::can::Frame;
 use tautrack::settings::Setting;
-use tautrack_host_tests::programs::Program;
-use tautrack_host_tests::programs::flash::{self, SETTINGS_ADDRESS};
+use tautrack_host_tests::programs::settings_pages::{ADDRESS, LENGTH, Pages};
 use tautrack_host_tests::programs::setup::checkout;
+use tautrack_host_tests::programs::{Program, flash};
 use tautrack_host_tests::robots::Role;
 use tautrack_host_tests::scenario::Scenario;
 
@@ -50,9 +50,7 @@ pub fn axle_program() -> &'static Program {
 }
 
 /// Chip that runs an application as node [`NODE`] of B2P2, without the loader.
-fn application(program: &Program, role: Role) -> Chip {
-    let elf = fs::read(&program.path).expect("a program");
-    let mut chip = Chip::new(&flash::segments(&elf).expect("an image"), APPLICATION);
+pub fn application(program: &Program, role: Role) -> Chip {
     let mut settings = Scenario::load(&checkout::root().expect("a checkout").join(SCENARIO))
         .expect("a scenario")
         .nodes()
@@ -61,7 +59,16 @@ fn application(program: &Program, role: Role) -> Chip {
         .expect("a node")
         .settings;
     settings.push((Setting::NodeId, NODE.into()));
-    chip.patch(SETTINGS_ADDRESS, &flash::settings_pages(&settings));
+    let mut pages = Pages::erased();
+    pages.save(&settings).expect("settings of a node");
+    with_pages(program, &pages.0)
+}
+
+/// Chip that runs an application with this contents of its settings pages, without the loader.
+pub fn with_pages(program: &Program, pages: &[u8]) -> Chip {
+    let elf = fs::read(&program.path).expect("a program");
+    let mut chip = Chip::new(&flash::segments(&elf).expect("an image"), APPLICATION);
+    chip.patch(ADDRESS, pages);
     chip.set_defect(DEFECT.get());
     chip
 }
@@ -403,7 +410,7 @@ pub fn frames_pass_both_ways() {
 
 /// Whether a node without settings runs: it sends nothing by itself, and says by LSS that it has no
 /// node id.
-fn waits_for_an_id(chip: &mut Chip) -> bool {
+pub fn waits_for_an_id(chip: &mut Chip) -> bool {
     let silent = chip.take_sent().is_empty();
     for request in [[0x04, 1, 0, 0, 0, 0, 0, 0], [0x5e, 0, 0, 0, 0, 0, 0, 0]] {
         chip.send(frame(0x7e5, &request));
@@ -416,7 +423,7 @@ fn waits_for_an_id(chip: &mut Chip) -> bool {
 #[test]
 fn damaged_settings_count_as_none() {
     let mut chip = axle();
-    chip.patch(SETTINGS_ADDRESS + 12, &[9]);
+    chip.patch(ADDRESS, &[0x5a; LENGTH]);
     chip.run(20_000);
     assert!(waits_for_an_id(&mut chip));
 }

@@ -4,6 +4,7 @@
 //! * `images`: sizes, sections and symbols
 //! * `pins`: the pin table of docs/hardware.md
 //! * `executed`: what the images do
+//! * `settings`: what the settings pages hold after resets and power cuts
 //! * `bus_errors`: what they do when the bus fails
 //! * `gates`: the gates are off after every failure
 //! * `masked`: how long interrupts are masked
@@ -26,5 +27,6 @@ mod masked;
 mod pins;
 mod processor;
 mod reserved;
+mod settings;
 
 use tautrack_host_tests::simulator::chip;

@@ -15,6 +15,7 @@ use crate::motor::{UNITS_PER_RADIAN, from_radians};
 use crate::screw::{Geometry, GeometryError, metres};
 use crate::settings::{Setting, Settings};
 use crate::units::Angle;
+use core::borrow::Borrow;
 
 /// Readings and messages since the previous tick.
 #[derive(Clone, Copy, Debug)]
@@ -31,9 +32,9 @@ pub struct Inputs {
 
 /// State of the screw.
 #[derive(Clone, Debug)]
-pub struct Screw {
+pub struct Screw<G = Geometry> {
     axle: Axle,
-    geometry: Geometry,
+    geometry: G,
     scale: Scale,
     joint: Option<(DriveMotion, u64)>,
     joint_timeout_us: u64,
@@ -63,30 +64,47 @@ impl Screw {
     ///
     /// # Errors
     /// [`GeometryError`] if the geometry is not accepted with L1, L2 and K.
-    #[inline(never)] // its table is large, and each inlined copy takes stack
     pub fn new(settings: &Settings) -> Result<Self, GeometryError> {
+        Ok(Self::with_geometry(settings, geometry(settings)?))
+    }
+}
+
+/// Creates the geometry in these settings.
+///
+/// # Errors
+/// [`GeometryError`] if it is not accepted.
+#[inline(never)] // its table is large, and each inlined copy takes stack
+pub fn geometry(settings: &Settings) -> Result<Geometry, GeometryError> {
+    let length = |setting| settings.get(setting);
+    Geometry::from_micrometres(
+        length(Setting::LengthL1),
+        length(Setting::LengthL2),
+        length(Setting::LengthK),
+    )
+}
+
+impl<G: Borrow<Geometry>> Screw<G> {
+    /// Creates a screw with these settings and their [`geometry`], or a reference to it. A board
+    /// with little RAM has the geometry, whose table takes 2 KiB, in a static variable.
+    pub fn with_geometry(settings: &Settings, geometry: G) -> Self {
         let length = |setting| settings.get(setting);
-        let geometry = Geometry::from_micrometres(
-            length(Setting::LengthL1),
-            length(Setting::LengthL2),
-            length(Setting::LengthK),
-        )?;
+        let table = geometry.borrow();
         let (l1, k) = (
             settings.scaled(Setting::LengthL1, 1e-6),
             settings.scaled(Setting::LengthK, 1e-6),
         );
         let scale = Scale::linear(length(Setting::ScrewLead));
-        let released = i64::from(geometry.released_length().to_bits());
+        let released = i64::from(table.released_length().to_bits());
         let retreat = (i64::from(length(Setting::HomingRetreat)) << 28) / 1_000_000;
         let reference = scale.shaft_from_length(released - retreat);
         // The extension is longest at half a turn of theta. There is nothing to reach beyond it or
         // below the switch.
-        let longest = i64::from(geometry.length(Angle::from_bits(i32::MIN)).to_bits());
+        let longest = i64::from(table.length(Angle::from_bits(i32::MIN)).to_bits());
         let travel = (reference, scale.shaft_from_length(longest));
         let engage_metres = settings.scaled(Setting::EngageSpeed, 1e-6);
         let engage_speed = scale.shaft_velocity_from_linear(engage_metres);
         let slack_step = to_i32(engage_metres * (CONTROL_PERIOD * 16_777_216.0));
-        Ok(Self {
+        Self {
             axle: Axle::with_scale(settings, scale, reference, Some(travel)),
             geometry,
             scale,
@@ -99,7 +117,7 @@ impl Screw {
             slack_terms: (k + k, (k - l1) * (k + l1)),
             most_slack: to_i32(0.5 * (k - l1) * 16_777_216.0),
             remaining: 0,
-        })
+        }
     }
 
     /// Returns the scale of its positions and velocities on the bus.
@@ -139,7 +157,7 @@ impl Screw {
         // a turn, beyond which it has no meaning.
         let moved = rate * (age_us as u32 as f32 * (1e-6 * UNITS_PER_RADIAN));
         let theta = Angle::from_bits(motion.position) + Angle::from_bits(to_i32(moved));
-        let extension = self.geometry.extension(theta);
+        let extension = self.geometry.borrow().extension(theta);
 
         let speed = metres(extension.derivative) * rate;
         self.update_slack(inputs.slack);
@@ -149,7 +167,7 @@ impl Screw {
         // `OVERSHOOT`.
         let overshoot = to_i32(speed * -OVERSHOOT);
         let overshoot = if overshoot > 0 { overshoot } else { 0 };
-        let released = self.geometry.released_length().to_bits();
+        let released = self.geometry.borrow().released_length().to_bits();
         let shortest = released.saturating_add(overshoot);
         let at_end = length < shortest;
         let (length, speed) = if at_end {

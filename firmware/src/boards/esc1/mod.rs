@@ -8,7 +8,7 @@
 //! * `encoder`: TIM4 counts the encoder
 //! * `can`: FDCAN and the frame queues
 //! * `switches`: home and limit switches
-//! * `settings`: reads the settings pages
+//! * `storage`: the settings pages
 //! * `image`: header of the program
 //! * `crc`: checksum of images
 //! * `critical_section`, `square_root`: functions of libraries, smaller than theirs
@@ -32,14 +32,13 @@ mod led;
 mod over_current;
 mod reset;
 mod sampling;
-mod settings;
 mod square_root;
+mod storage;
 mod switches;
 mod thermistor;
 
 use crate::boards::Board;
 use crate::roles::{self, Role, Spawners, refuse};
-use crate::storage::{self, Found, NoStorage};
 use defect::{Defect, has};
 use defmt_rtt as _;
 use embassy_executor::{Executor, InterruptExecutor};
@@ -48,8 +47,7 @@ use embassy_stm32::{bind_interrupts, interrupt, peripherals};
 use static_cell::StaticCell;
 use tautrack::motor::bridge::Ratings;
 use tautrack::sensors::{BodySensors, Switches, Temperatures};
-use tautrack::settings::{SCHEMA_VERSION, Setting, Settings};
-use tautrack::store::State;
+use tautrack::settings::{Setting, Settings};
 
 /// The motor board.
 pub struct Esc1;
@@ -87,8 +85,7 @@ impl Board for Esc1 {
         full_scale: sampling::FULL_SCALE_AMPERES,
     };
 
-    const COMMISSIONS: bool = false;
-    type Storage = NoStorage;
+    type Storage = storage::Storage;
 
     fn run(role: &'static Role) -> ! {
         static EXECUTOR: StaticCell<Executor> = StaticCell::new();
@@ -101,7 +98,8 @@ impl Board for Esc1 {
         interrupt::FDCAN1_IT1.set_priority(Priority::P2);
         interrupt::USART3.set_priority(Priority::P3);
 
-        let stored = settings::settings();
+        storage::start(p.FLASH);
+        let (settings, found) = crate::storage::load();
         encoder::start(p.TIM4, p.PB6, p.PB7);
         switches::start(p.PB8, p.PB3, p.PB4);
         bridge::start(bridge::Pins {
@@ -109,10 +107,7 @@ impl Board for Esc1 {
             high: (p.PA8, p.PA9, p.PA10),
             low: (p.PC13, p.PA12, p.PB15),
             safe_torque_off: p.PA15,
-            dead_time_ns: match &stored {
-                Ok(Some(settings)) => settings.get(Setting::DeadTime),
-                _ => Setting::DeadTime.bounds().default,
-            },
+            dead_time_ns: settings.get(Setting::DeadTime),
         });
         over_current::start();
         sampling::start(sampling::Pins {
@@ -132,22 +127,16 @@ impl Board for Esc1 {
         EXECUTOR.init(Executor::new()).run(|bus| {
             can.spawn(bus);
             let spawners = Spawners { control, bus };
-            let started = match &stored {
-                Err(refusal) => Err(refusal.clone()),
-                Ok(None) => roles::start_blank(spawners, role, Found::default()),
-                Ok(Some(settings)) if has_sensor(settings) => {
-                    let found = Found {
-                        state: State::Loaded as u8,
-                        schema: SCHEMA_VERSION,
-                        ..Found::default()
-                    };
-                    storage::publish(settings, found, role.check);
-                    (role.start)(spawners, settings)
-                }
-                Ok(Some(_)) => Err(refuse(
+            let started = if !found.has_settings() {
+                roles::start_blank(spawners, role, found)
+            } else if !has_sensor(&settings) {
+                Err(refuse(
                     "rotor_sensor",
                     "the board has no absolute rotor sensor",
-                )),
+                ))
+            } else {
+                crate::storage::publish(&settings, found, role.check);
+                (role.start)(spawners, &settings)
             };
             if let Err(refusal) = &started {
                 defmt::error!("refused: {=str}", refusal.as_str());
@@ -185,7 +174,7 @@ impl Board for Esc1 {
     }
 
     fn storage() -> Self::Storage {
-        NoStorage
+        storage::Storage
     }
 
     fn body() -> Option<BodySensors> {

@@ -60,7 +60,7 @@ pub(super) fn power_up(
         (role.check)(&settings)?;
         storage::create(&settings).map_err(|error| refuse("flash", error))?;
     }
-    if found.is_nothing() && !fills {
+    if !found.has_settings() && !fills {
         roles::start_blank(spawners, role, found)?;
     } else {
         storage::publish(&settings, found, role.check);

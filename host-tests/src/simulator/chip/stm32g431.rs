@@ -8,10 +8,12 @@
 //! what tests measure, and provokes what they need.
 
 mod fdcan;
+mod flash_memory;
 mod observe;
 mod reset_values;
 
 pub use fdcan::{BUS_OFF, CAN_ERRORS, CAN_STATUS, PASSIVE, Wiring};
+pub use flash_memory::{Cut, FlashMemory, Tear};
 pub use observe::Executed;
 pub use reset_values::RESET_VALUES;
 
@@ -19,7 +21,7 @@ use super::motor::{AttachedMotor, Bridge, supply_code};
 use super::registers::Registers;
 use crate::programs::flash::Segment;
 use rsemu::core::space::{
-    AccessConstraints, AddressSpace, MemAttrs, MemOps, MemResult, Perms, RamStore, Region,
+    AccessConstraints, AddressSpace, Mapping, MemAttrs, MemOps, MemResult, Perms, RamStore, Region,
 };
 use rsemu::cpu::arm::v7m::sys::Exception;
 use rsemu::cpu::arm::v7m::{ArmV7m, Config};
@@ -31,7 +33,7 @@ use tautrack::link::{MotorModel, Sensors, Shaft};
 
 /// Core clock after the start, Hz. The model's time counts these clocks.
 pub const CORE_HZ: u64 = 170_000_000;
-const FLASH: u32 = 0x0800_0000;
+pub const FLASH: u32 = 0x0800_0000;
 const FLASH_LENGTH: usize = 128 * 1024;
 const RAM: u32 = 0x2000_0000;
 const RAM_LENGTH: u64 = 32 * 1024;
@@ -127,6 +129,7 @@ struct State {
     forgets_writes: bool,
     motor: Option<AttachedMotor>,
     can: fdcan::Controller,
+    flash: Option<FlashMemory>,
 }
 
 /// Change of all writes to one register: it makes the image one that has a defect.
@@ -148,8 +151,16 @@ impl State {
         self.set(RCC + 0x94, cause);
         self.watchdog = None;
         self.can = self.can.after_reset();
+        if let Some(flash) = &mut self.flash {
+            flash.lock();
+        }
         self.received.clear();
         self.changed = true;
+    }
+
+    /// The flash memory.
+    pub fn flash(&mut self) -> &mut FlashMemory {
+        self.flash.as_mut().expect("the chip has flash memory")
     }
 
     fn get(&self, address: u32) -> u32 {
@@ -175,6 +186,8 @@ impl State {
             RCC => value | (value & 0x0101_0100) << 1 | (value & 1 << 8) << 2,
             a if a == RCC + 0x08 => value & !0xc | (value & 3) << 2,
             a if a == RCC + 0x94 || a == RCC + 0x98 => value | (value & 1) << 1,
+            a if a == FLASH_CONTROL + 0x10 => self.flash().status,
+            a if a == FLASH_CONTROL + 0x14 => self.flash().control,
             a if a == IWDG + 0x0c => 0,
             a if a == TIM2 + 0x24 && self.get(TIM2) & 1 != 0 => {
                 (self.tim2_ticks(self.clock) & 0xffff) as u32
@@ -237,6 +250,18 @@ impl State {
             // An event generation bit reads as 0.
             a if a == TIM1 + 0x14 || a == TIM2 + 0x14 => 0,
             a if a == RCC + 0x94 && value & 1 << 23 != 0 => value & 1,
+            a if a == FLASH_CONTROL + 0x08 => {
+                self.flash().unlock(value);
+                0
+            }
+            a if a == FLASH_CONTROL + 0x10 => {
+                self.flash().status &= !value;
+                0
+            }
+            a if a == FLASH_CONTROL + 0x14 => {
+                self.flash().set_control(value);
+                0
+            }
             IWDG => {
                 let reload = u64::from(self.get(IWDG + 8)) + 1;
                 let prescaler = 4_u64 << self.get(IWDG + 4);
@@ -454,6 +479,32 @@ impl MemOps for Peripherals {
     }
 }
 
+/// Stores to the flash memory, which program it.
+struct Programming(Arc<Mutex<State>>);
+
+impl fmt::Debug for Programming {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        write!(f, "programming")
+    }
+}
+
+impl MemOps for Programming {
+    fn read(&self, _: u64, _: &mut [u8], _: MemAttrs) -> MemResult {
+        unreachable!("only stores come here")
+    }
+
+    fn write(&self, offset: u64, bytes: &[u8], _: MemAttrs) -> MemResult {
+        let word = bytes.try_into().expect("flash memory is written by words");
+        let mut state = self.0.lock().expect("a state");
+        state.flash().program(offset, u32::from_le_bytes(word));
+        Ok(())
+    }
+
+    fn constraints(&self) -> AccessConstraints {
+        AccessConstraints::ANY
+    }
+}
+
 /// A chip that executes a flash image.
 pub struct Chip {
     cpu: ArmV7m,
@@ -494,6 +545,7 @@ impl Chip {
                 // Home switch open, limit switches closed, encoder inputs pulled up.
                 port_b: 1 << 8 | 3 << 6,
             }),
+            flash: Some(FlashMemory::new(Arc::clone(&flash))),
             ..State::default()
         }));
         state.lock().expect("a state").reset(false);
@@ -503,6 +555,11 @@ impl Chip {
             let flash = Region::ram("flash", Arc::clone(&flash));
             map.map_with_perms(flash, FLASH.into(), Perms::RX)
                 .expect("flash memory");
+            let length = FLASH_LENGTH as u64;
+            let programming = Arc::new(Programming(Arc::clone(&state)));
+            let programming = Region::io("programming", length, programming);
+            let stores = Mapping::new(programming, FLASH.into()).with_perms(Perms::WRITE);
+            map.map_with(stores.with_priority(1)).expect("stores");
             map.map(Region::ram("ram", Arc::clone(&ram)), RAM.into())
                 .expect("RAM");
             // Calibration values and the debug unit, which the library reads or writes.
@@ -564,6 +621,9 @@ impl Chip {
         while clock < end {
             let mut state = self.state.lock().expect("a state");
             state.clock = clock;
+            if state.flash().is_dead() {
+                return;
+            }
             // An exception loses the state of the IT block that it interrupts in this version of
             // rsemu, so an interrupt waits for the end of the block. The silicon saves the state.
             let due = clock >= self.next || state.changed;
@@ -738,6 +798,21 @@ impl Chip {
         self.cpu
             .with_sys(|system| system.priority_of(Exception(16 + interrupt)))
             >> 4
+    }
+
+    /// Uses the flash memory.
+    pub fn flash<R>(&mut self, use_it: impl FnOnce(&mut FlashMemory) -> R) -> R {
+        use_it(self.state().flash())
+    }
+
+    /// Bytes of the flash memory from `address` on.
+    pub fn memory(&self, address: u32, length: usize) -> Vec<u8> {
+        let mut bytes = vec![0; length];
+        let offset = FlashMemory::offset(address);
+        self.flash
+            .read_at(offset, &mut bytes)
+            .expect("flash memory");
+        bytes
     }
 
     /// Changes bytes of the flash memory.

@@ -2,8 +2,9 @@
 
 use super::probe::{self, Part};
 use super::settings;
-use crate::programs::flash::{self, SETTINGS_ADDRESS, Segment};
+use crate::programs::flash::{self, Segment};
 use crate::programs::motor_board;
+use crate::programs::settings_pages::{self, Pages};
 use crate::robots::Kind;
 use clap::{Parser, ValueEnum};
 use std::ffi::OsString;
@@ -72,16 +73,18 @@ fn command(arguments: &Arguments) -> Result<(), String> {
     print("application", &sealed_path, &segments(&sealed)?);
     let mut parts = vec![Part::Elf(programs.loader.path), Part::Elf(sealed_path)];
     if !settings.is_empty() {
-        let pages = flash::settings_pages(&settings);
+        let mut pages = Pages::erased();
+        pages.save(&settings)?;
         let path = application.path.with_extension("settings.bin");
-        write(&path, &pages)?;
+        write(&path, &pages.0)?;
         println!("settings: {}", path.display());
-        println!("  {SETTINGS_ADDRESS:#010x} {:>6} bytes", pages.len());
+        let (address, length) = (settings_pages::ADDRESS, settings_pages::LENGTH);
+        println!("  {address:#010x} {length:>6} bytes");
         for (setting, value) in &settings {
             let row = setting.description();
             println!("  {} = {value} {}", row.name, row.unit);
         }
-        parts.push(Part::Bytes(path, SETTINGS_ADDRESS));
+        parts.push(Part::Bytes(path, address));
     }
     probe::flash(&parts, arguments.dry_run)
 }

@@ -1,0 +1,97 @@
+//! The settings pages of the flash memory.
+//!
+//! The chip has one bank: it cannot execute while it erases (22 ms a page) or writes.
+
+use super::reset;
+use core::cell::RefCell;
+use cortex_m_rt::exception;
+use critical_section::Mutex;
+use embassy_stm32::Peri;
+use embassy_stm32::flash::{Blocking, Error, FLASH_BASE, Flash};
+use embassy_stm32::pac::FLASH as REGISTERS;
+use embassy_stm32::peripherals::FLASH;
+use embedded_storage::nor_flash::{
+    ErrorType, NorFlash, NorFlashErrorKind, ReadNorFlash, check_erase, check_read, check_write,
+};
+
+unsafe extern "C" {
+    /// Start and end of the settings pages, from the link script.
+    static _settings_start: u8;
+    static _settings_end: u8;
+}
+
+/// Bytes of a page.
+const PAGE: usize = 2_048;
+/// Bytes that are written at once.
+const WORD: usize = 8;
+
+static MEMORY: Mutex<RefCell<Option<Flash<'static, Blocking>>>> = Mutex::new(RefCell::new(None));
+
+/// Prepares the access to the pages.
+pub(super) fn start(memory: Peri<'static, FLASH>) {
+    critical_section::with(|cs| MEMORY.borrow(cs).replace(Some(Flash::new_blocking(memory))));
+}
+
+/// A power cut can leave a word whose error correction fails. Reading it raises this interrupt,
+/// which would come back for ever. The store finds the word by its own checksum.
+#[exception]
+unsafe fn NonMaskableInt() {
+    REGISTERS.eccr().modify(|errors| errors.set_eccd(true));
+}
+
+/// The settings pages.
+pub struct Storage;
+
+impl Storage {
+    fn access<R>(
+        offset: u32,
+        body: impl FnOnce(&mut Flash<'static, Blocking>, u32) -> Result<R, Error>,
+    ) -> Result<R, NorFlashErrorKind> {
+        let start = &raw const _settings_start as usize - FLASH_BASE;
+        reset::feed_watchdog();
+        let done = critical_section::with(|cs| {
+            let mut memory = MEMORY.borrow(cs).borrow_mut();
+            let memory = memory.as_mut().ok_or(NorFlashErrorKind::Other)?;
+            body(memory, start as u32 + offset).map_err(|_| NorFlashErrorKind::Other)
+        });
+        reset::feed_watchdog();
+        done
+    }
+}
+
+impl ErrorType for Storage {
+    type Error = NorFlashErrorKind;
+}
+
+impl ReadNorFlash for Storage {
+    const READ_SIZE: usize = 1;
+
+    fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), Self::Error> {
+        check_read(self, offset, bytes.len())?;
+        Self::access(offset, |memory, place| memory.blocking_read(place, bytes))
+    }
+
+    fn capacity(&self) -> usize {
+        &raw const _settings_end as usize - &raw const _settings_start as usize
+    }
+}
+
+impl NorFlash for Storage {
+    const WRITE_SIZE: usize = WORD;
+    const ERASE_SIZE: usize = PAGE;
+
+    fn erase(&mut self, from: u32, to: u32) -> Result<(), Self::Error> {
+        check_erase(self, from, to)?;
+        for page in (from..to).step_by(PAGE) {
+            Self::access(page, |memory, place| {
+                memory.blocking_erase(place, place + PAGE as u32)
+            })?;
+        }
+        Ok(())
+    }
+
+    fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), Self::Error> {
+        check_write(self, offset, bytes.len())?;
+        Self::access(offset, |memory, place| memory.blocking_write(place, bytes))
+    }
+}

@@ -1,0 +1,81 @@
+//! The settings pages of the motor board's flash memory, as its program writes them.
+
+use embedded_storage::nor_flash::{ErrorType, NorFlash, ReadNorFlash};
+use std::convert::Infallible;
+use std::ops::Range;
+use tautrack::settings::{Setting, Settings};
+use tautrack::store::{SCHEMA, Store};
+
+/// Address of the first page.
+pub const ADDRESS: u32 = 0x0801_e000;
+/// Bytes of all pages.
+pub const LENGTH: usize = 8 * 1024;
+/// Bytes of one page.
+pub const PAGE: usize = 2 * 1024;
+
+/// Pages in memory.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct Pages(pub Vec<u8>);
+
+impl Pages {
+    /// Erased pages.
+    pub fn erased() -> Self {
+        Self(vec![0xff; LENGTH])
+    }
+
+    /// Saves these settings. All others get their defaults.
+    ///
+    /// # Errors
+    /// A text that names the value that is out of its bounds, or the failure of the store.
+    pub fn save(&mut self, values: &[(Setting, i32)]) -> Result<(), String> {
+        let mut settings = Settings::default();
+        for (setting, value) in values {
+            settings
+                .set(setting.bounds().key, *value)
+                .map_err(|error| error.to_string())?;
+        }
+        Store::open(self)
+            .and_then(|mut store| {
+                store.save(&SCHEMA, &|key| settings.of_key(key).unwrap_or_default())
+            })
+            .map_err(|error| error.to_string())?;
+        Ok(())
+    }
+
+    fn part(&mut self, bytes: Range<u32>) -> &mut [u8] {
+        &mut self.0[bytes.start as usize..bytes.end as usize]
+    }
+}
+
+impl ErrorType for Pages {
+    type Error = Infallible;
+}
+
+impl ReadNorFlash for Pages {
+    const READ_SIZE: usize = 1;
+
+    fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), Self::Error> {
+        bytes.copy_from_slice(self.part(offset..offset + bytes.len() as u32));
+        Ok(())
+    }
+
+    fn capacity(&self) -> usize {
+        self.0.len()
+    }
+}
+
+impl NorFlash for Pages {
+    const WRITE_SIZE: usize = 8;
+    const ERASE_SIZE: usize = PAGE;
+
+    fn erase(&mut self, from: u32, to: u32) -> Result<(), Self::Error> {
+        self.part(from..to).fill(0xff);
+        Ok(())
+    }
+
+    fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), Self::Error> {
+        let length = bytes.len() as u32;
+        self.part(offset..offset + length).copy_from_slice(bytes);
+        Ok(())
+    }
+}

@@ -1,0 +1,195 @@
+//! What the settings pages hold after resets and power cuts. The image that is executed writes
+//! them, through the model of the flash controller.
+
+use crate::chip::Chip;
+use crate::executed::{
+    NODE, application, armed_axle, axle, frame, read, waits_for_an_id, with_pages, write,
+};
+use crate::flash_memory::{Cut, Tear};
+use crate::images::programs;
+use tautrack::settings::{FIRST_OBJECT, Setting};
+use tautrack_host_tests::programs::settings_pages::{ADDRESS, LENGTH, Pages};
+use tautrack_host_tests::robots::Role;
+
+const SAVE: u16 = 0x1010;
+const RESTORE: u16 = 0x1011;
+/// What was found in the flash memory at start.
+const IN_FLASH: u16 = 0x2020;
+/// Abort code of CiA 301: not in this state of the device.
+const DEVICE_STATE: u32 = 0x0800_0022;
+/// Time for a start, or for a save, us.
+const WAIT_US: u64 = 20_000;
+
+fn object(setting: Setting) -> u16 {
+    FIRST_OBJECT + setting.bounds().key
+}
+
+fn pages(chip: &Chip) -> Vec<u8> {
+    chip.memory(ADDRESS, LENGTH)
+}
+
+/// The chip after its supply was switched off and on.
+fn power_cycled(chip: &Chip) -> Chip {
+    let mut chip = with_pages(&programs().axle, &pages(chip));
+    chip.run(WAIT_US);
+    chip.take_sent();
+    chip
+}
+
+/// Sends a download of four bytes, and returns the command and the value of the answer, if one
+/// comes.
+fn download(chip: &mut Chip, index: u16, sub: u8, value: &[u8; 4]) -> Option<(u8, u32)> {
+    let [low, high] = index.to_le_bytes();
+    let [a, b, c, d] = *value;
+    chip.take_sent();
+    chip.send(frame(0x600 + NODE, &[0x23, low, high, sub, a, b, c, d]));
+    // A save that turns the page takes longer than others.
+    for _ in 0..40 {
+        chip.run(5_000);
+        let sent = chip.take_sent();
+        if let Some((_, answer)) = sent.iter().find(|(_, sent)| sent.id() == 0x580 + NODE) {
+            let value = answer.data()[4..8].try_into().expect("four bytes");
+            return Some((answer.data()[0], u32::from_le_bytes(value)));
+        }
+    }
+    None
+}
+
+#[test]
+fn a_saved_setting_survives_a_reset_and_a_restored_node_is_blank() {
+    for (role, program) in [
+        (Role::Axle, &programs().axle),
+        (Role::Screw, &programs().screw),
+    ] {
+        let mut chip = application(program, role);
+        chip.run(45_000);
+        write(
+            &mut chip,
+            object(Setting::PositionGain),
+            0,
+            &12_345_i32.to_le_bytes(),
+        );
+        assert_eq!(read(&mut chip, IN_FLASH) & 0xff, 7, "highest sub-index");
+        assert_eq!(download(&mut chip, SAVE, 1, b"save"), Some((0x60, 0)));
+        assert_eq!(chip.resets(), 0, "the watchdog bites during the save");
+        let mut chip = with_pages(program, &pages(&chip));
+        chip.run(45_000);
+        assert_eq!(read(&mut chip, object(Setting::PositionGain)), 12_345);
+        assert_eq!(download(&mut chip, RESTORE, 1, b"load"), Some((0x60, 0)));
+        let mut chip = with_pages(program, &pages(&chip));
+        chip.run(45_000);
+        assert!(waits_for_an_id(&mut chip));
+    }
+}
+
+#[test]
+fn a_node_id_from_lss_survives_a_reset() {
+    let mut chip = with_pages(&programs().axle, &[0xff; LENGTH]);
+    chip.run(WAIT_US);
+    assert!(waits_for_an_id(&mut chip));
+    // Configuration; node id 5; store; waiting.
+    for request in [[0x04, 1], [0x11, NODE as u8], [0x17, 0], [0x04, 0]] {
+        let [command, value] = request;
+        chip.send(frame(0x7e5, &[command, value, 0, 0, 0, 0, 0, 0]));
+        chip.run(WAIT_US);
+    }
+    let stored = frame(0x7e4, &[0x17, 0, 0, 0, 0, 0, 0, 0]);
+    let boot_up = frame(0x700 + NODE, &[0]);
+    let sent = chip.take_sent();
+    for wanted in [stored, boot_up] {
+        assert!(sent.iter().any(|(_, frame)| *frame == wanted), "{sent:x?}");
+    }
+    let mut chip = with_pages(&programs().axle, &pages(&chip));
+    chip.run(WAIT_US);
+    let sent = chip.take_sent();
+    assert!(sent.iter().any(|(_, frame)| *frame == boot_up), "{sent:x?}");
+}
+
+#[test]
+fn the_settings_pages_are_not_written_while_the_drive_is_armed() {
+    let mut chip = armed_axle();
+    write(
+        &mut chip,
+        object(Setting::PositionGain),
+        0,
+        &12_345_i32.to_le_bytes(),
+    );
+    for (object, signature) in [(SAVE, b"save"), (RESTORE, b"load")] {
+        let answer = download(&mut chip, object, 1, signature);
+        assert_eq!(answer, Some((0x80, DEVICE_STATE)), "{object:#x}");
+    }
+    assert_eq!(chip.flash(|flash| flash.operations), 0);
+    assert!(chip.is_live());
+}
+
+/// Pages of a node whose next save makes the store erase a page.
+fn nearly_full() -> Vec<u8> {
+    let mut saved = Pages::erased();
+    for gain in 10.. {
+        let mut next = saved.clone();
+        let settings = [
+            (Setting::NodeId, NODE.into()),
+            (Setting::PositionGain, gain),
+        ];
+        next.save(&settings).expect("a save");
+        let mut bytes = saved.0.iter().zip(&next.0);
+        // Only an erase makes ones of zeros.
+        if bytes.any(|(before, after)| after & !before != 0) {
+            break;
+        }
+        saved = next;
+    }
+    saved.0
+}
+
+/// Saves two changed settings on a chip with this cut. Returns it without power, if it was cut.
+fn saving(pages: &[u8], cut: Option<Cut>) -> Chip {
+    let mut chip = with_pages(&programs().axle, pages);
+    chip.run(WAIT_US);
+    for (setting, value) in NEW {
+        write(&mut chip, object(setting), 0, &value.to_le_bytes());
+    }
+    assert_eq!(chip.flash(|flash| flash.operations), 0);
+    chip.flash(|flash| flash.cut = cut);
+    let answer = download(&mut chip, SAVE, 1, b"save");
+    let cut = chip.flash(|flash| flash.is_dead());
+    assert_eq!(chip.resets(), 0, "the watchdog bites during the save");
+    assert!(cut || answer == Some((0x60, 0)), "{answer:x?}");
+    chip
+}
+
+const NEW: [(Setting, i32); 2] = [(Setting::PositionGain, 7), (Setting::VelocityGain, 9)];
+
+#[test]
+fn a_power_cut_in_any_write_or_erase_of_a_save_leaves_old_or_new_settings() {
+    for (what, start) in [("first", first()), ("nearly full", nearly_full())] {
+        let old = NEW.map(|(setting, _)| {
+            let mut chip = with_pages(&programs().axle, &start);
+            chip.run(WAIT_US);
+            read(&mut chip, object(setting)) as i32
+        });
+        let operations = saving(&start, None).flash(|flash| flash.operations);
+        println!("{what}: {operations} writes and erases");
+        assert!(operations > 5, "{what}: {operations}");
+        for at in 0..operations {
+            for tear in [Tear::Nothing, Tear::Half, Tear::All] {
+                let chip = saving(&start, Some(Cut { at, tear }));
+                let mut chip = power_cycled(&chip);
+                for ((setting, new), old) in NEW.into_iter().zip(old) {
+                    let value = read(&mut chip, object(setting)) as i32;
+                    assert!(
+                        value == new || value == old,
+                        "{what}: {tear:?} of operation {at}: {value}"
+                    );
+                }
+                // The next save succeeds.
+                assert_eq!(download(&mut chip, SAVE, 1, b"save"), Some((0x60, 0)));
+            }
+        }
+    }
+}
+
+/// Pages of a node that was flashed with its settings.
+fn first() -> Vec<u8> {
+    pages(&axle())
+}
