@@ -23,6 +23,16 @@ impl Pages {
         Self(vec![0xff; LENGTH])
     }
 
+    /// Pages with these settings alone. All others have their defaults.
+    ///
+    /// # Errors
+    /// Those of [`Self::save`].
+    pub fn of(values: &[(Setting, i32)]) -> Result<Self, String> {
+        let mut pages = Self::erased();
+        pages.save(values)?;
+        Ok(pages)
+    }
+
     /// Saves these settings. All others get their defaults.
     ///
     /// # Errors
@@ -36,7 +46,8 @@ impl Pages {
         }
         Store::open(self)
             .and_then(|mut store| {
-                store.save(&SCHEMA, &|key| settings.of_key(key).unwrap_or_default())
+                let value = |key| settings.of_key(key).unwrap_or_default();
+                store.save(&SCHEMA, &value, &|_| true)
             })
             .map_err(|error| error.to_string())?;
         Ok(())

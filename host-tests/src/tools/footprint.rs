@@ -7,7 +7,8 @@
 //! came at the worst moments. Code that this run does not reach is in neither. The frames of all
 //! functions are not summed: a stable compiler does not emit their sizes.
 
-use crate::programs::flash::{self, SETTINGS_ADDRESS};
+use crate::programs::flash;
+use crate::programs::settings_pages::{self, Pages};
 use crate::programs::setup::checkout;
 use crate::programs::{MotorBoard, Program, motor_board};
 use crate::robots::Role;
@@ -156,7 +157,7 @@ pub fn measure(programs: &MotorBoard) -> Result<[Footprint; 3], String> {
 fn application(name: &'static str, program: &Program, role: Role) -> Result<Footprint, String> {
     let image = Image::read(program)?;
     let mut chip = Chip::new(&image.segments, image.start);
-    chip.patch(SETTINGS_ADDRESS, &flash::settings_pages(&settings(role)?));
+    chip.patch(settings_pages::ADDRESS, &Pages::of(&settings(role)?)?.0);
     let nested_stack = exercise(&mut chip, drive);
     Ok(Footprint {
         board: "esc1",

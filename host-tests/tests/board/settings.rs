@@ -5,10 +5,10 @@ use crate::chip::Chip;
 use crate::executed::{
     NODE, application, armed_axle, axle, frame, read, waits_for_an_id, with_pages, write,
 };
-use crate::flash_memory::{Cut, Tear};
+use crate::chip::{Cut, Tear};
 use crate::images::programs;
 use tautrack::settings::{FIRST_OBJECT, Setting};
-use tautrack_host_tests::programs::settings_pages::{ADDRESS, LENGTH, Pages};
+use tautrack_host_tests::programs::settings_pages::{ADDRESS, LENGTH};
 use tautrack_host_tests::robots::Role;
 
 const SAVE: u16 = 0x1010;
@@ -122,26 +122,6 @@ fn the_settings_pages_are_not_written_while_the_drive_is_armed() {
     assert!(chip.is_live());
 }
 
-/// Pages of a node whose next save makes the store erase a page.
-fn nearly_full() -> Vec<u8> {
-    let mut saved = Pages::erased();
-    for gain in 10.. {
-        let mut next = saved.clone();
-        let settings = [
-            (Setting::NodeId, NODE.into()),
-            (Setting::PositionGain, gain),
-        ];
-        next.save(&settings).expect("a save");
-        let mut bytes = saved.0.iter().zip(&next.0);
-        // Only an erase makes ones of zeros.
-        if bytes.any(|(before, after)| after & !before != 0) {
-            break;
-        }
-        saved = next;
-    }
-    saved.0
-}
-
 /// Saves two changed settings on a chip with this cut. Returns it without power, if it was cut.
 fn saving(pages: &[u8], cut: Option<Cut>) -> Chip {
     let mut chip = with_pages(&programs().axle, pages);
@@ -161,35 +141,27 @@ fn saving(pages: &[u8], cut: Option<Cut>) -> Chip {
 const NEW: [(Setting, i32); 2] = [(Setting::PositionGain, 7), (Setting::VelocityGain, 9)];
 
 #[test]
-fn a_power_cut_in_any_write_or_erase_of_a_save_leaves_old_or_new_settings() {
-    for (what, start) in [("first", first()), ("nearly full", nearly_full())] {
-        let old = NEW.map(|(setting, _)| {
-            let mut chip = with_pages(&programs().axle, &start);
-            chip.run(WAIT_US);
-            read(&mut chip, object(setting)) as i32
-        });
-        let operations = saving(&start, None).flash(|flash| flash.operations);
-        println!("{what}: {operations} writes and erases");
-        assert!(operations > 5, "{what}: {operations}");
-        for at in 0..operations {
-            for tear in [Tear::Nothing, Tear::Half, Tear::All] {
-                let chip = saving(&start, Some(Cut { at, tear }));
-                let mut chip = power_cycled(&chip);
-                for ((setting, new), old) in NEW.into_iter().zip(old) {
-                    let value = read(&mut chip, object(setting)) as i32;
-                    assert!(
-                        value == new || value == old,
-                        "{what}: {tear:?} of operation {at}: {value}"
-                    );
-                }
-                // The next save succeeds.
-                assert_eq!(download(&mut chip, SAVE, 1, b"save"), Some((0x60, 0)));
+fn a_power_cut_in_any_write_of_a_save_leaves_old_or_new_settings() {
+    let start = pages(&axle());
+    let old = NEW.map(|(setting, _)| {
+        let mut chip = with_pages(&programs().axle, &start);
+        chip.run(WAIT_US);
+        read(&mut chip, object(setting)) as i32
+    });
+    let operations = saving(&start, None).flash(|flash| flash.operations);
+    assert!(operations > 5, "{operations}");
+    for at in 0..operations {
+        for tear in [Tear::Nothing, Tear::Half, Tear::All] {
+            let chip = saving(&start, Some(Cut { at, tear }));
+            let mut chip = power_cycled(&chip);
+            for ((setting, new), old) in NEW.into_iter().zip(old) {
+                let value = read(&mut chip, object(setting)) as i32;
+                let whole = value == new || value == old;
+                assert!(whole, "{tear:?} of operation {at}: {value}");
             }
+            // The next save succeeds.
+            let answer = download(&mut chip, SAVE, 1, b"save");
+            assert_eq!(answer, Some((0x60, 0)), "{tear:?} of operation {at}");
         }
     }
-}
-
-/// Pages of a node that was flashed with its settings.
-fn first() -> Vec<u8> {
-    pages(&axle())
 }

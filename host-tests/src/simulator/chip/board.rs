@@ -2,7 +2,8 @@
 //! image.
 
 use super::{CORE_HZ, Chip, log};
-use crate::programs::flash::{self, SETTINGS_ADDRESS, Segment};
+use crate::programs::flash::{self, Segment};
+use crate::programs::settings_pages::{self, Pages};
 use crate::simulator::bus::wire::worst_case_bits;
 use object::read::elf::ElfFile32;
 use object::{Endianness, Object, ObjectSymbol};
@@ -74,7 +75,7 @@ impl MotorBoard {
             .collect();
         let settings = settings.ok_or("a setting has an unknown key")?;
         if !settings.is_empty() {
-            chip.patch(SETTINGS_ADDRESS, &flash::settings_pages(&settings));
+            chip.patch(settings_pages::ADDRESS, &Pages::of(&settings)?.0);
         }
         if let Some(model) = start.motor {
             chip.attach_motor(model, start.seed)

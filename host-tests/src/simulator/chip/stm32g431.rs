@@ -805,16 +805,6 @@ impl Chip {
         use_it(self.state().flash())
     }
 
-    /// Bytes of the flash memory from `address` on.
-    pub fn memory(&self, address: u32, length: usize) -> Vec<u8> {
-        let mut bytes = vec![0; length];
-        let offset = FlashMemory::offset(address);
-        self.flash
-            .read_at(offset, &mut bytes)
-            .expect("flash memory");
-        bytes
-    }
-
     /// Changes bytes of the flash memory.
     pub fn patch(&mut self, address: u32, bytes: &[u8]) {
         self.flash

@@ -2,7 +2,6 @@
 //!
 //! An operation takes no time. The power can fail in any operation, and then tears it.
 
-use super::FLASH;
 use rsemu::core::space::RamStore;
 use std::sync::Arc;
 
@@ -132,10 +131,5 @@ impl FlashMemory {
         memory
             .write_at(offset, &bytes[..done])
             .expect("flash memory");
-    }
-
-    /// Address of the byte at `offset`.
-    pub fn offset(address: u32) -> u64 {
-        (address - FLASH).into()
     }
 }

@@ -1,6 +1,6 @@
 //! What tests measure on a running chip, and what they do to it.
 
-use super::{Chip, PAINT, RAM_LENGTH, State, Wiring};
+use super::{Chip, FLASH, PAINT, RAM_LENGTH, State, Wiring};
 use rsemu::cpu::arm::v7m::ArmV7m;
 use std::sync::MutexGuard;
 use tautrack::can::Frame;
@@ -96,12 +96,17 @@ impl Chip {
         state.set(super::TIM1, control & !1);
     }
 
-    /// Bytes of RAM from `address`.
+    /// Bytes of RAM or flash memory from `address`.
     pub fn memory(&self, address: u32, length: usize) -> Vec<u8> {
+        let (memory, start) = if address < RAM {
+            (&self.flash, FLASH)
+        } else {
+            (&self.ram, RAM)
+        };
         let mut bytes = vec![0; length];
-        self.ram
-            .read_at((address - RAM).into(), &mut bytes)
-            .expect("RAM");
+        memory
+            .read_at((address - start).into(), &mut bytes)
+            .expect("memory of the chip");
         bytes
     }
 
