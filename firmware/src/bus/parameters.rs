@@ -5,7 +5,6 @@
 //! it cannot check bounds, and it acknowledges a save before it happens.
 
 use super::filter::{DEVICE_STATE, PARAMETER_LENGTH, SDO_REQUEST, SDO_RESPONSE, VALUE_TOO_HIGH};
-use crate::boards::{Board, Selected};
 use crate::storage::{self, SaveError};
 use tautrack::can::Frame;
 use tautrack::settings::{FIRST_OBJECT, SettingError};

@@ -7,10 +7,9 @@
 //! came at the worst moments. Code that this run does not reach is in neither. The frames of all
 //! functions are not summed: a stable compiler does not emit their sizes.
 
-use crate::programs::flash;
 use crate::programs::settings_pages::{self, Pages};
 use crate::programs::setup::checkout;
-use crate::programs::{MotorBoard, Program, motor_board};
+use crate::programs::{MotorBoard, Program, flash, motor_board};
 use crate::robots::Role;
 use crate::scenario::Scenario;
 use crate::simulator::chip::{Chip, Executed};

@@ -1,11 +1,10 @@
 //! What the settings pages hold after resets and power cuts. The image that is executed writes
 //! them, through the model of the flash controller.
 
-use crate::chip::Chip;
+use crate::chip::{Chip, Cut, Tear};
 use crate::executed::{
     NODE, application, armed_axle, axle, frame, read, waits_for_an_id, with_pages, write,
 };
-use crate::chip::{Cut, Tear};
 use crate::images::programs;
 use tautrack::settings::{FIRST_OBJECT, Setting};
 use tautrack_host_tests::programs::settings_pages::{ADDRESS, LENGTH};
@@ -38,9 +37,9 @@ fn power_cycled(chip: &Chip) -> Chip {
 
 /// Sends a download of four bytes, and returns the command and the value of the answer, if one
 /// comes.
-fn download(chip: &mut Chip, index: u16, sub: u8, value: &[u8; 4]) -> Option<(u8, u32)> {
+fn download(chip: &mut Chip, index: u16, sub: u8, value: [u8; 4]) -> Option<(u8, u32)> {
     let [low, high] = index.to_le_bytes();
-    let [a, b, c, d] = *value;
+    let [a, b, c, d] = value;
     chip.take_sent();
     chip.send(frame(0x600 + NODE, &[0x23, low, high, sub, a, b, c, d]));
     // A save that turns the page takes longer than others.
@@ -70,12 +69,12 @@ fn a_saved_setting_survives_a_reset_and_a_restored_node_is_blank() {
             &12_345_i32.to_le_bytes(),
         );
         assert_eq!(read(&mut chip, IN_FLASH) & 0xff, 7, "highest sub-index");
-        assert_eq!(download(&mut chip, SAVE, 1, b"save"), Some((0x60, 0)));
+        assert_eq!(download(&mut chip, SAVE, 1, *b"save"), Some((0x60, 0)));
         assert_eq!(chip.resets(), 0, "the watchdog bites during the save");
         let mut chip = with_pages(program, &pages(&chip));
         chip.run(45_000);
         assert_eq!(read(&mut chip, object(Setting::PositionGain)), 12_345);
-        assert_eq!(download(&mut chip, RESTORE, 1, b"load"), Some((0x60, 0)));
+        assert_eq!(download(&mut chip, RESTORE, 1, *b"load"), Some((0x60, 0)));
         let mut chip = with_pages(program, &pages(&chip));
         chip.run(45_000);
         assert!(waits_for_an_id(&mut chip));
@@ -115,7 +114,7 @@ fn the_settings_pages_are_not_written_while_the_drive_is_armed() {
         &12_345_i32.to_le_bytes(),
     );
     for (object, signature) in [(SAVE, b"save"), (RESTORE, b"load")] {
-        let answer = download(&mut chip, object, 1, signature);
+        let answer = download(&mut chip, object, 1, *signature);
         assert_eq!(answer, Some((0x80, DEVICE_STATE)), "{object:#x}");
     }
     assert_eq!(chip.flash(|flash| flash.operations), 0);
@@ -131,7 +130,7 @@ fn saving(pages: &[u8], cut: Option<Cut>) -> Chip {
     }
     assert_eq!(chip.flash(|flash| flash.operations), 0);
     chip.flash(|flash| flash.cut = cut);
-    let answer = download(&mut chip, SAVE, 1, b"save");
+    let answer = download(&mut chip, SAVE, 1, *b"save");
     let cut = chip.flash(|flash| flash.is_dead());
     assert_eq!(chip.resets(), 0, "the watchdog bites during the save");
     assert!(cut || answer == Some((0x60, 0)), "{answer:x?}");
@@ -160,7 +159,7 @@ fn a_power_cut_in_any_write_of_a_save_leaves_old_or_new_settings() {
                 assert!(whole, "{tear:?} of operation {at}: {value}");
             }
             // The next save succeeds.
-            let answer = download(&mut chip, SAVE, 1, b"save");
+            let answer = download(&mut chip, SAVE, 1, *b"save");
             assert_eq!(answer, Some((0x60, 0)), "{tear:?} of operation {at}");
         }
     }

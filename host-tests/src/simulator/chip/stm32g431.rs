@@ -33,7 +33,7 @@ use tautrack::link::{MotorModel, Sensors, Shaft};
 
 /// Core clock after the start, Hz. The model's time counts these clocks.
 pub const CORE_HZ: u64 = 170_000_000;
-pub const FLASH: u32 = 0x0800_0000;
+const FLASH: u32 = 0x0800_0000;
 const FLASH_LENGTH: usize = 128 * 1024;
 const RAM: u32 = 0x2000_0000;
 const RAM_LENGTH: u64 = 32 * 1024;
@@ -158,8 +158,7 @@ impl State {
         self.changed = true;
     }
 
-    /// The flash memory.
-    pub fn flash(&mut self) -> &mut FlashMemory {
+    fn flash(&mut self) -> &mut FlashMemory {
         self.flash.as_mut().expect("the chip has flash memory")
     }
 

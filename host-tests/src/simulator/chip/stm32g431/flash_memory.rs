@@ -9,7 +9,7 @@ const PAGE: u64 = 2_048;
 const WORD: u64 = 8;
 
 /// Bits of the control register.
-pub const LOCK: u32 = 1 << 31;
+const LOCK: u32 = 1 << 31;
 const START: u32 = 1 << 16;
 const PAGE_ERASE: u32 = 1 << 1;
 const PROGRAM: u32 = 1;
@@ -41,18 +41,19 @@ pub struct Cut {
 
 /// The memory with the state of its controller.
 pub struct FlashMemory {
-    pub bytes: Arc<RamStore>,
-    pub control: u32,
-    pub status: u32,
+    bytes: Arc<RamStore>,
+    pub(super) control: u32,
+    pub(super) status: u32,
     key: u32,
     first: Option<(u64, u32)>,
     /// Writes and erases so far.
     pub operations: u32,
+    /// Failure of the power that is still to come.
     pub cut: Option<Cut>,
 }
 
 impl FlashMemory {
-    pub fn new(bytes: Arc<RamStore>) -> Self {
+    pub(super) fn new(bytes: Arc<RamStore>) -> Self {
         Self {
             bytes,
             control: LOCK,
@@ -65,7 +66,7 @@ impl FlashMemory {
     }
 
     /// Locks the control register, as a reset does.
-    pub fn lock(&mut self) {
+    pub(super) fn lock(&mut self) {
         self.control = LOCK;
     }
 
@@ -75,7 +76,7 @@ impl FlashMemory {
     }
 
     /// Write of the key register.
-    pub fn unlock(&mut self, key: u32) {
+    pub(super) fn unlock(&mut self, key: u32) {
         if [self.key, key] == KEYS {
             self.control &= !LOCK;
         }
@@ -83,7 +84,7 @@ impl FlashMemory {
     }
 
     /// Write of the control register.
-    pub fn set_control(&mut self, value: u32) {
+    pub(super) fn set_control(&mut self, value: u32) {
         if self.control & LOCK != 0 {
             return;
         }
@@ -95,7 +96,7 @@ impl FlashMemory {
     }
 
     /// Write of a word of the memory. The second word of a double word programs both.
-    pub fn program(&mut self, offset: u64, word: u32) {
+    pub(super) fn program(&mut self, offset: u64, word: u32) {
         if self.control & (LOCK | PROGRAM) != PROGRAM {
             self.status |= SEQUENCE;
             return;
