@@ -20,13 +20,14 @@ const UNDER_WAY: i32 = 0x1_0000;
 const BLANK: i32 = 0;
 /// Bytes of a key and a value in a record.
 const PAIR: usize = 6;
-/// Bytes of the largest item with its key, rounded up to the largest word of a flash.
-const BUFFER: usize = 64;
+/// Bytes of the largest page. A power cut can tear the length of an item so that its checksum is
+/// right by chance. Such an item is read with up to all bytes of its page before it is found wrong.
+const BUFFER: usize = 2_048;
 
 /// Why the store failed.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum StoreError {
-    /// The flash has fewer than two pages, or words above 32 bytes.
+    /// The flash has fewer than two pages, pages above 2 KiB, or words above 32 bytes.
     UnsuitableFlash,
     /// The flash refused an access.
     Flash(NorFlashErrorKind),
@@ -49,7 +50,10 @@ pub enum StoreError {
 impl fmt::Display for StoreError {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::UnsuitableFlash => write!(out, "the flash has too few pages or too large words"),
+            Self::UnsuitableFlash => write!(
+                out,
+                "the flash has too few pages, or too large pages or words"
+            ),
             Self::Flash(kind) => write!(out, "the flash refused an access: {kind:?}"),
             Self::Full => write!(out, "the flash is full"),
             Self::Damaged => write!(out, "the flash holds no settings that can be read"),
@@ -92,7 +96,8 @@ impl<F: NorFlash> Store<F> {
     /// [`StoreError::UnsuitableFlash`] or [`StoreError::Flash`].
     pub fn open(flash: F) -> Result<Self, StoreError> {
         let words_fit = F::WRITE_SIZE <= MAX_WORD && F::ERASE_SIZE > 8 * F::WRITE_SIZE;
-        if !words_fit || flash.capacity() < 2 * F::ERASE_SIZE {
+        let pages_fit = F::ERASE_SIZE <= BUFFER && flash.capacity() >= 2 * F::ERASE_SIZE;
+        if !words_fit || !pages_fit {
             return Err(StoreError::UnsuitableFlash);
         }
         let (flash, completed_erase) = SafeErase::new(flash).map_err(StoreError::Flash)?;
