@@ -461,8 +461,8 @@ settings! {
     /// switch is needed.
     DeadMan = 0x007a, "dead_man", "1", 0..=1, 0;
     /// Number of equal readings in a row after which an axis of the accelerometer or of the
-    /// gyroscope is doubted; after twice as many it is not believed. 0: never, for a sensor whose noise is
-    /// below its resolution.
+    /// gyroscope is doubted; after twice as many it is not believed. 0: never, for a sensor whose
+    /// noise is below its resolution.
     StuckReadings = 0x007b, "stuck_readings", "1", 0..=60_000, 200;
 
     /// Rate at which the inertial unit (accelerometer and gyroscope) measures. The guard derives

@@ -5,8 +5,8 @@
 //! shaft of the gear. [`terrain`] is the terrain in a scenario, [`ground`] the ground built from
 //! it, [`load`] a robot's payload, [`inertia`] the mass and inertia of a body, [`physics`] the
 //! settings of the physics engine, [`gear`] the connection of a node's shaft to its load,
-//! [`sensing`] the sensors on a body, [`sampling`] their rates, [`gnss`] the GNSS receiver, [`noise`] the seeded noise,
-//! [`truth`] the ground truth.
+//! [`sensing`] the sensors on a body, [`sampling`] their rates, [`gnss`] the GNSS receiver,
+//! [`noise`] the seeded noise, [`truth`] the ground truth.
 
 pub mod gear;
 pub mod gnss;
