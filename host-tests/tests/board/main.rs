@@ -13,6 +13,7 @@
 //! * `footprint`: the figures of `cargo footprint`
 //! * `defects`: images that write other values to one register are found
 //! * `defective`: images with one defect each in their program are found
+//! * `flash_node`: what `cargo flash-node` prints and refuses
 //! * `processor`: interrupts within conditional blocks
 
 mod bus_errors;
@@ -20,6 +21,7 @@ mod connected;
 mod defective;
 mod defects;
 mod executed;
+mod flash_node;
 mod footprint;
 mod gates;
 mod images;

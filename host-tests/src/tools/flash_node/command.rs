@@ -21,6 +21,23 @@ pub(super) enum Role {
     Screw,
 }
 
+impl Role {
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Axle => "axle",
+            Self::Screw => "screw",
+        }
+    }
+
+    /// Product code of the program's object dictionary (`firmware/dictionary`).
+    pub fn product_code(self) -> u32 {
+        match self {
+            Self::Axle => 1,
+            Self::Screw => 2,
+        }
+    }
+}
+
 /// Builds the program of a motor board and flashes it: loader, application and, if any are given,
 /// settings.
 #[derive(Parser)]
@@ -34,7 +51,8 @@ pub(super) struct Arguments {
     /// Write this node id.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(1..=127))]
     pub node_id: Option<u8>,
-    /// Write the settings in FILE, one `name = value` a line. They replace those of the robot.
+    /// Write the settings in FILE: lines `name = value`, or a dump, of which those of --node-id.
+    /// They replace those of the robot.
     #[arg(long, value_name = "FILE")]
     pub settings: Option<PathBuf>,
     /// Print what would be flashed, and the commands, without a probe.

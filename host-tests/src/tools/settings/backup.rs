@@ -10,14 +10,14 @@ use tautrack::settings::Setting;
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(super) struct Backup {
+pub(in crate::tools) struct Backup {
     pub node: Vec<Node>,
 }
 
 /// The settings of one node, by name.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(super) struct Node {
+pub(in crate::tools) struct Node {
     pub id: u8,
     pub identity: Identity,
     pub settings: BTreeMap<String, i32>,

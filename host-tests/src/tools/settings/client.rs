@@ -15,7 +15,7 @@ const HEARTBEATS: Duration = Duration::from_millis(1_500);
 const ATTEMPTS: usize = 3;
 
 /// Identity of a node (object 0x1018): vendor, product code, revision and serial number.
-pub(super) type Identity = [u32; 4];
+pub(in crate::tools) type Identity = [u32; 4];
 
 pub(super) struct Client {
     adapter: Adapter,

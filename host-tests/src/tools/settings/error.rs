@@ -5,7 +5,7 @@ use std::{fmt, io};
 
 /// Why the command failed.
 #[derive(Debug)]
-pub(super) enum ToolError {
+pub(in crate::tools) enum ToolError {
     /// The adapter cannot be reached, or the connection ended.
     Adapter(String, io::Error),
     /// The node did not answer in time.

@@ -12,6 +12,7 @@ mod command;
 mod error;
 
 use arguments::Arguments;
+pub(super) use backup::Backup;
 use clap::Parser;
 use std::ffi::OsString;
 use std::process::ExitCode;

@@ -1,0 +1,127 @@
+//! Tests what `cargo flash-node` prints and refuses.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+/// Empty folder of one test.
+fn folder(test: &str) -> PathBuf {
+    let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(test);
+    let _ = fs::remove_dir_all(&path);
+    fs::create_dir_all(&path).expect("a folder");
+    path
+}
+
+/// Runs the command with `path` as the only place of programs, or the usual ones. Returns whether
+/// it succeeded, and its outputs.
+fn flash_node(arguments: &[&str], path: Option<&Path>) -> (bool, String) {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_flash_node"));
+    command.args(arguments);
+    if let Some(path) = path {
+        command.env("PATH", path);
+    }
+    let output = command.output().expect("it starts");
+    let texts = [output.stdout, output.stderr].concat();
+    let text = String::from_utf8(texts).expect("a text");
+    (output.status.success(), text)
+}
+
+#[test]
+fn without_probe_rs_one_line_says_how_to_install_it() {
+    let (done, text) = flash_node(&["axle"], Some(&folder("no-probe-rs")));
+    assert!(!done);
+    assert_eq!(
+        text,
+        "cargo flash-node: probe-rs is not installed: cargo install probe-rs-tools --locked\n"
+    );
+}
+
+#[test]
+#[cfg(unix)]
+fn without_a_probe_one_line_says_what_to_connect() {
+    use std::os::unix::fs::PermissionsExt;
+    let folder = folder("no-probe");
+    let program = folder.join("probe-rs");
+    // What probe-rs prints when it finds none.
+    fs::write(&program, "#!/bin/sh\necho No debug probes were found.\n").expect("a program");
+    fs::set_permissions(&program, PermissionsExt::from_mode(0o755)).expect("executable");
+    let (done, text) = flash_node(&["axle"], Some(&folder));
+    assert!(!done);
+    assert_eq!(
+        text,
+        "cargo flash-node: no debug probe is connected: connect the USB cable of the board's \
+         ST-LINK\n"
+    );
+}
+
+#[test]
+fn a_dry_run_prints_sections_settings_and_commands() {
+    let (done, text) = flash_node(
+        &["axle", "--robot", "b2p2", "--node-id", "3", "--dry-run"],
+        None,
+    );
+    assert!(done, "{text}");
+    for part in [
+        "0x08000000 ",
+        "0x08000800 ",
+        "0x0801e000   8192 bytes",
+        "  node_id = 3 1",
+        "probe-rs download --chip STM32G431CBTx --binary-format elf ",
+        "probe-rs download --chip STM32G431CBTx --binary-format bin --base-address 0x0801e000 ",
+        "probe-rs reset --chip STM32G431CBTx",
+    ] {
+        assert!(text.contains(part), "{part} is not in:\n{text}");
+    }
+}
+
+#[test]
+fn a_node_of_another_role_is_refused_with_those_that_have_the_role() {
+    let refused = |arguments: &[&str], why: &str| {
+        let (done, text) = flash_node(arguments, None);
+        assert!(!done);
+        assert_eq!(text, format!("cargo flash-node: {why}\n"));
+    };
+    refused(
+        &["screw", "--robot", "b2p2", "--node-id", "2", "--dry-run"],
+        "node 2 of B2P2 has not the role screw; these have: 5 (screw)",
+    );
+    refused(
+        &["axle", "--robot", "crawler", "--node-id", "9", "--dry-run"],
+        "node 9 of crawler has not the role axle; these have: 2 (left_track), 3 (right_track)",
+    );
+    refused(
+        &["screw", "--robot", "hylos", "--node-id", "2", "--dry-run"],
+        "node 2 of Hylos has not the role screw; these have: none",
+    );
+}
+
+#[test]
+fn a_dump_gives_the_settings_of_the_named_node_alone() {
+    let dump = folder("dump").join("robot.toml");
+    let text = "[[node]]\nid = 2\nidentity = [0, 1, 1, 2]\n[node.settings]\nvelocity_gain = 2500\n\
+                [[node]]\nid = 5\nidentity = [0, 2, 1, 5]\n[node.settings]\nvelocity_gain = 1700\n";
+    fs::write(&dump, text).expect("a file");
+    let path = dump.to_str().expect("a text");
+    let run = |more: &[&str]| {
+        let arguments = [&["axle", "--dry-run", "--settings", path], more].concat();
+        flash_node(&arguments, None)
+    };
+
+    let (done, text) = run(&["--node-id", "2"]);
+    assert!(done, "{text}");
+    assert!(text.contains("velocity_gain = 2500"), "{text}");
+    assert!(!text.contains("1700"), "{text}");
+
+    for (arguments, why) in [
+        (
+            &["--node-id", "5"][..],
+            "node 5 has the product code 2; the role axle has 1",
+        ),
+        (&["--node-id", "7"], "it has no node 7; it has 2, 5"),
+        (&[], "name one of its nodes with --node-id: 2, 5"),
+    ] {
+        let (done, text) = run(arguments);
+        assert!(!done);
+        assert_eq!(text, format!("cargo flash-node: {path}: {why}\n"));
+    }
+}
