@@ -432,7 +432,7 @@ fn damaged_settings_count_as_none() {
 pub fn every_pin_has_the_function_of_the_page() {
     let chip = running_axle();
     let rows = pins::rows();
-    assert_eq!(rows.len(), 24);
+    assert_eq!(rows.len(), 26);
     for (pin, function) in rows {
         let port = GPIO + 0x400 * u32::from(pin.as_bytes()[1] - b'A');
         let number: u32 = pin[2..].parse().expect("a number");
@@ -451,6 +451,14 @@ pub fn every_pin_has_the_function_of_the_page() {
             assert_eq!(got, wanted, "{pin}: alternate function");
         }
     }
+}
+
+#[test]
+fn the_can_transceiver_is_on_and_the_terminator_off() {
+    let chip = running_axle();
+    // Output data register of port C. Both pins act when they are high.
+    let output = chip.register(GPIO + 0x400 * 2 + 0x14);
+    assert_eq!(output & (1 << 11 | 1 << 14), 0);
 }
 
 #[test]

@@ -7,6 +7,7 @@
 //! * `sampling`: op-amps and converters, and the current interrupt
 //! * `encoder`: TIM4 counts the encoder
 //! * `can`: FDCAN and the frame queues
+//! * `transceiver`: the CAN transceiver and the board's terminator
 //! * `switches`: home and limit switches
 //! * `storage`: the settings pages
 //! * `image`: header of the program
@@ -36,6 +37,7 @@ mod square_root;
 mod storage;
 mod switches;
 mod thermistor;
+mod transceiver;
 
 use crate::boards::Board;
 use crate::roles::{self, Role, Spawners, refuse};
@@ -121,6 +123,7 @@ impl Board for Esc1 {
         if has(Defect::LowPriority) {
             interrupt::ADC1_2.set_priority(Priority::P3);
         }
+        transceiver::start(p.PC11, p.PC14);
         let can = can::start(p.FDCAN1, p.PA11, p.PB9, Interrupts);
 
         let control = CONTROL.start(interrupt::USART3);

@@ -107,23 +107,23 @@ pub fn operators(board: Board, plan: &Plan, out: &Path) -> Result<bool, String> 
     Ok(!rows.iter().any(operated::Row::failed))
 }
 
-/// Writes the scenario of a run that toppled, with the command that repeats the run.
+/// Writes the scenario of a run that toppled or never armed, with the command that repeats it.
 fn keep(row: &operated::Row, scenario: &Scenario, folder: &Path) -> std::io::Result<()> {
-    let Some(topple) = &row.topple else {
-        return Ok(());
+    let what = match &row.topple {
+        Some(topple) => {
+            let place = if topple.over_edge {
+                "over an edge"
+            } else {
+                "on fair ground"
+            };
+            format!("Topples {place} at {:.2} s", topple.time_s)
+        }
+        None if !row.armed => "Is never armed".to_owned(),
+        None => return Ok(()),
     };
     let file: PathBuf = folder.join(&scenario.name).with_extension("toml");
-    let place = if topple.over_edge {
-        "over an edge"
-    } else {
-        "on fair ground"
-    };
-    let text = operated::text(scenario);
     let command = format!("cargo demo --nodes native --scenario {}", file.display());
     println!("       {command}");
-    let head = format!(
-        "# Topples {place} at {:.2} s.\n# {command}\n",
-        topple.time_s
-    );
-    fs::write(file, head + &text)
+    let head = format!("# {what}.\n# {command}\n");
+    fs::write(file, head + &operated::text(scenario))
 }

@@ -68,4 +68,8 @@ pub struct Outputs {
     pub heat: [u16; 2],
     /// State of the rotor's alignment (object 0x2064).
     pub alignment: AlignmentState,
+    /// Supply voltage, mV; 0 if it is negative or NaN (object 0x6079).
+    pub supply_voltage: u32,
+    /// Actuated switches: bit 0 negative limit, bit 1 positive limit, bit 2 home (object 0x60fd).
+    pub digital_inputs: u32,
 }

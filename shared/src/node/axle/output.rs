@@ -6,10 +6,11 @@ use super::{ActiveLimit, Axle, BridgeDemand, Inputs, Outputs};
 use crate::bus::cia402::{State, mode, status};
 use crate::bus::pdo::{DriveMotion, DriveStatus};
 use crate::faults::Reaction;
-use crate::math::{saturate, to_i16};
+use crate::math::{saturate, to_i16, to_i32};
 use crate::motor::alignment::Progress;
 use crate::motor::cascade::Demand;
 use crate::motor::limits::{Conditions, Limited};
+use crate::sensors::Switches;
 
 fn conditions(inputs: &Inputs, velocity: f32) -> Conditions {
     Conditions {
@@ -18,6 +19,13 @@ fn conditions(inputs: &Inputs, velocity: f32) -> Conditions {
         velocity,
         temperatures: inputs.temperatures,
     }
+}
+
+/// Word of object 0x60fd.
+fn digital_inputs(switches: Switches) -> u32 {
+    u32::from(switches.negative_limit)
+        | u32::from(switches.positive_limit) << 1
+        | u32::from(switches.home) << 2
 }
 
 impl Axle {
@@ -68,6 +76,8 @@ impl Axle {
             snapshot: self.snapshot.take(),
             heat: self.limiter.heat(),
             alignment: self.commutation.state(),
+            supply_voltage: to_i32(inputs.supply_voltage * 1e3).max(0).unsigned_abs(),
+            digital_inputs: digital_inputs(inputs.switches),
         }
     }
 
