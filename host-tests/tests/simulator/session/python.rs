@@ -118,6 +118,51 @@ fn the_example_drives_the_robot_through_its_guard() {
     }
 }
 
+/// Last line of numbers that `examples/python/bench.py` prints with these arguments for node 2 of
+/// this scenario.
+fn on_the_bench(name: &str, scenario: &str, arguments: &[&str]) -> String {
+    build();
+    let (command, _) = command(name, &["--scenario", scenario, "--slcan", "127.0.0.1:0"]);
+    let (_demo, address) = waiting(Demo::start(command));
+    let output = run(&[&["examples/python/bench.py", &address], arguments].concat());
+    assert!(output.status.success(), "{output:?}");
+    let printed = String::from_utf8(output.stdout).expect("a text");
+    printed.lines().last().expect("a line").to_owned()
+}
+
+/// The number behind `word` in `line`.
+fn number(line: &str, word: &str) -> f64 {
+    let (_, rest) = line.split_once(word).expect(word);
+    let first = rest.split_whitespace().next().expect("a number");
+    first
+        .parse()
+        .unwrap_or_else(|error| panic!("{error}: {line}"))
+}
+
+#[test]
+fn the_bench_program_turns_one_motor_without_a_guard() {
+    let line = on_the_bench("turned", &scenario("bench"), &["--velocity", "0.5"]);
+    assert!((number(&line, "velocity") - 0.5).abs() < 0.05, "{line}");
+    assert!(number(&line, "position") > 0.05, "{line}");
+    assert!((number(&line, "supply") - 24.0).abs() < 0.5, "{line}");
+}
+
+/// The step of docs/hardware.md in which a resistor stands for the motor.
+#[test]
+fn the_bench_program_drives_a_resistor_with_the_asked_current() {
+    let text = fs::read_to_string(scenario("bench")).expect("the scenario");
+    let resistor = "[motor.left_track]\nkind = \"dc\"\nresistance_ohm = 4.7\n\
+                    inductance_d_h = 0.000002\nflux_wb = 0.00001\n\
+                    [settings.left_track]\nresistance = 4700\ninductance = 10\n\
+                    torque_constant = 40000\n";
+    let path = root().join("target/resistor.toml");
+    fs::write(&path, text + resistor).expect("a file");
+    let path = path.to_str().expect("a text");
+    let line = on_the_bench("resistor", path, &["--current", "1.0"]);
+    assert!((number(&line, "current") - 1.0).abs() < 0.03, "{line}");
+    assert!(number(&line, "velocity").abs() < 0.01, "{line}");
+}
+
 #[test]
 fn the_program_on_the_page_about_the_bus_reads_a_position() {
     build();
