@@ -59,6 +59,7 @@ fn every_shipped_scenario_is_good_and_named_like_its_file() {
     assert_eq!(
         names,
         [
+            "bench",
             "client",
             "curb-turned-and-folded",
             "flat",
