@@ -347,4 +347,26 @@ mod tests {
             assert_eq!(state, expected, "{word:#x}");
         }
     }
+
+    #[test]
+    fn the_bits_of_both_words_are_where_the_standard_has_them() {
+        let control = [
+            CONTROL_START,
+            CHANGE_IMMEDIATELY,
+            RELATIVE,
+            CONTROL_FAULT_RESET,
+            CONTROL_HALT,
+        ];
+        assert_eq!(control, [0x0010, 0x0020, 0x0040, 0x0080, 0x0100]);
+        let status = [
+            status::TARGET_REACHED,
+            status::LIMIT_ACTIVE,
+            status::FOLLOWING,
+            status::ERROR_OF_MODE,
+            status::HOMED,
+            status::ALIGNING,
+        ];
+        assert_eq!(status, [0x0400, 0x0800, 0x1000, 0x2000, 0x4000, 0x8000]);
+        assert_eq!(mode::TAUT, -1);
+    }
 }
