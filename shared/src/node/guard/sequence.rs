@@ -134,7 +134,7 @@ mod tests {
         assert_eq!(State::from_code(HELD + 1), None);
     }
 
-    /// The codes in object 0x4001, which logs and clients know.
+    /// Clients and logs know the states by these codes.
     #[test]
     fn the_code_of_a_state_is_the_documented_one() {
         let stages = (0..4).map(State::Starting);
