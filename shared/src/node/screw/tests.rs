@@ -123,7 +123,7 @@ fn released() -> f64 {
 #[test]
 fn the_set_point_is_the_taut_length_at_the_joint_angle_of_now() {
     let mut screw = driving(0, 1.0);
-    for theta in [-3.0, -1.2, -0.4, 0.3, 1.0, 2.0, 3.0] {
+    for theta in [-3.0, -1.2, -0.05, 0.03, 0.3, 2.0, 3.0] {
         for rate in [-2.0, -0.3, 0.0, 0.5, 2.0] {
             for age_us in [0, 4_000, 24_000] {
                 let motion = engaged(&mut screw, (theta, rate), age_us, 0);
