@@ -297,4 +297,24 @@ mod tests {
             assert_eq!(strongest, faults.reaction(), "{faults:?}");
         }
     }
+
+    #[test]
+    fn sets_are_united_intersected_and_subtracted_fault_by_fault() {
+        let sets = |random: u32| Faults::from_bits(random.wrapping_mul(0x9e37_79b9) >> 3);
+        for seed in 1..200 {
+            let (first, second) = (sets(seed), sets(seed + 777));
+            for fault in ALL {
+                let (one, other) = (first.contains(*fault), second.contains(*fault));
+                assert_eq!(first.or(second).contains(*fault), one || other);
+                assert_eq!(first.and(second).contains(*fault), one && other);
+                assert_eq!(first.without(second).contains(*fault), one && !other);
+                let mut inserted = first;
+                inserted.insert_if(*fault, false);
+                assert_eq!(inserted, first);
+                inserted.insert_if(*fault, true);
+                assert_eq!(inserted, first.or(Faults::of(*fault)));
+            }
+        }
+        assert!(Faults::NONE.is_empty() && !Faults::of(ALL[0]).is_empty());
+    }
 }

@@ -266,8 +266,8 @@ impl Geometry {
     ///
     /// The formula is `tan^2(theta / 2) = (K + L1)(2 r - (K - L1)) / ((K - L1)((K + L1) - 2 r))`.
     /// It follows from eq. 2 and keeps its precision at both ends, where a cosine would lose it. A
-    /// length beyond an end by less than 2^-24 m counts as that end. Other lengths beyond an end
-    /// are refused.
+    /// length beyond an end by at most 2^-24 m counts as that end. Other lengths beyond an end are
+    /// refused.
     ///
     /// # Errors
     /// [`LengthOutOfRange`] if no angle makes the belt taut at `length`.

@@ -214,6 +214,75 @@ fn geometries_beyond_a_bound_are_refused_with_the_bound() {
 }
 
 #[test]
+fn lengths_in_micrometres_are_rounded_to_the_nearest_step() {
+    // Twice the exact number of steps of 2^-28 m, as a fraction of 10^6.
+    let nearest = |um: i64| (((um << 29) + 1_000_000).div_euclid(2_000_000)) as i32;
+    for um in [10_000, 10_001, 319_999, 320_000, 654_321, 999_999] {
+        let geometry = Geometry::from_micrometres(um, 1, 4 * um.min(900_000)).unwrap();
+        assert_eq!(geometry.l1().to_bits(), nearest(i64::from(um)), "{um}");
+        assert_eq!(geometry.l2().to_bits(), nearest(1));
+    }
+    for um in [-1, -2, -1_000_003] {
+        match Geometry::from_micrometres(320_000, um, 1_000_000) {
+            Err(GeometryError::L2BelowMinimum { got, .. }) => {
+                assert_eq!(got.to_bits(), nearest(i64::from(um)), "{um}");
+            }
+            other => panic!("{other:?}"),
+        }
+    }
+}
+
+#[test]
+fn a_check_without_the_table_refuses_the_same_lengths() {
+    let mut state = 7;
+    for _ in 0..200 {
+        let mut um = |from: f64, to: f64| (from + (to - from) * random(&mut state)) as i32;
+        let (l1, l2, k) = (um(0.0, 1.1e6), um(-2e5, 1e6), um(0.0, 4.2e6));
+        assert_eq!(
+            Geometry::check_micrometres(l1, l2, k),
+            Geometry::from_micrometres(l1, l2, k).map(|_| ()),
+            "{l1} {l2} {k}"
+        );
+    }
+}
+
+#[test]
+fn two_steps_below_a_bound_are_rounding_and_three_are_refused() {
+    let (l1, l2) = (I4F28::from_num(0.3125), I4F28::from_num(0.25));
+    let short = |k: f64, steps: i32| I4F28::from_num(k) - I4F28::from_bits(steps);
+    // `L1 + 2 L2` and `2.4 L1`; all of them are fixed-point numbers.
+    for (l2, k) in [(l2, 0.8125), (I4F28::ZERO, 0.75)] {
+        assert!(Geometry::check(l1, l2, short(k, 2)).is_ok(), "{k}");
+        assert!(Geometry::check(l1, l2, short(k, 3)).is_err(), "{k}");
+    }
+}
+
+#[test]
+fn the_released_length_is_the_taut_one_at_angle_zero() {
+    for geometry in sampled_geometries() {
+        let (released, _) = reference(&geometry, 0.0, 1.0);
+        let length = metres(geometry.released_length());
+        assert!((length - released).abs() <= 2.0 * metres(I4F28::DELTA));
+    }
+}
+
+#[test]
+fn an_extension_counts_as_an_end_up_to_a_step_of_the_resolution_beyond_it() {
+    let geometry = nominal();
+    let (low, high) = (geometry.inverse(I4F28::MIN), geometry.inverse(I4F28::MAX));
+    let (low, high) = (low.unwrap_err().minimum, high.unwrap_err().maximum);
+    for (beyond, accepted) in [(0, true), (16, true), (18, false)] {
+        let beyond = I4F28::from_bits(beyond);
+        let ends = [
+            geometry.inverse(low - beyond),
+            geometry.inverse(high + beyond),
+        ];
+        assert_eq!(ends[0].ok(), accepted.then_some(Angle::ZERO), "{beyond}");
+        assert_eq!(ends[1].is_ok(), accepted, "{beyond}");
+    }
+}
+
+#[test]
 fn inverse_returns_the_angle_of_every_extension() {
     for geometry in sampled_geometries() {
         for step in 0..=1000 {

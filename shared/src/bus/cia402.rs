@@ -292,4 +292,81 @@ mod tests {
         }
         assert_eq!(state, State::OperationEnabled);
     }
+
+    /// CiA 402, table of the controlword: bits 0 to 3 of each command, `x` is any.
+    #[test]
+    fn every_controlword_gives_the_command_of_its_four_low_bits() {
+        for word in 0..=u16::MAX {
+            let expected = match [3, 2, 1, 0].map(|bit| word >> bit & 1) {
+                [_, _, 0, _] => DriveCommand::DisableVoltage,
+                [_, 0, 1, _] => DriveCommand::QuickStop,
+                [_, 1, 1, 0] => DriveCommand::Shutdown,
+                [0, 1, 1, 1] => DriveCommand::SwitchOn,
+                _ => DriveCommand::EnableOperation,
+            };
+            assert_eq!(DriveCommand::from_controlword(word), expected, "{word:#x}");
+        }
+    }
+
+    #[test]
+    fn the_states_are_ordered_by_what_they_allow_the_motor_to_do() {
+        let rising = [
+            State::SwitchOnDisabled,
+            State::ReadyToSwitchOn,
+            State::SwitchedOn,
+            State::QuickStopActive,
+            State::OperationEnabled,
+        ];
+        for (low, state) in rising.into_iter().enumerate() {
+            for (high, other) in rising.into_iter().enumerate() {
+                assert_eq!(state.is_above(other), low > high, "{state:?} {other:?}");
+            }
+            assert_eq!(state.is_above(State::Fault), low > 0);
+            assert!(!State::Fault.is_above(state));
+        }
+    }
+
+    #[test]
+    fn seven_modes_and_none_are_supported_and_three_of_them_command_no_position() {
+        let supported: [i8; 8] = [-1, 0, 1, 3, 6, 8, 9, 10];
+        for mode in i8::MIN..=i8::MAX {
+            assert_eq!(
+                mode::is_supported(mode),
+                supported.contains(&mode),
+                "{mode}"
+            );
+            assert_eq!(mode::controls_position(mode), ![3, 9, 10].contains(&mode));
+        }
+    }
+
+    #[test]
+    fn a_statusword_that_no_state_has_is_no_state() {
+        for word in [0x00, 0x21, 0x4f, 0x47] {
+            let state = State::from_statusword(word);
+            let expected = (word == 0x21).then_some(State::ReadyToSwitchOn);
+            assert_eq!(state, expected, "{word:#x}");
+        }
+    }
+
+    #[test]
+    fn the_bits_of_both_words_are_where_the_standard_has_them() {
+        let control = [
+            CONTROL_START,
+            CHANGE_IMMEDIATELY,
+            RELATIVE,
+            CONTROL_FAULT_RESET,
+            CONTROL_HALT,
+        ];
+        assert_eq!(control, [0x0010, 0x0020, 0x0040, 0x0080, 0x0100]);
+        let status = [
+            status::TARGET_REACHED,
+            status::LIMIT_ACTIVE,
+            status::FOLLOWING,
+            status::ERROR_OF_MODE,
+            status::HOMED,
+            status::ALIGNING,
+        ];
+        assert_eq!(status, [0x0400, 0x0800, 0x1000, 0x2000, 0x4000, 0x8000]);
+        assert_eq!(mode::TAUT, -1);
+    }
 }

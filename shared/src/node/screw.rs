@@ -236,3 +236,6 @@ impl<G: Borrow<Geometry>> Screw<G> {
         to_i32(retreat * 268_435_456.0)
     }
 }
+
+#[cfg(test)]
+mod tests;

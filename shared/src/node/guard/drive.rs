@@ -287,3 +287,6 @@ impl Drive {
         .frame(receive(1), self.id)
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -261,3 +261,6 @@ impl Drives {
         })
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -42,3 +42,40 @@ impl Gate {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn motors_off_opens_every_bridge_and_only_a_driving_operator_starts_the_robot() {
+        for code in 0..=7 {
+            let state = State::from_code(code).unwrap();
+            for drives in [false, true] {
+                assert_eq!(Gate::of(state, true, drives), Gate::Off);
+                let expected = match code {
+                    0 | 1 => Gate::Hold,
+                    6 => Gate::Open,
+                    7 => Gate::Keep,
+                    _ if drives => Gate::Open,
+                    _ => Gate::Hold,
+                };
+                assert_eq!(Gate::of(state, false, drives), expected, "{state:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_gate_that_is_not_open_lets_no_drive_start() {
+        for enabled in [false, true] {
+            let drive = DriveState {
+                enabled,
+                ..DriveState::default()
+            };
+            let passed = [Gate::Off, Gate::Hold, Gate::Keep, Gate::Open]
+                .map(|gate| gate.pass(Goal::Home, &drive));
+            let kept = if enabled { Goal::Home } else { Goal::Hold };
+            assert_eq!(passed, [Goal::Off, Goal::Hold, kept, Goal::Home]);
+        }
+    }
+}

@@ -109,3 +109,63 @@ pub(super) fn position(state: &State) -> GuardPosition {
         },
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::stability::support::Edge;
+
+    #[test]
+    fn an_intervention_counts_once_when_its_kind_begins() {
+        let mut tally = Tally::default();
+        for (verdict, refused, scaled) in [
+            (Verdict::Passed, 0, 0),
+            (Verdict::Scaled(Edge::Back), 0, 1),
+            (Verdict::Scaled(Edge::Left), 0, 1),
+            (Verdict::Refused(Edge::Left), 1, 1),
+            (Verdict::Refused(Edge::Front), 1, 1),
+            (Verdict::Scaled(Edge::Front), 1, 2),
+            (Verdict::Passed, 1, 2),
+            (Verdict::Unattended, 2, 2),
+            (Verdict::Passed, 2, 2),
+            (Verdict::Unattended, 3, 2),
+        ] {
+            tally.count(verdict);
+            assert_eq!(
+                (tally.refused, tally.scaled),
+                (refused, scaled),
+                "{verdict:?}"
+            );
+            assert_eq!(tally.verdict, verdict);
+        }
+    }
+
+    /// Two bits of validity for each of north, east, up and heading, the lowest first.
+    #[test]
+    fn a_position_is_in_centimetres_and_tenths_of_a_second() {
+        let mut state = State::default();
+        assert_eq!(position(&state).age, u8::MAX, "no position");
+        for (axis, (value, validity)) in [
+            (1.23, Validity::Measured),
+            (-4.5, Validity::Invalid),
+            (0.07, Validity::Measured),
+            (9.0, Validity::Measured),
+        ]
+        .into_iter()
+        .enumerate()
+        {
+            (state[axis].value, state[axis].validity) = (value, validity);
+        }
+        for (age_ms, age) in [(0, 0), (99, 0), (1_200, 12), (25_499, 254), (90_000, 255)] {
+            state[0].age_ms = age_ms;
+            let sent = position(&state);
+            assert_eq!((sent.north, sent.east, sent.up), (123, -450, 7));
+            let (valid, invalid) = (Validity::Measured as u8, Validity::Invalid as u8);
+            let bits = [valid, invalid, valid, valid];
+            for (axis, expected) in bits.into_iter().enumerate() {
+                assert_eq!(sent.validity >> (2 * axis) & 3, expected, "axis {axis}");
+            }
+            assert_eq!(sent.age, age);
+        }
+    }
+}

@@ -110,4 +110,18 @@ mod tests {
             assert_eq!(reader.request(4, 1_000_000), None);
         }
     }
+
+    #[test]
+    fn an_answer_about_another_object_is_no_scale() {
+        for first in [0x4b, 0x4f, 0x80] {
+            for object in [[0x11, 0x20], [0x10, 0x21]] {
+                let [low, high] = object;
+                let mut reader = ScaleReader::default();
+                reader.request(4, 0);
+                let answer = Frame::new(0x584, &[first, low, high, 0, 0, 0, 2, 6]).unwrap();
+                assert!(!reader.receive(&answer, 4), "{first:#x} {object:?}");
+                assert_eq!(reader.found(), None);
+            }
+        }
+    }
 }

@@ -113,4 +113,21 @@ mod tests {
     fn a_guard_that_begins_late_catches_nothing_up() {
         assert_eq!(duties(400, 1_000_000)[3], 100);
     }
+
+    /// Tick within a SYNC period of 4 ms in which each duty comes, after the first period.
+    #[test]
+    fn the_evaluation_comes_at_half_a_period_and_the_position_a_quarter_before_the_next() {
+        let mut schedule = Schedule::new(&Settings::default());
+        for tick in 0..400_u64 {
+            let due = schedule.due(tick * 1_000);
+            let found = (due.evaluation, due.position, due.sync);
+            let expected = match tick % 4 {
+                0 => (tick == 0, tick == 0, true),
+                phase => (phase == 2, phase == 3, false),
+            };
+            assert_eq!(found, expected, "tick {tick}");
+            // Of the fourth SYNC, at tick 12, and every fourth after it.
+            assert_eq!(due.offsets, tick % 16 == 15, "tick {tick}");
+        }
+    }
 }

@@ -133,4 +133,46 @@ mod tests {
         }
         assert_eq!(State::from_code(HELD + 1), None);
     }
+
+    /// Clients and logs know the states by these codes.
+    #[test]
+    fn the_code_of_a_state_is_the_documented_one() {
+        let stages = (0..4).map(State::Starting);
+        let states = [State::Waiting, State::Ready].into_iter().chain(stages);
+        for (code, state) in states.chain([State::Armed, State::Held]).enumerate() {
+            assert_eq!(usize::from(state.code()), code, "{state:?}");
+            assert_eq!(State::from_code(code as u8), Some(state));
+        }
+    }
+
+    #[test]
+    fn a_state_has_the_name_of_its_stage() {
+        let names = [
+            State::Waiting,
+            State::Ready,
+            State::Starting(1),
+            State::Starting(9),
+            State::Armed,
+            State::Held,
+        ]
+        .map(|state| state.name(&["homing", "raising"]));
+        let expected = [
+            "waiting for nodes",
+            "ready",
+            "raising",
+            "starting",
+            "armed",
+            "held",
+        ];
+        assert_eq!(names, expected);
+    }
+
+    #[test]
+    fn a_robot_drives_or_was_driving_in_every_state_but_waiting_and_ready() {
+        for code in 0..=7 {
+            let state = State::from_code(code).unwrap();
+            assert_eq!(state.driving(), code >= 2, "{state:?}");
+            assert_eq!(state.phase().is_some(), code >= 2, "{state:?}");
+        }
+    }
 }

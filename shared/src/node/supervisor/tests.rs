@@ -273,3 +273,131 @@ fn one_good_sample_starts_the_dwell_anew() {
         assert_eq!(supervisor.check(&now, &bounds, STALL), Faults::NONE);
     }
 }
+
+/// Returns the faults that these readings raise within the longest dwell.
+fn faults_of(readings: Readings, bounds: &Bounds) -> Faults {
+    let mut supervisor = Supervisor::default();
+    (0..200).fold(Faults::NONE, |all, _| {
+        all.or(supervisor.check(&readings, bounds, STALL))
+    })
+}
+
+#[test]
+fn a_reading_exactly_at_its_bound_raises_no_fault() {
+    let bounds = Bounds {
+        temperatures: [90.0, 120.0],
+        ..bounds()
+    };
+    for sign in [1.0, -1.0] {
+        let at_the_bounds = Readings {
+            current: 12.5 * sign,
+            velocity: bounds.overspeed * sign,
+            commanded_velocity: bounds.overspeed * sign,
+            supply_voltage: bounds.over_voltage,
+            following_error: 400 * sign as i64,
+            temperatures: Temperatures {
+                bridge: Some(90.0),
+                motor: Some(120.0),
+            },
+            ..GOOD
+        };
+        assert_eq!(faults_of(at_the_bounds, &bounds), Faults::NONE);
+        let standing = Readings {
+            supply_voltage: bounds.under_voltage,
+            velocity: STALL.standing * sign,
+            demand: 10.0 * sign,
+            ..at_the_bounds
+        };
+        assert_eq!(faults_of(standing, &bounds), Faults::NONE);
+        let pushing = Readings {
+            velocity: 0.0,
+            demand: STALL.pushing * sign,
+            ..standing
+        };
+        assert_eq!(faults_of(pushing, &bounds), Faults::NONE);
+    }
+}
+
+#[test]
+fn a_sensor_that_must_be_there_is_watched_and_another_one_is_not() {
+    let with = |bridge, motor| Readings {
+        temperatures: Temperatures { bridge, motor },
+        ..GOOD
+    };
+    let none = bounds();
+    for motor in [None, Some(500.0), Some(f32::NAN), Some(f32::INFINITY)] {
+        assert_eq!(faults_of(with(None, motor), &none), Faults::NONE);
+        let both = Bounds {
+            temperatures: [90.0, 120.0],
+            ..none
+        };
+        let hot = Faults::of(Fault::OverTemperature);
+        let invalid = Faults::of(Fault::InvalidReading);
+        let expected = match motor {
+            Some(500.0) => hot,
+            Some(f32::INFINITY) => hot.or(invalid),
+            _ => invalid,
+        };
+        assert_eq!(faults_of(with(Some(20.0), motor), &both), expected);
+        assert_eq!(faults_of(with(motor, Some(20.0)), &both), expected);
+    }
+}
+
+#[test]
+fn a_reading_is_invalid_if_it_is_not_finite_however_large_it_is() {
+    let bounds = bounds();
+    for (current, supply_voltage, finite) in [
+        (1e30, 1e30, true),
+        (1.0, f32::INFINITY, false),
+        (f32::INFINITY, 24.0, false),
+        (f32::NEG_INFINITY, 24.0, false),
+        (0.0, f32::NAN, false),
+    ] {
+        let readings = Readings {
+            current,
+            supply_voltage,
+            ..GOOD
+        };
+        let faults = faults_of(readings, &bounds);
+        assert_eq!(faults.contains(Fault::InvalidReading), !finite);
+    }
+}
+
+#[test]
+fn an_axle_that_moves_or_has_no_power_is_not_blocked() {
+    let pushed = Readings {
+        demand: 10.0,
+        velocity: 0.0,
+        ..GOOD
+    };
+    let bounds = bounds();
+    assert!(faults_of(pushed, &bounds).contains(Fault::Blocked));
+    let (mut moving, mut off) = (pushed, pushed);
+    (moving.velocity, off.powered) = (3.0, false);
+    assert_eq!(faults_of(moving, &bounds), Faults::NONE);
+    assert_eq!(faults_of(off, &bounds), Faults::NONE);
+}
+
+/// A deviation is a fifth of the velocity limit of 6 rad/s, against more than half of 10 A.
+#[test]
+fn a_little_speed_against_a_small_current_is_no_deviation() {
+    assert!(deviates(2.0, 10.0, |ms| -0.05 * ms), "past the deviation");
+    let slow = |ms: f32| -(0.05 * ms).min(1.15);
+    assert!(!deviates(2.0, 10.0, slow), "less speed than a deviation");
+    assert!(!deviates(2.0, 5.0, |ms| -0.05 * ms), "half of the current");
+}
+
+#[test]
+fn braking_after_a_run_is_no_deviation() {
+    let (mut supervisor, bounds) = (Supervisor::default(), bounds());
+    let mut now = GOOD;
+    for tick in 0..120 {
+        let ms = tick as f32;
+        (now.velocity, now.commanded_velocity, now.demand) = if tick < 60 {
+            (0.1 * ms, 6.0, 5.0)
+        } else {
+            (6.0 - 0.05 * (ms - 60.0), 0.0, -8.0)
+        };
+        assert_eq!(supervisor.check(&now, &bounds, STALL), Faults::NONE);
+    }
+}

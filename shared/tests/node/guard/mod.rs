@@ -1,5 +1,6 @@
 //! Tests of the guard's tick with drives that follow every controlword at once.
 
+mod arming;
 mod bench;
 mod commissioning;
 mod drives;

@@ -1,0 +1,122 @@
+//! Tests of arming: its stages, its end by the operator, and the start command of the network.
+
+use super::bench::{Bench, DRIVES};
+use tautrack::bus::cia402::controlword;
+use tautrack::bus::network::{NmtCommand, nmt};
+use tautrack::bus::pdo::Request;
+use tautrack::can::Frame;
+use tautrack::node::guard::State;
+use tautrack::settings::Settings;
+
+fn state(bench: &mut Bench) -> State {
+    let outputs = bench.run(4);
+    State::from_code(outputs.state.state).expect("a state")
+}
+
+/// A guard in the middle of its stages.
+fn starting() -> Bench {
+    let mut bench = Bench::new(&Settings::default());
+    bench.run(200);
+    // Drives that need long for their alignment keep the guard in its stage.
+    bench.aligns_until_us = u64::MAX;
+    bench.request(Request::Arm);
+    bench.run(100);
+    assert!(matches!(state(&mut bench), State::Starting(_)));
+    assert!(
+        words(&bench).contains(&controlword::ENABLE_OPERATION),
+        "a drive is being enabled"
+    );
+    bench
+}
+
+fn words(bench: &Bench) -> [u16; 4] {
+    DRIVES.map(|id| bench.controlword(id).expect("a set-point"))
+}
+
+#[test]
+fn a_robot_whose_drives_are_homed_needs_only_the_last_stage() {
+    let mut bench = Bench::new(&Settings::default());
+    bench.run(200);
+    let mut states = vec![state(&mut bench)];
+    bench.request(Request::Arm);
+    for _ in 0..400 {
+        let state = state(&mut bench);
+        if states.last() != Some(&state) {
+            states.push(state);
+        }
+    }
+    assert_eq!(states, [State::Ready, State::Starting(3), State::Armed]);
+}
+
+#[test]
+fn motors_off_opens_every_bridge_in_every_state() {
+    for mut bench in [starting(), Bench::armed()] {
+        bench.request(Request::Disarm);
+        assert_eq!(state(&mut bench), State::Ready);
+        assert_eq!(words(&bench), [controlword::DISABLE_VOLTAGE; 4]);
+    }
+}
+
+#[test]
+fn a_stage_goes_on_only_while_the_operator_requests_it_and_attends() {
+    for reason in ["stop", "silence", "emergency stop", "override"] {
+        let mut bench = starting();
+        match reason {
+            "stop" => bench.request(Request::Stop),
+            "override" => bench.request(Request::Override),
+            "silence" => bench.command = None,
+            _ => bench.emergency_stop = true,
+        }
+        bench.run(400);
+        assert_eq!(words(&bench), [controlword::QUICK_STOP; 4], "{reason}");
+        bench.aligns_until_us = 0;
+        bench.run(1_000);
+        let stopped = state(&mut bench);
+        assert!(
+            matches!(stopped, State::Starting(_)),
+            "{reason}: {stopped:?}"
+        );
+    }
+}
+
+#[test]
+fn an_emergency_stop_before_arming_prevents_it_until_a_reset() {
+    let mut bench = Bench::new(&Settings::default());
+    bench.run(200);
+    bench.emergency_stop = true;
+    bench.run(20);
+    bench.emergency_stop = false;
+    bench.request(Request::Arm);
+    bench.run(1_000);
+    assert_eq!(state(&mut bench), State::Ready);
+    bench.request(Request::Reset);
+    bench.run(100);
+    bench.request(Request::Arm);
+    bench.run(1_000);
+    assert_eq!(state(&mut bench), State::Armed);
+}
+
+#[test]
+fn the_start_command_goes_out_when_all_drives_are_there_and_again_for_one_that_waits() {
+    let starts = |bench: &mut Bench, ticks: u64| {
+        (0..ticks)
+            .filter(|_| {
+                let outputs = bench.tick();
+                outputs.frames.contains(&nmt(NmtCommand::Start, 0))
+            })
+            .count()
+    };
+    let mut bench = Bench::new(&Settings::default());
+    bench.silent = Some(5);
+    assert_eq!(starts(&mut bench, 400), 0, "a drive is missing");
+    bench.silent = None;
+    assert_eq!(starts(&mut bench, 400), 1);
+    let waits = Frame::new(0x703, &[0x7f]).unwrap();
+    bench.extra.push(waits);
+    assert_eq!(starts(&mut bench, 40), 1);
+    bench.request(Request::Arm);
+    bench.run(1_000);
+    assert_eq!(state(&mut bench), State::Armed);
+    bench.extra.push(waits);
+    assert_eq!(starts(&mut bench, 40), 0, "not while the robot drives");
+}
