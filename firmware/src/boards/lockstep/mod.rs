@@ -6,7 +6,8 @@
 //! `power_up` handles the start message and `step` the step messages. `inputs` holds the sensor
 //! readings, `chips` the sensor chips on the robot's body, `brake` the output to the brake, `flash`
 //! the settings in flash, `clock` provides timer and executor, `critical_section` is that of a core
-//! without interrupts, `log_buffer` replaces the debug probe (with `text_log` where the records are text) and `starvation` the watchdog.
+//! without interrupts, `log_buffer` replaces the debug probe (with `text_log` where the records are
+//! text) and `starvation` the watchdog.
 
 mod brake;
 mod chips;
