@@ -2,10 +2,10 @@
 //! it a program on a board.
 //!
 //! [`boards`] is the hardware interface and its implementations · [`current_loop`] the PWM
-//! interrupt · [`bus`] CANopen · [`serial`] the serial line · [`watchdog`] checks that all parts
-//! still run · [`storage`] settings in flash · [`roles`] the tasks of each kind of node · `cost`
-//! counts the instructions of the control code. A binary picks one role and runs it on the selected
-//! board.
+//! interrupt · [`bus`] CANopen · [`serial`] the serial line · [`sensors`] the chips of the sensors
+//! on the robot's body · [`watchdog`] checks that all parts still run · [`storage`] settings in
+//! flash · [`roles`] the tasks of each kind of node · `cost` counts the instructions of the control
+//! code. A binary picks one role and runs it on the selected board.
 #![no_std]
 // The logging macros of the target (defmt) do not support inline arguments.
 #![allow(clippy::uninlined_format_args)]
@@ -19,6 +19,7 @@ pub mod bus;
 pub mod cost;
 pub mod current_loop;
 pub mod roles;
+pub mod sensors;
 pub mod serial;
 pub mod storage;
 pub mod watchdog;

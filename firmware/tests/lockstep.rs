@@ -7,8 +7,7 @@ use object::read::elf::ElfFile32;
 use object::{Object, ObjectSection, ObjectSegment};
 use std::time::Instant;
 use tautrack::can::Frame;
-use tautrack::link::{Sensors, Stepped};
-use tautrack::sensors::BodySensors;
+use tautrack::link::{BodyMeasurands, Sensors, Stepped};
 
 const NODE: u16 = 5;
 const STEPS: u32 = 2_000;
@@ -56,8 +55,8 @@ fn sensors(step: u32) -> Sensors {
     Sensors {
         shaft_torque: 8.0 * wave,
         supply_voltage: 24.0 - wave,
-        body: Some(BodySensors {
-            inclination: [0.1 * wave, 0.0],
+        body: Some(BodyMeasurands {
+            inclination: Some([0.1 * wave, 0.0]),
             specific_force: [0.0, 0.0, 9.81],
             magnetic_field: [20.0 - 5.0 * wave, 7.0 * wave, -42.0],
             ..Default::default()

@@ -9,9 +9,8 @@ use tautrack::bus::pdo::{
     DriveMotion, GuardState, OperatorCommand, Payload, Request, receive, transmit,
 };
 use tautrack::can::Frame;
-use tautrack::link::Sensors;
+use tautrack::link::{BodyMeasurands, Sensors};
 use tautrack::node::guard::State;
-use tautrack::sensors::BodySensors;
 use tautrack::settings::Setting;
 
 /// Roles and node ids that match the defaults of the settings.
@@ -68,7 +67,8 @@ impl Network {
 
     /// Runs one step. The operator requests to stop, and to arm from 1 s on.
     fn advance(&mut self) -> &[(usize, Frame)] {
-        let level = BodySensors {
+        let level = BodyMeasurands {
+            inclination: Some([0.0; 2]),
             specific_force: [0.0, 0.0, 9.81],
             ..Default::default()
         };

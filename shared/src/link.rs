@@ -8,12 +8,12 @@
 
 use crate::can::Frame;
 pub use crate::motor::model::{MotorModel, Shaft, ThreePhaseModel, WindingModel};
-use crate::sensors::{BodySensors, Switches};
+use crate::sensors::Switches;
 use heapless::Vec;
 use serde::{Deserialize, Serialize};
 
 /// Version of these messages. Both sides compare it before anything else.
-pub const VERSION: u16 = 6;
+pub const VERSION: u16 = 7;
 /// Length of a lockstep step in microseconds.
 pub const STEP_US: u64 = 1_000;
 /// Maximum number of frames that one step can deliver to a node, or take from it. A bus with 1
@@ -83,8 +83,44 @@ pub struct Sensors {
     pub switches: Switches,
     /// The encoder keeps its last count whatever the rotor does: an injected fault.
     pub encoder_frozen: bool,
-    /// Sensors on the robot's body; `None` on a node that has none.
-    pub body: Option<BodySensors>,
+    /// What acts on the sensors on the robot's body; `None` on a node that has none.
+    pub body: Option<BodyMeasurands>,
+}
+
+/// What acts on the sensors on the robot's body, in body axes: x forward, y left, z up. The chips
+/// of inertial unit and magnetometer are simulated in the node: they measure at their own rates and
+/// with their own resolution.
+#[derive(Clone, Copy, PartialEq, Debug, Default, Serialize, Deserialize)]
+pub struct BodyMeasurands {
+    /// Reading of the inclinometer, which is no chip on the node's board: pitch (nose up positive)
+    /// and roll (left side up positive), rad; `None` if it has not measured in this step.
+    pub inclination: Option<[f32; 2]>,
+    /// Specific force, with the noise of the accelerometer, m/s^2; (0, 0, +9.81) at rest on level
+    /// ground.
+    pub specific_force: [f32; 3],
+    /// Angular rate, with noise and constant error of the gyroscope, rad/s.
+    pub angular_rate: [f32; 3],
+    /// Magnetic flux density, with the noise of the magnetometer and the field of the robot's own
+    /// magnets (hard iron), uT.
+    pub magnetic_field: [f32; 3],
+    /// Injected faults of the inertial unit and of the magnetometer.
+    pub faults: [Option<ChipFault>; 2],
+}
+
+/// Fault of a sensor chip.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum ChipFault {
+    /// The chip holds the data line of the bus low: no transfer ends, to whichever chip.
+    BusStuck,
+    /// The chip does not acknowledge its address.
+    NoAcknowledge,
+    /// The output registers keep their values, though the chip reports new readings.
+    Frozen,
+    /// The identity register has the value of another chip.
+    WrongIdentity,
+    /// The chip measures half as often as its registers say.
+    HalfRate,
 }
 
 /// Message from the node to the simulator.

@@ -37,9 +37,11 @@ compile_error!("choose one board");
 
 #[cfg(not(target_family = "wasm"))]
 use crate::roles::Role;
+use crate::sensors::Rates;
+use embassy_executor::{SpawnError, Spawner};
 use embedded_storage::nor_flash::NorFlash;
 use tautrack::motor::bridge::Ratings;
-use tautrack::sensors::{BodySensors, Switches, Temperatures};
+use tautrack::sensors::{Switches, Temperatures};
 
 /// Interface between a board and the rest of the firmware. A board is a singleton, so its methods
 /// take no `self`.
@@ -85,9 +87,15 @@ pub trait Board {
     /// engage. A board without a brake output ignores it. The brake is engaged before the first
     /// call and after a reset.
     fn set_brake(released: bool);
-    /// Newest readings of the sensors on the robot's body, those fresh that came since the previous
-    /// call; `None` if the board has none. It does not wait.
-    fn body() -> Option<BodySensors>;
+    /// Starts the tasks that read the sensors on the robot's body into [`crate::sensors::newest`],
+    /// at these rates: [`crate::sensors::run`] for chips on an I2C bus. Only the guard calls it. A
+    /// board without sensors keeps this method.
+    ///
+    /// # Errors
+    /// A task runs already.
+    fn start_sensors(_: Spawner, _: Rates) -> Result<(), SpawnError> {
+        Ok(())
+    }
     /// Serial number of the board: differs between all boards of one bus.
     fn serial_number() -> u32;
     /// Flash for the settings. Erasing a page may take longer than [`crate::watchdog::PERIOD_US`],

@@ -4,6 +4,8 @@
 use super::{Refusal, Role, Spawners, dictionary, milli, refuse, start_bus, startable};
 use crate::boards::{Board, CONTROL_HZ, Selected};
 use crate::bus::{self, FrameQueue, Received};
+use crate::sensors::condition::{self, Chip};
+use crate::sensors::{Rates, newest};
 use crate::{serial, storage};
 use core::sync::atomic::{AtomicBool, Ordering};
 use embassy_time::{Duration, Instant, Ticker};
@@ -143,6 +145,8 @@ where
         .try_init(guard)
         .ok_or_else(|| refuse("guard", "it was started before"))?;
     start_bus(spawners.bus, settings, od::DICTIONARY, None, received)?;
+    Selected::start_sensors(spawners.bus, Rates::new(settings))
+        .map_err(|error| refuse("sensors", error))?;
     let control = control(guard, settings.id(Setting::NodeId));
     spawners.control.spawn(startable(control)?);
     Ok(())
@@ -178,7 +182,7 @@ async fn control(guard: &'static mut dyn Tick, node: u8) -> ! {
         let count = serial::RECEIVED.try_read(&mut bytes).unwrap_or(0);
         guard.tick(&Inputs {
             now_us: Instant::now().as_micros(),
-            body: Selected::body(),
+            body: newest::take(),
             operator: OPERATOR
                 .swap(false, Ordering::Relaxed)
                 .then(operator_command),
@@ -203,6 +207,7 @@ async fn control(guard: &'static mut dyn Tick, node: u8) -> ! {
             if let Some(sensor) = sensors.next() {
                 publish_sensor(sensor, guard.sensor(sensor));
             }
+            publish_chips();
         }
         if let Some((state, position)) = &outputs.robot {
             publish_robot(state, *position, guard.estimator());
@@ -279,6 +284,15 @@ fn publish_sensor(sensor: Sensor, state: SensorState) {
     od::OBJECT2100.set(place, state.health);
     od::OBJECT2101.set(place, state.rate);
     od::OBJECT2102.set(place, state.age_ms);
+}
+
+/// Writes condition and errors of the sensor chips into the objects.
+fn publish_chips() {
+    for chip in Chip::ALL {
+        // The arrays have an element for each chip.
+        od::OBJECT2112.set(chip as usize, condition::code(chip));
+        od::OBJECT2113.set(chip as usize, condition::errors(chip));
+    }
 }
 
 /// Writes the robot's state into the objects, once per SYNC.

@@ -1,7 +1,8 @@
-//! Faults of nodes and bus that a scenario can inject.
+//! Faults of nodes, bus and sensor chips that a scenario can inject.
 
 use crate::robots::node_name::NodeName;
 use serde::{Deserialize, Serialize};
+use tautrack::link::ChipFault;
 
 /// A fault that the run injects.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -45,6 +46,23 @@ pub enum FaultKind {
         /// Bit of the frame's data, 0 to 63.
         bit: u8,
     },
+    /// A sensor chip on the guard's board has a fault.
+    Sensor {
+        /// The chip.
+        chip: SensorChip,
+        /// Its fault.
+        fault: ChipFault,
+    },
+}
+
+/// Sensor chip on the guard's board, in the order of [`tautrack::link::BodyMeasurands::faults`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum SensorChip {
+    /// Inertial unit: accelerometer and gyroscope.
+    InertialUnit,
+    /// Magnetometer.
+    Magnetometer,
 }
 
 impl FaultKind {
@@ -55,6 +73,7 @@ impl FaultKind {
             | Self::EncoderFrozen(node)
             | Self::BusCut(node)
             | Self::Restart(node) => Some(node),
+            Self::Sensor { .. } => Some(NodeName::GUARD),
             Self::FrameLoss { .. } | Self::FrameFlip { .. } => None,
         }
     }
@@ -68,6 +87,20 @@ impl FaultKind {
             Self::Restart(_) => "restart".into(),
             Self::FrameLoss { probability } => format!("{} % of frames lost", probability * 100.0),
             Self::FrameFlip { frame, bit } => format!("bit {bit} of frame {frame} flipped"),
+            Self::Sensor { chip, fault } => {
+                let chip = match chip {
+                    SensorChip::InertialUnit => "inertial unit",
+                    SensorChip::Magnetometer => "magnetometer",
+                };
+                let fault = match fault {
+                    ChipFault::BusStuck => "holds its bus",
+                    ChipFault::NoAcknowledge => "does not acknowledge",
+                    ChipFault::Frozen => "frozen",
+                    ChipFault::WrongIdentity => "has a wrong identity",
+                    ChipFault::HalfRate => "at half its rate",
+                };
+                format!("{chip} {fault}")
+            }
         }
     }
 }

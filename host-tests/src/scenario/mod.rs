@@ -22,7 +22,7 @@ mod sensors;
 pub use description::Description;
 pub use error::ScenarioError;
 pub use expect::Expect;
-pub use fault::{Fault, FaultKind};
+pub use fault::{Fault, FaultKind, SensorChip};
 pub use motor::Motor;
 pub use operator::{Event, Operator, OperatorRequest, When};
 pub use script::{Ask, BusView, Script};

@@ -36,10 +36,10 @@ impl Sensors {
         *self == Self::default()
     }
 
-    /// The sensors of a plant, sampled at these rates.
+    /// The inclinometer of a plant, sampled at its rate. The guard sets the rate of its inertial
+    /// unit by itself.
     pub fn sampling(&self) -> Sampling {
-        let hz = |rate: i32| u64::from(rate.unsigned_abs());
-        Sampling::new(hz(self.inertial_hz), hz(self.inclinometer_hz))
+        Sampling::new(u64::from(self.inclinometer_hz.unsigned_abs()))
     }
 
     /// Settings of the guard that tell it these rates.

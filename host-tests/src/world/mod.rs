@@ -21,8 +21,7 @@ pub mod terrain;
 pub mod truth;
 
 use crate::world::truth::{BodyPose, BodyShape, Sketch, Truth};
-use tautrack::link::{Sensors, Shaft};
-use tautrack::sensors::BodySensors;
+use tautrack::link::{BodyMeasurands, Sensors, Shaft};
 
 /// A robot and its surroundings, advanced in steps of one millisecond
 /// ([`tautrack::link::STEP_US`]).
@@ -43,8 +42,8 @@ pub trait Plant {
     /// If there is no such motor.
     fn sensors(&self, motor: usize) -> Sensors;
 
-    /// Readings of the sensors on the robot's body after the last step.
-    fn body_sensors(&self) -> BodySensors;
+    /// What acts on the sensors on the robot's body after the last step, without faults.
+    fn body_sensors(&self) -> BodyMeasurands;
 
     /// Bytes that the GNSS receiver put on the guard's serial line in the last step.
     fn serial(&self) -> &[u8] {

@@ -1,55 +1,35 @@
-//! Samples the sensors on the body at the rate of each.
+//! Samples the inclinometer at its rate.
 //!
-//! A plant updates its sensors in every step. A sensor with a lower rate shows the reading of one
-//! step until the next one is due.
+//! A plant updates its sensors in every step. The chips of the other sensors, which the guard's
+//! node simulates, have rates of their own.
 
-use tautrack::link::STEP_US;
-use tautrack::sensors::{BodySensors, Fresh};
+use tautrack::link::{BodyMeasurands, STEP_US};
 
-/// Sensors on the body with their rates.
+/// Inclinometer with its rate.
 #[derive(Clone, Debug)]
 pub struct Sampling {
-    inertial_hz: u64,
     inclinometer_hz: u64,
-    shown: Option<BodySensors>,
+    begun: bool,
 }
 
 impl Sampling {
-    /// Sensors before their first reading.
-    pub fn new(inertial_hz: u64, inclinometer_hz: u64) -> Self {
+    /// Inclinometer before its first reading.
+    pub fn new(inclinometer_hz: u64) -> Self {
         Self {
-            inertial_hz,
             inclinometer_hz,
-            shown: None,
+            begun: false,
         }
     }
 
-    /// Returns what the sensors show in step number `step`, in which they could measure `now`.
-    ///
-    /// The plant gives its magnetometer a rate. A new value is a new reading of it.
-    pub fn sample(&mut self, step: u64, now: BodySensors) -> BodySensors {
-        let Some(mut shown) = self.shown else {
-            return *self.shown.insert(BodySensors {
-                fresh: Fresh::ALL,
-                ..now
-            });
-        };
-        let inertial = due(step, self.inertial_hz);
-        shown.fresh = Fresh {
-            inclinometer: due(step, self.inclinometer_hz),
-            accelerometer: inertial,
-            gyroscope: inertial,
-            magnetometer: now.magnetic_field != shown.magnetic_field,
-        };
-        if shown.fresh.inclinometer {
-            shown.inclination = now.inclination;
+    /// Returns what the guard's board gets in step number `step`, in which the inclinometer could
+    /// measure `now`.
+    pub fn sample(&mut self, step: u64, now: BodyMeasurands) -> BodyMeasurands {
+        let measures = !self.begun || due(step, self.inclinometer_hz);
+        self.begun = true;
+        BodyMeasurands {
+            inclination: now.inclination.filter(|_| measures),
+            ..now
         }
-        if inertial {
-            shown.specific_force = now.specific_force;
-            shown.angular_rate = now.angular_rate;
-        }
-        shown.magnetic_field = now.magnetic_field;
-        *self.shown.insert(shown)
     }
 }
 
@@ -64,29 +44,24 @@ mod tests {
     use super::*;
 
     #[test]
-    fn each_sensor_shows_as_many_readings_as_its_rate_says() {
-        for (inertial, inclinometer) in [(1_000, 1_000), (66, 50), (100, 25)] {
-            let mut sampling = Sampling::new(inertial, inclinometer);
-            let mut counts = [0_u64; 3];
-            for step in 0..=1_000_u64 {
-                let value = (step + 1) as f32;
-                let now = BodySensors {
-                    inclination: [value; 2],
-                    specific_force: [value; 3],
-                    angular_rate: [value; 3],
-                    magnetic_field: [(step / 100) as f32; 3],
-                    fresh: Fresh::ALL,
-                };
-                let shown = sampling.sample(step, now);
-                assert_eq!(shown.fresh.gyroscope, shown.angular_rate[0] == value);
-                assert_eq!(shown.fresh.inclinometer, shown.inclination[0] == value);
-                if step > 0 {
-                    counts[0] += u64::from(shown.fresh.gyroscope);
-                    counts[1] += u64::from(shown.fresh.inclinometer);
-                    counts[2] += u64::from(shown.fresh.magnetometer);
-                }
-            }
-            assert_eq!(counts, [inertial, inclinometer, 10]);
+    fn the_inclinometer_shows_as_many_readings_as_its_rate_says() {
+        for rate in [1_000, 66, 50, 25] {
+            let mut sampling = Sampling::new(rate);
+            let now = BodyMeasurands {
+                inclination: Some([0.1, 0.2]),
+                ..BodyMeasurands::default()
+            };
+            assert_eq!(sampling.sample(0, now).inclination, now.inclination);
+            let shown = (1..=1_000).filter(|step| {
+                let sampled = sampling.sample(*step, now);
+                assert!(
+                    sampled
+                        .inclination
+                        .is_none_or(|angles| angles == [0.1, 0.2])
+                );
+                sampled.inclination.is_some()
+            });
+            assert_eq!(shown.count() as u64, rate);
         }
     }
 }

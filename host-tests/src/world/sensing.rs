@@ -1,14 +1,12 @@
 //! Sensors on a robot's body: inclinometer, accelerometer, gyroscope and magnetometer, each with
-//! lag, noise and resolution.
+//! lag and noise. Rate and resolution of the last three are those of the chips, which the guard's
+//! node simulates.
 
 use super::noise::Noise;
 use rapier3d_f64::dynamics::RigidBody;
 use rapier3d_f64::math::{Rotation, Vector};
 use tautrack::constants::GRAVITY_F64;
-use tautrack::sensors::BodySensors;
-
-/// Number of steps between two readings of the magnetometer, which reads ten times per second.
-const MAGNETOMETER_PERIOD: u64 = 100;
+use tautrack::link::BodyMeasurands;
 
 /// Properties of the sensors on the body. Noise is a standard deviation.
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -23,14 +21,14 @@ pub struct BodySensorParameters {
     pub inertial_lag: f64,
     /// Place of the accelerometer relative to the body's origin: forward, left, up, m.
     pub accelerometer_place: [f64; 3],
-    /// Noise and resolution of the accelerometer, m/s^2.
-    pub specific_force: [f64; 2],
-    /// Noise and resolution of the gyroscope, rad/s.
-    pub angular_rate: [f64; 2],
+    /// Noise of the accelerometer, m/s^2.
+    pub specific_force: f64,
+    /// Noise of the gyroscope, rad/s.
+    pub angular_rate: f64,
     /// Constant error of the gyroscope, rad/s.
     pub angular_rate_bias: [f64; 3],
-    /// Noise and resolution of the magnetometer, uT.
-    pub magnetic_field: [f64; 2],
+    /// Noise of the magnetometer, uT.
+    pub magnetic_field: f64,
     /// Field of the robot's own magnets (hard iron) in body axes, uT.
     pub hard_iron: [f64; 3],
     /// The earth's field: strength, uT; inclination below the horizon and declination east of true
@@ -46,10 +44,10 @@ impl BodySensorParameters {
         inclination_offset: [0.0; 2],
         inertial_lag: 0.005,
         accelerometer_place: [0.16, 0.0, 0.05],
-        specific_force: [0.03, 0.005],
-        angular_rate: [0.003, 0.001],
+        specific_force: 0.03,
+        angular_rate: 0.003,
         angular_rate_bias: [0.002, -0.002, 0.001],
-        magnetic_field: [0.15, 0.1],
+        magnetic_field: 0.15,
         hard_iron: [8.0, -5.0, 12.0],
         earth_field: [47.5, 62.0_f64.to_radians(), 1.0_f64.to_radians()],
     };
@@ -91,6 +89,17 @@ fn turned(from: Rotation, to: Rotation) -> Vector {
     Vector::new(turn.x, turn.y, turn.z) * twice
 }
 
+/// The earth's field in world axes: x north, y west, z up, uT.
+fn earth_field(parameters: &BodySensorParameters) -> Vector {
+    let [strength, inclination, declination] = parameters.earth_field;
+    let level = strength * libm::cos(inclination);
+    Vector::new(
+        level * libm::cos(declination),
+        -level * libm::sin(declination),
+        -strength * libm::sin(inclination),
+    )
+}
+
 /// State of the sensors.
 pub struct BodySensing {
     noise: Noise,
@@ -102,7 +111,9 @@ pub struct BodySensing {
     angular_rate: Vector,
     /// Low-pass filtered specific force of the inclinometer, in body axes.
     inclination_force: Vector,
-    reading: BodySensors,
+    /// The earth's field in world axes, uT.
+    earth_field: Vector,
+    reading: BodyMeasurands,
 }
 
 impl BodySensing {
@@ -116,7 +127,8 @@ impl BodySensing {
             specific_force: at_rest,
             angular_rate: Vector::ZERO,
             inclination_force: at_rest,
-            reading: BodySensors::default(),
+            earth_field: earth_field(parameters),
+            reading: BodyMeasurands::default(),
         };
         sensing.update(
             parameters,
@@ -129,8 +141,8 @@ impl BodySensing {
         sensing
     }
 
-    /// Returns the last reading.
-    pub fn reading(&self) -> BodySensors {
+    /// Returns what acts on the sensors, and the reading of the inclinometer.
+    pub fn reading(&self) -> BodyMeasurands {
         self.reading
     }
 
@@ -149,8 +161,9 @@ impl BodySensing {
         ] {
             vector.to_array().into_iter().for_each(&mut *put);
         }
+        let inclination = self.reading.inclination.unwrap_or_default();
         let readings = [
-            &self.reading.inclination[..],
+            &inclination[..],
             &self.reading.specific_force,
             &self.reading.angular_rate,
             &self.reading.magnetic_field,
@@ -180,36 +193,28 @@ impl BodySensing {
         self.inclination_force +=
             (force - self.inclination_force) * (DT / (p.inclination_lag + DT));
 
-        let read = |channel: usize, value: f64, [sigma, quantum]: [f64; 2]| {
+        let read = |channel: usize, value: f64, sigma: f64, quantum: f64| {
             self.noise
                 .reading(step, channel as u64, value, sigma, quantum) as f32
         };
+        let [sigma, quantum] = p.inclination;
         let [x, y, z] = self.inclination_force.to_array();
         let inclination = [libm::atan2(x, z), libm::atan2(y, libm::sqrt(x * x + z * z))];
-        self.reading.inclination = core::array::from_fn(|i| {
-            read(i, inclination[i] + p.inclination_offset[i], p.inclination)
+        let inclination = core::array::from_fn(|i| {
+            let value = inclination[i] + p.inclination_offset[i];
+            read(i, value, sigma, quantum)
         });
-        self.reading.specific_force =
-            core::array::from_fn(|i| read(2 + i, self.specific_force[i], p.specific_force));
-        self.reading.angular_rate = core::array::from_fn(|i| {
-            read(
-                5 + i,
-                self.angular_rate[i] + p.angular_rate_bias[i],
-                p.angular_rate,
-            )
-        });
-        if step.is_multiple_of(MAGNETOMETER_PERIOD) {
-            let [strength, inclination, declination] = p.earth_field;
-            let level = strength * libm::cos(inclination);
-            // World axes: x north, y west, z up.
-            let earth = Vector::new(
-                level * libm::cos(declination),
-                -level * libm::sin(declination),
-                -strength * libm::sin(inclination),
-            );
-            let field = into_body * earth + Vector::from_array(p.hard_iron);
-            self.reading.magnetic_field =
-                core::array::from_fn(|i| read(8 + i, field[i], p.magnetic_field));
-        }
+        let angular_rate = self.angular_rate + Vector::from_array(p.angular_rate_bias);
+        let field = into_body * self.earth_field + Vector::from_array(p.hard_iron);
+        let noisy = |channel: usize, values: Vector, sigma: f64| {
+            core::array::from_fn(|i| read(channel + i, values[i], sigma, 0.0))
+        };
+        self.reading = BodyMeasurands {
+            inclination: Some(inclination),
+            specific_force: noisy(2, self.specific_force, p.specific_force),
+            angular_rate: noisy(5, angular_rate, p.angular_rate),
+            magnetic_field: noisy(8, field, p.magnetic_field),
+            ..BodyMeasurands::default()
+        };
     }
 }

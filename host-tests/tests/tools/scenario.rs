@@ -364,6 +364,7 @@ fn every_terrain_fault_and_load_can_be_written() {
         "{ restart = \"guard\" }",
         "{ frame_loss = { probability = 0.01 } }",
         "{ frame_flip = { frame = 100, bit = 7 } }",
+        "{ sensor = { chip = \"magnetometer\", fault = \"half_rate\" } }",
     ] {
         let text = stairs.replace("[expect]", &format!("[[fault]]\nwhat = {what}\nat_s = 3\nuntil_s = 4\n[robot.b2p2.payload]\nmass_kg = 2\nplace_m = [0.1, 0, 0.25]\ndeclared = false\n[expect]"));
         let scenario =

@@ -48,7 +48,7 @@ use embassy_stm32::interrupt::{InterruptExt, Priority};
 use embassy_stm32::{bind_interrupts, interrupt, peripherals};
 use static_cell::StaticCell;
 use tautrack::motor::bridge::Ratings;
-use tautrack::sensors::{BodySensors, Switches, Temperatures};
+use tautrack::sensors::{Switches, Temperatures};
 use tautrack::settings::{Setting, Settings};
 
 /// The motor board.
@@ -178,10 +178,6 @@ impl Board for Esc1 {
 
     fn storage() -> Self::Storage {
         storage::Storage
-    }
-
-    fn body() -> Option<BodySensors> {
-        None
     }
 
     fn feed_watchdog() {

@@ -4,12 +4,13 @@
 //! The lockstep boards (`mps2`, `native`, `wasm`) differ only in how the messages reach their
 //! `machine`, which answers them: `link` carries them over a [`Pipe`], and a `wasm` node is called.
 //! `power_up` handles the start message and `step` the step messages. `inputs` holds the sensor
-//! readings, `brake` the output to the brake, `flash` the settings in flash, `clock` provides timer
-//! and executor, `critical_section` is that of a core without interrupts, `log_buffer` replaces the
-//! debug probe
-//! (with `text_log` where the records are text) and `starvation` the watchdog.
+//! readings, `chips` the sensor chips on the robot's body, `brake` the output to the brake, `flash`
+//! the settings in flash, `clock` provides timer and executor, `critical_section` is that of a core
+//! without interrupts, `log_buffer` replaces the debug probe (with `text_log` where the records are
+//! text) and `starvation` the watchdog.
 
 mod brake;
+mod chips;
 pub mod clock;
 #[cfg(any(all(target_os = "none", not(feature = "cost")), target_family = "wasm"))]
 mod critical_section;
@@ -26,6 +27,7 @@ mod step;
 pub mod text_log;
 
 pub use brake::set_brake;
+pub use chips::start_sensors;
 #[cfg(not(target_family = "wasm"))]
 pub use flash::Files;
 pub use flash::Flash;

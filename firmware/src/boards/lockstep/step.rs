@@ -2,9 +2,10 @@
 
 use super::inputs::INPUTS;
 use super::log_buffer::LOG;
-use super::{POWER_STAGE, brake, clock};
+use super::{POWER_STAGE, brake, chips, clock};
 use crate::bus::{RECEIVED, TRANSMIT};
 use crate::current_loop;
+use crate::sensors::newest;
 use embassy_executor::raw::Executor;
 use tautrack::link::{STEP_US, Shaft, Step, Stepped};
 use tautrack::motor::bridge::PowerStage;
@@ -33,6 +34,16 @@ pub(super) fn advance(
         critical_section::with(|cs| INPUTS.borrow(cs).borrow_mut().encoder = motor.encoder());
     }
     critical_section::with(|cs| INPUTS.borrow(cs).borrow_mut().sensors = step.sensors);
+
+    if let Some(body) = &step.sensors.body {
+        chips::measure(body);
+        if let Some(inclination) = body.inclination {
+            newest::put(|readings| {
+                readings.inclination = inclination;
+                readings.fresh.inclinometer = true;
+            });
+        }
+    }
 
     clock::set_now(step.time_us);
     // Bytes that do not fit into the pipe are lost, as on a line without handshake.

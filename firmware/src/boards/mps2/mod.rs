@@ -12,11 +12,13 @@ mod stack;
 use crate::boards::Board;
 use crate::boards::lockstep::{self, End, Files, Pipe};
 use crate::roles::Role;
+use crate::sensors::Rates;
 use core::fmt::Write;
 use core::panic::PanicInfo;
+use embassy_executor::{SpawnError, Spawner};
 use semihosting::{Stream, exit};
 use tautrack::motor::bridge::Ratings;
-use tautrack::sensors::{BodySensors, Switches};
+use tautrack::sensors::Switches;
 
 /// The emulated board.
 pub struct Mps2;
@@ -59,8 +61,8 @@ impl Board for Mps2 {
         lockstep::set_brake(released);
     }
 
-    fn body() -> Option<BodySensors> {
-        lockstep::sensors().body
+    fn start_sensors(spawner: Spawner, rates: Rates) -> Result<(), SpawnError> {
+        lockstep::start_sensors(spawner, rates)
     }
 
     fn serial_number() -> u32 {

@@ -4,10 +4,12 @@
 use crate::boards::Board;
 use crate::boards::lockstep::{self, End, Files, Pipe, text_log};
 use crate::roles::Role;
+use crate::sensors::Rates;
+use embassy_executor::{SpawnError, Spawner};
 use std::fs::{File, OpenOptions};
 use std::io::{ErrorKind, Read, Write};
 use tautrack::motor::bridge::Ratings;
-use tautrack::sensors::{BodySensors, Switches};
+use tautrack::sensors::Switches;
 
 /// A process of the host.
 pub struct Native;
@@ -44,8 +46,8 @@ impl Board for Native {
         lockstep::set_brake(released);
     }
 
-    fn body() -> Option<BodySensors> {
-        lockstep::sensors().body
+    fn start_sensors(spawner: Spawner, rates: Rates) -> Result<(), SpawnError> {
+        lockstep::start_sensors(spawner, rates)
     }
 
     fn serial_number() -> u32 {

@@ -8,6 +8,8 @@
 use crate::boards::Board;
 use crate::boards::lockstep::{self, End, Machine, text_log};
 use crate::roles::Role;
+use crate::sensors::Rates;
+use embassy_executor::{SpawnError, Spawner};
 use std::boxed::Box;
 use std::cell::RefCell;
 use std::string::{String, ToString};
@@ -15,7 +17,7 @@ use std::sync::Mutex;
 use std::thread_local;
 use tautrack::link::MAX_MESSAGE;
 use tautrack::motor::bridge::Ratings;
-use tautrack::sensors::{BodySensors, Switches};
+use tautrack::sensors::Switches;
 
 /// An instance of a WebAssembly module.
 pub struct Wasm;
@@ -41,8 +43,8 @@ impl Board for Wasm {
         lockstep::set_brake(released);
     }
 
-    fn body() -> Option<BodySensors> {
-        lockstep::sensors().body
+    fn start_sensors(spawner: Spawner, rates: Rates) -> Result<(), SpawnError> {
+        lockstep::start_sensors(spawner, rates)
     }
 
     fn serial_number() -> u32 {

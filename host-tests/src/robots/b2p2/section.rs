@@ -54,8 +54,8 @@ impl B2p2 {
             ..B2p2Parameters::with_track_constant(self.k_m)
         };
         let sensors = &mut parameters.body_sensors;
-        for [noise, _] in [
-            &mut sensors.inclination,
+        for noise in [
+            &mut sensors.inclination[0],
             &mut sensors.specific_force,
             &mut sensors.angular_rate,
             &mut sensors.magnetic_field,

@@ -6,6 +6,7 @@ use crate::robots::NodeName;
 use crate::scenario::{Fault, FaultKind, Scenario};
 use crate::simulator::bus::Bus;
 use crate::simulator::facts::FaultFacts;
+use tautrack::link::ChipFault;
 
 struct Planned {
     fault: Fault,
@@ -67,6 +68,21 @@ impl Faults {
                 && matches!(planned.fault.what, FaultKind::EncoderFrozen(_))
                 && place(&self.nodes, &planned.fault.what) == Some(node)
         })
+    }
+
+    /// Faults of the sensor chips on the guard's board now. The first one of each chip counts.
+    pub fn of_chips(&self) -> [Option<ChipFault>; 2] {
+        let mut faults = [None; 2];
+        let active = self
+            .planned
+            .iter()
+            .filter(|planned| planned.begun && !planned.ended);
+        for planned in active {
+            if let FaultKind::Sensor { chip, fault } = planned.fault.what {
+                faults[chip as usize].get_or_insert(fault);
+            }
+        }
+        faults
     }
 
     /// Assigns the new fault reports from the bus to the faults, and logs the faults that started.
@@ -138,7 +154,8 @@ fn begin(
             FaultKind::NodeDead(_)
             | FaultKind::BusCut(_)
             | FaultKind::EncoderFrozen(_)
-            | FaultKind::Restart(_),
+            | FaultKind::Restart(_)
+            | FaultKind::Sensor { .. },
             _,
         ) => {}
     }
@@ -148,8 +165,8 @@ fn end(what: &FaultKind, node: Option<usize>, seed: u64, bus: &mut Bus) {
     match (*what, node) {
         (FaultKind::BusCut(_) | FaultKind::Restart(_), Some(node)) => bus.reconnect(node),
         (FaultKind::FrameLoss { .. }, _) => bus.lose_frames(0.0, seed),
-        // A dead node stays dead, a flip affects one frame, and `encoder_frozen` reads the state of
-        // a frozen encoder.
+        // A dead node stays dead, a flip affects one frame, and `encoder_frozen` and `of_chips`
+        // read the state of encoders and chips.
         _ => {}
     }
 }

@@ -18,8 +18,7 @@ use crate::world::sampling::Sampling;
 use sha2::{Digest, Sha256};
 use std::time::Duration;
 use tautrack::can::Frame;
-use tautrack::link::{MAX_FRAMES, MAX_SERIAL, STEP_US, Sensors, Shaft, Step};
-use tautrack::sensors::BodySensors;
+use tautrack::link::{BodyMeasurands, MAX_FRAMES, MAX_SERIAL, STEP_US, Sensors, Shaft, Step};
 
 /// Running simulation: a robot's nodes on their bus, its plant, the operator and the faults.
 pub(super) struct Run {
@@ -33,8 +32,8 @@ pub(super) struct Run {
     bus: Bus,
     pub plant: Box<dyn Plant>,
     sampling: Sampling,
-    /// What the sensors on the body show in this step.
-    body: BodySensors,
+    /// What acts on the sensors on the body in this step.
+    body: BodyMeasurands,
     operator: Operator,
     listener: Listener,
     faults: Faults,
@@ -82,7 +81,7 @@ impl Run {
             bus: Bus::new(specs.len() + 1 + MAX_CLIENTS),
             plant: scenario.plant(),
             sampling: scenario.sensors.sampling(),
-            body: BodySensors::default(),
+            body: BodyMeasurands::default(),
             operator: Operator::new(scenario, guard, options.let_go_s, options.disarm_s),
             listener: Listener::new(&specs, &scenario.robot),
             faults: Faults::new(scenario, specs.iter().map(|spec| spec.name).collect()),
@@ -103,7 +102,10 @@ impl Run {
         }
         self.deliver(time_us, sink)?;
 
-        self.body = self.sampling.sample(step, self.plant.body_sensors());
+        self.body = BodyMeasurands {
+            faults: self.faults.of_chips(),
+            ..self.sampling.sample(step, self.plant.body_sensors())
+        };
         let mut inboxes = vec![heapless::Vec::<Frame, MAX_FRAMES>::new(); self.nodes.len()];
         for (index, inbox) in inboxes.iter_mut().enumerate() {
             // A bus at 1 Mbit/s cannot deliver more frames in one step than the inbox holds.

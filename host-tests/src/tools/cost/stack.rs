@@ -16,8 +16,9 @@ use tautrack::bus::pdo::{
     transmit,
 };
 use tautrack::can::Frame;
-use tautrack::link::{MotorModel, STEP_US, Sensors, Start, Step, ToNode, VERSION, WindingModel};
-use tautrack::sensors::BodySensors;
+use tautrack::link::{
+    BodyMeasurands, MotorModel, STEP_US, Sensors, Start, Step, ToNode, VERSION, WindingModel,
+};
 use tautrack::settings::Setting;
 
 /// Steps of the run, 1 ms each.
@@ -181,9 +182,10 @@ fn life(step: u64, is_guard: bool) -> Step {
         time_us: (step + 1) * STEP_US,
         sensors: Sensors {
             supply_voltage: 24.0,
-            body: is_guard.then(|| BodySensors {
+            body: is_guard.then(|| BodyMeasurands {
+                inclination: Some([0.0; 2]),
                 specific_force: [0.0, 0.0, 9.81],
-                ..BodySensors::default()
+                ..BodyMeasurands::default()
             }),
             ..Sensors::default()
         },

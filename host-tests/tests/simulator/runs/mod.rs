@@ -9,6 +9,7 @@ mod hash;
 mod image;
 mod pace;
 mod restart;
+mod sensors;
 mod snapshot;
 mod state;
 

@@ -3,8 +3,7 @@
 use super::B2p2;
 use crate::world::truth::{BodyPose, BodyShape, Part, Truth};
 use crate::world::{Plant, physics as world};
-use tautrack::link::{Sensors, Shaft};
-use tautrack::sensors::BodySensors;
+use tautrack::link::{BodyMeasurands, Sensors, Shaft};
 
 impl Plant for B2p2 {
     fn step(&mut self, shafts: &[Option<Shaft>]) {
@@ -15,7 +14,7 @@ impl Plant for B2p2 {
         self.shaft_sensors(motor)
     }
 
-    fn body_sensors(&self) -> BodySensors {
+    fn body_sensors(&self) -> BodyMeasurands {
         self.body_sensing.reading()
     }
 

@@ -4,8 +4,7 @@ use super::Crawler;
 use crate::world::Plant;
 use crate::world::truth::{BodyPose, BodyShape, Part, Sketch, Truth};
 use rapier3d_f64::math::Vector;
-use tautrack::link::{Sensors, Shaft};
-use tautrack::sensors::BodySensors;
+use tautrack::link::{BodyMeasurands, Sensors, Shaft};
 
 impl Plant for Crawler {
     fn step(&mut self, shafts: &[Option<Shaft>]) {
@@ -25,7 +24,7 @@ impl Plant for Crawler {
         }
     }
 
-    fn body_sensors(&self) -> BodySensors {
+    fn body_sensors(&self) -> BodyMeasurands {
         self.sensing.reading()
     }
 

@@ -5,8 +5,7 @@ use crate::world::Plant;
 use crate::world::physics::pose;
 use crate::world::sensing::BodyMotion;
 use crate::world::truth::{BodyPose, BodyShape, Part, Sketch, Truth};
-use tautrack::link::{Sensors, Shaft};
-use tautrack::sensors::BodySensors;
+use tautrack::link::{BodyMeasurands, Sensors, Shaft};
 
 /// Names of the bodies in pictures: the platform, and the wheels in the order of the legs.
 const BODIES: [&str; 1 + LEGS] = [
@@ -46,7 +45,7 @@ impl Plant for Hylos {
         self.shaft_sensors(motor)
     }
 
-    fn body_sensors(&self) -> BodySensors {
+    fn body_sensors(&self) -> BodyMeasurands {
         self.body_sensing.reading()
     }
 

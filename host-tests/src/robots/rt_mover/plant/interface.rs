@@ -4,8 +4,7 @@ use super::{RtMover, robot};
 use crate::world::Plant;
 use crate::world::physics::pose;
 use crate::world::truth::{BodyPose, BodyShape, Sketch, Truth};
-use tautrack::link::{Sensors, Shaft};
-use tautrack::sensors::BodySensors;
+use tautrack::link::{BodyMeasurands, Sensors, Shaft};
 
 impl Plant for RtMover {
     fn step(&mut self, shafts: &[Option<Shaft>]) {
@@ -16,7 +15,7 @@ impl Plant for RtMover {
         self.shaft_sensors(motor)
     }
 
-    fn body_sensors(&self) -> BodySensors {
+    fn body_sensors(&self) -> BodyMeasurands {
         self.sensing.reading()
     }
 

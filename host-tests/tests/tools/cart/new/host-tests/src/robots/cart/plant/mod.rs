@@ -16,8 +16,7 @@ use core::f64::consts::TAU;
 use rapier3d_f64::math::{Pose, Vector};
 use rapier3d_f64::prelude::*;
 use robot::{HALF_WIDTH, HEAD_RADIUS, Robot};
-use tautrack::link::{Sensors, Shaft};
-use tautrack::sensors::BodySensors;
+use tautrack::link::{BodyMeasurands, Sensors, Shaft};
 use tautrack::robots::cart::parameters::CART;
 
 /// Damping of a wheel's gear, N m s/rad, and friction of a wheel without power, N m; assumed.
@@ -158,7 +157,7 @@ impl Plant for Cart {
         }
     }
 
-    fn body_sensors(&self) -> BodySensors {
+    fn body_sensors(&self) -> BodyMeasurands {
         self.sensing.reading()
     }
 

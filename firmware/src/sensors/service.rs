@@ -1,0 +1,140 @@
+//! Task that starts the chips, reads them at their rates, and starts them again after a failure.
+
+use super::bus::SensorBus;
+use super::condition::{self, Condition};
+use super::device::{Device, Shared, TransferError};
+use super::inertial_unit::{Address, InertialUnit};
+use super::magnetometer::Magnetometer;
+use embassy_futures::join::join;
+use embassy_time::{Duration, Instant, Ticker, Timer};
+use tautrack::settings::{Setting, Settings};
+
+/// Time from power-up to the first transfer. The magnetometer takes 20 ms to boot, the inertial
+/// unit 10 ms.
+const BOOT: Duration = Duration::from_millis(25);
+/// Time from a failure to the next start of a chip.
+const RETRY: Duration = Duration::from_millis(50);
+/// Minimum time without a reading after which a chip is started again, and the same in periods of
+/// the chip. The longer time counts.
+const SILENCE: Duration = Duration::from_millis(20);
+const SILENT_PERIODS: u32 = 4;
+
+/// Rates at which the chips are read.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Rates {
+    /// Rate of accelerometer and gyroscope, Hz, from 20 to 1000.
+    pub inertial_hz: u32,
+    /// Rate of the magnetometer, Hz, from 5 to 1000; the chip measures 100 times a second at most.
+    pub magnetometer_hz: u32,
+}
+
+impl Rates {
+    /// Reads the settings.
+    pub fn new(settings: &Settings) -> Self {
+        let rate = |setting| settings.get(setting).unsigned_abs();
+        Self {
+            inertial_hz: rate(Setting::InertialRate),
+            magnetometer_hz: rate(Setting::CompassRate),
+        }
+    }
+}
+
+/// Why a chip cannot be started or read.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(super) enum Failure {
+    /// A transfer failed.
+    Transfer(TransferError),
+    /// The chip has this identity instead of the expected one.
+    WrongIdentity(u8),
+    /// The chip does not end its reset, or does not measure.
+    NoReadings,
+}
+
+impl Failure {
+    fn condition(self) -> Condition {
+        match self {
+            Self::Transfer(TransferError::NoAcknowledge) => Condition::NoAcknowledge,
+            Self::Transfer(TransferError::Timeout) => Condition::BusStuck,
+            Self::Transfer(TransferError::Bus) => Condition::BusError,
+            Self::WrongIdentity(_) => Condition::WrongIdentity,
+            Self::NoReadings => Condition::NoReadings,
+        }
+    }
+}
+
+/// Driver of one kind of chip.
+pub(super) trait Driver {
+    /// The chip.
+    const CHIP: condition::Chip;
+
+    /// Rate at which the chip is read, Hz.
+    fn rate_hz(&self) -> u32;
+    /// Checks the identity of the chip, resets it and configures it.
+    async fn start<B: SensorBus>(&self, device: Device<'_, B>) -> Result<(), Failure>;
+    /// Puts the chip's readings into [`super::newest`] if it has measured since the previous call.
+    /// Returns whether it has.
+    async fn read<B: SensorBus>(&self, device: Device<'_, B>) -> Result<bool, Failure>;
+}
+
+/// Reads the sensor chips on `bus` for ever. `address` is the one of the inertial unit.
+///
+/// A board spawns a task with this future on the executor below its control task. The chips do not
+/// wait for each other, except for a transfer.
+pub async fn run<B: SensorBus>(bus: B, address: Address, rates: Rates) -> ! {
+    let bus = Shared::new(bus);
+    Timer::after(BOOT).await;
+    join(
+        serve(InertialUnit::new(address, rates.inertial_hz), Device(&bus)),
+        serve(Magnetometer::new(rates.magnetometer_hz), Device(&bus)),
+    )
+    .await
+    .0
+}
+
+/// Serves one chip for ever.
+async fn serve<D: Driver, B: SensorBus>(driver: D, device: Device<'_, B>) -> ! {
+    loop {
+        let failure = match driver.start(device).await {
+            Ok(()) => {
+                condition::set(D::CHIP, Condition::Running);
+                read_until_silent(&driver, device).await
+            }
+            Err(failure) => {
+                condition::count_error(D::CHIP);
+                failure
+            }
+        };
+        if let Failure::WrongIdentity(found) = failure
+            && condition::code(D::CHIP) != Condition::WrongIdentity as u8
+        {
+            crate::logger::warn!("{}: identity {:#04x}", D::CHIP.name(), found);
+        }
+        condition::set(D::CHIP, failure.condition());
+        Timer::after(RETRY).await;
+    }
+}
+
+/// Reads a chip at its rate until it has no new readings for some time. Returns the last failure.
+async fn read_until_silent<D: Driver, B: SensorBus>(driver: &D, device: Device<'_, B>) -> Failure {
+    let period = Duration::from_hz(u64::from(driver.rate_hz()));
+    let silence = SILENCE.max(period * SILENT_PERIODS);
+    let mut ticker = Ticker::every(period);
+    let mut newest = Instant::now();
+    loop {
+        ticker.next().await;
+        let failure = match driver.read(device).await {
+            Ok(true) => {
+                newest = Instant::now();
+                continue;
+            }
+            Ok(false) => Failure::NoReadings,
+            Err(failure) => {
+                condition::count_error(D::CHIP);
+                failure
+            }
+        };
+        if newest.elapsed() >= silence {
+            return failure;
+        }
+    }
+}

@@ -1,0 +1,150 @@
+//! Tests of runs in which a sensor chip of the guard's board has a fault.
+
+use super::{programs, scenario};
+use tautrack::link::ChipFault;
+use tautrack_host_tests::programs::Board;
+use tautrack_host_tests::scenario::{Expect, Fault, FaultKind, Scenario, SensorChip};
+use tautrack_host_tests::simulator::record::Sample;
+use tautrack_host_tests::simulator::run::{Options, Sink, Unwritten, record};
+
+/// Time at which a fault begins while the robot drives, and at which it ends, s.
+const BEGIN: f64 = 6.0;
+const END: f64 = 7.5;
+
+/// Samples of a run and the log of its nodes, with times in s.
+#[derive(Default)]
+struct Record {
+    samples: Vec<Sample>,
+    log: Vec<(f64, String)>,
+}
+
+impl Sink for Record {
+    fn sample(&mut self, sample: Sample) -> Result<(), Unwritten> {
+        self.samples.push(sample);
+        Ok(())
+    }
+
+    fn log(&mut self, line: &str) -> Result<(), Unwritten> {
+        let (time, text) = line.split_once(' ').expect("time and text");
+        self.log
+            .push((time.parse().expect("a time"), text.to_owned()));
+        Ok(())
+    }
+}
+
+impl Record {
+    /// Asserts that the guard logs `text` between `from` and `within_ms` later.
+    fn says(&self, text: &str, from: f64, within_ms: f64) {
+        let found = self
+            .log
+            .iter()
+            .find(|(time, line)| *time >= from && line.contains(text));
+        let Some((time, _)) = found else {
+            panic!("no {text:?} after {from} s in {:#?}", self.log)
+        };
+        let after = (time - from) * 1e3;
+        assert!(after <= within_ms, "{text:?} after {after} ms");
+    }
+
+    /// Largest forward speed that the guard passes from `from` to `to`, m/s.
+    fn passed(&self, from: f64, to: f64) -> f64 {
+        let there = self
+            .samples
+            .iter()
+            .filter(|sample| (from..to).contains(&sample.time_s));
+        there.fold(0.0, |speed, sample| speed.max(sample.received.passed_speed))
+    }
+}
+
+fn faulty(chip: SensorChip, fault: ChipFault, at_s: f64, until_s: f64) -> Scenario {
+    scenario("flat", |description| {
+        description.duration_s = 8.5;
+        description.expect = Expect::default();
+        description.faults = vec![Fault {
+            what: FaultKind::Sensor { chip, fault },
+            at_s,
+            until_s: Some(until_s),
+            notice_within_ms: None,
+        }];
+    })
+}
+
+fn run(chip: SensorChip, fault: ChipFault) -> Record {
+    let mut found = Record::default();
+    let scenario = faulty(chip, fault, BEGIN, END);
+    let options = Options::default();
+    let ending = record(&scenario, programs(Board::Native), options, &mut found);
+    let ending = ending.unwrap_or_else(|error| panic!("{error}"));
+    assert!(ending.error.is_none());
+    found.says("inertial unit: running", 0.0, 100.0);
+    found.says("magnetometer: running", 0.0, 100.0);
+    assert!(found.passed(BEGIN - 0.5, BEGIN) > 0.08, "the robot drives");
+    found
+}
+
+#[test]
+fn an_inertial_unit_that_falls_silent_is_named_within_40_ms_and_stops_the_robot() {
+    for (fault, condition) in [
+        (ChipFault::BusStuck, "inertial unit: bus stuck"),
+        (ChipFault::NoAcknowledge, "inertial unit: no acknowledge"),
+    ] {
+        let found = run(SensorChip::InertialUnit, fault);
+        found.says(condition, BEGIN, 40.0);
+        found.says("gyroscope: sensors silent", BEGIN, 40.0);
+        found.says("accelerometer: sensors silent", BEGIN, 40.0);
+        assert_eq!(found.passed(BEGIN + 0.2, END), 0.0, "{fault:?}");
+        found.says("tripped: cause", BEGIN, 250.0);
+        // The chip is started again when the fault ends.
+        found.says("inertial unit: running", END, 100.0);
+        found.says("gyroscope: believed", END, 150.0);
+    }
+}
+
+#[test]
+fn a_stuck_bus_silences_both_chips_and_is_freed_when_the_fault_ends() {
+    let found = run(SensorChip::Magnetometer, ChipFault::BusStuck);
+    found.says("inertial unit: bus stuck", BEGIN, 40.0);
+    found.says("magnetometer: bus stuck", BEGIN, 600.0);
+    found.says("inertial unit: running", END, 100.0);
+    found.says("magnetometer: running", END, 200.0);
+}
+
+#[test]
+fn frozen_outputs_of_the_inertial_unit_are_named_within_250_ms_and_stop_the_robot() {
+    let found = run(SensorChip::InertialUnit, ChipFault::Frozen);
+    found.says("gyroscope: sensor stuck", BEGIN, 250.0);
+    found.says("accelerometer: sensor stuck", BEGIN, 250.0);
+    assert_eq!(found.passed(BEGIN + 0.6, END), 0.0);
+}
+
+#[test]
+fn an_inertial_unit_at_half_its_rate_is_named_within_600_ms_and_slows_the_robot() {
+    let found = run(SensorChip::InertialUnit, ChipFault::HalfRate);
+    found.says("gyroscope: sensor too slow", BEGIN, 600.0);
+    found.says("accelerometer: sensor too slow", BEGIN, 600.0);
+    let crawl = found.passed(BEGIN + 1.2, END);
+    assert!(crawl > 0.0 && crawl <= 0.051, "{crawl} m/s");
+}
+
+#[test]
+fn a_magnetometer_that_falls_silent_is_named_within_600_ms_and_the_robot_drives_on() {
+    let found = run(SensorChip::Magnetometer, ChipFault::NoAcknowledge);
+    found.says("magnetometer: no acknowledge", BEGIN, 600.0);
+    found.says("magnetometer: sensors silent", BEGIN, 600.0);
+    assert!(found.passed(BEGIN + 0.6, END) > 0.08);
+    found.says("magnetometer: running", END, 200.0);
+}
+
+#[test]
+fn a_chip_with_another_identity_is_named_within_100_ms_and_the_robot_is_not_armed() {
+    let mut found = Record::default();
+    let chip = SensorChip::InertialUnit;
+    let scenario = faulty(chip, ChipFault::WrongIdentity, 0.0, 8.0);
+    let options = Options::default();
+    let ending = record(&scenario, programs(Board::Native), options, &mut found);
+    assert!(ending.is_ok_and(|ending| ending.error.is_none()));
+    found.says("inertial unit: identity 0x6c", 0.0, 100.0);
+    found.says("inertial unit: wrong identity", 0.0, 100.0);
+    let armed = |sample: &&Sample| sample.received.guard_state == "armed";
+    assert!(!found.samples.iter().any(|sample| armed(&sample)));
+}
