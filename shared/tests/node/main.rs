@@ -12,6 +12,8 @@ mod drive_brake;
 mod drive_faults;
 #[cfg(feature = "lockstep")]
 mod drive_options;
+#[cfg(feature = "lockstep")]
+mod drive_stops;
 mod guard;
 #[cfg(feature = "lockstep")]
 mod motor_faults;

@@ -433,4 +433,30 @@ mod tests {
             assert!((scale - 0.5).abs() < 1e-5);
         }
     }
+
+    /// The left edge is as near in both directions, and falls by half a metre per metre driven.
+    #[test]
+    fn a_decay_is_attributed_to_the_command_forward_and_backward_alike() {
+        let scale = |forward: f32, speed: f32| {
+            let mut margins = standing(0.3);
+            (margins.now[2], margins.rate[2]) = (0.12, -0.5 * speed.abs());
+            margins.speed = speed;
+            drive(along(forward), 0.0, &margins, &BOUNDS)
+        };
+        for speed in [0.1_f32, 0.25, 0.4] {
+            let (forward, verdict) = scale(0.4, speed);
+            assert_eq!(scale(-0.4, -speed), (forward, verdict));
+            // A robot that still moves the other way does not decay because of the command.
+            assert_eq!(scale(-0.4, speed), scale(0.4, -speed));
+            assert!(scale(-0.4, speed).0 != forward, "{speed}: {forward}");
+        }
+    }
+
+    #[test]
+    fn a_refused_command_stays_refused_for_its_first_reason() {
+        let refused = (0.0, Verdict::Refused(Edge::Back));
+        for limit in [0.0, 0.1, 1.0] {
+            assert_eq!(within_speed(refused, 0.4, (limit, Edge::Front)), refused);
+        }
+    }
 }

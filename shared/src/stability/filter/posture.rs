@@ -171,4 +171,22 @@ mod tests {
             assert_eq!(verdict, Verdict::PostureScaled(edge));
         }
     }
+
+    /// In the caution band a decay would end the motion, except for the rescue.
+    #[test]
+    fn a_rate_within_the_noise_is_no_decay() {
+        for edge in EDGES {
+            let scale = |rate: f32| {
+                let mut margins = standing(0.3);
+                margins.now = [0.3; 4];
+                margins.now[edge as usize] = 0.055;
+                margins.rate[edge as usize] = rate;
+                posture(0.0, &margins, margins.now, &BOUNDS).0
+            };
+            for rate in [0.9 * STEADY, 0.0, -0.9 * STEADY] {
+                assert_eq!(scale(rate), 1.0, "{edge:?} {rate}");
+            }
+            assert!(scale(-1.1 * STEADY) < 0.2, "{edge:?}");
+        }
+    }
 }

@@ -34,9 +34,9 @@ fn the_drives_are_complete_with_every_heartbeat_and_every_scale() {
         assert!(!drives.complete() && !drives.have_status());
         // The guard takes an answer only to its own request.
         assert_eq!(drives.scale_requests(0).count(), 4);
-        for index in 0..4 {
+        for (index, id) in IDS.into_iter().enumerate() {
             if missing != index {
-                let heartbeat = frame(0x700 + u16::from(IDS[index]), &[5]);
+                let heartbeat = frame(0x700 + u16::from(id), &[5]);
                 drives.receive(&heartbeat, 1_000);
             }
             if missing != index + 4 {
@@ -155,8 +155,8 @@ fn every_drive_that_waits_for_the_start_command_counts_once() {
 fn a_drive_that_restarted_is_asked_for_its_scale_again() {
     let mut drives = drives();
     assert_eq!(drives.scale_requests(0).count(), 4);
-    for index in 0..4 {
-        drives.receive(&frame(0x700 + u16::from(IDS[index]), &[5]), 1_000);
+    for (index, id) in IDS.into_iter().enumerate() {
+        drives.receive(&frame(0x700 + u16::from(id), &[5]), 1_000);
         let answer = scale(&drives, index);
         drives.receive(&answer, 1_000);
     }
