@@ -149,3 +149,71 @@ impl InertialUnit {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A chip whose registers were written so, at rest on level ground.
+    fn chip(writes: &[(usize, u8)]) -> (InertialUnit, BodyMeasurands) {
+        let mut chip = InertialUnit::RESET;
+        for (register, value) in writes {
+            chip.write(*register as u8, &[*value]);
+        }
+        let acts = BodyMeasurands {
+            specific_force: [0.0, -1e6, 9.806_65],
+            angular_rate: [f32::NAN, PI, -PI / 180.0],
+            ..BodyMeasurands::default()
+        };
+        (chip, acts)
+    }
+
+    #[test]
+    fn it_measures_as_often_as_the_data_sheet_says_and_half_as_often_with_the_fault() {
+        // Mode with accurate rates: code and table of rates, and the rate in Hz.
+        for (code, table, rate) in [(9, 1, 1_000), (8, 1, 500), (9, 2, 800), (6, 2, 100)] {
+            for (fault, share) in [(None, 1), (Some(ChipFault::HalfRate), 2)] {
+                let registers = [(HAODR_CFG, table), (CTRL1, 0x10 | code)];
+                let (mut chip, acts) = chip(&registers);
+                let mut found = 0;
+                for _ in 0..1_000 {
+                    chip.step(&acts, fault);
+                    let mut status = [0];
+                    chip.read(STATUS as u8, &mut status);
+                    found += u32::from(status[0] == READY_ACCELEROMETER);
+                    chip.read(OUT_ACCELEROMETER as u8, &mut [0; 6]);
+                    chip.read(STATUS as u8, &mut status);
+                    assert_eq!(status, [0], "a reading is new once");
+                }
+                assert_eq!(found, rate / share, "code {code} of table {table}");
+            }
+        }
+    }
+
+    #[test]
+    fn digits_are_those_of_the_range_and_saturate() {
+        let registers = [(CTRL8, 2), (CTRL6, 3), (CTRL1, 9), (CTRL2, 9)];
+        let (mut chip, acts) = chip(&registers);
+        for _ in 0..3 {
+            chip.step(&acts, None);
+        }
+        let mut outputs = [0; 12];
+        chip.read(OUT_GYROSCOPE as u8, &mut outputs);
+        let mut pairs = outputs.chunks(2);
+        let values: [i16; 6] = core::array::from_fn(|_| {
+            let pair = pairs.next().expect("six outputs");
+            i16::from_le_bytes([pair[0], pair[1]])
+        });
+        // 180 degrees/s are 5143 digits of 35 mdegree/s, and 1 g is 4098 digits of 0.244 mg.
+        assert_eq!(values, [0, 5_143, -29, 0, i16::MIN, 4_098]);
+    }
+
+    #[test]
+    fn a_reset_clears_the_configuration_and_the_identity_cannot_be_written() {
+        let (mut chip, acts) = chip(&[(WHO_AM_I, 1), (CTRL1, 9), (CTRL3, SW_RESET)]);
+        chip.step(&acts, None);
+        let mut registers = [0; 4];
+        chip.read(WHO_AM_I as u8, &mut registers);
+        assert_eq!(registers, [IDENTITY, 0, 0, 0x44]);
+    }
+}
