@@ -11,6 +11,9 @@ mod lockstep;
 mod portable;
 
 #[cfg(all(target_os = "none", feature = "esc1"))]
+mod stm32g4;
+
+#[cfg(all(target_os = "none", feature = "esc1"))]
 pub mod esc1;
 #[cfg(all(target_os = "none", feature = "esc1"))]
 pub use esc1::Esc1 as Selected;
