@@ -4,7 +4,7 @@
 #![no_main]
 
 // Includes the source file, because the library would add the application's handlers.
-#[path = "../boards/esc1/crc.rs"]
+#[path = "../boards/stm32g4/crc.rs"]
 mod crc;
 #[path = "../boards/esc1/image.rs"]
 mod image;

@@ -7,13 +7,23 @@
 
 #[cfg(any(not(target_os = "none"), feature = "mps2"))]
 mod lockstep;
-#[cfg(any(test, feature = "esc1"))]
+mod operator_switches;
+#[cfg(any(test, feature = "esc1", feature = "g474"))]
+#[allow(dead_code)] // each board uses a part of it
 mod portable;
+
+#[cfg(all(target_os = "none", any(feature = "esc1", feature = "g474")))]
+mod stm32g4;
 
 #[cfg(all(target_os = "none", feature = "esc1"))]
 pub mod esc1;
 #[cfg(all(target_os = "none", feature = "esc1"))]
 pub use esc1::Esc1 as Selected;
+
+#[cfg(all(target_os = "none", feature = "g474"))]
+pub mod g474;
+#[cfg(all(target_os = "none", feature = "g474"))]
+pub use g474::G474 as Selected;
 
 #[cfg(all(target_os = "none", feature = "mps2"))]
 pub(crate) mod mps2;
@@ -30,10 +40,19 @@ pub mod wasm;
 #[cfg(target_family = "wasm")]
 pub use wasm::Wasm as Selected;
 
-#[cfg(all(target_os = "none", not(any(feature = "mps2", feature = "esc1"))))]
+#[cfg(all(
+    target_os = "none",
+    not(any(feature = "mps2", feature = "esc1", feature = "g474"))
+))]
 compile_error!("choose a board, for instance --features mps2");
-#[cfg(all(feature = "mps2", feature = "esc1"))]
+#[cfg(any(
+    all(feature = "mps2", feature = "esc1"),
+    all(feature = "mps2", feature = "g474"),
+    all(feature = "esc1", feature = "g474"),
+))]
 compile_error!("choose one board");
+
+pub use operator_switches::OperatorSwitches;
 
 #[cfg(not(target_family = "wasm"))]
 use crate::roles::Role;
@@ -83,6 +102,11 @@ pub trait Board {
     }
     /// State of the axle's switches.
     fn switches() -> Switches;
+    /// State of the operator's switches that are wired to the board. A board without them keeps
+    /// this method.
+    fn operator_switches() -> OperatorSwitches {
+        OperatorSwitches::default()
+    }
     /// Energizes the coil of the motor's holding brake, which releases it, or lets the brake
     /// engage. A board without a brake output ignores it. The brake is engaged before the first
     /// call and after a reset.

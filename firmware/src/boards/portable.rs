@@ -1,6 +1,7 @@
 //! Parts of a board that need only the traits of embedded-hal and embedded-can, for every chip
 //! whose library implements these.
 
+use super::OperatorSwitches;
 use embedded_can::{Id, StandardId};
 use embedded_hal::digital::InputPin;
 use tautrack::can::Frame;
@@ -26,6 +27,27 @@ impl<H: InputPin, P: InputPin, N: InputPin> SwitchInputs<H, P, N> {
             home: self.home.is_low().unwrap_or(false),
             positive_limit: self.positive_limit.is_high().unwrap_or(true),
             negative_limit: self.negative_limit.is_high().unwrap_or(true),
+        }
+    }
+}
+
+/// Inputs of the operator's switches, which are between the input and ground.
+///
+/// The emergency stop opens when it is actuated, and the dead-man switch when it is released. So a
+/// broken wire prevents motion, and so does an input that cannot be read.
+pub struct OperatorInputs<E, D> {
+    /// Emergency stop.
+    pub emergency_stop: E,
+    /// Dead-man switch.
+    pub dead_man: D,
+}
+
+impl<E: InputPin, D: InputPin> OperatorInputs<E, D> {
+    /// State of the switches.
+    pub fn read(&mut self) -> OperatorSwitches {
+        OperatorSwitches {
+            emergency_stop: self.emergency_stop.is_high().unwrap_or(true),
+            dead_man_released: self.dead_man.is_high().unwrap_or(true),
         }
     }
 }
@@ -104,6 +126,23 @@ mod tests {
         assert_eq!(switches([Some(false); 3]), in_range);
         let at_positive_end = switches([Some(true), Some(true), Some(false)]);
         assert!(at_positive_end.positive_limit && !at_positive_end.negative_limit);
+    }
+
+    #[test]
+    fn a_broken_wire_to_a_switch_of_the_operator_prevents_motion() {
+        let read = |levels: [Option<bool>; 2]| {
+            let [emergency_stop, dead_man] = levels.map(Input);
+            let mut inputs = OperatorInputs {
+                emergency_stop,
+                dead_man,
+            };
+            let switches = inputs.read();
+            [switches.emergency_stop, switches.dead_man_released]
+        };
+        assert_eq!(read([Some(true); 2]), [true; 2]);
+        assert_eq!(read([None; 2]), [true; 2]);
+        assert_eq!(read([Some(false); 2]), [false; 2]);
+        assert_eq!(read([Some(true), Some(false)]), [true, false]);
     }
 
     /// Frame of a controller.

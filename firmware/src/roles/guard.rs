@@ -1,12 +1,14 @@
 //! Role `guard`: the robot's body controller and stability filter, master of the CANopen network,
 //! and inclinometer after CiA 410.
 
+use super::dead_man::DeadMan;
 use super::{Refusal, Role, Spawners, dictionary, milli, refuse, start_bus, startable};
 use crate::boards::{Board, CONTROL_HZ, Selected};
 use crate::bus::{self, FrameQueue, Received};
 use crate::sensors::condition::{self, Chip};
 use crate::sensors::{Rates, newest};
 use crate::{serial, storage};
+use core::mem::MaybeUninit;
 use core::sync::atomic::{AtomicBool, Ordering};
 use embassy_time::{Duration, Instant, Ticker};
 use heapless::Vec;
@@ -140,16 +142,35 @@ fn start<B: Body>(
 where
     Guard<B>: Send,
 {
-    let guard = Guard::new(settings).map_err(|error| refuse("robot", format_args!("{error:?}")))?;
-    let guard = cell
-        .try_init(guard)
+    let cell = cell
+        .try_uninit()
         .ok_or_else(|| refuse("guard", "it was started before"))?;
+    let guard = create(settings, cell)?;
     start_bus(spawners.bus, settings, od::DICTIONARY, None, received)?;
     Selected::start_sensors(spawners.bus, Rates::new(settings))
         .map_err(|error| refuse("sensors", error))?;
     let control = control(guard, settings.id(Setting::NodeId));
     spawners.control.spawn(startable(control)?);
     Ok(())
+}
+
+/// Creates the guard in `cell`. It is inlined nowhere and has no combinator between constructor and
+/// cell: each copy of a guard takes 8 KiB of stack.
+#[inline(never)]
+fn create<B: Body>(
+    settings: &Settings,
+    cell: &'static mut MaybeUninit<Guard<B>>,
+) -> Result<&'static mut Guard<B>, Refusal> {
+    match constructed(settings) {
+        Ok(guard) => Ok(cell.write(guard)),
+        Err(error) => Err(refuse("robot", format_args!("{error:?}"))),
+    }
+}
+
+/// [`Guard::new`], inlined nowhere.
+#[inline(never)]
+fn constructed<B: Body>(settings: &Settings) -> Result<Guard<B>, B::Refusal> {
+    Guard::new(settings)
 }
 
 fn received(received: Received) {
@@ -172,6 +193,7 @@ async fn control(guard: &'static mut dyn Tick, node: u8) -> ! {
     let mut bytes = [0; MAX_SERIAL];
     let mut sensors = Sensor::ALL.into_iter().cycle();
     let mut step = commissioning::request::NONE;
+    let mut dead_man = DeadMan::default();
     loop {
         ticker.next().await;
         frames.clear();
@@ -180,13 +202,16 @@ async fn control(guard: &'static mut dyn Tick, node: u8) -> ! {
         }
         // An error means that the pipe is empty.
         let count = serial::RECEIVED.try_read(&mut bytes).unwrap_or(0);
+        let switches = Selected::operator_switches();
         guard.tick(&Inputs {
             now_us: Instant::now().as_micros(),
             body: newest::take(),
-            operator: OPERATOR
-                .swap(false, Ordering::Relaxed)
-                .then(operator_command),
-            emergency_stop: od::OBJECT4008.get_value() != 0,
+            operator: dead_man.command(
+                switches.dead_man_released,
+                OPERATOR.swap(false, Ordering::Relaxed),
+                operator_command,
+            ),
+            emergency_stop: od::OBJECT4008.get_value() != 0 || switches.emergency_stop,
             frames: &frames,
             serial: bytes.get(..count).unwrap_or(&[]),
         });

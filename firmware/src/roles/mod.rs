@@ -2,6 +2,7 @@
 //! once, and writes the results back.
 
 pub mod axle;
+mod dead_man;
 mod drive;
 pub mod guard;
 pub mod screw;

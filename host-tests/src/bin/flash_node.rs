@@ -1,4 +1,4 @@
-//! `cargo flash-node`: flashes a motor board.
+//! `cargo flash-node`: flashes a board.
 
 use std::process::ExitCode;
 use tautrack_host_tests::tools::flash_node;

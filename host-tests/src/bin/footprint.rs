@@ -1,4 +1,4 @@
-//! `cargo footprint`: measures the memory that the motor board's programs need.
+//! `cargo footprint`: measures the memory that the boards' programs need.
 
 use std::process::ExitCode;
 use tautrack_host_tests::tools::footprint;

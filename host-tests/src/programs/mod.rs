@@ -1,13 +1,14 @@
 //! Builds the node programs, for the emulated board, the host or WebAssembly, and identifies
 //! them by their hashes.
 //!
-//! `program` describes a program, `motor_board` builds what is flashed, `cargo` calls cargo,
-//! `error` lists the errors. [`flash`] and [`settings_pages`] make the bytes that are flashed.
-//! [`setup`] installs what the build needs.
+//! `program` describes a program, `motor_board` and `guard_board` build what is flashed, `cargo`
+//! calls cargo, `error` lists the errors. [`flash`] and [`settings_pages`] make the bytes that are
+//! flashed. [`setup`] installs what the build needs.
 
 mod cargo;
 mod error;
 pub mod flash;
+mod guard_board;
 mod motor_board;
 mod program;
 pub mod settings_pages;
@@ -15,6 +16,7 @@ pub mod setup;
 
 pub use cargo::changes_a_build;
 pub use error::BuildError;
+pub use guard_board::guard_board;
 pub use motor_board::{MotorBoard, defective_axle, motor_board};
 pub use program::{Board, Instruments, Program, Programs, hexadecimal};
 

@@ -1,4 +1,4 @@
-//! The settings pages of the motor board's flash memory, as its program writes them.
+//! The settings pages of the boards' flash memory, as their programs write them.
 
 use embedded_storage::nor_flash::{ErrorType, NorFlash, ReadNorFlash};
 use std::convert::Infallible;
@@ -6,8 +6,10 @@ use std::ops::Range;
 use tautrack::settings::{Setting, Settings};
 use tautrack::store::{SCHEMA, Store};
 
-/// Address of the first page.
+/// Address of the motor board's first page.
 pub const ADDRESS: u32 = 0x0801_e000;
+/// Address of the first page of the guard's board.
+pub const GUARD_ADDRESS: u32 = 0x0807_e000;
 /// Bytes of all pages.
 pub const LENGTH: usize = 8 * 1024;
 /// Bytes of one page.

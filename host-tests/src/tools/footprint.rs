@@ -1,19 +1,20 @@
-//! `cargo footprint`: flash memory, static variables and stack of the motor board's programs,
-//! beside their limits.
+//! `cargo footprint`: flash memory, static variables and stack of the boards' programs, beside
+//! their limits.
 //!
 //! The stack is measured while the program runs on the model of the chip: it starts, is configured
-//! and enabled over the bus, and drives. Its deepest place was seen on painted RAM. The nested
-//! stack adds the deepest stacks of the thread and of each interrupt priority, as if all interrupts
-//! came at the worst moments. Code that this run does not reach is in neither. The frames of all
-//! functions are not summed: a stable compiler does not emit their sizes.
+//! and enabled over the bus, and drives; a guard receives frames of drives and of an operator. Its
+//! deepest place was seen on painted RAM. The nested stack adds the deepest stacks of the thread
+//! and of each interrupt priority, as if all interrupts came at the worst moments. Code that this
+//! run does not reach is in neither. The frames of all functions are not summed: a stable compiler
+//! does not emit their sizes.
 
 use crate::programs::settings_pages::{self, Pages};
 use crate::programs::setup::checkout;
-use crate::programs::{MotorBoard, Program, flash, motor_board};
-use crate::robots::Role;
+use crate::programs::{MotorBoard, Program, flash, guard_board, motor_board};
+use crate::robots::{Kind, Role};
 use crate::scenario::Scenario;
-use crate::simulator::chip::{Chip, Executed};
-use clap::Parser;
+use crate::simulator::chip::{Chip, Executed, Part, STM32G431, STM32G474};
+use clap::{Parser, ValueEnum};
 use object::read::elf::ElfFile32;
 use object::{Endianness, Object, ObjectSection, ObjectSymbol};
 use serde::Serialize;
@@ -26,16 +27,22 @@ use tautrack::can::Frame;
 use tautrack::settings::Setting;
 
 const FLASH: u32 = 0x0800_0000;
-const RAM: std::ops::Range<u64> = 0x2000_0000..0x2000_8000;
-/// Static variables and stack of an application, bytes. The rest of the 32 KiB is a reserve.
+/// RAM of the largest chip. No chip has anything else there.
+const RAM: std::ops::Range<u64> = 0x2000_0000..0x2002_0000;
+/// Static variables and stack of a motor board's application, bytes. The rest of the 32 KiB is a
+/// reserve.
 const RAM_LIMIT: u32 = 24 * 1024;
+/// The same of a guard, of 128 KiB.
+const GUARD_RAM_LIMIT: u32 = 48 * 1024;
+/// Flash memory of a guard, bytes.
+const GUARD_FLASH_LIMIT: u32 = 192 * 1024;
 /// Scenario that has the settings of the nodes.
 const SCENARIO: &str = "host-tests/scenarios/staircase.toml";
 /// Node id of the chip.
 const NODE: u16 = 5;
 
-/// Prints flash memory, static variables and stack of the motor board's programs, beside their
-/// limits. Fails above a limit.
+/// Prints flash memory, static variables and stack of the boards' programs, beside their limits.
+/// Fails above a limit.
 #[derive(Parser)]
 #[command(name = "cargo footprint")]
 struct Arguments {
@@ -63,17 +70,19 @@ pub struct Footprint {
     pub nested_stack: u32,
     /// Limit of static variables and [`stack`](Self::stack).
     pub ram_limit: u32,
+    /// RAM of the chip, which is the limit of static variables and
+    /// [`nested_stack`](Self::nested_stack).
+    pub ram: u32,
 }
 
 impl Footprint {
     /// One line for each limit that is exceeded.
     pub fn excesses(&self) -> Vec<String> {
         let ram = self.static_ram + self.stack;
-        let all = (RAM.end - RAM.start) as u32;
         [
             ("flash memory", self.flash, self.flash_limit),
             ("RAM", ram, self.ram_limit),
-            ("RAM, nested", self.static_ram + self.nested_stack, all),
+            ("RAM, nested", self.static_ram + self.nested_stack, self.ram),
         ]
         .into_iter()
         .filter(|(_, used, limit)| used > limit)
@@ -95,7 +104,8 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
 
 fn command(arguments: &Arguments) -> Result<(), String> {
     let programs = motor_board().map_err(|error| error.to_string())?;
-    let footprints = measure(&programs)?;
+    let mut footprints: Vec<_> = measure(&programs)?.into();
+    footprints.extend(measure_guards()?);
     if arguments.json {
         let text = serde_json::to_string_pretty(&footprints).map_err(|error| error.to_string())?;
         println!("{text}");
@@ -114,7 +124,7 @@ fn table(footprints: &[Footprint]) -> String {
     let line = |cells: [&str; 7]| {
         let [board, program, flash, variables, stack, nested, sum] = cells;
         format!(
-            "{board:<6} {program:<7} {flash:>14} {variables:>7} {stack:>6} {nested:>7} {sum:>13}\n"
+            "{board:<6} {program:<14} {flash:>14} {variables:>7} {stack:>6} {nested:>7} {sum:>13}\n"
         )
     };
     let heading = line([
@@ -153,11 +163,50 @@ pub fn measure(programs: &MotorBoard) -> Result<[Footprint; 3], String> {
     ])
 }
 
+/// Builds the guards of all robots for the guard's board, and measures them.
+///
+/// # Errors
+/// The same, and failures of the build.
+pub fn measure_guards() -> Result<Vec<Footprint>, String> {
+    let guards: Vec<_> = Kind::value_variants()
+        .iter()
+        .map(|robot| robot.facts().guard_program)
+        .collect();
+    let programs = guard_board(&guards).map_err(|error| error.to_string())?;
+    Kind::value_variants()
+        .iter()
+        .zip(&programs)
+        .map(|(robot, program)| guard(*robot, program))
+        .collect()
+}
+
+fn guard(robot: Kind, program: &Program) -> Result<Footprint, String> {
+    let image = Image::read(program)?;
+    let mut chip = image.chip(STM32G474);
+    let scenario = format!("host-tests/scenarios/{}", robot.facts().scenario_file);
+    let settings = settings(&scenario, Role::Guard)?;
+    chip.patch(settings_pages::GUARD_ADDRESS, &Pages::of(&settings)?.0);
+    let nested_stack = exercise(&mut chip, image.stack_start, listen);
+    Ok(Footprint {
+        board: "g474",
+        program: robot.facts().guard_program,
+        flash: image.flash,
+        flash_limit: GUARD_FLASH_LIMIT,
+        static_ram: image.static_ram,
+        stack: chip.deepest_stack(RAM.start as u32 + image.static_ram),
+        nested_stack,
+        ram_limit: GUARD_RAM_LIMIT,
+        ram: image.stack_start - RAM.start as u32,
+    })
+}
+
 fn application(name: &'static str, program: &Program, role: Role) -> Result<Footprint, String> {
     let image = Image::read(program)?;
-    let mut chip = Chip::new(&image.segments, image.start);
-    chip.patch(settings_pages::ADDRESS, &Pages::of(&settings(role)?)?.0);
-    let nested_stack = exercise(&mut chip, drive);
+    let mut chip = image.chip(STM32G431);
+    let mut settings = settings(SCENARIO, role)?;
+    settings.push((Setting::NodeId, NODE.into()));
+    chip.patch(settings_pages::ADDRESS, &Pages::of(&settings)?.0);
+    let nested_stack = exercise(&mut chip, image.stack_start, drive);
     Ok(Footprint {
         board: "esc1",
         program: name,
@@ -167,14 +216,15 @@ fn application(name: &'static str, program: &Program, role: Role) -> Result<Foot
         stack: chip.deepest_stack(RAM.start as u32 + image.static_ram),
         nested_stack,
         ram_limit: RAM_LIMIT,
+        ram: image.stack_start - RAM.start as u32,
     })
 }
 
 fn loader(programs: &MotorBoard) -> Result<Footprint, String> {
     let image = Image::read(&programs.loader)?;
-    let mut chip = Chip::new(&image.segments, image.start);
+    let mut chip = image.chip(STM32G431);
     // Without an application, it stays in the loader.
-    let nested_stack = exercise(&mut chip, |chip| chip.run(100_000));
+    let nested_stack = exercise(&mut chip, image.stack_start, |chip| chip.run(100_000));
     Ok(Footprint {
         board: "esc1",
         program: "loader",
@@ -184,16 +234,18 @@ fn loader(programs: &MotorBoard) -> Result<Footprint, String> {
         stack: chip.deepest_stack(RAM.start as u32 + image.static_ram),
         nested_stack,
         ram_limit: RAM_LIMIT,
+        ram: image.stack_start - RAM.start as u32,
     })
 }
 
-/// Settings of the first node with this role.
-fn settings(role: Role) -> Result<Vec<(Setting, i32)>, String> {
+/// Settings of the first node of a scenario with this role.
+fn settings(scenario: &str, role: Role) -> Result<Vec<(Setting, i32)>, String> {
     let root = checkout::root().map_err(|error| error.to_string())?;
-    let scenario = Scenario::load(&root.join(SCENARIO)).map_err(|error| error.to_string())?;
+    let scenario = Scenario::load(&root.join(scenario)).map_err(|error| error.to_string())?;
     let node = scenario.nodes().into_iter().find(|node| node.role == role);
-    let mut settings = node.ok_or("the scenario has no such node")?.settings;
-    settings.push((Setting::NodeId, NODE.into()));
+    let node = node.ok_or("the scenario has no such node")?;
+    let mut settings = node.settings;
+    settings.push((Setting::NodeId, node.id.into()));
     Ok(settings)
 }
 
@@ -202,6 +254,8 @@ struct Image {
     elf: Vec<u8>,
     segments: Vec<flash::Segment>,
     start: u32,
+    /// Stack pointer at the start: the end of RAM.
+    stack_start: u32,
     flash: u32,
     static_ram: u32,
 }
@@ -217,13 +271,24 @@ impl Image {
             .filter(|section| RAM.contains(&section.address()))
             .map(|section| section.address() + section.size())
             .max();
+        let stack_start = segments
+            .first()
+            .and_then(|first| first.bytes.first_chunk())
+            .map(|word| u32::from_le_bytes(*word))
+            .ok_or_else(|| format!("{path}: no vector table"))?;
         Ok(Self {
+            stack_start,
             start: segments.first().map_or(FLASH, |first| first.address),
             flash: segments.iter().map(|part| part.bytes.len() as u32).sum(),
             static_ram: static_end.map_or(0, |end| (end - RAM.start) as u32),
             segments,
             elf,
         })
+    }
+
+    /// A chip that has this image, and starts it.
+    fn chip(&self, part: Part) -> Chip {
+        Chip::of(part, &self.segments, self.start)
     }
 
     fn symbol(&self, name: &str) -> Result<u32, String> {
@@ -261,9 +326,41 @@ fn drive(chip: &mut Chip) {
     chip.run(100_000);
 }
 
-/// Runs the program. Returns its nested stack.
-fn exercise(chip: &mut Chip, run: impl FnOnce(&mut Chip)) -> u32 {
-    let nesting = Arc::new(Mutex::new(Nesting::default()));
+/// Starts a guard. Its drives are present, an operator arms it and drives, and the GNSS receiver
+/// sends.
+fn listen(chip: &mut Chip) {
+    const GUARD: u16 = 1;
+    chip.run(50_000);
+    // Process data are received in the NMT state "operational".
+    chip.send(Frame::new(0x000, &[1, 0]).unwrap_or_default());
+    let sentence =
+        b"$GPGGA,120000.00,4530.0000,N,00730.0000,E,4,12,0.6,500.0,M,48.0,M,1.0,0000*4C\r\n";
+    for step in 0..100_u8 {
+        for drive in 2..16 {
+            chip.send(Frame::new(0x700 + drive, &[5]).unwrap_or_default());
+            // Ready to be switched on, no fault.
+            let status = [0x21, 0, 0, 0, 0, 0, 0, 0];
+            chip.send(Frame::new(0x180 + drive, &status).unwrap_or_default());
+            chip.send(Frame::new(0x280 + drive, &[0; 8]).unwrap_or_default());
+        }
+        // The operator holds the dead-man switch, and requests "stop", then "arm".
+        let request = 0x80 | if step > 20 { 1 } else { 2 };
+        let command = [50, 0, 10, 0, 0, 0, request, step];
+        chip.send(Frame::new(0x200 + GUARD, &command).unwrap_or_default());
+        let read = [0x40, 0, 0x10, 0, 0, 0, 0, 0];
+        chip.send(Frame::new(0x600 + GUARD, &read).unwrap_or_default());
+        chip.send_serial(sentence, 115_200);
+        chip.run(10_000);
+    }
+}
+
+/// Runs the program, whose stack starts at `stack_start`. Returns its nested stack.
+fn exercise(chip: &mut Chip, stack_start: u32, run: impl FnOnce(&mut Chip)) -> u32 {
+    let nesting = Arc::new(Mutex::new(Nesting {
+        running: vec![(0, stack_start)],
+        stack_pointer: stack_start,
+        deepest: BTreeMap::new(),
+    }));
     let watcher = Arc::clone(&nesting);
     chip.watch(move |executed| {
         if let Ok(mut nesting) = watcher.lock() {
@@ -288,16 +385,6 @@ struct Nesting {
     running: Vec<(u16, u32)>,
     stack_pointer: u32,
     deepest: BTreeMap<u16, u32>,
-}
-
-impl Default for Nesting {
-    fn default() -> Self {
-        Self {
-            running: vec![(0, RAM.end as u32)],
-            stack_pointer: RAM.end as u32,
-            deepest: BTreeMap::new(),
-        }
-    }
 }
 
 impl Nesting {

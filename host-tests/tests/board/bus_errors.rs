@@ -2,66 +2,78 @@
 
 use crate::chip::{BUS_OFF, CAN_ERRORS, CAN_STATUS, Chip, PASSIVE, Wiring};
 use crate::executed::{NODE, armed_axle, frame, read, running_axle, write};
+use crate::{checks, guard};
 use tautrack::can::Frame;
 
 /// Time between two heartbeats, us.
 const HEARTBEAT_US: u64 = 50_000;
 
+/// Node ids, and the chips: an axle and a guard.
+fn nodes() -> [(u16, Chip); 2] {
+    [
+        (NODE, running_axle()),
+        (guard::NODE, guard::running_guard()),
+    ]
+}
+
 /// Number of heartbeats that the chip has sent since the last call.
-fn heartbeats(chip: &mut Chip) -> usize {
+fn heartbeats(chip: &mut Chip, node: u16) -> usize {
     let sent = chip.take_sent();
-    let heartbeats = sent.iter().filter(|(_, it)| it.id() == 0x700 + NODE);
+    let heartbeats = sent.iter().filter(|(_, it)| it.id() == 0x700 + node);
     heartbeats.count()
 }
 
 #[test]
 pub fn a_node_that_is_alone_on_the_bus_gets_passive_and_goes_on_running() {
-    let mut chip = running_axle();
-    chip.wire(Wiring::Alone);
-    chip.take_sent();
-    chip.run(500_000);
-    assert_eq!(chip.take_sent(), []);
-    assert_eq!(chip.register(CAN_ERRORS) & 0xff, 128);
-    assert_eq!(chip.register(CAN_STATUS) & (PASSIVE | BUS_OFF), PASSIVE);
-    chip.wire(Wiring::Good);
-    chip.run(2 * HEARTBEAT_US);
-    assert!(heartbeats(&mut chip) > 0);
-    read(&mut chip, 0x6041);
-    assert_eq!(chip.resets(), 0);
+    for (node, mut chip) in nodes() {
+        chip.wire(Wiring::Alone);
+        chip.take_sent();
+        chip.run(500_000);
+        assert_eq!(chip.take_sent(), []);
+        assert_eq!(chip.register(CAN_ERRORS) & 0xff, 128);
+        assert_eq!(chip.register(CAN_STATUS) & (PASSIVE | BUS_OFF), PASSIVE);
+        chip.wire(Wiring::Good);
+        chip.run(2 * HEARTBEAT_US);
+        assert!(heartbeats(&mut chip, node) > 0);
+        checks::read(&mut chip, node, 0x1000, 0);
+        assert_eq!(chip.resets(), 0);
+    }
 }
 
 #[test]
 pub fn a_node_recovers_from_bus_off_by_itself() {
-    let mut chip = running_axle();
-    chip.wire(Wiring::Shorted);
-    let mut states = Vec::new();
-    for _ in 0..2_000 {
-        chip.run(250);
-        states.push(chip.register(CAN_STATUS) & BUS_OFF != 0);
+    for (node, mut chip) in nodes() {
+        chip.wire(Wiring::Shorted);
+        let mut states = Vec::new();
+        for _ in 0..2_000 {
+            chip.run(250);
+            states.push(chip.register(CAN_STATUS) & BUS_OFF != 0);
+        }
+        states.dedup();
+        // Off and on again, as long as the short lasts.
+        assert!(states.len() > 10, "{states:?}");
+        chip.wire(Wiring::Good);
+        chip.run(2 * HEARTBEAT_US);
+        assert_eq!(chip.register(CAN_STATUS) & (PASSIVE | BUS_OFF), 0);
+        assert!(heartbeats(&mut chip, node) > 0);
+        checks::read(&mut chip, node, 0x1000, 0);
+        assert_eq!(chip.resets(), 0);
     }
-    states.dedup();
-    // Off and on again, as long as the short lasts.
-    assert!(states.len() > 10, "{states:?}");
-    chip.wire(Wiring::Good);
-    chip.run(2 * HEARTBEAT_US);
-    assert_eq!(chip.register(CAN_STATUS) & (PASSIVE | BUS_OFF), 0);
-    assert!(heartbeats(&mut chip) > 0);
-    read(&mut chip, 0x6041);
-    assert_eq!(chip.resets(), 0);
 }
 
 #[test]
 pub fn frames_that_waited_for_the_bus_for_long_are_not_sent() {
     for wiring in [Wiring::Alone, Wiring::Shorted] {
-        let mut chip = running_axle();
-        chip.wire(wiring);
-        // 20 heartbeats wait.
-        chip.run(20 * HEARTBEAT_US);
-        chip.take_sent();
-        chip.wire(Wiring::Good);
-        chip.run(HEARTBEAT_US - 5_000);
-        let sent = heartbeats(&mut chip);
-        assert!(sent <= 2, "{wiring:?}: {sent} heartbeats in one period");
+        for (node, mut chip) in nodes() {
+            chip.wire(wiring);
+            // 20 heartbeats wait.
+            chip.run(20 * HEARTBEAT_US);
+            chip.take_sent();
+            chip.wire(Wiring::Good);
+            chip.run(HEARTBEAT_US - 5_000);
+            let sent = heartbeats(&mut chip, node);
+            assert!(sent <= 2, "{wiring:?}: {sent} heartbeats in one period");
+        }
     }
 }
 

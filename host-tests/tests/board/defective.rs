@@ -2,7 +2,7 @@
 //! memory selects one. A named test must find every one of them.
 
 #[allow(unexpected_cfgs)] // a feature of the firmware
-#[path = "../../../firmware/src/boards/esc1/defect.rs"]
+#[path = "../../../firmware/src/boards/stm32g4/defect.rs"]
 mod defect;
 
 use crate::images::programs;

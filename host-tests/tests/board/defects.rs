@@ -2,11 +2,11 @@
 //! every one of them.
 
 use crate::chip::{BDTR, FDCAN, GPIO, IWDG, MOE, PWR, Patch, RCC, TIM1};
-use crate::executed as test;
+use crate::{executed as test, guard};
 use std::panic::catch_unwind;
 
 /// What is wrong, the patch, and the test that finds it.
-const DEFECTS: [(&str, Patch, fn()); 12] = [
+const DEFECTS: [(&str, Patch, fn()); 15] = [
     (
         "no boost",
         patch(PWR + 0x80, 1 << 8, 1 << 8),
@@ -66,6 +66,21 @@ const DEFECTS: [(&str, Patch, fn()); 12] = [
         "low side a is not connected",
         patch(GPIO + 0x824, 0xf << 20, 0),
         test::every_pin_has_the_function_of_the_page,
+    ),
+    (
+        "no boost in the guard's board",
+        patch(PWR + 0x80, 1 << 8, 1 << 8),
+        guard::the_core_runs_at_170_mhz_from_the_crystal_of_24_mhz_with_boost,
+    ),
+    (
+        "the watchdog of the guard waits 500 ms",
+        patch(IWDG + 8, 0xfff, 3999),
+        guard::a_guard_without_its_bus_task_or_its_control_task_is_reset,
+    ),
+    (
+        "a bit of the guard has other clocks",
+        patch(FDCAN + 0x1c, 0x7f, 0),
+        guard::a_bit_on_the_bus_has_170_clocks_and_is_sampled_at_80_percent,
     ),
 ];
 

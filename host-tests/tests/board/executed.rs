@@ -1,18 +1,17 @@
 //! What the images do on the model of the chip: what they write to the registers, when the bridge
 //! is live, what is on the bus.
 
+pub use crate::checks::frame;
+use crate::checks::{self, field};
 use crate::chip::{
-    ADC1_2, BDTR, CONTROL, CORE_HZ, Chip, Executed, FDCAN, FDCAN1_IT0, FLASH_CONTROL, GPIO, IWDG,
-    MOE, PWR, Patch, RCC, TIM1, TIM2_IRQ,
+    ADC1_2, BDTR, CONTROL, CORE_HZ, Chip, Executed, FDCAN1_IT0, MOE, Patch, TIM1, TIM2_IRQ,
 };
 use crate::defective::{self, Defect};
 use crate::images::programs;
-use crate::pins;
 use object::read::elf::ElfFile32;
 use object::{Endianness, Object, ObjectSymbol};
 use std::cell::Cell;
 use std::fs;
-use tautrack::can::Frame;
 use tautrack::settings::Setting;
 use tautrack_host_tests::programs::settings_pages::{ADDRESS, LENGTH, Pages};
 use tautrack_host_tests::programs::setup::checkout;
@@ -88,40 +87,14 @@ pub fn running_axle() -> Chip {
     chip
 }
 
-fn field(word: u32, low: u32, bits: u32) -> u32 {
-    word >> low & ((1 << bits) - 1)
-}
-
-pub fn frame(id: u16, data: &[u8]) -> Frame {
-    Frame::new(id, data).expect("a frame")
-}
-
 /// Writes an object by SDO, and waits for the answer.
 pub fn write(chip: &mut Chip, object: u16, sub: u8, value: &[u8]) {
-    let [low, high] = object.to_le_bytes();
-    let mut data = [0; 8];
-    data[..4].copy_from_slice(&[0x23 | (4 - value.len() as u8) << 2, low, high, sub]);
-    data[4..4 + value.len()].copy_from_slice(value);
-    chip.take_sent();
-    chip.send(frame(0x600 + NODE, &data));
-    chip.run(3_000);
-    let sent = chip.take_sent();
-    let answered = sent
-        .iter()
-        .any(|(_, frame)| frame.id() == 0x580 + NODE && frame.data()[0] == 0x60);
-    assert!(answered, "{object:#x}: {sent:x?}");
+    checks::write(chip, NODE, object, sub, value);
 }
 
 /// Reads an object of up to four bytes by SDO.
 pub fn read(chip: &mut Chip, object: u16) -> u32 {
-    let [low, high] = object.to_le_bytes();
-    chip.take_sent();
-    chip.send(frame(0x600 + NODE, &[0x40, low, high, 0, 0, 0, 0, 0]));
-    chip.run(3_000);
-    let sent = chip.take_sent();
-    let answer = sent.iter().find(|(_, frame)| frame.id() == 0x580 + NODE);
-    let (_, answer) = answer.unwrap_or_else(|| panic!("{object:#x}: {sent:x?}"));
-    u32::from_le_bytes(answer.data()[4..8].try_into().expect("four bytes"))
+    checks::read(chip, NODE, object, 0)
 }
 
 /// A screw that has started.
@@ -174,28 +147,8 @@ pub fn symbol(part: &str) -> u32 {
 
 #[test]
 pub fn the_core_runs_at_170_mhz_from_the_crystal_with_boost_and_four_wait_states() {
-    let chip = running_axle();
-    let pll = chip.register(RCC + 0x0c);
-    // Crystal of 8 MHz, divided by 2, times 85, divided by 2.
-    assert_eq!(field(pll, 0, 2), 3, "source");
-    assert_eq!(field(pll, 4, 4) + 1, 2, "M");
-    assert_eq!(field(pll, 8, 7), 85, "N");
-    assert_eq!(2 * (field(pll, 25, 2) + 1), 2, "R");
-    assert_eq!(field(pll, 24, 1), 1, "output R");
-    assert_eq!(field(chip.register(RCC + 0x08), 2, 2), 3, "system clock");
-    assert_eq!(field(chip.register(FLASH_CONTROL), 0, 4), 4, "wait states");
-    assert_eq!(field(chip.register(PWR + 0x80), 8, 1), 0, "R1MODE");
-    // Boost and wait states come before the switch to the fast clock.
-    let writes = chip.writes();
-    let at = |address: u32, holds: fn(u32) -> bool| {
-        writes
-            .iter()
-            .position(|write| write.address == address && holds(write.value))
-            .unwrap_or_else(|| panic!("{address:#x} is never written"))
-    };
-    let switched = at(RCC + 0x08, |value| value & 3 == 3);
-    assert!(at(PWR + 0x80, |value| value & 1 << 8 == 0) < switched);
-    assert!(at(FLASH_CONTROL, |value| value & 15 == 4) < switched);
+    // Crystal of 8 MHz.
+    checks::clocks(&running_axle(), 2);
 }
 
 #[test]
@@ -292,23 +245,7 @@ pub fn a_bus_task_that_hangs_is_reset_within_the_period_of_the_watchdog() {
 
 #[test]
 pub fn the_watchdog_is_started_first_and_bites_after_50_ms() {
-    let chip = running_axle();
-    assert_eq!(chip.register(IWDG + 4), 0, "divided by 4");
-    assert_eq!(chip.register(IWDG + 8), 399, "50 ms at 8 kHz");
-    let writes = chip.writes();
-    let started = writes
-        .iter()
-        .position(|write| (write.address, write.value) == (IWDG, 0xcccc))
-        .expect("the watchdog is started");
-    let clocks = writes
-        .iter()
-        .position(|write| write.address == RCC)
-        .expect("the clocks are set");
-    assert!(started < clocks);
-    let fed = writes
-        .iter()
-        .filter(|write| (write.address, write.value) == (IWDG, 0xaaaa));
-    assert!(fed.count() > 2);
+    checks::watchdog(&running_axle());
 }
 
 #[test]
@@ -365,18 +302,7 @@ fn static_variables_and_stack_take_at_most_24_kib() {
 
 #[test]
 pub fn a_bit_on_the_bus_has_170_clocks_and_is_sampled_at_80_percent() {
-    let chip = running_axle();
-    let timing = chip.register(FDCAN + 0x1c);
-    let before = field(timing, 8, 8) + 2;
-    let after = field(timing, 0, 7) + 1;
-    assert_eq!(field(timing, 16, 9), 0, "prescaler");
-    assert_eq!(before + after, 170);
-    assert_eq!(before * 10, 170 * 8);
-    assert_eq!(
-        field(chip.register(FDCAN + 0x18), 0, 1),
-        0,
-        "takes part in the bus"
-    );
+    checks::bit_timing(&running_axle());
 }
 
 #[test]
@@ -430,34 +356,14 @@ fn damaged_settings_count_as_none() {
 
 #[test]
 pub fn every_pin_has_the_function_of_the_page() {
-    let chip = running_axle();
-    let rows = pins::rows();
-    assert_eq!(rows.len(), 26);
-    for (pin, function) in rows {
-        let port = GPIO + 0x400 * u32::from(pin.as_bytes()[1] - b'A');
-        let number: u32 = pin[2..].parse().expect("a number");
-        let alternate = pins::alternate(&function);
-        let mode = match &*function {
-            "input" => 0,
-            "output" => 1,
-            "analogue" => 3,
-            _ => 2,
-        };
-        let got = field(chip.register(port), 2 * number, 2);
-        assert_eq!(got, mode, "{pin}: mode");
-        if let Some((_, wanted)) = alternate {
-            let register = port + 0x20 + 4 * (number / 8);
-            let got = field(chip.register(register), 4 * (number % 8), 4);
-            assert_eq!(got, wanted, "{pin}: alternate function");
-        }
-    }
+    assert_eq!(checks::pins(&running_axle(), "hardware.md"), 26);
 }
 
 #[test]
 fn the_can_transceiver_is_on_and_the_terminator_off() {
     let chip = running_axle();
     // Output data register of port C. Both pins act when they are high.
-    let output = chip.register(GPIO + 0x400 * 2 + 0x14);
+    let output = chip.register(crate::chip::GPIO + 0x400 * 2 + 0x14);
     assert_eq!(output & (1 << 11 | 1 << 14), 0);
 }
 

@@ -6,10 +6,16 @@ use defmt_decoder::Table;
 use object::read::elf::ElfFile32;
 use object::{Endianness, Object, ObjectSymbol};
 use std::fs;
+use tautrack_host_tests::programs::Program;
 
 /// Lines that the axle has written to its log since the chip has this RAM.
 fn log(chip: &Chip) -> Vec<String> {
-    let elf = fs::read(&axle_program().path).expect("a program");
+    log_of(axle_program(), chip)
+}
+
+/// The same of any program.
+pub fn log_of(program: &Program, chip: &Chip) -> Vec<String> {
+    let elf = fs::read(&program.path).expect("a program");
     let file = ElfFile32::<Endianness>::parse(&*elf).expect("an ELF file");
     let block = file
         .symbols()

@@ -1,9 +1,12 @@
-//! The images of the motor board: their sizes and addresses, and what they do on a model of the
+//! The images of the boards: their sizes and addresses, and what they do on a model of the
 //! chip that executes them.
 //!
 //! * `images`: sizes, sections and symbols
-//! * `pins`: the pin table of docs/hardware.md
+//! * `chips`: the manufacturer's data about the chips
+//! * `pins`: the pin tables of docs/hardware.md and docs/guard-board.md
 //! * `executed`: what the images do
+//! * `guard`: what the images of the guards do; `guard_images` has their sizes and addresses
+//! * `checks`: what the images of all boards do
 //! * `settings`: what the settings pages hold after resets and power cuts
 //! * `bus_errors`: what they do when the bus fails
 //! * `gates`: the gates are off after every failure
@@ -17,6 +20,8 @@
 //! * `processor`: interrupts within conditional blocks
 
 mod bus_errors;
+mod checks;
+mod chips;
 mod connected;
 mod defective;
 mod defects;
@@ -24,6 +29,8 @@ mod executed;
 mod flash_node;
 mod footprint;
 mod gates;
+mod guard;
+mod guard_images;
 mod images;
 mod masked;
 mod pins;

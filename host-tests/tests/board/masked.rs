@@ -3,6 +3,7 @@
 
 use crate::chip::{CORE_HZ, Executed};
 use crate::executed::{armed_axle_watched, read};
+use crate::guard;
 use std::sync::{Arc, Mutex};
 
 /// Longest time for which all interrupts may be masked, us.
@@ -39,19 +40,36 @@ impl Masked {
 
 #[test]
 pub fn interrupts_are_masked_for_at_most_5_us() {
+    check(5_000, |watcher| {
+        let mut chip = armed_axle_watched(watcher);
+        for object in [0x1000, 0x6041, 0x6064, 0x603f] {
+            read(&mut chip, object);
+        }
+        chip.run(100_000);
+    });
+}
+
+#[test]
+fn the_guard_masks_interrupts_for_at_most_5_us() {
+    check(1_000, |watcher| {
+        let mut chip = guard::guard_watched(watcher);
+        guard::drive(&mut chip);
+    });
+}
+
+/// Runs an image that calls this watcher, and masks interrupts at least this often.
+fn check(least: u32, run: impl FnOnce(Box<dyn FnMut(Executed) + Send>)) {
     let masked = Arc::new(Mutex::new(Masked::default()));
     let watcher = Arc::clone(&masked);
-    let mut chip = armed_axle_watched(move |now| watcher.lock().expect("a count").note(now));
-    for object in [0x1000, 0x6041, 0x6064, 0x603f] {
-        read(&mut chip, object);
-    }
-    chip.run(100_000);
+    run(Box::new(move |now| {
+        watcher.lock().expect("a count").note(now);
+    }));
     let masked = *masked.lock().expect("a count");
     println!(
         "masked {} times, for at most {} clocks, until {:#x}",
         masked.count, masked.longest, masked.end
     );
-    assert!(masked.count > 5_000, "{masked:?}");
+    assert!(masked.count > least, "{masked:?}");
     assert!(
         masked.longest * 1_000_000 <= LIMIT_US * CORE_HZ,
         "{masked:x?}"

@@ -1,16 +1,16 @@
-//! The pin table of docs/hardware.md, compared with what the manufacturer's data say about the
-//! chip.
+//! The pin tables of docs/hardware.md and docs/guard-board.md, compared with what the
+//! manufacturer's data say about the chips.
 
-use std::collections::BTreeSet;
+use crate::chips::{g431, g474};
 use std::fs;
-use stm32_metapac::metadata::METADATA;
 use tautrack_host_tests::programs::setup::checkout;
 
-/// Rows of the table: pin, and the column with its alternate function.
-pub fn rows() -> Vec<(String, String)> {
+/// Rows of the table of a page: pin, and the column with its alternate function.
+pub fn rows(page: &str) -> Vec<(String, String)> {
     let path = checkout::root()
         .expect("a checkout")
-        .join("docs/hardware.md");
+        .join("docs")
+        .join(page);
     let page = fs::read_to_string(path).expect("the page");
     let cell = |line: &str, index: usize| {
         line.split('|')
@@ -35,10 +35,10 @@ pub fn alternate(function: &str) -> Option<(&str, u32)> {
     Some((signal, number.parse().expect("a number")))
 }
 
-#[test]
-fn every_pin_of_the_page_has_this_alternate_function_on_the_chip() {
+/// Checks the rows of a page. Returns how many have an alternate function.
+fn check(page: &str, known: fn(&str, &str) -> Option<u32>) -> usize {
     let mut checked = 0;
-    for (pin, function) in rows() {
+    for (pin, function) in rows(page) {
         let Some((signal, number)) = alternate(&function) else {
             assert!(
                 ["analogue", "input", "output"].contains(&&*function),
@@ -46,18 +46,16 @@ fn every_pin_of_the_page_has_this_alternate_function_on_the_chip() {
             );
             continue;
         };
-        let (peripheral, signal) = signal.split_once('_').expect("peripheral and signal");
-        let found = METADATA
-            .peripherals
-            .iter()
-            .filter(|known| known.name == peripheral)
-            .flat_map(|known| known.pins)
-            .find(|known| known.pin == pin && known.signal == signal)
-            .and_then(|known| known.af);
-        assert_eq!(found.map(u32::from), Some(number), "{pin}: {function}");
+        assert_eq!(known(&pin, signal), Some(number), "{pin}: {function}");
         checked += 1;
     }
-    assert_eq!(checked, 11, "pins with an alternate function");
+    checked
+}
+
+#[test]
+fn every_pin_of_the_pages_has_this_alternate_function_on_the_chip() {
+    assert_eq!(check("hardware.md", g431::alternate), 11);
+    assert_eq!(check("guard-board.md", g474::alternate), 3);
 }
 
 #[test]
@@ -77,14 +75,7 @@ fn the_analogue_pins_reach_the_converters_that_the_page_names() {
         ("COMP2", "INP", "PA7"),
         ("COMP4", "INP", "PB0"),
     ] {
-        let pins: BTreeSet<_> = METADATA
-            .peripherals
-            .iter()
-            .filter(|known| known.name == peripheral)
-            .flat_map(|known| known.pins)
-            .filter(|known| known.signal == signal)
-            .map(|known| known.pin)
-            .collect();
+        let pins = g431::pins(peripheral, signal);
         assert!(pins.contains(pin), "{peripheral} {signal}: {pins:?}");
     }
 }

@@ -10,7 +10,7 @@ use tautrack::settings::{FIRST_OBJECT, Setting};
 use tautrack_host_tests::programs::settings_pages::{ADDRESS, LENGTH};
 use tautrack_host_tests::robots::Role;
 
-const SAVE: u16 = 0x1010;
+pub const SAVE: u16 = 0x1010;
 const RESTORE: u16 = 0x1011;
 /// What was found in the flash memory at start.
 const IN_FLASH: u16 = 0x2020;
@@ -19,7 +19,7 @@ const DEVICE_STATE: u32 = 0x0800_0022;
 /// Time for a start, or for a save, us.
 const WAIT_US: u64 = 20_000;
 
-fn object(setting: Setting) -> u16 {
+pub fn object(setting: Setting) -> u16 {
     FIRST_OBJECT + setting.bounds().key
 }
 
@@ -38,15 +38,26 @@ fn power_cycled(chip: &Chip) -> Chip {
 /// Sends a download of four bytes, and returns the command and the value of the answer, if one
 /// comes.
 fn download(chip: &mut Chip, index: u16, sub: u8, value: [u8; 4]) -> Option<(u8, u32)> {
+    download_to(chip, NODE, index, sub, value)
+}
+
+/// The same, to any node.
+pub fn download_to(
+    chip: &mut Chip,
+    node: u16,
+    index: u16,
+    sub: u8,
+    value: [u8; 4],
+) -> Option<(u8, u32)> {
     let [low, high] = index.to_le_bytes();
     let [a, b, c, d] = value;
     chip.take_sent();
-    chip.send(frame(0x600 + NODE, &[0x23, low, high, sub, a, b, c, d]));
+    chip.send(frame(0x600 + node, &[0x23, low, high, sub, a, b, c, d]));
     // A save that turns the page takes longer than others.
     for _ in 0..40 {
         chip.run(5_000);
         let sent = chip.take_sent();
-        if let Some((_, answer)) = sent.iter().find(|(_, sent)| sent.id() == 0x580 + NODE) {
+        if let Some((_, answer)) = sent.iter().find(|(_, sent)| sent.id() == 0x580 + node) {
             let value = answer.data()[4..8].try_into().expect("four bytes");
             return Some((answer.data()[0], u32::from_le_bytes(value)));
         }

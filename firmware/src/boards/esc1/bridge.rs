@@ -7,8 +7,8 @@
 //! A pulse is centred on the counter's underflow, at which new compare values take effect. The
 //! currents are sampled at the overflow, when all low sides conduct.
 
-use super::clock::CORE_HZ;
-use super::defect::{Defect, has};
+use crate::boards::stm32g4::clock::CORE_HZ;
+use crate::boards::stm32g4::defect::{Defect, has};
 use core::sync::atomic::{AtomicU32, Ordering};
 use embassy_stm32::gpio::{Flex, OutputType, Pull};
 use embassy_stm32::pac::timer::vals;

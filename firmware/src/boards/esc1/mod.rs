@@ -1,51 +1,38 @@
 //! ST's B-G431B-ESC1: STM32G431CB, three half bridges with shunts, CAN transceiver, connector for
 //! an encoder. docs/hardware.md has its wiring, and what was never tried.
 //!
-//! * `clock`: 170 MHz from the crystal
 //! * `bridge`: TIM1, its outputs and what opens them
 //! * `over_current`: comparators that open the bridge without software
 //! * `sampling`: op-amps and converters, and the current interrupt
 //! * `encoder`: TIM4 counts the encoder
-//! * `can`: FDCAN and the frame queues
 //! * `transceiver`: the CAN transceiver and the board's terminator
 //! * `switches`: home and limit switches
-//! * `storage`: the settings pages
 //! * `image`: header of the program
-//! * `crc`: checksum of images
-//! * `critical_section`, `square_root`: functions of libraries, smaller than theirs
-//! * `defect`: defects of a program that tests the tests
 //! * `thermistor`: converts the temperature
-//! * `reset`: watchdog, cause of the last reset, panic and `HardFault`
-//! * `led`: what the LED shows
+//!
+//! The rest is in [`super::stm32g4`].
 //!
 //! Interrupts, most urgent first: current loop, clock, bus, control task. All other tasks run in
 //! the thread.
 
 mod bridge;
-mod can;
-mod clock;
-mod crc;
-mod critical_section;
-mod defect;
 mod encoder;
 mod image;
-mod led;
 mod over_current;
-mod reset;
 mod sampling;
-mod square_root;
-mod storage;
 mod switches;
 mod thermistor;
 mod transceiver;
 
+use super::stm32g4::defect::{Defect, has};
+use super::stm32g4::{can, clock, crc, led, reset, storage};
 use crate::boards::Board;
 use crate::roles::{self, Role, Spawners, refuse};
-use defect::{Defect, has};
 use defmt_rtt as _;
 use embassy_executor::{Executor, InterruptExecutor};
+use embassy_stm32::interrupt;
 use embassy_stm32::interrupt::{InterruptExt, Priority};
-use embassy_stm32::{bind_interrupts, interrupt, peripherals};
+use embassy_stm32::rcc::PllPreDiv;
 use static_cell::StaticCell;
 use tautrack::motor::bridge::Ratings;
 use tautrack::sensors::{Switches, Temperatures};
@@ -53,11 +40,6 @@ use tautrack::settings::{Setting, Settings};
 
 /// The motor board.
 pub struct Esc1;
-
-bind_interrupts!(struct Interrupts {
-    FDCAN1_IT0 => embassy_stm32::can::IT0InterruptHandler<peripherals::FDCAN1>;
-    FDCAN1_IT1 => embassy_stm32::can::IT1InterruptHandler<peripherals::FDCAN1>;
-});
 
 /// Header of the image, to which `cargo flash-node` adds length and checksum.
 #[used]
@@ -77,6 +59,23 @@ unsafe fn USART3() {
 /// Whether the board has the rotor sensor of these settings: it counts an incremental encoder.
 fn has_sensor(settings: &Settings) -> bool {
     settings.get(Setting::MotorKind) == 0 || settings.get(Setting::RotorSensor) == 1
+}
+
+impl Esc1 {
+    /// Frequency of the crystal, Hz.
+    pub(super) const CRYSTAL_HZ: u32 = 8_000_000;
+    /// Divider that makes 4 MHz of it.
+    pub(super) const CRYSTAL_DIVIDER: PllPreDiv = PllPreDiv::DIV2;
+
+    /// Opens the bridge.
+    pub(super) fn make_safe() {
+        bridge::open();
+    }
+
+    /// Whether a break input has opened the bridge.
+    pub(super) fn stopped() -> bool {
+        bridge::tripped()
+    }
 }
 
 impl Board for Esc1 {
@@ -124,7 +123,7 @@ impl Board for Esc1 {
             interrupt::ADC1_2.set_priority(Priority::P3);
         }
         transceiver::start(p.PC11, p.PC14);
-        let can = can::start(p.FDCAN1, p.PA11, p.PB9, Interrupts);
+        let can = can::start(p.FDCAN1, p.PA11, p.PB9);
 
         let control = CONTROL.start(interrupt::USART3);
         EXECUTOR.init(Executor::new()).run(|bus| {

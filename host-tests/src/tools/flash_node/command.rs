@@ -3,8 +3,8 @@
 use super::probe::{self, Part};
 use super::settings;
 use crate::programs::flash::{self, Segment};
-use crate::programs::motor_board;
 use crate::programs::settings_pages::{self, Pages};
+use crate::programs::{guard_board, motor_board};
 use crate::robots::Kind;
 use clap::{Parser, ValueEnum};
 use std::ffi::OsString;
@@ -19,6 +19,8 @@ pub(super) enum Role {
     Axle,
     /// The node of the driving screw.
     Screw,
+    /// The guard of the robot in --robot, or of B2P2.
+    Guard,
 }
 
 impl Role {
@@ -26,6 +28,7 @@ impl Role {
         match self {
             Self::Axle => "axle",
             Self::Screw => "screw",
+            Self::Guard => "guard",
         }
     }
 
@@ -34,19 +37,21 @@ impl Role {
         match self {
             Self::Axle => 1,
             Self::Screw => 2,
+            Self::Guard => 3,
         }
     }
 }
 
-/// Builds the program of a motor board and flashes it: loader, application and, if any are given,
-/// settings.
+/// Builds the program of a board and flashes it, and settings if any are given. A motor board also
+/// gets the loader.
 #[derive(Parser)]
 #[command(name = "cargo flash-node")]
 pub(super) struct Arguments {
     /// Program of the node.
     pub role: Role,
-    /// Write the settings that this robot's node has, which --node-id names.
-    #[arg(long, requires = "node_id")]
+    /// Write the settings that this robot's node has, which --node-id names. Without --node-id, a
+    /// guard gets the program of this robot and keeps its settings.
+    #[arg(long)]
     pub robot: Option<Kind>,
     /// Write this node id.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(1..=127))]
@@ -76,10 +81,45 @@ fn command(arguments: &Arguments) -> Result<(), String> {
     if !arguments.dry_run {
         probe::check()?;
     }
+    let mut board = match arguments.role {
+        Role::Axle | Role::Screw => motor(arguments.role)?,
+        Role::Guard => guard(arguments.robot.unwrap_or(Kind::B2p2))?,
+    };
+    if !settings.is_empty() {
+        let mut pages = Pages::erased();
+        pages.save(&settings)?;
+        let path = board.program.with_extension("settings.bin");
+        write(&path, &pages.0)?;
+        println!("settings: {}", path.display());
+        let (address, length) = (board.settings, settings_pages::LENGTH);
+        println!("  {address:#010x} {length:>6} bytes");
+        for (setting, value) in &settings {
+            let row = setting.description();
+            println!("  {} = {value} {}", row.name, row.unit);
+        }
+        board.parts.push(Part::Bytes(path, address));
+    }
+    probe::flash(board.chip, &board.parts, arguments.dry_run)
+}
+
+/// What is written to a board.
+struct Board {
+    /// Name of the chip in probe-rs.
+    chip: &'static str,
+    /// The programs.
+    parts: Vec<Part>,
+    /// Path of the program of the node.
+    program: PathBuf,
+    /// Address of the settings pages.
+    settings: u32,
+}
+
+/// Builds loader and application of a motor board.
+fn motor(role: Role) -> Result<Board, String> {
     let programs = motor_board().map_err(|error| error.to_string())?;
-    let application = match arguments.role {
-        Role::Axle => &programs.axle,
-        Role::Screw => &programs.screw,
+    let application = match role {
+        Role::Screw => programs.screw,
+        Role::Axle | Role::Guard => programs.axle,
     };
     let loader = read(&programs.loader.path)?;
     let sealed = read(&application.path)
@@ -89,22 +129,28 @@ fn command(arguments: &Arguments) -> Result<(), String> {
 
     print("loader", &programs.loader.path, &segments(&loader)?);
     print("application", &sealed_path, &segments(&sealed)?);
-    let mut parts = vec![Part::Elf(programs.loader.path), Part::Elf(sealed_path)];
-    if !settings.is_empty() {
-        let mut pages = Pages::erased();
-        pages.save(&settings)?;
-        let path = application.path.with_extension("settings.bin");
-        write(&path, &pages.0)?;
-        println!("settings: {}", path.display());
-        let (address, length) = (settings_pages::ADDRESS, settings_pages::LENGTH);
-        println!("  {address:#010x} {length:>6} bytes");
-        for (setting, value) in &settings {
-            let row = setting.description();
-            println!("  {} = {value} {}", row.name, row.unit);
-        }
-        parts.push(Part::Bytes(path, address));
-    }
-    probe::flash(&parts, arguments.dry_run)
+    Ok(Board {
+        chip: probe::MOTOR_BOARD,
+        parts: vec![Part::Elf(programs.loader.path), Part::Elf(sealed_path)],
+        program: application.path,
+        settings: settings_pages::ADDRESS,
+    })
+}
+
+/// Builds the guard of a robot. The chip starts it without a loader.
+fn guard(robot: Kind) -> Result<Board, String> {
+    let programs = guard_board(&[robot.facts().guard_program]);
+    let program = programs
+        .map_err(|error| error.to_string())?
+        .pop()
+        .ok_or("no program was built")?;
+    print("program", &program.path, &segments(&read(&program.path)?)?);
+    Ok(Board {
+        chip: probe::GUARD_BOARD,
+        parts: vec![Part::Elf(program.path.clone())],
+        program: program.path,
+        settings: settings_pages::GUARD_ADDRESS,
+    })
 }
 
 fn read(path: &Path) -> Result<Vec<u8>, String> {

@@ -1,5 +1,5 @@
-//! `cargo flash-node`: writes loader, application and settings of a motor board through a debug
-//! probe. The program probe-rs talks to the probe.
+//! `cargo flash-node`: writes programs and settings of a board through a debug probe. The
+//! program probe-rs talks to the probe.
 //!
 //! `command` is the command line, `settings` collects the settings of a node, and `probe` calls
 //! probe-rs.

@@ -7,7 +7,9 @@ use std::process::Command;
 
 const PROBE_RS: &str = "probe-rs";
 /// Name of the motor board's chip in probe-rs.
-const CHIP: &str = "STM32G431CBTx";
+pub(super) const MOTOR_BOARD: &str = "STM32G431CBTx";
+/// Name of the guard's board's chip in probe-rs.
+pub(super) const GUARD_BOARD: &str = "STM32G474RETx";
 
 /// Something that is written to the flash memory.
 pub(super) enum Part {
@@ -18,8 +20,8 @@ pub(super) enum Part {
 }
 
 impl Part {
-    fn arguments(&self) -> Vec<OsString> {
-        let mut arguments: Vec<OsString> = ["download", "--chip", CHIP].map(Into::into).into();
+    fn arguments(&self, chip: &str) -> Vec<OsString> {
+        let mut arguments: Vec<OsString> = ["download", "--chip", chip].map(Into::into).into();
         match self {
             Self::Elf(path) => {
                 arguments.extend(["--binary-format", "elf"].map(Into::into));
@@ -51,13 +53,13 @@ pub(super) fn check() -> Result<(), String> {
     }
 }
 
-/// Writes all parts and starts the program; only prints the commands if `dry_run`.
+/// Writes all parts to this chip and starts the program; only prints the commands if `dry_run`.
 ///
 /// # Errors
 /// One line with the command that failed.
-pub(super) fn flash(parts: &[Part], dry_run: bool) -> Result<(), String> {
-    let reset = ["reset", "--chip", CHIP].map(Into::into).into();
-    let commands = parts.iter().map(Part::arguments).chain([reset]);
+pub(super) fn flash(chip: &str, parts: &[Part], dry_run: bool) -> Result<(), String> {
+    let reset = ["reset", "--chip", chip].map(Into::into).into();
+    let commands = parts.iter().map(|part| part.arguments(chip)).chain([reset]);
     for arguments in commands {
         let line: Vec<_> = arguments
             .iter()

@@ -16,8 +16,12 @@ use tautrack::settings::{Setting, Settings};
 /// A text for the user, which names the bad setting or file.
 pub(super) fn collect(arguments: &Arguments) -> Result<Vec<(Setting, i32)>, String> {
     let mut settings = Vec::new();
-    if let (Some(robot), Some(id)) = (arguments.robot, arguments.node_id) {
-        settings = of_robot(robot, id, arguments.role)?;
+    match (arguments.robot, arguments.node_id) {
+        (Some(robot), Some(id)) => settings = of_robot(robot, id, arguments.role)?,
+        (Some(_), None) if arguments.role != Role::Guard => {
+            return Err("--robot needs --node-id".to_owned());
+        }
+        _ => {}
     }
     if let Some(path) = &arguments.settings {
         for (setting, value) in of_file(path, arguments.node_id, arguments.role)? {
@@ -52,6 +56,7 @@ fn of_robot(robot: Kind, id: u8, role: Role) -> Result<Vec<(Setting, i32)>, Stri
     let wanted = match role {
         Role::Axle => robots::Role::Axle,
         Role::Screw => robots::Role::Screw,
+        Role::Guard => robots::Role::Guard,
     };
     let mut nodes = scenario.nodes();
     nodes.retain(|node| node.role == wanted);

@@ -2,7 +2,6 @@
 //! sequences as ISO 11898-1 requires, and takes part again. Frames that wait for the bus for too
 //! long are dropped ([`MAX_WAIT`]).
 
-use super::Interrupts;
 use super::clock::CORE_HZ;
 use super::defect::{Defect, has};
 use crate::boards::portable;
@@ -10,9 +9,11 @@ use crate::bus::{RECEIVED, TRANSMIT};
 use core::num::{NonZeroU8, NonZeroU16};
 use embassy_executor::Spawner;
 use embassy_stm32::can::config::NominalBitTiming;
-use embassy_stm32::can::{self, CanConfigurator, CanRx, CanTx};
-use embassy_stm32::peripherals::{FDCAN1, PA11, PB9};
-use embassy_stm32::{Peri, pac};
+use embassy_stm32::can::{
+    self, CanConfigurator, CanRx, CanTx, IT0InterruptHandler, IT1InterruptHandler, TxPin,
+};
+use embassy_stm32::peripherals::{FDCAN1, PA11};
+use embassy_stm32::{Peri, bind_interrupts, pac};
 use embassy_time::{Duration, with_timeout};
 
 /// Buffers of the controller's queue.
@@ -32,6 +33,11 @@ const BEFORE_SAMPLE: u8 = BIT_CLOCKS as u8 - 1 - AFTER_SAMPLE;
 /// as old when it is sent. It is longer than a full bus delays the least urgent frame.
 const MAX_WAIT: Duration = Duration::from_millis(20);
 
+bind_interrupts!(struct Interrupts {
+    FDCAN1_IT0 => IT0InterruptHandler<FDCAN1>;
+    FDCAN1_IT1 => IT1InterruptHandler<FDCAN1>;
+});
+
 /// Controller that takes part in the bus.
 pub struct Bus {
     transmitter: CanTx<'static>,
@@ -42,10 +48,9 @@ pub struct Bus {
 pub fn start(
     controller: Peri<'static, FDCAN1>,
     receive: Peri<'static, PA11>,
-    transmit: Peri<'static, PB9>,
-    interrupts: Interrupts,
+    transmit: Peri<'static, impl TxPin<FDCAN1>>,
 ) -> Bus {
-    let mut configurator = CanConfigurator::new(controller, receive, transmit, interrupts);
+    let mut configurator = CanConfigurator::new(controller, receive, transmit, Interrupts);
     let timing = NominalBitTiming {
         prescaler: NonZeroU16::MIN.saturating_add(u16::from(has(Defect::SlowBus))),
         seg1: non_zero(BEFORE_SAMPLE),

@@ -1,6 +1,6 @@
 //! What tests measure on a running chip, and what they do to it.
 
-use super::{Chip, FLASH, PAINT, RAM_LENGTH, State, Wiring};
+use super::{Chip, FLASH, PAINT, State, Wiring};
 use rsemu::cpu::arm::v7m::ArmV7m;
 use std::sync::MutexGuard;
 use tautrack::can::Frame;
@@ -58,7 +58,7 @@ impl Chip {
 
     /// Largest number of bytes that the stack has taken, if static variables end at `static_end`.
     pub fn deepest_stack(&self, static_end: u32) -> u32 {
-        let mut bytes = vec![0; RAM_LENGTH as usize];
+        let mut bytes = vec![0; self.part.ram as usize];
         self.ram.read_at(0, &mut bytes).expect("RAM");
         let free = &bytes[(static_end - RAM) as usize..];
         let unused = free.iter().take_while(|byte| **byte == PAINT).count();

@@ -3,8 +3,8 @@
 //! ST's register description `STM32G431.svd` confirms all of them but two, which say so. Nobody
 //! has compared them with the reference manual RM0440 or with a chip. All other registers are 0.
 
-/// Name, address and value.
-pub const RESET_VALUES: [(&str, u32, u32); 33] = [
+/// Name, address and value, on every chip.
+pub const ALL: [(&str, u32, u32); 33] = [
     // The description has 0x63, which are bits of another family. The high-speed oscillator is on
     // and ready: the core runs on it.
     ("RCC.cr", 0x4002_1000, 0x0000_0500),
@@ -41,4 +41,11 @@ pub const RESET_VALUES: [(&str, u32, u32); 33] = [
     ("GPIOB.moder", 0x4800_0400, 0xffff_febf),
     ("GPIOB.pupdr", 0x4800_040c, 0x0000_0100),
     ("GPIOC.moder", 0x4800_0800, 0xffff_ffff),
+];
+
+/// The same, on the STM32G474 alone. They come from the reference manual.
+pub const G474: [(&str, u32, u32); 2] = [
+    // Two banks.
+    ("FLASH.optr", 0x4002_2020, 0xffef_f8aa),
+    ("USART1.isr", 0x4001_381c, 0x0000_00c0),
 ];

@@ -12,6 +12,7 @@ const WORD: u64 = 8;
 const LOCK: u32 = 1 << 31;
 const START: u32 = 1 << 16;
 const PAGE_ERASE: u32 = 1 << 1;
+const SECOND_BANK: u32 = 1 << 11;
 const PROGRAM: u32 = 1;
 /// Bits of the status register: a word that is not erased, and a wrong sequence.
 const NOT_ERASED: u32 = 1 << 3;
@@ -42,6 +43,8 @@ pub struct Cut {
 /// The memory with the state of its controller.
 pub struct FlashMemory {
     bytes: Arc<RamStore>,
+    /// Bytes of a bank.
+    bank: u64,
     pub(super) control: u32,
     pub(super) status: u32,
     key: u32,
@@ -53,9 +56,10 @@ pub struct FlashMemory {
 }
 
 impl FlashMemory {
-    pub(super) fn new(bytes: Arc<RamStore>) -> Self {
+    pub(super) fn new(bytes: Arc<RamStore>, bank: u64) -> Self {
         Self {
             bytes,
+            bank,
             control: LOCK,
             status: 0,
             key: 0,
@@ -91,7 +95,8 @@ impl FlashMemory {
         self.control = value & !START;
         if value & START != 0 && value & PAGE_ERASE != 0 {
             let page = u64::from(value >> 3 & 0x7f);
-            self.change(page * PAGE, &[0xff; PAGE as usize]);
+            let bank = u64::from(value & SECOND_BANK != 0);
+            self.change(bank * self.bank + page * PAGE, &[0xff; PAGE as usize]);
         }
     }
 

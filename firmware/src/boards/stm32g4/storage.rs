@@ -1,6 +1,7 @@
 //! The settings pages of the flash memory.
 //!
-//! The chip has one bank: it cannot execute while it erases (22 ms a page) or writes.
+//! All interrupts wait while it erases (22 ms a page) or writes. A chip with one bank cannot
+//! execute meanwhile.
 
 use super::reset;
 use core::cell::RefCell;
@@ -28,7 +29,7 @@ const WORD: usize = 8;
 static MEMORY: Mutex<RefCell<Option<Flash<'static, Blocking>>>> = Mutex::new(RefCell::new(None));
 
 /// Prepares the access to the pages.
-pub(super) fn start(memory: Peri<'static, FLASH>) {
+pub fn start(memory: Peri<'static, FLASH>) {
     critical_section::with(|cs| MEMORY.borrow(cs).replace(Some(Flash::new_blocking(memory))));
 }
 

@@ -1,12 +1,12 @@
 //! The LED shows the state of the node as a number of flashes per second.
 
 use super::defect::{Defect, has};
-use super::{bridge, reset};
+use super::reset;
+use crate::boards::Selected;
 use crate::bus;
 use embassy_executor::Spawner;
 use embassy_stm32::Peri;
-use embassy_stm32::gpio::{Level, Output, Speed};
-use embassy_stm32::peripherals::PC6;
+use embassy_stm32::gpio::{Level, Output, Pin, Speed};
 use embassy_time::Timer;
 
 /// State that the LED shows, by its number of flashes.
@@ -16,8 +16,8 @@ enum Pattern {
     Operational = 1,
     /// The node runs and waits for the guard.
     Waiting = 2,
-    /// A break input has opened the bridge.
-    Tripped = 3,
+    /// An input of the board prevents motion.
+    Stopped = 3,
     /// The node refuses its settings.
     Refused = 4,
 }
@@ -26,8 +26,8 @@ impl Pattern {
     fn now(started: bool) -> Self {
         if !started {
             Self::Refused
-        } else if bridge::tripped() {
-            Self::Tripped
+        } else if Selected::stopped() {
+            Self::Stopped
         } else if bus::operational() {
             Self::Operational
         } else {
@@ -38,7 +38,7 @@ impl Pattern {
 
 /// Spawns the task of the LED. It feeds the watchdog of a node that was not `started`, because no
 /// other task does.
-pub fn spawn(spawner: Spawner, pin: Peri<'static, PC6>, started: bool) {
+pub fn spawn(spawner: Spawner, pin: Peri<'static, impl Pin>, started: bool) {
     let led = Output::new(pin, Level::Low, Speed::Low);
     if let Ok(task) = blink(led, started) {
         spawner.spawn(task);

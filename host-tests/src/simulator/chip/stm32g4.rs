@@ -1,21 +1,25 @@
-//! A model of the STM32G431 around rsemu's Cortex-M4F: as much of it as the images of the motor
-//! board use.
+//! A model of the STM32G431 and the STM32G474 around rsemu's Cortex-M4F: as much of them as the
+//! images of the boards use.
 //!
 //! Registers without a behaviour below keep what is written. Not modelled: wait states, bus
 //! contention, errors of received frames, DMA and everything analogue.
 //!
-//! `reset_values` has the registers after a reset. `fdcan` is the CAN controller. `observe` shows
-//! what tests measure, and provokes what they need.
+//! `part` says what differs between the chips. `reset_values` has the registers after a reset.
+//! `fdcan` is the CAN controller, `serial` a serial line. `observe` shows what tests measure, and
+//! provokes what they need.
 
 mod fdcan;
 mod flash_memory;
 mod observe;
+mod part;
 mod reset_values;
+mod serial;
 
 pub use fdcan::{BUS_OFF, CAN_ERRORS, CAN_STATUS, PASSIVE, Wiring};
 pub use flash_memory::{Cut, FlashMemory, Tear};
 pub use observe::Executed;
-pub use reset_values::RESET_VALUES;
+pub use part::{Part, STM32G431, STM32G474};
+pub use serial::USART1;
 
 use super::motor::{AttachedMotor, Bridge, supply_code};
 use super::registers::Registers;
@@ -34,9 +38,7 @@ use tautrack::link::{MotorModel, Sensors, Shaft};
 /// Core clock after the start, Hz. The model's time counts these clocks.
 pub const CORE_HZ: u64 = 170_000_000;
 const FLASH: u32 = 0x0800_0000;
-const FLASH_LENGTH: usize = 128 * 1024;
 const RAM: u32 = 0x2000_0000;
-const RAM_LENGTH: u64 = 32 * 1024;
 /// Bits of the program status register that hold the state of an IT block.
 const IT_STATE: u32 = 0x0600_fc00;
 /// Contents of RAM that nothing was written to.
@@ -75,6 +77,8 @@ pub const ADC1_2: u16 = 18;
 pub const FDCAN1_IT0: u16 = 21;
 /// Number of the clock's interrupt.
 pub const TIM2_IRQ: u16 = 28;
+/// Number of the interrupt of [`USART1`].
+pub const USART1_IRQ: u16 = 37;
 /// Number of the control task's interrupt.
 pub const CONTROL: u16 = 39;
 
@@ -106,10 +110,13 @@ pub struct Pins {
     pub over_current: bool,
     /// Levels of port B.
     pub port_b: u16,
+    /// Levels of port C.
+    pub port_c: u16,
 }
 
 #[derive(Default)]
 struct State {
+    part: Part,
     registers: Registers,
     writes: Vec<Write>,
     clock: u64,
@@ -130,6 +137,7 @@ struct State {
     motor: Option<AttachedMotor>,
     can: fdcan::Controller,
     flash: Option<FlashMemory>,
+    serial: serial::Line,
 }
 
 /// Change of all writes to one register: it makes the image one that has a defect.
@@ -145,7 +153,8 @@ pub struct Patch {
 
 impl State {
     fn reset(&mut self, watchdog: bool) {
-        self.registers = Registers::new(RESET_VALUES.map(|(_, address, value)| (address, value)));
+        let values = self.part.reset_values();
+        self.registers = Registers::new(values.map(|(_, address, value)| (address, value)));
         // The cause of the reset: the watchdog, or power-up (brown-out and pin).
         let cause = if watchdog { 0x2400_0000 } else { 0x0c00_0000 };
         self.set(RCC + 0x94, cause);
@@ -179,6 +188,9 @@ impl State {
     }
 
     fn read(&mut self, address: u32) -> u32 {
+        if let Some(value) = self.read_serial(address) {
+            return value;
+        }
         let value = self.get(address);
         match address {
             // Oscillators and the PLL are ready at once.
@@ -199,6 +211,7 @@ impl State {
             CAN_STATUS => self.can_status(),
             a if a == FDCAN + 0xc4 => self.queue_status(),
             a if a == GPIO + 0x410 => u32::from(self.pins().port_b),
+            a if a == GPIO + 0x810 => u32::from(self.pins().port_c),
             _ => value,
         }
     }
@@ -221,6 +234,7 @@ impl State {
         if (TIM1..TIM1 + 0x400).contains(&address) && self.get(RCC + 0x60) & 1 << 11 == 0 {
             return;
         }
+        self.clear_serial(address, value);
         let old = self.get(address);
         let value = match address {
             TIM1 if value & !old & 1 != 0 => {
@@ -413,7 +427,7 @@ impl State {
             }
             self.set(TIM2 + 0x10, flags);
         }
-        next = next.min(self.advance_can());
+        next = next.min(self.advance_can()).min(self.advance_serial());
         let bdtr = self.get(BDTR);
         let af1 = self.get(TIM1 + 0x60);
         let pin = af1 & 1 != 0
@@ -431,14 +445,19 @@ impl State {
     }
 
     /// Levels of the interrupt lines.
-    fn lines(&self) -> [(u16, bool); 3] {
+    fn lines(&self) -> [(u16, bool); 4] {
         let adc = ADC
             .iter()
             .any(|adc| self.get(*adc) & self.get(adc + 4) != 0);
         let timer = self.get(TIM2 + 0x10) & self.get(TIM2 + 0x0c) != 0;
         let can =
             self.get(FDCAN + 0x50) & self.get(FDCAN + 0x54) != 0 && self.get(FDCAN + 0x5c) & 1 != 0;
-        [(ADC1_2, adc), (TIM2_IRQ, timer), (FDCAN1_IT0, can)]
+        [
+            (ADC1_2, adc),
+            (TIM2_IRQ, timer),
+            (FDCAN1_IT0, can),
+            (USART1_IRQ, self.serial_line()),
+        ]
     }
 }
 
@@ -506,6 +525,7 @@ impl MemOps for Programming {
 
 /// A chip that executes a flash image.
 pub struct Chip {
+    part: Part,
     cpu: ArmV7m,
     state: Arc<Mutex<State>>,
     flash: Arc<RamStore>,
@@ -520,17 +540,22 @@ pub struct Chip {
 }
 
 impl Chip {
-    /// A chip with these segments in its flash memory, that starts at `start`.
+    /// The motor board's chip with these segments in its flash memory, that starts at `start`.
     pub fn new(segments: &[Segment], start: u32) -> Self {
-        let mut image = vec![0xff; FLASH_LENGTH];
+        Self::of(STM32G431, segments, start)
+    }
+
+    /// A chip with these segments in its flash memory, that starts at `start`.
+    pub fn of(part: Part, segments: &[Segment], start: u32) -> Self {
+        let mut image = vec![0xff; part.flash];
         for segment in segments {
             let at = (segment.address - FLASH) as usize;
             image[at..at + segment.bytes.len()].copy_from_slice(&segment.bytes);
         }
-        let flash = Arc::new(RamStore::new(FLASH_LENGTH as u64));
+        let flash = Arc::new(RamStore::new(part.flash as u64));
         flash.write_at(0, &image).expect("a flash memory");
-        let ram = Arc::new(RamStore::new(RAM_LENGTH));
-        ram.write_at(0, &vec![PAINT; RAM_LENGTH as usize])
+        let ram = Arc::new(RamStore::new(part.ram));
+        ram.write_at(0, &vec![PAINT; part.ram as usize])
             .expect("RAM");
         let other = Arc::new(RamStore::new(0x400));
         let state = Arc::new(Mutex::new(State {
@@ -543,8 +568,11 @@ impl Chip {
                 over_current: false,
                 // Home switch open, limit switches closed, encoder inputs pulled up.
                 port_b: 1 << 8 | 3 << 6,
+                // Emergency stop closed, dead-man switch held.
+                port_c: 0,
             }),
-            flash: Some(FlashMemory::new(Arc::clone(&flash))),
+            part,
+            flash: Some(FlashMemory::new(Arc::clone(&flash), part.bank)),
             ..State::default()
         }));
         state.lock().expect("a state").reset(false);
@@ -554,7 +582,7 @@ impl Chip {
             let flash = Region::ram("flash", Arc::clone(&flash));
             map.map_with_perms(flash, FLASH.into(), Perms::RX)
                 .expect("flash memory");
-            let length = FLASH_LENGTH as u64;
+            let length = part.flash as u64;
             let programming = Arc::new(Programming(Arc::clone(&state)));
             let programming = Region::io("programming", length, programming);
             let stores = Mapping::new(programming, FLASH.into()).with_perms(Perms::WRITE);
@@ -586,6 +614,7 @@ impl Chip {
         );
         cpu.attach_space(Arc::new(space));
         Self {
+            part,
             cpu,
             state,
             flash,
@@ -758,6 +787,11 @@ impl Chip {
         state.changed = true;
     }
 
+    /// Sends bytes to the serial line without a pause, at this bit rate.
+    pub fn send_serial(&mut self, bytes: &[u8], baud: u64) {
+        self.state().send_serial(bytes, baud);
+    }
+
     /// Removes and returns the frames that the chip has sent, with their clocks.
     pub fn take_sent(&mut self) -> Vec<(u64, Frame)> {
         std::mem::take(&mut self.state().sent)
@@ -773,19 +807,26 @@ impl Chip {
 
     /// Writes an endless loop into unused RAM and makes the thread run it. Interrupts still run.
     pub fn hang(&mut self) {
-        while self.cpu.current_exception() != Exception::THREAD {
+        self.hang_in(0);
+    }
+
+    /// The same in the exception with this number; 0 is the thread. More urgent interrupts still
+    /// run.
+    pub fn hang_in(&mut self, exception: u16) {
+        while self.cpu.current_exception() != Exception(exception) {
             self.run(1);
         }
+        let unused = self.part.ram / 4 * 3;
         // `b .` twice.
         self.ram
-            .write_at(0x6000, &[0xfe, 0xe7, 0xfe, 0xe7])
+            .write_at(unused, &[0xfe, 0xe7, 0xfe, 0xe7])
             .expect("RAM");
-        self.cpu.set_pc(0x2000_6000);
+        self.cpu.set_pc(RAM + unused as u32);
     }
 
     /// Bytes of RAM that were ever written.
     pub fn used_ram(&self) -> usize {
-        let mut bytes = vec![0; RAM_LENGTH as usize];
+        let mut bytes = vec![0; self.part.ram as usize];
         self.ram.read_at(0, &mut bytes).expect("RAM");
         // The longest run of untouched bytes is between the static variables and the stack.
         let runs = bytes.split(|byte| *byte != PAINT);

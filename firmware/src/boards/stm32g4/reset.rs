@@ -1,8 +1,8 @@
 //! Watchdog, cause of the last reset, and what happens after a panic or a fault of the core: the
-//! bridge opens, and the watchdog resets the chip.
+//! board switches off what moves, and the watchdog resets the chip.
 
-use super::bridge;
 use super::defect::{Defect, has};
+use crate::boards::Selected;
 use crate::watchdog::PERIOD_US;
 use core::panic::PanicInfo;
 use embassy_stm32::pac;
@@ -70,11 +70,11 @@ unsafe fn HardFault(frame: &cortex_m_rt::ExceptionFrame) -> ! {
     wait_for_watchdog()
 }
 
-/// Opens the bridge, and stops the current interrupt from closing it again.
+/// Switches off what moves, and stops the interrupts from switching it on again.
 fn stop() {
     cortex_m::interrupt::disable();
     if !has(Defect::LiveInFault) {
-        bridge::open();
+        Selected::make_safe();
     }
 }
 

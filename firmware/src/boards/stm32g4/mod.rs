@@ -1,0 +1,23 @@
+//! Parts of the boards with a chip of ST's family STM32G4.
+//!
+//! * `clock`: 170 MHz from the crystal
+//! * `can`: FDCAN and the frame queues
+//! * `storage`: the settings pages
+//! * `reset`: watchdog, cause of the last reset, panic and `HardFault`
+//! * `led`: what the LED shows
+//! * `crc`: checksum of images and of the chip's identity
+//! * `critical_section`, `square_root`: functions of libraries, smaller than theirs
+//! * `defect`: defects of a program that tests the tests
+//!
+//! The selected board has two more functions for them: `make_safe` switches off what moves, and
+//! `stopped` says whether an input of the board prevents motion. Its crystal is in constants.
+
+pub(super) mod can;
+pub(super) mod clock;
+pub(super) mod crc;
+mod critical_section;
+pub(super) mod defect;
+pub(super) mod led;
+pub(super) mod reset;
+mod square_root;
+pub(super) mod storage;
