@@ -2,7 +2,7 @@
 
 use stm32_metapac as metapac;
 
-#[allow(dead_code)] // each chip uses a part of it
+#[allow(dead_code, clippy::duplicate_mod)] // a part of it for each chip
 #[path = "description.rs"]
 mod description;
 pub use description::*;

@@ -47,7 +47,8 @@ impl Controlled {
     fn step(&mut self, forward: f32, yaw_rate: f32) {
         if self.milliseconds.is_multiple_of(SYNC) {
             let plant = &self.driven.plant;
-            let [pitch, roll] = plant.body_sensors().inclination;
+            let inclination = plant.body_sensors().inclination;
+            let [pitch, roll] = inclination.expect("a reading");
             let observation = Observation {
                 sprockets: self.driven.speeds.map(|speed| speed as f32),
                 heading: plant.truth().yaw as f32,

@@ -52,7 +52,7 @@ impl Magnetometer {
             IDENTITY
         };
         let configuration = self.registers[CFG_REG_A];
-        let continuous = configuration & 0b11 == 0b00;
+        let continuous = matches!(configuration & 0b11, 0);
         let mut period = PERIODS_US[usize::from(configuration >> 2 & 3)];
         if fault == Some(ChipFault::HalfRate) {
             period *= 2;
