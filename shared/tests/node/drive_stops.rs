@@ -5,8 +5,8 @@ use tautrack::bus::cia402::{CONTROL_HALT, State, controlword, mode};
 use tautrack::node::axle::BridgeDemand;
 use tautrack::settings::Setting;
 
-/// Hold current of the drive, A; its current limit is 10 A, and a motor current of 1 A makes 2.4 N m
-/// at the output shaft.
+/// Hold current of the drive, A; its current limit is 10 A, and a motor current of 1 A makes
+/// 2.4 N m at the output shaft.
 const HOLD: f32 = 3.0;
 
 fn operating() -> Bench {
