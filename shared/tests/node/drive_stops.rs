@@ -51,3 +51,31 @@ fn after_a_quick_stop_the_hold_current_holds_and_during_a_halt_the_full_one() {
         }
     }
 }
+
+#[test]
+fn a_drive_that_holds_after_bench_mode_has_the_current_of_bench_mode_until_it_is_enabled_again() {
+    let limits = [
+        (Setting::BenchCurrent, 1_500),
+        (Setting::HoldCurrent, 3_000),
+    ];
+    let mut bench = Bench::new(&limits, MOTOR);
+    bench.enable(mode::CYCLIC_VELOCITY, 0);
+    // The guard's heartbeat ends bench mode.
+    bench.guard = true;
+    for mode in [mode::CYCLIC_VELOCITY, mode::CYCLIC_POSITION] {
+        bench.mode = mode;
+        bench.send(controlword::ENABLE_OPERATION, 200);
+        assert_eq!(bench.state(), State::QuickStopActive);
+        assert!(!bench.outputs.bench_mode);
+        // 2.5 A of load.
+        bench.load = 6.0;
+        let demanded = largest(&mut bench);
+        assert!((demanded - 1.5).abs() < 0.01, "{demanded} A");
+        bench.load = 0.0;
+    }
+    bench.send(controlword::DISABLE_VOLTAGE, 200);
+    bench.enable(mode::CYCLIC_VELOCITY, 0);
+    bench.load = 20.0;
+    let demanded = largest(&mut bench);
+    assert!(demanded > 4.0, "{demanded} A");
+}

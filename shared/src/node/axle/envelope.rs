@@ -5,7 +5,7 @@
 //! that the motor's current does not jump.
 
 use super::Axle;
-use crate::bus::cia402::mode;
+use crate::bus::cia402::{State, mode};
 use crate::constants::CONTROL_PERIOD;
 use crate::math::{Bound, limit};
 use crate::motor::cascade::{Cascade, Gains};
@@ -94,6 +94,11 @@ impl Envelopes {
         (envelopes, operation)
     }
 
+    /// Returns whether the envelope in force is one of bench mode.
+    fn bench(&self) -> bool {
+        self.selected & BENCH != 0
+    }
+
     /// Puts the envelope of this operation in force.
     pub fn select(&mut self, homing: bool, bench: bool, in_force: &mut Envelope) {
         let index = usize::from(homing) * HOMING + usize::from(bench) * BENCH;
@@ -115,11 +120,13 @@ const HOMING: usize = 1;
 const BENCH: usize = 2;
 
 impl Axle {
-    /// Selects the envelope by the mode and by bench mode.
+    /// Selects the envelope by the mode and by bench mode. A drive that holds since bench mode has
+    /// ended keeps the limits of bench mode.
     pub(super) fn select_envelope(&mut self) {
         let homing = self.mode == mode::HOMING;
-        self.envelopes
-            .select(homing, self.authority.bench(), &mut self.force);
+        let holds = self.state == State::QuickStopActive;
+        let bench = self.authority.bench() || holds && self.envelopes.bench();
+        self.envelopes.select(homing, bench, &mut self.force);
         self.offset.clear();
     }
 }

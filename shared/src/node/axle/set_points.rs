@@ -105,6 +105,7 @@ impl Axle {
         }
         self.commutation.abort();
         self.state = state;
+        self.select_envelope();
         self.exit = None;
         self.halted = false;
         self.handshake = Handshake::default();

@@ -81,10 +81,10 @@ impl Axle {
             self.authority
                 .update_bench(inputs.bench_mode, faultless, inputs.now_us);
         if bench_changes {
-            self.select_envelope();
             if !self.authority.bench() && self.state == State::OperationEnabled {
                 self.hold(Ramp::Quick);
             }
+            self.select_envelope();
         }
     }
 
