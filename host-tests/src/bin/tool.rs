@@ -1,8 +1,8 @@
-//! `cargo tool`: works on the nodes of a bus.
+//! `cargo tool`: works on the nodes of a robot and on their settings.
 
 use std::process::ExitCode;
-use tautrack_host_tests::tools::settings;
+use tautrack_host_tests::tools::tool;
 
 fn main() -> ExitCode {
-    settings::main(std::env::args_os().skip(1))
+    tool::main(std::env::args_os().skip(1))
 }

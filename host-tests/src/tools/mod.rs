@@ -1,6 +1,6 @@
-//! The commands: [`demo`], [`suite`], [`evaluate`], [`cost`], [`settings`] of the nodes on a bus,
-//! [`flash_node`], and [`generate`], which writes the reference pages. With the feature `image`,
-//! `footprint` measures the memory of the motor board's programs.
+//! The commands: [`demo`], [`suite`], [`evaluate`], [`cost`], [`tool`], [`flash_node`], and
+//! [`generate`], which writes the reference pages. With the feature `image`, `footprint` measures
+//! the memory of the motor board's programs.
 
 pub mod cost;
 pub mod demo;
@@ -9,5 +9,7 @@ pub mod flash_node;
 #[cfg(feature = "image")]
 pub mod footprint;
 pub mod generate;
-pub mod settings;
+mod settings;
 pub mod suite;
+pub mod tool;
+mod weigh;

@@ -184,16 +184,16 @@ fn help(program: &str) -> String {
     String::from_utf8(output.expect("it starts").stdout).expect("text")
 }
 
-/// The help texts of all commands of `cargo tool settings`.
-fn help_of_settings() -> String {
-    let command = |name: &str| {
+/// The help texts of all commands of `cargo tool`.
+fn help_of_tool() -> String {
+    let command = |names: &[&str]| {
         let mut program = Command::new(env!("CARGO_BIN_EXE_tool"));
-        let output = program.args(["settings", name, "--help"]).output();
+        let output = program.args(names).arg("--help").output();
         String::from_utf8(output.expect("it starts").stdout).expect("text")
     };
-    ["list", "get", "set", "dump", "restore"]
-        .map(command)
-        .concat()
+    let settings = ["list", "get", "set", "dump", "restore"];
+    let settings = settings.map(|name| command(&["settings", name]));
+    settings.concat() + &command(&["weigh"])
 }
 
 #[test]
@@ -202,7 +202,7 @@ fn every_option_of_our_commands_is_one() {
         ("demo", help(env!("CARGO_BIN_EXE_demo"))),
         ("cost", help(env!("CARGO_BIN_EXE_cost"))),
         ("evaluate", help(env!("CARGO_BIN_EXE_evaluate"))),
-        ("tool", help_of_settings()),
+        ("tool", help_of_tool()),
     ];
     each(|_, page| {
         let mut wrong = Vec::new();
@@ -338,8 +338,11 @@ fn every_cargo_command_is_one() {
         let commands = page.lines().filter(|words| words.first() == Some(&"cargo"));
         let unknown = commands.filter_map(|words| {
             let name = *words.get(1)?;
-            let own = ["bench", "build", "clippy", "fmt", "install", "mutants", "run", "test"];
-            (!own.contains(&name) && !config.contains(&format!("\n{name} = "))).then(|| format!("cargo {name}"))
+            let own = [
+                "bench", "build", "clippy", "fmt", "install", "mutants", "run", "test",
+            ];
+            (!own.contains(&name) && !config.contains(&format!("\n{name} = ")))
+                .then(|| format!("cargo {name}"))
         });
         unknown.collect()
     });

@@ -15,4 +15,5 @@ mod results;
 mod scenario;
 mod scenario_page;
 mod suite;
+mod weigh;
 mod words;

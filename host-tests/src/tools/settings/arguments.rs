@@ -1,25 +1,10 @@
-//! The command line of `cargo tool`.
+//! The command line of `cargo tool settings`.
 
-use clap::{Args, Parser, Subcommand};
+use clap::{Args, Subcommand};
 use std::path::PathBuf;
 
-/// Works on the nodes of a CAN bus.
-#[derive(Parser)]
-#[command(name = "cargo tool", version)]
-pub(super) struct Arguments {
-    #[command(subcommand)]
-    pub tool: Tool,
-}
-
 #[derive(Subcommand)]
-pub(super) enum Tool {
-    /// Reads and writes the settings of the nodes
-    #[command(subcommand)]
-    Settings(Settings),
-}
-
-#[derive(Subcommand)]
-pub(super) enum Settings {
+pub(in crate::tools) enum Command {
     /// Lists every setting with unit, bounds, default and meaning; needs no bus
     List,
     /// Prints the value of a setting
@@ -60,14 +45,14 @@ pub(super) enum Settings {
 }
 
 #[derive(Args)]
-pub(super) struct Bus {
+pub(in crate::tools) struct Bus {
     /// TCP address of an SLCAN adapter, or of `cargo demo --slcan`
     #[arg(long, value_name = "ADDR:PORT")]
     pub slcan: String,
 }
 
 #[derive(Args)]
-pub(super) struct Node {
+pub(in crate::tools) struct Node {
     #[command(flatten)]
     pub bus: Bus,
     /// Node id

@@ -1,6 +1,6 @@
 //! Lists, gets, sets, dumps and restores settings.
 
-use super::arguments::{Arguments, Settings, Tool};
+use super::arguments::Command;
 use super::backup::{Backup, Node};
 use super::client::Client;
 use super::error::ToolError;
@@ -9,16 +9,19 @@ use tautrack::settings::{FIRST_OBJECT, MEANINGS, Setting, TABLE};
 
 const SAVE: u16 = 0x1010;
 
-pub(super) fn run(arguments: Arguments) -> Result<(), ToolError> {
-    let Tool::Settings(command) = arguments.tool;
+/// Runs the command.
+///
+/// # Errors
+/// [`ToolError`].
+pub(in crate::tools) fn run(command: Command) -> Result<(), ToolError> {
     match command {
-        Settings::List => list(),
-        Settings::Get { node, name } => {
+        Command::List => list(),
+        Command::Get { node, name } => {
             let setting = find(&name)?;
             let value = read(&mut Client::open(&node.bus.slcan)?, node.node, setting)?;
             say(&with_unit(setting, value));
         }
-        Settings::Set {
+        Command::Set {
             node,
             name,
             value,
@@ -33,12 +36,12 @@ pub(super) fn run(arguments: Arguments) -> Result<(), ToolError> {
                 say("saved; the node uses it after a restart");
             }
         }
-        Settings::Dump { bus, file } => {
+        Command::Dump { bus, file } => {
             let backup = dump(&mut Client::open(&bus.slcan)?)?;
             std::fs::write(&file, backup.text()).map_err(|error| ToolError::File(file, error))?;
             say(&format!("read {} nodes", backup.node.len()));
         }
-        Settings::Restore { bus, file } => {
+        Command::Restore { bus, file } => {
             let backup = Backup::read(&file)?;
             backup.check(&file)?;
             restore(&mut Client::open(&bus.slcan)?, &backup)?;

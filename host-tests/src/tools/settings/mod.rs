@@ -11,22 +11,7 @@ mod client;
 mod command;
 mod error;
 
-use arguments::Arguments;
+pub(super) use arguments::Command;
 pub(super) use backup::Backup;
-use clap::Parser;
-use std::ffi::OsString;
-use std::process::ExitCode;
-
-/// Runs the command. Its exit status is 0 if everything was done, else 1; 2 for bad arguments.
-pub fn main(arguments: impl Iterator<Item = OsString>) -> ExitCode {
-    let name = std::iter::once(OsString::from("cargo tool"));
-    let arguments =
-        Arguments::try_parse_from(name.chain(arguments)).unwrap_or_else(|error| error.exit());
-    match command::run(arguments) {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(error) => {
-            eprintln!("error: {error}");
-            ExitCode::FAILURE
-        }
-    }
-}
+pub(super) use command::run;
+pub(super) use error::ToolError;
