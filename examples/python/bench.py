@@ -5,9 +5,13 @@
     python examples/python/bench.py [ADAPTER] --node 2 --velocity 0.1   output shaft, rad/s
 
 ADAPTER is HOST:PORT of a demo (127.0.0.1:3333 if absent), or the device of an SLCAN adapter, for
-instance /dev/ttyACM0. The drive stops when the program ends, or is ended with Ctrl-C.
+instance /dev/ttyACM0 or COM3. The motor has no current when the program ends, also after Ctrl-C
+and after a fault: the drive opens its bridge instead of holding. If the computer or the adapter
+dies, the drive opens it after command_timeout.
 """
 import argparse
+import math
+import signal
 import struct
 import sys
 import time
@@ -16,97 +20,207 @@ import can  # pip install "python-can[serial]==4.6.1" canopen==2.4.1
 import canopen
 
 # Objects of the drive (docs/bus.md), and where its settings begin (docs/settings.md).
-BENCH_MODE, ERROR, STATUS = 0x2001, 0x603F, 0x6041
+BENCH_MODE, ERROR, CONTROL, STATUS, FAULT_REACTION = 0x2001, 0x603F, 0x6040, 0x6041, 0x605E
 POSITION, VELOCITY, CURRENT, SUPPLY, INPUTS = 0x6064, 0x606C, 0x6078, 0x6079, 0x60FD
-GEAR_RATIO, TORQUE_CONSTANT, POSITION_BITS = 0x2210, 0x2212, 0x221E
+GUARD_ID, GEAR_RATIO, TORQUE_CONSTANT, POSITION_BITS = 0x2202, 0x2210, 0x2212, 0x221E
+BENCH_CURRENT, BENCH_SPEED = 0x2228, 0x2229
+AXLE = 1  # product code
 CSV, CST = 9, 10  # modes: cyclic synchronous velocity and torque
-SHUT_DOWN, SWITCH_ON, ENABLE, FAULT_RESET = 0x06, 0x07, 0x0F, 0x80
-
-options = argparse.ArgumentParser(description=__doc__,
-                                  formatter_class=argparse.RawDescriptionHelpFormatter)
-options.add_argument("adapter", nargs="?", default="127.0.0.1:3333")
-options.add_argument("--node", type=int, default=2, help="node id of the drive")
-motion = options.add_mutually_exclusive_group()
-motion.add_argument("--current", type=float, help="motor current, A")
-motion.add_argument("--velocity", type=float, help="velocity of the output shaft, rad/s")
-options.add_argument("--seconds", type=float, default=2.0, help="how long")
-options = options.parse_args()
-channel = options.adapter if "/" in options.adapter else f"socket://{options.adapter}"
+OFF, SHUT_DOWN, SWITCH_ON, ENABLE, FAULT_RESET = 0x00, 0x06, 0x07, 0x0F, 0x80
+ENABLED, POWERED = 0x27, (0x07, 0x0F, 0x27)  # bits 0x6F of the statusword
+SIGNALS = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP")
+           if hasattr(signal, name)]
 
 
-def read(index, layout):
-    return struct.unpack("<" + layout, sdo.upload(index, 0))[0]
+def number(text):
+    value = float(text)
+    if not math.isfinite(value):
+        raise argparse.ArgumentTypeError(f"{text} is no finite number")
+    return value
 
 
-def set_point(controlword):
-    """Frame of the drive with this controlword: identifier and data."""
-    if options.current is None:
-        target = round((options.velocity or 0.0) * 1e6)
-        return 0x300 + options.node, struct.pack("<HBi", controlword, CSV, target)
-    torque = options.current * read(TORQUE_CONSTANT, "i") * 1e-6 * read(GEAR_RATIO, "i") * 1e-3
-    return 0x500 + options.node, struct.pack("<HBh", controlword, CST, round(torque * 100))
+def seconds(text):
+    value = number(text)
+    if not 0 < value <= 86_400:
+        raise argparse.ArgumentTypeError(f"{text}: allowed above 0, to 86400")
+    return value
 
 
-def report():
-    """Prints what the drive measures; returns its error code."""
-    turns = read(POSITION, "i") / 2 ** read(POSITION_BITS, "i")
-    switches = read(INPUTS, "I")
-    closed = [name for bit, name in enumerate(["negative limit", "positive limit", "home"])
-              if switches >> bit & 1]
-    error = read(ERROR, "H")
-    print(f"position {turns:9.5f} turns  velocity {read(VELOCITY, 'i') * 1e-6:7.3f} rad/s  "
-          f"current {read(CURRENT, 'h') * 1e-3:6.2f} A  supply {read(SUPPLY, 'I') * 1e-3:5.1f} V  "
-          f"switches: {', '.join(closed) or 'none'}  error {error:#06x}", flush=True)
-    return error
+class Drive:
+    """A drive on the bus, with its objects."""
+
+    def __init__(self, network, node):
+        self.network, self.node = network, network.add_node(node, canopen.ObjectDictionary())
+        self.sdo, self.id = self.node.sdo, node
+        self.sdo.RESPONSE_TIMEOUT = 2
+
+    def read(self, index, layout, sub=0):
+        return struct.unpack("<" + layout, self.sdo.upload(index, sub))[0]
+
+    def write(self, index, layout, value):
+        self.sdo.download(index, 0, struct.pack("<" + layout, value))
+
+    def enabled(self):
+        return self.read(STATUS, "H") & 0x6F == ENABLED
+
+    def report(self):
+        """Prints what the drive measures; returns its error code."""
+        turns = self.read(POSITION, "i") / 2 ** self.read(POSITION_BITS, "i")
+        switches = self.read(INPUTS, "I")
+        closed = [name for bit, name in enumerate(["negative limit", "positive limit", "home"])
+                  if switches >> bit & 1]
+        error = self.read(ERROR, "H")
+        print(f"position {turns:9.5f} turns  velocity {self.read(VELOCITY, 'i') * 1e-6:7.3f} rad/s"
+              f"  current {self.read(CURRENT, 'h') * 1e-3:6.2f} A"
+              f"  supply {self.read(SUPPLY, 'I') * 1e-3:5.1f} V"
+              f"  switches: {', '.join(closed) or 'none'}  error {error:#06x}", flush=True)
+        return error
+
+    def set_point(self, options):
+        """Identifier, mode and target of the motion that was asked for."""
+        if options.velocity is not None:
+            limit = self.read(BENCH_SPEED, "i") * 1e-3
+            if abs(options.velocity) > limit:
+                sys.exit(f"--velocity {options.velocity}: bench_speed allows {limit} rad/s")
+            return 0x300 + self.id, "<HBi", CSV, round(options.velocity * 1e6)
+        limit = self.read(BENCH_CURRENT, "i") * 1e-3
+        if abs(options.current) > limit:
+            sys.exit(f"--current {options.current}: bench_current allows {limit} A")
+        per_ampere = self.read(TORQUE_CONSTANT, "i") * 1e-6 * self.read(GEAR_RATIO, "i") * 1e-3
+        target = round(options.current * per_ampere * 100)
+        if not -32_768 <= target <= 32_767:
+            sys.exit(f"--current {options.current}: {target / 100} N m, allowed 327.67 N m")
+        if target == 0 and options.current:
+            sys.exit(f"--current {options.current}: a target counts 0.01 N m, "
+                     f"so the smallest current is {0.005 / per_ampere:.4f} A")
+        return 0x500 + self.id, "<HBh", CST, target
 
 
-def watch():
-    """Prints readings four times a second; ends with a fault."""
-    end = time.monotonic() + options.seconds
+def watch(drive, duration, runs=lambda: True):
+    """Prints readings four times a second, while `runs` returns true."""
+    end = time.monotonic() + duration
     while time.monotonic() < end:
-        error = report()
-        if error and drives:
-            sys.exit(f"fault {error:#06x}: see docs/faults.md")
+        error = drive.report()
+        if not runs():
+            sys.exit(f"the drive has switched its motor off, error {error:#06x}: "
+                     "see docs/faults.md")
         time.sleep(0.25)
 
 
-def drive():
-    """Enables the drive in bench mode and holds the set-point."""
-    identifier, _ = set_point(0)
-    if read(ERROR, "H"):
-        network.send_message(*set_point(FAULT_RESET))
+def move(drive, options):
+    """Enables the drive in bench mode, holds the set-point, and switches the drive off."""
+    identifier, layout, mode, target = drive.set_point(options)
+
+    def frame(controlword, target=0):
+        return struct.pack(layout, controlword, mode, target)
+
+    reaction = drive.read(FAULT_REACTION, "h")
+    drive.write(FAULT_REACTION, "h", 0)  # a fault opens the bridge instead of holding
+    drive.node.nmt.send_command(1)  # set-points count in the state "operational" alone
+    if drive.read(ERROR, "H"):
+        drive.network.send_message(identifier, frame(FAULT_RESET))
         time.sleep(0.1)
-    network.send_message(*set_point(0))
-    sdo.download(BENCH_MODE, 0, b"\x01")
-    sending = network.send_periodic(identifier, set_point(SHUT_DOWN)[1], 0.01)
+    drive.network.send_message(identifier, frame(OFF))
+    drive.write(BENCH_MODE, "B", 1)
+    sending = drive.network.send_periodic(identifier, frame(SHUT_DOWN), 0.01)
     try:
         for controlword in (SHUT_DOWN, SWITCH_ON, ENABLE):
-            sending.update(set_point(controlword)[1])
+            sending.update(frame(controlword))
             time.sleep(0.1)
-        if read(STATUS, "H") & 0x6F != 0x27:
-            report()
-            sys.exit("the drive does not enable its motor: is safe torque off closed?")
-        watch()
+        if not drive.enabled():
+            error = drive.report()
+            sys.exit(f"the drive does not enable its motor, error {error:#06x}: "
+                     "see docs/faults.md; is safe torque off closed?")
+        sending.update(frame(ENABLE, target))
+        watch(drive, options.seconds, drive.enabled)
     finally:
-        sending.update(set_point(SHUT_DOWN)[1])
+        handle(signal.SIG_IGN)
+        sending.update(frame(OFF))
         time.sleep(0.1)
         sending.stop()
+        switch_off(drive)
+    drive.write(FAULT_REACTION, "h", reaction)
 
 
-drives = options.current is not None or options.velocity is not None
-network = canopen.Network(can.Bus(interface="slcan", channel=channel, bitrate=1_000_000))
-network.connect()
-try:
-    node = network.add_node(options.node, canopen.ObjectDictionary())
-    node.nmt.wait_for_heartbeat(60)
-    sdo = node.sdo
-    sdo.RESPONSE_TIMEOUT = 2
-    network.nmt.send_command(1)  # start all nodes
-    drive() if drives else watch()
-except KeyboardInterrupt:
-    pass
-except (can.CanError, canopen.SdoAbortedError, canopen.SdoCommunicationError,
-        canopen.nmt.NmtError, OSError) as error:
-    sys.exit(f"node {options.node}: {error}")
-finally:
-    network.disconnect()
+def switch_off(drive):
+    """Makes sure that the bridge is open. An interrupted answer may still be on its way."""
+    for _ in range(3):
+        try:
+            drive.write(CONTROL, "H", OFF)
+            if drive.read(STATUS, "H") & 0x6F not in POWERED:
+                return
+        except (canopen.SdoAbortedError, canopen.SdoCommunicationError, can.CanError, OSError):
+            pass
+        time.sleep(0.1)
+    print("the motor may still have current: open the emergency stop", file=sys.stderr)
+
+
+def ready(drive):
+    """Ends the program unless the drive is an axle that no guard commands."""
+    product = drive.read(0x1018, "I", 2)
+    if product != AXLE:
+        sys.exit(f"node {drive.id} has product code {product}, which is no axle ({AXLE})")
+    guard, heard = drive.read(GUARD_ID, "i"), []
+    drive.network.subscribe(0x700 + guard, lambda *_: heard.append(1))
+    time.sleep(0.2)
+    if heard:
+        sys.exit(f"node {guard} is a guard and runs: disconnect it to use bench mode")
+
+
+def bench(drive, options):
+    if options.current is None and options.velocity is None:
+        watch(drive, options.seconds)
+        return
+    ready(drive)
+    move(drive, options)
+
+
+def interrupt(*_):
+    raise KeyboardInterrupt
+
+
+def handle(handler):
+    """Lets `handler` handle all signals that end a program."""
+    for number in SIGNALS:
+        signal.signal(number, handler)
+
+
+def channel(adapter):
+    """What python-can calls this adapter: a device, or a TCP address."""
+    return f"socket://{adapter}" if ":" in adapter and adapter[0] != "/" else adapter
+
+
+def main(parser, work):
+    """Adds the arguments of the bus to `parser`, connects, and calls `work` with drive and
+    arguments."""
+    parser.add_argument("adapter", nargs="?", default="127.0.0.1:3333")
+    parser.add_argument("--node", type=int, default=2, help="node id of the drive")
+    options, network = parser.parse_args(), canopen.Network()
+    if not 1 <= options.node <= 127:
+        parser.error(f"--node {options.node}: allowed 1 to 127")
+    handle(interrupt)
+    try:
+        network.connect(interface="slcan", bitrate=1_000_000, channel=channel(options.adapter))
+        drive = Drive(network, options.node)
+        print(f"waiting for node {options.node} ...", file=sys.stderr, flush=True)
+        drive.node.nmt.wait_for_heartbeat(60)
+        work(drive, options)
+    except KeyboardInterrupt:
+        sys.exit(130)
+    except (can.CanError, canopen.SdoAbortedError, canopen.SdoCommunicationError,
+            canopen.nmt.NmtError, OSError) as problem:
+        sys.exit(f"node {options.node}: {problem}")
+    finally:
+        handle(signal.SIG_IGN)
+        if network.bus is not None:
+            network.disconnect()
+
+
+if __name__ == "__main__":
+    arguments = argparse.ArgumentParser(description=__doc__,
+                                        formatter_class=argparse.RawDescriptionHelpFormatter)
+    motion = arguments.add_mutually_exclusive_group()
+    motion.add_argument("--current", type=number, help="motor current, A; --current=-1 backward")
+    motion.add_argument("--velocity", type=number, help="velocity of the output shaft, rad/s")
+    arguments.add_argument("--seconds", type=seconds, default=2.0, help="how long")
+    main(arguments, bench)

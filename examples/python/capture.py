@@ -1,8 +1,8 @@
 """Records signals of a drive's PWM interrupt and prints them as a table.
 
-    python examples/python/capture.py [HOST:PORT] [--node 2] [--fault] [--csv FILE]
+    python examples/python/capture.py [ADAPTER] [--node 2] [--fault] [--csv FILE]
 
-It records at once. With --fault it arms the recording, and waits for the drive's next fault.
+ADAPTER is as in bench.py. It records at once. With --fault it arms the recording, and waits for the drive's next fault.
 docs/motor.md explains the signals.
 """
 import argparse
@@ -14,12 +14,14 @@ import time
 import can  # pip install "python-can[serial]==4.6.1" canopen==2.4.1
 import canopen
 
+from bench import channel
+
 SIGNALS = {"current a": 1, "current b": 2, "current d": 3, "current q": 4, "demand": 5,
            "compare a": 6, "compare b": 7, "compare c": 8, "rotor": 9, "velocity": 10}
 DONE, SAMPLES, WINDOW = 3, 512, 64
 
 options = argparse.ArgumentParser()
-options.add_argument("address", nargs="?", default="127.0.0.1:3333")
+options.add_argument("adapter", nargs="?", default="127.0.0.1:3333")
 options.add_argument("--node", type=int, default=2, help="node id of the drive")
 options.add_argument("--signals", default="current q,demand,compare a,velocity")
 options.add_argument("--decimation", type=int, default=4, help="PWM periods per sample")
@@ -71,9 +73,10 @@ def scaled(sdo, samples):
     return [[value * scale for value, scale in zip(sample, scales)] for sample in samples]
 
 
-bus = can.Bus(interface="slcan", channel=f"socket://{options.address}", bitrate=1_000_000)
-# A request must not wait for more bytes: a node gives a segment up after 25 ms.
-bus.serialPortOrig._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+bus = can.Bus(interface="slcan", channel=channel(options.adapter), bitrate=1_000_000)
+if channel(options.adapter) != options.adapter:
+    # A request must not wait for more bytes: a node gives a segment up after 25 ms.
+    bus.serialPortOrig._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
 network = canopen.Network(bus)
 network.connect()
 try:

@@ -46,8 +46,8 @@ pub(in crate::tools) enum Command {
 
 #[derive(Args)]
 pub(in crate::tools) struct Bus {
-    /// TCP address of an SLCAN adapter, or of `cargo demo --slcan`
-    #[arg(long, value_name = "ADDR:PORT")]
+    /// SLCAN adapter: its device, or a TCP address, for instance that of `cargo demo --slcan`
+    #[arg(long, value_name = "ADAPTER")]
     pub slcan: String,
 }
 

@@ -1,10 +1,13 @@
 //! Tests of Python programs that join the robot's bus, as docs/bus.md and examples/ show them.
 
-use crate::session::demo::{Demo, command, scenario, summary};
+use crate::session::demo::{Demo, command, scenario, send, summary};
 use std::fs;
+use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::process::{Child, ChildStdout, Command, Output, Stdio};
 use std::sync::OnceLock;
+use std::thread::sleep;
+use std::time::Duration;
 use tautrack_host_tests::programs::Board;
 use tautrack_host_tests::programs::setup::checkout;
 use tautrack_host_tests::robots::Kind;
@@ -161,6 +164,137 @@ fn the_bench_program_drives_a_resistor_with_the_asked_current() {
     let line = on_the_bench("resistor", path, &["--current", "1.0"]);
     assert!((number(&line, "current") - 1.0).abs() < 0.03, "{line}");
     assert!(number(&line, "velocity").abs() < 0.01, "{line}");
+}
+
+/// A client that only listens. While it is there, the run goes on when other clients leave.
+const LISTENER: &str = "\
+import can, sys
+bus = can.Bus(interface='slcan', channel='socket://' + sys.argv[1], bitrate=1_000_000)
+while True:
+    bus.recv()
+";
+
+/// A Python program while it runs.
+struct Program {
+    child: Child,
+    output: BufReader<ChildStdout>,
+}
+
+impl Program {
+    /// Starts the program with these arguments in the root of the checkout.
+    fn start(arguments: &[&str]) -> Self {
+        let mut child = Command::new(python())
+            .current_dir(root())
+            .args(arguments)
+            .stdout(Stdio::piped())
+            .spawn()
+            .expect("python starts");
+        let output = BufReader::new(child.stdout.take().expect("piped"));
+        Self { child, output }
+    }
+
+    /// The `count`th line from now.
+    fn line(&mut self, count: usize) -> String {
+        let mut line = String::new();
+        for _ in 0..count {
+            line.clear();
+            self.output.read_line(&mut line).expect("text");
+        }
+        line
+    }
+
+    fn send(&self, signal: &str) {
+        send(signal, &self.child.id().to_string());
+    }
+}
+
+impl Drop for Program {
+    fn drop(&mut self) {
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+/// A run of this scenario, which goes on when clients leave, and its address.
+fn bench_run(name: &str, scenario: &str) -> (Demo, Program, String) {
+    build();
+    let (command, _) = command(name, &["--scenario", scenario, "--slcan", "127.0.0.1:0"]);
+    let (demo, address) = waiting(Demo::start(command));
+    let listener = Program::start(&["-c", LISTENER, &address]);
+    (demo, listener, address)
+}
+
+/// The drive loses its set-points when the program is stopped for a second, and when it is killed.
+#[test]
+fn however_the_bench_program_ends_the_motor_has_no_current() {
+    let (_demo, _listener, address) = bench_run("ended", &scenario("bench"));
+    let bench = ["examples/python/bench.py", &address];
+    for (signals, status) in [
+        (["INT"].as_slice(), Some(130)),
+        (&["TERM"], Some(130)),
+        (&["STOP", "CONT"], Some(1)),
+        (&["KILL"], None),
+    ] {
+        let turning = ["--current", "0.3", "--seconds", "600"];
+        let mut program = Program::start(&[bench.as_slice(), &turning].concat());
+        assert!(number(&program.line(2), "current").abs() > 0.1);
+        for signal in signals {
+            program.send(signal);
+            if *signal == "STOP" {
+                sleep(Duration::from_secs(1));
+            }
+        }
+        let ended = program.child.wait().expect("its end");
+        assert_eq!(ended.code(), status, "{signals:?}");
+        let seen = run(&[bench.as_slice(), &["--seconds", "0.1"]].concat());
+        let line = String::from_utf8_lossy(&seen.stdout);
+        assert!(
+            number(&line, "current").abs() < 0.02,
+            "{signals:?}: {seen:?}"
+        );
+    }
+}
+
+#[test]
+fn the_bench_program_refuses_what_the_drive_cannot_do() {
+    let (_demo, _listener, address) = bench_run("refused", &scenario("bench"));
+    for (arguments, why) in [
+        (["--current", "nan"].as_slice(), "nan is no finite number"),
+        (&["--current", "3"], "bench_current allows 2.0 A"),
+        (&["--velocity=-7"], "bench_speed allows 1.0 rad/s"),
+        (&["--current", "1e-5"], "the smallest current is"),
+        (&["--node", "0"], "allowed 1 to 127"),
+        (&["--node", "5", "--current", "1"], "which is no axle"),
+        (&["--seconds", "0"], "allowed above 0"),
+    ] {
+        let output = run(&[&["examples/python/bench.py", &address], arguments].concat());
+        assert!(!output.status.success(), "{arguments:?}");
+        let error = String::from_utf8_lossy(&output.stderr);
+        assert!(error.contains(why), "{error}");
+        assert!(!error.contains("Traceback"), "{error}");
+    }
+}
+
+/// The motor is a track of a robot on the ground. Against this load a small current measures too
+/// little.
+#[test]
+fn the_calibration_program_measures_and_saves() {
+    let text = fs::read_to_string(scenario("bench")).expect("the scenario");
+    let path = root().join("target/calibrated.toml");
+    let settings = "[settings.left_track]\ncalibration_current = 7000\n";
+    fs::write(&path, text + settings).expect("a file");
+    let (_demo, _listener, address) = bench_run("calibrated", path.to_str().expect("a text"));
+    let program = ["examples/python/calibrate.py", &address, "--free", "--save"];
+    let output = run(&program);
+    let text = String::from_utf8_lossy(&output.stdout);
+    assert!(output.status.success(), "{output:?}");
+    let resistance = number(&text, "resistance =");
+    assert!((resistance - 600.0).abs() < 30.0, "{text}");
+    assert!(
+        (number(&text, "inductance =") - 300.0).abs() < 30.0,
+        "{text}"
+    );
+    assert!(text.contains("saved"), "{text}");
 }
 
 #[test]
