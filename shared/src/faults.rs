@@ -76,7 +76,7 @@ faults! {
     RotorAngle = 0x7122, "rotor angle slipped", Off,
         "Above 8 % of `velocity_limit`, the back-EMF of a three-phase motor pointed more than 17 degrees away from the rotor's angle for 200 ms, or more than 37 degrees for 40 ms. Or a current in d turned the rotor: below 20 % of `velocity_limit`, the drive adds one for 20 ms while the current rises and the shaft gains no speed.",
         "fault reset",
-        "The rotor sensor or its magnet has turned on the shaft, or `electrical_offset` is wrong: measure it anew.";
+        "The rotor sensor or its magnet has turned on the shaft, or `electrical_offset` is wrong: measure it anew. Or the encoder stands still or counts backwards: check its cable.";
     EncoderNoise = 0x7305, "encoder noise", Off,
         "The encoder made three steps within a few milliseconds that exceed twice `velocity_limit`.",
         "fault reset",

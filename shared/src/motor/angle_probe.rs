@@ -14,8 +14,8 @@
 //! After a lead of two control periods, the current alternates in three parts: `- +`, `- +`, `+ -`.
 //! Each part turns the rotor and leaves no speed; the third turns it the other way. The first part
 //! minus twice the second plus the third is measured. In this sum, a constant speed and a constant
-//! acceleration cancel. So do errors of the resistance and of the inductance, because the current is
-//! zero on average in each part, and the lead makes the first part begin where the third ends.
+//! acceleration cancel. So do errors of the resistance and of the inductance, because the current
+//! is zero on average in each part, and the lead makes the first part begin where the third ends.
 
 use super::back_emf::Observed;
 use super::current::VOLTAGE_FULL_SCALE;
@@ -53,8 +53,8 @@ const SLOW: f32 = 0.2;
 
 /// Flux in d that counts, as a fraction of the magnets' flux.
 const FLUX: f32 = 0.4;
-/// Flux in d per electrical radian that the encoder shows, as a fraction of the magnets' flux, up to
-/// which the angle counts as right: the sine of 24 degrees.
+/// Flux in d per electrical radian that the encoder shows, as a fraction of the magnets' flux, up
+/// to which the angle counts as right: the sine of 24 degrees.
 const RIGHT: f32 = 0.4;
 /// Part of the flux by coupling that may be missing or excessive.
 const COUPLED: f32 = 0.3;
@@ -164,7 +164,7 @@ impl AngleProbe {
             return false;
         };
         if now.demand[1] != self.direct() || !self.is_slow(now) {
-            // A limit left less current, so that the errors do not cancel, or the coupling is large.
+            // A limit left less current, so that errors do not cancel. Or the coupling is large.
             self.reset();
             return false;
         }
@@ -222,8 +222,8 @@ mod tests {
     use crate::motor::current::Electrical;
 
     /// Runs a probe of the default motor, with three phases and 5 A, on a voltage in d that depends
-    /// on the time since its start, s, and on the current of the probe, A. Returns whether it finds a
-    /// wrong angle, and the currents.
+    /// on the time since its start, s, and on the current of the probe, A. Returns whether it finds
+    /// a wrong angle, and the currents.
     fn probe(voltage: impl Fn(f32, f32) -> f32) -> (bool, [f32; END as usize]) {
         let mut settings = Settings::default();
         settings
@@ -275,7 +275,7 @@ mod tests {
 
     #[test]
     fn a_flux_that_follows_the_probe_is_found_from_two_fifths_of_the_magnets_flux_on() {
-        // The flux linkage of the magnets is torque constant / (1.5 x pole pairs) = 0.04 / 10.5 V s.
+        // The flux of the magnets is torque constant / (1.5 x pole pairs) = 0.04 / 10.5 V s.
         // It turns by this part in the middle part of the probe only, which counts twice.
         let middle = f32::from(LEAD + PART) * CONTROL_PERIOD;
         let length = f32::from(PART) * CONTROL_PERIOD;

@@ -10,8 +10,8 @@ use tautrack::motor::model::{MotorModel, WindingModel};
 use tautrack::node::axle::BridgeDemand;
 use tautrack::settings::{Setting, Settings};
 
-/// A drive: gear ratio, inertia of the load at the output shaft, kg m^2, velocity limit, 1e-3 rad/s,
-/// acceleration limit, 1e-3 rad/s^2, and gain of the velocity loop, mA s/rad.
+/// A drive: gear ratio, inertia of the load at the output shaft, kg m^2, velocity limit, 1e-3
+/// rad/s, acceleration limit, 1e-3 rad/s^2, and gain of the velocity loop, mA s/rad.
 const DRIVES: [(f32, f32, i32, i32, i32); 6] = [
     (60.0, 0.07, 4_500, 5_000, 4_400),    // wheel of RT-Mover
     (150.0, 0.4, 3_000, 4_000, 6_200),    // steering and seat of RT-Mover
@@ -216,7 +216,7 @@ fn a_shaft_that_is_held_is_blocked_and_its_angle_is_not_accused() {
 
 #[test]
 fn a_load_that_the_motor_carries_does_not_move_while_the_probe_acts() {
-    // A shaft that stands under 70 % of the full torque and is asked to move against more than that.
+    // A shaft that stands under half of the full torque, and whose friction takes a quarter.
     let stuck = MotorModel {
         friction_torque: 6.0,
         ..model(true)
