@@ -7,6 +7,7 @@
 //! that stands still or counts backwards leaves the whole back-EMF, or twice the back-EMF.
 
 use super::current::{Electrical, VOLTAGE_FULL_SCALE};
+use super::ripple::Ripple;
 use crate::math::limit;
 use crate::settings::{Setting, Settings};
 
@@ -58,7 +59,7 @@ pub struct Findings {
     /// The voltage drives less than half of the demanded current, or a current in d as large as
     /// that flows: a lead of the motor is open.
     pub open_phase: bool,
-    /// The voltage does not fit to the speed of the encoder.
+    /// The voltage does not fit to the speed of the encoder, or alternates in d.
     pub disagrees: bool,
     /// The rotor's angle is wrong.
     pub slipped: bool,
@@ -94,6 +95,7 @@ pub struct BackEmf {
     /// angle.
     direct: f32,
     square: f32,
+    ripple: Ripple,
     slipped: u32,
 }
 
@@ -127,8 +129,14 @@ impl BackEmf {
             driving: settings.scaled(Setting::CurrentLimit, 0.1e-3),
             direct: 0.0,
             square: 0.0,
+            ripple: Ripple::new(inductance),
             slipped: 0,
         }
+    }
+
+    /// Returns whether the back-EMF in d does not alternate.
+    pub fn is_calm(&self) -> bool {
+        self.ripple.is_calm()
     }
 
     /// Evaluates one control period. Nothing is found while the voltage is not known.
@@ -136,6 +144,7 @@ impl BackEmf {
     pub fn check(&mut self, now: &Observed) -> Findings {
         let Some([voltage_d, voltage_q]) = now.electrical.voltage else {
             (self.direct, self.square, self.slipped) = (0.0, 0.0, 0);
+            self.ripple.reset();
             return Findings::default();
         };
         let (current, direct, velocity) = (now.current, now.electrical.direct, now.velocity);
@@ -163,6 +172,9 @@ impl BackEmf {
         let direct_error = self.direct.abs();
         let resistive = RESISTIVE * self.resistance * (current.abs() + direct.abs());
         let bound = fixed + resistive;
+        let explained = COUPLED * coupled.abs() + RESISTIVE * self.resistance * direct.abs();
+        self.ripple.update(d, direct, emf, unexplained + explained);
+        let alternates = self.three_phase && !self.ripple.is_calm();
         let large = self.square > bound * bound;
         let [demand, demand_d] = now.demand;
         let half = 0.5 * demand.abs();
@@ -180,7 +192,7 @@ impl BackEmf {
         }
         Findings {
             open_phase: open,
-            disagrees: large && !open,
+            disagrees: (large || alternates) && !open,
             slipped: self.slipped >= SLIPPED_PERIODS,
         }
     }

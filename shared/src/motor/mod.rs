@@ -9,6 +9,8 @@
 //! * [`alignment`]: finds the angle of a rotor whose sensor only counts
 //! * [`limits`]: what a motor, a bridge and a supply can carry; the last limiter of the current
 //! * [`back_emf`]: compares the voltage of the bridge with the speed of the encoder
+//! * [`angle_probe`]: finds a wrong rotor angle with a current that makes no torque
+//! * [`ripple`]: finds a back-EMF that turns relative to the rotor's axes
 //! * [`encoder_steps`]: finds a noisy encoder
 //! * [`bridge`]: readings and commands of the power stage
 //! * [`capture`]: records signals of the PWM interrupt
@@ -19,6 +21,7 @@
 //! range over time. Only differences of positions become `f32`.
 
 pub mod alignment;
+pub mod angle_probe;
 pub mod back_emf;
 pub mod bridge;
 pub mod calibration;
@@ -32,6 +35,7 @@ pub mod limits;
 pub mod model;
 pub mod observer;
 pub mod profile;
+pub mod ripple;
 pub mod rotor;
 
 use crate::math::to_i32;

@@ -320,15 +320,18 @@ proptest! {
     #[test]
     fn no_current_exceeds_any_limit(
         settings in any_settings(),
-        steps in proptest::collection::vec((any_f32(), any_f32(), conditions()), 1..8),
+        steps in proptest::collection::vec((any_f32(), any_f32(), any_f32(), conditions()), 1..8),
     ) {
         let mut limiter = Limiter::new(&settings);
         let three_phase = settings.get(Setting::MotorKind) == 1;
         let scaled = |setting, scale: f64| f64::from(settings.get(setting)) * scale;
         let emf_constant = scaled(Setting::TorqueConstant, 1e-6) * scaled(Setting::GearRatio, 1e-3);
         let loss = scaled(Setting::Resistance, 1e-3) * if three_phase { 1.5 } else { 1.0 };
-        for (demand, bound, now) in steps {
-            let limited = limiter.limit(demand, bound, &now);
+        for (demand, wanted, bound, now) in steps {
+            let mut limited = limiter.limit(demand, bound, &now);
+            if three_phase && limited.direct == 0.0 {
+                limited.direct = limiter.add_direct(wanted, bound, &now);
+            }
             let (current, direct) = (f64::from(limited.current), f64::from(limited.direct));
             prop_assert!(current.is_finite() && direct.is_finite());
             let peak = if bound > 0.0 { f64::from(bound) } else { 0.0 };

@@ -17,3 +17,7 @@ mod drive_stops;
 mod guard;
 #[cfg(feature = "lockstep")]
 mod motor_faults;
+#[allow(dead_code)] // the models need the joints
+#[cfg(feature = "lockstep")]
+#[path = "../support/random.rs"]
+mod random;

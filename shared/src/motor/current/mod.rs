@@ -60,7 +60,8 @@ pub enum BridgeDemand {
     /// the current that makes the torque of a three-phase motor (its amplitude).
     Current(f32),
     /// As [`Self::Current`], with a second current in the axis d of a three-phase motor, A. It
-    /// makes no torque and turns braking power into heat.
+    /// makes no torque. It turns braking power into heat, or shows whether the rotor's angle is
+    /// right.
     Braking {
         /// The current that makes the torque, A.
         current: f32,
@@ -177,7 +178,7 @@ impl CurrentLoop {
             BridgeDemand::Current(amperes) => Action::Current(self.limited(amperes), 0),
             BridgeDemand::Braking { current, direct } => {
                 let q = self.limited(current);
-                let (limit, used) = (self.current_limit as f32, q as f32);
+                let (limit, used) = (self.current_limit as f32, self.largest_q(q) as f32);
                 let left = to_i32(root_of_sum(limit * limit - used * used));
                 Action::Current(q, Bound::new(left - 1).limit(self.limited(direct)))
             }
@@ -250,6 +251,16 @@ impl CurrentLoop {
     /// Returns what the excitation has measured since the last call; `None` without a sample.
     pub fn take_measurement(&mut self, supply_voltage: f32) -> Option<Measurement> {
         self.probe.take(&self.fixed.ratings, supply_voltage)
+    }
+
+    /// Returns the largest current in q that a demand causes together with the wave against the
+    /// cogging torque.
+    fn largest_q(&self, demand: i32) -> i32 {
+        let wave = self.compensation.as_ref();
+        wave.map_or(demand, |Compensation { left, .. }| {
+            let demand = Bound::new(*left).limit(demand).saturating_abs();
+            demand.saturating_add(self.current_limit.saturating_sub(*left))
+        })
     }
 
     /// Converts a current, A, to the scale of the loop, limited to the current limit.

@@ -29,7 +29,8 @@ pub struct Conditions {
 pub struct Limited {
     /// Current that makes the torque, A. It is never NaN.
     pub current: f32,
-    /// Current in the axis d of a three-phase motor, A. It turns braking power into heat.
+    /// Current in the axis d of a three-phase motor, A. It turns braking power into heat, or probes
+    /// the rotor's angle ([`Limiter::add_direct`]).
     pub direct: f32,
     /// The limit that acts now.
     pub cause: ActiveLimit,
@@ -188,6 +189,25 @@ impl Limiter {
             direct: self.direct,
             cause,
         }
+    }
+
+    /// Returns as much of the current `wanted` in d, A, as all limits leave beside the newest
+    /// demand of a three-phase motor. `bound` is the current limit of the present operation, A.
+    pub fn add_direct(&mut self, wanted: f32, bound: f32, now: &Conditions) -> f32 {
+        if wanted == 0.0 || !(bound > 0.0) {
+            return 0.0;
+        }
+        let Supply { loss, .. } = self.supply;
+        let (carried, square) = (self.thermal(bound, now).bound, self.current * self.current);
+        let emf = self.supply.emf(now.velocity) * self.current;
+        let power = self.supply.motoring(now.supply_voltage, f32::MAX).watts;
+        let powered = (power - emf) / loss - square;
+        let left = carried * carried - square;
+        // NaN leaves nothing.
+        let left = if left < powered { left } else { powered };
+        let largest = if left > 0.0 { root_of_sum(left) } else { 0.0 };
+        self.direct = limit(wanted, largest);
+        self.direct
     }
 
     #[inline]

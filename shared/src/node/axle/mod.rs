@@ -54,6 +54,7 @@ use crate::bus::cia402::{DriveCommand, State};
 use crate::bus::scale::Scale;
 use crate::constants::CONTROL_PERIOD;
 use crate::faults::{Fault, Faults};
+use crate::motor::angle_probe::AngleProbe;
 use crate::motor::back_emf::BackEmf;
 use crate::motor::encoder_steps::EncoderSteps;
 use crate::motor::limits::Limiter;
@@ -91,6 +92,7 @@ pub struct Axle {
     sensed: bool,
     supervisor: Supervisor,
     back_emf: BackEmf,
+    angle_probe: AngleProbe,
     encoder_steps: EncoderSteps,
     limiter: Limiter,
     snapshot: Option<Snapshot>,

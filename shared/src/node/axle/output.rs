@@ -87,6 +87,10 @@ impl Axle {
         let conditions = conditions(inputs, self.velocity());
         let bound = self.sign_probe.bound(self.force.current_limit);
         let mut limited = self.limiter.limit(amperes, bound, &conditions);
+        if limited.direct == 0.0 {
+            let probe = self.angle_probe.direct();
+            limited.direct = self.limiter.add_direct(probe, bound, &conditions);
+        }
         if limited.cause == ActiveLimit::None && amperes.abs() > bound {
             limited.cause = ActiveLimit::SignProbe;
         }

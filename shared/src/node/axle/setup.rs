@@ -15,6 +15,7 @@ use crate::bus::cia402::{DriveCommand, State};
 use crate::bus::scale::Scale;
 use crate::constants::CONTROL_PERIOD;
 use crate::faults::Faults;
+use crate::motor::angle_probe::AngleProbe;
 use crate::motor::back_emf::BackEmf;
 use crate::motor::encoder_steps::EncoderSteps;
 use crate::motor::from_radians;
@@ -85,6 +86,7 @@ impl Axle {
             sensed: false,
             supervisor: Supervisor::default(),
             back_emf: BackEmf::new(settings),
+            angle_probe: AngleProbe::new(settings),
             encoder_steps: EncoderSteps::new(IMPOSSIBLE_SPEED * velocity_limit * counts_per_radian),
             limiter: Limiter::new(settings),
             snapshot: None,

@@ -27,7 +27,13 @@ impl Axle {
             electrical: inputs.electrical,
         };
         let turns_back = self.powered() && self.sign_probe.tick(self.position(), self.demand);
-        let motor = self.back_emf.check(&observed);
+        let mut motor = self.back_emf.check(&observed);
+        if self.powered() {
+            let calm = self.back_emf.is_calm();
+            motor.slipped |= self.angle_probe.tick(&observed, calm);
+        } else {
+            self.angle_probe.reset();
+        }
         let readings = Readings {
             current: inputs.current,
             demand: self.demand,

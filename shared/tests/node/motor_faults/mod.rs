@@ -4,6 +4,7 @@
 
 pub mod rig;
 mod supply;
+mod wrong_angle;
 
 use rig::{PER_RADIAN, Rig, Trouble};
 use tautrack::faults::{Fault, Reaction};
@@ -81,21 +82,26 @@ fn a_rotor_angle_that_is_wrong_by_90_or_180_degrees_stops_the_motor_within_50_ms
 }
 
 #[test]
-fn a_three_phase_motor_with_a_wrong_sensor_or_lead_moves_less_than_0_12_rad() {
+fn a_three_phase_motor_with_a_wrong_sensor_or_lead_moves_less_than_0_07_rad() {
     for trouble in WRONG {
         for speeds in [
             [0.0, 3.0],
             [0.3, 0.3],
+            [0.6, 0.6],
             [1.2, 1.2],
+            [2.0, 2.0],
             [3.0, 3.0],
             [5.5, 5.5],
             [-3.0, -3.0],
         ] {
-            let (outputs, milliseconds, travel) = provoke(true, speeds, trouble);
-            assert!(travel < 0.12, "{trouble:?} {speeds:?}");
-            // A rotor that the wrong angle locks does not run away. It is found when it is blocked.
-            let locked = outputs.faults.strongest() == Some(Fault::Blocked);
-            let within = if locked { 550 } else { 50 };
+            let (_, milliseconds, travel) = provoke(true, speeds, trouble);
+            assert!(travel < 0.07, "{trouble:?} {speeds:?}");
+            // A rotor that swings in the field may hide what the probe turns, until it stands.
+            let within = match trouble {
+                Trouble::ReversedEncoder | Trouble::ReversedPhase => 230,
+                Trouble::FrozenEncoder => 70,
+                _ => 50,
+            };
             assert!(milliseconds <= within, "{trouble:?} {speeds:?}");
         }
     }

@@ -100,6 +100,8 @@ pub struct Rig {
     pub axle: Axle,
     pub current_loop: CurrentLoop,
     pub motor: Motor,
+    /// Counts of the encoder per turn of the rotor.
+    counts: i32,
     stage: PowerStage,
     pub now_us: u64,
     pub trouble: Trouble,
@@ -141,6 +143,7 @@ impl Rig {
             axle: Axle::new(settings),
             current_loop: CurrentLoop::new(&config, &STAGE).unwrap(),
             motor: Motor::new(model, STAGE, 7).unwrap(),
+            counts: model.encoder_counts as i32,
             stage: PowerStage::Off,
             now_us: 0,
             trouble: Trouble::None,
@@ -188,16 +191,16 @@ impl Rig {
         if swapped {
             readings.currents.swap(0, 1);
         }
-        let turn = ENCODER_COUNTS as u32;
+        let turn = self.counts as u32;
         match self.trouble {
             Trouble::Slipped(degrees) => {
-                let counts = degrees / 360.0 * f64::from(ENCODER_COUNTS / POLE_PAIRS);
+                let counts = degrees / 360.0 * f64::from(self.counts / POLE_PAIRS);
                 readings.rotor =
-                    (readings.rotor + (counts as i32).rem_euclid(ENCODER_COUNTS) as u32) % turn;
+                    (readings.rotor + (counts as i32).rem_euclid(self.counts) as u32) % turn;
             }
             Trouble::ReversedEncoder => readings.rotor = (turn - readings.rotor) % turn,
             Trouble::NoisyEncoder(bound) => {
-                let noise = self.random(bound).rem_euclid(ENCODER_COUNTS) as u32;
+                let noise = self.random(bound).rem_euclid(self.counts) as u32;
                 readings.rotor = (readings.rotor + noise) % turn;
             }
             Trouble::CurrentCode(code) => readings.currents[0] = code,

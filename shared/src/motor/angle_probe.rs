@@ -1,0 +1,291 @@
+//! Finds a wrong rotor angle at low speed, where the back-EMF shows nothing.
+//!
+//! A rotor whose angle is wrong by `a` gets the torque `k (i_q cos a + i_d sin a)`. If it does not
+//! follow `i_q`, then either something holds it, or `cos a` is nearly 0. In the second case a
+//! current in d makes nearly its full torque; in the first case it makes none. So the probe adds an
+//! alternating current in d and looks whether it turns the rotor. The current in q stays: a shaft
+//! that carries a load keeps its torque.
+//!
+//! The turn shows in the flux linkage of the axis d, which is the integral of the voltage that
+//! resistance, inductance and coupling leave. It is the magnets' flux that turns into this axis. A
+//! rotor with the right angle has none there, however it moves. No encoder is needed, so the probe
+//! also finds one that is frozen.
+//!
+//! After a lead of two control periods, the current alternates in three parts: `- +`, `- +`, `+ -`.
+//! Each part turns the rotor and leaves no speed; the third turns it the other way. The first part
+//! minus twice the second plus the third is measured. In this sum, a constant speed and a constant
+//! acceleration cancel. So do errors of the resistance and of the inductance, because the current
+//! is zero on average in each part, and the lead makes the first part begin where the third ends.
+
+use super::back_emf::Observed;
+use super::current::VOLTAGE_FULL_SCALE;
+use crate::constants::CONTROL_PERIOD;
+use crate::math::limit;
+use crate::settings::{Setting, Settings};
+use crate::units::Angle;
+
+/// Current of the probe, as a fraction of the current limit.
+const PROBE: f32 = 0.5;
+/// Control periods of the lead, of each part, and of all.
+const LEAD: u8 = 2;
+const PART: u8 = 6;
+const END: u8 = LEAD + 3 * PART;
+/// Signs of the current: of the lead, and of the three parts.
+#[rustfmt::skip]
+const SIGNS: [f32; END as usize] = [
+    1.0, -1.0,
+    -1.0, -1.0, -1.0, 1.0, 1.0, 1.0,
+    -1.0, -1.0, -1.0, 1.0, 1.0, 1.0,
+    1.0, 1.0, 1.0, -1.0, -1.0, -1.0,
+];
+
+/// Control periods for which the shaft must not gain speed while the current rises.
+const STUCK: u8 = 12;
+/// Gain of speed that counts, as a fraction of the velocity limit.
+const GAIN: f32 = 0.002;
+/// Rise of the current that counts, and the lowest current at its end, as fractions of the current
+/// limit.
+const RISE: f32 = 0.015;
+const PUSHING: f32 = 0.03;
+/// Largest speed during the probe, as a fraction of the velocity limit. Above it, the
+/// back-EMF shows a wrong angle.
+const SLOW: f32 = 0.2;
+
+/// Flux in d that counts, as a fraction of the magnets' flux.
+const FLUX: f32 = 0.4;
+/// Flux in d per electrical radian that the encoder shows, as a fraction of the magnets' flux, up
+/// to which the angle counts as right: the sine of 24 degrees.
+const RIGHT: f32 = 0.4;
+/// Part of the flux by coupling that may be missing or excessive.
+const COUPLED: f32 = 0.3;
+
+/// The probe of one motor.
+#[derive(Clone, Debug)]
+pub struct AngleProbe {
+    /// Current of the probe, A; 0 for a brushed motor.
+    current: f32,
+    resistance: f32,
+    inductance: f32,
+    /// Electrical rad per rad of the output shaft, times the inductance of q.
+    coupling: f32,
+    /// Flux of the magnets, V s.
+    magnets: f32,
+    /// What the constants above mean for this motor, A and rad/s.
+    rise: f32,
+    pushing: f32,
+    gain: f32,
+    slow: f32,
+
+    /// Current at the last gain of speed, A, the lowest speed since then, rad/s, and its control
+    /// periods.
+    pushed: f32,
+    slowest: f32,
+    stuck: u8,
+    /// Control period of the probe under way.
+    step: Option<u8>,
+    /// Current in d, A, and electrical angle of the previous control period.
+    direct: f32,
+    angle: Angle,
+    /// Weighted sums: flux in d, V s, flux by coupling, V s, and turn by the encoder, electrical
+    /// rad.
+    flux: f32,
+    coupled: f32,
+    turn: f32,
+}
+
+impl AngleProbe {
+    /// Reads the motor's parameters from the settings.
+    pub fn new(settings: &Settings) -> Self {
+        let pole_pairs = settings.get(Setting::PolePairs) as f32;
+        let inductance = settings.scaled(Setting::Inductance, 1e-6);
+        let inductance_q = match settings.get(Setting::InductanceQ) {
+            0 => inductance,
+            value => value as f32 * 1e-6,
+        };
+        let current_limit = settings.scaled(Setting::CurrentLimit, 1e-3);
+        let velocity_limit = settings.scaled(Setting::VelocityLimit, 1e-3);
+        let three_phase = settings.get(Setting::MotorKind) != 0;
+        Self {
+            current: if three_phase {
+                PROBE * current_limit
+            } else {
+                0.0
+            },
+            resistance: settings.scaled(Setting::Resistance, 1e-3),
+            inductance,
+            coupling: settings.scaled(Setting::GearRatio, 1e-3) * pole_pairs * inductance_q,
+            magnets: settings.scaled(Setting::TorqueConstant, 1e-6) / (1.5 * pole_pairs),
+            rise: RISE * current_limit,
+            pushing: PUSHING * current_limit,
+            gain: GAIN * velocity_limit,
+            slow: SLOW * velocity_limit,
+            pushed: 0.0,
+            slowest: 0.0,
+            stuck: 0,
+            step: None,
+            direct: 0.0,
+            angle: Angle::ZERO,
+            flux: 0.0,
+            coupled: 0.0,
+            turn: 0.0,
+        }
+    }
+
+    /// Ends a probe without a result, and begins to watch anew.
+    pub fn reset(&mut self) {
+        (self.step, self.stuck) = (None, 0);
+    }
+
+    /// Returns the current in d for the next control period, A.
+    #[inline]
+    pub fn direct(&self) -> f32 {
+        let sign = self.step.and_then(|step| SIGNS.get(usize::from(step)));
+        sign.map_or(0.0, |sign| sign * self.current)
+    }
+
+    /// Evaluates one control period. A probe begins only while the motor is `calm`. Returns whether
+    /// a probe that ends now has found a wrong angle. NaN counts as a right one.
+    #[inline]
+    pub fn tick(&mut self, now: &Observed, calm: bool) -> bool {
+        let Some([voltage, _]) = now.electrical.voltage else {
+            self.reset();
+            return false;
+        };
+        let direct = now.electrical.direct;
+        let rising = direct - self.direct;
+        let angle = now.electrical.angle.map_or(self.angle, |angle| angle.0);
+        let turn = (angle - self.angle).radians();
+        (self.direct, self.angle) = (direct, angle);
+        let Some(step) = self.step else {
+            if self.current != 0.0 && self.does_not_follow(now) && calm {
+                self.step = Some(0);
+                (self.flux, self.coupled, self.turn) = (0.0, 0.0, 0.0);
+            }
+            return false;
+        };
+        if now.demand[1] != self.direct() || !self.is_slow(now) {
+            // A limit left less current, so that errors do not cancel. Or the coupling is large.
+            self.reset();
+            return false;
+        }
+        if step >= LEAD {
+            let weight = if (step - LEAD) / PART == 1 { -2.0 } else { 1.0 };
+            let coupled = now.velocity * now.current * self.coupling;
+            let emf = limit(
+                voltage - self.resistance * direct + coupled,
+                VOLTAGE_FULL_SCALE,
+            );
+            self.flux += weight * (emf * CONTROL_PERIOD - rising * self.inductance);
+            self.coupled += weight * coupled * CONTROL_PERIOD;
+            self.turn += weight * turn;
+        }
+        if step + 1 < END {
+            self.step = Some(step + 1);
+            return false;
+        }
+        self.reset();
+        let turned = RIGHT * self.turn.abs() + FLUX;
+        self.flux.abs() > self.magnets * turned + COUPLED * self.coupled.abs()
+    }
+
+    fn is_slow(&self, now: &Observed) -> bool {
+        now.velocity.abs() < self.slow
+    }
+
+    /// Returns whether the current rises while the shaft gains no speed in its direction.
+    fn does_not_follow(&mut self, now: &Observed) -> bool {
+        let demand = now.demand[0];
+        let (along, push) = if demand < 0.0 {
+            (-now.velocity, -demand)
+        } else {
+            (now.velocity, demand)
+        };
+        let reversed = demand * self.pushed < 0.0;
+        if self.stuck == 0 || reversed || along > self.slowest + self.gain {
+            (self.pushed, self.slowest, self.stuck) = (demand, along, 1);
+            return false;
+        }
+        if along < self.slowest {
+            self.slowest = along;
+        }
+        self.stuck = self.stuck.saturating_add(1);
+        self.stuck > STUCK
+            && self.is_slow(now)
+            && push > self.pushed.abs() + self.rise
+            && push > self.pushing
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::motor::current::Electrical;
+
+    /// Runs a probe of the default motor, with three phases and 5 A, on a voltage in d that depends
+    /// on the time since its start, s, and on the current of the probe, A. Returns whether it finds
+    /// a wrong angle, and the currents.
+    fn probe(voltage: impl Fn(f32, f32) -> f32) -> (bool, [f32; END as usize]) {
+        let mut settings = Settings::default();
+        settings
+            .set(Setting::MotorKind.description().key, 1)
+            .unwrap();
+        let mut probe = AngleProbe::new(&settings);
+        let (mut currents, mut count) = ([0.0; END as usize], 0);
+        for tick in 0..100_u8 {
+            let direct = probe.direct();
+            let time = count as f32 * CONTROL_PERIOD;
+            let now = Observed {
+                current: 0.0,
+                demand: [0.1 * f32::from(tick), direct],
+                velocity: 0.0,
+                supply_voltage: 24.0,
+                electrical: Electrical {
+                    voltage: Some([voltage(time, direct), 0.0]),
+                    direct,
+                    ..Electrical::default()
+                },
+            };
+            let wrong = probe.tick(&now, true);
+            if direct != 0.0 {
+                currents[count] = direct;
+                count += 1;
+                if probe.direct() == 0.0 {
+                    assert_eq!(count, usize::from(END));
+                    return (wrong, currents);
+                }
+            }
+        }
+        panic!("no probe");
+    }
+
+    #[test]
+    fn the_current_leaves_a_rotor_no_speed_and_its_voltages_cancel() {
+        // A resistance of 0.6 ohm, which may be twice as large, and any constant voltage.
+        for ohm in [0.0, 0.6, 1.2] {
+            let (wrong, currents) = probe(|_, direct| ohm * direct + 3.0);
+            assert!(!wrong, "{ohm} ohm");
+            assert_eq!(currents.iter().sum::<f32>(), 0.0);
+            for part in currents[usize::from(LEAD)..].chunks(usize::from(PART)) {
+                assert_eq!(part.iter().sum::<f32>(), 0.0);
+            }
+        }
+        // A back-EMF that rises steadily: constant acceleration.
+        assert!(!probe(|time, _| 500.0 * time).0);
+    }
+
+    #[test]
+    fn a_flux_that_follows_the_probe_is_found_from_two_fifths_of_the_magnets_flux_on() {
+        // The flux of the magnets is torque constant / (1.5 x pole pairs) = 0.04 / 10.5 V s.
+        // It turns by this part in the middle part of the probe only, which counts twice.
+        let middle = f32::from(LEAD + PART) * CONTROL_PERIOD;
+        let length = f32::from(PART) * CONTROL_PERIOD;
+        for (part, found) in [(0.19, false), (0.21, true), (-0.21, true)] {
+            let volts = part * 0.04 / 10.5 / length;
+            let (wrong, _) = probe(|time, direct| {
+                let inside = time > middle - 1e-4 && time < middle + length - 1e-4;
+                0.6 * direct + if inside { volts } else { 0.0 }
+            });
+            assert_eq!(wrong, found, "{part}");
+        }
+    }
+}
