@@ -1,7 +1,7 @@
 //! Model of the magnetometer LIS2MDL (ST DS12144): rate, mode, reset and outputs.
 
 use super::{Sampler, digits};
-use tautrack::link::{BodyMeasurands, ChipFault};
+use crate::link::{BodyMeasurands, ChipFault};
 
 /// First register of the model, and the number of its registers.
 const FIRST: usize = 0x40;

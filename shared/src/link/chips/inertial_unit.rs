@@ -2,8 +2,8 @@
 //! and range, and its outputs.
 
 use super::{Sampler, digits};
+use crate::link::{BodyMeasurands, ChipFault};
 use core::f32::consts::PI;
-use tautrack::link::{BodyMeasurands, ChipFault};
 
 /// Number of registers of the main page.
 const COUNT: usize = 0x80;
