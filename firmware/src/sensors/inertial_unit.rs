@@ -132,9 +132,12 @@ impl Driver for InertialUnit {
         }
         let rate = chip.angular_rate_raw_get().await?;
         let force = chip.acceleration_raw_get().await?;
+        // Outside of `put`, which masks interrupts.
+        let rate = rate.map(|raw| from_fs1000_to_mdps(raw) * MILLI_DEGREE);
+        let force = force.map(|raw| from_fs8_to_mg(raw) * MILLI_G);
         newest::put(|readings| {
-            readings.angular_rate = rate.map(|raw| from_fs1000_to_mdps(raw) * MILLI_DEGREE);
-            readings.specific_force = force.map(|raw| from_fs8_to_mg(raw) * MILLI_G);
+            readings.angular_rate = rate;
+            readings.specific_force = force;
             readings.fresh.gyroscope = true;
             readings.fresh.accelerometer = true;
         });
