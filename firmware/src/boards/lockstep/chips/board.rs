@@ -6,6 +6,7 @@ use core::cell::RefCell;
 use critical_section::Mutex;
 use embedded_hal_async::i2c::{ErrorKind, NoAcknowledgeSource, Operation};
 use tautrack::link::{BodyMeasurands, ChipFault};
+use tautrack::motor::model::noise::Noise;
 
 /// Addresses of the chips; the pin SA0 of the inertial unit is low.
 const INERTIAL_UNIT: u8 = 0x6a;
@@ -18,6 +19,7 @@ static CHIPS: Mutex<RefCell<Chips>> = Mutex::new(RefCell::new(Chips {
     inertial_unit: InertialUnit::RESET,
     magnetometer: Magnetometer::RESET,
     faults: [None; 2],
+    noise: Noise::new(0),
     held: false,
     booted: 0,
 }));
@@ -27,6 +29,8 @@ pub(super) struct Chips {
     magnetometer: Magnetometer,
     /// Faults of the inertial unit and of the magnetometer in this step.
     faults: [Option<ChipFault>; 2],
+    /// Numbers of the fault [`ChipFault::Noise`].
+    noise: Noise,
     /// A chip holds the data line low. Only clock pulses free it.
     held: bool,
     booted: u8,
@@ -37,6 +41,11 @@ pub(super) fn with<R>(action: impl FnOnce(&mut Chips) -> R) -> R {
     critical_section::with(|cs| action(&mut CHIPS.borrow(cs).borrow_mut()))
 }
 
+/// Switches the chips on. `seed` is that of the run.
+pub fn power_up(seed: u64) {
+    with(|chips| chips.noise = Noise::new(seed));
+}
+
 /// Runs the chips for one step.
 pub fn measure(acts: &BodyMeasurands) {
     with(|chips| {
@@ -44,8 +53,9 @@ pub fn measure(acts: &BodyMeasurands) {
         chips.held |= chips.is_stuck();
         chips.booted = chips.booted.saturating_add(1);
         let [inertial_unit, magnetometer] = acts.faults;
-        chips.inertial_unit.step(acts, inertial_unit);
-        chips.magnetometer.step(acts, magnetometer);
+        let noise = &mut chips.noise;
+        chips.inertial_unit.step(acts, inertial_unit, noise);
+        chips.magnetometer.step(acts, magnetometer, noise);
     });
 }
 

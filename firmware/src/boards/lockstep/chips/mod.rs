@@ -3,22 +3,16 @@
 //! `inertial_unit` and `magnetometer` have the registers that the drivers use, and convert what
 //! acts on the chip to its digits. `board` has both chips with their faults. `bus` is the board's
 //! [`SensorBus`](crate::sensors::SensorBus): a transfer copies registers and takes no virtual time.
+//! `outputs` converts what acts on a chip to the digits of its output registers.
 
 mod board;
 mod bus;
 mod inertial_unit;
 mod magnetometer;
+mod outputs;
 
-pub(super) use board::measure;
+pub(super) use board::{measure, power_up};
 pub use bus::start_sensors;
-
-/// Digits for `value`, rounded and limited to the range of the output registers; 0 for NaN.
-fn digits(value: f32, digits_per_unit: f32) -> [u8; 2] {
-    let scaled = value * digits_per_unit;
-    let half = if scaled < 0.0 { -0.5 } else { 0.5 };
-    // The conversion saturates.
-    ((scaled + half) as i16).to_le_bytes()
-}
 
 /// Passage of time at a chip that measures at a rate of its own.
 struct Sampler {
