@@ -2,6 +2,7 @@
 //! then stop it; they never count as stable.
 
 use super::attitude::Attitude;
+use super::field_watch::FieldWatch;
 use super::noise_watch::NoiseWatch;
 use super::sensor_watch::SensorWatch;
 use super::stuck::Stuck;
@@ -98,6 +99,7 @@ pub struct Watch {
     sensors: [SensorWatch; ON_BODY],
     noise: [NoiseWatch; ON_BODY],
     stuck: Stuck,
+    field: FieldWatch,
     off_gravity: Lasting,
     disagreement: Lasting,
 }
@@ -111,6 +113,7 @@ impl Watch {
                 NoiseWatch::new(NOISE[sensor], expectations.rates[sensor])
             }),
             stuck: Stuck::new(expectations.stuck_readings),
+            field: FieldWatch::default(),
             off_gravity: Lasting::default(),
             disagreement: Lasting::default(),
         }
@@ -138,7 +141,13 @@ impl Watch {
         ];
         let mut usable = [false; ON_BODY];
         for (index, (new, values, range)) in found.into_iter().enumerate() {
-            let reading = new.then(|| plausible(values, range));
+            let mut reading = new.then(|| plausible(values, range));
+            if index == Sensor::Magnetometer as usize
+                && reading == Some(Ok(()))
+                && self.field.repeats(values)
+            {
+                reading = Some(Err(Reason::Stuck));
+            }
             usable[index] = reading == Some(Ok(()));
             self.sensors[index].advance(reading, period);
             if usable[index] {
@@ -152,6 +161,10 @@ impl Watch {
             gyroscope,
             magnetometer,
         };
+        if usable.gyroscope {
+            let period = self.sensors[Sensor::Gyroscope as usize].period();
+            self.field.turn(&sensors.angular_rate, period);
+        }
         self.stuck.receive(sensors, usable);
         usable
     }

@@ -71,15 +71,19 @@ fn faulty(name: &str, chip: SensorChip, fault: ChipFault, at_s: f64, until_s: f6
 }
 
 fn run(chip: SensorChip, fault: ChipFault) -> Record {
+    run_of("flat", chip, fault, BEGIN)
+}
+
+fn run_of(name: &str, chip: SensorChip, fault: ChipFault, begin: f64) -> Record {
     let mut found = Record::default();
-    let scenario = faulty("flat", chip, fault, BEGIN, END);
+    let scenario = faulty(name, chip, fault, begin, begin + (END - BEGIN));
     let options = Options::default();
     let ending = record(&scenario, programs(Board::Native), options, &mut found);
     let ending = ending.unwrap_or_else(|error| panic!("{error}"));
     assert!(ending.error.is_none());
     found.says("inertial unit: running", 0.0, 100.0);
     found.says("magnetometer: running", 0.0, 100.0);
-    assert!(found.passed(BEGIN - 0.5, BEGIN) > 0.08, "the robot drives");
+    assert!(found.passed(begin - 0.5, begin) > 0.08, "the robot drives");
     found
 }
 
@@ -142,6 +146,20 @@ fn noise_of_the_magnetometer_is_named_within_1500_ms_and_the_robot_drives_on() {
     let found = run(SensorChip::Magnetometer, ChipFault::Noise);
     found.says("magnetometer: sensor too noisy", BEGIN, 1_500.0);
     assert!(found.passed(BEGIN + 0.6, END) > 0.08);
+}
+
+#[test]
+fn a_frozen_magnetometer_is_named_within_900_ms_of_a_turn_and_the_robot_drives_on() {
+    // The robot turns by 20 degrees/s, so it has turned by 10 degrees after 500 ms.
+    let (chip, begin, end) = (SensorChip::Magnetometer, 8.0, 9.5);
+    let found = run_of("legitimate/turning", chip, ChipFault::Frozen, begin);
+    found.says("magnetometer: sensor stuck", begin, 900.0);
+    assert!(found.passed(begin + 0.9, end) > 0.08);
+    found.says("magnetometer: believed", end, 400.0);
+    // While it drives straight on, nothing shows the fault, and nothing needs the magnetometer.
+    let straight = run(chip, ChipFault::Frozen);
+    assert!(!straight.log.iter().any(|(_, line)| line.contains("stuck")));
+    assert!(straight.passed(BEGIN + 0.9, END) > 0.08);
 }
 
 #[test]
