@@ -15,7 +15,7 @@ use heapless::Vec;
 use serde::{Deserialize, Serialize};
 
 /// Version of these messages. Both sides compare it before anything else.
-pub const VERSION: u16 = 7;
+pub const VERSION: u16 = 8;
 /// Length of a lockstep step in microseconds.
 pub const STEP_US: u64 = 1_000;
 /// Maximum number of frames that one step can deliver to a node, or take from it. A bus with 1
@@ -123,6 +123,9 @@ pub enum ChipFault {
     WrongIdentity,
     /// The chip measures half as often as its registers say.
     HalfRate,
+    /// Every output is off by another random number, uniform within a quarter of the measuring
+    /// range.
+    Noise,
 }
 
 /// Message from the node to the simulator.

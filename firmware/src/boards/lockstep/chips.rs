@@ -9,11 +9,16 @@ use embedded_hal_async::i2c::{ErrorKind, ErrorType, I2c, NoAcknowledgeSource, Op
 use tautrack::link::BodyMeasurands;
 use tautrack::link::chips::Chips;
 
-static CHIPS: Mutex<RefCell<Chips>> = Mutex::new(RefCell::new(Chips::RESET));
+static CHIPS: Mutex<RefCell<Chips>> = Mutex::new(RefCell::new(Chips::new(0)));
 
 /// Runs `action` with the chips.
 fn with<R>(action: impl FnOnce(&mut Chips) -> R) -> R {
     critical_section::with(|cs| action(&mut CHIPS.borrow(cs).borrow_mut()))
+}
+
+/// Switches the chips on. `seed` is that of the run.
+pub(super) fn power_up(seed: u64) {
+    with(|chips| *chips = Chips::new(seed));
 }
 
 /// Runs the chips for one step.

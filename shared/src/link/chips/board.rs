@@ -3,6 +3,7 @@
 use super::inertial_unit::InertialUnit;
 use super::magnetometer::Magnetometer;
 use crate::link::{BodyMeasurands, ChipFault};
+use crate::motor::model::noise::Noise;
 
 /// Addresses of the chips; the pin SA0 of the inertial unit is low.
 const INERTIAL_UNIT: u8 = 0x6a;
@@ -17,6 +18,8 @@ pub struct Chips {
     magnetometer: Magnetometer,
     /// Faults of the inertial unit and of the magnetometer in this step.
     faults: [Option<ChipFault>; 2],
+    /// Numbers of the fault [`ChipFault::Noise`].
+    noise: Noise,
     /// A chip holds the data line low. Only clock pulses free it.
     held: bool,
     booted: u8,
@@ -29,15 +32,18 @@ pub struct Chips {
 pub struct NoAcknowledge;
 
 impl Chips {
-    /// The chips when they are switched on.
-    pub const RESET: Self = Self {
-        inertial_unit: InertialUnit::RESET,
-        magnetometer: Magnetometer::RESET,
-        faults: [None; 2],
-        held: false,
-        booted: 0,
-        register: 0,
-    };
+    /// The chips when they are switched on. `seed` is that of the run.
+    pub const fn new(seed: u64) -> Self {
+        Self {
+            inertial_unit: InertialUnit::RESET,
+            magnetometer: Magnetometer::RESET,
+            faults: [None; 2],
+            noise: Noise::new(seed),
+            held: false,
+            booted: 0,
+            register: 0,
+        }
+    }
 
     /// Runs the chips for one step.
     pub fn measure(&mut self, acts: &BodyMeasurands) {
@@ -45,8 +51,9 @@ impl Chips {
         self.held |= self.is_stuck();
         self.booted = self.booted.saturating_add(1);
         let [inertial_unit, magnetometer] = acts.faults;
-        self.inertial_unit.step(acts, inertial_unit);
-        self.magnetometer.step(acts, magnetometer);
+        let noise = &mut self.noise;
+        self.inertial_unit.step(acts, inertial_unit, noise);
+        self.magnetometer.step(acts, magnetometer, noise);
     }
 
     fn is_stuck(&self) -> bool {

@@ -1,22 +1,16 @@
 //! Register-level models of the sensor chips on the guard's board.
 //!
 //! `inertial_unit` and `magnetometer` have the registers that the drivers use, and convert what
-//! acts on the chip to its digits. `board` has both chips with their faults. The node programs of
-//! the simulator contain them; the model of a board's chip connects them to its I2C bus.
+//! acts on the chip to its digits, which `outputs` writes. `board` has both chips with their
+//! faults. The node programs of the simulator contain them; the model of a board's chip connects
+//! them to its I2C bus.
 
 mod board;
 mod inertial_unit;
 mod magnetometer;
+mod outputs;
 
 pub use board::{Chips, NoAcknowledge};
-
-/// Digits for `value`, rounded and limited to the range of the output registers; 0 for NaN.
-fn digits(value: f32, digits_per_unit: f32) -> [u8; 2] {
-    let scaled = value * digits_per_unit;
-    let half = if scaled < 0.0 { -0.5 } else { 0.5 };
-    // The conversion saturates.
-    ((scaled + half) as i16).to_le_bytes()
-}
 
 /// Passage of time at a chip that measures at a rate of its own.
 struct Sampler {

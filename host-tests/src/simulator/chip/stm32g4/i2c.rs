@@ -112,7 +112,7 @@ impl State {
     /// Connects modules that were switched on now.
     pub(super) fn connect_modules(&mut self) {
         self.modules = Some(Box::new(Modules {
-            chips: Chips::RESET,
+            chips: Chips::new(0),
             acts: BodyMeasurands {
                 specific_force: [0.0, 0.0, 9.806_65],
                 ..BodyMeasurands::default()
