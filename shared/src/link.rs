@@ -4,7 +4,9 @@
 //! On the wire, each message is its length as little-endian `u16`, followed by postcard bytes. The
 //! node's clock is the time in the message. Between two messages the simulated board runs the PWM
 //! periods of one step. So the current loop and the rotor run in the node, and the rest of the
-//! physics runs in the simulator.
+//! physics runs in the simulator. [`chips`] are the sensor chips of the guard's board.
+
+pub mod chips;
 
 use crate::can::Frame;
 pub use crate::motor::model::{MotorModel, Shaft, ThreePhaseModel, WindingModel};
@@ -13,7 +15,7 @@ use heapless::Vec;
 use serde::{Deserialize, Serialize};
 
 /// Version of these messages. Both sides compare it before anything else.
-pub const VERSION: u16 = 7;
+pub const VERSION: u16 = 8;
 /// Length of a lockstep step in microseconds.
 pub const STEP_US: u64 = 1_000;
 /// Maximum number of frames that one step can deliver to a node, or take from it. A bus with 1
@@ -121,6 +123,9 @@ pub enum ChipFault {
     WrongIdentity,
     /// The chip measures half as often as its registers say.
     HalfRate,
+    /// Every output is off by another random number, uniform within a quarter of the measuring
+    /// range.
+    Noise,
 }
 
 /// Message from the node to the simulator.

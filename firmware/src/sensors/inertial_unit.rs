@@ -124,20 +124,23 @@ impl Driver for InertialUnit {
     async fn read<B: SensorBus>(&self, device: Device<'_, B>) -> Result<bool, Failure> {
         let mut chip = Lsm6dsv16x::new_i2c(device, self.address(), Delay);
         let ready = chip.flag_data_ready_get().await?;
-        if ready.drdy_gy == 1 {
-            let rate = chip.angular_rate_raw_get().await?;
-            newest::put(|readings| {
-                readings.angular_rate = rate.map(|raw| from_fs1000_to_mdps(raw) * MILLI_DEGREE);
-                readings.fresh.gyroscope = true;
-            });
+        // Both sensors measure at the same time. If they do so between two transfers below, the
+        // second transfer clears the flag of a reading whose other flag stays set. So one flag is
+        // enough for both.
+        if ready.drdy_gy == 0 && ready.drdy_xl == 0 {
+            return Ok(false);
         }
-        if ready.drdy_xl == 1 {
-            let force = chip.acceleration_raw_get().await?;
-            newest::put(|readings| {
-                readings.specific_force = force.map(|raw| from_fs8_to_mg(raw) * MILLI_G);
-                readings.fresh.accelerometer = true;
-            });
-        }
-        Ok(ready.drdy_gy == 1 && ready.drdy_xl == 1)
+        let rate = chip.angular_rate_raw_get().await?;
+        let force = chip.acceleration_raw_get().await?;
+        // Outside of `put`, which masks interrupts.
+        let rate = rate.map(|raw| from_fs1000_to_mdps(raw) * MILLI_DEGREE);
+        let force = force.map(|raw| from_fs8_to_mg(raw) * MILLI_G);
+        newest::put(|readings| {
+            readings.angular_rate = rate;
+            readings.specific_force = force;
+            readings.fresh.gyroscope = true;
+            readings.fresh.accelerometer = true;
+        });
+        Ok(true)
     }
 }

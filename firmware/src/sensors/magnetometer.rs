@@ -78,8 +78,10 @@ impl Driver for Magnetometer {
             return Ok(false);
         }
         let field = chip.magnetic_raw_get().await?;
+        // Outside of `put`, which masks interrupts.
+        let field = field.map(|raw| from_lsb_to_mgauss(raw) * MILLI_GAUSS);
         newest::put(|readings| {
-            readings.magnetic_field = field.map(|raw| from_lsb_to_mgauss(raw) * MILLI_GAUSS);
+            readings.magnetic_field = field;
             readings.fresh.magnetometer = true;
         });
         Ok(true)

@@ -98,6 +98,7 @@ impl FaultKind {
                     ChipFault::Frozen => "frozen",
                     ChipFault::WrongIdentity => "has a wrong identity",
                     ChipFault::HalfRate => "at half its rate",
+                    ChipFault::Noise => "noisy",
                 };
                 format!("{chip} {fault}")
             }

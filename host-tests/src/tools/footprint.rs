@@ -24,6 +24,7 @@ use std::fs;
 use std::process::ExitCode;
 use std::sync::{Arc, Mutex};
 use tautrack::can::Frame;
+use tautrack::link::ChipFault;
 use tautrack::settings::Setting;
 
 const FLASH: u32 = 0x0800_0000;
@@ -186,6 +187,7 @@ fn guard(robot: Kind, program: &Program) -> Result<Footprint, String> {
     let scenario = format!("host-tests/scenarios/{}", robot.facts().scenario_file);
     let settings = settings(&scenario, Role::Guard)?;
     chip.patch(settings_pages::GUARD_ADDRESS, &Pages::of(&settings)?.0);
+    chip.connect_modules();
     let nested_stack = exercise(&mut chip, image.stack_start, listen);
     Ok(Footprint {
         board: "g474",
@@ -326,8 +328,8 @@ fn drive(chip: &mut Chip) {
     chip.run(100_000);
 }
 
-/// Starts a guard. Its drives are present, an operator arms it and drives, and the GNSS receiver
-/// sends.
+/// Starts a guard with its sensor chips. Its drives are present, an operator arms it and drives, and
+/// the GNSS receiver sends. At the end, a chip holds the I2C bus.
 fn listen(chip: &mut Chip) {
     const GUARD: u16 = 1;
     chip.run(50_000);
@@ -350,6 +352,9 @@ fn listen(chip: &mut Chip) {
         let read = [0x40, 0, 0x10, 0, 0, 0, 0, 0];
         chip.send(Frame::new(0x600 + GUARD, &read).unwrap_or_default());
         chip.send_serial(sentence, 115_200);
+        if step == 80 {
+            chip.acts(|acts| acts.faults[0] = Some(ChipFault::BusStuck));
+        }
         chip.run(10_000);
     }
 }

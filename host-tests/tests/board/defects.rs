@@ -1,12 +1,12 @@
 //! Images that write another value to one register: the model changes the writes. A test must find
 //! every one of them.
 
-use crate::chip::{BDTR, FDCAN, GPIO, IWDG, MOE, PWR, Patch, RCC, TIM1};
-use crate::{executed as test, guard};
+use crate::chip::{BDTR, FDCAN, GPIO, IWDG, MOE, PWR, Patch, RCC, TIM1, TIMINGR};
+use crate::{executed as test, guard, sensors};
 use std::panic::catch_unwind;
 
 /// What is wrong, the patch, and the test that finds it.
-const DEFECTS: [(&str, Patch, fn()); 15] = [
+const DEFECTS: [(&str, Patch, fn()); 17] = [
     (
         "no boost",
         patch(PWR + 0x80, 1 << 8, 1 << 8),
@@ -81,6 +81,16 @@ const DEFECTS: [(&str, Patch, fn()); 15] = [
         "a bit of the guard has other clocks",
         patch(FDCAN + 0x1c, 0x7f, 0),
         guard::a_bit_on_the_bus_has_170_clocks_and_is_sampled_at_80_percent,
+    ),
+    (
+        "the I2C bus of the guard has 1 Mbit/s",
+        patch(TIMINGR, 0xf << 28, 1 << 28),
+        sensors::the_bit_timing_is_that_of_the_fast_mode,
+    ),
+    (
+        "the data line of the I2C bus is not connected",
+        patch(GPIO + 0x824, 0xf << 4, 0),
+        sensors::a_wrong_identity_at_the_start_is_named_within_100_ms_of_power_up,
     ),
 ];
 

@@ -2,7 +2,8 @@
 
 use crate::checks::{self, frame};
 use crate::chip::{
-    CONTROL, Chip, Cut, Executed, FDCAN1_IT0, IWDG, STM32G474, TIM2_IRQ, Tear, USART1, USART1_IRQ,
+    CONTROL, Chip, Cut, DMA1, DMA1_CHANNELS, DMAMUX1, Executed, FDCAN1_IT0, I2C3, I2C3_ER, I2C3_EV,
+    I2C3_REQUESTS, IWDG, STM32G474, TIM2_IRQ, Tear, USART1, USART1_IRQ,
 };
 use crate::chips::g474;
 use crate::executed::DEFECT;
@@ -21,7 +22,7 @@ use tautrack_host_tests::scenario::Scenario;
 /// Node id of the guard.
 pub const NODE: u16 = 1;
 /// Time in which a guard starts, us; less than the watchdog's period.
-const BOOT_US: u64 = 45_000;
+pub const BOOT_US: u64 = 45_000;
 /// Cause "emergency stop" in object 0x4007:1.
 const EMERGENCY_STOPPED: u32 = 0x30;
 /// Bit of port C: emergency stop.
@@ -58,7 +59,7 @@ fn with_pages(program: &Program, pages: &[u8]) -> Chip {
     chip
 }
 
-fn guard_with(more: &[(Setting, i32)]) -> Chip {
+pub fn guard_with(more: &[(Setting, i32)]) -> Chip {
     with_pages(&guards()[0], &settings_of(Kind::B2p2, more))
 }
 
@@ -69,21 +70,23 @@ pub fn running_guard() -> Chip {
     chip
 }
 
-/// The guards of all robots, which have started.
+/// The guards of all robots with their sensor modules, which have started.
 pub fn running_guards() -> impl Iterator<Item = Chip> {
     Kind::value_variants()
         .iter()
         .zip(guards())
         .map(|(robot, program)| {
             let mut chip = with_pages(program, &settings_of(*robot, &[]));
+            chip.connect_modules();
             chip.run(BOOT_US);
             chip
         })
 }
 
-/// B2P2's guard, which has started; calls `watcher` after every instruction from power-up on.
+/// B2P2's guard with its sensor modules, which has started; calls `watcher` after every instruction from power-up on.
 pub fn guard_watched(watcher: impl FnMut(Executed) + Send + 'static) -> Chip {
     let mut chip = guard_with(&[]);
+    chip.connect_modules();
     chip.watch(watcher);
     chip.run(BOOT_US);
     chip
@@ -121,6 +124,9 @@ fn the_model_has_the_addresses_and_interrupts_of_this_chip() {
         ("USART1", USART1),
         ("IWDG", IWDG),
         ("FDCAN1", crate::chip::FDCAN),
+        ("I2C3", I2C3),
+        ("DMA1", DMA1),
+        ("DMAMUX1", DMAMUX1),
     ] {
         assert_eq!(g474::address(name), Some(address), "{name}");
     }
@@ -129,9 +135,15 @@ fn the_model_has_the_addresses_and_interrupts_of_this_chip() {
         ("USART3", CONTROL),
         ("TIM2", TIM2_IRQ),
         ("FDCAN1_IT0", FDCAN1_IT0),
+        ("I2C3_EV", I2C3_EV),
+        ("I2C3_ER", I2C3_ER),
+        ("DMA1_CHANNEL1", DMA1_CHANNELS[0]),
+        ("DMA1_CHANNEL2", DMA1_CHANNELS[1]),
     ] {
         assert_eq!(g474::interrupt(name), Some(line.into()), "{name}");
     }
+    let requests = ["RX", "TX"].map(|signal| g474::request("I2C3", signal));
+    assert_eq!(requests, I2C3_REQUESTS.map(Some));
 }
 
 #[test]
@@ -150,15 +162,18 @@ pub fn a_bit_on_the_bus_has_170_clocks_and_is_sampled_at_80_percent() {
 }
 
 #[test]
-fn the_clock_is_more_urgent_than_the_bus_and_the_control_task_follows() {
+fn the_clock_is_more_urgent_than_the_bus_and_the_control_task_follows_before_the_sensors() {
     let chip = running_guard();
     let urgency = [TIM2_IRQ, FDCAN1_IT0, USART1_IRQ, CONTROL].map(|line| chip.priority(line));
     assert_eq!(urgency, [1, 2, 2, 3]);
+    let [first, second] = DMA1_CHANNELS;
+    let sensors = [I2C3_EV, I2C3_ER, first, second].map(|line| chip.priority(line));
+    assert_eq!(sensors, [4; 4]);
 }
 
 #[test]
 fn every_pin_has_the_function_of_the_page() {
-    assert_eq!(checks::pins(&running_guard(), "guard-board.md"), 6);
+    assert_eq!(checks::pins(&running_guard(), "guard-board.md"), 8);
 }
 
 #[test]

@@ -6,6 +6,7 @@
 //! * `pins`: the pin tables of docs/hardware.md and docs/guard-board.md
 //! * `executed`: what the images do
 //! * `guard`: what the images of the guards do; `guard_images` has their sizes and addresses
+//! * `sensors`: how the guard reads its sensor chips, and what it does when they fail
 //! * `checks`: what the images of all boards do
 //! * `settings`: what the settings pages hold after resets and power cuts
 //! * `bus_errors`: what they do when the bus fails
@@ -36,6 +37,7 @@ mod masked;
 mod pins;
 mod processor;
 mod reserved;
+mod sensors;
 mod settings;
 
 use tautrack_host_tests::simulator::chip;

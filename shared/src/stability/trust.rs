@@ -17,12 +17,14 @@ pub enum Reason {
     Disagreement = 6,
     /// The sensor measures less often than its setting says.
     Slow = 7,
+    /// The readings jump back and forth more than any motion of the robot.
+    Noisy = 8,
 }
 
 impl Reason {
     /// Returns the reason with this number.
     pub fn from_byte(byte: u8) -> Option<Self> {
-        use Reason::{Disagreement, NotFinite, OffGravity, OutOfRange, Silent, Slow, Stuck};
+        use Reason::{Disagreement, Noisy, NotFinite, OffGravity, OutOfRange, Silent, Slow, Stuck};
         [
             Silent,
             NotFinite,
@@ -31,6 +33,7 @@ impl Reason {
             OffGravity,
             Disagreement,
             Slow,
+            Noisy,
         ]
         .into_iter()
         .find(|reason| *reason as u8 == byte)
@@ -46,6 +49,7 @@ impl Reason {
             Self::OffGravity => "force is not gravity",
             Self::Disagreement => "sensors disagree",
             Self::Slow => "sensor too slow",
+            Self::Noisy => "sensor too noisy",
         }
     }
 }

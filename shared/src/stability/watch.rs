@@ -2,6 +2,8 @@
 //! then stop it; they never count as stable.
 
 use super::attitude::Attitude;
+use super::field_watch::FieldWatch;
+use super::noise_watch::NoiseWatch;
 use super::sensor_watch::SensorWatch;
 use super::stuck::Stuck;
 use super::trust::{Reason, Trust};
@@ -17,6 +19,11 @@ const INCLINATION_RANGE: f32 = 3.2;
 const FORCE_RANGE: f32 = 160.0;
 const RATE_RANGE: f32 = 35.0;
 const FIELD_RANGE: f32 = 5_000.0;
+/// Smallest changes that count as noise if the next reading takes them back, in the same units and
+/// order. An angular acceleration of [`ANGULAR_ACCELERATION`] changes the rate by 1 rad/s in 50 ms,
+/// the longest period of a gyroscope. Turned upside down between two readings, a magnetometer
+/// changes by twice the strongest field of the earth.
+const NOISE: [f32; ON_BODY] = [1.0, GRAVITY, 1.0, 130.0];
 /// Duration of a contradiction from which the sensors are in doubt, and from which they are not
 /// trusted, s. A fall onto the next nose (front edge of a step) lasts 0.5 s.
 const DOUBTED_AFTER: f32 = 0.75;
@@ -90,7 +97,9 @@ impl Expectations {
 #[derive(Clone, Debug)]
 pub struct Watch {
     sensors: [SensorWatch; ON_BODY],
+    noise: [NoiseWatch; ON_BODY],
     stuck: Stuck,
+    field: FieldWatch,
     off_gravity: Lasting,
     disagreement: Lasting,
 }
@@ -100,7 +109,11 @@ impl Watch {
     pub fn new(expectations: &Expectations) -> Self {
         Self {
             sensors: expectations.rates.map(SensorWatch::new),
+            noise: core::array::from_fn(|sensor| {
+                NoiseWatch::new(NOISE[sensor], expectations.rates[sensor])
+            }),
             stuck: Stuck::new(expectations.stuck_readings),
+            field: FieldWatch::default(),
             off_gravity: Lasting::default(),
             disagreement: Lasting::default(),
         }
@@ -128,9 +141,18 @@ impl Watch {
         ];
         let mut usable = [false; ON_BODY];
         for (index, (new, values, range)) in found.into_iter().enumerate() {
-            let reading = new.then(|| plausible(values, range));
+            let mut reading = new.then(|| plausible(values, range));
+            if index == Sensor::Magnetometer as usize
+                && reading == Some(Ok(()))
+                && self.field.repeats(values)
+            {
+                reading = Some(Err(Reason::Stuck));
+            }
             usable[index] = reading == Some(Ok(()));
             self.sensors[index].advance(reading, period);
+            if usable[index] {
+                self.noise[index].receive(values);
+            }
         }
         let [inclinometer, accelerometer, gyroscope, magnetometer] = usable;
         let usable = Fresh {
@@ -139,6 +161,10 @@ impl Watch {
             gyroscope,
             magnetometer,
         };
+        if usable.gyroscope {
+            let period = self.sensors[Sensor::Gyroscope as usize].period();
+            self.field.turn(&sensors.angular_rate, period);
+        }
         self.stuck.receive(sensors, usable);
         usable
     }
@@ -171,11 +197,14 @@ impl Watch {
 
     /// Current trust in one sensor on the body by its own readings; full for another sensor.
     pub fn trust_in(&self, sensor: Sensor) -> Trust {
-        let watch = self.sensors.get(sensor as usize);
-        let trust = watch.map_or(Trust::Full, SensorWatch::trust);
+        let number = sensor as usize;
+        let trust = match (self.sensors.get(number), self.noise.get(number)) {
+            (Some(watch), Some(noise)) => watch.trust().or(noise.trust()),
+            _ => Trust::Full,
+        };
         match sensor {
             Sensor::Magnetometer | Sensor::GnssReceiver => trust,
-            _ => trust.or(self.stuck.trust(sensor as usize)),
+            _ => trust.or(self.stuck.trust(number)),
         }
     }
 

@@ -3,18 +3,21 @@
 //!
 //! * `gnss`: serial line of the GNSS receiver
 //! * `operator`: emergency stop and dead-man switch
+//! * `sensors`: I2C bus of the sensor chips
 //!
 //! The rest is in [`super::stm32g4`]. Interrupts, most urgent first: clock, bus and GNSS receiver,
-//! control task. All other tasks run in the thread.
+//! control task, I2C bus. All other tasks run in the thread.
 
 mod gnss;
 mod operator;
+mod sensors;
 
 use super::stm32g4::{can, clock, crc, led, reset, storage};
 use crate::boards::{Board, OperatorSwitches};
 use crate::roles::{self, Role, Spawners};
+use crate::sensors::Rates;
 use defmt_rtt as _;
-use embassy_executor::{Executor, InterruptExecutor};
+use embassy_executor::{Executor, InterruptExecutor, SpawnError, Spawner};
 use embassy_stm32::interrupt;
 use embassy_stm32::interrupt::{InterruptExt, Priority};
 use embassy_stm32::rcc::PllPreDiv;
@@ -79,6 +82,7 @@ impl Board for G474 {
         storage::start(p.FLASH);
         let (settings, found) = crate::storage::load();
         operator::start(p.PC10, p.PC12);
+        sensors::start_bus(p.I2C3, p.PC8, p.PC9, p.DMA1_CH1, p.DMA1_CH2);
         let receiver = gnss::start(p.USART1, p.PC5);
         let can = can::start(p.FDCAN1, p.PA11, p.PA12);
 
@@ -119,6 +123,10 @@ impl Board for G474 {
     }
 
     fn set_brake(_released: bool) {}
+
+    fn start_sensors(spawner: Spawner, rates: Rates) -> Result<(), SpawnError> {
+        sensors::start(spawner, rates)
+    }
 
     fn serial_number() -> u32 {
         crc::crc32(&[&embassy_stm32::uid::uid()])

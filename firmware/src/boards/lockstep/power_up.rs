@@ -1,7 +1,7 @@
 //! Handles the start message: creates the motor and starts the role's tasks.
 
 use super::flash::{self, Files};
-use super::{POWER_STAGE, clock};
+use super::{POWER_STAGE, chips, clock};
 use crate::roles::{self, Refusal, Role, Spawners, refuse};
 use crate::storage;
 use core::sync::atomic::{AtomicU32, Ordering};
@@ -39,6 +39,7 @@ pub(super) fn power_up(
                 .ok_or_else(|| refuse("the motor model cannot be simulated", "see its bounds"))?,
         );
     }
+    chips::power_up(start.seed);
     // The simulator gives every node another seed.
     SERIAL_NUMBER.store(start.seed as u32, Ordering::Relaxed);
     flash::insert(&start.flash, files)

@@ -2,6 +2,7 @@
 //!
 //! * `clock`: 170 MHz from the crystal
 //! * `can`: FDCAN and the frame queues
+//! * `i2c`: bus of the sensor chips
 //! * `storage`: the settings pages
 //! * `reset`: watchdog, cause of the last reset, panic and `HardFault`
 //! * `led`: what the LED shows
@@ -17,6 +18,8 @@ pub(super) mod clock;
 pub(super) mod crc;
 mod critical_section;
 pub(super) mod defect;
+#[cfg(feature = "g474")]
+pub(super) mod i2c;
 pub(super) mod led;
 pub(super) mod reset;
 mod square_root;

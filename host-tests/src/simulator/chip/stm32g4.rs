@@ -2,21 +2,25 @@
 //! images of the boards use.
 //!
 //! Registers without a behaviour below keep what is written. Not modelled: wait states, bus
-//! contention, errors of received frames, DMA and everything analogue.
+//! contention, errors of received frames and everything analogue.
 //!
 //! `part` says what differs between the chips. `reset_values` has the registers after a reset.
-//! `fdcan` is the CAN controller, `serial` a serial line. `observe` shows what tests measure, and
-//! provokes what they need.
+//! `fdcan` is the CAN controller, `serial` a serial line, `i2c` an I2C bus with the sensor modules
+//! on it, `dma` moves its bytes. `observe` shows what tests measure, and provokes what they need.
 
+mod dma;
 mod fdcan;
 mod flash_memory;
+mod i2c;
 mod observe;
 mod part;
 mod reset_values;
 mod serial;
 
+pub use dma::{DMA1, DMA1_CHANNELS, DMAMUX1};
 pub use fdcan::{BUS_OFF, CAN_ERRORS, CAN_STATUS, PASSIVE, Wiring};
 pub use flash_memory::{Cut, FlashMemory, Tear};
+pub use i2c::{I2C3, I2C3_ER, I2C3_EV, I2C3_REQUESTS, TIMINGR};
 pub use observe::Executed;
 pub use part::{Part, STM32G431, STM32G474};
 pub use serial::USART1;
@@ -33,7 +37,7 @@ use std::collections::VecDeque;
 use std::fmt;
 use std::sync::{Arc, Mutex, MutexGuard};
 use tautrack::can::Frame;
-use tautrack::link::{MotorModel, Sensors, Shaft};
+use tautrack::link::{BodyMeasurands, MotorModel, Sensors, Shaft};
 
 /// Core clock after the start, Hz. The model's time counts these clocks.
 pub const CORE_HZ: u64 = 170_000_000;
@@ -138,6 +142,11 @@ struct State {
     can: fdcan::Controller,
     flash: Option<FlashMemory>,
     serial: serial::Line,
+    i2c: i2c::Controller,
+    modules: Option<Box<i2c::Modules>>,
+    moved: dma::Moved,
+    /// Flash memory and RAM, as the DMA sees them.
+    memories: Option<[Arc<RamStore>; 2]>,
 }
 
 /// Change of all writes to one register: it makes the image one that has a defect.
@@ -160,6 +169,7 @@ impl State {
         self.set(RCC + 0x94, cause);
         self.watchdog = None;
         self.can = self.can.after_reset();
+        self.i2c = i2c::Controller::default();
         if let Some(flash) = &mut self.flash {
             flash.lock();
         }
@@ -188,7 +198,7 @@ impl State {
     }
 
     fn read(&mut self, address: u32) -> u32 {
-        if let Some(value) = self.read_serial(address) {
+        if let Some(value) = self.read_serial(address).or_else(|| self.read_i2c(address)) {
             return value;
         }
         let value = self.get(address);
@@ -211,7 +221,7 @@ impl State {
             CAN_STATUS => self.can_status(),
             a if a == FDCAN + 0xc4 => self.queue_status(),
             a if a == GPIO + 0x410 => u32::from(self.pins().port_b),
-            a if a == GPIO + 0x810 => u32::from(self.pins().port_c),
+            a if a == GPIO + 0x810 => u32::from(self.pins().port_c) | self.i2c_levels(),
             _ => value,
         }
     }
@@ -287,6 +297,8 @@ impl State {
                 }
                 value
             }
+            a if State::is_i2c(a) => self.write_i2c(a, value),
+            a if (DMA1..DMA1 + 0xa8).contains(&a) => self.write_dma(a, value),
             a if ADC.contains(&a) => old & !value,
             a if ADC.iter().any(|adc| a == adc + 0x08) => {
                 if value & 1 != 0 {
@@ -428,6 +440,7 @@ impl State {
             self.set(TIM2 + 0x10, flags);
         }
         next = next.min(self.advance_can()).min(self.advance_serial());
+        next = next.min(self.advance_i2c());
         let bdtr = self.get(BDTR);
         let af1 = self.get(TIM1 + 0x60);
         let pin = af1 & 1 != 0
@@ -445,19 +458,29 @@ impl State {
     }
 
     /// Levels of the interrupt lines.
-    fn lines(&self) -> [(u16, bool); 4] {
+    fn lines(&self) -> impl Iterator<Item = (u16, bool)> {
         let adc = ADC
             .iter()
             .any(|adc| self.get(*adc) & self.get(adc + 4) != 0);
         let timer = self.get(TIM2 + 0x10) & self.get(TIM2 + 0x0c) != 0;
         let can =
             self.get(FDCAN + 0x50) & self.get(FDCAN + 0x54) != 0 && self.get(FDCAN + 0x5c) & 1 != 0;
-        [
+        let lines = [
             (ADC1_2, adc),
             (TIM2_IRQ, timer),
             (FDCAN1_IT0, can),
             (USART1_IRQ, self.serial_line()),
-        ]
+        ];
+        let i2c = self.i2c_lines().into_iter().flat_map(|[event, error]| {
+            let [first, second] = self.dma_lines();
+            [
+                (I2C3_EV, event),
+                (I2C3_ER, error),
+                (DMA1_CHANNELS[0], first),
+                (DMA1_CHANNELS[1], second),
+            ]
+        });
+        lines.into_iter().chain(i2c)
     }
 }
 
@@ -573,6 +596,7 @@ impl Chip {
             }),
             part,
             flash: Some(FlashMemory::new(Arc::clone(&flash), part.bank)),
+            memories: Some([Arc::clone(&flash), Arc::clone(&ram)]),
             ..State::default()
         }));
         state.lock().expect("a state").reset(false);
@@ -734,6 +758,19 @@ impl Chip {
                 | u16::from(switches.negative_limit) << 4
                 | 3 << 6;
         });
+    }
+
+    /// Connects the modules with the sensor chips to the I2C bus, and switches them on. They are at
+    /// rest on level ground.
+    pub fn connect_modules(&mut self) {
+        self.state().connect_modules();
+    }
+
+    /// Changes what acts on the sensors of the modules, if they are connected.
+    pub fn acts(&mut self, change: impl FnOnce(&mut BodyMeasurands)) {
+        if let Some(acts) = self.state().acts() {
+            change(acts);
+        }
     }
 
     /// Motion of the motor's output shaft; at rest without a motor.

@@ -36,6 +36,17 @@ pub fn interrupt(name: &str) -> Option<u32> {
     lines.find(|line| line.name == name).map(|line| line.number)
 }
 
+/// Number of the request to the DMA that this signal of a peripheral raises.
+pub fn request(peripheral: &str, signal: &str) -> Option<u32> {
+    METADATA
+        .peripherals
+        .iter()
+        .filter(|known| known.name == peripheral)
+        .flat_map(|known| known.dma_channels)
+        .find(|known| known.signal == signal)
+        .and_then(|known| known.request)
+}
+
 /// Address of a peripheral.
 pub fn address(name: &str) -> Option<u32> {
     let mut peripherals = METADATA.peripherals.iter();

@@ -56,9 +56,10 @@ impl Record {
     }
 }
 
-fn faulty(chip: SensorChip, fault: ChipFault, at_s: f64, until_s: f64) -> Scenario {
-    scenario("flat", |description| {
-        description.duration_s = 8.5;
+/// A shipped scenario in which a chip has a fault.
+fn faulty(name: &str, chip: SensorChip, fault: ChipFault, at_s: f64, until_s: f64) -> Scenario {
+    scenario(name, |description| {
+        description.duration_s = until_s + 1.0;
         description.expect = Expect::default();
         description.faults = vec![Fault {
             what: FaultKind::Sensor { chip, fault },
@@ -70,15 +71,19 @@ fn faulty(chip: SensorChip, fault: ChipFault, at_s: f64, until_s: f64) -> Scenar
 }
 
 fn run(chip: SensorChip, fault: ChipFault) -> Record {
+    run_of("flat", chip, fault, BEGIN)
+}
+
+fn run_of(name: &str, chip: SensorChip, fault: ChipFault, begin: f64) -> Record {
     let mut found = Record::default();
-    let scenario = faulty(chip, fault, BEGIN, END);
+    let scenario = faulty(name, chip, fault, begin, begin + (END - BEGIN));
     let options = Options::default();
     let ending = record(&scenario, programs(Board::Native), options, &mut found);
     let ending = ending.unwrap_or_else(|error| panic!("{error}"));
     assert!(ending.error.is_none());
     found.says("inertial unit: running", 0.0, 100.0);
     found.says("magnetometer: running", 0.0, 100.0);
-    assert!(found.passed(BEGIN - 0.5, BEGIN) > 0.08, "the robot drives");
+    assert!(found.passed(begin - 0.5, begin) > 0.08, "the robot drives");
     found
 }
 
@@ -127,6 +132,37 @@ fn an_inertial_unit_at_half_its_rate_is_named_within_600_ms_and_slows_the_robot(
 }
 
 #[test]
+fn noise_of_the_inertial_unit_is_named_within_300_ms_and_stops_the_robot() {
+    let found = run(SensorChip::InertialUnit, ChipFault::Noise);
+    found.says("gyroscope: sensor too noisy", BEGIN, 300.0);
+    found.says("accelerometer: sensor too noisy", BEGIN, 300.0);
+    assert_eq!(found.passed(BEGIN + 0.6, END), 0.0);
+    found.says("tripped: cause", BEGIN, 800.0);
+    found.says("gyroscope: believed", END, 1_000.0);
+}
+
+#[test]
+fn noise_of_the_magnetometer_is_named_within_1500_ms_and_the_robot_drives_on() {
+    let found = run(SensorChip::Magnetometer, ChipFault::Noise);
+    found.says("magnetometer: sensor too noisy", BEGIN, 1_500.0);
+    assert!(found.passed(BEGIN + 0.6, END) > 0.08);
+}
+
+#[test]
+fn a_frozen_magnetometer_is_named_within_900_ms_of_a_turn_and_the_robot_drives_on() {
+    // The robot turns by 20 degrees/s, so it has turned by 10 degrees after 500 ms.
+    let (chip, begin, end) = (SensorChip::Magnetometer, 8.0, 9.5);
+    let found = run_of("legitimate/turning", chip, ChipFault::Frozen, begin);
+    found.says("magnetometer: sensor stuck", begin, 900.0);
+    assert!(found.passed(begin + 0.9, end) > 0.08);
+    found.says("magnetometer: believed", end, 400.0);
+    // While it drives straight on, nothing shows the fault, and nothing needs the magnetometer.
+    let straight = run(chip, ChipFault::Frozen);
+    assert!(!straight.log.iter().any(|(_, line)| line.contains("stuck")));
+    assert!(straight.passed(BEGIN + 0.9, END) > 0.08);
+}
+
+#[test]
 fn a_magnetometer_that_falls_silent_is_named_within_600_ms_and_the_robot_drives_on() {
     let found = run(SensorChip::Magnetometer, ChipFault::NoAcknowledge);
     found.says("magnetometer: no acknowledge", BEGIN, 600.0);
@@ -139,7 +175,7 @@ fn a_magnetometer_that_falls_silent_is_named_within_600_ms_and_the_robot_drives_
 fn a_chip_with_another_identity_is_named_within_100_ms_and_the_robot_is_not_armed() {
     let mut found = Record::default();
     let chip = SensorChip::InertialUnit;
-    let scenario = faulty(chip, ChipFault::WrongIdentity, 0.0, 8.0);
+    let scenario = faulty("flat", chip, ChipFault::WrongIdentity, 0.0, 8.0);
     let options = Options::default();
     let ending = record(&scenario, programs(Board::Native), options, &mut found);
     assert!(ending.is_ok_and(|ending| ending.error.is_none()));

@@ -6,7 +6,7 @@
 //! The models use only basic `f32` operations and the sines of this crate, so that the results on
 //! the emulated core and on the host are bit-identical.
 
-mod noise;
+pub mod noise;
 mod parameters;
 mod winding;
 

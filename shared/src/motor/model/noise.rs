@@ -10,7 +10,7 @@ pub struct Noise {
 
 impl Noise {
     /// The stream of `seed`.
-    pub fn new(seed: u64) -> Self {
+    pub const fn new(seed: u64) -> Self {
         Self { seed, counter: 0 }
     }
 

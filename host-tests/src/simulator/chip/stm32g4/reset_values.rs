@@ -44,8 +44,9 @@ pub const ALL: [(&str, u32, u32); 33] = [
 ];
 
 /// The same, on the STM32G474 alone. They come from the reference manual.
-pub const G474: [(&str, u32, u32); 2] = [
+pub const G474: [(&str, u32, u32); 3] = [
     // Two banks.
     ("FLASH.optr", 0x4002_2020, 0xffef_f8aa),
     ("USART1.isr", 0x4001_381c, 0x0000_00c0),
+    ("I2C3.isr", 0x4000_7818, 0x0000_0001),
 ];

@@ -1,7 +1,8 @@
 //! Model of the magnetometer LIS2MDL (ST DS12144): rate, mode, reset and outputs.
 
-use super::{Sampler, digits};
-use tautrack::link::{BodyMeasurands, ChipFault};
+use super::{Sampler, outputs};
+use crate::link::{BodyMeasurands, ChipFault};
+use crate::motor::model::noise::Noise;
 
 /// First register of the model, and the number of its registers.
 const FIRST: usize = 0x40;
@@ -45,7 +46,7 @@ impl Magnetometer {
     };
 
     /// Measures, if a measurement is due in this step.
-    pub fn step(&mut self, acts: &BodyMeasurands, fault: Option<ChipFault>) {
+    pub fn step(&mut self, acts: &BodyMeasurands, fault: Option<ChipFault>, noise: &mut Noise) {
         self.registers[WHO_AM_I] = if fault == Some(ChipFault::WrongIdentity) {
             OTHER_IDENTITY
         } else {
@@ -64,10 +65,14 @@ impl Magnetometer {
         if fault == Some(ChipFault::Frozen) {
             return;
         }
-        for (axis, field) in acts.magnetic_field.iter().enumerate() {
-            let place = OUT + 2 * axis;
-            self.registers[place..place + 2].copy_from_slice(&digits(*field, DIGITS_PER_UNIT));
-        }
+        let registers = &mut self.registers[OUT..OUT_END];
+        outputs::write(
+            registers,
+            &acts.magnetic_field,
+            DIGITS_PER_UNIT,
+            fault,
+            noise,
+        );
     }
 
     /// Reads registers from `register` on. Registers that the model does not have are 0.

@@ -1,24 +1,16 @@
-//! Register-level models of the sensor chips on the guard's board, and their I2C bus.
+//! Register-level models of the sensor chips on the guard's board.
 //!
 //! `inertial_unit` and `magnetometer` have the registers that the drivers use, and convert what
-//! acts on the chip to its digits. `board` has both chips with their faults. `bus` is the board's
-//! [`SensorBus`](crate::sensors::SensorBus): a transfer copies registers and takes no virtual time.
+//! acts on the chip to its digits, which `outputs` writes. `board` has both chips with their
+//! faults. The node programs of the simulator contain them; the model of a board's chip connects
+//! them to its I2C bus.
 
 mod board;
-mod bus;
 mod inertial_unit;
 mod magnetometer;
+mod outputs;
 
-pub(super) use board::measure;
-pub use bus::start_sensors;
-
-/// Digits for `value`, rounded and limited to the range of the output registers; 0 for NaN.
-fn digits(value: f32, digits_per_unit: f32) -> [u8; 2] {
-    let scaled = value * digits_per_unit;
-    let half = if scaled < 0.0 { -0.5 } else { 0.5 };
-    // The conversion saturates.
-    ((scaled + half) as i16).to_le_bytes()
-}
+pub use board::{Chips, NoAcknowledge};
 
 /// Passage of time at a chip that measures at a rate of its own.
 struct Sampler {
@@ -31,7 +23,7 @@ impl Sampler {
     /// Advances by one step. Returns whether the chip, with this period in us, measures in it; it
     /// does so once at most.
     fn step(&mut self, period_us: u32) -> bool {
-        self.elapsed_us += tautrack::link::STEP_US as u32;
+        self.elapsed_us += super::STEP_US as u32;
         let due = self.elapsed_us >= period_us;
         if due {
             // A period that is shorter than a step leaves nothing over.

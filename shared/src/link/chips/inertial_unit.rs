@@ -1,9 +1,10 @@
 //! Model of the inertial unit LSM6DSV16X (ST DS13510): the registers of its main page that set rate
 //! and range, and its outputs.
 
-use super::{Sampler, digits};
+use super::{Sampler, outputs};
+use crate::link::{BodyMeasurands, ChipFault};
+use crate::motor::model::noise::Noise;
 use core::f32::consts::PI;
-use tautrack::link::{BodyMeasurands, ChipFault};
 
 /// Number of registers of the main page.
 const COUNT: usize = 0x80;
@@ -57,7 +58,7 @@ impl InertialUnit {
     };
 
     /// Measures, if a measurement is due in this step.
-    pub fn step(&mut self, acts: &BodyMeasurands, fault: Option<ChipFault>) {
+    pub fn step(&mut self, acts: &BodyMeasurands, fault: Option<ChipFault>, noise: &mut Noise) {
         let slower = if fault == Some(ChipFault::HalfRate) {
             2
         } else {
@@ -68,17 +69,17 @@ impl InertialUnit {
         if accelerometer > 0 && self.accelerometer.step(accelerometer * slower) {
             self.registers[STATUS] |= READY_ACCELEROMETER;
             if !keep {
-                self.output(
-                    OUT_ACCELEROMETER,
-                    &acts.specific_force,
-                    self.digits_per_unit[0],
-                );
+                let registers = &mut self.registers[OUT_ACCELEROMETER..OUT_END];
+                let scale = self.digits_per_unit[0];
+                outputs::write(registers, &acts.specific_force, scale, fault, noise);
             }
         }
         if gyroscope > 0 && self.gyroscope.step(gyroscope * slower) {
             self.registers[STATUS] |= READY_GYROSCOPE;
             if !keep {
-                self.output(OUT_GYROSCOPE, &acts.angular_rate, self.digits_per_unit[1]);
+                let registers = &mut self.registers[OUT_GYROSCOPE..OUT_ACCELEROMETER];
+                let scale = self.digits_per_unit[1];
+                outputs::write(registers, &acts.angular_rate, scale, fault, noise);
             }
         }
         self.registers[WHO_AM_I] = if fault == Some(ChipFault::WrongIdentity) {
@@ -86,13 +87,6 @@ impl InertialUnit {
         } else {
             IDENTITY
         };
-    }
-
-    fn output(&mut self, register: usize, values: &[f32; 3], digits_per_unit: f32) {
-        for (axis, value) in values.iter().enumerate() {
-            let place = register + 2 * axis;
-            self.registers[place..place + 2].copy_from_slice(&digits(*value, digits_per_unit));
-        }
     }
 
     /// Reads registers from `register` on. Bytes behind the last register are 0.
@@ -168,6 +162,17 @@ mod tests {
         (chip, acts)
     }
 
+    /// Digits of gyroscope and accelerometer.
+    fn outputs(chip: &mut InertialUnit) -> [i16; 6] {
+        let mut outputs = [0; 12];
+        chip.read(OUT_GYROSCOPE as u8, &mut outputs);
+        let mut pairs = outputs.chunks(2);
+        core::array::from_fn(|_| {
+            let pair = pairs.next().expect("six outputs");
+            i16::from_le_bytes([pair[0], pair[1]])
+        })
+    }
+
     #[test]
     fn it_measures_as_often_as_the_data_sheet_says_and_half_as_often_with_the_fault() {
         // Mode with accurate rates: code and table of rates, and the rate in Hz.
@@ -177,7 +182,7 @@ mod tests {
                 let (mut chip, acts) = chip(&registers);
                 let mut found = 0;
                 for _ in 0..1_000 {
-                    chip.step(&acts, fault);
+                    chip.step(&acts, fault, &mut Noise::new(0));
                     let mut status = [0];
                     chip.read(STATUS as u8, &mut status);
                     found += u32::from(status[0] == READY_ACCELEROMETER);
@@ -195,23 +200,38 @@ mod tests {
         let registers = [(CTRL8, 2), (CTRL6, 3), (CTRL1, 9), (CTRL2, 9)];
         let (mut chip, acts) = chip(&registers);
         for _ in 0..3 {
-            chip.step(&acts, None);
+            chip.step(&acts, None, &mut Noise::new(0));
         }
-        let mut outputs = [0; 12];
-        chip.read(OUT_GYROSCOPE as u8, &mut outputs);
-        let mut pairs = outputs.chunks(2);
-        let values: [i16; 6] = core::array::from_fn(|_| {
-            let pair = pairs.next().expect("six outputs");
-            i16::from_le_bytes([pair[0], pair[1]])
-        });
+        let values = outputs(&mut chip);
         // 180 degrees/s are 5143 digits of 35 mdegree/s, and 1 g is 4098 digits of 0.244 mg.
         assert_eq!(values, [0, 5_143, -29, 0, i16::MIN, 4_098]);
     }
 
     #[test]
+    fn with_noise_each_output_is_off_by_up_to_a_quarter_of_the_range() {
+        let (mut chip, _) = chip(&[(CTRL1, 9), (CTRL2, 9)]);
+        let acts = BodyMeasurands::default();
+        let (mut noise, mut squares, mut most) = (Noise::new(1), 0.0_f64, 0);
+        for _ in 0..10_000 {
+            chip.step(&acts, Some(ChipFault::Noise), &mut noise);
+            for value in outputs(&mut chip) {
+                squares += f64::from(value).powi(2);
+                most = value.abs().max(most);
+            }
+        }
+        assert!((8_100..=8_192).contains(&most), "{most}");
+        // A uniform number has a third of the square of its bound, in the mean.
+        let deviation = (squares / 60_000.0).sqrt();
+        assert!(
+            (deviation - 8_192.0 / 3.0_f64.sqrt()).abs() < 50.0,
+            "{deviation}"
+        );
+    }
+
+    #[test]
     fn a_reset_clears_the_configuration_and_the_identity_cannot_be_written() {
         let (mut chip, acts) = chip(&[(WHO_AM_I, 1), (CTRL1, 9), (CTRL3, SW_RESET)]);
-        chip.step(&acts, None);
+        chip.step(&acts, None, &mut Noise::new(0));
         let mut registers = [0; 4];
         chip.read(WHO_AM_I as u8, &mut registers);
         assert_eq!(registers, [IDENTITY, 0, 0, 0x44]);

@@ -1,0 +1,199 @@
+//! How the image of a guard reads its sensor chips over I2C, and what it does when they fail.
+
+use crate::checks::{field, read};
+use crate::chip::{CONTROL, CORE_HZ, Chip, GPIO, TIMINGR};
+use crate::guard::{BOOT_US, NODE, guard_with};
+use std::sync::{Arc, Mutex};
+use tautrack::link::ChipFault;
+
+/// Condition of the chips, and the numbers of their errors.
+const CONDITION: u16 = 0x2112;
+const ERRORS: u16 = 0x2113;
+/// Conditions: running, no acknowledge, bus stuck, wrong identity.
+const RUNNING: u32 = 1;
+const NO_ACKNOWLEDGE: u32 = 2;
+const BUS_STUCK: u32 = 3;
+const WRONG_IDENTITY: u32 = 5;
+/// Port C.
+const PORT: u32 = GPIO + 0x800;
+
+/// A guard with its sensor chips, of which the inertial unit has this fault, after its start.
+fn with_fault(fault: Option<ChipFault>) -> Chip {
+    let mut chip = guard_with(&[]);
+    chip.connect_modules();
+    chip.acts(|acts| acts.faults[0] = fault);
+    chip.run(BOOT_US);
+    chip
+}
+
+/// An object of the inertial unit and of the magnetometer.
+fn both(chip: &mut Chip, object: u16) -> [u32; 2] {
+    [1, 2].map(|sub| read(chip, NODE, object, sub) & 0xffff)
+}
+
+fn conditions(chip: &mut Chip) -> [u32; 2] {
+    both(chip, CONDITION).map(|condition| condition & 0xff)
+}
+
+/// Shortest and longest time between two runs of the control task, core clocks.
+#[derive(Default)]
+struct Periods {
+    running: bool,
+    last: Option<u64>,
+    shortest: Option<u64>,
+    longest: u64,
+    count: u32,
+}
+
+/// Measures the periods of the control task from now on.
+fn measure(chip: &mut Chip) -> Arc<Mutex<Periods>> {
+    let periods = Arc::new(Mutex::new(Periods::default()));
+    let watcher = Arc::clone(&periods);
+    chip.watch(move |now| {
+        let mut periods = watcher.lock().expect("periods");
+        // More urgent interrupts interrupt a run, and do not end it.
+        let begins = now.exception == 16 + CONTROL && !periods.running;
+        if now.exception == 16 + CONTROL {
+            periods.running = true;
+        } else if now.exception == 0 {
+            periods.running = false;
+        }
+        if begins {
+            if let Some(last) = periods.last {
+                let period = now.clock - last;
+                periods.shortest = Some(periods.shortest.unwrap_or(period).min(period));
+                periods.longest = periods.longest.max(period);
+                periods.count += 1;
+            }
+            periods.last = Some(now.clock);
+        }
+    });
+    periods
+}
+
+/// Checks that the control task ran every millisecond, with a deviation of 10 us.
+fn keeps_its_period(periods: &Mutex<Periods>) {
+    const MICROSECOND: u64 = CORE_HZ / 1_000_000;
+    let periods = periods.lock().expect("periods");
+    let (shortest, longest) = (periods.shortest.expect("a period"), periods.longest);
+    println!("{shortest} to {longest} clocks, {} times", periods.count);
+    assert!(periods.count > 100, "{}", periods.count);
+    assert!(shortest >= 990 * MICROSECOND, "{shortest} clocks");
+    assert!(longest <= 1_010 * MICROSECOND, "{longest} clocks");
+}
+
+#[test]
+fn both_chips_are_started_and_their_readings_reach_the_guard() {
+    let mut chip = with_fault(None);
+    let periods = measure(&mut chip);
+    chip.acts(|acts| acts.specific_force = [1.5, -2.0, 9.5]);
+    for turn in 0..40_u8 {
+        // The noise of a chip.
+        chip.acts(|acts| acts.angular_rate = [0.002 * f32::from(turn % 3); 3]);
+        chip.run(30_000);
+    }
+    assert_eq!(conditions(&mut chip), [RUNNING; 2]);
+    assert_eq!(both(&mut chip, ERRORS), [0; 2]);
+    keeps_its_period(&periods);
+    // Rates of accelerometer and gyroscope, 0.1 Hz.
+    let rates = [2, 3].map(|sub| read(&mut chip, NODE, 0x2101, sub) & 0xffff);
+    assert!(
+        rates.iter().all(|rate| rate.abs_diff(10_000) <= 100),
+        "{rates:?}"
+    );
+    // Age of the magnetometer, ms: it measures 10 times a second.
+    let age = read(&mut chip, NODE, 0x2102, 4) & 0xffff;
+    assert!(age <= 120, "{age}");
+    // The emergency stop trips the guard, which keeps the specific force.
+    chip.pins(|pins| pins.port_c |= 1 << 10);
+    chip.run(50_000);
+    let force = [13, 14, 15].map(|sub| read(&mut chip, NODE, 0x4007, sub) as i16);
+    for (got, wanted) in force.into_iter().zip([150_i16, -200, 950]) {
+        assert!(got.abs_diff(wanted) <= 1, "{force:?}");
+    }
+    assert_eq!(chip.resets(), 0);
+}
+
+/// A fault of the inertial unit begins while both chips run. It is named within 40 ms, the
+/// magnetometer has `other` within 600 ms, and both run again within 100 ms and 200 ms after its
+/// end.
+fn named(fault: ChipFault, condition: u32, other: u32) {
+    let mut chip = with_fault(None);
+    let periods = measure(&mut chip);
+    chip.run(60_000);
+    assert_eq!(conditions(&mut chip), [RUNNING; 2]);
+    chip.acts(|acts| acts.faults[0] = Some(fault));
+    chip.run(37_000);
+    assert_eq!(read(&mut chip, NODE, CONDITION, 1) & 0xff, condition);
+    chip.run(554_000);
+    assert_eq!(conditions(&mut chip), [condition, other]);
+    let errors = both(&mut chip, ERRORS);
+    assert!(errors[0] > 10, "{errors:?}");
+    chip.acts(|acts| acts.faults[0] = None);
+    chip.run(97_000);
+    assert_eq!(read(&mut chip, NODE, CONDITION, 1) & 0xff, RUNNING);
+    chip.run(97_000);
+    assert_eq!(conditions(&mut chip), [RUNNING; 2]);
+    keeps_its_period(&periods);
+    assert_eq!(chip.resets(), 0);
+}
+
+#[test]
+fn a_chip_that_holds_the_bus_is_named_in_40_ms_and_freed_with_clock_pulses_and_no_tick_waits() {
+    named(ChipFault::BusStuck, BUS_STUCK, BUS_STUCK);
+}
+
+#[test]
+fn a_chip_that_does_not_acknowledge_is_named_in_40_ms_and_the_other_one_is_read() {
+    named(ChipFault::NoAcknowledge, NO_ACKNOWLEDGE, RUNNING);
+}
+
+#[test]
+pub fn a_wrong_identity_at_the_start_is_named_within_100_ms_of_power_up() {
+    let mut chip = with_fault(Some(ChipFault::WrongIdentity));
+    chip.run(94_000 - BOOT_US);
+    assert_eq!(conditions(&mut chip), [WRONG_IDENTITY, RUNNING]);
+}
+
+#[test]
+fn without_modules_no_chip_acknowledges() {
+    let mut chip = guard_with(&[]);
+    chip.run(94_000);
+    assert_eq!(conditions(&mut chip), [NO_ACKNOWLEDGE; 2]);
+}
+
+#[test]
+pub fn the_bit_timing_is_that_of_the_fast_mode() {
+    let chip = with_fault(None);
+    let timing = chip.register(TIMINGR);
+    // Nanoseconds of a number of units.
+    let unit = 1e9 / CORE_HZ as f64 * f64::from(field(timing, 28, 4) + 1);
+    let time = |low, bits| f64::from(field(timing, low, bits) + 1) * unit;
+    // NXP UM10204, table of the timing in fast mode: low and high period, and the data's set-up
+    // time with a rise time of 300 ns.
+    let (low, high) = (time(0, 8), time(8, 8));
+    assert!(low >= 1_300.0 && high >= 600.0, "{low} and {high} ns");
+    assert!(time(20, 4) >= 100.0 + 300.0, "{} ns", time(20, 4));
+    // At most 400 kbit/s, and not much less: each edge is recognized after 50 ns and two clocks at
+    // least.
+    let period = low + high + 2.0 * (50.0 + 2.0 * 1e3 / 170.0);
+    assert!((2_500.0..2_600.0).contains(&period), "{period} ns");
+    // The data line changes at least 300 ns after the falling edge, of which the filter takes 50 ns
+    // and the controller three clocks; and at most 900 ns after it, of which the rise takes 300 ns,
+    // the filter 260 ns and the controller four clocks.
+    let hold = f64::from(field(timing, 16, 4)) * unit;
+    assert!(hold >= 300.0 - 50.0 - 3.0 * 1e3 / 170.0, "{hold} ns");
+    assert!(
+        hold <= 900.0 - 300.0 - 260.0 - 4.0 * 1e3 / 170.0,
+        "{hold} ns"
+    );
+}
+
+#[test]
+fn both_lines_are_open_drain_with_pull_up_resistors() {
+    let chip = with_fault(None);
+    for pin in [8, 9] {
+        assert_eq!(field(chip.register(PORT + 0x04), pin, 1), 1, "{pin}");
+        assert_eq!(field(chip.register(PORT + 0x0c), 2 * pin, 2), 1, "{pin}");
+    }
+}
