@@ -14,6 +14,7 @@ import math
 import signal
 import struct
 import sys
+import threading
 import time
 
 import can  # pip install "python-can[serial]==4.6.1" canopen==2.4.1
@@ -25,6 +26,7 @@ POSITION, VELOCITY, CURRENT, SUPPLY, INPUTS = 0x6064, 0x606C, 0x6078, 0x6079, 0x
 GUARD_ID, GEAR_RATIO, TORQUE_CONSTANT, POSITION_BITS = 0x2202, 0x2210, 0x2212, 0x221E
 BENCH_CURRENT, BENCH_SPEED = 0x2228, 0x2229
 AXLE = 1  # product code
+HOLD = 2  # reaction to faults
 CSV, CST = 9, 10  # modes: cyclic synchronous velocity and torque
 OFF, SHUT_DOWN, SWITCH_ON, ENABLE, FAULT_RESET = 0x00, 0x06, 0x07, 0x0F, 0x80
 ENABLED, POWERED = 0x27, (0x07, 0x0F, 0x27)  # bits 0x6F of the statusword
@@ -114,7 +116,7 @@ def move(drive, options):
     def frame(controlword, target=0):
         return struct.pack(layout, controlword, mode, target)
 
-    reaction = drive.read(FAULT_REACTION, "h")
+    reaction = drive.read(FAULT_REACTION, "h") or HOLD  # 0 is left from a program that was killed
     drive.write(FAULT_REACTION, "h", 0)  # a fault opens the bridge instead of holding
     drive.node.nmt.send_command(1)  # set-points count in the state "operational" alone
     if drive.read(ERROR, "H"):
@@ -135,24 +137,34 @@ def move(drive, options):
         watch(drive, options.seconds, drive.enabled)
     finally:
         handle(signal.SIG_IGN)
+        print("switching off ...", file=sys.stderr, flush=True)
         sending.update(frame(OFF))
         time.sleep(0.1)
         sending.stop()
-        switch_off(drive)
-    drive.write(FAULT_REACTION, "h", reaction)
+        switch_off(drive, reaction)
 
 
-def switch_off(drive):
-    """Makes sure that the bridge is open. An interrupted answer may still be on its way."""
+def switch_off(drive, reaction):
+    """Makes sure that the bridge is open, and restores the reaction to faults."""
+    is_off = False
     for _ in range(3):
-        try:
-            drive.write(CONTROL, "H", OFF)
-            if drive.read(STATUS, "H") & 0x6F not in POWERED:
-                return
-        except (canopen.SdoAbortedError, canopen.SdoCommunicationError, can.CanError, OSError):
-            pass
+        # An interrupted answer may be on its way, and a guard that has started refuses writes.
+        attempt(lambda: drive.write(CONTROL, "H", OFF))
+        status = attempt(lambda: drive.read(STATUS, "H"))
+        is_off = status is not None and status & 0x6F not in POWERED
+        if is_off and attempt(lambda: drive.write(FAULT_REACTION, "h", reaction) or True):
+            return
         time.sleep(0.1)
-    print("the motor may still have current: open the emergency stop", file=sys.stderr)
+    print("object 605E could not be restored: switch the supply off and on" if is_off else
+          "the motor may still have current: open the emergency stop", file=sys.stderr)
+
+
+def attempt(work):
+    """Result of `work`, or None if the bus fails."""
+    try:
+        return work()
+    except (canopen.SdoAbortedError, canopen.SdoCommunicationError, can.CanError, OSError):
+        return None
 
 
 def ready(drive):
@@ -199,6 +211,7 @@ def main(parser, work):
     if not 1 <= options.node <= 127:
         parser.error(f"--node {options.node}: allowed 1 to 127")
     handle(interrupt)
+    threading.excepthook = lambda _: None  # the next request says that the adapter is gone
     try:
         network.connect(interface="slcan", bitrate=1_000_000, channel=channel(options.adapter))
         drive = Drive(network, options.node)
@@ -208,8 +221,8 @@ def main(parser, work):
     except KeyboardInterrupt:
         sys.exit(130)
     except (can.CanError, canopen.SdoAbortedError, canopen.SdoCommunicationError,
-            canopen.nmt.NmtError, OSError) as problem:
-        sys.exit(f"node {options.node}: {problem}")
+            canopen.nmt.NmtError, OSError, ValueError) as problem:
+        sys.exit(f"{options.adapter}, node {options.node}: {problem}")
     finally:
         handle(signal.SIG_IGN)
         if network.bus is not None:

@@ -12,13 +12,22 @@ import struct
 import sys
 import time
 
-from bench import BENCH_MODE, CSV, ERROR, OFF, main, ready
+from bench import BENCH_MODE, CSV, ERROR, FAULT_RESET, OFF, main, ready
 
 REQUEST, PROGRESS, REFUSAL, VALUE, BOUND = 0x2050, 0x2051, 0x2052, 0x2053, 0x2054
 STEPS = {1: "offsets", 2: "resistance", 3: "drag", 4: "inductance", 5: "back-EMF",
          6: "resistance"}
 DONE, REFUSED, LIMIT_S = 100, 101, 120
 SAVE = 0x1010
+REASONS = {1: "supply voltage", 2: "speed at the start", 3: "zero of the current converter",
+           4: "resistance", 5: "difference between the phases", 6: "travel",
+           7: "turns of the rotor per turn of the current", 8: "pole pairs are no whole number",
+           9: "counts per electrical turn", 10: "lag by friction", 11: "inductance", 12: "speed",
+           13: "difference of the torque constants in both directions",
+           14: "standard error of the resistance: more calibration_current, or less load",
+           15: "back-EMF has the wrong sign: swap the leads", 16: "current",
+           120: "a value is out of the bounds of its setting",
+           121: "the motor cannot be controlled with these values", 122: "ended from outside"}
 # Settings that are measured, from object 2055 on, with the object of each.
 RESULTS = {"current_zero_a": 0x22C6, "current_zero_b": 0x22C7, "current_balance": 0x22C8,
            "resistance": 0x2213, "inductance": 0x2214, "inductance_q": 0x22C2,
@@ -51,14 +60,19 @@ def calibrate(drive, options):
     """Calibrates, prints the values, and saves them if that is asked for."""
     ready(drive)
     drive.node.nmt.send_command(1)
+    for word in (OFF, FAULT_RESET, OFF):
+        drive.network.send_message(0x300 + drive.id, struct.pack("<HBi", word, CSV, 0))
+        time.sleep(0.05)
     error = drive.read(ERROR, "H")
     if error:
         sys.exit(f"the drive has the fault {error:#06x}: see docs/faults.md")
     progress = measure(drive, 2 if options.free else 1)
     if progress != DONE:
-        reason = drive.read(REFUSAL, "B") if progress == REFUSED else "no end"
-        sys.exit(f"refused, reason {reason}, value {drive.read(VALUE, 'i')}, "
-                 f"bound {drive.read(BOUND, 'i')}: see object 2052 in docs/bus.md")
+        if progress != REFUSED:
+            sys.exit(f"no end within {LIMIT_S} s")
+        reason = drive.read(REFUSAL, "B")
+        sys.exit(f"refused, {REASONS.get(reason, f'step {reason - 100} took too long')}: value "
+                 f"{drive.read(VALUE, 'i')}, bound {drive.read(BOUND, 'i')} (docs/bus.md, 2053)")
     measured = {}
     for index, name in enumerate(RESULTS, FIRST_RESULT):
         measured[name] = drive.read(index, "i")

@@ -2,7 +2,8 @@
 
     python examples/python/capture.py [ADAPTER] [--node 2] [--fault] [--csv FILE]
 
-ADAPTER is as in bench.py. It records at once. With --fault it arms the recording, and waits for the drive's next fault.
+ADAPTER is as in bench.py. It records at once. With --fault it arms the recording, and waits for
+the drive's next fault.
 docs/motor.md explains the signals.
 """
 import argparse

@@ -4,7 +4,8 @@ use super::client::Identity;
 use super::error::ToolError;
 use serde::Deserialize;
 use std::collections::{BTreeMap, BTreeSet};
-use std::fmt::Write;
+use std::fmt::Write as _;
+use std::io::Write as _;
 use std::path::Path;
 use tautrack::settings::Setting;
 
@@ -62,8 +63,23 @@ impl Backup {
         Ok(())
     }
 
+    /// Writes the file. An old one stays as it is until the new one is complete.
+    pub fn write(&self, path: &Path) -> Result<(), ToolError> {
+        let new = path.with_extension("new");
+        let written = std::fs::File::create(&new)
+            .and_then(|mut file| {
+                file.write_all(self.text().as_bytes())?;
+                file.sync_all()
+            })
+            .and_then(|()| std::fs::rename(&new, path));
+        written.map_err(|error| {
+            let _ = std::fs::remove_file(&new);
+            ToolError::File(path.to_owned(), error)
+        })
+    }
+
     /// The text of the file, with the unit behind each value.
-    pub fn text(&self) -> String {
+    fn text(&self) -> String {
         let mut text =
             "# Settings of the nodes of one bus, by `cargo tool settings dump`.\n".to_owned();
         for node in &self.node {

@@ -38,7 +38,7 @@ pub(in crate::tools) fn run(command: Command) -> Result<(), ToolError> {
         }
         Command::Dump { bus, file } => {
             let backup = dump(&mut Client::open(&bus.slcan)?)?;
-            std::fs::write(&file, backup.text()).map_err(|error| ToolError::File(file, error))?;
+            backup.write(&file)?;
             say(&format!("read {} nodes", backup.node.len()));
         }
         Command::Restore { bus, file } => {

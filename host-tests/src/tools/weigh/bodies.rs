@@ -68,22 +68,29 @@ impl Bodies {
     /// the scales carry the robot by vertical forces below the axles.
     ///
     /// # Errors
-    /// If two axles stand above each other, or the belt's length fits no screw.
+    /// If the third axle would be below the two on scales, two axles stand above each other, or the
+    /// belt's length fits no screw.
     pub fn shown(&self, weighing: &Weighing, masses: &Masses) -> Result<Shown, String> {
         let pitch = weighing.pitch_degrees.to_radians();
         let theta = weighing.joint_degrees.to_radians();
         let [first, second] = weighing.axles()?.map(|(axle, _)| axle);
         let [mass, forward, left] = self.moments(theta, pitch, masses)?;
-        let (near, far) = (
-            self.axle(first, theta, pitch)?,
-            self.axle(second, theta, pitch)?,
-        );
+        let axle = |number| self.axle(number, theta, pitch);
+        let ([near, near_up], [far, far_up]) = (axle(first)?, axle(second)?);
         let base = far - near;
         if base.abs() < 0.02 {
             return Err(format!(
                 "axles {first} and {second} are {:.0} mm apart along the ground: allowed 20 mm or \
                  more",
                 1e3 * base.abs()
+            ));
+        }
+        let third = 6 - first - second;
+        let [along, up] = axle(third)?;
+        if up < near_up + (far_up - near_up) * (along - near) / base {
+            return Err(format!(
+                "axle {third} would be below the line through axles {first} and {second}, which \
+                 carry the robot"
             ));
         }
         let front = Quantity {
@@ -156,12 +163,19 @@ impl Bodies {
         Ok(sums)
     }
 
-    /// Position of an axle forward along the ground from axle 1, m.
-    fn axle(&self, axle: usize, theta: f64, pitch: f64) -> Result<f64, String> {
+    /// Position of an axle forward along the ground and up from axle 1, m.
+    fn axle(&self, axle: usize, theta: f64, pitch: f64) -> Result<[f64; 2], String> {
+        let hinge = [self.l1 * pitch.cos(), self.l1 * pitch.sin()];
         Ok(match axle {
-            1 => 0.0,
-            2 => self.l1 * pitch.cos(),
-            _ => self.l1 * pitch.cos() + self.reach(theta)? * (pitch + theta).cos(),
+            1 => [0.0, 0.0],
+            2 => hinge,
+            _ => {
+                let (reach, front) = (self.reach(theta)?, pitch + theta);
+                [
+                    hinge[0] + reach * front.cos(),
+                    hinge[1] + reach * front.sin(),
+                ]
+            }
         })
     }
 

@@ -13,8 +13,12 @@ const MASS_BEFORE: f64 = 0.5;
 const PLACE_BEFORE: f64 = 0.1;
 /// Residual above which the readings contradict each other, in standard deviations.
 const CONTRADICTION: f64 = 4.0;
+/// Largest standard deviation of the centre of gravity, forward and up, m.
+const UNCERTAIN: f64 = 0.01;
 /// Steps of the iteration. The places times the masses make the equations slightly nonlinear.
-const STEPS: usize = 20;
+const STEPS: usize = 500;
+/// Last step with which the iteration has ended, kg and m.
+const CONVERGED: f64 = 1e-5;
 
 /// Masses and places with their uncertainty.
 pub(super) struct Fit {
@@ -24,6 +28,8 @@ pub(super) struct Fit {
     covariance: SMatrix<f64, UNKNOWNS, UNKNOWNS>,
     pub residuals: Vec<Residual>,
     pub cog: Vec<Cog>,
+    /// Whether the readings show the places to the left.
+    pub left_is_measured: bool,
 }
 
 /// One comparison of readings with what the masses give, kg.
@@ -34,6 +40,9 @@ pub(super) struct Residual {
     pub fitted: f64,
     /// Standard deviation of the reading.
     pub deviation: f64,
+    /// Standard deviation of the difference, which is smaller, because the masses follow the
+    /// reading.
+    difference: f64,
 }
 
 /// Centre of gravity at a chassis angle: its place (m), and the standard deviation of the place
@@ -41,7 +50,15 @@ pub(super) struct Residual {
 pub(super) struct Cog {
     pub joint_degrees: f64,
     pub place: [f64; 3],
-    pub deviation: f64,
+    pub deviation: [f64; 3],
+}
+
+impl Cog {
+    /// Standard deviation in the side view, m.
+    pub fn in_side_view(&self) -> f64 {
+        let [forward, _, up] = self.deviation;
+        forward.hypot(up)
+    }
 }
 
 struct Row {
@@ -49,7 +66,10 @@ struct Row {
     read: f64,
     shown: Quantity,
     deviation: f64,
+    is_left: bool,
 }
+
+const NO_MASSES: &str = "no masses give these readings; check units and signs";
 
 impl Fit {
     /// # Errors
@@ -71,6 +91,7 @@ impl Fit {
         let prior = deviations.map(|deviation| deviation.powi(-2));
         let mut masses = before;
         let mut covariance = SMatrix::zeros();
+        let mut step = Masses::zeros();
         for _ in 0..STEPS {
             let mut information = SMatrix::from_diagonal(&prior);
             let mut pull = prior.component_mul(&(before - masses));
@@ -80,16 +101,22 @@ impl Fit {
                 information += weight * gradient * gradient.transpose();
                 pull += weight * (row.read - row.shown.value) * gradient;
             }
-            // Positive definite, because the prior is.
-            covariance = information.try_inverse().unwrap_or_default();
-            masses += covariance * pull;
+            covariance = information.try_inverse().ok_or(NO_MASSES)?;
+            step = covariance * pull;
+            masses += step;
         }
-        let residuals = rows(bodies, weighings, &masses)?;
-        let residuals = residuals.into_iter().map(|row| Residual {
+        if !(step.amax() <= CONVERGED) {
+            return Err(NO_MASSES.to_owned());
+        }
+        let rows = rows(bodies, weighings, &masses)?;
+        let variance = |gradient: Masses| (gradient.transpose() * covariance * gradient)[0];
+        let left_is_measured = rows.iter().any(|row| row.is_left);
+        let residuals = rows.into_iter().map(|row| Residual {
             name: row.name,
             read: row.read,
             fitted: row.shown.value,
             deviation: row.deviation,
+            difference: (row.deviation.powi(2) - variance(row.shown.gradient)).sqrt(),
         });
         let mut fit = Self {
             before: [before, deviations],
@@ -97,17 +124,14 @@ impl Fit {
             covariance,
             residuals: residuals.collect(),
             cog: Vec::new(),
+            left_is_measured,
         };
         for joint_degrees in [-60.0, -30.0, 0.0, 30.0, 60.0] {
             let cog = bodies.cog(f64::to_radians(joint_degrees), &masses)?;
-            let variance = |axis: &Quantity| {
-                let gradient = axis.gradient;
-                (gradient.transpose() * covariance * gradient)[0]
-            };
             fit.cog.push(Cog {
                 joint_degrees,
                 place: cog.map(|axis| axis.value),
-                deviation: cog.iter().map(variance).sum::<f64>().sqrt(),
+                deviation: cog.map(|axis| variance(axis.gradient).sqrt()),
             });
         }
         Ok(fit)
@@ -121,23 +145,53 @@ impl Fit {
     /// The settings of the masses.
     ///
     /// # Errors
-    /// The reading that contradicts the others most, or the first setting that is out of bounds.
+    /// The reading that contradicts the others most, the uncertainty of the centre of gravity, or
+    /// the first value that is out of its setting's bounds or far from the one before.
     pub fn settings(&self) -> Result<Vec<(Setting, i32)>, String> {
-        let off =
-            |residual: &Residual| (residual.read - residual.fitted).abs() / residual.deviation;
+        let off = |residual: &Residual| {
+            (residual.read - residual.fitted).abs() / residual.difference.max(1e-6)
+        };
         let worst = self
             .residuals
             .iter()
             .max_by(|one, other| off(one).total_cmp(&off(other)));
         if let Some(worst) = worst.filter(|worst| !(off(worst) <= CONTRADICTION)) {
             return Err(format!(
-                "{}: {:.3} kg was read, {:.3} kg fits the others; that is {:.1} standard \
+                "{}: {:.3} kg was read, the masses give {:.3} kg; that is {:.1} standard \
                  deviations, allowed {CONTRADICTION}",
                 worst.name,
                 worst.read,
                 worst.fitted,
                 off(worst)
             ));
+        }
+        if let Some(cog) = self
+            .cog
+            .iter()
+            .find(|cog| !(cog.in_side_view() <= UNCERTAIN))
+        {
+            return Err(format!(
+                "the centre of gravity at a chassis angle of {} degrees has a standard deviation \
+                 of {:.1} mm, allowed {:.0} mm: weigh at more chassis angles and pitches",
+                cog.joint_degrees,
+                1e3 * cog.in_side_view(),
+                1e3 * UNCERTAIN
+            ));
+        }
+        let [before, deviations] = &self.before;
+        for (index, setting) in SETTINGS.into_iter().enumerate() {
+            let change = self.masses[index] - before[index];
+            if !(change.abs() <= deviations[index]) {
+                let row = setting.description();
+                return Err(format!(
+                    "{} changes by {:.0} {unit}, allowed {:.0} {unit}: check the signs of the \
+                     angles; if it is right, set a value nearby first",
+                    row.name,
+                    1e6 * change,
+                    1e6 * deviations[index],
+                    unit = row.unit
+                ));
+            }
         }
         let setting = |(setting, value): (Setting, &f64)| {
             let row = setting.description();
@@ -167,15 +221,29 @@ fn rows(bodies: &Bodies, weighings: &Weighings, masses: &Masses) -> Result<Vec<R
         let named = |why: String| format!("weighing {number}: {why}");
         let axles = weighing.axles().map_err(named)?;
         let shown = bodies.shown(weighing, masses).map_err(named)?;
-        let pitched = pitched(weighing, weighings.pitch_error_degrees);
-        let pitched = bodies.shown(&pitched, masses).map_err(named)?;
+        let turned = [
+            Weighing {
+                pitch_degrees: weighing.pitch_degrees + weighings.pitch_error_degrees,
+                ..weighing.clone()
+            },
+            Weighing {
+                joint_degrees: weighing.joint_degrees + weighings.joint_error_degrees,
+                ..weighing.clone()
+            },
+        ];
+        let [pitched, bent] = turned.map(|weighing| bodies.shown(&weighing, masses));
+        let (pitched, bent) = (pitched.map_err(named)?, bent.map_err(named)?);
         for (place, (axle, reading)) in axles.into_iter().enumerate() {
-            let by_pitch = pitched.axles[place].value - shown.axles[place].value;
+            let [by_pitch, by_joint] =
+                [&pitched, &bent].map(|other| other.axles[place].value - shown.axles[place].value);
             rows.push(Row {
                 name: format!("weighing {number}, axle {axle}"),
                 read: reading.sum(),
                 shown: shown.axles[place],
-                deviation: (reading.scales().sqrt() * weighings.scale_error_kg).hypot(by_pitch),
+                deviation: (reading.scales().sqrt() * weighings.scale_error_kg)
+                    .hypot(by_pitch)
+                    .hypot(by_joint),
+                is_left: false,
             });
         }
         if let [Some(first), Some(second)] = axles.map(|(_, reading)| reading.left_excess()) {
@@ -184,16 +252,9 @@ fn rows(bodies: &Bodies, weighings: &Weighings, masses: &Masses) -> Result<Vec<R
                 read: first + second,
                 shown: shown.left_excess,
                 deviation: 2.0 * weighings.scale_error_kg,
+                is_left: true,
             });
         }
     }
     Ok(rows)
-}
-
-/// The same weighing at a pitch that is larger by one standard deviation.
-fn pitched(weighing: &Weighing, degrees: f64) -> Weighing {
-    Weighing {
-        pitch_degrees: weighing.pitch_degrees + degrees,
-        ..weighing.clone()
-    }
 }

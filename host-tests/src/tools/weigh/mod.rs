@@ -13,8 +13,8 @@ use super::settings::{Backup, ToolError};
 use bodies::Bodies;
 use clap::Args;
 use fit::Fit;
+use std::fmt;
 use std::path::{Path, PathBuf};
-use std::{fmt, fs};
 use tautrack::settings::{Setting, Settings};
 use weighings::Weighings;
 
@@ -65,6 +65,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), WeighError> {
         .map_err(|why| WeighError::File(arguments.file.clone(), why))?;
     report::print(&fit);
     let results = fit.settings().map_err(WeighError::Refused)?;
+    report::uncertainty(&fit);
     if let (Some(path), Some((dump, _))) = (&arguments.dump, &mut dump) {
         for node in &mut dump.node {
             for (setting, value) in &results {
@@ -72,8 +73,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), WeighError> {
                 node.settings.insert(name, *value);
             }
         }
-        fs::write(path, dump.text())
-            .map_err(|error| WeighError::Dump(ToolError::File(path.clone(), error)))?;
+        dump.write(path).map_err(WeighError::Dump)?;
         report::written(path, dump.node.len());
     }
     Ok(())
@@ -83,9 +83,14 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), WeighError> {
 fn open(path: &Path) -> Result<(Backup, Settings), WeighError> {
     let dump = Backup::read(path).map_err(WeighError::Dump)?;
     dump.check(path).map_err(WeighError::Dump)?;
-    let guard = dump.node.iter().find(|node| node.identity[1] == GUARD);
-    let Some(guard) = guard else {
-        let why = format!("no node has the product code {GUARD} of a guard");
+    let guards: Vec<_> = dump
+        .node
+        .iter()
+        .filter(|node| node.identity[1] == GUARD)
+        .collect();
+    let &[guard] = guards.as_slice() else {
+        let count = guards.len();
+        let why = format!("{count} nodes have the product code {GUARD} of a guard, not one");
         return Err(WeighError::File(path.to_owned(), why));
     };
     let mut settings = Settings::default();

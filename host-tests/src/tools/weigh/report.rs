@@ -38,20 +38,35 @@ pub(super) fn print(fit: &Fit) {
             residual.name, residual.read, residual.fitted, residual.deviation
         ));
     }
-    say("\ncentre of gravity, mm: from axle 1 forward, left, up");
+    say("\ncentre of gravity, mm: from axle 1 forward, left, up; deviation in the side view");
     for cog in &fit.cog {
         let [forward, left, up] = cog.place.map(|coordinate| 1e3 * coordinate);
+        let deviation = 1e3 * cog.in_side_view();
         say(&format!(
-            "chassis angle {:>3} degrees: {forward:>7.1} {left:>7.1} {up:>7.1}, deviation {:.1}",
+            "chassis angle {:>3} degrees: {forward:>7.1} {left:>7.1} {up:>7.1}, {deviation:.1}",
             cog.joint_degrees,
-            1e3 * cog.deviation
         ));
     }
-    let largest = fit.cog.iter().map(|cog| cog.deviation).fold(0.0, f64::max);
+}
+
+/// Prints the uncertainty that the guard should know.
+pub(super) fn uncertainty(fit: &Fit) {
+    let deviations = fit.cog.iter().map(|cog| {
+        let left = if fit.left_is_measured {
+            cog.deviation[1]
+        } else {
+            0.0
+        };
+        cog.in_side_view().hypot(left)
+    });
+    let largest = deviations.fold(0.0, f64::max);
     say(&format!(
         "\ncog_uncertainty = {:.0} um covers three deviations",
         3e6 * largest
     ));
+    if !fit.left_is_measured {
+        say("not of the place to the left: that takes two scales under each axle");
+    }
 }
 
 /// Says where the masses are.

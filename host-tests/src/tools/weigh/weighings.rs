@@ -14,6 +14,8 @@ pub(super) struct Weighings {
     pub scale_error_kg: f64,
     /// Standard deviation of the pitch, degrees.
     pub pitch_error_degrees: f64,
+    /// Standard deviation of the chassis angle, degrees.
+    pub joint_error_degrees: f64,
     pub weighing: Vec<Weighing>,
 }
 
@@ -86,6 +88,7 @@ impl Weighings {
     fn check(&self) -> Result<(), String> {
         within("scale_error_kg", self.scale_error_kg, 1e-4..=10.0)?;
         within("pitch_error_degrees", self.pitch_error_degrees, 0.0..=10.0)?;
+        within("joint_error_degrees", self.joint_error_degrees, 0.0..=10.0)?;
         if self.weighing.is_empty() {
             return Err("no [[weighing]]".to_owned());
         }
@@ -95,7 +98,10 @@ impl Weighings {
                 within("pitch_degrees", weighing.pitch_degrees, -60.0..=60.0)?;
                 let [(_, first), (_, second)] = weighing.axles()?;
                 for value in first.values().into_iter().chain(second.values()) {
-                    within("a reading in kg", value, 0.0..=10_000.0)?;
+                    within("a reading in kg", value, 0.0..=500.0)?;
+                }
+                if first.left_excess().is_some() != second.left_excess().is_some() {
+                    return Err("one axle has two scales and the other one".to_owned());
                 }
                 Ok(())
             };

@@ -154,10 +154,11 @@ fn the_bench_program_turns_one_motor_without_a_guard() {
 #[test]
 fn the_bench_program_drives_a_resistor_with_the_asked_current() {
     let text = fs::read_to_string(scenario("bench")).expect("the scenario");
+    let text = text.replace("[settings.left_track]\ncalibration_current = 7000\n", "");
     let resistor = "[motor.left_track]\nkind = \"dc\"\nresistance_ohm = 4.7\n\
                     inductance_d_h = 0.000002\nflux_wb = 0.00001\n\
                     [settings.left_track]\nresistance = 4700\ninductance = 10\n\
-                    torque_constant = 40000\n";
+                    bench_current = 1500\ntorque_constant = 40000\n";
     let path = root().join("target/resistor.toml");
     fs::write(&path, text + resistor).expect("a file");
     let path = path.to_str().expect("a text");
@@ -275,15 +276,9 @@ fn the_bench_program_refuses_what_the_drive_cannot_do() {
     }
 }
 
-/// The motor is a track of a robot on the ground. Against this load a small current measures too
-/// little.
 #[test]
 fn the_calibration_program_measures_and_saves() {
-    let text = fs::read_to_string(scenario("bench")).expect("the scenario");
-    let path = root().join("target/calibrated.toml");
-    let settings = "[settings.left_track]\ncalibration_current = 7000\n";
-    fs::write(&path, text + settings).expect("a file");
-    let (_demo, _listener, address) = bench_run("calibrated", path.to_str().expect("a text"));
+    let (_demo, _listener, address) = bench_run("calibrated", &scenario("bench"));
     let program = ["examples/python/calibrate.py", &address, "--free", "--save"];
     let output = run(&program);
     let text = String::from_utf8_lossy(&output.stdout);
