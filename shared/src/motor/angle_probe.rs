@@ -17,11 +17,10 @@
 //! acceleration cancel. So do errors of the resistance and of the inductance, because the current
 //! is zero on average in each part, and the lead makes the first part begin where the third ends.
 
-use super::back_emf::Observed;
+use super::back_emf::{BackEmf, Observed};
 use super::current::VOLTAGE_FULL_SCALE;
 use crate::constants::CONTROL_PERIOD;
 use crate::math::limit;
-use crate::settings::{Setting, Settings};
 use crate::units::Angle;
 
 /// Current of the probe, as a fraction of the current limit.
@@ -30,14 +29,9 @@ const PROBE: f32 = 0.5;
 const LEAD: u8 = 2;
 const PART: u8 = 6;
 const END: u8 = LEAD + 3 * PART;
-/// Signs of the current: of the lead, and of the three parts.
-#[rustfmt::skip]
-const SIGNS: [f32; END as usize] = [
-    1.0, -1.0,
-    -1.0, -1.0, -1.0, 1.0, 1.0, 1.0,
-    -1.0, -1.0, -1.0, 1.0, 1.0, 1.0,
-    1.0, 1.0, 1.0, -1.0, -1.0, -1.0,
-];
+/// Control periods in which the current is positive, the first in the lowest bit: of the lead, and
+/// of the three parts.
+const POSITIVE: u32 = 0b_000111_111000_111000_01;
 
 /// Control periods for which the shaft must not gain speed while the current rises.
 const STUCK: u8 = 12;
@@ -94,31 +88,23 @@ pub struct AngleProbe {
 }
 
 impl AngleProbe {
-    /// Reads the motor's parameters from the settings.
-    pub fn new(settings: &Settings) -> Self {
-        let pole_pairs = settings.get(Setting::PolePairs) as f32;
-        let inductance = settings.scaled(Setting::Inductance, 1e-6);
-        let inductance_q = match settings.get(Setting::InductanceQ) {
-            0 => inductance,
-            value => value as f32 * 1e-6,
-        };
-        let current_limit = settings.scaled(Setting::CurrentLimit, 1e-3);
-        let velocity_limit = settings.scaled(Setting::VelocityLimit, 1e-3);
-        let three_phase = settings.get(Setting::MotorKind) != 0;
+    /// Creates the probe of the motor with these parameters.
+    pub fn new(motor: &BackEmf) -> Self {
+        let three_phase = motor.electrical != 0.0;
         Self {
             current: if three_phase {
-                PROBE * current_limit
+                PROBE * motor.current_limit
             } else {
                 0.0
             },
-            resistance: settings.scaled(Setting::Resistance, 1e-3),
-            inductance,
-            coupling: settings.scaled(Setting::GearRatio, 1e-3) * pole_pairs * inductance_q,
-            magnets: settings.scaled(Setting::TorqueConstant, 1e-6) / (1.5 * pole_pairs),
-            rise: RISE * current_limit,
-            pushing: PUSHING * current_limit,
-            gain: GAIN * velocity_limit,
-            slow: SLOW * velocity_limit,
+            resistance: motor.resistance,
+            inductance: motor.inductance,
+            coupling: motor.coupling[1],
+            magnets: motor.constant / motor.electrical,
+            rise: RISE * motor.current_limit,
+            pushing: PUSHING * motor.current_limit,
+            gain: GAIN * motor.velocity_limit,
+            slow: SLOW * motor.velocity_limit,
             pushed: 0.0,
             slowest: 0.0,
             stuck: 0,
@@ -139,8 +125,11 @@ impl AngleProbe {
     /// Returns the current in d for the next control period, A.
     #[inline]
     pub fn direct(&self) -> f32 {
-        let sign = self.step.and_then(|step| SIGNS.get(usize::from(step)));
-        sign.map_or(0.0, |sign| sign * self.current)
+        match self.step {
+            Some(step) if POSITIVE >> step & 1 != 0 => self.current,
+            Some(_) => -self.current,
+            None => 0.0,
+        }
     }
 
     /// Evaluates one control period. A probe begins only while the motor is `calm`. Returns whether
@@ -220,6 +209,7 @@ impl AngleProbe {
 mod tests {
     use super::*;
     use crate::motor::current::Electrical;
+    use crate::settings::{Setting, Settings};
 
     /// Runs a probe of the default motor, with three phases and 5 A, on a voltage in d that depends
     /// on the time since its start, s, and on the current of the probe, A. Returns whether it finds
@@ -229,7 +219,7 @@ mod tests {
         settings
             .set(Setting::MotorKind.description().key, 1)
             .unwrap();
-        let mut probe = AngleProbe::new(&settings);
+        let mut probe = AngleProbe::new(&BackEmf::new(&settings));
         let (mut currents, mut count) = ([0.0; END as usize], 0);
         for tick in 0..100_u8 {
             let direct = probe.direct();

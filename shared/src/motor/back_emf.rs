@@ -24,6 +24,8 @@ const STANDING: f32 = 0.01;
 /// Part of the resistive voltage that may be missing or excessive. The resistance in the settings
 /// may be wrong by 40 %.
 const RESISTIVE: f32 = 0.6;
+/// Demanded current above which a lack of current counts, as a fraction of the current limit.
+const DRIVING: f32 = 0.1;
 /// Voltages that are never explained, as a fraction of the supply voltage: dead time, diodes.
 const UNEXPLAINED: f32 = 0.02;
 /// Part of the speed limit above which the angle is observed.
@@ -81,15 +83,17 @@ impl Findings {
 #[derive(Clone, Debug)]
 pub struct BackEmf {
     /// Back-EMF, V s/rad of the output shaft.
-    constant: f32,
-    resistance: f32,
-    /// Electrical rad per rad of the output shaft, times the inductances of d and q; 0 for a
-    /// brushed motor.
-    coupling: [f32; 2],
+    pub(super) constant: f32,
+    pub(super) resistance: f32,
+    /// Inductance in d, henry.
+    pub(super) inductance: f32,
+    /// Electrical rad per rad of the output shaft; 0 for a brushed motor.
+    pub(super) electrical: f32,
+    /// The same, times the inductances of d and q.
+    pub(super) coupling: [f32; 2],
     three_phase: bool,
-    velocity_limit: f32,
-    /// Demanded current above which a lack of current counts, A.
-    driving: f32,
+    pub(super) velocity_limit: f32,
+    pub(super) current_limit: f32,
     /// Filtered voltage in d that nothing explains, V, and filtered square of the whole voltage
     /// that nothing explains, V^2. The square remains if the voltage turns in the axes of a wrong
     /// angle.
@@ -123,10 +127,12 @@ impl BackEmf {
                 torque_constant
             },
             resistance: settings.scaled(Setting::Resistance, 1e-3),
+            inductance,
+            electrical,
             coupling: [electrical * inductance, electrical * inductance_q],
             three_phase,
             velocity_limit: settings.scaled(Setting::VelocityLimit, 1e-3),
-            driving: settings.scaled(Setting::CurrentLimit, 0.1e-3),
+            current_limit: settings.scaled(Setting::CurrentLimit, 1e-3),
             direct: 0.0,
             square: 0.0,
             ripple: Ripple::new(inductance),
@@ -180,7 +186,7 @@ impl BackEmf {
         let half = 0.5 * demand.abs();
         let lacks = (current - demand).abs() > half;
         let oscillates = now.electrical.direct_size - demand_d.abs() > half;
-        let open = demand.abs() > self.driving && (lacks && large || oscillates);
+        let open = demand.abs() > DRIVING * self.current_limit && (lacks && large || oscillates);
 
         let threshold = SLIPPED * emf.abs() + COUPLED * coupled.abs() + 0.25 * unexplained;
         let fast = velocity.abs() > OBSERVED * self.velocity_limit;

@@ -73,6 +73,7 @@ impl Axle {
         if settings.get(Setting::CountTiming) != 0 {
             observer = observer.timing_counts();
         }
+        let back_emf = BackEmf::new(settings);
         Self {
             scale,
             bounds: Bounds::new(settings),
@@ -85,8 +86,8 @@ impl Axle {
             observer,
             sensed: false,
             supervisor: Supervisor::default(),
-            back_emf: BackEmf::new(settings),
-            angle_probe: AngleProbe::new(settings),
+            angle_probe: AngleProbe::new(&back_emf),
+            back_emf,
             encoder_steps: EncoderSteps::new(IMPOSSIBLE_SPEED * velocity_limit * counts_per_radian),
             limiter: Limiter::new(settings),
             snapshot: None,
