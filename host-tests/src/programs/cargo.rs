@@ -22,8 +22,9 @@ pub(super) struct Recipe<'a> {
     pub features: &'a str,
     /// Profile of the workspace.
     pub profile: &'a str,
-    /// Whether the program contains no paths of this computer.
-    pub without_paths: bool,
+    /// Whether the program is a flash image, which must be small: it contains no paths of this
+    /// computer and fewer log records.
+    pub is_flashed: bool,
 }
 
 impl Recipe<'_> {
@@ -34,7 +35,7 @@ impl Recipe<'_> {
             target: target(board),
             features,
             profile: "firmware",
-            without_paths: false,
+            is_flashed: false,
         }
     }
 }
@@ -77,6 +78,10 @@ fn target(board: Board) -> Option<&'static str> {
     }
 }
 
+/// Records in the log of a flash image. Those of the bus stack and of the chip's library would take
+/// 1.1 KB, which the axle does not have.
+const SHORT_LOG: &str = "info,zencan_node=off,zencan_common=off,embassy_stm32=off";
+
 fn command(recipe: &Recipe, toolchain: Toolchain, target_folder: &Path) -> Command {
     let cargo = match toolchain {
         Toolchain::Current => env::var_os("CARGO").unwrap_or_else(|| "cargo".into()),
@@ -95,12 +100,13 @@ fn command(recipe: &Recipe, toolchain: Toolchain, target_folder: &Path) -> Comma
         .arg(target_folder);
     if let Some(target) = recipe.target {
         command.args(["--target", target]);
-        if recipe.without_paths {
+        if recipe.is_flashed {
             let prefix = packages().display().to_string();
             command.arg("--config");
             command.arg(format!(
                 "target.{target}.rustflags = ['--remap-path-prefix={prefix}=']"
             ));
+            command.env("DEFMT_LOG", SHORT_LOG);
         }
     }
     if toolchain == Toolchain::Distribution {

@@ -15,7 +15,7 @@ pub fn guard_board(guards: &[&str]) -> Result<Vec<Program>, BuildError> {
         target: Some(TARGET),
         features: "g474",
         profile: "board",
-        without_paths: true,
+        is_flashed: true,
     };
     let folder = folder_of(&recipe, guards)?;
     let programs = guards.iter().map(|guard| identify(folder.join(guard)));

@@ -26,7 +26,7 @@ pub fn motor_board() -> Result<MotorBoard, BuildError> {
         target: Some(TARGET),
         features: "esc1",
         profile: "board",
-        without_paths: true,
+        is_flashed: true,
     };
     let folder = folder_of(&recipe, &["loader", "axle", "screw"])?;
     Ok(MotorBoard {
@@ -46,7 +46,7 @@ pub fn defective_axle() -> Result<Program, BuildError> {
         target: Some(TARGET),
         features: "defects",
         profile: "board",
-        without_paths: true,
+        is_flashed: true,
     };
     let folder = folder_of(&recipe, &["defective_axle"])?;
     identify(folder.join("defective_axle"))
