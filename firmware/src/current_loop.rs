@@ -14,6 +14,7 @@ static LOOP: Mutex<RefCell<Slot>> = Mutex::new(RefCell::new(Slot::Empty));
 /// The current loop, once it is installed. `Option` would mark "none" inside of the loop by a value
 /// other than 0, so that the static took 464 bytes of flash memory. This tag is 0.
 #[repr(u8)]
+#[allow(clippy::large_enum_variant)] // there is one slot, and no heap
 enum Slot {
     Empty,
     Installed(CurrentLoop),

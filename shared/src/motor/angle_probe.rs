@@ -31,7 +31,7 @@ const PART: u8 = 6;
 const END: u8 = LEAD + 3 * PART;
 /// Control periods in which the current is positive, the first in the lowest bit: of the lead, and
 /// of the three parts.
-const POSITIVE: u32 = 0b_000111_111000_111000_01;
+const POSITIVE: u32 = 0b01 | 0b111_000 << 2 | 0b111_000 << 8 | 0b000_111 << 14;
 
 /// Control periods for which the shaft must not gain speed while the current rises.
 const STUCK: u8 = 12;

@@ -286,15 +286,7 @@ impl State {
                 0
             }
             IWDG => {
-                let reload = u64::from(self.get(IWDG + 8)) + 1;
-                let prescaler = 4_u64 << self.get(IWDG + 4);
-                let period = reload * prescaler * CORE_HZ / 32_000;
-                match value {
-                    // The reset value of the reload register is used until it is written.
-                    0xcccc => self.watchdog = Some(clock + 4096 * 4 * CORE_HZ / 32_000),
-                    0xaaaa if self.watchdog.is_some() => self.watchdog = Some(clock + period),
-                    _ => {}
-                }
+                self.write_watchdog(value);
                 value
             }
             a if State::is_i2c(a) => self.write_i2c(a, value),
@@ -334,6 +326,19 @@ impl State {
             _ => value,
         };
         self.set(address, value);
+    }
+
+    /// A key in the watchdog's register starts or feeds it.
+    fn write_watchdog(&mut self, key: u32) {
+        let reload = u64::from(self.get(IWDG + 8)) + 1;
+        let prescaler = 4_u64 << self.get(IWDG + 4);
+        let period = reload * prescaler * CORE_HZ / 32_000;
+        match key {
+            // The reset value of the reload register is used until it is written.
+            0xcccc => self.watchdog = Some(self.clock + 4096 * 4 * CORE_HZ / 32_000),
+            0xaaaa if self.watchdog.is_some() => self.watchdog = Some(self.clock + period),
+            _ => {}
+        }
     }
 
     /// Period of TIM1 and the time in it at which TRGO2 rises: channel 4 counting down.

@@ -1,7 +1,7 @@
 //! I2C3 on PC8 and PC9 as a bus controller, with the sensor modules of the guard's board (RM0440,
 //! chapter on I2C, whose register names are used here).
 //!
-//! Not modelled: target mode, addresses of ten bits, transfers of more than 255 bytes, SMBus, the
+//! Not modelled: target mode, addresses of ten bits, transfers of more than 255 bytes, `SMBus`, the
 //! second byte that the transmit register holds beside the shift register, clock stretching by a
 //! chip, and another controller. A controller that finds the data line low waits for a free bus, or
 //! loses the arbitration in a byte that it sends.
