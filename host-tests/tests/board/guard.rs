@@ -83,7 +83,8 @@ pub fn running_guards() -> impl Iterator<Item = Chip> {
         })
 }
 
-/// B2P2's guard with its sensor modules, which has started; calls `watcher` after every instruction from power-up on.
+/// B2P2's guard with its sensor modules, which has started; calls `watcher` after every instruction
+/// from power-up on.
 pub fn guard_watched(watcher: impl FnMut(Executed) + Send + 'static) -> Chip {
     let mut chip = guard_with(&[]);
     chip.connect_modules();
