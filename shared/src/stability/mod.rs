@@ -6,8 +6,9 @@
 //! centre of gravity to the edges of the support. [`specific_force`]: the measured force.
 //! `edge_margin`: the margins of one edge. [`criterion`]: which of them counts. [`bands`]: the band
 //! of the narrowest margin. [`tracker`]: margins with their rates. [`filter`]: the scale of a
-//! command, with its [`verdict`]. [`stopping`]: the speed limit of a posture. [`step_behind`] and [`diagonal`]: falls that no margin shows. [`limits`]:
-//! limits of accelerations and yaw. [`trip`]: the latch. [`parameters`]: the numbers of all these.
+//! command, with its [`verdict`]. [`stopping`]: the speed limit of a posture. [`step_behind`] and
+//! [`diagonal`]: falls that no margin shows. [`limits`]: limits of accelerations and yaw.
+//! [`trip`]: the latch. [`parameters`]: the numbers of all these.
 //! For any scalar: [`zmp`], where the reaction of the ground acts, and [`tipover`], the angle
 //! between the forces and each edge.
 
