@@ -9,16 +9,7 @@ use tautrack::motor::capture::{Capture, Signals};
 use tautrack::motor::cogging::Wave;
 use tautrack::motor::current::{BridgeDemand, CurrentLoop, Excitation, Means, Measurement};
 
-static LOOP: Mutex<RefCell<Slot>> = Mutex::new(RefCell::new(Slot::Empty));
-
-/// The current loop, once it is installed. `Option` would mark "none" inside of the loop by a value
-/// other than 0, so that the static took 464 bytes of flash memory. This tag is 0.
-#[repr(u8)]
-#[allow(clippy::large_enum_variant)] // there is one slot, and no heap
-enum Slot {
-    Empty,
-    Installed(CurrentLoop),
-}
+static LOOP: Mutex<RefCell<Option<CurrentLoop>>> = Mutex::new(RefCell::new(None));
 
 static CAPTURE: Mutex<RefCell<Capture>> = Mutex::new(RefCell::new(Capture::new()));
 /// The recording needs samples. It is all that the interrupt reads of a recording that is off.
@@ -44,7 +35,7 @@ fn record(signals: &Signals) {
 /// Installs the current loop. Before this call, the bridge stays off whatever the demand is.
 #[allow(dead_code)] // `bin/ticks.rs` includes this file but never calls `install`
 pub fn install(current_loop: CurrentLoop) {
-    critical_section::with(|cs| LOOP.borrow(cs).replace(Slot::Installed(current_loop)));
+    critical_section::with(|cs| LOOP.borrow(cs).replace(Some(current_loop)));
 }
 
 /// Calls `use_it` with the current loop, if there is one.
@@ -52,10 +43,8 @@ pub fn install(current_loop: CurrentLoop) {
 fn with<R>(use_it: impl FnOnce(&mut CurrentLoop) -> R) -> Option<R> {
     critical_section::with(|cs| {
         // Cannot fail: the critical section excludes any other borrow.
-        match &mut *LOOP.borrow(cs).try_borrow_mut().ok()? {
-            Slot::Installed(current_loop) => Some(use_it(current_loop)),
-            Slot::Empty => None,
-        }
+        let mut current_loop = LOOP.borrow(cs).try_borrow_mut().ok()?;
+        current_loop.as_mut().map(use_it)
     })
 }
 

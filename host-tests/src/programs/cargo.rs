@@ -82,6 +82,12 @@ fn target(board: Board) -> Option<&'static str> {
 /// 1.1 KB, which the axle does not have.
 const SHORT_LOG: &str = "info,zencan_node=off,zencan_common=off,embassy_stm32=off";
 
+/// What the image with the defects, which must fit beside them, leaves out in addition.
+const SHORTER_LOG: &str =
+    "tautrack_firmware::storage=off,tautrack_firmware::bus=off,tautrack_firmware::roles=off";
+/// Feature of that image.
+pub(super) const DEFECTS: &str = "defects";
+
 fn command(recipe: &Recipe, toolchain: Toolchain, target_folder: &Path) -> Command {
     let cargo = match toolchain {
         Toolchain::Current => env::var_os("CARGO").unwrap_or_else(|| "cargo".into()),
@@ -106,7 +112,12 @@ fn command(recipe: &Recipe, toolchain: Toolchain, target_folder: &Path) -> Comma
             command.arg(format!(
                 "target.{target}.rustflags = ['--remap-path-prefix={prefix}=']"
             ));
-            command.env("DEFMT_LOG", SHORT_LOG);
+            let log = if recipe.features == DEFECTS {
+                format!("{SHORT_LOG},{SHORTER_LOG}")
+            } else {
+                SHORT_LOG.to_owned()
+            };
+            command.env("DEFMT_LOG", log);
         }
     }
     if toolchain == Toolchain::Distribution {

@@ -1,6 +1,6 @@
 //! Builds the programs of the motor board, which are flashed and do not run in the simulator.
 
-use super::cargo::{Recipe, folder_of};
+use super::cargo::{DEFECTS, Recipe, folder_of};
 use super::program::identify;
 use super::setup::TARGET;
 use super::{BuildError, Program};
@@ -44,7 +44,7 @@ pub fn defective_axle() -> Result<Program, BuildError> {
     let recipe = Recipe {
         board: "esc1",
         target: Some(TARGET),
-        features: "defects",
+        features: DEFECTS,
         profile: "board",
         is_flashed: true,
     };
