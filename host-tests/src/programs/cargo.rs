@@ -22,9 +22,9 @@ pub(super) struct Recipe<'a> {
     pub features: &'a str,
     /// Profile of the workspace.
     pub profile: &'a str,
-    /// Whether the program is a flash image, which must be small: it contains no paths of this
-    /// computer and fewer log records.
-    pub is_flashed: bool,
+    /// Log records (`DEFMT_LOG`) of a flash image, which must be small and also contains no paths of
+    /// this computer. `None`: the program is not flashed.
+    pub flashed_with_log: Option<&'a str>,
 }
 
 impl Recipe<'_> {
@@ -35,7 +35,7 @@ impl Recipe<'_> {
             target: target(board),
             features,
             profile: "firmware",
-            is_flashed: false,
+            flashed_with_log: None,
         }
     }
 }
@@ -78,15 +78,9 @@ fn target(board: Board) -> Option<&'static str> {
     }
 }
 
-/// Records in the log of a flash image. Those of the bus stack and of the chip's library would take
+/// Log records of a board's program. Those of the bus stack and of the chip's library would take
 /// 1.1 KB, which the axle does not have.
-const SHORT_LOG: &str = "info,zencan_node=off,zencan_common=off,embassy_stm32=off";
-
-/// What the image with the defects, which must fit beside them, leaves out in addition.
-const SHORTER_LOG: &str =
-    "tautrack_firmware::storage=off,tautrack_firmware::bus=off,tautrack_firmware::roles=off";
-/// Feature of that image.
-pub(super) const DEFECTS: &str = "defects";
+pub(super) const FLASHED_LOG: &str = "info,zencan_node=off,zencan_common=off,embassy_stm32=off";
 
 fn command(recipe: &Recipe, toolchain: Toolchain, target_folder: &Path) -> Command {
     let cargo = match toolchain {
@@ -106,17 +100,12 @@ fn command(recipe: &Recipe, toolchain: Toolchain, target_folder: &Path) -> Comma
         .arg(target_folder);
     if let Some(target) = recipe.target {
         command.args(["--target", target]);
-        if recipe.is_flashed {
+        if let Some(log) = recipe.flashed_with_log {
             let prefix = packages().display().to_string();
             command.arg("--config");
             command.arg(format!(
                 "target.{target}.rustflags = ['--remap-path-prefix={prefix}=']"
             ));
-            let log = if recipe.features == DEFECTS {
-                format!("{SHORT_LOG},{SHORTER_LOG}")
-            } else {
-                SHORT_LOG.to_owned()
-            };
             command.env("DEFMT_LOG", log);
         }
     }

@@ -1,6 +1,6 @@
 //! Builds the programs of the guard's board, which are flashed and do not run in the simulator.
 
-use super::cargo::{Recipe, folder_of};
+use super::cargo::{FLASHED_LOG, Recipe, folder_of};
 use super::program::identify;
 use super::setup::TARGET;
 use super::{BuildError, Program};
@@ -15,7 +15,7 @@ pub fn guard_board(guards: &[&str]) -> Result<Vec<Program>, BuildError> {
         target: Some(TARGET),
         features: "g474",
         profile: "board",
-        is_flashed: true,
+        flashed_with_log: Some(FLASHED_LOG),
     };
     let folder = folder_of(&recipe, guards)?;
     let programs = guards.iter().map(|guard| identify(folder.join(guard)));

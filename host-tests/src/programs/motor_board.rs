@@ -1,6 +1,6 @@
 //! Builds the programs of the motor board, which are flashed and do not run in the simulator.
 
-use super::cargo::{DEFECTS, Recipe, folder_of};
+use super::cargo::{FLASHED_LOG, Recipe, folder_of};
 use super::program::identify;
 use super::setup::TARGET;
 use super::{BuildError, Program};
@@ -26,7 +26,7 @@ pub fn motor_board() -> Result<MotorBoard, BuildError> {
         target: Some(TARGET),
         features: "esc1",
         profile: "board",
-        is_flashed: true,
+        flashed_with_log: Some(FLASHED_LOG),
     };
     let folder = folder_of(&recipe, &["loader", "axle", "screw"])?;
     Ok(MotorBoard {
@@ -44,9 +44,14 @@ pub fn defective_axle() -> Result<Program, BuildError> {
     let recipe = Recipe {
         board: "esc1",
         target: Some(TARGET),
-        features: DEFECTS,
+        features: "defects",
         profile: "board",
-        is_flashed: true,
+        // The defects need the room of more records.
+        flashed_with_log: Some(
+            "info,zencan_node=off,zencan_common=off,embassy_stm32=off,\
+             tautrack_firmware::storage=off,tautrack_firmware::bus=off,\
+             tautrack_firmware::roles=off",
+        ),
     };
     let folder = folder_of(&recipe, &["defective_axle"])?;
     identify(folder.join("defective_axle"))

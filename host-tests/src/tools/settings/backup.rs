@@ -138,4 +138,22 @@ mod tests {
             assert!(refusal.contains(why), "{refusal}");
         }
     }
+
+    #[test]
+    fn a_file_that_cannot_be_written_stays_as_it_is() {
+        let folder = std::env::temp_dir().join("tautrack-backup");
+        let (file, new) = (folder.join("robot.toml"), folder.join("robot.new"));
+        // A folder where the new file is to be.
+        std::fs::create_dir_all(&new).expect("a folder");
+        std::fs::write(&file, "old").expect("a file");
+        let backup = Backup { node: Vec::new() };
+        let error = backup.write(&file).expect_err("no file");
+        assert!(error.to_string().contains("robot.toml"), "{error}");
+        assert_eq!(std::fs::read_to_string(&file).expect("the old file"), "old");
+        std::fs::remove_dir(&new).expect("removed");
+        backup.write(&file).expect("written");
+        let text = std::fs::read_to_string(&file).expect("the new file");
+        assert_eq!(text, backup.text());
+        std::fs::remove_dir_all(&folder).expect("removed");
+    }
 }

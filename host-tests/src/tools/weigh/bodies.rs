@@ -182,7 +182,7 @@ impl Bodies {
     /// Distance of axles 2 and 3 with a taut belt, m.
     fn reach(&self, theta: f64) -> Result<f64, String> {
         let belt = TautBelt::<f64>::new(self.k, self.l1, self.l2)
-            .map_err(|short| format!("length_k = {} m: at least {} m", short.got, short.minimum))?;
+            .map_err(|short| format!("k = {} m: allowed {} m or more", short.got, short.minimum))?;
         Ok(belt.extension(theta).reach)
     }
 }
