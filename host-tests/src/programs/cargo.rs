@@ -22,8 +22,8 @@ pub(super) struct Recipe<'a> {
     pub features: &'a str,
     /// Profile of the workspace.
     pub profile: &'a str,
-    /// Log records (`DEFMT_LOG`) of a flash image, which must be small and also contains no paths of
-    /// this computer. `None`: the program is not flashed.
+    /// Log records (`DEFMT_LOG`) of a flash image, which must be small and also contains no paths
+    /// of this computer. `None`: the program is not flashed.
     pub flashed_with_log: Option<&'a str>,
 }
 

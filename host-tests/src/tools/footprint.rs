@@ -328,8 +328,8 @@ fn drive(chip: &mut Chip) {
     chip.run(100_000);
 }
 
-/// Starts a guard with its sensor chips. Its drives are present, an operator requests to arm and to
-/// drive, and the GNSS receiver sends. At the end, a chip holds the I2C bus.
+/// Starts a guard with its sensor chips. Its drives are present, an operator requests to arm and
+/// to drive, and the GNSS receiver sends. At the end, a chip holds the I2C bus.
 fn listen(chip: &mut Chip) {
     const GUARD: u16 = 1;
     chip.run(50_000);
