@@ -26,7 +26,7 @@ const GOLDEN_RATIO: f32 = 0.618_034;
 /// Fewest and most measured halves, and the standard error of the resistance that ends the
 /// measurement between them.
 const FEWEST_HALVES: u32 = 100;
-const MOST_HALVES: u32 = 800;
+const MOST_HALVES: u32 = 2400;
 const ENOUGH_KNOWN: f32 = 0.008;
 /// Ticks after each change of the voltage that are not used, and smallest number that is.
 const SKIPPED: u32 = 3;
