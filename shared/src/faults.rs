@@ -62,7 +62,7 @@ faults! {
         "fault reset",
         "Check the order of the encoder's channels and of the motor's leads. Then check `encoder_counts`, `gear_ratio` and the gains.";
     VelocityDeviation = 0x8400, "velocity deviation", Off,
-        "For 25 ms the drive gathered speed away from its set-point, against a commanded current of more than half of `current_limit`.",
+        "For 25 ms the drive gathered speed away from its set-point, against a commanded current of more than half of `current_limit`, and gave no energy back to the supply.",
         "fault reset",
         "Two channels of the encoder or two leads of the motor are swapped: check their order.";
     OpenPhase = 0x3130, "motor lead open", Off,

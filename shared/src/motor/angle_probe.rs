@@ -16,6 +16,9 @@
 //! minus twice the second plus the third is measured. In this sum, a constant speed and a constant
 //! acceleration cancel. So do errors of the resistance and of the inductance, because the current
 //! is zero on average in each part, and the lead makes the first part begin where the third ends.
+//!
+//! The result counts only if the shaft has not followed until the end. A shaft that speeds up has
+//! a large voltage by coupling, whose errors do not cancel.
 
 use super::back_emf::{BackEmf, Observed};
 use super::current::VOLTAGE_FULL_SCALE;
@@ -34,7 +37,7 @@ const END: u8 = LEAD + 3 * PART;
 const POSITIVE: u32 = 0b01 | 0b111_000 << 2 | 0b111_000 << 8 | 0b000_111 << 14;
 
 /// Control periods for which the shaft must not gain speed while the current rises.
-const STUCK: u8 = 12;
+const STUCK: u8 = 8;
 /// Gain of speed that counts, as a fraction of the velocity limit.
 const GAIN: f32 = 0.002;
 /// Rise of the current that counts, and the lowest current at its end, as fractions of the current
@@ -44,6 +47,9 @@ const PUSHING: f32 = 0.03;
 /// Largest speed during the probe, as a fraction of the velocity limit. Above it, the
 /// back-EMF shows a wrong angle.
 const SLOW: f32 = 0.2;
+/// Gain of speed until the end of the probe, as a fraction of that, above which the shaft follows
+/// after all.
+const FOLLOWS: f32 = 0.4;
 
 /// Flux in d that counts, as a fraction of the magnets' flux.
 const FLUX: f32 = 0.4;
@@ -173,8 +179,9 @@ impl AngleProbe {
             return false;
         }
         self.reset();
+        let follows = along(now).0 > self.slowest + FOLLOWS * self.slow;
         let turned = RIGHT * self.turn.abs() + FLUX;
-        self.flux.abs() > self.magnets * turned + COUPLED * self.coupled.abs()
+        !follows && self.flux.abs() > self.magnets * turned + COUPLED * self.coupled.abs()
     }
 
     fn is_slow(&self, now: &Observed) -> bool {
@@ -184,11 +191,7 @@ impl AngleProbe {
     /// Returns whether the current rises while the shaft gains no speed in its direction.
     fn does_not_follow(&mut self, now: &Observed) -> bool {
         let demand = now.demand[0];
-        let (along, push) = if demand < 0.0 {
-            (-now.velocity, -demand)
-        } else {
-            (now.velocity, demand)
-        };
+        let (along, push) = along(now);
         let reversed = demand * self.pushed < 0.0;
         if self.stuck == 0 || reversed || along > self.slowest + self.gain {
             (self.pushed, self.slowest, self.stuck) = (demand, along, 1);
@@ -205,6 +208,17 @@ impl AngleProbe {
     }
 }
 
+/// Returns the speed in the direction of the demanded current, rad/s, and the size of the current,
+/// A.
+fn along(now: &Observed) -> (f32, f32) {
+    let demand = now.demand[0];
+    if demand < 0.0 {
+        (-now.velocity, -demand)
+    } else {
+        (now.velocity, demand)
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -215,6 +229,14 @@ mod tests {
     /// on the time since its start, s, and on the current of the probe, A. Returns whether it finds
     /// a wrong angle, and the currents.
     fn probe(voltage: impl Fn(f32, f32) -> f32) -> (bool, [f32; END as usize]) {
+        probe_of_shaft(voltage, 0.0)
+    }
+
+    /// The same, of a shaft with this speed at the end, rad/s.
+    fn probe_of_shaft(
+        voltage: impl Fn(f32, f32) -> f32,
+        at_end: f32,
+    ) -> (bool, [f32; END as usize]) {
         let mut settings = Settings::default();
         settings
             .set(Setting::MotorKind.description().key, 1)
@@ -227,7 +249,11 @@ mod tests {
             let now = Observed {
                 current: 0.0,
                 demand: [0.1 * f32::from(tick), direct],
-                velocity: 0.0,
+                velocity: if count + 1 == usize::from(END) {
+                    at_end
+                } else {
+                    0.0
+                },
                 supply_voltage: 24.0,
                 electrical: Electrical {
                     voltage: Some([voltage(time, direct), 0.0]),
@@ -265,17 +291,29 @@ mod tests {
 
     #[test]
     fn a_flux_that_follows_the_probe_is_found_from_two_fifths_of_the_magnets_flux_on() {
+        for (part, found) in [(0.19, false), (0.21, true), (-0.21, true)] {
+            assert_eq!(probe(turned_by(part)).0, found, "{part}");
+        }
+    }
+
+    /// Returns the voltage of a flux that turns into d by this part of the magnets' flux, in the
+    /// middle part of the probe only, which counts twice.
+    fn turned_by(part: f32) -> impl Fn(f32, f32) -> f32 {
         // The flux of the magnets is torque constant / (1.5 x pole pairs) = 0.04 / 10.5 V s.
-        // It turns by this part in the middle part of the probe only, which counts twice.
         let middle = f32::from(LEAD + PART) * CONTROL_PERIOD;
         let length = f32::from(PART) * CONTROL_PERIOD;
-        for (part, found) in [(0.19, false), (0.21, true), (-0.21, true)] {
-            let volts = part * 0.04 / 10.5 / length;
-            let (wrong, _) = probe(|time, direct| {
-                let inside = time > middle - 1e-4 && time < middle + length - 1e-4;
-                0.6 * direct + if inside { volts } else { 0.0 }
-            });
-            assert_eq!(wrong, found, "{part}");
+        let volts = part * 0.04 / 10.5 / length;
+        move |time, direct| {
+            let inside = time > middle - 1e-4 && time < middle + length - 1e-4;
+            0.6 * direct + if inside { volts } else { 0.0 }
+        }
+    }
+
+    #[test]
+    fn a_shaft_that_gains_a_twelfth_of_its_speed_limit_meanwhile_is_not_accused() {
+        // The default velocity limit is 6 rad/s.
+        for (at_end, found) in [(0.45, true), (0.51, false), (-0.51, true)] {
+            assert_eq!(probe_of_shaft(turned_by(0.4), at_end).0, found, "{at_end}");
         }
     }
 }

@@ -39,6 +39,17 @@ pub(super) struct Readings {
     pub electrical: Electrical,
 }
 
+impl Readings {
+    /// Returns whether more mechanical power goes into the motor than heats it, so that the rest
+    /// flows into the supply.
+    fn gives_energy_back(&self) -> bool {
+        let Some([direct, torque]) = self.electrical.voltage else {
+            return false;
+        };
+        direct * self.electrical.direct + torque * self.current < 0.0
+    }
+}
+
 /// Thresholds of a blocked motor, which does not turn although nearly the full current is
 /// commanded.
 #[derive(Clone, Copy, Debug)]
@@ -227,14 +238,17 @@ impl Supervisor {
     /// lags behind its set-point moves in the direction of its current. An axle that follows a ramp
     /// stays near its set-point. Only a motor whose current acts in the wrong direction does this:
     /// encoder channels or motor leads are swapped. A blow to the robot swings the rotor within its
-    /// gear for some 10 ms at a time; the dwell is longer.
+    /// gear for some 10 ms at a time; the dwell is longer. A stronger blow throws the axle, but then
+    /// the motor brakes it and gives energy back. A motor that drives itself never does, whatever
+    /// the angle of its rotor is.
     fn deviates(&mut self, now: &Readings, bounds: &Bounds) -> bool {
         let speed = now.velocity.abs();
         let apart = now.velocity - now.commanded_velocity;
         let against = now.velocity * now.demand < 0.0
             && apart * now.demand < 0.0
             && now.demand.abs() > bounds.driving
-            && apart.abs() > bounds.deviation;
+            && apart.abs() > bounds.deviation
+            && !now.gives_energy_back();
         if !against || speed < self.slowest {
             self.slowest = speed;
         }

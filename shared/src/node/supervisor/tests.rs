@@ -253,6 +253,12 @@ fn only_speed_gathered_against_the_current_is_a_deviation() {
         "a blow, and the gear swings"
     );
     assert!(
+        deviates(0.0, 10.0, |ms| {
+            -(0.3 * ms).min(4.0) - 0.35 * (core::f32::consts::TAU * 0.05 * ms).sin()
+        }),
+        "a runaway whose speed ripples"
+    );
+    assert!(
         !deviates(6.0, 10.0, |ms| 0.1 * ms),
         "a start at the current limit"
     );
@@ -376,6 +382,38 @@ fn an_axle_that_moves_or_has_no_power_is_not_blocked() {
     (moving.velocity, off.powered) = (3.0, false);
     assert_eq!(faults_of(moving, &bounds), Faults::NONE);
     assert_eq!(faults_of(off, &bounds), Faults::NONE);
+}
+
+/// A blow throws the axle against its motor. The power at the bridge says whether the motor brakes
+/// the axle or drives itself.
+#[test]
+fn an_axle_that_gives_energy_back_is_no_deviation() {
+    for (voltage, current, direct, found) in [
+        (None, 10.0, 0.0, true),
+        (Some([0.0, -2.0]), 10.0, 0.0, false),
+        (Some([0.0, 2.0]), 10.0, 0.0, true),
+        (Some([-5.0, 2.0]), 10.0, 5.0, false),
+        (Some([-3.0, 2.0]), 10.0, 5.0, true),
+    ] {
+        let (mut supervisor, bounds) = (Supervisor::default(), bounds());
+        let fault = (0..60).any(|tick| {
+            let now = Readings {
+                velocity: -(0.5 * tick as f32).min(4.0),
+                commanded_velocity: 0.0,
+                demand: 10.0,
+                current,
+                electrical: Electrical {
+                    voltage,
+                    direct,
+                    ..GOOD.electrical
+                },
+                ..GOOD
+            };
+            let faults = supervisor.check(&now, &bounds, STALL);
+            faults.contains(Fault::VelocityDeviation)
+        });
+        assert_eq!(fault, found, "{voltage:?}");
+    }
 }
 
 /// A deviation is a fifth of the velocity limit of 6 rad/s, against more than half of 10 A.

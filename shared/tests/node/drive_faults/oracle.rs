@@ -228,7 +228,7 @@ impl Oracle {
             voltage.is_nan() || voltage > 32.001,
             voltage.is_nan() || voltage < 11.999,
             energized && velocity.abs() > 7.201,
-            powered && self.deviates(velocity),
+            powered && self.deviates(inputs, velocity),
             powered && velocity.abs() < 0.0599 && self.demand.abs() > 0.9001 * self.current_limit,
             inputs.electrical.overrun,
             inputs
@@ -481,8 +481,8 @@ impl Oracle {
     }
 
     /// Returns whether the drive has gathered speed away from a ramp, against a current of more
-    /// than half of the limit.
-    fn deviates(&mut self, velocity: f32) -> bool {
+    /// than half of the limit, and the motor gives no energy back.
+    fn deviates(&mut self, inputs: &Inputs, velocity: f32) -> bool {
         let Some(ramp) = self.ramp else {
             self.slowest = None;
             return false;
@@ -491,7 +491,9 @@ impl Oracle {
             && (velocity - ramp) * self.demand < 0.0
             && (velocity - ramp).abs() > 1.25
             && self.demand.abs() > 5.01;
-        if !against {
+        let [direct, torque] = inputs.electrical.voltage.unwrap_or([0.0; 2]);
+        let power = direct * inputs.electrical.direct + torque * inputs.current;
+        if !against || power < 0.01 && inputs.electrical.voltage.is_some() {
             self.slowest = None;
             return false;
         }

@@ -1,7 +1,7 @@
 //! Makes the rotor's angle wrong on random drives, and checks that sound drives are not accused.
 //! The drives have the gears, loads and gains of RT-Mover and Hylos, random windings, friction and
 //! encoders, and settings that are wrong by up to 40 % (resistance), 20 % (inductances), 10 %
-//! (torque constant) and 15 degrees (electrical offset).
+//! (torque constant) and 10 degrees (electrical offset).
 
 use super::rig::{PER_RADIAN, Rig, Trouble, model, settings};
 use crate::random::Random;
@@ -78,7 +78,7 @@ impl Drive {
             (Setting::Inductance, error(inductance * 1e6, 0.2)),
             (Setting::InductanceQ, error(inductance_q * 1e6, 0.2)),
             (Setting::TorqueConstant, error(40_000.0, 0.1)),
-            (Setting::ElectricalOffset, error(40_000.0, 15.0 / 40.0)),
+            (Setting::ElectricalOffset, error(40_000.0, 10.0 / 40.0)),
         ];
         Self {
             settings: settings(true, &changes),
