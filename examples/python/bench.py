@@ -202,11 +202,11 @@ def channel(adapter):
     return f"socket://{adapter}" if ":" in adapter and adapter[0] != "/" else adapter
 
 
-def main(parser, work):
-    """Adds the arguments of the bus to `parser`, connects, and calls `work` with drive and
+def main(parser, work, node=2):
+    """Adds the arguments of the bus to `parser`, connects, and calls `work` with node and
     arguments."""
     parser.add_argument("adapter", nargs="?", default="127.0.0.1:3333")
-    parser.add_argument("--node", type=int, default=2, help="node id of the drive")
+    parser.add_argument("--node", type=int, default=node, help=f"node id, {node} if absent")
     options, network = parser.parse_args(), canopen.Network()
     if not 1 <= options.node <= 127:
         parser.error(f"--node {options.node}: allowed 1 to 127")

@@ -1,6 +1,6 @@
 //! Checks the bounds of a scenario, except those of the operator, the robots and the ground.
 
-use super::{Description, Fault, FaultKind, Scenario};
+use super::{Description, Fault, FaultKind, Scenario, hand};
 use crate::bounds::{Problem, contradiction, within};
 use crate::robots::b2p2::plant::B2p2Parameters;
 use crate::robots::{NodeName, Posture};
@@ -32,6 +32,7 @@ impl Description {
             }
         }
         self.sensors.check()?;
+        hand::check(&self.hand, self.kind(), self.duration_s)?;
         self.check_postures()?;
         self.check_motors()?;
         self.check_settings()?;

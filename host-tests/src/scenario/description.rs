@@ -1,8 +1,9 @@
 //! The content of a scenario file, before it is checked.
 
-use super::{Expect, Fault, Motor, Operator, Sensors, driver};
+use super::{Expect, Fault, Motion, Motor, Operator, Sensors, driver, hand};
 use crate::robots::{Conditions, Kind, NodeName, NodeSpec, Robot};
 use crate::world::Plant;
+use crate::world::hand::Path;
 use crate::world::terrain::Terrain;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -53,6 +54,9 @@ pub struct Description {
     /// Faults that the run injects.
     #[serde(default, rename = "fault")]
     pub faults: Vec<Fault>,
+    /// Motions of a hand that lifts, tilts and turns the robot.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub hand: Vec<Motion>,
     /// What the run must result in.
     #[serde(default)]
     pub expect: Expect,
@@ -99,6 +103,11 @@ impl Description {
             }
         }
         nodes
+    }
+
+    /// Path of the hand.
+    pub fn hand(&self) -> Path {
+        hand::path(&self.hand)
     }
 
     /// The simulated robot on its ground.

@@ -63,6 +63,8 @@ pub enum SensorChip {
     InertialUnit,
     /// Magnetometer.
     Magnetometer,
+    /// Inclinometer.
+    Inclinometer,
 }
 
 impl FaultKind {
@@ -91,6 +93,7 @@ impl FaultKind {
                 let chip = match chip {
                     SensorChip::InertialUnit => "inertial unit",
                     SensorChip::Magnetometer => "magnetometer",
+                    SensorChip::Inclinometer => "inclinometer",
                 };
                 let fault = match fault {
                     ChipFault::BusStuck => "holds its bus",

@@ -2,10 +2,11 @@
 //!
 //! [`Description`] is the content of the file. [`Scenario`] is a description that passed every
 //! check, so no later code checks it again. `operator` is the operator's section with its bounds,
-//! `driver` reads it, `script` plays it during a run. `fault` lists the faults, `expect` the
+//! `driver` reads it, `script` plays it during a run. `fault` lists the faults, `hand` moves
+//! the robot, `expect` the
 //! expected results, `motor` the motors that differ from those of the robot,
-//! `sensors` the rates of the sensors on the body. `check` checks the
-//! other bounds, `error` reports errors with their place. The robots' sections are in
+//! `sensors` the rates of the sensors on the body, `sensor_errors` their constant errors. `check`
+//! checks the other bounds, `error` reports errors with their place. The robots' sections are in
 //! [`crate::robots`], the ground's values in [`crate::world::terrain`].
 
 mod check;
@@ -14,18 +15,22 @@ mod driver;
 mod error;
 mod expect;
 mod fault;
+mod hand;
 mod motor;
 mod operator;
 mod script;
+mod sensor_errors;
 mod sensors;
 
 pub use description::Description;
 pub use error::ScenarioError;
 pub use expect::Expect;
 pub use fault::{Fault, FaultKind, SensorChip};
+pub use hand::Motion;
 pub use motor::Motor;
 pub use operator::{Event, Operator, OperatorRequest, When};
 pub use script::{Ask, BusView, Script};
+pub use sensor_errors::SensorErrors;
 pub use sensors::Sensors;
 
 use crate::bounds::Problem;
@@ -83,13 +88,16 @@ impl Scenario {
             .map_err(|problem| ScenarioError::new(&name, problem))
     }
 
-    /// The same scenario with sensors at these rates.
+    /// The same scenario with sensors at these rates; their errors stay.
     ///
     /// # Errors
     /// As [`Scenario::load`].
     pub fn with_sensors(&self, sensors: Sensors) -> Result<Self, ScenarioError> {
         Self::checked(Description {
-            sensors,
+            sensors: Sensors {
+                errors: self.sensors.errors,
+                ..sensors
+            },
             ..self.description()
         })
     }

@@ -1,11 +1,12 @@
-//! Rates of the sensors on the body.
+//! Rates of the sensors on the body, and their constant errors.
 
+use super::SensorErrors;
 use crate::bounds::{Problem, within};
-use crate::world::sampling::Sampling;
 use serde::{Deserialize, Serialize};
 use tautrack::settings::Setting;
 
-/// Rates of the sensors on the body, for the plant and for the guard's settings.
+/// Rates of the sensors on the body, which the guard gets as its settings, and errors of the
+/// sensors, for the plant alone.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Sensors {
@@ -13,12 +14,17 @@ pub struct Sensors {
     pub inertial_hz: i32,
     /// Rate of the inclinometer, Hz.
     pub inclinometer_hz: i32,
+    /// Mounting of the board and constant errors of the sensors.
+    pub errors: SensorErrors,
 }
 
-/// A new reading in each step.
+/// A new reading of the inertial unit in each step.
 impl Default for Sensors {
     fn default() -> Self {
-        Self::at(1_000)
+        Self {
+            inclinometer_hz: 100,
+            ..Self::at(1_000)
+        }
     }
 }
 
@@ -28,18 +34,13 @@ impl Sensors {
         Self {
             inertial_hz: hz,
             inclinometer_hz: hz,
+            errors: SensorErrors::default(),
         }
     }
 
-    /// Whether every sensor measures in each step.
+    /// Whether these are the rates in the settings' defaults, and the sensors have no errors.
     pub fn usual(&self) -> bool {
         *self == Self::default()
-    }
-
-    /// The inclinometer of a plant, sampled at its rate. The guard sets the rate of its inertial
-    /// unit by itself.
-    pub fn sampling(&self) -> Sampling {
-        Sampling::new(u64::from(self.inclinometer_hz.unsigned_abs()))
     }
 
     /// Settings of the guard that tell it these rates.
@@ -58,6 +59,6 @@ impl Sensors {
             let (low, high) = (f64::from(row.minimum), f64::from(row.maximum));
             within(key, f64::from(value), low, high, "Hz")?;
         }
-        Ok(())
+        self.errors.check()
     }
 }

@@ -5,21 +5,24 @@
 //! shaft of the gear. [`terrain`] is the terrain in a scenario, [`ground`] the ground built from
 //! it, [`load`] a robot's payload, [`inertia`] the mass and inertia of a body, [`physics`] the
 //! settings of the physics engine, [`gear`] the connection of a node's shaft to its load,
-//! [`sensing`] the sensors on a body, [`sampling`] their rates, [`gnss`] the GNSS receiver,
-//! [`noise`] the seeded noise, [`truth`] the ground truth.
+//! [`sensing`] the sensors on a body, [`sensor_board`] how their board is mounted and their constant
+//! errors, [`gnss`] the GNSS receiver, [`noise`] the seeded noise, [`hand`] a hand that moves the
+//! robot, [`truth`] the ground truth.
 
 pub mod gear;
 pub mod gnss;
 pub mod ground;
+pub mod hand;
 pub mod inertia;
 pub mod load;
 pub mod noise;
 pub mod physics;
-pub mod sampling;
 pub mod sensing;
+pub mod sensor_board;
 pub mod terrain;
 pub mod truth;
 
+use crate::world::hand::Held;
 use crate::world::truth::{BodyPose, BodyShape, Sketch, Truth};
 use tautrack::link::{BodyMeasurands, Sensors, Shaft};
 
@@ -34,6 +37,10 @@ pub trait Plant {
     /// node, whose bridge is off and whose axle moves only against the friction of its gear. A node
     /// that restarts may count from zero again; its axle continues from its current place.
     fn step(&mut self, shafts: &[Option<Shaft>]);
+
+    /// Holds the robot's body in this posture during the next step; `None` lets go of it. Only the
+    /// plant of B2P2 does it.
+    fn hold(&mut self, _: Option<&Held>) {}
 
     /// Sensor readings of the board of motor number `motor` after the last step. `body` is `None`,
     /// because only the guard's board has the sensors on the body.

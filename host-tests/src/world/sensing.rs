@@ -1,6 +1,6 @@
-//! Sensors on a robot's body: inclinometer, accelerometer, gyroscope and magnetometer, each with
-//! lag and noise. Rate and resolution of the last three are those of the chips, which the guard's
-//! node simulates.
+//! What acts on the sensors on a robot's body: inclinometer, accelerometer, gyroscope and
+//! magnetometer, each with lag and noise. Rate and resolution are those of the chips, which the
+//! guard's node simulates.
 
 use super::noise::Noise;
 use rapier3d_f64::dynamics::RigidBody;
@@ -11,15 +11,12 @@ use tautrack::link::BodyMeasurands;
 /// Properties of the sensors on the body. Noise is a standard deviation.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct BodySensorParameters {
-    /// Time constant of the inclinometer, s.
-    pub inclination_lag: f64,
-    /// Noise and resolution of the inclinometer, rad.
-    pub inclination: [f64; 2],
-    /// Offset of the inclinometer: pitch and roll, rad.
-    pub inclination_offset: [f64; 2],
-    /// Time constant of accelerometer and gyroscope, s.
+    /// Time constant of inclinometer, accelerometer and gyroscope, s.
     pub inertial_lag: f64,
-    /// Place of the accelerometer relative to the body's origin: forward, left, up, m.
+    /// Noise of the inclinometer, m/s^2.
+    pub tilt_force: f64,
+    /// Place of accelerometer and inclinometer, which are on one board, relative to the body's
+    /// origin: forward, left, up, m.
     pub accelerometer_place: [f64; 3],
     /// Noise of the accelerometer, m/s^2.
     pub specific_force: f64,
@@ -39,10 +36,9 @@ pub struct BodySensorParameters {
 impl BodySensorParameters {
     /// Typical sensors for robots of this size.
     pub const NOMINAL: Self = Self {
-        inclination_lag: 0.3,
-        inclination: [0.001, 0.0005],
-        inclination_offset: [0.0; 2],
         inertial_lag: 0.005,
+        // 220 ug per root of Hz in the bandwidth of 50 Hz.
+        tilt_force: 0.015,
         accelerometer_place: [0.16, 0.0, 0.05],
         specific_force: 0.03,
         angular_rate: 0.003,
@@ -106,11 +102,9 @@ pub struct BodySensing {
     /// Rotation of the body in the previous step.
     rotation: Rotation,
     accelerometer_velocity: Vector,
-    /// Low-pass filtered specific force and angular rate of the inertial unit, in body axes.
+    /// Low-pass filtered specific force and angular rate, in body axes.
     specific_force: Vector,
     angular_rate: Vector,
-    /// Low-pass filtered specific force of the inclinometer, in body axes.
-    inclination_force: Vector,
     /// The earth's field in world axes, uT.
     earth_field: Vector,
     reading: BodyMeasurands,
@@ -126,7 +120,6 @@ impl BodySensing {
             accelerometer_velocity: Vector::ZERO,
             specific_force: at_rest,
             angular_rate: Vector::ZERO,
-            inclination_force: at_rest,
             earth_field: earth_field(parameters),
             reading: BodyMeasurands::default(),
         };
@@ -141,7 +134,7 @@ impl BodySensing {
         sensing
     }
 
-    /// Returns what acts on the sensors, and the reading of the inclinometer.
+    /// Returns what acts on the sensors.
     pub fn reading(&self) -> BodyMeasurands {
         self.reading
     }
@@ -157,13 +150,11 @@ impl BodySensing {
             self.accelerometer_velocity,
             self.specific_force,
             self.angular_rate,
-            self.inclination_force,
         ] {
             vector.to_array().into_iter().for_each(&mut *put);
         }
-        let inclination = self.reading.inclination.unwrap_or_default();
         let readings = [
-            &inclination[..],
+            &self.reading.tilt_force[..],
             &self.reading.specific_force,
             &self.reading.angular_rate,
             &self.reading.magnetic_field,
@@ -190,30 +181,19 @@ impl BodySensing {
         let turn = turned(self.rotation, rotation);
         self.rotation = rotation;
         self.angular_rate += (turn / DT - self.angular_rate) * inertial;
-        self.inclination_force +=
-            (force - self.inclination_force) * (DT / (p.inclination_lag + DT));
-
-        let read = |channel: usize, value: f64, sigma: f64, quantum: f64| {
-            self.noise
-                .reading(step, channel as u64, value, sigma, quantum) as f32
-        };
-        let [sigma, quantum] = p.inclination;
-        let [x, y, z] = self.inclination_force.to_array();
-        let inclination = [libm::atan2(x, z), libm::atan2(y, libm::sqrt(x * x + z * z))];
-        let inclination = core::array::from_fn(|i| {
-            let value = inclination[i] + p.inclination_offset[i];
-            read(i, value, sigma, quantum)
-        });
         let angular_rate = self.angular_rate + Vector::from_array(p.angular_rate_bias);
         let field = into_body * self.earth_field + Vector::from_array(p.hard_iron);
         let noisy = |channel: usize, values: Vector, sigma: f64| {
-            core::array::from_fn(|i| read(channel + i, values[i], sigma, 0.0))
+            core::array::from_fn(|i| {
+                let channel = (channel + i) as u64;
+                self.noise.reading(step, channel, values[i], sigma, 0.0) as f32
+            })
         };
         self.reading = BodyMeasurands {
-            inclination: Some(inclination),
             specific_force: noisy(2, self.specific_force, p.specific_force),
             angular_rate: noisy(5, angular_rate, p.angular_rate),
             magnetic_field: noisy(8, field, p.magnetic_field),
+            tilt_force: noisy(11, self.specific_force, p.tilt_force),
             ..BodyMeasurands::default()
         };
     }

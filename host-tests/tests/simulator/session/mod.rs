@@ -1,6 +1,7 @@
-//! Tests of sessions with `cargo demo`: Python clients that join, settings that clients save, and
-//! runs that end early.
+//! Tests of sessions with `cargo demo`: Python clients that join, settings that clients save, the
+//! commissioning of a guard, and runs that end early.
 
+mod commissioning;
 mod demo;
 mod end;
 mod python;
