@@ -56,7 +56,7 @@ fn sensors(step: u32) -> Sensors {
         shaft_torque: 8.0 * wave,
         supply_voltage: 24.0 - wave,
         body: Some(BodyMeasurands {
-            inclination: Some([0.1 * wave, 0.0]),
+            tilt_force: [wave, 0.0, 9.81],
             specific_force: [0.0, 0.0, 9.81],
             magnetic_field: [20.0 - 5.0 * wave, 7.0 * wave, -42.0],
             ..Default::default()

@@ -68,7 +68,7 @@ impl Network {
     /// Runs one step. The operator requests to stop, and to arm from 1 s on.
     fn advance(&mut self) -> &[(usize, Frame)] {
         let level = BodyMeasurands {
-            inclination: Some([0.0; 2]),
+            tilt_force: [0.0, 0.0, 9.81],
             specific_force: [0.0, 0.0, 9.81],
             ..Default::default()
         };

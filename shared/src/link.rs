@@ -15,7 +15,7 @@ use heapless::Vec;
 use serde::{Deserialize, Serialize};
 
 /// Version of these messages. Both sides compare it before anything else.
-pub const VERSION: u16 = 8;
+pub const VERSION: u16 = 9;
 /// Length of a lockstep step in microseconds.
 pub const STEP_US: u64 = 1_000;
 /// Maximum number of frames that one step can deliver to a node, or take from it. A bus with 1
@@ -89,14 +89,10 @@ pub struct Sensors {
     pub body: Option<BodyMeasurands>,
 }
 
-/// What acts on the sensors on the robot's body, in body axes: x forward, y left, z up. The chips
-/// of inertial unit and magnetometer are simulated in the node: they measure at their own rates and
-/// with their own resolution.
+/// What acts on the sensors on the robot's body, in body axes: x forward, y left, z up. Their chips
+/// are simulated in the node: they measure at their own rates and with their own resolution.
 #[derive(Clone, Copy, PartialEq, Debug, Default, Serialize, Deserialize)]
 pub struct BodyMeasurands {
-    /// Reading of the inclinometer, which is no chip on the node's board: pitch (nose up positive)
-    /// and roll (left side up positive), rad; `None` if it has not measured in this step.
-    pub inclination: Option<[f32; 2]>,
     /// Specific force, with the noise of the accelerometer, m/s^2; (0, 0, +9.81) at rest on level
     /// ground.
     pub specific_force: [f32; 3],
@@ -105,8 +101,10 @@ pub struct BodyMeasurands {
     /// Magnetic flux density, with the noise of the magnetometer and the field of the robot's own
     /// magnets (hard iron), uT.
     pub magnetic_field: [f32; 3],
-    /// Injected faults of the inertial unit and of the magnetometer.
-    pub faults: [Option<ChipFault>; 2],
+    /// Specific force, with the noise of the inclinometer, m/s^2.
+    pub tilt_force: [f32; 3],
+    /// Injected faults of inertial unit, magnetometer and inclinometer.
+    pub faults: [Option<ChipFault>; 3],
 }
 
 /// Fault of a sensor chip.

@@ -103,8 +103,8 @@ impl Default for Fresh {
 /// up.
 #[derive(Clone, Copy, PartialEq, Debug, Default, Serialize, Deserialize)]
 pub struct BodySensors {
-    /// Inclinometer: pitch (nose up positive) and roll (left side up positive), rad. It is slow,
-    /// and wrong during accelerations.
+    /// Inclinometer: pitch (nose up positive) and roll (left side up positive), rad: the direction
+    /// of the specific force, so every reading is wrong by the acceleration.
     pub inclination: [f32; 2],
     /// Specific force in body axes, m/s^2; (0, 0, +9.81) at rest on level ground.
     pub specific_force: [f32; 3],

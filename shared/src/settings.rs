@@ -469,7 +469,7 @@ settings! {
     /// from it when a reading is late, and how much the margins shrink between two readings.
     InertialRate = 0x00a0, "inertial_rate", "Hz", 20..=1_000, 1_000;
     /// Rate at which the inclinometer measures.
-    InclinometerRate = 0x00a1, "inclinometer_rate", "Hz", 10..=1_000, 1_000;
+    InclinometerRate = 0x00a1, "inclinometer_rate", "Hz", 10..=1_000, 100;
     /// Rate at which the magnetometer measures.
     CompassRate = 0x00a2, "compass_rate", "Hz", 5..=1_000, 10;
     /// Rate at which the GNSS receiver sends fixes.

@@ -9,17 +9,20 @@ pub enum Chip {
     InertialUnit = 0,
     /// Magnetometer.
     Magnetometer = 1,
+    /// Inclinometer.
+    Inclinometer = 2,
 }
 
 impl Chip {
     /// All chips, in order.
-    pub const ALL: [Self; 2] = [Self::InertialUnit, Self::Magnetometer];
+    pub const ALL: [Self; 3] = [Self::InertialUnit, Self::Magnetometer, Self::Inclinometer];
 
     /// Name in logs and reports.
     pub fn name(self) -> &'static str {
         match self {
             Self::InertialUnit => "inertial unit",
             Self::Magnetometer => "magnetometer",
+            Self::Inclinometer => "inclinometer",
         }
     }
 }

@@ -6,8 +6,8 @@ use embassy_sync::mutex::Mutex;
 use embassy_time::{Duration, with_timeout};
 use embedded_hal_async::i2c::{Error, ErrorKind, ErrorType, I2c, Operation};
 
-/// Maximum duration of a transfer, and of freeing the bus. The longest transfer has 9 bytes and
-/// takes 0.8 ms at 100 kbit/s.
+/// Maximum duration of a transfer, and of freeing the bus. The longest transfer has 12 bytes and
+/// takes 1.1 ms at 100 kbit/s.
 const TIMEOUT: Duration = Duration::from_millis(3);
 
 /// Bus that the chips of a board share.

@@ -2,18 +2,17 @@
 //! which takes the newest readings and never waits for a transfer.
 //!
 //! [`bus`] is what a board provides: its I2C bus, and a way to free it · `device` limits the time
-//! of every transfer · `inertial_unit` and `magnetometer` start and read one chip with the driver
-//! of its maker · [`service`] is the task: it starts the chips, reads them at their rates and
-//! starts them again after a failure · [`condition`] says how each chip does · [`newest`] has the
+//! of every transfer · `inertial_unit`, `magnetometer` and `inclinometer` start and read one chip
+//! with the driver of its maker · [`service`] is the task: it starts the chips, reads them at their
+//! rates and starts them again after a failure · [`condition`] says how each chip does · [`newest`] has the
 //! newest readings.
 //!
-//! Two kinds of chip cover accelerometer, gyroscope and magnetometer. The inclinometer is a device
-//! with a measuring principle and a connection of its own, because the guard compares it with the
-//! inertial unit: a board puts its readings into [`newest`] itself.
+//! The inclinometer is a chip of its own, because the guard compares it with the inertial unit.
 
 pub mod bus;
 pub mod condition;
 mod device;
+mod inclinometer;
 mod inertial_unit;
 mod magnetometer;
 pub mod newest;

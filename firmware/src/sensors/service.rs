@@ -3,9 +3,10 @@
 use super::bus::SensorBus;
 use super::condition::{self, Condition};
 use super::device::{Device, Shared, TransferError};
+use super::inclinometer::Inclinometer;
 use super::inertial_unit::{Address, InertialUnit};
 use super::magnetometer::Magnetometer;
-use embassy_futures::join::join;
+use embassy_futures::join::join3;
 use embassy_time::{Duration, Instant, Ticker, Timer};
 use tautrack::settings::{Setting, Settings};
 
@@ -26,6 +27,8 @@ pub struct Rates {
     pub inertial_hz: u32,
     /// Rate of the magnetometer, Hz, from 5 to 1000; the chip measures 100 times a second at most.
     pub magnetometer_hz: u32,
+    /// Rate of the inclinometer, Hz, from 10 to 1000; the chip measures 800 times a second at most.
+    pub inclinometer_hz: u32,
 }
 
 impl Rates {
@@ -35,6 +38,7 @@ impl Rates {
         Self {
             inertial_hz: rate(Setting::InertialRate),
             magnetometer_hz: rate(Setting::CompassRate),
+            inclinometer_hz: rate(Setting::InclinometerRate),
         }
     }
 }
@@ -83,9 +87,10 @@ pub(super) trait Driver {
 pub async fn run<B: SensorBus>(bus: B, address: Address, rates: Rates) -> ! {
     let bus = Shared::new(bus);
     Timer::after(BOOT).await;
-    join(
+    join3(
         serve(InertialUnit::new(address, rates.inertial_hz), Device(&bus)),
         serve(Magnetometer::new(rates.magnetometer_hz), Device(&bus)),
+        serve(Inclinometer::new(rates.inclinometer_hz), Device(&bus)),
     )
     .await
     .0

@@ -75,9 +75,15 @@ impl Mounting {
             return inclination;
         }
         let [pitch, roll] = inclination.map(|angle| sin_cos(Angle::from_radians(angle)));
-        let [x, y, z] = self.turn([pitch.0 * roll.1, roll.0, pitch.1 * roll.1]);
-        [atan2(x, z), atan2(y, sqrt(x * x + z * z))]
+        pitch_and_roll(self.turn([pitch.0 * roll.1, roll.0, pitch.1 * roll.1]))
     }
+}
+
+/// Returns pitch and roll, rad, at which `up`, a vector of any length in body axes, points up. It is
+/// the inverse of `LevelAxes::up`.
+#[inline]
+pub fn pitch_and_roll([x, y, z]: [f32; 3]) -> [f32; 2] {
+    [atan2(x, z), atan2(y, sqrt(x * x + z * z))]
 }
 
 /// Rotation about x, then y, then z.

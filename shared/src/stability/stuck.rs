@@ -158,7 +158,6 @@ mod tests {
         let (mut stuck, mut attitude) = (Stuck::new(0), Attitude::default());
         let (mut worst, mut first) = ([Trust::Full; 3], f32::INFINITY);
         let round = |value: f32, quantum: f32| (value / quantum).round() * quantum;
-        let mut lagging = 0.0_f32;
         for step in 0..6_000_u32 {
             let time = step as f32 * 1e-3 - 2.0;
             let rate = if (0.0..1.0).contains(&time) {
@@ -167,9 +166,8 @@ mod tests {
                 0.0
             };
             let pitch = degrees.to_radians() * time.clamp(0.0, 1.0);
-            lagging += (pitch - lagging) * 1e-3 / 0.3;
             let mut sensors = BodySensors {
-                inclination: [round(lagging, 0.001_745), 0.0],
+                inclination: [round(pitch, 0.001_745), 0.0],
                 specific_force: [
                     round(GRAVITY * pitch.sin(), 0.04),
                     0.0,

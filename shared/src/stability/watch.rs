@@ -21,8 +21,9 @@ const RATE_RANGE: f32 = 35.0;
 const FIELD_RANGE: f32 = 5_000.0;
 /// Smallest changes that count as noise if the next reading takes them back, in the same units and
 /// order. An angular acceleration of [`ANGULAR_ACCELERATION`] changes the rate by 1 rad/s in 50 ms,
-/// the longest period of a gyroscope. Turned upside down between two readings, a magnetometer
-/// changes by twice the strongest field of the earth.
+/// the longest period of a gyroscope. An acceleration of 1 g turns the inclinometer's reading by
+/// 0.8 rad. Turned upside down between two readings, a magnetometer changes by twice the strongest
+/// field of the earth.
 const NOISE: [f32; ON_BODY] = [1.0, GRAVITY, 1.0, 130.0];
 /// Duration of a contradiction from which the sensors are in doubt, and from which they are not
 /// trusted, s. A fall onto the next nose (front edge of a step) lasts 0.5 s.

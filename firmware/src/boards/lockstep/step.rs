@@ -5,7 +5,6 @@ use super::log_buffer::LOG;
 use super::{POWER_STAGE, brake, chips, clock};
 use crate::bus::{RECEIVED, TRANSMIT};
 use crate::current_loop;
-use crate::sensors::newest;
 use embassy_executor::raw::Executor;
 use tautrack::link::{STEP_US, Shaft, Step, Stepped};
 use tautrack::motor::bridge::PowerStage;
@@ -37,12 +36,6 @@ pub(super) fn advance(
 
     if let Some(body) = &step.sensors.body {
         chips::measure(body);
-        if let Some(inclination) = body.inclination {
-            newest::put(|readings| {
-                readings.inclination = inclination;
-                readings.fresh.inclinometer = true;
-            });
-        }
     }
 
     clock::set_now(step.time_us);

@@ -642,6 +642,7 @@ impl Chip {
                 .with_reset_vtor(start),
         );
         cpu.attach_space(Arc::new(space));
+        observe::store_at_entry(&cpu);
         Self {
             part,
             cpu,
@@ -742,8 +743,11 @@ impl Chip {
         Some(())
     }
 
-    /// Sets supply, load and switches.
+    /// Sets supply, load and switches, and what acts on the sensor modules.
     pub fn set_sensors(&mut self, sensors: &Sensors) {
+        if let Some(body) = sensors.body {
+            self.acts(|acts| *acts = body);
+        }
         let mut state = self.state();
         if let Some(motor) = &mut state.motor {
             motor.set_load(

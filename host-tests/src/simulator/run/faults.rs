@@ -71,8 +71,8 @@ impl Faults {
     }
 
     /// Faults of the sensor chips on the guard's board now. The first one of each chip counts.
-    pub fn of_chips(&self) -> [Option<ChipFault>; 2] {
-        let mut faults = [None; 2];
+    pub fn of_chips(&self) -> [Option<ChipFault>; 3] {
+        let mut faults = [None; 3];
         let active = self
             .planned
             .iter()

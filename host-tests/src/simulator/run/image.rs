@@ -1,8 +1,8 @@
-//! Runs one flash image of the motor board on the model of its chip, in a thread of its own: the
-//! images of a run use all cores.
+//! Runs one flash image of a board on the model of its chip, in a thread of its own: the images of
+//! a run use all cores.
 
 use super::link::{Link, TIMEOUT, late};
-use crate::simulator::chip::board::{FlashImage, MotorBoard};
+use crate::simulator::chip::board::{FlashImage, FlashedBoard};
 use std::path::Path;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::thread;
@@ -22,7 +22,7 @@ impl Image {
     /// Creates a board for the application at `path`.
     ///
     /// # Errors
-    /// The reason in words, if the program cannot be read or is none of the motor board.
+    /// The reason in words, if the program cannot be read or is none of a board.
     pub fn start(path: &Path) -> Result<Self, String> {
         let mut node = Node {
             role: role(path)?,
@@ -81,7 +81,7 @@ fn role(path: &Path) -> Result<heapless::String<16>, String> {
 struct Node {
     role: heapless::String<16>,
     image: FlashImage,
-    board: Option<MotorBoard>,
+    board: Option<FlashedBoard>,
 }
 
 impl Node {
@@ -96,7 +96,7 @@ impl Node {
     }
 
     fn switch_on(&mut self, start: &Start) -> Ready {
-        let refusal = match MotorBoard::new(&self.image, start) {
+        let refusal = match FlashedBoard::new(&self.image, start) {
             Ok(board) => {
                 self.board = Some(board);
                 heapless::String::new()
@@ -106,7 +106,7 @@ impl Node {
         Ready {
             version: VERSION,
             role: self.role.clone(),
-            board: heapless::String::try_from("esc1").unwrap_or_default(),
+            board: heapless::String::try_from(self.image.board()).unwrap_or_default(),
             refusal,
         }
     }

@@ -14,7 +14,8 @@ use crate::simulator::facts::{NodeFacts, RunFacts};
 use crate::simulator::record::{BusFrame, DriveState, Sample};
 use crate::simulator::slcan::{MAX_CLIENTS, SlcanPort};
 use crate::world::Plant;
-use crate::world::sampling::Sampling;
+use crate::world::hand::Path;
+use crate::world::sensor_board::SensorBoard;
 use sha2::{Digest, Sha256};
 use std::time::Duration;
 use tautrack::can::Frame;
@@ -31,7 +32,9 @@ pub(super) struct Run {
     node_facts: Vec<NodeFacts>,
     bus: Bus,
     pub plant: Box<dyn Plant>,
-    sampling: Sampling,
+    hand: Path,
+    /// Board of the sensors on the body, unless it is along the body's axes and without errors.
+    sensor_board: Option<SensorBoard>,
     /// What acts on the sensors on the body in this step.
     body: BodyMeasurands,
     operator: Operator,
@@ -80,7 +83,8 @@ impl Run {
             node_facts,
             bus: Bus::new(specs.len() + 1 + MAX_CLIENTS),
             plant: scenario.plant(),
-            sampling: scenario.sensors.sampling(),
+            hand: scenario.hand(),
+            sensor_board: scenario.sensors.errors.board(),
             body: BodyMeasurands::default(),
             operator: Operator::new(scenario, guard, options.let_go_s, options.disarm_s),
             listener: Listener::new(&specs, &scenario.robot),
@@ -102,9 +106,13 @@ impl Run {
         }
         self.deliver(time_us, sink)?;
 
+        let acting = self.plant.body_sensors();
+        let acting = self
+            .sensor_board
+            .map_or(acting, |board| board.measurands(acting));
         self.body = BodyMeasurands {
             faults: self.faults.of_chips(),
-            ..self.sampling.sample(step, self.plant.body_sensors())
+            ..acting
         };
         let mut inboxes = vec![heapless::Vec::<Frame, MAX_FRAMES>::new(); self.nodes.len()];
         for (index, inbox) in inboxes.iter_mut().enumerate() {
@@ -142,6 +150,8 @@ impl Run {
             }
         }
         self.shafts = self.collect(time_us, sink)?;
+        self.plant
+            .hold(self.hand.at(time_us as f64 * 1e-6).as_ref());
         self.plant.step(&self.shafts);
         let hash = &mut self.hash;
         self.plant.truth_bits(&mut |bytes| hash.update(bytes));

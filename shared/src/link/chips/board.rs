@@ -1,13 +1,15 @@
 //! The sensor chips of the guard's board, with their faults.
 
+use super::inclinometer::Inclinometer;
 use super::inertial_unit::InertialUnit;
 use super::magnetometer::Magnetometer;
 use crate::link::{BodyMeasurands, ChipFault};
 use crate::motor::model::noise::Noise;
 
-/// Addresses of the chips; the pin SA0 of the inertial unit is low.
+/// Addresses of the chips; the pin SA0 of the inertial unit is low, that of the inclinometer high.
 const INERTIAL_UNIT: u8 = 0x6a;
 const MAGNETOMETER: u8 = 0x1e;
+const INCLINOMETER: u8 = 0x19;
 /// Number of steps after power-up in which the chips boot and do not answer. The data sheet of the
 /// inertial unit says 10 ms at most.
 const BOOT_STEPS: u8 = 10;
@@ -16,8 +18,9 @@ const BOOT_STEPS: u8 = 10;
 pub struct Chips {
     inertial_unit: InertialUnit,
     magnetometer: Magnetometer,
-    /// Faults of the inertial unit and of the magnetometer in this step.
-    faults: [Option<ChipFault>; 2],
+    inclinometer: Inclinometer,
+    /// Faults of inertial unit, magnetometer and inclinometer in this step.
+    faults: [Option<ChipFault>; 3],
     /// Numbers of the fault [`ChipFault::Noise`].
     noise: Noise,
     /// A chip holds the data line low. Only clock pulses free it.
@@ -37,7 +40,8 @@ impl Chips {
         Self {
             inertial_unit: InertialUnit::RESET,
             magnetometer: Magnetometer::RESET,
-            faults: [None; 2],
+            inclinometer: Inclinometer::RESET,
+            faults: [None; 3],
             noise: Noise::new(seed),
             held: false,
             booted: 0,
@@ -50,10 +54,11 @@ impl Chips {
         self.faults = acts.faults;
         self.held |= self.is_stuck();
         self.booted = self.booted.saturating_add(1);
-        let [inertial_unit, magnetometer] = acts.faults;
+        let [inertial_unit, magnetometer, inclinometer] = acts.faults;
         let noise = &mut self.noise;
         self.inertial_unit.step(acts, inertial_unit, noise);
         self.magnetometer.step(acts, magnetometer, noise);
+        self.inclinometer.step(acts, inclinometer, noise);
     }
 
     fn is_stuck(&self) -> bool {
@@ -75,6 +80,7 @@ impl Chips {
         let number = match address {
             INERTIAL_UNIT => 0,
             MAGNETOMETER => 1,
+            INCLINOMETER => 2,
             _ => return Err(NoAcknowledge),
         };
         let silent = self.faults[number] == Some(ChipFault::NoAcknowledge);
@@ -98,10 +104,10 @@ impl Chips {
         if values.is_empty() {
             return Ok(());
         }
-        if number == 0 {
-            self.inertial_unit.write(*first, values);
-        } else {
-            self.magnetometer.write(*first, values);
+        match number {
+            0 => self.inertial_unit.write(*first, values),
+            1 => self.magnetometer.write(*first, values),
+            _ => self.inclinometer.write(*first, values),
         }
         Ok(())
     }
@@ -111,10 +117,10 @@ impl Chips {
     /// # Errors
     /// No chip acknowledges the address.
     pub fn read(&mut self, address: u8, bytes: &mut [u8]) -> Result<(), NoAcknowledge> {
-        if self.number(address)? == 0 {
-            self.inertial_unit.read(self.register, bytes);
-        } else {
-            self.magnetometer.read(self.register, bytes);
+        match self.number(address)? {
+            0 => self.inertial_unit.read(self.register, bytes),
+            1 => self.magnetometer.read(self.register, bytes),
+            _ => self.inclinometer.read(self.register, bytes),
         }
         Ok(())
     }

@@ -1,11 +1,12 @@
 //! Register-level models of the sensor chips on the guard's board.
 //!
-//! `inertial_unit` and `magnetometer` have the registers that the drivers use, and convert what
-//! acts on the chip to its digits, which `outputs` writes. `board` has both chips with their
-//! faults. The node programs of the simulator contain them; the model of a board's chip connects
-//! them to its I2C bus.
+//! `inertial_unit`, `magnetometer` and `inclinometer` have the registers that the drivers use, and
+//! convert what acts on the chip to its digits, which `outputs` writes. `board` has the chips with
+//! their faults. The node programs of the simulator contain them; the model of a board's chip
+//! connects them to its I2C bus.
 
 mod board;
+mod inclinometer;
 mod inertial_unit;
 mod magnetometer;
 mod outputs;

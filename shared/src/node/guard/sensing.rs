@@ -42,6 +42,7 @@ impl<B: Body> Guard<B> {
         }
         self.body
             .observe(self.drives.states(), &self.attitude, period);
+        self.attitude.travel(self.body.odometry_um(), period);
         let stance = self.body.stance(&self.attitude);
         let kept_shape = self.body.stance_with_kept_shape(&self.attitude);
         let speed = self.body.speed();

@@ -115,6 +115,7 @@ impl State {
             chips: Chips::new(0),
             acts: BodyMeasurands {
                 specific_force: [0.0, 0.0, 9.806_65],
+                tilt_force: [0.0, 0.0, 9.806_65],
                 ..BodyMeasurands::default()
             },
             next: self.clock,

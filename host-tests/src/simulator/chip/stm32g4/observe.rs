@@ -2,6 +2,7 @@
 
 use super::{Chip, FLASH, PAINT, State, Wiring};
 use rsemu::cpu::arm::v7m::ArmV7m;
+use rsemu::cpu::arm::v7m::sys::fpccr;
 use std::sync::MutexGuard;
 use tautrack::can::Frame;
 
@@ -31,7 +32,16 @@ pub(super) fn new_core(core: &ArmV7m) -> ArmV7m {
     if let Some(space) = core.space() {
         new.attach_space(space);
     }
+    store_at_entry(&new);
     new
+}
+
+/// Makes the core store the floating-point registers at each entry of an exception.
+///
+/// The silicon puts this off until the exception uses one of them. This version of rsemu then
+/// clears the flags of a floating-point comparison, and does not restore them.
+pub(super) fn store_at_entry(core: &ArmV7m) {
+    core.with_sys(|system| system.fpccr &= !fpccr::LSPEN);
 }
 
 /// Function that is called after every instruction.

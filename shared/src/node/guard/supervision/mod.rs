@@ -151,6 +151,10 @@ impl Supervision {
         if matches!(self.trust, Trust::None(_)) {
             self.found.margins = [f32::NAN; 4];
         }
+        if matches!(self.trust, Trust::None(_)) || !attitude.settled() {
+            // The steps to an attitude that is believed are no rates of a margin.
+            self.tracker = Tracker::default();
+        }
         self.stance = *stance;
         let widening = self.parameters.uncertainty.widening();
         let kept = kept_shape.map_or(self.found.gravity, |stance| {
