@@ -2,6 +2,7 @@
 //! move as commanded.
 
 use core::f64::consts::TAU;
+use tautrack::estimate::mounting::pitch_and_roll;
 use tautrack::estimate::state::{Estimator, Joint, State, Validity};
 use tautrack::link::{BodyMeasurands, Shaft};
 use tautrack::sensors::{BodySensors, Fresh};
@@ -14,7 +15,7 @@ use tautrack_host_tests::world::ground::Ground;
 /// Readings of exact sensors that measure in every step.
 fn readings(acts: BodyMeasurands) -> BodySensors {
     BodySensors {
-        inclination: acts.inclination.expect("a reading"),
+        inclination: pitch_and_roll(acts.tilt_force),
         specific_force: acts.specific_force,
         angular_rate: acts.angular_rate,
         magnetic_field: acts.magnetic_field,

@@ -61,6 +61,7 @@ fn every_shipped_scenario_is_good_and_named_like_its_file() {
         [
             "bench",
             "client",
+            "commissioning",
             "curb-turned-and-folded",
             "flat",
             "node-dies-mid-climb",
@@ -168,13 +169,39 @@ fn an_impossible_value_is_refused_with_key_value_and_bound() {
         ),
     ];
     for (from, to, expected) in cases {
-        let got = refusal(from, to);
-        assert!(
-            got.starts_with("bad.toml:") && got.ends_with(expected),
-            "{to}\n  got      {got}\n  expected {expected}"
-        );
-        assert_eq!(got.lines().count(), 1, "not one line: {got}");
+        refused(from, to, expected);
     }
+}
+
+#[test]
+fn an_impossible_sensor_error_or_motion_of_the_hand_is_refused() {
+    let cases = [
+        (
+            "[sensors.errors]\nmounting_deg = [0.0, 181.0, 0.0]",
+            "sensors.errors.mounting_deg[1] is 181; it must be at most 180 deg",
+        ),
+        (
+            "[sensors.errors]\nhard_iron_ut = [0.0, 0.0, -201.0]",
+            "sensors.errors.hard_iron_ut[2] is -201; it must be at least -200 uT",
+        ),
+        (
+            "[[hand]]\nat_s = 5.0\nwithin_s = 2.0\n[[hand]]\nat_s = 6.0\nwithin_s = 2.0",
+            "hand[1].at_s is 6; it must be at least 7 s (the motion before ends there)",
+        ),
+    ];
+    for (added, expected) in cases {
+        refused("[expect]", &format!("{added}\n[expect]"), expected);
+    }
+}
+
+/// Checks that the staircase with `to` instead of `from` is refused in one line.
+fn refused(from: &str, to: &str, expected: &str) {
+    let got = refusal(from, to);
+    assert!(
+        got.starts_with("bad.toml:") && got.ends_with(expected),
+        "{to}\n  got      {got}\n  expected {expected}"
+    );
+    assert_eq!(got.lines().count(), 1, "not one line: {got}");
 }
 
 #[test]
@@ -336,6 +363,15 @@ fn a_posture_of_another_robot_is_refused() {
         got.ends_with("operator.step_m is no posture of this robot"),
         "{got}"
     );
+}
+
+#[test]
+fn a_hand_is_refused_where_the_plant_has_none() {
+    let path = scenarios().join("crawler/slope.toml");
+    let text = std::fs::read_to_string(path).unwrap();
+    let text = format!("{text}\n[[hand]]\nat_s = 1.0\nwithin_s = 1.0\n");
+    let got = Scenario::parse(&text, "bad.toml").unwrap_err().to_string();
+    assert!(got.ends_with("hand can hold B2P2 alone"), "{got}");
 }
 
 #[test]

@@ -104,6 +104,9 @@ fn every_key_that_the_parser_knows_has_a_row_and_an_example() {
         (1, "probability", "nonsense"),
         (1, "bit", "nonsense"),
         (1, "toppled", "nonsense"),
+        (1, "inertial_hz", "nonsense = 1\ninertial_hz"),
+        (1, "mounting_deg", "nonsense"),
+        (1, "lift_m", "nonsense"),
     ];
     let mut known = BTreeSet::new();
     for (example, from, to) in unknown_in {
@@ -130,6 +133,8 @@ fn every_key_that_the_parser_knows_has_a_row_and_an_example() {
         "probability",
         "frame",
         "tension_error_below_m",
+        "rate_at_rest_deg_s",
+        "within_s",
     ] {
         assert!(
             known.contains(key),

@@ -55,7 +55,7 @@ impl B2p2 {
         };
         let sensors = &mut parameters.body_sensors;
         for noise in [
-            &mut sensors.inclination[0],
+            &mut sensors.tilt_force,
             &mut sensors.specific_force,
             &mut sensors.angular_rate,
             &mut sensors.magnetic_field,

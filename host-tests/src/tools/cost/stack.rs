@@ -183,8 +183,8 @@ fn life(step: u64, is_guard: bool) -> Step {
         sensors: Sensors {
             supply_voltage: 24.0,
             body: is_guard.then(|| BodyMeasurands {
-                inclination: Some([0.0; 2]),
                 specific_force: [0.0, 0.0, 9.81],
+                tilt_force: [0.0, 0.0, 9.81],
                 ..BodyMeasurands::default()
             }),
             ..Sensors::default()

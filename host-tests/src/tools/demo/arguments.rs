@@ -32,9 +32,9 @@ pub(super) struct Arguments {
     /// demo-wasm`)
     #[arg(long, value_enum, default_value_t = Nodes::Qemu)]
     pub nodes: Nodes,
-    /// Nodes, separated by commas, that run the flash image of the motor board on a model of its
-    /// chip, instead of --nodes; `all` means every node that has one. Slower than real time; only
-    /// with `cargo demo-image`
+    /// Nodes, separated by commas, that run the flash image of their board on a model of its chip,
+    /// instead of --nodes; `all` means every node that has one. Slower than real time; only with
+    /// `cargo demo-image`
     #[arg(
         long,
         value_name = "NODES",

@@ -1,6 +1,6 @@
-//! Chooses the nodes that run the flash image of the motor board.
+//! Chooses the nodes that run the flash image of their board.
 
-use crate::programs::{Board, Program, motor_board};
+use crate::programs::{Board, Program, guard_board, motor_board};
 use crate::robots::{NodeName, NodeSpec, Role};
 use crate::simulator::run::WITHOUT_IMAGES;
 use tautrack::link::WindingModel;
@@ -34,10 +34,10 @@ pub(super) fn nodes(names: &[String], specs: &[NodeSpec]) -> Result<Vec<(NodeNam
     Ok(chosen.iter().map(|spec| (spec.name, spec.role)).collect())
 }
 
-/// Why the motor board cannot be this node; `None` if it can.
+/// Why no board can be this node; `None` if one can.
 fn lacks(spec: &NodeSpec) -> Option<&'static str> {
     match spec.motor.map(|motor| motor.winding) {
-        _ if spec.role == Role::Guard => Some("the guard does not fit the motor board"),
+        _ if spec.role == Role::Guard => None,
         Some(WindingModel::Brushed { .. }) => None,
         Some(WindingModel::ThreePhase(_)) => {
             Some("the motor board has no rotor sensor for its three-phase motor")
@@ -46,23 +46,31 @@ fn lacks(spec: &NodeSpec) -> Option<&'static str> {
     }
 }
 
-/// Builds the flash images of these nodes.
+/// Builds the flash images of these nodes. `guard` is the guard's program.
 ///
 /// # Errors
 /// A text for the user, if the build fails.
 pub(super) fn programs(
     nodes: &[(NodeName, Role)],
+    guard: &str,
 ) -> Result<Vec<(NodeName, Board, Program)>, String> {
-    if nodes.is_empty() {
-        return Ok(Vec::new());
+    let mut images = Vec::new();
+    let is_guard = |(_, role): &&(NodeName, Role)| *role == Role::Guard;
+    if let Some((name, _)) = nodes.iter().find(is_guard) {
+        let programs = guard_board(&[guard]).map_err(|error| error.to_string())?;
+        let programs = programs.into_iter();
+        images.extend(programs.map(|program| (*name, Board::Image, program)));
     }
-    let programs = motor_board().map_err(|error| error.to_string())?;
-    let program = |role: &Role| match role {
-        Role::Screw => programs.screw.clone(),
-        Role::Axle | Role::Guard => programs.axle.clone(),
-    };
-    let images = nodes.iter();
-    Ok(images
-        .map(|(name, role)| (*name, Board::Image, program(role)))
-        .collect())
+    if nodes.len() > images.len() {
+        let programs = motor_board().map_err(|error| error.to_string())?;
+        images.extend(nodes.iter().filter_map(|(name, role)| {
+            let program = match role {
+                Role::Screw => &programs.screw,
+                Role::Axle => &programs.axle,
+                Role::Guard => return None,
+            };
+            Some((*name, Board::Image, program.clone()))
+        }));
+    }
+    Ok(images)
 }

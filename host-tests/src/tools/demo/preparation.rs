@@ -108,7 +108,10 @@ fn scenario(arguments: &Arguments) -> Result<Scenario, String> {
         description.expect.guard_intervenes = None;
     }
     if let Some(hz) = arguments.sensor_hz {
-        description.sensors = Sensors::at(hz);
+        description.sensors = Sensors {
+            errors: description.sensors.errors,
+            ..Sensors::at(hz)
+        };
     }
     description.seed = arguments.seed.unwrap_or(description.seed);
     description

@@ -28,7 +28,7 @@ pub(super) fn run(arguments: &Arguments, prepared: Prepared) -> Result<u8, Strin
         .kind()
         .programs(board)
         .map_err(|error| error.to_string())?;
-    let exchanged = images::programs(&images)?;
+    let exchanged = images::programs(&images, scenario.kind().facts().guard_program)?;
     let interrupt = interrupt::flag().map_err(|error| format!("cannot catch Ctrl-C: {error}"))?;
     let folder = output.folder().to_owned();
     say(&format!("{}: {}", scenario.name, scenario.about))?;

@@ -2,6 +2,7 @@
 
 use super::SuiteError;
 use super::interruption::{NOTHING_TO_HOLD, interruption, is_interruption};
+use super::lead::Lead;
 use crate::programs::Programs;
 use crate::results::summary::intervenes;
 use crate::scenario::{Description, Scenario};
@@ -9,10 +10,6 @@ use crate::simulator::record::Sample;
 use crate::simulator::run::{Options, Outcome, run};
 use std::cell::Cell;
 
-/// Limits of how early the guard may act before the last moment at which letting go still saves the
-/// robot, m and s. It acts too early if it exceeds both.
-const EARLIEST_M: f64 = 0.25;
-const EARLIEST_S: f64 = 1.0;
 /// Distance that the guard must take from a motion before it counts as having acted, m. The
 /// operator would not notice less.
 const FELT_M: f64 = 0.005;
@@ -266,26 +263,19 @@ pub fn hazard(
     });
     let savable_until_s =
         trials.savable_until(toppled_s_without, known, thoroughness.resolution_s())?;
-    let way_at = |time_s: f64| {
-        without
-            .iter()
-            .take_while(|sample| sample.time_s <= time_s)
-            .last()
-            .map_or(0.0, |sample| sample.received.odometry)
-    };
-    let lead_m = acted_s.map_or(0.0, |acted| way_at(savable_until_s) - way_at(acted));
-    let lead_s = acted_s.map_or(0.0, |acted| savable_until_s - acted);
-    let too_early = lead_m > EARLIEST_M && lead_s > EARLIEST_S;
+    let lead = acted_s.map_or(Lead::default(), |acted| {
+        Lead::between(&without, acted, savable_until_s)
+    });
     let finding = Finding::Hazard {
         toppled_s: Some(toppled_s_without),
         toppled_with_guard,
         acted_s,
         savable_until_s,
-        lead_m,
+        lead_m: lead.travel_m,
     };
     let findings = [
         (toppled_with_guard, "topples with the guard"),
-        (too_early, "the guard acts too early"),
+        (lead.is_too_long(), "the guard acts too early"),
     ];
     Ok(trials.row(finding, &findings))
 }

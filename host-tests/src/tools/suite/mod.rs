@@ -7,8 +7,8 @@
 //! long before it the guard first acted. In a legitimate run the guard must not hinder the
 //! operator.
 //!
-//! `hazards` runs this suite: [`evaluation`] evaluates one scenario, [`interruption`] one with a
-//! restart or a reset, [`draw`] draws scenarios, `findings` holds the results, [`table`] writes
+//! `hazards` runs this suite: [`evaluation`] evaluates one scenario, `lead` how early the guard acts,
+//! [`interruption`] a restart or a reset, [`draw`] draws scenarios, `findings` holds the results, [`table`] writes
 //! them. [`operators`] is the suite of operators who command at random. [`command`] runs both
 //! suites for the command line, `cores` runs jobs on all cores.
 
@@ -20,6 +20,7 @@ pub mod evaluation;
 mod findings;
 mod hazards;
 pub mod interruption;
+mod lead;
 pub mod operators;
 pub mod table;
 

@@ -2,6 +2,7 @@
 
 use crate::crawler::driven::{DT, Driven, slope};
 use core::f64::consts::{PI, TAU};
+use tautrack::estimate::mounting::pitch_and_roll;
 use tautrack::robots::crawler::{
     BodyVelocity, Configuration, Controller, Observation, parameters as model,
 };
@@ -47,8 +48,7 @@ impl Controlled {
     fn step(&mut self, forward: f32, yaw_rate: f32) {
         if self.milliseconds.is_multiple_of(SYNC) {
             let plant = &self.driven.plant;
-            let inclination = plant.body_sensors().inclination;
-            let [pitch, roll] = inclination.expect("a reading");
+            let [pitch, roll] = pitch_and_roll(plant.body_sensors().tilt_force);
             let observation = Observation {
                 sprockets: self.driven.speeds.map(|speed| speed as f32),
                 heading: plant.truth().yaw as f32,

@@ -71,18 +71,19 @@ fn faulty(name: &str, chip: SensorChip, fault: ChipFault, at_s: f64, until_s: f6
 }
 
 fn run(chip: SensorChip, fault: ChipFault) -> Record {
-    run_of("flat", chip, fault, BEGIN)
+    run_of("flat", chip, fault, BEGIN, END)
 }
 
-fn run_of(name: &str, chip: SensorChip, fault: ChipFault, begin: f64) -> Record {
+fn run_of(name: &str, chip: SensorChip, fault: ChipFault, begin: f64, end: f64) -> Record {
     let mut found = Record::default();
-    let scenario = faulty(name, chip, fault, begin, begin + (END - BEGIN));
+    let scenario = faulty(name, chip, fault, begin, end);
     let options = Options::default();
     let ending = record(&scenario, programs(Board::Native), options, &mut found);
     let ending = ending.unwrap_or_else(|error| panic!("{error}"));
     assert!(ending.error.is_none());
     found.says("inertial unit: running", 0.0, 100.0);
     found.says("magnetometer: running", 0.0, 100.0);
+    found.says("inclinometer: running", 0.0, 100.0);
     assert!(found.passed(begin - 0.5, begin) > 0.08, "the robot drives");
     found
 }
@@ -152,7 +153,7 @@ fn noise_of_the_magnetometer_is_named_within_1500_ms_and_the_robot_drives_on() {
 fn a_frozen_magnetometer_is_named_within_900_ms_of_a_turn_and_the_robot_drives_on() {
     // The robot turns by 20 degrees/s, so it has turned by 10 degrees after 500 ms.
     let (chip, begin, end) = (SensorChip::Magnetometer, 8.0, 9.5);
-    let found = run_of("legitimate/turning", chip, ChipFault::Frozen, begin);
+    let found = run_of("legitimate/turning", chip, ChipFault::Frozen, begin, end);
     found.says("magnetometer: sensor stuck", begin, 900.0);
     assert!(found.passed(begin + 0.9, end) > 0.08);
     found.says("magnetometer: believed", end, 400.0);
@@ -172,15 +173,59 @@ fn a_magnetometer_that_falls_silent_is_named_within_600_ms_and_the_robot_drives_
 }
 
 #[test]
-fn a_chip_with_another_identity_is_named_within_100_ms_and_the_robot_is_not_armed() {
-    let mut found = Record::default();
-    let chip = SensorChip::InertialUnit;
-    let scenario = faulty("flat", chip, ChipFault::WrongIdentity, 0.0, 8.0);
-    let options = Options::default();
-    let ending = record(&scenario, programs(Board::Native), options, &mut found);
-    assert!(ending.is_ok_and(|ending| ending.error.is_none()));
-    found.says("inertial unit: identity 0x6c", 0.0, 100.0);
-    found.says("inertial unit: wrong identity", 0.0, 100.0);
-    let armed = |sample: &&Sample| sample.received.guard_state == "armed";
-    assert!(!found.samples.iter().any(|sample| armed(&sample)));
+fn an_inclinometer_that_falls_silent_is_named_within_100_ms_and_stops_the_robot() {
+    let found = run(SensorChip::Inclinometer, ChipFault::NoAcknowledge);
+    found.says("inclinometer: no acknowledge", BEGIN, 100.0);
+    found.says("inclinometer: sensors silent", BEGIN, 100.0);
+    assert_eq!(found.passed(BEGIN + 0.2, END), 0.0);
+    found.says("tripped: cause", BEGIN, 250.0);
+    found.says("inclinometer: running", END, 150.0);
+    found.says("inclinometer: believed", END, 200.0);
+}
+
+#[test]
+fn a_noisy_inclinometer_is_named_within_600_ms_and_stops_the_robot() {
+    let found = run(SensorChip::Inclinometer, ChipFault::Noise);
+    found.says("inclinometer: sensor too noisy", BEGIN, 600.0);
+    assert_eq!(found.passed(BEGIN + 1.0, END), 0.0);
+}
+
+#[test]
+fn an_inclinometer_at_half_its_rate_is_named_within_600_ms_and_slows_the_robot() {
+    let found = run(SensorChip::Inclinometer, ChipFault::HalfRate);
+    found.says("inclinometer: sensor too slow", BEGIN, 600.0);
+    let crawl = found.passed(BEGIN + 1.2, END);
+    assert!(crawl > 0.0 && crawl <= 0.051, "{crawl} m/s");
+}
+
+#[test]
+fn a_frozen_inclinometer_is_named_within_600_ms_of_a_rotation_and_stops_the_robot() {
+    let (begin, end) = (8.0, 20.0);
+    let chip = SensorChip::Inclinometer;
+    let found = run_of("staircase", chip, ChipFault::Frozen, begin, end);
+    let pitch = |sample: &Sample| sample.truth.pitch.to_degrees();
+    let mut later = found.samples.iter().filter(|sample| sample.time_s >= begin);
+    let before = later.next().map_or(f64::NAN, pitch);
+    let tilted = later.find(|sample| (pitch(sample) - before).abs() > 3.0);
+    let time = tilted.expect("the robot climbs").time_s;
+    found.says("inclinometer: sensor stuck", time, 600.0);
+    assert_eq!(found.passed(time + 1.0, end), 0.0);
+}
+
+#[test]
+fn a_chip_with_another_identity_is_named_within_100_ms_and_the_robot_does_not_drive() {
+    for (chip, identity) in [
+        (SensorChip::InertialUnit, "inertial unit: identity 0x6c"),
+        (SensorChip::Inclinometer, "inclinometer: identity 0x44"),
+    ] {
+        let mut found = Record::default();
+        let scenario = faulty("flat", chip, ChipFault::WrongIdentity, 0.0, 8.0);
+        let options = Options::default();
+        let ending = record(&scenario, programs(Board::Native), options, &mut found);
+        assert!(ending.is_ok_and(|ending| ending.error.is_none()));
+        found.says(identity, 0.0, 100.0);
+        found.says(": wrong identity", 0.0, 100.0);
+        // The operator commands from the first second on; the fault ends after 8 s.
+        assert_eq!(found.passed(0.0, 8.0), 0.0);
+    }
 }

@@ -1,6 +1,7 @@
 //! Implements the simulator's [`Plant`] interface for B2P2.
 
 use super::B2p2;
+use crate::world::hand::Held;
 use crate::world::truth::{BodyPose, BodyShape, Part, Truth};
 use crate::world::{Plant, physics as world};
 use tautrack::link::{BodyMeasurands, Sensors, Shaft};
@@ -8,6 +9,11 @@ use tautrack::link::{BodyMeasurands, Sensors, Shaft};
 impl Plant for B2p2 {
     fn step(&mut self, shafts: &[Option<Shaft>]) {
         self.advance(shafts);
+    }
+
+    fn hold(&mut self, held: Option<&Held>) {
+        let body = &mut self.world.bodies[self.robot.bodies[0]];
+        self.grip.hold(body, held);
     }
 
     fn sensors(&self, motor: usize) -> Sensors {

@@ -20,6 +20,7 @@ pub use parameters::B2p2Parameters;
 use crate::world::gear::{Belt, Gear};
 use crate::world::gnss::Receiver;
 use crate::world::ground::Ground;
+use crate::world::hand::Grip;
 use crate::world::load::Load;
 use crate::world::sensing::BodySensing;
 use crate::world::truth::Truth;
@@ -43,6 +44,7 @@ pub struct B2p2 {
     rates: [f64; 2],
     step: u64,
     payload: Option<Load>,
+    grip: Grip,
     terrain: Ground,
     /// Normal of the whole terrain, which may be inclined.
     up: [f64; 3],

@@ -6,6 +6,7 @@ use super::{B2p2, B2p2Parameters};
 use crate::world::gear::{Belt, Gear};
 use crate::world::gnss::Receiver;
 use crate::world::ground::Ground;
+use crate::world::hand::Grip;
 use crate::world::noise::Noise;
 use crate::world::physics;
 use crate::world::sensing::BodySensing;
@@ -42,6 +43,7 @@ impl B2p2 {
             receiver: Receiver::new(p.receiver, Noise::new(seed)),
             step: 0,
             payload: None,
+            grip: Grip::default(),
             terrain: *terrain,
             up,
             truth: Truth::default(),

@@ -41,6 +41,7 @@ pub(super) fn beginning(random: &mut Random) -> Description {
         sensors: Sensors::default(),
         settings: BTreeMap::new(),
         faults: Vec::new(),
+        hand: Vec::new(),
         expect: Expect::default(),
     }
 }
