@@ -15,7 +15,7 @@ use tautrack_host_tests::simulator::run::{Options, run};
 use tautrack_host_tests::simulator::slcan::SlcanPort;
 
 /// Limit of the time until the client joins. The first one installs its packages.
-const LONGEST_INSTALLATION: Duration = Duration::from_secs(600);
+const LONGEST_INSTALLATION: Duration = Duration::from_mins(10);
 /// Virtual seconds per second. The client has about 4 s of delay before it misses a posture.
 const SPEED: f64 = 2.5;
 /// Time from one posture to the next, and duration of the motion, s.
