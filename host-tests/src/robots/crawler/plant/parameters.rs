@@ -93,6 +93,17 @@ impl Soil {
         }
     }
 
+    /// Deformation at which the shear stress is largest, m.
+    pub fn deformation_of_peak(&self) -> f64 {
+        let root = libm::sqrt(self.k2 * self.k2 - 1.0);
+        let u = if root > 1e-4 {
+            libm::log(self.k2 + root) / root
+        } else {
+            1.0
+        };
+        u / self.k1
+    }
+
     /// Shear stress, Pa, under `pressure` (Pa) at a deformation (m, not negative): eq. 6 as
     /// printed, and its limit at `K2 = 1`.
     pub fn shear_stress(&self, pressure: f64, deformation: f64) -> f64 {

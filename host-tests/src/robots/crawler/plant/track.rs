@@ -4,7 +4,8 @@
 //! belt carries that deformation along. In steady motion it therefore grows in proportion to the
 //! distance from the point where the ground meets the track, which is the paper's eq. 7. At rest it
 //! stays, so that the robot can stand on a slope. The stress acts against the deformation, along
-//! the track and across it.
+//! the track and across it. The deformation ends where the stress is largest: ground that has
+//! yielded slides along, and still bears.
 
 use super::body::Body;
 use super::ground::Ground;
@@ -110,6 +111,7 @@ impl Track {
         let pitch = p.contact_length / (CELLS - 1) as f64;
         let forward = body.rotation * Vector::X;
         let before = self.shear;
+        let peak = p.soil.deformation_of_peak();
         let mut action = Action::default();
         for cell in 0..CELLS {
             let at_end = cell == 0 || cell == CELLS - 1;
@@ -153,9 +155,11 @@ impl Track {
                 velocity.dot(left) + carry * (brought[1] - y) - turning * x,
             ];
             let shear = [x + rate[0] * dt, y + rate[1] * dt];
+            let size = libm::sqrt(shear[0] * shear[0] + shear[1] * shear[1]);
+            let kept = if size > peak { peak / size } else { 1.0 };
+            let (shear, size) = (shear.map(|part| part * kept), size * kept);
             self.shear[cell] = shear;
 
-            let size = libm::sqrt(shear[0] * shear[0] + shear[1] * shear[1]);
             let stress = p.soil.shear_stress(carried / area, size);
             let per_metre = if size > 0.0 {
                 stress * area / size
@@ -170,5 +174,42 @@ impl Track {
             action.traction += along;
         }
         action
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::body::MassProperties;
+    use super::super::ground::Profile;
+    use super::*;
+    use rapier3d_f64::math::Rotation;
+    use tautrack::constants::GRAVITY_F64;
+
+    #[test]
+    fn ground_resists_a_track_that_slides_however_far_and_whichever_way_it_slid_before() {
+        const SPEED: f64 = 0.2;
+        const DT: f64 = 1e-3;
+        let p = CrawlerParameters::nominal();
+        let soil = p.soil;
+        let ground = Ground::new(&Profile::default());
+        let load = 0.5 * p.mass * GRAVITY_F64;
+        let origin = Vector::NEG_Z * (2.0 * load / p.bearing[0]);
+        let mut body = Body::at_rest(MassProperties::new(&p, None), origin, Rotation::IDENTITY);
+        let mut track = Track::new(0.0);
+        let area = p.track_width * p.contact_length;
+        let strength = soil.cohesion * area + load * libm::tan(soil.friction_angle);
+        let damping = 0.5 * p.shear_damping * SPEED;
+        for direction in [Vector::Y, Vector::NEG_Y, Vector::X, Vector::Y] {
+            body.velocity = direction * SPEED;
+            // A cell is sheared anew after twice the deformation that bears most.
+            let sheared = (2.0 * soil.deformation_of_peak() / (SPEED * DT)) as usize;
+            for step in 0..5_000 {
+                let resists = -track.act(&p, &ground, &body, DT).force.dot(direction);
+                if step > 3 * sheared {
+                    let expected = strength + damping;
+                    assert!((resists / expected - 1.0).abs() < 0.01, "{step}: {resists}");
+                }
+            }
+        }
     }
 }
