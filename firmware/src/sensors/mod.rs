@@ -4,8 +4,8 @@
 //! [`bus`] is what a board provides: its I2C bus, and a way to free it · `device` limits the time
 //! of every transfer · `inertial_unit`, `magnetometer` and `inclinometer` start and read one chip
 //! with the driver of its maker · [`service`] is the task: it starts the chips, reads them at their
-//! rates and starts them again after a failure · [`condition`] says how each chip does · [`newest`] has the
-//! newest readings.
+//! rates and starts them again after a failure · [`condition`] says how each chip does · [`newest`]
+//! has the newest readings.
 //!
 //! The inclinometer is a chip of its own, because the guard compares it with the inertial unit.
 

@@ -5,9 +5,9 @@
 //! shaft of the gear. [`terrain`] is the terrain in a scenario, [`ground`] the ground built from
 //! it, [`load`] a robot's payload, [`inertia`] the mass and inertia of a body, [`physics`] the
 //! settings of the physics engine, [`gear`] the connection of a node's shaft to its load,
-//! [`sensing`] the sensors on a body, [`sensor_board`] how their board is mounted and their constant
-//! errors, [`gnss`] the GNSS receiver, [`noise`] the seeded noise, [`hand`] a hand that moves the
-//! robot, [`truth`] the ground truth.
+//! [`sensing`] the sensors on a body, [`sensor_board`] how their board is mounted and their
+//! constant errors, [`gnss`] the GNSS receiver, [`noise`] the seeded noise, [`hand`] a hand that
+//! moves the robot, [`truth`] the ground truth.
 
 pub mod gear;
 pub mod gnss;

@@ -79,8 +79,8 @@ impl Mounting {
     }
 }
 
-/// Returns pitch and roll, rad, at which `up`, a vector of any length in body axes, points up. It is
-/// the inverse of `LevelAxes::up`.
+/// Returns pitch and roll, rad, at which `up`, a vector of any length in body axes, points up. It
+/// is the inverse of `LevelAxes::up`.
 #[inline]
 pub fn pitch_and_roll([x, y, z]: [f32; 3]) -> [f32; 2] {
     [atan2(x, z), atan2(y, sqrt(x * x + z * z))]

@@ -238,9 +238,9 @@ impl Supervisor {
     /// lags behind its set-point moves in the direction of its current. An axle that follows a ramp
     /// stays near its set-point. Only a motor whose current acts in the wrong direction does this:
     /// encoder channels or motor leads are swapped. A blow to the robot swings the rotor within its
-    /// gear for some 10 ms at a time; the dwell is longer. A stronger blow throws the axle, but then
-    /// the motor brakes it and gives energy back. A motor that drives itself never does, whatever
-    /// the angle of its rotor is.
+    /// gear for some 10 ms at a time; the dwell is longer. A stronger blow throws the axle, but
+    /// then the motor brakes it and gives energy back. A motor that drives itself never does,
+    /// whatever the angle of its rotor is.
     fn deviates(&mut self, now: &Readings, bounds: &Bounds) -> bool {
         let speed = now.velocity.abs();
         let apart = now.velocity - now.commanded_velocity;

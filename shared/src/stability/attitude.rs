@@ -46,14 +46,15 @@ const LEAST_COSINE: f32 = 0.2;
 /// it forgets impacts and noise, and does not pull the estimate back during a fast swing.
 ///
 /// An inclinometer measures the specific force. An acceleration `a` along a body without roll turns
-/// its pitch by `a cos(pitch) / g`, and a turn to the left turns its roll by the speed times the yaw rate,
-/// over `g`. The filter subtracts both with the speed of the drives ([`Self::travel`]). It takes
-/// every reading, however far its magnitude is from `g`: the mean acceleration of a robot that is
-/// stopped and set in motion again is zero, but not if the readings of the stop are left out.
+/// its pitch by `a cos(pitch) / g`, and a turn to the left turns its roll by the speed times the
+/// yaw rate, over `g`. The filter subtracts both with the speed of the drives ([`Self::travel`]).
+/// It takes every reading, however far its magnitude is from `g`: the mean acceleration of a robot
+/// that is stopped and set in motion again is zero, but not if the readings of the stop are left
+/// out.
 ///
 /// The first inclination may be wrong by any angle, because nothing averages it. So for a time
-/// [`SETTLING`], both time constants are shorter: they grow with the time since then. The same holds
-/// after an outage of the inclinometer for [`LONGEST_CORRECTION`] or of the gyroscope for
+/// [`SETTLING`], both time constants are shorter: they grow with the time since then. The same
+/// holds after an outage of the inclinometer for [`LONGEST_CORRECTION`] or of the gyroscope for
 /// [`HOLD_LIMIT`].
 ///
 /// Each sensor measures at its own rate. Between two readings of the gyroscope the estimate goes on
@@ -470,7 +471,8 @@ mod tests {
     }
 
     /// Estimate of the pitch, degrees, 1.5 s after an outage of this sensor for a second, in which
-    /// the robot has turned from 0 to 30 degrees. Its first reading afterwards is off by 20 degrees.
+    /// the robot has turned from 0 to 30 degrees. Its first reading afterwards is off by 20
+    /// degrees.
     fn after_an_outage(outage: impl Fn(bool) -> Fresh) -> (f32, bool) {
         let (mut attitude, mut settled) = (Attitude::default(), true);
         for step in 0..4_500 {

@@ -7,10 +7,10 @@
 //! long before it the guard first acted. In a legitimate run the guard must not hinder the
 //! operator.
 //!
-//! `hazards` runs this suite: [`evaluation`] evaluates one scenario, `lead` how early the guard acts,
-//! [`interruption`] a restart or a reset, [`draw`] draws scenarios, `findings` holds the results, [`table`] writes
-//! them. [`operators`] is the suite of operators who command at random. [`command`] runs both
-//! suites for the command line, `cores` runs jobs on all cores.
+//! `hazards` runs this suite: [`evaluation`] evaluates one scenario, `lead` how early the guard
+//! acts, [`interruption`] a restart or a reset, [`draw`] draws scenarios, `findings` holds the
+//! results, [`table`] writes them. [`operators`] is the suite of operators who command at random.
+//! [`command`] runs both suites for the command line, `cores` runs jobs on all cores.
 
 pub mod command;
 mod cores;

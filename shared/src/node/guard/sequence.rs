@@ -89,6 +89,9 @@ pub(super) struct Conditions {
     pub arms: bool,
     /// The gate is open, so that a stage makes progress.
     pub open: bool,
+    /// The first readings of the attitude still change it. An armed guard would take the change for
+    /// a motion of the robot.
+    pub settling: bool,
 }
 
 /// Returns the state after one SYNC period.
@@ -112,6 +115,8 @@ pub(super) fn next<B: Body>(
             let next = stage + 1;
             if usize::from(next) < B::STAGES.len() {
                 State::Starting(next)
+            } else if conditions.settling {
+                state
             } else {
                 State::Armed
             }
