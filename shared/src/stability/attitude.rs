@@ -22,6 +22,9 @@ const SETTLING: f32 = 1.0;
 const GROWTH: f32 = 0.5;
 /// Time after the first inclination from which the estimate's changes are motions of the robot, s.
 const SETTLED: f32 = 0.25;
+/// Time after the first inclination from which the robot may be armed, s. Brakes that engage, or
+/// drives that stop a robot that rolls, make it rock for some 0.2 s.
+const ARMABLE: f32 = 0.5;
 /// Time constant with which the compass corrects the heading, s.
 const HEADING_TIME: f32 = 2.0;
 /// Longest time for which the estimate goes on with one reading of the gyroscope, s: five periods
@@ -203,6 +206,11 @@ impl Attitude {
     /// be corrections instead of a motion of the robot.
     pub fn settled(&self) -> bool {
         self.running >= SETTLED
+    }
+
+    /// Whether the first readings still change the estimate by more than an armed robot bears.
+    pub fn settling(&self) -> bool {
+        self.known() && self.running < ARMABLE
     }
 
     /// Pitch, nose up positive.

@@ -44,7 +44,7 @@ impl<B: Body> Guard<B> {
             disarms: self.operator.disarms(now_us),
             arms: ready && self.operator.arms(now_us) && !self.supervision.tripped(),
             open: self.gate == Gate::Open,
-            settling: self.attitude.known() && !self.attitude.settled(),
+            settling: self.attitude.settling(),
         };
         let drives = self.drives.states();
         self.state = sequence::next(before, conditions, &mut self.body, drives, now_us);

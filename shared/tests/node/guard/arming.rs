@@ -1,12 +1,13 @@
 //! Tests of arming: its stages, its end by the operator, and the start command of the network.
 
-use super::bench::{Bench, DRIVES};
+use super::bench::{Bench, DRIVES, standing, verdict};
 use tautrack::bus::cia402::controlword;
 use tautrack::bus::network::{NmtCommand, nmt};
 use tautrack::bus::pdo::Request;
 use tautrack::can::Frame;
 use tautrack::node::guard::State;
 use tautrack::settings::Settings;
+use tautrack::stability::filter::Verdict;
 
 fn state(bench: &mut Bench) -> State {
     let outputs = bench.run(4);
@@ -119,4 +120,24 @@ fn the_start_command_goes_out_when_all_drives_are_there_and_again_for_one_that_w
     assert_eq!(state(&mut bench), State::Armed);
     bench.extra.push(waits);
     assert_eq!(starts(&mut bench, 40), 0, "not while the robot drives");
+}
+
+/// The first readings come while the drives are being enabled, and show 70 degrees for 60 ms: a
+/// blow, or a chip that has just started.
+#[test]
+fn first_readings_that_are_wrong_do_not_trip_the_guard_as_soon_as_it_is_armed() {
+    let mut bench = Bench::new(&Settings::default());
+    bench.body = None;
+    bench.run(200);
+    bench.request(Request::Arm);
+    bench.run(60);
+    bench.body = Some(standing(1.2));
+    bench.run(60);
+    bench.body = Some(standing(0.0));
+    let tripped = (0..800).any(|_| {
+        let verdict = verdict(&bench.tick());
+        matches!(verdict, Some(Verdict::Tripped(_)))
+    });
+    assert!(!tripped);
+    assert_eq!(state(&mut bench), State::Armed);
 }
