@@ -24,6 +24,8 @@ use tautrack::units::Angle;
 
 /// Ticks before counting starts, in which the node starts up.
 const WARM_UP: u32 = 400;
+/// The same for the guard, which is armed half a second after its first reading.
+const GUARD_WARM_UP: u32 = 1_000;
 /// Ticks from one SYNC to the next.
 const SYNC_TICKS: u32 = 4;
 
@@ -326,7 +328,7 @@ fn count_guard(table: &mut Table, traffic: Traffic) {
             act(rig, inputs);
         };
     super::guards::answer_scales(&mut rig.guard, &settings);
-    for number in SYNC_TICKS..WARM_UP {
+    for number in SYNC_TICKS..GUARD_WARM_UP {
         tick(number, &mut rig, &mut |rig, inputs| rig.tick(inputs));
     }
     // The tick after a SYNC receives the most frames, because all drives answer then.
@@ -346,7 +348,7 @@ fn count_guard(table: &mut Table, traffic: Traffic) {
     };
     for (name, phase) in names.into_iter().zip(0..) {
         let (mut rig, mut count, mut armed) = (rig.clone(), Count::NONE, true);
-        for number in WARM_UP..WARM_UP + SYNC_TICKS * table.calls() {
+        for number in GUARD_WARM_UP..GUARD_WARM_UP + SYNC_TICKS * table.calls() {
             if number % SYNC_TICKS != phase {
                 tick(number, &mut rig, &mut |rig, inputs| rig.tick(inputs));
                 continue;
