@@ -4,9 +4,11 @@
 //! On the wire, each message is its length as little-endian `u16`, followed by postcard bytes. The
 //! node's clock is the time in the message. Between two messages the simulated board runs the PWM
 //! periods of one step. So the current loop and the rotor run in the node, and the rest of the
-//! physics runs in the simulator. [`chips`] are the sensor chips of the guard's board.
+//! physics runs in the simulator. [`chips`] are the sensor chips of the guard's board, and [`parts`] the
+//! same messages for the node's side.
 
 pub mod chips;
+pub mod parts;
 
 use crate::can::Frame;
 pub use crate::motor::model::{MotorModel, Shaft, ThreePhaseModel, WindingModel};
@@ -15,7 +17,7 @@ use heapless::Vec;
 use serde::{Deserialize, Serialize};
 
 /// Version of these messages. Both sides compare it before anything else.
-pub const VERSION: u16 = 9;
+pub const VERSION: u16 = 10;
 /// Length of a lockstep step in microseconds.
 pub const STEP_US: u64 = 1_000;
 /// Maximum number of frames that one step can deliver to a node, or take from it. A bus with 1
@@ -67,10 +69,10 @@ pub struct Step {
     pub time_us: u64,
     /// Sensor values of this step.
     pub sensors: Sensors,
-    /// Frames that the bus delivered, in the order in which they won arbitration.
-    pub frames: Vec<Frame, MAX_FRAMES>,
     /// Bytes that the board's serial line received, in order: sentences of a GNSS receiver.
     pub serial: Vec<u8, MAX_SERIAL>,
+    /// Frames that the bus delivered, in the order in which they won arbitration.
+    pub frames: Vec<Frame, MAX_FRAMES>,
 }
 
 /// Inputs of a simulated board, except the sensors on the motor.
@@ -150,7 +152,7 @@ pub struct Ready {
 }
 
 /// Results of one step of a node.
-#[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
+#[derive(Clone, PartialEq, Debug, Default, Serialize, Deserialize)]
 pub struct Stepped {
     /// Motion of the output shaft at the end of the step.
     pub shaft: Shaft,

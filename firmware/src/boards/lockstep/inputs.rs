@@ -3,13 +3,14 @@
 use core::cell::RefCell;
 use critical_section::Mutex;
 use tautrack::link::Sensors;
+use tautrack::sensors::Switches;
 
 pub(super) static INPUTS: Mutex<RefCell<Inputs>> = Mutex::new(RefCell::new(Inputs {
     sensors: Sensors {
         encoder_frozen: false,
         shaft_torque: 0.0,
         supply_voltage: 0.0,
-        switches: tautrack::sensors::Switches {
+        switches: Switches {
             home: false,
             positive_limit: false,
             negative_limit: false,
@@ -24,9 +25,14 @@ pub(super) struct Inputs {
     pub encoder: i32,
 }
 
-/// Sensor values of the current step.
-pub fn sensors() -> Sensors {
-    critical_section::with(|cs| INPUTS.borrow(cs).borrow().sensors)
+/// Supply voltage of the current step, V.
+pub fn supply_voltage() -> f32 {
+    critical_section::with(|cs| INPUTS.borrow(cs).borrow().sensors.supply_voltage)
+}
+
+/// Limit switches and home switch in the current step.
+pub fn switches() -> Switches {
+    critical_section::with(|cs| INPUTS.borrow(cs).borrow().sensors.switches)
 }
 
 /// Encoder counts at the end of the current step.

@@ -1,14 +1,15 @@
 //! Answers the simulator's messages, one at a time.
 
-use super::clock;
 use super::flash::Files;
 use super::power_up::power_up;
 use super::starvation::{self, Starved};
-use super::step::advance;
+use super::{clock, step};
 use crate::roles::Role;
 use embassy_executor::raw::Executor;
 use heapless::String;
-use tautrack::link::{FromNode, Ready, Start, ToNode, VERSION};
+use serde::Deserialize;
+use tautrack::link::parts::{Answer, Head, Kind};
+use tautrack::link::{Ready, Start, Stepped, VERSION};
 use tautrack::motor::bridge::PowerStage;
 use tautrack::motor::model::Motor;
 
@@ -30,6 +31,8 @@ pub struct Machine {
     power: Power,
     motor: Option<Motor>,
     stage: PowerStage,
+    /// Results of the newest step.
+    stepped: Stepped,
 }
 
 #[derive(PartialEq)]
@@ -52,6 +55,7 @@ impl Machine {
             power: Power::Off,
             motor: None,
             stage: PowerStage::Off,
+            stepped: Stepped::default(),
         }
     }
 
@@ -61,17 +65,25 @@ impl Machine {
     /// # Errors
     /// [`End`], after which the node must not be used.
     pub fn answer(&mut self, buffer: &mut [u8], length: usize) -> Result<usize, End> {
-        let message = buffer.get(..length).ok_or(End::Finished)?;
-        let message = postcard::from_bytes(message).map_err(|_| End::Finished)?;
-        // Messages are large: they are borrowed, not moved.
-        let answer = match (&message, &self.power) {
-            (ToNode::Start(start), Power::Off) => FromNode::Ready(self.start(start)),
-            (ToNode::Step(step), Power::On) => {
-                if let Some(starved) = starvation::check(step.time_us) {
+        let mut message = Message(buffer.get(..length).ok_or(End::Finished)?);
+        let ready;
+        let answer = match (message.next()?, &self.power) {
+            (Kind::Start, Power::Off) => {
+                ready = self.start(&message.next()?);
+                Answer::Ready(&ready)
+            }
+            (Kind::Step, Power::On) => {
+                let head: Head = message.next()?;
+                if let Some(starved) = starvation::check(head.time_us) {
                     return Err(End::Starved(starved));
                 }
-                let motor = self.motor.as_mut();
-                FromNode::Stepped(advance(step, self.executor, motor, &mut self.stage))
+                let (motor, executor) = (self.motor.as_mut(), self.executor);
+                self.stepped.shaft = step::begin(&head, motor, &mut self.stage);
+                for _ in 0..message.next::<usize>()? {
+                    step::deliver(message.next()?, executor);
+                }
+                step::end(executor, &mut self.stepped);
+                Answer::Stepped(&self.stepped)
             }
             _ => return Err(End::Finished),
         };
@@ -93,5 +105,16 @@ impl Machine {
             board: String::try_from(self.board).unwrap_or_default(),
             refusal: powered.err().unwrap_or_default(),
         }
+    }
+}
+
+/// Bytes of a message that are not decoded yet.
+struct Message<'a>(&'a [u8]);
+
+impl<'a> Message<'a> {
+    fn next<T: Deserialize<'a>>(&mut self) -> Result<T, End> {
+        let (value, rest) = postcard::take_from_bytes(self.0).map_err(|_| End::Finished)?;
+        self.0 = rest;
+        Ok(value)
     }
 }

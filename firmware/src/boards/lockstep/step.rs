@@ -1,4 +1,4 @@
-//! Advances a lockstep board by one step of virtual time.
+//! Advances a lockstep board by one step of virtual time: `begin`, `deliver` for every frame, `end`.
 
 use super::inputs::INPUTS;
 use super::log_buffer::LOG;
@@ -6,21 +6,19 @@ use super::{POWER_STAGE, brake, chips, clock};
 use crate::bus::{RECEIVED, TRANSMIT};
 use crate::current_loop;
 use embassy_executor::raw::Executor;
-use tautrack::link::{STEP_US, Shaft, Step, Stepped};
+use tautrack::can::Frame;
+use tautrack::link::parts::Head;
+use tautrack::link::{STEP_US, Shaft, Stepped};
 use tautrack::motor::bridge::PowerStage;
 use tautrack::motor::model::Motor;
 
-/// Runs the PWM periods up to the step's time, then delivers the frames, then fires the timers.
-pub(super) fn advance(
-    step: &Step,
-    executor: &'static Executor,
-    motor: Option<&mut Motor>,
-    stage: &mut PowerStage,
-) -> Stepped {
+/// Runs the PWM periods up to the step's time. Returns the motion of the output shaft.
+pub(super) fn begin(head: &Head, motor: Option<&mut Motor>, stage: &mut PowerStage) -> Shaft {
     let mut shaft = Shaft::default();
+    let mut encoder = None;
     if let Some(motor) = motor {
-        motor.set_load(step.sensors.supply_voltage, step.sensors.shaft_torque);
-        motor.freeze_sensor(step.sensors.encoder_frozen);
+        motor.set_load(head.sensors.supply_voltage, head.sensors.shaft_torque);
+        motor.freeze_sensor(head.sensors.encoder_frozen);
         motor.release_brake(brake::is_released());
         for _ in 0..u64::from(POWER_STAGE.pwm_hz) * STEP_US / 1_000_000 {
             // As with preloaded compare registers, the interrupt's decision takes effect in the
@@ -30,35 +28,41 @@ pub(super) fn advance(
             *stage = next;
         }
         shaft = motor.shaft();
-        critical_section::with(|cs| INPUTS.borrow(cs).borrow_mut().encoder = motor.encoder());
+        encoder = Some(motor.encoder());
     }
-    critical_section::with(|cs| INPUTS.borrow(cs).borrow_mut().sensors = step.sensors);
-
-    if let Some(body) = &step.sensors.body {
+    critical_section::with(|cs| {
+        let mut inputs = INPUTS.borrow(cs).borrow_mut();
+        inputs.sensors = head.sensors;
+        inputs.encoder = encoder.unwrap_or(inputs.encoder);
+    });
+    if let Some(body) = &head.sensors.body {
         chips::measure(body);
     }
 
-    clock::set_now(step.time_us);
+    clock::set_now(head.time_us);
     // Bytes that do not fit into the pipe are lost, as on a line without handshake.
-    let _ = crate::serial::RECEIVED.try_write(&step.serial);
-    for frame in &step.frames {
-        RECEIVED.push(*frame);
-        clock::run_until_idle(executor);
-    }
+    let _ = crate::serial::RECEIVED.try_write(head.serial);
+    shaft
+}
+
+/// Delivers a frame of the bus.
+pub(super) fn deliver(frame: Frame, executor: &'static Executor) {
+    RECEIVED.push(frame);
+    clock::run_until_idle(executor);
+}
+
+/// Fires the timers, and takes the frames and the log of the node.
+pub(super) fn end(executor: &'static Executor, stepped: &mut Stepped) {
     clock::fire_timers();
     clock::run_until_idle(executor);
 
-    let mut stepped = Stepped {
-        shaft,
-        frames: heapless::Vec::new(),
-        log: heapless::Vec::new(),
-    };
+    stepped.log.clear();
     take_log(&mut stepped.log);
+    stepped.frames.clear();
     while !stepped.frames.is_full() {
         let Some(frame) = TRANSMIT.pop() else { break };
         let _ = stepped.frames.push(frame); // cannot fail: see the loop's condition
     }
-    stepped
 }
 
 fn take_log<const N: usize>(bytes: &mut heapless::Vec<u8, N>) {

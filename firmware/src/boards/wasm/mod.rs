@@ -32,11 +32,11 @@ impl Board for Wasm {
     }
 
     fn supply_voltage() -> f32 {
-        lockstep::sensors().supply_voltage
+        lockstep::supply_voltage()
     }
 
     fn switches() -> Switches {
-        lockstep::sensors().switches
+        lockstep::switches()
     }
 
     fn set_brake(released: bool) {
