@@ -4,6 +4,10 @@
 //! This program defines these functions itself, so that all code in it, also that of the physics
 //! engine, calls these definitions. They can return slightly different results.
 
+#[path = "support/unchanged.rs"]
+#[allow(dead_code)] // other tests name their inputs themselves
+mod unchanged;
+
 use clap::ValueEnum;
 use object::Object;
 use object::read::NameOrOrdinal;
@@ -12,10 +16,11 @@ use std::hint::black_box;
 use std::path::Path;
 use std::sync::atomic::Ordering::Relaxed;
 use std::sync::atomic::{AtomicBool, AtomicU64};
-use tautrack_host_tests::programs::{Board, Program};
+use tautrack_host_tests::programs::{Board, Program, Programs};
 use tautrack_host_tests::robots::Kind;
 use tautrack_host_tests::scenario::{Expect, Scenario};
 use tautrack_host_tests::simulator::run::{Options, run};
+use unchanged::unless_unchanged;
 
 /// Virtual time of the runs that are compared, s. All robots stand on their ground by then.
 const RUN_S: f64 = 4.0;
@@ -78,6 +83,12 @@ unsafe extern "C" fn sincos(x: f64, sine: *mut f64, cosine: *mut f64) {
     }
 }
 
+/// Native nodes of a robot.
+fn native(kind: Kind) -> Programs {
+    kind.programs(Board::Native)
+        .unwrap_or_else(|error| panic!("{error}"))
+}
+
 /// Runs the beginning of a shipped scenario with native nodes and returns its hash.
 fn hash(kind: Kind, file: &str) -> String {
     let path = Path::new(env!("CARGO_MANIFEST_DIR"))
@@ -90,10 +101,7 @@ fn hash(kind: Kind, file: &str) -> String {
     description.expect = Expect::default();
     description.operator.events.truncate(1);
     let beginning = Scenario::checked(description).unwrap_or_else(|error| panic!("{error}"));
-    let programs = kind
-        .programs(Board::Native)
-        .unwrap_or_else(|error| panic!("{error}"));
-    run(&beginning, &programs, Options::default())
+    run(&beginning, &native(kind), Options::default())
         .unwrap_or_else(|error| panic!("{error}"))
         .facts
         .state_hash
@@ -101,25 +109,29 @@ fn hash(kind: Kind, file: &str) -> String {
 
 #[test]
 fn hashes_do_not_depend_on_the_platforms_functions() {
-    CHANGED.store(true, Relaxed);
-    assert_ne!(black_box(0.5_f64).sin(), libm::sin(0.5));
-    assert_ne!(black_box(0.5_f64).sin_cos().1, libm::cos(0.5));
-    assert_eq!(CHANGES.load(Relaxed), 3, "the functions above are in use");
+    let programs = Kind::value_variants().iter().map(|kind| native(*kind));
+    let programs = programs.flat_map(|programs| unchanged::nodes(&programs));
+    unless_unchanged("platform", programs, || {
+        CHANGED.store(true, Relaxed);
+        assert_ne!(black_box(0.5_f64).sin(), libm::sin(0.5));
+        assert_ne!(black_box(0.5_f64).sin_cos().1, libm::cos(0.5));
+        assert_eq!(CHANGES.load(Relaxed), 3, "the functions above are in use");
 
-    let robots = Kind::value_variants();
-    let defaults = robots
-        .iter()
-        .map(|kind| (*kind, kind.facts().scenario_file));
-    let loaded = [(Kind::B2p2, "hazards/payload-1-kg.toml")];
-    for (kind, file) in defaults.chain(loaded) {
-        let [plain, other] = [false, true].map(|change| {
-            CHANGED.store(change, Relaxed);
-            CHANGES.store(0, Relaxed);
-            hash(kind, file)
-        });
-        println!("{file}: {} results changed", CHANGES.load(Relaxed));
-        assert_eq!(plain, other, "{file}");
-    }
+        let robots = Kind::value_variants();
+        let defaults = robots
+            .iter()
+            .map(|kind| (*kind, kind.facts().scenario_file));
+        let loaded = [(Kind::B2p2, "hazards/payload-1-kg.toml")];
+        for (kind, file) in defaults.chain(loaded) {
+            let [plain, other] = [false, true].map(|change| {
+                CHANGED.store(change, Relaxed);
+                CHANGES.store(0, Relaxed);
+                hash(kind, file)
+            });
+            println!("{file}: {} results changed", CHANGES.load(Relaxed));
+            assert_eq!(plain, other, "{file}");
+        }
+    });
 }
 
 /// Names of the functions that `program` takes from the platform's libraries.

@@ -4,8 +4,8 @@
 //! On the wire, each message is its length as little-endian `u16`, followed by postcard bytes. The
 //! node's clock is the time in the message. Between two messages the simulated board runs the PWM
 //! periods of one step. So the current loop and the rotor run in the node, and the rest of the
-//! physics runs in the simulator. [`chips`] are the sensor chips of the guard's board, and [`parts`] the
-//! same messages for the node's side.
+//! physics runs in the simulator. [`chips`] are the sensor chips of the guard's board. [`parts`]
+//! are the same messages, as the node decodes and encodes them.
 
 pub mod chips;
 pub mod parts;

@@ -1,13 +1,12 @@
 //! Tests the cost of the control code on the core, and that the control ticks reach no forbidden
 //! functions.
 
+use crate::unchanged::{self, digests, emulator};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
-use std::process::Command;
 use std::sync::OnceLock;
 use std::{env, fs};
-use tautrack_host_tests::programs::setup::QEMU;
-use tautrack_host_tests::programs::{self, Board, Program};
+use tautrack_host_tests::programs::{self, Board};
 use tautrack_host_tests::robots::Kind;
 use tautrack_host_tests::tools::cost;
 use tautrack_host_tests::tools::cost::{Measurement, image, ledger, page};
@@ -48,15 +47,11 @@ fn measured() -> Vec<String> {
     let nodes = Kind::B2p2
         .programs(Board::Qemu)
         .unwrap_or_else(|error| panic!("{error}"));
-    let version = Command::new(QEMU).arg("--version").output();
-    let version = String::from_utf8(version.expect("QEMU starts").stdout).expect("UTF-8");
-    let programs = [&instruments.cost, &instruments.ticks];
-    let programs = programs
+    let measuring = digests([&instruments.cost, &instruments.ticks]);
+    [emulator()]
         .into_iter()
-        .chain([&nodes.axle, &nodes.screw, &nodes.guard]);
-    [version]
-        .into_iter()
-        .chain(programs.map(|program: &Program| program.sha256.clone()))
+        .chain(measuring)
+        .chain(unchanged::nodes(&nodes))
         .collect()
 }
 

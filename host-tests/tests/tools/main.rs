@@ -14,6 +14,9 @@ mod report;
 mod results;
 mod scenario;
 mod scenario_page;
+mod shared_build;
 mod suite;
+#[path = "../support/unchanged.rs"]
+mod unchanged;
 mod weigh;
 mod words;

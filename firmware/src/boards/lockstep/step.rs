@@ -1,4 +1,5 @@
-//! Advances a lockstep board by one step of virtual time: `begin`, `deliver` for every frame, `end`.
+//! Advances a lockstep board by one step of virtual time: `begin`, `deliver` for every frame,
+//! `end`.
 
 use super::inputs::INPUTS;
 use super::log_buffer::LOG;

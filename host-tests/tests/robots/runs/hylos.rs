@@ -1,10 +1,11 @@
 //! Tests of Hylos' seventeen nodes on its hillside: the loop of Besseron et al. (Fig. 7) with and
 //! without posture control, and five hazards.
 
-use super::{ends_in_the_same_bits, outcome, scenario};
+use super::{ends_in_the_same_bits, outcome, scenario, unless_unchanged};
 use std::f64::consts::{PI, TAU};
 use tautrack::robots::hylos::parameters::MARGIN_LIMIT;
 use tautrack_host_tests::programs::Board;
+use tautrack_host_tests::robots::Kind;
 use tautrack_host_tests::robots::Robot;
 use tautrack_host_tests::simulator::record::Sample;
 use tautrack_host_tests::world::terrain::Terrain;
@@ -37,23 +38,25 @@ fn turned(samples: &[Sample]) -> f64 {
 
 #[test]
 fn posture_control_brings_the_nodes_around_the_loop() {
-    let (summary, samples) = outcome(&scenario("hylos/loop", |_| {}), Board::Native);
-    let (margin, turned) = (least_margin(&samples), turned(&samples));
-    println!("margin at least {margin:.3} rad, {turned:.2} rad around");
-    assert!(summary.expectation_met, "{summary}");
-    assert!(margin > 0.1, "{margin}");
-    let [steep, level] = [true, false].map(|near| {
-        let channels = samples.iter().map(|sample| &sample.truth.channels);
-        let found = channels.filter(|of| (of["tip_over_margin_rad"] <= MARGIN_LIMIT) == near);
-        found
-            .map(|of| of["stability_potential_1"])
-            .collect::<Vec<_>>()
+    unless_unchanged("hylos-loop", Kind::Hylos, || {
+        let (summary, samples) = outcome(&scenario("hylos/loop", |_| {}), Board::Native);
+        let (margin, turned) = (least_margin(&samples), turned(&samples));
+        println!("margin at least {margin:.3} rad, {turned:.2} rad around");
+        assert!(summary.expectation_met, "{summary}");
+        assert!(margin > 0.1, "{margin}");
+        let [steep, level] = [true, false].map(|near| {
+            let channels = samples.iter().map(|sample| &sample.truth.channels);
+            let found = channels.filter(|of| (of["tip_over_margin_rad"] <= MARGIN_LIMIT) == near);
+            found
+                .map(|of| of["stability_potential_1"])
+                .collect::<Vec<_>>()
+        });
+        assert!(!steep.is_empty() && steep.iter().all(|potential| *potential > 0.0));
+        assert!(!level.is_empty() && level.iter().all(|potential| *potential == 0.0));
+        assert!((turned - TAU).abs() < 0.15, "{turned}");
+        // Seventeen nodes leave a fifth of the bus time free.
+        assert!(summary.bus.load_max < 0.8, "{summary}");
     });
-    assert!(!steep.is_empty() && steep.iter().all(|potential| *potential > 0.0));
-    assert!(!level.is_empty() && level.iter().all(|potential| *potential == 0.0));
-    assert!((turned - TAU).abs() < 0.15, "{turned}");
-    // Seventeen nodes leave a fifth of the bus time free.
-    assert!(summary.bus.load_max < 0.8, "{summary}");
 }
 
 /// The weight shifts from leg to leg while they are homed.
@@ -86,38 +89,44 @@ fn legs_that_stand_are_homed_on_any_ground() {
 
 #[test]
 fn without_posture_control_the_nodes_tip_over_on_the_loop() {
-    let (summary, samples) = outcome(&scenario("hylos/without", |_| {}), Board::Native);
-    assert!(summary.toppled && summary.expectation_met, "{summary}");
-    assert!(turned(&samples) < 0.75 * TAU);
+    unless_unchanged("hylos-without", Kind::Hylos, || {
+        let (summary, samples) = outcome(&scenario("hylos/without", |_| {}), Board::Native);
+        assert!(summary.toppled && summary.expectation_met, "{summary}");
+        assert!(turned(&samples) < 0.75 * TAU);
+    });
 }
 
 #[test]
 fn emulated_and_native_nodes_of_hylos_end_in_the_same_bits() {
-    ends_in_the_same_bits("hylos/loop");
+    unless_unchanged("hylos-bits", Kind::Hylos, || {
+        ends_in_the_same_bits("hylos/loop");
+    });
 }
 
 #[test]
 fn the_guard_holds_what_tips_over_without_it() {
-    for name in [
-        "across-without-posture-control",
-        "hard-stop-backing-down",
-        "quick-turn-uphill",
-        "raised-too-high",
-        "hard-start-uphill",
-    ] {
-        let [with, without] = [true, false].map(|guard| {
-            let changed = scenario(&format!("hylos/hazards/{name}"), |description| {
-                description.guard = guard;
-                description.expect = tautrack_host_tests::scenario::Expect::default();
+    unless_unchanged("hylos-hazards", Kind::Hylos, || {
+        for name in [
+            "across-without-posture-control",
+            "hard-stop-backing-down",
+            "quick-turn-uphill",
+            "raised-too-high",
+            "hard-start-uphill",
+        ] {
+            let [with, without] = [true, false].map(|guard| {
+                let changed = scenario(&format!("hylos/hazards/{name}"), |description| {
+                    description.guard = guard;
+                    description.expect = tautrack_host_tests::scenario::Expect::default();
+                });
+                outcome(&changed, Board::Native).0
             });
-            outcome(&changed, Board::Native).0
-        });
-        assert!(without.toppled, "{name} is no hazard: {without}");
-        assert!(
-            !with.toppled && with.guard.interventions > 0,
-            "{name}: {with}"
-        );
-    }
+            assert!(without.toppled, "{name} is no hazard: {without}");
+            assert!(
+                !with.toppled && with.guard.interventions > 0,
+                "{name}: {with}"
+            );
+        }
+    });
 }
 
 #[test]

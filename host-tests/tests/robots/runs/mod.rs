@@ -3,6 +3,9 @@
 mod crawler;
 mod hylos;
 mod rt_mover;
+#[path = "../../support/unchanged.rs"]
+#[allow(dead_code)] // other tests name their programs themselves
+mod unchanged;
 
 use std::path::Path;
 use tautrack_host_tests::programs::{Board, Programs};
@@ -16,6 +19,12 @@ use tautrack_host_tests::simulator::run::{Options, run};
 fn programs(board: Board, kind: Kind) -> Programs {
     kind.programs(board)
         .unwrap_or_else(|error| panic!("{error}"))
+}
+
+/// Runs a test of whole runs, unless it has passed with the same programs.
+fn unless_unchanged(name: &str, kind: Kind, test: impl FnOnce()) {
+    let programs = [Board::Native, Board::Qemu].map(|board| programs(board, kind));
+    unchanged::unless_unchanged(name, programs.iter().flat_map(unchanged::nodes), test);
 }
 
 /// Loads a shipped scenario and changes it.

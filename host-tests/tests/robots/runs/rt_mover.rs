@@ -1,8 +1,9 @@
 //! Tests of RT-Mover's nodes on its plant: it puts one wheel after the other onto the step,
 //! standing on the other three, with a level seat.
 
-use super::{ends_in_the_same_bits, outcome, scenario};
+use super::{ends_in_the_same_bits, outcome, scenario, unless_unchanged};
 use tautrack_host_tests::programs::Board;
+use tautrack_host_tests::robots::Kind;
 use tautrack_host_tests::robots::Robot;
 use tautrack_host_tests::simulator::record::Sample;
 
@@ -134,76 +135,88 @@ fn steps_up(name: &str, height: f64, hops: usize) {
 
 #[test]
 fn the_nodes_step_up_ten_centimetres() {
-    steps_up("step-10", 0.10, 0);
+    unless_unchanged("rt-mover-10", Kind::RtMover, || {
+        steps_up("step-10", 0.10, 0);
+    });
 }
 
 #[test]
 fn the_nodes_step_up_fifteen_centimetres() {
-    steps_up("step-15", 0.15, 0);
+    unless_unchanged("rt-mover-15", Kind::RtMover, || {
+        steps_up("step-15", 0.15, 0);
+    });
 }
 
 #[test]
 fn the_nodes_step_up_twenty_centimetres() {
-    // A step twice as high as the wheels' radius has only a vertical face for them: while it seeks
-    // the step, a rear wheel rides up a little.
-    steps_up("step-20", 0.20, 1);
+    unless_unchanged("rt-mover-20", Kind::RtMover, || {
+        // A step twice as high as the wheels' radius has only a vertical face for them: while it
+        // seeks the step, a rear wheel rides up a little.
+        steps_up("step-20", 0.20, 1);
+    });
 }
 
 #[test]
 fn emulated_and_native_nodes_end_in_the_same_bits() {
-    ends_in_the_same_bits("rt-mover/step-10");
+    unless_unchanged("rt-mover-bits", Kind::RtMover, || {
+        ends_in_the_same_bits("rt-mover/step-10");
+    });
 }
 
 /// A levelled seat never topples. In these hazards the robot falls onto the wheel that it should
 /// lift, and the diagonally opposite wheel rises.
 #[test]
 fn the_guard_keeps_on_its_wheels_a_robot_that_falls_over_a_diagonal_without_it() {
-    const REAR_LEFT: usize = 2;
-    const REAR_RIGHT: usize = 3;
-    for (hazard, across) in [
-        ("load-aside", REAR_RIGHT),
-        ("heavy-load-left", REAR_RIGHT),
-        ("far-load-left", REAR_RIGHT),
-        ("load-right", REAR_LEFT),
-        ("far-load-right", REAR_LEFT),
-    ] {
-        let [with, without] = [true, false].map(|guard| {
-            let changed = scenario(&format!("rt-mover/hazards/{hazard}"), |description| {
-                description.guard = guard;
+    unless_unchanged("rt-mover-hazards", Kind::RtMover, || {
+        const REAR_LEFT: usize = 2;
+        const REAR_RIGHT: usize = 3;
+        for (hazard, across) in [
+            ("load-aside", REAR_RIGHT),
+            ("heavy-load-left", REAR_RIGHT),
+            ("far-load-left", REAR_RIGHT),
+            ("load-right", REAR_LEFT),
+            ("far-load-right", REAR_LEFT),
+        ] {
+            let [with, without] = [true, false].map(|guard| {
+                let changed = scenario(&format!("rt-mover/hazards/{hazard}"), |description| {
+                    description.guard = guard;
+                });
+                let (summary, samples) = outcome(&changed, Board::Native);
+                let highest = samples
+                    .iter()
+                    .map(|sample| channel(sample, across, "height_m"))
+                    .fold(0.0, f64::max);
+                (summary.guard.interventions, highest)
             });
-            let (summary, samples) = outcome(&changed, Board::Native);
-            let highest = samples
-                .iter()
-                .map(|sample| channel(sample, across, "height_m"))
-                .fold(0.0, f64::max);
-            (summary.guard.interventions, highest)
-        });
-        println!("{hazard}: {with:?} with, {without:?} without guard");
-        assert!(without.1 > 0.2, "{hazard}: {without:?} is no hazard");
-        assert!(with.0 > 0 && with.1 < 0.01, "{hazard}: {with:?}");
-    }
+            println!("{hazard}: {with:?} with, {without:?} without guard");
+            assert!(without.1 > 0.2, "{hazard}: {without:?} is no hazard");
+            assert!(with.0 > 0 && with.1 < 0.01, "{hazard}: {with:?}");
+        }
+    });
 }
 
 /// 14 kg on a mast make the seat sway, which repeatedly relieves the lifted arm for moments. The
 /// wheel counts as on the step only when the step carries it.
 #[test]
 fn an_arm_relieved_by_a_swaying_seat_does_not_pass_for_a_wheel_on_the_ground() {
-    let swaying = scenario("rt-mover/hazards/load-aside", |description| {
-        let Robot::RtMover(robot) = &mut description.robot else {
-            panic!("another robot");
-        };
-        robot.payload.as_mut().expect("a load").place_m = [0.05, -0.35, 0.7];
-        description.duration_s = 45.0;
+    unless_unchanged("rt-mover-sway", Kind::RtMover, || {
+        let swaying = scenario("rt-mover/hazards/load-aside", |description| {
+            let Robot::RtMover(robot) = &mut description.robot else {
+                panic!("another robot");
+            };
+            robot.payload.as_mut().expect("a load").place_m = [0.05, -0.35, 0.7];
+            description.duration_s = 45.0;
+        });
+        let (_, samples) = outcome(&swaying, Board::Native);
+        let lifted = samples
+            .iter()
+            .position(|sample| channel(sample, 0, "height_m") > 0.2);
+        assert!(lifted.is_some(), "front left was never lifted");
+        let end = samples.last().expect("samples");
+        let [height, load] = ["height_m", "load_n"].map(|what| channel(end, 0, what));
+        assert!(
+            (height - 0.2).abs() < 0.005 && load > 5.0,
+            "{height} m, {load} N"
+        );
     });
-    let (_, samples) = outcome(&swaying, Board::Native);
-    let lifted = samples
-        .iter()
-        .position(|sample| channel(sample, 0, "height_m") > 0.2);
-    assert!(lifted.is_some(), "front left was never lifted");
-    let end = samples.last().expect("samples");
-    let [height, load] = ["height_m", "load_n"].map(|what| channel(end, 0, what));
-    assert!(
-        (height - 0.2).abs() < 0.005 && load > 5.0,
-        "{height} m, {load} N"
-    );
 }

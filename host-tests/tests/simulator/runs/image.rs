@@ -1,9 +1,9 @@
 //! Tests of runs in which single nodes are flash images of their board. docs/images.md has the ten
 //! native runs with which the run of a track compares.
 
-use super::{outcome, scenario, with};
+use super::{outcome, programs, scenario, unchanged, with};
 use std::ops::RangeInclusive;
-use tautrack_host_tests::programs::{Board, guard_board, motor_board};
+use tautrack_host_tests::programs::{Board, Program, guard_board, motor_board};
 use tautrack_host_tests::results::summary::Summary;
 use tautrack_host_tests::robots::{Kind, NodeName};
 use tautrack_host_tests::scenario::Expect;
@@ -19,25 +19,34 @@ const REAR_MARGIN_M: RangeInclusive<f64> = -0.202..=0.002;
 /// Minimum margin in the guard's estimate in these runs, m.
 const GUARD_MARGIN_M: RangeInclusive<f64> = 0.157..=0.160;
 
+/// Runs a test, unless it has passed with the same flash image and the same native nodes.
+fn unless_unchanged(name: &str, image: &Program, test: impl FnOnce()) {
+    let native = unchanged::nodes(programs(Board::Native));
+    let image = unchanged::digests([image]);
+    unchanged::unless_unchanged(name, native.into_iter().chain(image), test);
+}
+
 #[test]
 fn a_track_that_is_a_flash_image_climbs_as_native_nodes_do() {
     let program = motor_board().unwrap_or_else(|error| panic!("{error}")).axle;
-    let options = Options {
-        exchanged: vec![(NodeName::LEFT_TRACK, Board::Image, program)],
-        ..Options::default()
-    };
-    let (summary, _) = with(&scenario("staircase", |_| {}), Board::Native, options);
-    assert_eq!(summary.nodes[0].board, "esc1");
-    assert!(summary.expectation_met && summary.landed, "{summary}");
-    assert!(summary.tension_error_m.unwrap().p99 <= 1.5e-3, "{summary}");
-    for (figure, spread) in [
-        (summary.landing_time_s, LANDING_S),
-        (summary.min_backward_margin_m, REAR_MARGIN_M),
-        (summary.min_guard_margin_m, GUARD_MARGIN_M),
-    ] {
-        let figure = figure.unwrap_or_else(|| panic!("{summary}"));
-        assert!(spread.contains(&figure), "{figure}: {spread:?}\n{summary}");
-    }
+    unless_unchanged("image-of-a-track", &program.clone(), || {
+        let options = Options {
+            exchanged: vec![(NodeName::LEFT_TRACK, Board::Image, program)],
+            ..Options::default()
+        };
+        let (summary, _) = with(&scenario("staircase", |_| {}), Board::Native, options);
+        assert_eq!(summary.nodes[0].board, "esc1");
+        assert!(summary.expectation_met && summary.landed, "{summary}");
+        assert!(summary.tension_error_m.unwrap().p99 <= 1.5e-3, "{summary}");
+        for (figure, spread) in [
+            (summary.landing_time_s, LANDING_S),
+            (summary.min_backward_margin_m, REAR_MARGIN_M),
+            (summary.min_guard_margin_m, GUARD_MARGIN_M),
+        ] {
+            let figure = figure.unwrap_or_else(|| panic!("{summary}"));
+            assert!(spread.contains(&figure), "{figure}: {spread:?}\n{summary}");
+        }
+    });
 }
 
 /// The guard homes the drives, arms, and drives onto the stairs. So every sensor chip has to show a
@@ -47,32 +56,34 @@ fn a_guard_that_is_a_flash_image_arms_and_drives_as_a_native_guard_does() {
     let name = Kind::B2p2.facts().guard_program;
     let programs = guard_board(&[name]).unwrap_or_else(|error| panic!("{error}"));
     let program = programs.into_iter().next().expect("one program");
-    let short = scenario("staircase", |description| {
-        description.duration_s = 9.0;
-        description.expect = Expect::default();
-        description.operator.events.truncate(1);
-        if let Terrain::Stairs { first_nose_m, .. } = &mut description.terrain {
-            *first_nose_m = 0.85;
+    unless_unchanged("image-of-the-guard", &program.clone(), || {
+        let short = scenario("staircase", |description| {
+            description.duration_s = 9.0;
+            description.expect = Expect::default();
+            description.operator.events.truncate(1);
+            if let Terrain::Stairs { first_nose_m, .. } = &mut description.terrain {
+                *first_nose_m = 0.85;
+            }
+        });
+        let native = outcome(&short, Board::Native);
+        let options = Options {
+            exchanged: vec![(NodeName::GUARD, Board::Image, program)],
+            ..Options::default()
+        };
+        let image = with(&short, Board::Native, options);
+        let boards = [&native, &image].map(|(summary, _)| {
+            let mut nodes = summary.nodes.iter();
+            nodes
+                .find(|node| node.role == "guard")
+                .map(|node| &*node.board)
+        });
+        assert_eq!(boards, [Some("native"), Some("g474")]);
+        for run in [&native, &image] {
+            climbs(run);
         }
+        let [native, image] = [native, image].map(|(summary, _)| summary.driven_m);
+        assert!((image - native).abs() < 0.02, "{image} {native}");
     });
-    let native = outcome(&short, Board::Native);
-    let options = Options {
-        exchanged: vec![(NodeName::GUARD, Board::Image, program)],
-        ..Options::default()
-    };
-    let image = with(&short, Board::Native, options);
-    let boards = [&native, &image].map(|(summary, _)| {
-        let mut nodes = summary.nodes.iter();
-        nodes
-            .find(|node| node.role == "guard")
-            .map(|node| &*node.board)
-    });
-    assert_eq!(boards, [Some("native"), Some("g474")]);
-    for run in [&native, &image] {
-        climbs(run);
-    }
-    let [native, image] = [native, image].map(|(summary, _)| summary.driven_m);
-    assert!((image - native).abs() < 0.02, "{image} {native}");
 }
 
 /// Asserts that the robot is armed at the end, was never held back, has climbed, and that the guard

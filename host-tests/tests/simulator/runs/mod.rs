@@ -12,6 +12,9 @@ mod restart;
 mod sensors;
 mod snapshot;
 mod state;
+#[path = "../../support/unchanged.rs"]
+#[allow(dead_code)] // other tests name their inputs themselves
+mod unchanged;
 
 use std::path::PathBuf;
 use std::sync::OnceLock;

@@ -1,0 +1,71 @@
+//! Skips a long run that has passed with the same programs: a run is deterministic.
+
+#[path = "../../../shared/tests/support/sweep.rs"]
+mod sweep;
+
+use sha2::{Digest, Sha256};
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::{env, fs};
+use sweep::unless_passed_with;
+use tautrack_host_tests::programs::setup::QEMU;
+use tautrack_host_tests::programs::{Program, Programs, hexadecimal};
+
+/// Runs a test, unless it has passed with the same `programs` (their digests), the same scenarios,
+/// the same emulator, and the same executable of the test, which contains the simulator.
+pub fn unless_unchanged(
+    name: &str,
+    programs: impl IntoIterator<Item = String>,
+    test: impl FnOnce(),
+) {
+    let inputs: Vec<_> = programs.into_iter().chain(simulator()).collect();
+    unless_passed_with(&inputs.join("\n"), name, test);
+}
+
+/// Digests of the programs of all roles.
+pub fn nodes(programs: &Programs) -> [String; 3] {
+    digests([&programs.axle, &programs.screw, &programs.guard])
+}
+
+/// Digests of programs.
+pub fn digests<const N: usize>(programs: [&Program; N]) -> [String; N] {
+    programs.map(|program| program.sha256.clone())
+}
+
+/// Version of the emulator, and digests of this executable and of the scenarios.
+fn simulator() -> [String; 3] {
+    let executable = fs::read(env::current_exe().expect("an executable")).expect("its bytes");
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios");
+    let mut scenarios = Sha256::new();
+    for file in files(&folder) {
+        scenarios.update(fs::read(file).expect("a scenario"));
+    }
+    [
+        emulator(),
+        hexadecimal(&Sha256::digest(executable)),
+        hexadecimal(&scenarios.finalize()),
+    ]
+}
+
+/// What QEMU says of its version.
+pub fn emulator() -> String {
+    let output = Command::new(QEMU).arg("--version").output();
+    String::from_utf8(output.expect("QEMU starts").stdout).expect("UTF-8")
+}
+
+/// All files below a folder, in the order of their paths.
+fn files(folder: &Path) -> Vec<PathBuf> {
+    let entries = fs::read_dir(folder).expect("a folder");
+    let mut places: Vec<PathBuf> = entries
+        .map(|entry| entry.expect("an entry").path())
+        .collect();
+    places.sort();
+    let found = places.into_iter().flat_map(|place| {
+        if place.is_dir() {
+            files(&place)
+        } else {
+            vec![place]
+        }
+    });
+    found.collect()
+}
