@@ -7,6 +7,9 @@ mod current;
 mod limits;
 #[cfg(feature = "lockstep")]
 mod model;
+#[cfg(feature = "lockstep")]
+#[path = "../support/parallel.rs"]
+mod parallel;
 #[allow(dead_code)] // the models need the joints
 #[cfg(feature = "lockstep")]
 #[path = "../support/random.rs"]

@@ -1,6 +1,7 @@
 //! A power cut at every single write and erase.
 
 use crate::flash::{Flash, PAGE, TEARS, Tear};
+use crate::parallel;
 use crate::{restart, save, saved, set, values};
 use tautrack::settings::{Setting, Settings, TABLE};
 use tautrack::store::{RECORDS, State, Store};
@@ -122,7 +123,8 @@ fn a_cut_in_the_repair_of_a_cut_is_repaired_too() {
         flash = saved(saved(flash, &new), &old);
     }
     let operations = saved(flash.clone(), &new).operations - flash.operations;
-    for at in 0..operations {
+    let places: Vec<_> = (0..operations).collect();
+    parallel::map(&places, |&at| {
         let mut cut = flash.clone();
         cut.cut = Some((at, Tear::Random(at as u64)));
         let mut store = Store::open(cut).expect("a store");
@@ -145,7 +147,7 @@ fn a_cut_in_the_repair_of_a_cut_is_repaired_too() {
                 assert!(either.contains(&Some(found)), "{}", setting.name);
             }
         }
-    }
+    });
 }
 
 #[test]

@@ -3,6 +3,8 @@
 mod cuts;
 mod flash;
 mod histories;
+#[path = "../support/parallel.rs"]
+mod parallel;
 mod schemas;
 
 use flash::Flash;

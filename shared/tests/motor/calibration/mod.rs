@@ -2,6 +2,7 @@
 
 mod bench;
 
+use crate::parallel;
 use crate::random::Random;
 use bench::{Bench, PERIODS, SUPPLY, Truth, draw, plan};
 use tautrack::link::{MotorModel, ThreePhaseModel, WindingModel};
@@ -29,14 +30,24 @@ struct Worst {
 fn fifty_three_phase_motors_are_measured_or_refused_with_the_reason() {
     let mut random = Random(20_261_123);
     let (mut worst, mut refused) = (Worst::default(), 0);
-    for number in 0..50 {
-        let truth = draw(&mut random, false);
+    let motors: Vec<_> = (0..50)
+        .map(|number| (number, draw(&mut random, false)))
+        .collect();
+    let results = parallel::map(&motors, |(number, truth)| {
+        let mut bench = Bench::new(truth, &truth.config(None), *number);
+        let (result, seconds) = bench.calibrate(&plan(truth));
+        let record = result.as_ref().ok();
+        let torque_errors =
+            record.map(|record| [None, Some(record)].map(|record| torque_error(truth, record)));
+        (result, seconds, bench.largest_current, torque_errors)
+    });
+    for ((number, truth), (result, seconds, largest_current, torque_errors)) in
+        motors.into_iter().zip(results)
+    {
         let winding = truth.three_phase();
-        let mut bench = Bench::new(&truth, &truth.config(None), number);
-        let (result, seconds) = bench.calibrate(&plan(&truth));
         worst.current = worst
             .current
-            .max(bench.largest_current / f64::from(truth.calibration_current));
+            .max(largest_current / f64::from(truth.calibration_current));
         worst.seconds = worst.seconds.max(seconds);
         let record = match result {
             Ok(record) => record,
@@ -68,9 +79,9 @@ fn fifty_three_phase_motors_are_measured_or_refused_with_the_reason() {
         assert!(inductance <= 0.10, "{about}");
         assert!(torque_constant <= 0.03, "{about}");
         assert!(apart.abs() <= 2.0, "{apart} {about}");
-        let after = torque_error(&truth, Some(&record));
+        let [before, after] = torque_errors.expect("for a record");
         assert!(after <= 0.03, "{after} {about}");
-        worst.torque_before = worst.torque_before.max(torque_error(&truth, None));
+        worst.torque_before = worst.torque_before.max(before);
         worst.torque_after = worst.torque_after.max(after);
     }
     println!("{refused} of 50 three-phase motors refused; {worst:?}");
