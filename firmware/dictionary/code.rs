@@ -1,6 +1,6 @@
 //! Generates the code of an object dictionary: for each object a static variable with functions
-//! that read and write its values, and the table of all objects (`bus::object`). The stack's own
-//! generator makes the statics of the process data, which need its types.
+//! that read and write its values, the statics of the process data, and the table of all objects
+//! (`bus::object`).
 
 use std::error::Error;
 use std::fmt::Write;
@@ -15,13 +15,8 @@ use zencan_common::objects::AccessType;
 /// # Errors
 /// An object has a type or a default that no node uses.
 pub fn generate(config: &DeviceConfig) -> Result<String, Box<dyn Error>> {
-    let mut process_data = config.clone();
-    process_data.objects.clear();
-    let mut code = zencan_build::device_config_to_string(&process_data, false)?;
-    // The last item is the table of objects, empty.
-    let table = code.rfind("pub static OD_TABLE");
-    code.truncate(table.ok_or("the stack's generator made no table")?);
-    code.push_str("\nuse crate::bus::object::{Bytes, Constant, Number, Object, Row, Value};\n");
+    let mut code = process_data(config);
+    code.push_str("use crate::bus::object::{Bytes, Constant, Number, Object, Row, Value};\n");
     code.push_str("use zencan_node::common::objects::{AccessType, ObjectCode, PdoMappable};\n");
 
     let mut objects: Vec<_> = config.objects.iter().collect();
@@ -46,6 +41,51 @@ pub fn generate(config: &DeviceConfig) -> Result<String, Box<dyn Error>> {
         "pub static OD_TABLE: [ODEntry; {count}] = [\n{entries}];"
     )?;
     Ok(code)
+}
+
+/// Returns the statics of the process data, and the state of the network management that decides
+/// whether their parameters can be written.
+fn process_data(config: &DeviceConfig) -> String {
+    let mut code = String::from(
+        "use zencan_node::common::AtomicCell;
+        use zencan_node::common::nmt::NmtState;
+        use zencan_node::object_dict::ODEntry;
+        use zencan_node::pdo::{Pdo, PdoCommObject, PdoDefaults, PdoMappingObject};
+        pub static NMT_STATE: AtomicCell<NmtState> = AtomicCell::new(NmtState::Bootup);\n",
+    );
+    for (name, count, defaults) in [
+        ("RPDO", config.pdos.num_rpdo, &config.pdos.rpdo_defaults),
+        ("TPDO", config.pdos.num_tpdo, &config.pdos.tpdo_defaults),
+    ] {
+        let pdos = (0..usize::from(count)).map(|number| {
+            let parameters = defaults.get(&number).map_or("DEFAULT".to_owned(), |pdo| {
+                let mappings: Vec<_> = pdo.mappings.iter().map(|it| it.to_object_value()).collect();
+                format!(
+                    "new({}, {}, {}, {}, {}, {}, &{mappings:?})",
+                    pdo.cob_id,
+                    pdo.extended,
+                    pdo.add_node_id,
+                    pdo.enabled,
+                    pdo.rtr_disabled,
+                    pdo.transmission_type,
+                )
+            });
+            format!(
+                "Pdo::new_with_defaults(&OD_TABLE, &NMT_STATE, &PdoDefaults::{parameters}),\n"
+            )
+        });
+        let pdos: String = pdos.collect();
+        let _ = writeln!(code, "pub static {name}S: [Pdo; {count}] = [{pdos}];");
+        for (kind, of) in [("COMM", "PdoCommObject"), ("MAPPING", "PdoMappingObject")] {
+            let objects = (0..count).map(|number| format!("{of}::new(&{name}S[{number}]), "));
+            let objects: String = objects.collect();
+            let _ = writeln!(
+                code,
+                "pub static {name}_{kind}_OBJECTS: [{of}; {count}] = [{objects}];"
+            );
+        }
+    }
+    code
 }
 
 /// Appends the static variable of an object to `code`. Returns the object's value in the table.

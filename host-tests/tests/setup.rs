@@ -16,6 +16,8 @@ use tautrack_host_tests::robots::Kind;
 
 const READY: Facts = Facts {
     target_library: true,
+    library_sources: true,
+    sources_needed: true,
     rustup: true,
     distribution_rust: false,
     distribution_wanted: false,
@@ -36,7 +38,7 @@ fn facts() -> impl Strategy<Value = Facts> {
         Just(Some(Rights::Root)),
         Just(Some(Rights::Sudo))
     ];
-    (any::<[bool; 6]>(), packages, rights).prop_map(|(bits, packages, rights)| Facts {
+    (any::<[bool; 8]>(), packages, rights).prop_map(|(bits, packages, rights)| Facts {
         target_library: bits[0],
         rustup: bits[1],
         distribution_rust: bits[2],
@@ -45,6 +47,8 @@ fn facts() -> impl Strategy<Value = Facts> {
         packages,
         rights,
         setup_allowed: bits[5],
+        library_sources: bits[6],
+        sources_needed: bits[7],
     })
 }
 
@@ -65,6 +69,38 @@ fn rustup_is_asked_first_for_a_missing_target_and_the_distribution_when_that_fai
     assert_eq!(plan(&failed), Ok((Toolchain::Distribution, vec![install])));
     let hopeless = after(install, false, &failed, &bare);
     assert_eq!(plan(&hopeless), Err(Missing::Target));
+}
+
+#[test]
+fn a_flash_image_gets_the_sources_of_the_library_and_a_simulated_node_does_not_need_them() {
+    let bare = Facts {
+        library_sources: false,
+        ..READY
+    };
+    assert_eq!(
+        plan(&bare),
+        Ok((Toolchain::Current, vec![Step::AddSources]))
+    );
+    let simulated = Facts {
+        sources_needed: false,
+        ..bare
+    };
+    assert_eq!(plan(&simulated), Ok((Toolchain::Current, vec![])));
+    let forbidden = Facts {
+        setup_allowed: false,
+        ..bare
+    };
+    assert_eq!(plan(&forbidden), Err(Missing::Sources));
+    let nothing = Facts {
+        target_library: false,
+        ..bare
+    };
+    let steps = vec![Step::AddTarget, Step::AddSources];
+    assert_eq!(plan(&nothing), Ok((Toolchain::Current, steps)));
+    // Without a network, rustup fails, and the distribution's packages have the sources.
+    let failed = after(Step::AddSources, false, &bare, &bare);
+    let install = Step::InstallDistributionRust(Rights::Root);
+    assert_eq!(plan(&failed), Ok((Toolchain::Distribution, vec![install])));
 }
 
 #[test]
@@ -98,7 +134,12 @@ fn commands_use_the_rights_there_are() {
 
 #[test]
 fn what_is_missing_is_one_line_that_says_what_to_type() {
-    for missing in [Missing::Target, Missing::DistributionRust, Missing::Qemu] {
+    for missing in [
+        Missing::Target,
+        Missing::Sources,
+        Missing::DistributionRust,
+        Missing::Qemu,
+    ] {
         let text = missing.to_string();
         assert!(
             text.contains("type") && text.contains("apt-get install") && !text.contains('\n'),

@@ -1,16 +1,20 @@
 //! Configuration of a node's bus: its object dictionary, the robot's identifiers and its guard.
 
 use tautrack::bus::heartbeat::Monitor;
+use zencan_node::common::AtomicCell;
+use zencan_node::common::nmt::NmtState;
 use zencan_node::object_dict::ODEntry;
-use zencan_node::{NodeMbox, NodeState};
+use zencan_node::pdo::Pdo;
 
 /// The statics that are generated from a role's dictionary.
 #[derive(Clone, Copy)]
 pub struct Dictionary {
-    /// Frames in and out of the stack.
-    pub mailbox: &'static NodeMbox,
-    /// State of NMT (network management) and PDOs.
-    pub state: &'static NodeState<'static>,
+    /// State of NMT (network management).
+    pub state: &'static AtomicCell<NmtState>,
+    /// Receive PDOs.
+    pub receive_pdos: &'static [Pdo<'static>],
+    /// Transmit PDOs.
+    pub transmit_pdos: &'static [Pdo<'static>],
     /// The objects of the dictionary.
     pub table: &'static [ODEntry<'static>],
     /// Sets the serial number in the identity (object 0x1018).

@@ -1,17 +1,17 @@
 //! A node's interface to the CANopen bus.
 //!
 //! `queue` implements a frame queue and `traffic` holds the queues between board and tasks.
-//! `filter` keeps frames from the stack that it handles wrongly. `stack` contains the CANopen
-//! stack, and sends the heartbeat and boot-up messages, which the stack does not send as CiA 301
-//! requires. `object` makes objects of the rows of a table. `parameters` serves the objects of the
-//! settings. `configuration` describes the node's bus settings; `service` is the bus task, and
-//! `unconfigured` that of a node without an id.
+//! `filter` refuses what a client may not request. `stack` is the node: network management, process
+//! data, heartbeat; `sdo` serves the objects of the dictionary. `object` makes objects of the rows
+//! of a table. `parameters` serves the objects of the settings. `configuration` describes the
+//! node's bus settings; `service` is the bus task, and `unconfigured` that of a node without an id.
 
 mod configuration;
 mod filter;
 pub mod object;
 mod parameters;
 mod queue;
+mod sdo;
 mod service;
 mod stack;
 mod traffic;

@@ -1,16 +1,17 @@
-//! Wraps the CANopen stack, and sends the heartbeat and boot-up messages, which the stack does not
-//! send as CiA 301 requires.
+//! One CANopen node: network management (NMT), process data (PDOs), heartbeat and boot-up messages.
+//! [`super::sdo`] serves the objects.
 
-use super::filter::{self, Condition, Verdict};
-use super::{Dictionary, Listen, Master, TRANSMIT, parameters};
+use super::filter::{self, Condition, SDO_REQUEST, SDO_RESPONSE, Verdict};
+use super::traffic::{NMT, SYNC};
+use super::{Dictionary, Listen, Master, TRANSMIT, parameters, sdo};
 use crate::watchdog;
 use core::sync::atomic::{AtomicBool, Ordering};
 use tautrack::bus::network;
 use tautrack::can::Frame;
 use zencan_node::common::nmt::NmtState;
-use zencan_node::common::{CanId, CanMessage, NodeId};
+use zencan_node::common::{AtomicCell, CanId, NodeId};
 use zencan_node::object_dict::find_object;
-use zencan_node::{Callbacks, Node};
+use zencan_node::pdo::{MappingEntry, Pdo};
 
 static OPERATIONAL: AtomicBool = AtomicBool::new(false);
 
@@ -37,9 +38,10 @@ pub struct Received {
 
 /// One CANopen node.
 pub struct Bus {
-    node: Node<'static>,
+    server: sdo::Server,
     dictionary: Dictionary,
     node_id: u8,
+    id: NodeId,
     listen: Option<Listen>,
     master: Option<Master>,
     heartbeat_sent_us: u64,
@@ -58,29 +60,21 @@ impl Bus {
     ) -> Option<Self> {
         let id = NodeId::new(node_id).ok()?;
         let heartbeat = find_object(dictionary.table, HEARTBEAT_PRODUCER_TIME)?;
-        // The stack reads the period once, here; a period other than 0 would make it send its own
-        // heartbeats.
-        heartbeat.write(0, &0_u16.to_le_bytes()).ok()?;
-        let node = Node::new(
-            id,
-            Callbacks::new(),
-            dictionary.mailbox,
-            dictionary.state,
-            dictionary.table,
-        );
         heartbeat.write(0, &heartbeat_ms.to_le_bytes()).ok()?;
-        Some(Self {
-            node,
+        let bus = Self {
+            server: sdo::Server::default(),
             dictionary,
             node_id,
+            id,
             listen,
             master,
             heartbeat_sent_us: 0,
-        })
+        };
+        bus.reset();
+        Some(bus)
     }
 
-    /// Processes one frame; when this returns, [`TRANSMIT`] holds the frames sent in answer. It
-    /// takes one frame at a time, because each of the stack's mailboxes holds one.
+    /// Processes one frame; when this returns, [`TRANSMIT`] holds the frames sent in answer.
     pub fn receive(&mut self, frame: Frame, now_us: u64) -> Received {
         let mut wrote = false;
         let condition = self.condition(&frame, now_us);
@@ -91,10 +85,9 @@ impl Bus {
         match filter::evaluate(&frame, self.node_id, condition) {
             _ if answer.is_some() => {}
             Verdict::Pass => {
-                let message = CanMessage::new(CanId::std(frame.id()), frame.data());
-                // An error means that the frame is not addressed to this node.
-                if self.dictionary.mailbox.store_message(message).is_ok() {
-                    wrote = self.process(now_us);
+                if let Some(wrote_objects) = self.follow(&frame, now_us) {
+                    wrote = wrote_objects;
+                    self.process(now_us);
                 }
             }
             Verdict::Drop => {}
@@ -123,43 +116,109 @@ impl Bus {
         }
     }
 
-    /// Runs the stack, and sends the heartbeat if it is due and the control task runs. Object
-    /// 0x1017 is its period in milliseconds, with 0 for no heartbeat. Returns whether objects were
-    /// written.
-    pub fn process(&mut self, now_us: u64) -> bool {
-        let mut wrote = false;
-        loop {
-            let booting = self.node.nmt_state() == NmtState::Bootup;
-            if booting {
-                self.apply_listen();
-                self.send_heartbeat(0, now_us);
-            }
-            wrote |= self.node.process(now_us);
-            while let Some(message) = self.dictionary.mailbox.next_transmit_message() {
-                let id = message.id().raw() as u16;
-                // The stack's boot-up message carries the state after boot-up, where CiA 301
-                // requires 0: `send_heartbeat(0)` above sends the correct one.
-                if id != HEARTBEAT + u16::from(self.node_id)
-                    && let Some(frame) = Frame::new(id, message.data())
-                {
-                    TRANSMIT.push(frame);
+    /// Does what `frame` requests. Returns whether it wrote objects; `None` if it is not addressed
+    /// to this node.
+    fn follow(&mut self, frame: &Frame, now_us: u64) -> Option<bool> {
+        match (frame.id(), frame.data()) {
+            (NMT, &[command, node]) if node == 0 || node == self.node_id => {
+                match command {
+                    1 => self.enter(NmtState::Operational),
+                    2 => self.enter(NmtState::Stopped),
+                    128 => self.enter(NmtState::PreOperational),
+                    129 | 130 => self.reset(),
+                    _ => {}
                 }
+                return Some(false);
             }
-            if self.node.nmt_state() != NmtState::Bootup {
-                break;
+            (NMT, _) => return Some(false),
+            (SYNC, _) => {
+                if self.state() == NmtState::Operational {
+                    self.send_process_data();
+                }
+                return Some(false);
             }
+            _ => {}
         }
-        OPERATIONAL.store(
-            self.node.nmt_state() == NmtState::Operational,
-            Ordering::Relaxed,
-        );
+        let id = CanId::std(frame.id());
+        let mut pdos = self.dictionary.receive_pdos.iter();
+        if let Some(pdo) = pdos.find(|pdo| pdo.valid() && pdo.cob_id() == id) {
+            let operational = self.state() == NmtState::Operational;
+            if operational {
+                store(pdo, frame.data());
+            }
+            return Some(operational);
+        }
+        if frame.id() != SDO_REQUEST + u16::from(self.node_id) {
+            return None;
+        }
+        let request = frame.data().try_into().ok()?;
+        let (answer, wrote) = self.server.answer(request, self.dictionary.table, now_us);
+        self.send_answer(answer);
+        Some(wrote)
+    }
+
+    /// Ends the boot-up, and sends what is due: the heartbeat, if the control task runs, and the
+    /// end of a transfer that its client has given up. Object 0x1017 is the period of the heartbeat
+    /// in milliseconds, with 0 for no heartbeat.
+    pub fn process(&mut self, now_us: u64) {
+        if self.state() == NmtState::Bootup {
+            self.apply_listen();
+            self.send_heartbeat(0, now_us);
+            self.enter(NmtState::PreOperational);
+        }
+        let late = self.server.time_out(now_us);
+        self.send_answer(late);
+        let state = self.state();
+        OPERATIONAL.store(state == NmtState::Operational, Ordering::Relaxed);
         if let Some(due) = self.heartbeat_due_us()
             && now_us >= due
             && watchdog::control_runs(now_us)
         {
-            self.send_heartbeat(self.node.nmt_state() as u8, now_us);
+            self.send_heartbeat(state as u8, now_us);
         }
-        wrote
+    }
+
+    fn state(&self) -> NmtState {
+        self.dictionary.state.load()
+    }
+
+    fn enter(&self, state: NmtState) {
+        self.dictionary.state.store(state);
+    }
+
+    /// Restores the parameters of the process data, and boots again.
+    fn reset(&self) {
+        let Dictionary {
+            receive_pdos,
+            transmit_pdos,
+            ..
+        } = self.dictionary;
+        for pdo in receive_pdos.iter().chain(transmit_pdos) {
+            pdo.init_defaults(self.id);
+        }
+        self.enter(NmtState::Bootup);
+    }
+
+    /// Sends the process data that are due on a SYNC. None is sent on an event: no object reports
+    /// one.
+    fn send_process_data(&self) {
+        for pdo in self.dictionary.transmit_pdos {
+            if pdo.sync_update()
+                && let CanId::Std(id) = pdo.cob_id()
+            {
+                let (data, length) = payload(pdo);
+                let frame = Frame::new(id, data.get(..length).unwrap_or_default());
+                TRANSMIT.push(frame.unwrap_or_default());
+            }
+        }
+    }
+
+    fn send_answer(&self, answer: Option<[u8; 8]>) {
+        let id = SDO_RESPONSE + u16::from(self.node_id);
+        let frame = answer.and_then(|answer| Frame::new(id, &answer));
+        if let Some(frame) = frame {
+            TRANSMIT.push(frame);
+        }
     }
 
     /// Returns when the next heartbeat is due, us since power-up; `None` if it is disabled. A new
@@ -190,10 +249,44 @@ impl Bus {
     }
 }
 
+/// The objects in a PDO.
+fn mapped(pdo: &Pdo<'static>) -> impl Iterator<Item = MappingEntry<'static>> {
+    let count = usize::from(pdo.valid_maps.load());
+    let entries = pdo.mapping_params.iter().take(count);
+    entries.map_while(AtomicCell::load)
+}
+
+/// Writes what a PDO carries to its objects.
+fn store(pdo: &Pdo<'static>, mut data: &[u8]) {
+    for entry in mapped(pdo) {
+        let Some((value, rest)) = data.split_at_checked(usize::from(entry.length)) else {
+            return;
+        };
+        // Cannot fail: the mapping was checked when it was written.
+        let _ = entry.object.data.write(entry.sub, value);
+        data = rest;
+    }
+}
+
+/// Reads what a PDO carries from its objects. Returns it with its length.
+fn payload(pdo: &Pdo<'static>) -> ([u8; 8], usize) {
+    let mut data = [0; 8];
+    let mut length = 0;
+    for entry in mapped(pdo) {
+        let end = length + usize::from(entry.length);
+        let Some(place) = data.get_mut(length..end) else {
+            break;
+        };
+        // Cannot fail: the mapping was checked when it was written.
+        let _ = entry.object.data.read(entry.sub, 0, place);
+        length = end;
+    }
+    (data, length)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::bus::traffic::SYNC;
 
     fn heartbeats() -> usize {
         core::iter::from_fn(|| TRANSMIT.pop())

@@ -8,7 +8,7 @@ pub static RECEIVED: FrameQueue<64> = FrameQueue::new();
 /// Frames to send; the board takes them.
 pub static TRANSMIT: FrameQueue<64> = FrameQueue::new();
 
-const NMT: u16 = 0x000;
+pub(super) const NMT: u16 = 0x000;
 pub(super) const SYNC: u16 = 0x080;
 
 /// Sends `frame`. SYNC and NMT commands are also put into [`RECEIVED`], because they apply to the

@@ -126,8 +126,9 @@ macro_rules! dictionary {
             use crate::roles::{centi, milli};
             include!(concat!(env!("OUT_DIR"), "/", $file));
             pub const DICTIONARY: crate::bus::Dictionary = crate::bus::Dictionary {
-                mailbox: &NODE_MBOX,
-                state: &NODE_STATE,
+                state: &NMT_STATE,
+                receive_pdos: &RPDOS,
+                transmit_pdos: &TPDOS,
                 table: &OD_TABLE,
                 set_serial_number: |number| OBJECT1018.set_serial(number),
             };

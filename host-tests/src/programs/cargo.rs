@@ -22,8 +22,8 @@ pub(super) struct Recipe<'a> {
     pub features: &'a str,
     /// Profile of the workspace.
     pub profile: &'a str,
-    /// Log records (`DEFMT_LOG`) of a flash image, which must be small and also contains no paths
-    /// of this computer. `None`: the program is not flashed.
+    /// Log records (`DEFMT_LOG`) of a flash image. Its library is compiled with it, for size and
+    /// with [`FLASHED_FLAGS`]. `None`: the program is not flashed.
     pub flashed_with_log: Option<&'a str>,
 }
 
@@ -44,7 +44,9 @@ impl Recipe<'_> {
 pub(super) fn folder_of(recipe: &Recipe, programs: &[&str]) -> Result<PathBuf, BuildError> {
     let root = root().map_err(BuildError::NoCheckout)?;
     let toolchain = match recipe.target {
-        Some(TARGET) => setup::ensure().map_err(BuildError::Missing)?,
+        Some(TARGET) => {
+            setup::ensure(recipe.flashed_with_log.is_some()).map_err(BuildError::Missing)?
+        }
         _ => Toolchain::Current,
     };
     let mut folder = root.join("target").join(match toolchain {
@@ -79,8 +81,13 @@ fn target(board: Board) -> Option<&'static str> {
 }
 
 /// Log records of a board's program. Those of the bus stack and of the chip's library would take
-/// 1.1 KB, which the axle does not have.
+/// 1.1 KB.
 pub(super) const FLASHED_LOG: &str = "info,zencan_node=off,zencan_common=off,embassy_stm32=off";
+
+/// Flags of the compiler for flash images. A panic is the instruction UDF, without a text and
+/// without the path of a file of this computer. The texts, and the code that passes them on, would
+/// take 15 KB.
+const FLASHED_FLAGS: [&str; 2] = ["-Cpanic=immediate-abort", "-Zunstable-options"];
 
 fn command(recipe: &Recipe, toolchain: Toolchain, target_folder: &Path) -> Command {
     let cargo = match toolchain {
@@ -101,38 +108,24 @@ fn command(recipe: &Recipe, toolchain: Toolchain, target_folder: &Path) -> Comma
     if let Some(target) = recipe.target {
         command.args(["--target", target]);
         if let Some(log) = recipe.flashed_with_log {
-            let prefix = packages().display().to_string();
+            command.arg("-Zbuild-std-features=optimize_for_size");
             command.arg("--config");
-            command.arg(format!(
-                "target.{target}.rustflags = ['--remap-path-prefix={prefix}=']"
-            ));
+            command.arg(format!("target.{target}.rustflags = {FLASHED_FLAGS:?}"));
             command.env("DEFMT_LOG", log);
         }
     }
+    if toolchain == Toolchain::Distribution || recipe.flashed_with_log.is_some() {
+        // A stable compiler builds the library only if RUSTC_BOOTSTRAP is set.
+        command.arg("-Zbuild-std=core").env("RUSTC_BOOTSTRAP", "1");
+    }
     if toolchain == Toolchain::Distribution {
-        // The distribution's compiler is a stable one. It builds the library of another target only
-        // if RUSTC_BOOTSTRAP is set.
-        command
-            .arg("-Zbuild-std=core")
-            .env("RUSTC_BOOTSTRAP", "1")
-            .env("RUSTC", DISTRIBUTION_RUSTC);
+        command.env("RUSTC", DISTRIBUTION_RUSTC);
         command.env(
             "CARGO_TARGET_THUMBV7EM_NONE_EABIHF_LINKER",
             DISTRIBUTION_LINKER,
         );
     }
     command
-}
-
-/// Folder with the sources of the packages of crates.io. Every panic in them contains the path of
-/// its file.
-fn packages() -> PathBuf {
-    let home = env::var_os("CARGO_HOME").map(PathBuf::from);
-    let home = home.or_else(|| env::home_dir().map(|home| home.join(".cargo")));
-    // Cargo computes the number from the address of crates.io. The last part makes a final slash.
-    home.unwrap_or_default()
-        .join("registry/src/index.crates.io-1949cf8c6b5b557f")
-        .join("")
 }
 
 /// Whether an environment variable can change the program that cargo builds. `cargo run` and

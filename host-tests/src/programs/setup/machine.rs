@@ -15,11 +15,14 @@ pub const DISTRIBUTION_CARGO: &str = "/usr/bin/cargo";
 /// Linker for the target in the distribution's packages; rustup provides its own.
 pub const DISTRIBUTION_LINKER: &str = "ld.lld";
 
-/// Collects the facts about this computer and its environment variables.
-pub fn facts() -> Facts {
+/// Collects the facts about this computer and its environment variables, for a build that needs
+/// the sources of the library or not.
+pub fn facts(sources_needed: bool) -> Facts {
     let rustc = env::var_os("RUSTC").unwrap_or_else(|| "rustc".into());
     Facts {
         target_library: target_library(&rustc),
+        library_sources: library_sources(&rustc),
+        sources_needed,
         rustup: succeeds(&["rustup", "--version"]),
         distribution_rust: distribution_rust(),
         distribution_wanted: env::var_os("TAUTRACK_TOOLCHAIN")
@@ -68,11 +71,15 @@ fn target_library(rustc: &OsStr) -> bool {
     })
 }
 
+fn library_sources(rustc: &OsStr) -> bool {
+    answer(rustc, &["--print", "sysroot"])
+        .map(|sysroot| PathBuf::from(sysroot).join("lib/rustlib/src/rust/library/core"))
+        .is_some_and(|sources| sources.exists())
+}
+
 fn distribution_rust() -> bool {
-    let sources = answer(DISTRIBUTION_RUSTC.as_ref(), &["--print", "sysroot"])
-        .map(|sysroot| PathBuf::from(sysroot).join("lib/rustlib/src/rust/library/core"));
     Path::new(DISTRIBUTION_CARGO).exists()
-        && sources.is_some_and(|sources| sources.exists())
+        && library_sources(DISTRIBUTION_RUSTC.as_ref())
         && succeeds(&[DISTRIBUTION_LINKER, "--version"])
 }
 

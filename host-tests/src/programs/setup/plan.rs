@@ -39,6 +39,10 @@ pub enum Rights {
 pub struct Facts {
     /// The compiler in use has the target's library.
     pub target_library: bool,
+    /// The compiler in use has the sources of the library.
+    pub library_sources: bool,
+    /// The build compiles the library, as that of every flash image does.
+    pub sources_needed: bool,
     /// rustup is installed and has not failed.
     pub rustup: bool,
     /// The distribution's compiler is installed with library sources and linker.
@@ -60,6 +64,8 @@ pub struct Facts {
 pub enum Step {
     /// Adds the target's library with `rustup target add`.
     AddTarget,
+    /// Adds the sources of the library with `rustup component add`.
+    AddSources,
     /// Installs [`DISTRIBUTION_PACKAGES`].
     InstallDistributionRust(Rights),
     /// Installs the emulator.
@@ -83,6 +89,7 @@ impl Step {
         };
         let (commands, rights) = match self {
             Self::AddTarget => return vec![vec!["rustup", "target", "add", TARGET]],
+            Self::AddSources => return vec![vec!["rustup", "component", "add", "rust-src"]],
             Self::InstallDistributionRust(rights) => (apt(&DISTRIBUTION_PACKAGES), rights),
             Self::InstallQemu(Packages::Apt, rights) => (apt(&[QEMU]), rights),
             Self::InstallQemu(Packages::Dnf, rights) => {
@@ -103,6 +110,7 @@ impl fmt::Display for Step {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         let what = match self {
             Self::AddTarget => "the library of the nodes' target",
+            Self::AddSources => "the sources of Rust's library, which flash images are built from",
             Self::InstallDistributionRust(_) => "the distribution's Rust with its library sources",
             Self::InstallQemu(..) => "the emulator",
         };
@@ -120,6 +128,8 @@ impl fmt::Display for Step {
 pub enum Missing {
     /// A compiler for the target is missing.
     Target,
+    /// The sources of the library are missing.
+    Sources,
     /// The distribution's compiler is missing, and the user requested it.
     DistributionRust,
     /// The emulator is missing.
@@ -133,6 +143,12 @@ impl fmt::Display for Missing {
             Self::Target => write!(
                 f,
                 "no compiler for {TARGET}; type: rustup target add {TARGET} \
+                 (without rustup, on Debian: sudo apt-get install {packages})"
+            ),
+            Self::Sources => write!(
+                f,
+                "no sources of Rust's library, which flash images are built from; type: \
+                 rustup component add rust-src \
                  (without rustup, on Debian: sudo apt-get install {packages})"
             ),
             Self::DistributionRust => write!(
@@ -165,23 +181,30 @@ pub fn plan(facts: &Facts) -> Result<(Toolchain, Vec<Step>), Missing> {
         .zip(rights)
         .map(|(packages, rights)| Step::InstallQemu(packages, rights));
 
-    let (toolchain, rust_step) = if facts.distribution_wanted {
+    let add_target = (!facts.target_library).then_some(Step::AddTarget);
+    let lacks_sources = facts.sources_needed && !facts.library_sources;
+    let add_sources = lacks_sources.then_some(Step::AddSources);
+    let rustup_steps: Vec<_> = add_target.into_iter().chain(add_sources).collect();
+
+    let (toolchain, mut steps) = if facts.distribution_wanted {
         let step = needed(
             facts.distribution_rust,
             install_rust,
             Missing::DistributionRust,
         )?;
-        (Toolchain::Distribution, step)
-    } else if facts.target_library {
-        (Toolchain::Current, None)
-    } else if facts.rustup && facts.setup_allowed {
-        (Toolchain::Current, Some(Step::AddTarget))
+        (Toolchain::Distribution, Vec::from_iter(step))
+    } else if rustup_steps.is_empty() || facts.rustup && facts.setup_allowed {
+        (Toolchain::Current, rustup_steps)
     } else {
-        let step = needed(facts.distribution_rust, install_rust, Missing::Target)?;
-        (Toolchain::Distribution, step)
+        let missing = match rustup_steps[0] {
+            Step::AddSources => Missing::Sources,
+            _ => Missing::Target,
+        };
+        let step = needed(facts.distribution_rust, install_rust, missing)?;
+        (Toolchain::Distribution, Vec::from_iter(step))
     };
-    let qemu_step = needed(facts.qemu, install_qemu, Missing::Qemu)?;
-    Ok((toolchain, rust_step.into_iter().chain(qemu_step).collect()))
+    steps.extend(needed(facts.qemu, install_qemu, Missing::Qemu)?);
+    Ok((toolchain, steps))
 }
 
 /// Returns no step if the part is there, else the step that installs it. The error is `missing` if
@@ -200,10 +223,11 @@ pub fn after(step: Step, done: bool, before: &Facts, found: &Facts) -> Facts {
     let helped = done
         && match step {
             Step::AddTarget => found.target_library,
+            Step::AddSources => found.library_sources,
             Step::InstallDistributionRust(_) => found.distribution_rust,
             Step::InstallQemu(..) => found.qemu,
         };
-    let rustup_step = step == Step::AddTarget;
+    let rustup_step = matches!(step, Step::AddTarget | Step::AddSources);
     Facts {
         rustup: before.rustup && (helped || !rustup_step),
         packages: before.packages.filter(|_| helped || rustup_step),
