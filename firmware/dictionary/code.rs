@@ -70,9 +70,7 @@ fn process_data(config: &DeviceConfig) -> String {
                     pdo.transmission_type,
                 )
             });
-            format!(
-                "Pdo::new_with_defaults(&OD_TABLE, &NMT_STATE, &PdoDefaults::{parameters}),\n"
-            )
+            format!("Pdo::new_with_defaults(&OD_TABLE, &NMT_STATE, &PdoDefaults::{parameters}),\n")
         });
         let pdos: String = pdos.collect();
         let _ = writeln!(code, "pub static {name}S: [Pdo; {count}] = [{pdos}];");

@@ -391,6 +391,85 @@ fn known_ways_to_panic_the_stack_are_answered_by_aborts() {
     client.send(&[(0x600 + NODE, &[0x80, 0x08, 0x10, 0, 0, 0, 0, 0])]);
     client.idle(30);
     assert_eq!(client.read(0x1000, 0), 0x0002_0192);
+    // The transmission type of a PDO, mapped with no bits into a PDO that is sent on every SYNC.
+    for request in [
+        [0x23, 0x02, 0x1a, 1, 0x00, 0x02, 0x00, 0x18],
+        [0x2f, 0x02, 0x1a, 0, 1, 0, 0, 0],
+        [0x2f, 0x02, 0x18, 2, 1, 0, 0, 0],
+        [0x23, 0x02, 0x18, 1, 0x85, 0x03, 0, 0],
+    ] {
+        assert_eq!(client.sdo(request)[0], 0x60);
+    }
+    client.send(&[(0x000, &[1, 0])]);
+    let sent = client.send(&[(0x080, &[])]);
+    let empty = sent.iter().find(|frame| frame.id() == 0x385);
+    assert_eq!(empty.map(|frame| frame.data().len()), Some(0));
+}
+
+#[test]
+fn an_object_is_written_and_read_in_segments() {
+    let mut client = Client::new("axle");
+    assert_eq!(upload(&mut client, 0x1008), b"tautrack axle");
+    // The target velocity, with its size given or not, in one segment or two.
+    let first = |with_size: u8| [0x20 | with_size, 0xff, 0x60, 0, 4 * with_size, 0, 0, 0];
+    assert_eq!(client.sdo(first(1)), [0x60, 0xff, 0x60, 0, 0, 0, 0, 0]);
+    assert_eq!(client.sdo([0x07, 1, 2, 3, 4, 0, 0, 0])[0], 0x20);
+    assert_eq!(client.read(0x60ff, 0), 0x0403_0201);
+    assert_eq!(client.sdo(first(0))[0], 0x60);
+    assert_eq!(client.sdo([0x08, 5, 6, 7, 0, 0, 0, 0])[0], 0x20);
+    assert_eq!(client.sdo([0x1d, 8, 0, 0, 0, 0, 0, 0])[0], 0x30);
+    assert_eq!(client.read(0x60ff, 0), 0x0807_0605);
+    // Too short, too long for a number, and too long for the server.
+    for (last, code) in [(0x09, 0x0607_0013), (0x05, 0x0607_0012)] {
+        client.sdo(first(0));
+        let answer = client.sdo([last, 9, 9, 9, 9, 9, 9, 9]);
+        assert_eq!(Client::abort_code(answer), code);
+    }
+    client.sdo(first(0));
+    client.sdo([0x00, 9, 9, 9, 9, 9, 9, 9]);
+    let answer = client.sdo([0x11, 9, 9, 9, 9, 9, 9, 9]);
+    assert_eq!(Client::abort_code(answer), 0x0607_0012);
+    // The size that is announced, and an object that cannot be written.
+    let answer = client.sdo([0x21, 0xff, 0x60, 0, 2, 0, 0, 0]);
+    assert_eq!(Client::abort_code(answer), 0x0607_0013);
+    let answer = client.sdo([0x21, 0x41, 0x60, 0, 2, 0, 0, 0]);
+    assert_eq!(Client::abort_code(answer), 0x0601_0002);
+    assert_eq!(client.read(0x60ff, 0), 0x0807_0605);
+}
+
+#[test]
+fn a_transfer_ends_with_a_wrong_segment_an_abort_or_a_pause() {
+    let mut client = Client::new("axle");
+    let text = [0x40, 0x08, 0x10, 0, 0, 0, 0, 0];
+    client.sdo(text);
+    let answer = client.sdo([0x70, 0, 0, 0, 0, 0, 0, 0]);
+    assert_eq!(answer[..4], [0x80, 0x08, 0x10, 0]);
+    assert_eq!(Client::abort_code(answer), 0x0503_0000);
+    // A segment without a transfer.
+    let answer = client.sdo([0x60, 0, 0, 0, 0, 0, 0, 0]);
+    assert_eq!(Client::abort_code(answer), 0x0504_0001);
+    // An abort has no answer, within a transfer and without one.
+    client.sdo(text);
+    for _ in 0..2 {
+        let mut sent = client.send(&[(0x600 + NODE, &[0x80, 0x08, 0x10, 0, 0, 0, 0, 0])]);
+        sent.extend(client.idle(50));
+        assert!(sent.iter().all(|frame| frame.id() != 0x580 + NODE));
+    }
+    client.sdo(text);
+    let ended: Vec<_> = client.idle(40);
+    let ended = ended.iter().find(|frame| frame.id() == 0x580 + NODE);
+    let ended = ended.expect("the end of the transfer").data();
+    assert_eq!(ended, [0x80, 0x08, 0x10, 0, 0, 0, 4, 5]);
+    assert_eq!(upload(&mut client, 0x1008), b"tautrack axle");
+}
+
+#[test]
+fn process_data_before_the_start_of_a_node_are_ignored() {
+    let mut client = Client::new("axle");
+    client.send(&[(0x300 + NODE, &velocity(0x06, 0.1))]);
+    client.send(&[(0x000, &[1, 0])]);
+    client.idle(5);
+    assert_eq!((client.read(0x6040, 0), client.read(0x60ff, 0)), (0, 0));
 }
 
 #[test]

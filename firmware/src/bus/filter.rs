@@ -1,19 +1,15 @@
-//! Keeps from the CANopen stack the frames that it answers wrongly or panics on, and the requests
-//! that a client may not make at the time.
+//! Decides which requests a node follows: refuses those that it does not support, and those that a
+//! client may not make at the time.
 //!
-//! * Block transfers in both directions. An abort in the middle of a block upload panics the stack,
-//!   its end frame is wrong for lengths that are a multiple of seven, and the segments of a block
-//!   download cannot be distinguished from other requests. Segmented transfers are sufficient for
-//!   every object of this dictionary.
-//! * Segmented writes to PDO mappings. An empty last segment panics the stack, and the stack
-//!   accepts a count above eight.
+//! * Block transfers in both directions. Segmented transfers are sufficient for every object of
+//!   this dictionary.
+//! * Writes to PDO mappings that are no expedited transfers, and more than eight objects in a PDO.
 //! * Writes of values that a drive does not support: modes, option codes and homing methods.
-//! * LSS (layer setting services). Node ids are settings of the node, and the stack would change
-//!   its own id without this filter noticing it.
+//! * LSS (layer setting services). The id of a node that has one is a setting.
 //! * Remote frames do not reach this filter: [`Frame`] cannot represent them.
 //! * While the guard is alive: SDO writes to objects that may move an axle, or that decide which
 //!   frames do. Only the other communication objects, and those of the recording, can be written.
-//! * While the control task does not run: SYNC, because the stack would send old positions.
+//! * While the control task does not run: SYNC, because the node would send old positions.
 
 use tautrack::bus::drive_parameters;
 use tautrack::can::Frame;
@@ -36,7 +32,7 @@ const MAX_MAPPINGS: u8 = 8;
 /// Decision about a received frame.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub enum Verdict {
-    /// Pass the frame to the stack.
+    /// Follow the frame.
     Pass,
     /// Discard the frame.
     Drop,

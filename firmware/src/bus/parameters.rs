@@ -1,8 +1,8 @@
 //! SDO server of the settings: their objects, saving (0x1010), restoring (0x1011), and what was
 //! found in flash (0x2020).
 //!
-//! The CANopen stack does not see these requests. It would need a static object for each setting,
-//! it cannot check bounds, and it acknowledges a save before it happens.
+//! These objects are not in the dictionary, which would need a static object for each setting and
+//! checks no bounds.
 
 use super::filter::{DEVICE_STATE, PARAMETER_LENGTH, SDO_REQUEST, SDO_RESPONSE, VALUE_TOO_HIGH};
 use crate::storage::{self, SaveError};

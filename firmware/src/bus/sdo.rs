@@ -59,7 +59,10 @@ impl Server {
         };
         match result {
             Ok((answer, wrote)) => (Some(answer), wrote),
-            Err(code) => (Some(message(0x80, address, (code as u32).to_le_bytes())), false),
+            Err(code) => (
+                Some(message(0x80, address, (code as u32).to_le_bytes())),
+                false,
+            ),
         }
     }
 
@@ -193,10 +196,7 @@ fn message(command: u8, (index, sub): (u16, u8), data: [u8; 4]) -> Bytes {
     [command, low, high, sub, a, b, c, d]
 }
 
-fn find(
-    request: &Bytes,
-    table: Table,
-) -> Result<(&'static ODEntry<'static>, u8), AbortCode> {
+fn find(request: &Bytes, table: Table) -> Result<(&'static ODEntry<'static>, u8), AbortCode> {
     let (index, sub) = address(request);
     let object = find_object_entry(table, index).ok_or(AbortCode::NoSuchObject)?;
     Ok((object, sub))

@@ -4,11 +4,10 @@ use super::{Bus, RECEIVED, Received};
 use crate::watchdog::{self, Party};
 use embassy_time::{Duration, Instant, with_timeout};
 
-/// Maximum time between two calls of the stack, which it needs to time out transfers that a client
-/// abandoned.
+/// Maximum time between two calls of [`Bus::process`], which ends transfers that a client abandoned.
 const IDLE: Duration = Duration::from_millis(5);
 
-/// Serves the bus for ever. Calls `received` for every received frame after the stack has processed
+/// Serves the bus for ever. Calls `received` for every received frame after the node has followed
 /// it.
 #[embassy_executor::task]
 pub async fn task(mut bus: Bus, received: fn(Received)) -> ! {

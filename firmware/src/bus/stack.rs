@@ -23,7 +23,7 @@ pub fn operational() -> bool {
     OPERATIONAL.load(Ordering::Relaxed)
 }
 
-/// Received frame, and what the stack did with it.
+/// Received frame, and what the node did with it.
 #[derive(Clone, Copy, Debug)]
 pub struct Received {
     /// The frame.
@@ -249,11 +249,14 @@ impl Bus {
     }
 }
 
-/// The objects in a PDO.
+/// The objects in a PDO. Some objects of the parameters panic if they are read with no bytes, so an
+/// entry without bytes is left out.
 fn mapped(pdo: &Pdo<'static>) -> impl Iterator<Item = MappingEntry<'static>> {
     let count = usize::from(pdo.valid_maps.load());
     let entries = pdo.mapping_params.iter().take(count);
-    entries.map_while(AtomicCell::load)
+    entries
+        .map_while(AtomicCell::load)
+        .filter(|entry| entry.length > 0)
 }
 
 /// Writes what a PDO carries to its objects.

@@ -84,10 +84,9 @@ fn target(board: Board) -> Option<&'static str> {
 /// 1.1 KB.
 pub(super) const FLASHED_LOG: &str = "info,zencan_node=off,zencan_common=off,embassy_stm32=off";
 
-/// Flags of the compiler for flash images. A panic is the instruction UDF, without a text and
-/// without the path of a file of this computer. The texts, and the code that passes them on, would
-/// take 15 KB.
-const FLASHED_FLAGS: [&str; 2] = ["-Cpanic=immediate-abort", "-Zunstable-options"];
+/// Flags of the compiler for flash images, as in a file of cargo. A panic is the instruction UDF.
+/// Its text and its place, and the code that passes them on, would take 15 KB.
+const FLASHED_FLAGS: &str = "'-Cpanic=immediate-abort', '-Zunstable-options'";
 
 fn command(recipe: &Recipe, toolchain: Toolchain, target_folder: &Path) -> Command {
     let cargo = match toolchain {
@@ -109,8 +108,11 @@ fn command(recipe: &Recipe, toolchain: Toolchain, target_folder: &Path) -> Comma
         command.args(["--target", target]);
         if let Some(log) = recipe.flashed_with_log {
             command.arg("-Zbuild-std-features=optimize_for_size");
+            let prefix = packages().display().to_string();
             command.arg("--config");
-            command.arg(format!("target.{target}.rustflags = {FLASHED_FLAGS:?}"));
+            command.arg(format!(
+                "target.{target}.rustflags = ['--remap-path-prefix={prefix}=', {FLASHED_FLAGS}]"
+            ));
             command.env("DEFMT_LOG", log);
         }
     }
@@ -126,6 +128,17 @@ fn command(recipe: &Recipe, toolchain: Toolchain, target_folder: &Path) -> Comma
         );
     }
     command
+}
+
+/// Folder with the sources of the packages of crates.io. The debug information names them without
+/// this folder.
+fn packages() -> PathBuf {
+    let home = env::var_os("CARGO_HOME").map(PathBuf::from);
+    let home = home.or_else(|| env::home_dir().map(|home| home.join(".cargo")));
+    // Cargo computes the number from the address of crates.io. The last part makes a final slash.
+    home.unwrap_or_default()
+        .join("registry/src/index.crates.io-1949cf8c6b5b557f")
+        .join("")
 }
 
 /// Whether an environment variable can change the program that cargo builds. `cargo run` and

@@ -19,7 +19,7 @@ use tautrack_host_tests::programs::{Program, flash};
 use tautrack_host_tests::robots::Role;
 use tautrack_host_tests::scenario::Scenario;
 
-const APPLICATION: u32 = 0x0800_0800;
+const APPLICATION: u32 = 0x0800_6000;
 const LOADER: u32 = 0x0800_0000;
 /// Scenario that has the settings of the nodes.
 const SCENARIO: &str = "host-tests/scenarios/staircase.toml";
@@ -145,6 +145,20 @@ pub fn symbol(part: &str) -> u32 {
         .address() as u32
 }
 
+/// Address of an instruction with which the axle's program panics.
+pub fn panic_instruction() -> u32 {
+    /// The instruction UDF as the compiler writes it.
+    const UNDEFINED: [u8; 2] = 0xdefe_u16.to_le_bytes();
+    let elf = fs::read(&axle_program().path).expect("a program");
+    let segments = flash::segments(&elf).expect("an image");
+    let place = |part: &flash::Segment| {
+        let mut instructions = part.bytes.chunks_exact(2);
+        let found = instructions.position(|it| it == UNDEFINED)?;
+        Some(part.address + 2 * found as u32)
+    };
+    segments.iter().find_map(place).expect("a panic")
+}
+
 #[test]
 pub fn the_core_runs_at_170_mhz_from_the_crystal_with_boost_and_four_wait_states() {
     // Crystal of 8 MHz.
@@ -211,7 +225,7 @@ pub fn every_gate_is_off_until_the_drive_is_armed() {
 #[test]
 pub fn a_panic_opens_the_bridge_and_the_watchdog_resets_the_chip() {
     let mut chip = armed_axle();
-    chip.jump(symbol("rust_begin_unwind"));
+    chip.jump(panic_instruction());
     chip.run(20);
     assert!(!chip.is_live());
     assert_eq!(chip.resets(), 0);

@@ -1,7 +1,7 @@
 //! The gates are off after every kind of failure, and the node reports the cause of its reset.
 
 use crate::chip::Chip;
-use crate::executed::{armed_axle, axle_program, symbol, write};
+use crate::executed::{armed_axle, axle_program, panic_instruction, write};
 use defmt_decoder::Table;
 use object::read::elf::ElfFile32;
 use object::{Endianness, Object, ObjectSymbol};
@@ -62,9 +62,26 @@ fn resets_and_stays_open(what: &str, fail: impl FnOnce(&mut Chip), cause: &str) 
 
 #[test]
 pub fn after_a_panic_the_gates_stay_off_and_the_watchdog_is_named() {
-    let panic = symbol("rust_begin_unwind");
+    let panic = panic_instruction();
     let fail = |chip: &mut Chip| chip.jump(panic);
     resets_and_stays_open("panic", fail, "reset by watchdog");
+}
+
+/// Runs an axle until the watchdog is about to reset it. Returns the last line of its log.
+fn last_line(fail: impl FnOnce(&mut Chip)) -> Option<String> {
+    let mut chip = armed_axle();
+    fail(&mut chip);
+    chip.run(1_000);
+    log(&chip).pop()
+}
+
+#[test]
+fn the_log_names_the_address_of_a_panic_and_tells_it_from_a_hard_fault() {
+    let panic = panic_instruction();
+    let line = last_line(|chip| chip.jump(panic));
+    assert_eq!(line, Some(format!("panic at {panic:#x}")));
+    let line = last_line(|chip| chip.jump(0xf000_0000));
+    assert_eq!(line, Some("hard fault at 0xf0000000".to_owned()));
 }
 
 #[test]
