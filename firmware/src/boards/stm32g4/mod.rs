@@ -8,6 +8,7 @@
 //! * `led`: what the LED shows
 //! * `crc`: checksum of images and of the chip's identity
 //! * `critical_section`, `square_root`: functions of libraries, smaller than theirs
+//! * `copy`: a function of the library, faster than its own
 //! * `defect`: defects of a program that tests the tests
 //!
 //! The selected board has two more functions for them: `make_safe` switches off what moves, and
@@ -15,6 +16,7 @@
 
 pub(super) mod can;
 pub(super) mod clock;
+mod copy;
 pub(super) mod crc;
 mod critical_section;
 pub(super) mod defect;
