@@ -1,7 +1,8 @@
 //! Objects of the dictionary as rows of a table.
 //!
-//! The generator of zencan, `zencan-build`, makes a type with its own functions of each object: 20 KB for the 70
-//! objects of a drive. Here all objects have one type, and numbers of all widths have another.
+//! The generator of zencan, `zencan-build`, makes a type with its own functions of each object:
+//! 20 KB for the 70 objects of a drive. Here all objects have one type, and numbers of all widths
+//! have another.
 
 use core::cell::RefCell;
 use core::marker::PhantomData;

@@ -4,7 +4,8 @@ use super::{Bus, RECEIVED, Received};
 use crate::watchdog::{self, Party};
 use embassy_time::{Duration, Instant, with_timeout};
 
-/// Maximum time between two calls of [`Bus::process`], which ends transfers that a client abandoned.
+/// Maximum time between two calls of [`Bus::process`], which ends transfers that a client
+/// abandoned.
 const IDLE: Duration = Duration::from_millis(5);
 
 /// Serves the bus for ever. Calls `received` for every received frame after the node has followed

@@ -18,8 +18,8 @@ pub const TARGET: &str = "thumbv7em-none-eabihf";
 pub const QEMU: &str = "qemu-system-arm";
 
 /// Makes sure that nodes can be built and run, and returns the toolchain that builds them. Flash
-/// images are `built_from_sources`: with their library. Installs what is missing if that is allowed;
-/// announces every installation on standard error before it starts.
+/// images are `built_from_sources`: with their library. Installs what is missing if that is
+/// allowed; announces every installation on standard error before it starts.
 ///
 /// # Errors
 /// [`Missing`], whose text is one line with the command to type.
