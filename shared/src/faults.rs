@@ -70,11 +70,11 @@ faults! {
         "fault reset",
         "Check the leads of the motor, its connector and the bridge.";
     EncoderMismatch = 0x7320, "encoder disagrees with back-EMF", Off,
-        "For 8 ms the voltage of the motor did not fit to the speed of the encoder, by more than a quarter of the back-EMF at `velocity_limit` (6 % while the encoder shows less than 1 % of `velocity_limit`), 60 % of the resistive voltage and 2 % of the supply voltage. Or, in a three-phase motor, the voltage in d alternated by more than 2 % of the supply voltage and what the settings may be wrong by.",
+        "For 8 ms the voltage of the motor did not fit to the speed of the encoder, by more than a quarter of the back-EMF at `velocity_limit` (6 % while the encoder shows less than 1 % of `velocity_limit`), 60 % of the resistive voltage and 2 % of the supply voltage.",
         "fault reset",
         "The encoder stands still, counts backwards or slips, or a lead of the motor is open, or `electrical_offset` or `phase_order` is wrong. If the motor runs well, check `torque_constant` and `resistance`.";
     RotorAngle = 0x7122, "rotor angle slipped", Off,
-        "Above 8 % of `velocity_limit`, the back-EMF of a three-phase motor pointed more than 17 degrees away from the rotor's angle for 200 ms, or more than 37 degrees for 40 ms. Or a current in d turned the rotor: below 20 % of `velocity_limit`, the drive adds one for 20 ms while the current rises and the shaft gains no speed.",
+        "Above 8 % of `velocity_limit`, the back-EMF of a three-phase motor pointed more than 17 degrees away from the rotor's angle for 200 ms, or more than 37 degrees for 40 ms. Or the back-EMF differed in 4 control periods from that of the rotor's angle by more than what the settings may be wrong by: by more than 2 % of the supply voltage, or 1 % if it alternates. Or a current in d turned the rotor: below 20 % of `velocity_limit`, the drive adds one for 20 ms while the current rises and the shaft gains no speed.",
         "fault reset",
         "The rotor sensor or its magnet has turned on the shaft, or `electrical_offset` is wrong: measure it anew. Or the encoder stands still or counts backwards: check its cable.";
     EncoderNoise = 0x7305, "encoder noise", Off,

@@ -3,8 +3,8 @@
 //! A rotor whose angle is wrong by `a` gets the torque `k (i_q cos a + i_d sin a)`. If it does not
 //! follow `i_q`, then either something holds it, or `cos a` is nearly 0. In the second case a
 //! current in d makes nearly its full torque; in the first case it makes none. So the probe adds an
-//! alternating current in d and looks whether it turns the rotor. The current in q stays: a shaft
-//! that carries a load keeps its torque.
+//! alternating current in d and looks whether it turns the rotor. The current in q stays, up to
+//! what the current limit leaves: a shaft that carries a load keeps its torque.
 //!
 //! The turn shows in the flux linkage of the axis d, which is the integral of the voltage that
 //! resistance, inductance and coupling leave. It is the magnets' flux that turns into this axis. A
@@ -26,8 +26,9 @@ use crate::constants::CONTROL_PERIOD;
 use crate::math::limit;
 use crate::units::Angle;
 
-/// Current of the probe, as a fraction of the current limit.
-const PROBE: f32 = 0.5;
+/// Current of the probe, and what it leaves for the torque, as fractions of the current limit.
+const PROBE: f32 = 0.75;
+const LEFT: f32 = 0.65;
 /// Control periods of the lead, of each part, and of all.
 const LEAD: u8 = 2;
 const PART: u8 = 6;
@@ -37,7 +38,7 @@ const END: u8 = LEAD + 3 * PART;
 const POSITIVE: u32 = 0b01 | 0b111_000 << 2 | 0b111_000 << 8 | 0b000_111 << 14;
 
 /// Control periods for which the shaft must not gain speed while the current rises.
-const STUCK: u8 = 8;
+const STUCK: u8 = 5;
 /// Gain of speed that counts, as a fraction of the velocity limit.
 const GAIN: f32 = 0.002;
 /// Rise of the current that counts, and the lowest current at its end, as fractions of the current
@@ -52,7 +53,7 @@ const SLOW: f32 = 0.2;
 const FOLLOWS: f32 = 0.4;
 
 /// Flux in d that counts, as a fraction of the magnets' flux.
-const FLUX: f32 = 0.4;
+const FLUX: f32 = 0.2;
 /// Flux in d per electrical radian that the encoder shows, as a fraction of the magnets' flux, up
 /// to which the angle counts as right: the sine of 24 degrees.
 const RIGHT: f32 = 0.4;
@@ -66,13 +67,13 @@ pub struct AngleProbe {
     current: f32,
     resistance: f32,
     inductance: f32,
-    /// Electrical rad per rad of the output shaft, times the inductance of q.
-    coupling: f32,
+    inductance_q: f32,
     /// Flux of the magnets, V s.
     magnets: f32,
     /// What the constants above mean for this motor, A and rad/s.
     rise: f32,
     pushing: f32,
+    left: f32,
     gain: f32,
     slow: f32,
 
@@ -104,11 +105,12 @@ impl AngleProbe {
                 0.0
             },
             resistance: motor.resistance,
-            inductance: motor.inductance,
-            coupling: motor.coupling[1],
+            inductance: motor.inductance[0],
+            inductance_q: motor.inductance[1],
             magnets: motor.constant / motor.electrical,
             rise: RISE * motor.current_limit,
             pushing: PUSHING * motor.current_limit,
+            left: LEFT * motor.current_limit,
             gain: GAIN * motor.velocity_limit,
             slow: SLOW * motor.velocity_limit,
             pushed: 0.0,
@@ -138,6 +140,17 @@ impl AngleProbe {
         }
     }
 
+    /// Returns the bound of the current that makes the torque, A: `bound`, or what a probe under
+    /// way leaves. It begins below that. So the torque of a wrong angle, which rises, does not end it.
+    #[inline]
+    pub fn bound(&self, bound: f32) -> f32 {
+        if self.step.is_some() && self.left < bound {
+            self.left
+        } else {
+            bound
+        }
+    }
+
     /// Evaluates one control period. A probe begins only while the motor is `calm`. Returns whether
     /// a probe that ends now has found a wrong angle. NaN counts as a right one.
     #[inline]
@@ -163,15 +176,15 @@ impl AngleProbe {
             self.reset();
             return false;
         }
-        if step >= LEAD {
+        if step < LEAD {
+            // The current reaches its demand in a control period; its mean does not.
+            self.direct = self.direct();
+        } else {
             let weight = if (step - LEAD) / PART == 1 { -2.0 } else { 1.0 };
-            let coupled = now.velocity * now.current * self.coupling;
-            let emf = limit(
-                voltage - self.resistance * direct + coupled,
-                VOLTAGE_FULL_SCALE,
-            );
-            self.flux += weight * (emf * CONTROL_PERIOD - rising * self.inductance);
-            self.coupled += weight * coupled * CONTROL_PERIOD;
+            let coupled = turn * now.current * self.inductance_q;
+            let emf = limit(voltage - self.resistance * direct, VOLTAGE_FULL_SCALE);
+            self.flux += weight * (emf * CONTROL_PERIOD + coupled - rising * self.inductance);
+            self.coupled += weight * coupled;
             self.turn += weight * turn;
         }
         if step + 1 < END {
@@ -205,6 +218,7 @@ impl AngleProbe {
             && self.is_slow(now)
             && push > self.pushed.abs() + self.rise
             && push > self.pushing
+            && push < self.left
     }
 }
 
@@ -290,8 +304,8 @@ mod tests {
     }
 
     #[test]
-    fn a_flux_that_follows_the_probe_is_found_from_two_fifths_of_the_magnets_flux_on() {
-        for (part, found) in [(0.19, false), (0.21, true), (-0.21, true)] {
+    fn a_flux_that_follows_the_probe_is_found_from_a_fifth_of_the_magnets_flux_on() {
+        for (part, found) in [(0.09, false), (0.11, true), (-0.11, true)] {
             assert_eq!(probe(turned_by(part)).0, found, "{part}");
         }
     }

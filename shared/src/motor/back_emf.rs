@@ -7,9 +7,12 @@
 //! that stands still or counts backwards leaves the whole back-EMF, or twice the back-EMF.
 
 use super::current::{Electrical, VOLTAGE_FULL_SCALE};
-use super::ripple::Ripple;
+use super::ripple::{Ripple, Unexplained};
+use crate::constants::CONTROL_PERIOD;
 use crate::math::limit;
 use crate::settings::{Setting, Settings};
+use crate::units::Angle;
+use core::f32::consts::TAU;
 
 /// Part of the difference to a new error that the filter covers in a control period. It averages
 /// over the voltages of changing currents, which are zero on average.
@@ -24,6 +27,10 @@ const STANDING: f32 = 0.01;
 /// Part of the resistive voltage that may be missing or excessive. The resistance in the settings
 /// may be wrong by 40 %.
 const RESISTIVE: f32 = 0.6;
+/// Part of the demanded current, and of the current limit, by which the currents may differ from
+/// their demands if the back-EMF is wrong. The current in an open lead differs by more.
+const FOLLOWS: f32 = 0.25;
+const LOOSE: f32 = 0.03;
 /// Demanded current above which a lack of current counts, as a fraction of the current limit.
 const DRIVING: f32 = 0.1;
 /// Voltages that are never explained, as a fraction of the supply voltage: dead time, diodes.
@@ -34,6 +41,16 @@ const OBSERVED: f32 = 0.08;
 const SLIPPED: f32 = 0.3;
 /// Part of the voltage of the coupled axes that may be missing or excessive.
 const COUPLED: f32 = 0.15;
+/// The same where the voltage need not exceed its bound all the time.
+const COUPLED_FAST: f32 = 0.3;
+/// Part of the voltage by a change of the current that may be missing or excessive.
+const INDUCTIVE: f32 = 0.2;
+/// Part of the voltages that are never explained which counts as wrong if it alternates.
+const ALTERNATING: f32 = 0.5;
+/// Parts of the back-EMF by the encoder which may be missing or excessive as an alternating
+/// voltage, and in all.
+const ROUGH: f32 = 0.1;
+const ROUGH_WHOLE: f32 = 0.4;
 /// Back-EMF in d beyond that, and how much faster it counts: the angle is wrong by 40 degrees.
 const FAR: f32 = 0.3;
 const FAST: u32 = 5;
@@ -61,9 +78,9 @@ pub struct Findings {
     /// The voltage drives less than half of the demanded current, or a current in d as large as
     /// that flows: a lead of the motor is open.
     pub open_phase: bool,
-    /// The voltage does not fit to the speed of the encoder, or alternates in d.
+    /// The voltage does not fit to the speed of the encoder.
     pub disagrees: bool,
-    /// The rotor's angle is wrong.
+    /// The back-EMF does not belong to the rotor's angle.
     pub slipped: bool,
 }
 
@@ -85,13 +102,16 @@ pub struct BackEmf {
     /// Back-EMF, V s/rad of the output shaft.
     pub(super) constant: f32,
     pub(super) resistance: f32,
-    /// Inductance in d, henry.
-    pub(super) inductance: f32,
+    /// Inductances in d and q, henry.
+    pub(super) inductance: [f32; 2],
     /// Electrical rad per rad of the output shaft; 0 for a brushed motor.
     pub(super) electrical: f32,
     /// The same, times the inductances of d and q.
     pub(super) coupling: [f32; 2],
-    three_phase: bool,
+    /// rad/s of the output shaft per electrical rad in a control period; 0 for a brushed motor.
+    per_turn: f32,
+    /// Back-EMF of one count of the encoder in a control period, V.
+    quantum: f32,
     pub(super) velocity_limit: f32,
     pub(super) current_limit: f32,
     /// Filtered voltage in d that nothing explains, V, and filtered square of the whole voltage
@@ -99,6 +119,11 @@ pub struct BackEmf {
     /// angle.
     direct: f32,
     square: f32,
+    /// Currents in d and q of the previous control period, A, and its electrical angle.
+    currents: [f32; 2],
+    angle: Option<Angle>,
+    /// Filtered difference of the currents to their demands, A.
+    missing: f32,
     ripple: Ripple,
     slipped: u32,
 }
@@ -119,30 +144,55 @@ impl BackEmf {
             0.0
         };
         let torque_constant = settings.scaled(Setting::TorqueConstant, 1e-6) * gear;
+        // The amplitude of three phases makes 3/2 of a phase's power.
+        let constant = torque_constant / if three_phase { 1.5 } else { 1.0 };
+        let count = TAU / (gear * settings.get(Setting::EncoderCounts) as f32);
         Self {
-            // The amplitude of three phases makes 3/2 of a phase's power.
-            constant: if three_phase {
-                torque_constant / 1.5
-            } else {
-                torque_constant
-            },
+            constant,
             resistance: settings.scaled(Setting::Resistance, 1e-3),
-            inductance,
+            inductance: [inductance, inductance_q],
             electrical,
             coupling: [electrical * inductance, electrical * inductance_q],
-            three_phase,
+            per_turn: if three_phase {
+                1.0 / (electrical * CONTROL_PERIOD)
+            } else {
+                0.0
+            },
+            quantum: constant * count / CONTROL_PERIOD,
             velocity_limit: settings.scaled(Setting::VelocityLimit, 1e-3),
             current_limit: settings.scaled(Setting::CurrentLimit, 1e-3),
             direct: 0.0,
             square: 0.0,
-            ripple: Ripple::new(inductance),
+            currents: [0.0; 2],
+            angle: None,
+            missing: 0.0,
+            ripple: Ripple::default(),
             slipped: 0,
         }
     }
 
-    /// Returns whether the back-EMF in d does not alternate.
+    /// Returns whether the back-EMF fits to the rotor's angle.
     pub fn is_calm(&self) -> bool {
         self.ripple.is_calm()
+    }
+
+    /// Forgets what depends on the rotor's angle: it is not known.
+    pub fn forget_angle(&mut self) {
+        self.angle = None;
+        self.ripple.reset();
+    }
+
+    /// Returns the speed in this control period, rad/s of the output shaft. It is that of the
+    /// rotor's angle, which does not lag behind as the velocity does.
+    #[inline]
+    fn speed(&mut self, now: &Observed) -> f32 {
+        let angle = now.electrical.angle.map(|angle| angle.0);
+        let (Some(before), Some(angle)) = (core::mem::replace(&mut self.angle, angle), angle)
+        else {
+            return now.velocity;
+        };
+        let expected = Angle::from_radians(now.velocity * self.electrical * CONTROL_PERIOD);
+        now.velocity + (angle - before - expected).radians() * self.per_turn
     }
 
     /// Evaluates one control period. Nothing is found while the voltage is not known.
@@ -150,16 +200,23 @@ impl BackEmf {
     pub fn check(&mut self, now: &Observed) -> Findings {
         let Some([voltage_d, voltage_q]) = now.electrical.voltage else {
             (self.direct, self.square, self.slipped) = (0.0, 0.0, 0);
-            self.ripple.reset();
+            (self.currents, self.missing) = ([0.0; 2], 0.0);
+            self.forget_angle();
             return Findings::default();
         };
         let (current, direct, velocity) = (now.current, now.electrical.direct, now.velocity);
         let [coupling_d, coupling_q] = self.coupling;
-        let coupled = velocity * current * coupling_q;
-        let emf = velocity * self.constant;
+        let speed = self.speed(now);
+        let [rising_d, rising_q] = [0, 1].map(|axis| {
+            let change = [direct, current][axis] - self.currents[axis];
+            change * self.inductance[axis] * (1.0 / CONTROL_PERIOD)
+        });
+        self.currents = [direct, current];
+        let coupled = speed * current * coupling_q;
+        let emf = speed * self.constant;
         let raw = [
-            voltage_d - self.resistance * direct + coupled,
-            voltage_q - self.resistance * current - velocity * direct * coupling_d - emf,
+            voltage_d - self.resistance * direct - rising_d + coupled,
+            voltage_q - self.resistance * current - rising_q - speed * direct * coupling_d - emf,
         ];
         // No bridge gives more; NaN counts as no error.
         let [d, q] = raw.map(|raw| limit(raw, VOLTAGE_FULL_SCALE));
@@ -176,21 +233,38 @@ impl BackEmf {
         let square = if square < largest { square } else { largest };
         self.square += (square - self.square) * FILTER;
         let direct_error = self.direct.abs();
-        let resistive = RESISTIVE * self.resistance * (current.abs() + direct.abs());
+        let resistance = RESISTIVE * self.resistance;
+        let resistive = resistance * (current.abs() + direct.abs());
         let bound = fixed + resistive;
-        let explained = COUPLED * coupled.abs() + RESISTIVE * self.resistance * direct.abs();
-        self.ripple.update(d, direct, emf, unexplained + explained);
-        let alternates = self.three_phase && !self.ripple.is_calm();
-        let large = self.square > bound * bound;
         let [demand, demand_d] = now.demand;
+        let missing = (current - demand).abs() + (direct - demand_d).abs();
+        self.missing += (missing - self.missing) * FILTER;
+        let follows = self.missing < FOLLOWS * demand.abs() + LOOSE * self.current_limit;
+        if self.electrical != 0.0 {
+            let explained =
+                COUPLED_FAST * coupled.abs() + INDUCTIVE * rising_q.abs() + self.quantum;
+            self.ripple.update(&Unexplained {
+                voltage: [d, q],
+                emf,
+                current,
+                resistance,
+                alternating: explained
+                    + ALTERNATING * unexplained
+                    + ROUGH * emf.abs()
+                    + resistance * direct.abs(),
+                whole: explained + unexplained + ROUGH_WHOLE * emf.abs() + resistive,
+            });
+        }
+        let large = self.square > bound * bound;
         let half = 0.5 * demand.abs();
         let lacks = (current - demand).abs() > half;
         let oscillates = now.electrical.direct_size - demand_d.abs() > half;
         let open = demand.abs() > DRIVING * self.current_limit && (lacks && large || oscillates);
 
+        let emf = velocity * self.constant;
         let threshold = SLIPPED * emf.abs() + COUPLED * coupled.abs() + 0.25 * unexplained;
         let fast = velocity.abs() > OBSERVED * self.velocity_limit;
-        if self.three_phase && fast && direct_error > threshold {
+        if self.electrical != 0.0 && fast && direct_error > threshold {
             let far = direct_error > threshold + FAR * emf.abs();
             self.slipped = self.slipped.saturating_add(if far { FAST } else { 1 });
         } else {
@@ -198,8 +272,8 @@ impl BackEmf {
         }
         Findings {
             open_phase: open,
-            disagrees: (large || alternates) && !open,
-            slipped: self.slipped >= SLIPPED_PERIODS,
+            disagrees: large && !open,
+            slipped: self.slipped >= SLIPPED_PERIODS || self.ripple.is_wrong(follows),
         }
     }
 }

@@ -86,7 +86,8 @@ impl Axle {
         let amperes = self.force.cascade.amperes(demand.current);
         let conditions = conditions(inputs, self.velocity());
         let bound = self.sign_probe.bound(self.force.current_limit);
-        let mut limited = self.limiter.limit(amperes, bound, &conditions);
+        let left = self.angle_probe.bound(bound);
+        let mut limited = self.limiter.limit(amperes, left, &conditions);
         if limited.direct == 0.0 {
             let probe = self.angle_probe.direct();
             limited.direct = self.limiter.add_direct(probe, bound, &conditions);

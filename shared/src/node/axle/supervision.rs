@@ -34,6 +34,9 @@ impl Axle {
         } else {
             self.angle_probe.reset();
         }
+        if aligns {
+            self.back_emf.forget_angle();
+        }
         let readings = Readings {
             current: inputs.current,
             demand: self.demand,
