@@ -22,9 +22,11 @@ pub(super) struct Recipe<'a> {
     pub features: &'a str,
     /// Profile of the workspace.
     pub profile: &'a str,
-    /// Log records (`DEFMT_LOG`) of a flash image. Its library is compiled with it, for size and
-    /// with [`FLASHED_FLAGS`]. `None`: the program is not flashed.
+    /// Log records (`DEFMT_LOG`) of a flash image. Its library is compiled with it, with
+    /// [`FLASHED_FLAGS`]. `None`: the program is not flashed.
     pub flashed_with_log: Option<&'a str>,
+    /// The library of a flash image is compiled for size. Its copies of memory are slow.
+    pub small_library: bool,
 }
 
 impl Recipe<'_> {
@@ -36,6 +38,7 @@ impl Recipe<'_> {
             features,
             profile: "firmware",
             flashed_with_log: None,
+            small_library: false,
         }
     }
 }
@@ -107,7 +110,12 @@ fn command(recipe: &Recipe, toolchain: Toolchain, target_folder: &Path) -> Comma
     if let Some(target) = recipe.target {
         command.args(["--target", target]);
         if let Some(log) = recipe.flashed_with_log {
-            command.arg("-Zbuild-std-features=optimize_for_size");
+            if recipe.small_library {
+                command.arg("-Zbuild-std-features=optimize_for_size");
+            } else {
+                let copies = "profile.board.package.compiler_builtins.opt-level = 3";
+                command.args(["--config", copies]);
+            }
             let prefix = packages().display().to_string();
             command.arg("--config");
             command.arg(format!(

@@ -16,6 +16,7 @@ pub fn guard_board(guards: &[&str]) -> Result<Vec<Program>, BuildError> {
         features: "g474",
         profile: "board",
         flashed_with_log: Some(FLASHED_LOG),
+        small_library: false,
     };
     let folder = folder_of(&recipe, guards)?;
     let programs = guards.iter().map(|guard| identify(folder.join(guard)));

@@ -27,6 +27,7 @@ pub fn motor_board() -> Result<MotorBoard, BuildError> {
         features: "esc1",
         profile: "board",
         flashed_with_log: Some(FLASHED_LOG),
+        small_library: true,
     };
     let folder = folder_of(&recipe, &["loader", "axle", "screw"])?;
     Ok(MotorBoard {
@@ -52,6 +53,7 @@ pub fn defective_axle() -> Result<Program, BuildError> {
              tautrack_firmware::storage=off,tautrack_firmware::bus=off,\
              tautrack_firmware::roles=off",
         ),
+        small_library: true,
     };
     let folder = folder_of(&recipe, &["defective_axle"])?;
     identify(folder.join("defective_axle"))
