@@ -4,6 +4,7 @@ use crate::tilted;
 use proptest::prelude::*;
 use std::f64::consts::PI;
 use tautrack::estimate::compass::{Compass, CompassError, HORIZONTAL_SHARE};
+use tautrack::settings::{Setting, Settings};
 use tautrack::units::Angle;
 
 /// Converts a field (north, west, up; uT) to the axes of a body with this heading, roll and pitch
@@ -99,5 +100,43 @@ proptest! {
     fn no_field_makes_the_compass_panic(bits in any::<[u32; 3]>(), tilt in any::<[i16; 2]>()) {
         let [roll, pitch] = tilt.map(|tilt| f64::from(tilt) * 1e-4);
         let _ = Compass::default().heading(bits.map(f32::from_bits), &tilted(roll, pitch).level_axes());
+    }
+}
+
+/// Iron that stretches the horizontal field by a symmetric matrix, and a hard iron: the compass with
+/// the inverse matrix shows the heading of the undisturbed field.
+#[test]
+fn a_compass_with_the_calibration_in_its_settings_sees_through_hard_and_soft_iron() {
+    let (iron, [xx, yy, xy]) = ([12.0, -8.0, 3.0], [1.2, 0.9, 0.15]);
+    let determinant: f64 = xx * yy - xy * xy;
+    let mut settings = Settings::default();
+    for (setting, value) in [
+        (Setting::HardIronForward, iron[0] * 1e3),
+        (Setting::HardIronLeft, iron[1] * 1e3),
+        (Setting::HardIronUp, iron[2] * 1e3),
+        (Setting::SoftIronForward, xx * 1e4),
+        (Setting::SoftIronLeft, yy * 1e4),
+        (Setting::SoftIronCross, xy * 1e4),
+        (Setting::Declination, 4e3),
+    ] {
+        let key = setting.description().key;
+        settings
+            .set(key, f64::round(value) as i32)
+            .expect("a valid setting");
+    }
+    let compass = Compass::with_settings(&settings);
+    let axes = tilted(0.0, 0.0).level_axes();
+    for step in 0..36 {
+        let heading = f64::from(step) * PI / 18.0 - PI;
+        let [x, y, z] = in_body([20.0, 0.0, -40.0], [heading, 0.0, 0.0]).map(f64::from);
+        let disturbed = [
+            (yy * x - xy * y) / determinant + iron[0],
+            (xx * y - xy * x) / determinant + iron[1],
+            z + iron[2],
+        ];
+        let got = compass.heading(disturbed.map(|value| value as f32), &axes);
+        let exact = Angle::from_radians(heading as f32) - Angle::from_degrees(4.0);
+        let error = (got.expect("a heading") - exact).degrees();
+        assert!(error.abs() < 0.2, "{heading}: {error}");
     }
 }

@@ -2,9 +2,14 @@
 //! dead reckoning.
 
 mod compass;
+mod ellipse;
 mod ellipsoid;
+mod mounting;
 mod nmea;
 mod position;
+#[path = "../support/random.rs"]
+#[allow(dead_code)] // the models need the joints
+mod random;
 mod state;
 
 use tautrack::sensors::BodySensors;

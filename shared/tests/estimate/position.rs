@@ -3,9 +3,9 @@
 use crate::ellipsoid::{ANGERS, geodetic};
 use crate::tilted;
 use std::f64::consts::PI;
-use tautrack::estimate::nmea::Place;
+use tautrack::estimate::nmea::{Gga, Place, Rmc, Sentence};
 use tautrack::estimate::position::{
-    FIRST_FIXES, Fix, GATE, JUMP_FIXES, LEAST_GAIN, Plane, Position, Verdict,
+    DILUTION_LIMIT, FIRST_FIXES, Fix, GATE, JUMP_FIXES, LEAST_GAIN, Plane, Position, Verdict,
 };
 use tautrack::units::Angle;
 
@@ -151,4 +151,114 @@ fn small_steps_add_up_far_from_the_origin() {
             "{got} {expected}"
         );
     }
+}
+
+/// A position that has settled at the origin.
+fn settled() -> Position {
+    let mut position = Position::new(0.45);
+    for number in 1..=20 {
+        let (fix, now) = fix(number, [0.0; 3]);
+        position.fix(&fix, now);
+    }
+    position
+}
+
+/// Ten seconds after the last fix, a robot of 0.45 m/s may be 14.5 m away. Heights count half.
+#[test]
+fn a_fix_is_believed_where_the_robot_can_be() {
+    for (metres, verdict) in [
+        ([14.3, 0.0, 0.0], Verdict::Believed),
+        ([14.7, 0.0, 0.0], Verdict::Doubted),
+        ([0.0, -14.3, 0.0], Verdict::Believed),
+        ([0.0, 14.7, 0.0], Verdict::Doubted),
+        ([0.0, 0.0, 28.6], Verdict::Believed),
+        ([0.0, 0.0, -29.4], Verdict::Doubted),
+        ([10.0, 10.0, 0.0], Verdict::Believed),
+        ([-10.5, 10.5, 0.0], Verdict::Doubted),
+        ([10.0, 0.0, 20.0], Verdict::Believed),
+        ([0.0, 10.5, 21.0], Verdict::Doubted),
+    ] {
+        let (fix, now) = fix(70, metres);
+        assert_eq!(settled().fix(&fix, now), verdict, "{metres:?}");
+    }
+}
+
+#[test]
+fn a_fix_without_a_height_moves_north_and_east_alone() {
+    let mut position = settled();
+    let (mut fix, now) = fix(21, [2.1, -4.2, 6.0]);
+    fix.altitude_mm = None;
+    assert_eq!(position.fix(&fix, now), Verdict::Believed);
+    let [north, east, up] = position.metres();
+    // The 18 fixes before weigh as much each: the first two were not believed.
+    let share = 1.0 / 19.0;
+    assert!((north - 2.1 * share).abs() < 2e-3 && (east + 4.2 * share).abs() < 2e-3);
+    assert_eq!(up, settled().metres()[2]);
+    assert_eq!(position.fixed_us(), [Some(now), Some(4_000_000)]);
+}
+
+#[test]
+fn a_position_tells_its_origin_and_how_many_fixes_it_believed() {
+    let position = settled();
+    let (first, _) = fix(1, [0.0; 3]);
+    assert_eq!(position.origin(), Some((first.place, first.altitude_mm)));
+    assert_eq!(position.counts(), [18, 2]);
+}
+
+/// Dead reckoning to every side, with the nose up and the body rolled.
+#[test]
+fn belts_move_the_position_along_the_forward_axis() {
+    for [heading, roll, pitch] in [[0.0, 0.0, 0.0_f64], [2.0, 0.2, 0.6], [-1.2, -0.4, -0.3]] {
+        let mut position = settled();
+        let before = position.metres();
+        let angle = Angle::from_radians(heading as f32);
+        position.advance(2_000_000, angle, &tilted(roll, pitch).level_axes());
+        // The forward axis: pitched up, then rolled about the heading, then turned.
+        let (ahead, raised) = (pitch.cos(), pitch.sin());
+        let (left, up) = (-raised * roll.sin(), raised * roll.cos());
+        let exact = [
+            ahead * heading.cos() - left * heading.sin(),
+            -(ahead * heading.sin() + left * heading.cos()),
+            up,
+        ];
+        for axis in 0..3 {
+            let step = f64::from(position.metres()[axis] - before[axis]);
+            assert!(
+                (step - 2.0 * exact[axis]).abs() < 1e-4,
+                "{heading} {axis}: {step}"
+            );
+        }
+    }
+}
+
+#[test]
+fn a_sentence_is_a_fix_if_the_receiver_says_that_it_is_good() {
+    let place = Some(Place::default());
+    let good = Gga {
+        time_ms: Some(200),
+        place,
+        altitude_mm: Some(3_000),
+        quality: 1,
+        satellites: Some(8),
+        dilution: Some(DILUTION_LIMIT),
+    };
+    let taken = |gga| Fix::from_sentence(&Sentence::Gga(gga));
+    for quality in 0..=8 {
+        let fix = taken(Gga { quality, ..good });
+        assert_eq!(fix.is_some(), (1..=5).contains(&quality), "{quality}");
+    }
+    let fix = taken(good).expect("a fix");
+    assert_eq!((fix.time_ms, fix.altitude_mm), (200, Some(3_000)));
+    for dilution in [None, Some(DILUTION_LIMIT + 1)] {
+        assert_eq!(taken(Gga { dilution, ..good }), None);
+    }
+    let rmc = Rmc {
+        time_ms: Some(200),
+        place,
+        ..Rmc::default()
+    };
+    let fix = Fix::from_sentence(&Sentence::Rmc(rmc)).expect("a fix");
+    assert_eq!((fix.time_ms, fix.altitude_mm), (200, None));
+    let void = Rmc { place: None, ..rmc };
+    assert_eq!(Fix::from_sentence(&Sentence::Rmc(void)), None);
 }
