@@ -4,6 +4,8 @@ mod b2p2_model;
 mod b2p2_zmp;
 #[path = "../support/counted.rs"]
 mod counted;
+mod crawler_controller;
+mod crawler_model;
 mod hylos_controller;
 mod hylos_model;
 mod hylos_potential;

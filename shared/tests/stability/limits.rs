@@ -4,6 +4,7 @@ use crate::random::Random;
 use tautrack::constants::GRAVITY;
 use tautrack::settings::Settings;
 use tautrack::stability::criterion::Evaluation;
+use tautrack::stability::diagonal::loss;
 use tautrack::stability::limits::{LEAST_SHARE, MotionLimits};
 use tautrack::stability::parameters::{Parameters, Uncertainty};
 use tautrack::stability::step_behind::{StepBehind, room, speed};
@@ -45,8 +46,10 @@ fn an_acceleration_at_its_limit_leaves_the_trip_margin() {
     let parameters = parameters();
     let mut exact = [0; 4];
     for _ in 0..500 {
-        let gravity = [0, 1, 2, 3].map(|_| 0.15 + 0.1 * random.next() as f32);
-        let levers = [0, 1, 2, 3].map(|_| [0, 1].map(|_| 0.4 * random.next() as f32));
+        // A small robot, or one five times as large.
+        let size = if random.next() > 0.0 { 1.0 } else { 5.0 };
+        let gravity = [0; 4].map(|_| size * (0.15 + 0.1 * random.next()) as f32);
+        let levers = [[0; 2]; 4].map(|lever| lever.map(|_| size * 0.4 * random.next() as f32));
         let found = Evaluation {
             gravity,
             levers,
@@ -161,4 +164,23 @@ fn the_speed_of_a_height_is_that_of_a_free_fall() {
     let expected = f64::from(GRAVITY) * time;
     assert!((f64::from(speed(0.05)) - expected).abs() < 1e-6);
     assert_eq!([speed(0.0), speed(-0.1), speed(f32::NAN)], [0.0; 3]);
+}
+
+#[test]
+fn the_fall_over_a_diagonal_does_not_depend_on_the_origin() {
+    let contacts = [
+        [0.0, -0.2, 0.0],
+        [0.6, -0.2, 0.05],
+        [0.6, 0.2, 0.1],
+        [0.0, 0.2, 0.04],
+    ];
+    let lost = |origin: [f32; 3]| {
+        let moved = |point: [f32; 3]| [0, 1, 2].map(|axis| point[axis] + origin[axis]);
+        loss(&Stance::on(contacts.map(moved), moved([0.25, 0.02, 0.3])))
+    };
+    let expected = lost([0.0; 3]);
+    assert!(expected > 0.0);
+    for origin in [[0.5, 0.0, 0.0], [-0.7, 0.3, 0.0], [0.0, -0.4, 0.6]] {
+        assert!((lost(origin) - expected).abs() < 1e-5, "{origin:?}");
+    }
 }

@@ -137,6 +137,18 @@ fn the_force_angle_counts_on_sloping_edges() {
                 margin > parameters.stop,
                 "{edge:?} {angle} {margin}"
             );
+            // Its arm about the edge, and the arm that the stop angle requires.
+            let line = sub(ends[1], ends[0]);
+            let normal = cross(sub(wide(cog), ends[0]), line);
+            let length = (dot(normal, normal) / dot(line, line)).sqrt();
+            let excess = length * (angle.sin() - ANGLE.sin()) + f64::from(parameters.stop);
+            let with_force = arm(contacts, edge, cog, wide(force));
+            let expected = gravity.min(with_force).min(excess);
+            let error = f64::from(margin) - expected;
+            assert!(
+                error.abs() < 1e-5,
+                "{edge:?} {contacts:?} {cog:?} {force:?}: {error}"
+            );
             above += i32::from(angle > ANGLE);
             below += i32::from(angle < ANGLE);
         }
