@@ -2,6 +2,7 @@
 
 mod arming;
 mod bench;
+mod commissioned;
 mod commissioning;
 mod drives;
 mod driving;
