@@ -5,7 +5,8 @@ mod random;
 
 use random::Random;
 use std::f64::consts::TAU;
-use tautrack::bus::scale::{Scale, Target};
+use tautrack::bus::scale::{Scale, Target, UNCONFIGURED};
+use tautrack::settings::SCHEMA_VERSION;
 use tautrack::units::Angle;
 
 /// Leads of screws, um per turn: the shortest, that of B2P2, and the longest.
@@ -157,4 +158,15 @@ fn velocities_of_a_shaft_are_those_of_the_nut_and_of_the_bus() {
             assert!(close(got, expected), "{lead_um}: {got} {expected}");
         }
     }
+}
+
+/// The fraction bits in the low byte, 0x100 for a screw, and bit 15 for a drive without settings.
+#[test]
+fn the_code_of_a_scale_is_the_documented_one() {
+    let version = (SCHEMA_VERSION - 1) << 12;
+    for bits in 8..=32 {
+        assert_eq!(Scale::Turning { bits }.code(), bits as u16 + version);
+    }
+    assert_eq!(Scale::linear(5_000).code(), 0x118 + version);
+    assert_eq!(UNCONFIGURED, 0x8000);
 }

@@ -128,13 +128,16 @@ fn the_room_of_a_fall_off_a_step_is_its_balance_of_energies() {
             for step in [0.05, 0.1, 0.15] {
                 for (gyration, widening) in [(0.053, 0.0), (0.02, 0.0), (0.053, 0.015)] {
                     let front = [0.6 * slope.cos(), 0.6 * slope.sin()].map(|x| x as f32);
+                    // Not at the origin.
+                    let (x, z) = (0.4, -0.3);
                     let contacts = [
-                        [0.0, -0.2, 0.0],
-                        [front[0], -0.2, front[1]],
-                        [front[0], 0.2, front[1]],
-                        [0.0, 0.2, 0.0],
+                        [x, -0.2, z],
+                        [x + front[0], -0.2, z + front[1]],
+                        [x + front[0], 0.2, z + front[1]],
+                        [x, 0.2, z],
                     ];
-                    let stance = Stance::on(contacts, [ahead as f32, 0.0, up as f32]);
+                    let cog = [x + ahead as f32, 0.0, z + up as f32];
+                    let stance = Stance::on(contacts, cog);
                     let behind = StepBehind {
                         height: step as f32,
                         gyration: gyration as f32,

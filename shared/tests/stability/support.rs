@@ -54,7 +54,7 @@ fn a_stance_tells_which_contacts_are_on_the_ground() {
 #[test]
 fn the_direction_of_a_support_is_that_of_its_slope() {
     // A rise of 3 in 5.
-    for side in [0.04, 0.4] {
+    for side in [0.03, 0.4] {
         for sign in [-1.0, 1.0_f32] {
             let stance = Stance::on(square(side * 0.8, sign * side * 0.6), [0.0; 3]);
             let [cosine, sine] = stance.along();
