@@ -146,6 +146,45 @@ fn refused_sentences_are_named_and_counted() {
     assert_eq!(reader.counts().all_refused(), 17);
 }
 
+/// A leap second is second 60.
+#[test]
+fn times_of_the_day_are_those_of_a_clock() {
+    let gga = |time: &str| {
+        read_one(&format!(
+            "GPGGA,{time},4807.038,N,01131.000,E,1,08,0.9,0,M,,,,"
+        ))
+    };
+    for (time, milliseconds) in [
+        ("000000", 0),
+        ("235959.999", 86_399_999),
+        ("235960.5", 86_400_500),
+    ] {
+        let Ok(Sentence::Gga(gga)) = gga(time) else {
+            panic!("a good sentence")
+        };
+        assert_eq!(gga.time_ms, Some(milliseconds));
+    }
+    for time in ["240000", "126000", "123561", "1235", "-10000", "12:000"] {
+        assert_eq!(gga(time), Err(Refusal::Field(1)), "{time}");
+    }
+}
+
+#[test]
+fn a_place_has_its_sign_in_its_hemisphere_alone() {
+    let found = read_one("GPGGA,123519,-707.038,N,01131.000,E,1,08,0.9,0,M,,,,");
+    assert_eq!(found, Err(Refusal::Field(2)));
+}
+
+#[test]
+fn a_sentence_is_too_long_at_the_first_byte_without_room() {
+    for last in [b',', b'A', b'*'] {
+        let mut reader = Reader::default();
+        assert_eq!(read(&mut reader, b"$"), []);
+        assert_eq!(read(&mut reader, &[b'A'; 100]), []);
+        assert_eq!(read(&mut reader, &[last]), [Err(Refusal::TooLong)]);
+    }
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(400))]
 

@@ -222,6 +222,21 @@ fn a_heading_counts_as_measured_while_the_compass_agrees_with_it_within_ten_degr
     assert!((heading.abs() - 0.13).abs() < 0.02, "{heading}");
 }
 
+#[test]
+fn a_heading_is_measured_in_whichever_direction_the_robot_begins() {
+    for north in [1.0, -2.5, 3.0] {
+        let mut robot = Robot::new();
+        robot.north = north;
+        robot.run(300, 0);
+        let heading = robot.state()[3];
+        assert_eq!(heading.validity, MEASURED);
+        assert!(
+            (heading.value.abs() - f32::abs(north)).abs() < 0.01,
+            "{heading:?}"
+        );
+    }
+}
+
 /// A compass that comes back after a pause counts for 0.2 s, not for the pause.
 #[test]
 fn a_compass_after_a_pause_turns_the_heading_no_farther_than_after_a_fifth_of_a_second() {

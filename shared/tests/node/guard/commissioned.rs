@@ -2,7 +2,7 @@
 
 use super::commissioning::{Bench, Board, applied};
 use tautrack::node::guard::commissioning::{Commissioning, Reason, progress, request};
-use tautrack::sensors::BodySensors;
+use tautrack::sensors::{BodySensors, Fresh};
 
 /// A board without noise that measures 100 times per second. Its constant errors are large.
 fn quiet() -> Board {
@@ -192,25 +192,78 @@ fn a_request_for_no_step_ends_the_step_under_way() {
     }
 }
 
+/// Readings of a level board that rests for four seconds, with these rates in turn.
+fn rested(rates: [[f32; 3]; 2], fresh: Fresh) -> Commissioning {
+    let mut commissioning = Commissioning::default();
+    commissioning.request(request::LEVEL, true);
+    for step in 0..410 {
+        let sensors = BodySensors {
+            specific_force: [0.0, 0.0, 9.806_65],
+            angular_rate: rates[step % 2],
+            fresh,
+            ..BodySensors::default()
+        };
+        commissioning.sense(&sensors, 0.01);
+    }
+    commissioning
+}
+
 /// Values of the settings are rounded to the nearest, away from zero and toward it.
 #[test]
-fn values_are_rounded_to_the_nearest_unit() {
+fn values_are_means_that_are_rounded_to_the_nearest_unit() {
     let milli = |value: f64| (value * 1e-3).to_radians() as f32;
     for (rate, expected) in [
         ([12.7, -12.7, 12.3], [13, -13, 12]),
         ([-12.3, 0.4, -0.4], [-12, 0, 0]),
         ([0.6, -0.6, 0.0], [1, -1, 0]),
     ] {
-        let mut commissioning = Commissioning::default();
-        commissioning.request(request::LEVEL, true);
-        let sensors = BodySensors {
-            specific_force: [0.0, 0.0, 9.806_65],
-            angular_rate: rate.map(milli),
-            ..BodySensors::default()
-        };
-        for _ in 0..410 {
-            commissioning.sense(&sensors, 0.01);
+        for noise in [0.0, 20.0] {
+            let around = |sign: f64| rate.map(|rate| milli(rate + sign * noise));
+            let commissioning = rested([around(1.0), around(-1.0)], Fresh::ALL);
+            let found = commissioning.report().values.rate_at_rest;
+            assert_eq!(found, expected, "{noise}");
         }
-        assert_eq!(commissioning.report().values.rate_at_rest, expected);
     }
+}
+
+#[test]
+fn a_rest_without_readings_or_with_a_fast_gyroscope_is_refused() {
+    let refused = |rates, fresh| {
+        let report = *rested([rates; 2], fresh).report();
+        assert_eq!(report.progress, progress::REFUSED);
+        (report.reason, report.refused)
+    };
+    let without = Fresh {
+        inclinometer: false,
+        ..Fresh::ALL
+    };
+    assert_eq!(refused([0.0; 3], without), (Reason::Moved as u8, 0));
+    // 0.42 rad/s in all; the limit is 0.35 rad/s.
+    let (reason, value) = refused([0.3, -0.3, 0.0], Fresh::ALL);
+    assert!(
+        reason == Reason::RateAtRest as u8 && value == 424,
+        "{reason} {value}"
+    );
+}
+
+/// The value is the angle by which the field turned: 6.6 rad, less the first step.
+#[test]
+fn a_field_that_turns_with_the_robot_is_refused_with_its_angle() {
+    for axis in 0..2 {
+        let mut board = quiet();
+        board.magnetometer[axis] = -1.0;
+        let (reason, angle) = refused(board).expect("a refusal");
+        assert_eq!(reason, Reason::MagnetometerSign as u8);
+        assert!((6_200..6_700).contains(&angle), "{axis}: {angle}");
+    }
+}
+
+#[test]
+fn a_magnetometer_without_numbers_has_no_field() {
+    let refusal = refused(Board {
+        magnetometer: [f64::NAN, 1.0, 1.0],
+        mounting: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
+        ..quiet()
+    });
+    assert_eq!(refusal, Some((Reason::TooFewFields as u8, 0)));
 }
