@@ -7,5 +7,6 @@ mod commissioning;
 mod drives;
 mod driving;
 mod postures;
+mod published;
 mod sensing;
 mod trips;
