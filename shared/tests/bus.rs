@@ -1,5 +1,6 @@
 //! Tests the units of positions and velocities on the bus against double precision.
 
+#[allow(dead_code)] // the models need the joints
 #[path = "support/random.rs"]
 mod random;
 
