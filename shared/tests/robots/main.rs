@@ -3,6 +3,7 @@
 mod b2p2_feed_forward;
 mod b2p2_model;
 mod b2p2_zmp;
+mod bodies;
 #[path = "../support/counted.rs"]
 mod counted;
 mod crawler_controller;
