@@ -4,10 +4,11 @@ use super::bench::{Bench, JOINT, SCREW, standing};
 use tautrack::bus::pdo::{Payload, TorqueOffset, receive};
 use tautrack::estimate::state::Validity;
 use tautrack::motor::profile::Motion;
+use tautrack::node::guard::commissioning::{Reason, progress, request};
 use tautrack::robots::b2p2::FrontPart;
 use tautrack::screw::Geometry;
 use tautrack::sensors::{BodySensors, Sensor};
-use tautrack::settings::Settings;
+use tautrack::settings::{Setting, Settings};
 use tautrack::stability::attitude::Attitude;
 
 /// A guard whose sensors have read this since its start, half a second ago.
@@ -115,4 +116,39 @@ fn an_armed_guard_sends_the_load_of_the_front_part() {
         "{joint} {load:?}"
     );
     assert!((screw - load.screw).abs() <= 1.0, "{screw} {load:?}");
+}
+
+/// Requests of the operator are in mrad/s, seen from above.
+#[test]
+fn a_yaw_rate_turns_the_tracks_against_each_other() {
+    let mut bench = Bench::armed();
+    bench.command.as_mut().expect("an operator").yaw_rate = 100;
+    bench.run(1_500);
+    let [left, right] = bench.track_speeds()[..] else {
+        panic!("no set-points")
+    };
+    let gauge = Settings::default().scaled(Setting::TrackGauge, 1e-6);
+    // 0.1 rad/s, half of the gauge, a pulley of 0.05 m, in 1e-6 rad/s.
+    let expected = 0.1 * 0.5 * gauge / 0.05 * 1e6;
+    assert!(
+        (right as f32 - expected).abs() < 0.02 * expected,
+        "{right} {expected}"
+    );
+    assert!(
+        (left as f32 + expected).abs() < 0.02 * expected,
+        "{left} {expected}"
+    );
+}
+
+#[test]
+fn sensors_are_commissioned_at_rest_in_a_guard_that_is_not_armed() {
+    let mut bench = Bench::new(&Settings::default());
+    bench.run(100);
+    bench.guard.commission(request::LEVEL);
+    assert_eq!(bench.guard.commissioning().progress, request::LEVEL);
+    let mut bench = Bench::armed();
+    bench.guard.commission(request::LEVEL);
+    let report = bench.guard.commissioning();
+    assert_eq!(report.progress, progress::REFUSED);
+    assert_eq!(report.reason, Reason::NotDisarmed as u8);
 }
