@@ -103,8 +103,8 @@ proptest! {
     }
 }
 
-/// Iron that stretches the horizontal field by a symmetric matrix, and a hard iron: the compass with
-/// the inverse matrix shows the heading of the undisturbed field.
+/// Iron stretches the horizontal field by a symmetric matrix and adds a constant field. With the
+/// inverse matrix, the compass shows the heading of the undisturbed field.
 #[test]
 fn a_compass_with_the_calibration_in_its_settings_sees_through_hard_and_soft_iron() {
     let (iron, [xx, yy, xy]) = ([12.0, -8.0, 3.0], [1.2, 0.9, 0.15]);
