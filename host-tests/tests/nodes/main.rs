@@ -17,9 +17,6 @@ mod runaway;
 mod screw;
 mod stop_sequences;
 mod stops;
-#[allow(dead_code)] // the models in shared need the joints
-#[path = "../../../shared/tests/support/random.rs"]
-mod uniform;
 
 use bench::{Bench, state};
 use std::f64::consts::TAU;

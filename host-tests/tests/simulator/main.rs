@@ -1,7 +1,6 @@
 //! Tests of the simulator: bus, nodes, runs and sessions.
 
 mod bus;
-mod estimate;
 mod node_log;
 mod runs;
 mod session;

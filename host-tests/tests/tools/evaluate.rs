@@ -15,8 +15,8 @@ fn vectors(group: &str) -> Value {
     let mut document: Value =
         serde_json::from_str(&std::fs::read_to_string(path).unwrap()).unwrap();
     let functions = document["functions"].as_object_mut().unwrap();
-    // The file contains its own check of the driving force; `tests/robots/crawler/model.rs` has
-    // another one.
+    // The file contains its own check of the driving force; `shared/tests/robots/crawler_model.rs`
+    // has another one.
     if let Some(Value::Array(cases)) = functions.get_mut("driving_force") {
         for case in cases {
             case["out"].as_object_mut().unwrap().remove("Pn_quadrature");

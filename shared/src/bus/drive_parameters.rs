@@ -76,4 +76,26 @@ mod tests {
             assert_eq!(all, !is_restricted(index), "{index:#x}");
         }
     }
+
+    /// The objects of [`DriveParameters`] by their numbers in CiA 402, and objects of set-points,
+    /// modes and actual values near them.
+    #[test]
+    fn a_parameter_is_no_set_point() {
+        let parameters = [
+            0x605a, 0x605b, 0x605c, 0x605d, 0x605e, 0x6065, 0x6066, 0x6067, 0x6068, 0x607d, 0x6087,
+            0x6098,
+        ];
+        for index in parameters {
+            assert!(is_parameter(index), "{index:#x}");
+        }
+        for index in [0x6040, 0x6060, 0x6064, 0x6071, 0x607a, 0x60b2, 0x60ff] {
+            assert!(!is_parameter(index), "{index:#x}");
+        }
+    }
+
+    #[test]
+    fn a_torque_that_could_never_change_is_refused() {
+        assert!(!supports(0x6087, 0));
+        assert!(supports(0x6087, 1) && supports(0x6087, i32::MAX));
+    }
 }

@@ -234,4 +234,65 @@ mod tests {
         assert_eq!(found, IDENTITY);
         assert!(request(&mut slave, [0x11, 9, 0, 0, 0, 0, 0, 0]).is_some());
     }
+
+    /// CiA 305: inquire identity (0x5A to 0x5D) and inquire node id (0x5E).
+    #[test]
+    fn a_node_in_configuration_tells_its_identity_and_its_node_id() {
+        let mut slave = Slave::new(IDENTITY);
+        let inquire = |slave: &mut Slave, command: u8| {
+            let Some(Action::Answer(frame)) = request(slave, [command, 0, 0, 0, 0, 0, 0, 0]) else {
+                panic!("no answer to {command:#x}")
+            };
+            assert_eq!((frame.id(), frame.data()[0]), (RESPONSE, command));
+            let &[_, a, b, c, d, ..] = frame.data() else {
+                panic!("a short answer")
+            };
+            u32::from_le_bytes([a, b, c, d])
+        };
+        assert_eq!(request(&mut slave, [4, 1, 0, 0, 0, 0, 0, 0]), None);
+        let found = [0x5a, 0x5b, 0x5c, 0x5d].map(|command| inquire(&mut slave, command));
+        assert_eq!(found, IDENTITY);
+        assert_eq!(inquire(&mut slave, 0x5e), 0xff, "no node id yet");
+        request(&mut slave, [0x11, 9, 0, 0, 0, 0, 0, 0]);
+        assert_eq!(inquire(&mut slave, 0x5e), 9);
+    }
+
+    #[test]
+    fn only_the_end_of_a_configuration_starts_a_node() {
+        let mut slave = Slave::new(IDENTITY);
+        request(&mut slave, [4, 1, 0, 0, 0, 0, 0, 0]);
+        request(&mut slave, [0x11, 9, 0, 0, 0, 0, 0, 0]);
+        assert_eq!(request(&mut slave, [4, 1, 0, 0, 0, 0, 0, 0]), None);
+        let start = request(&mut slave, [4, 0, 0, 0, 0, 0, 0, 0]);
+        assert_eq!(start, Some(Action::Start(9)));
+        assert_eq!(request(&mut slave, [4, 0, 0, 0, 0, 0, 0, 0]), None);
+    }
+
+    #[test]
+    fn a_scan_finds_only_nodes_that_are_not_configured() {
+        let mut slave = Slave::new(IDENTITY);
+        request(&mut slave, [4, 1, 0, 0, 0, 0, 0, 0]);
+        assert_eq!(number(&mut slave, 0x51, 0, [0x80, 0, 0]), None);
+        request(&mut slave, [0x11, 9, 0, 0, 0, 0, 0, 0]);
+        request(&mut slave, [4, 0, 0, 0, 0, 0, 0, 0]);
+        assert_eq!(number(&mut slave, 0x51, 0, [0x80, 0, 0]), None);
+    }
+
+    /// Only the confirmation of all 32 bits goes on to the next number of the identity.
+    #[test]
+    fn a_scan_stays_at_a_number_until_its_last_bit() {
+        let mut slave = Slave::new(IDENTITY);
+        number(&mut slave, 0x51, 0, [0x80, 0, 0]);
+        assert_eq!(number(&mut slave, 0x51, 0, [1, 0, 1]), Some(0x4f));
+        assert_eq!(number(&mut slave, 0x51, 0, [0, 0, 0]), Some(0x4f));
+        assert_eq!(number(&mut slave, 0x51, 1, [0, 1, 1]), None);
+        assert_eq!(number(&mut slave, 0x51, 0, [0, 0, 1]), Some(0x4f));
+        assert_eq!(number(&mut slave, 0x51, 1, [0, 1, 1]), Some(0x4f));
+    }
+
+    #[test]
+    fn a_master_is_told_whether_the_node_id_was_saved() {
+        let answer = |error: u8| Frame::new(RESPONSE, &[0x17, error, 0, 0, 0, 0, 0, 0]);
+        assert_eq!((stored(true), stored(false)), (answer(0), answer(2)));
+    }
 }

@@ -137,4 +137,11 @@ mod tests {
         );
         assert_eq!(as_heartbeat(&Frame::new(0x700, &[5]).unwrap()), None);
     }
+
+    #[test]
+    fn a_sync_is_known_from_an_emergency_and_a_command() {
+        assert!(is_sync(&sync()));
+        let emergency = emergency(Emergency { node: 1, code: 0 });
+        assert!(!is_sync(&emergency) && !is_sync(&nmt(NmtCommand::Start, 0)));
+    }
 }

@@ -320,4 +320,35 @@ mod tests {
         assert_eq!(DriveMotion::MAPPING, [0x6064_0020, 0x606c_0020]);
         assert_eq!(OperatorCommand::MAPPING[4], 0x4000_0508);
     }
+
+    /// The predefined connection set of CiA 301, and the fifth transmit PDO.
+    #[test]
+    fn identifiers_are_those_of_the_predefined_connections() {
+        let transmitted = [1, 2, 3, 4, 5].map(transmit);
+        assert_eq!(transmitted, [0x180, 0x280, 0x380, 0x480, 0x680]);
+        let received = [1, 2, 3, 4].map(receive);
+        assert_eq!(received, [0x200, 0x300, 0x400, 0x500]);
+    }
+
+    /// With and without the dead-man switch. What no request has stops.
+    #[test]
+    fn every_request_is_read_from_its_byte() {
+        let requests = [
+            Request::Disarm,
+            Request::Arm,
+            Request::Stop,
+            Request::Reset,
+            Request::Override,
+            Request::BackOff,
+            Request::EmergencyStop,
+        ];
+        for (byte, request) in (0..).zip(requests) {
+            assert_eq!(request as u8, byte);
+            assert_eq!(Request::from_byte(byte), request);
+            assert_eq!(Request::from_byte(byte | DEAD_MAN_HELD), request);
+        }
+        for byte in 7..=0x7f {
+            assert_eq!(Request::from_byte(byte), Request::Stop);
+        }
+    }
 }

@@ -86,7 +86,7 @@ impl Compass {
     ///
     /// `field` is the reading in body axes (x forward, y left, z up), uT, and `axes` is the tilt of
     /// the body. Worst error of the computation: 0.163 degree, from the arc tangent of `micromath`.
-    /// `host-tests/tests/simulator/estimate.rs` compares it with double precision over directions,
+    /// `shared/tests/estimate/compass.rs` compares it with double precision over directions,
     /// tilts and strengths. An error of the tilt adds that error times the tangent of the field's
     /// inclination.
     ///

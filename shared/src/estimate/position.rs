@@ -88,7 +88,7 @@ impl Plane {
     /// Converts a place to metres north and east of the origin.
     ///
     /// Worst error between the 65th parallels: 0.38 m within 1 km, at the corner, because the
-    /// meridians converge; 15 mm within 100 m (`host-tests/tests/simulator/estimate.rs`, against
+    /// meridians converge; 15 mm within 100 m (`shared/tests/estimate/position.rs`, against
     /// the ellipsoid in double precision).
     pub fn metres(&self, place: Place) -> [f32; 2] {
         let north = place.latitude.wrapping_sub(self.origin.latitude);

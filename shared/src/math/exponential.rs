@@ -16,7 +16,7 @@ pub(crate) const RECIPROCALS: [f64; 15] = {
 /// Computes `1 - e^-x`.
 ///
 /// Domain: every `x` from 0 to infinity; 0 below 0; NaN for NaN. Worst error: 2 units in the last
-/// place (`host-tests/tests/robots/crawler/model.rs`, `decays_are_those_of_the_host_s_library`).
+/// place (`shared/tests/robots/crawler_model.rs`, `decays_are_those_of_the_host_s_library`).
 /// Cost: at most seven halvings and one series.
 pub fn rise<S: Scalar>(x: S) -> S {
     // From this `x` on, the result is 1 in both precisions.

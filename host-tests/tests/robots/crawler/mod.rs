@@ -1,9 +1,7 @@
-//! Tests of the crawler: its model, its body controller, its plant, the controller on the plant,
-//! and hazards.
+//! Tests of the crawler: its plant, the controller on the plant, and hazards. Its model and its body
+//! controller are tested in `shared/tests/robots`.
 
 mod closed_loop;
-mod controller;
 mod driven;
 mod hazards;
-mod model;
 mod plant;

@@ -134,7 +134,7 @@ impl<S: Scalar> Soil<S> {
     /// The deformation grows in proportion to the distance from where the ground meets the track,
     /// up to `slip` times the length. The factor 10^6 of eq. 4 is for stresses in N/mm^2 and is not
     /// needed here. Worst error in `f64`: 1e-14 of the force
-    /// (`host-tests/tests/robots/crawler/model.rs`).
+    /// (`shared/tests/robots/crawler_model.rs`).
     pub fn driving_force(&self, footprint: &Footprint<S>, pressure: S, slip: S) -> S {
         let bears = footprint.width * footprint.length * self.strength(pressure);
         odd(slip, |size| {

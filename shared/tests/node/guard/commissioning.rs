@@ -9,8 +9,8 @@ use tautrack::settings::{Setting, Settings};
 use tautrack::stability::attitude::Attitude;
 use tautrack::units::Angle;
 
-type Matrix = [[f64; 3]; 3];
-type Vector = [f64; 3];
+pub(super) type Matrix = [[f64; 3]; 3];
+pub(super) type Vector = [f64; 3];
 
 fn times(a: &Matrix, b: &Matrix) -> Matrix {
     core::array::from_fn(|row| {
@@ -22,12 +22,12 @@ fn transposed(a: &Matrix) -> Matrix {
     core::array::from_fn(|row| core::array::from_fn(|column| a[column][row]))
 }
 
-fn applied(a: &Matrix, v: Vector) -> Vector {
+pub(super) fn applied(a: &Matrix, v: Vector) -> Vector {
     core::array::from_fn(|row| (0..3).map(|k| a[row][k] * v[k]).sum())
 }
 
 /// Rotation by `angle` about the unit vector `axis` (Rodrigues).
-fn about(axis: Vector, angle: f64) -> Matrix {
+pub(super) fn about(axis: Vector, angle: f64) -> Matrix {
     let (sine, cosine) = angle.sin_cos();
     let [x, y, z] = axis;
     let cross = [[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]];
@@ -50,25 +50,34 @@ fn pose(heading: f64, roll: f64, pitch: f64) -> Matrix {
 }
 
 /// Sensor board with known errors.
-struct Board {
+pub(super) struct Board {
     /// From the axes of the board to those of the body.
-    mounting: Matrix,
+    pub mounting: Matrix,
     /// In the axes of the board, rad/s.
-    rate_at_rest: Vector,
-    hard_iron: Vector,
-    soft_iron: Matrix,
-    inclinometer_offset: [f64; 2],
-    /// Factors of the axes of gyroscope and magnetometer.
-    gyroscope: Vector,
-    magnetometer: Vector,
-    before: Matrix,
-    step: u64,
+    pub rate_at_rest: Vector,
+    pub hard_iron: Vector,
+    pub soft_iron: Matrix,
+    pub inclinometer_offset: [f64; 2],
+    /// Factors of the axes of gyroscope, magnetometer and inclinometer.
+    pub gyroscope: Vector,
+    pub magnetometer: Vector,
+    pub inclinometer: [f64; 2],
+    /// The earth's field to the north, to the west and up, uT.
+    pub earth: Vector,
+    /// Factor of all noise; 0 is none.
+    pub noisy: f64,
+    /// Time between two readings, s, and readings of the other sensors per reading of the
+    /// magnetometer.
+    pub period: f64,
+    pub readings_per_field: u64,
+    pub before: Matrix,
+    pub step: u64,
 }
 
 impl Board {
     /// A board that is mounted off by 10 degrees about an oblique axis. Its gyroscope reads 2
     /// degrees/s at rest, and the hard iron is 30 uT.
-    fn new() -> Self {
+    pub fn new() -> Self {
         Self {
             mounting: about([1.0 / 3.0, 2.0 / 3.0, 2.0 / 3.0], 10.0_f64.to_radians()),
             rate_at_rest: [4.0 / 3.0, -4.0 / 3.0, 2.0 / 3.0].map(f64::to_radians),
@@ -77,6 +86,11 @@ impl Board {
             inclinometer_offset: [0.02, -0.01],
             gyroscope: [1.0; 3],
             magnetometer: [1.0; 3],
+            inclinometer: [1.0; 2],
+            earth: [22.3, 0.0, -41.9],
+            noisy: 1.0,
+            period: 1e-3,
+            readings_per_field: 100,
             before: pose(0.0, 0.0, 0.0),
             step: 0,
         }
@@ -93,10 +107,10 @@ impl Board {
                 (state >> 11) as f64 / (1_u64 << 53) as f64
             })
             .sum();
-        sigma * (sum - 6.0)
+        self.noisy * sigma * (sum - 6.0)
     }
 
-    /// Readings in this pose, a millisecond after the one before.
+    /// Readings in this pose, a period after the one before.
     fn read(&mut self, pose: Matrix) -> BodySensors {
         self.step += 1;
         let into_body = transposed(&pose);
@@ -109,8 +123,8 @@ impl Board {
             change[0][2] - change[2][0],
             change[1][0] - change[0][1],
         ]
-        .map(|twice| 0.5 * twice / 1e-3);
-        let earth = applied(&into_body, [22.3, 0.0, -41.9]);
+        .map(|twice| 0.5 * twice / self.period);
+        let earth = applied(&into_body, self.earth);
         let iron = applied(&self.soft_iron, earth);
         let force = applied(&into_board, applied(&into_body, [0.0, 0.0, 9.806_65]));
         let rate = applied(&into_board, rate);
@@ -128,7 +142,8 @@ impl Board {
         BodySensors {
             inclination: core::array::from_fn(|axis| {
                 let noise = self.noise(axis as u64, 0.001);
-                (inclination[axis] + self.inclinometer_offset[axis] + noise) as f32
+                let shown = self.inclinometer[axis] * inclination[axis];
+                (shown + self.inclinometer_offset[axis] + noise) as f32
             }),
             specific_force: vector(2, force, 0.03),
             angular_rate: vector(
@@ -144,7 +159,7 @@ impl Board {
                 0.15,
             ),
             fresh: Fresh {
-                magnetometer: self.step.is_multiple_of(100),
+                magnetometer: self.step.is_multiple_of(self.readings_per_field),
                 ..Fresh::ALL
             },
         }
@@ -155,14 +170,14 @@ impl Board {
 type Angles = [f64; 3];
 
 /// A person who commissions the sensors.
-struct Bench {
+pub(super) struct Bench {
     board: Board,
-    commissioning: Commissioning,
+    pub commissioning: Commissioning,
     angles: Angles,
 }
 
 impl Bench {
-    fn new(board: Board) -> Self {
+    pub fn new(board: Board) -> Self {
         let mut bench = Self {
             board,
             commissioning: Commissioning::default(),
@@ -173,25 +188,25 @@ impl Bench {
     }
 
     /// Turns the body evenly to these angles.
-    fn turn(&mut self, to: Angles, seconds: f64) {
-        let (from, steps) = (self.angles, (seconds * 1e3) as u32);
+    pub fn turn(&mut self, to: Angles, seconds: f64) {
+        let (from, steps) = (self.angles, (seconds / self.board.period).round() as u32);
         for step in 1..=steps {
             let done = f64::from(step) / f64::from(steps);
             self.angles = core::array::from_fn(|axis| from[axis] + (to[axis] - from[axis]) * done);
             let [heading, roll, pitch] = self.angles;
             let sensors = self.board.read(pose(heading, roll, pitch));
-            self.commissioning.sense(&sensors, 1e-3);
+            self.commissioning.sense(&sensors, self.board.period as f32);
         }
     }
 
     /// Requests a resting step. Returns why it was refused.
-    fn rest(&mut self, request: u8) -> Option<u8> {
+    pub fn rest(&mut self, request: u8) -> Option<u8> {
         self.commissioning.request(request, true);
         self.turn(self.angles, 4.1);
         self.ended()
     }
 
-    fn ended(&self) -> Option<u8> {
+    pub fn ended(&self) -> Option<u8> {
         let report = self.commissioning.report();
         match report.progress {
             progress::DONE => None,
@@ -201,7 +216,7 @@ impl Bench {
     }
 
     /// All steps in their order. Returns why the first one was refused.
-    fn commission(&mut self) -> Option<u8> {
+    pub fn commission(&mut self) -> Option<u8> {
         let raised = 15.0_f64.to_radians();
         if let Some(reason) = self.rest(request::LEVEL) {
             return Some(reason);

@@ -2,9 +2,11 @@
 
 mod arming;
 mod bench;
+mod commissioned;
 mod commissioning;
 mod drives;
 mod driving;
 mod postures;
+mod published;
 mod sensing;
 mod trips;

@@ -4,7 +4,7 @@
 use proptest::prelude::*;
 use tautrack::robots::crawler::parameters::{DIMENSIONS, GROUND, MASSES};
 use tautrack::robots::crawler::path::{PathFollower, Pose};
-use tautrack::robots::crawler::slip::SlipModel;
+use tautrack::robots::crawler::slip::{Slip, SlipModel};
 use tautrack::robots::crawler::{BodyVelocity, Configuration, Controller, Observation, Shape};
 
 const PERIOD: f32 = 0.004;
@@ -223,4 +223,48 @@ fn the_track_that_carries_less_slips_more() {
     assert!(right > 1.05 * left, "{left} {right}");
     let [left, right] = self::model().predict(0.3, 0.3, false).forward;
     assert!(left > 1.05 * right, "the side that is up: {left} {right}");
+}
+
+/// Twice the slip that the model of the soil expects, uphill and downhill, forward and backward.
+#[test]
+fn a_speed_that_is_measured_for_two_minutes_corrects_the_slip() {
+    for (pitch, speed) in [(0.3, 0.15), (-0.3, 0.15), (0.3, -0.15), (-0.3, -0.15_f32)] {
+        let mut model = model();
+        let expected = |model: &SlipModel| model.predict(pitch, 0.0, speed < 0.0);
+        let [soil, _] = expected(&model).along([speed; 2]);
+        for _ in 0..1_200 {
+            let slip = expected(&model);
+            model.learn(&slip, [speed; 2], speed * (1.0 - 2.0 * soil), 0.1);
+        }
+        let correction = model.correction();
+        assert!(
+            (correction - 2.0).abs() < 0.1,
+            "{pitch} {speed}: {correction}"
+        );
+    }
+}
+
+#[test]
+fn belts_that_stand_or_turn_the_robot_on_the_spot_teach_nothing() {
+    for belts in [[0.0; 2], [0.15, -0.15], [-0.2, 0.2]] {
+        let mut model = model();
+        let slip = model.predict(0.3, 0.0, false);
+        for _ in 0..1_000 {
+            model.learn(&slip, belts, 0.05, PERIOD);
+        }
+        assert_eq!(model.correction(), 1.0, "{belts:?}");
+    }
+}
+
+/// A robot that loses 0.2 and 0.1 of its belts' travel moves on by 0.85 of it, backward by 1.15.
+#[test]
+fn the_drift_is_the_direction_in_which_the_robot_travels() {
+    let slip = Slip {
+        forward: [0.2, 0.1],
+        rightward: 0.05,
+        beyond_traction: false,
+    };
+    let exact = |ahead: f64| f64::atan2(0.05, ahead) as f32;
+    assert!((slip.drift(1.0) + exact(0.85)).abs() < 1e-5);
+    assert!((slip.drift(-1.0) - exact(1.15)).abs() < 1e-5);
 }

@@ -1,0 +1,181 @@
+//! Tests the attitude against rotations in double precision.
+
+use tautrack::sensors::{BodySensors, Fresh};
+use tautrack::stability::attitude::Attitude;
+use tautrack::units::Angle;
+
+type Matrix = [[f64; 3]; 3];
+
+const GYROSCOPE: Fresh = Fresh {
+    gyroscope: true,
+    ..Fresh::NONE
+};
+
+fn product(a: Matrix, b: Matrix) -> Matrix {
+    let entry = |row: usize, column: usize| (0..3).map(|k| a[row][k] * b[k][column]).sum();
+    [0, 1, 2].map(|row| [0, 1, 2].map(|column| entry(row, column)))
+}
+
+fn transposed(a: Matrix) -> Matrix {
+    [0, 1, 2].map(|row| [0, 1, 2].map(|column| a[column][row]))
+}
+
+/// Axes of a body in the world: turned by the heading, then rolled (left side up), then pitched
+/// (nose up).
+fn axes([heading, roll, pitch]: [f64; 3]) -> Matrix {
+    let ((sh, ch), (sr, cr), (sp, cp)) = (heading.sin_cos(), roll.sin_cos(), pitch.sin_cos());
+    let turned = [[ch, -sh, 0.0], [sh, ch, 0.0], [0.0, 0.0, 1.0]];
+    let rolled = [[1.0, 0.0, 0.0], [0.0, cr, -sr], [0.0, sr, cr]];
+    let pitched = [[cp, 0.0, -sp], [0.0, 1.0, 0.0], [sp, 0.0, cp]];
+    product(turned, product(rolled, pitched))
+}
+
+/// Angular rate in body axes while the three angles change with these rates, from the axes a moment
+/// before and after.
+fn body_rate(angles: [f64; 3], rates: [f64; 3]) -> [f32; 3] {
+    const MOMENT: f64 = 1e-5;
+    let at = |time: f64| axes([0, 1, 2].map(|index| angles[index] + rates[index] * time));
+    let (before, after) = (at(-MOMENT), at(MOMENT));
+    let step = [0, 1, 2].map(|row| {
+        [0, 1, 2].map(|column| (after[row][column] - before[row][column]) / MOMENT / 2.0)
+    });
+    let spin = product(transposed(at(0.0)), step);
+    [spin[2][1], spin[0][2], spin[1][0]].map(|rate| rate as f32)
+}
+
+/// An attitude with this heading, roll and pitch.
+fn attitude([heading, roll, pitch]: [f64; 3]) -> Attitude {
+    let mut attitude = Attitude::default();
+    let sensors = BodySensors {
+        inclination: [pitch as f32, roll as f32],
+        ..BodySensors::default()
+    };
+    assert!(attitude.update(&sensors, 1e-3));
+    attitude.correct_heading(Angle::from_radians(heading as f32), 1e-3);
+    attitude
+}
+
+#[test]
+fn heading_roll_and_pitch_follow_the_gyroscope_of_a_tilted_body() {
+    for angles in [
+        [0.0, 0.0, 0.0],
+        [0.4, 0.5, 0.8],
+        [-1.0, -0.9, 0.3],
+        [2.0, 0.3, -1.1],
+    ] {
+        for rates in [
+            [0.5, 0.0, 0.0],
+            [0.0, 0.4, 0.0],
+            [0.0, 0.0, -0.6],
+            [0.3, -0.2, 0.5],
+        ] {
+            let mut attitude = attitude(angles);
+            let (mut exact, period) = (angles, 1e-3);
+            for _ in 0..200 {
+                let middle = [0, 1, 2].map(|axis| exact[axis] + 0.5 * period * rates[axis]);
+                let sensors = BodySensors {
+                    angular_rate: body_rate(middle, rates),
+                    fresh: GYROSCOPE,
+                    ..BodySensors::default()
+                };
+                attitude.update(&sensors, period as f32);
+                exact = [0, 1, 2].map(|axis| exact[axis] + period * rates[axis]);
+            }
+            let got = [attitude.heading(), attitude.roll(), attitude.pitch()];
+            for (got, exact) in got.into_iter().zip(exact) {
+                let error = (got - Angle::from_radians(exact as f32)).radians();
+                assert!(error.abs() < 1e-3, "{angles:?} {rates:?}: {error}");
+            }
+            let error = f64::from(attitude.pitch_rate()) - rates[2];
+            assert!(error.abs() < 2e-3, "{angles:?} {rates:?}: {error}");
+        }
+    }
+}
+
+/// The mean of two readings counts for the time between them. The last reading alone would be wrong
+/// by 10 mrad.
+#[test]
+fn a_slow_gyroscope_of_an_accelerating_body_loses_no_angle() {
+    const ACCELERATION: f32 = 2.0;
+    let mut attitude = attitude([0.0; 3]);
+    for step in 0..1_001_u16 {
+        let rate = ACCELERATION * f32::from(step) * 1e-3;
+        let sensors = BodySensors {
+            angular_rate: [0.0, -rate, 0.0],
+            fresh: if step % 10 == 0 {
+                GYROSCOPE
+            } else {
+                Fresh::NONE
+            },
+            ..BodySensors::default()
+        };
+        attitude.update(&sensors, 1e-3);
+    }
+    let error = attitude.pitch().radians() - 0.5 * ACCELERATION;
+    assert!(error.abs() < 2e-3, "{error}");
+}
+
+#[test]
+fn a_distance_in_no_time_is_no_acceleration() {
+    let mut attitude = attitude([0.0; 3]);
+    attitude.travel(0, 1e-3);
+    attitude.travel(100, 0.0);
+    attitude.update(&BodySensors::default(), 1e-3);
+    assert_eq!(attitude.pitch(), Angle::ZERO);
+}
+
+#[test]
+fn the_first_compass_heading_is_the_heading() {
+    for degrees in [-170.0, -20.0, 60.0, 179.0] {
+        let heading = Angle::from_degrees(degrees);
+        let mut attitude = Attitude::default();
+        attitude.update(&BodySensors::default(), 1e-3);
+        attitude.correct_heading(heading, 1e-3);
+        assert_eq!(attitude.heading(), heading);
+    }
+}
+
+/// It turns by at most 0.25 rad/s, and within two seconds by 1 - 1/e of a small difference.
+#[test]
+fn later_compass_headings_turn_the_heading_slowly() {
+    for error in [-2.0, -0.3, 0.3, 2.0_f32] {
+        let mut attitude = attitude([1.0, 0.0, 0.0]);
+        let start = attitude.heading();
+        let compass = start + Angle::from_radians(error);
+        attitude.correct_heading(compass, 0.1);
+        let step = (attitude.heading() - start).radians();
+        let expected = error.abs().min(0.5) / 2.0 * 0.1 * error.signum();
+        assert!((step - expected).abs() < 1e-5, "{error}: {step} {expected}");
+    }
+}
+
+#[test]
+fn a_compass_that_begins_late_does_not_make_a_robot_turn() {
+    let mut attitude = Attitude::default();
+    for _ in 0..400 {
+        attitude.update(&BodySensors::default(), 1e-3);
+    }
+    attitude.correct_heading(Angle::from_degrees(90.0), 0.1);
+    let turned = attitude.heading().radians();
+    assert!((0.02..0.026).contains(&turned), "{turned}");
+}
+
+#[test]
+fn axes_of_a_body_that_is_pitched_further_are_those_of_the_larger_pitch() {
+    for (roll, pitch, more) in [(0.0, 0.0, 0.5), (0.4, 0.6, 0.7), (-0.3, -0.8, -0.4)] {
+        let further = (f64::sin(more) as f32, f64::cos(more) as f32);
+        let got = attitude([0.0, roll, pitch]).level_axes().pitched(further);
+        let exact = axes([0.0, roll, pitch + more]);
+        for (axis, vector) in [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]
+            .into_iter()
+            .enumerate()
+        {
+            for (row, got) in got.of(vector).into_iter().enumerate() {
+                assert!(
+                    (f64::from(got) - exact[row][axis]).abs() < 1e-5,
+                    "{roll} {pitch} {more}"
+                );
+            }
+        }
+    }
+}
