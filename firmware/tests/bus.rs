@@ -473,6 +473,28 @@ fn process_data_before_the_start_of_a_node_are_ignored() {
 }
 
 #[test]
+fn process_data_that_are_too_short_are_ignored() {
+    let mut client = Client::guarded("axle");
+    for controlword in [6, 7, 15] {
+        client.send(&[(0x200 + NODE, &set_point(controlword, 0))]);
+    }
+    // No part of them is written, and they are no set-point that keeps the axle in operation.
+    let mut received = Vec::new();
+    for _ in 0..100 {
+        for length in [0, 2, 6] {
+            let short = &set_point(6, 1)[..length];
+            received.extend(client.send(&[(0x200 + NODE, short)]));
+        }
+    }
+    let lost = received.iter().any(|frame| frame.id() == 0x080 + NODE);
+    assert!(lost, "short process data kept the axle alive");
+    assert_eq!(client.read(0x6040, 0), 15);
+    // More bytes than the PDO carries are ignored.
+    client.send(&[(0x200 + NODE, &[0x06, 0, 8, 1, 0, 0, 0, 0xff])]);
+    assert_eq!((client.read(0x6040, 0), client.read(0x607a, 0)), (6, 1));
+}
+
+#[test]
 fn no_frame_panics_a_node() {
     for (role, _) in ROLES {
         let mut client = Client::new(role);

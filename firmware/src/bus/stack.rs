@@ -143,10 +143,7 @@ impl Bus {
         let mut pdos = self.dictionary.receive_pdos.iter();
         if let Some(pdo) = pdos.find(|pdo| pdo.valid() && pdo.cob_id() == id) {
             let operational = self.state() == NmtState::Operational;
-            if operational {
-                store(pdo, frame.data());
-            }
-            return Some(operational);
+            return Some(operational && store(pdo, frame.data()));
         }
         if frame.id() != SDO_REQUEST + u16::from(self.node_id) {
             return None;
@@ -259,16 +256,21 @@ fn mapped(pdo: &Pdo<'static>) -> impl Iterator<Item = MappingEntry<'static>> {
         .filter(|entry| entry.length > 0)
 }
 
-/// Writes what a PDO carries to its objects.
-fn store(pdo: &Pdo<'static>, mut data: &[u8]) {
-    for entry in mapped(pdo) {
-        let Some((value, rest)) = data.split_at_checked(usize::from(entry.length)) else {
-            return;
-        };
-        // Cannot fail: the mapping was checked when it was written.
-        let _ = entry.object.data.write(entry.sub, value);
-        data = rest;
+/// Writes what a PDO carries to its objects. Returns whether it did: a PDO without objects, or with
+/// fewer bytes than its objects have, writes none of them.
+fn store(pdo: &Pdo<'static>, mut data: &[u8]) -> bool {
+    let length: usize = mapped(pdo).map(|entry| usize::from(entry.length)).sum();
+    if length == 0 || data.len() < length {
+        return false;
     }
+    for entry in mapped(pdo) {
+        if let Some((value, rest)) = data.split_at_checked(usize::from(entry.length)) {
+            // Fails if a client has mapped an object that cannot be written, or a part of one.
+            let _ = entry.object.data.write(entry.sub, value);
+            data = rest;
+        }
+    }
+    true
 }
 
 /// Reads what a PDO carries from its objects. Returns it with its length.
