@@ -495,6 +495,40 @@ fn process_data_that_are_too_short_are_ignored() {
 }
 
 #[test]
+fn a_stopped_node_answers_no_request() {
+    let mut client = Client::new("axle");
+    client.sdo([0x40, 0x08, 0x10, 0, 0, 0, 0, 0]);
+    client.send(&[(0x000, &[2, NODE as u8])]);
+    // A segment, objects of the dictionary and of the settings, and a block transfer.
+    for request in [
+        [0x60, 0, 0, 0, 0, 0, 0, 0],
+        [0x40, 0x00, 0x10, 0, 0, 0, 0, 0],
+        [0x2b, 0x17, 0x10, 0, 10, 0, 0, 0],
+        [0x40, 0x10, 0x10, 1, 0, 0, 0, 0],
+        [0xa0, 0x08, 0x10, 0, 20, 0, 0, 0],
+    ] {
+        let mut sent = client.send(&[(0x600 + NODE, &request)]);
+        sent.extend(client.idle(40));
+        let answered = sent.iter().any(|frame| frame.id() == 0x580 + NODE);
+        assert!(!answered, "{request:x?}");
+    }
+    client.send(&[(0x000, &[128, NODE as u8])]);
+    assert_eq!(client.read(0x1017, 0), 100);
+}
+
+#[test]
+fn a_reset_ends_a_transfer() {
+    for command in [129, 130] {
+        let mut client = Client::new("axle");
+        client.sdo([0x40, 0x08, 0x10, 0, 0, 0, 0, 0]);
+        let mut sent = client.send(&[(0x000, &[command, NODE as u8])]);
+        sent.extend(client.idle(40));
+        assert_eq!(heartbeats(&sent)[0], 0);
+        assert!(sent.iter().all(|frame| frame.id() != 0x580 + NODE));
+    }
+}
+
+#[test]
 fn no_frame_panics_a_node() {
     for (role, _) in ROLES {
         let mut client = Client::new(role);

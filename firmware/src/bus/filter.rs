@@ -9,6 +9,7 @@
 //! * Remote frames do not reach this filter: [`Frame`] cannot represent them.
 //! * While the guard is alive: SDO writes to objects that may move an axle, or that decide which
 //!   frames do. Only the other communication objects, and those of the recording, can be written.
+//! * While the node is stopped: SDO requests, which have no answer then (CiA 301).
 //! * While the control task does not run: SYNC, because the node would send old positions.
 
 use tautrack::bus::drive_parameters;
@@ -47,6 +48,8 @@ pub struct Condition {
     pub guard_alive: bool,
     /// The control task runs.
     pub control_runs: bool,
+    /// The node is in the NMT state "stopped".
+    pub stopped: bool,
 }
 
 /// Decides what to do with `frame`, which node `node_id` received.
@@ -61,7 +64,7 @@ pub fn evaluate(frame: &Frame, node_id: u8, condition: Condition) -> Verdict {
     let &[command, index_low, index_high, sub, value, ..] = frame.data() else {
         return Verdict::Drop; // CiA 301: an SDO has eight bytes
     };
-    if frame.data().len() != 8 {
+    if frame.data().len() != 8 || condition.stopped {
         return Verdict::Drop;
     }
     let abort = |code: u32| {
@@ -148,6 +151,7 @@ mod tests {
     const ALONE: Condition = Condition {
         guard_alive: false,
         control_runs: true,
+        stopped: false,
     };
 
     fn request(bytes: [u8; 8]) -> Verdict {

@@ -78,20 +78,20 @@ impl Bus {
     pub fn receive(&mut self, frame: Frame, now_us: u64) -> Received {
         let mut wrote = false;
         let condition = self.condition(&frame, now_us);
-        let answer = parameters::answer(&frame, self.node_id);
-        if let Some(answer) = answer {
-            TRANSMIT.push(answer);
-        }
-        match filter::evaluate(&frame, self.node_id, condition) {
-            _ if answer.is_some() => {}
-            Verdict::Pass => {
+        let verdict = filter::evaluate(&frame, self.node_id, condition);
+        let answer = match verdict {
+            Verdict::Drop => None,
+            _ => parameters::answer(&frame, self.node_id),
+        };
+        match (verdict, answer) {
+            (_, Some(answer)) | (Verdict::Answer(answer), None) => TRANSMIT.push(answer),
+            (Verdict::Pass, None) => {
                 if let Some(wrote_objects) = self.follow(&frame, now_us) {
                     wrote = wrote_objects;
                     self.process(now_us);
                 }
             }
-            Verdict::Drop => {}
-            Verdict::Answer(answer) => TRANSMIT.push(answer),
+            (Verdict::Drop, None) => {}
         }
         Received {
             frame,
@@ -113,6 +113,7 @@ impl Bus {
         Condition {
             guard_alive,
             control_runs: watchdog::control_runs(now_us),
+            stopped: self.state() == NmtState::Stopped,
         }
     }
 
@@ -121,6 +122,9 @@ impl Bus {
     fn follow(&mut self, frame: &Frame, now_us: u64) -> Option<bool> {
         match (frame.id(), frame.data()) {
             (NMT, &[command, node]) if node == 0 || node == self.node_id => {
+                if matches!(command, 2 | 129 | 130) {
+                    self.server = sdo::Server::default();
+                }
                 match command {
                     1 => self.enter(NmtState::Operational),
                     2 => self.enter(NmtState::Stopped),
