@@ -529,6 +529,21 @@ fn a_reset_ends_a_transfer() {
 }
 
 #[test]
+fn a_new_request_replaces_a_transfer() {
+    let mut client = Client::new("axle");
+    client.sdo([0x40, 0x08, 0x10, 0, 0, 0, 0, 0]);
+    assert_eq!(client.read(0x1000, 0), 0x0002_0192);
+    // A write in segments, of which none comes.
+    client.sdo([0x20, 0xff, 0x60, 0, 0, 0, 0, 0]);
+    assert_eq!(upload(&mut client, 0x1008), b"tautrack axle");
+    // The aborted request names its own object.
+    client.sdo([0x40, 0x08, 0x10, 0, 0, 0, 0, 0]);
+    let answer = client.sdo([0x40, 0x0a, 0x20, 1, 0, 0, 0, 0]);
+    assert_eq!(answer[..4], [0x80, 0x0a, 0x20, 1]);
+    assert_eq!(Client::abort_code(answer), 0x0602_0000);
+}
+
+#[test]
 fn no_frame_panics_a_node() {
     for (role, _) in ROLES {
         let mut client = Client::new(role);

@@ -44,17 +44,20 @@ struct Transfer {
 pub type Answer = (Option<Bytes>, bool);
 
 impl Server {
-    /// Answers a request.
+    /// Answers a request. A request for a new transfer ends the one that is under way.
     pub fn answer(&mut self, request: &Bytes, table: Table, now_us: u64) -> Answer {
         let specifier = request[0] >> 5;
         let transfer = self.transfer.take();
-        let address = transfer.map_or_else(|| address(request), |it| (it.object.index, it.sub));
+        let address = match (specifier, transfer) {
+            (0 | 3, Some(it)) => (it.object.index, it.sub),
+            _ => address(request),
+        };
         let result = match (specifier, transfer) {
             (4, _) => return (None, false), // the client aborts
             (0, Some(transfer)) if transfer.writes => self.write_segment(request, transfer, now_us),
             (3, Some(transfer)) if !transfer.writes => self.read_segment(request, transfer, now_us),
-            (1, None) => self.write(request, table, now_us),
-            (2, None) => self.read(request, table, now_us),
+            (1, _) => self.write(request, table, now_us),
+            (2, _) => self.read(request, table, now_us),
             _ => Err(AbortCode::InvalidCommandSpecifier),
         };
         match result {
