@@ -544,6 +544,19 @@ fn a_new_request_replaces_a_transfer() {
 }
 
 #[test]
+fn a_write_without_a_size_has_the_size_of_its_object() {
+    let mut client = Client::new("axle");
+    for (index, value) in [(0x1017_u16, 50_u32), (0x2001, 0), (0x60ff, 0x0102_0304)] {
+        let ([low, high], [a, b, c, d]) = (index.to_le_bytes(), value.to_le_bytes());
+        let answer = client.sdo([0x22, low, high, 0, a, b, c, d]);
+        assert_eq!(answer, [0x60, low, high, 0, 0, 0, 0, 0]);
+        assert_eq!(client.read(index, 0), value);
+    }
+    let answer = client.sdo([0x22, 0x41, 0x60, 0, 1, 0, 0, 0]);
+    assert_eq!(Client::abort_code(answer), 0x0601_0002);
+}
+
+#[test]
 fn no_frame_panics_a_node() {
     for (role, _) in ROLES {
         let mut client = Client::new(role);

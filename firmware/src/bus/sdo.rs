@@ -108,7 +108,11 @@ impl Server {
         let &[command, _, _, _, ref data @ ..] = request;
         let expedited = command & 0b10 != 0;
         if expedited {
-            let length = 4 - usize::from(command >> 2 & 0b11);
+            let length = if command & 0b01 != 0 {
+                4 - usize::from(command >> 2 & 0b11)
+            } else {
+                object.data.sub_info(sub)?.size
+            };
             write(object, sub, data.get(..length).unwrap_or_default())?;
         } else {
             let size_given = command & 0b01 != 0;
