@@ -30,6 +30,8 @@ HOLD = 2  # reaction to faults
 CSV, CST = 9, 10  # modes: cyclic synchronous velocity and torque
 OFF, SHUT_DOWN, SWITCH_ON, ENABLE, FAULT_RESET = 0x00, 0x06, 0x07, 0x0F, 0x80
 ENABLED, POWERED = 0x27, (0x07, 0x0F, 0x27)  # bits 0x6F of the statusword
+ALIGNING = 0x8000  # bit of the statusword: the drive aligns the rotor before it enables operation
+ALIGNMENT_S = 3.0  # an alignment takes 1.15 s
 SIGNALS = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP")
            if hasattr(signal, name)]
 
@@ -64,6 +66,11 @@ class Drive:
 
     def enabled(self):
         return self.read(STATUS, "H") & 0x6F == ENABLED
+
+    def wait_for_alignment(self):
+        end = time.monotonic() + ALIGNMENT_S
+        while self.read(STATUS, "H") & ALIGNING and time.monotonic() < end:
+            time.sleep(0.05)
 
     def report(self):
         """Prints what the drive measures; returns its error code."""
@@ -129,6 +136,7 @@ def move(drive, options):
         for controlword in (SHUT_DOWN, SWITCH_ON, ENABLE):
             sending.update(frame(controlword))
             time.sleep(0.1)
+        drive.wait_for_alignment()
         if not drive.enabled():
             error = drive.report()
             sys.exit(f"the drive does not enable its motor, error {error:#06x}: "

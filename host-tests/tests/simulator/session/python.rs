@@ -150,6 +150,22 @@ fn the_bench_program_turns_one_motor_without_a_guard() {
     assert!((number(&line, "supply") - 24.0).abs() < 0.5, "{line}");
 }
 
+/// The bench program waits while the drive aligns the rotor.
+#[test]
+fn the_bench_program_turns_a_three_phase_motor_with_an_incremental_encoder() {
+    let text = fs::read_to_string(scenario("bench")).expect("the scenario");
+    let motor = "[motor.left_track]\nkind = \"pmsm\"\nresistance_ohm = 0.3\n\
+                 inductance_d_h = 0.0003\ninductance_q_h = 0.0003\nflux_wb = 0.00381\n\
+                 pole_pairs = 7\n[settings.left_track]\nrotor_sensor = 1\n\
+                 alignment_current = 8000\nalignment_travel = 100\n";
+    let text = text.replace("[settings.left_track]\ncalibration_current = 7000\n", motor);
+    let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join("three-phases.toml");
+    fs::write(&path, text).expect("written");
+    let path = path.display().to_string();
+    let line = on_the_bench("aligned", &path, &["--velocity", "0.5"]);
+    assert!((number(&line, "velocity") - 0.5).abs() < 0.05, "{line}");
+}
+
 /// The step of docs/hardware.md in which a resistor stands for the motor.
 #[test]
 fn the_bench_program_drives_a_resistor_with_the_asked_current() {
