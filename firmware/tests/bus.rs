@@ -557,6 +557,39 @@ fn a_write_without_a_size_has_the_size_of_its_object() {
 }
 
 #[test]
+fn every_request_has_one_answer_that_names_its_object() {
+    let mut client = Client::new("axle");
+    let indices = [
+        0x1000_u16, 0x1008, 0x1017, 0x1018, 0x1400, 0x1a00, 0x2063, 0x2200, 0x6041, 0x60ff, 0x6502,
+    ];
+    let mut state = 0x9e37_79b9_7f4a_7c15_u64;
+    for _ in 0..4_000 {
+        state ^= state << 13;
+        state ^= state >> 7;
+        state ^= state << 17;
+        let mut request = state.to_le_bytes();
+        let index = indices[(state >> 40) as usize % indices.len()];
+        request[1..3].copy_from_slice(&index.to_le_bytes());
+        request[3] %= 4;
+        let mut sent = client.send(&[(0x600 + NODE, &request)]);
+        sent.extend(client.idle(2));
+        let answers: Vec<_> = sent
+            .iter()
+            .filter(|frame| frame.id() == 0x580 + NODE)
+            .collect();
+        let aborts = request[0] >> 5 == 4;
+        assert_eq!(answers.len(), usize::from(!aborts), "{request:x?}");
+        // A segment names no object.
+        if matches!(request[0] >> 5, 1 | 2 | 5..) {
+            assert_eq!(answers[0].data()[1..4], request[1..4], "{request:x?}");
+        }
+    }
+    assert_eq!(client.read(0x1000, 0), 0x0002_0192);
+    assert_eq!(client.read(0x6502, 0), 933);
+    assert_eq!(upload(&mut client, 0x1008), b"tautrack axle");
+}
+
+#[test]
 fn no_frame_panics_a_node() {
     for (role, _) in ROLES {
         let mut client = Client::new(role);
