@@ -4,7 +4,7 @@ use super::{Bus, RECEIVED, Received};
 use crate::watchdog::{self, Party};
 use embassy_time::{Duration, Instant, with_timeout};
 
-/// Maximum time between two calls of [`Bus::process`], which ends transfers that a client
+/// Maximum time that a silent bus delays [`Bus::process`], which ends transfers that a client has
 /// abandoned.
 const IDLE: Duration = Duration::from_millis(5);
 

@@ -286,7 +286,7 @@ fn payload(pdo: &Pdo<'static>) -> ([u8; 8], usize) {
         let Some(place) = data.get_mut(length..end) else {
             break;
         };
-        // Cannot fail: the mapping was checked when it was written.
+        // Fails if a client has mapped an object that cannot be read. Its bytes are 0 then.
         let _ = entry.object.data.read(entry.sub, 0, place);
         length = end;
     }
