@@ -4,7 +4,7 @@
 mod sweep;
 
 use sha2::{Digest, Sha256};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::Command;
 use std::{env, fs};
 use sweep::unless_passed_with;
@@ -37,7 +37,7 @@ fn simulator() -> [String; 3] {
     let executable = fs::read(env::current_exe().expect("an executable")).expect("its bytes");
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios");
     let mut scenarios = Sha256::new();
-    for file in files(&folder) {
+    for file in sweep::files(&folder) {
         scenarios.update(fs::read(file).expect("a scenario"));
     }
     [
@@ -51,21 +51,4 @@ fn simulator() -> [String; 3] {
 pub fn emulator() -> String {
     let output = Command::new(QEMU).arg("--version").output();
     String::from_utf8(output.expect("QEMU starts").stdout).expect("UTF-8")
-}
-
-/// All files below a folder, in the order of their paths.
-fn files(folder: &Path) -> Vec<PathBuf> {
-    let entries = fs::read_dir(folder).expect("a folder");
-    let mut places: Vec<PathBuf> = entries
-        .map(|entry| entry.expect("an entry").path())
-        .collect();
-    places.sort();
-    let found = places.into_iter().flat_map(|place| {
-        if place.is_dir() {
-            files(&place)
-        } else {
-            vec![place]
-        }
-    });
-    found.collect()
 }

@@ -21,3 +21,5 @@ mod motor_faults;
 #[cfg(feature = "lockstep")]
 #[path = "../support/random.rs"]
 mod random;
+#[path = "../support/sweep.rs"]
+mod sweep;

@@ -1,21 +1,34 @@
 //! Long tests that are skipped while what they prove is unchanged.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::{env, fs};
 
 /// Environment variable with which every such test runs, whatever its value.
 const ALWAYS: &str = "TAUTRACK_SWEEPS";
 
-/// Runs a sweep, unless it has passed with exactly these sources. `sources` are paths below
-/// `shared/`; name the code that the sweep proves, and the sweep's own file.
+/// Runs a sweep, unless it has passed with exactly these sources. `sources` are files and folders
+/// below `shared/`; name the code that the sweep proves, and the sweep's own.
 #[allow(dead_code)] // the tests of whole runs have programs instead of sources
 pub fn unless_unchanged(name: &str, sources: &[&str], sweep: impl FnOnce()) {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
-    let texts = sources.iter().map(|source| {
-        let path = root.join(source);
+    let files = sources.iter().flat_map(|source| files(&root.join(source)));
+    let texts = files.map(|path| {
         fs::read_to_string(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
     });
     unless_passed_with(&texts.collect::<String>(), name, sweep);
+}
+
+/// The file, or all files below the folder, in the order of their paths.
+pub fn files(path: &Path) -> Vec<PathBuf> {
+    if !path.is_dir() {
+        return vec![path.to_owned()];
+    }
+    let entries = fs::read_dir(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
+    let mut places: Vec<_> = entries
+        .map(|entry| entry.expect("an entry").path())
+        .collect();
+    places.sort();
+    places.iter().flat_map(|place| files(place)).collect()
 }
 
 /// Runs a test, unless it has passed with the same `inputs`: texts or digests of everything that

@@ -8,6 +8,7 @@
 mod generator;
 mod oracle;
 
+use crate::sweep::unless_unchanged;
 use generator::{BRAKE_ENGAGE_MS, CURRENT_LIMIT, Generator, Kind, Random};
 use oracle::{Oracle, Tally};
 use std::thread;
@@ -51,6 +52,10 @@ fn every_condition_gets_its_reaction_whatever_is_latched() {
         run(seed, &mut Tally::default()).unwrap_or_else(|broken| panic!("{broken}"));
         return;
     }
+    unless_unchanged("drive-faults", &["src", "tests/node/drive_faults"], run_all);
+}
+
+fn run_all() {
     let workers = thread::available_parallelism().map_or(1, |count| count.get() as u64);
     let tallies: Vec<Tally> = thread::scope(|scope| {
         let handles: Vec<_> = (0..workers)
