@@ -22,10 +22,10 @@ pub(super) struct Recipe<'a> {
     pub features: &'a str,
     /// Profile of the workspace.
     pub profile: &'a str,
-    /// Log records (`DEFMT_LOG`) of a flash image. Its library is compiled with it, with
-    /// [`FLASHED_FLAGS`]. `None`: the program is not flashed.
+    /// Log records (`DEFMT_LOG`) of a flash image. `None`: the program is not flashed.
     pub flashed_with_log: Option<&'a str>,
-    /// The library of a flash image is compiled for size. Its copies of memory are slow.
+    /// Compiles the library with the program, for size and with [`SMALL_FLAGS`]. Its copies of
+    /// memory are slow.
     pub small_library: bool,
 }
 
@@ -47,9 +47,7 @@ impl Recipe<'_> {
 pub(super) fn folder_of(recipe: &Recipe, programs: &[&str]) -> Result<PathBuf, BuildError> {
     let root = root().map_err(BuildError::NoCheckout)?;
     let toolchain = match recipe.target {
-        Some(TARGET) => {
-            setup::ensure(recipe.flashed_with_log.is_some()).map_err(BuildError::Missing)?
-        }
+        Some(TARGET) => setup::ensure(recipe.small_library).map_err(BuildError::Missing)?,
         _ => Toolchain::Current,
     };
     let mut folder = root.join("target").join(match toolchain {
@@ -87,9 +85,9 @@ fn target(board: Board) -> Option<&'static str> {
 /// 1.1 KB.
 pub(super) const FLASHED_LOG: &str = "info,zencan_node=off,zencan_common=off,embassy_stm32=off";
 
-/// Flags of the compiler for flash images, as in a file of cargo. A panic is the instruction UDF.
+/// Flags of the compiler for small images, as in a file of cargo. A panic is the instruction UDF.
 /// Its text and its place, and the code that passes them on, would take 15 KB.
-const FLASHED_FLAGS: &str = "'-Cpanic=immediate-abort', '-Zunstable-options'";
+const SMALL_FLAGS: &str = "'-Cpanic=immediate-abort', '-Zunstable-options'";
 
 fn command(recipe: &Recipe, toolchain: Toolchain, target_folder: &Path) -> Command {
     let cargo = match toolchain {
@@ -110,21 +108,23 @@ fn command(recipe: &Recipe, toolchain: Toolchain, target_folder: &Path) -> Comma
     if let Some(target) = recipe.target {
         command.args(["--target", target]);
         if let Some(log) = recipe.flashed_with_log {
-            if recipe.small_library {
-                command.arg("-Zbuild-std-features=optimize_for_size");
-            } else {
-                let copies = "profile.board.package.compiler_builtins.opt-level = 3";
-                command.args(["--config", copies]);
-            }
             let prefix = packages().display().to_string();
             command.arg("--config");
+            let small = if recipe.small_library {
+                SMALL_FLAGS
+            } else {
+                ""
+            };
             command.arg(format!(
-                "target.{target}.rustflags = ['--remap-path-prefix={prefix}=', {FLASHED_FLAGS}]"
+                "target.{target}.rustflags = ['--remap-path-prefix={prefix}=', {small}]"
             ));
             command.env("DEFMT_LOG", log);
         }
+        if recipe.small_library {
+            command.arg("-Zbuild-std-features=optimize_for_size");
+        }
     }
-    if toolchain == Toolchain::Distribution || recipe.flashed_with_log.is_some() {
+    if toolchain == Toolchain::Distribution || recipe.small_library {
         // A stable compiler builds the library only if RUSTC_BOOTSTRAP is set.
         command.arg("-Zbuild-std=core").env("RUSTC_BOOTSTRAP", "1");
     }

@@ -141,7 +141,8 @@ impl AngleProbe {
     }
 
     /// Returns the bound of the current that makes the torque, A: `bound`, or what a probe under
-    /// way leaves. It begins below that. So the torque of a wrong angle, which rises, does not end it.
+    /// way leaves. It begins below that. So the torque of a wrong angle, which rises, does not end
+    /// it.
     #[inline]
     pub fn bound(&self, bound: f32) -> f32 {
         if self.step.is_some() && self.left < bound {

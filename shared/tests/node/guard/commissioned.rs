@@ -1,4 +1,5 @@
-//! Tests the values that the commissioning finds, and why it refuses them, with a board without noise.
+//! Tests the values that the commissioning finds, and why it refuses them, with a board without
+//! noise.
 
 use super::commissioning::{Bench, Board, applied};
 use tautrack::node::guard::commissioning::{Commissioning, Reason, progress, request};
