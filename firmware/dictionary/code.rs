@@ -59,7 +59,11 @@ fn process_data(config: &DeviceConfig) -> String {
     ] {
         let pdos = (0..usize::from(count)).map(|number| {
             let parameters = defaults.get(&number).map_or("DEFAULT".to_owned(), |pdo| {
-                let mappings: Vec<_> = pdo.mappings.iter().map(|it| it.to_object_value()).collect();
+                let mappings: Vec<_> = pdo
+                    .mappings
+                    .iter()
+                    .map(zencan_common::pdo::PdoMapping::to_object_value)
+                    .collect();
                 format!(
                     "new({}, {}, {}, {}, {}, {}, &{mappings:?})",
                     pdo.cob_id,

@@ -11,6 +11,7 @@ mod filter;
 pub mod object;
 mod parameters;
 mod queue;
+#[allow(clippy::trivially_copy_pass_by_ref)] // a pointer is smaller than the eight bytes
 mod sdo;
 mod service;
 mod stack;

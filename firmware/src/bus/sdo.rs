@@ -134,7 +134,7 @@ impl Server {
         let size = object.data.read_size(sub)?;
         object.data.read(sub, 0, &mut data)?;
         let command = if size <= data.len() {
-            0x43 | (data.len() - size) as u8 * 4
+            0x43 | ((data.len() - size) as u8 * 4)
         } else {
             self.start(object, sub, false, now_us);
             data = (size as u32).to_le_bytes();
