@@ -25,6 +25,11 @@ pub struct Description {
     pub cause: &'static str,
     /// What the drive does.
     pub reaction: Reaction,
+    /// Longest time until the drive reacts, ms, with default settings on the motor model. A test
+    /// provokes each fault and measures it.
+    pub longest_ms: u16,
+    /// From when this time counts.
+    pub from: &'static str,
     /// What clears the fault. No drive enables itself again.
     pub clears: &'static str,
     /// What the user can check and do.
@@ -32,7 +37,7 @@ pub struct Description {
 }
 
 macro_rules! faults {
-    ($($variant:ident = $code:literal, $name:literal, $reaction:ident, $cause:literal, $clears:literal, $remedy:literal;)*) => {
+    ($($variant:ident = $code:literal, $name:literal, $reaction:ident, $cause:literal, $longest:literal $from:literal, $clears:literal, $remedy:literal;)*) => {
         /// A fault; [`Fault::description`] returns its row of the table.
         #[allow(clippy::doc_markdown)] // the causes are sentences for readers of docs/faults.md
         #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -46,7 +51,8 @@ macro_rules! faults {
 
         /// All rows.
         pub const TABLE: &[Description] = &[$(Description {
-            code: $code, name: $name, cause: $cause, reaction: Reaction::$reaction, clears: $clears, remedy: $remedy,
+            code: $code, name: $name, cause: $cause, reaction: Reaction::$reaction,
+            longest_ms: $longest, from: $from, clears: $clears, remedy: $remedy,
         },)*];
     };
 }
@@ -55,98 +61,122 @@ macro_rules! faults {
 faults! {
     OverCurrent = 0x2310, "over-current", Off,
         "The measured current stayed above 125 % of `current_limit` for 5 ms, or a phase current exceeded 150 % of it in two PWM periods of one millisecond. In the second case the PWM interrupt opens the bridge at once.",
+        1 "the first current at the end of the converter",
         "fault reset",
         "Look for a blocked axle or a short circuit. Check resistance and inductance in the settings.";
     Overspeed = 0x7310, "overspeed", Off,
         "The measured speed stayed above 120 % of `velocity_limit` for 3 ms while the current loop was on.",
+        2 "the first speed above the bound",
         "fault reset",
         "Check the order of the encoder's channels and of the motor's leads. Then check `encoder_counts`, `gear_ratio` and the gains.";
     VelocityDeviation = 0x8400, "velocity deviation", Off,
         "For 25 ms the drive gathered speed away from its set-point, against a commanded current of more than half of `current_limit`, and gave no energy back to the supply.",
+        35 "the first speed 20 % of `velocity_limit` the wrong way, with swapped leads and a heavy load",
         "fault reset",
         "Two channels of the encoder or two leads of the motor are swapped: check their order.";
     OpenPhase = 0x3130, "motor lead open", Off,
         "For 8 ms the bridge gave a voltage that should drive the demanded current, and less than half of this current flowed, or a current in d as large as that flowed.",
+        19 "the moment in which the lead opens, at 0.3 to 3 rad/s under 8 N m",
         "fault reset",
         "Check the leads of the motor, its connector and the bridge.";
     EncoderMismatch = 0x7320, "encoder disagrees with back-EMF", Off,
         "For 8 ms the voltage of the motor did not fit to the speed of the encoder, by more than a quarter of the back-EMF at `velocity_limit` (6 % while the encoder shows less than 1 % of `velocity_limit`), 60 % of the resistive voltage and 2 % of the supply voltage.",
+        16 "the moment in which the encoder of a brushed motor, at 1.2 to 5.5 rad/s, stands still or counts backwards",
         "fault reset",
         "The encoder stands still, counts backwards or slips, or a lead of the motor is open, or `electrical_offset` or `phase_order` is wrong. If the motor runs well, check `torque_constant` and `resistance`.";
     RotorAngle = 0x7122, "rotor angle slipped", Off,
         "Above 8 % of `velocity_limit`, the back-EMF of a three-phase motor pointed more than 17 degrees away from the rotor's angle for 200 ms, or more than 37 degrees for 40 ms. Or the back-EMF differed in 4 control periods from that of the rotor's angle by more than what the settings may be wrong by: by more than 2 % of the supply voltage, or 1 % if it alternates. Or a current in d turned the rotor: below 20 % of `velocity_limit`, the drive adds one for 20 ms while the current rises and the shaft gains no speed.",
+        7 "the moment in which the sensor slips by 30 or 60 degrees, at 1.2 to 5.5 rad/s",
         "fault reset",
         "The rotor sensor or its magnet has turned on the shaft, or `electrical_offset` is wrong: measure it anew. Or the encoder stands still or counts backwards: check its cable.";
     EncoderNoise = 0x7305, "encoder noise", Off,
         "The encoder made three steps within a few milliseconds that exceed twice `velocity_limit`.",
+        6 "the first noise of 800 counts, at 1.2 to 5.5 rad/s",
         "fault reset",
         "Check the cable and the shield of the encoder, and `encoder_counts`.";
     Misaligned = 0x7120, "rotor not aligned", Off,
         "At arming, the rotor did not follow the turning current of the alignment, followed it in the wrong direction, or moved farther than `alignment_travel`. Or the shaft turned against its torque while `probe_current` limited it.",
+        27 "the set-point that turns the shaft, with a reversed encoder and a sign probe",
         "fault reset; the next arming aligns the rotor again",
         "Free the shaft. Check the order of the encoder's channels and of the motor's leads, `phase_order`, `pole_pairs` and `encoder_counts`. Raise `alignment_current`, or `alignment_travel`.";
     InvalidReading = 0x7300, "invalid sensor reading", Brake,
         "For 3 ms a current or voltage reading was not finite, or the PWM interrupt took no current sample, or a temperature sensor that the settings require gave no reading.",
+        3 "the first such reading",
         "fault reset",
         "Check the analogue inputs and their wiring.";
     OverVoltage = 0x3210, "over-voltage", Brake,
         "The supply voltage stayed above `over_voltage` for 5 ms.",
+        5 "the first voltage above the bound",
         "fault reset, once the supply voltage is back within its limits",
         "The supply cannot absorb the energy of braking: lower the deceleration or add a brake chopper.";
     UnderVoltage = 0x3220, "under-voltage", Brake,
         "The supply voltage stayed below `under_voltage` for 5 ms.",
+        5 "the first voltage below the bound",
         "fault reset, once the supply voltage is back within its limits",
         "Charge the battery. Check its wiring and connectors under load.";
     OverTemperature = 0x4310, "over-temperature", Brake,
         "The temperature of the bridge stayed above `bridge_temperature`, or that of the motor above `motor_temperature`, for 20 ms.",
+        20 "the first temperature above its bound",
         "fault reset, once the temperature is below its limit",
         "Let it cool down. Then lower the load, `winding_current` or `bridge_current`, or improve the cooling.";
     ControlOverrun = 0x6100, "control overrun", Brake,
         "For 3 ms the PWM interrupt ran less than half as often, or more than twice as often, as it must in a control period.",
+        3 "the first missed interrupt, if two of three are missed",
         "fault reset",
         "The node is overloaded, or its firmware is wrong: look for other interrupts, and report it.";
     Blocked = 0x7121, "blocked or encoder frozen", Brake,
         "For 40 ms more than 90 % of the current limit (half of `probe_current` while it limits) was commanded while the measured speed stayed below 1 % of the velocity limit.",
+        125 "the set-point, with a shaft that cannot turn",
         "fault reset",
         "Free the axle. If it moves freely, check the encoder and its cable.";
     FollowingError = 0x8611, "following error", Hold,
         "The position stayed farther than `following_limit` from its set-point for 100 ms.",
+        99 "the first position beyond the bound",
         "fault reset",
         "The drive is too weak for its load, or its gains are wrong: check both.";
     GuardLost = 0x8130, "guard lost", Hold,
         "The drive was under power and received no heartbeat of the guard for longer than `heartbeat_timeout`.",
+        121 "the last heartbeat",
         "fault reset by the guard",
         "Check the guard's supply and the bus. The guard sends a heartbeat every `heartbeat_period`.";
     CommandLost = 0x8250, "command lost", Hold,
         "The drive was under power and received no set-point for longer than `command_timeout`.",
+        61 "the last set-point",
         "fault reset by the guard",
         "Check bus load and wiring. The guard sends set-points with every SYNC.";
     JointLost = 0xff01, "chassis joint lost", Hold,
         "The screw received no motion of the chassis joint for longer than `joint_timeout`, so it cannot compute the extension that keeps the belt taut.",
+        25 "the last motion",
         "fault reset by the guard",
         "Check the chassis joint's node.";
     HomingFailed = 0x8613, "homing failed", Hold,
         "Homing did not find the home switch within 20 s.",
+        20005 "the start of homing",
         "fault reset, then homing again",
         "Check the switch, its wiring and `homing_direction`.";
     HomingMismatch = 0xff06, "homing mismatch", Hold,
         "The two approaches of homing found the home switch at positions farther apart than `homing_tolerance`.",
+        6 "the second closing of the switch",
         "fault reset, then homing again",
         "Check the switch for bouncing and its wiring for interference. Object 0x2002 holds the distance.";
     NodeLost = 0xff02, "node lost", Hold,
         "The guard received no heartbeat of a drive for longer than `heartbeat_timeout`. Or, while the robot was under power, it received no motion or no status of a drive for longer than 60 ms (15 SYNC periods, if that is longer), or a drive restarted.",
+        61 "the drive's last frames",
         "the operator's reset",
         "Check that node's supply, its wiring and its last log lines.";
     SecondMaster = 0xff03, "second master", Hold,
         "Another node sent a frame with an identifier that only the guard may use.",
+        1 "the frame",
         "the operator's reset",
         "Disconnect the other program or guard. A client commands the robot through the guard's objects.";
     UnexpectedState = 0xff04, "drive left the commanded state", Hold,
         "A drive did not reach the commanded state within 200 ms (25 SYNC periods, if that is longer), or it left this state.",
+        4 "the moment in which the drive leaves the state",
         "the operator's reset",
         "Check that drive's statusword and its log. Find out which other client writes its controlword.";
     ScaleMismatch = 0xff05, "position scale differs", Hold,
         "The position scale of a drive (object 0x2010) differs from the scale that the guard uses, the drive has another version of the table of settings, it has no settings besides its node id, or it refused values in flash. Object 0x400A holds both codes.",
+        53 "the start of the guard",
         "the same scale and table in both nodes, a restart of the drive, then the operator's reset",
         "If bit 15 of the code found is set, write the settings of that drive (object 0x2020 has the first refused one) and save them. If bits 12 to 14 differ, install the same version of the program in both nodes. Else set `position_bits` of that drive to the value that the guard expects.";
 }

@@ -32,6 +32,7 @@ mod footprint;
 mod gates;
 mod guard;
 mod guard_images;
+mod guard_panics;
 mod images;
 mod masked;
 mod pins;

@@ -14,6 +14,8 @@ mod drive_faults;
 mod drive_options;
 #[cfg(feature = "lockstep")]
 mod drive_stops;
+#[cfg(feature = "lockstep")]
+mod fault_times;
 mod guard;
 #[cfg(feature = "lockstep")]
 mod motor_faults;

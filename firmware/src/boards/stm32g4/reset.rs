@@ -54,14 +54,19 @@ pub fn report_cause() {
     pac::RCC.csr().modify(|w| w.set_rmvf(true));
 }
 
-/// In a flash image, a panic is the instruction UDF itself, and nothing calls this.
+/// Handles a panic of the guard's board: names the line. In a program of the motor board, a panic is
+/// the instruction UDF itself, and nothing calls this.
 #[panic_handler]
-fn panic(_: &PanicInfo) -> ! {
-    cortex_m::asm::udf()
+fn panic(info: &PanicInfo) -> ! {
+    stop();
+    if let Some(place) = info.location() {
+        defmt::error!("panic in {=str}, line {=u32}", place.file(), place.line());
+    }
+    wait_for_watchdog()
 }
 
-/// Handles panics and faults of the core. It names the address, which the ELF file translates into
-/// a line.
+/// Handles faults of the core, and panics of the motor board. It names the address, which the ELF
+/// file translates into a line.
 #[cortex_m_rt::exception]
 unsafe fn HardFault(frame: &cortex_m_rt::ExceptionFrame) -> ! {
     /// Bit of the register CFSR: the instruction is not defined, as UDF.

@@ -851,6 +851,12 @@ impl Chip {
         self.cpu.set_pc(address);
     }
 
+    /// Continues in a function with this first argument.
+    pub fn call(&mut self, function: u32, argument: u32) {
+        self.jump(function);
+        self.cpu.set_reg(0, argument);
+    }
+
     /// Writes an endless loop into unused RAM and makes the thread run it. Interrupts still run.
     pub fn hang(&mut self) {
         self.hang_in(0);

@@ -6,7 +6,8 @@ use tautrack::settings;
 
 /// Returns the tables of docs/faults.md: an overview, and one section for each fault.
 pub fn faults() -> String {
-    let mut text = "| Code | Fault | Reaction of the drive |\n|---|---|---|\n".to_owned();
+    let mut text =
+        "| Code | Fault | Reaction of the drive | Longest time |\n|---|---|---|---|\n".to_owned();
     let reaction = |reaction| match reaction {
         Reaction::Hold => "ramps to standstill and holds",
         Reaction::Brake => "shorts its windings",
@@ -14,11 +15,13 @@ pub fn faults() -> String {
     };
     for row in faults::TABLE {
         let (code, name, does) = (row.code, row.name, reaction(row.reaction));
-        let _ = writeln!(text, "| `{code:#06x}` | {name} | {does} |");
+        let time = row.longest_ms;
+        let _ = writeln!(text, "| `{code:#06x}` | {name} | {does} | {time} ms |");
     }
     for row in faults::TABLE {
         let points = [
             format!("* Reaction: the drive {}.", reaction(row.reaction)),
+            format!("* Time: at most {} ms from {}.", row.longest_ms, row.from),
             format!("* Cleared by: {}.", row.clears),
             format!("* What to do: {}", row.remedy),
         ];

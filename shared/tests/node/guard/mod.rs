@@ -1,7 +1,7 @@
 //! Tests of the guard's tick with drives that follow every controlword at once.
 
 mod arming;
-mod bench;
+pub mod bench;
 mod commissioned;
 mod commissioning;
 mod drives;

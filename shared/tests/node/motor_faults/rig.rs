@@ -113,6 +113,9 @@ pub struct Rig {
     pub mode: i8,
     pub target: i32,
     pub guard_alive: bool,
+    /// The master sends no set-points.
+    pub silent: bool,
+    pub switches: Switches,
     pub reset: bool,
     state: State,
     random: u64,
@@ -153,6 +156,8 @@ impl Rig {
             mode: 3,
             target: 0,
             guard_alive: true,
+            silent: false,
+            switches: Switches::default(),
             reset: false,
             state: State::SwitchOnDisabled,
             random: 1,
@@ -260,8 +265,8 @@ impl Rig {
             electrical: means.electrical,
             supply_voltage: self.supply_voltage,
             temperatures: self.temperatures,
-            switches: Switches::default(),
-            set_point: ticks.is_multiple_of(4).then_some(SetPoint {
+            switches: self.switches,
+            set_point: (ticks.is_multiple_of(4) && !self.silent).then_some(SetPoint {
                 controlword,
                 mode: self.mode,
                 target: self.target,
@@ -292,6 +297,14 @@ impl Rig {
             last = Some(outputs);
         }
         last.expect("at least one millisecond")
+    }
+
+    /// Runs until a fault is raised. Returns the outputs of that tick and the milliseconds.
+    pub fn until_raised(&mut self, within: usize) -> Option<(Outputs, usize)> {
+        (1..=within).find_map(|milliseconds| {
+            let outputs = self.tick();
+            (!outputs.faults.is_empty()).then_some((outputs, milliseconds))
+        })
     }
 
     /// Runs until a fault opens or shorts the bridge. Returns the outputs of that tick, the
