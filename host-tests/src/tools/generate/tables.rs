@@ -7,7 +7,7 @@ use tautrack::settings;
 /// Returns the tables of docs/faults.md: an overview, and one section for each fault.
 pub fn faults() -> String {
     let mut text =
-        "| Code | Fault | Reaction of the drive | Longest time |\n|---|---|---|---|\n".to_owned();
+        "| Code | Fault | Reaction of the drive | Time, seen |\n|---|---|---|---|\n".to_owned();
     let reaction = |reaction| match reaction {
         Reaction::Hold => "ramps to standstill and holds",
         Reaction::Brake => "shorts its windings",
@@ -21,7 +21,7 @@ pub fn faults() -> String {
     for row in faults::TABLE {
         let points = [
             format!("* Reaction: the drive {}.", reaction(row.reaction)),
-            format!("* Time: at most {} ms from {}.", row.longest_ms, row.from),
+            format!("* Time, seen: {} ms from {}.", row.longest_ms, row.from),
             format!("* Cleared by: {}.", row.clears),
             format!("* What to do: {}", row.remedy),
         ];
