@@ -193,6 +193,36 @@ fn a_request_for_no_step_ends_the_step_under_way() {
     }
 }
 
+/// The robot turns at 1 rad/s, and each reading has a field. A turn ends after 6.6 rad.
+#[test]
+fn a_turn_with_24_fields_is_enough_and_one_with_23_is_not() {
+    for (fields, period) in [(24, 0.277_5), (23, 0.29)] {
+        let mut commissioning = rested([[0.0; 3]; 2], Fresh::ALL);
+        commissioning.request(request::TURN, false);
+        let mut readings = 0;
+        while commissioning.report().progress == request::TURN {
+            readings += 1;
+            let angle = readings as f32 * period;
+            let sensors = BodySensors {
+                specific_force: [0.0, 0.0, 9.806_65],
+                angular_rate: [0.0, 0.0, 1.0],
+                magnetic_field: [22.0 * angle.cos(), -22.0 * angle.sin(), -40.0],
+                fresh: Fresh::ALL,
+                ..BodySensors::default()
+            };
+            commissioning.sense(&sensors, period);
+        }
+        assert_eq!(readings, fields);
+        let report = commissioning.report();
+        let expected = if fields == 24 {
+            (progress::DONE, 0)
+        } else {
+            (progress::REFUSED, Reason::TooFewFields as u8)
+        };
+        assert_eq!((report.progress, report.reason), expected);
+    }
+}
+
 /// Readings of a level board that rests for four seconds, with these rates in turn.
 fn rested(rates: [[f32; 3]; 2], fresh: Fresh) -> Commissioning {
     let mut commissioning = Commissioning::default();
