@@ -179,6 +179,18 @@ fn a_turn_may_be_clockwise_and_ends_after_three_minutes() {
     assert!((990..1_010).contains(&angle), "{angle}");
 }
 
+/// The periods of half a second add up without rounding.
+#[test]
+fn a_turn_may_last_for_180_seconds_and_no_longer() {
+    let mut commissioning = rested([[0.0; 3]; 2], Fresh::ALL);
+    commissioning.request(request::TURN, false);
+    let half_seconds = (1..).find(|_| {
+        commissioning.sense(&BodySensors::default(), 0.5);
+        commissioning.report().progress != request::TURN
+    });
+    assert_eq!(half_seconds, Some(361));
+}
+
 #[test]
 fn a_request_for_no_step_ends_the_step_under_way() {
     let mut bench = Bench::new(quiet());
