@@ -452,6 +452,34 @@ mod tests {
         }
     }
 
+    /// The left edge is near, and falls while the robot drives.
+    #[test]
+    fn a_turn_on_the_spot_counts_as_driving_forward() {
+        for speed in [0.25, -0.25] {
+            let scale = |forward: f32| {
+                let mut margins = standing(0.3);
+                (margins.now[2], margins.rate[2]) = (0.10, -0.125);
+                margins.speed = speed;
+                let command = SpeedCommand {
+                    forward,
+                    yaw_rate: 0.5,
+                };
+                drive(command, 0.0, &margins, &BOUNDS).0
+            };
+            assert!((scale(0.0) - scale(1e-6)).abs() < 1e-4, "{speed}");
+            assert!((scale(0.0) - scale(-1e-6)).abs() > 0.3, "{speed}");
+        }
+    }
+
+    #[test]
+    fn a_finite_command_is_not_refused_however_large_it_is() {
+        for (forward, yaw_rate) in [(1e30, 1e30), (3e38, -3e38), (-3e38, 3e38)] {
+            let command = SpeedCommand { forward, yaw_rate };
+            let passed = drive(command, 0.0, &standing(0.3), &BOUNDS);
+            assert_eq!(passed, (1.0, Verdict::Passed));
+        }
+    }
+
     #[test]
     fn a_refused_command_stays_refused_for_its_first_reason() {
         let refused = (0.0, Verdict::Refused(Edge::Back));
