@@ -289,6 +289,29 @@ fn a_rest_without_readings_or_with_a_fast_gyroscope_is_refused() {
     );
 }
 
+#[test]
+fn an_accelerometer_may_be_wrong_by_four_percent_but_not_by_six() {
+    for (factor, accepted) in [(1.04, true), (0.96, true), (1.06, false), (0.94, false)] {
+        let mut commissioning = Commissioning::default();
+        commissioning.request(request::LEVEL, true);
+        let sensors = BodySensors {
+            specific_force: [0.0, 0.0, 9.806_65 * factor],
+            fresh: Fresh::ALL,
+            ..BodySensors::default()
+        };
+        for _ in 0..410 {
+            commissioning.sense(&sensors, 0.01);
+        }
+        let report = commissioning.report();
+        let reason = if accepted {
+            0
+        } else {
+            Reason::NotGravity as u8
+        };
+        assert_eq!(report.reason, reason, "{factor}");
+    }
+}
+
 /// The value is the angle by which the field turned: 6.6 rad, less the first step.
 #[test]
 fn a_field_that_turns_with_the_robot_is_refused_with_its_angle() {
