@@ -480,6 +480,25 @@ mod tests {
         }
     }
 
+    /// The scaled speed exceeds the limit by its last bit. The quotient of limit and speed is
+    /// rounded, and may be as large as the scale or larger.
+    #[test]
+    fn a_speed_limit_never_raises_a_scale() {
+        let passed = Verdict::Scaled(Edge::Left);
+        let mut kept = 0;
+        for step in 1..1_000 {
+            let (scale, speed) = (step as f32 * 1e-3, 0.3 + step as f32 * 1e-4);
+            let limit = (speed * scale).next_down();
+            let (left, verdict) = within_speed((scale, passed), speed, (limit, Edge::Back));
+            assert!(left <= scale, "{step}");
+            if left == scale {
+                assert_eq!(verdict, passed, "{step}");
+                kept += 1;
+            }
+        }
+        assert!(kept > 0);
+    }
+
     #[test]
     fn a_refused_command_stays_refused_for_its_first_reason() {
         let refused = (0.0, Verdict::Refused(Edge::Back));
