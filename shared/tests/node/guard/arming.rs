@@ -150,7 +150,7 @@ fn a_refused_robot_starts_again_only_after_a_new_request() {
 #[test]
 fn a_reset_before_the_robot_is_held_is_no_new_request_to_arm() {
     let mut bench = Bench::armed();
-    while bench.now_us % 4_000 != 0 {
+    while !bench.now_us.is_multiple_of(4_000) {
         bench.tick();
     }
     let code = Fault::Blocked.code();
