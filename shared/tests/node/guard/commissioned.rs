@@ -184,7 +184,7 @@ fn a_turn_may_be_clockwise_and_ends_after_three_minutes() {
 fn a_turn_may_last_for_180_seconds_and_no_longer() {
     let mut commissioning = rested([[0.0; 3]; 2], Fresh::ALL);
     commissioning.request(request::TURN, false);
-    let half_seconds = (1..).find(|_| {
+    let half_seconds = (1..1_000).find(|_| {
         commissioning.sense(&BodySensors::default(), 0.5);
         commissioning.report().progress != request::TURN
     });
