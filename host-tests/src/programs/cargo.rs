@@ -22,7 +22,7 @@ pub(super) struct Recipe<'a> {
     pub features: &'a str,
     /// Profile of the workspace.
     pub profile: &'a str,
-    /// Log records (`DEFMT_LOG`) of a flash image. `None`: the program is not flashed.
+    /// Log records (`DEFMT_LOG`) of a flash image, the same for all of a profile. `None`: the program is not flashed.
     pub flashed_with_log: Option<&'a str>,
     /// Compiles the library with the program, for size and with [`SMALL_FLAGS`]. Its copies of
     /// memory are slow.
@@ -105,6 +105,10 @@ fn command(recipe: &Recipe, toolchain: Toolchain, target_folder: &Path) -> Comma
     command
         .args(["--locked", "--profile", recipe.profile, "--target-dir"])
         .arg(target_folder);
+    if recipe.target.is_none() {
+        // Programs of the host are fast enough without, and are built sooner.
+        command.args(["--config", "profile.firmware.lto=false"]);
+    }
     if let Some(target) = recipe.target {
         command.args(["--target", target]);
         if let Some(log) = recipe.flashed_with_log {
@@ -118,7 +122,9 @@ fn command(recipe: &Recipe, toolchain: Toolchain, target_folder: &Path) -> Comma
             command.arg(format!(
                 "target.{target}.rustflags = ['--remap-path-prefix={prefix}=', {small}]"
             ));
-            command.env("DEFMT_LOG", log);
+            // Equal values for all programs of a profile, so that cargo finds the macros and with
+            // them everything else unchanged. The build script of `proc-macro2` reads the second.
+            command.env("DEFMT_LOG", log).env("RUSTC_BOOTSTRAP", "1");
         }
         if recipe.small_library {
             command.arg("-Zbuild-std-features=optimize_for_size");

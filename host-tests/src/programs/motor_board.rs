@@ -46,7 +46,7 @@ pub fn defective_axle() -> Result<Program, BuildError> {
         board: "esc1",
         target: Some(TARGET),
         features: "defects",
-        profile: "board",
+        profile: "defects",
         // The defects need the room of more records.
         flashed_with_log: Some(
             "info,zencan_node=off,zencan_common=off,embassy_stm32=off,\

@@ -1,10 +1,13 @@
 //! The images that are flashed: where they load, how large they are, and what is not in them.
 
+use crate::defective;
+use crate::guard_images::guards;
 use object::read::elf::{ElfFile32, FileHeader, ProgramHeader};
 use object::{Endianness, Object, ObjectSection, ObjectSymbol};
 use std::fs;
 use std::sync::OnceLock;
-use tautrack_host_tests::programs::{MotorBoard, motor_board};
+use tautrack_host_tests::programs::{MotorBoard, Program, guard_board, motor_board};
+use tautrack_host_tests::robots::Kind;
 
 /// The application's flash memory.
 pub const APPLICATION: std::ops::Range<u64> = 0x0800_6000..0x0801_e000;
@@ -128,4 +131,21 @@ fn no_image_contains_the_link_of_the_simulator_or_formats_numbers() {
         }
         assert!(count > 100, "{name} has no symbols");
     }
+}
+
+/// Cargo builds a program again if a variable that a build script reads has another value.
+#[test]
+fn no_image_makes_cargo_build_another_one_again() {
+    let written = |program: &Program| {
+        let metadata = fs::metadata(&program.path).expect("a program");
+        metadata.modified().expect("a time")
+    };
+    let images = || {
+        let [axle, guard] = [&programs().axle, &guards()[0]];
+        [axle, guard, defective::program()].map(written)
+    };
+    let before = images();
+    motor_board().expect("programs of the motor board");
+    guard_board(&[Kind::B2p2.facts().guard_program]).expect("a guard");
+    assert_eq!(images(), before);
 }
