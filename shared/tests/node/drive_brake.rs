@@ -125,3 +125,26 @@ fn a_new_enable_operation_releases_a_brake_that_engages() {
     assert!(bench.outputs.brake_released);
     assert_eq!(bench.state(), State::OperationEnabled);
 }
+
+/// The load grows while the brake engages, and the shaft gives way for some milliseconds.
+#[test]
+fn a_brake_that_engages_goes_on_engaging_when_the_shaft_moves() {
+    let engaging = |load: f32| {
+        let mut bench = braked(true);
+        bench.set(|p| p.shutdown = 1);
+        bench.enable(mode::CYCLIC_VELOCITY, 0);
+        bench.run(500);
+        bench.word = controlword::SHUTDOWN;
+        while bench.outputs.brake_released {
+            bench.tick();
+        }
+        bench.load = load;
+        bench.run(3);
+        let moves = bench.velocity().abs() > 0.06;
+        (moves, bench.until_off())
+    };
+    let (still, moved) = (engaging(10.0), engaging(23.0));
+    assert_eq!((still.0, moved.0), (false, true));
+    assert!(still.1.is_some());
+    assert_eq!(still.1, moved.1);
+}

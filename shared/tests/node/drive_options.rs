@@ -4,7 +4,8 @@
 use super::drive_bench::{Bench, MOTOR};
 use std::f64::consts::TAU;
 use tautrack::bus::cia402::{
-    CHANGE_IMMEDIATELY, CONTROL_HALT, CONTROL_START, RELATIVE, State, controlword, mode, status,
+    CHANGE_IMMEDIATELY, CONTROL_FAULT_RESET, CONTROL_HALT, CONTROL_START, RELATIVE, State,
+    controlword, mode, status,
 };
 use tautrack::bus::drive_parameters::DriveParameters;
 use tautrack::node::axle::{ActiveLimit, BridgeDemand};
@@ -183,6 +184,56 @@ fn the_fault_reaction_code_never_weakens_the_table_of_faults() {
     }
 }
 
+/// The axle holds because the guard falls silent. The guard comes back, and the operator resets.
+#[test]
+fn a_fault_that_holds_ramps_by_its_code_and_its_reset_leaves_the_axle_holding() {
+    for (code, ramp) in [(1, SLOW), (2, QUICK)] {
+        let mut bench = running();
+        bench.set(|p| p.fault_reaction = code);
+        bench.guard = true;
+        bench.send(controlword::DISABLE_VOLTAGE, 300);
+        bench.enable(mode::CYCLIC_VELOCITY, SPEED);
+        bench.run(400);
+        bench.guard = false;
+        while bench.state() == State::OperationEnabled {
+            bench.tick();
+        }
+        let took = (0..400_usize).find(|_| {
+            bench.tick();
+            bench.velocity() < 0.1
+        });
+        let took = took.expect("a stop");
+        assert!(took.abs_diff(ramp) < 30, "{code}: {took} ms");
+
+        bench.guard = true;
+        bench.send(controlword::QUICK_STOP, 100);
+        assert_ne!(bench.outputs.status.error_code, 0);
+        bench.send(controlword::QUICK_STOP | CONTROL_FAULT_RESET, 100);
+        assert_eq!(bench.outputs.status.error_code, 0);
+        assert_eq!(bench.state(), State::QuickStopActive);
+        assert!(matches!(bench.outputs.bridge, BridgeDemand::Current(_)));
+    }
+}
+
+/// The load is as strong as the motor with its hold current (6 A, 14.4 N m) and the friction. So
+/// the shaft goes on turning after the ramp, which takes one control period.
+#[test]
+fn a_shaft_that_a_load_keeps_turning_loses_power_500_ms_after_the_ramp() {
+    let mut bench = Bench::new(&[(Setting::QuickStopDeceleration, 1_000_000)], MOTOR);
+    bench.set(|p| p.quick_stop = 2);
+    bench.enable(mode::CYCLIC_VELOCITY, -500_000);
+    bench.load = 14.7;
+    bench.run(400);
+    bench.word = controlword::QUICK_STOP;
+    while bench.state() == State::OperationEnabled {
+        bench.tick();
+    }
+    let more = bench.until_off().expect("off");
+    assert!(bench.velocity().abs() > 0.1, "{}", bench.velocity());
+    assert_eq!(bench.outputs.status.error_code, 0);
+    assert_eq!(more + 1, 500);
+}
+
 #[test]
 fn a_halt_lasts_until_its_bit_falls_in_every_mode() {
     for (mode, target) in [
@@ -318,6 +369,64 @@ fn a_set_point_is_taken_with_its_edge_and_acknowledged() {
     hand_over(&mut bench, 1.0, CHANGE_IMMEDIATELY);
     bench.send(OPERATION, 2_000);
     assert!((bench.angle() - 1.0).abs() < 0.01, "{}", bench.angle());
+}
+
+#[test]
+fn targets_that_are_handed_over_in_a_halt_are_reached_one_after_the_other() {
+    let mut bench = Bench::new(&[], MOTOR);
+    bench.enable(mode::PROFILE_POSITION, 0);
+    for target in [2.0, 3.0] {
+        hand_over(&mut bench, target, CONTROL_HALT);
+        bench.send(OPERATION | CONTROL_HALT, 8);
+    }
+    bench.word = OPERATION;
+    let mut stood = false;
+    for _ in 0..2_000 {
+        bench.tick();
+        stood |= (bench.angle() - 2.0).abs() < 0.01 && bench.velocity().abs() < 0.05;
+    }
+    assert!(stood, "never stood at the first target");
+    assert!((bench.angle() - 3.0).abs() < 0.01, "{}", bench.angle());
+}
+
+#[test]
+fn an_axle_takes_no_target_before_it_is_homed() {
+    let acknowledged = |bench: &Bench| bench.status() & status::FOLLOWING != 0;
+    let mut bench = Bench::new(&[(Setting::HomingDirection, 1)], MOTOR);
+    bench.set(|p| p.homing_method = 37);
+    bench.enable(mode::PROFILE_POSITION, 0);
+    hand_over(&mut bench, 1.0, 0);
+    assert!(!acknowledged(&bench));
+    bench.mode = mode::HOMING;
+    bench.send(OPERATION, 8);
+    bench.send(OPERATION | CONTROL_START, 8);
+    bench.mode = mode::PROFILE_POSITION;
+    bench.send(OPERATION, 8);
+    hand_over(&mut bench, 1.0, 0);
+    assert!(acknowledged(&bench));
+}
+
+/// The limits and the guard's targets are in bus units, so that a target is exactly at its limit.
+#[test]
+fn a_target_at_the_end_of_the_travel_is_not_limited() {
+    for (target, limited) in [(1.0, false), (-1.0, false), (1.01, true), (-1.01, true)] {
+        let mut bench = Bench::new(&[], MOTOR);
+        bench.set(|p| p.position_limits = [turns(-1.0), turns(1.0)]);
+        bench.guard = true;
+        bench.enable(mode::PROFILE_POSITION, turns(target));
+        bench.run(1_000);
+        assert!(
+            (bench.angle().abs() - 1.0).abs() < 0.01,
+            "{}",
+            bench.angle()
+        );
+        let expected = if limited {
+            ActiveLimit::Travel
+        } else {
+            ActiveLimit::None
+        };
+        assert_eq!(bench.outputs.active_limit, expected, "{target}");
+    }
 }
 
 #[test]

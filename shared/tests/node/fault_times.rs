@@ -63,18 +63,23 @@ fn troubled(three_phase: bool, speed: f64, trouble: Trouble) -> Rig {
     rig
 }
 
+/// A brushed and a three-phase drive.
+fn both(make: impl Fn(bool) -> Rig) -> Vec<Rig> {
+    vec![make(false), make(true)]
+}
+
+fn at_speeds(three_phase: bool, trouble: Trouble) -> [Rig; 4] {
+    SPEEDS.map(|speed| troubled(three_phase, speed, trouble))
+}
+
 /// Drives in which the cause of a fault begins with the next tick.
 fn rigs(fault: Fault) -> Vec<Rig> {
-    let both = |make: &dyn Fn(bool) -> Rig| vec![make(false), make(true)];
-    let at_speeds = |three_phase: bool, trouble: Trouble| {
-        SPEEDS.map(|speed| troubled(three_phase, speed, trouble))
-    };
     match fault {
         Fault::OverCurrent => [0, u16::MAX]
             .into_iter()
-            .flat_map(|code| both(&|kind| troubled(kind, 3.0, Trouble::CurrentCode(code))))
+            .flat_map(|code| both(|kind| troubled(kind, 3.0, Trouble::CurrentCode(code))))
             .collect(),
-        Fault::Overspeed => both(&|kind| {
+        Fault::Overspeed => both(|kind| {
             let mut rig = running(kind, 5.5, &[]);
             rig.load = -60.0;
             while rig.run(1).velocity < 1.2 * LIMIT as f32 {}
@@ -105,13 +110,20 @@ fn rigs(fault: Fault) -> Vec<Rig> {
             .into_iter()
             .flat_map(|kind| at_speeds(kind, Trouble::NoisyEncoder(800)))
             .collect(),
-        Fault::Misaligned => both(&|kind| {
+        Fault::Misaligned => both(|kind| {
             let mut rig = Rig::new(kind, &[(Setting::ProbeCurrent, 1_000)]);
             rig.run(500);
             rig.trouble = Trouble::ReversedEncoder;
             rig.target = (3.0 * PER_RADIAN) as i32;
             rig
         }),
+        _ => rigs_around_the_motor(fault),
+    }
+}
+
+/// The same for the faults of supply, temperature, load and command.
+fn rigs_around_the_motor(fault: Fault) -> Vec<Rig> {
+    match fault {
         Fault::InvalidReading | Fault::OverTemperature => {
             let readings = if fault == Fault::InvalidReading {
                 [Some(f32::NAN), None]
@@ -130,14 +142,14 @@ fn rigs(fault: Fault) -> Vec<Rig> {
                 })
                 .collect()
         }
-        Fault::OverVoltage | Fault::UnderVoltage => both(&|kind| {
+        Fault::OverVoltage | Fault::UnderVoltage => both(|kind| {
             let mut rig = running(kind, 3.0, &[]);
             let over = fault == Fault::OverVoltage;
             rig.supply_voltage = if over { 33.0 } else { 11.5 };
             rig
         }),
-        Fault::ControlOverrun => both(&|kind| troubled(kind, 3.0, Trouble::MissedInterrupts)),
-        Fault::Blocked => both(&|kind| {
+        Fault::ControlOverrun => both(|kind| troubled(kind, 3.0, Trouble::MissedInterrupts)),
+        Fault::Blocked => both(|kind| {
             let stuck = MotorModel {
                 friction_torque: 60.0,
                 ..rig::model(kind)
@@ -147,7 +159,7 @@ fn rigs(fault: Fault) -> Vec<Rig> {
             rig.target = (3.0 * PER_RADIAN) as i32;
             rig
         }),
-        Fault::FollowingError => both(&|kind| {
+        Fault::FollowingError => both(|kind| {
             let mut rig = running(kind, 0.0, &[]);
             (rig.mode, rig.target) = (mode::CYCLIC_POSITION, 0);
             rig.run(200);
@@ -158,24 +170,24 @@ fn rigs(fault: Fault) -> Vec<Rig> {
             }
             rig
         }),
-        Fault::GuardLost => both(&|kind| {
+        Fault::GuardLost => both(|kind| {
             let mut rig = running(kind, 3.0, &[]);
-            while !rig.inputs.is_some_and(|inputs| inputs.guard_received) {
+            while rig.inputs.is_none_or(|inputs| !inputs.guard_received) {
                 rig.run(1);
             }
             rig.guard_alive = false;
             rig
         }),
-        Fault::CommandLost => both(&|kind| {
+        Fault::CommandLost => both(|kind| {
             let mut rig = running(kind, 3.0, &[]);
-            while !rig.inputs.is_some_and(|inputs| inputs.set_point.is_some()) {
+            while rig.inputs.is_none_or(|inputs| inputs.set_point.is_none()) {
                 rig.run(1);
             }
             rig.silent = true;
             rig
         }),
-        Fault::HomingFailed => both(&homing),
-        Fault::HomingMismatch => both(&|kind| {
+        Fault::HomingFailed => both(homing),
+        Fault::HomingMismatch => both(|kind| {
             let mut rig = homing(kind);
             second_approach_elsewhere(&mut rig);
             rig

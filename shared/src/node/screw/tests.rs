@@ -164,6 +164,33 @@ fn a_motion_of_the_joint_counts_until_its_timeout_and_no_longer() {
     assert_eq!(screw.taut(&now).err(), Some(Fault::JointLost));
 }
 
+/// The joint is silent. The screw runs to a velocity, or is off.
+#[test]
+fn only_a_screw_that_keeps_the_belt_taut_needs_the_joint() {
+    for (mode, controlword, needed) in [
+        (mode::TAUT, controlword::ENABLE_OPERATION, true),
+        (mode::CYCLIC_VELOCITY, controlword::ENABLE_OPERATION, false),
+        (mode::TAUT, controlword::DISABLE_VOLTAGE, false),
+    ] {
+        let mut screw = driving(0, 1.0);
+        let mut now = inputs(None);
+        now.axle.now_us = 1_000_000;
+        now.axle.set_point = Some(SetPoint {
+            controlword,
+            mode,
+            target: 0,
+        });
+        screw.joint = inputs(Some((1.0, 0.0)))
+            .joint
+            .map(|(motion, _)| (motion, 1_000_000));
+        let lost = (0..30).any(|_| {
+            now.axle.now_us += 1_000;
+            screw.tick(&now).faults.contains(Fault::JointLost)
+        });
+        assert_eq!(lost, needed, "{mode} {controlword}");
+    }
+}
+
 /// From below and from above, to an extension that is not a whole number of ticks away.
 #[test]
 fn the_belt_is_engaged_at_the_engage_speed_from_where_the_shaft_is() {

@@ -392,6 +392,7 @@ fn an_axle_that_gives_energy_back_is_no_deviation() {
         (None, 10.0, 0.0, true),
         (Some([0.0, -2.0]), 10.0, 0.0, false),
         (Some([0.0, 2.0]), 10.0, 0.0, true),
+        (Some([0.0, 0.0]), 10.0, 0.0, true),
         (Some([-5.0, 2.0]), 10.0, 5.0, false),
         (Some([-3.0, 2.0]), 10.0, 5.0, true),
     ] {
@@ -423,6 +424,22 @@ fn a_little_speed_against_a_small_current_is_no_deviation() {
     let slow = |ms: f32| -(0.05 * ms).min(1.15);
     assert!(!deviates(2.0, 10.0, slow), "less speed than a deviation");
     assert!(!deviates(2.0, 5.0, |ms| -0.05 * ms), "half of the current");
+}
+
+/// The speed at first falls against the current, as when the motor brakes, and then rises.
+#[test]
+fn a_runaway_counts_from_the_slowest_speed() {
+    assert!(deviates(0.0, 10.0, |ms| -2.0 - 0.1 * (ms - 20.0).abs()));
+    assert!(!deviates(0.0, 10.0, |ms| -2.0 - 0.05 * (ms - 20.0).abs().min(20.0)));
+}
+
+#[test]
+fn a_speed_exactly_a_deviation_above_the_slowest_or_from_the_set_point_is_none() {
+    let above_the_slowest = |ms: f32| if ms < 1.0 { 0.0 } else { -bounds().deviation };
+    assert!(!deviates(0.5, 10.0, above_the_slowest));
+    // At the bound the axle still follows its set-point, so that this speed is the slowest.
+    let from_the_set_point = |ms: f32| -bounds().deviation * [0.0, 1.0, 1.5][ms.min(2.0) as usize];
+    assert!(!deviates(0.0, 10.0, from_the_set_point));
 }
 
 #[test]

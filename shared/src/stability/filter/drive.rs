@@ -452,6 +452,53 @@ mod tests {
         }
     }
 
+    /// The left edge is near, and falls while the robot drives.
+    #[test]
+    fn a_turn_on_the_spot_counts_as_driving_forward() {
+        for speed in [0.25, -0.25] {
+            let scale = |forward: f32| {
+                let mut margins = standing(0.3);
+                (margins.now[2], margins.rate[2]) = (0.10, -0.125);
+                margins.speed = speed;
+                let command = SpeedCommand {
+                    forward,
+                    yaw_rate: 0.5,
+                };
+                drive(command, 0.0, &margins, &BOUNDS).0
+            };
+            assert!((scale(0.0) - scale(1e-6)).abs() < 1e-4, "{speed}");
+            assert!((scale(0.0) - scale(-1e-6)).abs() > 0.3, "{speed}");
+        }
+    }
+
+    #[test]
+    fn a_finite_command_is_not_refused_however_large_it_is() {
+        for (forward, yaw_rate) in [(1e30, 1e30), (3e38, -3e38), (-3e38, 3e38)] {
+            let command = SpeedCommand { forward, yaw_rate };
+            let passed = drive(command, 0.0, &standing(0.3), &BOUNDS);
+            assert_eq!(passed, (1.0, Verdict::Passed));
+        }
+    }
+
+    /// The scaled speed exceeds the limit by its last bit. The quotient of limit and speed is
+    /// rounded, and may be as large as the scale or larger.
+    #[test]
+    fn a_speed_limit_never_raises_a_scale() {
+        let passed = Verdict::Scaled(Edge::Left);
+        let mut kept = 0;
+        for step in 1..1_000 {
+            let (scale, speed) = (step as f32 * 1e-3, 0.3 + step as f32 * 1e-4);
+            let limit = (speed * scale).next_down();
+            let (left, verdict) = within_speed((scale, passed), speed, (limit, Edge::Back));
+            assert!(left <= scale, "{step}");
+            if left == scale {
+                assert_eq!(verdict, passed, "{step}");
+                kept += 1;
+            }
+        }
+        assert!(kept > 0);
+    }
+
     #[test]
     fn a_refused_command_stays_refused_for_its_first_reason() {
         let refused = (0.0, Verdict::Refused(Edge::Back));

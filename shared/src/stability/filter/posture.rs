@@ -183,7 +183,7 @@ mod tests {
                 margins.rate[edge as usize] = rate;
                 posture(0.0, &margins, margins.now, &BOUNDS).0
             };
-            for rate in [0.9 * STEADY, 0.0, -0.9 * STEADY] {
+            for rate in [0.9 * STEADY, 0.0, -0.9 * STEADY, -STEADY] {
                 assert_eq!(scale(rate), 1.0, "{edge:?} {rate}");
             }
             assert!(scale(-1.1 * STEADY) < 0.2, "{edge:?}");

@@ -1,12 +1,13 @@
 //! Tests of arming: its stages, its end by the operator, and the start command of the network.
 
-use super::bench::{Bench, DRIVES, standing, verdict};
+use super::bench::{Bench, DRIVES, JOINT, standing, verdict};
 use tautrack::bus::cia402::controlword;
-use tautrack::bus::network::{NmtCommand, nmt};
-use tautrack::bus::pdo::Request;
+use tautrack::bus::network::{Emergency, NmtCommand, emergency, nmt};
+use tautrack::bus::pdo::{DriveMotion, Payload, Request, transmit};
 use tautrack::can::Frame;
+use tautrack::faults::Fault;
 use tautrack::node::guard::State;
-use tautrack::settings::Settings;
+use tautrack::settings::{Setting, Settings};
 use tautrack::stability::filter::Verdict;
 
 fn state(bench: &mut Bench) -> State {
@@ -47,6 +48,124 @@ fn a_robot_whose_drives_are_homed_needs_only_the_last_stage() {
         }
     }
     assert_eq!(states, [State::Ready, State::Starting(3), State::Armed]);
+}
+
+#[test]
+fn drives_that_are_not_homed_start_in_every_stage_one_after_the_other() {
+    let mut bench = Bench::new(&Settings::default());
+    bench.homed = [true, true, false, false];
+    bench.run(200);
+    let mut states = vec![state(&mut bench)];
+    bench.request(Request::Arm);
+    for _ in 0..1_000 {
+        let state = state(&mut bench);
+        if states.last() != Some(&state) {
+            states.push(state);
+        }
+    }
+    let stages = (0..4).map(State::Starting);
+    let expected = [State::Ready].into_iter().chain(stages);
+    assert!(
+        expected.chain([State::Armed]).eq(states.iter().copied()),
+        "{states:?}"
+    );
+}
+
+/// Somebody turns the joint by hand while the drives are off. Its position has 2^-32 turn.
+#[test]
+fn an_armed_robot_keeps_the_posture_that_it_had_when_it_was_disarmed() {
+    const BY_HAND: i32 = 300_000_000;
+    let mut bench = Bench::new(&Settings::default());
+    bench.run(200);
+    bench.joint_held = Some(BY_HAND);
+    bench.run(100);
+    bench.request(Request::Arm);
+    for _ in 0..400 {
+        bench.tick();
+        if matches!(state(&mut bench), State::Starting(_) | State::Armed) {
+            let target = bench.position_set_point(JOINT).expect("a set-point").target;
+            assert!(target.abs_diff(BY_HAND) < 1_000, "{target}");
+        }
+    }
+}
+
+/// A load turns the joint while the drives start.
+#[test]
+fn a_joint_that_yields_while_the_drives_start_keeps_its_set_point() {
+    let mut bench = starting();
+    let target = |bench: &Bench| bench.position_set_point(JOINT).expect("a set-point").target;
+    let before = target(&bench);
+    bench.joint_held = Some(300_000_000);
+    bench.run(200);
+    assert!(matches!(state(&mut bench), State::Starting(_)));
+    assert_eq!(target(&bench), before);
+}
+
+/// The heartbeat of the drive and its motion come, and it has answered the request for its scale.
+#[test]
+fn a_robot_is_not_armed_before_every_drive_has_sent_its_status() {
+    let mut bench = Bench::new(&Settings::default());
+    bench.silent = Some(3);
+    bench.request(Request::Stop);
+    for tick in 0..1_000 {
+        if tick == 300 {
+            bench.request(Request::Arm);
+        }
+        bench.extra.extend(Frame::new(0x703, &[5]));
+        bench
+            .extra
+            .push(DriveMotion::default().frame(transmit(1), 3));
+        bench.tick();
+        assert!(
+            matches!(state(&mut bench), State::Waiting | State::Ready),
+            "{tick}"
+        );
+    }
+    assert_eq!(state(&mut bench), State::Ready);
+    bench.silent = None;
+    bench.run(1_000);
+    assert_eq!(state(&mut bench), State::Armed);
+}
+
+#[test]
+fn a_refused_robot_starts_again_only_after_a_new_request() {
+    let changes = [(Setting::StopMargin, 95_000)];
+    let mut bench = Bench::with(&changes);
+    assert!(bench.guard.telemetry().refusal.is_some());
+    for _ in 0..1_000 {
+        assert_eq!(state(&mut bench), State::Ready);
+    }
+    bench.request(Request::Stop);
+    bench.run(10);
+    assert!(bench.guard.telemetry().refusal.is_some());
+    bench.request(Request::Arm);
+    let starting = (0..40).find_map(|_| {
+        let state = State::from_code(bench.tick().state.state);
+        matches!(state, Some(State::Starting(_))).then(|| bench.guard.telemetry().refusal)
+    });
+    assert_eq!(starting, Some(None), "the new start is not refused yet");
+}
+
+/// The operator resets in the tick after the fault, before the next SYNC.
+#[test]
+fn a_reset_before_the_robot_is_held_is_no_new_request_to_arm() {
+    let mut bench = Bench::armed();
+    while !bench.now_us.is_multiple_of(4_000) {
+        bench.tick();
+    }
+    let code = Fault::Blocked.code();
+    bench.extra.push(emergency(Emergency { node: 3, code }));
+    bench.tick();
+    bench.request(Request::Reset);
+    bench.tick();
+    bench.request(Request::Arm);
+    bench.run(1_000);
+    assert_eq!(state(&mut bench), State::Ready);
+    bench.request(Request::Stop);
+    bench.run(10);
+    bench.request(Request::Arm);
+    bench.run(1_000);
+    assert_eq!(state(&mut bench), State::Armed);
 }
 
 #[test]

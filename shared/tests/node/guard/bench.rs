@@ -1,6 +1,6 @@
 //! Test bench: a guard with ideal drives.
 
-use tautrack::bus::cia402::{DriveCommand, State as DriveState, status};
+use tautrack::bus::cia402::{CONTROL_START, DriveCommand, State as DriveState, mode, status};
 use tautrack::bus::network::sync;
 use tautrack::bus::pdo::{
     DriveMotion, DriveStatus, OperatorCommand, Payload, PositionSetPoint, Request,
@@ -31,6 +31,12 @@ pub struct Bench {
     pub silent: Option<u8>,
     /// Position of the chassis joint: the one that the guard commanded last.
     pub joint: i32,
+    /// Position of a chassis joint that does not follow.
+    pub joint_held: Option<i32>,
+    /// Position of the screw: [`TAUT`], or the last target of its own profile.
+    pub screw: i32,
+    /// Drives that are homed; another one is homed as soon as the guard requests it.
+    pub homed: [bool; 4],
     pub states: [DriveState; 4],
     pub scales: [u16; 4],
     /// Error codes in the drives' status.
@@ -77,6 +83,9 @@ impl Bench {
             extra: Vec::new(),
             silent: None,
             joint: 0,
+            joint_held: None,
+            screw: TAUT,
+            homed: [true; 4],
             states: [DriveState::SwitchOnDisabled; 4],
             scales: SCALES,
             errors: [0; 4],
@@ -106,8 +115,8 @@ impl Bench {
             }
             if self.now_us.is_multiple_of(4_000) {
                 let position = match id {
-                    SCREW => TAUT,
-                    JOINT => self.joint,
+                    SCREW => self.screw,
+                    JOINT => self.joint_held.unwrap_or(self.joint),
                     _ => 0,
                 };
                 frames.push(
@@ -117,7 +126,10 @@ impl Bench {
                     }
                     .frame(transmit(1), id),
                 );
-                let mut statusword = self.states[index].statusword() | status::HOMED;
+                let mut statusword = self.states[index].statusword();
+                if self.homed[index] {
+                    statusword |= status::HOMED;
+                }
                 let waits = self.states[index] == DriveState::SwitchedOn;
                 if waits && self.now_us < self.aligns_until_us {
                     statusword |= self.aligning;
@@ -154,9 +166,15 @@ impl Bench {
 
     /// Makes every drive follow its controlword, and answer a request for its scale.
     pub fn follow(&mut self) {
-        let joint = |frame| PositionSetPoint::from_frame(frame, receive(1), JOINT);
-        if let Some(set_point) = self.sent.iter().find_map(joint) {
+        if let Some(set_point) = self.position_set_point(JOINT) {
             self.joint = set_point.target;
+        }
+        if let Some(set_point) = self.position_set_point(SCREW) {
+            self.screw = if set_point.mode == mode::PROFILE_POSITION {
+                set_point.target
+            } else {
+                TAUT
+            };
         }
         for (index, id) in DRIVES.into_iter().enumerate() {
             if let Some(word) = self.controlword(id) {
@@ -166,6 +184,10 @@ impl Bench {
                     *state = after;
                 }
             }
+            let set_point = self.position_set_point(id);
+            self.homed[index] |= set_point.is_some_and(|set_point| {
+                set_point.mode == mode::HOMING && set_point.controlword & CONTROL_START != 0
+            });
             let request = 0x600 + u16::from(id);
             if self.sent.iter().any(|frame| frame.id() == request) {
                 let ([low, high], [a, b]) = (
@@ -177,6 +199,12 @@ impl Bench {
                     .extend(Frame::new(0x580 + u16::from(id), &answer));
             }
         }
+    }
+
+    /// Returns the set-point with a position that the guard sent last to drive `id`.
+    pub fn position_set_point(&self, id: u8) -> Option<PositionSetPoint> {
+        let mut frames = self.sent.iter();
+        frames.find_map(|frame| PositionSetPoint::from_frame(frame, receive(1), id))
     }
 
     /// Returns the controlword that the guard sent last to drive `id`.

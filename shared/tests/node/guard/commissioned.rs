@@ -179,6 +179,18 @@ fn a_turn_may_be_clockwise_and_ends_after_three_minutes() {
     assert!((990..1_010).contains(&angle), "{angle}");
 }
 
+/// The periods of half a second add up without rounding.
+#[test]
+fn a_turn_may_last_for_180_seconds_and_no_longer() {
+    let mut commissioning = rested([[0.0; 3]; 2], Fresh::ALL);
+    commissioning.request(request::TURN, false);
+    let half_seconds = (1..1_000).find(|_| {
+        commissioning.sense(&BodySensors::default(), 0.5);
+        commissioning.report().progress != request::TURN
+    });
+    assert_eq!(half_seconds, Some(361));
+}
+
 #[test]
 fn a_request_for_no_step_ends_the_step_under_way() {
     let mut bench = Bench::new(quiet());
@@ -190,6 +202,36 @@ fn a_request_for_no_step_ends_the_step_under_way() {
         bench.turn([0.0; 3], 5.0);
         let report = bench.commissioning.report();
         assert_eq!((report.progress, report.reason), (request::NONE, 0));
+    }
+}
+
+/// The robot turns at 1 rad/s, and each reading has a field. A turn ends after 6.6 rad.
+#[test]
+fn a_turn_with_24_fields_is_enough_and_one_with_23_is_not() {
+    for (fields, period) in [(24, 0.277_5), (23, 0.29)] {
+        let mut commissioning = rested([[0.0; 3]; 2], Fresh::ALL);
+        commissioning.request(request::TURN, false);
+        let mut readings = 0;
+        while commissioning.report().progress == request::TURN {
+            readings += 1;
+            let angle = readings as f32 * period;
+            let sensors = BodySensors {
+                specific_force: [0.0, 0.0, 9.806_65],
+                angular_rate: [0.0, 0.0, 1.0],
+                magnetic_field: [22.0 * angle.cos(), -22.0 * angle.sin(), -40.0],
+                fresh: Fresh::ALL,
+                ..BodySensors::default()
+            };
+            commissioning.sense(&sensors, period);
+        }
+        assert_eq!(readings, fields);
+        let report = commissioning.report();
+        let expected = if fields == 24 {
+            (progress::DONE, 0)
+        } else {
+            (progress::REFUSED, Reason::TooFewFields as u8)
+        };
+        assert_eq!((report.progress, report.reason), expected);
     }
 }
 
@@ -245,6 +287,29 @@ fn a_rest_without_readings_or_with_a_fast_gyroscope_is_refused() {
         reason == Reason::RateAtRest as u8 && value == 424,
         "{reason} {value}"
     );
+}
+
+#[test]
+fn an_accelerometer_may_be_wrong_by_four_percent_but_not_by_six() {
+    for (factor, accepted) in [(1.04, true), (0.96, true), (1.06, false), (0.94, false)] {
+        let mut commissioning = Commissioning::default();
+        commissioning.request(request::LEVEL, true);
+        let sensors = BodySensors {
+            specific_force: [0.0, 0.0, 9.806_65 * factor],
+            fresh: Fresh::ALL,
+            ..BodySensors::default()
+        };
+        for _ in 0..410 {
+            commissioning.sense(&sensors, 0.01);
+        }
+        let report = commissioning.report();
+        let reason = if accepted {
+            0
+        } else {
+            Reason::NotGravity as u8
+        };
+        assert_eq!(report.reason, reason, "{factor}");
+    }
 }
 
 /// The value is the angle by which the field turned: 6.6 rad, less the first step.

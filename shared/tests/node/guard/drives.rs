@@ -1,14 +1,16 @@
 //! Tests with drives that fail, fall silent, restart or count in other units.
 
-use super::bench::{Bench, JOINT};
+use super::bench::{Bench, JOINT, standing};
 use tautrack::bus::cia402::{CONTROL_FAULT_RESET, State as DriveState, controlword};
-use tautrack::bus::network::{Emergency, emergency};
+use tautrack::bus::network::{Emergency, NmtCommand, emergency, nmt, sync};
 use tautrack::bus::pdo::{
     DriveMotion, DriveStatus, Payload, PositionSetPoint, Request, receive, transmit,
 };
 use tautrack::can::Frame;
 use tautrack::faults::Fault;
-use tautrack::node::guard::State;
+use tautrack::node::guard::{Guard, Inputs, MAX_SENT, POSITION_SCALE, State};
+use tautrack::robots::hylos::Hylos;
+use tautrack::robots::{Body, MAX_DRIVES};
 use tautrack::settings::Settings;
 
 #[test]
@@ -199,4 +201,57 @@ fn a_drive_whose_motion_or_status_stays_out_is_lost() {
             "{missing}"
         );
     }
+}
+
+/// Hylos has the largest number of drives. All of them restart at once, because their supply was
+/// interrupted.
+#[test]
+fn a_guard_sends_every_request_and_every_set_point_in_one_tick() {
+    let settings = Settings::default();
+    let mut guard = Guard::<Hylos>::new(&settings).expect("the default robot is good");
+    let ids = Hylos::drive_ids(&settings);
+    assert_eq!(ids.len(), MAX_DRIVES);
+    let mut now_us = 0;
+    let mut tick = |frames: &[Frame]| {
+        now_us += 1_000;
+        let inputs = Inputs {
+            now_us,
+            body: Some(standing(0.0)),
+            operator: None,
+            emergency_stop: false,
+            frames,
+            serial: &[],
+        };
+        guard.tick(&inputs).clone()
+    };
+    tick(&[]);
+    let [low, high] = POSITION_SCALE.to_le_bytes();
+    let mut frames = Vec::new();
+    for (drive, id) in ids.iter().map(|id| u16::from(*id)).enumerate() {
+        let [a, b] = Hylos::scale(drive).code().to_le_bytes();
+        frames.extend(Frame::new(0x700 + id, &[5]));
+        frames.extend(Frame::new(0x580 + id, &[0x4b, low, high, 0, a, b, 0, 0]));
+    }
+    tick(&frames);
+    for _ in 0..8 {
+        tick(&[]);
+    }
+    assert_eq!(tick(&[]).state.state, State::Ready.code());
+    let boot_up = ids
+        .iter()
+        .map(|id| Frame::new(0x700 + u16::from(*id), &[0]));
+    let mut outputs = tick(&boot_up.map(Option::unwrap).collect::<Vec<_>>());
+    while outputs.frames.first() != Some(&sync()) {
+        outputs = tick(&[]);
+    }
+    assert_eq!(outputs.frames[1], nmt(NmtCommand::Start, 0));
+    let with = |function: u16, id: &u8| {
+        let id = function + u16::from(*id);
+        outputs.frames.iter().any(|frame| frame.id() == id)
+    };
+    for id in &ids {
+        assert!(with(0x600, id), "request to {id}");
+        assert!(with(0x200, id) || with(0x300, id), "set-point of {id}");
+    }
+    assert_eq!(outputs.frames.len(), MAX_SENT);
 }

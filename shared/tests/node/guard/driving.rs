@@ -61,6 +61,17 @@ fn an_operator_who_falls_silent_stops_the_robot() {
 }
 
 #[test]
+fn nothing_passes_unless_the_operator_requests_to_drive() {
+    let mut bench = Bench::armed();
+    bench.ask(130);
+    assert_eq!(bench.run(1_000).passed.passed_speed, 130);
+    bench.request(Request::Stop);
+    assert_eq!(bench.run(1_000).passed.passed_speed, 0);
+    bench.request(Request::Arm);
+    assert_eq!(bench.run(1_000).passed.passed_speed, 130);
+}
+
+#[test]
 fn the_stop_keeps_to_the_deceleration_in_the_settings() {
     let mut bench = Bench::armed();
     bench.ask(200);

@@ -99,6 +99,25 @@ fn small_steps_fold_the_front_no_farther_than_a_large_one() {
     assert!((in_steps - at_once).abs() < 300, "{in_steps} {at_once}");
 }
 
+/// The caution band holds the motion back from where the predicted margin enters it. The chassis
+/// turns at 0.5 rad/s, so that 300 ms more of the horizon are 0.15 rad, 1565 units of 2^-16 turn.
+#[test]
+fn the_motion_of_the_chassis_is_predicted_as_far_ahead_as_the_settings_say() {
+    let held_back = |horizon: i32| {
+        let mut bench = Bench::with(&[(Setting::PredictionHorizon, horizon)]);
+        bench.tilt(0.9);
+        bench.command.as_mut().expect("an operator").posture = 16_384;
+        let mut outputs = bench.run(4);
+        while verdict(&outputs) == Some(Verdict::Passed) {
+            outputs = bench.run(4);
+        }
+        assert_eq!(verdict(&outputs), Some(Verdict::PostureScaled(Edge::Back)));
+        outputs.passed.passed_posture
+    };
+    let (near, far) = (held_back(100), held_back(400));
+    assert!((near - far - 1_565).abs() < 100, "{near} {far}");
+}
+
 /// Lowering the front is the way out of a posture in which backing is refused.
 #[test]
 fn a_raised_front_is_lowered_to_straight_whatever_may_be_behind() {

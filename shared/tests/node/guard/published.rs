@@ -1,8 +1,10 @@
 //! Tests what the guard publishes of the robot, and the feed-forward that it sends.
 
 use super::bench::{Bench, JOINT, SCREW, standing};
-use tautrack::bus::pdo::{Payload, TorqueOffset, receive};
+use tautrack::bus::network::{Emergency, emergency};
+use tautrack::bus::pdo::{Payload, Request, TorqueOffset, receive};
 use tautrack::estimate::state::Validity;
+use tautrack::faults::Fault;
 use tautrack::motor::profile::Motion;
 use tautrack::node::guard::commissioning::{Reason, progress, request};
 use tautrack::robots::b2p2::FrontPart;
@@ -151,4 +153,36 @@ fn sensors_are_commissioned_at_rest_in_a_guard_that_is_not_armed() {
     let report = bench.guard.commissioning();
     assert_eq!(report.progress, progress::REFUSED);
     assert_eq!(report.reason, Reason::NotDisarmed as u8);
+}
+
+/// The fault comes at each phase of the SYNC period.
+#[test]
+fn a_fault_and_its_end_are_reported_once_each_with_the_faulty_drives() {
+    for phase in 0..4 {
+        let mut bench = Bench::armed();
+        bench.run(20 + phase);
+        let code = Fault::Blocked.code();
+        bench.extra.push(emergency(Emergency { node: 3, code }));
+        let mut reports = Vec::new();
+        for tick in 0..200 {
+            if tick == 100 {
+                bench.request(Request::Reset);
+            }
+            let outputs = bench.tick();
+            let report = outputs.emergency.map(|code| (code, outputs.faulty_drives));
+            reports.extend(report);
+        }
+        assert_eq!(reports, [(code, 0b10), (0, 0)], "phase {phase}");
+    }
+}
+
+/// A drive with a fault is one of several: the guard reports only the first fault.
+#[test]
+fn the_faulty_drives_are_updated_once_in_a_sync_period() {
+    let mut bench = Bench::armed();
+    for (drives, node) in [(0b10, 3), (0b110, 4)] {
+        let code = Fault::Blocked.code();
+        bench.extra.push(emergency(Emergency { node, code }));
+        assert_eq!(bench.run(4).faulty_drives, drives);
+    }
 }

@@ -148,6 +148,22 @@ fn sensors_at_half_of_their_rate_are_doubted_and_the_robot_crawls() {
     );
 }
 
+/// Without the filter, nothing limits the robot.
+#[test]
+fn a_guard_without_its_filter_does_not_slow_the_robot_for_doubts() {
+    let mut settings = SLOW_SENSORS.to_vec();
+    settings.push((Setting::FilterActive, 0));
+    let mut bench = Bench::with(&settings);
+    bench.ask(130);
+    measure(&mut bench, 20, 2_000);
+    let outputs = measure(&mut bench, 40, 1_000);
+    assert_eq!(bench.guard.telemetry().trust, Trust::Degraded(Reason::Slow));
+    assert_eq!(
+        (outputs.passed.passed_speed, verdict(&outputs)),
+        (130, Some(Verdict::Passed))
+    );
+}
+
 #[test]
 fn silent_sensors_of_50_hz_stop_the_robot_within_150_ms() {
     let mut bench = Bench::with(SLOW_SENSORS);

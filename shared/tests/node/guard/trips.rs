@@ -56,6 +56,7 @@ fn backing_off_goes_back_at_crawl_speed_where_a_setting_allows_it() {
         let mut bench = Bench::with(&[(Setting::BackOff, allowed)]);
         bench.ask(130);
         bench.tilt(TRIPPING);
+        assert_eq!(bench.run(500).passed.passed_speed, 0, "not requested");
         bench.request(Request::BackOff);
         assert_eq!(bench.run(500).passed.passed_speed, expected);
         bench.command = None;
@@ -70,7 +71,10 @@ fn an_emergency_stop_by_anybody_stops_and_latches() {
     bench.run(1_000);
     bench.emergency_stop = true;
     let outputs = bench.run(500);
-    assert_eq!(outputs.passed.passed_speed, 0);
+    assert_eq!(
+        (outputs.passed.passed_speed, verdict(&outputs)),
+        (0, Some(Verdict::EmergencyStopped))
+    );
     bench.emergency_stop = false;
     assert_eq!(
         bench.run(500).passed.passed_speed,
@@ -97,4 +101,36 @@ fn an_override_is_for_margins_only() {
         let speed = bench.run(1_000).passed.passed_speed;
         assert_eq!(speed != 0, moves, "{cause}: {speed} mm/s");
     }
+}
+
+/// A robot on its back may have to be driven without the sensors that it has lost.
+#[test]
+fn an_override_needs_no_sensors() {
+    let mut bench = Bench::armed();
+    bench.ask(130);
+    bench.tilt(TRIPPING);
+    bench.body = None;
+    bench.ask(-130);
+    bench.request(Request::Override);
+    let outputs = bench.run(1_000);
+    assert_eq!(
+        (outputs.passed.passed_speed, verdict(&outputs)),
+        (-50, Some(Verdict::Overridden(Edge::Back)))
+    );
+}
+
+/// `chassis_speed` is 0.5 rad/s, which is 20.9 units of 2^-16 turn in 4 ms.
+#[test]
+fn in_an_override_the_chassis_turns_at_a_quarter_of_its_speed() {
+    let mut bench = Bench::armed();
+    bench.ask(130);
+    bench.tilt(TRIPPING);
+    bench.ask(0);
+    bench.command.as_mut().expect("an operator").posture = 3_000;
+    bench.request(Request::Override);
+    bench.run(200);
+    let before = bench.tick().passed.passed_posture;
+    let turned = bench.run(400).passed.passed_posture - before;
+    let expected = 100.0 * 20.9 / 4.0;
+    assert!((f64::from(turned) - expected).abs() < 10.0, "{turned}");
 }

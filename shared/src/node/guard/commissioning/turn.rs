@@ -47,3 +47,35 @@ impl Turn {
         self.before = Some([x, y]);
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The field makes a long step, and then one whose direction is turned by half a radian. The
+    /// noise of a magnetometer turns shorter steps than 2 uT any way.
+    #[test]
+    fn a_step_of_the_field_counts_from_2_microtesla_on_whatever_its_direction_is() {
+        let step = |size: f32, angle: f32| [size * libm::cosf(angle), size * libm::sinf(angle)];
+        for direction in (0..16).map(|eighth| eighth as f32 * core::f32::consts::FRAC_PI_8) {
+            for (size, expected) in [(0.3, 0.0), (1.9, 0.0), (2.1, 0.5), (9.0, 0.5)] {
+                let mut turn = Turn::default();
+                let [x, y] = step(9.0, direction);
+                let [further_x, further_y] = step(size, direction + 0.5);
+                turn.add([0.0; 3]);
+                turn.add([x, y, 0.0]);
+                turn.add([x + further_x, y + further_y, 0.0]);
+                let found = turn.by_field;
+                assert!(
+                    (found - expected).abs() < 1e-3,
+                    "{direction} {size}: {found}"
+                );
+            }
+        }
+        let mut turn = Turn::default();
+        for field in [[0.0; 3], [0.0, 8.0, 0.0], [-2.0, 8.0, 0.0]] {
+            turn.add(field);
+        }
+        assert!((turn.by_field - core::f32::consts::FRAC_PI_2).abs() < 1e-3);
+    }
+}

@@ -92,6 +92,56 @@ fn the_uncertainty_is_taken_off_the_margin_ahead() {
     }
 }
 
+/// The shape ahead has a rear margin of 65 mm. The measured force takes 20 mm from the present
+/// margin, and as much from the margin ahead.
+#[test]
+fn a_measured_force_is_taken_off_the_margin_ahead() {
+    for (force, passes) in [(0.0, true), (0.02, false)] {
+        let mut supervision = standing(&Settings::default(), 0.3, 0.0);
+        supervision.margins.now[Edge::Back as usize] -= force;
+        let ahead = stance(0.065).into();
+        let (allowed, _) = supervision.filter(&Asked::<()>::default(), Some(&ahead), 0.0, 0.0);
+        assert_eq!(allowed.posture, passes, "{force}");
+    }
+}
+
+/// A stop lasts twice as long with half of the deceleration. A robot that drives forward or turns
+/// on the spot brakes backward, and one that backs brakes forward. The margin to the left shrinks,
+/// also while the robot stands.
+#[test]
+fn a_robot_that_bears_less_deceleration_looks_farther_ahead() {
+    for (forward, yaw_rate) in [(0.2, 0.0), (-0.2, 0.0), (0.0, 0.5)] {
+        let asked = Asked {
+            forward,
+            yaw_rate,
+            posture: (),
+        };
+        let speed_scale = |stopping: f32, [ahead, behind]: [f32; 2]| {
+            let mut supervision = standing(&settings(&[(Setting::StepBehind, 0)]), 0.4, 0.0);
+            let acceleration = supervision.parameters.acceleration;
+            supervision.limits.forward = ahead * acceleration;
+            supervision.limits.backward = behind * acceleration;
+            supervision.margins.now[Edge::Left as usize] = 0.13;
+            supervision.margins.rate[Edge::Left as usize] = -0.2;
+            supervision
+                .filter(&asked, None, 0.0, stopping)
+                .0
+                .speed_scale
+        };
+        let (braking, other) = if forward < 0.0 {
+            ([0.5, 1.0], [1.0, 0.5])
+        } else {
+            ([1.0, 0.5], [0.5, 1.0])
+        };
+        let (short, long) = (speed_scale(0.1, [1.0; 2]), speed_scale(0.2, [1.0; 2]));
+        assert!(long > 0.0 && long < short && short < 1.0, "{long} {short}");
+        assert_eq!(speed_scale(0.1, braking), long, "{asked:?}");
+        assert_eq!(speed_scale(0.1, other), short, "{asked:?}");
+        // More than the configured deceleration is a reserve.
+        assert_eq!(speed_scale(0.1, [3.0; 2]), short, "{asked:?}");
+    }
+}
+
 /// The shape ahead has a rear margin of 80 mm. This is enough on level ground, and too little for
 /// the sway of a steep robot.
 #[test]
@@ -120,8 +170,9 @@ fn a_change_of_shape_is_no_decay_but_rearing_up_is_from_its_first_moment() {
     let fall = 0.3 * CONTROL_PERIOD;
     // Returns the number of steps of rearing up until something is held back, after a change of
     // shape from the margin `start` to 0.2 m.
-    let held_back = |start: f32, attitude: &Attitude| {
-        let mut supervision = standing(&Settings::default(), start, 0.1);
+    let held_back = |uncertainty: i32, start: f32, attitude: &Attitude| {
+        let settings = settings(&[(Setting::CogUncertainty, uncertainty)]);
+        let mut supervision = standing(&settings, start, 0.1);
         let mut evaluate = |margin: f32, kept: f32| {
             let (now, kept) = (stance(margin), stance(kept));
             supervision.evaluate(&now, Some(&kept), attitude, 0.1, CONTROL_PERIOD);
@@ -141,11 +192,14 @@ fn a_change_of_shape_is_no_decay_but_rearing_up_is_from_its_first_moment() {
         steps
     };
     let settled = level(SETTLED);
-    let (after_rest, after_change) = (held_back(0.2, &settled), held_back(0.6, &settled));
-    assert!(after_rest > 0);
-    assert_eq!(after_rest, after_change);
-    let settling = held_back(0.2, &level(100));
-    assert!(settling > 2 * after_rest, "{settling} {after_rest}");
+    for uncertainty in [0, 20_000] {
+        let held_back = |start: f32, attitude| held_back(uncertainty, start, attitude);
+        let (after_rest, after_change) = (held_back(0.2, &settled), held_back(0.6, &settled));
+        assert!(after_rest > 0);
+        assert_eq!(after_rest, after_change);
+        let settling = held_back(0.2, &level(100));
+        assert!(settling > 2 * after_rest, "{settling} {after_rest}");
+    }
 }
 
 /// An undeclared load of 2 kg within 0.3 m, on robots of 8.315 kg and 40 kg. The expected pull on
@@ -208,18 +262,19 @@ fn sloped(sine: f32, ahead: f32) -> Stance {
     Stance::on(contacts, [ahead, 0.0, 0.2])
 }
 
-/// The rear margin is 100 mm, at a pitch of 0.6 rad.
+/// The rear margin is 100 mm, at a pitch of 0.6 rad unless another one is given.
 #[test]
 fn a_body_that_is_steeper_than_its_support_keeps_the_band_for_its_sway_while_it_drives() {
     let asked = Asked {
         forward: 0.2,
         ..Asked::<()>::default()
     };
-    let speed_scale = |tangent: f32| {
+    let at_pitch = |pitch: f32, tangent: f32| {
         let mut supervision = standing(&Settings::default(), 0.1, 0.0);
         supervision.stance = sloped(tangent, 0.1);
-        supervision.filter(&asked, None, 0.6, 0.0).0.speed_scale
+        supervision.filter(&asked, None, pitch, 0.0).0.speed_scale
     };
+    let speed_scale = |tangent: f32| at_pitch(0.6, tangent);
     // The sine of the pitch is 0.565.
     let tangent = |difference: f32| libm::tan(libm::asin(0.564_6 - f64::from(difference))) as f32;
     assert!((speed_scale(0.0) - 0.25).abs() < 0.02);
@@ -228,6 +283,8 @@ fn a_body_that_is_steeper_than_its_support_keeps_the_band_for_its_sway_while_it_
     for difference in [0.05, 0.0, -0.2] {
         assert!(speed_scale(tangent(difference)) > 0.98, "{difference}");
     }
+    // At 0.25 rad, a body on level ground sways half as much.
+    assert!((at_pitch(0.25, 0.0) - 0.75).abs() < 0.02);
 }
 
 /// The robot stands nose up, with a rear margin of 70 mm.
