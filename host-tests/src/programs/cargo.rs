@@ -22,7 +22,8 @@ pub(super) struct Recipe<'a> {
     pub features: &'a str,
     /// Profile of the workspace.
     pub profile: &'a str,
-    /// Log records (`DEFMT_LOG`) of a flash image, the same for all of a profile. `None`: the program is not flashed.
+    /// Log records (`DEFMT_LOG`) of a flash image, the same for all of a profile. `None`: the
+    /// program is not flashed.
     pub flashed_with_log: Option<&'a str>,
     /// Compiles the library with the program, for size and with [`SMALL_FLAGS`]. Its copies of
     /// memory are slow.

@@ -31,7 +31,7 @@ fn place(segments: &[Segment], address: u32) -> Option<Place> {
     let (text, length, line) = (word()?, word()?, word()?);
     let file = str::from_utf8(bytes(segments, text, length)?).ok()?;
     let file = file.trim_end_matches('\0');
-    file.ends_with(".rs").then(|| Place {
+    file.contains(".rs").then(|| Place {
         address,
         file: file.to_owned(),
         line,

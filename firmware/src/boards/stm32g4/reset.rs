@@ -54,8 +54,8 @@ pub fn report_cause() {
     pac::RCC.csr().modify(|w| w.set_rmvf(true));
 }
 
-/// Handles a panic of the guard's board: names the line. In a program of the motor board, a panic is
-/// the instruction UDF itself, and nothing calls this.
+/// Handles a panic of the guard's board: names the line. In a program of the motor board, a panic
+/// is the instruction UDF itself, and nothing calls this.
 #[panic_handler]
 fn panic(info: &PanicInfo) -> ! {
     stop();
