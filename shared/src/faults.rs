@@ -25,8 +25,8 @@ pub struct Description {
     pub cause: &'static str,
     /// What the drive does.
     pub reaction: Reaction,
-    /// Longest time until the drive reacts, ms, with default settings on the motor model. A test
-    /// provokes each fault and measures it.
+    /// Longest time that was seen until the drive reacts, ms, with default settings on the motor
+    /// model. A test provokes each fault and measures it.
     pub longest_ms: u16,
     /// From when this time counts.
     pub from: &'static str,
@@ -71,7 +71,7 @@ faults! {
         "Check the order of the encoder's channels and of the motor's leads. Then check `encoder_counts`, `gear_ratio` and the gains.";
     VelocityDeviation = 0x8400, "velocity deviation", Off,
         "For 25 ms the drive gathered speed away from its set-point, against a commanded current of more than half of `current_limit`, and gave no energy back to the supply.",
-        35 "the first speed 20 % of `velocity_limit` the wrong way, with swapped leads and a heavy load",
+        35 "the moment in which a brushed motor with swapped leads and a heavy load exceeds 20 % of `velocity_limit` in the wrong direction",
         "fault reset",
         "Two channels of the encoder or two leads of the motor are swapped: check their order.";
     OpenPhase = 0x3130, "motor lead open", Off,

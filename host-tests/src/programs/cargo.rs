@@ -107,7 +107,7 @@ fn command(recipe: &Recipe, toolchain: Toolchain, target_folder: &Path) -> Comma
         .args(["--locked", "--profile", recipe.profile, "--target-dir"])
         .arg(target_folder);
     if recipe.target.is_none() {
-        // Programs of the host are fast enough without, and are built sooner.
+        // Without link-time optimisation, the programs of the host are built sooner.
         command.args(["--config", "profile.firmware.lto=false"]);
     }
     if let Some(target) = recipe.target {

@@ -6,6 +6,7 @@ use crate::guard_images::guards;
 use object::read::elf::ElfFile32;
 use object::{Endianness, Object, ObjectSymbol};
 use std::fs;
+use std::path::Path;
 use tautrack_host_tests::programs::flash::{self, Segment};
 
 /// A line of the source that can panic, as the image stores it.
@@ -31,7 +32,8 @@ fn place(segments: &[Segment], address: u32) -> Option<Place> {
     let (text, length, line) = (word()?, word()?, word()?);
     let file = str::from_utf8(bytes(segments, text, length)?).ok()?;
     let file = file.trim_end_matches('\0');
-    file.contains(".rs").then(|| Place {
+    let is_source = Path::new(file).extension().is_some_and(|it| it == "rs");
+    is_source.then(|| Place {
         address,
         file: file.to_owned(),
         line,

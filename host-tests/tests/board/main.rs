@@ -5,7 +5,8 @@
 //! * `chips`: the manufacturer's data about the chips
 //! * `pins`: the pin tables of docs/hardware.md and docs/guard-board.md
 //! * `executed`: what the images do
-//! * `guard`: what the images of the guards do; `guard_images` has their sizes and addresses
+//! * `guard`: what the images of the guards do; `guard_images` has their sizes and addresses,
+//!   and `guard_panics` what they log when they panic
 //! * `sensors`: how the guard reads its sensor chips, and what it does when they fail
 //! * `checks`: what the images of all boards do
 //! * `settings`: what the settings pages hold after resets and power cuts
