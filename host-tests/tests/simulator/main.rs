@@ -5,3 +5,5 @@ mod node_log;
 mod runs;
 mod session;
 mod slcan;
+#[path = "../support/unchanged.rs"]
+mod unchanged;

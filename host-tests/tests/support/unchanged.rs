@@ -32,6 +32,11 @@ pub fn digests<const N: usize>(programs: [&Program; N]) -> [String; N] {
     programs.map(|program| program.sha256.clone())
 }
 
+/// Digest of these bytes.
+pub fn sha256(bytes: &[u8]) -> String {
+    hexadecimal(&Sha256::digest(bytes))
+}
+
 /// Version of the emulator, and digests of this executable and of the scenarios.
 fn simulator() -> [String; 3] {
     let executable = fs::read(env::current_exe().expect("an executable")).expect("its bytes");
@@ -42,7 +47,7 @@ fn simulator() -> [String; 3] {
     }
     [
         emulator(),
-        hexadecimal(&Sha256::digest(executable)),
+        sha256(&executable),
         hexadecimal(&scenarios.finalize()),
     ]
 }

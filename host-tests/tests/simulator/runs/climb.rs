@@ -1,37 +1,41 @@
 //! Tests of the climb of the paper's staircase; `snapshot` tests the other shipped scenarios.
 
-use super::{climb, outcome, scenario};
+use super::{climb, outcome, scenario, unless_unchanged};
 use tautrack_host_tests::programs::Board;
 
 #[test]
 fn five_emulated_nodes_climb_the_staircase_with_the_belt_taut() {
-    let (summary, _) = climb(Board::Qemu);
-    assert!(
-        summary.landed && !summary.toppled && summary.expectation_met,
-        "{summary}"
-    );
-    assert!(summary.tension_error_m.unwrap().p99 <= 1.5e-3, "{summary}");
-    assert!(summary.tension_error_m.unwrap().max <= 3.0e-3, "{summary}");
-    assert!(
-        summary.nodes.iter().all(|node| node.board == "mps2"),
-        "{summary}"
-    );
+    unless_unchanged("climb-emulated", || {
+        let (summary, _) = climb(Board::Qemu);
+        assert!(
+            summary.landed && !summary.toppled && summary.expectation_met,
+            "{summary}"
+        );
+        assert!(summary.tension_error_m.unwrap().p99 <= 1.5e-3, "{summary}");
+        assert!(summary.tension_error_m.unwrap().max <= 3.0e-3, "{summary}");
+        assert!(
+            summary.nodes.iter().all(|node| node.board == "mps2"),
+            "{summary}"
+        );
+    });
 }
 
 #[test]
 fn the_guard_costs_the_nominal_climb_no_time() {
-    let (without, _) = outcome(
-        &scenario("staircase", |description| description.guard = false),
-        Board::Native,
-    );
-    let landing = |summary: &tautrack_host_tests::results::summary::Summary| {
-        summary
-            .landing_time_s
-            .unwrap_or_else(|| panic!("{summary}"))
-    };
-    let (with, without) = (landing(&climb(Board::Native).0), landing(&without));
-    assert!(
-        with <= 1.05 * without,
-        "{with} s with the guard, {without} s without"
-    );
+    unless_unchanged("climb-without-guard", || {
+        let (without, _) = outcome(
+            &scenario("staircase", |description| description.guard = false),
+            Board::Native,
+        );
+        let landing = |summary: &tautrack_host_tests::results::summary::Summary| {
+            summary
+                .landing_time_s
+                .unwrap_or_else(|| panic!("{summary}"))
+        };
+        let (with, without) = (landing(&climb(Board::Native).0), landing(&without));
+        assert!(
+            with <= 1.05 * without,
+            "{with} s with the guard, {without} s without"
+        );
+    });
 }

@@ -1,7 +1,7 @@
 //! Tests with nodes that die, have a frozen encoder, or are cut off from the bus in the middle of
 //! the climb.
 
-use super::{outcome, scenario};
+use super::{outcome, scenario, unless_unchanged};
 use tautrack_host_tests::programs::Board;
 use tautrack_host_tests::results::summary::Summary;
 use tautrack_host_tests::robots::NodeName;
@@ -14,62 +14,70 @@ const NOTICE_MS: f64 = 150.0;
 
 #[test]
 fn a_dead_emulated_track_is_noticed_in_time_and_the_robot_held() {
-    let (summary, samples) = outcome(&scenario("node-dies-mid-climb", |_| {}), Board::Qemu);
-    assert!(summary.expectation_met, "{summary}");
-    let fault = &summary.faults[0];
-    assert_eq!(fault.node, Some(NodeName::LEFT_TRACK));
-    assert!(
-        fault.after_ms.is_some_and(|after| after <= NOTICE_MS),
-        "{summary}"
-    );
-    holds(&summary, &samples, fault.time_s);
+    unless_unchanged("dead-track", || {
+        let (summary, samples) = outcome(&scenario("node-dies-mid-climb", |_| {}), Board::Qemu);
+        assert!(summary.expectation_met, "{summary}");
+        let fault = &summary.faults[0];
+        assert_eq!(fault.node, Some(NodeName::LEFT_TRACK));
+        assert!(
+            fault.after_ms.is_some_and(|after| after <= NOTICE_MS),
+            "{summary}"
+        );
+        holds(&summary, &samples, fault.time_s);
+    });
 }
 
 #[test]
 fn whichever_node_dies_another_one_notices_in_time_and_the_robot_holds() {
-    for (node, _) in NODES {
-        let (summary, samples) = with_fault(FaultKind::NodeDead(node));
-        let fault = &summary.faults[0];
-        assert!(
-            fault.after_ms.is_some_and(|after| after <= NOTICE_MS),
-            "{node}: {summary}"
-        );
-        assert_ne!(
-            fault.noticed_by.as_deref(),
-            Some(node.as_str()),
-            "the dead do not speak"
-        );
-        holds(&summary, &samples, fault.time_s);
-    }
+    unless_unchanged("dead-nodes", || {
+        for (node, _) in NODES {
+            let (summary, samples) = with_fault(FaultKind::NodeDead(node));
+            let fault = &summary.faults[0];
+            assert!(
+                fault.after_ms.is_some_and(|after| after <= NOTICE_MS),
+                "{node}: {summary}"
+            );
+            assert_ne!(
+                fault.noticed_by.as_deref(),
+                Some(node.as_str()),
+                "the dead do not speak"
+            );
+            holds(&summary, &samples, fault.time_s);
+        }
+    });
 }
 
 #[test]
 fn a_node_cut_off_from_the_bus_holds_like_a_dead_one() {
-    for node in [
-        NodeName::RIGHT_TRACK,
-        NodeName::CHASSIS_JOINT,
-        NodeName::GUARD,
-    ] {
-        let (summary, samples) = with_fault(FaultKind::BusCut(node));
-        let fault = &summary.faults[0];
-        assert!(
-            fault.after_ms.is_some_and(|after| after <= NOTICE_MS),
-            "{node}: {summary}"
-        );
-        holds(&summary, &samples, fault.time_s);
-    }
+    unless_unchanged("cut-off-nodes", || {
+        for node in [
+            NodeName::RIGHT_TRACK,
+            NodeName::CHASSIS_JOINT,
+            NodeName::GUARD,
+        ] {
+            let (summary, samples) = with_fault(FaultKind::BusCut(node));
+            let fault = &summary.faults[0];
+            assert!(
+                fault.after_ms.is_some_and(|after| after <= NOTICE_MS),
+                "{node}: {summary}"
+            );
+            holds(&summary, &samples, fault.time_s);
+        }
+    });
 }
 
 #[test]
 fn a_frozen_encoder_is_found_and_does_not_run_away() {
-    let (summary, samples) = with_fault(FaultKind::EncoderFrozen(NodeName::LEFT_TRACK));
-    let fault = &summary.faults[0];
-    assert_eq!(fault.noticed_by.as_deref(), Some("left_track"), "{summary}");
-    assert!(
-        fault.after_ms.is_some_and(|after| after <= 1_000.0),
-        "{summary}"
-    );
-    holds(&summary, &samples, fault.time_s);
+    unless_unchanged("frozen-encoder", || {
+        let (summary, samples) = with_fault(FaultKind::EncoderFrozen(NodeName::LEFT_TRACK));
+        let fault = &summary.faults[0];
+        assert_eq!(fault.noticed_by.as_deref(), Some("left_track"), "{summary}");
+        assert!(
+            fault.after_ms.is_some_and(|after| after <= 1_000.0),
+            "{summary}"
+        );
+        holds(&summary, &samples, fault.time_s);
+    });
 }
 
 fn with_fault(what: FaultKind) -> (Summary, Vec<Sample>) {

@@ -1,6 +1,6 @@
 //! Tests of determinism: what the state hash shows, and which changes it detects.
 
-use super::{climb, outcome, scenario, with};
+use super::{climb, outcome, scenario, unless_unchanged, with};
 use std::path::PathBuf;
 use tautrack_host_tests::programs::{Board, Program};
 use tautrack_host_tests::robots::NodeName;
@@ -19,33 +19,37 @@ fn start(change: impl FnOnce(&mut Description)) -> String {
 
 #[test]
 fn emulated_and_native_nodes_end_in_the_same_bits_run_after_run() {
-    let native = &climb(Board::Native).0.state_hash;
-    let again = outcome(&scenario("staircase", |_| {}), Board::Native)
-        .0
-        .state_hash;
-    assert_eq!(*native, again, "two native runs");
-    assert_eq!(*native, climb(Board::Qemu).0.state_hash, "native and QEMU");
+    unless_unchanged("hash-of-boards", || {
+        let native = &climb(Board::Native).0.state_hash;
+        let again = outcome(&scenario("staircase", |_| {}), Board::Native)
+            .0
+            .state_hash;
+        assert_eq!(*native, again, "two native runs");
+        assert_eq!(*native, climb(Board::Qemu).0.state_hash, "native and QEMU");
+    });
 }
 
 #[test]
 fn another_seed_and_one_flipped_bit_change_the_hash() {
-    let plain = start(|_| {});
-    assert_ne!(
-        plain,
-        start(|description| description.seed += 1),
-        "another seed"
-    );
-    let flip = Fault {
-        what: FaultKind::FrameFlip { frame: 100, bit: 0 },
-        at_s: 5.0,
-        until_s: None,
-        notice_within_ms: None,
-    };
-    assert_ne!(
-        plain,
-        start(|description| description.faults.push(flip)),
-        "one flipped bit"
-    );
+    unless_unchanged("hash-of-seeds", || {
+        let plain = start(|_| {});
+        assert_ne!(
+            plain,
+            start(|description| description.seed += 1),
+            "another seed"
+        );
+        let flip = Fault {
+            what: FaultKind::FrameFlip { frame: 100, bit: 0 },
+            at_s: 5.0,
+            until_s: None,
+            notice_within_ms: None,
+        };
+        assert_ne!(
+            plain,
+            start(|description| description.faults.push(flip)),
+            "one flipped bit"
+        );
+    });
 }
 
 #[test]

@@ -1,7 +1,8 @@
 //! Tests of runs in which single nodes are flash images of their board. docs/images.md has the ten
 //! native runs with which the run of a track compares.
 
-use super::{outcome, programs, scenario, unchanged, with};
+use super::{outcome, programs, scenario, with};
+use crate::unchanged;
 use std::ops::RangeInclusive;
 use tautrack_host_tests::programs::{Board, Program, guard_board, motor_board};
 use tautrack_host_tests::results::summary::Summary;

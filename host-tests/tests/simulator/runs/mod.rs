@@ -12,10 +12,8 @@ mod restart;
 mod sensors;
 mod snapshot;
 mod state;
-#[path = "../../support/unchanged.rs"]
-#[allow(dead_code)] // other tests name their inputs themselves
-mod unchanged;
 
+use crate::unchanged;
 use std::path::PathBuf;
 use std::sync::OnceLock;
 use tautrack_host_tests::programs::setup::checkout;
@@ -34,6 +32,12 @@ fn programs(board: Board) -> &'static Programs {
             .programs(board)
             .unwrap_or_else(|error| panic!("{error}"))
     })
+}
+
+/// Runs a test of whole runs, unless it has passed with the same programs.
+fn unless_unchanged(name: &str, test: impl FnOnce()) {
+    let programs = [Board::Native, Board::Qemu].map(programs);
+    unchanged::unless_unchanged(name, programs.into_iter().flat_map(unchanged::nodes), test);
 }
 
 /// Loads a shipped scenario and changes it.

@@ -2,23 +2,41 @@
 //! intended change, `TAUTRACK_ACCEPT=1 cargo test -p tautrack-host-tests --test simulator snapshot`
 //! writes new ones.
 
-use super::{outcome, scenario};
+use super::{outcome, programs, scenario};
+use crate::unchanged::{self, unless_unchanged};
 use std::fmt::Write;
+use std::fs;
+use std::path::PathBuf;
 use tautrack_host_tests::programs::Board;
 use tautrack_host_tests::programs::setup::checkout;
 
+const SCENARIOS: [&str; 5] = [
+    "flat",
+    "staircase",
+    "staircase-front-kept-up",
+    "staircase-k080",
+    "node-dies-mid-climb",
+];
+
 #[test]
 fn shipped_scenarios_say_what_they_said_before() {
+    let files = SCENARIOS.map(file);
+    let stored = files.map(|file| fs::read_to_string(file).unwrap_or_default());
+    let nodes = unchanged::nodes(programs(Board::Native));
+    let inputs = nodes.into_iter().chain(stored);
+    unless_unchanged("snapshots", inputs, compare);
+}
+
+/// The stored snapshot of a scenario.
+fn file(name: &str) -> PathBuf {
     let root = checkout::root().unwrap_or_else(|error| panic!("{error}"));
     let folder = root.join("host-tests/snapshots");
+    folder.join(name).with_extension("txt")
+}
+
+fn compare() {
     let mut differing = Vec::new();
-    for name in [
-        "flat",
-        "staircase",
-        "staircase-front-kept-up",
-        "staircase-k080",
-        "node-dies-mid-climb",
-    ] {
+    for name in SCENARIOS {
         let (summary, samples) = outcome(&scenario(name, |_| {}), Board::Native);
         assert!(summary.expectation_met, "{summary}");
         let mut text = String::new();
@@ -36,11 +54,11 @@ fn shipped_scenarios_say_what_they_said_before() {
         {
             writeln!(text, "{line}").expect("a string takes all");
         }
-        let file = folder.join(name).with_extension("txt");
+        let file = file(name);
         if std::env::var_os("TAUTRACK_ACCEPT").is_some() {
-            std::fs::write(&file, &text).expect("the snapshot is written");
+            fs::write(&file, &text).expect("the snapshot is written");
         }
-        let expected = std::fs::read_to_string(&file).unwrap_or_default();
+        let expected = fs::read_to_string(&file).unwrap_or_default();
         if text != expected {
             differing.push(format!("{}:\n{text}", file.display()));
         }

@@ -1,6 +1,7 @@
 //! Tests of runs that cannot start, or that end early.
 
 use crate::session::demo::{Demo, command, scenario, send, summary};
+use crate::unchanged::{self, sha256, unless_unchanged};
 use std::fs;
 use std::io::{BufRead, BufReader};
 use std::net::TcpListener;
@@ -223,12 +224,17 @@ fn peak_memory_kb(duration_s: u32) -> u64 {
 #[test]
 #[cfg(target_os = "linux")]
 fn a_demo_of_twice_the_length_needs_no_more_memory() {
-    build(Board::Native);
-    // The page has the size of a minute from then on.
-    let [shorter, longer] = [70, 140].map(peak_memory_kb);
-    // A minute of samples and frames in memory would be 7 MB.
-    assert!(longer < shorter + 2_000, "{shorter} and {longer} kB");
-    assert!(longer < 60 * 1024, "{longer} kB");
+    let programs = Kind::B2p2.programs(Board::Native);
+    let nodes = unchanged::nodes(&programs.unwrap_or_else(|error| panic!("{error}")));
+    let demo = fs::read(env!("CARGO_BIN_EXE_demo")).expect("the demo");
+    let inputs = nodes.into_iter().chain([sha256(&demo)]);
+    unless_unchanged("memory-of-a-demo", inputs, || {
+        // The page has the size of a minute from then on.
+        let [shorter, longer] = [70, 140].map(peak_memory_kb);
+        // A minute of samples and frames in memory would be 7 MB.
+        assert!(longer < shorter + 2_000, "{shorter} and {longer} kB");
+        assert!(longer < 60 * 1024, "{longer} kB");
+    });
 }
 
 /// The disk is a small one in memory and fills up during the run.
