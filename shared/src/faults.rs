@@ -96,7 +96,7 @@ faults! {
         "Check the cable and the shield of the encoder, and `encoder_counts`.";
     Misaligned = 0x7120, "rotor not aligned", Off,
         "At arming, the rotor did not follow the turning current of the alignment, followed it in the wrong direction, or moved farther than `alignment_travel`. Or the shaft turned against its torque while `probe_current` limited it.",
-        27 "the set-point that turns the shaft, with a reversed encoder and a sign probe",
+        23 "the set-point that turns the shaft, with a reversed encoder and a sign probe",
         "fault reset; the next arming aligns the rotor again",
         "Free the shaft. Check the order of the encoder's channels and of the motor's leads, `phase_order`, `pole_pairs` and `encoder_counts`. Raise `alignment_current`, or `alignment_travel`.";
     InvalidReading = 0x7300, "invalid sensor reading", Brake,
@@ -125,7 +125,7 @@ faults! {
         "fault reset",
         "The node is overloaded, or its firmware is wrong: look for other interrupts, and report it.";
     Blocked = 0x7121, "blocked or encoder frozen", Brake,
-        "For 40 ms more than 90 % of the current limit (half of `probe_current` while it limits) was commanded while the measured speed stayed below 1 % of the velocity limit.",
+        "For 40 ms more than 90 % of the current limit was commanded while the measured speed stayed below 1 % of the velocity limit. Or, while `probe_current` limits, the rotor turned by less than 4.5 electrical degrees (brushed: 1.1 degrees of the rotor) in 20 ms, against at least half of that current.",
         125 "the set-point, with a shaft that cannot turn",
         "fault reset",
         "Free the axle. If it moves freely, check the encoder and its cable.";

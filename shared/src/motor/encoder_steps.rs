@@ -42,6 +42,11 @@ impl EncoderSteps {
         };
     }
 
+    /// Returns whether a step of the last ten control periods was impossible.
+    pub fn is_doubtful(&self) -> bool {
+        self.score > 0
+    }
+
     /// Returns whether the encoder is noisy.
     pub fn is_noisy(&self) -> bool {
         self.score >= NOISY

@@ -60,19 +60,6 @@ pub(super) struct Stall {
     pub standing: f32,
 }
 
-impl Stall {
-    /// Returns the thresholds of a motor that must turn from the current `pushing` on, A, if that
-    /// is less.
-    #[inline]
-    pub fn pushed_by(self, pushing: f32) -> Self {
-        if pushing < self.pushing {
-            Self { pushing, ..self }
-        } else {
-            self
-        }
-    }
-}
-
 /// Bounds of the watches.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Bounds {

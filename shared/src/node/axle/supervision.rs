@@ -2,6 +2,7 @@
 
 use super::homing::Stage;
 use super::options::Ramp;
+use super::sign_probe::Sign;
 use super::{Axle, Inputs};
 use crate::bus::cia402::{State, mode};
 use crate::faults::{Fault, Faults, Reaction};
@@ -26,7 +27,12 @@ impl Axle {
             supply_voltage: inputs.supply_voltage,
             electrical: inputs.electrical,
         };
-        let turns_back = self.powered() && self.sign_probe.tick(self.position(), self.demand);
+        let sign = if self.powered() {
+            let doubtful = self.encoder_steps.is_doubtful();
+            self.sign_probe.tick(self.position(), doubtful, self.demand)
+        } else {
+            Sign::default()
+        };
         let mut motor = self.back_emf.check(&observed);
         if self.powered() {
             let calm = self.back_emf.is_calm();
@@ -54,14 +60,14 @@ impl Axle {
             } else {
                 motor
             },
-            misaligned: self.commutation.take_failure() || turns_back,
+            misaligned: self.commutation.take_failure() || sign.against,
             noisy: self.encoder_steps.is_noisy(),
             temperatures: inputs.temperatures,
             electrical: inputs.electrical,
         };
-        let pushing = self.sign_probe.pushing();
-        let stall = self.force.stall.pushed_by(pushing);
+        let stall = self.force.stall;
         let mut present = self.supervisor.check(&readings, &self.bounds, stall);
+        present.insert_if(Fault::Blocked, sign.stands);
         if powered {
             let now_us = inputs.now_us;
             present.insert_if(Fault::GuardLost, self.authority.guard_lost(now_us));
