@@ -40,12 +40,4 @@ pub use machine::Machine;
 pub use power_up::serial_number;
 pub use starvation::feed_watchdog;
 
-use tautrack::motor::bridge::Ratings;
-
-/// The simulated power stage: 20 kHz, compare values as on a timer with 170 MHz that counts up and
-/// down, and a current range that suits every motor of the simulated robots.
-pub const POWER_STAGE: Ratings = Ratings {
-    pwm_hz: 20_000,
-    period: 4_250,
-    full_scale: 160.0,
-};
+pub use tautrack::motor::model::POWER_STAGE;

@@ -6,6 +6,7 @@
 use super::{CurrentLoopError, VOLTAGE_FULL_SCALE};
 use crate::math::Bound;
 use crate::math::cubic::mul_high_add;
+use crate::motor::bridge::Ratings;
 
 /// Gains of a controller.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -31,6 +32,19 @@ pub(super) struct Winding {
     pub rate_hz: f32,
 }
 
+/// Bounds of the gains in their fixed-point formats.
+const PROPORTIONAL: f32 = 16.0;
+const INTEGRAL: f32 = 4.0;
+
+/// Returns the bandwidth, rad/s, above which a gain of a winding with this resistance, ohm, and
+/// inductance, H, exceeds its format at a power stage.
+pub fn bandwidth_bound(resistance: f32, inductance: f32, ratings: &Ratings) -> f32 {
+    let scale = VOLTAGE_FULL_SCALE / ratings.full_scale;
+    let of_inductance = PROPORTIONAL * scale / inductance;
+    let of_resistance = INTEGRAL * scale * ratings.pwm_hz as f32 / resistance;
+    of_inductance.min(of_resistance)
+}
+
 impl Gains {
     /// Computes the gains.
     ///
@@ -45,16 +59,16 @@ impl Gains {
             (
                 "inductance",
                 proportional,
-                16.0,
+                PROPORTIONAL,
                 winding.bandwidth * winding.inductance,
-                16.0 * maximum,
+                PROPORTIONAL * maximum,
             ),
             (
                 "resistance",
                 integral,
-                4.0,
+                INTEGRAL,
                 winding.bandwidth * winding.resistance,
-                4.0 * maximum * winding.rate_hz,
+                INTEGRAL * maximum * winding.rate_hz,
             ),
         ] {
             if !(gain < largest) {

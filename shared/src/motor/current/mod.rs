@@ -24,6 +24,7 @@ mod operating_point;
 mod probe;
 mod setup;
 
+pub use axis::bandwidth_bound;
 pub use means::{Electrical, Means};
 pub use probe::{Excitation, Frame, Measurement};
 pub use setup::{Config, CurrentLoopError, MotorKind};

@@ -18,6 +18,14 @@ use crate::units::Angle;
 use noise::Noise;
 use winding::{Supply, Winding};
 
+/// The simulated power stage: 20 kHz, compare values as on a timer with 170 MHz that counts up and
+/// down, and a current range that suits every motor of the simulated robots.
+pub const POWER_STAGE: Ratings = Ratings {
+    pwm_hz: 20_000,
+    period: 4_250,
+    full_scale: 160.0,
+};
+
 const TURN: f32 = core::f32::consts::TAU;
 /// Bound of every quantity in the model, A and rad/s: far above any motor and far below overflow.
 const BOUND: f32 = 1e6;
