@@ -91,8 +91,8 @@ fn fifty_three_phase_motors_are_measured_or_refused_with_the_reason() {
     assert!(worst.current <= 2.0, "{}", worst.current);
 }
 
-/// Largest error of the mean torque from 10 to 97 % of the current limit (85 % before a calibration),
-/// as a fraction. The rotor is so heavy that it stands at random angles.
+/// Largest error of the mean torque from 10 to 97 % of the current limit, before a calibration to
+/// 85 %, as a fraction. The rotor is so heavy that it stands at random angles.
 fn torque_error(truth: &Truth, record: Option<&Record>) -> f64 {
     let winding = match truth.model.winding {
         WindingModel::ThreePhase(winding) => WindingModel::ThreePhase(ThreePhaseModel {
