@@ -125,7 +125,7 @@ faults! {
         "fault reset",
         "The node is overloaded, or its firmware is wrong: look for other interrupts, and report it.";
     Blocked = 0x7121, "blocked or encoder frozen", Brake,
-        "For 40 ms more than 90 % of the current limit was commanded while the measured speed stayed below 1 % of the velocity limit. Or, while `probe_current` limits, the rotor turned by less than 4.5 electrical degrees (brushed: 1.1 degrees of the rotor) in 20 ms, against at least half of that current.",
+        "For 40 ms more than 90 % of the current limit was commanded while the measured speed stayed below 1 % of the velocity limit. Or, while `probe_current` limits, half of that current turned the rotor by less than 2.25 electrical degrees (brushed: 0.6 degrees of the rotor) in 25 ms.",
         125 "the set-point, with a shaft that cannot turn",
         "fault reset",
         "Free the axle. If it moves freely, check the encoder and its cable.";

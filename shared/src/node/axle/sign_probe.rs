@@ -1,26 +1,33 @@
 //! Limits the first current after arming until the shaft has turned the way of its torque. So a
-//! reversed encoder, swapped leads or a wrong rotor angle are found at a low torque.
+//! drive with a reversed encoder, swapped leads or a wrong rotor angle gets no full torque.
 //!
 //! A shaft that does not turn shows no sign: the current stays at the limit of the probe, and the
-//! fault "blocked" is raised there. A shaft that creeps counts as one that does not turn.
+//! fault "blocked" is raised there. docs/motor.md says which drives may use the probe.
 
 use crate::motor::from_radians;
 use crate::settings::{Setting, Settings};
 use core::f32::consts::TAU;
 
-/// Electrical angle whose motion is a proof: 18 degrees, rad. A brushed motor counts as a motor
-/// with four pole pairs.
-const PROOF: f32 = TAU / 20.0;
+/// Electrical angles, rad: that which proves the sign, that which disproves it, and that within
+/// which a shaft stands. A brushed motor counts as a motor with four pole pairs.
+///
+/// With a reversed encoder or swapped leads, a three-phase rotor swings to where it has no torque.
+/// Its swing looks right, and friction ends it before the angle of the proof.
+const PROOF: f32 = 0.375 * TAU;
+const PROOF_OF_BRUSHED: f32 = 0.05 * TAU;
+const DISPROOF: f32 = 0.025 * TAU;
+const STANDING: f32 = TAU / 160.0;
 const POLE_PAIRS_OF_BRUSHED: i32 = 4;
-/// Part of the limit of the probe from which on the shaft must turn.
-const PUSHING: f32 = 0.5;
-/// Part of the limit of the probe from which on a motion counts.
+/// Fewest counts of the encoder that prove, that disprove, and within which a shaft stands.
+const FEWEST: [f32; 3] = [8.0, 4.0, 2.0];
+/// Parts of the limit of the probe from which on a motion counts, and from which on the shaft must
+/// turn.
 const COUNTED: f32 = 0.25;
-/// Control periods in which the shaft must turn by a [`PART`]th of [`PROOF`], and after which it
-/// counts as still.
-const STANDING: u8 = 20;
-const STILL: u8 = 10;
-const PART: i64 = 4;
+const PUSHING: f32 = 0.5;
+/// Control periods in which a shaft that is pushed must turn, and in which one that moved before
+/// must stand.
+const PUSHED: u8 = 25;
+const SETTLED: u8 = 10;
 
 /// What the probe has found in a control period.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
@@ -36,46 +43,56 @@ pub(super) struct Sign {
 pub(super) struct SignProbe {
     /// Largest current during the probe, A; 0 without a probe.
     current: f32,
-    /// Motion that is a proof, 2^-32 turn of the output shaft.
+    /// Motions that prove, that disprove, and within which a shaft stands, 2^-32 turn of the output
+    /// shaft.
     proof: i64,
+    disproof: i64,
+    standing: i64,
+    run: Run,
+}
+
+/// What is known since the axle got power.
+#[derive(Clone, Copy, Debug, Default)]
+struct Run {
+    proven: bool,
     /// Whether the current is negative; `None` while it is too small.
     backward: Option<bool>,
     /// Position from which the motion counts.
-    from: Option<i64>,
-    /// Whether the shaft may still move with the speed from before the torque.
+    from: i64,
+    /// The shaft may still have the speed from before the torque.
     coasts: bool,
     /// Position near which the shaft has stood for this many control periods.
     near: i64,
-    still: u8,
+    stood: u8,
     /// Control periods for which the shaft has had to turn.
     pushed: u8,
-    proven: bool,
 }
 
 impl SignProbe {
     /// Creates the probe of an axle that is off.
     pub fn new(settings: &Settings) -> Self {
-        let pole_pairs = match settings.get(Setting::MotorKind) {
-            0 => POLE_PAIRS_OF_BRUSHED,
-            _ => settings.get(Setting::PolePairs),
+        let (pole_pairs, proof) = match settings.get(Setting::MotorKind) {
+            0 => (POLE_PAIRS_OF_BRUSHED, PROOF_OF_BRUSHED),
+            _ => (settings.get(Setting::PolePairs), PROOF),
         };
-        let electrical = settings.scaled(Setting::GearRatio, 1e-3) * pole_pairs as f32;
+        let gear = settings.scaled(Setting::GearRatio, 1e-3);
+        let count = TAU / settings.get(Setting::EncoderCounts) as f32;
+        let motion = |angle: f32, fewest: f32| {
+            let (angle, fewest) = (angle / pole_pairs as f32, fewest * count);
+            from_radians(if angle > fewest { angle } else { fewest } / gear)
+        };
         Self {
             current: settings.scaled(Setting::ProbeCurrent, 1e-3),
-            proof: from_radians(PROOF / electrical),
-            backward: None,
-            from: None,
-            coasts: true,
-            near: 0,
-            still: 0,
-            pushed: 0,
-            proven: false,
+            proof: motion(proof, FEWEST[0]),
+            disproof: motion(DISPROOF, FEWEST[1]),
+            standing: motion(STANDING, FEWEST[2]),
+            run: Run::default(),
         }
     }
 
     /// Begins anew: the axle gets power.
     pub fn start(&mut self) {
-        (self.from, self.backward, self.proven) = (None, None, false);
+        self.run = Run::default();
     }
 
     /// Returns the current limit: `limit`, or that of the probe.
@@ -90,50 +107,49 @@ impl SignProbe {
 
     #[inline]
     fn probes(&self) -> bool {
-        !self.proven && self.current != 0.0
+        !self.run.proven && self.current != 0.0
     }
 
     /// Runs one control period under power, at this position, with the demanded current of the last
-    /// one, A. A position that is `doubtful` is no proof.
+    /// one, A. A motion to a `doubtful` position does not count.
     #[inline]
     pub fn tick(&mut self, position: i64, doubtful: bool, demand: f32) -> Sign {
         if !self.probes() {
             return Sign::default();
         }
-        let from = self.from.get_or_insert(position);
-        if position.wrapping_sub(self.near).unsigned_abs() >= (self.proof / PART) as u64 {
-            (self.near, self.still) = (position, 0);
+        let run = &mut self.run;
+        if position.wrapping_sub(run.near).unsigned_abs() >= self.standing as u64 {
+            (run.near, run.stood) = (position, 0);
         }
-        self.still = self.still.saturating_add(1);
-        let (size, backward) = (demand.abs(), demand < 0.0);
-        let counts = size >= COUNTED * self.current;
-        if !counts || self.backward == Some(!backward) {
-            // What moves without a torque proves nothing.
-            *from = position;
-            (self.pushed, self.coasts) = (0, true);
+        run.stood = run.stood.saturating_add(1);
+        let size = demand.abs();
+        let counts = size >= COUNTED * self.current && !doubtful;
+        let backward = counts.then_some(demand < 0.0);
+        if backward.is_none() || run.backward != backward {
+            (run.from, run.coasts, run.pushed) = (position, true, 0);
         }
-        self.backward = counts.then_some(backward);
-        let moved = position.wrapping_sub(*from);
-        let along = if backward {
+        run.backward = backward;
+        let moved = position.wrapping_sub(run.from);
+        let mut along = if demand < 0.0 {
             moved.wrapping_neg()
         } else {
             moved
         };
-        if self.coasts {
+        if run.coasts {
             if along < 0 {
-                *from = position;
+                (run.from, along) = (position, 0);
             }
-            self.coasts = self.still < STILL && along < self.proof / PART;
+            run.coasts = run.stood < SETTLED && along < self.standing;
         }
-        if !(size >= PUSHING * self.current) {
-            self.pushed = 0;
+        if !(counts && size >= PUSHING * self.current) {
+            run.pushed = 0;
             return Sign::default();
         }
-        self.pushed = self.pushed.saturating_add(1);
-        self.proven = along >= self.proof && !doubtful;
+        run.pushed = run.pushed.saturating_add(1);
+        run.proven = along >= self.proof;
         Sign {
-            against: along <= -(self.proof / 2),
-            stands: self.pushed.min(self.still) > STANDING,
+            against: along <= -self.disproof,
+            stands: run.pushed > PUSHED && run.stood > PUSHED,
         }
     }
 }

