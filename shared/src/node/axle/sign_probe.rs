@@ -32,7 +32,7 @@ const SETTLED: u8 = 10;
 /// What the probe has found in a control period.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub(super) struct Sign {
-    /// The shaft has turned against its torque.
+    /// The shaft has turned against its torque, or its position is doubtful.
     pub against: bool,
     /// The shaft does not turn.
     pub stands: bool,
@@ -111,7 +111,7 @@ impl SignProbe {
     }
 
     /// Runs one control period under power, at this position, with the demanded current of the last
-    /// one, A. A motion to a `doubtful` position does not count.
+    /// one, A. A motion to a `doubtful` position proves nothing.
     #[inline]
     pub fn tick(&mut self, position: i64, doubtful: bool, demand: f32) -> Sign {
         if !self.probes() {
@@ -141,14 +141,14 @@ impl SignProbe {
             }
             run.coasts = run.stood < SETTLED && along < self.standing;
         }
-        if !(counts && size >= PUSHING * self.current) {
+        if !(size >= PUSHING * self.current) {
             run.pushed = 0;
             return Sign::default();
         }
         run.pushed = run.pushed.saturating_add(1);
         run.proven = along >= self.proof;
         Sign {
-            against: along <= -self.disproof,
+            against: doubtful || along <= -self.disproof,
             stands: run.pushed > PUSHED && run.stood > PUSHED,
         }
     }

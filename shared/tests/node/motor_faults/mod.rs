@@ -281,10 +281,9 @@ fn with_a_sign_probe_a_wrong_drive_stops_50_ms_after_its_first_torque_and_before
                     "three_phase {three_phase}, {speed} rad/s, {trouble:?}: {fault:?} after {milliseconds} ms, {travel:.4} rad"
                 );
                 assert!(fault.is_some() && milliseconds <= 50 && travel < 0.02);
-                // A rotor angle that jumps disturbs the current controllers. From 15 A on the
-                // bridge is open.
+                // A rotor angle that jumps disturbs the current controllers.
                 let noisy = matches!(trouble, Trouble::NoisyEncoder(_));
-                let most = if noisy { 15.0 } else { 1.1 };
+                let most = if noisy { 3.0 } else { 1.1 };
                 assert!(rig.largest_current < most, "{} A", rig.largest_current);
             }
         }
