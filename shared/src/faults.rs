@@ -95,7 +95,7 @@ faults! {
         "fault reset",
         "Check the cable and the shield of the encoder, and `encoder_counts`.";
     Misaligned = 0x7120, "rotor not aligned", Off,
-        "At arming, the rotor did not follow the turning current of the alignment, followed it in the wrong direction, or moved farther than `alignment_travel`. Or the shaft turned against its torque, or the encoder jumped, while `probe_current` limited it.",
+        "At arming, the rotor did not follow the turning current of the alignment, followed it in the wrong direction, or moved farther than `alignment_travel`. Or a checked absolute sensor showed an angle that is wrong by more than 20 degrees. Or the shaft turned against its torque, or the encoder jumped, while `probe_current` limited it.",
         23 "the set-point that turns the shaft, with a reversed encoder and a sign probe",
         "fault reset; the next arming aligns the rotor again",
         "Free the shaft. Check the order of the encoder's channels and of the motor's leads, `phase_order`, `pole_pairs` and `encoder_counts`. Raise `alignment_current`, or `alignment_travel`.";

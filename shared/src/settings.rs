@@ -210,10 +210,10 @@ settings! {
     /// it is right down to one count in ten seconds. 0: the velocity has a pulse at each count.
     CountTiming = 0x00cc, "count_timing", "1", 0..=1, 0;
 
-    /// Rotor sensor of a three-phase motor: 0 absolute within a turn; 1 incremental encoder. With
-    /// an incremental encoder, arming aligns the rotor once after power-up, and `electrical_offset`
-    /// does not count.
-    RotorSensor = 0x00cd, "rotor_sensor", "1", 0..=1, 0;
+    /// Rotor sensor of a three-phase motor: 0 absolute within a turn; 1 incremental encoder; 2
+    /// absolute within a turn, checked. With 1 and 2, arming aligns the rotor once after power-up.
+    /// With 1, `electrical_offset` does not count; with 2, it must be right within 20 degrees.
+    RotorSensor = 0x00cd, "rotor_sensor", "1", 0..=2, 0;
     /// Maximum motor current of an alignment. `current_limit` limits it, too. It must turn the
     /// shaft against its friction and its load.
     AlignmentCurrent = 0x00ce, "alignment_current", "mA", 10..=100_000, 3_000;

@@ -1,5 +1,5 @@
-//! Finds the electrical angle of a three-phase rotor whose sensor only counts: a current that
-//! stands, and then turns slowly, drags the rotor along.
+//! Finds the electrical angle of a three-phase rotor whose sensor only counts, or checks that of an
+//! absolute sensor: a current that stands, and then turns slowly, drags the rotor along.
 //!
 //! The field first stands at 90 degrees and then goes to 0, so that the rotor follows it wherever
 //! it stood. Then the field turns by 180 degrees and back. Friction makes the rotor lag, so the
@@ -39,6 +39,8 @@ const SPREAD: u32 = 1 << 29;
 const FARTHEST: u32 = 1 << 30;
 /// Largest lag: 40 degrees. A rotor that stands has 45 degrees.
 const LAG: u32 = (1 << 30) / 9 * 4;
+/// Largest error of an angle that is only checked: 20 degrees.
+const LARGEST_ERROR: u32 = (1 << 30) / 9 * 2;
 
 /// Control periods of motion by which the field is set back, the part of a new motion that counts
 /// at once, and the largest setback, 60 degrees.
@@ -57,6 +59,8 @@ pub struct Bounds {
     current: f32,
     /// Largest distance from the start, 2^-32 turn of the output shaft.
     travel: u64,
+    /// The sensor is absolute: the alignment checks its angle, and corrects nothing.
+    checks: bool,
 }
 
 impl Bounds {
@@ -66,6 +70,7 @@ impl Bounds {
         Self {
             current: settings.scaled(Setting::AlignmentCurrent, 1e-3),
             travel: travel.unsigned_abs(),
+            checks: settings.get(Setting::RotorSensor) == 2,
         }
     }
 }
@@ -75,9 +80,9 @@ impl Bounds {
 pub enum Progress {
     /// Drive this current, A, along this field.
     Drive(f32, ElectricalAngle),
-    /// The rotor is this angle ahead of where its sensor shows it.
+    /// The rotor is this angle ahead of where its sensor shows it; 0 if the angle was only checked.
     Done(ElectricalAngle),
-    /// The rotor has moved too far, or did not follow.
+    /// The rotor has moved too far or did not follow, or its sensor shows a wrong angle.
     Failed,
 }
 
@@ -183,10 +188,17 @@ impl Alignment {
         let backward = backward + Angle::from_bits(more_backward);
         let forward = forward + Angle::from_bits(more_forward);
         let lag = Angle::from_bits((forward - backward).to_bits() / 2);
-        if lag.to_bits().unsigned_abs() > LAG {
+        let error = backward + lag;
+        let wrong = self.bounds.checks && error.to_bits().unsigned_abs() > LARGEST_ERROR;
+        if wrong || lag.to_bits().unsigned_abs() > LAG {
             return Progress::Failed;
         }
-        Progress::Done(ElectricalAngle(backward + lag))
+        let correction = if self.bounds.checks {
+            Angle::ZERO
+        } else {
+            error
+        };
+        Progress::Done(ElectricalAngle(correction))
     }
 
     fn next_field(&self) -> Angle {

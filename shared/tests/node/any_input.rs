@@ -106,12 +106,12 @@ proptest! {
     fn no_input_makes_an_axle_ask_for_more_than_its_current_limit(
         steps in vec(inputs(), 1..200),
         homed in any::<bool>(),
-        incremental in any::<bool>(),
+        three_phase in any::<bool>(),
+        rotor_sensor in 0..=2,
     ) {
         let mut settings = Settings::default();
-        for setting in [Setting::MotorKind, Setting::RotorSensor] {
-            settings.set(setting.description().key, incremental.into()).unwrap();
-        }
+        settings.set(Setting::MotorKind.description().key, three_phase.into()).unwrap();
+        settings.set(Setting::RotorSensor.description().key, rotor_sensor).unwrap();
         let direction = i32::from(!homed);
         settings.set(Setting::HomingDirection.description().key, direction).unwrap();
         let mut axle = Axle::new(&settings);

@@ -1,6 +1,6 @@
 //! Alignment of the rotor before operation is enabled. A three-phase motor with an incremental
 //! encoder needs it once after power-up, and again after each fault that makes the encoder's count
-//! doubtful.
+//! doubtful. With an absolute sensor it is a check, which a setting requests.
 //!
 //! The drive stays in "switched on" meanwhile, and shows [`status::ALIGNING`]. Whatever ends the
 //! request to enable operation ends the alignment, and the bridge opens.
@@ -59,7 +59,7 @@ impl Commutation {
     /// Creates the commutation of an axle at power-up.
     pub fn new(settings: &Settings) -> Self {
         let aligns =
-            settings.get(Setting::MotorKind) != 0 && settings.get(Setting::RotorSensor) == 1;
+            settings.get(Setting::MotorKind) != 0 && settings.get(Setting::RotorSensor) != 0;
         Self {
             bounds: aligns.then(|| Bounds::new(settings)),
             knowledge: Knowledge::Unknown,

@@ -53,6 +53,8 @@ pub enum Kind {
     ThreePhase,
     /// An axle with a three-phase motor whose encoder only counts, and with a holding brake.
     Incremental,
+    /// An axle with a three-phase motor whose absolute rotor sensor is checked at arming.
+    Checked,
     /// An axle that homes, with a switch that is never found.
     NoSwitch,
     /// An axle that homes, with a switch that seems to close at a wrong place.
@@ -67,7 +69,8 @@ impl Kind {
             3..=12 => Self::Screw,
             13..=16 => Self::Braked,
             17..=19 => Self::Incremental,
-            20..=36 => Self::ThreePhase,
+            20..=21 => Self::Checked,
+            22..=36 => Self::ThreePhase,
             _ => Self::Axle,
         }
     }
@@ -77,7 +80,20 @@ impl Kind {
     }
 
     pub fn is_three_phase(self) -> bool {
-        matches!(self, Self::ThreePhase | Self::Incremental)
+        matches!(self, Self::ThreePhase | Self::Incremental | Self::Checked)
+    }
+
+    /// Whether the rotor is aligned at arming.
+    pub fn aligns(self) -> bool {
+        self.rotor_sensor() != 0
+    }
+
+    fn rotor_sensor(self) -> i32 {
+        match self {
+            Self::Incremental => 1,
+            Self::Checked => 2,
+            _ => 0,
+        }
     }
 }
 
@@ -187,12 +203,12 @@ impl Generator {
         settings
             .set(temperature, 10 * TEMPERATURE_LIMIT as i32)
             .expect("within its bounds");
-        for (setting, set) in [
-            (Setting::MotorKind, kind.is_three_phase()),
-            (Setting::RotorSensor, kind == Kind::Incremental),
+        for (setting, value) in [
+            (Setting::MotorKind, kind.is_three_phase().into()),
+            (Setting::RotorSensor, kind.rotor_sensor()),
         ] {
             let key = setting.description().key;
-            settings.set(key, set.into()).expect("within its bounds");
+            settings.set(key, value).expect("within its bounds");
         }
         let node = if kind == Kind::Screw {
             Node::Screw(Screw::new(&settings).expect("the nominal geometry"))
@@ -243,7 +259,7 @@ impl Generator {
         if event < 12 && matches!(self.kind, Kind::NoSwitch | Kind::FalseSwitch) {
             return self.homing_event(event);
         }
-        if self.kind == Kind::Incremental && (event == 0 || self.random.once_in(30)) {
+        if self.kind.aligns() && (event == 0 || self.random.once_in(30)) {
             return self.alignment_event();
         }
         let random = &mut self.random;

@@ -11,6 +11,7 @@ use tautrack::motor::limits::ActiveLimit;
 use tautrack::motor::model::{MotorModel, WindingModel};
 use tautrack::node::axle::BridgeDemand;
 use tautrack::settings::{Setting, Settings};
+use tautrack::units::Angle;
 
 /// A drive: gear ratio, inertia of the load at the output shaft, kg m^2, velocity limit, 1e-3
 /// rad/s, acceleration limit, 1e-3 rad/s^2, and gain of the velocity loop, mA s/rad.
@@ -109,6 +110,30 @@ impl Drive {
         let key = Setting::ProbeCurrent.description().key;
         let milliamperes = (current * 1e3) as i32;
         self.settings.set(key, milliamperes).expect("in range");
+    }
+
+    /// Has the angle of the rotor checked at arming, with a multiple of the current that turns the
+    /// shaft.
+    fn check(&mut self, turning: f64, multiple: f64) {
+        let current = (multiple * turning * 1e3) as i32;
+        for (setting, value) in [
+            (Setting::RotorSensor, 2),
+            (Setting::AlignmentCurrent, current),
+        ] {
+            let key = setting.description().key;
+            self.settings.set(key, value).expect("in range");
+        }
+    }
+
+    /// Adds cogging at random. Returns the current that overcomes friction and cogging, A.
+    fn add_cogging(&mut self, random: &mut Random) -> f64 {
+        let friction = self.friction();
+        let cogging = between(random, 0.0, 0.5) * friction;
+        let WindingModel::ThreePhase(winding) = &mut self.model.winding else {
+            unreachable!("a three-phase motor")
+        };
+        winding.cogging_torque = (cogging * 0.04) as f32;
+        friction + cogging
     }
 
     /// Returns the total inertia at the output shaft, kg m^2.
@@ -274,13 +299,8 @@ fn a_sound_drive_that_begins_to_turn_is_not_accused_by_the_sign_probe() {
     let mut longest = 0;
     for case in 0..CASES {
         let mut drive = Drive::draw(&mut random, 1.0, &[500, 2_048, 4_096]);
-        let turning = drive.friction();
-        let WindingModel::ThreePhase(winding) = &mut drive.model.winding else {
-            unreachable!("a three-phase motor")
-        };
-        let cogging = between(&mut random, 0.0, 0.5) * turning;
-        winding.cogging_torque = (cogging * 0.04) as f32;
-        drive.probe(PROBES[case % 2] * (turning + cogging));
+        let turning = drive.add_cogging(&mut random);
+        drive.probe(PROBES[case % 2] * turning);
         let part = between(&mut random, 0.03, 0.9) * pick(&mut random, &[-1.0, 1.0]);
         let mut rig = Rig::with_seed(drive.model, &drive.settings, case as u64 + 1);
         rig.run(500 + between(&mut random, 0.0, 100.0) as usize);
@@ -298,6 +318,77 @@ fn a_sound_drive_that_begins_to_turn_is_not_accused_by_the_sign_probe() {
         assert!(limited < 200, "{case}: {limited} ms");
     }
     println!("limited for up to {longest} ms");
+}
+
+/// Multiple of the current that turns the shaft for the alignment that checks the rotor's angle.
+const CHECK: f64 = 4.0;
+
+#[test]
+fn a_check_at_arming_finds_any_wrong_angle_before_the_first_torque() {
+    let troubles = [
+        &SLIPPED_OR_FROZEN[..],
+        &REVERSED[..],
+        &[30.0, -30.0, 60.0, -60.0].map(Trouble::Slipped)[..],
+        &[Trouble::NoisyEncoder(1_000)],
+    ]
+    .concat();
+    let mut random = Random(81);
+    let (mut latest, mut farthest) = (0, 0.0_f64);
+    for case in 0..CASES {
+        let mut drive = Drive::draw(&mut random, 0.5, &[2_048, 4_096]);
+        let turning = drive.add_cogging(&mut random);
+        drive.check(turning, CHECK);
+        let mut rig = Rig::with_seed(drive.model, &drive.settings, case as u64 + 1);
+        rig.trouble = troubles[case % troubles.len()];
+        rig.target = drive.target(0.5);
+        let (mut driven, mut travel) = (0, 0.0_f64);
+        let fault = loop {
+            let outputs = rig.tick();
+            travel = travel.max(rig.angle().abs());
+            match outputs.bridge {
+                BridgeDemand::Align { .. } => driven += 1,
+                BridgeDemand::Off => {}
+                other => panic!("{case}: {:?}: {other:?}", rig.trouble),
+            }
+            if let Some(fault) = outputs.faults.strongest() {
+                break fault;
+            }
+        };
+        let noisy = fault == Fault::EncoderNoise && matches!(rig.trouble, Trouble::NoisyEncoder(_));
+        assert!(
+            noisy || fault == Fault::Misaligned,
+            "{case}: {:?}: {fault:?}",
+            rig.trouble
+        );
+        // With two leads swapped, the swing of the rotor adds some current.
+        assert!(rig.largest_current < 1.2 * CHECK * turning + 0.2, "{case}");
+        let electrical = travel * f64::from(drive.model.gear_ratio) * 7.0 / TAU;
+        (latest, farthest) = (latest.max(driven), farthest.max(electrical));
+    }
+    println!("after up to {latest} ms and {farthest:.2} electrical turns");
+    assert!(latest <= 1_155 && farthest < 1.6);
+}
+
+#[test]
+fn a_check_at_arming_accuses_no_sound_drive() {
+    let mut random = Random(82);
+    for case in 0..CASES / 2 {
+        let mut drive = Drive::draw(&mut random, 1.0, &[500, 2_048, 4_096]);
+        let turning = drive.add_cogging(&mut random);
+        drive.check(turning, CHECK);
+        let mut rig = Rig::with_seed(drive.model, &drive.settings, case as u64 + 1);
+        rig.target = drive.target(0.3);
+        // The stored angle stays in use.
+        let mut aligned = false;
+        while rig.axle.velocity().abs() < 0.25 * drive.velocity as f32 {
+            if let BridgeDemand::Aligned(correction) = rig.run(1).bridge {
+                assert_eq!(correction.0, Angle::ZERO);
+                aligned = true;
+            }
+            assert!(rig.now_us < 6_000_000, "{case}");
+        }
+        assert!(aligned, "{case}");
+    }
 }
 
 #[test]
