@@ -9,14 +9,18 @@ use core::mem::MaybeUninit;
 use tautrack::constants::CONTROL_PERIOD;
 use tautrack::math::Bound;
 use tautrack::motor::bridge::Readings;
-use tautrack::motor::cascade::{Cascade, Demand, Gains, Reference};
+use tautrack::motor::cascade::{self, Cascade, Demand, Reference};
 use tautrack::motor::cogging::Wave;
-use tautrack::motor::current::{Config, CurrentLoop, MotorKind};
+use tautrack::motor::current::foc::{Dq, Foc, Step};
+use tautrack::motor::current::{
+    Config, CurrentLoop, Fixed, Gains, MotorKind, OperatingPoint, Winding,
+};
 use tautrack::motor::from_radians;
 use tautrack::motor::observer::Observer;
 use tautrack::motor::profile::{Limits, Motion};
 use tautrack::motor::rotor::{ElectricalAngle, Mounting};
 use tautrack::node::axle::BridgeDemand;
+use tautrack::units::Angle;
 
 pub fn count(table: &mut Table) {
     let mut observer = black_box(Observer::new(4_096, 60_000, 600.0, 0));
@@ -62,6 +66,7 @@ pub fn count(table: &mut Table) {
     );
 
     count_cascade(table);
+    count_field_oriented_step(table);
     count_current_interrupt(table);
 }
 
@@ -74,7 +79,7 @@ fn count_cascade(table: &mut Table) {
         velocity: i32,
         demand: MaybeUninit<Demand>,
     }
-    let gains = black_box(Gains {
+    let gains = black_box(cascade::Gains {
         position: 20.0,
         velocity: 3.0,
         integral_time: 0.05,
@@ -113,6 +118,68 @@ fn count_cascade(table: &mut Table) {
                 state.velocity,
                 state.bound,
             ));
+        },
+    );
+}
+
+/// Counts the controllers of both axes with their feed-forward, the modulation and the compensation
+/// of the dead time: the interrupt without its limits, its measurements and the rotor's sensor.
+fn count_field_oriented_step(table: &mut Table) {
+    struct State {
+        foc: Foc,
+        angle: ElectricalAngle,
+        currents: [i32; 2],
+        demand: Dq,
+        point: OperatingPoint,
+        step: MaybeUninit<Step>,
+    }
+    let config = config(MotorKind::ThreePhase);
+    let ratings = Selected::POWER_STAGE;
+    let gains = |inductance| {
+        Gains::new(&Winding {
+            resistance: config.resistance,
+            inductance,
+            bandwidth: config.bandwidth,
+            full_scale: ratings.full_scale,
+            rate_hz: ratings.pwm_hz as f32,
+        })
+    };
+    let [Ok(d), Ok(q)] = config.inductance.map(gains) else {
+        return; // these values are valid; otherwise the host finds no entry
+    };
+    let fixed = Fixed {
+        ratings,
+        electrical_per_shaft: 7.0 * config.gear_ratio,
+        inductance: config.inductance,
+        flux: config.torque_constant / 10.5,
+    };
+    let mut state = State {
+        foc: Foc::new([d, q], 51),
+        angle: ElectricalAngle::default(),
+        currents: [0; 2],
+        demand: Dq::default(),
+        point: OperatingPoint::default(),
+        step: MaybeUninit::uninit(),
+    };
+    table.kernel(
+        "field-oriented step",
+        &mut state,
+        |state, _, random| {
+            state.angle = ElectricalAngle(Angle::from_bits(random.bits()));
+            state.currents = [random.bits() >> 2, random.bits() >> 2];
+            state.demand = Dq {
+                d: random.bits() >> 5,
+                q: random.bits() >> 5,
+            };
+            let voltage = 24.0 + random.within(1.0);
+            state.point = OperatingPoint::new(&fixed, voltage, random.within(8.0));
+        },
+        |state, ()| {
+            let point = &state.point;
+            let step = state
+                .foc
+                .step(state.angle, state.currents, state.demand, point);
+            state.step.write(step);
         },
     );
 }

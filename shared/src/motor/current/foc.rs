@@ -28,7 +28,7 @@ pub struct Dq {
 
 /// Results of one PWM period.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub(super) struct Step {
+pub struct Step {
     /// Compare values of the half bridges.
     pub compare: [u16; 3],
     /// Measured current.
@@ -39,7 +39,7 @@ pub(super) struct Step {
 
 /// Current controllers of both axes.
 #[derive(Clone, Debug)]
-pub(super) struct Foc {
+pub struct Foc {
     gains: [Gains; 2],
     d: Axis,
     q: Axis,
@@ -73,7 +73,8 @@ impl Foc {
     /// It is defined for every input: larger currents count as full scale, and no compare value
     /// leaves the period. Worst error against double precision: 2 counts of 4250
     /// (`shared/tests/motor/current.rs`). Cost on Cortex-M4: see docs/cost.md.
-    #[inline]
+    #[inline(always)]
+    #[allow(clippy::inline_always)] // the interrupt has no call, whatever else uses the function
     pub fn step(
         &mut self,
         angle: ElectricalAngle,

@@ -24,8 +24,9 @@ mod operating_point;
 mod probe;
 mod setup;
 
-pub use axis::bandwidth_bound;
+pub use axis::{Gains, Winding, bandwidth_bound};
 pub use means::{Electrical, Means};
+pub use operating_point::{Fixed, OperatingPoint};
 pub use probe::{Excitation, Frame, Measurement};
 pub use setup::{Config, CurrentLoopError, MotorKind};
 
@@ -38,7 +39,6 @@ use brushed::Brushed;
 use cogging::Cogging;
 use foc::{Dq, Foc};
 use means::Sums;
-use operating_point::{Fixed, OperatingPoint};
 use probe::Probe;
 
 /// Voltage that counts as full scale, V. It bounds the supply voltage that the loop uses.

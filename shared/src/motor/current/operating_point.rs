@@ -10,7 +10,8 @@ const ROOT_3: f32 = 1.732_050_8;
 
 /// Parameters that do not change while the node runs.
 #[derive(Clone, Copy, PartialEq, Debug)]
-pub(super) struct Fixed {
+pub struct Fixed {
+    /// Of the power stage.
     pub ratings: Ratings,
     /// Electrical turns per turn of the output shaft, with the sign of the rotor's direction; 0 for
     /// a brushed motor.
@@ -23,7 +24,7 @@ pub(super) struct Fixed {
 
 /// Supply voltage and speed, prepared for the PWM interrupt. 2^24 is [`VOLTAGE_FULL_SCALE`].
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
-pub(super) struct OperatingPoint {
+pub struct OperatingPoint {
     /// Largest voltage: of the winding of a brushed motor, or the length of the voltage vector. 0
     /// while the supply voltage is not known or too low.
     pub voltage_limit: i32,
