@@ -12,9 +12,7 @@ use tautrack::motor::bridge::Readings;
 use tautrack::motor::cascade::{self, Cascade, Demand, Reference};
 use tautrack::motor::cogging::Wave;
 use tautrack::motor::current::foc::{Dq, Foc, Step};
-use tautrack::motor::current::{
-    Config, CurrentLoop, Fixed, Gains, MotorKind, OperatingPoint, Winding,
-};
+use tautrack::motor::current::{Config, CurrentLoop, MotorKind, OperatingPoint};
 use tautrack::motor::from_radians;
 use tautrack::motor::observer::Observer;
 use tautrack::motor::profile::{Limits, Motion};
@@ -134,27 +132,12 @@ fn count_field_oriented_step(table: &mut Table) {
         step: MaybeUninit<Step>,
     }
     let config = config(MotorKind::ThreePhase);
-    let ratings = Selected::POWER_STAGE;
-    let gains = |inductance| {
-        Gains::new(&Winding {
-            resistance: config.resistance,
-            inductance,
-            bandwidth: config.bandwidth,
-            full_scale: ratings.full_scale,
-            rate_hz: ratings.pwm_hz as f32,
-        })
-    };
-    let [Ok(d), Ok(q)] = config.inductance.map(gains) else {
+    let Ok(foc) = config.field_oriented(&Selected::POWER_STAGE) else {
         return; // these values are valid; otherwise the host finds no entry
     };
-    let fixed = Fixed {
-        ratings,
-        electrical_per_shaft: 7.0 * config.gear_ratio,
-        inductance: config.inductance,
-        flux: config.torque_constant / 10.5,
-    };
+    let fixed = config.fixed(&Selected::POWER_STAGE);
     let mut state = State {
-        foc: Foc::new([d, q], 51),
+        foc,
         angle: ElectricalAngle::default(),
         currents: [0; 2],
         demand: Dq::default(),

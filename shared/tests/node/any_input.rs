@@ -110,10 +110,13 @@ proptest! {
         rotor_sensor in 0..=2,
     ) {
         let mut settings = Settings::default();
-        settings.set(Setting::MotorKind.description().key, three_phase.into()).unwrap();
-        settings.set(Setting::RotorSensor.description().key, rotor_sensor).unwrap();
-        let direction = i32::from(!homed);
-        settings.set(Setting::HomingDirection.description().key, direction).unwrap();
+        for (setting, value) in [
+            (Setting::MotorKind, three_phase.into()),
+            (Setting::RotorSensor, rotor_sensor),
+            (Setting::HomingDirection, (!homed).into()),
+        ] {
+            settings.set(setting.description().key, value).unwrap();
+        }
         let mut axle = Axle::new(&settings);
         let mut now_us = 0_u64;
         for step in steps {

@@ -10,7 +10,7 @@ use crate::motor::bridge::Ratings;
 
 /// Gains of a controller.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub struct Gains {
+pub(super) struct Gains {
     /// 2^27 is one full-scale voltage per full-scale current.
     proportional: i32,
     /// The same per period; 2^29 is one.
@@ -19,7 +19,7 @@ pub struct Gains {
 
 /// Winding and sampling of one axis.
 #[derive(Clone, Copy, PartialEq, Debug)]
-pub struct Winding {
+pub(super) struct Winding {
     /// Resistance, ohm.
     pub resistance: f32,
     /// Inductance, henry.

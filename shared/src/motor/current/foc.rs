@@ -50,7 +50,7 @@ pub struct Foc {
 impl Foc {
     /// Creates controllers of the axes d and q with integrals of zero. The dead time takes
     /// `dead_counts` compare counts from each half bridge.
-    pub fn new(gains: [Gains; 2], dead_counts: i32) -> Self {
+    pub(super) fn new(gains: [Gains; 2], dead_counts: i32) -> Self {
         Self {
             gains,
             d: Axis::default(),
@@ -74,7 +74,7 @@ impl Foc {
     /// leaves the period. Worst error against double precision: 2 counts of 4250
     /// (`shared/tests/motor/current.rs`). Cost on Cortex-M4: see docs/cost.md.
     #[inline(always)]
-    #[allow(clippy::inline_always)] // the interrupt has no call, whatever else uses the function
+    #[allow(clippy::inline_always)] // a second caller must not add a call to the interrupt
     pub fn step(
         &mut self,
         angle: ElectricalAngle,

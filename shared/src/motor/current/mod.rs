@@ -24,7 +24,7 @@ mod operating_point;
 mod probe;
 mod setup;
 
-pub use axis::{Gains, Winding, bandwidth_bound};
+pub use axis::bandwidth_bound;
 pub use means::{Electrical, Means};
 pub use operating_point::{Fixed, OperatingPoint};
 pub use probe::{Excitation, Frame, Measurement};

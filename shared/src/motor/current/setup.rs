@@ -189,6 +189,52 @@ impl Config {
     }
 }
 
+impl Config {
+    /// Creates the controllers of a three-phase motor at a power stage.
+    ///
+    /// # Errors
+    /// [`CurrentLoopError::GainTooLarge`] if a gain exceeds its fixed-point format.
+    pub fn field_oriented(&self, ratings: &Ratings) -> Result<Foc, CurrentLoopError> {
+        let [d, q] = self.inductance;
+        let gains = [self.gains(d, ratings)?, self.gains(q, ratings)?];
+        Ok(Foc::new(gains, self.dead_counts(ratings)))
+    }
+
+    /// Returns what stays the same while the motor runs at a power stage.
+    pub fn fixed(&self, ratings: &Ratings) -> Fixed {
+        let pole_pairs = self.mounting.pole_pairs as f32;
+        let (electrical_per_rotor, flux) = match self.kind {
+            MotorKind::Brushed => (0.0, 0.0),
+            MotorKind::ThreePhase => (
+                pole_pairs * Rotor::new(self.mounting).direction() as f32,
+                self.torque_constant / (1.5 * pole_pairs),
+            ),
+        };
+        Fixed {
+            ratings: *ratings,
+            electrical_per_shaft: electrical_per_rotor * self.gear_ratio,
+            inductance: self.inductance,
+            flux,
+        }
+    }
+
+    fn gains(&self, inductance: f32, ratings: &Ratings) -> Result<Gains, CurrentLoopError> {
+        Gains::new(&Winding {
+            resistance: self.resistance,
+            inductance,
+            bandwidth: self.bandwidth,
+            full_scale: ratings.full_scale,
+            rate_hz: ratings.pwm_hz as f32,
+        })
+    }
+
+    /// Returns the compare counts that the dead time takes from a half bridge.
+    fn dead_counts(&self, ratings: &Ratings) -> i32 {
+        let dead = self.dead_time * ratings.pwm_hz as f32 * f32::from(ratings.period);
+        (dead + 0.5) as i32
+    }
+}
+
 impl CurrentLoop {
     /// Creates the loop of a motor at a power stage. The bridge is off until the first demand.
     ///
@@ -196,44 +242,22 @@ impl CurrentLoop {
     /// [`CurrentLoopError`] with the value that is out of its bounds, and the bound.
     pub fn new(config: &Config, ratings: &Ratings) -> Result<Self, CurrentLoopError> {
         config.check(ratings)?;
-        let gains = |inductance| {
-            Gains::new(&Winding {
-                resistance: config.resistance,
-                inductance,
-                bandwidth: config.bandwidth,
-                full_scale: ratings.full_scale,
-                rate_hz: ratings.pwm_hz as f32,
-            })
-        };
-        let pole_pairs = config.mounting.pole_pairs as f32;
-        let dead = config.dead_time * ratings.pwm_hz as f32 * f32::from(ratings.period);
-        let dead = (dead + 0.5) as i32;
-        let (motor, electrical_per_rotor, flux) = match config.kind {
-            MotorKind::Brushed => (
-                Motor::Brushed(Brushed::new(gains(config.inductance[0])?, dead)),
-                0.0,
-                0.0,
-            ),
-            MotorKind::ThreePhase => {
-                let rotor = Rotor::new(config.mounting);
-                let gains = [gains(config.inductance[0])?, gains(config.inductance[1])?];
-                (
-                    Motor::ThreePhase(Foc::new(gains, dead), rotor, Turn::new(config.mounting)),
-                    pole_pairs * rotor.direction() as f32,
-                    config.torque_constant / (1.5 * pole_pairs),
-                )
+        let motor = match config.kind {
+            MotorKind::Brushed => {
+                let gains = config.gains(config.inductance[0], ratings)?;
+                Motor::Brushed(Brushed::new(gains, config.dead_counts(ratings)))
             }
+            MotorKind::ThreePhase => Motor::ThreePhase(
+                config.field_oriented(ratings)?,
+                Rotor::new(config.mounting),
+                Turn::new(config.mounting),
+            ),
         };
         let per_ampere = (1 << 30) as f32 / ratings.full_scale;
         Ok(Self {
             motor,
             sensing: CurrentSensing::default(),
-            fixed: Fixed {
-                ratings: *ratings,
-                electrical_per_shaft: electrical_per_rotor * config.gear_ratio,
-                inductance: config.inductance,
-                flux,
-            },
+            fixed: config.fixed(ratings),
             current_limit: (config.current_limit * per_ampere) as i32,
             // The largest code is one below full scale.
             over_current: ((OVER_CURRENT * config.current_limit * per_ampere) as i32)
