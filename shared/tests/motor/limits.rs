@@ -230,6 +230,18 @@ fn a_current_changes_no_faster_than_its_slope() {
     }
 }
 
+#[test]
+fn a_bound_that_is_no_current_ends_the_current_at_once() {
+    for bound in [f32::NAN, -1.0, 0.0, -0.0, f32::NEG_INFINITY] {
+        let mut limiter = cold(&[(Setting::CurrentSlope, 500)]);
+        limiter.limit(9.0, PEAK, &QUIET);
+        let before = limiter.limit(9.0, PEAK, &QUIET).current;
+        assert!(before > 0.5, "{before}");
+        let limited = limiter.limit(9.0, bound, &QUIET);
+        assert_eq!([limited.current, limited.direct], [0.0; 2], "{bound}");
+    }
+}
+
 /// Any settings of the limits, and of the motor within the range of real motors.
 fn any_settings() -> impl Strategy<Value = Settings> {
     let limits = TABLE

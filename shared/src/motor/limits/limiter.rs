@@ -2,7 +2,7 @@
 
 use super::ActiveLimit;
 use super::heat::Heat;
-use super::supply::Supply;
+use super::supply::{Supply, positive};
 use crate::constants::CONTROL_PERIOD;
 use crate::math::{limit, root_of_sum};
 use crate::sensors::Temperatures;
@@ -48,7 +48,7 @@ impl Side {
     #[inline]
     fn reduce(&mut self, bound: f32, cause: ActiveLimit) {
         if !(bound >= self.bound) {
-            self.bound = if bound > 0.0 { bound } else { 0.0 };
+            self.bound = positive(bound);
             self.cause = cause;
         }
     }
@@ -221,7 +221,7 @@ impl Limiter {
     #[inline]
     fn thermal(&self, bound: f32, now: &Conditions) -> Side {
         let mut side = Side {
-            bound,
+            bound: positive(bound),
             cause: ActiveLimit::VelocityOrCurrent,
         };
         let winding = self.winding.allowed(self.current_limit);

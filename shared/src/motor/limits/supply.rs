@@ -14,8 +14,8 @@ use crate::settings::{Setting, Settings};
 /// control period and the errors of the motor's parameters.
 const MARGIN: f32 = 0.25;
 
-/// Returns `value`; 0 if it is negative.
-fn positive(value: f32) -> f32 {
+/// Returns `value`; 0 if it is negative or NaN.
+pub(super) fn positive(value: f32) -> f32 {
     if value > 0.0 { value } else { 0.0 }
 }
 
@@ -127,7 +127,7 @@ impl Supply {
         let watts = if most < watts { most } else { watts } * part;
         // NaN and negative values are no power.
         Power {
-            watts: if watts > 0.0 { watts } else { 0.0 },
+            watts: positive(watts),
             cause,
         }
     }
