@@ -776,3 +776,65 @@ fn a_client_records_a_current_step_and_a_fault() {
         "{first} to {last}: it slows down"
     );
 }
+
+/// Writes an object in one segment.
+fn download(client: &mut Client, index: u16, sub: u8, value: &[u8]) {
+    let [low, high] = index.to_le_bytes();
+    let answer = client.sdo([0x21, low, high, sub, value.len() as u8, 0, 0, 0]);
+    assert_eq!(answer, [0x60, low, high, sub, 0, 0, 0, 0]);
+    let mut segment = [0; 8];
+    segment[0] = ((7 - value.len()) as u8) << 1 | 1;
+    segment[1..=value.len()].copy_from_slice(value);
+    assert_eq!(client.sdo(segment)[0], 0x20);
+}
+
+#[test]
+fn what_a_client_writes_in_segments_takes_effect() {
+    let mut client = Client::new("axle");
+    client.send(&[(0x000, &[1, 0])]);
+    download(&mut client, 0x2001, 0, &[1]);
+    client.sdo([0x2f, 0x60, 0x60, 0, 9, 0, 0, 0]);
+    download(&mut client, 0x60ff, 0, &500_000_i32.to_le_bytes());
+    for word in [6, 7, 15, 15, 15, 15] {
+        download(&mut client, 0x6040, 0, &[word, 0]);
+    }
+    assert_eq!(client.read(0x6041, 0) & 0x6f, 0x27, "operation enabled");
+    let torque = |client: &mut Client| {
+        client.send(&[]);
+        client.read(0x6077, 0) as i16
+    };
+    let before = torque(&mut client);
+    download(&mut client, 0x60b2, 0, &(-300_i16).to_le_bytes());
+    let after = torque(&mut client);
+    println!("{before} {after}");
+    assert!(after < before - 150, "{before} {after}");
+    // The command "record now".
+    assert_eq!(client.read(0x2061, 1), 0, "idle");
+    download(&mut client, 0x2060, 1, &[1]);
+    assert_ne!(client.read(0x2061, 1), 0, "it records");
+}
+
+#[test]
+fn a_mapping_that_is_longer_than_a_frame_is_refused() {
+    let mut client = Client::new("axle");
+    let too_long = 0x0604_0042;
+    let map = |client: &mut Client, entry: u8, object: u32| {
+        let [a, b, c, d] = object.to_le_bytes();
+        client.sdo([0x23, 0x03, 0x1a, entry, a, b, c, d])
+    };
+    let count = |client: &mut Client, count| client.sdo([0x2f, 0x03, 0x1a, 0, count, 0, 0, 0]);
+    // Position, velocity and statusword: 4, 4 and 2 bytes.
+    assert_eq!(count(&mut client, 0)[0], 0x60);
+    for (entry, object) in [(1, 0x6064_0020), (2, 0x606c_0020), (3, 0x6041_0010)] {
+        assert_eq!(map(&mut client, entry, object)[0], 0x60);
+    }
+    assert_eq!(Client::abort_code(count(&mut client, 3)), too_long);
+    assert_eq!(client.read(0x1a03, 0), 0);
+    assert_eq!(count(&mut client, 2)[0], 0x60);
+    // An entry that is in use, too. One that is not may be of any length.
+    assert_eq!(map(&mut client, 2, 0x6041_0010)[0], 0x60);
+    assert_eq!(count(&mut client, 3)[0], 0x60);
+    let answer = map(&mut client, 2, 0x606c_0020);
+    assert_eq!(Client::abort_code(answer), too_long);
+    assert_eq!(map(&mut client, 4, 0x606c_0020)[0], 0x60);
+}

@@ -113,22 +113,6 @@ fn signed(data: &[u8], size: u8) -> i32 {
     }
 }
 
-/// Returns the index of the object that `frame` addresses, if it is an SDO request to node
-/// `node_id`. For a segment of a longer transfer, which has no index, it returns 0, which is no
-/// object.
-pub fn sdo_index(frame: &Frame, node_id: u8) -> Option<u16> {
-    match frame.data() {
-        // A download segment carries no index.
-        [command, ..] if frame.id() == SDO_REQUEST + u16::from(node_id) && command >> 5 == 0 => {
-            Some(0)
-        }
-        [_, low, high, ..] if frame.id() == SDO_REQUEST + u16::from(node_id) => {
-            Some(u16::from_le_bytes([*low, *high]))
-        }
-        _ => None,
-    }
-}
-
 /// Whether writing the object may move an axle: all objects of the drive itself, and the parameters
 /// of its receive PDOs.
 fn moves_an_axle(index: u16) -> bool {
@@ -140,7 +124,8 @@ pub fn is_capture(index: u16) -> bool {
     matches!(index, 0x2060..=0x2063)
 }
 
-fn is_mapping(index: u16) -> bool {
+/// Whether the object maps objects into a PDO.
+pub(super) fn is_mapping(index: u16) -> bool {
     matches!(index, 0x1600..=0x17ff | 0x1a00..=0x1bff)
 }
 

@@ -22,6 +22,6 @@ pub use configuration::{Dictionary, Listen, Master};
 pub use filter::is_capture;
 pub use queue::FrameQueue;
 pub use service::task;
-pub use stack::{Bus, Received, operational};
+pub use stack::{Bus, Received, Written, operational};
 pub use traffic::{RECEIVED, TRANSMIT, send};
 pub use unconfigured::wait_for_id;

@@ -4,11 +4,14 @@
 //! bytes can change during a transfer; the only one that does, the window of the recording, begins
 //! with its number.
 
+use super::filter::is_mapping;
 use zencan_node::common::sdo::AbortCode;
 use zencan_node::object_dict::{ODEntry, find_object_entry};
 
 /// Longest time between two requests of one transfer, us.
 const TIMEOUT_US: u64 = 25_000;
+/// Bits of the data of a frame.
+const MAX_DATA_BITS: u32 = 64;
 /// Bytes of a segment.
 const SEGMENT: usize = 7;
 /// Bit of a request or an answer that alternates between segments.
@@ -40,8 +43,11 @@ struct Transfer {
     requested_us: u64,
 }
 
-/// Answer of the server, and whether the request completed the writing of an object.
-pub type Answer = (Option<Bytes>, bool);
+/// Index and sub-index of an object.
+pub type Address = (u16, u8);
+
+/// Answer of the server, and the object whose writing the request completed.
+pub type Answer = (Option<Bytes>, Option<Address>);
 
 impl Server {
     /// Answers a request. A request for a new transfer ends the one that is under way.
@@ -53,7 +59,7 @@ impl Server {
             _ => address(request),
         };
         let result = match (specifier, transfer) {
-            (4, _) => return (None, false), // the client aborts
+            (4, _) => return (None, None), // the client aborts
             (0, Some(transfer)) if transfer.writes => self.write_segment(request, transfer, now_us),
             (3, Some(transfer)) if !transfer.writes => self.read_segment(request, transfer, now_us),
             (1, _) => self.write(request, table, now_us),
@@ -64,7 +70,7 @@ impl Server {
             Ok((answer, wrote)) => (Some(answer), wrote),
             Err(code) => (
                 Some(message(0x80, address, (code as u32).to_le_bytes())),
-                false,
+                None,
             ),
         }
     }
@@ -103,7 +109,7 @@ impl Server {
         request: &Bytes,
         table: Table,
         now_us: u64,
-    ) -> Result<(Bytes, bool), AbortCode> {
+    ) -> Result<(Bytes, Option<Address>), AbortCode> {
         let (object, sub) = find(request, table)?;
         let &[command, _, _, _, ref data @ ..] = request;
         let expedited = command & 0b10 != 0;
@@ -120,7 +126,8 @@ impl Server {
             check(object, sub, length)?;
             self.start(object, sub, true, now_us);
         }
-        Ok((message(0x60, (object.index, sub), [0; 4]), expedited))
+        let address = (object.index, sub);
+        Ok((message(0x60, address, [0; 4]), expedited.then_some(address)))
     }
 
     fn read(
@@ -128,7 +135,7 @@ impl Server {
         request: &Bytes,
         table: Table,
         now_us: u64,
-    ) -> Result<(Bytes, bool), AbortCode> {
+    ) -> Result<(Bytes, Option<Address>), AbortCode> {
         let (object, sub) = find(request, table)?;
         let mut data = [0; 4];
         let size = object.data.read_size(sub)?;
@@ -140,7 +147,7 @@ impl Server {
             data = (size as u32).to_le_bytes();
             0x41
         };
-        Ok((message(command, (object.index, sub), data), false))
+        Ok((message(command, (object.index, sub), data), None))
     }
 
     fn write_segment(
@@ -148,7 +155,7 @@ impl Server {
         request: &Bytes,
         mut transfer: Transfer,
         now_us: u64,
-    ) -> Result<(Bytes, bool), AbortCode> {
+    ) -> Result<(Bytes, Option<Address>), AbortCode> {
         let &[command, ref data @ ..] = request;
         alternates(command, &transfer)?;
         let length = SEGMENT - usize::from(command >> 1 & 0b111);
@@ -165,7 +172,9 @@ impl Server {
         } else {
             self.proceed(transfer, now_us);
         }
-        Ok(([0x20 | transfer.toggle, 0, 0, 0, 0, 0, 0, 0], last))
+        let address = (transfer.object.index, transfer.sub);
+        let answer = [0x20 | transfer.toggle, 0, 0, 0, 0, 0, 0, 0];
+        Ok((answer, last.then_some(address)))
     }
 
     fn read_segment(
@@ -173,7 +182,7 @@ impl Server {
         request: &Bytes,
         mut transfer: Transfer,
         now_us: u64,
-    ) -> Result<(Bytes, bool), AbortCode> {
+    ) -> Result<(Bytes, Option<Address>), AbortCode> {
         alternates(request[0], &transfer)?;
         let Transfer { object, sub, .. } = transfer;
         let mut answer = [transfer.toggle, 0, 0, 0, 0, 0, 0, 0];
@@ -186,19 +195,19 @@ impl Server {
         } else {
             *command |= 1;
         }
-        Ok((answer, false))
+        Ok((answer, None))
     }
 }
 
 /// Index and sub-index of the object that a request for a new transfer names. A segment names none.
-fn address(request: &Bytes) -> (u16, u8) {
+fn address(request: &Bytes) -> Address {
     match request {
         [0x20..0x60 | 0xa0.., low, high, sub, ..] => (u16::from_le_bytes([*low, *high]), *sub),
         _ => (0, 0),
     }
 }
 
-fn message(command: u8, (index, sub): (u16, u8), data: [u8; 4]) -> Bytes {
+fn message(command: u8, (index, sub): Address, data: [u8; 4]) -> Bytes {
     let ([low, high], [a, b, c, d]) = (index.to_le_bytes(), data);
     [command, low, high, sub, a, b, c, d]
 }
@@ -224,7 +233,29 @@ fn check(object: &ODEntry, sub: u8, length: Option<usize>) -> Result<(), AbortCo
 
 fn write(object: &ODEntry, sub: u8, data: &[u8]) -> Result<(), AbortCode> {
     check(object, sub, Some(data.len()))?;
+    if is_mapping(object.index) && !fits_a_frame(object, sub, data)? {
+        return Err(AbortCode::PdoTooLong);
+    }
     object.data.write(sub, data)
+}
+
+/// Returns whether the objects of a PDO fit into a frame if `data` is written to `sub` of its
+/// mapping. The low byte of an entry is the length of its object, bits.
+fn fits_a_frame(mapping: &ODEntry, sub: u8, data: &[u8]) -> Result<bool, AbortCode> {
+    let written = data.first().copied().unwrap_or_default();
+    let low_byte = |of: u8| {
+        if of == sub {
+            return Ok(written);
+        }
+        let mut value = [0; 4];
+        mapping.data.read(of, 0, &mut value)?;
+        Ok(value[0])
+    };
+    let mut bits = 0;
+    for entry in 1..=low_byte(0)? {
+        bits += u32::from(low_byte(entry)?);
+    }
+    Ok(bits <= MAX_DATA_BITS)
 }
 
 fn alternates(command: u8, transfer: &Transfer) -> Result<(), AbortCode> {

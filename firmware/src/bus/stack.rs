@@ -23,15 +23,25 @@ pub fn operational() -> bool {
     OPERATIONAL.load(Ordering::Relaxed)
 }
 
+/// Objects that a frame wrote.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Written {
+    /// None.
+    Nothing,
+    /// The objects of a PDO.
+    ProcessData,
+    /// The object with this index and sub-index: the frame is the end of an SDO (service data)
+    /// transfer.
+    Object(u16, u8),
+}
+
 /// Received frame, and what the node did with it.
 #[derive(Clone, Copy, Debug)]
 pub struct Received {
     /// The frame.
     pub frame: Frame,
-    /// The frame wrote objects: as process data, or as the end of an SDO (service data) transfer.
-    pub wrote: bool,
-    /// Index of the object that the frame addressed by SDO.
-    pub sdo_index: Option<u16>,
+    /// What the frame wrote.
+    pub wrote: Written,
     /// Time at which the bus task took the frame, microseconds since power-up.
     pub now_us: u64,
 }
@@ -76,7 +86,7 @@ impl Bus {
 
     /// Processes one frame; when this returns, [`TRANSMIT`] holds the frames sent in answer.
     pub fn receive(&mut self, frame: Frame, now_us: u64) -> Received {
-        let mut wrote = false;
+        let mut wrote = Written::Nothing;
         let condition = self.condition(&frame, now_us);
         let verdict = filter::evaluate(&frame, self.node_id, condition);
         let answer = match verdict {
@@ -96,7 +106,6 @@ impl Bus {
         Received {
             frame,
             wrote,
-            sdo_index: filter::sdo_index(&frame, self.node_id),
             now_us,
         }
     }
@@ -117,9 +126,9 @@ impl Bus {
         }
     }
 
-    /// Does what `frame` requests. Returns whether it wrote objects; `None` if it is not addressed
-    /// to this node.
-    fn follow(&mut self, frame: &Frame, now_us: u64) -> Option<bool> {
+    /// Does what `frame` requests. Returns what it wrote; `None` if it is not addressed to this
+    /// node.
+    fn follow(&mut self, frame: &Frame, now_us: u64) -> Option<Written> {
         match (frame.id(), frame.data()) {
             (NMT, &[command, node]) if node == 0 || node == self.node_id => {
                 if matches!(command, 2 | 129 | 130) {
@@ -132,14 +141,14 @@ impl Bus {
                     129 | 130 => self.reset(),
                     _ => {}
                 }
-                return Some(false);
+                return Some(Written::Nothing);
             }
-            (NMT, _) => return Some(false),
+            (NMT, _) => return Some(Written::Nothing),
             (SYNC, _) => {
                 if self.state() == NmtState::Operational {
                     self.send_process_data();
                 }
-                return Some(false);
+                return Some(Written::Nothing);
             }
             _ => {}
         }
@@ -147,7 +156,11 @@ impl Bus {
         let mut pdos = self.dictionary.receive_pdos.iter();
         if let Some(pdo) = pdos.find(|pdo| pdo.valid() && pdo.cob_id() == id) {
             let operational = self.state() == NmtState::Operational;
-            return Some(operational && store(pdo, frame.data()));
+            return Some(if operational && store(pdo, frame.data()) {
+                Written::ProcessData
+            } else {
+                Written::Nothing
+            });
         }
         if frame.id() != SDO_REQUEST + u16::from(self.node_id) {
             return None;
@@ -155,7 +168,7 @@ impl Bus {
         let request = frame.data().try_into().ok()?;
         let (answer, wrote) = self.server.answer(request, self.dictionary.table, now_us);
         self.send_answer(answer);
-        Some(wrote)
+        Some(wrote.map_or(Written::Nothing, |(index, sub)| Written::Object(index, sub)))
     }
 
     /// Ends the boot-up, and sends what is due: the heartbeat, if the control task runs, and the

@@ -3,7 +3,7 @@
 
 use super::Refusal;
 use crate::boards::{Board, CONTROL_HZ, Selected};
-use crate::bus::{self, Received};
+use crate::bus::{self, Received, Written};
 use crate::watchdog::{self, Party};
 use crate::{current_loop, storage};
 use core::cell::Cell;
@@ -57,30 +57,20 @@ impl Mailbox {
         if network::as_heartbeat(&received.frame).is_some_and(|(node, _)| node == guard) {
             self.guard.store(true, Ordering::Relaxed);
         }
-        let offset = match received.sdo_index {
-            Some(index) => index == TORQUE_OFFSET,
-            None => received.frame.id() & !0x7f == receive(3),
+        let flag = match received.wrote {
+            Written::ProcessData => match received.frame.id() {
+                id if id & !0x7f == receive(3) => &self.offset,
+                id if joint == Some(id) => return,
+                _ => &self.set_point,
+            },
+            Written::Object(TORQUE_OFFSET, _) => &self.offset,
+            Written::Object(index, _) if is_parameter(index) => &self.parameters,
+            Written::Object(index, _) if bus::is_capture(index) => &self.capture,
+            // A client may write single objects of the drive profile instead of process data.
+            Written::Object(0x6000.., _) => &self.set_point,
+            Written::Object(..) | Written::Nothing => return,
         };
-        if received.wrote && offset {
-            self.offset.store(true, Ordering::Relaxed);
-            return;
-        }
-        if received.wrote && received.sdo_index.is_some_and(is_parameter) {
-            self.parameters.store(true, Ordering::Relaxed);
-            return;
-        }
-        if received.wrote && received.sdo_index.is_some_and(bus::is_capture) {
-            self.capture.store(true, Ordering::Relaxed);
-            return;
-        }
-        // Set-points come as process data, or from a client that writes single objects of the drive
-        // profile (from 0x6000 on).
-        if received.wrote
-            && received.sdo_index.is_none_or(|index| index >= 0x6000)
-            && joint != Some(received.frame.id())
-        {
-            self.set_point.store(true, Ordering::Relaxed);
-        }
+        flag.store(true, Ordering::Relaxed);
     }
 
     /// Returns whether a client has written a parameter since the last call.

@@ -4,7 +4,7 @@
 use super::dead_man::DeadMan;
 use super::{Refusal, Role, Spawners, dictionary, milli, refuse, start_bus, startable};
 use crate::boards::{Board, CONTROL_HZ, Selected};
-use crate::bus::{self, FrameQueue, Received};
+use crate::bus::{self, FrameQueue, Received, Written};
 use crate::sensors::condition::{self, Chip};
 use crate::sensors::{Rates, newest};
 use crate::{serial, storage};
@@ -177,11 +177,7 @@ fn received(received: Received) {
     HEARD.push(received.frame);
     // The command comes as process data, or from a client that writes its objects one by one. The
     // client writes the sequence number last, which completes the command.
-    let complete = match received.sdo_index {
-        Some(index) => index == COMMAND && received.frame.data().get(3) == Some(&SEQUENCE),
-        None => true,
-    };
-    if received.wrote && complete {
+    if let Written::ProcessData | Written::Object(COMMAND, SEQUENCE) = received.wrote {
         OPERATOR.store(true, Ordering::Relaxed);
     }
 }

@@ -3,7 +3,7 @@
 
 use super::{Refusal, Role, Spawners, dictionary, drive, refuse, start_bus, startable};
 use crate::boards::CONTROL_HZ;
-use crate::bus::{Listen, Received};
+use crate::bus::{Listen, Received, Written};
 use crate::storage;
 use core::sync::atomic::{AtomicU8, AtomicU16, Ordering};
 use embassy_time::{Duration, Ticker};
@@ -86,7 +86,7 @@ fn create(settings: &Settings, geometry: &'static Geometry) -> Result<&'static m
 fn received(received: Received) {
     let joint = JOINT.load(Ordering::Relaxed);
     drive::HEARD.note(&received, GUARD.load(Ordering::Relaxed), Some(joint));
-    if received.wrote && received.frame.id() == joint {
+    if received.wrote == Written::ProcessData && received.frame.id() == joint {
         drive::HEARD.note_joint(DriveMotion {
             position: od::OBJECT2100.get_position(),
             velocity: od::OBJECT2100.get_velocity(),
