@@ -128,6 +128,10 @@ fn heartbeat_obeys_a_write_to_its_period() {
     assert!((49..=51).contains(&heartbeats(&client.idle(1_000)).len()));
     client.sdo([0x2b, 0x17, 0x10, 0, 0, 0, 0, 0]);
     assert_eq!(heartbeats(&client.idle(1_000)).len(), 0);
+    // A reset of communication restores it.
+    client.send(&[(0x000, &[130, NODE as u8])]);
+    assert_eq!(client.read(0x1017, 0), 100);
+    assert!((9..=11).contains(&heartbeats(&client.idle(1_000)).len()));
 }
 
 #[test]
@@ -456,7 +460,9 @@ fn a_transfer_ends_with_a_wrong_segment_an_abort_or_a_pause() {
         assert!(sent.iter().all(|frame| frame.id() != 0x580 + NODE));
     }
     client.sdo(text);
-    let ended: Vec<_> = client.idle(40);
+    let answered = client.idle(490);
+    assert!(answered.iter().all(|frame| frame.id() != 0x580 + NODE));
+    let ended = client.idle(20);
     let ended = ended.iter().find(|frame| frame.id() == 0x580 + NODE);
     let ended = ended.expect("the end of the transfer").data();
     assert_eq!(ended, [0x80, 0x08, 0x10, 0, 0, 0, 4, 5]);

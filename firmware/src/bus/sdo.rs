@@ -8,8 +8,9 @@ use super::filter::is_mapping;
 use zencan_node::common::sdo::AbortCode;
 use zencan_node::object_dict::{ODEntry, find_object_entry};
 
-/// Longest time between two requests of one transfer, us.
-const TIMEOUT_US: u64 = 25_000;
+/// Longest time between two requests of one transfer, us. A client on a PC may pause for some 100
+/// ms.
+const TIMEOUT_US: u64 = 500_000;
 /// Bits of the data of a frame.
 const MAX_DATA_BITS: u32 = 64;
 /// Bytes of a segment.

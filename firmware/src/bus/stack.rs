@@ -54,6 +54,8 @@ pub struct Bus {
     id: NodeId,
     listen: Option<Listen>,
     master: Option<Master>,
+    /// Heartbeat period until a client writes another one.
+    heartbeat_ms: u16,
     heartbeat_sent_us: u64,
 }
 
@@ -69,8 +71,6 @@ impl Bus {
         master: Option<Master>,
     ) -> Option<Self> {
         let id = NodeId::new(node_id).ok()?;
-        let heartbeat = find_object(dictionary.table, HEARTBEAT_PRODUCER_TIME)?;
-        heartbeat.write(0, &heartbeat_ms.to_le_bytes()).ok()?;
         let bus = Self {
             server: sdo::Server::default(),
             dictionary,
@@ -78,6 +78,7 @@ impl Bus {
             id,
             listen,
             master,
+            heartbeat_ms,
             heartbeat_sent_us: 0,
         };
         bus.reset();
@@ -200,7 +201,7 @@ impl Bus {
         self.dictionary.state.store(state);
     }
 
-    /// Restores the parameters of the process data, and boots again.
+    /// Restores the parameters of the process data and of the heartbeat, and boots again.
     fn reset(&self) {
         let Dictionary {
             receive_pdos,
@@ -209,6 +210,10 @@ impl Bus {
         } = self.dictionary;
         for pdo in receive_pdos.iter().chain(transmit_pdos) {
             pdo.init_defaults(self.id);
+        }
+        if let Some(heartbeat) = find_object(self.dictionary.table, HEARTBEAT_PRODUCER_TIME) {
+            // Cannot fail: the object has two bytes.
+            let _ = heartbeat.write(0, &self.heartbeat_ms.to_le_bytes());
         }
         self.enter(NmtState::Bootup);
     }
