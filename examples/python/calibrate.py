@@ -26,6 +26,7 @@ REASONS = {1: "supply voltage", 2: "speed at the start", 3: "zero of the current
            13: "difference of the torque constants in both directions",
            14: "standard error of the resistance: more calibration_current, or less load",
            15: "back-EMF has the wrong sign: swap the leads", 16: "current",
+           17: "pulses of the index: its line, or a longer calibration_travel",
            120: "a value is out of the bounds of its setting",
            121: "the motor cannot be controlled with these values", 122: "ended from outside"}
 # Settings that are measured, from object 2055 on, with the object of each.

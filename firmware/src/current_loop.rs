@@ -54,6 +54,11 @@ pub fn set_cogging(periods: i32, wave: Wave) {
     with(|current_loop| current_loop.set_cogging(periods, wave));
 }
 
+/// Takes a pulse of the encoder's index ([`CurrentLoop::index_pulse`]).
+pub fn index_pulse(count: u32) {
+    with(|current_loop| current_loop.index_pulse(count));
+}
+
 /// Sets the demand that the bridge follows from the next PWM period on, with the supply voltage, V,
 /// and the velocity of the output shaft, rad/s ([`CurrentLoop::demand`]).
 pub fn demand(demand: BridgeDemand, supply_voltage: f32, shaft_velocity: f32) {

@@ -183,7 +183,7 @@ settings! {
     PolePairs = 0x00c1, "pole_pairs", "1", 1..=64, 7;
     /// Inductance of one phase of a three-phase motor in the axis q; 0: equal to `inductance`.
     InductanceQ = 0x00c2, "inductance_q", "uH", 0..=100_000, 0;
-    /// Electrical angle of the rotor where its sensor reads 0.
+    /// Electrical angle of the rotor where its sensor reads 0, or at the pulse of its index.
     ElectricalOffset = 0x00c3, "electrical_offset", "1e-3 degree", -180_000..=180_000, 0;
     /// 1: the electrical angle rises with the counts of the rotor sensor. -1: it falls, because two
     /// leads of the motor are swapped.
@@ -211,9 +211,10 @@ settings! {
     CountTiming = 0x00cc, "count_timing", "1", 0..=1, 0;
 
     /// Rotor sensor of a three-phase motor: 0 absolute within a turn; 1 incremental encoder; 2
-    /// absolute within a turn, checked. With 1 and 2, arming aligns the rotor once after power-up.
-    /// With 1, `electrical_offset` does not count; with 2, it must be right within 20 degrees.
-    RotorSensor = 0x00cd, "rotor_sensor", "1", 0..=2, 0;
+    /// absolute within a turn, checked; 3 incremental encoder with an index. With 1, 2 and 3,
+    /// arming aligns the rotor once after power-up. With 1, `electrical_offset` does not count;
+    /// with 2 and 3, it must be right within 20 degrees.
+    RotorSensor = 0x00cd, "rotor_sensor", "1", 0..=3, 0;
     /// Maximum motor current of an alignment. `current_limit` limits it, too. It must turn the
     /// shaft against its friction and its load.
     AlignmentCurrent = 0x00ce, "alignment_current", "mA", 10..=100_000, 3_000;

@@ -94,6 +94,12 @@ pub trait Board {
     fn run(role: &'static Role) -> !;
     /// Counts of the rotor's encoder since power-up; wraps at both ends of `i32`.
     fn encoder() -> i32;
+    /// Count of the rotor sensor ([`Readings::rotor`](tautrack::motor::bridge::Readings::rotor)) at
+    /// the newest pulse of the encoder's index since the last call. A board without such an input
+    /// keeps this method.
+    fn index() -> Option<u32> {
+        None
+    }
     /// Supply voltage, V; 0 while it is not known.
     fn supply_voltage() -> f32;
     /// Temperatures of bridge and motor. A board without sensors keeps this method.

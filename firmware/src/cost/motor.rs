@@ -188,6 +188,7 @@ fn config(kind: MotorKind) -> Config {
             offset: ElectricalAngle::from_milli_degrees(40_000),
             reversed: false,
         },
+        index: false,
         dead_time: 0.6e-6,
         periods_per_control: 20,
     })

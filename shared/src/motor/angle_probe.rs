@@ -67,6 +67,7 @@ pub struct AngleProbe {
     current: f32,
     resistance: f32,
     inductance: f32,
+    /// Inductance in q, henry; negative if the electrical angle falls while the counts rise.
     inductance_q: f32,
     /// Flux of the magnets, V s.
     magnets: f32,
@@ -106,7 +107,7 @@ impl AngleProbe {
             },
             resistance: motor.resistance,
             inductance: motor.inductance[0],
-            inductance_q: motor.inductance[1],
+            inductance_q: motor.inductance[1] * motor.direction as f32,
             magnets: motor.constant / motor.electrical,
             rise: RISE * motor.current_limit,
             pushing: PUSHING * motor.current_limit,

@@ -106,7 +106,9 @@ pub struct BackEmf {
     pub(super) inductance: [f32; 2],
     /// Electrical rad per rad of the output shaft; 0 for a brushed motor.
     pub(super) electrical: f32,
-    /// The same, times the inductances of d and q.
+    /// Sign with which the electrical angle follows the counts of the encoder.
+    pub(super) direction: i32,
+    /// The same as `electrical`, times the inductances of d and q.
     pub(super) coupling: [f32; 2],
     /// rad/s of the output shaft per electrical rad in a control period; 0 for a brushed motor.
     per_turn: f32,
@@ -152,6 +154,11 @@ impl BackEmf {
             resistance: settings.scaled(Setting::Resistance, 1e-3),
             inductance: [inductance, inductance_q],
             electrical,
+            direction: if settings.get(Setting::PhaseOrder) < 0 {
+                -1
+            } else {
+                1
+            },
             coupling: [electrical * inductance, electrical * inductance_q],
             per_turn: if three_phase {
                 1.0 / (electrical * CONTROL_PERIOD)
@@ -192,7 +199,9 @@ impl BackEmf {
             return now.velocity;
         };
         let expected = Angle::from_radians(now.velocity * self.electrical * CONTROL_PERIOD);
-        now.velocity + (angle - before - expected).radians() * self.per_turn
+        // In the direction of the counts.
+        let turned = Angle::from_bits((angle - before).to_bits().wrapping_mul(self.direction));
+        now.velocity + (turned - expected).radians() * self.per_turn
     }
 
     /// Evaluates one control period. Nothing is found while the voltage is not known.

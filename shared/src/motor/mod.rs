@@ -12,6 +12,7 @@
 //! * [`angle_probe`]: finds a wrong rotor angle with a current that makes no torque
 //! * [`ripple`]: finds a back-EMF that turns relative to the rotor's axes
 //! * [`encoder_steps`]: finds a noisy encoder
+//! * [`index`]: finds lost counts, and corrects the rotor's angle
 //! * [`bridge`]: readings and commands of the power stage
 //! * [`capture`]: records signals of the PWM interrupt
 //! * `model`: simulated motors, for boards without hardware (feature `lockstep`)
@@ -30,6 +31,7 @@ pub mod cascade;
 pub mod cogging;
 pub mod current;
 pub mod encoder_steps;
+pub mod index;
 pub mod limits;
 #[cfg(feature = "lockstep")]
 pub mod model;

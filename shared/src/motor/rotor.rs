@@ -120,6 +120,21 @@ impl Turn {
     pub fn count(&self) -> u32 {
         self.within as u32
     }
+
+    /// Returns the last reading.
+    pub fn reading(&self) -> u32 {
+        self.last
+    }
+
+    /// Returns the count within a turn of any `reading`, which need not be near the last one.
+    pub fn within(&self, reading: u32) -> u32 {
+        let moved = reading.wrapping_sub(self.last) as i32;
+        // Both are below a turn. The number of counts per turn is not zero.
+        let moved = moved.checked_rem_euclid(self.counts).unwrap_or(0);
+        (self.within + moved)
+            .checked_rem_euclid(self.counts)
+            .unwrap_or(0) as u32
+    }
 }
 
 impl ElectricalAngle {

@@ -26,6 +26,7 @@ const THREE_PHASE: Config = Config {
     bandwidth: 2_000.0,
     gear_ratio: 1.0,
     mounting: MOUNTING,
+    index: false,
     dead_time: 0.0,
     periods_per_control: 20,
 };

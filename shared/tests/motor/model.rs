@@ -150,6 +150,7 @@ fn a_three_phase_motor_turns_as_fast_as_its_flux_allows_and_draws_what_its_load_
             offset: ElectricalAngle::from_milli_degrees(30_000),
             reversed: false,
         },
+        index: false,
         dead_time: 0.6e-6,
         periods_per_control: 20,
     };

@@ -113,7 +113,7 @@ fn a_rotor_that_does_not_follow_or_follows_the_wrong_way_is_refused() {
         (Trouble::ReversedEncoder, &[][..]),
         (Trouble::ReversedPhase, &[]),
         (Trouble::FrozenEncoder, &[]),
-        (Trouble::None, &[(Setting::PhaseOrder, -1)]),
+        (Trouble::ReversedPhase, &[(Setting::PhaseOrder, -1)]),
         (Trouble::None, &[(Setting::PolePairs, 14)]),
         (Trouble::None, &[(Setting::EncoderCounts, 8_192)]),
         // 10 N m of friction is more than 3 A overcome.

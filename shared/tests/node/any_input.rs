@@ -4,6 +4,7 @@ use proptest::collection::vec;
 use proptest::prelude::*;
 use tautrack::bus::pdo::DriveMotion;
 use tautrack::motor::current::Electrical;
+use tautrack::motor::index::Finding;
 use tautrack::motor::rotor::ElectricalAngle;
 use tautrack::node::axle::{Axle, BridgeDemand, Inputs, Outputs, SetPoint};
 use tautrack::node::screw::{self, Screw};
@@ -51,10 +52,11 @@ prop_compose! {
         voltage in proptest::option::of((any_f32(), any_f32())),
         [direct, direct_size] in [any_f32(), any_f32()],
         ahead in any::<Option<i32>>(),
+        index in prop_oneof![Just(Finding::Nothing), Just(Finding::Confirmed), Just(Finding::Misaligned), Just(Finding::Lost)],
         [over_current, overrun] in prop_oneof![9 => Just([false; 2]), 1 => any::<[bool; 2]>()],
     ) -> Electrical {
         let ahead = ahead.map(|bits| ElectricalAngle(Angle::from_bits(bits)));
-        Electrical { voltage: voltage.map(|(d, q)| [d, q]), direct, direct_size, angle: ahead, ahead, over_current, overrun }
+        Electrical { voltage: voltage.map(|(d, q)| [d, q]), direct, direct_size, angle: ahead, ahead, index, over_current, overrun }
     }
 }
 
@@ -107,7 +109,7 @@ proptest! {
         steps in vec(inputs(), 1..200),
         homed in any::<bool>(),
         three_phase in any::<bool>(),
-        rotor_sensor in 0..=2,
+        rotor_sensor in 0..=3,
     ) {
         let mut settings = Settings::default();
         for (setting, value) in [

@@ -17,6 +17,7 @@ mod drive_stops;
 #[cfg(feature = "lockstep")]
 mod fault_times;
 mod guard;
+mod index;
 #[cfg(feature = "lockstep")]
 mod motor_faults;
 #[allow(dead_code)] // the models need the joints

@@ -18,11 +18,14 @@ pub(super) static INPUTS: Mutex<RefCell<Inputs>> = Mutex::new(RefCell::new(Input
         body: None,
     },
     encoder: 0,
+    index: false,
 }));
 
 pub(super) struct Inputs {
     pub sensors: Sensors,
     pub encoder: i32,
+    /// The encoder's index gave a pulse.
+    pub index: bool,
 }
 
 /// Supply voltage of the current step, V.
@@ -38,4 +41,13 @@ pub fn switches() -> Switches {
 /// Encoder counts at the end of the current step.
 pub fn encoder() -> i32 {
     critical_section::with(|cs| INPUTS.borrow(cs).borrow().encoder)
+}
+
+/// Count of the rotor sensor at a pulse of its index in the current step. The simulated sensor
+/// counts within a turn, which begins there.
+pub fn index() -> Option<u32> {
+    critical_section::with(|cs| {
+        let pulse = &mut INPUTS.borrow(cs).borrow_mut().index;
+        core::mem::take(pulse).then_some(0)
+    })
 }

@@ -31,7 +31,7 @@ pub use chips::start_sensors;
 #[cfg(not(target_family = "wasm"))]
 pub use flash::Files;
 pub use flash::Flash;
-pub use inputs::{encoder, supply_voltage, switches};
+pub use inputs::{encoder, index, supply_voltage, switches};
 #[cfg(not(target_family = "wasm"))]
 pub use link::{Pipe, run};
 pub use machine::End;

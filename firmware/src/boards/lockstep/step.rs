@@ -16,7 +16,7 @@ use tautrack::motor::model::Motor;
 /// Runs the PWM periods up to the step's time. Returns the motion of the output shaft.
 pub(super) fn begin(head: &Head, motor: Option<&mut Motor>, stage: &mut PowerStage) -> Shaft {
     let mut shaft = Shaft::default();
-    let mut encoder = None;
+    let (mut encoder, mut index) = (None, false);
     if let Some(motor) = motor {
         motor.set_load(head.sensors.supply_voltage, head.sensors.shaft_torque);
         motor.freeze_sensor(head.sensors.encoder_frozen);
@@ -30,11 +30,13 @@ pub(super) fn begin(head: &Head, motor: Option<&mut Motor>, stage: &mut PowerSta
         }
         shaft = motor.shaft();
         encoder = Some(motor.encoder());
+        index = motor.take_index();
     }
     critical_section::with(|cs| {
         let mut inputs = INPUTS.borrow(cs).borrow_mut();
         inputs.sensors = head.sensors;
         inputs.encoder = encoder.unwrap_or(inputs.encoder);
+        inputs.index |= index;
     });
     if let Some(body) = &head.sensors.body {
         chips::measure(body);

@@ -49,6 +49,10 @@ impl Board for Mps2 {
         lockstep::encoder()
     }
 
+    fn index() -> Option<u32> {
+        lockstep::index()
+    }
+
     fn supply_voltage() -> f32 {
         lockstep::supply_voltage()
     }

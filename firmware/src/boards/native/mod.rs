@@ -34,6 +34,10 @@ impl Board for Native {
         lockstep::encoder()
     }
 
+    fn index() -> Option<u32> {
+        lockstep::index()
+    }
+
     fn supply_voltage() -> f32 {
         lockstep::supply_voltage()
     }

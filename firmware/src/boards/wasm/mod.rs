@@ -31,6 +31,10 @@ impl Board for Wasm {
         lockstep::encoder()
     }
 
+    fn index() -> Option<u32> {
+        lockstep::index()
+    }
+
     fn supply_voltage() -> f32 {
         lockstep::supply_voltage()
     }

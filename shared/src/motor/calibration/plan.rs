@@ -29,6 +29,8 @@ pub struct Plan {
     /// Torque constant in the settings, N m/A. The resistance of a brushed motor whose shaft is not
     /// free is measured with it.
     pub torque_constant: f32,
+    /// The sensor has an index, at whose pulse the electrical offset counts.
+    pub index: bool,
     /// The shaft is free to turn, as far as it likes: the torque constant is measured too.
     pub free_shaft: bool,
 }
@@ -52,6 +54,7 @@ impl Plan {
             speed: settings.scaled(Setting::CalibrationSpeed, 1e-3) * gear_ratio,
             travel: travel * gear_ratio / core::f32::consts::TAU,
             torque_constant: settings.scaled(Setting::TorqueConstant, 1e-6),
+            index: settings.get(Setting::RotorSensor) == 3,
             free_shaft,
         }
     }

@@ -19,7 +19,7 @@ pub struct Record {
     pub pole_pairs: i32,
     /// The electrical angle falls while the counts rise.
     pub reversed: bool,
-    /// Electrical angle at count 0 of the rotor sensor.
+    /// Electrical angle at count 0 of the rotor sensor, or at the pulse of its index.
     pub offset: ElectricalAngle,
     /// Torque per current at the rotor, N m/A; `None` if the shaft was not free to turn.
     pub torque_constant: Option<f32>,
@@ -141,6 +141,8 @@ pub enum Quantity {
     BackEmf = 15,
     /// Current, A.
     Current = 16,
+    /// Pulses of the encoder's index.
+    IndexPulses = 17,
 }
 
 /// Why a calibration ended without a record.

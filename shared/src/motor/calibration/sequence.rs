@@ -84,6 +84,8 @@ pub struct Calibration {
     /// Encoder at the last tick, and counts since the start.
     encoder: Option<i32>,
     travel: i64,
+    /// Count of the rotor sensor at the newest pulse of its index.
+    index: Option<u32>,
     record: Record,
     rotor: Rotor,
     responses: [Response; 2],
@@ -100,6 +102,7 @@ impl Calibration {
             ticks: 0,
             encoder: None,
             travel: 0,
+            index: None,
             record: Record {
                 sensing: CurrentSensing::default(),
                 resistance: 0.0,
@@ -192,6 +195,7 @@ impl Calibration {
                 1.5 * plan.current + noise(&plan),
             )?;
         }
+        self.index = measured.index;
         self.ticks += 1;
         if self.ticks > TIMEOUT_S * CONTROL_HZ {
             return Err(tick.timeout(TIMEOUT_S * CONTROL_HZ));
@@ -287,7 +291,7 @@ impl Calibration {
                 inductance: self.record.inductance,
             }))
         } else {
-            State::Ended(Ok(self.record))
+            return self.end(None);
         };
         Ok(())
     }
@@ -329,6 +333,11 @@ impl Calibration {
             check(value > 0.0, Quantity::BackEmf, value, 0.0)?;
             self.record.torque_constant = Some(value);
             self.record.residuals.torque_constant = residual;
+        }
+        if self.plan.index && self.plan.kind == MotorKind::ThreePhase {
+            let pulses = if self.index.is_some() { 1.0 } else { 0.0 };
+            check_at_least(Quantity::IndexPulses, pulses, 1.0)?;
+            self.record.offset = self.rotor.angle(self.index.unwrap_or_default());
         }
         self.state = State::Ended(Ok(self.record));
         Ok(())

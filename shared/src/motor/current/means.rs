@@ -4,6 +4,7 @@
 use super::VOLTAGE_FULL_SCALE;
 use super::foc::Dq;
 use super::operating_point::Fixed;
+use crate::motor::index::Finding;
 use crate::motor::rotor::ElectricalAngle;
 
 /// Largest number of periods whose sums do not overflow. More of them in a control period are an
@@ -37,6 +38,8 @@ pub struct Electrical {
     /// How far the field of an alignment is ahead of the rotor where its sensor shows it; `None`
     /// while the rotor is not aligned.
     pub ahead: Option<ElectricalAngle>,
+    /// What the index of an incremental encoder shows.
+    pub index: Finding,
     /// Bridge currents exceeded 150 % of the current limit. The bridge is open and stays open.
     pub over_current: bool,
     /// The PWM interrupt ran less than half as often, or more than twice as often, as it must in a
@@ -95,6 +98,7 @@ impl Sums {
                 direct_size: self.direct_size as f32 * direct,
                 angle: None,
                 ahead: None,
+                index: Finding::Nothing,
                 over_current,
                 overrun: samples < expected / 2 || samples > expected.saturating_mul(2),
             },

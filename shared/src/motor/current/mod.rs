@@ -33,6 +33,7 @@ pub use setup::{Config, CurrentLoopError, MotorKind};
 use super::bridge::{CurrentSensing, PowerStage, Readings};
 use super::capture::Signals;
 use super::cogging::Wave;
+use super::index::Index;
 use super::rotor::{ElectricalAngle, Rotor, Turn};
 use crate::math::{Bound, root_of_sum, to_i16, to_i32};
 use brushed::Brushed;
@@ -124,6 +125,8 @@ pub struct CurrentLoop {
     /// Currents in the rotor's axes in the newest period.
     measured: Dq,
     compensation: Option<Compensation>,
+    /// Index of an incremental encoder, if it has one.
+    index: Option<Index>,
 }
 
 /// Prepared demand.
@@ -193,8 +196,11 @@ impl CurrentLoop {
             },
             BridgeDemand::Aligned(error) => match &mut self.motor {
                 Motor::Brushed(_) => Action::Off,
-                Motor::ThreePhase(foc, rotor, _) => {
+                Motor::ThreePhase(foc, rotor, turn) => {
                     rotor.correct(error);
+                    if let Some(index) = &mut self.index {
+                        index.align(turn);
+                    }
                     // The integrals belong to the axes of the field.
                     foc.reset();
                     Action::Current(0, 0)
@@ -228,6 +234,15 @@ impl CurrentLoop {
         });
     }
 
+    /// Takes a pulse of the encoder's index at this count of the rotor sensor
+    /// ([`Readings::rotor`]). The next [`Self::take_means`] evaluates it. Without an index
+    /// ([`Config::index`]), it is ignored.
+    pub fn index_pulse(&mut self, count: u32) {
+        if let Some(index) = &mut self.index {
+            index.pulse(count);
+        }
+    }
+
     /// Excites the motor with a voltage from the next PWM period on, instead of controlling its
     /// current. As a demand, it is valid for [`DEMAND_CONTROL_PERIODS`] control periods, and the
     /// bridge opens beyond 150 % of the current limit. The sensing of the excitation stays in
@@ -251,7 +266,9 @@ impl CurrentLoop {
 
     /// Returns what the excitation has measured since the last call; `None` without a sample.
     pub fn take_measurement(&mut self, supply_voltage: f32) -> Option<Measurement> {
-        self.probe.take(&self.fixed.ratings, supply_voltage)
+        let index = self.index.as_ref().and_then(Index::newest);
+        let measured = self.probe.take(&self.fixed.ratings, supply_voltage)?;
+        Some(Measurement { index, ..measured })
     }
 
     /// Returns the largest current in q that a demand causes together with the wave against the
@@ -278,7 +295,11 @@ impl CurrentLoop {
             self.excess = 0;
         }
         let mut means = sums.means(&self.fixed, self.life / DEMAND_CONTROL_PERIODS, tripped)?;
-        if let Motor::ThreePhase(_, rotor, turn) = &self.motor {
+        if let Motor::ThreePhase(_, rotor, turn) = &mut self.motor {
+            if let Some(index) = &mut self.index {
+                let driven = means.electrical.voltage.is_some();
+                means.electrical.index = index.update(rotor, turn, driven);
+            }
             let angle = rotor.angle(turn.count());
             means.electrical.angle = Some(angle);
             if let Some(axes) = self.demand.axes {

@@ -82,6 +82,8 @@ pub struct Measurement {
     pub angle: Angle,
     /// Count of the rotor sensor at the last sample.
     pub rotor: u32,
+    /// Count of the rotor sensor at the newest pulse of an encoder's index.
+    pub index: Option<u32>,
 }
 
 /// Fraction bits of a compare count in the sum of the voltages.
@@ -167,6 +169,7 @@ impl Probe {
             responses: sums.responses,
             angle: sums.angle,
             rotor: sums.rotor,
+            index: None,
         })
     }
 

@@ -7,6 +7,7 @@ use super::means::Sums;
 use super::operating_point::Fixed;
 use super::{CurrentLoop, DEMAND_CONTROL_PERIODS, Demand, Motor};
 use crate::motor::bridge::{CurrentSensing, Ratings};
+use crate::motor::index::Index;
 use crate::motor::rotor::{ElectricalAngle, Mounting, Rotor, Turn};
 use crate::settings::{Setting, Settings};
 use core::fmt;
@@ -39,6 +40,9 @@ pub struct Config {
     pub gear_ratio: f32,
     /// Rotor sensor of a three-phase motor.
     pub mounting: Mounting,
+    /// The rotor sensor is an incremental encoder with an index. The offset of `mounting` is the
+    /// electrical angle at its pulse.
+    pub index: bool,
     /// Time for which both transistors of a half bridge are off at each edge, s; at most 2 % of the
     /// PWM period. The loop compensates it.
     pub dead_time: f32,
@@ -145,6 +149,7 @@ impl Config {
                 ),
                 reversed: settings.get(Setting::PhaseOrder) < 0,
             },
+            index: settings.get(Setting::RotorSensor) == 3,
             dead_time: settings.scaled(Setting::DeadTime, 1e-9),
             periods_per_control,
         }
@@ -270,6 +275,7 @@ impl CurrentLoop {
             probe: super::probe::Probe::default(),
             measured: Dq::default(),
             compensation: None,
+            index: config.index.then(|| Index::new(config.mounting)),
         })
     }
 }

@@ -47,6 +47,8 @@ pub struct Motor {
     residue: f32,  // fraction of the position below one 2^-32 turn
     /// Position that the rotor sensor shows.
     sensed: i64,
+    /// Turns of the rotor sensor at the last call of [`Motor::take_index`]; wraps.
+    turns: i16,
     sensor_frozen: bool,
     brake_released: bool,
     open_lead: Option<usize>,
@@ -102,6 +104,7 @@ impl Motor {
             position: 0,
             residue: 0.0,
             sensed: 0,
+            turns: 0,
             sensor_frozen: false,
             brake_released: false,
             open_lead: None,
@@ -227,6 +230,16 @@ impl Motor {
         };
         let code = rounded(stepped * self.codes_per_ampere);
         (code.clamp(-32_768, 32_767) + 32_768) as u16
+    }
+
+    /// Returns whether the sensor has passed the zero of its turn since the last call, which is at
+    /// most half a turn ago. The index of an encoder gives a pulse there.
+    pub fn take_index(&mut self) -> bool {
+        // The product wraps at 64 bits; the lowest 16 bits of the turns are exact.
+        let moved = self.sensed.wrapping_mul(self.rotor_per_shaft) >> 16;
+        let turned = moved.wrapping_add(i64::from(self.start.to_bits() as u32));
+        let turns = (turned >> 32) as i16;
+        core::mem::replace(&mut self.turns, turns) != turns
     }
 
     /// Counts of the rotor's encoder since power-up, rounded down like an edge counter; wraps.

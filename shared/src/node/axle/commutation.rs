@@ -11,6 +11,7 @@ use super::{Axle, Inputs};
 use crate::bus::cia402::{CONTROL_FAULT_RESET, DriveCommand, State};
 use crate::faults::{Fault, Faults};
 use crate::motor::alignment::{Alignment, Bounds, Progress};
+use crate::motor::index::Finding;
 use crate::motor::rotor::ElectricalAngle;
 use crate::settings::{Setting, Settings};
 
@@ -40,6 +41,8 @@ pub(super) struct Commutation {
     knowledge: Knowledge,
     /// The alignment has failed in this tick.
     failed: bool,
+    /// The encoder's index has confirmed the angle.
+    confirmed: bool,
 }
 
 /// State of the commutation, as object 0x2064 shows it.
@@ -53,6 +56,8 @@ pub enum AlignmentState {
     UnderWay = 2,
     /// The rotor's angle is known.
     Done = 3,
+    /// The encoder's index has confirmed the angle.
+    Confirmed = 4,
 }
 
 impl Commutation {
@@ -64,6 +69,7 @@ impl Commutation {
             bounds: aligns.then(|| Bounds::new(settings)),
             knowledge: Knowledge::Unknown,
             failed: false,
+            confirmed: false,
         }
     }
 
@@ -73,6 +79,7 @@ impl Commutation {
             (None, _) => AlignmentState::NotNeeded,
             (_, Knowledge::Unknown) => AlignmentState::Needed,
             (_, Knowledge::Aligning(..)) => AlignmentState::UnderWay,
+            (_, Knowledge::Known) if self.confirmed => AlignmentState::Confirmed,
             (_, Knowledge::Known) => AlignmentState::Done,
         }
     }
@@ -116,6 +123,17 @@ impl Commutation {
     /// Returns whether the alignment failed since the last call.
     pub fn take_failure(&mut self) -> bool {
         core::mem::take(&mut self.failed)
+    }
+
+    /// Takes what the encoder's index shows. Returns the fault that it proves.
+    #[inline]
+    pub fn check_index(&mut self, finding: Finding) -> Option<Fault> {
+        self.confirmed = finding == Finding::Confirmed;
+        match (&self.knowledge, finding) {
+            (Knowledge::Known, Finding::Misaligned) => Some(Fault::Misaligned),
+            (Knowledge::Known, Finding::Lost) => Some(Fault::EncoderNoise),
+            _ => None,
+        }
     }
 
     /// Forgets the rotor's angle if `raised` makes it doubtful.

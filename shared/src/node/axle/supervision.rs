@@ -68,6 +68,9 @@ impl Axle {
         let stall = self.force.stall;
         let mut present = self.supervisor.check(&readings, &self.bounds, stall);
         present.insert_if(Fault::Blocked, sign.stands);
+        if let Some(fault) = self.commutation.check_index(inputs.electrical.index) {
+            present.insert_if(fault, true);
+        }
         if powered {
             let now_us = inputs.now_us;
             present.insert_if(Fault::GuardLost, self.authority.guard_lost(now_us));

@@ -1,6 +1,7 @@
 //! Tests of the watches, one tick after the other.
 
 use super::*;
+use crate::motor::index::Finding;
 
 const STALL: Stall = Stall {
     pushing: 9.0,
@@ -32,6 +33,7 @@ const GOOD: Readings = Readings {
         direct_size: 0.0,
         angle: None,
         ahead: None,
+        index: Finding::Nothing,
         over_current: false,
         overrun: false,
     },

@@ -85,6 +85,7 @@ impl Truth {
                 offset: ElectricalAngle::from_milli_degrees((offset * 1e3) as i32),
                 reversed: self.swapped,
             },
+            index: false,
             dead_time: 0.0,
             periods_per_control: PERIODS,
         };
@@ -197,6 +198,7 @@ impl Bench {
 pub fn plan(truth: &Truth) -> Plan {
     let gear_ratio = truth.model.gear_ratio;
     Plan {
+        index: false,
         kind: match truth.model.winding {
             WindingModel::Brushed { .. } => MotorKind::Brushed,
             WindingModel::ThreePhase(_) => MotorKind::ThreePhase,

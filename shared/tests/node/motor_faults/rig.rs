@@ -83,6 +83,8 @@ pub enum Trouble {
     FrozenEncoder,
     /// The encoder jumps by up to this many counts in either direction.
     NoisyEncoder(i32),
+    /// The encoder has lost this many counts.
+    LostCounts(i32),
     /// The rotor sensor has turned on the shaft by this electrical angle, degrees.
     Slipped(f64),
     /// The lead of this half bridge is open.
@@ -122,6 +124,10 @@ pub struct Rig {
     encoder_at_trouble: Option<i32>,
     /// The rotor sensor only counts from power-up on.
     pub incremental: bool,
+    /// The encoder has an index, and its line is connected.
+    pub index: bool,
+    /// Width of its pulse, counts: it begins later if the rotor turns back.
+    pub index_width: i32,
     /// Controlword that the master sends instead of those that lead to operation.
     pub word: Option<u16>,
     /// The motor has a brake, which follows its output at once.
@@ -133,6 +139,8 @@ pub struct Rig {
     pub inputs: Option<Inputs>,
     /// Largest current in the motor, A.
     pub largest_current: f64,
+    /// The leads a and b are swapped, as the settings say.
+    swapped_leads: bool,
 }
 
 impl Rig {
@@ -167,13 +175,16 @@ impl Rig {
             state: State::SwitchOnDisabled,
             random: 1,
             encoder_at_trouble: None,
-            incremental: settings.get(Setting::RotorSensor) == 1,
+            incremental: matches!(settings.get(Setting::RotorSensor), 1 | 3),
+            index: settings.get(Setting::RotorSensor) == 3,
+            index_width: 0,
             word: None,
             braked: false,
             brake_released: false,
             bench: false,
             inputs: None,
             largest_current: 0.0,
+            swapped_leads: settings.get(Setting::PhaseOrder) < 0,
         }
     }
 
@@ -197,7 +208,7 @@ impl Rig {
             let amperes = (f64::from(code) - 32_768.0) / 32_768.0 * f64::from(STAGE.full_scale);
             self.largest_current = self.largest_current.max(amperes.abs());
         }
-        let swapped = self.trouble == Trouble::ReversedPhase;
+        let swapped = self.swapped_leads != (self.trouble == Trouble::ReversedPhase);
         if swapped {
             readings.currents.swap(0, 1);
         }
@@ -237,8 +248,26 @@ impl Rig {
                 origin.wrapping_sub(count.wrapping_sub(origin))
             }
             Trouble::NoisyEncoder(bound) => count.wrapping_add(self.random(bound)),
+            Trouble::LostCounts(lost) => count.wrapping_sub(lost),
             _ => count,
         }
+    }
+
+    /// Passes a pulse of the index to the current loop. It comes where the sensor's absolute count is
+    /// 0, and the encoder shows the count there.
+    fn pass_index(&mut self) {
+        if !(self.index && self.motor.take_index()) {
+            return;
+        }
+        let absolute = self.motor.readings().rotor as i32;
+        let past = if absolute < self.counts / 2 {
+            absolute
+        } else {
+            absolute - self.counts
+        };
+        let width = if past < 0 { self.index_width } else { 0 };
+        let count = self.encoder().wrapping_sub(past).wrapping_add(width);
+        self.current_loop.index_pulse(count as u32);
     }
 
     /// Runs one control period.
@@ -256,6 +285,7 @@ impl Rig {
         for index in 0..PERIODS {
             self.pwm_period(index);
         }
+        self.pass_index();
         let means = self.current_loop.take_means().unwrap();
         let ticks = self.now_us / 1_000;
         let controlword = if self.reset {

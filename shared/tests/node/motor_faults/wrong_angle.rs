@@ -105,6 +105,19 @@ impl Drive {
         f64::from(self.model.friction_torque) / self.torque * 10.0
     }
 
+    /// Swaps the leads a and b, and calibrates the drive again.
+    fn swap_leads(&mut self) {
+        let offset = Setting::ElectricalOffset;
+        for (setting, value) in [
+            (Setting::PhaseOrder, -1),
+            // The angle in the stator is 120 degrees minus the one from before.
+            (offset, 120_000 - self.settings.get(offset)),
+        ] {
+            let key = setting.description().key;
+            self.settings.set(key, value).expect("in range");
+        }
+    }
+
     /// Limits the first current to this one, A.
     fn probe(&mut self, current: f64) {
         let key = Setting::ProbeCurrent.description().key;
@@ -514,6 +527,46 @@ fn a_shaft_that_is_held_is_blocked_and_its_angle_is_not_accused() {
     }
     println!("{probing} ms");
     assert!(probing > 500);
+}
+
+/// Half of all motors are connected like this.
+#[test]
+fn a_drive_with_swapped_leads_is_supervised_like_another_one() {
+    let mut random = Random(15);
+    let mut probing = 0;
+    for case in 0..48 {
+        let mut drive = Drive::draw(&mut random, 1.0, &[280, 1_024, 4_096]);
+        drive.swap_leads();
+        let mut rig = drive.rig();
+        for step in 0..20 {
+            rig.target = drive.target(between(&mut random, -0.3, 0.3));
+            rig.load = (0.3 * random.next() * drive.torque) as f32;
+            for _ in 0..200 {
+                let outputs = rig.tick();
+                probing += usize::from(probes(outputs.bridge));
+                let fault = outputs.faults.strongest();
+                assert_eq!(fault, None, "{case} {step}");
+            }
+        }
+    }
+    println!("{probing} ms");
+    assert!(probing > 100);
+    let mut times = Times::default();
+    for case in 0..96 {
+        let mut drive = Drive::draw(&mut random, 0.5, &[2_048, 4_096]);
+        drive.swap_leads();
+        let trouble = SLIPPED_OR_FROZEN[case % 4];
+        let part = between(&mut random, 0.03, 0.9) * pick(&mut random, &[-1.0, 1.0]);
+        let mut rig = drive.rig();
+        rig.target = drive.target(part);
+        rig.run(1_100);
+        rig.trouble = trouble;
+        let context = format!("{case}: {trouble:?} at {part:.3} of the speed");
+        let (_, milliseconds, travel) = rig.until_fault(200).expect(&context);
+        times.add(&context, milliseconds, travel / drive.velocity);
+    }
+    times.print();
+    assert!(times.late == 0 && times.farthest < 0.025);
 }
 
 #[test]
