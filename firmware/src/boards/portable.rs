@@ -12,8 +12,8 @@ use tautrack::sensors::Switches;
 /// A limit switch is closed in the range of travel, so a broken wire counts as actuated. The home
 /// switch closes when it is actuated. An input that cannot be read counts as an open switch.
 pub struct SwitchInputs<H, P, N> {
-    /// Home switch.
-    pub home: H,
+    /// Home switch, if there is one.
+    pub home: Option<H>,
     /// Limit switch at the end of the positive direction.
     pub positive_limit: P,
     /// Limit switch at the end of the negative direction.
@@ -24,7 +24,10 @@ impl<H: InputPin, P: InputPin, N: InputPin> SwitchInputs<H, P, N> {
     /// State of the switches.
     pub fn read(&mut self) -> Switches {
         Switches {
-            home: self.home.is_low().unwrap_or(false),
+            home: self
+                .home
+                .as_mut()
+                .is_some_and(|home| home.is_low().unwrap_or(false)),
             positive_limit: self.positive_limit.is_high().unwrap_or(true),
             negative_limit: self.negative_limit.is_high().unwrap_or(true),
         }
@@ -102,7 +105,7 @@ mod tests {
     fn switches(levels: [Option<bool>; 3]) -> Switches {
         let [home, positive_limit, negative_limit] = levels.map(Input);
         SwitchInputs {
-            home,
+            home: Some(home),
             positive_limit,
             negative_limit,
         }

@@ -3,6 +3,7 @@
 //!
 //! * `images`: sizes, sections and symbols
 //! * `chips`: the manufacturer's data about the chips
+//! * `index`: a three-phase motor whose encoder has an index
 //! * `pins`: the pin tables of docs/hardware.md and docs/guard-board.md
 //! * `executed`: what the images do
 //! * `guard`: what the images of the guards do; `guard_images` has their sizes and addresses,
@@ -35,6 +36,7 @@ mod guard;
 mod guard_images;
 mod guard_panics;
 mod images;
+mod index;
 mod masked;
 mod pins;
 mod processor;

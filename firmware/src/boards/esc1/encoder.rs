@@ -1,8 +1,9 @@
-//! TIM4 counts the edges of an incremental encoder; software extends its 16 bits.
+//! TIM4 counts the edges of an incremental encoder, and captures the count at its index; software
+//! extends its 16 bits.
 
 use core::sync::atomic::{AtomicU32, Ordering};
-use embassy_stm32::gpio::Pull;
-use embassy_stm32::peripherals::{PB6, PB7, TIM4};
+use embassy_stm32::gpio::{AfType, Flex, Pull};
+use embassy_stm32::peripherals::{PB6, PB7, PB8, TIM4};
 use embassy_stm32::timer::qei::{Config, Qei};
 use embassy_stm32::timer::{Ch1, Ch2};
 use embassy_stm32::{Peri, pac};
@@ -51,4 +52,34 @@ pub fn update() -> u32 {
 /// Counts since power-up, as of the last PWM period; wraps at both ends of `i32`.
 pub fn count() -> i32 {
     COUNT.load(Ordering::Relaxed).cast_signed()
+}
+
+/// Channel that captures the count at the index, and the alternate function of its pin.
+const INDEX_CHANNEL: usize = 2;
+const INDEX_FUNCTION: u8 = 2;
+
+/// Captures the count at each rising edge of the index, after [`start`].
+pub fn start_index(pin: Peri<'static, PB8>) {
+    static PIN: StaticCell<Flex<'static>> = StaticCell::new();
+    let pin = PIN.init(Flex::new(pin));
+    pin.set_as_af_unchecked(INDEX_FUNCTION, AfType::input(Pull::Up));
+    let timer = pac::TIM4;
+    timer.ccmr_input(INDEX_CHANNEL / 2).modify(|w| {
+        w.set_ccs(INDEX_CHANNEL % 2, pac::timer::vals::CcmrInputCcs::TI4);
+        w.set_icf(INDEX_CHANNEL % 2, FILTER);
+    });
+    timer.ccer().modify(|w| w.set_cce(INDEX_CHANNEL, true));
+}
+
+/// Count at the newest edge of the index since the last call. It must be called before 2^15 counts
+/// have passed.
+pub fn index() -> Option<u32> {
+    if !pac::TIM4.sr().read().ccif(INDEX_CHANNEL) {
+        return None;
+    }
+    // Reading the count clears the flag.
+    let captured = pac::TIM4.ccr(INDEX_CHANNEL).read().ccr();
+    let last = COUNT.load(Ordering::Relaxed);
+    let moved = captured.wrapping_sub(last as u16) as i16;
+    Some(last.wrapping_add_signed(i32::from(moved)))
 }

@@ -58,7 +58,12 @@ unsafe fn USART3() {
 
 /// Whether the board has the rotor sensor of these settings: it counts an incremental encoder.
 fn has_sensor(settings: &Settings) -> bool {
-    settings.get(Setting::MotorKind) == 0 || settings.get(Setting::RotorSensor) == 1
+    settings.get(Setting::MotorKind) == 0 || matches!(settings.get(Setting::RotorSensor), 1 | 3)
+}
+
+/// Whether the encoder has an index.
+fn has_index(settings: &Settings) -> bool {
+    settings.get(Setting::MotorKind) != 0 && settings.get(Setting::RotorSensor) == 3
 }
 
 impl Esc1 {
@@ -102,7 +107,14 @@ impl Board for Esc1 {
         storage::start(p.FLASH);
         let (settings, found) = crate::storage::load();
         encoder::start(p.TIM4, p.PB6, p.PB7);
-        switches::start(p.PB8, p.PB3, p.PB4);
+        // The index takes the input of the home switch.
+        let home = if has_index(&settings) {
+            encoder::start_index(p.PB8);
+            None
+        } else {
+            Some(p.PB8)
+        };
+        switches::start(home, p.PB3, p.PB4);
         bridge::start(bridge::Pins {
             timer: p.TIM1,
             high: (p.PA8, p.PA9, p.PA10),
@@ -152,6 +164,10 @@ impl Board for Esc1 {
             cortex_m::interrupt::free(|_| cortex_m::asm::delay(clock::CORE_HZ / 50_000));
         }
         encoder::count()
+    }
+
+    fn index() -> Option<u32> {
+        encoder::index()
     }
 
     fn supply_voltage() -> f32 {

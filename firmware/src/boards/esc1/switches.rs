@@ -15,12 +15,12 @@ static INPUTS: Mutex<RefCell<Option<Inputs>>> = Mutex::new(RefCell::new(None));
 
 /// Connects the pull-up resistors.
 pub fn start(
-    home: Peri<'static, PB8>,
+    home: Option<Peri<'static, PB8>>,
     positive_limit: Peri<'static, PB3>,
     negative_limit: Peri<'static, PB4>,
 ) {
     let inputs = SwitchInputs {
-        home: Input::new(home, Pull::Up),
+        home: home.map(|pin| Input::new(pin, Pull::Up)),
         positive_limit: Input::new(positive_limit, Pull::Up),
         negative_limit: Input::new(negative_limit, Pull::Up),
     };

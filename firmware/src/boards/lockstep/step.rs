@@ -30,7 +30,7 @@ pub(super) fn begin(head: &Head, motor: Option<&mut Motor>, stage: &mut PowerSta
         }
         shaft = motor.shaft();
         encoder = Some(motor.encoder());
-        index = motor.take_index();
+        index = motor.take_index().is_some();
     }
     critical_section::with(|cs| {
         let mut inputs = INPUTS.borrow(cs).borrow_mut();

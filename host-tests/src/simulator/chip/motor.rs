@@ -49,6 +49,8 @@ pub(super) struct AttachedMotor {
     stage: PowerStage,
     /// Encoder counts at which the timer was started.
     encoder_start: i32,
+    /// Encoder counts at the newest pulse of the index that nobody has read.
+    index: Option<i32>,
 }
 
 impl AttachedMotor {
@@ -67,6 +69,7 @@ impl AttachedMotor {
             compares: [0; 3],
             stage: PowerStage::Off,
             encoder_start: 0,
+            index: None,
         })
     }
 
@@ -100,6 +103,7 @@ impl AttachedMotor {
             (true, compares) => PowerStage::Drive(compares.map(scaled)),
         };
         self.motor.integrate(self.stage);
+        self.index = self.motor.take_index().or(self.index);
         self.next += HALF_PERIOD;
         if !self.rising {
             self.compares = bridge.compares;
@@ -126,8 +130,21 @@ impl AttachedMotor {
 
     /// Counter of the encoder's timer.
     pub fn encoder_counter(&self) -> u32 {
-        let count = self.motor.encoder().wrapping_sub(self.encoder_start);
-        count.cast_unsigned() & 0xffff
+        self.counter(self.motor.encoder())
+    }
+
+    /// Whether a pulse of the index waits to be read.
+    pub fn has_index(&self) -> bool {
+        self.index.is_some()
+    }
+
+    /// Counter at the newest pulse of the index, if one waits to be read.
+    pub fn take_index(&mut self) -> Option<u32> {
+        self.index.take().map(|count| self.counter(count))
+    }
+
+    fn counter(&self, count: i32) -> u32 {
+        count.wrapping_sub(self.encoder_start).cast_unsigned() & 0xffff
     }
 
     /// Motion of the output shaft.

@@ -217,6 +217,17 @@ impl State {
                 .motor
                 .as_ref()
                 .map_or(value, AttachedMotor::encoder_counter),
+            a if a == TIM4 + 0x10 && self.captures_index() => {
+                let waits = self.motor.as_ref().is_some_and(AttachedMotor::has_index);
+                value | u32::from(waits) << 3
+            }
+            a if a == TIM4 + 0x3c && self.captures_index() => {
+                let captured = self.motor.as_mut().and_then(AttachedMotor::take_index);
+                if let Some(count) = captured {
+                    self.set(TIM4 + 0x3c, count);
+                }
+                self.get(TIM4 + 0x3c)
+            }
             a if a == FDCAN + 0x18 => value & !8 | (value & 0x10) >> 1,
             CAN_STATUS => self.can_status(),
             a if a == FDCAN + 0xc4 => self.queue_status(),
@@ -356,6 +367,15 @@ impl State {
     fn counts_encoder(&self) -> bool {
         let mode = self.get(TIM4 + 0x08);
         self.get(TIM4) & 1 != 0 && mode & 7 == 3 && mode & 1 << 16 == 0
+    }
+
+    /// Channel 3 of the encoder's timer captures the count at rising edges of PB8.
+    fn captures_index(&self) -> bool {
+        let own_input = self.get(TIM4 + 0x1c) & 3 == 1;
+        let rising = self.get(TIM4 + 0x20) >> 8 & 0b1011 == 0b0001;
+        let port_b = GPIO + 0x400;
+        let alternate = self.get(port_b) >> 16 & 3 == 2 && self.get(port_b + 0x24) & 15 == 2;
+        self.counts_encoder() && own_input && rising && alternate
     }
 
     /// What the bridge does with the motor.

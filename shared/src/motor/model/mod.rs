@@ -232,14 +232,26 @@ impl Motor {
         (code.clamp(-32_768, 32_767) + 32_768) as u16
     }
 
-    /// Returns whether the sensor has passed the zero of its turn since the last call, which is at
-    /// most half a turn ago. The index of an encoder gives a pulse there.
-    pub fn take_index(&mut self) -> bool {
+    /// Returns the count ([`Motor::encoder`]) at which the sensor has passed the zero of its turn, if
+    /// it has since the last call, which is at most half a turn ago. The index of an encoder gives a
+    /// pulse there.
+    pub fn take_index(&mut self) -> Option<i32> {
         // The product wraps at 64 bits; the lowest 16 bits of the turns are exact.
         let moved = self.sensed.wrapping_mul(self.rotor_per_shaft) >> 16;
         let turned = moved.wrapping_add(i64::from(self.start.to_bits() as u32));
         let turns = (turned >> 32) as i16;
-        core::mem::replace(&mut self.turns, turns) != turns
+        if core::mem::replace(&mut self.turns, turns) == turns {
+            return None;
+        }
+        // Counts since the zero, or up to it.
+        let counts = u64::from(self.model.encoder_counts);
+        let past = (u64::from(turned as u32) * counts) >> 32;
+        let past = if past < counts / 2 {
+            past as i32
+        } else {
+            past as i32 - counts as i32
+        };
+        Some(self.encoder().wrapping_sub(past))
     }
 
     /// Counts of the rotor's encoder since power-up, rounded down like an edge counter; wraps.

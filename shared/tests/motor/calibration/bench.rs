@@ -43,6 +43,8 @@ pub struct Bench {
     pub random: Random,
     pub jitter: u32,
     pub largest_current: f64,
+    /// The rotor sensor only counts from power-up on, and has an index.
+    pub incremental: bool,
 }
 
 impl Truth {
@@ -140,6 +142,7 @@ impl Bench {
             random: Random(seed),
             jitter: 0,
             largest_current: 0.0,
+            incremental: false,
         }
     }
 
@@ -161,7 +164,11 @@ impl Bench {
         if truth.sensor_noise {
             self.jitter = u32::from(self.random.next() > 0.0);
         }
-        readings.rotor = (readings.rotor + self.jitter) % truth.model.encoder_counts;
+        readings.rotor = if self.incremental {
+            self.motor.encoder() as u32
+        } else {
+            (readings.rotor + self.jitter) % truth.model.encoder_counts
+        };
         let next = self.current_loop.period(&readings);
         let applied = match self.stage {
             PowerStage::Drive([a, b, c]) if truth.swapped => PowerStage::Drive([a, c, b]),
@@ -177,6 +184,9 @@ impl Bench {
     pub fn calibrate(&mut self, plan: &Plan) -> (Result<Record, Refusal>, f64) {
         let mut calibration = Calibration::new(plan);
         for tick in 0..200_000 {
+            if let (Some(count), true) = (self.motor.take_index(), self.incremental) {
+                self.current_loop.index_pulse(count as u32);
+            }
             let inputs = Inputs {
                 encoder: self.motor.encoder() + self.jitter as i32,
                 supply_voltage: SUPPLY,

@@ -6,7 +6,7 @@ use crate::parallel;
 use crate::random::Random;
 use bench::{Bench, PERIODS, SUPPLY, Truth, draw, plan};
 use tautrack::link::{MotorModel, ThreePhaseModel, WindingModel};
-use tautrack::motor::calibration::Record;
+use tautrack::motor::calibration::{Plan, Quantity, Record, Refusal};
 use tautrack::motor::current::{BridgeDemand, Config};
 
 fn off(got: f32, truth: f32) -> f64 {
@@ -69,8 +69,7 @@ fn fifty_three_phase_motors_are_measured_or_refused_with_the_reason() {
             record.torque_constant.expect("the shaft was free"),
             truth.model.winding.torque_constant(),
         );
-        let degrees = f64::from(record.offset.0.to_bits()) / 4_294_967_296.0 * 360.0;
-        let apart = (degrees - truth.offset_degrees() + 540.0).rem_euclid(360.0) - 180.0;
+        let apart = offset_error(&truth, &record);
         worst.resistance = worst.resistance.max(resistance);
         worst.inductance = worst.inductance.max(inductance);
         worst.torque_constant = worst.torque_constant.max(torque_constant);
@@ -89,6 +88,56 @@ fn fifty_three_phase_motors_are_measured_or_refused_with_the_reason() {
     assert!(worst.torque_before > 0.08, "{worst:?}");
     // Steps and noise of the converter, and the swing of the rotor.
     assert!(worst.current <= 2.0, "{}", worst.current);
+}
+
+/// Degrees by which the offset of a record is wrong.
+fn offset_error(truth: &Truth, record: &Record) -> f64 {
+    let degrees = f64::from(record.offset.0.degrees());
+    (degrees - truth.offset_degrees() + 540.0).rem_euclid(360.0) - 180.0
+}
+
+#[test]
+fn with_an_index_the_offset_is_the_angle_at_its_pulse() {
+    let mut random = Random(9);
+    let (mut worst, mut measured, mut missing) = (0.0_f64, 0, 0);
+    for number in 0..8 {
+        let truth = Truth {
+            sensor_noise: false,
+            ..draw(&mut random, false)
+        };
+        let config = Config {
+            index: true,
+            ..truth.config(None)
+        };
+        for connected in [true, false] {
+            // The seed draws the angle at power-up.
+            let mut bench = Bench::new(&truth, &config, number);
+            bench.incremental = connected;
+            let (result, _) = bench.calibrate(&Plan {
+                index: true,
+                ..plan(&truth)
+            });
+            match result {
+                Ok(record) if connected => {
+                    let error = offset_error(&truth, &record).abs();
+                    // The edges of the counts are anywhere between those of the absolute counts.
+                    let per_turn = truth.model.encoder_counts as f32;
+                    let count = 360.0 * f32::from(truth.three_phase().pole_pairs) / per_turn;
+                    worst = worst.max(error - f64::from(count));
+                    measured += 1;
+                }
+                Err(Refusal::OutOfBounds {
+                    quantity: Quantity::IndexPulses,
+                    ..
+                }) if !connected => missing += 1,
+                // A motor that a calibration without an index refuses, too.
+                Err(Refusal::Timeout { .. }) => {}
+                other => panic!("{number} {connected}: {other:?}"),
+            }
+        }
+    }
+    println!("{measured} and {missing} of 8; {worst:.1} degrees and a count");
+    assert!(worst <= 2.0 && measured >= 6 && missing >= 6);
 }
 
 /// Largest error of the mean torque from 10 to 97 % of the current limit, before a calibration to

@@ -242,6 +242,11 @@ impl Rig {
 
     fn encoder(&mut self) -> i32 {
         let count = self.motor.encoder();
+        self.shown(count)
+    }
+
+    /// Returns what the encoder shows instead of this count.
+    fn shown(&mut self, count: i32) -> i32 {
         match self.trouble {
             Trouble::ReversedEncoder => {
                 let origin = *self.encoder_at_trouble.get_or_insert(count);
@@ -253,21 +258,14 @@ impl Rig {
         }
     }
 
-    /// Passes a pulse of the index to the current loop. It comes where the sensor's absolute count is
-    /// 0, and the encoder shows the count there.
+    /// Passes a pulse of the index to the current loop, if one came.
     fn pass_index(&mut self) {
-        if !(self.index && self.motor.take_index()) {
-            return;
+        if let (Some(count), true) = (self.motor.take_index(), self.index) {
+            let back = self.motor.shaft().velocity < 0.0;
+            let width = if back { self.index_width } else { 0 };
+            let shown = self.shown(count).wrapping_add(width);
+            self.current_loop.index_pulse(shown as u32);
         }
-        let absolute = self.motor.readings().rotor as i32;
-        let past = if absolute < self.counts / 2 {
-            absolute
-        } else {
-            absolute - self.counts
-        };
-        let width = if past < 0 { self.index_width } else { 0 };
-        let count = self.encoder().wrapping_sub(past).wrapping_add(width);
-        self.current_loop.index_pulse(count as u32);
     }
 
     /// Runs one control period.
