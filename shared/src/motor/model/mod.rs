@@ -232,9 +232,9 @@ impl Motor {
         (code.clamp(-32_768, 32_767) + 32_768) as u16
     }
 
-    /// Returns the count ([`Motor::encoder`]) at which the sensor has passed the zero of its turn, if
-    /// it has since the last call, which is at most half a turn ago. The index of an encoder gives a
-    /// pulse there.
+    /// Returns the count ([`Motor::encoder`]) at which the sensor has passed the zero of its turn,
+    /// if it has since the last call, which is at most half a turn ago. The index of an encoder
+    /// gives a pulse there.
     pub fn take_index(&mut self) -> Option<i32> {
         // The product wraps at 64 bits; the lowest 16 bits of the turns are exact.
         let moved = self.sensed.wrapping_mul(self.rotor_per_shaft) >> 16;
