@@ -4,6 +4,7 @@ use tautrack::bus::cia402::{State, toward_operation};
 use tautrack::bus::drive_parameters::DriveParameters;
 use tautrack::bus::pdo::DriveMotion;
 use tautrack::motor::current::Electrical;
+use tautrack::motor::index::Finding;
 use tautrack::motor::rotor::ElectricalAngle;
 use tautrack::node::axle::{Axle, BridgeDemand, Inputs, Outputs, SetPoint};
 use tautrack::node::screw::{self, Screw};
@@ -51,7 +52,8 @@ pub enum Kind {
     Braked,
     /// An axle with a three-phase motor.
     ThreePhase,
-    /// An axle with a three-phase motor whose encoder only counts, and with a holding brake.
+    /// An axle with a three-phase motor whose encoder only counts and has an index, and with a
+    /// holding brake.
     Incremental,
     /// An axle with a three-phase motor whose absolute rotor sensor is checked at arming.
     Checked,
@@ -90,7 +92,7 @@ impl Kind {
 
     fn rotor_sensor(self) -> i32 {
         match self {
-            Self::Incremental => 1,
+            Self::Incremental => 3,
             Self::Checked => 2,
             _ => 0,
         }
@@ -505,9 +507,23 @@ impl Generator {
         Electrical {
             voltage: driven.then_some([d, q]),
             ahead: self.ahead(),
+            index: self.index(),
             over_current: self.trouble == Trouble::OverCurrent,
             overrun: self.trouble == Trouble::Overrun,
             ..Electrical::default()
+        }
+    }
+
+    /// Returns what the index shows: nothing wrong, in most ticks.
+    fn index(&mut self) -> Finding {
+        if self.kind != Kind::Incremental {
+            return Finding::Nothing;
+        }
+        let wrong = self.random.once_in(2_000);
+        if wrong {
+            self.random.pick(&[Finding::Misaligned, Finding::Lost])
+        } else {
+            Finding::Confirmed
         }
     }
 

@@ -4,6 +4,7 @@
 use super::generator::TEMPERATURE_LIMIT;
 use tautrack::bus::cia402::State;
 use tautrack::faults::{ALL, Fault, Faults, Reaction};
+use tautrack::motor::index::Finding;
 use tautrack::node::axle::{AlignmentState, BridgeDemand, Inputs, Outputs};
 
 const STATES: [State; 6] = [
@@ -113,6 +114,8 @@ pub struct Oracle {
     /// An alignment is under way, and the rotor's angle is known.
     aligning: bool,
     aligned: bool,
+    /// The rotor's angle was known in the previous tick, so that the encoder's index counts.
+    known: bool,
 }
 
 impl Oracle {
@@ -149,6 +152,7 @@ impl Oracle {
             disabled_for: 0,
             aligning: false,
             aligned: false,
+            known: false,
         }
     }
 
@@ -243,6 +247,17 @@ impl Oracle {
         let at_once = inputs.electrical.over_current;
         if at_once && !outputs.faults.contains(Fault::OverCurrent) {
             return Err("the over-current of the bridge is not raised".to_owned());
+        }
+        let by_index = match inputs.electrical.index {
+            Finding::Misaligned => Some(Fault::Misaligned),
+            Finding::Lost => Some(Fault::EncoderNoise),
+            Finding::Nothing | Finding::Confirmed => None,
+        };
+        if let Some(fault) = by_index
+            && self.known
+            && !outputs.faults.contains(fault)
+        {
+            return Err(format!("{fault:?} of the index is not raised"));
         }
         for (((fault, dwell), lasted), met) in DWELLS.iter().zip(&mut self.lasted).zip(met) {
             *lasted = if met { *lasted + 1 } else { 0 };
@@ -434,6 +449,10 @@ impl Oracle {
             _ => {}
         }
         self.aligned &= outputs.alignment != AlignmentState::Needed;
+        self.known = matches!(
+            outputs.alignment,
+            AlignmentState::Done | AlignmentState::Confirmed
+        );
         let was_aligning = self.aligning;
         self.aligning = outputs.alignment == AlignmentState::UnderWay;
         if was_aligning && !self.aligning && !self.aligned {
