@@ -55,6 +55,7 @@ pub fn set_cogging(periods: i32, wave: Wave) {
 }
 
 /// Takes a pulse of the encoder's index ([`CurrentLoop::index_pulse`]).
+#[allow(dead_code)] // `bin/ticks.rs` includes this file but has no encoder
 pub fn index_pulse(count: u32) {
     with(|current_loop| current_loop.index_pulse(count));
 }
