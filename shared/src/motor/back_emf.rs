@@ -35,6 +35,9 @@ const LOOSE: f32 = 0.03;
 const DRIVING: f32 = 0.1;
 /// Voltages that are never explained, as a fraction of the supply voltage: dead time, diodes.
 const UNEXPLAINED: f32 = 0.02;
+/// Part of the velocity limit below which a current that changes its sign is allowed the error of
+/// the dead time that changes with it.
+const SLOW: f32 = 0.03;
 /// Part of the speed limit above which the angle is observed.
 const OBSERVED: f32 = 0.08;
 /// Back-EMF in d that a healthy motor does not have: the sine of 17 degrees.
@@ -261,6 +264,11 @@ impl BackEmf {
                     + ALTERNATING * unexplained
                     + ROUGH * emf.abs()
                     + resistance * direct.abs(),
+                crossing: if velocity.abs() < SLOW * self.velocity_limit {
+                    unexplained
+                } else {
+                    0.0
+                },
                 whole: explained + unexplained + ROUGH_WHOLE * emf.abs() + resistive,
             });
         }

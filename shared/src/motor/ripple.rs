@@ -40,6 +40,9 @@ pub struct Unexplained {
     pub resistance: f32,
     /// Bound of an alternating voltage, without that of a changing current or back-EMF.
     pub alternating: f32,
+    /// What is added to it while the current changes its sign: the error of the dead time, which
+    /// does so, too.
+    pub crossing: f32,
     /// Bound of any voltage.
     pub whole: f32,
 }
@@ -82,7 +85,11 @@ impl Ripple {
             *away = value - *mean;
         }
         let [away_d, away_q, emf, current] = away;
-        let alternating = now.alternating + RIGHT * emf.abs() + now.resistance * current.abs();
+        let crosses = means[3] * values[3] < 0.0;
+        let alternating = now.alternating
+            + RIGHT * emf.abs()
+            + now.resistance * current.abs()
+            + if crosses { now.crossing } else { 0.0 };
         let exceeds = away_d * away_d + away_q * away_q > alternating * alternating
             || d * d + q * q > now.whole * now.whole;
         self.score = if exceeds {

@@ -529,6 +529,32 @@ fn a_shaft_that_is_held_is_blocked_and_its_angle_is_not_accused() {
     assert!(probing > 500);
 }
 
+/// A current that changes its sign changes the error of the dead time, too.
+#[test]
+fn a_sound_drive_is_not_accused_while_its_torque_turns_round() {
+    let mut random = Random(17);
+    for case in 0..150 {
+        let mut drive = Drive::draw(&mut random, 1.0, &[280, 1_024, 4_096]);
+        if case % 2 == 1 {
+            drive.swap_leads();
+        }
+        let mut rig = drive.rig();
+        rig.mode = 10;
+        for step in 0..80 {
+            let velocity = f64::from(rig.axle.velocity());
+            rig.target = if velocity.abs() > 0.5 * drive.velocity {
+                -100 * velocity.signum() as i32
+            } else {
+                between(&mut random, -400.0, 400.0) as i32
+            };
+            for _ in 0..between(&mut random, 5.0, 60.0) as usize {
+                let fault = rig.tick().faults.strongest();
+                assert_eq!(fault, None, "{case} {step}: {} per mille", rig.target);
+            }
+        }
+    }
+}
+
 /// Half of all motors are connected like this.
 #[test]
 fn a_drive_with_swapped_leads_is_supervised_like_another_one() {
