@@ -253,6 +253,12 @@ settings! {
     /// The same for the sine.
     CoggingSine = 0x00ed, "cogging_sine", "mA", -20_000..=20_000, 0;
 
+    /// Maximum current in d that weakens the field of a three-phase motor, so that it drives faster
+    /// than the supply's voltage allows otherwise. Above that speed, a bridge that opens passes the
+    /// back-EMF on to the supply. 0: no such current, but a motor that is driven faster keeps its
+    /// current under control with one.
+    FieldWeakeningCurrent = 0x00ee, "field_weakening_current", "mA", 0..=100_000, 0;
+
     /// Supply voltage at which the fault "under-voltage" begins. No current is left there that
     /// draws power from the supply.
     UnderVoltage = 0x00d0, "under_voltage", "mV", 5_000..=60_000, 12_000;

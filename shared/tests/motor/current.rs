@@ -89,7 +89,8 @@ impl Reference {
             speed * (inductance_d * current[0] + flux(c)),
         ];
         let radius = SUPPLY * f64::from(MAX_DUTY) / 3.0_f64.sqrt();
-        let mut left = radius;
+        // The axis d takes at most three quarters.
+        let mut left = 0.75 * radius;
         let mut result = [0.0; 2];
         for axis in 0..2 {
             let (bandwidth, inductance) = (f64::from(c.bandwidth), f64::from(c.inductance[axis]));

@@ -8,6 +8,7 @@ use tautrack::settings::{Setting, Settings, TABLE};
 const QUIET: Conditions = Conditions {
     current: 0.0,
     supply_voltage: 24.0,
+    voltage: 0.0,
     velocity: 0.0,
     temperatures: Temperatures {
         bridge: None,
@@ -113,6 +114,17 @@ fn each_limit_is_reported_by_its_name() {
             9.0,
             QUIET,
             ActiveLimit::CurrentSlope,
+        ),
+        // 9.6 V of back-EMF.
+        (
+            &[(Setting::MotorKind, 1)],
+            9.0,
+            Conditions {
+                velocity: 6.0,
+                supply_voltage: 20.0,
+                ..QUIET
+            },
+            ActiveLimit::Voltage,
         ),
         (
             &[(Setting::WindingCurrent, 4_000)],
@@ -242,6 +254,55 @@ fn a_bound_that_is_no_current_ends_the_current_at_once() {
     }
 }
 
+#[test]
+fn the_voltage_of_a_braking_motor_suffices_beside_the_current_that_weakens_its_field() {
+    let (emf, pairs, gear) = (0.04 / 1.5 * 60.0, 7.0, 60.0);
+    let (mut weakened, mut reduced) = (0, 0);
+    for inductance in [50, 150, 300] {
+        for resistance in [100, 300, 600] {
+            for tenths in 0..=70 {
+                for demand in [-0.1, -2.0, -5.0, -10.0] {
+                    let changes = [
+                        (Setting::MotorKind, 1),
+                        (Setting::PolePairs, 7),
+                        (Setting::Inductance, inductance),
+                        (Setting::InductanceQ, 2 * inductance),
+                        (Setting::Resistance, resistance),
+                    ];
+                    let velocity = f64::from(tenths) * 0.1;
+                    let now = Conditions {
+                        velocity: velocity as f32,
+                        supply_voltage: 15.0,
+                        ..QUIET
+                    };
+                    let limited = once(&changes, demand, &now);
+                    let [q, d] = [limited.current, limited.direct].map(f64::from);
+                    let reactance = velocity * gear * pairs * f64::from(inductance) * 1e-6;
+                    let ohms = f64::from(resistance) * 1e-3;
+                    let voltage =
+                        (velocity * emf + ohms * q + reactance * d).hypot(2.0 * reactance * q);
+                    let largest = 0.95 * 0.95 * 15.0 / 3.0_f64.sqrt();
+                    weakened += usize::from(d < 0.0);
+                    reduced += usize::from(limited.cause == ActiveLimit::Voltage);
+                    let full = q.hypot(d) > 9.99;
+                    assert!(q.hypot(d) < 10.001);
+                    assert!(
+                        full || voltage < largest * 1.001,
+                        "{voltage} V {limited:?} {inductance} uH {ohms} ohm {velocity} rad/s"
+                    );
+                    // No more than necessary.
+                    assert!(
+                        d == 0.0 || full || voltage > largest * 0.97,
+                        "{voltage} {limited:?}"
+                    );
+                }
+            }
+        }
+    }
+    println!("{weakened} {reduced}");
+    assert!(weakened > 500 && reduced > 100);
+}
+
 /// Any settings of the limits, and of the motor within the range of real motors.
 fn any_settings() -> impl Strategy<Value = Settings> {
     let limits = TABLE
@@ -262,19 +323,25 @@ fn any_settings() -> impl Strategy<Value = Settings> {
         1_000..200_000_i32,
         1_000..100_000_i32,
         10..5_000_i32,
+        10..1_000_i32,
+        0..=20_000_i32,
     );
-    (limits, motor).prop_map(|(limits, (kind, gear, constant, resistance))| {
-        let mut settings = settings(&[
-            (Setting::MotorKind, kind),
-            (Setting::GearRatio, gear),
-            (Setting::TorqueConstant, constant),
-            (Setting::Resistance, resistance),
-        ]);
-        for (key, value) in limits {
-            settings.set(key, value).unwrap();
-        }
-        settings
-    })
+    (limits, motor).prop_map(
+        |(limits, (kind, gear, constant, resistance, inductance, weakening))| {
+            let mut settings = settings(&[
+                (Setting::MotorKind, kind),
+                (Setting::GearRatio, gear),
+                (Setting::TorqueConstant, constant),
+                (Setting::Resistance, resistance),
+                (Setting::Inductance, inductance),
+                (Setting::FieldWeakeningCurrent, weakening),
+            ]);
+            for (key, value) in limits {
+                settings.set(key, value).unwrap();
+            }
+            settings
+        },
+    )
 }
 
 fn any_f32() -> impl Strategy<Value = f32> {
@@ -287,13 +354,15 @@ fn conditions() -> impl Strategy<Value = Conditions> {
         any_f32(),
         any_f32(),
         any_f32(),
+        any_f32(),
         temperature(),
         temperature(),
     )
         .prop_map(
-            |(current, supply_voltage, velocity, bridge, motor)| Conditions {
+            |(current, supply_voltage, voltage, velocity, bridge, motor)| Conditions {
                 current,
                 supply_voltage,
+                voltage,
                 velocity,
                 temperatures: Temperatures { bridge, motor },
             },

@@ -40,4 +40,7 @@ pub enum ActiveLimit {
     /// The shaft has not yet turned the way of its torque since power was enabled
     /// (`probe_current`).
     SignProbe = 17,
+    /// The voltage of the bridge does not suffice for a higher speed, or for more torque at this
+    /// speed.
+    Voltage = 18,
 }

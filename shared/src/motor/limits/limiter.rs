@@ -3,6 +3,7 @@
 use super::ActiveLimit;
 use super::heat::Heat;
 use super::supply::{Supply, positive};
+use super::voltage::{Readings, Voltage};
 use crate::constants::CONTROL_PERIOD;
 use crate::math::{limit, root_of_sum};
 use crate::sensors::Temperatures;
@@ -18,6 +19,8 @@ pub struct Conditions {
     pub current: f32,
     /// Supply voltage, V.
     pub supply_voltage: f32,
+    /// Amplitude of the bridge's voltage, V; 0 if it is not known.
+    pub voltage: f32,
     /// Velocity of the output shaft, rad/s.
     pub velocity: f32,
     /// Temperatures of bridge and motor.
@@ -29,8 +32,8 @@ pub struct Conditions {
 pub struct Limited {
     /// Current that makes the torque, A. It is never NaN.
     pub current: f32,
-    /// Current in the axis d of a three-phase motor, A. It turns braking power into heat, or probes
-    /// the rotor's angle ([`Limiter::add_direct`]).
+    /// Current in the axis d of a three-phase motor, A. It turns braking power into heat, weakens
+    /// the field, or probes the rotor's angle ([`Limiter::add_direct`]).
     pub direct: f32,
     /// The limit that acts now.
     pub cause: ActiveLimit,
@@ -82,6 +85,7 @@ impl Derating {
 #[derive(Clone, Debug)]
 pub struct Limiter {
     supply: Supply,
+    voltage: Option<Voltage>,
     current_limit: f32,
     /// Velocity at which no current accelerates the axle any more, rad/s, and A s/rad.
     fastest: f32,
@@ -117,6 +121,7 @@ impl Limiter {
         };
         Self {
             supply: Supply::new(settings),
+            voltage: Voltage::new(settings),
             current_limit,
             fastest: OVERSPEED * velocity_limit,
             velocity_slope: current_limit / (band * velocity_limit),
@@ -169,6 +174,20 @@ impl Limiter {
         let carried = side.bound;
         let (forward, speed) = (now.velocity >= 0.0, now.velocity.abs());
         let (along, emf) = (forward == (demand >= 0.0), self.supply.emf(speed));
+        let voltage = self.voltage.as_mut().map(|voltage| {
+            voltage.at(&Readings {
+                speed,
+                supply: now.supply_voltage,
+                voltage: now.voltage,
+                brakes: forward != (now.current >= 0.0),
+            })
+        });
+        if let Some(voltage) = &voltage {
+            side.reduce(voltage.reach(carried, along), ActiveLimit::Voltage);
+            if along {
+                side.reduce(voltage.accelerating(), ActiveLimit::Voltage);
+            }
+        }
         self.reduce_by_supply(&mut side, along, emf, now.supply_voltage);
         if along {
             let bound = (self.fastest - speed) * self.velocity_slope;
@@ -184,6 +203,10 @@ impl Limiter {
         } else {
             self.burn(current.abs(), emf, carried, now.supply_voltage)
         };
+        let weakening = voltage.map_or(0.0, |voltage| voltage.weakening(current.abs(), along));
+        if weakening > -self.direct {
+            self.add_direct(-weakening, bound, now);
+        }
         Limited {
             current,
             direct: self.direct,

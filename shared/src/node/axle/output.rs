@@ -6,7 +6,7 @@ use super::{ActiveLimit, Axle, BridgeDemand, Inputs, Outputs};
 use crate::bus::cia402::{State, mode, status};
 use crate::bus::pdo::{DriveMotion, DriveStatus};
 use crate::faults::Reaction;
-use crate::math::{saturate, to_i16, to_i32};
+use crate::math::{root_of_sum, saturate, to_i16, to_i32};
 use crate::motor::alignment::Progress;
 use crate::motor::cascade::Demand;
 use crate::motor::limits::{Conditions, Limited};
@@ -16,9 +16,15 @@ fn conditions(inputs: &Inputs, velocity: f32) -> Conditions {
     Conditions {
         current: inputs.current,
         supply_voltage: inputs.supply_voltage,
+        voltage: inputs.electrical.voltage.map_or(0.0, length),
         velocity,
         temperatures: inputs.temperatures,
     }
+}
+
+/// Length of a vector.
+fn length([d, q]: [f32; 2]) -> f32 {
+    root_of_sum(d * d + q * q)
 }
 
 /// Word of object 0x60fd.

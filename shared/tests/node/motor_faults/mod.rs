@@ -4,6 +4,7 @@
 
 pub mod rig;
 mod supply;
+mod voltage;
 mod wrong_angle;
 
 use rig::{PER_RADIAN, Rig, Trouble};

@@ -27,21 +27,21 @@ const DRIVES: [(f32, f32, i32, i32, i32); 6] = [
 /// Number of drives whose angle slips.
 const CASES: usize = 400;
 
-struct Drive {
-    model: MotorModel,
-    settings: Settings,
+pub struct Drive {
+    pub model: MotorModel,
+    pub settings: Settings,
     /// Velocity limit, rad/s.
-    velocity: f64,
+    pub velocity: f64,
     /// Torque at the current limit, N m.
-    torque: f64,
+    pub torque: f64,
 }
 
 /// Returns a random number between two others.
-fn between(random: &mut Random, low: f64, high: f64) -> f64 {
+pub fn between(random: &mut Random, low: f64, high: f64) -> f64 {
     low + (high - low) * 0.5 * (random.next() + 1.0)
 }
 
-fn pick<T: Copy>(random: &mut Random, of: &[T]) -> T {
+pub fn pick<T: Copy>(random: &mut Random, of: &[T]) -> T {
     let index = between(random, 0.0, of.len() as f64) as usize;
     of[index.min(of.len() - 1)]
 }
@@ -49,7 +49,7 @@ fn pick<T: Copy>(random: &mut Random, of: &[T]) -> T {
 impl Drive {
     /// Draws a drive with one of these encoders, counts per turn. `wrong` scales the errors of its
     /// settings.
-    fn draw(random: &mut Random, wrong: f64, encoders: &[u32]) -> Self {
+    pub fn draw(random: &mut Random, wrong: f64, encoders: &[u32]) -> Self {
         let (gear, inertia, velocity, acceleration, gain) = pick(random, &DRIVES);
         let resistance = between(random, 0.15, 0.6);
         let inductance = between(random, 0.08e-3, 0.25e-3);
@@ -91,12 +91,12 @@ impl Drive {
         }
     }
 
-    fn rig(&self) -> Rig {
+    pub fn rig(&self) -> Rig {
         Rig::with_model(self.model, &self.settings)
     }
 
     /// Returns the target for this part of the velocity limit.
-    fn target(&self, part: f64) -> i32 {
+    pub fn target(&self, part: f64) -> i32 {
         (part * self.velocity * PER_RADIAN) as i32
     }
 
@@ -106,7 +106,7 @@ impl Drive {
     }
 
     /// Swaps the leads a and b, and calibrates the drive again.
-    fn swap_leads(&mut self) {
+    pub fn swap_leads(&mut self) {
         let offset = Setting::ElectricalOffset;
         for (setting, value) in [
             (Setting::PhaseOrder, -1),
