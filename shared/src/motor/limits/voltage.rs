@@ -1,10 +1,9 @@
-//! The voltage that the bridge gives, and the field that a current in d weakens so that this voltage
-//! suffices.
+//! The voltage that the bridge gives, and the current in d that weakens the field so that this
+//! voltage suffices.
 //!
-//! At a high speed, the back-EMF of a three-phase motor exceeds the voltage of the bridge. Without a
-//! current in d, nothing then controls the current: the motor brakes as it likes. A negative current
-//! in d takes `w L_d |i_d|` from the back-EMF `e` (both as amplitudes of a phase, at the electrical
-//! speed `w`), so that
+//! At a high speed, the back-EMF of a three-phase motor exceeds the voltage of the bridge. Without
+//! a current in d, nothing then controls the current. A negative current in d takes `w L_d |i_d|`
+//! from the back-EMF `e` (amplitudes of a phase, at the electrical speed `w`), so that
 //!
 //! `(e + R i_q - w L_d |i_d|)^2 + (w L_q i_q)^2 <= V^2`.
 
