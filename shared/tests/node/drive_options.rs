@@ -547,6 +547,41 @@ fn every_homing_method_finds_its_edge_from_every_start() {
     }
 }
 
+/// The axle passes the switch while it decelerates, or stops on it.
+#[test]
+fn homing_that_begins_in_motion_decelerates_first() {
+    for (method, speed) in [
+        (19, -6.0),
+        (19, 3.0),
+        (19, 6.0),
+        (20, -3.0),
+        (20, 3.0),
+        (20, 6.0),
+    ] {
+        for delay in [150, 300, 400, 500] {
+            let mut bench = Bench::new(&[(Setting::HomingSpeed, 1_000)], MOTOR);
+            bench.switches = |angle| switches(angle > 0.5, 0.0);
+            bench.set(|p| p.homing_method = method);
+            bench.enable(mode::CYCLIC_VELOCITY, (speed * 1e6) as i32);
+            bench.run(delay);
+            bench.mode = mode::HOMING;
+            bench.send(OPERATION | CONTROL_START, 12_000);
+            let case = format!("{method} at {speed} rad/s for {delay} ms");
+            assert!(
+                bench.outputs.faults.is_empty(),
+                "{case}: {:?}",
+                bench.outputs.faults
+            );
+            let done = status::TARGET_REACHED | status::FOLLOWING;
+            let bits = done | status::ERROR_OF_MODE;
+            assert_eq!(bench.status() & bits, done, "{case}");
+            let position = f64::from(bench.outputs.motion.position) / 65_536.0 * TAU;
+            let error = position - (bench.angle() - 0.5);
+            assert!(error.abs() < 1.5e-3, "{case}: {error} rad");
+        }
+    }
+}
+
 #[test]
 fn method_37_takes_the_present_position() {
     let changes = [

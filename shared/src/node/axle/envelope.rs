@@ -99,6 +99,16 @@ impl Envelopes {
         self.selected & BENCH != 0
     }
 
+    /// Returns whether the envelope in force is one of homing.
+    pub fn homing(&self) -> bool {
+        self.selected & HOMING != 0
+    }
+
+    /// Returns the velocity limit of homing, rad/s.
+    fn homing_velocity(&self) -> f32 {
+        self.prepared[HOMING].limits.velocity
+    }
+
     /// Puts the envelope of this operation in force.
     pub fn select(&mut self, homing: bool, bench: bool, in_force: &mut Envelope) {
         let index = usize::from(homing) * HOMING + usize::from(bench) * BENCH;
@@ -121,9 +131,11 @@ const BENCH: usize = 2;
 
 impl Axle {
     /// Selects the envelope by the mode and by bench mode. A drive that holds since bench mode has
-    /// ended keeps the limits of bench mode.
+    /// ended keeps the limits of bench mode. An axle that is too fast for homing decelerates with
+    /// the limits of operation.
     pub(super) fn select_envelope(&mut self) {
-        let homing = self.mode == mode::HOMING;
+        let slow = self.velocity().abs() <= self.envelopes.homing_velocity();
+        let homing = self.mode == mode::HOMING && slow;
         let holds = self.state == State::QuickStopActive;
         let bench = self.authority.bench() || holds && self.envelopes.bench();
         self.envelopes.select(homing, bench, &mut self.force);

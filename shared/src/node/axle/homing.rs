@@ -220,8 +220,21 @@ impl Axle {
         self.homed = true;
     }
 
-    /// Runs one tick of homing.
+    /// Runs one tick of homing. An axle that still moves faster than homing allows decelerates
+    /// first.
     pub(super) fn home(&mut self, switches: Switches) {
+        if !self.envelopes.homing() {
+            self.select_envelope();
+            if !self.envelopes.homing() {
+                self.motion
+                    .toward_velocity(0.0, self.force.limits, CONTROL_PERIOD);
+                return;
+            }
+            if self.homing.stage.is_running() {
+                // The axle may have passed the switch.
+                self.homing.start(switches);
+            }
+        }
         let position = self.position();
         let (velocity, found) = self.homing.tick(switches, position);
         if found {
