@@ -89,8 +89,8 @@ impl Reference {
             speed * (inductance_d * current[0] + flux(c)),
         ];
         let radius = SUPPLY * f64::from(MAX_DUTY) / 3.0_f64.sqrt();
-        // The axis d takes at most three quarters.
-        let mut left = 0.75 * radius;
+        let fast = (speed * flux(c)).abs() > 0.5 * radius;
+        let mut left = radius * if fast { 0.75 } else { 1.0 };
         let mut result = [0.0; 2];
         for axis in 0..2 {
             let (bandwidth, inductance) = (f64::from(c.bandwidth), f64::from(c.inductance[axis]));
@@ -120,7 +120,7 @@ fn a_period_is_that_of_double_precision_to_two_counts() {
         let t = f64::from(step);
         if step % 20 == 0 {
             demand = 7.0 * (t * 1.7e-3).cos();
-            speed = 1_200.0 * (t * 3.1e-4).sin(); // electrical, rad/s
+            speed = 1_700.0 * (t * 3.1e-4).sin(); // electrical, rad/s
             let shaft = speed / f64::from(MOUNTING.pole_pairs);
             current_loop.demand(
                 BridgeDemand::Current(demand as f32),
