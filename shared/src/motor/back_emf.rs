@@ -48,6 +48,9 @@ const COUPLED: f32 = 0.15;
 const COUPLED_FAST: f32 = 0.3;
 /// Part of the voltage by a change of the current that may be missing or excessive.
 const INDUCTIVE: f32 = 0.2;
+/// The same in d, where the probe's current changes within a control period: the mean current does
+/// not show when.
+const INDUCTIVE_DIRECT: f32 = 0.4;
 /// Part of the voltages that are never explained which counts as wrong if it alternates.
 const ALTERNATING: f32 = 0.5;
 /// Parts of the back-EMF by the encoder which may be missing or excessive as an alternating
@@ -253,8 +256,10 @@ impl BackEmf {
         self.missing += (missing - self.missing) * FILTER;
         let follows = self.missing < FOLLOWS * demand.abs() + LOOSE * self.current_limit;
         if self.electrical != 0.0 {
-            let explained =
-                COUPLED_FAST * coupled.abs() + INDUCTIVE * rising_q.abs() + self.quantum;
+            let explained = COUPLED_FAST * coupled.abs()
+                + INDUCTIVE * rising_q.abs()
+                + INDUCTIVE_DIRECT * rising_d.abs()
+                + self.quantum;
             self.ripple.update(&Unexplained {
                 voltage: [d, q],
                 emf,
@@ -282,7 +287,7 @@ impl BackEmf {
         let threshold = SLIPPED * emf.abs() + COUPLED * coupled.abs() + 0.25 * unexplained;
         let fast = velocity.abs() > OBSERVED * self.velocity_limit;
         if self.electrical != 0.0 && fast && direct_error > threshold {
-            let far = direct_error > threshold + FAR * emf.abs();
+            let far = direct_error > threshold + FAR * emf.abs() + resistance * direct.abs();
             self.slipped = self.slipped.saturating_add(if far { FAST } else { 1 });
         } else {
             self.slipped = self.slipped.saturating_sub(1);

@@ -1,8 +1,8 @@
 //! Index of an incremental encoder: a pulse where the rotor is at one known angle.
 //!
 //! The first pulse after an alignment replaces the aligned angle by the calibrated one, which has
-//! no error by friction or load. Each later pulse shows whether the encoder has lost counts since
-//! the one before. A rotor that turns without a pulse shows a broken line.
+//! no error by friction or load. Each later pulse must come at the same count; otherwise the
+//! encoder has lost counts. A rotor that turns without a pulse shows a broken line.
 
 use super::rotor::{ElectricalAngle, Mounting, Rotor, Turn};
 
@@ -22,7 +22,7 @@ pub enum Finding {
     Confirmed,
     /// The aligned angle, or the calibrated one, is wrong by more than 20 electrical degrees.
     Misaligned,
-    /// Counts or pulses are lost: a pulse came at another count than the one before it, or none
+    /// Counts or pulses are lost: a pulse came at another count than the first one, or none
     /// came in a turn.
     Lost,
 }
@@ -34,14 +34,15 @@ pub(super) struct Index {
     stored: ElectricalAngle,
     /// Electrical angle of [`WIDTH`] counts.
     width: u32,
-    /// Counts in which a pulse must come.
-    turn: u32,
+    /// Counts per turn.
+    counts: u32,
     /// Count of the rotor sensor at the newest pulse, and whether it was not evaluated yet.
     pulse: Option<u32>,
     new: bool,
     /// Count at the alignment or at the newest pulse after it, once the rotor is aligned.
     last: Option<u32>,
-    confirmed: bool,
+    /// Count within a turn at the pulse that confirmed the angle.
+    confirmed: Option<u32>,
 }
 
 impl Index {
@@ -52,11 +53,11 @@ impl Index {
         Self {
             stored: mounting.offset,
             width: count.unsigned_abs().saturating_mul(WIDTH),
-            turn: mounting.counts_per_turn.unsigned_abs() + WIDTH,
+            counts: mounting.counts_per_turn.unsigned_abs(),
             pulse: None,
             new: false,
             last: None,
-            confirmed: false,
+            confirmed: None,
         }
     }
 
@@ -72,7 +73,7 @@ impl Index {
 
     /// The rotor was aligned.
     pub fn align(&mut self, turn: &Turn) {
-        (self.last, self.confirmed, self.new) = (Some(turn.reading()), false, false);
+        (self.last, self.confirmed, self.new) = (Some(turn.reading()), None, false);
     }
 
     /// Evaluates a control period, and corrects the angle at the first pulse after an alignment.
@@ -83,26 +84,27 @@ impl Index {
         };
         if let (Some(pulse), true) = (self.pulse, core::mem::take(&mut self.new)) {
             self.last = Some(pulse);
-            let shown = rotor.angle(turn.within(pulse));
-            let error = self.stored.0 - shown.0;
-            let size = error.to_bits().unsigned_abs();
-            if self.confirmed {
-                if size > self.width {
+            let count = turn.within(pulse);
+            if let Some(confirmed) = self.confirmed {
+                let apart = count.abs_diff(confirmed);
+                if apart.min(self.counts.saturating_sub(apart)) > WIDTH {
                     return Finding::Lost;
                 }
-            } else if size > self.width.saturating_add(LARGEST_ERROR) {
-                return Finding::Misaligned;
             } else {
+                let error = self.stored.0 - rotor.angle(count).0;
+                if error.to_bits().unsigned_abs() > self.width.saturating_add(LARGEST_ERROR) {
+                    return Finding::Misaligned;
+                }
                 rotor.correct(ElectricalAngle(error));
-                self.confirmed = true;
+                self.confirmed = Some(count);
             }
         } else if driven {
             let moved = turn.reading().wrapping_sub(last) as i32;
-            if moved.unsigned_abs() > self.turn {
+            if moved.unsigned_abs() > self.counts.saturating_add(WIDTH) {
                 return Finding::Lost;
             }
         }
-        if self.confirmed {
+        if self.confirmed.is_some() {
             Finding::Confirmed
         } else {
             Finding::Nothing

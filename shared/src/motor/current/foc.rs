@@ -4,10 +4,7 @@
 //!
 //! Each axis has a PI controller. Feed-forward voltages cancel the coupling of the axes and the
 //! back-EMF. The voltage vector stays within the circle that three half bridges can give in every
-//! direction. The axis d has priority, because it keeps the flux. At a high speed, it has only a
-//! part of the voltage: otherwise a motor that brakes could lose the control of its current, when
-//! the coupling of a growing current takes the whole voltage in d, and none is left in q that ends
-//! the growth.
+//! direction; the axis d has priority, because it keeps the flux.
 
 use super::axis::{Axis, Gains};
 use super::dead_time::sign;
@@ -94,9 +91,7 @@ impl Foc {
         let limit = point.voltage_limit;
         let error = ((full_scale(demand.d) >> 4) - d) << 3;
         let coupled = -mul_high(q << 3, point.coupling[1]);
-        let voltage_d = self
-            .d
-            .step(self.gains[0], error, coupled, point.direct_limit);
+        let voltage_d = self.d.step(self.gains[0], error, coupled, limit);
         let error = ((full_scale(demand.q) >> 4) - q) << 3;
         let coupled = mul_high_add(point.back_emf, d << 3, point.coupling[0]);
         let left = leg_of_circle(limit, voltage_d);

@@ -28,9 +28,6 @@ pub struct OperatingPoint {
     /// Largest voltage: of the winding of a brushed motor, or the length of the voltage vector. 0
     /// while the supply voltage is not known or too low.
     pub voltage_limit: i32,
-    /// Largest voltage in d: that of the vector, but three quarters of it while the back-EMF is
-    /// more than half of it.
-    pub direct_limit: i32,
     /// Compare value of half the supply voltage.
     pub half: i32,
     /// Compare counts per full-scale voltage, times 2^8.
@@ -67,17 +64,13 @@ impl OperatingPoint {
         // sample.
         let lead = Angle::from_radians(1.5 * speed / fixed.ratings.pwm_hz as f32);
         let (sin, cos) = sin_cos_q30(lead);
-        let emf = to_i32(speed * fixed.flux * volts).clamp(-(1 << 25), 1 << 25);
-        let voltage_limit = if usable {
-            to_i32(supply_voltage * reach * volts).clamp(0, (1 << 24) - 1)
-        } else {
-            0
-        };
-        let part = voltage_limit >> 2;
-        let fast = emf.abs() > 2 * part;
+        let emf = to_i32(speed * fixed.flux * volts);
         Self {
-            voltage_limit,
-            direct_limit: voltage_limit - if fast { part } else { 0 },
+            voltage_limit: if usable {
+                to_i32(supply_voltage * reach * volts).clamp(0, (1 << 24) - 1)
+            } else {
+                0
+            },
             half: i32::from(fixed.ratings.period / 2),
             counts_per_volt: if usable {
                 to_i32(period / supply_voltage * (VOLTAGE_FULL_SCALE * 256.0))
@@ -86,7 +79,7 @@ impl OperatingPoint {
             },
             lead: [cos, sin],
             coupling: [coupling(fixed.inductance[0]), coupling(fixed.inductance[1])],
-            back_emf: emf,
+            back_emf: emf.clamp(-(1 << 25), 1 << 25),
         }
     }
 }

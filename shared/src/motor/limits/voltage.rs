@@ -25,6 +25,8 @@ const GAIN: f32 = 0.5;
 const LARGEST_ERROR: f32 = 0.3;
 /// Part of the current that is left for the torque, however much the field needs.
 const LEAST: f32 = 0.4;
+/// Part of the current limit that a motor which drives may use for its field. What is left brakes.
+const LARGEST_WEAKENING: f32 = 0.9;
 /// Number of bisections by which the largest current is found: to 1 % of the rest.
 const BISECTIONS: usize = 6;
 
@@ -84,7 +86,10 @@ impl Voltage {
             emf_constant: settings.scaled(Setting::TorqueConstant, 1e-6) * gear / 1.5,
             resistance: settings.scaled(Setting::Resistance, 1e-3),
             reactances: [electrical * inductance, electrical * inductance_q],
-            weakening: settings.scaled(Setting::FieldWeakeningCurrent, 1e-3),
+            weakening: min(
+                settings.scaled(Setting::FieldWeakeningCurrent, 1e-3),
+                LARGEST_WEAKENING * settings.scaled(Setting::CurrentLimit, 1e-3),
+            ),
             lacking: 0.0,
         })
     }

@@ -3,6 +3,7 @@
 //! 6 rad/s.
 
 pub mod rig;
+mod sound;
 mod supply;
 mod voltage;
 mod wrong_angle;

@@ -197,6 +197,11 @@ impl Rig {
         ((self.random >> 33) as i64 % span) as i32 - bound
     }
 
+    /// Returns whether the drive is in operation.
+    pub fn is_enabled(&self) -> bool {
+        self.state == State::OperationEnabled
+    }
+
     /// Turn of the output shaft since the start, rad.
     pub fn angle(&self) -> f64 {
         self.motor.shaft().position as f64 / 4_294_967_296.0 * TAU
