@@ -1,11 +1,12 @@
 //! Commands at random for sound drives: modes, controlwords, targets and loads, one after the other
 //! at any time. No fault may come.
 
-use super::rig::{PER_RADIAN, Rig};
+use super::rig::{PER_RADIAN, Rig, model, settings};
 use super::wrong_angle::{Drive, between, pick};
 use crate::random::Random;
 use std::f64::consts::TAU;
 use tautrack::bus::cia402::{CONTROL_HALT, CONTROL_START, controlword, mode};
+use tautrack::motor::model::{MotorModel, ThreePhaseModel, WindingModel};
 use tautrack::node::axle::Outputs;
 use tautrack::sensors::Switches;
 use tautrack::settings::Setting;
@@ -135,6 +136,51 @@ fn a_sound_three_phase_drive_has_no_fault_whatever_is_commanded() {
         }
     }
     println!("{milliseconds} ms");
+}
+
+/// Inductances from 0.05 to 1 mH; the settings are wrong by up to 15 %.
+#[test]
+fn a_sound_drive_is_not_accused_whatever_its_inductance_is() {
+    let base = model(true);
+    let WindingModel::ThreePhase(winding) = base.winding else {
+        unreachable!("a three-phase motor")
+    };
+    for inductance in [0.05, 0.15, 0.3, 0.4, 0.6, 1.0] {
+        for (resistance, wrong) in [
+            (0.3, 1.0),
+            (0.3, 0.85),
+            (0.3, 1.15),
+            (1.0, 0.85),
+            (1.0, 1.15),
+        ] {
+            let model = MotorModel {
+                winding: WindingModel::ThreePhase(ThreePhaseModel {
+                    resistance,
+                    inductance: [1e-3 * inductance, 1.2e-3 * inductance],
+                    ..winding
+                }),
+                ..base
+            };
+            let changes = [
+                (Setting::Resistance, (1e3 * resistance * wrong) as i32),
+                (Setting::Inductance, (1e3 * inductance * wrong) as i32),
+                (Setting::InductanceQ, (1.2e3 * inductance * wrong) as i32),
+            ];
+            let mut rig = Rig::with_model(model, &settings(true, &changes));
+            let mut random = Random(3);
+            for _ in 0..60 {
+                rig.target = (4.0 * random.next() * PER_RADIAN) as i32;
+                rig.load = (5.0 * random.next()) as f32;
+                for _ in 0..200 {
+                    let fault = rig.tick().faults.strongest();
+                    assert_eq!(
+                        fault, None,
+                        "{resistance} ohm, {inductance} mH, times {wrong}"
+                    );
+                }
+            }
+        }
+    }
 }
 
 #[test]
