@@ -308,6 +308,20 @@ fn no_client_writes_what_moves_an_axle_while_the_guard_is_alive() {
     }
 }
 
+/// The write in segments begins before the guard's first heartbeat.
+#[test]
+fn a_write_that_began_before_the_guard_does_not_end_while_it_is_alive() {
+    let mut client = Client::guarded("axle");
+    client.guard = false;
+    client.idle(130);
+    assert_eq!(client.sdo([0x21, 0xff, 0x60, 0, 4, 0, 0, 0])[0], 0x60);
+    client.guard = true;
+    client.idle(130);
+    let end = client.sdo([0x07, 0x20, 0xa1, 0x07, 0, 0, 0, 0]);
+    assert_eq!(Client::abort_code(end), DEVICE_STATE);
+    assert_eq!(client.read(0x60ff, 0), 0);
+}
+
 /// Velocity set-point with the given controlword; `speed` in rad/s.
 fn velocity(controlword: u8, speed: f32) -> [u8; 7] {
     let [a, b, c, d] = ((speed * 1e6) as i32).to_le_bytes();

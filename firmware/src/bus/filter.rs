@@ -115,7 +115,7 @@ fn signed(data: &[u8], size: u8) -> i32 {
 
 /// Whether writing the object may move an axle: all objects of the drive itself, and the parameters
 /// of its receive PDOs.
-fn moves_an_axle(index: u16) -> bool {
+pub(super) fn moves_an_axle(index: u16) -> bool {
     matches!(index, 0x1400..=0x17ff | 0x2000..) && !is_capture(index)
 }
 

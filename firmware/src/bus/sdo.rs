@@ -4,7 +4,7 @@
 //! bytes can change during a transfer; the only one that does, the window of the recording, begins
 //! with its number.
 
-use super::filter::is_mapping;
+use super::filter::{is_mapping, moves_an_axle};
 use zencan_node::common::sdo::AbortCode;
 use zencan_node::object_dict::{ODEntry, find_object_entry};
 
@@ -51,8 +51,15 @@ pub type Address = (u16, u8);
 pub type Answer = (Option<Bytes>, Option<Address>);
 
 impl Server {
-    /// Answers a request. A request for a new transfer ends the one that is under way.
-    pub fn answer(&mut self, request: &Bytes, table: Table, now_us: u64) -> Answer {
+    /// Answers a request. A request for a new transfer ends the one that is under way. While the
+    /// guard is alive, no transfer writes an object that moves an axle, even if it began before.
+    pub fn answer(
+        &mut self,
+        request: &Bytes,
+        table: Table,
+        guard_alive: bool,
+        now_us: u64,
+    ) -> Answer {
         let specifier = request[0] >> 5;
         let transfer = self.transfer.take();
         let address = match (specifier, transfer) {
@@ -61,6 +68,9 @@ impl Server {
         };
         let result = match (specifier, transfer) {
             (4, _) => return (None, None), // the client aborts
+            (0, Some(it)) if it.writes && guard_alive && moves_an_axle(it.object.index) => {
+                Err(AbortCode::CantStoreDeviceState)
+            }
             (0, Some(transfer)) if transfer.writes => self.write_segment(request, transfer, now_us),
             (3, Some(transfer)) if !transfer.writes => self.read_segment(request, transfer, now_us),
             (1, _) => self.write(request, table, now_us),

@@ -97,7 +97,7 @@ impl Bus {
         match (verdict, answer) {
             (_, Some(answer)) | (Verdict::Answer(answer), None) => TRANSMIT.push(answer),
             (Verdict::Pass, None) => {
-                if let Some(wrote_objects) = self.follow(&frame, now_us) {
+                if let Some(wrote_objects) = self.follow(&frame, condition.guard_alive, now_us) {
                     wrote = wrote_objects;
                     self.process(now_us);
                 }
@@ -129,7 +129,7 @@ impl Bus {
 
     /// Does what `frame` requests. Returns what it wrote; `None` if it is not addressed to this
     /// node.
-    fn follow(&mut self, frame: &Frame, now_us: u64) -> Option<Written> {
+    fn follow(&mut self, frame: &Frame, guard_alive: bool, now_us: u64) -> Option<Written> {
         match (frame.id(), frame.data()) {
             (NMT, &[command, node]) if node == 0 || node == self.node_id => {
                 if matches!(command, 2 | 129 | 130) {
@@ -167,7 +167,8 @@ impl Bus {
             return None;
         }
         let request = frame.data().try_into().ok()?;
-        let (answer, wrote) = self.server.answer(request, self.dictionary.table, now_us);
+        let table = self.dictionary.table;
+        let (answer, wrote) = self.server.answer(request, table, guard_alive, now_us);
         self.send_answer(answer);
         Some(wrote.map_or(Written::Nothing, |(index, sub)| Written::Object(index, sub)))
     }

@@ -6,6 +6,7 @@ use super::device::{Device, Shared, TransferError};
 use super::inclinometer::Inclinometer;
 use super::inertial_unit::{Address, InertialUnit};
 use super::magnetometer::Magnetometer;
+use super::newest;
 use embassy_futures::join::join3;
 use embassy_time::{Duration, Instant, Ticker, Timer};
 use tautrack::settings::{Setting, Settings};
@@ -119,11 +120,22 @@ async fn serve<D: Driver, B: SensorBus>(driver: D, device: Device<'_, B>) -> ! {
     }
 }
 
+/// Returns a ticker that fires right after control ticks. With readings that end near a control
+/// tick, sometimes before and sometimes after it, one tick would see two of them as one, and the
+/// next one none: the sensor would count as too slow.
+fn ticker_after_tick(period: Duration) -> Ticker {
+    let mut ticker = Ticker::every(period);
+    if let Some(taken) = newest::taken().filter(|taken| taken.elapsed() < period) {
+        ticker.reset_at(taken);
+    }
+    ticker
+}
+
 /// Reads a chip at its rate until it has no new readings for some time. Returns the last failure.
 async fn read_until_silent<D: Driver, B: SensorBus>(driver: &D, device: Device<'_, B>) -> Failure {
     let period = Duration::from_hz(u64::from(driver.rate_hz()));
     let silence = SILENCE.max(period * SILENT_PERIODS);
-    let mut ticker = Ticker::every(period);
+    let mut ticker = ticker_after_tick(period);
     let mut newest = Instant::now();
     loop {
         ticker.next().await;

@@ -12,6 +12,9 @@ const LARGEST_ERROR: u32 = (1 << 30) / 9 * 2;
 /// rotor turns back.
 const WIDTH: u32 = 5;
 
+/// Control periods after a correction of the angle in which the voltages are those of a jump.
+const SETTLING: u8 = 10;
+
 /// What the index shows.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub enum Finding {
@@ -43,6 +46,8 @@ pub(super) struct Index {
     last: Option<u32>,
     /// Count within a turn at the pulse that confirmed the angle.
     confirmed: Option<u32>,
+    /// Control periods that are left of [`SETTLING`].
+    settling: u8,
 }
 
 impl Index {
@@ -58,6 +63,7 @@ impl Index {
             new: false,
             last: None,
             confirmed: None,
+            settling: 0,
         }
     }
 
@@ -69,6 +75,13 @@ impl Index {
     /// Returns the count at the newest pulse since power-up.
     pub fn newest(&self) -> Option<u32> {
         self.pulse
+    }
+
+    /// Returns whether the angle was corrected a few control periods ago. Counts this one.
+    pub fn settles(&mut self) -> bool {
+        let settles = self.settling > 0;
+        self.settling = self.settling.saturating_sub(1);
+        settles
     }
 
     /// The rotor was aligned.
@@ -97,6 +110,7 @@ impl Index {
                 }
                 rotor.correct(ElectricalAngle(error));
                 self.confirmed = Some(count);
+                self.settling = SETTLING;
             }
         } else if driven {
             let moved = turn.reading().wrapping_sub(last) as i32;

@@ -299,6 +299,9 @@ impl CurrentLoop {
             if let Some(index) = &mut self.index {
                 let driven = means.electrical.voltage.is_some();
                 means.electrical.index = index.update(rotor, turn, driven);
+                if index.settles() {
+                    means.electrical.voltage = None;
+                }
             }
             let angle = rotor.angle(turn.count());
             means.electrical.angle = Some(angle);

@@ -7,7 +7,7 @@ use crate::random::Random;
 use std::f64::consts::TAU;
 use tautrack::bus::cia402::{CONTROL_HALT, CONTROL_START, controlword, mode};
 use tautrack::motor::model::{MotorModel, ThreePhaseModel, WindingModel};
-use tautrack::node::axle::Outputs;
+use tautrack::node::axle::{AlignmentState, Outputs};
 use tautrack::sensors::Switches;
 use tautrack::settings::Setting;
 
@@ -136,6 +136,46 @@ fn a_sound_three_phase_drive_has_no_fault_whatever_is_commanded() {
         }
     }
     println!("{milliseconds} ms");
+}
+
+/// Friction and load turn the aligned angle away from the one that the index corrects.
+#[test]
+fn a_sound_drive_whose_index_corrects_the_angle_has_no_fault() {
+    let mut random = Random(5);
+    let mut confirmed = 0;
+    for _ in 0..150 {
+        let mut drive = Drive::draw(&mut random, 1.0, &[4_096]);
+        drive.velocity = drive
+            .velocity
+            .min(490.0 / f64::from(drive.model.gear_ratio));
+        let torque = drive.torque;
+        for (setting, value) in [
+            (Setting::VelocityLimit, (drive.velocity * 1e3) as i32),
+            (Setting::RotorSensor, 3),
+            (Setting::ElectricalOffset, 40_000),
+            (Setting::AlignmentCurrent, 3_000),
+            (Setting::AlignmentTravel, 10_000),
+        ] {
+            let key = setting.description().key;
+            drive.settings.set(key, value).expect("in range");
+        }
+        let mut rig = drive.rig();
+        // An eighth of the torque of the alignment: 8 degrees.
+        rig.load = (0.04 * random.next() * torque) as f32;
+        for _ in 0..80 {
+            rig.target = drive.target(between(&mut random, -0.6, 0.6));
+            for _ in 0..60 {
+                let outputs = rig.tick();
+                confirmed += usize::from(outputs.alignment == AlignmentState::Confirmed);
+                assert_eq!(outputs.faults.strongest(), None);
+            }
+            if rig.is_enabled() {
+                rig.load = (0.05 * random.next() * torque) as f32;
+            }
+        }
+    }
+    println!("{confirmed} ms");
+    assert!(confirmed > 100_000);
 }
 
 /// Inductances from 0.05 to 1 mH; the settings are wrong by up to 15 %.
