@@ -215,7 +215,7 @@ impl BackEmf {
     pub fn check(&mut self, now: &Observed) -> Findings {
         let Some([voltage_d, voltage_q]) = now.electrical.voltage else {
             (self.direct, self.square, self.slipped) = (0.0, 0.0, 0);
-            (self.currents, self.missing) = ([0.0; 2], 0.0);
+            (self.currents, self.missing) = ([now.electrical.direct, now.current], 0.0);
             self.forget_angle();
             return Findings::default();
         };
