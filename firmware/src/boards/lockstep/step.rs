@@ -21,13 +21,7 @@ pub(super) fn begin(head: &Head, motor: Option<&mut Motor>, stage: &mut PowerSta
         motor.set_load(head.sensors.supply_voltage, head.sensors.shaft_torque);
         motor.freeze_sensor(head.sensors.encoder_frozen);
         motor.release_brake(brake::is_released());
-        for _ in 0..u64::from(POWER_STAGE.pwm_hz) * STEP_US / 1_000_000 {
-            // As with preloaded compare registers, the interrupt's decision takes effect in the
-            // next period.
-            let next = current_loop::pwm_period(&motor.readings());
-            motor.integrate(*stage);
-            *stage = next;
-        }
+        run_periods(motor, stage);
         shaft = motor.shaft();
         encoder = Some(motor.encoder());
         index = motor.take_index().is_some();
@@ -46,6 +40,20 @@ pub(super) fn begin(head: &Head, motor: Option<&mut Motor>, stage: &mut PowerSta
     // Bytes that do not fit into the pipe are lost, as on a line without handshake.
     let _ = crate::serial::RECEIVED.try_write(head.serial);
     shaft
+}
+
+/// Runs the PWM periods of one step. Not inlined: the emulator translates a page of 1 KiB at a time,
+/// and searches for the translation whenever the program enters another page. So the code that runs
+/// most often stands in as few pages as possible.
+#[inline(never)]
+fn run_periods(motor: &mut Motor, stage: &mut PowerStage) {
+    for _ in 0..u64::from(POWER_STAGE.pwm_hz) * STEP_US / 1_000_000 {
+        // As with preloaded compare registers, the interrupt's decision takes effect in the next
+        // period.
+        let next = current_loop::pwm_period(&motor.readings());
+        motor.integrate(*stage);
+        *stage = next;
+    }
 }
 
 /// Delivers a frame of the bus.

@@ -18,7 +18,6 @@ use crate::world::hand::Path;
 use crate::world::sensor_board::SensorBoard;
 use sha2::{Digest, Sha256};
 use std::time::Duration;
-use tautrack::can::Frame;
 use tautrack::link::{BodyMeasurands, MAX_FRAMES, MAX_SERIAL, STEP_US, Sensors, Shaft, Step};
 
 /// Running simulation: a robot's nodes on their bus, its plant, the operator and the faults.
@@ -114,31 +113,8 @@ impl Run {
             faults: self.faults.of_chips(),
             ..acting
         };
-        let mut inboxes = vec![heapless::Vec::<Frame, MAX_FRAMES>::new(); self.nodes.len()];
-        for (index, inbox) in inboxes.iter_mut().enumerate() {
-            // A bus at 1 Mbit/s cannot deliver more frames in one step than the inbox holds.
-            inbox.extend(
-                self.bus
-                    .received_by(index)
-                    .map(|delivered| delivered.frame)
-                    .take(MAX_FRAMES),
-            );
-        }
-        for (index, frames) in inboxes.into_iter().enumerate() {
-            let sensors = self.sensors(index);
-            let mut serial = heapless::Vec::new();
-            if index == self.guard_number() {
-                // The serial line is slower than what a step message can carry.
-                serial.extend(self.plant.serial().iter().copied().take(MAX_SERIAL));
-            }
-            if let Some(node) = &mut self.nodes[index] {
-                node.send(Step {
-                    time_us: time_us - self.powered_up_us[index],
-                    sensors,
-                    frames,
-                    serial,
-                })?;
-            }
+        for number in 0..self.guard_number() {
+            self.send(number, time_us)?;
         }
         if let Some(frame) = self.operator.tick(time_us, self.listener.view()) {
             self.bus.offer(self.operator_number(), frame)?;
@@ -149,12 +125,48 @@ impl Run {
                 self.bus.offer(first + client, frame)?;
             }
         }
-        self.shafts = self.collect(time_us, sink)?;
+        let guard = self.guard_number();
+        let mut shafts = Vec::with_capacity(guard);
+        for number in 0..guard {
+            if number + 1 == guard {
+                // The guard moves nothing: it computes on a core that waits for the last drive, and
+                // then beside the plant.
+                self.send(guard, time_us)?;
+            }
+            shafts.push(self.receive(number, time_us, sink)?);
+        }
+        self.shafts = shafts;
         self.plant
             .hold(self.hand.at(time_us as f64 * 1e-6).as_ref());
         self.plant.step(&self.shafts);
         let hash = &mut self.hash;
         self.plant.truth_bits(&mut |bytes| hash.update(bytes));
+        self.receive(guard, time_us, sink)?;
+        Ok(())
+    }
+
+    /// Sends this step's sensor values and the frames that the bus has delivered to a node.
+    fn send(&mut self, number: usize, time_us: u64) -> Result<(), RunError> {
+        let sensors = self.sensors(number);
+        let mut serial = heapless::Vec::new();
+        if number == self.guard_number() {
+            // The serial line is slower than what a step message can carry.
+            serial.extend(self.plant.serial().iter().copied().take(MAX_SERIAL));
+        }
+        let Some(node) = &mut self.nodes[number] else {
+            return Ok(());
+        };
+        let delivered = self.bus.received_by(number);
+        node.send(Step {
+            time_us: time_us - self.powered_up_us[number],
+            sensors,
+            // A bus at 1 Mbit/s cannot deliver more frames in one step than the message holds.
+            frames: delivered
+                .map(|delivered| delivered.frame)
+                .take(MAX_FRAMES)
+                .collect(),
+            serial,
+        })?;
         Ok(())
     }
 
@@ -212,28 +224,25 @@ impl Run {
         }
     }
 
-    /// Collects the nodes' answers: shafts for the plant, frames for the bus.
-    fn collect(
+    /// Receives a node's answer: frames for the bus, the log, and the shaft, which it returns.
+    fn receive(
         &mut self,
+        number: usize,
         time_us: u64,
         sink: &mut dyn Sink,
-    ) -> Result<Vec<Option<Shaft>>, RunError> {
-        let mut shafts = vec![None; self.guard_number()];
-        for (index, slot) in self.nodes.iter_mut().enumerate() {
-            let Some(node) = slot else { continue };
-            let stepped = node.receive()?;
-            if let Some(shaft) = shafts.get_mut(index) {
-                *shaft = Some(stepped.shaft);
-            }
-            for line in node.log_lines(&stepped) {
-                let time_s = time_us as f64 * 1e-6;
-                sink.log(&format!("{time_s:.3} {}: {line}", node.name()))?;
-            }
-            for frame in stepped.frames {
-                self.bus.offer(index, frame)?;
-            }
+    ) -> Result<Option<Shaft>, RunError> {
+        let Some(node) = &mut self.nodes[number] else {
+            return Ok(None);
+        };
+        let stepped = node.receive()?;
+        for line in node.log_lines(&stepped) {
+            let time_s = time_us as f64 * 1e-6;
+            sink.log(&format!("{time_s:.3} {}: {line}", node.name()))?;
         }
-        Ok(shafts)
+        for frame in stepped.frames {
+            self.bus.offer(number, frame)?;
+        }
+        Ok(Some(stepped.shaft))
     }
 
     /// Returns the sample of this step.

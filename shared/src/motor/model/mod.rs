@@ -32,8 +32,9 @@ const BOUND: f32 = 1e6;
 
 /// One motor and its sensors, integrated once per PWM period.
 ///
-/// The emulator computes each floating-point operation in a function of its own. Therefore
-/// [`Motor::new`] and [`Motor::set_load`] compute what does not change between two periods.
+/// The emulator computes each floating-point operation in a function of its own, and each comparison
+/// in two. Therefore [`Motor::new`] and [`Motor::set_load`] compute what does not change between two
+/// periods, and the periods compare the bits of the numbers ([`magnitude`]).
 #[derive(Clone, Debug)]
 pub struct Motor {
     model: MotorModel,
@@ -119,9 +120,9 @@ impl Motor {
         })
     }
 
-    /// Sets the supply voltage (V) and the torque at the output shaft (N m) for the next periods.
+    /// Sets the supply voltage (V, at least 0) and the torque at the output shaft (N m) for the next periods.
     pub fn set_load(&mut self, supply_voltage: f32, shaft_torque: f32) {
-        self.supply.set(bounded(supply_voltage));
+        self.supply.set(bounded(supply_voltage).max(0.0));
         self.load = bounded(shaft_torque) / self.model.gear_ratio;
     }
 
@@ -160,17 +161,15 @@ impl Motor {
         } else {
             self.grip_with_brake
         };
-        self.velocity = if free > grip {
-            free - grip
-        } else if free < -grip {
-            free + grip
+        self.velocity = if magnitude(free) > magnitude(grip) {
+            free - grip.copysign(free)
         } else {
             0.0
         };
 
         let moved = self.velocity * self.moved_per_velocity + self.residue;
         // The core converts 32 bits in one instruction, and calls a function for 64.
-        let whole = if moved.abs() < 2_147_483_648.0 {
+        let whole = if magnitude(moved) < magnitude(2_147_483_648.0) {
             let whole = moved as i32;
             self.residue = moved - whole as f32;
             i64::from(whole)
@@ -195,7 +194,7 @@ impl Motor {
 
     fn cogging_torque(&self, rotor: Angle) -> f32 {
         match &self.model.winding {
-            WindingModel::ThreePhase(winding) if winding.cogging_torque != 0.0 => {
+            WindingModel::ThreePhase(winding) if magnitude(winding.cogging_torque) != 0 => {
                 let angle = rotor
                     .to_bits()
                     .wrapping_mul(i32::from(winding.cogging_periods));
@@ -223,7 +222,7 @@ impl Motor {
     fn code(&mut self, current: f32) -> u16 {
         let noisy = current + self.model.current_noise * self.noise.sample();
         let quantum = self.model.current_quantum;
-        let stepped = if quantum == 0.0 {
+        let stepped = if magnitude(quantum) == 0 {
             noisy
         } else {
             rounded(noisy / quantum) as f32 * quantum
@@ -270,12 +269,19 @@ impl Motor {
 
 /// Converts `value` to the nearest integer; saturates, 0 for NaN.
 fn rounded(value: f32) -> i32 {
-    (value + if value < 0.0 { -0.5 } else { 0.5 }) as i32
+    (value + 0.5_f32.copysign(value)) as i32
+}
+
+/// The bits of `|value|`. As integers they have the order of the magnitudes; NaN is above them all.
+#[inline]
+fn magnitude(value: f32) -> u32 {
+    value.to_bits() & 0x7fff_ffff
 }
 
 /// Clamps `value` to the model's bound; returns 0 for NaN.
+#[inline]
 fn bounded(value: f32) -> f32 {
-    if value.abs() <= BOUND {
+    if magnitude(value) <= magnitude(BOUND) {
         value
     } else if value.is_nan() {
         0.0

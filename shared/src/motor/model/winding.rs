@@ -1,6 +1,6 @@
 //! Electrical part of a motor: bridge and winding.
 
-use super::{ThreePhaseModel, WindingModel, bounded};
+use super::{ThreePhaseModel, WindingModel, bounded, magnitude};
 use crate::math::trig::sin_cos;
 use crate::motor::bridge::{PowerStage, Ratings};
 use crate::units::Angle;
@@ -49,10 +49,8 @@ impl Supply {
     /// Mean voltage of a half bridge over one period. During the dead time a diode conducts, which
     /// opposes the current.
     fn half_bridge(&self, compare: u16, current: f32) -> f32 {
-        let lost = if current > CROSSING {
-            self.dead
-        } else if current < -CROSSING {
-            -self.dead
+        let lost = if magnitude(current) > magnitude(CROSSING) {
+            self.dead.copysign(current)
         } else {
             self.dead_slope * current
         };
@@ -88,6 +86,8 @@ pub(super) struct ThreePhase {
     dq: [f32; 2], // A
     /// Sine and cosine of the electrical angle.
     axes: Axes,
+    /// Currents out of the half bridges with these `dq` and `axes`, A.
+    phases: [f32; 3],
 }
 
 impl Winding {
@@ -123,6 +123,7 @@ impl Winding {
                         damping: rise.map(|rise| 1.0 + rise * model.resistance),
                         dq: [0.0; 2],
                         axes: (0.0, 1.0),
+                        phases: [0.0; 3],
                         model,
                     })
                 })
@@ -138,18 +139,20 @@ impl Winding {
         }
     }
 
-    /// Turns the rotor's axes to this angle of the rotor.
+    /// Turns the rotor's axes to this angle of the rotor. The last act of each period.
     pub fn turn_to(&mut self, rotor: Angle) {
         if let Self::ThreePhase(winding) = self {
             let turned = rotor
                 .to_bits()
                 .wrapping_mul(winding.model.pole_pairs.into());
             winding.axes = sin_cos(Angle::from_bits(turned) + winding.offset);
+            winding.phases = phases(winding.dq, winding.axes);
         }
     }
 
     /// Ends the current of the lead 0 (a), 1 (b) or 2 (c), which is open. The terminal takes the
     /// voltage at which no current flows.
+    #[cold]
     pub fn open_lead(&mut self, lead: usize) {
         match self {
             Self::Brushed(winding) => {
@@ -180,10 +183,7 @@ impl Winding {
     pub fn phase_currents(&self) -> [f32; 2] {
         match self {
             Self::Brushed(winding) => [winding.current, -winding.current],
-            Self::ThreePhase(winding) => {
-                let [a, b, _] = phases(winding.dq, winding.axes);
-                [a, b]
-            }
+            Self::ThreePhase(winding) => [winding.phases[0], winding.phases[1]],
         }
     }
 }
@@ -211,6 +211,7 @@ impl Brushed {
     /// Current after one period with all transistors open. The diodes put the whole supply voltage
     /// against the current until it is zero. If no current flows, they conduct only where the
     /// back-EMF exceeds the supply.
+    #[cold]
     fn through_diodes(&self, supply: f32, emf: f32) -> f32 {
         let forward = if self.current == 0.0 {
             emf < 0.0
@@ -249,9 +250,8 @@ impl ThreePhase {
         let (speed, axes) = (self.pole_pairs * velocity, self.axes);
         self.dq = match stage {
             PowerStage::Drive(compare) => {
-                let currents = phases(self.dq, axes);
                 let volts = core::array::from_fn(|phase| {
-                    supply.half_bridge(compare[phase], currents[phase])
+                    supply.half_bridge(compare[phase], self.phases[phase])
                 });
                 self.after(Self::voltage(volts, axes), speed)
             }
@@ -278,12 +278,13 @@ impl ThreePhase {
     /// Currents after one period with all transistors open. The diode of each phase puts half of
     /// the supply voltage against its current, until the currents reach zero. If no current flows,
     /// the diodes conduct only where the back-EMF between two phases exceeds the supply.
+    #[cold]
     fn through_diodes(&self, supply: f32, speed: f32) -> [f32; 2] {
         let ([d, q], axes) = (self.dq, self.axes);
         let emf = speed * self.model.flux;
         let flows = d != 0.0 || q != 0.0;
         let direction = if flows {
-            phases(self.dq, axes)
+            self.phases
         } else {
             phases([0.0, -emf], axes) // the current that the back-EMF drives
         };
