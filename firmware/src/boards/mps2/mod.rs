@@ -105,8 +105,8 @@ struct Console {
 }
 
 impl Pipe for Console {
-    fn read(&mut self, buffer: &mut [u8]) -> bool {
-        self.input.read_exact(buffer)
+    fn read(&mut self, buffer: &mut [u8]) -> usize {
+        self.input.read(buffer)
     }
 
     fn write(&mut self, bytes: &[u8]) -> bool {

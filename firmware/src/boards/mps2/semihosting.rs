@@ -54,19 +54,23 @@ impl Stream {
         unsafe { syscall(nr::CLOSE, &[self.0]) };
     }
 
-    /// Fills `buffer`; the whole emulated machine stops until the host has written enough bytes.
-    /// Returns `false` at the end of the stream.
+    /// Reads at most as many bytes as `buffer` holds; the whole emulated machine stops until the
+    /// host has written any. Returns their number, 0 at the end of the stream.
+    pub fn read(&self, buffer: &mut [u8]) -> usize {
+        let arguments = [self.0, buffer.as_mut_ptr() as usize, buffer.len()];
+        // SAFETY: the block is what SYS_READ reads: handle, address and size of memory that this
+        // function may write.
+        let missing = unsafe { syscall(nr::READ, &arguments) };
+        buffer.len().saturating_sub(missing)
+    }
+
+    /// Fills `buffer`. Returns `false` at the end of the stream.
     pub fn read_exact(&self, mut buffer: &mut [u8]) -> bool {
         while !buffer.is_empty() {
-            let arguments = [self.0, buffer.as_mut_ptr() as usize, buffer.len()];
-            // SAFETY: the block is what SYS_READ reads: handle, address and size of memory that
-            // this function may write.
-            let missing = unsafe { syscall(nr::READ, &arguments) };
-            if missing >= buffer.len() {
-                return false;
+            match self.read(buffer) {
+                0 => return false,
+                read => buffer = &mut buffer[read..],
             }
-            let read = buffer.len() - missing;
-            buffer = &mut buffer[read..];
         }
         true
     }

@@ -95,8 +95,13 @@ fn overwrite(path: &str, bytes: &[u8]) -> std::io::Result<()> {
 struct StandardStreams;
 
 impl Pipe for StandardStreams {
-    fn read(&mut self, buffer: &mut [u8]) -> bool {
-        std::io::stdin().lock().read_exact(buffer).is_ok()
+    fn read(&mut self, buffer: &mut [u8]) -> usize {
+        loop {
+            match std::io::stdin().lock().read(buffer) {
+                Err(error) if error.kind() == ErrorKind::Interrupted => {}
+                read => return read.unwrap_or(0),
+            }
+        }
     }
 
     fn write(&mut self, bytes: &[u8]) -> bool {
