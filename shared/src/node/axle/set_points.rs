@@ -235,7 +235,8 @@ impl Axle {
             .position(&reference, position, velocity, bound)
     }
 
-    /// Prevents the set-point from moving farther outward than where a limit switch closed.
+    /// Prevents the set-point from moving outward while a limit switch is closed: it ends where the
+    /// switch closed, or where it has been farthest inward since.
     pub(super) fn stop_at_switch(&mut self, switches: Switches, in_position: bool) {
         if !(switches.positive_limit || switches.negative_limit) {
             self.stops = [None; 2];
@@ -250,11 +251,13 @@ impl Axle {
             }
             let stop = *self.stops[direction].get_or_insert(position);
             let sign = if direction == 0 { 1 } else { -1 };
-            let beyond = self.motion.position.wrapping_sub(stop).wrapping_mul(sign) > 0;
-            let outward = self.motion.velocity * sign as f32 > 0.0 || in_position && beyond;
+            let beyond = self.motion.position.wrapping_sub(stop).wrapping_mul(sign);
+            let outward = self.motion.velocity * sign as f32 > 0.0 || in_position && beyond > 0;
             if outward {
                 self.motion = Motion::at(stop);
                 self.active_limit = ActiveLimit::Switch;
+            } else if beyond < 0 {
+                self.stops[direction] = Some(self.motion.position);
             }
         }
     }
