@@ -54,12 +54,6 @@ pub fn set_cogging(periods: i32, wave: Wave) {
     with(|current_loop| current_loop.set_cogging(periods, wave));
 }
 
-/// Takes a pulse of the encoder's index ([`CurrentLoop::index_pulse`]).
-#[allow(dead_code)] // `bin/ticks.rs` includes this file but has no encoder
-pub fn index_pulse(count: u32) {
-    with(|current_loop| current_loop.index_pulse(count));
-}
-
 /// Sets the demand that the bridge follows from the next PWM period on, with the supply voltage, V,
 /// and the velocity of the output shaft, rad/s ([`CurrentLoop::demand`]).
 pub fn demand(demand: BridgeDemand, supply_voltage: f32, shaft_velocity: f32) {
@@ -77,8 +71,17 @@ pub fn take_measurement(supply_voltage: f32) -> Option<Measurement> {
 }
 
 /// Returns what was measured since the last call; `None` if no sample was taken.
-pub fn take_means() -> Option<Means> {
-    with(CurrentLoop::take_means).flatten()
+///
+/// `index` returns the count of a new pulse of the encoder's index. No PWM period begins between the
+/// two: otherwise a rotor at high speed would be counts beyond a pulse that is not known yet.
+pub fn take_means(index: impl FnOnce() -> Option<u32>) -> Option<Means> {
+    with(|current_loop| {
+        if let Some(count) = index() {
+            current_loop.index_pulse(count);
+        }
+        current_loop.take_means()
+    })
+    .flatten()
 }
 
 /// Runs one PWM period: computes the command of the next period from the readings of this one.

@@ -92,7 +92,7 @@ fn main() -> ! {
         black_box(screw.0.tick(&screw.1));
         tick_guards(received);
         black_box(current_loop::pwm_period(current));
-        black_box(current_loop::take_means());
+        black_box(current_loop::take_means(|| None));
         current_loop::demand(black_box(BridgeDemand::Off), black_box(0.0), black_box(0.0));
         black_box(
             calibrator

@@ -106,10 +106,7 @@ impl Mailbox {
 /// Collects the inputs of one tick. `set_point` and `torque_offset` read the objects; each is
 /// called only if one of its objects was written since the last tick.
 pub fn inputs(set_point: fn() -> SetPoint, torque_offset: fn() -> i16, bench_mode: bool) -> Inputs {
-    if let Some(count) = Selected::index() {
-        current_loop::index_pulse(count);
-    }
-    let means = current_loop::take_means();
+    let means = current_loop::take_means(Selected::index);
     if means.is_some() {
         watchdog::ran(Party::Pwm);
     }

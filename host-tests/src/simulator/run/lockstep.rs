@@ -128,9 +128,9 @@ impl Run {
         let guard = self.guard_number();
         let mut shafts = Vec::with_capacity(guard);
         for number in 0..guard {
-            if number + 1 == guard {
-                // The guard moves nothing: it computes on a core that waits for the last drive, and
-                // then beside the plant.
+            // The guard moves nothing. So it need not delay the last drives: it computes on the core
+            // of the first of them that is done, and then beside the plant.
+            if number == guard.saturating_sub(2) {
                 self.send(guard, time_us)?;
             }
             shafts.push(self.receive(number, time_us, sink)?);
