@@ -4,6 +4,7 @@ use super::flash::Files;
 use super::power_up::power_up;
 use super::starvation::{self, Starved};
 use super::{clock, step};
+use crate::bus::RECEIVED;
 use crate::roles::Role;
 use embassy_executor::raw::Executor;
 use heapless::String;
@@ -80,7 +81,7 @@ impl Machine {
                 let (motor, executor) = (self.motor.as_mut(), self.executor);
                 self.stepped.shaft = step::begin(&head, motor, &mut self.stage);
                 for _ in 0..message.next::<usize>()? {
-                    step::deliver(message.next()?, executor);
+                    RECEIVED.push(message.next()?);
                 }
                 step::end(executor, &mut self.stepped);
                 Answer::Stepped(&self.stepped)

@@ -4,10 +4,9 @@
 use super::inputs::INPUTS;
 use super::log_buffer::LOG;
 use super::{POWER_STAGE, brake, chips, clock};
-use crate::bus::{RECEIVED, TRANSMIT};
+use crate::bus::TRANSMIT;
 use crate::current_loop;
 use embassy_executor::raw::Executor;
-use tautrack::can::Frame;
 use tautrack::link::parts::Head;
 use tautrack::link::{STEP_US, Shaft, Stepped};
 use tautrack::motor::bridge::PowerStage;
@@ -56,14 +55,10 @@ fn run_periods(motor: &mut Motor, stage: &mut PowerStage) {
     }
 }
 
-/// Delivers a frame of the bus.
-pub(super) fn deliver(frame: Frame, executor: &'static Executor) {
-    RECEIVED.push(frame);
-    clock::run_until_idle(executor);
-}
-
-/// Fires the timers, and takes the frames and the log of the node.
+/// Has the node follow the frames that the bus has delivered, fires the timers, and takes the
+/// frames and the log of the node.
 pub(super) fn end(executor: &'static Executor, stepped: &mut Stepped) {
+    clock::run_until_idle(executor);
     clock::fire_timers();
     clock::run_until_idle(executor);
 
