@@ -547,44 +547,6 @@ fn every_homing_method_finds_its_edge_from_every_start() {
     }
 }
 
-/// A limit switch that stays closed while the axle moves inward.
-#[test]
-fn no_mode_moves_the_axle_outward_while_a_limit_switch_is_closed() {
-    for sign in [1.0, -1.0] {
-        for (mode, target) in [
-            (mode::PROFILE_POSITION, turns(2.0 * sign)),
-            (mode::CYCLIC_VELOCITY, (2e6 * sign) as i32),
-            (mode::CYCLIC_TORQUE, (300.0 * sign) as i32),
-            (mode::HOMING, 0),
-        ] {
-            let mut bench = Bench::new(&[(Setting::HomingSpeed, 1_000)], MOTOR);
-            bench.enable(mode::PROFILE_POSITION, 0);
-            hand_over(&mut bench, sign, 0);
-            bench.send(OPERATION, 2_500);
-            bench.switches = |angle| Switches {
-                positive_limit: angle > 0.3,
-                negative_limit: angle < -0.3,
-                home: false,
-            };
-            // It seeks the home switch outward.
-            bench.set(|p| p.homing_method = if sign > 0.0 { 19 } else { 21 });
-            bench.run(100);
-            hand_over(&mut bench, 0.6 * sign, 0);
-            bench.send(OPERATION, 2_000);
-            let inward = bench.angle() * sign;
-            assert!((inward - 0.6).abs() < 0.01, "{inward}");
-            (bench.mode, bench.target) = (mode, target);
-            bench.send(OPERATION, 8);
-            bench.word = OPERATION | CONTROL_START;
-            for _ in 0..1_000 {
-                bench.run(1);
-                let outward = bench.angle() * sign - inward;
-                assert!(outward < 0.01, "mode {mode}: {outward} rad");
-            }
-        }
-    }
-}
-
 /// The axle passes the switch while it decelerates, or stops on it.
 #[test]
 fn homing_that_begins_in_motion_decelerates_first() {

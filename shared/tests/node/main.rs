@@ -19,6 +19,8 @@ mod fault_times;
 mod guard;
 mod index;
 #[cfg(feature = "lockstep")]
+mod limit_switches;
+#[cfg(feature = "lockstep")]
 mod motor_faults;
 #[allow(dead_code)] // the models need the joints
 #[cfg(feature = "lockstep")]

@@ -158,6 +158,7 @@ impl Axle {
             if !self.commutation.aligns() {
                 self.brake.drop_in();
             }
+            self.stops = [None; 2];
             return None;
         }
         let released = self.exit.is_some() || self.brake.release();
@@ -249,15 +250,16 @@ impl Axle {
                 self.stops[direction] = None;
                 continue;
             }
-            let stop = *self.stops[direction].get_or_insert(position);
             let sign = if direction == 0 { 1 } else { -1 };
-            let beyond = self.motion.position.wrapping_sub(stop).wrapping_mul(sign);
-            let outward = self.motion.velocity * sign as f32 > 0.0 || in_position && beyond > 0;
-            if outward {
+            let beyond = |place| self.motion.position.wrapping_sub(place).wrapping_mul(sign);
+            let mut stop = self.stops[direction].unwrap_or(position);
+            if beyond(stop) < 0 {
+                stop = self.motion.position;
+            }
+            self.stops[direction] = Some(stop);
+            if self.motion.velocity * sign as f32 > 0.0 || in_position && beyond(stop) > 0 {
                 self.motion = Motion::at(stop);
                 self.active_limit = ActiveLimit::Switch;
-            } else if beyond < 0 {
-                self.stops[direction] = Some(self.motion.position);
             }
         }
     }

@@ -1,0 +1,163 @@
+//! Limit switches: while one is closed, nothing moves the axle outward, in any mode.
+
+use super::drive_bench::{Bench, MOTOR};
+use crate::random::Random;
+use std::f64::consts::TAU;
+use tautrack::bus::cia402::{CONTROL_HALT, CONTROL_START, controlword, mode};
+use tautrack::node::axle::BridgeDemand;
+use tautrack::sensors::Switches;
+use tautrack::settings::Setting;
+
+const OPERATION: u16 = controlword::ENABLE_OPERATION;
+/// Angles at which a switch closes and opens, rad. A long cam, or a switch with hysteresis.
+const CLOSES: f64 = 1.0;
+const OPENS: f64 = 0.3;
+/// How far the shaft overshoots or lags behind its set-point, rad.
+const SLACK: f64 = 0.1;
+
+/// Position in bus units of 2^-16 turn.
+fn turns(radians: f64) -> i32 {
+    (radians / TAU * 65_536.0).round() as i32
+}
+
+/// The limit switch of one direction, and where the axle may be.
+#[derive(Clone, Copy)]
+struct Side {
+    sign: f64,
+    closed: bool,
+    /// How far outward the axle may be; it is stopped there.
+    most: f64,
+}
+
+impl Side {
+    fn update(&mut self, angle: f64, velocity: f64, powered: bool, case: &str) {
+        let (angle, velocity) = (self.sign * angle, self.sign * velocity);
+        let was_closed = self.closed;
+        self.closed = angle > if was_closed { OPENS } else { CLOSES };
+        if !self.closed {
+            return;
+        }
+        // What an axle travels that stops at once with the current limit, and with a margin.
+        let stopping = angle + SLACK + 0.01 * velocity.max(0.0) * velocity.max(0.0);
+        self.most = if was_closed && powered {
+            self.most.min(stopping)
+        } else {
+            stopping
+        };
+        assert!(
+            angle <= self.most,
+            "{case}: {} rad outward",
+            angle - self.most
+        );
+    }
+}
+
+/// The same two switches as the drive reads them.
+fn switches(sides: [Side; 2]) -> fn(f64) -> Switches {
+    match sides.map(|side| side.closed) {
+        [false, false] => |_| Switches::default(),
+        [true, _] => |_| Switches {
+            positive_limit: true,
+            ..Switches::default()
+        },
+        [false, true] => |_| Switches {
+            negative_limit: true,
+            ..Switches::default()
+        },
+    }
+}
+
+#[test]
+fn no_order_of_events_moves_an_axle_outward_while_a_limit_switch_is_closed() {
+    let mut random = Random(91);
+    let mut pick = |count: usize| ((random.next() + 1.0) * 0.5 * count as f64) as usize % count;
+    let mut stopped = 0;
+    for _ in 0..60 {
+        let mut bench = Bench::new(&[(Setting::HomingSpeed, 1_000)], MOTOR);
+        bench.enable(mode::CYCLIC_VELOCITY, 0);
+        let mut sides = [1.0, -1.0].map(|sign| Side {
+            sign,
+            closed: false,
+            most: 0.0,
+        });
+        for _ in 0..120 {
+            match pick(8) {
+                0 => {
+                    let methods = [17, 18, 19, 20, 21, 22, 23, 24, 37];
+                    let method = methods[pick(methods.len())];
+                    bench.set(|p| p.homing_method = method);
+                    bench.mode = mode::HOMING;
+                }
+                1 => bench.mode = mode::PROFILE_POSITION,
+                2 => bench.mode = mode::CYCLIC_POSITION,
+                3 | 4 => bench.mode = mode::CYCLIC_VELOCITY,
+                5 => bench.mode = mode::CYCLIC_TORQUE,
+                6 => bench.mode = 2,
+                _ => {}
+            }
+            let part = pick(2_001) as f64 * 1e-3 - 1.0;
+            bench.target = match bench.mode {
+                mode::CYCLIC_VELOCITY => (part * 5e6) as i32,
+                mode::CYCLIC_TORQUE => (part * 300.0) as i32,
+                _ => turns(part * 3.0),
+            };
+            bench.word = match pick(16) {
+                0 => controlword::SHUTDOWN,
+                1 => controlword::SWITCH_ON,
+                2 => 0x02, // quick stop
+                3 => OPERATION | CONTROL_HALT,
+                4..=9 => OPERATION | CONTROL_START,
+                _ => OPERATION,
+            };
+            for _ in 0..20 + pick(300) {
+                let powered = !matches!(
+                    bench.outputs.bridge,
+                    BridgeDemand::Off | BridgeDemand::Brake
+                );
+                let case = format!(
+                    "mode {}, {:#x}, {} at {:.3} rad, {:.3} rad/s",
+                    bench.mode,
+                    bench.word,
+                    bench.target,
+                    bench.angle(),
+                    bench.velocity()
+                );
+                for side in &mut sides {
+                    side.update(bench.angle(), bench.velocity(), powered, &case);
+                    stopped += usize::from(side.closed && powered);
+                }
+                bench.switches = switches(sides);
+                bench.tick();
+            }
+            if bench.word & 0x0f != OPERATION {
+                bench.send(controlword::SHUTDOWN, 8);
+                bench.send(controlword::SWITCH_ON, 8);
+            }
+        }
+    }
+    println!("{stopped} ms at a switch");
+    assert!(stopped > 100_000);
+}
+
+#[test]
+fn an_axle_that_was_pushed_past_a_closed_switch_stays_there_when_it_is_enabled() {
+    let mut bench = Bench::new(&[], MOTOR);
+    bench.enable(mode::CYCLIC_VELOCITY, 1_000_000);
+    bench.switches = |angle| Switches {
+        positive_limit: angle > 0.5,
+        ..Switches::default()
+    };
+    bench.run(1_500);
+    bench.send(controlword::SHUTDOWN, 200);
+    bench.load = -1.0;
+    while bench.angle() < 1.0 {
+        bench.tick();
+    }
+    bench.load = 0.0;
+    bench.run(1_000);
+    let start = bench.angle();
+    bench.enable(mode::PROFILE_POSITION, 0);
+    bench.run(1_000);
+    let moved = bench.angle() - start;
+    assert!(start > 0.9 && moved.abs() < 0.01, "{start}: {moved} rad");
+}
