@@ -72,8 +72,8 @@ pub fn take_measurement(supply_voltage: f32) -> Option<Measurement> {
 
 /// Returns what was measured since the last call; `None` if no sample was taken.
 ///
-/// `index` returns the count of a new pulse of the encoder's index. No PWM period begins between the
-/// two: otherwise a rotor at high speed would be counts beyond a pulse that is not known yet.
+/// `index` returns the count of a new pulse of the encoder's index. No PWM period begins between
+/// the two: otherwise a rotor at high speed would be counts beyond a pulse that is not known yet.
 pub fn take_means(index: impl FnOnce() -> Option<u32>) -> Option<Means> {
     with(|current_loop| {
         if let Some(count) = index() {

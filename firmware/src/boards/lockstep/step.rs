@@ -1,5 +1,5 @@
-//! Advances a lockstep board by one step of virtual time: `begin`, `deliver` for every frame,
-//! `end`.
+//! Advances a lockstep board by one step of virtual time: `begin`, then `end` when the frames are
+//! in the queue.
 
 use super::inputs::INPUTS;
 use super::log_buffer::LOG;
@@ -41,9 +41,9 @@ pub(super) fn begin(head: &Head, motor: Option<&mut Motor>, stage: &mut PowerSta
     shaft
 }
 
-/// Runs the PWM periods of one step. Not inlined: the emulator translates a page of 1 KiB at a time,
-/// and searches for the translation whenever the program enters another page. So the code that runs
-/// most often stands in as few pages as possible.
+/// Runs the PWM periods of one step. Not inlined: the emulator searches for the translation of the
+/// code whenever the program enters another page of 1 KiB. So the code that runs most often stands
+/// in as few pages as possible.
 #[inline(never)]
 fn run_periods(motor: &mut Motor, stage: &mut PowerStage) {
     for _ in 0..u64::from(POWER_STAGE.pwm_hz) * STEP_US / 1_000_000 {

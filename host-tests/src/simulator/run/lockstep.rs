@@ -128,8 +128,8 @@ impl Run {
         let guard = self.guard_number();
         let mut shafts = Vec::with_capacity(guard);
         for number in 0..guard {
-            // The guard moves nothing. So it need not delay the last drives: it computes on the core
-            // of the first of them that is done, and then beside the plant.
+            // The guard moves nothing. So it computes on the core of whichever of the last two
+            // drives is done first, and then beside the plant.
             if number == guard.saturating_sub(2) {
                 self.send(guard, time_us)?;
             }

@@ -32,9 +32,9 @@ const BOUND: f32 = 1e6;
 
 /// One motor and its sensors, integrated once per PWM period.
 ///
-/// The emulator computes each floating-point operation in a function of its own, and each comparison
-/// in two. Therefore [`Motor::new`] and [`Motor::set_load`] compute what does not change between two
-/// periods, and the periods compare the bits of the numbers ([`magnitude`]).
+/// The emulator computes each floating-point operation in a function of its own, and each
+/// comparison in two. Therefore [`Motor::new`] and [`Motor::set_load`] compute what does not change
+/// between two periods, and the periods compare the bits of the numbers (`magnitude`).
 #[derive(Clone, Debug)]
 pub struct Motor {
     model: MotorModel,
@@ -120,7 +120,8 @@ impl Motor {
         })
     }
 
-    /// Sets the supply voltage (V, at least 0) and the torque at the output shaft (N m) for the next periods.
+    /// Sets the supply voltage (V, at least 0) and the torque at the output shaft (N m) for the
+    /// next periods.
     pub fn set_load(&mut self, supply_voltage: f32, shaft_torque: f32) {
         self.supply.set(bounded(supply_voltage).max(0.0));
         self.load = bounded(shaft_torque) / self.model.gear_ratio;
