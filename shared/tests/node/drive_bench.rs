@@ -59,6 +59,11 @@ pub const MOTOR: MotorModel = MotorModel {
     dead_time: 0.0,
 };
 
+/// Position in bus units of 2^-16 turn.
+pub fn turns(radians: f64) -> i32 {
+    (radians / TAU * 65_536.0).round() as i32
+}
+
 impl Bench {
     /// Creates a drive with these settings, at rest, that a client in bench mode commands. The
     /// limits of bench mode are those of operation, unless they are changed.

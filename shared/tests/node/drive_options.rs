@@ -1,7 +1,7 @@
 //! Tests of the option codes, windows and handshakes of CiA 402, and of torque mode, on an axle
 //! with the motor model.
 
-use super::drive_bench::{Bench, MOTOR};
+use super::drive_bench::{Bench, MOTOR, turns};
 use std::f64::consts::TAU;
 use tautrack::bus::cia402::{
     CHANGE_IMMEDIATELY, CONTROL_FAULT_RESET, CONTROL_HALT, CONTROL_START, RELATIVE, State,
@@ -15,11 +15,6 @@ use tautrack::settings::Setting;
 const OPERATION: u16 = controlword::ENABLE_OPERATION;
 /// Velocity of the running axle, 1e-6 rad/s.
 const SPEED: i32 = 3_000_000;
-
-/// Position in bus units of 2^-16 turn.
-fn turns(radians: f64) -> i32 {
-    (radians / TAU * 65_536.0).round() as i32
-}
 
 /// An axle that turns with 3 rad/s. A quick stop decelerates with 60 rad/s^2, other stops with 20.
 fn running() -> Bench {

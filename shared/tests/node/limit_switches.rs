@@ -1,8 +1,7 @@
 //! Limit switches: while one is closed, nothing moves the axle outward, in any mode.
 
-use super::drive_bench::{Bench, MOTOR};
+use super::drive_bench::{Bench, MOTOR, turns};
 use crate::random::Random;
-use std::f64::consts::TAU;
 use tautrack::bus::cia402::{CONTROL_HALT, CONTROL_START, controlword, mode};
 use tautrack::node::axle::BridgeDemand;
 use tautrack::sensors::Switches;
@@ -14,11 +13,6 @@ const CLOSES: f64 = 1.0;
 const OPENS: f64 = 0.3;
 /// How far the shaft overshoots or lags behind its set-point, rad.
 const SLACK: f64 = 0.1;
-
-/// Position in bus units of 2^-16 turn.
-fn turns(radians: f64) -> i32 {
-    (radians / TAU * 65_536.0).round() as i32
-}
 
 /// The limit switch of one direction, and where the axle may be.
 #[derive(Clone, Copy)]
@@ -37,8 +31,8 @@ impl Side {
         if !self.closed {
             return;
         }
-        // What an axle travels that stops at once with the current limit, and with a margin.
-        let stopping = angle + SLACK + 0.01 * velocity.max(0.0) * velocity.max(0.0);
+        // An axle that moves outward brakes with the current limit: with 480 rad/s^2.
+        let stopping = angle + SLACK + 0.01 * velocity.max(0.0).powi(2);
         self.most = if was_closed && powered {
             self.most.min(stopping)
         } else {
@@ -92,7 +86,7 @@ fn no_order_of_events_moves_an_axle_outward_while_a_limit_switch_is_closed() {
                 2 => bench.mode = mode::CYCLIC_POSITION,
                 3 | 4 => bench.mode = mode::CYCLIC_VELOCITY,
                 5 => bench.mode = mode::CYCLIC_TORQUE,
-                6 => bench.mode = 2,
+                6 => bench.mode = 2, // unknown
                 _ => {}
             }
             let part = pick(2_001) as f64 * 1e-3 - 1.0;
@@ -160,4 +154,39 @@ fn an_axle_that_was_pushed_past_a_closed_switch_stays_there_when_it_is_enabled()
     bench.run(1_000);
     let moved = bench.angle() - start;
     assert!(start > 0.9 && moved.abs() < 0.01, "{start}: {moved} rad");
+}
+
+/// Also when a stop begins where the shaft is, behind its set-point.
+#[test]
+fn a_closed_limit_switch_changes_nothing_for_an_axle_that_moves_inward() {
+    for mode in [mode::CYCLIC_POSITION, mode::PROFILE_POSITION] {
+        for milliseconds in [40, 80, 120, 200, 300] {
+            let mut benches = [true, false].map(|closed| {
+                let mut bench = Bench::new(&[], MOTOR);
+                bench.enable(mode::HOMING, 0);
+                bench.set(|p| p.homing_method = 37); // the present position
+                bench.send(OPERATION | CONTROL_START, 50);
+                if closed {
+                    bench.switches = |_| Switches {
+                        positive_limit: true,
+                        ..Switches::default()
+                    };
+                }
+                (bench.mode, bench.target) = (mode, turns(-4.0));
+                bench.send(OPERATION, 8);
+                bench.send(OPERATION | CONTROL_START, milliseconds);
+                bench.word = OPERATION | CONTROL_HALT;
+                bench
+            });
+            for millisecond in 0..150 {
+                benches.iter_mut().for_each(Bench::tick);
+                let [closed, open] = benches.each_ref().map(Bench::velocity);
+                assert!(
+                    (closed - open).abs() < 0.02,
+                    "mode {mode}, {milliseconds} ms, then {millisecond}: {closed}, {open} rad/s"
+                );
+            }
+            assert!(benches[0].angle() < -0.01);
+        }
+    }
 }

@@ -128,8 +128,8 @@ impl Run {
         let guard = self.guard_number();
         let mut shafts = Vec::with_capacity(guard);
         for number in 0..guard {
-            // The guard moves nothing. So it computes on the core of whichever of the last two
-            // drives is done first, and then beside the plant.
+            // The plant waits for the drives alone. So the guard starts late: it computes while the
+            // last drive does, and while the plant moves.
             if number == guard.saturating_sub(2) {
                 self.send(guard, time_us)?;
             }

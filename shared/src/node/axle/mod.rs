@@ -129,7 +129,8 @@ pub struct Axle {
     in_window: u32,
     homing: Homing,
     homed: bool,
-    /// Positions at which the positive and the negative limit switch closed, while they are closed.
+    /// Positions at which the positive and the negative limit switch stop the set-point, while they
+    /// are closed.
     stops: [Option<i64>; 2],
     active_limit: ActiveLimit,
     /// Current that was commanded in the previous tick, A.

@@ -236,8 +236,8 @@ impl Axle {
             .position(&reference, position, velocity, bound)
     }
 
-    /// Prevents the set-point from moving outward while a limit switch is closed: it ends where the
-    /// switch closed, or where it has been farthest inward since.
+    /// Prevents the set-point from moving outward while a limit switch is closed. It stops where the
+    /// switch closed, or at its farthest place inward since then. Inward motion is free.
     pub(super) fn stop_at_switch(&mut self, switches: Switches, in_position: bool) {
         if !(switches.positive_limit || switches.negative_limit) {
             self.stops = [None; 2];
@@ -257,7 +257,8 @@ impl Axle {
                 stop = self.motion.position;
             }
             self.stops[direction] = Some(stop);
-            if self.motion.velocity * sign as f32 > 0.0 || in_position && beyond(stop) > 0 {
+            let outward = self.motion.velocity * sign as f32;
+            if outward > 0.0 || in_position && outward == 0.0 && beyond(stop) > 0 {
                 self.motion = Motion::at(stop);
                 self.active_limit = ActiveLimit::Switch;
             }
