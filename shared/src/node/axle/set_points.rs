@@ -236,8 +236,8 @@ impl Axle {
             .position(&reference, position, velocity, bound)
     }
 
-    /// Prevents the set-point from moving outward while a limit switch is closed. It stops where the
-    /// switch closed, or at its farthest place inward since then. Inward motion is free.
+    /// Prevents the set-point from moving outward while a limit switch is closed. It stops where
+    /// the switch closed, or at its farthest place inward since then. Inward motion is free.
     pub(super) fn stop_at_switch(&mut self, switches: Switches, in_position: bool) {
         if !(switches.positive_limit || switches.negative_limit) {
             self.stops = [None; 2];
