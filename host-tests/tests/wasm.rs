@@ -11,6 +11,7 @@ use tautrack_host_tests::programs::{Board, Program};
 use tautrack_host_tests::robots::{Kind, NodeName};
 use tautrack_host_tests::scenario::{Description, Event, Expect, Fault, FaultKind, Scenario};
 use tautrack_host_tests::simulator::record::Sample;
+use tautrack_host_tests::simulator::run::Machines;
 use tautrack_host_tests::simulator::run::node::Node;
 use tautrack_host_tests::simulator::run::{Options, Sink, Unwritten, record};
 
@@ -137,8 +138,14 @@ fn failure(program: &Path, node_id: i32, late_us: u64) -> String {
         settings: std::iter::once((Setting::NodeId.description().key, node_id)).collect(),
         motor: None,
     };
-    let (mut node, _) = Node::start(NodeName::SCREW, Board::Wasm, program, start)
-        .unwrap_or_else(|error| panic!("{error}"));
+    let (mut node, _) = Node::start(
+        NodeName::SCREW,
+        Board::Wasm,
+        program,
+        start,
+        &mut Machines::default(),
+    )
+    .unwrap_or_else(|error| panic!("{error}"));
     node.set_timeout(Duration::from_millis(200));
     for step in 1..=10 {
         let step = Step {

@@ -1,11 +1,11 @@
 //! Messages between the simulator and one node that runs without a board. Each step exchanges one
 //! message in each direction.
 //!
-//! On the wire, each message is its length as little-endian `u16`, followed by postcard bytes. The
-//! node's clock is the time in the message. Between two messages the simulated board runs the PWM
-//! periods of one step. So the current loop and the rotor run in the node, and the rest of the
-//! physics runs in the simulator. [`chips`] are the sensor chips of the guard's board. [`parts`]
-//! are the same messages, as the node decodes and encodes them.
+//! On the wire, each message is a [`PREFIX`], followed by postcard bytes. The node's clock is the
+//! time in the message. Between two messages the simulated board runs the PWM periods of one step.
+//! So the current loop and the rotor run in the node, and the rest of the physics runs in the
+//! simulator. [`chips`] are the sensor chips of the guard's board. [`parts`] are the same messages,
+//! as the node decodes and encodes them.
 
 pub mod chips;
 pub mod parts;
@@ -17,7 +17,7 @@ use heapless::Vec;
 use serde::{Deserialize, Serialize};
 
 /// Version of these messages. Both sides compare it before anything else.
-pub const VERSION: u16 = 10;
+pub const VERSION: u16 = 11;
 /// Length of a lockstep step in microseconds.
 pub const STEP_US: u64 = 1_000;
 /// Maximum number of frames that one step can deliver to a node, or take from it. A bus with 1
@@ -31,8 +31,11 @@ pub const MAX_LOG: usize = 512;
 pub const MAX_SETTINGS: usize = 64;
 /// Maximum length of [`Start::flash`] in bytes.
 pub const MAX_PATH: usize = 200;
-/// Maximum length of an encoded message in bytes, without the length prefix.
+/// Maximum length of an encoded message in bytes, without the prefix.
 pub const MAX_MESSAGE: usize = 1_400;
+/// Bytes in front of each message: its length as little-endian `u16`, and the number of the node
+/// among those that share a process. An answer has the number of its question.
+pub const PREFIX: usize = 3;
 
 /// Message from the simulator to the node.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]

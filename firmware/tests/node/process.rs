@@ -5,8 +5,8 @@ use std::io::{Read, Write};
 use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
 use tautrack::can::Frame;
 use tautrack::link::{
-    FromNode, MAX_SERIAL, MotorModel, Ready, STEP_US, Sensors, Start, Step, Stepped, ToNode,
-    VERSION,
+    FromNode, MAX_SERIAL, MotorModel, PREFIX, Ready, STEP_US, Sensors, Start, Step, Stepped,
+    ToNode, VERSION,
 };
 
 /// A running node.
@@ -40,8 +40,7 @@ impl Node {
         };
         let body =
             postcard::to_allocvec(&ToNode::Step(step)).expect("every message can be encoded");
-        let mut bytes = (body.len() as u16).to_le_bytes().to_vec();
-        bytes.extend(body);
+        let bytes = with_prefix(&body);
         self.input.write_all(&bytes).expect("the node reads");
         drop(self.input);
         let mut said = String::new();
@@ -89,15 +88,15 @@ impl Node {
 
     fn exchange(&mut self, message: &ToNode) -> FromNode {
         let body = postcard::to_allocvec(message).expect("every message can be encoded");
-        let mut bytes = (body.len() as u16).to_le_bytes().to_vec();
-        bytes.extend(body);
-        self.input.write_all(&bytes).expect("the node reads");
+        self.input
+            .write_all(&with_prefix(&body))
+            .expect("the node reads");
         self.input.flush().expect("the node reads");
-        let mut length = [0; 2];
+        let mut prefix = [0; PREFIX];
         self.output
-            .read_exact(&mut length)
+            .read_exact(&mut prefix)
             .expect("the node answers");
-        let mut body = vec![0; usize::from(u16::from_le_bytes(length))];
+        let mut body = vec![0; usize::from(u16::from_le_bytes([prefix[0], prefix[1]]))];
         self.output.read_exact(&mut body).expect("the node answers");
         postcard::from_bytes(&body).expect("the answer is a message")
     }
@@ -164,4 +163,12 @@ impl Node {
         let _ = std::io::copy(&mut output, &mut std::io::sink());
         process.wait().expect("the node ends").success()
     }
+}
+
+/// The message with the prefix for the first node of a process.
+fn with_prefix(body: &[u8]) -> Vec<u8> {
+    let mut bytes = (body.len() as u16).to_le_bytes().to_vec();
+    bytes.resize(PREFIX, 0);
+    bytes.extend(body);
+    bytes
 }

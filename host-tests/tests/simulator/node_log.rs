@@ -9,6 +9,7 @@ use tautrack::settings::Setting;
 use tautrack_host_tests::programs::Board;
 use tautrack_host_tests::robots::b2p2::nodes as b2p2;
 use tautrack_host_tests::robots::{Kind, NodeName};
+use tautrack_host_tests::simulator::run::Machines;
 use tautrack_host_tests::simulator::run::node::Node;
 
 const NODE: u8 = 4;
@@ -52,8 +53,14 @@ fn log(board: Board) -> Vec<String> {
         settings: [(key, i32::from(NODE))].into_iter().collect(),
         motor: b2p2::motor(name),
     };
-    let (mut node, _) = Node::start(name, board, &programs.axle.path, start)
-        .unwrap_or_else(|error| panic!("{error}"));
+    let (mut node, _) = Node::start(
+        name,
+        board,
+        &programs.axle.path,
+        start,
+        &mut Machines::default(),
+    )
+    .unwrap_or_else(|error| panic!("{error}"));
     let mut lines = Vec::new();
     for step in 1..=600 {
         let sent = node.send(Step {

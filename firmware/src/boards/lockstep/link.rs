@@ -3,10 +3,8 @@
 use super::flash::Files;
 use super::machine::{End, Machine};
 use crate::roles::Role;
-use tautrack::link::MAX_MESSAGE;
-
-/// Bytes of the length in front of each message.
-const PREFIX: usize = 2;
+use static_cell::StaticCell;
+use tautrack::link::{MAX_MESSAGE, PREFIX};
 
 /// Byte pipe to and from the simulator.
 pub trait Pipe {
@@ -15,19 +13,31 @@ pub trait Pipe {
     fn read(&mut self, buffer: &mut [u8]) -> usize;
     /// Writes all of `bytes`. Returns `false` if the simulator has closed the pipe.
     fn write(&mut self, bytes: &[u8]) -> bool;
+    /// Makes all static variables those of the node with this number. Returns `false` if there can
+    /// be no such node.
+    fn turn_to(&mut self, node: u8) -> bool;
 }
 
-/// Answers the messages of `pipe` until the node ends. The flash may be in one of `files`.
+/// Answers the messages of `pipe` until the simulator or a node ends. The flash may be in one of
+/// `files`. Must be called only once.
+///
+/// Several nodes can share the pipe. Whatever belongs to a node is in static variables; the stack
+/// belongs to all.
 pub fn run(board: &'static str, role: &'static Role, files: Files, pipe: &mut impl Pipe) -> End {
-    let mut machine = Machine::new(board, role, Some(files));
+    static MACHINE: StaticCell<Machine> = StaticCell::new();
+    let machine = MACHINE.init(Machine::new(board, role, Some(files)));
+    let mut inbox = Inbox::new();
     let mut buffer = [0; PREFIX + MAX_MESSAGE];
-    while let Some(length) = receive(pipe, &mut buffer) {
+    while let Some(length) = inbox.receive(pipe, &mut buffer) {
         let (prefix, body) = buffer.split_at_mut(PREFIX);
+        if !pipe.turn_to(prefix[PREFIX - 1]) {
+            break;
+        }
         let length = match machine.answer(body, length) {
             Ok(length) => length,
             Err(end) => return end,
         };
-        prefix.copy_from_slice(&(length as u16).to_le_bytes());
+        prefix[..PREFIX - 1].copy_from_slice(&(length as u16).to_le_bytes());
         // One write for prefix and message, because each costs a trap into the emulator.
         if !pipe.write(&buffer[..PREFIX + length]) {
             break;
@@ -36,17 +46,36 @@ pub fn run(board: &'static str, role: &'static Role, files: Files, pipe: &mut im
     End::Finished
 }
 
-/// Receives one message with its prefix, mostly in one read. The simulator waits for the answer
-/// before it sends the next. Returns the length without the prefix, `None` if the pipe is closed or
-/// what it brings is no such message.
-fn receive(pipe: &mut impl Pipe, buffer: &mut [u8]) -> Option<usize> {
-    let (mut have, mut whole) = (0, PREFIX);
-    while have < whole {
-        let read = pipe.read(buffer.get_mut(have..)?);
-        have += Some(read).filter(|read| *read > 0)?;
-        if have >= PREFIX {
-            whole = PREFIX + usize::from(u16::from_le_bytes([buffer[0], buffer[1]]));
+/// Bytes of the pipe that are not answered yet. Of one node there is at most one message.
+struct Inbox {
+    bytes: [u8; 4 * (PREFIX + MAX_MESSAGE)],
+    have: usize,
+}
+
+impl Inbox {
+    const fn new() -> Self {
+        Self {
+            bytes: [0; 4 * (PREFIX + MAX_MESSAGE)],
+            have: 0,
         }
     }
-    (have == whole).then_some(whole - PREFIX)
+
+    /// Moves the next message with its prefix to `buffer`. Reads the pipe only if the message is
+    /// not here, and then all that has arrived. Returns the length without the prefix, `None` if
+    /// the pipe is closed or what it brings is no such message.
+    fn receive(&mut self, pipe: &mut impl Pipe, buffer: &mut [u8]) -> Option<usize> {
+        loop {
+            let whole = PREFIX + usize::from(u16::from_le_bytes([self.bytes[0], self.bytes[1]]));
+            if self.have >= PREFIX && self.have >= whole {
+                buffer
+                    .get_mut(..whole)?
+                    .copy_from_slice(&self.bytes[..whole]);
+                self.bytes.copy_within(whole..self.have, 0);
+                self.have -= whole;
+                return Some(whole - PREFIX);
+            }
+            let read = pipe.read(self.bytes.get_mut(self.have..)?);
+            self.have += Some(read).filter(|read| *read > 0)?;
+        }
+    }
 }

@@ -1,13 +1,14 @@
 //! QEMU's MPS2+ board with the AN386 image: a Cortex-M4F whose only hardware is the lockstep link
 //! over semihosting.
 //!
-//! `semihosting` provides the standard streams and the exit, `log` the defmt logger, and `stack`
-//! measures the deepest stack use. When the simulator closes its pipe, the node writes that depth
+//! `semihosting` provides the standard streams and the exit, `log` the defmt logger, `turns` lets
+//! several nodes share the machine, and `stack` measures the deepest stack use. When the simulator closes its pipe, the node writes that depth
 //! to its own pipe, in bytes and decimal, and ends.
 
 mod log;
 pub(crate) mod semihosting;
 mod stack;
+mod turns;
 
 use crate::boards::Board;
 use crate::boards::lockstep::{self, End, Files, Pipe};
@@ -19,6 +20,7 @@ use embassy_executor::{SpawnError, Spawner};
 use semihosting::{Stream, exit};
 use tautrack::motor::bridge::Ratings;
 use tautrack::sensors::Switches;
+use turns::Turns;
 
 /// The emulated board.
 pub struct Mps2;
@@ -33,13 +35,17 @@ impl Board for Mps2 {
         else {
             exit(false)
         };
+        let Some(turns) = Turns::new() else {
+            fail(format_args!("the host has no room for temporary files"))
+        };
         stack::paint();
-        let mut console = Console { input, output };
+        let mut console = Console {
+            input,
+            output,
+            turns,
+        };
         if let End::Starved(starved) = lockstep::run(Self::NAME, role, FILES, &mut console) {
-            if let Some(mut errors) = Stream::standard_error() {
-                let _ = writeln!(errors, "{starved}"); // there is no other output to report to
-            }
-            exit(false)
+            fail(format_args!("{starved}"))
         }
         let told = writeln!(console.output, "{}", stack::used());
         exit(told.is_ok())
@@ -102,6 +108,7 @@ const FILES: Files = Files {
 struct Console {
     input: Stream,
     output: Stream,
+    turns: Turns,
 }
 
 impl Pipe for Console {
@@ -112,22 +119,29 @@ impl Pipe for Console {
     fn write(&mut self, bytes: &[u8]) -> bool {
         self.output.write_all(bytes)
     }
+
+    fn turn_to(&mut self, node: u8) -> bool {
+        // SAFETY: the link borrows the machine alone, whose place and type are those of every node.
+        unsafe { self.turns.turn_to(node) }
+    }
+}
+
+/// Writes `why` to standard error and ends the emulator.
+fn fail(why: core::fmt::Arguments) -> ! {
+    if let Some(mut errors) = Stream::standard_error() {
+        let _ = writeln!(errors, "{why}"); // there is no other output to report to
+    }
+    exit(false)
 }
 
 /// Opens the bridge first. On this board it is the simulated bridge, which ends with the emulator.
 #[panic_handler]
 fn panic(info: &PanicInfo) -> ! {
     crate::current_loop::demand(tautrack::node::axle::BridgeDemand::Off, 0.0, 0.0);
-    if let Some(mut errors) = Stream::standard_error() {
-        let _ = writeln!(errors, "{info}"); // there is no other output to report to
-    }
-    exit(false)
+    fail(format_args!("{info}"))
 }
 
 #[cortex_m_rt::exception]
 unsafe fn HardFault(frame: &cortex_m_rt::ExceptionFrame) -> ! {
-    if let Some(mut errors) = Stream::standard_error() {
-        let _ = writeln!(errors, "hard fault: {frame:?}");
-    }
-    exit(false)
+    fail(format_args!("hard fault: {frame:?}"))
 }

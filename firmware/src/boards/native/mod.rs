@@ -108,4 +108,9 @@ impl Pipe for StandardStreams {
         let mut output = std::io::stdout().lock();
         output.write_all(bytes).is_ok() && output.flush().is_ok()
     }
+
+    /// A process has one node.
+    fn turn_to(&mut self, node: u8) -> bool {
+        node == 0
+    }
 }

@@ -3,13 +3,14 @@
 
 use super::Options;
 use super::node::{Node, NodeError};
+use super::process::Machines;
 use crate::programs::{Board, Program, Programs};
 use crate::robots::{NodeName, NodeSpec, Role};
 use std::time::Duration;
 use tautrack::link::{MAX_SETTINGS, Ready, Start, VERSION};
 use tautrack::settings::Setting;
 
-/// Everything needed to start the process of one node.
+/// Everything needed to start one node.
 pub struct Launch {
     name: NodeName,
     board: Board,
@@ -42,13 +43,14 @@ impl Launch {
         }
     }
 
-    /// Starts the process; each start is the same.
+    /// Starts the node, maybe on one of the `machines`; each start is the same.
     ///
     /// # Errors
     /// Those of [`Node::start`].
-    pub fn start(&self) -> Result<(Node, Ready), NodeError> {
+    pub fn start(&self, machines: &mut Machines) -> Result<(Node, Ready), NodeError> {
         let path = &self.program.path;
-        let (mut node, ready) = Node::start(self.name, self.board, path, self.start.clone())?;
+        let (mut node, ready) =
+            Node::start(self.name, self.board, path, self.start.clone(), machines)?;
         if let Some(timeout) = self.timeout {
             node.set_timeout(timeout);
         }

@@ -2,7 +2,7 @@
 
 #[cfg(feature = "image")]
 use super::image::Image;
-use super::process::Process;
+use super::process::{Machines, Seat};
 #[cfg(feature = "wasm")]
 use super::wasm::Instance;
 use crate::programs::Board;
@@ -38,14 +38,20 @@ pub(super) const TIMEOUT: Duration = Duration::from_mins(1);
 pub const WITHOUT_IMAGES: &str =
     "this program was built without the feature `image`; type: cargo demo-image --image NODES";
 
-/// Starts the program at `path`, which is built for `board`.
+/// Starts a node with the program at `path`, which is built for `board`. It may share one of the
+/// `machines`.
 ///
 /// # Errors
 /// The reason in words: the program cannot be read or started, or this program was built without
 /// the board.
-pub(super) fn open(board: Board, path: &Path) -> Result<Box<dyn Link>, String> {
+pub(super) fn open(
+    board: Board,
+    path: &Path,
+    machines: &mut Machines,
+) -> Result<Box<dyn Link>, String> {
     match board {
-        Board::Qemu | Board::Native => Ok(Box::new(Process::start(board, path)?)),
+        Board::Qemu => Ok(Box::new(machines.start(path)?)),
+        Board::Native => Ok(Box::new(Seat::alone(board, path)?)),
         #[cfg(feature = "wasm")]
         Board::Wasm => Ok(Box::new(Instance::start(path)?)),
         #[cfg(not(feature = "wasm"))]

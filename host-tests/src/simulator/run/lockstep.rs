@@ -6,6 +6,7 @@ use super::launch::Launch;
 use super::listener::Listener;
 use super::node::Node;
 use super::operator::Operator;
+use super::process::Machines;
 use super::{Options, RunError, Sink};
 use crate::programs::{Programs, hexadecimal};
 use crate::scenario::Scenario;
@@ -26,6 +27,7 @@ pub(super) struct Run {
     /// their numbers on the bus, followed by those of the operator and the clients.
     nodes: Vec<Option<Node>>,
     launches: Vec<Launch>,
+    machines: Machines,
     /// Virtual time at which each node was last powered up, us; its clock starts there.
     powered_up_us: Vec<u64>,
     node_facts: Vec<NodeFacts>,
@@ -56,6 +58,7 @@ impl Run {
         let mut nodes = Vec::new();
         let mut node_facts = Vec::new();
         let mut launches = Vec::new();
+        let mut machines = Machines::default();
         for (index, spec) in specs.iter().enumerate() {
             // Each node has its own noise.
             let seed = scenario
@@ -63,7 +66,7 @@ impl Run {
                 .wrapping_mul(0x1_0001)
                 .wrapping_add(index as u64);
             let launch = Launch::new(spec, programs, &options, seed);
-            let (node, ready) = launch.start()?;
+            let (node, ready) = launch.start(&mut machines)?;
             nodes.push(Some(node));
             node_facts.push(NodeFacts {
                 name: spec.name,
@@ -79,6 +82,7 @@ impl Run {
             powered_up_us: vec![0; nodes.len()],
             nodes,
             launches,
+            machines,
             node_facts,
             bus: Bus::new(specs.len() + 1 + MAX_CLIENTS),
             plant: scenario.plant(),
@@ -99,7 +103,7 @@ impl Run {
     pub fn step(&mut self, step: u64, sink: &mut dyn Sink) -> Result<(), RunError> {
         let time_us = step * STEP_US;
         for index in self.faults.apply(time_us, &mut self.bus, &mut self.nodes) {
-            let (node, _) = self.launches[index].start()?;
+            let (node, _) = self.launches[index].start(&mut self.machines)?;
             self.nodes[index] = Some(node);
             self.powered_up_us[index] = time_us - STEP_US;
         }

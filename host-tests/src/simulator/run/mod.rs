@@ -32,6 +32,7 @@ pub use error::RunError;
 pub use link::WITHOUT_IMAGES;
 pub use options::Options;
 pub use outcome::{Ending, Outcome};
+pub use process::Machines;
 pub use recorder::record;
 pub use sink::{Sink, Unwritten};
 

@@ -2,6 +2,7 @@
 
 use super::link::{self, Link};
 use super::node_log::LogReader;
+use super::process::Machines;
 use crate::programs::Board;
 use crate::robots::NodeName;
 use std::fmt;
@@ -33,7 +34,7 @@ pub struct Node {
 }
 
 impl Node {
-    /// Starts the program at `path` and sends it `start`.
+    /// Starts the program at `path`, maybe on one of the `machines`, and sends it `start`.
     ///
     /// # Errors
     /// If the program cannot be started, has another version of the link, or refuses its settings;
@@ -43,13 +44,14 @@ impl Node {
         board: Board,
         path: &Path,
         start: Start,
+        machines: &mut Machines,
     ) -> Result<(Self, Ready), NodeError> {
         let fail = |what: String| NodeError { name, what };
         let log = LogReader::new(board, path)
             .map_err(|error| fail(format!("the log of {} is lost: {error}", path.display())))?;
         let mut node = Self {
             name,
-            link: link::open(board, path).map_err(fail)?,
+            link: link::open(board, path, machines).map_err(fail)?,
             log,
             buffer: Vec::with_capacity(MAX_MESSAGE),
         };

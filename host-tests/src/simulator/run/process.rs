@@ -1,25 +1,99 @@
-//! Runs one node program as a process: starts it, exchanges messages over its standard streams, and
-//! ends it. On the pipes, each message has a length prefix of two bytes.
+//! Runs a node program as a process: starts it, exchanges messages over its standard streams, and
+//! ends it. Nodes with the same program can share an emulated machine, see [`Machines`].
 
 use super::link::{Link, TIMEOUT, late};
 use crate::programs::Board;
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::io::Errno;
+use std::cell::RefCell;
 use std::io::{self, Read, Write};
 use std::os::unix::process::CommandExt;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::{Child, ChildStderr, ChildStdin, ChildStdout, Command, Stdio};
-use std::thread::{self, JoinHandle, sleep};
+use std::rc::Rc;
+use std::thread::{self, JoinHandle, available_parallelism, sleep};
 use std::time::{Duration, Instant};
-use tautrack::link::MAX_MESSAGE;
+use tautrack::link::{MAX_MESSAGE, PREFIX};
 
-/// Bytes of the length in front of each message.
-const PREFIX: usize = 2;
 /// Time within which a process ends after it closed its pipes and its last output is read.
 const ENDING: Duration = Duration::from_secs(1);
 
+/// Emulated machines of a run.
+///
+/// There are as many for a program as this computer has processors, if there are enough nodes. More
+/// would displace each other's code from the caches.
+#[derive(Default)]
+pub struct Machines(Vec<(PathBuf, Rc<RefCell<Process>>)>);
+
+impl Machines {
+    /// Starts a node with the program at `path` on the machine with the fewest nodes.
+    ///
+    /// # Errors
+    /// The reason in words, if the program cannot be started.
+    pub(super) fn start(&mut self, path: &Path) -> Result<Seat, String> {
+        let shared = self.0.iter().filter(|(program, _)| program == path);
+        let processors = available_parallelism().map_or(1, usize::from);
+        let machine = if shared.clone().count() < processors {
+            None
+        } else {
+            shared.min_by_key(|(_, machine)| machine.borrow().nodes)
+        };
+        if let Some(seat) = machine.and_then(|(_, machine)| Seat::on(machine)) {
+            return Ok(seat);
+        }
+        let seat = Seat::alone(Board::Qemu, path)?;
+        self.0.push((path.to_owned(), Rc::clone(&seat.process)));
+        Ok(seat)
+    }
+}
+
+/// A node of a process, which ends with its last node.
+pub(super) struct Seat {
+    process: Rc<RefCell<Process>>,
+    number: u8,
+    timeout: Duration,
+}
+
+impl Seat {
+    /// Starts the program at `path` with one node.
+    ///
+    /// # Errors
+    /// The reason in words, if the program cannot be started.
+    pub fn alone(board: Board, path: &Path) -> Result<Self, String> {
+        let process = Rc::new(RefCell::new(Process::start(board, path)?));
+        Self::on(&process).ok_or_else(|| "has no node".to_owned())
+    }
+
+    /// Adds a node to the process; `None` if it has had as many as it can.
+    fn on(process: &Rc<RefCell<Process>>) -> Option<Self> {
+        let nodes = &mut process.borrow_mut().nodes;
+        let number = u8::try_from(*nodes).ok()?;
+        *nodes += 1;
+        Some(Self {
+            process: Rc::clone(process),
+            number,
+            timeout: TIMEOUT,
+        })
+    }
+}
+
+impl Link for Seat {
+    fn send(&mut self, message: &[u8]) -> Result<(), String> {
+        self.process.borrow_mut().send(self.number, message)
+    }
+
+    fn receive(&mut self, answer: &mut Vec<u8>) -> Result<(), String> {
+        let mut process = self.process.borrow_mut();
+        process.receive(self.number, self.timeout, answer)
+    }
+
+    fn set_timeout(&mut self, timeout: Duration) {
+        self.timeout = timeout;
+    }
+}
+
 /// Running node program; the process ends when this is dropped.
-pub(super) struct Process {
+struct Process {
     child: Child,
     input: ChildStdin,
     output: ChildStdout,
@@ -27,8 +101,11 @@ pub(super) struct Process {
     /// whether there was any output.
     words: Option<JoinHandle<bool>>,
     /// Message with its prefix.
-    buffer: Vec<u8>,
-    timeout: Duration,
+    message: Vec<u8>,
+    /// Bytes of answers that nobody has asked for yet.
+    received: Vec<u8>,
+    /// Number of nodes in the life of the process.
+    nodes: usize,
 }
 
 impl Process {
@@ -36,7 +113,7 @@ impl Process {
     ///
     /// # Errors
     /// The reason in words, if the program cannot be started.
-    pub fn start(board: Board, path: &Path) -> Result<Self, String> {
+    fn start(board: Board, path: &Path) -> Result<Self, String> {
         let mut process = command(board, path)
             .stdin(Stdio::piped())
             .stdout(Stdio::piped())
@@ -56,41 +133,71 @@ impl Process {
             input,
             output,
             words,
-            buffer: Vec::with_capacity(PREFIX + MAX_MESSAGE),
-            timeout: TIMEOUT,
+            message: Vec::with_capacity(PREFIX + MAX_MESSAGE),
+            received: Vec::with_capacity(PREFIX + MAX_MESSAGE),
+            nodes: 0,
         })
     }
 
-    /// Reads until the buffer holds a whole message, with as few system calls as its pieces allow.
-    /// Returns its length without the prefix.
-    fn fill(&mut self) -> io::Result<usize> {
-        let deadline = Instant::now() + self.timeout;
-        self.buffer.resize(PREFIX + MAX_MESSAGE, 0);
-        let mut have = 0;
+    fn send(&mut self, number: u8, message: &[u8]) -> Result<(), String> {
+        let length = u16::try_from(message.len()).map_err(|error| error.to_string())?;
+        self.message.clear();
+        self.message.extend(length.to_le_bytes());
+        self.message.push(number);
+        self.message.extend(message);
+        let written = self.input.write_all(&self.message);
+        written.map_err(|error| self.gone(&error))
+    }
+
+    /// Waits for the answer of this node. Answers come in the order of their questions.
+    fn receive(
+        &mut self,
+        number: u8,
+        timeout: Duration,
+        answer: &mut Vec<u8>,
+    ) -> Result<(), String> {
+        let length = self.fill(timeout).map_err(|error| self.gone(&error))?;
+        let from = self.received[PREFIX - 1];
+        if from != number {
+            return Err(format!("the answer is that of node {from} of its process"));
+        }
+        answer.clear();
+        answer.extend(&self.received[PREFIX..PREFIX + length]);
+        self.received.drain(..PREFIX + length);
+        Ok(())
+    }
+
+    /// Reads until a whole answer is here, with as few system calls as its pieces allow. Returns
+    /// its length without the prefix.
+    fn fill(&mut self, timeout: Duration) -> io::Result<usize> {
+        let deadline = Instant::now() + timeout;
         loop {
-            let length = usize::from(u16::from_le_bytes([self.buffer[0], self.buffer[1]]));
-            if have >= PREFIX && have >= PREFIX + length {
-                return Ok(length);
+            if let [low, high, _, body @ ..] = &*self.received {
+                let length = usize::from(u16::from_le_bytes([*low, *high]));
+                if length > MAX_MESSAGE {
+                    return Err(io::Error::other("its message is longer than any can be"));
+                }
+                if body.len() >= length {
+                    return Ok(length);
+                }
             }
-            self.wait_for_bytes(deadline)?;
-            let room = self.buffer.get_mut(have..).filter(|room| !room.is_empty());
-            let room =
-                room.ok_or_else(|| io::Error::other("its message is longer than any can be"))?;
-            match self.output.read(room)? {
+            self.wait_for_bytes(deadline, timeout)?;
+            let mut bytes = [0; 4096];
+            match self.output.read(&mut bytes)? {
                 0 => return Err(io::ErrorKind::UnexpectedEof.into()),
-                count => have += count,
+                count => self.received.extend(&bytes[..count]),
             }
         }
     }
 
-    fn wait_for_bytes(&self, deadline: Instant) -> io::Result<()> {
+    fn wait_for_bytes(&self, deadline: Instant, timeout: Duration) -> io::Result<()> {
         loop {
             let left = deadline.saturating_duration_since(Instant::now());
             let left = Timespec::try_from(left).map_err(io::Error::other)?;
             let mut ready = [PollFd::new(&self.output, PollFlags::IN)];
             match poll(&mut ready, Some(&left)) {
                 Ok(0) => {
-                    return Err(io::Error::new(io::ErrorKind::TimedOut, late(self.timeout)));
+                    return Err(io::Error::new(io::ErrorKind::TimedOut, late(timeout)));
                 }
                 Ok(_) => return Ok(()),
                 // A signal interrupted the call.
@@ -134,28 +241,6 @@ impl Process {
             sleep(Duration::from_millis(5));
         }
         words.join().unwrap_or(false)
-    }
-}
-
-impl Link for Process {
-    fn send(&mut self, message: &[u8]) -> Result<(), String> {
-        let length = u16::try_from(message.len()).map_err(|error| error.to_string())?;
-        self.buffer.clear();
-        self.buffer.extend(length.to_le_bytes());
-        self.buffer.extend(message);
-        let written = self.input.write_all(&self.buffer);
-        written.map_err(|error| self.gone(&error))
-    }
-
-    fn receive(&mut self, answer: &mut Vec<u8>) -> Result<(), String> {
-        let length = self.fill().map_err(|error| self.gone(&error))?;
-        answer.clear();
-        answer.extend(&self.buffer[PREFIX..PREFIX + length]);
-        Ok(())
-    }
-
-    fn set_timeout(&mut self, timeout: Duration) {
-        self.timeout = timeout;
     }
 }
 

@@ -12,6 +12,7 @@ use std::time::{Duration, Instant};
 use tautrack::link::{Start, VERSION};
 use tautrack_host_tests::programs::Board;
 use tautrack_host_tests::robots::{Kind, NodeName};
+use tautrack_host_tests::simulator::run::Machines;
 use tautrack_host_tests::simulator::run::node::Node;
 
 /// Asserts that `arguments` are refused with status 2 before anything is built; returns the error.
@@ -351,7 +352,13 @@ fn last_words_are_announced_when_there_are_some() {
             settings: heapless::Vec::new(),
             motor: None,
         };
-        let node = Node::start(NodeName::SCREW, Board::Native, Path::new(program), start);
+        let node = Node::start(
+            NodeName::SCREW,
+            Board::Native,
+            Path::new(program),
+            start,
+            &mut Machines::default(),
+        );
         node.err().expect("it is no node").to_string()
     };
     // Without arguments, `cp` reports an error on standard error; `false` writes nothing.
