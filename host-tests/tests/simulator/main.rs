@@ -4,6 +4,7 @@ mod bus;
 mod node_log;
 mod runs;
 mod session;
+mod shared_machine;
 mod slcan;
 #[path = "../support/unchanged.rs"]
 mod unchanged;
