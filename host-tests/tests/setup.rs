@@ -6,7 +6,7 @@ use std::fs;
 use std::io::{Read, Write};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
-use tautrack::link::{FromNode, Start, ToNode, VERSION};
+use tautrack::link::{FromNode, PREFIX, Start, ToNode, VERSION};
 use tautrack_host_tests::programs::setup::plan::{Packages, after, plan};
 use tautrack_host_tests::programs::setup::{
     Facts, Missing, QEMU, Rights, Step, Toolchain, checkout,
@@ -307,12 +307,13 @@ fn nodes_are_built_and_answer_in_qemu() {
         };
         let body = postcard::to_allocvec(&ToNode::Start(start)).unwrap();
         let mut input = node.stdin.take().unwrap();
-        input.write_all(&(body.len() as u16).to_le_bytes()).unwrap();
+        let [low, high] = (body.len() as u16).to_le_bytes();
+        input.write_all(&[low, high, 0]).unwrap();
         input.write_all(&body).unwrap();
         let mut output = node.stdout.take().unwrap();
-        let mut length = [0; 2];
-        output.read_exact(&mut length).unwrap();
-        let mut body = vec![0; usize::from(u16::from_le_bytes(length))];
+        let mut prefix = [0; PREFIX];
+        output.read_exact(&mut prefix).unwrap();
+        let mut body = vec![0; usize::from(u16::from_le_bytes([prefix[0], prefix[1]]))];
         output.read_exact(&mut body).unwrap();
         let FromNode::Ready(ready) = postcard::from_bytes(&body).unwrap() else {
             panic!("{role} does not begin with Ready");

@@ -48,14 +48,14 @@ pub fn run(board: &'static str, role: &'static Role, files: Files, pipe: &mut im
 
 /// Bytes of the pipe that are not answered yet. Of one node there is at most one message.
 struct Inbox {
-    bytes: [u8; 4 * (PREFIX + MAX_MESSAGE)],
+    bytes: [u8; PREFIX + MAX_MESSAGE],
     have: usize,
 }
 
 impl Inbox {
     const fn new() -> Self {
         Self {
-            bytes: [0; 4 * (PREFIX + MAX_MESSAGE)],
+            bytes: [0; PREFIX + MAX_MESSAGE],
             have: 0,
         }
     }

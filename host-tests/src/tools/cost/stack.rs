@@ -17,7 +17,8 @@ use tautrack::bus::pdo::{
 };
 use tautrack::can::Frame;
 use tautrack::link::{
-    BodyMeasurands, MotorModel, STEP_US, Sensors, Start, Step, ToNode, VERSION, WindingModel,
+    BodyMeasurands, MotorModel, PREFIX, STEP_US, Sensors, Start, Step, ToNode, VERSION,
+    WindingModel,
 };
 use tautrack::settings::Setting;
 
@@ -85,11 +86,12 @@ pub fn deepest(path: &Path, with_motor: bool) -> Result<u32, CostError> {
     let mut exchange = |message: &ToNode| -> Result<(), CostError> {
         let bytes = postcard::to_stdvec(message)
             .map_err(|error| CostError::Malformed(error.to_string()))?;
-        input.write_all(&(bytes.len() as u16).to_le_bytes())?;
+        let [low, high] = (bytes.len() as u16).to_le_bytes();
+        input.write_all(&[low, high, 0])?;
         input.write_all(&bytes)?;
-        let mut length = [0; 2];
-        output.read_exact(&mut length)?;
-        let mut answer = vec![0; usize::from(u16::from_le_bytes(length))];
+        let mut prefix = [0; PREFIX];
+        output.read_exact(&mut prefix)?;
+        let mut answer = vec![0; usize::from(u16::from_le_bytes([prefix[0], prefix[1]]))];
         Ok(output.read_exact(&mut answer)?)
     };
     exchange(&ToNode::Start(start))?;
