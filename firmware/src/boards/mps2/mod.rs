@@ -2,8 +2,8 @@
 //! over semihosting.
 //!
 //! `semihosting` provides the standard streams and the exit, `log` the defmt logger, `turns` lets
-//! several nodes share the machine, and `stack` measures the deepest stack use. When the simulator closes its pipe, the node writes that depth
-//! to its own pipe, in bytes and decimal, and ends.
+//! several nodes share the machine, and `stack` measures the deepest stack use. When the simulator
+//! closes its pipe, the board writes that depth to its own pipe, in bytes and decimal, and ends.
 
 mod log;
 pub(crate) mod semihosting;
