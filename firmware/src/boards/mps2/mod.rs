@@ -122,7 +122,12 @@ impl Pipe for Console {
 
     fn turn_to(&mut self, node: u8) -> bool {
         // SAFETY: the link borrows the machine alone, whose place and type are those of every node.
-        unsafe { self.turns.turn_to(node) }
+        if !unsafe { self.turns.turn_to(node) } {
+            fail(format_args!(
+                "no variables of node {node}: its number leaves one out, or the folder for temporary files is full"
+            ))
+        }
+        true
     }
 }
 
