@@ -6,7 +6,7 @@ use std::fs;
 use std::io::{Read, Write};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
-use tautrack::link::{FromNode, PREFIX, Start, ToNode, VERSION};
+use tautrack::link::{FromNode, Prefix, Start, ToNode, VERSION};
 use tautrack_host_tests::programs::setup::plan::{Packages, after, plan};
 use tautrack_host_tests::programs::setup::{
     Facts, Missing, QEMU, Rights, Step, Toolchain, checkout,
@@ -307,13 +307,14 @@ fn nodes_are_built_and_answer_in_qemu() {
         };
         let body = postcard::to_allocvec(&ToNode::Start(start)).unwrap();
         let mut input = node.stdin.take().unwrap();
-        let [low, high] = (body.len() as u16).to_le_bytes();
-        input.write_all(&[low, high, 0]).unwrap();
+        let length = body.len() as u16;
+        let prefix = Prefix { length, node: 0 };
+        input.write_all(&prefix.to_bytes()).unwrap();
         input.write_all(&body).unwrap();
         let mut output = node.stdout.take().unwrap();
-        let mut prefix = [0; PREFIX];
+        let mut prefix = [0; Prefix::BYTES];
         output.read_exact(&mut prefix).unwrap();
-        let mut body = vec![0; usize::from(u16::from_le_bytes([prefix[0], prefix[1]]))];
+        let mut body = vec![0; usize::from(Prefix::from_bytes(prefix).length)];
         output.read_exact(&mut body).unwrap();
         let FromNode::Ready(ready) = postcard::from_bytes(&body).unwrap() else {
             panic!("{role} does not begin with Ready");

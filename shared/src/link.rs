@@ -1,7 +1,7 @@
 //! Messages between the simulator and one node that runs without a board. Each step exchanges one
 //! message in each direction.
 //!
-//! On the wire, each message is a [`PREFIX`], followed by postcard bytes. The node's clock is the
+//! On the wire, each message is a [`Prefix`], followed by postcard bytes. The node's clock is the
 //! time in the message. Between two messages the simulated board runs the PWM periods of one step.
 //! So the current loop and the rotor run in the node, and the rest of the physics runs in the
 //! simulator. [`chips`] are the sensor chips of the guard's board. [`parts`] are the same messages,
@@ -33,9 +33,35 @@ pub const MAX_SETTINGS: usize = 64;
 pub const MAX_PATH: usize = 200;
 /// Maximum length of an encoded message in bytes, without the prefix.
 pub const MAX_MESSAGE: usize = 1_400;
-/// Bytes in front of each message: its length as little-endian `u16`, and the number of the node
-/// among those that share a process. An answer has the number of its question.
-pub const PREFIX: usize = 3;
+
+/// What is in front of each message: the length as little-endian `u16`, then the node.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Prefix {
+    /// Bytes of the message behind the prefix.
+    pub length: u16,
+    /// Number of the node among those that share a process, from 0. An answer has the number of its
+    /// question.
+    pub node: u8,
+}
+
+impl Prefix {
+    /// Bytes of a prefix.
+    pub const BYTES: usize = 3;
+
+    /// Encodes the prefix.
+    pub const fn to_bytes(self) -> [u8; Self::BYTES] {
+        let [low, high] = self.length.to_le_bytes();
+        [low, high, self.node]
+    }
+
+    /// Decodes a prefix.
+    pub const fn from_bytes([low, high, node]: [u8; Self::BYTES]) -> Self {
+        Self {
+            length: u16::from_le_bytes([low, high]),
+            node,
+        }
+    }
+}
 
 /// Message from the simulator to the node.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]

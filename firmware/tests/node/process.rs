@@ -5,7 +5,7 @@ use std::io::{Read, Write};
 use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
 use tautrack::can::Frame;
 use tautrack::link::{
-    FromNode, MAX_SERIAL, MotorModel, PREFIX, Ready, STEP_US, Sensors, Start, Step, Stepped,
+    FromNode, MAX_SERIAL, MotorModel, Prefix, Ready, STEP_US, Sensors, Start, Step, Stepped,
     ToNode, VERSION,
 };
 
@@ -92,11 +92,11 @@ impl Node {
             .write_all(&with_prefix(&body))
             .expect("the node reads");
         self.input.flush().expect("the node reads");
-        let mut prefix = [0; PREFIX];
+        let mut prefix = [0; Prefix::BYTES];
         self.output
             .read_exact(&mut prefix)
             .expect("the node answers");
-        let mut body = vec![0; usize::from(u16::from_le_bytes([prefix[0], prefix[1]]))];
+        let mut body = vec![0; usize::from(Prefix::from_bytes(prefix).length)];
         self.output.read_exact(&mut body).expect("the node answers");
         postcard::from_bytes(&body).expect("the answer is a message")
     }
@@ -167,8 +167,6 @@ impl Node {
 
 /// The message with the prefix for the first node of a process.
 fn with_prefix(body: &[u8]) -> Vec<u8> {
-    let mut bytes = (body.len() as u16).to_le_bytes().to_vec();
-    bytes.resize(PREFIX, 0);
-    bytes.extend(body);
-    bytes
+    let length = body.len() as u16;
+    [&Prefix { length, node: 0 }.to_bytes(), body].concat()
 }

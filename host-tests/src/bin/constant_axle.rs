@@ -3,7 +3,7 @@
 //! programs.
 
 use std::io::{Read, Write, stdin, stdout};
-use tautrack::link::{FromNode, PREFIX, Ready, Shaft, Stepped, VERSION};
+use tautrack::link::{FromNode, Prefix, Ready, Shaft, Stepped, VERSION};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let ready = Ready {
@@ -19,14 +19,14 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     };
     let mut answer = FromNode::Ready(ready);
     loop {
-        let mut prefix = [0; PREFIX];
+        let mut prefix = [0; Prefix::BYTES];
         stdin().read_exact(&mut prefix)?;
-        let [low, high, node] = prefix;
-        let mut message = vec![0; usize::from(u16::from_le_bytes([low, high]))];
+        let Prefix { length, node } = Prefix::from_bytes(prefix);
+        let mut message = vec![0; usize::from(length)];
         stdin().read_exact(&mut message)?;
         let bytes = postcard::to_stdvec(&answer)?;
-        stdout().write_all(&(bytes.len() as u16).to_le_bytes())?;
-        stdout().write_all(&[node])?;
+        let length = bytes.len() as u16;
+        stdout().write_all(&Prefix { length, node }.to_bytes())?;
         stdout().write_all(&bytes)?;
         stdout().flush()?;
         answer = FromNode::Stepped(stepped.clone());

@@ -4,7 +4,7 @@ use super::flash::Files;
 use super::machine::{End, Machine};
 use crate::roles::Role;
 use static_cell::StaticCell;
-use tautrack::link::{MAX_MESSAGE, PREFIX};
+use tautrack::link::{MAX_MESSAGE, Prefix};
 
 /// Byte pipe to and from the simulator.
 pub trait Pipe {
@@ -27,19 +27,23 @@ pub fn run(board: &'static str, role: &'static Role, files: Files, pipe: &mut im
     static MACHINE: StaticCell<Machine> = StaticCell::new();
     let machine = MACHINE.init(Machine::new(board, role, Some(files)));
     let mut inbox = Inbox::new();
-    let mut buffer = [0; PREFIX + MAX_MESSAGE];
-    while let Some(length) = inbox.receive(pipe, &mut buffer) {
-        let (prefix, body) = buffer.split_at_mut(PREFIX);
-        if !pipe.turn_to(prefix[PREFIX - 1]) {
+    let mut buffer = [0; Prefix::BYTES + MAX_MESSAGE];
+    while let Some(Prefix { length, node }) = inbox.receive(pipe, &mut buffer) {
+        let (prefix, body) = buffer.split_at_mut(Prefix::BYTES);
+        if !pipe.turn_to(node) {
             break;
         }
-        let length = match machine.answer(body, length) {
+        let length = match machine.answer(body, usize::from(length)) {
             Ok(length) => length,
             Err(end) => return end,
         };
-        prefix[..PREFIX - 1].copy_from_slice(&(length as u16).to_le_bytes());
+        let answer = Prefix {
+            length: length as u16,
+            node,
+        };
+        prefix.copy_from_slice(&answer.to_bytes());
         // One write for prefix and message, because each costs a trap into the emulator.
-        if !pipe.write(&buffer[..PREFIX + length]) {
+        if !pipe.write(&buffer[..Prefix::BYTES + length]) {
             break;
         }
     }
@@ -48,31 +52,32 @@ pub fn run(board: &'static str, role: &'static Role, files: Files, pipe: &mut im
 
 /// Bytes of the pipe that are not answered yet. Of one node there is at most one message.
 struct Inbox {
-    bytes: [u8; PREFIX + MAX_MESSAGE],
+    bytes: [u8; Prefix::BYTES + MAX_MESSAGE],
     have: usize,
 }
 
 impl Inbox {
     const fn new() -> Self {
         Self {
-            bytes: [0; PREFIX + MAX_MESSAGE],
+            bytes: [0; Prefix::BYTES + MAX_MESSAGE],
             have: 0,
         }
     }
 
     /// Moves the next message with its prefix to `buffer`. Reads the pipe only if the message is
-    /// not here, and then all that has arrived. Returns the length without the prefix, `None` if
-    /// the pipe is closed or what it brings is no such message.
-    fn receive(&mut self, pipe: &mut impl Pipe, buffer: &mut [u8]) -> Option<usize> {
+    /// not here, and then all that has arrived. Returns the prefix, `None` if the pipe is closed
+    /// or what it brings is no such message.
+    fn receive(&mut self, pipe: &mut impl Pipe, buffer: &mut [u8]) -> Option<Prefix> {
         loop {
-            let whole = PREFIX + usize::from(u16::from_le_bytes([self.bytes[0], self.bytes[1]]));
-            if self.have >= PREFIX && self.have >= whole {
+            let prefix = Prefix::from_bytes(*self.bytes.first_chunk()?);
+            let whole = Prefix::BYTES + usize::from(prefix.length);
+            if self.have >= Prefix::BYTES && self.have >= whole {
                 buffer
                     .get_mut(..whole)?
                     .copy_from_slice(&self.bytes[..whole]);
                 self.bytes.copy_within(whole..self.have, 0);
                 self.have -= whole;
-                return Some(whole - PREFIX);
+                return Some(prefix);
             }
             let read = pipe.read(self.bytes.get_mut(self.have..)?);
             self.have += Some(read).filter(|read| *read > 0)?;

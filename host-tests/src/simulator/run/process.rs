@@ -13,7 +13,7 @@ use std::process::{Child, ChildStderr, ChildStdin, ChildStdout, Command, Stdio};
 use std::rc::Rc;
 use std::thread::{self, JoinHandle, available_parallelism, sleep};
 use std::time::{Duration, Instant};
-use tautrack::link::{MAX_MESSAGE, PREFIX};
+use tautrack::link::{MAX_MESSAGE, Prefix};
 
 /// Time within which a process ends after it closed its pipes and its last output is read.
 const ENDING: Duration = Duration::from_secs(1);
@@ -133,52 +133,49 @@ impl Process {
             input,
             output,
             words,
-            message: Vec::with_capacity(PREFIX + MAX_MESSAGE),
-            received: Vec::with_capacity(PREFIX + MAX_MESSAGE),
+            message: Vec::with_capacity(Prefix::BYTES + MAX_MESSAGE),
+            received: Vec::with_capacity(Prefix::BYTES + MAX_MESSAGE),
             nodes: 0,
         })
     }
 
-    fn send(&mut self, number: u8, message: &[u8]) -> Result<(), String> {
+    fn send(&mut self, node: u8, message: &[u8]) -> Result<(), String> {
         let length = u16::try_from(message.len()).map_err(|error| error.to_string())?;
         self.message.clear();
-        self.message.extend(length.to_le_bytes());
-        self.message.push(number);
+        self.message.extend(Prefix { length, node }.to_bytes());
         self.message.extend(message);
         let written = self.input.write_all(&self.message);
         written.map_err(|error| self.gone(&error))
     }
 
     /// Waits for the answer of this node. Answers come in the order of their questions.
-    fn receive(
-        &mut self,
-        number: u8,
-        timeout: Duration,
-        answer: &mut Vec<u8>,
-    ) -> Result<(), String> {
-        let length = self.fill(timeout).map_err(|error| self.gone(&error))?;
-        let from = self.received[PREFIX - 1];
-        if from != number {
-            return Err(format!("the answer is that of node {from} of its process"));
+    fn receive(&mut self, node: u8, timeout: Duration, answer: &mut Vec<u8>) -> Result<(), String> {
+        let prefix = self.fill(timeout).map_err(|error| self.gone(&error))?;
+        if prefix.node != node {
+            return Err(format!(
+                "node {} of its process answers instead",
+                prefix.node
+            ));
         }
+        let whole = Prefix::BYTES + usize::from(prefix.length);
         answer.clear();
-        answer.extend(&self.received[PREFIX..PREFIX + length]);
-        self.received.drain(..PREFIX + length);
+        answer.extend(self.received.drain(..whole).skip(Prefix::BYTES));
         Ok(())
     }
 
     /// Reads until a whole answer is here, with as few system calls as its pieces allow. Returns
-    /// its length without the prefix.
-    fn fill(&mut self, timeout: Duration) -> io::Result<usize> {
+    /// its prefix.
+    fn fill(&mut self, timeout: Duration) -> io::Result<Prefix> {
         let deadline = Instant::now() + timeout;
         loop {
-            if let [low, high, _, body @ ..] = &*self.received {
-                let length = usize::from(u16::from_le_bytes([*low, *high]));
+            if let Some((prefix, body)) = self.received.split_first_chunk() {
+                let prefix = Prefix::from_bytes(*prefix);
+                let length = usize::from(prefix.length);
                 if length > MAX_MESSAGE {
                     return Err(io::Error::other("its message is longer than any can be"));
                 }
                 if body.len() >= length {
-                    return Ok(length);
+                    return Ok(prefix);
                 }
             }
             self.wait_for_bytes(deadline, timeout)?;

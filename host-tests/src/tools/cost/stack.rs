@@ -17,7 +17,7 @@ use tautrack::bus::pdo::{
 };
 use tautrack::can::Frame;
 use tautrack::link::{
-    BodyMeasurands, MotorModel, PREFIX, STEP_US, Sensors, Start, Step, ToNode, VERSION,
+    BodyMeasurands, MotorModel, Prefix, STEP_US, Sensors, Start, Step, ToNode, VERSION,
     WindingModel,
 };
 use tautrack::settings::Setting;
@@ -86,12 +86,12 @@ pub fn deepest(path: &Path, with_motor: bool) -> Result<u32, CostError> {
     let mut exchange = |message: &ToNode| -> Result<(), CostError> {
         let bytes = postcard::to_stdvec(message)
             .map_err(|error| CostError::Malformed(error.to_string()))?;
-        let [low, high] = (bytes.len() as u16).to_le_bytes();
-        input.write_all(&[low, high, 0])?;
+        let length = bytes.len() as u16;
+        input.write_all(&Prefix { length, node: 0 }.to_bytes())?;
         input.write_all(&bytes)?;
-        let mut prefix = [0; PREFIX];
+        let mut prefix = [0; Prefix::BYTES];
         output.read_exact(&mut prefix)?;
-        let mut answer = vec![0; usize::from(u16::from_le_bytes([prefix[0], prefix[1]]))];
+        let mut answer = vec![0; usize::from(Prefix::from_bytes(prefix).length)];
         Ok(output.read_exact(&mut answer)?)
     };
     exchange(&ToNode::Start(start))?;
