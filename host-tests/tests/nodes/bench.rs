@@ -117,6 +117,7 @@ impl Bench {
         let inputs = Inputs {
             now_us: self.now_us,
             encoder: self.encoder_sign * counts,
+            encoder_broken: false,
             current: self.current_reading.unwrap_or(current as f32),
             electrical: Electrical::default(),
             supply_voltage: 24.0,

@@ -9,7 +9,7 @@
 //! The field is set back by a part of the rotor's speed, because nothing else damps a rotor that
 //! swings in a constant current.
 
-use super::rotor::ElectricalAngle;
+use super::rotor::{ElectricalAngle, RotorSensor};
 use crate::constants::CONTROL_PERIOD;
 use crate::math::Bound;
 use crate::motor::from_radians;
@@ -70,7 +70,7 @@ impl Bounds {
         Self {
             current: settings.scaled(Setting::AlignmentCurrent, 1e-3),
             travel: travel.unsigned_abs(),
-            checks: settings.get(Setting::RotorSensor) == 2,
+            checks: RotorSensor::of(settings) == Some(RotorSensor::Checked),
         }
     }
 }

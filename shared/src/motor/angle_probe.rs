@@ -67,7 +67,8 @@ const COUPLED: f32 = 0.3;
 /// The probe of one motor.
 #[derive(Clone, Debug)]
 pub struct AngleProbe {
-    /// Current of the probe, A; 0 for a brushed motor.
+    /// Current of the probe, A; 0 for a brushed motor, and with Hall sensors, between whose edges a
+    /// shaft turns unseen.
     current: f32,
     resistance: f32,
     inductance: f32,
@@ -102,9 +103,9 @@ pub struct AngleProbe {
 impl AngleProbe {
     /// Creates the probe of the motor with these parameters.
     pub fn new(motor: &BackEmf) -> Self {
-        let three_phase = motor.electrical != 0.0;
+        let probes = motor.electrical != 0.0 && !motor.coarse;
         Self {
-            current: if three_phase {
+            current: if probes {
                 let follows = SWING * CONTROL_PERIOD / motor.inductance[0];
                 limit(PROBE * motor.current_limit, follows)
             } else {

@@ -7,7 +7,9 @@
 //! that stands still or counts backwards leaves the whole back-EMF, or twice the back-EMF.
 
 use super::current::{Electrical, VOLTAGE_FULL_SCALE};
+use super::halls::SECTOR;
 use super::ripple::{Ripple, Unexplained};
+use super::rotor::RotorSensor;
 use crate::constants::CONTROL_PERIOD;
 use crate::math::limit;
 use crate::settings::{Setting, Settings};
@@ -33,6 +35,8 @@ const FOLLOWS: f32 = 0.25;
 const LOOSE: f32 = 0.03;
 /// Demanded current above which a lack of current counts, as a fraction of the current limit.
 const DRIVING: f32 = 0.1;
+/// Current in d that Hall sensors cause, whose angle is rough, as a fraction of the current limit.
+const ROUGH_CURRENT: f32 = 0.1;
 /// Voltages that are never explained, as a fraction of the supply voltage: dead time, diodes.
 const UNEXPLAINED: f32 = 0.02;
 /// Part of the velocity limit below which a current that changes its sign is allowed the error of
@@ -118,8 +122,10 @@ pub struct BackEmf {
     pub(super) coupling: [f32; 2],
     /// rad/s of the output shaft per electrical rad in a control period; 0 for a brushed motor.
     per_turn: f32,
-    /// Back-EMF of one count of the encoder in a control period, V.
+    /// Back-EMF of one step of the encoder in a control period, V.
     quantum: f32,
+    /// Hall sensors show the rotor: at low speed, its angle is wrong by up to a sector.
+    pub(super) coarse: bool,
     pub(super) velocity_limit: f32,
     pub(super) current_limit: f32,
     /// Filtered voltage in d that nothing explains, V, and filtered square of the whole voltage
@@ -154,7 +160,9 @@ impl BackEmf {
         let torque_constant = settings.scaled(Setting::TorqueConstant, 1e-6) * gear;
         // The amplitude of three phases makes 3/2 of a phase's power.
         let constant = torque_constant / if three_phase { 1.5 } else { 1.0 };
-        let count = TAU / (gear * settings.get(Setting::EncoderCounts) as f32);
+        let coarse = RotorSensor::of(settings) == Some(RotorSensor::Halls);
+        let step = if coarse { SECTOR as f32 } else { 1.0 };
+        let step = step * TAU / (gear * settings.get(Setting::EncoderCounts) as f32);
         Self {
             constant,
             resistance: settings.scaled(Setting::Resistance, 1e-3),
@@ -171,7 +179,8 @@ impl BackEmf {
             } else {
                 0.0
             },
-            quantum: constant * count / CONTROL_PERIOD,
+            quantum: constant * step / CONTROL_PERIOD,
+            coarse,
             velocity_limit: settings.scaled(Setting::VelocityLimit, 1e-3),
             current_limit: settings.scaled(Setting::CurrentLimit, 1e-3),
             direct: 0.0,
@@ -196,7 +205,7 @@ impl BackEmf {
     }
 
     /// Returns the speed in this control period, rad/s of the output shaft. It is that of the
-    /// rotor's angle, which does not lag behind as the velocity does.
+    /// rotor's angle, which does not lag behind as the velocity does, but jumps with Hall sensors.
     #[inline]
     fn speed(&mut self, now: &Observed) -> f32 {
         let angle = now.electrical.angle.map(|angle| angle.0);
@@ -204,6 +213,9 @@ impl BackEmf {
         else {
             return now.velocity;
         };
+        if self.coarse {
+            return now.velocity;
+        }
         let expected = Angle::from_radians(now.velocity * self.electrical * CONTROL_PERIOD);
         // In the direction of the counts.
         let turned = Angle::from_bits((angle - before).to_bits().wrapping_mul(self.direction));
@@ -280,7 +292,12 @@ impl BackEmf {
         let large = self.square > bound * bound;
         let half = 0.5 * demand.abs();
         let lacks = (current - demand).abs() > half;
-        let oscillates = now.electrical.direct_size - demand_d.abs() > half;
+        let rough = if self.coarse {
+            ROUGH_CURRENT * self.current_limit
+        } else {
+            0.0
+        };
+        let oscillates = now.electrical.direct_size - demand_d.abs() > half + rough;
         let open = demand.abs() > DRIVING * self.current_limit && (lacks && large || oscillates);
 
         let emf = velocity * self.constant;

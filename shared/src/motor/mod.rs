@@ -12,6 +12,7 @@
 //! * [`angle_probe`]: finds a wrong rotor angle with a current that makes no torque
 //! * [`ripple`]: finds a back-EMF that turns relative to the rotor's axes
 //! * [`encoder_steps`]: finds a noisy encoder
+//! * [`halls`]: counts the rotor from Hall sensors
 //! * [`index`]: finds lost counts, and corrects the rotor's angle
 //! * [`bridge`]: readings and commands of the power stage
 //! * [`capture`]: records signals of the PWM interrupt
@@ -31,6 +32,7 @@ pub mod cascade;
 pub mod cogging;
 pub mod current;
 pub mod encoder_steps;
+pub mod halls;
 pub mod index;
 pub mod limits;
 #[cfg(feature = "lockstep")]

@@ -1,7 +1,44 @@
 //! Electrical angle of a three-phase motor from its rotor sensor.
 
+use crate::settings::{Setting, Settings};
 use crate::units::Angle;
 use core::num::NonZeroU32;
+
+/// Rotor sensor of a three-phase motor, as `rotor_sensor` numbers it.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum RotorSensor {
+    /// Absolute within a turn.
+    Absolute = 0,
+    /// Incremental encoder.
+    Incremental = 1,
+    /// Absolute within a turn, checked at arming.
+    Checked = 2,
+    /// Incremental encoder with an index.
+    Indexed = 3,
+    /// Three Hall sensors ([`super::halls`]).
+    Halls = 4,
+}
+
+impl RotorSensor {
+    /// Reads the sensor from the settings; `None` for a brushed motor.
+    pub fn of(settings: &Settings) -> Option<Self> {
+        if settings.get(Setting::MotorKind) == 0 {
+            return None;
+        }
+        Some(match settings.get(Setting::RotorSensor) {
+            1 => Self::Incremental,
+            2 => Self::Checked,
+            3 => Self::Indexed,
+            4 => Self::Halls,
+            _ => Self::Absolute,
+        })
+    }
+
+    /// Whether arming aligns the rotor.
+    pub fn needs_alignment(self) -> bool {
+        matches!(self, Self::Incremental | Self::Checked | Self::Indexed)
+    }
+}
 
 /// Electrical angle. It makes one turn per pole pair and must not be confused with the mechanical
 /// angle of the rotor.

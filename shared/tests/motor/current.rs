@@ -4,7 +4,7 @@ use proptest::prelude::*;
 use std::f64::consts::TAU;
 use tautrack::motor::bridge::{MAX_DUTY, PowerStage, Ratings, Readings};
 use tautrack::motor::current::{BridgeDemand, Config, CurrentLoop, CurrentLoopError, MotorKind};
-use tautrack::motor::rotor::{ElectricalAngle, Mounting};
+use tautrack::motor::rotor::{ElectricalAngle, Mounting, RotorSensor};
 
 const STAGE: Ratings = Ratings {
     pwm_hz: 20_000,
@@ -26,7 +26,7 @@ const THREE_PHASE: Config = Config {
     bandwidth: 2_000.0,
     gear_ratio: 1.0,
     mounting: MOUNTING,
-    index: false,
+    sensor: RotorSensor::Absolute,
     dead_time: 0.0,
     periods_per_control: 20,
 };

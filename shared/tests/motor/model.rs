@@ -135,7 +135,7 @@ fn three_phases_follow_their_equations_in_their_own_axes() {
 #[test]
 fn a_three_phase_motor_turns_as_fast_as_its_flux_allows_and_draws_what_its_load_requires() {
     use tautrack::motor::current::{BridgeDemand, Config, CurrentLoop, MotorKind};
-    use tautrack::motor::rotor::{ElectricalAngle, Mounting};
+    use tautrack::motor::rotor::{ElectricalAngle, Mounting, RotorSensor};
     let config = Config {
         kind: MotorKind::ThreePhase,
         resistance: 0.3,
@@ -150,7 +150,7 @@ fn a_three_phase_motor_turns_as_fast_as_its_flux_allows_and_draws_what_its_load_
             offset: ElectricalAngle::from_milli_degrees(30_000),
             reversed: false,
         },
-        index: false,
+        sensor: RotorSensor::Absolute,
         dead_time: 0.6e-6,
         periods_per_control: 20,
     };

@@ -63,7 +63,7 @@ prop_compose! {
 prop_compose! {
     fn inputs()(
         jump_us in prop_oneof![Just(1_000_u64), 0..1_000_000_u64],
-        encoder in any::<i32>(),
+        (encoder, encoder_broken) in (any::<i32>(), proptest::bool::weighted(0.01)),
         current in prop_oneof![-12.0..12.0_f32, any_f32()],
         supply_voltage in prop_oneof![Just(24.0_f32), 10.0..34.0_f32, any_f32()],
         electrical in electrical(),
@@ -80,6 +80,7 @@ prop_compose! {
         Inputs {
             now_us: jump_us,
             encoder,
+            encoder_broken,
             current,
             electrical,
             supply_voltage,

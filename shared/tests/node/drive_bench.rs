@@ -127,6 +127,7 @@ impl Bench {
         let inputs = Inputs {
             now_us: self.now_us,
             encoder: self.motor.encoder(),
+            encoder_broken: false,
             current: means.map_or(f32::NAN, |means| means.current),
             electrical: means.map(|means| means.electrical).unwrap_or_default(),
             temperatures: Temperatures::default(),
@@ -206,6 +207,7 @@ fn inputs_at_rest() -> Inputs {
     Inputs {
         now_us: 0,
         encoder: 0,
+        encoder_broken: false,
         current: 0.0,
         electrical: Electrical::default(),
         temperatures: Temperatures::default(),

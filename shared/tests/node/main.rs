@@ -17,6 +17,7 @@ mod drive_stops;
 #[cfg(feature = "lockstep")]
 mod fault_times;
 mod guard;
+mod halls;
 mod index;
 #[cfg(feature = "lockstep")]
 mod limit_switches;

@@ -3,6 +3,7 @@
 use crate::constants::CONTROL_PERIOD;
 use crate::motor::bridge::Ratings;
 use crate::motor::current::MotorKind;
+use crate::motor::rotor::RotorSensor;
 use crate::settings::{Setting, Settings};
 
 /// Control periods per second.
@@ -54,7 +55,7 @@ impl Plan {
             speed: settings.scaled(Setting::CalibrationSpeed, 1e-3) * gear_ratio,
             travel: travel * gear_ratio / core::f32::consts::TAU,
             torque_constant: settings.scaled(Setting::TorqueConstant, 1e-6),
-            index: settings.get(Setting::RotorSensor) == 3,
+            index: RotorSensor::of(settings) == Some(RotorSensor::Indexed),
             free_shaft,
         }
     }

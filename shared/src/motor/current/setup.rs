@@ -7,8 +7,9 @@ use super::means::Sums;
 use super::operating_point::Fixed;
 use super::{CurrentLoop, DEMAND_CONTROL_PERIODS, Demand, Motor};
 use crate::motor::bridge::{CurrentSensing, Ratings};
+use crate::motor::halls::COUNTS_PER_ELECTRICAL_TURN;
 use crate::motor::index::Index;
-use crate::motor::rotor::{ElectricalAngle, Mounting, Rotor, Turn};
+use crate::motor::rotor::{ElectricalAngle, Mounting, Rotor, RotorSensor, Turn};
 use crate::settings::{Setting, Settings};
 use core::fmt;
 
@@ -40,9 +41,8 @@ pub struct Config {
     pub gear_ratio: f32,
     /// Rotor sensor of a three-phase motor.
     pub mounting: Mounting,
-    /// The rotor sensor is an incremental encoder with an index. The offset of `mounting` is the
-    /// electrical angle at its pulse.
-    pub index: bool,
+    /// Its kind. With an index, the offset of `mounting` is the electrical angle at its pulse.
+    pub sensor: RotorSensor,
     /// Time for which both transistors of a half bridge are off at each edge, s; at most 2 % of the
     /// PWM period. The loop compensates it.
     pub dead_time: f32,
@@ -84,6 +84,13 @@ pub enum CurrentLoopError {
         /// The largest product on this board.
         maximum: f32,
     },
+    /// Hall sensors give another number of counts in a turn of the rotor.
+    HallCounts {
+        /// The given number.
+        got: i32,
+        /// [`COUNTS_PER_ELECTRICAL_TURN`] times the pole pairs.
+        expected: i32,
+    },
     /// The dead time is above 2 % of the PWM period.
     DeadTimeTooLong {
         /// The given dead time, s.
@@ -109,6 +116,9 @@ impl fmt::Display for CurrentLoopError {
                 out,
                 "bandwidth times {name} = {got}, at most {maximum} on this board"
             ),
+            Self::HallCounts { got, expected } => {
+                write!(out, "encoder_counts = {got}, {expected} with Hall sensors")
+            }
             Self::DeadTimeTooLong { got, maximum } => {
                 write!(out, "dead time = {got} s, at most {maximum} s")
             }
@@ -149,7 +159,7 @@ impl Config {
                 ),
                 reversed: settings.get(Setting::PhaseOrder) < 0,
             },
-            index: settings.get(Setting::RotorSensor) == 3,
+            sensor: RotorSensor::of(settings).unwrap_or(RotorSensor::Incremental),
             dead_time: settings.scaled(Setting::DeadTime, 1e-9),
             periods_per_control,
         }
@@ -168,6 +178,13 @@ impl Config {
             if !(got > 0.0 && got.is_finite()) {
                 return Err(CurrentLoopError::NotPositive { name, got });
             }
+        }
+        let (got, expected) = (
+            self.mounting.counts_per_turn,
+            COUNTS_PER_ELECTRICAL_TURN.saturating_mul(self.mounting.pole_pairs),
+        );
+        if self.sensor == RotorSensor::Halls && got != expected {
+            return Err(CurrentLoopError::HallCounts { got, expected });
         }
         let maximum = ratings.pwm_hz as f32 / 4.0;
         if self.bandwidth > maximum {
@@ -275,7 +292,7 @@ impl CurrentLoop {
             probe: super::probe::Probe::default(),
             measured: Dq::default(),
             compensation: None,
-            index: config.index.then(|| Index::new(config.mounting)),
+            index: (config.sensor == RotorSensor::Indexed).then(|| Index::new(config.mounting)),
         })
     }
 }

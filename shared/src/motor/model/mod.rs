@@ -14,6 +14,7 @@ pub use parameters::{MotorModel, Shaft, ThreePhaseModel, WindingModel};
 
 use crate::math::trig::sin_cos;
 use crate::motor::bridge::{PowerStage, Ratings, Readings};
+use crate::motor::halls;
 use crate::units::Angle;
 use noise::Noise;
 use winding::{Supply, Winding};
@@ -217,6 +218,13 @@ impl Motor {
             currents: currents.map(|current| self.code(current)),
             rotor: ((turn * u64::from(self.model.encoder_counts)) >> 32) as u32,
         }
+    }
+
+    /// Levels of three Hall sensors ([`halls::code`]), each displaced by an angle. They freeze with
+    /// the rotor sensor.
+    pub fn halls(&self, displaced: [Angle; 3]) -> u32 {
+        let rotor = self.rotor_angle(self.sensed);
+        halls::code(self.winding.electrical(rotor), displaced)
     }
 
     /// Code of a current: with noise, in steps of the model's quantum, left-aligned.

@@ -142,11 +142,16 @@ impl Winding {
     /// Turns the rotor's axes to this angle of the rotor. The last act of each period.
     pub fn turn_to(&mut self, rotor: Angle) {
         if let Self::ThreePhase(winding) = self {
-            let turned = rotor
-                .to_bits()
-                .wrapping_mul(winding.model.pole_pairs.into());
-            winding.axes = sin_cos(Angle::from_bits(turned) + winding.offset);
+            winding.axes = sin_cos(winding.electrical(rotor));
             winding.phases = phases(winding.dq, winding.axes);
+        }
+    }
+
+    /// Electrical angle at this angle of the rotor; 0 of a brushed motor.
+    pub fn electrical(&self, rotor: Angle) -> Angle {
+        match self {
+            Self::Brushed(_) => Angle::ZERO,
+            Self::ThreePhase(winding) => winding.electrical(rotor),
         }
     }
 
@@ -239,6 +244,11 @@ fn phases([d, q]: [f32; 2], (sin, cos): Axes) -> [f32; 3] {
 }
 
 impl ThreePhase {
+    fn electrical(&self, rotor: Angle) -> Angle {
+        let turned = rotor.to_bits().wrapping_mul(self.model.pole_pairs.into());
+        Angle::from_bits(turned) + self.offset
+    }
+
     /// Voltage in the rotor's axes for the voltages of the three half bridges.
     fn voltage([a, b, c]: [f32; 3], (sin, cos): Axes) -> [f32; 2] {
         let alpha = (a - 0.5 * (b + c)) * (2.0 / 3.0);

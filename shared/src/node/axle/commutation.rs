@@ -12,8 +12,8 @@ use crate::bus::cia402::{CONTROL_FAULT_RESET, DriveCommand, State};
 use crate::faults::{Fault, Faults};
 use crate::motor::alignment::{Alignment, Bounds, Progress};
 use crate::motor::index::Finding;
-use crate::motor::rotor::ElectricalAngle;
-use crate::settings::{Setting, Settings};
+use crate::motor::rotor::{ElectricalAngle, RotorSensor};
+use crate::settings::Settings;
 
 /// Faults after which the rotor's angle is not known.
 const LOSES_ANGLE: Faults = Faults::of(Fault::VelocityDeviation)
@@ -63,8 +63,7 @@ pub enum AlignmentState {
 impl Commutation {
     /// Creates the commutation of an axle at power-up.
     pub fn new(settings: &Settings) -> Self {
-        let aligns =
-            settings.get(Setting::MotorKind) != 0 && settings.get(Setting::RotorSensor) != 0;
+        let aligns = RotorSensor::of(settings).is_some_and(RotorSensor::needs_alignment);
         Self {
             bounds: aligns.then(|| Bounds::new(settings)),
             knowledge: Knowledge::Unknown,

@@ -15,6 +15,8 @@ pub struct Inputs {
     pub now_us: u64,
     /// Wrapping counter of the rotor's encoder.
     pub encoder: i32,
+    /// The board finds the rotor's sensor broken.
+    pub encoder_broken: bool,
     /// Motor current, A, mean over the tick; NaN if no sample was taken.
     pub current: f32,
     /// Further measurements of the bridge.

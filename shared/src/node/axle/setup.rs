@@ -19,13 +19,17 @@ use crate::motor::angle_probe::AngleProbe;
 use crate::motor::back_emf::BackEmf;
 use crate::motor::encoder_steps::EncoderSteps;
 use crate::motor::from_radians;
+use crate::motor::halls::SECTOR;
 use crate::motor::limits::Limiter;
 use crate::motor::observer::Observer;
 use crate::motor::profile::Motion;
+use crate::motor::rotor::RotorSensor;
 use crate::node::supervisor::{Bounds, Supervisor};
 use crate::settings::{Setting, Settings};
 
 const OBSERVER_BANDWIDTH: f32 = 600.0;
+/// The same with Hall sensors, whose count moves by half a sector when the rotor starts to turn.
+const HALL_BANDWIDTH: f32 = 150.0;
 /// Travel in a control period that no shaft makes, as time at the velocity limit, s.
 const IMPOSSIBLE_SPEED: f32 = 2.0 * CONTROL_PERIOD;
 
@@ -64,10 +68,11 @@ impl Axle {
         let counts_per_radian = counts * gear / core::f32::consts::TAU;
         let sync_ticks = (settings.get(Setting::SyncPeriod) as u32 / 1_000).max(1);
         let (envelopes, force) = Envelopes::new(settings);
+        let halls = RotorSensor::of(settings) == Some(RotorSensor::Halls);
         let mut observer = Observer::new(
             settings.get(Setting::EncoderCounts),
             settings.get(Setting::GearRatio),
-            OBSERVER_BANDWIDTH,
+            if halls { HALL_BANDWIDTH } else { OBSERVER_BANDWIDTH },
             0,
         );
         if settings.get(Setting::CountTiming) != 0 {
@@ -88,7 +93,10 @@ impl Axle {
             supervisor: Supervisor::default(),
             angle_probe: AngleProbe::new(&back_emf),
             back_emf,
-            encoder_steps: EncoderSteps::new(IMPOSSIBLE_SPEED * velocity_limit * counts_per_radian),
+            encoder_steps: EncoderSteps::new(
+                IMPOSSIBLE_SPEED * velocity_limit * counts_per_radian
+                    + if halls { SECTOR as f32 } else { 0.0 },
+            ),
             limiter: Limiter::new(settings),
             snapshot: None,
             authority: Authority::new(settings),

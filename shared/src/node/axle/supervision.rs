@@ -61,7 +61,7 @@ impl Axle {
                 motor
             },
             misaligned: self.commutation.take_failure() || sign.against,
-            noisy: self.encoder_steps.is_noisy(),
+            noisy: self.encoder_steps.is_noisy() || inputs.encoder_broken,
             temperatures: inputs.temperatures,
             electrical: inputs.electrical,
         };

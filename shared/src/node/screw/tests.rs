@@ -25,6 +25,7 @@ fn inputs(joint: Option<(f64, f64)>) -> Inputs {
         axle: AxleInputs {
             now_us: 0,
             encoder: 0,
+            encoder_broken: false,
             current: 0.0,
             electrical: Electrical::default(),
             supply_voltage: 24.0,

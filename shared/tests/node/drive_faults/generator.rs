@@ -457,6 +457,7 @@ impl Generator {
         let inputs = Inputs {
             now_us: self.now_us,
             encoder: (self.angle * COUNTS_PER_RADIAN) as i64 as i32,
+            encoder_broken: false,
             current: if glitch {
                 80.0
             } else {

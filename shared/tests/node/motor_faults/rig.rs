@@ -5,10 +5,12 @@ use std::f64::consts::TAU;
 use tautrack::bus::cia402::{State, toward_operation};
 use tautrack::motor::bridge::{PowerStage, Ratings};
 use tautrack::motor::current::{Config, CurrentLoop};
+use tautrack::motor::halls::Halls;
 use tautrack::motor::model::{Motor, MotorModel, ThreePhaseModel, WindingModel};
 use tautrack::node::axle::{Axle, BridgeDemand, Inputs, Outputs, SetPoint};
 use tautrack::sensors::{Switches, Temperatures};
 use tautrack::settings::{Setting, Settings};
+use tautrack::units::Angle;
 
 pub const STAGE: Ratings = Ratings {
     pwm_hz: 20_000,
@@ -95,6 +97,21 @@ pub enum Trouble {
     NoTorque,
     /// The PWM interrupt runs in one of three periods only.
     MissedInterrupts,
+    /// The line of this Hall sensor keeps a level.
+    HallLine(u32, bool),
+}
+
+impl Trouble {
+    /// Returns the code that Hall sensors show instead of this one.
+    fn code(self, code: u32) -> u32 {
+        match self {
+            // The lines of two sensors are swapped.
+            Self::ReversedEncoder => code & 4 | (code & 1) << 1 | code >> 1 & 1,
+            Self::HallLine(line, false) => code & !(1 << line),
+            Self::HallLine(line, true) => code | 1 << line,
+            _ => code,
+        }
+    }
 }
 
 #[allow(clippy::struct_excessive_bools)] // each is a fact about the drive, and all are independent
@@ -126,6 +143,10 @@ pub struct Rig {
     pub incremental: bool,
     /// The encoder has an index, and its line is connected.
     pub index: bool,
+    /// Hall sensors show the rotor, if the settings say so.
+    pub halls: Option<Halls>,
+    /// Angles by which they are displaced.
+    pub displaced: [Angle; 3],
     /// Width of its pulse, counts: it begins later if the rotor turns back.
     pub index_width: i32,
     /// Controlword that the master sends instead of those that lead to operation.
@@ -177,6 +198,8 @@ impl Rig {
             encoder_at_trouble: None,
             incremental: matches!(settings.get(Setting::RotorSensor), 1 | 3),
             index: settings.get(Setting::RotorSensor) == 3,
+            halls: (settings.get(Setting::RotorSensor) == 4).then(Halls::new),
+            displaced: [Angle::ZERO; 3],
             index_width: 0,
             word: None,
             braked: false,
@@ -235,6 +258,10 @@ impl Rig {
         if self.incremental {
             readings.rotor = self.encoder() as u32;
         }
+        if let Some(halls) = &mut self.halls {
+            let code = self.motor.halls(self.displaced);
+            readings.rotor = halls.update(self.trouble.code(code));
+        }
         self.motor.integrate(match self.stage {
             _ if self.trouble == Trouble::NoTorque => PowerStage::Off,
             PowerStage::Drive([a, b, c]) if swapped => PowerStage::Drive([b, a, c]),
@@ -246,6 +273,9 @@ impl Rig {
     }
 
     fn encoder(&mut self) -> i32 {
+        if let Some(halls) = &self.halls {
+            return halls.count();
+        }
         let count = self.motor.encoder();
         self.shown(count)
     }
@@ -299,6 +329,7 @@ impl Rig {
         let inputs = Inputs {
             now_us: self.now_us,
             encoder: self.encoder(),
+            encoder_broken: self.halls.as_ref().is_some_and(Halls::are_broken),
             current: means.current,
             electrical: means.electrical,
             supply_voltage: self.supply_voltage,
