@@ -32,8 +32,10 @@ const MEASURED: i32 = TURN * 2 / 3;
 /// Angle by which the field turns in a control period.
 const STEP: i32 = (1 << 30) / (TURN / 2);
 /// Largest change of the distance from the field to the rotor while it is measured in one
-/// direction: 45 degrees. A rotor that stands changes it by 120 degrees.
+/// direction: 45 degrees, and 90 degrees with Hall sensors, whose angle may jump by half a sector
+/// and more. A rotor that stands changes it by 120 degrees.
 const SPREAD: u32 = 1 << 29;
+const SPREAD_OF_HALLS: u32 = 1 << 30;
 /// Angle that no rotor which follows turns: 360 degrees; 2^-30 turn. It ends a swing that a sensor
 /// with swapped channels excites.
 const FARTHEST: u32 = 1 << 30;
@@ -42,8 +44,8 @@ const LAG: u32 = (1 << 30) / 9 * 4;
 /// Largest error of an angle that is only checked: 20 degrees.
 const LARGEST_ERROR: u32 = (1 << 30) / 9 * 2;
 
-/// Control periods of motion by which the field is set back, the part of a new motion that counts
-/// at once, and the largest setback, 60 degrees.
+/// Control periods of motion by which the field is set back (0 with Hall sensors, whose jumps are no
+/// motion), the part of a new motion that counts at once, and the largest setback, 60 degrees.
 const DAMPING: i32 = 6;
 const FILTER_BITS: u32 = 2;
 const LARGEST_SETBACK: i32 = (1 << 30) / 3 * 2;
@@ -61,16 +63,28 @@ pub struct Bounds {
     travel: u64,
     /// The sensor is absolute: the alignment checks its angle, and corrects nothing.
     checks: bool,
+    /// Largest change of a distance, 2^-32 turn.
+    spread: u32,
+    /// Control periods of motion by which the field is set back.
+    damping: i32,
 }
 
 impl Bounds {
     /// Reads the bounds from the settings.
     pub fn new(settings: &Settings) -> Self {
         let travel = from_radians(settings.scaled(Setting::AlignmentTravel, 1e-3));
+        let sensor = RotorSensor::of(settings);
+        let (spread, damping) = if sensor.is_some_and(RotorSensor::has_halls) {
+            (SPREAD_OF_HALLS, 0)
+        } else {
+            (SPREAD, DAMPING)
+        };
         Self {
             current: settings.scaled(Setting::AlignmentCurrent, 1e-3),
             travel: travel.unsigned_abs(),
-            checks: RotorSensor::of(settings) == Some(RotorSensor::Checked),
+            checks: sensor.is_some_and(RotorSensor::is_checked),
+            spread,
+            damping,
         }
     }
 }
@@ -174,7 +188,7 @@ impl Alignment {
         let (first, mean) = &mut self.distances[direction];
         let apart = (ahead - *first.get_or_insert(ahead)).to_bits();
         *mean += apart / MEASURED;
-        apart.unsigned_abs() <= SPREAD
+        apart.unsigned_abs() <= self.bounds.spread
     }
 
     fn result(&self) -> Progress {
@@ -217,7 +231,8 @@ impl Alignment {
             FORWARD..BACKWARD => STEP.wrapping_mul(ticks - FORWARD),
             _ => STEP.wrapping_mul(END - ticks),
         };
-        let setback = const { Bound::new(LARGEST_SETBACK / DAMPING) }.limit(self.motion) * DAMPING;
+        let setback = const { Bound::new(LARGEST_SETBACK / DAMPING) }.limit(self.motion)
+            * self.bounds.damping;
         Angle::from_bits(undamped.wrapping_sub(setback))
     }
 }

@@ -160,7 +160,7 @@ impl BackEmf {
         let torque_constant = settings.scaled(Setting::TorqueConstant, 1e-6) * gear;
         // The amplitude of three phases makes 3/2 of a phase's power.
         let constant = torque_constant / if three_phase { 1.5 } else { 1.0 };
-        let coarse = RotorSensor::of(settings) == Some(RotorSensor::Halls);
+        let coarse = RotorSensor::of(settings).is_some_and(RotorSensor::has_halls);
         let step = if coarse { SECTOR as f32 } else { 1.0 };
         let step = step * TAU / (gear * settings.get(Setting::EncoderCounts) as f32);
         Self {

@@ -26,7 +26,7 @@ const SECTORS: [Option<i32>; 8] = [
 const WRONG: u8 = 8;
 const BROKEN: u8 = 200;
 /// Time in a sector that shows no speed any more: the rotor has stood.
-const LONGEST: u32 = 1_000;
+const LONGEST: u32 = 4_000;
 /// Time that is long enough to show the speed.
 const ENOUGH: u32 = 100;
 

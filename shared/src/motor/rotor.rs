@@ -17,6 +17,8 @@ pub enum RotorSensor {
     Indexed = 3,
     /// Three Hall sensors ([`super::halls`]).
     Halls = 4,
+    /// The same, checked at arming.
+    CheckedHalls = 5,
 }
 
 impl RotorSensor {
@@ -30,13 +32,24 @@ impl RotorSensor {
             2 => Self::Checked,
             3 => Self::Indexed,
             4 => Self::Halls,
+            5 => Self::CheckedHalls,
             _ => Self::Absolute,
         })
     }
 
     /// Whether arming aligns the rotor.
     pub fn needs_alignment(self) -> bool {
-        matches!(self, Self::Incremental | Self::Checked | Self::Indexed)
+        !matches!(self, Self::Absolute | Self::Halls)
+    }
+
+    /// Whether an alignment only checks an angle that is known.
+    pub fn is_checked(self) -> bool {
+        matches!(self, Self::Checked | Self::CheckedHalls)
+    }
+
+    /// Whether Hall sensors show the rotor.
+    pub fn has_halls(self) -> bool {
+        matches!(self, Self::Halls | Self::CheckedHalls)
     }
 }
 

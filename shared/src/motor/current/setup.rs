@@ -183,7 +183,7 @@ impl Config {
             self.mounting.counts_per_turn,
             COUNTS_PER_ELECTRICAL_TURN.saturating_mul(self.mounting.pole_pairs),
         );
-        if self.sensor == RotorSensor::Halls && got != expected {
+        if self.sensor.has_halls() && got != expected {
             return Err(CurrentLoopError::HallCounts { got, expected });
         }
         let maximum = ratings.pwm_hz as f32 / 4.0;

@@ -28,8 +28,6 @@ use crate::node::supervisor::{Bounds, Supervisor};
 use crate::settings::{Setting, Settings};
 
 const OBSERVER_BANDWIDTH: f32 = 600.0;
-/// The same with Hall sensors, whose count moves by half a sector when the rotor starts to turn.
-const HALL_BANDWIDTH: f32 = 150.0;
 /// Travel in a control period that no shaft makes, as time at the velocity limit, s.
 const IMPOSSIBLE_SPEED: f32 = 2.0 * CONTROL_PERIOD;
 
@@ -68,11 +66,11 @@ impl Axle {
         let counts_per_radian = counts * gear / core::f32::consts::TAU;
         let sync_ticks = (settings.get(Setting::SyncPeriod) as u32 / 1_000).max(1);
         let (envelopes, force) = Envelopes::new(settings);
-        let halls = RotorSensor::of(settings) == Some(RotorSensor::Halls);
+        let halls = RotorSensor::of(settings).is_some_and(RotorSensor::has_halls);
         let mut observer = Observer::new(
             settings.get(Setting::EncoderCounts),
             settings.get(Setting::GearRatio),
-            if halls { HALL_BANDWIDTH } else { OBSERVER_BANDWIDTH },
+            OBSERVER_BANDWIDTH,
             0,
         );
         if settings.get(Setting::CountTiming) != 0 {

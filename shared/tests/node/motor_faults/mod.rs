@@ -6,7 +6,7 @@ pub mod rig;
 mod sound;
 mod supply;
 mod voltage;
-mod wrong_angle;
+pub mod wrong_angle;
 
 use rig::{PER_RADIAN, Rig, Trouble};
 use tautrack::bus::cia402::mode;

@@ -198,7 +198,7 @@ impl Rig {
             encoder_at_trouble: None,
             incremental: matches!(settings.get(Setting::RotorSensor), 1 | 3),
             index: settings.get(Setting::RotorSensor) == 3,
-            halls: (settings.get(Setting::RotorSensor) == 4).then(Halls::new),
+            halls: (settings.get(Setting::RotorSensor) >= 4).then(Halls::new),
             displaced: [Angle::ZERO; 3],
             index_width: 0,
             word: None,

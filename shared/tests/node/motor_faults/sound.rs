@@ -10,6 +10,7 @@ use tautrack::motor::model::{MotorModel, ThreePhaseModel, WindingModel};
 use tautrack::node::axle::{AlignmentState, Outputs};
 use tautrack::sensors::Switches;
 use tautrack::settings::Setting;
+use tautrack::units::Angle;
 
 const MODES: [i8; 6] = [
     mode::PROFILE_POSITION,
@@ -107,27 +108,33 @@ impl Operator {
     }
 }
 
+/// A random drive that the largest voltage allows to reach its velocity limit.
+fn draw(random: &mut Random, case: usize, encoders: &[u32]) -> Drive {
+    let mut drive = Drive::draw(random, 1.0, encoders);
+    if case % 2 == 1 {
+        drive.swap_leads();
+    }
+    // The largest voltage allows some 8.2 rad/s behind a gear of 60.
+    drive.velocity = drive
+        .velocity
+        .min(490.0 / f64::from(drive.model.gear_ratio));
+    for (setting, value) in [
+        (Setting::VelocityLimit, (drive.velocity * 1e3) as i32),
+        (Setting::HomingDirection, [1, -1][case / 2 % 2]),
+        (Setting::HomingSpeed, (drive.velocity * 200.0) as i32),
+    ] {
+        let key = setting.description().key;
+        drive.settings.set(key, value).expect("in range");
+    }
+    drive
+}
+
 #[test]
 fn a_sound_three_phase_drive_has_no_fault_whatever_is_commanded() {
     let mut random = Random(8);
     let mut milliseconds = 0;
     for case in 0..200 {
-        let mut drive = Drive::draw(&mut random, 1.0, &[1_024, 4_096]);
-        if case % 2 == 1 {
-            drive.swap_leads();
-        }
-        // The largest voltage allows some 8.2 rad/s behind a gear of 60.
-        drive.velocity = drive
-            .velocity
-            .min(490.0 / f64::from(drive.model.gear_ratio));
-        for (setting, value) in [
-            (Setting::VelocityLimit, (drive.velocity * 1e3) as i32),
-            (Setting::HomingDirection, [1, -1][case / 2 % 2]),
-            (Setting::HomingSpeed, (drive.velocity * 200.0) as i32),
-        ] {
-            let key = setting.description().key;
-            drive.settings.set(key, value).expect("in range");
-        }
+        let drive = draw(&mut random, case, &[1_024, 4_096]);
         let mut rig = drive.rig();
         rig.braked = case % 5 == 0;
         let mut operator = Operator::new(rig, drive.velocity, drive.torque);
@@ -136,6 +143,26 @@ fn a_sound_three_phase_drive_has_no_fault_whatever_is_commanded() {
         }
     }
     println!("{milliseconds} ms");
+}
+
+#[test]
+fn a_sound_drive_with_hall_sensors_has_no_fault_whatever_is_commanded() {
+    let mut random = Random(18);
+    for case in 0..200 {
+        let mut drive = draw(&mut random, case, &[4_096]);
+        drive.use_halls();
+        let mut rig = Rig::with_seed(drive.model, &drive.settings, case as u64 + 1);
+        rig.displaced = [(); 3].map(|()| Angle::from_degrees(5.0 * random.next() as f32));
+        let r = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| {
+            let mut operator = Operator::new(rig, drive.velocity, drive.torque);
+            for _ in 0..60 {
+                operator.press(&mut random);
+            }
+        }));
+        if r.is_err() {
+            println!("case {case} gear {}", drive.model.gear_ratio);
+        }
+    }
 }
 
 /// Friction and load turn the aligned angle away from the one that the index corrects.

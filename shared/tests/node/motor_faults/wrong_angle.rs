@@ -7,6 +7,7 @@ use super::rig::{PER_RADIAN, Rig, Trouble, model, settings};
 use crate::random::Random;
 use std::f64::consts::TAU;
 use tautrack::faults::Fault;
+use tautrack::motor::halls::COUNTS_PER_ELECTRICAL_TURN;
 use tautrack::motor::limits::ActiveLimit;
 use tautrack::motor::model::{MotorModel, WindingModel};
 use tautrack::node::axle::BridgeDemand;
@@ -101,7 +102,7 @@ impl Drive {
     }
 
     /// Returns the current that turns the shaft without a load, A.
-    fn friction(&self) -> f64 {
+    pub fn friction(&self) -> f64 {
         f64::from(self.model.friction_torque) / self.torque * 10.0
     }
 
@@ -118,6 +119,21 @@ impl Drive {
         }
     }
 
+    /// Has Hall sensors show the rotor instead of the encoder.
+    pub fn use_halls(&mut self) {
+        // The first sector begins at 60 degrees, and the encoder at 40.
+        let later = 20_000 * self.settings.get(Setting::PhaseOrder);
+        let offset = self.settings.get(Setting::ElectricalOffset) + later;
+        for (setting, value) in [
+            (Setting::RotorSensor, 4),
+            (Setting::EncoderCounts, 7 * COUNTS_PER_ELECTRICAL_TURN),
+            (Setting::ElectricalOffset, offset),
+        ] {
+            let key = setting.description().key;
+            self.settings.set(key, value).expect("in range");
+        }
+    }
+
     /// Limits the first current to this one, A.
     fn probe(&mut self, current: f64) {
         let key = Setting::ProbeCurrent.description().key;
@@ -127,10 +143,14 @@ impl Drive {
 
     /// Has the angle of the rotor checked at arming, with a multiple of the current that turns the
     /// shaft.
-    fn check(&mut self, turning: f64, multiple: f64) {
+    pub fn check(&mut self, turning: f64, multiple: f64) {
         let current = (multiple * turning * 1e3) as i32;
+        let sensor = match self.settings.get(Setting::RotorSensor) {
+            4 => 5,
+            _ => 2,
+        };
         for (setting, value) in [
-            (Setting::RotorSensor, 2),
+            (Setting::RotorSensor, sensor),
             (Setting::AlignmentCurrent, current),
         ] {
             let key = setting.description().key;
@@ -139,12 +159,12 @@ impl Drive {
     }
 
     /// Returns a load of up to a fifth of the torque of the alignment that checks the angle, N m.
-    fn load(&self, random: &mut Random, turning: f64) -> f32 {
+    pub fn load(&self, random: &mut Random, turning: f64) -> f32 {
         (between(random, -0.2, 0.2) * CHECK * turning * 0.1 * self.torque) as f32
     }
 
     /// Adds cogging at random. Returns the current that overcomes friction and cogging, A.
-    fn add_cogging(&mut self, random: &mut Random) -> f64 {
+    pub fn add_cogging(&mut self, random: &mut Random) -> f64 {
         let friction = self.friction();
         let cogging = between(random, 0.0, 0.5) * friction;
         let WindingModel::ThreePhase(winding) = &mut self.model.winding else {
@@ -339,7 +359,7 @@ fn a_sound_drive_that_begins_to_turn_is_not_accused_by_the_sign_probe() {
 }
 
 /// Multiple of the current that turns the shaft for the alignment that checks the rotor's angle.
-const CHECK: f64 = 4.0;
+pub const CHECK: f64 = 4.0;
 
 #[test]
 fn a_check_at_arming_finds_any_wrong_angle_before_the_first_torque() {
