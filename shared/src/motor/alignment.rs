@@ -41,8 +41,10 @@ const SPREAD_OF_HALLS: u32 = 1 << 30;
 const FARTHEST: u32 = 1 << 30;
 /// Largest lag: 40 degrees. A rotor that stands has 45 degrees.
 const LAG: u32 = (1 << 30) / 9 * 4;
-/// Largest error of an angle that is only checked: 20 degrees.
+/// Largest error of an angle that is only checked: 20 degrees, and 30 degrees with Hall sensors,
+/// whose wrong wires make it wrong by 60 degrees or more.
 const LARGEST_ERROR: u32 = (1 << 30) / 9 * 2;
+const LARGEST_ERROR_OF_HALLS: u32 = (1 << 30) / 3;
 
 /// Control periods of motion by which the field is set back (0 with Hall sensors, whose jumps are no
 /// motion), the part of a new motion that counts at once, and the largest setback, 60 degrees.
@@ -61,8 +63,9 @@ pub struct Bounds {
     current: f32,
     /// Largest distance from the start, 2^-32 turn of the output shaft.
     travel: u64,
-    /// The sensor is absolute: the alignment checks its angle, and corrects nothing.
-    checks: bool,
+    /// Largest error of a sensor that is absolute, whose angle the alignment checks and does not
+    /// correct.
+    checked: Option<u32>,
     /// Largest change of a distance, 2^-32 turn.
     spread: u32,
     /// Control periods of motion by which the field is set back.
@@ -74,15 +77,17 @@ impl Bounds {
     pub fn new(settings: &Settings) -> Self {
         let travel = from_radians(settings.scaled(Setting::AlignmentTravel, 1e-3));
         let sensor = RotorSensor::of(settings);
-        let (spread, damping) = if sensor.is_some_and(RotorSensor::has_halls) {
-            (SPREAD_OF_HALLS, 0)
+        let (spread, damping, largest) = if sensor.is_some_and(RotorSensor::has_halls) {
+            (SPREAD_OF_HALLS, 0, LARGEST_ERROR_OF_HALLS)
         } else {
-            (SPREAD, DAMPING)
+            (SPREAD, DAMPING, LARGEST_ERROR)
         };
         Self {
             current: settings.scaled(Setting::AlignmentCurrent, 1e-3),
             travel: travel.unsigned_abs(),
-            checks: sensor.is_some_and(RotorSensor::is_checked),
+            checked: sensor
+                .is_some_and(RotorSensor::is_checked)
+                .then_some(largest),
             spread,
             damping,
         }
@@ -203,11 +208,12 @@ impl Alignment {
         let forward = forward + Angle::from_bits(more_forward);
         let lag = Angle::from_bits((forward - backward).to_bits() / 2);
         let error = backward + lag;
-        let wrong = self.bounds.checks && error.to_bits().unsigned_abs() > LARGEST_ERROR;
+        let largest = self.bounds.checked.unwrap_or(u32::MAX);
+        let wrong = error.to_bits().unsigned_abs() > largest;
         if wrong || lag.to_bits().unsigned_abs() > LAG {
             return Progress::Failed;
         }
-        let correction = if self.bounds.checks {
+        let correction = if self.bounds.checked.is_some() {
             Angle::ZERO
         } else {
             error

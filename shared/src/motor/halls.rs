@@ -20,13 +20,13 @@ const SECTORS: [Option<i32>; 8] = [
     Some(3),
     None,
 ];
-/// Score of a reading that no working sensors give, and the score at which they are broken: 25 such
-/// readings in a row, or one reading of six for 75 readings. So switching lines and disturbed
+/// Score of a reading that no working sensors give, and the score at which they are broken: ten such
+/// readings in a row, or one reading of six for 80 readings. So switching lines and single disturbed
 /// readings do not count, and a line without signal counts at every speed.
-const WRONG: u8 = 8;
+const WRONG: u8 = 20;
 const BROKEN: u8 = 200;
 /// Time in a sector that shows no speed any more: the rotor has stood.
-const LONGEST: u32 = 4_000;
+const LONGEST: u32 = 4000;
 /// Time that is long enough to show the speed.
 const ENOUGH: u32 = 100;
 
@@ -182,4 +182,95 @@ pub fn code(angle: crate::units::Angle, displaced: [crate::units::Angle; 3]) -> 
         axis += third;
     }
     code
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::units::Angle;
+
+    /// Code at a position in counts; count 0 is at 60 degrees.
+    fn code_at(count: i32) -> u32 {
+        let degrees = 60.0 + 360.0 * f64::from(count) / f64::from(COUNTS_PER_ELECTRICAL_TURN);
+        code(
+            Angle::from_degrees((degrees + 0.1) as f32),
+            [Angle::ZERO; 3],
+        )
+    }
+
+    #[test]
+    fn the_count_is_absolute_within_an_electrical_turn_from_the_first_code_on() {
+        for sector in 0..6 {
+            let mut halls = Halls::new();
+            let middle = sector * SECTOR + SECTOR / 2;
+            assert_eq!(halls.update(code_at(middle)) as i32, middle);
+            assert!(!halls.are_broken());
+        }
+    }
+
+    #[test]
+    fn at_constant_speed_the_count_is_right_in_both_directions_and_beyond_the_range_of_32_bits() {
+        for direction in [1, -1] {
+            // Sectors of 9.1, 37 and 1000 readings.
+            for per_reading in [7.0, 1.73, 0.064] {
+                let mut halls = Halls::new();
+                halls.base = 0x7fff_ff00;
+                let mut position = 0.0_f64;
+                let start = halls.update(code_at(0)) as i32;
+                let readings = (30.0 * f64::from(SECTOR) / per_reading) as u32;
+                for reading in 0..readings {
+                    position += per_reading * f64::from(direction);
+                    let count = halls.update(code_at(position.floor() as i32)) as i32;
+                    let apart = count.wrapping_sub(start) + start % SECTOR;
+                    let error = f64::from(apart) - position;
+                    let settled = reading > readings / 4;
+                    assert!(
+                        !settled || error.abs() <= 1.5 * per_reading + 2.0,
+                        "{error}"
+                    );
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_rotor_that_stops_or_turns_round_counts_as_in_the_middle_of_its_sector() {
+        let mut halls = Halls::new();
+        for count in 0..10 * SECTOR {
+            halls.update(code_at(count / 2));
+        }
+        let sector = (5 * SECTOR - 1) / SECTOR * SECTOR;
+        for _ in 0..10 * SECTOR {
+            halls.update(code_at(sector));
+        }
+        assert_eq!(halls.count(), sector + SECTOR / 2);
+        let back = halls.update(code_at(sector - 1)) as i32;
+        assert_eq!(back, sector - SECTOR / 2 - 1);
+    }
+
+    #[test]
+    fn each_stuck_line_is_found_at_every_speed_and_disturbed_readings_are_not() {
+        for (line, level) in [(0, 0), (0, 1), (1, 0), (1, 1), (2, 0), (2, 1)] {
+            for readings_per_count in [1, 3, 40] {
+                let mut halls = Halls::new();
+                let found = (0..2 * COUNTS_PER_ELECTRICAL_TURN).find(|count| {
+                    for _ in 0..readings_per_count {
+                        halls.update(code_at(*count) & !(1 << line) | level << line);
+                    }
+                    halls.are_broken()
+                });
+                assert!(found.is_some(), "{line} {level} {readings_per_count}");
+            }
+        }
+        let mut halls = Halls::new();
+        for reading in 0..100_000 {
+            let wrong = if reading % 50 == 0 {
+                1 << (reading / 50 % 3)
+            } else {
+                0
+            };
+            halls.update(code_at(reading / 100) ^ wrong);
+            assert!(!halls.are_broken(), "{reading}");
+        }
+    }
 }

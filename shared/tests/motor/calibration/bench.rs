@@ -7,8 +7,10 @@ use tautrack::link::{MotorModel, ThreePhaseModel, WindingModel};
 use tautrack::motor::bridge::{PowerStage, Ratings};
 use tautrack::motor::calibration::{Calibration, Inputs, Plan, Progress, Record, Refusal};
 use tautrack::motor::current::{Config, CurrentLoop, MotorKind};
+use tautrack::motor::halls::{COUNTS_PER_ELECTRICAL_TURN, Halls};
 use tautrack::motor::model::Motor;
-use tautrack::motor::rotor::{ElectricalAngle, Mounting};
+use tautrack::motor::rotor::{ElectricalAngle, Mounting, RotorSensor};
+use tautrack::units::Angle;
 
 pub const STAGE: Ratings = Ratings {
     pwm_hz: 20_000,
@@ -31,6 +33,8 @@ pub struct Truth {
     pub gain: [f64; 2],
     /// The rotor sensor reads up to one count too much.
     pub sensor_noise: bool,
+    /// Hall sensors show the rotor, each displaced by some degrees.
+    pub halls: Option<[f64; 3]>,
     pub current_limit: f32,
     pub calibration_current: f32,
 }
@@ -45,6 +49,7 @@ pub struct Bench {
     pub largest_current: f64,
     /// The rotor sensor only counts from power-up on, and has an index.
     pub incremental: bool,
+    halls: Halls,
 }
 
 impl Truth {
@@ -79,7 +84,7 @@ impl Truth {
             bandwidth: 1_000.0,
             gear_ratio: self.model.gear_ratio,
             mounting: Mounting {
-                counts_per_turn: self.model.encoder_counts as i32,
+                counts_per_turn: self.counts_per_turn(),
                 pole_pairs: match self.model.winding {
                     WindingModel::ThreePhase(winding) => winding.pole_pairs.into(),
                     WindingModel::Brushed { .. } => 1,
@@ -87,7 +92,7 @@ impl Truth {
                 offset: ElectricalAngle::from_milli_degrees((offset * 1e3) as i32),
                 reversed: self.swapped,
             },
-            index: false,
+            sensor: RotorSensor::Absolute,
             dead_time: 0.0,
             periods_per_control: PERIODS,
         };
@@ -108,11 +113,26 @@ impl Truth {
         }
     }
 
+    /// Counts of the rotor sensor per turn of the rotor.
+    pub fn counts_per_turn(&self) -> i32 {
+        match self.model.winding {
+            WindingModel::ThreePhase(winding) if self.halls.is_some() => {
+                COUNTS_PER_ELECTRICAL_TURN * i32::from(winding.pole_pairs)
+            }
+            _ => self.model.encoder_counts as i32,
+        }
+    }
+
     /// Electrical angle in the middle of the sensor's count 0, as the node sees it.
     pub fn offset_degrees(&self) -> f64 {
         let WindingModel::ThreePhase(winding) = self.model.winding else {
             return 0.0;
         };
+        if let Some(displaced) = self.halls {
+            let mean = displaced.iter().sum::<f64>() / 3.0;
+            let offset = 60.0 + mean;
+            return if self.swapped { -offset } else { offset };
+        }
         // The mean of the noise is half a count.
         let middle = if self.sensor_noise { 0.0 } else { 180.0 };
         let half_count =
@@ -143,6 +163,7 @@ impl Bench {
             jitter: 0,
             largest_current: 0.0,
             incremental: false,
+            halls: Halls::new(),
         }
     }
 
@@ -164,7 +185,10 @@ impl Bench {
         if truth.sensor_noise {
             self.jitter = u32::from(self.random.next() > 0.0);
         }
-        readings.rotor = if self.incremental {
+        readings.rotor = if let Some(displaced) = truth.halls {
+            let displaced = displaced.map(|degrees| Angle::from_degrees(degrees as f32));
+            self.halls.update(self.motor.halls(displaced))
+        } else if self.incremental {
             self.motor.encoder() as u32
         } else {
             (readings.rotor + self.jitter) % truth.model.encoder_counts
@@ -188,7 +212,11 @@ impl Bench {
                 self.current_loop.index_pulse(count as u32);
             }
             let inputs = Inputs {
-                encoder: self.motor.encoder() + self.jitter as i32,
+                encoder: if self.truth.halls.is_some() {
+                    self.halls.count()
+                } else {
+                    self.motor.encoder() + self.jitter as i32
+                },
                 supply_voltage: SUPPLY,
                 measured: self.current_loop.take_measurement(SUPPLY),
             };
@@ -214,7 +242,7 @@ pub fn plan(truth: &Truth) -> Plan {
             WindingModel::ThreePhase(_) => MotorKind::ThreePhase,
         },
         ratings: STAGE,
-        counts_per_turn: truth.model.encoder_counts as i32,
+        counts_per_turn: truth.counts_per_turn(),
         gear_ratio,
         current: truth.calibration_current,
         speed: 300.0,
@@ -288,6 +316,7 @@ pub fn draw(random: &mut Random, brushed: bool) -> Truth {
         zero: [0; 2].map(|_| between(random, -600.0, 600.0) as i32),
         gain: [0.0; 2].map(|_| between(random, 0.98, 1.02)),
         sensor_noise: random.next() > 0.0,
+        halls: None,
         current_limit: current_limit as f32,
         calibration_current: calibration_current as f32,
     }
