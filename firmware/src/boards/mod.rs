@@ -92,8 +92,13 @@ pub trait Board {
     /// `wasm` has no such method, because its program is called instead of running.
     #[cfg(not(target_family = "wasm"))]
     fn run(role: &'static Role) -> !;
-    /// Counts of the rotor's encoder since power-up; wraps at both ends of `i32`.
+    /// Counts of the rotor sensor since power-up; wraps at both ends of `i32`. Hall sensors count as
+    /// [`tautrack::motor::halls::Halls`] says.
     fn encoder() -> i32;
+    /// Whether the rotor sensor is broken. A board that cannot know keeps this method.
+    fn encoder_broken() -> bool {
+        false
+    }
     /// Count of the rotor sensor ([`Readings::rotor`](tautrack::motor::bridge::Readings::rotor)) at
     /// the newest pulse of the encoder's index since the last call. A board without such an input
     /// keeps this method.

@@ -113,6 +113,7 @@ pub fn inputs(set_point: fn() -> SetPoint, torque_offset: fn() -> i16, bench_mod
     Inputs {
         now_us: Instant::now().as_micros(),
         encoder: Selected::encoder(),
+        encoder_broken: Selected::encoder_broken(),
         // NaN: without a sample the current is not known.
         current: means.map_or(f32::NAN, |means| means.current),
         electrical: means.map_or_else(Electrical::default, |means| means.electrical),

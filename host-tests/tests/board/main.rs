@@ -35,6 +35,7 @@ mod gates;
 mod guard;
 mod guard_images;
 mod guard_panics;
+mod halls;
 mod images;
 mod index;
 mod masked;

@@ -1,7 +1,8 @@
 //! TIM4 counts the edges of an incremental encoder, and captures the count at its index; software
-//! extends its 16 bits.
+//! extends its 16 bits. Or Hall sensors are read instead (`halls`).
 
-use core::sync::atomic::{AtomicU32, Ordering};
+use super::halls;
+use core::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 use embassy_stm32::gpio::{AfType, Flex, Pull};
 use embassy_stm32::peripherals::{PB6, PB7, PB8, TIM4};
 use embassy_stm32::timer::qei::{Config, Qei};
@@ -11,6 +12,8 @@ use static_cell::StaticCell;
 
 /// Counts since power-up; wraps.
 static COUNT: AtomicU32 = AtomicU32::new(0);
+/// Hall sensors are read instead.
+static HALLS: AtomicBool = AtomicBool::new(false);
 /// Longest pulse that the inputs ignore: 8 samples at 85 MHz, 94 ns.
 const FILTER: pac::timer::vals::FilterValue = pac::timer::vals::FilterValue::FDTS_DIV2_N8;
 
@@ -41,12 +44,29 @@ pub fn start(timer: Peri<'static, TIM4>, a: Peri<'static, PB6>, b: Peri<'static,
 /// an encoder makes fewer than 2^15 counts.
 #[inline]
 pub fn update() -> u32 {
+    if HALLS.load(Ordering::Relaxed) {
+        return update_halls();
+    }
     let counted = pac::TIM4.cnt().read().cnt();
     let last = COUNT.load(Ordering::Relaxed);
     let moved = counted.wrapping_sub(last as u16) as i16;
     let count = last.wrapping_add_signed(i32::from(moved));
     COUNT.store(count, Ordering::Relaxed);
     count
+}
+
+#[cold]
+fn update_halls() -> u32 {
+    let last = COUNT.load(Ordering::Relaxed);
+    let count = halls::update().unwrap_or(last);
+    COUNT.store(count, Ordering::Relaxed);
+    count
+}
+
+/// Reads Hall sensors on the pins of encoder and index, instead of [`start`].
+pub fn start_halls(a: Peri<'static, PB6>, b: Peri<'static, PB7>, c: Peri<'static, PB8>) {
+    halls::start(a, b, c);
+    HALLS.store(true, Ordering::Relaxed);
 }
 
 /// Counts since power-up, as of the last PWM period; wraps at both ends of `i32`.
@@ -74,7 +94,7 @@ pub fn start_index(pin: Peri<'static, PB8>) {
 /// Count at the newest edge of the index since the last call. It must be called before 2^15 counts
 /// have passed.
 pub fn index() -> Option<u32> {
-    if !pac::TIM4.sr().read().ccif(INDEX_CHANNEL) {
+    if HALLS.load(Ordering::Relaxed) || !pac::TIM4.sr().read().ccif(INDEX_CHANNEL) {
         return None;
     }
     // Reading the count clears the flag.

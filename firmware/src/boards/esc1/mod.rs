@@ -17,6 +17,7 @@
 
 mod bridge;
 mod encoder;
+mod halls;
 mod image;
 mod over_current;
 mod sampling;
@@ -35,6 +36,7 @@ use embassy_stm32::interrupt::{InterruptExt, Priority};
 use embassy_stm32::rcc::PllPreDiv;
 use static_cell::StaticCell;
 use tautrack::motor::bridge::Ratings;
+use tautrack::motor::rotor::RotorSensor;
 use tautrack::sensors::{Switches, Temperatures};
 use tautrack::settings::{Setting, Settings};
 
@@ -56,14 +58,11 @@ unsafe fn USART3() {
     unsafe { CONTROL.on_interrupt() }
 }
 
-/// Whether the board has the rotor sensor of these settings: it counts an incremental encoder.
+/// Whether the board has the rotor sensor of these settings: it counts an incremental encoder, or
+/// reads Hall sensors.
 fn has_sensor(settings: &Settings) -> bool {
-    settings.get(Setting::MotorKind) == 0 || matches!(settings.get(Setting::RotorSensor), 1 | 3)
-}
-
-/// Whether the encoder has an index.
-fn has_index(settings: &Settings) -> bool {
-    settings.get(Setting::MotorKind) != 0 && settings.get(Setting::RotorSensor) == 3
+    let absolute = [RotorSensor::Absolute, RotorSensor::Checked];
+    RotorSensor::of(settings).is_none_or(|sensor| !absolute.contains(&sensor))
 }
 
 impl Esc1 {
@@ -106,13 +105,19 @@ impl Board for Esc1 {
 
         storage::start(p.FLASH);
         let (settings, found) = crate::storage::load();
-        encoder::start(p.TIM4, p.PB6, p.PB7);
-        // The index takes the input of the home switch.
-        let home = if has_index(&settings) {
-            encoder::start_index(p.PB8);
+        // The index, or the third Hall sensor, takes the input of the home switch.
+        let sensor = RotorSensor::of(&settings);
+        let home = if sensor.is_some_and(RotorSensor::has_halls) {
+            encoder::start_halls(p.PB6, p.PB7, p.PB8);
             None
         } else {
-            Some(p.PB8)
+            encoder::start(p.TIM4, p.PB6, p.PB7);
+            if sensor == Some(RotorSensor::Indexed) {
+                encoder::start_index(p.PB8);
+                None
+            } else {
+                Some(p.PB8)
+            }
         };
         switches::start(home, p.PB3, p.PB4);
         bridge::start(bridge::Pins {
@@ -164,6 +169,10 @@ impl Board for Esc1 {
             cortex_m::interrupt::free(|_| cortex_m::asm::delay(clock::CORE_HZ / 50_000));
         }
         encoder::count()
+    }
+
+    fn encoder_broken() -> bool {
+        halls::are_broken()
     }
 
     fn index() -> Option<u32> {

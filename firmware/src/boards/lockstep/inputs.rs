@@ -18,12 +18,14 @@ pub(super) static INPUTS: Mutex<RefCell<Inputs>> = Mutex::new(RefCell::new(Input
         body: None,
     },
     encoder: 0,
+    encoder_broken: false,
     index: false,
 }));
 
 pub(super) struct Inputs {
     pub sensors: Sensors,
     pub encoder: i32,
+    pub encoder_broken: bool,
     /// The encoder's index gave a pulse.
     pub index: bool,
 }
@@ -41,6 +43,11 @@ pub fn switches() -> Switches {
 /// Encoder counts at the end of the current step.
 pub fn encoder() -> i32 {
     critical_section::with(|cs| INPUTS.borrow(cs).borrow().encoder)
+}
+
+/// Whether the rotor sensor is broken.
+pub fn encoder_broken() -> bool {
+    critical_section::with(|cs| INPUTS.borrow(cs).borrow().encoder_broken)
 }
 
 /// Count of the rotor sensor at a pulse of its index in the current step. The simulated sensor

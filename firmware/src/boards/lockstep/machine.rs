@@ -1,5 +1,6 @@
 //! Answers the simulator's messages, one at a time.
 
+use super::attached::AttachedMotor;
 use super::flash::Files;
 use super::power_up::power_up;
 use super::starvation::{self, Starved};
@@ -12,7 +13,6 @@ use serde::Deserialize;
 use tautrack::link::parts::{Answer, Head, Kind};
 use tautrack::link::{Ready, Start, Stepped, VERSION};
 use tautrack::motor::bridge::PowerStage;
-use tautrack::motor::model::Motor;
 
 /// Reason why a node ends.
 pub enum End {
@@ -30,7 +30,7 @@ pub struct Machine {
     files: Option<Files>,
     executor: &'static Executor,
     power: Power,
-    motor: Option<Motor>,
+    motor: Option<AttachedMotor>,
     stage: PowerStage,
     /// Results of the newest step.
     stepped: Stepped,

@@ -1,5 +1,6 @@
 //! Handles the start message: creates the motor and starts the role's tasks.
 
+use super::attached::AttachedMotor;
 use super::flash::{self, Files};
 use super::{POWER_STAGE, chips, clock};
 use crate::roles::{self, Refusal, Role, Spawners, refuse};
@@ -25,7 +26,7 @@ pub(super) fn power_up(
     executor: &'static Executor,
     files: Option<Files>,
     start: &Start,
-    motor: &mut Option<Motor>,
+    motor: &mut Option<AttachedMotor>,
 ) -> Result<(), Refusal> {
     if start.version != VERSION {
         return Err(refuse(
@@ -34,10 +35,10 @@ pub(super) fn power_up(
         ));
     }
     if let Some(model) = start.motor {
-        *motor = Some(
+        *motor = Some(AttachedMotor::new(
             Motor::new(model, POWER_STAGE, start.seed)
                 .ok_or_else(|| refuse("the motor model cannot be simulated", "see its bounds"))?,
-        );
+        ));
     }
     chips::power_up(start.seed);
     // The simulator gives every node another seed.
@@ -60,6 +61,9 @@ pub(super) fn power_up(
         // Settings with which the node does not start must not stay in flash.
         (role.check)(&settings)?;
         storage::create(&settings).map_err(|error| refuse("flash", error))?;
+    }
+    if let Some(motor) = motor {
+        motor.choose_sensor(&settings);
     }
     if !found.has_settings() && !fills {
         roles::start_blank(spawners, role, found)?;

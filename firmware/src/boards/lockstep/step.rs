@@ -1,6 +1,7 @@
 //! Advances a lockstep board by one step of virtual time: `begin`, then `end` when the frames are
 //! in the queue.
 
+use super::attached::AttachedMotor;
 use super::inputs::INPUTS;
 use super::log_buffer::LOG;
 use super::{POWER_STAGE, brake, chips, clock};
@@ -10,25 +11,31 @@ use embassy_executor::raw::Executor;
 use tautrack::link::parts::Head;
 use tautrack::link::{STEP_US, Shaft, Stepped};
 use tautrack::motor::bridge::PowerStage;
-use tautrack::motor::model::Motor;
 
 /// Runs the PWM periods up to the step's time. Returns the motion of the output shaft.
-pub(super) fn begin(head: &Head, motor: Option<&mut Motor>, stage: &mut PowerStage) -> Shaft {
+pub(super) fn begin(
+    head: &Head,
+    motor: Option<&mut AttachedMotor>,
+    stage: &mut PowerStage,
+) -> Shaft {
     let mut shaft = Shaft::default();
     let (mut encoder, mut index) = (None, false);
-    if let Some(motor) = motor {
+    if let Some(attached) = motor {
+        let motor = &mut attached.motor;
         motor.set_load(head.sensors.supply_voltage, head.sensors.shaft_torque);
         motor.freeze_sensor(head.sensors.encoder_frozen);
         motor.release_brake(brake::is_released());
-        run_periods(motor, stage);
-        shaft = motor.shaft();
-        encoder = Some(motor.encoder());
-        index = motor.take_index().is_some();
+        run_periods(attached, stage);
+        shaft = attached.motor.shaft();
+        encoder = Some((attached.encoder(), attached.encoder_broken()));
+        index = attached.motor.take_index().is_some();
     }
     critical_section::with(|cs| {
         let mut inputs = INPUTS.borrow(cs).borrow_mut();
         inputs.sensors = head.sensors;
-        inputs.encoder = encoder.unwrap_or(inputs.encoder);
+        if let Some(encoder) = encoder {
+            (inputs.encoder, inputs.encoder_broken) = encoder;
+        }
         inputs.index |= index;
     });
     if let Some(body) = &head.sensors.body {
@@ -45,12 +52,12 @@ pub(super) fn begin(head: &Head, motor: Option<&mut Motor>, stage: &mut PowerSta
 /// code whenever the program enters another page of 1 KiB. So the code that runs most often stands
 /// in as few pages as possible.
 #[inline(never)]
-fn run_periods(motor: &mut Motor, stage: &mut PowerStage) {
+fn run_periods(attached: &mut AttachedMotor, stage: &mut PowerStage) {
     for _ in 0..u64::from(POWER_STAGE.pwm_hz) * STEP_US / 1_000_000 {
         // As with preloaded compare registers, the interrupt's decision takes effect in the next
         // period.
-        let next = current_loop::pwm_period(&motor.readings());
-        motor.integrate(*stage);
+        let next = current_loop::pwm_period(&attached.readings());
+        attached.motor.integrate(*stage);
         *stage = next;
     }
 }

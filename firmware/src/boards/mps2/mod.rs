@@ -55,6 +55,10 @@ impl Board for Mps2 {
         lockstep::encoder()
     }
 
+    fn encoder_broken() -> bool {
+        lockstep::encoder_broken()
+    }
+
     fn index() -> Option<u32> {
         lockstep::index()
     }

@@ -34,6 +34,10 @@ impl Board for Native {
         lockstep::encoder()
     }
 
+    fn encoder_broken() -> bool {
+        lockstep::encoder_broken()
+    }
+
     fn index() -> Option<u32> {
         lockstep::index()
     }

@@ -31,6 +31,10 @@ impl Board for Wasm {
         lockstep::encoder()
     }
 
+    fn encoder_broken() -> bool {
+        lockstep::encoder_broken()
+    }
+
     fn index() -> Option<u32> {
         lockstep::index()
     }

@@ -109,6 +109,11 @@ impl FlashedBoard {
         if let Some(model) = start.motor {
             chip.attach_motor(model, start.seed)
                 .ok_or("the motor model cannot be simulated")?;
+            if settings.contains(&(Setting::RotorSensor, 4))
+                || settings.contains(&(Setting::RotorSensor, 5))
+            {
+                chip.connect_halls();
+            }
         } else {
             chip.connect_modules();
         }

@@ -5,6 +5,7 @@ use crate::simulator::chip::CORE_HZ;
 use tautrack::link::{MotorModel, Shaft};
 use tautrack::motor::bridge::{PowerStage, Ratings};
 use tautrack::motor::model::Motor;
+use tautrack::units::Angle;
 
 /// Core clocks of half a PWM period: the time step of the motor.
 const HALF_PERIOD: u64 = CORE_HZ / 40_000;
@@ -51,6 +52,8 @@ pub(super) struct AttachedMotor {
     encoder_start: i32,
     /// Encoder counts at the newest pulse of the index that nobody has read.
     index: Option<i32>,
+    /// Its Hall sensors are connected instead of the encoder.
+    halls: bool,
 }
 
 impl AttachedMotor {
@@ -70,6 +73,7 @@ impl AttachedMotor {
             stage: PowerStage::Off,
             encoder_start: 0,
             index: None,
+            halls: false,
         })
     }
 
@@ -121,6 +125,16 @@ impl AttachedMotor {
             let seen = if open { current.max(0.0) } else { current };
             code_of(0.5 * REFERENCE - seen * SHUNT * GAIN)
         })
+    }
+
+    /// Connects the Hall sensors instead of the encoder.
+    pub fn connect_halls(&mut self) {
+        self.halls = true;
+    }
+
+    /// Levels of the Hall sensors in the lowest three bits, if they are connected.
+    pub fn hall_levels(&self) -> Option<u32> {
+        self.halls.then(|| self.motor.halls([Angle::ZERO; 3]))
     }
 
     /// Starts the encoder's timer.

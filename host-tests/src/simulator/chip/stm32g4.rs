@@ -231,7 +231,11 @@ impl State {
             a if a == FDCAN + 0x18 => value & !8 | (value & 0x10) >> 1,
             CAN_STATUS => self.can_status(),
             a if a == FDCAN + 0xc4 => self.queue_status(),
-            a if a == GPIO + 0x410 => u32::from(self.pins().port_b),
+            a if a == GPIO + 0x410 => {
+                let levels = u32::from(self.pins().port_b);
+                let halls = self.motor.as_ref().and_then(AttachedMotor::hall_levels);
+                halls.map_or(levels, |halls| levels & !(7 << 6) | halls << 6)
+            }
             a if a == GPIO + 0x810 => u32::from(self.pins().port_c) | self.i2c_levels(),
             _ => value,
         }
@@ -761,6 +765,13 @@ impl Chip {
         let motor = AttachedMotor::new(model, seed)?;
         self.state().motor = Some(motor);
         Some(())
+    }
+
+    /// Connects the Hall sensors of the attached motor to the inputs of encoder and home switch.
+    pub fn connect_halls(&mut self) {
+        if let Some(motor) = &mut self.state().motor {
+            motor.connect_halls();
+        }
     }
 
     /// Sets supply, load and switches, and what acts on the sensor modules.
