@@ -611,6 +611,10 @@ fn refuses_what_it_cannot_control() {
         dead_time: 1.1e-6,
         ..THREE_PHASE
     };
+    let wrong_counts = Config {
+        sensor: RotorSensor::Halls,
+        ..THREE_PHASE
+    };
     for (config, text) in [
         (
             fast,
@@ -625,6 +629,10 @@ fn refuses_what_it_cannot_control() {
             "current limit = 22 A, at most 21.333334 A on this board",
         ),
         (slow_bridge, "dead time = 0.0000011 s, at most 0.000001 s"),
+        (
+            wrong_counts,
+            "encoder_counts = 4096, 2688 with Hall sensors",
+        ),
     ] {
         assert_eq!(error(config).to_string(), text);
     }

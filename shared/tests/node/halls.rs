@@ -99,30 +99,50 @@ fn a_sound_drive_is_not_accused_whatever_its_load_does() {
     }
 }
 
+/// Runs a random drive at a random speed and load, and disturbs it at a random time. Returns the
+/// fault, the milliseconds until the bridge opens or shorts, and the electrical turns until then.
+fn disturb(random: &mut Random, case: usize, trouble: Trouble) -> (Fault, usize, f64) {
+    let (drive, _) = draw(random, 0.5, case);
+    let mut rig = rig(&drive, random, case);
+    let part = between(random, 0.03, 0.9) * pick(random, &[-1.0, 1.0]);
+    rig.target = drive.target(part);
+    rig.run(800);
+    rig.load = (between(random, 0.0, 0.3) * drive.torque * part.signum()) as f32;
+    rig.run(300 + case);
+    rig.trouble = trouble;
+    let (outputs, milliseconds, travel) = rig.until_fault(3_000).expect("a fault");
+    let electrical = travel * f64::from(drive.model.gear_ratio) * 7.0 / TAU;
+    let fault = outputs.faults.strongest().expect("a fault");
+    (fault, milliseconds, electrical)
+}
+
 #[test]
 fn a_broken_line_opens_the_bridge_within_50_ms_or_an_electrical_turn() {
     let mut random = Random(33);
     let (mut latest, mut farthest) = (0, 0.0_f64);
     for case in 0..300 {
-        let (drive, _) = draw(&mut random, 0.5, case);
-        let mut rig = rig(&drive, &mut random, case);
-        let part = between(&mut random, 0.03, 0.9) * pick(&mut random, &[-1.0, 1.0]);
-        rig.target = drive.target(part);
-        rig.run(800);
-        rig.load = (between(&mut random, 0.0, 0.3) * drive.torque * part.signum()) as f32;
-        rig.run(300 + case);
-        rig.trouble = Trouble::HallLine(case as u32 % 3, case % 2 == 0);
-        let (outputs, milliseconds, travel) = rig.until_fault(3_000).expect("a fault");
-        let electrical = travel * f64::from(drive.model.gear_ratio) * 7.0 / TAU;
-        (latest, farthest) = (latest.max(milliseconds), farthest.max(electrical));
-        let fault = outputs.faults.strongest();
+        let trouble = Trouble::HallLine(case as u32 % 3, case % 2 == 0);
+        let (fault, milliseconds, electrical) = disturb(&mut random, case, trouble);
         let in_time = milliseconds <= 50 || electrical <= 1.0;
         assert!(
             in_time,
             "{case}: {fault:?} after {milliseconds} ms, {electrical:.2} turns"
         );
+        (latest, farthest) = (latest.max(milliseconds), farthest.max(electrical));
     }
     println!("after up to {latest} ms and {farthest:.2} electrical turns");
+}
+
+#[test]
+fn an_unplugged_cable_opens_the_bridge_within_5_ms() {
+    let mut random = Random(36);
+    for case in 0..60 {
+        let (fault, milliseconds, _) = disturb(&mut random, case, Trouble::HallCable);
+        assert!(
+            milliseconds <= 5,
+            "{case}: {fault:?} after {milliseconds} ms"
+        );
+    }
 }
 
 #[test]

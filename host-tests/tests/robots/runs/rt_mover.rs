@@ -156,6 +156,15 @@ fn the_nodes_step_up_twenty_centimetres() {
     });
 }
 
+/// Hall sensors show the rotors of the wheels.
+#[test]
+fn the_nodes_step_up_ten_centimetres_with_hall_sensors() {
+    unless_unchanged("rt-mover-halls", Kind::RtMover, || {
+        steps_up("step-10-halls", 0.10, 0);
+        ends_in_the_same_bits("rt-mover/step-10-halls");
+    });
+}
+
 #[test]
 fn emulated_and_native_nodes_end_in_the_same_bits() {
     unless_unchanged("rt-mover-bits", Kind::RtMover, || {

@@ -99,6 +99,8 @@ pub enum Trouble {
     MissedInterrupts,
     /// The line of this Hall sensor keeps a level.
     HallLine(u32, bool),
+    /// The cable of the Hall sensors is unplugged: all lines are pulled up.
+    HallCable,
 }
 
 impl Trouble {
@@ -109,6 +111,7 @@ impl Trouble {
             Self::ReversedEncoder => code & 4 | (code & 1) << 1 | code >> 1 & 1,
             Self::HallLine(line, false) => code & !(1 << line),
             Self::HallLine(line, true) => code | 1 << line,
+            Self::HallCable => 7,
             _ => code,
         }
     }
