@@ -90,12 +90,12 @@ faults! {
         "fault reset",
         "The rotor sensor or its magnet has turned on the shaft, or `electrical_offset` is wrong: measure it anew. Or the encoder stands still or counts backwards: check its cable.";
     EncoderNoise = 0x7305, "encoder noise", Off,
-        "The encoder made three steps within a few milliseconds that exceed twice `velocity_limit`. Or the index of the encoder came more than 5 counts from where it came before, or did not come in a turn of the rotor.",
+        "The encoder made three steps within a few milliseconds that exceed twice `velocity_limit`. Or the index of the encoder came more than 5 counts from where it came before, or did not come in a turn of the rotor. Or the code of Hall sensors does not exist, or skipped a sector, ten times in a row, or in one PWM period of six for 80 periods.",
         6 "the first noise of 800 counts, at 1.2 to 5.5 rad/s",
         "fault reset",
-        "Check the cable and the shield of the encoder, with its index, and `encoder_counts`.";
+        "Check the cable and the shield of the encoder, with its index, or of each Hall sensor, and `encoder_counts`.";
     Misaligned = 0x7120, "rotor not aligned", Off,
-        "At arming, the rotor did not follow the turning current of the alignment, followed it in the wrong direction, or moved farther than `alignment_travel`. Or a checked absolute sensor showed an angle that is wrong by more than 20 degrees, or the first pulse of an index did. Or the shaft turned against its torque, or the encoder jumped, while `probe_current` limited it.",
+        "At arming, the rotor did not follow the turning current of the alignment, followed it in the wrong direction, or moved farther than `alignment_travel`. Or a checked absolute sensor showed an angle that is wrong by more than 20 degrees (Hall sensors: 30 degrees), or the first pulse of an index did. Or the shaft turned against its torque, or the encoder jumped, while `probe_current` limited it.",
         23 "the set-point that turns the shaft, with a reversed encoder and a sign probe",
         "fault reset; the next arming aligns the rotor again",
         "Free the shaft. Check the order of the encoder's channels and of the motor's leads, `phase_order`, `pole_pairs` and `encoder_counts`. Raise `alignment_current`, or `alignment_travel`.";

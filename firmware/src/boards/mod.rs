@@ -92,8 +92,8 @@ pub trait Board {
     /// `wasm` has no such method, because its program is called instead of running.
     #[cfg(not(target_family = "wasm"))]
     fn run(role: &'static Role) -> !;
-    /// Counts of the rotor sensor since power-up; wraps at both ends of `i32`. Hall sensors count as
-    /// [`tautrack::motor::halls::Halls`] says.
+    /// Counts of the rotor sensor since power-up; wraps at both ends of `i32`. Hall sensors count
+    /// as [`tautrack::motor::halls::Halls`] says.
     fn encoder() -> i32;
     /// Whether the rotor sensor is broken. A board that cannot know keeps this method.
     fn encoder_broken() -> bool {

@@ -46,8 +46,8 @@ const LAG: u32 = (1 << 30) / 9 * 4;
 const LARGEST_ERROR: u32 = (1 << 30) / 9 * 2;
 const LARGEST_ERROR_OF_HALLS: u32 = (1 << 30) / 3;
 
-/// Control periods of motion by which the field is set back (0 with Hall sensors, whose jumps are no
-/// motion), the part of a new motion that counts at once, and the largest setback, 60 degrees.
+/// Control periods of motion by which the field is set back (0 with Hall sensors, whose jumps are
+/// no motion), the part of a new motion that counts at once, and the largest setback, 60 degrees.
 const DAMPING: i32 = 6;
 const FILTER_BITS: u32 = 2;
 const LARGEST_SETBACK: i32 = (1 << 30) / 3 * 2;

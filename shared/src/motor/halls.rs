@@ -20,9 +20,9 @@ const SECTORS: [Option<i32>; 8] = [
     Some(3),
     None,
 ];
-/// Score of a reading that no working sensors give, and the score at which they are broken: ten such
-/// readings in a row, or one reading of six for 80 readings. So switching lines and single disturbed
-/// readings do not count, and a line without signal counts at every speed.
+/// Score of a reading that no working sensors give, and the score at which they are broken: ten
+/// such readings in a row, or one reading of six for 80 readings. So switching lines and single
+/// disturbed readings do not count, and a line without signal counts at every speed.
 const WRONG: u8 = 20;
 const BROKEN: u8 = 200;
 /// Time in a sector that shows no speed any more: the rotor has stood.
@@ -142,8 +142,8 @@ impl Halls {
 
     /// Returns the count of the newest reading.
     ///
-    /// A rotor that has not left its sector after the mean time turns more slowly: its count returns
-    /// to the middle.
+    /// A rotor that has not left its sector after the mean time turns more slowly: its count
+    /// returns to the middle.
     #[inline]
     pub fn count(&self) -> i32 {
         let middle = SECTOR as u32 / 2;
