@@ -1,9 +1,10 @@
 //! Rotor angle from three Hall sensors, 120 electrical degrees apart.
 //!
 //! Their code divides an electrical turn into six sectors. Between two edges, the angle goes on at
-//! the mean speed of the last six sectors, so that neither the places of the sensors nor the rate
-//! of the readings count. A motor that stands, or has turned round, counts as in the middle of its
-//! sector, which is wrong by at most 30 degrees.
+//! the mean speed of the last sectors: of as many as took 100 readings, and of six at most. So at
+//! high speed, neither the places of the sensors nor the rate of the readings count. A motor that
+//! stands, or has turned round, counts as in the middle of its sector, which is wrong by at most 30
+//! degrees.
 
 /// Counts of an electrical turn, as [`Halls::update`] returns them.
 pub const COUNTS_PER_ELECTRICAL_TURN: i32 = 6 * SECTOR;
@@ -27,6 +28,8 @@ const WRONG: u8 = 20;
 const BROKEN: u8 = 200;
 /// Time in a sector that shows no speed any more: the rotor has stood.
 const LONGEST: u32 = 4000;
+/// Time since an edge that was not seen; longer than [`LONGEST`].
+const UNKNOWN: u32 = u32::MAX;
 /// Time that is long enough to show the speed.
 const ENOUGH: u32 = 100;
 
@@ -64,7 +67,7 @@ impl Spent {
 }
 
 /// Follows the sensors' code. All times are in calls of [`Self::update`].
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub struct Halls {
     /// The first code was read.
     started: bool,
@@ -73,11 +76,17 @@ pub struct Halls {
     sector: i32,
     /// Direction of the last edge, 1 or -1.
     direction: i32,
-    /// Time since the last edge.
+    /// Time since the last edge, or [`UNKNOWN`].
     since: u32,
     /// Times in the last sectors.
     spent: Spent,
     score: u8,
+}
+
+impl Default for Halls {
+    fn default() -> Self {
+        Self::new()
+    }
 }
 
 impl Halls {
@@ -88,7 +97,7 @@ impl Halls {
             base: 0,
             sector: 0,
             direction: 1,
-            since: 0,
+            since: UNKNOWN,
             spent: Spent::new(),
             score: 0,
         }
@@ -135,9 +144,10 @@ impl Halls {
         (self.direction, self.since) = (moved, 0);
     }
 
+    /// Takes a code that does not exist, or one of a sector that is no neighbour.
     fn doubt(&mut self) {
         self.score = self.score.saturating_add(WRONG);
-        self.spent = Spent::new();
+        (self.spent, self.since) = (Spent::new(), UNKNOWN);
     }
 
     /// Returns the count of the newest reading.
