@@ -95,10 +95,10 @@ faults! {
         "fault reset",
         "Check the cable and the shield of the encoder, with its index, or of each Hall sensor, and `encoder_counts`.";
     Misaligned = 0x7120, "rotor not aligned", Off,
-        "At arming, the rotor did not follow the turning current of the alignment, followed it in the wrong direction, or moved farther than `alignment_travel`. Or a checked absolute sensor showed an angle that is wrong by more than 20 degrees (Hall sensors: 30 degrees), or the first pulse of an index did. Or the shaft turned against its torque, or the encoder jumped, while `probe_current` limited it.",
+        "At arming, the rotor did not follow the turning current of the alignment, followed it in the wrong direction, or moved farther than `alignment_travel`. Or the current of the alignment took more than twice, or less than half, the voltage that `resistance` explains. Or a checked absolute sensor showed an angle that is wrong by more than 20 degrees (Hall sensors: 30 degrees), or the first pulse of an index did. Or the shaft turned against its torque, or the encoder jumped, while `probe_current` limited it.",
         23 "the set-point that turns the shaft, with a reversed encoder and a sign probe",
         "fault reset; the next arming aligns the rotor again",
-        "Free the shaft. Check the order of the encoder's channels and of the motor's leads, `phase_order`, `pole_pairs` and `encoder_counts`. Raise `alignment_current`, or `alignment_travel`.";
+        "Free the shaft. Check the order of the encoder's channels and of the motor's leads, `phase_order`, `pole_pairs`, `encoder_counts` and `resistance`. Raise `alignment_current`, or `alignment_travel`.";
     InvalidReading = 0x7300, "invalid sensor reading", Brake,
         "For 3 ms a current or voltage reading was not finite, or the PWM interrupt took no current sample, or a temperature sensor that the settings require gave no reading.",
         3 "the first such reading",

@@ -6,6 +6,9 @@
 //! angle is the mean of both directions. A rotor that does not follow, or whose sensor counts the
 //! wrong way, does not stay at the same distance from the field: the alignment fails.
 //!
+//! While the field stands at 90 degrees, the voltage of the current shows the resistance. A motor
+//! whose resistance is not that of the settings is another motor, or has a short.
+//!
 //! The field is set back by a part of the rotor's speed, because nothing else damps a rotor that
 //! swings in a constant current.
 
@@ -46,6 +49,16 @@ const LAG: u32 = (1 << 30) / 9 * 4;
 const LARGEST_ERROR: u32 = (1 << 30) / 9 * 2;
 const LARGEST_ERROR_OF_HALLS: u32 = (1 << 30) / 3;
 
+/// The last control periods at 90 degrees, in which the resistance is measured: the rotor has come
+/// to rest.
+const RESTS: i32 = SETTLE / 2;
+/// Largest and smallest resistance, as multiples of that of the settings: these may be wrong by
+/// 40 %, and a warm winding has 40 % more than a cold one.
+const LARGEST_RESISTANCE: f32 = 2.0;
+const SMALLEST_RESISTANCE: f32 = 0.5;
+/// Voltage that dead time and diodes take, as a fraction of the supply voltage.
+const UNEXPLAINED: f32 = 0.02;
+
 /// Control periods of motion by which the field is set back (0 with Hall sensors, whose jumps are
 /// no motion), the part of a new motion that counts at once, and the largest setback, 60 degrees.
 const DAMPING: i32 = 6;
@@ -70,6 +83,8 @@ pub struct Bounds {
     spread: u32,
     /// Control periods of motion by which the field is set back.
     damping: i32,
+    /// Resistance, ohm.
+    resistance: f32,
 }
 
 impl Bounds {
@@ -90,8 +105,26 @@ impl Bounds {
                 .then_some(largest),
             spread,
             damping,
+            resistance: settings.scaled(Setting::Resistance, 1e-3),
         }
     }
+}
+
+/// Readings of a control period.
+#[derive(Clone, Copy, Debug)]
+pub struct Observed {
+    /// Position of the output shaft, 2^-32 turn.
+    pub position: i64,
+    /// Distance from the field of the previous period to the sensor's angle, once it is known.
+    pub ahead: Option<ElectricalAngle>,
+    /// Voltage and current along the field, V and A.
+    pub voltage: f32,
+    /// See `voltage`.
+    pub current: f32,
+    /// Supply voltage, V.
+    pub supply_voltage: f32,
+    /// No brake holds the rotor. While one does, the alignment waits after the rise of the current.
+    pub free: bool,
 }
 
 /// What to do in a control period.
@@ -101,7 +134,8 @@ pub enum Progress {
     Drive(f32, ElectricalAngle),
     /// The rotor is this angle ahead of where its sensor shows it; 0 if the angle was only checked.
     Done(ElectricalAngle),
-    /// The rotor has moved too far or did not follow, or its sensor shows a wrong angle.
+    /// The rotor has moved too far or did not follow, its sensor shows a wrong angle, or the
+    /// resistance is wrong.
     Failed,
 }
 
@@ -122,6 +156,8 @@ pub struct Alignment {
     /// In both directions: the first distance from the field to the rotor, and the mean of the
     /// others less the first, 2^-32 turn.
     distances: [(Option<Angle>, i32); 2],
+    /// Sums of voltage, V, current, A, and supply voltage, V, while the rotor rests.
+    sums: [f32; 3],
 }
 
 impl Alignment {
@@ -136,21 +172,21 @@ impl Alignment {
             turned: 0,
             motion: 0,
             distances: [(None, 0); 2],
+            sums: [0.0; 3],
         }
     }
 
-    /// Runs one control period at this position of the output shaft, 2^-32 turn. `ahead` is the
-    /// distance from the field of the previous period to the sensor's angle, once it is known.
-    /// `free` says that no brake holds the rotor: while one does, the alignment waits after the
-    /// rise of the current.
-    ///
-    /// It is defined for every input and ends after 1.15 s without a brake.
-    pub fn tick(&mut self, position: i64, ahead: Option<ElectricalAngle>, free: bool) -> Progress {
-        let start = *self.start.get_or_insert(position);
-        if position.wrapping_sub(start).unsigned_abs() > self.bounds.travel {
+    /// Runs one control period. It is defined for every input and ends after 1.15 s without a
+    /// brake.
+    pub fn tick(&mut self, now: &Observed) -> Progress {
+        let start = *self.start.get_or_insert(now.position);
+        if now.position.wrapping_sub(start).unsigned_abs() > self.bounds.travel {
             return Progress::Failed;
         }
-        if let Some(ElectricalAngle(ahead)) = ahead {
+        if !self.resistance_is_right(now) {
+            return Progress::Failed;
+        }
+        if let Some(ElectricalAngle(ahead)) = now.ahead {
             self.follow(ahead);
             if self.turned.unsigned_abs() > FARTHEST || !self.measure(ahead) {
                 return Progress::Failed;
@@ -159,7 +195,7 @@ impl Alignment {
         if self.ticks >= END {
             return self.result();
         }
-        if free || self.ticks < RISE {
+        if now.free || self.ticks < RISE {
             self.ticks += 1;
         }
         self.field = self.next_field();
@@ -171,6 +207,25 @@ impl Alignment {
     /// Returns whether the current has risen, so that a brake may be released.
     pub fn has_risen(&self) -> bool {
         self.ticks >= RISE
+    }
+
+    /// Measures the resistance. Returns whether it is right, as far as it is known. NaN is wrong.
+    fn resistance_is_right(&mut self, now: &Observed) -> bool {
+        const AT_END: i32 = RISE + SETTLE;
+        if self.ticks > AT_END - RESTS && self.ticks <= AT_END {
+            let readings = [now.voltage, now.current, now.supply_voltage];
+            for (sum, reading) in self.sums.iter_mut().zip(readings) {
+                *sum += reading;
+            }
+        }
+        if self.ticks != AT_END {
+            return true;
+        }
+        let [voltage, current, supply_voltage] = self.sums;
+        let expected = self.bounds.resistance * current;
+        let unexplained = UNEXPLAINED * supply_voltage;
+        voltage <= LARGEST_RESISTANCE * expected + unexplained
+            && voltage >= SMALLEST_RESISTANCE * expected - unexplained
     }
 
     /// Measures the motion of the rotor.

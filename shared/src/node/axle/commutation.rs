@@ -10,7 +10,7 @@
 use super::{Axle, Inputs};
 use crate::bus::cia402::{CONTROL_FAULT_RESET, DriveCommand, State};
 use crate::faults::{Fault, Faults};
-use crate::motor::alignment::{Alignment, Bounds, Progress};
+use crate::motor::alignment::{Alignment, Bounds, Observed, Progress};
 use crate::motor::index::Finding;
 use crate::motor::rotor::{ElectricalAngle, RotorSensor};
 use crate::settings::Settings;
@@ -175,8 +175,14 @@ impl Axle {
             self.enter(State::OperationEnabled);
             return;
         }
-        let free = alignment.has_risen() && self.brake.release();
-        *progress = alignment.tick(position, inputs.electrical.ahead, free);
+        *progress = alignment.tick(&Observed {
+            position,
+            ahead: inputs.electrical.ahead,
+            voltage: inputs.electrical.voltage.map_or(0.0, |[_, along]| along),
+            current: inputs.current,
+            supply_voltage: inputs.supply_voltage,
+            free: alignment.has_risen() && self.brake.release(),
+        });
         if *progress == Progress::Failed {
             self.commutation.failed = true;
             self.commutation.abort();
