@@ -91,20 +91,20 @@ impl Dictionary {
     }
 }
 
-/// Reads the dictionary of `role` from `folder`.
+/// Reads the dictionary of `role` from its file in `folder`, and from the files that the key
+/// `include` names.
 ///
 /// # Errors
-/// If the file cannot be read or is not a valid dictionary.
+/// If a file cannot be read, two files have the same key, or the dictionary is not valid.
 pub fn load(folder: &Path, role: &str, device_type: u32) -> Result<Dictionary, Box<dyn Error>> {
     let read = |name: &str| -> Result<Table, Box<dyn Error>> {
         let text = std::fs::read_to_string(folder.join(name).with_extension("toml"))?;
         Ok(text.parse()?)
     };
     let mut file = read(role)?;
-    if let (Some(Value::Array(objects)), Some(Value::Array(common))) =
-        (file.get_mut("objects"), read("common")?.remove("objects"))
-    {
-        objects.extend(common);
+    let include = file.remove("include").unwrap_or(Value::Array(Vec::new()));
+    for name in include.try_into::<Vec<String>>()? {
+        merge(&mut file, read(&name)?).map_err(|error| format!("{name}.toml: {error}"))?;
     }
     let meanings = take(&mut file, "meaning");
     let values = take(&mut file, "value");
@@ -129,6 +129,22 @@ pub fn load(folder: &Path, role: &str, device_type: u32) -> Result<Dictionary, B
     };
     dictionary.check_values()?;
     Ok(dictionary)
+}
+
+/// Adds `other` to `file`. Tables are merged and arrays are concatenated; no other key may be in
+/// both.
+fn merge(file: &mut Table, other: Table) -> Result<(), String> {
+    for (key, value) in other {
+        match (file.get_mut(&key), value) {
+            (None, value) => {
+                file.insert(key, value);
+            }
+            (Some(Value::Table(present)), Value::Table(added)) => merge(present, added)?,
+            (Some(Value::Array(present)), Value::Array(added)) => present.extend(added),
+            (Some(_), _) => return Err(format!("`{key}` is in another file, too")),
+        }
+    }
+    Ok(())
 }
 
 /// Returns true if the expression `value` contains a field or method of the variable `source`.
