@@ -8,11 +8,13 @@
 //! `r = (K^2 - L1^2) / (2 (K + L1 cos theta))`. Cosine is even, so the sign of `theta` does not
 //! matter.
 
-use crate::math::cubic::{NODES, fit, mul_high, mul_high_add, quantize, sine};
+mod table;
+
+use crate::math::cubic::{mul_high, mul_high_add, quantize};
 use crate::math::{atan2, max, sin_cos, sqrt};
 use crate::units::Angle;
 pub use crate::units::Length;
-use core::f64::consts::{FRAC_PI_2, PI};
+use core::f64::consts::PI;
 
 /// Number of pieces over half a turn. It is 128 and not 64, so that the derivative of the same
 /// cubic can serve as feed-forward.
@@ -114,22 +116,39 @@ impl Geometry {
     ///
     /// Accepted: `l1` from 10 mm to 1 m, `l2 >= 0`, `k` up to 4 m, `k >= l1 + 2 l2` and
     /// `k >= 2.4 l1`, the last two to within the rounding of decimal lengths. The table is computed
-    /// from IEEE sums, products and quotients only, so it is bit-identical on every machine. Cost:
-    /// about 30 000 double-precision operations, in software on a Cortex-M4F; it is meant for
-    /// start-up.
+    /// in integers, so it is bit-identical on every machine. Cost: about 13 000 products and
+    /// quotients of 64 bits; it is meant for start-up.
     ///
     /// # Errors
     /// The first bound that is broken, with the given length.
     #[inline(never)] // its table is large, and each inlined copy takes stack
     pub fn new(l1: Length, l2: Length, k: Length) -> Result<Self, GeometryError> {
         Self::check(l1, l2, k)?;
-        let (a, b, c) = (metres_f64(l1), metres_f64(l2), metres_f64(k));
-        Ok(Self {
-            l1,
-            l2,
-            k,
-            pieces: table(a, b, c),
-        })
+        let mut geometry = Self::without_table(l1, l2, k);
+        table::fill(&mut geometry.pieces, l1, l2, k);
+        Ok(geometry)
+    }
+
+    /// Creates a geometry in `place` as [`Self::from_micrometres`] does: so its table is not copied
+    /// through the stack.
+    ///
+    /// # Errors
+    /// Those of [`Self::new`]; `place` does not change.
+    #[inline(never)] // its table is large, and each inlined copy takes stack
+    pub fn create_in(
+        place: &mut Option<Self>,
+        [l1_um, l2_um, k_um]: [i32; 3],
+    ) -> Result<&Self, GeometryError> {
+        let (l1, l2, k) = (micrometres(l1_um), micrometres(l2_um), micrometres(k_um));
+        Self::check(l1, l2, k)?;
+        let geometry = place.insert(Self::without_table(l1, l2, k));
+        table::fill(&mut geometry.pieces, l1, l2, k);
+        Ok(geometry)
+    }
+
+    fn without_table(l1: Length, l2: Length, k: Length) -> Self {
+        let pieces = [[0; 4]; PIECES];
+        Self { l1, l2, k, pieces }
     }
 
     /// Checks the lengths as [`Self::new`] does, without its cost.
@@ -341,33 +360,10 @@ pub fn metres(length: Length) -> f32 {
     length.to_bits() as f32 * (1.0 / (1u64 << Q) as f32)
 }
 
-fn metres_f64(length: Length) -> f64 {
-    f64::from(length.to_bits()) / (1u64 << Q) as f64
-}
-
+/// Converts micrometres, rounded to nearest; saturates at 8 m.
 fn micrometres(um: i32) -> Length {
-    let bits = (i64::from(um) << Q) as f64 / 1e6;
-    Length::from_bits((bits + if bits < 0.0 { -0.5 } else { 0.5 }) as i32)
-}
-
-/// Computes the extension over half a turn as cubics, with coefficients scaled as
-/// [`crate::math::cubic`] needs them.
-fn table(l1: f64, l2: f64, k: f64) -> [[i32; 4]; PIECES] {
-    const HALF_WIDTH: f64 = PI / (2 * PIECES) as f64;
-    // A shift rounds down. With half a bit in the constant term it rounds to nearest.
-    const HALF_BIT: f64 = 0.5 / (1u64 << Q) as f64;
-    core::array::from_fn(|piece| {
-        let centre = (2 * piece + 1) as f64 * HALF_WIDTH;
-        let samples = NODES.map(|node| {
-            let cosine = sine(FRAC_PI_2 - (centre + node * HALF_WIDTH));
-            (k * k - l1 * l1) / (2.0 * (k + l1 * cosine)) - l2
-        });
-        let [c0, c1, c2, c3] = fit(samples);
-        [
-            quantize(c0 + HALF_BIT, Q),
-            quantize(c1, Q + 1 + EXTRA_BITS),
-            quantize(c2, Q + 2 + EXTRA_BITS),
-            quantize(c3, Q + 3 + EXTRA_BITS),
-        ]
-    })
+    let scaled = i64::from(um) << Q;
+    let half = if scaled < 0 { -500_000 } else { 500_000 };
+    let bits = (scaled + half) / 1_000_000;
+    Length::from_bits(bits.clamp(i32::MIN.into(), i32::MAX.into()) as i32)
 }
