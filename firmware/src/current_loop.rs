@@ -4,12 +4,15 @@
 use core::cell::RefCell;
 use core::sync::atomic::{AtomicBool, Ordering};
 use critical_section::Mutex;
+use heapless::Vec;
 use tautrack::motor::bridge::{PowerStage, Readings};
 use tautrack::motor::capture::{Capture, Signals};
 use tautrack::motor::cogging::Wave;
 use tautrack::motor::current::{BridgeDemand, CurrentLoop, Excitation, Means, Measurement};
 
-static LOOP: Mutex<RefCell<Option<CurrentLoop>>> = Mutex::new(RefCell::new(None));
+/// The current loop, if there is one. An `Option` would be 500 bytes of flash memory, because its
+/// initial value is not all zeros.
+static LOOP: Mutex<RefCell<Vec<CurrentLoop, 1>>> = Mutex::new(RefCell::new(Vec::new()));
 
 static CAPTURE: Mutex<RefCell<Capture>> = Mutex::new(RefCell::new(Capture::new()));
 /// The recording needs samples. It is all that the interrupt reads of a recording that is off.
@@ -35,7 +38,15 @@ fn record(signals: &Signals) {
 /// Installs the current loop. Before this call, the bridge stays off whatever the demand is.
 #[allow(dead_code)] // `bin/ticks.rs` includes this file but never calls `install`
 pub fn install(current_loop: CurrentLoop) {
-    critical_section::with(|cs| LOOP.borrow(cs).replace(Some(current_loop)));
+    critical_section::with(|cs| {
+        // Cannot fail: the critical section excludes any other borrow.
+        let Ok(mut installed) = LOOP.borrow(cs).try_borrow_mut() else {
+            return;
+        };
+        installed.clear();
+        // Cannot fail: there is room for one.
+        let _ = installed.push(current_loop);
+    });
 }
 
 /// Calls `use_it` with the current loop, if there is one.
@@ -44,7 +55,7 @@ fn with<R>(use_it: impl FnOnce(&mut CurrentLoop) -> R) -> Option<R> {
     critical_section::with(|cs| {
         // Cannot fail: the critical section excludes any other borrow.
         let mut current_loop = LOOP.borrow(cs).try_borrow_mut().ok()?;
-        current_loop.as_mut().map(use_it)
+        current_loop.first_mut().map(use_it)
     })
 }
 

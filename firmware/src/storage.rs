@@ -67,6 +67,7 @@ static ARMED: AtomicBool = AtomicBool::new(false);
 
 /// Loads the settings from flash. Returns them with what was found. The board calls it once, at
 /// start.
+#[inline(never)] // its stack is free again when the node starts
 pub fn load() -> (Settings, Found) {
     let mut settings = Settings::default();
     let report = Store::open(Selected::storage()).and_then(|mut store| {
@@ -196,7 +197,7 @@ pub fn save() -> Result<(), SaveError> {
         return Err(SaveError::Unusable);
     };
     if let Err(refusal) = check(&edited) {
-        crate::logger::error!("settings are not saved: {}", refusal.as_str());
+        crate::logger::error!("settings are not saved: {}", crate::roles::text(&refusal));
         return Err(SaveError::Unusable);
     }
     let is_set = |key: u16| {

@@ -37,7 +37,10 @@ pub async fn wait_for_id(spawners: Spawners, role: &'static Role, found: Found) 
                 let settings = with_id(id);
                 storage::publish(&settings, found, role.check);
                 if let Err(refusal) = (role.start)(spawners, &settings) {
-                    crate::logger::error!("the node cannot start: {}", refusal.as_str());
+                    crate::logger::error!(
+                        "the node cannot start: {}",
+                        crate::roles::text(&refusal)
+                    );
                 }
                 return;
             }

@@ -13,13 +13,17 @@ use crate::storage::{Check, Found};
 use crate::watchdog::{self, Party};
 use core::fmt::Display;
 use embassy_executor::{SendSpawner, SpawnError, SpawnToken, Spawner};
-use heapless::String;
 use tautrack::bus::heartbeat::Monitor;
 use tautrack::math::to_i16;
 use tautrack::settings::{Setting, Settings};
 
 /// Text that tells a person why a node refuses its settings.
-pub type Refusal = String<160>;
+#[cfg(any(not(target_os = "none"), feature = "mps2"))]
+pub type Refusal = heapless::String<160>;
+
+/// What of a node refuses its settings. A board without the simulator's link has no more text.
+#[cfg(not(any(not(target_os = "none"), feature = "mps2")))]
+pub type Refusal = &'static str;
 
 /// Kind of node.
 pub struct Role {
@@ -40,6 +44,11 @@ pub struct Spawners {
     pub control: SendSpawner,
     /// Runs all other tasks.
     pub bus: Spawner,
+}
+
+/// Returns the text of a refusal.
+pub fn text(refusal: &Refusal) -> &str {
+    refusal
 }
 
 /// Makes a [`Refusal`] of `what` is refused and the reason `why`; cuts off what exceeds its
@@ -63,7 +72,7 @@ pub fn refuse(what: &'static str, why: impl Display) -> Refusal {
 /// Makes a [`Refusal`] of `what` is refused, without the reason.
 #[cfg(not(any(not(target_os = "none"), feature = "mps2")))]
 pub fn refuse(what: &'static str, _: impl Display) -> Refusal {
-    Refusal::try_from(what).unwrap_or_default()
+    what
 }
 
 /// Creates the bus of a role and spawns its task. Requires the watchdog to monitor the bus task and

@@ -30,7 +30,7 @@ use super::stm32g4::{can, clock, crc, led, reset, storage};
 use crate::boards::Board;
 use crate::roles::{self, Role, Spawners, refuse};
 use defmt_rtt as _;
-use embassy_executor::{Executor, InterruptExecutor};
+use embassy_executor::{Executor, InterruptExecutor, Spawner};
 use embassy_stm32::interrupt;
 use embassy_stm32::interrupt::{InterruptExt, Priority};
 use embassy_stm32::rcc::PllPreDiv;
@@ -56,6 +56,76 @@ static CONTROL: InterruptExecutor = InterruptExecutor::new();
 unsafe fn USART3() {
     // SAFETY: only this interrupt, with which the executor was started, calls this.
     unsafe { CONTROL.on_interrupt() }
+}
+
+/// Starts the peripherals and the tasks. `bus` is the executor of the thread.
+#[inline(never)] // its stack is free again when the tasks run
+fn start(role: &'static Role, bus: Spawner) {
+    reset::start_watchdog();
+    let p = clock::start();
+    reset::report_cause();
+    interrupt::TIM2.set_priority(Priority::P1);
+    interrupt::FDCAN1_IT0.set_priority(Priority::P2);
+    interrupt::FDCAN1_IT1.set_priority(Priority::P2);
+    interrupt::USART3.set_priority(Priority::P3);
+
+    storage::start(p.FLASH);
+    let (settings, found) = crate::storage::load();
+    // The index, or the third Hall sensor, takes the input of the home switch.
+    let sensor = RotorSensor::of(&settings);
+    let home = if sensor.is_some_and(RotorSensor::has_halls) {
+        encoder::start_halls(p.PB6, p.PB7, p.PB8);
+        None
+    } else {
+        encoder::start(p.TIM4, p.PB6, p.PB7);
+        if sensor == Some(RotorSensor::Indexed) {
+            encoder::start_index(p.PB8);
+            None
+        } else {
+            Some(p.PB8)
+        }
+    };
+    switches::start(home, p.PB3, p.PB4);
+    bridge::start(bridge::Pins {
+        timer: p.TIM1,
+        high: (p.PA8, p.PA9, p.PA10),
+        low: (p.PC13, p.PA12, p.PB15),
+        safe_torque_off: p.PA15,
+        dead_time_ns: settings.get(Setting::DeadTime),
+    });
+    over_current::start();
+    sampling::start(sampling::Pins {
+        amplifiers: (p.OPAMP1, p.OPAMP2),
+        a: (p.PA1, p.PA3, p.PA2),
+        b: (p.PA7, p.PA5, p.PA6),
+        converters: (p.ADC1, p.ADC2),
+        supply: p.PA0,
+        temperature: p.PB14,
+    });
+    if has(Defect::LowPriority) {
+        interrupt::ADC1_2.set_priority(Priority::P3);
+    }
+    transceiver::start(p.PC11, p.PC14);
+    let can = can::start(p.FDCAN1, p.PA11, p.PB9);
+
+    let control = CONTROL.start(interrupt::USART3);
+    can.spawn(bus);
+    let spawners = Spawners { control, bus };
+    let started = if !found.has_settings() {
+        roles::start_blank(spawners, role, found)
+    } else if !has_sensor(&settings) {
+        Err(refuse(
+            "rotor_sensor",
+            "the board has no absolute rotor sensor",
+        ))
+    } else {
+        crate::storage::publish(&settings, found, role.check);
+        (role.start)(spawners, &settings)
+    };
+    if let Err(refusal) = &started {
+        defmt::error!("refused: {=str}", refusal);
+    }
+    led::spawn(bus, p.PC6, started.is_ok());
 }
 
 /// Whether the board has the rotor sensor of these settings: it counts an incremental encoder, or
@@ -95,73 +165,7 @@ impl Board for Esc1 {
     fn run(role: &'static Role) -> ! {
         static EXECUTOR: StaticCell<Executor> = StaticCell::new();
         bridge::open();
-        reset::start_watchdog();
-        let p = clock::start();
-        reset::report_cause();
-        interrupt::TIM2.set_priority(Priority::P1);
-        interrupt::FDCAN1_IT0.set_priority(Priority::P2);
-        interrupt::FDCAN1_IT1.set_priority(Priority::P2);
-        interrupt::USART3.set_priority(Priority::P3);
-
-        storage::start(p.FLASH);
-        let (settings, found) = crate::storage::load();
-        // The index, or the third Hall sensor, takes the input of the home switch.
-        let sensor = RotorSensor::of(&settings);
-        let home = if sensor.is_some_and(RotorSensor::has_halls) {
-            encoder::start_halls(p.PB6, p.PB7, p.PB8);
-            None
-        } else {
-            encoder::start(p.TIM4, p.PB6, p.PB7);
-            if sensor == Some(RotorSensor::Indexed) {
-                encoder::start_index(p.PB8);
-                None
-            } else {
-                Some(p.PB8)
-            }
-        };
-        switches::start(home, p.PB3, p.PB4);
-        bridge::start(bridge::Pins {
-            timer: p.TIM1,
-            high: (p.PA8, p.PA9, p.PA10),
-            low: (p.PC13, p.PA12, p.PB15),
-            safe_torque_off: p.PA15,
-            dead_time_ns: settings.get(Setting::DeadTime),
-        });
-        over_current::start();
-        sampling::start(sampling::Pins {
-            amplifiers: (p.OPAMP1, p.OPAMP2),
-            a: (p.PA1, p.PA3, p.PA2),
-            b: (p.PA7, p.PA5, p.PA6),
-            converters: (p.ADC1, p.ADC2),
-            supply: p.PA0,
-            temperature: p.PB14,
-        });
-        if has(Defect::LowPriority) {
-            interrupt::ADC1_2.set_priority(Priority::P3);
-        }
-        transceiver::start(p.PC11, p.PC14);
-        let can = can::start(p.FDCAN1, p.PA11, p.PB9);
-
-        let control = CONTROL.start(interrupt::USART3);
-        EXECUTOR.init(Executor::new()).run(|bus| {
-            can.spawn(bus);
-            let spawners = Spawners { control, bus };
-            let started = if !found.has_settings() {
-                roles::start_blank(spawners, role, found)
-            } else if !has_sensor(&settings) {
-                Err(refuse(
-                    "rotor_sensor",
-                    "the board has no absolute rotor sensor",
-                ))
-            } else {
-                crate::storage::publish(&settings, found, role.check);
-                (role.start)(spawners, &settings)
-            };
-            if let Err(refusal) = &started {
-                defmt::error!("refused: {=str}", refusal.as_str());
-            }
-            led::spawn(bus, p.PC6, started.is_ok());
-        })
+        EXECUTOR.init(Executor::new()).run(|bus| start(role, bus))
     }
 
     fn encoder() -> i32 {

@@ -100,7 +100,7 @@ impl Board for G474 {
                 defmt::error!("no serial line");
             }
             if let Err(refusal) = &started {
-                defmt::error!("refused: {=str}", refusal.as_str());
+                defmt::error!("refused: {=str}", refusal);
             }
             led::spawn(bus, p.PA5, started.is_ok());
         })
