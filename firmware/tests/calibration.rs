@@ -9,6 +9,17 @@ use tautrack::settings::Setting;
 
 const NODE: u16 = 5;
 
+/// Winding of a three-phase motor with 0.063 N m/A.
+const WINDING: ThreePhaseModel = ThreePhaseModel {
+    resistance: 0.3,
+    inductance: [4e-4, 5e-4],
+    flux: 0.006,
+    pole_pairs: 7,
+    offset_degrees: 71.0,
+    cogging_torque: 0.005,
+    cogging_periods: 42,
+};
+
 struct Client {
     node: Node,
     steps: u32,
@@ -19,9 +30,14 @@ struct Client {
 impl Client {
     /// Starts an axle whose settings differ from those of [`settings`] in these values.
     fn new(motor: MotorModel, changes: &[(Setting, i32)]) -> Self {
+        Self::of("axle", motor, changes)
+    }
+
+    /// Starts a drive with this role, as [`Self::new`] does.
+    fn of(role: &str, motor: MotorModel, changes: &[(Setting, i32)]) -> Self {
         let (_, program) = ROLES
             .into_iter()
-            .find(|(name, _)| *name == "axle")
+            .find(|(name, _)| *name == role)
             .expect("the role");
         let mut values = settings(i32::from(NODE));
         values.extend(
@@ -101,6 +117,28 @@ impl Client {
         panic!("the calibration does not end");
     }
 
+    /// Enables the drive in bench mode, and lets it turn with this velocity for some steps, ms.
+    fn enable(&mut self, velocity: i32, steps: u32) {
+        self.attends = false;
+        for controlword in [6, 7] {
+            self.command(controlword, velocity);
+        }
+        self.drive(velocity, steps);
+    }
+
+    /// Lets the enabled drive turn with this velocity for some steps, ms.
+    fn drive(&mut self, velocity: i32, steps: u32) {
+        for _ in 0..steps {
+            self.command(15, velocity);
+        }
+    }
+
+    fn command(&mut self, controlword: u8, velocity: i32) {
+        let mut payload = [controlword, 0, 9, 0, 0, 0, 0];
+        payload[3..].copy_from_slice(&velocity.to_le_bytes());
+        self.send(&[(0x300 + NODE, &payload)]);
+    }
+
     /// Asserts that the values of these objects are within a part of the expected ones.
     fn assert_near(&mut self, expected: &[(u16, f64, f64)]) {
         for (index, value, part) in expected {
@@ -141,18 +179,9 @@ fn a_client_calibrates_a_brushed_motor() {
 
 #[test]
 fn a_client_calibrates_a_three_phase_motor_and_then_drives_it() {
-    let winding = ThreePhaseModel {
-        resistance: 0.3,
-        inductance: [4e-4, 5e-4],
-        flux: 0.006,
-        pole_pairs: 7,
-        offset_degrees: 71.0,
-        cogging_torque: 0.005,
-        cogging_periods: 42,
-    };
     let mut client = Client::new(
         MotorModel {
-            winding: WindingModel::ThreePhase(winding),
+            winding: WindingModel::ThreePhase(WINDING),
             dead_time: 0.6e-6,
             ..MOTOR
         },
@@ -180,15 +209,108 @@ fn a_client_calibrates_a_three_phase_motor_and_then_drives_it() {
         (0x205e, 63_000.0, 0.03),
     ]);
     // The values are in use: in bench mode the motor turns with the commanded speed.
-    client.attends = false;
-    let velocity = |controlword: u8| [controlword, 0, 9, 0x20, 0xa1, 7, 0]; // 0.5 rad/s
-    for controlword in [6, 7, 15] {
-        client.send(&[(0x300 + NODE, &velocity(controlword))]);
-    }
-    for _ in 0..500 {
-        client.send(&[(0x300 + NODE, &velocity(15))]);
-    }
+    client.enable(500_000, 500); // 0.5 rad/s
     client.assert_near(&[(0x606c, 500_000.0, 0.05)]);
+}
+
+/// Settings of a screw with [`WINDING`], whose lead is 5 mm. Pole pairs, offset and torque constant
+/// are wrong.
+const SCREW: [(Setting, i32); 7] = [
+    (Setting::ScrewLead, 5_000),
+    (Setting::MotorKind, 1),
+    (Setting::PolePairs, 4),
+    (Setting::ElectricalOffset, -30_000),
+    (Setting::Resistance, 420),
+    (Setting::TorqueConstant, 45_000),
+    (Setting::CoggingPeriods, 6),
+];
+/// Velocity on the bus, 1e-9 m/s: 0.2 rad/s of the shaft of such a screw.
+const SCREW_VELOCITY: i32 = 159_155;
+
+#[test]
+fn a_client_calibrates_the_motor_of_a_screw_and_then_drives_it() {
+    let motor = MotorModel {
+        winding: WindingModel::ThreePhase(WINDING),
+        dead_time: 0.6e-6,
+        ..MOTOR
+    };
+    let mut client = Client::of("screw", motor, &SCREW);
+    client.write(0x2001, 1);
+    client.write(0x2050, 2);
+    let end = client.end();
+    let refused = [client.read(0x2053), client.read(0x2054)];
+    assert_eq!(end, (100, 0), "{refused:?}");
+    client.assert_near(&[
+        (0x205b, 7.0, 0.0),
+        (0x205d, 71_300.0, 2.0 / 71.3),
+        (0x205e, 63_000.0, 0.03),
+    ]);
+    // The values are in use: in bench mode the screw moves with the commanded velocity, 0.2 rad/s
+    // of its shaft.
+    client.enable(SCREW_VELOCITY, 500);
+    client.assert_near(&[(0x606c, f64::from(SCREW_VELOCITY), 0.05)]);
+    // The force at the nut is computed with the new torque constant and a gear of 50. Cogging
+    // changes it from reading to reading.
+    let newtons_per_ampere = 0.063 * 50.0 * 2.0 * std::f64::consts::PI / 0.005;
+    let (mut newtons, mut amperes) = (0.0, 0.0);
+    for _ in 0..200 {
+        client.drive(SCREW_VELOCITY, 7);
+        newtons += f64::from(client.read(0x6077));
+        amperes += f64::from(client.read(0x6078)) * 1e-3;
+    }
+    // The friction of 1 N m takes 0.3 A.
+    assert!(amperes > 200.0 * 0.25, "{amperes}");
+    let expected = amperes * newtons_per_ampere;
+    assert!(
+        (newtons / expected - 1.0).abs() < 0.04,
+        "{newtons}, expected {expected}"
+    );
+}
+
+#[test]
+fn a_client_finds_the_cogging_torque_of_a_screw() {
+    let winding = ThreePhaseModel {
+        cogging_torque: 0.02,
+        ..WINDING
+    };
+    let motor = MotorModel {
+        winding: WindingModel::ThreePhase(winding),
+        ..MOTOR
+    };
+    let sound = [
+        (Setting::PolePairs, 7),
+        (Setting::ElectricalOffset, 71_000),
+        (Setting::TorqueConstant, 63_000),
+        (Setting::Resistance, 300),
+    ];
+    let settings: Vec<_> = SCREW.into_iter().chain(sound).collect();
+    let mut client = Client::of("screw", motor, &settings);
+    client.write(0x2001, 1);
+    client.enable(SCREW_VELOCITY, 1_000);
+    client.write(0x2065, 1);
+    client.drive(SCREW_VELOCITY, 100);
+    assert_eq!(client.read(0x2066) & 0xff, 1, "it is under way");
+    client.drive(SCREW_VELOCITY, 24_000);
+    assert_eq!(client.read(0x2066) & 0xff, 2, "it is done");
+    assert_eq!(client.read(0x2065) & 0xff, 0, "the request ends");
+    let left = client.read(0x2069) & 0xffff;
+    assert!(left < 300, "{left} thousandths of the ripple are left");
+}
+
+#[test]
+fn a_calibration_that_must_not_turn_the_shaft_far_hardly_moves_a_screw() {
+    let mut client = Client::of("screw", MOTOR, &[(Setting::ScrewLead, 5_000)]);
+    client.write(0x2001, 1);
+    let start = client.read(0x6064);
+    client.write(0x2050, 1);
+    let mut moved = 0;
+    while client.read(0x2051) & 0xff < 100 {
+        moved = moved.max((client.read(0x6064) - start).abs());
+    }
+    assert_eq!(client.end(), (100, 0));
+    client.assert_near(&[(0x2058, 300.0, 0.05), (0x205e, 0.0, 0.0)]);
+    // 5 um, in 2^-24 m.
+    assert!((1..84).contains(&moved), "{moved}");
 }
 
 #[test]

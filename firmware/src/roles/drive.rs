@@ -10,6 +10,8 @@ use core::cell::Cell;
 use core::sync::atomic::{AtomicBool, Ordering};
 use critical_section::Mutex;
 use embassy_time::Instant;
+use static_cell::StaticCell;
+use tautrack::bus::cia402::State;
 use tautrack::bus::drive_parameters::is_parameter;
 use tautrack::bus::network::{self, Emergency};
 use tautrack::bus::pdo::{DriveMotion, receive};
@@ -17,8 +19,9 @@ use tautrack::constants::CONTROL_PERIOD;
 use tautrack::motor::calibration;
 use tautrack::motor::capture::{CHANNELS, Capture, WINDOW};
 use tautrack::motor::current::{Config, CurrentLoop, Electrical, Excitation};
-use tautrack::node::axle::{BridgeDemand, Inputs, Outputs, SetPoint};
-use tautrack::node::cogging;
+use tautrack::node::axle::{Axle, BridgeDemand, Inputs, Outputs, SetPoint};
+use tautrack::node::calibration::{self as calibrator, Action, Calibrator};
+use tautrack::node::cogging::{self, CoggingSearch};
 use tautrack::settings::Settings;
 
 /// Messages from the bus task that the control task has not read yet.
@@ -174,6 +177,76 @@ pub fn install_current_loop(settings: &Settings) -> Result<(), Refusal> {
     Ok(())
 }
 
+/// What a drive measures on request: its motor, and the current that cancels the cogging torque.
+pub struct Measurements {
+    /// Calibration of the motor.
+    pub calibrator: &'static mut Calibrator,
+    /// Search for the current that cancels the cogging torque.
+    pub cogging: &'static mut CoggingSearch,
+}
+
+impl Measurements {
+    /// Creates the measurements in static variables: so they are neither copied into the task nor
+    /// through the stack. Returns a [`Refusal`] if they were created before.
+    pub fn create(settings: &Settings) -> Result<Self, Refusal> {
+        static CALIBRATOR: StaticCell<Calibrator> = StaticCell::new();
+        static COGGING: StaticCell<CoggingSearch> = StaticCell::new();
+        let stage = &Selected::POWER_STAGE;
+        let refused = || super::refuse("measurements", "they were created before");
+        Ok(Self {
+            calibrator: CALIBRATOR
+                .try_init_with(|| Calibrator::new(settings, stage))
+                .ok_or_else(refused)?,
+            cogging: COGGING
+                .try_init_with(|| CoggingSearch::new(settings))
+                .ok_or_else(refused)?,
+        })
+    }
+
+    /// Runs a tick of the calibration for the request of a client (object 0x2050). Returns how the
+    /// calibration excites the motor; `None` if it has ended.
+    #[inline(never)] // a new current loop takes stack that the other ticks do not need
+    pub fn calibrate(
+        &mut self,
+        request: u8,
+        axle: &mut Axle,
+        inputs: &Inputs,
+        outputs: &Outputs,
+    ) -> Option<Excitation> {
+        let disarmed =
+            State::from_statusword(outputs.status.statusword) == Some(State::SwitchOnDisabled);
+        let allowed = outputs.bench_mode && disarmed && outputs.faults.is_empty();
+        let action = self.calibrator.tick(
+            request,
+            allowed,
+            &calibrator::Inputs {
+                encoder: inputs.encoder,
+                supply_voltage: inputs.supply_voltage,
+                measured: current_loop::take_measurement(inputs.supply_voltage),
+            },
+        );
+        match action {
+            Action::Excite(excitation) => Some(excitation),
+            Action::Install(current_loop) => {
+                current_loop::install(current_loop);
+                axle.use_torque_constant(self.calibrator.settings());
+                None
+            }
+            Action::None => None,
+        }
+    }
+
+    /// Runs a tick of the search for the current that cancels the cogging torque.
+    pub fn compensate(&mut self, requested: bool, axle: &Axle, inputs: &Inputs, outputs: &Outputs) {
+        let found = self
+            .cogging
+            .tick(requested, inputs, outputs, axle.position());
+        if let Some((periods, wave)) = found {
+            current_loop::set_cogging(periods, wave);
+        }
+    }
+}
+
 /// Number of bytes in object 0x2063: the number of the window, and its samples.
 const WINDOW_BYTES: usize = 2 + WINDOW * CHANNELS * 2;
 
@@ -190,10 +263,88 @@ pub fn window(number: u16) -> [u8; WINDOW_BYTES] {
     bytes
 }
 
-/// Defines the functions between one drive's generated dictionary and its tick: `set_point`,
-/// `torque_offset`, `bench_mode`, `new_parameters`, `serve_capture` and `publish`.
+/// Defines the functions between one drive's generated dictionary and its tick. A drive calls
+/// `publish_start` once; in each tick it calls `inputs`, runs its control core, and calls `finish`.
 macro_rules! drive_objects {
     ($od:ident) => {
+        use tautrack::node::axle::Axle;
+
+        /// Writes what does not change, and the parameters at start, into the objects.
+        fn publish_start(axle: &Axle) {
+            use crate::boards::{Board, Selected};
+            $od::OBJECT2010.set_value(axle.scale().code() | crate::storage::unconfigured_mark());
+            $od::publish_parameters(&axle.parameters());
+            let ratings = Selected::POWER_STAGE;
+            $od::OBJECT2061.set_rate(ratings.pwm_hz);
+            $od::OBJECT2061.set_full_scale((ratings.full_scale * 1e3) as u32);
+            $od::OBJECT2061.set_period(ratings.period);
+        }
+
+        /// Puts the parameters in force that a client has written, and collects the inputs of one
+        /// tick.
+        fn inputs(axle: &mut Axle) -> tautrack::node::axle::Inputs {
+            if let Some(parameters) = new_parameters() {
+                axle.configure(&parameters);
+            }
+            drive::inputs(set_point, torque_offset, bench_mode())
+        }
+
+        /// Runs the measurements on request, lets the motor follow the outputs of a tick, and
+        /// publishes them.
+        fn finish(
+            measurements: &mut drive::Measurements,
+            axle: &mut Axle,
+            inputs: &tautrack::node::axle::Inputs,
+            outputs: &tautrack::node::axle::Outputs,
+            node: u8,
+        ) {
+            let excitation = calibrate(measurements, axle, inputs, outputs);
+            compensate(measurements, axle, inputs, outputs);
+            drive::act(outputs, node, excitation.as_ref());
+            publish(outputs, inputs.bench_mode);
+            serve_capture();
+        }
+
+        /// Runs a tick of the calibration, if one is under way or requested. Returns how it excites
+        /// the motor.
+        fn calibrate(
+            measurements: &mut drive::Measurements,
+            axle: &mut Axle,
+            inputs: &tautrack::node::axle::Inputs,
+            outputs: &tautrack::node::axle::Outputs,
+        ) -> Option<tautrack::motor::current::Excitation> {
+            use tautrack::node::calibration::request;
+            let requested = $od::OBJECT2050.get_value();
+            if requested == request::NONE && !measurements.calibrator.is_running() {
+                return None;
+            }
+            let excitation = measurements.calibrate(requested, axle, inputs, outputs);
+            $od::publish_calibration(measurements.calibrator.report());
+            if excitation.is_none() {
+                $od::OBJECT2050.set_value(request::NONE);
+            }
+            excitation
+        }
+
+        /// Runs a tick of the search for the current that cancels the cogging torque, if one is
+        /// under way or requested.
+        fn compensate(
+            measurements: &mut drive::Measurements,
+            axle: &Axle,
+            inputs: &tautrack::node::axle::Inputs,
+            outputs: &tautrack::node::axle::Outputs,
+        ) {
+            let requested = $od::OBJECT2065.get_value() != 0;
+            if !(requested || measurements.cogging.is_running()) {
+                return;
+            }
+            measurements.compensate(requested, axle, inputs, outputs);
+            $od::publish_cogging(measurements.cogging.report());
+            if !measurements.cogging.is_running() {
+                $od::OBJECT2065.set_value(0);
+            }
+        }
+
         /// Reads the set-point from the objects.
         fn set_point() -> tautrack::node::axle::SetPoint {
             use tautrack::bus::cia402::mode;
@@ -259,15 +410,6 @@ macro_rules! drive_objects {
                 $od::OBJECT2061.set_state(state as u8);
                 $od::OBJECT2061.set_before(before);
             }
-        }
-
-        /// Writes what does not change into the objects.
-        fn publish_ratings() {
-            use crate::boards::{Board, Selected};
-            let ratings = Selected::POWER_STAGE;
-            $od::OBJECT2061.set_rate(ratings.pwm_hz);
-            $od::OBJECT2061.set_full_scale((ratings.full_scale * 1e3) as u32);
-            $od::OBJECT2061.set_period(ratings.period);
         }
 
         /// Whether a client requests bench mode.

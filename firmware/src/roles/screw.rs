@@ -1,16 +1,16 @@
 //! Role `screw`: the node of the driving screw, an axle that follows the chassis joint. It receives
 //! the joint's motion directly from the joint's node, without the guard.
 
+use super::drive::Measurements;
 use super::{Refusal, Role, Spawners, dictionary, drive, refuse, start_bus, startable};
 use crate::boards::CONTROL_HZ;
 use crate::bus::{Listen, Received, Written};
-use crate::storage;
 use core::sync::atomic::{AtomicU8, AtomicU16, Ordering};
 use embassy_time::{Duration, Ticker};
-use static_cell::StaticCell;
+use static_cell::{ConstStaticCell, StaticCell};
 use tautrack::bus::pdo::{DriveMotion, transmit};
 use tautrack::node::screw::{self, Inputs};
-use tautrack::screw::{Geometry, GeometryError};
+use tautrack::screw::Geometry;
 use tautrack::settings::{Setting, Settings};
 
 dictionary!(od, "screw.rs");
@@ -54,7 +54,8 @@ fn start(spawners: Spawners, settings: &Settings) -> Result<(), Refusal> {
         Some(listen),
         received,
     )?;
-    let control = control(screw, settings.id(Setting::NodeId));
+    let measurements = Measurements::create(settings)?;
+    let control = control(screw, measurements, settings.id(Setting::NodeId));
     spawners.control.spawn(startable(control)?);
     Ok(())
 }
@@ -63,15 +64,13 @@ fn start(spawners: Spawners, settings: &Settings) -> Result<(), Refusal> {
 type Screw = tautrack::node::screw::Screw<&'static Geometry>;
 
 /// Creates the geometry in a static variable: so it is not copied through the stack.
-#[inline(never)]
 fn create_geometry(settings: &Settings) -> Result<&'static Geometry, Refusal> {
-    static GEOMETRY: StaticCell<Result<Geometry, GeometryError>> = StaticCell::new();
-    let created = GEOMETRY.try_init_with(|| screw::geometry(settings));
-    match created {
-        Some(Ok(geometry)) => Ok(geometry),
-        Some(Err(error)) => Err(refuse("geometry", format_args!("{error:?}"))),
-        None => Err(refuse("screw", "it was started before")),
-    }
+    static GEOMETRY: ConstStaticCell<Option<Geometry>> = ConstStaticCell::new(None);
+    let place = GEOMETRY
+        .try_take()
+        .ok_or_else(|| refuse("screw", "it was started before"))?;
+    screw::geometry_in(place, settings)
+        .map_err(|error| refuse("geometry", format_args!("{error:?}")))
 }
 
 /// Creates the screw in a static variable: so it is not copied into the task.
@@ -95,24 +94,18 @@ fn received(received: Received) {
 }
 
 #[embassy_executor::task]
-async fn control(screw: &'static mut Screw, node: u8) -> ! {
-    od::OBJECT2010.set_value(screw.scale().code() | storage::unconfigured_mark());
-    od::publish_parameters(&screw.axle().parameters());
-    publish_ratings();
+async fn control(screw: &'static mut Screw, mut measurements: Measurements, node: u8) -> ! {
+    publish_start(screw.axle());
     let mut ticker = Ticker::every(Duration::from_hz(u64::from(CONTROL_HZ)));
     loop {
         ticker.next().await;
-        let bench_mode = bench_mode();
-        if let Some(parameters) = new_parameters() {
-            screw.configure(&parameters);
-        }
-        let outputs = screw.tick(&Inputs {
-            axle: drive::inputs(set_point, torque_offset, bench_mode),
+        let inputs = Inputs {
+            axle: inputs(screw.axle_mut()),
             joint: drive::HEARD.take_joint(),
             slack: od::OBJECT2101.get_value(),
-        });
-        drive::act(&outputs, node, None);
-        publish(&outputs, bench_mode);
-        serve_capture();
+        };
+        let outputs = screw.tick(&inputs);
+        let axle = screw.axle_mut();
+        finish(&mut measurements, axle, &inputs.axle, &outputs, node);
     }
 }

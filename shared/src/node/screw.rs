@@ -4,7 +4,6 @@
 
 use super::axle::{Axle, Inputs as AxleInputs, Outputs};
 use crate::bus::cia402::mode;
-use crate::bus::drive_parameters::DriveParameters;
 use crate::bus::pdo::DriveMotion;
 use crate::bus::scale::Scale;
 use crate::constants::CONTROL_PERIOD;
@@ -73,14 +72,25 @@ impl Screw {
 ///
 /// # Errors
 /// [`GeometryError`] if it is not accepted.
-#[inline(never)] // its table is large, and each inlined copy takes stack
 pub fn geometry(settings: &Settings) -> Result<Geometry, GeometryError> {
-    let length = |setting| settings.get(setting);
-    Geometry::from_micrometres(
-        length(Setting::LengthL1),
-        length(Setting::LengthL2),
-        length(Setting::LengthK),
-    )
+    let [l1, l2, k] = lengths(settings);
+    Geometry::from_micrometres(l1, l2, k)
+}
+
+/// Creates the geometry in these settings in `place` ([`Geometry::create_in`]).
+///
+/// # Errors
+/// [`GeometryError`] if it is not accepted.
+pub fn geometry_in<'a>(
+    place: &'a mut Option<Geometry>,
+    settings: &Settings,
+) -> Result<&'a Geometry, GeometryError> {
+    Geometry::create_in(place, lengths(settings))
+}
+
+/// Returns `L1`, `L2` and `K`, um.
+fn lengths(settings: &Settings) -> [i32; 3] {
+    [Setting::LengthL1, Setting::LengthL2, Setting::LengthK].map(|length| settings.get(length))
 }
 
 impl<G: Borrow<Geometry>> Screw<G> {
@@ -130,9 +140,10 @@ impl<G: Borrow<Geometry>> Screw<G> {
         &self.axle
     }
 
-    /// Puts parameters in force that a client has written.
-    pub fn configure(&mut self, parameters: &DriveParameters) {
-        self.axle.configure(parameters);
+    /// Returns the axle, for the parameters of clients and the results of a calibration.
+    /// [`Screw::tick`] runs its ticks.
+    pub fn axle_mut(&mut self) -> &mut Axle {
+        &mut self.axle
     }
 
     /// Runs one control period.

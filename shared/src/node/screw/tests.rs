@@ -311,6 +311,6 @@ fn a_written_parameter_is_in_force() {
     let mut screw = Screw::new(&Settings::default()).unwrap();
     let mut parameters = screw.axle.parameters();
     parameters.following_time += 7;
-    screw.configure(&parameters);
+    screw.axle_mut().configure(&parameters);
     assert_eq!(screw.axle.parameters(), parameters);
 }
