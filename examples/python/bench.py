@@ -25,7 +25,8 @@ BENCH_MODE, ERROR, CONTROL, STATUS, FAULT_REACTION = 0x2001, 0x603F, 0x6040, 0x6
 POSITION, VELOCITY, CURRENT, SUPPLY, INPUTS = 0x6064, 0x606C, 0x6078, 0x6079, 0x60FD
 GUARD_ID, GEAR_RATIO, TORQUE_CONSTANT, POSITION_BITS = 0x2202, 0x2210, 0x2212, 0x221E
 BENCH_CURRENT, BENCH_SPEED = 0x2228, 0x2229
-AXLE = 1  # product code
+AXLE, SCREW = 1, 2  # product codes
+ROLES = {AXLE: "axle", SCREW: "screw"}
 HOLD = 2  # reaction to faults
 CSV, CST = 9, 10  # modes: cyclic synchronous velocity and torque
 OFF, SHUT_DOWN, SWITCH_ON, ENABLE, FAULT_RESET = 0x00, 0x06, 0x07, 0x0F, 0x80
@@ -175,11 +176,12 @@ def attempt(work):
         return None
 
 
-def ready(drive):
-    """Ends the program unless the drive is an axle that no guard commands."""
+def ready(drive, *products):
+    """Ends the program unless the drive has one of these product codes and no guard commands it."""
     product = drive.read(0x1018, "I", 2)
-    if product != AXLE:
-        sys.exit(f"node {drive.id} has product code {product}, which is no axle ({AXLE})")
+    if product not in products:
+        accepted = " or ".join(f"{ROLES[code]} ({code})" for code in products)
+        sys.exit(f"node {drive.id} has product code {product}, which is no {accepted}")
     guard, heard = drive.read(GUARD_ID, "i"), []
     drive.network.subscribe(0x700 + guard, lambda *_: heard.append(1))
     time.sleep(0.2)
@@ -191,7 +193,7 @@ def bench(drive, options):
     if options.current is None and options.velocity is None:
         watch(drive, options.seconds)
         return
-    ready(drive)
+    ready(drive, AXLE)
     move(drive, options)
 
 

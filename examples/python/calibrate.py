@@ -1,4 +1,4 @@
-"""Calibrates the motor of an axle in bench mode, and saves the result in the node.
+"""Calibrates the motor of an axle or a screw in bench mode, and saves the result in the node.
 
     python examples/python/calibrate.py [ADAPTER] --node 2          the shaft moves little
     python examples/python/calibrate.py [ADAPTER] --node 2 --free   the shaft is free to turn
@@ -12,7 +12,7 @@ import struct
 import sys
 import time
 
-from bench import BENCH_MODE, CSV, ERROR, FAULT_RESET, OFF, main, ready
+from bench import AXLE, BENCH_MODE, CSV, ERROR, FAULT_RESET, OFF, SCREW, main, ready
 
 REQUEST, PROGRESS, REFUSAL, VALUE, BOUND = 0x2050, 0x2051, 0x2052, 0x2053, 0x2054
 STEPS = {1: "offsets", 2: "resistance", 3: "drag", 4: "inductance", 5: "back-EMF",
@@ -59,7 +59,7 @@ def measure(drive, request):
 
 def calibrate(drive, options):
     """Calibrates, prints the values, and saves them if that is asked for."""
-    ready(drive)
+    ready(drive, AXLE, SCREW)
     drive.node.nmt.send_command(1)
     for word in (OFF, FAULT_RESET, OFF):
         drive.network.send_message(0x300 + drive.id, struct.pack("<HBi", word, CSV, 0))
