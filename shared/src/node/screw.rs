@@ -130,11 +130,6 @@ impl<G: Borrow<Geometry>> Screw<G> {
         }
     }
 
-    /// Returns the scale of its positions and velocities on the bus.
-    pub fn scale(&self) -> Scale {
-        self.scale
-    }
-
     /// Returns the axle that turns the screw.
     pub fn axle(&self) -> &Axle {
         &self.axle
