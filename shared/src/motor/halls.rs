@@ -10,17 +10,9 @@
 pub const COUNTS_PER_ELECTRICAL_TURN: i32 = 6 * SECTOR;
 /// Counts of a sector.
 pub const SECTOR: i32 = 64;
-/// Number of the sector of each code; the codes 0 and 7 do not exist.
-const SECTORS: [Option<i32>; 8] = [
-    None,
-    Some(0),
-    Some(2),
-    Some(1),
-    Some(4),
-    Some(5),
-    Some(3),
-    None,
-];
+/// Number of the sector of each code. The codes 0 and 7 do not exist.
+const SECTORS: [i8; 8] = [NONE, 0, 2, 1, 4, 5, 3, NONE];
+const NONE: i8 = -1;
 /// Score of a reading that no working sensors give, and the score at which they are broken: ten
 /// such readings in a row, or one reading of six for 80 readings. So switching lines and single
 /// disturbed readings do not count, and a line without signal counts at every speed.
@@ -28,8 +20,6 @@ const WRONG: u8 = 20;
 const BROKEN: u8 = 200;
 /// Time in a sector that shows no speed any more: the rotor has stood.
 const LONGEST: u32 = 4000;
-/// Time since an edge that was not seen; longer than [`LONGEST`].
-const UNKNOWN: u32 = u32::MAX;
 /// Time that is long enough to show the speed.
 const ENOUGH: u32 = 100;
 
@@ -67,26 +57,20 @@ impl Spent {
 }
 
 /// Follows the sensors' code. All times are in calls of [`Self::update`].
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Halls {
     /// The first code was read.
     started: bool,
     /// Count at the lower edge of the sector; wraps.
     base: i32,
     sector: i32,
-    /// Direction of the last edge, 1 or -1.
+    /// Direction of the last edge, 1 or -1; 0 if it is not known.
     direction: i32,
-    /// Time since the last edge, or [`UNKNOWN`].
+    /// Time since the last edge.
     since: u32,
     /// Times in the last sectors.
     spent: Spent,
     score: u8,
-}
-
-impl Default for Halls {
-    fn default() -> Self {
-        Self::new()
-    }
 }
 
 impl Halls {
@@ -96,8 +80,8 @@ impl Halls {
             started: false,
             base: 0,
             sector: 0,
-            direction: 1,
-            since: UNKNOWN,
+            direction: 0,
+            since: 0,
             spent: Spent::new(),
             score: 0,
         }
@@ -111,25 +95,22 @@ impl Halls {
     #[inline]
     pub fn update(&mut self, code: u32) -> u32 {
         self.since = self.since.saturating_add(1);
-        let moved = match SECTORS[(code & 7) as usize] {
-            None => None,
-            Some(sector) if !self.started => {
-                (self.started, self.sector) = (true, sector);
-                self.base = sector * SECTOR;
-                Some(0)
+        let sector = i32::from(SECTORS[(code & 7) as usize]);
+        if sector < 0 {
+            self.doubt();
+        } else {
+            if !self.started {
+                (self.started, self.sector, self.base) = (true, sector, sector * SECTOR);
             }
-            Some(sector) => {
-                // -2 to 3 sectors.
-                let moved = (sector - self.sector + 8) % 6 - 2;
-                self.sector = sector;
-                self.base = self.base.wrapping_add(moved * SECTOR);
-                Some(moved)
+            // -2 to 3 sectors.
+            let moved = (sector - self.sector + 8) % 6 - 2;
+            self.sector = sector;
+            self.base = self.base.wrapping_add(moved * SECTOR);
+            match moved {
+                0 => self.score = self.score.saturating_sub(1),
+                1 | -1 => self.edge(moved),
+                _ => self.doubt(),
             }
-        };
-        match moved {
-            Some(0) => self.score = self.score.saturating_sub(1),
-            Some(moved @ (1 | -1)) => self.edge(moved),
-            Some(_) | None => self.doubt(),
         }
         self.count() as u32
     }
@@ -147,7 +128,7 @@ impl Halls {
     /// Takes a code that does not exist, or one of a sector that is no neighbour.
     fn doubt(&mut self) {
         self.score = self.score.saturating_add(WRONG);
-        (self.spent, self.since) = (Spent::new(), UNKNOWN);
+        (self.spent, self.direction) = (Spent::new(), 0);
     }
 
     /// Returns the count of the newest reading.

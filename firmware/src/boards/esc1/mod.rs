@@ -131,8 +131,10 @@ fn start(role: &'static Role, bus: Spawner) {
 /// Whether the board has the rotor sensor of these settings: it counts an incremental encoder, or
 /// reads Hall sensors.
 fn has_sensor(settings: &Settings) -> bool {
-    let absolute = [RotorSensor::Absolute, RotorSensor::Checked];
-    RotorSensor::of(settings).is_none_or(|sensor| !absolute.contains(&sensor))
+    !matches!(
+        RotorSensor::of(settings),
+        Some(RotorSensor::Absolute | RotorSensor::Checked)
+    )
 }
 
 impl Esc1 {
