@@ -1,8 +1,9 @@
 //! `cargo footprint`: flash memory, static variables and stack of the boards' programs, beside
 //! their limits.
 //!
-//! The stack is measured while the program runs on the model of the chip: it starts, is configured
-//! and enabled over the bus, and drives; a guard receives frames of drives and of an operator. Its
+//! The stack is measured while the program runs on the model of the chip: it starts, saves a
+//! setting, is configured and enabled over the bus, and drives; a guard receives frames of drives
+//! and of an operator. Its
 //! deepest place was seen on painted RAM. The nested stack adds the deepest stacks of the thread
 //! and of each interrupt priority, as if all interrupts came at the worst moments. Code that this
 //! run does not reach is in neither. The frames of all functions are not summed: a stable compiler
@@ -25,7 +26,7 @@ use std::process::ExitCode;
 use std::sync::{Arc, Mutex};
 use tautrack::can::Frame;
 use tautrack::link::ChipFault;
-use tautrack::settings::Setting;
+use tautrack::settings::{FIRST_OBJECT, Setting};
 
 const FLASH: u32 = 0x0800_0000;
 /// RAM of the largest chip. No chip has anything else there.
@@ -306,9 +307,21 @@ fn parse(elf: &[u8]) -> Result<ElfFile32<'_, Endianness>, String> {
     ElfFile32::parse(elf).map_err(|error| error.to_string())
 }
 
-/// Starts a node, configures and enables it over the bus, lets it drive, and lets it fail.
+/// Changes a setting of this node, and saves the settings.
+fn save(chip: &mut Chip, node: u16, setting: Setting, value: i32) {
+    let [low, high] = (FIRST_OBJECT + setting.bounds().key).to_le_bytes();
+    let [a, b, c, d] = value.to_le_bytes();
+    for data in [[0x23, low, high, 0, a, b, c, d], *b"\x23\x10\x10\x01save"] {
+        chip.send(Frame::new(0x600 + node, &data).unwrap_or_default());
+        chip.run(50_000);
+    }
+}
+
+/// Starts a node, has it save a setting, configures and enables it over the bus, lets it drive, and
+/// lets it fail.
 fn drive(chip: &mut Chip) {
     chip.run(50_000);
+    save(chip, NODE, Setting::PositionWindowTime, 21);
     let mut send = |id: u16, data: &[u8]| {
         chip.send(Frame::new(id, data).unwrap_or_default());
         chip.run(5_000);
@@ -333,6 +346,7 @@ fn drive(chip: &mut Chip) {
 fn listen(chip: &mut Chip) {
     const GUARD: u16 = 1;
     chip.run(50_000);
+    save(chip, GUARD, Setting::OperatorTimeout, 300);
     // Process data are received in the NMT state "operational".
     chip.send(Frame::new(0x000, &[1, 0]).unwrap_or_default());
     let sentence =

@@ -19,7 +19,7 @@ use tautrack_host_tests::programs::{Program, flash};
 use tautrack_host_tests::robots::Role;
 use tautrack_host_tests::scenario::Scenario;
 
-const APPLICATION: u32 = 0x0800_5000;
+const APPLICATION: u32 = 0x0800_4000;
 const LOADER: u32 = 0x0800_0000;
 /// Scenario that has the settings of the nodes.
 const SCENARIO: &str = "host-tests/scenarios/staircase.toml";

@@ -63,7 +63,7 @@ fn a_dry_run_prints_sections_settings_and_commands() {
     assert!(done, "{text}");
     for part in [
         "0x08000000 ",
-        "0x08005000 ",
+        "0x08004000 ",
         "0x0801e000   8192 bytes",
         "  node_id = 3 1",
         "probe-rs download --chip STM32G431CBTx --binary-format elf ",

@@ -237,6 +237,7 @@ impl<F: NorFlash> Store<F> {
 
     /// Writes the changes into the records that only another program knows. They would count more
     /// than the single items.
+    #[inline(never)] // its buffer must not lie on the stack while the others do
     fn update_unknown_records(&mut self, changes: &Changes) -> Result<(), StoreError> {
         for key in changes.stored.records() {
             if changes
