@@ -16,7 +16,7 @@ use tautrack::motor::current::{Config, CurrentLoop, MotorKind, OperatingPoint};
 use tautrack::motor::from_radians;
 use tautrack::motor::observer::Observer;
 use tautrack::motor::profile::{Limits, Motion};
-use tautrack::motor::rotor::{ElectricalAngle, Mounting};
+use tautrack::motor::rotor::{ElectricalAngle, Mounting, RotorSensor};
 use tautrack::node::axle::BridgeDemand;
 use tautrack::units::Angle;
 
@@ -188,7 +188,7 @@ fn config(kind: MotorKind) -> Config {
             offset: ElectricalAngle::from_milli_degrees(40_000),
             reversed: false,
         },
-        index: false,
+        sensor: RotorSensor::Absolute,
         dead_time: 0.6e-6,
         periods_per_control: 20,
     })
