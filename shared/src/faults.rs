@@ -90,7 +90,7 @@ faults! {
         "fault reset",
         "The rotor sensor or its magnet has turned on the shaft, or `electrical_offset` is wrong: measure it anew. Or the encoder stands still or counts backwards: check its cable.";
     EncoderNoise = 0x7305, "encoder noise", Off,
-        "The encoder made three steps within a few milliseconds that exceed twice `velocity_limit`. Or the index of the encoder came more than 5 counts from where it came before, or did not come in a turn of the rotor. Or the code of Hall sensors does not exist, or skipped a sector, ten times in a row, or in one PWM period of six for 80 periods.",
+        "The encoder made three steps within a few milliseconds that exceed twice `velocity_limit`. Or the index of the encoder came more than 5 counts from where it came before, or did not come in a turn of the rotor. Or the code of Hall sensors does not exist, or skipped a sector, ten times in a row, or in one PWM period of six for 80 periods, also without power.",
         6 "the first noise of 800 counts, at 1.2 to 5.5 rad/s",
         "fault reset",
         "Check the cable and the shield of the encoder, with its index, or of each Hall sensor, and `encoder_counts`.";

@@ -213,8 +213,8 @@ settings! {
     /// Rotor sensor of a three-phase motor: 0 absolute within a turn; 1 incremental encoder; 2
     /// absolute within a turn, checked; 3 incremental encoder with an index; 4 Hall sensors; 5 Hall
     /// sensors, checked. With 1, 2, 3 and 5, arming aligns the rotor once after power-up. With 1,
-    /// `electrical_offset` does not count; with 2, 3 and 5, it must be right within 20 degrees.
-    /// With 4 and 5, `encoder_counts` must be 384 times `pole_pairs`.
+    /// `electrical_offset` does not count; with 2 and 3, it must be right within 20 degrees, with 5
+    /// within 30 degrees. With 4 and 5, `encoder_counts` must be 384 times `pole_pairs`.
     RotorSensor = 0x00cd, "rotor_sensor", "1", 0..=5, 0;
     /// Maximum motor current of an alignment. `current_limit` limits it, too. It must turn the
     /// shaft against its friction and its load.

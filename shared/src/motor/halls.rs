@@ -89,7 +89,7 @@ impl Halls {
 
     /// Takes the sensors' levels in the lowest three bits of `code`, once in each PWM period.
     /// Returns the rotor's count: [`COUNTS_PER_ELECTRICAL_TURN`] in each electrical turn, wrapping
-    /// at 2^32. It begins within one electrical turn, so it is absolute there.
+    /// at 2^32. From the first code that exists on, it is absolute within an electrical turn.
     ///
     /// A code that does not exist leaves the count as it is.
     #[inline]
@@ -97,7 +97,7 @@ impl Halls {
         self.since = self.since.saturating_add(1);
         let sector = i32::from(SECTORS[(code & 7) as usize]);
         if sector < 0 {
-            self.doubt();
+            self.score = self.score.saturating_add(WRONG);
         } else {
             if !self.started {
                 (self.started, self.sector, self.base) = (true, sector, sector * SECTOR);
@@ -125,7 +125,7 @@ impl Halls {
         (self.direction, self.since) = (moved, 0);
     }
 
-    /// Takes a code that does not exist, or one of a sector that is no neighbour.
+    /// Takes the code of a sector that is no neighbour.
     fn doubt(&mut self) {
         self.score = self.score.saturating_add(WRONG);
         (self.spent, self.direction) = (Spent::new(), 0);
@@ -155,9 +155,10 @@ impl Halls {
     }
 
     /// Returns whether a sensor or its line is broken: too many codes do not exist, or are no
-    /// neighbours of the last one.
+    /// neighbours of the last one. Before the first code that exists, the count says nothing, so
+    /// the sensors count as broken.
     pub fn are_broken(&self) -> bool {
-        self.score >= BROKEN
+        !self.started || self.score >= BROKEN
     }
 }
 
@@ -196,6 +197,28 @@ mod tests {
             let middle = sector * SECTOR + SECTOR / 2;
             assert_eq!(halls.update(code_at(middle)) as i32, middle);
             assert!(!halls.are_broken());
+        }
+    }
+
+    #[test]
+    fn sensors_without_a_code_that_exists_are_broken() {
+        let mut halls = Halls::new();
+        halls.update(7);
+        assert!(halls.are_broken());
+        halls.update(code_at(100));
+        assert!(!halls.are_broken());
+    }
+
+    #[test]
+    fn a_code_that_does_not_exist_changes_no_speed() {
+        let [mut disturbed, mut sound] = [Halls::new(), Halls::new()];
+        for reading in 0..4_000 {
+            let code = code_at(reading);
+            let expected = sound.update(code);
+            // Within a sector, so that no edge is missed.
+            let wrong = reading % 640 == 30;
+            let count = disturbed.update(if wrong { 7 } else { code });
+            assert_eq!(count, expected, "{reading}");
         }
     }
 
@@ -255,7 +278,7 @@ mod tests {
         }
         let mut halls = Halls::new();
         for reading in 0..100_000 {
-            let wrong = if reading % 50 == 0 {
+            let wrong = if reading % 50 == 25 {
                 1 << (reading / 50 % 3)
             } else {
                 0

@@ -110,7 +110,7 @@ proptest! {
         steps in vec(inputs(), 1..200),
         homed in any::<bool>(),
         three_phase in any::<bool>(),
-        rotor_sensor in 0..=3,
+        rotor_sensor in 0..=5,
     ) {
         let mut settings = Settings::default();
         for (setting, value) in [

@@ -24,8 +24,8 @@ pub fn start(a: Peri<'static, PB6>, b: Peri<'static, PB7>, c: Peri<'static, PB8>
     ]);
 }
 
-/// Reads the sensors. Called in every PWM period. Returns their count, or `None` while another
-/// call is under way, which cannot happen.
+/// Reads the sensors, and returns their count. Only the PWM interrupt calls this, in every period.
+/// Otherwise it returns `None`.
 #[inline(never)] // an encoder needs none of this
 pub fn update() -> Option<u32> {
     let code = pac::GPIOB.idr().read().0 >> FIRST_PIN;

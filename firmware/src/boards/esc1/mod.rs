@@ -1,10 +1,11 @@
 //! ST's B-G431B-ESC1: STM32G431CB, three half bridges with shunts, CAN transceiver, connector for
-//! an encoder. docs/hardware.md has its wiring, and what was never tried.
+//! an encoder or Hall sensors. docs/hardware.md has its wiring, and what was never tried.
 //!
 //! * `bridge`: TIM1, its outputs and what opens them
 //! * `over_current`: comparators that open the bridge without software
 //! * `sampling`: op-amps and converters, and the current interrupt
 //! * `encoder`: TIM4 counts the encoder
+//! * `halls`: reads Hall sensors on the encoder's pads
 //! * `transceiver`: the CAN transceiver and the board's terminator
 //! * `switches`: home and limit switches
 //! * `image`: header of the program

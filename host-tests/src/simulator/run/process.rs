@@ -26,7 +26,7 @@ const ENDING: Duration = Duration::from_secs(1);
 pub struct Machines(Vec<(PathBuf, Rc<RefCell<Process>>)>);
 
 impl Machines {
-    /// Starts a node with the program at `path` on the machine with the fewest nodes.
+    /// Starts a node with the program at `path` on the machine that has had the fewest.
     ///
     /// # Errors
     /// The reason in words, if the program cannot be started.
@@ -47,7 +47,7 @@ impl Machines {
     }
 }
 
-/// A node of a process, which ends with its last node.
+/// A node of a process. The process ends with its last seat, one of [`Machines`] with these.
 pub(super) struct Seat {
     process: Rc<RefCell<Process>>,
     number: u8,

@@ -61,13 +61,15 @@ impl Axle {
                 motor
             },
             misaligned: self.commutation.take_failure() || sign.against,
-            noisy: self.encoder_steps.is_noisy() || inputs.encoder_broken,
+            noisy: self.encoder_steps.is_noisy(),
             temperatures: inputs.temperatures,
             electrical: inputs.electrical,
         };
         let stall = self.force.stall;
         let mut present = self.supervisor.check(&readings, &self.bounds, stall);
         present.insert_if(Fault::Blocked, sign.stands);
+        // Also without power: counts that are lost then are lost for good.
+        present.insert_if(Fault::EncoderNoise, inputs.encoder_broken);
         if let Some(fault) = self.commutation.check_index(inputs.electrical.index) {
             present.insert_if(fault, true);
         }
