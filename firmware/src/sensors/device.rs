@@ -6,8 +6,8 @@ use embassy_sync::mutex::Mutex;
 use embassy_time::{Duration, with_timeout};
 use embedded_hal_async::i2c::{Error, ErrorKind, ErrorType, I2c, Operation};
 
-/// Maximum duration of a transfer, and of freeing the bus. The longest transfer has 12 bytes and
-/// takes 1.1 ms at 100 kbit/s.
+/// Maximum duration of a transfer, and of freeing the bus. The longest transfer has 19 bytes and
+/// takes 1.8 ms at 100 kbit/s.
 const TIMEOUT: Duration = Duration::from_millis(3);
 
 /// Bus that the chips of a board share.
@@ -72,4 +72,10 @@ impl<B: SensorBus> I2c for Device<'_, B> {
         let _ = with_timeout(TIMEOUT, bus.recover()).await;
         Err(error)
     }
+}
+
+/// Returns the outputs of three axes in the first six of `bytes`, low bytes first.
+pub(super) fn axes(bytes: &[u8]) -> [i16; 3] {
+    let mut outputs = bytes.as_chunks::<2>().0.iter();
+    core::array::from_fn(|_| outputs.next().map_or(0, |bytes| i16::from_le_bytes(*bytes)))
 }

@@ -2,7 +2,7 @@
 
 use super::bus::SensorBus;
 use super::condition::Chip;
-use super::device::{Device, TransferError};
+use super::device::{Device, TransferError, axes};
 use super::newest;
 use super::service::{Driver, Failure};
 use embassy_time::Delay;
@@ -99,11 +99,7 @@ impl Driver for Inclinometer {
         if bytes[0] & READY == 0 {
             return Ok(false);
         }
-        let mut outputs = bytes[OUTPUTS..].as_chunks::<2>().0.iter();
-        let force = core::array::from_fn(|_| {
-            let raw = outputs.next().map_or(0, |bytes| i16::from_le_bytes(*bytes));
-            from_fs8g_to_mg(raw)
-        });
+        let force = axes(&bytes[OUTPUTS..]).map(from_fs8g_to_mg);
         // Outside of `put`, which masks interrupts.
         let inclination = pitch_and_roll(force);
         newest::put(|readings| {

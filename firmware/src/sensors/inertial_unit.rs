@@ -2,7 +2,7 @@
 
 use super::bus::SensorBus;
 use super::condition::Chip;
-use super::device::{Device, TransferError};
+use super::device::{Device, TransferError, axes};
 use super::newest;
 use super::service::{Driver, Failure};
 use core::f32::consts::PI;
@@ -37,6 +37,11 @@ const RATES: [(u32, Odr); 10] = [
 ];
 /// Number of times that the end of the reset is looked for, a millisecond apart. It takes 30 us.
 const RESET_LOOKS: u32 = 5;
+/// Number of bytes from the status register to the end of the outputs, and the first output.
+const BURST: usize = 16;
+const OUTPUTS: usize = 4;
+/// Bits of the status register: accelerometer or gyroscope have measured.
+const READY: u8 = 3;
 /// Units of the chip's library in ours: a thousandth of standard gravity, m/s^2, and a thousandth
 /// of a degree per second, rad/s.
 const MILLI_G: f32 = 9.806_65e-3;
@@ -122,16 +127,18 @@ impl Driver for InertialUnit {
     }
 
     async fn read<B: SensorBus>(&self, device: Device<'_, B>) -> Result<bool, Failure> {
-        let mut chip = Lsm6dsv16x::new_i2c(device, self.address(), Delay);
-        let ready = chip.flag_data_ready_get().await?;
-        // Both sensors measure at the same time. If they do so between two transfers below, the
-        // second transfer clears the flag of a reading whose other flag stays set. So one flag is
-        // enough for both.
-        if ready.drdy_gy == 0 && ready.drdy_xl == 0 {
+        let mut device = device;
+        let mut bytes = [0; BURST];
+        // The library reads status and outputs in three transfers. Beside the inclinometer's, they
+        // take nearly a millisecond, and readings at 1000 Hz are lost.
+        let read = device.write_read(self.address() as u8, &[Reg::StatusReg as u8], &mut bytes);
+        read.await.map_err(Failure::Transfer)?;
+        // Both sensors measure at the same time. If they do so during the transfer, one flag may be
+        // that of the reading before.
+        if bytes[0] & READY == 0 {
             return Ok(false);
         }
-        let rate = chip.angular_rate_raw_get().await?;
-        let force = chip.acceleration_raw_get().await?;
+        let [rate, force] = [OUTPUTS, OUTPUTS + 6].map(|first| axes(&bytes[first..]));
         // Outside of `put`, which masks interrupts.
         let rate = rate.map(|raw| from_fs1000_to_mdps(raw) * MILLI_DEGREE);
         let force = force.map(|raw| from_fs8_to_mg(raw) * MILLI_G);

@@ -6,20 +6,18 @@ use tautrack::link::{MotorModel, Sensors};
 use tautrack::settings::Setting;
 use tautrack_host_tests::programs::settings_pages::Pages;
 use tautrack_host_tests::robots::motors;
+use tautrack_host_tests::simulator::chip::Chip;
 
-#[test]
-fn the_index_of_an_encoder_confirms_the_angle_of_an_aligned_motor() {
-    // Gear of 10 and a friction of 0.05 N m; the rotor carries the load.
+/// A chip with a three-phase motor of 7 pole pairs behind a gear of 10, whose rotor carries the
+/// load, and with these settings besides those of the motor. It is switched on.
+pub fn with_three_phase_motor(more: &[(Setting, i32)]) -> Chip {
     let motor = MotorModel {
         rotor_inertia: 1e-4,
         ..motors::three_phase(10_000, 0.05)
     };
     let mut settings = motors::settings(&motor);
-    settings.extend([
-        (Setting::NodeId, NODE.into()),
-        (Setting::RotorSensor, 3),
-        (Setting::AlignmentTravel, 1_000),
-    ]);
+    settings.push((Setting::NodeId, NODE.into()));
+    settings.extend_from_slice(more);
     let pages = Pages::of(&settings).expect("settings of a node");
     let mut chip = with_pages(axle_program(), &pages.0);
     chip.attach_motor(motor, 5).expect("a good model");
@@ -27,6 +25,13 @@ fn the_index_of_an_encoder_confirms_the_angle_of_an_aligned_motor() {
         supply_voltage: 24.0,
         ..Sensors::default()
     });
+    chip
+}
+
+#[test]
+fn the_index_of_an_encoder_confirms_the_angle_of_an_aligned_motor() {
+    let mut chip =
+        with_three_phase_motor(&[(Setting::RotorSensor, 3), (Setting::AlignmentTravel, 1_000)]);
     chip.run(20_000);
     write(&mut chip, 0x2001, 0, &[1]);
     write(&mut chip, 0x6060, 0, &[9]);

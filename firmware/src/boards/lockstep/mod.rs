@@ -4,11 +4,10 @@
 //! The lockstep boards (`mps2`, `native`, `wasm`) differ only in how the messages reach their
 //! `machine`, which answers them: `link` carries them over a [`Pipe`], and a `wasm` node is called.
 //! `power_up` handles the start message and `step` the step messages. `attached` is the motor with
-//! its rotor sensor, `inputs` holds the sensor
-//! readings, `chips` the sensor chips on the robot's body, `brake` the output to the brake, `flash`
-//! the settings in flash, `clock` provides timer and executor, `critical_section` is that of a core
-//! without interrupts, `log_buffer` replaces the debug probe (with `text_log` where the records are
-//! text) and `starvation` the watchdog.
+//! its rotor sensor. `inputs` holds the sensor readings, `chips` the sensor chips on the robot's
+//! body, `brake` the output to the brake, `flash` the settings in flash, `clock` provides timer and
+//! executor, `critical_section` is that of a core without interrupts, `log_buffer` replaces the
+//! debug probe (with `text_log` where the records are text) and `starvation` the watchdog.
 
 mod attached;
 mod brake;

@@ -12,7 +12,8 @@ use std::fs;
 use std::path::Path;
 use tautrack::can::Frame;
 use tautrack::link::{MAX_LOG, Start, Step, Stepped};
-use tautrack::settings::Setting;
+use tautrack::motor::rotor::RotorSensor;
+use tautrack::settings::{Setting, Settings};
 
 /// Address at which the chip starts: the loader, or the application of a board without one.
 const START: u32 = 0x0800_0000;
@@ -106,12 +107,11 @@ impl FlashedBoard {
         if !settings.is_empty() {
             chip.patch(image.settings, &Pages::of(&settings)?.0);
         }
+        let has_halls = rotor_sensor(&settings).is_some_and(RotorSensor::has_halls);
         if let Some(model) = start.motor {
             chip.attach_motor(model, start.seed)
                 .ok_or("the motor model cannot be simulated")?;
-            if settings.contains(&(Setting::RotorSensor, 4))
-                || settings.contains(&(Setting::RotorSensor, 5))
-            {
+            if has_halls {
                 chip.connect_halls();
             }
         } else {
@@ -156,4 +156,14 @@ impl FlashedBoard {
     pub fn instructions(&self) -> u64 {
         self.chip.instructions
     }
+}
+
+/// Rotor sensor of a node that starts with these settings.
+fn rotor_sensor(changes: &[(Setting, i32)]) -> Option<RotorSensor> {
+    let mut settings = Settings::default();
+    for (setting, value) in changes {
+        // The node refuses what is out of bounds.
+        let _ = settings.set(setting.bounds().key, *value);
+    }
+    RotorSensor::of(&settings)
 }

@@ -62,9 +62,6 @@ fn a_guard_that_is_a_flash_image_arms_and_drives_as_a_native_guard_does() {
             description.duration_s = 9.0;
             description.expect = Expect::default();
             description.operator.events.truncate(1);
-            // docs/guard-board.md: the I2C bus of the board does not carry 1000 Hz at all times.
-            let settings = description.settings.entry(NodeName::GUARD).or_default();
-            settings.insert("inertial_rate".to_owned(), 500);
             if let Terrain::Stairs { first_nose_m, .. } = &mut description.terrain {
                 *first_nose_m = 0.85;
             }
