@@ -117,9 +117,9 @@ pub struct Observed {
     pub position: i64,
     /// Distance from the field of the previous period to the sensor's angle, once it is known.
     pub ahead: Option<ElectricalAngle>,
-    /// Voltage and current along the field, V and A.
+    /// Voltage along the field, V; 0 if it is not known.
     pub voltage: f32,
-    /// See `voltage`.
+    /// Current along the field, A.
     pub current: f32,
     /// Supply voltage, V.
     pub supply_voltage: f32,

@@ -6,6 +6,9 @@
 //! stands, or has turned round, counts as in the middle of its sector, which is wrong by at most 30
 //! degrees.
 
+#[cfg(feature = "lockstep")]
+use crate::units::Angle;
+
 /// Counts of an electrical turn, as [`Halls::update`] returns them.
 pub const COUNTS_PER_ELECTRICAL_TURN: i32 = 6 * SECTOR;
 /// Counts of a sector.
@@ -19,7 +22,7 @@ const NONE: i8 = -1;
 const WRONG: u8 = 20;
 const BROKEN: u8 = 200;
 /// Time in a sector that shows no speed any more: the rotor has stood.
-const LONGEST: u32 = 4000;
+const LONGEST: u32 = 4_000;
 /// Time that is long enough to show the speed.
 const ENOUGH: u32 = 100;
 
@@ -165,13 +168,11 @@ impl Halls {
 /// Returns the code of working sensors at an electrical angle, of which each is displaced by an
 /// angle. The sensor of bit 0 is on from 0 to 180 degrees.
 #[cfg(feature = "lockstep")]
-pub fn code(angle: crate::units::Angle, displaced: [crate::units::Angle; 3]) -> u32 {
-    let third = crate::units::Angle::from_degrees(120.0);
-    let mut axis = crate::units::Angle::ZERO;
-    let mut code = 0;
+pub fn code(angle: Angle, displaced: [Angle; 3]) -> u32 {
+    let (mut axis, mut code) = (Angle::ZERO, 0);
     for (bit, displaced) in displaced.into_iter().enumerate() {
         code |= u32::from((angle - axis - displaced).to_bits() >= 0) << bit;
-        axis += third;
+        axis += Angle::from_degrees(120.0);
     }
     code
 }
@@ -179,7 +180,6 @@ pub fn code(angle: crate::units::Angle, displaced: [crate::units::Angle; 3]) -> 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::units::Angle;
 
     /// Code at a position in counts; count 0 is at 60 degrees.
     fn code_at(count: i32) -> u32 {
@@ -228,14 +228,20 @@ mod tests {
             // Sectors of 9.1, 37 and 1000 readings.
             for per_reading in [7.0, 1.73, 0.064] {
                 let mut halls = Halls::new();
-                halls.base = 0x7fff_ff00;
+                halls.update(code_at(0));
+                // Two sectors before the largest count, or behind the smallest.
+                halls.base = if direction > 0 {
+                    i32::MAX - 2 * SECTOR + 1
+                } else {
+                    i32::MIN + SECTOR
+                };
+                let start = halls.count();
                 let mut position = 0.0_f64;
-                let start = halls.update(code_at(0)) as i32;
                 let readings = (30.0 * f64::from(SECTOR) / per_reading) as u32;
                 for reading in 0..readings {
                     position += per_reading * f64::from(direction);
                     let count = halls.update(code_at(position.floor() as i32)) as i32;
-                    let apart = count.wrapping_sub(start) + start % SECTOR;
+                    let apart = count.wrapping_sub(start) + SECTOR / 2;
                     let error = f64::from(apart) - position;
                     let settled = reading > readings / 4;
                     assert!(
