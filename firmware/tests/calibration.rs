@@ -102,6 +102,15 @@ impl Client {
         );
     }
 
+    /// Calibrates everything in bench mode, and asserts that it is done.
+    fn calibrate_all(&mut self) {
+        self.write(0x2001, 1);
+        self.write(0x2050, 2);
+        let end = self.end();
+        let refused = [self.read(0x2053), self.read(0x2054)];
+        assert_eq!(end, (100, 0), "{refused:?}");
+    }
+
     /// Waits for the end of the calibration; returns its progress and the reason of a refusal.
     fn end(&mut self) -> (i32, i32) {
         for _ in 0..1_000 {
@@ -165,11 +174,7 @@ fn a_client_calibrates_a_brushed_motor() {
             (Setting::TorqueConstant, 45_000),
         ],
     );
-    client.write(0x2001, 1);
-    client.write(0x2050, 2);
-    let end = client.end();
-    let refused = [client.read(0x2053), client.read(0x2054)];
-    assert_eq!(end, (100, 0), "{refused:?}");
+    client.calibrate_all();
     client.assert_near(&[
         (0x2058, 300.0, 0.05),
         (0x2059, 200.0, 0.10),
@@ -193,11 +198,7 @@ fn a_client_calibrates_a_three_phase_motor_and_then_drives_it() {
             (Setting::Resistance, 420),
         ],
     );
-    client.write(0x2001, 1);
-    client.write(0x2050, 2);
-    let end = client.end();
-    let refused = [client.read(0x2053), client.read(0x2054)];
-    assert_eq!(end, (100, 0), "{refused:?}");
+    client.calibrate_all();
     client.assert_near(&[
         (0x2058, 300.0, 0.05),
         (0x2059, 400.0, 0.10),
@@ -235,11 +236,7 @@ fn a_client_calibrates_the_motor_of_a_screw_and_then_drives_it() {
         ..MOTOR
     };
     let mut client = Client::of("screw", motor, &SCREW);
-    client.write(0x2001, 1);
-    client.write(0x2050, 2);
-    let end = client.end();
-    let refused = [client.read(0x2053), client.read(0x2054)];
-    assert_eq!(end, (100, 0), "{refused:?}");
+    client.calibrate_all();
     client.assert_near(&[
         (0x205b, 7.0, 0.0),
         (0x205d, 71_300.0, 2.0 / 71.3),

@@ -41,8 +41,8 @@ pub struct Config {
     pub gear_ratio: f32,
     /// Rotor sensor of a three-phase motor.
     pub mounting: Mounting,
-    /// Kind of the rotor sensor; a brushed motor ignores it. With an index, the offset of `mounting`
-    /// is the electrical angle at its pulse.
+    /// Kind of the rotor sensor; a brushed motor ignores it. With an index, the offset of
+    /// `mounting` is the electrical angle at its pulse.
     pub sensor: RotorSensor,
     /// Time for which both transistors of a half bridge are off at each edge, s; at most 2 % of the
     /// PWM period. The loop compensates it.
