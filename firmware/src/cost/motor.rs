@@ -9,7 +9,7 @@ use core::mem::MaybeUninit;
 use tautrack::constants::CONTROL_PERIOD;
 use tautrack::math::Bound;
 use tautrack::motor::bridge::Readings;
-use tautrack::motor::cascade::{self, Cascade, Demand, Reference};
+use tautrack::motor::cascade::{self, Cascade, FeedForward};
 use tautrack::motor::cogging::Wave;
 use tautrack::motor::current::foc::{Dq, Foc, Step};
 use tautrack::motor::current::{Config, CurrentLoop, MotorKind, OperatingPoint};
@@ -69,13 +69,15 @@ pub fn count(table: &mut Table) {
 }
 
 fn count_cascade(table: &mut Table) {
+    #[repr(C)] // the order decides how many instructions load the inputs
     struct State {
-        cascade: Cascade,
-        bound: Bound,
-        reference: Reference,
-        position: i64,
         velocity: i32,
-        demand: MaybeUninit<Demand>,
+        bound: Bound,
+        current: i32,
+        cut: i32,
+        error: i64,
+        feed_forward: FeedForward,
+        cascade: Cascade,
     }
     let gains = black_box(cascade::Gains {
         position: 20.0,
@@ -90,32 +92,33 @@ fn count_cascade(table: &mut Table) {
     let mut state = State {
         bound: cascade.bound(8.0),
         cascade,
-        reference: Reference::default(),
-        position: 0,
+        error: 0,
+        feed_forward: FeedForward::default(),
         velocity: 0,
-        demand: MaybeUninit::uninit(),
+        current: 0,
+        cut: 0,
     };
     table.kernel(
         "cascade position to current",
         &mut state,
         |state, call, random| {
-            state.reference = state.cascade.reference(&Motion {
-                position: from_radians(random.within(0.5)),
+            state.feed_forward = state.cascade.feed_forward(&Motion {
+                position: 0,
                 velocity: number(call, random),
                 acceleration: random.within(20.0),
             });
-            // Some distances exceed the range in which the difference of positions is computed.
-            let distance = if call % 50 == 49 { 1e6 } else { 0.5 };
-            state.position = from_radians(random.within(distance));
+            // Some errors exceed the range in which they count.
+            let distance = if call % 50 == 49 { 1e6 } else { 1.0 };
+            state.error = from_radians(random.within(distance));
             state.velocity = state.cascade.rate(random.within(5.0));
         },
         |state, ()| {
-            state.demand.write(state.cascade.position(
-                &state.reference,
-                state.position,
-                state.velocity,
-                state.bound,
-            ));
+            let (error, ahead) = (state.error, state.feed_forward);
+            let demand = state
+                .cascade
+                .position(error, ahead, state.velocity, state.bound);
+            (state.current, state.cut) = (demand.current, demand.cut());
+            state.cascade.advance(&demand);
         },
     );
 }

@@ -40,6 +40,23 @@ pub fn mul_high_add(sum: i32, a: i32, b: i32) -> i32 {
     mul_high_add_plain(sum, a, b)
 }
 
+/// Returns `sum - a b / 2^32`, rounded to nearest, wrapping. One instruction (SMMLSR) on ARM.
+#[inline]
+pub fn mul_high_sub(sum: i32, a: i32, b: i32) -> i32 {
+    #[cfg(target_arch = "arm")]
+    {
+        let result;
+        // SAFETY: one instruction on registers; it touches neither memory nor flags.
+        unsafe {
+            core::arch::asm!("smmlsr {}, {}, {}, {}", lateout(reg) result, in(reg) a, in(reg) b, in(reg) sum,
+                options(pure, nomem, nostack, preserves_flags));
+        }
+        result
+    }
+    #[cfg(not(target_arch = "arm"))]
+    mul_high_sub_plain(sum, a, b)
+}
+
 /// Computes [`mul_high`] in plain Rust: the definition against which the instruction is tested.
 pub const fn mul_high_plain(a: i32, b: i32) -> i32 {
     ((a as i64 * b as i64) >> 32) as i32
@@ -49,6 +66,12 @@ pub const fn mul_high_plain(a: i32, b: i32) -> i32 {
 pub const fn mul_high_add_plain(sum: i32, a: i32, b: i32) -> i32 {
     // A product is at most 2^62, so adding the rounding bit cannot overflow.
     sum.wrapping_add(((a as i64 * b as i64 + (1 << 31)) >> 32) as i32)
+}
+
+/// Computes [`mul_high_sub`] in plain Rust.
+pub const fn mul_high_sub_plain(sum: i32, a: i32, b: i32) -> i32 {
+    // A product is at least -2^62 + 2^31, so subtracting it from the rounding bit cannot overflow.
+    sum.wrapping_add((((1 << 31) - a as i64 * b as i64) >> 32) as i32)
 }
 
 /// Points at which [`fit`] needs its samples: the roots of the Chebyshev polynomial `T4`, in rising

@@ -143,6 +143,15 @@ impl Bound {
         }
     }
 
+    /// Creates a limit to the size of `value`: to `-value - 1..=value`, or to `value..=-value - 1`
+    /// if it is negative.
+    #[inline]
+    pub const fn of_size(value: i32) -> Self {
+        Self {
+            headroom: i32::MAX ^ value ^ (value >> 31),
+        }
+    }
+
     /// Limits `value` to the bound.
     #[inline]
     pub const fn limit(self, value: i32) -> i32 {
@@ -184,6 +193,8 @@ mod tests {
                         value.clamp(-bound - 1, bound),
                         "{value} {bound}"
                     );
+                    assert_eq!(Bound::of_size(bound), limit);
+                    assert_eq!(Bound::of_size(-bound - 1), limit);
                 }
             }
         }

@@ -10,14 +10,17 @@ use core::f32::consts::{FRAC_PI_2, PI};
 const PIECES: usize = 64;
 /// Bits of an angle within a piece.
 const PIECE_BITS: u32 = 26;
+/// Pieces of a quarter turn. The cosine is the sine of so many pieces later.
+const QUARTER: usize = PIECES / 4;
 
-static SINE: [[i32; 4]; PIECES] = sine_table();
+/// The circle and a quarter turn more, so that the cosine needs no index of its own.
+static SINE: [[i32; 4]; PIECES + QUARTER] = sine_table();
 
-const fn sine_table() -> [[i32; 4]; PIECES] {
+const fn sine_table() -> [[i32; 4]; PIECES + QUARTER] {
     const HALF_WIDTH: f64 = core::f64::consts::PI / PIECES as f64;
-    let mut table = [[0; 4]; PIECES];
+    let mut table = [[0; 4]; PIECES + QUARTER];
     let mut piece = 0;
-    while piece < PIECES {
+    while piece < table.len() {
         let turns = if piece < PIECES / 2 {
             0.0
         } else {
@@ -63,10 +66,8 @@ pub fn sin_cos_q30(angle: Angle) -> (i32, i32) {
         mul_high_add(c0, u, mul_high_add(c1, u, mul_high_add(c2, u, c3)))
     };
     // A quarter turn is a whole number of pieces. So cosine is sine with the same `u`.
-    (
-        evaluate(SINE[piece % PIECES]),
-        evaluate(SINE[(piece + PIECES / 4) % PIECES]),
-    )
+    let piece = piece % PIECES;
+    (evaluate(SINE[piece]), evaluate(SINE[piece + QUARTER]))
 }
 
 /// Returns sine and cosine in single precision.

@@ -39,15 +39,12 @@ const INTEGRAL_BITS: u32 = 4;
 const OUTSIDE_VELOCITY: i32 = (2 << VELOCITY_BITS) - 1;
 const OUTSIDE_CURRENT: i32 = (2 << CURRENT_BITS) - 1;
 
-/// Set-point in the units of a [`Cascade`]; [`Cascade::reference`] creates it.
+/// Feed-forward in the units of a [`Cascade`]; [`Cascade::feed_forward`] creates it.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
-pub struct Reference {
-    /// Position, 2^-32 turn.
-    pub position: i64,
-    /// Velocity feed-forward, up to 2^29.
+pub struct FeedForward {
+    /// Velocity, up to 2^29.
     pub velocity: i32,
-    /// Current feed-forward, up to 2^27: the sum of the current for the acceleration and one from
-    /// the caller.
+    /// Current, up to 2^27: the sum of the current for the acceleration and one from the caller.
     pub current: i32,
 }
 
@@ -56,11 +53,25 @@ pub struct Reference {
 pub struct Demand {
     /// Demanded current, within the given bound.
     pub current: i32,
-    /// Zero while neither the velocity limit nor the current limit acts.
-    pub cut: i32,
+    /// What the bound of the current cut off; then the integral stays.
+    excess: i32,
+    /// What else a limit cut off.
+    cut: i32,
+    /// The integral of the velocity loop after this call.
+    integral: i32,
 }
 
-/// Position loop and velocity loop. Their only state is the integral of the velocity loop.
+impl Demand {
+    /// Returns what the velocity limit and the bound of the current cut off, as any number; zero
+    /// while neither acts.
+    #[inline]
+    pub fn cut(&self) -> i32 {
+        self.excess | self.cut
+    }
+}
+
+/// Position loop and velocity loop. Their only state is the integral of the velocity loop. It
+/// changes when the caller hands a demand back to [`Cascade::advance`].
 ///
 /// The integral does not change while the current is limited. It grows only while the velocity
 /// error has its sign and the sum is within the bound. So it never exceeds the bound plus the
@@ -76,8 +87,6 @@ pub struct Cascade {
     integral_gain: i32,
     velocity_gain: i32,
     integral: i32,
-    /// The integral before the last call.
-    before: i32,
     /// Units of velocity per rad/s, units of current per rad/s^2 and per A, and A per unit of
     /// current.
     per_velocity: f32,
@@ -121,7 +130,6 @@ impl Cascade {
             integral_gain: to_i32(current * in_one_call * one),
             velocity_gain: to_i32(current * one),
             integral: 0,
-            before: 0,
             per_velocity: (1_u32 << VELOCITY_BITS) as f32 / gains.velocity_limit,
             per_acceleration: gains.acceleration * per_ampere,
             per_ampere,
@@ -134,11 +142,13 @@ impl Cascade {
         self.integral = 0;
     }
 
-    /// Sets the integral to its value before the last call. It is used when a limit after the loops
-    /// acts, so that the integral does not wind up.
+    /// Takes over the integral of a demand, unless the bound of the current acts. A caller omits
+    /// the call when a limit after the loops acts. So the integral does not wind up.
     #[inline]
-    pub fn undo(&mut self) {
-        self.integral = self.before;
+    pub fn advance(&mut self, demand: &Demand) {
+        if demand.excess == 0 {
+            self.integral = demand.integral;
+        }
     }
 
     /// Takes over the current in the integral of `other`, limited to `bound`. It is used when the
@@ -148,12 +158,10 @@ impl Cascade {
         self.integral = bound.limit(current) << INTEGRAL_BITS;
     }
 
-    /// Converts a set-point to the units of the loops. Its velocity and acceleration become the
-    /// feed-forward.
+    /// Converts the velocity and the acceleration of a set-point to the feed-forward.
     #[inline]
-    pub fn reference(&self, set_point: &Motion) -> Reference {
-        Reference {
-            position: set_point.position,
+    pub fn feed_forward(&self, set_point: &Motion) -> FeedForward {
+        FeedForward {
             velocity: self.rate(set_point.velocity),
             current: outside(
                 set_point.acceleration * self.per_acceleration,
@@ -186,27 +194,27 @@ impl Cascade {
         current as f32 * self.amperes
     }
 
-    /// Runs both loops: computes the current with which the measured `position` and `velocity`
-    /// follow `reference`. The result never exceeds `bound`, whatever the inputs are.
+    /// Runs both loops: computes the current that ends the following `error` (set-point minus
+    /// measured position, 2^-32 turn) at the measured `velocity`. The result never exceeds `bound`,
+    /// whatever the inputs are.
     ///
-    /// Domain: positions less than 2^14 turns apart, velocities up to 2^29. Worst error against
+    /// Domain: errors below 2^14 turns, velocities up to 2^29. Worst error against
     /// double precision over 100 000 calls: 8e-6 of the current limit, 1.4e-6 with nominal gains
     /// (`shared/tests/motor/cascade.rs`). Cost on Cortex-M4: see docs/cost.md.
     #[inline]
     pub fn position(
-        &mut self,
-        reference: &Reference,
-        position: i64,
+        &self,
+        error: i64,
+        feed_forward: FeedForward,
         velocity: i32,
         bound: Bound,
     ) -> Demand {
-        let difference = reference.position.wrapping_sub(position);
-        let error = saturate(difference.wrapping_mul(i64::from(self.error_scale)));
+        let error = saturate(error.wrapping_mul(i64::from(self.error_scale)));
         // The sum is at most 2 + 4 velocity limits, and 2^31 is 8 of them.
-        let wanted = mul_high_add(reference.velocity, error, self.position_gain);
+        let wanted = mul_high_add(feed_forward.velocity, error, self.position_gain);
         let allowed = wanted.clamp(-(1 << VELOCITY_BITS), (1 << VELOCITY_BITS) - 1);
-        let mut demand = self.velocity(allowed, reference.current, velocity, bound);
-        demand.cut |= wanted.wrapping_sub(allowed);
+        let mut demand = self.velocity(allowed, feed_forward.current, velocity, bound);
+        demand.cut = wanted.wrapping_sub(allowed);
         demand
     }
 
@@ -215,7 +223,7 @@ impl Cascade {
     /// integral demands at the velocity limit. The integral follows the current, so that the loops
     /// take over without a jump.
     #[inline]
-    pub fn torque(&mut self, current: i32, velocity: i32, bound: Bound) -> Demand {
+    pub fn torque(&self, current: i32, velocity: i32, bound: Bound) -> Demand {
         // Velocities are at most twice the limit, so nothing overflows.
         let most = mul_high((1 << VELOCITY_BITS) - velocity, self.velocity_gain);
         let least = mul_high(-(1 << VELOCITY_BITS) - velocity, self.velocity_gain);
@@ -227,28 +235,29 @@ impl Cascade {
             current
         };
         let limited = bound.limit(slowed);
-        self.integral = limited << INTEGRAL_BITS;
         Demand {
             current: limited,
+            excess: 0,
             cut: current.wrapping_sub(limited),
+            integral: limited << INTEGRAL_BITS,
         }
     }
 
     /// Runs the velocity loop alone, with a current feed-forward.
     #[inline]
-    pub fn velocity(&mut self, wanted: i32, current: i32, velocity: i32, bound: Bound) -> Demand {
+    pub fn velocity(&self, wanted: i32, current: i32, velocity: i32, bound: Bound) -> Demand {
         let error = wanted.wrapping_sub(velocity);
         // Rounded, because a sum of truncated products would drift.
         let integral = mul_high_add(self.integral, error, self.integral_gain);
         let held = (integral >> INTEGRAL_BITS).wrapping_add(current);
         let asked = mul_high_add(held, error, self.velocity_gain);
         let current = bound.limit(asked);
-        let cut = asked.wrapping_sub(current);
-        self.before = self.integral;
-        if cut == 0 {
-            self.integral = integral;
+        Demand {
+            current,
+            excess: asked.wrapping_sub(current),
+            cut: 0,
+            integral,
         }
-        Demand { current, cut }
     }
 }
 
@@ -278,11 +287,12 @@ mod tests {
     fn settle(load: f32, target: i64) -> (i64, f32, f32) {
         let (mut cascade, mut position, mut velocity, mut peak) =
             (Cascade::new(&GAINS), 0_i64, 0.0_f32, 0.0_f32);
-        let reference = cascade.reference(&Motion::at(target));
         let bound = cascade.bound(10.0);
         for _ in 0..3_000 {
             let rate = cascade.rate(velocity);
-            let demand = cascade.position(&reference, position, rate, bound);
+            let error = target - position;
+            let demand = cascade.position(error, FeedForward::default(), rate, bound);
+            cascade.advance(&demand);
             velocity += (2.4 * cascade.amperes(demand.current) - load) / 0.05 * 1e-3;
             position += from_radians(velocity * 1e-3);
             peak = if to_radians(position) > peak {
@@ -319,14 +329,16 @@ mod tests {
                 let mut cascade = Cascade::new(&GAINS);
                 let bound = cascade.bound(8.0);
                 for position in [0, i64::MIN, i64::MAX, i64::from(bad) << 31] {
-                    let reference = Reference {
-                        position: i64::from(bad),
+                    let error = i64::from(bad).wrapping_sub(position);
+                    let feed_forward = FeedForward {
                         velocity: bad,
                         current: bad,
                     };
-                    let demand = cascade.position(&reference, position, velocity, bound);
+                    let demand = cascade.position(error, feed_forward, velocity, bound);
+                    cascade.advance(&demand);
                     assert!(cascade.amperes(demand.current).abs() <= 8.000_001);
                     let demand = cascade.velocity(bad, bad, velocity, bound);
+                    cascade.advance(&demand);
                     assert!(cascade.amperes(demand.current).abs() <= 8.000_001);
                 }
             }

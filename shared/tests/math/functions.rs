@@ -4,7 +4,8 @@
 use crate::support::sweep::unless_unchanged;
 use crate::support::{RADIANS_PER_BIT, worst_over_all_angles};
 use proptest::prelude::*;
-use tautrack::math::cubic::{mul_high, mul_high_add, mul_high_add_plain, mul_high_plain};
+use tautrack::math::cubic::{mul_high, mul_high_add, mul_high_add_plain};
+use tautrack::math::cubic::{mul_high_plain, mul_high_sub, mul_high_sub_plain};
 use tautrack::math::{atan2, clamp, limit, max, min, sin_cos, sin_cos_q30, sqrt};
 use tautrack::units::Angle;
 
@@ -223,6 +224,10 @@ proptest! {
             prop_assert_eq!(product, (exact >> 32) as i32);
         }
         for result in [mul_high_add(sum, a, b), mul_high_add_plain(sum, a, b)] {
+            prop_assert_eq!(result, (rounded >> 32) as i32);
+        }
+        let rounded = (i128::from(sum) << 32) - exact + (1 << 31);
+        for result in [mul_high_sub(sum, a, b), mul_high_sub_plain(sum, a, b)] {
             prop_assert_eq!(result, (rounded >> 32) as i32);
         }
     }

@@ -1,7 +1,7 @@
 //! Compares the fixed-point cascade with the same loops in double precision.
 
 use std::f64::consts::{PI, TAU};
-use tautrack::motor::cascade::{Cascade, Gains};
+use tautrack::motor::cascade::{Cascade, FeedForward, Gains};
 use tautrack::motor::profile::Motion;
 
 const TURN: f64 = 4_294_967_296.0;
@@ -93,8 +93,9 @@ fn worst_difference(gains: &Gains, size: f64, calls: u32) -> f64 {
         };
         let velocity = (random.next() * size * speed) as f32;
 
-        let (reference, rate) = (cascade.reference(&set_point), cascade.rate(velocity));
-        let demand = cascade.position(&reference, position, rate, bound);
+        let (ahead, rate) = (cascade.feed_forward(&set_point), cascade.rate(velocity));
+        let demand = cascade.position(difference, ahead, rate, bound);
+        cascade.advance(&demand);
         let current = f64::from(cascade.amperes(demand.current));
 
         // An error of more than half a turn counts as half a turn.
@@ -146,14 +147,18 @@ fn the_integral_does_not_drift_in_a_hundred_thousand_calls() {
 #[test]
 fn an_integral_that_was_let_grow_frees_itself_when_the_bound_shrinks() {
     let mut cascade = Cascade::new(&AXLES[0]);
-    let reference = cascade.reference(&Motion::at(0));
     let (full, hold) = (cascade.bound(10.0), cascade.bound(1.0));
     for _ in 0..200 {
-        cascade.position(&reference, -1 << 26, 0, full);
+        let demand = cascade.position(1 << 26, FeedForward::default(), 0, full);
+        cascade.advance(&demand);
     }
     // The error changes its sign. The current must follow within the integral's own time.
-    let after = (0..2_000)
-        .position(|_| cascade.position(&reference, 1 << 26, 0, hold).current < 0)
-        .expect("the current turns");
+    let mut currents = (0..2_000).map(|_| {
+        let demand = cascade.position(-1 << 26, FeedForward::default(), 0, hold);
+        cascade.advance(&demand);
+        demand.current
+    });
+    let after = currents.position(|current| current < 0);
+    let after = after.expect("the current turns");
     assert!(after < 200, "{after} calls");
 }

@@ -5,7 +5,7 @@
 
 use super::{CurrentLoopError, VOLTAGE_FULL_SCALE};
 use crate::math::Bound;
-use crate::math::cubic::mul_high_add;
+use crate::math::cubic::{mul_high, mul_high_add};
 use crate::motor::bridge::Ratings;
 
 /// Gains of a controller.
@@ -95,20 +95,21 @@ impl Axis {
         self.integral = 0;
     }
 
-    /// Computes the voltage, within `-limit - 1..=limit`; 2^24 is the full scale. `error` is the
+    /// Computes the voltage, within `limit`; 2^24 is the full scale. `error` is the
     /// missing current (2^29 is the full scale, at most three times that). `feed_forward` is a
     /// voltage below 2^30.
     ///
     /// While the voltage is limited, the integral changes only in the direction that ends the
     /// limitation. So it does not wind up.
     #[inline]
-    pub fn step(&mut self, gains: Gains, error: i32, feed_forward: i32, limit: i32) -> i32 {
+    pub fn step(&mut self, gains: Gains, error: i32, feed_forward: i32, limit: Bound) -> i32 {
         // Rounded, because a sum of truncated products would drift.
         let integral =
             mul_high_add(self.integral, error, gains.integral).clamp(-(1 << 26), (1 << 26) - 1);
         let wanted = mul_high_add((integral >> 2) + feed_forward, error, gains.proportional);
-        let voltage = Bound::new(limit).limit(wanted);
-        if voltage == wanted || (wanted ^ error) < 0 {
+        let voltage = limit.limit(wanted);
+        // The high word of the product counts: an excess too small for it does no harm.
+        if mul_high(wanted - voltage, error) <= 0 {
             self.integral = integral;
         }
         voltage

@@ -37,10 +37,10 @@ impl Brushed {
     #[inline]
     pub fn step(&mut self, current: i32, demand: i32, point: &OperatingPoint) -> ([u16; 3], i32) {
         let error = (demand >> 1) - (current >> 1);
-        let voltage = self.axis.step(self.gains, error, 0, point.voltage_limit);
+        let voltage = self.axis.step(self.gains, error, 0, point.circle.bound);
         let half = point.half;
         let counts = |voltage, current| {
-            let ideal = mul_high_add(half, voltage, point.counts_per_volt >> 1);
+            let ideal = mul_high_add(half, voltage, point.counts_per_volt >> 5);
             mul_high_add(ideal, sign(current), self.dead_time) as u16
         };
         let compare = [

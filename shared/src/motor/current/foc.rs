@@ -9,15 +9,14 @@
 use super::axis::{Axis, Gains};
 use super::dead_time::sign;
 use super::operating_point::OperatingPoint;
-use crate::math::cubic::{mul_high, mul_high_add, quantize};
-use crate::math::sin_cos_q30;
+use crate::math::cubic::{mul_high, mul_high_add, mul_high_sub, quantize};
+use crate::math::{Bound, sin_cos_q30};
 use crate::motor::rotor::ElectricalAngle;
-use core::num::NonZeroU32;
 
 /// `2 / sqrt 3`, Q30.
 const TWO_BY_ROOT_3: i32 = quantize(1.154_700_538_379_251_5, 30);
 
-/// Currents in the rotor's axes; 2^30 is full scale.
+/// Currents or voltages in the rotor's axes.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct Dq {
     /// Component along the magnets' flux.
@@ -31,7 +30,7 @@ pub struct Dq {
 pub struct Step {
     /// Compare values of the half bridges.
     pub compare: [u16; 3],
-    /// Measured current.
+    /// Measured current; 2^26 is full scale.
     pub current: Dq,
     /// Voltage for the next period; 2^24 is full scale.
     pub voltage: Dq,
@@ -68,10 +67,10 @@ impl Foc {
 
     /// Computes the compare values, the measured current and the voltage from the currents of
     /// phases a and b (2^30 is full scale; the three add up to zero), the rotor's angle at their
-    /// sample and the demanded current.
+    /// sample and the demanded current (2^30 is full scale).
     ///
-    /// It is defined for every input: larger currents count as full scale, and no compare value
-    /// leaves the period. Worst error against double precision: 2 counts of 4250
+    /// Domain: the currents of all three phases and the demand are at most full scale. No compare
+    /// value leaves the period. Worst error against double precision: 2 counts of 4250
     /// (`shared/tests/motor/current.rs`). Cost on Cortex-M4: see docs/cost.md.
     #[inline(always)]
     #[allow(clippy::inline_always)] // a second caller must not add a call to the interrupt
@@ -83,30 +82,25 @@ impl Foc {
         point: &OperatingPoint,
     ) -> Step {
         let (sin, cos) = sin_cos_q30(angle.0);
-        let [a, b] = currents.map(full_scale);
-
-        let [d, q] = park([a, b], (sin, cos));
+        let [d, q] = park(currents, (sin, cos));
 
         // Axis d, then axis q within what d leaves of the circle.
-        let limit = point.voltage_limit;
-        let error = ((full_scale(demand.d) >> 4) - d) << 3;
+        let circle = &point.circle;
+        let error = ((demand.d >> 4) - d) << 3;
         let coupled = -mul_high(q << 3, point.coupling[1]);
-        let voltage_d = self.d.step(self.gains[0], error, coupled, limit);
-        let error = ((full_scale(demand.q) >> 4) - q) << 3;
+        let voltage_d = self.d.step(self.gains[0], error, coupled, circle.bound);
+        let error = ((demand.q >> 4) - q) << 3;
         let coupled = mul_high_add(point.back_emf, d << 3, point.coupling[0]);
-        let left = leg_of_circle(limit, voltage_d);
+        let left = circle.beside(voltage_d);
         let voltage_q = self.q.step(self.gains[1], error, coupled, left);
 
-        // Inverse Park transform at the angle at which the voltage acts: 2^22 is the full-scale
-        // voltage.
+        // Inverse Park transform at the angle at which the voltage acts.
         let [lead_cos, lead_sin] = point.lead;
-        let ahead_cos = mul_high_add(mul_high(cos, lead_cos), sin, -lead_sin) << 2;
-        let ahead_sin = mul_high_add(mul_high(sin, lead_cos), cos, lead_sin) << 2;
+        let ahead_cos = mul_high_sub(mul_high(cos, lead_cos), sin, lead_sin);
+        let ahead_sin = mul_high_add(mul_high(sin, lead_cos), cos, lead_sin);
         let stator = unpark([voltage_d, voltage_q], (ahead_sin, ahead_cos));
-        let compare = self.modulate(stator, [a, b], point);
-        let [d, q] = [d, q].map(|current| current.clamp(-(1 << 26), (1 << 26) - 1) << 4);
         Step {
-            compare,
+            compare: self.modulate(stator, currents, point),
             current: Dq { d, q },
             voltage: Dq {
                 d: voltage_d,
@@ -120,14 +114,15 @@ impl Foc {
     pub fn open_loop(
         &self,
         voltage: [i32; 2],
-        axes: (i32, i32),
+        (sin, cos): (i32, i32),
         point: &OperatingPoint,
     ) -> [u16; 3] {
-        self.modulate(unpark(voltage, axes), [0; 2], point)
+        self.modulate(unpark(voltage, (sin >> 2, cos >> 2)), [0; 2], point)
     }
 
-    /// Space-vector modulation with dead-time compensation. It shifts all phases equally until the
-    /// highest and the lowest phase are equally far from half the supply voltage.
+    /// Space-vector modulation of a voltage (2^20 is full scale) with dead-time compensation. It
+    /// shifts all phases equally until the highest and the lowest phase are equally far from half
+    /// the supply voltage.
     #[inline]
     fn modulate(
         &self,
@@ -137,20 +132,23 @@ impl Foc {
     ) -> [u16; 3] {
         // sqrt 3 / 2 is a quarter of 3 times 2 / sqrt 3, and the high word is a quarter of Q30.
         let across = mul_high(3 * beta, TWO_BY_ROOT_3);
-        let (a, b, c) = (alpha, across - (alpha >> 1), -across - (alpha >> 1));
-        let (low, high) = if a < b { (a, b) } else { (b, a) };
-        let low = if c < low { c } else { low };
-        let high = if c > high { c } else { high };
-        let middle = (low + high) >> 1;
-        let counts = |phase: i32, current: i32| {
-            let ideal = mul_high_add(point.half, (phase - middle) << 2, point.counts_per_volt);
-            mul_high_add(ideal, sign(current), self.dead_time) as u16
-        };
-        let current_c = -(current_a >> 1) - (current_b >> 1);
+        // Phases a and b, and c with the opposite sign. Phases b and c are `across` away from the
+        // mean of the two, and phase a is 3/2 of `alpha` away from it. Where phase a is between
+        // them, it is the middle one of the three.
+        let (a, b, minus_c) = (alpha, across - (alpha >> 1), across + (alpha >> 1));
+        let middle = Bound::of_size(across).limit(alpha + (alpha >> 1)) - (alpha >> 1);
+        // The three add up to zero, so the highest and the lowest add up to minus the middle one.
+        let shift = middle >> 1;
+        let (half, per_volt) = (point.half, point.counts_per_volt);
+        let a = mul_high_add(half, a + shift, per_volt);
+        let b = mul_high_add(half, b + shift, per_volt);
+        let c = mul_high_sub(half, minus_c - shift, per_volt);
+        let (sign_a, sign_b) = (sign(current_a), sign(current_b));
+        let sign_c = sign(current_a + current_b); // of the current into c
         [
-            counts(a, current_a),
-            counts(b, current_b),
-            counts(c, current_c << 1),
+            mul_high_add(a, sign_a, self.dead_time) as u16,
+            mul_high_add(b, sign_b, self.dead_time) as u16,
+            mul_high_sub(c, sign_c, self.dead_time) as u16,
         ]
     }
 }
@@ -162,61 +160,15 @@ pub(super) fn park([a, b]: [i32; 2], (sin, cos): (i32, i32)) -> [i32; 2] {
     let (alpha, beta) = (a >> 2, mul_high((a >> 1) + b, TWO_BY_ROOT_3));
     [
         mul_high_add(mul_high(alpha, cos), beta, sin),
-        mul_high_add(mul_high(beta, cos), alpha, -sin),
+        mul_high_sub(mul_high(beta, cos), alpha, sin),
     ]
 }
 
-/// Inverse Park transform. 2^24 becomes 2^22.
+/// Inverse Park transform from axes whose sine and cosine have 28 fraction bits. 2^24 becomes 2^20.
 #[inline]
 fn unpark([d, q]: [i32; 2], (sin, cos): (i32, i32)) -> [i32; 2] {
     [
-        mul_high_add(mul_high(d, cos), q, -sin),
+        mul_high_sub(mul_high(d, cos), q, sin),
         mul_high_add(mul_high(d, sin), q, cos),
     ]
-}
-
-/// Pieces of the table of [`leg_of_circle`], as a power of two.
-const PIECE_BITS: u32 = 5;
-
-/// `sqrt(1 - y)` at 33 equal steps of `y`; 2^15 is one.
-static LEG: [u16; (1 << PIECE_BITS) + 1] = {
-    let mut table = [0; (1 << PIECE_BITS) + 1];
-    let mut index = 0;
-    while index < table.len() {
-        let square = ((1 << PIECE_BITS) - index as u64) << (30 - PIECE_BITS);
-        // The integer root, rounded down, so that no chord lies outside of the circle.
-        table[index] = square.isqrt() as u16;
-        index += 1;
-    }
-    table
-};
-
-/// Returns the largest leg beside `leg` in a right-angled triangle with the hypotenuse `radius`,
-/// rounded down: a vector of the two legs never leaves the circle.
-///
-/// Domain: `0 <= radius < 2^24` and `-radius <= leg <= radius`. It interpolates the root with
-/// chords, which lie inside the circle: the result is at most 4.5 % of the radius too small, and
-/// 0.02 % while the leg is shorter than half of the radius.
-#[inline]
-fn leg_of_circle(radius: i32, leg: i32) -> i32 {
-    let Some(unit) = NonZeroU32::new(radius as u32 >> 8) else {
-        return 0;
-    };
-    // Ratio of the legs, 2^15 is one; rounded up, so that the result is not too large.
-    let ratio = (leg.unsigned_abs() << 7) / unit + 1;
-    let square = (ratio * ratio).min(1 << 30);
-    let piece = (square >> (30 - PIECE_BITS)) as usize;
-    let fraction = square >> (30 - PIECE_BITS - 15) & 0x7fff;
-    let (Some(near), Some(far)) = (LEG.get(piece), LEG.get(piece + 1)) else {
-        return 0; // the other leg takes the whole radius
-    };
-    let (near, far) = (u32::from(*near), u32::from(*far));
-    let root = near - ((near - far) * fraction).div_ceil(1 << 15);
-    (((radius as u32 >> 9) * root) >> 6) as i32
-}
-
-/// Limits `value` to full scale.
-#[inline]
-fn full_scale(value: i32) -> i32 {
-    value.clamp(-(1 << 30), (1 << 30) - 1)
 }

@@ -1,6 +1,7 @@
 //! What the current control needs to know of supply and speed. The control task computes it once
 //! per control period, in SI units, so that the PWM interrupt divides nothing.
 
+use super::circle::Circle;
 use super::{MIN_SUPPLY_VOLTAGE, VOLTAGE_FULL_SCALE};
 use crate::math::{sin_cos_q30, to_i32};
 use crate::motor::bridge::{MAX_DUTY, Ratings};
@@ -27,10 +28,10 @@ pub struct Fixed {
 pub struct OperatingPoint {
     /// Largest voltage: of the winding of a brushed motor, or the length of the voltage vector. 0
     /// while the supply voltage is not known or too low.
-    pub voltage_limit: i32,
+    pub circle: Circle,
     /// Compare value of half the supply voltage.
     pub half: i32,
-    /// Compare counts per full-scale voltage, times 2^8.
+    /// Compare counts per full-scale voltage, times 2^12.
     pub counts_per_volt: i32,
     /// Cosine and sine of the electrical angle by which the rotor turns on until the middle of the
     /// period in which the voltage acts; 2^30 is one.
@@ -66,14 +67,14 @@ impl OperatingPoint {
         let (sin, cos) = sin_cos_q30(lead);
         let emf = to_i32(speed * fixed.flux * volts);
         Self {
-            voltage_limit: if usable {
-                to_i32(supply_voltage * reach * volts).clamp(0, (1 << 24) - 1)
+            circle: Circle::new(if usable {
+                to_i32(supply_voltage * reach * volts)
             } else {
                 0
-            },
+            }),
             half: i32::from(fixed.ratings.period / 2),
             counts_per_volt: if usable {
-                to_i32(period / supply_voltage * (VOLTAGE_FULL_SCALE * 256.0))
+                to_i32(period / supply_voltage * (VOLTAGE_FULL_SCALE * 4096.0))
             } else {
                 0
             },

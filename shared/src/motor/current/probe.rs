@@ -125,7 +125,7 @@ impl Probe {
         let longest =
             [0, 1].map(|axis| excitation.voltage[axis].abs() + excitation.ripple[axis].abs());
         let length = sqrt(longest[0] * longest[0] + longest[1] * longest[1]) * volts;
-        let limit = point.voltage_limit as f32;
+        let limit = point.circle.radius() as f32;
         let scale = if length <= limit {
             volts
         } else {
@@ -192,7 +192,7 @@ impl Probe {
         let (current, compare, voltage) = match motor {
             Motor::Brushed(_) => {
                 let part =
-                    |voltage| mul_high_add(point.half, voltage, point.counts_per_volt >> 1) as u16;
+                    |voltage| mul_high_add(point.half, voltage, point.counts_per_volt >> 5) as u16;
                 let (a, b) = (part(d), part(-d));
                 let voltage = [(i32::from(a) - i32::from(b)) << COUNT_BITS, 0];
                 ([currents[0] >> 4, 0], [a, b, point.half as u16], voltage)

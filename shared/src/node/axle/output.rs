@@ -37,7 +37,8 @@ fn digital_inputs(switches: Switches) -> u32 {
 impl Axle {
     /// Returns the outputs of a tick.
     pub(super) fn outputs(&mut self, inputs: &Inputs, demand: Option<Demand>) -> Outputs {
-        if demand.is_some_and(|demand| demand.cut != 0) && self.active_limit == ActiveLimit::None {
+        if demand.is_some_and(|demand| demand.cut() != 0) && self.active_limit == ActiveLimit::None
+        {
             self.active_limit = ActiveLimit::VelocityOrCurrent;
         }
         let limited = demand.map(|demand| self.limit(inputs, demand));
@@ -101,9 +102,10 @@ impl Axle {
         if limited.cause == ActiveLimit::None && amperes.abs() > bound {
             limited.cause = ActiveLimit::SignProbe;
         }
-        if limited.cause != ActiveLimit::None {
+        if limited.cause == ActiveLimit::None {
+            self.force.cascade.advance(&demand);
+        } else {
             self.active_limit = limited.cause;
-            self.force.cascade.undo();
         }
         limited
     }

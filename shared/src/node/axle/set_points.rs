@@ -6,7 +6,7 @@ use crate::bus::cia402::{CONTROL_FAULT_RESET, CONTROL_START, DriveCommand, State
 use crate::constants::CONTROL_PERIOD;
 use crate::faults::Fault;
 use crate::math::{Bound, limit};
-use crate::motor::cascade::Demand;
+use crate::motor::cascade::{Demand, FeedForward};
 use crate::motor::profile::Motion;
 use crate::motor::to_radians;
 use crate::sensors::Switches;
@@ -207,14 +207,10 @@ impl Axle {
                     .toward_velocity(target, self.force.limits, CONTROL_PERIOD);
                 self.motion.position = self.position();
                 self.stop_at_switch(inputs.switches, false);
-                let reference = self.force.cascade.reference(&self.motion);
-                let velocity = self.force.cascade.rate(self.velocity());
-                return self.force.cascade.velocity(
-                    reference.velocity,
-                    reference.current + self.offset.current(),
-                    velocity,
-                    self.force.full,
-                );
+                let ahead = self.feed_forward();
+                let cascade = &self.force.cascade;
+                let velocity = cascade.rate(self.velocity());
+                return cascade.velocity(ahead.velocity, ahead.current, velocity, self.force.full);
             }
             _ => self
                 .motion
@@ -227,13 +223,21 @@ impl Axle {
         self.follow(self.force.full)
     }
 
-    pub(super) fn follow(&mut self, bound: Bound) -> Demand {
-        let (position, velocity) = (self.position(), self.force.cascade.rate(self.velocity()));
-        let mut reference = self.force.cascade.reference(&self.motion);
-        reference.current += self.offset.current();
-        self.force
-            .cascade
-            .position(&reference, position, velocity, bound)
+    pub(super) fn follow(&self, bound: Bound) -> Demand {
+        let (error, cascade) = (self.following_error(), &self.force.cascade);
+        let velocity = cascade.rate(self.velocity());
+        cascade.position(error, self.feed_forward(), velocity, bound)
+    }
+
+    /// Returns how far the set-point is ahead of the axle, 2^-32 turn.
+    pub(super) fn following_error(&self) -> i64 {
+        self.motion.position.wrapping_sub(self.position())
+    }
+
+    fn feed_forward(&self) -> FeedForward {
+        let mut feed_forward = self.force.cascade.feed_forward(&self.motion);
+        feed_forward.current += self.offset.current();
+        feed_forward
     }
 
     /// Prevents the set-point from moving outward while a limit switch is closed. It stops where

@@ -8,8 +8,7 @@ impl Axle {
     /// Measures for how long the position has been outside of the following error window, and
     /// within the position window.
     pub(super) fn watch_windows(&mut self) {
-        let error = self.motion.position.wrapping_sub(self.position());
-        let (error, options) = (error.unsigned_abs(), &self.options);
+        let (error, options) = (self.following_error().unsigned_abs(), &self.options);
         self.following_ticks = if error > options.following.distance {
             self.following_ticks.saturating_add(1)
         } else {
