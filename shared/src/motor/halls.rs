@@ -177,7 +177,7 @@ pub fn code(angle: Angle, displaced: [Angle; 3]) -> u32 {
     code
 }
 
-#[cfg(test)]
+#[cfg(all(test, feature = "lockstep"))]
 mod tests {
     use super::*;
 
