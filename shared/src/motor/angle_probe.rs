@@ -42,12 +42,12 @@ const END: u8 = LEAD + 3 * PART;
 const POSITIVE: u32 = 0b01 | 0b111_000 << 2 | 0b111_000 << 8 | 0b000_111 << 14;
 
 /// Control periods for which the shaft must not gain speed while the current rises.
-const STUCK: u8 = 5;
+const STUCK: u8 = 4;
 /// Gain of speed that counts, as a fraction of the velocity limit.
 const GAIN: f32 = 0.002;
 /// Rise of the current that counts, and the lowest current at its end, as fractions of the current
 /// limit.
-const RISE: f32 = 0.015;
+const RISE: f32 = 0.006;
 const PUSHING: f32 = 0.03;
 /// Largest speed during the probe, as a fraction of the velocity limit. Above it, the
 /// back-EMF shows a wrong angle.

@@ -266,7 +266,9 @@ impl BackEmf {
         let [demand, demand_d] = now.demand;
         let missing = (current - demand).abs() + (direct - demand_d).abs();
         self.missing += (missing - self.missing) * FILTER;
-        let follows = self.missing < FOLLOWS * demand.abs() + LOOSE * self.current_limit;
+        let drives = demand.abs() > DRIVING * self.current_limit;
+        // Without a demand that drives the motor, the watch of the leads finds nothing.
+        let follows = !drives || self.missing < FOLLOWS * demand.abs() + LOOSE * self.current_limit;
         if self.electrical != 0.0 {
             let explained = COUPLED_FAST * coupled.abs()
                 + INDUCTIVE * rising_q.abs()
@@ -298,7 +300,7 @@ impl BackEmf {
             0.0
         };
         let oscillates = now.electrical.direct_size - demand_d.abs() > half + rough;
-        let open = demand.abs() > DRIVING * self.current_limit && (lacks && large || oscillates);
+        let open = drives && (lacks && large || oscillates);
 
         let emf = velocity * self.constant;
         let threshold = SLIPPED * emf.abs() + COUPLED * coupled.abs() + 0.25 * unexplained;

@@ -17,7 +17,11 @@ mod drive_stops;
 #[cfg(feature = "lockstep")]
 mod fault_times;
 mod guard;
+#[cfg(feature = "lockstep")]
 mod halls;
+#[cfg(feature = "lockstep")]
+mod idle_current;
+#[cfg(feature = "lockstep")]
 mod index;
 #[cfg(feature = "lockstep")]
 mod limit_switches;

@@ -11,6 +11,10 @@ use crate::motor::rotor::ElectricalAngle;
 /// overrun.
 const MAX_SAMPLES: u32 = 64;
 
+/// Current that a sound converter may show while none flows, as a fraction of its full scale: two
+/// steps of one with 12 bits.
+pub const ZERO_ERROR: f32 = 1.0 / 1024.0;
+
 /// What was measured in a control period.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Means {
@@ -30,6 +34,9 @@ pub struct Electrical {
     pub voltage: Option<[f32; 2]>,
     /// Mean current in d, A.
     pub direct: f32,
+    /// Sizes of the mean currents of half bridges a and b, A, less [`ZERO_ERROR`]; `None` unless
+    /// the bridge was open in every period. Half bridge b of a brushed motor has no current.
+    pub idle: Option<[f32; 2]>,
     /// Mean of the size of the current in d, A. It is larger than [`Self::direct`] if the current
     /// oscillates within the control period.
     pub direct_size: f32,
@@ -52,31 +59,43 @@ pub struct Electrical {
 pub(super) struct Sums {
     current: i64,
     samples: u32,
-    /// Sums of the voltages, 2^24 is full scale, and of the current in d, 2^24 is full scale. They
-    /// are right for up to [`MAX_SAMPLES`] periods.
+    /// Sums of the voltages and of the current in d; 2^24 is full scale. They are right for up to
+    /// [`MAX_SAMPLES`] periods.
     voltage: Dq,
     direct: i32,
     direct_size: i32,
     driven: u32,
+    /// Sums of the phase currents, 2^24 is full scale, of the periods in which the bridge was open.
+    idle: [i32; 2],
+    open: u32,
 }
 
 impl Sums {
-    /// Adds a current; 2^30 is full scale.
+    /// Adds a current; 2^26 is full scale.
     #[inline]
     pub fn add_current(&mut self, current: i32) {
         self.current += i64::from(current);
         self.samples = self.samples.saturating_add(1);
     }
 
-    /// Adds the voltages of a period, 2^24 is full scale, and its current in d, 2^30 is full scale.
+    /// Adds the voltages of a period, 2^24 is full scale, and its current in d, 2^26 is full scale.
     #[inline]
     pub fn add_voltage(&mut self, voltage: Dq, direct: i32) {
         self.voltage.d = self.voltage.d.wrapping_add(voltage.d);
         self.voltage.q = self.voltage.q.wrapping_add(voltage.q);
-        let direct = direct >> 6;
+        let direct = direct >> 2;
         self.direct = self.direct.wrapping_add(direct);
         self.direct_size = self.direct_size.wrapping_add(direct.wrapping_abs());
         self.driven = self.driven.wrapping_add(1);
+    }
+
+    /// Adds the phase currents of a period in which the bridge is open; 2^30 is full scale.
+    #[inline]
+    pub fn add_idle(&mut self, currents: [i32; 2]) {
+        for (sum, current) in self.idle.iter_mut().zip(currents) {
+            *sum = sum.wrapping_add(current >> 6);
+        }
+        self.open = self.open.wrapping_add(1);
     }
 
     /// Computes the means; `None` without a sample. A control period has `expected` PWM periods.
@@ -86,16 +105,22 @@ impl Sums {
             return None;
         }
         let (full_scale, part) = (fixed.ratings.full_scale, 1.0 / samples as f32);
-        let driven = self.driven == samples && samples <= MAX_SAMPLES;
-        let direct = part * (full_scale / (1 << 24) as f32);
+        let right = samples <= MAX_SAMPLES;
+        let driven = self.driven == samples && right;
+        let open = self.open == samples && right;
+        let amperes = part * (full_scale / (1 << 24) as f32);
         let volts = part * (VOLTAGE_FULL_SCALE / (1 << 24) as f32);
         Some(Means {
-            current: self.current as f32 * (full_scale / (1 << 30) as f32) * part,
+            current: self.current as f32 * (full_scale / (1 << 26) as f32) * part,
             electrical: Electrical {
                 voltage: driven
                     .then_some([self.voltage.d as f32 * volts, self.voltage.q as f32 * volts]),
-                direct: self.direct as f32 * direct,
-                direct_size: self.direct_size as f32 * direct,
+                idle: open.then(|| {
+                    self.idle
+                        .map(|sum| (sum as f32 * amperes).abs() - ZERO_ERROR * full_scale)
+                }),
+                direct: self.direct as f32 * amperes,
+                direct_size: self.direct_size as f32 * amperes,
                 angle: None,
                 ahead: None,
                 index: Finding::Nothing,

@@ -5,6 +5,7 @@
 //! * `axis`: PI controller of one current
 //! * `dead_time`: compensation of the dead time
 //! * `cogging`: adds the current that cancels the cogging torque
+//! * `circle`: the limit of the voltage
 //! * `brushed`: a brushed motor between two half bridges
 //! * [`foc`]: field-oriented control of a three-phase motor
 //! * `probe`: voltages instead of currents, for the calibration
@@ -16,6 +17,7 @@
 
 mod axis;
 mod brushed;
+mod circle;
 mod cogging;
 mod dead_time;
 pub mod foc;
@@ -25,7 +27,7 @@ mod probe;
 mod setup;
 
 pub use axis::bandwidth_bound;
-pub use means::{Electrical, Means};
+pub use means::{Electrical, Means, ZERO_ERROR};
 pub use operating_point::{Fixed, OperatingPoint};
 pub use probe::{Excitation, Frame, Measurement};
 pub use setup::{Config, CurrentLoopError, MotorKind};
@@ -122,7 +124,7 @@ pub struct CurrentLoop {
     /// Measurements since the last call of [`Self::take_means`].
     sums: Sums,
     probe: Probe,
-    /// Currents in the rotor's axes in the newest period.
+    /// Currents in the rotor's axes in the newest period; 2^26 is full scale.
     measured: Dq,
     compensation: Option<Compensation>,
     /// Index of an incremental encoder, if it has one.
@@ -317,6 +319,7 @@ impl CurrentLoop {
     /// recording.
     pub fn signals(&self, readings: &Readings, stage: PowerStage) -> Signals {
         let [a, b] = self.sensing.currents(readings.currents);
+        let Dq { d, q } = self.measured;
         let demand = match self.demand.action {
             Action::Current(q, _) => q,
             Action::Off | Action::Brake | Action::Excite => 0,
@@ -324,7 +327,7 @@ impl CurrentLoop {
         Signals {
             readings: *readings,
             stage,
-            currents: [a, b, self.measured.d, self.measured.q, demand],
+            currents: [a, b, d << 4, q << 4, demand],
             velocity: self.demand.velocity,
         }
     }
@@ -356,7 +359,7 @@ impl CurrentLoop {
                 let (compare, current) =
                     self.motor
                         .step(readings.rotor, currents, &wanted, point, sums);
-                if point.voltage_limit == 0 {
+                if point.circle.radius() == 0 {
                     self.motor.reset();
                 }
                 self.measured = current;
@@ -382,6 +385,7 @@ impl CurrentLoop {
                 let stage = if brakes {
                     PowerStage::Brake
                 } else {
+                    self.sums.add_idle(self.motor.sensed(currents));
                     PowerStage::Off
                 };
                 let current = self.motor.without_control(currents);
@@ -409,18 +413,27 @@ impl Motor {
         }
     }
 
-    /// Returns the current that is reported while the loop is off: of the winding, or the largest
-    /// of three phases, whose direction in the rotor is then of no use.
+    /// Returns the currents that have converters: the second one of a brushed motor need not.
     #[inline]
-    fn without_control(&self, currents: [i32; 2]) -> i32 {
+    fn sensed(&self, [a, b]: [i32; 2]) -> [i32; 2] {
         match self {
-            Self::Brushed(_) => currents[0],
-            Self::ThreePhase(..) => self.largest(currents),
+            Self::Brushed(_) => [a, 0],
+            Self::ThreePhase(..) => [a, b],
         }
     }
 
-    /// Computes compare values, and the measured currents, with q in the direction of the demand.
-    /// Adds the voltages to `sums`.
+    /// Returns the current that is reported while the loop is off: of the winding, or the largest
+    /// of three phases, whose direction in the rotor is then of no use. 2^26 is full scale.
+    #[inline]
+    fn without_control(&self, currents: [i32; 2]) -> i32 {
+        match self {
+            Self::Brushed(_) => currents[0] >> 4,
+            Self::ThreePhase(..) => self.largest(currents) >> 4,
+        }
+    }
+
+    /// Computes compare values, and the measured currents (2^26 is full scale), with q in the
+    /// direction of the demand. Adds the voltages to `sums`.
     #[inline]
     fn step(
         &mut self,
@@ -435,7 +448,7 @@ impl Motor {
                 let q = currents[0];
                 let (compare, voltage) = brushed.step(q, wanted.current.q, point);
                 sums.add_voltage(Dq { d: 0, q: voltage }, 0);
-                (compare, Dq { d: 0, q })
+                (compare, Dq { d: 0, q: q >> 4 })
             }
             Self::ThreePhase(foc, rotor, turn) => {
                 let (measured, direction) = (rotor.angle(turn.update(reading)), rotor.direction());

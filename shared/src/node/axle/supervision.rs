@@ -50,7 +50,7 @@ impl Axle {
             velocity: self.velocity(),
             commanded_velocity: self.motion.velocity,
             following_error: if in_position {
-                self.motion.position.wrapping_sub(self.position())
+                self.following_error()
             } else {
                 0
             },
@@ -68,6 +68,12 @@ impl Axle {
         let stall = self.force.stall;
         let mut present = self.supervisor.check(&readings, &self.bounds, stall);
         present.insert_if(Fault::Blocked, sign.stands);
+        let stands = self.velocity().abs() < stall.standing;
+        self.idle_current.update(&inputs.electrical, stands);
+        if self.state == State::SwitchedOn || self.powered() {
+            let wrong = self.idle_current.is_wrong();
+            present.insert_if(Fault::InvalidReading, wrong);
+        }
         // Also without power: counts that are lost then are lost for good.
         present.insert_if(Fault::EncoderNoise, inputs.encoder_broken);
         if let Some(fault) = self.commutation.check_index(inputs.electrical.index) {

@@ -93,6 +93,8 @@ pub enum Trouble {
     OpenLead(usize),
     /// The current of half bridge a reads this code.
     CurrentCode(u16),
+    /// The current of this half bridge reads so many codes too much.
+    CurrentOffset(usize, i32),
     /// The input "safe torque off" keeps the bridge open.
     NoTorque,
     /// The PWM interrupt runs in one of three periods only.
@@ -256,6 +258,10 @@ impl Rig {
                 readings.rotor = (readings.rotor + noise) % turn;
             }
             Trouble::CurrentCode(code) => readings.currents[0] = code,
+            Trouble::CurrentOffset(phase, codes) => {
+                let code = i32::from(readings.currents[phase]) + codes;
+                readings.currents[phase] = code.clamp(0, 0xffff) as u16;
+            }
             _ => {}
         }
         if self.incremental {
