@@ -1,8 +1,8 @@
 //! The circle in which a voltage vector stays: the voltages that three half bridges can give in
 //! every direction.
 
-use crate::math::Bound;
 use crate::math::cubic::{mul_high, mul_high_add};
+use crate::math::{Bound, to_i32};
 
 /// Limit of a voltage vector, or of one voltage; 2^24 is full scale.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -10,7 +10,7 @@ pub struct Circle {
     radius: i32,
     /// The radius as a limit of one component.
     pub(super) bound: Bound,
-    /// `2^50 / radius`, rounded up; 0 for a radius of 0.
+    /// `2^50 / radius`, rounded up; it does not matter for a radius of 0.
     inverse: i32,
 }
 
@@ -59,11 +59,13 @@ impl Circle {
             ..MIN_RADIUS => 0,
             _ => radius.min((1 << 24) - 1),
         };
-        let inverse = (1_u64 << 50).div_ceil(u64::from(radius.max(MIN_RADIUS) as u32));
+        // The smallest number above 2^50, so that the quotient is rounded up.
+        let dividend = (1_u64 << 50) as f32 * (1.0 + f32::EPSILON);
+        let inverse = dividend / radius.max(MIN_RADIUS) as f32;
         Self {
             radius,
             bound: Bound::new(radius),
-            inverse: inverse as i32,
+            inverse: to_i32(inverse),
         }
     }
 
