@@ -291,6 +291,7 @@ macro_rules! drive_objects {
 
         /// Runs the measurements on request, lets the motor follow the outputs of a tick, and
         /// publishes them.
+        #[inline(never)] // its stack is not that of the tick
         fn finish(
             measurements: &mut drive::Measurements,
             axle: &mut Axle,
@@ -389,27 +390,34 @@ macro_rules! drive_objects {
         /// state.
         fn serve_capture() {
             use crate::current_loop;
-            use tautrack::motor::capture::Request;
             if drive::HEARD.take_capture() {
-                let command = $od::OBJECT2060.get_command();
-                if command != 0 {
-                    $od::OBJECT2060.set_command(0);
-                    current_loop::capture(|capture| {
-                        capture.request(Request {
-                            command,
-                            signals: $od::OBJECT2060.get_signals(),
-                            decimation: $od::OBJECT2060.get_decimation(),
-                            pre_trigger: $od::OBJECT2060.get_pre_trigger(),
-                        });
-                    });
-                }
-                $od::OBJECT2063.set_value(drive::window($od::OBJECT2062.get_value()));
+                answer_capture();
             }
             let state = current_loop::capture(|capture| (capture.state(), capture.before()));
             if let Some((state, before)) = state {
                 $od::OBJECT2061.set_state(state as u8);
                 $od::OBJECT2061.set_before(before);
             }
+        }
+
+        /// Takes a client's request, and shows it the part of the recording that it wants.
+        #[inline(never)] // a window takes stack that the other ticks do not need
+        fn answer_capture() {
+            use crate::current_loop;
+            use tautrack::motor::capture::Request;
+            let command = $od::OBJECT2060.get_command();
+            if command != 0 {
+                $od::OBJECT2060.set_command(0);
+                current_loop::capture(|capture| {
+                    capture.request(Request {
+                        command,
+                        signals: $od::OBJECT2060.get_signals(),
+                        decimation: $od::OBJECT2060.get_decimation(),
+                        pre_trigger: $od::OBJECT2060.get_pre_trigger(),
+                    });
+                });
+            }
+            $od::OBJECT2063.set_value(drive::window($od::OBJECT2062.get_value()));
         }
 
         /// Whether a client requests bench mode.

@@ -8,10 +8,11 @@ const MAX_KEYS: usize = 320;
 /// Maximum number of records in flash, unknown ones included.
 const MAX_RECORDS: usize = 16;
 
-/// Values by key. It takes 2.5 KiB, so there is only one at a time.
+/// Values by key. It takes 2 KiB, so there is only one at a time.
 #[derive(Default)]
 pub(super) struct Image {
-    items: Vec<(u16, i32), MAX_KEYS>,
+    /// The bytes of a value, unlike the value, need no padding after the key.
+    items: Vec<(u16, [u8; 4]), MAX_KEYS>,
     records: Vec<u16, MAX_RECORDS>,
 }
 
@@ -19,7 +20,8 @@ impl Image {
     /// Value of `key`, if it is stored.
     pub fn get(&self, key: u16) -> Option<i32> {
         let mut items = self.items.iter();
-        items.find(|item| item.0 == key).map(|item| item.1)
+        let found = items.find(|item| item.0 == key);
+        found.map(|item| i32::from_le_bytes(item.1))
     }
 
     /// Sets the value of `key`.
@@ -27,6 +29,7 @@ impl Image {
     /// # Errors
     /// [`StoreError::TooManyKeys`].
     pub fn set(&mut self, key: u16, value: i32) -> Result<(), StoreError> {
+        let value = value.to_le_bytes();
         match self.items.iter_mut().find(|item| item.0 == key) {
             Some(item) => item.1 = value,
             None => self
