@@ -35,7 +35,7 @@ pub struct Electrical {
     /// Mean current in d, A.
     pub direct: f32,
     /// Sizes of the mean currents of half bridges a and b, A, less [`ZERO_ERROR`]; `None` unless
-    /// the bridge was open in every period. Half bridge b of a brushed motor has no current.
+    /// the bridge was open in every period. Half bridge b of a brushed motor counts as 0 A.
     pub idle: Option<[f32; 2]>,
     /// Mean of the size of the current in d, A. It is larger than [`Self::direct`] if the current
     /// oscillates within the control period.

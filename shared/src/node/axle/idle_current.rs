@@ -4,8 +4,8 @@
 
 use crate::motor::current::Electrical;
 
-/// Mean current that counts, as a fraction of the current limit. In the tests, three-phase drives
-/// were accused of a wrong rotor angle from 2.25 % on, because the torque pulsates.
+/// Mean current that counts, as a fraction of the current limit. A smaller one, from 1 % on, can
+/// still make a three-phase drive look as if its rotor angle were wrong.
 const WRONG: f32 = 0.02;
 /// Control periods in succession for which it must last. Currents that a shaft makes while it stops
 /// are gone by then.
