@@ -23,6 +23,13 @@ pub struct Wave {
 }
 
 impl Wave {
+    fn plus(self, other: Self) -> Self {
+        Self {
+            cosine: self.cosine + other.cosine,
+            sine: self.sine + other.sine,
+        }
+    }
+
     fn minus(self, other: Self) -> Self {
         Self {
             cosine: self.cosine - other.cosine,
@@ -85,9 +92,10 @@ pub struct Search {
     ticks: u32,
     last: Option<i64>,
     sum: Wave,
-    /// Ripple without a current; current and ripple of the run before.
+    /// Ripple without a current.
     first: Wave,
-    before: (Wave, Wave),
+    /// Sum of the currents that the runs after that with the test current expect to cancel it.
+    expected: Wave,
     current: Wave,
     best: (Wave, f32),
 }
@@ -104,7 +112,7 @@ impl Search {
             last: None,
             sum: Wave::default(),
             first: Wave::default(),
-            before: (Wave::default(), Wave::default()),
+            expected: Wave::default(),
             current: Wave::default(),
             best: (Wave::default(), f32::INFINITY),
         }
@@ -139,19 +147,21 @@ impl Search {
                 sine: 0.0,
             };
         } else if self.run < 2 + CORRECTIONS {
-            // ripple = first + response * current
-            let response_times_square = ripple
-                .minus(self.before.1)
-                .times(used.minus(self.before.0).conjugate());
-            let square = used.minus(self.before.0).square();
+            // ripple = first + response * current. The response is that of the whole current: what
+            // a small change of it changes is lost in noise.
+            let response_times_square = ripple.minus(self.first).times(used.conjugate());
             let divisor = response_times_square.square();
             if !(divisor > 0.0) {
                 return Progress::Failed;
             }
             let change = ripple
                 .times(response_times_square.conjugate())
-                .scaled(square / divisor);
+                .scaled(used.square() / divisor);
             self.current = used.minus(change);
+            if self.run > 2 {
+                self.expected = self.expected.plus(self.current);
+                self.current = self.expected.scaled(1.0 / (self.run - 2) as f32);
+            }
         } else {
             let (wave, square) = self.best;
             let left = crate::math::sqrt(square / self.first.square());
@@ -161,7 +171,6 @@ impl Search {
                 Progress::Failed
             };
         }
-        self.before = (used, ripple);
         Progress::Apply(self.current)
     }
 }
