@@ -118,7 +118,7 @@ fn count_cascade(table: &mut Table) {
                 .cascade
                 .position(error, ahead, state.velocity, state.bound);
             (state.current, state.cut) = (demand.current, demand.cut());
-            state.cascade.advance(&demand);
+            state.cascade.advance(&demand, None);
         },
     );
 }

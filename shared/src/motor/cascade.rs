@@ -59,6 +59,8 @@ pub struct Demand {
     cut: i32,
     /// The integral of the velocity loop after this call.
     integral: i32,
+    /// A torque is demanded: the integral is the current.
+    of_torque: bool,
 }
 
 impl Demand {
@@ -142,12 +144,15 @@ impl Cascade {
         self.integral = 0;
     }
 
-    /// Takes over the integral of a demand, unless the bound of the current acts. A caller omits
-    /// the call when a limit after the loops acts. So the integral does not wind up.
+    /// Takes over the integral of a demand. `left` is the current, A, that a limit after the loops
+    /// leaves of it; `None` if none acts. The integral of the velocity loop stays while a limit
+    /// acts, so that it does not wind up. That of a demanded torque becomes the limited current.
     #[inline]
-    pub fn advance(&mut self, demand: &Demand) {
-        if demand.excess == 0 {
-            self.integral = demand.integral;
+    pub fn advance(&mut self, demand: &Demand, left: Option<f32>) {
+        match left {
+            Some(left) if demand.of_torque => self.integral = self.current(left) << INTEGRAL_BITS,
+            None if demand.excess == 0 => self.integral = demand.integral,
+            _ => {}
         }
     }
 
@@ -220,8 +225,8 @@ impl Cascade {
 
     /// Limits a demanded current, up to 2^27, so that it does not drive the axle beyond the
     /// velocity limit. In each direction the current is at most what the velocity loop without its
-    /// integral demands at the velocity limit. The integral follows the current, so that the loops
-    /// take over without a jump.
+    /// integral demands at the velocity limit. The integral follows the current, also one that
+    /// [`Self::advance`] hands back, so that the loops take over without a jump.
     #[inline]
     pub fn torque(&self, current: i32, velocity: i32, bound: Bound) -> Demand {
         // Velocities are at most twice the limit, so nothing overflows.
@@ -240,6 +245,7 @@ impl Cascade {
             excess: 0,
             cut: current.wrapping_sub(limited),
             integral: limited << INTEGRAL_BITS,
+            of_torque: true,
         }
     }
 
@@ -257,6 +263,7 @@ impl Cascade {
             excess: asked.wrapping_sub(current),
             cut: 0,
             integral,
+            of_torque: false,
         }
     }
 }
@@ -292,7 +299,7 @@ mod tests {
             let rate = cascade.rate(velocity);
             let error = target - position;
             let demand = cascade.position(error, FeedForward::default(), rate, bound);
-            cascade.advance(&demand);
+            cascade.advance(&demand, None);
             velocity += (2.4 * cascade.amperes(demand.current) - load) / 0.05 * 1e-3;
             position += from_radians(velocity * 1e-3);
             peak = if to_radians(position) > peak {
@@ -335,10 +342,10 @@ mod tests {
                         current: bad,
                     };
                     let demand = cascade.position(error, feed_forward, velocity, bound);
-                    cascade.advance(&demand);
+                    cascade.advance(&demand, None);
                     assert!(cascade.amperes(demand.current).abs() <= 8.000_001);
                     let demand = cascade.velocity(bad, bad, velocity, bound);
-                    cascade.advance(&demand);
+                    cascade.advance(&demand, None);
                     assert!(cascade.amperes(demand.current).abs() <= 8.000_001);
                 }
             }

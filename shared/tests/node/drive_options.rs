@@ -2,12 +2,14 @@
 //! with the motor model.
 
 use super::drive_bench::{Bench, MOTOR, turns};
+use crate::random::Random;
 use std::f64::consts::TAU;
 use tautrack::bus::cia402::{
     CHANGE_IMMEDIATELY, CONTROL_FAULT_RESET, CONTROL_HALT, CONTROL_START, RELATIVE, State,
     controlword, mode, status,
 };
 use tautrack::bus::drive_parameters::DriveParameters;
+use tautrack::motor::model::MotorModel;
 use tautrack::node::axle::{ActiveLimit, BridgeDemand};
 use tautrack::sensors::Switches;
 use tautrack::settings::Setting;
@@ -293,6 +295,49 @@ fn no_torque_exceeds_the_velocity_limit_or_the_current_limit() {
         assert!(bench.velocity().abs() > 4.0, "{}", bench.velocity());
         assert_eq!(bench.outputs.active_limit, ActiveLimit::VelocityOrCurrent);
     }
+}
+
+#[test]
+fn a_velocity_loop_takes_over_from_a_torque_without_a_jump_while_any_limit_acts() {
+    let mut random = Random(1);
+    let mut within =
+        |low: i32, high: i32| low + ((random.next() + 1.0) * 0.5 * f64::from(high - low)) as i32;
+    let (mut limited, mut largest) = (0, 0.0_f32);
+    for case in 0..200 {
+        // The shaft is held.
+        let held = MotorModel {
+            friction_torque: 30.0,
+            ..MOTOR
+        };
+        let limits = [
+            (Setting::CurrentSlope, within(20, 200)),
+            (Setting::PowerLimit, within(5, 60)),
+        ];
+        let mut bench = Bench::new(&limits, held);
+        let current = |bench: &Bench| match bench.outputs.bridge {
+            BridgeDemand::Current(current) => current,
+            _ => panic!("{case}: {:?}", bench.outputs),
+        };
+        bench.enable(mode::CYCLIC_TORQUE, 0);
+        for _ in 0..3 {
+            bench.target = within(-2_000, 2_000);
+            bench.run(within(5, 100) as usize);
+        }
+        (bench.mode, bench.target) = (mode::CYCLIC_VELOCITY, 0);
+        let mut last = current(&bench);
+        let mut limit = ActiveLimit::None;
+        for _ in 0..50 {
+            bench.tick();
+            if bench.outputs.mode == mode::CYCLIC_TORQUE {
+                (last, limit) = (current(&bench), bench.outputs.active_limit);
+            }
+            largest = largest.max((current(&bench) - last).abs());
+        }
+        limited += u32::from(limit != ActiveLimit::None);
+    }
+    println!("at most {largest} A off; a limit acted in {limited} of 200 cases");
+    assert!(limited > 50, "{limited}");
+    assert!(largest < 0.05, "{largest} A");
 }
 
 #[test]

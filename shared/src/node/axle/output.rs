@@ -102,11 +102,13 @@ impl Axle {
         if limited.cause == ActiveLimit::None && amperes.abs() > bound {
             limited.cause = ActiveLimit::SignProbe;
         }
-        if limited.cause == ActiveLimit::None {
-            self.force.cascade.advance(&demand);
+        let left = if limited.cause == ActiveLimit::None {
+            None
         } else {
             self.active_limit = limited.cause;
-        }
+            Some(limited.current)
+        };
+        self.force.cascade.advance(&demand, left);
         limited
     }
 
