@@ -88,7 +88,7 @@ faults! {
         "Above 8 % of `velocity_limit`, the back-EMF of a three-phase motor pointed more than 17 degrees away from the rotor's angle for 200 ms, or more than 37 degrees for 40 ms. Or the back-EMF differed in 4 control periods from that of the rotor's angle by more than what the settings may be wrong by: by more than 2 % of the supply voltage, or 1 % if it alternates. Or a current in d turned the rotor: below 20 % of `velocity_limit`, the drive adds one for 20 ms while the current rises and the shaft gains no speed.",
         4 "the moment in which the sensor slips by 30 or 60 degrees, at 1.2 to 5.5 rad/s",
         "fault reset",
-        "The rotor sensor or its magnet has turned on the shaft, or `electrical_offset` is wrong: measure it anew. Or the encoder stands still or counts backwards: check its cable.";
+        "The rotor sensor or its magnet has turned on the shaft, or `electrical_offset` is wrong: measure it anew. Or the encoder stands still or counts backwards: check its cable. Or a lead of the motor is open, while the drive needs less than 10 % of `current_limit`.";
     EncoderNoise = 0x7305, "encoder noise", Off,
         "The encoder made three steps within a few milliseconds that exceed twice `velocity_limit`. Or the index of the encoder came more than 5 counts from where it came before, or did not come in a turn of the rotor. Or the code of Hall sensors does not exist, or skipped a sector, ten times in a row, or in one PWM period of six for 80 periods, also without power.",
         6 "the first noise of 800 counts, at 1.2 to 5.5 rad/s",
@@ -100,7 +100,7 @@ faults! {
         "fault reset; the next arming aligns the rotor again",
         "Free the shaft. Check the order of the encoder's channels and of the motor's leads, `phase_order`, `pole_pairs`, `encoder_counts` and `resistance`. Raise `alignment_current`, or `alignment_travel`.";
     InvalidReading = 0x7300, "invalid sensor reading", Brake,
-        "For 3 ms a current or voltage reading was not finite, or the PWM interrupt took no current sample, or a temperature sensor that the settings require gave no reading. Or, at arming, a current reading had been above 2 % of `current_limit` plus 0.1 % of the full scale for 20 ms while the bridge was open and the shaft stood.",
+        "For 3 ms a current or voltage reading was not finite, or the PWM interrupt took no current sample, or a temperature sensor that the settings require gave no reading. Or, at arming, a current reading had been above 2 % of `current_limit` plus 0.1 % of the full scale for 20 ms while the bridge was open, and the back-EMF was less than half of the supply voltage.",
         3 "the first such reading",
         "fault reset",
         "Check the analogue inputs and their wiring. If the zero of a current converter has drifted, calibrate the drive.";

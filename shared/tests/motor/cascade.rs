@@ -95,7 +95,7 @@ fn worst_difference(gains: &Gains, size: f64, calls: u32) -> f64 {
 
         let (ahead, rate) = (cascade.feed_forward(&set_point), cascade.rate(velocity));
         let demand = cascade.position(difference, ahead, rate, bound);
-        cascade.advance(&demand);
+        cascade.advance(&demand, None);
         let current = f64::from(cascade.amperes(demand.current));
 
         // An error of more than half a turn counts as half a turn.
@@ -150,12 +150,12 @@ fn an_integral_that_was_let_grow_frees_itself_when_the_bound_shrinks() {
     let (full, hold) = (cascade.bound(10.0), cascade.bound(1.0));
     for _ in 0..200 {
         let demand = cascade.position(1 << 26, FeedForward::default(), 0, full);
-        cascade.advance(&demand);
+        cascade.advance(&demand, None);
     }
     // The error changes its sign. The current must follow within the integral's own time.
     let mut currents = (0..2_000).map(|_| {
         let demand = cascade.position(-1 << 26, FeedForward::default(), 0, hold);
-        cascade.advance(&demand);
+        cascade.advance(&demand, None);
         demand.current
     });
     let after = currents.position(|current| current < 0);

@@ -50,14 +50,13 @@ fn set_point() -> impl Strategy<Value = Option<SetPoint>> {
 prop_compose! {
     fn electrical()(
         voltage in proptest::option::of((any_f32(), any_f32())),
-        idle in proptest::option::weighted(0.1, [any_f32(), any_f32()]),
         [direct, direct_size] in [any_f32(), any_f32()],
         ahead in any::<Option<i32>>(),
         index in prop_oneof![Just(Finding::Nothing), Just(Finding::Confirmed), Just(Finding::Misaligned), Just(Finding::Lost)],
-        [over_current, overrun] in prop_oneof![9 => Just([false; 2]), 1 => any::<[bool; 2]>()],
+        [over_current, wrong_zero, overrun] in prop_oneof![9 => Just([false; 3]), 1 => any::<[bool; 3]>()],
     ) -> Electrical {
         let ahead = ahead.map(|bits| ElectricalAngle(Angle::from_bits(bits)));
-        Electrical { voltage: voltage.map(|(d, q)| [d, q]), idle, direct, direct_size, angle: ahead, ahead, index, over_current, overrun }
+        Electrical { voltage: voltage.map(|(d, q)| [d, q]), direct, direct_size, angle: ahead, ahead, index, over_current, wrong_zero, overrun }
     }
 }
 

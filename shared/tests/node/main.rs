@@ -6,6 +6,8 @@ mod any_input;
 #[cfg(feature = "lockstep")]
 mod cogging;
 #[cfg(feature = "lockstep")]
+mod current_zero;
+#[cfg(feature = "lockstep")]
 mod drive_bench;
 #[cfg(feature = "lockstep")]
 mod drive_brake;
@@ -19,8 +21,6 @@ mod fault_times;
 mod guard;
 #[cfg(feature = "lockstep")]
 mod halls;
-#[cfg(feature = "lockstep")]
-mod idle_current;
 #[cfg(feature = "lockstep")]
 mod index;
 #[cfg(feature = "lockstep")]

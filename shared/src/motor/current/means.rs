@@ -11,10 +11,6 @@ use crate::motor::rotor::ElectricalAngle;
 /// overrun.
 const MAX_SAMPLES: u32 = 64;
 
-/// Current that a sound converter may show while none flows, as a fraction of its full scale: two
-/// steps of one with 12 bits.
-pub const ZERO_ERROR: f32 = 1.0 / 1024.0;
-
 /// What was measured in a control period.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Means {
@@ -34,9 +30,6 @@ pub struct Electrical {
     pub voltage: Option<[f32; 2]>,
     /// Mean current in d, A.
     pub direct: f32,
-    /// Sizes of the mean currents of half bridges a and b, A, less [`ZERO_ERROR`]; `None` unless
-    /// the bridge was open in every period. Half bridge b of a brushed motor counts as 0 A.
-    pub idle: Option<[f32; 2]>,
     /// Mean of the size of the current in d, A. It is larger than [`Self::direct`] if the current
     /// oscillates within the control period.
     pub direct_size: f32,
@@ -49,6 +42,9 @@ pub struct Electrical {
     pub index: Finding,
     /// Bridge currents exceeded 150 % of the current limit. The bridge is open and stays open.
     pub over_current: bool,
+    /// When the bridge was open last, a current converter showed more than 2 % of the current limit
+    /// plus [`ZERO_ERROR`](super::ZERO_ERROR).
+    pub wrong_zero: bool,
     /// The PWM interrupt ran less than half as often, or more than twice as often, as it must in a
     /// control period.
     pub overrun: bool,
@@ -65,8 +61,8 @@ pub(super) struct Sums {
     direct: i32,
     direct_size: i32,
     driven: u32,
-    /// Sums of the phase currents, 2^24 is full scale, of the periods in which the bridge was open.
-    idle: [i32; 2],
+    /// Sums of the current converters' codes in the periods in which the bridge was open.
+    idle: [u32; 2],
     open: u32,
 }
 
@@ -89,13 +85,20 @@ impl Sums {
         self.driven = self.driven.wrapping_add(1);
     }
 
-    /// Adds the phase currents of a period in which the bridge is open; 2^30 is full scale.
+    /// Adds the codes of the current converters of a period in which the bridge is open.
     #[inline]
-    pub fn add_idle(&mut self, currents: [i32; 2]) {
-        for (sum, current) in self.idle.iter_mut().zip(currents) {
-            *sum = sum.wrapping_add(current >> 6);
+    pub fn add_idle(&mut self, codes: [u16; 2]) {
+        for (sum, code) in self.idle.iter_mut().zip(codes) {
+            *sum = sum.wrapping_add(u32::from(code));
         }
         self.open = self.open.wrapping_add(1);
+    }
+
+    /// Returns the mean codes of the current converters; `None` unless the bridge was open in every
+    /// period.
+    pub fn idle_codes(&self) -> Option<[f32; 2]> {
+        let open = self.open == self.samples && (1..=MAX_SAMPLES).contains(&self.samples);
+        open.then(|| self.idle.map(|sum| sum as f32 / self.samples as f32))
     }
 
     /// Computes the means; `None` without a sample. A control period has `expected` PWM periods.
@@ -107,7 +110,6 @@ impl Sums {
         let (full_scale, part) = (fixed.ratings.full_scale, 1.0 / samples as f32);
         let right = samples <= MAX_SAMPLES;
         let driven = self.driven == samples && right;
-        let open = self.open == samples && right;
         let amperes = part * (full_scale / (1 << 24) as f32);
         let volts = part * (VOLTAGE_FULL_SCALE / (1 << 24) as f32);
         Some(Means {
@@ -115,16 +117,13 @@ impl Sums {
             electrical: Electrical {
                 voltage: driven
                     .then_some([self.voltage.d as f32 * volts, self.voltage.q as f32 * volts]),
-                idle: open.then(|| {
-                    self.idle
-                        .map(|sum| (sum as f32 * amperes).abs() - ZERO_ERROR * full_scale)
-                }),
                 direct: self.direct as f32 * amperes,
                 direct_size: self.direct_size as f32 * amperes,
                 angle: None,
                 ahead: None,
                 index: Finding::Nothing,
                 over_current,
+                wrong_zero: false,
                 overrun: samples < expected / 2 || samples > expected.saturating_mul(2),
             },
         })

@@ -10,6 +10,7 @@
 //! * [`foc`]: field-oriented control of a three-phase motor
 //! * `probe`: voltages instead of currents, for the calibration
 //! * `operating_point`: supply voltage and speed, prepared by the control task
+//! * `zero`: follows the zero of the current converters
 //! * `setup`: creates the loop from the settings
 //!
 //! Currents are integers whose full scale, 2^30, is the board's. Voltages are integers whose full
@@ -25,12 +26,14 @@ mod means;
 mod operating_point;
 mod probe;
 mod setup;
+mod zero;
 
 pub use axis::bandwidth_bound;
-pub use means::{Electrical, Means, ZERO_ERROR};
+pub use means::{Electrical, Means};
 pub use operating_point::{Fixed, OperatingPoint};
 pub use probe::{Excitation, Frame, Measurement};
 pub use setup::{Config, CurrentLoopError, MotorKind};
+pub use zero::ZERO_ERROR;
 
 use super::bridge::{CurrentSensing, PowerStage, Readings};
 use super::capture::Signals;
@@ -43,6 +46,7 @@ use cogging::Cogging;
 use foc::{Dq, Foc};
 use means::Sums;
 use probe::Probe;
+use zero::ConverterZero;
 
 /// Voltage that counts as full scale, V. It bounds the supply voltage that the loop uses.
 pub const VOLTAGE_FULL_SCALE: f32 = 64.0;
@@ -108,6 +112,7 @@ struct Compensation {
 pub struct CurrentLoop {
     motor: Motor,
     sensing: CurrentSensing,
+    zero: ConverterZero,
     fixed: Fixed,
     /// Largest current that is demanded, and largest with which the bridge stays on; 2^30 is full
     /// scale.
@@ -140,6 +145,8 @@ struct Demand {
     axes: Option<ElectricalAngle>,
     /// Velocity of the output shaft, 0.01 rad/s.
     velocity: i16,
+    /// The bridge is open, and the back-EMF drives no current through its diodes.
+    no_current: bool,
 }
 
 /// What the controllers of the currents follow in one PWM period.
@@ -214,13 +221,17 @@ impl CurrentLoop {
             point: OperatingPoint::new(&self.fixed, supply_voltage, shaft_velocity),
             axes,
             velocity: to_i16(shaft_velocity * 100.0),
+            no_current: demand == BridgeDemand::Off
+                && (self.fixed.emf * shaft_velocity).abs() < 0.5 * supply_voltage,
         };
         self.left = self.life;
     }
 
-    /// Sets the offset and the gain of the current measurement.
+    /// Sets the offset and the gain of the current measurement. The offset is followed while the
+    /// bridge is open.
     pub fn set_sensing(&mut self, sensing: CurrentSensing) {
         self.sensing = sensing;
+        self.zero.set(sensing.zero);
     }
 
     /// Adds a current that cancels the cogging torque to every demand from now on. It has this
@@ -260,6 +271,7 @@ impl CurrentLoop {
             point: OperatingPoint::new(&self.fixed, supply_voltage, 0.0),
             axes: None,
             velocity: 0,
+            no_current: false,
         };
         self.sensing = excitation.sensing;
         self.probe.excite(excitation, &self.demand.point);
@@ -297,6 +309,7 @@ impl CurrentLoop {
             self.excess = 0;
         }
         let mut means = sums.means(&self.fixed, self.life / DEMAND_CONTROL_PERIODS, tripped)?;
+        means.electrical.wrong_zero = self.follow_zero(sums.idle_codes());
         if let Motor::ThreePhase(_, rotor, turn) = &mut self.motor {
             if let Some(index) = &mut self.index {
                 let driven = means.electrical.voltage.is_some();
@@ -313,6 +326,14 @@ impl CurrentLoop {
             }
         }
         Some(means)
+    }
+
+    /// Takes the mean codes of the current converters in a control period with an open bridge.
+    /// Returns whether their zero is wrong.
+    fn follow_zero(&mut self, codes: Option<[f32; 2]>) -> bool {
+        let zero = self.zero.update(codes.filter(|_| self.demand.no_current));
+        self.sensing.zero = zero.unwrap_or(self.sensing.zero);
+        self.zero.is_wrong()
     }
 
     /// Returns the signals of the PWM period that had these `readings` and led to `stage`, for a
@@ -385,7 +406,7 @@ impl CurrentLoop {
                 let stage = if brakes {
                     PowerStage::Brake
                 } else {
-                    self.sums.add_idle(self.motor.sensed(currents));
+                    self.sums.add_idle(readings.currents);
                     PowerStage::Off
                 };
                 let current = self.motor.without_control(currents);
@@ -410,15 +431,6 @@ impl Motor {
                 let larger = if a_size > b_size { a_size } else { b_size };
                 if c_size > larger { c_size } else { larger }
             }
-        }
-    }
-
-    /// Returns the currents that have converters: the second one of a brushed motor need not.
-    #[inline]
-    fn sensed(&self, [a, b]: [i32; 2]) -> [i32; 2] {
-        match self {
-            Self::Brushed(_) => [a, 0],
-            Self::ThreePhase(..) => [a, b],
         }
     }
 

@@ -21,6 +21,8 @@ pub struct Fixed {
     pub inductance: [f32; 2],
     /// Flux linkage of the magnets, V s.
     pub flux: f32,
+    /// Amplitude of the back-EMF between two terminals, V s/rad of the output shaft.
+    pub emf: f32,
 }
 
 /// Supply voltage and speed, prepared for the PWM interrupt. 2^24 is [`VOLTAGE_FULL_SCALE`].

@@ -5,6 +5,7 @@ use super::brushed::Brushed;
 use super::foc::{Dq, Foc};
 use super::means::Sums;
 use super::operating_point::Fixed;
+use super::zero::ConverterZero;
 use super::{CurrentLoop, DEMAND_CONTROL_PERIODS, Demand, Motor};
 use crate::motor::bridge::{CurrentSensing, Ratings};
 use crate::motor::halls::COUNTS_PER_ELECTRICAL_TURN;
@@ -238,6 +239,12 @@ impl Config {
             electrical_per_shaft: electrical_per_rotor * self.gear_ratio,
             inductance: self.inductance,
             flux,
+            emf: self.gear_ratio
+                * match self.kind {
+                    MotorKind::Brushed => self.torque_constant,
+                    // Root 3 / 1.5 of the torque constant.
+                    MotorKind::ThreePhase => self.torque_constant * 1.154_700_5,
+                },
         }
     }
 
@@ -265,21 +272,23 @@ impl CurrentLoop {
     /// [`CurrentLoopError`] with the value that is out of its bounds, and the bound.
     pub fn new(config: &Config, ratings: &Ratings) -> Result<Self, CurrentLoopError> {
         config.check(ratings)?;
-        let motor = match config.kind {
+        let (motor, converters) = match config.kind {
             MotorKind::Brushed => {
                 let gains = config.gains(config.inductance[0], ratings)?;
-                Motor::Brushed(Brushed::new(gains, config.dead_counts(ratings)))
+                let brushed = Brushed::new(gains, config.dead_counts(ratings));
+                (Motor::Brushed(brushed), 1)
             }
-            MotorKind::ThreePhase => Motor::ThreePhase(
-                config.field_oriented(ratings)?,
-                Rotor::new(config.mounting),
-                Turn::new(config.mounting),
-            ),
+            MotorKind::ThreePhase => {
+                let foc = config.field_oriented(ratings)?;
+                let (rotor, turn) = (Rotor::new(config.mounting), Turn::new(config.mounting));
+                (Motor::ThreePhase(foc, rotor, turn), 2)
+            }
         };
         let per_ampere = (1 << 30) as f32 / ratings.full_scale;
         Ok(Self {
             motor,
             sensing: CurrentSensing::default(),
+            zero: ConverterZero::new(converters, config.current_limit / ratings.full_scale),
             fixed: config.fixed(ratings),
             current_limit: (config.current_limit * per_ampere) as i32,
             // The largest code is one below full scale.

@@ -16,7 +16,6 @@
 //! * `brake`: releases and engages the holding brake
 //! * `commutation`: aligns the rotor before operation is enabled
 //! * `sign_probe`: limits the first current until the shaft has turned the way of its torque
-//! * `idle_current`: checks the zero of the current converters at each arming
 //! * `windows`: following error and target reached
 //! * `homing`: finds the home switch; `homing_method` says which switch and which edge
 //! * `output`: published payloads, and the last limiter
@@ -31,7 +30,6 @@ mod envelope;
 mod handshake;
 mod homing;
 mod homing_method;
-mod idle_current;
 mod interface;
 mod latch;
 mod offset;
@@ -68,7 +66,6 @@ use commutation::Commutation;
 use envelope::{Envelope, Envelopes};
 use handshake::Handshake;
 use homing::Homing;
-use idle_current::IdleCurrent;
 use latch::Latch;
 use offset::Offset;
 use options::{Options, Ramp};
@@ -97,7 +94,6 @@ pub struct Axle {
     back_emf: BackEmf,
     angle_probe: AngleProbe,
     encoder_steps: EncoderSteps,
-    idle_current: IdleCurrent,
     limiter: Limiter,
     snapshot: Option<Snapshot>,
     authority: Authority,

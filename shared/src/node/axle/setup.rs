@@ -6,7 +6,6 @@ use super::commutation::Commutation;
 use super::envelope::Envelopes;
 use super::handshake::Handshake;
 use super::homing::Homing;
-use super::idle_current::IdleCurrent;
 use super::latch::Latch;
 use super::offset::Offset;
 use super::options::{Options, Ramp};
@@ -96,7 +95,6 @@ impl Axle {
                 IMPOSSIBLE_SPEED * velocity_limit * counts_per_radian
                     + if halls { SECTOR as f32 } else { 0.0 },
             ),
-            idle_current: IdleCurrent::new(settings.scaled(Setting::CurrentLimit, 1e-3)),
             limiter: Limiter::new(settings),
             snapshot: None,
             authority: Authority::new(settings),

@@ -68,11 +68,9 @@ impl Axle {
         let stall = self.force.stall;
         let mut present = self.supervisor.check(&readings, &self.bounds, stall);
         present.insert_if(Fault::Blocked, sign.stands);
-        let stands = self.velocity().abs() < stall.standing;
-        self.idle_current.update(&inputs.electrical, stands);
+        // A calibration, which measures the zero, runs without this state.
         if self.state == State::SwitchedOn || self.powered() {
-            let wrong = self.idle_current.is_wrong();
-            present.insert_if(Fault::InvalidReading, wrong);
+            present.insert_if(Fault::InvalidReading, inputs.electrical.wrong_zero);
         }
         // Also without power: counts that are lost then are lost for good.
         present.insert_if(Fault::EncoderNoise, inputs.encoder_broken);

@@ -29,7 +29,7 @@ const GOOD: Readings = Readings {
     },
     electrical: Electrical {
         voltage: None,
-        idle: None,
+        wrong_zero: false,
         direct: 0.0,
         direct_size: 0.0,
         angle: None,

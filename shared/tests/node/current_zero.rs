@@ -1,11 +1,12 @@
-//! The zero of the current converters, which is checked at each arming.
+//! The zero of the current converters, which is followed while the bridge is open.
 
-use super::motor_faults::rig::{Rig, STAGE, Trouble};
-use super::motor_faults::wrong_angle::between;
+use super::motor_faults::rig::{Rig, STAGE, Trouble, model, settings};
+use super::motor_faults::wrong_angle::{Drive, between};
 use crate::random::Random;
 use tautrack::bus::cia402::CONTROL_FAULT_RESET;
 use tautrack::faults::{Fault, Faults};
 use tautrack::motor::current::ZERO_ERROR;
+use tautrack::motor::model::MotorModel;
 use tautrack::node::axle::{BridgeDemand, Outputs};
 
 /// Current limit of the drives, A.
@@ -22,7 +23,11 @@ fn run(rig: &mut Rig, milliseconds: usize) -> Outputs {
 /// Makes a drive whose converter of this half bridge shows a current, A, while none flows. Its
 /// master leaves it without power for 100 ms, and then arms it.
 fn armed(three_phase: bool, phase: usize, amperes: f64) -> Rig {
-    let mut rig = Rig::new(three_phase, &[]);
+    with_offset(Rig::new(three_phase, &[]), phase, amperes)
+}
+
+/// Gives this drive such a converter.
+fn with_offset(mut rig: Rig, phase: usize, amperes: f64) -> Rig {
     let codes = amperes / f64::from(STAGE.full_scale) * 32_768.0;
     rig.trouble = Trouble::CurrentOffset(phase, codes as i32);
     rig.word = Some(0);
@@ -90,15 +95,75 @@ fn a_shaft_that_something_turns_is_not_accused_of_its_current() {
         let mut largest = 0.0_f32;
         for _ in 0..1_000 {
             rig.run(1);
-            let idle = rig.inputs.and_then(|inputs| inputs.electrical.idle);
-            let [a, b] = idle.expect("the bridge is open");
-            largest = largest.max(a).max(b);
+            let current = rig.inputs.map(|inputs| inputs.current);
+            largest = largest.max(current.expect("a tick").abs());
         }
         assert!(f64::from(largest) > 0.05 * LIMIT, "{largest} A");
         rig.word = None;
         for _ in 0..300 {
             let faults = rig.tick().faults;
             assert!(!faults.contains(Fault::InvalidReading), "{three_phase}");
+        }
+    }
+}
+
+/// Before the zero was followed, such drives were accused of a wrong rotor angle.
+#[test]
+fn a_drive_whose_zero_is_wrong_by_less_than_the_bound_is_not_accused() {
+    let mut random = Random(12);
+    for part in [0.005, 0.01, 0.02, 0.03] {
+        for case in 0..60 {
+            let drive = Drive::draw(&mut random, 1.0, &[280, 1_024, 4_096]);
+            let amperes = if case % 2 == 0 { part } else { -part } * LIMIT;
+            let mut rig = with_offset(drive.rig(), case / 2 % 2, amperes);
+            for step in 0..40 {
+                rig.target = drive.target(between(&mut random, -0.3, 0.3));
+                rig.load = (0.5 * random.next() * drive.torque) as f32;
+                for _ in 0..100 {
+                    let fault = rig.tick().faults.strongest();
+                    assert_eq!(fault, None, "{part}: {case} {step}");
+                }
+            }
+        }
+    }
+}
+
+/// Returns the mean currents of half bridges a and b, A, at a torque of 0.3 of the full one, of a
+/// drive that is armed with this error of a converter's zero, A. Its shaft is held.
+fn held(three_phase: bool, phase: usize, amperes: f64) -> [f64; 2] {
+    let held = MotorModel {
+        friction_torque: 30.0,
+        ..model(three_phase)
+    };
+    let rig = Rig::with_model(held, &settings(three_phase, &[]));
+    let mut rig = with_offset(rig, phase, amperes);
+    (rig.mode, rig.target) = (10, 300);
+    rig.run(200);
+    let mut sums = [0.0; 2];
+    for _ in 0..200 {
+        assert_eq!(rig.tick().faults, Faults::NONE);
+        for (sum, code) in sums.iter_mut().zip(rig.motor.readings().currents) {
+            *sum += (f64::from(code) - 32_768.0) / 32_768.0 * f64::from(STAGE.full_scale);
+        }
+    }
+    sums.map(|sum| sum / 200.0)
+}
+
+#[test]
+fn a_zero_that_has_drifted_before_an_arming_does_not_change_the_current() {
+    for (three_phase, phase) in [(false, 0), (true, 0), (true, 1)] {
+        let sound = held(three_phase, phase, 0.0);
+        assert!(sound[0].hypot(sound[1]) > 1.0, "{sound:?}");
+        for part in [-0.02, -0.01, 0.005, 0.02] {
+            let drifted = held(three_phase, phase, part * LIMIT);
+            for (drifted, sound) in drifted.into_iter().zip(sound) {
+                let error = (drifted - sound).abs();
+                // One code is 0.05 % of the limit.
+                assert!(
+                    error < 0.001 * LIMIT,
+                    "{three_phase} {phase} {part}: {error} A"
+                );
+            }
         }
     }
 }
