@@ -162,6 +162,7 @@ impl Limiter {
     #[inline]
     pub fn limit(&mut self, demand: f32, bound: f32, now: &Conditions) -> Limited {
         self.heat_up(now.current);
+        let before = self.current;
         let mut cause = ActiveLimit::None;
         let mut demand = limit(demand, bound);
         let change = limit(demand - self.current, self.step);
@@ -173,6 +174,7 @@ impl Limiter {
         let mut side = self.thermal(bound, now);
         let carried = side.bound;
         let (forward, speed) = (now.velocity >= 0.0, now.velocity.abs());
+        let braking = |current: f32| if forward { -current } else { current };
         let (along, emf) = (forward == (demand >= 0.0), self.supply.emf(speed));
         let voltage = self.voltage.as_mut().map(|voltage| {
             voltage.at(&Readings {
@@ -180,6 +182,7 @@ impl Limiter {
                 supply: now.supply_voltage,
                 voltage: now.voltage,
                 brakes: forward != (now.current >= 0.0),
+                excess: positive(braking(now.current) - positive(braking(before))),
             })
         });
         if let Some(voltage) = &voltage {

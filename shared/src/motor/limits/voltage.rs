@@ -40,6 +40,8 @@ pub(super) struct Readings {
     pub voltage: f32,
     /// The motor brakes.
     pub brakes: bool,
+    /// Current by which it brakes more than it must, A.
+    pub excess: f32,
 }
 
 /// Voltages of a three-phase motor.
@@ -102,7 +104,14 @@ impl Voltage {
         let largest = now.supply * (MAX_DUTY * BY_ROOT_3);
         let beyond = now.voltage - NEEDED * largest;
         if now.brakes || beyond < 0.0 {
-            let lacking = positive(self.lacking + GAIN * beyond);
+            // A current that brakes more than it must needs voltage in d, which q then lacks: such
+            // a current grows.
+            let uncontrolled = if beyond > 0.0 {
+                self.reactances[1] * now.speed * now.excess
+            } else {
+                0.0
+            };
+            let lacking = positive(self.lacking + GAIN * beyond + uncontrolled);
             self.lacking = min(lacking, LARGEST_ERROR * emf);
         }
         AtSpeed {
