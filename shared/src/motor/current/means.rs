@@ -62,7 +62,7 @@ pub(super) struct Sums {
     direct_size: i32,
     driven: u32,
     /// Sums of the current converters' codes in the periods in which the bridge was open.
-    idle: [u32; 2],
+    idle: [i32; 2],
     open: u32,
 }
 
@@ -89,16 +89,16 @@ impl Sums {
     #[inline]
     pub fn add_idle(&mut self, codes: [u16; 2]) {
         for (sum, code) in self.idle.iter_mut().zip(codes) {
-            *sum = sum.wrapping_add(u32::from(code));
+            *sum = sum.wrapping_add(i32::from(code));
         }
         self.open = self.open.wrapping_add(1);
     }
 
-    /// Returns the mean codes of the current converters; `None` unless the bridge was open in every
-    /// period.
-    pub fn idle_codes(&self) -> Option<[f32; 2]> {
+    /// Returns the number of periods, 1 to [`MAX_SAMPLES`], and the sums of the codes of the current
+    /// converters; `None` unless the bridge was open in every period.
+    pub fn idle_codes(&self) -> Option<(i32, [i32; 2])> {
         let open = self.open == self.samples && (1..=MAX_SAMPLES).contains(&self.samples);
-        open.then(|| self.idle.map(|sum| sum as f32 / self.samples as f32))
+        open.then_some((self.samples as i32, self.idle))
     }
 
     /// Computes the means; `None` without a sample. A control period has `expected` PWM periods.

@@ -328,9 +328,8 @@ impl CurrentLoop {
         Some(means)
     }
 
-    /// Takes the mean codes of the current converters in a control period with an open bridge.
-    /// Returns whether their zero is wrong.
-    fn follow_zero(&mut self, codes: Option<[f32; 2]>) -> bool {
+    /// Takes [`Sums::idle_codes`]. Returns whether the zero of the current converters is wrong.
+    fn follow_zero(&mut self, codes: Option<(i32, [i32; 2])>) -> bool {
         let zero = self.zero.update(codes.filter(|_| self.demand.no_current));
         self.sensing.zero = zero.unwrap_or(self.sensing.zero);
         self.zero.is_wrong()

@@ -272,23 +272,23 @@ impl CurrentLoop {
     /// [`CurrentLoopError`] with the value that is out of its bounds, and the bound.
     pub fn new(config: &Config, ratings: &Ratings) -> Result<Self, CurrentLoopError> {
         config.check(ratings)?;
-        let (motor, converters) = match config.kind {
+        let (motor, both) = match config.kind {
             MotorKind::Brushed => {
                 let gains = config.gains(config.inductance[0], ratings)?;
                 let brushed = Brushed::new(gains, config.dead_counts(ratings));
-                (Motor::Brushed(brushed), 1)
+                (Motor::Brushed(brushed), false)
             }
             MotorKind::ThreePhase => {
                 let foc = config.field_oriented(ratings)?;
                 let (rotor, turn) = (Rotor::new(config.mounting), Turn::new(config.mounting));
-                (Motor::ThreePhase(foc, rotor, turn), 2)
+                (Motor::ThreePhase(foc, rotor, turn), true)
             }
         };
         let per_ampere = (1 << 30) as f32 / ratings.full_scale;
         Ok(Self {
             motor,
             sensing: CurrentSensing::default(),
-            zero: ConverterZero::new(converters, config.current_limit / ratings.full_scale),
+            zero: ConverterZero::new(both, config.current_limit / ratings.full_scale),
             fixed: config.fixed(ratings),
             current_limit: (config.current_limit * per_ampere) as i32,
             // The largest code is one below full scale.
