@@ -64,6 +64,12 @@ pub struct Demand {
 }
 
 impl Demand {
+    /// Returns whether a torque is demanded, whose limited current becomes the integral.
+    #[inline]
+    pub fn is_torque(&self) -> bool {
+        self.of_torque
+    }
+
     /// Returns what the velocity limit and the bound of the current cut off, as any number; zero
     /// while neither acts.
     #[inline]
@@ -75,7 +81,8 @@ impl Demand {
 /// Position loop and velocity loop. Their only state is the integral of the velocity loop. It
 /// changes when the caller hands a demand back to [`Cascade::advance`].
 ///
-/// The integral does not change while the current is limited. It grows only while the velocity
+/// The integral does not change while the current is limited; that of a demanded torque is the
+/// limited current. It grows only while the velocity
 /// error has its sign and the sum is within the bound. So it never exceeds the bound plus the
 /// feed-forward that acts against it: it does not wind up, and no sum overflows.
 #[derive(Clone, Debug)]
@@ -144,8 +151,8 @@ impl Cascade {
         self.integral = 0;
     }
 
-    /// Takes over the integral of a demand. `left` is the current, A, that a limit after the loops
-    /// leaves of it; `None` if none acts. The integral of the velocity loop stays while a limit
+    /// Takes over the integral of a demand. `left` is the current, A, that limits after the loops
+    /// leave of it; `None` if none acts. It is always given for a torque. The integral of the velocity loop stays while a limit
     /// acts, so that it does not wind up. That of a demanded torque becomes the limited current.
     #[inline]
     pub fn advance(&mut self, demand: &Demand, left: Option<f32>) {

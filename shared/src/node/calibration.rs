@@ -126,6 +126,15 @@ impl Calibrator {
             if !wanted {
                 return Action::None;
             }
+            if !allowed {
+                // The loop stays: it may drive a motor, and knows more than the settings.
+                self.report = Report {
+                    progress: progress::REFUSED,
+                    ..Report::default()
+                };
+                self.refuse(Refusal::Ended);
+                return Action::None;
+            }
             let free_shaft = request == request::FREE_SHAFT;
             let plan = Plan::from_settings(&self.settings, &self.ratings, free_shaft);
             self.periods_per_control = plan.periods_per_control();

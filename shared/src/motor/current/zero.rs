@@ -9,11 +9,15 @@ use crate::motor::bridge::CurrentSensing;
 const FOLLOWED: f32 = 0.02;
 /// The same of a sound converter, as a fraction of its full scale: two steps of one with 12 bits.
 pub const ZERO_ERROR: f32 = 1.0 / 1024.0;
-/// Control periods in succession with an open bridge after which the mean counts. Currents of
-/// before are gone by then.
-const PERIODS: u8 = 20;
+/// Control periods in succession with an open bridge after which the currents of before are gone,
+/// and after which the mean counts.
+const SETTLE: u8 = 10;
+const PERIODS: u8 = 32;
+/// Control periods, more with a larger error than without, after which the zero is wrong.
+const WRONG: u8 = 20;
 /// Part of the difference to a new value that the mean covers in a control period: 2 to minus this.
-const FILTER_BITS: u32 = 3;
+/// It moves by at most an eighth of what is followed, so that a disturbed sample counts little.
+const FILTER_BITS: u32 = 2;
 /// Fraction bits of the mean.
 const FRACTION_BITS: u32 = 8;
 
@@ -31,15 +35,14 @@ impl Converter {
         Self { stored, mean: 0 }
     }
 
-    /// Adds the sum of this number of codes.
+    /// Adds the sum of this number of codes. Returns whether their mean is farther away than
+    /// `bound`, codes.
     #[inline]
-    fn add(&mut self, samples: i32, sum: i32, first: bool) {
+    fn add(&mut self, samples: i32, sum: i32, bound: i32) -> bool {
         let away = ((sum - samples * self.stored) << FRACTION_BITS) / samples;
-        if first {
-            self.mean = away;
-        } else {
-            self.mean += (away - self.mean) >> FILTER_BITS;
-        }
+        let step = bound << (FRACTION_BITS - 3);
+        self.mean += ((away - self.mean) >> FILTER_BITS).clamp(-step, step);
+        away.abs() > bound << FRACTION_BITS
     }
 
     /// Returns the whole codes of the mean: less than a code is noise.
@@ -59,8 +62,10 @@ pub(super) struct ConverterZero {
     both: bool,
     /// Largest error that is followed, codes.
     bound: i32,
-    /// Control periods that the means contain, up to [`PERIODS`].
+    /// Control periods in succession with an open bridge, up to [`PERIODS`].
     periods: u8,
+    /// Counts control periods with a larger error up, and others down, up to [`WRONG`].
+    far: u8,
     wrong: bool,
 }
 
@@ -75,6 +80,7 @@ impl ConverterZero {
             both,
             bound: to_i32((FOLLOWED * current_limit + ZERO_ERROR) * 32_768.0),
             periods: 0,
+            far: 0,
             wrong: false,
         }
     }
@@ -83,7 +89,7 @@ impl ConverterZero {
     pub fn set(&mut self, stored: [i32; 2]) {
         let [a, b] = stored.map(Converter::new);
         (self.a, self.b) = (a, b);
-        (self.periods, self.wrong) = (0, false);
+        (self.periods, self.far, self.wrong) = (0, 0, false);
     }
 
     /// Takes the sums of the codes of this number of PWM periods; `None` if a current may have
@@ -94,17 +100,29 @@ impl ConverterZero {
             self.periods = 0;
             return None;
         };
-        let first = self.periods == 0;
-        self.a.add(samples, a, first);
-        if self.both {
-            self.b.add(samples, b, first);
-        }
         if self.periods < PERIODS {
             self.periods += 1;
+        }
+        if self.periods <= SETTLE {
             return None;
         }
-        let (a, b, bound) = (self.a.away(), self.b.away(), self.bound);
-        self.wrong = a.abs() > bound || b.abs() > bound;
+        let bound = self.bound;
+        let a_is_far = self.a.add(samples, a, bound);
+        let b_is_far = self.both && self.b.add(samples, b, bound);
+        if a_is_far || b_is_far {
+            self.far = if self.far < WRONG {
+                self.far + 1
+            } else {
+                WRONG
+            };
+        } else {
+            self.far = self.far.saturating_sub(1);
+        }
+        self.wrong = self.far == WRONG || self.wrong && self.far > 0;
+        if self.periods < PERIODS {
+            return None;
+        }
+        let (a, b) = (self.a.away(), self.b.away());
         Some([
             self.a.stored + a.clamp(-bound, bound),
             self.b.stored + b.clamp(-bound, bound),
@@ -114,5 +132,73 @@ impl ConverterZero {
     /// Returns whether the error was larger than what is followed when the bridge was open last.
     pub fn is_wrong(&self) -> bool {
         self.wrong
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const STORED: i32 = 1 << 15;
+    /// PWM periods in a control period.
+    const SAMPLES: i32 = 20;
+
+    /// Takes control periods with this distance of the codes from the stored zero.
+    fn take(zero: &mut ConverterZero, away: i32, periods: usize) -> Option<[i32; 2]> {
+        let sums = [SAMPLES * (STORED + away), SAMPLES * (STORED - away)];
+        let mut last = None;
+        for _ in 0..periods {
+            last = zero.update(Some((SAMPLES, sums)));
+        }
+        last
+    }
+
+    #[test]
+    fn currents_that_flow_for_ten_periods_after_the_bridge_opened_do_not_count() {
+        let mut zero = ConverterZero::new(true, 0.1);
+        take(&mut zero, 30_000, 10);
+        assert_eq!(take(&mut zero, 0, 22), Some([STORED; 2]));
+        assert!(!zero.is_wrong());
+    }
+
+    #[test]
+    fn an_error_within_the_bound_is_followed_when_the_mean_counts() {
+        let mut zero = ConverterZero::new(true, 0.1);
+        let bound = zero.bound;
+        assert_eq!(take(&mut zero, bound, 31), None);
+        let [a, b] = take(&mut zero, bound, 1).expect("a zero");
+        for followed in [a - STORED, STORED - b] {
+            assert!((bound - followed).abs() <= 1, "{followed} of {bound}");
+        }
+        assert!(!zero.is_wrong());
+    }
+
+    #[test]
+    fn one_disturbed_period_accuses_nobody_and_moves_the_zero_by_an_eighth_of_the_bound() {
+        for disturbed in 0..60 {
+            let mut zero = ConverterZero::new(true, 0.1);
+            for period in 0..60 {
+                let away = if period == disturbed { 30_000 } else { 0 };
+                if let Some([a, b]) = take(&mut zero, away, 1) {
+                    let moved = (a - STORED).abs().max((b - STORED).abs());
+                    assert!(moved <= zero.bound / 8 + 1, "{disturbed} {period}: {moved}");
+                }
+                assert!(!zero.is_wrong(), "{disturbed} {period}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_larger_error_is_wrong_until_the_settings_change() {
+        let mut zero = ConverterZero::new(true, 0.1);
+        let bound = zero.bound;
+        take(&mut zero, bound + 2, 29);
+        assert!(!zero.is_wrong());
+        take(&mut zero, bound + 2, 1);
+        assert!(zero.is_wrong());
+        zero.update(None);
+        assert!(zero.is_wrong());
+        zero.set([STORED; 2]);
+        assert!(!zero.is_wrong());
     }
 }

@@ -102,12 +102,12 @@ impl Axle {
         if limited.cause == ActiveLimit::None && amperes.abs() > bound {
             limited.cause = ActiveLimit::SignProbe;
         }
-        let left = if limited.cause == ActiveLimit::None {
-            None
-        } else {
+        if limited.cause != ActiveLimit::None {
             self.active_limit = limited.cause;
-            Some(limited.current)
-        };
+        }
+        // The angle probe takes from the current without a cause.
+        let left = limited.cause != ActiveLimit::None || demand.is_torque();
+        let left = left.then_some(limited.current);
         self.force.cascade.advance(&demand, left);
         limited
     }
