@@ -2,7 +2,7 @@
 //! zero that drifts with the temperature would give the motor a wrong torque, and hide an
 //! over-current.
 
-use crate::math::to_i32;
+use crate::math::{Bound, to_i32};
 use crate::motor::bridge::CurrentSensing;
 
 /// Largest error of the zero that is followed, as a fraction of the current limit.
@@ -39,9 +39,10 @@ impl Converter {
     /// `bound`, codes.
     #[inline]
     fn add(&mut self, samples: i32, sum: i32, bound: i32) -> bool {
-        let away = ((sum - samples * self.stored) << FRACTION_BITS) / samples;
+        let distance = (sum - samples * self.stored) << FRACTION_BITS;
+        let away = distance.checked_div(samples).unwrap_or(0);
         let step = bound << (FRACTION_BITS - 3);
-        self.mean += ((away - self.mean) >> FILTER_BITS).clamp(-step, step);
+        self.mean += Bound::of_size(step).limit((away - self.mean) >> FILTER_BITS);
         away.abs() > bound << FRACTION_BITS
     }
 
@@ -123,9 +124,10 @@ impl ConverterZero {
             return None;
         }
         let (a, b) = (self.a.away(), self.b.away());
+        let followed = Bound::of_size(bound);
         Some([
-            self.a.stored + a.clamp(-bound, bound),
-            self.b.stored + b.clamp(-bound, bound),
+            self.a.stored + followed.limit(a),
+            self.b.stored + followed.limit(b),
         ])
     }
 
