@@ -81,10 +81,10 @@ impl Demand {
 /// Position loop and velocity loop. Their only state is the integral of the velocity loop. It
 /// changes when the caller hands a demand back to [`Cascade::advance`].
 ///
-/// The integral does not change while the current is limited; that of a demanded torque is the
-/// limited current. It grows only while the velocity
+/// The integral does not change while the current is limited. It grows only while the velocity
 /// error has its sign and the sum is within the bound. So it never exceeds the bound plus the
-/// feed-forward that acts against it: it does not wind up, and no sum overflows.
+/// feed-forward that acts against it: it does not wind up, and no sum overflows. While a torque is
+/// demanded, the integral is the limited current.
 #[derive(Clone, Debug)]
 pub struct Cascade {
     /// Half a turn, divided by the largest position error that counts; a power of two.
@@ -152,8 +152,8 @@ impl Cascade {
     }
 
     /// Takes over the integral of a demand. `left` is the current, A, that limits after the loops
-    /// leave of it; `None` if none acts. It is always given for a torque. The integral of the velocity loop stays while a limit
-    /// acts, so that it does not wind up. That of a demanded torque becomes the limited current.
+    /// leave of it; `None` if none acts. The integral of the velocity loop stays while a limit acts,
+    /// so that it does not wind up. That of a demanded torque becomes the current that is left.
     #[inline]
     pub fn advance(&mut self, demand: &Demand, left: Option<f32>) {
         match left {

@@ -1,12 +1,13 @@
 //! Tests of the alignment at arming, on the motor model: a three-phase motor whose encoder only
 //! counts.
 
-use super::motor_faults::rig::{GEAR, PER_RADIAN, Rig, Trouble, model, settings};
+use super::motor_faults::rig::{GEAR, PER_RADIAN, Rig, STAGE, Trouble, model, settings};
 use std::f64::consts::TAU;
 use tautrack::bus::cia402::{State, status};
 use tautrack::faults::{Fault, Faults};
 use tautrack::motor::model::{MotorModel, WindingModel};
 use tautrack::node::axle::{ActiveLimit, AlignmentState, BridgeDemand, Outputs};
+use tautrack::node::calibration::{self, Action, Calibrator, progress, request};
 use tautrack::settings::Setting;
 
 /// Largest current of an alignment, A.
@@ -268,6 +269,31 @@ fn a_rotor_is_aligned_once_and_again_after_the_encoder_was_doubted() {
     rig.run(500);
     rig.word = None;
     assert_eq!(arm(&mut rig).1, 1_151);
+}
+
+/// A client may request a calibration at any time.
+#[test]
+fn a_calibration_that_is_requested_in_operation_leaves_the_alignment_as_it_is() {
+    let mut rig = rig(motor(123.0, 0.5, 0.0), &[]);
+    arm(&mut rig);
+    let settings = settings(true, &[(Setting::RotorSensor, 1)]);
+    let mut calibrator = Calibrator::new(&settings, &STAGE);
+    let inputs = calibration::Inputs {
+        encoder: 0,
+        supply_voltage: 24.0,
+        measured: None,
+    };
+    for request in [request::STANDING, request::FREE_SHAFT] {
+        if let Action::Install(current_loop) = calibrator.tick(request, false, &inputs) {
+            rig.current_loop = current_loop;
+        }
+        assert_eq!(calibrator.report().progress, progress::REFUSED);
+        assert_eq!(calibrator.report().reason, 122, "ended from outside");
+        rig.target = PER_RADIAN as i32;
+        let before = rig.angle();
+        assert_eq!(rig.run(1_000).faults, Faults::NONE);
+        assert!((rig.angle() - before - 1.0).abs() < 0.2, "{}", rig.angle());
+    }
 }
 
 #[test]

@@ -76,8 +76,8 @@ impl Circle {
     }
 
     /// Returns the limit of the component beside `leg`: of the other leg in a right-angled triangle
-    /// with the radius as its hypotenuse. It is rounded down, so that a vector of the two legs
-    /// leaves the circle by less than two units.
+    /// with the radius as its hypotenuse. It is rounded down. A vector of the two legs leaves the
+    /// circle by less than two units.
     ///
     /// Domain: `leg` within [`Self::bound`]. The root is interpolated with chords, which lie inside
     /// the circle: the result is at most 3.2 % of the radius too small, and 0.02 % while the leg is

@@ -43,7 +43,7 @@ pub struct Electrical {
     /// Bridge currents exceeded 150 % of the current limit. The bridge is open and stays open.
     pub over_current: bool,
     /// When the bridge was open last, a current converter showed more than 2 % of the current limit
-    /// plus [`ZERO_ERROR`](super::ZERO_ERROR).
+    /// plus [`ZERO_ERROR`](super::ZERO_ERROR) of its full scale, for 20 control periods.
     pub wrong_zero: bool,
     /// The PWM interrupt ran less than half as often, or more than twice as often, as it must in a
     /// control period.
@@ -94,8 +94,8 @@ impl Sums {
         self.open = self.open.wrapping_add(1);
     }
 
-    /// Returns the number of periods, 1 to [`MAX_SAMPLES`], and the sums of the codes of the current
-    /// converters; `None` unless the bridge was open in every period.
+    /// Returns the number of periods, 1 to [`MAX_SAMPLES`], and the sums of the current converters'
+    /// codes; `None` unless the bridge was open in every period.
     pub fn idle_codes(&self) -> Option<(i32, [i32; 2])> {
         let open = self.open == self.samples && (1..=MAX_SAMPLES).contains(&self.samples);
         open.then_some((self.samples as i32, self.idle))

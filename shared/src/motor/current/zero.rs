@@ -9,14 +9,15 @@ use crate::motor::bridge::CurrentSensing;
 const FOLLOWED: f32 = 0.02;
 /// The same of a sound converter, as a fraction of its full scale: two steps of one with 12 bits.
 pub const ZERO_ERROR: f32 = 1.0 / 1024.0;
-/// Control periods in succession with an open bridge after which the currents of before are gone,
-/// and after which the mean counts.
+/// Control periods in succession with an open bridge that do not count: currents of before decay.
 const SETTLE: u8 = 10;
+/// Control periods in succession with an open bridge after which the mean becomes the zero.
 const PERIODS: u8 = 32;
-/// Control periods, more with a larger error than without, after which the zero is wrong.
+/// Score from which on the zero is wrong. A control period with a larger error adds 1, another one
+/// subtracts 1.
 const WRONG: u8 = 20;
-/// Part of the difference to a new value that the mean covers in a control period: 2 to minus this.
-/// It moves by at most an eighth of what is followed, so that a disturbed sample counts little.
+/// The mean covers 1/4 of the difference to a new value in a control period. It moves by at most an
+/// eighth of what is followed, so that a disturbed sample counts little.
 const FILTER_BITS: u32 = 2;
 /// Fraction bits of the mean.
 const FRACTION_BITS: u32 = 8;
@@ -65,8 +66,9 @@ pub(super) struct ConverterZero {
     bound: i32,
     /// Control periods in succession with an open bridge, up to [`PERIODS`].
     periods: u8,
-    /// Counts control periods with a larger error up, and others down, up to [`WRONG`].
+    /// Score of control periods with a larger error, up to [`WRONG`].
     far: u8,
+    /// The score was [`WRONG`], and has not been 0 since.
     wrong: bool,
 }
 

@@ -615,6 +615,45 @@ fn a_drive_with_swapped_leads_is_supervised_like_another_one() {
     assert!(times.late == 0 && times.farthest < 0.025);
 }
 
+/// The probe leaves 6.5 A of 10 A. The shaft is held.
+#[test]
+fn a_velocity_loop_that_takes_over_from_a_torque_keeps_what_the_probe_left() {
+    let held = MotorModel {
+        friction_torque: 40.0,
+        ..model(true)
+    };
+    let mut taken_over = 0;
+    for delay in 0..40 {
+        let slope = [(Setting::CurrentSlope, 2_000)];
+        let mut rig = Rig::with_model(held, &settings(true, &slope));
+        (rig.mode, rig.target) = (10, 0);
+        rig.run(300);
+        rig.target = 800;
+        rig.run(1 + delay);
+        (rig.mode, rig.target) = (9, 0);
+        let mut last = None;
+        for _ in 0..60 {
+            let outputs = rig.tick();
+            let (BridgeDemand::Current(current) | BridgeDemand::Braking { current, .. }) =
+                outputs.bridge
+            else {
+                panic!("{delay}: {:?}", outputs.bridge);
+            };
+            if outputs.mode == 10 {
+                last = probes(outputs.bridge).then_some(current);
+            } else if let Some(last) = last {
+                taken_over += 1;
+                assert!(
+                    (current - last).abs() < 0.1,
+                    "{delay}: {last} A, {current} A"
+                );
+            }
+        }
+    }
+    println!("{taken_over} ms");
+    assert!(taken_over > 100);
+}
+
 #[test]
 fn a_load_that_the_motor_carries_does_not_move_while_the_probe_acts() {
     // A shaft that stands under half of the full torque, and whose friction takes a quarter.
