@@ -20,10 +20,20 @@ fn cogging(torque: f32, periods: u16) -> MotorModel {
 
 /// A drive that turns slowly in bench mode, and its search.
 fn turning(torque: f32, periods: u16, changes: &[(Setting, i32)]) -> (Rig, CoggingSearch) {
+    turning_with_seed(torque, periods, changes, 7)
+}
+
+/// The seed draws the noise.
+fn turning_with_seed(
+    torque: f32,
+    periods: u16,
+    changes: &[(Setting, i32)],
+    seed: u64,
+) -> (Rig, CoggingSearch) {
     let mut all = vec![(Setting::CoggingPeriods, i32::from(periods) / 7)];
     all.extend_from_slice(changes);
     let settings = settings(true, &all);
-    let mut rig = Rig::with_model(cogging(torque, periods), &settings);
+    let mut rig = Rig::with_seed(cogging(torque, periods), &settings, seed);
     rig.bench = true;
     rig.target = (SLOW * PER_RADIAN) as i32;
     rig.run(2_500);
@@ -66,43 +76,51 @@ fn a_learned_current_reduces_the_ripple_of_the_velocity_five_times() {
         (0.01, 42, absolute),
         (0.02, 42, incremental),
     ] {
-        let (mut rig, mut learner) = turning(torque, periods, changes);
-        let before = ripple(&mut rig, periods);
-        search(&mut rig, &mut learner, true);
-        let mut milliseconds = 1;
-        while learner.is_running() {
-            search(&mut rig, &mut learner, true);
-            milliseconds += 1;
+        let mut worst = (0.0, 0.0);
+        for seed in 7..11 {
+            let (before, after) = learn(torque, periods, changes, seed);
+            assert!(after < before / 5.0, "{seed}");
+            if after > worst.1 {
+                worst = (before, after);
+            }
         }
-        let report = *learner.report();
-        assert_eq!(report.state, SearchState::Done);
-        rig.run(500);
-        let after = ripple(&mut rig, periods);
-        // The current of the model that cancels its torque, plus what the current loop loses.
-        let amplitude = f64::from(report.current[0]).hypot(f64::from(report.current[1])) * 1e-3;
-        println!(
-            "{torque} N m, {periods} periods: {before:.4} to {after:.4} rad/s, {amplitude:.3} A, {milliseconds} ms"
-        );
-        assert!(after < before / 5.0);
-        assert!((amplitude / (f64::from(torque) / 0.04) - 1.0).abs() < 0.2);
-
-        // The same from the settings, after the next power-up.
-        let [cosine, sine] = report.current;
-        if changes.is_empty() {
-            let changes = [
-                (Setting::CoggingCosine, cosine),
-                (Setting::CoggingSine, sine),
-            ];
-            let mut all = changes.to_vec();
-            all.push((Setting::CoggingPeriods, i32::from(periods) / 7));
-            let (mut rig, _) = turning(torque, periods, &changes);
-            let (periods_of_settings, wave) =
-                tautrack::node::cogging::stored(&settings(true, &all));
-            rig.current_loop.set_cogging(periods_of_settings, wave);
-            rig.run(500);
-            assert!(ripple(&mut rig, periods) < before / 5.0);
-        }
+        let (before, after) = worst;
+        println!("{torque} N m, {periods} periods: {before:.4} to {after:.4} rad/s");
     }
+}
+
+/// Searches the current of a drive. Returns the ripple before and after, rad/s.
+fn learn(torque: f32, periods: u16, changes: &[(Setting, i32)], seed: u64) -> (f64, f64) {
+    let (mut rig, mut learner) = turning_with_seed(torque, periods, changes, seed);
+    let before = ripple(&mut rig, periods);
+    search(&mut rig, &mut learner, true);
+    while learner.is_running() {
+        search(&mut rig, &mut learner, true);
+    }
+    let report = *learner.report();
+    assert_eq!(report.state, SearchState::Done);
+    rig.run(500);
+    let after = ripple(&mut rig, periods);
+    // The current of the model that cancels its torque, plus what the current loop loses.
+    let [cosine, sine] = report.current;
+    let amplitude = f64::from(cosine).hypot(f64::from(sine)) * 1e-3;
+    assert!((amplitude / (f64::from(torque) / 0.04) - 1.0).abs() < 0.2);
+
+    // The same from the settings, after the next power-up.
+    if changes.is_empty() && seed == 7 {
+        let changes = [
+            (Setting::CoggingCosine, cosine),
+            (Setting::CoggingSine, sine),
+        ];
+        let mut all = changes.to_vec();
+        all.push((Setting::CoggingPeriods, i32::from(periods) / 7));
+        let (mut rig, _) = turning(torque, periods, &changes);
+        let (periods_of_settings, wave) = tautrack::node::cogging::stored(&settings(true, &all));
+        rig.current_loop.set_cogging(periods_of_settings, wave);
+        rig.run(500);
+        assert!(ripple(&mut rig, periods) < before / 5.0);
+    }
+    (before, after)
 }
 
 #[test]

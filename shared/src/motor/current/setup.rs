@@ -272,18 +272,18 @@ impl CurrentLoop {
     /// [`CurrentLoopError`] with the value that is out of its bounds, and the bound.
     pub fn new(config: &Config, ratings: &Ratings) -> Result<Self, CurrentLoopError> {
         config.check(ratings)?;
-        let (motor, both) = match config.kind {
+        let motor = match config.kind {
             MotorKind::Brushed => {
                 let gains = config.gains(config.inductance[0], ratings)?;
-                let brushed = Brushed::new(gains, config.dead_counts(ratings));
-                (Motor::Brushed(brushed), false)
+                Motor::Brushed(Brushed::new(gains, config.dead_counts(ratings)))
             }
-            MotorKind::ThreePhase => {
-                let foc = config.field_oriented(ratings)?;
-                let (rotor, turn) = (Rotor::new(config.mounting), Turn::new(config.mounting));
-                (Motor::ThreePhase(foc, rotor, turn), true)
-            }
+            MotorKind::ThreePhase => Motor::ThreePhase(
+                config.field_oriented(ratings)?,
+                Rotor::new(config.mounting),
+                Turn::new(config.mounting),
+            ),
         };
+        let both = matches!(motor, Motor::ThreePhase(..));
         let per_ampere = (1 << 30) as f32 / ratings.full_scale;
         Ok(Self {
             motor,

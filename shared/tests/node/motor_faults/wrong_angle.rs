@@ -628,7 +628,7 @@ fn a_velocity_loop_that_takes_over_from_a_torque_keeps_what_the_probe_left() {
         let mut rig = Rig::with_model(held, &settings(true, &slope));
         (rig.mode, rig.target) = (10, 0);
         rig.run(300);
-        rig.target = 800;
+        rig.target = 2_000;
         rig.run(1 + delay);
         (rig.mode, rig.target) = (9, 0);
         let mut last = None;
