@@ -152,8 +152,8 @@ impl Cascade {
     }
 
     /// Takes over the integral of a demand. `left` is the current, A, that limits after the loops
-    /// leave of it; `None` if none acts. The integral of the velocity loop stays while a limit acts,
-    /// so that it does not wind up. That of a demanded torque becomes the current that is left.
+    /// leave of it; `None` if none acts. The integral of the velocity loop stays while a limit
+    /// acts, so that it does not wind up. That of a torque becomes the current that is left.
     #[inline]
     pub fn advance(&mut self, demand: &Demand, left: Option<f32>) {
         match left {
