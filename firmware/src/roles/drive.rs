@@ -408,13 +408,11 @@ macro_rules! drive_objects {
             let command = $od::OBJECT2060.get_command();
             if command != 0 {
                 $od::OBJECT2060.set_command(0);
-                current_loop::capture(|capture| {
-                    capture.request(Request {
-                        command,
-                        signals: $od::OBJECT2060.get_signals(),
-                        decimation: $od::OBJECT2060.get_decimation(),
-                        pre_trigger: $od::OBJECT2060.get_pre_trigger(),
-                    });
+                current_loop::request_capture(Request {
+                    command,
+                    signals: $od::OBJECT2060.get_signals(),
+                    decimation: $od::OBJECT2060.get_decimation(),
+                    pre_trigger: $od::OBJECT2060.get_pre_trigger(),
                 });
             }
             $od::OBJECT2063.set_value(drive::window($od::OBJECT2062.get_value()));

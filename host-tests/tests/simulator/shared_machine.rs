@@ -1,10 +1,13 @@
 //! Tests that nodes on one emulated machine do not notice each other.
 
+use std::fs;
+use std::path::PathBuf;
 use tautrack::bus::cia402::mode::CYCLIC_POSITION;
 use tautrack::bus::network::{NmtCommand, nmt};
 use tautrack::bus::pdo::{Payload, PositionSetPoint, receive};
+use tautrack::can::Frame;
 use tautrack::link::{STEP_US, Sensors, Start, Step, Stepped, VERSION};
-use tautrack::settings::Setting;
+use tautrack::settings::{FIRST_OBJECT, Setting};
 use tautrack_host_tests::programs::Board;
 use tautrack_host_tests::robots::b2p2::nodes as b2p2;
 use tautrack_host_tests::robots::{Kind, NodeName};
@@ -15,31 +18,93 @@ use tautrack_host_tests::simulator::run::node::Node;
 struct Pair {
     id: u8,
     nodes: [Node; 2],
+    flash: [PathBuf; 2],
+    logs: [Vec<String>; 2],
     steps: u64,
+}
+
+/// File for the flash of a node that does not exist yet.
+fn blank(id: u8, board: Board) -> PathBuf {
+    let path = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(format!("shared-{board:?}-{id}"));
+    let _ = fs::remove_file(&path); // of an earlier run
+    path
+}
+
+/// An SDO request to write four bytes.
+fn write(id: u8, index: u16, sub: u8, data: [u8; 4]) -> Frame {
+    request(id, 0x23, index, sub, data)
+}
+
+fn request(id: u8, command: u8, index: u16, sub: u8, data: [u8; 4]) -> Frame {
+    let [low, high] = index.to_le_bytes();
+    let [a, b, c, d] = data;
+    let bytes = [command, low, high, sub, a, b, c, d];
+    Frame::new(0x600 + u16::from(id), &bytes).expect("a frame")
 }
 
 impl Pair {
     fn start(id: u8, machines: &mut Machines) -> Self {
         let name = NodeName::LEFT_TRACK;
-        let mut start_on = |board| {
+        let boards = [Board::Qemu, Board::Native];
+        let flash = boards.map(|board| blank(id, board));
+        // Every other node has no file for its flash.
+        let named = |board: usize| {
+            id.is_multiple_of(2)
+                .then(|| flash[board].to_str())
+                .flatten()
+        };
+        let mut start_on = |board: usize| {
+            let (path, board) = (named(board).unwrap_or_default(), boards[board]);
             let programs = Kind::B2p2.programs(board).expect("the nodes are built");
             let start = Start {
                 version: VERSION,
                 seed: u64::from(id),
-                flash: heapless::String::new(),
+                flash: path.try_into().expect("a short path"),
                 settings: [(Setting::NodeId.description().key, i32::from(id))]
                     .into_iter()
                     .collect(),
                 motor: b2p2::motor(name),
             };
-            let node = Node::start(name, board, &programs.axle.path, start, machines);
-            node.unwrap_or_else(|error| panic!("{error}")).0
+            let mut start = || {
+                let path = &programs.axle.path;
+                let node = Node::start(name, board, path, start.clone(), machines);
+                node.unwrap_or_else(|error| panic!("{error}")).0
+            };
+            // The second node finds the settings of the first one in flash, and logs that.
+            if !path.is_empty() {
+                start();
+            }
+            start()
         };
         Self {
             id,
-            nodes: [start_on(Board::Qemu), start_on(Board::Native)],
+            nodes: [start_on(0), start_on(1)],
+            flash,
+            logs: [Vec::new(), Vec::new()],
             steps: 0,
         }
+    }
+
+    /// The request of a client in this step: it changes and saves a setting twice before the drive
+    /// is switched on, later records the current, and reads what was recorded. Each node gets its
+    /// requests at another time than the others.
+    fn client(&self) -> Option<Frame> {
+        let id = self.id;
+        let setting = FIRST_OBJECT + Setting::VelocityGain.description().key;
+        let late = self.steps.checked_sub(u64::from(id) * 2)?;
+        Some(match late {
+            2 | 8 => {
+                let value = 1_000 * i32::from(id) + late as i32;
+                write(id, setting, 0, value.to_le_bytes())
+            }
+            5 | 11 => write(id, 0x1010, 1, *b"save"),
+            70 => request(id, 0x2f, 0x2060, 1, [1, 0, 0, 0]),
+            100 => request(id, 0x2b, 0x2062, 0, [id, 0, 0, 0]),
+            110 => request(id, 0x40, 0x2063, 0, [0; 4]),
+            // In segments of seven bytes.
+            111..190 => request(id, 0x60 + 0x10 * (late % 2) as u8 ^ 0x10, 0, 0, [0; 4]),
+            _ => return None,
+        })
     }
 
     /// Sends the next step: a drive that is switched on and turns, against another load and to
@@ -59,6 +124,7 @@ impl Pair {
             };
             put(set_point.frame(receive(1), self.id));
         }
+        self.client().into_iter().for_each(&mut put);
         let step = Step {
             time_us: self.steps * STEP_US,
             sensors: Sensors {
@@ -77,15 +143,28 @@ impl Pair {
 
     /// Compares the answers. The bytes of the log are those of another encoding on each board.
     fn receive(&mut self) -> Stepped {
+        let mut logs = self.logs.iter_mut();
         let [emulated, native] = self.nodes.each_mut().map(|node| {
             let stepped = node.receive();
+            let stepped = stepped.unwrap_or_else(|error| panic!("node {}: {error}", self.id));
+            logs.next().expect("two").extend(node.log_lines(&stepped));
             Stepped {
                 log: heapless::Vec::new(),
-                ..stepped.unwrap_or_else(|error| panic!("node {}: {error}", self.id))
+                ..stepped
             }
         });
         assert_eq!(emulated, native, "node {}, step {}", self.id, self.steps);
         emulated
+    }
+
+    /// Compares the logs, and the files with the flash.
+    fn compare_rest(&self) {
+        let [emulated, native] = &self.logs;
+        assert_eq!(native.is_empty(), !self.id.is_multiple_of(2));
+        assert_eq!(emulated, native, "node {}", self.id);
+        let [emulated, native] = self.flash.each_ref().map(|path| fs::read(path).ok());
+        assert_eq!(emulated.is_some(), self.id.is_multiple_of(2));
+        assert_eq!(emulated, native, "node {}", self.id);
     }
 }
 
@@ -99,6 +178,7 @@ fn nodes_that_share_a_machine_do_not_notice_each_other() {
         .map(|id| Pair::start(id, &mut machines))
         .collect();
     let mut velocities = std::collections::HashSet::new();
+    let mut samples = std::collections::HashSet::new();
     for step in 0..400_usize {
         match step {
             // One node ends, and a new one starts, as after a restart.
@@ -114,8 +194,15 @@ fn nodes_that_share_a_machine_do_not_notice_each_other() {
             .filter(acts)
             .for_each(|place| pairs[place].send());
         for place in (0..count).filter(acts) {
-            velocities.insert(pairs[place].receive().shaft.velocity.to_bits());
+            let stepped = pairs[place].receive();
+            velocities.insert(stepped.shaft.velocity.to_bits());
+            let segments = stepped.frames.iter().filter(|frame| {
+                frame.id() & 0x780 == 0x580 && frame.data().first().is_some_and(|byte| *byte < 0x20)
+            });
+            samples.extend(segments.map(|frame| frame.data()[1..].to_vec()));
         }
     }
+    pairs.iter().for_each(Pair::compare_rest);
+    assert!(samples.len() > 100, "{} segments", samples.len());
     assert!(velocities.len() > 500, "the drives stand still");
 }

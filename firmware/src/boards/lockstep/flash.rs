@@ -25,19 +25,39 @@ pub struct Files {
     /// Writes the file with this path, without making it shorter meanwhile. Returns whether it
     /// succeeded.
     pub write: fn(&str, &[u8]) -> bool,
+    /// An empty path stands for a file of the node that ends with the program.
+    pub unnamed: bool,
 }
 
-struct Contents {
-    bytes: [u8; PAGES * PAGE],
+type Bytes = [u8; PAGES * PAGE];
+
+struct State {
     file: Option<(String<MAX_PATH>, Files)>,
+    /// The contents are in [`BYTES`]. Otherwise they are in the file; without a file, they are
+    /// blank.
+    held: bool,
     /// Whether the file is older than the bytes, because it could not be written.
     outdated: bool,
 }
 
-impl Contents {
-    fn write_back(&mut self) -> Result<(), NorFlashErrorKind> {
+impl State {
+    fn read(&mut self, bytes: &mut Bytes) -> Result<(), NorFlashErrorKind> {
+        let found = match &self.file {
+            Some((path, files)) => (files.read)(path, bytes),
+            None => None,
+        };
+        match found {
+            Some(true) => {}
+            Some(false) => return Err(NorFlashErrorKind::Other),
+            None => bytes.fill(0xff),
+        }
+        self.held = true;
+        Ok(())
+    }
+
+    fn write_back(&mut self, bytes: &Bytes) -> Result<(), NorFlashErrorKind> {
         self.outdated = match &self.file {
-            Some((path, files)) => !(files.write)(path, &self.bytes),
+            Some((path, files)) => !(files.write)(path, bytes),
             None => false,
         };
         if self.outdated {
@@ -47,11 +67,28 @@ impl Contents {
     }
 }
 
-static CONTENTS: Mutex<RefCell<Contents>> = Mutex::new(RefCell::new(Contents {
-    bytes: [0xff; PAGES * PAGE],
+static STATE: Mutex<RefCell<State>> = Mutex::new(RefCell::new(State {
     file: None,
+    held: false,
     outdated: false,
 }));
+
+#[cfg_attr(target_os = "none", unsafe(link_section = ".seldom.flash"))]
+static BYTES: Mutex<RefCell<Bytes>> = Mutex::new(RefCell::new([0; PAGES * PAGE]));
+
+/// Calls `use_it` with the state and the contents.
+fn with<R>(
+    use_it: impl FnOnce(&mut State, &mut Bytes) -> Result<R, NorFlashErrorKind>,
+) -> Result<R, NorFlashErrorKind> {
+    critical_section::with(|cs| {
+        let mut state = STATE.borrow(cs).borrow_mut();
+        let mut bytes = BYTES.borrow(cs).borrow_mut();
+        if !state.held {
+            state.read(&mut bytes)?;
+        }
+        use_it(&mut state, &mut bytes)
+    })
+}
 
 /// Reads the flash from the file `path`; an empty path leaves it blank. A board without `files` has
 /// its flash in memory.
@@ -59,18 +96,21 @@ static CONTENTS: Mutex<RefCell<Contents>> = Mutex::new(RefCell::new(Contents {
 /// # Errors
 /// The file is no flash of this board. It is left as it is.
 pub(super) fn insert(path: &String<MAX_PATH>, files: Option<Files>) -> Result<(), ()> {
-    let Some(files) = files.filter(|_| !path.is_empty()) else {
+    let Some(files) = files.filter(|files| files.unnamed || !path.is_empty()) else {
         return Ok(());
     };
+    critical_section::with(|cs| STATE.borrow(cs).borrow_mut().file = Some((path.clone(), files)));
+    with(|_, _| Ok(())).map_err(|_| ())
+}
+
+/// Leaves the contents to the file, if the file has them all. Returns whether [`BYTES`] are still
+/// needed.
+#[cfg(target_os = "none")]
+pub(super) fn release() -> bool {
     critical_section::with(|cs| {
-        let mut contents = CONTENTS.borrow(cs).borrow_mut();
-        match (files.read)(path, &mut contents.bytes) {
-            Some(true) => {}
-            Some(false) => return Err(()),
-            None => contents.bytes.fill(0xff),
-        }
-        contents.file = Some((path.clone(), files));
-        Ok(())
+        let mut state = STATE.borrow(cs).borrow_mut();
+        state.held &= state.outdated || state.file.is_none();
+        state.held
     })
 }
 
@@ -86,13 +126,12 @@ impl ReadNorFlash for Flash {
 
     fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), NorFlashErrorKind> {
         check_read(self, offset, bytes.len())?;
-        critical_section::with(|cs| {
-            let mut contents = CONTENTS.borrow(cs).borrow_mut();
+        with(|state, contents| {
             // What a reader finds must be in the file.
-            if contents.outdated {
-                contents.write_back()?;
+            if state.outdated {
+                state.write_back(contents)?;
             }
-            let from = contents.bytes.iter().skip(offset as usize);
+            let from = contents.iter().skip(offset as usize);
             bytes
                 .iter_mut()
                 .zip(from)
@@ -112,23 +151,21 @@ impl NorFlash for Flash {
 
     fn erase(&mut self, from: u32, to: u32) -> Result<(), NorFlashErrorKind> {
         check_erase(self, from, to)?;
-        critical_section::with(|cs| {
-            let mut contents = CONTENTS.borrow(cs).borrow_mut();
-            if let Some(bytes) = contents.bytes.get_mut(from as usize..to as usize) {
+        with(|state, contents| {
+            if let Some(bytes) = contents.get_mut(from as usize..to as usize) {
                 bytes.fill(0xff);
             }
-            contents.write_back()
+            state.write_back(contents)
         })
     }
 
     fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), NorFlashErrorKind> {
         check_write(self, offset, bytes.len())?;
-        critical_section::with(|cs| {
-            let mut contents = CONTENTS.borrow(cs).borrow_mut();
-            let to = contents.bytes.iter_mut().skip(offset as usize);
+        with(|state, contents| {
+            let to = contents.iter_mut().skip(offset as usize);
             // A written bit cannot be set again.
             to.zip(bytes).for_each(|(to, from)| *to &= *from);
-            contents.write_back()
+            state.write_back(contents)
         })
     }
 }

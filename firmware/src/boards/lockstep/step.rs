@@ -3,8 +3,7 @@
 
 use super::attached::AttachedMotor;
 use super::inputs::INPUTS;
-use super::log_buffer::LOG;
-use super::{POWER_STAGE, brake, chips, clock};
+use super::{POWER_STAGE, brake, chips, clock, log_buffer};
 use crate::bus::TRANSMIT;
 use crate::current_loop;
 use embassy_executor::raw::Executor;
@@ -79,8 +78,7 @@ pub(super) fn end(executor: &'static Executor, stepped: &mut Stepped) {
 }
 
 fn take_log<const N: usize>(bytes: &mut heapless::Vec<u8, N>) {
-    let dropped = critical_section::with(|cs| {
-        let mut log = LOG.borrow(cs).borrow_mut();
+    let dropped = log_buffer::with(|log| {
         log.take(bytes);
         log.take_dropped()
     });

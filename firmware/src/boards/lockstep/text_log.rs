@@ -1,6 +1,6 @@
 //! Writes log records as lines of text into the buffer of log bytes that the answers carry.
 
-use super::log_buffer::LOG;
+use super::log_buffer;
 use std::format;
 
 /// Sends the records of the logging macros to the buffer from now on.
@@ -19,8 +19,7 @@ impl log::Log for BufferedLogger {
 
     fn log(&self, record: &log::Record) {
         let line = format!("{}: {}\n", record.level(), record.args());
-        critical_section::with(|cs| {
-            let mut buffer = LOG.borrow(cs).borrow_mut();
+        log_buffer::with(|buffer| {
             buffer.begin();
             buffer.write(line.as_bytes());
             buffer.end();

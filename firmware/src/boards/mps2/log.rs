@@ -1,6 +1,6 @@
 //! Writes defmt records into the buffer of log bytes that the answers carry.
 
-use crate::boards::lockstep::log_buffer::{LOG, LogBuffer};
+use crate::boards::lockstep::log_buffer::{self, LogBuffer};
 use core::cell::RefCell;
 use critical_section::Mutex;
 use defmt::Encoder;
@@ -13,10 +13,7 @@ struct Logger;
 /// Runs `body` with the encoder and the buffer.
 fn with(body: impl FnOnce(&mut Encoder, &mut LogBuffer)) {
     critical_section::with(|cs| {
-        body(
-            &mut ENCODER.borrow(cs).borrow_mut(),
-            &mut LOG.borrow(cs).borrow_mut(),
-        );
+        log_buffer::with(|buffer| body(&mut ENCODER.borrow(cs).borrow_mut(), buffer));
     });
 }
 

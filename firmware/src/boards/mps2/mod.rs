@@ -14,8 +14,10 @@ use crate::boards::Board;
 use crate::boards::lockstep::{self, End, Files, Pipe};
 use crate::roles::Role;
 use crate::sensors::Rates;
+use core::cell::RefCell;
 use core::fmt::Write;
 use core::panic::PanicInfo;
+use critical_section::Mutex;
 use embassy_executor::{SpawnError, Spawner};
 use semihosting::{Stream, exit};
 use tautrack::motor::bridge::Ratings;
@@ -94,6 +96,12 @@ impl Board for Mps2 {
 
 const FILES: Files = Files {
     read: |path, bytes| {
+        if path.is_empty() {
+            return with_unnamed(|file| {
+                file.as_ref()
+                    .map(|file| file.seek(0) && file.read_exact(bytes))
+            });
+        }
         Stream::read_file(path).map(|file| {
             let whole = file.read_exact(bytes) && !file.read_exact(&mut [0]);
             file.close();
@@ -101,13 +109,29 @@ const FILES: Files = Files {
         })
     },
     write: |path, bytes| {
+        if path.is_empty() {
+            return with_unnamed(|file| {
+                if file.is_none() {
+                    *file = Stream::temporary();
+                }
+                file.as_ref()
+                    .is_some_and(|file| file.seek(0) && file.write_all(bytes))
+            });
+        }
         Stream::write_file(path).is_some_and(|file| {
             let whole = file.write_all(bytes);
             file.close();
             whole
         })
     },
+    unnamed: true,
 };
+
+/// Calls `use_it` with the file of the node that has no name, if it was written.
+fn with_unnamed<R>(use_it: impl FnOnce(&mut Option<Stream>) -> R) -> R {
+    static FILE: Mutex<RefCell<Option<Stream>>> = Mutex::new(RefCell::new(None));
+    critical_section::with(|cs| use_it(&mut FILE.borrow(cs).borrow_mut()))
+}
 
 struct Console {
     input: Stream,

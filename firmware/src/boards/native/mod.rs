@@ -78,6 +78,7 @@ const FILES: Files = Files {
         Err(_) => Some(false),
     },
     write: |path, bytes| overwrite(path, bytes).is_ok(),
+    unnamed: false,
 };
 
 /// Fills `bytes`; returns whether the file has their length.
