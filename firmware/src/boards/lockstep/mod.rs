@@ -42,7 +42,7 @@ pub use power_up::serial_number;
 pub use starvation::feed_watchdog;
 
 /// Prepares the node for the turn of another one. Returns whether the variables in the section
-/// `.seldom` must be kept for it. If not, they are as at power-up, or what they hold does not count.
+/// `.seldom` must be kept for it. If not, they are as at power-up, or nobody reads what they hold.
 #[cfg(target_os = "none")]
 pub fn keeps_seldom() -> bool {
     flash::release() || log_buffer::used() || crate::current_loop::capture_used()

@@ -4,8 +4,8 @@
 //! and then take more than twice the time. Nodes on one machine share the translated code. They run
 //! the same program and are idle between two messages, so a node is what its static variables hold.
 //!
-//! The largest of these variables, in the section `.seldom`, are exchanged only for a node that needs
-//! them at that time.
+//! The largest of these variables, in the section `.seldom`, are exchanged only for a node that
+//! needs them at that time.
 
 use super::semihosting::Stream;
 use crate::boards::lockstep::keeps_seldom;
