@@ -102,7 +102,7 @@ impl Pair {
             100 => request(id, 0x2b, 0x2062, 0, [id, 0, 0, 0]),
             110 => request(id, 0x40, 0x2063, 0, [0; 4]),
             // In segments of seven bytes.
-            111..190 => request(id, 0x60 + 0x10 * (late % 2) as u8 ^ 0x10, 0, 0, [0; 4]),
+            111..190 => request(id, [0x70, 0x60][late as usize % 2], 0, 0, [0; 4]),
             _ => return None,
         })
     }

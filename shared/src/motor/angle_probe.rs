@@ -11,11 +11,17 @@
 //! rotor with the right angle has none there, however it moves. No encoder is needed, so the probe
 //! also finds one that is frozen.
 //!
+//! Two leads that are swapped, and an encoder that counts backwards, turn the axes against the
+//! rotor. Then the turn shows in d or not, depending on where the rotor stands. But it shows in q:
+//! there the flux changes by the turn of the encoder times the magnets' flux, with the right sign
+//! only if the axes turn with the rotor.
+//!
 //! After a lead of two control periods, the current alternates in three parts: `- +`, `- +`, `+ -`.
 //! Each part turns the rotor and leaves no speed; the third turns it the other way. The first part
 //! minus twice the second plus the third is measured. In this sum, a constant speed and a constant
-//! acceleration cancel. So do errors of the resistance and of the inductance, because the current
-//! is zero on average in each part, and the lead makes the first part begin where the third ends.
+//! acceleration cancel. So do errors of the resistance and of the inductance in d, because the
+//! current is zero on average in each part, and the lead makes the first part begin where the third
+//! ends. In q the bound grows with what the changes of the current leave of these errors.
 //!
 //! The result counts only if the shaft has not followed until the end. A shaft that speeds up has
 //! a large voltage by coupling, whose errors do not cancel.
@@ -61,8 +67,17 @@ const FLUX: f32 = 0.2;
 /// Flux in d per electrical radian that the encoder shows, as a fraction of the magnets' flux, up
 /// to which the angle counts as right: the sine of 24 degrees.
 const RIGHT: f32 = 0.4;
-/// Part of the flux by coupling that may be missing or excessive.
+/// Flux in q that nothing explains and that counts, as a fraction of the magnets' flux, and per
+/// electrical radian that the encoder shows.
+const ACROSS: f32 = 0.5;
+const ACROSS_TURN: f32 = 0.5;
+/// Steps of the encoder by which the measured turn may be wrong.
+const HIDDEN: f32 = 4.0;
+/// Parts of the flux by coupling, of that by the resistance, and of that by the inductance in q
+/// that may be missing or excessive.
 const COUPLED: f32 = 0.3;
+const RESISTIVE: f32 = 0.6;
+const INDUCTIVE: f32 = 0.2;
 
 /// The probe of one motor.
 #[derive(Clone, Debug)]
@@ -72,8 +87,9 @@ pub struct AngleProbe {
     current: f32,
     resistance: f32,
     inductance: f32,
-    /// Inductance in q, henry; negative if the electrical angle falls while the counts rise.
     inductance_q: f32,
+    /// Sign with which the electrical angle follows the counts of the encoder.
+    direction: f32,
     /// Flux of the magnets, V s.
     magnets: f32,
     /// What the constants above mean for this motor, A and rad/s.
@@ -82,6 +98,8 @@ pub struct AngleProbe {
     left: f32,
     gain: f32,
     slow: f32,
+    /// Turn by which the measured one may be wrong, electrical rad.
+    hidden: f32,
 
     /// Current at the last gain of speed, A, the lowest speed since then, rad/s, and its control
     /// periods.
@@ -90,14 +108,25 @@ pub struct AngleProbe {
     stuck: u8,
     /// Control period of the probe under way.
     step: Option<u8>,
-    /// Current in d, A, and electrical angle of the previous control period.
-    direct: f32,
+    /// Currents in d and q, A, and electrical angle of the previous control period.
+    currents: [f32; 2],
     angle: Angle,
-    /// Weighted sums: flux in d, V s, flux by coupling, V s, and turn by the encoder, electrical
-    /// rad.
-    flux: f32,
-    coupled: f32,
+    sums: Sums,
+}
+
+/// Weighted sums of a probe.
+#[derive(Clone, Copy, Debug, Default)]
+struct Sums {
+    /// Turn by the encoder, electrical rad, in the direction of the counts.
     turn: f32,
+    /// Flux that turns into d, and flux in q that the turn does not explain, V s.
+    flux: f32,
+    across: f32,
+    /// Flux in d and q by coupling, V s.
+    coupled: [f32; 2],
+    /// Flux in q by the resistance and by the inductance, V s.
+    resistive: f32,
+    inductive: f32,
 }
 
 impl AngleProbe {
@@ -113,22 +142,22 @@ impl AngleProbe {
             },
             resistance: motor.resistance,
             inductance: motor.inductance[0],
-            inductance_q: motor.inductance[1] * motor.direction as f32,
+            inductance_q: motor.inductance[1],
+            direction: motor.direction as f32,
             magnets: motor.constant / motor.electrical,
             rise: RISE * motor.current_limit,
             pushing: PUSHING * motor.current_limit,
             left: LEFT * motor.current_limit,
             gain: GAIN * motor.velocity_limit,
             slow: SLOW * motor.velocity_limit,
+            hidden: HIDDEN * motor.step,
             pushed: 0.0,
             slowest: 0.0,
             stuck: 0,
             step: None,
-            direct: 0.0,
+            currents: [0.0; 2],
             angle: Angle::ZERO,
-            flux: 0.0,
-            coupled: 0.0,
-            turn: 0.0,
+            sums: Sums::default(),
         }
     }
 
@@ -163,19 +192,18 @@ impl AngleProbe {
     /// a probe that ends now has found a wrong angle. NaN counts as a right one.
     #[inline]
     pub fn tick(&mut self, now: &Observed, calm: bool) -> bool {
-        let Some([voltage, _]) = now.electrical.voltage else {
+        let Some(voltage) = now.electrical.voltage else {
             self.reset();
             return false;
         };
-        let direct = now.electrical.direct;
-        let rising = direct - self.direct;
+        let before = core::mem::replace(&mut self.currents, [now.electrical.direct, now.current]);
         let angle = now.electrical.angle.map_or(self.angle, |angle| angle.0);
-        let turn = (angle - self.angle).radians();
-        (self.direct, self.angle) = (direct, angle);
+        let turn = (angle - self.angle).radians() * self.direction;
+        self.angle = angle;
         let Some(step) = self.step else {
             if self.current != 0.0 && self.does_not_follow(now) && calm {
                 self.step = Some(0);
-                (self.flux, self.coupled, self.turn) = (0.0, 0.0, 0.0);
+                self.sums = Sums::default();
             }
             return false;
         };
@@ -186,14 +214,10 @@ impl AngleProbe {
         }
         if step < LEAD {
             // The current reaches its demand in a control period; its mean does not.
-            self.direct = self.direct();
+            self.currents[0] = self.direct();
         } else {
             let weight = if (step - LEAD) / PART == 1 { -2.0 } else { 1.0 };
-            let coupled = turn * now.current * self.inductance_q;
-            let emf = limit(voltage - self.resistance * direct, VOLTAGE_FULL_SCALE);
-            self.flux += weight * (emf * CONTROL_PERIOD + coupled - rising * self.inductance);
-            self.coupled += weight * coupled;
-            self.turn += weight * turn;
+            self.add(weight, voltage, before, turn);
         }
         if step + 1 < END {
             self.step = Some(step + 1);
@@ -201,8 +225,41 @@ impl AngleProbe {
         }
         self.reset();
         let follows = along(now).0 > self.slowest + FOLLOWS * self.slow;
-        let turned = RIGHT * self.turn.abs() + FLUX;
-        !follows && self.flux.abs() > self.magnets * turned + COUPLED * self.coupled.abs()
+        !follows && self.shows_wrong_angle()
+    }
+
+    /// Adds a control period to the sums. `before` are the currents of the one before.
+    #[inline]
+    fn add(&mut self, weight: f32, voltage: [f32; 2], before: [f32; 2], turn: f32) {
+        let [direct, current] = self.currents;
+        let coupled_d = turn * current * self.inductance_q;
+        let coupled_q = turn * direct * self.inductance;
+        let resistive = self.resistance * current;
+        let inductive = (current - before[1]) * self.inductance_q;
+        let emf_d = limit(voltage[0] - self.resistance * direct, VOLTAGE_FULL_SCALE);
+        let emf_q = limit(voltage[1] - resistive, VOLTAGE_FULL_SCALE);
+        let rising = (direct - before[0]) * self.inductance;
+        let explained = coupled_q + inductive + turn * self.magnets;
+        let sums = &mut self.sums;
+        sums.turn += weight * turn;
+        sums.flux += weight * (emf_d * CONTROL_PERIOD + coupled_d - rising);
+        sums.across += weight * (emf_q * CONTROL_PERIOD - explained);
+        sums.coupled[0] += weight * coupled_d;
+        sums.coupled[1] += weight * coupled_q;
+        sums.resistive += weight * resistive * CONTROL_PERIOD;
+        sums.inductive += weight * inductive;
+    }
+
+    fn shows_wrong_angle(&self) -> bool {
+        let sums = &self.sums;
+        let turn = sums.turn.abs();
+        let [coupled_d, coupled_q] = sums.coupled.map(f32::abs);
+        let direct = self.magnets * (FLUX + RIGHT * turn) + COUPLED * coupled_d;
+        let across = self.magnets * (ACROSS + ACROSS_TURN * turn + self.hidden)
+            + COUPLED * coupled_q
+            + RESISTIVE * sums.resistive.abs()
+            + INDUCTIVE * sums.inductive.abs();
+        sums.flux.abs() > direct || sums.across.abs() > across
     }
 
     fn is_slow(&self, now: &Observed) -> bool {

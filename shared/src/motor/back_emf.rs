@@ -122,7 +122,8 @@ pub struct BackEmf {
     pub(super) coupling: [f32; 2],
     /// rad/s of the output shaft per electrical rad in a control period; 0 for a brushed motor.
     per_turn: f32,
-    /// Back-EMF of one step of the encoder in a control period, V.
+    /// One step of the encoder, electrical rad, and its back-EMF in a control period, V.
+    pub(super) step: f32,
     quantum: f32,
     /// Hall sensors show the rotor: at low speed, its angle is wrong by up to a sector.
     pub(super) coarse: bool,
@@ -179,6 +180,7 @@ impl BackEmf {
             } else {
                 0.0
             },
+            step: electrical * step,
             quantum: constant * step / CONTROL_PERIOD,
             coarse,
             velocity_limit: settings.scaled(Setting::VelocityLimit, 1e-3),
