@@ -302,18 +302,21 @@ fn along(now: &Observed) -> (f32, f32) {
 mod tests {
     use super::*;
     use crate::motor::current::Electrical;
+    use crate::motor::rotor::ElectricalAngle;
     use crate::settings::{Setting, Settings};
 
     /// Runs a probe of the default motor, with three phases and 5 A, on a voltage in d that depends
     /// on the time since its start, s, and on the current of the probe, A. Returns whether it finds
     /// a wrong angle, and the currents.
     fn probe(voltage: impl Fn(f32, f32) -> f32) -> (bool, [f32; END as usize]) {
-        probe_of_shaft(voltage, 0.0)
+        probe_of_shaft(|time, direct| [voltage(time, direct), 0.0], |_| 0.0, 0.0)
     }
 
-    /// The same, of a shaft with this speed at the end, rad/s.
+    /// The same with a voltage in q, and with an electrical angle, rad, of a shaft with this speed
+    /// at the end, rad/s.
     fn probe_of_shaft(
-        voltage: impl Fn(f32, f32) -> f32,
+        voltages: impl Fn(f32, f32) -> [f32; 2],
+        angle: impl Fn(f32) -> f32,
         at_end: f32,
     ) -> (bool, [f32; END as usize]) {
         let mut settings = Settings::default();
@@ -335,8 +338,9 @@ mod tests {
                 },
                 supply_voltage: 24.0,
                 electrical: Electrical {
-                    voltage: Some([voltage(time, direct), 0.0]),
+                    voltage: Some(voltages(time, direct)),
                     direct,
+                    angle: Some(ElectricalAngle(Angle::from_radians(angle(time)))),
                     ..Electrical::default()
                 },
             };
@@ -375,16 +379,53 @@ mod tests {
         }
     }
 
+    /// Start and length of the middle part of the probe, which counts twice, s.
+    const MIDDLE: f32 = (LEAD + PART) as f32 * CONTROL_PERIOD;
+    const LENGTH: f32 = PART as f32 * CONTROL_PERIOD;
+    /// Flux of the magnets: torque constant / (1.5 x pole pairs), V s.
+    const MAGNETS: f32 = 0.04 / 10.5;
+
     /// Returns the voltage of a flux that turns into d by this part of the magnets' flux, in the
-    /// middle part of the probe only, which counts twice.
+    /// middle part of the probe only.
     fn turned_by(part: f32) -> impl Fn(f32, f32) -> f32 {
-        // The flux of the magnets is torque constant / (1.5 x pole pairs) = 0.04 / 10.5 V s.
-        let middle = f32::from(LEAD + PART) * CONTROL_PERIOD;
-        let length = f32::from(PART) * CONTROL_PERIOD;
-        let volts = part * 0.04 / 10.5 / length;
+        let volts = part * MAGNETS / LENGTH;
         move |time, direct| {
-            let inside = time > middle - 1e-4 && time < middle + length - 1e-4;
+            let inside = time > MIDDLE - 1e-4 && time < MIDDLE + LENGTH - 1e-4;
             0.6 * direct + if inside { volts } else { 0.0 }
+        }
+    }
+
+    #[test]
+    fn a_flux_in_q_that_does_not_follow_the_encoder_is_found() {
+        // The rotor turns in the middle part. The encoder shows it, forwards or backwards.
+        for (rotor, encoder, found) in [
+            (0.5, 0.5, false),
+            (0.5, 0.4, false),
+            (-0.5, -0.5, false),
+            (0.5, -0.5, true),
+            (-0.5, 0.5, true),
+            (0.2, 0.0, false),
+            (0.4, 0.0, true),
+        ] {
+            let volts = turned_by(rotor);
+            // The voltage in d that the turn and no current explain is 0, and so is that in q by
+            // the current of the probe.
+            let inductance = Settings::default().scaled(Setting::Inductance, 1e-6);
+            let voltages = |time: f32, direct: f32| {
+                let resistive = 0.6 * direct;
+                let coupled = if volts(time, 0.0) == 0.0 {
+                    0.0
+                } else {
+                    encoder / LENGTH * inductance * direct
+                };
+                [resistive, volts(time, 0.0) + coupled]
+            };
+            let angle = |time: f32| {
+                let turned = (time - MIDDLE + CONTROL_PERIOD) / LENGTH;
+                encoder * turned.clamp(0.0, 1.0)
+            };
+            let wrong = probe_of_shaft(voltages, angle, 0.0).0;
+            assert_eq!(wrong, found, "{rotor} rad, encoder {encoder} rad");
         }
     }
 
@@ -392,7 +433,10 @@ mod tests {
     fn a_shaft_that_gains_a_twelfth_of_its_speed_limit_meanwhile_is_not_accused() {
         // The default velocity limit is 6 rad/s.
         for (at_end, found) in [(0.45, true), (0.51, false), (-0.51, true)] {
-            assert_eq!(probe_of_shaft(turned_by(0.4), at_end).0, found, "{at_end}");
+            let volts = turned_by(0.4);
+            let voltages = |time: f32, direct: f32| [volts(time, direct), 0.0];
+            let (wrong, _) = probe_of_shaft(voltages, |_| 0.0, at_end);
+            assert_eq!(wrong, found, "{at_end}");
         }
     }
 }

@@ -259,7 +259,7 @@ fn an_angle_that_slips_and_a_frozen_encoder_stop_any_running_motor_within_50_ms(
 }
 
 #[test]
-fn of_other_running_motors_one_in_50_takes_more_than_50_ms() {
+fn of_other_running_motors_one_in_100_takes_more_than_50_ms() {
     for (seed, troubles) in [
         (21, &SLIPPED_OR_FROZEN[..]),
         (31, &SLIPPED_OR_FROZEN[..]),
@@ -267,7 +267,7 @@ fn of_other_running_motors_one_in_50_takes_more_than_50_ms() {
     ] {
         let times = disturb_running(&mut Random(seed), troubles, CASES / 2);
         times.print();
-        assert!(times.late <= CASES / 100, "{} of seed {seed}", times.late);
+        assert!(times.late <= CASES / 200, "{} of seed {seed}", times.late);
         assert!(times.latest <= 150 && times.farthest < 0.025);
     }
 }
