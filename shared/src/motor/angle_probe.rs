@@ -73,11 +73,12 @@ const ACROSS: f32 = 0.5;
 const ACROSS_TURN: f32 = 0.5;
 /// Steps of the encoder by which the measured turn may be wrong.
 const HIDDEN: f32 = 4.0;
-/// Parts of the flux by coupling, of that by the resistance, and of that by the inductance in q
-/// that may be missing or excessive.
+/// Parts of the flux by coupling, of that by the resistance, and of that by changes of the current
+/// in q that may be missing or excessive. The mean current of a control period does not show in
+/// which part of the probe a change ends.
 const COUPLED: f32 = 0.3;
 const RESISTIVE: f32 = 0.6;
-const INDUCTIVE: f32 = 0.2;
+const INDUCTIVE: f32 = 0.4;
 
 /// The probe of one motor.
 #[derive(Clone, Debug)]
@@ -124,7 +125,7 @@ struct Sums {
     across: f32,
     /// Flux in d and q by coupling, V s.
     coupled: [f32; 2],
-    /// Flux in q by the resistance and by the inductance, V s.
+    /// Flux in q by the resistance, and sum of the sizes of that by changes of the current, V s.
     resistive: f32,
     inductive: f32,
 }
@@ -237,7 +238,7 @@ impl AngleProbe {
         let resistive = self.resistance * current;
         let inductive = (current - before[1]) * self.inductance_q;
         let emf_d = limit(voltage[0] - self.resistance * direct, VOLTAGE_FULL_SCALE);
-        let emf_q = limit(voltage[1] - resistive, VOLTAGE_FULL_SCALE);
+        let emf_q = voltage[1] - resistive;
         let rising = (direct - before[0]) * self.inductance;
         let explained = coupled_q + inductive + turn * self.magnets;
         let sums = &mut self.sums;
@@ -247,7 +248,7 @@ impl AngleProbe {
         sums.coupled[0] += weight * coupled_d;
         sums.coupled[1] += weight * coupled_q;
         sums.resistive += weight * resistive * CONTROL_PERIOD;
-        sums.inductive += weight * inductive;
+        sums.inductive += (weight * inductive).abs();
     }
 
     fn shows_wrong_angle(&self) -> bool {
@@ -258,7 +259,7 @@ impl AngleProbe {
         let across = self.magnets * (ACROSS + ACROSS_TURN * turn + self.hidden)
             + COUPLED * coupled_q
             + RESISTIVE * sums.resistive.abs()
-            + INDUCTIVE * sums.inductive.abs();
+            + INDUCTIVE * sums.inductive;
         sums.flux.abs() > direct || sums.across.abs() > across
     }
 
@@ -408,8 +409,7 @@ mod tests {
             (0.4, 0.0, true),
         ] {
             let volts = turned_by(rotor);
-            // The voltage in d that the turn and no current explain is 0, and so is that in q by
-            // the current of the probe.
+            // The settings explain what resistance and coupling add to the voltages.
             let inductance = Settings::default().scaled(Setting::Inductance, 1e-6);
             let voltages = |time: f32, direct: f32| {
                 let resistive = 0.6 * direct;

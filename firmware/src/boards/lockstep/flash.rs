@@ -1,5 +1,5 @@
-//! Simulated flash with pages and words like those of an STM32G4. Its contents are in memory and,
-//! if the simulator names one, in a file.
+//! Simulated flash with pages and words like those of an STM32G4. Its contents are in memory, and
+//! also in a file if the simulator names one, or if nodes take turns in the memory.
 
 use core::cell::RefCell;
 use critical_section::Mutex;
@@ -36,6 +36,8 @@ struct State {
     /// The contents are in [`BYTES`]. Otherwise they are in the file; without a file, they are
     /// blank.
     held: bool,
+    /// The file has been read or written. From then on it must exist.
+    exists: bool,
     /// Whether the file is older than the bytes, because it could not be written.
     outdated: bool,
 }
@@ -47,9 +49,9 @@ impl State {
             None => None,
         };
         match found {
-            Some(true) => {}
-            Some(false) => return Err(NorFlashErrorKind::Other),
-            None => bytes.fill(0xff),
+            Some(true) => self.exists = true,
+            None if !self.exists => bytes.fill(0xff),
+            Some(false) | None => return Err(NorFlashErrorKind::Other),
         }
         self.held = true;
         Ok(())
@@ -63,6 +65,7 @@ impl State {
         if self.outdated {
             return Err(NorFlashErrorKind::Other);
         }
+        self.exists = self.file.is_some();
         Ok(())
     }
 }
@@ -70,6 +73,7 @@ impl State {
 static STATE: Mutex<RefCell<State>> = Mutex::new(RefCell::new(State {
     file: None,
     held: false,
+    exists: false,
     outdated: false,
 }));
 
@@ -90,8 +94,8 @@ fn with<R>(
     })
 }
 
-/// Reads the flash from the file `path`; an empty path leaves it blank. A board without `files` has
-/// its flash in memory.
+/// Reads the flash from the file `path`; an empty path, and a file that does not exist, leave it
+/// blank. A board without `files` has its flash in memory.
 ///
 /// # Errors
 /// The file is no flash of this board. It is left as it is.

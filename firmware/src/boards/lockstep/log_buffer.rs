@@ -22,7 +22,7 @@ pub fn with<R>(use_it: impl FnOnce(&mut LogBuffer) -> R) -> R {
     })
 }
 
-/// Whether log records wait or were lost. If not, the buffer is as at power-up.
+/// Whether log records wait or were lost. If not, the buffer holds nothing, as at power-up.
 #[cfg(target_os = "none")]
 pub fn used() -> bool {
     USED.load(Ordering::Relaxed)

@@ -60,6 +60,8 @@ impl Turns {
         if next > self.started {
             return false;
         }
+        let keeps = self.current == NODES || keeps_seldom();
+        self.seldom[self.current] = keeps;
         let start = &raw mut __sdata;
         let length = &raw mut __ebss as usize - start as usize;
         let often = &raw mut __eseldom as usize - start as usize;
@@ -68,12 +70,10 @@ impl Turns {
         let variables = unsafe { slice::from_raw_parts_mut(start, length) };
         let begin = |seldom: bool| if seldom { 0 } else { often };
 
-        let keeps = self.current == NODES || keeps_seldom();
-        self.seldom[self.current] = keeps;
         let place = begin(keeps);
         let mut exchanged = self.file.seek(self.current * length + place)
             && self.file.write_all(&variables[place..]);
-        // Another node's variables in `.seldom` are still in memory.
+        // In `.seldom` there are still the variables of the node that leaves.
         if keeps && !self.seldom[from] {
             exchanged &=
                 self.file.seek(NODES * length) && self.file.read_exact(&mut variables[..often]);
