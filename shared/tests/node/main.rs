@@ -22,6 +22,8 @@ mod guard;
 #[cfg(feature = "lockstep")]
 mod halls;
 #[cfg(feature = "lockstep")]
+mod homing;
+#[cfg(feature = "lockstep")]
 mod index;
 #[cfg(feature = "lockstep")]
 mod limit_switches;
