@@ -25,6 +25,8 @@ struct Client {
     steps: u32,
     /// Whether the client sends set-points that keep bench mode alive.
     attends: bool,
+    /// True speed of the output shaft, rad/s.
+    speed: f32,
 }
 
 impl Client {
@@ -55,6 +57,7 @@ impl Client {
             node,
             steps: 0,
             attends: true,
+            speed: 0.0,
         };
         client.send(&[(0x000, &[1, 0])]);
         client
@@ -74,7 +77,9 @@ impl Client {
             supply_voltage: 24.0,
             ..Sensors::default()
         };
-        self.node.step(sensors, &frames).frames.to_vec()
+        let stepped = self.node.step(sensors, &frames);
+        self.speed = stepped.shaft.velocity;
+        stepped.frames.to_vec()
     }
 
     fn sdo(&mut self, request: [u8; 8]) -> [u8; 8] {
@@ -334,4 +339,157 @@ fn a_calibration_needs_bench_mode_and_ends_with_it() {
     client.write(0x2050, 1);
     client.write(0x2050, 0);
     assert_eq!(client.end(), ENDED, "after the request");
+}
+
+/// The first excitation shorts the winding, so the back-EMF of a shaft that turns would drive a
+/// current above every limit.
+#[test]
+fn a_calibration_of_a_shaft_that_turns_is_refused_before_any_current_flows() {
+    let mut client = Client::new(MOTOR, &[]);
+    client.write(0x2001, 1);
+    client.write(0x2050, 2);
+    while client.speed < 5.0 {
+        client.send(&[]);
+    }
+    client.write(0x2050, 0);
+    let (before, begun) = (client.speed, client.steps);
+    client.write(0x2050, 2);
+    assert_eq!(client.end(), (101, 2), "refused for the speed at the start");
+    let [got, bound] = [client.read(0x2053), client.read(0x2054)].map(|value| value / 1_000_000);
+    assert!((100..300).contains(&got) && bound == 10, "{got} {bound}");
+    assert_eq!(client.read(0x603f) & 0xffff, 0, "no fault");
+    // Friction alone has slowed it: 1 N m, 0.25 kg m^2. A shorted winding would stop it at once.
+    let slowed = 4.1e-3 * (client.steps - begun) as f32;
+    assert!(client.speed > before - slowed && client.speed > 3.0);
+}
+
+/// Requests of a client: object, sub-index, and the number of values to choose from.
+const REQUESTS: [(u16, u8, usize); 10] = [
+    (0x2001, 0, 2), // bench mode
+    (0x2050, 0, 4), // calibration
+    (0x2050, 0, 4),
+    (0x2065, 0, 2), // search for the cogging torque
+    (0x2065, 0, 2),
+    (0x2060, 1, 3), // recording
+    (0x6060, 0, 12),
+    (0x6098, 0, 40),
+    (0x6040, 0, 16),
+    (0x605d, 0, 3), // what a halt does
+];
+
+fn write_byte(index: u16, sub: u8, value: u8) -> (u16, Vec<u8>) {
+    let [low, high] = index.to_le_bytes();
+    (0x600 + NODE, vec![0x2f, low, high, sub, value, 0, 0, 0])
+}
+
+fn set_point(word: u16, mode: u8, target: i32) -> (u16, Vec<u8>) {
+    let [low, high] = word.to_le_bytes();
+    let mut payload = vec![low, high, mode];
+    payload.extend(target.to_le_bytes());
+    (0x300 + NODE, payload)
+}
+
+/// Requests come in any order, two of them within a millisecond, and the client is silent at times.
+#[test]
+fn no_order_of_requests_turns_a_shaft_too_fast_or_keeps_it_in_motion() {
+    let three_phase = MotorModel {
+        winding: WindingModel::ThreePhase(WINDING),
+        ..MOTOR
+    };
+    let matching = [
+        (Setting::MotorKind, 1),
+        (Setting::PolePairs, 7),
+        (Setting::ElectricalOffset, 71_000),
+        (Setting::TorqueConstant, 63_000),
+        (Setting::Inductance, 400),
+        (Setting::InductanceQ, 500),
+        (Setting::CoggingPeriods, 6),
+        (Setting::ScrewLead, 5_000),
+    ];
+    let brushed = [(Setting::ScrewLead, 5_000)];
+    let mut state = 0x2545_f491_4f6c_dd1d_u64;
+    let mut random = |count: usize| {
+        state ^= state << 13;
+        state ^= state >> 7;
+        state ^= state << 17;
+        (state >> 33) as usize % count
+    };
+    let (mut turning, mut fast) = (0, 0);
+    for (role, motor, changes) in [
+        ("axle", MOTOR, &brushed[..]),
+        ("axle", three_phase, &matching),
+        ("screw", MOTOR, &brushed),
+        ("screw", three_phase, &matching),
+    ] {
+        let mut client = Client::of(role, motor, changes);
+        client.attends = false;
+        for _ in 0..60 {
+            client.send(&[(0x000, &[1, NODE as u8])]);
+            // The one fault of this drive is the silence of its client.
+            let fault = client.read(0x603f) & 0xffff;
+            assert!(matches!(fault, 0 | 0x8250), "{role}: fault {fault:#x}");
+            client.command(0x80, 0);
+            client.command(0, 0);
+            client.write(0x2001, 1);
+            // The client keeps to this for a while: it calibrates, drives, or leaves the drive off.
+            let calibrates = random(3) == 0;
+            if calibrates {
+                client.write(0x2050, 2);
+            }
+            let armed = !calibrates && random(4) > 0;
+            let mode = [3, 9, 9, 9, 10, 8, 1, 6][random(8)];
+            let target = random(2_000_000) as i32 - 1_000_000;
+            let silent = random(8) == 0;
+            let steps = 100 + random(if calibrates { 12_000 } else { 3_000 });
+            for step in 0..steps {
+                let mut frames = Vec::new();
+                if step % 10 == 0 && !(silent && step > steps / 2) {
+                    let word = match step / 10 {
+                        _ if !armed => 0,
+                        0 => 0x06,
+                        1 => 0x07,
+                        _ => 0x0f,
+                    };
+                    frames.push(set_point(word, mode, target));
+                }
+                if random(if armed && step == 60 { 1 } else { 1_000 }) == 0 {
+                    for _ in 0..=random(2) {
+                        let (index, sub, values) = REQUESTS[random(REQUESTS.len())];
+                        frames.push(write_byte(index, sub, random(values) as u8));
+                    }
+                }
+                match random(4_000) {
+                    0 => frames.push((0x000, vec![[2, 128, 129, 130][random(4)], 0])),
+                    1 => frames.push(set_point([0x02, 0x10f, 0x1f][random(3)], mode, target)),
+                    _ => {}
+                }
+                let frames: Vec<_> = frames.iter().map(|(id, data)| (*id, &data[..])).collect();
+                client.send(&frames);
+                let speed = client.speed.abs();
+                // A calibration turns the shaft with 6 rad/s, everything else in bench mode with 1.
+                assert!(speed < 7.0, "{role}: {speed} rad/s");
+                turning += usize::from(speed > 0.01);
+                fast += usize::from(speed > 1.2);
+            }
+        }
+        client.send(&[(0x000, &[1, 0])]);
+        client.write(0x2001, 0);
+        // Friction stops a shaft from 6 rad/s in 1.5 s.
+        for _ in 0..2_000 {
+            client.send(&[]);
+        }
+        let before = client.read(0x6064);
+        for _ in 0..500 {
+            client.send(&[]);
+        }
+        assert!(client.speed.abs() < 1e-3, "{role}: {} rad/s", client.speed);
+        // A drive whose client fell silent holds its shaft; a unit is 0.1 mrad.
+        let moved = client.read(0x6064) - before;
+        assert!(moved.abs() <= 2, "{role}: {moved}");
+        let status = client.read(0x6041);
+        assert_ne!(status & 0x6f, 0x27, "{role} is in operation: {status:#x}");
+        assert!(client.node.finish(), "{role}");
+    }
+    println!("{turning} ms in motion, {fast} ms faster than 1.2 rad/s");
+    assert!(turning > 20_000 && fast > 2_000, "{turning} {fast}");
 }

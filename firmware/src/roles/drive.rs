@@ -221,6 +221,7 @@ impl Measurements {
             allowed,
             &calibrator::Inputs {
                 encoder: inputs.encoder,
+                velocity: outputs.velocity,
                 supply_voltage: inputs.supply_voltage,
                 measured: current_loop::take_measurement(inputs.supply_voltage),
             },

@@ -280,6 +280,7 @@ fn a_calibration_that_is_requested_in_operation_leaves_the_alignment_as_it_is() 
     let mut calibrator = Calibrator::new(&settings, &STAGE);
     let inputs = calibration::Inputs {
         encoder: 0,
+        velocity: 0.0,
         supply_voltage: 24.0,
         measured: None,
     };
