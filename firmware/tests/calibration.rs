@@ -342,7 +342,7 @@ fn a_calibration_needs_bench_mode_and_ends_with_it() {
 }
 
 /// The first excitation shorts the winding, so the back-EMF of a shaft that turns would drive a
-/// current above every limit.
+/// current above the limit.
 #[test]
 fn a_calibration_of_a_shaft_that_turns_is_refused_before_any_current_flows() {
     let mut client = Client::new(MOTOR, &[]);
@@ -452,6 +452,7 @@ fn no_order_of_requests_turns_a_shaft_too_fast_or_keeps_it_in_motion() {
                     };
                     frames.push(set_point(word, mode, target));
                 }
+                // One request comes soon after the drive is armed.
                 if random(if armed && step == 60 { 1 } else { 1_000 }) == 0 {
                     for _ in 0..=random(2) {
                         let (index, sub, values) = REQUESTS[random(REQUESTS.len())];
@@ -466,8 +467,8 @@ fn no_order_of_requests_turns_a_shaft_too_fast_or_keeps_it_in_motion() {
                 let frames: Vec<_> = frames.iter().map(|(id, data)| (*id, &data[..])).collect();
                 client.send(&frames);
                 let speed = client.speed.abs();
-                // A calibration turns the shaft with 6 rad/s, everything else in bench mode with 1.
-                assert!(speed < 7.0, "{role}: {speed} rad/s");
+                // A calibration is refused above 1.3 times 6 rad/s. Bench mode allows 1 rad/s.
+                assert!(speed < 7.8, "{role}: {speed} rad/s");
                 turning += usize::from(speed > 0.01);
                 fast += usize::from(speed > 1.2);
             }

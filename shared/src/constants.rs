@@ -3,6 +3,9 @@
 /// Period of every node's control tick, s.
 pub const CONTROL_PERIOD: f32 = 1e-3;
 
+/// Bandwidth of the observer of the shaft's velocity, rad/s.
+pub const OBSERVER_BANDWIDTH: f32 = 600.0;
+
 /// Acceleration of gravity, m/s^2: the value that the papers use. At sea level it is off by at most
 /// 0.3 %.
 pub const GRAVITY: f32 = GRAVITY_F64 as f32;

@@ -97,7 +97,7 @@ fn main() -> ! {
         black_box(
             calibrator
                 .0
-                .tick(black_box(1), black_box(true), &calibrator.1),
+                .tick(black_box(1), black_box(true), black_box(0.0), &calibrator.1),
         );
         current_loop::excite(&black_box(Excitation::default()), black_box(0.0));
         black_box(current_loop::take_measurement(black_box(0.0)));

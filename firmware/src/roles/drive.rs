@@ -219,9 +219,9 @@ impl Measurements {
         let action = self.calibrator.tick(
             request,
             allowed,
+            outputs.velocity,
             &calibrator::Inputs {
                 encoder: inputs.encoder,
-                velocity: outputs.velocity,
                 supply_voltage: inputs.supply_voltage,
                 measured: current_loop::take_measurement(inputs.supply_voltage),
             },

@@ -119,24 +119,29 @@ impl Calibrator {
     }
 
     /// Runs one control period. `request` is one of [`request`]. `allowed`: the drive is in bench
-    /// mode, disarmed and without a fault.
-    pub fn tick(&mut self, request: u8, allowed: bool, inputs: &Inputs) -> Action {
+    /// mode, disarmed and without a fault. `velocity` of the output shaft: observed, rad/s.
+    pub fn tick(&mut self, request: u8, allowed: bool, velocity: f32, inputs: &Inputs) -> Action {
         let wanted = matches!(request, request::STANDING | request::FREE_SHAFT);
         if self.running.is_none() {
             if !wanted {
                 return Action::None;
             }
-            if !allowed {
+            let free_shaft = request == request::FREE_SHAFT;
+            let plan = Plan::from_settings(&self.settings, &self.ratings, free_shaft);
+            let start = if allowed {
+                plan.check_standstill(velocity)
+            } else {
+                Err(Refusal::Ended)
+            };
+            if let Err(refusal) = start {
                 // The loop stays: it may drive a motor, and knows more than the settings.
                 self.report = Report {
                     progress: progress::REFUSED,
                     ..Report::default()
                 };
-                self.refuse(Refusal::Ended);
+                self.refuse(refusal);
                 return Action::None;
             }
-            let free_shaft = request == request::FREE_SHAFT;
-            let plan = Plan::from_settings(&self.settings, &self.ratings, free_shaft);
             self.periods_per_control = plan.periods_per_control();
             self.running = Some(Calibration::new(&plan));
             self.report = Report::default();

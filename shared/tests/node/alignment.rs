@@ -280,12 +280,11 @@ fn a_calibration_that_is_requested_in_operation_leaves_the_alignment_as_it_is() 
     let mut calibrator = Calibrator::new(&settings, &STAGE);
     let inputs = calibration::Inputs {
         encoder: 0,
-        velocity: 0.0,
         supply_voltage: 24.0,
         measured: None,
     };
     for request in [request::STANDING, request::FREE_SHAFT] {
-        if let Action::Install(current_loop) = calibrator.tick(request, false, &inputs) {
+        if let Action::Install(current_loop) = calibrator.tick(request, false, 0.0, &inputs) {
             rig.current_loop = current_loop;
         }
         assert_eq!(calibrator.report().progress, progress::REFUSED);

@@ -12,7 +12,7 @@ const OPERATION: u16 = controlword::ENABLE_OPERATION;
 const SWITCH: f64 = 0.5;
 const HOME: f64 = 0.35;
 /// Largest error of the position, rad: the travel of ten ticks of the second approach, which has a
-/// fifth of 1 rad/s. A disturbance of four ticks may come while the switch is debounced.
+/// fifth of 1 rad/s. A disturbance of four ticks may come when the switch has been closed for four.
 const TOLERANCE: f64 = 2e-3;
 
 /// What the test has seen.
@@ -20,7 +20,7 @@ const TOLERANCE: f64 = 2e-3;
 struct Seen {
     homed: usize,
     faults: usize,
-    /// Homing that something ended.
+    /// Events with the mode of homing after which the axle is not in operation.
     ended: usize,
     worst: f64,
 }

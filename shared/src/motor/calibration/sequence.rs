@@ -22,8 +22,6 @@ use crate::units::Angle;
 pub struct Inputs {
     /// Wrapping counter of the rotor's encoder.
     pub encoder: i32,
-    /// Velocity of the output shaft, rad/s.
-    pub velocity: f32,
     /// Supply voltage, V.
     pub supply_voltage: f32,
     /// Measurement of the excitation; `None` if no sample was taken.
@@ -59,9 +57,6 @@ pub enum Progress {
     Refused(Refusal),
 }
 
-/// Largest speed of the rotor at the start, rad/s. The first excitation shorts the winding, and the
-/// back-EMF then drives a current.
-const LARGEST_SPEED_AT_START: f32 = 10.0;
 /// Smallest current of a calibration, as a fraction of the board's full scale. Below it, noise and
 /// the steps of the converter count.
 const SMALLEST_CURRENT: f32 = 0.01;
@@ -165,10 +160,6 @@ impl Calibration {
         let Some(step) = self.step() else {
             return Ok(None);
         };
-        if self.encoder.is_none() {
-            let speed = inputs.velocity.abs() * self.plan.gear_ratio;
-            check_at_most(Quantity::SpeedAtStart, speed, LARGEST_SPEED_AT_START)?;
-        }
         let moved = inputs
             .encoder
             .wrapping_sub(self.encoder.unwrap_or(inputs.encoder));

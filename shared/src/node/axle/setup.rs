@@ -13,7 +13,7 @@ use super::sign_probe::SignProbe;
 use super::{ActiveLimit, Axle, SetPoint};
 use crate::bus::cia402::{DriveCommand, State};
 use crate::bus::scale::Scale;
-use crate::constants::CONTROL_PERIOD;
+use crate::constants::{CONTROL_PERIOD, OBSERVER_BANDWIDTH};
 use crate::faults::Faults;
 use crate::motor::angle_probe::AngleProbe;
 use crate::motor::back_emf::BackEmf;
@@ -27,7 +27,6 @@ use crate::motor::rotor::RotorSensor;
 use crate::node::supervisor::{Bounds, Supervisor};
 use crate::settings::{Setting, Settings};
 
-const OBSERVER_BANDWIDTH: f32 = 600.0;
 /// Travel in a control period that no shaft makes, as time at the velocity limit, s.
 const IMPOSSIBLE_SPEED: f32 = 2.0 * CONTROL_PERIOD;
 

@@ -217,7 +217,6 @@ impl Bench {
                 } else {
                     self.motor.encoder() + self.jitter as i32
                 },
-                velocity: self.motor.shaft().velocity,
                 supply_voltage: SUPPLY,
                 measured: self.current_loop.take_measurement(SUPPLY),
             };
