@@ -150,15 +150,23 @@ fn the_bench_program_turns_one_motor_without_a_guard() {
     assert!((number(&line, "supply") - 24.0).abs() < 0.5, "{line}");
 }
 
+/// The scenario of the bench with this motor of node 2, and with these settings of it.
+fn bench_with(motor: &str, settings: &str) -> String {
+    let text = fs::read_to_string(scenario("bench")).expect("the scenario");
+    let (before, after) = text
+        .split_once("calibration_current = 7000\n")
+        .expect("settings");
+    format!("{before}{settings}{after}\n[motor.left_track]\n{motor}")
+}
+
 /// The bench program waits while the drive aligns the rotor.
 #[test]
 fn the_bench_program_turns_a_three_phase_motor_with_an_incremental_encoder() {
-    let text = fs::read_to_string(scenario("bench")).expect("the scenario");
-    let motor = "[motor.left_track]\nkind = \"pmsm\"\nresistance_ohm = 0.3\n\
-                 inductance_d_h = 0.0003\ninductance_q_h = 0.0003\nflux_wb = 0.00381\n\
-                 pole_pairs = 7\n[settings.left_track]\nrotor_sensor = 1\n\
-                 alignment_current = 8000\nalignment_travel = 100\n";
-    let text = text.replace("[settings.left_track]\ncalibration_current = 7000\n", motor);
+    let text = bench_with(
+        "kind = \"pmsm\"\nresistance_ohm = 0.3\ninductance_d_h = 0.0003\n\
+         inductance_q_h = 0.0003\nflux_wb = 0.00381\npole_pairs = 7\n",
+        "rotor_sensor = 1\nalignment_current = 8000\nalignment_travel = 100\n",
+    );
     let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join("three-phases.toml");
     fs::write(&path, text).expect("written");
     let path = path.display().to_string();
@@ -169,14 +177,12 @@ fn the_bench_program_turns_a_three_phase_motor_with_an_incremental_encoder() {
 /// The step of docs/hardware.md in which a resistor stands for the motor.
 #[test]
 fn the_bench_program_drives_a_resistor_with_the_asked_current() {
-    let text = fs::read_to_string(scenario("bench")).expect("the scenario");
-    let text = text.replace("[settings.left_track]\ncalibration_current = 7000\n", "");
-    let resistor = "[motor.left_track]\nkind = \"dc\"\nresistance_ohm = 4.7\n\
-                    inductance_d_h = 0.000002\nflux_wb = 0.00001\n\
-                    [settings.left_track]\nresistance = 4700\ninductance = 10\n\
-                    bench_current = 1500\ntorque_constant = 40000\n";
+    let text = bench_with(
+        "kind = \"dc\"\nresistance_ohm = 4.7\ninductance_d_h = 0.000002\nflux_wb = 0.00001\n",
+        "resistance = 4700\ninductance = 10\nbench_current = 1500\ntorque_constant = 40000\n",
+    );
     let path = root().join("target/resistor.toml");
-    fs::write(&path, text + resistor).expect("a file");
+    fs::write(&path, text).expect("a file");
     let path = path.to_str().expect("a text");
     let line = on_the_bench("resistor", path, &["--current", "1.0"]);
     assert!((number(&line, "current") - 1.0).abs() < 0.03, "{line}");
