@@ -114,7 +114,9 @@ fn no_tick_reaches_double_precision_long_division_panics_formatting_or_allocatio
     let reached: Vec<String> = functions
         .iter()
         .flat_map(|function| {
+            // The hash at the end of a name is any text of 16 hexadecimal digits.
             let name = &function.name;
+            let name = name.rsplit_once("17h").map_or(&name[..], |(name, _)| name);
             FORBIDDEN
                 .iter()
                 .filter(move |(part, _)| name.contains(part))
