@@ -148,9 +148,8 @@ impl Client {
     }
 
     fn command(&mut self, controlword: u8, velocity: i32) {
-        let mut payload = [controlword, 0, 9, 0, 0, 0, 0];
-        payload[3..].copy_from_slice(&velocity.to_le_bytes());
-        self.send(&[(0x300 + NODE, &payload)]);
+        let (identifier, payload) = set_point(controlword.into(), 9, velocity);
+        self.send(&[(identifier, &payload)]);
     }
 
     /// Asserts that the values of these objects are within a part of the expected ones.

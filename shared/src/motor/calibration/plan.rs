@@ -108,9 +108,9 @@ mod tests {
         Plan::from_settings(&settings, &ratings, false)
     }
 
-    /// Largest observed velocity, and whether each tick after the first 20 is refused, while the
-    /// rotor moves by these counts in a tick.
-    fn refused(counts: i32, moves: impl Fn(i32) -> i32) -> [usize; 2] {
+    /// Runs 500 ticks in which the rotor moves by these counts. Returns in how many after the first
+    /// 20 a calibration may begin, and in how many it is refused.
+    fn allowed_and_refused(counts: i32, moves: impl Fn(i32) -> i32) -> [usize; 2] {
         let plan = plan(counts);
         let gear = (plan.gear_ratio * 1e3) as i32;
         let mut observer = Observer::new(counts, gear, OBSERVER_BANDWIDTH, 0);
@@ -134,8 +134,8 @@ mod tests {
                 let flicker = |tick: i32| {
                     [1, -1][(tick / period % 2) as usize] * i32::from(tick % period == 0)
                 };
-                let [good, refused] = refused(counts, flicker);
-                assert!(good > 0 && refused == 0, "{counts}, {period}: {refused}");
+                let [allowed, refused] = allowed_and_refused(counts, flicker);
+                assert!(allowed > 0 && refused == 0, "{counts}, {period}: {refused}");
             }
         }
         // 100 rad/s of the rotor.
@@ -143,8 +143,9 @@ mod tests {
             let position = |tick: i32| {
                 (f64::from(tick) * 0.1 / core::f64::consts::TAU * f64::from(counts)) as i32
             };
-            let [good, refused] = refused(counts, |tick| position(tick) - position(tick - 1));
-            assert!(good == 0 && refused > 0, "{counts}: {good}");
+            let [allowed, refused] =
+                allowed_and_refused(counts, |tick| position(tick) - position(tick - 1));
+            assert!(allowed == 0 && refused > 0, "{counts}: {allowed}");
         }
     }
 
