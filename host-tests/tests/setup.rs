@@ -300,6 +300,7 @@ fn nodes_are_built_and_answer_in_qemu() {
             .unwrap();
         let start = Start {
             version: VERSION,
+            role: role.try_into().unwrap(),
             seed: 1,
             flash: heapless::String::new(),
             settings: heapless::Vec::new(),

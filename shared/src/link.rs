@@ -17,7 +17,7 @@ use heapless::Vec;
 use serde::{Deserialize, Serialize};
 
 /// Version of these messages. Both sides compare it before anything else.
-pub const VERSION: u16 = 11;
+pub const VERSION: u16 = 12;
 /// Length of a lockstep step in microseconds.
 pub const STEP_US: u64 = 1_000;
 /// Maximum number of frames that one step can deliver to a node, or take from it. A bus with 1
@@ -29,6 +29,8 @@ pub const MAX_SERIAL: usize = 16;
 pub const MAX_LOG: usize = 512;
 /// Maximum number of settings in [`Start`].
 pub const MAX_SETTINGS: usize = 64;
+/// Maximum length of [`Start::role`] in bytes.
+pub const MAX_ROLE: usize = 8;
 /// Maximum length of [`Start::flash`] in bytes.
 pub const MAX_PATH: usize = 200;
 /// Maximum length of an encoded message in bytes, without the prefix.
@@ -79,6 +81,8 @@ pub enum ToNode {
 pub struct Start {
     /// The simulator's [`VERSION`].
     pub version: u16,
+    /// Role of the node, for a program with several. Empty: the program's own role.
+    pub role: heapless::String<MAX_ROLE>,
     /// Seed of the simulated sensors' noise.
     pub seed: u64,
     /// File with the contents of the node's flash, which the node writes; a missing file is blank

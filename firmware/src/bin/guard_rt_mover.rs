@@ -1,7 +1,8 @@
 //! Program of RT-Mover's guard node: runs the role `guard` on the selected board.
+//! In QEMU it also has the roles of the drives.
 #![cfg_attr(target_os = "none", no_std)]
 #![cfg_attr(any(target_os = "none", target_family = "wasm"), no_main)]
 
-use tautrack_firmware::roles::guard;
+use tautrack_firmware::roles::{axle, guard};
 
-tautrack_firmware::program!(guard::RT_MOVER);
+tautrack_firmware::program!(guard::RT_MOVER, axle::ROLE);

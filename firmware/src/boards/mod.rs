@@ -88,10 +88,10 @@ pub trait Board {
     type Storage: NorFlash;
 
     /// Starts the board, reads the settings, calls `role` to spawn its tasks, and runs them for
-    /// ever.
+    /// ever. The simulator may ask for one of the `others` instead; hardware ignores them.
     /// `wasm` has no such method, because its program is called instead of running.
     #[cfg(not(target_family = "wasm"))]
-    fn run(role: &'static Role) -> !;
+    fn run(role: &'static Role, others: &'static [&'static Role]) -> !;
     /// Counts of the rotor sensor since power-up; wraps at both ends of `i32`. Hall sensors count
     /// as [`tautrack::motor::halls::Halls`] says.
     fn encoder() -> i32;
@@ -146,14 +146,16 @@ pub trait Board {
 /// Rate of the control task, Hz, on every board.
 pub const CONTROL_HZ: u32 = 1_000;
 
-/// Makes a program that runs one role on the selected board.
+/// Makes a program that runs one role on the selected board. Further roles are for the simulator:
+/// then all nodes of a robot can run the same program, and share an emulated machine.
 #[cfg(not(target_family = "wasm"))]
 #[macro_export]
 macro_rules! program {
-    ($role:expr) => {
+    ($role:expr $(, $other:expr)*) => {
         #[cfg_attr(target_os = "none", cortex_m_rt::entry)]
         fn main() -> ! {
-            <$crate::boards::Selected as $crate::boards::Board>::run(&$role)
+            static OTHERS: &[&$crate::roles::Role] = &[$(&$other),*];
+            <$crate::boards::Selected as $crate::boards::Board>::run(&$role, OTHERS)
         }
     };
 }

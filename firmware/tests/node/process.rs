@@ -116,6 +116,7 @@ impl Node {
     ) -> Ready {
         let start = Start {
             version: VERSION,
+            role: heapless::String::new(),
             seed: 11,
             flash: flash.try_into().expect("a short path"),
             settings: settings.iter().copied().collect(),

@@ -23,30 +23,49 @@ pub use program::{Board, Instruments, Program, Programs, hexadecimal};
 use cargo::{Recipe, folder_of};
 use program::program;
 
-/// Builds the nodes of the robot with this guard program for `board`. Returns quickly if nothing
-/// has changed. Installs what the build needs, see [`setup`].
+/// Builds the nodes of the robot with this guard program for `board`. In QEMU all nodes run that
+/// program, which also contains the roles of the drives: nodes with the same program can share an
+/// emulated machine. On other boards each role has a program of its own.
+///
+/// # Errors
+/// Those of [`build_each`].
+pub fn build(board: Board, guard: &str) -> Result<Programs, BuildError> {
+    match board {
+        Board::Qemu => of_roles(board, [guard; 3]),
+        _ => build_each(board, guard),
+    }
+}
+
+/// Builds a program for each role, with this one for the guard. Returns quickly if nothing has
+/// changed. Installs what the build needs, see [`setup`].
 ///
 /// May be called from several threads and programs at once: cargo lets one of them build and the
 /// others wait.
 ///
 /// # Errors
 /// [`BuildError`], with cargo's last lines if the build fails.
-pub fn build(board: Board, guard: &str) -> Result<Programs, BuildError> {
+pub fn build_each(board: Board, guard: &str) -> Result<Programs, BuildError> {
+    of_roles(board, ["axle", "screw", guard])
+}
+
+/// Builds programs for axle, screw and guard.
+fn of_roles(board: Board, names: [&str; 3]) -> Result<Programs, BuildError> {
     let recipe = Recipe::simulated(board, board.feature());
-    let folder = folder_of(&recipe, &["axle", "screw", guard])?;
+    let folder = folder_of(&recipe, &names)?;
+    let [axle, screw, guard] = names.map(|name| program(board, &folder, name));
     Ok(Programs {
         board,
-        axle: program(board, &folder, "axle")?,
-        screw: program(board, &folder, "screw")?,
-        guard: program(board, &folder, guard)?,
+        axle: axle?,
+        screw: screw?,
+        guard: guard?,
     })
 }
 
 /// Builds the programs that measure the control code on the emulated core, in the same way as
-/// [`build`].
+/// [`build_each`].
 ///
 /// # Errors
-/// The same as [`build`].
+/// The same as [`build_each`].
 pub fn instruments() -> Result<Instruments, BuildError> {
     let recipe = Recipe::simulated(Board::Qemu, "cost");
     let folder = folder_of(&recipe, &["cost", "ticks"])?;

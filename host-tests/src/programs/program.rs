@@ -50,7 +50,7 @@ pub struct Program {
     pub sha256: String,
 }
 
-/// Programs of all roles for one board.
+/// Programs of all roles for one board. They may be the same.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Programs {
     /// Board that they run on.

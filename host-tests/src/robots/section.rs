@@ -91,7 +91,7 @@ pub enum Posture {
     Step,
 }
 
-/// Program that a node runs.
+/// Role of a node.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Role {
     /// Control loops of one motor.
@@ -102,12 +102,23 @@ pub enum Role {
     Guard,
 }
 
+impl Role {
+    /// Name of the role in the firmware.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Axle => "axle",
+            Self::Screw => "screw",
+            Self::Guard => "guard",
+        }
+    }
+}
+
 /// Specification of one node of a robot.
 #[derive(Clone, Debug)]
 pub struct NodeSpec {
     /// Name of the node in the robot.
     pub name: NodeName,
-    /// Program of the node.
+    /// Role of the node.
     pub role: Role,
     /// `CANopen` node id.
     pub id: u8,

@@ -44,8 +44,7 @@ fn measurement() -> &'static Measurement {
 /// Version of QEMU and digests of the programs that a measurement depends on.
 fn measured() -> Vec<String> {
     let instruments = programs::instruments().unwrap_or_else(|error| panic!("{error}"));
-    let nodes = Kind::B2p2
-        .programs(Board::Qemu)
+    let nodes = programs::build_each(Board::Qemu, Kind::B2p2.facts().guard_program)
         .unwrap_or_else(|error| panic!("{error}"));
     let measuring = digests([&instruments.cost, &instruments.ticks]);
     [emulator()]

@@ -165,7 +165,7 @@ impl Board for Esc1 {
 
     type Storage = storage::Storage;
 
-    fn run(role: &'static Role) -> ! {
+    fn run(role: &'static Role, _: &'static [&'static Role]) -> ! {
         static EXECUTOR: StaticCell<Executor> = StaticCell::new();
         bridge::open();
         EXECUTOR.init(Executor::new()).run(|bus| start(role, bus))

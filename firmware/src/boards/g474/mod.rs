@@ -64,7 +64,7 @@ impl Board for G474 {
 
     type Storage = storage::Storage;
 
-    fn run(role: &'static Role) -> ! {
+    fn run(role: &'static Role, _: &'static [&'static Role]) -> ! {
         static EXECUTOR: StaticCell<Executor> = StaticCell::new();
         reset::start_watchdog();
         let p = clock::start();

@@ -1,10 +1,8 @@
 //! Carries messages between a [`Machine`] and a byte pipe.
 
-use super::flash::Files;
 use super::machine::{End, Machine};
-use crate::roles::Role;
 use static_cell::StaticCell;
-use tautrack::link::{MAX_MESSAGE, Prefix};
+use tautrack::link::{MAX_MESSAGE, Prefix, Stepped};
 
 /// Byte pipe to and from the simulator.
 pub trait Pipe {
@@ -18,22 +16,22 @@ pub trait Pipe {
     fn turn_to(&mut self, node: u8) -> bool;
 }
 
-/// Answers the messages of `pipe` until the simulator or a node ends. The flash may be in one of
-/// `files`. Must be called only once.
+/// Answers the messages of `pipe` until the simulator or a node ends. Must be called only once.
 ///
 /// Several nodes can share the pipe. Whatever belongs to a node is in static variables; the stack
 /// belongs to all.
-pub fn run(board: &'static str, role: &'static Role, files: Files, pipe: &mut impl Pipe) -> End {
+pub fn run(machine: Machine, pipe: &mut impl Pipe) -> End {
     static MACHINE: StaticCell<Machine> = StaticCell::new();
-    let machine = MACHINE.init(Machine::new(board, role, Some(files)));
+    let machine = MACHINE.init(machine);
     let mut inbox = Inbox::new();
     let mut buffer = [0; Prefix::BYTES + MAX_MESSAGE];
+    let mut stepped = Stepped::default();
     while let Some(Prefix { length, node }) = inbox.receive(pipe, &mut buffer) {
         let (prefix, body) = buffer.split_at_mut(Prefix::BYTES);
         if !pipe.turn_to(node) {
             break;
         }
-        let length = match machine.answer(body, usize::from(length)) {
+        let length = match machine.answer(body, usize::from(length), &mut stepped) {
             Ok(length) => length,
             Err(end) => return end,
         };

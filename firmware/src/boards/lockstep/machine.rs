@@ -6,7 +6,7 @@ use super::power_up::power_up;
 use super::starvation::{self, Starved};
 use super::{clock, step};
 use crate::bus::RECEIVED;
-use crate::roles::Role;
+use crate::roles::{Refusal, Role, refuse};
 use embassy_executor::raw::Executor;
 use heapless::String;
 use serde::Deserialize;
@@ -27,45 +27,57 @@ pub enum End {
 pub struct Machine {
     board: &'static str,
     role: &'static Role,
+    /// Roles that the simulator may ask for instead.
+    others: &'static [&'static Role],
     files: Option<Files>,
     executor: &'static Executor,
     power: Power,
     motor: Option<AttachedMotor>,
     stage: PowerStage,
-    /// Results of the newest step.
-    stepped: Stepped,
 }
 
 #[derive(PartialEq)]
 enum Power {
     Off,
     On,
-    /// The node refused its settings.
+    /// The node refused its role or its settings.
     Refused,
 }
 
 impl Machine {
-    /// Creates the board before its power-up. Must be called only once, because the executor, the
-    /// tasks and the object dictionary are statics.
-    pub fn new(board: &'static str, role: &'static Role, files: Option<Files>) -> Self {
+    /// Creates the board before its power-up, with the role `role` unless the simulator asks for
+    /// one of the `others`. The flash may be in one of `files`. Must be called only once, because
+    /// the executor, the tasks and the object dictionary are statics.
+    pub fn new(
+        board: &'static str,
+        role: &'static Role,
+        others: &'static [&'static Role],
+        files: Option<Files>,
+    ) -> Self {
         Self {
             board,
             role,
+            others,
             files,
             executor: clock::executor(),
             power: Power::Off,
             motor: None,
             stage: PowerStage::Off,
-            stepped: Stepped::default(),
         }
     }
 
     /// Answers the message in the first `length` bytes of `buffer`: powers the node up, or advances
-    /// it by one step. Writes the answer to `buffer` and returns its length.
+    /// it by one step. Writes the answer to `buffer` and returns its length. `stepped` has room for
+    /// the results of a step; what it holds before does not matter.
     ///
     /// # Errors
     /// [`End`], after which the node must not be used.
-    pub fn answer(&mut self, buffer: &mut [u8], length: usize) -> Result<usize, End> {
+    pub fn answer(
+        &mut self,
+        buffer: &mut [u8],
+        length: usize,
+        stepped: &mut Stepped,
+    ) -> Result<usize, End> {
         let mut message = Message(buffer.get(..length).ok_or(End::Finished)?);
         let ready;
         let answer = match (message.next()?, &self.power) {
@@ -79,12 +91,12 @@ impl Machine {
                     return Err(End::Starved(starved));
                 }
                 let (motor, executor) = (self.motor.as_mut(), self.executor);
-                self.stepped.shaft = step::begin(&head, motor, &mut self.stage);
+                stepped.shaft = step::begin(&head, motor, &mut self.stage);
                 for _ in 0..message.next::<usize>()? {
                     RECEIVED.push(message.next()?);
                 }
-                step::end(executor, &mut self.stepped);
-                Answer::Stepped(&self.stepped)
+                step::end(executor, stepped);
+                Answer::Stepped(stepped)
             }
             _ => return Err(End::Finished),
         };
@@ -94,7 +106,7 @@ impl Machine {
     }
 
     fn start(&mut self, start: &Start) -> Ready {
-        let powered = power_up(self.role, self.executor, self.files, start, &mut self.motor);
+        let powered = self.power_up(start);
         self.power = if powered.is_ok() {
             Power::On
         } else {
@@ -106,6 +118,27 @@ impl Machine {
             board: String::try_from(self.board).unwrap_or_default(),
             refusal: powered.err().unwrap_or_default(),
         }
+    }
+
+    fn power_up(&mut self, start: &Start) -> Result<(), Refusal> {
+        if start.version != VERSION {
+            return Err(refuse(
+                "the simulator speaks another version of the link",
+                start.version,
+            ));
+        }
+        self.take_on(&start.role)?;
+        power_up(self.role, self.executor, self.files, start, &mut self.motor)
+    }
+
+    /// Takes on the role with this name; keeps its own if the name is empty.
+    fn take_on(&mut self, name: &str) -> Result<(), Refusal> {
+        if name.is_empty() || name == self.role.name {
+            return Ok(());
+        }
+        let other = self.others.iter().find(|role| role.name == name);
+        self.role = other.ok_or_else(|| refuse("the program has no role", name))?;
+        Ok(())
     }
 }
 

@@ -35,17 +35,37 @@ pub use flash::Flash;
 pub use inputs::{encoder, encoder_broken, index, supply_voltage, switches};
 #[cfg(not(target_family = "wasm"))]
 pub use link::{Pipe, run};
-pub use machine::End;
-#[cfg(target_family = "wasm")]
-pub use machine::Machine;
+pub use machine::{End, Machine};
 pub use power_up::serial_number;
 pub use starvation::feed_watchdog;
 
-/// Prepares the node for the turn of another one. Returns whether the variables in the section
-/// `.seldom` must be kept for it. If not, they are as at power-up, or nobody reads what they hold.
+/// Static variables that a node needs again after the turn of another one. The others are as at
+/// power-up, or nobody reads what they hold. Each value includes the next.
 #[cfg(target_os = "none")]
-pub fn keeps_seldom() -> bool {
-    flash::release() || log_buffer::used() || crate::current_loop::capture_used()
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub enum Kept {
+    /// All.
+    All,
+    /// All but the section `.seldom`.
+    Guard,
+    /// Nor those that only a guard uses.
+    Screw,
+    /// Nor those that only a screw uses.
+    Axle,
+}
+
+/// Prepares the node for the turn of another one. Returns what must be kept for it.
+#[cfg(target_os = "none")]
+pub fn kept() -> Kept {
+    if flash::release() || log_buffer::used() || crate::current_loop::capture_used() {
+        return Kept::All;
+    }
+    match power_up::role() {
+        "guard" => Kept::Guard,
+        "screw" => Kept::Screw,
+        "axle" => Kept::Axle,
+        _ => Kept::All,
+    }
 }
 
 pub use tautrack::motor::model::POWER_STAGE;

@@ -5,22 +5,31 @@ use super::flash::{self, Files};
 use super::{POWER_STAGE, chips, clock};
 use crate::roles::{self, Refusal, Role, Spawners, refuse};
 use crate::storage;
+use core::cell::Cell;
 use core::sync::atomic::{AtomicU32, Ordering};
+use critical_section::Mutex;
 use embassy_executor::raw::Executor;
-use tautrack::link::{Start, VERSION};
+use tautrack::link::Start;
 use tautrack::motor::model::Motor;
 use tautrack::store::State;
 
 static SERIAL_NUMBER: AtomicU32 = AtomicU32::new(0);
+/// Name of the node's role.
+static ROLE: Mutex<Cell<&str>> = Mutex::new(Cell::new(""));
 
 /// Serial number of the simulated board.
 pub fn serial_number() -> u32 {
     SERIAL_NUMBER.load(Ordering::Relaxed)
 }
 
+/// Name of the node's role; empty before power-up.
+#[cfg(target_os = "none")]
+pub(super) fn role() -> &'static str {
+    critical_section::with(|cs| ROLE.borrow(cs).get())
+}
+
 /// Creates the motor and calls the role's start function, which spawns the tasks. Runs them up to
-/// their first wait. Returns a [`Refusal`] if the link version, the motor model or a setting is not
-/// valid.
+/// their first wait. Returns a [`Refusal`] if the motor model or a setting is not valid.
 pub(super) fn power_up(
     role: &'static Role,
     executor: &'static Executor,
@@ -28,12 +37,7 @@ pub(super) fn power_up(
     start: &Start,
     motor: &mut Option<AttachedMotor>,
 ) -> Result<(), Refusal> {
-    if start.version != VERSION {
-        return Err(refuse(
-            "the simulator speaks another version of the link",
-            start.version,
-        ));
-    }
+    critical_section::with(|cs| ROLE.borrow(cs).set(role.name));
     if let Some(model) = start.motor {
         *motor = Some(AttachedMotor::new(
             Motor::new(model, POWER_STAGE, start.seed)

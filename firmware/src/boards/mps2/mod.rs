@@ -11,7 +11,7 @@ mod stack;
 mod turns;
 
 use crate::boards::Board;
-use crate::boards::lockstep::{self, End, Files, Pipe};
+use crate::boards::lockstep::{self, End, Files, Machine, Pipe};
 use crate::roles::Role;
 use crate::sensors::Rates;
 use core::cell::RefCell;
@@ -32,7 +32,7 @@ impl Board for Mps2 {
     const POWER_STAGE: Ratings = lockstep::POWER_STAGE;
     type Storage = lockstep::Flash;
 
-    fn run(role: &'static Role) -> ! {
+    fn run(role: &'static Role, others: &'static [&'static Role]) -> ! {
         let (Some(input), Some(output)) = (Stream::standard_input(), Stream::standard_output())
         else {
             exit(false)
@@ -46,7 +46,8 @@ impl Board for Mps2 {
             output,
             turns,
         };
-        if let End::Starved(starved) = lockstep::run(Self::NAME, role, FILES, &mut console) {
+        let machine = Machine::new(Self::NAME, role, others, Some(FILES));
+        if let End::Starved(starved) = lockstep::run(machine, &mut console) {
             fail(format_args!("{starved}"))
         }
         let told = writeln!(console.output, "{}", stack::used());

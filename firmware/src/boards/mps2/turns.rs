@@ -4,21 +4,23 @@
 //! and then take more than twice the time. Nodes on one machine share the translated code. They run
 //! the same program and are idle between two messages, so a node is what its static variables hold.
 //!
-//! The largest of these variables, in the section `.seldom`, are exchanged only for a node that
-//! needs them at that time.
+//! Some of these variables are exchanged only for a node that needs them: the largest ones, in the
+//! section `.seldom`, and those that only a guard or only a screw uses.
 
 use super::semihosting::Stream;
-use crate::boards::lockstep::keeps_seldom;
+use crate::boards::lockstep::{Kept, kept};
 use core::slice;
 
 /// Maximum number of nodes in the life of a machine.
 const NODES: usize = 1 + u8::MAX as usize;
 
 unsafe extern "C" {
-    /// First address of the static variables, end of those in `.seldom`, and end of all, from the
-    /// link script.
+    /// First address of the static variables, and ends from the link script: of those in `.seldom`,
+    /// of those that only a guard uses, of those that only a screw uses, and of all.
     static mut __sdata: u8;
     static mut __eseldom: u8;
+    static mut __eguard: u8;
+    static mut __escrew: u8;
     static mut __ebss: u8;
 }
 
@@ -30,9 +32,8 @@ pub struct Turns {
     current: usize,
     /// Number of nodes that have had a message.
     started: usize,
-    /// Nodes whose variables in `.seldom` are in the file. The last one is that before its first
-    /// message.
-    seldom: [bool; NODES + 1],
+    /// Variables of each node that are in the file. The last node is that before its first message.
+    kept: [Kept; NODES + 1],
 }
 
 impl Turns {
@@ -42,7 +43,7 @@ impl Turns {
             file: Stream::temporary()?,
             current: NODES,
             started: 0,
-            seldom: [false; NODES + 1],
+            kept: [Kept::All; NODES + 1],
         })
     }
 
@@ -60,25 +61,32 @@ impl Turns {
         if next > self.started {
             return false;
         }
-        let keeps = self.current == NODES || keeps_seldom();
-        self.seldom[self.current] = keeps;
+        if self.current != NODES {
+            self.kept[self.current] = kept();
+        }
+        let (leaving, coming) = (self.kept[self.current], self.kept[from]);
         let start = &raw mut __sdata;
-        let length = &raw mut __ebss as usize - start as usize;
-        let often = &raw mut __eseldom as usize - start as usize;
+        let offset = |end: *mut u8| end as usize - start as usize;
+        let length = offset(&raw mut __ebss);
+        let begin = |kept| match kept {
+            Kept::All => 0,
+            Kept::Guard => offset(&raw mut __eseldom),
+            Kept::Screw => offset(&raw mut __eguard),
+            Kept::Axle => offset(&raw mut __escrew),
+        };
         // SAFETY: the link script puts the static variables there, and by the contract of this
         // function nothing else refers to them.
         let variables = unsafe { slice::from_raw_parts_mut(start, length) };
-        let begin = |seldom: bool| if seldom { 0 } else { often };
 
-        let place = begin(keeps);
+        let place = begin(leaving);
         let mut exchanged = self.file.seek(self.current * length + place)
             && self.file.write_all(&variables[place..]);
-        // In `.seldom` there are still the variables of the node that leaves.
-        if keeps && !self.seldom[from] {
-            exchanged &=
-                self.file.seek(NODES * length) && self.file.read_exact(&mut variables[..often]);
+        // In front of the coming node's variables there are still some of the node that leaves.
+        if leaving == Kept::All && coming != Kept::All {
+            let left = &mut variables[..begin(Kept::Guard)];
+            exchanged &= self.file.seek(NODES * length) && self.file.read_exact(left);
         }
-        let place = begin(self.seldom[from]);
+        let place = begin(coming);
         exchanged &=
             self.file.seek(from * length + place) && self.file.read_exact(&mut variables[place..]);
         self.current = next;

@@ -2,7 +2,7 @@
 //! parameter sweeps, fuzzing, sanitizers and debuggers.
 
 use crate::boards::Board;
-use crate::boards::lockstep::{self, End, Files, Pipe, text_log};
+use crate::boards::lockstep::{self, End, Files, Machine, Pipe, text_log};
 use crate::roles::Role;
 use crate::sensors::Rates;
 use embassy_executor::{SpawnError, Spawner};
@@ -19,9 +19,10 @@ impl Board for Native {
     const POWER_STAGE: Ratings = lockstep::POWER_STAGE;
     type Storage = lockstep::Flash;
 
-    fn run(role: &'static Role) -> ! {
+    fn run(role: &'static Role, others: &'static [&'static Role]) -> ! {
         text_log::install();
-        match lockstep::run(Self::NAME, role, FILES, &mut StandardStreams) {
+        let machine = Machine::new(Self::NAME, role, others, Some(FILES));
+        match lockstep::run(machine, &mut StandardStreams) {
             End::Finished => std::process::exit(0),
             End::Starved(starved) => {
                 std::eprintln!("{starved}");

@@ -15,7 +15,7 @@ use std::cell::RefCell;
 use std::string::{String, ToString};
 use std::sync::Mutex;
 use std::thread_local;
-use tautrack::link::MAX_MESSAGE;
+use tautrack::link::{MAX_MESSAGE, Stepped};
 use tautrack::motor::bridge::Ratings;
 use tautrack::sensors::Switches;
 
@@ -71,12 +71,14 @@ impl Board for Wasm {
 struct Node {
     machine: Option<Machine>,
     buffer: Box<[u8; MAX_MESSAGE]>,
+    stepped: Stepped,
 }
 
 thread_local! {
     static NODE: RefCell<Node> = RefCell::new(Node {
         machine: None,
         buffer: Box::new([0; MAX_MESSAGE]),
+        stepped: Stepped::default(),
     });
 }
 
@@ -101,9 +103,9 @@ pub fn answer(role: &'static Role, length: usize) -> usize {
         let machine = node.machine.get_or_insert_with(|| {
             text_log::install();
             std::panic::set_hook(Box::new(|panic| end_with(panic.to_string())));
-            Machine::new(Wasm::NAME, role, None)
+            Machine::new(Wasm::NAME, role, &[], None)
         });
-        match machine.answer(&mut node.buffer[..], length) {
+        match machine.answer(&mut node.buffer[..], length, &mut node.stepped) {
             Ok(length) => length,
             Err(End::Finished) => 0,
             Err(End::Starved(starved)) => {
@@ -122,10 +124,11 @@ pub fn last_words() -> u64 {
     })
 }
 
-/// Makes a program that answers for one role when it is called.
+/// Makes a program that answers for one role when it is called. Each node is an instance of its own
+/// program, so other roles are left out.
 #[macro_export]
 macro_rules! program {
-    ($role:expr) => {
+    ($role:expr $(, $other:expr)*) => {
         /// See [`tautrack_firmware::boards::wasm::buffer`].
         // SAFETY: no other function of the program has this name.
         #[unsafe(no_mangle)]

@@ -30,6 +30,7 @@ impl Launch {
             program: program.clone(),
             start: Start {
                 version: VERSION,
+                role: spec.role.name().try_into().unwrap_or_default(),
                 seed,
                 flash: options.flash_file(spec.name),
                 settings: if options.blank {

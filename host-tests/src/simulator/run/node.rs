@@ -37,8 +37,8 @@ impl Node {
     /// Starts the program at `path`, maybe on one of the `machines`, and sends it `start`.
     ///
     /// # Errors
-    /// If the program cannot be started, has another version of the link, or refuses its settings;
-    /// the error then contains the node's own text.
+    /// If the program cannot be started, has another version of the link, or refuses its role or
+    /// settings; the error then contains the node's own text.
     pub fn start(
         name: NodeName,
         board: Board,
@@ -63,7 +63,7 @@ impl Node {
                 ready.version
             ))),
             FromNode::Ready(ready) if !ready.refusal.is_empty() => {
-                Err(node.error(format!("refuses its settings: {}", ready.refusal)))
+                Err(node.error(format!("does not start: {}", ready.refusal)))
             }
             FromNode::Ready(ready) => Ok((node, ready)),
             FromNode::Stepped(_) => Err(node.error("answers a step before its first")),

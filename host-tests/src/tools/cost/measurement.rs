@@ -51,7 +51,7 @@ pub struct Measurement {
 /// disagree.
 pub fn measure() -> Result<Measurement, CostError> {
     let instruments = programs::instruments()?;
-    let programs = Kind::B2p2.programs(Board::Qemu)?;
+    let programs = programs::build_each(Board::Qemu, Kind::B2p2.facts().guard_program)?;
     let elf = fs::read(&instruments.cost.path)?;
     let counts = emulator::count(&instruments.cost.path, CALLS)?;
     let traces = trace::trace(&instruments.cost.path, &elf, TRACED_CALLS)?;

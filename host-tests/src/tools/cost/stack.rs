@@ -75,6 +75,7 @@ pub fn deepest(path: &Path, with_motor: bool) -> Result<u32, CostError> {
         pipes.ok_or_else(|| CostError::Malformed("no pipes".to_owned()))?;
     let start = Start {
         version: VERSION,
+        role: heapless::String::new(),
         seed: 1,
         flash: heapless::String::new(),
         settings: heapless::Vec::from_iter([(

@@ -2,6 +2,6 @@
 #![cfg_attr(target_os = "none", no_std)]
 #![cfg_attr(any(target_os = "none", target_family = "wasm"), no_main)]
 
-use tautrack_firmware::roles::guard;
+use tautrack_firmware::roles::{axle, guard};
 
-tautrack_firmware::program!(guard::CART);
+tautrack_firmware::program!(guard::CART, axle::ROLE);
