@@ -133,7 +133,7 @@ fn faulty() -> PathBuf {
 fn failure(program: &Path, node_id: i32, late_us: u64) -> String {
     let start = Start {
         version: VERSION,
-        role: heapless::String::new(),
+        role: heapless::String::new(), // its own
         seed: 1,
         flash: heapless::String::new(),
         settings: std::iter::once((Setting::NodeId.description().key, node_id)).collect(),
@@ -173,6 +173,6 @@ fn a_failed_node_is_reported_with_its_reason_and_ends_alone() {
     let programs = Kind::B2p2
         .programs(Board::Wasm)
         .unwrap_or_else(|error| panic!("{error}"));
-    let starved = failure(&programs.screw.path, 5, 1_000_000);
+    let starved = failure(&programs.nodes.path, 5, 1_000_000);
     assert!(starved.contains("watchdog: not fed"), "{starved}");
 }

@@ -1,5 +1,5 @@
 //! Program of B2P2's guard node: runs the role `guard` on the selected board.
-//! In QEMU it also has the roles of the drives.
+//! In the simulator it also has the roles of the drives.
 #![cfg_attr(target_os = "none", no_std)]
 #![cfg_attr(any(target_os = "none", target_family = "wasm"), no_main)]
 

@@ -146,8 +146,8 @@ pub trait Board {
 /// Rate of the control task, Hz, on every board.
 pub const CONTROL_HZ: u32 = 1_000;
 
-/// Makes a program that runs one role on the selected board. Further roles are for the simulator:
-/// then all nodes of a robot can run the same program, and share an emulated machine.
+/// Makes a program that runs one role on the selected board. Further roles are for the simulator,
+/// where all nodes of a robot run the same program.
 #[cfg(not(target_family = "wasm"))]
 #[macro_export]
 macro_rules! program {

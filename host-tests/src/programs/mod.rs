@@ -23,49 +23,41 @@ pub use program::{Board, Instruments, Program, Programs, hexadecimal};
 use cargo::{Recipe, folder_of};
 use program::program;
 
-/// Builds the nodes of the robot with this guard program for `board`. In QEMU all nodes run that
-/// program, which also contains the roles of the drives: nodes with the same program can share an
-/// emulated machine. On other boards each role has a program of its own.
-///
-/// # Errors
-/// Those of [`build_each`].
-pub fn build(board: Board, guard: &str) -> Result<Programs, BuildError> {
-    match board {
-        Board::Qemu => of_roles(board, [guard; 3]),
-        _ => build_each(board, guard),
-    }
-}
-
-/// Builds a program for each role, with this one for the guard. Returns quickly if nothing has
-/// changed. Installs what the build needs, see [`setup`].
+/// Builds the program that all nodes of a robot run on `board`: that of its guard, which also
+/// contains the roles of the drives. Returns quickly if nothing has changed. Installs what the build
+/// needs, see [`setup`].
 ///
 /// May be called from several threads and programs at once: cargo lets one of them build and the
 /// others wait.
 ///
 /// # Errors
 /// [`BuildError`], with cargo's last lines if the build fails.
-pub fn build_each(board: Board, guard: &str) -> Result<Programs, BuildError> {
-    of_roles(board, ["axle", "screw", guard])
+pub fn build(board: Board, guard: &str) -> Result<Programs, BuildError> {
+    let recipe = Recipe::simulated(board, board.feature());
+    let folder = folder_of(&recipe, &[guard])?;
+    let nodes = program(board, &folder, guard)?;
+    Ok(Programs { board, nodes })
 }
 
-/// Builds programs for axle, screw and guard.
-fn of_roles(board: Board, names: [&str; 3]) -> Result<Programs, BuildError> {
-    let recipe = Recipe::simulated(board, board.feature());
-    let folder = folder_of(&recipe, &names)?;
-    let [axle, screw, guard] = names.map(|name| program(board, &folder, name));
-    Ok(Programs {
-        board,
-        axle: axle?,
-        screw: screw?,
-        guard: guard?,
-    })
+/// Builds the programs of an axle and of a screw for the emulated board, in the same way as
+/// [`build`].
+///
+/// # Errors
+/// The same as [`build`].
+pub fn drives() -> Result<[Program; 2], BuildError> {
+    let recipe = Recipe::simulated(Board::Qemu, Board::Qemu.feature());
+    let folder = folder_of(&recipe, &["axle", "screw"])?;
+    Ok([
+        program(Board::Qemu, &folder, "axle")?,
+        program(Board::Qemu, &folder, "screw")?,
+    ])
 }
 
 /// Builds the programs that measure the control code on the emulated core, in the same way as
-/// [`build_each`].
+/// [`build`].
 ///
 /// # Errors
-/// The same as [`build_each`].
+/// The same as [`build`].
 pub fn instruments() -> Result<Instruments, BuildError> {
     let recipe = Recipe::simulated(Board::Qemu, "cost");
     let folder = folder_of(&recipe, &["cost", "ticks"])?;

@@ -50,17 +50,13 @@ pub struct Program {
     pub sha256: String,
 }
 
-/// Programs of all roles for one board. They may be the same.
+/// Program of a simulated robot for one board.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Programs {
-    /// Board that they run on.
+    /// Board that it runs on.
     pub board: Board,
-    /// Program of an axle: the control loops of one motor.
-    pub axle: Program,
-    /// Program of the screw: an axle whose set-point follows the chassis joint.
-    pub screw: Program,
-    /// Program of the guard: computes set-points and filters them.
-    pub guard: Program,
+    /// Program of all nodes; it contains their roles.
+    pub nodes: Program,
 }
 
 /// Measuring programs for the emulated board, which are not nodes.

@@ -57,7 +57,7 @@ fn log(board: Board) -> Vec<String> {
     let (mut node, _) = Node::start(
         name,
         board,
-        &programs.axle.path,
+        &programs.nodes.path,
         start,
         &mut Machines::default(),
     )

@@ -71,12 +71,8 @@ impl Pair {
                 motor: b2p2::motor(name),
             };
             let mut start = || {
-                let program = match role {
-                    Role::Axle => &programs.axle,
-                    Role::Screw => &programs.screw,
-                    Role::Guard => &programs.guard,
-                };
-                let node = Node::start(name, board, &program.path, start.clone(), machines);
+                let path = &programs.nodes.path;
+                let node = Node::start(name, board, path, start.clone(), machines);
                 node.unwrap_or_else(|error| panic!("{error}")).0
             };
             // The second node finds the settings of the first one in flash, and logs that.

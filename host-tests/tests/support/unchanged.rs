@@ -22,9 +22,9 @@ pub fn unless_unchanged(
     unless_passed_with(&inputs.join("\n"), name, test);
 }
 
-/// Digests of the programs of all roles.
-pub fn nodes(programs: &Programs) -> [String; 3] {
-    digests([&programs.axle, &programs.screw, &programs.guard])
+/// Digest of the program of all nodes.
+pub fn nodes(programs: &Programs) -> [String; 1] {
+    digests([&programs.nodes])
 }
 
 /// Digests of programs.

@@ -1,7 +1,7 @@
 //! Tests the cost of the control code on the core, and that the control ticks reach no forbidden
 //! functions.
 
-use crate::unchanged::{self, digests, emulator};
+use crate::unchanged::{digests, emulator};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 use std::sync::OnceLock;
@@ -44,14 +44,13 @@ fn measurement() -> &'static Measurement {
 /// Version of QEMU and digests of the programs that a measurement depends on.
 fn measured() -> Vec<String> {
     let instruments = programs::instruments().unwrap_or_else(|error| panic!("{error}"));
-    let nodes = programs::build_each(Board::Qemu, Kind::B2p2.facts().guard_program)
-        .unwrap_or_else(|error| panic!("{error}"));
-    let measuring = digests([&instruments.cost, &instruments.ticks]);
-    [emulator()]
-        .into_iter()
-        .chain(measuring)
-        .chain(unchanged::nodes(&nodes))
-        .collect()
+    let [axle, screw] = programs::drives().unwrap_or_else(|error| panic!("{error}"));
+    let guard = Kind::B2p2
+        .programs(Board::Qemu)
+        .unwrap_or_else(|error| panic!("{error}"))
+        .nodes;
+    let programs = [&instruments.cost, &instruments.ticks, &axle, &screw, &guard];
+    [emulator()].into_iter().chain(digests(programs)).collect()
 }
 
 #[test]

@@ -98,12 +98,12 @@ pub fn buffer() -> *const u8 {
 
 /// Answers the message in the first `length` bytes of the buffer. Writes the answer to the buffer
 /// and returns its length; 0 if the node has ended.
-pub fn answer(role: &'static Role, length: usize) -> usize {
+pub fn answer(role: &'static Role, others: &'static [&'static Role], length: usize) -> usize {
     NODE.with_borrow_mut(|node| {
         let machine = node.machine.get_or_insert_with(|| {
             text_log::install();
             std::panic::set_hook(Box::new(|panic| end_with(panic.to_string())));
-            Machine::new(Wasm::NAME, role, &[], None)
+            Machine::new(Wasm::NAME, role, others, None)
         });
         match machine.answer(&mut node.buffer[..], length, &mut node.stepped) {
             Ok(length) => length,
@@ -124,8 +124,8 @@ pub fn last_words() -> u64 {
     })
 }
 
-/// Makes a program that answers for one role when it is called. Each node is an instance of its own
-/// program, so other roles are left out.
+/// Makes a program that answers for a node when it is called. The node has the first role, unless
+/// the simulator asks for another one.
 #[macro_export]
 macro_rules! program {
     ($role:expr $(, $other:expr)*) => {
@@ -140,7 +140,8 @@ macro_rules! program {
         // SAFETY: no other function of the program has this name.
         #[unsafe(no_mangle)]
         extern "C" fn answer(length: usize) -> usize {
-            $crate::boards::wasm::answer(&$role, length)
+            static OTHERS: &[&$crate::roles::Role] = &[$(&$other),*];
+            $crate::boards::wasm::answer(&$role, OTHERS, length)
         }
 
         /// See [`tautrack_firmware::boards::wasm::last_words`].

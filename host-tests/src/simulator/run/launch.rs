@@ -5,7 +5,7 @@ use super::Options;
 use super::node::{Node, NodeError};
 use super::process::Machines;
 use crate::programs::{Board, Program, Programs};
-use crate::robots::{NodeName, NodeSpec, Role};
+use crate::robots::{NodeName, NodeSpec};
 use std::time::Duration;
 use tautrack::link::{MAX_SETTINGS, Ready, Start, VERSION};
 use tautrack::settings::Setting;
@@ -78,13 +78,8 @@ fn program_of<'a>(
     programs: &'a Programs,
     exchanged: &'a [(NodeName, Board, Program)],
 ) -> (Board, &'a Program) {
-    if let Some((_, board, program)) = exchanged.iter().find(|(of, ..)| *of == spec.name) {
-        return (*board, program);
-    }
-    let program = match spec.role {
-        Role::Axle => &programs.axle,
-        Role::Screw => &programs.screw,
-        Role::Guard => &programs.guard,
-    };
-    (programs.board, program)
+    let exchanged = exchanged.iter().find(|(of, ..)| *of == spec.name);
+    exchanged.map_or((programs.board, &programs.nodes), |(_, board, program)| {
+        (*board, program)
+    })
 }

@@ -51,7 +51,8 @@ pub struct Measurement {
 /// disagree.
 pub fn measure() -> Result<Measurement, CostError> {
     let instruments = programs::instruments()?;
-    let programs = programs::build_each(Board::Qemu, Kind::B2p2.facts().guard_program)?;
+    let [axle, screw] = programs::drives()?;
+    let guard = Kind::B2p2.programs(Board::Qemu)?.nodes;
     let elf = fs::read(&instruments.cost.path)?;
     let counts = emulator::count(&instruments.cost.path, CALLS)?;
     let traces = trace::trace(&instruments.cost.path, &elf, TRACED_CALLS)?;
@@ -74,9 +75,9 @@ pub fn measure() -> Result<Measurement, CostError> {
         })
         .collect::<Result<_, CostError>>()?;
     let images = [
-        ("axle", &programs.axle),
-        ("screw", &programs.screw),
-        ("guard", &programs.guard),
+        ("axle", &axle),
+        ("screw", &screw),
+        ("guard", &guard),
         ("ticks alone", &instruments.ticks),
     ]
     .into_iter()

@@ -35,6 +35,5 @@ pub(super) fn fingerprint(text: &str) -> String {
 }
 
 pub(super) fn of_programs(programs: &Programs) -> String {
-    let all = [&programs.axle, &programs.screw, &programs.guard];
-    fingerprint(&all.map(|program| program.sha256.as_str()).concat())
+    fingerprint(&programs.nodes.sha256)
 }
