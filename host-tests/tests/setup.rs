@@ -297,11 +297,11 @@ fn nodes_are_built_and_answer_in_qemu() {
             .unwrap();
         let start = Start {
             version: VERSION,
-            role: role.try_into().unwrap(),
             seed: 1,
             flash: heapless::String::new(),
             settings: heapless::Vec::new(),
             motor: None,
+            role: role.try_into().unwrap(),
         };
         let body = postcard::to_allocvec(&ToNode::Start(start)).unwrap();
         let mut input = node.stdin.take().unwrap();

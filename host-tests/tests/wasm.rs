@@ -133,11 +133,11 @@ fn faulty() -> PathBuf {
 fn failure(program: &Path, node_id: i32, late_us: u64) -> String {
     let start = Start {
         version: VERSION,
-        role: heapless::String::new(), // its own
         seed: 1,
         flash: heapless::String::new(),
         settings: std::iter::once((Setting::NodeId.description().key, node_id)).collect(),
         motor: None,
+        role: heapless::String::new(), // its own
     };
     let (mut node, _) = Node::start(
         NodeName::SCREW,

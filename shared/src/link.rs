@@ -29,8 +29,8 @@ pub const MAX_SERIAL: usize = 16;
 pub const MAX_LOG: usize = 512;
 /// Maximum number of settings in [`Start`].
 pub const MAX_SETTINGS: usize = 64;
-/// Maximum length of [`Start::role`] in bytes.
-pub const MAX_ROLE: usize = 8;
+/// Maximum length of a role's name in bytes.
+pub const MAX_ROLE: usize = 16;
 /// Maximum length of [`Start::flash`] in bytes.
 pub const MAX_PATH: usize = 200;
 /// Maximum length of an encoded message in bytes, without the prefix.
@@ -81,8 +81,6 @@ pub enum ToNode {
 pub struct Start {
     /// The simulator's [`VERSION`].
     pub version: u16,
-    /// Role of the node, for a program with several. Empty: the program's own role.
-    pub role: heapless::String<MAX_ROLE>,
     /// Seed of the simulated sensors' noise.
     pub seed: u64,
     /// File with the contents of the node's flash, which the node writes; a missing file is blank
@@ -93,6 +91,8 @@ pub struct Start {
     pub settings: Vec<(u16, i32), MAX_SETTINGS>,
     /// The motor at the node's bridge; `None` for a node without a motor.
     pub motor: Option<MotorModel>,
+    /// Role of the node, for a program with several. Empty: the program's own role.
+    pub role: heapless::String<MAX_ROLE>,
 }
 
 /// What a node receives in one step.
@@ -171,16 +171,17 @@ pub enum FromNode {
     Stepped(Stepped),
 }
 
-/// What the node is, or why it cannot run with its settings.
+/// What the node is, or why it does not start.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 pub struct Ready {
     /// The node's [`VERSION`].
     pub version: u16,
-    /// Role of the program: `axle`, `screw` or `guard`.
-    pub role: heapless::String<16>,
+    /// Role of the node: `axle`, `screw` or `guard`.
+    pub role: heapless::String<MAX_ROLE>,
     /// Board of the program: `mps2`, `native` or `wasm`.
     pub board: heapless::String<16>,
-    /// Why the settings cannot be used: key, value, bounds. Empty if they can be used.
+    /// Why the node does not start, for instance key, value and bounds of a setting. Empty if it
+    /// starts.
     pub refusal: heapless::String<160>,
 }
 

@@ -116,11 +116,11 @@ impl Node {
     ) -> Ready {
         let start = Start {
             version: VERSION,
-            role: heapless::String::new(),
             seed: 11,
             flash: flash.try_into().expect("a short path"),
             settings: settings.iter().copied().collect(),
             motor,
+            role: heapless::String::new(),
         };
         match self.exchange(&ToNode::Start(start)) {
             FromNode::Ready(ready) => ready,

@@ -68,8 +68,8 @@ pub struct Instruments {
     pub ticks: Program,
 }
 
-pub(super) fn program(board: Board, folder: &Path, role: &str) -> Result<Program, BuildError> {
-    let mut path = folder.join(role);
+pub(super) fn program(board: Board, folder: &Path, name: &str) -> Result<Program, BuildError> {
+    let mut path = folder.join(name);
     if board == Board::Wasm {
         path.set_extension("wasm");
     }

@@ -27,7 +27,7 @@ pub struct RunFacts {
 pub struct NodeFacts {
     /// Name of the node in the robot.
     pub name: NodeName,
-    /// Role of the program: `axle`, `screw` or `guard`.
+    /// Role of the node: `axle`, `screw` or `guard`.
     pub role: String,
     /// Board of the program: `mps2`, `native` or `wasm`.
     pub board: String,

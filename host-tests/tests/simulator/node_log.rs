@@ -48,11 +48,11 @@ fn log(board: Board) -> Vec<String> {
     let key = Setting::NodeId.description().key;
     let start = Start {
         version: VERSION,
-        role: "axle".try_into().expect("a short name"),
         seed: 1,
         flash: heapless::String::new(),
         settings: [(key, i32::from(NODE))].into_iter().collect(),
         motor: b2p2::motor(name),
+        role: "axle".try_into().expect("a short name"),
     };
     let (mut node, _) = Node::start(
         name,

@@ -6,7 +6,7 @@ use tautrack::bus::cia402::mode::CYCLIC_POSITION;
 use tautrack::bus::network::{NmtCommand, nmt};
 use tautrack::bus::pdo::{Payload, PositionSetPoint, receive};
 use tautrack::can::Frame;
-use tautrack::link::{STEP_US, Sensors, Start, Step, Stepped, VERSION};
+use tautrack::link::{BodyMeasurands, STEP_US, Sensors, Start, Step, Stepped, VERSION};
 use tautrack::settings::{FIRST_OBJECT, Setting};
 use tautrack_host_tests::programs::Board;
 use tautrack_host_tests::robots::b2p2::nodes as b2p2;
@@ -17,6 +17,7 @@ use tautrack_host_tests::simulator::run::node::Node;
 /// A node in QEMU, and the same node as a process of the host.
 struct Pair {
     id: u8,
+    role: Role,
     nodes: [Node; 2],
     flash: [PathBuf; 2],
     logs: [Vec<String>; 2],
@@ -62,13 +63,13 @@ impl Pair {
             let programs = Kind::B2p2.programs(board).expect("the nodes are built");
             let start = Start {
                 version: VERSION,
-                role: role.name().try_into().expect("a short name"),
                 seed: u64::from(id),
                 flash: path.try_into().expect("a short path"),
                 settings: [(Setting::NodeId.description().key, i32::from(id))]
                     .into_iter()
                     .collect(),
                 motor: b2p2::motor(name),
+                role: role.name().try_into().expect("a short name"),
             };
             let mut start = || {
                 let path = &programs.nodes.path;
@@ -83,6 +84,7 @@ impl Pair {
         };
         Self {
             id,
+            role,
             nodes: [start_on(0), start_on(1)],
             flash,
             logs: [Vec::new(), Vec::new()],
@@ -130,7 +132,7 @@ impl Pair {
             put(set_point.frame(receive(1), self.id));
         }
         self.client().into_iter().for_each(&mut put);
-        let step = Step {
+        let mut step = Step {
             time_us: self.steps * STEP_US,
             sensors: Sensors {
                 supply_voltage: 24.0,
@@ -140,6 +142,18 @@ impl Pair {
             frames,
             serial: heapless::Vec::new(),
         };
+        if self.role == Role::Guard {
+            let tilt = f32::from(self.id) * 0.1 + (self.steps % 50) as f32 * 0.01;
+            step.sensors.body = Some(BodyMeasurands {
+                tilt_force: [tilt, 0.0, 9.81],
+                specific_force: [tilt, 0.0, 9.81],
+                ..BodyMeasurands::default()
+            });
+            // A sentence of a receiver takes several steps.
+            let sentence = format!("$GNGGA,{:06},{},", self.steps / 8, self.id);
+            let place = (self.steps % 8) as usize * 2;
+            step.serial.extend(sentence.bytes().skip(place).take(2));
+        }
         for node in &mut self.nodes {
             let sent = node.send(step.clone());
             sent.unwrap_or_else(|error| panic!("node {}: {error}", self.id));

@@ -1,6 +1,7 @@
 //! Carries messages between a [`Machine`] and a byte pipe.
 
 use super::machine::{End, Machine};
+use crate::roles::Role;
 use static_cell::StaticCell;
 use tautrack::link::{MAX_MESSAGE, Prefix, Stepped};
 
@@ -11,9 +12,9 @@ pub trait Pipe {
     fn read(&mut self, buffer: &mut [u8]) -> usize;
     /// Writes all of `bytes`. Returns `false` if the simulator has closed the pipe.
     fn write(&mut self, bytes: &[u8]) -> bool;
-    /// Makes all static variables those of the node with this number. Returns `false` if there can
-    /// be no such node.
-    fn turn_to(&mut self, node: u8) -> bool;
+    /// Makes all static variables those of the node with this number; those in memory belong to a
+    /// node with `role`. Returns `false` if there can be no such node.
+    fn turn_to(&mut self, node: u8, role: &'static Role) -> bool;
 }
 
 /// Answers the messages of `pipe` until the simulator or a node ends. Must be called only once.
@@ -28,7 +29,7 @@ pub fn run(machine: Machine, pipe: &mut impl Pipe) -> End {
     let mut stepped = Stepped::default();
     while let Some(Prefix { length, node }) = inbox.receive(pipe, &mut buffer) {
         let (prefix, body) = buffer.split_at_mut(Prefix::BYTES);
-        if !pipe.turn_to(node) {
+        if !pipe.turn_to(node, machine.role()) {
             break;
         }
         let length = match machine.answer(body, usize::from(length), &mut stepped) {

@@ -105,6 +105,12 @@ impl Machine {
             .map_err(|_| End::Finished)
     }
 
+    /// The node's role.
+    #[cfg(not(target_family = "wasm"))]
+    pub(super) fn role(&self) -> &'static Role {
+        self.role
+    }
+
     fn start(&mut self, start: &Start) -> Ready {
         let powered = self.power_up(start);
         self.power = if powered.is_ok() {

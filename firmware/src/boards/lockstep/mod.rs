@@ -48,19 +48,19 @@ pub enum Kept {
     All,
     /// All but the section `.seldom`.
     Guard,
-    /// Nor those that only a guard uses.
+    /// As `Guard`, without those that only a guard uses.
     Screw,
-    /// Nor those that only a screw uses.
+    /// As `Screw`, without those that only a screw uses.
     Axle,
 }
 
-/// Prepares the node for the turn of another one. Returns what must be kept for it.
+/// Prepares a node with this role for the turn of another one. Returns what must be kept for it.
 #[cfg(target_os = "none")]
-pub fn kept() -> Kept {
+pub fn kept(role: &Role) -> Kept {
     if flash::release() || log_buffer::used() || crate::current_loop::capture_used() {
         return Kept::All;
     }
-    match power_up::role() {
+    match role.name {
         "guard" => Kept::Guard,
         "screw" => Kept::Screw,
         "axle" => Kept::Axle,
@@ -69,3 +69,6 @@ pub fn kept() -> Kept {
 }
 
 pub use tautrack::motor::model::POWER_STAGE;
+
+#[cfg(target_os = "none")]
+use crate::roles::Role;

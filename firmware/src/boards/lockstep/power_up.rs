@@ -5,27 +5,17 @@ use super::flash::{self, Files};
 use super::{POWER_STAGE, chips, clock};
 use crate::roles::{self, Refusal, Role, Spawners, refuse};
 use crate::storage;
-use core::cell::Cell;
 use core::sync::atomic::{AtomicU32, Ordering};
-use critical_section::Mutex;
 use embassy_executor::raw::Executor;
 use tautrack::link::Start;
 use tautrack::motor::model::Motor;
 use tautrack::store::State;
 
 static SERIAL_NUMBER: AtomicU32 = AtomicU32::new(0);
-/// Name of the node's role.
-static ROLE: Mutex<Cell<&str>> = Mutex::new(Cell::new(""));
 
 /// Serial number of the simulated board.
 pub fn serial_number() -> u32 {
     SERIAL_NUMBER.load(Ordering::Relaxed)
-}
-
-/// Name of the node's role; empty before power-up.
-#[cfg(target_os = "none")]
-pub(super) fn role() -> &'static str {
-    critical_section::with(|cs| ROLE.borrow(cs).get())
 }
 
 /// Creates the motor and calls the role's start function, which spawns the tasks. Runs them up to
@@ -37,7 +27,6 @@ pub(super) fn power_up(
     start: &Start,
     motor: &mut Option<AttachedMotor>,
 ) -> Result<(), Refusal> {
-    critical_section::with(|cs| ROLE.borrow(cs).set(role.name));
     if let Some(model) = start.motor {
         *motor = Some(AttachedMotor::new(
             Motor::new(model, POWER_STAGE, start.seed)

@@ -42,8 +42,10 @@ pub(super) fn begin(
     }
 
     clock::set_now(head.time_us);
-    // Bytes that do not fit into the pipe are lost, as on a line without handshake.
-    let _ = crate::serial::RECEIVED.try_write(head.serial);
+    if !head.serial.is_empty() {
+        // Bytes that do not fit into the pipe are lost, as on a line without handshake.
+        let _ = crate::serial::RECEIVED.try_write(head.serial);
+    }
     shaft
 }
 

@@ -149,9 +149,9 @@ impl Pipe for Console {
         self.output.write_all(bytes)
     }
 
-    fn turn_to(&mut self, node: u8) -> bool {
+    fn turn_to(&mut self, node: u8, role: &'static Role) -> bool {
         // SAFETY: the link borrows the machine alone, whose place and type are those of every node.
-        if !unsafe { self.turns.turn_to(node) } {
+        if !unsafe { self.turns.turn_to(node, role) } {
             fail(format_args!(
                 "no variables of node {node}: its number leaves one out, or the folder for temporary files is full"
             ))

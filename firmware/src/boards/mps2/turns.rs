@@ -9,6 +9,7 @@
 
 use super::semihosting::Stream;
 use crate::boards::lockstep::{Kept, kept};
+use crate::roles::Role;
 use core::slice;
 
 /// Maximum number of nodes in the life of a machine.
@@ -47,12 +48,13 @@ impl Turns {
         })
     }
 
-    /// Exchanges the static variables for those of `node`. Numbers begin at 0 and leave none out.
-    /// Returns `false` for other numbers, and if the file fails.
+    /// Exchanges the static variables, which belong to a node with `role`, for those of `node`.
+    /// Numbers begin at 0 and leave none out. Returns `false` for other numbers, and if the file
+    /// fails.
     ///
     /// # Safety
     /// No static variable is borrowed, except by references that the nodes have in common.
-    pub unsafe fn turn_to(&mut self, node: u8) -> bool {
+    pub unsafe fn turn_to(&mut self, node: u8, role: &Role) -> bool {
         let next = usize::from(node);
         if next == self.current {
             return true;
@@ -61,10 +63,13 @@ impl Turns {
         if next > self.started {
             return false;
         }
-        if self.current != NODES {
-            self.kept[self.current] = kept();
-        }
-        let (leaving, coming) = (self.kept[self.current], self.kept[from]);
+        let leaving = if self.current == NODES {
+            Kept::All
+        } else {
+            kept(role)
+        };
+        self.kept[self.current] = leaving;
+        let coming = self.kept[from];
         let start = &raw mut __sdata;
         let offset = |end: *mut u8| end as usize - start as usize;
         let length = offset(&raw mut __ebss);
@@ -81,7 +86,8 @@ impl Turns {
         let place = begin(leaving);
         let mut exchanged = self.file.seek(self.current * length + place)
             && self.file.write_all(&variables[place..]);
-        // In front of the coming node's variables there are still some of the node that leaves.
+        // `.seldom` holds what the leaving node needs; for the next it must be as at power-up. What
+        // the other parts hold, nobody reads.
         if leaving == Kept::All && coming != Kept::All {
             let left = &mut variables[..begin(Kept::Guard)];
             exchanged &= self.file.seek(NODES * length) && self.file.read_exact(left);

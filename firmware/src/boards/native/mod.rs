@@ -116,7 +116,7 @@ impl Pipe for StandardStreams {
     }
 
     /// A process has one node.
-    fn turn_to(&mut self, node: u8) -> bool {
+    fn turn_to(&mut self, node: u8, _: &'static Role) -> bool {
         node == 0
     }
 }

@@ -30,7 +30,6 @@ impl Launch {
             program: program.clone(),
             start: Start {
                 version: VERSION,
-                role: spec.role.name().try_into().unwrap_or_default(),
                 seed,
                 flash: options.flash_file(spec.name),
                 settings: if options.blank {
@@ -39,6 +38,7 @@ impl Launch {
                     settings(spec)
                 },
                 motor: spec.motor,
+                role: spec.role.name().try_into().unwrap_or_default(),
             },
             timeout: options.node_timeout,
         }

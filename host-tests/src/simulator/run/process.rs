@@ -144,8 +144,9 @@ impl Process {
         self.message.clear();
         self.message.extend(Prefix { length, node }.to_bytes());
         self.message.extend(message);
-        let written = self.input.write_all(&self.message);
-        written.map_err(|error| self.gone(&error))
+        // A process that has ended is reported for the first node whose answer is missing.
+        let _ = self.input.write_all(&self.message);
+        Ok(())
     }
 
     /// Waits for the answer of this node. Answers come in the order of their questions.

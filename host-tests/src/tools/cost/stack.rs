@@ -75,7 +75,6 @@ pub fn deepest(path: &Path, with_motor: bool) -> Result<u32, CostError> {
         pipes.ok_or_else(|| CostError::Malformed("no pipes".to_owned()))?;
     let start = Start {
         version: VERSION,
-        role: heapless::String::new(),
         seed: 1,
         flash: heapless::String::new(),
         settings: heapless::Vec::from_iter([(
@@ -83,6 +82,7 @@ pub fn deepest(path: &Path, with_motor: bool) -> Result<u32, CostError> {
             i32::from(if with_motor { NODE } else { GUARD }),
         )]),
         motor: with_motor.then_some(MOTOR),
+        role: heapless::String::new(),
     };
     let mut exchange = |message: &ToNode| -> Result<(), CostError> {
         let bytes = postcard::to_stdvec(message)

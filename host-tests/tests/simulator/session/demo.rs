@@ -78,20 +78,23 @@ impl Demo {
         address.split(';').next().unwrap_or_default().to_owned()
     }
 
-    /// Waits until the node with this program runs; returns the id of its process.
+    /// Waits until the robot's nodes run, whose program has this name. Returns the id of the process
+    /// that started last.
     #[cfg(target_os = "linux")]
-    pub fn node(&self, program: &str) -> u32 {
+    pub fn last_node(&self, program: &str) -> u32 {
         let began = Instant::now();
         loop {
             let entries = fs::read_dir("/proc").expect("/proc").flatten();
-            let found = entries
+            let nodes = entries
                 .filter_map(|entry| entry.file_name().to_str()?.parse().ok())
-                .find(|process| self.is_node(*process, program));
-            if let Some(process) = found {
-                return process;
+                .filter(|process| self.is_node(*process, program));
+            // All of them start within a second.
+            let settled = began.elapsed() > Duration::from_secs(3);
+            if let Some(last) = nodes.max().filter(|_| settled) {
+                return last;
             }
             assert!(began.elapsed() < LIMIT, "no node {program}");
-            sleep(Duration::from_millis(20));
+            sleep(Duration::from_millis(100));
         }
     }
 

@@ -296,23 +296,20 @@ fn a_stopped_emulator_is_named_within_its_timeout_and_the_run_is_kept() {
     let arguments = ["--node-timeout", "5", "--speed", "1", "--scenario", &flat];
     let (command, out) = command("stopped", &arguments);
     let mut demo = Demo::start(command);
-    let screw = demo.node("screw").to_string();
-    sleep(Duration::from_secs(3));
-    send("STOP", &screw);
+    let machine = demo.last_node("guard").to_string();
+    send("STOP", &machine);
     let began = Instant::now();
     let (status, _, error) = demo.end();
     assert_eq!(status.code(), Some(1), "{error}");
-    assert!(error.contains("node screw: no answer for 5 s"), "{error}");
+    let (before, _) = error.split_once(": no answer for 5 s").expect(&error);
+    let (_, named) = before.rsplit_once("node ").expect(&error);
     assert!(
         began.elapsed() < Duration::from_secs(30),
         "{:?}",
         began.elapsed()
     );
     let why = summary(&out)["ended_early"].clone();
-    assert!(
-        why.as_str().is_some_and(|why| why.contains("screw")),
-        "{why}"
-    );
+    assert!(why.as_str().is_some_and(|why| why.contains(named)), "{why}");
     assert!(out.join("run.mcap").exists() && out.join("report.html").exists());
 }
 
@@ -324,8 +321,8 @@ fn a_node_that_is_killed_is_named_without_last_words() {
     let arguments = ["--nodes", "native", "--speed", "1", "--scenario", &flat];
     let (command, out) = command("killed", &arguments);
     let mut demo = Demo::start(command);
-    let guard = demo.node("guard").to_string();
-    sleep(Duration::from_secs(1));
+    // The guard is the last one to start.
+    let guard = demo.last_node("guard").to_string();
     send("KILL", &guard);
     let (status, _, error) = demo.end();
     assert_eq!(status.code(), Some(1), "{error}");
@@ -349,11 +346,11 @@ fn a_program_without_the_role_is_refused() {
         let programs = programs.unwrap_or_else(|error| panic!("{error}"));
         let start = Start {
             version: VERSION,
-            role: "wheel".try_into().expect("a short name"),
             seed: 1,
             flash: heapless::String::new(),
             settings: heapless::Vec::new(),
             motor: None,
+            role: "wheel".try_into().expect("a short name"),
         };
         let path = &programs.nodes.path;
         let machines = &mut Machines::default();
@@ -368,11 +365,11 @@ fn last_words_are_announced_when_there_are_some() {
     let end_of = |program: &str| {
         let start = Start {
             version: VERSION,
-            role: heapless::String::new(),
             seed: 1,
             flash: heapless::String::new(),
             settings: heapless::Vec::new(),
             motor: None,
+            role: heapless::String::new(),
         };
         let node = Node::start(
             NodeName::SCREW,
