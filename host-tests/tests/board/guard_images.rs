@@ -4,7 +4,7 @@ use crate::chips::g474;
 use crate::footprint::is_on_the_page;
 use clap::ValueEnum;
 use object::read::elf::ElfFile32;
-use object::{Endianness, Object, ObjectSection};
+use object::{Endianness, Object, ObjectSection, ObjectSymbol};
 use std::fs;
 use std::sync::OnceLock;
 use tautrack_host_tests::programs::settings_pages::{GUARD_ADDRESS, LENGTH};
@@ -27,6 +27,21 @@ pub fn guards() -> &'static [Program] {
             .collect();
         guard_board(&names).unwrap_or_else(|error| panic!("{error}"))
     })
+}
+
+#[test]
+fn only_the_simulator_finds_the_roles_of_the_drives_in_a_guard() {
+    for program in guards() {
+        let elf = fs::read(&program.path).expect("a program");
+        let elf = ElfFile32::<Endianness>::parse(&*elf).expect("an ELF file");
+        let names: Vec<_> = elf
+            .symbols()
+            .filter_map(|symbol| symbol.name().ok())
+            .collect();
+        let of = |role: &str| names.iter().find(|name| name.contains(role));
+        assert!(of("5roles5guard").is_some(), "symbols have other names");
+        assert_eq!((of("5roles4axle"), of("5roles5screw")), (None, None));
+    }
 }
 
 #[test]
