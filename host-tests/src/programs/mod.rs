@@ -24,8 +24,8 @@ use cargo::{Recipe, folder_of};
 use program::program;
 
 /// Builds the program that all nodes of a robot run on `board`: that of its guard, which also
-/// contains the roles of the drives. Returns quickly if nothing has changed. Installs what the build
-/// needs, see [`setup`].
+/// contains the roles of the drives. Returns quickly if nothing has changed. Installs what the
+/// build needs, see [`setup`].
 ///
 /// May be called from several threads and programs at once: cargo lets one of them build and the
 /// others wait.

@@ -78,8 +78,8 @@ impl Demo {
         address.split(';').next().unwrap_or_default().to_owned()
     }
 
-    /// Waits until the robot's nodes run, whose program has this name. Returns the id of the process
-    /// that started last.
+    /// Waits until the robot's nodes run, whose program has this name. Returns the id of the
+    /// process that started last.
     #[cfg(target_os = "linux")]
     pub fn last_node(&self, program: &str) -> u32 {
         let began = Instant::now();
