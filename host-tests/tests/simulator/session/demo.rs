@@ -78,8 +78,8 @@ impl Demo {
         address.split(';').next().unwrap_or_default().to_owned()
     }
 
-    /// Waits until the robot's nodes run, whose program has this name. Returns the id of the
-    /// process that started last.
+    /// Waits until all nodes run. Their program has this name. Returns the id of the process that
+    /// started last.
     #[cfg(target_os = "linux")]
     pub fn last_node(&self, program: &str) -> u32 {
         let began = Instant::now();
@@ -88,7 +88,7 @@ impl Demo {
             let nodes = entries
                 .filter_map(|entry| entry.file_name().to_str()?.parse().ok())
                 .filter(|process| self.is_node(*process, program));
-            // All of them start within a second.
+            // After this time all of them have started.
             let settled = began.elapsed() > Duration::from_secs(3);
             if let Some(last) = nodes.max().filter(|_| settled) {
                 return last;

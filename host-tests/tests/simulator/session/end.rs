@@ -7,10 +7,11 @@ use std::io::{BufRead, BufReader};
 use std::net::TcpListener;
 use std::path::Path;
 use std::process::{Command, Stdio};
-use std::thread::sleep;
+use std::thread::{available_parallelism, sleep};
 use std::time::{Duration, Instant};
 use tautrack::link::{Start, VERSION};
 use tautrack_host_tests::programs::Board;
+use tautrack_host_tests::robots::b2p2::nodes::NODES;
 use tautrack_host_tests::robots::{Kind, NodeName};
 use tautrack_host_tests::simulator::run::Machines;
 use tautrack_host_tests::simulator::run::node::Node;
@@ -303,6 +304,12 @@ fn a_stopped_emulator_is_named_within_its_timeout_and_the_run_is_kept() {
     assert_eq!(status.code(), Some(1), "{error}");
     let (before, _) = error.split_once(": no answer for 5 s").expect(&error);
     let (_, named) = before.rsplit_once("node ").expect(&error);
+    // The nodes are dealt out to the machines in turn, and the last machine is stopped.
+    let machines = available_parallelism()
+        .map_or(1, usize::from)
+        .min(NODES.len());
+    let place = NODES.iter().position(|(name, _)| name.as_str() == named);
+    assert_eq!(place.expect(&error) % machines, machines - 1, "{error}");
     assert!(
         began.elapsed() < Duration::from_secs(30),
         "{:?}",
