@@ -39,6 +39,9 @@ pub use machine::{End, Machine};
 pub use power_up::serial_number;
 pub use starvation::feed_watchdog;
 
+#[cfg(target_os = "none")]
+use crate::roles::Role;
+
 /// Static variables that a node needs again after the turn of another one. The others are as at
 /// power-up, or nobody reads what they hold. Each value includes the next.
 #[cfg(target_os = "none")]
@@ -69,6 +72,3 @@ pub fn kept(role: &Role) -> Kept {
 }
 
 pub use tautrack::motor::model::POWER_STAGE;
-
-#[cfg(target_os = "none")]
-use crate::roles::Role;
