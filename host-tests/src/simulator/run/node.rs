@@ -88,7 +88,7 @@ impl Node {
     /// Sends one step; [`Node::receive`] must follow.
     ///
     /// # Errors
-    /// If the node has ended.
+    /// If the message cannot be sent. A process that has ended is an error of [`Node::receive`].
     pub fn send(&mut self, step: Step) -> Result<(), NodeError> {
         self.write(&ToNode::Step(step))
     }
