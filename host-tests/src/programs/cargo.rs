@@ -1,9 +1,12 @@
 //! Calls cargo to build the node programs.
 
+use super::program::identify;
 use super::setup::checkout::root;
-use super::setup::machine::{DISTRIBUTION_CARGO, DISTRIBUTION_LINKER, DISTRIBUTION_RUSTC};
+use super::setup::machine::{
+    DISTRIBUTION_CARGO, DISTRIBUTION_LINKER, DISTRIBUTION_RUSTC, library_sources,
+};
 use super::setup::{self, TARGET, Toolchain};
-use super::{Board, BuildError};
+use super::{BuildError, Program};
 use std::env;
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
@@ -16,8 +19,8 @@ const SHOWN_LINES: usize = 30;
 pub(super) struct Recipe<'a> {
     /// Name of the board, for errors.
     pub board: &'a str,
-    /// Compiler target; `None` for the host.
-    pub target: Option<&'static str>,
+    /// Compiler target.
+    pub target: &'static str,
     /// Features of the firmware.
     pub features: &'a str,
     /// Profile of the workspace.
@@ -30,17 +33,35 @@ pub(super) struct Recipe<'a> {
     pub small_library: bool,
 }
 
-impl Recipe<'_> {
-    /// Programs that run on the board of the simulator.
-    pub(super) fn simulated(board: Board, features: &str) -> Recipe<'_> {
-        Recipe {
-            board: board.name(),
-            target: target(board),
-            features,
-            profile: "firmware",
-            flashed_with_log: None,
-            small_library: false,
-        }
+/// Builds programs for the emulated board.
+pub(super) fn emulated<const N: usize>(
+    features: &str,
+    programs: [&str; N],
+) -> Result<[Program; N], BuildError> {
+    let folder = folder_of(&simulated("mps2", TARGET, features), &programs)?;
+    let mut found = programs.map(|_| Program::default());
+    for (program, name) in found.iter_mut().zip(programs) {
+        *program = identify(folder.join(name))?;
+    }
+    Ok(found)
+}
+
+/// Builds a program as a WebAssembly module.
+pub(super) fn wasm(program: &str) -> Result<Program, BuildError> {
+    let recipe = simulated("wasm", "wasm32-unknown-unknown", "");
+    let folder = folder_of(&recipe, &[program])?;
+    identify(folder.join(program).with_extension("wasm"))
+}
+
+/// Programs that run in the simulator alone.
+fn simulated<'a>(board: &'a str, target: &'static str, features: &'a str) -> Recipe<'a> {
+    Recipe {
+        board,
+        target,
+        features,
+        profile: "firmware",
+        flashed_with_log: None,
+        small_library: false,
     }
 }
 
@@ -48,7 +69,7 @@ impl Recipe<'_> {
 pub(super) fn folder_of(recipe: &Recipe, programs: &[&str]) -> Result<PathBuf, BuildError> {
     let root = root().map_err(BuildError::NoCheckout)?;
     let toolchain = match recipe.target {
-        Some(TARGET) => setup::ensure(recipe.small_library).map_err(BuildError::Missing)?,
+        TARGET => setup::ensure(recipe.small_library).map_err(BuildError::Missing)?,
         _ => Toolchain::Current,
     };
     let mut folder = root.join("target").join(match toolchain {
@@ -68,27 +89,18 @@ pub(super) fn folder_of(recipe: &Recipe, programs: &[&str]) -> Result<PathBuf, B
             output,
         });
     }
-    folder.extend(recipe.target);
+    folder.push(recipe.target);
     folder.push(recipe.profile);
     Ok(folder)
-}
-
-/// Compiler target of the board's programs; `None` for the host.
-fn target(board: Board) -> Option<&'static str> {
-    match board {
-        Board::Qemu | Board::Image => Some(TARGET),
-        Board::Native => None,
-        Board::Wasm => Some("wasm32-unknown-unknown"),
-    }
 }
 
 /// Log records of a board's program. Those of the bus stack and of the chip's library would take
 /// 1.1 KB.
 pub(super) const FLASHED_LOG: &str = "info,zencan_node=off,zencan_common=off,embassy_stm32=off";
 
-/// Flags of the compiler for small images, as in a file of cargo. A panic is the instruction UDF.
-/// Its text and its place, and the code that passes them on, would take 15 KB.
-const SMALL_FLAGS: &str = "'-Cpanic=immediate-abort', '-Zunstable-options'";
+/// Flags of the compiler for small images. A panic is the instruction UDF. Its text and its place,
+/// and the code that passes them on, would take 15 KB.
+const SMALL_FLAGS: [&str; 2] = ["-Cpanic=immediate-abort", "-Zunstable-options"];
 
 fn command(recipe: &Recipe, toolchain: Toolchain, target_folder: &Path) -> Command {
     let cargo = match toolchain {
@@ -106,30 +118,19 @@ fn command(recipe: &Recipe, toolchain: Toolchain, target_folder: &Path) -> Comma
     command
         .args(["--locked", "--profile", recipe.profile, "--target-dir"])
         .arg(target_folder);
-    if recipe.target.is_none() {
-        // Without link-time optimisation, the programs of the host are built sooner.
-        command.args(["--config", "profile.firmware.lto=false"]);
+    command.args(["--target", recipe.target]);
+    if recipe.target == TARGET {
+        let flags = flags(recipe, toolchain);
+        command.arg("--config");
+        command.arg(format!("target.{TARGET}.rustflags = {flags}"));
     }
-    if let Some(target) = recipe.target {
-        command.args(["--target", target]);
-        if let Some(log) = recipe.flashed_with_log {
-            let prefix = packages().display().to_string();
-            command.arg("--config");
-            let small = if recipe.small_library {
-                SMALL_FLAGS
-            } else {
-                ""
-            };
-            command.arg(format!(
-                "target.{target}.rustflags = ['--remap-path-prefix={prefix}=', {small}]"
-            ));
-            // Equal values for all programs of a profile, so that cargo finds the macros and with
-            // them everything else unchanged. The build script of `proc-macro2` reads the second.
-            command.env("DEFMT_LOG", log).env("RUSTC_BOOTSTRAP", "1");
-        }
-        if recipe.small_library {
-            command.arg("-Zbuild-std-features=optimize_for_size");
-        }
+    if let Some(log) = recipe.flashed_with_log {
+        // Equal values for all programs of a profile, so that cargo finds the macros and with them
+        // everything else unchanged. The build script of `proc-macro2` reads the second.
+        command.env("DEFMT_LOG", log).env("RUSTC_BOOTSTRAP", "1");
+    }
+    if recipe.small_library {
+        command.arg("-Zbuild-std-features=optimize_for_size");
     }
     if toolchain == Toolchain::Distribution || recipe.small_library {
         // A stable compiler builds the library only if RUSTC_BOOTSTRAP is set.
@@ -145,15 +146,51 @@ fn command(recipe: &Recipe, toolchain: Toolchain, target_folder: &Path) -> Comma
     command
 }
 
-/// Folder with the sources of the packages of crates.io. The debug information names them without
-/// this folder.
+/// Flags of the compiler for a program of a board, as a value in a file of cargo.
+///
+/// Texts of panics and debug information name source files. The flags replace what differs between
+/// computers, so that the bytes of a program do not depend on any folder.
+fn flags(recipe: &Recipe, toolchain: Toolchain) -> toml::Value {
+    let mut flags: Vec<String> = folders(toolchain)
+        .iter()
+        .map(|(folder, name)| format!("--remap-path-prefix={}={name}", folder.display()))
+        .collect();
+    if recipe.small_library {
+        flags.extend(SMALL_FLAGS.map(str::to_owned));
+    }
+    toml::Value::from(flags)
+}
+
+/// Folders with sources, and what programs name them. The compiler sees a folder that is reached
+/// through a link by either path.
+fn folders(toolchain: Toolchain) -> Vec<(PathBuf, &'static str)> {
+    let rustc = match toolchain {
+        Toolchain::Current => "rustc",
+        Toolchain::Distribution => DISTRIBUTION_RUSTC,
+    };
+    // The build script writes code into the checkout.
+    let checkout = root().ok().map(|root| (root.to_owned(), ""));
+    let library = library_sources(rustc.as_ref()).map(|sources| (sources, "rust"));
+    let given = [checkout, Some((packages(), "")), library];
+    let given = given.into_iter().flatten();
+    given
+        .flat_map(|(folder, name)| {
+            let real = folder.canonicalize().ok().filter(|real| *real != folder);
+            [Some(folder), real]
+                .into_iter()
+                .flatten()
+                .map(move |folder| (folder, name))
+        })
+        .collect()
+}
+
+/// Folder with the sources of the packages of crates.io.
 fn packages() -> PathBuf {
     let home = env::var_os("CARGO_HOME").map(PathBuf::from);
     let home = home.or_else(|| env::home_dir().map(|home| home.join(".cargo")));
-    // Cargo computes the number from the address of crates.io. The last part makes a final slash.
+    // Cargo computes the number from the address of crates.io.
     home.unwrap_or_default()
         .join("registry/src/index.crates.io-1949cf8c6b5b557f")
-        .join("")
 }
 
 /// Whether an environment variable can change the program that cargo builds. `cargo run` and
@@ -176,7 +213,8 @@ pub fn changes_a_build(name: &OsStr) -> bool {
     name.starts_with("CARGO_") || rustc || name.starts_with("DEFMT_")
 }
 
-fn last_lines(text: &str) -> String {
+/// The end of cargo's output, for an error.
+pub(super) fn last_lines(text: &str) -> String {
     let lines: Vec<&str> = text.lines().collect();
     lines[lines.len().saturating_sub(SHOWN_LINES)..].join("\n")
 }

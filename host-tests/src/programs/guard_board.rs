@@ -12,7 +12,7 @@ use super::{BuildError, Program};
 pub fn guard_board(guards: &[&str]) -> Result<Vec<Program>, BuildError> {
     let recipe = Recipe {
         board: "g474",
-        target: Some(TARGET),
+        target: TARGET,
         features: "g474",
         profile: "board",
         flashed_with_log: Some(FLASHED_LOG),

@@ -10,6 +10,7 @@ mod error;
 pub mod flash;
 mod guard_board;
 mod motor_board;
+mod native;
 mod program;
 pub mod settings_pages;
 pub mod setup;
@@ -20,8 +21,8 @@ pub use guard_board::guard_board;
 pub use motor_board::{MotorBoard, defective_axle, motor_board};
 pub use program::{Board, Instruments, Program, Programs, hexadecimal};
 
-use cargo::{Recipe, folder_of};
-use program::program;
+use cargo::{emulated, wasm};
+use native::native;
 
 /// Builds the program that all nodes of a robot run on `board`: that of its guard, which also
 /// contains the roles of the drives. Returns quickly if nothing has changed. Installs what the
@@ -33,9 +34,15 @@ use program::program;
 /// # Errors
 /// [`BuildError`], with cargo's last lines if the build fails.
 pub fn build(board: Board, guard: &str) -> Result<Programs, BuildError> {
-    let recipe = Recipe::simulated(board, board.feature());
-    let folder = folder_of(&recipe, &[guard])?;
-    let nodes = program(board, &folder, guard)?;
+    let nodes = match board {
+        Board::Native => native(guard)?,
+        Board::Wasm => wasm(guard)?,
+        Board::Qemu => {
+            let [nodes] = emulated("mps2", [guard])?;
+            nodes
+        }
+        Board::Image => guard_board(&[guard])?.remove(0),
+    };
     Ok(Programs { board, nodes })
 }
 
@@ -45,12 +52,7 @@ pub fn build(board: Board, guard: &str) -> Result<Programs, BuildError> {
 /// # Errors
 /// The same as [`build`].
 pub fn drives() -> Result<[Program; 2], BuildError> {
-    let recipe = Recipe::simulated(Board::Qemu, Board::Qemu.feature());
-    let folder = folder_of(&recipe, &["axle", "screw"])?;
-    Ok([
-        program(Board::Qemu, &folder, "axle")?,
-        program(Board::Qemu, &folder, "screw")?,
-    ])
+    emulated("mps2", ["axle", "screw"])
 }
 
 /// Builds the programs that measure the control code on the emulated core, in the same way as
@@ -59,10 +61,6 @@ pub fn drives() -> Result<[Program; 2], BuildError> {
 /// # Errors
 /// The same as [`build`].
 pub fn instruments() -> Result<Instruments, BuildError> {
-    let recipe = Recipe::simulated(Board::Qemu, "cost");
-    let folder = folder_of(&recipe, &["cost", "ticks"])?;
-    Ok(Instruments {
-        cost: program(Board::Qemu, &folder, "cost")?,
-        ticks: program(Board::Qemu, &folder, "ticks")?,
-    })
+    let [cost, ticks] = emulated("cost", ["cost", "ticks"])?;
+    Ok(Instruments { cost, ticks })
 }

@@ -21,15 +21,7 @@ pub struct MotorBoard {
 /// # Errors
 /// [`BuildError`], with cargo's last lines if the build fails.
 pub fn motor_board() -> Result<MotorBoard, BuildError> {
-    let recipe = Recipe {
-        board: "esc1",
-        target: Some(TARGET),
-        features: "esc1",
-        profile: "board",
-        flashed_with_log: Some(FLASHED_LOG),
-        small_library: true,
-    };
-    let folder = folder_of(&recipe, &["loader", "axle", "screw"])?;
+    let folder = folder_of(&recipe("esc1"), &["loader", "axle", "screw"])?;
     Ok(MotorBoard {
         loader: identify(folder.join("loader"))?,
         axle: identify(folder.join("axle"))?,
@@ -42,19 +34,17 @@ pub fn motor_board() -> Result<MotorBoard, BuildError> {
 /// # Errors
 /// The same as [`motor_board`].
 pub fn defective_axle() -> Result<Program, BuildError> {
-    let recipe = Recipe {
-        board: "esc1",
-        target: Some(TARGET),
-        features: "defects",
-        profile: "defects",
-        // The defects need the room of more records.
-        flashed_with_log: Some(
-            "info,zencan_node=off,zencan_common=off,embassy_stm32=off,\
-             tautrack_firmware::storage=off,tautrack_firmware::bus=off,\
-             tautrack_firmware::roles=off",
-        ),
-        small_library: true,
-    };
-    let folder = folder_of(&recipe, &["defective_axle"])?;
+    let folder = folder_of(&recipe("defects"), &["defective_axle"])?;
     identify(folder.join("defective_axle"))
+}
+
+fn recipe(features: &str) -> Recipe<'_> {
+    Recipe {
+        board: "esc1",
+        target: TARGET,
+        features,
+        profile: "board",
+        flashed_with_log: Some(FLASHED_LOG),
+        small_library: true,
+    }
 }

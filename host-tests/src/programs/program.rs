@@ -4,14 +4,14 @@ use super::BuildError;
 use sha2::{Digest, Sha256};
 use std::fmt::Write;
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 /// Board that the nodes run on.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Board {
     /// The Cortex-M4F that QEMU emulates. All published results are obtained with it.
     Qemu,
-    /// The host itself, for fuzzing and debuggers: a process for each node.
+    /// The host itself, for fuzzing and debuggers: a process for each node, built as the tests are.
     Native,
     /// WebAssembly modules in the simulator's process, for sweeps: the fastest nodes.
     Wasm,
@@ -21,15 +21,6 @@ pub enum Board {
 }
 
 impl Board {
-    /// Feature of the firmware that selects the board; empty if the target selects it.
-    pub(super) fn feature(self) -> &'static str {
-        match self {
-            Self::Qemu => "mps2",
-            Self::Native | Self::Wasm => "",
-            Self::Image => "esc1",
-        }
-    }
-
     /// Name for people.
     pub(super) fn name(self) -> &'static str {
         match self {
@@ -42,7 +33,7 @@ impl Board {
 }
 
 /// Node program.
-#[derive(Clone, PartialEq, Eq, Debug)]
+#[derive(Clone, PartialEq, Eq, Default, Debug)]
 pub struct Program {
     /// Path of the executable.
     pub path: PathBuf,
@@ -66,14 +57,6 @@ pub struct Instruments {
     pub cost: Program,
     /// Contains only the control ticks, for checks of its symbols.
     pub ticks: Program,
-}
-
-pub(super) fn program(board: Board, folder: &Path, name: &str) -> Result<Program, BuildError> {
-    let mut path = folder.join(name);
-    if board == Board::Wasm {
-        path.set_extension("wasm");
-    }
-    identify(path)
 }
 
 /// Computes the hash of the program at `path`.

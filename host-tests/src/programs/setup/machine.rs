@@ -21,7 +21,7 @@ pub fn facts(sources_needed: bool) -> Facts {
     let rustc = env::var_os("RUSTC").unwrap_or_else(|| "rustc".into());
     Facts {
         target_library: target_library(&rustc),
-        library_sources: library_sources(&rustc),
+        library_sources: library_sources(&rustc).is_some(),
         sources_needed,
         rustup: succeeds(&["rustup", "--version"]),
         distribution_rust: distribution_rust(),
@@ -71,15 +71,16 @@ fn target_library(rustc: &OsStr) -> bool {
     })
 }
 
-fn library_sources(rustc: &OsStr) -> bool {
-    answer(rustc, &["--print", "sysroot"])
-        .map(|sysroot| PathBuf::from(sysroot).join("lib/rustlib/src/rust/library/core"))
-        .is_some_and(|sources| sources.exists())
+/// Folder with the sources of the compiler's library; `None` if they are not installed.
+pub fn library_sources(rustc: &OsStr) -> Option<PathBuf> {
+    let sysroot = answer(rustc, &["--print", "sysroot"])?;
+    let sources = PathBuf::from(sysroot).join("lib/rustlib/src/rust");
+    sources.join("library/core").exists().then_some(sources)
 }
 
 fn distribution_rust() -> bool {
     Path::new(DISTRIBUTION_CARGO).exists()
-        && library_sources(DISTRIBUTION_RUSTC.as_ref())
+        && library_sources(DISTRIBUTION_RUSTC.as_ref()).is_some()
         && succeeds(&[DISTRIBUTION_LINKER, "--version"])
 }
 
