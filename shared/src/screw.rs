@@ -213,16 +213,19 @@ impl Geometry {
     }
 
     /// Returns the distance `L1` of axles 1 and 2.
+    #[inline]
     pub fn l1(&self) -> Length {
         self.l1
     }
 
     /// Returns the fixed part `L2` of the front segment.
+    #[inline]
     pub fn l2(&self) -> Length {
         self.l2
     }
 
     /// Returns the belt constant `K`.
+    #[inline]
     pub fn k(&self) -> Length {
         self.k
     }

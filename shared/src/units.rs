@@ -34,6 +34,7 @@ impl Angle {
     pub const HALF_TURN: Self = Self(i32::MIN);
 
     /// Creates an angle from its binary form, 2^-32 turn.
+    #[inline]
     pub const fn from_bits(bits: i32) -> Self {
         Self(bits)
     }

@@ -3,6 +3,7 @@
 //! `cart/new` has the cart's files at their places in the workspace, `cart/lines.toml` its lines in
 //! existing files. Both are data of this test and are compiled only in the copy.
 
+use crate::unchanged::complete;
 use serde::Deserialize;
 use serde_json::Value;
 use std::collections::{BTreeMap, BTreeSet};
@@ -208,6 +209,10 @@ impl Copy {
 
 #[test]
 fn a_cart_from_the_page_drives_and_its_guard_keeps_it_upright() {
+    if !complete() {
+        println!("not tried: the cart is not built; TAUTRACK_SWEEPS=1 does");
+        return;
+    }
     let copy = Copy::new();
     let before = files_of(&copy.root);
     copy.run("generate", &[]);

@@ -58,17 +58,20 @@ pub fn mul_high_sub(sum: i32, a: i32, b: i32) -> i32 {
 }
 
 /// Computes [`mul_high`] in plain Rust: the definition against which the instruction is tested.
+#[inline]
 pub const fn mul_high_plain(a: i32, b: i32) -> i32 {
     ((a as i64 * b as i64) >> 32) as i32
 }
 
 /// Computes [`mul_high_add`] in plain Rust.
+#[inline]
 pub const fn mul_high_add_plain(sum: i32, a: i32, b: i32) -> i32 {
     // A product is at most 2^62, so adding the rounding bit cannot overflow.
     sum.wrapping_add(((a as i64 * b as i64 + (1 << 31)) >> 32) as i32)
 }
 
 /// Computes [`mul_high_sub`] in plain Rust.
+#[inline]
 pub const fn mul_high_sub_plain(sum: i32, a: i32, b: i32) -> i32 {
     // A product is at least -2^62 + 2^31, so subtracting it from the rounding bit cannot overflow.
     sum.wrapping_add((((1 << 31) - a as i64 * b as i64) >> 32) as i32)

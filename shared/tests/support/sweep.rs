@@ -1,10 +1,17 @@
-//! Long tests that are skipped while what they prove is unchanged.
+//! Long tests: which run completely, and which are skipped while what they prove is unchanged.
 
 use std::path::{Path, PathBuf};
 use std::{env, fs};
 
-/// Environment variable with which every such test runs, whatever its value.
+/// Environment variable with which every test runs completely, whatever its value.
 const ALWAYS: &str = "TAUTRACK_SWEEPS";
+
+/// Whether the user requests complete campaigns. Without that, a campaign is only long enough to
+/// show that it works.
+#[allow(dead_code)] // not every test program has a campaign
+pub fn complete() -> bool {
+    env::var_os(ALWAYS).is_some()
+}
 
 /// Runs a sweep, unless it has passed with exactly these sources. `sources` are files and folders
 /// below `shared/`; name the code that the sweep proves, and the sweep's own.
@@ -38,7 +45,7 @@ pub fn files(path: &Path) -> Vec<PathBuf> {
 pub fn unless_passed_with(inputs: &str, name: &str, test: impl FnOnce()) {
     let passed = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("{name}.passed"));
     let unchanged = fs::read_to_string(&passed).is_ok_and(|old| old == inputs);
-    if unchanged && env::var_os(ALWAYS).is_none() {
+    if unchanged && !complete() {
         println!("skipped: passed with the same inputs; {ALWAYS}=1 runs it");
         return;
     }
@@ -59,7 +66,7 @@ fn a_sweep_runs_again_after_a_change_and_after_a_failure() {
         runs
     };
     assert!(runs("one"), "never passed");
-    assert_eq!(runs("one"), env::var_os(ALWAYS).is_some(), "unchanged");
+    assert_eq!(runs("one"), complete(), "unchanged");
     assert!(runs("two"), "changed");
     let failed = std::panic::catch_unwind(|| unless_passed_with("three", name, || panic!("fails")));
     assert!(failed.is_err());

@@ -18,7 +18,8 @@ fn front_kept_up_topples_without_the_guard() {
 #[test]
 fn front_kept_up_is_held_back_and_no_earlier_than_its_margin_asks_for() {
     unless_unchanged("front-kept-up-held", || {
-        let (summary, samples) = outcome(&scenario("staircase-front-kept-up", |_| {}), Board::Qemu);
+        let (summary, samples) =
+            outcome(&scenario("staircase-front-kept-up", |_| {}), Board::Native);
         assert!(!summary.toppled && summary.expectation_met, "{summary}");
 
         let armed = |index: &usize| samples[*index].received.guard_state == "armed";
