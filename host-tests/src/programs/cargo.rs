@@ -2,7 +2,7 @@
 
 use super::setup::checkout::root;
 use super::setup::machine::{DISTRIBUTION_CARGO, DISTRIBUTION_LINKER, DISTRIBUTION_RUSTC};
-use super::setup::{self, TARGET, Toolchain};
+use super::setup::{self, Part, TARGET, Toolchain, WASM_TARGET};
 use super::{Board, BuildError};
 use std::env;
 use std::ffi::OsStr;
@@ -47,10 +47,7 @@ impl Recipe<'_> {
 /// Builds `programs` and returns the folder that contains them.
 pub(super) fn folder_of(recipe: &Recipe, programs: &[&str]) -> Result<PathBuf, BuildError> {
     let root = root().map_err(BuildError::NoCheckout)?;
-    let toolchain = match recipe.target {
-        Some(TARGET) => setup::ensure(recipe.small_library).map_err(BuildError::Missing)?,
-        _ => Toolchain::Current,
-    };
+    let toolchain = setup::ensure(needs(recipe)).map_err(BuildError::Missing)?;
     let mut folder = root.join("target").join(match toolchain {
         Toolchain::Current => "nodes",
         Toolchain::Distribution => "nodes-distribution",
@@ -73,12 +70,23 @@ pub(super) fn folder_of(recipe: &Recipe, programs: &[&str]) -> Result<PathBuf, B
     Ok(folder)
 }
 
+/// What this computer needs to build the programs and to run them.
+fn needs(recipe: &Recipe) -> &'static [Part] {
+    match recipe.target {
+        Some(TARGET) if recipe.small_library => &[Part::Target, Part::Sources],
+        Some(TARGET) if recipe.flashed_with_log.is_some() => &[Part::Target],
+        Some(TARGET) => &[Part::Target, Part::Qemu],
+        Some(_) => &[Part::Wasm],
+        None => &[],
+    }
+}
+
 /// Compiler target of the board's programs; `None` for the host.
 fn target(board: Board) -> Option<&'static str> {
     match board {
         Board::Qemu | Board::Image => Some(TARGET),
         Board::Native => None,
-        Board::Wasm => Some("wasm32-unknown-unknown"),
+        Board::Wasm => Some(WASM_TARGET),
     }
 }
 

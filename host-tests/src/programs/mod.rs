@@ -12,13 +12,13 @@ mod guard_board;
 mod motor_board;
 mod program;
 pub mod settings_pages;
-pub mod setup;
 
 pub use cargo::changes_a_build;
 pub use error::BuildError;
 pub use guard_board::guard_board;
 pub use motor_board::{MotorBoard, defective_axle, motor_board};
 pub use program::{Board, Instruments, Program, Programs, hexadecimal};
+pub use tautrack_setup as setup;
 
 use cargo::{Recipe, folder_of};
 use program::program;
