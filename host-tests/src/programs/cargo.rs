@@ -5,7 +5,7 @@ use super::setup::checkout::root;
 use super::setup::machine::{
     DISTRIBUTION_CARGO, DISTRIBUTION_LINKER, DISTRIBUTION_RUSTC, library_sources,
 };
-use super::setup::{self, TARGET, Toolchain};
+use super::setup::{self, Part, TARGET, Toolchain, WASM_TARGET};
 use super::{BuildError, Program};
 use std::env;
 use std::ffi::OsStr;
@@ -48,7 +48,7 @@ pub(super) fn emulated<const N: usize>(
 
 /// Builds a program as a WebAssembly module.
 pub(super) fn wasm(program: &str) -> Result<Program, BuildError> {
-    let recipe = simulated("wasm", "wasm32-unknown-unknown", "");
+    let recipe = simulated("wasm", WASM_TARGET, "");
     let folder = folder_of(&recipe, &[program])?;
     identify(folder.join(program).with_extension("wasm"))
 }
@@ -68,10 +68,7 @@ fn simulated<'a>(board: &'a str, target: &'static str, features: &'a str) -> Rec
 /// Builds `programs` and returns the folder that contains them.
 pub(super) fn folder_of(recipe: &Recipe, programs: &[&str]) -> Result<PathBuf, BuildError> {
     let root = root().map_err(BuildError::NoCheckout)?;
-    let toolchain = match recipe.target {
-        TARGET => setup::ensure(recipe.small_library).map_err(BuildError::Missing)?,
-        _ => Toolchain::Current,
-    };
+    let toolchain = setup::ensure(needs(recipe)).map_err(BuildError::Missing)?;
     let mut folder = root.join("target").join(match toolchain {
         Toolchain::Current => "nodes",
         Toolchain::Distribution => "nodes-distribution",
@@ -92,6 +89,16 @@ pub(super) fn folder_of(recipe: &Recipe, programs: &[&str]) -> Result<PathBuf, B
     folder.push(recipe.target);
     folder.push(recipe.profile);
     Ok(folder)
+}
+
+/// What this computer needs to build the programs and to run them.
+fn needs(recipe: &Recipe) -> &'static [Part] {
+    match recipe.target {
+        TARGET if recipe.small_library => &[Part::Target, Part::Sources],
+        TARGET if recipe.flashed_with_log.is_some() => &[Part::Target],
+        TARGET => &[Part::Target, Part::Qemu],
+        _ => &[Part::Wasm],
+    }
 }
 
 /// Log records of a board's program. Those of the bus stack and of the chip's library would take

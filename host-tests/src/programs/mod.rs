@@ -2,7 +2,7 @@
 //! them by their hashes.
 //!
 //! `program` describes a program, `motor_board` and `guard_board` build what is flashed, `cargo`
-//! calls cargo, `error` lists the errors. [`flash`] and [`settings_pages`] make the bytes that are
+//! calls cargo for the target, `native` for this computer, `error` lists the errors. [`flash`] and [`settings_pages`] make the bytes that are
 //! flashed. [`setup`] installs what the build needs.
 
 mod cargo;
@@ -13,13 +13,13 @@ mod motor_board;
 mod native;
 mod program;
 pub mod settings_pages;
-pub mod setup;
 
 pub use cargo::changes_a_build;
 pub use error::BuildError;
 pub use guard_board::guard_board;
 pub use motor_board::{MotorBoard, defective_axle, motor_board};
 pub use program::{Board, Instruments, Program, Programs, hexadecimal};
+pub use tautrack_setup as setup;
 
 use cargo::{emulated, wasm};
 use native::native;

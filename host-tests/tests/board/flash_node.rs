@@ -32,7 +32,8 @@ fn without_probe_rs_one_line_says_how_to_install_it() {
     assert!(!done);
     assert_eq!(
         text,
-        "cargo flash-node: probe-rs is not installed: cargo install probe-rs-tools --locked\n"
+        "cargo flash-node: probe-rs is not installed; type: cargo install probe-rs-tools \
+         --locked\n"
     );
 }
 

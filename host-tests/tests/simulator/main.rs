@@ -2,6 +2,7 @@
 
 mod bus;
 mod node_log;
+mod programs;
 mod runs;
 mod session;
 mod shared_machine;

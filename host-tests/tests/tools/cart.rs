@@ -135,7 +135,12 @@ struct Copy {
 }
 
 /// Names of the packages of the workspace.
-const PACKAGES: [&str; 3] = ["tautrack", "tautrack-firmware", "tautrack-host-tests"];
+const PACKAGES: [&str; 4] = [
+    "tautrack",
+    "tautrack-firmware",
+    "tautrack-host-tests",
+    "tautrack-setup",
+];
 
 impl Copy {
     fn new() -> Self {

@@ -1,6 +1,7 @@
 //! Tests of the commands, their input and their results.
 
 mod cart;
+mod checkout;
 mod cost;
 mod demo;
 mod docs;

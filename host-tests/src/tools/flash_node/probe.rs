@@ -1,11 +1,11 @@
 //! Calls probe-rs, which talks to the debug probe.
 
+use crate::programs::setup::{Missing, PROBE_RS, Part as Needed};
 use std::ffi::OsString;
 use std::io;
 use std::path::PathBuf;
 use std::process::Command;
 
-const PROBE_RS: &str = "probe-rs";
 /// Name of the motor board's chip in probe-rs.
 pub(super) const MOTOR_BOARD: &str = "STM32G431CBTx";
 /// Name of the guard's board's chip in probe-rs.
@@ -83,7 +83,7 @@ pub(super) fn flash(chip: &str, parts: &[Part], dry_run: bool) -> Result<(), Str
 
 fn not_started(error: &io::Error) -> String {
     if error.kind() == io::ErrorKind::NotFound {
-        "probe-rs is not installed: cargo install probe-rs-tools --locked".to_owned()
+        Missing(Needed::ProbeRs).to_string()
     } else {
         format!("probe-rs does not start: {error}")
     }

@@ -2,7 +2,7 @@
 
 use super::checkout::root;
 use super::plan::{Facts, Packages, Rights, Step};
-use super::{QEMU, TARGET};
+use super::{PROBE_RS, QEMU, TARGET, WASM_TARGET};
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
@@ -15,19 +15,19 @@ pub const DISTRIBUTION_CARGO: &str = "/usr/bin/cargo";
 /// Linker for the target in the distribution's packages; rustup provides its own.
 pub const DISTRIBUTION_LINKER: &str = "ld.lld";
 
-/// Collects the facts about this computer and its environment variables, for a build that needs
-/// the sources of the library or not.
-pub fn facts(sources_needed: bool) -> Facts {
+/// Collects the facts about this computer and its environment variables.
+pub fn facts() -> Facts {
     let rustc = env::var_os("RUSTC").unwrap_or_else(|| "rustc".into());
     Facts {
-        target_library: target_library(&rustc),
+        target_library: library(&rustc, TARGET),
+        wasm_library: library(&rustc, WASM_TARGET),
         library_sources: library_sources(&rustc).is_some(),
-        sources_needed,
         rustup: succeeds(&["rustup", "--version"]),
         distribution_rust: distribution_rust(),
         distribution_wanted: env::var_os("TAUTRACK_TOOLCHAIN")
             .is_some_and(|value| value == "distribution"),
         qemu: succeeds(&[QEMU, "--version"]),
+        probe_rs: succeeds(&[PROBE_RS, "--version"]),
         packages: packages(),
         rights: rights(),
         setup_allowed: env::var_os("TAUTRACK_NO_SETUP").is_none_or(|value| value != "1"),
@@ -59,8 +59,8 @@ fn command(program: impl AsRef<OsStr>) -> Command {
     command
 }
 
-fn target_library(rustc: &OsStr) -> bool {
-    let Some(directory) = answer(rustc, &["--print", "target-libdir", "--target", TARGET]) else {
+fn library(rustc: &OsStr, target: &str) -> bool {
+    let Some(directory) = answer(rustc, &["--print", "target-libdir", "--target", target]) else {
         return false;
     };
     let Ok(mut entries) = fs::read_dir(directory) else {

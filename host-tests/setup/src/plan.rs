@@ -1,0 +1,297 @@
+//! Decides from given facts what to install so that a command has all that it needs.
+
+use super::{PROBE_RS, QEMU, TARGET, WASM_TARGET};
+use std::fmt;
+
+/// Debian's packages that build the nodes without rustup: compiler, cargo, library sources, linker.
+pub const DISTRIBUTION_PACKAGES: [&str; 4] = ["rustc-web", "cargo-web", "rust-web-src", "lld"];
+
+/// Part of a computer's set-up that a command can need.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Part {
+    /// Library of the boards' target, [`TARGET`].
+    Target,
+    /// Sources of Rust's library, which flash images compile with themselves.
+    Sources,
+    /// The Linux distribution's Rust with its library sources and a linker. It replaces
+    /// [`Part::Target`] and [`Part::Sources`].
+    DistributionRust,
+    /// Library of [`WASM_TARGET`].
+    Wasm,
+    /// The emulator.
+    Qemu,
+    /// The program that talks to a debug probe. It is never installed automatically, because it
+    /// compiles for minutes.
+    ProbeRs,
+}
+
+impl Part {
+    /// Arguments with which rustup adds the part; `None` if rustup does not have it.
+    fn of_rustup(self) -> Option<[&'static str; 3]> {
+        match self {
+            Self::Target => Some(["target", "add", TARGET]),
+            Self::Wasm => Some(["target", "add", WASM_TARGET]),
+            Self::Sources => Some(["component", "add", "rust-src"]),
+            Self::DistributionRust | Self::Qemu | Self::ProbeRs => None,
+        }
+    }
+
+    /// Packages that contain the part; empty if the package manager does not have it.
+    fn of_packages(self, manager: Packages) -> &'static [&'static str] {
+        match (self, manager) {
+            (Self::DistributionRust, Packages::Apt) => &DISTRIBUTION_PACKAGES,
+            (Self::Qemu, Packages::Apt | Packages::Dnf) => &[QEMU],
+            _ => &[],
+        }
+    }
+}
+
+impl fmt::Display for Part {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        f.write_str(match self {
+            Self::Target => "the library of the nodes' target",
+            Self::Sources => "the sources of Rust's library, which flash images are built from",
+            Self::DistributionRust => "the distribution's Rust with its library sources",
+            Self::Wasm => "the library of the target of WebAssembly nodes",
+            Self::Qemu => "the emulator",
+            Self::ProbeRs => PROBE_RS,
+        })
+    }
+}
+
+/// Toolchain that builds the programs of the boards.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Toolchain {
+    /// The toolchain in use, which has the target's library.
+    Current,
+    /// The Linux distribution's toolchain, which builds the target's library from its sources.
+    Distribution,
+}
+
+/// Package manager that provides the needed packages.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Packages {
+    /// apt-get of Debian and its derivatives.
+    Apt,
+    /// dnf of Fedora and its derivatives.
+    Dnf,
+}
+
+/// Right to install packages without a password.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Rights {
+    /// The process runs as root.
+    Root,
+    /// `sudo` asks for no password.
+    Sudo,
+}
+
+/// Facts about a computer and the user's choices.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[allow(clippy::struct_excessive_bools)] // independent facts
+pub struct Facts {
+    /// The compiler in use has the library of the boards' target.
+    pub target_library: bool,
+    /// The compiler in use has the library of the target of WebAssembly nodes.
+    pub wasm_library: bool,
+    /// The compiler in use has the sources of the library.
+    pub library_sources: bool,
+    /// rustup is installed and has not failed.
+    pub rustup: bool,
+    /// The distribution's compiler is installed with library sources and linker.
+    pub distribution_rust: bool,
+    /// The user requests the distribution's compiler.
+    pub distribution_wanted: bool,
+    /// The emulator is installed.
+    pub qemu: bool,
+    /// probe-rs is installed.
+    pub probe_rs: bool,
+    /// The package manager, unless it has failed.
+    pub packages: Option<Packages>,
+    /// The right to use the package manager, if there is one.
+    pub rights: Option<Rights>,
+    /// The user has not forbidden installations.
+    pub setup_allowed: bool,
+}
+
+impl Facts {
+    /// Whether the computer has the part.
+    fn has(&self, part: Part) -> bool {
+        match part {
+            Part::Target => self.target_library,
+            Part::Sources => self.library_sources,
+            Part::DistributionRust => self.distribution_rust,
+            Part::Wasm => self.wasm_library,
+            Part::Qemu => self.qemu,
+            Part::ProbeRs => self.probe_rs,
+        }
+    }
+
+    /// The step that installs the part; `None` if that is forbidden or impossible.
+    fn step(&self, part: Part) -> Option<Step> {
+        if !self.setup_allowed {
+            return None;
+        }
+        if self.rustup && part.of_rustup().is_some() {
+            return Some(Step::Rustup(part));
+        }
+        let (manager, rights) = self.packages.zip(self.rights)?;
+        let known = !part.of_packages(manager).is_empty();
+        known.then_some(Step::Packages(part, manager, rights))
+    }
+}
+
+/// One installation step.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Step {
+    /// Adds a part with rustup.
+    Rustup(Part),
+    /// Installs the packages that contain a part.
+    Packages(Part, Packages, Rights),
+}
+
+impl Step {
+    /// What the step installs.
+    fn part(self) -> Part {
+        match self {
+            Self::Rustup(part) | Self::Packages(part, ..) => part,
+        }
+    }
+
+    /// The command lines of this step, to be run in order, each as program and arguments.
+    pub fn commands(self) -> Vec<Vec<&'static str>> {
+        let (part, manager, rights) = match self {
+            Self::Rustup(part) => {
+                let arguments = part.of_rustup().into_iter().flatten();
+                return vec![["rustup"].into_iter().chain(arguments).collect()];
+            }
+            Self::Packages(part, manager, rights) => (part, manager, rights),
+        };
+        let before: &[&[&str]] = match manager {
+            // If another installation is running, wait for it instead of failing.
+            Packages::Apt => &[
+                &["apt-get", "update"],
+                &[
+                    "apt-get",
+                    "-o",
+                    "DPkg::Lock::Timeout=300",
+                    "install",
+                    "-y",
+                    "--no-install-recommends",
+                ],
+            ],
+            Packages::Dnf => &[&["dnf", "install", "-y"]],
+        };
+        let mut commands: Vec<_> = before.iter().map(|command| command.to_vec()).collect();
+        if let Some(install) = commands.last_mut() {
+            install.extend(part.of_packages(manager));
+        }
+        if rights == Rights::Sudo {
+            for command in &mut commands {
+                command.splice(..0, ["sudo", "-n"]);
+            }
+        }
+        commands
+    }
+}
+
+impl fmt::Display for Step {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        let commands: Vec<String> = self
+            .commands()
+            .iter()
+            .map(|command| command.join(" "))
+            .collect();
+        write!(f, "installing {}: {}", self.part(), commands.join(" && "))
+    }
+}
+
+/// Error: a part that is missing and that cannot, or must not, be installed automatically.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Missing(pub Part);
+
+impl fmt::Display for Missing {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        let packages = DISTRIBUTION_PACKAGES.join(" ");
+        match self.0 {
+            Part::Target => write!(
+                f,
+                "no compiler for {TARGET}; type: rustup target add {TARGET} \
+                 (without rustup, on Debian: sudo apt-get install {packages})"
+            ),
+            Part::Sources => write!(
+                f,
+                "no sources of Rust's library, which flash images are built from; type: \
+                 rustup component add rust-src \
+                 (without rustup, on Debian: sudo apt-get install {packages})"
+            ),
+            Part::DistributionRust => write!(
+                f,
+                "TAUTRACK_TOOLCHAIN=distribution, but the distribution's Rust with its library \
+                 sources is not there; type (Debian): sudo apt-get install {packages}"
+            ),
+            Part::Wasm => write!(
+                f,
+                "no compiler for {WASM_TARGET}; type: rustup target add {WASM_TARGET} \
+                 (without rustup, on Debian 13: sudo apt-get install libstd-rust-dev-wasm32)"
+            ),
+            Part::Qemu => write!(
+                f,
+                "{QEMU} is missing; type: sudo apt-get install {QEMU} (Debian, Ubuntu), \
+                 sudo dnf install {QEMU} (Fedora) or brew install qemu (macOS)"
+            ),
+            Part::ProbeRs => write!(
+                f,
+                "{PROBE_RS} is not installed; type: cargo install probe-rs-tools --locked"
+            ),
+        }
+    }
+}
+
+impl std::error::Error for Missing {}
+
+/// Decides which toolchain builds the programs of the boards, and which steps install what is
+/// missing of `needs`.
+///
+/// # Errors
+/// [`Missing`] if a needed installation is forbidden or impossible.
+pub fn plan(needs: &[Part], facts: &Facts) -> Result<(Toolchain, Vec<Step>), Missing> {
+    let of_boards = |part: &Part| matches!(part, Part::Target | Part::Sources);
+    let (boards, others): (Vec<Part>, Vec<Part>) = needs.iter().partition(|part| of_boards(part));
+    let unavailable = boards
+        .iter()
+        .copied()
+        .find(|part| !facts.has(*part) && facts.step(*part).is_none());
+    let wanted = facts.distribution_wanted && !boards.is_empty();
+    let (toolchain, boards) = if wanted || unavailable.is_some() {
+        (Toolchain::Distribution, vec![Part::DistributionRust])
+    } else {
+        (Toolchain::Current, boards)
+    };
+    let mut steps = Vec::new();
+    for part in boards.into_iter().chain(others) {
+        if facts.has(part) {
+            continue;
+        }
+        // A user who did not ask for the distribution's Rust lacks the part that it replaces.
+        let missing = match unavailable {
+            Some(replaced) if part == Part::DistributionRust && !wanted => replaced,
+            _ => part,
+        };
+        steps.push(facts.step(part).ok_or(Missing(missing))?);
+    }
+    Ok((toolchain, steps))
+}
+
+/// Updates the facts after `step`; `done` says whether its commands succeeded. The result is the
+/// facts `found` now, except that a method (rustup or package manager) which did not help, or had
+/// failed before, is not tried again.
+pub fn after(step: Step, done: bool, before: &Facts, found: &Facts) -> Facts {
+    let helped = done && found.has(step.part());
+    let rustup_step = matches!(step, Step::Rustup(_));
+    Facts {
+        rustup: before.rustup && (helped || !rustup_step),
+        packages: before.packages.filter(|_| helped || rustup_step),
+        ..*found
+    }
+}
