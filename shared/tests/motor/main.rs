@@ -14,3 +14,6 @@ mod parallel;
 #[cfg(feature = "lockstep")]
 #[path = "../support/random.rs"]
 mod random;
+#[cfg(feature = "lockstep")]
+#[path = "../support/sweep.rs"]
+mod sweep;

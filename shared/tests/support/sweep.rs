@@ -13,6 +13,12 @@ pub fn complete() -> bool {
     env::var_os(ALWAYS).is_some()
 }
 
+/// Number of random cases: `all` of them in a complete campaign, else a fifth.
+#[allow(dead_code)] // not every test program has a campaign
+pub fn cases(all: usize) -> usize {
+    if complete() { all } else { all / 5 }
+}
+
 /// Runs a sweep, unless it has passed with exactly these sources. `sources` are files and folders
 /// below `shared/`; name the code that the sweep proves, and the sweep's own.
 #[allow(dead_code)] // the tests of whole runs have programs instead of sources

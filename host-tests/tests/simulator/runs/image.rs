@@ -63,7 +63,7 @@ fn a_guard_that_is_a_flash_image_arms_and_drives_as_a_native_guard_does() {
     let program = programs.into_iter().next().expect("one program");
     unless_unchanged("image-of-the-guard", &program.clone(), || {
         let short = scenario("staircase", |description| {
-            description.duration_s = 9.0;
+            description.duration_s = 7.5;
             description.expect = Expect::default();
             description.operator.events.truncate(1);
             if let Terrain::Stairs { first_nose_m, .. } = &mut description.terrain {

@@ -4,6 +4,7 @@ mod bench;
 
 use crate::parallel;
 use crate::random::Random;
+use crate::sweep::cases;
 use bench::{Bench, PERIODS, SUPPLY, Truth, draw, plan};
 use tautrack::link::{MotorModel, ThreePhaseModel, WindingModel};
 use tautrack::motor::calibration::{Plan, Quantity, Record, Refusal};
@@ -28,11 +29,11 @@ struct Worst {
 }
 
 #[test]
-fn fifty_three_phase_motors_are_measured_or_refused_with_the_reason() {
+fn random_three_phase_motors_are_measured_or_refused_with_the_reason() {
     let mut random = Random(20_261_123);
-    let motors = (0..50).map(|number| (number, draw(&mut random, false)));
+    let motors = (0..cases(50) as u64).map(|number| (number, draw(&mut random, false)));
     let (worst, refused) = measure(motors.collect(), [0.05, 0.10, 0.03, 2.0]);
-    println!("{refused} of 50 three-phase motors refused; {worst:?}");
+    println!("{refused} three-phase motors refused; {worst:?}");
     assert!(refused <= 5, "{refused}");
     assert!(worst.torque_before > 0.08, "{worst:?}");
     // Steps and noise of the converter, and the swing of the rotor.
@@ -40,9 +41,9 @@ fn fifty_three_phase_motors_are_measured_or_refused_with_the_reason() {
 }
 
 #[test]
-fn fifty_motors_with_hall_sensors_are_measured_or_refused_with_the_reason() {
+fn random_motors_with_hall_sensors_are_measured_or_refused_with_the_reason() {
     let mut random = Random(20_261_126);
-    let motors = (0..50).map(|number| {
+    let motors = (0..cases(50) as u64).map(|number| {
         let truth = Truth {
             halls: Some([(); 3].map(|()| 5.0 * random.next())),
             ..draw(&mut random, false)
@@ -51,7 +52,7 @@ fn fifty_motors_with_hall_sensors_are_measured_or_refused_with_the_reason() {
     });
     // While it stands, the rotor's angle is wrong by up to 30 degrees, so that the axes are mixed.
     let (worst, refused) = measure(motors.collect(), [0.05, 0.20, 0.045, 7.0]);
-    println!("{refused} of 50 motors with Hall sensors refused; {worst:?}");
+    println!("{refused} motors with Hall sensors refused; {worst:?}");
     assert!(refused <= 8, "{refused}");
     assert!(worst.current <= 2.0, "{}", worst.current);
 }
@@ -224,10 +225,10 @@ fn torque_error(truth: &Truth, record: Option<&Record>) -> f64 {
 }
 
 #[test]
-fn fifty_brushed_motors_are_measured_or_refused_with_the_reason() {
+fn random_brushed_motors_are_measured_or_refused_with_the_reason() {
     let mut random = Random(20_261_124);
     let (mut worst, mut refused) = (Worst::default(), 0);
-    for number in 0..50 {
+    for number in 0..cases(50) as u64 {
         let truth = draw(&mut random, true);
         let WindingModel::Brushed {
             resistance,
@@ -263,7 +264,7 @@ fn fifty_brushed_motors_are_measured_or_refused_with_the_reason() {
         assert!(inductance <= 0.10, "{about}");
         assert!(torque_constant <= 0.03, "{about}");
     }
-    println!("{refused} of 50 brushed motors refused; {worst:?}");
+    println!("{refused} brushed motors refused; {worst:?}");
     // Coarse encoders and heavy rotors, whose resistance has too large a standard error.
     assert!(refused <= 8, "{refused}");
     assert!(worst.current <= 2.0, "{}", worst.current);

@@ -5,6 +5,7 @@ use super::rig::{PER_RADIAN, Rig, model, settings};
 use super::wrong_angle::{Drive, between, pick};
 use crate::halls::displaced;
 use crate::random::Random;
+use crate::sweep::cases;
 use std::f64::consts::TAU;
 use tautrack::bus::cia402::{CONTROL_HALT, CONTROL_START, controlword, mode};
 use tautrack::motor::model::{MotorModel, ThreePhaseModel, WindingModel};
@@ -133,7 +134,7 @@ fn draw(random: &mut Random, case: usize, encoders: &[u32]) -> Drive {
 fn a_sound_three_phase_drive_has_no_fault_whatever_is_commanded() {
     let mut random = Random(8);
     let mut milliseconds = 0;
-    for case in 0..200 {
+    for case in 0..cases(200) {
         let drive = draw(&mut random, case, &[1_024, 4_096]);
         let mut rig = drive.rig();
         rig.braked = case % 5 == 0;
@@ -148,7 +149,7 @@ fn a_sound_three_phase_drive_has_no_fault_whatever_is_commanded() {
 #[test]
 fn a_sound_drive_with_hall_sensors_has_no_fault_whatever_is_commanded() {
     let mut random = Random(18);
-    for case in 0..200 {
+    for case in 0..cases(200) {
         let mut drive = draw(&mut random, case, &[4_096]);
         drive.use_halls();
         let mut rig = Rig::with_seed(drive.model, &drive.settings, case as u64 + 1);
