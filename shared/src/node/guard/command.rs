@@ -28,6 +28,7 @@ impl<B: Body> Guard<B> {
                 reset: seen.reset,
                 emergency_stop: seen.emergency_stop || request == Request::EmergencyStop,
             },
+            odometry_um: self.body.odometry_um(),
         };
         let command = self.operator.command();
         let asked = Asked {
@@ -55,7 +56,10 @@ impl<B: Body> Guard<B> {
         };
         self.speed_scale = allowed.speed_scale;
         self.body.advance(&asked, allowed, &self.attitude, period);
-        let passed = admitted == Verdict::Passed;
-        self.tally.count(if passed { filtered } else { admitted });
+        self.tally.count(match (admitted, filtered) {
+            // If the filter refuses the way back, this is the reason why the robot stands.
+            (Verdict::Passed, _) | (Verdict::BackingOff(_), Verdict::Refused(_)) => filtered,
+            _ => admitted,
+        });
     }
 }
