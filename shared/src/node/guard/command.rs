@@ -20,7 +20,7 @@ impl<B: Body> Guard<B> {
             now_us,
             armed,
             attended: self.operator.attends(now_us),
-            drives: request == Request::Arm,
+            drives: self.operator.drives(now_us),
             requests: Requests {
                 override_trip: request == Request::Override && present,
                 back_off: request == Request::BackOff && present,
