@@ -47,7 +47,11 @@ impl<B: Body> Guard<B> {
                 .filter(&asked, ahead.as_ref(), pitch, self.body.stopping_time());
         if !armed {
             self.speed_scale = 1.0;
-            self.tally.count(Verdict::Passed);
+            // Only an emergency stop trips a robot that is not armed.
+            self.tally.count(match admitted {
+                Verdict::EmergencyStopped => admitted,
+                _ => Verdict::Passed,
+            });
             return;
         }
         let asked = Asked {

@@ -207,10 +207,12 @@ fn an_emergency_stop_before_arming_prevents_it_until_a_reset() {
     bench.run(20);
     bench.emergency_stop = false;
     bench.request(Request::Arm);
-    bench.run(1_000);
+    let outputs = bench.run(1_000);
+    assert_eq!(verdict(&outputs), Some(Verdict::EmergencyStopped));
     assert_eq!(state(&mut bench), State::Ready);
     bench.request(Request::Reset);
-    bench.run(100);
+    let outputs = bench.run(100);
+    assert_eq!(verdict(&outputs), Some(Verdict::Passed));
     bench.request(Request::Arm);
     bench.run(1_000);
     assert_eq!(state(&mut bench), State::Armed);
