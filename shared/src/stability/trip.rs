@@ -21,7 +21,7 @@ const CRAWL_YAW_RATE: f32 = 0.1;
 const BACK_OFF_LOSS: f32 = 0.01;
 
 /// Distance back after which the robot counts as travelling in the other direction, um.
-const TURNED_ROUND_UM: i32 = 50_000;
+const TURNED_ROUND_UM: u32 = 50_000;
 
 /// Cause of a trip.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -145,7 +145,7 @@ impl Travel {
     /// [`TURNED_ROUND_UM`] from the farthest place.
     fn update(&mut self, odometry_um: i32) {
         let since = odometry_um.wrapping_sub(*self.farthest_um.get_or_insert(odometry_um));
-        if since.abs() >= TURNED_ROUND_UM {
+        if since.unsigned_abs() >= TURNED_ROUND_UM {
             self.direction = since.signum();
         }
         if since.signum() == self.direction {

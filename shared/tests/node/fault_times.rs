@@ -37,9 +37,12 @@ fn every_fault_comes_in_the_time_of_the_page_and_has_its_reaction() {
 /// Provokes a fault in several ways, and checks its reaction. Returns the milliseconds.
 fn times(fault: Fault) -> Vec<usize> {
     match fault {
-        Fault::NodeLost | Fault::SecondMaster | Fault::UnexpectedState | Fault::ScaleMismatch => {
-            vec![time_of_guard(fault)]
-        }
+        Fault::NodeLost
+        | Fault::SecondMaster
+        | Fault::UnexpectedState
+        | Fault::ScaleMismatch
+        | Fault::TwoOperators
+        | Fault::DuplicateNode => vec![time_of_guard(fault)],
         Fault::JointLost => vec![time_of_screw()],
         _ => rigs(fault)
             .into_iter()
@@ -363,8 +366,16 @@ fn time_of_guard(fault: Fault) -> usize {
         _ => {}
     }
     let milliseconds = (1..2_000).find(|_| {
-        if fault == Fault::UnexpectedState {
-            bench.states[1] = State::SwitchedOn;
+        match fault {
+            Fault::UnexpectedState => bench.states[1] = State::SwitchedOn,
+            // Each command jumps by half of all numbers.
+            Fault::TwoOperators => {
+                let command = bench.command.as_mut().expect("an operator");
+                command.sequence = command.sequence.wrapping_add(127);
+            }
+            // A heartbeat in each tick.
+            Fault::DuplicateNode => bench.extra.extend(Frame::new(0x703, &[5])),
+            _ => {}
         }
         bench.tick().state.fault_code == fault.code()
     });

@@ -312,7 +312,7 @@ impl Drive {
         let mut word = match (duty, state) {
             (Duty::Off, _) => controlword::DISABLE_VOLTAGE,
             // In every state, "quick stop" holds what is under power and enables nothing.
-            (Duty::Hold, _) | (Duty::Operate, None) => controlword::QUICK_STOP,
+            (Duty::Hold, _) | (Duty::Operate, None | Some(State::Fault)) => controlword::QUICK_STOP,
             // The drive was in operation, and left it by itself or by another node's command.
             (Duty::Operate, Some(state)) if self.met && state != State::OperationEnabled => {
                 controlword::QUICK_STOP

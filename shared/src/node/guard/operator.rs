@@ -75,7 +75,8 @@ impl Operator {
         };
         self.driving = request.drives() && (self.driving || self.persists());
         self.released |= !request.drives() && self.persists();
-        let resets = request == Request::Reset && self.persists();
+        // The second operator must have gone before a reset counts.
+        let resets = request == Request::Reset && self.persists() && !self.streams.are_two(now_us);
         if mixed {
             Some(Event::TwoOperators)
         } else {

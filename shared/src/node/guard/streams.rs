@@ -17,8 +17,9 @@ pub(super) struct Streams {
     newest: Option<OperatorCommand>,
     /// Sequence number before the last jump.
     other: Option<u8>,
-    /// When the last jump back came, us.
+    /// When the last jump back came, us, and the last one within [`WINDOW_US`] of another.
     jumped_us: Option<u64>,
+    two_us: Option<u64>,
 }
 
 impl Streams {
@@ -41,9 +42,21 @@ impl Streams {
         if !back {
             return false;
         }
-        let before = self.jumped_us.replace(now_us);
-        before.is_some_and(|before_us| now_us.saturating_sub(before_us) <= WINDOW_US)
+        let found = recent(self.jumped_us.replace(now_us), now_us);
+        if found {
+            self.two_us = Some(now_us);
+        }
+        found
     }
+
+    /// Returns whether two operators were recognised within the last second.
+    pub fn are_two(&self, now_us: u64) -> bool {
+        recent(self.two_us, now_us)
+    }
+}
+
+fn recent(time_us: Option<u64>, now_us: u64) -> bool {
+    time_us.is_some_and(|time_us| now_us.saturating_sub(time_us) <= WINDOW_US)
 }
 
 /// Returns whether two commands with the same number differ in more than the dead-man switch, which

@@ -12,4 +12,5 @@ mod operators;
 mod postures;
 mod published;
 mod sensing;
+mod sequences;
 mod trips;
