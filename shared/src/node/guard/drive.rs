@@ -71,6 +71,7 @@ fn is_powered(state: State) -> bool {
 
 /// One drive as the guard knows it; see the module.
 #[derive(Clone, Debug)]
+#[allow(clippy::struct_excessive_bools)] // independent facts, not states
 pub(super) struct Drive {
     pub id: u8,
     /// The robot rolls on it.

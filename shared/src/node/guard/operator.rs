@@ -62,7 +62,7 @@ impl Operator {
         let before = (self.request(), self.persists());
         let consecutive = command.sequence == self.command.sequence.wrapping_add(1);
         let again = command.sequence == self.command.sequence;
-        let mixed = self.streams.receive(&command, now_us);
+        let mixed = self.streams.receive(command, now_us);
         if self.received_us.is_none() || !again {
             self.received_us = Some(now_us);
         }

@@ -24,8 +24,8 @@ pub(super) struct Streams {
 
 impl Streams {
     /// Takes a command, and returns whether it shows that there are two operators.
-    pub fn receive(&mut self, command: &OperatorCommand, now_us: u64) -> bool {
-        let Some(newest) = self.newest.replace(*command) else {
+    pub fn receive(&mut self, command: OperatorCommand, now_us: u64) -> bool {
+        let Some(newest) = self.newest.replace(command) else {
             return false;
         };
         let number = command.sequence;
@@ -34,7 +34,7 @@ impl Streams {
             return false;
         }
         let back = if number == newest.sequence {
-            differ(command, &newest)
+            differ(command, newest)
         } else {
             let continues = self.other.replace(newest.sequence).is_some_and(follows);
             continues || newest.sequence.wrapping_sub(number) <= LOST
@@ -61,9 +61,9 @@ fn recent(time_us: Option<u64>, now_us: u64) -> bool {
 
 /// Returns whether two commands with the same number differ in more than the dead-man switch, which
 /// the guard's board may change.
-fn differ(command: &OperatorCommand, other: &OperatorCommand) -> bool {
-    let request = |command: &OperatorCommand| command.request | DEAD_MAN_HELD;
-    let motion = |command: &OperatorCommand| (command.forward, command.yaw_rate, command.posture);
+fn differ(command: OperatorCommand, other: OperatorCommand) -> bool {
+    let request = |command: OperatorCommand| command.request | DEAD_MAN_HELD;
+    let motion = |command: OperatorCommand| (command.forward, command.yaw_rate, command.posture);
     request(command) != request(other) || motion(command) != motion(other)
 }
 
@@ -80,7 +80,7 @@ mod tests {
                 sequence,
                 ..OperatorCommand::default()
             };
-            found |= streams.receive(&command, 20_000 * step as u64);
+            found |= streams.receive(command, 20_000 * step as u64);
         }
         found
     }

@@ -170,7 +170,8 @@ fn a_reset_before_the_robot_is_held_is_no_new_request_to_arm() {
 
 #[test]
 fn motors_off_opens_every_bridge_in_every_state() {
-    for mut bench in [starting(), Bench::armed()] {
+    for make in [starting, Bench::armed] {
+        let mut bench = make();
         bench.request(Request::Disarm);
         assert_eq!(state(&mut bench), State::Ready);
         assert_eq!(words(&bench), [controlword::DISABLE_VOLTAGE; 4]);

@@ -54,7 +54,7 @@ fn run_holding(bench: &mut Bench, holding: [bool; 4], ticks: u32) {
 fn no_body_commands_a_drive_off() {
     fn check<B: Body>() {
         let settings = Settings::default();
-        let body = B::new(&settings).ok().expect("the default robot is good");
+        let body = B::new(&settings).expect("the default robot is good");
         let stages = (0..B::STAGES.len() as u8).map(Phase::Starting);
         for phase in stages.chain([Phase::Armed, Phase::Held]) {
             for drive in 0..B::drive_ids(&settings).len() {

@@ -189,7 +189,7 @@ fn whatever_happens_no_drive_lets_go_unless_the_operator_disarms() {
         let mut sequence = Sequence::new(seed);
         for _ in 0..EVENTS {
             sequence.event();
-            for _ in 0..1 + sequence.random.below(1_000) {
+            for _ in 0..=sequence.random.below(1_000) {
                 sequence.tick();
             }
             let state = sequence.bench.guard.outputs().state.state;
