@@ -33,6 +33,12 @@ pub struct Found {
 }
 
 impl Found {
+    /// Whether all settings are those that were saved last: none was refused, and no save was
+    /// interrupted. The robot is not armed with others.
+    pub fn is_whole(&self) -> bool {
+        self.refusals == 0 && self.state != State::Repaired as u8
+    }
+
     /// Whether the flash holds settings with which a node may start.
     pub fn has_settings(&self) -> bool {
         self.state != State::Blank as u8 && self.state != UNREADABLE
@@ -121,7 +127,7 @@ fn found(report: &Report) -> Found {
 pub fn publish(settings: &Settings, found: Found, check: Check) {
     static EDITED: StaticCell<Settings> = StaticCell::new();
     // Compares all settings, so it is done before interrupts are masked.
-    let unconfigured = settings.is_unconfigured() || found.refusals > 0;
+    let unconfigured = settings.is_unconfigured() || !found.is_whole();
     if let Some(edited) = EDITED.try_init_with(|| settings.clone()) {
         critical_section::with(|cs| {
             SHARED.borrow(cs).replace(Some(Shared {
@@ -150,8 +156,8 @@ pub fn restart_needed() -> bool {
     with(|shared| shared.changed).unwrap_or_default()
 }
 
-/// Bit of object 0x2010 if the node started with no settings besides its node id, or without
-/// refused ones; else 0.
+/// Bit of object 0x2010 if the node started with no settings besides its node id, or with settings
+/// that are not whole ([`Found::is_whole`]); else 0.
 pub fn unconfigured_mark() -> u16 {
     match with(|shared| shared.unconfigured) {
         Some(true) => UNCONFIGURED,
@@ -260,5 +266,29 @@ fn code(error: StoreError) -> &'static str {
         StoreError::Damaged => "the flash is damaged",
         StoreError::NotVerified { .. } => "a value was not written",
         StoreError::TooManyKeys { .. } => "too many keys",
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A set of old and new values may be a gear ratio without its encoder.
+    #[test]
+    fn settings_are_whole_unless_some_are_refused_or_their_save_was_interrupted() {
+        let report = |repaired, refusals| Report {
+            stored: Some(1),
+            repaired,
+            refusals,
+            ..Report::default()
+        };
+        for (repaired, refusals, whole) in [
+            (false, 0, true),
+            (true, 0, false),
+            (false, 1, false),
+            (true, 1, false),
+        ] {
+            assert_eq!(found(&report(repaired, refusals)).is_whole(), whole);
+        }
     }
 }

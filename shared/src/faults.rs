@@ -175,10 +175,20 @@ faults! {
         "the operator's reset",
         "Check that drive's statusword and its log. Find out which other client writes its controlword.";
     ScaleMismatch = 0xff05, "position scale differs", Hold,
-        "The position scale of a drive (object 0x2010) differs from the scale that the guard uses, the drive has another version of the table of settings, it has no settings besides its node id, or it refused values in flash. Object 0x400A holds both codes.",
+        "The position scale of a drive (object 0x2010) differs from the scale that the guard uses, the drive has another version of the table of settings, it has no settings besides its node id, it refused values in flash, or a save of its settings was interrupted. Object 0x400A holds both codes.",
         53 "the start of the guard",
         "the same scale and table in both nodes, a restart of the drive, then the operator's reset",
         "If bit 15 of the code found is set, write the settings of that drive (object 0x2020 has the first refused one) and save them. If bits 12 to 14 differ, install the same version of the program in both nodes. Else set `position_bits` of that drive to the value that the guard expects.";
+    TwoOperators = 0xff10, "two operators", Hold,
+        "Commands came whose sequence numbers jump forth and back, as those of two operators do.",
+        1 "the second jump back within 1 s",
+        "the operator's reset",
+        "Let only one program send `OperatorCommand` to the guard, and number its commands one by one.";
+    DuplicateNode = 0xff11, "two nodes with one id", Hold,
+        "Two nodes seem to send with the identifiers of one drive: three motions came within two SYNC periods, or the position jumped by more than its velocity explains, or a heartbeat came within 60 % of `heartbeat_period`.",
+        1 "the third motion, the jump or the heartbeat",
+        "the operator's reset",
+        "Give each drive a node id of its own, and the same `heartbeat_period` as the guard's. Look for a program that sends frames of a drive.";
 }
 
 impl Fault {

@@ -146,6 +146,9 @@ where
         .try_uninit()
         .ok_or_else(|| refuse("guard", "it was started before"))?;
     let guard = create(settings, cell)?;
+    if !storage::found_at_start().is_whole() {
+        guard.doubt_settings();
+    }
     start_bus(spawners.bus, settings, od::DICTIONARY, None, received)?;
     Selected::start_sensors(spawners.bus, Rates::new(settings))
         .map_err(|error| refuse("sensors", error))?;

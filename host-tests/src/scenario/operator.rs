@@ -105,6 +105,8 @@ pub enum OperatorRequest {
     BackOff,
     /// Emergency stop.
     EmergencyStop,
+    /// As [`OperatorRequest::Arm`], and home drives off level ground, too.
+    ArmOffLevel,
 }
 
 impl OperatorRequest {
@@ -118,6 +120,7 @@ impl OperatorRequest {
             Self::Override => Request::Override,
             Self::BackOff => Request::BackOff,
             Self::EmergencyStop => Request::EmergencyStop,
+            Self::ArmOffLevel => Request::ArmOffLevel,
         }
     }
 
@@ -131,6 +134,7 @@ impl OperatorRequest {
             Self::Override => "override",
             Self::BackOff => "back_off",
             Self::EmergencyStop => "emergency_stop",
+            Self::ArmOffLevel => "arm_off_level",
         }
     }
 }

@@ -159,6 +159,14 @@ pub struct Network<B> {
     pub body: BodySensors,
     /// Frames that another participant sends in the next millisecond.
     pub foreign: Vec<Frame>,
+    /// As [`Self::foreign`], but only the guard receives them.
+    pub forged: Vec<Frame>,
+    /// A second operator, who sends a command with this period and phase, ms.
+    pub second: Option<(OperatorCommand, u64, u64)>,
+    /// Bits that are flipped in request and sequence number of the operator's next command.
+    pub flips: [u8; 2],
+    /// Whether the body's sensors give readings.
+    pub sensors: bool,
     /// State of the guard as published on the bus.
     pub shown: GuardState,
     /// Frames that the guard sent in the last millisecond.
@@ -195,6 +203,10 @@ impl<B: Body> Network<B> {
             emergency_stop: false,
             body: level(),
             foreign: Vec::new(),
+            forged: Vec::new(),
+            second: None,
+            flips: [0; 2],
+            sensors: true,
             shown: GuardState::default(),
             sent: Vec::new(),
             to_guard: Vec::new(),
@@ -271,15 +283,27 @@ impl<B: Body> Network<B> {
         }
         self.to_drives.extend(joined);
         to_guard.append(&mut self.to_guard);
+        to_guard.append(&mut self.forged);
         self.tick_guard(&to_guard);
     }
 
     fn tick_guard(&mut self, frames: &[Frame]) {
         let milliseconds = self.now_us / 1_000;
-        let operator = (self.operator && milliseconds.is_multiple_of(20)).then(|| {
+        let mut operator = (self.operator && milliseconds.is_multiple_of(20)).then(|| {
             self.command.sequence = self.command.sequence.wrapping_add(1);
-            self.command
+            let [request, sequence] = std::mem::take(&mut self.flips);
+            OperatorCommand {
+                request: self.command.request ^ request,
+                sequence: self.command.sequence ^ sequence,
+                ..self.command
+            }
         });
+        if let Some((command, period, phase)) = &mut self.second
+            && milliseconds % *period == *phase % *period
+        {
+            command.sequence = command.sequence.wrapping_add(1);
+            operator = Some(*command);
+        }
         let Some(guard) = &mut self.guard else {
             return;
         };
@@ -287,7 +311,7 @@ impl<B: Body> Network<B> {
         let own = |frame: &&Frame| frame.id() == 0 || is_sync(frame);
         let outputs = guard.tick(&Inputs {
             now_us: self.now_us,
-            body: Some(noisy(self.body, milliseconds)),
+            body: self.sensors.then(|| noisy(self.body, milliseconds)),
             operator,
             emergency_stop: self.emergency_stop,
             frames,
@@ -320,7 +344,7 @@ impl<B: Body> Network<B> {
     pub fn armed(scenario: &str, changes: &[(Setting, i32)]) -> Self {
         let mut network = Self::new(scenario, changes);
         network.until(State::Ready);
-        network.run(40);
+        network.run(80);
         network.request(Request::Arm);
         network.until(State::Armed);
         network

@@ -71,7 +71,8 @@ fn a_reset_in_held_leaves_the_drives_holding() {
     assert!(sagged < 0.02, "{sagged} rad");
     // Only "disarm" (motors off) releases the drives.
     network.request(Request::Disarm);
-    network.run(40);
+    // Three commands, and the frames to the drives.
+    network.run(80);
     assert!(!network.drive(JOINT).under_power());
 }
 
@@ -81,7 +82,7 @@ fn a_fault_in_any_stage_of_the_start_stops_every_drive_and_a_reset_leads_out() {
         for victim in [2, JOINT, 5] {
             let mut network = Network::<B2p2>::new(STAIRS, &[]);
             network.until(State::Ready);
-            network.run(40);
+            network.run(80);
             network.request(Request::Arm);
             network.until(State::Starting(stage));
             network.run(60);
@@ -168,7 +169,7 @@ fn every_stop_stops_every_stage_of_the_start() {
             let mut network = Network::<B2p2>::new(STAIRS, &[(Setting::DeadMan, 1)]);
             network.command.request = Request::Stop as u8 | DEAD_MAN_HELD;
             network.until(State::Ready);
-            network.run(40);
+            network.run(80);
             network.command.request = Request::Arm as u8 | DEAD_MAN_HELD;
             network.until(State::Starting(stage));
             network.run(60);

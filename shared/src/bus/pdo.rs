@@ -157,8 +157,8 @@ payload! {
         /// What the operator requests besides motion: a [`Request`], plus 0x80 while the dead-man
         /// switch is held.
         request: u8 = 0x40_0004,
-        /// Sequence number: any number that differs from the previous command's. It shows that the
-        /// operator is present.
+        /// Sequence number: one more than in the previous command; 0 follows 255. It shows that the
+        /// operator is present, and that there is only one.
         sequence: u8 = 0x40_0005,
     }
 }
@@ -172,7 +172,8 @@ pub enum Request {
     Arm = 1,
     /// Stop now and hold.
     Stop = 2,
-    /// Clear latched faults and a trip. A change to this value counts, not the value itself.
+    /// Clear latched faults and a trip. A change to this value counts, and it must persist for
+    /// three commands, as [`Request::Disarm`] and [`Request::Arm`] must.
     Reset = 3,
     /// Supervised override: a tripped guard passes the command at crawl speed while this request
     /// lasts.
@@ -182,6 +183,8 @@ pub enum Request {
     BackOff = 5,
     /// Stop now, trip the guard, and hold.
     EmergencyStop = 6,
+    /// As [`Request::Arm`], and the operator confirms that drives are homed off level ground.
+    ArmOffLevel = 7,
 }
 
 /// Bit of [`OperatorCommand::request`] that is added to the [`Request`] while the dead-man switch
@@ -198,8 +201,14 @@ impl Request {
             4 => Self::Override,
             5 => Self::BackOff,
             6 => Self::EmergencyStop,
+            7 => Self::ArmOffLevel,
             _ => Self::Stop,
         }
+    }
+
+    /// Returns whether this requests to arm and to drive.
+    pub fn drives(self) -> bool {
+        matches!(self, Self::Arm | Self::ArmOffLevel)
     }
 }
 
@@ -341,13 +350,14 @@ mod tests {
             Request::Override,
             Request::BackOff,
             Request::EmergencyStop,
+            Request::ArmOffLevel,
         ];
         for (byte, request) in (0..).zip(requests) {
             assert_eq!(request as u8, byte);
             assert_eq!(Request::from_byte(byte), request);
             assert_eq!(Request::from_byte(byte | DEAD_MAN_HELD), request);
         }
-        for byte in 7..=0x7f {
+        for byte in 8..=0x7f {
             assert_eq!(Request::from_byte(byte), Request::Stop);
         }
     }

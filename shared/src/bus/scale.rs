@@ -130,7 +130,8 @@ impl BusUnits {
     }
 }
 
-/// Bit of object 0x2010 of a drive that has no settings besides its node id, or that refused some.
+/// Bit of object 0x2010 of a drive that has no settings besides its node id, that refused some, or
+/// whose save was interrupted.
 pub const UNCONFIGURED: u16 = 1 << 15;
 
 impl Scale {

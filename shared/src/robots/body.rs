@@ -35,6 +35,8 @@ pub struct DriveState {
     pub homed: bool,
     /// Whether the drive is in "operation enabled".
     pub enabled: bool,
+    /// Whether the drive is one of [`Body::ODOMETRY`] and its shaft turns without power.
+    pub rolls: bool,
 }
 
 /// State of drive number `index`; a drive that does not exist is at rest, not homed and off.
@@ -46,9 +48,9 @@ pub fn drive_of(drives: &[DriveState], index: usize) -> DriveState {
 /// Goal that the guard sets for a drive.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub enum Goal {
-    /// Switch the bridge off.
+    /// Switch the bridge off. Only the operator's "disarm" leads to it; no [`Body`] commands it.
     Off,
-    /// Ramp down and hold.
+    /// Ramp down and hold; a drive that is off stays off.
     Hold,
     /// Find the home switch.
     Home,
@@ -208,10 +210,12 @@ pub trait Body: Sized {
     /// Posture that the operator commands, in addition to speed and yaw rate.
     type Posture: PostureCommand;
 
-    /// Names of the stages in which the drives start, in order; at most [`MAX_STAGES`].
+    /// Names of the stages in which the drives start, in order; at most [`MAX_STAGES`]. All but the
+    /// last one home drives, which changes the robot's shape.
     const STAGES: &'static [&'static str];
 
-    /// Drives whose encoders [`Body::odometry_um`] uses.
+    /// Drives whose encoders [`Body::odometry_um`] uses: the tracks or wheels on which the robot
+    /// rolls.
     const ODOMETRY: &'static [usize];
 
     /// Creates the robot of these settings.

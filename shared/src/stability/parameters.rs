@@ -4,6 +4,7 @@
 use super::filter::{Bounds, Ramp};
 use super::step_behind::StepBehind;
 use super::support::{Edge, Stance};
+use super::trust::Reason;
 use crate::constants::GRAVITY;
 use crate::math::{max, sin_cos};
 use crate::settings::{Setting, Settings};
@@ -74,7 +75,7 @@ pub struct Parameters {
     pub uncertainty: Uncertainty,
 }
 
-/// Reason why a robot is not armed; values in m and m/s^2.
+/// Reason why a robot is not armed; values in m, m/s^2 and rad.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub enum Refusal {
     /// The levels do not satisfy `0 <= trip < stop < caution`.
@@ -124,6 +125,25 @@ pub enum Refusal {
         /// The axes that are checked: 1 about x, 2 about y, 4 about z.
         checked: u8,
     },
+    /// The sensors on the body are not believed.
+    Sensors {
+        /// Why not.
+        reason: Reason,
+    },
+    /// Drives would be homed, but the margin to the edge is below the trip margin.
+    Margin {
+        /// The edge.
+        edge: Edge,
+        /// Its margin.
+        margin: f32,
+    },
+    /// Drives would be homed off level ground, and the operator has not confirmed it.
+    OffLevel {
+        /// Pitch or roll, whichever is larger, rad.
+        tilt: f32,
+    },
+    /// The guard has refused some of its settings in flash, or their save was interrupted.
+    Settings,
 }
 
 impl Refusal {
@@ -138,6 +158,10 @@ impl Refusal {
             Self::Deceleration { .. } => 6,
             Self::NoSupport => 7,
             Self::SensorAxes { .. } => 8,
+            Self::Sensors { .. } => 9,
+            Self::Margin { .. } => 10,
+            Self::OffLevel { .. } => 11,
+            Self::Settings => 12,
         }
     }
 }

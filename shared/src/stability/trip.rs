@@ -20,6 +20,9 @@ const CRAWL_YAW_RATE: f32 = 0.1;
 /// no more than the sensors' noise.
 const BACK_OFF_LOSS: f32 = 0.01;
 
+/// Distance back after which the robot counts as travelling in the other direction, um.
+const TURNED_ROUND_UM: u32 = 50_000;
+
 /// Cause of a trip.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Cause {
@@ -84,6 +87,8 @@ pub struct Sight {
     pub band: Band,
     /// Trust in the body sensors.
     pub trust: Trust,
+    /// Distance travelled by the encoders, forward positive, um; wraps.
+    pub odometry_um: i32,
     /// Snapshot to store if the guard trips; its cause is replaced.
     pub moment: Snapshot,
 }
@@ -126,6 +131,29 @@ pub fn crawl(asked: SpeedCommand, parameters: &Parameters) -> SpeedCommand {
     }
 }
 
+/// Direction of the robot's last travel, by its odometry.
+#[derive(Clone, Copy, Debug, Default)]
+struct Travel {
+    /// 1 forward, -1 backward, 0 before the first travel.
+    direction: i32,
+    /// Farthest place in this direction, um.
+    farthest_um: Option<i32>,
+}
+
+impl Travel {
+    /// Takes the present place. The direction turns round where the robot has come back by
+    /// [`TURNED_ROUND_UM`] from the farthest place.
+    fn update(&mut self, odometry_um: i32) {
+        let since = odometry_um.wrapping_sub(*self.farthest_um.get_or_insert(odometry_um));
+        if since.unsigned_abs() >= TURNED_ROUND_UM {
+            self.direction = since.signum();
+        }
+        if since.signum() == self.direction {
+            self.farthest_um = Some(odometry_um);
+        }
+    }
+}
+
 /// Latch of the guard's trip.
 #[derive(Clone, Debug, Default)]
 pub struct Trip {
@@ -134,6 +162,9 @@ pub struct Trip {
     /// Trip that an emergency stop has replaced.
     covered: Option<Snapshot>,
     count: u16,
+    /// Direction of the last travel, now and at the trip.
+    travel: Travel,
+    travelled: i32,
     reset_before: bool,
     /// Margin when backing off began.
     back_off_from: Option<f32>,
@@ -144,6 +175,7 @@ pub struct Trip {
 impl Trip {
     /// Updates the latch at one evaluation, and returns what may pass.
     pub fn update(&mut self, sight: &Sight, requests: Requests, parameters: &Parameters) -> Mode {
+        self.travel.update(sight.odometry_um);
         let asked_to_reset = requests.reset && !self.reset_before;
         self.reset_before = requests.reset;
         let back = sight.band < Band::Limit && matches!(sight.trust, Trust::Full);
@@ -162,6 +194,7 @@ impl Trip {
         if let Some(cause) = Self::new_cause(sight, requests).filter(|_| !kept) {
             self.covered = self.snapshot.filter(|_| self.latched);
             self.latched = true;
+            self.travelled = self.travel.direction;
             self.count = self.count.saturating_add(1);
             self.snapshot = Some(Snapshot {
                 cause,
@@ -195,7 +228,8 @@ impl Trip {
         }
     }
 
-    /// Direction of backing off: opposite to the command that led to the trip. Ends when the
+    /// Direction of backing off: back along the travel that led to the trip, or against the command
+    /// if the robot had not travelled yet. `None` if there was neither. Ends when the
     /// endangered margin shrinks, or when it is back above the caution margin.
     fn back_off(
         &mut self,
@@ -216,7 +250,10 @@ impl Trip {
         // Both comparisons are false for NaN, which ends backing off.
         let on_the_way = margin < parameters.caution && margin > from - BACK_OFF_LOSS;
         self.back_off_over |= !on_the_way || !matches!(sight.trust, Trust::Full);
-        let way = snapshot.asked.forward;
+        let way = match self.travelled {
+            0 => snapshot.asked.forward,
+            travelled => travelled as f32,
+        };
         if self.back_off_over || !(way.abs() > 0.0) {
             return None;
         }
@@ -288,6 +325,7 @@ mod tests {
             armed: true,
             band,
             trust: Trust::Full,
+            odometry_um: 0,
             moment: Snapshot {
                 cause: Cause::EmergencyStop,
                 time_us: 7,
@@ -297,6 +335,58 @@ mod tests {
                 speed: 0.1,
                 sensors: BodySensors::default(),
             },
+        }
+    }
+
+    /// The robot drives there and back before it trips; the stick is centred or pulled back by then.
+    #[test]
+    fn backing_off_leads_back_along_the_way_whatever_the_stick_was_at_last() {
+        for (there, back, expected) in [
+            (600_000, 0, -1.0),
+            (600_000, 40_000, -1.0),
+            (600_000, 60_000, 1.0),
+            (-600_000, -40_000, 1.0),
+            (-600_000, -60_000, -1.0),
+        ] {
+            for forward in [0.0, 0.13, -0.13] {
+                let mut trip = Trip::default();
+                let parameters = parameters();
+                let mut odometry_um = i32::MAX - 300_000;
+                let mut good = sight(0.2, Band::Free);
+                for distance in [there, -back] {
+                    for _ in 0..100 {
+                        odometry_um = odometry_um.wrapping_add(distance / 100);
+                        good.odometry_um = odometry_um;
+                        trip.update(&good, NONE, &parameters);
+                    }
+                }
+                let mut narrow = sight(0.005, Band::Stop);
+                narrow.odometry_um = odometry_um;
+                narrow.moment.asked.forward = forward;
+                trip.update(&narrow, NONE, &parameters);
+                // The stick no longer counts, nor does what backing off itself travels.
+                narrow.moment.asked.forward = 0.0;
+                for _ in 0..3 {
+                    let mode = trip.update(&narrow, BACK_OFF, &parameters);
+                    assert_eq!(mode, Mode::BackingOff(expected), "{there} {back} {forward}");
+                    narrow.odometry_um = narrow.odometry_um.wrapping_add(expected as i32 * 40_000);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_robot_that_never_travelled_backs_off_against_its_command_or_not_at_all() {
+        for (forward, expected) in [
+            (0.13, Mode::BackingOff(-1.0)),
+            (-0.13, Mode::BackingOff(1.0)),
+            (0.0, Mode::Tripped),
+        ] {
+            let mut trip = Trip::default();
+            let mut narrow = sight(0.005, Band::Stop);
+            narrow.moment.asked.forward = forward;
+            trip.update(&narrow, NONE, &parameters());
+            assert_eq!(trip.update(&narrow, BACK_OFF, &parameters()), expected);
         }
     }
 

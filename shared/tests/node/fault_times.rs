@@ -37,9 +37,12 @@ fn every_fault_comes_in_the_time_of_the_page_and_has_its_reaction() {
 /// Provokes a fault in several ways, and checks its reaction. Returns the milliseconds.
 fn times(fault: Fault) -> Vec<usize> {
     match fault {
-        Fault::NodeLost | Fault::SecondMaster | Fault::UnexpectedState | Fault::ScaleMismatch => {
-            vec![time_of_guard(fault)]
-        }
+        Fault::NodeLost
+        | Fault::SecondMaster
+        | Fault::UnexpectedState
+        | Fault::ScaleMismatch
+        | Fault::TwoOperators
+        | Fault::DuplicateNode => vec![time_of_guard(fault)],
         Fault::JointLost => vec![time_of_screw()],
         _ => rigs(fault)
             .into_iter()
@@ -347,6 +350,12 @@ fn time_of_screw() -> usize {
     milliseconds.expect("a fault")
 }
 
+/// Lets the sequence number of the next command jump.
+fn jump(bench: &mut guard::Bench, step: i8) {
+    let command = bench.command.as_mut().expect("an operator");
+    command.sequence = command.sequence.wrapping_add_signed(step);
+}
+
 /// A guard that finds a fault: it holds the robot, or does not arm it.
 fn time_of_guard(fault: Fault) -> usize {
     let mut bench = if fault == Fault::ScaleMismatch {
@@ -360,11 +369,22 @@ fn time_of_guard(fault: Fault) -> usize {
         Fault::NodeLost => bench.silent = Some(3),
         // A set-point for a drive.
         Fault::SecondMaster => bench.extra.extend(Frame::new(0x203, &[0; 8])),
+        // A second operator's command, and the first jump back.
+        Fault::TwoOperators => {
+            for step in [100, -100] {
+                jump(&mut bench, step);
+                bench.tick();
+            }
+        }
         _ => {}
     }
     let milliseconds = (1..2_000).find(|_| {
-        if fault == Fault::UnexpectedState {
-            bench.states[1] = State::SwitchedOn;
+        match fault {
+            Fault::UnexpectedState => bench.states[1] = State::SwitchedOn,
+            Fault::TwoOperators => jump(&mut bench, 100),
+            // A heartbeat in each tick.
+            Fault::DuplicateNode => bench.extra.extend(Frame::new(0x703, &[5])),
+            _ => {}
         }
         bench.tick().state.fault_code == fault.code()
     });

@@ -212,6 +212,7 @@ proptest! {
                 armed: *armed,
                 band,
                 trust: watch.trust(),
+                odometry_um: (*forward * 1e6) as i32,
                 moment: Snapshot {
                     cause: Cause::EmergencyStop,
                     time_us: 0,

@@ -35,6 +35,7 @@ fn sight(band: Band, forward: f32) -> Sight {
         armed: true,
         band,
         trust: Trust::Full,
+        odometry_um: 0,
         moment: Snapshot {
             cause: Cause::EmergencyStop,
             time_us: 0,

@@ -3,6 +3,7 @@
 use super::listener::View;
 use crate::robots::Posture;
 use crate::scenario::{Ask, BusView, OperatorRequest, Scenario, Script};
+use crate::world::terrain::Terrain;
 use std::f64::consts::TAU;
 use tautrack::bus::pdo::{OperatorCommand, Payload, Request, receive};
 use tautrack::can::Frame;
@@ -17,6 +18,9 @@ pub struct Operator {
     script: Option<Script>,
     let_go_us: Option<u64>,
     disarm_us: Option<u64>,
+    /// Request with which the robot is armed: where it starts on a slope, the operator confirms the
+    /// homing.
+    arms: Request,
     commands_us: Vec<u64>,
     theta: f64,
     sequence: u8,
@@ -44,6 +48,10 @@ impl Operator {
             script: None,
             let_go_us: let_go_s.map(microseconds),
             disarm_us: disarm_s.map(microseconds),
+            arms: match scenario.terrain {
+                Terrain::Slope { .. } => Request::ArmOffLevel,
+                _ => Request::Arm,
+            },
             commands_us: Vec::new(),
             theta: 0.0,
             sequence: 0,
@@ -77,7 +85,7 @@ impl Operator {
         self.stopped |= view.state == Some(State::Ready);
         let mut command = OperatorCommand {
             request: if self.asks_to_arm {
-                Request::Arm
+                self.arms
             } else {
                 Request::Stop
             } as u8,

@@ -20,7 +20,7 @@ impl<B: Body> Guard<B> {
             now_us,
             armed,
             attended: self.operator.attends(now_us),
-            drives: request == Request::Arm,
+            drives: self.operator.drives(now_us),
             requests: Requests {
                 override_trip: request == Request::Override && present,
                 back_off: request == Request::BackOff && present,
@@ -28,6 +28,7 @@ impl<B: Body> Guard<B> {
                 reset: seen.reset,
                 emergency_stop: seen.emergency_stop || request == Request::EmergencyStop,
             },
+            odometry_um: self.body.odometry_um(),
         };
         let command = self.operator.command();
         let asked = Asked {
@@ -46,7 +47,11 @@ impl<B: Body> Guard<B> {
                 .filter(&asked, ahead.as_ref(), pitch, self.body.stopping_time());
         if !armed {
             self.speed_scale = 1.0;
-            self.tally.count(Verdict::Passed);
+            // Only an emergency stop trips a robot that is not armed.
+            self.tally.count(match admitted {
+                Verdict::EmergencyStopped => admitted,
+                _ => Verdict::Passed,
+            });
             return;
         }
         let asked = Asked {
@@ -55,7 +60,10 @@ impl<B: Body> Guard<B> {
         };
         self.speed_scale = allowed.speed_scale;
         self.body.advance(&asked, allowed, &self.attitude, period);
-        let passed = admitted == Verdict::Passed;
-        self.tally.count(if passed { filtered } else { admitted });
+        self.tally.count(match (admitted, filtered) {
+            // If the filter refuses the way back, this is the reason why the robot stands.
+            (Verdict::Passed, _) | (Verdict::BackingOff(_), Verdict::Refused(_)) => filtered,
+            _ => admitted,
+        });
     }
 }

@@ -1,6 +1,6 @@
 //! Work of the guard once per SYNC: state, command, gate, set-points.
 
-use super::gate::Gate;
+use super::gate::{Gate, Intent};
 use super::interface::Inputs;
 use super::sequence::{self, Conditions};
 use super::{Guard, State};
@@ -8,6 +8,7 @@ use crate::bus::network::{NmtCommand, nmt, sync};
 use crate::bus::pdo::Request;
 use crate::robots::{Body, DriveState, Goal};
 use crate::stability::attitude::Attitude;
+use crate::stability::parameters::Refusal;
 
 impl<B: Body> Guard<B> {
     /// Runs the work of one SYNC period: state, filter, body, gate, set-points.
@@ -19,10 +20,7 @@ impl<B: Body> Guard<B> {
         self.pass_command(inputs);
         // This comes after the filter, so that a trip or an emergency stop counts in the period in
         // which it comes.
-        let drives = self.operator.request() == Request::Arm
-            && self.operator.attends(now_us)
-            && !self.supervision.tripped();
-        self.gate = Gate::of(self.state, self.operator.disarms(now_us), drives);
+        self.gate = Gate::of(self.state, self.intent(now_us));
         let starting = self.gate == Gate::Open && self.state == before;
         if self.state != State::Armed && !starting {
             self.body.rest();
@@ -33,16 +31,50 @@ impl<B: Body> Guard<B> {
         self.send(joined || waits, now_us);
     }
 
+    /// Returns what the operator and the latch of the trip want of the drives.
+    fn intent(&self, now_us: u64) -> Intent {
+        if self.operator.disarms(now_us) {
+            Intent::Disarm
+        } else if self.supervision.tripped() {
+            Intent::Stand
+        } else if self.operator.drives(now_us) && self.start_refusal().is_none() {
+            Intent::Drive
+        } else if self.operator.stands() {
+            Intent::Stand
+        } else {
+            Intent::Nothing
+        }
+    }
+
+    /// Returns why the robot may not begin or go on with the start.
+    fn start_refusal(&self) -> Option<Refusal> {
+        let homes = match self.state {
+            State::Ready => self.body.first_stage(self.drives.states()),
+            State::Starting(stage) => stage,
+            State::Waiting | State::Armed | State::Held => return None,
+        };
+        let homes = usize::from(homes) + 1 < B::STAGES.len();
+        let confirmed = self.operator.request() == Request::ArmOffLevel;
+        self.supervision
+            .start_refusal(&self.attitude, homes, confirmed)
+    }
+
     /// Enters the state that follows from fault reports, drives and the operator's request.
     fn advance_state(&mut self, now_us: u64) {
         let before = self.state;
         let complete = self.drives.complete();
         let ready = complete && self.drives.have_status();
+        let arms = ready && self.operator.arms(now_us) && !self.supervision.tripped();
+        let starts = arms && before == State::Ready || matches!(before, State::Starting(_));
+        // The first readings may be wrong. Until they have settled, the start waits.
+        let refusal = self.start_refusal().filter(|_| starts);
+        let refused = refusal.filter(|_| !self.attitude.settling());
         let conditions = Conditions {
             complete,
             fault: self.fault.is_some() || self.drives.reset_under_way(),
             disarms: self.operator.disarms(now_us),
-            arms: ready && self.operator.arms(now_us) && !self.supervision.tripped(),
+            arms: arms && refusal.is_none(),
+            refused: refused.is_some(),
             open: self.gate == Gate::Open,
             settling: self.attitude.settling(),
         };
@@ -50,6 +82,10 @@ impl<B: Body> Guard<B> {
         self.state = sequence::next(before, conditions, &mut self.body, drives, now_us);
         if conditions.disarms {
             self.refusal = None;
+        }
+        if self.state == State::Ready && refused.is_some() && !conditions.disarms {
+            self.refusal = refused;
+            self.operator.require_new_request();
         }
         match (before, self.state) {
             (State::Ready, State::Starting(_)) => {
@@ -88,15 +124,14 @@ impl<B: Body> Guard<B> {
                 let _ = frames.push(frame);
             }
         }
-        if self.state == State::Waiting {
-            return;
-        }
+        // While a drive is missing, the others are held.
+        let waits = self.state == State::Waiting;
         let (gate, body, phase) = (self.gate, &self.body, self.state.phase());
         let goal = |drive, state: &DriveState| {
             let goal = phase.map_or(Goal::Hold, |phase| body.goal(phase, drive));
             gate.pass(goal, state)
         };
-        for frame in self.drives.commands(now_us, goal) {
+        for frame in self.drives.commands(now_us, waits, goal) {
             let _ = frames.push(frame);
         }
     }

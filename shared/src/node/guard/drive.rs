@@ -2,6 +2,7 @@
 //! the set-point frame that it gets next.
 
 use super::FaultReport;
+use super::identity::Identity;
 use crate::bus::cia402::{
     CONTROL_FAULT_RESET, CONTROL_START, State, controlword, mode, status, toward_operation,
 };
@@ -34,6 +35,9 @@ const SETTLE_SYNCS: u64 = 25;
 const RESET_COMMANDS: u8 = 12;
 const RESET_HIGH: core::ops::Range<u8> = 7..11;
 
+/// Speed above which a track or wheel without power rolls, 1e-6 rad/s.
+const ROLLING: u32 = 100_000;
+
 /// State of the drive's state machine that a goal requires.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 enum Duty {
@@ -53,19 +57,30 @@ impl Duty {
 
     fn is_met_by(self, state: State) -> bool {
         match self {
-            Self::Off => !matches!(state, State::OperationEnabled | State::QuickStopActive),
+            Self::Off => !is_powered(state),
             Self::Hold => state != State::OperationEnabled,
             Self::Operate => state == State::OperationEnabled,
         }
     }
 }
 
+/// Returns whether a drive in `state` moves or holds its axle.
+fn is_powered(state: State) -> bool {
+    matches!(state, State::OperationEnabled | State::QuickStopActive)
+}
+
 /// One drive as the guard knows it; see the module.
 #[derive(Clone, Debug)]
+#[allow(clippy::struct_excessive_bools)] // independent facts, not states
 pub(super) struct Drive {
     pub id: u8,
+    /// The robot rolls on it.
+    wheel: bool,
     units: BusUnits,
     heartbeat: Monitor,
+    identity: Identity,
+    /// The drive was commanded to find its home position, and has not reported it since.
+    homes: bool,
     state_timeout_us: u64,
     settle_us: u64,
     status: DriveStatus,
@@ -78,6 +93,11 @@ pub(super) struct Drive {
     met: bool,
     /// When the commanded state was first commanded, us.
     duty_since_us: u64,
+    /// The drive is under power by its newest status, and was not commanded off since.
+    powered: bool,
+    /// Why the drive has let go since the last [`Self::take_let_go`], although it was not commanded
+    /// off; 0 if it has not.
+    let_go: u16,
     /// The drive has restarted and lost its state.
     restarted: bool,
     /// Its heartbeat says that it exchanges no process data.
@@ -85,15 +105,18 @@ pub(super) struct Drive {
 }
 
 impl Drive {
-    pub fn new(id: u8, scale: Scale, settings: &Settings) -> Self {
+    pub fn new(id: u8, wheel: bool, scale: Scale, settings: &Settings) -> Self {
         let syncs = |count: u64, minimum: u64| {
             let time_us = count * settings.get(Setting::SyncPeriod) as u64;
             if time_us > minimum { time_us } else { minimum }
         };
         Self {
             id,
+            wheel,
             units: scale.units(),
             heartbeat: Monitor::new(settings.milliseconds(Setting::HeartbeatTimeout)),
+            identity: Identity::new(scale, settings),
+            homes: false,
             state_timeout_us: syncs(STATE_TIMEOUT_SYNCS, MIN_STATE_TIMEOUT_US),
             settle_us: syncs(SETTLE_SYNCS, MIN_SETTLE_US),
             status: DriveStatus::default(),
@@ -103,6 +126,8 @@ impl Drive {
             duty: Duty::Hold,
             met: false,
             duty_since_us: 0,
+            powered: false,
+            let_go: 0,
             restarted: false,
             waits_for_start: false,
         }
@@ -112,6 +137,10 @@ impl Drive {
         if let Some(motion) = DriveMotion::from_frame(frame, transmit(1), self.id) {
             state.received_us = Some(now_us);
             state.position = self.units.position(motion.position);
+            self.identity
+                .motion(motion, state.position, self.homes, now_us);
+            let unpowered = self.state().is_some_and(|state| !is_powered(state));
+            state.rolls = self.wheel && unpowered && motion.velocity.unsigned_abs() > ROLLING;
         } else if let Some(status) = DriveStatus::from_frame(frame, transmit(2), self.id) {
             self.status = status;
             self.status_us = Some(now_us);
@@ -122,16 +151,19 @@ impl Drive {
                 // The drive bounds the time of the alignment.
                 self.duty_since_us = now_us;
             }
-            if self.state().is_some_and(|state| self.duty.is_met_by(state)) {
-                self.met = true;
+            if let Some(state) = self.state() {
+                self.met |= self.duty.is_met_by(state);
+                self.watch_power(is_powered(state), Fault::UnexpectedState);
             }
         } else if let Some((_, network)) = as_heartbeat(frame) {
             self.heartbeat.received(now_us);
+            self.identity.heartbeat(network, now_us);
             self.waits_for_start |= network != NmtState::Operational;
             if network == NmtState::BootUp {
                 self.restarted = true;
                 self.status_us = None;
                 self.status = DriveStatus::default();
+                self.watch_power(false, Fault::NodeLost);
                 *state = DriveState::default();
             }
         } else if let Some(emergency) = as_emergency(frame) {
@@ -139,11 +171,38 @@ impl Drive {
         }
     }
 
+    /// Records whether the drive is under power. One that lets go although it was not commanded off
+    /// is reported: with its own fault, or else with `fault`.
+    fn watch_power(&mut self, powered: bool, fault: Fault) {
+        if self.duty == Duty::Off {
+            return;
+        }
+        if self.powered && !powered {
+            let own = self.error_code();
+            self.let_go = if own == 0 { fault.code() } else { own };
+        }
+        self.powered = powered;
+    }
+
+    /// Returns why the drive has let go since the last call, if it has.
+    pub fn take_let_go(&mut self) -> Option<FaultReport> {
+        let code = core::mem::take(&mut self.let_go);
+        (code != 0).then_some(FaultReport {
+            node: self.id,
+            code,
+        })
+    }
+
     /// Returns the state in the newest statusword; `None` before the first one, and for a word that
     /// no state has.
     fn state(&self) -> Option<State> {
         self.status_us?;
         State::from_statusword(self.status.statusword)
+    }
+
+    /// Records that the guard sends a SYNC.
+    pub fn note_sync(&mut self) {
+        self.identity.note_sync();
     }
 
     /// Returns whether the drive was received since the guard started.
@@ -183,12 +242,14 @@ impl Drive {
         let older = |received: Option<u64>| {
             received.is_some_and(|received| now_us.saturating_sub(received) > self.state_timeout_us)
         };
-        let silent =
-            driving && (older(state.received_us) || older(self.status_us) || self.restarted);
+        let silent = (driving || self.powered)
+            && (older(state.received_us) || older(self.status_us) || self.restarted);
         let code = if self.emergency != 0 {
             self.emergency
         } else if self.heartbeat.lost(now_us) || silent {
             Fault::NodeLost.code()
+        } else if self.identity.doubled() {
+            Fault::DuplicateNode.code()
         } else if self.resets() {
             // The status of a drive that is being reset still shows the old fault.
             return None;
@@ -221,6 +282,7 @@ impl Drive {
         let faulty = self.error_code() != 0 || self.state() == Some(State::Fault);
         self.emergency = 0;
         self.restarted = false;
+        self.identity.forget();
         if faulty && self.reset == 0 {
             self.reset = RESET_COMMANDS;
         }
@@ -240,6 +302,8 @@ impl Drive {
         };
         let (goal, target) = wire.map_or((Goal::Hold, 0), |wire| (goal, wire));
         let duty = Duty::of(goal);
+        self.powered &= duty != Duty::Off;
+        self.homes = goal == Goal::Home || self.homes && !homed;
         if duty != self.duty || self.resets() {
             self.duty = duty;
             self.met = false;
@@ -249,7 +313,7 @@ impl Drive {
         let mut word = match (duty, state) {
             (Duty::Off, _) => controlword::DISABLE_VOLTAGE,
             // In every state, "quick stop" holds what is under power and enables nothing.
-            (Duty::Hold, _) | (Duty::Operate, None) => controlword::QUICK_STOP,
+            (Duty::Hold, _) | (Duty::Operate, None | Some(State::Fault)) => controlword::QUICK_STOP,
             // The drive was in operation, and left it by itself or by another node's command.
             (Duty::Operate, Some(state)) if self.met && state != State::OperationEnabled => {
                 controlword::QUICK_STOP

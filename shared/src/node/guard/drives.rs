@@ -37,6 +37,8 @@ pub(super) struct Drives {
     concerned: [u32; 4],
     /// Node id in a frame of another node, whose identifier only the guard may use.
     foreign: Option<u8>,
+    /// The newest drive that has let go without a command.
+    let_go: Option<FaultReport>,
     /// Numbers of the guard's own NMT and SYNC frames that have not come back to it yet.
     own_frames: [u8; 2],
 }
@@ -52,7 +54,10 @@ impl Drives {
         Self {
             nodes: (0..)
                 .zip(&ids)
-                .map(|(drive, id)| Drive::new(*id, B::scale(drive), settings))
+                .map(|(drive, id)| {
+                    let wheel = B::ODOMETRY.contains(&drive);
+                    Drive::new(*id, wheel, B::scale(drive), settings)
+                })
                 .collect(),
             states: ids.iter().map(|_| DriveState::default()).collect(),
             scales: ids.iter().map(|_| ScaleReader::default()).collect(),
@@ -61,12 +66,18 @@ impl Drives {
             own_id,
             concerned,
             foreign: None,
+            let_go: None,
             own_frames: [0; 2],
         }
     }
 
     pub fn states(&self) -> &[DriveState] {
         &self.states
+    }
+
+    /// Returns the node id of the guard itself.
+    pub fn own_id(&self) -> u8 {
+        self.own_id
     }
 
     /// Returns when the oldest of the drives that odometry uses was received, us; `None` before
@@ -105,6 +116,7 @@ impl Drives {
         for ((drive, state), scale) in drives.zip(&mut self.scales) {
             if drive.id == node {
                 drive.receive(frame, state, now_us);
+                self.let_go = drive.take_let_go().or(self.let_go);
                 answered |= function == SDO_RESPONSE && scale.receive(frame, node);
             }
         }
@@ -151,13 +163,25 @@ impl Drives {
             let count = *sent + u8::from(more);
             *sent = if count < 2 { count } else { 2 };
         }
+        self.nodes.iter_mut().for_each(Drive::note_sync);
+    }
+
+    /// Returns the newest drive that has let go without a command since the last call.
+    pub fn take_let_go(&mut self) -> Option<FaultReport> {
+        self.let_go.take()
+    }
+
+    /// Returns the report of a second master, if there is one.
+    pub fn second_master(&self) -> Option<FaultReport> {
+        let code = Fault::SecondMaster.code();
+        self.foreign.map(|node| FaultReport { node, code })
     }
 
     /// Returns the first fault report. `driving` is true while the robot is or was under power.
     pub fn fault(&self, now_us: u64, driving: bool) -> Option<FaultReport> {
-        if let Some(node) = self.foreign {
-            let code = Fault::SecondMaster.code();
-            return Some(FaultReport { node, code });
+        let second_master = self.second_master();
+        if second_master.is_some() {
+            return second_master;
         }
         let mut drives = self.nodes.iter().zip(&self.states);
         let fault = drives.find_map(|(drive, state)| drive.fault(state, now_us, driving));
@@ -240,16 +264,19 @@ impl Drives {
         drives.filter_map(move |(drive, scale)| scale.request(drive.id, now_us))
     }
 
-    /// Creates the set-point frames that bring the drives nearer to their goals.
+    /// Creates the set-point frames that bring the drives nearer to their goals; with
+    /// `known_only`, of those drives that have sent their status.
     pub fn commands(
         &mut self,
         now_us: u64,
+        known_only: bool,
         goal: impl Fn(usize, &DriveState) -> Goal,
     ) -> impl Iterator<Item = Frame> {
         let both = self.nodes.iter_mut().zip(&self.states).enumerate();
-        both.map(move |(index, (drive, state))| {
-            drive.command(goal(index, state), state.homed, now_us)
-        })
+        both.filter(move |(_, (drive, _))| !known_only || drive.has_status())
+            .map(move |(index, (drive, state))| {
+                drive.command(goal(index, state), state.homed, now_us)
+            })
     }
 
     /// Creates the frames with the drives' torque feed-forward.

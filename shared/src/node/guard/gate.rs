@@ -1,4 +1,7 @@
 //! The gate that every goal of every drive passes, in every state of the guard.
+//!
+//! A drive that holds goes on holding in every state: only the operator's "disarm" leads to
+//! [`Goal::Off`].
 
 use super::sequence::State;
 use crate::robots::{DriveState, Goal};
@@ -10,24 +13,37 @@ pub(super) enum Gate {
     Off,
     /// Every drive under power brakes and holds, and no drive is enabled.
     Hold,
-    /// A drive that is enabled keeps its goal, and every other drive holds.
+    /// As [`Self::Hold`], and a track or wheel that turns without power is enabled, to brake.
+    Brake,
+    /// A drive that is enabled keeps its goal; for every other drive as [`Self::Brake`].
     Keep,
     /// Every goal passes.
     Open,
 }
 
+/// The operator's part in what the gate allows.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(super) enum Intent {
+    /// No command has come, or the last one was "disarm" and the operator has fallen silent.
+    Nothing,
+    /// Motors off.
+    Disarm,
+    /// Any other request, and no operator after it.
+    Stand,
+    /// A present operator requests to arm, and no trip is latched.
+    Drive,
+}
+
 impl Gate {
-    /// Returns the gate in `state`. `disarms`: the operator requests motors off. `drives`: the
-    /// operator attends and requests to arm, and no trip is latched.
-    pub fn of(state: State, disarms: bool, drives: bool) -> Self {
-        match state {
-            _ if disarms => Self::Off,
-            State::Waiting | State::Ready => Self::Hold,
-            State::Starting(_) if drives => Self::Open,
-            State::Starting(_) => Self::Hold,
+    /// Returns the gate in `state`.
+    pub fn of(state: State, intent: Intent) -> Self {
+        match (state, intent) {
+            (_, Intent::Disarm) => Self::Off,
             // The filter stops an armed robot, because it knows how hard the robot may brake.
-            State::Armed => Self::Open,
-            State::Held => Self::Keep,
+            (State::Armed, _) | (State::Starting(_), Intent::Drive) => Self::Open,
+            (_, Intent::Nothing) => Self::Hold,
+            (State::Held, _) => Self::Keep,
+            (_, Intent::Stand | Intent::Drive) => Self::Brake,
         }
     }
 
@@ -35,10 +51,10 @@ impl Gate {
     pub fn pass(self, goal: Goal, drive: &DriveState) -> Goal {
         match self {
             Self::Off => Goal::Off,
-            Self::Hold => Goal::Hold,
-            Self::Keep if drive.enabled => goal,
-            Self::Keep => Goal::Hold,
             Self::Open => goal,
+            Self::Keep if drive.enabled => goal,
+            Self::Brake | Self::Keep if drive.rolls => Goal::Velocity(0.0),
+            Self::Hold | Self::Brake | Self::Keep => Goal::Hold,
         }
     }
 }
@@ -51,31 +67,37 @@ mod tests {
     fn motors_off_opens_every_bridge_and_only_a_driving_operator_starts_the_robot() {
         for code in 0..=7 {
             let state = State::from_code(code).unwrap();
-            for drives in [false, true] {
-                assert_eq!(Gate::of(state, true, drives), Gate::Off);
+            assert_eq!(Gate::of(state, Intent::Disarm), Gate::Off);
+            for intent in [Intent::Nothing, Intent::Stand, Intent::Drive] {
                 let expected = match code {
-                    0 | 1 => Gate::Hold,
                     6 => Gate::Open,
+                    _ if intent == Intent::Nothing => Gate::Hold,
                     7 => Gate::Keep,
-                    _ if drives => Gate::Open,
-                    _ => Gate::Hold,
+                    2..=5 if intent == Intent::Drive => Gate::Open,
+                    _ => Gate::Brake,
                 };
-                assert_eq!(Gate::of(state, false, drives), expected, "{state:?}");
+                assert_eq!(Gate::of(state, intent), expected, "{state:?} {intent:?}");
             }
         }
     }
 
     #[test]
-    fn a_gate_that_is_not_open_lets_no_drive_start() {
-        for enabled in [false, true] {
+    fn a_gate_that_is_not_open_starts_no_drive_but_one_that_rolls() {
+        for (enabled, rolls) in [(false, false), (true, false), (false, true)] {
             let drive = DriveState {
                 enabled,
+                rolls,
                 ..DriveState::default()
             };
-            let passed = [Gate::Off, Gate::Hold, Gate::Keep, Gate::Open]
+            let passed = [Gate::Off, Gate::Hold, Gate::Brake, Gate::Keep, Gate::Open]
                 .map(|gate| gate.pass(Goal::Home, &drive));
-            let kept = if enabled { Goal::Home } else { Goal::Hold };
-            assert_eq!(passed, [Goal::Off, Goal::Hold, kept, Goal::Home]);
+            let braked = if rolls {
+                Goal::Velocity(0.0)
+            } else {
+                Goal::Hold
+            };
+            let kept = if enabled { Goal::Home } else { braked };
+            assert_eq!(passed, [Goal::Off, Goal::Hold, braked, kept, Goal::Home]);
         }
     }
 }

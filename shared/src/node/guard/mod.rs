@@ -10,8 +10,9 @@
 //! * [`command`]: how much of the operator's command passes
 //! * [`commissioning`]: mounting and constant errors of the sensors
 //! * [`drives`] and [`drive`]: what the guard knows of the other nodes
+//! * [`identity`]: whether a second node sends with the identifiers of a drive
 //! * [`scales`]: comparison of the nodes' position scales
-//! * [`operator`]: the newest command
+//! * [`operator`] and [`streams`]: the newest command, and whether two operators send them
 //! * [`schedule`]: which work is due in a tick
 //! * [`sequence`]: the states of the guard
 //! * [`gate`]: what the drives may do in each state
@@ -25,6 +26,7 @@ mod cycle;
 mod drive;
 mod drives;
 mod gate;
+mod identity;
 mod interface;
 mod operator;
 mod publish;
@@ -32,6 +34,7 @@ mod scales;
 mod schedule;
 mod sensing;
 mod sequence;
+mod streams;
 mod supervision;
 
 pub use drives::ScaleMismatch;
@@ -107,6 +110,11 @@ impl<B: Body> Guard<B> {
             tally: Tally::default(),
             outputs: Outputs::default(),
         })
+    }
+
+    /// Refuses to arm the robot, because the settings are not all those that were saved.
+    pub fn doubt_settings(&mut self) {
+        self.supervision.doubt_settings();
     }
 
     /// Runs one control period. The outputs stay in place until the next one, because copying the

@@ -1,10 +1,12 @@
 //! What the guard receives and computes between two SYNCs: the operator's command, faults of the
 //! drives, how the robot stands and where it is.
 
-use super::interface::Inputs;
+use super::interface::{FaultReport, Inputs};
+use super::operator::Event;
 use super::{Guard, State, publish};
 use crate::bus::pdo::{GuardPosition, Request};
 use crate::estimate::state::State as RobotState;
+use crate::faults::Fault;
 use crate::robots::Body;
 
 impl<B: Body> Guard<B> {
@@ -14,20 +16,38 @@ impl<B: Body> Guard<B> {
         let Some(command) = inputs.operator else {
             return;
         };
-        let resets = self.operator.receive(command, inputs.now_us);
+        let event = self.operator.receive(command, inputs.now_us);
         self.requests.emergency_stop |= self.operator.request() == Request::EmergencyStop;
-        self.requests.reset |= resets;
-        if resets {
-            self.fault = None;
-            self.drives.begin_reset();
-            self.body.acknowledge();
+        match event {
+            Some(Event::Reset) => {
+                self.requests.reset = true;
+                self.fault = None;
+                self.drives.begin_reset();
+                self.body.acknowledge();
+            }
+            Some(Event::TwoOperators) if self.fault.is_none() => {
+                self.fault = Some(FaultReport {
+                    node: self.drives.own_id(),
+                    code: Fault::TwoOperators.code(),
+                });
+            }
+            _ => {}
         }
     }
 
-    /// Latches the first fault report until the operator's reset.
+    /// Latches the first fault report until the operator's reset. A drive that lets go takes the
+    /// place of any other report.
     pub(super) fn supervise(&mut self, now_us: u64) {
-        if self.fault.is_none() && self.state != State::Waiting {
-            self.fault = self.drives.fault(now_us, self.state.driving());
+        let let_go = self.drives.take_let_go();
+        if let_go.is_some() {
+            self.fault = let_go;
+        }
+        if self.fault.is_none() {
+            self.fault = if self.state == State::Waiting {
+                self.drives.second_master()
+            } else {
+                self.drives.fault(now_us, self.state.driving())
+            };
         }
     }
 

@@ -87,6 +87,8 @@ pub(super) struct Conditions {
     pub disarms: bool,
     /// The operator makes a new request to arm.
     pub arms: bool,
+    /// The start is refused.
+    pub refused: bool,
     /// The gate is open, so that a stage makes progress.
     pub open: bool,
     /// The first readings of the attitude still change it. An armed guard would take the change for
@@ -110,6 +112,7 @@ pub(super) fn next<B: Body>(
         State::Ready if conditions.fault => State::Ready,
         _ if conditions.fault => State::Held,
         _ if conditions.disarms => State::Ready,
+        State::Starting(_) if conditions.refused => State::Ready,
         State::Ready if conditions.arms => State::Starting(body.first_stage(drives)),
         State::Starting(stage) if conditions.open && body.reached(stage, drives, now_us) => {
             let next = stage + 1;

@@ -367,10 +367,10 @@ impl Body for B2p2 {
 
     fn goal(&self, phase: Phase, drive: usize) -> Goal {
         match (phase, drive) {
-            (Phase::Armed | Phase::Starting(TIGHTEN), LEFT) => {
+            (Phase::Armed | Phase::Starting(_), LEFT) => {
                 Goal::Velocity(self.track_speed(0.5 * self.gauge))
             }
-            (Phase::Armed | Phase::Starting(TIGHTEN), RIGHT) => {
+            (Phase::Armed | Phase::Starting(_), RIGHT) => {
                 Goal::Velocity(self.track_speed(-0.5 * self.gauge))
             }
             (Phase::Armed | Phase::Starting(TIGHTEN), JOINT) => Goal::Position(Target::Angle(
@@ -381,10 +381,9 @@ impl Body for B2p2 {
             (Phase::Starting(_), SCREW) => Goal::MoveTo(Target::Length(self.released)),
             (Phase::Starting(HOME_JOINT), JOINT) => Goal::Home,
             (Phase::Starting(STRAIGHTEN), JOINT) => Goal::MoveTo(Target::Angle(Angle::ZERO)),
-            (Phase::Starting(_), _) => Goal::Off,
             // The belt stays taut as long as the screw can keep it so.
             (Phase::Held, SCREW) if self.keeps_taut => Goal::Taut,
-            (Phase::Held, _) => Goal::Hold,
+            (Phase::Starting(_) | Phase::Held, _) => Goal::Hold,
         }
     }
 

@@ -28,8 +28,7 @@ const STEERING: usize = 2;
 const WHEEL: usize = 3;
 const PER_LEG: usize = 4;
 
-/// First of the stages of [`Body::STAGES`]. While hips and knees are homed, the wheels roll freely
-/// as the legs move them.
+/// First of the stages of [`Body::STAGES`]: hips, knees and steering are homed.
 const HOME: u8 = 0;
 
 /// Hylos, the wheel-legged robot, under the guard.
@@ -228,7 +227,6 @@ impl Body for Hylos {
         let joint = |angle: f32| Goal::Position(Target::Radians(angle));
         match (phase, motor) {
             (Phase::Held, _) => Goal::Hold,
-            (Phase::Starting(HOME), WHEEL) => Goal::Off,
             (Phase::Starting(_), WHEEL) => Goal::Velocity(0.0),
             (Phase::Starting(_), _) => Goal::Home,
             (Phase::Armed, HIP | KNEE) => joint(points.legs[leg][motor]),

@@ -58,11 +58,13 @@ impl Tally {
     }
 }
 
-const BY_THE_GUARD: [Fault; 4] = [
+const BY_THE_GUARD: [Fault; 6] = [
     Fault::NodeLost,
     Fault::SecondMaster,
     Fault::UnexpectedState,
     Fault::ScaleMismatch,
+    Fault::TwoOperators,
+    Fault::DuplicateNode,
 ];
 
 /// Conditions that readings can meet, with their dwell in ticks.

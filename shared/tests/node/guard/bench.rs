@@ -1,5 +1,6 @@
 //! Test bench: a guard with ideal drives.
 
+use std::f64::consts::TAU;
 use tautrack::bus::cia402::{CONTROL_START, DriveCommand, State as DriveState, mode, status};
 use tautrack::bus::network::sync;
 use tautrack::bus::pdo::{
@@ -18,6 +19,8 @@ pub const DRIVES: [u8; 4] = [2, 3, 4, 5];
 pub const SCALES: [u16; 4] = [16, 16, 32, 0x118];
 pub const JOINT: u8 = 4;
 pub const SCREW: u8 = 5;
+/// Largest step of the screw in one SYNC period, 2^-24 m: 4 mm.
+const SCREW_STEP: i32 = 67_108;
 /// Extension at chassis angle 0, 2^-24 m.
 pub const TAUT: i32 = (0.226 * 16_777_216.0) as i32;
 
@@ -35,6 +38,13 @@ pub struct Bench {
     pub joint_held: Option<i32>,
     /// Position of the screw: [`TAUT`], or the last target of its own profile.
     pub screw: i32,
+    /// States of the network in the drives' heartbeats.
+    pub heartbeats: [u8; 4],
+    /// Velocities of the tracks, in units of the bus.
+    pub velocities: [i32; 2],
+    /// Where the screw moves, and the positions that the drives have sent last.
+    screw_target: i32,
+    published: [i32; 4],
     /// Drives that are homed; another one is homed as soon as the guard requests it.
     pub homed: [bool; 4],
     pub states: [DriveState; 4],
@@ -85,6 +95,10 @@ impl Bench {
             joint: 0,
             joint_held: None,
             screw: TAUT,
+            heartbeats: [5; 4],
+            velocities: [0; 2],
+            screw_target: TAUT,
+            published: [0, 0, 0, TAUT],
             homed: [true; 4],
             states: [DriveState::SwitchOnDisabled; 4],
             scales: SCALES,
@@ -94,6 +108,11 @@ impl Bench {
             aligns_until_us: 0,
             aligning: status::ALIGNING,
         }
+    }
+
+    /// Returns whether the next tick is one in which something with this period comes, us.
+    pub fn next_is(&self, period_us: u64) -> bool {
+        (self.now_us + 1_000).is_multiple_of(period_us)
     }
 
     pub fn run(&mut self, ticks: u64) -> Outputs {
@@ -111,21 +130,25 @@ impl Bench {
                 continue;
             }
             if self.now_us.is_multiple_of(50_000) {
-                frames.extend(Frame::new(0x700 + u16::from(id), &[5]));
+                let heartbeat = [self.heartbeats[index]];
+                frames.extend(Frame::new(0x700 + u16::from(id), &heartbeat));
             }
             if self.now_us.is_multiple_of(4_000) {
+                let ahead = self.screw_target - self.screw;
+                self.screw += ahead.clamp(-SCREW_STEP, SCREW_STEP);
                 let position = match id {
                     SCREW => self.screw,
                     JOINT => self.joint_held.unwrap_or(self.joint),
                     _ => 0,
                 };
-                frames.push(
-                    DriveMotion {
-                        position,
-                        velocity: 0,
-                    }
-                    .frame(transmit(1), id),
-                );
+                let step = f64::from(position.wrapping_sub(self.published[index]));
+                self.published[index] = position;
+                let velocity = match id {
+                    SCREW => (step / 16_777_216.0 / 0.004 * 1e9) as i32,
+                    JOINT => (step / 4_294_967_296.0 * TAU / 0.004 * 1e6) as i32,
+                    _ => self.velocities[index],
+                };
+                frames.push(DriveMotion { position, velocity }.frame(transmit(1), id));
                 let mut statusword = self.states[index].statusword();
                 if self.homed[index] {
                     statusword |= status::HOMED;
@@ -170,7 +193,7 @@ impl Bench {
             self.joint = set_point.target;
         }
         if let Some(set_point) = self.position_set_point(SCREW) {
-            self.screw = if set_point.mode == mode::PROFILE_POSITION {
+            self.screw_target = if set_point.mode == mode::PROFILE_POSITION {
                 set_point.target
             } else {
                 TAUT

@@ -179,7 +179,13 @@ fn a_drive_whose_motion_or_status_stays_out_is_lost() {
         bench.silent = Some(3);
         for _ in 0..100 {
             // The other frames of the drive still come.
-            bench.extra.extend(Frame::new(0x703, &[5]));
+            if bench.next_is(50_000) {
+                bench.extra.extend(Frame::new(0x703, &[5]));
+            }
+            if !bench.next_is(4_000) {
+                bench.tick();
+                continue;
+            }
             let statusword = DriveState::OperationEnabled.statusword();
             bench.extra.push(if missing == "motion" {
                 let status = DriveStatus {

@@ -8,7 +8,7 @@ const ID: u8 = 3;
 /// A drive of default settings (SYNC every 4 ms), and its state.
 fn drive() -> (Drive, DriveState) {
     let scale = Scale::Turning { bits: 16 };
-    let drive = Drive::new(ID, scale, &Settings::default());
+    let drive = Drive::new(ID, true, scale, &Settings::default());
     (drive, DriveState::default())
 }
 

@@ -17,6 +17,8 @@ pub struct Moment {
     /// The operator requests ordinary driving.
     pub drives: bool,
     pub requests: Requests,
+    /// Distance travelled by the encoders, um; wraps.
+    pub odometry_um: i32,
 }
 
 impl Supervision {
@@ -39,6 +41,7 @@ impl Supervision {
             armed: moment.armed && self.filter_active,
             band: self.bands.band(),
             trust,
+            odometry_um: moment.odometry_um,
             moment: Snapshot {
                 cause: Cause::EmergencyStop,
                 time_us: moment.now_us,

@@ -16,22 +16,25 @@ pub use telemetry::Telemetry;
 
 use crate::constants::CONTROL_PERIOD;
 use crate::estimate::mounting::Mounting;
+use crate::math::max;
 use crate::math::vector::Vector;
 use crate::robots::{Body, Stop};
 use crate::sensors::BodySensors;
 use crate::settings::{Setting, Settings};
 use crate::stability::attitude::Attitude;
-use crate::stability::bands::Bands;
+use crate::stability::bands::{Band, Bands};
 use crate::stability::criterion::{Criterion, Evaluation};
 use crate::stability::filter::{Margins, Tracker};
 use crate::stability::limits::MotionLimits;
 use crate::stability::parameters::{Parameters, Refusal};
 use crate::stability::specific_force::SpecificForce;
-use crate::stability::support::Stance;
+use crate::stability::support::{Stance, narrowest};
 use crate::stability::trip::{Mode, Trip};
 use crate::stability::trust::{Reason, Trust};
 use crate::stability::watch::{Expectations, Watch};
 
+/// Largest pitch and roll on level ground, rad.
+const LEVEL: f32 = 0.1;
 /// Axes whose signs must be checked before the robot is armed, as in `Setting::SensorAxes`.
 const ALL_AXES: u8 = 7;
 
@@ -39,6 +42,7 @@ const ALL_AXES: u8 = 7;
 pub(super) struct Supervision {
     parameters: Parameters,
     filter_active: bool,
+    settings_doubted: bool,
     watch: Watch,
     trust: Trust,
     force: SpecificForce,
@@ -71,6 +75,7 @@ impl Supervision {
         Self {
             parameters,
             filter_active: settings.get(Setting::FilterActive) == 1,
+            settings_doubted: false,
             watch: Watch::new(&Expectations::new(settings)),
             trust: Trust::None(Reason::Silent),
             force: SpecificForce::default(),
@@ -174,6 +179,40 @@ impl Supervision {
             return Err(Refusal::SensorAxes { checked: self.axes });
         }
         self.parameters.check(level)
+    }
+
+    /// Refuses to arm the robot from now on, because the guard's own settings are not whole.
+    pub fn doubt_settings(&mut self) {
+        self.settings_doubted = true;
+    }
+
+    /// Returns why the start must not begin or go on. `homes`: drives are homed, which changes the
+    /// robot's shape. `confirmed`: the operator confirms that this happens off level ground.
+    pub fn start_refusal(
+        &self,
+        attitude: &Attitude,
+        homes: bool,
+        confirmed: bool,
+    ) -> Option<Refusal> {
+        if self.settings_doubted {
+            return Some(Refusal::Settings);
+        }
+        if let Trust::None(reason) = self.trust {
+            return Some(Refusal::Sensors { reason });
+        }
+        if !(homes && self.filter_active) {
+            return None;
+        }
+        let edge = narrowest(&self.margins.now);
+        let margin = self.margins.now[edge as usize];
+        if self.bands.band() == Band::Stop {
+            return Some(Refusal::Margin { edge, margin });
+        }
+        let tilt = max(
+            attitude.pitch().radians().abs(),
+            attitude.roll().radians().abs(),
+        );
+        (tilt > LEVEL && !confirmed).then_some(Refusal::OffLevel { tilt })
     }
 
     /// Returns the monitor of the sensors.
