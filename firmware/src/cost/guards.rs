@@ -78,7 +78,7 @@ fn count_guard<B: Body>(
     ])?;
     let ids = B::drive_ids(&settings);
     let mut guard = Guard::<B>::new(&settings).ok()?;
-    let (mut random, mut receiver, mut others) = (Random::new(), receiver(), others());
+    let (mut random, mut receiver, mut others) = (Random::new(), receiver(), others(&ids));
     let mut received = scales::<B>(&ids);
     let mut armed = true;
     let counts = (0..WARM_UP + TICKS).map(|tick| {

@@ -4,7 +4,6 @@ use super::counter::Table;
 use super::inputs::{Random, angle, geometry, settings};
 use core::hint::black_box;
 use tautrack::math;
-use tautrack::robots::b2p2::model::newton_euler::Effort;
 use tautrack::robots::b2p2::{JOINTS, Joints, Model, Parameters, Posture};
 use tautrack::robots::hylos::controller::stance;
 use tautrack::robots::hylos::{self, Controller, Desired, Potential, Sensed};
@@ -13,7 +12,6 @@ use tautrack::robots::rt_mover::wheel::WHEELS;
 use tautrack::robots::rt_mover::{self, Shape};
 use tautrack::stability::support::margins;
 use tautrack::stability::tipover::Edges;
-use tautrack::stability::zmp::Wrench;
 use tautrack::units::Angle;
 
 /// Corners of B2P2's support, about.
@@ -86,17 +84,10 @@ fn count_tip_over(table: &mut Table) -> Option<()> {
 
 fn count_dynamics(table: &mut Table) -> Option<()> {
     const RANGES: Joints<f32> = [3.0, 3.0, 0.5, 3.0, 0.5, 0.8, 3.0, 0.2];
-    let effort = Effort {
-        forces: [0.0; JOINTS],
-        reaction: Wrench {
-            force: [0.0; 3],
-            moment: [0.0; 3],
-        },
-    };
     // It starts from the joint values and includes their sines.
     table.kernel(
         "B2P2 inverse dynamics",
-        &mut (black_box(Parameters::paper()), [[0.0; JOINTS]; 3], effort),
+        &mut (black_box(Parameters::paper()), [[0.0; JOINTS]; 3], None),
         |(_, motion, _), _, random| {
             *motion = [
                 RANGES.map(|bound| random.within(bound)),
@@ -105,7 +96,7 @@ fn count_dynamics(table: &mut Table) -> Option<()> {
             ];
         },
         |(parameters, [q, rates, accelerations], effort)| {
-            *effort = Posture::new(parameters, q).newton_euler(rates, accelerations);
+            *effort = Some(Posture::new(parameters, q).newton_euler(rates, accelerations));
         },
     )
 }

@@ -1,9 +1,8 @@
 //! Traffic of a busy guard, besides what it needs: the bytes of a GNSS receiver that sends all the
-//! time, and the frames of another robot on the same bus.
+//! time, and frames for others.
 
 use core::fmt::{Arguments, Write};
 use heapless::String;
-use tautrack::bus::network::function;
 use tautrack::can::Frame;
 
 /// Bytes of the receiver in one tick; 115200 baud bring 12.
@@ -39,24 +38,17 @@ fn fix(number: u32) -> String<192> {
     text
 }
 
-/// Returns the frames that another robot sends.
-pub fn others() -> impl Iterator<Item = Frame> {
-    const FUNCTIONS: [u16; 8] = [
-        function::SYNC_OR_EMERGENCY,
-        function::TPDO[0],
-        function::TPDO[1],
-        function::TPDO[2],
-        function::RPDO[0],
-        0x580,
-        0x600,
-        function::HEARTBEAT,
-    ];
-    (0_u16..).cycle().filter_map(|number| {
-        // No node of the counted robots has one of these ids.
-        let node = 32 + number / 8 % 64;
-        Frame::new(
-            FUNCTIONS[usize::from(number) % 8] + node,
-            &[number as u8; 8],
-        )
+/// Returns frames that the guard does not use: answers of its drives to a client, and frames of
+/// another robot with all function codes.
+pub fn others(drives: &[u8]) -> impl Iterator<Item = Frame> {
+    (0..=u16::MAX).cycle().filter_map(|number| {
+        let turn = number / 2;
+        let id = if number % 2 == 0 {
+            0x580 + u16::from(drives[usize::from(turn) % drives.len()])
+        } else {
+            // No node of the counted robot has one of these ids.
+            (turn % 16) << 7 | (32 + turn / 16 % 64)
+        };
+        Frame::new(id, &[number as u8; 8])
     })
 }

@@ -18,7 +18,7 @@ use crate::simulator::chip::{Chip, Executed, Part, STM32G431, STM32G474};
 use crate::tools::cost::ceilings::Ceilings;
 use clap::{Parser, ValueEnum};
 use object::read::elf::ElfFile32;
-use object::{Endianness, Object, ObjectSection, ObjectSymbol};
+use object::{Endianness, Object, ObjectSection};
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::ffi::OsString;
@@ -261,7 +261,6 @@ fn settings(scenario: &str, role: Role) -> Result<Vec<(Setting, i32)>, String> {
 
 /// Program as the linker made it.
 struct Image {
-    elf: Vec<u8>,
     segments: Vec<flash::Segment>,
     start: u32,
     /// Stack pointer at the start: the end of RAM.
@@ -292,7 +291,6 @@ impl Image {
             flash: segments.iter().map(|part| part.bytes.len() as u32).sum(),
             static_ram: static_end.map_or(0, |end| (end - RAM.start) as u32),
             segments,
-            elf,
         })
     }
 
