@@ -60,8 +60,8 @@ fn at(position: i32) -> DriveMotion {
     }
 }
 
-/// Counts the ticks of a guard that sends SYNC every `sync_ticks` ticks, of a robot that tilts by at
-/// most `tilt` rad. `motion` returns the motion of a drive at a tick.
+/// Counts the ticks of a guard that sends SYNC every `sync_ticks` ticks, of a robot that tilts by
+/// at most `tilt` rad. `motion` returns the motion of a drive at a tick.
 fn count_guard<B: Body>(
     table: &mut Table,
     name: &str,

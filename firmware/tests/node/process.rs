@@ -154,9 +154,7 @@ impl Node {
     /// Closes the link and waits for the program to end. Returns whether it ended with success.
     pub fn finish(self) -> bool {
         let Self {
-            mut process,
-            input,
-            ..
+            mut process, input, ..
         } = self;
         drop(input);
         process.wait().expect("the node ends").success()
