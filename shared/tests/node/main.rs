@@ -18,6 +18,7 @@ mod drive_options;
 mod drive_stops;
 #[cfg(feature = "lockstep")]
 mod fault_times;
+mod foreign;
 mod guard;
 #[cfg(feature = "lockstep")]
 mod halls;
@@ -35,3 +36,4 @@ mod motor_faults;
 mod random;
 #[path = "../support/sweep.rs"]
 mod sweep;
+mod wire;

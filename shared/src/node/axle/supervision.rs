@@ -54,6 +54,7 @@ impl Axle {
             } else {
                 0
             },
+            strains: self.strains,
             powered,
             motor: if aligns {
                 motor.of_turning_field()
@@ -87,12 +88,18 @@ impl Axle {
             present.insert_if(Fault::HomingFailed, stage == Stage::Failed);
             present.insert_if(Fault::HomingMismatch, stage == Stage::Mismatch);
         }
-        if enabled
-            && self.mode == mode::TAUT
+        if self.operates_in(mode::TAUT)
             && let Some(Err(fault)) = taut
         {
             present.insert_if(fault, true);
         }
+        let reported = core::mem::take(&mut self.reported);
+        // A client in bench mode sends as often as it wants.
+        present = present.or(if self.authority.guarded(inputs.now_us) {
+            reported
+        } else {
+            reported.without(Faults::of(Fault::SecondMaster))
+        });
         self.present = present;
         if self.snapshot.is_none() {
             self.snapshot = self.take_snapshot(present, inputs);
