@@ -34,6 +34,7 @@ mod motor_faults;
 #[cfg(feature = "lockstep")]
 #[path = "../support/random.rs"]
 mod random;
+mod sequences;
 #[path = "../support/sweep.rs"]
 mod sweep;
 mod wire;

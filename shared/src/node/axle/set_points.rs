@@ -273,6 +273,11 @@ impl Axle {
             return;
         }
         let position = self.position();
+        let step = match before {
+            Some(before) => self.motion.position.wrapping_sub(before),
+            None if self.motion.velocity > 0.0 => 1,
+            None => -i64::from(self.motion.velocity < 0.0),
+        };
         for (direction, closed) in closed.into_iter().enumerate() {
             let sign = if direction == 0 { 1 } else { -1 };
             let place = self.motion.position;
@@ -291,12 +296,8 @@ impl Axle {
                 }
                 _ => continue,
             };
-            let outward = match before {
-                Some(before) => beyond(before),
-                None if self.motion.velocity * sign as f32 > 0.0 => 1,
-                None => -1,
-            };
-            if outward > 0 || outward == 0 && beyond(end) > 0 {
+            let outward = step.wrapping_mul(sign);
+            if outward > 0 || outward == 0 && before.is_some() && beyond(end) > 0 {
                 self.motion = Motion::at(end);
                 self.active_limit = limit;
             }

@@ -93,13 +93,15 @@ impl Axle {
         {
             present.insert_if(fault, true);
         }
-        let reported = core::mem::take(&mut self.reported);
+        let mut reported = core::mem::take(&mut self.reported);
         // A client in bench mode sends as often as it wants.
-        present = present.or(if self.authority.guarded(inputs.now_us) {
-            reported
-        } else {
-            reported.without(Faults::of(Fault::SecondMaster))
-        });
+        if !self.authority.guarded(inputs.now_us) {
+            reported = reported.without(Faults::of(Fault::SecondMaster));
+        } else if reported.contains(Fault::SecondMaster) {
+            // The newest command may have hidden one of the guard in the same tick.
+            self.asked_us = inputs.now_us;
+        }
+        present = present.or(reported);
         self.present = present;
         if self.snapshot.is_none() {
             self.snapshot = self.take_snapshot(present, inputs);
