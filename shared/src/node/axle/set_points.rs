@@ -69,8 +69,11 @@ impl Axle {
         }
         if set_point.mode != self.mode {
             self.mode = set_point.mode;
-            self.select_envelope();
-            self.anchor();
+            // A hold has no mode: the axle stays where it is, with the limits that it has.
+            if self.state != State::QuickStopActive {
+                self.select_envelope();
+                self.anchor();
+            }
             self.homing.abort();
             self.handshake = Handshake::default();
         }
