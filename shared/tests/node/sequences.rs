@@ -24,8 +24,9 @@ const EVENTS: u64 = 10;
 const HOLDING_TORQUE: f64 = 14.4;
 const LIMIT: f64 = 6.0;
 const SCREW_LIMIT: f64 = 140.0;
-/// Time within which a hold is supervised, ms.
-const REPORTED_MS: u64 = 50;
+/// Time within which a hold is supervised, ms, with the ramp of a drive that a load has turned at 1
+/// rad/s before.
+const REPORTED_MS: u64 = 50 + 50;
 
 /// What the guard wants.
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -161,8 +162,9 @@ impl Sequence {
             let most = if self.screw { 0.96 } else { HOLDING_TORQUE };
             if self.wire.load.abs() > 0.9 * most {
                 // The load may have turned the drive already.
-                (self.stands, self.still) = (None, 0);
+                self.stands = None;
             }
+            self.still = 0;
             self.wire.load = part * most;
         }
         if random.once_in(6) {
@@ -282,8 +284,11 @@ impl Sequence {
         if self.wire.load.abs() > 0.9 * holding {
             if far {
                 tally.slipped += 1;
+                let holds = self.wire.state() == State::QuickStopActive;
                 let since = *self.slips_ms.get_or_insert(now);
-                if now - since > REPORTED_MS && !faulty && self.goal == Goal::Hold {
+                if !holds {
+                    self.slips_ms = Some(now);
+                } else if now - since > REPORTED_MS && !faulty && self.goal == Goal::Hold {
                     return Err(format!("slips by {moved} rad without a report"));
                 }
             }
@@ -303,11 +308,15 @@ impl Sequence {
     /// A closed switch ends motion outward, unless the load pushes.
     fn at_switch(&mut self, tally: &mut Tally) -> Result<(), String> {
         let (angle, velocity) = (self.wire.angle, self.wire.velocity.max(0.0));
-        if !self.wire.switches.positive_limit || !self.wire.powered() || self.wire.load > 0.0 {
+        if !self.wire.switches.positive_limit || !self.wire.powered() || self.wire.load != 0.0 {
             self.farthest = f64::INFINITY;
             return Ok(());
         }
         tally.at_an_end += 1;
+        // A drive that a load has pulled inward comes back.
+        if self.farthest == f64::INFINITY && self.still < 40 {
+            return Ok(());
+        }
         let (braking, overshoot) = if self.screw { (1e-3, 2.0) } else { (0.01, 0.1) };
         self.farthest = self
             .farthest
