@@ -265,7 +265,9 @@ impl Sequence {
     /// cannot hold is reported.
     fn moves(&mut self, tally: &mut Tally) -> Result<(), String> {
         let faulty = !self.wire.outputs().faults.is_empty();
-        let quiet = matches!(self.goal, Goal::Hold | Goal::Stand) || faulty;
+        // A velocity of zero is no place: a load moves the drive while the loop takes it up.
+        let stands = self.goal == Goal::Stand && self.wire.load == 0.0;
+        let quiet = self.goal == Goal::Hold || stands || faulty;
         let (angle, now) = (self.wire.angle, self.wire.milliseconds());
         let limit = if self.screw { SCREW_LIMIT } else { LIMIT };
         let slow = self.wire.velocity.abs() < 0.02 * limit;

@@ -450,7 +450,8 @@ impl Oracle {
                 self.disabled_for.get_or_insert(0);
             }
         }
-        if down {
+        // A second master's frames may have hidden the guard's.
+        if down || guarded && outputs.faults.contains(Fault::SecondMaster) {
             self.disabled_for = None;
         }
         if let Some(ticks) = &mut self.disabled_for {
