@@ -70,6 +70,7 @@ struct Shared {
 
 static SHARED: Mutex<RefCell<Option<Shared>>> = Mutex::new(RefCell::new(None));
 static ARMED: AtomicBool = AtomicBool::new(false);
+static WRITING: AtomicBool = AtomicBool::new(false);
 
 /// Loads the settings from flash. Returns them with what was found. The board calls it once, at
 /// start.
@@ -192,12 +193,34 @@ pub fn set_armed(armed: bool) {
     ARMED.store(armed, Ordering::Relaxed);
 }
 
+/// Whether flash is being written. The control task arms no drive meanwhile.
+pub fn is_writing() -> bool {
+    WRITING.load(Ordering::Relaxed)
+}
+
+/// Runs `write`, unless the motor has current. Nothing arms the drive before it has ended: the
+/// control task interrupts this one, and either it has seen [`is_writing`] or this task sees that
+/// it has armed.
+fn while_disarmed(write: impl FnOnce() -> Result<(), SaveError>) -> Result<(), SaveError> {
+    WRITING.store(true, Ordering::SeqCst);
+    let written = if ARMED.load(Ordering::SeqCst) {
+        Err(SaveError::Armed)
+    } else {
+        write()
+    };
+    WRITING.store(false, Ordering::SeqCst);
+    written
+}
+
 /// Saves the settings, with the changes of clients, and verifies them.
 ///
 /// # Errors
 /// [`SaveError`]; each setting in flash has its old or its new value.
 pub fn save() -> Result<(), SaveError> {
-    disarmed()?;
+    while_disarmed(save_edited)
+}
+
+fn save_edited() -> Result<(), SaveError> {
     let shared = with(|shared| (shared.edited.clone(), shared.set, shared.check));
     let Some((edited, set, check)) = shared else {
         return Err(SaveError::Unusable);
@@ -218,10 +241,11 @@ pub fn save() -> Result<(), SaveError> {
 /// # Errors
 /// [`SaveError`].
 pub fn clear() -> Result<(), SaveError> {
-    disarmed()?;
-    let cleared = Store::open(Selected::storage()).and_then(|mut store| store.clear());
-    with(|shared| shared.changed = true);
-    cleared.map_err(SaveError::Store)
+    while_disarmed(|| {
+        let cleared = Store::open(Selected::storage()).and_then(|mut store| store.clear());
+        with(|shared| shared.changed = true);
+        cleared.map_err(SaveError::Store)
+    })
 }
 
 /// Writes the first settings of a node to flash and verifies them. Erases flash that cannot be
@@ -247,14 +271,6 @@ fn write(settings: &Settings, is_set: &dyn Fn(u16) -> bool) -> Result<(), StoreE
         crate::logger::error!("settings were not saved: {}", code(error));
     }
     saved
-}
-
-fn disarmed() -> Result<(), SaveError> {
-    if ARMED.load(Ordering::Relaxed) {
-        Err(SaveError::Armed)
-    } else {
-        Ok(())
-    }
 }
 
 /// Word for the log.

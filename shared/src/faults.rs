@@ -134,6 +134,11 @@ faults! {
         99 "the first position beyond the bound",
         "fault reset",
         "The drive is too weak for its load, or its gains are wrong: check both.";
+    HoldSlips = 0x8321, "hold slips", Hold,
+        "A drive that holds after a stop needed more than `hold_current` for 32 ms. It holds with up to `current_limit` from then on.",
+        45 "the load, of 18 N m",
+        "fault reset; the drive then holds with `hold_current` again",
+        "Take the load off the drive, or raise `hold_current`.";
     GuardLost = 0x8130, "guard lost", Hold,
         "The drive was under power and received no heartbeat of the guard for longer than `heartbeat_timeout`.",
         121 "the last heartbeat",
@@ -150,7 +155,7 @@ faults! {
         "fault reset by the guard",
         "Check the chassis joint's node.";
     HomingFailed = 0x8613, "homing failed", Hold,
-        "Homing did not find the home switch within 20 s.",
+        "A stage of homing did not find the edge of the home switch within 20 s, or homing moved farther from its start than the travel is wide.",
         20005 "the start of homing",
         "fault reset, then homing again",
         "Check the switch, its wiring and `homing_direction`.";
@@ -159,13 +164,18 @@ faults! {
         6 "the second closing of the switch",
         "fault reset, then homing again",
         "Check the switch for bouncing and its wiring for interference. Object 0x2002 holds the distance.";
+    DuplicateId = 0x8150, "identifier sent twice", Hold,
+        "The drive received a frame that only itself may send. Or the screw received the motion of the chassis joint more often than with each SYNC, or one that would move it, within a control period, 0.5 mm farther than `velocity_limit` allows.",
+        1 "the frame",
+        "fault reset by the guard",
+        "Two nodes have the same node id, or another program sends in the name of one: give each node an id of its own.";
     NodeLost = 0xff02, "node lost", Hold,
         "The guard received no heartbeat of a drive for longer than `heartbeat_timeout`. Or, while the robot was under power, it received no motion or no status of a drive for longer than 60 ms (15 SYNC periods, if that is longer), or a drive restarted.",
         61 "the drive's last frames",
         "the operator's reset",
         "Check that node's supply, its wiring and its last log lines.";
     SecondMaster = 0xff03, "second master", Hold,
-        "Another node sent a frame with an identifier that only the guard may use.",
+        "Another node sent a frame with an identifier that only the guard may use. A drive, while the guard's heartbeat is alive: set-points came more often than the guard sends them, once per SYNC.",
         1 "the frame",
         "the operator's reset",
         "Disconnect the other program or guard. A client commands the robot through the guard's objects.";

@@ -114,12 +114,21 @@ impl Bus {
     /// Updates the monitor of the guard's heartbeat, and returns the conditions for the verdict on
     /// `frame`.
     fn condition(&mut self, frame: &Frame, now_us: u64) -> Condition {
+        let mut guard_begins = false;
         let guard_alive = self.master.as_mut().is_some_and(|master| {
             if network::as_heartbeat(frame).is_some_and(|(node, _)| node == master.node_id) {
+                guard_begins = !master.heartbeat.alive(now_us);
                 master.heartbeat.received(now_us);
             }
             master.heartbeat.alive(now_us)
         });
+        if guard_begins {
+            // What a client has written before does not count for the guard.
+            let state = self.state();
+            self.reset();
+            self.apply_listen();
+            self.enter(state);
+        }
         Condition {
             guard_alive,
             control_runs: watchdog::control_runs(now_us),
@@ -210,6 +219,8 @@ impl Bus {
             ..
         } = self.dictionary;
         for pdo in receive_pdos.iter().chain(transmit_pdos) {
+            // One that has no defaults is not used.
+            pdo.set_valid(false);
             pdo.init_defaults(self.id);
         }
         if let Some(heartbeat) = find_object(self.dictionary.table, HEARTBEAT_PRODUCER_TIME) {

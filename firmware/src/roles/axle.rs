@@ -4,7 +4,6 @@ use super::drive::Measurements;
 use super::{Refusal, Role, Spawners, dictionary, drive, refuse, start_bus, startable};
 use crate::boards::CONTROL_HZ;
 use crate::bus::Received;
-use core::sync::atomic::{AtomicU8, Ordering};
 use embassy_time::{Duration, Ticker};
 use static_cell::StaticCell;
 use tautrack::settings::{Setting, Settings};
@@ -22,11 +21,9 @@ pub static ROLE: Role = Role {
     start,
 };
 
-static GUARD: AtomicU8 = AtomicU8::new(0);
-
 fn start(spawners: Spawners, settings: &Settings) -> Result<(), Refusal> {
     drive::install_current_loop(settings)?;
-    GUARD.store(settings.id(Setting::GuardId), Ordering::Relaxed);
+    drive::HEARD.start(settings, 0);
     start_bus(spawners.bus, settings, od::DICTIONARY, None, received)?;
     let axle = create(settings)?;
     let measurements = Measurements::create(settings)?;
@@ -44,7 +41,7 @@ fn create(settings: &Settings) -> Result<&'static mut Axle, Refusal> {
 }
 
 fn received(received: Received) {
-    drive::HEARD.note(&received, GUARD.load(Ordering::Relaxed), None);
+    drive::HEARD.note(&received);
 }
 
 #[embassy_executor::task]

@@ -7,22 +7,24 @@ use crate::bus::{self, Received, Written};
 use crate::watchdog::{self, Party};
 use crate::{current_loop, storage};
 use core::cell::Cell;
-use core::sync::atomic::{AtomicBool, Ordering};
+use core::sync::atomic::{AtomicBool, AtomicU8, AtomicU16, AtomicU32, Ordering};
 use critical_section::Mutex;
 use embassy_time::Instant;
 use static_cell::StaticCell;
 use tautrack::bus::cia402::State;
 use tautrack::bus::drive_parameters::is_parameter;
-use tautrack::bus::network::{self, Emergency};
+use tautrack::bus::network::{self, Emergency, NmtState, OFFSET_SYNCS};
+use tautrack::bus::pace::Pace;
 use tautrack::bus::pdo::{DriveMotion, receive};
 use tautrack::constants::CONTROL_PERIOD;
+use tautrack::faults::{Fault, Faults};
 use tautrack::motor::calibration;
 use tautrack::motor::capture::{CHANNELS, Capture, WINDOW};
 use tautrack::motor::current::{Config, CurrentLoop, Electrical, Excitation};
 use tautrack::node::axle::{Axle, BridgeDemand, Inputs, Outputs, SetPoint};
 use tautrack::node::calibration::{self as calibrator, Action, Calibrator};
 use tautrack::node::cogging::{self, CoggingSearch};
-use tautrack::settings::Settings;
+use tautrack::settings::{Setting, Settings};
 
 /// Messages from the bus task that the control task has not read yet.
 pub static HEARD: Mailbox = Mailbox {
@@ -31,8 +33,17 @@ pub static HEARD: Mailbox = Mailbox {
     parameters: AtomicBool::new(false),
     capture: AtomicBool::new(false),
     guard: AtomicBool::new(false),
+    second_master: AtomicBool::new(false),
+    duplicate_id: AtomicBool::new(false),
     joint: Mutex::new(Cell::new(None)),
     sync_us: Mutex::new(Cell::new(0)),
+    ids: Ids {
+        own: AtomicU8::new(0),
+        guard: AtomicU8::new(0),
+        joint: AtomicU16::new(0),
+        sync_period_us: AtomicU32::new(0),
+    },
+    paces: Mutex::new(Cell::new([Pace::NEW; 3])),
 };
 
 /// Index of the torque feed-forward (CiA 402 calls it "torque offset"). It is sent less often than
@@ -46,25 +57,67 @@ pub struct Mailbox {
     parameters: AtomicBool,
     capture: AtomicBool,
     guard: AtomicBool,
+    second_master: AtomicBool,
+    duplicate_id: AtomicBool,
     joint: Mutex<Cell<Option<(DriveMotion, u64)>>>,
     sync_us: Mutex<Cell<u64>>,
+    ids: Ids,
+    /// Paces of set-points, torque feed-forwards and motions of the joint.
+    paces: Mutex<Cell<[Pace; 3]>>,
+}
+
+/// Identifiers of the nodes that concern a drive.
+struct Ids {
+    own: AtomicU8,
+    guard: AtomicU8,
+    /// Identifier of the joint's motion; 0 for a drive that follows no joint.
+    joint: AtomicU16,
+    sync_period_us: AtomicU32,
 }
 
 impl Mailbox {
-    /// Records the meaning of a received frame for a drive whose guard has the node id `guard`.
-    /// Frames with the identifier `joint` carry the joint's motion and do not count as set-points.
-    pub fn note(&self, received: &Received, guard: u8, joint: Option<u16>) {
-        if network::is_sync(&received.frame) {
-            critical_section::with(|cs| self.sync_us.borrow(cs).set(received.now_us));
+    /// Takes over the identifiers of the robot. Frames with the identifier `joint`, unless it is 0,
+    /// carry the joint's motion and do not count as set-points.
+    pub fn start(&self, settings: &Settings, joint: u16) {
+        let period_us = settings.get(Setting::SyncPeriod).unsigned_abs();
+        let Ids { own, guard, .. } = &self.ids;
+        own.store(settings.id(Setting::NodeId), Ordering::Relaxed);
+        guard.store(settings.id(Setting::GuardId), Ordering::Relaxed);
+        self.ids.joint.store(joint, Ordering::Relaxed);
+        self.ids.sync_period_us.store(period_us, Ordering::Relaxed);
+    }
+
+    /// Records the meaning of a received frame.
+    pub fn note(&self, received: &Received) {
+        let (frame, now_us) = (&received.frame, received.now_us);
+        if network::is_sync(frame) {
+            critical_section::with(|cs| self.sync_us.borrow(cs).set(now_us));
         }
-        if network::as_heartbeat(&received.frame).is_some_and(|(node, _)| node == guard) {
+        if network::is_of(frame, self.ids.own.load(Ordering::Relaxed)) {
+            self.duplicate_id.store(true, Ordering::Relaxed);
+        }
+        // A guard that waits for its drives commands none of them.
+        let ready = (
+            self.ids.guard.load(Ordering::Relaxed),
+            NmtState::Operational,
+        );
+        if network::as_heartbeat(frame) == Some(ready) {
             self.guard.store(true, Ordering::Relaxed);
         }
         let flag = match received.wrote {
-            Written::ProcessData => match received.frame.id() {
-                id if id & !0x7f == receive(3) => &self.offset,
-                id if joint == Some(id) => return,
-                _ => &self.set_point,
+            Written::ProcessData => match frame.id() {
+                id if id & !0x7f == receive(3) => {
+                    self.watch(1, OFFSET_SYNCS, now_us, &self.second_master);
+                    &self.offset
+                }
+                id if id == self.ids.joint.load(Ordering::Relaxed) => {
+                    self.watch(2, 1, now_us, &self.duplicate_id);
+                    return;
+                }
+                _ => {
+                    self.watch(0, 1, now_us, &self.second_master);
+                    &self.set_point
+                }
             },
             Written::Object(TORQUE_OFFSET, _) => &self.offset,
             Written::Object(index, _) if is_parameter(index) => &self.parameters,
@@ -74,6 +127,29 @@ impl Mailbox {
             Written::Object(..) | Written::Nothing => return,
         };
         flag.store(true, Ordering::Relaxed);
+    }
+
+    /// Sets `found` if frames of which one is due every `syncs` come from two nodes.
+    fn watch(&self, pace: usize, syncs: u32, now_us: u64, found: &AtomicBool) {
+        let period_us = self.ids.sync_period_us.load(Ordering::Relaxed) * syncs;
+        critical_section::with(|cs| {
+            let cell = self.paces.borrow(cs);
+            let mut paces = cell.get();
+            let pace = paces.get_mut(pace);
+            if pace.is_some_and(|pace| pace.is_exceeded(now_us, period_us)) {
+                found.store(true, Ordering::Relaxed);
+            }
+            cell.set(paces);
+        });
+    }
+
+    /// Returns the faults that the bus has shown since the last call.
+    pub fn take_faults(&self) -> Faults {
+        let mut found = Faults::NONE;
+        let [master, twice] = [&self.second_master, &self.duplicate_id];
+        found.insert_if(Fault::SecondMaster, master.swap(false, Ordering::Relaxed));
+        found.insert_if(Fault::DuplicateId, twice.swap(false, Ordering::Relaxed));
+        found
     }
 
     /// Returns whether a client has written a parameter since the last call.
@@ -123,9 +199,8 @@ pub fn inputs(set_point: fn() -> SetPoint, torque_offset: fn() -> i16, bench_mod
         supply_voltage: Selected::supply_voltage(),
         temperatures: Selected::temperatures(),
         switches: Selected::switches(),
-        set_point: HEARD
-            .set_point
-            .swap(false, Ordering::Relaxed)
+        // Nothing arms a drive while its flash is being written.
+        set_point: (HEARD.set_point.swap(false, Ordering::Relaxed) && !storage::is_writing())
             .then(set_point),
         torque_offset: HEARD
             .offset
@@ -215,7 +290,8 @@ impl Measurements {
     ) -> Option<Excitation> {
         let disarmed =
             State::from_statusword(outputs.status.statusword) == Some(State::SwitchOnDisabled);
-        let allowed = outputs.bench_mode && disarmed && outputs.faults.is_empty();
+        let allowed =
+            outputs.bench_mode && disarmed && outputs.faults.is_empty() && !storage::is_writing();
         let action = self.calibrator.tick(
             request,
             allowed,
@@ -287,6 +363,7 @@ macro_rules! drive_objects {
             if let Some(parameters) = new_parameters() {
                 axle.configure(&parameters);
             }
+            axle.report(drive::HEARD.take_faults());
             drive::inputs(set_point, torque_offset, bench_mode())
         }
 
@@ -304,6 +381,10 @@ macro_rules! drive_objects {
             compensate(measurements, axle, inputs, outputs);
             drive::act(outputs, node, excitation.as_ref());
             publish(outputs, inputs.bench_mode);
+            if inputs.guard_received {
+                // The guard's first heartbeat has restored them.
+                $od::publish_parameters(&axle.parameters());
+            }
             serve_capture();
         }
 

@@ -5,7 +5,7 @@ use super::drive::Measurements;
 use super::{Refusal, Role, Spawners, dictionary, drive, refuse, start_bus, startable};
 use crate::boards::CONTROL_HZ;
 use crate::bus::{Listen, Received, Written};
-use core::sync::atomic::{AtomicU8, AtomicU16, Ordering};
+use core::sync::atomic::{AtomicU16, Ordering};
 use embassy_time::{Duration, Ticker};
 use static_cell::{ConstStaticCell, StaticCell};
 use tautrack::bus::pdo::{DriveMotion, transmit};
@@ -27,7 +27,6 @@ pub static ROLE: Role = Role {
 /// Communication parameter of the receive PDO for the joint's motion.
 const JOINT_PARAMETER: u16 = 0x1403;
 
-static GUARD: AtomicU8 = AtomicU8::new(0);
 static JOINT: AtomicU16 = AtomicU16::new(0);
 
 fn check(settings: &Settings) -> Result<(), Refusal> {
@@ -45,7 +44,7 @@ fn start(spawners: Spawners, settings: &Settings) -> Result<(), Refusal> {
         parameter: JOINT_PARAMETER,
         id: transmit(1) + u16::from(settings.id(Setting::JointId)),
     };
-    GUARD.store(settings.id(Setting::GuardId), Ordering::Relaxed);
+    drive::HEARD.start(settings, listen.id);
     JOINT.store(listen.id, Ordering::Relaxed);
     start_bus(
         spawners.bus,
@@ -84,7 +83,7 @@ fn create(settings: &Settings, geometry: &'static Geometry) -> Result<&'static m
 
 fn received(received: Received) {
     let joint = JOINT.load(Ordering::Relaxed);
-    drive::HEARD.note(&received, GUARD.load(Ordering::Relaxed), Some(joint));
+    drive::HEARD.note(&received);
     if received.wrote == Written::ProcessData && received.frame.id() == joint {
         drive::HEARD.note_joint(DriveMotion {
             position: od::OBJECT2100.get_position(),
@@ -104,6 +103,10 @@ async fn control(screw: &'static mut Screw, mut measurements: Measurements, node
             joint: drive::HEARD.take_joint(),
             slack: od::OBJECT2101.get_value(),
         };
+        if inputs.axle.guard_received {
+            // A slack is for bench mode.
+            od::OBJECT2101.set_value(0);
+        }
         let outputs = screw.tick(&inputs);
         let axle = screw.axle_mut();
         finish(&mut measurements, axle, &inputs.axle, &outputs, node);

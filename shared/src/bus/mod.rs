@@ -4,6 +4,7 @@
 //!   payloads
 //! * [`network`]: identifiers, network management (NMT), SYNC and emergency frames
 //! * [`heartbeat`]: monitoring of another node's heartbeat
+//! * [`pace`]: finds identifiers that two nodes send
 //! * [`lss`]: layer setting services, which give a new node its id
 //! * [`cia402`]: the drive state machine
 //! * [`drive_parameters`]: option codes, windows and limits of a drive
@@ -14,5 +15,6 @@ pub mod drive_parameters;
 pub mod heartbeat;
 pub mod lss;
 pub mod network;
+pub mod pace;
 pub mod pdo;
 pub mod scale;

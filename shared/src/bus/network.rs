@@ -19,6 +19,8 @@ pub mod function {
     pub const TPDO: [u16; 5] = [0x180, 0x280, 0x380, 0x480, 0x680];
     /// First to fourth receive PDO, as seen from the node that receives and follows it.
     pub const RPDO: [u16; 4] = [0x200, 0x300, 0x400, 0x500];
+    /// Answer to a request of service data (SDO).
+    pub const SDO_ANSWER: u16 = 0x580;
     /// Boot-up message and heartbeat.
     pub const HEARTBEAT: u16 = 0x700;
 }
@@ -100,6 +102,16 @@ pub fn as_emergency(received: &Frame) -> Option<Emergency> {
     }
 }
 
+/// Returns whether only `node` may send a frame with this identifier.
+pub fn is_of(received: &Frame, node: u8) -> bool {
+    let id = received.id();
+    id & 0x7f == u16::from(node)
+        && match id & !0x7f {
+            function::SYNC_OR_EMERGENCY | function::SDO_ANSWER | function::HEARTBEAT => true,
+            code => function::TPDO.contains(&code),
+        }
+}
+
 /// Returns node and state of a received heartbeat or boot-up message; `None` for any other frame.
 pub fn as_heartbeat(received: &Frame) -> Option<(u8, NmtState)> {
     let node = received.id().checked_sub(function::HEARTBEAT)?;
@@ -136,6 +148,20 @@ mod tests {
             Some((4, NmtState::Operational))
         );
         assert_eq!(as_heartbeat(&Frame::new(0x700, &[5]).unwrap()), None);
+    }
+
+    /// CiA 301, the predefined connection set: emergency, four transmit PDOs, SDO answer and
+    /// heartbeat; and the fifth PDO of the guard. A node receives the others.
+    #[test]
+    fn a_node_sends_with_eight_of_its_identifiers() {
+        for node in [1_u8, 4, 127] {
+            let sent = [0x080, 0x180, 0x280, 0x380, 0x480, 0x580, 0x680, 0x700];
+            for id in 0..0x800 {
+                let frame = Frame::new(id, &[]).unwrap();
+                let own = sent.iter().any(|code| code + u16::from(node) == id);
+                assert_eq!(is_of(&frame, node), own, "{id:#x} {node}");
+            }
+        }
     }
 
     #[test]

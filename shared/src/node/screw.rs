@@ -52,7 +52,14 @@ pub struct Screw<G = Geometry> {
     /// Distance that is left to take up since the mode began, 2^-32 turn. It goes to zero at the
     /// engage speed.
     remaining: i64,
+    /// Position of the taut belt in the previous tick, and the largest step from there, 2^-32 turn.
+    taut: i64,
+    longest_step: i64,
 }
+
+/// Largest step of the taut belt's length in a tick beyond what the velocity limit allows, m.
+/// Measured motions of the joint differ by less from those that the screw has extrapolated.
+const UNEXPECTED_STEP: f32 = 0.5e-3;
 
 /// Overshoot of a screw that stops from 1 m/s, 2^-28 m. This is 10 ms: three time constants of the
 /// velocity loop of a screw with the nominal settings.
@@ -112,6 +119,9 @@ impl<G: Borrow<Geometry>> Screw<G> {
         let longest = i64::from(table.length(Angle::from_bits(i32::MIN)).to_bits());
         let travel = (reference, scale.shaft_from_length(longest));
         let engage_metres = settings.scaled(Setting::EngageSpeed, 1e-6);
+        let unexpected = scale.shaft_velocity_from_linear(UNEXPECTED_STEP);
+        let longest_step =
+            settings.scaled(Setting::VelocityLimit, 1e-3) * CONTROL_PERIOD + unexpected;
         let engage_speed = scale.shaft_velocity_from_linear(engage_metres);
         let slack_step = to_i32(engage_metres * (CONTROL_PERIOD * 16_777_216.0));
         Self {
@@ -127,6 +137,8 @@ impl<G: Borrow<Geometry>> Screw<G> {
             slack_terms: (k + k, (k - l1) * (k + l1)),
             most_slack: to_i32(0.5 * (k - l1) * 16_777_216.0),
             remaining: 0,
+            taut: 0,
+            longest_step: from_radians(longest_step),
         }
     }
 
@@ -182,8 +194,13 @@ impl<G: Borrow<Geometry>> Screw<G> {
             (length, speed)
         };
         let law = self.scale.shaft_from_length(i64::from(length));
+        let step = law.wrapping_sub(core::mem::replace(&mut self.taut, law));
 
-        if self.axle.drives_in(mode::TAUT) {
+        if self.axle.operates_in(mode::TAUT) {
+            // No joint moves like this: another node sends in its name, or it has lost its position.
+            if step.unsigned_abs() > self.longest_step.unsigned_abs() {
+                return Err(Fault::DuplicateId);
+            }
             let step = self.engage_step;
             self.remaining = if self.remaining > step {
                 self.remaining - step

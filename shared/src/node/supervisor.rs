@@ -25,6 +25,8 @@ pub(super) struct Readings {
     pub commanded_velocity: f32,
     /// Distance between set-point and position, 2^-32 turn; 0 if the mode has no position.
     pub following_error: i64,
+    /// The axle holds, and needs more current than it may use.
+    pub strains: bool,
     /// The current loop is on.
     pub powered: bool,
     /// What the voltage of the bridge shows.
@@ -79,7 +81,7 @@ pub(super) struct Bounds {
 
 /// The watched faults, and for how many ticks the condition of each must last, at most 127. They
 /// are the first faults of the table in [`crate::faults`], in its order.
-const WATCHES: [(Fault, u8); 15] = [
+const WATCHES: [(Fault, u8); 16] = [
     (Fault::OverCurrent, 5),
     (Fault::Overspeed, 3),
     (Fault::VelocityDeviation, 25),
@@ -95,6 +97,7 @@ const WATCHES: [(Fault, u8); 15] = [
     (Fault::ControlOverrun, 3),
     (Fault::Blocked, 40),
     (Fault::FollowingError, 100),
+    (Fault::HoldSlips, 32),
 ];
 
 /// The top bit of every byte, which says that a dwell is over.
@@ -198,6 +201,7 @@ impl Supervisor {
             now.electrical.overrun,
             blocked,
             now.following_error.unsigned_abs() > bounds.following,
+            now.strains,
         ];
         let mut counting = [0; WORDS];
         for (watch, bad) in bad.into_iter().enumerate() {

@@ -145,10 +145,10 @@ fn a_ramp_to_standstill_ends_by_a_new_enable_operation_or_disable_voltage() {
 fn the_fault_reaction_code_never_weakens_the_table_of_faults() {
     for (code, holds) in [(0, false), (1, true), (2, true)] {
         let mut bench = running();
-        bench.set(|p| p.fault_reaction = code);
-        // The guard's heartbeat ends bench mode; then both fall silent.
+        // The guard's heartbeat ends bench mode and restores the codes; then both fall silent.
         bench.guard = true;
         bench.send(controlword::DISABLE_VOLTAGE, 300);
+        bench.set(|p| p.fault_reaction = code);
         bench.enable(mode::CYCLIC_VELOCITY, SPEED);
         bench.run(300);
         bench.guard = false;
@@ -186,9 +186,9 @@ fn the_fault_reaction_code_never_weakens_the_table_of_faults() {
 fn a_fault_that_holds_ramps_by_its_code_and_its_reset_leaves_the_axle_holding() {
     for (code, ramp) in [(1, SLOW), (2, QUICK)] {
         let mut bench = running();
-        bench.set(|p| p.fault_reaction = code);
         bench.guard = true;
         bench.send(controlword::DISABLE_VOLTAGE, 300);
+        bench.set(|p| p.fault_reaction = code);
         bench.enable(mode::CYCLIC_VELOCITY, SPEED);
         bench.run(400);
         bench.guard = false;
@@ -451,8 +451,9 @@ fn an_axle_takes_no_target_before_it_is_homed() {
 fn a_target_at_the_end_of_the_travel_is_not_limited() {
     for (target, limited) in [(1.0, false), (-1.0, false), (1.01, true), (-1.01, true)] {
         let mut bench = Bench::new(&[], MOTOR);
-        bench.set(|p| p.position_limits = [turns(-1.0), turns(1.0)]);
         bench.guard = true;
+        bench.run(60);
+        bench.set(|p| p.position_limits = [turns(-1.0), turns(1.0)]);
         bench.enable(mode::PROFILE_POSITION, turns(target));
         bench.run(1_000);
         assert!(

@@ -6,7 +6,7 @@ use crate::motor_faults::rig::{self, GEAR, PER_RADIAN, Rig, Trouble};
 use tautrack::bus::cia402::{CONTROL_START, State, controlword, mode, toward_operation};
 use tautrack::bus::pdo::{DriveMotion, Request};
 use tautrack::can::Frame;
-use tautrack::faults::{ALL, Fault, Reaction};
+use tautrack::faults::{ALL, Fault, Faults, Reaction};
 use tautrack::motor::model::MotorModel;
 use tautrack::node::axle::{BridgeDemand, SetPoint};
 use tautrack::node::guard::State as GuardState;
@@ -171,6 +171,18 @@ fn rigs_around_the_motor(fault: Fault) -> Vec<Rig> {
             while rig.angle().abs() * 1e3 <= f64::from(limit) {
                 rig.run(1);
             }
+            rig
+        }),
+        Fault::HoldSlips => both(|kind| {
+            let mut rig = running(kind, 0.0, &[]);
+            rig.word = Some(controlword::QUICK_STOP);
+            rig.run(200);
+            rig.load = 18.0;
+            rig
+        }),
+        Fault::DuplicateId => both(|kind| {
+            let mut rig = running(kind, 3.0, &[]);
+            rig.axle.report(Faults::of(fault));
             rig
         }),
         Fault::GuardLost => both(|kind| {

@@ -141,3 +141,37 @@ fn no_order_of_events_homes_an_axle_at_a_wrong_place() {
     println!("{seen:?}");
     assert!(seen.homed > 100 && seen.faults > 50 && seen.ended > 100);
 }
+
+/// A switch that is stuck closed, and one that never closes. The travel is that of the chassis
+/// joint.
+#[test]
+fn homing_moves_no_farther_than_the_travel_is_wide() {
+    const WIDTH: f64 = 1.04 + 1.74;
+    for stuck in [true, false] {
+        for direction in [1, -1] {
+            let mut bench = Bench::new(
+                &[
+                    (Setting::HomingDirection, direction),
+                    (Setting::HomingSpeed, 300),
+                    (Setting::PositionMinimum, -1_040),
+                    (Setting::PositionMaximum, 1_740),
+                ],
+                MOTOR,
+            );
+            bench.switches = if stuck {
+                |_| Switches {
+                    home: true,
+                    ..Switches::default()
+                }
+            } else {
+                |_| Switches::default()
+            };
+            bench.enable(mode::HOMING, 0);
+            bench.send(OPERATION | CONTROL_START, 22_000);
+            let moved = bench.angle().abs();
+            assert!(moved < 1.1 * WIDTH, "{stuck} {direction}: {moved} rad");
+            assert_eq!(bench.outputs.status.error_code, 0x8613);
+            assert_eq!(bench.state(), State::QuickStopActive);
+        }
+    }
+}

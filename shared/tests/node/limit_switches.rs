@@ -1,6 +1,7 @@
 //! Limit switches: while one is closed, nothing moves the axle outward, in any mode.
 
 use super::drive_bench::{Bench, MOTOR, turns};
+use super::wire::Wire;
 use crate::random::Random;
 use tautrack::bus::cia402::{CONTROL_HALT, CONTROL_START, controlword, mode};
 use tautrack::node::axle::BridgeDemand;
@@ -189,4 +190,120 @@ fn a_closed_limit_switch_changes_nothing_for_an_axle_that_moves_inward() {
             assert!(benches[0].angle() < -0.01);
         }
     }
+}
+
+/// A screw in its own mode, whose switch closes at `CLOSED_AT` turns.
+const CLOSED_AT: f64 = 2.0 * std::f64::consts::TAU;
+
+#[test]
+fn a_limit_switch_stops_a_screw_in_its_own_mode_whatever_the_joint_does() {
+    let positive = Switches {
+        positive_limit: true,
+        ..Switches::default()
+    };
+    for rate in [0.0, -1e-6, 1e-6, -0.3, 0.3] {
+        let mut wire = Wire::screw(&[]);
+        wire.joint = Some((0.0, rate));
+        wire.operate(mode::TAUT, 0);
+        let mut farthest = 0.0_f64;
+        for _ in 0..3_000 {
+            let closed = wire.angle >= CLOSED_AT;
+            wire.switches = if closed {
+                positive
+            } else {
+                Switches::default()
+            };
+            wire.tick(&[]);
+            farthest = farthest.max(wire.angle);
+        }
+        // It brakes from 100 mm/s with 1000 rad/s^2.
+        let beyond = (farthest - CLOSED_AT) / std::f64::consts::TAU;
+        assert!(
+            beyond < 2.0,
+            "{rate} rad/s: {beyond} turns beyond the switch"
+        );
+        let stands = wire.velocity.abs() < 0.5;
+        assert!(
+            stands || !wire.outputs().faults.is_empty(),
+            "{} rad/s",
+            wire.velocity
+        );
+    }
+}
+
+/// The joint goes where the taut belt is beyond the switch, and turns back.
+#[test]
+fn a_taut_screw_at_its_limit_switch_follows_the_joint_inward_only() {
+    let mut wire = Wire::screw(&[]);
+    wire.joint = Some((0.3, 0.0));
+    wire.operate(mode::TAUT, 0);
+    wire.run(4_000);
+    let closes = wire.angle + 6.0;
+    let (mut angle, mut farthest) = (0.3, 0.0_f64);
+    let mut rate = 0.0_f64;
+    for step in 0..6_000 {
+        let target = if step < 1_500 { 0.4 } else { -0.4 };
+        rate += (target - rate).clamp(-0.004, 0.004);
+        angle += rate * 1e-3;
+        wire.joint = Some((angle, rate));
+        wire.switches.positive_limit = wire.angle >= closes;
+        wire.tick(&[]);
+        farthest = farthest.max(wire.angle);
+        if angle < 0.2 {
+            break;
+        }
+    }
+    assert!(
+        angle < 0.2 && wire.angle < closes - 5.0,
+        "{} rad",
+        wire.angle
+    );
+    assert!(farthest < closes + 1.0, "{} rad beyond", farthest - closes);
+}
+
+/// 1 rad and 230 mm, in every mode.
+#[test]
+fn a_software_position_limit_stops_motion_towards_it_in_every_mode() {
+    for (target_mode, target) in [
+        (mode::CYCLIC_VELOCITY, 2_000_000),
+        (mode::PROFILE_VELOCITY, 2_000_000),
+        (mode::CYCLIC_TORQUE, 100),
+        (mode::CYCLIC_POSITION, turns(3.0)),
+        (mode::PROFILE_POSITION, turns(3.0)),
+    ] {
+        for sign in [1, -1] {
+            let mut bench = Bench::new(&[], MOTOR);
+            bench.enable(target_mode, sign * target);
+            bench.set(|p| p.position_limits = [turns(-1.0), turns(1.0)]);
+            bench.send(OPERATION | CONTROL_START, 3_000);
+            let (angle, velocity) = (bench.angle() * f64::from(sign), bench.velocity());
+            assert!(
+                (0.9..1.1).contains(&angle),
+                "mode {target_mode}: {angle} rad"
+            );
+            assert!(
+                velocity.abs() < 0.01,
+                "mode {target_mode}: {velocity} rad/s"
+            );
+            // Inward it is free.
+            bench.target = -sign * target;
+            bench.send(OPERATION, 20);
+            bench.send(OPERATION | CONTROL_START, 3_000);
+            let angle = bench.angle() * f64::from(sign);
+            assert!(
+                (-1.1..-0.9).contains(&angle),
+                "mode {target_mode}: {angle} rad"
+            );
+        }
+    }
+    let mut wire = Wire::screw(&[]);
+    wire.joint = Some((1.0, -1e-6));
+    wire.operate(mode::TAUT, 0);
+    let mut parameters = wire.axle_mut().parameters();
+    // 2^-24 m.
+    parameters.position_limits = [-1, 3_858_759];
+    wire.axle_mut().configure(&parameters);
+    wire.run(3_000);
+    let millimetres = wire.angle / std::f64::consts::TAU * 5.0;
+    assert!((229.0..230.1).contains(&millimetres), "{millimetres} mm");
 }

@@ -18,6 +18,7 @@ mod drive_options;
 mod drive_stops;
 #[cfg(feature = "lockstep")]
 mod fault_times;
+mod foreign;
 mod guard;
 #[cfg(feature = "lockstep")]
 mod halls;
@@ -33,5 +34,7 @@ mod motor_faults;
 #[cfg(feature = "lockstep")]
 #[path = "../support/random.rs"]
 mod random;
+mod sequences;
 #[path = "../support/sweep.rs"]
 mod sweep;
+mod wire;

@@ -50,6 +50,12 @@ impl Authority {
         !self.bench && self.guard.lost(now_us)
     }
 
+    /// Returns whether the guard commands the axle.
+    #[inline]
+    pub fn guarded(&self, now_us: u64) -> bool {
+        self.guard.alive(now_us)
+    }
+
     /// Returns whether bench mode is on.
     #[inline]
     pub fn bench(&self) -> bool {

@@ -31,7 +31,7 @@ pub(super) enum Stage {
     /// Moves slowly towards the switch until it closes again.
     Approach,
     Done,
-    /// The switch was not found in time.
+    /// The switch was not found in time, or not within the travel.
     Failed,
     /// The two approaches found the switch at different places.
     Mismatch,
@@ -54,7 +54,7 @@ impl Stage {
 
 /// Number of ticks in a row for which the switch must be closed, or open, to count as such.
 const DEBOUNCE: u32 = 5;
-/// Ticks after which the switch counts as not found.
+/// Ticks of a stage after which the switch counts as not found.
 const HOMING_TICKS: u32 = 20_000;
 /// Ticks by which the switch may be seen late: one because it is read once per tick, and two for
 /// its own reaction and that of its input. In these ticks the fast approach travels farther than
@@ -76,7 +76,11 @@ pub(super) struct Homing {
     home_position: i64,
     /// Largest allowed distance between the places that the two approaches find, 2^-32 turn.
     tolerance: u64,
+    /// Ticks since the stage began.
     ticks: u32,
+    /// Place where homing began, and how far it may move from there, 2^-32 turn.
+    start: i64,
+    reach: u64,
     /// Debounced state of the switch, for how many ticks the switch has differed from it, and the
     /// position at the first of these ticks.
     closed: bool,
@@ -104,6 +108,8 @@ impl Homing {
             home_position,
             tolerance: from_radians(tolerance).unsigned_abs(),
             ticks: 0,
+            start: 0,
+            reach: 0,
             closed: false,
             differing: 0,
             changed_at: 0,
@@ -112,12 +118,13 @@ impl Homing {
         }
     }
 
-    /// Starts homing from the beginning.
-    pub fn start(&mut self, switches: Switches) {
+    /// Starts homing from the beginning, at `position`, and with this reach.
+    fn start(&mut self, switches: Switches, position: i64, reach: u64) {
         self.method = Method::of(self.code);
         let closed = self.method.signal(switches);
         self.stage = if closed { Stage::Leave } else { Stage::Seek };
         self.ticks = 0;
+        (self.start, self.reach) = (position, reach);
         self.closed = closed;
         self.differing = 0;
     }
@@ -166,10 +173,12 @@ impl Homing {
             return (0.0, false);
         }
         self.ticks += 1;
-        if self.ticks > HOMING_TICKS {
+        let moved = position.wrapping_sub(self.start).unsigned_abs();
+        if self.ticks > HOMING_TICKS || moved > self.reach {
             self.stage = Stage::Failed;
             return (0.0, false);
         }
+        let before = self.stage;
         let mut found = false;
         if self.changes(self.method.signal(switches), position) {
             self.stage = match self.stage {
@@ -196,6 +205,9 @@ impl Homing {
             self.stage = Stage::Return;
             velocity = self.velocity();
         }
+        if self.stage != before {
+            self.ticks = 0;
+        }
         (velocity, found)
     }
 }
@@ -207,8 +219,13 @@ impl Axle {
             self.homing.stage = Stage::Done;
             self.found_home(self.homing.home_position);
         } else {
-            self.homing.start(switches);
+            self.begin_homing(switches);
         }
+    }
+
+    fn begin_homing(&mut self, switches: Switches) {
+        let (position, reach) = (self.position(), self.options.homing_reach());
+        self.homing.start(switches, position, reach);
     }
 
     /// Sets the present position to `position`, and counts as homed.
@@ -232,7 +249,7 @@ impl Axle {
             }
             if self.homing.stage.is_running() {
                 // The axle may have passed the switch.
-                self.homing.start(switches);
+                self.begin_homing(switches);
             }
         }
         let position = self.position();

@@ -100,12 +100,17 @@ pub struct Axle {
     latch: Latch,
     /// Faults whose condition is met in this tick.
     present: Faults,
+    /// Faults that the bus has found since the previous tick.
+    reported: Faults,
 
     state: State,
     mode: i8,
     controlword: u16,
-    /// Command of the newest controlword.
+    /// Command of the newest controlword, and since when no other one came, us.
     asked: DriveCommand,
+    asked_us: u64,
+    /// The command has changed since the axle began to hold.
+    renewed: bool,
     command: SetPoint,
     motion: Motion,
     offset: Offset,
@@ -119,6 +124,8 @@ pub struct Axle {
     ramp: Ramp,
     /// The controlword halts the axle.
     halted: bool,
+    /// The axle holds, and needs more current than it may use.
+    strains: bool,
     exit: Option<Exit>,
     brake: Brake,
     commutation: Commutation,
@@ -167,9 +174,14 @@ impl Axle {
         self.homed
     }
 
-    /// Returns whether the current loop is on, in `mode`.
-    pub(super) fn drives_in(&self, mode: i8) -> bool {
-        self.powered() && self.mode == mode
+    /// Takes faults that the node's bus has found. The next tick raises them.
+    pub fn report(&mut self, found: Faults) {
+        self.reported = self.reported.or(found);
+    }
+
+    /// Returns whether the axle is in operation, in `mode`.
+    pub(super) fn operates_in(&self, mode: i8) -> bool {
+        self.state == State::OperationEnabled && self.mode == mode
     }
 
     /// Returns whether the current loop is on.
@@ -198,6 +210,9 @@ impl Axle {
         self.observer.update(inputs.encoder, CONTROL_PERIOD);
         self.encoder_steps.update(inputs.encoder);
         if inputs.guard_received {
+            if !self.authority.guarded(inputs.now_us) {
+                self.forget_client();
+            }
             self.authority.guard_received(inputs.now_us);
         }
         if inputs.set_point.is_some() {

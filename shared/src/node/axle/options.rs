@@ -26,6 +26,8 @@ pub(super) enum Ramp {
 #[derive(Clone, Debug)]
 pub(super) struct Options {
     pub codes: DriveParameters,
+    /// Parameters at start.
+    saved: DriveParameters,
     /// Deceleration of a quick stop, rad/s^2.
     quick_deceleration: f32,
     /// Windows, 2^-32 turn, and their times, ticks.
@@ -79,6 +81,7 @@ impl Options {
         };
         let mut options = Self {
             codes,
+            saved: codes,
             quick_deceleration: deceleration as f32 * 1e-3,
             following: Window::OFF,
             position: Window::OFF,
@@ -126,6 +129,15 @@ impl Options {
         Some((within(low), within(high)))
     }
 
+    /// Returns how far homing may move from where it began, 2^-32 turn: the travel of the settings
+    /// and a sixteenth of it, because the home switch may be at its end.
+    pub fn homing_reach(&self) -> u64 {
+        self.travel.map_or(u64::MAX, |(low, high)| {
+            let width = high.wrapping_sub(low).unsigned_abs();
+            width + width / 16
+        })
+    }
+
     /// Returns the limits of a stop with this ramp, within `limits`.
     pub fn stop(&self, ramp: Ramp, limits: Limits) -> Limits {
         Limits {
@@ -170,6 +182,13 @@ impl Axle {
     /// Returns the parameters in force. At start they follow from the settings.
     pub fn parameters(&self) -> DriveParameters {
         self.options.codes
+    }
+
+    /// Puts the parameters at start in force again. What a client has written before its guard
+    /// began does not count for the guard.
+    pub(super) fn forget_client(&mut self) {
+        let saved = self.options.saved;
+        self.configure(&saved);
     }
 
     /// Puts parameters in force that a client has written.

@@ -23,6 +23,9 @@ pub struct SetPoint {
     pub target: i32,
 }
 
+/// Time for which a command that a drive under power follows must come from the guard alone, us.
+const CERTAIN_US: u64 = 20_000;
+
 impl Axle {
     /// Takes a set-point, and runs the state machine.
     pub(super) fn take_commands(&mut self, inputs: &Inputs) {
@@ -31,27 +34,33 @@ impl Axle {
         };
         let risen = set_point.controlword & !self.controlword;
         let command = DriveCommand::from_controlword(set_point.controlword);
-        // A master that keeps commanding "enable" through a stop does not mean that the axle shall
-        // start again by itself.
-        let stale = command == self.asked;
+        let changes = command != self.asked;
+        if changes {
+            self.asked_us = inputs.now_us;
+        }
         self.asked = command;
         self.controlword = set_point.controlword;
         let resets = risen & CONTROL_FAULT_RESET != 0;
         if resets {
             self.reset_faults();
         }
+        // A master that keeps commanding "enable" through a stop does not mean that the axle shall
+        // start again by itself.
+        self.renewed = !resets && (self.renewed || changes);
         let after = self.state.after(command);
         if after != self.state {
+            let stale = !self.renewed && self.state == State::QuickStopActive;
             let allowed = !after.is_above(self.state)
-                || !(resets || stale && self.state == State::QuickStopActive)
+                || !(resets || stale)
                     && self.latch.faults().is_empty()
                     && self.authority.any(inputs.now_us);
-            if allowed {
+            if allowed && self.is_certain(command, inputs.now_us) {
                 self.pass(after, command);
             }
         } else if command == DriveCommand::EnableOperation
             && self.exit.is_some()
-            && !(stale || resets)
+            && changes
+            && !resets
             && self.authority.any(inputs.now_us)
         {
             // A new "enable operation" in operation cancels an exit. A fault would have ended
@@ -60,8 +69,11 @@ impl Axle {
         }
         if set_point.mode != self.mode {
             self.mode = set_point.mode;
-            self.select_envelope();
-            self.anchor();
+            // A hold has no mode: the axle stays where it is, with the limits that it has.
+            if self.state != State::QuickStopActive {
+                self.select_envelope();
+                self.anchor();
+            }
             self.homing.abort();
             self.handshake = Handshake::default();
         }
@@ -74,6 +86,15 @@ impl Axle {
         self.take_target(set_point, risen);
         self.command = set_point;
         self.interpolate();
+    }
+
+    /// Returns whether the guard has certainly sent `command`. Under power, a command other than
+    /// "quick stop" must have come for [`CERTAIN_US`] without another one in between. A frame of
+    /// another node is soon followed by one of the guard.
+    fn is_certain(&self, command: DriveCommand, now_us: u64) -> bool {
+        command == DriveCommand::QuickStop
+            || !(self.powered() && self.authority.guarded(now_us))
+            || now_us.wrapping_sub(self.asked_us) >= CERTAIN_US
     }
 
     /// Passes to the state `after` by `command`.
@@ -104,6 +125,7 @@ impl Axle {
             self.anchor();
         }
         self.commutation.abort();
+        self.renewed &= state != State::QuickStopActive;
         self.state = state;
         self.select_envelope();
         self.exit = None;
@@ -152,6 +174,7 @@ impl Axle {
         taut: Option<Result<Motion, Fault>>,
     ) -> Option<Demand> {
         self.active_limit = ActiveLimit::None;
+        self.strains = false;
         self.finish_exit();
         self.align(inputs);
         if !self.powered() {
@@ -175,6 +198,7 @@ impl Axle {
     fn operate(&mut self, inputs: &Inputs, taut: Option<Result<Motion, Fault>>) -> Demand {
         self.offset
             .update(inputs.torque_offset, &self.force.cascade);
+        let before = self.motion.position;
         let needs_homing = matches!(
             self.mode,
             mode::TAUT | mode::CYCLIC_POSITION | mode::PROFILE_POSITION
@@ -206,7 +230,7 @@ impl Axle {
                 self.motion
                     .toward_velocity(target, self.force.limits, CONTROL_PERIOD);
                 self.motion.position = self.position();
-                self.stop_at_switch(inputs.switches, false);
+                self.stop_at_ends(inputs.switches, None);
                 let ahead = self.feed_forward();
                 let cascade = &self.force.cascade;
                 let velocity = cascade.rate(self.velocity());
@@ -216,7 +240,7 @@ impl Axle {
                 .motion
                 .toward_velocity(0.0, self.force.limits, CONTROL_PERIOD),
         }
-        self.stop_at_switch(inputs.switches, true);
+        self.stop_at_ends(inputs.switches, Some(before));
         if matches!(self.mode, mode::CYCLIC_POSITION | mode::PROFILE_POSITION) {
             self.watch_windows();
         }
@@ -240,32 +264,53 @@ impl Axle {
         feed_forward
     }
 
-    /// Prevents the set-point from moving outward while a limit switch is closed. It stops where
-    /// the switch closed, or at its farthest place inward since then. Inward motion is free.
-    pub(super) fn stop_at_switch(&mut self, switches: Switches, in_position: bool) {
-        if !(switches.positive_limit || switches.negative_limit) {
+    /// Prevents the set-point from moving outward while a limit switch is closed, and beyond the
+    /// travel. It stops where the switch closed, or at its farthest place inward since then. Inward
+    /// motion is free. `before` is the position of the set-point in the previous tick; `None` if
+    /// the velocity alone is the set-point.
+    pub(super) fn stop_at_ends(&mut self, switches: Switches, before: Option<i64>) {
+        let closed = [switches.positive_limit, switches.negative_limit];
+        let ends = self.ends();
+        if !(closed[0] || closed[1]) && ends.is_none() {
             self.stops = [None; 2];
             return;
         }
-        let closed = [switches.positive_limit, switches.negative_limit];
         let position = self.position();
+        let step = match before {
+            Some(before) => self.motion.position.wrapping_sub(before),
+            None if self.motion.velocity > 0.0 => 1,
+            None => -i64::from(self.motion.velocity < 0.0),
+        };
         for (direction, closed) in closed.into_iter().enumerate() {
-            if !closed {
-                self.stops[direction] = None;
-                continue;
-            }
             let sign = if direction == 0 { 1 } else { -1 };
-            let beyond = |place| self.motion.position.wrapping_sub(place).wrapping_mul(sign);
-            let mut stop = self.stops[direction].unwrap_or(position);
-            if beyond(stop) < 0 {
-                stop = self.motion.position;
-            }
-            self.stops[direction] = Some(stop);
-            let outward = self.motion.velocity * sign as f32;
-            if outward > 0.0 || in_position && outward == 0.0 && beyond(stop) > 0 {
-                self.motion = Motion::at(stop);
-                self.active_limit = ActiveLimit::Switch;
+            let place = self.motion.position;
+            let beyond = |other: i64| place.wrapping_sub(other).wrapping_mul(sign);
+            let stop = closed.then(|| {
+                let stop = self.stops[direction].unwrap_or(position);
+                if beyond(stop) < 0 { place } else { stop }
+            });
+            self.stops[direction] = stop;
+            let (end, limit) = match (stop, ends.map(|ends| ends[direction])) {
+                (Some(stop), _) => (stop, ActiveLimit::Switch),
+                (None, Some(end)) if beyond(end) > 0 => {
+                    // A set-point that is outside of the travel already stays there.
+                    let outside = before.filter(|before| beyond(*before) < beyond(end));
+                    (outside.unwrap_or(end), ActiveLimit::Travel)
+                }
+                _ => continue,
+            };
+            let outward = step.wrapping_mul(sign);
+            if outward > 0 || outward == 0 && before.is_some() && beyond(end) > 0 {
+                self.motion = Motion::at(end);
+                self.active_limit = limit;
             }
         }
+    }
+
+    /// Returns the upper and the lower end of the travel; `None` while the axle has none.
+    pub(super) fn ends(&self) -> Option<[i64; 2]> {
+        let travel = self.travel.filter(|_| self.homed);
+        let (low, high) = travel.filter(|_| self.mode != mode::HOMING)?;
+        Some([high, low])
     }
 }

@@ -5,7 +5,7 @@ use super::options::Ramp;
 use super::{Axle, DriveCommand, Inputs};
 use crate::bus::cia402::{CONTROL_HALT, State};
 use crate::constants::CONTROL_PERIOD;
-use crate::faults::Reaction;
+use crate::faults::{Fault, Reaction};
 use crate::motor::cascade::Demand;
 
 /// Exit from power that waits for standstill.
@@ -147,17 +147,21 @@ impl Axle {
         halts
     }
 
-    /// Ramps to standstill, and holds there. In operation it holds with the full current, otherwise
-    /// with the hold current.
+    /// Ramps to standstill, and holds there. In operation, and if the hold current was not enough,
+    /// it holds with the full current, otherwise with the hold current.
     pub(super) fn stop(&mut self, inputs: &Inputs) -> Demand {
         let limits = self.options.stop(self.ramp, self.force.limits);
+        let before = self.motion.position;
         self.motion.toward_velocity(0.0, limits, CONTROL_PERIOD);
-        self.stop_at_switch(inputs.switches, true);
+        self.stop_at_ends(inputs.switches, Some(before));
         let holding = self.motion.velocity == 0.0 && self.state == State::QuickStopActive;
-        self.follow(if holding {
+        let weak = holding && !self.latch.faults().contains(Fault::HoldSlips);
+        let demand = self.follow(if weak {
             self.force.hold
         } else {
             self.force.full
-        })
+        });
+        self.strains = holding && self.exit.is_none() && demand.exceeds();
+        demand
     }
 }

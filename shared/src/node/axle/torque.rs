@@ -24,7 +24,7 @@ impl Axle {
         let step = self.options.torque_step * self.offset.amperes();
         self.torque_current += limit(target - self.torque_current, step);
         // This updates where the switches closed. Its set-point is of no use here.
-        self.stop_at_switch(inputs.switches, true);
+        self.stop_at_ends(inputs.switches, None);
         if let Some(barrier) = self.barrier(target) {
             if self.barrier.is_none() {
                 // The torque was directed outward.
@@ -58,11 +58,12 @@ impl Axle {
             return Some(barrier);
         }
         let (position, velocity) = (self.position(), self.velocity());
-        let travel = self.travel.filter(|_| self.homed);
-        let ends = [
-            travel.and_then(|(_, high)| (position >= high).then_some(high)),
-            travel.and_then(|(low, _)| (position <= low).then_some(low)),
-        ];
+        let ends = self.ends().map_or([None; 2], |[high, low]| {
+            [
+                (position >= high).then_some(high),
+                (position <= low).then_some(low),
+            ]
+        });
         let mut sides = self.stops.iter().zip(ends).zip([1.0, -1.0]);
         sides.find_map(|((switch, end), direction)| {
             let outward = torque * direction > 0.0 || velocity * direction > 0.0;

@@ -78,10 +78,10 @@ fn driving(turns: i32, angle: f64) -> Screw {
         controlword::SWITCH_ON,
         controlword::ENABLE_OPERATION,
     ] {
-        assert!(!screw.axle.drives_in(mode::TAUT));
+        assert!(!screw.axle.operates_in(mode::TAUT));
         tick(&mut screw, Some(word));
     }
-    assert!(screw.axle.drives_in(mode::TAUT));
+    assert!(screw.axle.operates_in(mode::TAUT));
     screw
 }
 
@@ -91,6 +91,8 @@ fn engaged(screw: &mut Screw, joint: (f64, f64), age_us: u64, slack: i32) -> Mot
     now.axle.now_us = age_us;
     now.slack = slack;
     screw.joint = now.joint;
+    // The joint has not moved there: this step is refused.
+    let _ = screw.taut(&now);
     (0..60_000)
         .map(|_| screw.taut(&now).unwrap())
         .last()

@@ -15,6 +15,7 @@ const GOOD: Readings = Readings {
     velocity: 1.0,
     commanded_velocity: 1.0,
     following_error: 0,
+    strains: false,
     powered: true,
     motor: Findings {
         open_phase: false,

@@ -2,7 +2,9 @@
 
 use tautrack::bus::cia402::{State, toward_operation};
 use tautrack::bus::drive_parameters::DriveParameters;
+use tautrack::bus::pace::Pace;
 use tautrack::bus::pdo::DriveMotion;
+use tautrack::faults::{Fault, Faults};
 use tautrack::motor::current::Electrical;
 use tautrack::motor::index::Finding;
 use tautrack::motor::rotor::ElectricalAngle;
@@ -176,6 +178,15 @@ pub struct Generator {
     faulty: bool,
     mode: i8,
     target: i32,
+    /// Another master's set-point, and every how many ticks it comes.
+    second: Option<(SetPoint, u64)>,
+    pace: Pace,
+    /// Draws the frames of others.
+    others: Random,
+    /// When the guard was received last, us.
+    guard_us: Option<u64>,
+    /// Faults that the bus shows in this tick.
+    pub found: Faults,
 }
 
 /// Inertia of the rotor and its load, kg m^2.
@@ -217,6 +228,7 @@ impl Generator {
         } else {
             Node::Axle(Axle::new(&settings))
         };
+        let others = Random(random.0.rotate_left(32));
         Self {
             random,
             kind,
@@ -243,6 +255,11 @@ impl Generator {
             faulty: false,
             mode: 9,
             target: 0,
+            second: None,
+            pace: Pace::NEW,
+            others,
+            guard_us: None,
+            found: Faults::NONE,
         }
     }
 
@@ -324,10 +341,21 @@ impl Generator {
             let taut = if self.kind == Kind::Screw { -1 } else { 9 };
             self.mode = random.pick(&[9, 9, 3, 8, 1, 6, 10, taut, taut, 77]);
         }
+        let others = &mut self.others;
+        self.second = others.once_in(40).then(|| {
+            let point = SetPoint {
+                controlword: others.pick(&[0x00, 0x02, 0x06, 0x07, 0x0f, 0x8f, 0x82]),
+                mode: others.pick(&[9, 3, 8, 1, 10, 77]),
+                target: others.pick(&[0, 5_900_000, -5_900_000]),
+            };
+            (point, others.pick(&[1, 2, 3, 5]))
+        });
+        // A client's parameters: a node refuses them while its guard is alive.
+        let guarded = self.guard_us.is_some_and(|at| self.now_us <= at + 121_000);
         if random.once_in(12)
             && let Node::Axle(axle) = &mut self.node
         {
-            axle.configure(&DriveParameters {
+            let parameters = DriveParameters {
                 quick_stop: random.pick(&[0, 1, 2, 5, 6, 6, 6]),
                 shutdown: random.pick(&[0, 1]),
                 disable_operation: random.pick(&[0, 1]),
@@ -340,7 +368,10 @@ impl Generator {
                 position_limits: [random.bits() as i32, random.bits() as i32],
                 torque_slope: random.pick(&[1, 24_000, u32::MAX]),
                 homing_method: axle.parameters().homing_method,
-            });
+            };
+            if !guarded {
+                axle.configure(&parameters);
+            }
         }
         if random.once_in(3) {
             self.target = match random.below(4) {
@@ -356,6 +387,7 @@ impl Generator {
             }
             // These events last long enough for the longest dwell.
             2..=4 => {
+                self.second = None;
                 self.rotor = random.pick(&[
                     Rotor::Stuck,
                     Rotor::Dragged(0.2),
@@ -368,6 +400,7 @@ impl Generator {
                 110 + random.below(30)
             }
             5 | 6 => {
+                self.second = None;
                 (self.current, self.supply_voltage) = (None, 24.0);
                 (self.present.guard, self.present.master) = (true, true);
                 self.rotor = Rotor::Turns;
@@ -454,6 +487,26 @@ impl Generator {
             | BridgeDemand::Align { current, .. } => current,
             BridgeDemand::Off | BridgeDemand::Brake | BridgeDemand::Aligned(_) => 0.0,
         };
+        let guard_received = self.present.guard && self.ticks % 50 == 1;
+        if guard_received {
+            self.guard_us = Some(self.now_us);
+        }
+        let master = (sync && self.present.master).then_some(SetPoint {
+            controlword: word,
+            mode: self.mode,
+            target: self.target,
+        });
+        let second = self
+            .second
+            .filter(|(_, every)| self.ticks.is_multiple_of(*every));
+        let second = second.map(|(point, _)| point);
+        for _ in master.iter().chain(&second) {
+            let exceeded = self.pace.is_exceeded(self.now_us, 4_000);
+            self.found.insert_if(Fault::SecondMaster, exceeded);
+        }
+        let homes = matches!(self.kind, Kind::NoSwitch | Kind::FalseSwitch);
+        let own = self.others.once_in(5_000) && !homes;
+        self.found.insert_if(Fault::DuplicateId, own);
         let inputs = Inputs {
             now_us: self.now_us,
             encoder: (self.angle * COUNTS_PER_RADIAN) as i64 as i32,
@@ -473,13 +526,9 @@ impl Generator {
                 motor: None,
             },
             switches: self.switches,
-            set_point: (sync && self.present.master).then_some(SetPoint {
-                controlword: word,
-                mode: self.mode,
-                target: self.target,
-            }),
+            set_point: second.or(master),
             torque_offset: None,
-            guard_received: self.present.guard && self.ticks % 50 == 1,
+            guard_received,
             bench_mode: self.bench,
         };
         let joint_us = (sync && self.present.joint).then_some(self.now_us);
@@ -546,9 +595,14 @@ impl Generator {
 
     /// Runs one tick of the drive.
     pub fn tick(&mut self, inputs: &Inputs) -> Outputs {
+        let found = std::mem::take(&mut self.found);
         let outputs = match &mut self.node {
-            Node::Axle(axle) => axle.tick(inputs),
+            Node::Axle(axle) => {
+                axle.report(found);
+                axle.tick(inputs)
+            }
             Node::Screw(screw) => {
+                screw.axle_mut().report(found);
                 let sync = self.ticks.is_multiple_of(4);
                 let joint =
                     (sync && self.present.joint).then_some((DriveMotion::default(), self.now_us));

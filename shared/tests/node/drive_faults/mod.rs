@@ -5,7 +5,7 @@
 //! switches, rotors and times. The oracle derives the conditions from inputs and published outputs
 //! alone, with the dwell times of docs/faults.md. `DRIVE_FAULTS_SEED` repeats one sequence.
 
-mod generator;
+pub mod generator;
 mod oracle;
 
 use crate::sweep::{self, unless_unchanged};

@@ -58,9 +58,8 @@ impl Tally {
     }
 }
 
-const BY_THE_GUARD: [Fault; 6] = [
+const BY_THE_GUARD: [Fault; 5] = [
     Fault::NodeLost,
-    Fault::SecondMaster,
     Fault::UnexpectedState,
     Fault::ScaleMismatch,
     Fault::TwoOperators,
@@ -110,9 +109,14 @@ pub struct Oracle {
     slowest: Option<f32>,
     /// A controlword has ended the operation, and the drive may still ramp to standstill.
     leaves: bool,
-    /// Ticks in which the brake engages, and for which "disable voltage" has been commanded.
+    /// Ticks in which the brake engages, and for which "disable voltage" has been in force.
     engage_ticks: u32,
-    disabled_for: u32,
+    disabled_for: Option<u32>,
+    /// Low bits of the newest command, and since when no other one came.
+    command: u16,
+    command_since_us: u64,
+    /// The guard has been alive since the drive has power.
+    guarded: bool,
     /// An alignment is under way, and the rotor's angle is known.
     aligning: bool,
     aligned: bool,
@@ -151,7 +155,10 @@ impl Oracle {
             slowest: None,
             leaves: false,
             engage_ticks,
-            disabled_for: 0,
+            disabled_for: None,
+            command: 0,
+            command_since_us: 0,
+            guarded: false,
             aligning: false,
             aligned: false,
             known: false,
@@ -401,17 +408,7 @@ impl Oracle {
         if guarded && outputs.bench_mode {
             return Err("bench mode under a living guard".to_owned());
         }
-        let disabled = inputs.set_point.is_some_and(|new| new.controlword & 2 == 0);
-        let down = matches!(state, State::SwitchOnDisabled | State::Fault);
-        let disabled = disabled || inputs.set_point.is_none() && self.word & 2 == 0;
-        self.disabled_for = if disabled && !down {
-            self.disabled_for + 1
-        } else {
-            0
-        };
-        if self.disabled_for > self.engage_ticks {
-            return Err(format!("disable voltage leads to {state:?}"));
-        }
+        self.switching_off(inputs, state, guarded, outputs)?;
         let driven = matches!(
             outputs.bridge,
             BridgeDemand::Current(_)
@@ -421,6 +418,64 @@ impl Oracle {
         );
         if outputs.brake_released && !driven {
             return Err("the brake is released without a current".to_owned());
+        }
+        Ok(())
+    }
+
+    /// Checks that "disable voltage" switches a drive off, and that nothing else does. Under power
+    /// and a guard, the command must come for 20 ms without another one in between.
+    fn switching_off(
+        &mut self,
+        inputs: &Inputs,
+        state: State,
+        guarded: bool,
+        outputs: &Outputs,
+    ) -> Result<(), String> {
+        let under_power = |state| matches!(state, State::OperationEnabled | State::QuickStopActive);
+        let down = matches!(state, State::SwitchOnDisabled | State::Fault);
+        let was_powered = under_power(self.state);
+        if let Some(new) = inputs.set_point {
+            let low = new.controlword & 0x0f;
+            let command = match low {
+                _ if low & 2 == 0 => 0,
+                2 | 3 | 10 | 11 => 2,
+                6 | 14 => 6,
+                7 => 7,
+                _ => 15,
+            };
+            if command != self.command {
+                (self.command, self.command_since_us) = (command, inputs.now_us);
+                self.disabled_for = None;
+            }
+            let lasts = inputs.now_us - self.command_since_us >= 20_000;
+            if command == 0 && (lasts || !guarded || !was_powered) {
+                self.disabled_for.get_or_insert(0);
+            }
+        }
+        // A second master's frames may have hidden the guard's.
+        if down || guarded && outputs.faults.contains(Fault::SecondMaster) {
+            self.disabled_for = None;
+        }
+        if let Some(ticks) = &mut self.disabled_for {
+            *ticks += 1;
+            if *ticks > self.engage_ticks + 1 {
+                return Err(format!("disable voltage leads to {state:?}"));
+            }
+        }
+        // A drive that has been under a guard since it has power.
+        self.guarded = guarded && (self.guarded || !was_powered);
+        let own = ALL.iter().any(|fault| {
+            outputs.faults.contains(*fault) && fault.description().reaction != Reaction::Hold
+        });
+        let commanded =
+            matches!(self.command, 0 | 6 | 7) && inputs.now_us - self.command_since_us >= 20_000;
+        let lets_go = was_powered && !under_power(state);
+        // A brake that engages takes longer than the command.
+        if lets_go && self.guarded && !own && !commanded && self.engage_ticks == 0 {
+            return Err(format!(
+                "{:?} to {state:?} by no command of the guard",
+                self.state
+            ));
         }
         Ok(())
     }

@@ -1,0 +1,396 @@
+//! Random sequences of a drive under a guard that commands in good order, while others interfere.
+//!
+//! A sequence contains restarts, a second master at any phase and rate, forged frames of each
+//! identifier that the drive receives, what a client has written before the guard, limit switches,
+//! a software position limit, and loads up to twice the holding torque. `DRIVE_SEQUENCES_SEED`
+//! repeats one sequence.
+
+use super::drive_faults::generator::Random;
+use super::sweep::unless_unchanged;
+use super::wire::{GUARD, ID, JOINT, Wire, motion, set_point};
+use std::thread;
+use tautrack::bus::cia402::{State, mode};
+use tautrack::bus::network::sync;
+use tautrack::bus::pdo::{Payload, TorqueOffset, receive};
+use tautrack::can::Frame;
+use tautrack::faults::{ALL, Fault, Reaction};
+use tautrack::sensors::Switches;
+use tautrack::settings::Setting;
+
+const SEQUENCES: u64 = 100_000;
+const EVENTS: u64 = 10;
+
+/// Torque of the hold current of 6 A, N m, and velocity limits of axle and screw, rad/s.
+const HOLDING_TORQUE: f64 = 14.4;
+const LIMIT: f64 = 6.0;
+const SCREW_LIMIT: f64 = 140.0;
+/// Time within which a hold is supervised, ms, with the ramp of a drive that a load has turned at 1
+/// rad/s before.
+const REPORTED_MS: u64 = 50 + 50;
+
+/// What the guard wants.
+#[derive(Clone, Copy, PartialEq, Debug)]
+enum Goal {
+    Off,
+    Hold,
+    Stand,
+    Move(i32),
+    Taut,
+}
+
+impl Goal {
+    /// Returns the guard's frame to a drive in `state`.
+    fn frame(self, state: State) -> Frame {
+        let up = tautrack::bus::cia402::toward_operation(state);
+        match self {
+            Self::Off => set_point(0x00, 0, 0),
+            Self::Hold => set_point(0x02, 0, 0),
+            Self::Stand => set_point(up, mode::CYCLIC_VELOCITY, 0),
+            Self::Move(speed) => set_point(up, mode::CYCLIC_VELOCITY, speed),
+            Self::Taut => set_point(up, mode::TAUT, 0),
+        }
+    }
+}
+
+/// How often what was looked for has happened.
+#[derive(Clone, Copy, Default, Debug)]
+struct Tally {
+    operated: u64,
+    held: u64,
+    off: u64,
+    interfered: u64,
+    faults: u64,
+    restarts: u64,
+    at_an_end: u64,
+    slipped: u64,
+}
+
+struct Sequence {
+    random: Random,
+    screw: bool,
+    wire: Wire,
+    goal: Goal,
+    /// Frames of the others, each sent every so many milliseconds.
+    foreign: Vec<(Frame, u64, u64)>,
+    /// Where the drive has come to a stand that it must keep, and for how long it has been still,
+    /// ms.
+    stands: Option<f64>,
+    still: u64,
+    /// When a load began to turn it away from there, ms.
+    slips_ms: Option<u64>,
+    /// Time for which the guard has commanded otherwise than "off", ms.
+    wanted_ms: u64,
+    /// Shaft angle at which the positive limit switch closes.
+    switch_at: f64,
+    farthest: f64,
+}
+
+impl Sequence {
+    fn new(seed: u64) -> Self {
+        let mut random = Random::new(seed);
+        let screw = random.once_in(3);
+        let mut sequence = Self {
+            wire: Self::wire(screw),
+            random,
+            screw,
+            goal: Goal::Hold,
+            foreign: Vec::new(),
+            stands: None,
+            still: 0,
+            slips_ms: None,
+            wanted_ms: 0,
+            switch_at: f64::INFINITY,
+            farthest: f64::INFINITY,
+        };
+        sequence.leave();
+        sequence
+    }
+
+    fn wire(screw: bool) -> Wire {
+        if screw {
+            Wire::screw(&[])
+        } else {
+            Wire::axle(&[
+                (Setting::PositionMinimum, -30_000),
+                (Setting::PositionMaximum, 30_000),
+            ])
+        }
+    }
+
+    /// What a client leaves behind before the guard's first heartbeat.
+    fn leave(&mut self) {
+        if self.random.once_in(2) {
+            return;
+        }
+        let random = &mut self.random;
+        let axle = self.wire.axle_mut();
+        let mut written = axle.parameters();
+        written.quick_stop = random.pick(&[0, 1, 2, 5, 6]);
+        written.shutdown = random.pick(&[0, 1]);
+        written.fault_reaction = random.pick(&[0, 1, 2]);
+        written.homing_method = random.pick(&[0, 17, 20, 37]);
+        written.position_limits = [random.bits() as i32, random.bits() as i32];
+        axle.configure(&written);
+    }
+
+    /// The node restarts, the rotor keeps its place.
+    fn restart(&mut self) {
+        let old = std::mem::replace(&mut self.wire, Self::wire(self.screw));
+        (self.wire.now_us, self.wire.angle) = (0, old.angle);
+        (self.wire.load, self.wire.joint) = (old.load, old.joint);
+        self.leave();
+        (self.stands, self.wanted_ms) = (None, 0);
+        self.farthest = f64::INFINITY;
+    }
+
+    fn next_event(&mut self, tally: &mut Tally) -> u64 {
+        if self.random.once_in(12) {
+            tally.restarts += 1;
+            self.restart();
+        }
+        let random = &mut self.random;
+        let speed = random.pick(&[1_000_000, -3_000_000, 5_900_000]);
+        self.goal = match random.below(8) {
+            0 => Goal::Off,
+            1 | 2 => Goal::Hold,
+            3 => Goal::Stand,
+            _ if self.screw => Goal::Taut,
+            _ => Goal::Move(speed),
+        };
+        if random.once_in(3) {
+            let part = random.pick(&[0.0, 0.0, 0.4, -0.8, 1.1, -1.5, 2.0]);
+            let most = if self.screw { 0.96 } else { HOLDING_TORQUE };
+            if self.wire.load.abs() > 0.9 * most {
+                // The load may have turned the drive already.
+                self.stands = None;
+            }
+            self.still = 0;
+            self.wire.load = part * most;
+        }
+        if random.once_in(6) {
+            let near = random.pick(&[0.1, 1.0, f64::INFINITY]);
+            self.switch_at = self.wire.angle + near;
+        }
+        self.foreign.clear();
+        if !matches!(self.goal, Goal::Hold | Goal::Stand) {
+            self.stands = None;
+        }
+        for _ in 0..random.pick(&[0, 0, 1, 1, 2]) {
+            let frame = self.foreign_frame();
+            let every = self.random.pick(&[1, 2, 4, 5, 9, 40, 170]);
+            self.foreign.push((frame, every, self.random.below(every)));
+        }
+        60 + self.random.below(120)
+    }
+
+    /// Returns a frame with an identifier that the drive receives. The guard's heartbeat is that of
+    /// a guard that waits.
+    fn foreign_frame(&mut self) -> Frame {
+        let random = &mut self.random;
+        let word = random.pick(&[
+            0x00, 0x02, 0x06, 0x07, 0x0f, 0x0f, 0x0f, 0x8f, 0x82, 0x10f, 0x1f,
+        ]);
+        let mode = random.pick(&[9, 9, 3, 8, 1, 10, 6, -1, 0]);
+        let target = random.pick(&[0, 5_900_000, -5_900_000, 300, -300, i32::MAX]);
+        let own = random.pick(&[0x080, 0x180, 0x280, 0x380, 0x480, 0x580, 0x700]);
+        match random.below(9) {
+            0 => Frame::new(own + u16::from(ID), &[5; 8]).unwrap(),
+            1 => sync(),
+            2 => Frame::new(0x700 + u16::from(GUARD), &[127]).unwrap(),
+            3 => TorqueOffset {
+                // 1 N m. The guard, which sends none here, is needed to find a larger one.
+                torque: random.pick(&[0, 100, -100]),
+            }
+            .frame(receive(3), ID),
+            4 => motion(
+                random.pick(&[0.0, 0.3, 1.0, -2.0]),
+                random.pick(&[0.0, 2.0]),
+            ),
+            5 => Frame::new(0x180 + u16::from(JOINT) + 1, &[1; 8]).unwrap(),
+            _ => set_point(word, mode, target),
+        }
+    }
+
+    fn tick(&mut self, tally: &mut Tally) -> Result<(), String> {
+        let now = self.wire.milliseconds() + 1;
+        let first = self.wire.outputs.is_none();
+        let (powered, state) = if first {
+            (false, State::SwitchOnDisabled)
+        } else {
+            (self.wire.powered(), self.wire.state())
+        };
+        self.wire.command = Some(self.goal.frame(state));
+        let due = self
+            .foreign
+            .iter()
+            .filter(|(_, every, at)| now % every == *at);
+        let frames: Vec<_> = due.map(|(frame, ..)| *frame).collect();
+        self.wire.switches = Switches {
+            positive_limit: self.wire.angle >= self.switch_at,
+            ..Switches::default()
+        };
+        self.wire.tick(&frames);
+        tally.interfered += u64::from(!frames.is_empty());
+        self.wanted_ms = if self.goal == Goal::Off {
+            0
+        } else {
+            self.wanted_ms + 1
+        };
+        self.lets_go(powered, tally)?;
+        self.moves(tally)?;
+        self.at_switch(tally)
+    }
+
+    /// A drive under power lets go only by its own fault, or if the guard commands it.
+    fn lets_go(&self, powered: bool, tally: &mut Tally) -> Result<(), String> {
+        let state = self.wire.state();
+        tally.operated += u64::from(state == State::OperationEnabled);
+        tally.held += u64::from(state == State::QuickStopActive);
+        let faults = self.wire.outputs().faults;
+        tally.faults += u64::from(!faults.is_empty());
+        if !powered || self.wire.powered() {
+            return Ok(());
+        }
+        tally.off += 1;
+        let own = ALL
+            .iter()
+            .any(|fault| faults.contains(*fault) && fault.description().reaction != Reaction::Hold);
+        if self.goal == Goal::Off || own {
+            return Ok(());
+        }
+        Err("a drive under power lets go".to_owned())
+    }
+
+    /// While the guard commands no motion, nobody else moves the drive. A load that the drive
+    /// cannot hold is reported.
+    fn moves(&mut self, tally: &mut Tally) -> Result<(), String> {
+        let faulty = !self.wire.outputs().faults.is_empty();
+        // A velocity of zero is no place: a load moves the drive while the loop takes it up.
+        let stands = self.goal == Goal::Stand && self.wire.load == 0.0;
+        let quiet = self.goal == Goal::Hold || stands || faulty;
+        let (angle, now) = (self.wire.angle, self.wire.milliseconds());
+        let limit = if self.screw { SCREW_LIMIT } else { LIMIT };
+        let slow = self.wire.velocity.abs() < 0.02 * limit;
+        self.still = if slow { self.still + 1 } else { 0 };
+        if !quiet || !self.wire.powered() {
+            (self.stands, self.slips_ms) = (None, None);
+            return Ok(());
+        }
+        let Some(start) = self.stands else {
+            self.stands = (self.still > 40).then_some(angle);
+            return Ok(());
+        };
+        let moved = (angle - start).abs();
+        let holding = if self.screw { 0.96 } else { HOLDING_TORQUE };
+        let far = moved > 20e-3 * limit;
+        if self.wire.load.abs() > 0.9 * holding {
+            if far {
+                tally.slipped += 1;
+                let holds = self.wire.state() == State::QuickStopActive;
+                let since = *self.slips_ms.get_or_insert(now);
+                if !holds {
+                    self.slips_ms = Some(now);
+                } else if now - since > REPORTED_MS && !faulty && self.goal == Goal::Hold {
+                    return Err(format!("slips by {moved} rad without a report"));
+                }
+            }
+            return Ok(());
+        }
+        if self.slips_ms.take().is_some() || self.wire.has(Fault::HoldSlips) {
+            // It goes back to where it was.
+            (self.stands, self.still) = (None, 0);
+        } else if far {
+            return Err(format!(
+                "moves by {moved} rad without a command of the guard"
+            ));
+        }
+        Ok(())
+    }
+
+    /// A closed switch ends motion outward, unless the load pushes.
+    fn at_switch(&mut self, tally: &mut Tally) -> Result<(), String> {
+        let (angle, velocity) = (self.wire.angle, self.wire.velocity.max(0.0));
+        if !self.wire.switches.positive_limit || !self.wire.powered() || self.wire.load != 0.0 {
+            self.farthest = f64::INFINITY;
+            return Ok(());
+        }
+        tally.at_an_end += 1;
+        // A drive that a load has pulled inward comes back.
+        if self.farthest == f64::INFINITY && self.still < 40 {
+            return Ok(());
+        }
+        let (braking, overshoot) = if self.screw { (1e-3, 2.0) } else { (0.01, 0.1) };
+        self.farthest = self
+            .farthest
+            .min(angle + overshoot + braking * velocity * velocity);
+        if angle > self.farthest {
+            return Err(format!("{} rad outward of a switch", angle - self.farthest));
+        }
+        Ok(())
+    }
+}
+
+fn run(seed: u64, tally: &mut Tally) -> Result<(), String> {
+    let mut sequence = Sequence::new(seed);
+    for event in 0..EVENTS {
+        for _ in 0..sequence.next_event(tally) {
+            sequence.tick(tally).map_err(|broken| {
+                format!(
+                    "seed {seed}, event {event}: {broken}\n{:?}, load {}, {:?}\n{:?}",
+                    sequence.goal, sequence.wire.load, sequence.foreign, sequence.wire.outputs
+                )
+            })?;
+        }
+    }
+    Ok(())
+}
+
+#[test]
+fn nobody_but_the_guard_moves_a_drive_or_makes_it_let_go() {
+    if let Ok(seed) = std::env::var("DRIVE_SEQUENCES_SEED") {
+        let seed = seed.parse().expect("a number");
+        run(seed, &mut Tally::default()).unwrap_or_else(|broken| panic!("{broken}"));
+        return;
+    }
+    let sources = ["src", "tests/node/sequences.rs", "tests/node/wire.rs"];
+    unless_unchanged("drive-sequences", &sources, run_all);
+}
+
+fn run_all() {
+    let workers = thread::available_parallelism().map_or(1, |count| count.get() as u64);
+    let tallies: Vec<Tally> = thread::scope(|scope| {
+        let handles: Vec<_> = (0..workers)
+            .map(|worker| {
+                scope.spawn(move || {
+                    let mut tally = Tally::default();
+                    for seed in (worker..SEQUENCES).step_by(workers as usize) {
+                        run(seed, &mut tally).unwrap_or_else(|broken| panic!("{broken}"));
+                    }
+                    tally
+                })
+            })
+            .collect();
+        let joined = handles.into_iter().map(thread::ScopedJoinHandle::join);
+        joined
+            .map(|result| result.unwrap_or_else(|panic| std::panic::resume_unwind(panic)))
+            .collect()
+    });
+    println!("{tallies:#?}");
+    for tally in tallies {
+        let Tally {
+            operated,
+            held,
+            off,
+            interfered,
+            faults,
+            restarts,
+            at_an_end,
+            slipped,
+        } = tally;
+        for count in [
+            operated, held, off, interfered, faults, restarts, at_an_end, slipped,
+        ] {
+            assert!(count > 1_000, "{tally:?}");
+        }
+    }
+}
