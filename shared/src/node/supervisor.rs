@@ -9,6 +9,15 @@ use crate::motor::limits::OVERSPEED;
 use crate::sensors::Temperatures;
 use crate::settings::{Setting, Settings};
 
+/// What the current loop does.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(super) enum Power {
+    Off,
+    On,
+    /// It holds the axle, and needs more current than it may use.
+    Strained,
+}
+
 /// Readings of one tick.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Readings {
@@ -25,10 +34,7 @@ pub(super) struct Readings {
     pub commanded_velocity: f32,
     /// Distance between set-point and position, 2^-32 turn; 0 if the mode has no position.
     pub following_error: i64,
-    /// The axle holds, and needs more current than it may use.
-    pub strains: bool,
-    /// The current loop is on.
-    pub powered: bool,
+    pub power: Power,
     /// What the voltage of the bridge shows.
     pub motor: Findings,
     /// The rotor could not be aligned.
@@ -179,20 +185,21 @@ impl Supervisor {
     /// are written so that NaN counts as bad.
     pub fn check(&mut self, now: &Readings, bounds: &Bounds, stall: Stall) -> Faults {
         let (current, speed) = (now.current.abs(), now.velocity.abs());
+        let powered = now.power != Power::Off;
         // No reading is so large that the sum of two overflows.
         let finite = current + now.supply_voltage.abs() < f32::INFINITY;
-        let blocked = now.powered && speed < stall.standing && !(now.demand.abs() <= stall.pushing);
-        let deviating = self.deviates(now, bounds) && now.powered;
+        let blocked = powered && speed < stall.standing && !(now.demand.abs() <= stall.pushing);
+        let deviating = self.deviates(now, bounds) && powered;
         let (hot, missing) = bounds.temperatures(now.temperatures);
         // In the order of `WATCHES`.
         let bad = [
             !(current <= bounds.over_current),
-            now.powered && !(speed <= bounds.overspeed),
+            powered && !(speed <= bounds.overspeed),
             deviating,
-            now.motor.open_phase && now.powered,
-            now.motor.disagrees && now.powered,
-            now.motor.slipped && now.powered,
-            now.noisy && now.powered,
+            now.motor.open_phase && powered,
+            now.motor.disagrees && powered,
+            now.motor.slipped && powered,
+            now.noisy && powered,
             now.misaligned,
             !finite || missing,
             !(now.supply_voltage <= bounds.over_voltage),
@@ -201,7 +208,7 @@ impl Supervisor {
             now.electrical.overrun,
             blocked,
             now.following_error.unsigned_abs() > bounds.following,
-            now.strains,
+            now.power == Power::Strained,
         ];
         let mut counting = [0; WORDS];
         for (watch, bad) in bad.into_iter().enumerate() {

@@ -158,7 +158,7 @@ impl Axle {
     /// Runs one tick of the alignment. It ends operation's wait when the rotor's angle is known.
     pub(super) fn align(&mut self, inputs: &Inputs) {
         let wanted = self.state == State::SwitchedOn
-            && self.asked == DriveCommand::EnableOperation
+            && self.newest.command == DriveCommand::EnableOperation
             && self.controlword & CONTROL_FAULT_RESET == 0
             && self.latch.faults().is_empty()
             && self.authority.any(inputs.now_us);

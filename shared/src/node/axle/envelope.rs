@@ -130,13 +130,13 @@ const HOMING: usize = 1;
 const BENCH: usize = 2;
 
 impl Axle {
-    /// Selects the envelope by the mode and by bench mode. A drive that holds since bench mode has
-    /// ended keeps the limits of bench mode. An axle that is too fast for homing decelerates with
-    /// the limits of operation.
+    /// Selects the envelope by the mode and by bench mode. A drive that holds does not home,
+    /// whatever its mode is. If it holds since bench mode has ended, it keeps the limits of bench
+    /// mode. An axle that is too fast for homing decelerates with the limits of operation.
     pub(super) fn select_envelope(&mut self) {
         let slow = self.velocity().abs() <= self.envelopes.homing_velocity();
-        let homing = self.mode == mode::HOMING && slow;
         let holds = self.state == State::QuickStopActive;
+        let homing = self.mode == mode::HOMING && slow && !holds;
         let bench = self.authority.bench() || holds && self.envelopes.bench();
         self.envelopes.select(homing, bench, &mut self.force);
         self.offset.clear();

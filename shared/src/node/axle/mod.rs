@@ -68,9 +68,10 @@ use handshake::Handshake;
 use homing::Homing;
 use latch::Latch;
 use offset::Offset;
-use options::{Options, Ramp};
+use options::Options;
+use set_points::NewestCommand;
 use sign_probe::SignProbe;
-use stopping::Exit;
+use stopping::{Exit, Stopping};
 use torque::Barrier;
 
 /// State of one axle.
@@ -106,11 +107,7 @@ pub struct Axle {
     state: State,
     mode: i8,
     controlword: u16,
-    /// Command of the newest controlword, and since when no other one came, us.
-    asked: DriveCommand,
-    asked_us: u64,
-    /// The command has changed since the axle began to hold.
-    renewed: bool,
+    newest: NewestCommand,
     command: SetPoint,
     motion: Motion,
     offset: Offset,
@@ -120,12 +117,7 @@ pub struct Axle {
     /// Demanded current of torque mode, A.
     torque_current: f32,
     barrier: Option<Barrier>,
-    /// Ramp of the present stop.
-    ramp: Ramp,
-    /// The controlword halts the axle.
-    halted: bool,
-    /// The axle holds, and needs more current than it may use.
-    strains: bool,
+    stopping: Stopping,
     exit: Option<Exit>,
     brake: Brake,
     commutation: Commutation,

@@ -135,7 +135,7 @@ impl Axle {
 
     fn statusword(&self) -> u16 {
         let mut word = self.state.statusword();
-        if self.mode == mode::HOMING && !self.halted {
+        if self.mode == mode::HOMING && !self.stopping.halted {
             match self.homing.stage {
                 Stage::Done => word |= status::TARGET_REACHED | status::FOLLOWING,
                 Stage::Failed | Stage::Mismatch => word |= status::ERROR_OF_MODE,

@@ -23,6 +23,27 @@ pub struct SetPoint {
     pub target: i32,
 }
 
+/// Command of the newest controlword.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct NewestCommand {
+    pub command: DriveCommand,
+    /// Time since which no other command came, us.
+    pub since_us: u64,
+    /// The command has changed since the axle began to hold.
+    renewed: bool,
+}
+
+impl NewestCommand {
+    /// Creates the command of an axle that has received nothing.
+    pub fn new() -> Self {
+        Self {
+            command: DriveCommand::DisableVoltage,
+            since_us: 0,
+            renewed: false,
+        }
+    }
+}
+
 /// Time for which a command that a drive under power follows must come from the guard alone, us.
 const CERTAIN_US: u64 = 20_000;
 
@@ -34,11 +55,11 @@ impl Axle {
         };
         let risen = set_point.controlword & !self.controlword;
         let command = DriveCommand::from_controlword(set_point.controlword);
-        let changes = command != self.asked;
+        let changes = command != self.newest.command;
         if changes {
-            self.asked_us = inputs.now_us;
+            self.newest.since_us = inputs.now_us;
         }
-        self.asked = command;
+        self.newest.command = command;
         self.controlword = set_point.controlword;
         let resets = risen & CONTROL_FAULT_RESET != 0;
         if resets {
@@ -46,10 +67,10 @@ impl Axle {
         }
         // A master that keeps commanding "enable" through a stop does not mean that the axle shall
         // start again by itself.
-        self.renewed = !resets && (self.renewed || changes);
+        self.newest.renewed = !resets && (self.newest.renewed || changes);
         let after = self.state.after(command);
         if after != self.state {
-            let stale = !self.renewed && self.state == State::QuickStopActive;
+            let stale = !self.newest.renewed && self.state == State::QuickStopActive;
             let allowed = !after.is_above(self.state)
                 || !(resets || stale)
                     && self.latch.faults().is_empty()
@@ -94,7 +115,7 @@ impl Axle {
     fn is_certain(&self, command: DriveCommand, now_us: u64) -> bool {
         command == DriveCommand::QuickStop
             || !(self.powered() && self.authority.guarded(now_us))
-            || now_us.wrapping_sub(self.asked_us) >= CERTAIN_US
+            || now_us.wrapping_sub(self.newest.since_us) >= CERTAIN_US
     }
 
     /// Passes to the state `after` by `command`.
@@ -125,11 +146,11 @@ impl Axle {
             self.anchor();
         }
         self.commutation.abort();
-        self.renewed &= state != State::QuickStopActive;
+        self.newest.renewed &= state != State::QuickStopActive;
         self.state = state;
         self.select_envelope();
         self.exit = None;
-        self.halted = false;
+        self.stopping.halted = false;
         self.handshake = Handshake::default();
     }
 
@@ -174,7 +195,7 @@ impl Axle {
         taut: Option<Result<Motion, Fault>>,
     ) -> Option<Demand> {
         self.active_limit = ActiveLimit::None;
-        self.strains = false;
+        self.stopping.strains = false;
         self.finish_exit();
         self.align(inputs);
         if !self.powered() {

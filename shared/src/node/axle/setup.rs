@@ -8,10 +8,12 @@ use super::handshake::Handshake;
 use super::homing::Homing;
 use super::latch::Latch;
 use super::offset::Offset;
-use super::options::{Options, Ramp};
+use super::options::Options;
+use super::set_points::NewestCommand;
 use super::sign_probe::SignProbe;
+use super::stopping::Stopping;
 use super::{ActiveLimit, Axle, SetPoint};
-use crate::bus::cia402::{DriveCommand, State};
+use crate::bus::cia402::State;
 use crate::bus::scale::Scale;
 use crate::constants::{CONTROL_PERIOD, OBSERVER_BANDWIDTH};
 use crate::faults::Faults;
@@ -103,9 +105,7 @@ impl Axle {
             state: State::SwitchOnDisabled,
             mode: 0,
             controlword: 0,
-            asked: DriveCommand::DisableVoltage,
-            asked_us: 0,
-            renewed: false,
+            newest: NewestCommand::new(),
             command: SetPoint {
                 controlword: 0,
                 mode: 0,
@@ -118,9 +118,7 @@ impl Axle {
             handshake: Handshake::default(),
             torque_current: 0.0,
             barrier: None,
-            ramp: Ramp::Quick,
-            halted: false,
-            strains: false,
+            stopping: Stopping::new(),
             exit: None,
             brake: Brake::new(settings),
             commutation: Commutation::new(settings),

@@ -8,6 +8,27 @@ use crate::constants::CONTROL_PERIOD;
 use crate::faults::{Fault, Reaction};
 use crate::motor::cascade::Demand;
 
+/// State of the present stop.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Stopping {
+    ramp: Ramp,
+    /// The controlword halts the axle.
+    pub halted: bool,
+    /// The axle holds, and needs more current than it may use.
+    pub strains: bool,
+}
+
+impl Stopping {
+    /// Creates the state of an axle that does not stop.
+    pub fn new() -> Self {
+        Self {
+            ramp: Ramp::Quick,
+            halted: false,
+            strains: false,
+        }
+    }
+}
+
 /// Exit from power that waits for standstill.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Exit {
@@ -40,7 +61,7 @@ impl Axle {
         if self.exit.is_none() {
             // Without a ramp, the feed-forward carries the load on.
             if ramps {
-                self.ramp = Ramp::Slow;
+                self.stopping.ramp = Ramp::Slow;
                 self.anchor();
             }
             self.exit_to(to);
@@ -69,7 +90,7 @@ impl Axle {
 
     /// Ramps to standstill and holds.
     pub(super) fn hold(&mut self, ramp: Ramp) {
-        self.ramp = ramp;
+        self.stopping.ramp = ramp;
         self.enter(State::QuickStopActive);
     }
 
@@ -132,10 +153,10 @@ impl Axle {
     /// when a halt begins and when it ends.
     pub(super) fn halts(&mut self) -> bool {
         let halts = self.state == State::OperationEnabled && self.controlword & CONTROL_HALT != 0;
-        if halts != self.halted {
-            self.halted = halts;
+        if halts != self.stopping.halted {
+            self.stopping.halted = halts;
             if halts {
-                self.ramp = if self.options.codes.halt == 1 {
+                self.stopping.ramp = if self.options.codes.halt == 1 {
                     Ramp::Slow
                 } else {
                     Ramp::Quick
@@ -150,7 +171,7 @@ impl Axle {
     /// Ramps to standstill, and holds there. In operation, and if the hold current was not enough,
     /// it holds with the full current, otherwise with the hold current.
     pub(super) fn stop(&mut self, inputs: &Inputs) -> Demand {
-        let limits = self.options.stop(self.ramp, self.force.limits);
+        let limits = self.options.stop(self.stopping.ramp, self.force.limits);
         let before = self.motion.position;
         self.motion.toward_velocity(0.0, limits, CONTROL_PERIOD);
         self.stop_at_ends(inputs.switches, Some(before));
@@ -161,7 +182,7 @@ impl Axle {
         } else {
             self.force.full
         });
-        self.strains = holding && self.exit.is_none() && demand.exceeds();
+        self.stopping.strains = holding && self.exit.is_none() && demand.exceeds();
         demand
     }
 }

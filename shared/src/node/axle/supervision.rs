@@ -8,7 +8,7 @@ use crate::bus::cia402::{State, mode};
 use crate::faults::{Fault, Faults, Reaction};
 use crate::motor::back_emf::Observed;
 use crate::motor::profile::Motion;
-use crate::node::supervisor::Readings;
+use crate::node::supervisor::{Power, Readings};
 
 /// Faults that a reset clears although homing has not been repeated yet.
 const HOMING_FAULTS: Faults = Faults::of(Fault::HomingFailed).or(Faults::of(Fault::HomingMismatch));
@@ -54,8 +54,11 @@ impl Axle {
             } else {
                 0
             },
-            strains: self.strains,
-            powered,
+            power: match powered {
+                true if self.stopping.strains => Power::Strained,
+                true => Power::On,
+                false => Power::Off,
+            },
             motor: if aligns {
                 motor.of_turning_field()
             } else {
@@ -93,15 +96,7 @@ impl Axle {
         {
             present.insert_if(fault, true);
         }
-        let mut reported = core::mem::take(&mut self.reported);
-        // A client in bench mode sends as often as it wants.
-        if !self.authority.guarded(inputs.now_us) {
-            reported = reported.without(Faults::of(Fault::SecondMaster));
-        } else if reported.contains(Fault::SecondMaster) {
-            // The newest command may have hidden one of the guard in the same tick.
-            self.asked_us = inputs.now_us;
-        }
-        present = present.or(reported);
+        present = present.or(self.take_reported(inputs.now_us));
         self.present = present;
         if self.snapshot.is_none() {
             self.snapshot = self.take_snapshot(present, inputs);
@@ -119,6 +114,20 @@ impl Axle {
             }
             self.select_envelope();
         }
+    }
+
+    /// Returns the faults that the bus has found since the previous tick.
+    fn take_reported(&mut self, now_us: u64) -> Faults {
+        let reported = core::mem::take(&mut self.reported);
+        // A client in bench mode sends as often as it wants.
+        if !self.authority.guarded(now_us) {
+            return reported.without(Faults::of(Fault::SecondMaster));
+        }
+        if reported.contains(Fault::SecondMaster) {
+            // The newest command may have hidden one of the guard in the same tick.
+            self.newest.since_us = now_us;
+        }
+        reported
     }
 
     /// Enters the state that the strongest reaction of the latched faults requires.

@@ -30,7 +30,7 @@ impl Axle {
         if self.state != State::OperationEnabled {
             return 0;
         }
-        if self.halted {
+        if self.stopping.halted {
             return if self.stands() && self.motion.velocity == 0.0 {
                 status::TARGET_REACHED
             } else {

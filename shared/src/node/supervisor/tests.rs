@@ -15,8 +15,7 @@ const GOOD: Readings = Readings {
     velocity: 1.0,
     commanded_velocity: 1.0,
     following_error: 0,
-    strains: false,
-    powered: true,
+    power: Power::On,
     motor: Findings {
         open_phase: false,
         disagrees: false,
@@ -383,7 +382,7 @@ fn an_axle_that_moves_or_has_no_power_is_not_blocked() {
     let bounds = bounds();
     assert!(faults_of(pushed, &bounds).contains(Fault::Blocked));
     let (mut moving, mut off) = (pushed, pushed);
-    (moving.velocity, off.powered) = (3.0, false);
+    (moving.velocity, off.power) = (3.0, Power::Off);
     assert_eq!(faults_of(moving, &bounds), Faults::NONE);
     assert_eq!(faults_of(off, &bounds), Faults::NONE);
 }
