@@ -67,6 +67,14 @@ impl Client {
         stepped.frames.to_vec()
     }
 
+    /// Leads the drive to operation at position 0, with a controlword in each SYNC period.
+    fn enable(&mut self) {
+        for controlword in [6, 7, 15] {
+            self.send(&[(0x200 + NODE, &set_point(controlword, 0))]);
+            self.idle(3);
+        }
+    }
+
     fn idle(&mut self, steps: usize) -> Vec<Frame> {
         (0..steps).flat_map(|_| self.send(&[])).collect()
     }
@@ -229,9 +237,7 @@ fn set_point(controlword: u8, target: i32) -> [u8; 7] {
 #[test]
 fn axle_follows_its_set_points_and_stops_when_they_end() {
     let mut client = Client::guarded("axle");
-    for controlword in [6, 7, 15] {
-        client.send(&[(0x200 + NODE, &set_point(controlword, 0))]);
-    }
+    client.enable();
     // Turns a quarter turn in half a second.
     for step in 0..=500 {
         let frames: &[(u16, &[u8])] = &[
@@ -267,9 +273,7 @@ fn axle_follows_its_set_points_and_stops_when_they_end() {
 #[test]
 fn writing_what_is_no_set_point_does_not_stand_for_one() {
     let mut client = Client::guarded("axle");
-    for controlword in [6, 7, 15] {
-        client.send(&[(0x200 + NODE, &set_point(controlword, 0))]);
-    }
+    client.enable();
     let mut received = Vec::new();
     for _ in 0..100 {
         received.extend(client.send(&[(0x600 + NODE, &[0x2b, 0x17, 0x10, 0, 100, 0, 0, 0])]));
@@ -495,9 +499,7 @@ fn process_data_before_the_start_of_a_node_are_ignored() {
 #[test]
 fn process_data_that_are_too_short_are_ignored() {
     let mut client = Client::guarded("axle");
-    for controlword in [6, 7, 15] {
-        client.send(&[(0x200 + NODE, &set_point(controlword, 0))]);
-    }
+    client.enable();
     // No part of them is written, and they are no set-point that keeps the axle in operation.
     let mut received = Vec::new();
     for _ in 0..100 {

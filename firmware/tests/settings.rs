@@ -164,7 +164,8 @@ fn a_save_is_refused_while_the_motor_has_current() {
         let control = [0x06, 0x07, 0x0f][(step / 40).min(2)];
         let set_point = Frame::new(0x300 + NODE, &[control, 0, 9, 0, 0, 0, 0]).expect("a frame");
         let heartbeat = Frame::new(0x701, &[5]).expect("a frame");
-        client.send(&[heartbeat, set_point]);
+        // One set-point in each SYNC period.
+        client.send(&[heartbeat, set_point][..if step % 4 == 0 { 2 } else { 1 }]);
     }
     assert_eq!(
         client.sdo(0x40, 0x6041, 0, [0; 4]).1 & 0x6f,
