@@ -1,7 +1,7 @@
 //! Limit switches: while one is closed, nothing moves the axle outward, in any mode.
 
 use super::drive_bench::{Bench, MOTOR, turns};
-use super::wire::Wire;
+use super::wire::{Wire, set_point};
 use crate::random::Random;
 use tautrack::bus::cia402::{CONTROL_HALT, CONTROL_START, controlword, mode};
 use tautrack::node::axle::BridgeDemand;
@@ -306,4 +306,24 @@ fn a_software_position_limit_stops_motion_towards_it_in_every_mode() {
     wire.run(3_000);
     let millimetres = wire.angle / std::f64::consts::TAU * 5.0;
     assert!((229.0..230.1).contains(&millimetres), "{millimetres} mm");
+}
+
+#[test]
+fn a_quick_stop_does_not_pull_an_axle_back_that_a_load_has_pushed_past_a_switch() {
+    let mut wire = Wire::axle(&[]);
+    wire.operate(mode::CYCLIC_VELOCITY, 0);
+    wire.switches.positive_limit = true;
+    wire.run(50);
+    let closed = wire.angle;
+    // N m; the loop of the velocity takes it up after some travel.
+    wire.load = 12.0;
+    wire.run(500);
+    assert!(wire.angle > closed + 0.05, "{} rad", wire.angle - closed);
+    let start = wire.angle;
+    wire.command = Some(set_point(0x02, 0, 0));
+    for _ in 0..500 {
+        wire.run(1);
+        let moved = (wire.angle - start).abs();
+        assert!(moved < 0.01, "{moved} rad");
+    }
 }

@@ -151,6 +151,7 @@ impl Axle {
         self.select_envelope();
         self.exit = None;
         self.stopping.halted = false;
+        self.stopping.slipped = false;
         self.handshake = Handshake::default();
     }
 
@@ -162,6 +163,8 @@ impl Axle {
             velocity: self.velocity(),
             acceleration: 0.0,
         };
+        // A closed switch stops it there, and does not pull it back to where the switch has closed.
+        self.stops = [None; 2];
         self.interpolation_ticks = 0;
         self.torque_current = self.demand;
         self.barrier = None;

@@ -16,6 +16,8 @@ pub(super) struct Stopping {
     pub halted: bool,
     /// The axle holds, and needs more current than it may use.
     pub strains: bool,
+    /// The hold current was not enough since the axle began to hold.
+    pub slipped: bool,
 }
 
 impl Stopping {
@@ -25,6 +27,7 @@ impl Stopping {
             ramp: Ramp::Quick,
             halted: false,
             strains: false,
+            slipped: false,
         }
     }
 }
@@ -176,7 +179,9 @@ impl Axle {
         self.motion.toward_velocity(0.0, limits, CONTROL_PERIOD);
         self.stop_at_ends(inputs.switches, Some(before));
         let holding = self.motion.velocity == 0.0 && self.state == State::QuickStopActive;
-        let weak = holding && !self.latch.faults().contains(Fault::HoldSlips);
+        // A reset, which may be another sender's, does not weaken the hold.
+        self.stopping.slipped |= self.latch.faults().contains(Fault::HoldSlips);
+        let weak = holding && !self.stopping.slipped;
         let demand = self.follow(if weak {
             self.force.hold
         } else {
