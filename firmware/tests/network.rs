@@ -67,9 +67,12 @@ impl Network {
 
     /// Runs one step. The operator requests to stop, and to arm from 1 s on.
     fn advance(&mut self) -> &[(usize, Frame)] {
+        // m/s^2. Readings that never change are those of a stuck sensor.
+        let noise = (self.step * 7 % 13) as f32 * 1e-3;
         let level = BodyMeasurands {
-            tilt_force: [0.0, 0.0, 9.81],
-            specific_force: [0.0, 0.0, 9.81],
+            tilt_force: [noise, 0.0, 9.81],
+            specific_force: [noise, noise, 9.81 + noise],
+            angular_rate: [noise; 3],
             ..Default::default()
         };
         let sensors = Sensors {

@@ -130,6 +130,7 @@ impl Mailbox {
     }
 
     /// Sets `found` if frames of which one is due every `syncs` come from two nodes.
+    #[inline(never)] // one copy for three paces
     fn watch(&self, pace: usize, syncs: u32, now_us: u64, found: &AtomicBool) {
         let period_us = self.ids.sync_period_us.load(Ordering::Relaxed) * syncs;
         critical_section::with(|cs| {
