@@ -43,7 +43,7 @@ pub static HEARD: Mailbox = Mailbox {
         joint: AtomicU16::new(0),
         sync_period_us: AtomicU32::new(0),
     },
-    paces: Mutex::new(Cell::new([Pace::NEW; 3])),
+    paces: Mutex::new([const { Cell::new(Pace::NEW) }; 3]),
 };
 
 /// Index of the torque feed-forward (CiA 402 calls it "torque offset"). It is sent less often than
@@ -63,7 +63,7 @@ pub struct Mailbox {
     sync_us: Mutex<Cell<u64>>,
     ids: Ids,
     /// Paces of set-points, torque feed-forwards and motions of the joint.
-    paces: Mutex<Cell<[Pace; 3]>>,
+    paces: Mutex<[Cell<Pace>; 3]>,
 }
 
 /// Identifiers of the nodes that concern a drive.
@@ -130,17 +130,16 @@ impl Mailbox {
     }
 
     /// Sets `found` if frames of which one is due every `syncs` come from two nodes.
-    #[inline(never)] // one copy for three paces
     fn watch(&self, pace: usize, syncs: u32, now_us: u64, found: &AtomicBool) {
         let period_us = self.ids.sync_period_us.load(Ordering::Relaxed) * syncs;
         critical_section::with(|cs| {
-            let cell = self.paces.borrow(cs);
-            let mut paces = cell.get();
-            let pace = paces.get_mut(pace);
-            if pace.is_some_and(|pace| pace.is_exceeded(now_us, period_us)) {
-                found.store(true, Ordering::Relaxed);
+            if let Some(cell) = self.paces.borrow(cs).get(pace) {
+                let mut pace = cell.get();
+                if pace.is_exceeded(now_us, period_us) {
+                    found.store(true, Ordering::Relaxed);
+                }
+                cell.set(pace);
             }
-            cell.set(paces);
         });
     }
 

@@ -19,14 +19,12 @@ impl Pace {
     /// another node sends frames, too.
     pub fn is_exceeded(&mut self, now_us: u64, period_us: u32) -> bool {
         let period_us = u64::from(period_us);
-        let exceeded = self.due_us > now_us.saturating_add(period_us + period_us / 2);
+        // Microseconds in 64 bits do not wrap.
+        let ahead_us = self.due_us.saturating_sub(now_us);
+        let exceeded = ahead_us > period_us + period_us / 2;
         if !exceeded {
-            let from_us = if self.due_us > now_us {
-                self.due_us
-            } else {
-                now_us
-            };
-            self.due_us = from_us.saturating_add(period_us - period_us / 16);
+            let due_us = now_us.wrapping_add(ahead_us);
+            self.due_us = due_us.wrapping_add(period_us - period_us / 16);
         }
         exceeded
     }

@@ -192,7 +192,6 @@ impl Axle {
     }
 
     /// Puts parameters in force that a client has written.
-    #[inline(never)] // one copy for two callers
     pub fn configure(&mut self, parameters: &DriveParameters) {
         self.options.prepare(*parameters, self.scale);
         self.travel = self.options.travel(self.scale);

@@ -293,41 +293,45 @@ impl Axle {
     /// motion is free. `before` is the position of the set-point in the previous tick; `None` if
     /// the velocity alone is the set-point.
     pub(super) fn stop_at_ends(&mut self, switches: Switches, before: Option<i64>) {
-        let closed = [switches.positive_limit, switches.negative_limit];
-        let ends = self.ends();
-        if !(closed[0] || closed[1]) && ends.is_none() {
-            self.stops = [None; 2];
-            return;
-        }
-        let position = self.position();
         let step = match before {
             Some(before) => self.motion.position.wrapping_sub(before),
             None if self.motion.velocity > 0.0 => 1,
             None => -i64::from(self.motion.velocity < 0.0),
         };
-        for (direction, closed) in closed.into_iter().enumerate() {
-            let sign = if direction == 0 { 1 } else { -1 };
-            let place = self.motion.position;
-            let beyond = |other: i64| place.wrapping_sub(other).wrapping_mul(sign);
-            let stop = closed.then(|| {
-                let stop = self.stops[direction].unwrap_or(position);
-                if beyond(stop) < 0 { place } else { stop }
-            });
-            self.stops[direction] = stop;
-            let (end, limit) = match (stop, ends.map(|ends| ends[direction])) {
-                (Some(stop), _) => (stop, ActiveLimit::Switch),
-                (None, Some(end)) if beyond(end) > 0 => {
-                    // A set-point that is outside of the travel already stays there.
-                    let outside = before.filter(|before| beyond(*before) < beyond(end));
-                    (outside.unwrap_or(end), ActiveLimit::Travel)
-                }
-                _ => continue,
-            };
-            let outward = step.wrapping_mul(sign);
-            if outward > 0 || outward == 0 && before.is_some() && beyond(end) > 0 {
-                self.motion = Motion::at(end);
-                self.active_limit = limit;
+        for (direction, closed) in [switches.positive_limit, switches.negative_limit]
+            .into_iter()
+            .enumerate()
+        {
+            self.stop_at_end(direction, closed, step, before);
+        }
+    }
+
+    /// Runs [`Self::stop_at_ends`] for the positive `direction` (0) or the negative one, with the
+    /// `step` of the set-point in this tick.
+    #[inline(never)] // one copy for two directions
+    fn stop_at_end(&mut self, direction: usize, closed: bool, step: i64, before: Option<i64>) {
+        let further = |one: i64, other: i64| match direction {
+            0 => one > other,
+            _ => one < other,
+        };
+        let place = self.motion.position;
+        let stop = closed.then(|| {
+            let stop = self.stops[direction].unwrap_or_else(|| self.position());
+            if further(stop, place) { place } else { stop }
+        });
+        self.stops[direction] = stop;
+        let (end, limit) = match (stop, self.ends().map(|ends| ends[direction])) {
+            (Some(stop), _) => (stop, ActiveLimit::Switch),
+            (None, Some(end)) if further(place, end) => {
+                // A set-point that is outside of the travel already stays there.
+                let outside = before.filter(|before| further(*before, end));
+                (outside.unwrap_or(end), ActiveLimit::Travel)
             }
+            _ => return,
+        };
+        if further(step, 0) || step == 0 && before.is_some() && further(place, end) {
+            self.motion = Motion::at(end);
+            self.active_limit = limit;
         }
     }
 
