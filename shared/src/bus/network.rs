@@ -102,14 +102,14 @@ pub fn as_emergency(received: &Frame) -> Option<Emergency> {
     }
 }
 
+/// A bit for each function code with which a node sends: emergency, process data, SDO answer and
+/// heartbeat.
+const SENT_FUNCTIONS: u16 = 0b0110_1010_1010_1010;
+
 /// Returns whether only `node` may send a frame with this identifier.
 pub fn is_of(received: &Frame, node: u8) -> bool {
-    let id = received.id();
-    id & 0x7f == u16::from(node)
-        && match id & !0x7f {
-            function::SYNC_OR_EMERGENCY | function::SDO_ANSWER | function::HEARTBEAT => true,
-            code => function::TPDO.contains(&code),
-        }
+    let (id, code) = (received.id(), received.id() >> 7);
+    id & 0x7f == u16::from(node) && 1 << code & SENT_FUNCTIONS != 0
 }
 
 /// Returns node and state of a received heartbeat or boot-up message; `None` for any other frame.
