@@ -201,7 +201,8 @@ pub fn is_writing() -> bool {
 /// Runs `write`, unless the motor has current. Nothing arms the drive before it has ended: the
 /// control task interrupts this one, and either it has seen [`is_writing`] or this task sees that
 /// it has armed.
-fn while_disarmed(write: impl FnOnce() -> Result<(), SaveError>) -> Result<(), SaveError> {
+#[inline(never)] // one copy for two callers
+fn while_disarmed(write: fn() -> Result<(), SaveError>) -> Result<(), SaveError> {
     WRITING.store(true, Ordering::SeqCst);
     let written = if ARMED.load(Ordering::SeqCst) {
         Err(SaveError::Armed)

@@ -19,8 +19,6 @@ pub mod function {
     pub const TPDO: [u16; 5] = [0x180, 0x280, 0x380, 0x480, 0x680];
     /// First to fourth receive PDO, as seen from the node that receives and follows it.
     pub const RPDO: [u16; 4] = [0x200, 0x300, 0x400, 0x500];
-    /// Answer to a request of service data (SDO).
-    pub const SDO_ANSWER: u16 = 0x580;
     /// Boot-up message and heartbeat.
     pub const HEARTBEAT: u16 = 0x700;
 }
