@@ -211,6 +211,7 @@ async fn control(guard: &'static mut dyn Tick, node: u8) -> ! {
                 operator_command,
             ),
             emergency_stop: od::OBJECT4008.get_value() != 0 || switches.emergency_stop,
+            writes_flash: storage::is_writing(),
             frames: &frames,
             serial: bytes.get(..count).unwrap_or(&[]),
         });

@@ -12,6 +12,9 @@ use tautrack::node::guard::State;
 /// Time between two commands, us.
 pub const PERIOD_US: u64 = 20_000;
 
+/// Number of requests to stop after which a request to arm counts as a new one.
+const STOPS: u8 = 3;
+
 /// Plays the script of a scenario, starting when the guard is armed.
 pub struct Operator {
     scenario: crate::scenario::Operator,
@@ -24,8 +27,8 @@ pub struct Operator {
     commands_us: Vec<u64>,
     theta: f64,
     sequence: u8,
-    /// Whether a stop request was sent while the guard was ready.
-    stopped: bool,
+    /// Number of stop requests that were sent while the guard was ready, up to [`STOPS`].
+    stops: u8,
     /// Whether the request is to arm; it stays so from then on.
     asks_to_arm: bool,
     guard: u8,
@@ -55,7 +58,7 @@ impl Operator {
             commands_us: Vec::new(),
             theta: 0.0,
             sequence: 0,
-            stopped: false,
+            stops: 0,
             asks_to_arm: false,
             guard,
             posture: scenario.robot.section().posture(),
@@ -81,8 +84,10 @@ impl Operator {
             self.commands_us.push(time_us);
         }
         self.sequence = self.sequence.wrapping_add(1);
-        self.asks_to_arm |= view.state == Some(State::Ready) && self.stopped;
-        self.stopped |= view.state == Some(State::Ready);
+        if view.state == Some(State::Ready) {
+            self.asks_to_arm |= self.stops == STOPS;
+            self.stops = (self.stops + 1).min(STOPS);
+        }
         let mut command = OperatorCommand {
             request: if self.asks_to_arm {
                 self.arms

@@ -16,7 +16,7 @@ impl<B: Body> Guard<B> {
         let now_us = inputs.now_us;
         let before = self.state;
         self.drives.check_restarts(before.driving());
-        self.advance_state(now_us);
+        self.advance_state(inputs);
         self.pass_command(inputs);
         // This comes after the filter, so that a trip or an emergency stop counts in the period in
         // which it comes.
@@ -60,10 +60,11 @@ impl<B: Body> Guard<B> {
     }
 
     /// Enters the state that follows from fault reports, drives and the operator's request.
-    fn advance_state(&mut self, now_us: u64) {
+    fn advance_state(&mut self, inputs: &Inputs<'_>) {
+        let now_us = inputs.now_us;
         let before = self.state;
         let complete = self.drives.complete();
-        let ready = complete && self.drives.have_status();
+        let ready = complete && self.drives.have_status() && !inputs.writes_flash;
         let arms = ready && self.operator.arms(now_us) && !self.supervision.tripped();
         let starts = arms && before == State::Ready || matches!(before, State::Starting(_));
         // The first readings may be wrong. Until they have settled, the start waits.
