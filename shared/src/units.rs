@@ -49,7 +49,6 @@ impl Angle {
     ///
     /// It is defined for every input: NaN and infinities give [`Self::ZERO`]. So do values from
     /// 2^30 rad on, where an `f32` cannot tell directions apart. It uses integer arithmetic only.
-    /// Cost on Cortex-M4: see docs/cost.md.
     #[inline]
     pub const fn from_radians(radians: f32) -> Self {
         const PER_RADIAN: u64 = with_fraction(BITS_PER_RADIAN);

@@ -1,4 +1,4 @@
-//! Counts the executed instructions of every kernel and tick. It is not a node program, see
+//! Counts the executed instructions of the control code. It is not a node program, see
 //! [`tautrack_firmware::cost`].
 #![no_std]
 #![no_main]

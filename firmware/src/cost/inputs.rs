@@ -2,7 +2,8 @@
 //! through.
 
 use core::hint::black_box;
-use tautrack::settings::Settings;
+use tautrack::screw::Geometry;
+use tautrack::settings::{Setting, Settings};
 use tautrack::units::Angle;
 
 /// Marsaglia's 32-bit xorshift generator, which gives the same numbers in every run.
@@ -26,6 +27,11 @@ impl Random {
     pub fn within(&mut self, bound: f32) -> f32 {
         self.bits() as f32 * (bound / 2_147_483_648.0)
     }
+
+    /// Returns a random place, each coordinate at most `bound` from `place`.
+    pub fn near<const N: usize>(&mut self, place: [f32; N], bound: f32) -> [f32; N] {
+        place.map(|value| value + self.within(bound))
+    }
 }
 
 /// Returns the angle for call number `call`. The sweep starts with the four quarter turns and then
@@ -37,20 +43,19 @@ pub fn angle(call: u32) -> Angle {
     })
 }
 
-/// Returns a floating-point number of any magnitude and sign; the first calls return special
-/// values.
-pub fn number(call: u32, random: &mut Random) -> f32 {
-    match call {
-        0 => 0.0,
-        1 => -0.0,
-        2 => f32::INFINITY,
-        3 => f32::NAN,
-        4 => f32::MAX,
-        _ => random.within(1.0) * f32::from_bits(0x3000_0000 + ((call & 0x1f) << 23)),
+/// Returns the nominal settings with these changes. The compiler cannot know the values. Returns
+/// `None` if a value is outside of its bounds.
+pub fn settings(changes: &[(Setting, i32)]) -> Option<Settings> {
+    let mut settings = Settings::default();
+    for (setting, value) in changes {
+        settings.set(setting.description().key, *value).ok()?;
     }
+    Some(black_box(settings))
 }
 
-/// Returns the nominal settings, with values that the compiler cannot know.
-pub fn settings() -> Settings {
-    black_box(Settings::default())
+/// Returns the geometry of the screw with these settings.
+pub fn geometry(settings: &Settings) -> Option<Geometry> {
+    let [l1, l2, k] = [Setting::LengthL1, Setting::LengthL2, Setting::LengthK]
+        .map(|setting| settings.get(setting));
+    Geometry::from_micrometres(l1, l2, k).ok()
 }

@@ -1,49 +1,36 @@
-//! Program that counts what the control code costs on the core, in executed instructions, under
-//! QEMU's `-icount shift=8,sleep=off`.
+//! Program that counts the instructions which the control code executes on the core, under QEMU's
+//! `-icount shift=8,sleep=off`.
 //!
-//! [`counter`] counts one call, [`inputs`] makes the inputs of the calls; the other files list what
-//! is counted, with one file per part of the library. The host writes the number of calls per entry
-//! (`u32`, little-endian) to standard input. It reads one line per entry: name, calls, minimum,
-//! maximum, sum, address of the function. `cargo cost` does both and writes a table.
+//! [`counter`] counts one call and writes the counts, [`inputs`] and [`traffic`] make the inputs of
+//! the calls. The other files list what is counted: single functions, the loops of a motor, the
+//! ticks of drives and guards, and frames of the bus. The program writes one line per entry: name,
+//! minimum, maximum, mean. `cargo cost` runs it and prints a table.
 
 mod bus;
 mod counter;
+mod drives;
 mod guards;
-mod hylos;
 mod inputs;
-mod math;
-mod model;
+mod kernels;
 mod motor;
-mod nodes;
-mod stability;
 mod traffic;
 
 use crate::boards::mps2::semihosting::{Stream, exit};
 use counter::Table;
 
 /// Counts everything, writes the lines and ends the emulator. Ends it with failure if the counter
-/// does not pass its own check ([`Table::controls`]).
+/// does not pass its own check ([`Table::controls`]) or an entry cannot be counted.
 pub fn run() -> ! {
-    let (Some(input), Some(output)) = (Stream::standard_input(), Stream::standard_output()) else {
-        exit(false)
-    };
-    let mut calls = [0; 4];
-    if !input.read_exact(&mut calls) {
-        exit(false);
-    }
-    let Some(mut table) = Table::new(u32::from_le_bytes(calls), output) else {
-        exit(false)
-    };
-    if !table.controls() {
-        exit(false);
-    }
-    math::count(&mut table);
-    stability::count(&mut table);
-    model::count(&mut table);
-    hylos::count(&mut table);
-    motor::count(&mut table);
-    nodes::count(&mut table);
-    guards::count(&mut table);
-    bus::count(&mut table);
-    exit(true)
+    exit(count().is_some())
+}
+
+/// Returns `None` at the first entry that cannot be counted.
+fn count() -> Option<()> {
+    let mut table = Table::new(Stream::standard_output()?)?;
+    table.controls()?;
+    kernels::count(&mut table)?;
+    motor::count(&mut table)?;
+    drives::count(&mut table)?;
+    guards::count(&mut table)?;
+    bus::count(&mut table)
 }

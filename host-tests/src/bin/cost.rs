@@ -1,5 +1,4 @@
-//! `cargo cost`: measures the instructions and memory that the control code needs on the target
-//! core.
+//! `cargo cost`: counts the instructions of the control code on the target core.
 
 use std::process::ExitCode;
 use tautrack_host_tests::tools::cost;

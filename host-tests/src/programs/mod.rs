@@ -46,15 +46,6 @@ pub fn build(board: Board, guard: &str) -> Result<Programs, BuildError> {
     Ok(Programs { board, nodes })
 }
 
-/// Builds the programs of an axle and of a screw for the emulated board, in the same way as
-/// [`build`].
-///
-/// # Errors
-/// The same as [`build`].
-pub fn drives() -> Result<[Program; 2], BuildError> {
-    emulated("mps2", ["axle", "screw"])
-}
-
 /// Builds the programs that measure the control code on the emulated core, in the same way as
 /// [`build`].
 ///

@@ -53,7 +53,7 @@ pub struct Programs {
 /// Measuring programs for the emulated board, which are not nodes.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Instruments {
-    /// Counts the instructions of every kernel and tick.
+    /// Counts the instructions of the control code.
     pub cost: Program,
     /// Contains only the control ticks, for checks of its symbols.
     pub ticks: Program,

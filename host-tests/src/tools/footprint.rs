@@ -1,5 +1,5 @@
 //! `cargo footprint`: flash memory, static variables and stack of the boards' programs, beside
-//! their limits.
+//! their limits, which `host-tests/cost.toml` has.
 //!
 //! The stack is measured while the program runs on the model of the chip: it starts, saves a
 //! setting, is configured and enabled over the bus, and drives; a guard receives frames of drives
@@ -15,9 +15,10 @@ use crate::programs::{MotorBoard, Program, flash, guard_board, motor_board};
 use crate::robots::{Kind, Role};
 use crate::scenario::Scenario;
 use crate::simulator::chip::{Chip, Executed, Part, STM32G431, STM32G474};
+use crate::tools::cost::ceilings::Ceilings;
 use clap::{Parser, ValueEnum};
 use object::read::elf::ElfFile32;
-use object::{Endianness, Object, ObjectSection, ObjectSymbol};
+use object::{Endianness, Object, ObjectSection};
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::ffi::OsString;
@@ -31,13 +32,6 @@ use tautrack::settings::{FIRST_OBJECT, Setting};
 const FLASH: u32 = 0x0800_0000;
 /// RAM of the largest chip. No chip has anything else there.
 const RAM: std::ops::Range<u64> = 0x2000_0000..0x2002_0000;
-/// Static variables and stack of a motor board's application, bytes. The rest of the 32 KiB is a
-/// reserve.
-const RAM_LIMIT: u32 = 24 * 1024;
-/// The same of a guard, of 128 KiB.
-const GUARD_RAM_LIMIT: u32 = 48 * 1024;
-/// Flash memory of a guard, bytes.
-const GUARD_FLASH_LIMIT: u32 = 192 * 1024;
 /// Scenario that has the settings of the nodes.
 const SCENARIO: &str = "host-tests/scenarios/staircase.toml";
 /// Node id of the chip.
@@ -62,7 +56,7 @@ pub struct Footprint {
     pub program: &'static str,
     /// Vectors, code, constants and initial values.
     pub flash: u32,
-    /// Flash memory that the program has.
+    /// Limit of the flash memory.
     pub flash_limit: u32,
     /// Static variables.
     pub static_ram: u32,
@@ -182,6 +176,15 @@ pub fn measure_guards() -> Result<Vec<Footprint>, String> {
         .collect()
 }
 
+/// Limits of flash memory and RAM of a program.
+fn limits(program: &str) -> Result<[u32; 2], String> {
+    let Ceilings { flash, ram, .. } = Ceilings::read()?;
+    let limits = flash.get(program).zip(ram.get(program));
+    limits.map(|(flash, ram)| [*flash, *ram]).ok_or_else(|| {
+        format!("host-tests/cost.toml has no ceilings of flash and ram for {program}")
+    })
+}
+
 fn guard(robot: Kind, program: &Program) -> Result<Footprint, String> {
     let image = Image::read(program)?;
     let mut chip = image.chip(STM32G474);
@@ -190,15 +193,17 @@ fn guard(robot: Kind, program: &Program) -> Result<Footprint, String> {
     chip.patch(settings_pages::GUARD_ADDRESS, &Pages::of(&settings)?.0);
     chip.connect_modules();
     let nested_stack = exercise(&mut chip, image.stack_start, listen);
+    let name = robot.facts().guard_program;
+    let [flash_limit, ram_limit] = limits(name)?;
     Ok(Footprint {
         board: "g474",
-        program: robot.facts().guard_program,
+        program: name,
         flash: image.flash,
-        flash_limit: GUARD_FLASH_LIMIT,
+        flash_limit,
         static_ram: image.static_ram,
         stack: chip.deepest_stack(RAM.start as u32 + image.static_ram),
         nested_stack,
-        ram_limit: GUARD_RAM_LIMIT,
+        ram_limit,
         ram: image.stack_start - RAM.start as u32,
     })
 }
@@ -210,15 +215,16 @@ fn application(name: &'static str, program: &Program, role: Role) -> Result<Foot
     settings.push((Setting::NodeId, NODE.into()));
     chip.patch(settings_pages::ADDRESS, &Pages::of(&settings)?.0);
     let nested_stack = exercise(&mut chip, image.stack_start, drive);
+    let [flash_limit, ram_limit] = limits(name)?;
     Ok(Footprint {
         board: "esc1",
         program: name,
         flash: image.flash,
-        flash_limit: image.symbol("_settings_start")? - image.start,
+        flash_limit,
         static_ram: image.static_ram,
         stack: chip.deepest_stack(RAM.start as u32 + image.static_ram),
         nested_stack,
-        ram_limit: RAM_LIMIT,
+        ram_limit,
         ram: image.stack_start - RAM.start as u32,
     })
 }
@@ -228,15 +234,16 @@ fn loader(programs: &MotorBoard) -> Result<Footprint, String> {
     let mut chip = image.chip(STM32G431);
     // Without an application, it stays in the loader.
     let nested_stack = exercise(&mut chip, image.stack_start, |chip| chip.run(100_000));
+    let [flash_limit, ram_limit] = limits("loader")?;
     Ok(Footprint {
         board: "esc1",
         program: "loader",
         flash: image.flash,
-        flash_limit: image.symbol("_application")? - FLASH,
+        flash_limit,
         static_ram: image.static_ram,
         stack: chip.deepest_stack(RAM.start as u32 + image.static_ram),
         nested_stack,
-        ram_limit: RAM_LIMIT,
+        ram_limit,
         ram: image.stack_start - RAM.start as u32,
     })
 }
@@ -254,7 +261,6 @@ fn settings(scenario: &str, role: Role) -> Result<Vec<(Setting, i32)>, String> {
 
 /// Program as the linker made it.
 struct Image {
-    elf: Vec<u8>,
     segments: Vec<flash::Segment>,
     start: u32,
     /// Stack pointer at the start: the end of RAM.
@@ -285,21 +291,12 @@ impl Image {
             flash: segments.iter().map(|part| part.bytes.len() as u32).sum(),
             static_ram: static_end.map_or(0, |end| (end - RAM.start) as u32),
             segments,
-            elf,
         })
     }
 
     /// A chip that has this image, and starts it.
     fn chip(&self, part: Part) -> Chip {
         Chip::of(part, &self.segments, self.start)
-    }
-
-    fn symbol(&self, name: &str) -> Result<u32, String> {
-        parse(&self.elf)?
-            .symbols()
-            .find(|symbol| symbol.name() == Ok(name))
-            .map(|symbol| symbol.address() as u32)
-            .ok_or_else(|| format!("the program has no symbol {name}"))
     }
 }
 

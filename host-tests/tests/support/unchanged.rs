@@ -55,7 +55,7 @@ fn simulator() -> [String; 3] {
 }
 
 /// What QEMU says of its version.
-pub fn emulator() -> String {
+fn emulator() -> String {
     let output = Command::new(QEMU).arg("--version").output();
     String::from_utf8(output.expect("QEMU starts").stdout).expect("UTF-8")
 }

@@ -212,7 +212,7 @@ impl Cascade {
     ///
     /// Domain: errors below 2^14 turns, velocities up to 2^29. Worst error against
     /// double precision over 100 000 calls: 8e-6 of the current limit, 1.4e-6 with nominal gains
-    /// (`shared/tests/motor/cascade.rs`). Cost on Cortex-M4: see docs/cost.md.
+    /// (`shared/tests/motor/cascade.rs`). Cost on Cortex-M4: about 35 instructions.
     #[inline]
     pub fn position(
         &self,

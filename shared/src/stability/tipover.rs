@@ -93,7 +93,7 @@ impl<S: Scalar, const N: usize> Edges<S, N> {
     /// Domain: finite inputs in a frame whose origin is in or near the robot. NaN and a support
     /// without edges give NaN. Worst error in single precision 1.5e-6 rad for forces above 30 N
     /// across robots of this size (`shared/tests/stability/tipover.rs`). Cost on Cortex-M4: see
-    /// docs/cost.md.
+    /// `cargo cost`.
     #[inline]
     pub fn margin(&self, cog: Vector<S>, force: Vector<S>, moment: Vector<S>) -> S {
         let about_origin = add(moment, cross(cog, force));

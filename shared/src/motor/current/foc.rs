@@ -71,7 +71,7 @@ impl Foc {
     ///
     /// Domain: the currents of all three phases and the demand are at most full scale. No compare
     /// value leaves the period. Worst error against double precision: 2 counts of 4250
-    /// (`shared/tests/motor/current.rs`). Cost on Cortex-M4: see docs/cost.md.
+    /// (`shared/tests/motor/current.rs`). Cost on Cortex-M4: see `cargo cost`.
     #[inline(always)]
     #[allow(clippy::inline_always)] // a second caller must not add a call to the interrupt
     pub fn step(
