@@ -20,18 +20,6 @@ pub enum Board {
     Image,
 }
 
-impl Board {
-    /// Name for people.
-    pub(super) fn name(self) -> &'static str {
-        match self {
-            Self::Qemu => "mps2",
-            Self::Native => "native",
-            Self::Wasm => "wasm",
-            Self::Image => "esc1",
-        }
-    }
-}
-
 /// Node program.
 #[derive(Clone, PartialEq, Eq, Default, Debug)]
 pub struct Program {
