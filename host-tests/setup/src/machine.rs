@@ -21,7 +21,7 @@ pub fn facts() -> Facts {
     Facts {
         target_library: library(&rustc, TARGET),
         wasm_library: library(&rustc, WASM_TARGET),
-        library_sources: library_sources(&rustc).is_some(),
+        library_sources: library_sources(&rustc),
         rustup: succeeds(&["rustup", "--version"]),
         distribution_rust: distribution_rust(),
         distribution_wanted: env::var_os("TAUTRACK_TOOLCHAIN")
@@ -71,16 +71,26 @@ fn library(rustc: &OsStr, target: &str) -> bool {
     })
 }
 
-/// Folder with the sources of the compiler's library; `None` if they are not installed.
-pub fn library_sources(rustc: &OsStr) -> Option<PathBuf> {
+fn library_sources(rustc: &OsStr) -> bool {
+    library_folder(rustc).is_some_and(|folder| folder.join("library/core").exists())
+}
+
+/// Folder for the sources of the compiler's library, whether they are installed or not.
+pub fn library_folder(rustc: &OsStr) -> Option<PathBuf> {
     let sysroot = answer(rustc, &["--print", "sysroot"])?;
-    let sources = PathBuf::from(sysroot).join("lib/rustlib/src/rust");
-    sources.join("library/core").exists().then_some(sources)
+    Some(PathBuf::from(sysroot).join("lib/rustlib/src/rust"))
+}
+
+/// Commit that the compiler was built from.
+pub fn commit(rustc: &OsStr) -> Option<String> {
+    let version = answer(rustc, &["-vV"])?;
+    let mut lines = version.lines();
+    lines.find_map(|line| Some(line.strip_prefix("commit-hash: ")?.to_owned()))
 }
 
 fn distribution_rust() -> bool {
     Path::new(DISTRIBUTION_CARGO).exists()
-        && library_sources(DISTRIBUTION_RUSTC.as_ref()).is_some()
+        && library_sources(DISTRIBUTION_RUSTC.as_ref())
         && succeeds(&[DISTRIBUTION_LINKER, "--version"])
 }
 

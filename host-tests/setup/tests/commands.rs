@@ -13,8 +13,8 @@ use tautrack_setup::commands::{COMMANDS, Command as Row};
 /// Tools whose place a stub takes that always fails.
 const ABSENT: [&str; 4] = ["rustup", "qemu-system-arm", "probe-rs", "ld.lld"];
 
-/// A compiler with the libraries of other targets in `$LIBRARIES` and without sources. It writes the
-/// names of the crates that it compiles to `$COMPILED`, and compiles only this package.
+/// A compiler with the libraries of other targets in `$LIBRARIES` and without sources. It writes
+/// the names of the crates that it compiles to `$COMPILED`, and compiles only this package.
 const COMPILER: &str = r#"#!/bin/sh
 case "$1 $2" in
 "--print target-libdir") echo "$LIBRARIES"; exit 0 ;;

@@ -3,7 +3,7 @@
 use super::program::identify;
 use super::setup::checkout::root;
 use super::setup::machine::{
-    DISTRIBUTION_CARGO, DISTRIBUTION_LINKER, DISTRIBUTION_RUSTC, library_sources,
+    DISTRIBUTION_CARGO, DISTRIBUTION_LINKER, DISTRIBUTION_RUSTC, commit, library_folder,
 };
 use super::setup::{self, Part, TARGET, Toolchain, WASM_TARGET};
 use super::{BuildError, Program};
@@ -73,7 +73,7 @@ pub(super) fn folder_of(recipe: &Recipe, programs: &[&str]) -> Result<PathBuf, B
         Toolchain::Current => "nodes",
         Toolchain::Distribution => "nodes-distribution",
     });
-    let output = command(recipe, toolchain, &folder)
+    let output = command(recipe, root, toolchain, &folder)
         .args(["--features", recipe.features])
         .args(programs.iter().flat_map(|program| ["--bin", program]))
         .current_dir(root)
@@ -109,7 +109,7 @@ pub(super) const FLASHED_LOG: &str = "info,zencan_node=off,zencan_common=off,emb
 /// and the code that passes them on, would take 15 KB.
 const SMALL_FLAGS: [&str; 2] = ["-Cpanic=immediate-abort", "-Zunstable-options"];
 
-fn command(recipe: &Recipe, toolchain: Toolchain, target_folder: &Path) -> Command {
+fn command(recipe: &Recipe, root: &Path, toolchain: Toolchain, target_folder: &Path) -> Command {
     let cargo = match toolchain {
         Toolchain::Current => env::var_os("CARGO").unwrap_or_else(|| "cargo".into()),
         Toolchain::Distribution => DISTRIBUTION_CARGO.into(),
@@ -127,7 +127,7 @@ fn command(recipe: &Recipe, toolchain: Toolchain, target_folder: &Path) -> Comma
         .arg(target_folder);
     command.args(["--target", recipe.target]);
     if recipe.target == TARGET {
-        let flags = flags(recipe, toolchain);
+        let flags = flags(recipe, root, toolchain);
         command.arg("--config");
         command.arg(format!("target.{TARGET}.rustflags = {flags}"));
     }
@@ -157,8 +157,8 @@ fn command(recipe: &Recipe, toolchain: Toolchain, target_folder: &Path) -> Comma
 ///
 /// Texts of panics and debug information name source files. The flags replace what differs between
 /// computers, so that the bytes of a program do not depend on any folder.
-fn flags(recipe: &Recipe, toolchain: Toolchain) -> toml::Value {
-    let mut flags: Vec<String> = folders(toolchain)
+fn flags(recipe: &Recipe, root: &Path, toolchain: Toolchain) -> toml::Value {
+    let mut flags: Vec<String> = folders(root, toolchain)
         .iter()
         .map(|(folder, name)| format!("--remap-path-prefix={}={name}", folder.display()))
         .collect();
@@ -170,28 +170,33 @@ fn flags(recipe: &Recipe, toolchain: Toolchain) -> toml::Value {
 
 /// Folders with sources, and what programs name them. The compiler sees a folder that is reached
 /// through a link by either path.
-fn folders(toolchain: Toolchain) -> Vec<(PathBuf, &'static str)> {
+fn folders(root: &Path, toolchain: Toolchain) -> Vec<(PathBuf, String)> {
     let rustc = match toolchain {
         Toolchain::Current => "rustc",
         Toolchain::Distribution => DISTRIBUTION_RUSTC,
     };
-    // The build script writes code into the checkout.
-    let checkout = root().ok().map(|root| (root.to_owned(), ""));
-    let library = library_sources(rustc.as_ref()).map(|sources| (sources, "rust"));
-    let given = [checkout, Some((packages(), "")), library];
-    let given = given.into_iter().flatten();
-    given
+    // The library that is compiled already names its sources by the compiler's commit. If they are
+    // installed, the compiler would name their folder instead.
+    let library = library_folder(rustc.as_ref());
+    let commit = commit(rustc.as_ref()).map(|commit| format!("/rustc/{commit}"));
+    let named = [
+        // The build script writes code into the checkout.
+        Some((root.to_owned(), String::new())),
+        Some((root.join(packages()), String::new())),
+        library.zip(commit),
+    ];
+    let named = named.into_iter().flatten();
+    named
         .flat_map(|(folder, name)| {
             let real = folder.canonicalize().ok().filter(|real| *real != folder);
-            [Some(folder), real]
-                .into_iter()
-                .flatten()
-                .map(move |folder| (folder, name))
+            let both = [Some(folder), real].into_iter().flatten();
+            both.map(move |folder| (folder, name.clone()))
         })
         .collect()
 }
 
-/// Folder with the sources of the packages of crates.io.
+/// Folder with the sources of the packages of crates.io. A mirror of it has another name, and then
+/// programs name that folder.
 fn packages() -> PathBuf {
     let home = env::var_os("CARGO_HOME").map(PathBuf::from);
     let home = home.or_else(|| env::home_dir().map(|home| home.join(".cargo")));

@@ -2,8 +2,8 @@
 //! them by their hashes.
 //!
 //! `program` describes a program, `motor_board` and `guard_board` build what is flashed, `cargo`
-//! calls cargo for the target, `native` for this computer, `error` lists the errors. [`flash`] and [`settings_pages`] make the bytes that are
-//! flashed. [`setup`] installs what the build needs.
+//! calls cargo for the target, `native` for this computer, `error` lists the errors. [`flash`] and
+//! [`settings_pages`] make the bytes that are flashed. [`setup`] installs what the build needs.
 
 mod cargo;
 mod error;

@@ -3,11 +3,10 @@
 //!
 //! The stack is measured while the program runs on the model of the chip: it starts, saves a
 //! setting, is configured and enabled over the bus, and drives; a guard receives frames of drives
-//! and of an operator. Its
-//! deepest place was seen on painted RAM. The nested stack adds the deepest stacks of the thread
-//! and of each interrupt priority, as if all interrupts came at the worst moments. Code that this
-//! run does not reach is in neither. The frames of all functions are not summed: a stable compiler
-//! does not emit their sizes.
+//! and of an operator. Its deepest place was seen on painted RAM. The nested stack adds the deepest
+//! stacks of the thread and of each interrupt priority, as if all interrupts came at the worst
+//! moments. Code that this run does not reach is in neither. The frames of all functions are not
+//! summed: a stable compiler does not emit their sizes.
 
 use crate::programs::settings_pages::{self, Pages};
 use crate::programs::setup::checkout;

@@ -7,9 +7,9 @@ use sha2::{Digest, Sha256};
 use std::path::Path;
 use std::process::Command;
 use std::{env, fs};
-#[allow(unused_imports)] // not every test program has a campaign
-pub use sweep::complete;
 use sweep::unless_passed_with;
+#[allow(unused_imports)] // not every test program has a campaign
+pub use sweep::{cases, complete};
 use tautrack_host_tests::programs::setup::QEMU;
 use tautrack_host_tests::programs::{Program, Programs, hexadecimal};
 

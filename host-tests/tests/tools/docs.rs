@@ -400,16 +400,3 @@ fn the_page_names_every_group_of_functions() {
         assert!(page.contains(&format!("`{name}`")), "{name}");
     }
 }
-
-#[test]
-fn every_alias_starts_its_program_from_any_folder() {
-    for alias in ["demo", "evaluate", "cost", "tool"] {
-        let output = Command::new(env!("CARGO"))
-            .args([alias, "--help"])
-            .current_dir(root().join("docs"))
-            .output()
-            .expect("cargo starts");
-        let text = String::from_utf8_lossy(&output.stdout);
-        assert!(text.contains("Usage:"), "{alias}: {output:?}");
-    }
-}

@@ -34,7 +34,7 @@ fn random_three_phase_motors_are_measured_or_refused_with_the_reason() {
     let motors = (0..cases(50) as u64).map(|number| (number, draw(&mut random, false)));
     let (worst, refused) = measure(motors.collect(), [0.05, 0.10, 0.03, 2.0]);
     println!("{refused} three-phase motors refused; {worst:?}");
-    assert!(refused <= 5, "{refused}");
+    assert!(refused <= cases(5), "{refused}");
     assert!(worst.torque_before > 0.08, "{worst:?}");
     // Steps and noise of the converter, and the swing of the rotor.
     assert!(worst.current <= 2.0, "{}", worst.current);
@@ -53,7 +53,7 @@ fn random_motors_with_hall_sensors_are_measured_or_refused_with_the_reason() {
     // While it stands, the rotor's angle is wrong by up to 30 degrees, so that the axes are mixed.
     let (worst, refused) = measure(motors.collect(), [0.05, 0.20, 0.045, 7.0]);
     println!("{refused} motors with Hall sensors refused; {worst:?}");
-    assert!(refused <= 8, "{refused}");
+    assert!(refused <= cases(8), "{refused}");
     assert!(worst.current <= 2.0, "{}", worst.current);
 }
 
@@ -266,6 +266,6 @@ fn random_brushed_motors_are_measured_or_refused_with_the_reason() {
     }
     println!("{refused} brushed motors refused; {worst:?}");
     // Coarse encoders and heavy rotors, whose resistance has too large a standard error.
-    assert!(refused <= 8, "{refused}");
+    assert!(refused <= cases(8), "{refused}");
     assert!(worst.current <= 2.0, "{}", worst.current);
 }

@@ -1,9 +1,10 @@
 //! Tests that every fault condition gets at least its reaction within its dwell time, whatever a
 //! drive has latched.
 //!
-//! The test runs 5 000 random sequences, with `TAUTRACK_SWEEPS=1` 100 000, of controlwords, set-points, readings, heartbeats,
-//! switches, rotors and times. The oracle derives the conditions from inputs and published outputs
-//! alone, with the dwell times of docs/faults.md. `DRIVE_FAULTS_SEED` repeats one sequence.
+//! The test runs random sequences of controlwords, set-points, readings, heartbeats, switches,
+//! rotors and times: 5 000, and with `TAUTRACK_SWEEPS=1` 100 000. The oracle derives the conditions
+//! from inputs and published outputs alone, with the dwell times of docs/faults.md.
+//! `DRIVE_FAULTS_SEED` repeats one sequence.
 
 pub mod generator;
 mod oracle;
