@@ -309,7 +309,8 @@ fn a_latched_fault_keeps_the_drive_down_until_a_reset() {
     assert_eq!(code(&bench.run(500)), Some(Fault::CommandLost));
     let target = 3_000_000;
     bench.command(controlword::DISABLE_VOLTAGE, mode::CYCLIC_VELOCITY, target);
-    let outputs = bench.run(20);
+    // A drive with a guard follows this command once it has come for 20 ms.
+    let outputs = bench.run(30);
     assert_eq!(state(&outputs), Some(State::SwitchOnDisabled));
     assert_eq!(outputs.bridge, BridgeDemand::Off);
     let outputs = bench.enable(mode::CYCLIC_VELOCITY, target);

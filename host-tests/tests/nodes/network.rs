@@ -24,7 +24,7 @@ pub struct Drive {
     pub id: u8,
     pub bench: Bench,
     pub outputs: Option<Outputs>,
-    /// Set-point from another sender that reaches the drive once.
+    /// Set-point from another sender that reaches the drive instead of the guard's.
     pub intruder: Option<SetPoint>,
     /// Whether NMT has started the node: it then accepts set-points and sends process data.
     operational: bool,
@@ -260,7 +260,7 @@ impl<B: Body> Network<B> {
             }
             drive.bench.guard_alive = self.guard.is_some();
             if milliseconds.is_multiple_of(4) && drive.intruder.is_some() {
-                drive.bench.set_point = drive.intruder.take();
+                drive.bench.set_point = drive.intruder;
             }
             let outputs = drive.bench.tick();
             if milliseconds.is_multiple_of(4) {

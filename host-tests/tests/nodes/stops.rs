@@ -71,8 +71,8 @@ fn a_reset_in_held_leaves_the_drives_holding() {
     assert!(sagged < 0.02, "{sagged} rad");
     // Only "disarm" (motors off) releases the drives.
     network.request(Request::Disarm);
-    // Three commands, and the frames to the drives.
-    network.run(80);
+    // Three commands of the operator, and 20 ms of the guard's frames.
+    network.run(120);
     assert!(!network.drive(JOINT).under_power());
 }
 
@@ -290,6 +290,10 @@ fn a_drive_that_was_disabled_by_somebody_else_is_reported_and_not_enabled_again(
         mode: 0,
         target: 0,
     });
+    // The drive follows the command once it has come for 20 ms.
+    network.run(40);
+    assert!(!network.drive(2).under_power());
+    network.drive(2).intruder = None;
     let mut enabled_again = false;
     for _ in 0..200 {
         network.tick();

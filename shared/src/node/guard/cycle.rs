@@ -54,7 +54,10 @@ impl<B: Body> Guard<B> {
             State::Waiting | State::Armed | State::Held => return None,
         };
         let homes = usize::from(homes) + 1 < B::STAGES.len();
-        let confirmed = self.operator.request() == Request::ArmOffLevel;
+        // Homing may tilt the sensors themselves: those of RT-Mover sit on the seat. So the tilt
+        // counts before the start only; in its stages the margins count.
+        let confirmed =
+            self.state != State::Ready || self.operator.request() == Request::ArmOffLevel;
         self.supervision
             .start_refusal(&self.attitude, homes, confirmed)
     }
