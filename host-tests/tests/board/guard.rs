@@ -231,9 +231,10 @@ pub fn an_open_emergency_stop_trips_the_guard_until_the_operator_resets() {
         chip.pins(|pins| pins.port_c = if open { EMERGENCY_STOP } else { 0 });
         chip.run(50_000);
         assert_eq!(cause(&mut chip), EMERGENCY_STOPPED, "it is latched");
-        for request in [STOP, RESET] {
+        // Three commands with consecutive sequence numbers make a request.
+        for (sequence, request) in (0_u8..).zip([STOP, RESET, RESET, RESET]) {
             checks::write(&mut chip, NODE, 0x4000, 4, &[request]);
-            checks::write(&mut chip, NODE, 0x4000, 5, &[request]);
+            checks::write(&mut chip, NODE, 0x4000, 5, &[sequence]);
             chip.run(20_000);
         }
         chip.run(50_000);

@@ -277,6 +277,12 @@ pub trait Body: Sized {
         None
     }
 
+    /// Stance number `index` of those that homing takes the robot through, on the plane that it
+    /// stands on now. `None` behind the last one, and if homing leaves the shape as it is.
+    fn homing_stance(&self, _index: usize, _: &Attitude) -> Option<Stance> {
+        None
+    }
+
     /// Stops all motion: sets every set-point to the measured position.
     fn rest(&mut self);
 

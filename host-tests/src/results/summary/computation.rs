@@ -17,6 +17,7 @@ use tautrack::link::STEP_US;
 /// Figures of a run that goes on. Its memory does not grow with the length of the run.
 pub struct Statistics {
     phases: Phases,
+    armed: bool,
     toppled: bool,
     belt: Option<Belt>,
     motion: Motion,
@@ -35,6 +36,7 @@ impl Statistics {
     pub fn new(scenario: &Scenario) -> Self {
         Self {
             phases: Phases::new(scenario),
+            armed: false,
             toppled: false,
             belt: (scenario.kind() == Kind::B2p2).then(Belt::default),
             motion: Motion::default(),
@@ -54,6 +56,7 @@ impl Statistics {
         let truth = &sample.truth;
         let received = &sample.received;
         self.phases.add(sample);
+        self.armed |= received.guard_state == "armed";
         self.toppled |= truth.toppled;
         if let Some(belt) = &mut self.belt {
             belt.add(sample, &self.phases);
@@ -83,6 +86,7 @@ impl Statistics {
             ended_early: None,
             clients: 0,
             notes: Vec::new(),
+            armed: self.armed,
             landed: phases.landing().is_some(),
             toppled: self.toppled,
             landing_time_s: phases.landing().map(|landing| landing.time_s),

@@ -2,7 +2,7 @@
 
 use super::Summary;
 use super::table::counted;
-use crate::scenario::Scenario;
+use crate::scenario::{Expect, Scenario};
 
 impl Summary {
     /// Lists the expectations that the run did not meet, one sentence each.
@@ -19,6 +19,9 @@ impl Summary {
                 unmet.push(format!("The robot {found}; expected: {wanted}."));
             }
         };
+        let moves = !scenario.operator.client && *expect != Expect::default();
+        let armed = expect.armed.or(moves.then_some(true));
+        outcome(armed, self.armed, "was armed", "was never armed");
         outcome(expect.landed, self.landed, "landed", "did not land");
         outcome(expect.toppled, self.toppled, "toppled", "did not topple");
         outcome(

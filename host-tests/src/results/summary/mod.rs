@@ -43,6 +43,8 @@ pub struct Summary {
     pub ended_early: Option<String>,
     /// Number of CAN clients that took part.
     pub clients: usize,
+    /// Whether the guard armed the robot.
+    pub armed: bool,
     /// Whether the robot landed: it stood level behind the last nose.
     pub landed: bool,
     /// Whether the robot turned over.

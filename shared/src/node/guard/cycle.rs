@@ -56,10 +56,13 @@ impl<B: Body> Guard<B> {
         let homes = usize::from(homes) + 1 < B::STAGES.len();
         // Homing may tilt the sensors themselves: those of RT-Mover sit on the seat. So the tilt
         // counts before the start only; in its stages the margins count.
-        let confirmed =
-            self.state != State::Ready || self.operator.request() == Request::ArmOffLevel;
+        let begins = self.state == State::Ready;
+        let confirmed = !begins || self.operator.request() == Request::ArmOffLevel;
+        let homing = (0..)
+            .map_while(|index| self.body.homing_stance(index, &self.attitude))
+            .take_while(|_| begins);
         self.supervision
-            .start_refusal(&self.attitude, homes, confirmed)
+            .start_refusal(&self.attitude, homes, confirmed, homing)
     }
 
     /// Enters the state that follows from fault reports, drives and the operator's request.

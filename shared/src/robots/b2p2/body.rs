@@ -44,6 +44,11 @@ const RIGHT: usize = 1;
 const JOINT: usize = 2;
 const SCREW: usize = 3;
 
+/// Chassis angles that homing may reach, 2^-32 turn (100 degrees either way: a home switch that is
+/// stuck does not end the motion), and the number of angles at which the stance is predicted.
+const HOMING_TRAVEL: [i64; 2] = [-1_193_046_471, 1_193_046_471];
+const PREDICTED: usize = 9;
+
 /// Stages of [`Body::STAGES`]. Their order keeps the belt from tearing: the screw first retracts to
 /// where the belt is slack at any chassis angle, only then is the joint homed, and the screw
 /// tightens the belt last.
@@ -305,6 +310,24 @@ impl Body for B2p2 {
             stance: self.model.stance(&shape, &axes),
             lifts,
         })
+    }
+
+    /// A joint that is not homed may be anywhere, so homing may take it through its whole travel.
+    fn homing_stance(&self, index: usize, attitude: &Attitude) -> Option<Stance> {
+        if index >= PREDICTED {
+            return None;
+        }
+        let [low, high] = if self.joint_known {
+            [0, i64::from(self.theta.to_bits())]
+        } else {
+            HOMING_TRAVEL
+        };
+        let theta = low + (high - low) * index as i64 / (PREDICTED as i64 - 1);
+        let shape = |theta| self.model.shape(theta, self.extension);
+        let predicted = shape(Angle::from_bits(theta as i32));
+        let lift = shape(self.theta).lift(&predicted);
+        let axes = attitude.level_axes().pitched(lift);
+        Some(self.model.stance(&predicted, &axes))
     }
 
     fn rest(&mut self) {

@@ -28,7 +28,8 @@ const STEERING: usize = 2;
 const WHEEL: usize = 3;
 const PER_LEG: usize = 4;
 
-/// First of the stages of [`Body::STAGES`]: hips, knees and steering are homed.
+/// First of the stages of [`Body::STAGES`]: hips, knees and steering are homed. Wheels without power
+/// roll as the legs move them; wheels that hold go on holding.
 const HOME: u8 = 0;
 
 /// Hylos, the wheel-legged robot, under the guard.
@@ -226,7 +227,7 @@ impl Body for Hylos {
         let (leg, motor) = (drive / PER_LEG % LEGS, drive % PER_LEG);
         let joint = |angle: f32| Goal::Position(Target::Radians(angle));
         match (phase, motor) {
-            (Phase::Held, _) => Goal::Hold,
+            (Phase::Held, _) | (Phase::Starting(HOME), WHEEL) => Goal::Hold,
             (Phase::Starting(_), WHEEL) => Goal::Velocity(0.0),
             (Phase::Starting(_), _) => Goal::Home,
             (Phase::Armed, HIP | KNEE) => joint(points.legs[leg][motor]),

@@ -13,8 +13,9 @@ use tautrack::robots::hylos::Hylos;
 use tautrack::robots::rt_mover::RtMover;
 use tautrack::robots::{Body, Goal, Phase};
 use tautrack::sensors::BodySensors;
-use tautrack::settings::Settings;
+use tautrack::settings::{Setting, Settings};
 use tautrack::stability::parameters::Refusal;
+use tautrack::stability::support::Edge;
 use tautrack::stability::trust::Reason;
 
 fn state(bench: &Bench) -> State {
@@ -119,6 +120,43 @@ fn homing_off_level_ground_is_refused_whatever_axis_is_tilted() {
             let refused = matches!(refusal, Some(Refusal::OffLevel { .. }));
             assert_eq!(refused, !homed, "{tilt:?} {refusal:?}");
             assert_eq!(powered(&bench), [homed; 4], "{tilt:?}");
+        }
+    }
+}
+
+/// On a slope of 34 degrees with 4 kg above its middle, the simulated robot was toppled by a home
+/// switch that is stuck closed: the front folded down, and the guard's margin behind fell to -61 mm.
+#[test]
+fn homing_that_would_topple_the_robot_is_refused_before_anything_moves() {
+    for payload in [0, 4_000] {
+        let mut bench = Bench::with(&[
+            (Setting::PayloadMass, payload),
+            (Setting::PayloadForward, 140_000),
+            (Setting::PayloadUp, 250_000),
+        ]);
+        bench.tilt(34.0_f32.to_radians());
+        bench.request(Request::Stop);
+        restart(&mut bench, 2);
+        bench.run(100);
+        bench.request(Request::Reset);
+        bench.run(100);
+        bench.request(Request::ArmOffLevel);
+        let before = powered(&bench);
+        let refusal = |bench: &Bench| bench.guard.telemetry().refusal;
+        while refusal(&bench).is_none() && state(&bench) != State::Armed {
+            bench.tick();
+        }
+        match refusal(&bench) {
+            None => assert_eq!(payload, 0),
+            Some(Refusal::Margin {
+                edge: Edge::Back,
+                margin,
+            }) => {
+                assert!((margin + 0.061).abs() < 0.02, "{margin}");
+                assert_eq!((payload, powered(&bench)), (4_000, before));
+                assert!(!bench.homed[2]);
+            }
+            other => panic!("{payload} g: {other:?}"),
         }
     }
 }

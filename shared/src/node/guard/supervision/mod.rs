@@ -33,6 +33,13 @@ use crate::stability::trip::{Mode, Trip};
 use crate::stability::trust::{Reason, Trust};
 use crate::stability::watch::{Expectations, Watch};
 
+/// Returns the narrowest of the `margins`, and the refusal that names it.
+fn least(margins: [f32; 4]) -> (f32, Refusal) {
+    let edge = narrowest(&margins);
+    let margin = margins[edge as usize];
+    (margin, Refusal::Margin { edge, margin })
+}
+
 /// Largest pitch and roll on level ground, rad.
 const LEVEL: f32 = 0.1;
 /// Axes whose signs must be checked before the robot is armed, as in `Setting::SensorAxes`.
@@ -187,12 +194,14 @@ impl Supervision {
     }
 
     /// Returns why the start must not begin or go on. `homes`: drives are homed, which changes the
-    /// robot's shape. `confirmed`: the operator confirms that this happens off level ground.
+    /// robot's shape and takes it through the stances `homing`. `confirmed`: the operator confirms
+    /// that this happens off level ground.
     pub fn start_refusal(
         &self,
         attitude: &Attitude,
         homes: bool,
         confirmed: bool,
+        homing: impl Iterator<Item = Stance>,
     ) -> Option<Refusal> {
         if self.settings_doubted {
             return Some(Refusal::Settings);
@@ -203,16 +212,21 @@ impl Supervision {
         if !(homes && self.filter_active) {
             return None;
         }
-        let edge = narrowest(&self.margins.now);
-        let margin = self.margins.now[edge as usize];
         if self.bands.band() == Band::Stop {
-            return Some(Refusal::Margin { edge, margin });
+            return Some(least(self.margins.now).1);
         }
         let tilt = max(
             attitude.pitch().radians().abs(),
             attitude.roll().radians().abs(),
         );
-        (tilt > LEVEL && !confirmed).then_some(Refusal::OffLevel { tilt })
+        if tilt > LEVEL && !confirmed {
+            return Some(Refusal::OffLevel { tilt });
+        }
+        let widening = self.parameters.uncertainty.widening();
+        homing
+            .map(|stance| least(stance.margins().map(|margin| margin - widening)))
+            .find(|(margin, _)| !(*margin >= self.parameters.trip))
+            .map(|(_, refusal)| refusal)
     }
 
     /// Returns the monitor of the sensors.
