@@ -29,13 +29,13 @@ guard = {"state": 0, "distance": 0.0, "margins": (0, 0, 0, 0), "fault": 0}
 
 def command(request, done, speed=lambda: 0.0, timeout=120):
     """Sends this command 50 times a second until `done()` holds; reads what the guard publishes."""
-    end, printed, sent = time.monotonic() + timeout, 0.0, 0
-    # The guard follows a request that persists for three commands.
-    while sent < 3 or not done():
+    end, printed, since = time.monotonic() + timeout, 0.0, 0
+    # Three commands in a row make a request. The guard may not have received those before `done`.
+    while since < 3:
         now = time.monotonic()
         if now > end or guard["state"] == HELD:
             sys.exit(f"guard in state {guard['state']}, fault {guard['fault']:#06x}; giving up")
-        sent += 1
+        since = since + 1 if done() else 0
         # Speed in mm/s, yaw rate, chassis angle, request, and a number that rises by one.
         data = struct.pack("<hhhBB", round(speed() * 1000), 0, 0, request, next(sequence) % 256)
         bus.send(can.Message(arbitration_id=COMMAND, data=data, is_extended_id=False))

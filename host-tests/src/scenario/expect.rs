@@ -6,8 +6,8 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Expect {
-    /// Whether the guard arms the robot. If this is absent, it must arm the robot of a scenario that
-    /// expects anything and has an operator of its own.
+    /// Whether the guard arms the robot. If this is absent, it must arm the robot of a scenario
+    /// that expects anything and has an operator of its own.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub armed: Option<bool>,
     /// Whether the robot stands level behind the last nose at some time.

@@ -290,6 +290,9 @@ fn every_unmet_expectation_is_a_sentence() {
     let staircase = scenario("staircase.toml");
     let mut samples = climb(&staircase, 12);
     samples.last_mut().unwrap().truth.toppled = true;
+    for sample in &mut samples {
+        sample.received.guard_state = "ready".to_owned();
+    }
     let mut description = staircase.description();
     description.expect.guard_intervenes = Some(false);
     description.expect.stopped = Some(true);
@@ -299,6 +302,7 @@ fn every_unmet_expectation_is_a_sentence() {
     assert!(!summary.expectation_met);
     let text = summary.unmet.join("\n");
     for sentence in [
+        "The robot was never armed; expected: was armed.",
         "The robot did not land; expected: landed.",
         "The robot toppled; expected: did not topple.",
         "The robot was moving at the end; expected: stood still at the end.",
@@ -307,7 +311,7 @@ fn every_unmet_expectation_is_a_sentence() {
     ] {
         assert!(text.contains(sentence), "no {sentence:?} in\n{text}");
     }
-    assert_eq!(summary.unmet.len(), 5, "{text}");
+    assert_eq!(summary.unmet.len(), 6, "{text}");
 }
 
 #[test]

@@ -21,6 +21,10 @@ use sha2::{Digest, Sha256};
 use std::time::Duration;
 use tautrack::link::{BodyMeasurands, MAX_FRAMES, MAX_SERIAL, STEP_US, Sensors, Shaft, Step};
 
+/// Maximum number of a client's frames in a millisecond. After a pause of the run they would come in
+/// a burst that keeps the guard's frames waiting.
+const CLIENT_FRAMES: usize = 2;
+
 /// Running simulation: a robot's nodes on their bus, its plant, the operator and the faults.
 pub(super) struct Run {
     /// The nodes in the robot's order, the guard last; `None` for a dead node. Their indices are
@@ -125,7 +129,8 @@ impl Run {
         }
         let first = self.first_client_number();
         if let Some(port) = &mut self.slcan {
-            for (client, frame) in port.poll(|client| self.bus.room(first + client)) {
+            let room = |client| self.bus.room(first + client).min(CLIENT_FRAMES);
+            for (client, frame) in port.poll(room) {
                 self.bus.offer(first + client, frame)?;
             }
         }

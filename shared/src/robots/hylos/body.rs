@@ -28,8 +28,8 @@ const STEERING: usize = 2;
 const WHEEL: usize = 3;
 const PER_LEG: usize = 4;
 
-/// First of the stages of [`Body::STAGES`]: hips, knees and steering are homed. Wheels without power
-/// roll as the legs move them; wheels that hold go on holding.
+/// First of the stages of [`Body::STAGES`]: hips, knees and steering are homed. Wheels without
+/// power roll as the legs move them; wheels that hold go on holding.
 const HOME: u8 = 0;
 
 /// Hylos, the wheel-legged robot, under the guard.

@@ -125,7 +125,7 @@ fn homing_off_level_ground_is_refused_whatever_axis_is_tilted() {
 }
 
 /// On a slope of 34 degrees with 4 kg above its middle, the simulated robot was toppled by a home
-/// switch that is stuck closed: the front folded down, and the guard's margin behind fell to -61 mm.
+/// switch that is stuck closed: the front folded down, and the margin behind fell to -61 mm.
 #[test]
 fn homing_that_would_topple_the_robot_is_refused_before_anything_moves() {
     for payload in [0, 4_000] {
