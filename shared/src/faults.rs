@@ -134,10 +134,10 @@ faults! {
         99 "the first position beyond the bound",
         "fault reset",
         "The drive is too weak for its load, or its gains are wrong: check both.";
-    HoldSlips = 0x8321, "hold slips", Hold,
-        "A drive that holds after a stop needed more than `hold_current` for 32 ms. It holds with up to `current_limit` from then on.",
+    HoldOverload = 0x8321, "hold overloaded", Hold,
+        "A drive that holds after a stop needed more than `hold_current` for 32 ms. It goes on holding, with up to `current_limit`.",
         45 "the load, of 18 N m",
-        "fault reset; the drive then holds with `hold_current` again",
+        "fault reset",
         "Take the load off the drive, or raise `hold_current`.";
     GuardLost = 0x8130, "guard lost", Hold,
         "The drive was under power and received no heartbeat of the guard for longer than `heartbeat_timeout`.",

@@ -129,7 +129,8 @@ settings! {
     Inductance = 0x0014, "inductance", "uH", 1..=100_000, 300;
     /// Maximum motor current.
     CurrentLimit = 0x0015, "current_limit", "mA", 10..=100_000, 10_000;
-    /// Maximum motor current with which a drive holds its position after a stop or a fault.
+    /// Maximum motor current with which a drive should hold its position after a stop or a fault.
+    /// More for 32 ms is a fault report; the drive goes on holding.
     HoldCurrent = 0x0016, "hold_current", "mA", 0..=100_000, 6_000;
     /// Maximum speed of the output shaft.
     VelocityLimit = 0x0017, "velocity_limit", "mrad/s", 1..=2_000_000, 6_000;

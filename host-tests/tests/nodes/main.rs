@@ -204,30 +204,6 @@ const LIMITS: [End; 2] = [
 ];
 
 #[test]
-fn a_drive_holds_after_a_stop_with_the_hold_current_at_most() {
-    let mut bench = Bench::axle(&[(Setting::HoldCurrent, 4_000)]);
-    bench.enable(mode::CYCLIC_VELOCITY, 3_000_000);
-    bench.set_point = None;
-    bench.run(100 + RAMP_MS);
-    // The load requires more than 4 A (2.4 N m/A).
-    bench.load = 12.0;
-    let mut largest = |milliseconds: usize| {
-        let mut most = 0.0_f32;
-        for _ in 0..milliseconds {
-            if let BridgeDemand::Current(current) = bench.tick().bridge {
-                most = most.max(current.abs());
-            }
-        }
-        most
-    };
-    let most = largest(30);
-    assert!((3.9..4.001).contains(&most), "{most} A");
-    // It slips. From now on it has the current that holds it.
-    let most = largest(170);
-    assert!((5.0..10.001).contains(&most), "{most} A");
-}
-
-#[test]
 fn a_limit_switch_stops_the_way_outward_and_leaves_the_way_back() {
     for (sign, switches) in LIMITS {
         let mut bench = Bench::axle(&[]);

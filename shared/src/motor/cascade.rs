@@ -70,12 +70,6 @@ impl Demand {
         self.of_torque
     }
 
-    /// Returns whether more current is needed than the bound allows.
-    #[inline]
-    pub fn exceeds(&self) -> bool {
-        self.excess != 0
-    }
-
     /// Returns what the velocity limit and the bound of the current cut off, as any number; zero
     /// while neither acts.
     #[inline]

@@ -14,7 +14,7 @@ use crate::settings::{Setting, Settings};
 pub(super) enum Power {
     Off,
     On,
-    /// It holds the axle, and needs more current than it may use.
+    /// It holds the axle, and needs more than the hold current.
     Strained,
 }
 
@@ -103,7 +103,7 @@ const WATCHES: [(Fault, u8); 16] = [
     (Fault::ControlOverrun, 3),
     (Fault::Blocked, 40),
     (Fault::FollowingError, 100),
-    (Fault::HoldSlips, 32),
+    (Fault::HoldOverload, 32),
 ];
 
 /// The top bit of every byte, which says that a dwell is over.

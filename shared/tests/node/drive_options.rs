@@ -212,19 +212,19 @@ fn a_fault_that_holds_ramps_by_its_code_and_its_reset_leaves_the_axle_holding() 
     }
 }
 
-/// The load is as strong as the motor with its hold current (6 A, 14.4 N m) and the friction. So
+/// The load is as strong as the motor with its largest current (10 A, 24 N m) and the friction. So
 /// the shaft goes on turning after the ramp, which takes one control period.
 #[test]
 fn a_shaft_that_a_load_keeps_turning_loses_power_500_ms_after_the_ramp() {
     let mut bench = Bench::new(&[(Setting::QuickStopDeceleration, 1_000_000)], MOTOR);
     bench.set(|p| p.quick_stop = 2);
     bench.enable(mode::CYCLIC_VELOCITY, -500_000);
-    bench.load = 14.7;
     bench.run(400);
     bench.word = controlword::QUICK_STOP;
     while bench.state() == State::OperationEnabled {
         bench.tick();
     }
+    bench.load = 24.3;
     let more = bench.until_off().expect("off");
     assert!(bench.velocity().abs() > 0.1, "{}", bench.velocity());
     assert_eq!(bench.outputs.status.error_code, 0);

@@ -5,11 +5,11 @@ use tautrack::bus::cia402::{CONTROL_HALT, State, controlword, mode};
 use tautrack::node::axle::BridgeDemand;
 use tautrack::settings::Setting;
 
-/// Current that the load needs, N m: 18 N m are 7.5 A, and 14.75 N m are 6.1 A. The hold current is
+/// Loads with the current that they need: 18 N m are 7.5 A, and 14.75 N m are 6.1 A. The hold current is
 /// 6 A.
 #[test]
-fn a_hold_that_slips_gets_the_current_that_holds_it_and_is_reported_within_50_ms() {
-    for (load, most) in [(18.0, 0.25), (-18.0, 0.25), (14.9, 0.05), (20.0, 0.4)] {
+fn an_overloaded_hold_does_not_slip_and_is_reported_within_50_ms() {
+    for load in [18.0, -18.0, 14.9, 20.0, -21.0] {
         let mut bench = Bench::new(&[], MOTOR);
         bench.guard = true;
         bench.enable(mode::CYCLIC_VELOCITY, 0);
@@ -30,7 +30,7 @@ fn a_hold_that_slips_gets_the_current_that_holds_it_and_is_reported_within_50_ms
         bench.run(2_000);
         let (moved, velocity) = (bench.angle() - start, bench.velocity());
         println!("{load} N m: {moved} rad, {reported} ms");
-        assert!(moved.abs() < most, "{load} N m: {moved} rad");
+        assert!(moved.abs() < 0.01, "{load} N m: {moved} rad");
         assert!(velocity.abs() < 0.01, "{load} N m: {velocity} rad/s");
         assert_eq!(bench.state(), State::QuickStopActive);
     }
@@ -51,17 +51,13 @@ fn a_hold_that_is_strong_enough_has_at_most_the_hold_current_and_no_fault() {
     }
 }
 
-/// Hold current of the drive, A; its current limit is 10 A, and a motor current of 1 A makes
-/// 2.4 N m at the output shaft.
-const HOLD: f32 = 3.0;
-
 fn operating() -> Bench {
     let mut bench = Bench::new(&[(Setting::HoldCurrent, 3_000)], MOTOR);
     bench.enable(mode::CYCLIC_VELOCITY, 0);
     bench
 }
 
-/// Largest current demanded within 20 ms. A hold that has not been enough for 32 ms is a fault.
+/// Largest current demanded within 20 ms. A hold that is overloaded for 32 ms is a fault.
 fn largest(bench: &mut Bench) -> f32 {
     (0..20)
         .map(|_| {
@@ -75,7 +71,7 @@ fn largest(bench: &mut Bench) -> f32 {
 }
 
 #[test]
-fn after_a_quick_stop_the_hold_current_holds_and_during_a_halt_the_full_one() {
+fn after_a_quick_stop_and_during_a_halt_the_full_current_holds() {
     for (word, state) in [
         (controlword::QUICK_STOP, State::QuickStopActive),
         (
@@ -90,11 +86,7 @@ fn after_a_quick_stop_the_hold_current_holds_and_during_a_halt_the_full_one() {
         // 8 A of load.
         bench.load = 20.0;
         let demanded = largest(&mut bench);
-        if state == State::QuickStopActive {
-            assert!((demanded - HOLD).abs() < 0.01, "{demanded} A");
-        } else {
-            assert!(demanded > 4.0 && demanded <= 10.0, "{demanded} A");
-        }
+        assert!(demanded > 4.0 && demanded <= 10.0, "{demanded} A");
     }
 }
 

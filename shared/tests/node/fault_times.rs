@@ -173,7 +173,7 @@ fn rigs_around_the_motor(fault: Fault) -> Vec<Rig> {
             }
             rig
         }),
-        Fault::HoldSlips => both(|kind| {
+        Fault::HoldOverload => both(|kind| {
             let mut rig = running(kind, 0.0, &[]);
             rig.word = Some(controlword::QUICK_STOP);
             rig.run(200);

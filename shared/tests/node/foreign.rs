@@ -321,12 +321,9 @@ fn what_a_client_has_written_before_the_guard_does_not_count_for_the_guard() {
     assert!(!axle.homed() && wire.angle > 0.05);
 }
 
-/// Load that the hold current bears, N m.
-const BORNE: f64 = 6.0;
-
 #[test]
 fn a_drive_holds_with_the_limits_of_operation_whatever_mode_another_node_names() {
-    let mut wire = Wire::axle(&[(Setting::HomingSpeed, 20)]);
+    let mut wire = Wire::axle(&[(Setting::HomingCurrent, 1_000)]);
     wire.operate(mode::CYCLIC_VELOCITY, 0);
     let homing = set_point(0x02, mode::HOMING, 0);
     wire.command = Some(set_point(0x02, 0, 0));
@@ -334,7 +331,8 @@ fn a_drive_holds_with_the_limits_of_operation_whatever_mode_another_node_names()
         wire.tick(&[homing]);
     }
     let start = wire.angle;
-    wire.load = BORNE;
+    // More than the hold current bears, and more than homing's.
+    wire.load = 16.0;
     for _ in 0..500 {
         wire.tick(&[homing]);
         let moved = (wire.angle - start).abs();
@@ -343,15 +341,15 @@ fn a_drive_holds_with_the_limits_of_operation_whatever_mode_another_node_names()
 }
 
 #[test]
-fn no_reset_of_another_node_weakens_a_hold_that_has_slipped() {
+fn no_reset_of_another_node_weakens_a_hold_that_is_overloaded() {
     let mut wire = Wire::axle(&[]);
     wire.operate(mode::CYCLIC_VELOCITY, 0);
     wire.command = Some(set_point(0x02, 0, 0));
     wire.run(100);
-    // The hold current bears 14.4 N m.
-    wire.load = 16.0;
+    // The hold current bears 14.4 N m, the motor 24 N m.
+    wire.load = 20.0;
     wire.run(500);
-    assert!(wire.has(Fault::HoldSlips));
+    assert!(wire.has(Fault::HoldOverload));
     let start = wire.angle;
     for step in 0..2_000 {
         let reset = set_point(0x82, 0, 0);

@@ -62,7 +62,7 @@ struct Tally {
     faults: u64,
     restarts: u64,
     at_an_end: u64,
-    slipped: u64,
+    overloaded: u64,
 }
 
 impl Tally {
@@ -75,7 +75,7 @@ impl Tally {
             self.faults,
             self.restarts,
             self.at_an_end,
-            self.slipped,
+            self.overloaded,
         ]
     }
 }
@@ -305,11 +305,11 @@ impl Sequence {
         let holding = if self.screw { 0.96 } else { HOLDING_TORQUE };
         let far = moved > 20e-3 * limit;
         if self.wire.load.abs() > 0.9 * holding {
-            if self.wire.has(Fault::HoldSlips) {
+            if self.wire.has(Fault::HoldOverload) {
                 // The report has come in time. It may be reset.
+                tally.overloaded += 1;
                 (self.stands, self.still, self.slips_ms) = (None, 0, None);
             } else if far {
-                tally.slipped += 1;
                 let holds = self.wire.state() == State::QuickStopActive;
                 let since = *self.slips_ms.get_or_insert(now);
                 if !holds {
@@ -320,7 +320,7 @@ impl Sequence {
             }
             return Ok(());
         }
-        if self.slips_ms.take().is_some() || self.wire.has(Fault::HoldSlips) {
+        if self.slips_ms.take().is_some() || self.wire.has(Fault::HoldOverload) {
             // It goes back to where it was.
             (self.stands, self.still) = (None, 0);
         } else if far {

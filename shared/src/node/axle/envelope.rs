@@ -22,7 +22,8 @@ pub(super) struct Envelope {
     /// Thresholds of a blocked motor.
     pub stall: Stall,
     pub cascade: Cascade,
-    /// Bounds of the cascade: the current limit, and the limit for holding a position after a stop.
+    /// Bounds of the cascade: the current limit, and the current with which an axle should be able
+    /// to hold its position after a stop.
     pub full: Bound,
     pub hold: Bound,
 }

@@ -151,7 +151,6 @@ impl Axle {
         self.select_envelope();
         self.exit = None;
         self.stopping.halted = false;
-        self.stopping.slipped = false;
         self.handshake = Handshake::default();
     }
 

@@ -5,7 +5,7 @@ use super::options::Ramp;
 use super::{Axle, DriveCommand, Inputs};
 use crate::bus::cia402::{CONTROL_HALT, State};
 use crate::constants::CONTROL_PERIOD;
-use crate::faults::{Fault, Reaction};
+use crate::faults::Reaction;
 use crate::motor::cascade::Demand;
 
 /// State of the present stop.
@@ -14,10 +14,8 @@ pub(super) struct Stopping {
     ramp: Ramp,
     /// The controlword halts the axle.
     pub halted: bool,
-    /// The axle holds, and needs more current than it may use.
+    /// The axle holds, and needs more than the hold current.
     pub strains: bool,
-    /// The hold current was not enough since the axle began to hold.
-    pub slipped: bool,
 }
 
 impl Stopping {
@@ -27,7 +25,6 @@ impl Stopping {
             ramp: Ramp::Quick,
             halted: false,
             strains: false,
-            slipped: false,
         }
     }
 }
@@ -171,23 +168,17 @@ impl Axle {
         halts
     }
 
-    /// Ramps to standstill, and holds there. In operation, and if the hold current was not enough,
-    /// it holds with the full current, otherwise with the hold current.
+    /// Ramps to standstill, and holds there with the current that this takes. A hold that takes more
+    /// than the hold current is supervised: a bound would let the load turn the axle.
     pub(super) fn stop(&mut self, inputs: &Inputs) -> Demand {
         let limits = self.options.stop(self.stopping.ramp, self.force.limits);
         let before = self.motion.position;
         self.motion.toward_velocity(0.0, limits, CONTROL_PERIOD);
         self.stop_at_ends(inputs.switches, Some(before));
         let holding = self.motion.velocity == 0.0 && self.state == State::QuickStopActive;
-        // A reset, which may be another sender's, does not weaken the hold.
-        self.stopping.slipped |= self.latch.faults().contains(Fault::HoldSlips);
-        let weak = holding && !self.stopping.slipped;
-        let demand = self.follow(if weak {
-            self.force.hold
-        } else {
-            self.force.full
-        });
-        self.stopping.strains = holding && self.exit.is_none() && demand.exceeds();
+        let demand = self.follow(self.force.full);
+        let bears = self.force.hold.limit(demand.current) == demand.current;
+        self.stopping.strains = holding && self.exit.is_none() && !bears;
         demand
     }
 }
