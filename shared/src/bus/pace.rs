@@ -1,5 +1,5 @@
-//! Finds frames that come more often than their only sender sends them. CAN does not say who sends a
-//! frame, so the rate is all that shows a second sender.
+//! Finds frames that come more often than their only sender sends them. CAN does not say who sends
+//! a frame, so the rate is all that shows a second sender.
 
 /// Rate of the frames with one identifier.
 ///

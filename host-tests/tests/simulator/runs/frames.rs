@@ -158,7 +158,7 @@ fn one_flipped_bit_in_the_operators_request_neither_resets_nor_disarms_a_robot_o
             let (moved, states) = afterwards(&samples);
             assert_eq!(states, ["held"], "{effect} {summary}");
             assert!(moved < 0.005, "{effect} {moved} m {summary}");
-            // Five in a row are a request: the motors are off for a moment, or the fault is cleared.
+            // Five in a row are a request: the motors are off, or the fault is cleared.
             let (_, samples) = flipped(bit, 5);
             let (moved, states) = afterwards(&samples);
             let follows = moved > 0.02 || states.contains(&"ready");
