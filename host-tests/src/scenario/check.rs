@@ -4,6 +4,7 @@ use super::{Description, Fault, FaultKind, Scenario, hand};
 use crate::bounds::{Problem, contradiction, within};
 use crate::robots::b2p2::plant::B2p2Parameters;
 use crate::robots::{NodeName, Posture};
+use tautrack::can::Frame;
 use tautrack::link::MAX_SETTINGS;
 use tautrack::settings::{Description as Bounds, Setting};
 
@@ -187,6 +188,8 @@ impl Fault {
                 "ms",
             )?;
         }
+        let id_within =
+            |key: &str, id: u16| within(key, f64::from(id), 0.0, f64::from(Frame::MAX_ID), "");
         match self.what {
             FaultKind::FrameLoss { probability } => within(
                 &format!("{key}.what.frame_loss.probability"),
@@ -195,20 +198,33 @@ impl Fault {
                 1.0,
                 "",
             ),
-            FaultKind::FrameFlip { bit, .. } => within(
-                &format!("{key}.what.frame_flip.bit"),
-                f64::from(bit),
-                0.0,
-                63.0,
-                "",
+            FaultKind::FrameFlip { id, bit, .. } => {
+                let key = format!("{key}.what.frame_flip");
+                id_within(&format!("{key}.id"), id.unwrap_or(0))?;
+                within(&format!("{key}.bit"), f64::from(bit), 0.0, 63.0, "")
+            }
+            FaultKind::Forger {
+                id,
+                ref data,
+                period_ms,
+            } => {
+                let key = format!("{key}.what.forger");
+                id_within(&format!("{key}.id"), id)?;
+                let length = data.len() as f64;
+                within(&format!("{key}.data"), length, 0.0, 8.0, "bytes")?;
+                let period = period_ms as f64;
+                within(&format!("{key}.period_ms"), period, 1.0, 60_000.0, "ms")
+            }
+            FaultKind::SwitchStuck {
+                node: NodeName::GUARD,
+                ..
+            } => contradiction(
+                &format!("{key}.what.switch_stuck.node"),
+                "is the guard, which has no switches",
             ),
             FaultKind::EncoderFrozen(NodeName::GUARD) => contradiction(
                 &format!("{key}.what.encoder_frozen"),
                 "is the guard, which has no encoder",
-            ),
-            FaultKind::Restart(node) if node != NodeName::GUARD => contradiction(
-                &format!("{key}.what.restart"),
-                "is a drive, whose rotor turns on while its node restarts; only the guard can",
             ),
             _ => Ok(()),
         }

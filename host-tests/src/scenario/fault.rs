@@ -21,7 +21,7 @@ pub struct Fault {
 }
 
 /// Kinds of faults.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum FaultKind {
     /// The node loses its power: it sends nothing, and its motor is free.
@@ -30,8 +30,18 @@ pub enum FaultKind {
     EncoderFrozen(NodeName),
     /// The node neither sends nor receives, but keeps running.
     BusCut(NodeName),
-    /// The node loses its power at `at_s` and starts again at `until_s`, or at once without it: a
-    /// new process with the same settings, whose clock begins at 0. Only the guard can restart.
+    /// A switch of the node does not change any more.
+    SwitchStuck {
+        /// The node.
+        node: NodeName,
+        /// The switch.
+        switch: Switch,
+        /// It reads as actuated, or else as not actuated.
+        closed: bool,
+    },
+    /// The node loses its power at `at_s` and starts again at `until_s`, or in the next step
+    /// without it: a new process with the same settings, whose clock begins at 0 and whose rotor is
+    /// at rest.
     Restart(NodeName),
     /// Every frame on the bus is lost with this probability.
     FrameLoss {
@@ -40,11 +50,23 @@ pub enum FaultKind {
     },
     /// One data bit of one frame is inverted, and the CRC does not detect it.
     FrameFlip {
+        /// Identifier of the frames that count; all count without it.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        id: Option<u16>,
         /// Number of the frame, counted from `at_s`. If the frame is too short for the bit, the bit
         /// of the next frame is inverted.
         frame: u64,
         /// Bit of the frame's data, 0 to 63.
         bit: u8,
+    },
+    /// A participant that is no node sends a frame again and again, from `at_s` to `until_s`.
+    Forger {
+        /// Identifier of the frame.
+        id: u16,
+        /// Data of the frame, at most eight bytes.
+        data: Vec<u8>,
+        /// Period, ms.
+        period_ms: u64,
     },
     /// A sensor chip on the guard's board has a fault.
     Sensor {
@@ -53,6 +75,18 @@ pub enum FaultKind {
         /// Its fault.
         fault: ChipFault,
     },
+}
+
+/// Switch of a drive.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Switch {
+    /// Home switch.
+    Home,
+    /// Limit switch at the positive end of travel.
+    PositiveLimit,
+    /// Limit switch at the negative end of travel.
+    NegativeLimit,
 }
 
 /// Sensor chip on the guard's board, in the order of [`tautrack::link::BodyMeasurands::faults`].
@@ -74,9 +108,10 @@ impl FaultKind {
             Self::NodeDead(node)
             | Self::EncoderFrozen(node)
             | Self::BusCut(node)
+            | Self::SwitchStuck { node, .. }
             | Self::Restart(node) => Some(node),
             Self::Sensor { .. } => Some(NodeName::GUARD),
-            Self::FrameLoss { .. } | Self::FrameFlip { .. } => None,
+            Self::FrameLoss { .. } | Self::FrameFlip { .. } | Self::Forger { .. } => None,
         }
     }
 
@@ -86,9 +121,22 @@ impl FaultKind {
             Self::NodeDead(_) => "node dead".into(),
             Self::EncoderFrozen(_) => "encoder frozen".into(),
             Self::BusCut(_) => "bus cut".into(),
+            Self::SwitchStuck { switch, closed, .. } => {
+                let switch = match switch {
+                    Switch::Home => "home",
+                    Switch::PositiveLimit => "positive limit",
+                    Switch::NegativeLimit => "negative limit",
+                };
+                let state = if closed { "closed" } else { "open" };
+                format!("{switch} switch stuck {state}")
+            }
             Self::Restart(_) => "restart".into(),
             Self::FrameLoss { probability } => format!("{} % of frames lost", probability * 100.0),
-            Self::FrameFlip { frame, bit } => format!("bit {bit} of frame {frame} flipped"),
+            Self::FrameFlip { id, frame, bit } => {
+                let of = id.map_or_else(String::new, |id| format!(" with identifier {id:#05x}"));
+                format!("bit {bit} of frame {frame}{of} flipped")
+            }
+            Self::Forger { id, .. } => format!("forged frames {id:#05x}"),
             Self::Sensor { chip, fault } => {
                 let chip = match chip {
                     SensorChip::InertialUnit => "inertial unit",

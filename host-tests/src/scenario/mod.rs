@@ -25,7 +25,7 @@ mod sensors;
 pub use description::Description;
 pub use error::ScenarioError;
 pub use expect::Expect;
-pub use fault::{Fault, FaultKind, SensorChip};
+pub use fault::{Fault, FaultKind, SensorChip, Switch};
 pub use hand::Motion;
 pub use motor::Motor;
 pub use operator::{Event, Operator, OperatorRequest, When};

@@ -38,6 +38,10 @@ pub struct Operator {
     /// Yaw rate commanded per radian of heading error, 1/s; 0 commands none.
     #[serde(default)]
     pub heading_gain_per_s: f64,
+    /// Request until the first event with another one. Without it the operator requests to arm,
+    /// and where the robot starts on a slope he confirms the homing.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub request: Option<OperatorRequest>,
     /// Changes of the command, in order.
     #[serde(default, rename = "event")]
     pub events: Vec<Event>,

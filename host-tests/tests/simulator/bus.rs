@@ -240,7 +240,7 @@ fn lost_frames_follow_from_the_seed_in_the_asked_share() {
 #[test]
 fn one_bit_flips_in_the_first_frame_that_has_it() {
     let mut bus = Bus::new(2);
-    bus.flip_bit(1, 12);
+    bus.flip_bit(None, 1, 12);
     let sent = [
         frame(1, &[0; 8]),
         frame(2, &[0]),
@@ -252,6 +252,23 @@ fn one_bit_flips_in_the_first_frame_that_has_it() {
     }
     let received: Vec<Frame> = bus.step().iter().map(|d| d.frame).collect();
     assert_eq!(received, [sent[0], sent[1], frame(3, &[0, 0x10]), sent[3]]);
+}
+
+#[test]
+fn a_bit_flips_only_in_a_frame_with_the_chosen_identifier() {
+    let mut bus = Bus::new(2);
+    bus.flip_bit(Some(2), 1, 0);
+    let sent = [
+        frame(1, &[0]),
+        frame(2, &[0]),
+        frame(2, &[0]),
+        frame(2, &[0]),
+    ];
+    for frame in sent {
+        bus.offer(0, frame).unwrap();
+    }
+    let received: Vec<Frame> = bus.step().iter().map(|d| d.frame).collect();
+    assert_eq!(received, [sent[0], sent[1], frame(2, &[1]), sent[3]]);
 }
 
 /// Traffic of four participants: the frames offered in each step, as participant, identifier and

@@ -223,8 +223,30 @@ fn an_impossible_fault_or_payload_is_refused() {
             "fault[0].what.encoder_frozen is the guard, which has no encoder",
         ),
         (
-            fault("restart = \"screw\"", ""),
-            "fault[0].what.restart is a drive, whose rotor turns on while its node restarts; only the guard can",
+            fault("frame_flip = { id = 2048, frame = 1, bit = 6 }", ""),
+            "fault[0].what.frame_flip.id is 2048; it must be at most 2047",
+        ),
+        (
+            fault("forger = { id = 0x800, data = [], period_ms = 1 }", ""),
+            "fault[0].what.forger.id is 2048; it must be at most 2047",
+        ),
+        (
+            fault(
+                "forger = { id = 1, data = [1, 2, 3, 4, 5, 6, 7, 8, 9], period_ms = 1 }",
+                "",
+            ),
+            "fault[0].what.forger.data is 9; it must be at most 8 bytes",
+        ),
+        (
+            fault("forger = { id = 1, data = [], period_ms = 0 }", ""),
+            "fault[0].what.forger.period_ms is 0; it must be at least 1 ms",
+        ),
+        (
+            fault(
+                "switch_stuck = { node = \"guard\", switch = \"home\", closed = true }",
+                "",
+            ),
+            "fault[0].what.switch_stuck.node is the guard, which has no switches",
         ),
         (
             fault("node_dead = \"screw\"", "until_s = 4.0"),

@@ -197,7 +197,7 @@ impl<G: Borrow<Geometry>> Screw<G> {
         let step = law.wrapping_sub(core::mem::replace(&mut self.taut, law));
 
         if self.axle.operates_in(mode::TAUT) {
-            // No joint moves like this: another node sends in its name, or it lost its position.
+            // No joint moves like this: another node sends in its name, or its position is lost.
             if step.unsigned_abs() > self.longest_step.unsigned_abs() {
                 return Err(Fault::DuplicateId);
             }

@@ -35,8 +35,9 @@ pub struct DriveState {
     pub homed: bool,
     /// Whether the drive is in "operation enabled".
     pub enabled: bool,
-    /// Whether the drive is one of [`Body::ODOMETRY`] and its shaft turns without power.
-    pub rolls: bool,
+    /// Whether the shaft turns without power, and the drive is one of [`Body::ODOMETRY`] or was
+    /// under power before.
+    pub turns_freely: bool,
 }
 
 /// State of drive number `index`; a drive that does not exist is at rest, not homed and off.

@@ -338,7 +338,8 @@ mod tests {
         }
     }
 
-    /// The robot drives there and back before it trips; by then the stick is centred or pulled back.
+    /// The robot drives there and back before it trips. By then the stick is centred or pulled
+    /// back.
     #[test]
     fn backing_off_leads_back_along_the_way_whatever_the_stick_was_at_last() {
         for (there, back, expected) in [

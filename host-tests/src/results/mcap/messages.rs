@@ -22,13 +22,14 @@ pub(super) fn metadata(scenario: &Scenario) -> io::Result<BTreeMap<String, Strin
     .into())
 }
 
-/// Names of the participants of the bus, by their number: nodes, operator, clients.
+/// Names of the participants of the bus, by their number: nodes, operator, clients, forger.
 pub(super) fn senders(nodes: &[NodeName]) -> Vec<String> {
     let nodes = nodes.iter().map(NodeName::to_string);
     let clients = (1..=MAX_CLIENTS).map(|client| format!("client_{client}"));
     nodes
         .chain(["operator".to_owned()])
         .chain(clients)
+        .chain(["forger".to_owned()])
         .collect()
 }
 

@@ -221,10 +221,10 @@ impl Bus {
         self.disturbance.lose(probability, seed);
     }
 
-    /// Flips data bit `bit` (0 is the lowest of byte 0) in one frame: the first frame that has this
-    /// bit, from frame number `from_number` of the run on (counted from 0).
-    pub fn flip_bit(&mut self, from_number: u64, bit: u8) {
-        self.disturbance.flip(from_number, bit);
+    /// Flips data bit `bit` (0 is the lowest of byte 0) in one frame with this identifier (`None`:
+    /// with any): the first frame that has this bit, after `frames_before` other ones.
+    pub fn flip_bit(&mut self, id: Option<u16>, frames_before: u64, bit: u8) {
+        self.disturbance.flip(id, frames_before, bit);
     }
 
     /// Selects the next frame: the oldest frame of each participant competes, and the one with the

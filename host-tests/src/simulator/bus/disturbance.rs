@@ -19,7 +19,9 @@ struct Loss {
 
 #[derive(Clone, Copy, Debug)]
 struct Flip {
-    from_number: u64,
+    id: Option<u16>,
+    /// Number of frames with the identifier before the one that is changed.
+    frames_before: u64,
     bit: u8,
 }
 
@@ -31,8 +33,12 @@ impl Disturbance {
         self.loss = (threshold > 0).then_some(Loss { threshold, seed });
     }
 
-    pub(super) fn flip(&mut self, from_number: u64, bit: u8) {
-        self.flip = Some(Flip { from_number, bit });
+    pub(super) fn flip(&mut self, id: Option<u16>, frames_before: u64, bit: u8) {
+        self.flip = Some(Flip {
+            id,
+            frames_before,
+            bit,
+        });
     }
 
     /// Returns frame number `number` as it is received; `None` if it is lost.
@@ -43,16 +49,19 @@ impl Disturbance {
         {
             return None;
         }
-        match self.flip {
-            Some(flip) if number >= flip.from_number => match with_flipped_bit(&frame, flip.bit) {
-                Some(flipped) => {
-                    self.flip = None;
-                    Some(flipped)
-                }
-                None => Some(frame),
-            },
-            _ => Some(frame),
+        let counts = |flip: &&mut Flip| flip.id.is_none_or(|id| id == frame.id());
+        let Some(flip) = self.flip.as_mut().filter(counts) else {
+            return Some(frame);
+        };
+        if flip.frames_before > 0 {
+            flip.frames_before -= 1;
+            return Some(frame);
         }
+        let flipped = with_flipped_bit(&frame, flip.bit);
+        if flipped.is_some() {
+            self.flip = None;
+        }
+        flipped.or(Some(frame))
     }
 }
 

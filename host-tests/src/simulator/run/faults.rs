@@ -3,10 +3,11 @@
 use super::listener::{Listener, Notice};
 use super::node::Node;
 use crate::robots::NodeName;
-use crate::scenario::{Fault, FaultKind, Scenario};
+use crate::scenario::{Fault, FaultKind, Scenario, Switch};
 use crate::simulator::bus::Bus;
 use crate::simulator::facts::FaultFacts;
-use tautrack::link::ChipFault;
+use tautrack::can::Frame;
+use tautrack::link::{ChipFault, STEP_US, Sensors};
 
 struct Planned {
     fault: Fault,
@@ -43,10 +44,6 @@ impl Faults {
         let mut starting = Vec::new();
         for planned in &mut self.planned {
             let node = place(&self.nodes, &planned.fault.what);
-            if !planned.begun && time_us >= microseconds(planned.fault.at_s) {
-                planned.begun = true;
-                begin(&planned.fault.what, node, self.seed, bus, nodes);
-            }
             let restarts = matches!(planned.fault.what, FaultKind::Restart(_));
             let at_once = restarts.then_some(planned.fault.at_s);
             let until_s = planned.fault.until_s.or(at_once);
@@ -56,29 +53,68 @@ impl Faults {
                 end(&planned.fault.what, node, self.seed, bus);
                 starting.extend(node.filter(|_| restarts));
             }
+            // A fault lasts at least one step, so the plant separates the load of a drive that
+            // restarts from its old shaft.
+            if !planned.begun && time_us >= microseconds(planned.fault.at_s) {
+                planned.begun = true;
+                begin(&planned.fault.what, node, self.seed, bus, nodes);
+            }
         }
         starting
     }
 
-    /// Whether a fault freezes the encoder of this node at its last count now.
-    pub fn encoder_frozen(&self, node: usize) -> bool {
-        self.planned.iter().any(|planned| {
-            planned.begun
-                && !planned.ended
-                && matches!(planned.fault.what, FaultKind::EncoderFrozen(_))
-                && place(&self.nodes, &planned.fault.what) == Some(node)
+    /// Faults that have begun and not ended.
+    fn active(&self) -> impl Iterator<Item = &Fault> {
+        let active = |planned: &&Planned| planned.begun && !planned.ended;
+        self.planned
+            .iter()
+            .filter(active)
+            .map(|planned| &planned.fault)
+    }
+
+    /// Applies the faults of this node's encoder and switches to its sensor values.
+    pub fn change(&self, node: usize, sensors: &mut Sensors) {
+        for Fault { what, .. } in self.active() {
+            if place(&self.nodes, what) != Some(node) {
+                continue;
+            }
+            match *what {
+                FaultKind::EncoderFrozen(_) => sensors.encoder_frozen = true,
+                FaultKind::SwitchStuck { switch, closed, .. } => {
+                    let switches = &mut sensors.switches;
+                    *match switch {
+                        Switch::Home => &mut switches.home,
+                        Switch::PositiveLimit => &mut switches.positive_limit,
+                        Switch::NegativeLimit => &mut switches.negative_limit,
+                    } = closed;
+                }
+                _ => {}
+            }
+        }
+    }
+
+    /// Forged frames that are sent now.
+    pub fn forged(&self, time_us: u64) -> impl Iterator<Item = Frame> {
+        self.active().filter_map(move |fault| {
+            let FaultKind::Forger {
+                id,
+                ref data,
+                period_ms,
+            } = fault.what
+            else {
+                return None;
+            };
+            let since_us = time_us.saturating_sub(first_step_us(fault.at_s));
+            let due = since_us.is_multiple_of(period_ms * STEP_US);
+            Frame::new(id, data).filter(|_| due)
         })
     }
 
     /// Faults of the sensor chips on the guard's board now. The first one of each chip counts.
     pub fn of_chips(&self) -> [Option<ChipFault>; 3] {
         let mut faults = [None; 3];
-        let active = self
-            .planned
-            .iter()
-            .filter(|planned| planned.begun && !planned.ended);
-        for planned in active {
-            if let FaultKind::Sensor { chip, fault } = planned.fault.what {
+        for active in self.active() {
+            if let FaultKind::Sensor { chip, fault } = active.what {
                 faults[chip as usize].get_or_insert(fault);
             }
         }
@@ -90,7 +126,7 @@ impl Faults {
         let notices = listener.take_notices();
         for planned in &mut self.planned {
             let began_us = microseconds(planned.fault.at_s);
-            if planned.begun && time_us == began_us.next_multiple_of(tautrack::link::STEP_US) {
+            if planned.begun && time_us == first_step_us(planned.fault.at_s) {
                 let node = planned
                     .fault
                     .what
@@ -140,21 +176,21 @@ fn begin(
     bus: &mut Bus,
     nodes: &mut [Option<Node>],
 ) {
-    match (*what, node) {
+    match (what, node) {
         (FaultKind::NodeDead(_) | FaultKind::Restart(_), Some(node)) => {
             nodes[node] = None;
             bus.cut_off(node);
         }
         (FaultKind::BusCut(_), Some(node)) => bus.cut_off(node),
-        (FaultKind::FrameLoss { probability }, _) => bus.lose_frames(probability, seed),
-        (FaultKind::FrameFlip { frame, bit }, _) => {
-            bus.flip_bit(bus.figures().frames() + frame, bit);
-        }
+        (FaultKind::FrameLoss { probability }, _) => bus.lose_frames(*probability, seed),
+        (FaultKind::FrameFlip { id, frame, bit }, _) => bus.flip_bit(*id, *frame, *bit),
         (
             FaultKind::NodeDead(_)
             | FaultKind::BusCut(_)
             | FaultKind::EncoderFrozen(_)
+            | FaultKind::SwitchStuck { .. }
             | FaultKind::Restart(_)
+            | FaultKind::Forger { .. }
             | FaultKind::Sensor { .. },
             _,
         ) => {}
@@ -162,13 +198,18 @@ fn begin(
 }
 
 fn end(what: &FaultKind, node: Option<usize>, seed: u64, bus: &mut Bus) {
-    match (*what, node) {
+    match (what, node) {
         (FaultKind::BusCut(_) | FaultKind::Restart(_), Some(node)) => bus.reconnect(node),
         (FaultKind::FrameLoss { .. }, _) => bus.lose_frames(0.0, seed),
-        // A dead node stays dead, a flip affects one frame, and `encoder_frozen` and `of_chips`
-        // read the state of encoders and chips.
+        // A dead node stays dead, a flip affects one frame, and `change`, `forged` and `of_chips`
+        // read which other faults are active.
         _ => {}
     }
+}
+
+/// Virtual time of the first step in which a fault that begins at `at_s` is active, us.
+fn first_step_us(at_s: f64) -> u64 {
+    microseconds(at_s).next_multiple_of(STEP_US)
 }
 
 fn microseconds(time_s: f64) -> u64 {

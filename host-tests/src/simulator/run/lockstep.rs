@@ -28,7 +28,7 @@ const CLIENT_FRAMES: usize = 2;
 /// Running simulation: a robot's nodes on their bus, its plant, the operator and the faults.
 pub(super) struct Run {
     /// The nodes in the robot's order, the guard last; `None` for a dead node. Their indices are
-    /// their numbers on the bus, followed by those of the operator and the clients.
+    /// their numbers on the bus, followed by those of the operator, the clients and the forger.
     nodes: Vec<Option<Node>>,
     launches: Vec<Launch>,
     machines: Machines,
@@ -88,7 +88,7 @@ impl Run {
             launches,
             machines,
             node_facts,
-            bus: Bus::new(specs.len() + 1 + MAX_CLIENTS),
+            bus: Bus::new(specs.len() + 1 + MAX_CLIENTS + 1),
             plant: scenario.plant(),
             hand: scenario.hand(),
             sensor_board: scenario.sensors.errors.board(),
@@ -133,6 +133,9 @@ impl Run {
             for (client, frame) in port.poll(room) {
                 self.bus.offer(first + client, frame)?;
             }
+        }
+        for frame in self.faults.forged(time_us) {
+            self.bus.offer(first + MAX_CLIENTS, frame)?;
         }
         let guard = self.guard_number();
         let mut shafts = Vec::with_capacity(guard);
@@ -227,10 +230,9 @@ impl Run {
                 ..Sensors::default()
             };
         }
-        Sensors {
-            encoder_frozen: self.faults.encoder_frozen(node),
-            ..self.plant.sensors(node)
-        }
+        let mut sensors = self.plant.sensors(node);
+        self.faults.change(node, &mut sensors);
+        sensors
     }
 
     /// Receives a node's answer: frames for the bus, the log, and the shaft, which it returns.

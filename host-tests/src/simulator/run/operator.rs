@@ -21,8 +21,7 @@ pub struct Operator {
     script: Option<Script>,
     let_go_us: Option<u64>,
     disarm_us: Option<u64>,
-    /// Request with which the robot is armed: where it starts on a slope, the operator confirms the
-    /// homing.
+    /// Request with which the robot is armed.
     arms: Request,
     commands_us: Vec<u64>,
     theta: f64,
@@ -51,9 +50,10 @@ impl Operator {
             script: None,
             let_go_us: let_go_s.map(microseconds),
             disarm_us: disarm_s.map(microseconds),
-            arms: match scenario.terrain {
-                Terrain::Slope { .. } => Request::ArmOffLevel,
-                _ => Request::Arm,
+            arms: match (scenario.operator.request, &scenario.terrain) {
+                (Some(request), _) => request.code(),
+                (None, Terrain::Slope { .. }) => Request::ArmOffLevel,
+                (None, _) => Request::Arm,
             },
             commands_us: Vec::new(),
             theta: 0.0,

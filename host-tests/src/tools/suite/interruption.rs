@@ -29,8 +29,8 @@ pub(super) fn is_interruption(scenario: &Description) -> bool {
 
 /// When the guard restarts, s.
 fn restart_s(scenario: &Description) -> Option<f64> {
-    let restarts = |what: FaultKind| matches!(what, FaultKind::Restart(_));
-    let fault = scenario.faults.iter().find(|fault| restarts(fault.what));
+    let restarts = |what: &FaultKind| matches!(what, FaultKind::Restart(_));
+    let fault = scenario.faults.iter().find(|fault| restarts(&fault.what));
     fault.map(|fault| fault.at_s)
 }
 

@@ -84,7 +84,7 @@ fn a_frozen_encoder_is_found_and_does_not_run_away() {
     });
 }
 
-fn at(at_s: f64, what: FaultKind) -> Fault {
+pub(super) fn at(at_s: f64, what: FaultKind) -> Fault {
     Fault {
         what,
         at_s,
@@ -93,7 +93,7 @@ fn at(at_s: f64, what: FaultKind) -> Fault {
     }
 }
 
-fn with_fault(what: FaultKind) -> (Summary, Vec<Sample>) {
+pub(super) fn with_fault(what: FaultKind) -> (Summary, Vec<Sample>) {
     let faulty = scenario("node-dies-mid-climb", |description| {
         description.duration_s = 17.5;
         description.faults = vec![at(14.0, what)];
@@ -103,7 +103,7 @@ fn with_fault(what: FaultKind) -> (Summary, Vec<Sample>) {
 
 /// Asserts that from two seconds after the fault on, nothing moves and the robot stands on its
 /// tracks.
-fn holds(summary: &Summary, samples: &[Sample], fault_s: f64) {
+pub(super) fn holds(summary: &Summary, samples: &[Sample], fault_s: f64) {
     assert!(!summary.toppled, "{summary}");
     for sample in samples
         .iter()

@@ -41,7 +41,11 @@ fn another_seed_and_one_flipped_bit_change_the_hash() {
         let plain = start(&|_| {});
         assert_ne!(plain, start(&|changed| changed.seed += 1), "another seed");
         let flip = Fault {
-            what: FaultKind::FrameFlip { frame: 100, bit: 0 },
+            what: FaultKind::FrameFlip {
+                id: None,
+                frame: 100,
+                bit: 0,
+            },
             at_s: 5.0,
             until_s: None,
             notice_within_ms: None,

@@ -4,6 +4,7 @@ mod client;
 mod climb;
 mod dead_nodes;
 mod feed_forward;
+mod frames;
 mod guard;
 mod hash;
 mod image;
@@ -12,6 +13,7 @@ mod restart;
 mod sensors;
 mod snapshot;
 mod state;
+mod switches;
 
 use crate::unchanged;
 use std::path::PathBuf;

@@ -35,8 +35,8 @@ const SETTLE_SYNCS: u64 = 25;
 const RESET_COMMANDS: u8 = 12;
 const RESET_HIGH: core::ops::Range<u8> = 7..11;
 
-/// Speed above which a track or wheel without power rolls, 1e-6 rad/s.
-const ROLLING: u32 = 100_000;
+/// Speed above which a drive without power turns freely, 1e-6 rad/s or nm/s.
+const FREE: u32 = 100_000;
 
 /// State of the drive's state machine that a goal requires.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -95,6 +95,8 @@ pub(super) struct Drive {
     duty_since_us: u64,
     /// The drive is under power by its newest status, and was not commanded off since.
     powered: bool,
+    /// The drive was under power by any status, and was not commanded off since.
+    was_powered: bool,
     /// Why the drive has let go since the last [`Self::take_let_go`], although it was not commanded
     /// off; 0 if it has not.
     let_go: u16,
@@ -127,6 +129,7 @@ impl Drive {
             met: false,
             duty_since_us: 0,
             powered: false,
+            was_powered: false,
             let_go: 0,
             restarted: false,
             waits_for_start: false,
@@ -140,7 +143,8 @@ impl Drive {
             self.identity
                 .motion(motion, state.position, self.homes, now_us);
             let unpowered = self.state().is_some_and(|state| !is_powered(state));
-            state.rolls = self.wheel && unpowered && motion.velocity.unsigned_abs() > ROLLING;
+            let turns = unpowered && motion.velocity.unsigned_abs() > FREE;
+            state.turns_freely = turns && (self.wheel || self.was_powered);
         } else if let Some(status) = DriveStatus::from_frame(frame, transmit(2), self.id) {
             self.status = status;
             self.status_us = Some(now_us);
@@ -182,6 +186,7 @@ impl Drive {
             self.let_go = if own == 0 { fault.code() } else { own };
         }
         self.powered = powered;
+        self.was_powered |= powered;
     }
 
     /// Returns why the drive has let go since the last call, if it has.
@@ -303,6 +308,7 @@ impl Drive {
         let (goal, target) = wire.map_or((Goal::Hold, 0), |wire| (goal, wire));
         let duty = Duty::of(goal);
         self.powered &= duty != Duty::Off;
+        self.was_powered &= duty != Duty::Off;
         self.homes = goal == Goal::Home || self.homes && !homed;
         if duty != self.duty || self.resets() {
             self.duty = duty;

@@ -13,7 +13,7 @@ pub(super) enum Gate {
     Off,
     /// Every drive under power brakes and holds, and no drive is enabled.
     Hold,
-    /// As [`Self::Hold`], and a track or wheel that turns without power is enabled, to brake.
+    /// As [`Self::Hold`], and a drive that turns freely is enabled, to brake.
     Brake,
     /// A drive that is enabled keeps its goal; for every other drive as [`Self::Brake`].
     Keep,
@@ -53,7 +53,7 @@ impl Gate {
             Self::Off => Goal::Off,
             Self::Open => goal,
             Self::Keep if drive.enabled => goal,
-            Self::Brake | Self::Keep if drive.rolls => Goal::Velocity(0.0),
+            Self::Brake | Self::Keep if drive.turns_freely => Goal::Velocity(0.0),
             Self::Hold | Self::Brake | Self::Keep => Goal::Hold,
         }
     }
@@ -82,16 +82,16 @@ mod tests {
     }
 
     #[test]
-    fn a_gate_that_is_not_open_starts_no_drive_but_one_that_rolls() {
-        for (enabled, rolls) in [(false, false), (true, false), (false, true)] {
+    fn a_gate_that_is_not_open_starts_no_drive_but_one_that_turns_freely() {
+        for (enabled, turns_freely) in [(false, false), (true, false), (false, true)] {
             let drive = DriveState {
                 enabled,
-                rolls,
+                turns_freely,
                 ..DriveState::default()
             };
             let passed = [Gate::Off, Gate::Hold, Gate::Brake, Gate::Keep, Gate::Open]
                 .map(|gate| gate.pass(Goal::Home, &drive));
-            let braked = if rolls {
+            let braked = if turns_freely {
                 Goal::Velocity(0.0)
             } else {
                 Goal::Hold

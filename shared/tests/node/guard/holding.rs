@@ -295,6 +295,25 @@ fn every_request_but_disarm_brakes_a_track_that_rolls() {
     }
 }
 
+/// The load turns it, and it does not hold after its restart.
+#[test]
+fn a_joint_that_held_before_it_restarted_is_braked_unless_the_operator_disarms() {
+    for request in [Request::Arm, Request::Disarm] {
+        let mut bench = Bench::armed();
+        bench.request(request);
+        bench.run(100);
+        restart(&mut bench, 2);
+        bench.run(20);
+        assert!(!powered(&bench)[2]);
+        for turn in 0..20 {
+            // 0.2 rad/s.
+            bench.joint_held = Some(turn * -550_000);
+            bench.run(4);
+        }
+        assert_eq!(powered(&bench)[2], request == Request::Arm, "{request:?}");
+    }
+}
+
 /// A joint that somebody moves by hand is not enabled, and no drive before an operator is there.
 #[test]
 fn only_tracks_are_braked_and_only_for_an_operator() {
