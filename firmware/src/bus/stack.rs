@@ -2,7 +2,7 @@
 //! [`super::sdo`] serves the objects.
 
 use super::filter::{self, Condition, SDO_REQUEST, SDO_RESPONSE, Verdict};
-use super::traffic::{NMT, SYNC};
+use super::traffic::{NMT, SYNC, is_own_command};
 use super::{Dictionary, Listen, Master, TRANSMIT, parameters, sdo};
 use crate::watchdog;
 use core::sync::atomic::{AtomicBool, Ordering};
@@ -61,8 +61,9 @@ pub struct Bus {
 
 impl Bus {
     /// Creates node `node_id` (1 to 127) with `dictionary`. `heartbeat_ms` is the heartbeat period
-    /// until a client writes another one. Returns `None` if the node id is out of range. Must be
-    /// called only once, because the dictionary is static.
+    /// until a client writes another one. A node without a `master` is the master of the network
+    /// itself. Returns `None` if the node id is out of range. Must be called only once, because the
+    /// dictionary is static.
     pub fn new(
         dictionary: Dictionary,
         node_id: u8,
@@ -116,14 +117,18 @@ impl Bus {
     fn condition(&mut self, frame: &Frame, now_us: u64) -> Condition {
         let mut guard_begins = false;
         let guard_alive = self.master.as_mut().is_some_and(|master| {
-            if network::as_heartbeat(frame).is_some_and(|(node, _)| node == master.node_id) {
-                guard_begins = !master.heartbeat.alive(now_us);
+            if let Some((node, state)) = network::as_heartbeat(frame)
+                && node == master.node_id
+            {
+                let ready = state == network::NmtState::Operational;
+                guard_begins = ready && !(master.ready && master.heartbeat.alive(now_us));
+                master.ready = ready;
                 master.heartbeat.received(now_us);
             }
             master.heartbeat.alive(now_us)
         });
         if guard_begins {
-            // What a client has written before does not count for the guard.
+            // What a client has written before the guard was ready does not count for it.
             let state = self.state();
             self.reset();
             self.apply_listen();
@@ -140,6 +145,10 @@ impl Bus {
     /// node.
     fn follow(&mut self, frame: &Frame, guard_alive: bool, now_us: u64) -> Option<Written> {
         match (frame.id(), frame.data()) {
+            // The master of the network follows no other one.
+            (NMT, _) if self.master.is_none() && !is_own_command(frame) => {
+                return Some(Written::Nothing);
+            }
             (NMT, &[command, node]) if node == 0 || node == self.node_id => {
                 if matches!(command, 2 | 129 | 130) {
                     self.server = sdo::Server::default();

@@ -149,7 +149,7 @@ where
     if !storage::found_at_start().is_whole() {
         guard.doubt_settings();
     }
-    start_bus(spawners.bus, settings, od::DICTIONARY, None, received)?;
+    start_bus(spawners.bus, settings, od::DICTIONARY, None, None, received)?;
     Selected::start_sensors(spawners.bus, Rates::new(settings))
         .map_err(|error| refuse("sensors", error))?;
     let control = control(guard, settings.id(Setting::NodeId));

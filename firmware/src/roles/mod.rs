@@ -75,22 +75,27 @@ pub fn refuse(what: &'static str, _: impl Display) -> Refusal {
     what
 }
 
-/// Creates the bus of a role and spawns its task. Requires the watchdog to monitor the bus task and
-/// the control task, which every role has.
+/// Returns the guard that a drive follows.
+pub(crate) fn guard_of(settings: &Settings) -> Master {
+    Master {
+        node_id: settings.id(Setting::GuardId),
+        heartbeat: Monitor::new(settings.milliseconds(Setting::HeartbeatTimeout)),
+        ready: false,
+    }
+}
+
+/// Creates the bus of a role and spawns its task. The guard has no `master`. Requires the watchdog
+/// to monitor the bus task and the control task, which every role has.
 fn start_bus(
     spawner: Spawner,
     settings: &Settings,
     dictionary: Dictionary,
+    master: Option<Master>,
     listen: Option<Listen>,
     received: fn(Received),
 ) -> Result<(), Refusal> {
     let node_id = settings.id(Setting::NodeId);
     let heartbeat_ms = settings.get(Setting::HeartbeatPeriod) as u16;
-    let guard_id = settings.id(Setting::GuardId);
-    let master = (guard_id != node_id).then(|| Master {
-        node_id: guard_id,
-        heartbeat: Monitor::new(settings.milliseconds(Setting::HeartbeatTimeout)),
-    });
     (dictionary.set_serial_number)(Selected::serial_number());
     watchdog::require(Party::Control);
     watchdog::require(Party::Bus);
