@@ -15,10 +15,14 @@ pub(super) const SYNC: u16 = 0x080;
 /// NMT command that this node has sent and not followed yet; 0 if there is none.
 static OWN_COMMAND: AtomicU16 = AtomicU16::new(0);
 
-/// Sends `frame`. SYNC and NMT commands are also put into [`RECEIVED`], because they apply to the
-/// sending node too.
+/// Sends `frame`.
 pub fn send(frame: Frame) {
     TRANSMIT.push(frame);
+}
+
+/// Sends `frame` as the master of the network: SYNC and NMT commands apply to this node, too.
+pub fn send_as_master(frame: Frame) {
+    send(frame);
     if frame.id() == NMT {
         OWN_COMMAND.store(command(&frame), Ordering::Relaxed);
     }
@@ -28,7 +32,7 @@ pub fn send(frame: Frame) {
 }
 
 /// Returns whether this node has sent the NMT command `frame` and has not followed it yet.
-pub(super) fn is_own_command(frame: &Frame) -> bool {
+pub fn is_own_command(frame: &Frame) -> bool {
     let (command, order) = (command(frame), Ordering::Relaxed);
     let taken = OWN_COMMAND.compare_exchange(command, 0, order, order);
     command != 0 && taken.is_ok()

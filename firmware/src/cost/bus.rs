@@ -5,7 +5,6 @@ use super::counter::Table;
 use super::inputs::settings;
 use crate::bus::{Bus, TRANSMIT};
 use crate::roles::axle::DICTIONARY;
-use crate::roles::guard_of;
 use crate::watchdog;
 use tautrack::bus::network::{NmtCommand, nmt, sync};
 use tautrack::bus::pdo::{DriveMotion, Payload, transmit};
@@ -13,10 +12,8 @@ use tautrack::can::Frame;
 use tautrack::settings::Setting;
 
 pub fn count(table: &mut Table) -> Option<()> {
-    let settings = settings(&[])?;
-    let node = settings.id(Setting::NodeId);
-    let guard = Some(guard_of(&settings));
-    let mut bus = Bus::new(DICTIONARY, node, 50, None, guard)?;
+    let node = settings(&[])?.id(Setting::NodeId);
+    let mut bus = Bus::new(DICTIONARY, node, 50, None, None, |_| true)?;
     bus.process(0);
     bus.receive(nmt(NmtCommand::Start, 0), 1);
 

@@ -1,7 +1,7 @@
 //! Role `axle`: the node of one motor that follows the set-points from the bus.
 
 use super::drive::Measurements;
-use super::{Refusal, Role, Spawners, dictionary, drive, guard_of, refuse, start_bus, startable};
+use super::{Refusal, Role, Spawners, dictionary, drive, refuse, start_bus, startable};
 use crate::boards::CONTROL_HZ;
 use crate::bus::Received;
 use embassy_time::{Duration, Ticker};
@@ -24,14 +24,13 @@ pub static ROLE: Role = Role {
 fn start(spawners: Spawners, settings: &Settings) -> Result<(), Refusal> {
     drive::install_current_loop(settings)?;
     drive::HEARD.start(settings, 0);
-    let guard = Some(guard_of(settings));
     start_bus(
         spawners.bus,
         settings,
         od::DICTIONARY,
-        guard,
         None,
         received,
+        |_| true,
     )?;
     let axle = create(settings)?;
     let measurements = Measurements::create(settings)?;

@@ -2,7 +2,7 @@
 //! the joint's motion directly from the joint's node, without the guard.
 
 use super::drive::Measurements;
-use super::{Refusal, Role, Spawners, dictionary, drive, guard_of, refuse, start_bus, startable};
+use super::{Refusal, Role, Spawners, dictionary, drive, refuse, start_bus, startable};
 use crate::boards::CONTROL_HZ;
 use crate::bus::{Listen, Received, Written};
 use core::sync::atomic::{AtomicU16, Ordering};
@@ -50,9 +50,9 @@ fn start(spawners: Spawners, settings: &Settings) -> Result<(), Refusal> {
         spawners.bus,
         settings,
         od::DICTIONARY,
-        Some(guard_of(settings)),
         Some(listen),
         received,
+        |_| true,
     )?;
     let measurements = Measurements::create(settings)?;
     let control = control(screw, measurements, settings.id(Setting::NodeId));
