@@ -298,12 +298,9 @@ impl Axle {
             let outward = i64::from(self.motion.velocity > 0.0);
             place.wrapping_sub(outward - i64::from(self.motion.velocity < 0.0))
         });
-        for (negative, closed) in [
-            (false, switches.positive_limit),
-            (true, switches.negative_limit),
-        ] {
-            self.stop_at_end(negative, closed, from, before.is_some());
-        }
+        let in_position = before.is_some();
+        self.stop_at_end(false, switches.positive_limit, from, in_position);
+        self.stop_at_end(true, switches.negative_limit, from, in_position);
     }
 
     /// Runs [`Self::stop_at_ends`] for the positive or the `negative` direction. The set-point came
