@@ -339,11 +339,11 @@ const WINDOW_BYTES: usize = 2 + WINDOW * CHANNELS * 2;
 pub fn window(number: u16) -> [u8; WINDOW_BYTES] {
     let mut bytes = [0; WINDOW_BYTES];
     let samples = current_loop::capture(|capture| capture.window(number));
-    let values = samples.iter().flatten().flatten();
-    let values = values.map(|value| value.to_le_bytes());
-    let places = bytes.chunks_exact_mut(2);
-    for (place, value) in places.zip([number.to_le_bytes()].into_iter().chain(values)) {
-        place.copy_from_slice(&value);
+    let [low, high, places @ ..] = &mut bytes;
+    [*low, *high] = number.to_le_bytes();
+    let values = samples.as_slice().as_flattened().as_flattened();
+    for (place, value) in places.chunks_exact_mut(2).zip(values) {
+        place.copy_from_slice(&value.to_le_bytes());
     }
     bytes
 }

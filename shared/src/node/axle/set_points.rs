@@ -295,8 +295,9 @@ impl Axle {
     pub(super) fn stop_at_ends(&mut self, switches: Switches, before: Option<i64>) {
         let place = self.motion.position;
         let from = before.unwrap_or_else(|| {
-            let outward = i64::from(self.motion.velocity > 0.0);
-            place.wrapping_sub(outward - i64::from(self.motion.velocity < 0.0))
+            let velocity = self.motion.velocity;
+            let step = i32::from(velocity > 0.0) - i32::from(velocity < 0.0);
+            place.wrapping_sub(step.into())
         });
         let in_position = before.is_some();
         self.stop_at_end(false, switches.positive_limit, from, in_position);
