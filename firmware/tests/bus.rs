@@ -10,6 +10,8 @@ use tautrack::settings::Setting;
 
 const NODE: u16 = 5;
 const GUARD: u16 = 1;
+/// Drives of a guard with the id [`NODE`]: the screw has its default id no longer.
+const DRIVES: [u16; 4] = [2, 3, 4, 6];
 
 struct Client {
     node: Node,
@@ -18,6 +20,8 @@ struct Client {
     speed: f32,
     /// Whether the guard's heartbeat is sent on the bus.
     guard: bool,
+    /// NMT state in the guard's heartbeat: 0x7f while it waits for its drives, 5 from then on.
+    guard_state: u8,
     steps: u32,
 }
 
@@ -29,12 +33,17 @@ impl Client {
             .expect("a role");
         let mut node = Node::native(program);
         let motor = (role != "guard").then_some(MOTOR);
-        assert_eq!(node.start(&settings(i32::from(NODE)), motor).refusal, "");
+        let mut settings = settings(i32::from(NODE));
+        if role == "guard" {
+            settings.push((Setting::ScrewId.description().key, i32::from(DRIVES[3])));
+        }
+        assert_eq!(node.start(&settings, motor).refusal, "");
         Self {
             node,
             truth: 0,
             speed: 0.0,
             guard: false,
+            guard_state: 5,
             steps: 0,
         }
     }
@@ -47,10 +56,39 @@ impl Client {
         client
     }
 
+    /// A guard whose drives have answered. It has started the network and itself.
+    fn ready_guard() -> Self {
+        let mut client = Self::new("guard");
+        client.answer_as_drives();
+        assert_eq!(client.state_of_guard(), 5, "operational");
+        client
+    }
+
+    /// Answers as the guard's drives do: with their heartbeats, states and position scales.
+    fn answer_as_drives(&mut self) {
+        for _ in 0..60 {
+            for drive in DRIVES {
+                self.send(&[
+                    (0x700 + drive, &[5]),
+                    (0x180 + drive, &[0; 8]),
+                    // Switch on disabled.
+                    (0x280 + drive, &[0x40, 0, 0, 0, 0, 0, 0, 0]),
+                    (0x580 + drive, &[0x4b, 0x10, 0x20, 0, 16, 0, 0, 0]),
+                ]);
+            }
+        }
+    }
+
+    /// NMT state in the next heartbeat of the node, which is a guard.
+    fn state_of_guard(&mut self) -> u8 {
+        *heartbeats(&self.idle(120)).last().expect("a heartbeat")
+    }
+
     /// Sends `frames` in one step; returns the frames that the node sends in it.
     fn send(&mut self, frames: &[(u16, &[u8])]) -> Vec<Frame> {
         let guard = self.guard && self.steps.is_multiple_of(50);
-        let heartbeat = guard.then_some((0x700 + GUARD, [5].as_slice()));
+        let state = [self.guard_state];
+        let heartbeat = guard.then_some((0x700 + GUARD, state.as_slice()));
         self.steps += 1;
         let frames: Vec<_> = heartbeat
             .iter()
@@ -204,8 +242,7 @@ fn screw_receives_its_joint_directly_even_after_a_reset_of_communication() {
 
 #[test]
 fn guard_makes_the_sync_and_sends_its_own_process_data_on_it() {
-    let mut client = Client::new("guard");
-    client.send(&[(0x000, &[1, 0])]);
+    let mut client = Client::ready_guard();
     let frames = client.idle(400);
     let count = |id| frames.iter().filter(|frame| frame.id() == id).count();
     assert_eq!(count(0x080), 100, "SYNC every 4 ms");
@@ -220,8 +257,7 @@ fn guard_makes_the_sync_and_sends_its_own_process_data_on_it() {
 
 #[test]
 fn operator_command_reaches_the_guard_as_process_data() {
-    let mut client = Client::new("guard");
-    client.send(&[(0x000, &[1, 0])]);
+    let mut client = Client::ready_guard();
     let [low, high] = 250_i16.to_le_bytes();
     client.send(&[(0x200 + NODE, &[low, high, 0, 0, 0, 0, 0, 1])]);
     client.idle(40);
@@ -282,6 +318,123 @@ fn writing_what_is_no_set_point_does_not_stand_for_one() {
         received.iter().any(|frame| frame.id() == 0x080 + NODE),
         "the heartbeat's period kept the axle alive"
     );
+}
+
+#[test]
+fn a_guard_that_waits_for_its_drives_enables_none_of_them() {
+    for role in ["axle", "screw"] {
+        let mut client = Client::guarded(role);
+        let drive = |client: &mut Client| {
+            let mut fastest = 0.0_f32;
+            for step in 0..300 {
+                let word = [6, 7, 15][(step / 10).min(2)];
+                client.send(&[(0x300 + NODE, &velocity(word, 3.0))]);
+                client.idle(3);
+                fastest = fastest.max(client.speed.abs());
+            }
+            fastest
+        };
+        client.guard_state = 0x7f;
+        client.idle(100);
+        client.send(&[(0x000, &[1, 0])]);
+        assert_eq!(drive(&mut client), 0.0, "{role}");
+        assert_ne!(client.read(0x6041, 0) & 0x6f, 0x27, "{role} is enabled");
+        // The same frames move it once the guard is ready.
+        client.guard_state = 5;
+        client.idle(100);
+        assert!(drive(&mut client) > 1.0, "{role}");
+    }
+}
+
+/// CiA 301: a master takes no network management command of another node.
+#[test]
+fn a_guard_follows_no_network_command_of_another_node() {
+    let mut client = Client::new("guard");
+    client.idle(300);
+    for node in [0, NODE as u8] {
+        for command in [1, 2, 128, 129, 130] {
+            let mut sent = client.send(&[(0x000, &[command, node])]);
+            sent.extend(client.idle(120));
+            let states = heartbeats(&sent);
+            assert!(states.iter().all(|state| *state == 127), "{states:?}");
+            assert!(!states.is_empty());
+        }
+    }
+    let master = client.read(0x4001, 5);
+    assert_eq!(master, 0xff03, "it reports a second master");
+    client.answer_as_drives();
+    assert_eq!(client.state_of_guard(), 5, "its own command starts it");
+    for command in [2, 128, 129, 130, 1] {
+        client.send(&[(0x000, &[command, 0])]);
+        assert_eq!(client.state_of_guard(), 5, "{command}");
+    }
+}
+
+/// Identifiers, transmission types and mapped objects of the process data of a drive, and the
+/// period of its heartbeat.
+fn communication(client: &mut Client) -> Vec<(u16, u8, u32)> {
+    let mut objects = vec![(0x1017, 0, client.read(0x1017, 0))];
+    for number in 0..4 {
+        for index in [0x1400 + number, 0x1800 + number] {
+            objects.extend([1, 2].map(|sub| (index, sub, client.read(index, sub))));
+        }
+        for index in [0x1600 + number, 0x1a00 + number] {
+            let count = client.read(index, 0) as u8;
+            objects.extend((0..=count).map(|sub| (index, sub, client.read(index, sub))));
+        }
+    }
+    objects
+}
+
+#[test]
+fn what_a_client_wrote_to_communication_objects_ends_when_the_guard_is_ready() {
+    for role in ["axle", "screw"] {
+        let mut client = Client::new(role);
+        client.idle(10);
+        let started = communication(&mut client);
+        // The guard is absent in the first round, and waits for its drives in the second one. It is
+        // lost after the first round.
+        for waits in [false, true] {
+            client.guard = waits;
+            client.guard_state = 0x7f;
+            client.idle(400);
+            let refused = forge(&mut client);
+            assert_eq!(refused > 0, waits, "{role}: {refused} writes are refused");
+            assert_ne!(communication(&mut client), started, "{role}");
+            client.guard = true;
+            client.guard_state = 5;
+            client.idle(100);
+            assert_eq!(communication(&mut client), started, "{role}: {waits}");
+        }
+    }
+}
+
+/// Writes other identifiers, transmission types and mappings to all process data, and another
+/// period of the heartbeat. Returns how many writes the node refuses.
+fn forge(client: &mut Client) -> usize {
+    let mut refused = 0;
+    let mut write = |index: u16, sub: u8, value: &[u8]| {
+        let [low, high] = index.to_le_bytes();
+        let mut request = [0; 8];
+        request[..4].copy_from_slice(&[0x23 | (4 - value.len() as u8) << 2, low, high, sub]);
+        request[4..4 + value.len()].copy_from_slice(value);
+        refused += usize::from(client.sdo(request)[0] == 0x80);
+    };
+    for number in 0..4_u8 {
+        let identifier = [0x70 + number, 3, 0, 0];
+        for (parameter, mapping, object) in [
+            (0x1400, 0x1600, [0x20, 0, 0xff, 0x60]), // target velocity
+            (0x1800, 0x1a00, [0x20, 0, 0x6c, 0x60]), // velocity
+        ] {
+            write(parameter + u16::from(number), 1, &identifier);
+            write(parameter + u16::from(number), 2, &[7]);
+            write(mapping + u16::from(number), 0, &[0]);
+            write(mapping + u16::from(number), 1, &object);
+            write(mapping + u16::from(number), 0, &[1]);
+        }
+    }
+    write(0x1017, 0, &[33, 0]);
+    refused
 }
 
 const DEVICE_STATE: u32 = 0x0800_0022;

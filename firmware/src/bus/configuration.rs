@@ -37,4 +37,6 @@ pub struct Master {
     pub node_id: u8,
     /// Monitor of the guard's heartbeat.
     pub heartbeat: Monitor,
+    /// The newest heartbeat says that the guard no longer waits for its drives.
+    pub ready: bool,
 }

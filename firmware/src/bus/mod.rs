@@ -23,5 +23,5 @@ pub use filter::is_capture;
 pub use queue::FrameQueue;
 pub use service::task;
 pub use stack::{Bus, Received, Written, operational};
-pub use traffic::{RECEIVED, TRANSMIT, send};
+pub use traffic::{RECEIVED, TRANSMIT, is_own_command, send, send_as_master};
 pub use unconfigured::wait_for_id;

@@ -54,6 +54,8 @@ pub struct Bus {
     id: NodeId,
     listen: Option<Listen>,
     master: Option<Master>,
+    /// Whether the node follows an NMT command.
+    commanded: fn(&Frame) -> bool,
     /// Heartbeat period until a client writes another one.
     heartbeat_ms: u16,
     heartbeat_sent_us: u64,
@@ -61,14 +63,16 @@ pub struct Bus {
 
 impl Bus {
     /// Creates node `node_id` (1 to 127) with `dictionary`. `heartbeat_ms` is the heartbeat period
-    /// until a client writes another one. Returns `None` if the node id is out of range. Must be
-    /// called only once, because the dictionary is static.
+    /// until a client writes another one. `commanded` returns whether the node follows an NMT
+    /// command. Returns `None` if the node id is out of range. Must be called only once, because
+    /// the dictionary is static.
     pub fn new(
         dictionary: Dictionary,
         node_id: u8,
         heartbeat_ms: u16,
         listen: Option<Listen>,
         master: Option<Master>,
+        commanded: fn(&Frame) -> bool,
     ) -> Option<Self> {
         let id = NodeId::new(node_id).ok()?;
         let bus = Self {
@@ -78,6 +82,7 @@ impl Bus {
             id,
             listen,
             master,
+            commanded,
             heartbeat_ms,
             heartbeat_sent_us: 0,
         };
@@ -116,14 +121,20 @@ impl Bus {
     fn condition(&mut self, frame: &Frame, now_us: u64) -> Condition {
         let mut guard_begins = false;
         let guard_alive = self.master.as_mut().is_some_and(|master| {
-            if network::as_heartbeat(frame).is_some_and(|(node, _)| node == master.node_id) {
-                guard_begins = !master.heartbeat.alive(now_us);
+            if let Some((node, state)) = network::as_heartbeat(frame)
+                && node == master.node_id
+            {
+                let ready = state == network::NmtState::Operational;
+                guard_begins = ready && !master.ready;
+                master.ready = ready;
                 master.heartbeat.received(now_us);
             }
-            master.heartbeat.alive(now_us)
+            let alive = master.heartbeat.alive(now_us);
+            master.ready &= alive;
+            alive
         });
         if guard_begins {
-            // What a client has written before does not count for the guard.
+            // What a client has written before the guard was ready does not count for it.
             let state = self.state();
             self.reset();
             self.apply_listen();
@@ -140,7 +151,9 @@ impl Bus {
     /// node.
     fn follow(&mut self, frame: &Frame, guard_alive: bool, now_us: u64) -> Option<Written> {
         match (frame.id(), frame.data()) {
-            (NMT, &[command, node]) if node == 0 || node == self.node_id => {
+            (NMT, &[command, node])
+                if (node == 0 || node == self.node_id) && (self.commanded)(frame) =>
+            {
                 if matches!(command, 2 | 129 | 130) {
                     self.server = sdo::Server::default();
                 }
@@ -336,7 +349,7 @@ mod tests {
     #[test]
     fn a_node_whose_control_task_stands_sends_neither_heartbeat_nor_process_data() {
         let dictionary = crate::roles::axle::DICTIONARY;
-        let mut bus = Bus::new(dictionary, 5, 50, None, None).expect("a node");
+        let mut bus = Bus::new(dictionary, 5, 50, None, None, |_| true).expect("a node");
         let mut now_us = 0;
         // Simulates one second, with the control task running or not.
         let mut second = |runs: bool| {

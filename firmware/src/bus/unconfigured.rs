@@ -51,10 +51,13 @@ pub async fn wait_for_id(spawners: Spawners, role: &'static Role, found: Found) 
 /// The defaults with this node id, and with limits that suit an unknown motor.
 fn with_id(id: u8) -> Settings {
     let mut settings = Settings::default();
-    let id = (Setting::NodeId, id.into());
-    for (setting, value) in core::iter::once(&id).chain(UNKNOWN_MOTOR) {
+    let mut set = |setting: Setting, value: i32| {
         // Cannot fail: the master's request was checked, and the limits are within their bounds.
-        let _ = settings.set(setting.bounds().key, *value);
+        let _ = settings.set(setting.bounds().key, value);
+    };
+    set(Setting::NodeId, id.into());
+    for (setting, value) in UNKNOWN_MOTOR {
+        set(*setting, *value);
     }
     settings
 }

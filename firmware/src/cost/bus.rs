@@ -13,7 +13,7 @@ use tautrack::settings::Setting;
 
 pub fn count(table: &mut Table) -> Option<()> {
     let node = settings(&[])?.id(Setting::NodeId);
-    let mut bus = Bus::new(DICTIONARY, node, 50, None, None)?;
+    let mut bus = Bus::new(DICTIONARY, node, 50, None, None, |_| true)?;
     bus.process(0);
     bus.receive(nmt(NmtCommand::Start, 0), 1);
 

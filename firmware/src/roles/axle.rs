@@ -24,7 +24,14 @@ pub static ROLE: Role = Role {
 fn start(spawners: Spawners, settings: &Settings) -> Result<(), Refusal> {
     drive::install_current_loop(settings)?;
     drive::HEARD.start(settings, 0);
-    start_bus(spawners.bus, settings, od::DICTIONARY, None, received)?;
+    start_bus(
+        spawners.bus,
+        settings,
+        od::DICTIONARY,
+        None,
+        received,
+        |_| true,
+    )?;
     let axle = create(settings)?;
     let measurements = Measurements::create(settings)?;
     let control = control(axle, measurements, settings.id(Setting::NodeId));

@@ -43,12 +43,16 @@ pub static HEARD: Mailbox = Mailbox {
         joint: AtomicU16::new(0),
         sync_period_us: AtomicU32::new(0),
     },
-    paces: Mutex::new([const { Cell::new(Pace::NEW) }; 3]),
+    set_points: Mutex::new(Cell::new(Pace::NEW)),
+    offsets: Mutex::new(Cell::new(Pace::NEW)),
+    motions: Mutex::new(Cell::new(Pace::NEW)),
 };
 
 /// Index of the torque feed-forward (CiA 402 calls it "torque offset"). It is sent less often than
 /// set-points, and writing it does not count as a set-point.
 const TORQUE_OFFSET: u16 = 0x60b2;
+
+type SharedPace = Mutex<Cell<Pace>>;
 
 /// Mailbox from the bus task to the control task, see [`HEARD`].
 pub struct Mailbox {
@@ -62,8 +66,9 @@ pub struct Mailbox {
     joint: Mutex<Cell<Option<(DriveMotion, u64)>>>,
     sync_us: Mutex<Cell<u64>>,
     ids: Ids,
-    /// Paces of set-points, torque feed-forwards and motions of the joint.
-    paces: Mutex<[Cell<Pace>; 3]>,
+    set_points: SharedPace,
+    offsets: SharedPace,
+    motions: SharedPace,
 }
 
 /// Identifiers of the nodes that concern a drive.
@@ -107,15 +112,15 @@ impl Mailbox {
         let flag = match received.wrote {
             Written::ProcessData => match frame.id() {
                 id if id & !0x7f == receive(3) => {
-                    self.watch(1, OFFSET_SYNCS, now_us, &self.second_master);
+                    self.watch(&self.offsets, OFFSET_SYNCS, now_us, &self.second_master);
                     &self.offset
                 }
                 id if id == self.ids.joint.load(Ordering::Relaxed) => {
-                    self.watch(2, 1, now_us, &self.duplicate_id);
+                    self.watch(&self.motions, 1, now_us, &self.duplicate_id);
                     return;
                 }
                 _ => {
-                    self.watch(0, 1, now_us, &self.second_master);
+                    self.watch(&self.set_points, 1, now_us, &self.second_master);
                     &self.set_point
                 }
             },
@@ -130,16 +135,15 @@ impl Mailbox {
     }
 
     /// Sets `found` if frames of which one is due every `syncs` come from two nodes.
-    fn watch(&self, pace: usize, syncs: u32, now_us: u64, found: &AtomicBool) {
+    fn watch(&self, pace: &SharedPace, syncs: u32, now_us: u64, found: &AtomicBool) {
         let period_us = self.ids.sync_period_us.load(Ordering::Relaxed) * syncs;
         critical_section::with(|cs| {
-            if let Some(cell) = self.paces.borrow(cs).get(pace) {
-                let mut pace = cell.get();
-                if pace.is_exceeded(now_us, period_us) {
-                    found.store(true, Ordering::Relaxed);
-                }
-                cell.set(pace);
+            let cell = pace.borrow(cs);
+            let mut pace = cell.get();
+            if pace.is_exceeded(now_us, period_us) {
+                found.store(true, Ordering::Relaxed);
             }
+            cell.set(pace);
         });
     }
 
@@ -147,19 +151,19 @@ impl Mailbox {
     pub fn take_faults(&self) -> Faults {
         let mut found = Faults::NONE;
         let [master, twice] = [&self.second_master, &self.duplicate_id];
-        found.insert_if(Fault::SecondMaster, master.swap(false, Ordering::Relaxed));
-        found.insert_if(Fault::DuplicateId, twice.swap(false, Ordering::Relaxed));
+        found.insert_if(Fault::SecondMaster, take(master));
+        found.insert_if(Fault::DuplicateId, take(twice));
         found
     }
 
     /// Returns whether a client has written a parameter since the last call.
     pub fn take_parameters(&self) -> bool {
-        self.parameters.swap(false, Ordering::Relaxed)
+        take(&self.parameters)
     }
 
     /// Returns whether a client has written an object of the recording since the last call.
     pub fn take_capture(&self) -> bool {
-        self.capture.swap(false, Ordering::Relaxed)
+        take(&self.capture)
     }
 
     /// Stores the joint's motion with its time of measurement: one control period before the last
@@ -182,6 +186,14 @@ impl Mailbox {
     }
 }
 
+/// Clears a flag that the bus task sets, and returns whether it was set. The control task, which
+/// calls this, interrupts the bus task and is not interrupted by it.
+fn take(flag: &AtomicBool) -> bool {
+    let set = flag.load(Ordering::Relaxed);
+    flag.store(false, Ordering::Relaxed);
+    set
+}
+
 /// Collects the inputs of one tick. `set_point` and `torque_offset` read the objects; each is
 /// called only if one of its objects was written since the last tick.
 pub fn inputs(set_point: fn() -> SetPoint, torque_offset: fn() -> i16, bench_mode: bool) -> Inputs {
@@ -200,13 +212,9 @@ pub fn inputs(set_point: fn() -> SetPoint, torque_offset: fn() -> i16, bench_mod
         temperatures: Selected::temperatures(),
         switches: Selected::switches(),
         // Nothing arms a drive while its flash is being written.
-        set_point: (HEARD.set_point.swap(false, Ordering::Relaxed) && !storage::is_writing())
-            .then(set_point),
-        torque_offset: HEARD
-            .offset
-            .swap(false, Ordering::Relaxed)
-            .then(torque_offset),
-        guard_received: HEARD.guard.swap(false, Ordering::Relaxed),
+        set_point: (take(&HEARD.set_point) && !storage::is_writing()).then(set_point),
+        torque_offset: take(&HEARD.offset).then(torque_offset),
+        guard_received: take(&HEARD.guard),
         bench_mode,
     }
 }
@@ -331,11 +339,11 @@ const WINDOW_BYTES: usize = 2 + WINDOW * CHANNELS * 2;
 pub fn window(number: u16) -> [u8; WINDOW_BYTES] {
     let mut bytes = [0; WINDOW_BYTES];
     let samples = current_loop::capture(|capture| capture.window(number));
-    let values = samples.iter().flatten().flatten();
-    let values = values.map(|value| value.to_le_bytes());
-    let places = bytes.chunks_exact_mut(2);
-    for (place, value) in places.zip([number.to_le_bytes()].into_iter().chain(values)) {
-        place.copy_from_slice(&value);
+    let [low, high, places @ ..] = &mut bytes;
+    [*low, *high] = number.to_le_bytes();
+    let values = samples.as_slice().as_flattened().as_flattened();
+    for (place, value) in places.chunks_exact_mut(2).zip(values) {
+        place.copy_from_slice(&value.to_le_bytes());
     }
     bytes
 }

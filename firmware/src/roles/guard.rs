@@ -149,7 +149,14 @@ where
     if !storage::found_at_start().is_whole() {
         guard.doubt_settings();
     }
-    start_bus(spawners.bus, settings, od::DICTIONARY, None, received)?;
+    start_bus(
+        spawners.bus,
+        settings,
+        od::DICTIONARY,
+        None,
+        received,
+        bus::is_own_command,
+    )?;
     Selected::start_sensors(spawners.bus, Rates::new(settings))
         .map_err(|error| refuse("sensors", error))?;
     let control = control(guard, settings.id(Setting::NodeId));
@@ -242,7 +249,7 @@ async fn control(guard: &'static mut dyn Tick, node: u8) -> ! {
             publish_mismatch(guard.scale_mismatch());
             bus::send(network::emergency(Emergency { node, code }));
         }
-        outputs.frames.iter().copied().for_each(bus::send);
+        outputs.frames.iter().copied().for_each(bus::send_as_master);
     }
 }
 

@@ -14,6 +14,7 @@ use crate::watchdog::{self, Party};
 use core::fmt::Display;
 use embassy_executor::{SendSpawner, SpawnError, SpawnToken, Spawner};
 use tautrack::bus::heartbeat::Monitor;
+use tautrack::can::Frame;
 use tautrack::math::to_i16;
 use tautrack::settings::{Setting, Settings};
 
@@ -76,13 +77,15 @@ pub fn refuse(what: &'static str, _: impl Display) -> Refusal {
 }
 
 /// Creates the bus of a role and spawns its task. Requires the watchdog to monitor the bus task and
-/// the control task, which every role has.
+/// the control task, which every role has. `commanded` returns whether the role follows an NMT
+/// command.
 fn start_bus(
     spawner: Spawner,
     settings: &Settings,
     dictionary: Dictionary,
     listen: Option<Listen>,
     received: fn(Received),
+    commanded: fn(&Frame) -> bool,
 ) -> Result<(), Refusal> {
     let node_id = settings.id(Setting::NodeId);
     let heartbeat_ms = settings.get(Setting::HeartbeatPeriod) as u16;
@@ -90,11 +93,12 @@ fn start_bus(
     let master = (guard_id != node_id).then(|| Master {
         node_id: guard_id,
         heartbeat: Monitor::new(settings.milliseconds(Setting::HeartbeatTimeout)),
+        ready: false,
     });
     (dictionary.set_serial_number)(Selected::serial_number());
     watchdog::require(Party::Control);
     watchdog::require(Party::Bus);
-    let bus = Bus::new(dictionary, node_id, heartbeat_ms, listen, master)
+    let bus = Bus::new(dictionary, node_id, heartbeat_ms, listen, master, commanded)
         .ok_or_else(|| refuse("the bus cannot be made for node id", node_id))?;
     spawner.spawn(startable(bus::task(bus, received))?);
     Ok(())

@@ -52,6 +52,7 @@ fn start(spawners: Spawners, settings: &Settings) -> Result<(), Refusal> {
         od::DICTIONARY,
         Some(listen),
         received,
+        |_| true,
     )?;
     let measurements = Measurements::create(settings)?;
     let control = control(screw, measurements, settings.id(Setting::NodeId));

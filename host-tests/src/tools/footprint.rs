@@ -343,8 +343,6 @@ fn listen(chip: &mut Chip) {
     const GUARD: u16 = 1;
     chip.run(50_000);
     save(chip, GUARD, Setting::OperatorTimeout, 300);
-    // Process data are received in the NMT state "operational".
-    chip.send(Frame::new(0x000, &[1, 0]).unwrap_or_default());
     let sentence =
         b"$GPGGA,120000.00,4530.0000,N,00730.0000,E,4,12,0.6,500.0,M,48.0,M,1.0,0000*4C\r\n";
     for step in 0..100_u8 {
@@ -354,6 +352,11 @@ fn listen(chip: &mut Chip) {
             let status = [0x21, 0, 0, 0, 0, 0, 0, 0];
             chip.send(Frame::new(0x180 + drive, &status).unwrap_or_default());
             chip.send(Frame::new(0x280 + drive, &[0; 8]).unwrap_or_default());
+            if step < 20 {
+                // The drives' position scales, with which the guard starts the network.
+                let scale = [0x4b, 0x10, 0x20, 0, 16, 0, 0, 0];
+                chip.send(Frame::new(0x580 + drive, &scale).unwrap_or_default());
+            }
         }
         // The operator holds the dead-man switch, and requests "stop", then "arm".
         let request = 0x80 | if step > 20 { 1 } else { 2 };

@@ -95,12 +95,12 @@ pub fn guard_watched(watcher: impl FnMut(Executed) + Send + 'static) -> Chip {
 
 /// An operator commands, and drives report, for 100 ms.
 pub fn drive(chip: &mut Chip) {
-    // Process data are received in the NMT state "operational".
-    chip.send(frame(0x000, &[1, 0]));
     for sequence in 0..10 {
         for drive in 2..6 {
             chip.send(frame(0x700 + drive, &[5]));
             chip.send(frame(0x180 + drive, &[0; 8]));
+            // Its position scale, with which the guard starts the network.
+            chip.send(frame(0x580 + drive, &[0x4b, 0x10, 0x20, 0, 16, 0, 0, 0]));
         }
         command(chip, sequence);
         chip.run(10_000);

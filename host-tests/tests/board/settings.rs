@@ -16,6 +16,9 @@ const RESTORE: u16 = 0x1011;
 const IN_FLASH: u16 = 0x2020;
 /// Abort code of CiA 301: not in this state of the device.
 const DEVICE_STATE: u32 = 0x0800_0022;
+const BENCH_MODE: u16 = 0x2001;
+const CONTROLWORD: u16 = 0x6040;
+const MODE: u16 = 0x6060;
 /// Time for a start, or for a save, us.
 const WAIT_US: u64 = 20_000;
 
@@ -174,4 +177,44 @@ fn a_power_cut_in_any_write_of_a_save_leaves_old_or_new_settings() {
             assert_eq!(answer, Some((0x60, 0)), "{tear:?} of operation {at}");
         }
     }
+}
+
+/// The command to arm comes just before that to save, at every phase of the control task, which
+/// interrupts the task that saves.
+#[test]
+fn nothing_arms_a_drive_while_its_flash_is_written() {
+    let (mut saved, mut armed) = (0, 0);
+    let cases = (0..1_000).step_by(100);
+    for (phase_us, gap_us) in cases.flat_map(|phase| [(phase, 0), (phase, 500)]) {
+        let mut chip = axle();
+        chip.run(20_000);
+        write(&mut chip, BENCH_MODE, 0, &[1]);
+        write(&mut chip, MODE, 0, &[9]);
+        for control in [0x06, 0x07] {
+            write(&mut chip, CONTROLWORD, 0, &[control, 0]);
+        }
+        let (setting, value) = NEW[0];
+        write(&mut chip, object(setting), 0, &value.to_le_bytes());
+        chip.run(phase_us);
+        let enable = [0x2b, 0x40, 0x60, 0, 0x0f, 0, 0, 0];
+        chip.send(frame(0x600 + NODE, &enable));
+        chip.run(gap_us);
+        chip.send(frame(0x600 + NODE, b"\x23\x10\x10\x01save"));
+        let mut writes = 0;
+        for _ in 0..1_500 {
+            let live = chip.is_live();
+            let before = chip.flash(|flash| flash.operations);
+            chip.run(10);
+            let after = chip.flash(|flash| flash.operations);
+            let idle = after == before;
+            assert!(
+                idle || !(live || chip.is_live()),
+                "flash is written under power: phase {phase_us} us, gap {gap_us} us"
+            );
+            writes += after - before;
+            armed += usize::from(chip.is_live() && !live);
+        }
+        saved += usize::from(writes > 0);
+    }
+    assert!(saved > 0 && armed > 0, "{saved} saved, {armed} armed");
 }

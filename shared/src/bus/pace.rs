@@ -18,13 +18,13 @@ impl Pace {
     /// Records a frame at `now_us`, of a sender with one frame in `period_us`. Returns whether
     /// another node sends frames, too.
     pub fn is_exceeded(&mut self, now_us: u64, period_us: u32) -> bool {
-        let period_us = u64::from(period_us);
-        // Microseconds in 64 bits do not wrap.
-        let ahead_us = self.due_us.saturating_sub(now_us);
+        // Never more than a few periods, because time does not go back.
+        let ahead_us = self.due_us.saturating_sub(now_us) as u32;
         let exceeded = ahead_us > period_us + period_us / 2;
         if !exceeded {
-            let due_us = now_us.wrapping_add(ahead_us);
-            self.due_us = due_us.wrapping_add(period_us - period_us / 16);
+            let more_us = ahead_us + period_us - period_us / 16;
+            // Microseconds in 64 bits do not wrap.
+            self.due_us = now_us.wrapping_add(u64::from(more_us));
         }
         exceeded
     }

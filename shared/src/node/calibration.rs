@@ -226,7 +226,7 @@ fn micro(value: f32) -> i32 {
 
 fn values(record: &Record) -> Values {
     let mut values = Values::default();
-    for (setting, value) in record.settings().into_iter().flatten() {
+    for (setting, value) in record.settings().iter().flatten().copied() {
         let place = match setting {
             Setting::CurrentZeroA => &mut values.current_zero_a,
             Setting::CurrentZeroB => &mut values.current_zero_b,

@@ -3,6 +3,7 @@
 use super::erase::{MAX_WORD, SafeErase};
 use super::image::Image;
 use super::{Record, Refused, Report, Schema};
+use crate::settings::Bounds;
 use core::fmt;
 use core::future::Future;
 use core::pin::pin;
@@ -385,21 +386,27 @@ impl Changes<'_> {
     }
 
     fn first(&self) -> Option<u16> {
-        self.rows().chain(self.old_keys()).next().map(|one| one.0)
+        let first = self.rows().next().or_else(|| self.old_keys().next());
+        first.map(|one| one.0)
     }
 
     /// Rows that differ, with their new values. A refused value stays until its setting is set or
     /// the store is cleared.
     fn rows(&self) -> impl Iterator<Item = (u16, i32)> {
         let cleared = i32::from(version(self.stored).0) == BLANK;
-        self.schema.rows.iter().filter_map(move |row| {
-            let value = (self.value)(row.key);
-            let stored = self.stored.get(row.key);
-            let refused = stored.is_some_and(|stored| stored < row.minimum || stored > row.maximum);
-            let stays = refused && value == row.default && !cleared && !(self.is_set)(row.key);
-            let differs = stored.unwrap_or(row.default) != value;
-            (differs && !stays).then_some((row.key, value))
-        })
+        let rows = self.schema.rows.iter();
+        rows.filter_map(move |row| self.change(row, cleared))
+    }
+
+    /// Returns a row with its new value if it differs.
+    #[inline(never)] // one copy for all users of the rows
+    fn change(&self, row: &Bounds, cleared: bool) -> Option<(u16, i32)> {
+        let value = (self.value)(row.key);
+        let stored = self.stored.get(row.key);
+        let refused = stored.is_some_and(|stored| stored < row.minimum || stored > row.maximum);
+        let stays = refused && value == row.default && !cleared && !(self.is_set)(row.key);
+        let differs = stored.unwrap_or(row.default) != value;
+        (differs && !stays).then_some((row.key, value))
     }
 
     /// Value of a key, which a later move may have replaced again.

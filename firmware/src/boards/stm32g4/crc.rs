@@ -20,10 +20,12 @@ const TABLE: [u32; 16] = {
 /// Computes the CRC-32 of all `parts` in order.
 pub fn crc32(parts: &[&[u8]]) -> u32 {
     let mut crc = u32::MAX;
-    for byte in parts.iter().copied().flatten() {
-        crc ^= u32::from(*byte);
-        for _ in 0..2 {
-            crc = (crc >> 4) ^ TABLE[(crc & 15) as usize];
+    for part in parts {
+        for byte in *part {
+            crc ^= u32::from(*byte);
+            for _ in 0..2 {
+                crc = (crc >> 4) ^ TABLE[(crc & 15) as usize];
+            }
         }
     }
     !crc

@@ -73,7 +73,7 @@ impl Record {
     /// [`Refusal::NoSetting`] with the first value that is out of the bounds of its setting. The
     /// settings may then contain some of the values.
     pub fn store(&self, settings: &mut Settings) -> Result<(), Refusal> {
-        for (setting, value) in self.settings().into_iter().flatten() {
+        for (setting, value) in self.settings().iter().flatten().copied() {
             settings
                 .set(setting.bounds().key, value)
                 .map_err(|_| Refusal::NoSetting {

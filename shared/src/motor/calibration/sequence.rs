@@ -156,6 +156,7 @@ impl Calibration {
     }
 
     /// Runs one tick of the present step; `None` if it is over.
+    #[inline(never)] // a calibration is smaller in two parts
     fn advance(&mut self, inputs: &Inputs) -> Result<Option<Excitation>, Refusal> {
         let Some(step) = self.step() else {
             return Ok(None);

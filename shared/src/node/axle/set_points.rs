@@ -292,44 +292,45 @@ impl Axle {
     /// motion is free. `before` is the position of the set-point in the previous tick; `None` if
     /// the velocity alone is the set-point.
     pub(super) fn stop_at_ends(&mut self, switches: Switches, before: Option<i64>) {
-        let step = match before {
-            Some(before) => self.motion.position.wrapping_sub(before),
-            None if self.motion.velocity > 0.0 => 1,
-            None => -i64::from(self.motion.velocity < 0.0),
-        };
-        for (direction, closed) in [switches.positive_limit, switches.negative_limit]
-            .into_iter()
-            .enumerate()
-        {
-            self.stop_at_end(direction, closed, step, before);
-        }
+        let place = self.motion.position;
+        let from = before.unwrap_or_else(|| {
+            let velocity = self.motion.velocity;
+            let step = i32::from(velocity > 0.0) - i32::from(velocity < 0.0);
+            place.wrapping_sub(step.into())
+        });
+        let in_position = before.is_some();
+        self.stop_at_end(false, switches.positive_limit, from, in_position);
+        self.stop_at_end(true, switches.negative_limit, from, in_position);
     }
 
-    /// Runs [`Self::stop_at_ends`] for the positive `direction` (0) or the negative one, with the
-    /// `step` of the set-point in this tick.
+    /// Runs [`Self::stop_at_ends`] for the positive or the `negative` direction. The set-point came
+    /// from the place `from`.
     #[inline(never)] // one copy for two directions
-    fn stop_at_end(&mut self, direction: usize, closed: bool, step: i64, before: Option<i64>) {
-        let further = |one: i64, other: i64| match direction {
-            0 => one > other,
-            _ => one < other,
-        };
-        let place = self.motion.position;
+    fn stop_at_end(&mut self, negative: bool, closed: bool, from: i64, in_position: bool) {
+        let direction = usize::from(negative);
+        // Makes the place that is farther outward the greater number, and back.
+        let outward = |place: i64| place ^ -i64::from(negative);
+        let (from, place) = (outward(from), outward(self.motion.position));
         let stop = closed.then(|| {
             let stop = self.stops[direction].unwrap_or_else(|| self.position());
-            if further(stop, place) { place } else { stop }
+            outward(stop).min(place)
         });
-        self.stops[direction] = stop;
-        let (end, limit) = match (stop, self.ends().map(|ends| ends[direction])) {
+        self.stops[direction] = stop.map(outward);
+        let (end, limit) = match (stop, self.ends()) {
             (Some(stop), _) => (stop, ActiveLimit::Switch),
-            (None, Some(end)) if further(place, end) => {
+            (None, Some(ends)) => {
+                let end = outward(ends[direction]);
+                if place <= end {
+                    return;
+                }
                 // A set-point that is outside of the travel already stays there.
-                let outside = before.filter(|before| further(*before, end));
-                (outside.unwrap_or(end), ActiveLimit::Travel)
+                let outside = in_position && from > end;
+                (if outside { from } else { end }, ActiveLimit::Travel)
             }
-            _ => return,
+            (None, None) => return,
         };
-        if further(step, 0) || step == 0 && before.is_some() && further(place, end) {
-            self.motion = Motion::at(end);
+        if place > from || in_position && place == from && place > end {
+            self.motion = Motion::at(outward(end));
             self.active_limit = limit;
         }
     }

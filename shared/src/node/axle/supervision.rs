@@ -16,6 +16,7 @@ const HOMING_FAULTS: Faults = Faults::of(Fault::HomingFailed).or(Faults::of(Faul
 impl Axle {
     /// Raises the faults whose conditions are met, even if other faults are latched already, and
     /// applies the strongest reaction.
+    #[inline(never)] // the tick is smaller in two parts
     pub(super) fn supervise(&mut self, inputs: &Inputs, taut: Option<Result<Motion, Fault>>) {
         let (enabled, powered) = (self.state == State::OperationEnabled, self.energized());
         let aligns = self.commutation.aligns();
