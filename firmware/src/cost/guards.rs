@@ -6,7 +6,6 @@ use super::drives::joint;
 use super::inputs::{Random, geometry, settings};
 use super::traffic::{BYTES, FRAMES, others, receiver};
 use core::f32::consts::TAU;
-use core::iter::repeat_with;
 use heapless::Vec;
 use tautrack::bus::cia402::{State, status};
 use tautrack::bus::pdo::{DriveMotion, DriveStatus, OperatorCommand, Payload, Request, transmit};
@@ -27,6 +26,9 @@ use tautrack::units::Angle;
 const WARM_UP: u32 = 2_000;
 /// Counted ticks.
 const TICKS: u32 = 2_000;
+/// Ticks between two heartbeats of a drive, and the maximum number of the drives' answers to a SYNC.
+const HEARTBEAT_TICKS: u32 = 48;
+const ANSWERS: usize = 2 * MAX_DRIVES + 3;
 
 pub fn count(table: &mut Table) -> Option<()> {
     let geometry = geometry(&settings(&[])?)?;
@@ -112,7 +114,7 @@ fn count_guard<B: Body>(
 }
 
 /// Returns the answers of the drives to the guard's query for their position scales.
-fn scales<B: Body>(ids: &[u8]) -> Vec<Frame, { 2 * MAX_DRIVES + 2 }> {
+fn scales<B: Body>(ids: &[u8]) -> Vec<Frame, ANSWERS> {
     let [low, high] = guard::POSITION_SCALE.to_le_bytes();
     let answer = |(drive, id): (usize, &u8)| {
         let [a, b] = B::scale(drive).code().to_le_bytes();
@@ -128,8 +130,8 @@ fn answers(
     tick: u32,
     sync_ticks: u32,
     motion: impl Fn(usize, u32) -> DriveMotion,
-) -> Vec<Frame, { 2 * MAX_DRIVES + 2 }> {
-    let state = if tick < 140 {
+) -> Vec<Frame, ANSWERS> {
+    let state = if tick < 160 {
         State::SwitchOnDisabled
     } else {
         State::OperationEnabled
@@ -138,12 +140,11 @@ fn answers(
         statusword: state.statusword() | status::HOMED,
         ..DriveStatus::default()
     };
-    // With two heartbeats per SYNC period, no heartbeat is older than 64 ms.
-    let mut turn = 2 * (tick / sync_ticks) as usize;
-    let heartbeats = repeat_with(|| {
-        turn += 1;
-        Frame::new(0x700 + u16::from(ids[turn % ids.len()]), &[5]).unwrap_or_default()
-    });
+    let syncs = HEARTBEAT_TICKS / sync_ticks;
+    let due = ids.iter().skip((tick / sync_ticks % syncs) as usize);
+    let heartbeats = due
+        .step_by(syncs as usize)
+        .filter_map(|id| Frame::new(0x700 + u16::from(*id), &[5]));
     ids.iter()
         .enumerate()
         .flat_map(|(drive, &id)| {
@@ -152,7 +153,7 @@ fn answers(
                 status.frame(transmit(2), id),
             ]
         })
-        .chain(heartbeats.take(2))
+        .chain(heartbeats)
         .collect()
 }
 
@@ -167,7 +168,7 @@ fn operator(tick: u32, random: &mut Random) -> OperatorCommand {
         } else {
             Request::Arm
         } as u8,
-        sequence: tick as u8,
+        sequence: (tick / 20) as u8,
     }
 }
 
