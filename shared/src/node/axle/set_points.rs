@@ -119,6 +119,7 @@ impl Axle {
     }
 
     /// Passes to the state `after` by `command`.
+    #[inline(never)] // the tick is smaller in parts
     fn pass(&mut self, after: State, command: DriveCommand) {
         match (self.state, command) {
             (State::OperationEnabled, DriveCommand::QuickStop) => self.quick_stop(),
