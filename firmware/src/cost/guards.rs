@@ -26,7 +26,8 @@ use tautrack::units::Angle;
 const WARM_UP: u32 = 2_000;
 /// Counted ticks.
 const TICKS: u32 = 2_000;
-/// Ticks between two heartbeats of a drive, and the maximum number of the drives' answers to a SYNC.
+/// Ticks between two heartbeats of a drive, and the maximum number of the drives' answers to a
+/// SYNC.
 const HEARTBEAT_TICKS: u32 = 48;
 const ANSWERS: usize = 2 * MAX_DRIVES + 3;
 

@@ -5,8 +5,7 @@ use tautrack::bus::cia402::{CONTROL_HALT, State, controlword, mode};
 use tautrack::node::axle::BridgeDemand;
 use tautrack::settings::Setting;
 
-/// Loads with the current that they need: 18 N m are 7.5 A, and 14.75 N m are 6.1 A. The hold current is
-/// 6 A.
+/// A load of 18 N m needs 7.5 A, and one of 14.9 N m needs 6.2 A. The hold current is 6 A.
 #[test]
 fn an_overloaded_hold_does_not_slip_and_is_reported_within_50_ms() {
     for load in [18.0, -18.0, 14.9, 20.0, -21.0] {

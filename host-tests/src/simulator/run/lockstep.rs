@@ -21,8 +21,8 @@ use sha2::{Digest, Sha256};
 use std::time::Duration;
 use tautrack::link::{BodyMeasurands, MAX_FRAMES, MAX_SERIAL, STEP_US, Sensors, Shaft, Step};
 
-/// Maximum number of a client's frames in a millisecond. After a pause of the run they would come in
-/// a burst that keeps the guard's frames waiting.
+/// Maximum number of a client's frames in a millisecond. After a pause of the run they would come
+/// in a burst that keeps the guard's frames waiting.
 const CLIENT_FRAMES: usize = 2;
 
 /// Running simulation: a robot's nodes on their bus, its plant, the operator and the faults.

@@ -38,8 +38,8 @@ fn after(samples: &[Sample], time_s: f64) -> &[Sample] {
     &samples[samples.partition_point(|sample| sample.time_s < time_s)..]
 }
 
-/// The robot stands on a slope of 34 degrees, nose up. With a load of 4 kg it would fall backward if
-/// the front folded down.
+/// The robot stands on a slope of 34 degrees, nose up. With a load of 4 kg it would fall backward
+/// if the front folded down.
 #[test]
 fn a_stuck_home_switch_on_a_slope_moves_nothing_that_would_topple_the_robot() {
     unless_unchanged("stuck-home-switch-on-a-slope", || {

@@ -168,8 +168,8 @@ impl Axle {
         halts
     }
 
-    /// Ramps to standstill, and holds there with the current that this takes. A hold that takes more
-    /// than the hold current is supervised: a bound would let the load turn the axle.
+    /// Ramps to standstill, and holds there with the current that this takes. A hold that takes
+    /// more than the hold current is supervised: a bound would let the load turn the axle.
     pub(super) fn stop(&mut self, inputs: &Inputs) -> Demand {
         let limits = self.options.stop(self.stopping.ramp, self.force.limits);
         let before = self.motion.position;
