@@ -188,7 +188,8 @@ impl Supervisor {
         let powered = now.power != Power::Off;
         // No reading is so large that the sum of two overflows.
         let finite = current + now.supply_voltage.abs() < f32::INFINITY;
-        let blocked = powered && speed < stall.standing && !(now.demand.abs() <= stall.pushing);
+        let pushes = now.power == Power::On && !(now.demand.abs() <= stall.pushing);
+        let blocked = pushes && speed < stall.standing;
         let deviating = self.deviates(now, bounds) && powered;
         let (hot, missing) = bounds.temperatures(now.temperatures);
         // In the order of `WATCHES`.

@@ -1,7 +1,7 @@
 //! Tests of the current that holds a stopped shaft against a load.
 
 use super::drive_bench::{Bench, MOTOR};
-use tautrack::bus::cia402::{CONTROL_HALT, State, controlword, mode};
+use tautrack::bus::cia402::{CONTROL_FAULT_RESET, CONTROL_HALT, State, controlword, mode};
 use tautrack::node::axle::BridgeDemand;
 use tautrack::settings::Setting;
 
@@ -32,6 +32,29 @@ fn an_overloaded_hold_does_not_slip_and_is_reported_within_50_ms() {
         assert!(moved.abs() < 0.01, "{load} N m: {moved} rad");
         assert!(velocity.abs() < 0.01, "{load} N m: {velocity} rad/s");
         assert_eq!(bench.state(), State::QuickStopActive);
+    }
+}
+
+/// The load comes after the stop. In operation, a standing axle that needs more than 9 A is blocked.
+#[test]
+fn a_hold_bears_what_the_motor_bears_and_a_reset_leads_back_to_operation() {
+    for load in [18.0, 22.5, -23.5] {
+        let mut bench = Bench::new(&[], MOTOR);
+        bench.guard = true;
+        bench.enable(mode::CYCLIC_VELOCITY, 0);
+        bench.send(controlword::QUICK_STOP, 200);
+        bench.load = load;
+        bench.send(controlword::QUICK_STOP, 3_000);
+        assert_eq!(bench.outputs.status.error_code, 0x8321, "{load} N m");
+        assert_eq!(bench.state(), State::QuickStopActive, "{load} N m");
+        let start = bench.angle();
+        bench.send(controlword::QUICK_STOP | CONTROL_FAULT_RESET, 100);
+        bench.send(controlword::QUICK_STOP, 100);
+        assert_eq!(bench.outputs.status.error_code, 0, "{load} N m");
+        bench.send(controlword::ENABLE_OPERATION, 30);
+        assert_eq!(bench.state(), State::OperationEnabled, "{load} N m");
+        let moved = bench.angle() - start;
+        assert!(moved.abs() < 0.02, "{load} N m: {moved} rad");
     }
 }
 

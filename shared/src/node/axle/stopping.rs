@@ -16,6 +16,8 @@ pub(super) struct Stopping {
     pub halted: bool,
     /// The axle holds, and needs more than the hold current.
     pub strains: bool,
+    /// This has lasted so long that it was reported.
+    pub overloaded: bool,
 }
 
 impl Stopping {
@@ -25,6 +27,7 @@ impl Stopping {
             ramp: Ramp::Quick,
             halted: false,
             strains: false,
+            overloaded: false,
         }
     }
 }

@@ -98,6 +98,11 @@ impl Axle {
             present.insert_if(fault, true);
         }
         present = present.or(self.take_reported(inputs.now_us));
+        // An overload is reported once, so that a reset leads to operation, which holds the load.
+        let overloaded = present.contains(Fault::HoldOverload);
+        if core::mem::replace(&mut self.stopping.overloaded, overloaded) {
+            present = present.without(Faults::of(Fault::HoldOverload));
+        }
         self.present = present;
         if self.snapshot.is_none() {
             self.snapshot = self.take_snapshot(present, inputs);

@@ -56,7 +56,8 @@ impl<B: Body> Guard<B> {
         let homes = usize::from(homes) + 1 < B::STAGES.len();
         // Homing may tilt the sensors themselves: those of RT-Mover sit on the seat. So the tilt
         // counts before the start only; in its stages the margins count.
-        let begins = self.state == State::Ready;
+        // A start that was stopped begins anew: the robot may have been moved.
+        let begins = self.state == State::Ready || self.gate != Gate::Open;
         let confirmed = !begins || self.operator.request() == Request::ArmOffLevel;
         let homing = (0..)
             .map_while(|index| self.body.homing_stance(index, &self.attitude))

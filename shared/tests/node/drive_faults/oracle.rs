@@ -242,7 +242,11 @@ impl Oracle {
             voltage.is_nan() || voltage < 11.999,
             energized && velocity.abs() > 7.201,
             powered && self.deviates(inputs, velocity),
-            powered && velocity.abs() < 0.0599 && self.demand.abs() > 0.9001 * self.current_limit,
+            // A drive that holds reports an overload instead.
+            powered
+                && self.state != State::QuickStopActive
+                && velocity.abs() < 0.0599
+                && self.demand.abs() > 0.9001 * self.current_limit,
             inputs.electrical.overrun,
             inputs
                 .temperatures

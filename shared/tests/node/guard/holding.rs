@@ -198,6 +198,32 @@ fn a_stage_that_homes_ends_when_the_margin_or_the_sensors_are_lost() {
     }
 }
 
+/// The operator stops the start on level ground, and somebody carries the robot onto a slope.
+#[test]
+fn a_start_that_was_stopped_begins_with_all_checks_again() {
+    let mut bench = Bench::new(&Settings::default());
+    bench.homed = [true, true, false, false];
+    bench.run(1_000);
+    bench.request(Request::Arm);
+    while state(&bench) != State::Starting(0) {
+        bench.tick();
+    }
+    bench.aligns_until_us = u64::MAX;
+    bench.homed = [true, true, false, false];
+    bench.request(Request::Stop);
+    bench.run(200);
+    assert_eq!(state(&bench), State::Starting(0));
+    bench.tilt(0.5);
+    bench.request(Request::Arm);
+    bench.run(1_000);
+    assert_eq!(state(&bench), State::Ready);
+    let refusal = bench.guard.telemetry().refusal;
+    assert!(
+        matches!(refusal, Some(Refusal::OffLevel { .. })),
+        "{refusal:?}"
+    );
+}
+
 #[test]
 fn tracks_hold_in_every_stage_of_homing() {
     let mut bench = Bench::new(&Settings::default());
