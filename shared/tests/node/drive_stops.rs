@@ -35,7 +35,7 @@ fn an_overloaded_hold_does_not_slip_and_is_reported_within_50_ms() {
     }
 }
 
-/// The load comes after the stop. In operation, a standing axle that needs more than 9 A is blocked.
+/// The load comes after the stop. In operation, an axle that stands with over 9 A is blocked.
 #[test]
 fn a_hold_bears_what_the_motor_bears_and_a_reset_leads_back_to_operation() {
     for load in [18.0, 22.5, -23.5] {
