@@ -20,7 +20,7 @@ impl<B: Body> Guard<B> {
         self.pass_command(inputs);
         // This comes after the filter, so that a trip or an emergency stop counts in the period in
         // which it comes.
-        self.gate = Gate::of(self.state, self.intent(now_us));
+        self.gate = Gate::of(self.state, self.intent(inputs));
         let starting = self.gate == Gate::Open && self.state == before;
         if self.state != State::Armed && !starting {
             self.body.rest();
@@ -32,8 +32,11 @@ impl<B: Body> Guard<B> {
     }
 
     /// Returns what the operator and the latch of the trip want of the drives.
-    fn intent(&self, now_us: u64) -> Intent {
-        if self.operator.disarms(now_us) {
+    fn intent(&self, inputs: &Inputs<'_>) -> Intent {
+        let now_us = inputs.now_us;
+        if inputs.emergency_stop {
+            Intent::Stand
+        } else if self.operator.disarms(now_us) {
             Intent::Disarm
         } else if self.supervision.tripped() {
             Intent::Stand

@@ -340,6 +340,22 @@ fn a_joint_that_held_before_it_restarted_is_braked_unless_the_operator_disarms()
     }
 }
 
+#[test]
+fn an_emergency_stop_brakes_a_track_that_rolls_while_the_operator_requests_motors_off() {
+    let mut bench = Bench::armed();
+    bench.request(Request::Disarm);
+    bench.run(100);
+    bench.velocities[0] = -1_000_000;
+    bench.run(100);
+    assert_eq!(powered(&bench), [false; 4]);
+    bench.emergency_stop = true;
+    bench.run(100);
+    assert_eq!(powered(&bench), [true, false, false, false]);
+    bench.emergency_stop = false;
+    bench.run(100);
+    assert_eq!(powered(&bench), [false; 4], "as the operator requests");
+}
+
 /// A joint that somebody moves by hand is not enabled, and no drive before an operator is there.
 #[test]
 fn only_tracks_are_braked_and_only_for_an_operator() {
