@@ -6,9 +6,9 @@
 //! repeats one sequence.
 
 use super::drive_faults::generator::Random;
+use super::drive_faults::on_all_processors;
 use super::sweep::{complete, unless_unchanged};
 use super::wire::{GUARD, ID, JOINT, Wire, motion, set_point};
-use std::thread;
 use tautrack::bus::cia402::{State, mode};
 use tautrack::bus::network::sync;
 use tautrack::bus::pdo::{Payload, TorqueOffset, receive};
@@ -388,26 +388,9 @@ fn nobody_but_the_guard_moves_a_drive_or_makes_it_let_go() {
 }
 
 fn run_all() {
-    let workers = thread::available_parallelism().map_or(1, |count| count.get() as u64);
     let [all, short] = SEQUENCES;
     let sequences = if complete() { all } else { short };
-    let tallies: Vec<Tally> = thread::scope(|scope| {
-        let handles: Vec<_> = (0..workers)
-            .map(|worker| {
-                scope.spawn(move || {
-                    let mut tally = Tally::default();
-                    for seed in (worker..sequences).step_by(workers as usize) {
-                        run(seed, &mut tally).unwrap_or_else(|broken| panic!("{broken}"));
-                    }
-                    tally
-                })
-            })
-            .collect();
-        let joined = handles.into_iter().map(thread::ScopedJoinHandle::join);
-        joined
-            .map(|result| result.unwrap_or_else(|panic| std::panic::resume_unwind(panic)))
-            .collect()
-    });
+    let tallies: Vec<Tally> = on_all_processors(sequences, run);
     println!("{tallies:#?}");
     // In the order of the fields.
     let counts = tallies.iter().map(Tally::counts);

@@ -58,15 +58,20 @@ fn every_condition_gets_its_reaction_whatever_is_latched() {
     unless_unchanged("drive-faults", &["src", "tests/node/drive_faults"], run_all);
 }
 
-fn run_all() {
-    let [complete, short] = SEQUENCES;
-    let sequences = if sweep::complete() { complete } else { short };
+/// Runs `run` with each seed below `sequences`. Returns what each processor has counted.
+///
+/// # Panics
+/// A sequence breaks a condition.
+pub fn on_all_processors<T: Default + Send>(
+    sequences: u64,
+    run: fn(u64, &mut T) -> Result<(), String>,
+) -> Vec<T> {
     let workers = thread::available_parallelism().map_or(1, |count| count.get() as u64);
-    let tallies: Vec<Tally> = thread::scope(|scope| {
+    thread::scope(|scope| {
         let handles: Vec<_> = (0..workers)
             .map(|worker| {
                 scope.spawn(move || {
-                    let mut tally = Tally::default();
+                    let mut tally = T::default();
                     for seed in (worker..sequences).step_by(workers as usize) {
                         run(seed, &mut tally).unwrap_or_else(|broken| panic!("{broken}"));
                     }
@@ -78,7 +83,13 @@ fn run_all() {
         joined
             .map(|result| result.unwrap_or_else(|panic| std::panic::resume_unwind(panic)))
             .collect()
-    });
+    })
+}
+
+fn run_all() {
+    let [complete, short] = SEQUENCES;
+    let sequences = if sweep::complete() { complete } else { short };
+    let tallies: Vec<Tally> = on_all_processors(sequences, run);
     let total = tallies.iter().fold(Tally::default(), Tally::plus);
     println!("{total:#?}");
     for (name, count) in total.counts() {
