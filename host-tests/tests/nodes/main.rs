@@ -278,22 +278,53 @@ fn an_over_current_opens_the_bridge_whatever_is_latched() {
     assert_eq!(code(&outputs), Some(Fault::OverCurrent));
 }
 
-#[test]
-fn a_latched_fault_keeps_the_drive_down_until_a_reset() {
+/// Switches a drive off that holds because set-points were lost.
+fn off_with_a_fault() -> Bench {
     let mut bench = running(3.0);
     bench.set_point = None;
     assert_eq!(code(&bench.run(500)), Some(Fault::CommandLost));
-    let target = 3_000_000;
-    bench.command(controlword::DISABLE_VOLTAGE, mode::CYCLIC_VELOCITY, target);
+    bench.command(controlword::DISABLE_VOLTAGE, mode::CYCLIC_VELOCITY, TARGET);
     // A drive with a guard follows this command once it has come for 20 ms.
     let outputs = bench.run(30);
     assert_eq!(state(&outputs), Some(State::SwitchOnDisabled));
     assert_eq!(outputs.bridge, BridgeDemand::Off);
-    let outputs = bench.enable(mode::CYCLIC_VELOCITY, target);
-    assert_eq!(state(&outputs), Some(State::SwitchOnDisabled));
-    bench.command(CONTROL_FAULT_RESET, mode::CYCLIC_VELOCITY, target);
+    bench
+}
+
+/// Target of 3 rad/s on the bus, 1e-6 rad/s.
+const TARGET: i32 = 3_000_000;
+
+#[test]
+fn a_latched_fault_allows_the_guard_a_hold_and_no_operation_until_a_reset() {
+    let mut bench = off_with_a_fault();
+    bench.load = 1.0;
+    bench.run(100);
+    assert!(bench.velocity < -1.0, "the load turns it");
+    let outputs = bench.enable(mode::CYCLIC_VELOCITY, TARGET);
+    assert_eq!(state(&outputs), Some(State::QuickStopActive));
+    bench.run(1_000);
+    let held_at = bench.angle;
+    let outputs = bench.enable(mode::CYCLIC_VELOCITY, TARGET);
+    assert_eq!(state(&outputs), Some(State::QuickStopActive));
+    assert!((bench.angle - held_at).abs() < 0.01, "{}", bench.angle);
+    bench.command(controlword::QUICK_STOP | CONTROL_FAULT_RESET, 0, 0);
     bench.run(8);
-    let outputs = bench.enable(mode::CYCLIC_VELOCITY, target);
+    let outputs = bench.enable(mode::CYCLIC_VELOCITY, TARGET);
+    assert_eq!(state(&outputs), Some(State::OperationEnabled));
+}
+
+#[test]
+fn a_latched_fault_keeps_the_drive_of_a_client_down_until_a_reset() {
+    let mut bench = off_with_a_fault();
+    bench.guard_alive = false;
+    bench.run(500);
+    bench.client = true;
+    let outputs = bench.enable(mode::CYCLIC_VELOCITY, TARGET);
+    assert_eq!(state(&outputs), Some(State::SwitchOnDisabled));
+    bench.command(CONTROL_FAULT_RESET, mode::CYCLIC_VELOCITY, TARGET);
+    bench.run(8);
+    bench.client = true;
+    let outputs = bench.enable(mode::CYCLIC_VELOCITY, TARGET);
     assert_eq!(state(&outputs), Some(State::OperationEnabled));
 }
 

@@ -92,6 +92,12 @@ impl Drive {
         )
     }
 
+    /// Speed of the output shaft, as a fraction of its limit.
+    pub fn speed(&self) -> f64 {
+        let limit = 1e-3 * f64::from(self.settings.get(Setting::VelocityLimit));
+        self.bench.velocity.abs() / limit
+    }
+
     /// Receives one frame; returns the answer if it is an SDO request.
     fn receive(&mut self, frame: &Frame) -> Option<Frame> {
         self.operational |= *frame == nmt(NmtCommand::Start, 0);
@@ -354,12 +360,8 @@ impl<B: Body> Network<B> {
     /// Maximum speed of an output shaft under power, as a fraction of its limit. Drives that are
     /// off are not included: their rotors have no friction and coast.
     pub fn fastest(&self) -> f64 {
-        let speed = |drive: &Drive| {
-            drive.bench.velocity.abs()
-                / (1e-3 * f64::from(drive.settings.get(Setting::VelocityLimit)))
-        };
         let powered = self.drives.iter().filter(|drive| drive.under_power());
-        powered.map(speed).fold(0.0, f64::max)
+        powered.map(Drive::speed).fold(0.0, f64::max)
     }
 
     /// Angles of all output shafts, rad.

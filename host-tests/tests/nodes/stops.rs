@@ -1,9 +1,10 @@
 //! Tests of the guard's stops, with a guard and all drives of a robot on one bus.
 
+use crate::bench::Node;
 use crate::network::{Network, level};
 use tautrack::bus::cia402::{State as DriveState, controlword, mode};
 use tautrack::bus::pdo::{DEAD_MAN_HELD, Payload, Request, VelocitySetPoint, receive};
-use tautrack::faults::Fault;
+use tautrack::faults::{Fault, Faults};
 use tautrack::node::axle::SetPoint;
 use tautrack::node::guard::State;
 use tautrack::robots::b2p2::B2p2;
@@ -110,6 +111,51 @@ fn a_fault_in_any_stage_of_the_start_stops_every_drive_and_a_reset_leads_out() {
             network.until(State::Ready);
             network.request(Request::Arm);
             network.until(State::Armed);
+        }
+    }
+}
+
+/// A slope turns the left track, which was switched off with a fault that requires a hold.
+#[test]
+fn a_stop_brakes_a_track_that_rolls_with_a_fault_whose_reaction_is_hold() {
+    for fault in [
+        Fault::GuardLost,
+        Fault::CommandLost,
+        Fault::DuplicateId,
+        Fault::SecondMaster,
+        Fault::HoldOverload,
+    ] {
+        for request in [Request::Stop, Request::EmergencyStop] {
+            let mut network = b2p2();
+            if fault == Fault::GuardLost {
+                network.stop_guard();
+                network.run(500);
+                network.start_guard();
+            } else {
+                let Node::Axle(axle) = &mut network.drive(2).bench.node else {
+                    panic!("a track is an axle");
+                };
+                axle.report(Faults::of(fault));
+            }
+            network.run(500);
+            network.request(Request::Disarm);
+            network.run(500);
+            let codes = network.drive(2).outputs.as_ref().expect("outputs");
+            assert!(codes.faults.contains(fault), "{fault:?}");
+            assert!(!network.drive(2).under_power());
+            network.drive(2).bench.load = 0.05;
+            network.run(1_000);
+            let rolls = network.drive(2).bench.velocity;
+            assert!(rolls < -0.5, "{rolls} rad/s");
+            network.request(request);
+            network.run(400);
+            let place = network.drive(2).bench.angle;
+            for _ in 0..1_000 {
+                network.tick();
+                assert!(network.drive(2).under_power(), "{fault:?}, {request:?}");
+            }
+            let moved = (network.drive(2).bench.angle - place).abs();
+            assert!(moved < 0.02, "{fault:?}, {request:?}: {moved} rad");
         }
     }
 }

@@ -155,7 +155,7 @@ impl State {
     }
 
     /// Returns whether this state is nearer to torque than `other`. To enter a nearer state,
-    /// somebody must be in command and no fault may be latched.
+    /// somebody must be in command, and no latched fault may forbid it.
     pub fn is_above(self, other: Self) -> bool {
         self.height() > other.height()
     }

@@ -83,6 +83,11 @@ impl Commutation {
         }
     }
 
+    /// Returns whether a current can turn the rotor as demanded.
+    pub fn knows_angle(&self) -> bool {
+        self.bounds.is_none() || matches!(self.knowledge, Knowledge::Known)
+    }
+
     /// Returns whether an alignment is under way.
     #[inline]
     pub fn aligns(&self) -> bool {

@@ -4,7 +4,7 @@ use super::handshake::Handshake;
 use super::{ActiveLimit, Axle, Inputs};
 use crate::bus::cia402::{CONTROL_FAULT_RESET, CONTROL_START, DriveCommand, State, mode};
 use crate::constants::CONTROL_PERIOD;
-use crate::faults::Fault;
+use crate::faults::{Fault, Reaction};
 use crate::math::{Bound, limit};
 use crate::motor::cascade::{Demand, FeedForward};
 use crate::motor::profile::Motion;
@@ -72,9 +72,7 @@ impl Axle {
         if after != self.state {
             let stale = !self.newest.renewed && self.state == State::QuickStopActive;
             let allowed = !after.is_above(self.state)
-                || !(resets || stale)
-                    && self.latch.faults().is_empty()
-                    && self.authority.any(inputs.now_us);
+                || !(resets || stale) && self.may_come_under_power(inputs.now_us);
             if allowed && self.is_certain(command, inputs.now_us) {
                 self.pass(after, command);
             }
@@ -109,6 +107,18 @@ impl Axle {
         self.interpolate();
     }
 
+    /// Returns whether somebody is in command and no latched fault forbids power. An axle without
+    /// power whose faults require it to hold may hold for the guard, which brakes what rolls.
+    fn may_come_under_power(&self, now_us: u64) -> bool {
+        match self.reaction() {
+            None => self.authority.any(now_us),
+            Some(Reaction::Hold) => {
+                !self.powered() && self.commutation.knows_angle() && self.authority.guarded(now_us)
+            }
+            Some(Reaction::Brake | Reaction::Off) => false,
+        }
+    }
+
     /// Returns whether the guard has certainly sent `command`. Under power, a command other than
     /// "quick stop" must have come for [`CERTAIN_US`] without another one in between. A frame of
     /// another node is soon followed by one of the guard.
@@ -129,6 +139,9 @@ impl Axle {
                 if after != State::OperationEnabled =>
             {
                 self.leave(after, command);
+            }
+            (State::SwitchedOn, DriveCommand::EnableOperation) if self.reaction().is_some() => {
+                self.hold_in_fault();
             }
             (State::SwitchedOn, DriveCommand::EnableOperation) if self.commutation.start() => {}
             _ => self.enter(after),

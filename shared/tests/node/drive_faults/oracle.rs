@@ -374,8 +374,8 @@ impl Oracle {
         Ok(())
     }
 
-    /// Checks that only a reset clears faults, and that only somebody in command enables a drive,
-    /// which must have no faults.
+    /// Checks that only a reset clears faults, and that only somebody in command enables a drive.
+    /// With a fault it may at most hold.
     fn transitions(
         &mut self,
         inputs: &Inputs,
@@ -398,8 +398,15 @@ impl Oracle {
         let guarded = self
             .guard_us
             .is_some_and(|at| inputs.now_us <= at + 120_000);
+        let was_powered = matches!(self.state, State::OperationEnabled | State::QuickStopActive);
         if rank(state) > rank(self.state) {
-            if edge || !outputs.faults.is_empty() {
+            // A drive without power may begin to hold for the guard, if its faults require a hold.
+            let mut faults = ALL.iter().filter(|fault| outputs.faults.contains(**fault));
+            let holds = !was_powered
+                && guarded
+                && state != State::OperationEnabled
+                && faults.all(|fault| fault.description().reaction == Reaction::Hold);
+            if edge || !(outputs.faults.is_empty() || holds) {
                 return Err(format!(
                     "{:?} to {state:?} by a reset or in a fault",
                     self.state
@@ -603,7 +610,9 @@ impl Oracle {
             self.ramp = None;
             return;
         }
-        let begins = state != self.state || mode != self.mode || self.ramp.is_none();
+        // A stop has no mode.
+        let changes = state != self.state || !stopping && mode != self.mode;
+        let begins = changes || self.ramp.is_none();
         let goal = if stopping {
             0.0
         } else {
@@ -616,7 +625,7 @@ impl Oracle {
         };
         // After an interruption, the ramp is known again only from the next change of state or
         // mode.
-        let known = !begins || state != self.state || mode != self.mode;
+        let known = !begins || changes;
         self.ramp = known.then(|| from + (goal - from).clamp(-0.02, 0.02));
     }
 }
