@@ -308,7 +308,7 @@ fn a_latched_fault_allows_the_guard_a_hold_and_no_operation_until_a_reset() {
     assert_eq!(state(&outputs), Some(State::QuickStopActive));
     assert!((bench.angle - held_at).abs() < 0.01, "{}", bench.angle);
     bench.command(controlword::QUICK_STOP | CONTROL_FAULT_RESET, 0, 0);
-    bench.run(8);
+    bench.run(12);
     let outputs = bench.enable(mode::CYCLIC_VELOCITY, TARGET);
     assert_eq!(state(&outputs), Some(State::OperationEnabled));
 }

@@ -4,7 +4,7 @@
 use super::wire::{ID, JOINT, Node, SYNC_MS, Wire, motion, set_point};
 use tautrack::bus::cia402::{State, mode};
 use tautrack::can::Frame;
-use tautrack::faults::Fault;
+use tautrack::faults::{Fault, Faults};
 use tautrack::settings::Setting;
 
 /// Travel of an axle at its velocity limit of 6 rad/s in 20 ms, rad.
@@ -103,6 +103,34 @@ fn a_second_master_leads_no_drive_up_that_the_guard_holds() {
             assert_ne!(wire.state(), State::OperationEnabled, "{wait}: {step} ms");
         }
         assert!(wire.angle.abs() < TRAVEL, "{} rad", wire.angle);
+    }
+}
+
+/// The drive brakes by shorting its winding, and after a reset it would let the load go.
+#[test]
+fn no_frame_of_another_node_resets_a_fault() {
+    for word in [0x80, 0x82, 0x8f] {
+        for every in [1, 2, 3, 4, 5, 37, 101] {
+            for phase in 0..every.min(4) {
+                let mut wire = Wire::axle(&[]);
+                wire.operate(mode::CYCLIC_VELOCITY, 1_000_000);
+                wire.axle_mut().report(Faults::of(Fault::Blocked));
+                wire.command = Some(set_point(0x02, 0, 0));
+                let frame = set_point(word, 0, 0);
+                for step in 0..500 {
+                    let sends = (wire.milliseconds() + 1) % every == phase;
+                    wire.tick(&vec![frame; usize::from(sends)]);
+                    assert!(
+                        wire.has(Fault::Blocked),
+                        "{word:#x} {every} {phase}: {step}"
+                    );
+                }
+                wire.run(20);
+                wire.command = Some(set_point(0x82, 0, 0));
+                wire.run(12);
+                assert!(!wire.has(Fault::Blocked), "{word:#x} {every} {phase}");
+            }
+        }
     }
 }
 

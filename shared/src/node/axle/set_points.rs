@@ -31,6 +31,8 @@ pub(super) struct NewestCommand {
     pub since_us: u64,
     /// The command has changed since the axle began to hold.
     renewed: bool,
+    /// Time since which a fault reset is requested, us, until it is done.
+    reset_us: Option<u64>,
 }
 
 impl NewestCommand {
@@ -40,7 +42,14 @@ impl NewestCommand {
             command: DriveCommand::DisableVoltage,
             since_us: 0,
             renewed: false,
+            reset_us: None,
         }
+    }
+
+    /// Counts as received at `now_us` only, because another node sends commands, too.
+    pub fn doubt(&mut self, now_us: u64) {
+        self.since_us = now_us;
+        self.reset_us = self.reset_us.map(|_| now_us);
     }
 }
 
@@ -61,10 +70,7 @@ impl Axle {
         }
         self.newest.command = command;
         self.controlword = set_point.controlword;
-        let resets = risen & CONTROL_FAULT_RESET != 0;
-        if resets {
-            self.reset_faults();
-        }
+        let resets = self.take_reset(set_point.controlword, risen, inputs.now_us);
         // A master that keeps commanding "enable" through a stop does not mean that the axle shall
         // start again by itself.
         self.newest.renewed = !resets && (self.newest.renewed || changes);
@@ -105,6 +111,27 @@ impl Axle {
         self.take_target(set_point, risen);
         self.command = set_point;
         self.interpolate();
+    }
+
+    /// Resets the faults once for each rising edge of the reset bit. Under a living guard the bit
+    /// must come for two SYNC periods, and no frame without it: a frame of another node resets
+    /// nothing. Returns whether `controlword` belongs to a reset.
+    fn take_reset(&mut self, controlword: u16, risen: u16, now_us: u64) -> bool {
+        if controlword & CONTROL_FAULT_RESET == 0 {
+            self.newest.reset_us = None;
+        } else if risen & CONTROL_FAULT_RESET != 0 {
+            self.newest.reset_us = Some(now_us);
+        }
+        let Some(since_us) = self.newest.reset_us else {
+            return false;
+        };
+        // The frames may be a tick nearer to each other.
+        let lasts_us = u64::from((2 * self.sync_ticks).saturating_sub(1)) * 1_000;
+        if !self.authority.guarded(now_us) || now_us.wrapping_sub(since_us) >= lasts_us {
+            self.newest.reset_us = None;
+            self.reset_faults();
+        }
+        true
     }
 
     /// Returns whether somebody is in command and no latched fault forbids power. An axle without

@@ -131,7 +131,7 @@ impl Axle {
         }
         if reported.contains(Fault::SecondMaster) {
             // The newest command may have hidden one of the guard in the same tick.
-            self.newest.since_us = now_us;
+            self.newest.doubt(now_us);
         }
         reported
     }

@@ -115,6 +115,8 @@ pub struct Oracle {
     /// Low bits of the newest command, and since when no other one came.
     command: u16,
     command_since_us: u64,
+    /// When the reset bit rose last.
+    reset_us: u64,
     /// The guard has been alive since the drive has power.
     guarded: bool,
     /// An alignment is under way, and the rotor's angle is known.
@@ -158,6 +160,7 @@ impl Oracle {
             disabled_for: None,
             command: 0,
             command_since_us: 0,
+            reset_us: 0,
             guarded: false,
             aligning: false,
             aligned: false,
@@ -382,10 +385,19 @@ impl Oracle {
         state: State,
         outputs: &Outputs,
     ) -> Result<(), String> {
-        let edge = inputs
+        let guarded = self
+            .guard_us
+            .is_some_and(|at| inputs.now_us <= at + 120_000);
+        let high = inputs
             .set_point
-            .is_some_and(|new| new.controlword & 0x80 != 0 && self.word & 0x80 == 0);
-        if !self.faults.without(outputs.faults).is_empty() && !edge {
+            .is_some_and(|new| new.controlword & 0x80 != 0);
+        let edge = high && self.word & 0x80 == 0;
+        if edge {
+            self.reset_us = inputs.now_us;
+        }
+        // The guard sends every 4 ms.
+        let resets = high && (!guarded || inputs.now_us - self.reset_us >= 7_000);
+        if !self.faults.without(outputs.faults).is_empty() && !resets {
             return Err("a fault was cleared without a reset".to_owned());
         }
         let rank = |state| match state {
@@ -395,9 +407,6 @@ impl Oracle {
             State::QuickStopActive => 3,
             State::OperationEnabled => 4,
         };
-        let guarded = self
-            .guard_us
-            .is_some_and(|at| inputs.now_us <= at + 120_000);
         let was_powered = matches!(self.state, State::OperationEnabled | State::QuickStopActive);
         if rank(state) > rank(self.state) {
             // A drive without power may begin to hold for the guard, if its faults require a hold.

@@ -331,7 +331,7 @@ impl Rig {
         let means = self.current_loop.take_means().unwrap();
         let ticks = self.now_us / 1_000;
         let controlword = if self.reset {
-            0x80 * u16::from(ticks.is_multiple_of(8))
+            0x80 * u16::from(ticks % 32 < 16)
         } else {
             self.word.unwrap_or_else(|| toward_operation(self.state))
         };
