@@ -115,6 +115,8 @@ pub struct Oracle {
     /// Low bits of the newest command, and since when no other one came.
     command: u16,
     command_since_us: u64,
+    /// Until when frames of a second master may have hidden those of the guard.
+    hidden_us: u64,
     /// When the reset bit rose last.
     reset_us: u64,
     /// The guard has been alive since the drive has power.
@@ -160,6 +162,7 @@ impl Oracle {
             disabled_for: None,
             command: 0,
             command_since_us: 0,
+            hidden_us: 0,
             reset_us: 0,
             guarded: false,
             aligning: false,
@@ -467,13 +470,18 @@ impl Oracle {
                 (self.command, self.command_since_us) = (command, inputs.now_us);
                 self.disabled_for = None;
             }
-            let lasts = inputs.now_us - self.command_since_us >= 20_000;
+            let since_us = self.command_since_us.max(self.hidden_us);
+            let lasts = inputs.now_us - since_us >= 20_000;
             if command == 0 && (lasts || !guarded || !was_powered) {
                 self.disabled_for.get_or_insert(0);
             }
         }
         // A second master's frames may have hidden the guard's.
-        if down || guarded && outputs.faults.contains(Fault::SecondMaster) {
+        let hidden = guarded && outputs.faults.contains(Fault::SecondMaster);
+        if hidden {
+            self.hidden_us = inputs.now_us;
+        }
+        if down || hidden {
             self.disabled_for = None;
         }
         if let Some(ticks) = &mut self.disabled_for {
