@@ -1,25 +1,10 @@
-//! Generates the code of one object dictionary for each role, and passes the board's linker script
-//! to the linker.
+//! Passes the board's linker script to the linker.
 
-#[path = "dictionary/code.rs"]
-mod code;
-#[path = "dictionary/load.rs"]
-mod dictionary;
-
+use std::env;
 use std::error::Error;
 use std::path::Path;
-use std::{env, fs};
 
 fn main() -> Result<(), Box<dyn Error>> {
-    let out = env::var("OUT_DIR")?;
-    println!("cargo:rerun-if-changed=dictionary");
-    for (role, device_type) in dictionary::ROLES {
-        let dictionary = dictionary::load(Path::new("dictionary"), role, device_type)?;
-        let mut code = code::generate(&dictionary.config)?;
-        code.push_str(&dictionary.publish_functions());
-        fs::write(Path::new(&out).join(format!("{role}.rs")), code)?;
-    }
-
     if env::var("CARGO_CFG_TARGET_OS")? != "none" {
         return Ok(());
     }

@@ -9,7 +9,7 @@ use tautrack_firmware::roles::{Refusal, Role, Spawners, axle};
 
 static FAULTY: Role = Role {
     name: "faulty",
-    dictionary: axle::ROLE.dictionary,
+    table: axle::ROLE.table,
     check: |_| Ok(()),
     start,
 };

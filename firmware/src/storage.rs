@@ -6,56 +6,14 @@
 use crate::boards::{Board, Selected};
 use crate::roles::Refusal;
 use core::cell::RefCell;
-use core::sync::atomic::{AtomicBool, Ordering};
 use critical_section::Mutex;
 use static_cell::StaticCell;
-use tautrack::bus::scale::UNCONFIGURED;
+use tautrack::roles::settings::{Found, SaveError, UNREADABLE};
 use tautrack::settings::{SettingError, Settings};
-use tautrack::store::{Refused, Report, SCHEMA, State, Store, StoreError};
-
-/// Code of object 0x2020:1 for flash that cannot be read.
-const UNREADABLE: u8 = 5;
+use tautrack::store::{Report, SCHEMA, State, Store, StoreError};
 
 /// Returns a [`Refusal`] if the node would not start with these settings.
 pub type Check = fn(&Settings) -> Result<(), Refusal>;
-
-/// What the node found in flash at start, as object 0x2020 has it.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
-pub struct Found {
-    /// Code of the [`State`]; 5 if the flash cannot be read.
-    pub state: u8,
-    /// Schema version in flash; 0 if nothing was stored.
-    pub schema: u16,
-    /// Number of refused values.
-    pub refusals: u16,
-    /// The first refused value.
-    pub refused: Option<Refused>,
-}
-
-impl Found {
-    /// Whether all settings are those that were saved last: none was refused, and no save was
-    /// interrupted. The robot is not armed with others.
-    pub fn is_whole(&self) -> bool {
-        self.refusals == 0 && self.state != State::Repaired as u8
-    }
-
-    /// Whether the flash holds settings with which a node may start.
-    pub fn has_settings(&self) -> bool {
-        self.state != State::Blank as u8 && self.state != UNREADABLE
-    }
-}
-
-/// Why settings were not saved.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub enum SaveError {
-    /// The motor has current, or the robot is armed. Writing flash stops the processor for longer
-    /// than the current loop may pause.
-    Armed,
-    /// The node would not start with these settings, or it has not started.
-    Unusable,
-    /// The store failed.
-    Store(StoreError),
-}
 
 struct Shared {
     /// The settings with the changes of clients.
@@ -69,8 +27,6 @@ struct Shared {
 }
 
 static SHARED: Mutex<RefCell<Option<Shared>>> = Mutex::new(RefCell::new(None));
-static ARMED: AtomicBool = AtomicBool::new(false);
-static WRITING: AtomicBool = AtomicBool::new(false);
 
 /// Loads the settings from flash. Returns them with what was found. The board calls it once, at
 /// start.
@@ -147,78 +103,48 @@ fn with<R>(body: impl FnOnce(&mut Shared) -> R) -> Option<R> {
     critical_section::with(|cs| SHARED.borrow(cs).borrow_mut().as_mut().map(body))
 }
 
-/// What was found in flash at start.
-pub fn found_at_start() -> Found {
-    with(|shared| shared.found).unwrap_or_default()
-}
+/// The settings that clients read and change, and the flash that keeps them.
+pub struct Flash;
 
-/// Whether a setting was changed since the start.
-pub fn restart_needed() -> bool {
-    with(|shared| shared.changed).unwrap_or_default()
-}
-
-/// Bit of object 0x2010 if the node started with no settings besides its node id, or with settings
-/// that are not whole ([`Found::is_whole`]); else 0.
-pub fn unconfigured_mark() -> u16 {
-    match with(|shared| shared.unconfigured) {
-        Some(true) => UNCONFIGURED,
-        _ => 0,
+impl tautrack::roles::settings::Store for Flash {
+    fn value(&self, key: u16) -> Option<i32> {
+        with(|shared| shared.edited.of_key(key)).flatten()
     }
-}
 
-/// Returns the value of the setting with this key.
-pub fn value(key: u16) -> Option<i32> {
-    with(|shared| shared.edited.of_key(key)).flatten()
-}
+    fn set(&mut self, key: u16, value: i32) -> Result<(), SettingError> {
+        with(|shared| {
+            let old = shared.edited.of_key(key);
+            shared.edited.set(key, value)?;
+            shared.changed |= old != Some(value);
+            if let Some(word) = shared.set.get_mut(usize::from(key / 32)) {
+                *word |= 1 << (key % 32);
+            }
+            Ok(())
+        })
+        .unwrap_or(Err(SettingError::UnknownKey(key)))
+    }
 
-/// Changes a setting, for the next save.
-///
-/// # Errors
-/// [`SettingError`]; nothing is changed.
-pub fn set(key: u16, value: i32) -> Result<(), SettingError> {
-    with(|shared| {
-        let old = shared.edited.of_key(key);
-        shared.edited.set(key, value)?;
-        shared.changed |= old != Some(value);
-        if let Some(word) = shared.set.get_mut(usize::from(key / 32)) {
-            *word |= 1 << (key % 32);
-        }
-        Ok(())
-    })
-    .unwrap_or(Err(SettingError::UnknownKey(key)))
-}
+    fn save(&mut self) -> Result<(), SaveError> {
+        save_edited()
+    }
 
-/// Records whether flash must not be written now. The control task calls it in each tick.
-pub fn set_armed(armed: bool) {
-    ARMED.store(armed, Ordering::Relaxed);
-}
+    fn clear(&mut self) -> Result<(), SaveError> {
+        let cleared = Store::open(Selected::storage()).and_then(|mut store| store.clear());
+        with(|shared| shared.changed = true);
+        cleared.map_err(SaveError::Store)
+    }
 
-/// Whether flash is being written. The control task arms no drive meanwhile.
-pub fn is_writing() -> bool {
-    WRITING.load(Ordering::Relaxed)
-}
+    fn found(&self) -> Found {
+        with(|shared| shared.found).unwrap_or_default()
+    }
 
-/// Runs `write`, unless the motor has current. Nothing arms the drive before it has ended: the
-/// control task interrupts this one, and either it has seen [`is_writing`] or this task sees that
-/// it has armed.
-#[inline(never)] // one copy for two callers
-fn while_disarmed(write: fn() -> Result<(), SaveError>) -> Result<(), SaveError> {
-    WRITING.store(true, Ordering::SeqCst);
-    let written = if ARMED.load(Ordering::SeqCst) {
-        Err(SaveError::Armed)
-    } else {
-        write()
-    };
-    WRITING.store(false, Ordering::SeqCst);
-    written
-}
+    fn restart_needed(&self) -> bool {
+        with(|shared| shared.changed).unwrap_or_default()
+    }
 
-/// Saves the settings, with the changes of clients, and verifies them.
-///
-/// # Errors
-/// [`SaveError`]; each setting in flash has its old or its new value.
-pub fn save() -> Result<(), SaveError> {
-    while_disarmed(save_edited)
+    fn unconfigured(&self) -> bool {
+        with(|shared| shared.unconfigured).unwrap_or(true)
+    }
 }
 
 fn save_edited() -> Result<(), SaveError> {
@@ -235,18 +161,6 @@ fn save_edited() -> Result<(), SaveError> {
         word.unwrap_or_default() >> (key % 32) & 1 != 0
     };
     write(&edited, &is_set).map_err(SaveError::Store)
-}
-
-/// Makes the node blank from its next start on.
-///
-/// # Errors
-/// [`SaveError`].
-pub fn clear() -> Result<(), SaveError> {
-    while_disarmed(|| {
-        let cleared = Store::open(Selected::storage()).and_then(|mut store| store.clear());
-        with(|shared| shared.changed = true);
-        cleared.map_err(SaveError::Store)
-    })
 }
 
 /// Writes the first settings of a node to flash and verifies them. Erases flash that cannot be

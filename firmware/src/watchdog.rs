@@ -1,34 +1,27 @@
-//! Checks that the parts of a node still run. It feeds the watchdog that otherwise resets the node,
-//! and reports to the bus task whether the control task runs.
+//! Checks that the parts of a node still run. It feeds the watchdog that otherwise resets the node.
 //!
-//! The monitored parts ("parties") are the PWM interrupt, the control task and the bus task.
+//! The monitored parts ("parties") are the PWM interrupt, the control tick and the thread.
 //! [`Board::feed_watchdog`] is called only when every party of the role has run since the previous
-//! call. The control task reports for the PWM interrupt, because it notices whether new current
+//! call. The control tick reports for the PWM interrupt, because it notices whether new current
 //! samples have come.
 
 use crate::boards::{Board, Selected};
-use core::cell::Cell;
 use core::sync::atomic::{AtomicU8, Ordering};
-use critical_section::Mutex;
 
 /// Part of the firmware that must run regularly.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Party {
     /// PWM interrupt; a guard node has none.
     Pwm = 1,
-    /// The control task.
+    /// The control tick.
     Control = 2,
-    /// The bus task.
-    Bus = 4,
+    /// The tasks of the thread, which carry frames.
+    Thread = 4,
 }
 
 /// Time without being fed after which a board's watchdog resets the node, us. Every party runs at
 /// least every 5 ms.
 pub const PERIOD_US: u64 = 50_000;
-/// Time without a control tick after which the bus task stops sending heartbeat and process data,
-/// us.
-pub const CONTROL_TIMEOUT_US: u64 = 20_000;
-
 /// Bit sets of [`Party`]: those that must run, and those that have run since the last feed.
 struct Parties {
     required: AtomicU8,
@@ -60,7 +53,6 @@ impl Parties {
 }
 
 static PARTIES: Parties = Parties::new();
-static CONTROL_US: Mutex<Cell<u64>> = Mutex::new(Cell::new(0));
 
 /// Makes `party` a condition for feeding the watchdog. Called at start.
 pub fn require(party: Party) {
@@ -74,34 +66,22 @@ pub fn ran(party: Party) {
     }
 }
 
-/// Records that the control task has run a tick at `now_us`.
-pub fn control_ran(now_us: u64) {
-    critical_section::with(|cs| CONTROL_US.borrow(cs).set(now_us));
-    ran(Party::Control);
-}
-
-/// Whether the control task has run within [`CONTROL_TIMEOUT_US`] before `now_us`.
-pub fn control_runs(now_us: u64) -> bool {
-    let ran_us = critical_section::with(|cs| CONTROL_US.borrow(cs).get());
-    now_us.saturating_sub(ran_us) <= CONTROL_TIMEOUT_US
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
     fn it_is_fed_only_when_every_party_has_run() {
-        use Party::{Bus, Control, Pwm};
+        use Party::{Control, Pwm, Thread};
         let drive = Parties::new();
-        for party in [Pwm, Control, Bus] {
+        for party in [Pwm, Control, Thread] {
             drive.require(party);
         }
-        for missing in [Pwm, Control, Bus] {
-            let others = [Pwm, Control, Bus].map(|party| party != missing && drive.ran(party));
+        for missing in [Pwm, Control, Thread] {
+            let others = [Pwm, Control, Thread].map(|party| party != missing && drive.ran(party));
             assert_eq!(others, [false; 3], "fed without {missing:?}");
             for _ in 0..1_000 {
-                for party in [Pwm, Control, Bus] {
+                for party in [Pwm, Control, Thread] {
                     assert!(
                         party == missing || !drive.ran(party),
                         "fed without {missing:?}"
@@ -116,9 +96,9 @@ mod tests {
     fn a_guard_needs_no_pwm_interrupt() {
         let guard = Parties::new();
         guard.require(Party::Control);
-        guard.require(Party::Bus);
+        guard.require(Party::Thread);
         assert!(!guard.ran(Party::Control));
-        assert!(guard.ran(Party::Bus));
-        assert!(!guard.ran(Party::Bus));
+        assert!(guard.ran(Party::Thread));
+        assert!(!guard.ran(Party::Thread));
     }
 }

@@ -421,16 +421,17 @@ fn forge(client: &mut Client) -> usize {
         refused += usize::from(client.sdo(request)[0] == 0x80);
     };
     for number in 0..4_u8 {
-        let identifier = [0x70 + number, 3, 0, 0];
-        for (parameter, mapping, object) in [
-            (0x1400, 0x1600, [0x20, 0, 0xff, 0x60]), // target velocity
-            (0x1800, 0x1a00, [0x20, 0, 0x6c, 0x60]), // velocity
+        for (parameter, mapping, object, bits) in [
+            (0x1400, 0x1600, [0x20, 0, 0xff, 0x60], 0), // target velocity
+            (0x1800, 0x1a00, [0x20, 0, 0x6c, 0x60], 0x40), // velocity
         ] {
-            write(parameter + u16::from(number), 1, &identifier);
+            let identifier = |not_used: u8| [0x70 + number, 3, 0, bits | not_used];
+            write(parameter + u16::from(number), 1, &identifier(0x80));
             write(parameter + u16::from(number), 2, &[7]);
             write(mapping + u16::from(number), 0, &[0]);
             write(mapping + u16::from(number), 1, &object);
             write(mapping + u16::from(number), 0, &[1]);
+            write(parameter + u16::from(number), 1, &identifier(0));
         }
     }
     write(0x1017, 0, &[33, 0]);
@@ -552,33 +553,33 @@ fn objects_that_do_not_exist_or_cannot_be_written_say_so() {
 #[test]
 fn known_ways_to_panic_the_stack_are_answered_by_aborts() {
     let mut client = Client::new("axle");
-    // An empty segment for the count of a mapping, a block upload, and the client's abort in the
-    // middle of the upload.
-    assert_eq!(
-        Client::abort_code(client.sdo([0x20, 0x00, 0x16, 0, 0, 0, 0, 0])),
-        0x0607_0010
+    // An empty segment for the count of a mapping.
+    let (_, mapping) = (
+        client.sdo([0x23, 0x02, 0x18, 1, 0x85, 0x03, 0, 0xc0]),
+        [0x20, 0x02, 0x1a, 0, 0, 0, 0, 0],
     );
-    client.send(&[(0x600 + NODE, &[0x0f, 0, 0, 0, 0, 0, 0, 0])]);
-    assert_eq!(
-        Client::abort_code(client.sdo([0xa0, 0x08, 0x10, 0, 20, 0, 0, 0])),
-        0x0504_0001
-    );
+    assert_eq!(client.sdo(mapping)[0], 0x60);
+    let end = client.sdo([0x0f, 0, 0, 0, 0, 0, 0, 0]);
+    assert_eq!(Client::abort_code(end), 0x0607_0013);
+    // The client's abort in the middle of a block upload.
+    client.sdo([0xa0, 0x08, 0x10, 0, 1, 0, 0, 0]);
+    client.send(&[(0x600 + NODE, &[0xa3, 0, 0, 0, 0, 0, 0, 0])]);
     client.send(&[(0x600 + NODE, &[0x80, 0x08, 0x10, 0, 0, 0, 0, 0])]);
     client.idle(30);
     assert_eq!(client.read(0x1000, 0), 0x0002_0192);
-    // The transmission type of a PDO, mapped with no bits into a PDO that is sent on every SYNC.
+    // The transmission type of a PDO, mapped with no bits.
+    let answer = client.sdo([0x23, 0x02, 0x1a, 1, 0x00, 0x02, 0x00, 0x18]);
+    assert_eq!(Client::abort_code(answer), 0x0602_0000);
+    // A PDO without objects is not sent.
     for request in [
-        [0x23, 0x02, 0x1a, 1, 0x00, 0x02, 0x00, 0x18],
-        [0x2f, 0x02, 0x1a, 0, 1, 0, 0, 0],
         [0x2f, 0x02, 0x18, 2, 1, 0, 0, 0],
-        [0x23, 0x02, 0x18, 1, 0x85, 0x03, 0, 0],
+        [0x23, 0x02, 0x18, 1, 0x85, 0x03, 0, 0x40],
     ] {
         assert_eq!(client.sdo(request)[0], 0x60);
     }
     client.send(&[(0x000, &[1, 0])]);
     let sent = client.send(&[(0x080, &[])]);
-    let empty = sent.iter().find(|frame| frame.id() == 0x385);
-    assert_eq!(empty.map(|frame| frame.data().len()), Some(0));
+    assert!(sent.iter().all(|frame| frame.id() != 0x385));
 }
 
 #[test]
@@ -738,6 +739,7 @@ fn every_request_has_one_answer_that_names_its_object() {
         0x1000_u16, 0x1008, 0x1017, 0x1018, 0x1400, 0x1a00, 0x2063, 0x2200, 0x6041, 0x60ff, 0x6502,
     ];
     let mut state = 0x9e37_79b9_7f4a_7c15_u64;
+    let mut in_block = false;
     for _ in 0..4_000 {
         state ^= state << 13;
         state ^= state >> 7;
@@ -752,10 +754,22 @@ fn every_request_has_one_answer_that_names_its_object() {
             .iter()
             .filter(|frame| frame.id() == 0x580 + NODE)
             .collect();
-        let aborts = request[0] >> 5 == 4;
-        assert_eq!(answers.len(), usize::from(!aborts), "{request:x?}");
-        // A segment names no object.
-        if matches!(request[0] >> 5, 1 | 2 | 5..) {
+        // A segment of a block is anything but an abort. The client ends it with one.
+        if in_block {
+            client.send(&[(0x600 + NODE, &[0x80, 0, 0, 0, 0, 0, 0, 0])]);
+            in_block = false;
+            continue;
+        }
+        // An abort has no answer, and the start of a block the segments.
+        let specifier = request[0] >> 5;
+        if specifier == 4 || specifier == 5 && request[0] & 3 != 0 {
+            continue;
+        }
+        assert_eq!(answers.len(), 1, "{request:x?}");
+        in_block = answers[0].data()[0] >> 5 == 5;
+        // A segment names no object, nor does the end of a block.
+        let block = specifier == 6 && request[0] & 1 == 0 || specifier == 5;
+        if matches!(specifier, 1 | 2 | 7) || block {
             assert_eq!(answers[0].data()[1..4], request[1..4], "{request:x?}");
         }
     }
@@ -1006,10 +1020,10 @@ fn a_mapping_that_is_longer_than_a_frame_is_refused() {
     assert_eq!(Client::abort_code(count(&mut client, 3)), too_long);
     assert_eq!(client.read(0x1a03, 0), 0);
     assert_eq!(count(&mut client, 2)[0], 0x60);
-    // An entry that is in use, too. One that is not may be of any length.
+    // An entry is written only while the PDO has no objects.
+    let answer = map(&mut client, 2, 0x6041_0010);
+    assert_eq!(Client::abort_code(answer), DEVICE_STATE);
+    assert_eq!(count(&mut client, 0)[0], 0x60);
     assert_eq!(map(&mut client, 2, 0x6041_0010)[0], 0x60);
     assert_eq!(count(&mut client, 3)[0], 0x60);
-    let answer = map(&mut client, 2, 0x606c_0020);
-    assert_eq!(Client::abort_code(answer), too_long);
-    assert_eq!(map(&mut client, 4, 0x606c_0020)[0], 0x60);
 }

@@ -120,7 +120,7 @@ fn every_setting_is_an_object_with_the_bounds_of_its_row() {
     let current_limit = object(Setting::CurrentLimit);
     assert_eq!(
         client.sdo(0x2b, current_limit, 0, [0; 4]),
-        (0x80, 0x0607_0010)
+        (0x80, 0x0607_0013)
     );
 }
 

@@ -9,7 +9,10 @@
 //! 3. [`robots`]
 //! 4. [`node`]
 //! 5. [`link`] (feature `lockstep`), [`store`]
+//! 6. [`roles`]
 #![no_std]
+
+extern crate self as tautrack;
 
 pub mod bus;
 pub mod can;
@@ -22,6 +25,7 @@ pub mod math;
 pub mod motor;
 pub mod node;
 pub mod robots;
+pub mod roles;
 pub mod screw;
 pub mod sensors;
 pub mod settings;

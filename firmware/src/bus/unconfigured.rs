@@ -1,28 +1,27 @@
 //! Bus task of a node whose flash is blank: it sends nothing until a master gives it a node id.
 
-use super::{Dictionary, RECEIVED, TRANSMIT};
+use super::{RECEIVED, TRANSMIT};
 use crate::boards::{Board, Selected};
 use crate::roles::{Role, Spawners};
-use crate::storage::{self, Found};
+use crate::storage;
 use crate::watchdog::{self, Party};
 use embassy_time::{Duration, with_timeout};
 use tautrack::bus::lss::{self, Action, Slave};
+use tautrack::roles::settings::Found;
 use tautrack::settings::{Setting, Settings, UNKNOWN_MOTOR};
-use zencan_node::object_dict::find_object;
 
 /// Maximum time between two feeds of the watchdog.
 const IDLE: Duration = Duration::from_millis(5);
-
-const IDENTITY: u16 = 0x1018;
 
 /// Answers the layer setting services. Once the node has an id, starts `role` with it and with the
 /// defaults of all other settings. `found` is what was found in flash.
 #[embassy_executor::task]
 pub async fn wait_for_id(spawners: Spawners, role: &'static Role, found: Found) {
-    let mut slave = Slave::new(identity(role.dictionary));
+    let [vendor, product, revision] = tautrack::roles::identity(role.table);
+    let mut slave = Slave::new([vendor, product, revision, Selected::serial_number()]);
     loop {
         let frame = with_timeout(IDLE, RECEIVED.next()).await;
-        watchdog::ran(Party::Bus);
+        watchdog::ran(Party::Thread);
         let Ok(frame) = frame else { continue };
         match slave.receive(&frame) {
             None => {}
@@ -60,12 +59,4 @@ fn with_id(id: u8) -> Settings {
         set(*setting, *value);
     }
     settings
-}
-
-/// Vendor, product code and revision of the dictionary, and the serial number of the board.
-fn identity(dictionary: Dictionary) -> [u32; 4] {
-    let object = find_object(dictionary.table, IDENTITY);
-    let number = |sub| object.and_then(|object| object.read_u32(sub).ok());
-    let [vendor, product, revision] = [1, 2, 3].map(|sub| number(sub).unwrap_or_default());
-    [vendor, product, revision, Selected::serial_number()]
 }

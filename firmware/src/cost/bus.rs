@@ -1,21 +1,71 @@
-//! Counts the instructions that filter and CANopen stack take for one frame, with the axle's
-//! dictionary.
+//! Counts the instructions that a node takes for one frame, with the axle's objects.
 
 use super::counter::Table;
 use super::inputs::settings;
-use crate::bus::{Bus, TRANSMIT};
-use crate::roles::axle::DICTIONARY;
-use crate::watchdog;
+use crate::boards::{Board, Selected};
+use crate::storage::Flash;
 use tautrack::bus::network::{NmtCommand, nmt, sync};
 use tautrack::bus::pdo::{DriveMotion, Payload, transmit};
 use tautrack::can::Frame;
+use tautrack::motor::capture::{Capture, Request};
+use tautrack::motor::cogging::Wave;
+use tautrack::motor::current::{BridgeDemand, CurrentLoop, Excitation, Measurement};
+use tautrack::node::axle::Axle;
+use tautrack::roles::drive::{Drive, Measurements, Motor, Parts, Readings};
+use tautrack::sensors::{Switches, Temperatures};
 use tautrack::settings::Setting;
 
+/// A motor that stands.
+struct Still;
+
+impl Motor for Still {
+    fn readings(&mut self) -> Readings {
+        Readings {
+            encoder: 0,
+            encoder_broken: false,
+            means: None,
+            supply_voltage: 24.0,
+            temperatures: Temperatures::default(),
+            switches: Switches::default(),
+        }
+    }
+
+    fn install(&mut self, _: CurrentLoop) {}
+
+    fn set_cogging(&mut self, _: i32, _: Wave) {}
+
+    fn demand(&mut self, _: BridgeDemand, _: f32, _: f32) {}
+
+    fn excite(&mut self, _: &Excitation, _: f32) {}
+
+    fn take_measurement(&mut self, _: f32) -> Option<Measurement> {
+        None
+    }
+
+    fn set_brake(&mut self, _: bool) {}
+
+    fn capture<R>(&mut self, _: impl FnOnce(&mut Capture) -> R) -> Option<R> {
+        None
+    }
+
+    fn request_capture(&mut self, _: Request) {}
+}
+
 pub fn count(table: &mut Table) -> Option<()> {
-    let node = settings(&[])?.id(Setting::NodeId);
-    let mut bus = Bus::new(DICTIONARY, node, 50, None, None, |_| true)?;
-    bus.process(0);
-    bus.receive(nmt(NmtCommand::Start, 0), 1);
+    let settings = settings(&[])?;
+    let node = settings.id(Setting::NodeId);
+    let ratings = &Selected::POWER_STAGE;
+    let mut drive = Drive::axle(Parts {
+        settings: &settings,
+        control: Axle::new(&settings),
+        measurements: Measurements::new(&settings, ratings),
+        store: Flash,
+        serial: 1,
+        ratings,
+    });
+    let mut send = |_: Frame| ();
+    drive.boot(0, &mut send);
+    drive.receive(&nmt(NmtCommand::Start, 0), 1, &mut send);
 
     let motion = DriveMotion {
         position: 1_000,
@@ -31,15 +81,16 @@ pub fn count(table: &mut Table) -> Option<()> {
     ] {
         table.kernel(
             name,
-            &mut (&mut bus, frame, 0),
-            |(_, _, now_us), call, _| {
-                while TRANSMIT.pop().is_some() {}
+            &mut (&mut drive, frame, 0),
+            |(drive, _, now_us), call, _| {
                 *now_us = u64::from(call + 2) * 1_000;
-                // Without a running control task, the node does not answer a SYNC.
-                watchdog::control_ran(*now_us);
+                // Without control ticks, the node does not answer a SYNC.
+                drive.tick(*now_us, &mut Still, &mut |_| ());
             },
-            |(bus, frame, now_us)| {
-                bus.receive(*frame, *now_us);
+            |(drive, frame, now_us)| {
+                drive.receive(frame, *now_us, &mut |frame| {
+                    core::hint::black_box(frame);
+                });
             },
         )?;
     }

@@ -1,22 +1,26 @@
-//! Roles: the tasks of each kind of node. A tick reads the object dictionary, runs the control core
-//! once, and writes the results back.
+//! Roles: the node of each kind on its board, and the task that carries frames and readings to it.
 
 pub mod axle;
-mod dead_man;
 mod drive;
 pub mod guard;
 pub mod screw;
 
-use crate::boards::{Board, Selected};
-use crate::bus::{self, Bus, Dictionary, Listen, Master, Received};
-use crate::storage::{Check, Found};
+use crate::boards::CONTROL_HZ;
+use crate::bus::{self, RECEIVED, TRANSMIT};
+use crate::storage::Check;
 use crate::watchdog::{self, Party};
 use core::fmt::Display;
+use core::sync::atomic::{AtomicBool, Ordering};
 use embassy_executor::{SendSpawner, SpawnError, SpawnToken, Spawner};
-use tautrack::bus::heartbeat::Monitor;
+use embassy_futures::select::{Either, select};
+use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
+use embassy_sync::signal::Signal;
+use embassy_time::{Duration, Instant, Ticker};
+use tautrack::bus::network::NmtState;
+use tautrack::bus::node::Table;
 use tautrack::can::Frame;
-use tautrack::math::to_i16;
-use tautrack::settings::{Setting, Settings};
+use tautrack::roles::settings::Found;
+use tautrack::settings::Settings;
 
 /// Text that tells a person why a node refuses its settings.
 #[cfg(any(not(target_os = "none"), feature = "mps2"))]
@@ -30,8 +34,8 @@ pub type Refusal = &'static str;
 pub struct Role {
     /// Name of the role.
     pub name: &'static str,
-    /// Its object dictionary.
-    pub dictionary: Dictionary,
+    /// Its objects.
+    pub table: &'static Table,
     /// Returns a [`Refusal`] if [`Self::start`] would refuse these settings.
     pub check: Check,
     /// Checks the settings and spawns the tasks. The board calls it once.
@@ -41,7 +45,7 @@ pub struct Role {
 /// Executors of a node. A board may use the same one for both.
 #[derive(Clone, Copy)]
 pub struct Spawners {
-    /// Runs the control task, and interrupts the tasks of [`Self::bus`].
+    /// Runs the node, and interrupts the tasks of [`Self::bus`].
     pub control: SendSpawner,
     /// Runs all other tasks.
     pub bus: Spawner,
@@ -76,32 +80,77 @@ pub fn refuse(what: &'static str, _: impl Display) -> Refusal {
     what
 }
 
-/// Creates the bus of a role and spawns its task. Requires the watchdog to monitor the bus task and
-/// the control task, which every role has. `commanded` returns whether the role follows an NMT
-/// command.
-fn start_bus(
-    spawner: Spawner,
-    settings: &Settings,
-    dictionary: Dictionary,
-    listen: Option<Listen>,
-    received: fn(Received),
-    commanded: fn(&Frame) -> bool,
-) -> Result<(), Refusal> {
-    let node_id = settings.id(Setting::NodeId);
-    let heartbeat_ms = settings.get(Setting::HeartbeatPeriod) as u16;
-    let guard_id = settings.id(Setting::GuardId);
-    let master = (guard_id != node_id).then(|| Master {
-        node_id: guard_id,
-        heartbeat: Monitor::new(settings.milliseconds(Setting::HeartbeatTimeout)),
-        ready: false,
-    });
-    (dictionary.set_serial_number)(Selected::serial_number());
+/// A node on its board. Each method passes the frames that the node sends to the board.
+pub trait Node: Send {
+    /// Sends the boot-up message.
+    fn boot(&mut self, now_us: u64);
+    /// Follows a frame from the bus.
+    fn receive(&mut self, frame: &Frame, now_us: u64);
+    /// Runs one control tick.
+    fn tick(&mut self, now_us: u64);
+    /// Returns the state of the network management.
+    fn state(&self) -> NmtState;
+}
+
+static OPERATIONAL: AtomicBool = AtomicBool::new(false);
+
+/// Whether NMT has set this node to "operational". Process data is exchanged only in this state.
+pub fn operational() -> bool {
+    OPERATIONAL.load(Ordering::Relaxed)
+}
+
+/// A control tick is due.
+static TICK: Signal<CriticalSectionRawMutex, ()> = Signal::new();
+
+/// Spawns the tasks of `node`.
+fn spawn(spawners: Spawners, node: &'static mut dyn Node) -> Result<(), Refusal> {
     watchdog::require(Party::Control);
-    watchdog::require(Party::Bus);
-    let bus = Bus::new(dictionary, node_id, heartbeat_ms, listen, master, commanded)
-        .ok_or_else(|| refuse("the bus cannot be made for node id", node_id))?;
-    spawner.spawn(startable(bus::task(bus, received))?);
+    spawners.control.spawn(startable(run(node))?);
+    spawners.control.spawn(startable(keep_time())?);
+    watchdog::require(Party::Thread);
+    spawners.bus.spawn(startable(attend())?);
     Ok(())
+}
+
+/// Shows the watchdog that the tasks of the thread run.
+#[embassy_executor::task]
+async fn attend() -> ! {
+    let mut ticker = Ticker::every(Duration::from_millis(5));
+    loop {
+        ticker.next().await;
+        watchdog::ran(Party::Thread);
+    }
+}
+
+#[embassy_executor::task]
+async fn keep_time() -> ! {
+    let mut ticker = Ticker::every(Duration::from_hz(u64::from(CONTROL_HZ)));
+    loop {
+        ticker.next().await;
+        TICK.signal(());
+    }
+}
+
+/// Runs the node: frames first, because a tick uses what they bring.
+#[embassy_executor::task]
+async fn run(node: &'static mut dyn Node) -> ! {
+    node.boot(Instant::now().as_micros());
+    loop {
+        match select(RECEIVED.next(), TICK.wait()).await {
+            Either::First(frame) => node.receive(&frame, Instant::now().as_micros()),
+            Either::Second(()) => {
+                node.tick(Instant::now().as_micros());
+                watchdog::ran(Party::Control);
+            }
+        }
+        let operational = node.state() == NmtState::Operational;
+        OPERATIONAL.store(operational, Ordering::Relaxed);
+    }
+}
+
+/// Sends a frame of the node.
+fn send(frame: Frame) {
+    TRANSMIT.push(frame);
 }
 
 /// Starts a node that has no settings: its bus is mute until a master gives it a node id by LSS.
@@ -110,7 +159,7 @@ fn start_bus(
 /// # Errors
 /// A task cannot start.
 pub fn start_blank(spawners: Spawners, role: &'static Role, found: Found) -> Result<(), Refusal> {
-    watchdog::require(Party::Bus);
+    watchdog::require(Party::Thread);
     let waiting = bus::wait_for_id(spawners, role, found);
     spawners.bus.spawn(startable(waiting)?);
     Ok(())
@@ -120,32 +169,3 @@ pub fn start_blank(spawners: Spawners, role: &'static Role, found: Found) -> Res
 fn startable<S>(task: Result<SpawnToken<S>, SpawnError>) -> Result<SpawnToken<S>, Refusal> {
     task.map_err(|error| refuse("a task cannot start", error))
 }
-
-/// Converts `value` to thousandths, as objects hold metres and metres per second.
-fn milli(value: f32) -> i16 {
-    to_i16(value * 1e3)
-}
-
-/// Converts `value` to hundredths, as objects hold degrees and m/s^2.
-fn centi(value: f32) -> i16 {
-    to_i16(value * 1e2)
-}
-
-/// Includes the generated dictionary of one role as a module with a `DICTIONARY`.
-macro_rules! dictionary {
-    ($name:ident, $file:literal) => {
-        #[allow(missing_docs, dead_code, unused_imports, clippy::all, clippy::pedantic)]
-        mod $name {
-            use crate::roles::{centi, milli};
-            include!(concat!(env!("OUT_DIR"), "/", $file));
-            pub const DICTIONARY: crate::bus::Dictionary = crate::bus::Dictionary {
-                state: &NMT_STATE,
-                receive_pdos: &RPDOS,
-                transmit_pdos: &TPDOS,
-                table: &OD_TABLE,
-                set_serial_number: |number| OBJECT1018.set_serial(number),
-            };
-        }
-    };
-}
-use dictionary;

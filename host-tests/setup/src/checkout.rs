@@ -6,7 +6,7 @@ use std::sync::OnceLock;
 use std::{env, fmt, io};
 
 /// Files and folders that only the root folder of a checkout contains.
-const SIGNS: [&str; 3] = ["Cargo.toml", "firmware/dictionary", "host-tests/scenarios"];
+const SIGNS: [&str; 3] = ["Cargo.toml", "shared/dictionary", "host-tests/scenarios"];
 
 /// Error: none of the folders, nor any above them, is a checkout.
 #[derive(Clone, PartialEq, Eq, Debug)]

@@ -7,7 +7,7 @@ use tautrack_setup::checkout::find;
 /// Makes a folder that looks like a checkout.
 fn checkout_in(parent: &Path, name: &str) -> PathBuf {
     let root = parent.join(name);
-    fs::create_dir_all(root.join("firmware/dictionary")).unwrap();
+    fs::create_dir_all(root.join("shared/dictionary")).unwrap();
     fs::create_dir_all(root.join("host-tests/scenarios")).unwrap();
     fs::write(root.join("Cargo.toml"), "").unwrap();
     root.canonicalize().unwrap()

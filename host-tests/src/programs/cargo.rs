@@ -103,7 +103,7 @@ fn needs(recipe: &Recipe) -> &'static [Part] {
 
 /// Log records of a board's program. Those of the bus stack and of the chip's library would take
 /// 1.1 KB.
-pub(super) const FLASHED_LOG: &str = "info,zencan_node=off,zencan_common=off,embassy_stm32=off";
+pub(super) const FLASHED_LOG: &str = "info,embassy_stm32=off";
 
 /// Flags of the compiler for small images. A panic is the instruction UDF. Its text and its place,
 /// and the code that passes them on, would take 15 KB.

@@ -7,7 +7,7 @@ use std::process::Command;
 /// Makes a folder that looks like a checkout, whose default scenario is bad and contains `name`.
 fn checkout_in(parent: &Path, name: &str) -> PathBuf {
     let root = parent.join(name);
-    fs::create_dir_all(root.join("firmware/dictionary")).unwrap();
+    fs::create_dir_all(root.join("shared/dictionary")).unwrap();
     fs::create_dir_all(root.join("host-tests/scenarios")).unwrap();
     fs::write(root.join("Cargo.toml"), "").unwrap();
     let scenario = root.join("host-tests/scenarios/staircase.toml");

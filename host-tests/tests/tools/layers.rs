@@ -22,6 +22,7 @@ const SHARED: &[&str] = &[
     "node",
     "link",
     "store",
+    "roles",
 ];
 
 /// The modules of the simulator, lowest first.

@@ -4,6 +4,7 @@ mod cart;
 mod checkout;
 mod cost;
 mod demo;
+mod dictionary;
 mod docs;
 mod evaluate;
 mod layers;

@@ -3,6 +3,7 @@
 #[cfg(feature = "lockstep")]
 mod alignment;
 mod any_input;
+mod can_node;
 #[cfg(feature = "lockstep")]
 mod cogging;
 #[cfg(feature = "lockstep")]

@@ -3,7 +3,7 @@
 use super::defect::{Defect, has};
 use super::reset;
 use crate::boards::Selected;
-use crate::bus;
+use crate::roles;
 use embassy_executor::Spawner;
 use embassy_stm32::Peri;
 use embassy_stm32::gpio::{Level, Output, Pin, Speed};
@@ -28,7 +28,7 @@ impl Pattern {
             Self::Refused
         } else if Selected::stopped() {
             Self::Stopped
-        } else if bus::operational() {
+        } else if roles::operational() {
             Self::Operational
         } else {
             Self::Waiting

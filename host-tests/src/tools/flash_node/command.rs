@@ -32,7 +32,7 @@ impl Role {
         }
     }
 
-    /// Product code of the program's object dictionary (`firmware/dictionary`).
+    /// Product code of the program's object dictionary (`shared/dictionary`).
     pub fn product_code(self) -> u32 {
         match self {
             Self::Axle => 1,

@@ -1,8 +1,9 @@
 //! Writes the generated parts of docs/bus.md as Markdown: the cyclic frames of B2P2 with rate and
 //! load, the loads of the other robots, the payloads, and all objects.
 
+use super::dictionary::model::{Dictionary, Entry, Mapped, ObjectCode, Pdo};
 use super::tables::sentence;
-use super::{ReferenceError, Role, eds};
+use super::{ReferenceError, eds};
 use crate::programs::setup::checkout::root;
 use crate::robots::{Kind, NodeName, NodeSpec};
 use crate::scenario::Scenario;
@@ -17,9 +18,6 @@ use tautrack::bus::pdo::{
 };
 use tautrack::can::Frame;
 use tautrack::settings::Setting;
-use zencan_common::device_config::{DataType, Object, PdoDefaultConfig};
-use zencan_common::objects::AccessType;
-use zencan_common::pdo::PdoMapping;
 
 /// A payload of `tautrack::bus::pdo` with its mapped objects and their meanings.
 struct Known {
@@ -81,7 +79,7 @@ fn nodes(kind: Kind) -> Result<Vec<NodeSpec>, ReferenceError> {
 ///
 /// # Errors
 /// If the default scenario of a robot is missing or invalid.
-pub fn others(roles: &[Role]) -> Result<String, ReferenceError> {
+pub fn others(roles: &[Dictionary]) -> Result<String, ReferenceError> {
     let mut text = "| Robot | Drives | SYNC | Set-points | Motion | Status, heartbeats, guard, operator | All |\n|---|---|---|---|---|---|---|\n".to_owned();
     for kind in &Kind::value_variants()[1..] {
         let (kind, name) = (*kind, kind.facts().name);
@@ -111,7 +109,7 @@ pub fn others(roles: &[Role]) -> Result<String, ReferenceError> {
 ///
 /// # Errors
 /// If B2P2's default scenario is missing or invalid.
-pub fn frames(roles: &[Role]) -> Result<String, ReferenceError> {
+pub fn frames(roles: &[Dictionary]) -> Result<String, ReferenceError> {
     let mut text = "| Identifier | Sender | Frame | Bytes | Bits | Rate | Load |\n|---|---|---|---|---|---|---|\n".to_owned();
     let frames = cyclic(roles, Kind::B2p2, &nodes(Kind::B2p2)?);
     for frame in &frames {
@@ -158,7 +156,7 @@ fn is_told_rates(kind: Kind, name: NodeName) -> bool {
     kind == Kind::RtMover || ends.iter().any(|end| name.as_str().ends_with(end))
 }
 
-fn cyclic(roles: &[Role], kind: Kind, nodes: &[NodeSpec]) -> Vec<Cyclic> {
+fn cyclic(roles: &[Dictionary], kind: Kind, nodes: &[NodeSpec]) -> Vec<Cyclic> {
     let sync_us = sync_period_us(nodes);
     let heartbeat_us = Setting::HeartbeatPeriod.description().default as u64 * 1_000;
     let mut frames = vec![Cyclic {
@@ -181,11 +179,10 @@ fn cyclic(roles: &[Role], kind: Kind, nodes: &[NodeSpec]) -> Vec<Cyclic> {
                 sync_us,
             ),
         };
-        let Some(role) = roles.iter().find(|known| known.name == role) else {
+        let Some(role) = roles.iter().find(|known| known.role == role) else {
             continue;
         };
-        let pdos = &role.config.pdos;
-        let mut add = |pdo: &PdoDefaultConfig, what, sender, period_us| {
+        let mut add = |pdo: &Pdo, what, sender, period_us| {
             frames.push(Cyclic {
                 id: pdo.cob_id as u16 + node,
                 sender,
@@ -198,19 +195,19 @@ fn cyclic(roles: &[Role], kind: Kind, nodes: &[NodeSpec]) -> Vec<Cyclic> {
                 period_us,
             });
         };
-        if let Some(pdo) = pdos.rpdo_defaults.get(&set_point) {
+        if let Some(Some(pdo)) = role.rpdos.get(set_point) {
             let what = format!("RPDO {} of {name}", set_point + 1);
             add(pdo, what, sender, set_point_us);
         }
         if matches!(name, NodeName::CHASSIS_JOINT | NodeName::SCREW)
-            && let Some(pdo) = pdos.rpdo_defaults.get(&2)
+            && let Some(Some(pdo)) = role.rpdos.get(2)
         {
             let (what, guard) = (format!("RPDO 3 of {name}"), NodeName::GUARD.to_string());
             add(pdo, what, guard, sync_us * u64::from(OFFSET_SYNCS));
         }
-        for number in 0..usize::from(pdos.num_tpdo) {
-            if let Some(pdo) = pdos.tpdo_defaults.get(&number) {
-                let what = format!("TPDO {}", number + 1);
+        for (number, pdo) in (1..).zip(&role.tpdos) {
+            if let Some(pdo) = pdo {
+                let what = format!("TPDO {number}");
                 let period_us = sync_us * u64::from(pdo.transmission_type);
                 add(pdo, what, name.to_string(), period_us);
             }
@@ -227,8 +224,8 @@ fn cyclic(roles: &[Role], kind: Kind, nodes: &[NodeSpec]) -> Vec<Cyclic> {
     frames
 }
 
-fn payload_name(mappings: &[PdoMapping]) -> &'static str {
-    let values = mappings.iter().map(PdoMapping::to_object_value);
+fn payload_name(mappings: &[Mapped]) -> &'static str {
+    let values = mappings.iter().map(Mapped::value);
     PAYLOADS
         .iter()
         .find(|payload| values.clone().eq(payload.mapping.iter().copied()))
@@ -270,59 +267,39 @@ fn object_name(mapped: u32) -> String {
 
 /// Returns one table of objects for each role. Objects that every `CANopen` node has are left out;
 /// the EDS files contain them.
-pub fn objects(roles: &[Role]) -> String {
+pub fn objects(roles: &[Dictionary]) -> String {
     let mut text = String::new();
     for role in roles {
         let _ = write!(
             text,
             "### {}\n\n| Object | Name | Type | Access | Default | Meaning |\n|---|---|---|---|---|---|\n",
-            role.name
+            role.role
         );
-        let mut objects: Vec<_> = role.config.objects.iter().collect();
-        objects.retain(|object| object.index >= 0x2000);
-        objects.sort_by_key(|object| object.index);
-        for object in objects {
-            let mut row = |sub: u8, name: String, data_type, access, default| {
+        for object in role.objects.iter().filter(|object| object.index >= 0x2000) {
+            let mut row = |sub: u8, name: &str, entry: &Entry, default: String| {
                 let key = u32::from(object.index) << 16 | u32::from(sub) << 8;
-                let told = role.meanings.get(&(object.index, sub)).cloned();
-                let meaning = told.unwrap_or_else(|| process_data_meaning(key));
+                let meaning = entry.meaning.clone();
                 let _ = writeln!(
                     text,
                     "| `{}` | {name} | {} | {} | {default} | {} |",
                     object_name(key),
-                    type_words(data_type),
-                    eds::access_words(access),
-                    meaning
+                    entry.data_type,
+                    eds::access_words(entry.access),
+                    meaning.unwrap_or_else(|| process_data_meaning(key))
                 );
             };
-            let name = &object.parameter_name;
-            match &object.object {
-                Object::Var(var) => {
-                    let default = eds::default(var.default_value.as_ref());
-                    row(0, name.clone(), var.data_type, var.access_type.0, default);
-                }
-                Object::Record(record) => {
-                    for sub in &record.subs {
-                        let default = eds::default(sub.default_value.as_ref());
-                        let name = format!("{name}: {}", sub.parameter_name);
-                        row(
-                            sub.sub_index,
-                            name,
-                            sub.data_type,
-                            sub.access_type.0,
-                            default,
-                        );
-                    }
-                }
-                Object::Array(array) => {
-                    row(
-                        0,
-                        name.clone(),
-                        array.data_type,
-                        AccessType::Ro,
-                        array.array_size.to_string(),
-                    );
-                }
+            let (name, elements) = (&object.name, object.elements());
+            if let (ObjectCode::Array, [first, ..]) = (object.code, elements) {
+                // One row for all elements, which differ only in their sub-indices.
+                row(0, name, first, elements.len().to_string());
+                continue;
+            }
+            for entry in elements {
+                let name = match object.code {
+                    ObjectCode::Record => &format!("{name}: {}", entry.name),
+                    _ => name,
+                };
+                row(entry.sub_index, name, entry, eds::default(&entry.default));
             }
         }
         text.push('\n');
@@ -339,8 +316,4 @@ fn process_data_meaning(key: u32) -> String {
         .flat_map(|payload| payload.mapping.iter().zip(payload.meanings))
         .find(|(mapped, _)| **mapped & 0xffff_ff00 == key)
         .map_or_else(String::new, |(_, meaning)| sentence(meaning))
-}
-
-fn type_words(data_type: DataType) -> String {
-    format!("{data_type:?}").to_lowercase()
 }

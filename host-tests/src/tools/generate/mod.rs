@@ -7,8 +7,8 @@
 //! `tables` faults and settings. [`files`] returns all generated files.
 
 mod bus;
-#[path = "../../../../firmware/dictionary/load.rs"]
-mod dictionary;
+#[path = "../../../../shared/dictionary/load.rs"]
+pub mod dictionary;
 pub mod eds;
 mod setting_objects;
 mod tables;
@@ -16,11 +16,8 @@ mod verdicts;
 
 use crate::programs::setup::checkout::{NoCheckout, root};
 use crate::scenario::ScenarioError;
-use dictionary::Dictionary;
-use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::{fmt, fs, io};
-use zencan_common::device_config::DeviceConfig;
 
 /// Error of [`files`]: why a file cannot be generated.
 #[derive(Debug)]
@@ -68,13 +65,6 @@ impl From<ScenarioError> for ReferenceError {
     }
 }
 
-/// The object dictionary of one role.
-struct Role {
-    name: &'static str,
-    config: DeviceConfig,
-    meanings: BTreeMap<(u16, u8), String>,
-}
-
 /// A generated block of a page, between its two marks.
 struct Block {
     page: &'static str,
@@ -94,24 +84,17 @@ fn begin(name: &str) -> String {
 /// # Errors
 /// [`ReferenceError`] if a source is missing or invalid, or a page lacks a block.
 pub fn files() -> Result<Vec<(PathBuf, String)>, ReferenceError> {
-    let folder = root()?.join("firmware/dictionary");
+    let folder = root()?.join("shared/dictionary");
     let mut roles = Vec::new();
-    for (name, device_type) in dictionary::ROLES {
-        let Dictionary {
-            config, meanings, ..
-        } = dictionary::load(&folder, name, device_type)
-            .map_err(|error| ReferenceError::Dictionary(name, error.to_string()))?;
-        roles.push(Role {
-            name,
-            config,
-            meanings,
-        });
+    for role in dictionary::ROLES {
+        let loaded = dictionary::load(&folder, role);
+        roles.push(loaded.map_err(|error| ReferenceError::Dictionary(role, error))?);
     }
     let docs = root()?.join("docs");
     let mut files = Vec::new();
     for role in &roles {
-        let file = format!("{}.eds", role.name);
-        let text = eds::write(&file, &role.config);
+        let file = format!("{}.eds", role.role);
+        let text = eds::write(&file, role);
         files.push((docs.join("eds").join(file), text));
     }
     let block = |page, name, text| Block { page, name, text };

@@ -18,7 +18,7 @@ use std::path::{Path, PathBuf};
 use tautrack::settings::{Setting, Settings};
 use weighings::Weighings;
 
-/// Product code of the guards (`firmware/dictionary`).
+/// Product code of the guards (`shared/dictionary`).
 const GUARD: u32 = 3;
 
 /// Finds B2P2's masses and centres of mass from the readings of scales under its axles

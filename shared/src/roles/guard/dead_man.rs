@@ -1,6 +1,6 @@
 //! Dead-man switch that is wired to the guard's board.
 
-use tautrack::bus::pdo::{DEAD_MAN_HELD, OperatorCommand};
+use crate::bus::pdo::{DEAD_MAN_HELD, OperatorCommand};
 
 /// The newest state of the switch.
 ///
@@ -39,7 +39,7 @@ impl DeadMan {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use tautrack::bus::pdo::Request;
+    use crate::bus::pdo::Request;
 
     const ARM: u8 = Request::Arm as u8;
 

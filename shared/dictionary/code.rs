@@ -1,0 +1,175 @@
+//! Generates the code of an object dictionary: the table of all values, the values at start, and a
+//! constant for each place.
+
+use crate::dictionary::model::{
+    Access, DataType, DefaultValue, Dictionary, Entry, Mapped, Object, ObjectCode, Pdo, PdoMapping,
+};
+use std::collections::BTreeMap;
+use std::fmt::Write;
+
+/// Places of values by index and sub-index.
+type Places = BTreeMap<(u16, u8), usize>;
+
+/// Returns the code of the dictionary. Objects that `first` has, too, stand at the same places as
+/// there.
+///
+/// # Errors
+/// A default does not fit its type.
+pub fn generate(dictionary: &Dictionary, first: &Dictionary) -> Result<String, String> {
+    let (mut start, mut constants) = (Vec::<u8>::new(), Vec::new());
+    let mut places = Places::new();
+    let is_first = |object: &&Object| first.objects.iter().any(|it| it.index == object.index);
+    let (common, own): (Vec<_>, Vec<_>) = dictionary
+        .objects
+        .iter()
+        .filter(|object| !is_served(object.index))
+        .partition(is_first);
+    for object in common.iter().chain(&own) {
+        for entry in &object.entries {
+            let bytes = bytes(entry)?;
+            let place = if is_constant(object, entry) {
+                find_or_append(&mut constants, &bytes)
+            } else {
+                start.extend(&bytes);
+                start.len() - bytes.len()
+            };
+            places.insert((object.index, entry.sub_index), place);
+        }
+    }
+    let rows: String = dictionary
+        .objects
+        .iter()
+        .filter(|object| !is_served(object.index))
+        .flat_map(|object| object.entries.iter().map(move |entry| (object, entry)))
+        .map(|(object, entry)| row(object, entry, &places))
+        .collect();
+    let [receive, transmit] = [&dictionary.rpdos, &dictionary.tpdos].map(|pdos| defaults(pdos));
+    let mut code = format!(
+        "pub static TABLE: Table = Table {{
+            rows: &[{rows}],
+            constants: &{constants:?},
+            receive: &[{receive}],
+            transmit: &[{transmit}],
+        }};
+        pub const BYTES: usize = {};
+        pub static START: [u8; BYTES] = {start:?};\n",
+        start.len()
+    );
+    for object in common.into_iter().chain(own) {
+        fields(object, &places, &mut code);
+    }
+    code.push_str(&dictionary.publish_functions());
+    Ok(code)
+}
+
+/// Whether the node computes the values of an object: its parameters of process data and of the
+/// heartbeat, and what concerns the settings.
+fn is_served(index: u16) -> bool {
+    matches!(index, 0x1010 | 0x1011 | 0x1017 | 0x1400..0x1c00 | 0x2020)
+}
+
+/// Whether a value never changes. The program writes the serial number at start.
+fn is_constant(object: &Object, entry: &Entry) -> bool {
+    entry.access == Access::Const && (object.index, entry.sub_index) != (0x1018, 4)
+}
+
+/// Returns the value of an entry at start.
+fn bytes(entry: &Entry) -> Result<Vec<u8>, String> {
+    let size = match (entry.data_type, &entry.default) {
+        (DataType::VisibleString, DefaultValue::Text(text)) => {
+            return Ok(text.clone().into_bytes());
+        }
+        (DataType::OctetString(length), _) => return Ok(vec![0; length]),
+        (DataType::Int8 | DataType::UInt8, _) => 1,
+        (DataType::Int16 | DataType::UInt16, _) => 2,
+        (DataType::Int32 | DataType::UInt32, _) => 4,
+        (other, default) => return Err(format!("{}: {default:?} is no {other}", entry.name)),
+    };
+    match &entry.default {
+        DefaultValue::Number(number) => Ok(number.to_le_bytes()[..size].to_vec()),
+        other => Err(format!("{}: {other:?} has no bytes", entry.name)),
+    }
+}
+
+fn find_or_append(all: &mut Vec<u8>, bytes: &[u8]) -> usize {
+    let found = all.windows(bytes.len()).position(|window| window == bytes);
+    found.unwrap_or_else(|| {
+        all.extend(bytes);
+        all.len() - bytes.len()
+    })
+}
+
+/// Row of the table.
+fn row(object: &Object, entry: &Entry, places: &Places) -> String {
+    let access = match entry.access {
+        _ if is_constant(object, entry) => "CONSTANT",
+        Access::Rw => "WRITE",
+        Access::Ro | Access::Const => "READ",
+    };
+    let mapping = match entry.pdo_mapping {
+        PdoMapping::None => "",
+        PdoMapping::Rpdo => ".received()",
+        PdoMapping::Tpdo => ".transmitted()",
+    };
+    let (index, sub) = (object.index, entry.sub_index);
+    let (size, place) = (
+        bytes(entry).unwrap_or_default().len(),
+        places[&(index, sub)],
+    );
+    format!(
+        "Row {{ index: {index:#x}, sub: {sub}, size: {size}, place: {place}, \
+         access: Access::{access}{mapping} }},\n"
+    )
+}
+
+/// Default parameters of the process data.
+fn defaults(pdos: &[Option<Pdo>]) -> String {
+    let pdos = pdos.iter().map(|pdo| {
+        let (id, adds, enabled, kind, mapping) = match pdo {
+            None => (0, false, false, 255, Vec::new()),
+            Some(pdo) => (
+                pdo.cob_id,
+                pdo.add_node_id,
+                pdo.enabled,
+                pdo.transmission_type,
+                pdo.mappings.iter().map(Mapped::value).collect(),
+            ),
+        };
+        format!(
+            "PdoDefaults {{ id: {id}, adds_node_id: {adds}, enabled: {enabled}, kind: {kind}, \
+             mapping: &{mapping:?} }},\n"
+        )
+    });
+    pdos.collect()
+}
+
+/// Appends the constants with the places of an object's values to `code`. That of an array is its
+/// first element.
+fn fields(object: &Object, places: &Places, code: &mut String) {
+    let count = match object.code {
+        ObjectCode::Array => 1,
+        ObjectCode::Var | ObjectCode::Record => object.elements().len(),
+    };
+    for entry in &object.elements()[..count] {
+        if is_constant(object, entry) {
+            continue;
+        }
+        let kind = match entry.data_type {
+            DataType::Int8 => "i8",
+            DataType::Int16 => "i16",
+            DataType::Int32 => "i32",
+            DataType::UInt8 | DataType::OctetString(_) => "u8",
+            DataType::UInt16 => "u16",
+            DataType::UInt32 => "u32",
+            DataType::VisibleString => continue,
+        };
+        let (name, place) = (
+            entry.place_name(object),
+            places[&(object.index, entry.sub_index)],
+        );
+        let _ = writeln!(
+            code,
+            "pub const {name}: Field<{kind}> = Field::at({place});"
+        );
+    }
+}

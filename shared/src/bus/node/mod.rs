@@ -1,0 +1,296 @@
+//! A `CANopen` node (CiA 301) as a value: network management, heartbeat, SYNC, process data (PDOs)
+//! and service data (SDOs). It has no I/O, and no clock but its inputs.
+//!
+//! * `dictionary`: the table of objects, and their values
+//! * `process_data`: the PDOs and their parameters
+//! * `sdo`: the SDO server
+
+mod dictionary;
+mod process_data;
+mod sdo;
+
+pub use dictionary::{
+    Abort, Access, Address, Dictionary, Field, Number, PdoDefaults, Row, Table, Value, Values,
+    number,
+};
+
+use super::heartbeat::Monitor;
+use super::network::{self, NmtState, function};
+use crate::can::Frame;
+use process_data::Pdos;
+use sdo::{Objects, Server};
+
+const SDO_REQUEST: u16 = 0x600;
+const SDO_RESPONSE: u16 = 0x580;
+/// Object of the period of the heartbeat, ms; 0 for no heartbeat.
+const HEARTBEAT_PERIOD: u16 = 0x1017;
+
+/// Time without a control tick after which a node answers no SYNC and sends no heartbeat, us: what
+/// it would send is old.
+const CONTROL_TIMEOUT_US: u64 = 20_000;
+
+/// What a node is told about its network at start.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Configuration {
+    /// Node id, 1 to 127.
+    pub node_id: u8,
+    /// Period of the heartbeat until a client writes another one, ms.
+    pub heartbeat_ms: u16,
+    /// Node id of the guard that the node follows, and the time, us, after which a guard without a
+    /// heartbeat is lost; `None` for the guard itself, which is the master of the network.
+    pub guard: Option<(u8, u64)>,
+    /// Receive PDO, counted from 0, that listens to another node's identifier.
+    pub listens: Option<(usize, u16)>,
+}
+
+/// The guard that a node follows.
+#[derive(Clone, Copy, Debug)]
+struct Guard {
+    node_id: u8,
+    heartbeat: Monitor,
+    /// The newest heartbeat says that the guard no longer waits for its drives.
+    ready: bool,
+}
+
+/// A node's part of the bus. Every method passes the frames that it sends to `send`.
+#[derive(Clone, Debug)]
+pub struct Core {
+    configuration: Configuration,
+    guard: Option<Guard>,
+    state: NmtState,
+    pdos: Pdos,
+    server: Server,
+    heartbeat_ms: u16,
+    heartbeat_us: u64,
+    ticked_us: u64,
+}
+
+impl Core {
+    /// Creates a node, for [`Self::boot`].
+    pub fn new(configuration: Configuration) -> Self {
+        let guard = configuration.guard.map(|(node_id, timeout_us)| Guard {
+            node_id,
+            heartbeat: Monitor::new(timeout_us),
+            ready: false,
+        });
+        Self {
+            configuration,
+            guard,
+            state: NmtState::BootUp,
+            pdos: Pdos::unused(),
+            server: Server::default(),
+            heartbeat_ms: 0,
+            heartbeat_us: 0,
+            ticked_us: 0,
+        }
+    }
+
+    /// Returns the state of the network management.
+    pub fn state(&self) -> NmtState {
+        self.state
+    }
+
+    /// Follows a frame from the bus.
+    pub fn receive<D: Dictionary>(
+        &mut self,
+        frame: &Frame,
+        now_us: u64,
+        dictionary: &mut D,
+        send: &mut impl FnMut(Frame),
+    ) {
+        let guarded = self.note_guard(frame, now_us, dictionary.table());
+        let node = self.configuration.node_id;
+        match (frame.id(), frame.data()) {
+            // The master follows its own commands only, by `command`.
+            (function::NMT, &[command, addressed])
+                if self.guard.is_some() && (addressed == 0 || addressed == node) =>
+            {
+                self.command(command, now_us, dictionary.table(), send);
+            }
+            (function::NMT, _) => {}
+            (function::SYNC_OR_EMERGENCY, _) => self.synchronize(now_us, dictionary, send),
+            (id, data) if id == SDO_REQUEST + u16::from(node) => {
+                // CiA 301: an SDO has eight bytes, and a stopped node answers none.
+                let Ok(request) = data.try_into() else { return };
+                if self.state == NmtState::Stopped {
+                    return;
+                }
+                let answer = self.serve(request, guarded, now_us, dictionary);
+                self.answer(answer, send);
+            }
+            (id, data) => {
+                let mut pdos = self.pdos.receive.iter_mut();
+                let Some(pdo) = pdos.find(|pdo| pdo.is(id)) else {
+                    return;
+                };
+                if self.state != NmtState::Operational || !pdo.fits(data) {
+                    return;
+                }
+                if pdo.waits_for_sync() {
+                    pdo.keep(*frame, now_us);
+                } else {
+                    pdo.store(data, dictionary.values_mut());
+                    dictionary.received(id, now_us);
+                }
+            }
+        }
+    }
+
+    /// Follows a command of the network management to this node.
+    pub fn command(
+        &mut self,
+        command: u8,
+        now_us: u64,
+        table: &Table,
+        send: &mut impl FnMut(Frame),
+    ) {
+        if matches!(command, 2 | 129 | 130) {
+            self.server = Server::default();
+        }
+        match command {
+            1 => self.state = NmtState::Operational,
+            2 => self.state = NmtState::Stopped,
+            128 => self.state = NmtState::PreOperational,
+            129 | 130 => self.boot(now_us, table, send),
+            _ => {}
+        }
+    }
+
+    /// Restores the parameters of communication, and sends the boot-up message.
+    pub fn boot(&mut self, now_us: u64, table: &Table, send: &mut impl FnMut(Frame)) {
+        self.restore(table);
+        self.beat(0, now_us, send);
+        self.state = NmtState::PreOperational;
+    }
+
+    /// Follows a SYNC: sends the process data that are due, and writes those that wait for it.
+    pub fn synchronize<D: Dictionary>(
+        &mut self,
+        now_us: u64,
+        dictionary: &mut D,
+        send: &mut impl FnMut(Frame),
+    ) {
+        let ticks = now_us.saturating_sub(self.ticked_us) <= CONTROL_TIMEOUT_US;
+        if self.state != NmtState::Operational || !ticks {
+            return;
+        }
+        for pdo in &mut self.pdos.transmit {
+            pdo.on_sync(dictionary, now_us)
+                .into_iter()
+                .for_each(&mut *send);
+        }
+        for pdo in &mut self.pdos.receive {
+            if let Some(frame) = pdo.take() {
+                pdo.store(frame.data(), dictionary.values_mut());
+                dictionary.received(frame.id(), now_us);
+            }
+        }
+    }
+
+    /// Sends what is due in a control tick: the heartbeat, process data that wait for an event, and
+    /// the messages of SDO transfers.
+    pub fn tick<D: Dictionary>(
+        &mut self,
+        now_us: u64,
+        dictionary: &mut D,
+        send: &mut impl FnMut(Frame),
+    ) {
+        self.ticked_us = now_us;
+        let late = self.server.time_out(now_us);
+        self.answer(late, send);
+        let objects = Objects {
+            dictionary,
+            pdos: &mut self.pdos,
+            heartbeat_ms: &mut self.heartbeat_ms,
+            guarded: false,
+        };
+        for segment in self.server.segments(&objects) {
+            self.answer(Some(segment), send);
+        }
+        if self.state == NmtState::Operational {
+            for pdo in &mut self.pdos.transmit {
+                pdo.on_event(dictionary, now_us)
+                    .into_iter()
+                    .for_each(&mut *send);
+            }
+        }
+        let period_us = u64::from(self.heartbeat_ms) * 1_000;
+        if period_us != 0 && now_us >= self.heartbeat_us + period_us {
+            let state = match self.state {
+                NmtState::BootUp => 0,
+                NmtState::Stopped => 4,
+                NmtState::Operational => 5,
+                NmtState::PreOperational => 127,
+            };
+            self.beat(state, now_us, send);
+        }
+    }
+
+    /// Updates the monitor of the guard's heartbeat. Returns whether the guard is alive.
+    fn note_guard(&mut self, frame: &Frame, now_us: u64, table: &Table) -> bool {
+        let Some(guard) = &mut self.guard else {
+            return false;
+        };
+        let mut begins = false;
+        if let Some((node, state)) = network::as_heartbeat(frame)
+            && node == guard.node_id
+        {
+            let ready = state == NmtState::Operational;
+            begins = ready && !guard.ready;
+            guard.ready = ready;
+            guard.heartbeat.received(now_us);
+        }
+        let alive = guard.heartbeat.alive(now_us);
+        guard.ready &= alive;
+        if begins {
+            // What a client has written before the guard was ready does not count for it.
+            self.restore(table);
+        }
+        alive
+    }
+
+    /// Restores the parameters of the process data and of the heartbeat.
+    fn restore(&mut self, table: &Table) {
+        let Configuration {
+            node_id,
+            heartbeat_ms,
+            listens,
+            ..
+        } = self.configuration;
+        self.pdos.restore(node_id, table);
+        if let Some((number, id)) = listens
+            && let Some(pdo) = self.pdos.receive.get_mut(number)
+        {
+            pdo.listen(id);
+        }
+        self.heartbeat_ms = heartbeat_ms;
+    }
+
+    fn serve<D: Dictionary>(
+        &mut self,
+        request: &[u8; 8],
+        guarded: bool,
+        now_us: u64,
+        dictionary: &mut D,
+    ) -> Option<[u8; 8]> {
+        let mut objects = Objects {
+            dictionary,
+            pdos: &mut self.pdos,
+            heartbeat_ms: &mut self.heartbeat_ms,
+            guarded,
+        };
+        self.server.answer(request, &mut objects, now_us)
+    }
+
+    fn answer(&self, answer: Option<[u8; 8]>, send: &mut impl FnMut(Frame)) {
+        let id = SDO_RESPONSE + u16::from(self.configuration.node_id);
+        let frame = answer.and_then(|answer| Frame::new(id, &answer));
+        frame.into_iter().for_each(send);
+    }
+
+    fn beat(&mut self, state: u8, now_us: u64, send: &mut impl FnMut(Frame)) {
+        self.heartbeat_us = now_us;
+        let id = function::HEARTBEAT + u16::from(self.configuration.node_id);
+        Frame::new(id, &[state]).into_iter().for_each(send);
+    }
+}

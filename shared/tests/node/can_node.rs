@@ -1,0 +1,153 @@
+//! A drive's node as a value on a CANopen bus: what it sends, and when.
+
+use std::collections::HashMap;
+use tautrack::can::Frame;
+use tautrack::motor::bridge::Ratings;
+use tautrack::motor::capture::{Capture, Request};
+use tautrack::motor::cogging::Wave;
+use tautrack::motor::current::{BridgeDemand, CurrentLoop, Excitation, Measurement};
+use tautrack::node::axle::Axle;
+use tautrack::roles::drive::{Drive, Measurements, Motor, Parts, Readings};
+use tautrack::roles::settings::{Found, SaveError, Store};
+use tautrack::sensors::{Switches, Temperatures};
+use tautrack::settings::{SettingError, Settings};
+
+pub const NODE: u16 = 5;
+static RATINGS: Ratings = Ratings {
+    pwm_hz: 20_000,
+    period: 4_250,
+    full_scale: 40.0,
+};
+
+/// Settings of a client, without flash.
+#[derive(Default)]
+pub struct Memory(HashMap<u16, i32>);
+
+impl Store for Memory {
+    fn value(&self, key: u16) -> Option<i32> {
+        let default = Settings::default().of_key(key);
+        default.map(|default| *self.0.get(&key).unwrap_or(&default))
+    }
+
+    fn set(&mut self, key: u16, value: i32) -> Result<(), SettingError> {
+        Settings::default().set(key, value)?;
+        self.0.insert(key, value);
+        Ok(())
+    }
+
+    fn save(&mut self) -> Result<(), SaveError> {
+        Ok(())
+    }
+
+    fn clear(&mut self) -> Result<(), SaveError> {
+        Ok(())
+    }
+
+    fn found(&self) -> Found {
+        Found::default()
+    }
+
+    fn restart_needed(&self) -> bool {
+        !self.0.is_empty()
+    }
+
+    fn unconfigured(&self) -> bool {
+        false
+    }
+}
+
+/// A motor that stands.
+pub struct Still;
+
+impl Motor for Still {
+    fn readings(&mut self) -> Readings {
+        Readings {
+            encoder: 0,
+            encoder_broken: false,
+            means: None,
+            supply_voltage: 24.0,
+            temperatures: Temperatures::default(),
+            switches: Switches::default(),
+        }
+    }
+
+    fn install(&mut self, _: CurrentLoop) {}
+
+    fn set_cogging(&mut self, _: i32, _: Wave) {}
+
+    fn demand(&mut self, _: BridgeDemand, _: f32, _: f32) {}
+
+    fn excite(&mut self, _: &Excitation, _: f32) {}
+
+    fn take_measurement(&mut self, _: f32) -> Option<Measurement> {
+        None
+    }
+
+    fn set_brake(&mut self, _: bool) {}
+
+    fn capture<R>(&mut self, _: impl FnOnce(&mut Capture) -> R) -> Option<R> {
+        None
+    }
+
+    fn request_capture(&mut self, _: Request) {}
+}
+
+/// A node of an axle, and the time.
+pub struct Node {
+    drive: Drive<Axle, Measurements, Memory>,
+    pub now_us: u64,
+}
+
+impl Node {
+    /// A node after its boot-up message.
+    pub fn new() -> Self {
+        let mut settings = Settings::default();
+        settings.set(1, i32::from(NODE)).expect("a node id");
+        let mut drive = Drive::axle(Parts {
+            settings: &settings,
+            control: Axle::new(&settings),
+            measurements: Measurements::new(&settings, &RATINGS),
+            store: Memory::default(),
+            serial: 7,
+            ratings: &RATINGS,
+        });
+        let mut sent = Vec::new();
+        drive.boot(0, &mut |frame| sent.push(frame));
+        assert_eq!(sent, [Frame::new(0x700 + NODE, &[0]).unwrap()]);
+        Self { drive, now_us: 0 }
+    }
+
+    /// Runs one millisecond with control ticks, or without.
+    pub fn run(&mut self, ticks: bool) -> Vec<Frame> {
+        let mut sent = Vec::new();
+        self.now_us += 1_000;
+        if ticks {
+            self.drive
+                .tick(self.now_us, &mut Still, &mut |frame| sent.push(frame));
+        }
+        sent
+    }
+
+    /// Returns what the node sends because of a frame.
+    pub fn receive(&mut self, id: u16, data: &[u8]) -> Vec<Frame> {
+        let mut sent = Vec::new();
+        let frame = Frame::new(id, data).expect("a frame");
+        self.drive
+            .receive(&frame, self.now_us, &mut |frame| sent.push(frame));
+        sent
+    }
+}
+
+#[test]
+fn a_node_whose_ticks_stop_sends_neither_heartbeat_nor_process_data() {
+    let mut node = Node::new();
+    node.receive(0x000, &[1, 0]);
+    let mut second = |ticks: bool| {
+        let sent: Vec<_> = (0..1_000).flat_map(|_| node.run(ticks)).collect();
+        let beats = sent.iter().filter(|frame| frame.id() == 0x700 + NODE);
+        (beats.count(), node.receive(0x080, &[]).len())
+    };
+    assert_eq!(second(true), (20, 1), "every 50 ms, and the position");
+    assert_eq!(second(false), (0, 0));
+    assert_eq!(second(true).1, 1);
+}
