@@ -263,7 +263,9 @@ impl Server {
             let length = if size_given {
                 Ok(4 - usize::from(command >> 2 & 0b11))
             } else {
-                objects.size(address)
+                objects
+                    .check(address, None)
+                    .and_then(|()| objects.size(address))
             };
             length.and_then(|length| {
                 let value = data.get(..length).ok_or(Abort::TooShort)?;
