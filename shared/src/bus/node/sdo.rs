@@ -15,6 +15,8 @@ const TIMEOUT_US: u64 = 500_000;
 const SEGMENT: usize = 7;
 /// Bit of a request or an answer that alternates between segments.
 const TOGGLE: u8 = 0x10;
+/// Bit of a request for a block transfer: the client computes checksums.
+const CHECKSUM: u8 = 4;
 /// Most segments in a block.
 const MAX_BLOCK: u8 = 127;
 /// Segments of a block that one tick sends.
@@ -124,6 +126,8 @@ impl<D: Dictionary> Objects<'_, D> {
 struct Transfer {
     address: Address,
     stage: Stage,
+    /// The client computes the checksum of a block transfer, too.
+    checksum: bool,
     /// Bytes transferred and acknowledged up to now.
     done: usize,
     /// What the client has written. A number, the only value that can be written, has four bytes.
@@ -240,10 +244,11 @@ impl Server {
         segments
     }
 
-    fn begin(&mut self, address: Address, stage: Stage, now_us: u64) {
+    fn begin(&mut self, address: Address, stage: Stage, checksum: bool, now_us: u64) {
         self.transfer = Some(Transfer {
             address,
             stage,
+            checksum,
             done: 0,
             written: [0; SEGMENT],
             requested_us: now_us,
@@ -275,7 +280,7 @@ impl Server {
             let length = size_given.then_some(u32::from_le_bytes(*data) as usize);
             let checked = objects.check(address, length);
             if checked.is_ok() {
-                self.begin(address, Stage::Write(0), now_us);
+                self.begin(address, Stage::Write(0), false, now_us);
             }
             checked
         };
@@ -298,7 +303,7 @@ impl Server {
         let command = if size <= data.len() {
             0x43 | ((data.len() - size) as u8 * 4)
         } else {
-            self.begin(address, Stage::Read(0), now_us);
+            self.begin(address, Stage::Read(0), false, now_us);
             data = (size as u32).to_le_bytes();
             0x41
         };
@@ -372,7 +377,8 @@ impl Server {
         if threshold != 0 && size <= usize::from(threshold) {
             return self.read(address, objects, now_us);
         }
-        self.begin(address, Stage::BlockOffered(block), now_us);
+        let checksum = request[0] & CHECKSUM != 0;
+        self.begin(address, Stage::BlockOffered(block), checksum, now_us);
         // With a checksum (bit 2) and the size (bit 1).
         Ok(message(0xc6, address, (size as u32).to_le_bytes()))
     }
@@ -413,11 +419,15 @@ impl Server {
                         sent: 0,
                     }
                 };
-                let address = transfer.address;
                 self.transfer = Some(transfer);
                 ends.then(|| {
                     let unused = (SEGMENT - size % SEGMENT) % SEGMENT;
-                    let [low, high] = checksum_of(address, objects).to_le_bytes();
+                    let checksum = if transfer.checksum {
+                        checksum_of(transfer.address, objects)
+                    } else {
+                        0
+                    };
+                    let [low, high] = checksum.to_le_bytes();
                     [0xc1 | (unused as u8) << 2, low, high, 0, 0, 0, 0, 0]
                 })
             }
@@ -438,7 +448,8 @@ impl Server {
         let length = (command & 2 != 0).then_some(u32::from_le_bytes(*data) as usize);
         let checked = objects.check(address, length);
         checked.map_err(|abort| (abort, address))?;
-        self.begin(address, Stage::BlockWrite, now_us);
+        let checksum = command & CHECKSUM != 0;
+        self.begin(address, Stage::BlockWrite, checksum, now_us);
         Ok(message(0xa4, address, [MAX_BLOCK, 0, 0, 0]))
     }
 
@@ -477,9 +488,8 @@ fn write_block<D: Dictionary>(
 ) -> Result<Bytes, Abort> {
     let unused = usize::from(request[0] >> 2 & 7);
     let written = transfer.written.get(..SEGMENT - unused).unwrap_or_default();
-    // A client that computes no checksum sends 0.
     let checksum = u16::from_le_bytes([request[1], request[2]]);
-    if checksum != 0 && written.iter().fold(0, checked) != checksum {
+    if transfer.checksum && written.iter().fold(0, checked) != checksum {
         return Err(Abort::Crc);
     }
     objects.write(transfer.address, written)?;

@@ -1,14 +1,22 @@
 //! A drive's node as a value on a CANopen bus: what it sends, and when.
 
+mod any_frame;
+mod conformance;
+mod exchange;
+
 use std::collections::HashMap;
 use tautrack::can::Frame;
 use tautrack::motor::bridge::Ratings;
 use tautrack::motor::capture::{Capture, Request};
 use tautrack::motor::cogging::Wave;
-use tautrack::motor::current::{BridgeDemand, CurrentLoop, Excitation, Measurement};
+use tautrack::motor::current::{
+    BridgeDemand, CurrentLoop, Electrical, Excitation, Means, Measurement,
+};
 use tautrack::node::axle::Axle;
-use tautrack::roles::drive::{Drive, Measurements, Motor, Parts, Readings};
+use tautrack::node::screw::Screw;
+use tautrack::roles::drive::{Control, Drive, Measurements, Motor, Parts, Readings};
 use tautrack::roles::settings::{Found, SaveError, Store};
+use tautrack::screw::Geometry;
 use tautrack::sensors::{Switches, Temperatures};
 use tautrack::settings::{SettingError, Settings};
 
@@ -56,15 +64,19 @@ impl Store for Memory {
     }
 }
 
-/// A motor that stands.
-pub struct Still;
+/// A motor without current, whose rotor is at this count.
+#[derive(Default)]
+pub struct Rotor(pub i32);
 
-impl Motor for Still {
+impl Motor for Rotor {
     fn readings(&mut self) -> Readings {
         Readings {
-            encoder: 0,
+            encoder: self.0,
             encoder_broken: false,
-            means: None,
+            means: Some(Means {
+                current: 0.0,
+                electrical: Electrical::default(),
+            }),
             supply_voltage: 24.0,
             temperatures: Temperatures::default(),
             switches: Switches::default(),
@@ -92,38 +104,67 @@ impl Motor for Still {
     fn request_capture(&mut self, _: Request) {}
 }
 
-/// A node of an axle, and the time.
-pub struct Node {
-    drive: Drive<Axle, Measurements, Memory>,
+/// A node, its motor, and the time.
+pub struct Node<C> {
+    drive: Drive<C, Measurements, Memory>,
+    pub rotor: Rotor,
     pub now_us: u64,
 }
 
-impl Node {
-    /// A node after its boot-up message.
-    pub fn new() -> Self {
-        let mut settings = Settings::default();
-        settings.set(1, i32::from(NODE)).expect("a node id");
-        let mut drive = Drive::axle(Parts {
-            settings: &settings,
-            control: Axle::new(&settings),
-            measurements: Measurements::new(&settings, &RATINGS),
-            store: Memory::default(),
-            serial: 7,
-            ratings: &RATINGS,
-        });
+impl Node<Axle> {
+    /// A node of an axle after its boot-up message.
+    pub fn axle() -> Self {
+        let settings = settings();
+        let drive = Drive::axle(parts(&settings, Axle::new(&settings)));
+        Self::boot(drive)
+    }
+}
+
+impl Node<Screw<Geometry>> {
+    /// A node of a screw after its boot-up message.
+    pub fn screw() -> Self {
+        let settings = settings();
+        let screw = Screw::new(&settings).expect("a belt");
+        Self::boot(Drive::screw(parts(&settings, screw)))
+    }
+}
+
+fn settings() -> Settings {
+    let mut settings = Settings::default();
+    settings.set(1, i32::from(NODE)).expect("a node id");
+    settings
+}
+
+fn parts<C>(settings: &Settings, control: C) -> Parts<'_, C, Measurements, Memory> {
+    Parts {
+        settings,
+        control,
+        measurements: Measurements::new(settings, &RATINGS),
+        store: Memory::default(),
+        serial: 7,
+        ratings: &RATINGS,
+    }
+}
+
+impl<C: Control> Node<C> {
+    fn boot(mut drive: Drive<C, Measurements, Memory>) -> Self {
         let mut sent = Vec::new();
         drive.boot(0, &mut |frame| sent.push(frame));
         assert_eq!(sent, [Frame::new(0x700 + NODE, &[0]).unwrap()]);
-        Self { drive, now_us: 0 }
+        Self {
+            drive,
+            rotor: Rotor::default(),
+            now_us: 0,
+        }
     }
 
-    /// Runs one millisecond with control ticks, or without.
-    pub fn run(&mut self, ticks: bool) -> Vec<Frame> {
+    /// Runs one millisecond with a control tick, or without. Returns what the node sends.
+    pub fn run(&mut self, tick: bool) -> Vec<Frame> {
         let mut sent = Vec::new();
         self.now_us += 1_000;
-        if ticks {
-            self.drive
-                .tick(self.now_us, &mut Still, &mut |frame| sent.push(frame));
+        if tick {
+            let mut send = |frame| sent.push(frame);
+            self.drive.tick(self.now_us, &mut self.rotor, &mut send);
         }
         sent
     }
@@ -140,7 +181,7 @@ impl Node {
 
 #[test]
 fn a_node_whose_ticks_stop_sends_neither_heartbeat_nor_process_data() {
-    let mut node = Node::new();
+    let mut node = Node::axle();
     node.receive(0x000, &[1, 0]);
     let mut second = |ticks: bool| {
         let sent: Vec<_> = (0..1_000).flat_map(|_| node.run(ticks)).collect();
