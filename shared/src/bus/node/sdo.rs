@@ -178,7 +178,7 @@ impl Server {
             && transfer.stage == Stage::BlockWrite
             && request[0] != 0x80
         {
-            return Some(self.take_segment_of_block(request, transfer));
+            return self.take_segment_of_block(request, transfer);
         }
         let (specifier, command) = (request[0] >> 5, request[0] & 0x1f);
         let address = match (specifier, transfer) {
@@ -453,19 +453,33 @@ impl Server {
         Ok(message(0xa4, address, [MAX_BLOCK, 0, 0, 0]))
     }
 
-    /// Takes a segment of a block. All that can be written fits into one.
-    fn take_segment_of_block(&mut self, request: &Bytes, mut transfer: Transfer) -> Bytes {
+    /// Takes a segment of a block. All that can be written fits into the first one. The answer waits
+    /// for the end of the block, because until then the client sends segments and no requests.
+    fn take_segment_of_block(&mut self, request: &Bytes, mut transfer: Transfer) -> Option<Bytes> {
         let &[number, ref data @ ..] = request;
-        if number & 0x7f != 1 {
-            return aborted(transfer.address, Abort::SequenceNumber);
+        let (number, last) = (number & 0x7f, number & 0x80 != 0);
+        if number == 1 {
+            transfer.done = 0;
+            transfer.append(Some(data));
         }
-        if number & 0x80 == 0 {
-            return aborted(transfer.address, Abort::TooLong);
-        }
-        transfer.append(Some(data));
-        transfer.stage = Stage::BlockWriteEnds;
+        let acknowledged = match (number, last) {
+            (0, _) => return Some(aborted(transfer.address, Abort::SequenceNumber)),
+            (1, true) => {
+                transfer.stage = Stage::BlockWriteEnds;
+                1
+            }
+            (MAX_BLOCK, _) | (_, true) if transfer.done > 0 => {
+                return Some(aborted(transfer.address, Abort::TooLong));
+            }
+            // The first segment is lost: the client sends the block again.
+            (MAX_BLOCK, _) | (_, true) => 0,
+            _ => {
+                self.transfer = Some(transfer);
+                return None;
+            }
+        };
         self.transfer = Some(transfer);
-        [0xa2, 1, MAX_BLOCK, 0, 0, 0, 0, 0]
+        Some([0xa2, acknowledged, MAX_BLOCK, 0, 0, 0, 0, 0])
     }
 }
 
