@@ -187,7 +187,7 @@ impl Pdo {
     fn map(&mut self, count: u8, table: &Table) -> Result<(), Abort> {
         let mut length = 0;
         let objects = self.objects.get(..usize::from(count));
-        let objects = objects.ok_or(Abort::TooHigh)?;
+        let objects = objects.ok_or(Abort::PdoTooLong)?;
         for (object, place) in objects.iter().zip(&mut self.places) {
             *place = locate(*object, self.receives, table)?;
             length += place.size;
@@ -293,7 +293,8 @@ fn locate(object: u32, receives: bool, table: &Table) -> Result<Place, Abort> {
         index: (object >> 16) as u16,
         sub: (object >> 8) as u8,
     };
-    let row = table.find(address)?;
+    // CiA 301 has one code for an object and for a sub-index that cannot be mapped.
+    let row = table.find(address).map_err(|_| Abort::NoObject)?;
     if !row.access.is_mappable(receives) || object & 0xff != u32::from(row.size) * 8 {
         return Err(Abort::NotMappable);
     }
