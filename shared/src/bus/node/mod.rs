@@ -154,6 +154,12 @@ impl Core {
             129 | 130 => self.boot(now_us, table, send),
             _ => {}
         }
+        if self.state != NmtState::Operational {
+            // A set-point from before a stop does not act after the next start.
+            for pdo in &mut self.pdos.receive {
+                pdo.take();
+            }
+        }
     }
 
     /// Restores the parameters of communication, and sends the boot-up message.
