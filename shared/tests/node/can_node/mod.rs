@@ -1,10 +1,10 @@
 //! A drive's node as a value on a CANopen bus: what it sends, and when.
 
-mod any_frame;
 mod conformance;
 mod exchange;
 
 use std::collections::HashMap;
+use tautrack::bus::network::NmtState;
 use tautrack::can::Frame;
 use tautrack::motor::bridge::Ratings;
 use tautrack::motor::capture::{Capture, Request};
@@ -156,6 +156,10 @@ impl<C: Control> Node<C> {
             rotor: Rotor::default(),
             now_us: 0,
         }
+    }
+
+    pub fn state(&self) -> NmtState {
+        self.drive.state()
     }
 
     /// Runs one millisecond with a control tick, or without. Returns what the node sends.
