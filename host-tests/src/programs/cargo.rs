@@ -2,10 +2,8 @@
 
 use super::program::identify;
 use super::setup::checkout::root;
-use super::setup::machine::{
-    DISTRIBUTION_CARGO, DISTRIBUTION_LINKER, DISTRIBUTION_RUSTC, commit, library_folder,
-};
-use super::setup::{self, Part, TARGET, Toolchain, WASM_TARGET};
+use super::setup::machine::{commit, library_folder};
+use super::setup::{self, Part, TARGET, WASM_TARGET};
 use super::{BuildError, Program};
 use std::env;
 use std::ffi::OsStr;
@@ -68,12 +66,9 @@ fn simulated<'a>(board: &'a str, target: &'static str, features: &'a str) -> Rec
 /// Builds `programs` and returns the folder that contains them.
 pub(super) fn folder_of(recipe: &Recipe, programs: &[&str]) -> Result<PathBuf, BuildError> {
     let root = root().map_err(BuildError::NoCheckout)?;
-    let toolchain = setup::ensure(needs(recipe)).map_err(BuildError::Missing)?;
-    let mut folder = root.join("target").join(match toolchain {
-        Toolchain::Current => "nodes",
-        Toolchain::Distribution => "nodes-distribution",
-    });
-    let output = command(recipe, root, toolchain, &folder)
+    setup::ensure(needs(recipe)).map_err(BuildError::Missing)?;
+    let mut folder = root.join("target/nodes");
+    let output = command(recipe, root, &folder)
         .args(["--features", recipe.features])
         .args(programs.iter().flat_map(|program| ["--bin", program]))
         .current_dir(root)
@@ -109,12 +104,8 @@ pub(super) const FLASHED_LOG: &str = "info,zencan_node=off,zencan_common=off,emb
 /// and the code that passes them on, would take 15 KB.
 const SMALL_FLAGS: [&str; 2] = ["-Cpanic=immediate-abort", "-Zunstable-options"];
 
-fn command(recipe: &Recipe, root: &Path, toolchain: Toolchain, target_folder: &Path) -> Command {
-    let cargo = match toolchain {
-        Toolchain::Current => env::var_os("CARGO").unwrap_or_else(|| "cargo".into()),
-        Toolchain::Distribution => DISTRIBUTION_CARGO.into(),
-    };
-    let mut command = Command::new(cargo);
+fn command(recipe: &Recipe, root: &Path, target_folder: &Path) -> Command {
+    let mut command = Command::new(env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
     for (name, _) in env::vars_os() {
         if changes_a_build(&name) {
             command.env_remove(name);
@@ -127,7 +118,7 @@ fn command(recipe: &Recipe, root: &Path, toolchain: Toolchain, target_folder: &P
         .arg(target_folder);
     command.args(["--target", recipe.target]);
     if recipe.target == TARGET {
-        let flags = flags(recipe, root, toolchain);
+        let flags = flags(recipe, root);
         command.arg("--config");
         command.arg(format!("target.{TARGET}.rustflags = {flags}"));
     }
@@ -137,18 +128,9 @@ fn command(recipe: &Recipe, root: &Path, toolchain: Toolchain, target_folder: &P
         command.env("DEFMT_LOG", log).env("RUSTC_BOOTSTRAP", "1");
     }
     if recipe.small_library {
-        command.arg("-Zbuild-std-features=optimize_for_size");
-    }
-    if toolchain == Toolchain::Distribution || recipe.small_library {
+        command.args(["-Zbuild-std=core", "-Zbuild-std-features=optimize_for_size"]);
         // A stable compiler builds the library only if RUSTC_BOOTSTRAP is set.
-        command.arg("-Zbuild-std=core").env("RUSTC_BOOTSTRAP", "1");
-    }
-    if toolchain == Toolchain::Distribution {
-        command.env("RUSTC", DISTRIBUTION_RUSTC);
-        command.env(
-            "CARGO_TARGET_THUMBV7EM_NONE_EABIHF_LINKER",
-            DISTRIBUTION_LINKER,
-        );
+        command.env("RUSTC_BOOTSTRAP", "1");
     }
     command
 }
@@ -157,8 +139,8 @@ fn command(recipe: &Recipe, root: &Path, toolchain: Toolchain, target_folder: &P
 ///
 /// Texts of panics and debug information name source files. The flags replace what differs between
 /// computers, so that the bytes of a program do not depend on any folder.
-fn flags(recipe: &Recipe, root: &Path, toolchain: Toolchain) -> toml::Value {
-    let mut flags: Vec<String> = folders(root, toolchain)
+fn flags(recipe: &Recipe, root: &Path) -> toml::Value {
+    let mut flags: Vec<String> = folders(root)
         .iter()
         .map(|(folder, name)| format!("--remap-path-prefix={}={name}", folder.display()))
         .collect();
@@ -170,15 +152,11 @@ fn flags(recipe: &Recipe, root: &Path, toolchain: Toolchain) -> toml::Value {
 
 /// Folders with sources, and what programs name them. The compiler sees a folder that is reached
 /// through a link by either path.
-fn folders(root: &Path, toolchain: Toolchain) -> Vec<(PathBuf, String)> {
-    let rustc = match toolchain {
-        Toolchain::Current => "rustc",
-        Toolchain::Distribution => DISTRIBUTION_RUSTC,
-    };
+fn folders(root: &Path) -> Vec<(PathBuf, String)> {
     // The library that is compiled already names its sources by the compiler's commit. If they are
     // installed, the compiler would name their folder instead.
-    let library = library_folder(rustc.as_ref());
-    let commit = commit(rustc.as_ref()).map(|commit| format!("/rustc/{commit}"));
+    let library = library_folder("rustc".as_ref());
+    let commit = commit("rustc".as_ref()).map(|commit| format!("/rustc/{commit}"));
     let named = [
         // The build script writes code into the checkout.
         Some((root.to_owned(), String::new())),
