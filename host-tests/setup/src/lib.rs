@@ -8,6 +8,7 @@
 //!
 //! With `TAUTRACK_NO_SETUP=1` nothing is installed.
 
+pub mod build;
 pub mod checkout;
 pub mod commands;
 pub mod machine;
