@@ -1,6 +1,7 @@
 //! Runs a node program as a process.
 
 use super::elf;
+use super::processor::OneProcessor;
 use std::io::{Read, Write};
 use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
 use tautrack::can::Frame;
@@ -14,6 +15,7 @@ pub struct Node {
     process: Child,
     input: ChildStdin,
     output: ChildStdout,
+    _processor: Option<OneProcessor>,
     /// Role that the program takes on; empty for its own.
     role: &'static str,
     time_us: u64,
@@ -72,6 +74,7 @@ impl Node {
     }
 
     fn spawn(command: &mut Command, role: &'static str) -> Self {
+        let processor = OneProcessor::present();
         let mut process = command
             .stdin(Stdio::piped())
             .stdout(Stdio::piped())
@@ -83,6 +86,7 @@ impl Node {
             process,
             input,
             output,
+            _processor: processor,
             role,
             time_us: 0,
             serial: Vec::new(),

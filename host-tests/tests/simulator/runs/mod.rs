@@ -9,6 +9,8 @@ mod guard;
 mod hash;
 mod image;
 mod pace;
+#[cfg(target_os = "linux")]
+mod processor;
 mod restart;
 mod sensors;
 mod snapshot;
