@@ -37,7 +37,10 @@ impl Sink for Watch {
 #[test]
 fn a_run_and_its_native_nodes_stay_on_one_processor_while_it_lasts() {
     let before = processors(None);
-    let short = scenario("flat", |description| description.duration_s = 0.1);
+    let short = scenario("flat", |description| {
+        description.duration_s = 0.1;
+        description.operator.events.clear();
+    });
     let mut watch = Watch(Vec::new());
     let options = Options::default();
     record(&short, programs(Board::Native), options, &mut watch)
