@@ -44,5 +44,21 @@ mod processor;
 mod reserved;
 mod sensors;
 mod settings;
+#[path = "../support/unchanged.rs"]
+mod unchanged;
 
+use tautrack_host_tests::programs::MotorBoard;
 use tautrack_host_tests::simulator::chip;
+
+/// Stamp of a test of the images, see [`unchanged::stamp_of_programs`].
+fn stamp(test: &str) -> Option<unchanged::Stamp> {
+    let MotorBoard {
+        loader,
+        axle,
+        screw,
+    } = images::programs();
+    let own = [loader, axle, screw, defective::program()];
+    let all = own.into_iter().chain(guard_images::guards());
+    let digests = all.map(|program| program.sha256.clone());
+    unchanged::stamp_of_programs(&format!("board-{test}"), digests)
+}
