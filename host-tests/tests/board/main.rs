@@ -50,8 +50,12 @@ mod unchanged;
 use tautrack_host_tests::programs::MotorBoard;
 use tautrack_host_tests::simulator::chip;
 
-/// Stamp of a test of the images, see [`unchanged::stamp_of_programs`].
+/// Stamp of a test of the images, see [`unchanged::stamp_of_programs`]. A test that must find a
+/// defect runs each time.
 fn stamp(test: &str) -> Option<unchanged::Stamp> {
+    if executed::BUILT_IN.get().is_some() || executed::DEFECT.get().is_some() {
+        return Some(unchanged::Stamp::default());
+    }
     let MotorBoard {
         loader,
         axle,

@@ -26,18 +26,18 @@ pub fn unless_unchanged(
     }
 }
 
-/// Stamp of a test of runs: its inputs are those of [`stamp_of_programs`], the scenarios and the
-/// emulator.
+/// Stamp of a test of runs: its inputs are those of [`stamp_of_programs`] and the emulator.
 #[allow(dead_code)] // not every test program has such a test
 pub fn stamp_of_runs(name: &str, programs: impl IntoIterator<Item = String>) -> Option<Stamp> {
-    stamp_of_programs(name, programs.into_iter().chain([emulator(), scenarios()]))
+    stamp_of_programs(name, programs.into_iter().chain([emulator()]))
 }
 
-/// Stamp of a test whose inputs are these `programs` (their digests), and the executable of the
-/// test, which contains the simulator. See [`sweep::stamp`].
+/// Stamp of a test whose inputs are these `programs` (their digests), the scenarios, and the
+/// executable of the test, which contains the simulator. See [`sweep::stamp`].
 pub fn stamp_of_programs(name: &str, programs: impl IntoIterator<Item = String>) -> Option<Stamp> {
     let executable = fs::read(env::current_exe().expect("an executable")).expect("its bytes");
-    let inputs: Vec<_> = programs.into_iter().chain([sha256(&executable)]).collect();
+    let others = [sha256(&executable), scenarios()];
+    let inputs: Vec<_> = programs.into_iter().chain(others).collect();
     stamp(&inputs.join("\n"), name)
 }
 

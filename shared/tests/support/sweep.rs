@@ -77,21 +77,24 @@ pub fn stamp(inputs: &str, name: &str) -> Option<Stamp> {
         return None;
     }
     let _ = fs::remove_file(&passed);
+    let passed = Some(passed);
     Some(Stamp { passed, inputs })
 }
 
 /// Notes when it is dropped that a test has passed, unless the test panics. The test must not fail
 /// by its result.
+#[derive(Default)]
 pub struct Stamp {
-    passed: PathBuf,
+    /// File of the inputs; `None` for a test that runs each time.
+    passed: Option<PathBuf>,
     inputs: String,
 }
 
 impl Drop for Stamp {
     fn drop(&mut self) {
-        if !panicking() {
-            fs::write(&self.passed, &self.inputs)
-                .unwrap_or_else(|error| panic!("{}: {error}", self.passed.display()));
+        if let Some(passed) = self.passed.as_ref().filter(|_| !panicking()) {
+            fs::write(passed, &self.inputs)
+                .unwrap_or_else(|error| panic!("{}: {error}", passed.display()));
         }
     }
 }

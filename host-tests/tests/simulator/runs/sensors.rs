@@ -90,7 +90,9 @@ fn run_of(name: &str, chip: SensorChip, fault: ChipFault, begin: f64, end: f64) 
 
 #[test]
 fn an_inertial_unit_that_falls_silent_is_named_within_40_ms_and_stops_the_robot() {
-    let Some(_stamp) = stamp("an_inertial_unit_that_falls_silent_is_named_within_40_ms_and_stops_the_robot") else {
+    let Some(_stamp) =
+        stamp("an_inertial_unit_that_falls_silent_is_named_within_40_ms_and_stops_the_robot")
+    else {
         return;
     };
     for (fault, condition) in [
@@ -111,7 +113,8 @@ fn an_inertial_unit_that_falls_silent_is_named_within_40_ms_and_stops_the_robot(
 
 #[test]
 fn a_stuck_bus_silences_both_chips_and_is_freed_when_the_fault_ends() {
-    let Some(_stamp) = stamp("a_stuck_bus_silences_both_chips_and_is_freed_when_the_fault_ends") else {
+    let Some(_stamp) = stamp("a_stuck_bus_silences_both_chips_and_is_freed_when_the_fault_ends")
+    else {
         return;
     };
     let found = run(SensorChip::Magnetometer, ChipFault::BusStuck);
@@ -123,7 +126,9 @@ fn a_stuck_bus_silences_both_chips_and_is_freed_when_the_fault_ends() {
 
 #[test]
 fn frozen_outputs_of_the_inertial_unit_are_named_within_250_ms_and_stop_the_robot() {
-    let Some(_stamp) = stamp("frozen_outputs_of_the_inertial_unit_are_named_within_250_ms_and_stop_the_robot") else {
+    let Some(_stamp) =
+        stamp("frozen_outputs_of_the_inertial_unit_are_named_within_250_ms_and_stop_the_robot")
+    else {
         return;
     };
     let found = run(SensorChip::InertialUnit, ChipFault::Frozen);
@@ -134,7 +139,9 @@ fn frozen_outputs_of_the_inertial_unit_are_named_within_250_ms_and_stop_the_robo
 
 #[test]
 fn an_inertial_unit_at_half_its_rate_is_named_within_600_ms_and_slows_the_robot() {
-    let Some(_stamp) = stamp("an_inertial_unit_at_half_its_rate_is_named_within_600_ms_and_slows_the_robot") else {
+    let Some(_stamp) =
+        stamp("an_inertial_unit_at_half_its_rate_is_named_within_600_ms_and_slows_the_robot")
+    else {
         return;
     };
     let found = run(SensorChip::InertialUnit, ChipFault::HalfRate);
@@ -146,7 +153,9 @@ fn an_inertial_unit_at_half_its_rate_is_named_within_600_ms_and_slows_the_robot(
 
 #[test]
 fn noise_of_the_inertial_unit_is_named_within_300_ms_and_stops_the_robot() {
-    let Some(_stamp) = stamp("noise_of_the_inertial_unit_is_named_within_300_ms_and_stops_the_robot") else {
+    let Some(_stamp) =
+        stamp("noise_of_the_inertial_unit_is_named_within_300_ms_and_stops_the_robot")
+    else {
         return;
     };
     let found = run(SensorChip::InertialUnit, ChipFault::Noise);
@@ -159,7 +168,9 @@ fn noise_of_the_inertial_unit_is_named_within_300_ms_and_stops_the_robot() {
 
 #[test]
 fn noise_of_the_magnetometer_is_named_within_1500_ms_and_the_robot_drives_on() {
-    let Some(_stamp) = stamp("noise_of_the_magnetometer_is_named_within_1500_ms_and_the_robot_drives_on") else {
+    let Some(_stamp) =
+        stamp("noise_of_the_magnetometer_is_named_within_1500_ms_and_the_robot_drives_on")
+    else {
         return;
     };
     let found = run(SensorChip::Magnetometer, ChipFault::Noise);
@@ -169,7 +180,9 @@ fn noise_of_the_magnetometer_is_named_within_1500_ms_and_the_robot_drives_on() {
 
 #[test]
 fn a_frozen_magnetometer_is_named_within_900_ms_of_a_turn_and_the_robot_drives_on() {
-    let Some(_stamp) = stamp("a_frozen_magnetometer_is_named_within_900_ms_of_a_turn_and_the_robot_drives_on") else {
+    let Some(_stamp) =
+        stamp("a_frozen_magnetometer_is_named_within_900_ms_of_a_turn_and_the_robot_drives_on")
+    else {
         return;
     };
     // The robot turns by 20 degrees/s, so it has turned by 10 degrees after 500 ms.
@@ -186,7 +199,9 @@ fn a_frozen_magnetometer_is_named_within_900_ms_of_a_turn_and_the_robot_drives_o
 
 #[test]
 fn a_magnetometer_that_falls_silent_is_named_within_600_ms_and_the_robot_drives_on() {
-    let Some(_stamp) = stamp("a_magnetometer_that_falls_silent_is_named_within_600_ms_and_the_robot_drives_on") else {
+    let Some(_stamp) =
+        stamp("a_magnetometer_that_falls_silent_is_named_within_600_ms_and_the_robot_drives_on")
+    else {
         return;
     };
     let found = run(SensorChip::Magnetometer, ChipFault::NoAcknowledge);
@@ -198,7 +213,9 @@ fn a_magnetometer_that_falls_silent_is_named_within_600_ms_and_the_robot_drives_
 
 #[test]
 fn an_inclinometer_that_falls_silent_is_named_within_100_ms_and_stops_the_robot() {
-    let Some(_stamp) = stamp("an_inclinometer_that_falls_silent_is_named_within_100_ms_and_stops_the_robot") else {
+    let Some(_stamp) =
+        stamp("an_inclinometer_that_falls_silent_is_named_within_100_ms_and_stops_the_robot")
+    else {
         return;
     };
     let found = run(SensorChip::Inclinometer, ChipFault::NoAcknowledge);
@@ -212,7 +229,8 @@ fn an_inclinometer_that_falls_silent_is_named_within_100_ms_and_stops_the_robot(
 
 #[test]
 fn a_noisy_inclinometer_is_named_within_600_ms_and_stops_the_robot() {
-    let Some(_stamp) = stamp("a_noisy_inclinometer_is_named_within_600_ms_and_stops_the_robot") else {
+    let Some(_stamp) = stamp("a_noisy_inclinometer_is_named_within_600_ms_and_stops_the_robot")
+    else {
         return;
     };
     let found = run(SensorChip::Inclinometer, ChipFault::Noise);
@@ -222,7 +240,9 @@ fn a_noisy_inclinometer_is_named_within_600_ms_and_stops_the_robot() {
 
 #[test]
 fn an_inclinometer_at_half_its_rate_is_named_within_600_ms_and_slows_the_robot() {
-    let Some(_stamp) = stamp("an_inclinometer_at_half_its_rate_is_named_within_600_ms_and_slows_the_robot") else {
+    let Some(_stamp) =
+        stamp("an_inclinometer_at_half_its_rate_is_named_within_600_ms_and_slows_the_robot")
+    else {
         return;
     };
     let found = run(SensorChip::Inclinometer, ChipFault::HalfRate);
@@ -233,7 +253,9 @@ fn an_inclinometer_at_half_its_rate_is_named_within_600_ms_and_slows_the_robot()
 
 #[test]
 fn a_frozen_inclinometer_is_named_within_600_ms_of_a_rotation_and_stops_the_robot() {
-    let Some(_stamp) = stamp("a_frozen_inclinometer_is_named_within_600_ms_of_a_rotation_and_stops_the_robot") else {
+    let Some(_stamp) =
+        stamp("a_frozen_inclinometer_is_named_within_600_ms_of_a_rotation_and_stops_the_robot")
+    else {
         return;
     };
     let (begin, end) = (8.0, 20.0);
@@ -250,7 +272,9 @@ fn a_frozen_inclinometer_is_named_within_600_ms_of_a_rotation_and_stops_the_robo
 
 #[test]
 fn a_chip_with_another_identity_is_named_within_100_ms_and_the_robot_does_not_drive() {
-    let Some(_stamp) = stamp("a_chip_with_another_identity_is_named_within_100_ms_and_the_robot_does_not_drive") else {
+    let Some(_stamp) =
+        stamp("a_chip_with_another_identity_is_named_within_100_ms_and_the_robot_does_not_drive")
+    else {
         return;
     };
     for (chip, identity) in [

@@ -11,7 +11,8 @@ use tautrack_host_tests::programs::Board;
 
 #[test]
 fn position_and_heading_on_the_bus_follow_the_truth_up_the_staircase() {
-    let Some(_stamp) = stamp("position_and_heading_on_the_bus_follow_the_truth_up_the_staircase") else {
+    let Some(_stamp) = stamp("position_and_heading_on_the_bus_follow_the_truth_up_the_staircase")
+    else {
         return;
     };
     let (summary, samples) = climb(Board::Native);
