@@ -33,7 +33,7 @@ struct Network {
 }
 
 impl Network {
-    fn new(start: impl Fn(&str) -> Node) -> Self {
+    fn new(start: impl Fn(&'static str) -> Node) -> Self {
         let nodes = NODES.map(|(role, id)| {
             let mut settings = settings(id);
             match id {

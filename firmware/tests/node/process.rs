@@ -1,6 +1,7 @@
 //! Runs a node program as a process.
 
 use super::elf;
+use super::processor::OneProcessor;
 use std::io::{Read, Write};
 use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
 use tautrack::can::Frame;
@@ -14,6 +15,9 @@ pub struct Node {
     process: Child,
     input: ChildStdin,
     output: ChildStdout,
+    _processor: Option<OneProcessor>,
+    /// Role that the program takes on; empty for its own.
+    role: &'static str,
     time_us: u64,
     serial: Vec<u8>,
 }
@@ -21,12 +25,12 @@ pub struct Node {
 impl Node {
     /// Starts the program `path` as a process of the host.
     pub fn native(path: &str) -> Self {
-        Self::spawn(&mut Command::new(path))
+        Self::spawn(&mut Command::new(path), "")
     }
 
     /// Starts the program like [`Node::native`], and keeps its standard error for [`Node::starve`].
     pub fn native_with_errors(path: &str) -> Self {
-        Self::spawn(Command::new(path).stderr(Stdio::piped()))
+        Self::spawn(Command::new(path).stderr(Stdio::piped()), "")
     }
 
     /// Advances the time by `us` without running the node, and waits for it to end. Returns whether
@@ -51,8 +55,8 @@ impl Node {
         (status.success(), said)
     }
 
-    /// Starts the program of `role` in QEMU.
-    pub fn emulated(role: &str) -> Self {
+    /// Starts a node with this role in QEMU.
+    pub fn emulated(role: &'static str) -> Self {
         let mut command = Command::new("qemu-system-arm");
         command
             .args([
@@ -65,11 +69,12 @@ impl Node {
                 "none",
             ])
             .args(["-semihosting-config", "enable=on,target=native", "-kernel"])
-            .arg(elf(role));
-        Self::spawn(&mut command)
+            .arg(elf());
+        Self::spawn(&mut command, role)
     }
 
-    fn spawn(command: &mut Command) -> Self {
+    fn spawn(command: &mut Command, role: &'static str) -> Self {
+        let processor = OneProcessor::present();
         let mut process = command
             .stdin(Stdio::piped())
             .stdout(Stdio::piped())
@@ -81,6 +86,8 @@ impl Node {
             process,
             input,
             output,
+            _processor: processor,
+            role,
             time_us: 0,
             serial: Vec::new(),
         }
@@ -120,7 +127,7 @@ impl Node {
             flash: flash.try_into().expect("a short path"),
             settings: settings.iter().copied().collect(),
             motor,
-            role: heapless::String::new(),
+            role: self.role.try_into().expect("a short name"),
         };
         match self.exchange(&ToNode::Start(start)) {
             FromNode::Ready(ready) => ready,

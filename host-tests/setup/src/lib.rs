@@ -6,16 +6,15 @@
 //! finds the sources. The simulator uses this crate when it builds nodes, as tests do without a
 //! command.
 //!
-//! With `TAUTRACK_NO_SETUP=1` nothing is installed. With `TAUTRACK_TOOLCHAIN=distribution` the Rust
-//! of the Linux distribution builds the programs of the boards; without it, that Rust is used only
-//! if rustup is absent or cannot fetch what it lacks.
+//! With `TAUTRACK_NO_SETUP=1` nothing is installed.
 
+pub mod build;
 pub mod checkout;
 pub mod commands;
 pub mod machine;
 pub mod plan;
 
-pub use plan::{Facts, Missing, Part, Rights, Step, Toolchain};
+pub use plan::{Facts, Missing, Part, Rights, Step};
 
 /// Compiler target of all boards: Cortex-M4 with its floating-point unit.
 pub const TARGET: &str = "thumbv7em-none-eabihf";
@@ -26,21 +25,20 @@ pub const QEMU: &str = "qemu-system-arm";
 /// Name of the program that talks to a debug probe.
 pub const PROBE_RS: &str = "probe-rs";
 
-/// Makes sure that this computer has all parts in `needs`, and returns the toolchain that builds
-/// the programs of the boards. Installs what is missing if that is allowed; announces every
-/// installation on standard error before it starts.
+/// Makes sure that this computer has all parts in `needs`. Installs what is missing if that is
+/// allowed; announces every installation on standard error before it starts.
 ///
 /// # Errors
 /// [`Missing`], whose text is one line with the command to type.
-pub fn ensure(needs: &[Part]) -> Result<Toolchain, Missing> {
+pub fn ensure(needs: &[Part]) -> Result<(), Missing> {
     if needs.is_empty() {
-        return Ok(Toolchain::Current);
+        return Ok(());
     }
     let mut facts = machine::facts();
     loop {
-        let (toolchain, steps) = plan::plan(needs, &facts)?;
+        let steps = plan::plan(needs, &facts)?;
         let Some(step) = steps.first() else {
-            return Ok(toolchain);
+            return Ok(());
         };
         eprintln!("tautrack: {step}");
         let done = machine::perform(*step);

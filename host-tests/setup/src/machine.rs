@@ -4,16 +4,9 @@ use super::checkout::root;
 use super::plan::{Facts, Packages, Rights, Step};
 use super::{PROBE_RS, QEMU, TARGET, WASM_TARGET};
 use std::ffi::OsStr;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::{Command, Stdio};
 use std::{env, fs};
-
-/// Compiler of the Linux distribution.
-pub const DISTRIBUTION_RUSTC: &str = "/usr/bin/rustc";
-/// cargo of the Linux distribution.
-pub const DISTRIBUTION_CARGO: &str = "/usr/bin/cargo";
-/// Linker for the target in the distribution's packages; rustup provides its own.
-pub const DISTRIBUTION_LINKER: &str = "ld.lld";
 
 /// Collects the facts about this computer and its environment variables.
 pub fn facts() -> Facts {
@@ -23,9 +16,6 @@ pub fn facts() -> Facts {
         wasm_library: library(&rustc, WASM_TARGET),
         library_sources: library_sources(&rustc),
         rustup: succeeds(&["rustup", "--version"]),
-        distribution_rust: distribution_rust(),
-        distribution_wanted: env::var_os("TAUTRACK_TOOLCHAIN")
-            .is_some_and(|value| value == "distribution"),
         qemu: succeeds(&[QEMU, "--version"]),
         probe_rs: succeeds(&[PROBE_RS, "--version"]),
         packages: packages(),
@@ -86,12 +76,6 @@ pub fn commit(rustc: &OsStr) -> Option<String> {
     let version = answer(rustc, &["-vV"])?;
     let mut lines = version.lines();
     lines.find_map(|line| Some(line.strip_prefix("commit-hash: ")?.to_owned()))
-}
-
-fn distribution_rust() -> bool {
-    Path::new(DISTRIBUTION_CARGO).exists()
-        && library_sources(DISTRIBUTION_RUSTC.as_ref())
-        && succeeds(&[DISTRIBUTION_LINKER, "--version"])
 }
 
 fn packages() -> Option<Packages> {

@@ -3,8 +3,8 @@
 use super::{PROBE_RS, QEMU, TARGET, WASM_TARGET};
 use std::fmt;
 
-/// Debian's packages that build the nodes without rustup: compiler, cargo, library sources, linker.
-pub const DISTRIBUTION_PACKAGES: [&str; 4] = ["rustc-web", "cargo-web", "rust-web-src", "lld"];
+/// Command that installs rustup, as its makers publish it.
+pub const RUSTUP: &str = "curl --proto '=https' --tlsv1.2 -sSf https://sh.rustup.rs | sh";
 
 /// Part of a computer's set-up that a command can need.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -13,9 +13,6 @@ pub enum Part {
     Target,
     /// Sources of Rust's library, which flash images compile with themselves.
     Sources,
-    /// The Linux distribution's Rust with its library sources and a linker. It replaces
-    /// [`Part::Target`] and [`Part::Sources`].
-    DistributionRust,
     /// Library of [`WASM_TARGET`].
     Wasm,
     /// The emulator.
@@ -32,14 +29,13 @@ impl Part {
             Self::Target => Some(["target", "add", TARGET]),
             Self::Wasm => Some(["target", "add", WASM_TARGET]),
             Self::Sources => Some(["component", "add", "rust-src"]),
-            Self::DistributionRust | Self::Qemu | Self::ProbeRs => None,
+            Self::Qemu | Self::ProbeRs => None,
         }
     }
 
     /// Packages that contain the part; empty if the package manager does not have it.
     fn of_packages(self, manager: Packages) -> &'static [&'static str] {
         match (self, manager) {
-            (Self::DistributionRust, Packages::Apt) => &DISTRIBUTION_PACKAGES,
             (Self::Qemu, Packages::Apt | Packages::Dnf) => &[QEMU],
             _ => &[],
         }
@@ -51,21 +47,11 @@ impl fmt::Display for Part {
         f.write_str(match self {
             Self::Target => "the library of the nodes' target",
             Self::Sources => "the sources of Rust's library, which flash images are built from",
-            Self::DistributionRust => "the distribution's Rust with its library sources",
             Self::Wasm => "the library of the target of WebAssembly nodes",
             Self::Qemu => "the emulator",
             Self::ProbeRs => PROBE_RS,
         })
     }
-}
-
-/// Toolchain that builds the programs of the boards.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub enum Toolchain {
-    /// The toolchain in use, which has the target's library.
-    Current,
-    /// The Linux distribution's toolchain, which builds the target's library from its sources.
-    Distribution,
 }
 
 /// Package manager that provides the needed packages.
@@ -98,10 +84,6 @@ pub struct Facts {
     pub library_sources: bool,
     /// rustup is installed and has not failed.
     pub rustup: bool,
-    /// The distribution's compiler is installed with library sources and linker.
-    pub distribution_rust: bool,
-    /// The user requests the distribution's compiler.
-    pub distribution_wanted: bool,
     /// The emulator is installed.
     pub qemu: bool,
     /// probe-rs is installed.
@@ -120,7 +102,6 @@ impl Facts {
         match part {
             Part::Target => self.target_library,
             Part::Sources => self.library_sources,
-            Part::DistributionRust => self.distribution_rust,
             Part::Wasm => self.wasm_library,
             Part::Qemu => self.qemu,
             Part::ProbeRs => self.probe_rs,
@@ -212,29 +193,17 @@ pub struct Missing(pub Part);
 
 impl fmt::Display for Missing {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        let packages = DISTRIBUTION_PACKAGES.join(" ");
         match self.0 {
-            Part::Target => write!(
-                f,
-                "no compiler for {TARGET}; type: rustup target add {TARGET} \
-                 (without rustup, on Debian: sudo apt-get install {packages})"
-            ),
-            Part::Sources => write!(
-                f,
-                "no sources of Rust's library, which flash images are built from; type: \
-                 rustup component add rust-src \
-                 (without rustup, on Debian: sudo apt-get install {packages})"
-            ),
-            Part::DistributionRust => write!(
-                f,
-                "TAUTRACK_TOOLCHAIN=distribution, but the distribution's Rust with its library \
-                 sources is not there; type (Debian): sudo apt-get install {packages}"
-            ),
-            Part::Wasm => write!(
-                f,
-                "no compiler for {WASM_TARGET}; type: rustup target add {WASM_TARGET} \
-                 (without rustup, on Debian 13: sudo apt-get install libstd-rust-dev-wasm32)"
-            ),
+            Part::Target | Part::Sources | Part::Wasm => {
+                let arguments = self.0.of_rustup().into_iter().flatten();
+                let arguments: Vec<&str> = arguments.collect();
+                write!(
+                    f,
+                    "{} is missing; type: rustup {} (if there is no rustup, before that: {RUSTUP})",
+                    self.0,
+                    arguments.join(" ")
+                )
+            }
             Part::Qemu => write!(
                 f,
                 "{QEMU} is missing; type: sudo apt-get install {QEMU} (Debian, Ubuntu), \
@@ -250,37 +219,15 @@ impl fmt::Display for Missing {
 
 impl std::error::Error for Missing {}
 
-/// Decides which toolchain builds the programs of the boards, and which steps install what is
-/// missing of `needs`.
+/// Decides which steps install what is missing of `needs`.
 ///
 /// # Errors
 /// [`Missing`] if a needed installation is forbidden or impossible.
-pub fn plan(needs: &[Part], facts: &Facts) -> Result<(Toolchain, Vec<Step>), Missing> {
-    let of_boards = |part: &Part| matches!(part, Part::Target | Part::Sources);
-    let (boards, others): (Vec<Part>, Vec<Part>) = needs.iter().partition(|part| of_boards(part));
-    let unavailable = boards
-        .iter()
-        .copied()
-        .find(|part| !facts.has(*part) && facts.step(*part).is_none());
-    let wanted = facts.distribution_wanted && !boards.is_empty();
-    let (toolchain, boards) = if wanted || unavailable.is_some() {
-        (Toolchain::Distribution, vec![Part::DistributionRust])
-    } else {
-        (Toolchain::Current, boards)
-    };
-    let mut steps = Vec::new();
-    for part in boards.into_iter().chain(others) {
-        if facts.has(part) {
-            continue;
-        }
-        // A user who did not ask for the distribution's Rust lacks the part that it replaces.
-        let missing = match unavailable {
-            Some(replaced) if part == Part::DistributionRust && !wanted => replaced,
-            _ => part,
-        };
-        steps.push(facts.step(part).ok_or(Missing(missing))?);
-    }
-    Ok((toolchain, steps))
+pub fn plan(needs: &[Part], facts: &Facts) -> Result<Vec<Step>, Missing> {
+    let missing = needs.iter().copied().filter(|part| !facts.has(*part));
+    missing
+        .map(|part| facts.step(part).ok_or(Missing(part)))
+        .collect()
 }
 
 /// Updates the facts after `step`; `done` says whether its commands succeeded. The result is the

@@ -9,9 +9,10 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 use tautrack_setup::Part::{self, ProbeRs, Qemu, Sources, Target, Wasm};
 use tautrack_setup::commands::{COMMANDS, Command as Row};
+use tautrack_setup::plan::RUSTUP;
 
 /// Tools whose place a stub takes that always fails.
-const ABSENT: [&str; 4] = ["rustup", "qemu-system-arm", "probe-rs", "ld.lld"];
+const ABSENT: [&str; 3] = ["rustup", "qemu-system-arm", "probe-rs"];
 
 /// A compiler with the libraries of other targets in `$LIBRARIES` and without sources. It writes
 /// the names of the crates that it compiles to `$COMPILED`, and compiles only this package.
@@ -128,7 +129,6 @@ fn on_a_bare_computer(stubs: &Path, libraries: &str, line: &str) -> (Output, Str
         .env("COMPILED", &compiled)
         .env("PATH", format!("{}:{path}", stubs.display()))
         .env("TAUTRACK_NO_SETUP", "1")
-        .env_remove("TAUTRACK_TOOLCHAIN")
         .stdin(Stdio::null())
         .output()
         .expect("cargo starts");
@@ -226,4 +226,22 @@ fn a_command_is_replaced_by_its_program_with_its_arguments_streams_and_status() 
     assert_eq!(String::from_utf8_lossy(&output.stdout), expected);
     assert!(output.stderr.is_empty(), "{:?}", output.stderr);
     assert_eq!(output.status.code(), Some(7));
+}
+
+#[test]
+fn the_check_of_everything_names_what_is_missing_before_it_starts() {
+    let tools = folder("no-tools");
+    let output = Command::new("/bin/bash")
+        .arg(root().join(".ci/run"))
+        .env("PATH", &tools)
+        .output()
+        .expect("bash starts");
+    assert_eq!(output.status.code(), Some(1), "{output:?}");
+    let error = String::from_utf8_lossy(&output.stderr);
+    let command = format!("type: {RUSTUP}");
+    assert!(
+        error.contains("cargo") && error.contains(&command),
+        "{error}"
+    );
+    assert!(output.stdout.is_empty(), "{:?}", output.stdout);
 }

@@ -1,8 +1,8 @@
 //! Builds the programs of the guard's board, which are flashed and do not run in the simulator.
 
-use super::cargo::{FLASHED_LOG, Recipe, folder_of};
 use super::program::identify;
 use super::setup::TARGET;
+use super::setup::build::{FLASHED_LOG, Recipe, folder_of};
 use super::{BuildError, Program};
 
 /// Builds these guard programs for the guard's board. Returns quickly if nothing has changed.

@@ -1,12 +1,10 @@
 //! Builds the node programs, for the emulated board, the host or WebAssembly, and identifies
 //! them by their hashes.
 //!
-//! `program` describes a program, `motor_board` and `guard_board` build what is flashed, `cargo`
-//! calls cargo for the target, `native` for this computer, `error` lists the errors. [`flash`] and
-//! [`settings_pages`] make the bytes that are flashed. [`setup`] installs what the build needs.
+//! `program` describes a program, `motor_board` and `guard_board` build what is flashed, `native`
+//! builds for this computer. [`flash`] and [`settings_pages`] make the bytes that are flashed.
+//! [`setup`] calls cargo for the boards, and installs what the build needs.
 
-mod cargo;
-mod error;
 pub mod flash;
 mod guard_board;
 mod motor_board;
@@ -14,15 +12,15 @@ mod native;
 mod program;
 pub mod settings_pages;
 
-pub use cargo::changes_a_build;
-pub use error::BuildError;
 pub use guard_board::guard_board;
 pub use motor_board::{MotorBoard, defective_axle, motor_board};
 pub use program::{Board, Instruments, Program, Programs, hexadecimal};
 pub use tautrack_setup as setup;
+pub use tautrack_setup::build::{BuildError, changes_a_build};
 
-use cargo::{emulated, wasm};
 use native::native;
+use program::identify;
+use setup::build::{WASM, emulated, folder_of};
 
 /// Builds the program that all nodes of a robot run on `board`: that of its guard, which also
 /// contains the roles of the drives. Returns quickly if nothing has changed. Installs what the
@@ -36,11 +34,12 @@ use native::native;
 pub fn build(board: Board, guard: &str) -> Result<Programs, BuildError> {
     let nodes = match board {
         Board::Native => native(guard)?,
-        Board::Wasm => wasm(guard)?,
-        Board::Qemu => {
-            let [nodes] = emulated("mps2", [guard])?;
-            nodes
-        }
+        Board::Wasm => identify(
+            folder_of(&WASM, &[guard])?
+                .join(guard)
+                .with_extension("wasm"),
+        )?,
+        Board::Qemu => identify(folder_of(&emulated("mps2"), &[guard])?.join(guard))?,
         Board::Image => guard_board(&[guard])?.remove(0),
     };
     Ok(Programs { board, nodes })
@@ -52,6 +51,9 @@ pub fn build(board: Board, guard: &str) -> Result<Programs, BuildError> {
 /// # Errors
 /// The same as [`build`].
 pub fn instruments() -> Result<Instruments, BuildError> {
-    let [cost, ticks] = emulated("cost", ["cost", "ticks"])?;
-    Ok(Instruments { cost, ticks })
+    let folder = folder_of(&emulated("cost"), &["cost", "ticks"])?;
+    Ok(Instruments {
+        cost: identify(folder.join("cost"))?,
+        ticks: identify(folder.join("ticks"))?,
+    })
 }

@@ -1,7 +1,7 @@
 //! Builds node programs for this computer.
 
-use super::cargo::last_lines;
 use super::program::identify;
+use super::setup::build::last_lines;
 use super::setup::checkout::root;
 use super::{BuildError, Program};
 use serde_json::Value;

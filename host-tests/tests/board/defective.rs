@@ -6,6 +6,7 @@
 mod defect;
 
 use crate::images::programs;
+use crate::stamp;
 use crate::{bus_errors, executed, gates, masked};
 pub use defect::Defect;
 use object::read::elf::ElfFile32;
@@ -91,6 +92,9 @@ fn passes(defect: Option<Defect>, test: fn()) -> bool {
 
 #[test]
 fn every_defect_of_a_program_is_found() {
+    let Some(_stamp) = stamp("every_defect_of_a_program_is_found") else {
+        return;
+    };
     let missed: Vec<_> = DEFECTS
         .into_iter()
         .filter(|(defect, test)| passes(Some(*defect), *test))

@@ -2,6 +2,7 @@
 //! every one of them.
 
 use crate::chip::{BDTR, FDCAN, GPIO, IWDG, MOE, PWR, Patch, RCC, TIM1, TIMINGR};
+use crate::stamp;
 use crate::{executed as test, guard, sensors};
 use std::panic::catch_unwind;
 
@@ -104,6 +105,9 @@ const fn patch(address: u32, mask: u32, value: u32) -> Patch {
 
 #[test]
 fn every_defect_is_found() {
+    let Some(_stamp) = stamp("every_defect_is_found") else {
+        return;
+    };
     let mut missed = Vec::new();
     for (what, patch, test) in DEFECTS {
         test::DEFECT.set(Some(patch));

@@ -4,17 +4,20 @@ use crate::images::programs;
 use object::read::elf::ElfFile32;
 use object::{Endianness, Object, ObjectSection, ObjectSymbol, SectionKind};
 use std::fs;
+use std::sync::OnceLock;
 use tautrack_host_tests::tools::footprint::{Footprint, measure};
 
-fn footprints() -> [Footprint; 3] {
-    measure(programs()).expect("a measurement")
+/// The figures, measured once.
+fn footprints() -> &'static [Footprint; 3] {
+    static FOOTPRINTS: OnceLock<[Footprint; 3]> = OnceLock::new();
+    FOOTPRINTS.get_or_init(|| measure(programs()).expect("a measurement"))
 }
 
 #[test]
 fn the_figures_are_those_of_the_sections_and_symbols() {
     let programs = programs();
     let paths = [&programs.axle, &programs.screw, &programs.loader];
-    for (row, program) in footprints().into_iter().zip(paths) {
+    for (row, program) in footprints().iter().zip(paths) {
         let elf = fs::read(&program.path).expect("a program");
         let file = ElfFile32::<Endianness>::parse(&*elf).expect("an ELF file");
         let stored: u64 = file

@@ -10,6 +10,7 @@ use crate::executed::DEFECT;
 use crate::gates::log_of;
 use crate::guard_images::guards;
 use crate::settings::{SAVE, download_to, object};
+use crate::stamp;
 use clap::ValueEnum;
 use std::fs;
 use tautrack::settings::Setting;
@@ -179,6 +180,9 @@ fn every_pin_has_the_function_of_the_page() {
 
 #[test]
 pub fn a_guard_without_its_bus_task_or_its_control_task_is_reset() {
+    let Some(_stamp) = stamp("a_guard_without_its_bus_task_or_its_control_task_is_reset") else {
+        return;
+    };
     for exception in [0, 16 + CONTROL] {
         let mut chip = running_guard();
         chip.hang_in(exception);
@@ -195,6 +199,9 @@ pub fn a_guard_without_its_bus_task_or_its_control_task_is_reset() {
 
 #[test]
 fn frames_pass_both_ways_on_every_robot() {
+    let Some(_stamp) = stamp("frames_pass_both_ways_on_every_robot") else {
+        return;
+    };
     for mut chip in running_guards() {
         assert_eq!(chip.resets(), 0, "the watchdog bites during the start");
         let sent = chip.take_sent();
@@ -252,6 +259,9 @@ fn sentence(time: u32) -> Vec<u8> {
 
 #[test]
 fn every_sentence_of_the_gnss_receiver_reaches_the_guard() {
+    let Some(_stamp) = stamp("every_sentence_of_the_gnss_receiver_reaches_the_guard") else {
+        return;
+    };
     let mut chip = running_guard();
     let counts = |chip: &mut Chip| [6, 7].map(|sub| checks::read(chip, NODE, 0x4013, sub));
     assert_eq!(counts(&mut chip), [0, 0]);
@@ -289,6 +299,11 @@ fn saving(cut: Option<Cut>) -> Chip {
 
 #[test]
 fn a_power_cut_in_any_write_of_a_save_leaves_the_old_or_the_new_setting() {
+    let Some(_stamp) =
+        stamp("a_power_cut_in_any_write_of_a_save_leaves_the_old_or_the_new_setting")
+    else {
+        return;
+    };
     let timeout =
         |chip: &mut Chip| checks::read(chip, NODE, object(Setting::OperatorTimeout), 0) as i32;
     let old = timeout(&mut running_guard());

@@ -1,6 +1,7 @@
 //! The images of the guards: where they load, and how large they are.
 
 use crate::chips::g474;
+use crate::stamp;
 use clap::ValueEnum;
 use object::read::elf::ElfFile32;
 use object::{Endianness, Object, ObjectSection, ObjectSymbol};
@@ -78,6 +79,9 @@ fn the_settings_pages_are_the_last_ones_of_the_second_bank() {
 
 #[test]
 fn every_guard_keeps_its_limits() {
+    let Some(_stamp) = stamp("every_guard_keeps_its_limits") else {
+        return;
+    };
     for row in measure_guards().expect("a measurement") {
         println!("{row:?}");
         assert_eq!(row.excesses(), Vec::<String>::new());

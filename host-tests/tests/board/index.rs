@@ -2,6 +2,7 @@
 //! confirms the angle.
 
 use crate::executed::{NODE, axle_program, read, with_pages, write};
+use crate::stamp;
 use tautrack::link::{MotorModel, Sensors};
 use tautrack::settings::Setting;
 use tautrack_host_tests::programs::settings_pages::Pages;
@@ -30,6 +31,10 @@ pub fn with_three_phase_motor(more: &[(Setting, i32)]) -> Chip {
 
 #[test]
 fn the_index_of_an_encoder_confirms_the_angle_of_an_aligned_motor() {
+    let Some(_stamp) = stamp("the_index_of_an_encoder_confirms_the_angle_of_an_aligned_motor")
+    else {
+        return;
+    };
     let mut chip =
         with_three_phase_motor(&[(Setting::RotorSensor, 3), (Setting::AlignmentTravel, 1_000)]);
     chip.run(20_000);

@@ -6,6 +6,7 @@ use crate::executed::{
     NODE, application, armed_axle, axle, frame, read, waits_for_an_id, with_pages, write,
 };
 use crate::images::programs;
+use crate::stamp;
 use tautrack::settings::{FIRST_OBJECT, Setting};
 use tautrack_host_tests::programs::settings_pages::{ADDRESS, LENGTH};
 use tautrack_host_tests::robots::Role;
@@ -70,6 +71,10 @@ pub fn download_to(
 
 #[test]
 fn a_saved_setting_survives_a_reset_and_a_restored_node_is_blank() {
+    let Some(_stamp) = stamp("a_saved_setting_survives_a_reset_and_a_restored_node_is_blank")
+    else {
+        return;
+    };
     for (role, program) in [
         (Role::Axle, &programs().axle),
         (Role::Screw, &programs().screw),
@@ -120,6 +125,9 @@ fn a_node_id_from_lss_survives_a_reset() {
 
 #[test]
 fn the_settings_pages_are_not_written_while_the_drive_is_armed() {
+    let Some(_stamp) = stamp("the_settings_pages_are_not_written_while_the_drive_is_armed") else {
+        return;
+    };
     let mut chip = armed_axle();
     write(
         &mut chip,
@@ -155,6 +163,10 @@ const NEW: [(Setting, i32); 2] = [(Setting::PositionGain, 7), (Setting::Velocity
 
 #[test]
 fn a_power_cut_in_any_write_of_a_save_leaves_old_or_new_settings() {
+    let Some(_stamp) = stamp("a_power_cut_in_any_write_of_a_save_leaves_old_or_new_settings")
+    else {
+        return;
+    };
     let start = pages(&axle());
     let old = NEW.map(|(setting, _)| {
         let mut chip = with_pages(&programs().axle, &start);
@@ -183,6 +195,9 @@ fn a_power_cut_in_any_write_of_a_save_leaves_old_or_new_settings() {
 /// interrupts the task that saves.
 #[test]
 fn nothing_arms_a_drive_while_its_flash_is_written() {
+    let Some(_stamp) = stamp("nothing_arms_a_drive_while_its_flash_is_written") else {
+        return;
+    };
     let (mut saved, mut armed) = (0, 0);
     let cases = (0..1_000).step_by(100);
     for (phase_us, gap_us) in cases.flat_map(|phase| [(phase, 0), (phase, 500)]) {

@@ -2,6 +2,7 @@
 //!
 //! Ideal motors replace the nodes: a rotor with inertia under a stiff servo.
 
+use crate::stamp;
 use core::f64::consts::TAU;
 use tautrack::link::Shaft;
 use tautrack_host_tests::robots::b2p2::plant::{B2p2, B2p2Parameters};
@@ -219,6 +220,9 @@ fn climb(parameters: &B2p2Parameters, lower: bool, seed: u64, at_most_s: f64) ->
 
 #[test]
 fn b2p2_climbs_the_staircase_of_the_paper_and_lands() {
+    let Some(_stamp) = stamp("b2p2_climbs_the_staircase_of_the_paper_and_lands") else {
+        return;
+    };
     let climb = climb(&B2p2Parameters::nominal(), true, 1, 40.0);
     assert!(
         climb
@@ -233,6 +237,9 @@ fn b2p2_climbs_the_staircase_of_the_paper_and_lands() {
 
 #[test]
 fn the_short_variant_climbs_too() {
+    let Some(_stamp) = stamp("the_short_variant_climbs_too") else {
+        return;
+    };
     let climb = climb(&B2p2Parameters::short(), true, 1, 40.0);
     assert!(
         climb.landed_s.is_some() && climb.toppled_s.is_none(),
@@ -270,6 +277,9 @@ fn a_payload_high_up_topples_the_robot_that_climbs_without_it() {
 
 #[test]
 fn the_ground_carries_the_weight_and_the_belts_set_the_speed() {
+    let Some(_stamp) = stamp("the_ground_carries_the_weight_and_the_belts_set_the_speed") else {
+        return;
+    };
     let mut robot = Driven::new(&B2p2Parameters::nominal(), Ground::Flat, 1);
     robot.drive(0.0, 1.0);
     let lift = robot.mean(0.0, 0.5, |robot| robot.plant.lift());
@@ -438,6 +448,9 @@ fn energy_is_kept_in_free_fall() {
 
 #[test]
 fn the_same_run_has_the_same_hash_and_another_seed_another() {
+    let Some(_stamp) = stamp("the_same_run_has_the_same_hash_and_another_seed_another") else {
+        return;
+    };
     let run = |seed| climb(&B2p2Parameters::nominal(), true, seed, 12.0);
     let first = run(1);
     assert_eq!(first, run(1));

@@ -2,6 +2,7 @@
 //! (Fig. 7) with and without posture control. The motors are ideal.
 
 use crate::random::Random;
+use crate::stamp;
 use core::f64::consts::{FRAC_PI_2, PI, TAU};
 use tautrack::link::Shaft;
 use tautrack::robots::hylos::parameters::{
@@ -254,6 +255,9 @@ fn drive_loop(gain: f64, sensors: Sensors) -> Loop {
 
 #[test]
 fn without_posture_control_the_robot_tips_over_on_the_loop() {
+    let Some(_stamp) = stamp("without_posture_control_the_robot_tips_over_on_the_loop") else {
+        return;
+    };
     let result = drive_loop(0.0, Sensors::Ideal);
     assert!(result.toppled_at_s.is_some() && result.turned < 0.75 * TAU);
     assert!(result.least_margin < 0.0);
@@ -261,6 +265,9 @@ fn without_posture_control_the_robot_tips_over_on_the_loop() {
 
 #[test]
 fn posture_control_brings_the_robot_around_the_loop() {
+    let Some(_stamp) = stamp("posture_control_brings_the_robot_around_the_loop") else {
+        return;
+    };
     let result = drive_loop(POTENTIAL_GAIN, Sensors::Ideal);
     assert!(result.toppled_at_s.is_none() && result.turned >= TAU);
     assert!(result.least_margin > 0.05 && result.astray < 0.25);
@@ -273,6 +280,9 @@ fn posture_control_brings_the_robot_around_the_loop() {
 
 #[test]
 fn coarse_sensors_suffice_for_the_loop() {
+    let Some(_stamp) = stamp("coarse_sensors_suffice_for_the_loop") else {
+        return;
+    };
     let result = drive_loop(POTENTIAL_GAIN, Sensors::Coarse);
     assert!(result.toppled_at_s.is_none() && result.turned >= TAU);
     assert!(result.least_margin > 0.05 && result.astray < 0.25 && result.gap < 0.03);
@@ -334,6 +344,9 @@ fn the_sketch_goes_through_the_wheels_on_the_ground() {
 
 #[test]
 fn loads_from_the_leg_motors_keep_the_wheels_on_waves() {
+    let Some(_stamp) = stamp("loads_from_the_leg_motors_keep_the_wheels_on_waves") else {
+        return;
+    };
     let mean_imbalance = |sensors| {
         let mut driven = Driven::new(&WAVES, POTENTIAL_GAIN);
         driven.sensors = sensors;

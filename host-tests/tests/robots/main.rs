@@ -10,3 +10,11 @@ mod random;
 mod rt_mover_step;
 mod runs;
 mod state;
+#[path = "../support/unchanged.rs"]
+#[allow(dead_code)] // other tests name their programs themselves
+mod unchanged;
+
+/// Stamp of a test whose input is this executable alone, see [`unchanged::stamp_of_programs`].
+fn stamp(test: &str) -> Option<unchanged::Stamp> {
+    unchanged::stamp_of_programs(&format!("robots-{test}"), [])
+}

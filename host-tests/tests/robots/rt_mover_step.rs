@@ -1,5 +1,6 @@
 //! Tests of RT-Mover stepping up in the physics: gait and plant, connected by ideal motors.
 
+use crate::stamp;
 use core::f64::consts::TAU;
 use tautrack::link::Shaft;
 use tautrack::robots::rt_mover::gait::Stage;
@@ -279,21 +280,33 @@ fn steps_up(height: f64, lag: f64) {
 
 #[test]
 fn the_gait_steps_up_ten_centimetres() {
+    let Some(_stamp) = stamp("the_gait_steps_up_ten_centimetres") else {
+        return;
+    };
     steps_up(0.10, 0.0);
 }
 
 #[test]
 fn the_gait_steps_up_fifteen_centimetres() {
+    let Some(_stamp) = stamp("the_gait_steps_up_fifteen_centimetres") else {
+        return;
+    };
     steps_up(0.15, 0.0);
 }
 
 #[test]
 fn the_gait_steps_up_twenty_centimetres() {
+    let Some(_stamp) = stamp("the_gait_steps_up_twenty_centimetres") else {
+        return;
+    };
     steps_up(0.20, 0.0);
 }
 
 #[test]
 fn a_late_inclination_spoils_no_step() {
+    let Some(_stamp) = stamp("a_late_inclination_spoils_no_step") else {
+        return;
+    };
     steps_up(0.15, 0.05);
 }
 
@@ -337,6 +350,11 @@ fn a_wheel_in_the_air_goes_down_again_when_the_margin_shrinks() {
 
 #[test]
 fn a_gait_given_up_with_a_wheel_in_the_air_lets_it_down_when_acknowledged() {
+    let Some(_stamp) =
+        stamp("a_gait_given_up_with_a_wheel_in_the_air_lets_it_down_when_acknowledged")
+    else {
+        return;
+    };
     for stage in [Stage::Lifting, Stage::Swinging] {
         let (model, pace) = (Parameters::nominal(), Pace::nominal());
         let walk = walk_until(0.10, model, pace, 0.0, Some(stage));
@@ -354,6 +372,9 @@ fn a_gait_given_up_with_a_wheel_in_the_air_lets_it_down_when_acknowledged() {
 
 #[test]
 fn the_printed_law_leaves_its_column_in_the_physics_too() {
+    let Some(_stamp) = stamp("the_printed_law_leaves_its_column_in_the_physics_too") else {
+        return;
+    };
     let pace = |law| Pace {
         law,
         ..Pace::nominal()

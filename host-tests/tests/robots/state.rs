@@ -1,6 +1,7 @@
 //! Tests of the state q on B2P2's plant, with the guard's sensors and GNSS receiver, and belts that
 //! move as commanded.
 
+use crate::stamp;
 use core::f64::consts::TAU;
 use tautrack::estimate::mounting::pitch_and_roll;
 use tautrack::estimate::state::{Estimator, Joint, State, Validity};
@@ -165,6 +166,9 @@ fn nothing_is_valid_before_it_was_measured_and_everything_after() {
 
 #[test]
 fn the_heading_is_true_north_s_all_the_way_round() {
+    let Some(_stamp) = stamp("the_heading_is_true_north_s_all_the_way_round") else {
+        return;
+    };
     let mut worst = 0.0_f64;
     for start in [0.4, 3.1] {
         let mut ride = Ride::new(|p| p.initial_heading_and_y = [start, 0.0]);
@@ -181,6 +185,9 @@ fn the_heading_is_true_north_s_all_the_way_round() {
 
 #[test]
 fn an_outage_leaves_dead_reckoning_with_a_growing_age() {
+    let Some(_stamp) = stamp("an_outage_leaves_dead_reckoning_with_a_growing_age") else {
+        return;
+    };
     let mut ride = Ride::new(|p| {
         p.receiver.outage_s = [12.0, 62.0];
         p.initial_heading_and_y = [1.0, 0.0];
@@ -223,6 +230,9 @@ fn without_encoders_the_position_goes_stale_and_does_not_move() {
 
 #[test]
 fn garbage_on_the_line_leaves_the_position_invalid() {
+    let Some(_stamp) = stamp("garbage_on_the_line_leaves_the_position_invalid") else {
+        return;
+    };
     let mut ride = Ride::new(|_| {});
     ride.garbage = true;
     let state = ride.drive([0.2; 2], 20.0, true);

@@ -1,6 +1,7 @@
 //! Tests of the compensation of the cogging torque, on the motor model.
 
 use super::motor_faults::rig::{GEAR, PER_RADIAN, Rig, model, settings};
+use crate::sweep::stamp_of_executable;
 use tautrack::motor::cogging::Wave;
 use tautrack::motor::model::{MotorModel, WindingModel};
 use tautrack::node::cogging::{CoggingSearch, SearchState};
@@ -68,6 +69,11 @@ fn ripple(rig: &mut Rig, periods: u16) -> f64 {
 
 #[test]
 fn a_learned_current_reduces_the_ripple_of_the_velocity_five_times() {
+    let Some(_stamp) =
+        stamp_of_executable("a_learned_current_reduces_the_ripple_of_the_velocity_five_times")
+    else {
+        return;
+    };
     let absolute: &[_] = &[];
     let incremental = &[(Setting::RotorSensor, 1)][..];
     for (torque, periods, changes) in [

@@ -6,6 +6,8 @@ mod histories;
 #[path = "../support/parallel.rs"]
 mod parallel;
 mod schemas;
+#[path = "../support/sweep.rs"]
+mod sweep;
 
 use flash::Flash;
 use tautrack::settings::{Setting, Settings};

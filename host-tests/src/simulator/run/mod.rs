@@ -2,10 +2,11 @@
 //!
 //! [`node`] communicates with one node over a `link`, `node_log` decodes its log, and `launch`
 //! starts it. The link is a `process` with pipes, an instance of a `wasm` module, or a flash
-//! `image` on the model of its chip. [`operator`] plays the operator's script, [`listener`] decodes
-//! the published frames, [`faults`] injects faults. `lockstep` runs one step, [`pace`] follows the
-//! wall clock, and `recorder` runs all steps until one of the `conditions` ends the run, and passes
-//! the record to a `sink`. `options` are the inputs, `outcome` and `error` the results.
+//! `image` on the model of its chip. [`processor`] keeps a run and its processes on one processor.
+//! [`operator`] plays the operator's script, [`listener`] decodes the published frames, [`faults`]
+//! injects faults. `lockstep` runs one step, [`pace`] follows the wall clock, and `recorder` runs
+//! all steps until one of the `conditions` ends the run, and passes the record to a `sink`.
+//! `options` are the inputs, `outcome` and `error` the results.
 
 mod conditions;
 mod error;
@@ -23,6 +24,8 @@ mod options;
 mod outcome;
 pub mod pace;
 mod process;
+#[cfg(target_os = "linux")]
+pub mod processor;
 mod recorder;
 mod sink;
 #[cfg(feature = "wasm")]

@@ -1,6 +1,7 @@
 //! Tests of the crawler's body controller on the plant: speed on a slope, arcs, lines and stops.
 
 use crate::crawler::driven::{DT, Driven, slope};
+use crate::stamp;
 use core::f64::consts::{PI, TAU};
 use tautrack::estimate::mounting::pitch_and_roll;
 use tautrack::robots::crawler::{
@@ -85,6 +86,9 @@ impl Controlled {
 
 #[test]
 fn compensation_keeps_the_speed_on_the_paper_s_slope() {
+    let Some(_stamp) = stamp("compensation_keeps_the_speed_on_the_paper_s_slope") else {
+        return;
+    };
     let error = |factor: f64, compensates, measures| {
         let soil = Soil::nominal().scaled(factor);
         let error = Controlled::new(soil, &slope(20.0), compensates, measures).speed_error();
@@ -107,6 +111,9 @@ fn compensation_keeps_the_speed_on_the_paper_s_slope() {
 
 #[test]
 fn an_arc_of_one_metre_closes() {
+    let Some(_stamp) = stamp("an_arc_of_one_metre_closes") else {
+        return;
+    };
     let level = Profile::default();
     // Bounds of the distance between start and end of the circle, m.
     for (profile, compensates, [least, most]) in [

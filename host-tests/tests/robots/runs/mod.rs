@@ -3,10 +3,8 @@
 mod crawler;
 mod hylos;
 mod rt_mover;
-#[path = "../../support/unchanged.rs"]
-#[allow(dead_code)] // other tests name their programs themselves
-mod unchanged;
 
+use crate::unchanged;
 use std::path::Path;
 use tautrack_host_tests::programs::{Board, Programs};
 use tautrack_host_tests::results::summary::Summary;

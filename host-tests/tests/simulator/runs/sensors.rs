@@ -1,6 +1,6 @@
 //! Tests of runs in which a sensor chip of the guard's board has a fault.
 
-use super::{programs, scenario};
+use super::{programs, scenario, stamp};
 use tautrack::link::ChipFault;
 use tautrack_host_tests::programs::Board;
 use tautrack_host_tests::scenario::{Expect, Fault, FaultKind, Scenario, SensorChip};
@@ -90,6 +90,11 @@ fn run_of(name: &str, chip: SensorChip, fault: ChipFault, begin: f64, end: f64) 
 
 #[test]
 fn an_inertial_unit_that_falls_silent_is_named_within_40_ms_and_stops_the_robot() {
+    let Some(_stamp) =
+        stamp("an_inertial_unit_that_falls_silent_is_named_within_40_ms_and_stops_the_robot")
+    else {
+        return;
+    };
     for (fault, condition) in [
         (ChipFault::BusStuck, "inertial unit: bus stuck"),
         (ChipFault::NoAcknowledge, "inertial unit: no acknowledge"),
@@ -108,6 +113,10 @@ fn an_inertial_unit_that_falls_silent_is_named_within_40_ms_and_stops_the_robot(
 
 #[test]
 fn a_stuck_bus_silences_both_chips_and_is_freed_when_the_fault_ends() {
+    let Some(_stamp) = stamp("a_stuck_bus_silences_both_chips_and_is_freed_when_the_fault_ends")
+    else {
+        return;
+    };
     let found = run(SensorChip::Magnetometer, ChipFault::BusStuck);
     found.says("inertial unit: bus stuck", BEGIN, 40.0);
     found.says("magnetometer: bus stuck", BEGIN, 600.0);
@@ -117,6 +126,11 @@ fn a_stuck_bus_silences_both_chips_and_is_freed_when_the_fault_ends() {
 
 #[test]
 fn frozen_outputs_of_the_inertial_unit_are_named_within_250_ms_and_stop_the_robot() {
+    let Some(_stamp) =
+        stamp("frozen_outputs_of_the_inertial_unit_are_named_within_250_ms_and_stop_the_robot")
+    else {
+        return;
+    };
     let found = run(SensorChip::InertialUnit, ChipFault::Frozen);
     found.says("gyroscope: sensor stuck", BEGIN, 250.0);
     found.says("accelerometer: sensor stuck", BEGIN, 250.0);
@@ -125,6 +139,11 @@ fn frozen_outputs_of_the_inertial_unit_are_named_within_250_ms_and_stop_the_robo
 
 #[test]
 fn an_inertial_unit_at_half_its_rate_is_named_within_600_ms_and_slows_the_robot() {
+    let Some(_stamp) =
+        stamp("an_inertial_unit_at_half_its_rate_is_named_within_600_ms_and_slows_the_robot")
+    else {
+        return;
+    };
     let found = run(SensorChip::InertialUnit, ChipFault::HalfRate);
     found.says("gyroscope: sensor too slow", BEGIN, 600.0);
     found.says("accelerometer: sensor too slow", BEGIN, 600.0);
@@ -134,6 +153,11 @@ fn an_inertial_unit_at_half_its_rate_is_named_within_600_ms_and_slows_the_robot(
 
 #[test]
 fn noise_of_the_inertial_unit_is_named_within_300_ms_and_stops_the_robot() {
+    let Some(_stamp) =
+        stamp("noise_of_the_inertial_unit_is_named_within_300_ms_and_stops_the_robot")
+    else {
+        return;
+    };
     let found = run(SensorChip::InertialUnit, ChipFault::Noise);
     found.says("gyroscope: sensor too noisy", BEGIN, 300.0);
     found.says("accelerometer: sensor too noisy", BEGIN, 300.0);
@@ -144,6 +168,11 @@ fn noise_of_the_inertial_unit_is_named_within_300_ms_and_stops_the_robot() {
 
 #[test]
 fn noise_of_the_magnetometer_is_named_within_1500_ms_and_the_robot_drives_on() {
+    let Some(_stamp) =
+        stamp("noise_of_the_magnetometer_is_named_within_1500_ms_and_the_robot_drives_on")
+    else {
+        return;
+    };
     let found = run(SensorChip::Magnetometer, ChipFault::Noise);
     found.says("magnetometer: sensor too noisy", BEGIN, 1_500.0);
     assert!(found.passed(BEGIN + 0.6, END) > 0.08);
@@ -151,6 +180,11 @@ fn noise_of_the_magnetometer_is_named_within_1500_ms_and_the_robot_drives_on() {
 
 #[test]
 fn a_frozen_magnetometer_is_named_within_900_ms_of_a_turn_and_the_robot_drives_on() {
+    let Some(_stamp) =
+        stamp("a_frozen_magnetometer_is_named_within_900_ms_of_a_turn_and_the_robot_drives_on")
+    else {
+        return;
+    };
     // The robot turns by 20 degrees/s, so it has turned by 10 degrees after 500 ms.
     let (chip, begin, end) = (SensorChip::Magnetometer, 8.0, 9.5);
     let found = run_of("legitimate/turning", chip, ChipFault::Frozen, begin, end);
@@ -165,6 +199,11 @@ fn a_frozen_magnetometer_is_named_within_900_ms_of_a_turn_and_the_robot_drives_o
 
 #[test]
 fn a_magnetometer_that_falls_silent_is_named_within_600_ms_and_the_robot_drives_on() {
+    let Some(_stamp) =
+        stamp("a_magnetometer_that_falls_silent_is_named_within_600_ms_and_the_robot_drives_on")
+    else {
+        return;
+    };
     let found = run(SensorChip::Magnetometer, ChipFault::NoAcknowledge);
     found.says("magnetometer: no acknowledge", BEGIN, 600.0);
     found.says("magnetometer: sensors silent", BEGIN, 600.0);
@@ -174,6 +213,11 @@ fn a_magnetometer_that_falls_silent_is_named_within_600_ms_and_the_robot_drives_
 
 #[test]
 fn an_inclinometer_that_falls_silent_is_named_within_100_ms_and_stops_the_robot() {
+    let Some(_stamp) =
+        stamp("an_inclinometer_that_falls_silent_is_named_within_100_ms_and_stops_the_robot")
+    else {
+        return;
+    };
     let found = run(SensorChip::Inclinometer, ChipFault::NoAcknowledge);
     found.says("inclinometer: no acknowledge", BEGIN, 100.0);
     found.says("inclinometer: sensors silent", BEGIN, 100.0);
@@ -185,6 +229,10 @@ fn an_inclinometer_that_falls_silent_is_named_within_100_ms_and_stops_the_robot(
 
 #[test]
 fn a_noisy_inclinometer_is_named_within_600_ms_and_stops_the_robot() {
+    let Some(_stamp) = stamp("a_noisy_inclinometer_is_named_within_600_ms_and_stops_the_robot")
+    else {
+        return;
+    };
     let found = run(SensorChip::Inclinometer, ChipFault::Noise);
     found.says("inclinometer: sensor too noisy", BEGIN, 600.0);
     assert_eq!(found.passed(BEGIN + 1.0, END), 0.0);
@@ -192,6 +240,11 @@ fn a_noisy_inclinometer_is_named_within_600_ms_and_stops_the_robot() {
 
 #[test]
 fn an_inclinometer_at_half_its_rate_is_named_within_600_ms_and_slows_the_robot() {
+    let Some(_stamp) =
+        stamp("an_inclinometer_at_half_its_rate_is_named_within_600_ms_and_slows_the_robot")
+    else {
+        return;
+    };
     let found = run(SensorChip::Inclinometer, ChipFault::HalfRate);
     found.says("inclinometer: sensor too slow", BEGIN, 600.0);
     let crawl = found.passed(BEGIN + 1.2, END);
@@ -200,6 +253,11 @@ fn an_inclinometer_at_half_its_rate_is_named_within_600_ms_and_slows_the_robot()
 
 #[test]
 fn a_frozen_inclinometer_is_named_within_600_ms_of_a_rotation_and_stops_the_robot() {
+    let Some(_stamp) =
+        stamp("a_frozen_inclinometer_is_named_within_600_ms_of_a_rotation_and_stops_the_robot")
+    else {
+        return;
+    };
     let (begin, end) = (8.0, 20.0);
     let chip = SensorChip::Inclinometer;
     let found = run_of("staircase", chip, ChipFault::Frozen, begin, end);
@@ -214,6 +272,11 @@ fn a_frozen_inclinometer_is_named_within_600_ms_of_a_rotation_and_stops_the_robo
 
 #[test]
 fn a_chip_with_another_identity_is_named_within_100_ms_and_the_robot_does_not_drive() {
+    let Some(_stamp) =
+        stamp("a_chip_with_another_identity_is_named_within_100_ms_and_the_robot_does_not_drive")
+    else {
+        return;
+    };
     for (chip, identity) in [
         (SensorChip::InertialUnit, "inertial unit: identity 0x6c"),
         (SensorChip::Inclinometer, "inclinometer: identity 0x44"),

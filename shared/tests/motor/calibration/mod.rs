@@ -4,7 +4,7 @@ mod bench;
 
 use crate::parallel;
 use crate::random::Random;
-use crate::sweep::cases;
+use crate::sweep::{cases, stamp_of_executable};
 use bench::{Bench, PERIODS, SUPPLY, Truth, draw, plan};
 use tautrack::link::{MotorModel, ThreePhaseModel, WindingModel};
 use tautrack::motor::calibration::{Plan, Quantity, Record, Refusal};
@@ -30,6 +30,11 @@ struct Worst {
 
 #[test]
 fn random_three_phase_motors_are_measured_or_refused_with_the_reason() {
+    let Some(_stamp) =
+        stamp_of_executable("random_three_phase_motors_are_measured_or_refused_with_the_reason")
+    else {
+        return;
+    };
     let mut random = Random(20_261_123);
     let motors = (0..cases(50) as u64).map(|number| (number, draw(&mut random, false)));
     let (worst, refused) = measure(motors.collect(), [0.05, 0.10, 0.03, 2.0]);
@@ -42,6 +47,11 @@ fn random_three_phase_motors_are_measured_or_refused_with_the_reason() {
 
 #[test]
 fn random_motors_with_hall_sensors_are_measured_or_refused_with_the_reason() {
+    let Some(_stamp) = stamp_of_executable(
+        "random_motors_with_hall_sensors_are_measured_or_refused_with_the_reason",
+    ) else {
+        return;
+    };
     let mut random = Random(20_261_126);
     let motors = (0..cases(50) as u64).map(|number| {
         let truth = Truth {
@@ -126,6 +136,10 @@ fn offset_error(truth: &Truth, record: &Record) -> f64 {
 
 #[test]
 fn with_an_index_the_offset_is_the_angle_at_its_pulse() {
+    let Some(_stamp) = stamp_of_executable("with_an_index_the_offset_is_the_angle_at_its_pulse")
+    else {
+        return;
+    };
     let mut random = Random(9);
     let (mut worst, mut measured, mut missing) = (0.0_f64, 0, 0);
     for number in 0..8 {

@@ -1,22 +1,62 @@
-//! Calls cargo to build the node programs.
+//! Calls cargo to build the programs of the boards. Whoever needs a program calls it with the same
+//! flags and the same target folder, so that each program is built once.
 
-use super::program::identify;
-use super::setup::checkout::root;
-use super::setup::machine::{
-    DISTRIBUTION_CARGO, DISTRIBUTION_LINKER, DISTRIBUTION_RUSTC, commit, library_folder,
-};
-use super::setup::{self, Part, TARGET, Toolchain, WASM_TARGET};
-use super::{BuildError, Program};
-use std::env;
+use super::checkout::{NoCheckout, root};
+use super::machine::{commit, library_folder};
+use super::{Missing, Part, TARGET, WASM_TARGET, ensure};
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 use std::process::Command;
+use std::{env, fmt, io};
 
 /// Maximum number of lines of cargo's output in an error.
 const SHOWN_LINES: usize = 30;
 
+/// Reason why programs could not be built.
+#[derive(Debug)]
+pub enum BuildError {
+    /// No checkout with the sources was found.
+    NoCheckout(NoCheckout),
+    /// A needed program is not installed.
+    Missing(Missing),
+    /// cargo does not start.
+    Cargo(io::Error),
+    /// cargo runs and fails.
+    Failed {
+        /// Name of the board that the programs were built for.
+        board: String,
+        /// The last lines of cargo's output.
+        output: String,
+    },
+    /// cargo succeeds, but a program cannot be read.
+    Unreadable {
+        /// Path of the program.
+        path: PathBuf,
+        /// Error of the read.
+        error: io::Error,
+    },
+}
+
+impl fmt::Display for BuildError {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        match self {
+            Self::NoCheckout(error) => write!(f, "{error}"),
+            Self::Missing(missing) => write!(f, "{missing}"),
+            Self::Cargo(error) => write!(f, "cargo does not start: {error}"),
+            Self::Failed { board, output } => {
+                write!(f, "the nodes for {board} do not build:\n{output}")
+            }
+            Self::Unreadable { path, error } => {
+                write!(f, "cannot read {}: {error}", path.display())
+            }
+        }
+    }
+}
+
+impl std::error::Error for BuildError {}
+
 /// What cargo builds.
-pub(super) struct Recipe<'a> {
+pub struct Recipe<'a> {
     /// Name of the board, for errors.
     pub board: &'a str,
     /// Compiler target.
@@ -33,28 +73,16 @@ pub(super) struct Recipe<'a> {
     pub small_library: bool,
 }
 
-/// Builds programs for the emulated board.
-pub(super) fn emulated<const N: usize>(
-    features: &str,
-    programs: [&str; N],
-) -> Result<[Program; N], BuildError> {
-    let folder = folder_of(&simulated("mps2", TARGET, features), &programs)?;
-    let mut found = programs.map(|_| Program::default());
-    for (program, name) in found.iter_mut().zip(programs) {
-        *program = identify(folder.join(name))?;
-    }
-    Ok(found)
+/// The emulated board, with these features of the firmware.
+pub const fn emulated(features: &str) -> Recipe<'_> {
+    simulated("mps2", TARGET, features)
 }
 
-/// Builds a program as a WebAssembly module.
-pub(super) fn wasm(program: &str) -> Result<Program, BuildError> {
-    let recipe = simulated("wasm", WASM_TARGET, "");
-    let folder = folder_of(&recipe, &[program])?;
-    identify(folder.join(program).with_extension("wasm"))
-}
+/// WebAssembly modules.
+pub const WASM: Recipe = simulated("wasm", WASM_TARGET, "");
 
 /// Programs that run in the simulator alone.
-fn simulated<'a>(board: &'a str, target: &'static str, features: &'a str) -> Recipe<'a> {
+const fn simulated<'a>(board: &'a str, target: &'static str, features: &'a str) -> Recipe<'a> {
     Recipe {
         board,
         target,
@@ -65,15 +93,19 @@ fn simulated<'a>(board: &'a str, target: &'static str, features: &'a str) -> Rec
     }
 }
 
-/// Builds `programs` and returns the folder that contains them.
-pub(super) fn folder_of(recipe: &Recipe, programs: &[&str]) -> Result<PathBuf, BuildError> {
+/// Builds `programs` and returns the folder that contains them. Returns quickly if nothing has
+/// changed. Installs what the build needs.
+///
+/// May be called from several threads and programs at once: cargo lets one of them build and the
+/// others wait.
+///
+/// # Errors
+/// [`BuildError`], with cargo's last lines if the build fails.
+pub fn folder_of(recipe: &Recipe, programs: &[&str]) -> Result<PathBuf, BuildError> {
     let root = root().map_err(BuildError::NoCheckout)?;
-    let toolchain = setup::ensure(needs(recipe)).map_err(BuildError::Missing)?;
-    let mut folder = root.join("target").join(match toolchain {
-        Toolchain::Current => "nodes",
-        Toolchain::Distribution => "nodes-distribution",
-    });
-    let output = command(recipe, root, toolchain, &folder)
+    ensure(needs(recipe)).map_err(BuildError::Missing)?;
+    let mut folder = root.join("target/nodes");
+    let output = command(recipe, root, &folder)
         .args(["--features", recipe.features])
         .args(programs.iter().flat_map(|program| ["--bin", program]))
         .current_dir(root)
@@ -101,20 +133,16 @@ fn needs(recipe: &Recipe) -> &'static [Part] {
     }
 }
 
-/// Log records of a board's program. Those of the bus stack and of the chip's library would take
+/// Log records of a board's program. Those of the chip's library would take
 /// 1.1 KB.
-pub(super) const FLASHED_LOG: &str = "info,embassy_stm32=off";
+pub const FLASHED_LOG: &str = "info,embassy_stm32=off";
 
 /// Flags of the compiler for small images. A panic is the instruction UDF. Its text and its place,
 /// and the code that passes them on, would take 15 KB.
 const SMALL_FLAGS: [&str; 2] = ["-Cpanic=immediate-abort", "-Zunstable-options"];
 
-fn command(recipe: &Recipe, root: &Path, toolchain: Toolchain, target_folder: &Path) -> Command {
-    let cargo = match toolchain {
-        Toolchain::Current => env::var_os("CARGO").unwrap_or_else(|| "cargo".into()),
-        Toolchain::Distribution => DISTRIBUTION_CARGO.into(),
-    };
-    let mut command = Command::new(cargo);
+fn command(recipe: &Recipe, root: &Path, target_folder: &Path) -> Command {
+    let mut command = Command::new(env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
     for (name, _) in env::vars_os() {
         if changes_a_build(&name) {
             command.env_remove(name);
@@ -127,9 +155,9 @@ fn command(recipe: &Recipe, root: &Path, toolchain: Toolchain, target_folder: &P
         .arg(target_folder);
     command.args(["--target", recipe.target]);
     if recipe.target == TARGET {
-        let flags = flags(recipe, root, toolchain);
+        let flags = flags(recipe, root);
         command.arg("--config");
-        command.arg(format!("target.{TARGET}.rustflags = {flags}"));
+        command.arg(format!("target.{TARGET}.rustflags = {flags:?}"));
     }
     if let Some(log) = recipe.flashed_with_log {
         // Equal values for all programs of a profile, so that cargo finds the macros and with them
@@ -137,48 +165,35 @@ fn command(recipe: &Recipe, root: &Path, toolchain: Toolchain, target_folder: &P
         command.env("DEFMT_LOG", log).env("RUSTC_BOOTSTRAP", "1");
     }
     if recipe.small_library {
-        command.arg("-Zbuild-std-features=optimize_for_size");
-    }
-    if toolchain == Toolchain::Distribution || recipe.small_library {
+        command.args(["-Zbuild-std=core", "-Zbuild-std-features=optimize_for_size"]);
         // A stable compiler builds the library only if RUSTC_BOOTSTRAP is set.
-        command.arg("-Zbuild-std=core").env("RUSTC_BOOTSTRAP", "1");
-    }
-    if toolchain == Toolchain::Distribution {
-        command.env("RUSTC", DISTRIBUTION_RUSTC);
-        command.env(
-            "CARGO_TARGET_THUMBV7EM_NONE_EABIHF_LINKER",
-            DISTRIBUTION_LINKER,
-        );
+        command.env("RUSTC_BOOTSTRAP", "1");
     }
     command
 }
 
-/// Flags of the compiler for a program of a board, as a value in a file of cargo.
+/// Flags of the compiler for a program of a board.
 ///
 /// Texts of panics and debug information name source files. The flags replace what differs between
 /// computers, so that the bytes of a program do not depend on any folder.
-fn flags(recipe: &Recipe, root: &Path, toolchain: Toolchain) -> toml::Value {
-    let mut flags: Vec<String> = folders(root, toolchain)
+fn flags(recipe: &Recipe, root: &Path) -> Vec<String> {
+    let mut flags: Vec<String> = folders(root)
         .iter()
         .map(|(folder, name)| format!("--remap-path-prefix={}={name}", folder.display()))
         .collect();
     if recipe.small_library {
         flags.extend(SMALL_FLAGS.map(str::to_owned));
     }
-    toml::Value::from(flags)
+    flags
 }
 
 /// Folders with sources, and what programs name them. The compiler sees a folder that is reached
 /// through a link by either path.
-fn folders(root: &Path, toolchain: Toolchain) -> Vec<(PathBuf, String)> {
-    let rustc = match toolchain {
-        Toolchain::Current => "rustc",
-        Toolchain::Distribution => DISTRIBUTION_RUSTC,
-    };
+fn folders(root: &Path) -> Vec<(PathBuf, String)> {
     // The library that is compiled already names its sources by the compiler's commit. If they are
     // installed, the compiler would name their folder instead.
-    let library = library_folder(rustc.as_ref());
-    let commit = commit(rustc.as_ref()).map(|commit| format!("/rustc/{commit}"));
+    let library = library_folder("rustc".as_ref());
+    let commit = commit("rustc".as_ref()).map(|commit| format!("/rustc/{commit}"));
     let named = [
         // The build script writes code into the checkout.
         Some((root.to_owned(), String::new())),
@@ -226,7 +241,7 @@ pub fn changes_a_build(name: &OsStr) -> bool {
 }
 
 /// The end of cargo's output, for an error.
-pub(super) fn last_lines(text: &str) -> String {
+pub fn last_lines(text: &str) -> String {
     let lines: Vec<&str> = text.lines().collect();
     lines[lines.len().saturating_sub(SHOWN_LINES)..].join("\n")
 }
