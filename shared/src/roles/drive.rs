@@ -577,6 +577,7 @@ impl<S: Store> Objects<S> {
 }
 
 /// What the bus has brought since the last tick.
+#[allow(clippy::struct_excessive_bools)] // independent facts, not states
 struct Heard {
     own: u8,
     guard_id: u8,

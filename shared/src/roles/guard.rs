@@ -72,7 +72,7 @@ pub struct Node<G, S> {
     core: Core,
     objects: Objects<S>,
     guard: G,
-    node_id: u8,
+    id: u8,
     frames: Vec<Frame, MAX_RECEIVED>,
     /// Sensor whose health is published next.
     sensor: usize,
@@ -93,7 +93,7 @@ impl<B: Body, G: DerefMut<Target = Guard<B>>, S: Store> Node<G, S> {
             ..super::configuration(settings)
         };
         Self {
-            node_id: configuration.node_id,
+            id: configuration.node_id,
             core: Core::new(configuration),
             objects: Objects {
                 values: Values([0; objects::BYTES]),
@@ -223,13 +223,13 @@ impl<B: Body, G: DerefMut<Target = Guard<B>>, S: Store> Node<G, S> {
     fn send(&mut self, now_us: u64, send: &mut impl FnMut(Frame)) {
         let outputs = self.guard.outputs();
         if let Some(code) = outputs.emergency {
-            let node = self.node_id;
+            let node = self.id;
             send(network::emergency(Emergency { node, code }));
         }
         outputs.frames.iter().copied().for_each(&mut *send);
         for frame in &outputs.frames {
             match (frame.id(), frame.data()) {
-                (function::NMT, &[command, node]) if node == 0 || node == self.node_id => {
+                (function::NMT, &[command, node]) if node == 0 || node == self.id => {
                     self.core
                         .command(command, now_us, &objects::TABLE, &mut *send);
                 }

@@ -228,7 +228,7 @@ pub trait Dictionary {
 }
 
 /// Returns the bytes of a row's value.
-pub(super) fn bytes<'a>(dictionary: &'a impl Dictionary, row: &Row) -> &'a [u8] {
+pub(super) fn bytes(dictionary: &impl Dictionary, row: Row) -> &[u8] {
     let all = if row.access.is_constant() {
         dictionary.table().constants
     } else {

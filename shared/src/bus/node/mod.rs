@@ -7,6 +7,8 @@
 
 mod dictionary;
 mod process_data;
+#[allow(clippy::trivially_copy_pass_by_ref)] // a pointer is smaller than the eight bytes
+#[allow(clippy::verbose_bit_mask)] // the standard numbers the bits
 mod sdo;
 
 pub use dictionary::{
@@ -274,7 +276,7 @@ impl Core {
 
     fn serve<D: Dictionary>(
         &mut self,
-        request: &[u8; 8],
+        request: [u8; 8],
         guarded: bool,
         now_us: u64,
         dictionary: &mut D,
@@ -285,7 +287,7 @@ impl Core {
             heartbeat_ms: &mut self.heartbeat_ms,
             guarded,
         };
-        self.server.answer(request, &mut objects, now_us)
+        self.server.answer(&request, &mut objects, now_us)
     }
 
     fn answer(&self, answer: Option<[u8; 8]>, send: &mut impl FnMut(Frame)) {

@@ -69,7 +69,7 @@ impl<D: Dictionary> Objects<'_, D> {
     fn read(&self, address: Address, offset: usize, to: &mut [u8]) -> Result<usize, Abort> {
         let source = self.source(address)?;
         let value = match &source {
-            Source::Row(row) => bytes(self.dictionary, row),
+            Source::Row(row) => bytes(self.dictionary, **row),
             Source::Value(value) => value.bytes(),
         };
         let rest = value.get(offset..).unwrap_or_default();
