@@ -1,5 +1,6 @@
 //! A drive's node as a value on a CANopen bus: what it sends, and when.
 
+mod any_frame;
 mod conformance;
 mod exchange;
 
