@@ -109,11 +109,10 @@ fn log(found: &Found) {
         );
     }
     if let Some((sensor, health)) = found.sensor {
-        match Trust::from_code(health) {
-            Some(Trust::Degraded(reason) | Trust::None(reason)) => {
-                crate::logger::warn!("{}: {}", sensor.name(), reason.words());
-            }
-            _ => crate::logger::info!("{}: believed", sensor.name()),
+        if let Some(Trust::Degraded(reason) | Trust::None(reason)) = Trust::from_code(health) {
+            crate::logger::warn!("{}: {}", sensor.name(), reason.words());
+        } else {
+            crate::logger::info!("{}: believed", sensor.name());
         }
     }
 }
