@@ -453,8 +453,8 @@ impl Server {
         Ok(message(0xa4, address, [MAX_BLOCK, 0, 0, 0]))
     }
 
-    /// Takes a segment of a block. All that can be written fits into the first one. The answer waits
-    /// for the end of the block, because until then the client sends segments and no requests.
+    /// Takes a segment of a block. All that can be written fits into the first one. The answer
+    /// waits for the end of the block, because until then the client sends segments, no requests.
     fn take_segment_of_block(&mut self, request: &Bytes, mut transfer: Transfer) -> Option<Bytes> {
         let &[number, ref data @ ..] = request;
         let (number, last) = (number & 0x7f, number & 0x80 != 0);

@@ -7,6 +7,7 @@ use tautrack::bus::network::NmtState;
 use tautrack::can::Frame;
 use tautrack::roles::drive::Control;
 
+/// Frames for each of two nodes.
 const FRAMES: u64 = 200_000;
 const REQUEST: u16 = 0x600 + NODE;
 const ANSWER: u16 = 0x580 + NODE;
@@ -80,6 +81,7 @@ fn known(random: &mut Random, answer: u8) -> (u16, Vec<u8>) {
     }
 }
 
+/// Generates any frame.
 fn unknown(random: &mut Random) -> (u16, Vec<u8>) {
     let id = match random.below(4) {
         0 => REQUEST,
@@ -114,7 +116,10 @@ impl Client {
         for frame in others {
             // The heartbeat, emergencies, and process data, whose identifiers are not restricted.
             let id = frame.id();
-            let is_known = matches!(id, 0x705 | 0x81..=0x100 | 0x181..=0x580 | 0x680..=0x6df);
+            let is_known = matches!(
+                id,
+                0x81..=0x100 | 0x181..=0x580 | 0x600 | 0x680..=0x6df | 0x700 | 0x705
+            );
             assert!(is_known, "{frame:?}");
         }
         for answer in &answers {
@@ -163,19 +168,12 @@ fn run<C: Control>(mut node: Node<C>, seed: u64) {
             (0x000, [2 | 129 | 130, 0 | OWN]) => client.forget(),
             _ => {}
         }
-        let times = [
-            0,
-            0,
-            0,
-            0,
-            0,
-            0,
-            1,
-            1,
-            2,
-            if random.once_in(20) { 600 } else { 0 },
-        ];
-        for _ in 0..random.pick(&times) {
+        let time_ms = if random.once_in(200) {
+            600
+        } else {
+            random.pick(&[0, 0, 0, 0, 0, 0, 1, 1, 2])
+        };
+        for _ in 0..time_ms {
             let sent = node.run(true);
             client.note(&sent, 0);
         }
@@ -183,11 +181,8 @@ fn run<C: Control>(mut node: Node<C>, seed: u64) {
             node.rotor.0 = node.rotor.0.wrapping_add(random.below(9) as i32 - 4);
         }
     }
-    assert!(
-        client.counts.iter().all(|it| *it > 100),
-        "{:?}",
-        client.counts
-    );
+    let counts = client.counts;
+    assert!(counts.iter().all(|it| *it > 100), "{counts:?}");
 }
 
 #[test]

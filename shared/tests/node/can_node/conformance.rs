@@ -60,8 +60,10 @@ const ROWS: &[Row] = &[
     (Stopped, "stopped: no SDO", "40 1000:00 >; 2b 1017:00 0064 >; 80 1000:00 08000000 >"),
     (Stopped, "stopped: no block transfer",
         "a4 1008:00 7f >; a3 >; c6 607a:00 00000004 >; 5ms >"),
-    (PreOperational, "an SDO has eight bytes", "605: 40 1000:00 >; 605: 40 1000:00 000000 >; 605: >"),
-    (PreOperational, "another node's SDO", "606: 40 1000:00 00000000 >; 585: 40 1000:00 00000000 >"),
+    (PreOperational, "an SDO has eight bytes",
+        "605: 40 1000:00 >; 605: 40 1000:00 000000 >; 605: >"),
+    (PreOperational, "another node's SDO",
+        "606: 40 1000:00 00000000 >; 585: 40 1000:00 00000000 >"),
 
     // Unknown objects and commands.
     (PreOperational, "06020000: no object", "40 1002:00 > 80 1002:00 06020000"),
@@ -141,7 +143,8 @@ const ROWS: &[Row] = &[
     (Guarded, "no longer than the guard lives",
         "2b 1017:00 0000 > 60 1017:00; 200ms >; 2f 6060:00 08 > 60 6060:00"),
     (Armed, "08000022: not saved while the motor has current",
-        "23 1010:01 73 61 76 65 > 80 1010:01 08000022; 23 1011:01 6c 6f 61 64 > 80 1011:01 08000022"),
+        "23 1010:01 73 61 76 65 > 80 1010:01 08000022; \
+         23 1011:01 6c 6f 61 64 > 80 1011:01 08000022"),
     (Armed, "402: operation enabled, voltage enabled",
         "40 6041:00 > 4b 6041:00 37 ..; 40 6061:00 > 4f 6061:00 08"),
 
@@ -218,7 +221,8 @@ const ROWS: &[Row] = &[
         "a4 1008:00 7f > c6 1008:00 0000000e; a3 >; \
          1ms > 01 74 61 75 74 72 61 63, 82 6b 20 73 63 72 65 77; a2 02 7f > c1 385d; a1 >"),
     (PreOperational, "block upload: a small object",
-        "a4 1000:00 7f > c6 1000:00 00000004; a3 >; 1ms > 81 92 01 02 00; a2 01 7f > cd 7aa5; a1 >"),
+        "a4 1000:00 7f > c6 1000:00 00000004; a3 >; 1ms > 81 92 01 02 00; a2 01 7f > cd 7aa5; \
+         a1 >"),
     (PreOperational, "block upload: the checksum is 0 for a client without",
         "a0 1008:00 7f > c6 1008:00 0000000d; a3 >; \
          1ms > 01 74 61 75 74 72 61 63, 82 6b 20 61 78 6c 65; a2 02 7f > c5 0000; a1 >"),
@@ -226,7 +230,13 @@ const ROWS: &[Row] = &[
         "a4 1008:00 01 > c6 1008:00 0000000d; a3 >; 5ms > 01 74 61 75 74 72 61 63; a2 01 01 >; \
          5ms > 81 6b 20 61 78 6c 65; a2 01 01 > c5 e0d6; a1 >"),
     (PreOperational, "block upload: four of 74 segments",
-        "a4 2063:00 04 > c6 2063:00 00000202; a3 >; 5ms > 01, 02, 03, 04; a2 04 02 >; 5ms > 01, 02"),
+        "a4 2063:00 04 > c6 2063:00 00000202; a3 >; 5ms > 01, 02, 03, 04; a2 04 02 >; \
+         5ms > 01, 02"),
+    (PreOperational, "block upload: 74 segments",
+        "a4 2063:00 7f > c6 2063:00 00000202; a3 >; 20ms > .. *73, ca; a2 4a 7f > d1 0000; a1 >"),
+    (PreOperational, "block upload: a lost segment among 74",
+        "a4 2063:00 7f > c6 2063:00 00000202; a3 >; 20ms > .. *73, ca; a2 48 7f >; \
+         20ms > 01, 82; a2 02 7f > d1 0000; a1 >; 600ms >"),
     (PreOperational, "block upload: the second segment again",
         "a4 1008:00 7f > c6 1008:00 0000000d; a3 >; \
          1ms > 01 74 61 75 74 72 61 63, 82 6b 20 61 78 6c 65; a2 01 7f >; \
@@ -416,7 +426,8 @@ const ROWS: &[Row] = &[
     (PreOperational, "06020000 or 06040041: 1017h is in no PDO",
         "23 1a02:01 10170010 > 80 1a02:01 .. 00 .. 06; 40 1a02:01 > 43 1a02:01 00000000"),
     (PreOperational, "06040041: an object of no PDO", "23 1a02:01 607d0120 > 80 1a02:01 06040041"),
-    (PreOperational, "06040041: 402 6040h is received", "23 1a02:01 60400010 > 80 1a02:01 06040041"),
+    (PreOperational, "06040041: 402 6040h is received",
+        "23 1a02:01 60400010 > 80 1a02:01 06040041"),
     (PreOperational, "06040041: 402 6041h is transmitted",
         "23 1400:01 80000205 > 60 1400:01; 2f 1600:00 00 > 60 1600:00; \
          23 1600:01 60410010 > 80 1600:01 06040041"),
@@ -559,9 +570,12 @@ const ROWS: &[Row] = &[
     (Operational, "stop from operational",
         "2b 1017:00 000a > 60 1017:00; 000: 02 05 >; 10ms > 705: 04; 40 1000:00 >"),
     (Stopped, "start from stopped",
-        "000: 01 05 >; 2b 1017:00 000a > 60 1017:00; 10ms > 705: 05; 40 1000:00 > 43 1000:00 00020192"),
-    (PreOperational, "start of all nodes", "2b 1017:00 000a > 60 1017:00; 000: 01 00 >; 10ms > 705: 05"),
-    (Operational, "stop of all nodes", "2b 1017:00 000a > 60 1017:00; 000: 02 00 >; 10ms > 705: 04"),
+        "000: 01 05 >; 2b 1017:00 000a > 60 1017:00; 10ms > 705: 05; \
+         40 1000:00 > 43 1000:00 00020192"),
+    (PreOperational, "start of all nodes",
+        "2b 1017:00 000a > 60 1017:00; 000: 01 00 >; 10ms > 705: 05"),
+    (Operational, "stop of all nodes",
+        "2b 1017:00 000a > 60 1017:00; 000: 02 00 >; 10ms > 705: 04"),
     (PreOperational, "start of another node",
         "2b 1017:00 000a > 60 1017:00; 000: 01 06 >; 10ms > 705: 7f"),
     (Operational, "stop and reset of another node",
@@ -578,7 +592,8 @@ const ROWS: &[Row] = &[
     (Stopped, "reset from stopped", "000: 81 05 > 705: 00; 40 1000:00 > 43 1000:00 00020192"),
     (PreOperational, "reset restores 1017h", "000: 82 05 > 705: 00; 40 1017:00 > 4b 1017:00 0032"),
     (PreOperational, "reset restores the PDOs",
-        "23 1800:01 c0000185 > 60 1800:01; 2f 1800:02 05 > 60 1800:02; 2b 1800:03 0064 > 60 1800:03; \
+        "23 1800:01 c0000185 > 60 1800:01; 2f 1800:02 05 > 60 1800:02; \
+         2b 1800:03 0064 > 60 1800:03; \
          2b 1800:05 0064 > 60 1800:05; 2f 1a00:00 00 > 60 1a00:00; 000: 82 05 > 705: 00; \
          40 1800:01 > 43 1800:01 40000185; 40 1800:02 > 4f 1800:02 01; \
          40 1800:03 > 4b 1800:03 0000; 40 1800:05 > 4b 1800:05 0000; 40 1a00:00 > 4f 1a00:00 02"),
