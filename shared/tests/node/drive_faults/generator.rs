@@ -386,7 +386,7 @@ impl Generator {
                 1
             }
             // These events last long enough for the longest dwell.
-            2..=5 => {
+            2..=7 => {
                 self.second = None;
                 self.rotor = random.pick(&[
                     Rotor::Stuck,
@@ -399,7 +399,7 @@ impl Generator {
                 (self.present.guard, self.present.master) = (true, true);
                 110 + random.below(30)
             }
-            6 | 7 => {
+            8 | 9 => {
                 self.second = None;
                 (self.current, self.supply_voltage) = (None, 24.0);
                 (self.present.guard, self.present.master) = (true, true);
