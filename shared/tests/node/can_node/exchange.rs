@@ -47,7 +47,7 @@ impl fmt::Display for Pattern {
 fn frames(words: &str, sdo: u16) -> Vec<Pattern> {
     let (mut id, mut bytes, mut times) = (None, Vec::new(), 1);
     let hex = |digits: &str| {
-        u32::from_str_radix(digits, 16).unwrap_or_else(|_| panic!("no number: {digits}"))
+        u32::from_str_radix(digits, 16).unwrap_or_else(|_| panic!("not hexadecimal: {digits}"))
     };
     for word in words.split_whitespace() {
         if word == ".." {
