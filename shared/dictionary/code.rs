@@ -92,7 +92,9 @@ fn bytes(entry: &Entry) -> Result<Vec<u8>, String> {
 }
 
 fn find_or_append(all: &mut Vec<u8>, bytes: &[u8]) -> usize {
-    let found = all.windows(bytes.len()).position(|window| window == bytes);
+    let found = all
+        .windows(bytes.len().max(1))
+        .position(|window| window == bytes);
     found.unwrap_or_else(|| {
         all.extend(bytes);
         all.len() - bytes.len()

@@ -1,7 +1,10 @@
 //! Constants that all nodes share.
 
+/// Rate of every node's control tick, Hz.
+pub const CONTROL_HZ: u32 = 1_000;
+
 /// Period of every node's control tick, s.
-pub const CONTROL_PERIOD: f32 = 1e-3;
+pub const CONTROL_PERIOD: f32 = 1.0 / CONTROL_HZ as f32;
 
 /// Bandwidth of the observer of the shaft's velocity, rad/s.
 pub const OBSERVER_BANDWIDTH: f32 = 600.0;

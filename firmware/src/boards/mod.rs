@@ -143,9 +143,6 @@ pub trait Board {
     fn feed_watchdog();
 }
 
-/// Rate of the control task, Hz, on every board.
-pub const CONTROL_HZ: u32 = 1_000;
-
 /// Makes a program that runs one role on the selected board. Further roles are for the simulator,
 /// where all nodes of a robot run the same program.
 #[cfg(not(target_family = "wasm"))]

@@ -3,53 +3,14 @@
 use super::counter::Table;
 use super::inputs::settings;
 use crate::boards::{Board, Selected};
+use crate::roles::drive::BoardMotor;
 use crate::storage::Flash;
 use tautrack::bus::network::{NmtCommand, nmt, sync};
 use tautrack::bus::pdo::{DriveMotion, Payload, transmit};
 use tautrack::can::Frame;
-use tautrack::motor::capture::{Capture, Request};
-use tautrack::motor::cogging::Wave;
-use tautrack::motor::current::{BridgeDemand, CurrentLoop, Excitation, Measurement};
 use tautrack::node::axle::Axle;
-use tautrack::roles::drive::{Drive, Measurements, Motor, Parts, Readings};
-use tautrack::sensors::{Switches, Temperatures};
+use tautrack::roles::drive::{Drive, Measurements, Parts};
 use tautrack::settings::Setting;
-
-/// A motor that stands.
-struct Still;
-
-impl Motor for Still {
-    fn readings(&mut self) -> Readings {
-        Readings {
-            encoder: 0,
-            encoder_broken: false,
-            means: None,
-            supply_voltage: 24.0,
-            temperatures: Temperatures::default(),
-            switches: Switches::default(),
-        }
-    }
-
-    fn install(&mut self, _: CurrentLoop) {}
-
-    fn set_cogging(&mut self, _: i32, _: Wave) {}
-
-    fn demand(&mut self, _: BridgeDemand, _: f32, _: f32) {}
-
-    fn excite(&mut self, _: &Excitation, _: f32) {}
-
-    fn take_measurement(&mut self, _: f32) -> Option<Measurement> {
-        None
-    }
-
-    fn set_brake(&mut self, _: bool) {}
-
-    fn capture<R>(&mut self, _: impl FnOnce(&mut Capture) -> R) -> Option<R> {
-        None
-    }
-
-    fn request_capture(&mut self, _: Request) {}
-}
 
 pub fn count(table: &mut Table) -> Option<()> {
     let settings = settings(&[])?;
@@ -85,7 +46,7 @@ pub fn count(table: &mut Table) -> Option<()> {
             |(drive, _, now_us), call, _| {
                 *now_us = u64::from(call + 2) * 1_000;
                 // Without control ticks, the node does not answer a SYNC.
-                drive.tick(*now_us, &mut Still, &mut |_| ());
+                drive.tick(*now_us, &mut BoardMotor, &mut |_| ());
             },
             |(drive, frame, now_us)| {
                 drive.receive(frame, *now_us, &mut |frame| {

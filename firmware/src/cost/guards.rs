@@ -100,7 +100,6 @@ fn count_guard<B: Body>(
             body: Some(body(tilt, &mut random)),
             operator: (tick % 20 == 3).then(|| operator(tick, &mut random)),
             emergency_stop: false,
-            writes_flash: false,
             frames: &frames,
             serial: &serial,
         };

@@ -15,7 +15,7 @@ use tautrack::roles::drive::{self, Control, Measurements, Motor, Readings};
 use tautrack::settings::Settings;
 
 /// The motor on the board.
-struct BoardMotor;
+pub struct BoardMotor;
 
 impl Motor for BoardMotor {
     fn readings(&mut self) -> Readings {

@@ -1,11 +1,10 @@
 //! Roles: the node of each kind on its board, and the task that carries frames and readings to it.
 
 pub mod axle;
-mod drive;
+pub(crate) mod drive;
 pub mod guard;
 pub mod screw;
 
-use crate::boards::CONTROL_HZ;
 use crate::bus::{self, RECEIVED, TRANSMIT};
 use crate::storage::Check;
 use crate::watchdog::{self, Party};
@@ -19,6 +18,7 @@ use embassy_time::{Duration, Instant, Ticker};
 use tautrack::bus::network::NmtState;
 use tautrack::bus::node::Table;
 use tautrack::can::Frame;
+use tautrack::constants::CONTROL_HZ;
 use tautrack::roles::settings::Found;
 use tautrack::settings::Settings;
 

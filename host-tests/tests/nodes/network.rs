@@ -320,7 +320,6 @@ impl<B: Body> Network<B> {
             body: self.sensors.then(|| noisy(self.body, milliseconds)),
             operator,
             emergency_stop: self.emergency_stop,
-            writes_flash: false,
             frames,
             serial: &[],
         });

@@ -36,17 +36,26 @@ pub enum NmtCommand {
     ResetNode = 129,
 }
 
-/// Network management state in a heartbeat.
+/// Network management state, with its code in a heartbeat.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum NmtState {
     /// Boot-up message: sent once, after power-up.
-    BootUp,
+    BootUp = 0,
     /// Stopped.
-    Stopped,
+    Stopped = 4,
     /// The node exchanges process data.
-    Operational,
+    Operational = 5,
     /// The node waits for the master's start command.
-    PreOperational,
+    PreOperational = 127,
+}
+
+impl NmtState {
+    const ALL: [Self; 4] = [
+        Self::BootUp,
+        Self::Stopped,
+        Self::Operational,
+        Self::PreOperational,
+    ];
 }
 
 /// Content of an emergency frame: its node and its error code.
@@ -110,16 +119,20 @@ pub fn is_of(received: &Frame, node: u8) -> bool {
     id & 0x7f == u16::from(node) && 1 << code & SENT_FUNCTIONS != 0
 }
 
+/// Creates the heartbeat of `node` in `state`.
+pub fn heartbeat(node: u8, state: NmtState) -> Frame {
+    frame(function::HEARTBEAT + u16::from(node), &[state as u8])
+}
+
 /// Returns node and state of a received heartbeat or boot-up message; `None` for any other frame.
 pub fn as_heartbeat(received: &Frame) -> Option<(u8, NmtState)> {
     let node = received.id().checked_sub(function::HEARTBEAT)?;
-    let state = match received.data() {
-        [0] => NmtState::BootUp,
-        [4] => NmtState::Stopped,
-        [5] => NmtState::Operational,
-        [127] => NmtState::PreOperational,
-        _ => return None,
+    let &[code] = received.data() else {
+        return None;
     };
+    let state = NmtState::ALL
+        .into_iter()
+        .find(|state| *state as u8 == code)?;
     (1..=127).contains(&node).then_some((node as u8, state))
 }
 

@@ -12,7 +12,7 @@ use crate::bus::pace::Pace;
 use crate::bus::pdo::{DriveMotion, receive, transmit};
 use crate::bus::scale::UNCONFIGURED;
 use crate::can::Frame;
-use crate::constants::CONTROL_PERIOD;
+use crate::constants::{CONTROL_HZ, CONTROL_PERIOD};
 use crate::faults::{Fault, Faults};
 use crate::motor::bridge::Ratings;
 use crate::motor::calibration;
@@ -29,9 +29,6 @@ use crate::screw::Geometry;
 use crate::sensors::{Switches, Temperatures};
 use crate::settings::{Setting, Settings};
 use core::borrow::{Borrow, BorrowMut};
-
-/// Rate of the control tick, Hz.
-pub const CONTROL_HZ: u32 = 1_000;
 
 /// What a board measures in one tick.
 #[derive(Clone, Copy, Debug)]

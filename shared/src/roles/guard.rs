@@ -165,7 +165,6 @@ impl<B: Body, G: DerefMut<Target = Guard<B>>, S: Store> Node<G, S> {
             body: readings.body,
             operator,
             emergency_stop: values.get(objects::OBJECT4008) != 0 || readings.emergency_stop,
-            writes_flash: false,
             frames: &self.frames,
             serial: readings.serial,
         });

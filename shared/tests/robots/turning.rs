@@ -272,7 +272,6 @@ impl Bench {
             body: Some(body),
             operator: Some(self.command),
             emergency_stop: false,
-            writes_flash: false,
             frames: &frames,
             serial: &[],
         });

@@ -167,7 +167,8 @@ impl Core {
     /// Restores the parameters of communication, and sends the boot-up message.
     pub fn boot(&mut self, now_us: u64, table: &Table, send: &mut impl FnMut(Frame)) {
         self.restore(table);
-        self.beat(0, now_us, send);
+        self.state = NmtState::BootUp;
+        self.beat(now_us, send);
         self.state = NmtState::PreOperational;
     }
 
@@ -224,13 +225,7 @@ impl Core {
         }
         let period_us = u64::from(self.heartbeat_ms) * 1_000;
         if period_us != 0 && now_us >= self.heartbeat_us + period_us {
-            let state = match self.state {
-                NmtState::BootUp => 0,
-                NmtState::Stopped => 4,
-                NmtState::Operational => 5,
-                NmtState::PreOperational => 127,
-            };
-            self.beat(state, now_us, send);
+            self.beat(now_us, send);
         }
     }
 
@@ -296,9 +291,8 @@ impl Core {
         frame.into_iter().for_each(send);
     }
 
-    fn beat(&mut self, state: u8, now_us: u64, send: &mut impl FnMut(Frame)) {
+    fn beat(&mut self, now_us: u64, send: &mut impl FnMut(Frame)) {
         self.heartbeat_us = now_us;
-        let id = function::HEARTBEAT + u16::from(self.configuration.node_id);
-        Frame::new(id, &[state]).into_iter().for_each(send);
+        send(network::heartbeat(self.configuration.node_id, self.state));
     }
 }

@@ -4,10 +4,9 @@
 //! pairs. Friction makes the rotor lag, so the offset is the mean of the last two runs. Each run
 //! begins with one electrical turn that is not counted.
 
-use super::plan::CONTROL_HZ;
 use super::record::{Quantity, Refusal};
 use super::tick::{Hold, Next, Tick, check_at_least, check_at_most};
-use crate::constants::CONTROL_PERIOD;
+use crate::constants::{CONTROL_HZ, CONTROL_PERIOD};
 use crate::math::trig::atan2;
 use crate::motor::current::{Excitation, Frame};
 use crate::motor::rotor::{ElectricalAngle, Mounting, Rotor};

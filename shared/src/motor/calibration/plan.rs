@@ -2,14 +2,11 @@
 
 use super::record::{Quantity, Refusal};
 use super::tick::check_at_most;
-use crate::constants::{CONTROL_PERIOD, OBSERVER_BANDWIDTH};
+use crate::constants::{CONTROL_HZ, CONTROL_PERIOD, OBSERVER_BANDWIDTH};
 use crate::motor::bridge::Ratings;
 use crate::motor::current::MotorKind;
 use crate::motor::rotor::RotorSensor;
 use crate::settings::{Setting, Settings};
-
-/// Control periods per second.
-pub(super) const CONTROL_HZ: u32 = (1.0 / CONTROL_PERIOD + 0.5) as u32;
 
 /// Largest speed of the rotor at the start, rad/s.
 const LARGEST_SPEED_AT_START: f32 = 10.0;

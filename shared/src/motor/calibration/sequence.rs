@@ -3,13 +3,13 @@
 use super::Plan;
 use super::drag::{self, Drag};
 use super::inductance::{Inductance, Response};
-use super::plan::CONTROL_HZ;
 use super::record::{Quantity, Record, Refusal, Residuals};
 use super::resistance::{self, Resistance};
 use super::spin::{self, Axes, Known, Spin};
 use super::swing::{self, Swing};
 use super::tick::{Next, Tick, check, check_at_least, check_at_most};
 use super::zero::Zero;
+use crate::constants::CONTROL_HZ;
 use crate::motor::bridge::{CurrentSensing, MAX_DUTY};
 use crate::motor::current::{
     Excitation, Frame, MIN_SUPPLY_VOLTAGE, Measurement, MotorKind, VOLTAGE_FULL_SCALE,

@@ -74,7 +74,7 @@ impl<B: Body> Guard<B> {
         let now_us = inputs.now_us;
         let before = self.state;
         let complete = self.drives.complete();
-        let ready = complete && self.drives.have_status() && !inputs.writes_flash;
+        let ready = complete && self.drives.have_status();
         let arms = ready && self.operator.arms(now_us) && !self.supervision.tripped();
         let starts = arms && before == State::Ready || matches!(before, State::Starting(_));
         // The first readings may be wrong. Until they have settled, the start waits.

@@ -26,8 +26,6 @@ pub struct Inputs<'a> {
     pub operator: Option<OperatorCommand>,
     /// The emergency stop is actuated, by whatever source.
     pub emergency_stop: bool,
-    /// The node writes to its flash, so that no drive may be armed.
-    pub writes_flash: bool,
     /// All frames that were received, in order.
     pub frames: &'a [Frame],
 }

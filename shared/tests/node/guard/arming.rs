@@ -128,21 +128,6 @@ fn a_robot_is_not_armed_before_every_drive_has_sent_its_status() {
 }
 
 #[test]
-fn a_robot_is_not_armed_while_the_guard_writes_its_flash() {
-    let mut bench = Bench::new(&Settings::default());
-    bench.run(200);
-    bench.request(Request::Arm);
-    // The request has persisted before the save begins, and waits for the next SYNC.
-    bench.writes_flash = true;
-    for _ in 0..200 {
-        assert_eq!(state(&mut bench), State::Ready);
-    }
-    bench.writes_flash = false;
-    bench.run(800);
-    assert_eq!(state(&mut bench), State::Armed);
-}
-
-#[test]
 fn a_refused_robot_starts_again_only_after_a_new_request() {
     let changes = [(Setting::StopMargin, 95_000)];
     let mut bench = Bench::with(&changes);

@@ -53,7 +53,6 @@ pub struct Bench {
     pub errors: [u16; 4],
     pub sent: Vec<Frame>,
     pub emergency_stop: bool,
-    pub writes_flash: bool,
     /// Until when the drives stay in "switched on" instead of "operation enabled", us, and the bits
     /// that their statuswords show meanwhile.
     pub aligns_until_us: u64,
@@ -106,7 +105,6 @@ impl Bench {
             errors: [0; 4],
             sent: Vec::new(),
             emergency_stop: false,
-            writes_flash: false,
             aligns_until_us: 0,
             aligning: status::ALIGNING,
         }
@@ -178,7 +176,6 @@ impl Bench {
             body: self.body.map(|reading| noisy(reading, self.now_us / 1_000)),
             operator,
             emergency_stop: self.emergency_stop,
-            writes_flash: self.writes_flash,
             frames: &frames,
             serial: &[],
         };

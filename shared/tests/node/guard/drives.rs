@@ -225,7 +225,6 @@ fn a_guard_sends_every_request_and_every_set_point_in_one_tick() {
             body: Some(standing(0.0)),
             operator: None,
             emergency_stop: false,
-            writes_flash: false,
             frames,
             serial: &[],
         };
