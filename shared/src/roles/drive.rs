@@ -1,27 +1,25 @@
-//! A drive's node: the roles axle and screw.
+//! A drive's node: the roles axle and screw. `objects` are its objects, and `heard` is what the bus
+//! has brought since the last tick.
 
-use super::axle as objects;
-use super::screw::BYTES;
-use super::settings::{self, Store};
+mod heard;
+mod objects;
+
+use super::settings::Store;
 use super::{axle, screw};
-use crate::bus::cia402::{State, mode};
-use crate::bus::drive_parameters::{self, DriveParameters};
-use crate::bus::network::{self, Emergency, NmtState, OFFSET_SYNCS};
-use crate::bus::node::{Abort, Address, Configuration, Core, Dictionary, Table, Value, Values};
-use crate::bus::pace::Pace;
-use crate::bus::pdo::{DriveMotion, receive, transmit};
-use crate::bus::scale::UNCONFIGURED;
+use crate::bus::cia402::State;
+use crate::bus::network::{self, Emergency, NmtState};
+use crate::bus::node::{Configuration, Core, Table, Values};
+use crate::bus::pdo::{DriveMotion, transmit};
 use crate::can::Frame;
-use crate::constants::{CONTROL_HZ, CONTROL_PERIOD};
-use crate::faults::{Fault, Faults};
+use crate::constants::CONTROL_HZ;
 use crate::motor::bridge::Ratings;
 use crate::motor::calibration;
-use crate::motor::capture::{CHANNELS, Capture, Request, WINDOW};
+use crate::motor::capture::{Capture, Request};
 use crate::motor::cogging::Wave;
 use crate::motor::current::{
-    Config, CurrentLoop, CurrentLoopError, Electrical, Excitation, Means, Measurement,
+    Config, CurrentLoop, CurrentLoopError, Excitation, Means, Measurement,
 };
-use crate::node::axle::{Axle, BridgeDemand, Inputs, Outputs, SetPoint};
+use crate::node::axle::{Axle, BridgeDemand, Inputs, Outputs};
 use crate::node::calibration::{self as calibrator, Action, Calibrator};
 use crate::node::cogging::{self, CoggingSearch};
 use crate::node::screw::{self as screw_control, Screw};
@@ -29,6 +27,8 @@ use crate::screw::Geometry;
 use crate::sensors::{Switches, Temperatures};
 use crate::settings::{Setting, Settings};
 use core::borrow::{Borrow, BorrowMut};
+use heard::Heard;
+use objects::Objects;
 
 /// What a board measures in one tick.
 #[derive(Clone, Copy, Debug)]
@@ -152,10 +152,6 @@ pub struct Parts<'a, C, M, S> {
 /// Receive PDO of the joint's motion, counted from 0.
 const JOINT_PDO: usize = 3;
 
-/// Index of the torque feed-forward (CiA 402 calls it "torque offset"). It is sent less often than
-/// set-points, and writing it does not count as a set-point.
-const TORQUE_OFFSET: u16 = 0x60b2;
-
 impl<C: Control, M: BorrowMut<Measurements>, S: Store> Drive<C, M, S> {
     /// Creates the node of an axle.
     pub fn axle(parts: Parts<'_, C, M, S>) -> Self {
@@ -176,7 +172,7 @@ impl<C: Control, M: BorrowMut<Measurements>, S: Store> Drive<C, M, S> {
         Self {
             core: Core::new(configuration),
             objects: Objects {
-                values: Values([0; BYTES]),
+                values: Values([0; screw::BYTES]),
                 table,
                 heard: Heard::new(parts.settings, joint),
                 armed: false,
@@ -258,7 +254,7 @@ impl<C: Control, M: BorrowMut<Measurements>, S: Store> Drive<C, M, S> {
         if inputs.guard_received {
             // The guard's first heartbeat has restored them.
             let parameters = self.control.axle().parameters();
-            objects::publish_parameters(&mut self.objects.values, &parameters);
+            axle::publish_parameters(&mut self.objects.values, &parameters);
         }
         self.objects.serve_capture(motor);
     }
@@ -272,16 +268,16 @@ impl<C: Control, M: BorrowMut<Measurements>, S: Store> Drive<C, M, S> {
         motor: &mut impl Motor,
     ) -> Option<Excitation> {
         use calibrator::request::NONE;
-        let requested = self.objects.values.get(objects::OBJECT2050);
+        let requested = self.objects.values.get(axle::OBJECT2050);
         let calibrator = &self.measurements.borrow().calibrator;
         if requested == NONE && !calibrator.is_running() {
             return None;
         }
         let excitation = self.excitation(requested, inputs, outputs, motor);
         let calibrator = &self.measurements.borrow().calibrator;
-        objects::publish_calibration(&mut self.objects.values, calibrator.report());
+        axle::publish_calibration(&mut self.objects.values, calibrator.report());
         if excitation.is_none() {
-            self.objects.values.set(objects::OBJECT2050, NONE);
+            self.objects.values.set(axle::OBJECT2050, NONE);
         }
         excitation
     }
@@ -323,7 +319,7 @@ impl<C: Control, M: BorrowMut<Measurements>, S: Store> Drive<C, M, S> {
     /// Runs a tick of the search for the current that cancels the cogging torque, if one is under
     /// way or requested.
     fn compensate(&mut self, inputs: &Inputs, outputs: &Outputs, motor: &mut impl Motor) {
-        let requested = self.objects.values.get(objects::OBJECT2065) != 0;
+        let requested = self.objects.values.get(axle::OBJECT2065) != 0;
         let cogging = &mut self.measurements.borrow_mut().cogging;
         if !(requested || cogging.is_running()) {
             return;
@@ -333,9 +329,9 @@ impl<C: Control, M: BorrowMut<Measurements>, S: Store> Drive<C, M, S> {
         if let Some((periods, wave)) = found {
             motor.set_cogging(periods, wave);
         }
-        objects::publish_cogging(&mut self.objects.values, cogging.report());
+        axle::publish_cogging(&mut self.objects.values, cogging.report());
         if !cogging.is_running() {
-            self.objects.values.set(objects::OBJECT2065, 0);
+            self.objects.values.set(axle::OBJECT2065, 0);
         }
     }
 }
@@ -351,308 +347,4 @@ pub fn current_loop(settings: &Settings, stage: &Ratings) -> Result<CurrentLoop,
     let (periods, wave) = cogging::stored(settings);
     current_loop.set_cogging(periods, wave);
     Ok(current_loop)
-}
-
-/// The objects of a drive. Those of an axle have the same places in a screw, which has a few more.
-struct Objects<S> {
-    values: Values<BYTES>,
-    table: &'static Table,
-    heard: Heard,
-    /// The motor has current.
-    armed: bool,
-    store: S,
-    serial: u32,
-    ratings: &'static Ratings,
-}
-
-impl<S: Store> Dictionary for Objects<S> {
-    fn table(&self) -> &'static Table {
-        self.table
-    }
-
-    fn values(&self) -> &[u8] {
-        &self.values.0
-    }
-
-    fn values_mut(&mut self) -> &mut [u8] {
-        &mut self.values.0
-    }
-
-    fn read(&self, address: Address) -> Result<Value, Abort> {
-        settings::read(&self.store, address)
-    }
-
-    fn write(&mut self, address: Address, value: &[u8]) -> Result<(), Abort> {
-        settings::write(&mut self.store, address, value, self.armed)
-    }
-
-    fn serves(&self, index: u16) -> bool {
-        settings::serves(index)
-    }
-
-    fn moves(&self, index: u16) -> bool {
-        let stays = is_capture(index) || settings::serves(index);
-        matches!(index, 0x1400..=0x17ff | 0x2000..) && !stays
-    }
-
-    fn check(&self, address: Address, value: &[u8]) -> Result<(), Abort> {
-        let signed = match *value {
-            [byte] => i32::from(byte as i8),
-            [low, high] => i16::from_le_bytes([low, high]).into(),
-            [a, b, c, d] => i32::from_le_bytes([a, b, c, d]),
-            _ => return Ok(()),
-        };
-        if drive_parameters::supports(address.index, signed) {
-            Ok(())
-        } else {
-            Err(Abort::Range)
-        }
-    }
-
-    fn written(&mut self, address: Address) {
-        let flag = match address.index {
-            TORQUE_OFFSET => &mut self.heard.offset,
-            index if drive_parameters::is_parameter(index) => &mut self.heard.parameters,
-            index if is_capture(index) => &mut self.heard.capture,
-            // A client may write single objects of the drive profile instead of process data.
-            0x6000.. => &mut self.heard.set_point,
-            _ => return,
-        };
-        *flag = true;
-    }
-
-    fn received(&mut self, id: u16, now_us: u64) {
-        let motion = DriveMotion {
-            position: self.values.get(screw::OBJECT2100_POSITION),
-            velocity: self.values.get(screw::OBJECT2100_VELOCITY),
-        };
-        self.heard.received(id, motion, now_us);
-    }
-}
-
-/// Whether the object belongs to the recording of signals, which moves nothing.
-fn is_capture(index: u16) -> bool {
-    matches!(index, 0x2060..=0x2063)
-}
-
-/// Number of bytes in object 0x2063: the number of the window, and its samples.
-const WINDOW_BYTES: usize = 2 + WINDOW * CHANNELS * 2;
-
-impl<S: Store> Objects<S> {
-    /// Writes the values at start.
-    fn start(&mut self, axle: &Axle) {
-        let (values, ratings) = (&mut self.values, self.ratings);
-        for (place, byte) in values.0.iter_mut().zip(&screw::START) {
-            *place = *byte;
-        }
-        values.set(objects::OBJECT1018_SERIAL, self.serial);
-        let mark = if self.store.unconfigured() {
-            UNCONFIGURED
-        } else {
-            0
-        };
-        values.set(objects::OBJECT2010, axle.scale().code() | mark);
-        objects::publish_parameters(values, &axle.parameters());
-        values.set(objects::OBJECT2061_RATE, ratings.pwm_hz);
-        let full_scale = (ratings.full_scale * 1e3) as u32;
-        values.set(objects::OBJECT2061_FULL_SCALE, full_scale);
-        values.set(objects::OBJECT2061_PERIOD, ratings.period);
-    }
-
-    /// Collects the inputs of one tick.
-    fn inputs(&mut self, readings: &Readings, now_us: u64) -> Inputs {
-        let set_point = core::mem::take(&mut self.heard.set_point);
-        let offset = core::mem::take(&mut self.heard.offset);
-        let means = readings.means;
-        Inputs {
-            now_us,
-            encoder: readings.encoder,
-            encoder_broken: readings.encoder_broken,
-            // NaN: without a sample the current is not known.
-            current: means.map_or(f32::NAN, |means| means.current),
-            electrical: means.map_or_else(Electrical::default, |means| means.electrical),
-            supply_voltage: readings.supply_voltage,
-            temperatures: readings.temperatures,
-            switches: readings.switches,
-            set_point: set_point.then(|| self.set_point()),
-            torque_offset: offset.then(|| self.values.get(objects::OBJECT60B2)),
-            guard_received: core::mem::take(&mut self.heard.guard),
-            bench_mode: self.values.get(objects::OBJECT2001) != 0,
-        }
-    }
-
-    fn set_point(&self) -> SetPoint {
-        let mode = self.values.get(objects::OBJECT6060);
-        SetPoint {
-            controlword: self.values.get(objects::OBJECT6040),
-            mode,
-            target: match mode {
-                mode::CYCLIC_VELOCITY | mode::PROFILE_VELOCITY => {
-                    self.values.get(objects::OBJECT60FF)
-                }
-                mode::CYCLIC_TORQUE => self.values.get(objects::OBJECT6071).into(),
-                _ => self.values.get(objects::OBJECT607A),
-            },
-        }
-    }
-
-    fn parameters(&self) -> DriveParameters {
-        let values = &self.values;
-        DriveParameters {
-            quick_stop: values.get(objects::OBJECT605A),
-            shutdown: values.get(objects::OBJECT605B),
-            disable_operation: values.get(objects::OBJECT605C),
-            halt: values.get(objects::OBJECT605D),
-            fault_reaction: values.get(objects::OBJECT605E),
-            following_window: values.get(objects::OBJECT6065),
-            following_time: values.get(objects::OBJECT6066),
-            position_window: values.get(objects::OBJECT6067),
-            position_time: values.get(objects::OBJECT6068),
-            position_limits: [
-                values.get(objects::OBJECT607D_MINIMUM),
-                values.get(objects::OBJECT607D_MAXIMUM),
-            ],
-            torque_slope: values.get(objects::OBJECT6087),
-            homing_method: values.get(objects::OBJECT6098),
-        }
-    }
-
-    /// Writes the outputs of a tick, which the next SYNC sends. `bench_mode` is the request that
-    /// this tick received.
-    fn publish(&mut self, outputs: &Outputs, bench_mode: bool) {
-        let values = &mut self.values;
-        if bench_mode && !outputs.bench_mode {
-            values.set(objects::OBJECT2001, 0);
-        }
-        let register = u8::from(outputs.status.error_code != 0);
-        values.set(objects::OBJECT1001, register);
-        if let Some(snapshot) = &outputs.snapshot {
-            objects::publish_snapshot(values, snapshot);
-        }
-        objects::publish_outputs(values, outputs);
-    }
-
-    /// Follows what a client has written to the objects of the recording, and publishes its state.
-    fn serve_capture(&mut self, motor: &mut impl Motor) {
-        if core::mem::take(&mut self.heard.capture) {
-            self.answer_capture(motor);
-        }
-        let state = motor.capture(|capture| (capture.state(), capture.before()));
-        if let Some((state, before)) = state {
-            self.values.set(objects::OBJECT2061_STATE, state as u8);
-            self.values.set(objects::OBJECT2061_BEFORE, before);
-        }
-    }
-
-    /// Takes a client's request, and shows it the part of the recording that it wants.
-    #[inline(never)] // a window takes stack that the other ticks do not need
-    fn answer_capture(&mut self, motor: &mut impl Motor) {
-        let values = &mut self.values;
-        let command = values.get(objects::OBJECT2060_COMMAND);
-        if command != 0 {
-            values.set(objects::OBJECT2060_COMMAND, 0);
-            motor.request_capture(Request {
-                command,
-                signals: values.get(objects::OBJECT2060_SIGNALS),
-                decimation: values.get(objects::OBJECT2060_DECIMATION),
-                pre_trigger: values.get(objects::OBJECT2060_PRE_TRIGGER),
-            });
-        }
-        let number = values.get(objects::OBJECT2062);
-        let Some(samples) = motor.capture(|capture| capture.window(number)) else {
-            return;
-        };
-        let mut bytes = [0; WINDOW_BYTES];
-        let [low, high, places @ ..] = &mut bytes;
-        [*low, *high] = number.to_le_bytes();
-        let samples = samples.as_flattened();
-        for (place, value) in places.chunks_exact_mut(2).zip(samples) {
-            place.copy_from_slice(&value.to_le_bytes());
-        }
-        values.set_bytes(objects::OBJECT2063, &bytes);
-    }
-}
-
-/// What the bus has brought since the last tick.
-#[allow(clippy::struct_excessive_bools)] // independent facts, not states
-struct Heard {
-    own: u8,
-    guard_id: u8,
-    /// Identifier of the joint's motion, for a screw.
-    joint_id: Option<u16>,
-    sync_period_us: u32,
-    set_point: bool,
-    offset: bool,
-    parameters: bool,
-    capture: bool,
-    guard: bool,
-    found: Faults,
-    /// The joint's motion with its time of measurement, us.
-    joint: Option<(DriveMotion, u64)>,
-    sync_us: u64,
-    set_points: Pace,
-    offsets: Pace,
-    motions: Pace,
-}
-
-impl Heard {
-    fn new(settings: &Settings, joint_id: Option<u16>) -> Self {
-        Self {
-            own: settings.id(Setting::NodeId),
-            guard_id: settings.id(Setting::GuardId),
-            joint_id,
-            sync_period_us: settings.get(Setting::SyncPeriod).unsigned_abs(),
-            set_point: false,
-            offset: false,
-            parameters: false,
-            capture: false,
-            guard: false,
-            found: Faults::NONE,
-            joint: None,
-            sync_us: 0,
-            set_points: Pace::NEW,
-            offsets: Pace::NEW,
-            motions: Pace::NEW,
-        }
-    }
-
-    /// Records what a frame means besides its objects.
-    fn note(&mut self, frame: &Frame, now_us: u64) {
-        if network::is_sync(frame) {
-            self.sync_us = now_us;
-        }
-        self.found
-            .insert_if(Fault::DuplicateId, network::is_of(frame, self.own));
-        // A guard that waits for its drives commands none of them.
-        let ready = (self.guard_id, NmtState::Operational);
-        self.guard |= network::as_heartbeat(frame) == Some(ready);
-    }
-
-    /// Records that process data have come. The joint's `motion` was measured one control period
-    /// before the last SYNC, which all nodes received at the same time.
-    fn received(&mut self, id: u16, motion: DriveMotion, now_us: u64) {
-        let period_us = self.sync_period_us;
-        let (fault, twice) = if id & !0x7f == receive(3) {
-            self.offset = true;
-            let period_us = period_us * OFFSET_SYNCS;
-            (
-                Fault::SecondMaster,
-                self.offsets.is_exceeded(now_us, period_us),
-            )
-        } else if Some(id) == self.joint_id {
-            let measured_us = self.sync_us.saturating_sub((CONTROL_PERIOD * 1e6) as u64);
-            self.joint = Some((motion, measured_us));
-            (
-                Fault::DuplicateId,
-                self.motions.is_exceeded(now_us, period_us),
-            )
-        } else {
-            self.set_point = true;
-            (
-                Fault::SecondMaster,
-                self.set_points.is_exceeded(now_us, period_us),
-            )
-        };
-        self.found.insert_if(fault, twice);
-    }
 }

@@ -1,0 +1,240 @@
+//! The objects of a drive, between its bus and its control core.
+
+use super::super::axle as objects;
+use super::super::screw::{self, BYTES};
+use super::super::settings::{self, Store};
+use super::heard::Heard;
+use super::{Motor, Readings};
+use crate::bus::cia402::mode;
+use crate::bus::drive_parameters::{self, DriveParameters};
+use crate::bus::node::{Abort, Address, Dictionary, Table, Value, Values};
+use crate::bus::pdo::DriveMotion;
+use crate::bus::scale::UNCONFIGURED;
+use crate::motor::bridge::Ratings;
+use crate::motor::capture::{CHANNELS, Request, WINDOW};
+use crate::motor::current::Electrical;
+use crate::node::axle::{Axle, Inputs, Outputs, SetPoint};
+
+/// Index of the torque feed-forward (CiA 402 calls it "torque offset"). It is sent less often than
+/// set-points, and writing it does not count as a set-point.
+const TORQUE_OFFSET: u16 = 0x60b2;
+
+/// The objects of a drive. Those of an axle have the same places in a screw, which has a few more.
+pub(super) struct Objects<S> {
+    pub values: Values<BYTES>,
+    pub table: &'static Table,
+    pub heard: Heard,
+    /// The motor has current.
+    pub armed: bool,
+    pub store: S,
+    pub serial: u32,
+    pub ratings: &'static Ratings,
+}
+
+impl<S: Store> Dictionary for Objects<S> {
+    fn table(&self) -> &'static Table {
+        self.table
+    }
+
+    fn values(&self) -> &[u8] {
+        &self.values.0
+    }
+
+    fn values_mut(&mut self) -> &mut [u8] {
+        &mut self.values.0
+    }
+
+    fn read(&self, address: Address) -> Result<Value, Abort> {
+        settings::read(&self.store, address)
+    }
+
+    fn write(&mut self, address: Address, value: &[u8]) -> Result<(), Abort> {
+        settings::write(&mut self.store, address, value, self.armed)
+    }
+
+    fn serves(&self, index: u16) -> bool {
+        settings::serves(index)
+    }
+
+    fn moves(&self, index: u16) -> bool {
+        let stays = is_capture(index) || settings::serves(index);
+        matches!(index, 0x1400..=0x17ff | 0x2000..) && !stays
+    }
+
+    fn check(&self, address: Address, value: &[u8]) -> Result<(), Abort> {
+        let signed = match *value {
+            [byte] => i32::from(byte as i8),
+            [low, high] => i16::from_le_bytes([low, high]).into(),
+            [a, b, c, d] => i32::from_le_bytes([a, b, c, d]),
+            _ => return Ok(()),
+        };
+        if drive_parameters::supports(address.index, signed) {
+            Ok(())
+        } else {
+            Err(Abort::Range)
+        }
+    }
+
+    fn written(&mut self, address: Address) {
+        let flag = match address.index {
+            TORQUE_OFFSET => &mut self.heard.offset,
+            index if drive_parameters::is_parameter(index) => &mut self.heard.parameters,
+            index if is_capture(index) => &mut self.heard.capture,
+            // A client may write single objects of the drive profile instead of process data.
+            0x6000.. => &mut self.heard.set_point,
+            _ => return,
+        };
+        *flag = true;
+    }
+
+    fn received(&mut self, id: u16, now_us: u64) {
+        let motion = DriveMotion {
+            position: self.values.get(screw::OBJECT2100_POSITION),
+            velocity: self.values.get(screw::OBJECT2100_VELOCITY),
+        };
+        self.heard.received(id, motion, now_us);
+    }
+}
+
+/// Whether the object belongs to the recording of signals, which moves nothing.
+fn is_capture(index: u16) -> bool {
+    matches!(index, 0x2060..=0x2063)
+}
+
+/// Number of bytes in object 0x2063: the number of the window, and its samples.
+const WINDOW_BYTES: usize = 2 + WINDOW * CHANNELS * 2;
+
+impl<S: Store> Objects<S> {
+    /// Writes the values at start.
+    pub fn start(&mut self, axle: &Axle) {
+        let (values, ratings) = (&mut self.values, self.ratings);
+        for (place, byte) in values.0.iter_mut().zip(&screw::START) {
+            *place = *byte;
+        }
+        values.set(objects::OBJECT1018_SERIAL, self.serial);
+        let mark = if self.store.unconfigured() {
+            UNCONFIGURED
+        } else {
+            0
+        };
+        values.set(objects::OBJECT2010, axle.scale().code() | mark);
+        objects::publish_parameters(values, &axle.parameters());
+        values.set(objects::OBJECT2061_RATE, ratings.pwm_hz);
+        let full_scale = (ratings.full_scale * 1e3) as u32;
+        values.set(objects::OBJECT2061_FULL_SCALE, full_scale);
+        values.set(objects::OBJECT2061_PERIOD, ratings.period);
+    }
+
+    /// Collects the inputs of one tick.
+    pub fn inputs(&mut self, readings: &Readings, now_us: u64) -> Inputs {
+        let set_point = core::mem::take(&mut self.heard.set_point);
+        let offset = core::mem::take(&mut self.heard.offset);
+        let means = readings.means;
+        Inputs {
+            now_us,
+            encoder: readings.encoder,
+            encoder_broken: readings.encoder_broken,
+            // NaN: without a sample the current is not known.
+            current: means.map_or(f32::NAN, |means| means.current),
+            electrical: means.map_or_else(Electrical::default, |means| means.electrical),
+            supply_voltage: readings.supply_voltage,
+            temperatures: readings.temperatures,
+            switches: readings.switches,
+            set_point: set_point.then(|| self.set_point()),
+            torque_offset: offset.then(|| self.values.get(objects::OBJECT60B2)),
+            guard_received: core::mem::take(&mut self.heard.guard),
+            bench_mode: self.values.get(objects::OBJECT2001) != 0,
+        }
+    }
+
+    fn set_point(&self) -> SetPoint {
+        let mode = self.values.get(objects::OBJECT6060);
+        SetPoint {
+            controlword: self.values.get(objects::OBJECT6040),
+            mode,
+            target: match mode {
+                mode::CYCLIC_VELOCITY | mode::PROFILE_VELOCITY => {
+                    self.values.get(objects::OBJECT60FF)
+                }
+                mode::CYCLIC_TORQUE => self.values.get(objects::OBJECT6071).into(),
+                _ => self.values.get(objects::OBJECT607A),
+            },
+        }
+    }
+
+    pub fn parameters(&self) -> DriveParameters {
+        let values = &self.values;
+        DriveParameters {
+            quick_stop: values.get(objects::OBJECT605A),
+            shutdown: values.get(objects::OBJECT605B),
+            disable_operation: values.get(objects::OBJECT605C),
+            halt: values.get(objects::OBJECT605D),
+            fault_reaction: values.get(objects::OBJECT605E),
+            following_window: values.get(objects::OBJECT6065),
+            following_time: values.get(objects::OBJECT6066),
+            position_window: values.get(objects::OBJECT6067),
+            position_time: values.get(objects::OBJECT6068),
+            position_limits: [
+                values.get(objects::OBJECT607D_MINIMUM),
+                values.get(objects::OBJECT607D_MAXIMUM),
+            ],
+            torque_slope: values.get(objects::OBJECT6087),
+            homing_method: values.get(objects::OBJECT6098),
+        }
+    }
+
+    /// Writes the outputs of a tick, which the next SYNC sends. `bench_mode` is the request that
+    /// this tick received.
+    pub fn publish(&mut self, outputs: &Outputs, bench_mode: bool) {
+        let values = &mut self.values;
+        if bench_mode && !outputs.bench_mode {
+            values.set(objects::OBJECT2001, 0);
+        }
+        let register = u8::from(outputs.status.error_code != 0);
+        values.set(objects::OBJECT1001, register);
+        if let Some(snapshot) = &outputs.snapshot {
+            objects::publish_snapshot(values, snapshot);
+        }
+        objects::publish_outputs(values, outputs);
+    }
+
+    /// Follows what a client has written to the objects of the recording, and publishes its state.
+    pub fn serve_capture(&mut self, motor: &mut impl Motor) {
+        if core::mem::take(&mut self.heard.capture) {
+            self.answer_capture(motor);
+        }
+        let state = motor.capture(|capture| (capture.state(), capture.before()));
+        if let Some((state, before)) = state {
+            self.values.set(objects::OBJECT2061_STATE, state as u8);
+            self.values.set(objects::OBJECT2061_BEFORE, before);
+        }
+    }
+
+    /// Takes a client's request, and shows it the part of the recording that it wants.
+    #[inline(never)] // a window takes stack that the other ticks do not need
+    fn answer_capture(&mut self, motor: &mut impl Motor) {
+        let values = &mut self.values;
+        let command = values.get(objects::OBJECT2060_COMMAND);
+        if command != 0 {
+            values.set(objects::OBJECT2060_COMMAND, 0);
+            motor.request_capture(Request {
+                command,
+                signals: values.get(objects::OBJECT2060_SIGNALS),
+                decimation: values.get(objects::OBJECT2060_DECIMATION),
+                pre_trigger: values.get(objects::OBJECT2060_PRE_TRIGGER),
+            });
+        }
+        let number = values.get(objects::OBJECT2062);
+        let Some(samples) = motor.capture(|capture| capture.window(number)) else {
+            return;
+        };
+        let mut bytes = [0; WINDOW_BYTES];
+        let [low, high, places @ ..] = &mut bytes;
+        [*low, *high] = number.to_le_bytes();
+        let samples = samples.as_flattened();
+        for (place, value) in places.chunks_exact_mut(2).zip(samples) {
+            place.copy_from_slice(&value.to_le_bytes());
+        }
+        values.set_bytes(objects::OBJECT2063, &bytes);
+    }
+}
