@@ -73,7 +73,7 @@ use tautrack::sensors::{Switches, Temperatures};
 /// * It puts every frame that it receives from the bus into [`crate::bus::RECEIVED`], and sends
 ///   those of [`crate::bus::TRANSMIT`] as the bus has room, oldest first. Both queues may be used
 ///   in an interrupt.
-/// * It puts every byte that it receives on its serial line into [`crate::serial::RECEIVED`], if it
+/// * It puts every byte that it receives on its serial line into [`crate::serial::put`], if it
 ///   has such a line.
 /// * It drives the clock of `embassy-time` in microseconds since power-up, and polls the executor.
 /// * Its panic handler opens the bridge before anything else.

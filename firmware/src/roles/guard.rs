@@ -70,8 +70,7 @@ where
 
     fn tick(&mut self, now_us: u64) {
         let mut bytes = [0; MAX_SERIAL];
-        // An error means that the pipe is empty.
-        let count = serial::RECEIVED.try_read(&mut bytes).unwrap_or(0);
+        let count = serial::take(&mut bytes);
         let switches = Selected::operator_switches();
         let readings = Readings {
             body: newest::take(),

@@ -42,10 +42,7 @@ pub(super) fn begin(
     }
 
     clock::set_now(head.time_us);
-    if !head.serial.is_empty() {
-        // Bytes that do not fit into the pipe are lost, as on a line without handshake.
-        let _ = crate::serial::RECEIVED.try_write(head.serial);
-    }
+    crate::serial::put(head.serial);
     shaft
 }
 
