@@ -14,15 +14,9 @@ use tautrack::motor::current::{BridgeDemand, CurrentLoop, Excitation, Means, Mea
 /// initial value is not all zeros.
 static LOOP: Mutex<RefCell<Vec<CurrentLoop, 1>>> = Mutex::new(RefCell::new(Vec::new()));
 
-#[cfg_attr(
-    all(target_os = "none", feature = "mps2"),
-    unsafe(link_section = ".seldom.capture")
-)]
 static CAPTURE: Mutex<RefCell<Capture>> = Mutex::new(RefCell::new(Capture::new()));
 /// The recording needs samples. It is all that the interrupt reads of a recording that is off.
 static CAPTURING: AtomicBool = AtomicBool::new(false);
-/// A client has requested a recording since power-up.
-static CAPTURE_USED: AtomicBool = AtomicBool::new(false);
 
 /// Calls `use_it` with the recording.
 pub fn capture<R>(use_it: impl FnOnce(&mut Capture) -> R) -> Option<R> {
@@ -38,14 +32,7 @@ pub fn capture<R>(use_it: impl FnOnce(&mut Capture) -> R) -> Option<R> {
 /// Follows a client's request for a recording ([`Capture::request`]).
 #[allow(dead_code)] // `bin/ticks.rs` includes this file but has no such client
 pub fn request_capture(request: Request) {
-    CAPTURE_USED.store(true, Ordering::Relaxed);
     capture(|capture| capture.request(request));
-}
-
-/// Whether a client has requested a recording since power-up. If not, it is as at power-up.
-#[allow(dead_code)] // for boards where nodes take turns
-pub fn capture_used() -> bool {
-    CAPTURE_USED.load(Ordering::Relaxed)
 }
 
 /// Records one PWM period.

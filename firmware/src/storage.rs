@@ -1,39 +1,22 @@
 //! The node's settings: those in flash, and those that clients read and change.
 //!
-//! The tasks get the settings once, at start. A change by a client takes effect after a save and a
+//! The node gets the settings once, at start. A change by a client takes effect after a save and a
 //! restart.
 
-use crate::boards::{Board, Selected};
-use crate::roles::Refusal;
-use core::cell::RefCell;
-use critical_section::Mutex;
-use static_cell::StaticCell;
+use crate::refusal::{self, Refusal};
+use embedded_storage::nor_flash::NorFlash;
 use tautrack::roles::settings::{Found, SaveError, UNREADABLE};
-use tautrack::settings::{SettingError, Settings};
+use tautrack::settings::{Setting, SettingError, Settings, UNKNOWN_MOTOR};
 use tautrack::store::{Report, SCHEMA, State, Store, StoreError};
 
 /// Returns a [`Refusal`] if the node would not start with these settings.
 pub type Check = fn(&Settings) -> Result<(), Refusal>;
 
-struct Shared {
-    /// The settings with the changes of clients.
-    edited: &'static mut Settings,
-    found: Found,
-    unconfigured: bool,
-    changed: bool,
-    /// Bits of the keys that clients have set.
-    set: [u32; 8],
-    check: Check,
-}
-
-static SHARED: Mutex<RefCell<Option<Shared>>> = Mutex::new(RefCell::new(None));
-
-/// Loads the settings from flash. Returns them with what was found. The board calls it once, at
-/// start.
+/// Loads the settings from flash. Returns them with what was found.
 #[inline(never)] // its stack is free again when the node starts
-pub fn load() -> (Settings, Found) {
+pub fn load(flash: impl NorFlash) -> (Settings, Found) {
     let mut settings = Settings::default();
-    let report = Store::open(Selected::storage()).and_then(|mut store| {
+    let report = Store::open(flash).and_then(|mut store| {
         store.load(&SCHEMA, &mut |key, value| {
             // Cannot fail: the store has checked the bounds.
             let _ = settings.set(key, value);
@@ -78,89 +61,81 @@ fn found(report: &Report) -> Found {
     }
 }
 
-/// Makes `settings`, with which the node starts, those that clients read and change. They are saved
-/// only if `check` accepts them.
-#[inline(never)] // its stack is free again when the tasks start
-pub fn publish(settings: &Settings, found: Found, check: Check) {
-    static EDITED: StaticCell<Settings> = StaticCell::new();
-    // Compares all settings, so it is done before interrupts are masked.
-    let unconfigured = settings.is_unconfigured() || !found.is_whole();
-    if let Some(edited) = EDITED.try_init_with(|| settings.clone()) {
-        critical_section::with(|cs| {
-            SHARED.borrow(cs).replace(Some(Shared {
-                edited,
-                found,
-                unconfigured,
-                changed: false,
-                set: [0; 8],
-                check,
-            }));
-        });
+/// The settings that clients read and change, and the flash that keeps them.
+pub struct Storage<F> {
+    flash: F,
+    /// The settings with the changes of clients.
+    edited: Settings,
+    found: Found,
+    unconfigured: bool,
+    changed: bool,
+    /// Bits of the keys that clients have set.
+    set: [u32; 8],
+    check: Check,
+}
+
+impl<F: NorFlash> Storage<F> {
+    /// The settings with which the node starts, and what was found in `flash`. Changes are saved
+    /// only if `check` accepts them.
+    pub fn new(settings: &Settings, found: Found, check: Check, flash: F) -> Self {
+        Self {
+            flash,
+            unconfigured: settings.is_unconfigured() || !found.is_whole(),
+            edited: settings.clone(),
+            found,
+            changed: false,
+            set: [0; 8],
+            check,
+        }
     }
 }
 
-fn with<R>(body: impl FnOnce(&mut Shared) -> R) -> Option<R> {
-    critical_section::with(|cs| SHARED.borrow(cs).borrow_mut().as_mut().map(body))
-}
-
-/// The settings that clients read and change, and the flash that keeps them.
-pub struct Flash;
-
-impl tautrack::roles::settings::Store for Flash {
+impl<F: NorFlash> tautrack::roles::settings::Store for Storage<F> {
     fn value(&self, key: u16) -> Option<i32> {
-        with(|shared| shared.edited.of_key(key)).flatten()
+        self.edited.of_key(key)
     }
 
     fn set(&mut self, key: u16, value: i32) -> Result<(), SettingError> {
-        with(|shared| {
-            let old = shared.edited.of_key(key);
-            shared.edited.set(key, value)?;
-            shared.changed |= old != Some(value);
-            if let Some(word) = shared.set.get_mut(usize::from(key / 32)) {
-                *word |= 1 << (key % 32);
-            }
-            Ok(())
-        })
-        .unwrap_or(Err(SettingError::UnknownKey(key)))
+        let old = self.edited.of_key(key);
+        self.edited.set(key, value)?;
+        self.changed |= old != Some(value);
+        if let Some(word) = self.set.get_mut(usize::from(key / 32)) {
+            *word |= 1 << (key % 32);
+        }
+        Ok(())
     }
 
     fn save(&mut self) -> Result<(), SaveError> {
-        save_edited()
+        if let Err(refusal) = (self.check)(&self.edited) {
+            crate::logger::error!("settings are not saved: {}", refusal::text(&refusal));
+            return Err(SaveError::Unusable);
+        }
+        let set = &self.set;
+        let is_set = |key: u16| {
+            let word = set.get(usize::from(key / 32)).copied();
+            word.unwrap_or_default() >> (key % 32) & 1 != 0
+        };
+        write(&mut self.flash, &self.edited, &is_set).map_err(SaveError::Store)
     }
 
     fn clear(&mut self) -> Result<(), SaveError> {
-        let cleared = Store::open(Selected::storage()).and_then(|mut store| store.clear());
-        with(|shared| shared.changed = true);
-        cleared.map_err(SaveError::Store)
+        self.changed = true;
+        Store::open(&mut self.flash)
+            .and_then(|mut store| store.clear())
+            .map_err(SaveError::Store)
     }
 
     fn found(&self) -> Found {
-        with(|shared| shared.found).unwrap_or_default()
+        self.found
     }
 
     fn restart_needed(&self) -> bool {
-        with(|shared| shared.changed).unwrap_or_default()
+        self.changed
     }
 
     fn unconfigured(&self) -> bool {
-        with(|shared| shared.unconfigured).unwrap_or(true)
+        self.unconfigured
     }
-}
-
-fn save_edited() -> Result<(), SaveError> {
-    let shared = with(|shared| (shared.edited.clone(), shared.set, shared.check));
-    let Some((edited, set, check)) = shared else {
-        return Err(SaveError::Unusable);
-    };
-    if let Err(refusal) = check(&edited) {
-        crate::logger::error!("settings are not saved: {}", crate::roles::text(&refusal));
-        return Err(SaveError::Unusable);
-    }
-    let is_set = |key: u16| {
-        let word = set.get(usize::from(key / 32)).copied();
-        word.unwrap_or_default() >> (key % 32) & 1 != 0
-    };
-    write(&edited, &is_set).map_err(SaveError::Store)
 }
 
 /// Writes the first settings of a node to flash and verifies them. Erases flash that cannot be
@@ -168,24 +143,42 @@ fn save_edited() -> Result<(), SaveError> {
 ///
 /// # Errors
 /// [`StoreError`].
-pub fn create(settings: &Settings) -> Result<(), StoreError> {
-    match write(settings, &|_| true) {
+pub fn create(flash: &mut impl NorFlash, settings: &Settings) -> Result<(), StoreError> {
+    match write(flash, settings, &|_| true) {
         Err(StoreError::Damaged | StoreError::TooManyKeys { .. }) => {
-            Store::open(Selected::storage())?.clear()?;
-            write(settings, &|_| true)
+            Store::open(&mut *flash)?.clear()?;
+            write(flash, settings, &|_| true)
         }
         written => written,
     }
 }
 
-fn write(settings: &Settings, is_set: &dyn Fn(u16) -> bool) -> Result<(), StoreError> {
-    let mut store = Store::open(Selected::storage())?;
+fn write(
+    flash: &mut impl NorFlash,
+    settings: &Settings,
+    is_set: &dyn Fn(u16) -> bool,
+) -> Result<(), StoreError> {
+    let mut store = Store::open(flash)?;
     let value = |key| settings.of_key(key).unwrap_or_default();
     let saved = store.save(&SCHEMA, &value, is_set).map(|_| ());
     if let Err(error) = saved {
         crate::logger::error!("settings were not saved: {}", code(error));
     }
     saved
+}
+
+/// The defaults with this node id, and with limits that suit an unknown motor.
+pub fn with_id(id: u8) -> Settings {
+    let mut settings = Settings::default();
+    let mut set = |setting: Setting, value: i32| {
+        // Cannot fail: the master's request was checked, and the limits are within their bounds.
+        let _ = settings.set(setting.bounds().key, value);
+    };
+    set(Setting::NodeId, id.into());
+    for (setting, value) in UNKNOWN_MOTOR {
+        set(*setting, *value);
+    }
+    settings
 }
 
 /// Word for the log.

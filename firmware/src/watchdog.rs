@@ -5,6 +5,7 @@
 //! call. The control tick reports for the PWM interrupt, because it notices whether new current
 //! samples have come.
 
+#[cfg(target_os = "none")]
 use crate::boards::{Board, Selected};
 use core::sync::atomic::{AtomicU8, Ordering};
 
@@ -52,14 +53,17 @@ impl Parties {
     }
 }
 
+#[cfg(target_os = "none")]
 static PARTIES: Parties = Parties::new();
 
 /// Makes `party` a condition for feeding the watchdog. Called at start.
+#[cfg(target_os = "none")]
 pub fn require(party: Party) {
     PARTIES.require(party);
 }
 
 /// Records that `party` has run; feeds the watchdog if it was the last one missing.
+#[cfg(target_os = "none")]
 pub fn ran(party: Party) {
     if PARTIES.ran(party) {
         Selected::feed_watchdog();

@@ -1,4 +1,4 @@
-//! Tests the behaviour that a CANopen client can rely on. It uses native nodes; `lockstep.rs` shows
+//! Tests the behaviour that a CANopen client can rely on. It uses nodes in this process; `lockstep.rs` shows
 //! that emulated nodes behave the same.
 
 mod node;
@@ -26,18 +26,14 @@ struct Client {
 }
 
 impl Client {
-    fn new(role: &str) -> Self {
-        let (_, program) = ROLES
-            .into_iter()
-            .find(|(name, _)| *name == role)
-            .expect("a role");
-        let mut node = Node::native(program);
+    fn new(role: &'static str) -> Self {
+        let mut node = Node::host(role);
         let motor = (role != "guard").then_some(MOTOR);
         let mut settings = settings(i32::from(NODE));
         if role == "guard" {
             settings.push((Setting::ScrewId.description().key, i32::from(DRIVES[3])));
         }
-        assert_eq!(node.start(&settings, motor).refusal, "");
+        assert_eq!(node.start(&settings, motor), "");
         Self {
             node,
             truth: 0,
@@ -49,7 +45,7 @@ impl Client {
     }
 
     /// Like [`Client::new`], with a guard's heartbeat on the bus and the node operational.
-    fn guarded(role: &str) -> Self {
+    fn guarded(role: &'static str) -> Self {
         let mut client = Self::new(role);
         client.guard = true;
         client.send(&[(0x000, &[1, 0])]);
@@ -521,10 +517,10 @@ fn a_client_drives_an_axle_in_bench_mode_alone_and_slowly() {
 
 #[test]
 fn a_node_whose_tasks_stop_is_reset_by_its_watchdog() {
-    for (role, program) in ROLES {
-        let mut node = Node::native_with_errors(program);
+    for role in ROLES {
+        let mut node = Node::emulated(role);
         let motor = (role != "guard").then_some(MOTOR);
-        assert_eq!(node.start(&settings(i32::from(NODE)), motor).refusal, "");
+        assert_eq!(node.start(&settings(i32::from(NODE)), motor), "");
         node.step(Sensors::default(), &[]);
         // No task of the node runs for longer than the watchdog's 50 ms.
         let (well, said) = node.starve(60_000);
@@ -780,7 +776,7 @@ fn every_request_has_one_answer_that_names_its_object() {
 
 #[test]
 fn no_frame_panics_a_node() {
-    for (role, _) in ROLES {
+    for role in ROLES {
         let mut client = Client::new(role);
         let mut state = 0x2545_f491_4f6c_dd1d_u64;
         let mut random = || {

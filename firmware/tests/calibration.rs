@@ -1,8 +1,8 @@
-//! Calibrates the motors of native nodes over the bus, as a CANopen client does.
+//! Calibrates the motors of nodes over the bus, as a CANopen client does.
 
 mod node;
 
-use node::{MOTOR, Node, ROLES, settings};
+use node::{MOTOR, Node, settings};
 use tautrack::can::Frame;
 use tautrack::link::{MotorModel, Sensors, ThreePhaseModel, WindingModel};
 use tautrack::settings::Setting;
@@ -36,11 +36,7 @@ impl Client {
     }
 
     /// Starts a drive with this role, as [`Self::new`] does.
-    fn of(role: &str, motor: MotorModel, changes: &[(Setting, i32)]) -> Self {
-        let (_, program) = ROLES
-            .into_iter()
-            .find(|(name, _)| *name == role)
-            .expect("the role");
+    fn of(role: &'static str, motor: MotorModel, changes: &[(Setting, i32)]) -> Self {
         let mut values = settings(i32::from(NODE));
         values.extend(
             [
@@ -51,8 +47,8 @@ impl Client {
             .chain(changes)
             .map(|(setting, value)| (setting.description().key, *value)),
         );
-        let mut node = Node::native(program);
-        assert_eq!(node.start(&values, Some(motor)).refusal, "");
+        let mut node = Node::host(role);
+        assert_eq!(node.start(&values, Some(motor)), "");
         let mut client = Self {
             node,
             steps: 0,

@@ -1,4 +1,4 @@
-//! Tests the guarantees of the lockstep boards.
+//! Tests the guarantees of the boards without hardware.
 
 mod node;
 
@@ -78,9 +78,9 @@ fn fix(step: u32) -> Vec<u8> {
 }
 
 /// Runs the script; returns the answers without their log bytes.
-fn run(mut node: Node) -> Vec<Stepped> {
-    let ready = node.start(&settings(i32::from(NODE)), Some(MOTOR));
-    assert_eq!(ready.refusal, "");
+fn run(role: &str, mut node: Node) -> Vec<Stepped> {
+    let board = node.board();
+    assert_eq!(node.start(&settings(i32::from(NODE)), Some(MOTOR)), "");
     let begin = Instant::now();
     let answers = (0..STEPS)
         .map(|step| {
@@ -95,9 +95,7 @@ fn run(mut node: Node) -> Vec<Stepped> {
         .collect();
     let seconds = begin.elapsed().as_secs_f64();
     println!(
-        "{} on {}: {:.0} steps a second",
-        ready.role,
-        ready.board,
+        "{role} on {board}: {:.0} steps a second",
         f64::from(STEPS) / seconds
     );
     assert!(
@@ -108,20 +106,20 @@ fn run(mut node: Node) -> Vec<Stepped> {
 }
 
 #[test]
-fn emulated_and_native_nodes_answer_alike_to_the_bit() {
-    for (role, native) in ROLES {
-        let native = run(Node::native(native));
-        let emulated = run(Node::emulated(role));
-        for (step, (native, emulated)) in native.iter().zip(&emulated).enumerate() {
+fn emulated_nodes_and_those_in_this_process_answer_alike_to_the_bit() {
+    for role in ROLES {
+        let host = run(role, Node::host(role));
+        let emulated = run(role, Node::emulated(role));
+        for (step, (host, emulated)) in host.iter().zip(&emulated).enumerate() {
             assert_eq!(
-                native.shaft.velocity.to_bits(),
+                host.shaft.velocity.to_bits(),
                 emulated.shaft.velocity.to_bits(),
                 "{role}, step {step}"
             );
-            assert_eq!(native, emulated, "{role}, step {step}");
+            assert_eq!(host, emulated, "{role}, step {step}");
         }
         assert!(
-            native.iter().any(|answer| !answer.frames.is_empty()),
+            host.iter().any(|answer| !answer.frames.is_empty()),
             "{role} says nothing"
         );
     }
@@ -146,9 +144,10 @@ fn the_program_loads_where_the_emulated_board_has_memory() {
 
 #[test]
 fn unusable_settings_are_refused_with_the_reason() {
-    for (_, native) in ROLES {
-        let mut node = Node::native(native);
-        let ready = node.start(&[(1, 128)], Some(MOTOR));
-        assert!(ready.refusal.contains("128"), "{}", ready.refusal);
+    for role in ROLES {
+        for mut node in [Node::host(role), Node::emulated(role)] {
+            let refusal = node.start(&[(1, 128)], Some(MOTOR));
+            assert!(refusal.contains("128"), "{refusal}");
+        }
     }
 }

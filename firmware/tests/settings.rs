@@ -2,7 +2,7 @@
 
 mod node;
 
-use node::{MOTOR, Node, ROLES, settings};
+use node::{MOTOR, Node, settings};
 use std::path::PathBuf;
 use tautrack::can::Frame;
 use tautrack::link::Sensors;
@@ -28,14 +28,13 @@ fn blank(name: &str) -> String {
 
 impl Client {
     fn with(mut node: Node, flash: &str, settings: &[(u16, i32)]) -> Self {
-        let ready = node.start_with_flash(flash, settings, Some(MOTOR));
-        assert_eq!(ready.refusal, "");
+        assert_eq!(node.start_with_flash(flash, settings, Some(MOTOR)), "");
         Self { node, steps: 0 }
     }
 
     /// Powers an axle up.
     fn new(flash: &str, settings: &[(u16, i32)]) -> Self {
-        Self::with(Node::native(ROLES[0].1), flash, settings)
+        Self::with(Node::host("axle"), flash, settings)
     }
 
     fn send(&mut self, frames: &[Frame]) -> Vec<Frame> {
@@ -126,11 +125,11 @@ fn every_setting_is_an_object_with_the_bounds_of_its_row() {
 
 #[test]
 fn a_saved_setting_survives_a_power_cycle_and_an_unsaved_one_does_not() {
-    for board in ["native", "mps2"] {
+    for board in ["host", "mps2"] {
         let flash = blank(&format!("power-cycle-{board}"));
         let start = |settings: &[(u16, i32)]| {
             let node = match board {
-                "native" => Node::native(ROLES[0].1),
+                "host" => Node::host("axle"),
                 _ => Node::emulated("axle"),
             };
             Client::with(node, &flash, settings)
@@ -192,10 +191,10 @@ fn a_flash_that_cannot_be_written_refuses_the_save() {
     let folder = blank("no-folder");
     let mut client = Client::new("", &settings(NODE.into()));
     assert_eq!(client.write(0x1010, 1, SAVE), None);
-    let mut node = Node::native(ROLES[0].1);
+    let mut node = Node::host("axle");
     let path = format!("{folder}/missing/axle.flash");
-    let ready = node.start_with_flash(&path, &settings(NODE.into()), Some(MOTOR));
-    assert!(ready.refusal.contains("flash refused"), "{}", ready.refusal);
+    let refusal = node.start_with_flash(&path, &settings(NODE.into()), Some(MOTOR));
+    assert!(refusal.contains("flash refused"), "{refusal}");
 }
 
 #[test]
@@ -255,9 +254,9 @@ fn refused_settings_of_a_scenario_do_not_fill_the_flash() {
     let flash = blank("refused-scenario");
     let mut refused = settings(NODE.into());
     refused.push((Setting::CurrentBandwidth.description().key, UNUSABLE));
-    let mut node = Node::native(ROLES[0].1);
-    let ready = node.start_with_flash(&flash, &refused, Some(MOTOR));
-    assert!(ready.refusal.contains("current loop"), "{}", ready.refusal);
+    let mut node = Node::host("axle");
+    let refusal = node.start_with_flash(&flash, &refused, Some(MOTOR));
+    assert!(refusal.contains("current loop"), "{refusal}");
     // The scenario is corrected.
     let mut client = Client::new(&flash, &settings(NODE.into()));
     assert_eq!(client.read(Setting::CurrentBandwidth), 4_000);
@@ -265,17 +264,17 @@ fn refused_settings_of_a_scenario_do_not_fill_the_flash() {
 
 #[test]
 fn a_file_that_is_no_flash_is_refused_and_stays() {
-    for board in ["native", "mps2"] {
+    for board in ["host", "mps2"] {
         for length in [0, 100, 8_191, 8_193] {
             let path = blank(&format!("no-flash-{board}"));
             let bytes = vec![0xff; length];
             std::fs::write(&path, &bytes).expect("written");
             let mut node = match board {
-                "native" => Node::native(ROLES[0].1),
+                "host" => Node::host("axle"),
                 _ => Node::emulated("axle"),
             };
-            let ready = node.start_with_flash(&path, &settings(NODE.into()), Some(MOTOR));
-            assert!(ready.refusal.contains("length"), "{}", ready.refusal);
+            let refusal = node.start_with_flash(&path, &settings(NODE.into()), Some(MOTOR));
+            assert!(refusal.contains("length"), "{refusal}");
             assert_eq!(std::fs::read(&path).expect("the file"), bytes);
         }
     }

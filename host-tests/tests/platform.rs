@@ -1,22 +1,19 @@
 //! Tests that a run does not depend on the mathematical functions of the platform (of its C
 //! library), whose last bits differ between platforms.
 //!
-//! This program defines these functions itself, so that all code in it, also that of the physics
-//! engine, calls these definitions. They can return slightly different results.
+//! This program defines these functions itself, so that all code in it, also that of the nodes and
+//! of the physics engine, calls these definitions. They can return slightly different results.
 
 #[path = "support/unchanged.rs"]
 #[allow(dead_code)] // other tests name their inputs themselves
 mod unchanged;
 
 use clap::ValueEnum;
-use object::Object;
-use object::read::NameOrOrdinal;
-use std::collections::BTreeSet;
 use std::hint::black_box;
 use std::path::Path;
 use std::sync::atomic::Ordering::Relaxed;
 use std::sync::atomic::{AtomicBool, AtomicU64};
-use tautrack_host_tests::programs::{Board, Program, Programs};
+use tautrack_host_tests::programs::{Board, Programs};
 use tautrack_host_tests::robots::Kind;
 use tautrack_host_tests::scenario::{Expect, Scenario};
 use tautrack_host_tests::simulator::run::{Options, run};
@@ -83,13 +80,13 @@ unsafe extern "C" fn sincos(x: f64, sine: *mut f64, cosine: *mut f64) {
     }
 }
 
-/// Native nodes of a robot.
-fn native(kind: Kind) -> Programs {
-    kind.programs(Board::Native)
+/// The nodes of a robot, in this process.
+fn nodes(kind: Kind) -> Programs {
+    kind.programs(Board::Host)
         .unwrap_or_else(|error| panic!("{error}"))
 }
 
-/// Runs the beginning of a shipped scenario with native nodes and returns its hash.
+/// Runs the beginning of a shipped scenario with nodes in this process and returns its hash.
 fn hash(kind: Kind, file: &str) -> String {
     let path = Path::new(env!("CARGO_MANIFEST_DIR"))
         .join("scenarios")
@@ -101,7 +98,7 @@ fn hash(kind: Kind, file: &str) -> String {
     description.expect = Expect::default();
     description.operator.events.truncate(1);
     let beginning = Scenario::checked(description).unwrap_or_else(|error| panic!("{error}"));
-    run(&beginning, &native(kind), Options::default())
+    run(&beginning, &nodes(kind), Options::default())
         .unwrap_or_else(|error| panic!("{error}"))
         .facts
         .state_hash
@@ -109,7 +106,7 @@ fn hash(kind: Kind, file: &str) -> String {
 
 #[test]
 fn hashes_do_not_depend_on_the_platforms_functions() {
-    let programs = Kind::value_variants().iter().map(|kind| native(*kind));
+    let programs = Kind::value_variants().iter().map(|kind| nodes(*kind));
     let programs = programs.flat_map(|programs| unchanged::nodes(&programs));
     unless_unchanged("platform", programs, || {
         CHANGED.store(true, Relaxed);
@@ -132,47 +129,4 @@ fn hashes_do_not_depend_on_the_platforms_functions() {
             assert_eq!(plain, other, "{file}");
         }
     });
-}
-
-/// Names of the functions that `program` takes from the platform's libraries.
-fn imports(program: &Program) -> BTreeSet<String> {
-    let bytes = std::fs::read(&program.path).expect("a program that was just built");
-    let file = object::File::parse(&*bytes).expect("a program of this platform");
-    let imports = file.imports().expect("a table of imports");
-    let name = |bytes| {
-        String::from_utf8_lossy(bytes)
-            .trim_start_matches('_')
-            .into()
-    };
-    imports
-        .filter_map(|import| match import.expect("a readable table").name() {
-            NameOrOrdinal::Name(bytes) => Some(name(bytes)),
-            NameOrOrdinal::Ordinal(_) => None,
-        })
-        .collect()
-}
-
-#[test]
-fn native_nodes_take_no_mathematical_function_from_the_platform() {
-    let functions = [
-        "sin", "cos", "sincos", "tan", "asin", "acos", "atan", "atan2", "sinh", "cosh", "tanh",
-        "asinh", "acosh", "atanh", "exp", "exp2", "expm1", "log", "log2", "log10", "log1p", "pow",
-        "hypot", "cbrt", "fma",
-    ];
-    for kind in Kind::value_variants() {
-        let programs = kind
-            .programs(Board::Native)
-            .unwrap_or_else(|error| panic!("{error}"));
-        let imports = imports(&programs.nodes);
-        assert!(imports.contains("memcpy"), "{imports:?}");
-        for function in functions {
-            for name in [function.to_owned(), format!("{function}f")] {
-                assert!(
-                    !imports.contains(&name),
-                    "{name} in {}",
-                    programs.nodes.path.display()
-                );
-            }
-        }
-    }
 }

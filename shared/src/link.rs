@@ -1,7 +1,7 @@
 //! Messages between the simulator and one node that runs without a board. Each step exchanges one
 //! message in each direction.
 //!
-//! On the wire, each message is a [`Prefix`], followed by postcard bytes. The node's clock is the
+//! On the wire, each message is its length ([`PREFIX`]) and postcard bytes. The node's clock is the
 //! time in the message. Between two messages the simulated board runs the PWM periods of one step.
 //! So the current loop and the rotor run in the node, and the rest of the physics runs in the
 //! simulator. [`chips`] are the sensor chips of the guard's board. [`parts`] are the same messages,
@@ -17,7 +17,7 @@ use heapless::Vec;
 use serde::{Deserialize, Serialize};
 
 /// Version of these messages. Both sides compare it before anything else.
-pub const VERSION: u16 = 12;
+pub const VERSION: u16 = 13;
 /// Length of a lockstep step in microseconds.
 pub const STEP_US: u64 = 1_000;
 /// Maximum number of frames that one step can deliver to a node, or take from it. A bus with 1
@@ -36,34 +36,8 @@ pub const MAX_PATH: usize = 200;
 /// Maximum length of an encoded message in bytes, without the prefix.
 pub const MAX_MESSAGE: usize = 1_400;
 
-/// What is in front of each message: the length as little-endian `u16`, then the node.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub struct Prefix {
-    /// Bytes of the message behind the prefix.
-    pub length: u16,
-    /// Number of the node among those that share a process, from 0. An answer has the number of its
-    /// question.
-    pub node: u8,
-}
-
-impl Prefix {
-    /// Bytes of a prefix.
-    pub const BYTES: usize = 3;
-
-    /// Encodes the prefix.
-    pub const fn to_bytes(self) -> [u8; Self::BYTES] {
-        let [low, high] = self.length.to_le_bytes();
-        [low, high, self.node]
-    }
-
-    /// Decodes a prefix.
-    pub const fn from_bytes([low, high, node]: [u8; Self::BYTES]) -> Self {
-        Self {
-            length: u16::from_le_bytes([low, high]),
-            node,
-        }
-    }
-}
+/// Bytes in front of each message: its length as little-endian `u16`.
+pub const PREFIX: usize = 2;
 
 /// Message from the simulator to the node.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
@@ -178,7 +152,7 @@ pub struct Ready {
     pub version: u16,
     /// Role of the node: `axle`, `screw` or `guard`.
     pub role: heapless::String<MAX_ROLE>,
-    /// Board of the program: `mps2`, `native` or `wasm`.
+    /// Board of the node: `mps2`, `host`, or that of a flash image.
     pub board: heapless::String<16>,
     /// Why the node does not start, for instance key, value and bounds of a setting. Empty if it
     /// starts.

@@ -1,7 +1,7 @@
 //! Program of B2P2's guard node: runs the role `guard` on the selected board.
 //! In the simulator it also has the roles of the drives.
-#![cfg_attr(target_os = "none", no_std)]
-#![cfg_attr(any(target_os = "none", target_family = "wasm"), no_main)]
+#![no_std]
+#![no_main]
 
 use tautrack_firmware::roles::{axle, guard, screw};
 

@@ -5,8 +5,10 @@
 
 mod queue;
 mod traffic;
+#[cfg(target_os = "none")]
 mod unconfigured;
 
 pub use queue::FrameQueue;
 pub use traffic::{RECEIVED, TRANSMIT};
+#[cfg(target_os = "none")]
 pub use unconfigured::wait_for_id;

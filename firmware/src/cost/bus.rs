@@ -3,13 +3,15 @@
 use super::counter::Table;
 use super::inputs::settings;
 use crate::boards::{Board, Selected};
+use crate::check;
 use crate::roles::drive::BoardMotor;
-use crate::storage::Flash;
+use crate::storage::Storage;
 use tautrack::bus::network::{NmtCommand, nmt, sync};
 use tautrack::bus::pdo::{DriveMotion, Payload, transmit};
 use tautrack::can::Frame;
 use tautrack::node::axle::Axle;
 use tautrack::roles::drive::{Drive, Measurements, Parts};
+use tautrack::roles::settings::Found;
 use tautrack::settings::Setting;
 
 pub fn count(table: &mut Table) -> Option<()> {
@@ -20,7 +22,12 @@ pub fn count(table: &mut Table) -> Option<()> {
         settings: &settings,
         control: Axle::new(&settings),
         measurements: Measurements::new(&settings, ratings),
-        store: Flash,
+        store: Storage::new(
+            &settings,
+            Found::default(),
+            check::axle,
+            Selected::storage(),
+        ),
         serial: 1,
         ratings,
     });

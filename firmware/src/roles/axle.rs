@@ -1,23 +1,26 @@
 //! Role `axle`: the node of one motor that follows the set-points from the bus.
 
-use super::{Refusal, Role, Spawners, drive, refuse};
+use super::{Role, Spawners, drive};
+use crate::check;
+use crate::refusal::{Refusal, refuse};
 use static_cell::StaticCell;
 use tautrack::node::axle::Axle;
 use tautrack::roles::axle::TABLE;
+use tautrack::roles::settings::Found;
 use tautrack::settings::Settings;
 
 /// The role `axle`.
 pub static ROLE: Role = Role {
     name: "axle",
     table: &TABLE,
-    check: |settings| drive::current_loop(settings).map(|_| ()),
+    check: check::axle,
     start,
 };
 
-fn start(spawners: Spawners, settings: &Settings) -> Result<(), Refusal> {
+fn start(spawners: Spawners, settings: &Settings, found: Found) -> Result<(), Refusal> {
     static NODE: StaticCell<drive::Drive<Axle>> = StaticCell::new();
     drive::install_current_loop(settings)?;
-    let parts = drive::parts(settings, create(settings)?)?;
+    let parts = drive::parts(&ROLE, settings, found, create(settings)?)?;
     let node = NODE.try_init_with(|| drive::Drive::axle(parts));
     super::spawn(spawners, node.ok_or_else(twice)?)
 }

@@ -1,10 +1,11 @@
 //! What a drive's node needs of its board: the PWM interrupt, the readings and the brake.
 
-use super::{Node, Refusal, refuse, send};
+use super::{Node, Role, send};
 use crate::boards::{Board, Selected};
-use crate::current_loop;
-use crate::storage::Flash;
+use crate::refusal::{Refusal, refuse};
+use crate::storage::Storage;
 use crate::watchdog::{self, Party};
+use crate::{check, current_loop, words};
 use static_cell::StaticCell;
 use tautrack::bus::network::NmtState;
 use tautrack::can::Frame;
@@ -12,6 +13,7 @@ use tautrack::motor::capture::{Capture, Request};
 use tautrack::motor::cogging::Wave;
 use tautrack::motor::current::{BridgeDemand, CurrentLoop, Excitation, Measurement};
 use tautrack::roles::drive::{self, Control, Measurements, Motor, Readings};
+use tautrack::roles::settings::Found;
 use tautrack::settings::Settings;
 
 /// The motor on the board.
@@ -70,13 +72,18 @@ impl Motor for BoardMotor {
 /// through the stack.
 pub type Drive<C> = drive::Drive<&'static mut C, &'static mut Measurements, Flash>;
 
+/// Settings of a drive in the flash of its board.
+type Flash = Storage<<Selected as Board>::Storage>;
+
 /// What the node of a drive is made of.
 pub type Parts<'a, C> = drive::Parts<'a, &'static mut C, &'static mut Measurements, Flash>;
 
 /// Returns what the node is made of besides its control core. Returns a [`Refusal`] if it was made
 /// before.
 pub fn parts<'a, C>(
+    role: &Role,
     settings: &'a Settings,
+    found: Found,
     control: &'static mut C,
 ) -> Result<Parts<'a, C>, Refusal> {
     static MEASUREMENTS: StaticCell<Measurements> = StaticCell::new();
@@ -88,7 +95,7 @@ pub fn parts<'a, C>(
         settings,
         control,
         measurements,
-        store: Flash,
+        store: Storage::new(settings, found, role.check, Selected::storage()),
         serial: Selected::serial_number(),
         ratings,
     })
@@ -105,7 +112,7 @@ impl<C: Control + Send> Node for Drive<C> {
 
     fn tick(&mut self, now_us: u64) {
         if let Some(code) = Self::tick(self, now_us, &mut BoardMotor, &mut send) {
-            crate::logger::warn!("fault {:#06x}", code);
+            words::fault(code);
         }
     }
 
@@ -114,17 +121,10 @@ impl<C: Control + Send> Node for Drive<C> {
     }
 }
 
-/// Computes the current loop for the motor in the settings. Returns a [`Refusal`] if that cannot
-/// be done.
-pub fn current_loop(settings: &Settings) -> Result<CurrentLoop, Refusal> {
-    drive::current_loop(settings, &Selected::POWER_STAGE)
-        .map_err(|error| refuse("current loop", error))
-}
-
 /// Installs the current loop for the motor in the settings. Returns a [`Refusal`] if the loop
 /// cannot be computed from them.
 pub fn install_current_loop(settings: &Settings) -> Result<(), Refusal> {
-    current_loop::install(current_loop(settings)?);
+    current_loop::install(check::current_loop(settings)?);
     watchdog::require(Party::Pwm);
     Ok(())
 }

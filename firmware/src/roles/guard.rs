@@ -1,60 +1,50 @@
 //! Role `guard`: the robot's body controller and stability filter, master of the CANopen network,
 //! and inclinometer after CiA 410.
 
-use super::{Refusal, Role, Spawners, refuse, send};
+use super::{Role, Spawners, send};
 use crate::boards::{Board, Selected};
-use crate::sensors::condition::{self, Chip};
-use crate::sensors::{Rates, newest};
-use crate::serial;
-use crate::storage::Flash;
+use crate::guards::every_guard;
+use crate::refusal::{Refusal, refuse};
+use crate::sensors::{Published, Rates};
+use crate::storage::Storage;
+use crate::{check, serial, words};
 use core::mem::MaybeUninit;
 use static_cell::StaticCell;
 use tautrack::bus::network::NmtState;
 use tautrack::can::Frame;
-use tautrack::math::to_i16;
 use tautrack::node::guard::Guard;
 use tautrack::robots::Body;
-use tautrack::robots::b2p2::B2p2;
-use tautrack::robots::crawler::Crawler;
-use tautrack::robots::hylos::Hylos;
-use tautrack::robots::rt_mover::RtMover;
-use tautrack::roles::guard::{self, Found, Readings};
+use tautrack::roles::guard::{self, Readings};
 use tautrack::roles::guard_objects::TABLE;
+use tautrack::roles::settings::Found;
 use tautrack::settings::Settings;
-use tautrack::stability::trust::Trust;
 
 /// Defines one role per robot, with the guard for that robot.
 macro_rules! guards {
-    ($($(#[doc = $doc:literal])* $role:ident: $body:ty;)*) => {$(
-        $(#[doc = $doc])*
+    ($($(#[$doc:meta])* $role:ident: $body:ty;)*) => {$(
+        $(#[$doc])*
         pub static $role: Role = Role {
             name: "guard",
             table: &TABLE,
-            check: check::<$body>,
+            check: check::guard::<$body>,
             start: {
                 static GUARD: StaticCell<Guard<$body>> = StaticCell::new();
                 static NODE: StaticCell<Node<$body>> = StaticCell::new();
-                |spawners, settings| start(spawners, settings, &GUARD, &NODE)
+                |spawners, settings, found| start(spawners, settings, found, &GUARD, &NODE)
             },
         };
     )*};
 }
 
-guards! {
-    /// The tracked robot of Paillat et al.
-    B2P2: B2p2;
-    /// The tracked robot of Kurc and Szybicki.
-    CRAWLER: Crawler;
-    /// The wheel-legged robot of Besseron et al.
-    HYLOS: Hylos;
-    /// The leg-wheel robot of Nakajima.
-    RT_MOVER: RtMover;
-}
+every_guard!(guards);
 
 /// Maximum number of bytes from the serial line in one tick; 115200 baud bring 12.
 const MAX_SERIAL: usize = 64;
 
-type Node<B> = guard::Node<&'static mut Guard<B>, Flash>;
+type Node<B> = guard::Node<&'static mut Guard<B>, Storage<<Selected as Board>::Storage>>;
+
+/// What the sensors' task tells the node.
+static SENSORS: Published = Published::new();
 
 impl<B: Body> super::Node for Node<B>
 where
@@ -73,13 +63,13 @@ where
         let count = serial::take(&mut bytes);
         let switches = Selected::operator_switches();
         let readings = Readings {
-            body: newest::take(),
+            body: SENSORS.newest.take(),
             serial: bytes.get(..count).unwrap_or(&[]),
             dead_man_released: switches.dead_man_released,
             emergency_stop: switches.emergency_stop,
-            chips: Chip::ALL.map(|chip| (condition::code(chip), condition::errors(chip))),
+            chips: SENSORS.conditions.codes(),
         };
-        log(&guard::Node::tick(self, now_us, &readings, &mut send));
+        words::guard(&guard::Node::tick(self, now_us, &readings, &mut send));
     }
 
     fn state(&self) -> NmtState {
@@ -87,45 +77,10 @@ where
     }
 }
 
-/// Logs what a tick has found.
-fn log(found: &Found) {
-    if let Some((code, node)) = found.fault {
-        crate::logger::warn!("fault {:#06x} of node {}", code, node);
-    }
-    if let Some(mismatch) = found.mismatch {
-        crate::logger::warn!(
-            "node {}: position scale {:#06x}, the guard counts in {:#06x}",
-            mismatch.node,
-            mismatch.found,
-            mismatch.expected
-        );
-    }
-    if let Some(trip) = found.trip {
-        crate::logger::warn!(
-            "tripped: cause {:#04x}, margin {} mm",
-            trip.cause.code(),
-            to_i16(trip.margins[trip.edge as usize] * 1e3)
-        );
-    }
-    if let Some((sensor, health)) = found.sensor {
-        if let Some(Trust::Degraded(reason) | Trust::None(reason)) = Trust::from_code(health) {
-            crate::logger::warn!("{}: {}", sensor.name(), reason.words());
-        } else {
-            crate::logger::info!("{}: believed", sensor.name());
-        }
-    }
-}
-
-/// Inlined nowhere: a robot's model takes much stack.
-#[inline(never)]
-fn check<B: Body>(settings: &Settings) -> Result<(), Refusal> {
-    let body = B::new(settings).map(|_| ());
-    body.map_err(|error| refuse("robot", format_args!("{error:?}")))
-}
-
 fn start<B: Body>(
     spawners: Spawners,
     settings: &Settings,
+    found: Found,
     guard: &'static StaticCell<Guard<B>>,
     node: &'static StaticCell<Node<B>>,
 ) -> Result<(), Refusal>
@@ -136,9 +91,12 @@ where
     let guard = create(settings, guard.try_uninit().ok_or_else(twice)?)?;
     let serial = Selected::serial_number();
     let node = node
-        .try_init_with(|| guard::Node::new(settings, guard, Flash, serial))
+        .try_init_with(|| {
+            let storage = Storage::new(settings, found, check::guard::<B>, Selected::storage());
+            guard::Node::new(settings, guard, storage, serial)
+        })
         .ok_or_else(twice)?;
-    Selected::start_sensors(spawners.bus, Rates::new(settings))
+    Selected::start_sensors(spawners.bus, Rates::new(settings), &SENSORS)
         .map_err(|error| refuse("sensors", error))?;
     super::spawn(spawners, node)
 }

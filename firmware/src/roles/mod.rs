@@ -6,9 +6,9 @@ pub mod guard;
 pub mod screw;
 
 use crate::bus::{self, RECEIVED, TRANSMIT};
+use crate::refusal::{Refusal, refuse};
 use crate::storage::Check;
 use crate::watchdog::{self, Party};
-use core::fmt::Display;
 use core::sync::atomic::{AtomicBool, Ordering};
 use embassy_executor::{SendSpawner, SpawnError, SpawnToken, Spawner};
 use embassy_futures::select::{Either, select};
@@ -22,14 +22,6 @@ use tautrack::constants::CONTROL_HZ;
 use tautrack::roles::settings::Found;
 use tautrack::settings::Settings;
 
-/// Text that tells a person why a node refuses its settings.
-#[cfg(any(not(target_os = "none"), feature = "mps2"))]
-pub type Refusal = heapless::String<160>;
-
-/// What of a node refuses its settings. A board without the simulator's link has no more text.
-#[cfg(not(any(not(target_os = "none"), feature = "mps2")))]
-pub type Refusal = &'static str;
-
 /// Kind of node.
 pub struct Role {
     /// Name of the role.
@@ -38,8 +30,9 @@ pub struct Role {
     pub table: &'static Table,
     /// Returns a [`Refusal`] if [`Self::start`] would refuse these settings.
     pub check: Check,
-    /// Checks the settings and spawns the tasks. The board calls it once.
-    pub start: fn(Spawners, &Settings) -> Result<(), Refusal>,
+    /// Checks the settings and spawns the tasks, with what was found in flash. The board calls it
+    /// once.
+    pub start: fn(Spawners, &Settings, Found) -> Result<(), Refusal>,
 }
 
 /// Executors of a node. A board may use the same one for both.
@@ -49,35 +42,6 @@ pub struct Spawners {
     pub control: SendSpawner,
     /// Runs all other tasks.
     pub bus: Spawner,
-}
-
-/// Returns the text of a refusal.
-pub fn text(refusal: &Refusal) -> &str {
-    refusal
-}
-
-/// Makes a [`Refusal`] of `what` is refused and the reason `why`; cuts off what exceeds its
-/// capacity. A board without the simulator's link has nobody to read the text, so its program
-/// contains no code that formats the reason.
-#[cfg(any(not(target_os = "none"), feature = "mps2"))]
-pub fn refuse(what: &'static str, why: impl Display) -> Refusal {
-    use core::fmt::Write;
-    struct Cut(Refusal);
-    impl Write for Cut {
-        fn write_str(&mut self, text: &str) -> core::fmt::Result {
-            text.chars()
-                .try_for_each(|letter| self.0.push(letter).map_err(|_| core::fmt::Error))
-        }
-    }
-    let mut text = Cut(Refusal::new());
-    let _ = write!(text, "{what}: {why}"); // the only error is a full text
-    text.0
-}
-
-/// Makes a [`Refusal`] of `what` is refused, without the reason.
-#[cfg(not(any(not(target_os = "none"), feature = "mps2")))]
-pub fn refuse(what: &'static str, _: impl Display) -> Refusal {
-    what
 }
 
 /// A node on its board. Each method passes the frames that the node sends to the board.

@@ -1,34 +1,29 @@
 //! Role `screw`: the node of the driving screw, an axle that follows the chassis joint. It receives
 //! the joint's motion directly from the joint's node, without the guard.
 
-use super::{Refusal, Role, Spawners, drive, refuse};
+use super::{Role, Spawners, drive};
+use crate::check;
+use crate::refusal::{Refusal, refuse};
 use static_cell::{ConstStaticCell, StaticCell};
 use tautrack::node::screw;
 use tautrack::roles::screw::TABLE;
+use tautrack::roles::settings::Found;
 use tautrack::screw::Geometry;
-use tautrack::settings::{Setting, Settings};
+use tautrack::settings::Settings;
 
 /// The role `screw`.
 pub static ROLE: Role = Role {
     name: "screw",
     table: &TABLE,
-    check,
+    check: check::screw,
     start,
 };
 
-fn check(settings: &Settings) -> Result<(), Refusal> {
-    let length = |setting| settings.get(setting);
-    let (l1, l2) = (length(Setting::LengthL1), length(Setting::LengthL2));
-    Geometry::check_micrometres(l1, l2, length(Setting::LengthK))
-        .map_err(|error| refuse("geometry", format_args!("{error:?}")))?;
-    drive::current_loop(settings).map(|_| ())
-}
-
-fn start(spawners: Spawners, settings: &Settings) -> Result<(), Refusal> {
+fn start(spawners: Spawners, settings: &Settings, found: Found) -> Result<(), Refusal> {
     static NODE: StaticCell<drive::Drive<Screw>> = StaticCell::new();
     let screw = create(settings, create_geometry(settings)?)?;
     drive::install_current_loop(settings)?;
-    let parts = drive::parts(settings, screw)?;
+    let parts = drive::parts(&ROLE, settings, found, screw)?;
     let node = NODE.try_init_with(|| drive::Drive::screw(parts));
     super::spawn(spawners, node.ok_or_else(twice)?)
 }

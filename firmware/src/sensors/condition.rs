@@ -61,47 +61,53 @@ impl Condition {
     }
 }
 
-struct Record {
-    condition: AtomicU8,
-    errors: AtomicU16,
-}
+/// Conditions and numbers of errors of the chips.
+pub struct Conditions([(AtomicU8, AtomicU16); Chip::ALL.len()]);
 
-static RECORDS: [Record; Chip::ALL.len()] = [const {
-    Record {
-        condition: AtomicU8::new(Condition::Absent as u8),
-        errors: AtomicU16::new(0),
+impl Conditions {
+    /// No chip is there.
+    pub(crate) const fn new() -> Self {
+        Self(
+            [const { (AtomicU8::new(Condition::Absent as u8), AtomicU16::new(0)) };
+                Chip::ALL.len()],
+        )
     }
-}; Chip::ALL.len()];
 
-/// Code of a chip's [`Condition`].
-pub fn code(chip: Chip) -> u8 {
-    RECORDS[chip as usize].condition.load(Ordering::Relaxed)
-}
-
-/// Number of a chip's errors since power-up; it stops at its maximum.
-pub fn errors(chip: Chip) -> u16 {
-    RECORDS[chip as usize].errors.load(Ordering::Relaxed)
-}
-
-/// Records and logs a chip's condition, if it has changed.
-pub(super) fn set(chip: Chip, condition: Condition) {
-    let record = &RECORDS[chip as usize].condition;
-    if record.load(Ordering::Relaxed) == condition as u8 {
-        return;
+    /// Returns code of the [`Condition`], and number of errors since power-up, of each chip. The
+    /// number stops at its maximum.
+    pub fn codes(&self) -> [(u8, u16); Chip::ALL.len()] {
+        Chip::ALL.map(|chip| {
+            let (condition, errors) = &self.0[chip as usize];
+            (
+                condition.load(Ordering::Relaxed),
+                errors.load(Ordering::Relaxed),
+            )
+        })
     }
-    record.store(condition as u8, Ordering::Relaxed);
-    if condition == Condition::Running {
-        crate::logger::info!("{}: {}", chip.name(), condition.words());
-    } else {
-        crate::logger::warn!("{}: {}", chip.name(), condition.words());
-    }
-}
 
-/// Counts an error of a chip. Only one task does.
-pub(super) fn count_error(chip: Chip) {
-    let record = &RECORDS[chip as usize].errors;
-    record.store(
-        record.load(Ordering::Relaxed).saturating_add(1),
-        Ordering::Relaxed,
-    );
+    /// Whether this is the chip's condition.
+    pub(super) fn is(&self, chip: Chip, condition: Condition) -> bool {
+        self.0[chip as usize].0.load(Ordering::Relaxed) == condition as u8
+    }
+
+    /// Records and logs a chip's condition, if it has changed.
+    pub(super) fn set(&self, chip: Chip, condition: Condition) {
+        if self.is(chip, condition) {
+            return;
+        }
+        let (record, _) = &self.0[chip as usize];
+        record.store(condition as u8, Ordering::Relaxed);
+        if condition == Condition::Running {
+            crate::logger::info!("{}: {}", chip.name(), condition.words());
+        } else {
+            crate::logger::warn!("{}: {}", chip.name(), condition.words());
+        }
+    }
+
+    /// Counts an error of a chip. Only one task does.
+    pub(super) fn count_error(&self, chip: Chip) {
+        let (_, errors) = &self.0[chip as usize];
+        let count = errors.load(Ordering::Relaxed).saturating_add(1);
+        errors.store(count, Ordering::Relaxed);
+    }
 }

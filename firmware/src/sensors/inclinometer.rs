@@ -3,7 +3,7 @@
 use super::bus::SensorBus;
 use super::condition::Chip;
 use super::device::{Device, TransferError, axes};
-use super::newest;
+use super::newest::Newest;
 use super::service::{Driver, Failure};
 use embassy_time::Delay;
 use embedded_hal_async::i2c::I2c;
@@ -90,7 +90,11 @@ impl Driver for Inclinometer {
         Ok(())
     }
 
-    async fn read<B: SensorBus>(&self, device: Device<'_, B>) -> Result<bool, Failure> {
+    async fn read<B: SensorBus>(
+        &self,
+        device: Device<'_, B>,
+        newest: &Newest,
+    ) -> Result<bool, Failure> {
         let mut device = device;
         let mut bytes = [0; BURST];
         // The library reads status and axes in six transfers.
@@ -102,7 +106,7 @@ impl Driver for Inclinometer {
         let force = axes(&bytes[OUTPUTS..]).map(from_fs8g_to_mg);
         // Outside of `put`, which masks interrupts.
         let inclination = pitch_and_roll(force);
-        newest::put(|readings| {
+        newest.put(|readings| {
             readings.inclination = inclination;
             readings.fresh.inclinometer = true;
         });

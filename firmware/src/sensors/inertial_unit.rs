@@ -3,7 +3,7 @@
 use super::bus::SensorBus;
 use super::condition::Chip;
 use super::device::{Device, TransferError, axes};
-use super::newest;
+use super::newest::Newest;
 use super::service::{Driver, Failure};
 use core::f32::consts::PI;
 use embassy_time::Delay;
@@ -126,7 +126,11 @@ impl Driver for InertialUnit {
         Ok(())
     }
 
-    async fn read<B: SensorBus>(&self, device: Device<'_, B>) -> Result<bool, Failure> {
+    async fn read<B: SensorBus>(
+        &self,
+        device: Device<'_, B>,
+        newest: &Newest,
+    ) -> Result<bool, Failure> {
         let mut device = device;
         let mut bytes = [0; BURST];
         // The library reads status and outputs in three transfers. Beside the inclinometer's, they
@@ -142,7 +146,7 @@ impl Driver for InertialUnit {
         // Outside of `put`, which masks interrupts.
         let rate = rate.map(|raw| from_fs1000_to_mdps(raw) * MILLI_DEGREE);
         let force = force.map(|raw| from_fs8_to_mg(raw) * MILLI_G);
-        newest::put(|readings| {
+        newest.put(|readings| {
             readings.angular_rate = rate;
             readings.specific_force = force;
             readings.fresh.gyroscope = true;

@@ -3,7 +3,7 @@
 use super::bus::SensorBus;
 use super::condition::Chip;
 use super::device::{Device, TransferError};
-use super::newest;
+use super::newest::Newest;
 use super::service::{Driver, Failure};
 use embassy_time::Delay;
 use lis2mdl_rs::asynchronous::prelude::{Md, Odr, SetRst};
@@ -72,7 +72,11 @@ impl Driver for Magnetometer {
         Ok(())
     }
 
-    async fn read<B: SensorBus>(&self, device: Device<'_, B>) -> Result<bool, Failure> {
+    async fn read<B: SensorBus>(
+        &self,
+        device: Device<'_, B>,
+        newest: &Newest,
+    ) -> Result<bool, Failure> {
         let mut chip = Lis2mdl::new_i2c(device, I2CAddress::I2cAdd, Delay);
         if chip.mag_data_ready_get().await? == 0 {
             return Ok(false);
@@ -80,7 +84,7 @@ impl Driver for Magnetometer {
         let field = chip.magnetic_raw_get().await?;
         // Outside of `put`, which masks interrupts.
         let field = field.map(|raw| from_lsb_to_mgauss(raw) * MILLI_GAUSS);
-        newest::put(|readings| {
+        newest.put(|readings| {
             readings.magnetic_field = field;
             readings.fresh.magnetometer = true;
         });

@@ -1,12 +1,13 @@
 //! Task that starts the chips, reads them at their rates, and starts them again after a failure.
 
+use super::Published;
 use super::bus::SensorBus;
-use super::condition::{self, Condition};
+use super::condition::{Chip, Condition};
 use super::device::{Device, Shared, TransferError};
 use super::inclinometer::Inclinometer;
 use super::inertial_unit::{Address, InertialUnit};
 use super::magnetometer::Magnetometer;
-use super::newest;
+use super::newest::Newest;
 use embassy_futures::join::join3;
 use embassy_time::{Duration, Instant, Ticker, Timer};
 use tautrack::settings::{Setting, Settings};
@@ -70,52 +71,66 @@ impl Failure {
 /// Driver of one kind of chip.
 pub(super) trait Driver {
     /// The chip.
-    const CHIP: condition::Chip;
+    const CHIP: Chip;
 
     /// Rate at which the chip is read, Hz.
     fn rate_hz(&self) -> u32;
     /// Checks the identity of the chip, resets it and configures it.
     async fn start<B: SensorBus>(&self, device: Device<'_, B>) -> Result<(), Failure>;
-    /// Puts the chip's readings into [`super::newest`] if it has measured since the previous call.
-    /// Returns whether it has.
-    async fn read<B: SensorBus>(&self, device: Device<'_, B>) -> Result<bool, Failure>;
+    /// Puts the chip's readings into `newest` if it has measured since the previous call. Returns
+    /// whether it has.
+    async fn read<B: SensorBus>(
+        &self,
+        device: Device<'_, B>,
+        newest: &Newest,
+    ) -> Result<bool, Failure>;
 }
 
 /// Reads the sensor chips on `bus` for ever. `address` is the one of the inertial unit.
 ///
 /// A board spawns a task with this future on the executor below its control task. The chips do not
 /// wait for each other, except for a transfer.
-pub async fn run<B: SensorBus>(bus: B, address: Address, rates: Rates) -> ! {
+pub async fn run<B: SensorBus>(bus: B, address: Address, rates: Rates, published: &Published) -> ! {
     let bus = Shared::new(bus);
+    let device = Device(&bus);
     Timer::after(BOOT).await;
     join3(
-        serve(InertialUnit::new(address, rates.inertial_hz), Device(&bus)),
-        serve(Magnetometer::new(rates.magnetometer_hz), Device(&bus)),
-        serve(Inclinometer::new(rates.inclinometer_hz), Device(&bus)),
+        serve(
+            InertialUnit::new(address, rates.inertial_hz),
+            device,
+            published,
+        ),
+        serve(Magnetometer::new(rates.magnetometer_hz), device, published),
+        serve(Inclinometer::new(rates.inclinometer_hz), device, published),
     )
     .await
     .0
 }
 
 /// Serves one chip for ever.
-async fn serve<D: Driver, B: SensorBus>(driver: D, device: Device<'_, B>) -> ! {
+async fn serve<D: Driver, B: SensorBus>(
+    driver: D,
+    device: Device<'_, B>,
+    published: &Published,
+) -> ! {
+    let conditions = &published.conditions;
     loop {
         let failure = match driver.start(device).await {
             Ok(()) => {
-                condition::set(D::CHIP, Condition::Running);
-                read_until_silent(&driver, device).await
+                conditions.set(D::CHIP, Condition::Running);
+                read_until_silent(&driver, device, published).await
             }
             Err(failure) => {
-                condition::count_error(D::CHIP);
+                conditions.count_error(D::CHIP);
                 failure
             }
         };
         if let Failure::WrongIdentity(found) = failure
-            && condition::code(D::CHIP) != Condition::WrongIdentity as u8
+            && !conditions.is(D::CHIP, Condition::WrongIdentity)
         {
             crate::logger::warn!("{}: identity {:#04x}", D::CHIP.name(), found);
         }
-        condition::set(D::CHIP, failure.condition());
+        conditions.set(D::CHIP, failure.condition());
         Timer::after(RETRY).await;
     }
 }
@@ -124,9 +139,9 @@ async fn serve<D: Driver, B: SensorBus>(driver: D, device: Device<'_, B>) -> ! {
 /// tick, sometimes before and sometimes after it, one tick would see two of them as one, and the
 /// next one none: the sensor would count as too slow. On the emulated boards a transfer takes no
 /// time, so that readings never end near a tick.
-fn ticker_after_tick(period: Duration) -> Ticker {
+fn ticker_after_tick(period: Duration, newest: &Newest) -> Ticker {
     let mut ticker = Ticker::every(period);
-    let taken = newest::taken().filter(|taken| taken.elapsed() < period);
+    let taken = newest.taken().filter(|taken| taken.elapsed() < period);
     if let (Some(taken), true) = (taken, cfg!(feature = "stm32g4")) {
         ticker.reset_at(taken);
     }
@@ -134,25 +149,30 @@ fn ticker_after_tick(period: Duration) -> Ticker {
 }
 
 /// Reads a chip at its rate until it has no new readings for some time. Returns the last failure.
-async fn read_until_silent<D: Driver, B: SensorBus>(driver: &D, device: Device<'_, B>) -> Failure {
+async fn read_until_silent<D: Driver, B: SensorBus>(
+    driver: &D,
+    device: Device<'_, B>,
+    published: &Published,
+) -> Failure {
+    let Published { newest, conditions } = published;
     let period = Duration::from_hz(u64::from(driver.rate_hz()));
     let silence = SILENCE.max(period * SILENT_PERIODS);
-    let mut ticker = ticker_after_tick(period);
-    let mut newest = Instant::now();
+    let mut ticker = ticker_after_tick(period, newest);
+    let mut last = Instant::now();
     loop {
         ticker.next().await;
-        let failure = match driver.read(device).await {
+        let failure = match driver.read(device, newest).await {
             Ok(true) => {
-                newest = Instant::now();
+                last = Instant::now();
                 continue;
             }
             Ok(false) => Failure::NoReadings,
             Err(failure) => {
-                condition::count_error(D::CHIP);
+                conditions.count_error(D::CHIP);
                 failure
             }
         };
-        if newest.elapsed() >= silence {
+        if last.elapsed() >= silence {
             return failure;
         }
     }

@@ -1,15 +1,15 @@
-//! Starts a node program, natively or in QEMU, and communicates with it over the lockstep link.
+//! A node in this process, or the same in QEMU.
 //!
-//! `programs` builds the programs, `process` runs one on one `processor`, and `settings` holds its
-//! settings.
+//! `program` builds the program of the emulated board, `process` runs it, `running` is a node of
+//! either kind, and `settings` holds its settings.
 
 #![allow(dead_code, unused_imports)] // each test program uses only a part
 
 mod process;
-mod processor;
-mod programs;
+mod program;
+mod running;
 mod settings;
 
-pub use process::Node;
-pub use programs::{ROLES, elf};
+pub use program::elf;
+pub use running::{Node, ROLES};
 pub use settings::{MOTOR, settings};

@@ -3,7 +3,7 @@
 
 use super::checkout::{NoCheckout, root};
 use super::machine::{commit, library_folder};
-use super::{Missing, Part, TARGET, WASM_TARGET, ensure};
+use super::{Missing, Part, TARGET, ensure};
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -75,17 +75,9 @@ pub struct Recipe<'a> {
 
 /// The emulated board, with these features of the firmware.
 pub const fn emulated(features: &str) -> Recipe<'_> {
-    simulated("mps2", TARGET, features)
-}
-
-/// WebAssembly modules.
-pub const WASM: Recipe = simulated("wasm", WASM_TARGET, "");
-
-/// Programs that run in the simulator alone.
-const fn simulated<'a>(board: &'a str, target: &'static str, features: &'a str) -> Recipe<'a> {
     Recipe {
-        board,
-        target,
+        board: "mps2",
+        target: TARGET,
         features,
         profile: "firmware",
         flashed_with_log: None,
@@ -125,11 +117,12 @@ pub fn folder_of(recipe: &Recipe, programs: &[&str]) -> Result<PathBuf, BuildErr
 
 /// What this computer needs to build the programs and to run them.
 fn needs(recipe: &Recipe) -> &'static [Part] {
-    match recipe.target {
-        TARGET if recipe.small_library => &[Part::Target, Part::Sources],
-        TARGET if recipe.flashed_with_log.is_some() => &[Part::Target],
-        TARGET => &[Part::Target, Part::Qemu],
-        _ => &[Part::Wasm],
+    if recipe.small_library {
+        &[Part::Target, Part::Sources]
+    } else if recipe.flashed_with_log.is_some() {
+        &[Part::Target]
+    } else {
+        &[Part::Target, Part::Qemu]
     }
 }
 
@@ -154,11 +147,9 @@ fn command(recipe: &Recipe, root: &Path, target_folder: &Path) -> Command {
         .args(["--locked", "--profile", recipe.profile, "--target-dir"])
         .arg(target_folder);
     command.args(["--target", recipe.target]);
-    if recipe.target == TARGET {
-        let flags = flags(recipe, root);
-        command.arg("--config");
-        command.arg(format!("target.{TARGET}.rustflags = {flags:?}"));
-    }
+    let flags = flags(recipe, root);
+    command.arg("--config");
+    command.arg(format!("target.{TARGET}.rustflags = {flags:?}"));
     if let Some(log) = recipe.flashed_with_log {
         // Equal values for all programs of a profile, so that cargo finds the macros and with them
         // everything else unchanged. The build script of `proc-macro2` reads the second.

@@ -14,8 +14,6 @@ pub struct Command {
     pub program: &'static str,
     /// Feature with which the program is built; empty for none.
     feature: &'static str,
-    /// Arguments of the program before those of the user.
-    arguments: &'static [&'static str],
     /// Whether cargo shows what it compiles.
     shows_build: bool,
     /// What the program needs with these arguments.
@@ -27,13 +25,12 @@ const PLAIN: Command = Command {
     name: "",
     program: "",
     feature: "",
-    arguments: &[],
     shows_build: false,
     needs: |_| Vec::new(),
 };
 
 /// All commands.
-pub const COMMANDS: [Command; 9] = [
+pub const COMMANDS: [Command; 8] = [
     Command {
         name: "demo",
         program: "demo",
@@ -42,20 +39,11 @@ pub const COMMANDS: [Command; 9] = [
         ..PLAIN
     },
     Command {
-        name: "demo-wasm",
-        program: "demo",
-        feature: "wasm",
-        arguments: &["--nodes", "wasm"],
-        shows_build: true,
-        needs: demo,
-    },
-    Command {
         name: "demo-image",
         program: "demo",
         feature: "image",
         shows_build: true,
         needs: demo,
-        ..PLAIN
     },
     Command {
         name: "generate",
@@ -100,12 +88,6 @@ impl Command {
         COMMANDS.iter().find(|command| name == command.name)
     }
 
-    /// Returns the arguments of the program if the user types `typed`.
-    pub fn arguments(&self, typed: impl IntoIterator<Item = OsString>) -> Vec<OsString> {
-        let own = self.arguments.iter().map(OsString::from);
-        own.chain(typed).collect()
-    }
-
     /// Returns what the program needs with these arguments. A help text needs nothing.
     pub fn needs(&self, arguments: &[OsString]) -> Vec<Part> {
         if ["--help", "-h", "--version", "-V"]
@@ -145,16 +127,13 @@ impl Command {
 
 /// What `cargo demo` needs: the kinds of its nodes decide.
 fn demo(arguments: &[OsString]) -> Vec<Part> {
-    let nodes = value(arguments, "--nodes");
-    let wasm = nodes == Some("wasm".as_ref());
-    // A suite replaces emulated nodes by native ones.
-    let native = nodes == Some("native".as_ref()) || has(arguments, "--suite");
-    let emulated = !wasm && !native;
+    // A suite has no emulated nodes.
+    let host = value(arguments, "--nodes") == Some("host".as_ref()) || has(arguments, "--suite");
+    let emulated = !host;
     let images = has(arguments, "--image");
     let parts = [
         (Part::Target, emulated || images),
         (Part::Sources, images),
-        (Part::Wasm, wasm),
         (Part::Qemu, emulated),
     ];
     let needed = parts.into_iter().filter(|(_, needed)| *needed);

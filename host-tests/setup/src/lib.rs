@@ -18,8 +18,6 @@ pub use plan::{Facts, Missing, Part, Rights, Step};
 
 /// Compiler target of all boards: Cortex-M4 with its floating-point unit.
 pub const TARGET: &str = "thumbv7em-none-eabihf";
-/// Compiler target of nodes in the simulator's process.
-pub const WASM_TARGET: &str = "wasm32-unknown-unknown";
 /// Name of the emulator's program.
 pub const QEMU: &str = "qemu-system-arm";
 /// Name of the program that talks to a debug probe.

@@ -2,7 +2,7 @@
 
 use super::checkout::root;
 use super::plan::{Facts, Packages, Rights, Step};
-use super::{PROBE_RS, QEMU, TARGET, WASM_TARGET};
+use super::{PROBE_RS, QEMU, TARGET};
 use std::ffi::OsStr;
 use std::path::PathBuf;
 use std::process::{Command, Stdio};
@@ -13,7 +13,6 @@ pub fn facts() -> Facts {
     let rustc = env::var_os("RUSTC").unwrap_or_else(|| "rustc".into());
     Facts {
         target_library: library(&rustc, TARGET),
-        wasm_library: library(&rustc, WASM_TARGET),
         library_sources: library_sources(&rustc),
         rustup: succeeds(&["rustup", "--version"]),
         qemu: succeeds(&[QEMU, "--version"]),

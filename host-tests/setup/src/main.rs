@@ -13,7 +13,7 @@ fn main() -> ExitCode {
         eprintln!("error: the commands are {names}");
         return ExitCode::from(2);
     };
-    let arguments = command.arguments(words);
+    let arguments: Vec<_> = words.collect();
     if let Err(missing) = ensure(&command.needs(&arguments)) {
         eprintln!("error: {missing}");
         return ExitCode::FAILURE;

@@ -1,6 +1,6 @@
 //! Decides from given facts what to install so that a command has all that it needs.
 
-use super::{PROBE_RS, QEMU, TARGET, WASM_TARGET};
+use super::{PROBE_RS, QEMU, TARGET};
 use std::fmt;
 
 /// Command that installs rustup, as its makers publish it.
@@ -13,8 +13,6 @@ pub enum Part {
     Target,
     /// Sources of Rust's library, which flash images compile with themselves.
     Sources,
-    /// Library of [`WASM_TARGET`].
-    Wasm,
     /// The emulator.
     Qemu,
     /// The program that talks to a debug probe. It is never installed automatically, because it
@@ -27,7 +25,6 @@ impl Part {
     fn of_rustup(self) -> Option<[&'static str; 3]> {
         match self {
             Self::Target => Some(["target", "add", TARGET]),
-            Self::Wasm => Some(["target", "add", WASM_TARGET]),
             Self::Sources => Some(["component", "add", "rust-src"]),
             Self::Qemu | Self::ProbeRs => None,
         }
@@ -47,7 +44,6 @@ impl fmt::Display for Part {
         f.write_str(match self {
             Self::Target => "the library of the nodes' target",
             Self::Sources => "the sources of Rust's library, which flash images are built from",
-            Self::Wasm => "the library of the target of WebAssembly nodes",
             Self::Qemu => "the emulator",
             Self::ProbeRs => PROBE_RS,
         })
@@ -78,8 +74,6 @@ pub enum Rights {
 pub struct Facts {
     /// The compiler in use has the library of the boards' target.
     pub target_library: bool,
-    /// The compiler in use has the library of the target of WebAssembly nodes.
-    pub wasm_library: bool,
     /// The compiler in use has the sources of the library.
     pub library_sources: bool,
     /// rustup is installed and has not failed.
@@ -98,18 +92,17 @@ pub struct Facts {
 
 impl Facts {
     /// Whether the computer has the part.
-    fn has(&self, part: Part) -> bool {
+    fn has(self, part: Part) -> bool {
         match part {
             Part::Target => self.target_library,
             Part::Sources => self.library_sources,
-            Part::Wasm => self.wasm_library,
             Part::Qemu => self.qemu,
             Part::ProbeRs => self.probe_rs,
         }
     }
 
     /// The step that installs the part; `None` if that is forbidden or impossible.
-    fn step(&self, part: Part) -> Option<Step> {
+    fn step(self, part: Part) -> Option<Step> {
         if !self.setup_allowed {
             return None;
         }
@@ -194,7 +187,7 @@ pub struct Missing(pub Part);
 impl fmt::Display for Missing {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         match self.0 {
-            Part::Target | Part::Sources | Part::Wasm => {
+            Part::Target | Part::Sources => {
                 let arguments = self.0.of_rustup().into_iter().flatten();
                 let arguments: Vec<&str> = arguments.collect();
                 write!(

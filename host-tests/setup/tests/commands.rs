@@ -7,7 +7,7 @@ use std::io::Write;
 use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
-use tautrack_setup::Part::{self, ProbeRs, Qemu, Sources, Target, Wasm};
+use tautrack_setup::Part::{self, ProbeRs, Qemu, Sources, Target};
 use tautrack_setup::commands::{COMMANDS, Command as Row};
 use tautrack_setup::plan::RUSTUP;
 
@@ -79,21 +79,17 @@ fn the_arguments_decide_what_a_command_needs() {
     let needs = |line: &str| {
         let mut words = line.split(' ').map(OsString::from);
         let row = row(words.next().unwrap().to_str().unwrap());
-        row.needs(&row.arguments(words))
+        row.needs(&words.collect::<Vec<_>>())
     };
-    let table: [(&str, &[Part]); 21] = [
+    let table: [(&str, &[Part]); 17] = [
         ("demo", &[Target, Qemu]),
         ("demo --nodes qemu --robot hylos", &[Target, Qemu]),
-        ("demo --nodes native", &[]),
-        ("demo --nodes=native", &[]),
-        ("demo --nodes wasm", &[Wasm]),
+        ("demo --nodes host", &[]),
+        ("demo --nodes=host", &[]),
         ("demo --suite hazards", &[]),
-        ("demo --suite=hazards --nodes=wasm", &[Wasm]),
         ("demo --help", &[]),
-        ("demo-wasm", &[Wasm]),
-        ("demo-wasm --suite operators", &[Wasm]),
         ("demo-image --image guard", &[Target, Sources, Qemu]),
-        ("demo-image --nodes native --image=all", &[Target, Sources]),
+        ("demo-image --nodes host --image=all", &[Target, Sources]),
         ("generate", &[]),
         ("evaluate -", &[]),
         ("cost", &[Target, Qemu]),
@@ -149,20 +145,14 @@ fn every_command_names_what_is_missing_in_one_line_before_it_compiles() {
     fs::write(stubs.join("installed/libcore-0.rlib"), "").expect("a library");
 
     let target = "rustup target add thumbv7em-none-eabihf";
-    let wasm = "rustup target add wasm32-unknown-unknown";
     let sources = "rustup component add rust-src";
     let qemu = "sudo apt-get install qemu-system-arm";
     let probe_rs = "cargo install probe-rs-tools";
     let lines = [
         ("demo", "none", target),
         ("demo", "installed", qemu),
-        ("demo-wasm", "none", wasm),
         ("demo-image", "installed", qemu),
-        (
-            "demo-image --nodes native --image all",
-            "installed",
-            sources,
-        ),
+        ("demo-image --nodes host --image all", "installed", sources),
         ("cost", "none", target),
         ("cost", "installed", qemu),
         ("footprint", "installed", sources),
@@ -188,7 +178,7 @@ fn every_command_names_what_is_missing_in_one_line_before_it_compiles() {
             .any(|(line, ..)| line.split(' ').next() == Some(name))
     };
     for row in COMMANDS {
-        let needs_nothing = row.needs(&row.arguments([])).is_empty();
+        let needs_nothing = row.needs(&[]).is_empty();
         assert!(
             needs_nothing || named(row.name),
             "{} is not tried",

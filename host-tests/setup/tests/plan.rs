@@ -1,14 +1,13 @@
 //! Tests the plan of a set-up: what a computer lacks is installed if that is allowed, else one line
 //! names it.
 
-use Part::{ProbeRs, Qemu, Sources, Target, Wasm};
+use Part::{ProbeRs, Qemu, Sources, Target};
 use proptest::prelude::*;
 use tautrack_setup::plan::{Packages, RUSTUP, after, plan};
 use tautrack_setup::{Facts, Missing, Part, QEMU, Rights, Step};
 
 const READY: Facts = Facts {
     target_library: true,
-    wasm_library: true,
     library_sources: true,
     rustup: true,
     qemu: true,
@@ -23,7 +22,7 @@ const EMULATED: [Part; 2] = [Target, Qemu];
 /// What a flash image of a motor board needs.
 const IMAGE: [Part; 2] = [Target, Sources];
 /// Everything that a command can need.
-const ALL: [Part; 5] = [Target, Sources, Wasm, Qemu, ProbeRs];
+const ALL: [Part; 4] = [Target, Sources, Qemu, ProbeRs];
 
 fn facts() -> impl Strategy<Value = Facts> {
     let packages = prop_oneof![
@@ -36,7 +35,7 @@ fn facts() -> impl Strategy<Value = Facts> {
         Just(Some(Rights::Root)),
         Just(Some(Rights::Sudo))
     ];
-    (any::<[bool; 7]>(), packages, rights).prop_map(|(bits, packages, rights)| Facts {
+    (any::<[bool; 6]>(), packages, rights).prop_map(|(bits, packages, rights)| Facts {
         target_library: bits[0],
         rustup: bits[1],
         qemu: bits[2],
@@ -44,8 +43,7 @@ fn facts() -> impl Strategy<Value = Facts> {
         rights,
         setup_allowed: bits[3],
         library_sources: bits[4],
-        wasm_library: bits[5],
-        probe_rs: bits[6],
+        probe_rs: bits[5],
     })
 }
 
@@ -63,10 +61,9 @@ fn rustup_adds_what_is_missing_and_if_it_fails_the_user_is_told() {
     let bare = Facts {
         target_library: false,
         library_sources: false,
-        wasm_library: false,
         ..READY
     };
-    for part in [Target, Sources, Wasm] {
+    for part in [Target, Sources] {
         let add = Step::Rustup(part);
         assert_eq!(plan(&[part], &bare), Ok(vec![add]));
         let failed = after(add, false, &bare, &bare);
@@ -95,7 +92,6 @@ fn without_rustup_no_package_replaces_it() {
 fn a_missing_part_that_is_not_needed_is_neither_installed_nor_demanded() {
     let bare = Facts {
         target_library: false,
-        wasm_library: false,
         library_sources: false,
         qemu: false,
         probe_rs: false,
@@ -141,7 +137,6 @@ fn what_is_missing_is_one_line_that_says_what_to_type() {
     for (part, command) in [
         (Target, "rustup target add thumbv7em-none-eabihf"),
         (Sources, "rustup component add rust-src"),
-        (Wasm, "rustup target add wasm32-unknown-unknown"),
     ] {
         let text = Missing(part).to_string();
         assert!(text.contains(&format!("type: {command} ")), "{text}");

@@ -1,14 +1,12 @@
-//! Builds the node programs, for the emulated board, the host or WebAssembly, and identifies
-//! them by their hashes.
+//! Builds the node programs and identifies them by their hashes.
 //!
-//! `program` describes a program, `motor_board` and `guard_board` build what is flashed, `native`
-//! builds for this computer. [`flash`] and [`settings_pages`] make the bytes that are flashed.
-//! [`setup`] calls cargo for the boards, and installs what the build needs.
+//! `program` describes a program, `motor_board` and `guard_board` build what is flashed. [`flash`]
+//! and [`settings_pages`] make the bytes that are flashed. [`setup`] calls cargo for the boards, and
+//! installs what the build needs.
 
 pub mod flash;
 mod guard_board;
 mod motor_board;
-mod native;
 mod program;
 pub mod settings_pages;
 
@@ -18,9 +16,8 @@ pub use program::{Board, Instruments, Program, Programs, hexadecimal};
 pub use tautrack_setup as setup;
 pub use tautrack_setup::build::{BuildError, changes_a_build};
 
-use native::native;
 use program::identify;
-use setup::build::{WASM, emulated, folder_of};
+use setup::build::{emulated, folder_of};
 
 /// Builds the program that all nodes of a robot run on `board`: that of its guard, which also
 /// contains the roles of the drives. Returns quickly if nothing has changed. Installs what the
@@ -33,12 +30,7 @@ use setup::build::{WASM, emulated, folder_of};
 /// [`BuildError`], with cargo's last lines if the build fails.
 pub fn build(board: Board, guard: &str) -> Result<Programs, BuildError> {
     let nodes = match board {
-        Board::Native => native(guard)?,
-        Board::Wasm => identify(
-            folder_of(&WASM, &[guard])?
-                .join(guard)
-                .with_extension("wasm"),
-        )?,
+        Board::Host => program::own(guard)?,
         Board::Qemu => identify(folder_of(&emulated("mps2"), &[guard])?.join(guard))?,
         Board::Image => guard_board(&[guard])?.remove(0),
     };

@@ -5,16 +5,15 @@ use sha2::{Digest, Sha256};
 use std::fmt::Write;
 use std::fs;
 use std::path::PathBuf;
+use std::sync::OnceLock;
 
 /// Board that the nodes run on.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Board {
     /// The Cortex-M4F that QEMU emulates. All published results are obtained with it.
     Qemu,
-    /// The host itself, for fuzzing and debuggers: a process for each node, built as the tests are.
-    Native,
-    /// WebAssembly modules in the simulator's process, for sweeps: the fastest nodes.
-    Wasm,
+    /// Values in the simulator's process: the fastest nodes, built as the tests are.
+    Host,
     /// The flash image of the motor board, on a model of its chip. It replaces single nodes of the
     /// other kinds, because there is none for the guard: see [`super::motor_board`].
     Image,
@@ -23,9 +22,9 @@ pub enum Board {
 /// Node program.
 #[derive(Clone, PartialEq, Eq, Default, Debug)]
 pub struct Program {
-    /// Path of the executable.
+    /// Path of the executable. For nodes in this process, the name of the guard's program.
     pub path: PathBuf,
-    /// SHA-256 of the executable, in hexadecimal.
+    /// SHA-256 of the executable, in hexadecimal; of this process, for nodes in it.
     pub sha256: String,
 }
 
@@ -56,6 +55,24 @@ pub(super) fn identify(path: PathBuf) -> Result<Program, BuildError> {
         }),
         Err(error) => Err(BuildError::Unreadable { path, error }),
     }
+}
+
+/// Nodes in this process, of the robot whose guard has the program `guard`.
+pub(super) fn own(guard: &str) -> Result<Program, BuildError> {
+    static SHA256: OnceLock<String> = OnceLock::new();
+    let path = PathBuf::from(guard);
+    if let Some(sha256) = SHA256.get() {
+        let sha256 = sha256.clone();
+        return Ok(Program { path, sha256 });
+    }
+    let unreadable = |error| BuildError::Unreadable {
+        path: path.clone(),
+        error,
+    };
+    let executable = std::env::current_exe().map_err(unreadable)?;
+    let sha256 = identify(executable)?.sha256;
+    let sha256 = SHA256.get_or_init(|| sha256).clone();
+    Ok(Program { path, sha256 })
 }
 
 /// Formats `bytes` in hexadecimal, as in a program's hash.

@@ -6,6 +6,7 @@ use crate::world::Plant;
 use crate::world::terrain::Terrain;
 use tautrack::link::MotorModel;
 use tautrack::settings::Setting;
+use tautrack_firmware::boards::host;
 
 /// Conditions of a run that do not belong to the robot.
 #[derive(Clone, Copy, Debug)]
@@ -60,6 +61,8 @@ pub struct Facts {
     pub nodes: &'static [(NodeName, u8)],
     /// Name of the guard's node program.
     pub guard_program: &'static str,
+    /// The guard in this process.
+    pub guard: &'static host::Role,
     /// Default scenario file, relative to `host-tests/scenarios`.
     pub scenario_file: &'static str,
     /// Names of the stages in which the guard starts the drives.

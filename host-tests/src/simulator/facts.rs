@@ -29,7 +29,7 @@ pub struct NodeFacts {
     pub name: NodeName,
     /// Role of the node: `axle`, `screw` or `guard`.
     pub role: String,
-    /// Board of the program: `mps2`, `native` or `wasm`.
+    /// Board of the node: `mps2`, `host`, or that of a flash image.
     pub board: String,
     /// `CANopen` node id.
     pub node_id: u8,

@@ -2,7 +2,7 @@
 
 use std::io::{Read, Write};
 use std::process::{Command, Stdio};
-use tautrack::link::{FromNode, Prefix, Start, ToNode, VERSION};
+use tautrack::link::{FromNode, PREFIX, Start, ToNode, VERSION};
 use tautrack_host_tests::programs::setup::QEMU;
 use tautrack_host_tests::programs::{Board, changes_a_build};
 use tautrack_host_tests::robots::Kind;
@@ -65,13 +65,12 @@ fn nodes_are_built_and_answer_in_qemu() {
         let body = postcard::to_allocvec(&ToNode::Start(start)).unwrap();
         let mut input = node.stdin.take().unwrap();
         let length = body.len() as u16;
-        let prefix = Prefix { length, node: 0 };
-        input.write_all(&prefix.to_bytes()).unwrap();
+        input.write_all(&length.to_le_bytes()).unwrap();
         input.write_all(&body).unwrap();
         let mut output = node.stdout.take().unwrap();
-        let mut prefix = [0; Prefix::BYTES];
+        let mut prefix = [0; PREFIX];
         output.read_exact(&mut prefix).unwrap();
-        let mut body = vec![0; usize::from(Prefix::from_bytes(prefix).length)];
+        let mut body = vec![0; usize::from(u16::from_le_bytes(prefix))];
         output.read_exact(&mut body).unwrap();
         let FromNode::Ready(ready) = postcard::from_bytes(&body).unwrap() else {
             panic!("{role} does not begin with Ready");

@@ -196,7 +196,7 @@ impl Copy {
         assert!(output.status.success(), "{program} {arguments:?}:\n{text}");
     }
 
-    /// Runs a scenario of the cart with native nodes and returns the summary.
+    /// Runs a scenario of the cart with nodes in this process and returns the summary.
     fn demo(&self, scenario: &str, guard: &str) -> Value {
         let file = format!("host-tests/scenarios/cart/{scenario}.toml");
         let out = self.root.join("target/demo");
@@ -204,7 +204,7 @@ impl Copy {
             fs::remove_dir_all(&out).expect("removed");
         }
         let folder = out.display().to_string();
-        let arguments = ["--scenario", &file, "--nodes", "native", "--guard", guard];
+        let arguments = ["--scenario", &file, "--nodes", "host", "--guard", guard];
         self.run("demo", &[&arguments[..], &["--out", &folder]].concat());
         let text = fs::read_to_string(out.join("summary.json")).expect("summary.json");
         serde_json::from_str(&text).expect("JSON")

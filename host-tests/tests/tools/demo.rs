@@ -26,7 +26,7 @@ fn writes_summary_log_and_report_and_ends_well() {
     let flat = scenario("flat");
     let output = demo(&[
         "--nodes",
-        "native",
+        "host",
         "--scenario",
         &flat,
         "--out",
@@ -70,7 +70,7 @@ fn an_expectation_that_does_not_hold_is_exit_status_1() {
     let kept_up = scenario("staircase-front-kept-up");
     let output = demo(&[
         "--nodes",
-        "native",
+        "host",
         "--guard",
         "off",
         "--scenario",

@@ -16,7 +16,7 @@ use tautrack_host_tests::world::terrain::Terrain;
 /// Native nodes of B2P2.
 fn programs() -> Programs {
     robots::Kind::B2p2
-        .programs(Board::Native)
+        .programs(Board::Host)
         .unwrap_or_else(|error| panic!("{error}"))
 }
 

@@ -29,7 +29,8 @@ mod transceiver;
 use super::stm32g4::defect::{Defect, has};
 use super::stm32g4::{can, clock, crc, led, reset, storage};
 use crate::boards::Board;
-use crate::roles::{self, Role, Spawners, refuse};
+use crate::refusal::refuse;
+use crate::roles::{self, Role, Spawners};
 use defmt_rtt as _;
 use embassy_executor::{Executor, InterruptExecutor, Spawner};
 use embassy_stm32::interrupt;
@@ -71,7 +72,7 @@ fn start(role: &'static Role, bus: Spawner) {
     interrupt::USART3.set_priority(Priority::P3);
 
     storage::start(p.FLASH);
-    let (settings, found) = crate::storage::load();
+    let (settings, found) = crate::storage::load(storage::Storage);
     // The index, or the third Hall sensor, takes the input of the home switch.
     let sensor = RotorSensor::of(&settings);
     let home = if sensor.is_some_and(RotorSensor::has_halls) {
@@ -120,8 +121,7 @@ fn start(role: &'static Role, bus: Spawner) {
             "the board has no absolute rotor sensor",
         ))
     } else {
-        crate::storage::publish(&settings, found, role.check);
-        (role.start)(spawners, &settings)
+        (role.start)(spawners, &settings, found)
     };
     if let Err(refusal) = &started {
         defmt::error!("refused: {=str}", refusal);

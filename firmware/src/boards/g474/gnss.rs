@@ -33,7 +33,7 @@ fn USART1() {
     let status = port.isr().read();
     if status.rxne() {
         let byte = port.rdr().read().dr() as u8;
-        // A full queue loses the byte; the checksum of its sentence then fails.
+        // A full line loses the byte; the checksum of its sentence then fails.
         serial::put(&[byte]);
     }
     // A byte that came too early raises the interrupt until its flag is cleared.

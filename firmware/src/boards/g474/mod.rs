@@ -15,7 +15,7 @@ mod sensors;
 use super::stm32g4::{can, clock, crc, led, reset, storage};
 use crate::boards::{Board, OperatorSwitches};
 use crate::roles::{self, Role, Spawners};
-use crate::sensors::Rates;
+use crate::sensors::{Published, Rates};
 use defmt_rtt as _;
 use embassy_executor::{Executor, InterruptExecutor, SpawnError, Spawner};
 use embassy_stm32::interrupt;
@@ -80,7 +80,7 @@ impl Board for G474 {
         interrupt::USART3.set_priority(Priority::P3);
 
         storage::start(p.FLASH);
-        let (settings, found) = crate::storage::load();
+        let (settings, found) = crate::storage::load(storage::Storage);
         operator::start(p.PC10, p.PC12);
         sensors::start_bus(p.I2C3, p.PC8, p.PC9, p.DMA1_CH1, p.DMA1_CH2);
         let receiver = gnss::start(p.USART1, p.PC5);
@@ -91,8 +91,7 @@ impl Board for G474 {
             can.spawn(bus);
             let spawners = Spawners { control, bus };
             let started = if found.has_settings() {
-                crate::storage::publish(&settings, found, role.check);
-                (role.start)(spawners, &settings)
+                (role.start)(spawners, &settings, found)
             } else {
                 roles::start_blank(spawners, role, found)
             };
@@ -124,8 +123,12 @@ impl Board for G474 {
 
     fn set_brake(_released: bool) {}
 
-    fn start_sensors(spawner: Spawner, rates: Rates) -> Result<(), SpawnError> {
-        sensors::start(spawner, rates)
+    fn start_sensors(
+        spawner: Spawner,
+        rates: Rates,
+        published: &'static Published,
+    ) -> Result<(), SpawnError> {
+        sensors::start(spawner, rates, published)
     }
 
     fn serial_number() -> u32 {

@@ -2,7 +2,7 @@
 //! the thread, below the control task.
 
 use crate::boards::stm32g4::i2c::{self, Bus, Line};
-use crate::sensors::{self, Address, Rates};
+use crate::sensors::{self, Address, Published, Rates};
 use core::cell::RefCell;
 use critical_section::Mutex;
 use embassy_executor::{SpawnError, Spawner};
@@ -55,14 +55,18 @@ pub fn start_bus(
 ///
 /// # Errors
 /// The task runs already.
-pub fn start(spawner: Spawner, rates: Rates) -> Result<(), SpawnError> {
+pub fn start(
+    spawner: Spawner,
+    rates: Rates,
+    published: &'static Published,
+) -> Result<(), SpawnError> {
     if let Some(bus) = critical_section::with(|cs| BUS.borrow(cs).take()) {
-        spawner.spawn(read(bus, rates)?);
+        spawner.spawn(read(bus, rates, published)?);
     }
     Ok(())
 }
 
 #[embassy_executor::task]
-async fn read(bus: Bus, rates: Rates) -> ! {
-    sensors::run(bus, Address::Low, rates).await
+async fn read(bus: Bus, rates: Rates, published: &'static Published) -> ! {
+    sensors::run(bus, Address::Low, rates, published).await
 }

@@ -1,32 +1,7 @@
 //! Buffers log records until an answer to the simulator carries them. The buffer is bounded and
 //! never blocks; a record is stored whole or not at all.
 
-use core::cell::RefCell;
-use core::sync::atomic::{AtomicBool, Ordering};
-use critical_section::Mutex;
 use heapless::{Deque, Vec};
-
-/// Log records that wait for the next answer.
-#[cfg_attr(target_os = "none", unsafe(link_section = ".seldom.log"))]
-static LOG: Mutex<RefCell<LogBuffer>> = Mutex::new(RefCell::new(LogBuffer::new()));
-/// Records wait in [`LOG`], or it counts lost ones.
-static USED: AtomicBool = AtomicBool::new(false);
-
-/// Calls `use_it` with the log records that wait for the next answer.
-pub fn with<R>(use_it: impl FnOnce(&mut LogBuffer) -> R) -> R {
-    critical_section::with(|cs| {
-        let mut log = LOG.borrow(cs).borrow_mut();
-        let result = use_it(&mut log);
-        USED.store(!log.is_clear(), Ordering::Relaxed);
-        result
-    })
-}
-
-/// Whether log records wait or were lost. If not, the buffer holds nothing, as at power-up.
-#[cfg(target_os = "none")]
-pub fn used() -> bool {
-    USED.load(Ordering::Relaxed)
-}
 
 /// Buffer for the log bytes of the next answers. While it is full, new records are dropped and
 /// counted.
@@ -46,11 +21,6 @@ impl LogBuffer {
             overflow: false,
             dropped: 0,
         }
-    }
-
-    /// Whether no record waits and none was lost.
-    fn is_clear(&self) -> bool {
-        self.bytes.is_empty() && self.dropped == 0
     }
 
     /// Begins a record.

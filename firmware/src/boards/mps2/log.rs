@@ -1,6 +1,6 @@
 //! Writes defmt records into the buffer of log bytes that the answers carry.
 
-use crate::boards::lockstep::log_buffer::{self, LogBuffer};
+use crate::boards::lockstep::LogBuffer;
 use core::cell::RefCell;
 use critical_section::Mutex;
 use defmt::Encoder;
@@ -10,10 +10,18 @@ static ENCODER: Mutex<RefCell<Encoder>> = Mutex::new(RefCell::new(Encoder::new()
 #[defmt::global_logger]
 struct Logger;
 
+/// Log records that wait for the next answer.
+static LOG: Mutex<RefCell<LogBuffer>> = Mutex::new(RefCell::new(LogBuffer::new()));
+
+/// Calls `use_it` with the log records that wait for the next answer.
+pub(super) fn with<R>(use_it: impl FnOnce(&mut LogBuffer) -> R) -> R {
+    critical_section::with(|cs| use_it(&mut LOG.borrow(cs).borrow_mut()))
+}
+
 /// Runs `body` with the encoder and the buffer.
-fn with(body: impl FnOnce(&mut Encoder, &mut LogBuffer)) {
+fn encode(body: impl FnOnce(&mut Encoder, &mut LogBuffer)) {
     critical_section::with(|cs| {
-        log_buffer::with(|buffer| body(&mut ENCODER.borrow(cs).borrow_mut(), buffer));
+        with(|buffer| body(&mut ENCODER.borrow(cs).borrow_mut(), buffer));
     });
 }
 
@@ -22,7 +30,7 @@ fn with(body: impl FnOnce(&mut Encoder, &mut LogBuffer)) {
 // duration.
 unsafe impl defmt::Logger for Logger {
     fn acquire() {
-        with(|encoder, buffer| {
+        encode(|encoder, buffer| {
             buffer.begin();
             encoder.start_frame(|bytes| buffer.write(bytes));
         });
@@ -31,14 +39,14 @@ unsafe impl defmt::Logger for Logger {
     unsafe fn flush() {}
 
     unsafe fn release() {
-        with(|encoder, buffer| {
+        encode(|encoder, buffer| {
             encoder.end_frame(|bytes| buffer.write(bytes));
             buffer.end();
         });
     }
 
     unsafe fn write(bytes: &[u8]) {
-        with(|encoder, buffer| encoder.write(bytes, |bytes| buffer.write(bytes)));
+        encode(|encoder, buffer| encoder.write(bytes, |bytes| buffer.write(bytes)));
     }
 }
 

@@ -1,6 +1,5 @@
 //! Semihosting calls: the emulator's standard streams, the host's files, and the exit.
 
-use core::ffi::CStr;
 use core::fmt;
 use cortex_m_semihosting::{debug, nr, syscall};
 use tautrack::link::MAX_PATH;
@@ -35,28 +34,6 @@ impl Stream {
     /// File of the host, for writing; created if it does not exist. `None` if it cannot be written.
     pub fn write_file(path: &str) -> Option<Self> {
         Self::open(path, nr::open::RW_BINARY).or_else(|| Self::open(path, nr::open::W_TRUNC_BINARY))
-    }
-
-    /// An empty file of the host that has no name and ends with the emulator, for reading and
-    /// writing.
-    pub fn temporary() -> Option<Self> {
-        let mut name = [0; MAX_PATH + 1];
-        // SAFETY: the block is what SYS_TMPNAM reads: memory for a text that ends with a zero, a
-        // number that belongs to the name, and the size of the memory.
-        let failed = unsafe { syscall(nr::TMPNAM, &[name.as_mut_ptr() as usize, 0, name.len()]) };
-        let path = CStr::from_bytes_until_nul(&name)
-            .ok()
-            .filter(|_| failed == 0)?;
-        let file = Self::open(path.to_str().ok()?, nr::open::RW_TRUNC_BINARY)?;
-        // SAFETY: the block is what SYS_REMOVE reads: name and length of the name.
-        let failed = unsafe { syscall(nr::REMOVE, &[path.as_ptr() as usize, path.count_bytes()]) };
-        (failed == 0).then_some(file)
-    }
-
-    /// Makes `position` the place of the next access. Returns `false` if the file has no places.
-    pub fn seek(&self, position: usize) -> bool {
-        // SAFETY: the block is what SYS_SEEK reads: handle and position.
-        unsafe { syscall(nr::SEEK, &[self.0, position]) == 0 }
     }
 
     /// Opens a file. For [`STANDARD`], the mode selects the stream.

@@ -8,12 +8,14 @@ pub mod section;
 use super::section::Facts;
 use tautrack::robots::Body;
 use tautrack::robots::b2p2::B2p2;
+use tautrack_firmware::boards::host;
 
 /// Facts about B2P2 that do not depend on a scenario.
 pub const FACTS: Facts = Facts {
     name: "B2P2",
     nodes: &nodes::NODES,
     guard_program: "guard",
+    guard: &host::B2P2,
     scenario_file: "staircase.toml",
     stages: B2p2::STAGES,
     headlines: &[],

@@ -8,12 +8,14 @@ pub mod section;
 use super::section::Facts;
 use tautrack::robots::Body;
 use tautrack::robots::crawler::Crawler;
+use tautrack_firmware::boards::host;
 
 /// Facts about the crawler that do not depend on a scenario.
 pub const FACTS: Facts = Facts {
     name: "crawler",
     nodes: &nodes::NODES,
     guard_program: "guard_crawler",
+    guard: &host::CRAWLER,
     scenario_file: "crawler/slope.toml",
     stages: Crawler::STAGES,
     headlines: &["speed_over_ground_mps", "left_slip_1", "right_slip_1"],

@@ -8,12 +8,14 @@ pub mod section;
 use super::section::Facts;
 use tautrack::robots::Body;
 use tautrack::robots::hylos::Hylos;
+use tautrack_firmware::boards::host;
 
 /// Facts about Hylos that do not depend on a scenario.
 pub const FACTS: Facts = Facts {
     name: "Hylos",
     nodes: &nodes::NODES,
     guard_program: "guard_hylos",
+    guard: &host::HYLOS,
     scenario_file: "hylos/loop.toml",
     stages: Hylos::STAGES,
     headlines: &["tip_over_margin_rad"],

@@ -8,12 +8,14 @@ pub mod section;
 use super::section::Facts;
 use tautrack::robots::Body;
 use tautrack::robots::rt_mover::RtMover;
+use tautrack_firmware::boards::host;
 
 /// Facts about RT-Mover that do not depend on a scenario.
 pub const FACTS: Facts = Facts {
     name: "RT-Mover",
     nodes: &nodes::NODES,
     guard_program: "guard_rt_mover",
+    guard: &host::RT_MOVER,
     scenario_file: "rt-mover/step-10.toml",
     stages: RtMover::STAGES,
     headlines: &[

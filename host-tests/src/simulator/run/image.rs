@@ -9,11 +9,11 @@ use std::thread;
 use std::time::Duration;
 use tautrack::link::{FromNode, Ready, Start, ToNode, VERSION};
 
-type Answer = Result<Vec<u8>, String>;
+type Answer = Result<FromNode, String>;
 
 /// Running board; its thread ends after this is dropped.
 pub(super) struct Image {
-    messages: Sender<Vec<u8>>,
+    messages: Sender<ToNode>,
     answers: Receiver<Answer>,
     timeout: Duration,
 }
@@ -29,7 +29,7 @@ impl Image {
             image: FlashImage::load(path)?,
             board: None,
         };
-        let (messages, received) = channel::<Vec<u8>>();
+        let (messages, received) = channel::<ToNode>();
         let (to_runner, answers) = channel();
         thread::spawn(move || {
             for message in received {
@@ -47,17 +47,14 @@ impl Image {
 }
 
 impl Link for Image {
-    fn send(&mut self, message: &[u8]) -> Result<(), String> {
-        let sent = self.messages.send(message.to_owned());
+    fn send(&mut self, message: ToNode) -> Result<(), String> {
+        let sent = self.messages.send(message);
         sent.map_err(|_| ended())
     }
 
-    fn receive(&mut self, answer: &mut Vec<u8>) -> Result<(), String> {
+    fn receive(&mut self) -> Answer {
         match self.answers.recv_timeout(self.timeout) {
-            Ok(bytes) => {
-                *answer = bytes?;
-                Ok(())
-            }
+            Ok(answer) => answer,
             Err(RecvTimeoutError::Timeout) => Err(late(self.timeout)),
             Err(RecvTimeoutError::Disconnected) => Err(ended()),
         }
@@ -85,14 +82,12 @@ struct Node {
 }
 
 impl Node {
-    fn answer(&mut self, message: &[u8]) -> Answer {
-        let message = postcard::from_bytes(message).map_err(|error| error.to_string())?;
-        let answer = match (&message, &mut self.board) {
-            (ToNode::Start(start), None) => FromNode::Ready(self.switch_on(start)),
-            (ToNode::Step(step), Some(board)) => FromNode::Stepped(board.step(step)),
-            _ => return Err("a message out of order".to_owned()),
-        };
-        postcard::to_stdvec(&answer).map_err(|error| error.to_string())
+    fn answer(&mut self, message: &ToNode) -> Answer {
+        match (message, &mut self.board) {
+            (ToNode::Start(start), None) => Ok(FromNode::Ready(self.switch_on(start))),
+            (ToNode::Step(step), Some(board)) => Ok(FromNode::Stepped(board.step(step))),
+            _ => Err("a message out of order".to_owned()),
+        }
     }
 
     fn switch_on(&mut self, start: &Start) -> Ready {

@@ -3,7 +3,6 @@
 
 use super::Options;
 use super::node::{Node, NodeError};
-use super::process::Machines;
 use crate::programs::{Board, Program, Programs};
 use crate::robots::{NodeName, NodeSpec};
 use std::time::Duration;
@@ -44,14 +43,13 @@ impl Launch {
         }
     }
 
-    /// Starts the node, maybe on one of the `machines`; each start is the same.
+    /// Starts the node; each start is the same.
     ///
     /// # Errors
     /// Those of [`Node::start`].
-    pub fn start(&self, machines: &mut Machines) -> Result<(Node, Ready), NodeError> {
+    pub fn start(&self) -> Result<(Node, Ready), NodeError> {
         let path = &self.program.path;
-        let (mut node, ready) =
-            Node::start(self.name, self.board, path, self.start.clone(), machines)?;
+        let (mut node, ready) = Node::start(self.name, self.board, path, self.start.clone())?;
         if let Some(timeout) = self.timeout {
             node.set_timeout(timeout);
         }

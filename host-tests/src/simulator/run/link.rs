@@ -1,13 +1,13 @@
-//! Carries encoded messages between the runner and one node.
+//! Carries messages between the runner and one node.
 
+use super::host::Host;
 #[cfg(feature = "image")]
 use super::image::Image;
-use super::process::{Machines, Seat};
-#[cfg(feature = "wasm")]
-use super::wasm::Instance;
+use super::process::Process;
 use crate::programs::Board;
 use std::path::Path;
 use std::time::Duration;
+use tautrack::link::{FromNode, ToNode};
 
 /// Connection to one running node, which ends when this is dropped.
 ///
@@ -18,13 +18,13 @@ pub trait Link {
     ///
     /// # Errors
     /// The node has ended, or the message is too long.
-    fn send(&mut self, message: &[u8]) -> Result<(), String>;
+    fn send(&mut self, message: ToNode) -> Result<(), String>;
 
-    /// Waits for the answer and writes it to `answer`, whose contents it replaces.
+    /// Waits for the answer.
     ///
     /// # Errors
-    /// The node has ended, does not answer within the timeout, or its answer is too long.
-    fn receive(&mut self, answer: &mut Vec<u8>) -> Result<(), String>;
+    /// The node has ended, does not answer within the timeout, or its answer is no message.
+    fn receive(&mut self) -> Result<FromNode, String>;
 
     /// Sets the maximum wall-clock time for an answer from now on.
     fn set_timeout(&mut self, timeout: Duration);
@@ -38,26 +38,15 @@ pub(super) const TIMEOUT: Duration = Duration::from_mins(1);
 pub const WITHOUT_IMAGES: &str =
     "this program was built without the feature `image`; type: cargo demo-image --image NODES";
 
-/// Starts a node with the program at `path`, which is built for `board`. It may share one of the
-/// `machines`.
+/// Starts a node with the program at `path`, which is built for `board`.
 ///
 /// # Errors
 /// The reason in words: the program cannot be read or started, or this program was built without
 /// the board.
-pub(super) fn open(
-    board: Board,
-    path: &Path,
-    machines: &mut Machines,
-) -> Result<Box<dyn Link>, String> {
+pub(super) fn open(board: Board, path: &Path) -> Result<Box<dyn Link>, String> {
     match board {
-        Board::Qemu => Ok(Box::new(machines.start(path)?)),
-        Board::Native => Ok(Box::new(Seat::alone(board, path)?)),
-        #[cfg(feature = "wasm")]
-        Board::Wasm => Ok(Box::new(Instance::start(path)?)),
-        #[cfg(not(feature = "wasm"))]
-        Board::Wasm => Err(
-            "this program was built without the feature `wasm`; type: cargo demo-wasm".to_owned(),
-        ),
+        Board::Host => Ok(Box::new(Host::new(path))),
+        Board::Qemu => Ok(Box::new(Process::start(path)?)),
         #[cfg(feature = "image")]
         Board::Image => Ok(Box::new(Image::start(path)?)),
         #[cfg(not(feature = "image"))]

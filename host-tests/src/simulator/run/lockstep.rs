@@ -6,7 +6,6 @@ use super::launch::Launch;
 use super::listener::Listener;
 use super::node::Node;
 use super::operator::Operator;
-use super::process::Machines;
 use super::{Options, RunError, Sink};
 use crate::programs::{Programs, hexadecimal};
 use crate::scenario::Scenario;
@@ -31,7 +30,6 @@ pub(super) struct Run {
     /// their numbers on the bus, followed by those of the operator, the clients and the forger.
     nodes: Vec<Option<Node>>,
     launches: Vec<Launch>,
-    machines: Machines,
     /// Virtual time at which each node was last powered up, us; its clock starts there.
     powered_up_us: Vec<u64>,
     node_facts: Vec<NodeFacts>,
@@ -62,7 +60,6 @@ impl Run {
         let mut nodes = Vec::new();
         let mut node_facts = Vec::new();
         let mut launches = Vec::new();
-        let mut machines = Machines::default();
         for (index, spec) in specs.iter().enumerate() {
             // Each node has its own noise.
             let seed = scenario
@@ -70,7 +67,7 @@ impl Run {
                 .wrapping_mul(0x1_0001)
                 .wrapping_add(index as u64);
             let launch = Launch::new(spec, programs, &options, seed);
-            let (node, ready) = launch.start(&mut machines)?;
+            let (node, ready) = launch.start()?;
             nodes.push(Some(node));
             node_facts.push(NodeFacts {
                 name: spec.name,
@@ -86,7 +83,6 @@ impl Run {
             powered_up_us: vec![0; nodes.len()],
             nodes,
             launches,
-            machines,
             node_facts,
             bus: Bus::new(specs.len() + 1 + MAX_CLIENTS + 1),
             plant: scenario.plant(),
@@ -107,7 +103,7 @@ impl Run {
     pub fn step(&mut self, step: u64, sink: &mut dyn Sink) -> Result<(), RunError> {
         let time_us = step * STEP_US;
         for index in self.faults.apply(time_us, &mut self.bus, &mut self.nodes) {
-            let (node, _) = self.launches[index].start(&mut self.machines)?;
+            let (node, _) = self.launches[index].start()?;
             self.nodes[index] = Some(node);
             self.powered_up_us[index] = time_us - STEP_US;
         }

@@ -1,8 +1,8 @@
 //! Lockstep runner: runs node programs, a bus, a plant and an operator, one millisecond at a time.
 //!
 //! [`node`] communicates with one node over a `link`, `node_log` decodes its log, and `launch`
-//! starts it. The link is a `process` with pipes, an instance of a `wasm` module, or a flash
-//! `image` on the model of its chip. [`processor`] keeps a run and its processes on one processor.
+//! starts it. The link leads to a value in this process (`host`), to the `process` of an emulator, or
+//! to a flash `image` on the model of its chip.
 //! [`operator`] plays the operator's script, [`listener`] decodes the published frames, [`faults`]
 //! injects faults. `lockstep` runs one step, [`pace`] follows the wall clock, and `recorder` runs
 //! all steps until one of the `conditions` ends the run, and passes the record to a `sink`.
@@ -11,6 +11,7 @@
 mod conditions;
 mod error;
 pub mod faults;
+mod host;
 #[cfg(feature = "image")]
 mod image;
 mod launch;
@@ -24,18 +25,13 @@ mod options;
 mod outcome;
 pub mod pace;
 mod process;
-#[cfg(target_os = "linux")]
-pub mod processor;
 mod recorder;
 mod sink;
-#[cfg(feature = "wasm")]
-mod wasm;
 
 pub use error::RunError;
 pub use link::WITHOUT_IMAGES;
 pub use options::Options;
 pub use outcome::{Ending, Outcome};
-pub use process::Machines;
 pub use recorder::record;
 pub use sink::{Sink, Unwritten};
 

@@ -1,14 +1,13 @@
-//! Communicates with one node: encodes the messages, decodes the answers and the log.
+//! Communicates with one node, and decodes its log.
 
 use super::link::{self, Link};
 use super::node_log::LogReader;
-use super::process::Machines;
 use crate::programs::Board;
 use crate::robots::NodeName;
 use std::fmt;
 use std::path::Path;
 use std::time::Duration;
-use tautrack::link::{FromNode, MAX_MESSAGE, Ready, Start, Step, Stepped, ToNode, VERSION};
+use tautrack::link::{FromNode, Ready, Start, Step, Stepped, ToNode, VERSION};
 
 /// Error of a node.
 #[derive(Debug)]
@@ -30,11 +29,10 @@ pub struct Node {
     name: NodeName,
     link: Box<dyn Link>,
     log: LogReader,
-    buffer: Vec<u8>,
 }
 
 impl Node {
-    /// Starts the program at `path`, maybe on one of the `machines`, and sends it `start`.
+    /// Starts the program at `path` and sends it `start`.
     ///
     /// # Errors
     /// If the program cannot be started, has another version of the link, or refuses its role or
@@ -44,18 +42,16 @@ impl Node {
         board: Board,
         path: &Path,
         start: Start,
-        machines: &mut Machines,
     ) -> Result<(Self, Ready), NodeError> {
         let fail = |what: String| NodeError { name, what };
         let log = LogReader::new(board, path)
             .map_err(|error| fail(format!("the log of {} is lost: {error}", path.display())))?;
         let mut node = Self {
             name,
-            link: link::open(board, path, machines).map_err(fail)?,
+            link: link::open(board, path).map_err(fail)?,
             log,
-            buffer: Vec::with_capacity(MAX_MESSAGE),
         };
-        node.write(&ToNode::Start(start))?;
+        node.write(ToNode::Start(start))?;
         match node.read()? {
             FromNode::Ready(ready) if ready.version != VERSION => Err(node.error(format!(
                 "{} speaks version {} of the link, this runner version {VERSION}; build both from the same sources",
@@ -90,7 +86,7 @@ impl Node {
     /// # Errors
     /// If the message cannot be sent. A process that has ended is an error of [`Node::receive`].
     pub fn send(&mut self, step: Step) -> Result<(), NodeError> {
-        self.write(&ToNode::Step(step))
+        self.write(ToNode::Step(step))
     }
 
     /// Waits for the answer to a step.
@@ -104,20 +100,14 @@ impl Node {
         }
     }
 
-    fn write(&mut self, message: &ToNode) -> Result<(), NodeError> {
-        self.buffer.clear();
-        let buffer = std::mem::take(&mut self.buffer);
-        self.buffer =
-            postcard::to_extend(message, buffer).map_err(|error| self.error(error.to_string()))?;
-        let sent = self.link.send(&self.buffer);
+    fn write(&mut self, message: ToNode) -> Result<(), NodeError> {
+        let sent = self.link.send(message);
         sent.map_err(|what| self.error(what))
     }
 
     fn read(&mut self) -> Result<FromNode, NodeError> {
-        let received = self.link.receive(&mut self.buffer);
-        received.map_err(|what| self.error(what))?;
-        postcard::from_bytes(&self.buffer)
-            .map_err(|error| self.error(format!("answers nonsense: {error}")))
+        let received = self.link.receive();
+        received.map_err(|what| self.error(what))
     }
 
     fn error(&self, what: impl Into<String>) -> NodeError {

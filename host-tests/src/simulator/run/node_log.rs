@@ -8,7 +8,7 @@ use std::path::Path;
 /// Assembles a node's log bytes to records, which may be spread over several steps.
 pub struct LogReader {
     /// Texts of the records of an emulated node or a flash image, read from its ELF file; `None`
-    /// for the other nodes, which send text.
+    /// for the nodes in this process, which send text.
     texts: Option<Table>,
     pending: Vec<u8>,
 }
@@ -20,7 +20,7 @@ impl LogReader {
     /// A text that says why the log texts cannot be read from the program's file.
     pub fn new(board: Board, path: &Path) -> Result<Self, String> {
         let texts = match board {
-            Board::Native | Board::Wasm => None,
+            Board::Host => None,
             Board::Qemu | Board::Image => Some(texts(path)?),
         };
         Ok(Self {

@@ -1,111 +1,34 @@
-//! Runs a node program as a process: starts it, exchanges messages over its standard streams, and
-//! ends it. Nodes with the same program can share an emulated machine, see [`Machines`].
+//! Runs a node program in an emulator: starts it, exchanges messages over its standard streams, and
+//! ends it.
 
 use super::link::{Link, TIMEOUT, late};
-use crate::programs::Board;
+use crate::programs::setup::QEMU;
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::io::Errno;
-use std::cell::RefCell;
 use std::io::{self, Read, Write};
 use std::os::unix::process::CommandExt;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::{Child, ChildStderr, ChildStdin, ChildStdout, Command, Stdio};
-use std::rc::Rc;
-use std::thread::{self, JoinHandle, available_parallelism, sleep};
+use std::thread::{self, JoinHandle, sleep};
 use std::time::{Duration, Instant};
-use tautrack::link::{MAX_MESSAGE, Prefix};
+use tautrack::link::{FromNode, MAX_MESSAGE, PREFIX, ToNode};
 
 /// Time within which a process ends after it closed its pipes and its last output is read.
 const ENDING: Duration = Duration::from_secs(1);
 
-/// Emulated machines of a run.
-///
-/// There are as many for a program as this computer has processors, if there are enough nodes. More
-/// would displace each other's code from the caches.
-#[derive(Default)]
-pub struct Machines(Vec<(PathBuf, Rc<RefCell<Process>>)>);
-
-impl Machines {
-    /// Starts a node with the program at `path` on the machine that has had the fewest.
-    ///
-    /// # Errors
-    /// The reason in words, if the program cannot be started.
-    pub(super) fn start(&mut self, path: &Path) -> Result<Seat, String> {
-        let shared = self.0.iter().filter(|(program, _)| program == path);
-        let processors = available_parallelism().map_or(1, usize::from);
-        let machine = if shared.clone().count() < processors {
-            None
-        } else {
-            shared.min_by_key(|(_, machine)| machine.borrow().nodes)
-        };
-        if let Some(seat) = machine.and_then(|(_, machine)| Seat::on(machine)) {
-            return Ok(seat);
-        }
-        let seat = Seat::alone(Board::Qemu, path)?;
-        self.0.push((path.to_owned(), Rc::clone(&seat.process)));
-        Ok(seat)
-    }
-}
-
-/// A node of a process. The process ends with its last seat, one of [`Machines`] with these.
-pub(super) struct Seat {
-    process: Rc<RefCell<Process>>,
-    number: u8,
-    timeout: Duration,
-}
-
-impl Seat {
-    /// Starts the program at `path` with one node.
-    ///
-    /// # Errors
-    /// The reason in words, if the program cannot be started.
-    pub fn alone(board: Board, path: &Path) -> Result<Self, String> {
-        let process = Rc::new(RefCell::new(Process::start(board, path)?));
-        Self::on(&process).ok_or_else(|| "has no node".to_owned())
-    }
-
-    /// Adds a node to the process; `None` if it has had as many as it can.
-    fn on(process: &Rc<RefCell<Process>>) -> Option<Self> {
-        let nodes = &mut process.borrow_mut().nodes;
-        let number = u8::try_from(*nodes).ok()?;
-        *nodes += 1;
-        Some(Self {
-            process: Rc::clone(process),
-            number,
-            timeout: TIMEOUT,
-        })
-    }
-}
-
-impl Link for Seat {
-    fn send(&mut self, message: &[u8]) -> Result<(), String> {
-        self.process.borrow_mut().send(self.number, message)
-    }
-
-    fn receive(&mut self, answer: &mut Vec<u8>) -> Result<(), String> {
-        let mut process = self.process.borrow_mut();
-        process.receive(self.number, self.timeout, answer)
-    }
-
-    fn set_timeout(&mut self, timeout: Duration) {
-        self.timeout = timeout;
-    }
-}
-
 /// Running node program; the process ends when this is dropped.
-struct Process {
+pub(super) struct Process {
     child: Child,
     input: ChildStdin,
     output: ChildStdout,
     /// Thread that copies the standard error of the process to that of this program. It returns
     /// whether there was any output.
     words: Option<JoinHandle<bool>>,
-    /// Message with its prefix.
+    /// Message with its length in front.
     message: Vec<u8>,
     /// Bytes of answers that nobody has asked for yet.
     received: Vec<u8>,
-    /// Number of nodes in the life of the process.
-    nodes: usize,
+    timeout: Duration,
 }
 
 impl Process {
@@ -113,8 +36,8 @@ impl Process {
     ///
     /// # Errors
     /// The reason in words, if the program cannot be started.
-    fn start(board: Board, path: &Path) -> Result<Self, String> {
-        let mut process = command(board, path)
+    pub fn start(path: &Path) -> Result<Self, String> {
+        let mut process = emulator(path)
             .stdin(Stdio::piped())
             .stdout(Stdio::piped())
             .stderr(Stdio::piped())
@@ -133,50 +56,24 @@ impl Process {
             input,
             output,
             words,
-            message: Vec::with_capacity(Prefix::BYTES + MAX_MESSAGE),
-            received: Vec::with_capacity(Prefix::BYTES + MAX_MESSAGE),
-            nodes: 0,
+            message: Vec::with_capacity(PREFIX + MAX_MESSAGE),
+            received: Vec::with_capacity(PREFIX + MAX_MESSAGE),
+            timeout: TIMEOUT,
         })
     }
 
-    fn send(&mut self, node: u8, message: &[u8]) -> Result<(), String> {
-        let length = u16::try_from(message.len()).map_err(|error| error.to_string())?;
-        self.message.clear();
-        self.message.extend(Prefix { length, node }.to_bytes());
-        self.message.extend(message);
-        // A process that has ended is reported for the first node whose answer is missing.
-        let _ = self.input.write_all(&self.message);
-        Ok(())
-    }
-
-    /// Waits for the answer of this node. Answers come in the order of their questions.
-    fn receive(&mut self, node: u8, timeout: Duration, answer: &mut Vec<u8>) -> Result<(), String> {
-        let prefix = self.fill(timeout).map_err(|error| self.gone(&error))?;
-        if prefix.node != node {
-            return Err(format!(
-                "node {} of its process answers instead",
-                prefix.node
-            ));
-        }
-        let whole = Prefix::BYTES + usize::from(prefix.length);
-        answer.clear();
-        answer.extend(self.received.drain(..whole).skip(Prefix::BYTES));
-        Ok(())
-    }
-
     /// Reads until a whole answer is here, with as few system calls as its pieces allow. Returns
-    /// its prefix.
-    fn fill(&mut self, timeout: Duration) -> io::Result<Prefix> {
+    /// its length.
+    fn fill(&mut self, timeout: Duration) -> io::Result<usize> {
         let deadline = Instant::now() + timeout;
         loop {
-            if let Some((prefix, body)) = self.received.split_first_chunk() {
-                let prefix = Prefix::from_bytes(*prefix);
-                let length = usize::from(prefix.length);
+            if let Some((length, body)) = self.received.split_first_chunk() {
+                let length = usize::from(u16::from_le_bytes(*length));
                 if length > MAX_MESSAGE {
                     return Err(io::Error::other("its message is longer than any can be"));
                 }
                 if body.len() >= length {
-                    return Ok(prefix);
+                    return Ok(length);
                 }
             }
             self.wait_for_bytes(deadline, timeout)?;
@@ -247,6 +144,35 @@ fn copy(mut from: ChildStderr) -> bool {
     io::copy(&mut from, &mut io::stderr()).is_ok_and(|count| count > 0)
 }
 
+impl Link for Process {
+    fn send(&mut self, message: ToNode) -> Result<(), String> {
+        self.message.clear();
+        self.message.extend([0; PREFIX]);
+        let bytes = std::mem::take(&mut self.message);
+        self.message = postcard::to_extend(&message, bytes).map_err(|error| error.to_string())?;
+        let length = self.message.len() - PREFIX;
+        let length = u16::try_from(length).map_err(|error| error.to_string())?;
+        self.message[..PREFIX].copy_from_slice(&length.to_le_bytes());
+        // A process that has ended is reported when its answer is missing.
+        let _ = self.input.write_all(&self.message);
+        Ok(())
+    }
+
+    fn receive(&mut self) -> Result<FromNode, String> {
+        let filled = self.fill(self.timeout);
+        let length = filled.map_err(|error| self.gone(&error))?;
+        let whole = PREFIX + length;
+        let answer = postcard::from_bytes(&self.received[PREFIX..whole])
+            .map_err(|error| format!("answers nonsense: {error}"));
+        self.received.drain(..whole);
+        answer
+    }
+
+    fn set_timeout(&mut self, timeout: Duration) {
+        self.timeout = timeout;
+    }
+}
+
 impl Drop for Process {
     fn drop(&mut self) {
         // The process may have ended already; errors are ignored in both cases.
@@ -255,24 +181,19 @@ impl Drop for Process {
     }
 }
 
-fn command(board: Board, path: &Path) -> Command {
-    match board {
-        Board::Native | Board::Wasm | Board::Image => Command::new(path),
-        Board::Qemu => {
-            let mut command = Command::new(crate::programs::setup::QEMU);
-            command
-                .args([
-                    "-M",
-                    "mps2-an386",
-                    "-nographic",
-                    "-monitor",
-                    "none",
-                    "-serial",
-                    "none",
-                ])
-                .args(["-semihosting-config", "enable=on,target=native", "-kernel"])
-                .arg(path);
-            command
-        }
-    }
+fn emulator(path: &Path) -> Command {
+    let mut command = Command::new(QEMU);
+    command
+        .args([
+            "-M",
+            "mps2-an386",
+            "-nographic",
+            "-monitor",
+            "none",
+            "-serial",
+            "none",
+        ])
+        .args(["-semihosting-config", "enable=on,target=native", "-kernel"])
+        .arg(path);
+    command
 }

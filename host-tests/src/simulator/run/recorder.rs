@@ -3,10 +3,8 @@
 use super::conditions::{Conditions, is_still};
 use super::lockstep::Run;
 use super::pace::Pace;
-#[cfg(target_os = "linux")]
-use super::processor::OneProcessor;
 use super::{Ending, Options, RunError, Sink};
-use crate::programs::{Board, Programs};
+use crate::programs::Programs;
 use crate::scenario::Scenario;
 use crate::simulator::record::SAMPLE_HZ;
 use crate::simulator::slcan::SlcanPort;
@@ -29,11 +27,6 @@ pub fn record(
     options: Options,
     sink: &mut dyn Sink,
 ) -> Result<Ending, RunError> {
-    // Emulated nodes are busy for longer between their turns. A run with clients must keep up with
-    // the wall clock, and may need another processor for that when this one is busy.
-    #[cfg(target_os = "linux")]
-    let _processor =
-        (programs.board == Board::Native && options.slcan.is_none()).then(OneProcessor::take);
     let conditions = Conditions::of(scenario, &options);
     let (speed, slcan_wait) = (options.speed, options.slcan_wait);
     let run = Run::start(scenario, programs, options)?;

@@ -16,8 +16,7 @@ pub(super) struct Arguments {
     /// Robot whose default scenario, or whose operators' suite, is run
     #[arg(long, value_enum, default_value = "b2p2", conflicts_with = "scenario")]
     pub robot: Kind,
-    /// Runs a suite of scenarios instead of one, with native nodes or those of --nodes wasm, and
-    /// writes its table
+    /// Runs a suite of scenarios instead of one, with the nodes of --nodes host, and writes its table
     #[arg(long, value_enum, conflicts_with_all = ["scenario", "speed", "slcan"])]
     pub suite: Option<Suite>,
     /// Hazard suite: number of hazards, and number of legitimate runs, to draw at random in
@@ -27,9 +26,8 @@ pub(super) struct Arguments {
     /// Operators' suite: number of runs
     #[arg(long, value_name = "N", requires = "suite", default_value_t = 100)]
     pub runs: u64,
-    /// Processor of the nodes: a Cortex-M4F emulated by QEMU (qemu), or this computer, with a
-    /// process for each node (native) or WebAssembly modules in one process (wasm, only with `cargo
-    /// demo-wasm`)
+    /// Processor of the nodes: a Cortex-M4F emulated by QEMU (qemu), or this computer (host), which
+    /// is the fastest
     #[arg(long, value_enum, default_value_t = Nodes::Qemu)]
     pub nodes: Nodes,
     /// Nodes, separated by commas, that run the flash image of their board on a model of its chip,
@@ -83,16 +81,14 @@ pub(super) struct Arguments {
 #[derive(Clone, Copy, ValueEnum)]
 pub(super) enum Nodes {
     Qemu,
-    Native,
-    Wasm,
+    Host,
 }
 
 impl Nodes {
     pub fn board(self) -> Board {
         match self {
             Self::Qemu => Board::Qemu,
-            Self::Native => Board::Native,
-            Self::Wasm => Board::Wasm,
+            Self::Host => Board::Host,
         }
     }
 }

@@ -41,10 +41,7 @@ pub fn main(arguments: impl Iterator<Item = OsString>) -> ExitCode {
         let seed = arguments.seed.unwrap_or(1);
         let b2p2_with_guard = arguments.robot == Kind::B2p2 && arguments.guard.is_none();
         // Emulated nodes take too long for a suite.
-        let board = match arguments.nodes.board() {
-            Board::Wasm => Board::Wasm,
-            Board::Qemu | Board::Native | Board::Image => Board::Native,
-        };
+        let board = Board::Host;
         let sensors = arguments
             .sensor_hz
             .map_or_else(Sensors::default, Sensors::at);

@@ -122,7 +122,7 @@ fn keep(row: &operated::Row, scenario: &Scenario, folder: &Path) -> std::io::Res
         None => return Ok(()),
     };
     let file: PathBuf = folder.join(&scenario.name).with_extension("toml");
-    let command = format!("cargo demo --nodes native --scenario {}", file.display());
+    let command = format!("cargo demo --nodes host --scenario {}", file.display());
     println!("       {command}");
     let head = format!("# {what}.\n# {command}\n");
     fs::write(file, head + &operated::text(scenario))

@@ -17,7 +17,7 @@ fn speed_error(summary: &Summary) -> f64 {
 }
 
 fn run(name: &str) -> Summary {
-    let (summary, _) = outcome(&scenario(&format!("crawler/{name}"), |_| {}), Board::Native);
+    let (summary, _) = outcome(&scenario(&format!("crawler/{name}"), |_| {}), Board::Host);
     assert!(summary.expectation_met, "{summary}");
     summary
 }
@@ -50,7 +50,7 @@ fn the_receiver_s_speed_makes_up_for_soil_that_is_30_percent_off() {
                         tautrack_host_tests::robots::crawler::section::SlipCompensation::Soil;
                 }
             });
-            let left = speed_error(&outcome(&modelled, Board::Native).0);
+            let left = speed_error(&outcome(&modelled, Board::Host).0);
             assert!(error.abs() < 0.5 * left.abs(), "{name}: {error} {left}");
         }
     });
@@ -58,7 +58,7 @@ fn the_receiver_s_speed_makes_up_for_soil_that_is_30_percent_off() {
 
 #[test]
 fn a_circle_of_one_metre_closes() {
-    let (summary, samples) = outcome(&scenario("crawler/arc", |_| {}), Board::Native);
+    let (summary, samples) = outcome(&scenario("crawler/arc", |_| {}), Board::Host);
     assert!(summary.expectation_met, "{summary}");
     let place = |cog: [f64; 3]| [cog[0], cog[1]];
     let start = place(samples[0].truth.cog);
@@ -89,7 +89,7 @@ fn a_circle_of_one_metre_closes() {
 }
 
 #[test]
-fn emulated_and_native_nodes_end_in_the_same_bits() {
+fn emulated_nodes_and_those_in_this_process_end_in_the_same_bits() {
     unless_unchanged("crawler-bits", Kind::Crawler, || {
         ends_in_the_same_bits("crawler/slope");
     });
@@ -109,7 +109,7 @@ fn the_guard_holds_what_turns_over_without_it() {
                 let changed = scenario(&format!("crawler/hazards/{name}"), |description| {
                     description.guard = guard;
                 });
-                outcome(&changed, Board::Native).0
+                outcome(&changed, Board::Host).0
             });
             assert!(without.toppled, "{name} is no hazard: {without}");
             assert!(
@@ -125,7 +125,7 @@ fn the_page_shows_the_crawler_and_nothing_of_b2p2() {
     let short = scenario("crawler/slope", |description| {
         description.duration_s = 2.0;
     });
-    let (summary, samples) = outcome(&short, Board::Native);
+    let (summary, samples) = outcome(&short, Board::Host);
     let page = report::html(&short, &summary, &samples).unwrap();
     if let Some(path) = std::env::var_os("TAUTRACK_SHOW_REPORT") {
         std::fs::write(Path::new(&path), &page).unwrap();

@@ -39,7 +39,7 @@ fn turned(samples: &[Sample]) -> f64 {
 #[test]
 fn posture_control_brings_the_nodes_around_the_loop() {
     unless_unchanged("hylos-loop", Kind::Hylos, || {
-        let (summary, samples) = outcome(&scenario("hylos/loop", |_| {}), Board::Native);
+        let (summary, samples) = outcome(&scenario("hylos/loop", |_| {}), Board::Host);
         let (margin, turned) = (least_margin(&samples), turned(&samples));
         println!("margin at least {margin:.3} rad, {turned:.2} rad around");
         assert!(summary.expectation_met, "{summary}");
@@ -81,7 +81,7 @@ fn legs_that_stand_are_homed_on_any_ground() {
                 robot.heading_deg = heading_deg;
             }
         });
-        let (_, samples) = outcome(&standing, Board::Native);
+        let (_, samples) = outcome(&standing, Board::Host);
         let last = &samples.last().expect("samples").received;
         assert_eq!(last.guard_state, "armed", "seed {seed}: {:?}", last.events);
     }
@@ -90,14 +90,14 @@ fn legs_that_stand_are_homed_on_any_ground() {
 #[test]
 fn without_posture_control_the_nodes_tip_over_on_the_loop() {
     unless_unchanged("hylos-without", Kind::Hylos, || {
-        let (summary, samples) = outcome(&scenario("hylos/without", |_| {}), Board::Native);
+        let (summary, samples) = outcome(&scenario("hylos/without", |_| {}), Board::Host);
         assert!(summary.toppled && summary.expectation_met, "{summary}");
         assert!(turned(&samples) < 0.75 * TAU);
     });
 }
 
 #[test]
-fn emulated_and_native_nodes_of_hylos_end_in_the_same_bits() {
+fn emulated_nodes_and_those_in_this_process_of_hylos_end_in_the_same_bits() {
     unless_unchanged("hylos-bits", Kind::Hylos, || {
         ends_in_the_same_bits("hylos/loop");
     });
@@ -118,7 +118,7 @@ fn the_guard_holds_what_tips_over_without_it() {
                     description.guard = guard;
                     description.expect = tautrack_host_tests::scenario::Expect::default();
                 });
-                outcome(&changed, Board::Native).0
+                outcome(&changed, Board::Host).0
             });
             assert!(without.toppled, "{name} is no hazard: {without}");
             assert!(

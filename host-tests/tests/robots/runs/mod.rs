@@ -21,7 +21,7 @@ fn programs(board: Board, kind: Kind) -> Programs {
 
 /// Runs a test of whole runs, unless it has passed with the same programs.
 fn unless_unchanged(name: &str, kind: Kind, test: impl FnOnce()) {
-    let programs = [Board::Native, Board::Qemu].map(|board| programs(board, kind));
+    let programs = [Board::Host, Board::Qemu].map(|board| programs(board, kind));
     unchanged::unless_unchanged(name, programs.iter().flat_map(unchanged::nodes), test);
 }
 
@@ -60,11 +60,11 @@ fn outcome(scenario: &Scenario, board: Board) -> (Summary, Vec<Sample>) {
     (summary, outcome.samples)
 }
 
-/// Virtual time over which emulated and native nodes are compared, s. It includes homing, arming
+/// Virtual time over which emulated and host nodes are compared, s. It includes homing, arming
 /// and the first motion of each robot's task.
 const COMPARED_S: f64 = 10.0;
 
-/// Runs the beginning of a shipped scenario with emulated and with native nodes, and asserts that
+/// Runs the beginning of a shipped scenario with emulated and with nodes in this process, and asserts that
 /// plant and frames are bit-identical.
 fn ends_in_the_same_bits(name: &str) {
     let beginning = scenario(name, |description| {
@@ -74,7 +74,7 @@ fn ends_in_the_same_bits(name: &str) {
         let late = |event: &Event| event.when.after_s.is_some_and(|after| after > COMPARED_S);
         events.truncate(events.iter().position(late).unwrap_or(events.len()));
     });
-    let [native, emulated] = [Board::Native, Board::Qemu].map(|board| outcome(&beginning, board).0);
-    assert!(native.driven_m > 0.01, "{name} has hardly begun: {native}");
-    assert_eq!(native.state_hash, emulated.state_hash, "{name}");
+    let [host, emulated] = [Board::Host, Board::Qemu].map(|board| outcome(&beginning, board).0);
+    assert!(host.driven_m > 0.01, "{name} has hardly begun: {host}");
+    assert_eq!(host.state_hash, emulated.state_hash, "{name}");
 }

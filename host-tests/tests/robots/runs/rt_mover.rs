@@ -103,10 +103,7 @@ const LIFTED: f64 = 2.0;
 
 /// Asserts the goals of the gait in a run with nodes, bus and sensors.
 fn steps_up(name: &str, height: f64, hops: usize) {
-    let (summary, samples) = outcome(
-        &scenario(&format!("rt-mover/{name}"), |_| {}),
-        Board::Native,
-    );
+    let (summary, samples) = outcome(&scenario(&format!("rt-mover/{name}"), |_| {}), Board::Host);
     let flights = flights(&samples, height);
     for flight in &flights {
         println!("{name} {flight:.4?}");
@@ -151,7 +148,7 @@ fn the_nodes_step_up_ten_to_twenty_centimetres() {
 }
 
 #[test]
-fn emulated_and_native_nodes_end_in_the_same_bits() {
+fn emulated_nodes_and_those_in_this_process_end_in_the_same_bits() {
     unless_unchanged("rt-mover-bits", Kind::RtMover, || {
         ends_in_the_same_bits("rt-mover/step-10");
         ends_in_the_same_bits("rt-mover/step-10-halls");
@@ -176,7 +173,7 @@ fn the_guard_keeps_on_its_wheels_a_robot_that_falls_over_a_diagonal_without_it()
                 let changed = scenario(&format!("rt-mover/hazards/{hazard}"), |description| {
                     description.guard = guard;
                 });
-                let (summary, samples) = outcome(&changed, Board::Native);
+                let (summary, samples) = outcome(&changed, Board::Host);
                 let highest = samples
                     .iter()
                     .map(|sample| channel(sample, across, "height_m"))
@@ -203,7 +200,7 @@ fn an_arm_relieved_by_a_swaying_seat_does_not_pass_for_a_wheel_on_the_ground() {
             robot.payload.as_mut().expect("a load").place_m = [0.05, -0.35, 0.7];
             description.duration_s = 45.0;
         });
-        let (_, samples) = outcome(&swaying, Board::Native);
+        let (_, samples) = outcome(&swaying, Board::Host);
         let lifted = samples
             .iter()
             .position(|sample| channel(sample, 0, "height_m") > 0.2);

@@ -13,7 +13,7 @@ use tautrack_host_tests::simulator::slcan::SlcanPort;
 /// Opens a port; returns it with its address.
 fn port() -> (SlcanPort, SocketAddr) {
     // The programs are built first, so that the time does not count for the clients' timeouts.
-    programs(Board::Native);
+    programs(Board::Host);
     let port = SlcanPort::bind("127.0.0.1:0").expect("a free port");
     let address = port.address().expect("bound");
     (port, address)
@@ -52,7 +52,7 @@ fn a_run_waits_for_its_first_client_and_keeps_to_real_time() {
         slcan: Some(port),
         ..Options::default()
     };
-    let (summary, _) = with(&short("flat", 2.0), Board::Native, options);
+    let (summary, _) = with(&short("flat", 2.0), Board::Host, options);
     let (text, listened) = client.join().expect("the client is done");
     assert!(
         text.contains("t701100"),
@@ -75,7 +75,7 @@ fn a_speed_replaces_real_time_for_a_run_with_clients() {
         speed: Some(0.5),
         ..Options::default()
     };
-    let (summary, _) = with(&short("flat", 1.0), Board::Native, options);
+    let (summary, _) = with(&short("flat", 1.0), Board::Host, options);
     client.join().expect("the client is done");
     assert!(summary.wall_s > 1.8, "{} s", summary.wall_s);
 }
@@ -106,7 +106,7 @@ fn a_client_that_joins_a_run_that_did_not_wait_is_answered_at_once() {
         slcan_wait: Some(Duration::ZERO),
         ..Options::default()
     };
-    with(&short("flat", 6.0), Board::Native, options);
+    with(&short("flat", 6.0), Board::Host, options);
     let took = asking.join().expect("the client is answered");
     // The answer takes milliseconds, or longer on a loaded computer. If the run were ahead of the
     // wall clock, it would sleep longer.
@@ -123,7 +123,7 @@ fn nobody_commands_the_robot_where_a_client_is_the_operator() {
             speed: Some(20.0),
             ..Options::default()
         };
-        let (_, samples) = with(&short(name, 4.0), Board::Native, options);
+        let (_, samples) = with(&short(name, 4.0), Board::Host, options);
         let (text, _) = client.join().expect("the client is done");
         assert_eq!(text.contains("t2018"), commands, "{name}");
         let state = &samples.last().expect("samples").received.guard_state;
@@ -147,7 +147,7 @@ fn a_run_with_a_client_as_operator_ends_soon_after_the_last_one_left() {
     let scenario = scenario("client", |_| {});
     let mut samples = Vec::new();
     let ending =
-        record(&scenario, programs(Board::Native), options, &mut samples).expect("the nodes start");
+        record(&scenario, programs(Board::Host), options, &mut samples).expect("the nodes start");
     client.join().expect("the client is done");
     assert!(ending.error.is_none(), "{:?}", ending.error);
     assert_eq!(ending.clients, 1);
@@ -166,7 +166,7 @@ fn a_run_whose_operator_never_comes_says_so_after_the_wait() {
     let scenario = scenario("client", |_| {});
     let mut samples = Vec::new();
     let ending =
-        record(&scenario, programs(Board::Native), options, &mut samples).expect("the nodes start");
+        record(&scenario, programs(Board::Host), options, &mut samples).expect("the nodes start");
     assert!(matches!(ending.error, Some(RunError::NoClient)));
     assert!(samples.is_empty());
 }
@@ -174,7 +174,7 @@ fn a_run_whose_operator_never_comes_says_so_after_the_wait() {
 #[test]
 fn a_client_reads_the_device_type_of_the_chassis_joint_while_the_robot_runs() {
     // Built first, so that the time does not count for the client's timeout.
-    super::programs(Board::Native);
+    super::programs(Board::Host);
     let port = SlcanPort::bind("127.0.0.1:0").expect("a free port");
     let mut client = TcpStream::connect(port.address().expect("bound")).expect("the port listens");
     client
@@ -203,7 +203,7 @@ fn a_client_reads_the_device_type_of_the_chassis_joint_while_the_robot_runs() {
     });
     with(
         &short,
-        Board::Native,
+        Board::Host,
         Options {
             slcan: Some(port),
             ..Options::default()

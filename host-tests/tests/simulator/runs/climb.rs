@@ -6,7 +6,7 @@ use tautrack_host_tests::programs::Board;
 #[test]
 fn five_nodes_climb_the_staircase_with_the_belt_taut() {
     unless_unchanged("climb", || {
-        let (summary, _) = climb(Board::Native);
+        let (summary, _) = climb(Board::Host);
         assert!(
             summary.landed && !summary.toppled && summary.expectation_met,
             "{summary}"
@@ -21,14 +21,14 @@ fn the_guard_costs_the_nominal_climb_no_time() {
     unless_unchanged("climb-without-guard", || {
         let (without, _) = outcome(
             &scenario("staircase", |description| description.guard = false),
-            Board::Native,
+            Board::Host,
         );
         let landing = |summary: &tautrack_host_tests::results::summary::Summary| {
             summary
                 .landing_time_s
                 .unwrap_or_else(|| panic!("{summary}"))
         };
-        let (with, without) = (landing(&climb(Board::Native).0), landing(&without));
+        let (with, without) = (landing(&climb(Board::Host).0), landing(&without));
         assert!(
             with <= 1.05 * without,
             "{with} s with the guard, {without} s without"

@@ -98,7 +98,7 @@ pub(super) fn with_fault(what: FaultKind) -> (Summary, Vec<Sample>) {
         description.duration_s = 17.5;
         description.faults = vec![at(14.0, what)];
     });
-    outcome(&faulty, Board::Native)
+    outcome(&faulty, Board::Host)
 }
 
 /// Asserts that from two seconds after the fault on, nothing moves and the robot stands on its

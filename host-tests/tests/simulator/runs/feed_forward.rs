@@ -74,7 +74,7 @@ fn feed_forward_torques_bring_the_joint_nearer_to_its_set_point() {
                 let flat = scenario("flat", |description| {
                     description.feed_forward = feed_forward;
                 });
-                figures(name, &outcome(&flat, Board::Native).1)
+                figures(name, &outcome(&flat, Board::Host).1)
             });
         assert!(with.rms < 0.95 * without.rms, "{with:?} {without:?}");
     });
@@ -85,8 +85,8 @@ fn feed_forward_torques_bring_the_joint_nearer_to_its_set_point() {
 fn feed_forward_torques_do_no_harm_on_the_staircase() {
     unless_unchanged("feed-forward-climb", || {
         let without = scenario("staircase", |description| description.feed_forward = false);
-        let without = figures("staircase without", &outcome(&without, Board::Native).1);
-        let with = figures("staircase", &climb(Board::Native).1);
+        let without = figures("staircase without", &outcome(&without, Board::Host).1);
+        let with = figures("staircase", &climb(Board::Host).1);
         assert!(with.rms < 1.1 * without.rms, "{with:?} {without:?}");
         assert!(with.worst < 1.1 * without.worst, "{with:?} {without:?}");
     });

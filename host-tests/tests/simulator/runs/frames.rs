@@ -39,7 +39,7 @@ fn forged(faults: Vec<Fault>, reports: &[&str]) {
         description.expect = Expect::default();
         description.faults = faults;
     });
-    let (summary, samples) = outcome(&scenario, Board::Native);
+    let (summary, samples) = outcome(&scenario, Board::Host);
     let first = samples.partition_point(|sample| sample.time_s < FORGED_S);
     let (before, later) = samples.split_at(first);
     let fault = summary.faults.last().expect("the forger");
@@ -130,7 +130,7 @@ fn flipped(bit: u8, count: u32) -> (Summary, Vec<Sample>) {
         });
         description.faults.extend(flips);
     });
-    outcome(&faulty, Board::Native)
+    outcome(&faulty, Board::Host)
 }
 
 /// Greatest distance that the centre of gravity moves along the stairs after the flip, m, and the

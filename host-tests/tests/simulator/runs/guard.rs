@@ -10,7 +10,7 @@ fn front_kept_up_topples_without_the_guard() {
             description.guard = false;
             description.expect.guard_intervenes = None;
         });
-        let (summary, _) = outcome(&without, Board::Native);
+        let (summary, _) = outcome(&without, Board::Host);
         assert!(summary.toppled, "{summary}");
     });
 }
@@ -18,8 +18,7 @@ fn front_kept_up_topples_without_the_guard() {
 #[test]
 fn front_kept_up_is_held_back_and_no_earlier_than_its_margin_asks_for() {
     unless_unchanged("front-kept-up-held", || {
-        let (summary, samples) =
-            outcome(&scenario("staircase-front-kept-up", |_| {}), Board::Native);
+        let (summary, samples) = outcome(&scenario("staircase-front-kept-up", |_| {}), Board::Host);
         assert!(!summary.toppled && summary.expectation_met, "{summary}");
 
         let armed = |index: &usize| samples[*index].received.guard_state == "armed";
@@ -56,7 +55,7 @@ fn front_kept_up_is_held_back_and_no_earlier_than_its_margin_asks_for() {
 /// counts neither, this robot topples at 15.7 s.
 #[test]
 fn a_robot_on_one_rear_pulley_neither_drives_nor_folds_itself_over_its_diagonal() {
-    let (summary, samples) = outcome(&scenario("curb-turned-and-folded", |_| {}), Board::Native);
+    let (summary, samples) = outcome(&scenario("curb-turned-and-folded", |_| {}), Board::Host);
     assert!(!summary.toppled && summary.expectation_met, "{summary}");
     let steepest = samples.iter().map(|sample| sample.truth.pitch);
     let steepest = steepest.fold(0.0, f64::max).to_degrees();

@@ -1,8 +1,7 @@
 //! Tests of determinism: what the state hash shows, and which changes it detects.
 
-use super::{climb, outcome, scenario, unless_unchanged, with};
-use std::path::PathBuf;
-use tautrack_host_tests::programs::{Board, Program};
+use super::{outcome, programs, scenario, unless_unchanged, with};
+use tautrack_host_tests::programs::Board;
 use tautrack_host_tests::results::summary::Summary;
 use tautrack_host_tests::robots::NodeName;
 use tautrack_host_tests::scenario::{Description, Expect, Fault, FaultKind};
@@ -23,21 +22,21 @@ fn start(board: Board, change: impl FnOnce(&mut Description)) -> Summary {
 }
 
 #[test]
-fn emulated_and_native_nodes_end_in_the_same_bits_run_after_run() {
+fn emulated_nodes_and_those_in_this_process_end_in_the_same_bits_run_after_run() {
     unless_unchanged("hash-of-boards", || {
-        let [native, again] = [(); 2].map(|()| start(Board::Native, |_| {}));
-        assert!(native.driven_m > 0.3, "{native}");
-        assert_eq!(native.state_hash, again.state_hash, "two native runs");
+        let [host, again] = [(); 2].map(|()| start(Board::Host, |_| {}));
+        assert!(host.driven_m > 0.3, "{host}");
+        assert_eq!(host.state_hash, again.state_hash, "two runs");
         let emulated = start(Board::Qemu, |_| {});
         assert!(emulated.nodes.iter().all(|node| node.board == "mps2"));
-        assert_eq!(native.state_hash, emulated.state_hash, "native and QEMU");
+        assert_eq!(host.state_hash, emulated.state_hash, "host and QEMU");
     });
 }
 
 #[test]
 fn another_seed_and_one_flipped_bit_change_the_hash() {
     unless_unchanged("hash-of-seeds", || {
-        let start = |change: &dyn Fn(&mut Description)| start(Board::Native, change).state_hash;
+        let start = |change: &dyn Fn(&mut Description)| start(Board::Host, change).state_hash;
         let plain = start(&|_| {});
         assert_ne!(plain, start(&|changed| changed.seed += 1), "another seed");
         let flip = Fault {
@@ -56,17 +55,19 @@ fn another_seed_and_one_flipped_bit_change_the_hash() {
 }
 
 #[test]
-fn an_axle_that_answers_a_constant_changes_the_hash_and_fails_the_climb() {
-    let path = PathBuf::from(env!("CARGO_BIN_EXE_constant_axle"));
-    let program = Program {
-        path,
-        sha256: String::new(),
-    };
-    let options = Options {
-        exchanged: vec![(NodeName::RIGHT_TRACK, Board::Native, program)],
-        ..Options::default()
-    };
-    let (summary, _) = with(&scenario("staircase", |_| {}), Board::Native, options);
-    assert!(!summary.landed && !summary.expectation_met, "{summary}");
-    assert_ne!(summary.state_hash, climb(Board::Native).0.state_hash);
+fn single_nodes_can_be_emulated() {
+    unless_unchanged("one-emulated-node", || {
+        let emulated = || Options {
+            exchanged: vec![(
+                NodeName::RIGHT_TRACK,
+                Board::Qemu,
+                programs(Board::Qemu).nodes.clone(),
+            )],
+            ..Options::default()
+        };
+        let short = scenario("flat", |changed| changed.duration_s = 4.0);
+        let (mixed, _) = with(&short, Board::Host, emulated());
+        let (alone, _) = outcome(&short, Board::Host);
+        assert_eq!(mixed.state_hash, alone.state_hash);
+    });
 }

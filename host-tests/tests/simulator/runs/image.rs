@@ -1,5 +1,5 @@
 //! Tests of runs in which single nodes are flash images of their board. docs/images.md has the ten
-//! native runs with which the run of a track compares.
+//! runs with which the run of a track compares.
 
 use super::{outcome, programs, scenario, with};
 use crate::unchanged;
@@ -12,7 +12,7 @@ use tautrack_host_tests::simulator::record::Sample;
 use tautrack_host_tests::simulator::run::Options;
 use tautrack_host_tests::world::terrain::Terrain;
 
-/// Time of the landing in native runs with the seeds 1 to 10, s: mean and three standard
+/// Time of the landing in runs with the seeds 1 to 10, s: mean and three standard
 /// deviations.
 const LANDING_S: RangeInclusive<f64> = 25.55 - 3.0 * 0.109..=25.55 + 3.0 * 0.109;
 /// Minimum margin to the back in the ground truth of these runs, m.
@@ -20,23 +20,23 @@ const REAR_MARGIN_M: RangeInclusive<f64> = -0.202..=0.002;
 /// Minimum margin in the guard's estimate in these runs, m.
 const GUARD_MARGIN_M: RangeInclusive<f64> = 0.157..=0.160;
 
-/// Runs a test, unless it has passed with the same flash image and the same native nodes.
+/// Runs a test, unless it has passed with the same flash image and the same nodes.
 fn unless_unchanged(name: &str, image: &Program, test: impl FnOnce()) {
-    let native = unchanged::nodes(programs(Board::Native));
+    let host = unchanged::nodes(programs(Board::Host));
     let image = unchanged::digests([image]);
-    unchanged::unless_unchanged(name, native.into_iter().chain(image), test);
+    unchanged::unless_unchanged(name, host.into_iter().chain(image), test);
 }
 
 #[test]
 #[ignore = "executes a flash image for minutes; docs/testing.md has the complete campaigns"]
-fn a_track_that_is_a_flash_image_climbs_as_native_nodes_do() {
+fn a_track_that_is_a_flash_image_climbs_as_nodes_of_the_host_do() {
     let program = motor_board().unwrap_or_else(|error| panic!("{error}")).axle;
     unless_unchanged("image-of-a-track", &program.clone(), || {
         let options = Options {
             exchanged: vec![(NodeName::LEFT_TRACK, Board::Image, program)],
             ..Options::default()
         };
-        let (summary, _) = with(&scenario("staircase", |_| {}), Board::Native, options);
+        let (summary, _) = with(&scenario("staircase", |_| {}), Board::Host, options);
         assert_eq!(summary.nodes[0].board, "esc1");
         assert!(summary.expectation_met && summary.landed, "{summary}");
         assert!(summary.tension_error_m.unwrap().p99 <= 1.5e-3, "{summary}");
@@ -54,7 +54,7 @@ fn a_track_that_is_a_flash_image_climbs_as_native_nodes_do() {
 /// The guard homes the drives, arms, and drives onto the stairs. So every sensor chip has to show a
 /// motion, over the model of the I2C bus.
 #[test]
-fn a_guard_that_is_a_flash_image_arms_and_drives_as_a_native_guard_does() {
+fn a_guard_that_is_a_flash_image_arms_and_drives_as_one_of_the_host_does() {
     let name = Kind::B2p2.facts().guard_program;
     let programs = guard_board(&[name]).unwrap_or_else(|error| panic!("{error}"));
     let program = programs.into_iter().next().expect("one program");
@@ -67,24 +67,24 @@ fn a_guard_that_is_a_flash_image_arms_and_drives_as_a_native_guard_does() {
                 *first_nose_m = 0.85;
             }
         });
-        let native = outcome(&short, Board::Native);
+        let host = outcome(&short, Board::Host);
         let options = Options {
             exchanged: vec![(NodeName::GUARD, Board::Image, program)],
             ..Options::default()
         };
-        let image = with(&short, Board::Native, options);
-        let boards = [&native, &image].map(|(summary, _)| {
+        let image = with(&short, Board::Host, options);
+        let boards = [&host, &image].map(|(summary, _)| {
             let mut nodes = summary.nodes.iter();
             nodes
                 .find(|node| node.role == "guard")
                 .map(|node| &*node.board)
         });
-        assert_eq!(boards, [Some("native"), Some("g474")]);
-        for run in [&native, &image] {
+        assert_eq!(boards, [Some("host"), Some("g474")]);
+        for run in [&host, &image] {
             climbs(run);
         }
-        let [native, image] = [native, image].map(|(summary, _)| summary.driven_m);
-        assert!((image - native).abs() < 0.02, "{image} {native}");
+        let [host, image] = [host, image].map(|(summary, _)| summary.driven_m);
+        assert!((image - host).abs() < 0.02, "{image} {host}");
     });
 }
 

@@ -9,8 +9,6 @@ mod guard;
 mod hash;
 mod image;
 mod pace;
-#[cfg(target_os = "linux")]
-mod processor;
 mod restart;
 mod sensors;
 mod snapshot;
@@ -30,7 +28,7 @@ use tautrack_host_tests::simulator::run::{Options, Outcome, run};
 
 /// Returns the programs for `board`, which are built once.
 fn programs(board: Board) -> &'static Programs {
-    static OF_BOARDS: [OnceLock<Programs>; 3] = [const { OnceLock::new() }; 3];
+    static OF_BOARDS: [OnceLock<Programs>; 2] = [const { OnceLock::new() }; 2];
     OF_BOARDS[board as usize].get_or_init(|| {
         Kind::B2p2
             .programs(board)
@@ -47,7 +45,7 @@ fn unless_unchanged(name: &str, test: impl FnOnce()) {
 
 /// Stamp of a test of whole runs, see [`unchanged::stamp_of_runs`].
 fn stamp(name: &str) -> Option<unchanged::Stamp> {
-    let programs = [Board::Native, Board::Qemu].map(programs);
+    let programs = [Board::Host, Board::Qemu].map(programs);
     unchanged::stamp_of_runs(name, programs.into_iter().flat_map(unchanged::nodes))
 }
 
@@ -72,7 +70,7 @@ fn path(name: &str) -> PathBuf {
 
 /// Returns the nominal climb with `board`'s programs, which runs once for all tests.
 fn climb(board: Board) -> &'static (Summary, Vec<Sample>) {
-    static OF_BOARDS: [OnceLock<(Summary, Vec<Sample>)>; 3] = [const { OnceLock::new() }; 3];
+    static OF_BOARDS: [OnceLock<(Summary, Vec<Sample>)>; 2] = [const { OnceLock::new() }; 2];
     OF_BOARDS[board as usize].get_or_init(|| outcome(&scenario("staircase", |_| {}), board))
 }
 

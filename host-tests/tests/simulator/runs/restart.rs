@@ -23,14 +23,14 @@ fn restarting(off_s: Option<f64>) -> Scenario {
 
 #[test]
 fn a_guard_that_restarts_begins_from_its_power_up_and_a_run_with_it_is_bit_identical() {
-    let (summary, samples) = outcome(&restarting(None), Board::Native);
+    let (summary, samples) = outcome(&restarting(None), Board::Host);
     let armed = |time_s: f64| {
         let sample = samples.iter().find(|sample| sample.time_s >= time_s);
         sample.is_some_and(|sample| sample.received.guard_state == "armed")
     };
     assert!(armed(4.95), "{summary}");
     assert!(leaves_armed(&samples, 5.0), "{summary}");
-    let (again, _) = outcome(&restarting(None), Board::Native);
+    let (again, _) = outcome(&restarting(None), Board::Host);
     assert_eq!(summary.state_hash, again.state_hash);
     let (emulated, _) = outcome(&restarting(None), Board::Qemu);
     assert_eq!(summary.state_hash, emulated.state_hash);
@@ -38,7 +38,7 @@ fn a_guard_that_restarts_begins_from_its_power_up_and_a_run_with_it_is_bit_ident
 
 #[test]
 fn a_guard_without_power_is_silent_until_it_starts_again() {
-    let (_, samples) = outcome(&restarting(Some(0.5)), Board::Native);
+    let (_, samples) = outcome(&restarting(Some(0.5)), Board::Host);
     let state_at = |time_s: f64| {
         let sample = samples.iter().find(|sample| sample.time_s >= time_s);
         sample.map_or("", |sample| sample.received.guard_state.as_str())

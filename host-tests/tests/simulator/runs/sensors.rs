@@ -78,7 +78,7 @@ fn run_of(name: &str, chip: SensorChip, fault: ChipFault, begin: f64, end: f64) 
     let mut found = Record::default();
     let scenario = faulty(name, chip, fault, begin, end);
     let options = Options::default();
-    let ending = record(&scenario, programs(Board::Native), options, &mut found);
+    let ending = record(&scenario, programs(Board::Host), options, &mut found);
     let ending = ending.unwrap_or_else(|error| panic!("{error}"));
     assert!(ending.error.is_none());
     found.says("inertial unit: running", 0.0, 100.0);
@@ -284,7 +284,7 @@ fn a_chip_with_another_identity_is_named_within_100_ms_and_the_robot_does_not_dr
         let mut found = Record::default();
         let scenario = faulty("flat", chip, ChipFault::WrongIdentity, 0.0, 8.0);
         let options = Options::default();
-        let ending = record(&scenario, programs(Board::Native), options, &mut found);
+        let ending = record(&scenario, programs(Board::Host), options, &mut found);
         assert!(ending.is_ok_and(|ending| ending.error.is_none()));
         found.says(identity, 0.0, 100.0);
         found.says(": wrong identity", 0.0, 100.0);

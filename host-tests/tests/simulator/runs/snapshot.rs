@@ -22,7 +22,7 @@ const SCENARIOS: [&str; 5] = [
 fn shipped_scenarios_say_what_they_said_before() {
     let files = SCENARIOS.map(file);
     let stored = files.map(|file| fs::read_to_string(file).unwrap_or_default());
-    let nodes = unchanged::nodes(programs(Board::Native));
+    let nodes = unchanged::nodes(programs(Board::Host));
     let inputs = nodes.into_iter().chain(stored);
     unless_unchanged("snapshots", inputs, compare);
 }
@@ -37,7 +37,7 @@ fn file(name: &str) -> PathBuf {
 fn compare() {
     let mut differing = Vec::new();
     for name in SCENARIOS {
-        let (summary, samples) = outcome(&scenario(name, |_| {}), Board::Native);
+        let (summary, samples) = outcome(&scenario(name, |_| {}), Board::Host);
         assert!(summary.expectation_met, "{summary}");
         let mut text = String::new();
         for sample in &samples {

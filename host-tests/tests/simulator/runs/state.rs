@@ -15,7 +15,7 @@ fn position_and_heading_on_the_bus_follow_the_truth_up_the_staircase() {
     else {
         return;
     };
-    let (summary, samples) = climb(Board::Native);
+    let (summary, samples) = climb(Board::Host);
     let fixed: Vec<_> = samples
         .iter()
         .filter(|sample| sample.received.position.is_some())
@@ -48,7 +48,7 @@ fn dead_reckoning_up_the_staircase_keeps_its_error_per_metre() {
     let Some(_stamp) = stamp("dead_reckoning_up_the_staircase_keeps_its_error_per_metre") else {
         return;
     };
-    let (_, samples) = climb(Board::Native);
+    let (_, samples) = climb(Board::Host);
     let mut position = Position::new(0.45);
     for number in 1..=3 {
         let fix = Fix {

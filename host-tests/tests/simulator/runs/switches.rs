@@ -31,7 +31,7 @@ fn standing(duration_s: f64, change: impl FnOnce(&mut Description)) -> Vec<Sampl
         description.operator.events.clear();
         change(description);
     });
-    outcome(&scenario, Board::Native).1
+    outcome(&scenario, Board::Host).1
 }
 
 fn after(samples: &[Sample], time_s: f64) -> &[Sample] {

@@ -147,7 +147,7 @@ fn errors(samples: &[Sample]) -> [f64; 2] {
 
 #[test]
 fn a_guard_with_a_wrongly_mounted_board_is_armed_and_right_only_after_its_commissioning() {
-    let programs = Kind::B2p2.programs(Board::Native);
+    let programs = Kind::B2p2.programs(Board::Host);
     let programs = programs.unwrap_or_else(|error| panic!("{error}"));
     let before = armed_and_moved(&programs, None);
     let wrong = errors(&before);

@@ -21,7 +21,7 @@ fn text(path: &Path) -> &str {
 /// Starts a run on this flash that waits for a client; returns it and its address.
 fn session(name: &str, scenario_name: &str, flash: &Path, blank: bool) -> (Demo, String) {
     let file = scenario(scenario_name);
-    let mut arguments = vec!["--scenario", &file, "--nodes", "native"];
+    let mut arguments = vec!["--scenario", &file, "--nodes", "host"];
     arguments.extend(["--slcan", "127.0.0.1:0", "--flash", text(flash)]);
     arguments.extend(blank.then_some("--blank"));
     let (command, _) = command(name, &arguments);
@@ -64,7 +64,7 @@ fn state_hash(name: &str, flash: &Path, blank: bool) -> String {
     };
     let lines: Vec<_> = level.lines().map(short).collect();
     fs::write(&file, lines.join("\n")).expect("written");
-    let mut arguments = vec!["--scenario", text(&file), "--nodes", "native"];
+    let mut arguments = vec!["--scenario", text(&file), "--nodes", "host"];
     arguments.extend(["--flash", text(flash)]);
     arguments.extend(blank.then_some("--blank"));
     let (command, out) = command(name, &arguments);

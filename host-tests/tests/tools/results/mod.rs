@@ -37,7 +37,7 @@ fn facts(scenario: &Scenario) -> RunFacts {
             .map(|node| NodeFacts {
                 name: node.name,
                 role: format!("{:?}", node.role),
-                board: "native".into(),
+                board: "host".into(),
                 node_id: node.id,
                 program_sha256: String::new(),
             })

@@ -7,12 +7,14 @@ pub mod section;
 use super::section::Facts;
 use tautrack::robots::Body;
 use tautrack::robots::cart::Cart;
+use tautrack_firmware::boards::host;
 
 /// Facts about the cart that need no scenario.
 pub const FACTS: Facts = Facts {
     name: "cart",
     nodes: &nodes::NODES,
     guard_program: "guard_cart",
+    guard: &host::CART,
     scenario_file: "cart/flat.toml",
     stages: Cart::STAGES,
     headlines: &["left_wheel_radps", "right_wheel_radps"],

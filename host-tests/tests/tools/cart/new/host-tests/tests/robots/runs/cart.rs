@@ -5,13 +5,13 @@ use tautrack_host_tests::programs::Board;
 
 #[test]
 fn the_cart_arrives() {
-    let (summary, _) = outcome(&scenario("cart/flat", |_| {}), Board::Native);
+    let (summary, _) = outcome(&scenario("cart/flat", |_| {}), Board::Host);
     assert!(summary.expectation_met, "{summary}");
     assert!((summary.driven_m - 3.0).abs() < 0.03, "{summary}");
 }
 
 #[test]
-fn emulated_and_native_nodes_end_in_the_same_bits() {
+fn emulated_nodes_and_those_in_this_process_end_in_the_same_bits() {
     ends_in_the_same_bits("cart/flat");
 }
 
@@ -21,7 +21,7 @@ fn the_guard_holds_what_turns_over_without_it() {
         let changed = scenario("cart/hazards/hard-stop-downhill", |description| {
             description.guard = guard;
         });
-        outcome(&changed, Board::Native).0
+        outcome(&changed, Board::Host).0
     });
     assert!(without.toppled, "{without}");
     assert!(!with.toppled && with.guard.interventions > 0, "{with}");

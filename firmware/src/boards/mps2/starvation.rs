@@ -1,4 +1,4 @@
-//! Watchdog of the lockstep boards, in virtual time.
+//! Watchdog of the emulated board, in virtual time.
 
 use super::clock;
 use crate::watchdog::PERIOD_US;

@@ -1,15 +1,8 @@
-//! Paths of the node programs.
+//! Path of the node program.
 
 use std::path::PathBuf;
 use std::sync::OnceLock;
 use tautrack_setup::build::{emulated, folder_of};
-
-/// All roles, with the native program of each.
-pub const ROLES: [(&str, &str); 3] = [
-    ("axle", env!("CARGO_BIN_EXE_axle")),
-    ("screw", env!("CARGO_BIN_EXE_screw")),
-    ("guard", env!("CARGO_BIN_EXE_guard")),
-];
 
 /// The program of all roles for the emulated board. The whole runs of the robot use the same, so
 /// that it is built once.

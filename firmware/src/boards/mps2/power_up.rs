@@ -1,14 +1,13 @@
 //! Handles the start message: creates the motor and starts the role's tasks.
 
-use super::attached::AttachedMotor;
-use super::flash::{self, Files};
-use super::{POWER_STAGE, chips, clock};
-use crate::roles::{self, Refusal, Role, Spawners, refuse};
+use super::{chips, clock, flash};
+use crate::boards::lockstep::AttachedMotor;
+use crate::refusal::{Refusal, refuse};
+use crate::roles::{self, Role, Spawners};
 use crate::storage;
 use core::sync::atomic::{AtomicU32, Ordering};
 use embassy_executor::raw::Executor;
 use tautrack::link::Start;
-use tautrack::motor::model::Motor;
 use tautrack::store::State;
 
 static SERIAL_NUMBER: AtomicU32 = AtomicU32::new(0);
@@ -23,22 +22,22 @@ pub fn serial_number() -> u32 {
 pub(super) fn power_up(
     role: &'static Role,
     executor: &'static Executor,
-    files: Option<Files>,
     start: &Start,
     motor: &mut Option<AttachedMotor>,
 ) -> Result<(), Refusal> {
     if let Some(model) = start.motor {
-        *motor = Some(AttachedMotor::new(
-            Motor::new(model, POWER_STAGE, start.seed)
+        let attached = AttachedMotor::new(model, start.seed);
+        *motor = Some(
+            attached
                 .ok_or_else(|| refuse("the motor model cannot be simulated", "see its bounds"))?,
-        ));
+        );
     }
     chips::power_up(start.seed);
     // The simulator gives every node another seed.
     SERIAL_NUMBER.store(start.seed as u32, Ordering::Relaxed);
-    flash::insert(&start.flash, files)
+    flash::insert(&start.flash)
         .map_err(|()| refuse("flash", "its file cannot be read or has another length"))?;
-    let (mut settings, found) = storage::load();
+    let (mut settings, found) = storage::load(flash::Flash);
     let fills = found.state == State::Blank as u8 && !start.settings.is_empty();
     let bus = executor.spawner();
     let spawners = Spawners {
@@ -53,7 +52,7 @@ pub(super) fn power_up(
         }
         // Settings with which the node does not start must not stay in flash.
         (role.check)(&settings)?;
-        storage::create(&settings).map_err(|error| refuse("flash", error))?;
+        storage::create(&mut flash::Flash, &settings).map_err(|error| refuse("flash", error))?;
     }
     if let Some(motor) = motor {
         motor.choose_sensor(&settings);
@@ -61,8 +60,7 @@ pub(super) fn power_up(
     if !found.has_settings() && !fills {
         roles::start_blank(spawners, role, found)?;
     } else {
-        storage::publish(&settings, found, role.check);
-        (role.start)(spawners, &settings)?;
+        (role.start)(spawners, &settings, found)?;
     }
     clock::run_until_idle(executor);
     Ok(())

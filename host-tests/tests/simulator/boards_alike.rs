@@ -1,4 +1,4 @@
-//! Tests that nodes on one emulated machine do not notice each other.
+//! Tests that an emulated node behaves like one in this process: frames, log and flash.
 
 use std::fs;
 use std::path::PathBuf;
@@ -11,10 +11,9 @@ use tautrack::settings::{FIRST_OBJECT, Setting};
 use tautrack_host_tests::programs::Board;
 use tautrack_host_tests::robots::b2p2::nodes as b2p2;
 use tautrack_host_tests::robots::{Kind, NodeName, Role};
-use tautrack_host_tests::simulator::run::Machines;
 use tautrack_host_tests::simulator::run::node::Node;
 
-/// A node in QEMU, and the same node as a process of the host.
+/// A node in QEMU, and the same node in this process.
 struct Pair {
     id: u8,
     role: Role,
@@ -26,7 +25,7 @@ struct Pair {
 
 /// File for the flash of a node that does not exist yet.
 fn blank(id: u8, board: Board) -> PathBuf {
-    let path = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(format!("shared-{board:?}-{id}"));
+    let path = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(format!("alike-{board:?}-{id}"));
     let _ = fs::remove_file(&path); // of an earlier run
     path
 }
@@ -44,13 +43,13 @@ fn request(id: u8, command: u8, index: u16, sub: u8, data: [u8; 4]) -> Frame {
 }
 
 impl Pair {
-    fn start(id: u8, machines: &mut Machines) -> Self {
+    fn start(id: u8) -> Self {
         let (name, role) = [
             (NodeName::GUARD, Role::Guard),
             (NodeName::LEFT_TRACK, Role::Axle),
             (NodeName::SCREW, Role::Screw),
         ][usize::from(id) % 3];
-        let boards = [Board::Qemu, Board::Native];
+        let boards = [Board::Qemu, Board::Host];
         let flash = boards.map(|board| blank(id, board));
         // Every other node has no file for its flash.
         let named = |board: usize| {
@@ -58,7 +57,7 @@ impl Pair {
                 .then(|| flash[board].to_str())
                 .flatten()
         };
-        let mut start_on = |board: usize| {
+        let start_on = |board: usize| {
             let (path, board) = (named(board).unwrap_or_default(), boards[board]);
             let programs = Kind::B2p2.programs(board).expect("the nodes are built");
             let start = Start {
@@ -71,9 +70,9 @@ impl Pair {
                 motor: b2p2::motor(name),
                 role: role.name().try_into().expect("a short name"),
             };
-            let mut start = || {
+            let start = || {
                 let path = &programs.nodes.path;
-                let node = Node::start(name, board, path, start.clone(), machines);
+                let node = Node::start(name, board, path, start.clone());
                 node.unwrap_or_else(|error| panic!("{error}")).0
             };
             // The second node finds the settings of the first one in flash, and logs that.
@@ -163,7 +162,7 @@ impl Pair {
     /// Compares the answers. The bytes of the log are those of another encoding on each board.
     fn receive(&mut self) -> Stepped {
         let mut logs = self.logs.iter_mut();
-        let [emulated, native] = self.nodes.each_mut().map(|node| {
+        let [emulated, host] = self.nodes.each_mut().map(|node| {
             let stepped = node.receive();
             let stepped = stepped.unwrap_or_else(|error| panic!("node {}: {error}", self.id));
             logs.next().expect("two").extend(node.log_lines(&stepped));
@@ -172,38 +171,32 @@ impl Pair {
                 ..stepped
             }
         });
-        assert_eq!(emulated, native, "node {}, step {}", self.id, self.steps);
+        assert_eq!(emulated, host, "node {}, step {}", self.id, self.steps);
         emulated
     }
 
     /// Compares the logs, and the files with the flash.
     fn compare_rest(&self) {
-        let [emulated, native] = &self.logs;
+        let [emulated, host] = &self.logs;
         let speaks = self.role == Role::Guard || self.id.is_multiple_of(2);
-        assert_eq!(!native.is_empty(), speaks, "node {}", self.id);
-        assert_eq!(emulated, native, "node {}", self.id);
-        let [emulated, native] = self.flash.each_ref().map(|path| fs::read(path).ok());
+        assert_eq!(!host.is_empty(), speaks, "node {}", self.id);
+        assert_eq!(emulated, host, "node {}", self.id);
+        let [emulated, host] = self.flash.each_ref().map(|path| fs::read(path).ok());
         assert_eq!(emulated.is_some(), self.id.is_multiple_of(2));
-        assert_eq!(emulated, native, "node {}", self.id);
+        assert_eq!(emulated, host, "node {}", self.id);
     }
 }
 
 #[test]
-fn nodes_that_share_a_machine_do_not_notice_each_other() {
-    let mut machines = Machines::default();
-    // More nodes than processors, so at least one machine has several.
-    let processors = std::thread::available_parallelism().map_or(1, usize::from) as u8;
-    let first = processors + 7;
-    let mut pairs: Vec<Pair> = (1..=first)
-        .map(|id| Pair::start(id, &mut machines))
-        .collect();
+fn an_emulated_node_does_what_one_in_this_process_does() {
+    let mut pairs: Vec<Pair> = (1..=6).map(Pair::start).collect();
     let mut velocities = std::collections::HashSet::new();
     let mut samples = std::collections::HashSet::new();
     for step in 0..400_usize {
         match step {
             // One node ends, and a new one starts, as after a restart.
             150 => drop(pairs.remove(1)),
-            200 => pairs.insert(0, Pair::start(first + 1, &mut machines)),
+            200 => pairs.insert(0, Pair::start(8)),
             _ => {}
         }
         // The order differs from step to step, and each node misses one step in five.

@@ -1,18 +1,17 @@
 //! Answers the simulator's messages, one at a time.
 
-use super::attached::AttachedMotor;
-use super::flash::Files;
 use super::power_up::power_up;
 use super::starvation::{self, Starved};
 use super::{clock, step};
+use crate::boards::lockstep::AttachedMotor;
 use crate::bus::RECEIVED;
-use crate::roles::{Refusal, Role, refuse};
+use crate::refusal::{Refusal, refuse};
+use crate::roles::Role;
 use embassy_executor::raw::Executor;
 use heapless::String;
 use serde::Deserialize;
 use tautrack::link::parts::{Answer, Head, Kind};
 use tautrack::link::{Ready, Start, Stepped, VERSION};
-use tautrack::motor::bridge::PowerStage;
 
 /// Reason why a node ends.
 pub enum End {
@@ -23,17 +22,15 @@ pub enum End {
     Starved(Starved),
 }
 
-/// A lockstep board with its node.
+/// The emulated board with its node.
 pub struct Machine {
     board: &'static str,
     role: &'static Role,
     /// Roles that the simulator may ask for instead.
     others: &'static [&'static Role],
-    files: Option<Files>,
     executor: &'static Executor,
     power: Power,
     motor: Option<AttachedMotor>,
-    stage: PowerStage,
 }
 
 #[derive(PartialEq)]
@@ -46,23 +43,16 @@ enum Power {
 
 impl Machine {
     /// Creates the board before its power-up, with the role `role` unless the simulator asks for
-    /// one of the `others`. The flash may be in one of `files`. Must be called only once, because
-    /// the executor, the tasks and the object dictionary are statics.
-    pub fn new(
-        board: &'static str,
-        role: &'static Role,
-        others: &'static [&'static Role],
-        files: Option<Files>,
-    ) -> Self {
+    /// one of the `others`. Must be called only once, because the executor and the tasks are
+    /// statics.
+    pub fn new(board: &'static str, role: &'static Role, others: &'static [&'static Role]) -> Self {
         Self {
             board,
             role,
             others,
-            files,
             executor: clock::executor(),
             power: Power::Off,
             motor: None,
-            stage: PowerStage::Off,
         }
     }
 
@@ -91,7 +81,7 @@ impl Machine {
                     return Err(End::Starved(starved));
                 }
                 let (motor, executor) = (self.motor.as_mut(), self.executor);
-                stepped.shaft = step::begin(&head, motor, &mut self.stage);
+                stepped.shaft = step::begin(&head, motor);
                 for _ in 0..message.next::<usize>()? {
                     RECEIVED.push(message.next()?);
                 }
@@ -103,12 +93,6 @@ impl Machine {
         postcard::to_slice(&answer, buffer)
             .map(|used| used.len())
             .map_err(|_| End::Finished)
-    }
-
-    /// The node's role.
-    #[cfg(not(target_family = "wasm"))]
-    pub(super) fn role(&self) -> &'static Role {
-        self.role
     }
 
     fn start(&mut self, start: &Start) -> Ready {
@@ -134,7 +118,7 @@ impl Machine {
             ));
         }
         self.take_on(&start.role)?;
-        power_up(self.role, self.executor, self.files, start, &mut self.motor)
+        power_up(self.role, self.executor, start, &mut self.motor)
     }
 
     /// Takes on the role with this name; keeps its own if the name is empty.

@@ -1,0 +1,39 @@
+//! What a node's tick has found, in the words of its log.
+
+use tautrack::math::to_i16;
+use tautrack::roles::guard::Found;
+use tautrack::stability::trust::Trust;
+
+/// Logs the fault that a drive reports.
+pub fn fault(code: u16) {
+    crate::logger::warn!("fault {:#06x}", code);
+}
+
+/// Logs what a tick of the guard has found.
+pub fn guard(found: &Found) {
+    if let Some((code, node)) = found.fault {
+        crate::logger::warn!("fault {:#06x} of node {}", code, node);
+    }
+    if let Some(mismatch) = found.mismatch {
+        crate::logger::warn!(
+            "node {}: position scale {:#06x}, the guard counts in {:#06x}",
+            mismatch.node,
+            mismatch.found,
+            mismatch.expected
+        );
+    }
+    if let Some(trip) = found.trip {
+        crate::logger::warn!(
+            "tripped: cause {:#04x}, margin {} mm",
+            trip.cause.code(),
+            to_i16(trip.margins[trip.edge as usize] * 1e3)
+        );
+    }
+    if let Some((sensor, health)) = found.sensor {
+        if let Some(Trust::Degraded(reason) | Trust::None(reason)) = Trust::from_code(health) {
+            crate::logger::warn!("{}: {}", sensor.name(), reason.words());
+        } else {
+            crate::logger::info!("{}: believed", sensor.name());
+        }
+    }
+}
