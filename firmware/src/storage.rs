@@ -14,7 +14,7 @@ pub type Check = fn(&Settings) -> Result<(), Refusal>;
 
 /// Loads the settings from flash. Returns them with what was found.
 #[inline(never)] // its stack is free again when the node starts
-pub fn load(flash: impl NorFlash) -> (Settings, Found) {
+pub fn load(flash: &mut impl NorFlash) -> (Settings, Found) {
     let mut settings = Settings::default();
     let report = Store::open(flash).and_then(|mut store| {
         store.load(&SCHEMA, &mut |key, value| {

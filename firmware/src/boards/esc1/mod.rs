@@ -72,7 +72,7 @@ fn start(role: &'static Role, bus: Spawner) {
     interrupt::USART3.set_priority(Priority::P3);
 
     storage::start(p.FLASH);
-    let (settings, found) = crate::storage::load(storage::Storage);
+    let (settings, found) = crate::storage::load(&mut storage::Storage);
     // The index, or the third Hall sensor, takes the input of the home switch.
     let sensor = RotorSensor::of(&settings);
     let home = if sensor.is_some_and(RotorSensor::has_halls) {

@@ -80,7 +80,7 @@ impl Board for G474 {
         interrupt::USART3.set_priority(Priority::P3);
 
         storage::start(p.FLASH);
-        let (settings, found) = crate::storage::load(storage::Storage);
+        let (settings, found) = crate::storage::load(&mut storage::Storage);
         operator::start(p.PC10, p.PC12);
         sensors::start_bus(p.I2C3, p.PC8, p.PC9, p.DMA1_CH1, p.DMA1_CH2);
         let receiver = gnss::start(p.USART1, p.PC5);

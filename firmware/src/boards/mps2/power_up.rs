@@ -37,7 +37,7 @@ pub(super) fn power_up(
     SERIAL_NUMBER.store(start.seed as u32, Ordering::Relaxed);
     flash::insert(&start.flash)
         .map_err(|()| refuse("flash", "its file cannot be read or has another length"))?;
-    let (mut settings, found) = storage::load(flash::Flash);
+    let (mut settings, found) = storage::load(&mut flash::Flash);
     let fills = found.state == State::Blank as u8 && !start.settings.is_empty();
     let bus = executor.spawner();
     let spawners = Spawners {
