@@ -1,5 +1,5 @@
-//! Tests the behaviour that a CANopen client can rely on. It uses nodes in this process; `lockstep.rs` shows
-//! that emulated nodes behave the same.
+//! Tests the behaviour that a CANopen client can rely on. It uses nodes in this process;
+//! `lockstep.rs` shows that emulated nodes behave the same.
 
 mod node;
 

@@ -1,8 +1,8 @@
 //! Builds the node programs and identifies them by their hashes.
 //!
 //! `program` describes a program, `motor_board` and `guard_board` build what is flashed. [`flash`]
-//! and [`settings_pages`] make the bytes that are flashed. [`setup`] calls cargo for the boards, and
-//! installs what the build needs.
+//! and [`settings_pages`] make the bytes that are flashed. [`setup`] calls cargo for the boards,
+//! and installs what the build needs.
 
 pub mod flash;
 mod guard_board;

@@ -1,5 +1,5 @@
-//! Time of the node that runs, for the drivers of the sensor chips. Nodes run one after the other in
-//! a thread.
+//! Time of the node that runs, for the drivers of the sensor chips. Nodes run one after the other
+//! in a thread.
 
 use core::cell::Cell;
 use core::task::Waker;

@@ -2,7 +2,8 @@
 //! drivers and settings as a node that is flashed; what carries frames and readings is a call.
 //!
 //! `clock` is the time of the node that runs, `log` its log records, `motor` the board of a drive,
-//! `body` the sensor chips and the serial line of a guard, and `roles` creates the node of each role.
+//! `body` the sensor chips and the serial line of a guard, and `roles` creates the node of each
+//! role.
 
 mod body;
 mod clock;

@@ -1,4 +1,5 @@
-//! The I2C bus of the simulated sensor chips: a transfer copies registers and takes no virtual time.
+//! The I2C bus of the simulated sensor chips: a transfer copies registers and takes no virtual
+//! time.
 
 use crate::sensors::SensorBus;
 use core::cell::RefCell;

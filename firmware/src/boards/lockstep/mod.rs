@@ -1,8 +1,8 @@
-//! Simulated parts of a board, as values. The boards without hardware consist of them: `mps2`, which
-//! is emulated, and `host`, which is a value in the simulator's process.
+//! Simulated parts of a board, as values. The boards without hardware consist of them: `mps2`,
+//! which is emulated, and `host`, which is a value in the simulator's process.
 //!
-//! `attached` is the motor with its rotor sensor, `chips` the bus of the sensor chips on the robot's
-//! body, `flash` the memory of the settings, and `log_buffer` replaces the debug probe.
+//! `attached` is the motor with its rotor sensor, `chips` the bus of the sensor chips on the
+//! robot's body, `flash` the memory of the settings, and `log_buffer` replaces the debug probe.
 
 mod attached;
 mod chips;

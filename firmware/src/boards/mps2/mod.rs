@@ -1,13 +1,13 @@
 //! QEMU's MPS2+ board with the AN386 image: a Cortex-M4F whose only hardware is the lockstep link
 //! over semihosting.
 //!
-//! A message from the simulator starts one step of virtual time, and the answer carries the results.
-//! `semihosting` provides the standard streams and the exit, and `link` carries messages over them to
-//! the `machine`. `power_up` handles the start message and `step` the step messages. `inputs` holds
-//! the sensor readings, `chips` the sensor chips on the robot's body, `brake` the output to the
-//! brake, `flash` the settings in flash, `clock` provides timer and executor, `critical_section` is
-//! that of a core without interrupts, `log` is the defmt logger, and `starvation` the watchdog. When
-//! the simulator closes its pipe, the board ends.
+//! A message from the simulator starts one step of virtual time, and the answer carries the
+//! results. `semihosting` provides the standard streams and the exit, and `link` carries messages
+//! over them to the `machine`. `power_up` handles the start message and `step` the step messages.
+//! `inputs` holds the sensor readings, `chips` the sensor chips on the robot's body, `brake` the
+//! output to the brake, `flash` the settings in flash, `clock` provides timer and executor,
+//! `critical_section` is that of a core without interrupts, `log` is the defmt logger, and
+//! `starvation` the watchdog. When the simulator closes its pipe, the board ends.
 
 mod brake;
 mod chips;

@@ -1,12 +1,12 @@
 //! Lockstep runner: runs node programs, a bus, a plant and an operator, one millisecond at a time.
 //!
 //! [`node`] communicates with one node over a `link`, `node_log` decodes its log, and `launch`
-//! starts it. The link leads to a value in this process (`host`), to the `process` of an emulator, or
-//! to a flash `image` on the model of its chip.
-//! [`operator`] plays the operator's script, [`listener`] decodes the published frames, [`faults`]
-//! injects faults. `lockstep` runs one step, [`pace`] follows the wall clock, and `recorder` runs
-//! all steps until one of the `conditions` ends the run, and passes the record to a `sink`.
-//! `options` are the inputs, `outcome` and `error` the results.
+//! starts it. The link leads to a value in this process (`host`), to the `process` of an emulator,
+//! or to a flash `image` on the model of its chip. [`operator`] plays the operator's script,
+//! [`listener`] decodes the published frames, [`faults`] injects faults. `lockstep` runs one step,
+//! [`pace`] follows the wall clock, and `recorder` runs all steps until one of the `conditions`
+//! ends the run, and passes the record to a `sink`. `options` are the inputs, `outcome` and `error`
+//! the results.
 
 mod conditions;
 mod error;

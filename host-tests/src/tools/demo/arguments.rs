@@ -16,7 +16,8 @@ pub(super) struct Arguments {
     /// Robot whose default scenario, or whose operators' suite, is run
     #[arg(long, value_enum, default_value = "b2p2", conflicts_with = "scenario")]
     pub robot: Kind,
-    /// Runs a suite of scenarios instead of one, with the nodes of --nodes host, and writes its table
+    /// Runs a suite of scenarios instead of one, with the nodes of --nodes host, and writes its
+    /// table
     #[arg(long, value_enum, conflicts_with_all = ["scenario", "speed", "slcan"])]
     pub suite: Option<Suite>,
     /// Hazard suite: number of hazards, and number of legitimate runs, to draw at random in

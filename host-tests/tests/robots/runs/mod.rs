@@ -64,8 +64,8 @@ fn outcome(scenario: &Scenario, board: Board) -> (Summary, Vec<Sample>) {
 /// and the first motion of each robot's task.
 const COMPARED_S: f64 = 10.0;
 
-/// Runs the beginning of a shipped scenario with emulated and with nodes in this process, and asserts that
-/// plant and frames are bit-identical.
+/// Runs the beginning of a shipped scenario with emulated and with nodes in this process, and
+/// asserts that plant and frames are bit-identical.
 fn ends_in_the_same_bits(name: &str) {
     let beginning = scenario(name, |description| {
         description.duration_s = COMPARED_S;
