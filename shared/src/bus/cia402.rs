@@ -61,7 +61,7 @@ pub mod controlword {
 
 /// Bits of the statusword (object 0x6041) besides those of the state.
 pub mod status {
-    /// Target reached. In homing mode: homing has finished. During a halt: the axle stands.
+    /// Target reached. In homing mode: no homing is under way. During a halt: the axle stands.
     pub const TARGET_REACHED: u16 = 1 << 10;
     /// A limit of the axle acts; object 0x2000 says which.
     pub const LIMIT_ACTIVE: u16 = 1 << 11;

@@ -55,7 +55,7 @@ pub fn supports(index: u16, value: i32) -> bool {
         0x605e => matches!(value, 0..=2),
         0x6060 => i8::try_from(value).is_ok_and(mode::is_supported),
         0x6087 => value != 0,
-        0x6098 => matches!(value, 17..=24 | 37),
+        0x6098 => matches!(value, 0 | 17..=24 | 37),
         _ => true,
     }
 }

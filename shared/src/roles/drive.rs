@@ -1,8 +1,9 @@
-//! A drive's node: the roles axle and screw. `objects` are its objects, and `heard` is what the bus
-//! has brought since the last tick.
+//! A drive's node: the roles axle and screw. `objects` are its objects, `heard` is what the bus has
+//! brought since the last tick, and `targets` says which targets count.
 
 mod heard;
 mod objects;
+mod targets;
 
 use super::settings::Store;
 use super::{axle, screw};
@@ -29,6 +30,7 @@ use crate::settings::{Setting, Settings};
 use core::borrow::{Borrow, BorrowMut};
 use heard::Heard;
 use objects::Objects;
+use targets::Memory;
 
 /// What a board measures in one tick.
 #[derive(Clone, Copy, Debug)]
@@ -175,6 +177,7 @@ impl<C: Control, M: BorrowMut<Measurements>, S: Store> Drive<C, M, S> {
                 values: Values([0; screw::BYTES]),
                 table,
                 heard: Heard::new(parts.settings, joint),
+                targets: Memory::default(),
                 armed: false,
                 store: parts.store,
                 serial: parts.serial,
@@ -215,6 +218,7 @@ impl<C: Control, M: BorrowMut<Measurements>, S: Store> Drive<C, M, S> {
             axle.configure(&self.objects.parameters());
         }
         axle.report(core::mem::take(&mut self.objects.heard.found));
+        self.objects.renew_targets();
         let readings = motor.readings();
         let inputs = self.objects.inputs(&readings, now_us);
         let joint = self.objects.heard.joint.take();

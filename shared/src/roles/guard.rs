@@ -290,7 +290,7 @@ impl<S: Store> Dictionary for Objects<S> {
         self.operator |= address == COMMAND;
     }
 
-    fn received(&mut self, _: u16, _: u64) {
+    fn received(&mut self, _: u16, _: &[u32], _: u64) {
         self.operator = true;
     }
 }

@@ -223,8 +223,9 @@ pub trait Dictionary {
 
     /// Takes note that a client has written an object of the table.
     fn written(&mut self, address: Address);
-    /// Takes note that a receive PDO with the identifier `id` has written its objects.
-    fn received(&mut self, id: u16, now_us: u64);
+    /// Takes note that a receive PDO with the identifier `id` has written its `objects` (index,
+    /// sub-index and number of bits).
+    fn received(&mut self, id: u16, objects: &[u32], now_us: u64);
 }
 
 /// Returns the bytes of a row's value.

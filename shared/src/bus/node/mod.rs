@@ -132,7 +132,7 @@ impl Core {
                     pdo.keep(*frame, now_us);
                 } else {
                     pdo.store(data, dictionary.values_mut());
-                    dictionary.received(id, now_us);
+                    dictionary.received(id, pdo.objects(), now_us);
                 }
             }
         }
@@ -191,7 +191,7 @@ impl Core {
         for pdo in &mut self.pdos.receive {
             if let Some(frame) = pdo.take() {
                 pdo.store(frame.data(), dictionary.values_mut());
-                dictionary.received(frame.id(), now_us);
+                dictionary.received(frame.id(), pdo.objects(), now_us);
             }
         }
     }

@@ -129,6 +129,13 @@ impl Pdo {
         }
     }
 
+    /// Returns the mapped objects.
+    pub fn objects(&self) -> &[u32] {
+        self.objects
+            .get(..usize::from(self.count))
+            .unwrap_or_default()
+    }
+
     fn frame(&self, dictionary: &impl Dictionary) -> Frame {
         let (mut data, mut length) = ([0; 8], 0);
         let values = dictionary.values();

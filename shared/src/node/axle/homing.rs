@@ -10,7 +10,7 @@
 //! places, one of them was wrong, and the axle stays unhomed.
 
 use super::Axle;
-use super::homing_method::{Method, PRESENT_POSITION, default_method};
+use super::homing_method::{Method, NO_METHOD, PRESENT_POSITION, default_method};
 use crate::constants::CONTROL_PERIOD;
 use crate::motor::from_radians;
 use crate::sensors::Switches;
@@ -69,6 +69,8 @@ pub(super) struct Homing {
     pub stage: Stage,
     /// Code of the method with which homing starts next.
     pub code: i8,
+    /// The axle has a reference to find.
+    pub needed: bool,
     method: Method,
     /// Speed of the search, rad/s, and that of the second approach as a fraction of it.
     speed: f32,
@@ -102,6 +104,7 @@ impl Homing {
         Self {
             stage: Stage::Idle,
             code,
+            needed: code != NO_METHOD,
             method: Method::of(code),
             speed,
             approach: settings.scaled(Setting::HomingApproach, 1e-3),
@@ -215,11 +218,15 @@ impl Homing {
 impl Axle {
     /// Starts homing with the method that is selected.
     pub(super) fn start_homing(&mut self, switches: Switches) {
-        if self.homing.code == PRESENT_POSITION {
-            self.homing.stage = Stage::Done;
-            self.found_home(self.homing.home_position);
-        } else {
-            self.begin_homing(switches);
+        match self.homing.code {
+            PRESENT_POSITION => {
+                self.homing.stage = Stage::Done;
+                self.found_home(self.homing.home_position);
+            }
+            // An axle that is homed has nothing to do.
+            NO_METHOD if self.homed => self.homing.stage = Stage::Done,
+            NO_METHOD => self.homing.stage = Stage::Failed,
+            _ => self.begin_homing(switches),
         }
     }
 

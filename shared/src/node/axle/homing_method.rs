@@ -24,6 +24,8 @@ pub(super) struct Method {
     reverses: bool,
 }
 
+/// No homing method.
+pub(super) const NO_METHOD: i8 = 0;
 /// Homing method that takes the present position as the home position.
 pub(super) const PRESENT_POSITION: i8 = 37;
 
@@ -33,7 +35,7 @@ pub(super) fn default_method(settings: &Settings) -> i8 {
     match settings.get(Setting::HomingDirection) {
         1 => 20,
         -1 => 22,
-        _ => 0,
+        _ => NO_METHOD,
     }
 }
 

@@ -197,8 +197,7 @@ impl Axle {
             self.encoder_steps.start(inputs.encoder);
             self.sensed = true;
         }
-        // Method 0 is that of an axle whose position has no reference.
-        self.homed &= !inputs.encoder_broken || self.homing.code == 0;
+        self.homed &= !inputs.encoder_broken || !self.homing.needed;
         self.observer.update(inputs.encoder, CONTROL_PERIOD);
         self.encoder_steps.update(inputs.encoder);
         if inputs.guard_received {

@@ -136,11 +136,15 @@ impl Axle {
     fn statusword(&self) -> u16 {
         let mut word = self.state.statusword();
         if self.mode == mode::HOMING && !self.stopping.halted {
-            match self.homing.stage {
-                Stage::Done => word |= status::TARGET_REACHED | status::FOLLOWING,
-                Stage::Failed | Stage::Mismatch => word |= status::ERROR_OF_MODE,
-                _ => {}
-            }
+            word |= match self.homing.stage {
+                Stage::Done => status::TARGET_REACHED | status::FOLLOWING,
+                Stage::Failed | Stage::Mismatch if self.stands() => {
+                    status::TARGET_REACHED | status::ERROR_OF_MODE
+                }
+                Stage::Failed | Stage::Mismatch => status::ERROR_OF_MODE,
+                Stage::Idle => status::TARGET_REACHED,
+                _ => 0,
+            };
         } else {
             word |= self.status_of_mode();
         }

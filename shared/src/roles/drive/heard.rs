@@ -1,5 +1,6 @@
 //! What the bus has brought to a drive since its last tick.
 
+use super::targets::Targets;
 use crate::bus::network::{self, NmtState, OFFSET_SYNCS};
 use crate::bus::pace::Pace;
 use crate::bus::pdo::{DriveMotion, receive};
@@ -17,6 +18,7 @@ pub(super) struct Heard {
     joint_id: Option<u16>,
     sync_period_us: u32,
     pub set_point: bool,
+    pub targets: Targets,
     pub offset: bool,
     pub parameters: bool,
     pub capture: bool,
@@ -38,6 +40,7 @@ impl Heard {
             joint_id,
             sync_period_us: settings.get(Setting::SyncPeriod).unsigned_abs(),
             set_point: false,
+            targets: Targets::default(),
             offset: false,
             parameters: false,
             capture: false,

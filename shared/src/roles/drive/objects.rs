@@ -4,8 +4,9 @@ use super::super::axle as objects;
 use super::super::screw::{self, BYTES};
 use super::super::settings::{self, Store};
 use super::heard::Heard;
+use super::targets::{Memory, Targets};
 use super::{Motor, Readings};
-use crate::bus::cia402::mode;
+use crate::bus::cia402::{State, mode};
 use crate::bus::drive_parameters::{self, DriveParameters};
 use crate::bus::node::{Abort, Address, Dictionary, Table, Value, Values};
 use crate::bus::pdo::DriveMotion;
@@ -24,6 +25,7 @@ pub(super) struct Objects<S> {
     pub values: Values<BYTES>,
     pub table: &'static Table,
     pub heard: Heard,
+    pub targets: Memory,
     /// The motor has current.
     pub armed: bool,
     pub store: S,
@@ -85,9 +87,13 @@ impl<S: Store> Dictionary for Objects<S> {
             _ => return,
         };
         *flag = true;
+        self.heard.targets.add(Targets::of(address.index));
     }
 
-    fn received(&mut self, id: u16, now_us: u64) {
+    fn received(&mut self, id: u16, objects: &[u32], now_us: u64) {
+        for object in objects {
+            self.heard.targets.add(Targets::of((object >> 16) as u16));
+        }
         let motion = DriveMotion {
             position: self.values.get(screw::OBJECT2100_POSITION),
             velocity: self.values.get(screw::OBJECT2100_VELOCITY),
@@ -123,6 +129,12 @@ impl<S: Store> Objects<S> {
         let full_scale = (ratings.full_scale * 1e3) as u32;
         values.set(objects::OBJECT2061_FULL_SCALE, full_scale);
         values.set(objects::OBJECT2061_PERIOD, ratings.period);
+    }
+
+    /// Forgets the targets that do not count any more.
+    pub fn renew_targets(&mut self) {
+        let written = core::mem::take(&mut self.heard.targets);
+        self.targets.begin_tick(written, &mut self.values);
     }
 
     /// Collects the inputs of one tick.
@@ -196,6 +208,9 @@ impl<S: Store> Objects<S> {
             objects::publish_snapshot(values, snapshot);
         }
         objects::publish_outputs(values, outputs);
+        let state = State::from_statusword(outputs.status.statusword);
+        let operating = state == Some(State::OperationEnabled);
+        self.targets.end_tick(operating, values);
     }
 
     /// Follows what a client has written to the objects of the recording, and publishes its state.
