@@ -317,3 +317,26 @@ fn the_homing_method_of_an_axle_without_a_reference_can_be_written_back() {
     client.write(CONTROLWORD, 0x1f);
     assert_eq!(homing_bits(&mut client), [true, false, true]);
 }
+
+/// Position of the state "fault" in the statusword, of CiA 402.
+const FAULT: u16 = 0x08;
+
+#[test]
+fn a_fault_that_holds_is_seen_and_reset_by_a_client_of_the_profile() {
+    let mut client = Client::new(&[(Setting::HomingDirection, 0)]);
+    client.write(MODE, 9);
+    client.enable();
+    client.write(VELOCITY, 1_000_000);
+    // The client falls silent for longer than a second.
+    client.run(1_200, &[]);
+    assert_eq!(client.read(0x603f, 0), 0x8250);
+    assert_eq!(client.statusword() & 0x4f, FAULT);
+    client.stays("it holds");
+    // As `reset_from_fault` of python-canopen does: disable voltage, then a rising edge.
+    client.write(CONTROLWORD, 0x00);
+    assert_eq!(client.statusword() & 0x4f, FAULT, "until it is reset");
+    client.write(CONTROLWORD, 0x80);
+    assert_eq!(client.statusword() & 0x4f, 0x40, "switch on disabled");
+    client.enable();
+    client.stays("after the reset");
+}

@@ -185,6 +185,12 @@ impl State {
             }
     }
 
+    /// Returns `word`, which has the bits of another state, with those of this one.
+    pub fn in_statusword(self, word: u16) -> u16 {
+        const BITS: u16 = 0x6f;
+        word & !BITS | self.statusword() & BITS
+    }
+
     /// Returns the state in a received statusword; `None` for a bit pattern that no state has.
     pub fn from_statusword(word: u16) -> Option<Self> {
         Some(match (word & 0x4f, word & 0x20) {

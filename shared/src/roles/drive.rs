@@ -254,7 +254,8 @@ impl<C: Control, M: BorrowMut<Measurements>, S: Store> Drive<C, M, S> {
         if outputs.emergency.is_some_and(|code| code != 0) {
             motor.capture(Capture::fault);
         }
-        self.objects.publish(outputs, inputs.bench_mode);
+        let guarded = self.core.is_guarded(inputs.now_us);
+        self.objects.publish(outputs, inputs.bench_mode, guarded);
         if inputs.guard_received {
             // The guard's first heartbeat has restored them.
             let parameters = self.control.axle().parameters();

@@ -92,6 +92,12 @@ impl Core {
         self.state
     }
 
+    /// Returns whether the guard is alive. It is not for the guard itself.
+    pub fn is_guarded(&self, now_us: u64) -> bool {
+        let guard = self.guard.as_ref();
+        guard.is_some_and(|guard| guard.heartbeat.alive(now_us))
+    }
+
     /// Follows a frame from the bus.
     pub fn receive<D: Dictionary>(
         &mut self,

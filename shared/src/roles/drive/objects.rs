@@ -196,8 +196,9 @@ impl<S: Store> Objects<S> {
     }
 
     /// Writes the outputs of a tick, which the next SYNC sends. `bench_mode` is the request that
-    /// this tick received.
-    pub fn publish(&mut self, outputs: &Outputs, bench_mode: bool) {
+    /// this tick received. While no guard is alive, every latched fault is the state "fault": so a
+    /// client of CiA 402 sees and resets it. A living guard sees whether the axle holds.
+    pub fn publish(&mut self, outputs: &Outputs, bench_mode: bool, guarded: bool) {
         let values = &mut self.values;
         if bench_mode && !outputs.bench_mode {
             values.set(objects::OBJECT2001, 0);
@@ -208,6 +209,10 @@ impl<S: Store> Objects<S> {
             objects::publish_snapshot(values, snapshot);
         }
         objects::publish_outputs(values, outputs);
+        if !guarded && !outputs.faults.is_empty() {
+            let word = State::Fault.in_statusword(outputs.status.statusword);
+            values.set(objects::OBJECT6041, word);
+        }
         let state = State::from_statusword(outputs.status.statusword);
         let operating = state == Some(State::OperationEnabled);
         self.targets.end_tick(operating, values);
