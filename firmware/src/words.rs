@@ -1,12 +1,18 @@
 //! What a node's tick has found, in the words of its log.
 
 use tautrack::math::to_i16;
+use tautrack::roles::drive::Ticked;
 use tautrack::roles::guard::Found;
 use tautrack::stability::trust::Trust;
 
-/// Logs the fault that a drive reports.
-pub fn fault(code: u16) {
-    crate::logger::warn!("fault {:#06x}", code);
+/// Logs what a tick of a drive has found.
+pub fn drive(found: Ticked) {
+    if let Some(code) = found.fault {
+        crate::logger::warn!("fault {:#06x}", code);
+    }
+    if found.restart {
+        crate::logger::info!("reset by the network management");
+    }
 }
 
 /// Logs what a tick of the guard has found.

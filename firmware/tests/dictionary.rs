@@ -130,9 +130,15 @@ fn nodes_hold_what_their_data_sheets_say() {
             // Values that the stack or the node computes, or that the settings define, differ from
             // the dictionary's default.
             let running = index >= 0x2000 && !writable
-                || matches!((index, sub), (0x1001 | 0x1017, _) | (0x1018, 4))
+                || matches!(
+                    (index, sub),
+                    (0x1001 | 0x1017, _) | (0x1016, 1) | (0x1018, 4)
+                )
                 || matches!(index, 0x6065 | 0x6067 | 0x6068 | 0x607d | 0x6087 | 0x6098)
                 || (role, index, sub) == ("screw", 0x1403, 1);
+            if index == 0x1003 && sub > 0 {
+                continue; // there is no error
+            }
             let size = [0, 1, 1, 2, 4, 1, 2, 4][usize::from(data_type)];
             let (value, answered) = read_sized(&mut node, index, sub);
             assert_eq!(answered, size, "{role} {index:#x}:{sub} has another length");

@@ -13,6 +13,8 @@ const MAPPINGS: u8 = 8;
 const NOT_VALID: u32 = 1 << 31;
 /// Bit of a COB-ID that marks a PDO as not sent on request.
 const NO_REMOTE_FRAMES: u32 = 1 << 30;
+/// Profile of the guard (CiA 410).
+const INCLINOMETER: u32 = 410;
 /// Index of the first transmit PDO.
 const FIRST_TRANSMIT: u16 = 0x1800;
 
@@ -35,10 +37,26 @@ pub fn objects(dictionary: &Dictionary) -> Vec<Object> {
     let period = Number(device.heartbeat_period.into());
     let hardware = text(&device.hardware_version);
     let software = text(&device.software_version);
+    // The guard sends SYNC.
+    let is_master = device.profile & 0xffff == INCLINOMETER;
+    let sync = Number(if is_master { 0x4000_0080 } else { 0x80 });
+    let watched = vec![
+        Entry::new(1, "Guard", UInt32, Access::Ro, Number(0)),
+        Entry::new(2, "Client", UInt32, Access::Rw, Number(0)),
+    ];
+    let behaviour = vec![Entry::new(
+        1,
+        "Communication error",
+        UInt8,
+        Access::Const,
+        Number(1),
+    )];
     let (fixed, name) = (Access::Const, text(&device.name));
     let mut objects = vec![
         variable(0x1000, "Device Type", UInt32, fixed, device_type),
         variable(0x1001, "Error Register", UInt8, Access::Ro, Number(0)),
+        history(),
+        variable(0x1005, "COB-ID SYNC", UInt32, fixed, sync),
         variable(
             0x1008,
             "Manufacturer Device Name",
@@ -61,6 +79,22 @@ pub fn objects(dictionary: &Dictionary) -> Vec<Object> {
             software,
         ),
         variable(
+            0x1014,
+            "COB-ID EMCY",
+            UInt32,
+            Access::Ro,
+            Bits {
+                value: 0x80,
+                add_node_id: true,
+            },
+        ),
+        Object::with_elements(
+            0x1016,
+            "Consumer Heartbeat Time",
+            ObjectCode::Array,
+            watched,
+        ),
+        variable(
             0x1017,
             "Heartbeat Producer Time (ms)",
             UInt16,
@@ -68,6 +102,7 @@ pub fn objects(dictionary: &Dictionary) -> Vec<Object> {
             period,
         ),
         Object::with_elements(0x1018, "Identity", ObjectCode::Record, identity),
+        Object::with_elements(0x1029, "Error Behaviour", ObjectCode::Array, behaviour),
     ];
     for (direction, first, pdos) in [
         ("RPDO", 0x1400, &dictionary.rpdos),
@@ -80,6 +115,21 @@ pub fn objects(dictionary: &Dictionary) -> Vec<Object> {
         }
     }
     objects
+}
+
+/// The error history, whose sub-index 0 can be written.
+fn history() -> Object {
+    let count = Entry::new(0, "Number of errors", UInt8, Access::Rw, Number(0));
+    let errors = (1..=8).map(|sub| {
+        let name = format!("Error {sub}");
+        Entry::new(sub, &name, UInt32, Access::Ro, Number(0))
+    });
+    Object {
+        index: 0x1003,
+        name: "Pre-defined Error Field".to_owned(),
+        code: ObjectCode::Array,
+        entries: std::iter::once(count).chain(errors).collect(),
+    }
 }
 
 fn variable(

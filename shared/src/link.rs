@@ -17,7 +17,7 @@ use heapless::Vec;
 use serde::{Deserialize, Serialize};
 
 /// Version of these messages. Both sides compare it before anything else.
-pub const VERSION: u16 = 13;
+pub const VERSION: u16 = 14;
 /// Length of a lockstep step in microseconds.
 pub const STEP_US: u64 = 1_000;
 /// Maximum number of frames that one step can deliver to a node, or take from it. A bus with 1
@@ -168,4 +168,6 @@ pub struct Stepped {
     pub frames: Vec<Frame, MAX_FRAMES>,
     /// Log bytes: defmt's encoding on an ELF target, plain text on the host.
     pub log: Vec<u8, MAX_LOG>,
+    /// The node is to restart, as after power-up, with the same flash.
+    pub restart: bool,
 }

@@ -81,6 +81,8 @@ pub trait Board {
     /// so the flash feeds the board's watchdog meanwhile. Reading a word that a power cut tore
     /// returns any bytes, but no error. The firmware writes only while the motor has no current.
     fn storage() -> Self::Storage;
+    /// Restarts the board as after power-up, soon. Its bridge is off.
+    fn restart();
     /// Feeds the board's watchdog, which resets the node [`crate::watchdog::PERIOD_US`] after the
     /// last feed. Only [`crate::watchdog`] calls this, when all required parts of the firmware have
     /// run since the previous call.

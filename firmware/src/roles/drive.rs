@@ -110,10 +110,10 @@ impl<C: Control + Send> Node for Drive<C> {
         Self::receive(self, frame, now_us, &mut send);
     }
 
-    fn tick(&mut self, now_us: u64) {
-        if let Some(code) = Self::tick(self, now_us, &mut BoardMotor, &mut send) {
-            words::fault(code);
-        }
+    fn tick(&mut self, now_us: u64) -> bool {
+        let ticked = Self::tick(self, now_us, &mut BoardMotor, &mut send);
+        words::drive(ticked);
+        ticked.restart
     }
 
     fn state(&self) -> NmtState {

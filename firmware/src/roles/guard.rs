@@ -58,7 +58,7 @@ where
         guard::Node::receive(self, frame, now_us, &mut send);
     }
 
-    fn tick(&mut self, now_us: u64) {
+    fn tick(&mut self, now_us: u64) -> bool {
         let mut bytes = [0; MAX_SERIAL];
         let count = serial::take(&mut bytes);
         let switches = Selected::operator_switches();
@@ -69,7 +69,9 @@ where
             emergency_stop: switches.emergency_stop,
             chips: SENSORS.conditions.codes(),
         };
-        words::guard(&guard::Node::tick(self, now_us, &readings, &mut send));
+        let found = guard::Node::tick(self, now_us, &readings, &mut send);
+        words::guard(&found);
+        found.restart
     }
 
     fn state(&self) -> NmtState {

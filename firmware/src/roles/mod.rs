@@ -5,6 +5,7 @@ pub(crate) mod drive;
 pub mod guard;
 pub mod screw;
 
+use crate::boards::{Board, Selected};
 use crate::bus::{self, RECEIVED, TRANSMIT};
 use crate::refusal::{Refusal, refuse};
 use crate::storage::Check;
@@ -50,8 +51,8 @@ pub trait Node: Send {
     fn boot(&mut self, now_us: u64);
     /// Follows a frame from the bus.
     fn receive(&mut self, frame: &Frame, now_us: u64);
-    /// Runs one control tick.
-    fn tick(&mut self, now_us: u64);
+    /// Runs one control tick. Returns whether the board is to restart.
+    fn tick(&mut self, now_us: u64) -> bool;
     /// Returns the state of the network management.
     fn state(&self) -> NmtState;
 }
@@ -103,7 +104,9 @@ async fn run(node: &'static mut dyn Node) -> ! {
         match select(RECEIVED.next(), TICK.wait()).await {
             Either::First(frame) => node.receive(&frame, Instant::now().as_micros()),
             Either::Second(()) => {
-                node.tick(Instant::now().as_micros());
+                if node.tick(Instant::now().as_micros()) {
+                    Selected::restart();
+                }
                 watchdog::ran(Party::Control);
             }
         }

@@ -18,6 +18,8 @@ pub struct Node {
     role: &'static str,
     time_us: u64,
     serial: Vec<u8>,
+    /// With what the node was powered up last.
+    start: Option<Start>,
 }
 
 enum Life {
@@ -43,6 +45,7 @@ impl Node {
             role,
             time_us: 0,
             serial: Vec::new(),
+            start: None,
         }
     }
 
@@ -75,6 +78,12 @@ impl Node {
             motor,
             role: self.role.try_into().expect("a short name"),
         };
+        self.start = Some(start.clone());
+        self.power_up(start)
+    }
+
+    fn power_up(&mut self, start: Start) -> String {
+        self.time_us = 0;
         match &mut self.life {
             Life::Host(node) => {
                 let role = match self.role {
@@ -120,7 +129,7 @@ impl Node {
             frames: frames.iter().copied().collect(),
             serial: self.serial.drain(..count).collect(),
         };
-        match &mut self.life {
+        let stepped = match &mut self.life {
             Life::Host(node) => {
                 let mut stepped = Stepped::default();
                 node.as_mut().expect("powered").step(&step, &mut stepped);
@@ -130,7 +139,20 @@ impl Node {
                 FromNode::Stepped(stepped) => stepped,
                 FromNode::Ready(_) => panic!("a step was answered by a start"),
             },
+        };
+        if stepped.restart {
+            self.restart();
         }
+        stepped
+    }
+
+    /// Powers the node up again, with its flash if that is in a file.
+    fn restart(&mut self) {
+        if matches!(self.life, Life::Emulated(_)) {
+            self.life = Life::Emulated(Process::start());
+        }
+        let start = self.start.clone().expect("a node that has run");
+        assert_eq!(self.power_up(start), "");
     }
 
     /// Advances the time of an emulated node by `us` without running it, and waits for it to end.

@@ -86,11 +86,25 @@ pub fn nmt(command: NmtCommand, node: u8) -> Frame {
     frame(function::NMT, &[command as u8, node])
 }
 
-/// Creates an emergency frame. The generic bit of its error register is set unless the code is "all
-/// clear".
+/// Returns the error register (object 0x1001) while the newest error has this code: the bit of any
+/// error, and that of its kind.
+pub fn error_register(code: u16) -> u8 {
+    let kind = match code >> 8 {
+        0x00 => return 0,
+        0x20..=0x2f => 1, // current
+        0x30..=0x3f => 2, // voltage
+        0x40..=0x4f => 3, // temperature
+        0x81 | 0x82 => 4, // communication
+        0xff => 7,        // specific to the maker
+        _ => 0,
+    };
+    1 | 1 << kind
+}
+
+/// Creates an emergency frame.
 pub fn emergency(emergency: Emergency) -> Frame {
     let code = emergency.code.to_le_bytes();
-    let register = u8::from(emergency.code != 0);
+    let register = error_register(emergency.code);
     frame(
         function::SYNC_OR_EMERGENCY + u16::from(emergency.node),
         &[code[0], code[1], register, 0, 0, 0, 0, 0],
@@ -150,7 +164,7 @@ mod tests {
         };
         assert_eq!(
             emergency(lost),
-            Frame::new(0x85, &[0x30, 0x81, 1, 0, 0, 0, 0, 0]).unwrap()
+            Frame::new(0x85, &[0x30, 0x81, 0x11, 0, 0, 0, 0, 0]).unwrap()
         );
         assert_eq!(as_emergency(&emergency(lost)), Some(lost));
         assert_eq!(as_emergency(&sync()), None);

@@ -1,14 +1,16 @@
 //! A drive's node: the roles axle and screw. `objects` are its objects, `heard` is what the bus has
-//! brought since the last tick, and `targets` says which targets count.
+//! brought since the last tick, `targets` says which targets count, and `leaving` how it leaves
+//! operation before a restart.
 
 mod heard;
+mod leaving;
 mod objects;
 mod targets;
 
 use super::settings::Store;
 use super::{axle, screw};
 use crate::bus::cia402::State;
-use crate::bus::network::{self, Emergency, NmtState};
+use crate::bus::network::NmtState;
 use crate::bus::node::{Configuration, Core, Table, Values};
 use crate::bus::pdo::{DriveMotion, transmit};
 use crate::can::Frame;
@@ -20,7 +22,7 @@ use crate::motor::cogging::Wave;
 use crate::motor::current::{
     Config, CurrentLoop, CurrentLoopError, Excitation, Means, Measurement,
 };
-use crate::node::axle::{Axle, BridgeDemand, Inputs, Outputs};
+use crate::node::axle::{Axle, BridgeDemand, Inputs, Outputs, SetPoint};
 use crate::node::calibration::{self as calibrator, Action, Calibrator};
 use crate::node::cogging::{self, CoggingSearch};
 use crate::node::screw::{self as screw_control, Screw};
@@ -29,6 +31,7 @@ use crate::sensors::{Switches, Temperatures};
 use crate::settings::{Setting, Settings};
 use core::borrow::{Borrow, BorrowMut};
 use heard::Heard;
+use leaving::Leaving;
 use objects::Objects;
 use targets::Memory;
 
@@ -133,6 +136,16 @@ pub struct Drive<C, M, S> {
     objects: Objects<S>,
     control: C,
     measurements: M,
+    leaving: Leaving,
+}
+
+/// What a tick of a drive has found.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub struct Ticked {
+    /// Code of the fault that it reports, if any.
+    pub fault: Option<u16>,
+    /// The node is to restart: the network management has reset it, and it has left operation.
+    pub restart: bool,
 }
 
 /// What a node is made of.
@@ -185,6 +198,7 @@ impl<C: Control, M: BorrowMut<Measurements>, S: Store> Drive<C, M, S> {
             },
             control: parts.control,
             measurements: parts.measurements,
+            leaving: Leaving::default(),
         }
     }
 
@@ -205,13 +219,13 @@ impl<C: Control, M: BorrowMut<Measurements>, S: Store> Drive<C, M, S> {
         self.core.receive(frame, now_us, &mut self.objects, send);
     }
 
-    /// Runs one control tick. Returns the code of the fault that it reports, if any.
+    /// Runs one control tick.
     pub fn tick(
         &mut self,
         now_us: u64,
         motor: &mut impl Motor,
         send: &mut impl FnMut(Frame),
-    ) -> Option<u16> {
+    ) -> Ticked {
         self.core.tick(now_us, &mut self.objects, send);
         let axle = self.control.axle();
         if core::mem::take(&mut self.objects.heard.parameters) {
@@ -220,7 +234,8 @@ impl<C: Control, M: BorrowMut<Measurements>, S: Store> Drive<C, M, S> {
         axle.report(core::mem::take(&mut self.objects.heard.found));
         self.objects.renew_targets();
         let readings = motor.readings();
-        let inputs = self.objects.inputs(&readings, now_us);
+        let mut inputs = self.objects.inputs(&readings, now_us);
+        let restart = self.core.restarts() && self.leave(&mut inputs);
         let joint = self.objects.heard.joint.take();
         let slack = self.objects.values.get(screw::OBJECT2101);
         if inputs.guard_received {
@@ -230,10 +245,27 @@ impl<C: Control, M: BorrowMut<Measurements>, S: Store> Drive<C, M, S> {
         let outputs = self.control.tick(inputs, joint, slack);
         self.finish(&inputs, &outputs, motor);
         if let Some(code) = outputs.emergency {
-            let node = self.objects.heard.own;
-            send(network::emergency(Emergency { node, code }));
+            self.core.report(code, send);
         }
-        outputs.emergency
+        Ticked {
+            fault: outputs.emergency,
+            restart,
+        }
+    }
+
+    /// Commands a drive that is to restart to leave operation. Returns whether it has.
+    fn leave(&mut self, inputs: &mut Inputs) -> bool {
+        self.objects
+            .values
+            .set(axle::OBJECT2050, calibrator::request::NONE);
+        let next = self.leaving.next(self.control.axle().velocity());
+        let next = next.filter(|_| self.objects.armed);
+        inputs.set_point = next.map(|controlword| SetPoint {
+            controlword,
+            mode: self.objects.values.get(axle::OBJECT6060),
+            target: 0,
+        });
+        next.is_none()
     }
 
     /// Runs the measurements on request, lets the motor follow the outputs of a tick, and publishes

@@ -5,7 +5,7 @@ mod dead_man;
 
 use super::guard_objects as objects;
 use super::settings::{self, Store};
-use crate::bus::network::{self, Emergency, NmtState, function};
+use crate::bus::network::{self, NmtState, function};
 use crate::bus::node::{Abort, Address, Configuration, Core, Dictionary, Table, Value, Values};
 use crate::bus::pdo::{GuardPosition, OperatorCommand};
 use crate::can::Frame;
@@ -65,6 +65,8 @@ pub struct Found {
     pub trip: Option<Snapshot>,
     /// A sensor whose health has changed, with its new code.
     pub sensor: Option<(Sensor, u8)>,
+    /// The node is to restart: it has reset itself by the network management.
+    pub restart: bool,
 }
 
 /// Node of a guard, which is at `G`, with the flash `S`.
@@ -169,8 +171,9 @@ impl<B: Body, G: DerefMut<Target = Guard<B>>, S: Store> Node<G, S> {
             serial: readings.serial,
         });
         self.frames.clear();
-        let found = self.publish(&readings.chips);
+        let mut found = self.publish(&readings.chips);
         self.send(now_us, send);
+        found.restart = self.core.restarts();
         found
     }
 
@@ -188,7 +191,7 @@ impl<B: Body, G: DerefMut<Target = Guard<B>>, S: Store> Node<G, S> {
         }
         let outputs = guard.outputs();
         self.objects.armed = outputs.state.state > READY;
-        let register = u8::from(outputs.state.fault_code != 0);
+        let register = network::error_register(outputs.state.fault_code);
         values.set(objects::OBJECT1001, register);
         objects::publish_outputs(values, outputs);
         if !outputs.frames.is_empty() {
@@ -222,8 +225,7 @@ impl<B: Body, G: DerefMut<Target = Guard<B>>, S: Store> Node<G, S> {
     fn send(&mut self, now_us: u64, send: &mut impl FnMut(Frame)) {
         let outputs = self.guard.outputs();
         if let Some(code) = outputs.emergency {
-            let node = self.id;
-            send(network::emergency(Emergency { node, code }));
+            self.core.report(code, send);
         }
         outputs.frames.iter().copied().for_each(&mut *send);
         for frame in &outputs.frames {
@@ -288,6 +290,12 @@ impl<S: Store> Dictionary for Objects<S> {
 
     fn written(&mut self, address: Address) {
         self.operator |= address == COMMAND;
+    }
+
+    fn lost_client(&mut self) {}
+
+    fn may_restart(&self) -> bool {
+        !self.armed
     }
 
     fn received(&mut self, _: u16, _: &[u32], _: u64) {

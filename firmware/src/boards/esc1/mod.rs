@@ -211,6 +211,10 @@ impl Board for Esc1 {
         storage::Storage
     }
 
+    fn restart() {
+        reset::restart();
+    }
+
     fn feed_watchdog() {
         reset::feed_watchdog();
     }

@@ -139,6 +139,10 @@ impl Board for G474 {
         storage::Storage
     }
 
+    fn restart() {
+        reset::restart();
+    }
+
     fn feed_watchdog() {
         reset::feed_watchdog();
     }

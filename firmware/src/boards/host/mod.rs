@@ -150,7 +150,8 @@ impl Node {
         Ok(())
     }
 
-    /// Advances the node by one step, and writes the results to `stepped`.
+    /// Advances the node by one step, and writes the results to `stepped`. A node that is to restart
+    /// must not be used any more.
     pub fn step(&mut self, step: &Step, stepped: &mut Stepped) {
         let Step {
             time_us,
@@ -159,6 +160,7 @@ impl Node {
             frames,
         } = step;
         self.during(*time_us, |node| {
+            stepped.restart = false;
             stepped.shaft = node.board.motor.step(sensors);
             node.board.body.measure(sensors.body.as_ref(), serial);
             for frame in frames {
@@ -167,7 +169,7 @@ impl Node {
             // A node that got its id in this step begins with the next one.
             node.board.body.poll();
             if let Life::Running(device) = &mut node.life {
-                device.tick(*time_us, &mut node.board);
+                stepped.restart = device.tick(*time_us, &mut node.board);
             }
         });
         stepped.log.clear();

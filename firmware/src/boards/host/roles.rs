@@ -41,8 +41,8 @@ pub(super) trait Device {
     fn boot(&mut self, now_us: u64, outbox: &mut Outbox);
     /// Follows a frame from the bus.
     fn receive(&mut self, frame: &Frame, now_us: u64, outbox: &mut Outbox);
-    /// Runs one control tick.
-    fn tick(&mut self, now_us: u64, board: &mut Board);
+    /// Runs one control tick. Returns whether the node is to restart.
+    fn tick(&mut self, now_us: u64, board: &mut Board) -> bool;
 }
 
 /// The role `axle`.
@@ -122,11 +122,11 @@ impl<C: Control> Device for Drive<C, Measurements, Storage<Flash>> {
         Self::receive(self, frame, now_us, &mut |frame| outbox.push(frame));
     }
 
-    fn tick(&mut self, now_us: u64, board: &mut Board) {
+    fn tick(&mut self, now_us: u64, board: &mut Board) -> bool {
         let Board { motor, outbox, .. } = board;
-        if let Some(code) = Self::tick(self, now_us, motor, &mut |frame| outbox.push(frame)) {
-            words::fault(code);
-        }
+        let ticked = Self::tick(self, now_us, motor, &mut |frame| outbox.push(frame));
+        words::drive(ticked);
+        ticked.restart
     }
 }
 
@@ -139,7 +139,7 @@ impl<B: Body> Device for guard::Node<Box<Guard<B>>, Storage<Flash>> {
         Self::receive(self, frame, now_us, &mut |frame| outbox.push(frame));
     }
 
-    fn tick(&mut self, now_us: u64, board: &mut Board) {
+    fn tick(&mut self, now_us: u64, board: &mut Board) -> bool {
         let Board { body, outbox, .. } = board;
         let serial = body.take_serial(MAX_SERIAL);
         let readings = guard::Readings {
@@ -150,6 +150,8 @@ impl<B: Body> Device for guard::Node<Box<Guard<B>>, Storage<Flash>> {
             chips: body.published.conditions.codes(),
         };
         let send = &mut |frame| outbox.push(frame);
-        words::guard(&Self::tick(self, now_us, &readings, send));
+        let found = Self::tick(self, now_us, &readings, send);
+        words::guard(&found);
+        found.restart
     }
 }

@@ -96,6 +96,10 @@ impl Board for Mps2 {
         flash::Flash
     }
 
+    fn restart() {
+        step::restart();
+    }
+
     fn feed_watchdog() {
         starvation::feed_watchdog();
     }

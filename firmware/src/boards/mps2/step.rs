@@ -6,6 +6,7 @@ use super::{brake, chips, clock, log};
 use crate::boards::lockstep::AttachedMotor;
 use crate::bus::TRANSMIT;
 use crate::current_loop;
+use core::sync::atomic::{AtomicBool, Ordering};
 use embassy_executor::raw::Executor;
 use tautrack::link::parts::Head;
 use tautrack::link::{Shaft, Stepped};
@@ -44,6 +45,7 @@ pub(super) fn end(executor: &'static Executor, stepped: &mut Stepped) {
     clock::fire_timers();
     clock::run_until_idle(executor);
 
+    stepped.restart = RESTARTS.load(Ordering::Relaxed);
     stepped.log.clear();
     take_log(&mut stepped.log);
     stepped.frames.clear();
@@ -51,6 +53,14 @@ pub(super) fn end(executor: &'static Executor, stepped: &mut Stepped) {
         let Some(frame) = TRANSMIT.pop() else { break };
         let _ = stepped.frames.push(frame); // cannot fail: see the loop's condition
     }
+}
+
+/// The simulator restarts the node after this step.
+static RESTARTS: AtomicBool = AtomicBool::new(false);
+
+/// Has the simulator restart the node.
+pub(super) fn restart() {
+    RESTARTS.store(true, Ordering::Relaxed);
 }
 
 fn take_log<const N: usize>(bytes: &mut heapless::Vec<u8, N>) {

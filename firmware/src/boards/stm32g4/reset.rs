@@ -90,6 +90,12 @@ fn stop() {
     }
 }
 
+/// Switches off what moves, and resets the chip.
+pub fn restart() {
+    stop();
+    cortex_m::peripheral::SCB::sys_reset()
+}
+
 fn wait_for_watchdog() -> ! {
     loop {
         cortex_m::asm::nop();

@@ -143,6 +143,8 @@ impl FlashedBoard {
             shaft: self.chip.shaft(),
             frames: heapless::Vec::new(),
             log: heapless::Vec::new(),
+            // The chip resets itself.
+            restart: false,
         };
         let frames = self.sent.len().min(stepped.frames.capacity());
         stepped.frames.extend(self.sent.drain(..frames));

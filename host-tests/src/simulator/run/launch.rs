@@ -2,6 +2,7 @@
 //! can be restarted.
 
 use super::Options;
+use super::flash::Flash;
 use super::node::{Node, NodeError};
 use crate::programs::{Board, Program, Programs};
 use crate::robots::{NodeName, NodeSpec};
@@ -20,8 +21,14 @@ pub struct Launch {
 
 impl Launch {
     /// Creates the launch of the node `spec`. `options` may replace its program and set its
-    /// timeout; `seed` is the seed of its noise.
-    pub fn new(spec: &NodeSpec, programs: &Programs, options: &Options, seed: u64) -> Self {
+    /// timeout; its flash is in `flash`, and `seed` is the seed of its noise.
+    pub fn new(
+        spec: &NodeSpec,
+        programs: &Programs,
+        options: &Options,
+        flash: &Flash,
+        seed: u64,
+    ) -> Self {
         let (board, program) = program_of(spec, programs, &options.exchanged);
         Self {
             name: spec.name,
@@ -30,7 +37,7 @@ impl Launch {
             start: Start {
                 version: VERSION,
                 seed,
-                flash: options.flash_file(spec.name),
+                flash: flash.file(spec.name),
                 settings: if options.blank {
                     heapless::Vec::new()
                 } else {

@@ -2,6 +2,7 @@
 //! and their order.
 
 use super::faults::Faults;
+use super::flash::Flash;
 use super::launch::Launch;
 use super::listener::Listener;
 use super::node::Node;
@@ -30,6 +31,9 @@ pub(super) struct Run {
     /// their numbers on the bus, followed by those of the operator, the clients and the forger.
     nodes: Vec<Option<Node>>,
     launches: Vec<Launch>,
+    _flash: Flash,
+    /// Nodes that restart before the next step.
+    restarting: Vec<usize>,
     /// Virtual time at which each node was last powered up, us; its clock starts there.
     powered_up_us: Vec<u64>,
     node_facts: Vec<NodeFacts>,
@@ -60,13 +64,14 @@ impl Run {
         let mut nodes = Vec::new();
         let mut node_facts = Vec::new();
         let mut launches = Vec::new();
+        let flash = Flash::of(&options);
         for (index, spec) in specs.iter().enumerate() {
             // Each node has its own noise.
             let seed = scenario
                 .seed
                 .wrapping_mul(0x1_0001)
                 .wrapping_add(index as u64);
-            let launch = Launch::new(spec, programs, &options, seed);
+            let launch = Launch::new(spec, programs, &options, &flash, seed);
             let (node, ready) = launch.start()?;
             nodes.push(Some(node));
             node_facts.push(NodeFacts {
@@ -83,6 +88,8 @@ impl Run {
             powered_up_us: vec![0; nodes.len()],
             nodes,
             launches,
+            _flash: flash,
+            restarting: Vec::new(),
             node_facts,
             bus: Bus::new(specs.len() + 1 + MAX_CLIENTS + 1),
             plant: scenario.plant(),
@@ -102,7 +109,10 @@ impl Run {
     /// moves. Frames and log lines go to `sink`.
     pub fn step(&mut self, step: u64, sink: &mut dyn Sink) -> Result<(), RunError> {
         let time_us = step * STEP_US;
-        for index in self.faults.apply(time_us, &mut self.bus, &mut self.nodes) {
+        let mut reset = std::mem::take(&mut self.restarting);
+        reset.retain(|node| self.nodes[*node].is_some());
+        let powered = self.faults.apply(time_us, &mut self.bus, &mut self.nodes);
+        for index in reset.into_iter().chain(powered) {
             let (node, _) = self.launches[index].start()?;
             self.nodes[index] = Some(node);
             self.powered_up_us[index] = time_us - STEP_US;
@@ -248,6 +258,9 @@ impl Run {
         }
         for frame in stepped.frames {
             self.bus.offer(number, frame)?;
+        }
+        if stepped.restart {
+            self.restarting.push(number);
         }
         Ok(Some(stepped.shaft))
     }

@@ -5,12 +5,14 @@
 //! or to a flash `image` on the model of its chip. [`operator`] plays the operator's script,
 //! [`listener`] decodes the published frames, [`faults`] injects faults. `lockstep` runs one step,
 //! [`pace`] follows the wall clock, and `recorder` runs all steps until one of the `conditions`
-//! ends the run, and passes the record to a `sink`. `options` are the inputs, `outcome` and `error`
+//! ends the run, and passes the record to a `sink`. `flash` holds the nodes'
+//! flash. `options` are the inputs, `outcome` and `error`
 //! the results.
 
 mod conditions;
 mod error;
 pub mod faults;
+mod flash;
 mod host;
 #[cfg(feature = "image")]
 mod image;

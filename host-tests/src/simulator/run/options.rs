@@ -6,7 +6,6 @@ use crate::simulator::slcan::SlcanPort;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::time::Duration;
-use tautrack::link::MAX_PATH;
 
 /// Options of a run.
 #[derive(Default)]
@@ -32,23 +31,11 @@ pub struct Options {
     /// Maximum wall-clock time for an answer of a node; a minute if absent.
     pub node_timeout: Option<Duration>,
     /// Folder with a file for the flash of each node, as an absolute path of at most
-    /// [`MAX_PATH`](tautrack::link::MAX_PATH) - 32 bytes. If absent, the flash is in memory, and
-    /// blank.
+    /// [`MAX_PATH`](tautrack::link::MAX_PATH) - 32 bytes. If absent, the flash is blank, and ends
+    /// with the run.
     pub flash: Option<String>,
     /// Whether nodes whose flash is blank stay blank, instead of getting the scenario's settings.
     pub blank: bool,
     /// Flag that ends the run once it is set.
     pub interrupt: Option<Arc<AtomicBool>>,
-}
-
-impl Options {
-    /// Path of the file with the flash of this node; empty without a folder.
-    pub(super) fn flash_file(&self, node: NodeName) -> heapless::String<MAX_PATH> {
-        let path = self
-            .flash
-            .as_ref()
-            .map(|folder| format!("{folder}/{node}.flash"));
-        path.and_then(|path| path.as_str().try_into().ok())
-            .unwrap_or_default()
-    }
 }

@@ -39,6 +39,7 @@ pub enum Abort {
     TooLow = 0x0609_0032,
     NotStored = 0x0800_0020,
     DeviceState = 0x0800_0022,
+    NoData = 0x0800_0024,
 }
 
 /// What may be done with an object.
@@ -221,8 +222,15 @@ pub trait Dictionary {
     /// [`Abort`] for a value that the node does not support.
     fn check(&self, address: Address, value: &[u8]) -> Result<(), Abort>;
 
+    /// Whether another node may restart the master of the network.
+    fn may_restart(&self) -> bool {
+        true
+    }
+
     /// Takes note that a client has written an object of the table.
     fn written(&mut self, address: Address);
+    /// Takes note that a client whose heartbeat the node watches has fallen silent.
+    fn lost_client(&mut self);
     /// Takes note that a receive PDO with the identifier `id` has written its `objects` (index,
     /// sub-index and number of bits).
     fn received(&mut self, id: u16, objects: &[u32], now_us: u64);

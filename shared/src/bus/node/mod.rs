@@ -1,10 +1,12 @@
 //! A `CANopen` node (CiA 301) as a value: network management, heartbeat, SYNC, process data (PDOs)
 //! and service data (SDOs). It has no I/O, and no clock but its inputs.
 //!
+//! * `communication`: the objects of error history, emergency and heartbeats
 //! * `dictionary`: the table of objects, and their values
 //! * `process_data`: the PDOs and their parameters
 //! * `sdo`: the SDO server
 
+mod communication;
 mod dictionary;
 mod process_data;
 #[allow(clippy::trivially_copy_pass_by_ref)] // a pointer is smaller than the eight bytes
@@ -17,15 +19,19 @@ pub use dictionary::{
 };
 
 use super::heartbeat::Monitor;
-use super::network::{self, NmtState, function};
+use super::network::{self, Emergency, NmtCommand, NmtState, function};
 use crate::can::Frame;
+use communication::Communication;
 use process_data::Pdos;
 use sdo::{Objects, Server};
 
 const SDO_REQUEST: u16 = 0x600;
 const SDO_RESPONSE: u16 = 0x580;
-/// Object of the period of the heartbeat, ms; 0 for no heartbeat.
-const HEARTBEAT_PERIOD: u16 = 0x1017;
+/// Error code: a receive PDO had too few bytes, and was not used.
+const PDO_TOO_SHORT: u16 = 0x8210;
+
+/// Command of the network management.
+const RESET_NODE: u8 = NmtCommand::ResetNode as u8;
 
 /// Time without a control tick after which a node answers no SYNC and sends no heartbeat, us: what
 /// it would send is old.
@@ -62,9 +68,12 @@ pub struct Core {
     state: NmtState,
     pdos: Pdos,
     server: Server,
-    heartbeat_ms: u16,
+    communication: Communication,
+    /// A receive PDO was too short, and no other one came since.
+    short: bool,
     heartbeat_us: u64,
     ticked_us: u64,
+    restarts: bool,
 }
 
 impl Core {
@@ -81,15 +90,23 @@ impl Core {
             state: NmtState::BootUp,
             pdos: Pdos::unused(),
             server: Server::default(),
-            heartbeat_ms: 0,
+            communication: Communication::new(configuration),
+            short: false,
             heartbeat_us: 0,
             ticked_us: 0,
+            restarts: false,
         }
     }
 
     /// Returns the state of the network management.
     pub fn state(&self) -> NmtState {
         self.state
+    }
+
+    /// Returns whether the network management has reset the node. Its program then restarts it, as
+    /// after power-up, once it has left operation.
+    pub fn restarts(&self) -> bool {
+        self.restarts
     }
 
     /// Returns whether the guard is alive. It is not for the guard itself.
@@ -106,10 +123,16 @@ impl Core {
         dictionary: &mut D,
         send: &mut impl FnMut(Frame),
     ) {
-        let guarded = self.note_guard(frame, now_us, dictionary.table());
+        let guarded = self.note_heartbeat(frame, now_us, dictionary.table());
         let node = self.configuration.node_id;
         match (frame.id(), frame.data()) {
-            // The master follows its own commands only, by `command`.
+            // The master follows its own commands, by `command`. Others may reset it while it
+            // commands nobody.
+            (function::NMT, &[RESET_NODE, addressed])
+                if self.guard.is_none() && (addressed == 0 || addressed == node) =>
+            {
+                self.restarts |= dictionary.may_restart();
+            }
             (function::NMT, &[command, addressed])
                 if self.guard.is_some() && (addressed == 0 || addressed == node) =>
             {
@@ -131,9 +154,20 @@ impl Core {
                 let Some(pdo) = pdos.find(|pdo| pdo.is(id)) else {
                     return;
                 };
-                if self.state != NmtState::Operational || !pdo.fits(data) {
+                if self.state != NmtState::Operational {
                     return;
                 }
+                if pdo.is_empty() {
+                    return;
+                }
+                if !pdo.fits(data) {
+                    // Once for many: a client may send it for ever.
+                    if !core::mem::replace(&mut self.short, true) {
+                        self.report(PDO_TOO_SHORT, send);
+                    }
+                    return;
+                }
+                self.short = false;
                 if pdo.waits_for_sync() {
                     pdo.keep(*frame, now_us);
                 } else {
@@ -152,14 +186,15 @@ impl Core {
         table: &Table,
         send: &mut impl FnMut(Frame),
     ) {
-        if matches!(command, 2 | 129 | 130) {
+        if matches!(command, 2 | RESET_NODE | 130) {
             self.server = Server::default();
         }
         match command {
             1 => self.state = NmtState::Operational,
             2 => self.state = NmtState::Stopped,
             128 => self.state = NmtState::PreOperational,
-            129 | 130 => self.boot(now_us, table, send),
+            RESET_NODE => self.restarts = true,
+            130 => self.boot(now_us, table, send),
             _ => {}
         }
         if self.state != NmtState::Operational {
@@ -211,12 +246,15 @@ impl Core {
         send: &mut impl FnMut(Frame),
     ) {
         self.ticked_us = now_us;
+        if self.communication.loses_client(now_us) {
+            dictionary.lost_client();
+        }
         let late = self.server.time_out(now_us);
         self.answer(late, send);
         let objects = Objects {
             dictionary,
             pdos: &mut self.pdos,
-            heartbeat_ms: &mut self.heartbeat_ms,
+            communication: &mut self.communication,
             guarded: false,
         };
         for segment in self.server.segments(&objects) {
@@ -229,19 +267,23 @@ impl Core {
                     .for_each(&mut *send);
             }
         }
-        let period_us = u64::from(self.heartbeat_ms) * 1_000;
+        let period_us = u64::from(self.communication.heartbeat_ms) * 1_000;
         if period_us != 0 && now_us >= self.heartbeat_us + period_us {
             self.beat(now_us, send);
         }
     }
 
-    /// Updates the monitor of the guard's heartbeat. Returns whether the guard is alive.
-    fn note_guard(&mut self, frame: &Frame, now_us: u64, table: &Table) -> bool {
+    /// Updates the monitors of heartbeats. Returns whether the guard is alive.
+    fn note_heartbeat(&mut self, frame: &Frame, now_us: u64, table: &Table) -> bool {
+        let heartbeat = network::as_heartbeat(frame);
+        if let Some((node, _)) = heartbeat {
+            self.communication.note_heartbeat(node, now_us);
+        }
         let Some(guard) = &mut self.guard else {
             return false;
         };
         let mut begins = false;
-        if let Some((node, state)) = network::as_heartbeat(frame)
+        if let Some((node, state)) = heartbeat
             && node == guard.node_id
         {
             let ready = state == NmtState::Operational;
@@ -261,10 +303,7 @@ impl Core {
     /// Restores the parameters of the process data and of the heartbeat.
     fn restore(&mut self, table: &Table) {
         let Configuration {
-            node_id,
-            heartbeat_ms,
-            listens,
-            ..
+            node_id, listens, ..
         } = self.configuration;
         self.pdos.restore(node_id, table);
         if let Some((number, id)) = listens
@@ -272,7 +311,7 @@ impl Core {
         {
             pdo.listen(id);
         }
-        self.heartbeat_ms = heartbeat_ms;
+        self.communication.restore();
     }
 
     fn serve<D: Dictionary>(
@@ -285,10 +324,22 @@ impl Core {
         let mut objects = Objects {
             dictionary,
             pdos: &mut self.pdos,
-            heartbeat_ms: &mut self.heartbeat_ms,
+            communication: &mut self.communication,
             guarded,
         };
         self.server.answer(&request, &mut objects, now_us)
+    }
+
+    /// Adds an error to the history, and sends its emergency message, which a stopped node does not.
+    /// Code 0 says that there is no error any more.
+    pub fn report(&mut self, code: u16, send: &mut impl FnMut(Frame)) {
+        if code != 0 {
+            self.communication.note_error(code);
+        }
+        if self.state != NmtState::Stopped {
+            let node = self.configuration.node_id;
+            send(network::emergency(Emergency { node, code }));
+        }
     }
 
     fn answer(&self, answer: Option<[u8; 8]>, send: &mut impl FnMut(Frame)) {

@@ -110,9 +110,14 @@ impl Pdo {
         self.newest.take().map(|(frame, _)| frame)
     }
 
+    /// Whether the PDO carries no object.
+    pub fn is_empty(&self) -> bool {
+        self.length == 0
+    }
+
     /// Whether `data` carries all objects of the PDO.
     pub fn fits(&self, data: &[u8]) -> bool {
-        self.length > 0 && data.len() >= usize::from(self.length)
+        data.len() >= usize::from(self.length)
     }
 
     /// Writes `data` to the objects of the PDO.

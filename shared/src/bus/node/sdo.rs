@@ -4,8 +4,8 @@
 //! bytes can change during a transfer; the only one that does, the window of the recording, begins
 //! with its number.
 
-use super::HEARTBEAT_PERIOD;
-use super::dictionary::{Abort, Address, Dictionary, Row, Value, bytes, number};
+use super::communication::Communication;
+use super::dictionary::{Abort, Address, Dictionary, Row, Value, bytes};
 use super::process_data::{self, Pdos};
 
 /// Longest time between two requests of one transfer, us. A client on a PC may pause for some 100
@@ -28,7 +28,7 @@ type Bytes = [u8; 8];
 pub(super) struct Objects<'a, D> {
     pub dictionary: &'a mut D,
     pub pdos: &'a mut Pdos,
-    pub heartbeat_ms: &'a mut u16,
+    pub communication: &'a mut Communication,
     /// The guard is alive, so no client writes what moves an axle.
     pub guarded: bool,
 }
@@ -42,12 +42,8 @@ enum Source {
 impl<D: Dictionary> Objects<'_, D> {
     fn source(&self, address: Address) -> Result<Source, Abort> {
         let (index, table) = (address.index, self.dictionary.table());
-        if index == HEARTBEAT_PERIOD {
-            let period = Value::new((*self.heartbeat_ms).into(), 2);
-            return match address.sub {
-                0 => Ok(Source::Value(period)),
-                _ => Err(Abort::NoSubIndex),
-            };
+        if Communication::serves(index) {
+            return self.communication.read(address).map(Source::Value);
         }
         if process_data::is_parameter(index) {
             return self.pdos.read(address, table).map(Source::Value);
@@ -82,9 +78,13 @@ impl<D: Dictionary> Objects<'_, D> {
         if self.guarded && self.dictionary.moves(address.index) {
             return Err(Abort::DeviceState);
         }
-        if let Source::Row(row) = self.source(address)?
-            && !row.access.is_writable()
-        {
+        let writable = match self.source(address)? {
+            Source::Row(row) => row.access.is_writable(),
+            Source::Value(_) => {
+                !Communication::serves(address.index) || Communication::is_writable(address)
+            }
+        };
+        if !writable {
             return Err(Abort::ReadOnly);
         }
         let size = self.size(address)?;
@@ -99,9 +99,8 @@ impl<D: Dictionary> Objects<'_, D> {
         self.check(address, Some(value.len()))?;
         let table = self.dictionary.table();
         match self.source(address)? {
-            Source::Value(_) if address.index == HEARTBEAT_PERIOD => {
-                *self.heartbeat_ms = number(value) as u16;
-                Ok(())
+            Source::Value(_) if Communication::serves(address.index) => {
+                self.communication.write(address, value)
             }
             Source::Value(_) if process_data::is_parameter(address.index) => {
                 self.pdos.write(address, value, table)

@@ -8,9 +8,11 @@ use super::targets::{Memory, Targets};
 use super::{Motor, Readings};
 use crate::bus::cia402::{State, mode};
 use crate::bus::drive_parameters::{self, DriveParameters};
+use crate::bus::network;
 use crate::bus::node::{Abort, Address, Dictionary, Table, Value, Values};
 use crate::bus::pdo::DriveMotion;
 use crate::bus::scale::UNCONFIGURED;
+use crate::faults::Fault;
 use crate::motor::bridge::Ratings;
 use crate::motor::capture::{CHANNELS, Request, WINDOW};
 use crate::motor::current::Electrical;
@@ -88,6 +90,10 @@ impl<S: Store> Dictionary for Objects<S> {
         };
         *flag = true;
         self.heard.targets.add(Targets::of(address.index));
+    }
+
+    fn lost_client(&mut self) {
+        self.heard.found.insert_if(Fault::GuardLost, true);
     }
 
     fn received(&mut self, id: u16, objects: &[u32], now_us: u64) {
@@ -203,7 +209,7 @@ impl<S: Store> Objects<S> {
         if bench_mode && !outputs.bench_mode {
             values.set(objects::OBJECT2001, 0);
         }
-        let register = u8::from(outputs.status.error_code != 0);
+        let register = network::error_register(outputs.status.error_code);
         values.set(objects::OBJECT1001, register);
         if let Some(snapshot) = &outputs.snapshot {
             objects::publish_snapshot(values, snapshot);

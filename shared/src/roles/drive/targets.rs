@@ -49,11 +49,12 @@ impl Memory {
     /// a client writes it.
     pub fn begin_tick<const N: usize>(&mut self, written: Targets, values: &mut Values<N>) {
         let mode = values.get(OBJECT6060);
-        if self.operating && mode != self.mode {
+        let changes = mode != self.mode;
+        if self.operating && changes {
             self.known = Targets::default();
         }
         self.known.add(written);
-        if self.operating && mode != self.mode || !self.operating {
+        if !self.operating || changes {
             self.forget_unknown(values);
         }
         self.mode = mode;
@@ -69,7 +70,7 @@ impl Memory {
         self.operating = operating;
     }
 
-    fn forget_unknown<const N: usize>(&self, values: &mut Values<N>) {
+    fn forget_unknown<const N: usize>(self, values: &mut Values<N>) {
         if !self.known.has(Targets::POSITION) {
             values.set(OBJECT607A, values.get(OBJECT6064));
         }

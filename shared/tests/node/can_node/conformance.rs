@@ -467,8 +467,12 @@ const ROWS: &[Row] = &[
     (Stopped, "no PDO in stopped",
         "205: 0000 08 11223344 >; 000: 80 05 >; 40 607a:00 > 43 607a:00 00000000"),
     (Operational, "fewer bytes than mapped are not processed",
-        "205: 0000 08 11 22 33 >; 205: >; 40 607a:00 > 43 607a:00 00000000; \
-         40 6060:00 > 4f 6060:00 00"),
+        "205: 0000 08 11 22 33 > 085: 8210 11 00000000 00; 205: >; 40 607a:00 > 43 607a:00 00000000; \
+         40 6060:00 > 4f 6060:00 00; 40 1003:01 > 43 1003:01 00008210"),
+    (Operational, "8210: once, and again after a whole PDO",
+        "205: > 085: 8210 11 00000000 00; 205: >; 305: >; 205: 0000 08 00000000 >; \
+         305: > 085: 8210 11 00000000 00"),
+    (PreOperational, "no 8210 where process data do not count", "205: >"),
     (Operational, "of more bytes the first count",
         "205: 0000 08 11223344 ff >; 40 607a:00 > 43 607a:00 11223344"),
     (Operational, "another node's PDO",
@@ -584,12 +588,12 @@ const ROWS: &[Row] = &[
         "2b 1017:00 000a > 60 1017:00; 000: 03 05 >; 000: 00 05 >; 000: ff 05 >; 10ms > 705: 05"),
     (Operational, "a command has two bytes",
         "2b 1017:00 000a > 60 1017:00; 000: 02 >; 000: >; 000: 02 05 00 >; 10ms > 705: 05"),
-    (PreOperational, "reset node: boot-up", "000: 81 05 > 705: 00"),
+    (PreOperational, "reset node: boot-up", "000: 81 05 >; 1ms > 705: 00"),
     (PreOperational, "reset communication: boot-up", "000: 82 05 > 705: 00"),
-    (Operational, "reset of all nodes", "000: 81 00 > 705: 00; 000: 82 00 > 705: 00"),
+    (Operational, "reset of all nodes", "000: 82 00 > 705: 00; 000: 81 00 >; 1ms > 705: 00"),
     (Operational, "reset ends in pre-operational",
         "000: 82 05 > 705: 00; 2b 1017:00 000a > 60 1017:00; 10ms > 705: 7f; 080: >"),
-    (Stopped, "reset from stopped", "000: 81 05 > 705: 00; 40 1000:00 > 43 1000:00 00020192"),
+    (Stopped, "reset from stopped", "000: 81 05 >; 1ms > 705: 00; 40 1000:00 > 43 1000:00 00020192"),
     (PreOperational, "reset restores 1017h", "000: 82 05 > 705: 00; 40 1017:00 > 4b 1017:00 0032"),
     (PreOperational, "reset restores the PDOs",
         "23 1800:01 c0000185 > 60 1800:01; 2f 1800:02 05 > 60 1800:02; \
@@ -600,6 +604,39 @@ const ROWS: &[Row] = &[
     (PreOperational, "reset ends a transfer",
         "20 607a:00 > 60 607a:00; 000: 82 05 > 705: 00; 2b 1017:00 0000 > 60 1017:00; \
          600ms >; 07 > 80 .. .. .. 05040001"),
+    (PreOperational, "1003h: no error", "40 1003:00 > 4f 1003:00 00; 40 1003:01 > 80 1003:01 08000024"),
+    (Operational, "1003h: the newest error is the first, and 0 clears the history",
+        "205: > 085: 8210 11 00000000 00; 40 1003:00 > 4f 1003:00 01; \
+         40 1003:01 > 43 1003:01 00008210; 40 1003:02 > 80 1003:02 08000024; \
+         2f 1003:00 01 > 80 1003:00 06090030; 2f 1003:00 00 > 60 1003:00; \
+         40 1003:00 > 4f 1003:00 00"),
+    (PreOperational, "1003h: an error cannot be written", "23 1003:01 00000000 > 80 1003:01 08000024"),
+    (PreOperational, "1003h: eight errors", "40 1003:09 > 80 1003:09 06090011"),
+    (PreOperational, "1005h: SYNC, which the node does not send",
+        "40 1005:00 > 43 1005:00 00000080; 23 1005:00 00000081 > 80 1005:00 06010002"),
+    (PreOperational, "1014h: emergency",
+        "40 1014:00 > 43 1014:00 00000085; 23 1014:00 00000085 > 80 1014:00 06010002"),
+    (PreOperational, "1016h: two entries, of which the first is the guard",
+        "40 1016:00 > 4f 1016:00 02; 40 1016:01 > 43 1016:01 00010078; \
+         40 1016:02 > 43 1016:02 00000000; 23 1016:01 00000000 > 80 1016:01 06010002; \
+         40 1016:03 > 80 1016:03 06090011"),
+    (PreOperational, "1016h: 06040043: a node that is watched already",
+        "23 1016:02 00010064 > 80 1016:02 06040043; 23 1016:02 00050064 > 80 1016:02 06040043"),
+    (PreOperational, "1016h: no such node", "23 1016:02 00800064 > 80 1016:02 06090030"),
+    (PreOperational, "1016h: an entry without time or node is not used",
+        "23 1016:02 00070000 > 60 1016:02; 23 1016:02 00000064 > 60 1016:02; 300ms >"),
+    (PreOperational, "1016h: a client that falls silent is 8130, once",
+        "23 1016:02 00070064 > 60 1016:02; 300ms >; 707: 05 >; 99ms >; 707: 7f >; 99ms >; \
+         10ms > 085: 8130 11 00000000 00; 300ms >; 40 603f:00 > 4b 603f:00 8130"),
+    (PreOperational, "1016h: another node's heartbeat does not count",
+        "23 1016:02 00070064 > 60 1016:02; 707: 05 >; 90ms >; 708: 05 >; \
+         20ms > 085: 8130 11 00000000 00"),
+    (PreOperational, "1016h: a reset of communication ends it",
+        "23 1016:02 00070064 > 60 1016:02; 707: 05 >; 000: 82 05 > 705: 00; \
+         2b 1017:00 0000 > 60 1017:00; 300ms >; 40 1016:02 > 43 1016:02 00000000"),
+    (PreOperational, "1029h: the network state does not change",
+        "40 1029:00 > 4f 1029:00 01; 40 1029:01 > 4f 1029:01 01; \
+         2f 1029:01 00 > 80 1029:01 06010002"),
     (PreOperational, "1017h: period", "2b 1017:00 000a > 60 1017:00; 100ms > 705: 7f *10"),
     (PreOperational, "1017h: 0 is no heartbeat", "500ms >"),
     (PreOperational, "1017h: it begins and ends with a write",

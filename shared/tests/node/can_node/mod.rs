@@ -107,6 +107,7 @@ impl Motor for Rotor {
 
 /// A node, its motor, and the time.
 pub struct Node<C> {
+    create: fn() -> Drive<C, Measurements, Memory>,
     drive: Drive<C, Measurements, Memory>,
     pub rotor: Rotor,
     pub now_us: u64,
@@ -115,18 +116,21 @@ pub struct Node<C> {
 impl Node<Axle> {
     /// A node of an axle after its boot-up message.
     pub fn axle() -> Self {
-        let settings = settings();
-        let drive = Drive::axle(parts(&settings, Axle::new(&settings)));
-        Self::boot(drive)
+        Self::boot(|| {
+            let settings = settings();
+            Drive::axle(parts(&settings, Axle::new(&settings)))
+        })
     }
 }
 
 impl Node<Screw<Geometry>> {
     /// A node of a screw after its boot-up message.
     pub fn screw() -> Self {
-        let settings = settings();
-        let screw = Screw::new(&settings).expect("a belt");
-        Self::boot(Drive::screw(parts(&settings, screw)))
+        Self::boot(|| {
+            let settings = settings();
+            let screw = Screw::new(&settings).expect("a belt");
+            Drive::screw(parts(&settings, screw))
+        })
     }
 }
 
@@ -148,11 +152,12 @@ fn parts<C>(settings: &Settings, control: C) -> Parts<'_, C, Measurements, Memor
 }
 
 impl<C: Control> Node<C> {
-    fn boot(mut drive: Drive<C, Measurements, Memory>) -> Self {
-        let mut sent = Vec::new();
+    fn boot(create: fn() -> Drive<C, Measurements, Memory>) -> Self {
+        let (mut drive, mut sent) = (create(), Vec::new());
         drive.boot(0, &mut |frame| sent.push(frame));
         assert_eq!(sent, [Frame::new(0x700 + NODE, &[0]).unwrap()]);
         Self {
+            create,
             drive,
             rotor: Rotor::default(),
             now_us: 0,
@@ -163,13 +168,18 @@ impl<C: Control> Node<C> {
         self.drive.state()
     }
 
-    /// Runs one millisecond with a control tick, or without. Returns what the node sends.
+    /// Runs one millisecond with a control tick, or without. Returns what the node sends. A node
+    /// that is to restart begins anew.
     pub fn run(&mut self, tick: bool) -> Vec<Frame> {
         let mut sent = Vec::new();
         self.now_us += 1_000;
         if tick {
             let mut send = |frame| sent.push(frame);
-            self.drive.tick(self.now_us, &mut self.rotor, &mut send);
+            let ticked = self.drive.tick(self.now_us, &mut self.rotor, &mut send);
+            if ticked.restart {
+                self.drive = (self.create)();
+                self.drive.boot(self.now_us, &mut send);
+            }
         }
         sent
     }
