@@ -340,3 +340,55 @@ fn a_fault_that_holds_is_seen_and_reset_by_a_client_of_the_profile() {
     client.enable();
     client.stays("after the reset");
 }
+
+const PROFILE_VELOCITY: (u16, u8) = (0x6081, 4);
+const PROFILE_ACCELERATION: (u16, u8) = (0x6083, 4);
+
+/// Greatest speed, rad/s, and greatest change of it in 10 ms, rad/s, of a motion of half a turn.
+fn motion(client: &mut Client, mode: i32) -> (f32, f32) {
+    client.write(MODE, mode);
+    client.enable();
+    let (mut fastest, mut change) = (0.0_f32, 0.0_f32);
+    let (target, value) = match mode {
+        1 => (POSITION, 0x8000),
+        _ => (VELOCITY, 4_000_000),
+    };
+    client.write(target, value);
+    client.write(CONTROLWORD, 0x1f);
+    let mut before = client.speed;
+    for _ in 0..60 {
+        client.run(10, &[]);
+        fastest = fastest.max(client.speed.abs());
+        change = change.max((client.speed - before).abs());
+        before = client.speed;
+    }
+    (fastest, change)
+}
+
+#[test]
+fn a_profile_stays_within_its_velocity_and_acceleration() {
+    for mode in [1, 3, 9] {
+        let profile = mode != 9;
+        let mut client = Client::new(&[(Setting::HomingDirection, 0)]);
+        let (fast, steep) = motion(&mut client, mode);
+        assert!(
+            fast > 3.0 && steep > 0.15,
+            "mode {mode}: {fast} rad/s, {steep}"
+        );
+        let mut client = Client::new(&[(Setting::HomingDirection, 0)]);
+        client.write(PROFILE_VELOCITY, 1_000_000);
+        client.write(PROFILE_ACCELERATION, 5_000_000);
+        let (fast, steep) = motion(&mut client, mode);
+        // Half a turn takes longer than the time that is watched.
+        assert_eq!(
+            (0.9..1.1).contains(&fast),
+            profile,
+            "mode {mode}: {fast} rad/s"
+        );
+        assert_eq!(
+            (0.03..0.09).contains(&steep),
+            profile,
+            "mode {mode}: {steep}"
+        );
+    }
+}

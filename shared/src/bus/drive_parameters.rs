@@ -33,6 +33,11 @@ pub struct DriveParameters {
     /// Software position limits (0x607D): lower and upper end, in units of position. They do not
     /// limit unless the lower is below the upper.
     pub position_limits: [i32; 2],
+    /// Profile velocity (0x6081), in units of velocity; `u32::MAX` is no limit. It limits the modes
+    /// of the profile within the limits of the settings.
+    pub profile_velocity: u32,
+    /// Profile acceleration (0x6083), in units of velocity per second; `u32::MAX` is no limit.
+    pub profile_acceleration: u32,
     /// Torque slope (0x6087), in units of torque per second.
     pub torque_slope: u32,
     /// Homing method (0x6098).
@@ -42,7 +47,10 @@ pub struct DriveParameters {
 /// Returns whether `index` is the index of a parameter in [`DriveParameters`]. Writing a parameter
 /// is no set-point.
 pub fn is_parameter(index: u16) -> bool {
-    matches!(index, 0x605a..=0x605e | 0x6065..=0x6068 | 0x607d | 0x6087 | 0x6098)
+    matches!(
+        index,
+        0x605a..=0x605e | 0x6065..=0x6068 | 0x607d | 0x6081 | 0x6083 | 0x6087 | 0x6098 | 0x60c2
+    )
 }
 
 /// Returns whether a drive supports `value` in the object `index`. Objects that it does not know
@@ -54,7 +62,7 @@ pub fn supports(index: u16, value: i32) -> bool {
         0x605d => matches!(value, 1 | 2),
         0x605e => matches!(value, 0..=2),
         0x6060 => i8::try_from(value).is_ok_and(mode::is_supported),
-        0x6087 => value != 0,
+        0x6081 | 0x6083 | 0x6087 => value != 0,
         0x6098 => matches!(value, 0 | 17..=24 | 37),
         _ => true,
     }
@@ -62,7 +70,10 @@ pub fn supports(index: u16, value: i32) -> bool {
 
 /// Returns whether only some values of the object `index` are supported.
 pub fn is_restricted(index: u16) -> bool {
-    matches!(index, 0x605a..=0x605e | 0x6060 | 0x6087 | 0x6098)
+    matches!(
+        index,
+        0x605a..=0x605e | 0x6060 | 0x6081 | 0x6083 | 0x6087 | 0x6098
+    )
 }
 
 #[cfg(test)]
@@ -82,8 +93,8 @@ mod tests {
     #[test]
     fn a_parameter_is_no_set_point() {
         let parameters = [
-            0x605a, 0x605b, 0x605c, 0x605d, 0x605e, 0x6065, 0x6066, 0x6067, 0x6068, 0x607d, 0x6087,
-            0x6098,
+            0x605a, 0x605b, 0x605c, 0x605d, 0x605e, 0x6065, 0x6066, 0x6067, 0x6068, 0x607d, 0x6081,
+            0x6083, 0x6087, 0x6098, 0x60c2,
         ];
         for index in parameters {
             assert!(is_parameter(index), "{index:#x}");
@@ -94,8 +105,10 @@ mod tests {
     }
 
     #[test]
-    fn a_torque_that_could_never_change_is_refused() {
-        assert!(!supports(0x6087, 0));
-        assert!(supports(0x6087, 1) && supports(0x6087, i32::MAX));
+    fn a_motion_or_torque_that_could_never_change_is_refused() {
+        for index in [0x6081, 0x6083, 0x6087] {
+            assert!(!supports(index, 0));
+            assert!(supports(index, 1) && supports(index, i32::MAX));
+        }
     }
 }

@@ -261,6 +261,15 @@ impl Scale {
         wire as f32 / self.velocity_units()
     }
 
+    /// Returns the velocity, rad/s, or acceleration, rad/s^2, of a profile: infinite for `u32::MAX`.
+    pub fn profile_from_bus(self, wire: u32) -> f32 {
+        if wire == u32::MAX {
+            f32::INFINITY
+        } else {
+            wire as f32 / self.velocity_units()
+        }
+    }
+
     /// Returns the bus units of torque per N m at the output shaft. The unit of a turning axle is
     /// 0.01 N m of torque, that of a screw 1 N of force.
     pub fn torque_units(self) -> f32 {

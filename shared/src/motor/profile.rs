@@ -13,6 +13,14 @@ pub struct Limits {
     pub acceleration: f32,
 }
 
+impl Limits {
+    /// No limits.
+    pub const NONE: Self = Self {
+        velocity: f32::INFINITY,
+        acceleration: f32::INFINITY,
+    };
+}
+
 /// A moving set-point: position in 2^-32 turn, velocity in rad/s, acceleration in rad/s^2.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Motion {

@@ -91,7 +91,7 @@ impl Axle {
             self.handshake.target = Some(next);
             self.in_window = 0;
         }
-        let limits = self.force.limits;
+        let limits = self.options.profile(self.force.limits);
         match self.handshake.target {
             Some(target) => {
                 // The travel may have become narrower.

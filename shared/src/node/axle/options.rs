@@ -28,6 +28,8 @@ pub(super) struct Options {
     pub codes: DriveParameters,
     /// Parameters at start.
     saved: DriveParameters,
+    /// Limits of the modes of the profile.
+    profile: Limits,
     /// Deceleration of a quick stop, rad/s^2.
     quick_deceleration: f32,
     /// Windows, 2^-32 turn, and their times, ticks.
@@ -72,6 +74,8 @@ impl Options {
             position_window: window(Setting::PositionWindow, 1e-3),
             position_time: settings.get(Setting::PositionWindowTime) as u16,
             position_limits: travel.map_or([0; 2], |(low, high)| [end(low), end(high)]),
+            profile_velocity: u32::MAX,
+            profile_acceleration: u32::MAX,
             torque_slope: if slope > 1.0 { slope as u32 } else { 1 },
             homing_method: default_method(settings),
         };
@@ -82,6 +86,7 @@ impl Options {
         let mut options = Self {
             codes,
             saved: codes,
+            profile: Limits::NONE,
             quick_deceleration: deceleration as f32 * 1e-3,
             following: Window::OFF,
             position: Window::OFF,
@@ -97,6 +102,10 @@ impl Options {
         self.codes = codes;
         self.following = Window::new(codes.following_window, codes.following_time, scale);
         self.position = Window::new(codes.position_window, codes.position_time, scale);
+        self.profile = Limits {
+            velocity: scale.profile_from_bus(codes.profile_velocity),
+            acceleration: scale.profile_from_bus(codes.profile_acceleration),
+        };
         self.torque_step = codes.torque_slope as f32 * CONTROL_PERIOD;
     }
 
@@ -136,6 +145,14 @@ impl Options {
             let width = high.wrapping_sub(low).unsigned_abs();
             width + width / 16
         })
+    }
+
+    /// Returns the limits of the modes of the profile, within `limits`.
+    pub fn profile(&self, limits: Limits) -> Limits {
+        Limits {
+            velocity: limits.velocity.min(self.profile.velocity),
+            acceleration: limits.acceleration.min(self.profile.acceleration),
+        }
     }
 
     /// Returns the limits of a stop with this ramp, within `limits`.

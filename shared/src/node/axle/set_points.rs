@@ -284,15 +284,18 @@ impl Axle {
             (mode::PROFILE_POSITION, _) if self.shakes_hands() => self.move_to_target(),
             (mode::PROFILE_POSITION, _) => {
                 let target = self.target_position();
-                self.motion
-                    .toward_position(target, self.force.limits, CONTROL_PERIOD);
+                let limits = self.options.profile(self.force.limits);
+                self.motion.toward_position(target, limits, CONTROL_PERIOD);
             }
             (mode::HOMING, _) => self.home(inputs.switches),
             (mode::CYCLIC_TORQUE, _) => return self.control_torque(inputs),
             (mode::CYCLIC_VELOCITY | mode::PROFILE_VELOCITY, _) => {
                 let target = self.scale.velocity_from_bus(self.command.target);
-                self.motion
-                    .toward_velocity(target, self.force.limits, CONTROL_PERIOD);
+                let limits = match self.mode {
+                    mode::PROFILE_VELOCITY => self.options.profile(self.force.limits),
+                    _ => self.force.limits,
+                };
+                self.motion.toward_velocity(target, limits, CONTROL_PERIOD);
                 self.motion.position = self.position();
                 self.stop_at_ends(inputs.switches, None);
                 let ahead = self.feed_forward();

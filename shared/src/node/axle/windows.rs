@@ -54,7 +54,8 @@ impl Axle {
             }
             mode::PROFILE_VELOCITY => {
                 let target = self.scale.velocity_from_bus(self.command.target);
-                let reached = self.motion.velocity == limit(target, self.force.limits.velocity);
+                let fastest = self.options.profile(self.force.limits).velocity;
+                let reached = self.motion.velocity == limit(target, fastest);
                 bit(status::TARGET_REACHED, reached && following)
                     | bit(status::FOLLOWING, self.stands())
             }

@@ -16,7 +16,7 @@ pub(super) struct Heard {
     guard_id: u8,
     /// Identifier of the joint's motion, for a screw.
     joint_id: Option<u16>,
-    sync_period_us: u32,
+    pub sync_period_us: u32,
     pub set_point: bool,
     pub targets: Targets,
     pub offset: bool,

@@ -22,6 +22,10 @@ use crate::node::axle::{Axle, Inputs, Outputs, SetPoint};
 /// set-points, and writing it does not count as a set-point.
 const TORQUE_OFFSET: u16 = 0x60b2;
 
+/// Interpolation time period: a number, and the power of ten of its unit.
+const INTERPOLATION: u16 = 0x60c2;
+const MILLISECONDS: i32 = -3;
+
 /// The objects of a drive. Those of an axle have the same places in a screw, which has a few more.
 pub(super) struct Objects<S> {
     pub values: Values<BYTES>,
@@ -72,11 +76,14 @@ impl<S: Store> Dictionary for Objects<S> {
             [a, b, c, d] => i32::from_le_bytes([a, b, c, d]),
             _ => return Ok(()),
         };
-        if drive_parameters::supports(address.index, signed) {
-            Ok(())
-        } else {
-            Err(Abort::Range)
-        }
+        let period_ms = self.heard.sync_period_us / 1_000;
+        let supported = match (address.index, address.sub) {
+            // Set-points are interpolated over the period of SYNC.
+            (INTERPOLATION, 1) => value == [period_ms as u8],
+            (INTERPOLATION, _) => signed == MILLISECONDS,
+            (index, _) => drive_parameters::supports(index, signed),
+        };
+        if supported { Ok(()) } else { Err(Abort::Range) }
     }
 
     fn written(&mut self, address: Address) {
@@ -131,6 +138,8 @@ impl<S: Store> Objects<S> {
         };
         values.set(objects::OBJECT2010, axle.scale().code() | mark);
         objects::publish_parameters(values, &axle.parameters());
+        let period_ms = self.heard.sync_period_us / 1_000;
+        values.set(objects::OBJECT60C2_PERIOD, period_ms as u8);
         values.set(objects::OBJECT2061_RATE, ratings.pwm_hz);
         let full_scale = (ratings.full_scale * 1e3) as u32;
         values.set(objects::OBJECT2061_FULL_SCALE, full_scale);
@@ -196,6 +205,8 @@ impl<S: Store> Objects<S> {
                 values.get(objects::OBJECT607D_MINIMUM),
                 values.get(objects::OBJECT607D_MAXIMUM),
             ],
+            profile_velocity: values.get(objects::OBJECT6081),
+            profile_acceleration: values.get(objects::OBJECT6083),
             torque_slope: values.get(objects::OBJECT6087),
             homing_method: values.get(objects::OBJECT6098),
         }

@@ -54,6 +54,16 @@ const ROWS: &[Row] = &[
     (PreOperational, "1018h: serial number", "40 1018:04 > 43 1018:04 00000007"),
     (PreOperational, "1018h: no more sub-indices", "40 1018:05 > 80 1018:05 06090011"),
     (PreOperational, "1010h: saves on command", "40 1010:01 > 43 1010:01 00000001"),
+    (PreOperational, "402 60c2h: the period of SYNC, which alone may be written",
+        "40 60c2:01 > 4f 60c2:01 04; 40 60c2:02 > 4f 60c2:02 fd; 2f 60c2:01 04 > 60 60c2:01; \
+         2f 60c2:02 fd > 60 60c2:02; 2f 60c2:01 05 > 80 60c2:01 06090030; \
+         2f 60c2:02 fc > 80 60c2:02 06090030"),
+    (PreOperational, "402 6081h, 6083h: a profile that never moves is refused",
+        "23 6081:00 00000000 > 80 6081:00 06090030; 23 6083:00 00000000 > 80 6083:00 06090030; \
+         23 6081:00 00000001 > 60 6081:00"),
+    (PreOperational, "402 6098h: the method at start may be written back",
+        "40 6098:00 > 4f 6098:00 00; 2f 6098:00 00 > 60 6098:00; 2f 6098:00 14 > 60 6098:00; \
+         2f 6098:00 01 > 80 6098:00 06090030"),
     (PreOperational, "402 6502h", "40 6502:00 > 43 6502:00 000003a5"),
     (Operational, "operational: SDO is served", "40 1000:00 > 43 1000:00 00020192"),
     (Guarded, "upload is allowed to everybody", "40 6060:00 > 4f 6060:00 00"),

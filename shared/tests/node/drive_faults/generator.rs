@@ -366,6 +366,8 @@ impl Generator {
                 position_window: random.bits() as u32,
                 position_time: random.bits() as u16,
                 position_limits: [random.bits() as i32, random.bits() as i32],
+                profile_velocity: u32::MAX,
+                profile_acceleration: u32::MAX,
                 torque_slope: random.pick(&[1, 24_000, u32::MAX]),
                 homing_method: axle.parameters().homing_method,
             };
