@@ -2,7 +2,8 @@
 //!
 //! A sentence counts only if its checksum is right. Refused sentences are counted by reason. No
 //! input makes this module panic. Each field is read when it ends, so that the work is spread over
-//! the time in which the sentence arrives.
+//! the time in which the sentence arrives. GNS is not read: its place is also in GGA and RMC, which
+//! have one quality and one mode for all satellite systems.
 
 /// Maximum number of bytes between `$` and the end of the line. The standard allows 79; receivers
 /// with many decimals send more.
@@ -40,7 +41,8 @@ pub struct Gga {
 pub struct Rmc {
     /// UTC time of day, ms.
     pub time_ms: Option<u32>,
-    /// Place; `None` while the receiver marks its data as void.
+    /// Place; `None` while the receiver marks its data as void, estimated, entered by hand or
+    /// simulated.
     pub place: Option<Place>,
     /// Speed over ground, mm/s.
     pub speed_mm_s: Option<u32>,
@@ -103,8 +105,10 @@ impl Counts {
     }
 }
 
-/// Number of fields that are used, with the address: GGA has the most.
-const FIELDS: usize = 11;
+/// Number of the mode field of RMC, the last field that is used.
+const MODE: usize = 12;
+/// Number of fields up to the last one that is used, with the address.
+const FIELDS: usize = MODE + 1;
 
 /// Kind of a sentence, from its address.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -326,6 +330,7 @@ impl Kind {
             (Self::Rmc, 2) => sign(text, b'A', b'V'),
             (Self::Rmc, 7) => decimal(text, 3).and_then(speed),
             (Self::Rmc, 8) => decimal(text, 2).filter(|course| (0..=36_000).contains(course)),
+            (Self::Rmc, MODE) => mode(text),
             _ => return Field::Missing,
         };
         value.map_or(Field::Invalid, Field::Value)
@@ -358,13 +363,22 @@ impl Fields {
     }
 
     fn rmc(&self) -> Result<Rmc, Refusal> {
-        let valid = self.required(2)? > 0;
+        let valid = self.required(2)? > 0 && self.measured()?;
         Ok(Rmc {
             time_ms: self.optional(1)?.map(|time| time as u32),
             place: if valid { Some(self.place(3)?) } else { None },
             speed_mm_s: self.optional(7)?.map(|speed| speed as u32),
             course: self.optional(8)?.map(|course| course as u16),
         })
+    }
+
+    /// Returns whether the mode is that of a measured position. Receivers older than NMEA 0183
+    /// version 2.3 send none; then the status alone counts.
+    fn measured(&self) -> Result<bool, Refusal> {
+        match self.0[MODE] {
+            Field::Invalid => Err(Refusal::Field(MODE as u8)),
+            mode => Ok(mode != Field::Value(-1)),
+        }
     }
 
     /// Latitude, its hemisphere, longitude and its hemisphere from field `first` on.
@@ -402,6 +416,17 @@ fn sign(text: &[u8], positive: u8, negative: u8) -> Option<i32> {
         Some(1)
     } else {
         (text == [negative]).then_some(-1)
+    }
+}
+
+/// Reads the mode indicator of NMEA 0183. Returns 1 for a measured position: autonomous,
+/// differential, precise, and carrier phase (real-time kinematic, float). Returns -1 for an
+/// estimated, manual or simulated position, and for none.
+fn mode(text: &[u8]) -> Option<i32> {
+    match text {
+        b"A" | b"D" | b"P" | b"R" | b"F" => Some(1),
+        b"E" | b"M" | b"S" | b"N" => Some(-1),
+        _ => None,
     }
 }
 

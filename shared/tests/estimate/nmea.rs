@@ -4,6 +4,7 @@ use crate::framed;
 use proptest::collection::vec;
 use proptest::prelude::*;
 use tautrack::estimate::nmea::{Gga, Place, Reader, Refusal, Rmc, Sentence};
+use tautrack::estimate::position::Fix;
 
 /// Returns what the reader reports for `bytes`.
 fn read(reader: &mut Reader, bytes: &[u8]) -> Vec<Result<Sentence, Refusal>> {
@@ -70,6 +71,70 @@ fn a_receiver_without_a_fix_gives_no_place() {
         panic!("a good sentence")
     };
     assert_eq!(rmc.place, None);
+}
+
+const PLACE: &str = "4807.038,N,01131.000,E";
+
+/// Returns whether the sentence with this body gives a fix.
+fn fixes(body: &str) -> bool {
+    let found = read(&mut Reader::default(), &framed(body));
+    let mut sentences = found.iter().flatten();
+    sentences.any(|sentence| Fix::from_sentence(sentence).is_some())
+}
+
+/// Body of an RMC sentence that ends in these fields.
+fn rmc_with(status: &str, end: &str) -> String {
+    format!("GNRMC,123519,{status},{PLACE},022.4,084.4,230394,003.1,W{end}")
+}
+
+/// Body of a GGA sentence with this quality.
+fn gga_with(quality: &str) -> String {
+    format!("GNGGA,123519,{PLACE},{quality},08,0.9,545.4,M,46.9,M,,")
+}
+
+#[test]
+fn a_position_that_was_not_measured_is_no_fix() {
+    for (body, fix) in [
+        (gga_with("0"), false),
+        (gga_with("1"), true),
+        (gga_with("2"), true),
+        (gga_with("3"), true),
+        (gga_with("4"), true),
+        (gga_with("5"), true),
+        (gga_with("6"), false),
+        (gga_with("7"), false),
+        (gga_with("8"), false),
+        // Receivers older than version 2.3 of the standard send no mode.
+        (rmc_with("A", ""), true),
+        (rmc_with("A", ","), true),
+        (rmc_with("A", ",A"), true),
+        (rmc_with("A", ",D"), true),
+        (rmc_with("A", ",F"), true),
+        (rmc_with("A", ",P"), true),
+        (rmc_with("A", ",R"), true),
+        (rmc_with("A", ",E"), false),
+        (rmc_with("A", ",M"), false),
+        (rmc_with("A", ",S"), false),
+        (rmc_with("A", ",N"), false),
+        (rmc_with("V", ",A"), false),
+        (rmc_with("V", ",N"), false),
+        // The status of navigation, which follows the mode, says nothing of the position.
+        (rmc_with("A", ",A,V"), true),
+        (rmc_with("A", ",E,S"), false),
+        // One letter for each satellite system. GNS gives no position.
+        (
+            format!("GNGNS,123519,{PLACE},AA,08,0.9,545.4,46.9,,,V"),
+            false,
+        ),
+        (
+            format!("GNGNS,123519,{PLACE},EN,08,0.9,545.4,46.9,,,V"),
+            false,
+        ),
+    ] {
+        assert_eq!(fixes(&body), fix, "{body}");
+    }
+    assert_eq!(read_one(&rmc_with("A", ",X")), Err(Refusal::Field(12)));
+    assert_eq!(read_one(&rmc_with("A", ",AE,V")), Err(Refusal::Field(12)));
 }
 
 #[test]
@@ -196,6 +261,18 @@ proptest! {
         read(&mut reader, &bytes);
         let good = framed("GNRMC,123519,A,4807.038,N,01131.000,E,022.4,084.4,230394,003.1,W");
         prop_assert!(read(&mut reader, &good).iter().any(Result::is_ok));
+    }
+
+    #[test]
+    fn only_measured_qualities_and_modes_give_a_fix(
+        quality in "[0-9]?[0-9A-Z]?", status in "[AV]",
+        mode in "[ADEFMNPRS]?[A-Z]?", follows in "(,[A-Z]?)?",
+    ) {
+        let one_of = |text: &str, letters: &str| text.len() == 1 && letters.contains(text);
+        prop_assert_eq!(fixes(&gga_with(&quality)), one_of(&quality, "12345"));
+        let measured = mode.is_empty() || one_of(&mode, "ADFPR");
+        let body = rmc_with(&status, &format!(",{mode}{follows}"));
+        prop_assert_eq!(fixes(&body), status == "A" && measured, "{}", body);
     }
 
     #[test]

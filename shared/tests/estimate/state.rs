@@ -288,6 +288,18 @@ fn a_speed_over_ground_is_signed_by_course_and_heading_and_counts_once() {
     }
 }
 
+/// The receiver extrapolates in mode E; mode A is a measurement.
+#[test]
+fn an_extrapolated_place_is_no_fix_and_its_speed_does_not_count() {
+    let mut robot = Robot::placed();
+    for (mode, measured) in [("E", false), ("A", true)] {
+        let line = format!("GPRMC,120000,A,4728.704,N,00033.792,W,2.0,0.0,010626,,,{mode}");
+        let fix = robot.estimator.listen(&framed(&line), robot.now_us);
+        let speed = robot.estimator.take_speed(&robot.attitude);
+        assert_eq!((fix, speed.is_some()), (measured, measured), "{mode}");
+    }
+}
+
 #[test]
 fn a_sentence_without_a_fix_is_none() {
     let mut robot = Robot::new();

@@ -217,7 +217,7 @@ impl Run {
                 frame: *frame,
             })?;
             if let Some(port) = &mut self.slcan {
-                port.send(frame, delivered.sender.checked_sub(first));
+                port.send(frame, delivered.sender.checked_sub(first), time_us);
             }
         }
         if let Some(port) = &mut self.slcan {

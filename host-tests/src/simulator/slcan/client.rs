@@ -1,27 +1,24 @@
 //! Connection of an SLCAN client: reads its lines and writes answers and frames.
 
-use super::Request;
+use super::channel::Channel;
 use std::collections::VecDeque;
 use std::io::{self, ErrorKind, Read, Write};
 use std::net::TcpStream;
 use std::time::{Duration, Instant};
 use tautrack::can::Frame;
 
-/// Maximum length of a line of the protocol: `T`, eight digits of identifier, one of length, 16 of
-/// data.
-const MAX_LINE: usize = 26;
-/// Maximum number of bytes that are read from the connection before the lines in them are answered.
-const MAX_UNANSWERED: usize = 4096;
-const OK: &[u8] = b"\r";
-const REFUSED: &[u8] = b"\x07";
+/// Maximum number of bytes that are read at once, and maximum number of reads in one exchange, so
+/// that a client that sends all the time keeps nobody waiting.
+const CHUNK: usize = 512;
+const READS: usize = 8;
+/// Number of unsent bytes above which a client is behind: a tenth of a second of a busy bus.
+const BACKLOG: usize = 8192;
 
 /// Connected client.
 #[derive(Debug)]
 pub struct Client {
     stream: TcpStream,
-    open: bool,
-    joined: bool,
-    incoming: Vec<u8>,
+    channel: Channel,
     outgoing: VecDeque<u8>,
     /// Time at which the connection last accepted bytes, or had none to accept.
     read_at: Instant,
@@ -39,27 +36,20 @@ impl Client {
         stream.set_nodelay(true)?;
         Ok(Self {
             stream,
-            open: false,
-            joined: false,
-            incoming: Vec::new(),
+            channel: Channel::default(),
             outgoing: VecDeque::new(),
             read_at: Instant::now(),
         })
     }
 
-    /// Whether the channel is open.
-    pub fn open(&self) -> bool {
-        self.open
+    /// The client's channel.
+    pub fn channel(&self) -> &Channel {
+        &self.channel
     }
 
-    /// Whether the channel is open, or was open before.
-    pub fn has_joined(&self) -> bool {
-        self.joined
-    }
-
-    /// Number of bytes that the connection has not accepted yet.
-    pub fn unsent(&self) -> usize {
-        self.outgoing.len()
+    /// Whether more bytes are unsent than a client leaves unread that keeps up with the bus.
+    pub fn is_behind(&self) -> bool {
+        self.outgoing.len() > BACKLOG
     }
 
     /// Time for which the connection has accepted none of the waiting bytes.
@@ -68,20 +58,20 @@ impl Client {
     }
 
     /// Answers the client's lines and appends at most `room` of its frames to `frames`. Any further
-    /// frame, and all lines after it, wait.
+    /// frame, and all lines after it, wait. All lines of a client that is behind wait.
     ///
     /// # Errors
     /// If the client has disconnected.
     pub fn exchange(&mut self, room: usize, frames: &mut Vec<Frame>) -> io::Result<()> {
-        while self.answer_lines(room, frames) && self.incoming.len() < MAX_UNANSWERED {
-            if self.incoming.len() > MAX_LINE {
-                self.incoming.clear();
-                self.outgoing.extend(REFUSED);
+        for _ in 0..READS {
+            let all_answered = self.channel.answer(room, frames, &mut self.outgoing);
+            if !all_answered || self.is_behind() {
+                break;
             }
-            let mut chunk = [0; 512];
+            let mut chunk = [0; CHUNK];
             match self.stream.read(&mut chunk) {
                 Ok(0) => return Err(ErrorKind::UnexpectedEof.into()),
-                Ok(count) => self.incoming.extend(&chunk[..count]),
+                Ok(count) => self.channel.receive(&chunk[..count]),
                 Err(error) if error.kind() == ErrorKind::WouldBlock => break,
                 Err(error) if error.kind() == ErrorKind::Interrupted => {}
                 Err(error) => return Err(error),
@@ -90,12 +80,16 @@ impl Client {
         self.flush()
     }
 
-    /// Sends `bytes`, as many as the connection accepts now; the rest waits.
+    /// Sends a frame of the bus, if the channel is open: as many of its bytes as the connection
+    /// accepts now; the rest waits. `time_us` is the virtual time.
     ///
     /// # Errors
     /// If the client has disconnected.
-    pub fn send(&mut self, bytes: &[u8]) -> io::Result<()> {
-        self.outgoing.extend(bytes);
+    pub fn send(&mut self, frame: &Frame, time_us: u64) -> io::Result<()> {
+        let Some(line) = self.channel.line_of(frame, time_us) else {
+            return Ok(());
+        };
+        self.outgoing.extend(line.as_bytes());
         self.flush()
     }
 
@@ -118,45 +112,5 @@ impl Client {
         }
         self.read_at = Instant::now();
         Ok(())
-    }
-
-    /// Answers all complete lines. Returns `false` if there was no room for a frame.
-    fn answer_lines(&mut self, room: usize, frames: &mut Vec<Frame>) -> bool {
-        while let Some(end) = self.incoming.iter().position(|byte| *byte == b'\r') {
-            let request = Request::parse(&self.incoming[..end]);
-            let transmits = self.open && matches!(request, Some(Request::Transmit(_)));
-            if transmits && frames.len() >= room {
-                return false;
-            }
-            self.incoming.drain(..=end);
-            if let Some(request) = request {
-                self.answer(request, frames);
-            }
-        }
-        true
-    }
-
-    fn answer(&mut self, request: Request, frames: &mut Vec<Frame>) {
-        let answer = match request {
-            Request::Transmit(frame) if self.open => {
-                frames.push(frame);
-                b"z\r"
-            }
-            Request::Open => {
-                self.open = true;
-                self.joined = true;
-                OK
-            }
-            Request::Close => {
-                self.open = false;
-                OK
-            }
-            Request::BitRate => OK,
-            Request::Version => b"V0101\r",
-            Request::SerialNumber => b"N0001\r",
-            Request::Status => b"F00\r",
-            Request::Transmit(_) | Request::Unsupported => REFUSED,
-        };
-        self.outgoing.extend(answer);
     }
 }

@@ -1,7 +1,6 @@
 //! TCP port for CAN clients, and its connected clients.
 
 use super::client::Client;
-use super::line_of;
 use rustix::net::sockopt::set_socket_send_buffer_size;
 use std::io;
 use std::net::{SocketAddr, TcpListener, ToSocketAddrs};
@@ -15,8 +14,6 @@ pub const MAX_CLIENTS: usize = 8;
 /// Maximum number of unsent bytes that the operating system buffers per client. With a larger
 /// buffer, a slow client would receive frames long after they were sent.
 const SEND_BUFFER: usize = 4096;
-/// Number of unsent bytes of a client above which the run waits: a tenth of a second of a busy bus.
-const BACKLOG: usize = 8192;
 /// Timeout for a client that reads nothing while the run waits for it; the client is then
 /// disconnected.
 const READ_TIMEOUT: Duration = Duration::from_secs(5);
@@ -61,7 +58,7 @@ impl SlcanPort {
         self.clients
             .iter()
             .flatten()
-            .filter(|client| client.open())
+            .filter(|client| client.channel().is_open())
             .count()
     }
 
@@ -94,10 +91,10 @@ impl SlcanPort {
         let mut frames = Vec::new();
         for (number, place) in self.clients.iter_mut().enumerate() {
             let Some(client) = place else { continue };
-            let before = client.has_joined();
+            let before = client.channel().has_joined();
             let mut taken = Vec::new();
             let gone = client.exchange(room(number), &mut taken).is_err();
-            if client.has_joined() && !before {
+            if client.channel().has_joined() && !before {
                 self.joined += 1;
                 eprintln!("tautrack: CAN client {} joins", number + 1);
             }
@@ -109,16 +106,14 @@ impl SlcanPort {
         frames
     }
 
-    /// Sends `frame` to every client with an open channel, except `sender`, the number of the
-    /// client that sent it. This does not block.
-    pub fn send(&mut self, frame: &Frame, sender: Option<usize>) {
-        let line = line_of(frame);
+    /// Sends `frame`, which the bus delivers at the virtual time `time_us`, to every client with an
+    /// open channel, except `sender`, the number of the client that sent it. This does not block.
+    pub fn send(&mut self, frame: &Frame, sender: Option<usize>, time_us: u64) {
         for (number, place) in self.clients.iter_mut().enumerate() {
-            let listens = |client: &&mut Client| client.open() && sender != Some(number);
             let gone = place
                 .as_mut()
-                .filter(listens)
-                .is_some_and(|client| client.send(line.as_bytes()).is_err());
+                .filter(|_| sender != Some(number))
+                .is_some_and(|client| client.send(frame, time_us).is_err());
             if gone {
                 leave(number, place);
             }
@@ -132,11 +127,11 @@ impl SlcanPort {
             let mut waiting = false;
             for (number, place) in self.clients.iter_mut().enumerate() {
                 let Some(client) = place else { continue };
-                if client.unsent() <= BACKLOG {
+                if !client.is_behind() {
                     continue;
                 }
                 let gone = client.flush().is_err();
-                let dead = client.unsent() > BACKLOG && client.silent_for() > READ_TIMEOUT;
+                let dead = client.is_behind() && client.silent_for() > READ_TIMEOUT;
                 if dead {
                     eprintln!(
                         "tautrack: CAN client {} reads nothing for {} s and is disconnected",
@@ -147,7 +142,7 @@ impl SlcanPort {
                 if gone || dead {
                     leave(number, place);
                 } else {
-                    waiting |= client.unsent() > BACKLOG;
+                    waiting |= client.is_behind();
                 }
             }
             if !waiting {
@@ -177,7 +172,10 @@ impl SlcanPort {
 
 /// Removes a client. Prints a message if the client has opened its channel.
 fn leave(number: usize, place: &mut Option<Client>) {
-    if place.take().is_some_and(|client| client.has_joined()) {
+    if place
+        .take()
+        .is_some_and(|client| client.channel().has_joined())
+    {
         eprintln!("tautrack: CAN client {} leaves", number + 1);
     }
 }

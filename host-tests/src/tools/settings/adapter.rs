@@ -54,7 +54,7 @@ impl Adapter {
     }
 
     pub fn send(&mut self, frame: &Frame) -> Result<(), ToolError> {
-        let sent = self.stream.write_all(line_of(frame).as_bytes());
+        let sent = self.stream.write_all(line_of(frame, None).as_bytes());
         sent.map_err(|error| ToolError::Adapter(self.address.clone(), error))
     }
 
@@ -66,7 +66,7 @@ impl Adapter {
                 // Answers of the adapter itself are a carriage return or a bell.
                 let line = line[..end].iter().copied().filter(|byte| *byte != 7);
                 let line: Vec<u8> = line.collect();
-                if let Some(Request::Transmit(frame)) = Request::parse(&line) {
+                if let Request::Transmit(frame) = Request::parse(&line) {
                     return Ok(Some(frame));
                 }
             }

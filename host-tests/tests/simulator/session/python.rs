@@ -342,3 +342,42 @@ fn the_program_on_the_page_about_the_bus_reads_a_position() {
     let printed = String::from_utf8_lossy(&output.stdout);
     assert!(printed.trim().parse::<i32>().is_ok(), "{printed}");
 }
+
+/// Prints whether node 4 answers a client that only listens, and then whether it answers one that
+/// does not. Both first receive a frame. The second sets the bit rate by the registers.
+const LISTEN_ONLY: &str = "\
+import can, sys, time
+def answered(**options):
+    channel = 'socket://' + sys.argv[1]
+    with can.Bus(interface='slcan', channel=channel, **options) as bus:
+        assert bus.recv(60)
+        end = time.monotonic() + 3
+        while time.monotonic() < end:
+            data = [0x40, 0x00, 0x10, 0, 0, 0, 0, 0]
+            bus.send(can.Message(arbitration_id=0x604, is_extended_id=False, data=data))
+            frame = bus.recv(1)
+            while frame and time.monotonic() < end:
+                if frame.arbitration_id == 0x584 and frame.data[1:3] == b'\\x00\\x10':
+                    return True
+                frame = bus.recv(0)
+    return False
+timing = can.BitTiming.from_registers(8_000_000, btr0=0x00, btr1=0x14)
+print(answered(bitrate=1_000_000, listen_only=True), answered(timing=timing))
+";
+
+#[test]
+fn python_can_in_listen_only_mode_receives_frames_and_sends_none() {
+    python();
+    let flat = scenario("flat");
+    let arguments = ["--scenario", &flat, "--nodes", "host"];
+    let arguments = [
+        &arguments[..],
+        &["--slcan", "127.0.0.1:0", "--speed", "0.5"],
+    ]
+    .concat();
+    let (command, _) = command("listening", &arguments);
+    let (_demo, address) = waiting(Demo::start(command));
+    let output = run(&["-c", LISTEN_ONLY, &address]);
+    let printed = String::from_utf8_lossy(&output.stdout);
+    assert_eq!(printed.trim(), "False True", "{output:?}");
+}

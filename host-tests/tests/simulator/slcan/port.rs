@@ -1,16 +1,12 @@
-//! Tests of clients that use SLCAN over TCP to take part in the bus.
+//! Tests of the connections of clients over TCP.
 
-use proptest::collection::vec;
-use proptest::prelude::*;
+use super::frame;
+use rustix::net::sockopt::set_socket_recv_buffer_size;
 use std::io::{ErrorKind, Read, Write};
 use std::net::TcpStream;
 use std::time::{Duration, Instant};
 use tautrack::can::Frame;
-use tautrack_host_tests::simulator::slcan::{MAX_CLIENTS, Request, SlcanPort, line_of};
-
-fn frame(id: u16, data: &[u8]) -> Frame {
-    Frame::new(id, data).unwrap()
-}
+use tautrack_host_tests::simulator::slcan::{MAX_CLIENTS, SlcanPort, line_of};
 
 /// Polls the port; returns the frames of all clients, at most `room` of each.
 fn poll(port: &mut SlcanPort, room: usize) -> Vec<Frame> {
@@ -66,80 +62,10 @@ fn assert_answer(port: &mut SlcanPort, client: &mut TcpStream, request: &str, ex
 }
 
 #[test]
-fn lines_mean_what_the_protocol_says() {
-    let transmit = |id, data: &[u8]| Some(Request::Transmit(frame(id, data)));
-    assert_eq!(Request::parse(b"t1232AAbB"), transmit(0x123, &[0xaa, 0xbb]));
-    assert_eq!(Request::parse(b"t0000"), transmit(0, &[]));
-    assert_eq!(
-        Request::parse(b"t7FF80102030405060708"),
-        transmit(0x7ff, &[1, 2, 3, 4, 5, 6, 7, 8])
-    );
-    assert_eq!(Request::parse(b""), None);
-    for line in [
-        "t8000",
-        "t1232AA",
-        "t1239",
-        "t12",
-        "t123gAA",
-        "T0000012300",
-        "r1230",
-        "R000001230",
-        "S9",
-        "Ox",
-        "?",
-    ] {
-        assert_eq!(
-            Request::parse(line.as_bytes()),
-            Some(Request::Unsupported),
-            "{line}"
-        );
-    }
-    assert_eq!(line_of(&frame(0x1b, &[0, 0xf0])), "t01B200F0\r");
-}
-
-proptest! {
-    #[test]
-    fn every_frame_survives_the_way_to_a_line_and_back(id in 0_u16..=0x7ff, data in vec(any::<u8>(), 0..=8)) {
-        let frame = frame(id, &data);
-        let line = line_of(&frame);
-        let line = line.strip_suffix('\r').unwrap();
-        prop_assert_eq!(Request::parse(line.as_bytes()), Some(Request::Transmit(frame)));
-    }
-
-    #[test]
-    fn no_line_can_break_the_parser(line in vec(any::<u8>(), 0..40)) {
-        Request::parse(&line);
-    }
-}
-
-#[test]
-fn commands_are_answered_as_by_an_adapter() {
-    let mut port = SlcanPort::bind("127.0.0.1:0").unwrap();
-    let mut client = client_of(&port);
-    for (request, expected) in [
-        ("\r\r", ""),
-        ("C\r", "\r"),
-        ("S8\r", "\r"),
-        ("V\r", "V0101\r"),
-        ("N\r", "N0001\r"),
-        ("F\r", "F00\r"),
-        ("t0000\r", "\x07"),
-        ("O\r", "\r"),
-        ("t0000\r", "z\r"),
-        ("T000000010\r", "\x07"),
-        ("no such thing\r", "\x07"),
-        ("thirty bytes without any end of line at all", "\x07"),
-        ("\rC\rt0000\r", "\r\x07"),
-    ] {
-        assert_answer(&mut port, &mut client, request, expected);
-    }
-}
-
-#[test]
 fn frames_pass_both_ways_while_the_channel_is_open() {
     let mut port = SlcanPort::bind("127.0.0.1:0").unwrap();
     let mut client = client_of(&port);
-    port.send(&frame(0x1, &[]), None);
+    port.send(&frame(0x1, &[]), None, 0);
     assert_eq!(port.attached(), 0);
     assert_answer(&mut port, &mut client, "O\r", "\r");
     assert_eq!(port.attached(), 1);
@@ -156,7 +82,7 @@ fn frames_pass_both_ways_while_the_channel_is_open() {
         ]
     );
 
-    port.send(&frame(0x581, &[0x4f]), None);
+    port.send(&frame(0x581, &[0x4f]), None, 0);
     let mut received = [0; 14];
     client.read_exact(&mut received[..4]).unwrap();
     assert_eq!(&received[..4], b"z\rz\r");
@@ -170,7 +96,7 @@ fn no_more_frames_are_taken_than_there_is_room_and_none_is_lost() {
     let mut client = client_of(&port);
     assert_answer(&mut port, &mut client, "O\r", "\r");
     let sent: Vec<Frame> = (0..100).map(|number| frame(0x123, &[number])).collect();
-    let lines: String = sent.iter().map(line_of).collect();
+    let lines: String = sent.iter().map(|frame| line_of(frame, None)).collect();
     client.write_all(lines.as_bytes()).unwrap();
     let deadline = Instant::now() + Duration::from_secs(20);
     let mut frames = Vec::new();
@@ -182,6 +108,69 @@ fn no_more_frames_are_taken_than_there_is_room_and_none_is_lost() {
     }
     assert_eq!(frames, sent);
     assert_eq!(poll(&mut port, 0), []);
+}
+
+#[test]
+fn the_first_client_that_joins_starts_a_run_even_if_it_only_listens() {
+    let mut port = SlcanPort::bind("127.0.0.1:0").unwrap();
+    let mut client = client_of(&port);
+    client.write_all(b"L\r").unwrap();
+    assert!(port.wait_for_client(Some(Duration::from_secs(20)), &|| false));
+    assert_eq!((port.attached(), port.joined()), (1, 1));
+    port.send(&frame(0x701, &[5]), None, 0);
+    assert_answer(&mut port, &mut client, "t12311F\r", "\rt701105\r\x07");
+}
+
+/// About the number of bytes that the port keeps: its debug output has each of them, in four or
+/// five characters.
+fn kept(port: &SlcanPort) -> usize {
+    format!("{port:?}").len() / 5
+}
+
+#[test]
+fn a_line_without_end_is_answered_when_it_ends_and_takes_no_memory() {
+    let mut port = SlcanPort::bind("127.0.0.1:0").unwrap();
+    let mut client = client_of(&port);
+    let sending = std::thread::spawn(move || {
+        client.write_all(&b"t".repeat(1 << 20)).unwrap();
+        client.write_all(b"\rV\r").unwrap();
+        let mut answers = [0; 7];
+        client.read_exact(&mut answers).unwrap();
+        answers
+    });
+    while !sending.is_finished() {
+        assert_eq!(poll(&mut port, 64), []);
+        assert!(kept(&port) < 2_000, "{port:?}");
+    }
+    assert_eq!(&sending.join().unwrap(), b"\x07V0101\r");
+}
+
+/// While a run waits for its first client, nothing disconnects a client that reads nothing.
+#[test]
+fn a_client_that_does_not_read_its_answers_takes_no_memory_and_misses_none() {
+    const LINES: usize = 1 << 15;
+    let mut port = SlcanPort::bind("127.0.0.1:0").unwrap();
+    let mut client = client_of(&port);
+    set_socket_recv_buffer_size(&client, 4096).unwrap();
+    let mut sender = client.try_clone().unwrap();
+    let sending = std::thread::spawn(move || sender.write_all(&b"V\r".repeat(LINES)).unwrap());
+    let began = Instant::now();
+    let mut most = 0;
+    while began.elapsed() < Duration::from_millis(500) {
+        poll(&mut port, 64);
+        most = most.max(kept(&port));
+    }
+    assert!((4_000..40_000).contains(&most), "{most} bytes");
+    let reading = std::thread::spawn(move || {
+        let mut answers = vec![0; 6 * LINES];
+        client.read_exact(&mut answers).unwrap();
+        answers
+    });
+    while !reading.is_finished() {
+        poll(&mut port, 64);
+    }
+    sending.join().unwrap();
+    assert!(reading.join().unwrap() == b"V0101\r".repeat(LINES));
 }
 
 #[test]
@@ -209,7 +198,7 @@ fn clients_at_once_receive_every_frame_but_their_own() {
         assert_answer(&mut port, client, "O\r", "\r");
         assert_eq!((port.attached(), port.joined()), (count + 1, count + 1));
     }
-    port.send(&frame(0x701, &[5]), None);
+    port.send(&frame(0x701, &[5]), None, 0);
     clients[1].write_all(b"t20110A\r").unwrap();
     let mut sent = Vec::new();
     while sent.is_empty() {
@@ -219,8 +208,8 @@ fn clients_at_once_receive_every_frame_but_their_own() {
         panic!("{sent:?}")
     };
     assert_eq!(sent, frame(0x201, &[0x0a]));
-    port.send(&sent, Some(sender));
-    port.send(&frame(0x702, &[5]), None);
+    port.send(&sent, Some(sender), 0);
+    port.send(&frame(0x702, &[5]), None, 0);
     for (number, client) in clients.iter_mut().enumerate() {
         let expected: &[u8] = if number == 1 {
             b"t701105\rz\rt702105\r"
@@ -266,7 +255,7 @@ fn waiting_for_a_client_ends_at_its_time_limit_and_when_it_is_told_to() {
 /// Sends this many numbered frames, and waits for the readers after each.
 fn flood(port: &mut SlcanPort, frames: u32) {
     for number in 0..frames {
-        port.send(&frame(0x181, &number.to_le_bytes()), None);
+        port.send(&frame(0x181, &number.to_le_bytes()), None, 0);
         port.wait_for_readers();
     }
 }
@@ -296,7 +285,7 @@ fn the_port_waits_for_a_slow_reader_and_loses_no_frame() {
     }
     let text = String::from_utf8(reading.join().unwrap()).unwrap();
     let expected: Vec<String> = (0..FRAMES)
-        .map(|number| line_of(&frame(0x181, &number.to_le_bytes())))
+        .map(|number| line_of(&frame(0x181, &number.to_le_bytes()), None))
         .collect();
     assert!(text == expected.concat(), "frames are missing or mixed up");
 }
@@ -310,7 +299,7 @@ fn a_client_that_reads_nothing_is_disconnected() {
     // The limit is more than any socket accepts before it must be read.
     let mut number = 0;
     while port.attached() == 1 {
-        port.send(&frame(0x181, &[0; 8]), None);
+        port.send(&frame(0x181, &[0; 8]), None, 0);
         port.wait_for_readers();
         number += 1;
         assert!(number < 4_000_000, "nothing held the port back");
