@@ -126,10 +126,10 @@ impl Core {
         let guarded = self.note_heartbeat(frame, now_us, dictionary.table());
         let node = self.configuration.node_id;
         match (frame.id(), frame.data()) {
-            // The master follows its own commands, by `command`. Others may reset it while it
-            // commands nobody.
+            // The master follows its own commands, by `command`. Others may reset it alone, while it
+            // commands nobody: so saved settings take effect.
             (function::NMT, &[RESET_NODE, addressed])
-                if self.guard.is_none() && (addressed == 0 || addressed == node) =>
+                if self.guard.is_none() && addressed == node =>
             {
                 self.restarts |= dictionary.may_restart();
             }
