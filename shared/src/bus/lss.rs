@@ -1,8 +1,8 @@
 //! Layer setting services (LSS, CiA 305) of a node that has no node id yet.
 //!
 //! The node is mute until a master addresses it, by switching all nodes to configuration, by its
-//! identity, or by a fast scan. Then the master gives it a node id. The node refuses an id with which
-//! another one has sent.
+//! identity, or by a fast scan. Then the master gives it a node id. The node refuses an id with
+//! which another one has sent.
 
 use super::network::is_of;
 use crate::can::Frame;
@@ -19,8 +19,8 @@ const BEGIN_SCAN: u8 = 0x80;
 /// Errors of the answer to a node id: out of range, or specific to the device, here an id in use.
 const OUT_OF_RANGE: u8 = 1;
 const IN_USE: u8 = 0xff;
-/// Numbers in the request "identify remote slave": vendor, product code, least and largest revision,
-/// least and largest serial number.
+/// Numbers in the request "identify remote slave": vendor, product code, least and largest
+/// revision, least and largest serial number.
 const RANGE: usize = 6;
 
 /// What a request asks of the node, besides the answer of [`Slave::receive`].

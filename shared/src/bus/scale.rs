@@ -261,7 +261,8 @@ impl Scale {
         wire as f32 / self.velocity_units()
     }
 
-    /// Returns the velocity, rad/s, or acceleration, rad/s^2, of a profile: infinite for `u32::MAX`.
+    /// Returns the velocity, rad/s, or acceleration, rad/s^2, of a profile: infinite for
+    /// `u32::MAX`.
     pub fn profile_from_bus(self, wire: u32) -> f32 {
         if wire == u32::MAX {
             f32::INFINITY

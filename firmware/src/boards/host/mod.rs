@@ -150,8 +150,8 @@ impl Node {
         Ok(())
     }
 
-    /// Advances the node by one step, and writes the results to `stepped`. A node that is to restart
-    /// must not be used any more.
+    /// Advances the node by one step, and writes the results to `stepped`. A node that is to
+    /// restart must not be used any more.
     pub fn step(&mut self, step: &Step, stepped: &mut Stepped) {
         let Step {
             time_us,

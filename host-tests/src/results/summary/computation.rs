@@ -2,6 +2,7 @@
 
 use super::belt::Belt;
 use super::channels::{Channels, Range};
+use super::hold::Hold;
 use super::motion::Motion;
 use super::verdicts::Interventions;
 use super::{BusFigures, ChannelFigures, Summary, notes};
@@ -27,6 +28,7 @@ pub struct Statistics {
     balance: Option<Balance>,
     channels: Channels,
     interventions: Interventions,
+    hold: Hold,
     load_max: f64,
     load_sum: f64,
 }
@@ -46,6 +48,7 @@ impl Statistics {
             balance: Balance::new(scenario),
             channels: Channels::default(),
             interventions: Interventions::default(),
+            hold: Hold::default(),
             load_max: 0.0,
             load_sum: 0.0,
         }
@@ -70,6 +73,7 @@ impl Statistics {
         }
         self.channels.add(sample);
         self.interventions.add(&received.verdict);
+        self.hold.add(sample);
         self.load_max = self.load_max.max(received.bus_load);
         self.load_sum += received.bus_load;
     }
@@ -120,6 +124,7 @@ impl Statistics {
         };
         summary.unmet = summary.unmet_expectations(scenario);
         summary.notes = summary.explanations(scenario);
+        summary.notes.extend(self.hold.note());
         summary.expectation_met = summary.unmet.is_empty();
         summary
     }

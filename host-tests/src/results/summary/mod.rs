@@ -9,6 +9,7 @@ mod belt;
 mod channels;
 mod computation;
 mod expectation;
+mod hold;
 mod motion;
 mod notes;
 mod percentile;

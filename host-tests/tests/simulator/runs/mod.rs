@@ -3,6 +3,7 @@
 mod client;
 mod climb;
 mod dead_nodes;
+mod disturbances;
 mod feed_forward;
 mod frames;
 mod guard;

@@ -126,8 +126,8 @@ impl Core {
         let guarded = self.note_heartbeat(frame, now_us, dictionary.table());
         let node = self.configuration.node_id;
         match (frame.id(), frame.data()) {
-            // The master follows its own commands, by `command`. Others may reset it alone, while it
-            // commands nobody: so saved settings take effect.
+            // The master follows its own commands, by `command`. Others may reset it alone, while
+            // it commands nobody: so saved settings take effect.
             (function::NMT, &[RESET_NODE, addressed])
                 if self.guard.is_none() && addressed == node =>
             {
@@ -330,8 +330,8 @@ impl Core {
         self.server.answer(&request, &mut objects, now_us)
     }
 
-    /// Adds an error to the history, and sends its emergency message, which a stopped node does not.
-    /// Code 0 says that there is no error any more.
+    /// Adds an error to the history, and sends its emergency message, which a stopped node does
+    /// not. Code 0 says that there is no error any more.
     pub fn report(&mut self, code: u16, send: &mut impl FnMut(Frame)) {
         if code != 0 {
             self.communication.note_error(code);
