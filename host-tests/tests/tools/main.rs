@@ -20,5 +20,6 @@ mod shared_build;
 mod suite;
 #[path = "../support/unchanged.rs"]
 mod unchanged;
+mod urdf;
 mod weigh;
 mod words;
