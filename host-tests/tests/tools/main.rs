@@ -6,6 +6,7 @@ mod cost;
 mod demo;
 mod dictionary;
 mod docs;
+mod eds;
 mod evaluate;
 mod layers;
 mod licences;
