@@ -81,7 +81,7 @@ fn entries(eds: &str) -> Vec<Entry> {
                 sub,
                 data_type,
                 default: (number(default) + node) as u32,
-                writable: value("AccessType=") == Some("rw"),
+                writable: value("AccessType=").is_some_and(|access| access.starts_with("rw")),
             });
         }
     }

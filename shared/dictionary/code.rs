@@ -2,7 +2,7 @@
 //! constant for each place.
 
 use crate::dictionary::model::{
-    Access, DataType, DefaultValue, Dictionary, Entry, Mapped, Object, ObjectCode, Pdo, PdoMapping,
+    Access, DataType, DefaultValue, Dictionary, Entry, Mapped, Object, Pdo, PdoMapping,
 };
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -145,14 +145,11 @@ fn defaults(pdos: &[Option<Pdo>]) -> String {
     pdos.collect()
 }
 
-/// Appends the constants with the places of an object's values to `code`. That of an array is its
-/// first element.
+/// Appends the constants with the places of an object's values to `code`. Elements that differ only
+/// in their sub-indices have one, that of the first.
 fn fields(object: &Object, places: &Places, code: &mut String) {
-    let count = match object.code {
-        ObjectCode::Array => 1,
-        ObjectCode::Var | ObjectCode::Record => object.elements().len(),
-    };
-    for entry in &object.elements()[..count] {
+    let count = if object.is_uniform() { 1 } else { usize::MAX };
+    for entry in object.elements().iter().take(count) {
         if is_constant(object, entry) {
             continue;
         }

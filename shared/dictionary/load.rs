@@ -100,7 +100,7 @@ fn add_object(mut keys: Keys, dictionary: &mut Dictionary) -> Result<(), String>
             entries: vec![entry(keys, 0, &name, "value")?],
             name,
         },
-        ObjectCode::Array => {
+        ObjectCode::Array if keys.table.contains_key("array_size") => {
             let size: NonZeroU8 = keys.required("array_size")?;
             let element = entry(keys, 1, &name, "array")?;
             if element.value.is_some() {
@@ -109,13 +109,22 @@ fn add_object(mut keys: Keys, dictionary: &mut Dictionary) -> Result<(), String>
             let elements = (1..=size.get()).map(|sub_index| Entry {
                 sub_index,
                 name: format!("{name} {sub_index}"),
-                field: format!("array[{}]", sub_index - 1),
+                field: Entry::numbered(sub_index),
                 ..element.clone()
             });
             Object::with_elements(index, &name, code, elements.collect())
         }
-        ObjectCode::Record => Object::with_elements(index, &name, code, elements(keys)?),
+        ObjectCode::Array | ObjectCode::Record => {
+            Object::with_elements(index, &name, code, elements(keys)?)
+        }
     };
+    if code == ObjectCode::Array {
+        let mut types = object.elements().iter().map(|element| element.data_type);
+        let first = types.next();
+        if types.any(|data_type| Some(data_type) != first) {
+            return Err(format!("{place}: the elements of an array have one type"));
+        }
+    }
     for entry in &object.entries {
         if let Some(value) = &entry.value {
             let (sub, count) = (entry.sub_index, dictionary.sources_of(value));
@@ -130,7 +139,7 @@ fn add_object(mut keys: Keys, dictionary: &mut Dictionary) -> Result<(), String>
     Ok(())
 }
 
-/// Reads the elements of a record.
+/// Reads the elements of a record, or of an array whose elements have names of their own.
 fn elements(mut keys: Keys) -> Result<Vec<Entry>, String> {
     let mut elements: Vec<Entry> = Vec::new();
     for mut element in keys.tables("subs", "an element")? {
@@ -162,11 +171,22 @@ fn entry(mut keys: Keys, sub_index: u8, name: &str, field: &str) -> Result<Entry
             return Err(keys.wrong("default_value", &format!("is {other}, not {data_type}")));
         }
     };
+    let limits: Option<[i64; 2]> = keys.optional("limits")?;
+    if let Some([low, high]) = limits {
+        let inside = |value: &i64| data_type.bounds().is_some_and(|all| all.contains(value));
+        let accepts =
+            matches!(default, DefaultValue::Number(number) if (low..=high).contains(&number));
+        if !(inside(&low) && inside(&high) && accepts) {
+            let what = format!("[{low}, {high}] are not around the default in {data_type}");
+            return Err(keys.wrong("limits", &what));
+        }
+    }
     let access: Access = keys.required("access_type")?;
     let pdo_mapping: PdoMapping = keys.required("pdo_mapping")?;
     let entry = Entry {
         field: field.to_owned(),
         pdo_mapping,
+        limits,
         meaning: keys.optional("meaning")?,
         value: keys.optional("value")?,
         ..Entry::new(sub_index, name, data_type, access, default)

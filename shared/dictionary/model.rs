@@ -47,6 +47,9 @@ pub struct Device {
     pub rpdos: u8,
     /// Number of PDOs that the node can send.
     pub tpdos: u8,
+    /// The node starts the other nodes of the bus.
+    #[serde(default)]
+    pub nmt_master: bool,
 }
 
 /// Defaults of one PDO.
@@ -120,6 +123,13 @@ impl Object {
             ObjectCode::Array | ObjectCode::Record => &self.entries[1..],
         }
     }
+
+    /// Whether the elements differ only in their sub-indices: those of an array without names of
+    /// their own.
+    pub fn is_uniform(&self) -> bool {
+        let numbered = |element: &Entry| element.field == Entry::numbered(element.sub_index);
+        self.code == ObjectCode::Array && self.elements().iter().all(numbered)
+    }
 }
 
 /// What an object consists of (`CiA` 301).
@@ -151,6 +161,9 @@ pub struct Entry {
     pub pdo_mapping: PdoMapping,
     /// Value at start.
     pub default: DefaultValue,
+    /// Smallest and largest value that the node accepts; `None` if it accepts every value of the
+    /// type.
+    pub limits: Option<[i64; 2]>,
     /// What the value means, as a sentence of a page.
     pub meaning: Option<String>,
     /// Expression with one of the variables [`Dictionary::publish`], from which the program writes
@@ -159,7 +172,7 @@ pub struct Entry {
 }
 
 impl Entry {
-    /// Returns an entry that no PDO contains, without meaning and expression.
+    /// Returns an entry that no PDO contains, without limits, meaning and expression.
     pub fn new(
         sub_index: u8,
         name: &str,
@@ -170,14 +183,20 @@ impl Entry {
         Self {
             sub_index,
             name: name.to_owned(),
-            field: format!("sub{sub_index}"),
+            field: Self::numbered(sub_index),
             data_type,
             access,
             pdo_mapping: PdoMapping::None,
             default,
+            limits: None,
             meaning: None,
             value: None,
         }
+    }
+
+    /// Field of an entry without a name of its own.
+    pub fn numbered(sub_index: u8) -> String {
+        format!("sub{sub_index}")
     }
 }
 

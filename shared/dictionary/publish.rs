@@ -41,9 +41,10 @@ impl Entry {
     /// Name of the constant with the place of this entry.
     pub fn place_name(&self, object: &Object) -> String {
         let index = object.index;
-        match object.code {
-            ObjectCode::Record => format!("OBJECT{index:X}_{}", self.field.to_uppercase()),
-            ObjectCode::Var | ObjectCode::Array => format!("OBJECT{index:X}"),
+        if object.code == ObjectCode::Var || object.is_uniform() {
+            format!("OBJECT{index:X}")
+        } else {
+            format!("OBJECT{index:X}_{}", self.field.to_uppercase())
         }
     }
 }

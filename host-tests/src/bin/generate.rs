@@ -1,4 +1,4 @@
-//! `cargo generate`: writes the EDS files and the generated tables in docs/ again.
+//! `cargo generate`: writes the EDS files, the URDF files and the generated tables in docs/ again.
 
 use std::process::ExitCode;
 use tautrack_host_tests::tools::generate;

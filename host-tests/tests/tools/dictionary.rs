@@ -96,11 +96,15 @@ drive | 0x6040 | default | default_value = -1 | object 0x6040: `default_value` i
 drive | 0x6040 | default | default_value = "0" | object 0x6040: `default_value` is "0", not uint16
 drive | 0x2063 | default | default_value = 0 | object 0x2063: `default_value` is 0, not octet
 drive | 0x2063 | default || object 0x2063: `default_value` is missing
+drive | 0x605a | limits | limits = [1, 5] | object 0x605a: `limits` [1, 5] are not around the
+drive | 0x605a | limits | limits = [0, 32768] | object 0x605a: `limits` [0, 32768] are not around
+drive | 0x605a | limits | limits = [6] | object 0x605a: `limits` is wrong: invalid length 1
+drive | 0x607d | data | data_type = "int16" | object 0x607d: the elements of an array have one
 common | sub_index = 4 | data | data_type = "int" | object 0x2020:4: `data_type` is wrong: `int`
 common | sub_index = 4 | field_name || object 0x2020:4: `field_name` is missing
 common | sub_index = 4 | sub_index || object 0x2020: an element: `sub_index` is missing
 common | sub_index = 4 | default | a = 1 | object 0x2020:4: `a` is no known key
-guard | 0x2100 | array_size || object 0x2100: `array_size` is missing
+guard | 0x2100 | array_size || object 0x2100: `access_type` is no known key
 guard | 0x2100 | array_size | array_size = 0 | object 0x2100: `array_size` is wrong: invalid value
 "#,
     );

@@ -6,6 +6,7 @@ mod cost;
 mod demo;
 mod dictionary;
 mod docs;
+mod eds;
 mod evaluate;
 mod layers;
 mod licences;
@@ -20,5 +21,6 @@ mod shared_build;
 mod suite;
 #[path = "../support/unchanged.rs"]
 mod unchanged;
+mod urdf;
 mod weigh;
 mod words;

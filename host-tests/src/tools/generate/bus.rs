@@ -289,15 +289,15 @@ pub fn objects(roles: &[Dictionary]) -> String {
                 );
             };
             let (name, elements) = (&object.name, object.elements());
-            if let (ObjectCode::Array, [first, ..]) = (object.code, elements) {
+            if let (true, [first, ..]) = (object.is_uniform(), elements) {
                 // One row for all elements, which differ only in their sub-indices.
                 row(0, name, first, elements.len().to_string());
                 continue;
             }
             for entry in elements {
                 let name = match object.code {
-                    ObjectCode::Record => &format!("{name}: {}", entry.name),
-                    _ => name,
+                    ObjectCode::Var => name,
+                    _ => &format!("{name}: {}", entry.name),
                 };
                 row(entry.sub_index, name, entry, eds::default(&entry.default));
             }

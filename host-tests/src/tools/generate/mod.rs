@@ -1,8 +1,8 @@
-//! `cargo generate`: makes the EDS files and the tables inside the pages of docs/ from the sources
-//! that the nodes are built from.
+//! `cargo generate`: makes the EDS files, the robots' URDF files and the tables inside the pages of
+//! docs/ from the sources that nodes and simulator are built from.
 //!
 //! [`eds`] writes the object dictionary of one role as an electronic data sheet, with the objects
-//! of the settings from `setting_objects`. `bus` writes the
+//! of the settings from `setting_objects`. `urdf` writes the robots. `bus` writes the
 //! cyclic frames with their load, the payloads and the objects, `verdicts` the guard's verdicts,
 //! `tables` faults and settings. [`files`] returns all generated files.
 
@@ -12,6 +12,7 @@ pub mod dictionary;
 pub mod eds;
 mod setting_objects;
 mod tables;
+mod urdf;
 mod verdicts;
 
 use crate::programs::setup::checkout::{NoCheckout, root};
@@ -96,6 +97,10 @@ pub fn files() -> Result<Vec<(PathBuf, String)>, ReferenceError> {
         let file = format!("{}.eds", role.role);
         let text = eds::write(&file, role);
         files.push((docs.join("eds").join(file), text));
+    }
+    let robots = root()?.join("examples/ros2/urdf");
+    for (file, text) in urdf::files()? {
+        files.push((robots.join(file), text));
     }
     let block = |page, name, text| Block { page, name, text };
     let blocks = [

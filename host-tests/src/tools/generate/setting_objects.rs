@@ -2,7 +2,7 @@
 //! them.
 
 use super::eds::{entry, section};
-use tautrack::settings::{FIRST_OBJECT, MEANINGS, TABLE};
+use tautrack::settings::{FIRST_OBJECT, TABLE};
 
 /// Code of the type "integer of 32 bits" (CiA 301).
 const INTEGER32: &str = "0x0004";
@@ -12,12 +12,11 @@ pub fn indices() -> impl Iterator<Item = u16> {
     TABLE.iter().map(|row| FIRST_OBJECT + row.key)
 }
 
-/// Writes one section for each setting. `CiA` 306 has no entries for units and meanings;
-/// python-canopen reads them from these.
+/// Writes one section for each setting.
 pub fn write(text: &mut String) {
-    let mut rows: Vec<_> = TABLE.iter().zip(MEANINGS).collect();
-    rows.sort_by_key(|(row, _)| row.key);
-    for (row, meaning) in rows {
+    let mut rows: Vec<_> = TABLE.iter().collect();
+    rows.sort_by_key(|row| row.key);
+    for row in rows {
         *text += &section(&format!("{:X}", FIRST_OBJECT + row.key));
         entry(text, "ParameterName", row.name);
         entry(text, "ObjectType", "0x7");
@@ -27,7 +26,5 @@ pub fn write(text: &mut String) {
         entry(text, "HighLimit", row.maximum);
         entry(text, "DefaultValue", row.default);
         entry(text, "PDOMapping", 0);
-        entry(text, "Unit", row.unit);
-        entry(text, "Description", meaning);
     }
 }

@@ -12,7 +12,7 @@ use tautrack_host_tests::programs::Board;
 use tautrack_host_tests::programs::setup::checkout;
 use tautrack_host_tests::robots::Kind;
 
-/// Packages to install; docs/bus.md and examples/README.md list the same.
+/// Packages to install; docs/bus.md lists the same.
 const PACKAGES: [&str; 2] = ["python-can[serial]==4.6.1", "canopen==2.4.1"];
 
 fn root() -> &'static Path {

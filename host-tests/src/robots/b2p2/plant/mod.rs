@@ -16,6 +16,7 @@ mod step;
 mod truth;
 
 pub use parameters::B2p2Parameters;
+pub use robot::mass_properties;
 
 use crate::world::gear::{Belt, Gear};
 use crate::world::gnss::Receiver;

@@ -6,13 +6,16 @@ use crate::world::load::Load;
 use rapier3d_f64::math::{Matrix, Rotation, Vector};
 use tautrack::constants::GRAVITY_F64;
 
-/// Mass (kg), centre of gravity (m) and inertia about it (kg m^2), in body axes (x forward, y left,
-/// z up) from the middle between the belts' ground runs.
+/// Mass, centre of gravity and inertia, in body axes (x forward, y left, z up) from the middle
+/// between the belts' ground runs.
 #[derive(Clone, Copy, Debug)]
 pub struct MassProperties {
+    /// Mass, kg.
     pub mass: f64,
+    /// Centre of gravity, m.
     pub cog: Vector,
-    inertia: Matrix,
+    /// Inertia about the centre of gravity, kg m^2.
+    pub inertia: Matrix,
 }
 
 impl MassProperties {

@@ -17,6 +17,7 @@ mod step;
 mod track;
 mod truth;
 
+pub use body::MassProperties;
 pub use ground::Profile;
 pub use parameters::{CrawlerParameters, Soil};
 

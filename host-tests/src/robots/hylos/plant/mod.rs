@@ -17,6 +17,7 @@ mod truth;
 
 pub use hillside::Hillside;
 pub use parameters::HylosParameters;
+pub use robot::mass_properties;
 pub use truth::Detail;
 
 use crate::world::gear::Gear;

@@ -64,6 +64,26 @@ pub fn leg_places(p: &HylosParameters, leg: usize, [angle, bend]: [f64; 2]) -> [
     ]
 }
 
+/// Mass properties of the platform, of a carrier and of a wheel.
+pub fn mass_properties(p: &HylosParameters) -> [MassProperties; 3] {
+    let m = &p.measures;
+    let platform = p
+        .platform_gyration
+        .map(|radius| m.platform_mass * radius * radius);
+    let carrier = Vector::splat(CARRIER_INERTIA);
+    let spin = p.tyre_mass * m.wheel_radius * m.wheel_radius;
+    let wheel = Vector::new(0.6 * spin, spin, 0.6 * spin);
+    [
+        MassProperties::new(
+            Vector::from_array(m.platform_com),
+            m.platform_mass,
+            Vector::from_array(platform),
+        ),
+        MassProperties::new(Vector::ZERO, m.wheel_mass - p.tyre_mass, carrier),
+        MassProperties::new(Vector::ZERO, p.tyre_mass, wheel),
+    ]
+}
+
 impl Robot {
     /// Builds the robot on ground with this height and normal below its middle.
     pub fn build(world: &mut PhysicsWorld, p: &HylosParameters, height: f64, up: Vector) -> Self {
@@ -74,39 +94,19 @@ impl Robot {
         let ground = Vector::new(p.start[0], p.start[1], height);
         let start = Pose::from_parts(ground + up * (below + m.wheel_radius + CLEARANCE), tilted);
 
-        let inertia = p
-            .platform_gyration
-            .map(|radius| m.platform_mass * radius * radius);
-        let platform = world.insert_body(
-            RigidBodyBuilder::dynamic()
-                .pose(start)
-                .additional_mass_properties(MassProperties::new(
-                    Vector::from_array(m.platform_com),
-                    m.platform_mass,
-                    Vector::from_array(inertia),
-                ))
-                .can_sleep(false),
-        );
-        let hub = |leg| hip(p, leg) + Vector::new(forward(leg) * reach, 0.0, -below);
-        let mut body = |leg: usize, mass: f64, inertia: Vector| {
+        let masses = mass_properties(p);
+        let mut body = |place: Vector, properties: MassProperties| {
             world.insert_body(
                 RigidBodyBuilder::dynamic()
-                    .pose(start * Pose::from_translation(hub(leg)))
-                    .additional_mass_properties(MassProperties::new(Vector::ZERO, mass, inertia))
+                    .pose(start * Pose::from_translation(place))
+                    .additional_mass_properties(properties)
                     .can_sleep(false),
             )
         };
-        let carriers = core::array::from_fn(|leg| {
-            body(
-                leg,
-                m.wheel_mass - p.tyre_mass,
-                Vector::splat(CARRIER_INERTIA),
-            )
-        });
-        let spin = p.tyre_mass * m.wheel_radius * m.wheel_radius;
-        let wheels = core::array::from_fn(|leg| {
-            body(leg, p.tyre_mass, Vector::new(0.6 * spin, spin, 0.6 * spin))
-        });
+        let platform = body(Vector::ZERO, masses[0]);
+        let hub = |leg| hip(p, leg) + Vector::new(forward(leg) * reach, 0.0, -below);
+        let carriers = core::array::from_fn(|leg| body(hub(leg), masses[1]));
+        let wheels = core::array::from_fn(|leg| body(hub(leg), masses[2]));
         let shoulder = p.tyre_shoulder;
         let tyres = core::array::from_fn(|leg| {
             world.insert_collider(

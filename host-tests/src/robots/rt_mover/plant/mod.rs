@@ -16,7 +16,7 @@ mod step;
 mod truth;
 
 pub use parameters::RtMoverParameters;
-pub use robot::MOTORS;
+pub use robot::{MOTORS, mass_properties};
 pub use sensing::SWITCH;
 
 use crate::world::gear::Gear;

@@ -76,6 +76,22 @@ pub fn seat(p: &RtMoverParameters) -> Inertia {
     }
 }
 
+/// Mass properties of [`Robot::bodies`].
+pub fn mass_properties(p: &RtMoverParameters) -> [MassProperties; 10] {
+    let (l, m) = (&p.lengths, &p.masses);
+    let centred = |mass: f64, inertia: Vector| MassProperties::new(Vector::ZERO, mass, inertia);
+    let struts = |mass: f64| {
+        let [x, y, z] = box_inertia(mass, 0.05, 2.0 * l.half_arm, 0.05).to_array();
+        centred(mass, Vector::new(x + STRUT, y + STRUT, z + STRUT))
+    };
+    let (yoke, arm) = (struts(YOKE * m.arm), struts((1.0 - YOKE) * m.arm));
+    let disc = 0.5 * m.wheel * l.wheel_radius * l.wheel_radius;
+    let wheel = centred(m.wheel, Vector::new(0.5 * disc, disc, 0.5 * disc));
+    let body = centred(m.body, box_inertia(m.body, 0.5, 0.3, 0.1));
+    let seat = seat(p).properties();
+    [body, seat, yoke, yoke, arm, arm, wheel, wheel, wheel, wheel]
+}
+
 /// Names and shapes of [`Robot::bodies`].
 pub fn shapes(p: &RtMoverParameters) -> Vec<BodyShape> {
     let (l, m) = (&p.lengths, &p.masses);
@@ -111,7 +127,7 @@ impl Robot {
     /// Builds the robot with its middle above the origin, on ground through the origin with the
     /// orientation of `tilt`.
     pub fn build(world: &mut PhysicsWorld, p: &RtMoverParameters, tilt: Pose) -> Self {
-        let (l, m) = (&p.lengths, &p.masses);
+        let l = &p.lengths;
         let start = tilt
             * Pose::from_parts(
                 Vector::Z * (l.arm_drop + l.wheel_radius),
@@ -125,31 +141,18 @@ impl Robot {
                     .can_sleep(false),
             )
         };
-        let centred = |mass: f64, inertia: Vector| MassProperties::new(Vector::ZERO, mass, inertia);
         let pivots = [0.5, -0.5].map(|side| Vector::X * (side * l.body));
         let hub = |wheel: usize| {
             let left = if wheel.is_multiple_of(2) { 1.0 } else { -1.0 };
             Vector::new(0.0, left * l.half_arm, -l.arm_drop)
         };
-        let chassis = body(
-            Vector::ZERO,
-            centred(m.body, box_inertia(m.body, 0.5, 0.3, 0.1)),
-        );
-        let seat = body(Vector::ZERO, seat(p).properties());
-        let struts = |mass: f64| {
-            let [x, y, z] = box_inertia(mass, 0.05, 2.0 * l.half_arm, 0.05).to_array();
-            Vector::new(x + STRUT, y + STRUT, z + STRUT)
-        };
-        let yokes = pivots.map(|pivot| body(pivot, centred(YOKE * m.arm, struts(YOKE * m.arm))));
-        let rolled = (1.0 - YOKE) * m.arm;
-        let arms = pivots.map(|pivot| body(pivot, centred(rolled, struts(rolled))));
-        let disc = 0.5 * m.wheel * l.wheel_radius * l.wheel_radius;
-        let wheels = [0, 1, 2, 3].map(|wheel: usize| {
-            body(
-                pivots[wheel / 2] + hub(wheel),
-                centred(m.wheel, Vector::new(0.5 * disc, disc, 0.5 * disc)),
-            )
-        });
+        let masses = mass_properties(p);
+        let chassis = body(Vector::ZERO, masses[0]);
+        let seat = body(Vector::ZERO, masses[1]);
+        let yokes = [0, 1].map(|i| body(pivots[i], masses[2 + i]));
+        let arms = [0, 1].map(|i| body(pivots[i], masses[4 + i]));
+        let wheels = [0, 1, 2, 3]
+            .map(|wheel: usize| body(pivots[wheel / 2] + hub(wheel), masses[WHEELS + wheel]));
 
         let mut join = |bodies: [RigidBodyHandle; 2], axis: Vector, anchor: Vector| Shafted {
             handle: world.insert_impulse_joint(
