@@ -126,7 +126,7 @@ fn the_limits_of_an_object_are_those_of_the_drive() {
             limited += 1;
         }
     }
-    assert_eq!(limited, 2 * 8);
+    assert_eq!(limited, 2 * 10);
 }
 
 /// Prints the nodes of bus.yml, and from the configuration of the master: start-up, assignments of
