@@ -5,6 +5,7 @@ use crate::roles::Role;
 use crate::sensors::{Published, Rates};
 use embassy_executor::{SpawnError, Spawner};
 use embedded_storage::nor_flash::NorFlash;
+use tautrack::bus::node::Condition;
 use tautrack::motor::bridge::Ratings;
 use tautrack::sensors::{Switches, Temperatures};
 
@@ -81,6 +82,11 @@ pub trait Board {
     /// so the flash feeds the board's watchdog meanwhile. Reading a word that a power cut tore
     /// returns any bytes, but no error. The firmware writes only while the motor has no current.
     fn storage() -> Self::Storage;
+    /// Condition of the CAN controller since the last call. A board that cannot know keeps this
+    /// method.
+    fn bus_condition() -> Condition {
+        Condition::default()
+    }
     /// Restarts the board as after power-up, soon. Its bridge is off.
     fn restart();
     /// Feeds the board's watchdog, which resets the node [`crate::watchdog::PERIOD_US`] after the

@@ -8,6 +8,7 @@ use crate::watchdog::{self, Party};
 use crate::{check, current_loop, words};
 use static_cell::StaticCell;
 use tautrack::bus::network::NmtState;
+use tautrack::bus::node::Condition;
 use tautrack::can::Frame;
 use tautrack::motor::capture::{Capture, Request};
 use tautrack::motor::cogging::Wave;
@@ -108,6 +109,10 @@ impl<C: Control + Send> Node for Drive<C> {
 
     fn receive(&mut self, frame: &Frame, now_us: u64) {
         Self::receive(self, frame, now_us, &mut send);
+    }
+
+    fn note_bus(&mut self, condition: Condition) {
+        Self::note_bus(self, condition, &mut send);
     }
 
     fn tick(&mut self, now_us: u64) -> bool {

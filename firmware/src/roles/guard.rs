@@ -11,6 +11,7 @@ use crate::{check, serial, words};
 use core::mem::MaybeUninit;
 use static_cell::StaticCell;
 use tautrack::bus::network::NmtState;
+use tautrack::bus::node::Condition;
 use tautrack::can::Frame;
 use tautrack::node::guard::Guard;
 use tautrack::robots::Body;
@@ -56,6 +57,10 @@ where
 
     fn receive(&mut self, frame: &Frame, now_us: u64) {
         guard::Node::receive(self, frame, now_us, &mut send);
+    }
+
+    fn note_bus(&mut self, condition: Condition) {
+        guard::Node::note_bus(self, condition, &mut send);
     }
 
     fn tick(&mut self, now_us: u64) -> bool {

@@ -17,7 +17,7 @@ use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::signal::Signal;
 use embassy_time::{Duration, Instant, Ticker};
 use tautrack::bus::network::NmtState;
-use tautrack::bus::node::Table;
+use tautrack::bus::node::{Condition, Table};
 use tautrack::can::Frame;
 use tautrack::constants::CONTROL_HZ;
 use tautrack::roles::settings::Found;
@@ -51,6 +51,8 @@ pub trait Node: Send {
     fn boot(&mut self, now_us: u64);
     /// Follows a frame from the bus.
     fn receive(&mut self, frame: &Frame, now_us: u64);
+    /// Takes the condition of the CAN controller, before a tick.
+    fn note_bus(&mut self, condition: Condition);
     /// Runs one control tick. Returns whether the board is to restart.
     fn tick(&mut self, now_us: u64) -> bool;
     /// Returns the state of the network management.
@@ -104,6 +106,7 @@ async fn run(node: &'static mut dyn Node) -> ! {
         match select(RECEIVED.next(), TICK.wait()).await {
             Either::First(frame) => node.receive(&frame, Instant::now().as_micros()),
             Either::Second(()) => {
+                node.note_bus(Selected::bus_condition());
                 if node.tick(Instant::now().as_micros()) {
                     Selected::restart();
                 }

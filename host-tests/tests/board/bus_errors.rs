@@ -68,7 +68,15 @@ pub fn a_node_recovers_from_bus_off_by_itself() {
         chip.wire(Wiring::Good);
         chip.run(2 * HEARTBEAT_US);
         assert_eq!(chip.register(CAN_STATUS) & (PASSIVE | BUS_OFF), 0);
-        assert!(heartbeats(&mut chip, node) > 0);
+        let sent = chip.take_sent();
+        // CiA 301: recovered from bus-off, an error of communication.
+        let recovered = [0x40, 0x81, 0x11, 0, 0, 0, 0, 0];
+        let has = |id: u16, data: &[u8]| {
+            sent.iter()
+                .any(|(_, it)| it.id() == id && it.data() == data)
+        };
+        assert!(has(0x080 + node, &recovered), "node {node}");
+        assert!(sent.iter().any(|(_, it)| it.id() == 0x700 + node));
         checks::read(&mut chip, node, 0x1000, 0);
         assert_eq!(chip.resets(), 0);
     }

@@ -11,7 +11,7 @@ use super::settings::Store;
 use super::{axle, screw};
 use crate::bus::cia402::State;
 use crate::bus::network::NmtState;
-use crate::bus::node::{Configuration, Core, Table, Values};
+use crate::bus::node::{Condition, Configuration, Core, Table, Values};
 use crate::bus::pdo::{DriveMotion, transmit};
 use crate::can::Frame;
 use crate::constants::CONTROL_HZ;
@@ -217,6 +217,11 @@ impl<C: Control, M: BorrowMut<Measurements>, S: Store> Drive<C, M, S> {
     pub fn receive(&mut self, frame: &Frame, now_us: u64, send: &mut impl FnMut(Frame)) {
         self.objects.heard.note(frame, now_us);
         self.core.receive(frame, now_us, &mut self.objects, send);
+    }
+
+    /// Takes the condition of the CAN controller, before a tick.
+    pub fn note_bus(&mut self, condition: Condition, send: &mut impl FnMut(Frame)) {
+        self.core.note_bus(condition, send);
     }
 
     /// Runs one control tick.

@@ -6,7 +6,9 @@ mod dead_man;
 use super::guard_objects as objects;
 use super::settings::{self, Store};
 use crate::bus::network::{self, NmtState, function};
-use crate::bus::node::{Abort, Address, Configuration, Core, Dictionary, Table, Value, Values};
+use crate::bus::node::{
+    Abort, Address, Condition, Configuration, Core, Dictionary, Table, Value, Values,
+};
 use crate::bus::pdo::{GuardPosition, OperatorCommand};
 use crate::can::Frame;
 use crate::estimate::state::{Estimator, State};
@@ -134,6 +136,11 @@ impl<B: Body, G: DerefMut<Target = Guard<B>>, S: Store> Node<G, S> {
     pub fn receive(&mut self, frame: &Frame, now_us: u64, send: &mut impl FnMut(Frame)) {
         self.core.receive(frame, now_us, &mut self.objects, send);
         self.keep(*frame);
+    }
+
+    /// Takes the condition of the CAN controller, before a tick.
+    pub fn note_bus(&mut self, condition: Condition, send: &mut impl FnMut(Frame)) {
+        self.core.note_bus(condition, send);
     }
 
     /// Keeps a frame for the next tick. More than fit are dropped: CANopen nodes repeat their

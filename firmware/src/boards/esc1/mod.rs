@@ -37,6 +37,7 @@ use embassy_stm32::interrupt;
 use embassy_stm32::interrupt::{InterruptExt, Priority};
 use embassy_stm32::rcc::PllPreDiv;
 use static_cell::StaticCell;
+use tautrack::bus::node::Condition;
 use tautrack::motor::bridge::Ratings;
 use tautrack::motor::rotor::RotorSensor;
 use tautrack::sensors::{Switches, Temperatures};
@@ -209,6 +210,10 @@ impl Board for Esc1 {
 
     fn storage() -> Self::Storage {
         storage::Storage
+    }
+
+    fn bus_condition() -> Condition {
+        can::condition()
     }
 
     fn restart() {

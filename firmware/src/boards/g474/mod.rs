@@ -22,6 +22,7 @@ use embassy_stm32::interrupt;
 use embassy_stm32::interrupt::{InterruptExt, Priority};
 use embassy_stm32::rcc::PllPreDiv;
 use static_cell::StaticCell;
+use tautrack::bus::node::Condition;
 use tautrack::motor::bridge::Ratings;
 use tautrack::sensors::Switches;
 
@@ -137,6 +138,10 @@ impl Board for G474 {
 
     fn storage() -> Self::Storage {
         storage::Storage
+    }
+
+    fn bus_condition() -> Condition {
+        can::condition()
     }
 
     fn restart() {

@@ -15,6 +15,7 @@ use embassy_stm32::can::{
 use embassy_stm32::peripherals::{FDCAN1, PA11};
 use embassy_stm32::{Peri, bind_interrupts, pac};
 use embassy_time::{Duration, with_timeout};
+use tautrack::bus::node::Condition;
 
 /// Buffers of the controller's queue.
 const BUFFERS: usize = 3;
@@ -84,6 +85,21 @@ impl Bus {
             spawner.spawn(receive);
             spawner.spawn(transmit);
         }
+    }
+}
+
+/// Condition of the controller since the last call.
+pub fn condition() -> Condition {
+    // Reading the status resets the code of the last error, which nobody else uses.
+    let status = pac::FDCAN1.psr().read();
+    let lost = pac::FDCAN1.ir().read().rfl(0);
+    if lost {
+        pac::FDCAN1.ir().write(|w| w.set_rfl(0, true));
+    }
+    Condition {
+        overrun: lost,
+        passive: status.ep(),
+        off: status.bo(),
     }
 }
 

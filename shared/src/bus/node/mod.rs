@@ -2,17 +2,20 @@
 //! and service data (SDOs). It has no I/O, and no clock but its inputs.
 //!
 //! * `communication`: the objects of error history, emergency and heartbeats
+//! * `controller`: errors of the CAN controller
 //! * `dictionary`: the table of objects, and their values
 //! * `process_data`: the PDOs and their parameters
 //! * `sdo`: the SDO server
 
 mod communication;
+mod controller;
 mod dictionary;
 mod process_data;
 #[allow(clippy::trivially_copy_pass_by_ref)] // a pointer is smaller than the eight bytes
 #[allow(clippy::verbose_bit_mask)] // the standard numbers the bits
 mod sdo;
 
+pub use controller::Condition;
 pub use dictionary::{
     Abort, Access, Address, Dictionary, Field, Number, PdoDefaults, Row, Table, Value, Values,
     number,
@@ -22,6 +25,7 @@ use super::heartbeat::Monitor;
 use super::network::{self, Emergency, NmtCommand, NmtState, function};
 use crate::can::Frame;
 use communication::Communication;
+use controller::Controller;
 use process_data::Pdos;
 use sdo::{Objects, Server};
 
@@ -71,6 +75,7 @@ pub struct Core {
     communication: Communication,
     /// A receive PDO was too short, and no other one came since.
     short: bool,
+    controller: Controller,
     heartbeat_us: u64,
     ticked_us: u64,
     restarts: bool,
@@ -92,6 +97,7 @@ impl Core {
             server: Server::default(),
             communication: Communication::new(configuration),
             short: false,
+            controller: Controller::default(),
             heartbeat_us: 0,
             ticked_us: 0,
             restarts: false,
@@ -339,6 +345,13 @@ impl Core {
         if self.state != NmtState::Stopped {
             let node = self.configuration.node_id;
             send(network::emergency(Emergency { node, code }));
+        }
+    }
+
+    /// Takes the condition of the CAN controller in this tick.
+    pub fn note_bus(&mut self, condition: Condition, send: &mut impl FnMut(Frame)) {
+        if let Some(code) = self.controller.tick(condition) {
+            self.report(code, send);
         }
     }
 
