@@ -122,6 +122,22 @@ fn is_left_out(frame: &Frame, without: Without) -> bool {
     command || parameter || bench || enabling
 }
 
+/// What a client sends in this step that turns a drive in bench mode.
+fn client(step: u64) -> Option<Frame> {
+    let own = u16::from(NODE);
+    let bench = [0x2f, 0x01, 0x20, 0, 1, 0, 0, 0];
+    let word = *[0x80, 0x00, 0x06, 0x07]
+        .get(step as usize / 20)
+        .unwrap_or(&0x0f);
+    let [a, b, c, d] = 900_000_i32.to_le_bytes();
+    match step {
+        2 => Frame::new(0x000, &[1, NODE]),
+        3 | 33 => Frame::new(0x600 + own, &bench),
+        _ if step.is_multiple_of(4) => Frame::new(0x300 + own, &[word, 0, 9, a, b, c, d]),
+        _ => None,
+    }
+}
+
 /// Runs a drive. Returns the greatest speed, rad/s, and the greatest distance from the start, turns.
 fn drive(without: Without, seed: u64) -> (f32, f64) {
     let mut random = Random(seed);
@@ -143,7 +159,17 @@ fn drive(without: Without, seed: u64) -> (f32, f64) {
                 frames.push(Frame::new(0x300 + u16::from(NODE), &hold).expect("a frame"));
             }
         }
-        for _ in 0..random.below(8) {
+        // A client that commands in order, for every other half second. Few others disturb it.
+        let orderly = without == Without::Nothing && steps % 1_000 < 500;
+        if orderly {
+            frames.extend(client(steps % 1_000));
+        }
+        let others = if orderly {
+            u64::from(random.below(40) == 0)
+        } else {
+            random.below(8)
+        };
+        for _ in 0..others {
             let frame = frame(&mut random, without);
             if !is_left_out(&frame, without) {
                 frames.push(frame);

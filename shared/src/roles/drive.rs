@@ -1,7 +1,8 @@
 //! A drive's node: the roles axle and screw. `objects` are its objects, `heard` is what the bus has
-//! brought since the last tick, `targets` says which targets count, and `leaving` how it leaves
-//! operation before a restart.
+//! brought since the last tick, `targets` says which targets count, `bench` how long a
+//! request for bench mode stands, and `leaving` how it leaves operation before a restart.
 
+mod bench;
 mod heard;
 mod leaving;
 mod objects;
@@ -29,6 +30,7 @@ use crate::node::screw::{self as screw_control, Screw};
 use crate::screw::Geometry;
 use crate::sensors::{Switches, Temperatures};
 use crate::settings::{Setting, Settings};
+use bench::Bench;
 use core::borrow::{Borrow, BorrowMut};
 use heard::Heard;
 use leaving::Leaving;
@@ -191,6 +193,7 @@ impl<C: Control, M: BorrowMut<Measurements>, S: Store> Drive<C, M, S> {
                 table,
                 heard: Heard::new(parts.settings, joint),
                 targets: Memory::default(),
+                bench: Bench::new(parts.settings.get(Setting::CommandTimeout) as u32),
                 armed: false,
                 store: parts.store,
                 serial: parts.serial,
@@ -292,7 +295,7 @@ impl<C: Control, M: BorrowMut<Measurements>, S: Store> Drive<C, M, S> {
             motor.capture(Capture::fault);
         }
         let guarded = self.core.is_guarded(inputs.now_us);
-        self.objects.publish(outputs, inputs.bench_mode, guarded);
+        self.objects.publish(inputs, outputs, guarded);
         if inputs.guard_received {
             // The guard's first heartbeat has restored them.
             let parameters = self.control.axle().parameters();

@@ -381,3 +381,46 @@ fn python_can_in_listen_only_mode_receives_frames_and_sends_none() {
     let printed = String::from_utf8_lossy(&output.stdout);
     assert_eq!(printed.trim(), "False True", "{output:?}");
 }
+
+/// A client of CiA 402 that homes the chassis joint, falls silent, and resets the fault.
+const DRIVE_PROFILE: &str = "
+import sys, time
+import canopen
+from canopen.profiles.p402 import BaseNode402
+network = canopen.Network()
+network.connect(interface='slcan', channel=sys.argv[1], bitrate=1_000_000)
+node = BaseNode402(4, 'docs/eds/axle.eds')
+network.add_node(node)
+network.sync.start(0.004)
+node.nmt.state = 'OPERATIONAL'
+node.setup_402_state_machine()
+commands = node.rpdo_pointers[0x6040].pdo_parent
+commands.start(0.01)
+node.sdo['Bench mode'].raw = 1
+print(node.homing(timeout=60), node.state)
+commands.stop()
+time.sleep(1.5)
+node.check_statusword()
+print(node.state, hex(node.sdo['Error code'].raw))
+commands.start(0.01)
+node.sdo['Bench mode'].raw = 1
+node.reset_from_fault()
+print(node.state, hex(node.sdo['Error code'].raw))
+network.sync.stop()
+commands.stop()
+network.disconnect()
+";
+
+/// python-canopen, unmodified, homes a drive and resets its fault.
+#[test]
+fn a_client_of_the_drive_profile_homes_a_drive_and_resets_its_fault() {
+    let text = fs::read_to_string(scenario("bench")).expect("the scenario");
+    let patient = "[settings.chassis_joint]\ncommand_timeout = 1000\n\n[expect]";
+    let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join("patient-bench.toml");
+    fs::write(&path, text.replace("[expect]", patient)).expect("written");
+    let (_demo, _listener, address) = bench_run("profile", path.to_str().expect("UTF-8"));
+    let client = run(&["-c", DRIVE_PROFILE, &address]);
+    let printed = String::from_utf8_lossy(&client.stdout);
+    let expected = "True OPERATION ENABLED\nFAULT 0x8250\nOPERATION ENABLED 0x0\n";
+    assert_eq!(printed, expected, "{client:?}");
+}

@@ -3,6 +3,7 @@
 use super::super::axle as objects;
 use super::super::screw::{self, BYTES};
 use super::super::settings::{self, Store};
+use super::bench::Bench;
 use super::heard::Heard;
 use super::targets::{Memory, Targets};
 use super::{Motor, Readings};
@@ -32,6 +33,7 @@ pub(super) struct Objects<S> {
     pub table: &'static Table,
     pub heard: Heard,
     pub targets: Memory,
+    pub bench: Bench,
     /// The motor has current.
     pub armed: bool,
     pub store: S,
@@ -212,12 +214,14 @@ impl<S: Store> Objects<S> {
         }
     }
 
-    /// Writes the outputs of a tick, which the next SYNC sends. `bench_mode` is the request that
-    /// this tick received. While no guard is alive, every latched fault is the state "fault": so a
-    /// client of CiA 402 sees and resets it. A living guard sees whether the axle holds.
-    pub fn publish(&mut self, outputs: &Outputs, bench_mode: bool, guarded: bool) {
+    /// Writes the outputs of a tick, which the next SYNC sends. While no guard is alive, every
+    /// latched fault is the state "fault": so a client of CiA 402 sees and resets it. A living guard
+    /// sees whether the axle holds.
+    pub fn publish(&mut self, inputs: &Inputs, outputs: &Outputs, guarded: bool) {
         let values = &mut self.values;
-        if bench_mode && !outputs.bench_mode {
+        let set_point = inputs.set_point.is_some();
+        let stands = self.bench.stands(outputs, set_point, guarded);
+        if inputs.bench_mode && !stands {
             values.set(objects::OBJECT2001, 0);
         }
         let register = network::error_register(outputs.status.error_code);
