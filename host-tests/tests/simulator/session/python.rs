@@ -388,7 +388,7 @@ import sys, time
 import canopen
 from canopen.profiles.p402 import BaseNode402
 network = canopen.Network()
-network.connect(interface='slcan', channel=sys.argv[1], bitrate=1_000_000)
+network.connect(interface='slcan', channel='socket://' + sys.argv[1], bitrate=1_000_000)
 node = BaseNode402(4, 'docs/eds/axle.eds')
 network.add_node(node)
 network.sync.start(0.004)
