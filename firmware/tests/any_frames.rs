@@ -1,5 +1,5 @@
-//! Any frames, at any time, to a whole drive with its motor, and to a guard. Half of the frames have
-//! an identifier that the node receives. With `TAUTRACK_SWEEPS=1` ten million frames, else a
+//! Any frames, at any time, to a whole drive with its motor, and to a guard. Half of the frames
+//! have an identifier that the node receives. With `TAUTRACK_SWEEPS=1` ten million frames, else a
 //! fiftieth.
 
 mod node;
@@ -138,7 +138,8 @@ fn client(step: u64) -> Option<Frame> {
     }
 }
 
-/// Runs a drive. Returns the greatest speed, rad/s, and the greatest distance from the start, turns.
+/// Runs a drive. Returns the greatest speed, rad/s, and the greatest distance from the start,
+/// turns.
 fn drive(without: Without, seed: u64) -> (f32, f64) {
     let mut random = Random(seed);
     let mut node = Node::host("axle");
@@ -200,8 +201,8 @@ fn no_frames_move_a_drive_that_nobody_enables() {
     assert!(speed < 1e-3 && turns < 1e-5, "{speed} rad/s, {turns} turns");
 }
 
-/// Frames of others can enable a drive for the time between two frames of its guard. It moves by less
-/// than two degrees.
+/// Frames of others can enable a drive for the time between two frames of its guard. It moves by
+/// less than two degrees.
 #[test]
 fn no_frames_of_others_move_a_drive_that_its_guard_holds() {
     let (speed, turns) = drive(Without::Guard, 3);

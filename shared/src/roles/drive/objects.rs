@@ -215,8 +215,8 @@ impl<S: Store> Objects<S> {
     }
 
     /// Writes the outputs of a tick, which the next SYNC sends. While no guard is alive, every
-    /// latched fault is the state "fault": so a client of CiA 402 sees and resets it. A living guard
-    /// sees whether the axle holds.
+    /// latched fault is the state "fault": so a client of CiA 402 sees and resets it. A living
+    /// guard sees whether the axle holds.
     pub fn publish(&mut self, inputs: &Inputs, outputs: &Outputs, guarded: bool) {
         let values = &mut self.values;
         let set_point = inputs.set_point.is_some();
