@@ -18,6 +18,8 @@ pub(super) struct Heard {
     joint_id: Option<u16>,
     pub sync_period_us: u32,
     pub set_point: bool,
+    /// A controlword had the bit of a fault reset.
+    pub reset: bool,
     pub targets: Targets,
     pub offset: bool,
     pub parameters: bool,
@@ -40,6 +42,7 @@ impl Heard {
             joint_id,
             sync_period_us: settings.get(Setting::SyncPeriod).unsigned_abs(),
             set_point: false,
+            reset: false,
             targets: Targets::default(),
             offset: false,
             parameters: false,

@@ -7,7 +7,7 @@ use super::bench::Bench;
 use super::heard::Heard;
 use super::targets::{Memory, Targets};
 use super::{Motor, Readings};
-use crate::bus::cia402::{State, mode};
+use crate::bus::cia402::{CONTROL_FAULT_RESET, State, mode};
 use crate::bus::drive_parameters::{self, DriveParameters};
 use crate::bus::network;
 use crate::bus::node::{Abort, Address, Dictionary, Table, Value, Values};
@@ -98,6 +98,7 @@ impl<S: Store> Dictionary for Objects<S> {
             _ => return,
         };
         *flag = true;
+        self.note_reset();
         self.heard.targets.add(Targets::of(address.index));
     }
 
@@ -106,6 +107,7 @@ impl<S: Store> Dictionary for Objects<S> {
     }
 
     fn received(&mut self, id: u16, objects: &[u32], now_us: u64) {
+        self.note_reset();
         for object in objects {
             self.heard.targets.add(Targets::of((object >> 16) as u16));
         }
@@ -148,6 +150,12 @@ impl<S: Store> Objects<S> {
         values.set(objects::OBJECT2061_PERIOD, ratings.period);
     }
 
+    /// Takes note of the bit of a fault reset. It may be gone again before the tick.
+    fn note_reset(&mut self) {
+        let word: u16 = self.values.get(objects::OBJECT6040);
+        self.heard.reset |= word & CONTROL_FAULT_RESET != 0;
+    }
+
     /// Forgets the targets that do not count any more.
     pub fn renew_targets(&mut self) {
         let written = core::mem::take(&mut self.heard.targets);
@@ -176,10 +184,19 @@ impl<S: Store> Objects<S> {
         }
     }
 
-    fn set_point(&self) -> SetPoint {
+    fn set_point(&mut self) -> SetPoint {
         let mode = self.values.get(objects::OBJECT6060);
+        let word: u16 = self.values.get(objects::OBJECT6040);
+        let reset = core::mem::take(&mut self.heard.reset);
+        let controlword = if reset {
+            word | CONTROL_FAULT_RESET
+        } else {
+            word
+        };
+        // The bit that is gone again falls in the next tick.
+        self.heard.set_point = controlword != word;
         SetPoint {
-            controlword: self.values.get(objects::OBJECT6040),
+            controlword,
             mode,
             target: match mode {
                 mode::CYCLIC_VELOCITY | mode::PROFILE_VELOCITY => {
