@@ -1,7 +1,7 @@
 //! Tests that no sequence of frames makes the node of a drive panic or break the rules of an SDO
 //! server.
 
-use super::{NODE, Node};
+use super::{NODE, Node, Subject};
 use crate::drive_faults::generator::Random;
 use tautrack::bus::network::NmtState;
 use tautrack::can::Frame;

@@ -8,10 +8,9 @@
 //! * `*3` so many frames of this kind;
 //! * `20ms` a time in which the node's ticks run, and `turn` a movement of its rotor.
 
-use super::{NODE, Node};
+use super::{NODE, Subject};
 use std::fmt;
 use tautrack::can::Frame;
-use tautrack::roles::drive::Control;
 
 /// A frame of which some bytes may have any value.
 #[derive(Clone)]
@@ -71,13 +70,13 @@ fn frames(words: &str, sdo: u16) -> Vec<Pattern> {
 }
 
 /// Runs a request. Returns what the node sends.
-fn request<C: Control>(node: &mut Node<C>, words: &str) -> Vec<Frame> {
+fn request(node: &mut impl Subject, words: &str) -> Vec<Frame> {
     if let Some(time) = words.strip_suffix("ms") {
         let time: u32 = time.parse().expect("a time");
         return (0..time).flat_map(|_| node.run(true)).collect();
     }
     if words == "turn" {
-        node.rotor.0 += 20;
+        node.turn();
         return Vec::new();
     }
     let send = |pattern: Pattern| {
@@ -91,7 +90,7 @@ fn request<C: Control>(node: &mut Node<C>, words: &str) -> Vec<Frame> {
 ///
 /// # Errors
 /// The node sends something else. The text says what.
-pub fn run<C: Control>(node: &mut Node<C>, exchange: &str) -> Result<(), String> {
+pub fn run(node: &mut impl Subject, exchange: &str) -> Result<(), String> {
     for step in exchange.split(';').map(str::trim) {
         if step.is_empty() {
             continue;

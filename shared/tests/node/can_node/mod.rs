@@ -3,6 +3,7 @@
 mod any_frame;
 mod conformance;
 mod exchange;
+mod guard;
 
 use std::collections::HashMap;
 use tautrack::bus::network::NmtState;
@@ -151,6 +152,17 @@ fn parts<C>(settings: &Settings, control: C) -> Parts<'_, C, Measurements, Memor
     }
 }
 
+/// A node that is tested.
+pub trait Subject {
+    /// Runs one millisecond with a control tick, or without. Returns what the node sends. A node
+    /// that is to restart begins anew.
+    fn run(&mut self, tick: bool) -> Vec<Frame>;
+    /// Returns what the node sends because of a frame.
+    fn receive(&mut self, id: u16, data: &[u8]) -> Vec<Frame>;
+    /// Turns the rotor of a drive.
+    fn turn(&mut self);
+}
+
 impl<C: Control> Node<C> {
     fn boot(create: fn() -> Drive<C, Measurements, Memory>) -> Self {
         let (mut drive, mut sent) = (create(), Vec::new());
@@ -167,10 +179,14 @@ impl<C: Control> Node<C> {
     pub fn state(&self) -> NmtState {
         self.drive.state()
     }
+}
 
-    /// Runs one millisecond with a control tick, or without. Returns what the node sends. A node
-    /// that is to restart begins anew.
-    pub fn run(&mut self, tick: bool) -> Vec<Frame> {
+impl<C: Control> Subject for Node<C> {
+    fn turn(&mut self) {
+        self.rotor.0 += 20;
+    }
+
+    fn run(&mut self, tick: bool) -> Vec<Frame> {
         let mut sent = Vec::new();
         self.now_us += 1_000;
         if tick {
@@ -184,8 +200,7 @@ impl<C: Control> Node<C> {
         sent
     }
 
-    /// Returns what the node sends because of a frame.
-    pub fn receive(&mut self, id: u16, data: &[u8]) -> Vec<Frame> {
+    fn receive(&mut self, id: u16, data: &[u8]) -> Vec<Frame> {
         let mut sent = Vec::new();
         let frame = Frame::new(id, data).expect("a frame");
         self.drive
