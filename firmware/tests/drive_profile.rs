@@ -392,3 +392,41 @@ fn a_profile_stays_within_its_velocity_and_acceleration() {
         );
     }
 }
+
+#[test]
+fn a_halt_halts_in_cyclic_position_mode_though_targets_go_on() {
+    let mut client = Client::new(&[(Setting::HomingDirection, 0)]);
+    client.write(MODE, 8);
+    client.enable();
+    client.write(CONTROLWORD, 0x10f);
+    client.command(POSITION, 0x400);
+    assert!(client.turns.abs() < 1e-3, "{} turns", client.turns);
+}
+
+#[test]
+fn a_target_of_another_client_or_of_the_guard_is_forgotten() {
+    let mut client = Client::new(&[(Setting::HomingDirection, 0)]);
+    // A client writes a target and leaves. Bench mode ends.
+    client.write(MODE, 8);
+    client.write(POSITION, 0x400);
+    client.run(1_200, &[]);
+    client.enable();
+    client.stays("after another client");
+    client.write(CONTROLWORD, 0x00);
+    // A guard sends targets to a drive that it does not lead up, and goes.
+    for step in 0..100 {
+        let guard = Frame::new(0x701, &[5]).expect("a frame");
+        let hold = Frame::new(0x200 + NODE, &[0, 0, 8, 0, 4, 0, 0]).expect("a frame");
+        if step % 10 == 0 {
+            client.run(1, &[guard]);
+        }
+        client.run(4, &[hold]);
+    }
+    client.run(300, &[]);
+    // The fault "guard lost" is reset.
+    client.write(CONTROLWORD, 0x80);
+    client.write(MODE, 8);
+    client.enable();
+    client.command(CONTROLWORD, 0x0f);
+    client.stays("after the guard");
+}

@@ -5,10 +5,14 @@ mod node;
 use node::{MOTOR, Node, ROLES, settings};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicU32, Ordering};
 use tautrack::can::Frame;
 use tautrack::link::{BodyMeasurands, Sensors};
 
 const NODE: u16 = 5;
+
+/// Number of clients so far.
+static CLIENTS: AtomicU32 = AtomicU32::new(0);
 
 struct Client {
     node: Node,
@@ -19,7 +23,10 @@ struct Client {
 
 impl Client {
     fn new(role: &'static str) -> Self {
-        let flash = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(format!("reset-{role}.flash"));
+        // The tests run at the same time.
+        let number = CLIENTS.fetch_add(1, Ordering::Relaxed);
+        let name = format!("reset-{number}.flash");
+        let flash = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(name);
         let _ = std::fs::remove_file(&flash);
         let mut node = Node::host(role);
         let motor = (role != "guard").then_some(MOTOR);
@@ -162,7 +169,13 @@ fn a_reset_by_the_network_management_equals_power_up() {
 
 #[test]
 fn a_drive_in_motion_comes_to_rest_before_it_restarts() {
-    for (node, seen) in [(NODE as u8, true), (0, true), (NODE as u8 + 1, false)] {
+    let other = NODE as u8 + 1;
+    for (node, coasts, seen) in [
+        (NODE as u8, false, true),
+        (NODE as u8, true, true),
+        (0, false, true),
+        (other, false, false),
+    ] {
         let mut client = Client::new("axle");
         client.run(1, &[(0x000, &[1, 0])]);
         client.sdo([0x2f, 0x01, 0x20, 0, 1, 0, 0, 0]);
@@ -177,12 +190,14 @@ fn a_drive_in_motion_comes_to_rest_before_it_restarts() {
             client.run(4, &[(0x300 + NODE, &command(15))]);
         }
         assert!(client.speed > 0.5, "{} rad/s", client.speed);
-        client.run(1, &[(0x000, &[129, node])]);
+        let word = if coasts { 0 } else { 15 };
+        let off = command(word);
+        client.run(1, &[(0x000, &[129, node]), (0x300 + NODE, &off)]);
         // The client goes on commanding.
         let mut before = client.speed;
-        for _ in 0..250 {
+        for _ in 0..700 {
             let boots = client.boots;
-            client.run(4, &[(0x300 + NODE, &command(15))]);
+            client.run(4, &[(0x300 + NODE, &off)]);
             if client.boots > boots {
                 assert!(before.abs() < 0.1, "it restarts at {before} rad/s");
             }
@@ -206,7 +221,7 @@ fn saved_settings_and_a_new_node_id_count_after_a_reset() {
     );
     let sent = client.run(1, &[(0x000, &[129, NODE as u8])]);
     assert!(sent.iter().all(|frame| frame.id() != 0x709));
-    let sent = client.run(3, &[]);
+    let sent = client.run(30, &[]);
     assert!(
         sent.contains(&Frame::new(0x709, &[0]).expect("a frame")),
         "{sent:?}"
@@ -217,6 +232,6 @@ fn saved_settings_and_a_new_node_id_count_after_a_reset() {
 fn a_guard_that_commands_nobody_restarts() {
     let mut client = Client::new("guard");
     client.run(1, &[(0x000, &[129, NODE as u8])]);
-    client.run(5, &[]);
+    client.run(30, &[]);
     assert_eq!(client.boots, 2);
 }

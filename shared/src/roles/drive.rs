@@ -33,7 +33,7 @@ use crate::settings::{Setting, Settings};
 use bench::Bench;
 use core::borrow::{Borrow, BorrowMut};
 use heard::Heard;
-use leaving::Leaving;
+use leaving::{Leaving, Next};
 use objects::Objects;
 use targets::Memory;
 
@@ -266,14 +266,18 @@ impl<C: Control, M: BorrowMut<Measurements>, S: Store> Drive<C, M, S> {
         self.objects
             .values
             .set(axle::OBJECT2050, calibrator::request::NONE);
-        let next = self.leaving.next(self.control.axle().velocity());
-        let next = next.filter(|_| self.objects.armed);
-        inputs.set_point = next.map(|controlword| SetPoint {
-            controlword,
-            mode: self.objects.values.get(axle::OBJECT6060),
-            target: 0,
-        });
-        next.is_none()
+        let stands = self.control.axle().stands();
+        let operates = self.objects.targets.operating();
+        let next = self.leaving.next(stands, self.objects.armed, operates);
+        inputs.set_point = match next {
+            Next::Command(controlword) => Some(SetPoint {
+                controlword,
+                mode: self.objects.values.get(axle::OBJECT6060),
+                target: self.objects.values.get(axle::OBJECT607A),
+            }),
+            Next::Wait | Next::Restart => None,
+        };
+        next == Next::Restart
     }
 
     /// Runs the measurements on request, lets the motor follow the outputs of a tick, and publishes

@@ -2,6 +2,7 @@
 
 use super::Options;
 use crate::robots::NodeName;
+use std::io::ErrorKind;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::{env, fs, process};
@@ -25,11 +26,17 @@ impl Flash {
                 temporary: false,
             };
         }
-        let run = RUNS.fetch_add(1, Ordering::Relaxed);
-        let name = format!("tautrack-{}-{run}", process::id());
-        let folder = env::temp_dir().join(name);
-        // If this fails, the nodes say that they cannot write their flash.
-        let _ = fs::create_dir_all(&folder);
+        // A process that was killed leaves its folders, and another one may get its number.
+        let folder = loop {
+            let run = RUNS.fetch_add(1, Ordering::Relaxed);
+            let name = format!("tautrack-{}-{run}", process::id());
+            let folder = env::temp_dir().join(name);
+            match fs::create_dir(&folder) {
+                Err(error) if error.kind() == ErrorKind::AlreadyExists => {}
+                // After another error the nodes say that they cannot write their flash.
+                _ => break folder,
+            }
+        };
         Self {
             folder: folder.to_string_lossy().into_owned(),
             temporary: true,

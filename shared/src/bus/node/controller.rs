@@ -6,8 +6,8 @@ const OVERRUN: u16 = 0x8110;
 const PASSIVE: u16 = 0x8120;
 /// The controller has recovered from bus-off.
 const RECOVERED: u16 = 0x8140;
-/// Ticks without an overrun after which the next one is reported.
-const QUIET: u16 = 1_000;
+/// Ticks without an overrun, or a PDO that is too short, after which the next one is reported.
+pub(super) const QUIET: u16 = 1_000;
 
 /// Condition of the controller.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]

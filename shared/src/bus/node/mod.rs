@@ -25,7 +25,7 @@ use super::heartbeat::Monitor;
 use super::network::{self, Emergency, NmtCommand, NmtState, function};
 use crate::can::Frame;
 use communication::Communication;
-use controller::Controller;
+use controller::{Controller, QUIET};
 use process_data::Pdos;
 use sdo::{Objects, Server};
 
@@ -73,8 +73,8 @@ pub struct Core {
     pdos: Pdos,
     server: Server,
     communication: Communication,
-    /// A receive PDO was too short, and no other one came since.
-    short: bool,
+    /// Ticks until a receive PDO that is too short is reported again.
+    short: u16,
     controller: Controller,
     heartbeat_us: u64,
     ticked_us: u64,
@@ -96,7 +96,7 @@ impl Core {
             pdos: Pdos::unused(),
             server: Server::default(),
             communication: Communication::new(configuration),
-            short: false,
+            short: 0,
             controller: Controller::default(),
             heartbeat_us: 0,
             ticked_us: 0,
@@ -167,13 +167,12 @@ impl Core {
                     return;
                 }
                 if !pdo.fits(data) {
-                    // Once for many: a client may send it for ever.
-                    if !core::mem::replace(&mut self.short, true) {
+                    // A client may send it for ever.
+                    if core::mem::replace(&mut self.short, QUIET) == 0 {
                         self.report(PDO_TOO_SHORT, send);
                     }
                     return;
                 }
-                self.short = false;
                 if pdo.waits_for_sync() {
                     pdo.keep(*frame, now_us);
                 } else {
@@ -252,6 +251,7 @@ impl Core {
         send: &mut impl FnMut(Frame),
     ) {
         self.ticked_us = now_us;
+        self.short = self.short.saturating_sub(1);
         if self.communication.loses_client(now_us) {
             dictionary.lost_client();
         }

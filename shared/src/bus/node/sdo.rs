@@ -78,7 +78,12 @@ impl<D: Dictionary> Objects<'_, D> {
         if self.guarded && self.dictionary.moves(address.index) {
             return Err(Abort::DeviceState);
         }
-        let writable = match self.source(address)? {
+        let source = match self.source(address) {
+            // What the history does not have cannot be written either.
+            Err(Abort::NoData) => return Err(Abort::ReadOnly),
+            source => source?,
+        };
+        let writable = match source {
             Source::Row(row) => row.access.is_writable(),
             Source::Value(_) => {
                 !Communication::serves(address.index) || Communication::is_writable(address)

@@ -2,7 +2,9 @@
 
 use super::handshake::Handshake;
 use super::{ActiveLimit, Axle, Inputs};
-use crate::bus::cia402::{CONTROL_FAULT_RESET, CONTROL_START, DriveCommand, State, mode};
+use crate::bus::cia402::{
+    CONTROL_FAULT_RESET, CONTROL_HALT, CONTROL_START, DriveCommand, State, mode,
+};
 use crate::constants::CONTROL_PERIOD;
 use crate::faults::{Fault, Reaction};
 use crate::math::{Bound, limit};
@@ -213,7 +215,8 @@ impl Axle {
 
     /// Computes the velocity that carries the set-point to the new target within one SYNC period.
     fn interpolate(&mut self) {
-        let follows = self.mode == mode::CYCLIC_POSITION && self.homed;
+        let stops = self.controlword & CONTROL_HALT != 0 || self.exit.is_some();
+        let follows = self.mode == mode::CYCLIC_POSITION && self.homed && !stops;
         if follows && self.state == State::OperationEnabled {
             let target = self.target_position();
             let distance = to_radians(target.wrapping_sub(self.motion.position));

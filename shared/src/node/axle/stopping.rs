@@ -148,7 +148,7 @@ impl Axle {
     }
 
     /// Returns whether the shaft stands: it turns with less than 1 % of the velocity limit.
-    pub(super) fn stands(&self) -> bool {
+    pub fn stands(&self) -> bool {
         self.velocity().abs() < self.force.stall.standing
     }
 

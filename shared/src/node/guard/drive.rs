@@ -7,7 +7,7 @@ use crate::bus::cia402::{
     CONTROL_FAULT_RESET, CONTROL_START, State, controlword, mode, status, toward_operation,
 };
 use crate::bus::heartbeat::Monitor;
-use crate::bus::network::{NmtState, as_emergency, as_heartbeat};
+use crate::bus::network::{NmtState, as_emergency, as_heartbeat, is_remark};
 use crate::bus::pdo::{
     DriveMotion, DriveStatus, Payload, PositionSetPoint, VelocitySetPoint, receive, transmit,
 };
@@ -170,7 +170,9 @@ impl Drive {
                 self.watch_power(false, Fault::NodeLost);
                 *state = DriveState::default();
             }
-        } else if let Some(emergency) = as_emergency(frame) {
+        } else if let Some(emergency) = as_emergency(frame)
+            && !is_remark(emergency.code)
+        {
             self.emergency = emergency.code;
         }
     }

@@ -1,33 +1,61 @@
-//! How a drive leaves operation before it restarts: it ramps to standstill, and then lets go.
+//! How a drive leaves operation before it restarts: it comes to rest, and then lets go.
 
-use crate::bus::cia402::controlword;
+use crate::bus::cia402::{CONTROL_HALT, controlword};
 
-/// Ticks of the quick stop: at least, and at most if the shaft does not come to rest.
-const LEAST: u16 = 50;
+/// Ticks in a row for which the shaft must stand.
+const STANDS: u16 = 20;
+/// Ticks after which a shaft that does not come to rest is waited for no longer.
 const MOST: u16 = 2_000;
 /// Ticks from then on after which a drive that still has current restarts anyway.
 const LETTING_GO: u16 = 500;
-/// Speed below which the shaft rests, rad/s.
-const REST: f32 = 0.05;
 
 /// A drive that is to restart.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Leaving {
     ticks: u16,
-    /// Ticks since the drive stood.
-    stood: u16,
+    /// Ticks in a row for which the shaft stands.
+    stands: u16,
+    /// Ticks since the drive is to let go.
+    letting_go: u16,
+}
+
+/// What a drive that is to restart does next.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(super) enum Next {
+    /// It follows this controlword.
+    Command(u16),
+    /// It waits until its shaft, which coasts, stands.
+    Wait,
+    /// It restarts.
+    Restart,
 }
 
 impl Leaving {
-    /// Returns the controlword of the next tick for a drive that has current, with this velocity,
-    /// rad/s; `None` if it waits no longer.
-    pub fn next(&mut self, velocity: f32) -> Option<u16> {
+    /// Returns what comes next for a drive whose shaft `stands` or not, and that has current or
+    /// not. One that operates halts, whatever its option codes are. Another one goes on holding.
+    pub fn next(&mut self, stands: bool, current: bool, operates: bool) -> Next {
         self.ticks = self.ticks.saturating_add(1);
-        let rests = self.ticks > LEAST && velocity.abs() < REST;
-        if self.stood == 0 && !rests && self.ticks < MOST {
-            return Some(controlword::QUICK_STOP);
+        self.stands = if stands {
+            self.stands.saturating_add(1)
+        } else {
+            0
+        };
+        let rests = self.stands >= STANDS || self.ticks >= MOST;
+        match (current, rests || self.letting_go > 0) {
+            (false, true) => Next::Restart,
+            (false, false) => Next::Wait,
+            (true, false) if operates => {
+                Next::Command(controlword::ENABLE_OPERATION | CONTROL_HALT)
+            }
+            (true, false) => Next::Command(controlword::QUICK_STOP),
+            (true, true) => {
+                self.letting_go += 1;
+                if self.letting_go < LETTING_GO {
+                    Next::Command(controlword::DISABLE_VOLTAGE)
+                } else {
+                    Next::Restart
+                }
+            }
         }
-        self.stood += 1;
-        (self.stood < LETTING_GO).then_some(controlword::DISABLE_VOLTAGE)
     }
 }

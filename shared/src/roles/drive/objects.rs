@@ -5,7 +5,7 @@ use super::super::screw::{self, BYTES};
 use super::super::settings::{self, Store};
 use super::bench::Bench;
 use super::heard::Heard;
-use super::targets::{Memory, Targets};
+use super::targets::{Circumstances, Memory, Targets};
 use super::{Motor, Readings};
 use crate::bus::cia402::{CONTROL_FAULT_RESET, State, mode};
 use crate::bus::drive_parameters::{self, DriveParameters};
@@ -68,7 +68,7 @@ impl<S: Store> Dictionary for Objects<S> {
 
     fn moves(&self, index: u16) -> bool {
         let stays = is_capture(index) || settings::serves(index);
-        matches!(index, 0x1400..=0x17ff | 0x2000..) && !stays
+        matches!(index, 0x1016 | 0x1400..=0x17ff | 0x2000..) && !stays
     }
 
     fn check(&self, address: Address, value: &[u8]) -> Result<(), Abort> {
@@ -253,7 +253,12 @@ impl<S: Store> Objects<S> {
         }
         let state = State::from_statusword(outputs.status.statusword);
         let operating = state == Some(State::OperationEnabled);
-        self.targets.end_tick(operating, values);
+        let circumstances = Circumstances {
+            bench: outputs.bench_mode,
+            guarded,
+            faulty: !outputs.faults.is_empty(),
+        };
+        self.targets.end_tick(operating, circumstances, values);
     }
 
     /// Follows what a client has written to the objects of the recording, and publishes its state.

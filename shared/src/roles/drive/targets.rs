@@ -41,16 +41,24 @@ pub(super) struct Memory {
     known: Targets,
     operating: bool,
     mode: i8,
+    circumstances: Circumstances,
+}
+
+/// Who commands the drive, and whether it has faults.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub(super) struct Circumstances {
+    pub bench: bool,
+    pub guarded: bool,
+    pub faulty: bool,
 }
 
 impl Memory {
-    /// Takes over the targets that were `written` since the last tick. A change of mode in
-    /// operation forgets the others. Before operation, the target position is the present one until
-    /// a client writes it.
+    /// Takes over the targets that were `written` since the last tick. A change of mode forgets the
+    /// others. Before operation, the target position is the present one until a client writes it.
     pub fn begin_tick<const N: usize>(&mut self, written: Targets, values: &mut Values<N>) {
         let mode = values.get(OBJECT6060);
         let changes = mode != self.mode;
-        if self.operating && changes {
+        if changes {
             self.known = Targets::default();
         }
         self.known.add(written);
@@ -61,13 +69,24 @@ impl Memory {
     }
 
     /// Ends a tick after which the drive operates, or does not. The end of operation forgets all
-    /// targets.
-    pub fn end_tick<const N: usize>(&mut self, operating: bool, values: &mut Values<N>) {
-        if self.operating && !operating {
+    /// targets, and so does a change of who commands or of the faults while it does not operate.
+    pub fn end_tick<const N: usize>(
+        &mut self,
+        operating: bool,
+        circumstances: Circumstances,
+        values: &mut Values<N>,
+    ) {
+        let changed = core::mem::replace(&mut self.circumstances, circumstances) != circumstances;
+        if !operating && (self.operating || changed) {
             self.known = Targets::default();
             self.forget_unknown(values);
         }
         self.operating = operating;
+    }
+
+    /// Whether the drive operated after the last tick.
+    pub fn operating(self) -> bool {
+        self.operating
     }
 
     fn forget_unknown<const N: usize>(self, values: &mut Values<N>) {

@@ -479,9 +479,9 @@ const ROWS: &[Row] = &[
     (Operational, "fewer bytes than mapped are not processed",
         "205: 0000 08 11 22 33 > 085: 8210 11 00000000 00; 205: >; 40 607a:00 > 43 607a:00 00000000; \
          40 6060:00 > 4f 6060:00 00; 40 1003:01 > 43 1003:01 00008210"),
-    (Operational, "8210: once, and again after a whole PDO",
+    (Operational, "8210: once, and again after a second without",
         "205: > 085: 8210 11 00000000 00; 205: >; 305: >; 205: 0000 08 00000000 >; \
-         305: > 085: 8210 11 00000000 00"),
+         305: >; 999ms >; 305: >; 1000ms >; 305: > 085: 8210 11 00000000 00"),
     (PreOperational, "no 8210 where process data do not count", "205: >"),
     (Operational, "of more bytes the first count",
         "205: 0000 08 11223344 ff >; 40 607a:00 > 43 607a:00 11223344"),
@@ -598,12 +598,12 @@ const ROWS: &[Row] = &[
         "2b 1017:00 000a > 60 1017:00; 000: 03 05 >; 000: 00 05 >; 000: ff 05 >; 10ms > 705: 05"),
     (Operational, "a command has two bytes",
         "2b 1017:00 000a > 60 1017:00; 000: 02 >; 000: >; 000: 02 05 00 >; 10ms > 705: 05"),
-    (PreOperational, "reset node: boot-up", "000: 81 05 >; 1ms > 705: 00"),
+    (PreOperational, "reset node: boot-up", "000: 81 05 >; 20ms > 705: 00"),
     (PreOperational, "reset communication: boot-up", "000: 82 05 > 705: 00"),
-    (Operational, "reset of all nodes", "000: 82 00 > 705: 00; 000: 81 00 >; 1ms > 705: 00"),
+    (Operational, "reset of all nodes", "000: 82 00 > 705: 00; 000: 81 00 >; 20ms > 705: 00"),
     (Operational, "reset ends in pre-operational",
         "000: 82 05 > 705: 00; 2b 1017:00 000a > 60 1017:00; 10ms > 705: 7f; 080: >"),
-    (Stopped, "reset from stopped", "000: 81 05 >; 1ms > 705: 00; 40 1000:00 > 43 1000:00 00020192"),
+    (Stopped, "reset from stopped", "000: 81 05 >; 20ms > 705: 00; 40 1000:00 > 43 1000:00 00020192"),
     (PreOperational, "reset restores 1017h", "000: 82 05 > 705: 00; 40 1017:00 > 4b 1017:00 0032"),
     (PreOperational, "reset restores the PDOs",
         "23 1800:01 c0000185 > 60 1800:01; 2f 1800:02 05 > 60 1800:02; \
@@ -620,7 +620,7 @@ const ROWS: &[Row] = &[
          40 1003:01 > 43 1003:01 00008210; 40 1003:02 > 80 1003:02 08000024; \
          2f 1003:00 01 > 80 1003:00 06090030; 2f 1003:00 00 > 60 1003:00; \
          40 1003:00 > 4f 1003:00 00"),
-    (PreOperational, "1003h: an error cannot be written", "23 1003:01 00000000 > 80 1003:01 08000024"),
+    (PreOperational, "1003h: an error cannot be written", "23 1003:01 00000000 > 80 1003:01 06010002"),
     (PreOperational, "1003h: eight errors", "40 1003:09 > 80 1003:09 06090011"),
     (PreOperational, "1005h: SYNC, which the node does not send",
         "40 1005:00 > 43 1005:00 00000080; 23 1005:00 00000081 > 80 1005:00 06010002"),
@@ -632,6 +632,7 @@ const ROWS: &[Row] = &[
          40 1016:03 > 80 1016:03 06090011"),
     (PreOperational, "1016h: 06040043: a node that is watched already",
         "23 1016:02 00010064 > 80 1016:02 06040043; 23 1016:02 00050064 > 80 1016:02 06040043"),
+    (Guarded, "1016h: 08000022: not under a guard", "23 1016:02 00070064 > 80 1016:02 08000022"),
     (PreOperational, "1016h: no such node", "23 1016:02 00800064 > 80 1016:02 06090030"),
     (PreOperational, "1016h: an entry without time or node is not used",
         "23 1016:02 00070000 > 60 1016:02; 23 1016:02 00000064 > 60 1016:02; 300ms >"),

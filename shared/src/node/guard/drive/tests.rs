@@ -208,3 +208,20 @@ fn a_drive_that_left_operation_by_itself_is_not_enabled_again() {
     assert_eq!(word(State::SwitchedOn), controlword::QUICK_STOP);
     assert_eq!(word(State::QuickStopActive), controlword::QUICK_STOP);
 }
+
+/// CiA 301: overrun, error passive, recovered from bus-off, PDO with too few bytes.
+#[test]
+fn what_a_drive_remarks_upon_its_bus_is_no_fault_and_hides_none() {
+    for remark in [0x8110, 0x8120, 0x8140, 0x8210] {
+        let (mut drive, mut known) = drive();
+        let mut send = |drive: &mut Drive, code| {
+            let frame = emergency(Emergency { node: ID, code });
+            drive.receive(&frame, &mut known, 0);
+        };
+        send(&mut drive, remark);
+        assert_eq!(drive.error_code(), 0, "{remark:#x}");
+        send(&mut drive, 0x2310);
+        send(&mut drive, remark);
+        assert_eq!(drive.error_code(), 0x2310, "{remark:#x}");
+    }
+}
