@@ -101,8 +101,8 @@ pub fn error_register(code: u16) -> u8 {
     1 | 1 << kind
 }
 
-/// Whether a drive remarks upon its bus with this code, and has no fault: a lost frame, error passive,
-/// recovered from bus-off, a PDO that is too short.
+/// Whether a drive remarks upon its bus with this code, and has no fault: a lost frame, error
+/// passive, recovered from bus-off, a PDO that is too short.
 pub fn is_remark(code: u16) -> bool {
     matches!(code, 0x8110 | 0x8120 | 0x8140 | 0x8210)
 }
