@@ -4,6 +4,7 @@ use super::arguments::Arguments;
 use super::output::Results;
 use super::preparation::Prepared;
 use super::{images, interrupt};
+use crate::programs::Board;
 use crate::results::summary::Summary;
 use crate::simulator::record::{BusFrame, Sample};
 use crate::simulator::run::{self, Options, RunError, Sink, Unwritten};
@@ -23,7 +24,9 @@ pub(super) fn run(arguments: &Arguments, prepared: Prepared) -> Result<u8, Strin
         images,
     } = prepared;
     let board = arguments.nodes.board();
-    say("building the nodes (a minute or two the first time) ...")?;
+    if board != Board::Host || !images.is_empty() {
+        say("building the nodes (a minute or two the first time) ...")?;
+    }
     let programs = scenario
         .kind()
         .programs(board)

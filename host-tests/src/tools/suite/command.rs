@@ -14,7 +14,6 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 fn programs(board: Board, kind: Kind) -> Result<Programs, String> {
-    println!("building the nodes (a minute or two the first time) ...");
     kind.programs(board).map_err(|error| error.to_string())
 }
 
