@@ -5,6 +5,8 @@
 //! never changes its meaning: a new setting gets a new key. An unknown key is an error that names
 //! the key.
 
+mod units;
+
 use core::fmt;
 
 /// Index of the bus object of the setting with key 0. A key is at most 0xff, so that each setting
@@ -36,6 +38,8 @@ pub struct Description {
 pub struct Bounds {
     /// Key on the link and in flash.
     pub key: u16,
+    /// Index of the scale of its unit ([`Settings::si`]).
+    pub scale: u8,
     /// Smallest value.
     pub minimum: i32,
     /// Largest value.
@@ -92,7 +96,13 @@ macro_rules! settings {
         /// that the program of a node does not contain the names.
         pub const BOUNDS: &[Bounds] = &[$({
             let range: core::ops::RangeInclusive<i32> = $range;
-            Bounds { key: $key, minimum: *range.start(), maximum: *range.end(), default: $default }
+            Bounds {
+                key: $key,
+                scale: units::scale_index($unit),
+                minimum: *range.start(),
+                maximum: *range.end(),
+                default: $default,
+            }
         },)*];
 
         /// Meaning of each row, in the order of [`TABLE`]. It is a table of its own, so that the
@@ -601,9 +611,24 @@ impl Settings {
         Setting::from_key(key).map(|setting| self.get(setting))
     }
 
-    /// Returns the value times `scale`: `scaled(Setting::CurrentLimit, 1e-3)` is in ampere.
-    pub fn scaled(&self, setting: Setting, scale: f32) -> f32 {
-        self.get(setting) as f32 * scale
+    /// Returns the value in the SI unit, which is its integer times the scale of its unit. Angles
+    /// that the table has in degrees are in degrees, and magnetic fields are in uT.
+    #[inline(never)] // an inlined copy is longer than a call, and there are some 80
+    pub fn si(&self, setting: Setting) -> f32 {
+        self.get(setting) as f32 * units::SINGLE[setting.bounds().scale as usize]
+    }
+
+    /// Returns [`Self::si`]; that of `other` if the value is 0.
+    pub fn si_or(&self, setting: Setting, other: Setting) -> f32 {
+        self.si(match self.get(setting) {
+            0 => other,
+            _ => setting,
+        })
+    }
+
+    /// Returns [`Self::si`] in double precision.
+    pub fn si_f64(&self, setting: Setting) -> f64 {
+        f64::from(self.get(setting)) * units::SCALES[setting.bounds().scale as usize]
     }
 
     /// Returns the value of a setting that is a node id.
@@ -636,6 +661,57 @@ mod tests {
                     "{} and {}",
                     row.name,
                     other.name
+                );
+            }
+        }
+    }
+
+    /// The scale that the text of a unit states: its number or the prefix of its first letter.
+    fn stated_scale(unit: &str) -> f64 {
+        let digits = unit
+            .bytes()
+            .take_while(|byte| b"0123456789.e^-".contains(byte));
+        let (number, base) = unit.split_at(digits.count());
+        match (number, base.chars().next()) {
+            ("2^-16", None) => 2f64.powi(-16),
+            ("", Some('m' | 'u' | 'n')) if base.as_bytes()[1].is_ascii_alphabetic() => {
+                // The SI unit of mass has a prefix itself, and the nodes compute in uT.
+                let shift = match &base[1..] {
+                    "T" => 6,
+                    mass if mass.starts_with('g') => -3,
+                    _ => 0,
+                };
+                let prefix = "mun".find(&base[..1]).unwrap() as i32;
+                10f64.powi(shift - 3 * (prefix + 1))
+            }
+            ("", Some('g')) => 1e-3,
+            ("", _) => 1.0,
+            (number, _) => number.parse().unwrap(),
+        }
+    }
+
+    #[test]
+    fn the_scale_of_each_row_is_the_one_that_its_unit_states() {
+        let mut settings = Settings::default();
+        for (row, setting) in TABLE.iter().zip(ALL) {
+            let scale = stated_scale(row.unit);
+            for value in [row.minimum, row.default, row.maximum] {
+                settings.set(row.key, value).unwrap();
+                let expected = f64::from(value) * scale;
+                let error = (settings.si_f64(*setting) - expected).abs();
+                assert!(
+                    error <= 1e-15 * expected.abs(),
+                    "{} in {}",
+                    row.name,
+                    row.unit
+                );
+                // The bits of a product in single precision.
+                let single = value as f32 * scale as f32;
+                assert_eq!(
+                    settings.si(*setting).to_bits(),
+                    single.to_bits(),
+                    "{}",
+                    row.name
                 );
             }
         }

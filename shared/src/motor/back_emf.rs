@@ -147,18 +147,15 @@ impl BackEmf {
     /// Reads the motor's parameters from the settings.
     pub fn new(settings: &Settings) -> Self {
         let three_phase = settings.get(Setting::MotorKind) != 0;
-        let gear = settings.scaled(Setting::GearRatio, 1e-3);
-        let inductance = settings.scaled(Setting::Inductance, 1e-6);
-        let inductance_q = match settings.get(Setting::InductanceQ) {
-            0 => inductance,
-            value => value as f32 * 1e-6,
-        };
+        let gear = settings.si(Setting::GearRatio);
+        let inductance = settings.si(Setting::Inductance);
+        let inductance_q = settings.si_or(Setting::InductanceQ, Setting::Inductance);
         let electrical = if three_phase {
             gear * settings.get(Setting::PolePairs) as f32
         } else {
             0.0
         };
-        let torque_constant = settings.scaled(Setting::TorqueConstant, 1e-6) * gear;
+        let torque_constant = settings.si(Setting::TorqueConstant) * gear;
         // The amplitude of three phases makes 3/2 of a phase's power.
         let constant = torque_constant / if three_phase { 1.5 } else { 1.0 };
         let coarse = RotorSensor::of(settings).is_some_and(RotorSensor::has_halls);
@@ -166,7 +163,7 @@ impl BackEmf {
         let step = step * TAU / (gear * settings.get(Setting::EncoderCounts) as f32);
         Self {
             constant,
-            resistance: settings.scaled(Setting::Resistance, 1e-3),
+            resistance: settings.si(Setting::Resistance),
             inductance: [inductance, inductance_q],
             electrical,
             direction: if settings.get(Setting::PhaseOrder) < 0 {
@@ -183,8 +180,8 @@ impl BackEmf {
             step: electrical * step,
             quantum: constant * step / CONTROL_PERIOD,
             coarse,
-            velocity_limit: settings.scaled(Setting::VelocityLimit, 1e-3),
-            current_limit: settings.scaled(Setting::CurrentLimit, 1e-3),
+            velocity_limit: settings.si(Setting::VelocityLimit),
+            current_limit: settings.si(Setting::CurrentLimit),
             direct: 0.0,
             square: 0.0,
             currents: [0.0; 2],

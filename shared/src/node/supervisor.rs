@@ -149,19 +149,19 @@ impl Default for Supervisor {
 impl Bounds {
     /// Reads the bounds from the axle's settings.
     pub fn new(settings: &Settings) -> Self {
-        let current = settings.scaled(Setting::CurrentLimit, 1e-3);
-        let velocity = settings.scaled(Setting::VelocityLimit, 1e-3);
-        let following = from_radians(settings.scaled(Setting::FollowingLimit, 1e-3));
+        let current = settings.si(Setting::CurrentLimit);
+        let velocity = settings.si(Setting::VelocityLimit);
+        let following = from_radians(settings.si(Setting::FollowingLimit));
         Self {
             over_current: 1.25 * current,
             driving: 0.5 * current,
             overspeed: OVERSPEED * velocity,
             deviation: 0.2 * velocity,
             following: following.unsigned_abs(),
-            under_voltage: settings.scaled(Setting::UnderVoltage, 1e-3),
-            over_voltage: settings.scaled(Setting::OverVoltage, 1e-3),
+            under_voltage: settings.si(Setting::UnderVoltage),
+            over_voltage: settings.si(Setting::OverVoltage),
             temperatures: [Setting::BridgeTemperature, Setting::MotorTemperature]
-                .map(|setting| settings.scaled(setting, 0.1)),
+                .map(|setting| settings.si(setting)),
         }
     }
 

@@ -13,6 +13,7 @@ type Values = BTreeMap<u16, i32>;
 const fn row(key: u16, _name: &'static str, maximum: i32, default: i32) -> Bounds {
     Bounds {
         key,
+        scale: 0,
         minimum: 0,
         maximum,
         default,

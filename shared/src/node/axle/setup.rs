@@ -39,10 +39,10 @@ impl Axle {
         let scale = Scale::Turning {
             bits: settings.get(Setting::PositionBits) as u32,
         };
-        let reference = from_radians(settings.scaled(Setting::HomePosition, 1e-6));
+        let reference = from_radians(settings.si(Setting::HomePosition));
         let travel = (
-            from_radians(settings.scaled(Setting::PositionMinimum, 1e-3)),
-            from_radians(settings.scaled(Setting::PositionMaximum, 1e-3)),
+            from_radians(settings.si(Setting::PositionMinimum)),
+            from_radians(settings.si(Setting::PositionMaximum)),
         );
         Self::with_scale(
             settings,
@@ -60,8 +60,8 @@ impl Axle {
         home_position: i64,
         travel: Option<(i64, i64)>,
     ) -> Self {
-        let velocity_limit = settings.scaled(Setting::VelocityLimit, 1e-3);
-        let gear = settings.scaled(Setting::GearRatio, 1e-3);
+        let velocity_limit = settings.si(Setting::VelocityLimit);
+        let gear = settings.si(Setting::GearRatio);
         let torque_per_ampere = torque_per_ampere(settings, scale);
         let counts = settings.get(Setting::EncoderCounts) as f32;
         let counts_per_radian = counts * gear / core::f32::consts::TAU;
@@ -144,7 +144,7 @@ impl Axle {
 
 /// Torque at the output shaft per current, in bus units per ampere.
 fn torque_per_ampere(settings: &Settings, scale: Scale) -> f32 {
-    let gear = settings.scaled(Setting::GearRatio, 1e-3);
-    let torque_constant = settings.scaled(Setting::TorqueConstant, 1e-6) * gear;
+    let gear = settings.si(Setting::GearRatio);
+    let torque_constant = settings.si(Setting::TorqueConstant) * gear;
     torque_constant * scale.torque_units()
 }
