@@ -145,7 +145,7 @@ impl<F: NorFlash> tautrack::roles::settings::Store for Storage<F> {
 /// [`StoreError`].
 pub fn create(flash: &mut impl NorFlash, settings: &Settings) -> Result<(), StoreError> {
     match write(flash, settings, &|_| true) {
-        Err(StoreError::Damaged | StoreError::TooManyKeys { .. }) => {
+        Err(StoreError::TooManyKeys { .. }) => {
             Store::open(&mut *flash)?.clear()?;
             write(flash, settings, &|_| true)
         }
@@ -188,7 +188,7 @@ fn code(error: StoreError) -> &'static str {
         StoreError::Flash(_) => "the flash refused an access",
         StoreError::Full => "the flash is full",
         StoreError::Damaged => "the flash is damaged",
-        StoreError::NotVerified { .. } => "a value was not written",
+        StoreError::NotVerified => "what was written is not there",
         StoreError::TooManyKeys { .. } => "too many keys",
     }
 }

@@ -4,8 +4,6 @@
 #![no_main]
 
 // Includes the source file, because the library would add the application's handlers.
-#[path = "../boards/stm32g4/crc.rs"]
-mod crc;
 #[path = "../boards/esc1/image.rs"]
 mod image;
 

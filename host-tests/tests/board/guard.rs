@@ -310,7 +310,9 @@ fn a_power_cut_in_any_write_of_a_save_leaves_the_old_or_the_new_setting() {
     assert_ne!(old, TIMEOUT_MS);
     let operations = saving(None).flash(|flash| flash.operations);
     assert!(operations > 1, "{operations}");
-    for at in 0..operations {
+    // The erases, the header and its neighbours, and some of the items between.
+    let cuts = (0..operations).filter(|at| *at < 3 || at % 8 == 0 || operations - at <= 5);
+    for at in cuts {
         for tear in [Tear::Nothing, Tear::Half, Tear::All] {
             let cut = saving(Some(Cut { at, tear }));
             let mut chip = with_pages(&guards()[0], &cut.memory(GUARD_ADDRESS, LENGTH));

@@ -7,7 +7,9 @@
 //! * [`scalar`]: `f32` or `f64`, for models that have one source for both
 //! * [`vector`]: points, directions, frames and symmetric matrices of scalars
 //! * [`exponential`]: decaying exponentials
+//! * [`Crc32`]: checksum of images and settings
 
+mod crc;
 pub mod cubic;
 pub mod exponential;
 pub mod limits;
@@ -16,6 +18,7 @@ pub mod scalar;
 pub mod trig;
 pub mod vector;
 
+pub use crc::Crc32;
 pub(crate) use limits::root_of_sum;
 pub use limits::{Bound, clamp, limit, max, min, saturate, sqrt, to_i16, to_i32};
 pub use scalar::Scalar;

@@ -5,15 +5,12 @@ use heapless::Vec;
 
 /// Maximum number of keys in flash, unknown ones included.
 const MAX_KEYS: usize = 320;
-/// Maximum number of records in flash, unknown ones included.
-const MAX_RECORDS: usize = 16;
 
 /// Values by key. It takes 2 KiB, so there is only one at a time.
 #[derive(Default)]
 pub(super) struct Image {
     /// The bytes of a value, unlike the value, need no padding after the key.
     items: Vec<(u16, [u8; 4]), MAX_KEYS>,
-    records: Vec<u16, MAX_RECORDS>,
 }
 
 impl Image {
@@ -40,33 +37,8 @@ impl Image {
         Ok(())
     }
 
-    /// Notes that flash has the record `key`.
-    ///
-    /// # Errors
-    /// [`StoreError::TooManyKeys`].
-    pub fn note_record(&mut self, key: u16) -> Result<(), StoreError> {
-        if self.records.contains(&key) {
-            return Ok(());
-        }
-        let maximum = MAX_RECORDS;
-        self.records
-            .push(key)
-            .map_err(|_| StoreError::TooManyKeys { maximum })
-    }
-
-    /// Keys of the records in flash.
-    pub fn records(&self) -> &[u16] {
-        &self.records
-    }
-
-    /// Removes all values and the keys of the records.
-    pub fn clear(&mut self) {
-        self.items.clear();
-        self.records.clear();
-    }
-
-    /// Whether nothing is stored.
-    pub fn is_empty(&self) -> bool {
-        self.items.is_empty()
+    /// All keys with their values, little-endian.
+    pub fn items(&self) -> &[(u16, [u8; 4])] {
+        &self.items
     }
 }

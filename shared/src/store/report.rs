@@ -15,7 +15,8 @@ pub enum State {
     Loaded = 1,
     /// The settings come from another schema version, and were converted.
     Migrated = 2,
-    /// A power cut interrupted a save. Each setting has its old or its new value.
+    /// A power cut interrupted a save, or one of the two copies is damaged. The settings are those
+    /// of the whole copy, which may be the earlier one.
     Repaired = 3,
     /// Some values were out of bounds. These settings have their defaults.
     PartlyRefused = 4,
@@ -41,7 +42,7 @@ pub struct Report {
     pub stored: Option<u16>,
     /// Whether this version is not the program's.
     pub migrated: bool,
-    /// Whether a power cut had interrupted a save.
+    /// Whether one of the two copies in flash is damaged.
     pub repaired: bool,
     /// Number of refused values.
     pub refusals: usize,
@@ -77,7 +78,7 @@ impl fmt::Display for Report {
             write!(out, ", converted")?;
         }
         if self.repaired {
-            write!(out, ", a save was interrupted")?;
+            write!(out, ", a save was interrupted or a copy is damaged")?;
         }
         for refused in &self.refused {
             let Refused {

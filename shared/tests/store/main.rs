@@ -13,10 +13,14 @@ use flash::Flash;
 use tautrack::settings::{Setting, Settings};
 use tautrack::store::{Report, SCHEMA, Saved, Store, StoreError};
 
-/// Restores the power; returns the flash, the settings in it and the report.
+/// Restores the power; returns the flash, the settings in it and the report. Flash without any
+/// settings, because their first save was interrupted, is like blank flash.
 fn restart(flash: Flash) -> (Flash, Settings, Report) {
     let mut store = Store::open(flash.restart()).expect("a store");
-    let (settings, report) = load(&mut store).expect("settings");
+    let (settings, report) = match load(&mut store) {
+        Err(StoreError::Damaged) => (Settings::default(), Report::default()),
+        loaded => loaded.expect("settings"),
+    };
     (store.into_inner(), settings, report)
 }
 

@@ -1,11 +1,10 @@
 //! Changes of the schema, up and down.
 
 use crate::flash::{Flash, PAGE, Random, TEARS};
-use crate::{restart, saved, set, values};
 use embedded_storage::nor_flash::NorFlash;
 use std::collections::BTreeMap;
-use tautrack::settings::{Bounds, Setting, Settings, TABLE};
-use tautrack::store::{Move, RECORDS, Report, SCHEMA, Schema, State, Store, StoreError};
+use tautrack::settings::Bounds;
+use tautrack::store::{Move, Report, Schema, State, Store, StoreError};
 
 type Values = BTreeMap<u16, i32>;
 
@@ -28,7 +27,6 @@ const FIRST: Schema = Schema {
         row(2, "limit", 100, 10),
         row(3, "speed_mm_s", 1_000, 50),
     ],
-    records: &[],
     moves: &[],
 };
 
@@ -49,7 +47,6 @@ const SECOND: Schema = Schema {
         row(13, "speed_um_s", 1_000_000, 50_000),
         row(20, "new", 9, 1),
     ],
-    records: &[],
     moves: &[TO_MICRO],
 };
 
@@ -62,7 +59,6 @@ const THIRD: Schema = Schema {
         row(23, "speed_nm_s", 1_000_000_000, 50_000_000),
         row(20, "new", 9, 1),
     ],
-    records: &[],
     moves: &[
         TO_MICRO,
         Move {
@@ -189,21 +185,16 @@ fn a_value_out_of_bounds_is_refused_alone_and_stays_in_flash() {
 
 #[test]
 fn a_migration_survives_a_cut_at_every_operation() {
-    // The second flash turns its page during the migration.
-    let mut full = first();
-    let (_, values, _) = load(full.clone(), &SECOND);
-    for number in 0.. {
-        if save(full.clone(), &SECOND, &values).erases != full.erases {
-            break;
-        }
-        full = save(
-            full,
-            &FIRST,
-            &Values::from([(1, number % 7), (2, 77), (3, 120)]),
-        );
-        assert!(full.operations < 4 * PAGE, "the page turns");
-    }
-    for flash in [first(), full] {
+    let (older, values, _) = load(first(), &FIRST);
+    // Both halves of the flash are in use.
+    let mut newer = values;
+    newer.insert(1, 6);
+    let second = save(
+        save(older, &FIRST, &newer),
+        &FIRST,
+        &Values::from([(1, 5), (2, 77), (3, 120)]),
+    );
+    for flash in [first(), second] {
         let (flash, values, _) = load(flash, &SECOND);
         let operations = save(flash.clone(), &SECOND, &values).operations - flash.operations;
         for at in 0..operations {
@@ -251,47 +242,6 @@ fn a_refused_value_does_not_outlive_a_restore() {
     let new = Values::from([(1, 9), (2, 10), (3, 50)]);
     let (_, found, report) = load(save(store.into_inner(), &FIRST, &new), &FIRST);
     assert_eq!((found, report.state()), (new, State::Loaded));
-}
-
-#[test]
-fn settings_in_a_record_that_the_program_does_not_know_can_be_changed() {
-    // An earlier program, whose settings are not grouped yet.
-    let earlier = Schema {
-        records: &[],
-        ..SCHEMA
-    };
-    let mut old = Settings::default();
-    set(&mut old, Setting::PolePairs, 9);
-    set(&mut old, Setting::ElectricalOffset, 90);
-    let mut new = old.clone();
-    set(&mut new, Setting::PolePairs, 11);
-    set(&mut new, Setting::CurrentLimit, 1_234);
-    let flash = saved(Flash::new(2), &old);
-    let save = |flash: Flash| {
-        let mut store = Store::open(flash).expect("a store");
-        let value = |key| new.of_key(key).expect("a setting");
-        let result = store.save(&earlier, &value, &|_| false);
-        (store.into_inner(), result)
-    };
-    let (whole, result) = save(flash.clone());
-    assert_eq!(result.expect("saved").changed, 2);
-    for at in 0..=whole.operations - flash.operations {
-        for tear in TEARS {
-            let mut cut = flash.clone();
-            cut.cut = Some((at, tear));
-            let (cut, result) = save(cut);
-            let (_, found, _) = restart(cut);
-            for (row, found) in TABLE.iter().zip(values(&found)) {
-                let [old, new] = [&old, &new].map(|settings| settings.of_key(row.key));
-                assert!(Some(found) == new || result.is_err() && Some(found) == old);
-            }
-        }
-    }
-    assert!(
-        RECORDS
-            .iter()
-            .any(|record| record.settings.contains(&Setting::PolePairs))
-    );
 }
 
 /// Clears a store and expects that it can be used again.

@@ -4,7 +4,7 @@
 //! image without the header, and 0. The linker places the header; `cargo flash-node` writes length
 //! and checksum.
 
-use super::crc::crc32;
+use tautrack::math::Crc32;
 
 /// First word of a header: "TTIM".
 pub const MAGIC: u32 = u32::from_le_bytes(*b"TTIM");
@@ -29,5 +29,5 @@ pub fn is_valid(memory: &[u8]) -> bool {
     ) else {
         return false;
     };
-    magic == MAGIC && crc == crc32(&[table, code])
+    magic == MAGIC && crc == Crc32::of(table).with(code).value()
 }

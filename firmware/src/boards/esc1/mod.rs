@@ -27,7 +27,7 @@ mod thermistor;
 mod transceiver;
 
 use super::stm32g4::defect::{Defect, has};
-use super::stm32g4::{can, clock, crc, led, reset, storage};
+use super::stm32g4::{can, clock, led, reset, storage};
 use crate::boards::Board;
 use crate::refusal::refuse;
 use crate::roles::{self, Role, Spawners};
@@ -38,6 +38,7 @@ use embassy_stm32::interrupt::{InterruptExt, Priority};
 use embassy_stm32::rcc::PllPreDiv;
 use static_cell::StaticCell;
 use tautrack::bus::node::Condition;
+use tautrack::math::Crc32;
 use tautrack::motor::bridge::Ratings;
 use tautrack::motor::rotor::RotorSensor;
 use tautrack::sensors::{Switches, Temperatures};
@@ -205,7 +206,7 @@ impl Board for Esc1 {
     fn set_brake(_released: bool) {}
 
     fn serial_number() -> u32 {
-        crc::crc32(&[&embassy_stm32::uid::uid()])
+        Crc32::of(&embassy_stm32::uid::uid()).value()
     }
 
     fn storage() -> Self::Storage {

@@ -12,7 +12,7 @@ mod gnss;
 mod operator;
 mod sensors;
 
-use super::stm32g4::{can, clock, crc, led, reset, storage};
+use super::stm32g4::{can, clock, led, reset, storage};
 use crate::boards::{Board, OperatorSwitches};
 use crate::roles::{self, Role, Spawners};
 use crate::sensors::{Published, Rates};
@@ -23,6 +23,7 @@ use embassy_stm32::interrupt::{InterruptExt, Priority};
 use embassy_stm32::rcc::PllPreDiv;
 use static_cell::StaticCell;
 use tautrack::bus::node::Condition;
+use tautrack::math::Crc32;
 use tautrack::motor::bridge::Ratings;
 use tautrack::sensors::Switches;
 
@@ -133,7 +134,7 @@ impl Board for G474 {
     }
 
     fn serial_number() -> u32 {
-        crc::crc32(&[&embassy_stm32::uid::uid()])
+        Crc32::of(&embassy_stm32::uid::uid()).value()
     }
 
     fn storage() -> Self::Storage {

@@ -6,7 +6,6 @@
 //! * `storage`: the settings pages
 //! * `reset`: watchdog, cause of the last reset, panic and `HardFault`
 //! * `led`: what the LED shows
-//! * `crc`: checksum of images and of the chip's identity
 //! * `critical_section`, `square_root`: functions of libraries, smaller than theirs
 //! * `copy`: a function of the library, faster than its own
 //! * `defect`: defects of a program that tests the tests
@@ -17,7 +16,6 @@
 pub(super) mod can;
 pub(super) mod clock;
 mod copy;
-pub(super) mod crc;
 mod critical_section;
 pub(super) mod defect;
 #[cfg(feature = "g474")]
