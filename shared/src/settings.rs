@@ -271,6 +271,11 @@ settings! {
     /// current under control with one.
     FieldWeakeningCurrent = 0x00ee, "field_weakening_current", "mA", 0..=100_000, 0;
 
+    /// 1: an axle with a three-phase motor watches the rotor's angle at low speed, with currents in
+    /// d and by its alternating back-EMF. The bounds of both were tuned on this project's motor
+    /// model, and nobody has tried them on a motor. 0: it does not. A screw has no such watch.
+    AngleWatch = 0x00ef, "angle_watch", "1", 0..=1, 0;
+
     /// Supply voltage at which the fault "under-voltage" begins. No current is left there that
     /// draws power from the supply.
     UnderVoltage = 0x00d0, "under_voltage", "mV", 5_000..=60_000, 12_000;

@@ -8,7 +8,7 @@
 
 use super::current::{Electrical, VOLTAGE_FULL_SCALE};
 use super::halls::SECTOR;
-use super::ripple::{Ripple, Unexplained};
+use super::ripple::Unexplained;
 use super::rotor::RotorSensor;
 use crate::constants::CONTROL_PERIOD;
 use crate::math::limit;
@@ -139,7 +139,6 @@ pub struct BackEmf {
     angle: Option<Angle>,
     /// Filtered difference of the currents to their demands, A.
     missing: f32,
-    ripple: Ripple,
     slipped: u32,
 }
 
@@ -187,20 +186,13 @@ impl BackEmf {
             currents: [0.0; 2],
             angle: None,
             missing: 0.0,
-            ripple: Ripple::default(),
             slipped: 0,
         }
-    }
-
-    /// Returns whether the back-EMF fits to the rotor's angle.
-    pub fn is_calm(&self) -> bool {
-        self.ripple.is_calm()
     }
 
     /// Forgets what depends on the rotor's angle: it is not known.
     pub fn forget_angle(&mut self) {
         self.angle = None;
-        self.ripple.reset();
     }
 
     /// Returns the speed in this control period, rad/s of the output shaft. It is that of the
@@ -221,14 +213,15 @@ impl BackEmf {
         now.velocity + (turned - expected).radians() * self.per_turn
     }
 
-    /// Evaluates one control period. Nothing is found while the voltage is not known.
+    /// Evaluates one control period. Returns the findings, and the voltages that nothing explains.
+    /// Nothing is found while the voltage is not known.
     #[inline]
-    pub fn check(&mut self, now: &Observed) -> Findings {
+    pub fn check(&mut self, now: &Observed) -> (Findings, Option<Unexplained>) {
         let Some([voltage_d, voltage_q]) = now.electrical.voltage else {
             (self.direct, self.square, self.slipped) = (0.0, 0.0, 0);
             (self.currents, self.missing) = ([now.electrical.direct, now.current], 0.0);
             self.forget_angle();
-            return Findings::default();
+            return (Findings::default(), None);
         };
         let (current, direct, velocity) = (now.current, now.electrical.direct, now.velocity);
         let [coupling_d, coupling_q] = self.coupling;
@@ -268,28 +261,27 @@ impl BackEmf {
         let drives = demand.abs() > DRIVING * self.current_limit;
         // Without a demand that drives the motor, the watch of the leads finds nothing.
         let follows = !drives || self.missing < FOLLOWS * demand.abs() + LOOSE * self.current_limit;
-        if self.electrical != 0.0 {
-            let explained = COUPLED_FAST * coupled.abs()
-                + INDUCTIVE * rising_q.abs()
-                + INDUCTIVE_DIRECT * rising_d.abs()
-                + self.quantum;
-            self.ripple.update(&Unexplained {
-                voltage: [d, q],
-                emf,
-                current,
-                resistance,
-                alternating: explained
-                    + ALTERNATING * unexplained
-                    + ROUGH * emf.abs()
-                    + resistance * direct.abs(),
-                crossing: if velocity.abs() < SLOW * self.velocity_limit {
-                    unexplained
-                } else {
-                    0.0
-                },
-                whole: explained + unexplained + ROUGH_WHOLE * emf.abs() + resistive,
-            });
-        }
+        let explained = COUPLED_FAST * coupled.abs()
+            + INDUCTIVE * rising_q.abs()
+            + INDUCTIVE_DIRECT * rising_d.abs()
+            + self.quantum;
+        let voltages = Unexplained {
+            voltage: [d, q],
+            emf,
+            current,
+            resistance,
+            alternating: explained
+                + ALTERNATING * unexplained
+                + ROUGH * emf.abs()
+                + resistance * direct.abs(),
+            crossing: if velocity.abs() < SLOW * self.velocity_limit {
+                unexplained
+            } else {
+                0.0
+            },
+            whole: explained + unexplained + ROUGH_WHOLE * emf.abs() + resistive,
+            follows,
+        };
         let large = self.square > bound * bound;
         let half = 0.5 * demand.abs();
         let lacks = (current - demand).abs() > half;
@@ -310,10 +302,11 @@ impl BackEmf {
         } else {
             self.slipped = self.slipped.saturating_sub(1);
         }
-        Findings {
+        let findings = Findings {
             open_phase: open,
             disagrees: large && !open,
-            slipped: self.slipped >= SLIPPED_PERIODS || self.ripple.is_wrong(follows),
-        }
+            slipped: self.slipped >= SLIPPED_PERIODS,
+        };
+        (findings, Some(voltages))
     }
 }

@@ -158,7 +158,7 @@ impl<G: Borrow<Geometry>> Screw<G> {
             self.joint = inputs.joint;
         }
         let taut = self.taut(inputs);
-        self.axle.tick_following(&inputs.axle, Some(taut))
+        self.axle.tick_following(&inputs.axle, taut)
     }
 
     /// Computes the set-point that gives the belt its present slack, for the joint's motion

@@ -17,7 +17,7 @@ use crate::bus::cia402::State;
 use crate::bus::scale::Scale;
 use crate::constants::{CONTROL_PERIOD, OBSERVER_BANDWIDTH};
 use crate::faults::Faults;
-use crate::motor::angle_probe::AngleProbe;
+use crate::motor::angle_watch::AngleWatch;
 use crate::motor::back_emf::BackEmf;
 use crate::motor::encoder_steps::EncoderSteps;
 use crate::motor::from_radians;
@@ -44,15 +44,14 @@ impl Axle {
             from_radians(settings.si(Setting::PositionMinimum)),
             from_radians(settings.si(Setting::PositionMaximum)),
         );
-        Self::with_scale(
-            settings,
-            scale,
-            reference,
-            (travel.0 < travel.1).then_some(travel),
-        )
+        let travel = (travel.0 < travel.1).then_some(travel);
+        let mut axle = Self::with_scale(settings, scale, reference, travel);
+        axle.angle_watch = AngleWatch::new(settings, &axle.back_emf);
+        axle
     }
 
-    /// Creates an axle whose positions on the bus have another scale. The screw uses it.
+    /// Creates an axle whose positions on the bus have another scale, without an [`AngleWatch`]. The
+    /// screw uses it.
     #[inline(never)] // each inlined copy takes stack
     pub(in crate::node) fn with_scale(
         settings: &Settings,
@@ -77,7 +76,6 @@ impl Axle {
         if settings.get(Setting::CountTiming) != 0 {
             observer = observer.timing_counts();
         }
-        let back_emf = BackEmf::new(settings);
         Self {
             scale,
             bounds: Bounds::new(settings),
@@ -90,8 +88,8 @@ impl Axle {
             observer,
             sensed: false,
             supervisor: Supervisor::default(),
-            angle_probe: AngleProbe::new(&back_emf),
-            back_emf,
+            back_emf: BackEmf::new(settings),
+            angle_watch: None,
             encoder_steps: EncoderSteps::new(
                 IMPOSSIBLE_SPEED * velocity_limit * counts_per_radian
                     + if halls { SECTOR as f32 } else { 0.0 },

@@ -17,7 +17,11 @@ impl Axle {
     /// Raises the faults whose conditions are met, even if other faults are latched already, and
     /// applies the strongest reaction.
     #[inline(never)] // the tick is smaller in two parts
-    pub(super) fn supervise(&mut self, inputs: &Inputs, taut: Option<Result<Motion, Fault>>) {
+    pub(super) fn supervise<const WATCHES: bool>(
+        &mut self,
+        inputs: &Inputs,
+        taut: Option<Result<Motion, Fault>>,
+    ) {
         let (enabled, powered) = (self.state == State::OperationEnabled, self.energized());
         let aligns = self.commutation.aligns();
         let in_position = enabled && mode::controls_position(self.mode);
@@ -34,15 +38,16 @@ impl Axle {
         } else {
             Sign::default()
         };
-        let mut motor = self.back_emf.check(&observed);
-        if self.powered() {
-            let calm = self.back_emf.is_calm();
-            motor.slipped |= self.angle_probe.tick(&observed, calm);
-        } else {
-            self.angle_probe.reset();
-        }
+        let (mut motor, unexplained) = self.back_emf.check(&observed);
         if aligns {
             self.back_emf.forget_angle();
+        }
+        let powers = self.powered();
+        if WATCHES && let Some(watch) = &mut self.angle_watch {
+            motor.slipped |= watch.tick(&observed, unexplained.as_ref(), powers);
+            if aligns {
+                watch.forget_angle();
+            }
         }
         let readings = Readings {
             current: inputs.current,
