@@ -5,7 +5,10 @@
 //! never changes its meaning: a new setting gets a new key. An unknown key is an error that names
 //! the key.
 
+mod bounds;
 mod units;
+
+pub use bounds::Bounds;
 
 use core::fmt;
 
@@ -25,21 +28,6 @@ pub struct Description {
     pub name: &'static str,
     /// Unit of the integer.
     pub unit: &'static str,
-    /// Smallest value.
-    pub minimum: i32,
-    /// Largest value.
-    pub maximum: i32,
-    /// Value that a node uses if the setting was never set.
-    pub default: i32,
-}
-
-/// Numbers of a row of [`TABLE`].
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub struct Bounds {
-    /// Key on the link and in flash.
-    pub key: u16,
-    /// Index of the scale of its unit ([`Settings::si`]).
-    pub scale: u8,
     /// Smallest value.
     pub minimum: i32,
     /// Largest value.
@@ -91,19 +79,6 @@ macro_rules! settings {
         },)*];
 
         const ALL: &[Setting] = &[$(Setting::$variant,)*];
-
-        /// The numbers of each row, in the order of [`TABLE`]. They are a table of their own, so
-        /// that the program of a node does not contain the names.
-        pub const BOUNDS: &[Bounds] = &[$({
-            let range: core::ops::RangeInclusive<i32> = $range;
-            Bounds {
-                key: $key,
-                scale: units::scale_index($unit),
-                minimum: *range.start(),
-                maximum: *range.end(),
-                default: $default,
-            }
-        },)*];
 
         /// Meaning of each row, in the order of [`TABLE`]. It is a table of its own, so that the
         /// program of a node does not contain these texts.
@@ -533,6 +508,11 @@ pub const UNKNOWN_MOTOR: &[(Setting, i32)] = &[
     (Setting::AccelerationLimit, 1_000),
 ];
 
+/// Returns the numbers of the row of [`TABLE`] with this index; `None` behind its end.
+pub fn bounds_of_row(index: usize) -> Option<Bounds> {
+    ALL.get(index).map(|setting| setting.bounds())
+}
+
 impl Setting {
     /// Returns the setting with this key.
     pub fn from_key(key: u16) -> Option<Self> {
@@ -549,8 +529,8 @@ impl Setting {
     }
 
     /// Returns the numbers of this setting.
-    pub fn bounds(self) -> &'static Bounds {
-        &BOUNDS[self as usize]
+    pub fn bounds(self) -> Bounds {
+        bounds::bounds(self as usize)
     }
 
     /// Returns the row of this setting in [`TABLE`].
@@ -568,8 +548,8 @@ pub struct Settings {
 impl Default for Settings {
     fn default() -> Self {
         let mut values = [0; TABLE.len()];
-        for (value, row) in values.iter_mut().zip(BOUNDS) {
-            *value = row.default;
+        for (value, setting) in values.iter_mut().zip(ALL) {
+            *value = setting.bounds().default;
         }
         Self { values }
     }
@@ -620,7 +600,7 @@ impl Settings {
     /// that the table has in degrees are in degrees, and magnetic fields are in uT.
     #[inline(never)] // an inlined copy is longer than a call, and there are some 80
     pub fn si(&self, setting: Setting) -> f32 {
-        self.get(setting) as f32 * units::SINGLE[setting.bounds().scale as usize]
+        self.get(setting) as f32 * units::SINGLE[bounds::scale(setting as usize)]
     }
 
     /// Returns [`Self::si`]; that of `other` if the value is 0.
@@ -633,7 +613,7 @@ impl Settings {
 
     /// Returns [`Self::si`] in double precision.
     pub fn si_f64(&self, setting: Setting) -> f64 {
-        f64::from(self.get(setting)) * units::SCALES[setting.bounds().scale as usize]
+        f64::from(self.get(setting)) * units::SCALES[bounds::scale(setting as usize)]
     }
 
     /// Returns the value of a setting that is a node id.
