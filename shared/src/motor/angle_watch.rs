@@ -7,7 +7,7 @@
 
 use super::angle_probe::AngleProbe;
 use super::back_emf::{BackEmf, Observed};
-use super::ripple::{Ripple, Unexplained};
+use super::ripple::Ripple;
 use crate::settings::{Setting, Settings};
 
 /// The watch of one motor.
@@ -28,27 +28,20 @@ impl AngleWatch {
         })
     }
 
-    /// Evaluates one control period. `unexplained` is what [`BackEmf::check`] has found in it. The
-    /// probe runs only while the axle is `powered`. Returns whether the angle is wrong.
+    /// Returns the watch of the alternating back-EMF, which [`BackEmf::check`] updates.
+    pub fn ripple(&mut self) -> &mut Ripple {
+        &mut self.ripple
+    }
+
+    /// Runs the probe for one control period, after the ripple; only while the axle is `powered`.
+    /// Returns whether it has found a wrong angle.
     #[inline]
-    pub fn tick(
-        &mut self,
-        now: &Observed,
-        unexplained: Option<&Unexplained>,
-        powered: bool,
-    ) -> bool {
-        let swings = match unexplained {
-            Some(voltages) => self.ripple.update(voltages),
-            None => {
-                self.ripple.reset();
-                false
-            }
-        };
+    pub fn tick(&mut self, now: &Observed, powered: bool) -> bool {
         if powered {
-            self.probe.tick(now, self.ripple.is_calm()) || swings
+            self.probe.tick(now, self.ripple.is_calm())
         } else {
             self.probe.reset();
-            swings
+            false
         }
     }
 

@@ -8,7 +8,7 @@
 
 use super::current::{Electrical, VOLTAGE_FULL_SCALE};
 use super::halls::SECTOR;
-use super::ripple::Unexplained;
+use super::ripple::{Ripple, Unexplained};
 use super::rotor::RotorSensor;
 use crate::constants::CONTROL_PERIOD;
 use crate::math::limit;
@@ -213,15 +213,16 @@ impl BackEmf {
         now.velocity + (turned - expected).radians() * self.per_turn
     }
 
-    /// Evaluates one control period. Returns the findings, and the voltages that nothing explains.
+    /// Evaluates one control period, also by the alternating voltages if `ripple` watches them.
     /// Nothing is found while the voltage is not known.
     #[inline]
-    pub fn check(&mut self, now: &Observed) -> (Findings, Option<Unexplained>) {
+    pub fn check(&mut self, now: &Observed, ripple: Option<&mut Ripple>) -> Findings {
         let Some([voltage_d, voltage_q]) = now.electrical.voltage else {
             (self.direct, self.square, self.slipped) = (0.0, 0.0, 0);
             (self.currents, self.missing) = ([now.electrical.direct, now.current], 0.0);
             self.forget_angle();
-            return (Findings::default(), None);
+            ripple.into_iter().for_each(Ripple::reset);
+            return Findings::default();
         };
         let (current, direct, velocity) = (now.current, now.electrical.direct, now.velocity);
         let [coupling_d, coupling_q] = self.coupling;
@@ -261,27 +262,29 @@ impl BackEmf {
         let drives = demand.abs() > DRIVING * self.current_limit;
         // Without a demand that drives the motor, the watch of the leads finds nothing.
         let follows = !drives || self.missing < FOLLOWS * demand.abs() + LOOSE * self.current_limit;
-        let explained = COUPLED_FAST * coupled.abs()
-            + INDUCTIVE * rising_q.abs()
-            + INDUCTIVE_DIRECT * rising_d.abs()
-            + self.quantum;
-        let voltages = Unexplained {
-            voltage: [d, q],
-            emf,
-            current,
-            resistance,
-            alternating: explained
-                + ALTERNATING * unexplained
-                + ROUGH * emf.abs()
-                + resistance * direct.abs(),
-            crossing: if velocity.abs() < SLOW * self.velocity_limit {
-                unexplained
-            } else {
-                0.0
-            },
-            whole: explained + unexplained + ROUGH_WHOLE * emf.abs() + resistive,
-            follows,
-        };
+        let swings = ripple.is_some_and(|ripple| {
+            let explained = COUPLED_FAST * coupled.abs()
+                + INDUCTIVE * rising_q.abs()
+                + INDUCTIVE_DIRECT * rising_d.abs()
+                + self.quantum;
+            ripple.update(&Unexplained {
+                voltage: [d, q],
+                emf,
+                current,
+                resistance,
+                alternating: explained
+                    + ALTERNATING * unexplained
+                    + ROUGH * emf.abs()
+                    + resistance * direct.abs(),
+                crossing: if velocity.abs() < SLOW * self.velocity_limit {
+                    unexplained
+                } else {
+                    0.0
+                },
+                whole: explained + unexplained + ROUGH_WHOLE * emf.abs() + resistive,
+                follows,
+            })
+        });
         let large = self.square > bound * bound;
         let half = 0.5 * demand.abs();
         let lacks = (current - demand).abs() > half;
@@ -302,11 +305,10 @@ impl BackEmf {
         } else {
             self.slipped = self.slipped.saturating_sub(1);
         }
-        let findings = Findings {
+        Findings {
             open_phase: open,
             disagrees: large && !open,
-            slipped: self.slipped >= SLIPPED_PERIODS,
-        };
-        (findings, Some(voltages))
+            slipped: self.slipped >= SLIPPED_PERIODS || swings,
+        }
     }
 }

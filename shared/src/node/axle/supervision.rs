@@ -38,16 +38,22 @@ impl Axle {
         } else {
             Sign::default()
         };
-        let (mut motor, unexplained) = self.back_emf.check(&observed);
-        if aligns {
-            self.back_emf.forget_angle();
-        }
         let powers = self.powered();
-        if WATCHES && let Some(watch) = &mut self.angle_watch {
-            motor.slipped |= watch.tick(&observed, unexplained.as_ref(), powers);
+        let mut watch = if WATCHES {
+            self.angle_watch.as_mut()
+        } else {
+            None
+        };
+        let ripple = watch.as_mut().map(|watch| watch.ripple());
+        let mut motor = self.back_emf.check(&observed, ripple);
+        if let Some(watch) = watch {
+            motor.slipped |= watch.tick(&observed, powers);
             if aligns {
                 watch.forget_angle();
             }
+        }
+        if aligns {
+            self.back_emf.forget_angle();
         }
         let readings = Readings {
             current: inputs.current,
