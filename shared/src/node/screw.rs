@@ -124,7 +124,7 @@ impl<G: Borrow<Geometry>> Screw<G> {
         let engage_speed = scale.shaft_velocity_from_linear(engage_metres);
         let slack_step = to_i32(engage_metres * (CONTROL_PERIOD * 16_777_216.0));
         Self {
-            axle: Axle::with_scale(settings, scale, reference, Some(travel)),
+            axle: Axle::with_scale::<false>(settings, scale, reference, Some(travel)),
             geometry,
             scale,
             joint: None,

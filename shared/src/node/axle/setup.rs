@@ -45,15 +45,13 @@ impl Axle {
             from_radians(settings.si(Setting::PositionMaximum)),
         );
         let travel = (travel.0 < travel.1).then_some(travel);
-        let mut axle = Self::with_scale(settings, scale, reference, travel);
-        axle.angle_watch = AngleWatch::new(settings, &axle.back_emf);
-        axle
+        Self::with_scale::<true>(settings, scale, reference, travel)
     }
 
-    /// Creates an axle whose positions on the bus have another scale, without an [`AngleWatch`]. The
-    /// screw uses it.
+    /// Creates an axle whose positions on the bus have another scale. The screw uses it. `WATCHES` is
+    /// whether the role may have an [`AngleWatch`].
     #[inline(never)] // each inlined copy takes stack
-    pub(in crate::node) fn with_scale(
+    pub(in crate::node) fn with_scale<const WATCHES: bool>(
         settings: &Settings,
         scale: Scale,
         home_position: i64,
@@ -76,6 +74,7 @@ impl Axle {
         if settings.get(Setting::CountTiming) != 0 {
             observer = observer.timing_counts();
         }
+        let back_emf = BackEmf::new(settings);
         Self {
             scale,
             bounds: Bounds::new(settings),
@@ -88,8 +87,12 @@ impl Axle {
             observer,
             sensed: false,
             supervisor: Supervisor::default(),
-            back_emf: BackEmf::new(settings),
-            angle_watch: None,
+            angle_watch: if WATCHES {
+                AngleWatch::new(settings, &back_emf)
+            } else {
+                None
+            },
+            back_emf,
             encoder_steps: EncoderSteps::new(
                 IMPOSSIBLE_SPEED * velocity_limit * counts_per_radian
                     + if halls { SECTOR as f32 } else { 0.0 },
