@@ -57,7 +57,7 @@ impl<B: Body> Guard<B> {
     pub(super) fn publish(&mut self) {
         let centidegrees = |radians: f32| to_i16(radians.to_degrees() * 100.0);
         let millimetres = |metres: f32| to_i16(metres * 1e3);
-        let [back, front, left, right] = self.supervision.margins().now.map(millimetres);
+        let [back, front, left, right] = self.balance.margins().now.map(millimetres);
         let fault = self.fault.unwrap_or(FaultReport { node: 0, code: 0 });
         let command = self.operator.command();
         let outputs = &mut self.outputs;

@@ -12,16 +12,16 @@ use super::support::cog;
 use super::walk::{Gait, Inputs, Outputs, Pace};
 use super::wheel::{Shape, Wheel};
 use crate::bus::scale::{Position, Scale, Target};
+use crate::estimate::attitude::Attitude;
 use crate::math::vector::Vector as Vector3;
 use crate::math::{limit, min};
 use crate::motor::profile::{Limits, Motion};
 use crate::robots::body::{
-    Ahead, Allowed, Asked, Body, DriveState, Goal, MAX_DRIVES, Phase, PostureCommand, drive_of,
+    Ahead, Allowed, Body, Command, DriveState, Goal, MAX_DRIVES, Phase, PostureCommand, drive_of,
     millimetres,
 };
 use crate::robots::odometry::Odometry;
 use crate::settings::{Setting, Settings};
-use crate::stability::attitude::Attitude;
 use crate::stability::support::Stance;
 use crate::units::Angle;
 use heapless::Vec;
@@ -111,7 +111,7 @@ impl RtMover {
 
     /// Speed scale of the gait's motion. A small margin does not hold up a wheel that goes down,
     /// because the margin widens when it lands.
-    fn speed_scale(&self, asked: &Asked<StepHeight>, allowed: &Allowed) -> f32 {
+    fn speed_scale(&self, asked: &Command<StepHeight>, allowed: &Allowed) -> f32 {
         let posture = if allowed.posture {
             allowed.limits.posture
         } else {
@@ -218,7 +218,7 @@ impl Body for RtMover {
 
     fn stance_ahead(
         &self,
-        _: &Asked<StepHeight>,
+        _: &Command<StepHeight>,
         attitude: &Attitude,
         horizon: f32,
         _: f32,
@@ -245,7 +245,7 @@ impl Body for RtMover {
 
     fn advance(
         &mut self,
-        asked: &Asked<StepHeight>,
+        asked: &Command<StepHeight>,
         allowed: Allowed,
         attitude: &Attitude,
         period: f32,

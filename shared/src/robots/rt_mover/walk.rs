@@ -196,7 +196,7 @@ impl Gait {
     /// Starts the gait up a step of `height`, m, which the robot faces straight at `heading`, rad.
     /// Ignored unless the robot stands.
     pub fn ask(&mut self, height: f32, heading: f32) {
-        let stage = next(self.stage, Event::Asked);
+        let stage = next(self.stage, Event::Commanded);
         if stage != self.stage && height > 0.0 {
             (self.step, self.aborted) = (0, false);
             (self.step_height, self.straight) = (height, heading);

@@ -1,7 +1,7 @@
 //! All drives of the robot: their frames, their fault reports, their commands.
 
 use super::FaultReport;
-use super::drive::Drive;
+use super::drive_link::Drive;
 use super::scales::{SDO_RESPONSE, ScaleReader};
 use crate::bus::network::function;
 use crate::bus::pdo::{Payload, TorqueOffset, receive};
