@@ -7,7 +7,6 @@
 use crate::bus::scale::{Position, Scale, Target};
 use crate::estimate::attitude::Attitude;
 use crate::estimate::state::Joint;
-use crate::math::to_i16;
 use crate::settings::{Setting, Settings};
 use crate::stability::parameters::Parameters;
 use crate::stability::step_behind::StepBehind;
@@ -68,12 +67,12 @@ pub enum Goal {
 
 /// Torque feed-forward of a drive: the expected load, which the drive applies before any position
 /// error arises.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Offset {
     /// Number of the drive.
     pub drive: usize,
-    /// Torque at the output shaft, 0.01 N m; for a screw: force, N.
-    pub torque: i16,
+    /// Torque at the output shaft, N m; of a screw, the force, N.
+    pub load: f32,
 }
 
 /// Phase of a robot's operation.
@@ -103,12 +102,6 @@ impl PostureCommand for () {
     fn word(self) -> i16 {
         0
     }
-}
-
-/// Converts a height in m to the nearest word in millimetres.
-pub fn millimetres(metres: f32) -> i16 {
-    let word = metres * 1e3;
-    to_i16(word + f32::copysign(0.5, word))
 }
 
 /// Interface of one robot. The guard calls the methods in the order `observe`, `stance`,

@@ -4,6 +4,7 @@ use super::interface::{FaultReport, Inputs};
 use super::operator::Event;
 use super::{Guard, State};
 use crate::bus::pdo::Request;
+use crate::bus::scale::from_milli;
 use crate::faults::Fault;
 use crate::robots::{Body, Command, PostureCommand};
 use crate::stability::balance;
@@ -59,8 +60,8 @@ impl<B: Body> Guard<B> {
         };
         let received = self.operator.command();
         let command = Command {
-            forward: f32::from(received.forward) * 1e-3,
-            yaw_rate: f32::from(received.yaw_rate) * 1e-3,
+            forward: from_milli(received.forward),
+            yaw_rate: from_milli(received.yaw_rate),
             posture: B::Posture::from_word(received.posture),
         };
         let (posture, speed) = (self.body.posture(), self.body.speed());

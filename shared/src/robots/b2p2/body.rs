@@ -5,7 +5,7 @@ use super::{FrontPart, Masses, Model};
 use crate::bus::scale::{Position, Scale, Target};
 use crate::estimate::attitude::Attitude;
 use crate::estimate::state::Joint;
-use crate::math::{limit, min, to_i16};
+use crate::math::{limit, min};
 use crate::motor::profile::{Limits, Motion};
 use crate::robots::body::{
     Ahead, Allowed, Body, Command, DriveState, Goal, MAX_DRIVES, MAX_OFFSETS, Offset, Phase,
@@ -417,12 +417,9 @@ impl Body for B2p2 {
             return Vec::new();
         }
         let load = self.front.load(&self.geometry, &self.chassis, attitude);
-        [(JOINT, load.joint * 100.0), (SCREW, load.screw)]
+        [(JOINT, load.joint), (SCREW, load.screw)]
             .into_iter()
-            .map(|(drive, torque)| Offset {
-                drive,
-                torque: to_i16(torque),
-            })
+            .map(|(drive, load)| Offset { drive, load })
             .collect()
     }
 

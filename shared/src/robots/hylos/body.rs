@@ -6,13 +6,12 @@ use super::{
     Controller, Desired, LEGS, Parameters, Posture, Potential, PotentialError, Sensed, attitude,
     controller,
 };
-use crate::bus::scale::{Position, Scale, Target};
+use crate::bus::scale::{Position, Scale, Target, from_milli, millimetres};
 use crate::estimate::attitude::Attitude;
 use crate::math::sin_cos;
 use crate::motor::profile::{Limits, Motion};
 use crate::robots::body::{
     Ahead, Allowed, Body, Command, DriveState, Goal, MAX_DRIVES, Phase, PostureCommand, drive_of,
-    millimetres,
 };
 use crate::robots::odometry::Odometry;
 use crate::robots::turn::Turn;
@@ -71,7 +70,7 @@ impl Default for Clearance {
 impl PostureCommand for Clearance {
     fn from_word(millimetres: i16) -> Self {
         if millimetres > 0 {
-            Self(f32::from(millimetres) * 1e-3)
+            Self(from_milli(millimetres))
         } else {
             Self::default()
         }

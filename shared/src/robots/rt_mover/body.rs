@@ -11,14 +11,13 @@ use super::projection::Projection;
 use super::support::cog;
 use super::walk::{Gait, Inputs, Outputs, Pace};
 use super::wheel::{Shape, Wheel};
-use crate::bus::scale::{Position, Scale, Target};
+use crate::bus::scale::{Position, Scale, Target, from_milli, millimetres};
 use crate::estimate::attitude::Attitude;
 use crate::math::vector::Vector as Vector3;
 use crate::math::{limit, min};
 use crate::motor::profile::{Limits, Motion};
 use crate::robots::body::{
     Ahead, Allowed, Body, Command, DriveState, Goal, MAX_DRIVES, Phase, PostureCommand, drive_of,
-    millimetres,
 };
 use crate::robots::odometry::Odometry;
 use crate::settings::{Setting, Settings};
@@ -53,7 +52,7 @@ impl StepHeight {
 
 impl PostureCommand for StepHeight {
     fn from_word(millimetres: i16) -> Self {
-        Self(f32::from(millimetres) * 1e-3)
+        Self(from_milli(millimetres))
     }
 
     fn word(self) -> i16 {
