@@ -6,8 +6,9 @@ use tautrack::settings;
 
 /// Returns the tables of docs/faults.md: an overview, and one section for each fault.
 pub fn faults() -> String {
-    let mut text =
-        "| Code | Fault | Reaction of the drive | Time, seen |\n|---|---|---|---|\n".to_owned();
+    let mut text = "| Code | Fault | Reaction of the drive | Time, seen | Counted from |\n\
+        |---|---|---|---|---|\n"
+        .to_owned();
     let reaction = |reaction| match reaction {
         Reaction::Hold => "ramps to standstill and holds",
         Reaction::Brake => "shorts its windings",
@@ -15,15 +16,16 @@ pub fn faults() -> String {
     };
     for row in faults::TABLE {
         let (code, name, does) = (row.code, row.name, reaction(row.reaction));
-        let time = row.longest_ms;
-        let _ = writeln!(text, "| `{code:#06x}` | {name} | {does} | {time} ms |");
+        let (time, from) = (row.longest_ms, row.from);
+        let _ = writeln!(
+            text,
+            "| `{code:#06x}` | {name} | {does} | {time} ms | {from} |"
+        );
     }
     for row in faults::TABLE {
         let points = [
-            format!("* Reaction: the drive {}.", reaction(row.reaction)),
-            format!("* Time, seen: {} ms from {}.", row.longest_ms, row.from),
             format!("* Cleared by: {}.", row.clears),
-            format!("* What to do: {}", row.remedy),
+            format!("* Remedy: {}", row.remedy),
         ];
         let points = points.map(|point| wrapped(&point, "  ")).join("\n");
         let (code, name, cause) = (row.code, row.name, wrapped(row.cause, ""));
