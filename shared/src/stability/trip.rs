@@ -108,8 +108,8 @@ pub enum Mode {
 }
 
 impl Mode {
-    /// Command that the filter receives. It never exceeds `command`, except for [`Mode::BackingOff`],
-    /// which sets its own command.
+    /// Command that the filter receives. It never exceeds `command`, except for
+    /// [`Mode::BackingOff`], which sets its own command.
     pub fn admit(self, command: Command<()>, parameters: &Parameters) -> Command<()> {
         match self {
             Self::Open => command,

@@ -4,13 +4,14 @@
 //! [`super::gait::TABLE`] decides which stage follows. Each stage has one arm of `act`, which
 //! drives the motors, and one arm of `event`, which decides when it is over.
 
-use super::command::{Law, MotorCommand, Situation, Task, command};
+use super::command::{Law, command};
 use super::gait::{Event, ORDER, Stage, next};
 use super::parameters::Parameters;
 use super::posture::{PostureControl, yielding};
 use super::prediction::{Prediction, Progress, Way, reach};
 use super::projection::Projection;
 use super::support::margin_without;
+use super::task::{MotorCommand, Situation, Task};
 use super::wheel::{Arm, Axle, Shape, WHEELS, Wheel};
 use super::wheel_mode::{Frame, wheel_mode};
 use crate::math::{atan2, clamp, limit, min};
