@@ -100,7 +100,7 @@ fn sources(root: &Path, folder: &str) -> io::Result<Vec<String>> {
         let path = format!("{folder}/{}", entry.file_name().to_string_lossy());
         if entry.file_type()?.is_dir() {
             found.extend(sources(root, &path)?);
-        } else if path.ends_with(".rs") {
+        } else if Path::new(&path).extension() == Some("rs".as_ref()) {
             found.push(path);
         }
     }
