@@ -192,7 +192,8 @@ pub trait Body: Sized {
     /// Acknowledges, on the operator's request, the way in which a motion such as a gait ended.
     fn acknowledge(&mut self) {}
 
-    /// Moves the set-points toward `command`, as far as `allowed` and within the robot's own limits.
+    /// Moves the set-points toward `command`, as far as `allowed` and within the robot's own
+    /// limits.
     fn advance(
         &mut self,
         command: &Command<Self::Posture>,
