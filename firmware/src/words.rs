@@ -3,7 +3,7 @@
 use tautrack::math::to_i16;
 use tautrack::roles::drive::Ticked;
 use tautrack::roles::guard::Found;
-use tautrack::stability::trust::Trust;
+use tautrack::sensing::trust::Trust;
 
 /// Logs what a tick of a drive has found.
 pub fn drive(found: Ticked) {

@@ -5,7 +5,7 @@
 //! Modules, lower layers first; no module uses a higher layer:
 //!
 //! 1. [`constants`], [`units`], [`sensors`], [`can`], [`settings`], [`faults`], [`math`]
-//! 2. [`bus`], [`motor`], [`screw`], [`stability`], [`estimate`]
+//! 2. [`bus`], [`motor`], [`screw`], [`estimate`], [`sensing`], [`stability`]
 //! 3. [`robots`]
 //! 4. [`node`]
 //! 5. [`link`] (feature `lockstep`), [`store`]
@@ -27,6 +27,7 @@ pub mod node;
 pub mod robots;
 pub mod roles;
 pub mod screw;
+pub mod sensing;
 pub mod sensors;
 pub mod settings;
 pub mod stability;

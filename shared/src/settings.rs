@@ -8,8 +8,9 @@
 mod bounds;
 mod units;
 
-pub use bounds::Bounds;
+pub use bounds::{Bounds, Description};
 
+use bounds::{Packed, different_numbers};
 use core::fmt;
 
 /// Index of the bus object of the setting with key 0. A key is at most 0xff, so that each setting
@@ -18,23 +19,6 @@ pub const FIRST_OBJECT: u16 = 0x2200;
 
 /// Version of the table. It rises if a setting gets another key (`store::Move`).
 pub const SCHEMA_VERSION: u16 = 1;
-
-/// One row of the table.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub struct Description {
-    /// Key on the link and in flash.
-    pub key: u16,
-    /// Name in files and errors.
-    pub name: &'static str,
-    /// Unit of the integer.
-    pub unit: &'static str,
-    /// Smallest value.
-    pub minimum: i32,
-    /// Largest value.
-    pub maximum: i32,
-    /// Value that a node uses if the setting was never set.
-    pub default: i32,
-}
 
 /// Error of [`Settings::set`]: why a value was not stored.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -495,6 +479,9 @@ settings! {
     SensorAxes = 0x00ac, "sensor_axes", "1", 0..=7, 7;
 }
 
+/// The table without names and units, as the program of a node has it.
+static PACKED: Packed<{ TABLE.len() }, { different_numbers(TABLE) }> = Packed::new(TABLE);
+
 /// Limits of a node that has got nothing but a node id: safe for an unknown motor. The defaults
 /// suit the simulated robots.
 pub const UNKNOWN_MOTOR: &[(Setting, i32)] = &[
@@ -530,7 +517,7 @@ impl Setting {
 
     /// Returns the numbers of this setting.
     pub fn bounds(self) -> Bounds {
-        bounds::bounds(self as usize)
+        PACKED.bounds(self as usize)
     }
 
     /// Returns the row of this setting in [`TABLE`].
@@ -600,7 +587,7 @@ impl Settings {
     /// that the table has in degrees are in degrees, and magnetic fields are in uT.
     #[inline(never)] // an inlined copy is longer than a call, and there are some 80
     pub fn si(&self, setting: Setting) -> f32 {
-        self.get(setting) as f32 * units::SINGLE[bounds::scale(setting as usize)]
+        self.get(setting) as f32 * units::SINGLE[PACKED.scale(setting as usize)]
     }
 
     /// Returns [`Self::si`]; that of `other` if the value is 0.
@@ -613,7 +600,7 @@ impl Settings {
 
     /// Returns [`Self::si`] in double precision.
     pub fn si_f64(&self, setting: Setting) -> f64 {
-        f64::from(self.get(setting)) * units::SCALES[bounds::scale(setting as usize)]
+        f64::from(self.get(setting)) * units::SCALES[PACKED.scale(setting as usize)]
     }
 
     /// Returns the value of a setting that is a node id.

@@ -9,7 +9,7 @@ use embassy_time::Delay;
 use embedded_hal_async::i2c::I2c;
 use lis2duxs12_rs::asynchronous::prelude::{Bw, Fs, Md, Odr, Reg};
 use lis2duxs12_rs::asynchronous::{Error, I2CAddress, ID, Lis2duxs12, from_fs8g_to_mg};
-use tautrack::estimate::mounting::pitch_and_roll;
+use tautrack::estimate::attitude::pitch_and_roll;
 
 /// Address of the chip, whose pin SA0 is high, as on ST's expansion board X-NUCLEO-IKS4A1.
 const ADDRESS: I2CAddress = I2CAddress::I2cAddH;

@@ -3,12 +3,12 @@
 
 use crate::stamp;
 use core::f64::consts::TAU;
-use tautrack::estimate::mounting::pitch_and_roll;
+use tautrack::estimate::attitude::Attitude;
+use tautrack::estimate::attitude::pitch_and_roll;
 use tautrack::estimate::state::{Estimator, Joint, State, Validity};
 use tautrack::link::{BodyMeasurands, Shaft};
 use tautrack::sensors::{BodySensors, Fresh};
 use tautrack::settings::{Setting, Settings};
-use tautrack::stability::attitude::Attitude;
 use tautrack_host_tests::robots::b2p2::plant::{B2p2, B2p2Parameters};
 use tautrack_host_tests::world::Plant;
 use tautrack_host_tests::world::ground::Ground;

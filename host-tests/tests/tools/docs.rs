@@ -260,10 +260,15 @@ fn source(package: &str, test: &str) -> Option<String> {
     if let Ok(text) = fs::read_to_string(tests.join(format!("{test}.rs"))) {
         return Some(text);
     }
-    if !tests.join(test).is_dir() {
+    sources(&tests.join(test))
+}
+
+/// Source code below a folder, if there is one.
+fn sources(folder: &Path) -> Option<String> {
+    if !folder.is_dir() {
         return None;
     }
-    let folder = tests.strip_prefix(root()).ok()?.join(test);
+    let folder = folder.strip_prefix(root()).ok()?;
     let found = files(&format!("{}/", folder.display()), ".rs");
     let texts = found
         .iter()
@@ -295,6 +300,10 @@ fn check_tests(words: &[&str]) -> Vec<String> {
                     Some(text) => sources.push_str(&text),
                     None => wrong.push(format!("--test {test}")),
                 }
+            }
+            "--lib" => {
+                let tests = tests_of(package).expect("a package");
+                sources.push_str(&self::sources(&tests.with_file_name("src")).unwrap_or_default());
             }
             "cargo" | "test" => {}
             option if option.starts_with('-') => {}

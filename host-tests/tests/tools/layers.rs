@@ -1,4 +1,5 @@
-//! Tests that no module uses one of a higher layer. It reads the `use` lines and paths in `src`.
+//! Tests that no module uses one of a higher layer, and that no files use each other in a circle.
+//! It reads the `use` lines and paths in `src`.
 
 use proc_macro2::{Delimiter, TokenStream, TokenTree};
 use std::collections::BTreeSet;
@@ -16,8 +17,9 @@ const SHARED: &[&str] = &[
     "bus",
     "motor",
     "screw",
-    "stability",
     "estimate",
+    "sensing",
+    "stability",
     "robots",
     "node",
     "link",
@@ -138,7 +140,8 @@ fn upward(src: &Path, order: &[&str]) -> Vec<String> {
         let first = inner.components().next().expect("a name");
         let module = first.as_os_str().to_string_lossy();
         let module = module.strip_suffix(".rs").unwrap_or(&module);
-        if ["lib", "bin"].contains(&module) {
+        // Code for tests may use any module.
+        if ["lib", "bin"].contains(&module) || inner.ends_with("tests.rs") {
             continue;
         }
         let place = order.iter().position(|name| *name == module);
@@ -200,5 +203,129 @@ fn an_upward_use_is_found_in_every_form() {
         std::fs::write(folder.join("math/mod.rs"), code).expect("written");
         assert_eq!(upward(&folder, SHARED).len(), expected, "{code}");
     }
+    std::fs::remove_dir_all(&folder).expect("removed");
+}
+
+/// Adds each path that `code` names, such as `super::wheel::Arm`, with its groups spread out.
+fn collect_paths(code: TokenStream, prefix: &[String], found: &mut Vec<Vec<String>>) {
+    let tokens: Vec<TokenTree> = code.into_iter().collect();
+    let mut rest = tokens.as_slice();
+    while let [first, after @ ..] = rest {
+        rest = after;
+        match first {
+            TokenTree::Punct(mark) if mark.as_char() == '#' => {
+                if let [TokenTree::Group(attribute), item @ ..] = after
+                    && attribute.to_string() == "[cfg (test)]"
+                {
+                    let end = item.iter().position(ends_item).expect("an item");
+                    rest = &item[end + 1..];
+                }
+            }
+            TokenTree::Ident(name) => {
+                let mut path = prefix.to_vec();
+                path.push(name.to_string());
+                while let [a, b, TokenTree::Ident(next), more @ ..] = rest
+                    && is(a, ":")
+                    && is(b, ":")
+                {
+                    path.push(next.to_string());
+                    rest = more;
+                }
+                if let [a, b, TokenTree::Group(group), more @ ..] = rest
+                    && is(a, ":")
+                    && is(b, ":")
+                    && group.delimiter() == Delimiter::Brace
+                {
+                    collect_paths(group.stream(), &path, found);
+                    rest = more;
+                } else {
+                    found.push(path);
+                }
+            }
+            TokenTree::Group(group) => collect_paths(group.stream(), &[], found),
+            _ => {}
+        }
+    }
+}
+
+/// Lists the files that use each other in a circle, as "user uses module". A file and those below
+/// it, such as `filter/mod.rs` and `filter/speed.rs`, count as one.
+fn circles(src: &Path) -> Vec<String> {
+    let mut files = Vec::new();
+    sources(src, &mut files);
+    let module = |file: &Path| -> Vec<String> {
+        let inner = file
+            .strip_prefix(src)
+            .expect("inside of src")
+            .with_extension("");
+        let names = inner.iter().map(|name| name.to_string_lossy().into_owned());
+        names
+            .filter(|name| name != "mod" && name != "lib")
+            .collect()
+    };
+    let modules: BTreeSet<Vec<String>> = files.iter().map(|file| module(file)).collect();
+    let mut uses = BTreeSet::new();
+    for file in &files {
+        let user = module(file);
+        if user.iter().any(|name| name == "tests") {
+            continue;
+        }
+        let code = std::fs::read_to_string(file).expect("a source");
+        let mut paths = Vec::new();
+        collect_paths(code.parse().expect("Rust"), &[], &mut paths);
+        for path in paths {
+            let up = path.iter().take_while(|name| *name == "super").count();
+            let mut used = match path[0].as_str() {
+                "crate" => path[1..].to_vec(),
+                "super" => [&user[..user.len().saturating_sub(up)], &path[up..]].concat(),
+                _ => continue,
+            };
+            while !modules.contains(&used) {
+                used.pop();
+            }
+            if !used.starts_with(&user) && !user.starts_with(&used) {
+                uses.insert((user.clone(), used));
+            }
+        }
+    }
+    // A use that nothing leads to, or that leads nowhere, is in no circle.
+    loop {
+        let users: BTreeSet<_> = uses.iter().map(|(user, _)| user.clone()).collect();
+        let used: BTreeSet<_> = uses.iter().map(|(_, used)| used.clone()).collect();
+        let before = uses.len();
+        uses.retain(|(user, other)| used.contains(user) && users.contains(other));
+        if uses.len() == before {
+            let text = |(user, used): &(Vec<String>, Vec<String>)| {
+                format!("{} uses {}", user.join("::"), used.join("::"))
+            };
+            return uses.iter().map(text).collect();
+        }
+    }
+}
+
+#[test]
+fn no_files_of_the_control_code_use_each_other_in_a_circle() {
+    let shared = Path::new(env!("CARGO_MANIFEST_DIR")).with_file_name("shared");
+    let found = circles(&shared.join("src"));
+    assert!(found.is_empty(), "{found:#?}");
+}
+
+#[test]
+fn a_circle_is_found_over_several_files() {
+    let folder = std::env::temp_dir().join(format!("tautrack-circles-{}", std::process::id()));
+    std::fs::create_dir_all(folder.join("a")).expect("a folder");
+    let write = |file: &str, code: &str| std::fs::write(folder.join(file), code).expect("written");
+    write("a/mod.rs", "mod b; mod c; mod d; pub use c::C;");
+    write("a/b.rs", "use super::{c::C, d};");
+    write("a/c.rs", "fn f(x: crate::e::E) { super::helper() }");
+    write(
+        "a/d.rs",
+        "#[cfg(test)] mod tests { use super::super::b::B; }",
+    );
+    write("e.rs", "use crate::a::d::{self, D};");
+    assert_eq!(circles(&folder), Vec::<String>::new());
+    write("e.rs", "use crate::a::{d::D, b::B};");
+    let found = ["a::b uses a::c", "a::c uses e", "e uses a::b"];
+    assert_eq!(circles(&folder), found);
     std::fs::remove_dir_all(&folder).expect("removed");
 }

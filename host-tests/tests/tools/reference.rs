@@ -27,6 +27,27 @@ fn committed_pages_and_data_sheets_are_what_their_sources_give() {
 }
 
 #[test]
+fn a_promise_without_exactly_one_test_is_refused_with_the_name_of_the_test() {
+    let root = checkout::root().unwrap_or_else(|error| panic!("{error}"));
+    let refusal = |test: &str| {
+        let source = format!("[[section]]\ntitle = 'All'\npromises = [['It works.', '{test}']]");
+        generate::guarantees::tables(root, &source).expect_err("a refusal")
+    };
+    let missing = refusal("nobody_has_written_this_test");
+    assert!(
+        missing.starts_with("`nobody_has_written_this_test` names 0 tests"),
+        "{missing}"
+    );
+    let twice = refusal("a_check_at_arming_accuses_no_sound_drive");
+    for file in [
+        "shared/tests/node/halls.rs",
+        "shared/tests/node/motor_faults/wrong_angle.rs",
+    ] {
+        assert!(twice.contains(file), "{twice}");
+    }
+}
+
+#[test]
 fn every_setting_and_every_fault_has_its_row() {
     let page_of_settings = page("docs/settings.md");
     for row in settings::TABLE {

@@ -1,4 +1,4 @@
-//! Tests that comments and pages keep to the project's terms and to 100 columns.
+//! Tests that comments and pages keep to the project's terms, to 100 columns and to a length.
 
 use super::docs::{files, root};
 use std::fs;
@@ -76,4 +76,20 @@ fn comments_and_pages_end_at_100_columns() {
         }
     }
     assert!(wrong.is_empty(), "{wrong:#?}");
+}
+
+/// A page that gains words takes them from another place.
+#[test]
+fn all_pages_together_have_at_most_30_000_words_outside_of_tables() {
+    let mut counts: Vec<(usize, String)> = files("", ".md")
+        .into_iter()
+        .map(|path| {
+            let text = fs::read_to_string(root().join(&path)).expect("a page");
+            let lines = text.lines().filter(|line| !line.trim().starts_with('|'));
+            (lines.flat_map(str::split_whitespace).count(), path)
+        })
+        .collect();
+    counts.sort();
+    let sum: usize = counts.iter().map(|(words, _)| words).sum();
+    assert!(sum <= 30_000, "{sum} words: {counts:#?}");
 }

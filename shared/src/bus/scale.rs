@@ -1,6 +1,7 @@
-//! Units of positions and velocities of the output shaft on the bus: one scale per kind of axle.
+//! Units of the integers on the bus: one scale per kind of axle for positions, velocities and loads
+//! of its output shaft, and decimal fractions of SI units for everything else.
 
-use crate::math::{saturate, to_i32};
+use crate::math::{saturate, to_i16, to_i32};
 use crate::settings::SCHEMA_VERSION;
 use crate::units::{Angle, Length};
 
@@ -123,11 +124,62 @@ impl BusUnits {
         }
     }
 
+    /// Converts the load of the output shaft to bus units: a torque in N m, for a screw a force in
+    /// N. Saturates; 0 for NaN.
+    pub fn load(&self, load: f32) -> i16 {
+        if self.linear {
+            to_i16(load)
+        } else {
+            centi(load)
+        }
+    }
+
     /// Converts a velocity of the output shaft, rad/s, to bus units. Saturates; 0 for NaN.
     #[inline]
     pub fn velocity(&self, velocity: f32) -> i32 {
         to_i32(velocity * self.velocity)
     }
+}
+
+/// Converts to thousandths: mm, mm/s, mrad/s or mA. Saturates; 0 for NaN.
+pub fn milli(value: f32) -> i16 {
+    to_i16(value * 1e3)
+}
+
+/// Converts a height in m to the nearest word in millimetres.
+pub fn millimetres(metres: f32) -> i16 {
+    let word = metres * 1e3;
+    to_i16(word + f32::copysign(0.5, word))
+}
+
+/// Converts thousandths to units.
+pub fn from_milli(word: i16) -> f32 {
+    f32::from(word) * 1e-3
+}
+
+/// Converts to thousandths of 32 bits: mm or mV. Saturates; 0 for NaN.
+pub fn milli_i32(value: f32) -> i32 {
+    to_i32(value * 1e3)
+}
+
+/// Converts to millionths: um. Saturates; 0 for NaN.
+pub fn micro(value: f32) -> i32 {
+    to_i32(value * 1e6)
+}
+
+/// Converts to hundredths: cm, percent, 0.01 m/s^2 or 0.01 N m. Saturates; 0 for NaN.
+pub fn centi(value: f32) -> i16 {
+    to_i16(value * 100.0)
+}
+
+/// Converts hundredths to units.
+pub fn from_centi(word: i16) -> f32 {
+    f32::from(word) * 0.01
+}
+
+/// Converts an angle, rad, to hundredths of a degree. Saturates; 0 for NaN.
+pub fn centidegrees(radians: f32) -> i16 {
+    centi(radians.to_degrees())
 }
 
 /// Bit of object 0x2010 of a drive that has no settings besides its node id, that refused some, or

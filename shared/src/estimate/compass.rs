@@ -1,8 +1,8 @@
 //! Computes the heading from a three-axis magnetometer on a tilted body.
 
+use crate::estimate::attitude::LevelAxes;
 use crate::math::sqrt;
 use crate::settings::{Setting, Settings};
-use crate::stability::attitude::LevelAxes;
 use crate::units::Angle;
 use micromath::F32;
 

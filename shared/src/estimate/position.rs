@@ -5,8 +5,8 @@
 //! it is too far from the estimate.
 
 use super::nmea::{Place, Sentence};
+use crate::estimate::attitude::LevelAxes;
 use crate::math::{sin_cos, sqrt, to_i32};
-use crate::stability::attitude::LevelAxes;
 use crate::units::Angle;
 
 /// Largest horizontal dilution of precision with which a fix is used, in units of 0.01.

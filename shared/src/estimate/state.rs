@@ -3,10 +3,10 @@
 use super::compass::Compass;
 use super::nmea::{Counts, Reader, Sentence};
 use super::position::{Fix, Position};
+use crate::estimate::attitude::Attitude;
 use crate::math::sin_cos;
 use crate::sensors::BodySensors;
 use crate::settings::{Setting, Settings};
-use crate::stability::attitude::Attitude;
 use crate::units::Angle;
 
 /// Largest age of a fix at which a position counts as measured, us.

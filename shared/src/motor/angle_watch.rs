@@ -1,5 +1,5 @@
-//! Watches the rotor's angle of a three-phase motor at low speed, where the back-EMF is too small for
-//! [`BackEmf`]: by its alternating part ([`Ripple`]), and with a current that makes no torque
+//! Watches the rotor's angle of a three-phase motor at low speed, where the back-EMF is too small
+//! for [`BackEmf`]: by its alternating part ([`Ripple`]), and with a current that makes no torque
 //! ([`AngleProbe`]).
 //!
 //! The constants of both were tuned on this project's motor model, and nobody has tried them on a

@@ -5,15 +5,15 @@
 //! guard and are the same for all robots.
 
 use crate::bus::scale::{Position, Scale, Target};
+use crate::estimate::attitude::Attitude;
 use crate::estimate::state::Joint;
-use crate::math::{limit, min, to_i16};
-use crate::motor::profile::{self, Motion};
 use crate::settings::{Setting, Settings};
-use crate::stability::attitude::Attitude;
-use crate::stability::limits::MotionLimits;
+use crate::stability::parameters::Parameters;
 use crate::stability::step_behind::StepBehind;
 use crate::stability::support::Stance;
 use heapless::Vec;
+
+pub use crate::stability::command::{Ahead, Allowed, Command, Stop};
 
 /// Maximum number of drives that one guard commands.
 pub const MAX_DRIVES: usize = 16;
@@ -67,12 +67,12 @@ pub enum Goal {
 
 /// Torque feed-forward of a drive: the expected load, which the drive applies before any position
 /// error arises.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Offset {
     /// Number of the drive.
     pub drive: usize,
-    /// Torque at the output shaft, 0.01 N m; for a screw: force, N.
-    pub torque: i16,
+    /// Torque at the output shaft, N m; of a screw, the force, N.
+    pub load: f32,
 }
 
 /// Phase of a robot's operation.
@@ -101,104 +101,6 @@ impl PostureCommand for () {
 
     fn word(self) -> i16 {
         0
-    }
-}
-
-/// Converts a height in m to the nearest word in millimetres.
-pub fn millimetres(metres: f32) -> i16 {
-    let word = metres * 1e3;
-    to_i16(word + f32::copysign(0.5, word))
-}
-
-/// Motion that the operator commands, for a robot with postures `P`.
-#[derive(Clone, Copy, PartialEq, Debug, Default)]
-pub struct Asked<P> {
-    /// Forward speed over ground, m/s.
-    pub forward: f32,
-    /// Yaw rate, counter-clockwise from above, rad/s.
-    pub yaw_rate: f32,
-    /// Commanded posture.
-    pub posture: P,
-}
-
-/// Reason for a stop, which decides how hard the robot brakes.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub enum Stop {
-    /// The operator stops or is absent, or the sensors are not trusted: the robot brakes within its
-    /// own acceleration limit.
-    Gentle,
-    /// The guard has tripped: the robot brakes as hard as the guard's limits allow.
-    Hard,
-}
-
-/// The part of a command that the filter allows.
-#[derive(Clone, Copy, PartialEq, Debug)]
-pub struct Allowed {
-    /// Scale of the commanded speeds, 0 to 1.
-    pub speed_scale: f32,
-    /// If set, the robot must stand still: wheels, legs, arms and levelling brake to rest.
-    pub stop: Option<Stop>,
-    /// Whether the posture may move.
-    pub posture: bool,
-    /// Limits of both motions.
-    pub limits: MotionLimits,
-}
-
-impl Allowed {
-    /// Moves the speed of `motion` toward `asked` (m/s) times the speed scale.
-    ///
-    /// The acceleration stays within the robot's `own` limits and the guard's limits; the guard's
-    /// own stops use only the latter.
-    pub fn ramp(&self, motion: &mut Motion, asked: f32, own: profile::Limits, period: f32) {
-        let target = limit(asked, own.velocity) * self.speed_scale;
-        let handed_down = if target > motion.velocity {
-            self.limits.forward
-        } else {
-            self.limits.backward
-        };
-        let slows = target.abs() < motion.velocity.abs();
-        let acceleration = if slows && (self.stop == Some(Stop::Hard) || self.speed_scale < 1.0) {
-            handed_down
-        } else {
-            min(handed_down, own.acceleration)
-        };
-        let limits = profile::Limits {
-            acceleration,
-            ..own
-        };
-        motion.toward_velocity(target, limits, period);
-    }
-
-    /// Yaw rate, rad/s, that keeps a robot at `speed` (m/s) on the commanded curve while it still
-    /// speeds up. On the spot, it is the commanded yaw rate times the speed scale. Its magnitude is
-    /// never above the commanded one.
-    pub fn yaw_rate_on_the_curve<P>(&self, asked: &Asked<P>, speed: f32) -> f32 {
-        if asked.forward == 0.0 {
-            asked.yaw_rate * self.speed_scale
-        } else {
-            limit(
-                asked.yaw_rate * (speed / asked.forward),
-                asked.yaw_rate.abs(),
-            )
-        }
-    }
-}
-
-/// Predicted result of a posture's motion.
-#[derive(Clone, Copy, Debug)]
-pub struct Ahead {
-    /// Stance that the robot will have. A motion that lifts the body also pitches it up.
-    pub stance: Stance,
-    /// Whether the motion folds down a front that the robot stands on. This lifts the body.
-    pub lifts: bool,
-}
-
-impl From<Stance> for Ahead {
-    fn from(stance: Stance) -> Self {
-        Self {
-            stance,
-            lifts: false,
-        }
     }
 }
 
@@ -259,11 +161,11 @@ pub trait Body: Sized {
     /// Present stance.
     fn stance(&self, attitude: &Attitude) -> Stance;
 
-    /// Predicted stance `horizon` s from now if the posture moves as `asked` commands. `None` if
+    /// Predicted stance `horizon` s from now if the posture moves as `command` commands. `None` if
     /// the posture stays at rest.
     fn stance_ahead(
         &self,
-        asked: &Asked<Self::Posture>,
+        command: &Command<Self::Posture>,
         attitude: &Attitude,
         horizon: f32,
         period: f32,
@@ -290,10 +192,11 @@ pub trait Body: Sized {
     /// Acknowledges, on the operator's request, the way in which a motion such as a gait ended.
     fn acknowledge(&mut self) {}
 
-    /// Moves the set-points toward `asked`, as far as `allowed` and within the robot's own limits.
+    /// Moves the set-points toward `command`, as far as `allowed` and within the robot's own
+    /// limits.
     fn advance(
         &mut self,
-        asked: &Asked<Self::Posture>,
+        command: &Command<Self::Posture>,
         allowed: Allowed,
         attitude: &Attitude,
         period: f32,
@@ -331,54 +234,11 @@ pub trait Body: Sized {
     }
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// Speed after 0.1 s from 0.4 m/s, with limits of 1.5 m/s^2 from the guard and 0.4 m/s^2 of the
-    /// robot.
-    fn slowed(asked: f32, speed_scale: f32, stop: Option<Stop>) -> f32 {
-        let allowed = Allowed {
-            speed_scale,
-            stop,
-            posture: true,
-            limits: MotionLimits {
-                forward: 1.5,
-                backward: 1.5,
-                ..MotionLimits::default()
-            },
-        };
-        let own = profile::Limits {
-            velocity: 0.5,
-            acceleration: 0.4,
-        };
-        let mut motion = Motion {
-            velocity: 0.4,
-            ..Motion::default()
-        };
-        for _ in 0..25 {
-            allowed.ramp(&mut motion, asked, own, 4e-3);
-        }
-        motion.velocity
-    }
-
-    #[test]
-    fn the_guard_stops_as_hard_as_the_limits_bear_and_the_operator_gently() {
-        for (asked, speed_scale, stop, rate) in [
-            (0.4, 0.0, None, -1.5),
-            (0.0, 1.0, Some(Stop::Hard), -1.5),
-            (0.0, 1.0, Some(Stop::Gentle), -0.4),
-            (0.0, 1.0, None, -0.4),
-            (0.5, 1.0, None, 0.4),
-            // Although it is scaled down, it still speeds up with its own acceleration.
-            (0.5, 0.9, None, 0.4),
-        ] {
-            let expected = 0.4 + 0.1 * rate;
-            let found = slowed(asked, speed_scale, stop);
-            assert!(
-                (found - expected).abs() < 2e-3,
-                "{asked} {speed_scale} {stop:?}: {found}"
-            );
-        }
-    }
+/// Parameters of the balance of a robot with these settings.
+pub fn balance_parameters<B: Body>(settings: &Settings) -> Parameters {
+    let mut parameters = Parameters::new(settings);
+    parameters.uncertainty.robot_mass = B::mass(settings);
+    parameters.step_behind = B::step_behind(settings);
+    parameters.half_width = B::half_width(settings);
+    parameters
 }

@@ -12,6 +12,6 @@ pub mod rt_mover;
 pub mod turn;
 
 pub use body::{
-    Ahead, Allowed, Asked, Body, DriveState, Goal, MAX_DRIVES, MAX_OFFSETS, MAX_STAGES, Offset,
+    Ahead, Allowed, Body, Command, DriveState, Goal, MAX_DRIVES, MAX_OFFSETS, MAX_STAGES, Offset,
     Phase, PostureCommand, Stop,
 };

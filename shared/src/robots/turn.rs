@@ -3,7 +3,7 @@
 //! Each side stays within the speed limit of the robot, and the yaw rate changes with a limited
 //! acceleration. [`crate::stability::limits`] limits the yaw by the margins, separately from this.
 
-use super::body::{Allowed, Asked, Stop};
+use super::body::{Allowed, Command, Stop};
 use crate::math::limit;
 use crate::settings::{Setting, Settings};
 
@@ -54,7 +54,7 @@ impl Turn {
     /// Scales speed and yaw rate of a command down together, so that `|v| + |w| b / 2` is within
     /// the speed limit and the curve stays the same. A command that is not finite becomes a stop.
     #[must_use]
-    pub fn within<P>(&self, asked: Asked<P>) -> Asked<P> {
+    pub fn within<P>(&self, asked: Command<P>) -> Command<P> {
         let fastest = asked.forward.abs() + asked.yaw_rate.abs() * self.half_width;
         if fastest <= self.speed {
             return asked;
@@ -62,7 +62,7 @@ impl Turn {
         let scale = self.speed / fastest;
         // The scale is zero for an infinite sum. The comparison is false for NaN.
         let scaled = |value: f32| if scale > 0.0 { value * scale } else { 0.0 };
-        Asked {
+        Command {
             forward: scaled(asked.forward),
             yaw_rate: scaled(asked.yaw_rate),
             ..asked
@@ -126,8 +126,8 @@ mod tests {
         }
     }
 
-    fn asked(forward: f32, yaw_rate: f32) -> Asked<()> {
-        Asked {
+    fn asked(forward: f32, yaw_rate: f32) -> Command<()> {
+        Command {
             forward,
             yaw_rate,
             posture: (),

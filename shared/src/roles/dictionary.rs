@@ -7,7 +7,7 @@ macro_rules! dictionary {
         #[allow(missing_docs, dead_code, unused_imports, clippy::all, clippy::pedantic)]
         pub mod $name {
             use crate::bus::node::{Access, Field, PdoDefaults, Row, Table, Values};
-            use crate::roles::{centi, milli};
+            use crate::bus::scale::{centi, centidegrees, milli};
             include!(concat!(env!("OUT_DIR"), "/", $file));
         }
     };

@@ -10,15 +10,16 @@ use crate::bus::node::{
     Abort, Address, Condition, Configuration, Core, Dictionary, Table, Value, Values,
 };
 use crate::bus::pdo::{GuardPosition, OperatorCommand};
+use crate::bus::scale::{micro, milli_i32};
 use crate::can::Frame;
 use crate::estimate::state::{Estimator, State};
-use crate::math::to_i32;
 use crate::node::guard::commissioning::request;
-use crate::node::guard::{Guard, Inputs, ScaleMismatch, Telemetry};
+use crate::node::guard::{Guard, Inputs, ScaleMismatch};
 use crate::robots::Body;
+use crate::sensing::sensor_watch::SensorState;
 use crate::sensors::{BodySensors, Sensor};
 use crate::settings::Settings;
-use crate::stability::sensor_watch::SensorState;
+use crate::stability::balance::Telemetry;
 use crate::stability::trip::Snapshot;
 use crate::units::Angle;
 use core::ops::DerefMut;
@@ -343,8 +344,8 @@ fn publish_robot(
     for (number, reading) in state.iter().enumerate() {
         let value = match number {
             // North, east and up in mm, the screw in um.
-            0..=2 => to_i32(reading.value * 1e3),
-            7 => to_i32(reading.value * 1e6),
+            0..=2 => milli_i32(reading.value),
+            7 => micro(reading.value),
             _ => Angle::from_radians(reading.value).to_bits(),
         };
         // The arrays have as many elements as the state has coordinates.

@@ -12,7 +12,6 @@ pub mod guard;
 pub mod settings;
 
 use crate::bus::node::{Configuration, Table};
-use crate::math::to_i16;
 use crate::settings::{Setting, Settings};
 
 pub use dictionary::{axle, guard as guard_objects, screw};
@@ -32,14 +31,4 @@ fn configuration(settings: &Settings) -> Configuration {
 /// Vendor, product code and revision in a dictionary (object 0x1018).
 pub fn identity(table: &Table) -> [u32; 3] {
     [1, 2, 3].map(|sub| table.constant(0x1018, sub))
-}
-
-/// Converts `value` to thousandths, as objects hold metres and metres per second.
-fn milli(value: f32) -> i16 {
-    to_i16(value * 1e3)
-}
-
-/// Converts `value` to hundredths, as objects hold degrees and m/s^2.
-fn centi(value: f32) -> i16 {
-    to_i16(value * 1e2)
 }

@@ -13,27 +13,12 @@
 //! `|l| sin(nu_stop)`, and no arc tangent is needed.
 
 use super::edge_margin::weigh;
+use super::evaluation::Evaluation;
 use super::parameters::Parameters;
 use super::stopping::stopping_speed;
 use super::support::Stance;
 use crate::math::vector::Vector;
 use crate::math::{max, root_of_sum};
-
-/// Margins at one evaluation, and which of them count.
-#[derive(Clone, Copy, PartialEq, Debug, Default)]
-pub struct Evaluation {
-    /// Margins that count, m, indexed by [`super::support::Edge`], the uncertainty subtracted. NaN
-    /// if an input is not finite, and if the robot is fast and the ground would have to pull.
-    pub margins: [f32; 4],
-    /// Margins of the centre of gravity projected straight down, m, the uncertainty subtracted.
-    pub gravity: [f32; 4],
-    /// Change of each margin per `g` of acceleration forward and to the left, m.
-    pub levers: [[f32; 2]; 4],
-    /// Whether the robot is fast, so that the measured force counts.
-    pub fast: bool,
-    /// Whether the robot is fast because of its speed: an instant stop could tip it.
-    pub quick: bool,
-}
 
 /// Computes margins and decides with a hysteresis which of them count.
 #[derive(Clone, Debug, Default)]

@@ -1,7 +1,7 @@
 //! Computes limits of acceleration, braking and yaw from the margins, so that the guard's own stop
 //! does not tip the robot.
 
-use super::criterion::Evaluation;
+use super::evaluation::Evaluation;
 use super::parameters::Parameters;
 use crate::constants::GRAVITY;
 use crate::math::{limit, max, min};

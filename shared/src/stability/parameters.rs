@@ -4,9 +4,9 @@
 use super::filter::{Bounds, Ramp};
 use super::step_behind::StepBehind;
 use super::support::{Edge, Stance};
-use super::trust::Reason;
 use crate::constants::GRAVITY;
 use crate::math::{max, sin_cos};
+use crate::sensing::trust::Reason;
 use crate::settings::{Setting, Settings};
 use crate::units::Angle;
 

@@ -7,7 +7,7 @@
 //! `h` its height over the edge, and `k` its distance to the line on which the edge moves. On level
 //! ground `k = h`.
 
-use super::criterion::Evaluation;
+use super::evaluation::Evaluation;
 use super::support::{Edge, Stance};
 use crate::constants::GRAVITY;
 use crate::math::{max, root_of_sum};

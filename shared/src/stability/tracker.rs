@@ -1,6 +1,6 @@
 //! Tracks margins and their rates from one evaluation to the next.
 
-use super::criterion::Evaluation;
+use super::evaluation::Evaluation;
 use super::support::Stance;
 use crate::math::max;
 

@@ -7,11 +7,11 @@
 //! robot drives back in the direction from which it came.
 
 use super::bands::Band;
-use super::filter::SpeedCommand;
+use super::command::Command;
 use super::parameters::Parameters;
 use super::support::Edge;
-use super::trust::{Reason, Trust};
 use crate::math::limit;
+use crate::sensing::trust::{Reason, Trust};
 use crate::sensors::BodySensors;
 
 /// Largest yaw rate at crawl speed, rad/s.
@@ -57,7 +57,7 @@ pub struct Snapshot {
     /// The edge with the narrowest margin.
     pub edge: Edge,
     /// Commanded motion.
-    pub asked: SpeedCommand,
+    pub command: Command<()>,
     /// Forward speed that was passed on, m/s.
     pub speed: f32,
     /// Newest reading of the body sensors.
@@ -80,7 +80,7 @@ pub struct Requests {
 
 /// Inputs of the latch at one evaluation.
 #[derive(Clone, Copy, PartialEq, Debug)]
-pub struct Sight {
+pub struct Inputs {
     /// Whether the guard is armed. Only an armed guard trips, except for the emergency stop.
     pub armed: bool,
     /// Current band.
@@ -90,7 +90,7 @@ pub struct Sight {
     /// Distance travelled by the encoders, forward positive, um; wraps.
     pub odometry_um: i32,
     /// Snapshot to store if the guard trips; its cause is replaced.
-    pub moment: Snapshot,
+    pub snapshot: Snapshot,
 }
 
 /// What the latch lets pass.
@@ -108,27 +108,26 @@ pub enum Mode {
 }
 
 impl Mode {
-    /// Command that the filter receives. It never exceeds `asked`, except for [`Mode::BackingOff`],
-    /// which sets its own command.
-    pub fn admit(self, asked: SpeedCommand, parameters: &Parameters) -> SpeedCommand {
+    /// Command that the filter receives. It never exceeds `command`, except for
+    /// [`Mode::BackingOff`], which sets its own command.
+    pub fn admit(self, command: Command<()>, parameters: &Parameters) -> Command<()> {
         match self {
-            Self::Open => asked,
-            Self::Tripped => SpeedCommand::default(),
-            Self::Overridden => crawl(asked, parameters),
-            Self::BackingOff(direction) => SpeedCommand {
-                forward: limit(direction, 1.0) * parameters.crawl_speed,
-                yaw_rate: 0.0,
-            },
+            Self::Open => command,
+            Self::Tripped => Command::default(),
+            Self::Overridden => crawl(command, parameters),
+            Self::BackingOff(direction) => {
+                Command::new(limit(direction, 1.0) * parameters.crawl_speed, 0.0)
+            }
         }
     }
 }
 
 /// Limits a command to crawl speed.
-pub fn crawl(asked: SpeedCommand, parameters: &Parameters) -> SpeedCommand {
-    SpeedCommand {
-        forward: limit(asked.forward, parameters.crawl_speed),
-        yaw_rate: limit(asked.yaw_rate, CRAWL_YAW_RATE),
-    }
+pub fn crawl(command: Command<()>, parameters: &Parameters) -> Command<()> {
+    Command::new(
+        limit(command.forward, parameters.crawl_speed),
+        limit(command.yaw_rate, CRAWL_YAW_RATE),
+    )
 }
 
 /// Direction of the robot's last travel, by its odometry.
@@ -174,15 +173,15 @@ pub struct Trip {
 
 impl Trip {
     /// Updates the latch at one evaluation, and returns what may pass.
-    pub fn update(&mut self, sight: &Sight, requests: Requests, parameters: &Parameters) -> Mode {
-        self.travel.update(sight.odometry_um);
+    pub fn update(&mut self, inputs: &Inputs, requests: Requests, parameters: &Parameters) -> Mode {
+        self.travel.update(inputs.odometry_um);
         let asked_to_reset = requests.reset && !self.reset_before;
         self.reset_before = requests.reset;
-        let back = sight.band < Band::Limit && matches!(sight.trust, Trust::Full);
+        let back = inputs.band < Band::Limit && matches!(inputs.trust, Trust::Full);
         let stopped = self.cause() == Some(Cause::EmergencyStop);
         // A robot that is not armed stands still, so any margin allows the reset. If the margin is
         // still too small, it trips the guard once it is armed.
-        let back = back || !sight.armed;
+        let back = back || !inputs.armed;
         if asked_to_reset && (back || stopped) && !requests.emergency_stop {
             self.latched = false;
             if let Some(covered) = self.covered.take().filter(|_| !back) {
@@ -191,17 +190,17 @@ impl Trip {
         }
         // An emergency stop replaces any other cause.
         let kept = self.latched && (stopped || !requests.emergency_stop);
-        if let Some(cause) = Self::new_cause(sight, requests).filter(|_| !kept) {
+        if let Some(cause) = Self::new_cause(inputs, requests).filter(|_| !kept) {
             self.covered = self.snapshot.filter(|_| self.latched);
             self.latched = true;
             self.travelled = self.travel.direction;
             self.count = self.count.saturating_add(1);
             self.snapshot = Some(Snapshot {
                 cause,
-                ..sight.moment
+                ..inputs.snapshot
             });
         }
-        let direction = self.back_off(sight, requests, parameters);
+        let direction = self.back_off(inputs, requests, parameters);
         if !self.latched {
             Mode::Open
         } else if requests.override_trip && matches!(self.cause(), Some(Cause::Margin(_))) {
@@ -217,14 +216,14 @@ impl Trip {
         Some(snapshot.cause)
     }
 
-    fn new_cause(sight: &Sight, requests: Requests) -> Option<Cause> {
+    fn new_cause(inputs: &Inputs, requests: Requests) -> Option<Cause> {
         if requests.emergency_stop {
             return Some(Cause::EmergencyStop);
         }
-        match (sight.armed && sight.band == Band::Stop, sight.trust) {
+        match (inputs.armed && inputs.band == Band::Stop, inputs.trust) {
             (false, _) => None,
             (true, Trust::None(reason)) => Some(Cause::Sensors(reason)),
-            (true, _) => Some(Cause::Margin(sight.moment.edge)),
+            (true, _) => Some(Cause::Margin(inputs.snapshot.edge)),
         }
     }
 
@@ -233,7 +232,7 @@ impl Trip {
     /// endangered margin shrinks, or when it is back above the caution margin.
     fn back_off(
         &mut self,
-        sight: &Sight,
+        inputs: &Inputs,
         requests: Requests,
         parameters: &Parameters,
     ) -> Option<f32> {
@@ -245,13 +244,13 @@ impl Trip {
         let Cause::Margin(edge) = snapshot.cause else {
             return None;
         };
-        let margin = *sight.moment.margins.get(edge as usize)?;
+        let margin = *inputs.snapshot.margins.get(edge as usize)?;
         let from = *self.back_off_from.get_or_insert(margin);
         // Both comparisons are false for NaN, which ends backing off.
         let on_the_way = margin < parameters.caution && margin > from - BACK_OFF_LOSS;
-        self.back_off_over |= !on_the_way || !matches!(sight.trust, Trust::Full);
+        self.back_off_over |= !on_the_way || !matches!(inputs.trust, Trust::Full);
         let way = match self.travelled {
-            0 => snapshot.asked.forward,
+            0 => snapshot.command.forward,
             travelled => travelled as f32,
         };
         if self.back_off_over || !(way.abs() > 0.0) {
@@ -307,10 +306,7 @@ mod tests {
         reset: false,
         ..RESET
     };
-    const ASKED: SpeedCommand = SpeedCommand {
-        forward: 0.13,
-        yaw_rate: 0.3,
-    };
+    const COMMANDED: Command<()> = Command::new(0.13, 0.3);
 
     fn parameters() -> Parameters {
         Parameters {
@@ -319,19 +315,19 @@ mod tests {
         }
     }
 
-    fn sight(back: f32, band: Band) -> Sight {
+    fn inputs(back: f32, band: Band) -> Inputs {
         let margins = [back, 0.3, 0.2, 0.2];
-        Sight {
+        Inputs {
             armed: true,
             band,
             trust: Trust::Full,
             odometry_um: 0,
-            moment: Snapshot {
+            snapshot: Snapshot {
                 cause: Cause::EmergencyStop,
                 time_us: 7,
                 margins,
                 edge: narrowest(&margins),
-                asked: ASKED,
+                command: COMMANDED,
                 speed: 0.1,
                 sensors: BodySensors::default(),
             },
@@ -353,7 +349,7 @@ mod tests {
                 let mut trip = Trip::default();
                 let parameters = parameters();
                 let mut odometry_um = i32::MAX - 300_000;
-                let mut good = sight(0.2, Band::Free);
+                let mut good = inputs(0.2, Band::Free);
                 for distance in [there, -back] {
                     for _ in 0..100 {
                         odometry_um = odometry_um.wrapping_add(distance / 100);
@@ -361,12 +357,12 @@ mod tests {
                         trip.update(&good, NONE, &parameters);
                     }
                 }
-                let mut narrow = sight(0.005, Band::Stop);
+                let mut narrow = inputs(0.005, Band::Stop);
                 narrow.odometry_um = odometry_um;
-                narrow.moment.asked.forward = forward;
+                narrow.snapshot.command.forward = forward;
                 trip.update(&narrow, NONE, &parameters);
                 // The stick no longer counts, nor does what backing off itself travels.
-                narrow.moment.asked.forward = 0.0;
+                narrow.snapshot.command.forward = 0.0;
                 for _ in 0..3 {
                     let mode = trip.update(&narrow, BACK_OFF, &parameters);
                     assert_eq!(mode, Mode::BackingOff(expected), "{there} {back} {forward}");
@@ -384,8 +380,8 @@ mod tests {
             (0.0, Mode::Tripped),
         ] {
             let mut trip = Trip::default();
-            let mut narrow = sight(0.005, Band::Stop);
-            narrow.moment.asked.forward = forward;
+            let mut narrow = inputs(0.005, Band::Stop);
+            narrow.snapshot.command.forward = forward;
             trip.update(&narrow, NONE, &parameters());
             assert_eq!(trip.update(&narrow, BACK_OFF, &parameters()), expected);
         }
@@ -393,7 +389,7 @@ mod tests {
 
     fn tripped() -> Trip {
         let mut trip = Trip::default();
-        let mode = trip.update(&sight(0.005, Band::Stop), NONE, &parameters());
+        let mode = trip.update(&inputs(0.005, Band::Stop), NONE, &parameters());
         assert_eq!(mode, Mode::Tripped);
         trip
     }
@@ -403,15 +399,15 @@ mod tests {
         let mut trip = tripped();
         let kept = *trip.snapshot().expect("a snapshot");
         assert_eq!(
-            (kept.cause, kept.time_us, kept.asked),
-            (Cause::Margin(Edge::Back), 7, ASKED)
+            (kept.cause, kept.time_us, kept.command),
+            (Cause::Margin(Edge::Back), 7, COMMANDED)
         );
         let parameters = parameters();
-        let good = sight(0.2, Band::Free);
+        let good = inputs(0.2, Band::Free);
         assert_eq!(trip.update(&good, NONE, &parameters), Mode::Tripped);
         // The first reset is too early and then held: the request must be made again.
         assert_eq!(
-            trip.update(&sight(0.04, Band::Limit), RESET, &parameters),
+            trip.update(&inputs(0.04, Band::Limit), RESET, &parameters),
             Mode::Tripped
         );
         assert_eq!(trip.update(&good, RESET, &parameters), Mode::Tripped);
@@ -423,7 +419,7 @@ mod tests {
     #[test]
     fn an_emergency_stop_takes_the_place_of_a_trip_and_takes_a_reset_of_its_own() {
         let mut trip = tripped();
-        let (narrow, parameters) = (sight(0.005, Band::Stop), parameters());
+        let (narrow, parameters) = (inputs(0.005, Band::Stop), parameters());
         trip.update(&narrow, STOP, &parameters);
         let cause = |trip: &Trip| trip.snapshot().map(|kept| kept.cause);
         assert_eq!(cause(&trip), Some(Cause::EmergencyStop));
@@ -444,21 +440,15 @@ mod tests {
     #[test]
     fn an_override_passes_the_operator_s_command_at_crawl_speed() {
         let mut trip = tripped();
-        let mode = trip.update(&sight(0.005, Band::Stop), OVERRIDE, &parameters());
+        let mode = trip.update(&inputs(0.005, Band::Stop), OVERRIDE, &parameters());
         assert_eq!(
-            mode.admit(ASKED, &parameters()),
-            SpeedCommand {
-                forward: 0.05,
-                yaw_rate: 0.1
-            }
+            mode.admit(COMMANDED, &parameters()),
+            Command::new(0.05, 0.1)
         );
-        let small = SpeedCommand {
-            forward: -0.01,
-            yaw_rate: 0.0,
-        };
+        let small = Command::new(-0.01, 0.0);
         assert_eq!(mode.admit(small, &parameters()), small);
         assert_eq!(
-            trip.update(&sight(0.005, Band::Stop), NONE, &parameters()),
+            trip.update(&inputs(0.005, Band::Stop), NONE, &parameters()),
             Mode::Tripped
         );
     }
@@ -468,30 +458,24 @@ mod tests {
         let mut trip = tripped();
         let parameters = parameters();
         for back in [0.005, 0.02, 0.06] {
-            let mode = trip.update(&sight(back, Band::Stop), BACK_OFF, &parameters);
+            let mode = trip.update(&inputs(back, Band::Stop), BACK_OFF, &parameters);
             assert_eq!(mode, Mode::BackingOff(-1.0));
-            assert_eq!(
-                mode.admit(ASKED, &parameters),
-                SpeedCommand {
-                    forward: -0.05,
-                    yaw_rate: 0.0
-                }
-            );
+            assert_eq!(mode.admit(COMMANDED, &parameters), Command::new(-0.05, 0.0));
         }
         assert_eq!(
-            trip.update(&sight(0.095, Band::Caution), BACK_OFF, &parameters),
+            trip.update(&inputs(0.095, Band::Caution), BACK_OFF, &parameters),
             Mode::Tripped
         );
         for bad in [-0.01, f32::NAN] {
             let mut trip = tripped();
-            trip.update(&sight(0.005, Band::Stop), BACK_OFF, &parameters);
+            trip.update(&inputs(0.005, Band::Stop), BACK_OFF, &parameters);
             assert_eq!(
-                trip.update(&sight(bad, Band::Stop), BACK_OFF, &parameters),
+                trip.update(&inputs(bad, Band::Stop), BACK_OFF, &parameters),
                 Mode::Tripped
             );
             // It does not begin again until it is requested anew.
             assert_eq!(
-                trip.update(&sight(0.02, Band::Stop), BACK_OFF, &parameters),
+                trip.update(&inputs(0.02, Band::Stop), BACK_OFF, &parameters),
                 Mode::Tripped
             );
         }
@@ -500,7 +484,7 @@ mod tests {
             ..parameters
         };
         assert_eq!(
-            tripped().update(&sight(0.02, Band::Stop), BACK_OFF, &forbidden),
+            tripped().update(&inputs(0.02, Band::Stop), BACK_OFF, &forbidden),
             Mode::Tripped
         );
     }
@@ -508,9 +492,9 @@ mod tests {
     #[test]
     fn an_emergency_stop_trips_an_unarmed_guard_too_and_no_override_passes_it() {
         let mut trip = Trip::default();
-        let standing = Sight {
+        let standing = Inputs {
             armed: false,
-            ..sight(0.2, Band::Free)
+            ..inputs(0.2, Band::Free)
         };
         assert_eq!(trip.update(&standing, STOP, &parameters()), Mode::Tripped);
         let both = Requests {

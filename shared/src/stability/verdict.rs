@@ -1,7 +1,7 @@
 //! The guard's decision on a command (its verdict), and the code of the verdict on the bus.
 
 use super::support::{EDGES, Edge};
-use super::trust::Reason;
+use crate::sensing::trust::Reason;
 
 /// What the guard did with the newest command, and because of which edge or sensor problem.
 ///

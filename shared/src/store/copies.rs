@@ -12,7 +12,7 @@
 use super::StoreError;
 use super::image::Image;
 use crate::math::Crc32;
-use embedded_storage::nor_flash::{NorFlash, NorFlashError};
+use embedded_storage::nor_flash::NorFlash;
 
 /// Bytes that are read and written at once. Suitable flash has words of at most so many.
 pub(super) const BLOCK: usize = 32;
@@ -152,7 +152,7 @@ impl<F: NorFlash> Copies<F> {
     fn block(&mut self, half: u32, number: u32) -> Result<[u8; BLOCK], StoreError> {
         let mut block = [0; BLOCK];
         let place = half * self.half() + number * BLOCK as u32;
-        self.flash.read(place, &mut block).map_err(refused)?;
+        self.flash.read(place, &mut block)?;
         Ok(block)
     }
 
@@ -192,7 +192,7 @@ impl<F: NorFlash> Copies<F> {
         if (items.len() + 1) * BLOCK > size as usize {
             return Err(StoreError::Full);
         }
-        self.flash.erase(start, start + erased).map_err(refused)?;
+        self.flash.erase(start, start + erased)?;
         let mut header = Header::new(sequence, schema, items.len() as u16);
         let mut checksum = header.numbers();
         let mut place = start;
@@ -203,18 +203,14 @@ impl<F: NorFlash> Copies<F> {
                 bytes[2..6].copy_from_slice(value);
             }
             place += BLOCK as u32;
-            self.flash.write(place, &block).map_err(refused)?;
+            self.flash.write(place, &block)?;
             checksum = checksum.with(&block);
         }
         header.checksum = checksum.value();
-        self.flash.write(start, &header.block()).map_err(refused)?;
+        self.flash.write(start, &header.block())?;
         match self.inspect(half)? {
             Half::Whole(written) if written == header => Ok(()),
             _ => Err(StoreError::NotVerified),
         }
     }
-}
-
-fn refused(error: impl NorFlashError) -> StoreError {
-    StoreError::Flash(error.kind())
 }

@@ -4,7 +4,7 @@ use super::copies::{BLOCK, Copies, Found};
 use super::image::Image;
 use super::{Refused, Report, Schema};
 use core::fmt;
-use embedded_storage::nor_flash::{NorFlash, NorFlashErrorKind};
+use embedded_storage::nor_flash::{NorFlash, NorFlashError, NorFlashErrorKind};
 
 /// Schema version of a store that was cleared.
 const BLANK: u16 = 0;
@@ -42,6 +42,12 @@ impl fmt::Display for StoreError {
             Self::NotVerified => write!(out, "the flash does not hold what was written"),
             Self::TooManyKeys { maximum } => write!(out, "more than {maximum} keys in flash"),
         }
+    }
+}
+
+impl<E: NorFlashError> From<E> for StoreError {
+    fn from(error: E) -> Self {
+        Self::Flash(error.kind())
     }
 }
 
@@ -92,9 +98,10 @@ impl<F: NorFlash> Store<F> {
         let found = self.copies.find()?;
         let mut report = Report::default();
         let Some(header) = found.header() else {
-            return match found.damaged {
-                true => Err(StoreError::Damaged),
-                false => Ok(report),
+            return if found.damaged {
+                Err(StoreError::Damaged)
+            } else {
+                Ok(report)
             };
         };
         if header.schema == BLANK {

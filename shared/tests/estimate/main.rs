@@ -1,10 +1,10 @@
 //! Tests of the estimate of q against independent computations: NMEA sentences, compass, plane and
 //! dead reckoning.
 
+mod attitude;
 mod compass;
 mod ellipse;
 mod ellipsoid;
-mod mounting;
 mod nmea;
 mod position;
 #[path = "../support/random.rs"]
@@ -12,8 +12,8 @@ mod position;
 mod random;
 mod state;
 
+use tautrack::estimate::attitude::Attitude;
 use tautrack::sensors::BodySensors;
-use tautrack::stability::attitude::Attitude;
 
 /// Adds the checksum and the end of the line.
 fn framed(body: &str) -> Vec<u8> {

@@ -3,11 +3,11 @@
 use crate::framed;
 use proptest::collection::vec;
 use proptest::prelude::*;
+use tautrack::estimate::attitude::Attitude;
 use tautrack::estimate::position::GATE;
 use tautrack::estimate::state::{Estimator, Joint, State, Validity};
 use tautrack::sensors::{BodySensors, Fresh};
 use tautrack::settings::Settings;
-use tautrack::stability::attitude::Attitude;
 use tautrack::units::Angle;
 
 proptest! {

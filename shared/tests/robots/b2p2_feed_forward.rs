@@ -1,6 +1,7 @@
 //! Tests the torque feed-forward: the load of the front part against the complete dynamic model.
 
 use crate::random::Random;
+use tautrack::estimate::attitude::Attitude;
 use tautrack::motor::from_radians;
 use tautrack::motor::profile::Motion;
 use tautrack::robots::b2p2::model::belt::TautBelt;
@@ -9,7 +10,6 @@ use tautrack::robots::b2p2::{FrontPart, Parameters, Posture};
 use tautrack::screw::Geometry;
 use tautrack::sensors::BodySensors;
 use tautrack::settings::Settings;
-use tautrack::stability::attitude::Attitude;
 
 /// The reference is `D q'' + C q' - Q` in double precision, with the closed form of the belt's law.
 #[test]

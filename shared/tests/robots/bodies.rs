@@ -4,7 +4,7 @@ use tautrack::math::Scalar;
 use tautrack::robots::b2p2::B2p2;
 use tautrack::robots::crawler::Crawler;
 use tautrack::robots::rt_mover::support::static_margin;
-use tautrack::robots::{Allowed, Asked, Body};
+use tautrack::robots::{Allowed, Body, Command};
 use tautrack::settings::{Setting, Settings};
 use tautrack::stability::limits::MotionLimits;
 
@@ -33,7 +33,7 @@ fn a_yaw_rate_keeps_the_curve_and_never_exceeds_the_command() {
         (-1.0, 0.5, -0.4, 0.2),
         (1.0, -0.5, 3.0, -0.5),
     ] {
-        let asked = Asked {
+        let asked = Command {
             forward,
             yaw_rate,
             posture: (),

@@ -319,7 +319,7 @@ fn singular_postures_leave_the_motion_bounded() {
 fn up_by_the_guards_attitude_is_up() {
     use tautrack::math::sin_cos;
     for inclination in [[0.0, 0.0], [0.5, 0.0], [0.0, 0.4], [-0.6, 0.3], [0.3, -0.7]] {
-        let mut attitude = tautrack::stability::attitude::Attitude::default();
+        let mut attitude = tautrack::estimate::attitude::Attitude::default();
         let sensors = tautrack::sensors::BodySensors {
             inclination,
             ..Default::default()

@@ -466,5 +466,5 @@ fn only_an_allowed_step_lifts_a_wheel_and_every_moving_stage_ends() {
     ] {
         assert_ne!(next(stage, Event::Late), stage, "{stage:?} waits for ever");
     }
-    assert_eq!(next(Stage::Stuck, Event::Asked), Stage::Stuck);
+    assert_eq!(next(Stage::Stuck, Event::Commanded), Stage::Stuck);
 }

@@ -8,17 +8,17 @@ use tautrack::bus::pdo::{
 };
 use tautrack::bus::scale::Scale;
 use tautrack::can::Frame;
+use tautrack::estimate::attitude::Attitude;
 use tautrack::node::guard::{Guard, Inputs, POSITION_SCALE, State};
 use tautrack::robots::b2p2::B2p2;
 use tautrack::robots::crawler::Crawler;
 use tautrack::robots::hylos::{Clearance, Hylos};
 use tautrack::robots::rt_mover::RtMover;
 use tautrack::robots::{
-    Allowed, Asked, Body, DriveState as DriveOnBus, Goal, Phase, PostureCommand,
+    Allowed, Body, Command, DriveState as DriveOnBus, Goal, Phase, PostureCommand,
 };
 use tautrack::sensors::BodySensors;
 use tautrack::settings::{Setting, Settings};
-use tautrack::stability::attitude::Attitude;
 use tautrack::stability::limits::MotionLimits;
 
 const PERIOD: f32 = 4e-3;
@@ -76,7 +76,7 @@ fn assert_within_the_belts<B: Body>(settings: &Settings, radius: f32, accelerati
             (1.0, 32.767),
             (0.1, -0.3),
         ][step / 1_000];
-        let asked = Asked {
+        let asked = Command {
             forward: asked.0,
             yaw_rate: asked.1,
             posture: B::Posture::from_word(0),
@@ -132,7 +132,7 @@ fn no_command_spins_hylos_beyond_its_speed_limit_or_at_once() {
     body.rest();
     let mut fastest = 0.0_f32;
     for step in 0..2_000 {
-        let asked = Asked {
+        let asked = Command {
             yaw_rate: 32.767,
             forward: 0.0,
             posture: Clearance::default(),
@@ -156,7 +156,7 @@ fn at_a_quarter<B: Body>(settings: &Settings, forward: f32, yaw_rate: f32) -> B 
         speed_scale: 0.25,
         ..free()
     };
-    let asked = Asked {
+    let asked = Command {
         forward,
         yaw_rate,
         posture: B::Posture::from_word(0),

@@ -3,8 +3,8 @@
 use crate::random::Random;
 use tautrack::constants::GRAVITY;
 use tautrack::settings::Settings;
-use tautrack::stability::criterion::Evaluation;
 use tautrack::stability::diagonal::loss;
+use tautrack::stability::evaluation::Evaluation;
 use tautrack::stability::limits::{LEAST_SHARE, MotionLimits};
 use tautrack::stability::parameters::{Parameters, Uncertainty};
 use tautrack::stability::step_behind::{StepBehind, room, speed};

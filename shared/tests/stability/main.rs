@@ -1,6 +1,5 @@
 //! Tests margins and filter against integrated falls and against any input.
 
-mod attitude;
 mod bands;
 mod limits;
 mod margins;
@@ -11,4 +10,3 @@ mod supervision;
 mod support;
 mod tipover;
 mod trip;
-mod watch;

@@ -1,22 +1,23 @@
 //! Tests the guard's supervision against integrated falls and against any input.
 
 use proptest::prelude::*;
+use tautrack::estimate::attitude::Attitude;
+use tautrack::estimate::specific_force::SpecificForce;
+use tautrack::sensing::trust::Trust;
+use tautrack::sensing::watch::{Expectations, Watch};
 use tautrack::sensors::BodySensors;
 use tautrack::settings::Settings;
-use tautrack::stability::attitude::Attitude;
 use tautrack::stability::bands::{Band, Bands};
+use tautrack::stability::command::Command;
 use tautrack::stability::criterion::Criterion;
 use tautrack::stability::filter::{
-    Bounds, Margins, Ramp, SpeedCommand, Tracker, drive, posture, within_speed,
+    Bounds, Margins, Ramp, Tracker, posture, speed_scale, within_limit,
 };
 use tautrack::stability::limits::MotionLimits;
 use tautrack::stability::parameters::Parameters;
-use tautrack::stability::specific_force::SpecificForce;
 use tautrack::stability::stopping::{speed_limit, stopping_speed};
 use tautrack::stability::support::{Stance, narrowest};
-use tautrack::stability::trip::{Cause, Mode, Requests, Sight, Snapshot, Trip};
-use tautrack::stability::trust::Trust;
-use tautrack::stability::watch::{Expectations, Watch};
+use tautrack::stability::trip::{Cause, Inputs, Mode, Requests, Snapshot, Trip};
 
 const G: f64 = 9.81;
 
@@ -161,7 +162,7 @@ proptest! {
         let margins = Margins { now, rate, speed };
         let [towards, away] = ramps;
         let bounds = Bounds { towards, away, horizon, foresight, reserve, half_width };
-        let driven = drive(SpeedCommand { forward, yaw_rate }, pitch, &margins, &bounds);
+        let driven = speed_scale(Command::new(forward, yaw_rate), pitch, &margins, &bounds);
         for (speed_scale, _) in [driven, posture(pitch, &margins, ahead, &bounds)] {
             prop_assert!((0.0..=1.0).contains(&speed_scale), "{}", speed_scale);
         }
@@ -207,37 +208,37 @@ proptest! {
             if margins.iter().any(|margin| !margin.is_finite()) {
                 prop_assert!(band >= Band::Limit);
             }
-            let asked = SpeedCommand { forward: *forward, yaw_rate: *yaw_rate };
-            let sight = Sight {
+            let asked = Command::new(*forward, *yaw_rate);
+            let inputs = Inputs {
                 armed: *armed,
                 band,
                 trust: watch.trust(),
                 odometry_um: (*forward * 1e6) as i32,
-                moment: Snapshot {
+                snapshot: Snapshot {
                     cause: Cause::EmergencyStop,
                     time_us: 0,
                     margins,
                     edge: narrowest(&margins),
-                    asked,
+                    command: asked,
                     speed: *forward,
                     sensors: reading.unwrap_or_default(),
                 },
             };
             let [reset, override_trip, back_off, emergency_stop, _] = *flags;
             let requests = Requests { reset, override_trip, back_off, emergency_stop };
-            let mode = trip.update(&sight, requests, &parameters);
+            let mode = trip.update(&inputs, requests, &parameters);
             let admitted = mode.admit(asked, &parameters);
             if !matches!(mode, Mode::BackingOff(_)) && asked.forward.is_finite() {
                 let tracked = tracker.update(stance, &found, &found.gravity, *forward, *period);
                 let bounds = parameters.bounds(0.3);
-                let driven = drive(admitted, attitude.pitch().radians(), &tracked, &bounds);
+                let driven = speed_scale(admitted, attitude.pitch().radians(), &tracked, &bounds);
                 let limit = speed_limit(stance, &found, admitted.forward, 0.0);
-                let (speed_scale, _) = within_speed(driven, admitted.forward, limit);
+                let (speed_scale, _) = within_limit(driven, admitted.forward, limit);
                 prop_assert!(within(admitted.forward * speed_scale, asked.forward), "{:?} {}", admitted, speed_scale);
                 let yaw_rate = limits.yaw_rate(admitted.yaw_rate, *forward);
                 prop_assert!(within(yaw_rate, asked.yaw_rate), "{:?} {}", asked, yaw_rate);
                 if emergency_stop {
-                    prop_assert_eq!(admitted, SpeedCommand::default());
+                    prop_assert_eq!(admitted, Command::default());
                 }
             }
         }

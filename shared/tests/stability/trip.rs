@@ -1,13 +1,13 @@
 //! Tests what trips the guard, what clears the trip, and how trips are counted.
 
+use tautrack::sensing::trust::{Reason, Trust};
 use tautrack::sensors::BodySensors;
 use tautrack::settings::Settings;
 use tautrack::stability::bands::Band;
-use tautrack::stability::filter::SpeedCommand;
+use tautrack::stability::command::Command;
 use tautrack::stability::parameters::Parameters;
 use tautrack::stability::support::{EDGES, Edge};
-use tautrack::stability::trip::{Cause, Mode, Requests, Sight, Snapshot, Trip};
-use tautrack::stability::trust::{Reason, Trust};
+use tautrack::stability::trip::{Cause, Inputs, Mode, Requests, Snapshot, Trip};
 use tautrack::stability::verdict::Verdict;
 
 const RESET: Requests = Requests {
@@ -30,21 +30,18 @@ const BACK_OFF: Requests = Requests {
 };
 
 /// An armed guard whose rear margin is in this band, while the operator commands this speed.
-fn sight(band: Band, forward: f32) -> Sight {
-    Sight {
+fn inputs(band: Band, forward: f32) -> Inputs {
+    Inputs {
         armed: true,
         band,
         trust: Trust::Full,
         odometry_um: 0,
-        moment: Snapshot {
+        snapshot: Snapshot {
             cause: Cause::EmergencyStop,
             time_us: 0,
             margins: [0.0, 0.3, 0.2, 0.2],
             edge: Edge::Back,
-            asked: SpeedCommand {
-                forward,
-                yaw_rate: 0.0,
-            },
+            command: Command::new(forward, 0.0),
             speed: forward,
             sensors: BodySensors::default(),
         },
@@ -68,19 +65,19 @@ fn cause(trip: &Trip) -> Option<Cause> {
 fn a_trip_that_lasts_counts_once_and_the_next_one_again() {
     let (mut trip, parameters) = (Trip::default(), parameters());
     for _ in 0..50 {
-        trip.update(&sight(Band::Stop, -0.1), NOTHING, &parameters);
+        trip.update(&inputs(Band::Stop, -0.1), NOTHING, &parameters);
     }
     assert_eq!((trip.latched(), trip.count()), (true, 1));
     for _ in 0..50 {
-        trip.update(&sight(Band::Stop, -0.1), EMERGENCY_STOP, &parameters);
+        trip.update(&inputs(Band::Stop, -0.1), EMERGENCY_STOP, &parameters);
     }
     assert_eq!(
         (cause(&trip), trip.count()),
         (Some(Cause::EmergencyStop), 2)
     );
-    trip.update(&sight(Band::Free, 0.0), RESET, &parameters);
+    trip.update(&inputs(Band::Free, 0.0), RESET, &parameters);
     assert_eq!((trip.latched(), trip.count()), (false, 2));
-    trip.update(&sight(Band::Stop, -0.1), NOTHING, &parameters);
+    trip.update(&inputs(Band::Stop, -0.1), NOTHING, &parameters);
     assert_eq!(
         (cause(&trip), trip.count()),
         (Some(Cause::Margin(Edge::Back)), 3)
@@ -95,14 +92,14 @@ fn a_trip_that_an_emergency_stop_covered_comes_back_unless_its_cause_has_gone() 
         (Band::Free, None),
     ] {
         let (mut trip, parameters) = (Trip::default(), parameters());
-        trip.update(&sight(Band::Stop, -0.1), NOTHING, &parameters);
-        trip.update(&sight(Band::Stop, -0.1), EMERGENCY_STOP, &parameters);
-        trip.update(&sight(band, 0.0), RESET, &parameters);
+        trip.update(&inputs(Band::Stop, -0.1), NOTHING, &parameters);
+        trip.update(&inputs(Band::Stop, -0.1), EMERGENCY_STOP, &parameters);
+        trip.update(&inputs(band, 0.0), RESET, &parameters);
         assert_eq!(cause(&trip), left, "{band:?}");
     }
     let (mut trip, parameters) = (Trip::default(), parameters());
-    trip.update(&sight(Band::Limit, 0.0), EMERGENCY_STOP, &parameters);
-    trip.update(&sight(Band::Limit, 0.0), RESET, &parameters);
+    trip.update(&inputs(Band::Limit, 0.0), EMERGENCY_STOP, &parameters);
+    trip.update(&inputs(Band::Limit, 0.0), RESET, &parameters);
     assert_eq!(cause(&trip), None, "nothing was covered");
 }
 
@@ -110,8 +107,8 @@ fn a_trip_that_an_emergency_stop_covered_comes_back_unless_its_cause_has_gone() 
 fn backing_off_needs_a_command_that_led_to_the_trip() {
     for (forward, direction) in [(-0.1, Some(1.0)), (0.1, Some(-1.0)), (0.0, None)] {
         let (mut trip, parameters) = (Trip::default(), parameters());
-        trip.update(&sight(Band::Stop, forward), NOTHING, &parameters);
-        let mode = trip.update(&sight(Band::Stop, 0.0), BACK_OFF, &parameters);
+        trip.update(&inputs(Band::Stop, forward), NOTHING, &parameters);
+        let mode = trip.update(&inputs(Band::Stop, 0.0), BACK_OFF, &parameters);
         assert_eq!(mode, direction.map_or(Mode::Tripped, Mode::BackingOff));
     }
 }

@@ -4,12 +4,14 @@
 //! [`eds`] writes the object dictionary of one role as an electronic data sheet, with the objects
 //! of the settings from `setting_objects`. `urdf` writes the robots. `bus` writes the
 //! cyclic frames with their load, the payloads and the objects, `verdicts` the guard's verdicts,
-//! `tables` faults and settings. [`files`] returns all generated files.
+//! `tables` faults and settings, [`guarantees`] the promises with their tests. [`files`] returns
+//! all generated files.
 
 mod bus;
 #[path = "../../../../shared/dictionary/load.rs"]
 pub mod dictionary;
 pub mod eds;
+pub mod guarantees;
 mod setting_objects;
 mod tables;
 mod urdf;
@@ -29,8 +31,10 @@ pub enum ReferenceError {
     Dictionary(&'static str, String),
     /// A scenario of the repository is invalid.
     Scenario(ScenarioError),
-    /// A page cannot be read.
+    /// A page, or the list of guarantees, cannot be read.
     Page(PathBuf, io::Error),
+    /// The list of guarantees is invalid; with the message.
+    Guarantees(PathBuf, String),
     /// The page lacks the marks of this block.
     NoBlock(PathBuf, &'static str),
 }
@@ -42,6 +46,7 @@ impl fmt::Display for ReferenceError {
             Self::Dictionary(role, error) => write!(f, "the dictionary of {role}: {error}"),
             Self::Scenario(error) => write!(f, "{error}"),
             Self::Page(path, error) => write!(f, "cannot read {}: {error}", path.display()),
+            Self::Guarantees(path, error) => write!(f, "{}: {error}", path.display()),
             Self::NoBlock(path, name) => write!(
                 f,
                 "{} has no block from `{}` to `{END}`",
@@ -111,6 +116,7 @@ pub fn files() -> Result<Vec<(PathBuf, String)>, ReferenceError> {
         block("bus.md", "payloads", bus::payloads()),
         block("bus.md", "verdicts", verdicts::table()),
         block("bus.md", "objects", bus::objects(&roles)),
+        block("guarantees.md", "guarantees", promises()?),
     ];
     for Block { page, name, text } in blocks {
         let path = docs.join(page);
@@ -124,6 +130,14 @@ pub fn files() -> Result<Vec<(PathBuf, String)>, ReferenceError> {
         }
     }
     Ok(files)
+}
+
+/// Returns the tables of docs/guarantees.md.
+fn promises() -> Result<String, ReferenceError> {
+    let list = root()?.join("host-tests/guarantees.toml");
+    let source =
+        fs::read_to_string(&list).map_err(|error| ReferenceError::Page(list.clone(), error))?;
+    guarantees::tables(root()?, &source).map_err(|error| ReferenceError::Guarantees(list, error))
 }
 
 fn replaced(page: &str, name: &str, text: &str) -> Option<String> {

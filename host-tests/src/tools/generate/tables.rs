@@ -6,8 +6,9 @@ use tautrack::settings;
 
 /// Returns the tables of docs/faults.md: an overview, and one section for each fault.
 pub fn faults() -> String {
-    let mut text =
-        "| Code | Fault | Reaction of the drive | Time, seen |\n|---|---|---|---|\n".to_owned();
+    let mut text = "| Code | Fault | Reaction of the drive | Time, seen | Counted from |\n\
+        |---|---|---|---|---|\n"
+        .to_owned();
     let reaction = |reaction| match reaction {
         Reaction::Hold => "ramps to standstill and holds",
         Reaction::Brake => "shorts its windings",
@@ -15,15 +16,16 @@ pub fn faults() -> String {
     };
     for row in faults::TABLE {
         let (code, name, does) = (row.code, row.name, reaction(row.reaction));
-        let time = row.longest_ms;
-        let _ = writeln!(text, "| `{code:#06x}` | {name} | {does} | {time} ms |");
+        let (time, from) = (row.longest_ms, row.from);
+        let _ = writeln!(
+            text,
+            "| `{code:#06x}` | {name} | {does} | {time} ms | {from} |"
+        );
     }
     for row in faults::TABLE {
         let points = [
-            format!("* Reaction: the drive {}.", reaction(row.reaction)),
-            format!("* Time, seen: {} ms from {}.", row.longest_ms, row.from),
             format!("* Cleared by: {}.", row.clears),
-            format!("* What to do: {}", row.remedy),
+            format!("* Remedy: {}", row.remedy),
         ];
         let points = points.map(|point| wrapped(&point, "  ")).join("\n");
         let (code, name, cause) = (row.code, row.name, wrapped(row.cause, ""));
@@ -54,20 +56,18 @@ fn wrapped(text: &str, indent: &str) -> String {
 /// Groups of settings: the last key of each group, and its title with the roles that read it.
 const GROUPS: &[(u16, &str)] = &[
     (0x000f, "Every node"),
-    (0x002f, "Motor and output shaft: axle and screw"),
-    (0x003f, "Belt and screw: screw and guard"),
+    (0x002f, "Motor and output shaft: axle, screw"),
+    (0x003f, "Belt: screw, guard"),
     (0x005f, "Robot and operator: guard"),
     (0x006f, "Compass: guard"),
-    (0x007f, "Margins, trip and trust in the sensors: guard"),
+    (0x007f, "Margins, trip and trust: guard"),
     (0x008f, "Crawler: guard"),
-    (0x009f, "Robots whose drives have consecutive ids: guard"),
+    (0x009f, "Other robots: guard"),
+    (0x00af, "Sensors: guard"),
     (0x00bf, "Masses of B2P2: guard"),
-    (0x00cf, "Motor with three phases: axle and screw"),
-    (0x00df, "Limits of a drive: axle and screw"),
-    (
-        0x00ef,
-        "Stops, windows and brake of a drive: axle and screw",
-    ),
+    (0x00cf, "Three-phase motor: axle, screw"),
+    (0x00df, "Limits: axle, screw"),
+    (0x00ef, "Stops, windows and brake: axle, screw"),
 ];
 
 /// Returns the tables of docs/settings.md: one for each group of settings.

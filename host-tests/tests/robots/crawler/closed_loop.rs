@@ -3,7 +3,7 @@
 use crate::crawler::driven::{DT, Driven, slope};
 use crate::stamp;
 use core::f64::consts::{PI, TAU};
-use tautrack::estimate::mounting::pitch_and_roll;
+use tautrack::estimate::attitude::pitch_and_roll;
 use tautrack::robots::crawler::{
     BodyVelocity, Configuration, Controller, Observation, parameters as model,
 };

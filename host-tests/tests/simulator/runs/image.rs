@@ -1,5 +1,5 @@
-//! Tests of runs in which single nodes are flash images of their board. docs/images.md has the ten
-//! runs with which the run of a track compares.
+//! Tests of runs in which single nodes are flash images of their board. The run of a track compares
+//! with ten runs of host nodes: `cargo demo --nodes host --seed N`, with N from 1 to 10.
 
 use super::{outcome, programs, scenario, with};
 use crate::unchanged;

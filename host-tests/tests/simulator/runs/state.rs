@@ -2,10 +2,10 @@
 //! truth.
 
 use super::{climb, stamp};
+use tautrack::estimate::attitude::Attitude;
 use tautrack::estimate::nmea::Place;
 use tautrack::estimate::position::{Fix, Position};
 use tautrack::sensors::BodySensors;
-use tautrack::stability::attitude::Attitude;
 use tautrack::units::Angle;
 use tautrack_host_tests::programs::Board;
 

@@ -153,8 +153,8 @@ impl Axle {
         self.run::<false>(inputs, Some(taut))
     }
 
-    /// `WATCHES` is whether the role may have an [`AngleWatch`]. The program of a role that has none
-    /// does not contain its code.
+    /// `WATCHES` is whether the role may have an [`AngleWatch`]. The program of a role that has
+    /// none does not contain its code.
     fn run<const WATCHES: bool>(
         &mut self,
         inputs: &Inputs,

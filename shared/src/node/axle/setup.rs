@@ -48,8 +48,8 @@ impl Axle {
         Self::with_scale::<true>(settings, scale, reference, travel)
     }
 
-    /// Creates an axle whose positions on the bus have another scale. The screw uses it. `WATCHES` is
-    /// whether the role may have an [`AngleWatch`].
+    /// Creates an axle whose positions on the bus have another scale. The screw uses it. `WATCHES`
+    /// is whether the role may have an [`AngleWatch`].
     #[inline(never)] // each inlined copy takes stack
     pub(in crate::node) fn with_scale<const WATCHES: bool>(
         settings: &Settings,

@@ -1,22 +1,50 @@
-//! Passes the operator's command to the body, as far as supervision and filter allow.
+//! Takes the operator's command, and passes it to the body as far as the balance allows.
 
-use super::interface::Inputs;
-use super::supervision::Moment;
+use super::interface::{FaultReport, Inputs};
+use super::operator::Event;
 use super::{Guard, State};
 use crate::bus::pdo::Request;
-use crate::robots::{Asked, Body, PostureCommand};
+use crate::bus::scale::from_milli;
+use crate::faults::Fault;
+use crate::robots::{Body, Command, PostureCommand};
+use crate::stability::balance;
 use crate::stability::trip::Requests;
 use crate::stability::verdict::Verdict;
 
 impl<B: Body> Guard<B> {
-    /// Passes the operator's command to the body, as far as supervision and margins allow.
+    /// Takes the operator's command. A request that has changed to "reset" acknowledges everything.
+    pub(super) fn listen(&mut self, inputs: &Inputs<'_>) {
+        self.requests.emergency_stop |= inputs.emergency_stop;
+        let Some(command) = inputs.operator else {
+            return;
+        };
+        let event = self.operator.receive(command, inputs.now_us);
+        self.requests.emergency_stop |= self.operator.request() == Request::EmergencyStop;
+        match event {
+            Some(Event::Reset) => {
+                self.requests.reset = true;
+                self.fault = None;
+                self.drives.begin_reset();
+                self.body.acknowledge();
+            }
+            Some(Event::TwoOperators) if self.fault.is_none() => {
+                self.fault = Some(FaultReport {
+                    node: self.drives.own_id(),
+                    code: Fault::TwoOperators.code(),
+                });
+            }
+            _ => {}
+        }
+    }
+
+    /// Passes the operator's command to the body, as far as the margins allow.
     pub(super) fn pass_command(&mut self, inputs: &Inputs<'_>) {
         let (now_us, period) = (inputs.now_us, self.schedule.period());
         let request = self.operator.request();
         let present = self.operator.present(now_us);
         let seen = core::mem::take(&mut self.requests);
         let armed = self.state == State::Armed;
-        let moment = Moment {
+        let inputs = balance::Inputs {
             now_us,
             armed,
             attended: self.operator.attends(now_us),
@@ -30,21 +58,23 @@ impl<B: Body> Guard<B> {
             },
             odometry_um: self.body.odometry_um(),
         };
-        let command = self.operator.command();
-        let asked = Asked {
-            forward: f32::from(command.forward) * 1e-3,
-            yaw_rate: f32::from(command.yaw_rate) * 1e-3,
-            posture: B::Posture::from_word(command.posture),
+        let received = self.operator.command();
+        let command = Command {
+            forward: from_milli(received.forward),
+            yaw_rate: from_milli(received.yaw_rate),
+            posture: B::Posture::from_word(received.posture),
         };
         let (posture, speed) = (self.body.posture(), self.body.speed());
-        let (asked, admitted) = self.supervision.admit(asked, posture, speed, &moment);
+        let (command, admitted) =
+            self.balance
+                .admit(command, posture, speed, &self.sensing, &inputs);
         let ahead =
             self.body
-                .stance_ahead(&asked, &self.attitude, self.supervision.horizon(), period);
+                .stance_ahead(&command, &self.attitude, self.balance.horizon(), period);
         let pitch = self.attitude.pitch().radians();
         let (allowed, filtered) =
-            self.supervision
-                .filter(&asked, ahead.as_ref(), pitch, self.body.stopping_time());
+            self.balance
+                .filter(&command, ahead.as_ref(), pitch, self.body.stopping_time());
         if !armed {
             self.speed_scale = 1.0;
             // Only an emergency stop trips a robot that is not armed.
@@ -54,12 +84,12 @@ impl<B: Body> Guard<B> {
             });
             return;
         }
-        let asked = Asked {
-            yaw_rate: allowed.limits.yaw_rate(asked.yaw_rate, speed),
-            ..asked
+        let command = Command {
+            yaw_rate: allowed.limits.yaw_rate(command.yaw_rate, speed),
+            ..command
         };
         self.speed_scale = allowed.speed_scale;
-        self.body.advance(&asked, allowed, &self.attitude, period);
+        self.body.advance(&command, allowed, &self.attitude, period);
         self.tally.count(match (admitted, filtered) {
             // If the filter refuses the way back, this is the reason why the robot stands.
             (Verdict::Passed, _) | (Verdict::BackingOff(_), Verdict::Refused(_)) => filtered,

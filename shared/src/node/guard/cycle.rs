@@ -6,8 +6,8 @@ use super::sequence::{self, Conditions};
 use super::{Guard, State};
 use crate::bus::network::{NmtCommand, nmt, sync};
 use crate::bus::pdo::Request;
+use crate::estimate::attitude::Attitude;
 use crate::robots::{Body, DriveState, Goal};
-use crate::stability::attitude::Attitude;
 use crate::stability::parameters::Refusal;
 
 impl<B: Body> Guard<B> {
@@ -38,7 +38,7 @@ impl<B: Body> Guard<B> {
             Intent::Stand
         } else if self.operator.disarms(now_us) {
             Intent::Disarm
-        } else if self.supervision.tripped() {
+        } else if self.balance.tripped() {
             Intent::Stand
         } else if self.operator.drives(now_us) && self.start_refusal().is_none() {
             Intent::Drive
@@ -65,7 +65,7 @@ impl<B: Body> Guard<B> {
         let homing = (0..)
             .map_while(|index| self.body.homing_stance(index, &self.attitude))
             .take_while(|_| begins);
-        self.supervision
+        self.balance
             .start_refusal(&self.attitude, homes, confirmed, homing)
     }
 
@@ -75,7 +75,7 @@ impl<B: Body> Guard<B> {
         let before = self.state;
         let complete = self.drives.complete();
         let ready = complete && self.drives.have_status();
-        let arms = ready && self.operator.arms(now_us) && !self.supervision.tripped();
+        let arms = ready && self.operator.arms(now_us) && !self.balance.tripped();
         let starts = arms && before == State::Ready || matches!(before, State::Starting(_));
         // The first readings may be wrong. Until they have settled, the start waits.
         let refusal = self.start_refusal().filter(|_| starts);
@@ -114,7 +114,7 @@ impl<B: Body> Guard<B> {
     /// Refuses to arm a robot whose geometry and settings make no sense on level ground.
     fn check(&mut self) {
         let level = self.body.stance(&Attitude::default());
-        self.refusal = self.supervision.check(&level).err();
+        self.refusal = self.balance.check(&level).err();
         if self.refusal.is_some() {
             self.state = State::Ready;
         }

@@ -5,26 +5,26 @@
 //!
 //! This file has the tick. The other modules:
 //!
-//! * [`sensing`]: what happens between two SYNCs
+//! * [`evaluation`]: what happens between two SYNCs
 //! * [`cycle`]: what happens once per SYNC
-//! * [`command`]: how much of the operator's command passes
+//! * [`command`]: the operator's command, and how much of it passes
 //! * [`commissioning`]: mounting and constant errors of the sensors
-//! * [`drives`] and [`drive`]: what the guard knows of the other nodes
+//! * [`drive_table`] and [`drive_link`]: what the guard knows of the other nodes
 //! * [`identity`]: whether a second node sends with the identifiers of a drive
 //! * [`scales`]: comparison of the nodes' position scales
 //! * [`operator`] and [`streams`]: the newest command, and whether two operators send them
 //! * [`schedule`]: which work is due in a tick
 //! * [`sequence`]: the states of the guard
 //! * [`gate`]: what the drives may do in each state
-//! * [`supervision`]: the robot's balance
 //! * [`publish`]: payloads of the guard's process data
 //! * [`interface`]: inputs and outputs
 
 mod command;
 pub mod commissioning;
 mod cycle;
-mod drive;
-mod drives;
+mod drive_link;
+mod drive_table;
+mod evaluation;
 mod gate;
 mod identity;
 mod interface;
@@ -32,34 +32,33 @@ mod operator;
 mod publish;
 mod scales;
 mod schedule;
-mod sensing;
 mod sequence;
 mod streams;
-mod supervision;
 
-pub use drives::ScaleMismatch;
+pub use drive_table::ScaleMismatch;
 pub use interface::{Inputs, MAX_SENT, Outputs};
 pub use scales::POSITION_SCALE;
 pub use sequence::State;
-pub use supervision::Telemetry;
 
 use crate::constants::CONTROL_PERIOD;
+use crate::estimate::attitude::Attitude;
 use crate::estimate::state::Estimator;
 use crate::robots::Body;
+use crate::robots::body::balance_parameters;
+use crate::sensing::Sensing;
+use crate::sensing::sensor_watch::SensorState;
 use crate::sensors::Sensor;
-use crate::settings::{Setting, Settings};
-use crate::stability::attitude::Attitude;
+use crate::settings::Settings;
+use crate::stability::balance::{Balance, Telemetry};
 use crate::stability::parameters::Refusal;
-use crate::stability::sensor_watch::{SensorState, SensorWatch};
 use crate::stability::trip::Requests;
 use commissioning::Commissioning;
-use drives::Drives;
+use drive_table::Drives;
 use gate::Gate;
 use interface::FaultReport;
 use operator::Operator;
 use publish::Tally;
 use schedule::Schedule;
-use supervision::Supervision;
 
 /// The guard of a robot with this body.
 #[derive(Clone, Debug)]
@@ -69,14 +68,13 @@ pub struct Guard<B> {
     state: State,
     gate: Gate,
     body: B,
-    supervision: Supervision,
+    sensing: Sensing,
+    balance: Balance,
     refusal: Option<Refusal>,
     speed_scale: f32,
     attitude: Attitude,
     estimator: Estimator,
     commissioning: Commissioning,
-    /// Monitor of the GNSS receiver.
-    fixes: SensorWatch,
     operator: Operator,
     /// Requests for a reset and for an emergency stop since the last SYNC.
     requests: Requests,
@@ -97,13 +95,13 @@ impl<B: Body> Guard<B> {
             state: State::default(),
             gate: Gate::Hold,
             body: B::new(settings)?,
-            supervision: Supervision::new::<B>(settings),
+            sensing: Sensing::new(settings),
+            balance: Balance::new(settings, balance_parameters::<B>(settings)),
             refusal: None,
             speed_scale: 1.0,
             attitude: Attitude::default(),
             estimator: Estimator::new(settings),
             commissioning: Commissioning::default(),
-            fixes: SensorWatch::new(settings.get(Setting::FixRate) as f32),
             operator: Operator::new(settings),
             requests: Requests::default(),
             fault: None,
@@ -114,26 +112,25 @@ impl<B: Body> Guard<B> {
 
     /// Refuses to arm the robot, because the settings are not all those that were saved.
     pub fn doubt_settings(&mut self) {
-        self.supervision.doubt_settings();
+        self.balance.doubt_settings();
     }
 
     /// Runs one control period. The outputs stay in place until the next one, because copying the
     /// frames would take longer than creating them.
     pub fn tick(&mut self, inputs: &Inputs<'_>) -> &Outputs {
         let fault_before = self.fault;
-        let sensors = self.supervision.receive(inputs.body.as_ref());
+        let sensors = self.sensing.receive(inputs.body.as_ref());
         self.attitude.update(sensors, CONTROL_PERIOD);
         self.estimator
             .sense(sensors, &mut self.attitude, inputs.now_us);
-        self.commissioning
-            .sense(self.supervision.raw(), CONTROL_PERIOD);
+        self.commissioning.sense(self.sensing.raw(), CONTROL_PERIOD);
         let fix = self.estimator.listen(inputs.serial, inputs.now_us);
-        self.fixes.advance(fix.then_some(Ok(())), CONTROL_PERIOD);
+        self.sensing.receive_fix(fix);
         for frame in inputs.frames {
             self.drives.receive(frame, inputs.now_us);
         }
         self.listen(inputs);
-        self.supervise(inputs.now_us);
+        self.latch_fault(inputs.now_us);
 
         self.outputs.frames.clear();
         self.outputs.robot = None;
@@ -172,7 +169,7 @@ impl<B: Body> Guard<B> {
 
     /// Returns what the guard knows of the robot's balance.
     pub fn telemetry(&self) -> Telemetry {
-        self.supervision.telemetry(self.refusal)
+        self.balance.telemetry(self.refusal)
     }
 
     /// Starts a step of the commissioning of the sensors
@@ -188,11 +185,7 @@ impl<B: Body> Guard<B> {
 
     /// Returns age, rate and health of a sensor.
     pub fn sensor(&self, sensor: Sensor) -> SensorState {
-        let watch = self.supervision.watch();
-        match watch.sensor(sensor) {
-            Some(found) => SensorState::new(found, watch.trust_in(sensor)),
-            None => SensorState::new(&self.fixes, self.fixes.trust()),
-        }
+        self.sensing.state(sensor)
     }
 
     /// Returns the first drive whose scale differs from the one that the robot's equations use.

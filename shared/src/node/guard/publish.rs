@@ -3,8 +3,8 @@
 use super::Guard;
 use super::interface::FaultReport;
 use crate::bus::pdo::{GuardMargins, GuardMotion, GuardPassed, GuardPosition, GuardState};
+use crate::bus::scale::{centi, centidegrees, milli};
 use crate::estimate::state::{State, Validity};
-use crate::math::to_i16;
 use crate::robots::{Body, PostureCommand};
 use crate::stability::verdict::Verdict;
 
@@ -55,9 +55,7 @@ impl Tally {
 impl<B: Body> Guard<B> {
     /// Updates the payloads that every tick publishes.
     pub(super) fn publish(&mut self) {
-        let centidegrees = |radians: f32| to_i16(radians.to_degrees() * 100.0);
-        let millimetres = |metres: f32| to_i16(metres * 1e3);
-        let [back, front, left, right] = self.supervision.margins().now.map(millimetres);
+        let [back, front, left, right] = self.balance.margins().now.map(milli);
         let fault = self.fault.unwrap_or(FaultReport { node: 0, code: 0 });
         let command = self.operator.command();
         let outputs = &mut self.outputs;
@@ -69,7 +67,7 @@ impl<B: Body> Guard<B> {
         outputs.state = GuardState {
             state: self.state.code(),
             verdict: self.tally.verdict.code(),
-            scale: to_i16(self.speed_scale * 100.0) as u8,
+            scale: centi(self.speed_scale) as u8,
             fault_node: fault.node,
             fault_code: fault.code,
             heading: (self.attitude.heading().to_bits() >> 16) as i16,
@@ -82,7 +80,7 @@ impl<B: Body> Guard<B> {
         };
         outputs.passed = GuardPassed {
             asked_speed: command.forward,
-            passed_speed: millimetres(self.body.speed()),
+            passed_speed: milli(self.body.speed()),
             asked_posture: command.posture,
             passed_posture: self.body.posture().word(),
         };
@@ -93,7 +91,7 @@ impl<B: Body> Guard<B> {
 
 /// Creates the payload of TPDO 5 from the robot's state.
 pub(super) fn position(state: &State) -> GuardPosition {
-    let centimetres = |axis: usize| to_i16(state[axis].value * 100.0);
+    let centimetres = |axis: usize| centi(state[axis].value);
     let invalid = state[0].validity == Validity::Invalid;
     GuardPosition {
         north: centimetres(0),

@@ -3,18 +3,18 @@
 use super::shape::AXLE_3_FROM_BODY_3;
 use super::{FrontPart, Masses, Model};
 use crate::bus::scale::{Position, Scale, Target};
+use crate::estimate::attitude::Attitude;
 use crate::estimate::state::Joint;
-use crate::math::{limit, min, to_i16};
+use crate::math::{limit, min};
 use crate::motor::profile::{Limits, Motion};
 use crate::robots::body::{
-    Ahead, Allowed, Asked, Body, DriveState, Goal, MAX_DRIVES, MAX_OFFSETS, Offset, Phase,
+    Ahead, Allowed, Body, Command, DriveState, Goal, MAX_DRIVES, MAX_OFFSETS, Offset, Phase,
     PostureCommand, drive_of,
 };
 use crate::robots::odometry::Odometry;
 use crate::robots::turn::Turn;
 use crate::screw::{self, Geometry, GeometryError, metres};
 use crate::settings::{Setting, Settings};
-use crate::stability::attitude::Attitude;
 use crate::stability::step_behind::StepBehind;
 use crate::stability::support::Stance;
 use crate::units::{Angle, Length};
@@ -282,7 +282,7 @@ impl Body for B2p2 {
 
     fn stance_ahead(
         &self,
-        asked: &Asked<ChassisAngle>,
+        asked: &Command<ChassisAngle>,
         attitude: &Attitude,
         horizon: f32,
         period: f32,
@@ -338,7 +338,7 @@ impl Body for B2p2 {
 
     fn advance(
         &mut self,
-        asked: &Asked<ChassisAngle>,
+        asked: &Command<ChassisAngle>,
         allowed: Allowed,
         attitude: &Attitude,
         period: f32,
@@ -347,7 +347,7 @@ impl Body for B2p2 {
         // The speed scale applies to what the belts can do, not to a larger command.
         let bounded = self.turn.within(*asked);
         let yaw_rate = self.yaw(bounded.yaw_rate * allowed.speed_scale, attitude);
-        let driven = self.turn.within(Asked {
+        let driven = self.turn.within(Command {
             yaw_rate,
             ..bounded
         });
@@ -416,12 +416,9 @@ impl Body for B2p2 {
             return Vec::new();
         }
         let load = self.front.load(&self.geometry, &self.chassis, attitude);
-        [(JOINT, load.joint * 100.0), (SCREW, load.screw)]
+        [(JOINT, load.joint), (SCREW, load.screw)]
             .into_iter()
-            .map(|(drive, torque)| Offset {
-                drive,
-                torque: to_i16(torque),
-            })
+            .map(|(drive, load)| Offset { drive, load })
             .collect()
     }
 

@@ -4,11 +4,11 @@
 use super::masses::Masses;
 use super::parameters::LENGTHS;
 use super::shape::AXLE_3_FROM_BODY_3;
+use crate::estimate::attitude::Attitude;
 use crate::math::sin_cos;
 use crate::motor::profile::Motion;
 use crate::screw::{Geometry, metres};
 use crate::settings::Settings;
-use crate::stability::attitude::Attitude;
 use crate::units::Angle;
 
 /// Load of the two drives that move the front part.

@@ -6,9 +6,9 @@
 
 use super::masses::Masses;
 use super::parameters::LENGTHS;
+use crate::estimate::attitude::LevelAxes;
 use crate::math::{clamp, max, min, root_of_sum, sin_cos};
 use crate::settings::{Setting, Settings};
-use crate::stability::attitude::LevelAxes;
 use crate::stability::diagonal;
 use crate::stability::support::Stance;
 use crate::units::Angle;
@@ -199,10 +199,10 @@ impl Model {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::estimate::attitude::Attitude;
     use crate::robots::b2p2::B2p2;
     use crate::robots::body::Body;
     use crate::sensors::BodySensors;
-    use crate::stability::attitude::Attitude;
     use crate::stability::step_behind;
 
     /// Compares with the sum of the three bodies' moments in double precision, with the front part

@@ -5,15 +5,15 @@ use super::kinematics::BodyVelocity;
 use super::parameters::{Dimensions, Ground, Masses, ParametersError};
 use super::shape::Shape;
 use crate::bus::scale::{Position, Scale};
+use crate::estimate::attitude::Attitude;
 use crate::math::Scalar;
 use crate::motor::profile::{Limits, Motion};
 use crate::robots::body::{
-    Ahead, Allowed, Asked, Body, DriveState, Goal, MAX_DRIVES, Phase, drive_of,
+    Ahead, Allowed, Body, Command, DriveState, Goal, MAX_DRIVES, Phase, drive_of,
 };
 use crate::robots::odometry::Odometry;
 use crate::robots::turn::Turn;
 use crate::settings::{Setting, Settings};
-use crate::stability::attitude::Attitude;
 use crate::stability::support::Stance;
 use heapless::Vec;
 
@@ -150,7 +150,7 @@ impl Body for Crawler {
         Stance::on(shape.contacts, shape.cog)
     }
 
-    fn stance_ahead(&self, _: &Asked<()>, _: &Attitude, _: f32, _: f32) -> Option<Ahead> {
+    fn stance_ahead(&self, _: &Command<()>, _: &Attitude, _: f32, _: f32) -> Option<Ahead> {
         None
     }
 
@@ -161,7 +161,7 @@ impl Body for Crawler {
         self.sprockets = self.controller.command(STANDING, 0.0).sprockets;
     }
 
-    fn advance(&mut self, asked: &Asked<()>, allowed: Allowed, _: &Attitude, period: f32) {
+    fn advance(&mut self, asked: &Command<()>, allowed: Allowed, _: &Attitude, period: f32) {
         let asked = self.turn.within(*asked);
         allowed.ramp(&mut self.forward, asked.forward, self.speed, period);
         let speed = self.forward.velocity;

@@ -19,7 +19,7 @@ pub struct Attitude<S> {
 }
 
 /// Up direction in the platform's axes, from sines and cosines of an inclination as
-/// [`crate::stability::attitude::Attitude`] gives it: roll about the heading (left side up
+/// [`crate::estimate::attitude::Attitude`] gives it: roll about the heading (left side up
 /// positive), then pitch about the transverse axis (nose UP positive).
 pub fn up_from_tilt<S: Scalar>((sp, cp): (S, S), (sr, cr): (S, S)) -> Vector<S> {
     [cr * sp, sr, cr * cp]
@@ -35,7 +35,7 @@ impl<S: Scalar> Attitude<S> {
 
     /// Attitude of a platform in whose axes `up` (a unit vector) is up. The world's x axis is the
     /// platform's heading: level, and perpendicular to the platform's transverse axis, as in
-    /// [`crate::stability::attitude`].
+    /// [`crate::estimate::attitude`].
     ///
     /// If the nose points straight up or down, the roll is zero. If the platform lies on its side,
     /// there is no heading, and x is the platform's own.

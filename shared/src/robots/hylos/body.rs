@@ -6,17 +6,16 @@ use super::{
     Controller, Desired, LEGS, Parameters, Posture, Potential, PotentialError, Sensed, attitude,
     controller,
 };
-use crate::bus::scale::{Position, Scale, Target};
+use crate::bus::scale::{Position, Scale, Target, from_milli, millimetres};
+use crate::estimate::attitude::Attitude;
 use crate::math::sin_cos;
 use crate::motor::profile::{Limits, Motion};
 use crate::robots::body::{
-    Ahead, Allowed, Asked, Body, DriveState, Goal, MAX_DRIVES, Phase, PostureCommand, drive_of,
-    millimetres,
+    Ahead, Allowed, Body, Command, DriveState, Goal, MAX_DRIVES, Phase, PostureCommand, drive_of,
 };
 use crate::robots::odometry::Odometry;
 use crate::robots::turn::Turn;
 use crate::settings::{Setting, Settings};
-use crate::stability::attitude::Attitude;
 use crate::stability::support::Stance;
 use heapless::Vec;
 
@@ -71,7 +70,7 @@ impl Default for Clearance {
 impl PostureCommand for Clearance {
     fn from_word(millimetres: i16) -> Self {
         if millimetres > 0 {
-            Self(f32::from(millimetres) * 1e-3)
+            Self(from_milli(millimetres))
         } else {
             Self::default()
         }
@@ -174,7 +173,7 @@ impl Body for Hylos {
 
     fn stance_ahead(
         &self,
-        _: &Asked<Clearance>,
+        _: &Command<Clearance>,
         _: &Attitude,
         horizon: f32,
         _: f32,
@@ -191,7 +190,7 @@ impl Body for Hylos {
 
     /// Moves the set-points. When the legs correct a small margin, this counts as motion of the
     /// posture: it passes while it raises the margins.
-    fn advance(&mut self, asked: &Asked<Clearance>, allowed: Allowed, _: &Attitude, period: f32) {
+    fn advance(&mut self, asked: &Command<Clearance>, allowed: Allowed, _: &Attitude, period: f32) {
         let driven = self.turn.within(*asked);
         allowed.ramp(&mut self.forward, driven.forward, self.speed, period);
         let speed = self.forward.velocity;

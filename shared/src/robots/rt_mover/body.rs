@@ -11,17 +11,16 @@ use super::projection::Projection;
 use super::support::cog;
 use super::walk::{Gait, Inputs, Outputs, Pace};
 use super::wheel::{Shape, Wheel};
-use crate::bus::scale::{Position, Scale, Target};
+use crate::bus::scale::{Position, Scale, Target, from_milli, millimetres};
+use crate::estimate::attitude::Attitude;
 use crate::math::vector::Vector as Vector3;
 use crate::math::{limit, min};
 use crate::motor::profile::{Limits, Motion};
 use crate::robots::body::{
-    Ahead, Allowed, Asked, Body, DriveState, Goal, MAX_DRIVES, Phase, PostureCommand, drive_of,
-    millimetres,
+    Ahead, Allowed, Body, Command, DriveState, Goal, MAX_DRIVES, Phase, PostureCommand, drive_of,
 };
 use crate::robots::odometry::Odometry;
 use crate::settings::{Setting, Settings};
-use crate::stability::attitude::Attitude;
 use crate::stability::support::Stance;
 use crate::units::Angle;
 use heapless::Vec;
@@ -53,7 +52,7 @@ impl StepHeight {
 
 impl PostureCommand for StepHeight {
     fn from_word(millimetres: i16) -> Self {
-        Self(f32::from(millimetres) * 1e-3)
+        Self(from_milli(millimetres))
     }
 
     fn word(self) -> i16 {
@@ -111,7 +110,7 @@ impl RtMover {
 
     /// Speed scale of the gait's motion. A small margin does not hold up a wheel that goes down,
     /// because the margin widens when it lands.
-    fn speed_scale(&self, asked: &Asked<StepHeight>, allowed: &Allowed) -> f32 {
+    fn speed_scale(&self, asked: &Command<StepHeight>, allowed: &Allowed) -> f32 {
         let posture = if allowed.posture {
             allowed.limits.posture
         } else {
@@ -217,7 +216,7 @@ impl Body for RtMover {
 
     fn stance_ahead(
         &self,
-        _: &Asked<StepHeight>,
+        _: &Command<StepHeight>,
         attitude: &Attitude,
         horizon: f32,
         _: f32,
@@ -244,7 +243,7 @@ impl Body for RtMover {
 
     fn advance(
         &mut self,
-        asked: &Asked<StepHeight>,
+        asked: &Command<StepHeight>,
         allowed: Allowed,
         attitude: &Attitude,
         period: f32,

@@ -1,8 +1,8 @@
 //! Solves the motion of a lifted wheel without the approximations of the paper's laws: the
 //! supporting wheels roll without slipping, and the lifted wheel does its task.
 
-use super::command::{MotorCommand, Situation, Task};
 use super::parameters::Parameters;
+use super::task::{MotorCommand, Situation, Task};
 use super::wheel::{Arm, Axle, Shape, WHEELS, Wheel, WheelMotion};
 use crate::math::Scalar;
 

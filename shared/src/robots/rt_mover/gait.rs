@@ -54,7 +54,7 @@ impl Stage {
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Event {
     /// The operator commands a step.
-    Asked,
+    Commanded,
     /// The operator acknowledges how the gait ended.
     Acknowledged,
     /// The stage's goal is reached.
@@ -83,7 +83,7 @@ pub enum Event {
 /// Transitions from a stage, on an event, to the next stage. There are no others; in particular,
 /// only [`Event::Allowed`] leads to the lifting of a wheel.
 pub const TABLE: [(Stage, Event, Stage); 37] = [
-    (Stage::Standing, Event::Asked, Stage::Skewing),
+    (Stage::Standing, Event::Commanded, Stage::Skewing),
     (Stage::Skewing, Event::Reached, Stage::Seeking),
     (Stage::Skewing, Event::Late, Stage::Stuck),
     (Stage::Seeking, Event::Reached, Stage::Backing),

@@ -7,6 +7,7 @@
 //! * [`parameters`]: lengths and masses, and which of them are assumed.
 //! * [`wheel`]: from shaft angles to wheels and the ground (eq. 2).
 //! * [`projection`]: how the robot stands on three wheels.
+//! * [`task`]: what a lifted wheel has to do.
 //! * [`lifting`]: the paper's laws of lifting, landing and swinging (eq. 3 to 12).
 //! * [`exact`]: the motion that these laws approximate.
 //! * [`command`]: one entry point to all these laws.
@@ -35,12 +36,14 @@ pub mod posture;
 pub mod prediction;
 pub mod projection;
 pub mod support;
+pub mod task;
 pub mod walk;
 pub mod wheel;
 pub mod wheel_mode;
 
 pub use body::{RtMover, StepHeight};
-pub use command::{Law, MotorCommand, Situation, Task, command};
+pub use command::{Law, command};
 pub use parameters::{Parameters, ParametersError};
+pub use task::{MotorCommand, Situation, Task};
 pub use walk::Gait;
 pub use wheel::{Axle, Shape, Wheel};

@@ -1,10 +1,10 @@
 //! Predicts the step of one wheel, with its margins, before any wheel leaves the ground.
 
-use super::command::{Situation, Task};
 use super::exact::exact;
 use super::parameters::Parameters;
 use super::projection::Projection;
 use super::support::margin_without;
+use super::task::{Situation, Task};
 use super::wheel::{Shape, Wheel};
 use crate::math::Scalar;
 

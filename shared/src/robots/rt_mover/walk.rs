@@ -4,13 +4,14 @@
 //! [`super::gait::TABLE`] decides which stage follows. Each stage has one arm of `act`, which
 //! drives the motors, and one arm of `event`, which decides when it is over.
 
-use super::command::{Law, MotorCommand, Situation, Task, command};
+use super::command::{Law, command};
 use super::gait::{Event, ORDER, Stage, next};
 use super::parameters::Parameters;
 use super::posture::{PostureControl, yielding};
 use super::prediction::{Prediction, Progress, Way, reach};
 use super::projection::Projection;
 use super::support::margin_without;
+use super::task::{MotorCommand, Situation, Task};
 use super::wheel::{Arm, Axle, Shape, WHEELS, Wheel};
 use super::wheel_mode::{Frame, wheel_mode};
 use crate::math::{atan2, clamp, limit, min};
@@ -196,7 +197,7 @@ impl Gait {
     /// Starts the gait up a step of `height`, m, which the robot faces straight at `heading`, rad.
     /// Ignored unless the robot stands.
     pub fn ask(&mut self, height: f32, heading: f32) {
-        let stage = next(self.stage, Event::Asked);
+        let stage = next(self.stage, Event::Commanded);
         if stage != self.stage && height > 0.0 {
             (self.step, self.aborted) = (0, false);
             (self.step_height, self.straight) = (height, heading);

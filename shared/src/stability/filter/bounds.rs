@@ -1,8 +1,8 @@
 //! Defines the margins between which a command is scaled down, and the reserves that the filter
 //! keeps.
 
-use super::SpeedCommand;
 use crate::math::clamp;
+use crate::stability::command::Command;
 use crate::stability::support::Edge;
 
 /// Margins between which the speed scale grows from 0 to 1, m.
@@ -63,7 +63,7 @@ const LIFTING_PITCH: f32 = 0.1;
 impl Bounds {
     /// How much the outer side of a turning robot lifts the front of the robot by driving forward:
     /// 0 to 1, which it reaches at [`LIFTING_SPEED`] and [`LIFTING_PITCH`].
-    pub(super) fn lifts(&self, command: SpeedCommand, pitch: f32) -> f32 {
+    pub(super) fn lifts(&self, command: Command<()>, pitch: f32) -> f32 {
         let outer = command.forward + self.half_width * command.yaw_rate.abs();
         scale(outer / LIFTING_SPEED) * scale(pitch / LIFTING_PITCH)
     }

@@ -17,17 +17,17 @@
 //! the stop margin to the trip margin, and it stops if the margin would decay to the trip margin
 //! within the horizon. So the robot has little momentum if a track slips or the ground ends.
 //!
-//! [`drive`] scales a speed, [`posture`] a change of shape, within [`Bounds`].
+//! [`speed_scale`] scales a speed, [`posture`] a change of shape, within [`Bounds`].
 
 mod bounds;
-mod drive;
 #[cfg(test)]
 mod examples;
 mod posture;
+mod speed;
 
 pub use super::tracker::{Margins, Tracker};
 pub use super::verdict::Verdict;
 pub use bounds::{Bounds, Ramp, sway};
-pub use drive::{SpeedCommand, drive, within_speed};
 pub(super) use posture::SMALLEST_SHARE;
 pub use posture::posture;
+pub use speed::{speed_scale, within_limit};

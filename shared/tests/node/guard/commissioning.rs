@@ -1,12 +1,12 @@
 //! Tests of the commissioning of the sensors: a board with known errors on a body that is raised
 //! and turned by hand. The board is modelled in double precision with rotation matrices.
 
+use tautrack::estimate::attitude::Attitude;
 use tautrack::estimate::compass::Compass;
-use tautrack::estimate::mounting::Mounting;
 use tautrack::node::guard::commissioning::{Commissioning, Reason, progress, request};
+use tautrack::sensing::mounting::Mounting;
 use tautrack::sensors::{BodySensors, Fresh};
 use tautrack::settings::{Setting, Settings};
-use tautrack::stability::attitude::Attitude;
 use tautrack::units::Angle;
 
 pub(super) type Matrix = [[f64; 3]; 3];

@@ -12,11 +12,11 @@ use tautrack::robots::crawler::Crawler;
 use tautrack::robots::hylos::Hylos;
 use tautrack::robots::rt_mover::RtMover;
 use tautrack::robots::{Body, Goal, Phase};
+use tautrack::sensing::trust::Reason;
 use tautrack::sensors::BodySensors;
 use tautrack::settings::{Setting, Settings};
 use tautrack::stability::parameters::Refusal;
 use tautrack::stability::support::Edge;
-use tautrack::stability::trust::Reason;
 
 fn state(bench: &Bench) -> State {
     State::from_code(bench.guard.outputs().state.state).expect("a state")

@@ -3,6 +3,7 @@
 use super::bench::{Bench, JOINT, SCREW, standing};
 use tautrack::bus::network::{Emergency, emergency};
 use tautrack::bus::pdo::{Payload, Request, TorqueOffset, receive};
+use tautrack::estimate::attitude::Attitude;
 use tautrack::estimate::state::Validity;
 use tautrack::faults::Fault;
 use tautrack::motor::profile::Motion;
@@ -11,7 +12,6 @@ use tautrack::robots::b2p2::FrontPart;
 use tautrack::screw::Geometry;
 use tautrack::sensors::{BodySensors, Sensor};
 use tautrack::settings::{Setting, Settings};
-use tautrack::stability::attitude::Attitude;
 
 /// A guard whose sensors have read this since its start, half a second ago.
 fn started(body: BodySensors) -> Bench {

@@ -2,13 +2,13 @@
 
 use super::bench::{Bench, standing, verdict};
 use tautrack::node::guard::State;
+use tautrack::sensing::trust::{Reason, Trust};
 use tautrack::sensors::{BodySensors, Fresh, Sensor};
 use tautrack::settings::Setting;
 use tautrack::stability::filter::Verdict;
 use tautrack::stability::parameters::Refusal;
 use tautrack::stability::support::Edge;
 use tautrack::stability::trip::Cause;
-use tautrack::stability::trust::{Reason, Trust};
 
 #[test]
 fn sensors_that_are_no_numbers_stop_the_robot() {

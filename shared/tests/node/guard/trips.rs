@@ -24,7 +24,7 @@ fn a_trip_latches_and_the_override_leaves_it_at_crawl_speed() {
     let kept = known.snapshot.expect("a snapshot");
     assert_eq!(kept.cause, Cause::Margin(Edge::Back));
     assert!(
-        (kept.asked.forward - 0.13).abs() < 1e-6 && kept.margins[0] < 0.01,
+        (kept.command.forward - 0.13).abs() < 1e-6 && kept.margins[0] < 0.01,
         "{kept:?}"
     );
 

@@ -5,8 +5,8 @@ use super::rest::{Means, Rest};
 use super::turn::Turn;
 use super::{Failure, length};
 use crate::estimate::ellipse::Ellipse;
-use crate::estimate::mounting::Mounting;
 use crate::math::{atan2, max, sin_cos, sqrt, to_i32};
+use crate::sensing::mounting::Mounting;
 use crate::sensors::BodySensors;
 use crate::units::Angle;
 

@@ -4,12 +4,12 @@ use super::model::{Shape, Unsupported, wheel_rates};
 use crate::bus::scale::{Position, Scale};
 use crate::motor::profile::{Limits, Motion};
 use crate::robots::body::{
-    Ahead, Allowed, Asked, Body, DriveState, Goal, MAX_DRIVES, Phase, drive_of,
+    Ahead, Allowed, Body, Command, DriveState, Goal, MAX_DRIVES, Phase, drive_of,
 };
 use crate::robots::odometry::Odometry;
 use crate::robots::turn::Turn;
 use crate::settings::{Setting, Settings};
-use crate::stability::attitude::Attitude;
+use crate::estimate::attitude::Attitude;
 use crate::stability::support::Stance;
 use heapless::Vec;
 
@@ -83,7 +83,7 @@ impl Body for Cart {
         )
     }
 
-    fn stance_ahead(&self, _: &Asked<()>, _: &Attitude, _: f32, _: f32) -> Option<Ahead> {
+    fn stance_ahead(&self, _: &Command<()>, _: &Attitude, _: f32, _: f32) -> Option<Ahead> {
         None
     }
 
@@ -93,7 +93,7 @@ impl Body for Cart {
         self.wheels = [0.0; 2];
     }
 
-    fn advance(&mut self, asked: &Asked<()>, allowed: Allowed, _: &Attitude, period: f32) {
+    fn advance(&mut self, asked: &Command<()>, allowed: Allowed, _: &Attitude, period: f32) {
         let asked = self.turn.within(*asked);
         allowed.ramp(&mut self.forward, asked.forward, self.limits, period);
         let speed = self.forward.velocity;

@@ -1,7 +1,7 @@
 //! Tests the attitude against rotations in double precision.
 
+use tautrack::estimate::attitude::Attitude;
 use tautrack::sensors::{BodySensors, Fresh};
-use tautrack::stability::attitude::Attitude;
 use tautrack::units::Angle;
 
 type Matrix = [[f64; 3]; 3];

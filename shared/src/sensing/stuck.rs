@@ -7,9 +7,9 @@
 //!   sensor exceeds its resolution, so its last digit changes all the time.
 //! * Any axis repeats while the other sensors show that the robot has turned.
 
-use super::attitude::Attitude;
 use super::trust::{Reason, Trust};
 use crate::constants::GRAVITY;
+use crate::estimate::attitude::Attitude;
 use crate::sensors::{BodySensors, Fresh};
 
 /// Rotation from which an inclinometer must read another value, and contradiction of the

@@ -1,13 +1,15 @@
-//! Tests of the supervision alone, with B2P2.
+//! Tests of the balance alone, with B2P2.
 
-use super::Supervision;
+use super::Balance;
 use crate::constants::CONTROL_PERIOD;
+use crate::estimate::attitude::Attitude;
 use crate::math::max;
 use crate::robots::b2p2::B2p2;
-use crate::robots::{Ahead, Asked};
+use crate::robots::body::balance_parameters;
+use crate::robots::{Ahead, Command};
+use crate::sensing::Sensing;
 use crate::sensors::BodySensors;
 use crate::settings::{Setting, Settings};
-use crate::stability::attitude::Attitude;
 use crate::stability::filter::Verdict;
 use crate::stability::support::{Edge, Stance};
 
@@ -56,18 +58,19 @@ fn level(steps: u32) -> Attitude {
     attitude
 }
 
-/// Creates the supervision of a robot on level ground with good sensors.
-fn standing(settings: &Settings, ahead: f32, speed: f32) -> Supervision {
-    let mut supervision = Supervision::new::<B2p2>(settings);
+/// Creates sensors and balance of a robot on level ground with good sensors.
+fn standing(settings: &Settings, ahead: f32, speed: f32) -> (Sensing, Balance) {
+    let mut sensing = Sensing::new(settings);
+    let mut balance = Balance::new(settings, balance_parameters::<B2p2>(settings));
     let mut attitude = Attitude::default();
     for step in 0..SETTLED {
         let reading = reading(step);
-        let usable = supervision.receive(Some(&reading));
+        let usable = sensing.receive(Some(&reading));
         assert_eq!(usable, &reading);
         attitude.update(usable, CONTROL_PERIOD);
-        supervision.evaluate(&stance(ahead), None, &attitude, speed, 4e-3);
+        balance.evaluate(&mut sensing, &stance(ahead), None, &attitude, speed, 4e-3);
     }
-    supervision
+    (sensing, balance)
 }
 
 /// The shape ahead has a rear margin of 65 mm. Without uncertainty the robot may move there slowly.
@@ -76,9 +79,9 @@ fn standing(settings: &Settings, ahead: f32, speed: f32) -> Supervision {
 fn the_uncertainty_is_taken_off_the_margin_ahead() {
     for (uncertainty, passes) in [(0, true), (20_000, false)] {
         let settings = settings(&[(Setting::CogUncertainty, uncertainty)]);
-        let supervision = standing(&settings, 0.3, 0.0);
-        let (allowed, verdict) = supervision.filter(
-            &Asked::<()>::default(),
+        let (_, balance) = standing(&settings, 0.3, 0.0);
+        let (allowed, verdict) = balance.filter(
+            &Command::<()>::default(),
             Some(&stance(0.065).into()),
             0.0,
             0.0,
@@ -97,10 +100,10 @@ fn the_uncertainty_is_taken_off_the_margin_ahead() {
 #[test]
 fn a_measured_force_is_taken_off_the_margin_ahead() {
     for (force, passes) in [(0.0, true), (0.02, false)] {
-        let mut supervision = standing(&Settings::default(), 0.3, 0.0);
-        supervision.margins.now[Edge::Back as usize] -= force;
+        let (_, mut balance) = standing(&Settings::default(), 0.3, 0.0);
+        balance.margins.now[Edge::Back as usize] -= force;
         let ahead = stance(0.065).into();
-        let (allowed, _) = supervision.filter(&Asked::<()>::default(), Some(&ahead), 0.0, 0.0);
+        let (allowed, _) = balance.filter(&Command::<()>::default(), Some(&ahead), 0.0, 0.0);
         assert_eq!(allowed.posture, passes, "{force}");
     }
 }
@@ -111,22 +114,19 @@ fn a_measured_force_is_taken_off_the_margin_ahead() {
 #[test]
 fn a_robot_that_bears_less_deceleration_looks_farther_ahead() {
     for (forward, yaw_rate) in [(0.2, 0.0), (-0.2, 0.0), (0.0, 0.5)] {
-        let asked = Asked {
+        let asked = Command {
             forward,
             yaw_rate,
             posture: (),
         };
         let speed_scale = |stopping: f32, [ahead, behind]: [f32; 2]| {
-            let mut supervision = standing(&settings(&[(Setting::StepBehind, 0)]), 0.4, 0.0);
-            let acceleration = supervision.parameters.acceleration;
-            supervision.limits.forward = ahead * acceleration;
-            supervision.limits.backward = behind * acceleration;
-            supervision.margins.now[Edge::Left as usize] = 0.13;
-            supervision.margins.rate[Edge::Left as usize] = -0.2;
-            supervision
-                .filter(&asked, None, 0.0, stopping)
-                .0
-                .speed_scale
+            let (_, mut balance) = standing(&settings(&[(Setting::StepBehind, 0)]), 0.4, 0.0);
+            let acceleration = balance.parameters.acceleration;
+            balance.limits.forward = ahead * acceleration;
+            balance.limits.backward = behind * acceleration;
+            balance.margins.now[Edge::Left as usize] = 0.13;
+            balance.margins.rate[Edge::Left as usize] = -0.2;
+            balance.filter(&asked, None, 0.0, stopping).0.speed_scale
         };
         let (braking, other) = if forward < 0.0 {
             ([0.5, 1.0], [1.0, 0.5])
@@ -146,10 +146,10 @@ fn a_robot_that_bears_less_deceleration_looks_farther_ahead() {
 /// the sway of a steep robot.
 #[test]
 fn a_steep_robot_keeps_room_for_its_sway() {
-    let supervision = standing(&Settings::default(), 0.3, 0.0);
+    let (_, balance) = standing(&Settings::default(), 0.3, 0.0);
     for (pitch, passes) in [(0.0, true), (0.6, false), (-0.6, true)] {
-        let (allowed, _) = supervision.filter(
-            &Asked::<()>::default(),
+        let (allowed, _) = balance.filter(
+            &Command::<()>::default(),
             Some(&stance(0.08).into()),
             pitch,
             0.0,
@@ -163,20 +163,27 @@ fn a_steep_robot_keeps_room_for_its_sway() {
 /// While the attitude settles, only the margin itself counts, so the same takes longer.
 #[test]
 fn a_change_of_shape_is_no_decay_but_rearing_up_is_from_its_first_moment() {
-    let asked = Asked {
+    let asked = Command {
         forward: 0.1,
-        ..Asked::<()>::default()
+        ..Command::<()>::default()
     };
     let fall = 0.3 * CONTROL_PERIOD;
     // Returns the number of steps of rearing up until something is held back, after a change of
     // shape from the margin `start` to 0.2 m.
     let held_back = |uncertainty: i32, start: f32, attitude: &Attitude| {
         let settings = settings(&[(Setting::CogUncertainty, uncertainty)]);
-        let mut supervision = standing(&settings, start, 0.1);
+        let (mut sensing, mut balance) = standing(&settings, start, 0.1);
         let mut evaluate = |margin: f32, kept: f32| {
             let (now, kept) = (stance(margin), stance(kept));
-            supervision.evaluate(&now, Some(&kept), attitude, 0.1, CONTROL_PERIOD);
-            supervision.filter(&asked, None, 0.3, 0.1).0.speed_scale < 1.0
+            balance.evaluate(
+                &mut sensing,
+                &now,
+                Some(&kept),
+                attitude,
+                0.1,
+                CONTROL_PERIOD,
+            );
+            balance.filter(&asked, None, 0.3, 0.1).0.speed_scale < 1.0
         };
         let mut margin = start;
         while margin > 0.2 {
@@ -211,7 +218,7 @@ fn a_heavier_robot_is_less_uncertain() {
             (Setting::MassUncertainty, 2_000),
             (Setting::Body1Mass, body_1),
         ]);
-        let found = standing(&settings, 0.4, 0.0).margins().now[0];
+        let found = standing(&settings, 0.4, 0.0).1.margins().now[0];
         let expected = 0.4 - 2.0 * 0.3 / (total + 2.0);
         assert!((f64::from(found) - expected).abs() < 1e-5, "{found}");
     }
@@ -222,20 +229,20 @@ fn a_heavier_robot_is_less_uncertain() {
 /// down. Where it is narrow, these motions may be the ways out.
 #[test]
 fn a_narrow_margin_leaves_the_ways_out_though_a_step_may_be_behind() {
-    let backward = Asked {
+    let backward = Command {
         forward: -0.45,
-        ..Asked::<()>::default()
+        ..Command::<()>::default()
     };
     // A lifted body keeps 40 mm for its sway. So its ways out open earlier.
     for (pitch, reserve) in [(0.04, 0.0), (0.5, 0.04)] {
         let evaluate = |margin: f32| {
             let margin = margin + reserve;
-            let supervision = standing(&Settings::default(), margin, 0.0);
+            let (_, balance) = standing(&Settings::default(), margin, 0.0);
             let ahead = Ahead {
                 stance: stance(margin + 0.001),
                 lifts: true,
             };
-            let (allowed, _) = supervision.filter(&backward, Some(&ahead), pitch, 0.0);
+            let (allowed, _) = balance.filter(&backward, Some(&ahead), pitch, 0.0);
             (0.45 * allowed.speed_scale, allowed.limits.posture)
         };
         assert_eq!(evaluate(0.10), (0.0, 0.0));
@@ -265,14 +272,14 @@ fn sloped(sine: f32, ahead: f32) -> Stance {
 /// The rear margin is 100 mm, at a pitch of 0.6 rad unless another one is given.
 #[test]
 fn a_body_that_is_steeper_than_its_support_keeps_the_band_for_its_sway_while_it_drives() {
-    let asked = Asked {
+    let asked = Command {
         forward: 0.2,
-        ..Asked::<()>::default()
+        ..Command::<()>::default()
     };
     let at_pitch = |pitch: f32, tangent: f32| {
-        let mut supervision = standing(&Settings::default(), 0.1, 0.0);
-        supervision.stance = sloped(tangent, 0.1);
-        supervision.filter(&asked, None, pitch, 0.0).0.speed_scale
+        let (_, mut balance) = standing(&Settings::default(), 0.1, 0.0);
+        balance.stance = sloped(tangent, 0.1);
+        balance.filter(&asked, None, pitch, 0.0).0.speed_scale
     };
     let speed_scale = |tangent: f32| at_pitch(0.6, tangent);
     // The sine of the pitch is 0.565.
@@ -290,13 +297,13 @@ fn a_body_that_is_steeper_than_its_support_keeps_the_band_for_its_sway_while_it_
 /// The robot stands nose up, with a rear margin of 70 mm.
 #[test]
 fn the_guard_holds_back_a_turn_nose_up() {
-    let turn = Asked {
+    let turn = Command {
         yaw_rate: 0.5,
-        ..Asked::<()>::default()
+        ..Command::<()>::default()
     };
-    let mut supervision = standing(&Settings::default(), 0.07, 0.0);
-    supervision.stance = sloped(0.2, 0.07);
-    let speed_scale = |pitch: f32| supervision.filter(&turn, None, pitch, 0.0).0.speed_scale;
+    let (_, mut balance) = standing(&Settings::default(), 0.07, 0.0);
+    balance.stance = sloped(0.2, 0.07);
+    let speed_scale = |pitch: f32| balance.filter(&turn, None, pitch, 0.0).0.speed_scale;
     assert!(
         (speed_scale(0.2) - 0.5).abs() < 0.02,
         "{}",
@@ -309,23 +316,23 @@ fn the_guard_holds_back_a_turn_nose_up() {
 /// than 9 % of its speed.
 #[test]
 fn some_motion_always_passes_above_the_trip_margin() {
-    let supervision = |margin: f32| standing(&Settings::default(), margin, 0.0);
+    let at = |margin: f32| standing(&Settings::default(), margin, 0.0).1;
     for margin in (12..140).map(|millimetres| millimetres as f32 * 1e-3) {
-        let supervision = supervision(margin);
+        let balance = at(margin);
         for pitch in [0.0, 0.1, 0.2, 0.4, 0.6, 0.8] {
             let speed_scale = |forward: f32| {
-                let asked = Asked {
+                let asked = Command {
                     forward,
-                    ..Asked::<()>::default()
+                    ..Command::<()>::default()
                 };
-                supervision.filter(&asked, None, pitch, 0.0).0.speed_scale
+                balance.filter(&asked, None, pitch, 0.0).0.speed_scale
             };
             let ahead = Ahead {
                 stance: stance(margin + 0.001),
                 lifts: true,
             };
-            let none = Asked::<()>::default();
-            let (folding, _) = supervision.filter(&none, Some(&ahead), pitch, 0.0);
+            let none = Command::<()>::default();
+            let (folding, _) = balance.filter(&none, Some(&ahead), pitch, 0.0);
             let most = max(
                 max(speed_scale(0.05), speed_scale(-0.05)),
                 folding.limits.posture,
@@ -343,12 +350,12 @@ fn backing_down_close_to_the_rear_edge_is_slow() {
     settings
         .set(Setting::StepBehind.description().key, 0)
         .expect("no step");
-    let supervision = standing(&settings, 0.03, -0.1);
-    let backward = Asked {
+    let (_, balance) = standing(&settings, 0.03, -0.1);
+    let backward = Command {
         forward: -0.45,
-        ..Asked::<()>::default()
+        ..Command::<()>::default()
     };
-    let (allowed, verdict) = supervision.filter(&backward, Some(&stance(0.03).into()), 0.3, 0.0);
+    let (allowed, verdict) = balance.filter(&backward, Some(&stance(0.03).into()), 0.3, 0.0);
     assert_eq!(verdict, Verdict::Scaled(Edge::Back));
     let passed = 0.45 * allowed.speed_scale;
     // v^2 = 2 g (l - h) l^2 / h^2 with l^2 = 0.0409 m^2.

@@ -1,7 +1,8 @@
 //! Tests the mounting of the sensor board against rotations in double precision.
 
 use crate::random::Random;
-use tautrack::estimate::mounting::{Mounting, pitch_and_roll};
+use tautrack::estimate::attitude::pitch_and_roll;
+use tautrack::sensing::mounting::Mounting;
 use tautrack::sensors::BodySensors;
 use tautrack::units::Angle;
 

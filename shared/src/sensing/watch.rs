@@ -1,13 +1,13 @@
 //! Evaluates how far the body sensors can be trusted. Doubtful sensors first slow the robot down,
 //! then stop it; they never count as stable.
 
-use super::attitude::Attitude;
 use super::field_watch::FieldWatch;
 use super::noise_watch::NoiseWatch;
 use super::sensor_watch::SensorWatch;
 use super::stuck::Stuck;
 use super::trust::{Reason, Trust};
 use crate::constants::{CONTROL_PERIOD, GRAVITY};
+use crate::estimate::attitude::Attitude;
 use crate::math::max;
 use crate::math::vector::Vector;
 use crate::sensors::{BodySensors, Fresh, Sensor};

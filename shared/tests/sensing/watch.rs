@@ -1,11 +1,11 @@
 //! Tests which readings of the body sensors are believed.
 
 use tautrack::constants::GRAVITY;
+use tautrack::estimate::attitude::Attitude;
+use tautrack::sensing::sensor_watch::{SensorState, SensorWatch};
+use tautrack::sensing::trust::{Reason, Trust};
+use tautrack::sensing::watch::{Expectations, Watch};
 use tautrack::sensors::{BodySensors, Fresh, Sensor};
-use tautrack::stability::attitude::Attitude;
-use tautrack::stability::sensor_watch::{SensorState, SensorWatch};
-use tautrack::stability::trust::{Reason, Trust};
-use tautrack::stability::watch::{Expectations, Watch};
 
 const TICK: f32 = 1e-3;
 const STUCK: Trust = Trust::None(Reason::Stuck);

@@ -1,10 +1,9 @@
 //! All drives of the robot: their frames, their fault reports, their commands.
 
 use super::FaultReport;
-use super::drive::Drive;
+use super::drive_link::Drive;
 use super::scales::{SDO_RESPONSE, ScaleReader};
 use crate::bus::network::function;
-use crate::bus::pdo::{Payload, TorqueOffset, receive};
 use crate::can::Frame;
 use crate::faults::Fault;
 use crate::robots::{Body, DriveState, Goal, MAX_DRIVES, Offset};
@@ -283,8 +282,7 @@ impl Drives {
     pub fn offsets(&self, offsets: &[Offset]) -> impl Iterator<Item = Frame> {
         offsets.iter().filter_map(|offset| {
             let drive = self.nodes.get(offset.drive)?;
-            let torque = offset.torque;
-            Some(TorqueOffset { torque }.frame(receive(3), drive.id))
+            Some(drive.feed_forward(offset.load))
         })
     }
 }

@@ -1,11 +1,11 @@
 //! What the guard publishes of the robot's balance.
 
-use super::Supervision;
+use super::Balance;
+use crate::sensing::trust::Trust;
 use crate::stability::bands::Band;
 use crate::stability::limits::MotionLimits;
 use crate::stability::parameters::Refusal;
 use crate::stability::trip::Snapshot;
-use crate::stability::trust::Trust;
 
 /// What the guard knows of the robot's balance (objects 0x4006 and 0x4007).
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -28,7 +28,8 @@ pub struct Telemetry {
     pub refusal: Option<Refusal>,
 }
 
-impl Supervision {
+impl Balance {
+    /// Returns what is published; `refusal` is why the robot is not armed.
     pub fn telemetry(&self, refusal: Option<Refusal>) -> Telemetry {
         Telemetry {
             band: self.bands.band(),

@@ -1,9 +1,8 @@
-//! Supervises the robot's balance, and decides how much of a command reaches the body.
+//! The balance of a robot: its margins, and how much of a command they let pass.
 //!
-//! In every control period, [`Supervision::receive`] takes the sensors. Once per SYNC, three steps
-//! follow: [`Supervision::evaluate`] evaluates the stance, `admission` decides by the trip's latch
-//! what may be commanded at all, and in `passing` the filter decides how much of that passes.
-//! [`Telemetry`] publishes the result.
+//! Once per SYNC, three steps follow each other: [`Balance::evaluate`] evaluates the stance,
+//! `admission` decides by the trip's latch what may be commanded at all, and in `passing` the
+//! filter decides how much of that passes. [`Telemetry`] publishes the result.
 
 mod admission;
 mod passing;
@@ -11,27 +10,23 @@ mod telemetry;
 #[cfg(test)]
 mod tests;
 
-pub(super) use admission::Moment;
+pub use admission::Inputs;
 pub use telemetry::Telemetry;
 
-use crate::constants::CONTROL_PERIOD;
-use crate::estimate::mounting::Mounting;
+use crate::estimate::attitude::Attitude;
 use crate::math::max;
-use crate::math::vector::Vector;
-use crate::robots::{Body, Stop};
-use crate::sensors::BodySensors;
+use crate::sensing::Sensing;
+use crate::sensing::trust::{Reason, Trust};
 use crate::settings::{Setting, Settings};
-use crate::stability::attitude::Attitude;
 use crate::stability::bands::{Band, Bands};
-use crate::stability::criterion::{Criterion, Evaluation};
+use crate::stability::command::Stop;
+use crate::stability::criterion::Criterion;
+use crate::stability::evaluation::Evaluation;
 use crate::stability::filter::{Margins, Tracker};
 use crate::stability::limits::MotionLimits;
 use crate::stability::parameters::{Parameters, Refusal};
-use crate::stability::specific_force::SpecificForce;
 use crate::stability::support::{Stance, narrowest};
 use crate::stability::trip::{Mode, Trip};
-use crate::stability::trust::{Reason, Trust};
-use crate::stability::watch::{Expectations, Watch};
 
 /// Returns the narrowest of the `margins`, and the refusal that names it.
 fn least(margins: [f32; 4]) -> (f32, Refusal) {
@@ -45,23 +40,17 @@ const LEVEL: f32 = 0.1;
 /// Axes whose signs must be checked before the robot is armed, as in `Setting::SensorAxes`.
 const ALL_AXES: u8 = 7;
 
+/// Balance of one robot.
 #[derive(Clone, Debug)]
-pub(super) struct Supervision {
+pub struct Balance {
     parameters: Parameters,
     filter_active: bool,
     settings_doubted: bool,
-    watch: Watch,
     trust: Trust,
-    force: SpecificForce,
-    level_force: Vector<f32>,
     criterion: Criterion,
     bands: Bands,
     trip: Trip,
     tracker: Tracker,
-    mounting: Mounting,
-    /// Newest readings in the axes of the sensor board, and those in body axes.
-    raw: BodySensors,
-    sensors: BodySensors,
     axes: u8,
     found: Evaluation,
     stance: Stance,
@@ -72,28 +61,18 @@ pub(super) struct Supervision {
     stop: Option<Stop>,
 }
 
-impl Supervision {
-    /// Creates the supervision of a robot with body `B`.
-    pub fn new<B: Body>(settings: &Settings) -> Self {
-        let mut parameters = Parameters::new(settings);
-        parameters.uncertainty.robot_mass = B::mass(settings);
-        parameters.step_behind = B::step_behind(settings);
-        parameters.half_width = B::half_width(settings);
+impl Balance {
+    /// Creates the balance of a robot with these parameters, before the first evaluation.
+    pub fn new(settings: &Settings, parameters: Parameters) -> Self {
         Self {
             parameters,
             filter_active: settings.get(Setting::FilterActive) == 1,
             settings_doubted: false,
-            watch: Watch::new(&Expectations::new(settings)),
             trust: Trust::None(Reason::Silent),
-            force: SpecificForce::default(),
-            level_force: [0.0; 3],
             criterion: Criterion::default(),
             bands: Bands::default(),
             trip: Trip::default(),
             tracker: Tracker::default(),
-            mounting: Mounting::with_settings(settings),
-            raw: BodySensors::default(),
-            sensors: BodySensors::default(),
             axes: settings.get(Setting::SensorAxes) as u8,
             found: Evaluation::default(),
             stance: Stance::default(),
@@ -104,62 +83,29 @@ impl Supervision {
         }
     }
 
-    /// Takes the sensors of one control period, in the axes of the sensor board. Returns the newest
-    /// readings in body axes, without the constant errors of the sensors; those of this period that
-    /// can be used are fresh.
-    pub fn receive(&mut self, sensors: Option<&BodySensors>) -> &BodySensors {
-        let fresh = self.watch.receive(sensors, CONTROL_PERIOD);
-        if let Some(sensors) = sensors {
-            let kept = &mut self.raw;
-            if fresh.inclinometer {
-                kept.inclination = sensors.inclination;
-            }
-            if fresh.accelerometer {
-                kept.specific_force = sensors.specific_force;
-                self.force
-                    .receive(self.mounting.turn(sensors.specific_force));
-            }
-            if fresh.gyroscope {
-                kept.angular_rate = sensors.angular_rate;
-            }
-            if fresh.magnetometer {
-                kept.magnetic_field = sensors.magnetic_field;
-            }
-        }
-        self.raw.fresh = fresh;
-        self.sensors = self.mounting.apply(&self.raw);
-        &self.sensors
-    }
-
-    /// Returns the newest readings in the axes of the sensor board.
-    pub fn raw(&self) -> &BodySensors {
-        &self.raw
-    }
-
     /// Evaluates how the robot stands, `period` s after the previous call. `kept_shape` is how it
     /// would stand now with its shape at the previous call, if that is known. If the sensors are
     /// not believed, the margins are NaN.
     pub fn evaluate(
         &mut self,
+        sensing: &mut Sensing,
         stance: &Stance,
         kept_shape: Option<&Stance>,
         attitude: &Attitude,
         speed: f32,
         period: f32,
     ) {
-        let rotation = self.watch.unseen_rotation();
+        let rotation = sensing.unseen_rotation();
         self.parameters.uncertainty.attitude = if rotation > 0.0 {
             rotation * stance.height()
         } else {
             0.0
         };
-        self.level_force = self.force.advance(&attitude.level_axes(), period);
+        let force = sensing.level_force(&attitude.level_axes(), period);
         self.found = self
             .criterion
-            .evaluate(stance, self.level_force, speed, &self.parameters);
-        self.watch
-            .compare(self.level_force, attitude, !self.found.quick, period);
-        self.trust = self.watch.trust();
+            .evaluate(stance, force, speed, &self.parameters);
+        self.trust = sensing.compare(force, attitude, !self.found.quick, period);
         if matches!(self.trust, Trust::None(_)) {
             self.found.margins = [f32::NAN; 4];
         }
@@ -229,15 +175,12 @@ impl Supervision {
             .map(|(_, refusal)| refusal)
     }
 
-    /// Returns the monitor of the sensors.
-    pub fn watch(&self) -> &Watch {
-        &self.watch
-    }
-
+    /// Time ahead at which the stance of a posture motion is predicted, s.
     pub fn horizon(&self) -> f32 {
         self.parameters.horizon
     }
 
+    /// Returns the margins with their rates.
     pub fn margins(&self) -> &Margins {
         &self.margins
     }

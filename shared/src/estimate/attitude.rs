@@ -5,7 +5,7 @@
 //! accelerations are the robot's own.
 
 use crate::constants::GRAVITY;
-use crate::math::{limit, max, min, sin_cos};
+use crate::math::{atan2, limit, max, min, sin_cos, sqrt};
 use crate::sensors::{BodySensors, Fresh};
 use crate::units::Angle;
 
@@ -318,6 +318,13 @@ impl LevelAxes {
             y * roll_sine + up * roll_cosine,
         ]
     }
+}
+
+/// Returns pitch and roll, rad, at which `up`, a vector of any length in body axes, points up. It
+/// is the inverse of [`LevelAxes::up`].
+#[inline]
+pub fn pitch_and_roll([x, y, z]: [f32; 3]) -> [f32; 2] {
+    [atan2(x, z), atan2(y, sqrt(x * x + z * z))]
 }
 
 #[cfg(test)]

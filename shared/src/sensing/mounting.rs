@@ -1,7 +1,8 @@
 //! Turns the readings of the sensors on the body from the axes of the sensor board to those of the
 //! body, and subtracts their constant errors.
 
-use crate::math::{atan2, sin_cos, sqrt};
+use crate::estimate::attitude::pitch_and_roll;
+use crate::math::sin_cos;
 use crate::sensors::BodySensors;
 use crate::settings::{Setting, Settings};
 use crate::units::Angle;
@@ -77,13 +78,6 @@ impl Mounting {
         let [pitch, roll] = inclination.map(|angle| sin_cos(Angle::from_radians(angle)));
         pitch_and_roll(self.turn([pitch.0 * roll.1, roll.0, pitch.1 * roll.1]))
     }
-}
-
-/// Returns pitch and roll, rad, at which `up`, a vector of any length in body axes, points up. It
-/// is the inverse of `LevelAxes::up`.
-#[inline]
-pub fn pitch_and_roll([x, y, z]: [f32; 3]) -> [f32; 2] {
-    [atan2(x, z), atan2(y, sqrt(x * x + z * z))]
 }
 
 /// Rotation about x, then y, then z.

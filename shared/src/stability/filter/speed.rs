@@ -3,20 +3,12 @@
 use super::bounds::{Bounds, Ramp, scale};
 use super::{Margins, Verdict};
 use crate::math::min;
+use crate::stability::command::Command;
 use crate::stability::support::{EDGES, Edge};
 
 /// Speed at which half of a margin's rate is attributed to the command, m/s. Below this speed, most
 /// of the rate is noise.
 const ATTRIBUTION_SPEED: f32 = 0.02;
-
-/// Motion over ground, commanded or passed on.
-#[derive(Clone, Copy, PartialEq, Debug, Default)]
-pub struct SpeedCommand {
-    /// Forward speed, m/s.
-    pub forward: f32,
-    /// Yaw rate, counter-clockwise from above, rad/s.
-    pub yaw_rate: f32,
-}
 
 /// Whether a command with this forward speed, at this pitch, can use up the margin to an edge by
 /// itself.
@@ -46,8 +38,8 @@ fn leads_to(edge: Edge, forward: f32, pitch: f32) -> bool {
 /// If the robot is pitched up at the nose of a step and turns, an outer side that drives forward
 /// lifts the front further. Then the rear edge counts as in driving forward ([`Bounds::lifts`]). A
 /// lifted body keeps [`Bounds::reserve`] at the rear edge.
-pub fn drive(
-    command: SpeedCommand,
+pub fn speed_scale(
+    command: Command<()>,
     pitch: f32,
     margins: &Margins,
     bounds: &Bounds,
@@ -94,7 +86,7 @@ pub fn drive(
 }
 
 /// Lowers a scale so that the scaled speed stays within the `limit` (m/s) of an edge.
-pub fn within_speed(
+pub fn within_limit(
     (scale, verdict): (f32, Verdict),
     forward: f32,
     (limit, edge): (f32, Edge),
@@ -136,24 +128,21 @@ mod tests {
     use super::super::examples::{BOUNDS, standing};
     use super::*;
 
-    fn along(forward: f32) -> SpeedCommand {
-        SpeedCommand {
-            forward,
-            yaw_rate: 0.0,
-        }
+    fn along(forward: f32) -> Command<()> {
+        Command::new(forward, 0.0)
     }
 
     #[test]
     fn the_share_falls_from_all_to_nothing_through_the_caution_band() {
         assert_eq!(
-            drive(along(0.13), 0.5, &standing(0.10), &BOUNDS),
+            speed_scale(along(0.13), 0.5, &standing(0.10), &BOUNDS),
             (1.0, Verdict::Passed)
         );
-        let (scale, verdict) = drive(along(0.13), 0.5, &standing(0.07), &BOUNDS);
+        let (scale, verdict) = speed_scale(along(0.13), 0.5, &standing(0.07), &BOUNDS);
         assert!((scale - 0.5).abs() < 1e-5);
         assert_eq!(verdict, Verdict::Scaled(Edge::Back));
         assert_eq!(
-            drive(along(0.13), 0.5, &standing(0.04), &BOUNDS),
+            speed_scale(along(0.13), 0.5, &standing(0.04), &BOUNDS),
             (0.0, Verdict::Refused(Edge::Back))
         );
     }
@@ -166,7 +155,7 @@ mod tests {
         };
         // 140 mm minus 0.4 m/s for 0.25 s is below the stop margin.
         assert_eq!(
-            drive(along(0.13), 0.5, &falling, &BOUNDS),
+            speed_scale(along(0.13), 0.5, &falling, &BOUNDS),
             (0.0, Verdict::Refused(Edge::Back))
         );
     }
@@ -216,7 +205,7 @@ mod tests {
                 speed: driven as f32,
                 ..standing(margin as f32)
             };
-            let (scale, _) = drive(along(asked as f32), 0.5, &moving, &BOUNDS);
+            let (scale, _) = speed_scale(along(asked as f32), 0.5, &moving, &BOUNDS);
             let scale = f64::from(scale);
             assert!(scale > 0.02 && scale < 0.98, "{margin}: {scale}");
             let keeps = |scale: f64| left_at_the_horizon(margin, own_decay, asked, scale) >= 0.05;
@@ -247,7 +236,7 @@ mod tests {
                 margins.speed = forward;
                 margins.now[edge as usize] = 0.011;
                 margins.rate[edge as usize] = -0.22;
-                let (scale, verdict) = drive(along(forward), pitch, &margins, &BOUNDS);
+                let (scale, verdict) = speed_scale(along(forward), pitch, &margins, &BOUNDS);
                 assert!(
                     scale < 0.25,
                     "{edge:?} at {forward} m/s, pitch {pitch}: {scale}"
@@ -267,7 +256,7 @@ mod tests {
             ..standing(0.011)
         };
         for pitch in [-0.5, 0.0, 0.5] {
-            let (scale, verdict) = drive(along(-0.45), pitch, &backing, &BOUNDS);
+            let (scale, verdict) = speed_scale(along(-0.45), pitch, &backing, &BOUNDS);
             assert!(scale < 0.1, "{pitch}: {scale}");
             let named = [Verdict::Scaled(Edge::Back), Verdict::Refused(Edge::Back)];
             assert!(named.contains(&verdict), "{verdict:?}");
@@ -283,7 +272,8 @@ mod tests {
             margins
         };
         let refused = |forward, pitch, edge| {
-            drive(along(forward), pitch, &narrow(edge), &BOUNDS) == (0.0, Verdict::Refused(edge))
+            speed_scale(along(forward), pitch, &narrow(edge), &BOUNDS)
+                == (0.0, Verdict::Refused(edge))
         };
         for (forward, pitch) in MOTIONS {
             for side in [Edge::Left, Edge::Right] {
@@ -305,21 +295,21 @@ mod tests {
     #[test]
     fn a_speed_limit_scales_what_is_above_it() {
         let passed = (1.0, Verdict::Passed);
-        assert_eq!(within_speed(passed, -0.2, (0.3, Edge::Back)), passed);
-        assert_eq!(within_speed(passed, 0.0, (0.0, Edge::Front)), passed);
-        let (scale, verdict) = within_speed(passed, -0.4, (0.1, Edge::Back));
+        assert_eq!(within_limit(passed, -0.2, (0.3, Edge::Back)), passed);
+        assert_eq!(within_limit(passed, 0.0, (0.0, Edge::Front)), passed);
+        let (scale, verdict) = within_limit(passed, -0.4, (0.1, Edge::Back));
         assert!((scale - 0.25).abs() < 1e-6);
         assert_eq!(verdict, Verdict::Scaled(Edge::Back));
         let refused = (0.0, Verdict::Refused(Edge::Front));
         for limit in [0.0, f32::NAN] {
-            assert_eq!(within_speed(passed, 0.4, (limit, Edge::Front)), refused);
+            assert_eq!(within_limit(passed, 0.4, (limit, Edge::Front)), refused);
         }
-        assert_eq!(within_speed(passed, f32::NAN, (1.0, Edge::Front)), refused);
+        assert_eq!(within_limit(passed, f32::NAN, (1.0, Edge::Front)), refused);
     }
 
     #[test]
     fn backing_down_from_a_narrow_margin_is_slow_but_goes_on() {
-        let scale = |back| drive(along(-0.1), 0.9, &standing(back), &BOUNDS).0;
+        let scale = |back| speed_scale(along(-0.1), 0.9, &standing(back), &BOUNDS).0;
         assert_eq!(scale(0.051), 1.0);
         assert!((scale(0.03) - 0.5).abs() < 1e-4);
         assert!(scale(0.012) > 0.0);
@@ -343,7 +333,7 @@ mod tests {
                     speed: -speed as f32,
                     ..standing(margin as f32)
                 };
-                let (scale, _) = drive(along(-0.5), 1.4, &margins, &BOUNDS);
+                let (scale, _) = speed_scale(along(-0.5), 1.4, &margins, &BOUNDS);
                 let goal = 0.5 * f64::from(scale);
                 speed += (goal - speed).clamp(-0.4 * STEP, 0.4 * STEP);
                 let decay = per_metre * speed;
@@ -371,7 +361,7 @@ mod tests {
             margins.now[edge] = f32::NAN;
             for (forward, pitch) in MOTIONS {
                 assert_eq!(
-                    drive(along(forward), pitch, &margins, &BOUNDS).0,
+                    speed_scale(along(forward), pitch, &margins, &BOUNDS).0,
                     0.0,
                     "edge {edge}"
                 );
@@ -383,8 +373,8 @@ mod tests {
     #[test]
     fn turning_nose_up_is_held_back_at_the_rear_edge_like_driving_forward() {
         let turning = |forward: f32, yaw_rate: f32, pitch: f32| {
-            let command = SpeedCommand { forward, yaw_rate };
-            drive(command, pitch, &standing(0.07), &BOUNDS).0
+            let command = Command::new(forward, yaw_rate);
+            speed_scale(command, pitch, &standing(0.07), &BOUNDS).0
         };
         for (forward, yaw_rate) in [(0.0, 0.5), (0.0, -0.5), (-0.05, 0.5), (0.05, 0.5)] {
             assert!((turning(forward, yaw_rate, 0.9) - 0.5).abs() < 1e-5);
@@ -403,11 +393,8 @@ mod tests {
         let mut before = 1.0;
         for step in 0..2_000 {
             let pitch = -0.05 + step as f32 * 1e-4;
-            let command = SpeedCommand {
-                forward: 0.0,
-                yaw_rate: 0.5,
-            };
-            let (scale, _) = drive(command, pitch, &standing(0.055), &BOUNDS);
+            let command = Command::new(0.0, 0.5);
+            let (scale, _) = speed_scale(command, pitch, &standing(0.055), &BOUNDS);
             assert!((scale - before).abs() < 2e-3, "{pitch}: {before} {scale}");
             before = scale;
         }
@@ -423,13 +410,13 @@ mod tests {
             ..BOUNDS
         };
         let scale =
-            |pitch: f32, bounds: &Bounds| drive(along(0.2), pitch, &standing(0.1), bounds).0;
+            |pitch: f32, bounds: &Bounds| speed_scale(along(0.2), pitch, &standing(0.1), bounds).0;
         assert_eq!(scale(0.9, &BOUNDS), 1.0);
         assert!((scale(0.9, &reserved) - 0.25).abs() < 1e-5);
         let mut front = standing(0.3);
         front.now[Edge::Front as usize] = 0.07;
         for bounds in [&BOUNDS, &reserved] {
-            let (scale, _) = drive(along(0.2), -0.5, &front, bounds);
+            let (scale, _) = speed_scale(along(0.2), -0.5, &front, bounds);
             assert!((scale - 0.5).abs() < 1e-5);
         }
     }
@@ -441,7 +428,7 @@ mod tests {
             let mut margins = standing(0.3);
             (margins.now[2], margins.rate[2]) = (0.12, -0.5 * speed.abs());
             margins.speed = speed;
-            drive(along(forward), 0.0, &margins, &BOUNDS)
+            speed_scale(along(forward), 0.0, &margins, &BOUNDS)
         };
         for speed in [0.1_f32, 0.25, 0.4] {
             let (forward, verdict) = scale(0.4, speed);
@@ -460,11 +447,8 @@ mod tests {
                 let mut margins = standing(0.3);
                 (margins.now[2], margins.rate[2]) = (0.10, -0.125);
                 margins.speed = speed;
-                let command = SpeedCommand {
-                    forward,
-                    yaw_rate: 0.5,
-                };
-                drive(command, 0.0, &margins, &BOUNDS).0
+                let command = Command::new(forward, 0.5);
+                speed_scale(command, 0.0, &margins, &BOUNDS).0
             };
             assert!((scale(0.0) - scale(1e-6)).abs() < 1e-4, "{speed}");
             assert!((scale(0.0) - scale(-1e-6)).abs() > 0.3, "{speed}");
@@ -474,8 +458,8 @@ mod tests {
     #[test]
     fn a_finite_command_is_not_refused_however_large_it_is() {
         for (forward, yaw_rate) in [(1e30, 1e30), (3e38, -3e38), (-3e38, 3e38)] {
-            let command = SpeedCommand { forward, yaw_rate };
-            let passed = drive(command, 0.0, &standing(0.3), &BOUNDS);
+            let command = Command::new(forward, yaw_rate);
+            let passed = speed_scale(command, 0.0, &standing(0.3), &BOUNDS);
             assert_eq!(passed, (1.0, Verdict::Passed));
         }
     }
@@ -489,7 +473,7 @@ mod tests {
         for step in 1..1_000 {
             let (scale, speed) = (step as f32 * 1e-3, 0.3 + step as f32 * 1e-4);
             let limit = (speed * scale).next_down();
-            let (left, verdict) = within_speed((scale, passed), speed, (limit, Edge::Back));
+            let (left, verdict) = within_limit((scale, passed), speed, (limit, Edge::Back));
             assert!(left <= scale, "{step}");
             if left == scale {
                 assert_eq!(verdict, passed, "{step}");
@@ -503,7 +487,7 @@ mod tests {
     fn a_refused_command_stays_refused_for_its_first_reason() {
         let refused = (0.0, Verdict::Refused(Edge::Back));
         for limit in [0.0, 0.1, 1.0] {
-            assert_eq!(within_speed(refused, 0.4, (limit, Edge::Front)), refused);
+            assert_eq!(within_limit(refused, 0.4, (limit, Edge::Front)), refused);
         }
     }
 }

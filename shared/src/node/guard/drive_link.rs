@@ -9,16 +9,14 @@ use crate::bus::cia402::{
 use crate::bus::heartbeat::Monitor;
 use crate::bus::network::{NmtState, as_emergency, as_heartbeat, is_remark};
 use crate::bus::pdo::{
-    DriveMotion, DriveStatus, Payload, PositionSetPoint, VelocitySetPoint, receive, transmit,
+    DriveMotion, DriveStatus, Payload, PositionSetPoint, TorqueOffset, VelocitySetPoint, receive,
+    transmit,
 };
-use crate::bus::scale::{BusUnits, Scale};
+use crate::bus::scale::{BusUnits, Scale, from_centi};
 use crate::can::Frame;
 use crate::faults::Fault;
 use crate::robots::{DriveState, Goal};
 use crate::settings::{Setting, Settings};
-
-/// Unit of a drive's torque on the bus, N m.
-const NEWTON_METRES: f32 = 0.01;
 
 /// Timeout of a drive's motion and status. Motion comes with every SYNC, status with every fifth,
 /// and two statuses in a row may be lost.
@@ -107,6 +105,12 @@ pub(super) struct Drive {
 }
 
 impl Drive {
+    /// Creates the frame with the drive's torque feed-forward: N m, for a screw N.
+    pub fn feed_forward(&self, load: f32) -> Frame {
+        let torque = self.units.load(load);
+        TorqueOffset { torque }.frame(receive(3), self.id)
+    }
+
     pub fn new(id: u8, wheel: bool, scale: Scale, settings: &Settings) -> Self {
         let syncs = |count: u64, minimum: u64| {
             let time_us = count * settings.get(Setting::SyncPeriod) as u64;
@@ -148,7 +152,7 @@ impl Drive {
         } else if let Some(status) = DriveStatus::from_frame(frame, transmit(2), self.id) {
             self.status = status;
             self.status_us = Some(now_us);
-            state.torque = f32::from(status.torque) * NEWTON_METRES;
+            state.torque = from_centi(status.torque);
             state.homed = status.statusword & status::HOMED != 0;
             state.enabled = self.state() == Some(State::OperationEnabled);
             if status.statusword & status::ALIGNING != 0 {

@@ -1,9 +1,9 @@
 //! Limits an admitted command to what the margins allow.
 
-use super::Supervision;
+use super::Balance;
 use crate::math::{max, min, sin_cos};
-use crate::robots::{Ahead, Allowed, Asked};
-use crate::stability::filter::{Ramp, SpeedCommand, Verdict};
+use crate::stability::command::{Ahead, Allowed, Command};
+use crate::stability::filter::{Ramp, Verdict};
 use crate::stability::limits::MotionLimits;
 use crate::stability::support::{Edge, NO_EDGE};
 use crate::stability::trip::Mode;
@@ -13,19 +13,19 @@ use crate::units::Angle;
 /// Speed scale of the posture in a supervised override.
 const OVERRIDE_POSTURE: f32 = 0.25;
 
-impl Supervision {
+impl Balance {
     /// Limits an admitted command to what the margins allow. `ahead` is where the posture's motion
     /// leads within [`Self::horizon`]; `None` while the posture is at rest. `stopping` is the time
     /// of a stop at the configured deceleration, s.
     pub fn filter<P>(
         &self,
-        asked: &Asked<P>,
+        command: &Command<P>,
         ahead: Option<&Ahead>,
         pitch: f32,
         stopping: f32,
     ) -> (Allowed, Verdict) {
         let parameters = &self.parameters;
-        let bearable = if asked.forward < 0.0 {
+        let bearable = if command.forward < 0.0 {
             self.limits.forward
         } else {
             self.limits.backward
@@ -56,15 +56,15 @@ impl Supervision {
             }
             step_behind::within(evaluated, self.room(), 1.0 - wide)
         });
-        let command = SpeedCommand {
-            forward: asked.forward,
-            yaw_rate: asked.yaw_rate,
-        };
-        let driven = filter::drive(command, pitch, &self.margins, &bounds);
+        let driven = filter::speed_scale(command.speeds(), pitch, &self.margins, &bounds);
         let (speed_scale, drive) = if backs_off {
             driven
         } else {
-            filter::within_speed(driven, asked.forward, self.speed_limit(asked.forward, wide))
+            filter::within_limit(
+                driven,
+                command.forward,
+                self.speed_limit(command.forward, wide),
+            )
         };
         let unhindered = Allowed {
             speed_scale: 1.0,

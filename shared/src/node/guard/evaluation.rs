@@ -1,43 +1,15 @@
-//! What the guard receives and computes between two SYNCs: the operator's command, faults of the
-//! drives, how the robot stands and where it is.
+//! What the guard computes between two SYNCs: faults of the drives, how the robot stands and where
+//! it is.
 
-use super::interface::{FaultReport, Inputs};
-use super::operator::Event;
 use super::{Guard, State, publish};
-use crate::bus::pdo::{GuardPosition, Request};
+use crate::bus::pdo::GuardPosition;
 use crate::estimate::state::State as RobotState;
-use crate::faults::Fault;
 use crate::robots::Body;
 
 impl<B: Body> Guard<B> {
-    /// Takes the operator's command. A request that has changed to "reset" acknowledges everything.
-    pub(super) fn listen(&mut self, inputs: &Inputs<'_>) {
-        self.requests.emergency_stop |= inputs.emergency_stop;
-        let Some(command) = inputs.operator else {
-            return;
-        };
-        let event = self.operator.receive(command, inputs.now_us);
-        self.requests.emergency_stop |= self.operator.request() == Request::EmergencyStop;
-        match event {
-            Some(Event::Reset) => {
-                self.requests.reset = true;
-                self.fault = None;
-                self.drives.begin_reset();
-                self.body.acknowledge();
-            }
-            Some(Event::TwoOperators) if self.fault.is_none() => {
-                self.fault = Some(FaultReport {
-                    node: self.drives.own_id(),
-                    code: Fault::TwoOperators.code(),
-                });
-            }
-            _ => {}
-        }
-    }
-
     /// Latches the first fault report until the operator's reset. A drive that lets go takes the
     /// place of any other report.
-    pub(super) fn supervise(&mut self, now_us: u64) {
+    pub(super) fn latch_fault(&mut self, now_us: u64) {
         let let_go = self.drives.take_let_go();
         if let_go.is_some() {
             self.fault = let_go;
@@ -66,8 +38,14 @@ impl<B: Body> Guard<B> {
         let stance = self.body.stance(&self.attitude);
         let kept_shape = self.body.stance_with_kept_shape(&self.attitude);
         let speed = self.body.speed();
-        self.supervision
-            .evaluate(&stance, kept_shape.as_ref(), &self.attitude, speed, period);
+        self.balance.evaluate(
+            &mut self.sensing,
+            &stance,
+            kept_shape.as_ref(),
+            &self.attitude,
+            speed,
+            period,
+        );
     }
 
     /// Sends the drives their torque feed-forward.

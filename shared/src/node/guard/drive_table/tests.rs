@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::bus::network::{NmtCommand, nmt, sync};
+use crate::bus::pdo::Payload;
 use crate::bus::pdo::{DriveMotion, DriveStatus, transmit};
 use crate::robots::b2p2::B2p2;
 

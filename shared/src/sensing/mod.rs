@@ -1,0 +1,125 @@
+//! Decides which readings of the sensors are believed, and turns them to the axes of the body.
+//!
+//! [`Sensing`] owns all of it. [`mounting`]: axes and constant errors of the sensor board.
+//! [`watch`]: whether the sensors on the body are believed, with [`sensor_watch`] (age and rate of
+//! one sensor), `noise_watch` (its noise), `stuck` and `field_watch` (repeated readings) and
+//! [`trust`] (the result).
+
+mod field_watch;
+pub mod mounting;
+mod noise_watch;
+pub mod sensor_watch;
+mod stuck;
+pub mod trust;
+pub mod watch;
+
+use crate::constants::CONTROL_PERIOD;
+use crate::estimate::attitude::{Attitude, LevelAxes};
+use crate::estimate::specific_force::SpecificForce;
+use crate::math::vector::Vector;
+use crate::sensors::{BodySensors, Sensor};
+use crate::settings::{Setting, Settings};
+use mounting::Mounting;
+use sensor_watch::{SensorState, SensorWatch};
+use trust::Trust;
+use watch::{Expectations, Watch};
+
+/// The sensors of a robot, as far as they are believed.
+#[derive(Clone, Debug)]
+pub struct Sensing {
+    watch: Watch,
+    /// Monitor of the GNSS receiver.
+    fixes: SensorWatch,
+    mounting: Mounting,
+    /// Newest readings in the axes of the sensor board, and those in body axes.
+    raw: BodySensors,
+    body: BodySensors,
+    force: SpecificForce,
+}
+
+impl Sensing {
+    /// The sensors that the settings describe, before the first reading.
+    pub fn new(settings: &Settings) -> Self {
+        Self {
+            watch: Watch::new(&Expectations::new(settings)),
+            fixes: SensorWatch::new(settings.get(Setting::FixRate) as f32),
+            mounting: Mounting::with_settings(settings),
+            raw: BodySensors::default(),
+            body: BodySensors::default(),
+            force: SpecificForce::default(),
+        }
+    }
+
+    /// Takes the sensors of one control period, in the axes of the sensor board. Returns the newest
+    /// readings in body axes, without the constant errors of the sensors; those of this period that
+    /// can be used are fresh.
+    pub fn receive(&mut self, sensors: Option<&BodySensors>) -> &BodySensors {
+        let fresh = self.watch.receive(sensors, CONTROL_PERIOD);
+        if let Some(sensors) = sensors {
+            let kept = &mut self.raw;
+            if fresh.inclinometer {
+                kept.inclination = sensors.inclination;
+            }
+            if fresh.accelerometer {
+                kept.specific_force = sensors.specific_force;
+                self.force
+                    .receive(self.mounting.turn(sensors.specific_force));
+            }
+            if fresh.gyroscope {
+                kept.angular_rate = sensors.angular_rate;
+            }
+            if fresh.magnetometer {
+                kept.magnetic_field = sensors.magnetic_field;
+            }
+        }
+        self.raw.fresh = fresh;
+        self.body = self.mounting.apply(&self.raw);
+        &self.body
+    }
+
+    /// Notes for one control period whether the GNSS receiver sent a fix.
+    pub fn receive_fix(&mut self, fixed: bool) {
+        self.fixes.advance(fixed.then_some(Ok(())), CONTROL_PERIOD);
+    }
+
+    /// Returns the specific force in level axes, m/s^2, low-passed, `period` s after the previous
+    /// call.
+    pub fn level_force(&mut self, axes: &LevelAxes, period: f32) -> Vector<f32> {
+        self.force.advance(axes, period)
+    }
+
+    /// Compares the sensors with each other, as [`Watch::compare`], and returns the trust in them.
+    pub fn compare(
+        &mut self,
+        force: Vector<f32>,
+        attitude: &Attitude,
+        slow: bool,
+        period: f32,
+    ) -> Trust {
+        self.watch.compare(force, attitude, slow, period);
+        self.watch.trust()
+    }
+
+    /// Returns the newest readings in the axes of the sensor board.
+    pub fn raw(&self) -> &BodySensors {
+        &self.raw
+    }
+
+    /// Returns the newest readings in body axes, without the constant errors.
+    pub fn body(&self) -> &BodySensors {
+        &self.body
+    }
+
+    /// How far the attitude may have turned unseen, rad ([`Watch::unseen_rotation`]).
+    pub fn unseen_rotation(&self) -> f32 {
+        self.watch.unseen_rotation()
+    }
+
+    /// Returns age, rate and health of a sensor.
+    pub fn state(&self, sensor: Sensor) -> SensorState {
+        match self.watch.sensor(sensor) {
+            Some(found) => SensorState::new(found, self.watch.trust_in(sensor)),
+            None => SensorState::new(&self.fixes, self.fixes.trust()),
+        }
+    }
+}
