@@ -141,7 +141,8 @@ fn settings() -> Settings {
     settings
 }
 
-fn parts<C>(settings: &Settings, control: C) -> Parts<'_, C, Measurements, Memory> {
+/// What a drive's node is made of, without flash.
+pub fn parts<C>(settings: &Settings, control: C) -> Parts<'_, C, Measurements, Memory> {
     Parts {
         settings,
         control,
