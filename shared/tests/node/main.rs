@@ -6,6 +6,8 @@ mod any_input;
 mod can_node;
 #[cfg(feature = "lockstep")]
 mod cogging;
+#[path = "../support/conformance/mod.rs"]
+mod conformance;
 #[cfg(feature = "lockstep")]
 mod current_zero;
 #[cfg(feature = "lockstep")]
