@@ -6,6 +6,7 @@ mod any_input;
 mod can_node;
 #[cfg(feature = "lockstep")]
 mod cogging;
+#[allow(dead_code)] // for a node as a value, every time is exact
 #[path = "../support/conformance/mod.rs"]
 mod conformance;
 #[cfg(feature = "lockstep")]
