@@ -2,6 +2,7 @@
 
 use super::{Memory, NODE, SERIAL, Subject, exchange, settings};
 use crate::conformance::{NO_HEARTBEAT, Row};
+use tautrack::bus::node::Condition;
 use tautrack::can::Frame;
 use tautrack::node::guard::Guard;
 use tautrack::robots::b2p2::B2p2;
@@ -107,4 +108,25 @@ fn a_guard_answers_as_the_standard_says() {
         assert_eq!(boot, [Frame::new(0x700 + NODE, &[0]).unwrap()]);
         rig
     });
+}
+
+#[test]
+fn a_guard_that_loses_frames_between_two_ticks_reports_it_once() {
+    let (mut rig, _) = Rig::new(0);
+    let mut reported = |frames: usize| {
+        for _ in 0..frames {
+            rig.receive(0x182, &[0; 8]);
+        }
+        let mut sent = Vec::new();
+        let send = &mut |frame| sent.push(frame);
+        rig.node.note_bus(Condition::default(), send);
+        rig.run(true);
+        sent
+    };
+    // A bus of 1 Mbit/s carries 21 frames without data in a millisecond.
+    assert_eq!(reported(21), []);
+    let emergency = Frame::new(0x080 + NODE, &[0x10, 0x81, 0x11, 0, 0, 0, 0, 0]).unwrap();
+    assert_eq!(reported(100), [emergency]);
+    assert_eq!(reported(21), []);
+    assert_eq!(reported(100), []);
 }
