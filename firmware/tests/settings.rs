@@ -322,7 +322,7 @@ fn with_value(bytes: &[u8], key: u16, value: i32) -> Vec<u8> {
         default: 0,
     };
     let schema = Schema {
-        rows: &[row],
+        row: &|index| (index == 0).then_some(row),
         ..SCHEMA
     };
     let mut flash = memory::Flash(bytes.to_vec());

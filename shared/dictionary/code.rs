@@ -1,5 +1,5 @@
-//! Generates the code of an object dictionary: the table of all values, the values at start, and a
-//! constant for each place.
+//! Generates the code of an object dictionary: the table of all values, the bytes at start that are
+//! not 0, with their places, and a constant for each place.
 
 use crate::dictionary::model::{
     Access, DataType, DefaultValue, Dictionary, Entry, Mapped, Object, Pdo, PdoMapping,
@@ -43,6 +43,10 @@ pub fn generate(dictionary: &Dictionary, first: &Dictionary) -> Result<String, S
         .flat_map(|object| object.entries.iter().map(move |entry| (object, entry)))
         .map(|(object, entry)| row(object, entry, &places))
         .collect();
+    let not_zero: Vec<_> = (0_u16..)
+        .zip(&start)
+        .filter(|(_, byte)| **byte != 0)
+        .collect();
     let [receive, transmit] = [&dictionary.rpdos, &dictionary.tpdos].map(|pdos| defaults(pdos));
     let mut code = format!(
         "pub static TABLE: Table = Table {{
@@ -52,7 +56,7 @@ pub fn generate(dictionary: &Dictionary, first: &Dictionary) -> Result<String, S
             transmit: &[{transmit}],
         }};
         pub const BYTES: usize = {};
-        pub static START: [u8; BYTES] = {start:?};\n",
+        pub static START: &[(u16, u8)] = &{not_zero:?};\n",
         start.len()
     );
     for object in common.into_iter().chain(own) {

@@ -85,8 +85,8 @@ faults! {
         "fault reset",
         "The encoder stands still, counts backwards or slips, or a lead of the motor is open, or `electrical_offset` or `phase_order` is wrong. If the motor runs well, check `torque_constant` and `resistance`.";
     RotorAngle = 0x7122, "rotor angle slipped", Off,
-        "Above 8 % of `velocity_limit`, the back-EMF of a three-phase motor pointed more than 17 degrees away from the rotor's angle for 200 ms, or more than 37 degrees for 40 ms. Or the back-EMF differed in 4 control periods from that of the rotor's angle by more than what the settings may be wrong by: by more than 2 % of the supply voltage, or 1 % if it alternates. Or a current in d turned the rotor: below 20 % of `velocity_limit`, the drive adds one for 20 ms while the current rises and the shaft gains no speed.",
-        4 "the moment in which the sensor slips by 30 or 60 degrees, at 1.2 to 5.5 rad/s",
+        "Above 8 % of `velocity_limit`, the back-EMF of a three-phase motor pointed more than 17 degrees away from the rotor's angle for 200 ms, or more than 37 degrees for 40 ms. Or, with `angle_watch` = 1, the back-EMF differed in 4 control periods from that of the rotor's angle by more than what the settings may be wrong by: by more than 2 % of the supply voltage, or 1 % if it alternates. Or, with `angle_watch` = 1, a current in d turned the rotor: below 20 % of `velocity_limit`, the drive adds one for 20 ms while the current rises and the shaft gains no speed.",
+        4 "the moment in which the sensor slips by 30 or 60 degrees, at 1.2 to 5.5 rad/s, with `angle_watch` = 1",
         "fault reset",
         "The rotor sensor or its magnet has turned on the shaft, or `electrical_offset` is wrong: measure it anew. Or the encoder stands still or counts backwards: check its cable. Or a lead of the motor is open, while the drive needs less than 10 % of `current_limit`.";
     EncoderNoise = 0x7305, "encoder noise", Off,
@@ -237,11 +237,6 @@ impl Faults {
         Self(1 << fault as u32)
     }
 
-    /// The set of the faults whose bits are set; bit 0 is the first fault of [`TABLE`].
-    pub(crate) const fn from_bits(bits: u32) -> Self {
-        Self(bits & ((1 << TABLE.len()) - 1))
-    }
-
     /// Returns true if the set contains no fault.
     #[inline]
     pub const fn is_empty(self) -> bool {
@@ -339,7 +334,7 @@ mod tests {
     #[test]
     fn the_reaction_of_a_set_is_the_strongest_of_its_faults() {
         for bits in 0..1 << TABLE.len() {
-            let faults = Faults::from_bits(bits);
+            let faults = Faults(bits);
             let members = ALL.iter().filter(|fault| faults.contains(**fault));
             let reactions = members.map(|fault| fault.description().reaction);
             assert_eq!(faults.reaction(), reactions.max(), "{faults:?}");
@@ -350,7 +345,8 @@ mod tests {
 
     #[test]
     fn sets_are_united_intersected_and_subtracted_fault_by_fault() {
-        let sets = |random: u32| Faults::from_bits(random.wrapping_mul(0x9e37_79b9) >> 3);
+        let sets =
+            |random: u32| Faults(random.wrapping_mul(0x9e37_79b9) >> 3 & ((1 << TABLE.len()) - 1));
         for seed in 1..200 {
             let (first, second) = (sets(seed), sets(seed + 777));
             for fault in ALL {

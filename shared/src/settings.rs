@@ -5,6 +5,12 @@
 //! never changes its meaning: a new setting gets a new key. An unknown key is an error that names
 //! the key.
 
+mod bounds;
+mod units;
+
+pub use bounds::{Bounds, Description};
+
+use bounds::{Packed, different_numbers};
 use core::fmt;
 
 /// Index of the bus object of the setting with key 0. A key is at most 0xff, so that each setting
@@ -13,36 +19,6 @@ pub const FIRST_OBJECT: u16 = 0x2200;
 
 /// Version of the table. It rises if a setting gets another key (`store::Move`).
 pub const SCHEMA_VERSION: u16 = 1;
-
-/// One row of the table.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub struct Description {
-    /// Key on the link and in flash.
-    pub key: u16,
-    /// Name in files and errors.
-    pub name: &'static str,
-    /// Unit of the integer.
-    pub unit: &'static str,
-    /// Smallest value.
-    pub minimum: i32,
-    /// Largest value.
-    pub maximum: i32,
-    /// Value that a node uses if the setting was never set.
-    pub default: i32,
-}
-
-/// Numbers of a row of [`TABLE`].
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub struct Bounds {
-    /// Key on the link and in flash.
-    pub key: u16,
-    /// Smallest value.
-    pub minimum: i32,
-    /// Largest value.
-    pub maximum: i32,
-    /// Value that a node uses if the setting was never set.
-    pub default: i32,
-}
 
 /// Error of [`Settings::set`]: why a value was not stored.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -87,13 +63,6 @@ macro_rules! settings {
         },)*];
 
         const ALL: &[Setting] = &[$(Setting::$variant,)*];
-
-        /// The numbers of each row, in the order of [`TABLE`]. They are a table of their own, so
-        /// that the program of a node does not contain the names.
-        pub const BOUNDS: &[Bounds] = &[$({
-            let range: core::ops::RangeInclusive<i32> = $range;
-            Bounds { key: $key, minimum: *range.start(), maximum: *range.end(), default: $default }
-        },)*];
 
         /// Meaning of each row, in the order of [`TABLE`]. It is a table of its own, so that the
         /// program of a node does not contain these texts.
@@ -260,6 +229,11 @@ settings! {
     /// back-EMF on to the supply. 0: no such current, but a motor that is driven faster keeps its
     /// current under control with one.
     FieldWeakeningCurrent = 0x00ee, "field_weakening_current", "mA", 0..=100_000, 0;
+
+    /// 1: an axle with a three-phase motor watches the rotor's angle at low speed, with currents in
+    /// d and by its alternating back-EMF. The bounds of both were tuned on this project's motor
+    /// model, and nobody has tried them on a motor. 0: it does not. A screw has no such watch.
+    AngleWatch = 0x00ef, "angle_watch", "1", 0..=1, 0;
 
     /// Supply voltage at which the fault "under-voltage" begins. No current is left there that
     /// draws power from the supply.
@@ -505,6 +479,9 @@ settings! {
     SensorAxes = 0x00ac, "sensor_axes", "1", 0..=7, 7;
 }
 
+/// The table without names and units, as the program of a node has it.
+static PACKED: Packed<{ TABLE.len() }, { different_numbers(TABLE) }> = Packed::new(TABLE);
+
 /// Limits of a node that has got nothing but a node id: safe for an unknown motor. The defaults
 /// suit the simulated robots.
 pub const UNKNOWN_MOTOR: &[(Setting, i32)] = &[
@@ -517,6 +494,11 @@ pub const UNKNOWN_MOTOR: &[(Setting, i32)] = &[
     (Setting::BenchSpeed, 200),
     (Setting::AccelerationLimit, 1_000),
 ];
+
+/// Returns the numbers of the row of [`TABLE`] with this index; `None` behind its end.
+pub fn bounds_of_row(index: usize) -> Option<Bounds> {
+    ALL.get(index).map(|setting| setting.bounds())
+}
 
 impl Setting {
     /// Returns the setting with this key.
@@ -534,8 +516,8 @@ impl Setting {
     }
 
     /// Returns the numbers of this setting.
-    pub fn bounds(self) -> &'static Bounds {
-        &BOUNDS[self as usize]
+    pub fn bounds(self) -> Bounds {
+        PACKED.bounds(self as usize)
     }
 
     /// Returns the row of this setting in [`TABLE`].
@@ -553,8 +535,8 @@ pub struct Settings {
 impl Default for Settings {
     fn default() -> Self {
         let mut values = [0; TABLE.len()];
-        for (value, row) in values.iter_mut().zip(BOUNDS) {
-            *value = row.default;
+        for (value, setting) in values.iter_mut().zip(ALL) {
+            *value = setting.bounds().default;
         }
         Self { values }
     }
@@ -601,9 +583,24 @@ impl Settings {
         Setting::from_key(key).map(|setting| self.get(setting))
     }
 
-    /// Returns the value times `scale`: `scaled(Setting::CurrentLimit, 1e-3)` is in ampere.
-    pub fn scaled(&self, setting: Setting, scale: f32) -> f32 {
-        self.get(setting) as f32 * scale
+    /// Returns the value in the SI unit, which is its integer times the scale of its unit. Angles
+    /// that the table has in degrees are in degrees, and magnetic fields are in uT.
+    #[inline(never)] // an inlined copy is longer than a call, and there are some 80
+    pub fn si(&self, setting: Setting) -> f32 {
+        self.get(setting) as f32 * units::SINGLE[PACKED.scale(setting as usize)]
+    }
+
+    /// Returns [`Self::si`]; that of `other` if the value is 0.
+    pub fn si_or(&self, setting: Setting, other: Setting) -> f32 {
+        self.si(match self.get(setting) {
+            0 => other,
+            _ => setting,
+        })
+    }
+
+    /// Returns [`Self::si`] in double precision.
+    pub fn si_f64(&self, setting: Setting) -> f64 {
+        f64::from(self.get(setting)) * units::SCALES[PACKED.scale(setting as usize)]
     }
 
     /// Returns the value of a setting that is a node id.
@@ -636,6 +633,57 @@ mod tests {
                     "{} and {}",
                     row.name,
                     other.name
+                );
+            }
+        }
+    }
+
+    /// The scale that the text of a unit states: its number or the prefix of its first letter.
+    fn stated_scale(unit: &str) -> f64 {
+        let digits = unit
+            .bytes()
+            .take_while(|byte| b"0123456789.e^-".contains(byte));
+        let (number, base) = unit.split_at(digits.count());
+        match (number, base.chars().next()) {
+            ("2^-16", None) => 2f64.powi(-16),
+            ("", Some('m' | 'u' | 'n')) if base.as_bytes()[1].is_ascii_alphabetic() => {
+                // The SI unit of mass has a prefix itself, and the nodes compute in uT.
+                let shift = match &base[1..] {
+                    "T" => 6,
+                    mass if mass.starts_with('g') => -3,
+                    _ => 0,
+                };
+                let prefix = "mun".find(&base[..1]).unwrap() as i32;
+                10f64.powi(shift - 3 * (prefix + 1))
+            }
+            ("", Some('g')) => 1e-3,
+            ("", _) => 1.0,
+            (number, _) => number.parse().unwrap(),
+        }
+    }
+
+    #[test]
+    fn the_scale_of_each_row_is_the_one_that_its_unit_states() {
+        let mut settings = Settings::default();
+        for (row, setting) in TABLE.iter().zip(ALL) {
+            let scale = stated_scale(row.unit);
+            for value in [row.minimum, row.default, row.maximum] {
+                settings.set(row.key, value).unwrap();
+                let expected = f64::from(value) * scale;
+                let error = (settings.si_f64(*setting) - expected).abs();
+                assert!(
+                    error <= 1e-15 * expected.abs(),
+                    "{} in {}",
+                    row.name,
+                    row.unit
+                );
+                // The bits of a product in single precision.
+                let single = value as f32 * scale as f32;
+                assert_eq!(
+                    settings.si(*setting).to_bits(),
+                    single.to_bits(),
+                    "{}",
+                    row.name
                 );
             }
         }

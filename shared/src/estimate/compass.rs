@@ -62,14 +62,13 @@ impl Compass {
 
     /// Creates a compass with the calibration in the settings.
     pub fn with_settings(settings: &Settings) -> Self {
-        let microtesla = |setting| settings.scaled(setting, 1e-3);
         Self::new(
             [
-                microtesla(Setting::HardIronForward),
-                microtesla(Setting::HardIronLeft),
-                microtesla(Setting::HardIronUp),
+                settings.si(Setting::HardIronForward),
+                settings.si(Setting::HardIronLeft),
+                settings.si(Setting::HardIronUp),
             ],
-            Angle::from_degrees(settings.scaled(Setting::Declination, 1e-3)),
+            Angle::from_degrees(settings.si(Setting::Declination)),
         )
         .with_soft_iron(
             [
@@ -77,7 +76,7 @@ impl Compass {
                 Setting::SoftIronLeft,
                 Setting::SoftIronCross,
             ]
-            .map(|setting| settings.scaled(setting, 1e-4)),
+            .map(|setting| settings.si(setting)),
         )
     }
 

@@ -113,7 +113,7 @@ impl Estimator {
         Self {
             reader: Reader::default(),
             compass: Compass::with_settings(settings),
-            position: Position::new(settings.scaled(Setting::SpeedLimit, 1e-6)),
+            position: Position::new(settings.si(Setting::SpeedLimit)),
             field: [0.0; 3],
             sensed_us: 0,
             heading_us: None,

@@ -90,7 +90,7 @@ pub struct Bounds {
 impl Bounds {
     /// Reads the bounds from the settings.
     pub fn new(settings: &Settings) -> Self {
-        let travel = from_radians(settings.scaled(Setting::AlignmentTravel, 1e-3));
+        let travel = from_radians(settings.si(Setting::AlignmentTravel));
         let sensor = RotorSensor::of(settings);
         let (spread, damping, largest) = if sensor.is_some_and(RotorSensor::has_halls) {
             (SPREAD_OF_HALLS, 0, LARGEST_ERROR_OF_HALLS)
@@ -98,14 +98,14 @@ impl Bounds {
             (SPREAD, DAMPING, LARGEST_ERROR)
         };
         Self {
-            current: settings.scaled(Setting::AlignmentCurrent, 1e-3),
+            current: settings.si(Setting::AlignmentCurrent),
             travel: travel.unsigned_abs(),
             checked: sensor
                 .is_some_and(RotorSensor::is_checked)
                 .then_some(largest),
             spread,
             damping,
-            resistance: settings.scaled(Setting::Resistance, 1e-3),
+            resistance: settings.si(Setting::Resistance),
         }
     }
 }

@@ -410,7 +410,7 @@ mod tests {
         ] {
             let volts = turned_by(rotor);
             // The settings explain what resistance and coupling add to the voltages.
-            let inductance = Settings::default().scaled(Setting::Inductance, 1e-6);
+            let inductance = Settings::default().si(Setting::Inductance);
             let voltages = |time: f32, direct: f32| {
                 let resistive = 0.6 * direct;
                 let coupled = if volts(time, 0.0) == 0.0 {

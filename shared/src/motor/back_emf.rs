@@ -139,7 +139,6 @@ pub struct BackEmf {
     angle: Option<Angle>,
     /// Filtered difference of the currents to their demands, A.
     missing: f32,
-    ripple: Ripple,
     slipped: u32,
 }
 
@@ -147,18 +146,15 @@ impl BackEmf {
     /// Reads the motor's parameters from the settings.
     pub fn new(settings: &Settings) -> Self {
         let three_phase = settings.get(Setting::MotorKind) != 0;
-        let gear = settings.scaled(Setting::GearRatio, 1e-3);
-        let inductance = settings.scaled(Setting::Inductance, 1e-6);
-        let inductance_q = match settings.get(Setting::InductanceQ) {
-            0 => inductance,
-            value => value as f32 * 1e-6,
-        };
+        let gear = settings.si(Setting::GearRatio);
+        let inductance = settings.si(Setting::Inductance);
+        let inductance_q = settings.si_or(Setting::InductanceQ, Setting::Inductance);
         let electrical = if three_phase {
             gear * settings.get(Setting::PolePairs) as f32
         } else {
             0.0
         };
-        let torque_constant = settings.scaled(Setting::TorqueConstant, 1e-6) * gear;
+        let torque_constant = settings.si(Setting::TorqueConstant) * gear;
         // The amplitude of three phases makes 3/2 of a phase's power.
         let constant = torque_constant / if three_phase { 1.5 } else { 1.0 };
         let coarse = RotorSensor::of(settings).is_some_and(RotorSensor::has_halls);
@@ -166,7 +162,7 @@ impl BackEmf {
         let step = step * TAU / (gear * settings.get(Setting::EncoderCounts) as f32);
         Self {
             constant,
-            resistance: settings.scaled(Setting::Resistance, 1e-3),
+            resistance: settings.si(Setting::Resistance),
             inductance: [inductance, inductance_q],
             electrical,
             direction: if settings.get(Setting::PhaseOrder) < 0 {
@@ -183,27 +179,20 @@ impl BackEmf {
             step: electrical * step,
             quantum: constant * step / CONTROL_PERIOD,
             coarse,
-            velocity_limit: settings.scaled(Setting::VelocityLimit, 1e-3),
-            current_limit: settings.scaled(Setting::CurrentLimit, 1e-3),
+            velocity_limit: settings.si(Setting::VelocityLimit),
+            current_limit: settings.si(Setting::CurrentLimit),
             direct: 0.0,
             square: 0.0,
             currents: [0.0; 2],
             angle: None,
             missing: 0.0,
-            ripple: Ripple::default(),
             slipped: 0,
         }
-    }
-
-    /// Returns whether the back-EMF fits to the rotor's angle.
-    pub fn is_calm(&self) -> bool {
-        self.ripple.is_calm()
     }
 
     /// Forgets what depends on the rotor's angle: it is not known.
     pub fn forget_angle(&mut self) {
         self.angle = None;
-        self.ripple.reset();
     }
 
     /// Returns the speed in this control period, rad/s of the output shaft. It is that of the
@@ -224,13 +213,15 @@ impl BackEmf {
         now.velocity + (turned - expected).radians() * self.per_turn
     }
 
-    /// Evaluates one control period. Nothing is found while the voltage is not known.
+    /// Evaluates one control period, also by the alternating voltages if `ripple` watches them.
+    /// Nothing is found while the voltage is not known.
     #[inline]
-    pub fn check(&mut self, now: &Observed) -> Findings {
+    pub fn check(&mut self, now: &Observed, ripple: Option<&mut Ripple>) -> Findings {
         let Some([voltage_d, voltage_q]) = now.electrical.voltage else {
             (self.direct, self.square, self.slipped) = (0.0, 0.0, 0);
             (self.currents, self.missing) = ([now.electrical.direct, now.current], 0.0);
             self.forget_angle();
+            ripple.into_iter().for_each(Ripple::reset);
             return Findings::default();
         };
         let (current, direct, velocity) = (now.current, now.electrical.direct, now.velocity);
@@ -271,12 +262,12 @@ impl BackEmf {
         let drives = demand.abs() > DRIVING * self.current_limit;
         // Without a demand that drives the motor, the watch of the leads finds nothing.
         let follows = !drives || self.missing < FOLLOWS * demand.abs() + LOOSE * self.current_limit;
-        if self.electrical != 0.0 {
+        let swings = ripple.is_some_and(|ripple| {
             let explained = COUPLED_FAST * coupled.abs()
                 + INDUCTIVE * rising_q.abs()
                 + INDUCTIVE_DIRECT * rising_d.abs()
                 + self.quantum;
-            self.ripple.update(&Unexplained {
+            ripple.update(&Unexplained {
                 voltage: [d, q],
                 emf,
                 current,
@@ -291,8 +282,9 @@ impl BackEmf {
                     0.0
                 },
                 whole: explained + unexplained + ROUGH_WHOLE * emf.abs() + resistive,
-            });
-        }
+                follows,
+            })
+        });
         let large = self.square > bound * bound;
         let half = 0.5 * demand.abs();
         let lacks = (current - demand).abs() > half;
@@ -316,7 +308,7 @@ impl BackEmf {
         Findings {
             open_phase: open,
             disagrees: large && !open,
-            slipped: self.slipped >= SLIPPED_PERIODS || self.ripple.is_wrong(follows),
+            slipped: self.slipped >= SLIPPED_PERIODS || swings,
         }
     }
 }

@@ -9,6 +9,7 @@
 //! * [`alignment`]: finds the angle of a rotor whose sensor only counts
 //! * [`limits`]: what a motor, a bridge and a supply can carry; the last limiter of the current
 //! * [`back_emf`]: compares the voltage of the bridge with the speed of the encoder
+//! * [`angle_watch`]: watches the rotor's angle at low speed
 //! * [`angle_probe`]: finds a wrong rotor angle with a current that makes no torque
 //! * [`ripple`]: finds a back-EMF that turns relative to the rotor's axes
 //! * [`encoder_steps`]: finds a noisy encoder
@@ -24,6 +25,7 @@
 
 pub mod alignment;
 pub mod angle_probe;
+pub mod angle_watch;
 pub mod back_emf;
 pub mod bridge;
 pub mod calibration;

@@ -45,6 +45,8 @@ pub struct Unexplained {
     pub crossing: f32,
     /// Bound of any voltage.
     pub whole: f32,
+    /// The current follows its demand.
+    pub follows: bool,
 }
 
 /// Filtered voltages, and the score.
@@ -66,15 +68,10 @@ impl Ripple {
         self.score < CALM
     }
 
-    /// Returns whether the back-EMF is wrong. If the current does not follow its demand, a lead may
-    /// be open, and another watch finds this first.
-    pub fn is_wrong(&self, follows: bool) -> bool {
-        self.score >= if follows { WRONG } else { SURELY_WRONG }
-    }
-
-    /// Evaluates one control period. NaN counts as 0.
+    /// Evaluates one control period. NaN counts as 0. Returns whether the back-EMF is wrong. If the
+    /// current does not follow its demand, a lead may be open, and another watch finds this first.
     #[inline]
-    pub fn update(&mut self, now: &Unexplained) {
+    pub fn update(&mut self, now: &Unexplained) -> bool {
         let [d, q] = now.voltage;
         let values = [d, q, now.emf, now.current].map(|value| limit(value, VOLTAGE_FULL_SCALE));
         let [d, q, ..] = values;
@@ -97,5 +94,6 @@ impl Ripple {
         } else {
             self.score.saturating_sub(1)
         };
+        self.score >= if now.follows { WRONG } else { SURELY_WRONG }
     }
 }

@@ -3,9 +3,9 @@
 
 use crate::math::to_i32;
 use crate::motor::bridge::Ratings;
-use crate::motor::calibration::{self, Calibration, Plan, Progress, Record, Refusal};
+use crate::motor::calibration::{self, Calibration, Plan, Progress, Record, Refusal, SETTINGS};
 use crate::motor::current::{Config, CurrentLoop, Excitation};
-use crate::settings::{Setting, Settings};
+use crate::settings::Settings;
 
 pub use crate::motor::calibration::Inputs;
 
@@ -40,26 +40,11 @@ pub struct Report {
     /// Refused value, and the bound that it violates, in 1e-6 of its SI unit; saturated (objects
     /// 0x2053 and 0x2054).
     pub refused: [i32; 2],
-    /// Values of the settings, 0 if a value was not measured (objects 0x2055 to 0x205E).
-    pub values: Values,
+    /// Values of the settings in the order of [`Record::settings`], 0 if a value was not measured
+    /// (objects 0x2055 to 0x205E).
+    pub values: [i32; SETTINGS],
     /// Residual of the resistance, 1e-6 (object 0x205F).
     pub residual: i32,
-}
-
-/// Values that a calibration has found, in the units of the settings.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
-#[allow(missing_docs)] // named as the settings
-pub struct Values {
-    pub current_zero_a: i32,
-    pub current_zero_b: i32,
-    pub current_balance: i32,
-    pub resistance: i32,
-    pub inductance: i32,
-    pub inductance_q: i32,
-    pub pole_pairs: i32,
-    pub phase_order: i32,
-    pub electrical_offset: i32,
-    pub torque_constant: i32,
 }
 
 /// What the node does after a tick.
@@ -186,7 +171,9 @@ impl Calibrator {
         record.store(&mut settings)?;
         let current_loop = self.make_loop(&settings)?;
         self.settings = settings;
-        self.report.values = values(record);
+        self.report.values = record
+            .settings()
+            .map(|found| found.map_or(0, |found| found.1));
         self.report.residual = micro(record.residuals.resistance);
         Ok(current_loop)
     }
@@ -222,25 +209,4 @@ impl Calibrator {
 
 fn micro(value: f32) -> i32 {
     to_i32(value * 1e6)
-}
-
-fn values(record: &Record) -> Values {
-    let mut values = Values::default();
-    for (setting, value) in record.settings().iter().flatten().copied() {
-        let place = match setting {
-            Setting::CurrentZeroA => &mut values.current_zero_a,
-            Setting::CurrentZeroB => &mut values.current_zero_b,
-            Setting::CurrentBalance => &mut values.current_balance,
-            Setting::Resistance => &mut values.resistance,
-            Setting::Inductance => &mut values.inductance,
-            Setting::InductanceQ => &mut values.inductance_q,
-            Setting::PolePairs => &mut values.pole_pairs,
-            Setting::PhaseOrder => &mut values.phase_order,
-            Setting::ElectricalOffset => &mut values.electrical_offset,
-            Setting::TorqueConstant => &mut values.torque_constant,
-            _ => continue,
-        };
-        *place = value;
-    }
-    values
 }

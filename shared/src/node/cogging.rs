@@ -49,8 +49,8 @@ pub struct CoggingSearch {
 /// Returns the periods in an electrical turn and the current of the settings.
 pub fn stored(settings: &Settings) -> (i32, Wave) {
     let wave = Wave {
-        cosine: settings.scaled(Setting::CoggingCosine, 1e-3),
-        sine: settings.scaled(Setting::CoggingSine, 1e-3),
+        cosine: settings.si(Setting::CoggingCosine),
+        sine: settings.si(Setting::CoggingSine),
     };
     (settings.get(Setting::CoggingPeriods), wave)
 }
@@ -61,7 +61,7 @@ impl CoggingSearch {
         let (periods, stored) = stored(settings);
         Self {
             periods,
-            test: settings.scaled(Setting::CalibrationCurrent, TEST * 1e-3),
+            test: TEST * settings.si(Setting::CalibrationCurrent),
             stored,
             running: None,
             applied: stored,

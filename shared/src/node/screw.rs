@@ -107,8 +107,8 @@ impl<G: Borrow<Geometry>> Screw<G> {
         let length = |setting| settings.get(setting);
         let table = geometry.borrow();
         let (l1, k) = (
-            settings.scaled(Setting::LengthL1, 1e-6),
-            settings.scaled(Setting::LengthK, 1e-6),
+            settings.si(Setting::LengthL1),
+            settings.si(Setting::LengthK),
         );
         let scale = Scale::linear(length(Setting::ScrewLead));
         let released = i64::from(table.released_length().to_bits());
@@ -118,14 +118,13 @@ impl<G: Borrow<Geometry>> Screw<G> {
         // below the switch.
         let longest = i64::from(table.length(Angle::from_bits(i32::MIN)).to_bits());
         let travel = (reference, scale.shaft_from_length(longest));
-        let engage_metres = settings.scaled(Setting::EngageSpeed, 1e-6);
+        let engage_metres = settings.si(Setting::EngageSpeed);
         let unexpected = scale.shaft_velocity_from_linear(UNEXPECTED_STEP);
-        let longest_step =
-            settings.scaled(Setting::VelocityLimit, 1e-3) * CONTROL_PERIOD + unexpected;
+        let longest_step = settings.si(Setting::VelocityLimit) * CONTROL_PERIOD + unexpected;
         let engage_speed = scale.shaft_velocity_from_linear(engage_metres);
         let slack_step = to_i32(engage_metres * (CONTROL_PERIOD * 16_777_216.0));
         Self {
-            axle: Axle::with_scale(settings, scale, reference, Some(travel)),
+            axle: Axle::with_scale::<false>(settings, scale, reference, Some(travel)),
             geometry,
             scale,
             joint: None,
@@ -133,7 +132,7 @@ impl<G: Borrow<Geometry>> Screw<G> {
             engage_step: from_radians(engage_speed * CONTROL_PERIOD),
             slack_step,
             slack: 0,
-            l2: settings.scaled(Setting::LengthL2, 1e-6),
+            l2: settings.si(Setting::LengthL2),
             slack_terms: (k + k, (k - l1) * (k + l1)),
             most_slack: to_i32(0.5 * (k - l1) * 16_777_216.0),
             remaining: 0,
@@ -159,7 +158,7 @@ impl<G: Borrow<Geometry>> Screw<G> {
             self.joint = inputs.joint;
         }
         let taut = self.taut(inputs);
-        self.axle.tick_following(&inputs.axle, Some(taut))
+        self.axle.tick_following(&inputs.axle, taut)
     }
 
     /// Computes the set-point that gives the belt its present slack, for the joint's motion

@@ -85,8 +85,7 @@ pub(super) struct Bounds {
     temperatures: [f32; 2],
 }
 
-/// The watched faults, and for how many ticks the condition of each must last, at most 127. They
-/// are the first faults of the table in [`crate::faults`], in its order.
+/// The watched faults, and for how many ticks the condition of each must last.
 const WATCHES: [(Fault, u8); 16] = [
     (Fault::OverCurrent, 5),
     (Fault::Overspeed, 3),
@@ -106,32 +105,11 @@ const WATCHES: [(Fault, u8); 16] = [
     (Fault::HoldOverload, 32),
 ];
 
-/// The top bit of every byte, which says that a dwell is over.
-const OVER: u32 = 0x8080_8080;
-const ONE_EACH: u32 = 0x0101_0101;
-/// Factor that gathers bits. If it is multiplied by a number whose bytes are 0 or 1, the top four
-/// bits of the product are the bits of those bytes.
-const GATHER: u32 = 0x1020_4080;
-
-/// Words that hold a byte for each watch.
-const WORDS: usize = WATCHES.len().div_ceil(4);
-
-/// Start values of the counters, one byte for each watch: 0x80 minus the dwell, so that the top bit
-/// is set at its end.
-const START: [u32; WORDS] = {
-    let mut start = [0; WORDS];
-    let mut watch = 0;
-    while watch < WATCHES.len() {
-        start[watch / 4] |= (0x80 - WATCHES[watch].1 as u32) << (8 * (watch % 4));
-        watch += 1;
-    }
-    start
-};
-
-/// Dwell counters of the watches. Each is a byte, and four of them are counted at once.
+/// Counters of the watches.
 #[derive(Clone, Debug)]
 pub(super) struct Supervisor {
-    counters: [u32; WORDS],
+    /// Ticks for which the condition of each watch has lasted.
+    lasted: [u8; WATCHES.len()],
     /// Lowest speed since the axle began to move away from its set-point against its current,
     /// rad/s.
     slowest: f32,
@@ -140,7 +118,7 @@ pub(super) struct Supervisor {
 impl Default for Supervisor {
     fn default() -> Self {
         Self {
-            counters: START,
+            lasted: [0; WATCHES.len()],
             slowest: f32::INFINITY,
         }
     }
@@ -149,19 +127,19 @@ impl Default for Supervisor {
 impl Bounds {
     /// Reads the bounds from the axle's settings.
     pub fn new(settings: &Settings) -> Self {
-        let current = settings.scaled(Setting::CurrentLimit, 1e-3);
-        let velocity = settings.scaled(Setting::VelocityLimit, 1e-3);
-        let following = from_radians(settings.scaled(Setting::FollowingLimit, 1e-3));
+        let current = settings.si(Setting::CurrentLimit);
+        let velocity = settings.si(Setting::VelocityLimit);
+        let following = from_radians(settings.si(Setting::FollowingLimit));
         Self {
             over_current: 1.25 * current,
             driving: 0.5 * current,
             overspeed: OVERSPEED * velocity,
             deviation: 0.2 * velocity,
             following: following.unsigned_abs(),
-            under_voltage: settings.scaled(Setting::UnderVoltage, 1e-3),
-            over_voltage: settings.scaled(Setting::OverVoltage, 1e-3),
+            under_voltage: settings.si(Setting::UnderVoltage),
+            over_voltage: settings.si(Setting::OverVoltage),
             temperatures: [Setting::BridgeTemperature, Setting::MotorTemperature]
-                .map(|setting| settings.scaled(setting, 0.1)),
+                .map(|setting| settings.si(setting)),
         }
     }
 
@@ -211,21 +189,11 @@ impl Supervisor {
             now.following_error.unsigned_abs() > bounds.following,
             now.power == Power::Strained,
         ];
-        let mut counting = [0; WORDS];
-        for (watch, bad) in bad.into_iter().enumerate() {
-            if bad {
-                counting[watch / 4] |= 0xff << (8 * (watch % 4));
-            }
+        let mut faults = Faults::NONE;
+        for ((lasted, bad), (fault, dwell)) in self.lasted.iter_mut().zip(bad).zip(WATCHES) {
+            *lasted = if bad { lasted.saturating_add(1) } else { 0 };
+            faults.insert_if(fault, *lasted >= dwell);
         }
-        let mut over = 0;
-        for (word, counter) in self.counters.iter_mut().enumerate() {
-            // A counter whose dwell is over does not change.
-            let next = *counter + (ONE_EACH & !(*counter >> 7));
-            *counter = next & counting[word] | START[word] & !counting[word];
-            let ends = (*counter & OVER) >> 7;
-            over |= (ends.wrapping_mul(GATHER) >> 28) << (4 * word);
-        }
-        let mut faults = Faults::from_bits(over);
         faults.insert_if(Fault::OverCurrent, now.electrical.over_current);
         faults
     }

@@ -129,7 +129,7 @@ pub trait Body: Sized {
 
     /// Mass of the robot without payload, kg.
     fn mass(settings: &Settings) -> f32 {
-        settings.scaled(Setting::RobotMass, 1e-3)
+        settings.si(Setting::RobotMass)
     }
 
     /// Highest step off which the robot may fall backward; by default none.

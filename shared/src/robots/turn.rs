@@ -26,12 +26,11 @@ impl Turn {
     ///
     /// Speed limit and accelerations are those of the robot over ground.
     pub fn new(half_width: f32, settings: &Settings) -> Self {
-        let metres = |setting| settings.scaled(setting, 1e-6);
-        let acceleration = metres(Setting::DriveAcceleration);
-        let braking = metres(Setting::GuardDeceleration);
+        let acceleration = settings.si(Setting::DriveAcceleration);
+        let braking = settings.si(Setting::GuardDeceleration);
         Self {
             half_width,
-            speed: metres(Setting::SpeedLimit),
+            speed: settings.si(Setting::SpeedLimit),
             acceleration,
             braking: if braking > acceleration {
                 braking

@@ -131,7 +131,7 @@ impl<B: Body, G: DerefMut<Target = Guard<B>>, S: Store> Node<G, S> {
     /// Gives the objects their values at start, and sends the boot-up message.
     pub fn boot(&mut self, now_us: u64, send: &mut impl FnMut(Frame)) {
         let values = &mut self.objects.values;
-        values.0 = objects::START;
+        values.restart(objects::START);
         values.set(objects::OBJECT1018_SERIAL, self.serial);
         self.core.boot(now_us, &objects::TABLE, send);
     }

@@ -32,8 +32,8 @@ impl Mounting {
 
     /// Reads the mounting from the settings.
     pub fn with_settings(settings: &Settings) -> Self {
-        let degrees = |setting| Angle::from_degrees(settings.scaled(setting, 1e-3));
-        let radians = |setting| settings.scaled(setting, 1e-3).to_radians();
+        let degrees = |setting| Angle::from_degrees(settings.si(setting));
+        let radians = |setting| settings.si(setting).to_radians();
         Self::new(
             [
                 degrees(Setting::MountingX),

@@ -169,30 +169,28 @@ impl Refusal {
 impl Parameters {
     /// Reads the parameters from the settings.
     pub fn new(settings: &Settings) -> Self {
-        let metres = |setting| settings.scaled(setting, 1e-6);
-        let thousandths = |setting| settings.scaled(setting, 1e-3);
         Self {
-            caution: metres(Setting::CautionMargin),
-            stop: metres(Setting::StopMargin),
-            trip: metres(Setting::TripMargin),
-            stop_sine: sin_cos(Angle::from_radians(thousandths(Setting::StopAngle))).0,
-            hysteresis: metres(Setting::BandHysteresis),
-            dwell: thousandths(Setting::BandDwell),
-            horizon: thousandths(Setting::PredictionHorizon),
-            acceleration: metres(Setting::DriveAcceleration),
+            caution: settings.si(Setting::CautionMargin),
+            stop: settings.si(Setting::StopMargin),
+            trip: settings.si(Setting::TripMargin),
+            stop_sine: sin_cos(Angle::from_radians(settings.si(Setting::StopAngle))).0,
+            hysteresis: settings.si(Setting::BandHysteresis),
+            dwell: settings.si(Setting::BandDwell),
+            horizon: settings.si(Setting::PredictionHorizon),
+            acceleration: settings.si(Setting::DriveAcceleration),
             braking: max(
-                metres(Setting::GuardDeceleration),
-                metres(Setting::DriveAcceleration),
+                settings.si(Setting::GuardDeceleration),
+                settings.si(Setting::DriveAcceleration),
             ),
-            crawl_speed: metres(Setting::CrawlSpeed),
+            crawl_speed: settings.si(Setting::CrawlSpeed),
             step_behind: StepBehind::NONE,
             half_width: 0.0,
             back_off: settings.get(Setting::BackOff) == 1,
             uncertainty: Uncertainty {
-                cog: metres(Setting::CogUncertainty),
-                mass: thousandths(Setting::MassUncertainty),
-                reach: metres(Setting::MassUncertaintyReach),
-                robot_mass: thousandths(Setting::RobotMass),
+                cog: settings.si(Setting::CogUncertainty),
+                mass: settings.si(Setting::MassUncertainty),
+                reach: settings.si(Setting::MassUncertaintyReach),
+                robot_mass: settings.si(Setting::RobotMass),
                 attitude: 0.0,
             },
         }

@@ -113,7 +113,7 @@ impl<F: NorFlash> Store<F> {
         report.migrated = header.schema != schema.version;
         report.repaired = found.damaged;
         migrate(&mut image, header.schema, schema)?;
-        for row in schema.rows {
+        for row in schema.rows() {
             let Some(got) = image.get(row.key) else {
                 continue;
             };
@@ -150,7 +150,7 @@ impl<F: NorFlash> Store<F> {
         let mut image = Image::default();
         self.copies.read(&found, &mut image)?;
         let mut changed = 0;
-        for row in schema.rows {
+        for row in schema.rows() {
             let value = value(row.key);
             let stored = image.get(row.key);
             let refused = stored.is_some_and(|stored| stored < row.minimum || stored > row.maximum);

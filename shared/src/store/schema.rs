@@ -1,25 +1,33 @@
 //! What a program knows of the settings in flash.
 
-use crate::settings::{BOUNDS, Bounds, SCHEMA_VERSION};
+use crate::settings::{Bounds, SCHEMA_VERSION, bounds_of_row};
 
 /// The settings that a program knows.
 ///
 /// A key never changes its meaning. If a setting gets another unit or meaning, it gets a new key
 /// and a [`Move`], and the [version](Self::version) rises.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy)]
+#[allow(missing_debug_implementations)] // a function has none
 pub struct Schema<'a> {
     /// Version, from 1.
     pub version: u16,
-    /// The settings; no key is `0xffff`.
-    pub rows: &'a [Bounds],
+    /// Returns the setting with this index, counted from 0; no key is `0xffff`.
+    pub row: &'a dyn Fn(usize) -> Option<Bounds>,
     /// Settings that replace others, oldest first.
     pub moves: &'a [Move],
+}
+
+impl Schema<'_> {
+    /// Returns the settings.
+    pub fn rows(&self) -> impl Iterator<Item = Bounds> {
+        (0..).map_while(self.row)
+    }
 }
 
 /// The schema of this program.
 pub const SCHEMA: Schema<'static> = Schema {
     version: SCHEMA_VERSION,
-    rows: BOUNDS,
+    row: &bounds_of_row,
     moves: &[],
 };
 

@@ -21,11 +21,14 @@ const fn row(key: u16, _name: &'static str, maximum: i32, default: i32) -> Bound
 /// The first version: a speed in mm/s, and two settings that never change.
 const FIRST: Schema = Schema {
     version: 1,
-    rows: &[
-        row(1, "id", 127, 0),
-        row(2, "limit", 100, 10),
-        row(3, "speed_mm_s", 1_000, 50),
-    ],
+    row: &|index| {
+        let rows = [
+            row(1, "id", 127, 0),
+            row(2, "limit", 100, 10),
+            row(3, "speed_mm_s", 1_000, 50),
+        ];
+        rows.get(index).copied()
+    },
     moves: &[],
 };
 
@@ -40,24 +43,30 @@ const TO_MICRO: Move = Move {
 /// The second version: the speed is in um/s, `limit` has wider bounds, and there is a new setting.
 const SECOND: Schema = Schema {
     version: 2,
-    rows: &[
-        row(1, "id", 127, 0),
-        row(2, "limit", 200, 10),
-        row(13, "speed_um_s", 1_000_000, 50_000),
-        row(20, "new", 9, 1),
-    ],
+    row: &|index| {
+        let rows = [
+            row(1, "id", 127, 0),
+            row(2, "limit", 200, 10),
+            row(13, "speed_um_s", 1_000_000, 50_000),
+            row(20, "new", 9, 1),
+        ];
+        rows.get(index).copied()
+    },
     moves: &[TO_MICRO],
 };
 
 /// The third version: the speed is in nm/s.
 const THIRD: Schema = Schema {
     version: 3,
-    rows: &[
-        row(1, "id", 127, 0),
-        row(2, "limit", 200, 10),
-        row(23, "speed_nm_s", 1_000_000_000, 50_000_000),
-        row(20, "new", 9, 1),
-    ],
+    row: &|index| {
+        let rows = [
+            row(1, "id", 127, 0),
+            row(2, "limit", 200, 10),
+            row(23, "speed_nm_s", 1_000_000_000, 50_000_000),
+            row(20, "new", 9, 1),
+        ];
+        rows.get(index).copied()
+    },
     moves: &[
         TO_MICRO,
         Move {
@@ -72,11 +81,7 @@ const THIRD: Schema = Schema {
 
 fn load(flash: Flash, schema: &Schema) -> (Flash, Values, Report) {
     let mut store = Store::open(flash.restart()).expect("a store");
-    let mut values: Values = schema
-        .rows
-        .iter()
-        .map(|row| (row.key, row.default))
-        .collect();
+    let mut values: Values = schema.rows().map(|row| (row.key, row.default)).collect();
     let report = store
         .load(schema, &mut |key, value| {
             values.insert(key, value);
@@ -278,7 +283,8 @@ fn a_store_that_cannot_be_read_or_is_full_works_again_once_it_is_cleared() {
         let rows: Vec<_> = (1..=400).map(|key| row(key, "row", 9, 0)).collect();
         let mut store = Store::open(Flash::new(pages)).expect("a store");
         let results = rows.chunks(80).map(|rows| {
-            let schema = Schema { rows, ..FIRST };
+            let row = |index| rows.get(index).copied();
+            let schema = Schema { row: &row, ..FIRST };
             store.save(&schema, &|_| 9, &|_| false).map(|_| ())
         });
         assert_eq!(results.collect::<Result<(), _>>(), Err(error));

@@ -5,7 +5,7 @@ use super::Configuration;
 use super::dictionary::{Abort, Address, Value, number};
 use crate::bus::heartbeat::Monitor;
 use crate::bus::network::function;
-use heapless::Vec;
+use heapless::Deque;
 
 /// Maximum number of errors in the history.
 const ERRORS: usize = 8;
@@ -25,7 +25,7 @@ pub(super) struct Communication {
     client: u32,
     monitor: Monitor,
     /// Codes of errors, the newest first.
-    errors: Vec<u16, ERRORS>,
+    errors: Deque<u16, ERRORS>,
 }
 
 impl Communication {
@@ -35,7 +35,7 @@ impl Communication {
             heartbeat_ms: 0,
             client: 0,
             monitor: Monitor::new(0),
-            errors: Vec::new(),
+            errors: Deque::new(),
         }
     }
 
@@ -48,10 +48,10 @@ impl Communication {
     /// Adds an error to the history.
     pub fn note_error(&mut self, code: u16) {
         if self.errors.is_full() {
-            self.errors.pop();
+            self.errors.pop_back();
         }
         // Cannot fail: there is room.
-        let _ = self.errors.insert(0, code);
+        let _ = self.errors.push_front(code);
     }
 
     /// Takes note of a heartbeat of another node.

@@ -311,6 +311,16 @@ impl<T> Field<T> {
 pub struct Values<const N: usize>(pub [u8; N]);
 
 impl<const N: usize> Values<N> {
+    /// Sets the bytes at these places, and all others to 0.
+    pub fn restart(&mut self, bytes: &[(u16, u8)]) {
+        self.0 = [0; N];
+        for (place, byte) in bytes {
+            if let Some(value) = self.0.get_mut(usize::from(*place)) {
+                *value = *byte;
+            }
+        }
+    }
+
     /// Returns a number.
     #[inline]
     pub fn get<T: Number>(&self, field: Field<T>) -> T {

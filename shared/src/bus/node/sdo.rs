@@ -185,8 +185,10 @@ impl Server {
             return self.take_segment_of_block(request, transfer);
         }
         let (specifier, command) = (request[0] >> 5, request[0] & 0x1f);
-        let address = match (specifier, transfer) {
-            (0 | 3, Some(transfer)) => transfer.address,
+        let block_ends = specifier == 6 && command & 1 != 0;
+        let address = match transfer {
+            Some(it) if matches!(specifier, 0 | 3) => it.address,
+            Some(it) if block_ends && it.stage == Stage::BlockWriteEnds => it.address,
             _ => address_in(request),
         };
         let result = match (specifier, transfer.map(|it| (it, it.stage))) {
@@ -195,17 +197,15 @@ impl Server {
                 self.write_segment(request, it, toggle, objects)
             }
             (3, Some((it, Stage::Read(toggle)))) => self.read_segment(request, it, toggle, objects),
-            (1, _) => self.write(request, objects, now_us),
+            (1, _) => self.write(request, address, objects, now_us),
             (2, _) => self.read(address, objects, now_us),
-            (5, _) if command & 3 == 0 => self.offer_block(request, objects, now_us),
+            (5, _) if command & 3 == 0 => self.offer_block(request, address, objects, now_us),
             (5, Some((it, stage))) => return self.continue_block(request, it, stage, objects),
-            (6, _) if command & 1 == 0 => self.begin_block(request, objects, now_us),
-            (6, Some((it, Stage::BlockWriteEnds))) => {
-                write_block(request, &it, objects).map_err(|abort| (abort, it.address))
-            }
-            _ => Err((Abort::CommandSpecifier, address)),
+            (6, _) if !block_ends => self.begin_block(request, address, objects, now_us),
+            (6, Some((it, Stage::BlockWriteEnds))) => write_block(request, &it, objects),
+            _ => Err(Abort::CommandSpecifier),
         };
-        Some(result.unwrap_or_else(|(abort, address)| aborted(address, abort)))
+        Some(result.unwrap_or_else(|abort| aborted(address, abort)))
     }
 
     /// Ends a transfer whose client sends nothing more. Returns the message that says so.
@@ -262,33 +262,25 @@ impl Server {
     fn write<D: Dictionary>(
         &mut self,
         request: &Bytes,
+        address: Address,
         objects: &mut Objects<'_, D>,
         now_us: u64,
-    ) -> Result<Bytes, (Abort, Address)> {
-        let address = address_in(request);
+    ) -> Result<Bytes, Abort> {
         let &[command, _, _, _, ref data @ ..] = request;
         let size_given = command & 0b01 != 0;
-        let result = if command & 0b10 != 0 {
+        if command & 0b10 != 0 {
             let length = if size_given {
-                Ok(4 - usize::from(command >> 2 & 0b11))
+                4 - usize::from(command >> 2 & 0b11)
             } else {
-                objects
-                    .check(address, None)
-                    .and_then(|()| objects.size(address))
+                objects.check(address, None)?;
+                objects.size(address)?
             };
-            length.and_then(|length| {
-                let value = data.get(..length).ok_or(Abort::TooShort)?;
-                objects.write(address, value)
-            })
+            objects.write(address, data.get(..length).ok_or(Abort::TooShort)?)?;
         } else {
             let length = size_given.then_some(u32::from_le_bytes(*data) as usize);
-            let checked = objects.check(address, length);
-            if checked.is_ok() {
-                self.begin(address, Stage::Write(0), false, now_us);
-            }
-            checked
-        };
-        result.map_err(|abort| (abort, address))?;
+            objects.check(address, length)?;
+            self.begin(address, Stage::Write(0), false, now_us);
+        }
         Ok(message(0x60, address, [0; 4]))
     }
 
@@ -297,13 +289,10 @@ impl Server {
         address: Address,
         objects: &Objects<'_, D>,
         now_us: u64,
-    ) -> Result<Bytes, (Abort, Address)> {
+    ) -> Result<Bytes, Abort> {
         let mut data = [0; 4];
-        let read = objects.size(address).and_then(|size| {
-            objects.read(address, 0, &mut data)?;
-            Ok(size)
-        });
-        let size = read.map_err(|abort| (abort, address))?;
+        let size = objects.size(address)?;
+        objects.read(address, 0, &mut data)?;
         let command = if size <= data.len() {
             0x43 | ((data.len() - size) as u8 * 4)
         } else {
@@ -320,20 +309,18 @@ impl Server {
         mut transfer: Transfer,
         toggle: u8,
         objects: &mut Objects<'_, D>,
-    ) -> Result<Bytes, (Abort, Address)> {
+    ) -> Result<Bytes, Abort> {
         let &[command, ref data @ ..] = request;
-        let address = transfer.address;
         if command & TOGGLE != toggle {
-            return Err((Abort::ToggleNotAlternated, address));
+            return Err(Abort::ToggleNotAlternated);
         }
         transfer.append(data.get(..SEGMENT - usize::from(command >> 1 & 0b111)));
         if command & 1 == 0 {
             transfer.stage = Stage::Write(toggle ^ TOGGLE);
             self.transfer = Some(transfer);
         } else {
-            let written = transfer.written.get(..transfer.done).ok_or(Abort::TooLong);
-            let result = written.and_then(|written| objects.write(address, written));
-            result.map_err(|abort| (abort, address))?;
+            let written = transfer.written.get(..transfer.done);
+            objects.write(transfer.address, written.ok_or(Abort::TooLong)?)?;
         }
         Ok([0x20 | toggle, 0, 0, 0, 0, 0, 0, 0])
     }
@@ -344,19 +331,17 @@ impl Server {
         mut transfer: Transfer,
         toggle: u8,
         objects: &Objects<'_, D>,
-    ) -> Result<Bytes, (Abort, Address)> {
+    ) -> Result<Bytes, Abort> {
         let address = transfer.address;
         if request[0] & TOGGLE != toggle {
-            return Err((Abort::ToggleNotAlternated, address));
+            return Err(Abort::ToggleNotAlternated);
         }
         let mut answer = [toggle, 0, 0, 0, 0, 0, 0, 0];
         let [command, data @ ..] = &mut answer;
-        let read = objects.read(address, transfer.done, data);
-        let length = read.map_err(|abort| (abort, address))?;
+        let length = objects.read(address, transfer.done, data)?;
         *command |= (SEGMENT - length) as u8 * 2;
         transfer.done += length;
-        let size = objects.size(address).map_err(|abort| (abort, address))?;
-        if transfer.done < size {
+        if transfer.done < objects.size(address)? {
             transfer.stage = Stage::Read(toggle ^ TOGGLE);
             self.transfer = Some(transfer);
         } else {
@@ -369,14 +354,14 @@ impl Server {
     fn offer_block<D: Dictionary>(
         &mut self,
         request: &Bytes,
+        address: Address,
         objects: &Objects<'_, D>,
         now_us: u64,
-    ) -> Result<Bytes, (Abort, Address)> {
-        let address = address_in(request);
-        let size = objects.size(address).map_err(|abort| (abort, address))?;
+    ) -> Result<Bytes, Abort> {
+        let size = objects.size(address)?;
         let (block, threshold) = (request[4], request[5]);
         if !(1..=MAX_BLOCK).contains(&block) {
-            return Err((Abort::BlockSize, address));
+            return Err(Abort::BlockSize);
         }
         if threshold != 0 && size <= usize::from(threshold) {
             return self.read(address, objects, now_us);
@@ -444,14 +429,13 @@ impl Server {
     fn begin_block<D: Dictionary>(
         &mut self,
         request: &Bytes,
+        address: Address,
         objects: &Objects<'_, D>,
         now_us: u64,
-    ) -> Result<Bytes, (Abort, Address)> {
-        let address = address_in(request);
+    ) -> Result<Bytes, Abort> {
         let &[command, _, _, _, ref data @ ..] = request;
         let length = (command & 2 != 0).then_some(u32::from_le_bytes(*data) as usize);
-        let checked = objects.check(address, length);
-        checked.map_err(|abort| (abort, address))?;
+        objects.check(address, length)?;
         let checksum = command & CHECKSUM != 0;
         self.begin(address, Stage::BlockWrite, checksum, now_us);
         Ok(message(0xa4, address, [MAX_BLOCK, 0, 0, 0]))

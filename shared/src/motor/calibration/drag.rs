@@ -5,7 +5,7 @@
 //! begins with one electrical turn that is not counted.
 
 use super::record::{Quantity, Refusal};
-use super::tick::{Hold, Next, Tick, check_at_least, check_at_most};
+use super::tick::{Hold, Tick, check_at_least, check_at_most};
 use crate::constants::{CONTROL_HZ, CONTROL_PERIOD};
 use crate::math::trig::atan2;
 use crate::motor::current::{Excitation, Frame};
@@ -83,7 +83,11 @@ impl Drag {
     }
 
     /// Runs one tick.
-    pub fn tick(&mut self, tick: &Tick) -> Result<Next<Found>, Refusal> {
+    pub fn tick(
+        &mut self,
+        tick: &Tick,
+        excitation: &mut Excitation,
+    ) -> Result<Option<Found>, Refusal> {
         let plan = tick.plan;
         tick.check_travel()?;
         self.hold.update(tick.measured.current, [plan.current, 0.0]);
@@ -94,22 +98,18 @@ impl Drag {
         if before == direction
             && let Some(found) = self.measure(tick)?
         {
-            return Ok(Next::Done(found));
+            return Ok(Some(found));
         }
         let per_second = 4_294_967_296.0 * SPEED as f32 * self.speed;
         let step = crate::math::to_i32(per_second / plan.ratings.pwm_hz as f32);
-        let excitation = Excitation {
-            frame: Frame::Stator {
-                angle: self.angle,
-                step: Angle::from_bits(step),
-            },
-            voltage: self.hold.voltage,
-            sensing: tick.sensing,
-            ..Excitation::default()
+        excitation.frame = Frame::Stator {
+            angle: self.angle,
+            step: Angle::from_bits(step),
         };
+        excitation.voltage = self.hold.voltage;
         let periods = plan.periods_per_control() as i32;
         self.angle += Angle::from_bits(step.wrapping_mul(periods));
-        Ok(Next::Excite(excitation))
+        Ok(None)
     }
 
     /// Counts the ticks at full speed, and takes the samples.

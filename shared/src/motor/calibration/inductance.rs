@@ -6,7 +6,7 @@
 //! cancels. The mean current is 0, so the rotor stands.
 
 use super::record::{Quantity, Refusal};
-use super::tick::{Next, Tick};
+use super::tick::Tick;
 use crate::motor::current::{Excitation, Frame};
 use core::num::NonZeroU32;
 
@@ -105,26 +105,25 @@ impl Inductance {
     }
 
     /// Runs one tick.
-    pub fn tick(&mut self, tick: &Tick) -> Result<Next<[Response; 2]>, Refusal> {
+    pub fn tick(
+        &mut self,
+        tick: &Tick,
+        excitation: &mut Excitation,
+    ) -> Result<Option<[Response; 2]>, Refusal> {
         if self.amplitude == 0.0 {
             self.amplitude = FIRST * tick.limit;
         } else {
             self.listen(tick)?;
         }
         if self.axis == self.axes {
-            return Ok(Next::Done(self.found));
+            return Ok(Some(self.found));
         }
-        let mut ripple = [0.0; 2];
-        if let Some(amplitude) = ripple.get_mut(self.axis) {
+        if let Some(amplitude) = excitation.ripple.get_mut(self.axis) {
             *amplitude = self.amplitude;
         }
-        Ok(Next::Excite(Excitation {
-            frame: self.frame,
-            ripple,
-            half_period: NonZeroU32::new(self.half).unwrap_or(NonZeroU32::MIN),
-            sensing: tick.sensing,
-            ..Excitation::default()
-        }))
+        excitation.frame = self.frame;
+        excitation.half_period = NonZeroU32::new(self.half).unwrap_or(NonZeroU32::MIN);
+        Ok(None)
     }
 
     /// Collects samples, and evaluates them when there are enough.

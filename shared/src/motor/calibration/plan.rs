@@ -43,9 +43,9 @@ pub struct Plan {
 impl Plan {
     /// Reads the plan from the settings.
     pub fn from_settings(settings: &Settings, ratings: &Ratings, free_shaft: bool) -> Self {
-        let gear_ratio = settings.scaled(Setting::GearRatio, 1e-3);
-        let current = settings.scaled(Setting::CalibrationCurrent, 1e-3);
-        let travel = settings.scaled(Setting::CalibrationTravel, 1e-3);
+        let gear_ratio = settings.si(Setting::GearRatio);
+        let current = settings.si(Setting::CalibrationCurrent);
+        let travel = settings.si(Setting::CalibrationTravel);
         Self {
             kind: if settings.get(Setting::MotorKind) == 0 {
                 MotorKind::Brushed
@@ -55,10 +55,10 @@ impl Plan {
             ratings: *ratings,
             counts_per_turn: settings.get(Setting::EncoderCounts),
             gear_ratio,
-            current: crate::math::limit(current, settings.scaled(Setting::CurrentLimit, 1e-3)),
-            speed: settings.scaled(Setting::CalibrationSpeed, 1e-3) * gear_ratio,
+            current: crate::math::limit(current, settings.si(Setting::CurrentLimit)),
+            speed: settings.si(Setting::CalibrationSpeed) * gear_ratio,
             travel: travel * gear_ratio / core::f32::consts::TAU,
-            torque_constant: settings.scaled(Setting::TorqueConstant, 1e-6),
+            torque_constant: settings.si(Setting::TorqueConstant),
             index: RotorSensor::of(settings) == Some(RotorSensor::Indexed),
             free_shaft,
         }

@@ -6,7 +6,7 @@
 //! common gain cannot be seen: all resistances change with it.
 
 use super::record::{Quantity, Refusal};
-use super::tick::{Hold, Mean, Next, Tick, check_at_least, check_at_most};
+use super::tick::{Hold, Mean, Tick, check_at_least, check_at_most};
 use crate::motor::current::{Excitation, Frame};
 use crate::units::Angle;
 
@@ -62,7 +62,19 @@ pub(super) struct Found {
 
 impl Resistance {
     /// Runs one tick.
-    pub fn tick(&mut self, tick: &Tick) -> Result<Next<Found>, Refusal> {
+    pub fn tick(
+        &mut self,
+        tick: &Tick,
+        excitation: &mut Excitation,
+    ) -> Result<Option<Found>, Refusal> {
+        let found = self.advance(tick)?;
+        if found.is_none() {
+            self.excite(excitation);
+        }
+        Ok(found)
+    }
+
+    fn advance(&mut self, tick: &Tick) -> Result<Option<Found>, Refusal> {
         let current = tick.measured.current;
         if !self.flows {
             let volts = self.hold.voltage[0] * GROWTH;
@@ -80,18 +92,18 @@ impl Resistance {
             )?;
             self.flows = current[0] >= tick.plan.current;
             self.hold.gain = 0.03 * resistance;
-            return Ok(self.excite(tick));
+            return Ok(None);
         }
         let level = LEVELS[self.place % 2];
         self.hold.update(current, [level * tick.plan.current, 0.0]);
         if level < 1.0 && self.turned < TURN {
             self.turned += 1;
-            return Ok(self.excite(tick));
+            return Ok(None);
         }
         self.ticks += 1;
         if !self.stands {
             self.watch(tick);
-            return Ok(self.excite(tick));
+            return Ok(None);
         }
         self.mean.add(tick);
         if self.ticks == TICKS {
@@ -107,10 +119,10 @@ impl Resistance {
             self.stands = false;
             self.place += 1;
             if self.place == 2 * DIRECTIONS.len() {
-                return self.finish().map(Next::Done);
+                return self.finish().map(Some);
             }
         }
-        Ok(self.excite(tick))
+        Ok(None)
     }
 
     /// Waits until the rotor stands: while it swings, it induces a voltage.
@@ -130,7 +142,7 @@ impl Resistance {
         }
     }
 
-    fn excite(&self, tick: &Tick) -> Next<Found> {
+    fn excite(&self, excitation: &mut Excitation) {
         let direction = DIRECTIONS.get(self.place / 2).copied().unwrap_or_default();
         // The first direction is reached from the start, the others from the one before.
         let still = if self.place.is_multiple_of(2) && self.place > 0 {
@@ -139,15 +151,11 @@ impl Resistance {
             0.0
         };
         let before = DIRECTIONS[1] * still * still * (3.0 - 2.0 * still);
-        Next::Excite(Excitation {
-            frame: Frame::Stator {
-                angle: Angle::from_degrees(direction - before),
-                step: Angle::ZERO,
-            },
-            voltage: self.hold.voltage,
-            sensing: tick.sensing,
-            ..Excitation::default()
-        })
+        excitation.frame = Frame::Stator {
+            angle: Angle::from_degrees(direction - before),
+            step: Angle::ZERO,
+        };
+        excitation.voltage = self.hold.voltage;
     }
 
     fn finish(&self) -> Result<Found, Refusal> {

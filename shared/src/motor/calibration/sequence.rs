@@ -7,7 +7,7 @@ use super::record::{Quantity, Record, Refusal, Residuals};
 use super::resistance::{self, Resistance};
 use super::spin::{self, Axes, Known, Spin};
 use super::swing::{self, Swing};
-use super::tick::{Next, Tick, check, check_at_least, check_at_most};
+use super::tick::{Tick, check, check_at_least, check_at_most};
 use super::zero::Zero;
 use crate::constants::CONTROL_HZ;
 use crate::motor::bridge::{CurrentSensing, MAX_DUTY};
@@ -139,27 +139,24 @@ impl Calibration {
 
     /// Runs one control period.
     pub fn tick(&mut self, inputs: &Inputs) -> Progress {
-        match self.advance(inputs) {
-            Ok(Some(excitation)) => return Progress::Excite(excitation),
-            Ok(None) => {}
-            Err(refusal) => self.state = State::Ended(Err(refusal)),
+        let mut excitation = Excitation::default();
+        if let Err(refusal) = self.advance(inputs, &mut excitation) {
+            self.state = State::Ended(Err(refusal));
         }
+        excitation.sensing = self.record.sensing;
         match self.state {
             State::Ended(Ok(record)) => Progress::Done(record),
             State::Ended(Err(refusal)) => Progress::Refused(refusal),
-            // A step has just begun; it excites the motor from the next tick on.
-            _ => Progress::Excite(Excitation {
-                sensing: self.record.sensing,
-                ..Excitation::default()
-            }),
+            _ => Progress::Excite(excitation),
         }
     }
 
-    /// Runs one tick of the present step; `None` if it is over.
+    /// Runs one tick of the present step, which changes the excitation. The next step excites the
+    /// motor from the next tick on.
     #[inline(never)] // a calibration is smaller in two parts
-    fn advance(&mut self, inputs: &Inputs) -> Result<Option<Excitation>, Refusal> {
+    fn advance(&mut self, inputs: &Inputs, excitation: &mut Excitation) -> Result<(), Refusal> {
         let Some(step) = self.step() else {
-            return Ok(None);
+            return Ok(());
         };
         let moved = inputs
             .encoder
@@ -179,7 +176,6 @@ impl Calibration {
             measured,
             moved,
             travel: self.travel,
-            sensing: self.record.sensing,
         };
         let supply = inputs.supply_voltage;
         check_at_least(Quantity::SupplyVoltage, supply, MIN_SUPPLY_VOLTAGE)?;
@@ -202,27 +198,27 @@ impl Calibration {
             return Err(tick.timeout(TIMEOUT_S * CONTROL_HZ));
         }
         if inputs.measured.is_none() {
-            return Ok(None);
+            return Ok(());
         }
         macro_rules! run {
-            ($step:expr, $finish:ident) => {
-                match $step.tick(&tick)? {
-                    Next::Excite(excitation) => return Ok(Some(excitation)),
-                    Next::Done(found) => self.$finish(found)?,
+            ($found:expr, $finish:ident) => {
+                match $found? {
+                    None => return Ok(()),
+                    Some(found) => self.$finish(found)?,
                 }
             };
         }
         match &mut self.state {
-            State::Zero(step) => run!(step, after_zero),
-            State::Resistance(step) => run!(step, after_resistance),
-            State::Drag(step) => run!(step, after_drag),
-            State::Inductance(step) => run!(step, after_inductance),
-            State::Spin(step) => run!(step, after_spin),
-            State::Swing(step) => run!(step, after_swing),
+            State::Zero(step) => run!(step.tick(&tick), after_zero),
+            State::Resistance(step) => run!(step.tick(&tick, excitation), after_resistance),
+            State::Drag(step) => run!(step.tick(&tick, excitation), after_drag),
+            State::Inductance(step) => run!(step.tick(&tick, excitation), after_inductance),
+            State::Spin(step) => run!(step.tick(&tick, excitation), after_spin),
+            State::Swing(step) => run!(step.tick(&tick, excitation), after_swing),
             State::Ended(_) => {}
         }
         self.ticks = 0;
-        Ok(None)
+        Ok(())
     }
 
     #[allow(clippy::unnecessary_wraps)] // every step ends with such a function

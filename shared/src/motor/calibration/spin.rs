@@ -4,7 +4,7 @@
 //! Friction needs the same current at both speeds, so resistance and dead time cancel.
 
 use super::record::{Quantity, Refusal};
-use super::tick::{Mean, Next, Tick, check_at_least, check_at_most};
+use super::tick::{Mean, Tick, check_at_least, check_at_most};
 use crate::constants::CONTROL_PERIOD;
 use crate::motor::current::{Excitation, Frame};
 use crate::motor::rotor::Rotor;
@@ -118,7 +118,11 @@ impl Spin {
     }
 
     /// Runs one tick.
-    pub fn tick(&mut self, tick: &Tick) -> Result<Next<Found>, Refusal> {
+    pub fn tick(
+        &mut self,
+        tick: &Tick,
+        excitation: &mut Excitation,
+    ) -> Result<Option<Found>, Refusal> {
         let plan = tick.plan;
         let per_count = self.known.electrical_per_rotor * core::f32::consts::TAU
             / (plan.counts_per_turn as f32 * CONTROL_PERIOD);
@@ -142,27 +146,23 @@ impl Spin {
             self.approach(tick, speed >= bound)?;
         }
         if self.level == 5 && self.reached {
-            return Ok(Next::Done(Found(self.found)));
+            return Ok(Some(Found(self.found)));
         }
-        Ok(Next::Excite(self.excitation(tick)))
+        self.excite(tick, excitation);
+        Ok(None)
     }
 
-    fn excitation(&self, tick: &Tick) -> Excitation {
-        let (frame, voltage) = match self.known.axes {
-            Axes::Winding => (Excitation::default().frame, [self.voltage, 0.0]),
+    fn excite(&self, tick: &Tick, excitation: &mut Excitation) {
+        match self.known.axes {
+            Axes::Winding => excitation.voltage[0] = self.voltage,
             Axes::Rotor(rotor) => {
                 let lead = 1.5 * self.speed / tick.plan.ratings.pwm_hz as f32;
                 let lead = Angle::from_radians(lead);
                 // Cancels the coupling, so that the current in d stays small.
                 let coupled = -self.speed * self.known.inductance[1] * tick.measured.current[1];
-                (Frame::Rotor { rotor, lead }, [coupled, self.voltage])
+                excitation.frame = Frame::Rotor { rotor, lead };
+                excitation.voltage = [coupled, self.voltage];
             }
-        };
-        Excitation {
-            frame,
-            voltage,
-            sensing: tick.sensing,
-            ..Excitation::default()
         }
     }
 

@@ -5,7 +5,7 @@
 //! its direction. The second term is the voltage that dead time and brushes take.
 
 use super::record::{Quantity, Refusal};
-use super::tick::{Next, Tick, check_at_least, check_at_most};
+use super::tick::{Tick, check_at_least, check_at_most};
 use crate::constants::CONTROL_PERIOD;
 use crate::math::{max, sqrt};
 use crate::motor::current::Excitation;
@@ -84,7 +84,11 @@ impl Swing {
     }
 
     /// Runs one tick.
-    pub fn tick(&mut self, tick: &Tick) -> Result<Next<Found>, Refusal> {
+    pub fn tick(
+        &mut self,
+        tick: &Tick,
+        excitation: &mut Excitation,
+    ) -> Result<Option<Found>, Refusal> {
         let plan = tick.plan;
         let current = tick.measured.current[0];
         let turns = plan.turns(i64::from(tick.moved));
@@ -109,7 +113,7 @@ impl Swing {
                     self.measured = Some(halves + 1);
                     let known = halves >= FEWEST_HALVES && self.fit.solve().1 <= ENOUGH_KNOWN;
                     if known || halves >= MOST_HALVES {
-                        return self.finish().map(Next::Done);
+                        return self.finish().map(Some);
                     }
                     // Both directions have the same amplitude, so that the rotor stays.
                     let place = GOLDEN_RATIO * (halves / 2) as f32;
@@ -120,11 +124,8 @@ impl Swing {
             }
         }
         let voltage = self.part * self.amplitude;
-        Ok(Next::Excite(Excitation {
-            voltage: [if self.negative { -voltage } else { voltage }, 0.0],
-            sensing: tick.sensing,
-            ..Excitation::default()
-        }))
+        excitation.voltage[0] = if self.negative { -voltage } else { voltage };
+        Ok(None)
     }
 
     fn grow(&mut self, tick: &Tick) -> Result<(), Refusal> {

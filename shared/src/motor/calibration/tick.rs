@@ -4,15 +4,7 @@
 use super::record::{Quantity, Refusal};
 use super::{Plan, Step};
 use crate::constants::CONTROL_PERIOD;
-use crate::motor::bridge::CurrentSensing;
-use crate::motor::current::{Excitation, Measurement};
-
-/// Result of a tick of one step.
-#[derive(Clone, Copy, Debug)]
-pub(super) enum Next<T> {
-    Excite(Excitation),
-    Done(T),
-}
+use crate::motor::current::Measurement;
 
 /// What a step needs in one tick.
 #[derive(Clone, Copy, Debug)]
@@ -25,7 +17,6 @@ pub(super) struct Tick<'a> {
     /// Counts since the last tick, and since the start.
     pub moved: i32,
     pub travel: i64,
-    pub sensing: CurrentSensing,
 }
 
 impl Tick<'_> {

@@ -1,9 +1,8 @@
 //! Measures the codes at which no current flows. All half bridges give the same voltage meanwhile.
 
 use super::record::{Quantity, Refusal};
-use super::tick::{Next, Tick, check_at_most};
+use super::tick::{Tick, check_at_most};
 use crate::constants::CONTROL_PERIOD;
-use crate::motor::current::Excitation;
 
 /// Largest distance of the zero from the middle of the converter's range, codes of 2^16.
 const LARGEST: f32 = 2_000.0;
@@ -20,8 +19,8 @@ pub(super) struct Zero {
 }
 
 impl Zero {
-    /// Runs one tick. The result has the codes.
-    pub fn tick(&mut self, tick: &Tick) -> Result<Next<[i32; 2]>, Refusal> {
+    /// Runs one tick, with zero voltage. The result has the codes.
+    pub fn tick(&mut self, tick: &Tick) -> Result<Option<[i32; 2]>, Refusal> {
         self.ticks += 1;
         if self.ticks > SETTLE {
             for (sum, code) in self.codes.iter_mut().zip(tick.measured.codes) {
@@ -30,7 +29,7 @@ impl Zero {
             self.moved += tick.moved;
         }
         if self.ticks < SETTLE + TICKS {
-            return Ok(Next::Excite(Excitation::default()));
+            return Ok(None);
         }
         // A rotor that turns induces a current. Two counts are the noise of the sensor.
         let speed = tick.plan.turns(i64::from(self.moved.abs() - 2)) * core::f32::consts::TAU
@@ -40,7 +39,7 @@ impl Zero {
         for code in zero {
             check_at_most(Quantity::CurrentZero, code.abs(), LARGEST)?;
         }
-        Ok(Next::Done(zero.map(|code| {
+        Ok(Some(zero.map(|code| {
             32_768 + crate::math::to_i32(code + f32::copysign(0.5, code))
         })))
     }

@@ -135,11 +135,8 @@ impl Config {
     /// Reads the parameters of the motor from the settings. `periods_per_control` is the number of
     /// PWM periods in a control period.
     pub fn from_settings(settings: &Settings, periods_per_control: u32) -> Self {
-        let inductance = settings.scaled(Setting::Inductance, 1e-6);
-        let inductance_q = match settings.get(Setting::InductanceQ) {
-            0 => inductance,
-            value => value as f32 * 1e-6,
-        };
+        let inductance = settings.si(Setting::Inductance);
+        let inductance_q = settings.si_or(Setting::InductanceQ, Setting::Inductance);
         let three_phase = settings.get(Setting::MotorKind) != 0;
         Self {
             kind: if three_phase {
@@ -147,12 +144,12 @@ impl Config {
             } else {
                 MotorKind::Brushed
             },
-            resistance: settings.scaled(Setting::Resistance, 1e-3),
+            resistance: settings.si(Setting::Resistance),
             inductance: [inductance, inductance_q],
-            torque_constant: settings.scaled(Setting::TorqueConstant, 1e-6),
-            current_limit: settings.scaled(Setting::CurrentLimit, 1e-3),
-            bandwidth: settings.scaled(Setting::CurrentBandwidth, 1.0),
-            gear_ratio: settings.scaled(Setting::GearRatio, 1e-3),
+            torque_constant: settings.si(Setting::TorqueConstant),
+            current_limit: settings.si(Setting::CurrentLimit),
+            bandwidth: settings.si(Setting::CurrentBandwidth),
+            gear_ratio: settings.si(Setting::GearRatio),
             mounting: Mounting {
                 counts_per_turn: settings.get(Setting::EncoderCounts),
                 pole_pairs: settings.get(Setting::PolePairs),
@@ -162,7 +159,7 @@ impl Config {
                 reversed: settings.get(Setting::PhaseOrder) < 0,
             },
             sensor: RotorSensor::of(settings).unwrap_or(RotorSensor::Incremental),
-            dead_time: settings.scaled(Setting::DeadTime, 1e-9),
+            dead_time: settings.si(Setting::DeadTime),
             periods_per_control,
         }
     }

@@ -104,19 +104,16 @@ pub struct Limiter {
 impl Limiter {
     /// Reads the limits from the settings.
     pub fn new(settings: &Settings) -> Self {
-        let current_limit = settings.scaled(Setting::CurrentLimit, 1e-3);
-        let velocity_limit = settings.scaled(Setting::VelocityLimit, 1e-3);
-        let band = OVERSPEED - settings.scaled(Setting::VelocityDerating, 1e-3);
+        let current_limit = settings.si(Setting::CurrentLimit);
+        let velocity_limit = settings.si(Setting::VelocityLimit);
+        let band = OVERSPEED - settings.si(Setting::VelocityDerating);
         let heat = |current, time| {
-            let continuous = match settings.get(current) {
-                0 => current_limit,
-                milliamperes => milliamperes as f32 * 1e-3,
-            };
-            Heat::new(continuous, current_limit, settings.scaled(time, 1e-3))
+            let continuous = settings.si_or(current, Setting::CurrentLimit);
+            Heat::new(continuous, current_limit, settings.si(time))
         };
-        let slope = current_limit / settings.scaled(Setting::TemperatureDerating, 0.1);
+        let slope = current_limit / settings.si(Setting::TemperatureDerating);
         let derating = |end| Derating {
-            end: settings.scaled(end, 0.1),
+            end: settings.si(end),
             slope,
         };
         Self {
@@ -125,7 +122,7 @@ impl Limiter {
             current_limit,
             fastest: OVERSPEED * velocity_limit,
             velocity_slope: current_limit / (band * velocity_limit),
-            step: settings.scaled(Setting::CurrentSlope, CONTROL_PERIOD),
+            step: CONTROL_PERIOD * settings.si(Setting::CurrentSlope),
             winding: heat(Setting::WindingCurrent, Setting::WindingTime),
             bridge: heat(Setting::BridgeCurrent, Setting::BridgeTime),
             bridge_temperature: derating(Setting::BridgeTemperature),

@@ -49,21 +49,23 @@ pub(super) struct Supply {
 impl Supply {
     /// Reads the limits from the settings.
     pub fn new(settings: &Settings) -> Self {
-        let volts = |setting| settings.scaled(setting, 1e-3);
-        let (under, over) = (volts(Setting::UnderVoltage), volts(Setting::OverVoltage));
+        let (under, over) = (
+            settings.si(Setting::UnderVoltage),
+            settings.si(Setting::OverVoltage),
+        );
         let (motoring, regeneration) = (
-            volts(Setting::MotoringVoltage),
-            volts(Setting::RegenerationVoltage),
+            settings.si(Setting::MotoringVoltage),
+            settings.si(Setting::RegenerationVoltage),
         );
         let low = under + MARGIN * positive(motoring - under);
         let high = over - MARGIN * positive(over - regeneration);
         // A band without width is infinitely steep: the factor is 0 or 1.
         let steepness = |width: f32| if width > 0.0 { 1.0 / width } else { f32::MAX };
         let three_phase = settings.get(Setting::MotorKind) != 0;
-        let gear = settings.scaled(Setting::GearRatio, 1e-3);
-        let resistance = settings.scaled(Setting::Resistance, 1e-3);
+        let gear = settings.si(Setting::GearRatio);
+        let resistance = settings.si(Setting::Resistance);
         Self {
-            emf_constant: settings.scaled(Setting::TorqueConstant, 1e-6) * gear,
+            emf_constant: settings.si(Setting::TorqueConstant) * gear,
             loss: if three_phase {
                 1.5 * resistance
             } else {
@@ -71,10 +73,10 @@ impl Supply {
             },
             burns: three_phase,
             currents: [
-                volts(Setting::SupplyCurrentLimit),
-                volts(Setting::RegenerationCurrentLimit),
+                settings.si(Setting::SupplyCurrentLimit),
+                settings.si(Setting::RegenerationCurrentLimit),
             ],
-            power: settings.scaled(Setting::PowerLimit, 1.0),
+            power: settings.si(Setting::PowerLimit),
             low,
             high,
             low_band: steepness(motoring - low),

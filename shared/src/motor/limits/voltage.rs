@@ -77,20 +77,17 @@ impl Voltage {
         if settings.get(Setting::MotorKind) == 0 {
             return None;
         }
-        let gear = settings.scaled(Setting::GearRatio, 1e-3);
+        let gear = settings.si(Setting::GearRatio);
         let electrical = gear * settings.get(Setting::PolePairs) as f32;
-        let inductance = settings.scaled(Setting::Inductance, 1e-6);
-        let inductance_q = match settings.get(Setting::InductanceQ) {
-            0 => inductance,
-            value => value as f32 * 1e-6,
-        };
+        let inductance = settings.si(Setting::Inductance);
+        let inductance_q = settings.si_or(Setting::InductanceQ, Setting::Inductance);
         Some(Self {
-            emf_constant: settings.scaled(Setting::TorqueConstant, 1e-6) * gear / 1.5,
-            resistance: settings.scaled(Setting::Resistance, 1e-3),
+            emf_constant: settings.si(Setting::TorqueConstant) * gear / 1.5,
+            resistance: settings.si(Setting::Resistance),
             reactances: [electrical * inductance, electrical * inductance_q],
             weakening: min(
-                settings.scaled(Setting::FieldWeakeningCurrent, 1e-3),
-                LARGEST_WEAKENING * settings.scaled(Setting::CurrentLimit, 1e-3),
+                settings.si(Setting::FieldWeakeningCurrent),
+                LARGEST_WEAKENING * settings.si(Setting::CurrentLimit),
             ),
             lacking: 0.0,
         })

@@ -42,19 +42,19 @@ const HOMING_MARGIN: f32 = 1.25;
 impl Envelope {
     fn new(settings: &Settings, velocity: f32, current: f32) -> Self {
         let cascade = Cascade::new(&Gains {
-            position: settings.scaled(Setting::PositionGain, 1e-3),
-            velocity: settings.scaled(Setting::VelocityGain, 1e-3),
-            integral_time: settings.scaled(Setting::VelocityIntegralTime, 1e-6),
-            acceleration: settings.scaled(Setting::AccelerationFeedForward, 1e-6),
+            position: settings.si(Setting::PositionGain),
+            velocity: settings.si(Setting::VelocityGain),
+            integral_time: settings.si(Setting::VelocityIntegralTime),
+            acceleration: settings.si(Setting::AccelerationFeedForward),
             velocity_limit: velocity,
             current_limit: current,
             period: CONTROL_PERIOD,
         });
-        let hold_current = settings.scaled(Setting::HoldCurrent, 1e-3);
+        let hold_current = settings.si(Setting::HoldCurrent);
         Self {
             limits: Limits {
                 velocity,
-                acceleration: settings.scaled(Setting::AccelerationLimit, 1e-3),
+                acceleration: settings.si(Setting::AccelerationLimit),
             },
             current_limit: current,
             stall: Stall {
@@ -72,18 +72,18 @@ impl Envelopes {
     /// Creates the envelopes of these settings, and returns a copy of the selected one, that of
     /// operation.
     pub fn new(settings: &Settings) -> (Self, Envelope) {
-        let velocity = settings.scaled(Setting::VelocityLimit, 1e-3);
-        let current = settings.scaled(Setting::CurrentLimit, 1e-3);
+        let velocity = settings.si(Setting::VelocityLimit);
+        let current = settings.si(Setting::CurrentLimit);
         let prepared = core::array::from_fn(|index| {
             let (mut velocity, mut current) = (velocity, current);
             if index & HOMING != 0 {
-                let speed = settings.scaled(Setting::HomingSpeed, 1e-3 * HOMING_MARGIN);
+                let speed = HOMING_MARGIN * settings.si(Setting::HomingSpeed);
                 velocity = limit(speed, velocity);
-                current = limit(settings.scaled(Setting::HomingCurrent, 1e-3), current);
+                current = limit(settings.si(Setting::HomingCurrent), current);
             }
             if index & BENCH != 0 {
-                velocity = limit(settings.scaled(Setting::BenchSpeed, 1e-3), velocity);
-                current = limit(settings.scaled(Setting::BenchCurrent, 1e-3), current);
+                velocity = limit(settings.si(Setting::BenchSpeed), velocity);
+                current = limit(settings.si(Setting::BenchCurrent), current);
             }
             Envelope::new(settings, velocity, current)
         });

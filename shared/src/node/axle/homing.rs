@@ -97,17 +97,17 @@ pub(super) struct Homing {
 impl Homing {
     /// Creates the homing of an axle whose switch is at `home_position`.
     pub fn new(settings: &Settings, home_position: i64) -> Self {
-        let speed = settings.scaled(Setting::HomingSpeed, 1e-3);
+        let speed = settings.si(Setting::HomingSpeed);
         let code = default_method(settings);
         let late = speed * REACTION_TICKS * CONTROL_PERIOD;
-        let tolerance = settings.scaled(Setting::HomingTolerance, 1e-3) + late;
+        let tolerance = settings.si(Setting::HomingTolerance) + late;
         Self {
             stage: Stage::Idle,
             code,
             needed: code != NO_METHOD,
             method: Method::of(code),
             speed,
-            approach: settings.scaled(Setting::HomingApproach, 1e-3),
+            approach: settings.si(Setting::HomingApproach),
             home_position,
             tolerance: from_radians(tolerance).unsigned_abs(),
             ticks: 0,

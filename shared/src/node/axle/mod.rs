@@ -54,7 +54,7 @@ use crate::bus::cia402::{DriveCommand, State};
 use crate::bus::scale::Scale;
 use crate::constants::CONTROL_PERIOD;
 use crate::faults::{Fault, Faults};
-use crate::motor::angle_probe::AngleProbe;
+use crate::motor::angle_watch::AngleWatch;
 use crate::motor::back_emf::BackEmf;
 use crate::motor::encoder_steps::EncoderSteps;
 use crate::motor::limits::Limiter;
@@ -93,7 +93,7 @@ pub struct Axle {
     sensed: bool,
     supervisor: Supervisor,
     back_emf: BackEmf,
-    angle_probe: AngleProbe,
+    angle_watch: Option<AngleWatch>,
     encoder_steps: EncoderSteps,
     limiter: Limiter,
     snapshot: Option<Snapshot>,
@@ -139,21 +139,32 @@ pub struct Axle {
 impl Axle {
     /// Runs one control period: sense, estimate, supervise, control, last limiter.
     pub fn tick(&mut self, inputs: &Inputs) -> Outputs {
-        self.tick_following(inputs, None)
+        self.run::<true>(inputs, None)
     }
 
-    /// Runs [`Axle::tick`] with the set-point of mode [`crate::bus::cia402::mode::TAUT`], or with
-    /// the fault because of which this set-point is unknown.
+    /// Runs a tick of the screw: [`Axle::tick`] with the set-point of mode
+    /// [`crate::bus::cia402::mode::TAUT`], or with the fault because of which this set-point is
+    /// unknown.
     pub(super) fn tick_following(
+        &mut self,
+        inputs: &Inputs,
+        taut: Result<Motion, Fault>,
+    ) -> Outputs {
+        self.run::<false>(inputs, Some(taut))
+    }
+
+    /// `WATCHES` is whether the role may have an [`AngleWatch`]. The program of a role that has
+    /// none does not contain its code.
+    fn run<const WATCHES: bool>(
         &mut self,
         inputs: &Inputs,
         taut: Option<Result<Motion, Fault>>,
     ) -> Outputs {
         self.sense(inputs);
-        self.supervise(inputs, taut);
+        self.supervise::<WATCHES>(inputs, taut);
         self.take_commands(inputs);
         let demand = self.control(inputs, taut);
-        self.outputs(inputs, demand)
+        self.outputs::<WATCHES>(inputs, demand)
     }
 
     /// Returns the scale of its positions and velocities on the bus.

@@ -57,21 +57,21 @@ impl Options {
         per_ampere: f32,
         travel: Option<(i64, i64)>,
     ) -> Self {
-        let window = |setting, unit| {
-            let distance = from_radians(settings.scaled(setting, unit));
+        let window = |setting| {
+            let distance = from_radians(settings.si(setting));
             saturate_unsigned(scale.distance_to_bus(distance))
         };
         let end = |position: i64| saturate(scale.distance_to_bus(position));
-        let slope = settings.scaled(Setting::TorqueModeSlope, 1.0) * per_ampere;
+        let slope = settings.si(Setting::TorqueModeSlope) * per_ampere;
         let codes = DriveParameters {
             quick_stop: 6,
             shutdown: 0,
             disable_operation: 0,
             halt: 1,
             fault_reaction: 2,
-            following_window: window(Setting::FollowingLimit, 1e-3),
+            following_window: window(Setting::FollowingLimit),
             following_time: FOLLOWING_TIME,
-            position_window: window(Setting::PositionWindow, 1e-3),
+            position_window: window(Setting::PositionWindow),
             position_time: settings.get(Setting::PositionWindowTime) as u16,
             position_limits: travel.map_or([0; 2], |(low, high)| [end(low), end(high)]),
             profile_velocity: u32::MAX,
@@ -79,15 +79,12 @@ impl Options {
             torque_slope: if slope > 1.0 { slope as u32 } else { 1 },
             homing_method: default_method(settings),
         };
-        let deceleration = match settings.get(Setting::QuickStopDeceleration) {
-            0 => settings.get(Setting::AccelerationLimit),
-            deceleration => deceleration,
-        };
         let mut options = Self {
             codes,
             saved: codes,
             profile: Limits::NONE,
-            quick_deceleration: deceleration as f32 * 1e-3,
+            quick_deceleration: settings
+                .si_or(Setting::QuickStopDeceleration, Setting::AccelerationLimit),
             following: Window::OFF,
             position: Window::OFF,
             torque_step: 0.0,

@@ -8,6 +8,7 @@ use crate::bus::pdo::{DriveMotion, DriveStatus};
 use crate::faults::Reaction;
 use crate::math::{root_of_sum, saturate, to_i16, to_i32};
 use crate::motor::alignment::Progress;
+use crate::motor::angle_watch::AngleWatch;
 use crate::motor::cascade::Demand;
 use crate::motor::limits::{Conditions, Limited};
 use crate::sensors::Switches;
@@ -36,12 +37,16 @@ fn digital_inputs(switches: Switches) -> u32 {
 
 impl Axle {
     /// Returns the outputs of a tick.
-    pub(super) fn outputs(&mut self, inputs: &Inputs, demand: Option<Demand>) -> Outputs {
+    pub(super) fn outputs<const WATCHES: bool>(
+        &mut self,
+        inputs: &Inputs,
+        demand: Option<Demand>,
+    ) -> Outputs {
         if demand.is_some_and(|demand| demand.cut() != 0) && self.active_limit == ActiveLimit::None
         {
             self.active_limit = ActiveLimit::VelocityOrCurrent;
         }
-        let limited = demand.map(|demand| self.limit(inputs, demand));
+        let limited = demand.map(|demand| self.limit::<WATCHES>(inputs, demand));
         let aligning = self.commutation.demand();
         let aligning = aligning.map(|progress| self.limit_alignment(inputs, progress));
         if limited.is_none() && aligning.is_none() {
@@ -89,15 +94,19 @@ impl Axle {
     }
 
     /// The last limiter. It is defined for every input, and nothing acts after it.
-    fn limit(&mut self, inputs: &Inputs, demand: Demand) -> Limited {
+    fn limit<const WATCHES: bool>(&mut self, inputs: &Inputs, demand: Demand) -> Limited {
         let amperes = self.force.cascade.amperes(demand.current);
         let conditions = conditions(inputs, self.velocity());
         let bound = self.sign_probe.bound(self.force.current_limit);
-        let left = self.angle_probe.bound(bound);
+        let watch = if WATCHES { &self.angle_watch } else { &None };
+        let probe = watch.as_ref().map(AngleWatch::probe);
+        let left = probe.map_or(bound, |probe| probe.bound(bound));
         let mut limited = self.limiter.limit(amperes, left, &conditions);
-        if limited.direct == 0.0 {
-            let probe = self.angle_probe.direct();
-            limited.direct = self.limiter.add_direct(probe, bound, &conditions);
+        if let Some(probe) = probe
+            && limited.direct == 0.0
+        {
+            let direct = probe.direct();
+            limited.direct = self.limiter.add_direct(direct, bound, &conditions);
         }
         if limited.cause == ActiveLimit::None && amperes.abs() > bound {
             limited.cause = ActiveLimit::SignProbe;

@@ -17,7 +17,7 @@ use crate::bus::cia402::State;
 use crate::bus::scale::Scale;
 use crate::constants::{CONTROL_PERIOD, OBSERVER_BANDWIDTH};
 use crate::faults::Faults;
-use crate::motor::angle_probe::AngleProbe;
+use crate::motor::angle_watch::AngleWatch;
 use crate::motor::back_emf::BackEmf;
 use crate::motor::encoder_steps::EncoderSteps;
 use crate::motor::from_radians;
@@ -39,29 +39,26 @@ impl Axle {
         let scale = Scale::Turning {
             bits: settings.get(Setting::PositionBits) as u32,
         };
-        let reference = from_radians(settings.scaled(Setting::HomePosition, 1e-6));
+        let reference = from_radians(settings.si(Setting::HomePosition));
         let travel = (
-            from_radians(settings.scaled(Setting::PositionMinimum, 1e-3)),
-            from_radians(settings.scaled(Setting::PositionMaximum, 1e-3)),
+            from_radians(settings.si(Setting::PositionMinimum)),
+            from_radians(settings.si(Setting::PositionMaximum)),
         );
-        Self::with_scale(
-            settings,
-            scale,
-            reference,
-            (travel.0 < travel.1).then_some(travel),
-        )
+        let travel = (travel.0 < travel.1).then_some(travel);
+        Self::with_scale::<true>(settings, scale, reference, travel)
     }
 
-    /// Creates an axle whose positions on the bus have another scale. The screw uses it.
+    /// Creates an axle whose positions on the bus have another scale. The screw uses it. `WATCHES`
+    /// is whether the role may have an [`AngleWatch`].
     #[inline(never)] // each inlined copy takes stack
-    pub(in crate::node) fn with_scale(
+    pub(in crate::node) fn with_scale<const WATCHES: bool>(
         settings: &Settings,
         scale: Scale,
         home_position: i64,
         travel: Option<(i64, i64)>,
     ) -> Self {
-        let velocity_limit = settings.scaled(Setting::VelocityLimit, 1e-3);
-        let gear = settings.scaled(Setting::GearRatio, 1e-3);
+        let velocity_limit = settings.si(Setting::VelocityLimit);
+        let gear = settings.si(Setting::GearRatio);
         let torque_per_ampere = torque_per_ampere(settings, scale);
         let counts = settings.get(Setting::EncoderCounts) as f32;
         let counts_per_radian = counts * gear / core::f32::consts::TAU;
@@ -90,7 +87,11 @@ impl Axle {
             observer,
             sensed: false,
             supervisor: Supervisor::default(),
-            angle_probe: AngleProbe::new(&back_emf),
+            angle_watch: if WATCHES {
+                AngleWatch::new(settings, &back_emf)
+            } else {
+                None
+            },
             back_emf,
             encoder_steps: EncoderSteps::new(
                 IMPOSSIBLE_SPEED * velocity_limit * counts_per_radian
@@ -144,7 +145,7 @@ impl Axle {
 
 /// Torque at the output shaft per current, in bus units per ampere.
 fn torque_per_ampere(settings: &Settings, scale: Scale) -> f32 {
-    let gear = settings.scaled(Setting::GearRatio, 1e-3);
-    let torque_constant = settings.scaled(Setting::TorqueConstant, 1e-6) * gear;
+    let gear = settings.si(Setting::GearRatio);
+    let torque_constant = settings.si(Setting::TorqueConstant) * gear;
     torque_constant * scale.torque_units()
 }

@@ -75,14 +75,14 @@ impl SignProbe {
             0 => (POLE_PAIRS_OF_BRUSHED, PROOF_OF_BRUSHED),
             _ => (settings.get(Setting::PolePairs), PROOF),
         };
-        let gear = settings.scaled(Setting::GearRatio, 1e-3);
+        let gear = settings.si(Setting::GearRatio);
         let count = TAU / settings.get(Setting::EncoderCounts) as f32;
         let motion = |angle: f32, fewest: f32| {
             let (angle, fewest) = (angle / pole_pairs as f32, fewest * count);
             from_radians(if angle > fewest { angle } else { fewest } / gear)
         };
         Self {
-            current: settings.scaled(Setting::ProbeCurrent, 1e-3),
+            current: settings.si(Setting::ProbeCurrent),
             proof: motion(proof, FEWEST[0]),
             disproof: motion(DISPROOF, FEWEST[1]),
             standing: motion(STANDING, FEWEST[2]),

@@ -6,7 +6,7 @@ use super::sign_probe::Sign;
 use super::{Axle, Inputs};
 use crate::bus::cia402::{State, mode};
 use crate::faults::{Fault, Faults, Reaction};
-use crate::motor::back_emf::Observed;
+use crate::motor::back_emf::{Findings, Observed};
 use crate::motor::profile::Motion;
 use crate::node::supervisor::{Power, Readings};
 
@@ -17,33 +17,21 @@ impl Axle {
     /// Raises the faults whose conditions are met, even if other faults are latched already, and
     /// applies the strongest reaction.
     #[inline(never)] // the tick is smaller in two parts
-    pub(super) fn supervise(&mut self, inputs: &Inputs, taut: Option<Result<Motion, Fault>>) {
+    pub(super) fn supervise<const WATCHES: bool>(
+        &mut self,
+        inputs: &Inputs,
+        taut: Option<Result<Motion, Fault>>,
+    ) {
         let (enabled, powered) = (self.state == State::OperationEnabled, self.energized());
         let aligns = self.commutation.aligns();
         let in_position = enabled && mode::controls_position(self.mode);
-        let observed = Observed {
-            current: inputs.current,
-            demand: self.limiter.demand(),
-            velocity: self.velocity(),
-            supply_voltage: inputs.supply_voltage,
-            electrical: inputs.electrical,
-        };
         let sign = if self.powered() {
             let doubtful = self.encoder_steps.is_doubtful();
             self.sign_probe.tick(self.position(), doubtful, self.demand)
         } else {
             Sign::default()
         };
-        let mut motor = self.back_emf.check(&observed);
-        if self.powered() {
-            let calm = self.back_emf.is_calm();
-            motor.slipped |= self.angle_probe.tick(&observed, calm);
-        } else {
-            self.angle_probe.reset();
-        }
-        if aligns {
-            self.back_emf.forget_angle();
-        }
+        let motor = self.check_motor::<WATCHES>(inputs, aligns);
         let readings = Readings {
             current: inputs.current,
             demand: self.demand,
@@ -60,11 +48,7 @@ impl Axle {
                 true => Power::On,
                 false => Power::Off,
             },
-            motor: if aligns {
-                motor.of_turning_field()
-            } else {
-                motor
-            },
+            motor,
             misaligned: self.commutation.take_failure() || sign.against,
             noisy: self.encoder_steps.is_noisy(),
             temperatures: inputs.temperatures,
@@ -120,6 +104,37 @@ impl Axle {
             }
             self.select_envelope();
         }
+    }
+
+    /// Returns what the voltage of the bridge shows. While the rotor aligns, its angle is not known.
+    #[inline]
+    fn check_motor<const WATCHES: bool>(&mut self, inputs: &Inputs, aligns: bool) -> Findings {
+        let observed = Observed {
+            current: inputs.current,
+            demand: self.limiter.demand(),
+            velocity: self.velocity(),
+            supply_voltage: inputs.supply_voltage,
+            electrical: inputs.electrical,
+        };
+        let powered = self.powered();
+        let mut watch = if WATCHES {
+            self.angle_watch.as_mut()
+        } else {
+            None
+        };
+        let ripple = watch.as_mut().map(|watch| watch.ripple());
+        let mut motor = self.back_emf.check(&observed, ripple);
+        if let Some(watch) = watch {
+            motor.slipped |= watch.tick(&observed, powered);
+            if aligns {
+                watch.forget_angle();
+            }
+        }
+        if aligns {
+            self.back_emf.forget_angle();
+            motor = motor.of_turning_field();
+        }
+        motor
     }
 
     /// Returns the faults that the bus has found since the previous tick.

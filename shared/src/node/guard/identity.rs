@@ -36,7 +36,7 @@ impl Identity {
             Scale::Turning { .. } => (STEP_TURNS, 1e-6 / core::f32::consts::TAU),
             Scale::Linear(_) => (STEP_METRES, 1e-9),
         };
-        let period_us = settings.scaled(Setting::HeartbeatPeriod, 1e3);
+        let period_us = settings.milliseconds(Setting::HeartbeatPeriod) as f32;
         Self {
             doubled: false,
             excess: 0,

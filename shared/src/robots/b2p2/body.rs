@@ -177,7 +177,6 @@ impl Body for B2p2 {
     const ODOMETRY: &'static [usize] = &[LEFT, RIGHT];
 
     fn new(settings: &Settings) -> Result<Self, GeometryError> {
-        let metres = |setting| settings.scaled(setting, 1e-6);
         let geometry = Geometry::from_micrometres(
             settings.get(Setting::LengthL1),
             settings.get(Setting::LengthL2),
@@ -192,15 +191,15 @@ impl Body for B2p2 {
             front: FrontPart::new(&geometry, settings),
             geometry,
             speed: Limits {
-                velocity: metres(Setting::SpeedLimit),
-                acceleration: metres(Setting::DriveAcceleration),
+                velocity: settings.si(Setting::SpeedLimit),
+                acceleration: settings.si(Setting::DriveAcceleration),
             },
             chassis_limits: Limits {
-                velocity: settings.scaled(Setting::ChassisSpeed, 1e-3),
+                velocity: settings.si(Setting::ChassisSpeed),
                 acceleration: CHASSIS_ACCELERATION,
             },
-            gauge: metres(Setting::TrackGauge),
-            pulley_radius: metres(Setting::PulleyRadius),
+            gauge: settings.si(Setting::TrackGauge),
+            pulley_radius: settings.si(Setting::PulleyRadius),
             released,
             joint_known: false,
             screw_known: false,
@@ -224,13 +223,13 @@ impl Body for B2p2 {
 
     fn step_behind(settings: &Settings) -> StepBehind {
         StepBehind {
-            height: settings.scaled(Setting::StepBehind, 1e-6),
+            height: settings.si(Setting::StepBehind),
             gyration: GYRATION,
         }
     }
 
     fn half_width(settings: &Settings) -> f32 {
-        0.5 * settings.scaled(Setting::TrackGauge, 1e-6)
+        0.5 * settings.si(Setting::TrackGauge)
     }
 
     fn drive_ids(settings: &Settings) -> Vec<u8, MAX_DRIVES> {

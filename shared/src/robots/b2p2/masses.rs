@@ -33,17 +33,15 @@ pub struct Masses {
 impl Masses {
     /// Reads the masses from these settings. Every body has at least 1 g.
     ///
-    /// A setting is divided by a power of ten that is exact in single precision, so that the result
-    /// is the nearest `f32` to the decimal number. The payload is scaled like every other setting
-    /// of the guard.
+    /// Masses and places of the bodies are the nearest `f32` to the decimal number. The payload is
+    /// scaled like every other setting of the guard.
     pub fn new(settings: &Settings) -> Self {
-        let millionths = |setting| settings.get(setting) as f32 / 1e6;
+        let nearest = |setting| settings.si_f64(setting) as f32;
         let body = |mass, place: [Setting; 3]| PointMass {
-            mass: millionths(mass),
-            place: place.map(millionths),
+            mass: nearest(mass),
+            place: place.map(nearest),
         };
-        let scaled = |setting| settings.scaled(setting, 1e-6);
-        let [forward, left] = [Setting::Body1Forward, Setting::Body1Left].map(millionths);
+        let [forward, left] = [Setting::Body1Forward, Setting::Body1Left].map(nearest);
         let payload = [
             Setting::PayloadForward,
             Setting::PayloadLeft,
@@ -55,17 +53,16 @@ impl Masses {
         );
         Self {
             body_1: PointMass {
-                mass: millionths(Setting::Body1Mass),
-                place: [forward, left, scaled(Setting::BodyHeight)],
+                mass: nearest(Setting::Body1Mass),
+                place: [forward, left, settings.si(Setting::BodyHeight)],
             },
             body_2: body(Setting::Body2Mass, second),
             body_3: body(Setting::Body3Mass, third),
             payload: PointMass {
-                mass: settings.scaled(Setting::PayloadMass, 1e-3),
-                place: payload.map(scaled),
+                mass: settings.si(Setting::PayloadMass),
+                place: payload.map(|setting| settings.si(setting)),
             },
-            inertia: [Setting::Body2Inertia, Setting::Body3Inertia]
-                .map(|setting| settings.get(setting) as f32 / 1e9),
+            inertia: [Setting::Body2Inertia, Setting::Body3Inertia].map(nearest),
         }
     }
 

@@ -68,7 +68,6 @@ impl Shape {
 impl Model {
     /// Model with the lengths, masses and payload of the settings.
     pub fn new(settings: &Settings) -> Self {
-        let metres = |setting| settings.scaled(setting, 1e-6);
         let Masses {
             body_1: body,
             body_2,
@@ -80,15 +79,18 @@ impl Model {
         let place = [0, 1, 2]
             .map(|axis| (body.mass * body.place[axis] + payload.mass * payload.place[axis]) / mass);
         let total_mass = mass + body_2.mass + body_3.mass;
-        let (l1, l2) = (metres(Setting::LengthL1), metres(Setting::LengthL2));
+        let (l1, l2) = (
+            settings.si(Setting::LengthL1),
+            settings.si(Setting::LengthL2),
+        );
         let (share_2, share_3) = (body_2.mass / total_mass, body_3.mass / total_mass);
         // Distance from axle 2 along the front part to body 3's centre of gravity, at extension 0.
         let third = l2 - AXLE_3_FROM_BODY_3 + body_3.place[0];
         Self {
             l1,
             l2,
-            half_gauge: 0.5 * metres(Setting::TrackGauge),
-            pulley_radius: metres(Setting::PulleyRadius),
+            half_gauge: 0.5 * settings.si(Setting::TrackGauge),
+            pulley_radius: settings.si(Setting::PulleyRadius),
             rigid_cog: [
                 mass / total_mass * place[0] + (share_2 + share_3) * l1,
                 mass / total_mass * place[1]

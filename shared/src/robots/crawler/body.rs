@@ -46,38 +46,37 @@ impl Body for Crawler {
     const ODOMETRY: &'static [usize] = &[0, 1];
 
     fn new(settings: &Settings) -> Result<Self, ParametersError> {
-        let scaled = |setting, scale: f64| f64::from(settings.get(setting)) * scale;
-        let metres = |setting| scaled(setting, 1e-6);
+        let si = |setting| settings.si_f64(setting);
         let dimensions = Dimensions {
-            sprocket_radius: metres(Setting::PulleyRadius),
-            track_spacing: metres(Setting::TrackGauge),
-            contact_length: metres(Setting::ContactLength),
-            track_width: metres(Setting::TrackWidth),
-            gear_ratio: scaled(Setting::GearRatio, 1e-3),
+            sprocket_radius: si(Setting::PulleyRadius),
+            track_spacing: si(Setting::TrackGauge),
+            contact_length: si(Setting::ContactLength),
+            track_width: si(Setting::TrackWidth),
+            gear_ratio: si(Setting::GearRatio),
         };
         let masses = Masses {
-            mass: scaled(Setting::RobotMass, 1e-3),
-            cog: [0.0, 0.0, metres(Setting::CogHeight)],
+            mass: si(Setting::RobotMass),
+            cog: [0.0, 0.0, si(Setting::CogHeight)],
         };
         let payload = [
             Setting::PayloadForward,
             Setting::PayloadLeft,
             Setting::PayloadUp,
         ];
-        let masses = masses.loaded(scaled(Setting::PayloadMass, 1e-3), payload.map(metres));
+        let masses = masses.loaded(si(Setting::PayloadMass), payload.map(si));
         let compensation = settings.get(Setting::SlipCompensation);
         // Belts that compensate slip run faster than the robot moves over ground, by an unknown
         // amount.
-        let sprocket_limit = scaled(Setting::VelocityLimit, 1e-3);
-        let over_ground = metres(Setting::SpeedLimit) / dimensions.sprocket_radius;
+        let sprocket_limit = si(Setting::VelocityLimit);
+        let over_ground = si(Setting::SpeedLimit) / dimensions.sprocket_radius;
         let controller = Controller::new(&Configuration {
             dimensions,
             body: masses,
             ground: Ground {
-                cohesion: scaled(Setting::SoilCohesion, 1.0),
-                friction_angle: scaled(Setting::SoilFrictionAngle, 1e-3),
-                k1: scaled(Setting::SoilK1, 1e-3),
-                k2: scaled(Setting::SoilK2, 1e-3),
+                cohesion: si(Setting::SoilCohesion),
+                friction_angle: si(Setting::SoilFrictionAngle),
+                k1: si(Setting::SoilK1),
+                k2: si(Setting::SoilK2),
             },
             compensates_slip: compensation > 0,
             sprocket_limit: if compensation == 0 && over_ground < sprocket_limit {
@@ -90,8 +89,8 @@ impl Body for Crawler {
             shape: Shape::new(&dimensions, &masses)?,
             controller,
             speed: Limits {
-                velocity: settings.scaled(Setting::SpeedLimit, 1e-6),
-                acceleration: settings.scaled(Setting::DriveAcceleration, 1e-6),
+                velocity: settings.si(Setting::SpeedLimit),
+                acceleration: settings.si(Setting::DriveAcceleration),
             },
             measures_speed: compensation > 1,
             positions: None,
@@ -104,7 +103,7 @@ impl Body for Crawler {
     }
 
     fn half_width(settings: &Settings) -> f32 {
-        0.5 * settings.scaled(Setting::TrackGauge, 1e-6)
+        0.5 * settings.si(Setting::TrackGauge)
     }
 
     fn drive_ids(settings: &Settings) -> Vec<u8, MAX_DRIVES> {

@@ -110,8 +110,8 @@ impl Body for Hylos {
             parameters,
             potential,
             speed: Limits {
-                velocity: settings.scaled(Setting::SpeedLimit, 1e-6),
-                acceleration: settings.scaled(Setting::DriveAcceleration, 1e-6),
+                velocity: settings.si(Setting::SpeedLimit),
+                acceleration: settings.si(Setting::DriveAcceleration),
             },
             sensed,
             wheels: None,

@@ -130,17 +130,16 @@ impl RtMover {
 /// Masses with the declared load, which is fixed to the seat, and the distance by which the load
 /// moves the centre of gravity to the left, m.
 fn loaded(settings: &Settings) -> (Masses, f32) {
-    let metres = |setting| f64::from(settings.get(setting)) * 1e-6;
-    let load = f64::from(settings.get(Setting::PayloadMass)) * 1e-3;
+    let load = settings.si_f64(Setting::PayloadMass);
     let seat = MASSES.seat + load;
-    let mean = |own: f64, setting| (MASSES.seat * own + load * metres(setting)) / seat;
+    let mean = |own: f64, setting| (MASSES.seat * own + load * settings.si_f64(setting)) / seat;
     let masses = Masses {
         seat,
         seat_forward: mean(MASSES.seat_forward, Setting::PayloadForward),
         seat_height: mean(MASSES.seat_height, Setting::PayloadUp),
         ..MASSES
     };
-    let left = load * metres(Setting::PayloadLeft) / masses.total();
+    let left = load * settings.si_f64(Setting::PayloadLeft) / masses.total();
     (masses, left as f32)
 }
 
@@ -163,8 +162,8 @@ impl Body for RtMover {
             parameters,
             cog_left,
             speed: Limits {
-                velocity: settings.scaled(Setting::SpeedLimit, 1e-6),
-                acceleration: settings.scaled(Setting::DriveAcceleration, 1e-6),
+                velocity: settings.si(Setting::SpeedLimit),
+                acceleration: settings.si(Setting::DriveAcceleration),
             },
             gait: Gait::new(parameters, Pace::nominal()),
             inputs: Inputs::default(),

@@ -131,9 +131,7 @@ impl<S: Store> Objects<S> {
     /// Writes the values at start.
     pub fn start(&mut self, axle: &Axle) {
         let (values, ratings) = (&mut self.values, self.ratings);
-        for (place, byte) in values.0.iter_mut().zip(&screw::START) {
-            *place = *byte;
-        }
+        values.restart(screw::START);
         values.set(objects::OBJECT1018_SERIAL, self.serial);
         let mark = if self.store.unconfigured() {
             UNCONFIGURED

@@ -129,7 +129,7 @@ fn a_yaw_rate_turns_the_tracks_against_each_other() {
     let [left, right] = bench.track_speeds()[..] else {
         panic!("no set-points")
     };
-    let gauge = Settings::default().scaled(Setting::TrackGauge, 1e-6);
+    let gauge = Settings::default().si(Setting::TrackGauge);
     // 0.1 rad/s, half of the gauge, a pulley of 0.05 m, in 1e-6 rad/s.
     let expected = 0.1 * 0.5 * gauge / 0.05 * 1e6;
     assert!(

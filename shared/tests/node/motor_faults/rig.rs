@@ -63,6 +63,7 @@ pub fn settings(three_phase: bool, changes: &[(Setting, i32)]) -> Settings {
             (Setting::Inductance, 150),
             (Setting::InductanceQ, 180),
             (Setting::ElectricalOffset, 40_000),
+            (Setting::AngleWatch, 1),
         ]
     } else {
         &[]

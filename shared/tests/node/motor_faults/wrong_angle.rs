@@ -681,3 +681,24 @@ fn a_load_that_the_motor_carries_does_not_move_while_the_probe_acts() {
     println!("{probing} ms, {back} rad");
     assert!(probing > 0 && back > -1e-3);
 }
+
+#[test]
+fn a_drive_probes_its_rotor_only_if_a_setting_says_so() {
+    let held = MotorModel {
+        friction_torque: 100.0,
+        ..model(true)
+    };
+    let default = Setting::AngleWatch.description().default;
+    for (watch, expected) in [(1, true), (default, false)] {
+        let mut rig = Rig::with_model(held, &settings(true, &[(Setting::AngleWatch, watch)]));
+        rig.target = (0.1 * PER_RADIAN) as i32;
+        let mut probing = false;
+        let fault = (0..1_000).find_map(|_| {
+            let outputs = rig.tick();
+            probing |= probes(outputs.bridge);
+            outputs.faults.strongest()
+        });
+        assert_eq!(fault, Some(Fault::Blocked));
+        assert_eq!(probing, expected, "angle_watch = {watch}");
+    }
+}

@@ -37,15 +37,14 @@ impl Body for Cart {
     const ODOMETRY: &'static [usize] = &[0, 1];
 
     fn new(settings: &Settings) -> Result<Self, Unsupported> {
-        let metres = |setting| settings.scaled(setting, 1e-6);
-        let gauge = metres(Setting::TrackGauge);
+        let gauge = settings.si(Setting::TrackGauge);
         Ok(Self {
             shape: Shape::new(settings)?,
-            wheel_radius: metres(Setting::PulleyRadius),
+            wheel_radius: settings.si(Setting::PulleyRadius),
             gauge,
             limits: Limits {
-                velocity: metres(Setting::SpeedLimit),
-                acceleration: metres(Setting::DriveAcceleration),
+                velocity: settings.si(Setting::SpeedLimit),
+                acceleration: settings.si(Setting::DriveAcceleration),
             },
             positions: None,
             odometry: Odometry::default(),

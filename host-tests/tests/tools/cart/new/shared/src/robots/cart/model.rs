@@ -35,15 +35,17 @@ impl Shape {
     /// # Errors
     /// The cart would fall over at rest.
     pub fn new(settings: &Settings) -> Result<Self, Unsupported> {
-        let metres = |setting| settings.scaled(setting, 1e-6);
-        let (caster, behind) = (metres(Setting::CasterDistance), metres(Setting::CogBehind));
+        let (caster, behind) = (
+            settings.si(Setting::CasterDistance),
+            settings.si(Setting::CogBehind),
+        );
         if !(behind > 0.0 && behind < caster) {
             return Err(Unsupported { behind, caster });
         }
-        let side = 0.5 * metres(Setting::TrackGauge);
+        let side = 0.5 * settings.si(Setting::TrackGauge);
         Ok(Self {
             contacts: [[-caster, 0.0, 0.0], [0.0, -side, 0.0], [0.0, side, 0.0]],
-            cog: [-behind, 0.0, metres(Setting::CogHeight)],
+            cog: [-behind, 0.0, settings.si(Setting::CogHeight)],
         })
     }
 }
