@@ -88,9 +88,9 @@ pub fn payloads(dictionaries: &[&Dictionary]) -> Result<String, String> {
                     .find(|entry| entry.sub_index == sub)
                     .and_then(|entry| type_name(entry.data_type))
                     .ok_or_else(|| format!("{}: no object {index:04x}:{sub}", pdo.payload))?;
-                let object = u32::from(index) << 8 | u32::from(sub);
+                let (high, low) = (index >> 8, (index & 0xff) << 8 | u16::from(sub));
                 let (field, meaning) = (&mapped.field, doc(&mapped.meaning));
-                let _ = write!(code, "{meaning} {field}: {kind} = {object:#x},");
+                let _ = write!(code, "{meaning} {field}: {kind} = {high:#x}_{low:04x},");
             }
             code.push_str("} }\n");
         }
