@@ -691,9 +691,9 @@ fn a_drive_probes_its_rotor_only_if_a_setting_says_so() {
     let default = Setting::AngleWatch.description().default;
     for (watch, expected) in [(1, true), (default, false)] {
         let mut rig = Rig::with_model(held, &settings(true, &[(Setting::AngleWatch, watch)]));
-        rig.target = (0.1 * PER_RADIAN) as i32;
+        rig.target = (0.3 * PER_RADIAN) as i32;
         let mut probing = false;
-        let fault = (0..1_000).find_map(|_| {
+        let fault = (0..4_000).find_map(|_| {
             let outputs = rig.tick();
             probing |= probes(outputs.bridge);
             outputs.faults.strongest()
