@@ -24,5 +24,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             code,
         )?;
     }
+    let payloads = code::payloads(&[&axle, &screw, &guard])?;
+    fs::write(Path::new(&out).join("payloads.rs"), payloads)?;
     Ok(())
 }

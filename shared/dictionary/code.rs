@@ -4,7 +4,7 @@
 use crate::dictionary::model::{
     Access, DataType, DefaultValue, Dictionary, Entry, Mapped, Object, Pdo, PdoMapping,
 };
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
 
 /// Places of values by index and sub-index.
@@ -64,6 +64,42 @@ pub fn generate(dictionary: &Dictionary, first: &Dictionary) -> Result<String, S
     }
     code.push_str(&dictionary.publish_functions());
     Ok(code)
+}
+
+/// Writes the type of each payload of these roles, once.
+///
+/// # Errors
+/// A PDO maps an object that is not there.
+pub fn payloads(dictionaries: &[&Dictionary]) -> Result<String, String> {
+    let (mut code, mut known) = (String::new(), BTreeSet::new());
+    for dictionary in dictionaries {
+        for pdo in dictionary.payloads() {
+            if !known.insert(&pdo.payload) {
+                continue;
+            }
+            let _ = write!(code, "payload! {{ {} {} {{", doc(&pdo.meaning), pdo.payload);
+            for mapped in &pdo.mappings {
+                let (index, sub) = (mapped.index, mapped.sub);
+                let objects = dictionary.objects.iter();
+                let mut entries = objects
+                    .filter(|object| object.index == index)
+                    .flat_map(|object| &object.entries);
+                let kind = entries
+                    .find(|entry| entry.sub_index == sub)
+                    .and_then(|entry| type_name(entry.data_type))
+                    .ok_or_else(|| format!("{}: no object {index:04x}:{sub}", pdo.payload))?;
+                let (high, low) = (index >> 8, (index & 0xff) << 8 | u16::from(sub));
+                let (field, meaning) = (&mapped.field, doc(&mapped.meaning));
+                let _ = write!(code, "{meaning} {field}: {kind} = {high:#x}_{low:04x},");
+            }
+            code.push_str("} }\n");
+        }
+    }
+    Ok(code)
+}
+
+fn doc(text: &str) -> String {
+    format!("#[doc = {text:?}]")
 }
 
 /// Whether the node computes the values of an object: those of communication, and what concerns the
@@ -157,14 +193,8 @@ fn fields(object: &Object, places: &Places, code: &mut String) {
         if is_constant(object, entry) {
             continue;
         }
-        let kind = match entry.data_type {
-            DataType::Int8 => "i8",
-            DataType::Int16 => "i16",
-            DataType::Int32 => "i32",
-            DataType::UInt8 | DataType::OctetString(_) => "u8",
-            DataType::UInt16 => "u16",
-            DataType::UInt32 => "u32",
-            DataType::VisibleString => continue,
+        let Some(kind) = type_name(entry.data_type) else {
+            continue;
         };
         let (name, place) = (
             entry.place_name(object),
@@ -175,4 +205,17 @@ fn fields(object: &Object, places: &Places, code: &mut String) {
             "pub const {name}: Field<{kind}> = Field::at({place});"
         );
     }
+}
+
+/// Returns the type of a value in Rust; `None` for a text.
+fn type_name(data_type: DataType) -> Option<&'static str> {
+    Some(match data_type {
+        DataType::Int8 => "i8",
+        DataType::Int16 => "i16",
+        DataType::Int32 => "i32",
+        DataType::UInt8 | DataType::OctetString(_) => "u8",
+        DataType::UInt16 => "u16",
+        DataType::UInt32 => "u32",
+        DataType::VisibleString => return None,
+    })
 }

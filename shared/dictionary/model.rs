@@ -64,6 +64,12 @@ pub struct Pdo {
     pub enabled: bool,
     /// When the frame is sent or used (`CiA` 301): 1 to 240 with each n-th SYNC, 255 at once.
     pub transmission_type: u8,
+    /// Name of the payload's type in `bus::pdo`. A PDO that receives another node's has none.
+    #[serde(default)]
+    pub payload: String,
+    /// What the payload is.
+    #[serde(default)]
+    pub meaning: String,
     /// The mapped entries, in the order of the frame.
     pub mappings: Vec<Mapped>,
 }
@@ -78,6 +84,20 @@ pub struct Mapped {
     pub sub: u8,
     /// Size of its value, bits.
     pub size: u8,
+    /// Field of the payload.
+    #[serde(default)]
+    pub field: String,
+    /// What the field holds.
+    #[serde(default)]
+    pub meaning: String,
+}
+
+impl Dictionary {
+    /// The PDOs with a payload, in the order of their numbers, first those that are received.
+    pub fn payloads(&self) -> impl Iterator<Item = &Pdo> {
+        let pdos = self.rpdos.iter().chain(&self.tpdos).flatten();
+        pdos.filter(|pdo| !pdo.payload.is_empty())
+    }
 }
 
 impl Mapped {

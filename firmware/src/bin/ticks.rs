@@ -52,7 +52,7 @@ impl<T> Slot<T> {
 
 static AXLE: Slot<(Axle, axle::Inputs)> = Slot::new();
 static SCREW: Slot<(Screw, screw::Inputs)> = Slot::new();
-static HEARD: Slot<guard::Inputs<'static>> = Slot::new();
+static INPUTS: Slot<guard::Inputs<'static>> = Slot::new();
 static CURRENT: Slot<Readings> = Slot::new();
 static CALIBRATION: Slot<(Calibrator, calibration::Inputs)> = Slot::new();
 
@@ -82,7 +82,7 @@ fn main() -> ! {
         (
             AXLE.get(),
             SCREW.get(),
-            HEARD.get(),
+            INPUTS.get(),
             CURRENT.get(),
             CALIBRATION.get(),
         )

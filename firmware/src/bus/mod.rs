@@ -9,6 +9,6 @@ mod traffic;
 mod unconfigured;
 
 pub use queue::FrameQueue;
-pub use traffic::{RECEIVED, TRANSMIT};
+pub use traffic::{RECEIVED, TRANSMIT, condition};
 #[cfg(target_os = "none")]
 pub use unconfigured::wait_for_id;

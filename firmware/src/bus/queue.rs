@@ -1,15 +1,15 @@
 //! Bounded queue of frames, usable in tasks and interrupts.
 
-use core::sync::atomic::{AtomicU32, Ordering};
+use core::sync::atomic::{AtomicBool, Ordering};
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::channel::Channel;
 use tautrack::can::Frame;
 
-/// Queue of frames, oldest first. While it is full, new frames are dropped and counted; CANopen
-/// nodes repeat their current values.
+/// Queue of frames, oldest first. While it is full, new frames are lost, which it remembers;
+/// CANopen nodes repeat their current values.
 pub struct FrameQueue<const N: usize> {
     frames: Channel<CriticalSectionRawMutex, Frame, N>,
-    dropped: AtomicU32,
+    lost: AtomicBool,
 }
 
 impl<const N: usize> Default for FrameQueue<N> {
@@ -23,14 +23,14 @@ impl<const N: usize> FrameQueue<N> {
     pub const fn new() -> Self {
         Self {
             frames: Channel::new(),
-            dropped: AtomicU32::new(0),
+            lost: AtomicBool::new(false),
         }
     }
 
-    /// Appends `frame`; drops it if the queue is full.
+    /// Appends `frame`, which is lost if the queue is full.
     pub fn push(&self, frame: Frame) {
         if self.frames.try_send(frame).is_err() {
-            self.dropped.fetch_add(1, Ordering::Relaxed);
+            self.lost.store(true, Ordering::Relaxed);
         }
     }
 
@@ -44,9 +44,9 @@ impl<const N: usize> FrameQueue<N> {
         self.frames.receive().await
     }
 
-    /// Frames dropped since power-up; wraps.
-    pub fn dropped(&self) -> u32 {
-        self.dropped.load(Ordering::Relaxed)
+    /// Returns whether a frame was lost since the last call.
+    pub fn take_lost(&self) -> bool {
+        self.lost.swap(false, Ordering::Relaxed)
     }
 }
 
@@ -55,12 +55,13 @@ mod tests {
     use super::*;
 
     #[test]
-    fn full_queue_keeps_the_oldest_and_counts_the_rest() {
+    fn a_full_queue_keeps_the_oldest_and_says_once_that_it_has_lost_the_rest() {
         let queue = FrameQueue::<2>::new();
         for id in 1..=5 {
+            assert!(!queue.take_lost() || id > 3, "{id}");
             queue.push(Frame::new(id, &[]).unwrap());
         }
-        assert_eq!(queue.dropped(), 3);
+        assert!(queue.take_lost() && !queue.take_lost());
         assert_eq!(queue.pop().unwrap().id(), 1);
         assert_eq!(queue.pop().unwrap().id(), 2);
         assert_eq!(queue.pop(), None);

@@ -106,7 +106,7 @@ async fn run(node: &'static mut dyn Node) -> ! {
         match select(RECEIVED.next(), TICK.wait()).await {
             Either::First(frame) => node.receive(&frame, Instant::now().as_micros()),
             Either::Second(()) => {
-                node.note_bus(Selected::bus_condition());
+                node.note_bus(bus::condition(Selected::bus_condition()));
                 if node.tick(Instant::now().as_micros()) {
                     Selected::restart();
                 }

@@ -8,6 +8,7 @@ use tautrack::robots::rt_mover::parameters::{LENGTHS, MASSES, Masses};
 use tautrack::robots::rt_mover::support::static_margin;
 use tautrack::robots::rt_mover::walk::{Gait, Inputs, Outputs, Pace};
 use tautrack::robots::rt_mover::{Law, Parameters, Wheel};
+use tautrack::stability::command::Command;
 use tautrack_host_tests::robots::rt_mover::plant::{MOTORS, RtMover, RtMoverParameters};
 use tautrack_host_tests::world::Plant;
 use tautrack_host_tests::world::ground::Ground;
@@ -235,7 +236,7 @@ fn felt(plant: &RtMover, rotors: &[Rotor; MOTORS], inclination: [f64; 2]) -> Inp
         roll_torques: [6, 7].map(torque),
         inclination: inclination.map(|angle| angle as f32),
         heading: plant.truth().yaw as f32,
-        asked: [0.0; 2],
+        command: Command::default(),
         speed_scale: 1.0,
     }
 }
@@ -319,7 +320,7 @@ fn no_wheel_leaves_the_ground_when_the_margin_does_not_allow_it() {
         ..MASSES
     };
     let pace = Pace {
-        margins: [0.060, 0.004],
+        predicted_margin: 0.060,
         ..Pace::nominal()
     };
     let model = Parameters::new(&LENGTHS, &heavy).unwrap();
@@ -336,7 +337,7 @@ fn a_wheel_in_the_air_goes_down_again_when_the_margin_shrinks() {
     // The prediction allows the step, but the minimum margin in the air is above the one reached in
     // the swing.
     let pace = Pace {
-        margins: [0.010, 0.048],
+        lowering_margin: 0.048,
         ..Pace::nominal()
     };
     let walk = walk(0.10, Parameters::nominal(), pace, 0.0);
@@ -429,7 +430,7 @@ fn a_standing_robot_drives_and_turns_as_it_is_asked() {
     for step in 0..8000_u32 {
         if step.is_multiple_of(TICK) {
             let mut inputs = felt(&plant, &rotors, [0.0; 2]);
-            inputs.asked = [0.15, -0.2];
+            inputs.command = Command::new(0.15, -0.2);
             rates = motors(&gait.tick(&inputs, (f64::from(TICK) * DT) as f32));
         }
         let shafts: [_; MOTORS] = core::array::from_fn(|motor| {

@@ -2,6 +2,8 @@
 
 mod boards_alike;
 mod bus;
+#[path = "../../../shared/tests/support/conformance/mod.rs"]
+mod conformance;
 mod node_log;
 mod programs;
 mod runs;

@@ -1,5 +1,6 @@
-//! Payloads of the process data objects (PDOs). Each field has a fixed scale, which its comment
-//! states. The object dictionaries map the same fields in the same order.
+//! Payloads of the process data objects (PDOs). Their fields stand in the tables of the object
+//! dictionaries (`dictionary/*.toml`), from which the build script writes the calls of `payload!`.
+//! Each field has a fixed scale, which its comment states.
 
 use super::network::function;
 use crate::can::Frame;
@@ -41,8 +42,6 @@ macro_rules! payload {
             /// The mapped objects in order: index, sub-index and number of bits, as in the PDO
             /// mapping records.
             pub const MAPPING: &'static [u32] = &[$($object << 8 | 8 * size_of::<$type>() as u32,)*];
-            /// The meaning of each mapped object, in the order of [`Self::MAPPING`].
-            pub const MEANINGS: &'static [&'static str] = &[$(concat!($($field_doc),*),)*];
         }
 
         impl Payload for $name {
@@ -73,95 +72,7 @@ macro_rules! payload {
     };
 }
 
-payload! {
-    /// Set-point of a position mode: RPDO 1 of axle and screw.
-    PositionSetPoint {
-        /// Controlword of CiA 402.
-        controlword: u16 = 0x60_4000,
-        /// Mode of operation.
-        mode: i8 = 0x60_6000,
-        /// Target position; axle: 2^-`position_bits` turn of the output shaft, screw: 2^-24 m of
-        /// extension.
-        target: i32 = 0x60_7a00,
-    }
-}
-
-payload! {
-    /// Set-point of a velocity mode: RPDO 2 of axle and screw.
-    VelocitySetPoint {
-        /// Controlword of CiA 402.
-        controlword: u16 = 0x60_4000,
-        /// Mode of operation.
-        mode: i8 = 0x60_6000,
-        /// Target velocity; axle: 1e-6 rad/s of the output shaft, screw: 1e-9 m/s.
-        target: i32 = 0x60_ff00,
-    }
-}
-
-payload! {
-    /// Set-point of torque mode: RPDO 4 of the axle. A screw has no such PDO.
-    TorqueSetPoint {
-        /// Controlword of CiA 402.
-        controlword: u16 = 0x60_4000,
-        /// Mode of operation.
-        mode: i8 = 0x60_6000,
-        /// Target torque: 0.01 N m at the output shaft; screw: force, N.
-        target: i16 = 0x60_7100,
-    }
-}
-
-payload! {
-    /// Torque feed-forward (CiA 402: torque offset): RPDO 3 of axle and screw.
-    TorqueOffset {
-        /// Torque feed-forward, added to the torque of the loops: 0.01 N m at the output shaft;
-        /// screw: force, N.
-        torque: i16 = 0x60_b200,
-    }
-}
-
-payload! {
-    /// Motion of a drive at the last SYNC: TPDO 1 of axle and screw.
-    DriveMotion {
-        /// Position, scaled as [`PositionSetPoint::target`].
-        position: i32 = 0x60_6400,
-        /// Velocity, scaled as [`VelocitySetPoint::target`].
-        velocity: i32 = 0x60_6c00,
-    }
-}
-
-payload! {
-    /// Status of a drive: TPDO 2 of axle and screw.
-    DriveStatus {
-        /// Statusword of CiA 402; bit 14: homed; bit 15: the rotor is being aligned.
-        statusword: u16 = 0x60_4100,
-        /// Error code (`tautrack::faults`); 0 is none.
-        error_code: u16 = 0x60_3f00,
-        /// Torque at the output shaft computed from the current, 0.01 N m; screw: its force, N.
-        torque: i16 = 0x60_7700,
-        /// Motor current, mA.
-        current: i16 = 0x60_7800,
-    }
-}
-
-payload! {
-    /// Command of the operator: RPDO 1 of the guard. Eight bytes, sent at least once every
-    /// `operator_timeout`.
-    OperatorCommand {
-        /// Commanded forward speed over ground, mm/s.
-        forward: i16 = 0x40_0001,
-        /// Commanded yaw rate, counter-clockwise from above, mrad/s.
-        yaw_rate: i16 = 0x40_0002,
-        /// Commanded posture, as the robot's posture word; B2P2: chassis angle, front up positive,
-        /// 2^-16 turn.
-        posture: i16 = 0x40_0003,
-        /// What the operator requests besides motion: a [`Request`], plus 0x80 while the dead-man
-        /// switch is held.
-        request: u8 = 0x40_0004,
-        /// Sequence number: one more than in the previous command; 0 follows 255. It shows that the
-        /// operator is present, and that there is only one.
-        sequence: u8 = 0x40_0005,
-    }
-}
+include!(concat!(env!("OUT_DIR"), "/payloads.rs"));
 
 /// Values of [`OperatorCommand::request`].
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -209,87 +120,6 @@ impl Request {
     /// Returns whether this requests to arm and to drive.
     pub fn drives(self) -> bool {
         matches!(self, Self::Arm | Self::ArmOffLevel)
-    }
-}
-
-payload! {
-    /// Odometry and attitude of the robot: TPDO 1 of the guard.
-    GuardMotion {
-        /// Distance travelled, from the encoders of the drives, forward positive, 1e-6 m.
-        odometry: i32 = 0x40_0200,
-        /// Pitch, nose up positive, 0.01 degree (CiA 410 slope long16).
-        pitch: i16 = 0x60_1000,
-        /// Roll, left side up positive, 0.01 degree (CiA 410 slope lateral16).
-        roll: i16 = 0x60_2000,
-    }
-}
-
-payload! {
-    /// State of the guard and its reasons: TPDO 2 of the guard.
-    GuardState {
-        /// State of the guard (`tautrack::node::guard::State`).
-        state: u8 = 0x40_0101,
-        /// Verdict on the newest command, with the edge or the reason
-        /// (`tautrack::stability::filter::Verdict`).
-        verdict: u8 = 0x40_0102,
-        /// Speed scale: what the guard leaves of the commanded speed, percent.
-        scale: u8 = 0x40_0103,
-        /// Node whose fault or loss holds the robot; 0 for none.
-        fault_node: u8 = 0x40_0104,
-        /// Error code of that node (`tautrack::faults`).
-        fault_code: u16 = 0x40_0105,
-        /// Heading, counter-clockwise from above, 2^-16 turn.
-        heading: i16 = 0x40_0106,
-    }
-}
-
-payload! {
-    /// Signed margins of the centre of gravity to the edges of the support, mm, negative outside of
-    /// the support: TPDO 3 of the guard.
-    ///
-    /// A margin is the distance in the support plane from the projected centre of gravity to an
-    /// edge.
-    GuardMargins {
-        /// Margin to the rear edge, mm.
-        back: i16 = 0x40_0301,
-        /// Margin to the front edge, mm.
-        front: i16 = 0x40_0302,
-        /// Margin to the left edge, mm.
-        left: i16 = 0x40_0303,
-        /// Margin to the right edge, mm.
-        right: i16 = 0x40_0304,
-    }
-}
-
-payload! {
-    /// Commanded and passed speed and posture: TPDO 4 of the guard.
-    GuardPassed {
-        /// Commanded forward speed, mm/s.
-        asked_speed: i16 = 0x40_0401,
-        /// Passed forward speed, mm/s.
-        passed_speed: i16 = 0x40_0402,
-        /// Commanded posture, as the robot's posture word.
-        asked_posture: i16 = 0x40_0403,
-        /// Passed posture, as the robot's posture word.
-        passed_posture: i16 = 0x40_0404,
-    }
-}
-
-payload! {
-    /// Position of the robot: TPDO 5 of the guard, ten times a second. Objects 0x4010 to 0x4012
-    /// have it with a finer resolution, and do not saturate.
-    GuardPosition {
-        /// Distance north of the origin (q1), cm; saturates.
-        north: i16 = 0x40_1401,
-        /// Distance east of the origin (q2), cm; saturates.
-        east: i16 = 0x40_1402,
-        /// Height above the origin (q3), cm; saturates.
-        up: i16 = 0x40_1403,
-        /// Validity (`tautrack::estimate::state::Validity`) of q1 in bits 0 and 1, of q2, q3 and q4
-        /// in the next pairs of bits.
-        validity: u8 = 0x40_1404,
-        /// Age of the newest believed fix, 0.1 s; saturates; 255 without a fix.
-        age: u8 = 0x40_1405,
     }
 }
 

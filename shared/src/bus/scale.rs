@@ -167,6 +167,11 @@ pub fn micro(value: f32) -> i32 {
     to_i32(value * 1e6)
 }
 
+/// Converts to tenths: 0.1 degree Celsius. Saturates; 0 for NaN.
+pub fn deci(value: f32) -> i16 {
+    to_i16(value * 10.0)
+}
+
 /// Converts to hundredths: cm, percent, 0.01 m/s^2 or 0.01 N m. Saturates; 0 for NaN.
 pub fn centi(value: f32) -> i16 {
     to_i16(value * 100.0)

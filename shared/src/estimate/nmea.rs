@@ -73,7 +73,7 @@ pub enum Refusal {
     /// Its checksum is not that of its bytes.
     Checksum {
         /// Checksum at the end of the sentence.
-        told: u8,
+        received: u8,
         /// Checksum of its bytes.
         computed: u8,
     },
@@ -281,10 +281,10 @@ impl Reader {
             return Err(Refusal::NoChecksum);
         };
         let digits = hexadecimal(high).zip(hexadecimal(low));
-        let told = digits.map(|(high, low)| high << 4 | low);
-        let told = told.ok_or(Refusal::NoChecksum)?;
-        if told != computed {
-            return Err(Refusal::Checksum { told, computed });
+        let received = digits.map(|(high, low)| high << 4 | low);
+        let received = received.ok_or(Refusal::NoChecksum)?;
+        if received != computed {
+            return Err(Refusal::Checksum { received, computed });
         }
         match self.kind {
             Kind::Gga => self.fields.gga().map(|gga| Some(Sentence::Gga(gga))),

@@ -6,4 +6,3 @@ pub mod calibration;
 pub mod cogging;
 pub mod guard;
 pub mod screw;
-mod supervisor;

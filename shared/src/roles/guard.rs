@@ -79,6 +79,8 @@ pub struct Node<G, S> {
     guard: G,
     id: u8,
     frames: Vec<Frame, MAX_RECEIVED>,
+    /// A frame did not fit since the last tick.
+    lost: bool,
     /// Sensor whose health is published next.
     sensor: usize,
     /// Step of commissioning that a client has requested last.
@@ -108,6 +110,7 @@ impl<B: Body, G: DerefMut<Target = Guard<B>>, S: Store> Node<G, S> {
             },
             guard,
             frames: Vec::new(),
+            lost: false,
             sensor: 0,
             step: request::NONE,
             dead_man: DeadMan::default(),
@@ -140,14 +143,14 @@ impl<B: Body, G: DerefMut<Target = Guard<B>>, S: Store> Node<G, S> {
     }
 
     /// Takes the condition of the CAN controller, before a tick.
-    pub fn note_bus(&mut self, condition: Condition, send: &mut impl FnMut(Frame)) {
+    pub fn note_bus(&mut self, mut condition: Condition, send: &mut impl FnMut(Frame)) {
+        condition.overrun |= core::mem::take(&mut self.lost);
         self.core.note_bus(condition, send);
     }
 
-    /// Keeps a frame for the next tick. More than fit are dropped: CANopen nodes repeat their
-    /// values.
+    /// Keeps a frame for the next tick. More than fit are lost: CANopen nodes repeat their values.
     fn keep(&mut self, frame: Frame) {
-        let _ = self.frames.push(frame);
+        self.lost |= self.frames.push(frame).is_err();
     }
 
     /// Runs one control tick.

@@ -65,7 +65,7 @@ pub trait Store {
     /// else meanwhile.
     ///
     /// # Errors
-    /// [`SaveError`]; each setting in flash has its old or its new value.
+    /// [`SaveError`]; all settings in flash have their old or all their new values.
     fn save(&mut self) -> Result<(), SaveError>;
     /// Makes the node blank from its next start on.
     ///

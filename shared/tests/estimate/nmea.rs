@@ -156,8 +156,8 @@ fn refused_sentences_are_named_and_counted() {
     let mut wrong = framed(good);
     wrong[10] ^= 1;
     let computed = good.bytes().fold(0, |sum, byte| sum ^ byte);
-    let (told, computed) = (computed, computed ^ 1);
-    lines.push((wrong, Some(Refusal::Checksum { told, computed })));
+    let (received, computed) = (computed, computed ^ 1);
+    lines.push((wrong, Some(Refusal::Checksum { received, computed })));
     for (field, replaced) in [
         (
             1,

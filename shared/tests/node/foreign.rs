@@ -1,26 +1,28 @@
 //! Frames of nodes that send in the name of another one: of the guard, of the chassis joint, or of
 //! the drive itself.
 
-use super::wire::{ID, JOINT, Node, SYNC_MS, Wire, motion, set_point};
+use super::wire::{ID, JOINT, SYNC_MS, Wire, motion, set_point};
 use tautrack::bus::cia402::{State, mode};
 use tautrack::can::Frame;
-use tautrack::faults::{Fault, Faults};
+use tautrack::faults::Fault;
 use tautrack::settings::Setting;
 
 /// Travel of an axle at its velocity limit of 6 rad/s in 20 ms, rad.
 const TRAVEL: f64 = 6.0 * 20e-3;
+/// Bit of the statusword in homing mode.
+const HOMING_ATTAINED: u16 = 1 << 12;
 /// Millimetres per rad of the screw's shaft.
 const LEAD: f64 = 5.0 / std::f64::consts::TAU;
 
 /// The guard commands a quick stop while another node commands motion. It sends `burst` frames in
 /// each millisecond that `sends` selects.
 fn second_master(wire: &mut Wire, frame: Frame, burst: usize, sends: impl Fn(u64) -> bool) {
-    let start = wire.angle;
+    let start = wire.rotor.angle;
     for millisecond in 0..3_000 {
         let now = wire.milliseconds() + 1;
         let foreign = vec![frame; if sends(now) { burst } else { 0 }];
         wire.tick(&foreign);
-        let (moved, state) = (wire.angle - start, wire.state());
+        let (moved, state) = (wire.rotor.angle - start, wire.state());
         assert_ne!(
             state,
             State::OperationEnabled,
@@ -62,7 +64,7 @@ fn a_drive_names_a_second_master_within_20_ms() {
             let mut wire = Wire::axle(&[]);
             wire.operate(mode::CYCLIC_VELOCITY, 1_000_000);
             let frame = set_point(0x0f, mode::CYCLIC_VELOCITY, -6_000_000);
-            let start = wire.angle;
+            let start = wire.rotor.angle;
             let found = (0..20).any(|_| {
                 let sends = (wire.milliseconds() + 1) % every == phase;
                 wire.tick(if sends {
@@ -75,7 +77,7 @@ fn a_drive_names_a_second_master_within_20_ms() {
             assert!(found, "{every} {phase}");
             assert_eq!(wire.state(), State::QuickStopActive);
             wire.run(500);
-            let moved = wire.angle - start;
+            let moved = wire.rotor.angle - start;
             assert!(
                 (moved - 1.0 * 0.02).abs() < TRAVEL,
                 "{every} {phase}: {moved}"
@@ -102,7 +104,7 @@ fn a_second_master_leads_no_drive_up_that_the_guard_holds() {
             wire.tick(foreign);
             assert_ne!(wire.state(), State::OperationEnabled, "{wait}: {step} ms");
         }
-        assert!(wire.angle.abs() < TRAVEL, "{} rad", wire.angle);
+        assert!(wire.rotor.angle.abs() < TRAVEL, "{} rad", wire.rotor.angle);
     }
 }
 
@@ -114,7 +116,7 @@ fn no_frame_of_another_node_resets_a_fault() {
             for phase in 0..every.min(4) {
                 let mut wire = Wire::axle(&[]);
                 wire.operate(mode::CYCLIC_VELOCITY, 1_000_000);
-                wire.axle_mut().report(Faults::of(Fault::Blocked));
+                wire.report(Fault::Blocked);
                 wire.command = Some(set_point(0x02, 0, 0));
                 let frame = set_point(word, 0, 0);
                 for step in 0..500 {
@@ -192,7 +194,11 @@ fn a_drive_that_receives_an_identifier_of_its_own_reports_it_and_stops() {
         assert_eq!(outputs.emergency, Some(0x8150), "{code:#x}");
         wire.run(400);
         assert_eq!(wire.state(), State::QuickStopActive);
-        assert!(wire.velocity.abs() < 0.01, "{} rad/s", wire.velocity);
+        assert!(
+            wire.rotor.velocity.abs() < 0.01,
+            "{} rad/s",
+            wire.rotor.velocity
+        );
         // An identifier of somebody else.
         let mut wire = Wire::axle(&[]);
         wire.operate(mode::CYCLIC_VELOCITY, 3_000_000);
@@ -211,21 +217,21 @@ fn taut(angle: f64) -> Wire {
     wire.operate(mode::TAUT, 0);
     wire.run(4_500);
     assert!(wire.outputs().faults.is_empty(), "{:?}", wire.outputs());
-    assert!(wire.velocity.abs() < 0.1 && wire.angle > 200.0);
+    assert!(wire.rotor.velocity.abs() < 0.1 && wire.rotor.angle > 200.0);
     wire
 }
 
 /// Runs a second. `foreign` returns the frames of a millisecond. The screw must stop within a
 /// millimetre, and name the fault within 20 ms of the first of them.
 fn forge(wire: &mut Wire, case: &str, foreign: impl Fn(u64) -> Vec<Frame>) {
-    let (start, mut first, mut found) = (wire.angle, None, None);
+    let (start, mut first, mut found) = (wire.rotor.angle, None, None);
     for step in 0..1_000 {
         let frames = foreign(step);
         if !frames.is_empty() {
             first = first.or(Some(step));
         }
         wire.tick(&frames);
-        let moved = (wire.angle - start).abs() * LEAD;
+        let moved = (wire.rotor.angle - start).abs() * LEAD;
         assert!(moved < 1.0, "{case}: {moved} mm after {step} ms");
         if wire.has(Fault::DuplicateId) {
             found = found.or(Some(step));
@@ -299,54 +305,75 @@ fn a_screw_that_has_held_does_not_jump_to_where_the_joint_is_now() {
         wire.run(4);
     }
     wire.command = Some(set_point(0x0f, mode::TAUT, 0));
-    let (mut fastest, start) = (0.0_f64, wire.angle);
+    let (mut fastest, start) = (0.0_f64, wire.rotor.angle);
     for _ in 0..600 {
         wire.tick(&[]);
-        fastest = fastest.max(wire.velocity.abs());
+        fastest = fastest.max(wire.rotor.velocity.abs());
     }
     assert_eq!(wire.state(), State::OperationEnabled);
-    assert!((wire.angle - start).abs() * LEAD > 4.0);
+    assert!((wire.rotor.angle - start).abs() * LEAD > 4.0);
     // 100 mm/s, with an overshoot of the loop.
     assert!(fastest * LEAD < 120.0, "{} mm/s", fastest * LEAD);
+}
+
+/// Option codes, homing method and position limits.
+const PARAMETERS: [(u16, u8); 5] = [
+    (0x605a, 0),
+    (0x605e, 0),
+    (0x6098, 0),
+    (0x607d, 1),
+    (0x607d, 2),
+];
+
+fn parameters(wire: &mut Wire) -> [[u8; 4]; 5] {
+    PARAMETERS.map(|object| wire.read(object))
+}
+
+/// A client switches the bridge off where the drive would hold, homes where the drive stands, and
+/// limits its travel.
+fn write_parameters(wire: &mut Wire) {
+    let [quick_stop, fault_reaction, homing_method, lower, upper] = PARAMETERS;
+    wire.write(quick_stop, 0_i16.to_le_bytes());
+    wire.write(fault_reaction, 0_i16.to_le_bytes());
+    wire.write(homing_method, [37]);
+    wire.write(lower, (-5_i32).to_le_bytes());
+    wire.write(upper, 5_i32.to_le_bytes());
 }
 
 #[test]
 fn what_a_client_has_written_before_the_guard_does_not_count_for_the_guard() {
     let changes = [(Setting::HomingDirection, 1)];
     let mut wire = Wire::axle(&changes);
-    (wire.guard, wire.bench) = (false, true);
+    wire.guard = false;
+    wire.write((0x2001, 0), [1]);
     wire.run(20);
-    let saved = wire.axle_mut().parameters();
-    let mut written = saved;
-    (written.quick_stop, written.fault_reaction) = (0, 0);
-    (written.homing_method, written.position_limits) = (37, [-5, 5]);
-    wire.axle_mut().configure(&written);
+    let saved = parameters(&mut wire);
+    write_parameters(&mut wire);
     wire.run(20);
-    assert_eq!(wire.axle_mut().parameters(), written);
+    let written = parameters(&mut wire);
+    assert!((0..5).all(|index| written[index] != saved[index]));
     wire.guard = true;
     wire.run(100);
-    assert_eq!(wire.axle_mut().parameters(), saved);
+    assert_eq!(parameters(&mut wire), saved);
     wire.operate(mode::CYCLIC_VELOCITY, 1_000_000);
     wire.command = Some(set_point(0x02, 0, 0));
     wire.run(500);
     assert!(wire.powered());
     // The loss of the guard, too.
     let mut wire = Wire::axle(&changes);
-    wire.axle_mut().configure(&written);
+    write_parameters(&mut wire);
     wire.operate(mode::CYCLIC_VELOCITY, 1_000_000);
     wire.guard = false;
     wire.run(500);
     assert!(wire.has(Fault::GuardLost) && wire.powered());
     // Homing looks for the switch.
     let mut wire = Wire::axle(&changes);
-    wire.axle_mut().configure(&written);
+    write_parameters(&mut wire);
     wire.operate(mode::HOMING, 0);
     wire.command = Some(set_point(0x1f, mode::HOMING, 0));
     wire.run(500);
-    let Node::Axle(axle) = &wire.node else {
-        unreachable!("an axle")
-    };
-    assert!(!axle.homed() && wire.angle > 0.05);
+    let attained = wire.outputs().status.statusword & HOMING_ATTAINED != 0;
+    assert!(!attained && wire.rotor.angle > 0.05);
 }
 
 #[test]
@@ -358,12 +385,12 @@ fn a_drive_holds_with_the_limits_of_operation_whatever_mode_another_node_names()
     for _ in 0..100 {
         wire.tick(&[homing]);
     }
-    let start = wire.angle;
+    let start = wire.rotor.angle;
     // More than the hold current bears, and more than homing's.
-    wire.load = 16.0;
+    wire.rotor.load = 16.0;
     for _ in 0..500 {
         wire.tick(&[homing]);
-        let moved = (wire.angle - start).abs();
+        let moved = (wire.rotor.angle - start).abs();
         assert!(moved < TRAVEL, "{moved} rad");
     }
 }
@@ -375,14 +402,14 @@ fn no_reset_of_another_node_weakens_a_hold_that_is_overloaded() {
     wire.command = Some(set_point(0x02, 0, 0));
     wire.run(100);
     // The hold current bears 14.4 N m, the motor 24 N m.
-    wire.load = 20.0;
+    wire.rotor.load = 20.0;
     wire.run(500);
     assert!(wire.has(Fault::HoldOverload));
-    let start = wire.angle;
+    let start = wire.rotor.angle;
     for step in 0..2_000 {
         let reset = set_point(0x82, 0, 0);
         wire.tick(&[reset][..usize::from(step % 9 == 0)]);
     }
-    let moved = (wire.angle - start).abs();
+    let moved = (wire.rotor.angle - start).abs();
     assert!(moved < TRAVEL, "{moved} rad");
 }

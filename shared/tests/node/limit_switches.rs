@@ -213,14 +213,14 @@ fn a_limit_switch_stops_a_screw_in_its_own_mode_whatever_the_joint_does() {
         wire.operate(mode::TAUT, 0);
         let mut farthest = 0.0_f64;
         for _ in 0..3_000 {
-            let closed = wire.angle >= CLOSED_AT;
-            wire.switches = if closed {
+            let closed = wire.rotor.angle >= CLOSED_AT;
+            wire.rotor.switches = if closed {
                 positive
             } else {
                 Switches::default()
             };
             wire.tick(&[]);
-            farthest = farthest.max(wire.angle);
+            farthest = farthest.max(wire.rotor.angle);
         }
         // It brakes from 100 mm/s with 1000 rad/s^2.
         let beyond = (farthest - CLOSED_AT) / std::f64::consts::TAU;
@@ -228,11 +228,11 @@ fn a_limit_switch_stops_a_screw_in_its_own_mode_whatever_the_joint_does() {
             beyond < 2.0,
             "{rate} rad/s: {beyond} turns beyond the switch"
         );
-        let stands = wire.velocity.abs() < 0.5;
+        let stands = wire.rotor.velocity.abs() < 0.5;
         assert!(
             stands || !wire.outputs().faults.is_empty(),
             "{} rad/s",
-            wire.velocity
+            wire.rotor.velocity
         );
     }
 }
@@ -244,7 +244,7 @@ fn a_taut_screw_at_its_limit_switch_follows_the_joint_inward_only() {
     wire.joint = Some((0.3, 0.0));
     wire.operate(mode::TAUT, 0);
     wire.run(4_000);
-    let closes = wire.angle + 6.0;
+    let closes = wire.rotor.angle + 6.0;
     let (mut angle, mut farthest) = (0.3, 0.0_f64);
     let mut rate = 0.0_f64;
     for step in 0..6_000 {
@@ -252,17 +252,17 @@ fn a_taut_screw_at_its_limit_switch_follows_the_joint_inward_only() {
         rate += (target - rate).clamp(-0.004, 0.004);
         angle += rate * 1e-3;
         wire.joint = Some((angle, rate));
-        wire.switches.positive_limit = wire.angle >= closes;
+        wire.rotor.switches.positive_limit = wire.rotor.angle >= closes;
         wire.tick(&[]);
-        farthest = farthest.max(wire.angle);
+        farthest = farthest.max(wire.rotor.angle);
         if angle < 0.2 {
             break;
         }
     }
     assert!(
-        angle < 0.2 && wire.angle < closes - 5.0,
+        angle < 0.2 && wire.rotor.angle < closes - 5.0,
         "{} rad",
-        wire.angle
+        wire.rotor.angle
     );
     assert!(farthest < closes + 1.0, "{} rad beyond", farthest - closes);
 }
@@ -302,15 +302,15 @@ fn a_software_position_limit_stops_motion_towards_it_in_every_mode() {
             );
         }
     }
-    let mut wire = Wire::screw(&[]);
+    // 230 mm.
+    let mut wire = Wire::screw(&[
+        (Setting::PositionMinimum, -1),
+        (Setting::PositionMaximum, 289_027),
+    ]);
     wire.joint = Some((1.0, -1e-6));
     wire.operate(mode::TAUT, 0);
-    let mut parameters = wire.axle_mut().parameters();
-    // 2^-24 m.
-    parameters.position_limits = [-1, 3_858_759];
-    wire.axle_mut().configure(&parameters);
     wire.run(3_000);
-    let millimetres = wire.angle / std::f64::consts::TAU * 5.0;
+    let millimetres = wire.rotor.angle / std::f64::consts::TAU * 5.0;
     assert!((229.0..230.1).contains(&millimetres), "{millimetres} mm");
 }
 
@@ -318,18 +318,22 @@ fn a_software_position_limit_stops_motion_towards_it_in_every_mode() {
 fn a_quick_stop_does_not_pull_an_axle_back_that_a_load_has_pushed_past_a_switch() {
     let mut wire = Wire::axle(&[]);
     wire.operate(mode::CYCLIC_VELOCITY, 0);
-    wire.switches.positive_limit = true;
+    wire.rotor.switches.positive_limit = true;
     wire.run(50);
-    let closed = wire.angle;
+    let closed = wire.rotor.angle;
     // N m; the loop of the velocity takes it up after some travel.
-    wire.load = 12.0;
+    wire.rotor.load = 12.0;
     wire.run(500);
-    assert!(wire.angle > closed + 0.05, "{} rad", wire.angle - closed);
-    let start = wire.angle;
+    assert!(
+        wire.rotor.angle > closed + 0.05,
+        "{} rad",
+        wire.rotor.angle - closed
+    );
+    let start = wire.rotor.angle;
     wire.command = Some(set_point(0x02, 0, 0));
     for _ in 0..500 {
         wire.run(1);
-        let moved = (wire.angle - start).abs();
+        let moved = (wire.rotor.angle - start).abs();
         assert!(moved < 0.01, "{moved} rad");
     }
 }

@@ -6,6 +6,9 @@ mod any_input;
 mod can_node;
 #[cfg(feature = "lockstep")]
 mod cogging;
+#[allow(dead_code)] // for a node as a value, every time is exact
+#[path = "../support/conformance/mod.rs"]
+mod conformance;
 #[cfg(feature = "lockstep")]
 mod current_zero;
 #[cfg(feature = "lockstep")]

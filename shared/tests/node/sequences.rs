@@ -138,22 +138,20 @@ impl Sequence {
         if self.random.once_in(2) {
             return;
         }
-        let random = &mut self.random;
-        let axle = self.wire.axle_mut();
-        let mut written = axle.parameters();
-        written.quick_stop = random.pick(&[0, 1, 2, 5, 6]);
-        written.shutdown = random.pick(&[0, 1]);
-        written.fault_reaction = random.pick(&[0, 1, 2]);
-        written.homing_method = random.pick(&[0, 17, 20, 37]);
-        written.position_limits = [random.bits() as i32, random.bits() as i32];
-        axle.configure(&written);
+        let (random, wire) = (&mut self.random, &mut self.wire);
+        wire.write((0x605a, 0), random.pick(&[0_i16, 1, 2, 5, 6]).to_le_bytes());
+        wire.write((0x605b, 0), random.pick(&[0_i16, 1]).to_le_bytes());
+        wire.write((0x605e, 0), random.pick(&[0_i16, 1, 2]).to_le_bytes());
+        wire.write((0x6098, 0), random.pick(&[0_i8, 17, 20, 37]).to_le_bytes());
+        wire.write((0x607d, 1), (random.bits() as i32).to_le_bytes());
+        wire.write((0x607d, 2), (random.bits() as i32).to_le_bytes());
     }
 
     /// The node restarts, the rotor keeps its place.
     fn restart(&mut self) {
         let old = std::mem::replace(&mut self.wire, Self::wire(self.screw));
-        (self.wire.now_us, self.wire.angle) = (0, old.angle);
-        (self.wire.load, self.wire.joint) = (old.load, old.joint);
+        (self.wire.now_us, self.wire.rotor.angle) = (0, old.rotor.angle);
+        (self.wire.rotor.load, self.wire.joint) = (old.rotor.load, old.joint);
         self.leave();
         (self.stands, self.wanted_ms) = (None, 0);
         self.farthest = f64::INFINITY;
@@ -176,16 +174,16 @@ impl Sequence {
         if random.once_in(3) {
             let part = random.pick(&[0.0, 0.0, 0.4, -0.8, 1.1, -1.5, 2.0]);
             let most = if self.screw { 0.96 } else { HOLDING_TORQUE };
-            if self.wire.load.abs() > 0.9 * most {
+            if self.wire.rotor.load.abs() > 0.9 * most {
                 // The load may have turned the drive already.
                 self.stands = None;
             }
             self.still = 0;
-            self.wire.load = part * most;
+            self.wire.rotor.load = part * most;
         }
         if random.once_in(6) {
             let near = random.pick(&[0.1, 1.0, f64::INFINITY]);
-            self.switch_at = self.wire.angle + near;
+            self.switch_at = self.wire.rotor.angle + near;
         }
         self.foreign.clear();
         if !matches!(self.goal, Goal::Hold | Goal::Stand) {
@@ -229,7 +227,7 @@ impl Sequence {
 
     fn tick(&mut self, tally: &mut Tally) -> Result<(), String> {
         let now = self.wire.milliseconds() + 1;
-        let first = self.wire.outputs.is_none();
+        let first = self.wire.last().is_none();
         let (powered, state) = if first {
             (false, State::SwitchOnDisabled)
         } else {
@@ -241,8 +239,8 @@ impl Sequence {
             .iter()
             .filter(|(_, every, at)| now % every == *at);
         let frames: Vec<_> = due.map(|(frame, ..)| *frame).collect();
-        self.wire.switches = Switches {
-            positive_limit: self.wire.angle >= self.switch_at,
+        self.wire.rotor.switches = Switches {
+            positive_limit: self.wire.rotor.angle >= self.switch_at,
             ..Switches::default()
         };
         self.wire.tick(&frames);
@@ -251,7 +249,7 @@ impl Sequence {
         // that sender.
         let set_points = frames.iter().any(is_set_point);
         if self.goal == Goal::Stand && set_points && !self.wire.has(Fault::SecondMaster) {
-            self.stands = self.stands.map(|_| self.wire.angle);
+            self.stands = self.stands.map(|_| self.wire.rotor.angle);
         }
         self.wanted_ms = if self.goal == Goal::Off {
             0
@@ -288,11 +286,11 @@ impl Sequence {
     fn moves(&mut self, tally: &mut Tally) -> Result<(), String> {
         let faulty = !self.wire.outputs().faults.is_empty();
         // A velocity of zero is no place: a load moves the drive while the loop takes it up.
-        let stands = self.goal == Goal::Stand && self.wire.load == 0.0;
+        let stands = self.goal == Goal::Stand && self.wire.rotor.load == 0.0;
         let quiet = self.goal == Goal::Hold || stands || faulty;
-        let (angle, now) = (self.wire.angle, self.wire.milliseconds());
+        let (angle, now) = (self.wire.rotor.angle, self.wire.milliseconds());
         let limit = if self.screw { SCREW_LIMIT } else { LIMIT };
-        let slow = self.wire.velocity.abs() < 0.02 * limit;
+        let slow = self.wire.rotor.velocity.abs() < 0.02 * limit;
         self.still = if slow { self.still + 1 } else { 0 };
         if !quiet || !self.wire.powered() {
             (self.stands, self.slips_ms) = (None, None);
@@ -305,7 +303,7 @@ impl Sequence {
         let moved = (angle - start).abs();
         let holding = if self.screw { 0.96 } else { HOLDING_TORQUE };
         let far = moved > 20e-3 * limit;
-        if self.wire.load.abs() > 0.9 * holding {
+        if self.wire.rotor.load.abs() > 0.9 * holding {
             if self.wire.has(Fault::HoldOverload) {
                 // The report has come in time. It may be reset.
                 tally.overloaded += 1;
@@ -334,8 +332,11 @@ impl Sequence {
 
     /// A closed switch ends motion outward, unless the load pushes.
     fn at_switch(&mut self, tally: &mut Tally) -> Result<(), String> {
-        let (angle, velocity) = (self.wire.angle, self.wire.velocity.max(0.0));
-        if !self.wire.switches.positive_limit || !self.wire.powered() || self.wire.load != 0.0 {
+        let (angle, velocity) = (self.wire.rotor.angle, self.wire.rotor.velocity.max(0.0));
+        if !self.wire.rotor.switches.positive_limit
+            || !self.wire.powered()
+            || self.wire.rotor.load != 0.0
+        {
             self.farthest = f64::INFINITY;
             return Ok(());
         }
@@ -368,7 +369,10 @@ fn run(seed: u64, tally: &mut Tally) -> Result<(), String> {
             sequence.tick(tally).map_err(|broken| {
                 format!(
                     "seed {seed}, event {event}: {broken}\n{:?}, load {}, {:?}\n{:?}",
-                    sequence.goal, sequence.wire.load, sequence.foreign, sequence.wire.outputs
+                    sequence.goal,
+                    sequence.wire.rotor.load,
+                    sequence.foreign,
+                    sequence.wire.last()
                 )
             })?;
         }

@@ -1,17 +1,22 @@
-//! A drive with an ideal current loop and a rotor, on a bus with a guard and other senders. Frames
-//! reach the tick as the bus task of the firmware passes them.
+//! A drive's node as a value with an ideal current loop and a rotor, on a bus with a guard and
+//! other senders.
 
+use crate::can_node::{Memory, parts};
+use std::cell::Cell;
+use std::rc::Rc;
 use tautrack::bus::cia402::State;
-use tautrack::bus::network::{NmtState, OFFSET_SYNCS, as_heartbeat, is_of, is_sync};
-use tautrack::bus::pace::Pace;
 use tautrack::bus::pdo::{
-    DriveMotion, Payload, PositionSetPoint, TorqueOffset, VelocitySetPoint, receive, transmit,
+    DriveMotion, Payload, PositionSetPoint, VelocitySetPoint, receive, transmit,
 };
 use tautrack::can::Frame;
 use tautrack::faults::{Fault, Faults};
-use tautrack::motor::current::Electrical;
-use tautrack::node::axle::{Axle, BridgeDemand, Inputs, Outputs, SetPoint};
-use tautrack::node::screw::{self, Screw};
+use tautrack::motor::capture::{Capture, Request};
+use tautrack::motor::cogging::Wave;
+use tautrack::motor::current::{CurrentLoop, Electrical, Excitation, Means, Measurement};
+use tautrack::node::axle::{Axle, BridgeDemand, Inputs, Outputs};
+use tautrack::node::screw::Screw;
+use tautrack::roles::drive::{Control, Drive, Measurements, Motor, Readings};
+use tautrack::screw::Geometry;
 use tautrack::sensors::{Switches, Temperatures};
 use tautrack::settings::{Setting, Settings};
 
@@ -20,10 +25,10 @@ pub const GUARD: u8 = 1;
 pub const JOINT: u8 = 5;
 /// SYNC period, ms.
 pub const SYNC_MS: u64 = 4;
-const PERIOD_US: u32 = 4_000;
 
 /// Screw of the lead robot: 140 rad/s are 111 mm/s.
 pub const SCREW: &[(Setting, i32)] = &[
+    (Setting::JointId, JOINT as i32),
     (Setting::GearRatio, 4_000),
     (Setting::VelocityLimit, 140_000),
     (Setting::AccelerationLimit, 2_000_000),
@@ -34,91 +39,182 @@ pub const SCREW: &[(Setting, i32)] = &[
     (Setting::EngageSpeed, 100_000),
 ];
 
-#[allow(clippy::large_enum_variant)] // there is one at a time
-pub enum Node {
-    Axle(Axle),
-    Screw(Screw),
-}
-
-/// Default settings with these changes.
-pub fn settings(changes: &[(Setting, i32)]) -> Settings {
+/// Default settings of the drive with these changes.
+fn settings(changes: &[(Setting, i32)]) -> Settings {
     let mut settings = Settings::default();
-    for (setting, value) in changes {
+    let id = (Setting::NodeId, i32::from(ID));
+    for (setting, value) in std::iter::once(&id).chain(changes) {
         settings.set(setting.description().key, *value).unwrap();
     }
     settings
 }
 
-/// One drive on the bus.
-pub struct Wire {
-    pub node: Node,
-    pub now_us: u64,
+/// Control core of a drive. It shows its outputs, and reports what a test lets it find.
+struct Watched<C> {
+    control: C,
+    watch: Rc<Watch>,
+}
+
+#[derive(Default)]
+struct Watch {
+    outputs: Cell<Option<Outputs>>,
+    found: Cell<Faults>,
+}
+
+impl<C: Control> Control for Watched<C> {
+    fn axle(&mut self) -> &mut Axle {
+        self.control.axle()
+    }
+
+    fn tick(&mut self, inputs: Inputs, joint: Option<(DriveMotion, u64)>, slack: i32) -> Outputs {
+        let found = self.watch.found.take();
+        self.axle().report(found);
+        let outputs = self.control.tick(inputs, joint, slack);
+        self.watch.outputs.set(Some(outputs));
+        outputs
+    }
+}
+
+type Node<C> = Drive<Watched<C>, Measurements, Memory>;
+
+#[allow(clippy::large_enum_variant)] // there is one at a time
+enum Role {
+    Axle(Node<Axle>),
+    Screw(Node<Screw<Geometry>>),
+}
+
+/// Motor whose current is the demanded one, and its shaft.
+pub struct Rotor {
     /// Angle, rad, and velocity, rad/s, of the output shaft.
     pub angle: f64,
     pub velocity: f64,
     /// Torque that turns the shaft, N m.
     pub load: f64,
     pub switches: Switches,
-    pub bench: bool,
-    pub outputs: Option<Outputs>,
+    current: f32,
+    inertia: f64,
+    per_ampere: f64,
+    counts: f64,
+}
+
+impl Rotor {
+    /// Turns for a millisecond.
+    fn turn(&mut self) {
+        let torque = self.per_ampere * f64::from(self.current) + self.load;
+        self.velocity += (torque / self.inertia - 0.5 * self.velocity) * 1e-3;
+        self.angle += self.velocity * 1e-3;
+    }
+}
+
+impl Motor for Rotor {
+    fn readings(&mut self) -> Readings {
+        Readings {
+            encoder: (self.angle * self.counts).floor() as i64 as i32,
+            encoder_broken: false,
+            means: Some(Means {
+                current: self.current,
+                electrical: Electrical::default(),
+            }),
+            supply_voltage: 24.0,
+            temperatures: Temperatures::default(),
+            switches: self.switches,
+        }
+    }
+
+    fn demand(&mut self, demand: BridgeDemand, _: f32, _: f32) {
+        self.current = match demand {
+            BridgeDemand::Current(current) | BridgeDemand::Braking { current, .. } => current,
+            _ => 0.0,
+        };
+    }
+
+    fn take_measurement(&mut self, _: f32) -> Option<Measurement> {
+        None
+    }
+
+    fn capture<R>(&mut self, _: impl FnOnce(&mut Capture) -> R) -> Option<R> {
+        None
+    }
+
+    fn install(&mut self, _: CurrentLoop) {}
+
+    fn set_cogging(&mut self, _: i32, _: Wave) {}
+
+    fn excite(&mut self, _: &Excitation, _: f32) {}
+
+    fn set_brake(&mut self, _: bool) {}
+
+    fn request_capture(&mut self, _: Request) {}
+}
+
+/// One drive on the bus.
+pub struct Wire {
+    role: Role,
+    watch: Rc<Watch>,
+    pub rotor: Rotor,
+    pub now_us: u64,
     /// Frame that the guard sends with each SYNC, and whether its heartbeat is on the bus.
     pub command: Option<Frame>,
     pub guard: bool,
     /// Angle, rad, and rate, rad/s, of the joint that sends its motion with each SYNC.
     pub joint: Option<(f64, f64)>,
-    inertia: f64,
-    per_ampere: f64,
-    counts: f64,
-    inbox: Inbox,
-    paces: [Pace; 3],
-}
-
-#[derive(Default)]
-struct Inbox {
-    set_point: Option<SetPoint>,
-    offset: Option<i16>,
-    guard: bool,
-    joint: Option<(DriveMotion, u64)>,
-    found: Faults,
-    sync_us: u64,
+    /// What the node has sent in this millisecond.
+    sent: Vec<Frame>,
 }
 
 impl Wire {
     pub fn axle(changes: &[(Setting, i32)]) -> Self {
         let settings = settings(changes);
-        Self::new(Node::Axle(Axle::new(&settings)), &settings, 0.05)
+        let (control, watch) = watched(Axle::new(&settings));
+        let drive = Drive::axle(parts(&settings, control));
+        Self::new(Role::Axle(drive), watch, &settings, 0.05)
     }
 
     /// A screw that is homed at power-up, at extension 0.
     pub fn screw(changes: &[(Setting, i32)]) -> Self {
         let settings = settings(&[SCREW, changes].concat());
-        let screw = Screw::new(&settings).expect("a belt");
-        let mut wire = Self::new(Node::Screw(screw), &settings, 1.6e-4);
+        let (control, watch) = watched(Screw::new(&settings).expect("a belt"));
+        let drive = Drive::screw(parts(&settings, control));
+        let mut wire = Self::new(Role::Screw(drive), watch, &settings, 1.6e-4);
         wire.joint = Some((0.0, 0.0));
         wire
     }
 
-    fn new(node: Node, settings: &Settings, inertia: f64) -> Self {
+    fn new(role: Role, watch: Rc<Watch>, settings: &Settings, inertia: f64) -> Self {
         let gear = f64::from(settings.get(Setting::GearRatio)) * 1e-3;
         let turn = f64::from(settings.get(Setting::EncoderCounts)) * gear;
-        Self {
-            node,
-            now_us: 0,
+        let rotor = Rotor {
             angle: 0.0,
             velocity: 0.0,
             load: 0.0,
             switches: Switches::default(),
-            bench: false,
-            outputs: None,
-            command: None,
-            guard: true,
-            joint: None,
+            current: 0.0,
             inertia,
             per_ampere: 0.04 * gear,
             counts: turn / std::f64::consts::TAU,
-            inbox: Inbox::default(),
-            paces: [Pace::NEW; 3],
+        };
+        let mut wire = Self {
+            role,
+            watch,
+            rotor,
+            now_us: 0,
+            command: None,
+            guard: true,
+            joint: None,
+            sent: Vec::new(),
+        };
+        wire.boot();
+        wire
+    }
+
+    /// The node boots, and the guard starts it.
+    fn boot(&mut self) {
+        let send = &mut |frame| self.sent.push(frame);
+        match &mut self.role {
+            Role::Axle(drive) => drive.boot(0, send),
+            Role::Screw(drive) => drive.boot(0, send),
         }
+        self.receive(&Frame::new(0x000, &[1, 0]).unwrap());
     }
 
     /// Returns the milliseconds since power-up.
@@ -126,8 +222,13 @@ impl Wire {
         self.now_us / 1_000
     }
 
-    pub fn outputs(&self) -> &Outputs {
-        self.outputs.as_ref().expect("a tick before")
+    /// Returns the outputs of the last tick; `None` before the first one.
+    pub fn last(&self) -> Option<Outputs> {
+        self.watch.outputs.get()
+    }
+
+    pub fn outputs(&self) -> Outputs {
+        self.last().expect("a tick before")
     }
 
     pub fn state(&self) -> State {
@@ -145,50 +246,53 @@ impl Wire {
         )
     }
 
-    pub fn axle_mut(&mut self) -> &mut Axle {
-        match &mut self.node {
-            Node::Axle(axle) => axle,
-            Node::Screw(screw) => screw.axle_mut(),
-        }
+    /// The drive finds this fault in its next tick.
+    pub fn report(&mut self, fault: Fault) {
+        self.watch.found.set(Faults::of(fault));
+    }
+
+    /// A client writes an object.
+    pub fn write<const N: usize>(&mut self, (index, sub): (u16, u8), value: [u8; N]) {
+        let command = 0x23 | (4 - N as u8) << 2;
+        let answer = self.request(command, (index, sub), &value);
+        assert_eq!(answer[0], 0x60, "{index:#x}:{sub}, {value:x?}");
+    }
+
+    /// A client reads an object of at most four bytes.
+    pub fn read(&mut self, (index, sub): (u16, u8)) -> [u8; 4] {
+        let answer = self.request(0x40, (index, sub), &[]);
+        assert_eq!(answer[0] & 0xf3, 0x43, "{index:#x}:{sub}");
+        answer[4..].try_into().expect("four bytes")
+    }
+
+    fn request(&mut self, command: u8, (index, sub): (u16, u8), value: &[u8]) -> [u8; 8] {
+        let [low, high] = index.to_le_bytes();
+        let mut data = [command, low, high, sub, 0, 0, 0, 0];
+        data[4..4 + value.len()].copy_from_slice(value);
+        self.sent.clear();
+        self.receive(&Frame::new(0x600 + u16::from(ID), &data).unwrap());
+        let mut answers = self.sent.iter();
+        let answer = answers.rfind(|frame| frame.id() == 0x580 + u16::from(ID));
+        answer
+            .expect("an answer")
+            .data()
+            .try_into()
+            .expect("eight bytes")
     }
 
     /// Takes a frame from the bus.
     pub fn receive(&mut self, frame: &Frame) {
-        let (now_us, inbox) = (self.now_us, &mut self.inbox);
-        let [set_points, offsets, motions] = &mut self.paces;
-        if is_sync(frame) {
-            inbox.sync_us = now_us;
-        }
-        inbox.found.insert_if(Fault::DuplicateId, is_of(frame, ID));
-        inbox.guard |= as_heartbeat(frame) == Some((GUARD, NmtState::Operational));
-        let position = PositionSetPoint::from_frame(frame, receive(1), ID);
-        let position = position.map(|point| (point.controlword, point.mode, point.target));
-        let velocity = VelocitySetPoint::from_frame(frame, receive(2), ID);
-        let velocity = velocity.map(|point| (point.controlword, point.mode, point.target));
-        if let Some((controlword, mode, target)) = position.or(velocity) {
-            inbox.set_point = Some(SetPoint {
-                controlword,
-                mode,
-                target,
-            });
-            let second = set_points.is_exceeded(now_us, PERIOD_US);
-            inbox.found.insert_if(Fault::SecondMaster, second);
-        } else if let Some(offset) = TorqueOffset::from_frame(frame, receive(3), ID) {
-            inbox.offset = Some(offset.torque);
-            let second = offsets.is_exceeded(now_us, PERIOD_US * OFFSET_SYNCS);
-            inbox.found.insert_if(Fault::SecondMaster, second);
-        } else if let Node::Screw(_) = self.node
-            && let Some(motion) = DriveMotion::from_frame(frame, transmit(1), JOINT)
-        {
-            inbox.joint = Some((motion, inbox.sync_us.saturating_sub(1_000)));
-            let second = motions.is_exceeded(now_us, PERIOD_US);
-            inbox.found.insert_if(Fault::DuplicateId, second);
+        let send = &mut |frame| self.sent.push(frame);
+        match &mut self.role {
+            Role::Axle(drive) => drive.receive(frame, self.now_us, send),
+            Role::Screw(drive) => drive.receive(frame, self.now_us, send),
         }
     }
 
     /// Runs one millisecond: the guard and the joint send first, then these other senders.
-    pub fn tick(&mut self, foreign: &[Frame]) -> &Outputs {
+    pub fn tick(&mut self, foreign: &[Frame]) -> Outputs {
         self.now_us += 1_000;
+        self.sent.clear();
         let milliseconds = self.milliseconds();
         if self.guard && milliseconds % 50 == 1 {
             self.receive(&Frame::new(0x700 + u16::from(GUARD), &[5]).unwrap());
@@ -205,52 +309,13 @@ impl Wire {
         for frame in foreign {
             self.receive(frame);
         }
-        self.turn();
-        let inputs = self.inputs();
-        let joint = self.inbox.joint.take();
-        let outputs = match &mut self.node {
-            Node::Axle(axle) => axle.tick(&inputs),
-            Node::Screw(screw) => screw.tick(&screw::Inputs {
-                axle: inputs,
-                joint,
-                slack: 0,
-            }),
+        self.rotor.turn();
+        let send = &mut |frame| self.sent.push(frame);
+        match &mut self.role {
+            Role::Axle(drive) => drive.tick(self.now_us, &mut self.rotor, send),
+            Role::Screw(drive) => drive.tick(self.now_us, &mut self.rotor, send),
         };
-        self.bench &= outputs.bench_mode;
-        self.outputs.insert(outputs)
-    }
-
-    fn inputs(&mut self) -> Inputs {
-        let found = std::mem::take(&mut self.inbox.found);
-        self.axle_mut().report(found);
-        Inputs {
-            now_us: self.now_us,
-            encoder: (self.angle * self.counts).floor() as i64 as i32,
-            encoder_broken: false,
-            current: self.current(),
-            electrical: Electrical::default(),
-            supply_voltage: 24.0,
-            temperatures: Temperatures::default(),
-            switches: self.switches,
-            set_point: self.inbox.set_point.take(),
-            torque_offset: self.inbox.offset.take(),
-            guard_received: std::mem::take(&mut self.inbox.guard),
-            bench_mode: self.bench,
-        }
-    }
-
-    fn current(&self) -> f32 {
-        match self.outputs.map(|outputs| outputs.bridge) {
-            Some(BridgeDemand::Current(current) | BridgeDemand::Braking { current, .. }) => current,
-            _ => 0.0,
-        }
-    }
-
-    /// Turns the rotor for a millisecond.
-    fn turn(&mut self) {
-        let torque = self.per_ampere * f64::from(self.current()) + self.load;
-        self.velocity += (torque / self.inertia - 0.5 * self.velocity) * 1e-3;
-        self.angle += self.velocity * 1e-3;
+        self.outputs()
     }
 
     pub fn run(&mut self, milliseconds: u64) {
@@ -265,8 +330,22 @@ impl Wire {
             self.command = Some(set_point(word, mode, target));
             self.run(60);
         }
-        assert_eq!(self.state(), State::OperationEnabled, "{:?}", self.outputs);
+        assert_eq!(
+            self.state(),
+            State::OperationEnabled,
+            "{:?}",
+            self.outputs()
+        );
     }
+}
+
+fn watched<C>(control: C) -> (Watched<C>, Rc<Watch>) {
+    let watch = Rc::new(Watch::default());
+    let watched = Watched {
+        control,
+        watch: Rc::clone(&watch),
+    };
+    (watched, watch)
 }
 
 /// Frame with a set-point for the drive.

@@ -17,6 +17,7 @@ use tautrack::robots::rt_mover::wheel_mode::{Frame, wheel_mode};
 use tautrack::robots::rt_mover::{
     Axle, Law, Parameters, ParametersError, Shape, Situation, Task, Wheel, command,
 };
+use tautrack::stability::command::Command;
 
 const DT: f64 = 0.01;
 
@@ -312,13 +313,13 @@ proptest! {
                 wheels: [x[0], x[1], x[2], x[3]], steering: [x[4], x[5]], roll: [x[6], x[7]],
                 pitch_shaft: x[8], wheel_torques: [x[9], x[10], x[11], x[12]],
                 roll_torques: [x[13], x[14]], inclination: [x[15], x[16]], heading: x[17],
-                asked: [x[18], x[19]], speed_scale: x[20],
+                command: Command::new(x[18], x[19]), speed_scale: x[20],
             };
             if index == 1 { gait.ask(x[21], x[22]); }
             let out = gait.tick(&inputs, if index % 3 == 0 { 0.005 } else { x[23] });
             let shafts = [out.steering, out.roll, [out.pitch_shaft, 0.0]].concat();
-            prop_assert!(out.wheels.iter().all(|rate| rate.abs() <= pace.highest[0]), "{out:?}");
-            prop_assert!(shafts.iter().all(|rate| rate.abs() <= pace.highest[1]), "{out:?}");
+            prop_assert!(out.wheels.iter().all(|rate| rate.abs() <= pace.wheel_limit), "{out:?}");
+            prop_assert!(shafts.iter().all(|rate| rate.abs() <= pace.shaft_limit), "{out:?}");
         }
     }
 }

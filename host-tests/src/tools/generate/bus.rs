@@ -1,7 +1,7 @@
 //! Writes the generated parts of docs/bus.md as Markdown: the cyclic frames of B2P2 with rate and
 //! load, the loads of the other robots, the payloads, and all objects.
 
-use super::dictionary::model::{Dictionary, Entry, Mapped, ObjectCode, Pdo};
+use super::dictionary::model::{Dictionary, Entry, ObjectCode, Pdo};
 use super::tables::sentence;
 use super::{ReferenceError, eds};
 use crate::programs::setup::checkout::root;
@@ -12,40 +12,8 @@ use crate::simulator::run::operator::PERIOD_US;
 use clap::ValueEnum;
 use std::fmt::Write;
 use tautrack::bus::network::{self, OFFSET_SYNCS, function};
-use tautrack::bus::pdo::{
-    DriveMotion, DriveStatus, GuardMargins, GuardMotion, GuardPassed, GuardPosition, GuardState,
-    OperatorCommand, PositionSetPoint, TorqueOffset, TorqueSetPoint, VelocitySetPoint,
-};
 use tautrack::can::Frame;
 use tautrack::settings::Setting;
-
-/// A payload of `tautrack::bus::pdo` with its mapped objects and their meanings.
-struct Known {
-    name: &'static str,
-    mapping: &'static [u32],
-    meanings: &'static [&'static str],
-}
-
-macro_rules! known {
-    ($($payload:ident),*) => {
-        [$(Known { name: stringify!($payload), mapping: $payload::MAPPING, meanings: $payload::MEANINGS },)*]
-    };
-}
-
-const PAYLOADS: [Known; 12] = known!(
-    PositionSetPoint,
-    VelocitySetPoint,
-    TorqueSetPoint,
-    TorqueOffset,
-    DriveMotion,
-    DriveStatus,
-    OperatorCommand,
-    GuardMotion,
-    GuardState,
-    GuardMargins,
-    GuardPassed,
-    GuardPosition
-);
 
 /// A cyclic frame: it is sent once in every period.
 struct Cyclic {
@@ -186,7 +154,7 @@ fn cyclic(roles: &[Dictionary], kind: Kind, nodes: &[NodeSpec]) -> Vec<Cyclic> {
             frames.push(Cyclic {
                 id: pdo.cob_id as u16 + node,
                 sender,
-                what: format!("{what}: {}", payload_name(&pdo.mappings)),
+                what: format!("{what}: {}", pdo.payload),
                 bytes: pdo
                     .mappings
                     .iter()
@@ -224,34 +192,41 @@ fn cyclic(roles: &[Dictionary], kind: Kind, nodes: &[NodeSpec]) -> Vec<Cyclic> {
     frames
 }
 
-fn payload_name(mappings: &[Mapped]) -> &'static str {
-    let values = mappings.iter().map(Mapped::value);
-    PAYLOADS
-        .iter()
-        .find(|payload| values.clone().eq(payload.mapping.iter().copied()))
-        .map_or("?", |payload| payload.name)
+/// Returns each payload of the roles once.
+fn known_payloads(roles: &[Dictionary]) -> Vec<&Pdo> {
+    let mut known = Vec::<&Pdo>::new();
+    for pdo in roles.iter().flat_map(Dictionary::payloads) {
+        if !known.iter().any(|other| other.payload == pdo.payload) {
+            known.push(pdo);
+        }
+    }
+    known
 }
 
 /// Returns one table for each payload: its fields with bytes, object and meaning.
-pub fn payloads() -> String {
+pub fn payloads(roles: &[Dictionary]) -> String {
     let mut text = String::new();
-    for payload in &PAYLOADS {
+    for pdo in known_payloads(roles) {
         let _ = write!(
             text,
             "### {}\n\n| Bytes | Object | Meaning |\n|---|---|---|\n",
-            payload.name
+            pdo.payload
         );
         let mut first = 0;
-        for (mapped, meaning) in payload.mapping.iter().zip(payload.meanings) {
-            let bytes = (mapped & 0xff) / 8;
+        for mapped in &pdo.mappings {
+            let bytes = mapped.size / 8;
             let last = first + bytes - 1;
             let place = if bytes == 1 {
                 first.to_string()
             } else {
                 format!("{first} to {last}")
             };
-            let (object, meaning) = (object_name(*mapped), sentence(meaning));
-            let _ = writeln!(text, "| {place} | `{object}` | {meaning} |");
+            let object = object_name(mapped.value());
+            let _ = writeln!(
+                text,
+                "| {place} | `{object}` | {} |",
+                sentence(&mapped.meaning)
+            );
             first += bytes;
         }
         text.push('\n');
@@ -285,7 +260,7 @@ pub fn objects(roles: &[Dictionary]) -> String {
                     object_name(key),
                     entry.data_type,
                     eds::access_words(entry.access),
-                    meaning.unwrap_or_else(|| process_data_meaning(key))
+                    meaning.unwrap_or_else(|| process_data_meaning(roles, key))
                 );
             };
             let (name, elements) = (&object.name, object.elements());
@@ -310,10 +285,10 @@ pub fn objects(roles: &[Dictionary]) -> String {
 }
 
 /// Returns the meaning of an object that is mapped into a payload; empty for other objects.
-fn process_data_meaning(key: u32) -> String {
-    PAYLOADS
-        .iter()
-        .flat_map(|payload| payload.mapping.iter().zip(payload.meanings))
-        .find(|(mapped, _)| **mapped & 0xffff_ff00 == key)
-        .map_or_else(String::new, |(_, meaning)| sentence(meaning))
+fn process_data_meaning(roles: &[Dictionary], key: u32) -> String {
+    let payloads = roles.iter().flat_map(Dictionary::payloads);
+    payloads
+        .flat_map(|pdo| &pdo.mappings)
+        .find(|mapped| mapped.value() & 0xffff_ff00 == key)
+        .map_or_else(String::new, |mapped| sentence(&mapped.meaning))
 }

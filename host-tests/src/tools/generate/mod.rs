@@ -113,7 +113,7 @@ pub fn files() -> Result<Vec<(PathBuf, String)>, ReferenceError> {
         block("settings.md", "settings", tables::settings()),
         block("bus.md", "frames", bus::frames(&roles)?),
         block("bus.md", "frames of the others", bus::others(&roles)?),
-        block("bus.md", "payloads", bus::payloads()),
+        block("bus.md", "payloads", bus::payloads(&roles)),
         block("bus.md", "verdicts", verdicts::table()),
         block("bus.md", "objects", bus::objects(&roles)),
         block("guarantees.md", "guarantees", promises()?),

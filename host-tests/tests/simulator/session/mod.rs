@@ -2,6 +2,7 @@
 //! commissioning of a guard, and runs that end early.
 
 mod commissioning;
+mod conformance;
 mod demo;
 mod end;
 mod python;

@@ -151,7 +151,7 @@ struct Demand {
 
 /// What the controllers of the currents follow in one PWM period.
 #[derive(Clone, Copy, Debug)]
-struct Wanted<'a> {
+struct Target<'a> {
     current: Dq,
     /// As in [`Demand`].
     axes: Option<ElectricalAngle>,
@@ -370,7 +370,7 @@ impl CurrentLoop {
         let (stage, current) = match action {
             Action::Current(q, d) if largest <= self.over_current => {
                 let point = &self.demand.point;
-                let wanted = Wanted {
+                let target = Target {
                     current: Dq { d, q },
                     axes: self.demand.axes,
                     compensation: self.compensation.as_ref(),
@@ -378,7 +378,7 @@ impl CurrentLoop {
                 let sums = &mut self.sums;
                 let (compare, current) =
                     self.motor
-                        .step(readings.rotor, currents, &wanted, point, sums);
+                        .step(readings.rotor, currents, &target, point, sums);
                 if point.circle.radius() == 0 {
                     self.motor.reset();
                 }
@@ -450,22 +450,22 @@ impl Motor {
         &mut self,
         reading: u32,
         currents: [i32; 2],
-        wanted: &Wanted,
+        target: &Target,
         point: &OperatingPoint,
         sums: &mut Sums,
     ) -> ([u16; 3], Dq) {
         match self {
             Self::Brushed(brushed) => {
                 let q = currents[0];
-                let (compare, voltage) = brushed.step(q, wanted.current.q, point);
+                let (compare, voltage) = brushed.step(q, target.current.q, point);
                 sums.add_voltage(Dq { d: 0, q: voltage }, 0);
                 (compare, Dq { d: 0, q: q >> 4 })
             }
             Self::ThreePhase(foc, rotor, turn) => {
                 let (measured, direction) = (rotor.angle(turn.update(reading)), rotor.direction());
-                let (angle, demand) = (wanted.axes.unwrap_or(measured), wanted.current);
-                let q = match wanted.compensation {
-                    Some(Compensation { cogging, left }) if wanted.axes.is_none() => {
+                let (angle, demand) = (target.axes.unwrap_or(measured), target.current);
+                let q = match target.compensation {
+                    Some(Compensation { cogging, left }) if target.axes.is_none() => {
                         Bound::new(*left).limit(demand.q) + cogging.current(angle)
                     }
                     _ => demand.q,

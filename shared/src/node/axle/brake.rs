@@ -90,9 +90,9 @@ impl Axle {
     /// the load meanwhile.
     pub(super) fn hold_on_brake(&mut self, inputs: &Inputs) -> Demand {
         self.offset
-            .update(inputs.torque_offset, &self.force.cascade);
+            .update(inputs.torque_offset, &self.envelope.cascade);
         self.motion = Motion::at(self.motion.position);
         self.interpolation_ticks = 0;
-        self.follow(self.force.full)
+        self.follow(self.envelope.full)
     }
 }

@@ -5,12 +5,12 @@
 //! that the motor's current does not jump.
 
 use super::Axle;
+use super::watches::Stall;
 use crate::bus::cia402::{State, mode};
 use crate::constants::CONTROL_PERIOD;
 use crate::math::{Bound, limit};
 use crate::motor::cascade::{Cascade, Gains};
 use crate::motor::profile::Limits;
-use crate::node::supervisor::Stall;
 use crate::settings::{Setting, Settings};
 
 /// Limits of one kind of operation, with the loops that keep them.
@@ -139,7 +139,7 @@ impl Axle {
         let holds = self.state == State::QuickStopActive;
         let homing = self.mode == mode::HOMING && slow && !holds;
         let bench = self.authority.bench() || holds && self.envelopes.bench();
-        self.envelopes.select(homing, bench, &mut self.force);
+        self.envelopes.select(homing, bench, &mut self.envelope);
         self.offset.clear();
     }
 }

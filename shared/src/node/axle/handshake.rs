@@ -74,7 +74,7 @@ impl Axle {
         let moving = self.moves_to_target();
         let immediately = word & CHANGE_IMMEDIATELY != 0;
         self.handshake.take(target, immediately, moving);
-        self.in_window = 0;
+        self.windows.leave_target();
     }
 
     /// Returns whether the set-point has not reached its target yet.
@@ -89,9 +89,9 @@ impl Axle {
             && let Some(next) = self.handshake.next.take()
         {
             self.handshake.target = Some(next);
-            self.in_window = 0;
+            self.windows.leave_target();
         }
-        let limits = self.options.profile(self.force.limits);
+        let limits = self.options.profile(self.envelope.limits);
         match self.handshake.target {
             Some(target) => {
                 // The travel may have become narrower.

@@ -237,9 +237,9 @@ impl Axle {
 
     /// Sets the present position to `position`, and counts as homed.
     fn found_home(&mut self, position: i64) {
-        self.observer.set_position(position);
+        self.encoder.set_position(position);
         // These are positions from before homing.
-        self.stops = [None; 2];
+        self.end_stops.clear();
         self.anchor();
         self.homed = true;
     }
@@ -251,7 +251,7 @@ impl Axle {
             self.select_envelope();
             if !self.envelopes.homing() {
                 self.motion
-                    .toward_velocity(0.0, self.force.limits, CONTROL_PERIOD);
+                    .toward_velocity(0.0, self.envelope.limits, CONTROL_PERIOD);
                 return;
             }
             if self.homing.stage.is_running() {
@@ -266,6 +266,6 @@ impl Axle {
             self.found_home(self.homing.home_position.wrapping_add(since));
         }
         self.motion
-            .toward_velocity(velocity, self.force.limits, CONTROL_PERIOD);
+            .toward_velocity(velocity, self.envelope.limits, CONTROL_PERIOD);
     }
 }

@@ -3,7 +3,7 @@
 //!
 //! * `interface`: inputs and outputs of the tick
 //! * `setup`: creates an axle from the settings
-//! * `supervision`: raises faults from readings
+//! * `fault_detection`: raises faults, with the `watches` of the readings
 //! * `authority`: decides who may command the axle
 //! * `latch`: keeps and reports the latched faults
 //! * `envelope`: the limits in force
@@ -16,6 +16,8 @@
 //! * `brake`: releases and engages the holding brake
 //! * `commutation`: aligns the rotor before operation is enabled
 //! * `sign_probe`: limits the first current until the shaft has turned the way of its torque
+//! * `encoder`: position and velocity of the shaft
+//! * `end_stops`: keeps the set-point inside of switches and travel
 //! * `windows`: following error and target reached
 //! * `homing`: finds the home switch; `homing_method` says which switch and which edge
 //! * `output`: published payloads, and the last limiter
@@ -26,7 +28,10 @@
 mod authority;
 mod brake;
 mod commutation;
+mod encoder;
+mod end_stops;
 mod envelope;
+mod fault_detection;
 mod handshake;
 mod homing;
 mod homing_method;
@@ -40,8 +45,8 @@ mod setup;
 mod sign_probe;
 mod snapshot;
 mod stopping;
-mod supervision;
 mod torque;
+mod watches;
 mod windows;
 
 pub use commutation::AlignmentState;
@@ -49,20 +54,18 @@ pub use interface::{ActiveLimit, BridgeDemand, Inputs, Outputs};
 pub use set_points::SetPoint;
 pub use snapshot::{NO_SENSOR, Snapshot};
 
-use super::supervisor::{Bounds, Supervisor};
 use crate::bus::cia402::{DriveCommand, State};
 use crate::bus::scale::Scale;
-use crate::constants::CONTROL_PERIOD;
 use crate::faults::{Fault, Faults};
 use crate::motor::angle_watch::AngleWatch;
 use crate::motor::back_emf::BackEmf;
-use crate::motor::encoder_steps::EncoderSteps;
 use crate::motor::limits::Limiter;
-use crate::motor::observer::Observer;
 use crate::motor::profile::Motion;
 use authority::Authority;
 use brake::Brake;
 use commutation::Commutation;
+use encoder::Encoder;
+use end_stops::EndStops;
 use envelope::{Envelope, Envelopes};
 use handshake::Handshake;
 use homing::Homing;
@@ -72,7 +75,9 @@ use options::Options;
 use set_points::NewestCommand;
 use sign_probe::SignProbe;
 use stopping::{Exit, Stopping};
-use torque::Barrier;
+use torque::TorqueMode;
+use watches::{Bounds, Watches};
+use windows::Windows;
 
 /// State of one axle.
 #[derive(Clone, Debug)]
@@ -80,21 +85,18 @@ pub struct Axle {
     scale: Scale,
     bounds: Bounds,
     envelopes: Envelopes,
-    /// The envelope (limits and loops) in force.
-    force: Envelope,
+    /// The limits and loops in force.
+    envelope: Envelope,
     /// Bus units of torque per A.
     torque_per_ampere: f32,
     travel: Option<(i64, i64)>,
     sync_ticks: u32,
     syncs_per_second: f32,
 
-    observer: Observer,
-    /// The observer was started at a reading of the encoder.
-    sensed: bool,
-    supervisor: Supervisor,
+    encoder: Encoder,
+    watches: Watches,
     back_emf: BackEmf,
     angle_watch: Option<AngleWatch>,
-    encoder_steps: EncoderSteps,
     limiter: Limiter,
     snapshot: Option<Snapshot>,
     authority: Authority,
@@ -114,23 +116,16 @@ pub struct Axle {
     interpolation_ticks: u32,
     options: Options,
     handshake: Handshake,
-    /// Demanded current of torque mode, A.
-    torque_current: f32,
-    barrier: Option<Barrier>,
+    torque: TorqueMode,
     stopping: Stopping,
     exit: Option<Exit>,
     brake: Brake,
     commutation: Commutation,
     sign_probe: SignProbe,
-    /// Ticks for which the position has been outside of the following error window, and within the
-    /// position window.
-    following_ticks: u32,
-    in_window: u32,
+    windows: Windows,
     homing: Homing,
     homed: bool,
-    /// Positions at which the positive and the negative limit switch stop the set-point, while they
-    /// are closed.
-    stops: [Option<i64>; 2],
+    end_stops: EndStops,
     active_limit: ActiveLimit,
     /// Current that was commanded in the previous tick, A.
     demand: f32,
@@ -161,7 +156,7 @@ impl Axle {
         taut: Option<Result<Motion, Fault>>,
     ) -> Outputs {
         self.sense(inputs);
-        self.supervise::<WATCHES>(inputs, taut);
+        self.raise_faults::<WATCHES>(inputs, taut);
         self.take_commands(inputs);
         let demand = self.control(inputs, taut);
         self.outputs::<WATCHES>(inputs, demand)
@@ -194,23 +189,17 @@ impl Axle {
 
     /// Returns the measured position of the output shaft, 2^-32 turn.
     pub fn position(&self) -> i64 {
-        self.observer.position()
+        self.encoder.position()
     }
 
     /// Returns the estimated velocity of the output shaft, rad/s.
     pub fn velocity(&self) -> f32 {
-        self.observer.velocity()
+        self.encoder.velocity()
     }
 
     fn sense(&mut self, inputs: &Inputs) {
-        if !self.sensed {
-            self.observer.start(inputs.encoder);
-            self.encoder_steps.start(inputs.encoder);
-            self.sensed = true;
-        }
         self.homed &= !inputs.encoder_broken || !self.homing.needed;
-        self.observer.update(inputs.encoder, CONTROL_PERIOD);
-        self.encoder_steps.update(inputs.encoder);
+        self.encoder.update(inputs.encoder);
         if inputs.guard_received {
             if !self.authority.guarded(inputs.now_us) {
                 self.forget_client();

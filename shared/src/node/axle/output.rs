@@ -5,8 +5,9 @@ use super::homing::Stage;
 use super::{ActiveLimit, Axle, BridgeDemand, Inputs, Outputs};
 use crate::bus::cia402::{State, mode, status};
 use crate::bus::pdo::{DriveMotion, DriveStatus};
+use crate::bus::scale::{milli, milli_i32};
 use crate::faults::Reaction;
-use crate::math::{root_of_sum, saturate, to_i16, to_i32};
+use crate::math::{root_of_sum, saturate, to_i16};
 use crate::motor::alignment::Progress;
 use crate::motor::angle_watch::AngleWatch;
 use crate::motor::cascade::Demand;
@@ -76,7 +77,7 @@ impl Axle {
                 statusword: self.statusword(),
                 error_code: self.latch.code(),
                 torque: to_i16(inputs.current * self.torque_per_ampere),
-                current: to_i16(inputs.current * 1e3),
+                current: milli(inputs.current),
             },
             mode: self.mode,
             active_limit: self.active_limit,
@@ -88,16 +89,16 @@ impl Axle {
             snapshot: self.snapshot.take(),
             heat: self.limiter.heat(),
             alignment: self.commutation.state(),
-            supply_voltage: to_i32(inputs.supply_voltage * 1e3).max(0).unsigned_abs(),
+            supply_voltage: milli_i32(inputs.supply_voltage).max(0).unsigned_abs(),
             digital_inputs: digital_inputs(inputs.switches),
         }
     }
 
     /// The last limiter. It is defined for every input, and nothing acts after it.
     fn limit<const WATCHES: bool>(&mut self, inputs: &Inputs, demand: Demand) -> Limited {
-        let amperes = self.force.cascade.amperes(demand.current);
+        let amperes = self.envelope.cascade.amperes(demand.current);
         let conditions = conditions(inputs, self.velocity());
-        let bound = self.sign_probe.bound(self.force.current_limit);
+        let bound = self.sign_probe.bound(self.envelope.current_limit);
         let watch = if WATCHES { &self.angle_watch } else { &None };
         let probe = watch.as_ref().map(AngleWatch::probe);
         let left = probe.map_or(bound, |probe| probe.bound(bound));
@@ -117,7 +118,7 @@ impl Axle {
         // The angle probe takes from the current without a cause.
         let left = limited.cause != ActiveLimit::None || demand.is_torque();
         let left = left.then_some(limited.current);
-        self.force.cascade.advance(&demand, left);
+        self.envelope.cascade.advance(&demand, left);
         limited
     }
 
@@ -125,7 +126,7 @@ impl Axle {
     fn limit_alignment(&mut self, inputs: &Inputs, progress: Progress) -> BridgeDemand {
         let conditions = conditions(inputs, self.velocity());
         let mut limit = |current| {
-            let bound = self.force.current_limit;
+            let bound = self.envelope.current_limit;
             self.limiter.limit(current, bound, &conditions).current
         };
         self.active_limit = ActiveLimit::Alignment;

@@ -1,6 +1,7 @@
 //! Computes a current from a set-point, by the mode of operation.
 
 use super::handshake::Handshake;
+use super::torque::TorqueMode;
 use super::{ActiveLimit, Axle, Inputs};
 use crate::bus::cia402::{
     CONTROL_FAULT_RESET, CONTROL_HALT, CONTROL_START, DriveCommand, State, mode,
@@ -11,7 +12,6 @@ use crate::math::{Bound, limit};
 use crate::motor::cascade::{Demand, FeedForward};
 use crate::motor::profile::Motion;
 use crate::motor::to_radians;
-use crate::sensors::Switches;
 
 /// Set-point that one RPDO carries.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -180,7 +180,7 @@ impl Axle {
     pub(super) fn enter(&mut self, state: State) {
         if state == State::OperationEnabled || state == State::QuickStopActive {
             if !self.powered() {
-                self.force.cascade.reset();
+                self.envelope.cascade.reset();
                 self.sign_probe.start();
             }
             if self.homing.stage.is_running() {
@@ -206,10 +206,9 @@ impl Axle {
             acceleration: 0.0,
         };
         // A closed switch stops it there, and does not pull it back to where the switch has closed.
-        self.stops = [None; 2];
+        self.end_stops.clear();
         self.interpolation_ticks = 0;
-        self.torque_current = self.demand;
-        self.barrier = None;
+        self.torque = TorqueMode::at(self.demand);
         self.offset.clear();
     }
 
@@ -221,7 +220,7 @@ impl Axle {
             let target = self.target_position();
             let distance = to_radians(target.wrapping_sub(self.motion.position));
             let wanted = distance * self.syncs_per_second;
-            self.motion.velocity = limit(wanted, self.force.limits.velocity);
+            self.motion.velocity = limit(wanted, self.envelope.limits.velocity);
             self.motion.acceleration = 0.0;
             // One more period, so that a late set-point does not stop the axle between two.
             self.interpolation_ticks = 2 * self.sync_ticks;
@@ -248,7 +247,7 @@ impl Axle {
             if !self.commutation.aligns() {
                 self.brake.drop_in();
             }
-            self.stops = [None; 2];
+            self.end_stops.clear();
             return None;
         }
         let released = self.exit.is_some() || self.brake.release();
@@ -264,7 +263,7 @@ impl Axle {
 
     fn operate(&mut self, inputs: &Inputs, taut: Option<Result<Motion, Fault>>) -> Demand {
         self.offset
-            .update(inputs.torque_offset, &self.force.cascade);
+            .update(inputs.torque_offset, &self.envelope.cascade);
         let before = self.motion.position;
         let needs_homing = matches!(
             self.mode,
@@ -274,7 +273,7 @@ impl Axle {
             _ if needs_homing && !self.homed => {
                 self.active_limit = ActiveLimit::NotHomed;
                 self.motion
-                    .toward_velocity(0.0, self.force.limits, CONTROL_PERIOD);
+                    .toward_velocity(0.0, self.envelope.limits, CONTROL_PERIOD);
             }
             (mode::TAUT, Some(Ok(motion))) => self.motion = motion,
             (mode::CYCLIC_POSITION, _) => {
@@ -287,7 +286,7 @@ impl Axle {
             (mode::PROFILE_POSITION, _) if self.shakes_hands() => self.move_to_target(),
             (mode::PROFILE_POSITION, _) => {
                 let target = self.target_position();
-                let limits = self.options.profile(self.force.limits);
+                let limits = self.options.profile(self.envelope.limits);
                 self.motion.toward_position(target, limits, CONTROL_PERIOD);
             }
             (mode::HOMING, _) => self.home(inputs.switches),
@@ -295,30 +294,35 @@ impl Axle {
             (mode::CYCLIC_VELOCITY | mode::PROFILE_VELOCITY, _) => {
                 let target = self.scale.velocity_from_bus(self.command.target);
                 let limits = match self.mode {
-                    mode::PROFILE_VELOCITY => self.options.profile(self.force.limits),
-                    _ => self.force.limits,
+                    mode::PROFILE_VELOCITY => self.options.profile(self.envelope.limits),
+                    _ => self.envelope.limits,
                 };
                 self.motion.toward_velocity(target, limits, CONTROL_PERIOD);
                 self.motion.position = self.position();
                 self.stop_at_ends(inputs.switches, None);
                 let ahead = self.feed_forward();
-                let cascade = &self.force.cascade;
+                let cascade = &self.envelope.cascade;
                 let velocity = cascade.rate(self.velocity());
-                return cascade.velocity(ahead.velocity, ahead.current, velocity, self.force.full);
+                return cascade.velocity(
+                    ahead.velocity,
+                    ahead.current,
+                    velocity,
+                    self.envelope.full,
+                );
             }
             _ => self
                 .motion
-                .toward_velocity(0.0, self.force.limits, CONTROL_PERIOD),
+                .toward_velocity(0.0, self.envelope.limits, CONTROL_PERIOD),
         }
         self.stop_at_ends(inputs.switches, Some(before));
         if matches!(self.mode, mode::CYCLIC_POSITION | mode::PROFILE_POSITION) {
             self.watch_windows();
         }
-        self.follow(self.force.full)
+        self.follow(self.envelope.full)
     }
 
     pub(super) fn follow(&self, bound: Bound) -> Demand {
-        let (error, cascade) = (self.following_error(), &self.force.cascade);
+        let (error, cascade) = (self.following_error(), &self.envelope.cascade);
         let velocity = cascade.rate(self.velocity());
         cascade.position(error, self.feed_forward(), velocity, bound)
     }
@@ -329,63 +333,8 @@ impl Axle {
     }
 
     fn feed_forward(&self) -> FeedForward {
-        let mut feed_forward = self.force.cascade.feed_forward(&self.motion);
+        let mut feed_forward = self.envelope.cascade.feed_forward(&self.motion);
         feed_forward.current += self.offset.current();
         feed_forward
-    }
-
-    /// Prevents the set-point from moving outward while a limit switch is closed, and beyond the
-    /// travel. It stops where the switch closed, or at its farthest place inward since then. Inward
-    /// motion is free. `before` is the position of the set-point in the previous tick; `None` if
-    /// the velocity alone is the set-point.
-    pub(super) fn stop_at_ends(&mut self, switches: Switches, before: Option<i64>) {
-        let place = self.motion.position;
-        let from = before.unwrap_or_else(|| {
-            let velocity = self.motion.velocity;
-            let step = i32::from(velocity > 0.0) - i32::from(velocity < 0.0);
-            place.wrapping_sub(step.into())
-        });
-        let in_position = before.is_some();
-        self.stop_at_end(false, switches.positive_limit, from, in_position);
-        self.stop_at_end(true, switches.negative_limit, from, in_position);
-    }
-
-    /// Runs [`Self::stop_at_ends`] for the positive or the `negative` direction. The set-point came
-    /// from the place `from`.
-    #[inline(never)] // one copy for two directions
-    fn stop_at_end(&mut self, negative: bool, closed: bool, from: i64, in_position: bool) {
-        let direction = usize::from(negative);
-        // Makes the place that is farther outward the greater number, and back.
-        let outward = |place: i64| place ^ -i64::from(negative);
-        let (from, place) = (outward(from), outward(self.motion.position));
-        let stop = closed.then(|| {
-            let stop = self.stops[direction].unwrap_or_else(|| self.position());
-            outward(stop).min(place)
-        });
-        self.stops[direction] = stop.map(outward);
-        let (end, limit) = match (stop, self.ends()) {
-            (Some(stop), _) => (stop, ActiveLimit::Switch),
-            (None, Some(ends)) => {
-                let end = outward(ends[direction]);
-                if place <= end {
-                    return;
-                }
-                // A set-point that is outside of the travel already stays there.
-                let outside = in_position && from > end;
-                (if outside { from } else { end }, ActiveLimit::Travel)
-            }
-            (None, None) => return,
-        };
-        if place > from || in_position && place == from && place > end {
-            self.motion = Motion::at(outward(end));
-            self.active_limit = limit;
-        }
-    }
-
-    /// Returns the upper and the lower end of the travel; `None` while the axle has none.
-    pub(super) fn ends(&self) -> Option<[i64; 2]> {
-        let travel = self.travel.filter(|_| self.homed);
-        let (low, high) = travel.filter(|_| self.mode != mode::HOMING)?;
-        Some([high, low])
     }
 }

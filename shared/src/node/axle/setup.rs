@@ -3,6 +3,8 @@
 use super::authority::Authority;
 use super::brake::Brake;
 use super::commutation::Commutation;
+use super::encoder::Encoder;
+use super::end_stops::EndStops;
 use super::envelope::Envelopes;
 use super::handshake::Handshake;
 use super::homing::Homing;
@@ -12,25 +14,20 @@ use super::options::Options;
 use super::set_points::NewestCommand;
 use super::sign_probe::SignProbe;
 use super::stopping::Stopping;
+use super::torque::TorqueMode;
+use super::watches::{Bounds, Watches};
+use super::windows::Windows;
 use super::{ActiveLimit, Axle, SetPoint};
 use crate::bus::cia402::State;
 use crate::bus::scale::Scale;
-use crate::constants::{CONTROL_PERIOD, OBSERVER_BANDWIDTH};
+use crate::constants::CONTROL_PERIOD;
 use crate::faults::Faults;
 use crate::motor::angle_watch::AngleWatch;
 use crate::motor::back_emf::BackEmf;
-use crate::motor::encoder_steps::EncoderSteps;
 use crate::motor::from_radians;
-use crate::motor::halls::SECTOR;
 use crate::motor::limits::Limiter;
-use crate::motor::observer::Observer;
 use crate::motor::profile::Motion;
-use crate::motor::rotor::RotorSensor;
-use crate::node::supervisor::{Bounds, Supervisor};
 use crate::settings::{Setting, Settings};
-
-/// Travel in a control period that no shaft makes, as time at the velocity limit, s.
-const IMPOSSIBLE_SPEED: f32 = 2.0 * CONTROL_PERIOD;
 
 impl Axle {
     /// Creates an axle with these settings. Its bridge is off, and it is not homed unless it needs
@@ -57,46 +54,27 @@ impl Axle {
         home_position: i64,
         travel: Option<(i64, i64)>,
     ) -> Self {
-        let velocity_limit = settings.si(Setting::VelocityLimit);
-        let gear = settings.si(Setting::GearRatio);
         let torque_per_ampere = torque_per_ampere(settings, scale);
-        let counts = settings.get(Setting::EncoderCounts) as f32;
-        let counts_per_radian = counts * gear / core::f32::consts::TAU;
         let sync_ticks = (settings.get(Setting::SyncPeriod) as u32 / 1_000).max(1);
-        let (envelopes, force) = Envelopes::new(settings);
-        let halls = RotorSensor::of(settings).is_some_and(RotorSensor::has_halls);
-        let mut observer = Observer::new(
-            settings.get(Setting::EncoderCounts),
-            settings.get(Setting::GearRatio),
-            OBSERVER_BANDWIDTH,
-            0,
-        );
-        if settings.get(Setting::CountTiming) != 0 {
-            observer = observer.timing_counts();
-        }
+        let (envelopes, envelope) = Envelopes::new(settings);
         let back_emf = BackEmf::new(settings);
         Self {
             scale,
             bounds: Bounds::new(settings),
             envelopes,
-            force,
+            envelope,
             torque_per_ampere,
             travel,
             sync_ticks,
             syncs_per_second: 1.0 / (sync_ticks as f32 * CONTROL_PERIOD),
-            observer,
-            sensed: false,
-            supervisor: Supervisor::default(),
+            encoder: Encoder::new(settings),
+            watches: Watches::default(),
             angle_watch: if WATCHES {
                 AngleWatch::new(settings, &back_emf)
             } else {
                 None
             },
             back_emf,
-            encoder_steps: EncoderSteps::new(
-                IMPOSSIBLE_SPEED * velocity_limit * counts_per_radian
-                    + if halls { SECTOR as f32 } else { 0.0 },
-            ),
             limiter: Limiter::new(settings),
             snapshot: None,
             authority: Authority::new(settings),
@@ -117,18 +95,16 @@ impl Axle {
             interpolation_ticks: 0,
             options: Options::new(settings, scale, torque_per_ampere, travel),
             handshake: Handshake::default(),
-            torque_current: 0.0,
-            barrier: None,
+            torque: TorqueMode::default(),
             stopping: Stopping::new(),
             exit: None,
             brake: Brake::new(settings),
             commutation: Commutation::new(settings),
             sign_probe: SignProbe::new(settings),
-            following_ticks: 0,
-            in_window: 0,
+            windows: Windows::default(),
             homing: Homing::new(settings, home_position),
             homed: settings.get(Setting::HomingDirection) == 0,
-            stops: [None; 2],
+            end_stops: EndStops::default(),
             active_limit: ActiveLimit::None,
             demand: 0.0,
         }

@@ -1,8 +1,8 @@
 //! Readings at the moment of the first fault.
 
 use super::{Axle, Inputs};
+use crate::bus::scale::{deci, milli, milli_i32};
 use crate::faults::Faults;
-use crate::math::{to_i16, to_i32};
 
 /// Readings of the control period in which the first fault was raised (object 0x2040).
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -36,14 +36,14 @@ impl Axle {
         }
         let fault = raised.strongest()?;
         let tenths = |temperature: Option<f32>| match temperature {
-            Some(celsius) if celsius.is_finite() => to_i16(celsius * 10.0),
+            Some(celsius) if celsius.is_finite() => deci(celsius),
             _ => NO_SENSOR,
         };
         Some(Snapshot {
             code: fault.code(),
-            current: to_i16(inputs.current * 1e3),
-            demand: to_i16(self.demand * 1e3),
-            supply_voltage: to_i32(inputs.supply_voltage * 1e3),
+            current: milli(inputs.current),
+            demand: milli(self.demand),
+            supply_voltage: milli_i32(inputs.supply_voltage),
             velocity: self.scale.velocity_to_bus(self.velocity()),
             position: self.scale.position_to_bus(self.position()),
             bridge_temperature: tenths(inputs.temperatures.bridge),

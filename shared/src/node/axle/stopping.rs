@@ -149,7 +149,7 @@ impl Axle {
 
     /// Returns whether the shaft stands: it turns with less than 1 % of the velocity limit.
     pub fn stands(&self) -> bool {
-        self.velocity().abs() < self.force.stall.standing
+        self.velocity().abs() < self.envelope.stall.standing
     }
 
     /// Returns whether the controlword halts the axle. The set-point starts at the measured motion
@@ -174,13 +174,13 @@ impl Axle {
     /// Ramps to standstill, and holds there with the current that this takes. A hold that takes
     /// more than the hold current is supervised: a bound would let the load turn the axle.
     pub(super) fn stop(&mut self, inputs: &Inputs) -> Demand {
-        let limits = self.options.stop(self.stopping.ramp, self.force.limits);
+        let limits = self.options.stop(self.stopping.ramp, self.envelope.limits);
         let before = self.motion.position;
         self.motion.toward_velocity(0.0, limits, CONTROL_PERIOD);
         self.stop_at_ends(inputs.switches, Some(before));
         let holding = self.motion.velocity == 0.0 && self.state == State::QuickStopActive;
-        let demand = self.follow(self.force.full);
-        let bears = self.force.hold.limit(demand.current) == demand.current;
+        let demand = self.follow(self.envelope.full);
+        let bears = self.envelope.hold.limit(demand.current) == demand.current;
         self.stopping.strains = holding && self.exit.is_none() && !bears;
         demand
     }

@@ -7,11 +7,29 @@ use crate::motor::profile::Motion;
 
 /// End of motion in one direction, at which torque mode holds the position.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Barrier {
+struct Barrier {
     position: i64,
     /// 1 or -1.
     direction: f32,
     limit: ActiveLimit,
+}
+
+/// State of torque mode.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct TorqueMode {
+    /// Demanded current, A.
+    current: f32,
+    barrier: Option<Barrier>,
+}
+
+impl TorqueMode {
+    /// State of an axle that demands this current, A, and has met no end of motion.
+    pub fn at(current: f32) -> Self {
+        Self {
+            current,
+            barrier: None,
+        }
+    }
 }
 
 impl Axle {
@@ -20,23 +38,23 @@ impl Axle {
     /// axle holds its position.
     pub(super) fn control_torque(&mut self, inputs: &Inputs) -> Demand {
         let target = self.command.target as f32 * self.offset.amperes();
-        let target = limit(target, self.force.current_limit);
+        let target = limit(target, self.envelope.current_limit);
         let step = self.options.torque_step * self.offset.amperes();
-        self.torque_current += limit(target - self.torque_current, step);
+        self.torque.current += limit(target - self.torque.current, step);
         // This updates where the switches closed. Its set-point is of no use here.
         self.stop_at_ends(inputs.switches, None);
         if let Some(barrier) = self.barrier(target) {
-            if self.barrier.is_none() {
+            if self.torque.barrier.is_none() {
                 // The torque was directed outward.
-                self.force.cascade.reset();
+                self.envelope.cascade.reset();
             }
-            self.barrier = Some(barrier);
+            self.torque.barrier = Some(barrier);
             self.motion = Motion::at(barrier.position);
             self.active_limit = barrier.limit;
-            self.torque_current = 0.0;
-            return self.follow(self.force.full);
+            self.torque.current = 0.0;
+            return self.follow(self.envelope.full);
         }
-        self.barrier = None;
+        self.torque.barrier = None;
         self.active_limit = ActiveLimit::None;
         let velocity = self.velocity();
         self.motion = Motion {
@@ -44,15 +62,15 @@ impl Axle {
             velocity,
             acceleration: 0.0,
         };
-        let cascade = &mut self.force.cascade;
-        let current = cascade.current(self.torque_current) + self.offset.current();
-        cascade.torque(current, cascade.rate(velocity), self.force.full)
+        let cascade = &mut self.envelope.cascade;
+        let current = cascade.current(self.torque.current) + self.offset.current();
+        cascade.torque(current, cascade.rate(velocity), self.envelope.full)
     }
 
     /// Returns what a torque of this sign, or the motion, is directed against. A barrier stays
     /// until the torque turns away from it.
     fn barrier(&self, torque: f32) -> Option<Barrier> {
-        if let Some(barrier) = self.barrier
+        if let Some(barrier) = self.torque.barrier
             && torque * barrier.direction > 0.0
         {
             return Some(barrier);
@@ -64,7 +82,7 @@ impl Axle {
                 (position <= low).then_some(low),
             ]
         });
-        let mut sides = self.stops.iter().zip(ends).zip([1.0, -1.0]);
+        let mut sides = self.end_stops.places().iter().zip(ends).zip([1.0, -1.0]);
         sides.find_map(|((switch, end), direction)| {
             let outward = torque * direction > 0.0 || velocity * direction > 0.0;
             let (position, limit) = match (switch, end) {

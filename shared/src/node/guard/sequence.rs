@@ -1,4 +1,20 @@
 //! The states of the guard. The stages between "ready" and "armed" depend on the robot.
+//!
+//! ```text
+//!            all drives         a new request          the last stage
+//!            have answered      to arm                 is reached
+//!  Waiting ───────────► Ready ───────────► Starting(n) ───────────► Armed
+//!                       ▲ ▲ ▲                │  │  ▲ │                │ │
+//!                       │ │ └── disarm, ─────┘  │  └─┘ next stage     │ │
+//!                       │ │     start refused   │                     │ │
+//!                       │ └──── disarm ─────────┼─────────────────────┘ │
+//!                       │                       │ a fault is            │
+//!                       │ the fault is reset    ▼ reported              │
+//!                       └───────────────────── Held ◄───────────────────┘
+//! ```
+//!
+//! A fault in "ready" prevents arming. "Armed" also waits until the attitude has settled. Before it,
+//! the guard checks the settings; if it refuses them, "ready" follows (`cycle`).
 
 use crate::robots::{Body, DriveState, MAX_STAGES, Phase};
 

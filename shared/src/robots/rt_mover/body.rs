@@ -274,7 +274,7 @@ impl Body for RtMover {
                 asked.yaw_rate.abs(),
             )
         };
-        self.inputs.asked = [speed, yaw_rate];
+        self.inputs.command = Command::new(speed, yaw_rate);
         self.inputs.heading = (attitude.heading() - self.straight).radians();
         self.inputs.speed_scale = self.speed_scale(asked, &allowed);
         let outputs = self.gait.tick(&self.inputs, period);

@@ -15,6 +15,7 @@ use super::task::{MotorCommand, Situation, Task};
 use super::wheel::{Arm, Axle, Shape, WHEELS, Wheel};
 use super::wheel_mode::{Frame, wheel_mode};
 use crate::math::{atan2, clamp, limit, min};
+use crate::stability::command::Command;
 
 /// Measurements of one tick. Arrays are indexed by [`Wheel`] or [`Axle`].
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
@@ -36,9 +37,8 @@ pub struct Inputs {
     pub inclination: [f32; 2],
     /// Heading, counter-clockwise, rad.
     pub heading: f32,
-    /// Commanded forward speed, m/s, and yaw rate, rad/s; followed while the robot stands or drives
-    /// ([`Stage::Standing`]).
-    pub asked: [f32; 2],
+    /// Commanded motion; followed while the robot stands or drives ([`Stage::Standing`]).
+    pub command: Command<()>,
     /// Speed scale of all motion except posture control, 0 to 1.
     pub speed_scale: f32,
 }
@@ -74,20 +74,30 @@ pub struct Pace {
     pub law: Law,
     /// Driving speed, m/s.
     pub speed: f32,
-    /// Rates of steering on the spot, of lifting, of swinging and of landing, rad/s.
-    pub rates: [f32; 4],
+    /// Rate of steering on the spot, rad/s.
+    pub steering_rate: f32,
+    /// Rate of lifting a wheel, rad/s.
+    pub lifting_rate: f32,
+    /// Rate of swinging it, rad/s.
+    pub swinging_rate: f32,
+    /// Rate of landing it, rad/s.
+    pub landing_rate: f32,
     /// Angle of the body askew, rad.
     pub skew: f32,
-    /// Clearance between wheel and step when the wheel rises, between wheel and edge when it stands
-    /// on the step, and above the step in between, m.
-    pub clearance: [f32; 3],
+    /// Distance between wheel and step when the wheel rises, m.
+    pub clearance_before: f32,
+    /// Distance between wheel and edge when the wheel stands on the step, m.
+    pub clearance_behind: f32,
+    /// Height of the wheel above the step in between, m.
+    pub clearance_above: f32,
     /// Torque of the wheels at which they count as touching the step, N m.
     pub blocked_torque: f32,
     /// Fraction of the airborne torque below which a landing wheel counts as touching.
     pub touched_share: f32,
-    /// Smallest margin that a predicted step may have, and margin below which a wheel in the air is
-    /// lowered, m.
-    pub margins: [f32; 2],
+    /// Smallest margin that a predicted step may have, m.
+    pub predicted_margin: f32,
+    /// Margin below which a wheel in the air is lowered, m.
+    pub lowering_margin: f32,
     /// Posture control.
     pub posture: PostureControl<f32>,
     /// Torque difference of the roll shafts that turns them against each other at 1 rad/s,
@@ -95,8 +105,10 @@ pub struct Pace {
     pub compliance: f32,
     /// Timeout of a stage, s.
     pub timeout: f32,
-    /// Largest rates of wheels and of shafts, rad/s. The outputs are limited to them last.
-    pub highest: [f32; 2],
+    /// Largest rate of a wheel, rad/s. The outputs are limited to it last.
+    pub wheel_limit: f32,
+    /// The same of a shaft, rad/s.
+    pub shaft_limit: f32,
 }
 
 impl Pace {
@@ -105,19 +117,26 @@ impl Pace {
         Self {
             law: Law::Exact,
             speed: 0.06,
-            rates: [0.3, 0.1, 0.1, 0.06],
+            steering_rate: 0.3,
+            lifting_rate: 0.1,
+            swinging_rate: 0.1,
+            landing_rate: 0.06,
             skew: -0.14,
-            clearance: [0.025, 0.03, 0.03],
+            clearance_before: 0.025,
+            clearance_behind: 0.03,
+            clearance_above: 0.03,
             blocked_torque: 2.5,
             touched_share: 0.6,
-            margins: [0.010, 0.004],
+            predicted_margin: 0.010,
+            lowering_margin: 0.004,
             posture: PostureControl {
                 gain: 400.0,
                 damping: 80.0,
             },
             compliance: 800.0,
             timeout: 30.0,
-            highest: [4.0, 0.6],
+            wheel_limit: 4.0,
+            shaft_limit: 0.6,
         }
     }
 }
@@ -299,7 +318,7 @@ impl Gait {
         match (self.stage, event) {
             (Stage::Widening, _) => {
                 let sup = situation.lifted.axle().other() as usize;
-                self.held = self.steering(situation, [0.0; 2])[sup];
+                self.held = self.steering(situation, Command::default())[sup];
                 self.begun = reach(
                     &self.parameters,
                     &situation.shape,
@@ -342,17 +361,17 @@ impl Gait {
                     .wheels()
                     .map(|wheel| inputs.wheel_torques[wheel as usize]);
                 let blocked = min(torque[0], torque[1]) > pace.blocked_torque
-                    && steered(self.steering(situation, inputs.asked));
+                    && steered(self.steering(situation, inputs.command));
                 self.felt = if blocked { self.felt + period } else { 0.0 };
                 reached(self.felt > FELT)
             }
-            Stage::Backing => reached(self.way <= -pace.clearance[0]),
-            Stage::Widening if !steered(self.steering(situation, inputs.asked)) => None,
+            Stage::Backing => reached(self.way <= -pace.clearance_before),
+            Stage::Widening if !steered(self.steering(situation, inputs.command)) => None,
             Stage::Widening => {
                 let way = Way {
-                    rise: self.step_height + pace.clearance[2],
+                    rise: self.step_height + pace.clearance_above,
                     travel: self.travel(),
-                    fall: pace.clearance[2],
+                    fall: pace.clearance_above,
                 };
                 let (shape, heading) = (&situation.shape, situation.heading);
                 let prediction = self
@@ -362,19 +381,20 @@ impl Gait {
                     Progress::Unfinished => None,
                     // NaN must not lift a wheel.
                     Progress::Done(end)
-                        if end.margin >= pace.margins[0] && end.steering < p.steering_limit =>
+                        if end.margin >= pace.predicted_margin
+                            && end.steering < p.steering_limit =>
                     {
                         Some(Event::Allowed)
                     }
                     _ => Some(Event::Refused),
                 }
             }
-            Stage::Lifting | Stage::Swinging if !(self.margin >= pace.margins[1]) => {
+            Stage::Lifting | Stage::Swinging if !(self.margin >= pace.lowering_margin) => {
                 Some(Event::Unsafe)
             }
             Stage::Lifting => {
                 let [height, _] = reach(p, &situation.shape, situation.heading, lifted);
-                reached(height - self.begun[0] >= self.step_height + pace.clearance[2])
+                reached(height - self.begun[0] >= self.step_height + pace.clearance_above)
             }
             Stage::Swinging => {
                 let [_, ahead] = reach(p, &situation.shape, situation.heading, lifted);
@@ -409,18 +429,18 @@ impl Gait {
 
     /// Distance by which a wheel moves forward in a step, m.
     fn travel(&self) -> f32 {
-        self.parameters.wheel_radius + self.pace.clearance[0] + self.pace.clearance[1]
+        self.parameters.wheel_radius + self.pace.clearance_before + self.pace.clearance_behind
     }
 
     /// Target angles of the steering shafts in this stage, rad.
-    fn steering(&self, situation: &Situation<f32>, asked: [f32; 2]) -> [f32; 2] {
+    fn steering(&self, situation: &Situation<f32>, command: Command<()>) -> [f32; 2] {
         let (leg, bound) = (situation.lifted.axle(), self.parameters.steering_limit);
         match self.stage {
-            Stage::Standing if asked[0] != 0.0 => {
+            Stage::Standing if command.forward != 0.0 => {
                 // Equal and opposite angles of both axles give the tightest turn; from eq. 13,
                 // tan(theta) = B omega / (2 V).
-                let way = asked[1] * asked[0].signum() * self.parameters.body_length;
-                let turn = limit(atan2(way, 2.0 * asked[0].abs()), bound);
+                let way = command.yaw_rate * command.forward.signum() * self.parameters.body_length;
+                let turn = limit(atan2(way, 2.0 * command.forward.abs()), bound);
                 [turn, -turn]
             }
             Stage::Skewing => {
@@ -452,13 +472,13 @@ impl Gait {
         let up = -situation.lifted.side::<f32>();
         let task = match self.stage {
             Stage::Lifting => Some(Task::Vertical {
-                roll_rate: up * pace.rates[1] * soft,
+                roll_rate: up * pace.lifting_rate * soft,
             }),
             Stage::Swinging => Some(Task::Swing {
-                turning: -up * pace.rates[2] * soft,
+                turning: -up * pace.swinging_rate * soft,
             }),
             Stage::Landing => Some(Task::Vertical {
-                roll_rate: -up * pace.rates[3] * soft,
+                roll_rate: -up * pace.landing_rate * soft,
             }),
             _ => None,
         };
@@ -474,7 +494,7 @@ impl Gait {
             }
             None => self.drive(situation, inputs, level),
         };
-        let [wheel, shaft] = pace.highest;
+        let (wheel, shaft) = (pace.wheel_limit, pace.shaft_limit);
         let shafts = |rates: [f32; 2]| rates.map(|rate| limit(rate, shaft));
         let pitch = pace.posture.rate(inputs.inclination[0]) - moved.rates.pitch;
         Outputs {
@@ -491,18 +511,18 @@ impl Gait {
     fn drive(&self, situation: &Situation<f32>, inputs: &Inputs, level: f32) -> MotorCommand<f32> {
         let (p, pace, shape) = (&self.parameters, &self.pace, &situation.shape);
         let speed_scale = clamp(inputs.speed_scale, 0.0, 1.0);
-        let targets = self.steering(situation, inputs.asked);
+        let targets = self.steering(situation, inputs.command);
         let steered = shape.is_steered(targets, 0.1);
         let speed = match self.stage {
             Stage::Skewing | Stage::Seeking if steered => speed_scale * pace.speed,
-            Stage::Standing if steered => speed_scale * inputs.asked[0],
+            Stage::Standing if steered => speed_scale * inputs.command.forward,
             Stage::Backing => -0.5 * speed_scale * pace.speed,
             _ => 0.0,
         };
         let mut rates = Shape::ZERO;
         rates.steering = [0, 1].map(|i: usize| {
             let wanted = STEERING_GAIN * (targets[i] - shape.steering[i]);
-            limit(wanted, speed_scale * pace.rates[0])
+            limit(wanted, speed_scale * pace.steering_rate)
         });
         // Both arms together level the body; against each other they share its weight equally.
         let [front, rear] = inputs.roll_torques;

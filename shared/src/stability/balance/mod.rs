@@ -127,6 +127,9 @@ impl Balance {
     }
 
     /// Checks whether a robot with this stance on level ground may be armed.
+    ///
+    /// # Errors
+    /// The reason why not.
     pub fn check(&self, level: &Stance) -> Result<(), Refusal> {
         if self.axes != ALL_AXES {
             return Err(Refusal::SensorAxes { checked: self.axes });

@@ -1,6 +1,8 @@
 //! What the node of a guard sends by CiA 301, as a table like that of the drives.
 
-use super::{Memory, NODE, Subject, exchange, settings};
+use super::{Memory, NODE, SERIAL, Subject, exchange, settings};
+use crate::conformance::{NO_HEARTBEAT, Row};
+use tautrack::bus::node::Condition;
 use tautrack::can::Frame;
 use tautrack::node::guard::Guard;
 use tautrack::robots::b2p2::B2p2;
@@ -16,7 +18,7 @@ impl Rig {
     fn new(now_us: u64) -> (Self, Vec<Frame>) {
         let settings = settings();
         let guard = Guard::new(&settings).expect("a robot");
-        let mut node = Node::new(&settings, Box::new(guard), Memory::default(), 7);
+        let mut node = Node::new(&settings, Box::new(guard), Memory::default(), SERIAL);
         let mut sent = Vec::new();
         node.boot(now_us, &mut |frame| sent.push(frame));
         (Self { node, now_us }, sent)
@@ -57,14 +59,14 @@ impl Subject for Rig {
     fn turn(&mut self) {}
 }
 
-/// Clause of the standard, and exchange. The guard waits for its drives, and its heartbeat is off.
-type Row = (&'static str, &'static str);
+/// Clause of the standard, and exchange. The guard waits for its drives.
+type Entry = (&'static str, &'static str);
 
 #[rustfmt::skip] // a row is a line, or a line and its exchange
-const ROWS: &[Row] = &[
+const ROWS: &[Entry] = &[
     ("1000h: CiA 410", "40 1000:00 > 43 1000:00 0002019a"),
     ("1018h: product code", "40 1018:02 > 43 1018:02 00000003"),
-    ("1018h: serial number", "40 1018:04 > 43 1018:04 00000007"),
+    ("1018h: serial number", "40 1018:04 > 43 1018:04 serial"),
     ("1005h: it sends SYNC",
         "40 1005:00 > 43 1005:00 40000080; 23 1005:00 00000080 > 80 1005:00 06010002"),
     ("1014h: emergency", "40 1014:00 > 43 1014:00 00000085"),
@@ -99,15 +101,32 @@ const ROWS: &[Row] = &[
 
 #[test]
 fn a_guard_answers_as_the_standard_says() {
-    let mut wrong = Vec::new();
-    for (clause, row) in ROWS {
-        let (mut rig, boot) = Rig::new(0);
+    let row = |(clause, exchange): &Entry| Row::new(clause, NO_HEARTBEAT, exchange, SERIAL);
+    let rows: Vec<_> = ROWS.iter().map(row).collect();
+    exchange::run_all(&rows, || {
+        let (rig, boot) = Rig::new(0);
         assert_eq!(boot, [Frame::new(0x700 + NODE, &[0]).unwrap()]);
-        let row = format!("2b 1017:00 0000 > 60 1017:00; {row}");
-        if let Err(difference) = exchange::run(&mut rig, &row) {
-            wrong.push(format!("{clause}: {difference}"));
+        rig
+    });
+}
+
+#[test]
+fn a_guard_that_loses_frames_between_two_ticks_reports_it_once() {
+    let (mut rig, _) = Rig::new(0);
+    let mut reported = |frames: usize| {
+        for _ in 0..frames {
+            rig.receive(0x182, &[0; 8]);
         }
-    }
-    let (wrong, rows) = (wrong.join("\n\n"), ROWS.len());
-    assert!(wrong.is_empty(), "of {rows} rows are wrong:\n{wrong}");
+        let mut sent = Vec::new();
+        let send = &mut |frame| sent.push(frame);
+        rig.node.note_bus(Condition::default(), send);
+        rig.run(true);
+        sent
+    };
+    // A bus of 1 Mbit/s carries 21 frames without data in a millisecond.
+    assert_eq!(reported(21), []);
+    let emergency = Frame::new(0x080 + NODE, &[0x10, 0x81, 0x11, 0, 0, 0, 0, 0]).unwrap();
+    assert_eq!(reported(100), [emergency]);
+    assert_eq!(reported(21), []);
+    assert_eq!(reported(100), []);
 }

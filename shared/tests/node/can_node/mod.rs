@@ -5,6 +5,7 @@ mod conformance;
 mod exchange;
 mod guard;
 
+pub use crate::conformance::NODE;
 use std::collections::HashMap;
 use tautrack::bus::network::NmtState;
 use tautrack::can::Frame;
@@ -22,7 +23,8 @@ use tautrack::screw::Geometry;
 use tautrack::sensors::{Switches, Temperatures};
 use tautrack::settings::{SettingError, Settings};
 
-pub const NODE: u16 = 5;
+/// Serial number of the boards.
+pub const SERIAL: u32 = 7;
 static RATINGS: Ratings = Ratings {
     pwm_hz: 20_000,
     period: 4_250,
@@ -141,13 +143,14 @@ fn settings() -> Settings {
     settings
 }
 
-fn parts<C>(settings: &Settings, control: C) -> Parts<'_, C, Measurements, Memory> {
+/// What a drive's node is made of, without flash.
+pub fn parts<C>(settings: &Settings, control: C) -> Parts<'_, C, Measurements, Memory> {
     Parts {
         settings,
         control,
         measurements: Measurements::new(settings, &RATINGS),
         store: Memory::default(),
-        serial: 7,
+        serial: SERIAL,
         ratings: &RATINGS,
     }
 }

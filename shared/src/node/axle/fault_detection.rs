@@ -3,12 +3,12 @@
 use super::homing::Stage;
 use super::options::Ramp;
 use super::sign_probe::Sign;
+use super::watches::{Power, Readings};
 use super::{Axle, Inputs};
 use crate::bus::cia402::{State, mode};
 use crate::faults::{Fault, Faults, Reaction};
 use crate::motor::back_emf::{Findings, Observed};
 use crate::motor::profile::Motion;
-use crate::node::supervisor::{Power, Readings};
 
 /// Faults that a reset clears although homing has not been repeated yet.
 const HOMING_FAULTS: Faults = Faults::of(Fault::HomingFailed).or(Faults::of(Fault::HomingMismatch));
@@ -17,7 +17,7 @@ impl Axle {
     /// Raises the faults whose conditions are met, even if other faults are latched already, and
     /// applies the strongest reaction.
     #[inline(never)] // the tick is smaller in two parts
-    pub(super) fn supervise<const WATCHES: bool>(
+    pub(super) fn raise_faults<const WATCHES: bool>(
         &mut self,
         inputs: &Inputs,
         taut: Option<Result<Motion, Fault>>,
@@ -26,7 +26,7 @@ impl Axle {
         let aligns = self.commutation.aligns();
         let in_position = enabled && mode::controls_position(self.mode);
         let sign = if self.powered() {
-            let doubtful = self.encoder_steps.is_doubtful();
+            let doubtful = self.encoder.is_doubtful();
             self.sign_probe.tick(self.position(), doubtful, self.demand)
         } else {
             Sign::default()
@@ -50,12 +50,12 @@ impl Axle {
             },
             motor,
             misaligned: self.commutation.take_failure() || sign.against,
-            noisy: self.encoder_steps.is_noisy(),
+            noisy: self.encoder.is_noisy(),
             temperatures: inputs.temperatures,
             electrical: inputs.electrical,
         };
-        let stall = self.force.stall;
-        let mut present = self.supervisor.check(&readings, &self.bounds, stall);
+        let stall = self.envelope.stall;
+        let mut present = self.watches.check(&readings, &self.bounds, stall);
         present.insert_if(Fault::Blocked, sign.stands);
         // A calibration, which measures the zero, runs without this state.
         if self.state == State::SwitchedOn || self.powered() {

@@ -49,7 +49,7 @@ fn bounds() -> Bounds {
 }
 
 fn ticks_until_fault(readings: Readings) -> Option<(usize, Faults)> {
-    let (mut supervisor, bounds) = (Supervisor::default(), bounds());
+    let (mut supervisor, bounds) = (Watches::default(), bounds());
     (1..500).find_map(|tick| {
         let faults = supervisor.check(&readings, &bounds, STALL);
         (!faults.is_empty()).then_some((tick, faults))
@@ -188,7 +188,7 @@ fn each_bad_reading_raises_its_fault_after_its_dwell() {
 
 #[test]
 fn a_condition_is_reported_beside_every_other_one() {
-    let (mut supervisor, bounds) = (Supervisor::default(), bounds());
+    let (mut supervisor, bounds) = (Watches::default(), bounds());
     let bad = Readings {
         current: 20.0,
         supply_voltage: 40.0,
@@ -215,7 +215,7 @@ fn a_condition_is_reported_beside_every_other_one() {
 /// Returns whether these velocities over time, with the current that acts, are a velocity
 /// deviation.
 fn deviates(commanded: f32, demand: f32, velocity: fn(f32) -> f32) -> bool {
-    let (mut supervisor, bounds) = (Supervisor::default(), bounds());
+    let (mut supervisor, bounds) = (Watches::default(), bounds());
     (0..60).any(|tick| {
         let now = Readings {
             velocity: velocity(tick as f32),
@@ -265,7 +265,7 @@ fn only_speed_gathered_against_the_current_is_a_deviation() {
 
 #[test]
 fn one_good_sample_starts_the_dwell_anew() {
-    let (mut supervisor, bounds) = (Supervisor::default(), bounds());
+    let (mut supervisor, bounds) = (Watches::default(), bounds());
     let bad = Readings {
         supply_voltage: 40.0,
         ..GOOD
@@ -278,7 +278,7 @@ fn one_good_sample_starts_the_dwell_anew() {
 
 /// Returns the faults that these readings raise within the longest dwell.
 fn faults_of(readings: Readings, bounds: &Bounds) -> Faults {
-    let mut supervisor = Supervisor::default();
+    let mut supervisor = Watches::default();
     (0..200).fold(Faults::NONE, |all, _| {
         all.or(supervisor.check(&readings, bounds, STALL))
     })
@@ -392,7 +392,7 @@ fn an_axle_that_gives_energy_back_is_no_deviation() {
         (Some([-5.0, 2.0]), 10.0, 5.0, false),
         (Some([-3.0, 2.0]), 10.0, 5.0, true),
     ] {
-        let (mut supervisor, bounds) = (Supervisor::default(), bounds());
+        let (mut supervisor, bounds) = (Watches::default(), bounds());
         let fault = (0..60).any(|tick| {
             let now = Readings {
                 velocity: -(0.5 * tick as f32).min(4.0),
@@ -440,7 +440,7 @@ fn a_speed_exactly_a_deviation_above_the_slowest_or_from_the_set_point_is_none()
 
 #[test]
 fn braking_after_a_run_is_no_deviation() {
-    let (mut supervisor, bounds) = (Supervisor::default(), bounds());
+    let (mut supervisor, bounds) = (Watches::default(), bounds());
     let mut now = GOOD;
     for tick in 0..120 {
         let ms = tick as f32;

@@ -107,7 +107,7 @@ const WATCHES: [(Fault, u8); 16] = [
 
 /// Counters of the watches.
 #[derive(Clone, Debug)]
-pub(super) struct Supervisor {
+pub(super) struct Watches {
     /// Ticks for which the condition of each watch has lasted.
     lasted: [u8; WATCHES.len()],
     /// Lowest speed since the axle began to move away from its set-point against its current,
@@ -115,7 +115,7 @@ pub(super) struct Supervisor {
     slowest: f32,
 }
 
-impl Default for Supervisor {
+impl Default for Watches {
     fn default() -> Self {
         Self {
             lasted: [0; WATCHES.len()],
@@ -158,7 +158,7 @@ impl Bounds {
     }
 }
 
-impl Supervisor {
+impl Watches {
     /// Returns the faults whose condition has lasted for its dwell and still lasts. The comparisons
     /// are written so that NaN counts as bad.
     pub fn check(&mut self, now: &Readings, bounds: &Bounds, stall: Stall) -> Faults {
