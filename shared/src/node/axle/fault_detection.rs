@@ -106,7 +106,8 @@ impl Axle {
         }
     }
 
-    /// Returns what the voltage of the bridge shows. While the rotor aligns, its angle is not known.
+    /// Returns what the voltage of the bridge shows. While the rotor aligns, its angle is not
+    /// known.
     #[inline]
     fn check_motor<const WATCHES: bool>(&mut self, inputs: &Inputs, aligns: bool) -> Findings {
         let observed = Observed {
