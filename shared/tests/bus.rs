@@ -7,6 +7,7 @@ mod random;
 use random::Random;
 use std::f64::consts::TAU;
 use tautrack::bus::scale::{Scale, Target, UNCONFIGURED};
+use tautrack::math::Turns;
 use tautrack::settings::SCHEMA_VERSION;
 use tautrack::units::Angle;
 
@@ -78,12 +79,15 @@ fn a_distance_of_a_turning_axle_is_exact_in_both_directions() {
             let distance = i64::from(wire) << 8;
             let exact = (distance as f64 / (TURN / f64::from(bits).exp2())).floor();
             assert_eq!(
-                scale.distance_to_bus(distance) as f64,
+                scale.distance_to_bus(Turns::from_bits(distance)) as f64,
                 exact,
                 "{bits} {wire}"
             );
             let back = scale.distance_from_bus(i64::from(wire));
-            assert_eq!(back as f64, f64::from(wire) * TURN / f64::from(bits).exp2());
+            assert_eq!(
+                back.to_bits() as f64,
+                f64::from(wire) * TURN / f64::from(bits).exp2()
+            );
         }
     }
 }
@@ -94,7 +98,7 @@ fn a_distance_of_a_screw_is_its_turns_times_the_lead() {
         let scale = Scale::linear(lead_um);
         let lead = f64::from(lead_um) * 1e-6;
         for wire in wires() {
-            let turns = scale.distance_from_bus(i64::from(wire)) as f64 / TURN;
+            let turns = scale.distance_from_bus(i64::from(wire)).to_bits() as f64 / TURN;
             // A shaft reaches 2^15 turns; the next test goes beyond.
             let expected = f64::from(wire) / METRE / lead;
             if expected.abs() > 32_767.0 {
@@ -107,7 +111,7 @@ fn a_distance_of_a_screw_is_its_turns_times_the_lead() {
                 (turns - expected).abs() <= bound,
                 "{lead_um} {wire}: {turns} {expected}"
             );
-            let back = scale.distance_to_bus(i64::from(wire) << 8);
+            let back = scale.distance_to_bus(Turns::from_bits(i64::from(wire) << 8));
             // The lead in 2^-32 m, rounded down.
             let lead = (lead * TURN).floor() / TURN;
             let expected = f64::from(wire) * 256.0 / TURN * lead * METRE;
@@ -125,8 +129,8 @@ fn a_distance_of_a_screw_is_its_turns_times_the_lead() {
 fn a_length_beyond_the_reach_of_a_shaft_saturates() {
     for lead_um in LEADS_UM {
         let scale = Scale::linear(lead_um);
-        let most = scale.shaft_from_length(i64::MAX);
-        let least = scale.shaft_from_length(i64::MIN);
+        let most = scale.shaft_from_length(i64::MAX).to_bits();
+        let least = scale.shaft_from_length(i64::MIN).to_bits();
         // 2^63 in the arithmetic with 16 more fraction bits.
         let exact = 47.0_f64.exp2();
         assert!(

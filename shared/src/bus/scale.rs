@@ -1,7 +1,7 @@
 //! Units of the integers on the bus: one scale per kind of axle for positions, velocities and loads
 //! of its output shaft, and decimal fractions of SI units for everything else.
 
-use crate::math::{saturate, to_i16, to_i32};
+use crate::math::{Turns, saturate, to_i16, to_i32};
 use crate::settings::SCHEMA_VERSION;
 use crate::units::{Angle, Length};
 
@@ -238,54 +238,55 @@ impl Scale {
         scale | ((SCHEMA_VERSION - 1) & 7) << 12
     }
 
-    /// Converts a position of the output shaft, 2^-32 turn, to bus units. Wraps for a turning axle,
+    /// Converts a position of the output shaft to bus units. Wraps for a turning axle,
     /// saturates for a screw.
-    pub fn position_to_bus(self, position: i64) -> i32 {
+    pub fn position_to_bus(self, position: Turns) -> i32 {
         match self {
-            Self::Turning { bits } => (position >> (32 - bits)) as i32,
+            Self::Turning { bits } => (position.to_bits() >> (32 - bits)) as i32,
             Self::Linear(_) => saturate(self.distance_to_bus(position)),
         }
     }
 
-    /// Converts bus units to a position of the output shaft, 2^-32 turn. A wrapped position gives
+    /// Converts bus units to a position of the output shaft. A wrapped position gives
     /// the shaft position nearest to `near`.
-    pub fn position_from_bus(self, wire: i32, near: i64) -> i64 {
+    pub fn position_from_bus(self, wire: i32, near: Turns) -> Turns {
         match self {
             Self::Turning { bits } => {
                 let shift = 32 - bits;
                 let difference = wire.wrapping_sub(self.position_to_bus(near));
-                ((near >> shift).wrapping_add(i64::from(difference))) << shift
+                let units = (near.to_bits() >> shift).wrapping_add(i64::from(difference));
+                Turns::from_bits(units << shift)
             }
             Self::Linear(_) => self.shaft_from_length(i64::from(wire) << 4),
         }
     }
 
-    /// Converts a distance on the output shaft, 2^-32 turn, to bus units. It does not wrap.
-    pub fn distance_to_bus(self, distance: i64) -> i64 {
+    /// Converts a distance on the output shaft to bus units. It does not wrap.
+    pub fn distance_to_bus(self, distance: Turns) -> i64 {
         match self {
-            Self::Turning { bits } => distance >> (32 - bits),
+            Self::Turning { bits } => distance.to_bits() >> (32 - bits),
             Self::Linear(lead) => {
                 // 2^-24 turn times 2^-32 m per turn, reduced to 2^-24 m.
-                let (turns, scale) = (distance >> 8, i64::from(lead.metres_q32));
+                let (turns, scale) = (distance.to_bits() >> 8, i64::from(lead.metres_q32));
                 (turns >> 32) * scale + (((turns & 0xffff_ffff) * scale) >> 32)
             }
         }
     }
 
-    /// Converts a distance of at most 2^32 bus units to 2^-32 turn of the output shaft. It does
+    /// Converts a distance of at most 2^32 bus units to a distance on the output shaft. It does
     /// not wrap.
-    pub fn distance_from_bus(self, distance: i64) -> i64 {
+    pub fn distance_from_bus(self, distance: i64) -> Turns {
         match self {
-            Self::Turning { bits } => distance << (32 - bits),
+            Self::Turning { bits } => Turns::from_bits(distance << (32 - bits)),
             Self::Linear(_) => self.shaft_from_length(distance << 4),
         }
     }
 
     /// Converts a length, 2^-28 m, to a position of the output shaft. 0 for a turning axle, which
     /// has no length.
-    pub fn shaft_from_length(self, length_q28: i64) -> i64 {
+    pub fn shaft_from_length(self, length_q28: i64) -> Turns {
         match self {
-            Self::Turning { .. } => 0,
+            Self::Turning { .. } => Turns::ZERO,
             Self::Linear(lead) => {
                 let length = if length_q28 > lead.reach {
                     lead.reach
@@ -294,7 +295,7 @@ impl Scale {
                 } else {
                     length_q28
                 };
-                (length * lead.turns_q16) >> 16
+                Turns::from_bits((length * lead.turns_q16) >> 16)
             }
         }
     }
@@ -354,8 +355,8 @@ mod tests {
         let scale = Scale::linear(5_000);
         for um in [-1_000_i64, 0, 220_000, 226_017, 620_000] {
             let wire = (um << 24) / 1_000_000;
-            let there = scale.position_from_bus(wire as i32, 0);
-            let turns = there as f64 / 4_294_967_296.0;
+            let there = scale.position_from_bus(wire as i32, Turns::ZERO);
+            let turns = there.to_bits() as f64 / 4_294_967_296.0;
             assert!((turns * 5e-3 - wire as f64 / 16_777_216.0).abs() < 1e-9);
             assert!((i64::from(scale.position_to_bus(there)) - wire).abs() <= 1);
         }
@@ -364,8 +365,8 @@ mod tests {
     #[test]
     fn a_turning_position_is_found_again_across_its_wrap() {
         let scale = Scale::Turning { bits: 16 };
-        let near = 32_767_i64 << 32;
-        let wanted = near + (3_i64 << 32);
+        let near = Turns::from_bits(32_767 << 32);
+        let wanted = near + Turns::from_bits(3 << 32);
         let wire = scale.position_to_bus(wanted);
         assert!(wire < 0, "the position has wrapped on the bus");
         assert_eq!(scale.position_from_bus(wire, near), wanted);

@@ -6,6 +6,7 @@
 //! * [`cubic`]: tables of cubics in fixed point, for the sines and the screw
 //! * [`scalar`]: `f32` or `f64`, for models that have one source for both
 //! * [`vector`]: points, directions, frames and symmetric matrices of scalars
+//! * [`Turns`]: positions of shafts
 //! * [`exponential`]: decaying exponentials
 //! * [`Crc32`]: checksum of images and settings
 
@@ -16,6 +17,7 @@ pub mod limits;
 mod radians;
 pub mod scalar;
 pub mod trig;
+mod turns;
 pub mod vector;
 
 pub use crc::Crc32;
@@ -23,3 +25,4 @@ pub(crate) use limits::root_of_sum;
 pub use limits::{Bound, clamp, limit, max, min, saturate, sqrt, to_i16, to_i32};
 pub use scalar::Scalar;
 pub use trig::{atan2, sin_cos, sin_cos_q30};
+pub use turns::Turns;

@@ -14,8 +14,7 @@
 
 use super::rotor::{ElectricalAngle, RotorSensor};
 use crate::constants::CONTROL_PERIOD;
-use crate::math::Bound;
-use crate::motor::from_radians;
+use crate::math::{Bound, Turns};
 use crate::settings::{Setting, Settings};
 use crate::units::Angle;
 
@@ -90,7 +89,7 @@ pub struct Bounds {
 impl Bounds {
     /// Reads the bounds from the settings.
     pub fn new(settings: &Settings) -> Self {
-        let travel = from_radians(settings.si(Setting::AlignmentTravel));
+        let travel = Turns::from_radians(settings.si(Setting::AlignmentTravel));
         let sensor = RotorSensor::of(settings);
         let (spread, damping, largest) = if sensor.is_some_and(RotorSensor::has_halls) {
             (SPREAD_OF_HALLS, 0, LARGEST_ERROR_OF_HALLS)
@@ -99,7 +98,7 @@ impl Bounds {
         };
         Self {
             current: settings.si(Setting::AlignmentCurrent),
-            travel: travel.unsigned_abs(),
+            travel: travel.distance(),
             checked: sensor
                 .is_some_and(RotorSensor::is_checked)
                 .then_some(largest),
@@ -113,8 +112,8 @@ impl Bounds {
 /// Readings of a control period.
 #[derive(Clone, Copy, Debug)]
 pub struct Observed {
-    /// Position of the output shaft, 2^-32 turn.
-    pub position: i64,
+    /// Position of the output shaft.
+    pub position: Turns,
     /// Distance from the field of the previous period to the sensor's angle, once it is known.
     pub ahead: Option<ElectricalAngle>,
     /// Voltage along the field, V; 0 if it is not known.
@@ -145,7 +144,7 @@ pub struct Alignment {
     bounds: Bounds,
     /// Control periods since the start.
     ticks: i32,
-    start: Option<i64>,
+    start: Option<Turns>,
     /// Field of the previous period, and where the sensor showed the rotor then.
     field: Angle,
     sensed: Option<Angle>,
@@ -180,7 +179,7 @@ impl Alignment {
     /// brake.
     pub fn tick(&mut self, now: &Observed) -> Progress {
         let start = *self.start.get_or_insert(now.position);
-        if now.position.wrapping_sub(start).unsigned_abs() > self.bounds.travel {
+        if (now.position - start).distance() > self.bounds.travel {
             return Progress::Failed;
         }
         if !self.resistance_is_right(now) {

@@ -5,10 +5,9 @@
 //! (SSAT) limits them. Currents count in fractions of the current limit. Their unit follows from
 //! the gain, so that no digit is lost. [`Cascade`] converts from and to SI units.
 
-use super::UNITS_PER_RADIAN;
 use super::profile::Motion;
 use crate::math::cubic::{mul_high, mul_high_add};
-use crate::math::{Bound, saturate, to_i32};
+use crate::math::{Bound, Turns, saturate, to_i32};
 
 /// Gains of the loops at the output shaft, and the limits of the loops.
 #[derive(Clone, Copy, Debug)]
@@ -115,7 +114,7 @@ impl Cascade {
     /// more than the velocity limit, and a velocity gain with which a velocity error of 2^-16 of
     /// the velocity limit demands more than the current limit.
     pub fn new(gains: &Gains) -> Self {
-        let half_turn = 2_147_483_648.0 / UNITS_PER_RADIAN;
+        let half_turn = 2_147_483_648.0 / Turns::PER_RADIAN;
         let mut velocity = gains.position * half_turn / gains.velocity_limit;
         let mut error_scale = 1;
         while velocity >= 4.0 && error_scale < 1 << 16 {
@@ -207,7 +206,7 @@ impl Cascade {
     }
 
     /// Runs both loops: computes the current that ends the following `error` (set-point minus
-    /// measured position, 2^-32 turn) at the measured `velocity`. The result never exceeds `bound`,
+    /// measured position) at the measured `velocity`. The result never exceeds `bound`,
     /// whatever the inputs are.
     ///
     /// Domain: errors below 2^14 turns, velocities up to 2^29. Worst error against
@@ -216,12 +215,12 @@ impl Cascade {
     #[inline]
     pub fn position(
         &self,
-        error: i64,
+        error: Turns,
         feed_forward: FeedForward,
         velocity: i32,
         bound: Bound,
     ) -> Demand {
-        let error = saturate(error.wrapping_mul(i64::from(self.error_scale)));
+        let error = saturate(error.to_bits().wrapping_mul(i64::from(self.error_scale)));
         // The sum is at most 2 + 4 velocity limits, and 2^31 is 8 of them.
         let wanted = mul_high_add(feed_forward.velocity, error, self.position_gain);
         let allowed = wanted.clamp(-(1 << VELOCITY_BITS), (1 << VELOCITY_BITS) - 1);
@@ -284,7 +283,6 @@ fn outside(value: f32, end: i32) -> i32 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::motor::{from_radians, to_radians};
 
     const GAINS: Gains = Gains {
         position: 20.0,
@@ -298,9 +296,9 @@ mod tests {
 
     /// Simulates a rotor with an inertia of 0.05 kg m^2 and 2.4 N m/A against a constant load
     /// torque. Returns its last position and velocity, and its largest angle, rad.
-    fn settle(load: f32, target: i64) -> (i64, f32, f32) {
+    fn settle(load: f32, target: Turns) -> (Turns, f32, f32) {
         let (mut cascade, mut position, mut velocity, mut peak) =
-            (Cascade::new(&GAINS), 0_i64, 0.0_f32, 0.0_f32);
+            (Cascade::new(&GAINS), Turns::ZERO, 0.0_f32, 0.0_f32);
         let bound = cascade.bound(10.0);
         for _ in 0..3_000 {
             let rate = cascade.rate(velocity);
@@ -308,9 +306,9 @@ mod tests {
             let demand = cascade.position(error, FeedForward::default(), rate, bound);
             cascade.advance(&demand, None);
             velocity += (2.4 * cascade.amperes(demand.current) - load) / 0.05 * 1e-3;
-            position += from_radians(velocity * 1e-3);
-            peak = if to_radians(position) > peak {
-                to_radians(position)
+            position += Turns::from_radians(velocity * 1e-3);
+            peak = if position.radians() > peak {
+                position.radians()
             } else {
                 peak
             };
@@ -320,18 +318,18 @@ mod tests {
 
     #[test]
     fn holds_a_position_against_a_constant_load() {
-        let (position, velocity, _) = settle(5.0, 0);
+        let (position, velocity, _) = settle(5.0, Turns::ZERO);
         assert!(
-            to_radians(position).abs() < 1e-4 && velocity.abs() < 1e-3,
-            "{position} {velocity}"
+            position.radians().abs() < 1e-4 && velocity.abs() < 1e-3,
+            "{position:?} {velocity}"
         );
     }
 
     #[test]
     fn a_long_step_does_not_wind_up() {
-        let target = from_radians(10.0);
+        let target = Turns::from_radians(10.0);
         let (position, _, peak) = settle(0.0, target);
-        assert!(to_radians(position - target).abs() < 1e-3);
+        assert!((position - target).radians().abs() < 1e-3);
         assert!(peak < 10.0 * 1.02, "overshoot to {peak}");
     }
 
@@ -343,7 +341,7 @@ mod tests {
                 let mut cascade = Cascade::new(&GAINS);
                 let bound = cascade.bound(8.0);
                 for position in [0, i64::MIN, i64::MAX, i64::from(bad) << 31] {
-                    let error = i64::from(bad).wrapping_sub(position);
+                    let error = Turns::from_bits(i64::from(bad).wrapping_sub(position));
                     let feed_forward = FeedForward {
                         velocity: bad,
                         current: bad,

@@ -9,7 +9,7 @@
 //! ripple and its change give the current that cancels it, whatever inertia and control loops do.
 
 use super::rotor::ElectricalAngle;
-use crate::math::sin_cos;
+use crate::math::{Turns, sin_cos};
 use crate::units::Angle;
 
 /// Current that cancels a torque, A: in phase with the cosine and with the sine of the cogging's
@@ -90,7 +90,7 @@ pub struct Search {
     test: f32,
     run: u32,
     ticks: u32,
-    last: Option<i64>,
+    last: Option<Turns>,
     sum: Wave,
     /// Ripple without a current.
     first: Wave,
@@ -118,15 +118,15 @@ impl Search {
         }
     }
 
-    /// Runs one control period at this angle of the rotor and this position of the output shaft,
-    /// 2^-32 turn.
-    pub fn tick(&mut self, angle: ElectricalAngle, position: i64) -> Progress {
+    /// Runs one control period at this angle of the rotor and this position of the output
+    /// shaft.
+    pub fn tick(&mut self, angle: ElectricalAngle, position: Turns) -> Progress {
         let last = self.last.replace(position).unwrap_or(position);
         self.ticks += 1;
         if self.ticks > SETTLE {
             let phase = angle.0.to_bits().wrapping_mul(self.periods);
             let (sin, cos) = sin_cos(Angle::from_bits(phase));
-            let moved = position.wrapping_sub(last) as f32;
+            let moved = (position - last).to_bits() as f32;
             self.sum.cosine += moved * cos;
             self.sum.sine += moved * sin;
         }

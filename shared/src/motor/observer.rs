@@ -1,7 +1,6 @@
 //! Estimates position and velocity of the output shaft from an incremental encoder on the rotor.
 
-use super::to_radians;
-
+use crate::math::Turns;
 /// Tracking observer of second order. Its velocity is smooth although the encoder's counts are not.
 ///
 /// The position that it returns is the encoder's own, exact to a count; only the velocity is
@@ -92,7 +91,7 @@ impl Observer {
         self.measured.fraction = moved & 0xffff;
 
         let before = self.velocity;
-        let error = self.lag + to_radians(whole) - self.velocity * period;
+        let error = self.lag + Turns::from_bits(whole).radians() - self.velocity * period;
         self.lag = error - error * (2.0 * self.bandwidth * period);
         self.velocity += error * (self.bandwidth * self.bandwidth * period);
         if self.between.is_some() {
@@ -114,7 +113,7 @@ impl Observer {
             between.slow = false;
         }
         if between.slow {
-            let count = to_radians(self.unit_per_count >> 16);
+            let count = Turns::from_bits(self.unit_per_count >> 16).radians();
             let fastest = count / between.waited;
             let goes_on = step.wrapping_mul(between.last) > 0;
             self.velocity = match step {
@@ -134,9 +133,9 @@ impl Observer {
         }
     }
 
-    /// Returns the measured position, 2^-32 turn of the output shaft.
-    pub fn position(&self) -> i64 {
-        self.measured.whole
+    /// Returns the measured position of the output shaft.
+    pub fn position(&self) -> Turns {
+        Turns::from_bits(self.measured.whole)
     }
 
     /// Returns the estimated velocity, rad/s of the output shaft.
@@ -144,9 +143,9 @@ impl Observer {
         self.velocity
     }
 
-    /// Defines the present position as `position`, 2^-32 turn of the output shaft.
-    pub fn set_position(&mut self, position: i64) {
-        self.measured.whole = position;
+    /// Defines the present position as `position` of the output shaft.
+    pub fn set_position(&mut self, position: Turns) {
+        self.measured.whole = position.to_bits();
     }
 }
 
@@ -239,7 +238,7 @@ mod tests {
             assert!(total.unsigned_abs() >= 1_000_000_000);
             // Half a unit of 2^-48 turn is lost per count.
             let exact = (total << 32) * 1_000 / (i128::from(counts) * i128::from(gear));
-            let off = i128::from(observer.position()) - exact;
+            let off = i128::from(observer.position().to_bits()) - exact;
             let count = (1_i128 << 32) * 1_000 / (i128::from(counts) * i128::from(gear));
             assert!(
                 off.abs() <= count / 2 + 1,
@@ -256,13 +255,13 @@ mod tests {
             counts = counts.wrapping_add(100_003);
             observer.update(counts, 1e-3);
         }
-        let turns = observer.position() as f64 / 4_294_967_296.0;
+        let turns = observer.position().to_bits() as f64 / 4_294_967_296.0;
         let expected = 1_000_030_000.0 / (4_095.0 * 66.667);
         assert!((turns - expected).abs() < 1e-5, "{turns} {expected}");
         for _ in 0..10_000 {
             counts = counts.wrapping_sub(100_003);
             observer.update(counts, 1e-3);
         }
-        assert_eq!(observer.position(), 0);
+        assert_eq!(observer.position(), Turns::ZERO);
     }
 }

@@ -1,8 +1,7 @@
 //! Trapezoidal profile: the fastest motion to a target within a velocity limit and an acceleration
 //! limit.
 
-use super::{UNITS_PER_RADIAN, to_radians};
-use crate::math::{limit, sqrt, to_i32};
+use crate::math::{Turns, limit, sqrt, to_i32};
 
 /// Limits of a motion, both positive.
 #[derive(Clone, Copy, Debug)]
@@ -21,11 +20,11 @@ impl Limits {
     };
 }
 
-/// A moving set-point: position in 2^-32 turn, velocity in rad/s, acceleration in rad/s^2.
+/// A moving set-point: position, velocity in rad/s, acceleration in rad/s^2.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Motion {
     /// Position.
-    pub position: i64,
+    pub position: Turns,
     /// Velocity.
     pub velocity: f32,
     /// Acceleration.
@@ -34,7 +33,7 @@ pub struct Motion {
 
 impl Motion {
     /// Creates a set-point at rest at `position`.
-    pub fn at(position: i64) -> Self {
+    pub fn at(position: Turns) -> Self {
         Self {
             position,
             velocity: 0.0,
@@ -45,8 +44,8 @@ impl Motion {
     /// Moves the set-point by one step of `period` seconds, so that it comes to rest at `target`.
     /// Every step leaves enough distance to brake. So the set-point does not pass the target unless
     /// it was already too fast.
-    pub fn toward_position(&mut self, target: i64, limits: Limits, period: f32) {
-        let distance = to_radians(target.wrapping_sub(self.position));
+    pub fn toward_position(&mut self, target: Turns, limits: Limits, period: f32) {
+        let distance = (target - self.position).radians();
         let sign = if distance < 0.0 { -1.0 } else { 1.0 };
         let (way, speed) = (distance * sign, self.velocity * sign);
         let step = limits.acceleration * period;
@@ -88,15 +87,14 @@ impl Motion {
     /// smaller.
     #[inline]
     pub fn advance(&mut self, way: f32) {
-        let units = to_i32(way * UNITS_PER_RADIAN);
-        self.position = self.position.wrapping_add(i64::from(units));
+        let units = to_i32(way * Turns::PER_RADIAN);
+        self.position += Turns::from_bits(units.into());
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::motor::from_radians;
 
     const LIMITS: Limits = Limits {
         velocity: 0.5,
@@ -105,7 +103,7 @@ mod tests {
 
     #[test]
     fn reaches_the_target_in_the_time_of_the_trapezoid_within_its_limits() {
-        let target = from_radians(0.8);
+        let target = Turns::from_radians(0.8);
         let mut set_point = Motion::default();
         let mut steps = 0;
         while set_point.position != target {
@@ -116,7 +114,7 @@ mod tests {
             );
             assert!(
                 set_point.position <= target,
-                "{steps}: {}",
+                "{steps}: {:?}",
                 set_point.position - target
             );
             steps += 1;
@@ -130,12 +128,12 @@ mod tests {
     fn turns_round_when_the_target_moves_behind() {
         let mut set_point = Motion::default();
         for _ in 0..500 {
-            set_point.toward_position(from_radians(1.0), LIMITS, 1e-3);
+            set_point.toward_position(Turns::from_radians(1.0), LIMITS, 1e-3);
         }
         for _ in 0..4_000 {
-            set_point.toward_position(from_radians(-0.3), LIMITS, 1e-3);
+            set_point.toward_position(Turns::from_radians(-0.3), LIMITS, 1e-3);
         }
-        assert_eq!(set_point.position, from_radians(-0.3));
+        assert_eq!(set_point.position, Turns::from_radians(-0.3));
         assert_eq!(set_point.velocity, 0.0);
     }
 }

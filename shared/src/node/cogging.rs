@@ -2,7 +2,7 @@
 //! client turns the shaft in bench mode.
 
 use crate::bus::cia402::State;
-use crate::math::{to_i16, to_i32};
+use crate::math::{Turns, to_i16, to_i32};
 use crate::motor::cogging::{Progress, Search, Wave};
 use crate::node::axle::{Inputs, Outputs};
 use crate::settings::{Setting, Settings};
@@ -86,7 +86,7 @@ impl CoggingSearch {
         requested: bool,
         inputs: &Inputs,
         outputs: &Outputs,
-        position: i64,
+        position: Turns,
     ) -> Option<(i32, Wave)> {
         if self.running.is_none() {
             if !requested {

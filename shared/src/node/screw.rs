@@ -8,9 +8,8 @@ use crate::bus::pdo::DriveMotion;
 use crate::bus::scale::Scale;
 use crate::constants::CONTROL_PERIOD;
 use crate::faults::Fault;
-use crate::math::to_i32;
+use crate::math::{Turns, to_i32};
 use crate::motor::profile::Motion;
-use crate::motor::{UNITS_PER_RADIAN, from_radians};
 use crate::screw::{Geometry, GeometryError, metres};
 use crate::settings::{Setting, Settings};
 use crate::units::Angle;
@@ -38,7 +37,7 @@ pub struct Screw<G = Geometry> {
     joint: Option<(DriveMotion, u64)>,
     joint_timeout_us: u64,
     /// Travel in one tick at the engage speed, 2^-32 turn; not negative.
-    engage_step: i64,
+    engage_step: Turns,
     /// Travel in one tick at the engage speed, as slack in 2^-24 m, at least 1; and the present
     /// slack.
     slack_step: i32,
@@ -51,10 +50,10 @@ pub struct Screw<G = Geometry> {
     most_slack: i32,
     /// Distance that is left to take up since the mode began, 2^-32 turn. It goes to zero at the
     /// engage speed.
-    remaining: i64,
+    remaining: Turns,
     /// Position of the taut belt in the previous tick, and the largest step from there, 2^-32 turn.
-    taut: i64,
-    longest_step: i64,
+    taut: Turns,
+    longest_step: Turns,
 }
 
 /// Largest step of the taut belt's length in a tick beyond what the velocity limit allows, m.
@@ -129,15 +128,15 @@ impl<G: Borrow<Geometry>> Screw<G> {
             scale,
             joint: None,
             joint_timeout_us: settings.milliseconds(Setting::JointTimeout),
-            engage_step: from_radians(engage_speed * CONTROL_PERIOD),
+            engage_step: Turns::from_radians(engage_speed * CONTROL_PERIOD),
             slack_step,
             slack: 0,
             l2: settings.si(Setting::LengthL2),
             slack_terms: (k + k, (k - l1) * (k + l1)),
             most_slack: to_i32(0.5 * (k - l1) * 16_777_216.0),
-            remaining: 0,
-            taut: 0,
-            longest_step: from_radians(longest_step),
+            remaining: Turns::ZERO,
+            taut: Turns::ZERO,
+            longest_step: Turns::from_radians(longest_step),
         }
     }
 
@@ -172,7 +171,7 @@ impl<G: Borrow<Geometry>> Screw<G> {
         let rate = motion.velocity as f32 * 1e-6;
         // The age is below the timeout, which is at most one second. The extrapolation ends at half
         // a turn, beyond which it has no meaning.
-        let moved = rate * (age_us as u32 as f32 * (1e-6 * UNITS_PER_RADIAN));
+        let moved = rate * (age_us as u32 as f32 * (1e-6 * Turns::PER_RADIAN));
         let theta = Angle::from_bits(motion.position) + Angle::from_bits(to_i32(moved));
         let extension = self.geometry.borrow().extension(theta);
 
@@ -193,11 +192,11 @@ impl<G: Borrow<Geometry>> Screw<G> {
             (length, speed)
         };
         let law = self.scale.shaft_from_length(i64::from(length));
-        let step = law.wrapping_sub(core::mem::replace(&mut self.taut, law));
+        let step = law - core::mem::replace(&mut self.taut, law);
 
         if self.axle.operates_in(mode::TAUT) {
             // No joint moves like this: another node sends in its name, or its position is lost.
-            if step.unsigned_abs() > self.longest_step.unsigned_abs() {
+            if step.distance() > self.longest_step.distance() {
                 return Err(Fault::DuplicateId);
             }
             let step = self.engage_step;
@@ -206,13 +205,13 @@ impl<G: Borrow<Geometry>> Screw<G> {
             } else if self.remaining < -step {
                 self.remaining + step
             } else {
-                0
+                Turns::ZERO
             };
         } else {
-            self.remaining = self.axle.position().wrapping_sub(law);
+            self.remaining = self.axle.position() - law;
         }
         Ok(Motion {
-            position: law.wrapping_add(self.remaining),
+            position: law + self.remaining,
             velocity: self.scale.shaft_velocity_from_linear(speed),
             acceleration: 0.0,
         })

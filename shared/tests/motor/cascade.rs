@@ -1,6 +1,7 @@
 //! Compares the fixed-point cascade with the same loops in double precision.
 
 use std::f64::consts::{PI, TAU};
+use tautrack::math::Turns;
 use tautrack::motor::cascade::{Cascade, FeedForward, Gains};
 use tautrack::motor::profile::Motion;
 
@@ -87,14 +88,14 @@ fn worst_difference(gains: &Gains, size: f64, calls: u32) -> f64 {
         let position = (random.next() * 1e15) as i64;
         let difference = (random.next() * size * reach / TAU * TURN) as i64;
         let set_point = Motion {
-            position: position + difference,
+            position: Turns::from_bits(position + difference),
             velocity: (random.next() * size * speed) as f32,
             acceleration: (random.next() * size * 100.0) as f32,
         };
         let velocity = (random.next() * size * speed) as f32;
 
         let (ahead, rate) = (cascade.feed_forward(&set_point), cascade.rate(velocity));
-        let demand = cascade.position(difference, ahead, rate, bound);
+        let demand = cascade.position(Turns::from_bits(difference), ahead, rate, bound);
         cascade.advance(&demand, None);
         let current = f64::from(cascade.amperes(demand.current));
 
@@ -149,12 +150,12 @@ fn an_integral_that_was_let_grow_frees_itself_when_the_bound_shrinks() {
     let mut cascade = Cascade::new(&AXLES[0]);
     let (full, hold) = (cascade.bound(10.0), cascade.bound(1.0));
     for _ in 0..200 {
-        let demand = cascade.position(1 << 26, FeedForward::default(), 0, full);
+        let demand = cascade.position(Turns::from_bits(1 << 26), FeedForward::default(), 0, full);
         cascade.advance(&demand, None);
     }
     // The error changes its sign. The current must follow within the integral's own time.
     let mut currents = (0..2_000).map(|_| {
-        let demand = cascade.position(-1 << 26, FeedForward::default(), 0, hold);
+        let demand = cascade.position(Turns::from_bits(-1 << 26), FeedForward::default(), 0, hold);
         cascade.advance(&demand, None);
         demand.current
     });

@@ -2,7 +2,7 @@
 
 use crate::random::Random;
 use tautrack::estimate::attitude::Attitude;
-use tautrack::motor::from_radians;
+use tautrack::math::Turns;
 use tautrack::motor::profile::Motion;
 use tautrack::robots::b2p2::model::belt::TautBelt;
 use tautrack::robots::b2p2::parameters::LENGTHS;
@@ -23,7 +23,7 @@ fn load_is_what_the_whole_model_asks_of_joints_7_and_8() {
     for _ in 0..20_000 {
         let [yaw, roll, pitch] = [3.0, 0.8, 1.2].map(|scale| (scale * random.next()) as f32);
         let chassis = Motion {
-            position: from_radians((1.7 * random.next()) as f32),
+            position: Turns::from_radians((1.7 * random.next()) as f32),
             velocity: (2.0 * random.next()) as f32,
             acceleration: (8.0 * random.next()) as f32,
         };
@@ -37,7 +37,7 @@ fn load_is_what_the_whole_model_asks_of_joints_7_and_8() {
         ));
         let load = front.load(&geometry, &chassis, &attitude);
 
-        let theta = chassis.position as f64 / 4_294_967_296.0 * std::f64::consts::TAU;
+        let theta = chassis.position.to_bits() as f64 / 4_294_967_296.0 * std::f64::consts::TAU;
         let [rate, acceleration] = [chassis.velocity, chassis.acceleration].map(f64::from);
         let extension = belt.extension(theta);
         let (mut q, mut rates, mut accelerations) = ([0.0; 8], [0.0; 8], [0.0; 8]);

@@ -1,6 +1,7 @@
 //! Position and velocity of the shaft by its encoder, and whether the encoder is disturbed.
 
 use crate::constants::{CONTROL_PERIOD, OBSERVER_BANDWIDTH};
+use crate::math::Turns;
 use crate::motor::encoder_steps::EncoderSteps;
 use crate::motor::halls::SECTOR;
 use crate::motor::observer::Observer;
@@ -57,8 +58,8 @@ impl Encoder {
         self.steps.update(counts);
     }
 
-    /// Position of the output shaft, 2^-32 turn.
-    pub fn position(&self) -> i64 {
+    /// Position of the output shaft.
+    pub fn position(&self) -> Turns {
         self.observer.position()
     }
 
@@ -67,8 +68,8 @@ impl Encoder {
         self.observer.velocity()
     }
 
-    /// Calls the present position `position`, 2^-32 turn.
-    pub fn set_position(&mut self, position: i64) {
+    /// Calls the present position `position`.
+    pub fn set_position(&mut self, position: Turns) {
         self.observer.set_position(position);
     }
 

@@ -2,16 +2,17 @@
 
 use super::{ActiveLimit, Axle};
 use crate::bus::cia402::mode;
+use crate::math::Turns;
 use crate::motor::profile::Motion;
 use crate::sensors::Switches;
 
 /// Positions at which the positive and the negative limit switch stop the set-point, while they are
 /// closed.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct EndStops([Option<i64>; 2]);
+pub(super) struct EndStops([Option<Turns>; 2]);
 
 impl EndStops {
-    pub fn places(&self) -> &[Option<i64>; 2] {
+    pub fn places(&self) -> &[Option<Turns>; 2] {
         &self.0
     }
 
@@ -26,12 +27,12 @@ impl Axle {
     /// travel. It stops where the switch closed, or at its farthest place inward since then. Inward
     /// motion is free. `before` is the position of the set-point in the previous tick; `None` if
     /// the velocity alone is the set-point.
-    pub(super) fn stop_at_ends(&mut self, switches: Switches, before: Option<i64>) {
+    pub(super) fn stop_at_ends(&mut self, switches: Switches, before: Option<Turns>) {
         let place = self.motion.position;
         let from = before.unwrap_or_else(|| {
             let velocity = self.motion.velocity;
             let step = i32::from(velocity > 0.0) - i32::from(velocity < 0.0);
-            place.wrapping_sub(step.into())
+            place - Turns::from_bits(step.into())
         });
         let in_position = before.is_some();
         self.stop_at_end(false, switches.positive_limit, from, in_position);
@@ -41,10 +42,10 @@ impl Axle {
     /// Runs [`Self::stop_at_ends`] for the positive or the `negative` direction. The set-point came
     /// from the place `from`.
     #[inline(never)] // one copy for two directions
-    fn stop_at_end(&mut self, negative: bool, closed: bool, from: i64, in_position: bool) {
+    fn stop_at_end(&mut self, negative: bool, closed: bool, from: Turns, in_position: bool) {
         let direction = usize::from(negative);
         // Makes the place that is farther outward the greater number, and back.
-        let outward = |place: i64| place ^ -i64::from(negative);
+        let outward = |place: Turns| Turns::from_bits(place.to_bits() ^ -i64::from(negative));
         let (from, place) = (outward(from), outward(self.motion.position));
         let stop = closed.then(|| {
             let stop = self.end_stops.0[direction].unwrap_or_else(|| self.position());
@@ -71,7 +72,7 @@ impl Axle {
     }
 
     /// Returns the upper and the lower end of the travel; `None` while the axle has none.
-    pub(super) fn ends(&self) -> Option<[i64; 2]> {
+    pub(super) fn ends(&self) -> Option<[Turns; 2]> {
         let travel = self.travel.filter(|_| self.homed);
         let (low, high) = travel.filter(|_| self.mode != mode::HOMING)?;
         Some([high, low])

@@ -7,6 +7,7 @@ use super::watches::{Power, Readings};
 use super::{Axle, Inputs};
 use crate::bus::cia402::{State, mode};
 use crate::faults::{Fault, Faults, Reaction};
+use crate::math::Turns;
 use crate::motor::back_emf::{Findings, Observed};
 use crate::motor::profile::Motion;
 
@@ -41,7 +42,7 @@ impl Axle {
             following_error: if in_position {
                 self.following_error()
             } else {
-                0
+                Turns::ZERO
             },
             power: match powered {
                 true if self.stopping.strains => Power::Strained,

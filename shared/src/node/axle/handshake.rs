@@ -8,14 +8,15 @@
 use super::{ActiveLimit, Axle, SetPoint};
 use crate::bus::cia402::{CHANGE_IMMEDIATELY, CONTROL_START, RELATIVE, State, mode};
 use crate::constants::CONTROL_PERIOD;
+use crate::math::Turns;
 
-/// Targets that were handed over, 2^-32 turn.
+/// Targets that were handed over.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Handshake {
     /// Target that the axle moves to or has reached; `None` before the first one.
-    target: Option<i64>,
+    target: Option<Turns>,
     /// Target after this one.
-    next: Option<i64>,
+    next: Option<Turns>,
     /// "New set-point" is high, and its target was accepted.
     accepted: bool,
 }
@@ -34,7 +35,7 @@ impl Handshake {
 
     /// Takes the target of a rising edge. Without "change immediately" it waits while the axle
     /// moves, unless another one waits already.
-    fn take(&mut self, target: i64, immediately: bool, moving: bool) {
+    fn take(&mut self, target: Turns, immediately: bool, moving: bool) {
         if immediately || !moving {
             (self.target, self.next) = (Some(target), None);
         } else if self.next.is_none() {
@@ -65,7 +66,7 @@ impl Axle {
         let last = self.handshake.next.or(self.handshake.target);
         let target = if word & RELATIVE != 0 {
             let distance = self.scale.distance_from_bus(i64::from(set_point.target));
-            last.unwrap_or(self.motion.position).wrapping_add(distance)
+            last.unwrap_or(self.motion.position) + distance
         } else {
             self.scale
                 .position_from_bus(set_point.target, self.position())
@@ -103,7 +104,7 @@ impl Axle {
     }
 
     /// Returns the position within the travel that is nearest to `position`.
-    pub(super) fn within_travel(&mut self, position: i64) -> i64 {
+    pub(super) fn within_travel(&mut self, position: Turns) -> Turns {
         match self.travel {
             Some((low, _)) if self.homed && position < low => {
                 self.active_limit = ActiveLimit::Travel;

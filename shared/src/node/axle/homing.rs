@@ -12,7 +12,7 @@
 use super::Axle;
 use super::homing_method::{Method, NO_METHOD, PRESENT_POSITION, default_method};
 use crate::constants::CONTROL_PERIOD;
-use crate::motor::from_radians;
+use crate::math::Turns;
 use crate::sensors::Switches;
 use crate::settings::{Setting, Settings};
 
@@ -75,28 +75,28 @@ pub(super) struct Homing {
     /// Speed of the search, rad/s, and that of the second approach as a fraction of it.
     speed: f32,
     approach: f32,
-    home_position: i64,
+    home_position: Turns,
     /// Largest allowed distance between the places that the two approaches find, 2^-32 turn.
     tolerance: u64,
     /// Ticks since the stage began.
     ticks: u32,
     /// Place where homing began, and how far it may move from there, 2^-32 turn.
-    start: i64,
+    start: Turns,
     reach: u64,
     /// Debounced state of the switch, for how many ticks the switch has differed from it, and the
     /// position at the first of these ticks.
     closed: bool,
     differing: u32,
-    changed_at: i64,
+    changed_at: Turns,
     /// Place where the first approach found the switch.
-    first: i64,
+    first: Turns,
     /// Second place minus first place, 2^-32 turn.
-    pub difference: i64,
+    pub difference: Turns,
 }
 
 impl Homing {
     /// Creates the homing of an axle whose switch is at `home_position`.
-    pub fn new(settings: &Settings, home_position: i64) -> Self {
+    pub fn new(settings: &Settings, home_position: Turns) -> Self {
         let speed = settings.si(Setting::HomingSpeed);
         let code = default_method(settings);
         let late = speed * REACTION_TICKS * CONTROL_PERIOD;
@@ -109,20 +109,20 @@ impl Homing {
             speed,
             approach: settings.si(Setting::HomingApproach),
             home_position,
-            tolerance: from_radians(tolerance).unsigned_abs(),
+            tolerance: Turns::from_radians(tolerance).distance(),
             ticks: 0,
-            start: 0,
+            start: Turns::ZERO,
             reach: 0,
             closed: false,
             differing: 0,
-            changed_at: 0,
-            first: 0,
-            difference: 0,
+            changed_at: Turns::ZERO,
+            first: Turns::ZERO,
+            difference: Turns::ZERO,
         }
     }
 
     /// Starts homing from the beginning, at `position`, and with this reach.
-    fn start(&mut self, switches: Switches, position: i64, reach: u64) {
+    fn start(&mut self, switches: Switches, position: Turns, reach: u64) {
         self.method = Method::of(self.code);
         let closed = self.method.signal(switches);
         self.stage = if closed { Stage::Leave } else { Stage::Seek };
@@ -140,7 +140,7 @@ impl Homing {
     }
 
     /// Reads the switch at `position`. Returns whether its debounced state changes in this tick.
-    fn changes(&mut self, closed: bool, position: i64) -> bool {
+    fn changes(&mut self, closed: bool, position: Turns) -> bool {
         if closed == self.closed {
             self.differing = 0;
             return false;
@@ -171,12 +171,12 @@ impl Homing {
 
     /// Runs one tick at `position`. Returns the velocity with which to move, rad/s, and whether the
     /// place of the switch was found in this tick.
-    fn tick(&mut self, switches: Switches, position: i64) -> (f32, bool) {
+    fn tick(&mut self, switches: Switches, position: Turns) -> (f32, bool) {
         if !self.stage.is_running() {
             return (0.0, false);
         }
         self.ticks += 1;
-        let moved = position.wrapping_sub(self.start).unsigned_abs();
+        let moved = (position - self.start).distance();
         if self.ticks > HOMING_TICKS || moved > self.reach {
             self.stage = Stage::Failed;
             return (0.0, false);
@@ -195,8 +195,8 @@ impl Homing {
                 }
                 Stage::BackOff => Stage::Approach,
                 _ => {
-                    self.difference = self.changed_at.wrapping_sub(self.first);
-                    found = self.difference.unsigned_abs() <= self.tolerance;
+                    self.difference = self.changed_at - self.first;
+                    found = self.difference.distance() <= self.tolerance;
                     if found { Stage::Done } else { Stage::Mismatch }
                 }
             };
@@ -236,7 +236,7 @@ impl Axle {
     }
 
     /// Sets the present position to `position`, and counts as homed.
-    fn found_home(&mut self, position: i64) {
+    fn found_home(&mut self, position: Turns) {
         self.encoder.set_position(position);
         // These are positions from before homing.
         self.end_stops.clear();
@@ -262,8 +262,8 @@ impl Axle {
         let position = self.position();
         let (velocity, found) = self.homing.tick(switches, position);
         if found {
-            let since = position.wrapping_sub(self.homing.changed_at);
-            self.found_home(self.homing.home_position.wrapping_add(since));
+            let since = position - self.homing.changed_at;
+            self.found_home(self.homing.home_position + since);
         }
         self.motion
             .toward_velocity(velocity, self.envelope.limits, CONTROL_PERIOD);

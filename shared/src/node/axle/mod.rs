@@ -57,6 +57,7 @@ pub use snapshot::{NO_SENSOR, Snapshot};
 use crate::bus::cia402::{DriveCommand, State};
 use crate::bus::scale::Scale;
 use crate::faults::{Fault, Faults};
+use crate::math::Turns;
 use crate::motor::angle_watch::AngleWatch;
 use crate::motor::back_emf::BackEmf;
 use crate::motor::limits::Limiter;
@@ -89,7 +90,7 @@ pub struct Axle {
     envelope: Envelope,
     /// Bus units of torque per A.
     torque_per_ampere: f32,
-    travel: Option<(i64, i64)>,
+    travel: Option<(Turns, Turns)>,
     sync_ticks: u32,
     syncs_per_second: f32,
 
@@ -187,8 +188,8 @@ impl Axle {
         matches!(self.state, State::OperationEnabled | State::QuickStopActive)
     }
 
-    /// Returns the measured position of the output shaft, 2^-32 turn.
-    pub fn position(&self) -> i64 {
+    /// Returns the measured position of the output shaft.
+    pub fn position(&self) -> Turns {
         self.encoder.position()
     }
 

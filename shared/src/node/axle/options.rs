@@ -5,8 +5,7 @@ use super::homing_method::default_method;
 use crate::bus::drive_parameters::DriveParameters;
 use crate::bus::scale::Scale;
 use crate::constants::CONTROL_PERIOD;
-use crate::math::saturate;
-use crate::motor::from_radians;
+use crate::math::{Turns, saturate};
 use crate::motor::profile::Limits;
 use crate::settings::{Setting, Settings};
 
@@ -38,7 +37,7 @@ pub(super) struct Options {
     /// Change of the torque in one tick, units of torque.
     pub torque_step: f32,
     /// Travel of the settings; `None` if it is not limited.
-    travel: Option<(i64, i64)>,
+    travel: Option<(Turns, Turns)>,
 }
 
 /// Largest distance between two positions, and the time for which a watch on it must last.
@@ -55,13 +54,13 @@ impl Options {
         settings: &Settings,
         scale: Scale,
         per_ampere: f32,
-        travel: Option<(i64, i64)>,
+        travel: Option<(Turns, Turns)>,
     ) -> Self {
         let window = |setting| {
-            let distance = from_radians(settings.si(setting));
+            let distance = Turns::from_radians(settings.si(setting));
             saturate_unsigned(scale.distance_to_bus(distance))
         };
-        let end = |position: i64| saturate(scale.distance_to_bus(position));
+        let end = |position: Turns| saturate(scale.distance_to_bus(position));
         let slope = settings.si(Setting::TorqueModeSlope) * per_ampere;
         let codes = DriveParameters {
             quick_stop: 6,
@@ -108,22 +107,22 @@ impl Options {
 
     /// Returns the travel that targets may use: that of the settings, narrowed by the software
     /// position limits.
-    fn travel(&self, scale: Scale) -> Option<(i64, i64)> {
+    fn travel(&self, scale: Scale) -> Option<(Turns, Turns)> {
         let [low, high] = self.codes.position_limits;
         if low >= high {
             return self.travel;
         }
         // The ends of the range replace ends of travel that the bus cannot represent.
         let end = |end: i32| match end {
-            i32::MIN => i64::MIN,
-            i32::MAX => i64::MAX,
+            i32::MIN => Turns::MIN,
+            i32::MAX => Turns::MAX,
             _ => scale.distance_from_bus(i64::from(end)),
         };
         let (low, high) = (end(low), end(high));
         let Some((lowest, highest)) = self.travel else {
             return Some((low, high));
         };
-        let within = |position: i64| {
+        let within = |position: Turns| {
             if position < lowest {
                 lowest
             } else if position > highest {
@@ -139,7 +138,7 @@ impl Options {
     /// and a sixteenth of it, because the home switch may be at its end.
     pub fn homing_reach(&self) -> u64 {
         self.travel.map_or(u64::MAX, |(low, high)| {
-            let width = high.wrapping_sub(low).unsigned_abs();
+            let width = (high - low).distance();
             width + width / 16
         })
     }
@@ -175,7 +174,7 @@ impl Window {
             distance: if distance == u32::MAX {
                 u64::MAX
             } else {
-                scale.distance_from_bus(i64::from(distance)).unsigned_abs()
+                scale.distance_from_bus(i64::from(distance)).distance()
             },
             ticks: u32::from(milliseconds),
         }

@@ -83,7 +83,7 @@ impl Axle {
             active_limit: self.active_limit,
             emergency: self.latch.emergency(),
             bench_mode: self.authority.bench(),
-            homing_difference: saturate(self.homing.difference),
+            homing_difference: saturate(self.homing.difference.to_bits()),
             faults: self.latch.faults(),
             brake_released: self.brake.is_energized(),
             snapshot: self.snapshot.take(),

@@ -8,10 +8,9 @@ use crate::bus::cia402::{
 };
 use crate::constants::CONTROL_PERIOD;
 use crate::faults::{Fault, Reaction};
-use crate::math::{Bound, limit};
+use crate::math::{Bound, Turns, limit};
 use crate::motor::cascade::{Demand, FeedForward};
 use crate::motor::profile::Motion;
-use crate::motor::to_radians;
 
 /// Set-point that one RPDO carries.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -218,7 +217,7 @@ impl Axle {
         let follows = self.mode == mode::CYCLIC_POSITION && self.homed && !stops;
         if follows && self.state == State::OperationEnabled {
             let target = self.target_position();
-            let distance = to_radians(target.wrapping_sub(self.motion.position));
+            let distance = (target - self.motion.position).radians();
             let wanted = distance * self.syncs_per_second;
             self.motion.velocity = limit(wanted, self.envelope.limits.velocity);
             self.motion.acceleration = 0.0;
@@ -227,7 +226,7 @@ impl Axle {
         }
     }
 
-    fn target_position(&mut self) -> i64 {
+    fn target_position(&mut self) -> Turns {
         let target = self
             .scale
             .position_from_bus(self.command.target, self.position());
@@ -327,9 +326,9 @@ impl Axle {
         cascade.position(error, self.feed_forward(), velocity, bound)
     }
 
-    /// Returns how far the set-point is ahead of the axle, 2^-32 turn.
-    pub(super) fn following_error(&self) -> i64 {
-        self.motion.position.wrapping_sub(self.position())
+    /// Returns how far the set-point is ahead of the axle.
+    pub(super) fn following_error(&self) -> Turns {
+        self.motion.position - self.position()
     }
 
     fn feed_forward(&self) -> FeedForward {

@@ -22,9 +22,9 @@ use crate::bus::cia402::State;
 use crate::bus::scale::Scale;
 use crate::constants::CONTROL_PERIOD;
 use crate::faults::Faults;
+use crate::math::Turns;
 use crate::motor::angle_watch::AngleWatch;
 use crate::motor::back_emf::BackEmf;
-use crate::motor::from_radians;
 use crate::motor::limits::Limiter;
 use crate::motor::profile::Motion;
 use crate::settings::{Setting, Settings};
@@ -36,10 +36,10 @@ impl Axle {
         let scale = Scale::Turning {
             bits: settings.get(Setting::PositionBits) as u32,
         };
-        let reference = from_radians(settings.si(Setting::HomePosition));
+        let reference = Turns::from_radians(settings.si(Setting::HomePosition));
         let travel = (
-            from_radians(settings.si(Setting::PositionMinimum)),
-            from_radians(settings.si(Setting::PositionMaximum)),
+            Turns::from_radians(settings.si(Setting::PositionMinimum)),
+            Turns::from_radians(settings.si(Setting::PositionMaximum)),
         );
         let travel = (travel.0 < travel.1).then_some(travel);
         Self::with_scale::<true>(settings, scale, reference, travel)
@@ -51,8 +51,8 @@ impl Axle {
     pub(in crate::node) fn with_scale<const WATCHES: bool>(
         settings: &Settings,
         scale: Scale,
-        home_position: i64,
-        travel: Option<(i64, i64)>,
+        home_position: Turns,
+        travel: Option<(Turns, Turns)>,
     ) -> Self {
         let torque_per_ampere = torque_per_ampere(settings, scale);
         let sync_ticks = (settings.get(Setting::SyncPeriod) as u32 / 1_000).max(1);

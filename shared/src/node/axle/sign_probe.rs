@@ -4,7 +4,7 @@
 //! A shaft that does not turn shows no sign: the current stays at the limit of the probe, and the
 //! fault "blocked" is raised there. docs/motor.md says which drives may use the probe.
 
-use crate::motor::from_radians;
+use crate::math::Turns;
 use crate::settings::{Setting, Settings};
 use core::f32::consts::TAU;
 
@@ -45,9 +45,9 @@ pub(super) struct SignProbe {
     current: f32,
     /// Motions that prove, that disprove, and within which a shaft stands, 2^-32 turn of the output
     /// shaft.
-    proof: i64,
-    disproof: i64,
-    standing: i64,
+    proof: Turns,
+    disproof: Turns,
+    standing: Turns,
     run: Run,
 }
 
@@ -58,11 +58,11 @@ struct Run {
     /// Whether the current is negative; `None` while it is too small.
     backward: Option<bool>,
     /// Position from which the motion counts.
-    from: i64,
+    from: Turns,
     /// The shaft may still have the speed from before the torque.
     coasts: bool,
     /// Position near which the shaft has stood for this many control periods.
-    near: i64,
+    near: Turns,
     stood: u8,
     /// Control periods for which the shaft has had to turn.
     pushed: u8,
@@ -79,7 +79,7 @@ impl SignProbe {
         let count = TAU / settings.get(Setting::EncoderCounts) as f32;
         let motion = |angle: f32, fewest: f32| {
             let (angle, fewest) = (angle / pole_pairs as f32, fewest * count);
-            from_radians(if angle > fewest { angle } else { fewest } / gear)
+            Turns::from_radians(if angle > fewest { angle } else { fewest } / gear)
         };
         Self {
             current: settings.si(Setting::ProbeCurrent),
@@ -113,12 +113,12 @@ impl SignProbe {
     /// Runs one control period under power, at this position, with the demanded current of the last
     /// one, A. A motion to a `doubtful` position proves nothing.
     #[inline]
-    pub fn tick(&mut self, position: i64, doubtful: bool, demand: f32) -> Sign {
+    pub fn tick(&mut self, position: Turns, doubtful: bool, demand: f32) -> Sign {
         if !self.probes() {
             return Sign::default();
         }
         let run = &mut self.run;
-        if position.wrapping_sub(run.near).unsigned_abs() >= self.standing as u64 {
+        if (position - run.near).distance() >= self.standing.distance() {
             (run.near, run.stood) = (position, 0);
         }
         run.stood = run.stood.saturating_add(1);
@@ -129,15 +129,11 @@ impl SignProbe {
             (run.from, run.coasts, run.pushed) = (position, true, 0);
         }
         run.backward = backward;
-        let moved = position.wrapping_sub(run.from);
-        let mut along = if demand < 0.0 {
-            moved.wrapping_neg()
-        } else {
-            moved
-        };
+        let moved = position - run.from;
+        let mut along = if demand < 0.0 { -moved } else { moved };
         if run.coasts {
-            if along < 0 {
-                (run.from, along) = (position, 0);
+            if along < Turns::ZERO {
+                (run.from, along) = (position, Turns::ZERO);
             }
             run.coasts = run.stood < SETTLED && along < self.standing;
         }

@@ -1,14 +1,14 @@
 //! Cyclic synchronous torque mode.
 
 use super::{ActiveLimit, Axle, Inputs};
-use crate::math::limit;
+use crate::math::{Turns, limit};
 use crate::motor::cascade::Demand;
 use crate::motor::profile::Motion;
 
 /// End of motion in one direction, at which torque mode holds the position.
 #[derive(Clone, Copy, Debug)]
 struct Barrier {
-    position: i64,
+    position: Turns,
     /// 1 or -1.
     direction: f32,
     limit: ActiveLimit,

@@ -2,9 +2,9 @@
 //! condition must last), so that no single sample raises a fault.
 
 use crate::faults::{Fault, Faults};
+use crate::math::Turns;
 use crate::motor::back_emf::Findings;
 use crate::motor::current::Electrical;
-use crate::motor::from_radians;
 use crate::motor::limits::OVERSPEED;
 use crate::sensors::Temperatures;
 use crate::settings::{Setting, Settings};
@@ -33,7 +33,7 @@ pub(super) struct Readings {
     /// Velocity of the set-point, rad/s.
     pub commanded_velocity: f32,
     /// Distance between set-point and position, 2^-32 turn; 0 if the mode has no position.
-    pub following_error: i64,
+    pub following_error: Turns,
     pub power: Power,
     /// What the voltage of the bridge shows.
     pub motor: Findings,
@@ -129,13 +129,13 @@ impl Bounds {
     pub fn new(settings: &Settings) -> Self {
         let current = settings.si(Setting::CurrentLimit);
         let velocity = settings.si(Setting::VelocityLimit);
-        let following = from_radians(settings.si(Setting::FollowingLimit));
+        let following = Turns::from_radians(settings.si(Setting::FollowingLimit));
         Self {
             over_current: 1.25 * current,
             driving: 0.5 * current,
             overspeed: OVERSPEED * velocity,
             deviation: 0.2 * velocity,
-            following: following.unsigned_abs(),
+            following: following.distance(),
             under_voltage: settings.si(Setting::UnderVoltage),
             over_voltage: settings.si(Setting::OverVoltage),
             temperatures: [Setting::BridgeTemperature, Setting::MotorTemperature]
@@ -186,7 +186,7 @@ impl Watches {
             hot,
             now.electrical.overrun,
             blocked,
-            now.following_error.unsigned_abs() > bounds.following,
+            now.following_error.distance() > bounds.following,
             now.power == Power::Strained,
         ];
         let mut faults = Faults::NONE;

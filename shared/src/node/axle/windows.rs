@@ -29,7 +29,7 @@ impl Axle {
     /// Measures for how long the position has been outside of the following error window, and
     /// within the position window.
     pub(super) fn watch_windows(&mut self) {
-        let (error, options) = (self.following_error().unsigned_abs(), &self.options);
+        let (error, options) = (self.following_error().distance(), &self.options);
         let follows = error <= options.following.distance;
         self.windows.outside = count(self.windows.outside, !follows);
         if self.shakes_hands() {

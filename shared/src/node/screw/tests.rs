@@ -3,6 +3,7 @@
 
 use super::*;
 use crate::bus::cia402::controlword;
+use crate::math::Turns;
 use crate::motor::current::Electrical;
 use crate::node::axle::SetPoint;
 use crate::sensors::{Switches, Temperatures};
@@ -100,7 +101,7 @@ fn engaged(screw: &mut Screw, joint: (f64, f64), age_us: u64, slack: i32) -> Mot
 }
 
 fn metres_of(motion: Motion) -> f64 {
-    motion.position as f64 / TURN * LEAD
+    motion.position.to_bits() as f64 / TURN * LEAD
 }
 
 /// Extension at which the belt has this slack: the distance of axles 1 and 3, by the law of
@@ -202,7 +203,7 @@ fn the_belt_is_engaged_at_the_engage_speed_from_where_the_shaft_is() {
         let now = inputs(Some((joint, 0.0)));
         screw.joint = now.joint;
         let (start, taut) = (
-            screw.axle.position() as f64 / TURN * LEAD,
+            screw.axle.position().to_bits() as f64 / TURN * LEAD,
             extension(joint, 0.0),
         );
         let direction = (taut - start).signum();
@@ -220,7 +221,7 @@ fn the_belt_is_engaged_at_the_engage_speed_from_where_the_shaft_is() {
                 "{turns} turns, tick {tick}: {at} {expected}"
             );
         }
-        assert_eq!(screw.remaining, 0);
+        assert_eq!(screw.remaining, Turns::ZERO);
     }
 }
 

@@ -5,7 +5,7 @@ use super::{FrontPart, Masses, Model};
 use crate::bus::scale::{Position, Scale, Target};
 use crate::estimate::attitude::Attitude;
 use crate::estimate::state::Joint;
-use crate::math::{limit, min};
+use crate::math::{Turns, limit, min};
 use crate::motor::profile::{Limits, Motion};
 use crate::robots::body::{
     Ahead, Allowed, Body, Command, DriveState, Goal, MAX_DRIVES, MAX_OFFSETS, Offset, Phase,
@@ -116,7 +116,7 @@ impl B2p2 {
         period: f32,
     ) -> Motion {
         // The joint turns less than half a turn each way, so the wrapped angle is the angle.
-        let target = i64::from(asked.to_bits());
+        let target = Turns::from(asked);
         let mut next = self.chassis;
         let limits = Limits {
             velocity: self.chassis_limits.velocity * speed_scale,
@@ -294,10 +294,9 @@ impl Body for B2p2 {
         }
         // From the set-point, not from the measured angle, because the joint will still reach what
         // already passed.
-        let ahead =
-            Angle::from_bits(next.position as i32) + Angle::from_radians(next.velocity * horizon);
+        let ahead = next.position.angle() + Angle::from_radians(next.velocity * horizon);
         let shape = self.model.shape(ahead, metres(self.geometry.length(ahead)));
-        let lifts = next.position < self.chassis.position && next.position < 0;
+        let lifts = next.position < self.chassis.position && next.position < Turns::ZERO;
         let axes = attitude.level_axes();
         let axes = if lifts {
             let present = self.model.shape(self.theta, self.extension);
@@ -333,7 +332,7 @@ impl Body for B2p2 {
         self.forward = Motion::default();
         self.turn.rest();
         self.heading = None;
-        self.chassis = Motion::at(i64::from(self.theta.to_bits()));
+        self.chassis = Motion::at(self.theta.into());
     }
 
     fn advance(
@@ -395,9 +394,9 @@ impl Body for B2p2 {
             (Phase::Armed | Phase::Starting(_), RIGHT) => {
                 Goal::Velocity(self.track_speed(-0.5 * self.gauge))
             }
-            (Phase::Armed | Phase::Starting(TIGHTEN), JOINT) => Goal::Position(Target::Angle(
-                Angle::from_bits(self.chassis.position as i32),
-            )),
+            (Phase::Armed | Phase::Starting(TIGHTEN), JOINT) => {
+                Goal::Position(Target::Angle(self.chassis.position.angle()))
+            }
             (Phase::Armed | Phase::Starting(TIGHTEN), _) => Goal::Taut,
             (Phase::Starting(HOME_SCREW), SCREW) if !self.screw_known => Goal::Home,
             (Phase::Starting(_), SCREW) => Goal::MoveTo(Target::Length(self.released)),
@@ -433,7 +432,7 @@ impl Body for B2p2 {
     /// Rounded to the resolution of the bus, so that the reported posture is the one that a stop
     /// holds.
     fn posture(&self) -> ChassisAngle {
-        let angle = Angle::from_bits(self.chassis.position as i32);
+        let angle = self.chassis.position.angle();
         ChassisAngle::from_word(ChassisAngle(angle).word())
     }
 

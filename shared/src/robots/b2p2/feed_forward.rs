@@ -9,7 +9,6 @@ use crate::math::sin_cos;
 use crate::motor::profile::Motion;
 use crate::screw::{Geometry, metres};
 use crate::settings::Settings;
-use crate::units::Angle;
 
 /// Load of the two drives that move the front part.
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -85,7 +84,7 @@ impl FrontPart {
     /// instructions.
     #[inline]
     pub fn load(&self, geometry: &Geometry, chassis: &Motion, attitude: &Attitude) -> Load {
-        let theta = Angle::from_bits(chassis.position as i32);
+        let theta = chassis.position.angle();
         let extension = geometry.extension(theta);
         let (reach, slope) = (
             self.l2 + metres(extension.length),

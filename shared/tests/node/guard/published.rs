@@ -6,6 +6,7 @@ use tautrack::bus::pdo::{Payload, Request, TorqueOffset, receive};
 use tautrack::estimate::attitude::Attitude;
 use tautrack::estimate::state::Validity;
 use tautrack::faults::Fault;
+use tautrack::math::Turns;
 use tautrack::motor::profile::Motion;
 use tautrack::node::guard::commissioning::{Reason, progress, request};
 use tautrack::robots::b2p2::FrontPart;
@@ -94,7 +95,7 @@ fn an_armed_guard_sends_the_load_of_the_front_part() {
     let mut attitude = Attitude::default();
     attitude.update(&standing(0.0), 1e-3);
     let rest = Motion {
-        position: 0,
+        position: Turns::ZERO,
         velocity: 0.0,
         acceleration: 0.0,
     };

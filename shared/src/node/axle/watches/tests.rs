@@ -1,6 +1,7 @@
 //! Tests of the watches, one tick after the other.
 
 use super::*;
+use crate::math::Turns;
 use crate::motor::index::Finding;
 
 const STALL: Stall = Stall {
@@ -14,7 +15,7 @@ const GOOD: Readings = Readings {
     supply_voltage: 24.0,
     velocity: 1.0,
     commanded_velocity: 1.0,
-    following_error: 0,
+    following_error: Turns::ZERO,
     power: Power::On,
     motor: Findings {
         open_phase: false,
@@ -173,7 +174,7 @@ fn each_bad_reading_raises_its_fault_after_its_dwell() {
         ),
         (
             Readings {
-                following_error: -401,
+                following_error: Turns::from_bits(-401),
                 ..GOOD
             },
             100,
@@ -194,7 +195,7 @@ fn a_condition_is_reported_beside_every_other_one() {
         supply_voltage: 40.0,
         velocity: 0.0,
         demand: 10.0,
-        following_error: 1_000,
+        following_error: Turns::from_bits(1_000),
         ..GOOD
     };
     let mut faults = Faults::NONE;
@@ -296,7 +297,7 @@ fn a_reading_exactly_at_its_bound_raises_no_fault() {
             velocity: bounds.overspeed * sign,
             commanded_velocity: bounds.overspeed * sign,
             supply_voltage: bounds.over_voltage,
-            following_error: 400 * sign as i64,
+            following_error: Turns::from_bits(400 * sign as i64),
             temperatures: Temperatures {
                 bridge: Some(90.0),
                 motor: Some(120.0),
