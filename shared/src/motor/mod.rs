@@ -20,8 +20,8 @@
 //! * `model`: simulated motors, for boards without hardware (feature `lockstep`)
 //! * [`rotor`]: electrical angle of a three-phase motor
 //!
-//! Positions are [`crate::math::Turns`] of the output shaft, so that they lose neither precision nor
-//! range over time. Only differences of positions become `f32`.
+//! Positions are [`crate::math::Turns`] of the output shaft, so that they lose neither precision
+//! nor range over time. Only differences of positions become `f32`.
 
 pub mod alignment;
 pub mod angle_probe;

@@ -302,14 +302,19 @@ fn a_software_position_limit_stops_motion_towards_it_in_every_mode() {
             );
         }
     }
-    // 230 mm.
     let mut wire = Wire::screw(&[
-        (Setting::PositionMinimum, -1),
-        (Setting::PositionMaximum, 289_027),
+        (Setting::BenchSpeed, 1_000_000),
+        (Setting::BenchCurrent, 20_000),
     ]);
+    wire.guard = false;
+    wire.write((0x2001, 0), [1]);
+    wire.run(20);
+    // 2^-24 m.
+    wire.write((0x607d, 1), (-1_i32).to_le_bytes());
+    wire.write((0x607d, 2), 3_858_759_i32.to_le_bytes());
     wire.joint = Some((1.0, -1e-6));
     wire.operate(mode::TAUT, 0);
-    wire.run(3_000);
+    wire.run(10_000);
     let millimetres = wire.rotor.angle / std::f64::consts::TAU * 5.0;
     assert!((229.0..230.1).contains(&millimetres), "{millimetres} mm");
 }

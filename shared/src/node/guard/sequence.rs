@@ -13,8 +13,8 @@
 //!                       └───────────────────── Held ◄───────────────────┘
 //! ```
 //!
-//! A fault in "ready" prevents arming. "Armed" also waits until the attitude has settled. Before it,
-//! the guard checks the settings; if it refuses them, "ready" follows (`cycle`).
+//! A fault in "ready" prevents arming. "Armed" also waits until the attitude has settled. Before
+//! it, the guard checks the settings; if it refuses them, "ready" follows (`cycle`).
 
 use crate::robots::{Body, DriveState, MAX_STAGES, Phase};
 
