@@ -587,7 +587,7 @@ impl Settings {
     /// that the table has in degrees are in degrees, and magnetic fields are in uT.
     #[inline(never)] // an inlined copy is longer than a call, and there are some 80
     pub fn si(&self, setting: Setting) -> f32 {
-        self.get(setting) as f32 * units::SINGLE[PACKED.scale(setting as usize)]
+        self.get(setting) as f32 * units::single(PACKED.scale(setting as usize))
     }
 
     /// Returns [`Self::si`]; that of `other` if the value is 0.

@@ -83,7 +83,9 @@ impl<const ROWS: usize, const NUMBERS: usize> Packed<ROWS, NUMBERS> {
     /// Returns the numbers of the row with this index.
     pub fn bounds(&self, row: usize) -> Bounds {
         let Row { key, numbers, .. } = self.rows[row];
-        let [minimum, maximum, default] = numbers.map(|index| self.numbers[usize::from(index)]);
+        // Each index is that of a number. The compiler does not know it, and no tick may panic.
+        let number = |index: u8| self.numbers.get(usize::from(index)).copied();
+        let [minimum, maximum, default] = numbers.map(|index| number(index).unwrap_or_default());
         Bounds {
             key: key.into(),
             minimum,

@@ -44,9 +44,9 @@ const UNITS: &[(&str, f64)] = &[
 /// Every scale of [`UNITS`], once.
 pub(super) const SCALES: [f64; 7] = [1.0, 0.1, 1e-3, 1e-4, 1e-6, 1e-9, 1.0 / 65_536.0];
 
-/// [`SCALES`] in single precision.
-pub(super) const SINGLE: [f32; SCALES.len()] = {
-    let mut single = [0.0; SCALES.len()];
+/// [`SCALES`] in single precision, with zeros behind them up to a power of two.
+const SINGLE: [f32; 8] = {
+    let mut single = [0.0; 8];
     let mut index = 0;
     while index < SCALES.len() {
         single[index] = SCALES[index] as f32;
@@ -54,6 +54,11 @@ pub(super) const SINGLE: [f32; SCALES.len()] = {
     }
     single
 };
+
+/// Returns the scale with this index in single precision. It cannot panic, because ticks use it.
+pub(super) fn single(index: usize) -> f32 {
+    SINGLE[index % SINGLE.len()]
+}
 
 /// Returns the index in [`SCALES`] of the unit with this name. If there is none, the table of
 /// settings does not compile.
